@@ -1,0 +1,44 @@
+//! Meniscus watches the free surface of a sloshing liquid and knows the whole liquid.
+//!
+//! # Three storeys; arrows point up only
+//!
+//! | storey | modules | may use |
+//! |---|---|---|
+//! | 1 camera side: `no_std`, no alloc, no panic, no clock, no I/O | everything but the two below | itself and `core` |
+//! | 2 host, feature `host` | [`host`] | storey 1 and `std` |
+//! | 3 offline, feature `offline` (training: `train`) | [`offline`] | storeys 1, 2 and `std` |
+//!
+//! # One 60 Hz turn
+//!
+//! ```text
+//! USB payloads --uvc::Assembler--> DepthFrame, InfraredFrame --surface--> SurfaceProfile --push--> Window
+//!                                                                                                    | encoder (GRU)
+//! output <-- Estimate <-- Field <--decoder-- Latent <--filter-- Latent <--generic::step-- Latent <---+
+//!                                                                  '--> audit: work, heat, dE, dS
+//! ```
+//!
+//! # Rules
+//!
+//! 1. Weights are `&self`, memory is `&mut State`, results go into the caller's buffer.
+//! 2. Bytes are checked once, in [`uvc`] and in [`model`]; after that nothing can be malformed.
+//! 3. Clock, randomness and I/O are arguments. Time comes from the frame.
+//! 4. Units go in types across modules, in name suffixes (`_m`, `_us`) locally.
+//! 5. Every bound names what happens when it is missed: a mode and a counter in [`health`].
+//! 6. The formula stands above the code, in the same letters, with its source.
+#![no_std]
+
+// Storey 1.
+pub mod frame;
+pub mod math;
+pub mod model;
+pub mod surface;
+pub mod units;
+pub mod uvc;
+
+// Storey 2.
+#[cfg(feature = "host")]
+pub mod host;
+
+// Storey 3.
+#[cfg(feature = "offline")]
+pub mod offline;

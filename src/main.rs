@@ -1,0 +1,3 @@
+//! The `meniscus` command.
+
+fn main() {}

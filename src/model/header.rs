@@ -1,0 +1,99 @@
+//! The head of a weight blob, as `firmware-config/SPEC.md` specifies it byte by byte.
+
+use heapless::{String, Vec};
+use serde::{Deserialize, Serialize};
+
+/// First bytes of every blob.
+pub const MAGIC: [u8; 8] = *b"MENISCUS";
+
+/// Format version that this build reads and writes.
+pub const VERSION: u32 = 1;
+
+/// The tensors of a model. Shapes are `[rows, columns]`, row-major `f32` little-endian in the blob;
+/// a vector has one column. N latents, U ports, F features a frame, P profile points.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Tensor {
+    /// GRU layer `0..3`, input weights `[78, F or 26]`, gates stacked in the order r, z, n.
+    GruInput(u8),
+    /// GRU layer `0..3`, recurrent weights `[78, 26]`.
+    GruHidden(u8),
+    /// GRU layer `0..3`, input bias `[78]`.
+    GruInputBias(u8),
+    /// GRU layer `0..3`, recurrent bias `[78]`.
+    GruHiddenBias(u8),
+    /// Linear head of the encoder `[N, 26]`.
+    HeadWeight,
+    /// Bias of the head `[N]`.
+    HeadBias,
+    /// Strict lower triangle of the skew operator L, rows first `[N (N - 1) / 2]`.
+    SkewLower,
+    /// Lower triangle of C in D = C C^T, rows first `[N (N + 1) / 2]`.
+    FrictionFactor,
+    /// K in H(x) = |K x|^2 / 2 + |f(x)|^2 / 2, `[N, N]`.
+    EnergyLinear,
+    /// W1 in f(x) = W2 (r(W1 x + b1) - r(b1)), r(a) = a / sqrt(1 + a^2); `[hidden, N]`.
+    EnergyIn,
+    /// b1 `[hidden]`.
+    EnergyBias,
+    /// W2 `[outputs, hidden]`.
+    EnergyOut,
+    /// Port matrix B `[N, U]`.
+    Port,
+    /// Preconditioner of the implicit step `[N, N]`; wrong values cost iterations, never a law.
+    Preconditioner,
+    /// Gain of the filter `[N, N]`.
+    Gain,
+    /// Linear part of the decoder trunk, latent to coefficients `[sum of ranks, N]`.
+    TrunkLinear,
+    /// Trunk layer `0..3` weights, ReLU between.
+    TrunkWeight(u8),
+    /// Trunk layer `0..3` bias.
+    TrunkBias(u8),
+    /// Rest state of group `0..6` (q, v, e, sigma, tau, surface) in SI units, `[numbers]`.
+    GroupRest(u8),
+    /// Basis of the group, coefficients to SI units, `[numbers, rank]`; for e the rank is 1 and the
+    /// coefficient is the heat s in joules.
+    GroupBasis(u8),
+}
+
+/// Where a tensor lies in the blob.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Section {
+    /// Which tensor.
+    pub tensor: Tensor,
+    /// Rows.
+    pub rows: u32,
+    /// Columns.
+    pub columns: u32,
+    /// Byte offset from the start of the blob, a multiple of 64.
+    pub offset: u32,
+}
+
+/// Everything of a model but its tensors.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Header {
+    /// Liquid the model was trained on.
+    pub liquid: String<32>,
+    /// The commands, seeds and revision that made the model.
+    pub provenance: String<512>,
+    /// Number of tracers.
+    pub particles: u32,
+    /// Time step of one turn, s.
+    pub dt_s: f64,
+    /// Inner radius of the glass, m.
+    pub radius_m: f64,
+    /// Height of the liquid at rest, m.
+    pub fill_m: f64,
+    /// Height of the rim, m.
+    pub rim_m: f64,
+    /// Feature scale: (height - fill) / `height_scale_m`.
+    pub height_scale_m: f32,
+    /// Feature and port scale: u = acceleration / `acceleration_scale`, m/s2.
+    pub acceleration_scale: f32,
+    /// Joules of one unit of H.
+    pub energy_scale_j: f64,
+    /// Slosh-relative surface error on the validation recordings, as trained.
+    pub validation_slosh_rel: f32,
+    /// The tensors, in blob order.
+    pub sections: Vec<Section, 48>,
+}

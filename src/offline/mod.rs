@@ -1,0 +1,12 @@
+//! Storey 3: what needs time, not a deadline: the simulator, recordings, the rendered camera, training.
+#![allow(clippy::disallowed_methods, reason = "only storey 1 must compute the same bits on every platform")]
+
+pub(in crate::offline) extern crate std;
+
+pub mod recording;
+
+/// `std` and its prelude, by name: the crate is `no_std`, so each file of this storey opens with
+/// `use crate::offline::prelude::*;`.
+pub(in crate::offline) mod prelude {
+    pub(in crate::offline) use super::std::{self, eprintln, format, prelude::rust_2024::*, println, vec};
+}
