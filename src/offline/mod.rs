@@ -3,7 +3,10 @@
 
 pub(in crate::offline) extern crate std;
 
+pub mod export;
 pub mod recording;
+#[cfg(feature = "train")]
+pub mod train;
 
 /// `std` and its prelude, by name: the crate is `no_std`, so each file of this storey opens with
 /// `use crate::offline::prelude::*;`.

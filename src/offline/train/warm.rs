@@ -1,0 +1,205 @@
+//! Warm start of the GENERIC operators from a linear fit; a cold start was far behind after 300 steps.
+
+use super::TrainError;
+use super::generic::{Dynamics, HIDDEN, LATENTS, Latent, Square};
+use super::weights::Matrix;
+use crate::offline::prelude::*;
+use crate::units::FRAME_INTERVAL_S;
+use nalgebra::{Cholesky, DMatrix, DVector, SymmetricEigen};
+use rand_chacha::ChaCha8Rng;
+
+/// x_{n+1} = A x_n + b u_{n+1}.
+#[derive(Clone, Debug)]
+pub struct Linear {
+    /// A.
+    pub a: Square,
+    /// b.
+    pub b: Latent,
+}
+
+/// One observed trajectory: states, the port that led to each, energies in units of H.
+#[derive(Clone, Debug)]
+pub struct Path {
+    /// States.
+    pub x: Vec<Latent>,
+    /// Ports; `u[n]` acts between frames n - 1 and n.
+    pub u: Vec<f64>,
+    /// Kinetic plus potential energy over the energy scale.
+    pub energy: Vec<f64>,
+}
+
+impl Linear {
+    /// Ridge regression of x_{n+1} on (x_n, u_{n+1}) over `paths`, pulled inside the unit circle.
+    ///
+    /// # Errors
+    /// [`TrainError::Singular`] when the paths do not determine it.
+    pub fn fit(paths: &[Path]) -> Result<Self, TrainError> {
+        const WIDTH: usize = LATENTS + 1;
+        let mut normal = DMatrix::<f64>::zeros(WIDTH, WIDTH);
+        let mut mixed = DMatrix::<f64>::zeros(WIDTH, LATENTS);
+        for path in paths {
+            for ((from, to), &u) in path.x.iter().zip(path.x.iter().skip(1)).zip(path.u.iter().skip(1)) {
+                let row = DVector::from_iterator(WIDTH, from.iter().copied().chain([u]));
+                normal.ger(1.0, &row, &row, 1.0);
+                mixed.ger(1.0, &row, to, 1.0);
+            }
+        }
+        (0..WIDTH).for_each(|i| normal[(i, i)] = normal[(i, i)] * (1.0 + 1e-8) + 1e-12);
+        let solution = Cholesky::new(normal).ok_or(TrainError::Singular("the linear fit"))?.solve(&mixed);
+        let mut a = Square::from_fn(|i, j| solution[(j, i)]);
+        let b = Latent::from_fn(|i, _| solution[(LATENTS, i)]);
+        let radius = a.complex_eigenvalues().iter().map(|l| l.norm()).fold(0.0, f64::max);
+        if radius > 0.999 {
+            a *= 0.999 / radius;
+        }
+        Ok(Self { a, b })
+    }
+
+    /// The states after each of `ports`, from `x`.
+    #[must_use]
+    pub fn roll_out(&self, x: Latent, ports: &[f64]) -> Vec<Latent> {
+        let next = |x: &mut Latent, &u: &f64| {
+            *x = self.a * *x + self.b * u;
+            Some(*x)
+        };
+        ports.iter().scan(x, next).collect()
+    }
+
+    /// Generator M and port B of the Strang step that equals this map for a quadratic H.
+    ///
+    /// With M = (L - D) Q the closed step is the Cayley transform A = (1 - dt/2 M)^-1 (1 + dt/2 M), so
+    /// M = 2/dt (A - 1)(A + 1)^-1, and b = dt/2 (A + 1) B.
+    ///
+    /// # Errors
+    /// [`TrainError::Singular`] when A has the eigenvalue -1.
+    pub fn generator(&self) -> Result<(Square, Latent), TrainError> {
+        let plus = self.a + Square::identity();
+        let inverse = plus.try_inverse().ok_or(TrainError::Singular("the Cayley transform"))?;
+        let rate = 2.0 / FRAME_INTERVAL_S;
+        Ok(((self.a - Square::identity()) * inverse * rate, inverse * self.b * rate))
+    }
+}
+
+/// Q of the physical energy, E = x^T Q x / 2, by weighted ridge regression; Q >= a floor.
+fn regress_energy(paths: &[Path]) -> Square {
+    let pairs: Vec<(usize, usize)> = (0..LATENTS).flat_map(|i| (0..=i).map(move |j| (i, j))).collect();
+    let mut normal = DMatrix::<f64>::zeros(pairs.len(), pairs.len());
+    let mut mixed = DVector::<f64>::zeros(pairs.len());
+    for (x, &energy) in paths.iter().flat_map(|p| p.x.iter().zip(&p.energy)) {
+        let entry = |&(i, j): &(usize, usize)| if i == j { 0.5 * x[i] * x[i] } else { x[i] * x[j] };
+        let row = DVector::from_iterator(pairs.len(), pairs.iter().map(entry));
+        // Small energies count too, but not below the noise of the books.
+        let weight = 1.0 / (0.1 + energy.abs());
+        normal.ger(weight, &row, &row, 1.0);
+        mixed.axpy(weight * energy, &row, 1.0);
+    }
+    let ridge = 1e-4 * normal.trace() / pairs.len() as f64;
+    (0..pairs.len()).for_each(|i| normal[(i, i)] += ridge);
+    let solution = Cholesky::new(normal).map_or_else(|| mixed.clone(), |c| c.solve(&mixed));
+    let mut q = Square::zeros();
+    for (&(i, j), &value) in pairs.iter().zip(solution.iter()) {
+        q[(i, j)] = value;
+        q[(j, i)] = value;
+    }
+    raise(&q, 1e-3)
+}
+
+/// `m` with its eigenvalues raised to at least `floor` times the largest.
+fn raise(m: &Square, floor: f64) -> Square {
+    let eigen = SymmetricEigen::new((m + m.transpose()) * 0.5);
+    let least = floor * eigen.eigenvalues.amax();
+    let values = eigen.eigenvalues.map(|l| l.max(least));
+    eigen.eigenvectors * Square::from_diagonal(&values) * eigen.eigenvectors.transpose()
+}
+
+/// Q of M^T Q + Q M = -R, as one linear system in the entries of Q.
+fn lyapunov(m: &Square, r: &Square) -> Option<Square> {
+    const ENTRIES: usize = LATENTS * LATENTS;
+    let (id, t) = (DMatrix::<f64>::identity(LATENTS, LATENTS), DMatrix::from_fn(LATENTS, LATENTS, |i, j| m[(j, i)]));
+    let system = id.kronecker(&t) + t.kronecker(&id);
+    let right = DVector::from_iterator(ENTRIES, r.iter().map(|v| -v));
+    let q = Square::from_iterator(system.lu().solve(&right)?.iter().copied());
+    Some((q + q.transpose()) * 0.5)
+}
+
+/// Splits a stable generator M into (L - D) Q with L skew, D >= 0, Q > 0, and Q near `energy`.
+///
+/// R = -(M^T Q + Q M) must not be negative. Where the regressed Q makes it so, its eigenvalues are
+/// raised and the Lyapunov equation gives the Q of the raised R; then D = Q^-1 R Q^-1 / 2 >= 0 and
+/// L - D = M Q^-1 holds exactly: clipping costs no part of the linear motion.
+///
+/// # Errors
+/// [`TrainError::Singular`] when M is not stable.
+pub fn split(m: &Square, energy: &Square) -> Result<(Square, Square, Square), TrainError> {
+    let error = TrainError::Singular("the split of the generator");
+    let dissipation = -(m.transpose() * energy + energy * m);
+    let raised = raise(&dissipation, 1e-4);
+    let q = lyapunov(m, &raised).ok_or(error.clone())?;
+    let k = Cholesky::new(q).ok_or(error.clone())?;
+    let flow = m * k.inverse();
+    let skew = (flow - flow.transpose()) * 0.5;
+    let friction = raise(&((flow + flow.transpose()) * -0.5), 1e-12);
+    let c = Cholesky::new(friction).ok_or(error)?.l();
+    Ok((skew, c, k.l().transpose()))
+}
+
+/// Dynamics that equal the linear fit but for a small nonlinear part of H to grow from.
+///
+/// # Errors
+/// [`TrainError::Singular`] when the paths do not determine a stable generator.
+pub fn start(linear: &Linear, paths: &[Path], rng: &mut ChaCha8Rng) -> Result<Dynamics, TrainError> {
+    let (m, port) = linear.generator()?;
+    let (skew, friction, k) = split(&m, &regress_energy(paths))?;
+    let bound = 1.0 / (LATENTS as f64).sqrt();
+    Ok(Dynamics {
+        skew,
+        friction,
+        linear: k,
+        inner: Matrix::uniform(HIDDEN, LATENTS, bound, rng).to_f64(),
+        bias: Matrix::uniform(HIDDEN, 1, bound, rng).to_f64().column(0).into(),
+        outer: Matrix::uniform(HIDDEN, HIDDEN, 0.1 / (HIDDEN as f64).sqrt(), rng).to_f64(),
+        port,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::offline::train::generic::tests::random;
+    use crate::offline::train::noise::normal;
+
+    /// A stable generator with known parts, split with a wrong idea of its energy.
+    #[test]
+    fn split_reproduces_the_linear_generator() {
+        let (dynamics, mut rng) = random(7);
+        let m = dynamics.flow() * dynamics.stiffness();
+        let wrong = Square::from_fn(|_, _| 0.2 * normal(&mut rng));
+        let guess = dynamics.stiffness() + wrong * wrong.transpose();
+        let (skew, c, k) = split(&m, &guess).expect("a stable generator");
+        assert!((skew + skew.transpose()).norm() < 1e-9, "L is skew");
+        let again = (skew - c * c.transpose()) * (k.transpose() * k);
+        assert!((again - m).norm() < 1e-6 * m.norm(), "{} of {}", (again - m).norm(), m.norm());
+    }
+
+    /// The fit finds the map that made the paths, and the step started from it makes them again.
+    #[test]
+    fn warm_start_rolls_out_like_the_linear_fit() {
+        let (truth, mut rng) = random(8);
+        let mut quadratic = truth;
+        quadratic.outer.fill(0.0);
+        let path = |rng: &mut ChaCha8Rng| {
+            let u: Vec<f64> = (0..300).map(|_| normal(rng)).collect();
+            let x = quadratic.roll_out(Latent::zeros(), &u);
+            let energy = x.iter().map(|x| quadratic.energy(x)).collect();
+            Path { x, u, energy }
+        };
+        let paths = [path(&mut rng), path(&mut rng)];
+        let linear = Linear::fit(&paths).expect("a determined fit");
+        let mut warm = start(&linear, &paths, &mut rng).expect("a stable fit");
+        warm.outer.fill(0.0);
+        let (ours, theirs) = (warm.roll_out(Latent::zeros(), &paths[0].u), &paths[0].x);
+        let miss: f64 = ours.iter().zip(theirs).map(|(a, b)| (a - b).norm_squared()).sum();
+        let size: f64 = theirs.iter().map(nalgebra::Matrix::norm_squared).sum();
+        assert!((miss / size).sqrt() < 1e-3, "{}", (miss / size).sqrt());
+    }
+}
