@@ -12,7 +12,7 @@ fn options(schedule: Schedule) -> Options {
     Options { seed: 1, schedule, quiet: true, command: String::from("cargo test") }
 }
 
-const SHORT: Schedule = Schedule { autoencoder: 800, encoder: 40, rollout: 75, seeds: 1 };
+const SHORT: Schedule = Schedule { autoencoder: 800, encoder: 60, rollout: 300, seeds: 1 };
 
 #[test]
 fn an_ideal_slosh_is_learnt() {

@@ -86,7 +86,7 @@ fn motion(frames: usize, stroke_m: f64, seed: u64) -> Vec<f64> {
 }
 
 /// A recording of `frames` frames.
-pub fn recording(frames: usize, stroke_m: f64, seed: u64) -> Recording {
+pub(crate) fn recording(frames: usize, stroke_m: f64, seed: u64) -> Recording {
     let modes = ZEROS.map(Mode::new);
     let lattice = Lattice::new(&GLASS);
     let tracers: Vec<[f64; 3]> = (0..COLUMNS)

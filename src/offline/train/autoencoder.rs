@@ -25,6 +25,10 @@ const BATCH: usize = 256;
 /// exactly, so the decoder must be smooth.
 const SMOOTHING: f64 = 0.02;
 
+/// A latent whose share in the decoded coefficients is smaller than this, relative to the strongest, is
+/// noise.
+const SILENT: f64 = 1e-3;
+
 /// Matrices of one half: the skip, then W1, b1, W2, b2, W3.
 const HALF: usize = 6;
 
@@ -80,7 +84,7 @@ impl Autoencoder {
         let deviation = |latent: usize| {
             order.get(latent).map_or(0.0, |&i| eigen.eigenvalues[i].max(0.0).sqrt())
         };
-        let floor = 1e-4 * deviation(0).max(1e-12);
+        let floor = 1e-3 * deviation(0).max(1e-12);
         let direction = |row: usize, latent: usize| order.get(latent).map_or(0.0, |&i| eigen.eigenvectors[(row, i)]);
         let encode = DMatrix::from_fn(LATENTS, width, |l, i| direction(i, l) / deviation(l).max(floor));
         let decode = DMatrix::from_fn(width, LATENTS, |i, l| direction(i, l) * deviation(l));
@@ -162,13 +166,45 @@ impl Autoencoder {
         z.chunks_exact(scale.len()).flat_map(|row| row.iter().zip(&scale).map(|(z, s)| z * s)).collect()
     }
 
+    /// Turns the latents into the principal axes of what they decode to, of unit variance, strongest
+    /// first, and silences those that carry nothing. Exact for what is kept: both halves get the same
+    /// linear map, and regressions on the latents become well conditioned.
+    ///
+    /// With U the metric and <y y^T> = Q l Q^T for y = U x: x' = l^(-1/2) Q^T U x.
+    #[must_use]
+    pub fn whitened(&self, training: &[Sequence], frame: &Frame) -> Self {
+        let u = self.metric();
+        let latents: Vec<Latent> = training.iter().flat_map(|s| self.encode(s, frame)).collect();
+        let spread: Square = latents.iter().map(|x| (u * x) * (u * x).transpose()).sum();
+        let eigen = SymmetricEigen::new(spread / latents.len() as f64);
+        let mut order: Vec<usize> = (0..LATENTS).collect();
+        order.sort_by(|&a, &b| eigen.eigenvalues[b].total_cmp(&eigen.eigenvalues[a]));
+        let deviation = |k: usize| eigen.eigenvalues[order[k]].max(0.0).sqrt();
+        let inverse = |k: usize| if deviation(k) > SILENT * deviation(0) { 1.0 / deviation(k) } else { 0.0 };
+        let turn = Square::from_fn(|i, k| eigen.eigenvectors[(i, order[k])]);
+        let forth = Square::from_fn(|k, i| if k == i { inverse(k) } else { 0.0 }) * turn.transpose() * u;
+        let back = u.try_inverse().unwrap_or_else(Square::identity)
+            * turn
+            * Square::from_fn(|k, i| if k == i && inverse(k) > 0.0 { deviation(k) } else { 0.0 });
+        let dynamic = |m: &Square| DMatrix::from_iterator(LATENTS, LATENTS, m.iter().copied());
+        let mut weights = self.weights.clone();
+        for into_latents in [0, HALF - 1] {
+            weights[into_latents] = Matrix::from_f64(&(dynamic(&forth) * weights[into_latents].to_f64()));
+        }
+        for from_latents in [HALF, HALF + 1] {
+            weights[from_latents] = Matrix::from_f64(&(weights[from_latents].to_f64() * dynamic(&back)));
+        }
+        Self { weights }
+    }
+
     /// U with |U dx|^2 = |T dx|^2 / 5: how much an error of the latents costs, as the mean over groups
     /// of the squared relative error, to first order.
     #[must_use]
     pub fn metric(&self) -> Square {
         let t = self.weights[HALF].to_f64();
         let cost = t.tr_mul(&t) / 5.0;
-        let floor = 1e-9 * cost.trace();
+        // A latent that decodes to nothing must still be kept near zero, or it wanders.
+        let floor = 1e-4 * cost.trace();
         let cost = Square::from_iterator(cost.iter().copied()) + Square::identity() * floor;
         cost.cholesky().map_or_else(Square::identity, |c| c.l().transpose())
     }

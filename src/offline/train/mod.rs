@@ -197,12 +197,18 @@ pub fn train(
     if session.stopped() {
         return Err(TrainError::Interrupted);
     }
+    let autoencoder = autoencoder.whitened(&seen, &frame);
     let metric = autoencoder.metric();
     let (seen, held) = (Side::new(seen, &autoencoder, &frame), Side::new(held, &autoencoder, &frame));
-    let linear = Linear::fit(&seen.paths)?;
+    let linear = Linear::fit(&seen.paths, &metric)?;
+    eprintln!("DBG linear train {} val {}", rollout::validate(|x,u| linear.roll_out(x,u), &seen.paths, &metric), rollout::validate(|x,u| linear.roll_out(x,u), &held.paths, &metric));
+    eprintln!("DBG metric {:?}", metric.diagonal().as_slice());
+    eprintln!("DBG eig {:?}", linear.a.complex_eigenvalues().iter().map(|l| (l.re, l.im)).collect::<Vec<_>>());
     let mut rng = ChaCha8Rng::seed_from_u64(seed(1));
     let start = warm::start(&linear, &seen.paths, &mut rng)?;
 
+    for p in &held.paths { let (mut m, mut z) = (0.0,0.0); for (x,e) in p.x.iter().zip(&p.energy) { m += (start.energy(x)-e).powi(2); z += e*e; } eprintln!("DBG start energy err {}", f64::sqrt(m/z)); }
+    eprintln!("DBG start val {}", rollout::validate(|x,u| start.roll_out(x,u), &held.paths, &metric));
     // The two need nothing of each other, and neither gains from a second core.
     let (encoder, dynamics) = std::thread::scope(|scope| {
         let plan = (options.schedule.encoder, seed(2));

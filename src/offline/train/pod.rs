@@ -29,14 +29,14 @@ impl Basis {
     /// leave out sqrt(sum_{i > k} l_i / sum l_i) of the norm.
     #[must_use]
     pub fn new(snapshots: &DMatrix<f32>, truncation: Truncation) -> Self {
-        let gram = (snapshots.transpose() * snapshots).map(f64::from);
-        let eigen = SymmetricEigen::new(gram);
+        let exact = snapshots.map(f64::from);
+        let eigen = SymmetricEigen::new(exact.transpose() * exact);
         let mut order: Vec<usize> = (0..eigen.eigenvalues.len()).collect();
         order.sort_by(|&a, &b| eigen.eigenvalues[b].total_cmp(&eigen.eigenvalues[a]));
         let energy: Vec<f64> = order.iter().map(|&i| eigen.eigenvalues[i].max(0.0)).collect();
         let total: f64 = energy.iter().sum();
         // Modes below single-precision noise have no direction of their own.
-        let meaningful = energy.iter().take_while(|&&l| l > 1e-9 * total).count();
+        let meaningful = energy.iter().take_while(|&&l| l > 1e-11 * total).count();
         let left = |rank: usize| (energy.iter().skip(rank).sum::<f64>() / total.max(f64::MIN_POSITIVE)).sqrt();
         let enough = (1..=meaningful).find(|&rank| left(rank) <= truncation.tolerance).unwrap_or(meaningful);
         let rank = enough.min(truncation.most);

