@@ -66,10 +66,11 @@ impl Window {
         self.rows.write(row);
     }
 
-    /// Whether [`WINDOW`] rows have been pushed since the last [`clear`](Self::clear).
+    /// Rows in which the surface was seen.
     #[must_use]
-    pub fn is_full(&self) -> bool {
-        self.rows.is_full()
+    pub fn seen(&self) -> usize {
+        let seen = |row: &&Row| row.iter().skip(1).step_by(2).any(|&valid| valid > 0.0);
+        self.rows.oldest_ordered().filter(seen).count()
     }
 
     /// Forgets every row.
@@ -91,15 +92,16 @@ mod tests {
     fn rows_come_oldest_first_and_fall_out() {
         let mut window = Window::new();
         for k in 0..20 {
-            assert_eq!(window.is_full(), k >= WINDOW);
             window.push([k as f32; FEATURES]);
         }
         let firsts: heapless::Vec<f32, WINDOW> = window.rows().map(|row| row[0]).collect();
         assert_eq!(firsts.first(), Some(&4.0));
         assert_eq!(firsts.last(), Some(&19.0));
+        assert_eq!(window.seen(), WINDOW);
+        window.push([0.0; FEATURES]);
+        assert_eq!(window.seen(), WINDOW - 1);
         window.clear();
-        assert!(!window.is_full());
-        assert_eq!(window.rows().count(), 0);
+        assert_eq!((window.seen(), window.rows().count()), (0, 0));
     }
 
     #[test]
