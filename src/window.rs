@@ -3,7 +3,7 @@
 //! A frame that was lost takes its place as a row of "not seen", so that the spacing stays even.
 
 use crate::surface::{POINTS, SurfaceProfile};
-use heapless::HistoryBuf;
+use heapless::Deque;
 
 /// Frames in a window (paper: 16).
 pub const WINDOW: usize = 16;
@@ -51,36 +51,40 @@ impl Scale {
 /// Ring of the last [`WINDOW`] rows.
 #[derive(Clone, Debug, Default)]
 pub struct Window {
-    rows: HistoryBuf<Row, WINDOW>,
+    rows: Deque<Row, WINDOW>,
 }
 
 impl Window {
     /// An empty window.
     #[must_use]
     pub const fn new() -> Self {
-        Self { rows: HistoryBuf::new() }
+        Self { rows: Deque::new() }
     }
 
     /// Appends the newest row; the oldest falls out.
     pub fn push(&mut self, row: Row) {
-        self.rows.write(row);
+        if self.rows.is_full() {
+            self.rows.pop_front();
+        }
+        // Cannot fail: there is room now.
+        let _room = self.rows.push_back(row);
     }
 
     /// Rows in which the surface was seen.
     #[must_use]
     pub fn seen(&self) -> usize {
         let seen = |row: &&Row| row.iter().skip(1).step_by(2).any(|&valid| valid > 0.0);
-        self.rows.oldest_ordered().filter(seen).count()
+        self.rows.iter().filter(seen).count()
     }
 
     /// Forgets every row.
     pub fn clear(&mut self) {
-        self.rows = HistoryBuf::new();
+        self.rows.clear();
     }
 
     /// The rows, oldest first.
     pub fn rows(&self) -> impl Iterator<Item = &Row> {
-        self.rows.oldest_ordered()
+        self.rows.iter()
     }
 }
 

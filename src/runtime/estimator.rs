@@ -147,7 +147,7 @@ impl<'m> Estimator<'m> {
         }
         let limit = PORT_LIMIT * f64::from(self.model.header.acceleration_scale);
         let measured = memory.motion.update(position);
-        let clipped = if measured.is_finite() { measured.clamp(-limit, limit) } else { 0.0 };
+        let clipped = if measured.is_finite() { measured.max(-limit).min(limit) } else { 0.0 };
         if clipped != measured {
             count(&mut memory.health.acceleration_clipped);
         }
