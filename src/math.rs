@@ -26,3 +26,9 @@ pub fn tanhf(x: f32) -> f32 {
 pub fn sigmoidf(x: f32) -> f32 {
     1.0 / (1.0 + libm::expf(-x))
 }
+
+/// Sine and cosine of an angle in radians.
+#[must_use]
+pub fn sincosf(x: f32) -> (f32, f32) {
+    libm::sincosf(x)
+}
