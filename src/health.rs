@@ -17,6 +17,8 @@ pub struct Health {
     pub filling: u64,
     /// Frames that never came.
     pub frames_missing: u64,
+    /// Frames that came after their turn had been taken, not used.
+    pub frames_stale: u64,
     /// Frames in which the liquid was not seen.
     pub not_seen: u64,
     /// Frames whose glass edges were not found, so that the acceleration was carried over.

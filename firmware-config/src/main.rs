@@ -9,7 +9,10 @@
 use core::hint::black_box;
 use core::panic::PanicInfo;
 use meniscus::model::Model;
-use meniscus::runtime::{Clock, Estimator, Memory};
+use meniscus::output::{OUTPUT_MAX, OUTPUT_VERSION, Packet};
+use meniscus::runtime::{Clock, Estimator, Eye, Tracker, Turn};
+use meniscus::surface::{Config, Settings};
+use meniscus::uvc::Stream;
 
 unsafe extern "C" {
     /// Defined nowhere.
@@ -36,21 +39,36 @@ impl Clock for Ticks {
 // SAFETY: the only symbol of that name; the linker's entry point, called by nobody else.
 #[unsafe(no_mangle)]
 pub extern "C" fn _start() -> ! {
-    let blob: &[u8] = black_box(&[]);
-    let mut numbers = [0.0; 16];
-    let field: &mut [f32] = black_box(&mut numbers);
+    let (mut depth, mut infrared, mut numbers) = ([0; 16], [0; 8], [0.0; 16]);
     let mut clock = Ticks(0);
-    match Model::load(blob) {
-        Ok(model) => {
-            let estimator = Estimator::new(&model);
-            let mut memory = Memory::default();
+    let blob: &[u8] = black_box(&[]);
+    match (Model::load(blob), Config::new(black_box(Settings::default()))) {
+        (Ok(model), Ok(config)) => {
+            let eye = Eye::new(config, black_box(&mut depth), black_box(&mut infrared));
+            let mut tracker = Tracker::new(Estimator::new(&model), eye);
+            let field: &mut [f32] = black_box(&mut numbers);
             loop {
-                let profile = black_box(None);
-                black_box(estimator.turn(&mut memory, profile, 0, &mut clock, field));
+                let payload: &[u8] = black_box(&[]);
+                let stream = black_box(Stream::Depth);
+                tracker.accept(stream, payload, &mut clock, field, |turn, field| send(turn, field));
+                black_box(tracker.silence(&mut clock, field));
             }
         }
-        Err(error) => loop {
-            black_box(error);
+        refused => loop {
+            black_box(&refused);
         },
     }
+}
+
+/// What leaves the board.
+fn send(turn: &Turn, field: &[f32]) {
+    let mut buffer = [0; OUTPUT_MAX];
+    let packet = Packet {
+        version: OUTPUT_VERSION,
+        sequence: turn.sequence,
+        time_us: turn.stamp.map_or(0, |stamp| stamp.captured.0),
+        estimate: turn.estimate,
+    };
+    let _sent = black_box(packet.write(&mut buffer).is_ok());
+    black_box(field);
 }

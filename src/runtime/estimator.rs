@@ -81,8 +81,8 @@ impl<'m> Estimator<'m> {
     /// One turn. Call it once a frame interval, with `None` where no frame came or no liquid was
     /// seen. `surface_us` is what the way from the image to the profile has taken of this turn.
     ///
-    /// The full field goes into `field` (13 numbers a tracer, SI units) unless the turn is late
-    /// ([`Health::field_shed`]) or has no estimate to give ([`Mode::Halted`]).
+    /// The full field goes into `field` ([`Model::field_len`] numbers, SI units; with any other length
+    /// it is left out) unless the turn is late ([`Health::field_shed`]) or halted ([`Mode::Halted`]).
     pub fn turn<C: Clock>(
         &self,
         memory: &mut Memory,
@@ -117,7 +117,9 @@ impl<'m> Estimator<'m> {
         stages.correct_us = lap.lap_us();
 
         let heat_j = joules * memory.state.heat;
-        let field_fresh = memory.mode != Mode::Halted && self.in_time(memory, &lap, surface_us);
+        let field_fresh = memory.mode != Mode::Halted
+            && field.len() == self.model.field_len()
+            && self.in_time(memory, &lap, surface_us);
         if field_fresh {
             self.model.decoder.field(&coefficients, heat_j as f32, field);
         }

@@ -3,10 +3,14 @@
 
 mod budget;
 mod estimator;
+mod eye;
 mod filter;
 mod mode;
 mod motion;
+mod tracker;
 
 pub use budget::{Clock, DEADLINE_US, Stages};
 pub use estimator::{Estimate, Estimator, Memory};
+pub use eye::{Eye, Sight};
 pub use mode::{COAST_LIMIT, Mode};
+pub use tracker::{Tracker, Turn};

@@ -23,7 +23,7 @@ pub(super) fn inside_pixels(profile: &[f32; SPAN], least: f32) -> Option<f32> {
     let inside = profile.iter().take(LEVEL).sum::<f32>() / LEVEL as f32;
     let outside = profile.iter().rev().take(LEVEL).sum::<f32>() / LEVEL as f32;
     let step = inside - outside;
-    if !(step.abs() >= least) {
+    if step.abs() < least {
         return None;
     }
     let window = profile.iter().skip(LEVEL).take(SPAN - 2 * LEVEL);

@@ -70,6 +70,12 @@ impl<'b> Assembler<'b> {
         self.losses
     }
 
+    /// The pixels of the last frame that [`push`](Self::push) gave, until the next payload.
+    #[must_use]
+    pub fn pixels(&self) -> &[u8] {
+        self.buffer
+    }
+
     /// Takes the next payload and copies its pixels behind those of its frame. If it also shows that
     /// an earlier frame never ended, that loss is booked and the outcome speaks of this payload.
     pub fn push(&mut self, payload: &[u8]) -> Outcome<'_> {
@@ -145,7 +151,9 @@ impl<'b> Assembler<'b> {
     fn read<'p>(&mut self, payload: &'p [u8]) -> Result<(Header<'p>, &'p [u8]), Cause> {
         let cause = match Header::split(payload) {
             Ok((header, pixels)) if !pixels.is_empty() || header.error() => return Ok((header, pixels)),
-            Ok((header, pixels)) if header.end_of_frame() && self.open.is_some() => return Ok((header, pixels)),
+            Ok((header, pixels)) if header.end_of_frame() && self.open.is_some() => {
+                return Ok((header, pixels));
+            }
             Ok(_) if self.open.is_some() => Cause::EmptyPayload,
             Err(_) if !payload.is_empty() => {
                 self.continuity.lost_unidentified();

@@ -44,7 +44,13 @@ impl Continuity {
             return Err(Cause::PtsMissing);
         };
         let Some(last) = self.last else {
-            return Ok(self.accept(header, &timing, pts, Micros(u64::from(pts)), timing.counter.unwrap_or(0)));
+            return Ok(self.accept(
+                header,
+                &timing,
+                pts,
+                Micros(u64::from(pts)),
+                timing.counter.unwrap_or(0),
+            ));
         };
         let step_us = pts.wrapping_sub(last.pts);
         if step_us == 0 {
