@@ -1,1 +1,18 @@
-//! The simulated USB depth camera. It shares no code with the reader that it tests.
+//! The simulated USB depth camera: it packs images into UVC payloads byte for byte like a D435, and
+//! damages them on request. It shares no code with the reader that it tests.
+//!
+//! ```text
+//! images, time --Camera--> payloads --FaultInjector--> payloads, some late, torn, doubled or gone
+//! ```
+//!
+//! [`FaultInjector`] wraps any [`Source`] and is a [`Source`] itself, so injectors stack.
+
+mod camera;
+mod fault_list;
+mod faults;
+mod payload;
+
+pub use camera::{Camera, CameraSettings, Payload, Shot, Source, Stream};
+pub use fault_list::{FaultKind, FaultList, ParseFaultError, When};
+pub use faults::FaultInjector;
+pub use payload::{HEADER_LENGTH, Image, Stamp, pack};

@@ -7,17 +7,12 @@
 //! 16  length of the blob, u32
 //! 20  CRC-32 (IEEE 802.3) of bytes 24 to the end, u32
 //! 24  header, postcard
-//! ..  tensors, f32 row-major, each at a multiple of 64, zeros between; all numbers little-endian
+//! ..  tensors, f32 packed in panels, each at a multiple of 64, zeros between; all little-endian
 //! ```
 
-use crate::model::{Header, MAGIC, Section, Tensor, VERSION};
+use crate::model::{ALIGNMENT, CRC, Header, MAGIC, PREFIX_LEN, Section, Tensor, VERSION};
+use crate::nn::{packed_index, packed_len};
 use crate::offline::prelude::*;
-
-/// Bytes before the header.
-const PREFIX: usize = 24;
-
-/// Every tensor starts at a multiple of this, so that it can be read in place by any vector unit.
-const ALIGNMENT: usize = 64;
 
 /// One tensor to write.
 #[derive(Clone, Debug)]
@@ -28,7 +23,7 @@ pub struct Part {
     pub rows: usize,
     /// Columns.
     pub columns: usize,
-    /// Row-major numbers.
+    /// Row-major numbers; packing is done here.
     pub values: Vec<f32>,
 }
 
@@ -88,11 +83,12 @@ pub fn blob(mut header: Header, parts: &[Part]) -> Result<Vec<u8>, ExportError> 
 
 /// Fills in the sections behind a header of `head` bytes; returns the length of the blob.
 fn place(header: &mut Header, parts: &[Part], head: usize) -> Result<usize, ExportError> {
-    let mut end = PREFIX + head;
+    let mut end = PREFIX_LEN + head;
     header.sections.clear();
     for part in parts {
         let offset = end.next_multiple_of(ALIGNMENT);
-        end = offset + 4 * part.values.len();
+        let numbers = packed_len(part.rows, part.columns).ok_or(ExportError::Length)?;
+        end = offset + 4 * numbers;
         let short = |n: usize| u32::try_from(n).map_err(|_| ExportError::Length);
         let (rows, columns) = (short(part.rows)?, short(part.columns)?);
         let section = Section { tensor: part.tensor, rows, columns, offset: short(offset)? };
@@ -111,23 +107,20 @@ fn encode(header: &Header) -> Result<Vec<u8>, ExportError> {
 
 fn assemble(head: &[u8], header: &Header, parts: &[Part], length: usize) -> Vec<u8> {
     let mut bytes = vec![0; length];
-    bytes[PREFIX..PREFIX + head.len()].copy_from_slice(head);
+    bytes[PREFIX_LEN..PREFIX_LEN + head.len()].copy_from_slice(head);
     for (part, section) in parts.iter().zip(&header.sections) {
-        let place = bytes[section.offset as usize..].chunks_exact_mut(4);
-        place.zip(&part.values).for_each(|(bytes, value)| bytes.copy_from_slice(&value.to_le_bytes()));
+        for (k, value) in part.values.iter().enumerate() {
+            let index = packed_index(k / part.columns, k % part.columns, part.columns);
+            let at = section.offset as usize + 4 * index;
+            bytes[at..at + 4].copy_from_slice(&value.to_le_bytes());
+        }
     }
-    let crc = crc32(&bytes[PREFIX..]);
+    let crc = CRC.checksum(&bytes[PREFIX_LEN..]);
     bytes[..8].copy_from_slice(&MAGIC);
     for (k, number) in [VERSION, head.len() as u32, length as u32, crc].into_iter().enumerate() {
         bytes[8 + 4 * k..12 + 4 * k].copy_from_slice(&number.to_le_bytes());
     }
     bytes
-}
-
-/// CRC-32 of IEEE 802.3: reflected polynomial 0xEDB88320, all ones before and after.
-fn crc32(bytes: &[u8]) -> u32 {
-    let shift = |crc: u32, _| if crc & 1 == 1 { (crc >> 1) ^ 0xedb8_8320 } else { crc >> 1 };
-    !bytes.iter().fold(!0, |crc: u32, &byte| (0..8).fold(crc ^ u32::from(byte), shift))
 }
 
 #[cfg(test)]
@@ -159,12 +152,6 @@ mod tests {
         u32::from_le_bytes(bytes[at..at + 4].try_into().expect("four bytes"))
     }
 
-    /// The check value of the CRC catalogue for "123456789".
-    #[test]
-    fn crc_is_that_of_ieee_802_3() {
-        assert_eq!(crc32(b"123456789"), 0xcbf4_3926);
-    }
-
     #[test]
     fn layout_is_as_specified() {
         let parts = [part(Tensor::Gain, 13, 13), part(Tensor::HeadBias, 13, 1), part(Tensor::GroupRest(5), 21, 1)];
@@ -172,7 +159,7 @@ mod tests {
         assert_eq!(&bytes[..8], b"MENISCUS");
         assert_eq!(word(&bytes, 8), 1);
         assert_eq!(word(&bytes, 16) as usize, bytes.len());
-        assert_eq!(word(&bytes, 20), crc32(&bytes[24..]));
+        assert_eq!(word(&bytes, 20), CRC.checksum(&bytes[24..]));
         let head = &bytes[24..24 + word(&bytes, 12) as usize];
         let (read, rest): (Header, _) = postcard::take_from_bytes(head).expect("a header");
         assert!(rest.is_empty(), "the header is as long as it says");
@@ -183,9 +170,10 @@ mod tests {
             assert_eq!(offset % 64, 0);
             assert!(bytes[end..offset].iter().all(|&b| b == 0), "zeros between");
             for (k, value) in part.values.iter().enumerate() {
-                assert_eq!(f32::from_bits(word(&bytes, offset + 4 * k)), *value);
+                let at = packed_index(k / part.columns, k % part.columns, part.columns);
+                assert_eq!(f32::from_bits(word(&bytes, offset + 4 * at)), *value);
             }
-            end = offset + 4 * part.values.len();
+            end = offset + 4 * packed_len(part.rows, part.columns).expect("small");
         }
         assert_eq!(end, bytes.len());
     }

@@ -11,10 +11,10 @@ use crate::units::FRAME_INTERVAL_S;
 use nalgebra::DMatrix;
 
 /// Groups that the decoder trunk gives coefficients of, in trunk order.
-pub const TRUNK: [&str; 5] = ["q", "v", "sigma", "tau", "surface"];
+pub(super) const TRUNK: [&str; 5] = ["q", "v", "sigma", "tau", "surface"];
 
 /// The surface among [`TRUNK`].
-pub const SURFACE: usize = 4;
+pub(super) const SURFACE: usize = 4;
 
 /// Index in a recording's state of each trunk group but the surface.
 const IN_STATE: [usize; 4] = [0, 1, 3, 4];
@@ -33,46 +33,46 @@ const SNAPSHOTS: usize = 600;
 
 /// The bases and scales that all sequences share.
 #[derive(Debug)]
-pub struct Frame {
+pub(super) struct Frame {
     /// One basis for each group of [`TRUNK`].
-    pub bases: Vec<Basis>,
+    pub(super) bases: Vec<Basis>,
     /// Rest state, [`STATE`] numbers: the mean of the first frames of the training recordings.
-    pub rest_state: Vec<f32>,
+    pub(super) rest_state: Vec<f32>,
     /// Rest profile, metres.
-    pub rest_profile: Vec<f32>,
+    pub(super) rest_profile: Vec<f32>,
     /// Change of the specific internal energy of each tracer by one joule of heat, 1/kg.
-    pub heat_pattern: Vec<f32>,
+    pub(super) heat_pattern: Vec<f32>,
     /// Root mean square norm of each group's coefficients over the training frames.
-    pub group_scale: [f32; 5],
+    pub(super) group_scale: [f32; 5],
     /// Feature scale of heights, m.
-    pub height_scale_m: f32,
+    pub(super) height_scale_m: f32,
     /// Feature and port scale of accelerations, m/s2.
-    pub acceleration_scale: f32,
+    pub(super) acceleration_scale: f32,
     /// Mean kinetic plus potential energy over the moving training frames, J.
-    pub energy_scale_j: f64,
+    pub(super) energy_scale_j: f64,
     /// Height at rest, m.
-    pub fill_m: f64,
+    pub(super) fill_m: f64,
 }
 
 /// One recording, projected.
 #[derive(Clone, Debug)]
-pub struct Sequence {
+pub(super) struct Sequence {
     /// Frames x sum of ranks, SI units.
-    pub coefficients: Vec<f32>,
+    pub(super) coefficients: Vec<f32>,
     /// Squared norm of the fluctuation of each trunk group, frame by frame.
-    pub norm2: Vec<[f32; 5]>,
+    pub(super) norm2: Vec<[f32; 5]>,
     /// Frames x [`POINTS`], metres.
-    pub profile_m: Vec<f32>,
+    pub(super) profile_m: Vec<f32>,
     /// Position of the glass, m.
-    pub glass_x_m: Vec<f64>,
+    pub(super) glass_x_m: Vec<f64>,
     /// Kinetic plus potential energy, J.
-    pub energy_j: Vec<f64>,
+    pub(super) energy_j: Vec<f64>,
 }
 
 impl Sequence {
     /// Number of frames.
     #[must_use]
-    pub fn frames(&self) -> usize {
+    pub(super) fn frames(&self) -> usize {
         self.glass_x_m.len()
     }
 }
@@ -82,7 +82,7 @@ impl Frame {
     ///
     /// # Errors
     /// [`TrainError::NoMotion`] when nothing moves in them.
-    pub fn new(training: &[Recording]) -> Result<Self, TrainError> {
+    pub(super) fn new(training: &[Recording]) -> Result<Self, TrainError> {
         let first = training.first().ok_or(TrainError::NoRecording)?;
         let (rest_state, rest_profile) = mean_rest(training);
         let picked = pick(training);
@@ -113,13 +113,13 @@ impl Frame {
 
     /// Sum of the ranks.
     #[must_use]
-    pub fn width(&self) -> usize {
+    pub(super) fn width(&self) -> usize {
         self.bases.iter().map(Basis::rank).sum()
     }
 
     /// The range of each trunk group among the coefficients.
     #[must_use]
-    pub fn ranges(&self) -> Vec<std::ops::Range<usize>> {
+    pub(super) fn ranges(&self) -> Vec<std::ops::Range<usize>> {
         let mut start = 0;
         let range = |basis: &Basis| {
             let range = start..start + basis.rank();
@@ -131,7 +131,7 @@ impl Frame {
 
     /// Projects a recording on the bases.
     #[must_use]
-    pub fn project(&self, recording: &Recording) -> Sequence {
+    pub(super) fn project(&self, recording: &Recording) -> Sequence {
         let frames = recording.frames();
         let rest = rest_of(recording);
         let mut coefficients = Vec::with_capacity(frames * self.width());
@@ -159,7 +159,7 @@ impl Frame {
     }
 
     /// Takes the scales of the groups from the projected training sequences.
-    pub fn measure_scales(&mut self, training: &[Sequence]) {
+    pub(super) fn measure_scales(&mut self, training: &[Sequence]) {
         let (ranges, width) = (self.ranges(), self.width());
         let frames: usize = training.iter().map(Sequence::frames).sum();
         for (scale, range) in self.group_scale.iter_mut().zip(ranges) {
@@ -171,7 +171,7 @@ impl Frame {
 
     /// The scale of every coefficient: that of its group.
     #[must_use]
-    pub fn coefficient_scale(&self) -> Vec<f32> {
+    pub(super) fn coefficient_scale(&self) -> Vec<f32> {
         let repeated = |(basis, &scale): (&Basis, &f32)| vec![scale; basis.rank()];
         self.bases.iter().zip(&self.group_scale).flat_map(repeated).collect()
     }
@@ -180,7 +180,7 @@ impl Frame {
 /// The acceleration that is known at frame n, a_n = (X_n - 2 X_{n-1} + X_{n-2}) / dt^2 in m/s2; the
 /// glass stands still before the first frame.
 #[must_use]
-pub fn known_acceleration(glass_x_m: &[f64]) -> Vec<f64> {
+pub(super) fn known_acceleration(glass_x_m: &[f64]) -> Vec<f64> {
     let at = |n: usize, back: usize| glass_x_m[n.saturating_sub(back)];
     let second = |n| (at(n, 0) - 2.0 * at(n, 1) + at(n, 2)) / (FRAME_INTERVAL_S * FRAME_INTERVAL_S);
     (0..glass_x_m.len()).map(second).collect()

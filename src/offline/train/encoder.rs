@@ -20,18 +20,18 @@ const LOOK: usize = 5;
 
 /// The weights of the encoder, four matrices a GRU layer, then the head and its bias.
 #[derive(Clone, Debug)]
-pub struct Encoder {
+pub(super) struct Encoder {
     /// W_i, W_h, b_i, b_h of each layer, then W and b of the head.
-    pub weights: Vec<Matrix>,
+    pub(super) weights: Vec<Matrix>,
 }
 
 /// A sequence with what the encoder should say at each of its frames.
 #[derive(Clone, Copy, Debug)]
-pub struct Lesson<'a> {
+pub(super) struct Lesson<'a> {
     /// What happened.
-    pub sequence: &'a Sequence,
+    pub(super) sequence: &'a Sequence,
     /// The true latents.
-    pub latents: &'a [Latent],
+    pub(super) latents: &'a [Latent],
 }
 
 impl Encoder {
@@ -54,7 +54,7 @@ impl Encoder {
     /// Trains for `epochs`, every epoch with fresh noise, and keeps what is best on the validation
     /// recordings seen by [`Noise::CAMERA`]. `metric` weighs the errors of the latents.
     #[must_use]
-    pub fn train(
+    pub(super) fn train(
         frame: &Frame,
         training: &[Lesson<'_>],
         validation: &[Lesson<'_>],
@@ -123,7 +123,7 @@ impl Encoder {
 
     /// What the encoder says at every frame of `seen`.
     #[must_use]
-    pub fn read(&self, seen: &Seen) -> Vec<Latent> {
+    pub(super) fn read(&self, seen: &Seen) -> Vec<Latent> {
         let device = Device::flex();
         let frames = seen.features.len() / FEATURES;
         let inputs = windows((0..frames).map(|n| (seen, n)), &device);
@@ -145,7 +145,7 @@ fn windows<'a>(ends: impl Iterator<Item = (&'a Seen, usize)>, device: &Device) -
 
 /// A seed for one stage out of the seed of the run.
 #[must_use]
-pub fn derive_seed(seed: u64, stage: u64) -> u64 {
+pub(super) fn derive_seed(seed: u64, stage: u64) -> u64 {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     rng.set_stream(stage);
     rng.random()

@@ -8,13 +8,13 @@ use crate::units::FRAME_INTERVAL_S;
 
 /// What a filter gets, and the truth to judge it by.
 #[derive(Clone, Debug)]
-pub struct Track {
+pub(super) struct Track {
     /// Latents as the encoder reads them.
-    pub y: Vec<Latent>,
+    pub(super) y: Vec<Latent>,
     /// Ports as the camera measures them.
-    pub u: Vec<f64>,
+    pub(super) u: Vec<f64>,
     /// True latents.
-    pub truth: Vec<Latent>,
+    pub(super) truth: Vec<Latent>,
 }
 
 /// Rounds of regression; the innovation depends on the gain, and settles within a few.
@@ -22,7 +22,7 @@ const ROUNDS: usize = 5;
 
 /// Prediction and estimate at every frame of `track`, from rest.
 #[must_use]
-pub fn run(dynamics: &Dynamics, gain: &Square, track: &Track) -> Vec<(Latent, Latent)> {
+pub(super) fn run(dynamics: &Dynamics, gain: &Square, track: &Track) -> Vec<(Latent, Latent)> {
     let preconditioner = dynamics.preconditioner();
     let next = |x: &mut Latent, (y, &u): (&Latent, &f64)| {
         let predicted = dynamics.turn(x, u, &preconditioner).x;
@@ -36,7 +36,7 @@ pub fn run(dynamics: &Dynamics, gain: &Square, track: &Track) -> Vec<(Latent, La
 ///
 /// # Errors
 /// [`TrainError::Singular`] when the innovations span nothing.
-pub fn tune(dynamics: &Dynamics, tracks: &[Track]) -> Result<Square, TrainError> {
+pub(super) fn tune(dynamics: &Dynamics, tracks: &[Track]) -> Result<Square, TrainError> {
     let mut gain = Square::identity() * 0.5;
     for _ in 0..ROUNDS {
         let (mut cross, mut spread) = (Square::zeros(), Square::zeros());

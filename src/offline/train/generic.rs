@@ -4,53 +4,45 @@
 //! E(x, s) = H(x) + s, S = s, x' = (L - D) grad H + B u, with L skew and D = C C^T >= 0 constant, so
 //! that L_full grad S = 0 and M_full grad E = 0 hold for every weight.
 
-use super::nets::CELLS;
+pub(super) use crate::generic::{LATENTS, Latent};
 use crate::offline::prelude::*;
 use crate::units::FRAME_INTERVAL_S;
-use nalgebra::{DMatrix, DVector, SMatrix, SVector};
-
-/// Latents.
-pub const LATENTS: usize = 13;
+use nalgebra::{DMatrix, DVector, SMatrix};
 
 /// Hidden units of f in H, and its outputs.
-pub const HIDDEN: usize = 64;
-
-/// A latent state; x = 0 is rest.
-pub type Latent = SVector<f64, LATENTS>;
+pub(super) const HIDDEN: usize = 64;
 
 /// A matrix on latent states.
-pub type Square = SMatrix<f64, LATENTS, LATENTS>;
-
-const _: () = assert!(CELLS >= LATENTS, "the head must not widen");
+pub(super) type Square = SMatrix<f64, LATENTS, LATENTS>;
 
 /// H, L, D and B.
 #[derive(Clone, Debug)]
-pub struct Dynamics {
+pub(super) struct Dynamics {
     /// L, skew.
-    pub skew: Square,
+    pub(super) skew: Square,
     /// C, lower triangular, D = C C^T.
-    pub friction: Square,
+    pub(super) friction: Square,
     /// K.
-    pub linear: Square,
+    pub(super) linear: Square,
     /// W1, [`HIDDEN`] x [`LATENTS`].
-    pub inner: DMatrix<f64>,
+    pub(super) inner: DMatrix<f64>,
     /// b1.
-    pub bias: DVector<f64>,
+    pub(super) bias: DVector<f64>,
     /// W2, [`HIDDEN`] x [`HIDDEN`].
-    pub outer: DMatrix<f64>,
+    pub(super) outer: DMatrix<f64>,
     /// B.
-    pub port: Latent,
+    pub(super) port: Latent,
 }
 
 /// What one turn did.
 #[derive(Clone, Copy, Debug)]
-pub struct Turn {
+pub(super) struct Turn {
     /// The state after it.
-    pub x: Latent,
+    pub(super) x: Latent,
     /// Work of the port, in units of H.
-    pub work: f64,
+    pub(super) work: f64,
     /// Heat made, in units of H; never negative.
-    pub heat: f64,
+    pub(super) heat: f64,
 }
 
 fn bend(a: f64) -> f64 {
@@ -66,13 +58,13 @@ impl Dynamics {
 
     /// H(x) = |K x|^2 / 2 + |f(x)|^2 / 2.
     #[must_use]
-    pub fn energy(&self, x: &Latent) -> f64 {
+    pub(super) fn energy(&self, x: &Latent) -> f64 {
         0.5 * (self.linear * x).norm_squared() + 0.5 * self.feature(x).norm_squared()
     }
 
     /// grad H = K^T K x + W1^T (r'(W1 x + b1) * (W2^T f)), r'(a) = (1 + a^2)^(-3/2).
     #[must_use]
-    pub fn gradient(&self, x: &Latent) -> Latent {
+    pub(super) fn gradient(&self, x: &Latent) -> Latent {
         let inside = &self.inner * x + &self.bias;
         let back = self.outer.tr_mul(&self.feature(x));
         let slope = inside.map(|a| (1.0 + a * a).powf(-1.5));
@@ -81,7 +73,7 @@ impl Dynamics {
 
     /// grad^2 H(0) = K^T K + J^T J, J = W2 diag(r'(b1)) W1; f(0) = 0 leaves no further term.
     #[must_use]
-    pub fn stiffness(&self) -> Square {
+    pub(super) fn stiffness(&self) -> Square {
         let slope = self.bias.map(|a| (1.0 + a * a).powf(-1.5));
         let jacobian = &self.outer * DMatrix::from_diagonal(&slope) * &self.inner;
         let soft = jacobian.tr_mul(&jacobian);
@@ -90,13 +82,13 @@ impl Dynamics {
 
     /// L - D.
     #[must_use]
-    pub fn flow(&self) -> Square {
+    pub(super) fn flow(&self) -> Square {
         self.skew - self.friction * self.friction.transpose()
     }
 
     /// P = (I - dt/2 (L - D) grad^2 H(0))^-1, or the identity where that is singular.
     #[must_use]
-    pub fn preconditioner(&self) -> Square {
+    pub(super) fn preconditioner(&self) -> Square {
         let step = Square::identity() - self.flow() * self.stiffness() * (0.5 * FRAME_INTERVAL_S);
         step.try_inverse().unwrap_or_else(Square::identity)
     }
@@ -104,7 +96,7 @@ impl Dynamics {
     /// dH(a, b) = g + (H(b) - H(a) - g.(b - a)) / |b - a|^2 (b - a), g = grad H((a + b)/2)
     /// (Gonzalez 1996), so that dH . (b - a) = H(b) - H(a) exactly.
     #[must_use]
-    pub fn discrete_gradient(&self, a: &Latent, b: &Latent) -> Latent {
+    pub(super) fn discrete_gradient(&self, a: &Latent, b: &Latent) -> Latent {
         let (g, d) = (self.gradient(&((a + b) * 0.5)), b - a);
         let length2 = d.norm_squared();
         if length2 < 1e-24 {
@@ -115,7 +107,7 @@ impl Dynamics {
 
     /// One turn of dt by Strang splitting: half the port, the closed step, half the port.
     #[must_use]
-    pub fn turn(&self, x: &Latent, u: f64, preconditioner: &Square) -> Turn {
+    pub(super) fn turn(&self, x: &Latent, u: f64, preconditioner: &Square) -> Turn {
         const ITERATIONS: usize = 30;
         let kick = self.port * (0.5 * FRAME_INTERVAL_S * u);
         let flow = self.flow() * FRAME_INTERVAL_S;
@@ -136,7 +128,7 @@ impl Dynamics {
 
     /// The states after each of `ports`, from `x`.
     #[must_use]
-    pub fn roll_out(&self, x: Latent, ports: &[f64]) -> Vec<Latent> {
+    pub(super) fn roll_out(&self, x: Latent, ports: &[f64]) -> Vec<Latent> {
         let preconditioner = self.preconditioner();
         let next = |x: &mut Latent, &u: &f64| {
             *x = self.turn(x, u, &preconditioner).x;

@@ -26,7 +26,7 @@ pub struct Check {
 impl Check {
     /// A figure in per cent.
     #[must_use]
-    pub fn percent(name: String, fraction: f64, target: Option<f64>) -> Self {
+    pub(super) fn percent(name: String, fraction: f64, target: Option<f64>) -> Self {
         let value = 100.0 * fraction;
         let ok = target.is_none_or(|most| value <= most);
         Self { name, value, unit: String::from("%"), target, ok }
@@ -35,14 +35,14 @@ impl Check {
 
 /// Sums of squares of errors and of fluctuations, by trunk group.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Errors {
+pub(super) struct Errors {
     miss: [f64; 5],
     size: [f64; 5],
 }
 
 impl Errors {
     /// Adds the frames from `from` on, one row of `coefficients` a frame.
-    pub fn add(&mut self, frame: &Frame, sequence: &Sequence, from: usize, coefficients: &[f32]) {
+    pub(super) fn add(&mut self, frame: &Frame, sequence: &Sequence, from: usize, coefficients: &[f32]) {
         let width = frame.width();
         let ranges = frame.ranges();
         for (k, said) in coefficients.chunks_exact(width).enumerate() {
@@ -68,13 +68,13 @@ impl Errors {
 
     /// Relative error of a trunk group.
     #[must_use]
-    pub fn relative(&self, group: usize) -> f64 {
+    pub(super) fn relative(&self, group: usize) -> f64 {
         (self.miss[group] / self.size[group].max(f64::MIN_POSITIVE)).sqrt()
     }
 
     /// One check a group against `targets` in per cent, named `stage group`.
     #[must_use]
-    pub fn checks(&self, stage: &str, targets: [Option<f64>; 5]) -> Vec<Check> {
+    pub(super) fn checks(&self, stage: &str, targets: [Option<f64>; 5]) -> Vec<Check> {
         let check = |(group, target)| {
             let name = if group == SURFACE { "surface slosh-rel" } else { TRUNK[group] };
             Check::percent(format!("{stage}: {name}"), self.relative(group), target)
@@ -94,7 +94,7 @@ fn surface(frame: &Frame, coefficients: &[f32]) -> Vec<f32> {
 
 /// Slosh-rel of saying that the next frame looks like this one.
 #[must_use]
-pub fn persistence(sequences: &[Sequence]) -> f64 {
+pub(super) fn persistence(sequences: &[Sequence]) -> f64 {
     let (mut miss, mut size) = (0.0, 0.0);
     for sequence in sequences {
         let rest = &sequence.profile_m[..POINTS];

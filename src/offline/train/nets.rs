@@ -1,15 +1,11 @@
 //! The layers, as functions of burn tensors: linear, perceptron, GRU. Weights are stored as PyTorch
 //! and the blob store them, `[outputs, inputs]`; a bias is one row.
 
+pub use crate::encoder::GRU_LAYERS as LAYERS;
+pub use crate::nn::HIDDEN as CELLS;
 use crate::offline::prelude::*;
 use burn::tensor::Tensor;
 use burn::tensor::activation::{relu, sigmoid};
-
-/// Cells of one GRU layer.
-pub const CELLS: usize = 26;
-
-/// GRU layers.
-pub const LAYERS: usize = 3;
 
 /// y = x W^T + b for every row of `x`.
 #[must_use]

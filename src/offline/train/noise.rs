@@ -6,43 +6,38 @@
 use super::dataset::{Frame, Sequence, known_acceleration};
 use crate::offline::prelude::*;
 use crate::surface::POINTS;
+pub(super) use crate::window::{FEATURES, WINDOW};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
-
-/// Numbers in the features of one frame: height and validity of each point, then the acceleration.
-pub const FEATURES: usize = 2 * POINTS + 1;
-
-/// Frames in a window.
-pub const WINDOW: usize = 16;
 
 /// Frames over which one draw of noise levels holds.
 const BLOCK: usize = 40;
 
 /// Levels of noise, SI units and chances per frame or point.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Noise {
+pub(super) struct Noise {
     /// Standard deviation of each point's height, m.
-    pub white_m: f64,
+    pub(super) white_m: f64,
     /// Standard deviation of what all heights of a frame share, m.
-    pub common_m: f64,
+    pub(super) common_m: f64,
     /// Standard deviation of the tracked position of the glass, m.
-    pub glass_m: f64,
+    pub(super) glass_m: f64,
     /// Chance that a point is lost.
-    pub drop: f64,
+    pub(super) drop: f64,
     /// Chance that a frame has a contiguous run of lost points.
-    pub run: f64,
+    pub(super) run: f64,
     /// Chance that the acceleration of a frame is unknown.
-    pub unknown: f64,
+    pub(super) unknown: f64,
 }
 
 impl Noise {
     /// A D435-like camera at 0.4 m: what reports and the filter's gain are measured with.
-    pub const CAMERA: Self =
+    pub(super) const CAMERA: Self =
         Self { white_m: 4e-4, common_m: 2e-4, glass_m: 3e-5, drop: 0.01, run: 0.02, unknown: 0.0 };
 
     /// Levels for training, spread around the camera's; one block in eight is a bad one.
     #[must_use]
-    pub fn draw(rng: &mut ChaCha8Rng) -> Self {
+    pub(super) fn draw(rng: &mut ChaCha8Rng) -> Self {
         let spread = 0.4 + 1.2 * rng.random::<f64>();
         let white_m = if rng.random_bool(0.125) { 2e-3 * rng.random::<f64>() } else { 4e-4 * spread };
         Self {
@@ -58,16 +53,16 @@ impl Noise {
 
 /// A sequence as the camera sees it.
 #[derive(Clone, Debug)]
-pub struct Seen {
+pub(super) struct Seen {
     /// Frames x [`FEATURES`].
-    pub features: Vec<f32>,
+    pub(super) features: Vec<f32>,
 }
 
 impl Seen {
     /// One pass of the camera over `sequence`; `fixed` or, without it, levels drawn anew every
     /// [`BLOCK`] frames.
     #[must_use]
-    pub fn new(sequence: &Sequence, frame: &Frame, fixed: Option<Noise>, rng: &mut ChaCha8Rng) -> Self {
+    pub(super) fn new(sequence: &Sequence, frame: &Frame, fixed: Option<Noise>, rng: &mut ChaCha8Rng) -> Self {
         let frames = sequence.frames();
         let mut levels = Vec::with_capacity(frames);
         for n in 0..frames {
@@ -96,7 +91,7 @@ impl Seen {
 
     /// Features of the window that ends at `end`, oldest first; the frames before the first are the
     /// first again, at rest.
-    pub fn window(&self, end: usize) -> impl Iterator<Item = &[f32]> {
+    pub(super) fn window(&self, end: usize) -> impl Iterator<Item = &[f32]> {
         (0..WINDOW).map(move |k| {
             let n = (end + k + 1).saturating_sub(WINDOW);
             &self.features[n * FEATURES..(n + 1) * FEATURES]
@@ -105,13 +100,13 @@ impl Seen {
 
     /// The port u = a / scale at frame `n`.
     #[must_use]
-    pub fn port(&self, n: usize) -> f64 {
+    pub(super) fn port(&self, n: usize) -> f64 {
         f64::from(self.features[(n + 1) * FEATURES - 1])
     }
 }
 
 /// A standard normal number (Box and Muller 1958).
-pub fn normal(rng: &mut ChaCha8Rng) -> f64 {
+pub(super) fn normal(rng: &mut ChaCha8Rng) -> f64 {
     let radius = (-2.0 * (1.0 - rng.random::<f64>()).ln()).sqrt();
     radius * (std::f64::consts::TAU * rng.random::<f64>()).cos()
 }

@@ -24,7 +24,7 @@ const CORRECTIONS: usize = 2;
 const ENERGY_WEIGHT: f32 = 0.02;
 
 /// Turns of a validation roll-out: two seconds.
-pub const HORIZON: usize = 120;
+pub(super) const HORIZON: usize = 120;
 
 /// Steps between two looks at the validation recordings.
 const LOOK: usize = 25;
@@ -150,7 +150,7 @@ impl Operators {
 
 /// Relative error of roll-outs of up to [`HORIZON`] turns from true states, in `metric`.
 #[must_use]
-pub fn validate(roll_out: impl Fn(Latent, &[f64]) -> Vec<Latent>, paths: &[Path], metric: &Square) -> f64 {
+pub(super) fn validate(roll_out: impl Fn(Latent, &[f64]) -> Vec<Latent>, paths: &[Path], metric: &Square) -> f64 {
     let (mut miss, mut size) = (0.0, 0.0);
     for path in paths {
         for from in (0..path.x.len().saturating_sub(HORIZON / 2)).step_by(HORIZON / 2) {
@@ -167,7 +167,7 @@ pub fn validate(roll_out: impl Fn(Latent, &[f64]) -> Vec<Latent>, paths: &[Path]
 
 /// Trains `start` on `training` for `steps` steps and keeps what rolls out best on `validation`.
 #[must_use]
-pub fn train(
+pub(super) fn train(
     start: &Dynamics,
     (training, validation): (&[Path], &[Path]),
     metric: &Square,
@@ -249,7 +249,7 @@ fn draw(training: &[Path], horizon: usize, rng: &mut ChaCha8Rng) -> Vec<(usize, 
 
 /// The weights in the blob's order of shapes, for a hidden layer of [`HIDDEN`].
 #[must_use]
-pub fn rounded(dynamics: &Dynamics) -> Dynamics {
+pub(super) fn rounded(dynamics: &Dynamics) -> Dynamics {
     debug_assert_eq!(dynamics.bias.len(), HIDDEN);
     dynamics_of(&weights_of(dynamics))
 }

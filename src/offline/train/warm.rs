@@ -14,22 +14,22 @@ const WIDTH: usize = LATENTS + 1;
 
 /// x_{n+1} = A x_n + b u_{n+1}.
 #[derive(Clone, Debug)]
-pub struct Linear {
+pub(super) struct Linear {
     /// A.
-    pub a: Square,
+    pub(super) a: Square,
     /// b.
-    pub b: Latent,
+    pub(super) b: Latent,
 }
 
 /// One observed trajectory: states, the port that led to each, energies in units of H.
 #[derive(Clone, Debug)]
-pub struct Path {
+pub(super) struct Path {
     /// States.
-    pub x: Vec<Latent>,
+    pub(super) x: Vec<Latent>,
     /// Ports; `u[n]` acts between frames n - 1 and n.
-    pub u: Vec<f64>,
+    pub(super) u: Vec<f64>,
     /// Kinetic plus potential energy over the energy scale.
-    pub energy: Vec<f64>,
+    pub(super) energy: Vec<f64>,
 }
 
 impl Linear {
@@ -42,7 +42,7 @@ impl Linear {
     ///
     /// # Errors
     /// [`TrainError::Singular`] when the paths do not determine it.
-    pub fn fit(paths: &[Path], metric: &Square) -> Result<Self, TrainError> {
+    pub(super) fn fit(paths: &[Path], metric: &Square) -> Result<Self, TrainError> {
         let (mut normal, mut mixed) = (DMatrix::<f64>::zeros(WIDTH, WIDTH), DMatrix::<f64>::zeros(WIDTH, LATENTS));
         for path in paths {
             for ((from, to), &u) in path.x.iter().zip(path.x.iter().skip(1)).zip(path.u.iter().skip(1)) {
@@ -69,7 +69,7 @@ impl Linear {
 
     /// The states after each of `ports`, from `x`.
     #[must_use]
-    pub fn roll_out(&self, x: Latent, ports: &[f64]) -> Vec<Latent> {
+    pub(super) fn roll_out(&self, x: Latent, ports: &[f64]) -> Vec<Latent> {
         let next = |x: &mut Latent, &u: &f64| {
             *x = self.a * *x + self.b * u;
             Some(*x)
@@ -84,7 +84,7 @@ impl Linear {
     ///
     /// # Errors
     /// [`TrainError::Singular`] when A has the eigenvalue -1.
-    pub fn generator(&self) -> Result<(Square, Latent), TrainError> {
+    pub(super) fn generator(&self) -> Result<(Square, Latent), TrainError> {
         let plus = self.a + Square::identity();
         let inverse = plus.try_inverse().ok_or(TrainError::Singular("the Cayley transform"))?;
         let rate = 2.0 / FRAME_INTERVAL_S;
@@ -161,7 +161,7 @@ fn lyapunov(m: &Square, r: &Square) -> Option<Square> {
 ///
 /// # Errors
 /// [`TrainError::Singular`] when M is not stable.
-pub fn split(m: &Square, energy: &Square) -> Result<(Square, Square, Square), TrainError> {
+pub(super) fn split(m: &Square, energy: &Square) -> Result<(Square, Square, Square), TrainError> {
     let error = TrainError::Singular("the split of the generator");
     let dissipation = -(m.transpose() * energy + energy * m);
     let raised = raise(&dissipation, 1e-8);
@@ -178,7 +178,7 @@ pub fn split(m: &Square, energy: &Square) -> Result<(Square, Square, Square), Tr
 ///
 /// # Errors
 /// [`TrainError::Singular`] when the paths do not determine a stable generator.
-pub fn start(linear: &Linear, paths: &[Path], rng: &mut ChaCha8Rng) -> Result<Dynamics, TrainError> {
+pub(super) fn start(linear: &Linear, paths: &[Path], rng: &mut ChaCha8Rng) -> Result<Dynamics, TrainError> {
     let (m, port) = linear.generator()?;
     let energy = regress_energy(paths);
     // A direction of no energy cannot drive one that has some: the higher the floor under Q, the less

@@ -1,0 +1,205 @@
+//! What is constant: camera, its place, the glass, the liquid's look; checked once.
+
+use super::deproject::Camera;
+
+/// Widest region of interest in pixels: the bound of every fixed array of columns.
+pub const MAX_COLUMNS: usize = 256;
+
+/// Pinhole intrinsics of the depth image in pixels; pixel `u` is centred on the number `u`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Intrinsics {
+    /// Pixels in a row.
+    pub width: usize,
+    /// Rows.
+    pub height: usize,
+    /// Focal length, horizontal.
+    pub fx: f32,
+    /// Focal length, vertical.
+    pub fy: f32,
+    /// Principal point, horizontal.
+    pub ppx: f32,
+    /// Principal point, vertical.
+    pub ppy: f32,
+}
+
+/// How the liquid looks before its background.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Liquid {
+    /// Darker than the background.
+    Dark,
+    /// Brighter than the background.
+    Bright,
+}
+
+/// The settings, unchecked; [`Settings::default`] is a D435 in front of the 35 mm glass.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Settings {
+    /// The camera's intrinsics.
+    pub intrinsics: Intrinsics,
+    /// Height of the camera above the inner bottom of the glass, metres.
+    pub camera_height_m: f32,
+    /// Horizontal distance of the camera from the line on which the glass axis moves, metres.
+    pub camera_distance_m: f32,
+    /// Pitch of the camera, radians, positive when it looks up.
+    pub camera_pitch_rad: f32,
+    /// Inner radius of the glass, metres.
+    pub radius_m: f32,
+    /// Height of the liquid at rest, metres.
+    pub fill_m: f32,
+    /// Height of the rim, metres.
+    pub rim_m: f32,
+    /// Metres in one unit of the depth image.
+    pub depth_unit_m: f32,
+    /// Columns looked at on either side of the expected glass axis; also how far the glass may move
+    /// between two frames: (this - half the width of the glass) pixels.
+    pub region_half_width_px: usize,
+    /// Columns looked at on either side of the image centre while the glass is not tracked.
+    pub search_half_width_px: usize,
+    /// How the liquid looks.
+    pub liquid: Liquid,
+    /// Least difference between liquid and background, grey levels.
+    pub least_contrast: f32,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self {
+            intrinsics: Intrinsics {
+                width: 640,
+                height: 480,
+                fx: 384.21,
+                fy: 384.21,
+                ppx: 319.48,
+                ppy: 236.35,
+            },
+            camera_height_m: 0.030,
+            camera_distance_m: 0.40,
+            camera_pitch_rad: 0.0,
+            radius_m: 0.035,
+            fill_m: 0.070,
+            rim_m: 0.110,
+            depth_unit_m: 1e-4,
+            region_half_width_px: 64,
+            search_half_width_px: 128,
+            liquid: Liquid::Dark,
+            least_contrast: 25.0,
+        }
+    }
+}
+
+/// Why settings cannot be used.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum ConfigError {
+    /// The named setting must be a finite number above zero.
+    NotPositive(&'static str, f32),
+    /// The pitch must be within 0.35 rad (20 degrees) of level.
+    PitchTooSteep(f32),
+    /// The fill height must lie below the rim.
+    FillAboveRim(f32, f32),
+    /// The camera must stand outside of the glass.
+    CameraInGlass(f32, f32),
+    /// A region of twice the named half width must fit into [`MAX_COLUMNS`] and hold the glass.
+    RegionWidth(&'static str, usize),
+    /// The image must have pixels.
+    NoPixels(usize, usize),
+}
+
+impl core::fmt::Display for ConfigError {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        match self {
+            Self::NotPositive(name, value) => {
+                write!(f, "{name} is {value}; it must be finite and above zero")
+            }
+            Self::PitchTooSteep(pitch) => {
+                write!(f, "the camera pitch is {pitch} rad; it must be within 0.35")
+            }
+            Self::FillAboveRim(fill, rim) => {
+                write!(f, "the fill height {fill} m is not below the rim {rim} m")
+            }
+            Self::CameraInGlass(distance, radius) => {
+                write!(f, "the camera distance {distance} m is not above twice the radius {radius} m")
+            }
+            Self::RegionWidth(name, width) => {
+                write!(f, "{name} is {width} px; it must hold the glass and be at most {}", MAX_COLUMNS / 2)
+            }
+            Self::NoPixels(width, height) => write!(f, "an image of {width} x {height} has no pixels"),
+        }
+    }
+}
+
+impl core::error::Error for ConfigError {}
+
+/// Checked settings with what follows from them.
+#[derive(Clone, Copy, Debug)]
+pub struct Config {
+    pub(super) settings: Settings,
+    pub(super) camera: Camera,
+    /// First row that can show the glass, and the row behind the last one that shows liquid.
+    pub(super) rows: (usize, usize),
+    /// Rows in which the glass holds liquid whatever the slosh: 6 % to 26 % of the fill height.
+    pub(super) foot_rows: (usize, usize),
+    /// Width of the liquid's silhouette at the middle of the range, pixels.
+    pub(super) silhouette_px: f32,
+}
+
+impl Config {
+    /// Checks the settings.
+    ///
+    /// # Errors
+    /// [`ConfigError`] names the first setting that cannot be used.
+    pub fn new(settings: Settings) -> Result<Self, ConfigError> {
+        let s = &settings;
+        let lens = &s.intrinsics;
+        let positive = [
+            ("fx", lens.fx),
+            ("fy", lens.fy),
+            ("camera_height_m", s.camera_height_m),
+            ("camera_distance_m", s.camera_distance_m),
+            ("radius_m", s.radius_m),
+            ("fill_m", s.fill_m),
+            ("rim_m", s.rim_m),
+            ("depth_unit_m", s.depth_unit_m),
+            ("least_contrast", s.least_contrast),
+        ];
+        if let Some((name, value)) = positive.into_iter().find(|(_, v)| !(v.is_finite() && *v > 0.0)) {
+            return Err(ConfigError::NotPositive(name, value));
+        }
+        if !s.camera_pitch_rad.is_finite() || s.camera_pitch_rad.abs() >= 0.35 {
+            return Err(ConfigError::PitchTooSteep(s.camera_pitch_rad));
+        }
+        if s.fill_m >= s.rim_m {
+            return Err(ConfigError::FillAboveRim(s.fill_m, s.rim_m));
+        }
+        if s.camera_distance_m <= 2.0 * s.radius_m {
+            return Err(ConfigError::CameraInGlass(s.camera_distance_m, s.radius_m));
+        }
+        if lens.width == 0 || lens.height == 0 {
+            return Err(ConfigError::NoPixels(lens.width, lens.height));
+        }
+        let camera = Camera::new(s);
+        let silhouette_px = 2.0 * lens.fx * camera.silhouette_slope();
+        for (name, half) in [
+            ("region_half_width_px", s.region_half_width_px),
+            ("search_half_width_px", s.search_half_width_px),
+        ] {
+            if half > MAX_COLUMNS / 2 || (half as f32) < 0.5 * silhouette_px {
+                return Err(ConfigError::RegionWidth(name, half));
+            }
+        }
+        let front_m = s.camera_distance_m - s.radius_m;
+        let row = |height_m: f32, distance_m: f32| {
+            (camera.row_of(height_m, distance_m).max(0.0) as usize).min(lens.height)
+        };
+        // The rim is highest in the image at the near wall, or at the far wall if the camera looks down on it.
+        let top = row(s.rim_m, front_m).min(row(s.rim_m, s.camera_distance_m + s.radius_m));
+        let foot_rows = (row(0.26 * s.fill_m, front_m), row(0.06 * s.fill_m, front_m));
+        Ok(Self { settings, camera, rows: (top, foot_rows.1), foot_rows, silhouette_px })
+    }
+
+    /// Width and height of the images, pixels.
+    #[must_use]
+    pub fn image_size(&self) -> (usize, usize) {
+        let lens = &self.settings.intrinsics;
+        (lens.width, lens.height)
+    }
+}

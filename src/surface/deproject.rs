@@ -1,0 +1,107 @@
+//! The pinhole camera in front of the glass: pixel and depth to a point in the frame of the glass.
+//!
+//! Frame: `x` right, `y` away from the camera, `z` up, origin at the centre of the inner bottom when
+//! the glass stands at X = 0; the camera stands at `(0, -D, H)` and looks up by the pitch `p`.
+//!
+//! ```text
+//! a = (u - ppx) / fx          b = (v - ppy) / fy          Z = depth along the optical axis
+//! x = a Z                     y + D = Z (cos p + b sin p)   z - H = Z (sin p - b cos p)
+//! ```
+
+use super::config::{Intrinsics, Settings};
+use crate::math::{sincosf, sqrtf};
+
+/// Intrinsics and place of the camera, with the sine and cosine of the pitch.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Camera {
+    lens: Intrinsics,
+    height_m: f32,
+    distance_m: f32,
+    radius_m: f32,
+    sin: f32,
+    cos: f32,
+}
+
+/// Where a pixel looks: the ray's components per metre of depth.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Ray {
+    /// To the right.
+    right: f32,
+    /// Away from the camera, horizontally.
+    away: f32,
+    /// Upwards.
+    up: f32,
+}
+
+impl Camera {
+    pub(super) fn new(settings: &Settings) -> Self {
+        let (sin, cos) = sincosf(settings.camera_pitch_rad);
+        Self {
+            lens: settings.intrinsics,
+            height_m: settings.camera_height_m,
+            distance_m: settings.camera_distance_m,
+            radius_m: settings.radius_m,
+            sin,
+            cos,
+        }
+    }
+
+    /// The ray through pixel position `(u, v)`.
+    pub(super) fn ray(&self, u: f32, v: f32) -> Ray {
+        let a = (u - self.lens.ppx) / self.lens.fx;
+        let b = (v - self.lens.ppy) / self.lens.fy;
+        Ray { right: a, away: self.cos + b * self.sin, up: self.sin - b * self.cos }
+    }
+
+    /// `x` and `z` of the point at `depth_m` on the ray.
+    pub(super) fn point(&self, ray: Ray, depth_m: f32) -> (f32, f32) {
+        (ray.right * depth_m, self.height_m + ray.up * depth_m)
+    }
+
+    /// Row of a point at `height_m`, `distance_m` away horizontally.
+    pub(super) fn row_of(&self, height_m: f32, distance_m: f32) -> f32 {
+        // From y + D = Z (cos p + b sin p), z - H = Z (sin p - b cos p), solved for b.
+        let up = (height_m - self.height_m) / distance_m;
+        let b = (self.sin - up * self.cos) / (self.cos + up * self.sin);
+        self.lens.ppy + self.lens.fy * b
+    }
+
+    /// Column of the glass axis at `x_m`.
+    pub(super) fn column_of(&self, x_m: f32) -> f32 {
+        self.lens.ppx + self.lens.fx * x_m / self.distance_m
+    }
+
+    /// Depth at which the ray meets the wall that faces the camera, the glass axis being at `axis_m`;
+    /// `None` if it passes by.
+    ///
+    /// `(t right - X)^2 + (t away - D)^2 = R^2`, the smaller root `t`.
+    pub(super) fn wall_depth(&self, ray: Ray, axis_m: f32) -> Option<f32> {
+        let a = ray.right * ray.right + ray.away * ray.away;
+        let b = ray.right * axis_m + ray.away * self.distance_m;
+        let c = axis_m * axis_m + self.distance_m * self.distance_m - self.radius_m * self.radius_m;
+        let discriminant = b * b - a * c;
+        (discriminant > 0.0).then(|| (b - sqrtf(discriminant)) / a)
+    }
+
+    /// Tangent of the angle to the right under which a ray is seen from above.
+    pub(super) fn bearing(&self, ray: Ray) -> f32 {
+        ray.right / ray.away
+    }
+
+    /// Position X of the axis of the cylinder whose silhouette is tangent to two vertical planes
+    /// through the camera at the bearings `l` and `r`.
+    ///
+    /// The axis lies on the bisector: `X = D tan((atan l + atan r) / 2)`. With `s = l + r` and
+    /// `q = 1 - l r`, `tan(angle / 2) = s / (q + sqrt(q^2 + s^2))`. The silhouette is wider than the
+    /// diameter (tangent rays meet the cylinder in front of its axis); the bisector does not care.
+    pub(super) fn axis_of(&self, left: f32, right: f32) -> f32 {
+        let s = left + right;
+        let q = 1.0 - left * right;
+        self.distance_m * s / (q + sqrtf(q * q + s * s))
+    }
+
+    /// Tangent of half the angle that the silhouette subtends, `R / sqrt(D^2 - R^2)`, straight ahead.
+    pub(super) fn silhouette_slope(&self) -> f32 {
+        self.radius_m / sqrtf(self.distance_m * self.distance_m - self.radius_m * self.radius_m)
+    }
+}

@@ -1,0 +1,158 @@
+//! The whole way from a pair of images to a profile.
+
+use super::binarise::Threshold;
+use super::config::Config;
+use super::depth::{Samples, place};
+use super::glass;
+use super::profile::SurfaceProfile;
+use super::region::{Grey, Region};
+use super::resample::resample;
+use super::trace::{Edge, trace};
+use crate::frame::{DepthFrame, InfraredFrame};
+use heapless::Vec;
+use serde::{Deserialize, Serialize};
+
+/// Fewest edge points that make a profile.
+const LEAST_COLUMNS: usize = 20;
+/// Rows between the lowest edge point and the rows that place the glass.
+const CLEARANCE_ROWS: usize = 4;
+
+/// Why no profile came out of a pair of images.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum NotSeen {
+    /// An image has not the size or the number of bytes of the configuration.
+    WrongSize,
+    /// The expected glass lies outside of the image.
+    RegionEmpty,
+    /// Liquid and background differ too little.
+    NoContrast,
+    /// No body of liquid as wide as the glass was found, or its edges disagree.
+    GlassNotFound,
+    /// Too few columns show the liquid's edge.
+    TooFewColumns,
+}
+
+impl core::fmt::Display for NotSeen {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str(match self {
+            Self::WrongSize => "an image has not the configured size",
+            Self::RegionEmpty => "the expected glass lies outside of the image",
+            Self::NoContrast => "liquid and background differ too little",
+            Self::GlassNotFound => "no body of liquid as wide as the glass was found",
+            Self::TooFewColumns => "too few columns show the liquid's edge",
+        })
+    }
+}
+
+impl core::error::Error for NotSeen {}
+
+/// What the stages did, summed over all frames. The counters saturate.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Tally {
+    /// Profiles that came out.
+    pub profiles: u32,
+    /// Pairs of images without a profile.
+    pub not_seen: u32,
+    /// Edge points whose depth was a hole.
+    pub holes: u32,
+    /// Edge points dropped because their depth is not that of the wall facing the camera.
+    pub not_the_wall: u32,
+}
+
+/// Memory between frames, and the room in which the stages work (about 8 kB; no allocation).
+#[derive(Clone, Debug, Default)]
+pub struct State {
+    axis_m: Option<f32>,
+    edge: Edge,
+    samples: Samples,
+    tally: Tally,
+}
+
+impl State {
+    /// Nothing seen yet.
+    #[must_use]
+    pub const fn new() -> Self {
+        let tally = Tally { profiles: 0, not_seen: 0, holes: 0, not_the_wall: 0 };
+        Self { axis_m: None, edge: Vec::new(), samples: Vec::new(), tally }
+    }
+
+    /// What the stages did so far.
+    #[must_use]
+    pub fn tally(&self) -> Tally {
+        self.tally
+    }
+}
+
+/// Extracts the profile from a pair of images of one instant. Time and number are the depth frame's.
+///
+/// # Errors
+/// [`NotSeen`] says which stage found nothing; the glass is then searched in the whole range again.
+pub fn extract(
+    config: &Config,
+    state: &mut State,
+    depth: DepthFrame<'_>,
+    infrared: InfraredFrame<'_>,
+) -> Result<SurfaceProfile, NotSeen> {
+    let profile = attempt(config, state, depth, infrared);
+    let counter = match profile {
+        Ok(profile) => {
+            state.axis_m = profile.glass_x_m;
+            &mut state.tally.profiles
+        }
+        Err(_) => {
+            state.axis_m = None;
+            &mut state.tally.not_seen
+        }
+    };
+    *counter = counter.saturating_add(1);
+    profile
+}
+
+fn attempt(
+    config: &Config,
+    state: &mut State,
+    depth: DepthFrame<'_>,
+    infrared: InfraredFrame<'_>,
+) -> Result<SurfaceProfile, NotSeen> {
+    let lens = &config.settings.intrinsics;
+    let pixels = lens.width.saturating_mul(lens.height);
+    let sizes = [depth.width, infrared.width, depth.height, infrared.height];
+    if sizes != [lens.width, lens.width, lens.height, lens.height]
+        || infrared.bytes.len() != pixels
+        || depth.bytes.len() != pixels.saturating_mul(2)
+    {
+        return Err(NotSeen::WrongSize);
+    }
+    let image = Grey { bytes: infrared.bytes, width: infrared.width };
+    let region = Region::around(config, state.axis_m);
+    if region.left >= region.right || region.top >= region.bottom {
+        return Err(NotSeen::RegionEmpty);
+    }
+    let threshold = Threshold::of(image, region, config.settings.liquid)
+        .filter(|threshold| threshold.contrast >= config.settings.least_contrast)
+        .ok_or(NotSeen::NoContrast)?;
+    // An edge must have half the contrast of the classes to be one.
+    let least = 0.5 * threshold.contrast;
+
+    let body = glass::find(config, image, region, &threshold).ok_or(NotSeen::GlassNotFound)?;
+    trace(config, image, body, &threshold, least, &mut state.edge);
+    if state.edge.len() < LEAST_COLUMNS {
+        return Err(NotSeen::TooFewColumns);
+    }
+    let lowest = state.edge.iter().map(|point| point.row).fold(0.0, f32::max) as usize;
+    let rows = (lowest.saturating_add(CLEARANCE_ROWS), config.foot_rows.1);
+    let axis_m = glass::axis(config, image, body, rows, least).ok_or(NotSeen::GlassNotFound)?;
+
+    place(config, depth, axis_m, &state.edge, &mut state.samples, &mut state.tally);
+    if state.samples.len() < LEAST_COLUMNS {
+        return Err(NotSeen::TooFewColumns);
+    }
+    let (height_m, valid) = resample(&state.samples, config.settings.radius_m);
+    Ok(SurfaceProfile {
+        height_m,
+        valid,
+        glass_x_m: Some(axis_m),
+        sequence: depth.stamp.sequence,
+        captured: depth.stamp.captured,
+    })
+}

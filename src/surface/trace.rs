@@ -1,0 +1,86 @@
+//! The upper edge of the liquid, column by column, sub-pixel, outliers removed.
+
+use super::binarise::Threshold;
+use super::config::{Config, MAX_COLUMNS};
+use super::edge::{REACH, SPAN, inside_pixels};
+use super::glass::Body;
+use super::region::Grey;
+use crate::math::median;
+use heapless::Vec;
+
+/// Background pixels in a row that end the liquid; fewer are speckle.
+const ENDING: usize = 3;
+/// Columns on either side that vote on whether a column is an outlier.
+const NEIGHBOURS: usize = 3;
+/// A row farther from the neighbours' median than this is an outlier, pixels. The steepest surface
+/// that fits into the glass rises by 3 pixels a column, and a slope moves no median.
+const ROW_TOLERANCE_PX: f32 = 1.5;
+
+/// One point of the edge in the image.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct EdgePoint {
+    pub(super) column: usize,
+    /// Sub-pixel row; whole numbers are pixel centres.
+    pub(super) row: f32,
+}
+
+/// The edge, at most one point a column, columns rising.
+pub(super) type Edge = Vec<EdgePoint, MAX_COLUMNS>;
+
+/// Traces the edge of every column of the body; columns without a clear edge are left out.
+pub(super) fn trace(
+    config: &Config,
+    image: Grey<'_>,
+    body: Body,
+    threshold: &Threshold,
+    least: f32,
+    edge: &mut Edge,
+) {
+    let mut raw: Edge = Vec::new();
+    for column in (body.left..=body.right).take(MAX_COLUMNS) {
+        if let Some(row) = column_edge(config, image, column, threshold, least) {
+            // One point a column, and no more columns than the list holds.
+            let _ = raw.push(EdgePoint { column, row });
+        }
+    }
+    edge.clear();
+    for (index, point) in raw.iter().enumerate() {
+        let start = index.saturating_sub(NEIGHBOURS);
+        let near = raw.iter().skip(start).take(index - start + NEIGHBOURS + 1);
+        let usual = median(near.map(|p| p.row)).unwrap_or(point.row);
+        if (point.row - usual).abs() < ROW_TOLERANCE_PX {
+            let _ = edge.push(*point);
+        }
+    }
+}
+
+/// Goes up from the foot to the first background, then places the edge between the pixels.
+fn column_edge(
+    config: &Config,
+    image: Grey<'_>,
+    column: usize,
+    threshold: &Threshold,
+    least: f32,
+) -> Option<f32> {
+    let (top, _) = config.rows;
+    let mut ending = 0;
+    let mut first_background = None;
+    for row in (top..config.foot_rows.1).rev() {
+        if threshold.is_liquid(image.at(column, row)?) {
+            ending = 0;
+        } else {
+            ending += 1;
+            if ending == ENDING {
+                first_background = Some(row + ENDING - 1);
+                break;
+            }
+        }
+    }
+    // From inside to outside: upwards from REACH rows below the first background.
+    let start = first_background? + REACH;
+    let mut profile = [0.0; SPAN];
+    for (to, up) in profile.iter_mut().zip(0..) {
+        *to = f32::from(image.at(column, start.checked_sub(up)?)?);
+    }
+    Some(start as f32 + 0.5 - inside_pixels(&profile, least)?)
+}

@@ -1,0 +1,190 @@
+//! Payloads to frames: one payload a frame is the D400's rule, several are joined by their FID.
+//!
+//! A frame comes out only with exactly the expected number of pixel bytes. Everything else is booked
+//! in [`Losses`] under its cause. A full frame that lacks the end-of-frame bit, or repeats the frame
+//! identifier although its time is new, is whole all the same: it comes out, and the oddity is booked.
+
+use super::continuity::Continuity;
+use super::header::Header;
+use super::losses::{Cause, Losses};
+use crate::frame::Stamp;
+
+/// A whole frame, its pixels in place.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Frame<'a> {
+    /// Exactly the expected number of bytes.
+    pub pixels: &'a [u8],
+    /// Frame counter and mid-exposure time.
+    pub stamp: Stamp,
+}
+
+/// What a payload led to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Outcome<'a> {
+    /// More payloads of this frame are to come.
+    Partial,
+    /// The frame is whole.
+    Frame(Frame<'a>),
+    /// A frame was lost; it is booked.
+    Lost(Cause),
+}
+
+/// A frame that has begun: its identifier, and its stamp unless it is lost already.
+#[derive(Clone, Copy, Debug)]
+struct Open {
+    fid: bool,
+    stamp: Option<Stamp>,
+    filled: usize,
+}
+
+/// Joins the payloads of one stream in a buffer of the caller's.
+///
+/// ```
+/// use meniscus::uvc::{Assembler, Outcome};
+///
+/// let mut buffer = [0; 4];
+/// let mut assembler = Assembler::new(&mut buffer);
+/// // Length 6, flags PTS | EOF, PTS = 1000 us, four pixels.
+/// let payload = [6, 0b110, 0xe8, 3, 0, 0, 1, 2, 3, 4];
+/// assert!(matches!(assembler.push(&payload), Outcome::Frame(frame) if frame.pixels == [1, 2, 3, 4]));
+/// assert!(matches!(assembler.push(&payload[..9]), Outcome::Lost(_)));
+/// ```
+#[derive(Debug)]
+pub struct Assembler<'b> {
+    buffer: &'b mut [u8],
+    open: Option<Open>,
+    continuity: Continuity,
+    losses: Losses,
+}
+
+impl<'b> Assembler<'b> {
+    /// An assembler of frames of exactly `buffer.len()` bytes.
+    #[must_use]
+    pub fn new(buffer: &'b mut [u8]) -> Self {
+        Self { buffer, open: None, continuity: Continuity::default(), losses: Losses::default() }
+    }
+
+    /// The books so far.
+    #[must_use]
+    pub fn losses(&self) -> Losses {
+        self.losses
+    }
+
+    /// The pixels of the last frame that [`push`](Self::push) gave, until the next payload.
+    #[must_use]
+    pub fn pixels(&self) -> &[u8] {
+        self.buffer
+    }
+
+    /// Takes the next payload and copies its pixels behind those of its frame. If it also shows that
+    /// an earlier frame never ended, that loss is booked and the outcome speaks of this payload.
+    pub fn push(&mut self, payload: &[u8]) -> Outcome<'_> {
+        let (header, pixels) = match self.read(payload) {
+            Ok(parts) => parts,
+            Err(cause) => return Outcome::Lost(cause),
+        };
+        let mut open = match self.open.take() {
+            Some(open) if open.fid == header.frame_id() => open,
+            unended => {
+                if unended.is_some_and(|open| open.stamp.is_some()) {
+                    self.losses.book(Cause::FrameUnended);
+                }
+                match self.begin(&header) {
+                    Ok(stamp) => Open { fid: header.frame_id(), stamp: Some(stamp), filled: 0 },
+                    Err(cause) => return self.refuse(&header, cause),
+                }
+            }
+        };
+        let Some(stamp) = open.stamp else {
+            // The rest of a frame that is booked as lost.
+            self.open = Some(open).filter(|_| !header.end_of_frame());
+            return Outcome::Partial;
+        };
+        if header.error() {
+            return self.refuse(&header, Cause::ErrorBit);
+        }
+        let end = open.filled.saturating_add(pixels.len());
+        let Some(place) = self.buffer.get_mut(open.filled..end) else {
+            return self.refuse(&header, Cause::OverlongFrame);
+        };
+        // Both sides have `pixels.len()` bytes.
+        place.iter_mut().zip(pixels).for_each(|(to, from)| *to = *from);
+        open.filled = end;
+        if end == self.buffer.len() {
+            self.remark_eof(&header);
+            return Outcome::Frame(Frame { pixels: self.buffer, stamp });
+        }
+        if header.end_of_frame() {
+            self.losses.book(Cause::ShortFrame);
+            return Outcome::Lost(Cause::ShortFrame);
+        }
+        self.open = Some(open);
+        Outcome::Partial
+    }
+
+    /// Takes a payload that should be a whole frame, and lends its pixels where they lie, without a
+    /// copy. A payload that is only a part of a frame is a short frame here.
+    pub fn whole<'p>(&mut self, payload: &'p [u8]) -> Outcome<'p> {
+        let placed = self.read(payload).and_then(|(header, pixels)| {
+            let stamp = self.begin(&header).inspect_err(|&cause| self.losses.book(cause))?;
+            Ok((header, Frame { pixels, stamp }))
+        });
+        let (header, frame) = match placed {
+            Ok(placed) => placed,
+            Err(cause) => return Outcome::Lost(cause),
+        };
+        let cause = match frame.pixels.len().cmp(&self.buffer.len()) {
+            _ if header.error() => Cause::ErrorBit,
+            core::cmp::Ordering::Less => Cause::ShortFrame,
+            core::cmp::Ordering::Greater => Cause::OverlongFrame,
+            core::cmp::Ordering::Equal => {
+                self.remark_eof(&header);
+                return Outcome::Frame(frame);
+            }
+        };
+        self.losses.book(cause);
+        Outcome::Lost(cause)
+    }
+
+    /// Splits and books what cannot be split. A payload without pixels belongs to no frame, unless
+    /// it carries the end or the error of one.
+    fn read<'p>(&mut self, payload: &'p [u8]) -> Result<(Header<'p>, &'p [u8]), Cause> {
+        let cause = match Header::split(payload) {
+            Ok((header, pixels)) if !pixels.is_empty() || header.error() => return Ok((header, pixels)),
+            Ok((header, pixels)) if header.end_of_frame() && self.open.is_some() => {
+                return Ok((header, pixels));
+            }
+            Ok(_) if self.open.is_some() => Cause::EmptyPayload,
+            Err(_) if !payload.is_empty() => {
+                self.continuity.lost_unidentified();
+                Cause::BadHeader
+            }
+            Ok(_) | Err(_) => {
+                self.continuity.lost_unidentified();
+                Cause::EmptyPayload
+            }
+        };
+        self.losses.book(cause);
+        Err(cause)
+    }
+
+    /// Places a new frame in the order of frames.
+    fn begin(&mut self, header: &Header<'_>) -> Result<Stamp, Cause> {
+        self.continuity.place(header, &mut self.losses)
+    }
+
+    /// Books a lost frame; the rest of its payloads will be swallowed without a second count.
+    fn refuse(&mut self, header: &Header<'_>, cause: Cause) -> Outcome<'static> {
+        self.losses.book(cause);
+        if !header.end_of_frame() {
+            self.open = Some(Open { fid: header.frame_id(), stamp: None, filled: 0 });
+        }
+        Outcome::Lost(cause)
+    }
+
+    fn remark_eof(&mut self, header: &Header<'_>) {
+        if !header.end_of_frame() {
+            self.losses.eof_missing = self.losses.eof_missing.saturating_add(1);
+        }
+    }
+}

@@ -1,0 +1,90 @@
+//! Metadata blocks behind the standard header: walked by their own sizes, never by fixed offsets.
+//!
+//! A block is `id: u32, size: u32, body`, and `size` counts those eight bytes too. The D400's blocks
+//! carry `version: u32, flags: u32` first in the body; a field without its flag bit has no value.
+//! Source: Microsoft's UVC metadata extension; the Linux kernel's `V4L2_META_FMT_D4XX`.
+
+use super::header::{Header, le_u32};
+
+/// Bytes of id and size.
+const BLOCK_HEADER: usize = 8;
+/// The block that holds frame counter, sensor time and exposure.
+const CAPTURE_TIMING: u32 = 0x8000_0001;
+
+/// One metadata block.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Block<'a> {
+    /// What the block is.
+    pub id: u32,
+    /// Its bytes behind id and size.
+    pub body: &'a [u8],
+}
+
+/// Walk over the blocks; it ends at the first block whose size is impossible.
+#[derive(Clone, Debug)]
+pub struct Blocks<'a> {
+    rest: &'a [u8],
+}
+
+impl<'a> Blocks<'a> {
+    pub(super) fn new(bytes: &'a [u8]) -> Self {
+        Self { rest: bytes }
+    }
+}
+
+impl<'a> Iterator for Blocks<'a> {
+    type Item = Block<'a>;
+
+    fn next(&mut self) -> Option<Block<'a>> {
+        let rest = core::mem::take(&mut self.rest);
+        let id = le_u32(rest)?;
+        let size = usize::try_from(le_u32(rest.get(4..)?)?).ok()?;
+        // A size below the block's own header would never move on; one beyond the end has no body.
+        let body = rest.get(BLOCK_HEADER..size)?;
+        self.rest = rest.get(size..)?;
+        Some(Block { id, body })
+    }
+}
+
+/// The capture timing of a frame; a field that the camera did not vouch for is `None`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Timing {
+    /// The camera's frame counter.
+    pub counter: Option<u32>,
+    /// Microseconds from mid-exposure to the PTS (half the exposure, in spite of the vendor's name "sensor timestamp").
+    pub sensor_us: Option<u32>,
+    /// Read-out time, microseconds.
+    pub readout_us: Option<u32>,
+    /// Exposure, microseconds.
+    pub exposure_us: Option<u32>,
+    /// Frame interval, microseconds.
+    pub interval_us: Option<u32>,
+    /// Latency of the camera's own pipeline, microseconds.
+    pub latency_us: Option<u32>,
+}
+
+impl Timing {
+    /// The capture timing in a header's metadata, all `None` if there is none.
+    #[must_use]
+    pub fn of(header: &Header<'_>) -> Self {
+        let block = header.blocks().find(|block| block.id == CAPTURE_TIMING);
+        block.map(|block| Self::parse(block.body)).unwrap_or_default()
+    }
+
+    /// Body: version 0, flags 4, then one `u32` a field from 8 on, flag bits in the order of the fields.
+    fn parse(body: &[u8]) -> Self {
+        let flags = body.get(4..).and_then(le_u32).unwrap_or(0);
+        let field = |index: usize| {
+            let vouched = flags & (1 << index) != 0;
+            body.get(8 + 4 * index..).and_then(le_u32).filter(|_| vouched)
+        };
+        Self {
+            counter: field(0),
+            sensor_us: field(1),
+            readout_us: field(2),
+            exposure_us: field(3),
+            interval_us: field(4),
+            latency_us: field(5),
+        }
+    }
+}
