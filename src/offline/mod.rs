@@ -3,7 +3,10 @@
 
 pub(in crate::offline) extern crate std;
 
+pub mod liquids;
+pub mod motion;
 pub mod recording;
+pub mod sph;
 
 /// `std` and its prelude, by name: the crate is `no_std`, so each file of this storey opens with
 /// `use crate::offline::prelude::*;`.
