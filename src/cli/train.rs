@@ -1,7 +1,6 @@
 //! `meniscus train`: from recordings to a weight blob.
 
 use anyhow::{Context, ensure};
-use clap::Args;
 use meniscus::offline::recording::Recording;
 use meniscus::offline::train::{Check, Options, Schedule, train};
 use std::path::{Path, PathBuf};
@@ -17,8 +16,8 @@ use std::time::Instant;
 ///
 /// Errors are relative to the slosh itself (slosh-rel = |z - zhat| / |z - z_rest|): a surface that is
 /// called flat scores 100 %. Ctrl-C ends every part with its best so far; a second one gives up.
-#[derive(Args, Debug)]
-pub(crate) struct TrainArgs {
+#[derive(clap::Args, Debug)]
+pub(crate) struct Arguments {
     /// Recordings to learn from: files, or a folder, which stands for its train-*.safetensors
     #[arg(long, required = true, num_args = 1.., value_name = "DIR_OR_FILES")]
     recordings: Vec<PathBuf>,
@@ -40,7 +39,7 @@ pub(crate) struct TrainArgs {
 }
 
 /// Runs the command.
-pub(crate) fn run(args: &TrainArgs) -> anyhow::Result<()> {
+pub(crate) fn run(args: &Arguments) -> anyhow::Result<()> {
     static STOP: AtomicBool = AtomicBool::new(false);
     ctrlc::set_handler(|| {
         if STOP.swap(true, Ordering::Relaxed) {
@@ -83,7 +82,7 @@ fn print(check: &Check) {
 }
 
 /// The command as it belongs into the provenance: names without folders, which mean nothing elsewhere.
-fn command(args: &TrainArgs) -> String {
+fn command(args: &Arguments) -> String {
     let names = |paths: &[PathBuf]| {
         let name = |p: &PathBuf| p.file_name().unwrap_or_default().to_string_lossy().into_owned();
         paths.iter().map(name).collect::<Vec<_>>().join(" ")

@@ -4,7 +4,10 @@
 pub(in crate::offline) extern crate std;
 
 pub mod export;
+pub mod liquids;
+pub mod motion;
 pub mod recording;
+pub mod sph;
 #[cfg(feature = "train")]
 pub mod train;
 

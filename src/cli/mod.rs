@@ -1,0 +1,5 @@
+//! The front ends of the command, one file a verb.
+
+pub(crate) mod simulate;
+#[cfg(feature = "train")]
+pub(crate) mod train;
