@@ -4,6 +4,7 @@
 pub(in crate::offline) extern crate std;
 
 pub mod recording;
+pub mod scene;
 
 /// `std` and its prelude, by name: the crate is `no_std`, so each file of this storey opens with
 /// `use crate::offline::prelude::*;`.

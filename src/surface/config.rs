@@ -64,7 +64,14 @@ pub struct Settings {
 impl Default for Settings {
     fn default() -> Self {
         Self {
-            intrinsics: Intrinsics { width: 640, height: 480, fx: 384.21, fy: 384.21, ppx: 319.48, ppy: 236.35 },
+            intrinsics: Intrinsics {
+                width: 640,
+                height: 480,
+                fx: 384.21,
+                fy: 384.21,
+                ppx: 319.48,
+                ppy: 236.35,
+            },
             camera_height_m: 0.030,
             camera_distance_m: 0.40,
             camera_pitch_rad: 0.0,
@@ -100,9 +107,15 @@ pub enum ConfigError {
 impl core::fmt::Display for ConfigError {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         match self {
-            Self::NotPositive(name, value) => write!(f, "{name} is {value}; it must be finite and above zero"),
-            Self::PitchTooSteep(pitch) => write!(f, "the camera pitch is {pitch} rad; it must be within 0.35"),
-            Self::FillAboveRim(fill, rim) => write!(f, "the fill height {fill} m is not below the rim {rim} m"),
+            Self::NotPositive(name, value) => {
+                write!(f, "{name} is {value}; it must be finite and above zero")
+            }
+            Self::PitchTooSteep(pitch) => {
+                write!(f, "the camera pitch is {pitch} rad; it must be within 0.35")
+            }
+            Self::FillAboveRim(fill, rim) => {
+                write!(f, "the fill height {fill} m is not below the rim {rim} m")
+            }
             Self::CameraInGlass(distance, radius) => {
                 write!(f, "the camera distance {distance} m is not above twice the radius {radius} m")
             }

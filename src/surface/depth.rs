@@ -60,7 +60,8 @@ pub(super) fn place(
     let mut measured: Vec<(EdgePoint, f32, Option<f32>), MAX_COLUMNS> = Vec::new();
     let mut residuals: Vec<f32, MAX_COLUMNS> = Vec::new();
     for &point in edge {
-        let Some(wall_m) = config.camera.wall_depth(config.camera.ray(point.column as f32, point.row), axis_m)
+        let Some(wall_m) =
+            config.camera.wall_depth(config.camera.ray(point.column as f32, point.row), axis_m)
         else {
             // The ray passes beside the glass: the outermost column, half covered.
             continue;
