@@ -5,6 +5,7 @@ pub(in crate::offline) extern crate std;
 
 pub mod baseline;
 pub mod recording;
+pub mod scene;
 pub mod score;
 
 /// `std` and its prelude, by name: the crate is `no_std`, so each file of this storey opens with
