@@ -4,6 +4,7 @@
 pub(in crate::offline) extern crate std;
 
 pub mod baseline;
+pub mod camera;
 pub mod recording;
 pub mod scene;
 pub mod score;
