@@ -1,0 +1,3 @@
+//! The front ends of the command, one file a verb.
+
+pub(crate) mod simulate;
