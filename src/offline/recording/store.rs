@@ -91,7 +91,15 @@ impl Recording {
     /// When the file cannot be read or is not a whole recording.
     pub fn load(path: &Path) -> Result<Self, StoreError> {
         let bytes = std::fs::read(path).map_err(|e| StoreError::Io(path.into(), e))?;
-        parse(&bytes).map_err(|why| StoreError::Malformed(path.into(), why))
+        Self::from_bytes(path, &bytes)
+    }
+
+    /// Reads a recording that is in memory already; `origin` names it in errors.
+    ///
+    /// # Errors
+    /// When the bytes are not a whole recording.
+    pub fn from_bytes(origin: &Path, bytes: &[u8]) -> Result<Self, StoreError> {
+        parse(bytes).map_err(|why| StoreError::Malformed(origin.into(), why))
     }
 
     fn to_bytes(&self) -> Result<Vec<u8>, String> {
