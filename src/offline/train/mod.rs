@@ -62,11 +62,15 @@ impl std::fmt::Display for TrainError {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Self::NoRecording => write!(f, "training and validation each need at least one recording"),
-            Self::NoMotion => write!(f, "nothing moves in the training recordings: they must contain a slosh"),
+            Self::NoMotion => {
+                write!(f, "nothing moves in the training recordings: they must contain a slosh")
+            }
             Self::Singular(step) => {
                 write!(f, "the recordings do not determine {step}: record more, and different, motions")
             }
-            Self::Interrupted => write!(f, "stopped before every part had been trained once: nothing was written"),
+            Self::Interrupted => {
+                write!(f, "stopped before every part had been trained once: nothing was written")
+            }
             Self::Export(error) => write!(f, "{error}"),
         }
     }
@@ -201,23 +205,39 @@ pub fn train(
     let metric = autoencoder.metric();
     let (seen, held) = (Side::new(seen, &autoencoder, &frame), Side::new(held, &autoencoder, &frame));
     let linear = Linear::fit(&seen.paths, &metric)?;
-    eprintln!("DBG linear train {} val {}", rollout::validate(|x,u| linear.roll_out(x,u), &seen.paths, &metric), rollout::validate(|x,u| linear.roll_out(x,u), &held.paths, &metric));
+    eprintln!(
+        "DBG linear train {} val {}",
+        rollout::validate(|x, u| linear.roll_out(x, u), &seen.paths, &metric),
+        rollout::validate(|x, u| linear.roll_out(x, u), &held.paths, &metric)
+    );
     eprintln!("DBG metric {:?}", metric.diagonal().as_slice());
-    eprintln!("DBG eig {:?}", linear.a.complex_eigenvalues().iter().map(|l| (l.re, l.im)).collect::<Vec<_>>());
+    eprintln!(
+        "DBG eig {:?}",
+        linear.a.complex_eigenvalues().iter().map(|l| (l.re, l.im)).collect::<Vec<_>>()
+    );
     let mut rng = ChaCha8Rng::seed_from_u64(seed(1));
     let start = warm::start(&linear, &seen.paths, &mut rng)?;
 
-    for p in &held.paths { let (mut m, mut z) = (0.0,0.0); for (x,e) in p.x.iter().zip(&p.energy) { m += (start.energy(x)-e).powi(2); z += e*e; } eprintln!("DBG start energy err {}", f64::sqrt(m/z)); }
-    eprintln!("DBG start val {}", rollout::validate(|x,u| start.roll_out(x,u), &held.paths, &metric));
+    for p in &held.paths {
+        let (mut m, mut z) = (0.0, 0.0);
+        for (x, e) in p.x.iter().zip(&p.energy) {
+            m += (start.energy(x) - e).powi(2);
+            z += e * e;
+        }
+        eprintln!("DBG start energy err {}", f64::sqrt(m / z));
+    }
+    eprintln!("DBG start val {}", rollout::validate(|x, u| start.roll_out(x, u), &held.paths, &metric));
     // The two need nothing of each other, and neither gains from a second core.
     let (encoder, dynamics) = std::thread::scope(|scope| {
         let plan = (options.schedule.encoder, seed(2));
         let (seen, held, session, shared) = (&seen, &held, &session, (&frame, &metric));
-        let encoder =
-            scope.spawn(move || Encoder::train(shared.0, &seen.lessons(), &held.lessons(), shared.1, plan, session));
+        let encoder = scope.spawn(move || {
+            Encoder::train(shared.0, &seen.lessons(), &held.lessons(), shared.1, plan, session)
+        });
         let paths = (seen.paths.as_slice(), held.paths.as_slice());
-        let tries = (0..options.schedule.seeds)
-            .map(|k| rollout::train(&start, paths, &metric, (options.schedule.rollout, seed(8 + k)), session));
+        let tries = (0..options.schedule.seeds).map(|k| {
+            rollout::train(&start, paths, &metric, (options.schedule.rollout, seed(8 + k)), session)
+        });
         let best = tries.min_by(|a, b| a.1.total_cmp(&b.1)).map_or(start.clone(), |(dynamics, _)| dynamics);
         (encoder.join().expect("the encoder's thread ends"), best)
     });
