@@ -83,7 +83,7 @@ fn without_friction_nothing_is_lost() {
         assert_ne!(audit.outcome, Outcome::Backtracked, "{audit:?}");
         moved += (state.latent - before).norm();
     }
-    assert!((model.generic.energy(&state) / start - 1.0).abs() < 1e-9);
-    assert!(state.heat < 1e-9 * start, "heat without friction: {:e} of {start:e}", state.heat);
+    assert!((model.generic.energy(&state) / start - 1.0).abs() < 1e-10);
+    assert!(state.heat < 1e-7 * start, "heat without friction: {:e} of {start:e}", state.heat);
     assert!(moved > 100.0 * state.latent.norm(), "the state must keep turning");
 }
