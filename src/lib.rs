@@ -28,12 +28,20 @@
 #![no_std]
 
 // Storey 1.
+pub mod decoder;
+pub mod encoder;
 pub mod frame;
+pub mod generic;
+pub mod health;
 pub mod math;
 pub mod model;
+pub mod nn;
+pub mod output;
+pub mod runtime;
 pub mod surface;
 pub mod units;
 pub mod uvc;
+pub mod window;
 
 // Storey 2.
 #[cfg(feature = "host")]

@@ -6,11 +6,14 @@ use serde::{Deserialize, Serialize};
 /// First bytes of every blob.
 pub const MAGIC: [u8; 8] = *b"MENISCUS";
 
+/// Tensors that a blob may list.
+pub const MAX_SECTIONS: usize = 48;
+
 /// Format version that this build reads and writes.
 pub const VERSION: u32 = 1;
 
-/// The tensors of a model. Shapes are `[rows, columns]`, row-major `f32` little-endian in the blob;
-/// a vector has one column. N latents, U ports, F features a frame, P profile points.
+/// The tensors of a model. Shapes are `[rows, columns]`, `f32` little-endian in the blob, packed in
+/// panels as [`crate::nn::packed_index`] says; a vector has one column. N latents, U ports, F features a frame, P profile points.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Tensor {
     /// GRU layer `0..3`, input weights `[78, F or 26]`, gates stacked in the order r, z, n.
@@ -95,5 +98,5 @@ pub struct Header {
     /// Slosh-relative surface error on the validation recordings, as trained.
     pub validation_slosh_rel: f32,
     /// The tensors, in blob order.
-    pub sections: Vec<Section, 48>,
+    pub sections: Vec<Section, MAX_SECTIONS>,
 }

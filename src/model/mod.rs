@@ -1,5 +1,10 @@
-//! The weight blob: checked once, read in place ever after.
+//! The weight blob: checked once, read in place ever after. `firmware-config/SPEC.md` has the bytes.
 
+mod error;
 mod header;
+mod load;
+mod shapes;
 
-pub use header::{Header, MAGIC, Section, Tensor, VERSION};
+pub use error::LoadError;
+pub use header::{Header, MAGIC, MAX_SECTIONS, Section, Tensor, VERSION};
+pub use load::{ALIGNMENT, CRC, Model, PREFIX_LEN};

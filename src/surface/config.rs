@@ -164,7 +164,7 @@ impl Config {
         if let Some((name, value)) = positive.into_iter().find(|(_, v)| !(v.is_finite() && *v > 0.0)) {
             return Err(ConfigError::NotPositive(name, value));
         }
-        if !(s.camera_pitch_rad.abs() < 0.35) {
+        if !s.camera_pitch_rad.is_finite() || s.camera_pitch_rad.abs() >= 0.35 {
             return Err(ConfigError::PitchTooSteep(s.camera_pitch_rad));
         }
         if s.fill_m >= s.rim_m {
@@ -194,5 +194,27 @@ impl Config {
         let top = row(s.rim_m, front_m).min(row(s.rim_m, s.camera_distance_m + s.radius_m));
         let foot_rows = (row(0.26 * s.fill_m, front_m), row(0.06 * s.fill_m, front_m));
         Ok(Self { settings, camera, rows: (top, foot_rows.1), foot_rows, silhouette_px })
+    }
+
+    /// Column and row at which a point of the room is seen; `x` right of the range's middle, `y` away
+    /// from the camera, `z` above the inner bottom of the glass, metres.
+    #[must_use]
+    pub fn pixel_of(&self, [x, y, z]: [f32; 3]) -> (f32, f32) {
+        self.camera.pixel_of(x, y + self.settings.camera_distance_m, z)
+    }
+
+    /// Where a profile point lies on the wall that faces the camera of a glass at the middle of the
+    /// range; `abscissa` in units of the inner radius, as [`super::profile_abscissa`] gives it.
+    #[must_use]
+    pub fn wall_point(&self, abscissa: f32, height_m: f32) -> [f32; 3] {
+        let across = crate::math::sqrtf((1.0 - abscissa * abscissa).max(0.0));
+        [abscissa * self.settings.radius_m, -across * self.settings.radius_m, height_m]
+    }
+
+    /// Width and height of the images, pixels.
+    #[must_use]
+    pub fn image_size(&self) -> (usize, usize) {
+        let lens = &self.settings.intrinsics;
+        (lens.width, lens.height)
     }
 }

@@ -15,6 +15,7 @@ use super::config::{Config, MAX_COLUMNS};
 use super::extract::Tally;
 use super::trace::{Edge, EdgePoint};
 use crate::frame::DepthFrame;
+use crate::math::median;
 use heapless::Vec;
 
 /// Columns on either side, and rows below the edge, of the window; its first row is 2 below the edge.
@@ -79,9 +80,9 @@ pub(super) fn place(
         let _ = residual.map(|residual| residuals.push(residual));
     }
     let confirmed = 2 * residuals.len() >= edge.len();
-    let of_frame = median(&mut residuals).filter(|_| confirmed);
+    let of_frame = median(residuals.iter().copied()).filter(|_| confirmed);
     samples.clear();
-    for (point, wall_m, residual) in measured {
+    for &(point, wall_m, residual) in &measured {
         if residual.is_none() {
             tally.holes = tally.holes.saturating_add(1);
         }
@@ -119,7 +120,7 @@ fn measure(config: &Config, depth: DepthFrame<'_>, axis_m: f32, point: EdgePoint
     if residuals.len() < LEAST_PIXELS {
         return Measured::Hole;
     }
-    match median(&mut residuals) {
+    match median(residuals.iter().copied()) {
         Some(residual) if residual.abs() < WINDOW_TOLERANCE_M => Measured::Residual(residual),
         _ => Measured::NotTheWall,
     }
@@ -131,10 +132,4 @@ fn z16_row(depth: DepthFrame<'_>, row: usize, left: usize, right: usize) -> impl
     let bytes = |column: usize| start.saturating_add(column).saturating_mul(2);
     let pixels = depth.bytes.get(bytes(left)..bytes(right.min(depth.width))).unwrap_or(&[]);
     pixels.as_chunks().0.iter().map(|pixel| u16::from_le_bytes(*pixel))
-}
-
-/// Median; `None` of no numbers.
-fn median(numbers: &mut [f32]) -> Option<f32> {
-    numbers.sort_unstable_by(f32::total_cmp);
-    numbers.get(numbers.len() / 2).copied()
 }

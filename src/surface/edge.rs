@@ -45,7 +45,7 @@ pub(super) fn inside_pixels(profile: &[f32; SPAN], tone: Tone, least: f32) -> Op
     for (g, k) in profile.iter().zip(0_u8..).skip(INSIDE).take(WINDOW) {
         let step = inside + slope * (f32::from(k) - middle) - outside;
         // The line must not reach the tone outside within the window, nor the step be too small.
-        if !(step.abs() >= least) {
+        if step.abs() < least {
             return None;
         }
         n += (g - outside) / step;

@@ -7,6 +7,7 @@ use super::binarise::Threshold;
 use super::config::{Config, MAX_COLUMNS};
 use super::edge::{REACH, SPAN, Tone, inside_pixels};
 use super::region::{Grey, Region};
+use crate::math;
 use heapless::Vec;
 
 /// Most rows that are averaged.
@@ -70,8 +71,7 @@ pub(super) fn axis(
             }
         }
     }
-    axes.sort_unstable_by(f32::total_cmp);
-    let median = axes.get(axes.len() / 2).copied()?;
+    let median = math::median(axes.iter().copied())?;
     let near = || axes.iter().filter(|axis| (*axis - median).abs() < ROW_TOLERANCE_M);
     let count = near().count();
     (count >= LEAST_ROWS).then(|| near().sum::<f32>() / count as f32)

@@ -5,6 +5,7 @@ use super::config::{Config, MAX_COLUMNS};
 use super::edge::{REACH, SPAN, Tone, inside_pixels};
 use super::glass::Body;
 use super::region::Grey;
+use crate::math::median;
 use heapless::Vec;
 
 /// Background pixels in a row that end the liquid; fewer are speckle.
@@ -46,7 +47,8 @@ pub(super) fn trace(
     for (index, point) in raw.iter().enumerate() {
         let start = index.saturating_sub(NEIGHBOURS);
         let near = raw.iter().skip(start).take(index - start + NEIGHBOURS + 1);
-        if (point.row - median(near.map(|p| p.row))).abs() < ROW_TOLERANCE_PX {
+        let usual = median(near.map(|p| p.row)).unwrap_or(point.row);
+        if (point.row - usual).abs() < ROW_TOLERANCE_PX {
             let _ = edge.push(*point);
         }
     }
@@ -81,11 +83,4 @@ fn column_edge(
         *to = f32::from(image.at(column, start.checked_sub(up)?)?);
     }
     Some(start as f32 + 0.5 - inside_pixels(&profile, Tone::Level, least)?)
-}
-
-/// Median of at most `2 NEIGHBOURS + 1` numbers, 0 of none.
-fn median(numbers: impl Iterator<Item = f32>) -> f32 {
-    let mut sorted: Vec<f32, { 2 * NEIGHBOURS + 1 }> = numbers.take(2 * NEIGHBOURS + 1).collect();
-    sorted.sort_unstable_by(f32::total_cmp);
-    sorted.get(sorted.len() / 2).copied().unwrap_or(0.0)
 }

@@ -84,6 +84,12 @@ impl<'b> Assembler<'b> {
         self.losses
     }
 
+    /// The pixels of the last frame that [`push`](Self::push) gave, until the next payload.
+    #[must_use]
+    pub fn pixels(&self) -> &[u8] {
+        self.buffer
+    }
+
     /// Takes the next payload and copies its pixels behind those of its frame. If it also shows that
     /// an earlier frame never ended, that loss is booked and the outcome speaks of this payload.
     pub fn push(&mut self, payload: &[u8]) -> Outcome<'_> {

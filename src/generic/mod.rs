@@ -1,0 +1,30 @@
+//! One GENERIC step: energy kept exactly, entropy never falling, for every weight blob.
+//!
+//! State: latent x (N numbers, zero at rest) and heat s. With energy E(x, s) = H(x) + s, entropy
+//! S = s, L skew and D = C C^T >= 0, the full operators are degenerate by construction:
+//!
+//! ```text
+//! L_full = [ L  0 ]      M_full = [  D          -D grad H          ]      x' = (L - D) grad H + B u
+//!          [ 0  0 ]               [ -grad H^T D  grad H^T D grad H ]      s' = grad H^T D grad H >= 0
+//! ```
+//! so L_full grad S = 0 and M_full grad E = 0 identically. A moved glass is not closed: the port B u
+//! (u the acceleration of the glass) does the work dE = B u . grad H dt.
+//!
+//! Grmela and Öttinger, Phys. Rev. E 56 (1997) 6620; the discrete gradient is Gonzalez, J. Nonlinear
+//! Sci. 6 (1996) 449.
+
+mod audit;
+mod operators;
+mod potential;
+mod step;
+
+pub use audit::{Audit, Outcome};
+pub use operators::Operators;
+pub use potential::{MAX_HIDDEN, Potential};
+pub use step::{Generic, State};
+
+/// Latent variables (paper: 13).
+pub const LATENTS: usize = 13;
+
+/// A point or direction in latent space.
+pub type Latent = nalgebra::SVector<f64, LATENTS>;

@@ -1,0 +1,151 @@
+//! The time step: half a kick by the port, one closed step with the discrete gradient, half a kick.
+//!
+//! ```text
+//! x~ = x  + dt/2 B u
+//! x^ = x~ + dt (L - D) dH(x~, x^)                                   s1 = s + H(x~) - H(x^)
+//! x1 = x^ + dt/2 B u                 work = [H(x~) - H(x)] + [H(x1) - H(x^)]
+//! ```
+//! with the discrete gradient dH(a, b) = g + (H(b) - H(a) - g . (b - a)) / |b - a|^2 (b - a),
+//! g = grad H((a + b) / 2) (Gonzalez 1996). It has dH . (b - a) = H(b) - H(a), so that a solved
+//! closed step has H(x^) - H(x~) = -dt dH^T D dH <= 0: heat is never negative. The splitting
+//! (Strang 1968) keeps the port's work out of that inequality.
+//!
+//! An untrained or hostile blob may not converge. Then the result is shortened towards x~, where
+//! the inequality holds trivially, and the audit says so.
+
+use super::{Audit, Latent, Operators, Outcome, Potential};
+use crate::nn::Matrix;
+use nalgebra::SMatrix;
+
+/// Iterations after which the implicit equation is left as it is.
+const MAX_ITERATIONS: u32 = 16;
+
+/// Halvings of a step that would raise the energy, before it is dropped.
+const MAX_HALVINGS: u32 = 40;
+
+/// Squared relative residual at which the implicit equation counts as solved.
+const TOLERANCE: f64 = 1e-27;
+
+/// Relative rise of the energy that is rounding of a frictionless step, not a broken law.
+const ROUNDING: f64 = 1e-13;
+
+/// A trained GENERIC model.
+#[derive(Clone, Debug)]
+pub struct Generic<'m> {
+    /// H.
+    pub potential: Potential<'m>,
+    /// L and D.
+    pub operators: Operators,
+    /// B, `[LATENTS, 1]`.
+    pub port: Latent,
+    /// Approximate inverse of the Jacobian of the implicit equation; wrong values cost iterations.
+    pub preconditioner: Matrix<'m>,
+    /// dt in seconds.
+    pub dt_s: f64,
+}
+
+/// The memory of the model.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct State {
+    /// x.
+    pub latent: Latent,
+    /// s, in units of H.
+    pub heat: f64,
+}
+
+impl Default for State {
+    /// Rest.
+    fn default() -> Self {
+        Self { latent: SMatrix::zeros(), heat: 0.0 }
+    }
+}
+
+impl Generic<'_> {
+    /// H(x) + s.
+    #[must_use]
+    pub fn energy(&self, state: &State) -> f64 {
+        self.potential.value(&state.latent) + state.heat
+    }
+
+    /// Advances `state` by one time step under the port value `u`.
+    pub fn step(&self, state: &mut State, u: f64) -> Audit {
+        let half_kick = self.port * (0.5 * self.dt_s * u);
+        let x = state.latent;
+        let before = self.potential.value(&x);
+        let kicked = x + half_kick;
+        let closed = self.closed_step(&kicked);
+        let x1 = closed.end + half_kick;
+        let after = self.potential.value(&x1);
+        let heat = (closed.energy_start - closed.energy_end).max(0.0);
+        let work = (closed.energy_start - before) + (after - closed.energy_end);
+        let next = State { latent: x1, heat: state.heat + heat };
+        let finite = x1.iter().all(|x| x.is_finite()) && next.heat.is_finite() && work.is_finite();
+        if !finite {
+            return Audit { iterations: closed.iterations, outcome: Outcome::Held, ..Audit::default() };
+        }
+        let energy_residual = ((after + next.heat) - (before + state.heat)) - work;
+        *state = next;
+        Audit { work, heat, energy_residual, iterations: closed.iterations, outcome: closed.outcome }
+    }
+
+    /// The step without the port: from `a` to an end whose energy is not above that of `a`.
+    fn closed_step(&self, a: &Latent) -> Closed {
+        let energy_start = self.potential.value(a);
+        let scale = a.dot(a);
+        let mut b = *a;
+        let mut energy_b = energy_start;
+        let mut outcome = Outcome::Unconverged;
+        let mut iterations = 0;
+        while iterations < MAX_ITERATIONS {
+            iterations += 1;
+            let gradient = self.discrete_gradient(a, &b, energy_b - energy_start);
+            let residual = b - a - self.operators.apply(&gradient) * self.dt_s;
+            if residual.dot(&residual) <= TOLERANCE * scale {
+                outcome = Outcome::Solved;
+                break;
+            }
+            let mut correction = Latent::zeros();
+            self.preconditioner.accumulate_f64(residual.as_slice(), correction.as_mut_slice());
+            b -= correction;
+            energy_b = self.potential.value(&b);
+        }
+        if energy_b <= energy_start + ROUNDING * energy_start {
+            return Closed { end: b, energy_start, energy_end: energy_b, iterations, outcome };
+        }
+        self.backtrack(a, b, energy_start, iterations)
+    }
+
+    /// dH(a, b), given the difference of energies.
+    fn discrete_gradient(&self, a: &Latent, b: &Latent, rise: f64) -> Latent {
+        let delta = b - a;
+        let gradient = self.potential.gradient(&((a + b) * 0.5));
+        let square = delta.dot(a);
+        if square <= f64::MIN_POSITIVE {
+            return gradient;
+        }
+        gradient + delta * ((rise - gradient.dot(&delta)) / square)
+    }
+
+    /// Halves the step towards `a` until the energy does not rise; a step that is not finite is dropped.
+    fn backtrack(&self, a: &Latent, end: Latent, energy_start: f64, iterations: u32) -> Closed {
+        let mut delta = end - a;
+        for _ in 0..MAX_HALVINGS {
+            delta *= 0.5;
+            let end = a + delta;
+            let energy_end = self.potential.value(&end);
+            if energy_end <= energy_start {
+                return Closed { end, energy_start, energy_end, iterations, outcome: Outcome::Backtracked };
+            }
+        }
+        Closed { end: *a, energy_start, energy_end: energy_start, iterations, outcome: Outcome::Backtracked }
+    }
+}
+
+/// Result of the closed step.
+struct Closed {
+    end: Latent,
+    energy_start: f64,
+    energy_end: f64,
+    iterations: u32,
+    outcome: Outcome,
+}

@@ -1,0 +1,108 @@
+//! Why a blob is refused, one sentence a cause.
+
+use super::{Tensor, VERSION};
+use core::fmt;
+
+/// A blob that is not loaded. Whatever model ran before keeps running.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum LoadError {
+    /// The blob ends before its stated length.
+    Truncated {
+        /// Bytes there are.
+        have: usize,
+        /// Bytes there should be.
+        need: usize,
+    },
+    /// The first eight bytes are not those of a blob.
+    NotABlob,
+    /// The format version is another than this build's.
+    Version {
+        /// Version in the blob.
+        found: u32,
+    },
+    /// There are bytes behind the stated end.
+    Trailing {
+        /// Bytes behind the end.
+        extra: usize,
+    },
+    /// The checksum does not match: the blob was damaged on its way.
+    Checksum {
+        /// CRC-32 in the blob.
+        stated: u32,
+        /// CRC-32 of what is there.
+        computed: u32,
+    },
+    /// The header cannot be read.
+    Header,
+    /// A number of the header is not finite or not positive.
+    HeaderValue {
+        /// Field name.
+        field: &'static str,
+        /// Its value.
+        value: f64,
+    },
+    /// The buffer does not start on a 64-byte boundary, so tensors cannot be read in place.
+    Misaligned,
+    /// A tensor lies outside the blob or off its 64-byte boundary.
+    Section {
+        /// Which tensor.
+        tensor: Tensor,
+    },
+    /// A tensor that the model needs is not there.
+    Missing {
+        /// Which tensor.
+        tensor: Tensor,
+    },
+    /// A tensor has another shape than the model needs.
+    Shape {
+        /// Which tensor.
+        tensor: Tensor,
+        /// Its rows and columns.
+        found: (u32, u32),
+    },
+    /// A weight is NaN or infinite.
+    NotFinite {
+        /// Which tensor.
+        tensor: Tensor,
+        /// Position in the tensor as it lies in the blob.
+        index: usize,
+    },
+}
+
+impl fmt::Display for LoadError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Truncated { have, need } => {
+                write!(f, "the blob is cut short: {have} bytes of {need}; copy it again")
+            }
+            Self::NotABlob => {
+                write!(f, "this is not a weight blob (it does not begin with MENISCUS)")
+            }
+            Self::Version { found } => write!(
+                f,
+                "the blob has format version {found}, this program reads version {VERSION}; \
+                 export it again with a matching `meniscus train`"
+            ),
+            Self::Trailing { extra } => write!(f, "{extra} bytes follow the end of the blob"),
+            Self::Checksum { stated, computed } => write!(
+                f,
+                "the blob is damaged: its CRC-32 should be {stated:08x} and is {computed:08x}; copy it again"
+            ),
+            Self::Header => write!(f, "the header of the blob cannot be read"),
+            Self::HeaderValue { field, value } => {
+                write!(f, "the header's {field} is {value}, which no glass or model can have")
+            }
+            Self::Misaligned => write!(f, "the blob must lie on a 64-byte boundary in memory"),
+            Self::Section { tensor } => write!(f, "tensor {tensor:?} lies outside the blob"),
+            Self::Missing { tensor } => write!(f, "tensor {tensor:?} is missing"),
+            Self::Shape { tensor, found: (rows, columns) } => {
+                write!(f, "tensor {tensor:?} is {rows} x {columns}, which does not fit the model")
+            }
+            Self::NotFinite { tensor, index } => {
+                write!(f, "number {index} of tensor {tensor:?} is NaN or infinite")
+            }
+        }
+    }
+}
+
+impl core::error::Error for LoadError {}

@@ -1,0 +1,269 @@
+//! From bytes to a checked [`Model`]: the only constructor.
+
+use super::shapes::{SURFACE_GROUP, shape};
+use super::{Header, LoadError, MAGIC, Section, Tensor, VERSION};
+use crate::decoder::{Decoder, ENERGY_GROUP, Group};
+use crate::encoder::Encoder;
+use crate::generic::{Generic, Latent, Operators, Potential};
+use crate::nn::{Gru, Matrix, Vector, packed_len};
+use crate::window::Scale;
+
+/// Bytes before the postcard header: magic, version, header length, total length, CRC-32.
+pub const PREFIX_LEN: usize = 24;
+
+/// Every tensor starts on such a boundary, counted from the start of the blob.
+pub const ALIGNMENT: usize = 64;
+
+/// The checksum: CRC-32 of IEEE 802.3, over everything behind the prefix.
+pub const CRC: crc::Crc<u32> = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
+
+/// A blob that has passed every check; its weights are read in place.
+#[derive(Clone, Debug)]
+pub struct Model<'b> {
+    /// What the blob says of itself.
+    pub header: Header,
+    /// Window to latent.
+    pub encoder: Encoder<'b>,
+    /// The time step.
+    pub generic: Generic<'b>,
+    /// Latent and heat to field.
+    pub decoder: Decoder<'b>,
+    /// Gain of the filter, `[LATENTS, LATENTS]`.
+    pub gain: Matrix<'b>,
+}
+
+impl<'b> Model<'b> {
+    /// Checks `blob` and builds the model on it.
+    ///
+    /// # Errors
+    /// The first thing that is wrong with the blob, as [`LoadError`].
+    pub fn load(blob: &'b [u8]) -> Result<Self, LoadError> {
+        let header = read_header(blob)?;
+        check_values(&header)?;
+        let store = Store { blob, header: &header };
+        let encoder = store.encoder()?;
+        let generic = store.generic()?;
+        let decoder = store.decoder()?;
+        let gain = store.matrix(Tensor::Gain)?;
+        Ok(Self { encoder, generic, decoder, gain, header })
+    }
+
+    /// Numbers in the full field: 13 a tracer.
+    #[must_use]
+    pub fn field_len(&self) -> usize {
+        self.decoder.groups.iter().map(|group| group.rest.len()).sum()
+    }
+
+    /// Scales of the encoder's features.
+    #[must_use]
+    pub fn scale(&self) -> Scale {
+        Scale {
+            fill_m: self.header.fill_m as f32,
+            height_m: self.header.height_scale_m,
+            acceleration_m_s2: self.header.acceleration_scale,
+        }
+    }
+}
+
+/// The little-endian number at `offset`.
+fn word(blob: &[u8], offset: usize) -> Option<u32> {
+    let bytes = blob.get(offset..)?.first_chunk::<4>()?;
+    Some(u32::from_le_bytes(*bytes))
+}
+
+/// Checks prefix and checksum, and reads the header.
+fn read_header(blob: &[u8]) -> Result<Header, LoadError> {
+    let short = LoadError::Truncated { have: blob.len(), need: PREFIX_LEN };
+    let magic = blob.first_chunk::<8>().ok_or(short)?;
+    if *magic != MAGIC {
+        return Err(LoadError::NotABlob);
+    }
+    let version = word(blob, 8).ok_or(short)?;
+    if version != VERSION {
+        return Err(LoadError::Version { found: version });
+    }
+    let header_len = word(blob, 12).ok_or(short)? as usize;
+    let total = word(blob, 16).ok_or(short)? as usize;
+    let stated = word(blob, 20).ok_or(short)?;
+    if blob.len() < total {
+        return Err(LoadError::Truncated { have: blob.len(), need: total });
+    }
+    if blob.len() > total {
+        return Err(LoadError::Trailing { extra: blob.len() - total });
+    }
+    let body = blob.get(PREFIX_LEN..).ok_or(short)?;
+    let computed = CRC.checksum(body);
+    if computed != stated {
+        return Err(LoadError::Checksum { stated, computed });
+    }
+    let header = body.get(..header_len).ok_or(LoadError::Header)?;
+    postcard::from_bytes(header).map_err(|_| LoadError::Header)
+}
+
+/// Refuses numbers that no glass or model can have.
+fn check_values(header: &Header) -> Result<(), LoadError> {
+    let positive = [
+        ("particles", f64::from(header.particles)),
+        ("dt_s", header.dt_s),
+        ("radius_m", header.radius_m),
+        ("fill_m", header.fill_m),
+        ("rim_m", header.rim_m),
+        ("height_scale_m", f64::from(header.height_scale_m)),
+        ("acceleration_scale", f64::from(header.acceleration_scale)),
+        ("energy_scale_j", header.energy_scale_j),
+    ];
+    for (field, value) in positive {
+        if !(value.is_finite() && value > 0.0) {
+            return Err(LoadError::HeaderValue { field, value });
+        }
+    }
+    if header.rim_m < header.fill_m {
+        return Err(LoadError::HeaderValue { field: "rim_m (below the fill)", value: header.rim_m });
+    }
+    Ok(())
+}
+
+/// Access to the tensors by name, with every check on the way.
+struct Store<'b, 'h> {
+    blob: &'b [u8],
+    header: &'h Header,
+}
+
+impl<'b> Store<'b, '_> {
+    /// The section of `tensor` and its numbers.
+    fn find(&self, tensor: Tensor) -> Result<(&Section, &'b [f32]), LoadError> {
+        let mut sections = self.header.sections.iter();
+        let section = sections.find(|s| s.tensor == tensor).ok_or(LoadError::Missing { tensor })?;
+        let found = (section.rows, section.columns);
+        let (rows, columns) = (section.rows as usize, section.columns as usize);
+        let fits = shape(tensor, self.header).is_some_and(|(r, c)| r.allows(rows) && c.allows(columns));
+        if !fits {
+            return Err(LoadError::Shape { tensor, found });
+        }
+        let outside = LoadError::Section { tensor };
+        let offset = section.offset as usize;
+        let bytes = packed_len(rows, columns).and_then(|n| n.checked_mul(4)).ok_or(outside)?;
+        let end = offset.checked_add(bytes).ok_or(outside)?;
+        if !offset.is_multiple_of(ALIGNMENT) {
+            return Err(outside);
+        }
+        let raw = self.blob.get(offset..end).ok_or(outside)?;
+        let numbers = bytemuck::try_cast_slice::<u8, f32>(raw).map_err(|_| LoadError::Misaligned)?;
+        match numbers.iter().position(|w| !w.is_finite()) {
+            Some(index) => Err(LoadError::NotFinite { tensor, index }),
+            None => Ok((section, numbers)),
+        }
+    }
+
+    /// A tensor as a matrix.
+    fn matrix(&self, tensor: Tensor) -> Result<Matrix<'b>, LoadError> {
+        let (section, numbers) = self.find(tensor)?;
+        Matrix::new(numbers, section.rows as usize, section.columns as usize)
+            .ok_or(LoadError::Section { tensor })
+    }
+
+    /// A tensor of one column, without its padding.
+    fn vector(&self, tensor: Tensor) -> Result<Vector<'b>, LoadError> {
+        let (section, numbers) = self.find(tensor)?;
+        numbers.get(..section.rows as usize).ok_or(LoadError::Section { tensor })
+    }
+
+    /// Refuses `matrix` unless it has `columns` columns.
+    fn chained(&self, tensor: Tensor, columns: usize) -> Result<Matrix<'b>, LoadError> {
+        let matrix = self.matrix(tensor)?;
+        if matrix.columns() == columns {
+            return Ok(matrix);
+        }
+        Err(LoadError::Shape { tensor, found: (matrix.rows() as u32, matrix.columns() as u32) })
+    }
+
+    /// Refuses a vector unless it has `rows` numbers.
+    fn bias(&self, tensor: Tensor, rows: usize) -> Result<Vector<'b>, LoadError> {
+        let bias = self.vector(tensor)?;
+        if bias.len() == rows {
+            return Ok(bias);
+        }
+        Err(LoadError::Shape { tensor, found: (bias.len() as u32, 1) })
+    }
+
+    fn gru(&self, layer: u8) -> Result<Gru<'b>, LoadError> {
+        Ok(Gru {
+            input: self.matrix(Tensor::GruInput(layer))?,
+            hidden: self.matrix(Tensor::GruHidden(layer))?,
+            input_bias: self.vector(Tensor::GruInputBias(layer))?,
+            hidden_bias: self.vector(Tensor::GruHiddenBias(layer))?,
+        })
+    }
+
+    fn encoder(&self) -> Result<Encoder<'b>, LoadError> {
+        Ok(Encoder {
+            layers: [self.gru(0)?, self.gru(1)?, self.gru(2)?],
+            head: self.matrix(Tensor::HeadWeight)?,
+            bias: self.vector(Tensor::HeadBias)?,
+        })
+    }
+
+    fn generic(&self) -> Result<Generic<'b>, LoadError> {
+        let inward = self.matrix(Tensor::EnergyIn)?;
+        let potential = Potential {
+            linear: self.matrix(Tensor::EnergyLinear)?,
+            inward,
+            bias: self.bias(Tensor::EnergyBias, inward.rows())?,
+            outward: self.chained(Tensor::EnergyOut, inward.rows())?,
+        };
+        let (skew, factor) = (self.vector(Tensor::SkewLower)?, self.vector(Tensor::FrictionFactor)?);
+        let mut port = Latent::zeros();
+        for (out, &b) in port.iter_mut().zip(self.vector(Tensor::Port)?) {
+            *out = f64::from(b);
+        }
+        Ok(Generic {
+            potential,
+            operators: Operators::from_triangles(skew, factor),
+            port,
+            preconditioner: self.matrix(Tensor::Preconditioner)?,
+            dt_s: self.header.dt_s,
+        })
+    }
+
+    fn decoder(&self) -> Result<Decoder<'b>, LoadError> {
+        let linear = self.matrix(Tensor::TrunkLinear)?;
+        let w1 = self.matrix(Tensor::TrunkWeight(0))?;
+        let w2 = self.chained(Tensor::TrunkWeight(1), w1.rows())?;
+        let w3 = self.chained(Tensor::TrunkWeight(2), w2.rows())?;
+        let mut first = 0;
+        let groups = [self.group(0, &mut first)?, self.group(1, &mut first)?, self.group(2, &mut first)?];
+        let [q, v, e] = groups;
+        let (sigma, tau) = (self.group(3, &mut first)?, self.group(4, &mut first)?);
+        let surface = self.group(SURFACE_GROUP, &mut first)?;
+        for (tensor, rows) in [(Tensor::TrunkLinear, linear.rows()), (Tensor::TrunkWeight(2), w3.rows())] {
+            if rows != first {
+                return Err(LoadError::Shape { tensor, found: (rows as u32, linear.columns() as u32) });
+            }
+        }
+        Ok(Decoder {
+            linear,
+            weights: [w1, w2, w3],
+            biases: [
+                self.bias(Tensor::TrunkBias(0), w1.rows())?,
+                self.bias(Tensor::TrunkBias(1), w2.rows())?,
+                self.bias(Tensor::TrunkBias(2), w3.rows())?,
+            ],
+            groups: [q, v, e, sigma, tau],
+            surface,
+        })
+    }
+
+    /// Group `index`, whose coefficients begin at `first`; moves `first` behind them. The internal
+    /// energy has none of its own: its coefficient is the heat.
+    fn group(&self, index: usize, first: &mut usize) -> Result<Group<'b>, LoadError> {
+        let tag = index as u8;
+        let basis = self.matrix(Tensor::GroupBasis(tag))?;
+        let rest = self.vector(Tensor::GroupRest(tag))?;
+        if index == ENERGY_GROUP {
+            return Ok(Group { rest, basis, first: 0 });
+        }
+        let group = Group { rest, basis, first: *first };
+        *first = first.saturating_add(basis.columns());
+        Ok(group)
+    }
+}

@@ -1,0 +1,185 @@
+//! Matrices packed in panels of [`PANEL`] rows, so that one pass over the input fills a panel of
+//! outputs held in registers and the weights stream through once, in order.
+//!
+//! Element (i, j) of a matrix with `columns` columns lies at [`packed_index`]; rows are padded with
+//! zeros to a whole panel. A vector is a matrix of one column: its elements lie one after another.
+
+use core::num::NonZeroUsize;
+
+/// Rows of a panel: eight SSE, four AVX2 or two AVX-512 registers of accumulators.
+pub const PANEL: usize = 32;
+
+/// Where element (`row`, `column`) of a packed matrix lies.
+#[must_use]
+pub const fn packed_index(row: usize, column: usize, columns: usize) -> usize {
+    ((row / PANEL) * columns + column) * PANEL + row % PANEL
+}
+
+/// Numbers that a packed matrix occupies, padding included; `None` on overflow.
+#[must_use]
+pub const fn packed_len(rows: usize, columns: usize) -> Option<usize> {
+    match rows.div_ceil(PANEL).checked_mul(columns) {
+        Some(panels) => panels.checked_mul(PANEL),
+        None => None,
+    }
+}
+
+/// A matrix in the blob, read in place.
+#[derive(Clone, Copy, Debug)]
+pub struct Matrix<'m> {
+    /// One entry a panel and column, panel after panel.
+    packed: &'m [[f32; PANEL]],
+    rows: usize,
+    columns: NonZeroUsize,
+}
+
+impl<'m> Matrix<'m> {
+    /// A `rows` x `columns` matrix over packed numbers; `None` unless there are exactly as many as
+    /// that takes, and at least one column.
+    #[must_use]
+    pub fn new(packed: &'m [f32], rows: usize, columns: usize) -> Option<Self> {
+        let wanted = packed_len(rows, columns)?;
+        let columns = NonZeroUsize::new(columns)?;
+        let (packed, rest) = packed.as_chunks();
+        (rest.is_empty() && packed.len().checked_mul(PANEL)? == wanted).then_some(Self {
+            packed,
+            rows,
+            columns,
+        })
+    }
+
+    /// Number of outputs.
+    #[must_use]
+    pub fn rows(&self) -> usize {
+        self.rows
+    }
+
+    /// Number of inputs.
+    #[must_use]
+    pub fn columns(&self) -> usize {
+        self.columns.get()
+    }
+
+    /// y = y + W x. Numbers of `x` beyond the columns and of `y` beyond the rows are left alone;
+    /// where `x` is shorter, the rest counts as zero.
+    pub fn accumulate(&self, x: &[f32], y: &mut [f32]) {
+        let panels = self.packed.chunks_exact(self.columns.get());
+        let outputs = y.get_mut(..self.rows.min(y.len())).unwrap_or_default();
+        for (out, panel) in outputs.chunks_mut(PANEL).zip(panels) {
+            let mut sums = [0.0_f32; PANEL];
+            for (column, &xj) in panel.iter().zip(x) {
+                for (sum, w) in sums.iter_mut().zip(column) {
+                    *sum += w * xj;
+                }
+            }
+            for (o, sum) in out.iter_mut().zip(sums) {
+                *o += sum;
+            }
+        }
+    }
+
+    /// y = y + W x in double precision, for the energy, whose differences must not be rounding.
+    pub fn accumulate_f64(&self, x: &[f64], y: &mut [f64]) {
+        let panels = self.packed.chunks_exact(self.columns.get());
+        let outputs = y.get_mut(..self.rows.min(y.len())).unwrap_or_default();
+        for (out, panel) in outputs.chunks_mut(PANEL).zip(panels) {
+            let mut sums = [0.0_f64; PANEL];
+            for (column, &xj) in panel.iter().zip(x) {
+                for (sum, &w) in sums.iter_mut().zip(column) {
+                    *sum += f64::from(w) * xj;
+                }
+            }
+            for (o, sum) in out.iter_mut().zip(sums) {
+                *o += sum;
+            }
+        }
+    }
+
+    /// y = y + W^T x in double precision.
+    pub fn accumulate_transposed_f64(&self, x: &[f64], y: &mut [f64]) {
+        let panels = self.packed.chunks_exact(self.columns.get());
+        let inputs = x.get(..self.rows.min(x.len())).unwrap_or_default();
+        for (input, panel) in inputs.chunks(PANEL).zip(panels) {
+            for (out, column) in y.iter_mut().zip(panel) {
+                // Four running sums instead of one, so that additions need not wait for each other.
+                let mut sums = [0.0_f64; 4];
+                for (xs, ws) in input.chunks(4).zip(column.chunks(4)) {
+                    for ((sum, &w), &xi) in sums.iter_mut().zip(ws).zip(xs) {
+                        *sum += f64::from(w) * xi;
+                    }
+                }
+                *out += sums.iter().sum::<f64>();
+            }
+        }
+    }
+
+    /// Element (`row`, `column`), zero outside.
+    #[must_use]
+    pub fn at(&self, row: usize, column: usize) -> f32 {
+        if column >= self.columns.get() {
+            return 0.0;
+        }
+        let panel = (row / PANEL).saturating_mul(self.columns.get()).saturating_add(column);
+        self.packed.get(panel).and_then(|entry| entry.get(row % PANEL)).copied().unwrap_or(0.0)
+    }
+}
+
+/// A vector in the blob, read in place; the padding behind it is not part of it.
+pub type Vector<'m> = &'m [f32];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A 40 x 3 matrix with element (i, j) = i + 100 j, so that every place is told apart.
+    fn packed() -> [f32; 2 * 3 * PANEL] {
+        let mut out = [0.0; 2 * 3 * PANEL];
+        for i in 0..40 {
+            for j in 0..3 {
+                out[packed_index(i, j, 3)] = (i + 100 * j) as f32;
+            }
+        }
+        out
+    }
+
+    #[test]
+    fn products_agree_with_the_definition() {
+        let packed = packed();
+        let matrix = Matrix::new(&packed, 40, 3).expect("the length fits");
+        let x = [1.0, -2.0, 0.5];
+        let mut y = [1.0_f32; 41];
+        matrix.accumulate(&x, &mut y);
+        let mut y64 = [1.0_f64; 40];
+        matrix.accumulate_f64(&x.map(f64::from), &mut y64);
+        for i in 0..40 {
+            let expected = 1.0 + i as f32 - 2.0 * (i + 100) as f32 + 0.5 * (i + 200) as f32;
+            assert_eq!(y[i], expected);
+            assert_eq!(y64[i], f64::from(expected));
+        }
+        assert_eq!(y[40], 1.0, "a longer output keeps its tail");
+    }
+
+    #[test]
+    fn the_transposed_product_is_the_adjoint() {
+        let packed = packed();
+        let matrix = Matrix::new(&packed, 40, 3).expect("the length fits");
+        let mut x = [0.0_f64; 40];
+        x.iter_mut().enumerate().for_each(|(i, x)| *x = 1.0 / (i as f64 + 1.0));
+        let z = [0.3, -0.7, 1.1];
+        let (mut wz, mut wtx) = ([0.0; 40], [0.0; 3]);
+        matrix.accumulate_f64(&z, &mut wz);
+        matrix.accumulate_transposed_f64(&x, &mut wtx);
+        let left: f64 = x.iter().zip(wz).map(|(a, b)| a * b).sum();
+        let right: f64 = z.iter().zip(wtx).map(|(a, b)| a * b).sum();
+        assert!((left - right).abs() < 1e-9 * left.abs());
+    }
+
+    #[test]
+    fn a_wrong_length_is_refused() {
+        let packed = packed();
+        assert!(Matrix::new(&packed, 40, 4).is_none());
+        assert!(Matrix::new(&packed, 40, 0).is_none());
+        assert!(Matrix::new(&packed[1..], 40, 3).is_none());
+        assert_eq!(Matrix::new(&packed, 40, 3).expect("fits").at(33, 1), 133.0);
+    }
+}

@@ -1,0 +1,213 @@
+//! The estimator: one turn from a profile (or none) to an estimate of the whole liquid.
+//!
+//! [`Estimator`] is configuration and weights (`&self`), [`Memory`] what changes (`&mut`).
+
+use super::budget::{Clock, DEADLINE_US, FIELD_START_US, Lap, Stages};
+use super::filter::correct;
+use super::mode::Mode;
+use super::motion::Motion;
+use crate::generic::{Audit, LATENTS, Latent, Outcome, State};
+use crate::health::{Health, count};
+use crate::model::Model;
+use crate::surface::{POINTS, SurfaceProfile};
+use crate::window::Window;
+use serde::{Deserialize, Serialize};
+
+/// Largest glass acceleration that enters the port, as a multiple of the model's scale.
+const PORT_LIMIT: f64 = 20.0;
+
+/// Points of a profile that must be seen for it to be a measurement: two thirds of 21.
+const POINTS_NEEDED: usize = 14;
+
+/// Frames of the window that must have been seen before the encoder is trusted: 12 of 16.
+const ROWS_NEEDED: usize = 12;
+
+/// The model at work.
+#[derive(Clone, Copy, Debug)]
+pub struct Estimator<'m> {
+    model: &'m Model<'m>,
+}
+
+/// What the estimator remembers from turn to turn.
+#[derive(Clone, Debug, Default)]
+pub struct Memory {
+    window: Window,
+    state: State,
+    motion: Motion,
+    mode: Mode,
+    missed: u32,
+    /// Counters since the start.
+    pub health: Health,
+}
+
+/// What a turn knows, beside the full field in the caller's buffer.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Estimate {
+    /// What the estimate is worth.
+    pub mode: Mode,
+    /// x after the correction.
+    pub latent: [f64; LATENTS],
+    /// The 21 heights of the surface, metres above the inner bottom.
+    pub surface_m: [f32; POINTS],
+    /// Acceleration of the glass that entered the port, m/s2.
+    pub acceleration_m_s2: f32,
+    /// H(x): slosh energy, joules.
+    pub slosh_j: f64,
+    /// s: heat since the start, joules.
+    pub heat_j: f64,
+    /// What the correction by the measurement did to H, joules; not part of the laws' books.
+    pub corrected_j: f64,
+    /// Books of the predicting step, in units of H.
+    pub audit: Audit,
+    /// Whether the full field was written this turn.
+    pub field_fresh: bool,
+    /// Where the time went.
+    pub stages: Stages,
+}
+
+impl<'m> Estimator<'m> {
+    /// An estimator on a checked model.
+    #[must_use]
+    pub fn new(model: &'m Model<'m>) -> Self {
+        Self { model }
+    }
+
+    /// The model.
+    #[must_use]
+    pub fn model(&self) -> &'m Model<'m> {
+        self.model
+    }
+
+    /// One turn. Call it once a frame interval, with `None` where no frame came or no liquid was
+    /// seen. `surface_us` is what the way from the image to the profile has taken of this turn.
+    ///
+    /// The full field goes into `field` ([`Model::field_len`] numbers, SI units; with any other length
+    /// it is left out) unless the turn is late ([`Health::field_shed`]) or halted ([`Mode::Halted`]).
+    pub fn turn<C: Clock>(
+        &self,
+        memory: &mut Memory,
+        profile: Option<&SurfaceProfile>,
+        surface_us: u64,
+        clock: &mut C,
+        field: &mut [f32],
+    ) -> Estimate {
+        let mut lap = Lap::start(clock);
+        let mut stages = Stages { surface_us, ..Stages::default() };
+        count(&mut memory.health.turns);
+
+        let acceleration = self.acceleration(memory, profile);
+        let audit = self.predict(memory, acceleration);
+        stages.predict_us = lap.lap_us();
+
+        let usable = profile.filter(|profile| profile.seen() >= POINTS_NEEDED);
+        memory.window.push(self.model.scale().row(usable, acceleration as f32));
+        let measured = self.measure(memory, usable);
+        stages.encode_us = lap.lap_us();
+
+        let before = self.model.generic.potential.value(&memory.state.latent);
+        if let Some(measured) = &measured {
+            memory.state.latent = correct(&self.model.gain, &memory.state.latent, measured);
+        }
+        self.settle_mode(memory, measured.is_some());
+        let slosh = self.model.generic.potential.value(&memory.state.latent);
+        let joules = self.model.header.energy_scale_j;
+        let latent: [f64; LATENTS] = memory.state.latent.into();
+        let coefficients = self.model.decoder.coefficients(&latent.map(|x| x as f32));
+        let surface_m = self.model.decoder.surface(&coefficients);
+        stages.correct_us = lap.lap_us();
+
+        let heat_j = joules * memory.state.heat;
+        let field_fresh = memory.mode != Mode::Halted
+            && field.len() == self.model.field_len()
+            && self.in_time(memory, &lap, surface_us);
+        if field_fresh {
+            self.model.decoder.field(&coefficients, heat_j as f32, field);
+        }
+        stages.field_us = lap.lap_us();
+        if stages.total_us() > DEADLINE_US {
+            count(&mut memory.health.deadline_missed);
+        }
+        Estimate {
+            mode: memory.mode,
+            latent,
+            surface_m,
+            acceleration_m_s2: acceleration as f32,
+            slosh_j: joules * slosh,
+            heat_j,
+            corrected_j: joules * (slosh - before),
+            audit,
+            field_fresh,
+            stages,
+        }
+    }
+
+    /// The acceleration of the glass, clipped to what the model can have seen.
+    fn acceleration(&self, memory: &mut Memory, profile: Option<&SurfaceProfile>) -> f64 {
+        let position = profile.and_then(|profile| profile.glass_x_m).map(f64::from);
+        if position.is_none() {
+            count(&mut memory.health.glass_not_seen);
+        }
+        let limit = PORT_LIMIT * f64::from(self.model.header.acceleration_scale);
+        let measured = memory.motion.update(position);
+        let clipped = if measured.is_finite() { measured.max(-limit).min(limit) } else { 0.0 };
+        if clipped != measured {
+            count(&mut memory.health.acceleration_clipped);
+        }
+        clipped
+    }
+
+    /// The GENERIC step of this turn.
+    fn predict(&self, memory: &mut Memory, acceleration: f64) -> Audit {
+        let u = acceleration / f64::from(self.model.header.acceleration_scale);
+        let audit = self.model.generic.step(&mut memory.state, u);
+        match audit.outcome {
+            Outcome::Solved => {}
+            Outcome::Unconverged => count(&mut memory.health.step_unconverged),
+            Outcome::Backtracked => count(&mut memory.health.step_backtracked),
+            Outcome::Held => count(&mut memory.health.step_held),
+        }
+        audit
+    }
+
+    /// The encoder's latent, if there is a usable profile at the end of a window that holds enough.
+    fn measure(&self, memory: &mut Memory, usable: Option<&SurfaceProfile>) -> Option<Latent> {
+        usable?;
+        if memory.window.seen() < ROWS_NEEDED {
+            return None;
+        }
+        let latent = self.model.encoder.encode(memory.window.rows());
+        if latent.iter().any(|x| !x.is_finite()) {
+            count(&mut memory.health.measurement_refused);
+            return None;
+        }
+        Some(Latent::from(latent.map(f64::from)))
+    }
+
+    /// Moves to the mode of this turn and counts it.
+    fn settle_mode(&self, memory: &mut Memory, measured: bool) {
+        memory.missed = if measured { 0 } else { memory.missed.saturating_add(1) };
+        let next = memory.mode.next(measured, memory.missed);
+        if next == Mode::Halted && memory.mode != Mode::Halted {
+            // What comes back after a long gap has nothing to do with what was.
+            memory.window.clear();
+            memory.motion = Motion::default();
+            memory.state.latent = Latent::zeros();
+        }
+        memory.mode = next;
+        count(match next {
+            Mode::Filling => &mut memory.health.filling,
+            Mode::Tracking => &mut memory.health.tracking,
+            Mode::Coasting => &mut memory.health.coasting,
+            Mode::Halted => &mut memory.health.halted,
+        });
+    }
+
+    /// Whether the full field can still be written this turn; counts it when not.
+    fn in_time<C: Clock>(&self, memory: &mut Memory, lap: &Lap<'_, C>, surface_us: u64) -> bool {
+        let in_time = lap.elapsed_us().saturating_add(surface_us) <= FIELD_START_US;
+        if !in_time {
+            count(&mut memory.health.field_shed);
+        }
+        in_time
+    }
+}

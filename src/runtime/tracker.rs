@@ -1,0 +1,114 @@
+//! The whole camera side: payloads in, one turn a frame interval out, whatever the camera does.
+//!
+//! A frame that never came is a turn without a measurement; a frame that comes after its turn has
+//! been taken is stale and is not used. Time is the camera's; its frame counter may skip or restart.
+
+use super::budget::Clock;
+use super::estimator::{Estimate, Estimator, Memory};
+use super::eye::{Eye, Sight};
+use super::mode::COAST_LIMIT;
+use crate::frame::Stamp;
+use crate::health::count;
+use crate::surface::{NotSeen, SurfaceProfile};
+use crate::units::Micros;
+use crate::uvc::Stream;
+
+/// Frame interval, microseconds.
+const INTERVAL_US: u64 = 16_667;
+
+/// Stale frames in a row after which the camera's time is believed instead of ours.
+const STALE_LIMIT: u32 = 3;
+
+/// One turn, as it is handed on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Turn {
+    /// Instant of the turn: mid-exposure of its frame, or where that of a missing frame would lie.
+    pub time: Micros,
+    /// Stamp of the frame, if one came.
+    pub stamp: Option<Stamp>,
+    /// What was seen; `None` without a frame.
+    pub sight: Option<Result<SurfaceProfile, NotSeen>>,
+    /// What is known.
+    pub estimate: Estimate,
+}
+
+/// Eye, estimator and their memory.
+#[derive(Debug)]
+pub struct Tracker<'m, 'b> {
+    estimator: Estimator<'m>,
+    /// Payloads to profiles.
+    pub eye: Eye<'b>,
+    /// What the estimator remembers, with its counters.
+    pub memory: Memory,
+    now: Option<Micros>,
+    stale: u32,
+}
+
+impl<'m, 'b> Tracker<'m, 'b> {
+    /// A tracker that has seen nothing yet.
+    #[must_use]
+    pub fn new(estimator: Estimator<'m>, eye: Eye<'b>) -> Self {
+        Self { estimator, eye, memory: Memory::default(), now: None, stale: 0 }
+    }
+
+    /// Takes one payload. Every turn that it leads to goes to `turn`, with the full field if that
+    /// is fresh: one for each frame that is missing before it, then its own.
+    pub fn accept<C: Clock>(
+        &mut self,
+        stream: Stream,
+        payload: &[u8],
+        clock: &mut C,
+        field: &mut [f32],
+        mut turn: impl FnMut(&Turn, &[f32]),
+    ) {
+        let Some(sight) = self.eye.accept(stream, payload, clock) else { return };
+        let time = sight.stamp.captured;
+        let Some(missing) = self.missing_before(time) else { return };
+        // Beyond the limit the estimate has halted, and one more turn changes nothing.
+        for ago in (1..=missing.min(u64::from(COAST_LIMIT) + 1)).rev() {
+            count(&mut self.memory.health.frames_missing);
+            let estimate = self.estimator.turn(&mut self.memory, None, 0, clock, &mut []);
+            let time = Micros(time.0.saturating_sub(ago.saturating_mul(INTERVAL_US)));
+            turn(&Turn { time, stamp: None, sight: None, estimate }, &[]);
+        }
+        self.now = Some(time);
+        let estimate = self.seen(&sight, clock, field);
+        turn(&Turn { time, stamp: Some(sight.stamp), sight: Some(sight.profile), estimate }, field);
+    }
+
+    /// Takes a turn without a frame: call it when an interval has passed in silence. Before the
+    /// first frame there is nothing to predict, and `None` comes back.
+    pub fn silence<C: Clock>(&mut self, clock: &mut C, field: &mut [f32]) -> Option<Turn> {
+        let time = Micros(self.now?.0.saturating_add(INTERVAL_US));
+        self.now = Some(time);
+        count(&mut self.memory.health.frames_missing);
+        let estimate = self.estimator.turn(&mut self.memory, None, 0, clock, field);
+        Some(Turn { time, stamp: None, sight: None, estimate })
+    }
+
+    /// Frame intervals without a turn before `time`; `None` if its turn has been taken already.
+    fn missing_before(&mut self, time: Micros) -> Option<u64> {
+        let Some(now) = self.now else { return Some(0) };
+        let intervals = time.since(now).saturating_add(INTERVAL_US / 2) / INTERVAL_US;
+        if intervals >= 1 {
+            self.stale = 0;
+            return intervals.checked_sub(1);
+        }
+        count(&mut self.memory.health.frames_stale);
+        self.stale = self.stale.saturating_add(1);
+        if self.stale <= STALE_LIMIT {
+            return None;
+        }
+        self.stale = 0;
+        Some(0)
+    }
+
+    /// The turn of a frame.
+    fn seen<C: Clock>(&mut self, sight: &Sight, clock: &mut C, field: &mut [f32]) -> Estimate {
+        if sight.profile.is_err() {
+            count(&mut self.memory.health.not_seen);
+        }
+        let profile = sight.profile.as_ref().ok();
+        self.estimator.turn(&mut self.memory, profile, sight.surface_us, clock, field)
+    }
+}
