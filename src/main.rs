@@ -1,3 +1,34 @@
 //! The `meniscus` command.
+#![allow(clippy::disallowed_methods, reason = "only storey 1 must compute the same bits on every platform")]
 
-fn main() {}
+mod cli;
+
+use clap::{Parser, Subcommand};
+use meniscus::host::allocations::CountingAllocator;
+
+/// Counts what the worker allocates in a turn: nothing.
+#[global_allocator]
+static ALLOCATOR: CountingAllocator = CountingAllocator;
+
+/// Watches the free surface of a sloshing liquid through a depth camera and knows the whole liquid.
+#[derive(Parser)]
+#[command(version, max_term_width = 100)]
+struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Watch the liquid: camera frames in, the whole liquid out, 60 times a second.
+    Run(cli::run::Arguments),
+    /// Simulate a moved glass of liquid and record it.
+    Simulate(cli::simulate::Arguments),
+}
+
+fn main() -> anyhow::Result<()> {
+    match Arguments::parse().command {
+        Command::Run(arguments) => cli::run::run(&arguments),
+        Command::Simulate(arguments) => cli::simulate::run(&arguments),
+    }
+}

@@ -107,6 +107,14 @@ impl WorkerEnd {
 mod tests {
     use super::*;
 
+    /// The payload that is waiting.
+    fn waiting(worker: &WorkerEnd) -> Option<Delivery> {
+        match worker.receive(Instant::now()) {
+            Received::Payload(delivery) => Some(delivery),
+            Received::Silence | Received::Closed => None,
+        }
+    }
+
     #[test]
     fn a_late_worker_costs_counted_payloads_and_nothing_else() {
         let (camera, worker) = link(2, 8);
@@ -114,13 +122,13 @@ mod tests {
             assert!(camera.send(Stream::Depth, &[k]));
         }
         assert_eq!(worker.dropped(), 1);
-        let Received::Payload(delivery) = worker.receive(Instant::now()) else { panic!("two are waiting") };
+        let delivery = waiting(&worker).expect("two are waiting");
         assert_eq!(delivery.payload, [0]);
         let place = delivery.payload.as_ptr();
         worker.give_back(delivery.payload);
         assert!(camera.send(Stream::Infrared, &[9]));
-        let Received::Payload(_) = worker.receive(Instant::now()) else { panic!("one is waiting") };
-        let Received::Payload(last) = worker.receive(Instant::now()) else { panic!("one is waiting") };
+        assert_eq!(waiting(&worker).expect("one is left").payload, [1]);
+        let last = waiting(&worker).expect("the newest");
         assert_eq!((last.stream, last.payload.as_ptr()), (Stream::Infrared, place), "the buffer goes round");
         assert!(matches!(worker.receive(Instant::now()), Received::Silence));
         drop(camera);

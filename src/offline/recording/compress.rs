@@ -1,22 +1,64 @@
 //! A recording small enough to ship: each field group as a truncated singular value decomposition.
+//!
+//! With `A` (numbers x frames) the group minus its rest state, the method of snapshots (Sirovich
+//! 1987) takes the small eigenproblem instead of the large decomposition:
+//! ```text
+//! A^T A u_k = lambda_k u_k,   mode_k ~ A u_k,   A ~ sum_k mode_k coefficient_k^T
+//! ```
+//! The relative error of keeping r modes is `sqrt(sum_{k >= r} lambda_k / sum lambda_k)`. Modes are
+//! scaled to the largest entry 1 and rounded to half precision; the error that is stated is measured
+//! after that rounding.
 
-use super::{GROUP_COMPONENTS, STATE, group_range};
+use super::{GROUP_COMPONENTS, Recording, STATE, States, group_range};
 use crate::offline::prelude::*;
+use half::f16;
+use nalgebra::{DMatrix, SymmetricEigen};
 
 /// Rest state plus, for each group, `coefficients x modes`, truncated at a stated relative error.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Factored {
-    /// The reference that the product is added to, [`STATE`] numbers.
+    /// The reference that the product is added to, the first frame (at rest): [`STATE`] numbers.
     pub reference: Vec<f32>,
     /// Frames x rank, row-major, one matrix a group.
     pub coefficients: [Vec<f32>; 5],
-    /// Rank x numbers of the group, row-major, one matrix a group.
+    /// Rank x numbers of the group, row-major, one matrix a group; every entry is a half-precision
+    /// number, the largest of a mode is 1.
     pub modes: [Vec<f32>; 5],
-    /// Relative L2 error of the truncation over the recording, by group.
+    /// Relative L2 error of the truncation over the recording, by group, of the fluctuation about
+    /// the reference.
     pub truncation: [f32; 5],
 }
 
 impl Factored {
+    /// Factors the states of `recording`, each group with as few modes as keep the relative L2 error
+    /// of its fluctuation at `tolerance` (before rounding).
+    #[must_use]
+    pub fn from(recording: &Recording, tolerance: f64) -> Self {
+        let frames = recording.frames();
+        let mut states = vec![0.0_f32; frames * STATE];
+        for (frame, row) in states.chunks_exact_mut(STATE).enumerate() {
+            recording.state(frame, row);
+        }
+        let mut factored = Self {
+            reference: states.iter().copied().take(STATE).collect(),
+            coefficients: std::array::from_fn(|_| Vec::new()),
+            modes: std::array::from_fn(|_| Vec::new()),
+            truncation: [0.0; 5],
+        };
+        for group in 0..GROUP_COMPONENTS.len() {
+            let range = group_range(group);
+            let fluctuation = DMatrix::from_fn(range.len(), frames, |i, frame| {
+                let i = range.start + i;
+                f64::from(states[frame * STATE + i]) - f64::from(factored.reference[i])
+            });
+            let (coefficients, modes, error) = truncate(&fluctuation, tolerance);
+            factored.coefficients[group] = coefficients;
+            factored.modes[group] = modes;
+            factored.truncation[group] = error as f32;
+        }
+        factored
+    }
+
     /// Number of modes kept in `group`.
     #[must_use]
     pub fn rank(&self, group: usize) -> usize {
@@ -40,5 +82,69 @@ impl Factored {
                 }
             }
         }
+    }
+}
+
+impl Recording {
+    /// The same recording with factored states; see [`Factored::from`].
+    #[must_use]
+    pub fn compact(self, tolerance: f64) -> Self {
+        let states = States::Factored(Factored::from(&self, tolerance));
+        Self { states, ..self }
+    }
+}
+
+/// Coefficients (frames x rank), modes (rank x numbers) and relative error of `a` (numbers x frames).
+fn truncate(a: &DMatrix<f64>, tolerance: f64) -> (Vec<f32>, Vec<f32>, f64) {
+    let (numbers, frames) = a.shape();
+    let total = a.norm_squared();
+    let eigen = SymmetricEigen::new(a.tr_mul(a));
+    let mut order: Vec<usize> = (0..frames).collect();
+    order.sort_by(|&i, &j| eigen.eigenvalues[j].total_cmp(&eigen.eigenvalues[i]));
+    let mut left = total;
+    let mut modes: Vec<f32> = Vec::new();
+    for k in order {
+        if left <= tolerance * tolerance * total {
+            break;
+        }
+        left -= eigen.eigenvalues[k];
+        let mode = a * eigen.eigenvectors.column(k);
+        let largest = mode.amax();
+        modes.extend(mode.iter().map(|m| f16::from_f64(m / largest).to_f32()));
+    }
+    let rank = modes.len() / numbers;
+    if rank == 0 {
+        return (Vec::new(), Vec::new(), 0.0);
+    }
+    // Rounded modes are no longer quite orthogonal: the coefficients are fitted by least squares.
+    let basis = DMatrix::from_iterator(numbers, rank, modes.iter().map(|m| f64::from(*m)));
+    let fitted = basis.tr_mul(&basis).cholesky().map(|c| c.solve(&basis.tr_mul(a)));
+    let fitted = fitted.unwrap_or_else(|| DMatrix::zeros(rank, frames)).map(|c| c as f32);
+    let error = ((a - &basis * fitted.map(f64::from)).norm_squared() / total).sqrt();
+    // Column-major rank x frames is row-major frames x rank.
+    (fitted.as_slice().to_vec(), modes, error)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_low_rank_matrix_comes_back_and_the_stated_error_is_the_measured_one() {
+        let a = DMatrix::from_fn(200, 30, |i, t| {
+            let (i, t) = (i as f64 * 0.05, t as f64 * 0.3);
+            i.sin() * t.cos() + 0.3 * (2.0 * i).cos() * t.sin() + 0.01 * (5.0 * i).sin() * (3.0 * t).cos()
+        });
+        let (coefficients, modes, error) = truncate(&a, 0.05);
+        assert_eq!(modes.len() / 200, 2);
+        assert!(error < 0.05, "{error}");
+        let product = DMatrix::from_fn(200, 30, |i, t| {
+            (0..2).map(|k| f64::from(coefficients[t * 2 + k]) * f64::from(modes[k * 200 + i])).sum()
+        });
+        let measured = (&a - product).norm() / a.norm();
+        assert!((measured - error).abs() < 1e-6, "{measured} {error}");
+        let (_, modes, error) = truncate(&a, 1e-3);
+        assert_eq!(modes.len() / 200, 3);
+        assert!(error < 1e-3, "half precision leaves {error}");
     }
 }

@@ -1,15 +1,38 @@
 //! Recordings on disk: one safetensors file. It is typed, named, memory-mappable, opened by one call
 //! from Python, refused as a whole when malformed, and carries the provenance as JSON text.
+//!
+//! | tensor | type, shape | |
+//! |---|---|---|
+//! | `glass_x_m`, `acceleration_m_s2` | F64, N | motion of the glass |
+//! | `column_m`, `wall_m`, `profile_m` | F32, N x 194, 72, 21 | free surface |
+//! | `energy_j` | F64, N x 4 | kinetic, potential, internal, work |
+//! | `state` | F32, N x 27742 | full states, or instead of it: |
+//! | `reference`, `truncation` | F32, 27742 and 5 | rest state; error by group |
+//! | `q.coefficients`, `q.modes`, ... | F32 N x r, F16 r x width | one pair a group with r > 0 |
+//!
+//! Metadata: `format` = `meniscus recording 1`, `glass` and `provenance` as JSON.
 
+use super::{
+    COLUMNS, EnergyBook, Factored, GROUP_NAMES, Glass, Provenance, Recording, STATE, States, WALL_POINTS,
+    group_range,
+};
 use crate::offline::prelude::*;
+use crate::surface::POINTS;
+use half::f16;
+use safetensors::tensor::{Dtype, SafeTensors, TensorView};
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+
+/// What the metadata call this format.
+const FORMAT: &str = "meniscus recording 1";
 
 /// Why a recording could not be read or written.
 #[derive(Debug)]
 pub enum StoreError {
     /// The file system said no.
-    Io(std::path::PathBuf, std::io::Error),
+    Io(PathBuf, std::io::Error),
     /// The file is not a recording, or a broken one.
-    Malformed(std::path::PathBuf, String),
+    Malformed(PathBuf, String),
 }
 
 impl std::fmt::Display for StoreError {
@@ -22,3 +45,190 @@ impl std::fmt::Display for StoreError {
 }
 
 impl std::error::Error for StoreError {}
+
+/// A tensor on its way to the file.
+struct Tensor {
+    name: String,
+    dtype: Dtype,
+    shape: Vec<usize>,
+    bytes: Vec<u8>,
+}
+
+impl Tensor {
+    fn f64(name: &str, shape: &[usize], values: impl Iterator<Item = f64>) -> Self {
+        let bytes = values.flat_map(f64::to_le_bytes).collect();
+        Self { name: name.into(), dtype: Dtype::F64, shape: shape.to_vec(), bytes }
+    }
+
+    fn f32(name: &str, shape: &[usize], values: &[f32]) -> Self {
+        let bytes = values.iter().flat_map(|v| v.to_le_bytes()).collect();
+        Self { name: name.into(), dtype: Dtype::F32, shape: shape.to_vec(), bytes }
+    }
+
+    fn f16(name: &str, shape: &[usize], values: &[f32]) -> Self {
+        let bytes = values.iter().flat_map(|v| f16::from_f32(*v).to_le_bytes()).collect();
+        Self { name: name.into(), dtype: Dtype::F16, shape: shape.to_vec(), bytes }
+    }
+}
+
+impl Recording {
+    /// Writes the recording to `path`: beside it first, then renamed, so that no half file appears.
+    ///
+    /// # Errors
+    /// When the file system says no.
+    pub fn save(&self, path: &Path) -> Result<(), StoreError> {
+        let bytes = self.to_bytes().map_err(|why| StoreError::Malformed(path.into(), why))?;
+        let mut beside = path.as_os_str().to_owned();
+        beside.push(".part");
+        std::fs::write(&beside, bytes)
+            .and_then(|()| std::fs::rename(&beside, path))
+            .map_err(|e| StoreError::Io(path.into(), e))
+    }
+
+    /// Reads the recording at `path`; every type and shape is checked.
+    ///
+    /// # Errors
+    /// When the file cannot be read or is not a whole recording.
+    pub fn load(path: &Path) -> Result<Self, StoreError> {
+        let bytes = std::fs::read(path).map_err(|e| StoreError::Io(path.into(), e))?;
+        Self::from_bytes(path, &bytes)
+    }
+
+    /// Reads a recording that is in memory already; `origin` names it in errors.
+    ///
+    /// # Errors
+    /// When the bytes are not a whole recording.
+    pub fn from_bytes(origin: &Path, bytes: &[u8]) -> Result<Self, StoreError> {
+        parse(bytes).map_err(|why| StoreError::Malformed(origin.into(), why))
+    }
+
+    fn to_bytes(&self) -> Result<Vec<u8>, String> {
+        let metadata = HashMap::from([
+            ("format".to_owned(), FORMAT.to_owned()),
+            ("glass".to_owned(), serde_json::to_string(&self.glass).map_err(|e| format!("{e}"))?),
+            ("provenance".to_owned(), serde_json::to_string(&self.provenance).map_err(|e| format!("{e}"))?),
+        ]);
+        let tensors = self.tensors();
+        let mut views = Vec::with_capacity(tensors.len());
+        for t in &tensors {
+            let view = TensorView::new(t.dtype, t.shape.clone(), &t.bytes);
+            views.push((t.name.as_str(), view.map_err(|e| format!("{}: {e}", t.name))?));
+        }
+        safetensors::serialize(views, Some(metadata)).map_err(|e| format!("{e}"))
+    }
+
+    fn tensors(&self) -> Vec<Tensor> {
+        let n = self.frames();
+        let energy = self.energy.iter().flat_map(|b| [b.kinetic, b.potential, b.internal, b.work]);
+        let mut tensors = vec![
+            Tensor::f64("glass_x_m", &[n], self.glass_x_m.iter().copied()),
+            Tensor::f64("acceleration_m_s2", &[n], self.acceleration_m_s2.iter().copied()),
+            Tensor::f64("energy_j", &[n, 4], energy),
+            Tensor::f32("column_m", &[n, COLUMNS], &self.column_m),
+            Tensor::f32("wall_m", &[n, WALL_POINTS], &self.wall_m),
+            Tensor::f32("profile_m", &[n, POINTS], &self.profile_m),
+        ];
+        match &self.states {
+            States::Full(all) => tensors.push(Tensor::f32("state", &[n, STATE], all)),
+            States::Factored(factored) => {
+                tensors.push(Tensor::f32("reference", &[STATE], &factored.reference));
+                tensors.push(Tensor::f32("truncation", &[5], &factored.truncation));
+                for (group, name) in GROUP_NAMES.iter().enumerate() {
+                    let (rank, width) = (factored.rank(group), group_range(group).len());
+                    if rank > 0 {
+                        let (coefficients, modes) = (&factored.coefficients[group], &factored.modes[group]);
+                        tensors.push(Tensor::f32(&format!("{name}.coefficients"), &[n, rank], coefficients));
+                        tensors.push(Tensor::f16(&format!("{name}.modes"), &[rank, width], modes));
+                    }
+                }
+            }
+        }
+        tensors
+    }
+}
+
+/// The recording in the bytes of a file.
+fn parse(bytes: &[u8]) -> Result<Recording, String> {
+    let (_, header) = SafeTensors::read_metadata(bytes).map_err(|e| format!("{e}"))?;
+    let file = SafeTensors::deserialize(bytes).map_err(|e| format!("{e}"))?;
+    let metadata = header.metadata().as_ref().ok_or("it has no metadata")?;
+    let text = |key: &str| metadata.get(key).ok_or(format!("its metadata lack '{key}'"));
+    if text("format")? != FORMAT {
+        return Err(format!("its format is '{}', expected '{FORMAT}'", text("format")?));
+    }
+    let glass: Glass = serde_json::from_str(text("glass")?).map_err(|e| format!("glass: {e}"))?;
+    let provenance: Provenance =
+        serde_json::from_str(text("provenance")?).map_err(|e| format!("provenance: {e}"))?;
+    let glass_x_m = f64s(&file, "glass_x_m", None)?;
+    let n = glass_x_m.len();
+    let states = if file.tensor("state").is_ok() {
+        States::Full(f32s(&file, "state", &[n, STATE])?)
+    } else {
+        States::Factored(factored(&file, n)?)
+    };
+    let energy = f64s(&file, "energy_j", Some(&[n, 4]))?;
+    Ok(Recording {
+        glass,
+        provenance,
+        glass_x_m,
+        acceleration_m_s2: f64s(&file, "acceleration_m_s2", Some(&[n]))?,
+        column_m: f32s(&file, "column_m", &[n, COLUMNS])?,
+        wall_m: f32s(&file, "wall_m", &[n, WALL_POINTS])?,
+        profile_m: f32s(&file, "profile_m", &[n, POINTS])?,
+        energy: energy
+            .chunks_exact(4)
+            .map(|b| EnergyBook { kinetic: b[0], potential: b[1], internal: b[2], work: b[3] })
+            .collect(),
+        states,
+    })
+}
+
+fn factored(file: &SafeTensors<'_>, frames: usize) -> Result<Factored, String> {
+    let truncation = f32s(file, "truncation", &[5])?;
+    let mut out = Factored {
+        reference: f32s(file, "reference", &[STATE])?,
+        coefficients: std::array::from_fn(|_| Vec::new()),
+        modes: std::array::from_fn(|_| Vec::new()),
+        truncation: std::array::from_fn(|i| truncation[i]),
+    };
+    for (group, name) in GROUP_NAMES.iter().enumerate() {
+        let modes = format!("{name}.modes");
+        let Ok(view) = file.tensor(&modes) else { continue };
+        let rank = view.shape().first().copied().unwrap_or(0);
+        let halves = typed(file, &modes, Dtype::F16, Some(&[rank, group_range(group).len()]))?;
+        out.modes[group] =
+            halves.chunks_exact(2).map(|b| f16::from_le_bytes([b[0], b[1]]).to_f32()).collect();
+        out.coefficients[group] = f32s(file, &format!("{name}.coefficients"), &[frames, rank])?;
+    }
+    Ok(out)
+}
+
+/// The bytes of tensor `name` after its type and shape are checked; without a shape: one axis.
+fn typed<'a>(
+    file: &SafeTensors<'a>,
+    name: &str,
+    dtype: Dtype,
+    shape: Option<&[usize]>,
+) -> Result<&'a [u8], String> {
+    let view = file.tensor(name).map_err(|_| format!("it has no tensor '{name}'"))?;
+    let fits = shape.map_or(view.shape().len() == 1, |s| s == view.shape());
+    if view.dtype() != dtype || !fits {
+        return Err(format!(
+            "'{name}' is {:?} {:?}, expected {dtype:?} {shape:?}",
+            view.dtype(),
+            view.shape()
+        ));
+    }
+    Ok(view.data())
+}
+
+fn f32s(file: &SafeTensors<'_>, name: &str, shape: &[usize]) -> Result<Vec<f32>, String> {
+    let bytes = typed(file, name, Dtype::F32, Some(shape))?;
+    Ok(bytes.chunks_exact(4).map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]])).collect())
+}
+
+fn f64s(file: &SafeTensors<'_>, name: &str, shape: Option<&[usize]>) -> Result<Vec<f64>, String> {
+    let bytes = typed(file, name, Dtype::F64, shape)?;
+    let number = |b: &[u8]| f64::from_le_bytes([b[0], b[1], b[2], b[3], b[4], b[5], b[6], b[7]]);
+    Ok(bytes.chunks_exact(8).map(number).collect())
+}

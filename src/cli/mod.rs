@@ -1,0 +1,5 @@
+//! The front ends of the command, one file a verb.
+
+pub(crate) mod run;
+mod shipped;
+pub(crate) mod simulate;

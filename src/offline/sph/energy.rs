@@ -1,0 +1,53 @@
+//! The books of energy, in the frame of the glass.
+//!
+//! ```text
+//! kinetic   = sum 1/2 m v^2
+//! potential = sum m ( g z + c0^2 [ ln(rho/rho0) + rho0/rho - 1 ] )  minus its value at rest
+//! internal  = sum m heat            (viscosity and the diffusion of density)
+//! work      = - integral of sum m a_x v_x dt
+//! closure   = kinetic + potential + internal - work    -> 0
+//! ```
+
+use super::Simulator;
+use crate::offline::prelude::*;
+use crate::offline::recording::EnergyBook;
+use crate::units::GRAVITY_M_S2;
+
+impl Simulator {
+    /// Potential energy of gravity and of weak compression, J, from the bottom and the rest density.
+    pub(crate) fn potential(&self) -> f64 {
+        let (c2, rest) = (self.forces.sound * self.forces.sound, self.forces.rest_density);
+        let parts = self.fluid.particle.iter().zip(&self.fluid.mass).zip(&self.fluid.density);
+        parts
+            .map(|((p, m), rho)| m * (GRAVITY_M_S2 * p.x[2] + c2 * ((rho / rest).ln() + rest / rho - 1.0)))
+            .sum()
+    }
+
+    /// The books at the present time.
+    #[must_use]
+    pub fn energy(&self) -> EnergyBook {
+        let parts = || self.fluid.particle.iter().zip(&self.fluid.mass);
+        EnergyBook {
+            kinetic: parts()
+                .map(|(p, m)| 0.5 * m * (p.v[0] * p.v[0] + p.v[1] * p.v[1] + p.v[2] * p.v[2]))
+                .sum(),
+            potential: self.potential() - self.rest_energy,
+            internal: self.fluid.heat.iter().zip(&self.fluid.mass).map(|(e, m)| e * m).sum(),
+            work: self.work,
+        }
+    }
+}
+
+/// What the books fail to close by, J.
+#[must_use]
+pub fn closure(book: &EnergyBook) -> f64 {
+    book.kinetic + book.potential + book.internal - book.work
+}
+
+/// Largest closure error over the largest energy of the slosh (kinetic + potential); 0 at rest.
+#[must_use]
+pub fn relative_closure(books: &[EnergyBook]) -> f64 {
+    let largest = |f: fn(&EnergyBook) -> f64| books.iter().map(|b| f(b).abs()).fold(0.0, f64::max);
+    let slosh = largest(|b| b.kinetic + b.potential);
+    if slosh > 0.0 { largest(closure) / slosh } else { 0.0 }
+}

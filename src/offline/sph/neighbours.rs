@@ -1,0 +1,225 @@
+//! Neighbour lists: a cell grid, searched into Verlet lists with a skin, rebuilt only when some
+//! particle has moved half the skin.
+//!
+//! Liquid pairs are listed once (`j > i`). The list is cut into a fixed number of chunks of nearly
+//! equal work; each chunk sums into its own buffer and the buffers are added in order. The order of
+//! every addition is thus the same for any number of threads, and results are equal bit for bit.
+
+use super::state::Particle;
+use crate::offline::prelude::*;
+use rayon::prelude::*;
+use std::ops::Range;
+
+/// Chunks of the pair list; a constant, so that sums do not depend on the number of threads.
+pub(crate) const CHUNKS: usize = 8;
+
+/// A list of lists: the entries of row `i` are `entry[start[i]..start[i + 1]]`.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Rows {
+    start: Vec<u32>,
+    entry: Vec<u32>,
+}
+
+impl Rows {
+    /// Entries of row `i`.
+    pub(crate) fn row(&self, i: usize) -> &[u32] {
+        &self.entry[self.start[i] as usize..self.start[i + 1] as usize]
+    }
+
+    fn begin(&mut self) {
+        self.start.clear();
+        self.entry.clear();
+        self.start.push(0);
+    }
+
+    fn end_row(&mut self) {
+        self.start.push(self.entry.len() as u32);
+    }
+
+    /// Which rows name each of `columns` entries.
+    fn transposed(&self, columns: usize) -> Self {
+        let mut start = vec![0_u32; columns + 1];
+        for &e in &self.entry {
+            start[e as usize + 1] += 1;
+        }
+        for c in 0..columns {
+            start[c + 1] += start[c];
+        }
+        let mut next = start.clone();
+        let mut entry = vec![0; self.entry.len()];
+        for i in 0..self.start.len() - 1 {
+            for &e in self.row(i) {
+                entry[next[e as usize] as usize] = i as u32;
+                next[e as usize] += 1;
+            }
+        }
+        Self { start, entry }
+    }
+}
+
+/// A grid of cubic cells over a box.
+#[derive(Clone, Debug)]
+struct Grid {
+    origin: [f64; 3],
+    inverse: f64,
+    cells: [usize; 3],
+    rows: Rows,
+}
+
+impl Grid {
+    fn new(low: [f64; 3], high: [f64; 3], edge: f64) -> Self {
+        let cells = std::array::from_fn(|d| ((high[d] - low[d]) / edge).floor() as usize + 1);
+        Self { origin: low, inverse: 1.0 / edge, cells, rows: Rows::default() }
+    }
+
+    fn cell(&self, x: &[f64; 3]) -> [usize; 3] {
+        std::array::from_fn(|d| {
+            (((x[d] - self.origin[d]) * self.inverse).max(0.0) as usize).min(self.cells[d] - 1)
+        })
+    }
+
+    fn index(&self, [a, b, c]: [usize; 3]) -> usize {
+        (c * self.cells[1] + b) * self.cells[0] + a
+    }
+
+    fn fill<'a>(&mut self, points: impl Iterator<Item = &'a [f64; 3]>) {
+        let mut cell_of = Rows { start: vec![0], entry: Vec::new() };
+        for x in points {
+            cell_of.entry.push(self.index(self.cell(x)) as u32);
+            cell_of.end_row();
+        }
+        self.rows = cell_of.transposed(self.cells.iter().product());
+    }
+
+    /// Calls `visit` with each run of cells next to the cell of `x`, one run for each row of cells.
+    fn around(&self, x: &[f64; 3], mut visit: impl FnMut(&[u32])) {
+        let [a, b, c] = self.cell(x);
+        let span = |i: usize, n: usize| i.saturating_sub(1)..(i + 2).min(n);
+        let run = span(a, self.cells[0]);
+        for c in span(c, self.cells[2]) {
+            for b in span(b, self.cells[1]) {
+                let first = self.rows.start[self.index([run.start, b, c])] as usize;
+                let last = self.rows.start[self.index([run.end - 1, b, c]) + 1] as usize;
+                visit(&self.rows.entry[first..last]);
+            }
+        }
+    }
+}
+
+/// The lists of one moment.
+#[derive(Clone, Debug)]
+pub(crate) struct Neighbours {
+    /// Liquid neighbours `j > i` of liquid particle `i`.
+    pub(crate) liquid: Rows,
+    /// Wall neighbours of each liquid particle.
+    pub(crate) wall: Rows,
+    /// Liquid neighbours of each wall particle.
+    pub(crate) wall_liquid: Rows,
+    /// Ranges of liquid particles of nearly equal work.
+    pub(crate) chunks: [Range<usize>; CHUNKS],
+    reach2: f64,
+    allowed2: f64,
+    grid: Grid,
+    wall_grid: Grid,
+    built_at: Vec<[f64; 3]>,
+}
+
+impl Neighbours {
+    /// Lists for `particles` and the fixed points `wall`, good for the radius `support` plus `skin`.
+    pub(crate) fn new(particles: &[Particle], wall: &[[f64; 3]], support: f64, skin: f64) -> Self {
+        let reach = support + skin;
+        let fold = |pick: fn(f64, f64) -> f64| -> [f64; 3] {
+            std::array::from_fn(|d| wall.iter().map(|w| w[d]).fold(wall[0][d], pick))
+        };
+        let (low, high) = (fold(f64::min), fold(f64::max));
+        let mut wall_grid = Grid::new(low, high, reach);
+        wall_grid.fill(wall.iter());
+        let mut lists = Self {
+            liquid: Rows::default(),
+            wall: Rows::default(),
+            wall_liquid: Rows::default(),
+            chunks: std::array::from_fn(|_| 0..0),
+            reach2: reach * reach,
+            allowed2: 0.25 * skin * skin,
+            grid: Grid::new(low, high, reach),
+            wall_grid,
+            built_at: Vec::new(),
+        };
+        lists.rebuild(particles, wall);
+        lists
+    }
+
+    /// Whether some particle has moved half the skin since the lists were built.
+    pub(crate) fn stale(&self, particles: &[Particle]) -> bool {
+        particles.iter().zip(&self.built_at).any(|(p, b)| distance2(&p.x, b) > self.allowed2)
+    }
+
+    /// Builds the lists anew.
+    pub(crate) fn rebuild(&mut self, particles: &[Particle], wall: &[[f64; 3]]) {
+        self.built_at.clear();
+        self.built_at.extend(particles.iter().map(|p| p.x));
+        self.grid.fill(self.built_at.iter());
+        self.liquid.begin();
+        self.wall.begin();
+        for (i, p) in particles.iter().enumerate() {
+            let (liquid, walls) = (&mut self.liquid.entry, &mut self.wall.entry);
+            self.grid.around(&p.x, |run| {
+                liquid.extend(run.iter().copied().filter(|&j| {
+                    j as usize > i && distance2(&p.x, &self.built_at[j as usize]) < self.reach2
+                }));
+            });
+            self.wall_grid.around(&p.x, |run| {
+                walls.extend(
+                    run.iter().copied().filter(|&w| distance2(&p.x, &wall[w as usize]) < self.reach2),
+                );
+            });
+            self.liquid.end_row();
+            self.wall.end_row();
+        }
+        self.wall_liquid = self.wall.transposed(wall.len());
+        self.cut(particles.len());
+    }
+
+    fn cut(&mut self, particles: usize) {
+        let work = |i: usize| self.liquid.start[i] as usize + self.wall.start[i] as usize;
+        let total = work(particles);
+        let bound = |c: usize| -> usize {
+            (0..particles).collect::<Vec<_>>().partition_point(|&i| work(i) * CHUNKS < c * total)
+        };
+        self.chunks = std::array::from_fn(|c| bound(c)..bound(c + 1));
+        self.chunks[CHUNKS - 1].end = particles;
+    }
+
+    /// Sums over all pairs: `each(i, buffer)` adds what particle `i` and its listed partners get to
+    /// the buffer of its chunk; `buffers` keeps the memory between calls. The sum lands in `out`.
+    pub(crate) fn sum<const N: usize>(
+        &self,
+        buffers: &mut [Vec<[f64; N]>],
+        out: &mut [[f64; N]],
+        each: impl Fn(usize, &mut [[f64; N]]) + Sync,
+    ) {
+        let rows = out.len();
+        buffers.par_iter_mut().zip(&self.chunks).for_each(|(buffer, chunk)| {
+            buffer.clear();
+            buffer.resize(rows, [0.0; N]);
+            for i in chunk.clone() {
+                each(i, buffer);
+            }
+        });
+        out.fill([0.0; N]);
+        for buffer in buffers.iter() {
+            for (o, b) in out.iter_mut().zip(buffer) {
+                for (o, b) in o.iter_mut().zip(b) {
+                    *o += b;
+                }
+            }
+        }
+    }
+}
+
+/// Squared distance of two points.
+#[inline]
+pub(crate) fn distance2(a: &[f64; 3], b: &[f64; 3]) -> f64 {
+    let d = [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
+    d[0] * d[0] + d[1] * d[1] + d[2] * d[2]
+}

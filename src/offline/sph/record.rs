@@ -1,0 +1,177 @@
+//! From a running simulation to a recording at the camera's 60 Hz.
+//!
+//! Surface and fields are sampled at 180 Hz and decimated to 60 Hz by a zero-phase low-pass filter
+//! (27 taps, half amplitude at 20 Hz): it keeps slosh (below about 10 Hz) and removes the sound of the weakly
+//! compressible liquid, whose slowest tone in a 70 mm glass is c0/(4 h) = 25 Hz. Energies are
+//! taken at the frames as they are. Positions of tracers follow from the filtered surface.
+
+use super::surface::{COEFFICIENTS, Coefficients, SurfaceFinder};
+use super::tracers::{FIELDS, sample};
+use super::{Error, Setup, Simulator};
+use crate::offline::motion::Motion;
+use crate::offline::prelude::*;
+use crate::offline::recording::{COLUMNS, LAYERS, Lattice, Provenance, Recording, STATE, States, TRACERS};
+use crate::units::FRAME_INTERVAL_S;
+use std::collections::VecDeque;
+
+/// Samples in a frame.
+const OVERSAMPLING: usize = 3;
+
+/// Taps of the filter on either side of the middle one.
+const HALF: usize = 13;
+
+/// Frequency at which the filter halves an amplitude, Hz.
+const CUTOFF_HZ: f64 = 20.0;
+
+/// How far a simulation has come.
+#[derive(Clone, Copy, Debug)]
+pub struct Progress {
+    /// Frames done.
+    pub frame: usize,
+    /// Frames in all.
+    pub frames: usize,
+}
+
+/// One sample: fitted surface and fields.
+struct Sample {
+    surface: Coefficients,
+    fields: Vec<f32>,
+}
+
+/// Simulates `setup` under `motion` for `frames` frames. `watch` is called at every frame; when it
+/// answers false the simulation stops. `command` is kept as provenance.
+///
+/// # Errors
+/// When the setup is out of range, particles escape, a number is not finite, or `watch` says so.
+pub fn record(
+    setup: &Setup,
+    motion: &Motion,
+    frames: usize,
+    command: &str,
+    mut watch: impl FnMut(Progress) -> bool,
+) -> Result<Recording, Error> {
+    let mut simulator = Simulator::new(setup)?;
+    let finder = SurfaceFinder::new(&simulator)?;
+    let lattice = Lattice::new(&setup.glass);
+    let steps = simulator.divide(FRAME_INTERVAL_S / OVERSAMPLING as f64);
+    let taps = taps();
+    let mut recording = begin(setup, motion, frames, command);
+    let mut states = Vec::with_capacity(frames * STATE);
+    // Before the start the glass was at rest: the first sample stands for its past.
+    let mut past: VecDeque<Sample> = (0..=HALF).map(|_| take(&simulator, &finder, &lattice)).collect();
+    recording.energy.push(simulator.energy());
+    let mut taken = 0;
+    for frame in 0..frames {
+        while taken < frame * OVERSAMPLING + HALF {
+            for _ in 0..steps {
+                simulator.step(|t| motion.acceleration(t))?;
+            }
+            taken += 1;
+            past.push_back(take(&simulator, &finder, &lattice));
+            if past.len() > taps.len() {
+                past.pop_front();
+            }
+            if taken % OVERSAMPLING == 0 {
+                simulator.check_inside()?;
+                if recording.energy.len() < frames {
+                    recording.energy.push(simulator.energy());
+                }
+            }
+        }
+        let (surface, fields) = decimate(&taps, &past);
+        append(&mut recording, &mut states, &finder, &lattice, &surface, &fields);
+        if !watch(Progress { frame: frame + 1, frames }) {
+            return Err(Error::Interrupted { time_s: simulator.time_s() });
+        }
+    }
+    recording.states = States::Full(states);
+    Ok(recording)
+}
+
+/// A recording with everything that is known before the simulation.
+fn begin(setup: &Setup, motion: &Motion, frames: usize, command: &str) -> Recording {
+    let time = |n: usize| n as f64 * FRAME_INTERVAL_S;
+    // Mean over the two intervals around the frame: (X(t+dt) - 2 X(t) + X(t-dt)) / dt^2.
+    let mean_acceleration = |n: usize| {
+        let [before, at, after] = [-1.0, 0.0, 1.0].map(|k| motion.position(time(n) + k * FRAME_INTERVAL_S));
+        (after - 2.0 * at + before) / (FRAME_INTERVAL_S * FRAME_INTERVAL_S)
+    };
+    Recording {
+        glass: setup.glass,
+        provenance: Provenance {
+            liquid: setup.liquid.name.clone(),
+            density_kg_m3: setup.liquid.density_kg_m3,
+            motion: motion.spelling.clone(),
+            seed: setup.seed,
+            command: command.into(),
+            spacing_m: setup.spacing_m,
+        },
+        glass_x_m: (0..frames).map(|n| motion.position(time(n))).collect(),
+        acceleration_m_s2: (0..frames).map(mean_acceleration).collect(),
+        column_m: Vec::new(),
+        wall_m: Vec::new(),
+        profile_m: Vec::new(),
+        energy: Vec::new(),
+        states: States::Full(Vec::new()),
+    }
+}
+
+/// Samples the present state.
+fn take(simulator: &Simulator, finder: &SurfaceFinder, lattice: &Lattice) -> Sample {
+    let nearby = finder.nearby(simulator);
+    let surface = finder.coefficients(simulator, &nearby);
+    let (columns, _) = finder.heights(&surface);
+    Sample { surface, fields: sample(simulator, lattice, &nearby[..COLUMNS], &columns) }
+}
+
+/// Low-pass filter: `sin(2 pi fc t)/(pi t)` under a Hamming window, scaled to the sum 1.
+fn taps() -> [f64; 2 * HALF + 1] {
+    let rate = OVERSAMPLING as f64 / FRAME_INTERVAL_S;
+    let mut taps = std::array::from_fn(|k| {
+        let n = k as f64 - HALF as f64;
+        let angle = std::f64::consts::TAU * CUTOFF_HZ / rate * n;
+        let sinc = if n == 0.0 { 1.0 } else { angle.sin() / angle };
+        sinc * (0.54 + 0.46 * (std::f64::consts::PI * n / (HALF as f64 + 1.0)).cos())
+    });
+    let sum: f64 = taps.iter().sum();
+    for tap in &mut taps {
+        *tap /= sum;
+    }
+    taps
+}
+
+/// The filtered sample in the middle of `past`, which holds one sample for each tap.
+fn decimate(taps: &[f64], past: &VecDeque<Sample>) -> (Coefficients, Vec<f32>) {
+    let mut surface = [0.0; COEFFICIENTS];
+    let mut fields = vec![0.0_f64; FIELDS];
+    for (tap, sample) in taps.iter().zip(past) {
+        for (s, x) in surface.iter_mut().zip(&sample.surface) {
+            *s += tap * x;
+        }
+        for (s, x) in fields.iter_mut().zip(&sample.fields) {
+            *s += tap * f64::from(*x);
+        }
+    }
+    (surface, fields.into_iter().map(|x| x as f32).collect())
+}
+
+/// Appends one frame.
+fn append(
+    recording: &mut Recording,
+    states: &mut Vec<f32>,
+    finder: &SurfaceFinder,
+    lattice: &Lattice,
+    surface: &Coefficients,
+    fields: &[f32],
+) {
+    let (columns, wall) = finder.heights(surface);
+    for tracer in 0..TRACERS {
+        let column = tracer / LAYERS;
+        let q = lattice.tracer(column, tracer % LAYERS, f64::from(columns[column]));
+        states.extend(q.map(|x| x as f32));
+    }
+    states.extend_from_slice(fields);
+    recording.profile_m.extend(finder.profile(surface));
+    recording.column_m.extend(columns);
+    recording.wall_m.extend(wall);
+}

@@ -1,0 +1,45 @@
+//! What the simulator keeps of the liquid and of the wall.
+
+use crate::offline::prelude::*;
+
+/// What a neighbour must know of a liquid particle: one cache line.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(align(64))]
+pub(crate) struct Particle {
+    /// Position in the frame of the glass, metres.
+    pub(crate) x: [f64; 3],
+    /// Velocity in the frame of the glass, m/s.
+    pub(crate) v: [f64; 3],
+    /// Volume m / rho, m3.
+    pub(crate) volume: f64,
+    /// Pressure, Pa.
+    pub(crate) p: f64,
+}
+
+/// The liquid: particles and what only they themselves need.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Fluid {
+    /// Position, velocity, volume, pressure.
+    pub(crate) particle: Vec<Particle>,
+    /// Mass, kg.
+    pub(crate) mass: Vec<f64>,
+    /// Density, kg/m3.
+    pub(crate) density: Vec<f64>,
+    /// Viscosity, Pa s.
+    pub(crate) viscosity: Vec<f64>,
+    /// Acceleration at the last full step, m/s2.
+    pub(crate) acceleration: Vec<[f64; 3]>,
+    /// Specific heat gained since the start, J/kg.
+    pub(crate) heat: Vec<f64>,
+}
+
+/// The wall: fixed points that carry the pressure and the velocity of the liquid nearby.
+#[derive(Clone, Debug)]
+pub(crate) struct Wall {
+    /// Positions, metres.
+    pub(crate) x: Vec<[f64; 3]>,
+    /// Volumes, m3.
+    pub(crate) volume: Vec<f64>,
+    /// Extrapolated pressure, Pa, and the velocity that makes the liquid stick, m/s.
+    pub(crate) value: Vec<[f64; 4]>,
+}

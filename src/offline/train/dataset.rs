@@ -1,0 +1,253 @@
+//! Recordings as training wants them: POD coefficients, profiles, motion and energy, one sequence a
+//! recording. Training and validation are split by recording; overlapping windows of one recording
+//! on both sides would leak.
+
+use super::TrainError;
+use super::pod::{Basis, Truncation};
+use crate::offline::prelude::*;
+use crate::offline::recording::{GROUP_COMPONENTS, Recording, STATE, TRACERS, group_range};
+use crate::surface::POINTS;
+use crate::units::FRAME_INTERVAL_S;
+use nalgebra::DMatrix;
+
+/// Groups that the decoder trunk gives coefficients of, in trunk order.
+pub(super) const TRUNK: [&str; 5] = ["q", "v", "sigma", "tau", "surface"];
+
+/// The surface among [`TRUNK`].
+pub(super) const SURFACE: usize = 4;
+
+/// Index in a recording's state of each trunk group but the surface.
+const IN_STATE: [usize; 4] = [0, 1, 3, 4];
+
+/// Ranks: by error, within what fits the blob (6402 numbers a mode).
+const TRUNCATION: [Truncation; 5] = [
+    Truncation { most: 12, tolerance: 1e-3 },
+    Truncation { most: 24, tolerance: 1e-3 },
+    Truncation { most: 24, tolerance: 1e-3 },
+    Truncation { most: 24, tolerance: 1e-3 },
+    Truncation { most: 8, tolerance: 1e-3 },
+];
+
+/// Most snapshots of one decomposition: the eigenproblem costs the cube of it.
+const SNAPSHOTS: usize = 600;
+
+/// The bases and scales that all sequences share.
+#[derive(Debug)]
+pub(super) struct Frame {
+    /// One basis for each group of [`TRUNK`].
+    pub(super) bases: Vec<Basis>,
+    /// Rest state, [`STATE`] numbers: the mean of the first frames of the training recordings.
+    pub(super) rest_state: Vec<f32>,
+    /// Rest profile, metres.
+    pub(super) rest_profile: Vec<f32>,
+    /// Change of the specific internal energy of each tracer by one joule of heat, 1/kg.
+    pub(super) heat_pattern: Vec<f32>,
+    /// Root mean square norm of each group's coefficients over the training frames.
+    pub(super) group_scale: [f32; 5],
+    /// Feature scale of heights, m.
+    pub(super) height_scale_m: f32,
+    /// Feature and port scale of accelerations, m/s2.
+    pub(super) acceleration_scale: f32,
+    /// Mean kinetic plus potential energy over the moving training frames, J.
+    pub(super) energy_scale_j: f64,
+    /// Height at rest, m.
+    pub(super) fill_m: f64,
+}
+
+/// One recording, projected.
+#[derive(Clone, Debug)]
+pub(super) struct Sequence {
+    /// Frames x sum of ranks, SI units.
+    pub(super) coefficients: Vec<f32>,
+    /// Squared norm of the fluctuation of each trunk group, frame by frame.
+    pub(super) norm2: Vec<[f32; 5]>,
+    /// Frames x [`POINTS`], metres.
+    pub(super) profile_m: Vec<f32>,
+    /// Position of the glass, m.
+    pub(super) glass_x_m: Vec<f64>,
+    /// Kinetic plus potential energy, J.
+    pub(super) energy_j: Vec<f64>,
+}
+
+impl Sequence {
+    /// Number of frames.
+    #[must_use]
+    pub(super) fn frames(&self) -> usize {
+        self.glass_x_m.len()
+    }
+}
+
+impl Frame {
+    /// Bases, rest and scales from the training recordings.
+    ///
+    /// # Errors
+    /// [`TrainError::NoMotion`] when nothing moves in them.
+    pub(super) fn new(training: &[Recording]) -> Result<Self, TrainError> {
+        let first = training.first().ok_or(TrainError::NoRecording)?;
+        let (rest_state, rest_profile) = mean_rest(training);
+        let picked = pick(training);
+        if picked.is_empty() {
+            return Err(TrainError::NoMotion);
+        }
+        let bases = decompose(training, &picked);
+        let moving = |f: &dyn Fn(&Recording, usize) -> f64| {
+            picked.iter().map(|&(r, n)| f(&training[r], n)).sum::<f64>() / picked.len() as f64
+        };
+        let mean_square = moving(&|r, n| r.acceleration_m_s2[n].powi(2));
+        let fill_m = first.glass.fill_m;
+        let height2 = moving(&|r, n| {
+            r.profile(n).iter().map(|&h| (f64::from(h) - fill_m).powi(2)).sum::<f64>() / POINTS as f64
+        });
+        Ok(Self {
+            bases,
+            rest_state,
+            rest_profile,
+            heat_pattern: heat_pattern(training),
+            group_scale: [1.0; 5],
+            height_scale_m: height2.sqrt() as f32,
+            acceleration_scale: mean_square.sqrt().max(1e-3) as f32,
+            energy_scale_j: moving(&|r, n| r.energy[n].kinetic + r.energy[n].potential).max(1e-9),
+            fill_m,
+        })
+    }
+
+    /// Sum of the ranks.
+    #[must_use]
+    pub(super) fn width(&self) -> usize {
+        self.bases.iter().map(Basis::rank).sum()
+    }
+
+    /// The range of each trunk group among the coefficients.
+    #[must_use]
+    pub(super) fn ranges(&self) -> Vec<std::ops::Range<usize>> {
+        let mut start = 0;
+        let range = |basis: &Basis| {
+            let range = start..start + basis.rank();
+            start = range.end;
+            range
+        };
+        self.bases.iter().map(range).collect()
+    }
+
+    /// Projects a recording on the bases.
+    #[must_use]
+    pub(super) fn project(&self, recording: &Recording) -> Sequence {
+        let frames = recording.frames();
+        let rest = rest_of(recording);
+        let mut coefficients = Vec::with_capacity(frames * self.width());
+        let mut norm2 = Vec::with_capacity(frames);
+        let mut field = vec![0.0; STATE];
+        for frame in 0..frames {
+            fluctuation(recording, frame, &rest, &mut field);
+            let surface: Vec<f32> =
+                recording.profile(frame).iter().zip(recording.profile(0)).map(|(z, r)| z - r).collect();
+            let mut norms = [0.0; 5];
+            for (group, (basis, norm)) in self.bases.iter().zip(&mut norms).enumerate() {
+                let part = IN_STATE.get(group).map_or(&surface[..], |&g| &field[group_range(g)]);
+                *norm = part.iter().map(|f| f * f).sum();
+                basis.project(part, &mut coefficients);
+            }
+            norm2.push(norms);
+        }
+        Sequence {
+            coefficients,
+            norm2,
+            profile_m: recording.profile_m.clone(),
+            glass_x_m: recording.glass_x_m.clone(),
+            energy_j: recording.energy.iter().map(|b| b.kinetic + b.potential).collect(),
+        }
+    }
+
+    /// Takes the scales of the groups from the projected training sequences.
+    pub(super) fn measure_scales(&mut self, training: &[Sequence]) {
+        let (ranges, width) = (self.ranges(), self.width());
+        let frames: usize = training.iter().map(Sequence::frames).sum();
+        for (scale, range) in self.group_scale.iter_mut().zip(ranges) {
+            let rows = training.iter().flat_map(|s| s.coefficients.chunks_exact(width));
+            let sum: f64 = rows.flat_map(|row| &row[range.clone()]).map(|&c| f64::from(c).powi(2)).sum();
+            *scale = (sum / frames as f64).sqrt().max(1e-12) as f32;
+        }
+    }
+
+    /// The scale of every coefficient: that of its group.
+    #[must_use]
+    pub(super) fn coefficient_scale(&self) -> Vec<f32> {
+        let repeated = |(basis, &scale): (&Basis, &f32)| vec![scale; basis.rank()];
+        self.bases.iter().zip(&self.group_scale).flat_map(repeated).collect()
+    }
+}
+
+/// The acceleration that is known at frame n, a_n = (X_n - 2 X_{n-1} + X_{n-2}) / dt^2 in m/s2; the
+/// glass stands still before the first frame.
+#[must_use]
+pub(super) fn known_acceleration(glass_x_m: &[f64]) -> Vec<f64> {
+    let at = |n: usize, back: usize| glass_x_m[n.saturating_sub(back)];
+    let second = |n| (at(n, 0) - 2.0 * at(n, 1) + at(n, 2)) / (FRAME_INTERVAL_S * FRAME_INTERVAL_S);
+    (0..glass_x_m.len()).map(second).collect()
+}
+
+/// The first frame of a recording, where nothing has moved.
+fn rest_of(recording: &Recording) -> Vec<f32> {
+    let mut rest = vec![0.0; STATE];
+    recording.state(0, &mut rest);
+    rest
+}
+
+fn fluctuation(recording: &Recording, frame: usize, rest: &[f32], out: &mut [f32]) {
+    recording.state(frame, out);
+    out.iter_mut().zip(rest).for_each(|(f, r)| *f -= r);
+}
+
+fn mean_rest(training: &[Recording]) -> (Vec<f32>, Vec<f32>) {
+    let share = 1.0 / training.len() as f32;
+    let (mut state, mut profile) = (vec![0.0; STATE], vec![0.0; POINTS]);
+    for recording in training {
+        state.iter_mut().zip(rest_of(recording)).for_each(|(m, r)| *m += share * r);
+        profile.iter_mut().zip(recording.profile(0)).for_each(|(m, r)| *m += share * r);
+    }
+    (state, profile)
+}
+
+/// Up to [`SNAPSHOTS`] evenly spread frames in which the liquid moves, as (recording, frame).
+fn pick(training: &[Recording]) -> Vec<(usize, usize)> {
+    let total = |r: &Recording, n: usize| r.energy[n].kinetic + r.energy[n].potential;
+    let all = || training.iter().enumerate().flat_map(|(i, r)| (0..r.frames()).map(move |n| (i, n)));
+    let most = all().map(|(i, n)| total(&training[i], n)).fold(0.0, f64::max);
+    let moving: Vec<_> = all().filter(|&(i, n)| total(&training[i], n) > 1e-3 * most).collect();
+    let stride = moving.len().div_ceil(SNAPSHOTS).max(1);
+    moving.into_iter().step_by(stride).collect()
+}
+
+fn decompose(training: &[Recording], picked: &[(usize, usize)]) -> Vec<Basis> {
+    let mut snapshots: Vec<DMatrix<f32>> =
+        IN_STATE.iter().map(|&g| DMatrix::zeros(GROUP_COMPONENTS[g] * TRACERS, picked.len())).collect();
+    snapshots.push(DMatrix::zeros(POINTS, picked.len()));
+    let rests: Vec<Vec<f32>> = training.iter().map(rest_of).collect();
+    let mut field = vec![0.0; STATE];
+    for (column, &(r, n)) in picked.iter().enumerate() {
+        fluctuation(&training[r], n, &rests[r], &mut field);
+        for (matrix, &g) in snapshots.iter_mut().zip(&IN_STATE) {
+            matrix.column_mut(column).copy_from_slice(&field[group_range(g)]);
+        }
+        let surface = training[r].profile(n).iter().zip(training[r].profile(0)).map(|(z, z0)| z - z0);
+        snapshots[SURFACE].column_mut(column).iter_mut().zip(surface).for_each(|(s, z)| *s = z);
+    }
+    snapshots.iter().zip(TRUNCATION).map(|(matrix, truncation)| Basis::new(matrix, truncation)).collect()
+}
+
+/// Least squares of the change of e on the heat s of the energy books: p = sum s e / sum s^2.
+fn heat_pattern(training: &[Recording]) -> Vec<f32> {
+    let range = group_range(2);
+    let (mut sum, mut weight) = (vec![0.0_f64; TRACERS], 0.0);
+    let mut field = vec![0.0; STATE];
+    for recording in training {
+        let rest = rest_of(recording);
+        for frame in (0..recording.frames()).step_by(4) {
+            let heat = recording.energy[frame].internal - recording.energy[0].internal;
+            fluctuation(recording, frame, &rest, &mut field);
+            sum.iter_mut().zip(&field[range.clone()]).for_each(|(s, &e)| *s += heat * f64::from(e));
+            weight += heat * heat;
+        }
+    }
+    sum.iter().map(|s| if weight > 0.0 { (s / weight) as f32 } else { 0.0 }).collect()
+}

@@ -1,0 +1,105 @@
+//! The gain of the filter x+ = x- + G (y - x-), x- predicted by the exact GENERIC step, y read by the
+//! encoder: linear regression of the true innovation on the seen one, in closed loop.
+
+use super::TrainError;
+use super::generic::{Dynamics, Latent, Square};
+use crate::offline::prelude::*;
+use crate::units::FRAME_INTERVAL_S;
+
+/// What a filter gets, and the truth to judge it by.
+#[derive(Clone, Debug)]
+pub(super) struct Track {
+    /// Latents as the encoder reads them.
+    pub(super) y: Vec<Latent>,
+    /// Ports as the camera measures them.
+    pub(super) u: Vec<f64>,
+    /// True latents.
+    pub(super) truth: Vec<Latent>,
+}
+
+/// Rounds of regression; the innovation depends on the gain, and settles within a few.
+const ROUNDS: usize = 5;
+
+/// Prediction and estimate at every frame of `track`, from rest.
+#[must_use]
+pub(super) fn run(dynamics: &Dynamics, gain: &Square, track: &Track) -> Vec<(Latent, Latent)> {
+    let preconditioner = dynamics.preconditioner();
+    let next = |x: &mut Latent, (y, &u): (&Latent, &f64)| {
+        let predicted = dynamics.turn(x, u, &preconditioner).x;
+        *x = predicted + gain * (y - predicted);
+        Some((predicted, *x))
+    };
+    track.y.iter().zip(&track.u).scan(Latent::zeros(), next).collect()
+}
+
+/// The gain that regression settles on: G = <(x - x-)(y - x-)^T> <(y - x-)(y - x-)^T>^-1.
+///
+/// # Errors
+/// [`TrainError::Singular`] when the innovations span nothing.
+pub(super) fn tune(dynamics: &Dynamics, tracks: &[Track]) -> Result<Square, TrainError> {
+    let mut gain = Square::identity() * 0.5;
+    for _ in 0..ROUNDS {
+        let (mut cross, mut spread) = (Square::zeros(), Square::zeros());
+        for track in tracks {
+            let states = run(dynamics, &gain, track);
+            for ((y, truth), (predicted, _)) in track.y.iter().zip(&track.truth).zip(states) {
+                let (seen, due) = (y - predicted, truth - predicted);
+                cross += due * seen.transpose();
+                spread += seen * seen.transpose();
+            }
+        }
+        let ridge = Square::identity() * (1e-3 * spread.trace() / spread.nrows() as f64);
+        let inverse = (spread + ridge).try_inverse().ok_or(TrainError::Singular("the filter's gain"))?;
+        gain = settle(dynamics, cross * inverse);
+    }
+    Ok(gain)
+}
+
+/// Moves the gain towards 1, where the loop forgets at once, until the loop (1 - G) A about rest is stable.
+fn settle(dynamics: &Dynamics, gain: Square) -> Square {
+    let half = dynamics.flow() * dynamics.stiffness() * (0.5 * FRAME_INTERVAL_S);
+    let identity = Square::identity();
+    let a = (identity - half).try_inverse().map_or(identity, |inverse| inverse * (identity + half));
+    let blends = (0..=20).map(|k| gain + (identity - gain) * (0.05 * f64::from(k)));
+    let stable = |g: &Square| ((identity - g) * a).complex_eigenvalues().iter().all(|l| l.norm() < 0.9995);
+    let mut blends = blends.skip_while(|g| !stable(g));
+    blends.next().unwrap_or(identity)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::offline::train::generic::LATENTS;
+    use crate::offline::train::generic::tests::random;
+    use crate::offline::train::noise::normal;
+
+    /// With noise of one size on y and on the port, the filter beats both the encoder and the model.
+    #[test]
+    fn filter_beats_what_it_is_made_of() {
+        let (dynamics, mut rng) = random(21);
+        let ports: Vec<f64> = (0..400).map(|_| normal(&mut rng)).collect();
+        let truth = dynamics.roll_out(Latent::zeros(), &ports);
+        let noise = 0.3 * truth.iter().map(|x| x.norm()).sum::<f64>() / (truth.len() * LATENTS) as f64;
+        let y: Vec<Latent> =
+            truth.iter().map(|x| x + Latent::from_fn(|_, _| 4.0 * noise * normal(&mut rng))).collect();
+        let u = ports.iter().map(|u| u + 0.3 * normal(&mut rng)).collect();
+        let track = Track { y, u, truth };
+        let gain = tune(&dynamics, std::slice::from_ref(&track)).expect("a determined gain");
+        let error = |g: &Square| {
+            let states = run(&dynamics, g, &track);
+            states.iter().zip(&track.truth).map(|((_, x), t)| (x - t).norm_squared()).sum::<f64>()
+        };
+        let tuned = error(&gain);
+        assert!(tuned < error(&Square::identity()), "better than the encoder alone");
+        assert!(tuned < error(&Square::zeros()), "better than the model alone");
+    }
+
+    #[test]
+    fn an_unstable_gain_is_pulled_back() {
+        let (dynamics, _) = random(22);
+        let gain = settle(&dynamics, Square::identity() * -3.0);
+        let track = Track { y: vec![Latent::repeat(0.1); 200], u: vec![0.0; 200], truth: Vec::new() };
+        let last = run(&dynamics, &gain, &track).pop().expect("two hundred frames").1;
+        assert!(last.norm() < 10.0, "{}", last.norm());
+    }
+}

@@ -1,0 +1,206 @@
+//! The exact GENERIC step in double precision: what the warm start, the filter and the reports use,
+//! and what the roll-out through burn must agree with.
+//!
+//! E(x, s) = H(x) + s, S = s, x' = (L - D) grad H + B u, with L skew and D = C C^T >= 0 constant, so
+//! that L_full grad S = 0 and M_full grad E = 0 hold for every weight.
+
+pub(super) use crate::generic::{LATENTS, Latent};
+use crate::offline::prelude::*;
+use crate::units::FRAME_INTERVAL_S;
+use nalgebra::{DMatrix, DVector, SMatrix};
+
+/// Hidden units of f in H, and its outputs.
+pub(super) const HIDDEN: usize = 64;
+
+/// A matrix on latent states.
+pub(super) type Square = SMatrix<f64, LATENTS, LATENTS>;
+
+/// H, L, D and B.
+#[derive(Clone, Debug)]
+pub(super) struct Dynamics {
+    /// L, skew.
+    pub(super) skew: Square,
+    /// C, lower triangular, D = C C^T.
+    pub(super) friction: Square,
+    /// K.
+    pub(super) linear: Square,
+    /// W1, [`HIDDEN`] x [`LATENTS`].
+    pub(super) inner: DMatrix<f64>,
+    /// b1.
+    pub(super) bias: DVector<f64>,
+    /// W2, [`HIDDEN`] x [`HIDDEN`].
+    pub(super) outer: DMatrix<f64>,
+    /// B.
+    pub(super) port: Latent,
+}
+
+/// What one turn did.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Turn {
+    /// The state after it.
+    pub(super) x: Latent,
+    /// Work of the port, in units of H.
+    pub(super) work: f64,
+    /// Heat made, in units of H; never negative.
+    pub(super) heat: f64,
+}
+
+fn bend(a: f64) -> f64 {
+    a / (1.0 + a * a).sqrt()
+}
+
+impl Dynamics {
+    /// f(x) = W2 (r(W1 x + b1) - r(b1)), r(a) = a / sqrt(1 + a^2).
+    fn feature(&self, x: &Latent) -> DVector<f64> {
+        let inside = &self.inner * x + &self.bias;
+        &self.outer * (inside.map(bend) - self.bias.map(bend))
+    }
+
+    /// H(x) = |K x|^2 / 2 + |f(x)|^2 / 2.
+    #[must_use]
+    pub(super) fn energy(&self, x: &Latent) -> f64 {
+        0.5 * (self.linear * x).norm_squared() + 0.5 * self.feature(x).norm_squared()
+    }
+
+    /// grad H = K^T K x + W1^T (r'(W1 x + b1) * (W2^T f)), r'(a) = (1 + a^2)^(-3/2).
+    #[must_use]
+    pub(super) fn gradient(&self, x: &Latent) -> Latent {
+        let inside = &self.inner * x + &self.bias;
+        let back = self.outer.tr_mul(&self.feature(x));
+        let slope = inside.map(|a| (1.0 + a * a).powf(-1.5));
+        self.linear.tr_mul(&(self.linear * x)) + self.inner.tr_mul(&slope.component_mul(&back))
+    }
+
+    /// grad^2 H(0) = K^T K + J^T J, J = W2 diag(r'(b1)) W1; f(0) = 0 leaves no further term.
+    #[must_use]
+    pub(super) fn stiffness(&self) -> Square {
+        let slope = self.bias.map(|a| (1.0 + a * a).powf(-1.5));
+        let jacobian = &self.outer * DMatrix::from_diagonal(&slope) * &self.inner;
+        let soft = jacobian.tr_mul(&jacobian);
+        self.linear.tr_mul(&self.linear) + Square::from_iterator(soft.iter().copied())
+    }
+
+    /// L - D.
+    #[must_use]
+    pub(super) fn flow(&self) -> Square {
+        self.skew - self.friction * self.friction.transpose()
+    }
+
+    /// P = (I - dt/2 (L - D) grad^2 H(0))^-1, or the identity where that is singular.
+    #[must_use]
+    pub(super) fn preconditioner(&self) -> Square {
+        let step = Square::identity() - self.flow() * self.stiffness() * (0.5 * FRAME_INTERVAL_S);
+        step.try_inverse().unwrap_or_else(Square::identity)
+    }
+
+    /// dH(a, b) = g + (H(b) - H(a) - g.(b - a)) / |b - a|^2 (b - a), g = grad H((a + b)/2)
+    /// (Gonzalez 1996), so that dH . (b - a) = H(b) - H(a) exactly.
+    #[must_use]
+    pub(super) fn discrete_gradient(&self, a: &Latent, b: &Latent) -> Latent {
+        let (g, d) = (self.gradient(&((a + b) * 0.5)), b - a);
+        let length2 = d.norm_squared();
+        if length2 < 1e-24 {
+            return g;
+        }
+        g + d * ((self.energy(b) - self.energy(a) - g.dot(&d)) / length2)
+    }
+
+    /// One turn of dt by Strang splitting: half the port, the closed step, half the port.
+    #[must_use]
+    pub(super) fn turn(&self, x: &Latent, u: f64, preconditioner: &Square) -> Turn {
+        const ITERATIONS: usize = 30;
+        let kick = self.port * (0.5 * FRAME_INTERVAL_S * u);
+        let flow = self.flow() * FRAME_INTERVAL_S;
+        let before = x + kick;
+        let mut after = before;
+        for _ in 0..ITERATIONS {
+            let miss = after - before - flow * self.discrete_gradient(&before, &after);
+            let change = preconditioner * miss;
+            after -= change;
+            if change.norm_squared() <= 1e-22 * (1.0 + after.norm_squared()) {
+                break;
+            }
+        }
+        let end = after + kick;
+        let (h0, h1, h2, h3) = (self.energy(x), self.energy(&before), self.energy(&after), self.energy(&end));
+        Turn { x: end, work: (h1 - h0) + (h3 - h2), heat: h1 - h2 }
+    }
+
+    /// The states after each of `ports`, from `x`.
+    #[must_use]
+    pub(super) fn roll_out(&self, x: Latent, ports: &[f64]) -> Vec<Latent> {
+        let preconditioner = self.preconditioner();
+        let next = |x: &mut Latent, &u: &f64| {
+            *x = self.turn(x, u, &preconditioner).x;
+            Some(*x)
+        };
+        ports.iter().scan(x, next).collect()
+    }
+}
+
+#[cfg(test)]
+pub(super) mod tests {
+    use super::*;
+    use crate::offline::train::noise::normal;
+    use rand::SeedableRng;
+    use rand_chacha::ChaCha8Rng;
+
+    /// Dynamics with random weights of a liquid's order of magnitude.
+    pub(in crate::offline::train) fn random(seed: u64) -> (Dynamics, ChaCha8Rng) {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        let mut square = |scale: f64| Square::from_fn(|_, _| scale * normal(&mut rng));
+        let (raw, friction, linear) = (square(8.0), square(0.8).lower_triangle(), square(0.3));
+        let skew = (raw - raw.transpose()) * 0.5;
+        let mut any = |rows, columns, scale: f64| DMatrix::from_fn(rows, columns, |_, _| scale * normal(&mut rng));
+        let (inner, bias, outer) =
+            (any(HIDDEN, LATENTS, 0.3), any(HIDDEN, 1, 0.3).column(0).into(), any(HIDDEN, HIDDEN, 0.02));
+        let port = Latent::from_fn(|_, _| 3.0 * normal(&mut rng));
+        (Dynamics { skew, friction, linear, inner, bias, outer, port }, rng)
+    }
+
+    #[test]
+    fn gradient_is_that_of_the_energy() {
+        let (dynamics, mut rng) = random(1);
+        let x = Latent::from_fn(|_, _| normal(&mut rng));
+        let g = dynamics.gradient(&x);
+        for i in 0..LATENTS {
+            let mut step = Latent::zeros();
+            step[i] = 1e-5;
+            let slope = (dynamics.energy(&(x + step)) - dynamics.energy(&(x - step))) / 2e-5;
+            assert!((slope - g[i]).abs() < 1e-7 * (1.0 + g[i].abs()), "{i}: {slope} against {}", g[i]);
+        }
+    }
+
+    #[test]
+    fn a_turn_keeps_the_books_and_never_cools() {
+        let (dynamics, mut rng) = random(2);
+        let p = dynamics.preconditioner();
+        for _ in 0..50 {
+            let x = Latent::from_fn(|_, _| normal(&mut rng));
+            let turn = dynamics.turn(&x, normal(&mut rng), &p);
+            let balance = dynamics.energy(&turn.x) - dynamics.energy(&x) - turn.work + turn.heat;
+            assert!(balance.abs() < 1e-12, "{balance}");
+            assert!(turn.heat >= 0.0, "{}", turn.heat);
+        }
+    }
+
+    /// dH . (b - a) = H(b) - H(a), and the heat of a solved step is dt dH^T D dH.
+    #[test]
+    fn heat_is_the_friction_of_the_discrete_gradient() {
+        let (dynamics, mut rng) = random(3);
+        let x = Latent::from_fn(|_, _| normal(&mut rng));
+        let turn = dynamics.turn(&x, 0.0, &dynamics.preconditioner());
+        let g = dynamics.discrete_gradient(&x, &turn.x);
+        let change = dynamics.energy(&turn.x) - dynamics.energy(&x);
+        assert!((g.dot(&(turn.x - x)) - change).abs() < 1e-12);
+        let friction = FRAME_INTERVAL_S * dynamics.friction.tr_mul(&g).norm_squared();
+        assert!((turn.heat - friction).abs() < 1e-9 * friction, "{} against {friction}", turn.heat);
+    }
+
+    #[test]
+    fn rest_stays_at_rest() {
+        let (dynamics, _) = random(4);
+        let states = dynamics.roll_out(Latent::zeros(), &[0.0; 10]);
+        assert!(states.iter().all(|x| x.norm() == 0.0));
+    }
+}

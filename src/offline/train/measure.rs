@@ -1,0 +1,110 @@
+//! Errors as this project reports them: relative L2 over points and time, against the fluctuation.
+//!
+//! slosh-rel = |z - zhat| / |z - z_rest|. The error relative to the height flatters: a flat surface
+//! already scores 2 %.
+
+use super::dataset::{Frame, SURFACE, Sequence, TRUNK};
+use crate::offline::prelude::*;
+use crate::surface::POINTS;
+use serde::{Deserialize, Serialize};
+
+/// One figure with what was asked of it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Check {
+    /// What was measured.
+    pub name: String,
+    /// The figure.
+    pub value: f64,
+    /// Its unit.
+    pub unit: String,
+    /// Largest value that passes; none for a baseline.
+    pub target: Option<f64>,
+    /// Whether it passes.
+    pub ok: bool,
+}
+
+impl Check {
+    /// A figure in per cent.
+    #[must_use]
+    pub(super) fn percent(name: String, fraction: f64, target: Option<f64>) -> Self {
+        let value = 100.0 * fraction;
+        let ok = target.is_none_or(|most| value <= most);
+        Self { name, value, unit: String::from("%"), target, ok }
+    }
+}
+
+/// Sums of squares of errors and of fluctuations, by trunk group.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Errors {
+    miss: [f64; 5],
+    size: [f64; 5],
+}
+
+impl Errors {
+    /// Adds the frames from `from` on, one row of `coefficients` a frame.
+    pub(super) fn add(&mut self, frame: &Frame, sequence: &Sequence, from: usize, coefficients: &[f32]) {
+        let width = frame.width();
+        let ranges = frame.ranges();
+        for (k, said) in coefficients.chunks_exact(width).enumerate() {
+            let n = from + k;
+            let truth = &sequence.coefficients[n * width..(n + 1) * width];
+            for (group, range) in ranges.iter().enumerate().take(SURFACE) {
+                // The basis is orthonormal: |f - S c|^2 = |c_f - c|^2 + |f|^2 - |c_f|^2.
+                let pairs = truth[range.clone()].iter().zip(&said[range.clone()]);
+                let inside: f64 = pairs.map(|(t, s)| f64::from(t - s).powi(2)).sum();
+                let kept: f64 = truth[range.clone()].iter().map(|t| f64::from(*t).powi(2)).sum();
+                let norm2 = f64::from(sequence.norm2[n][group]);
+                self.miss[group] += inside + (norm2 - kept).max(0.0);
+                self.size[group] += norm2;
+            }
+            let height = surface(frame, &said[ranges[SURFACE].clone()]);
+            let profile = |n: usize| &sequence.profile_m[n * POINTS..(n + 1) * POINTS];
+            for ((z, said), rest) in profile(n).iter().zip(height).zip(profile(0)) {
+                self.miss[SURFACE] += f64::from(z - said).powi(2);
+                self.size[SURFACE] += f64::from(z - rest).powi(2);
+            }
+        }
+    }
+
+    /// Relative error of a trunk group.
+    #[must_use]
+    pub(super) fn relative(&self, group: usize) -> f64 {
+        (self.miss[group] / self.size[group].max(f64::MIN_POSITIVE)).sqrt()
+    }
+
+    /// One check a group against `targets` in per cent, named `stage group`.
+    #[must_use]
+    pub(super) fn checks(&self, stage: &str, targets: [Option<f64>; 5]) -> Vec<Check> {
+        let check = |(group, target)| {
+            let name = if group == SURFACE { "surface slosh-rel" } else { TRUNK[group] };
+            Check::percent(format!("{stage}: {name}"), self.relative(group), target)
+        };
+        targets.into_iter().enumerate().map(check).collect()
+    }
+}
+
+/// Heights of the profile from its coefficients, as the run time decodes them, metres.
+fn surface(frame: &Frame, coefficients: &[f32]) -> Vec<f32> {
+    let mut heights = frame.rest_profile.clone();
+    for (mode, c) in frame.bases[SURFACE].modes.column_iter().zip(coefficients) {
+        heights.iter_mut().zip(mode.iter()).for_each(|(h, m)| *h += c * m);
+    }
+    heights
+}
+
+/// Slosh-rel of saying that the next frame looks like this one.
+#[must_use]
+pub(super) fn persistence(sequences: &[Sequence]) -> f64 {
+    let (mut miss, mut size) = (0.0, 0.0);
+    for sequence in sequences {
+        let rest = &sequence.profile_m[..POINTS];
+        let frames = sequence.profile_m.chunks_exact(POINTS);
+        for (before, now) in frames.clone().zip(frames.skip(1)) {
+            for ((b, z), r) in before.iter().zip(now).zip(rest) {
+                miss += f64::from(z - b).powi(2);
+                size += f64::from(z - r).powi(2);
+            }
+        }
+    }
+    (miss / size.max(f64::MIN_POSITIVE)).sqrt()
+}

@@ -1,0 +1,98 @@
+//! A trained model as the tensors of a blob.
+
+use super::Model;
+use super::dataset::TRUNK;
+use super::generic::{LATENTS, Square};
+use super::nets::LAYERS;
+use super::weights::Matrix;
+use crate::model::Tensor;
+use crate::offline::export::Part;
+use crate::offline::prelude::*;
+use crate::offline::recording::{TRACERS, group_range};
+
+fn part(tensor: Tensor, matrix: &Matrix) -> Part {
+    Part { tensor, rows: matrix.rows, columns: matrix.columns, values: matrix.values.clone() }
+}
+
+fn vector(tensor: Tensor, values: Vec<f32>) -> Part {
+    Part { tensor, rows: values.len(), columns: 1, values }
+}
+
+fn square(tensor: Tensor, m: &Square) -> Part {
+    let values = m.transpose().iter().map(|&v| v as f32).collect();
+    Part { tensor, rows: LATENTS, columns: LATENTS, values }
+}
+
+/// The lower triangle of `m`, rows first, up to `shift` below the diagonal.
+fn triangle(tensor: Tensor, m: &Square, shift: usize) -> Part {
+    let entries = (0..LATENTS).flat_map(|i| (0..(i + 1).saturating_sub(shift)).map(move |j| (i, j)));
+    vector(tensor, entries.map(|ij| m[ij] as f32).collect())
+}
+
+fn encoder(model: &Model) -> Vec<Part> {
+    let (recurrent, head) = model.encoder.weights.split_at(4 * LAYERS);
+    let mut parts = Vec::new();
+    for (layer, weights) in (0..).zip(recurrent.chunks_exact(4)) {
+        parts.push(part(Tensor::GruInput(layer), &weights[0]));
+        parts.push(part(Tensor::GruHidden(layer), &weights[1]));
+        parts.push(vector(Tensor::GruInputBias(layer), weights[2].values.clone()));
+        parts.push(vector(Tensor::GruHiddenBias(layer), weights[3].values.clone()));
+    }
+    parts.push(part(Tensor::HeadWeight, &head[0]));
+    parts.push(vector(Tensor::HeadBias, head[1].values.clone()));
+    parts
+}
+
+fn dynamics(model: &Model) -> Vec<Part> {
+    let d = &model.dynamics;
+    vec![
+        triangle(Tensor::SkewLower, &d.skew, 1),
+        triangle(Tensor::FrictionFactor, &d.friction, 0),
+        square(Tensor::EnergyLinear, &d.linear),
+        part(Tensor::EnergyIn, &Matrix::from_f64(&d.inner)),
+        vector(Tensor::EnergyBias, d.bias.iter().map(|&v| v as f32).collect()),
+        part(Tensor::EnergyOut, &Matrix::from_f64(&d.outer)),
+        vector(Tensor::Port, d.port.iter().map(|&v| v as f32).collect()),
+        square(Tensor::Preconditioner, &d.preconditioner()),
+        square(Tensor::Gain, &model.gain),
+    ]
+}
+
+fn decoder(model: &Model) -> Vec<Part> {
+    let trunk = model.autoencoder.trunk(&model.frame);
+    let mut parts = vec![part(Tensor::TrunkLinear, &trunk[0])];
+    for (layer, weights) in (0..).zip(trunk[1..].chunks_exact(2)) {
+        parts.push(part(Tensor::TrunkWeight(layer), &weights[0]));
+        parts.push(vector(Tensor::TrunkBias(layer), weights[1].values.clone()));
+    }
+    parts
+}
+
+/// Rest state and basis of each group, q, v, e, sigma, tau, surface.
+fn groups(model: &Model) -> Vec<Part> {
+    const HEAT: u8 = 2;
+    const BLOB: [u8; TRUNK.len()] = [0, 1, 3, 4, 5];
+    let frame = &model.frame;
+    let mut parts = Vec::new();
+    for (group, basis) in BLOB.into_iter().zip(&frame.bases) {
+        let rest = if group < 5 { &frame.rest_state[group_range(group.into())] } else { &frame.rest_profile };
+        parts.push(vector(Tensor::GroupRest(group), rest.to_vec()));
+        // nalgebra is column-major: the transpose iterates row by row.
+        let values = basis.modes.transpose().iter().copied().collect();
+        let (rows, columns) = basis.modes.shape();
+        parts.push(Part { tensor: Tensor::GroupBasis(group), rows, columns, values });
+        if group == 1 {
+            let rest = &frame.rest_state[group_range(HEAT.into())];
+            debug_assert_eq!(rest.len(), TRACERS);
+            parts.push(vector(Tensor::GroupRest(HEAT), rest.to_vec()));
+            parts.push(vector(Tensor::GroupBasis(HEAT), frame.heat_pattern.clone()));
+        }
+    }
+    parts
+}
+
+/// All tensors of `model`, in the order of the format.
+#[must_use]
+pub(super) fn parts(model: &Model) -> Vec<Part> {
+    [encoder(model), dynamics(model), decoder(model), groups(model)].concat()
+}

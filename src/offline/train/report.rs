@@ -1,0 +1,63 @@
+//! The figures of a trained model on the validation recordings, baselines beside them.
+
+use super::dataset::SURFACE;
+use super::filter::{self, Track};
+use super::generic::Latent;
+use super::measure::{Check, Errors, persistence};
+use super::rollout::HORIZON;
+use super::{Model, Side};
+use crate::offline::prelude::*;
+
+/// Asked of the filtered estimate, per cent: q, v, sigma, tau, surface.
+const TARGETS: [Option<f64>; 5] = [Some(12.0), Some(12.0), Some(15.0), Some(15.0), Some(12.0)];
+
+/// Asked of stages before it: nothing.
+const OPEN: [Option<f64>; 5] = [None; 5];
+
+/// All figures, and the filtered slosh-rel as a fraction.
+pub(super) fn checks(model: &Model, held: &Side, tracks: &[Track]) -> (Vec<Check>, f64) {
+    let frame = &model.frame;
+    let over = |latents: &dyn Fn(usize) -> Vec<Latent>| {
+        let mut errors = Errors::default();
+        for (k, sequence) in held.sequences.iter().enumerate() {
+            errors.add(frame, sequence, 0, &model.autoencoder.decode(&latents(k), frame));
+        }
+        errors
+    };
+    let rolled = |roll_out: &dyn Fn(Latent, &[f64]) -> Vec<Latent>| {
+        let mut errors = Errors::default();
+        for (sequence, path) in held.sequences.iter().zip(&held.paths) {
+            for from in (0..sequence.frames().saturating_sub(HORIZON / 2)).step_by(HORIZON / 2) {
+                let to = (from + 1 + HORIZON).min(sequence.frames());
+                let latents = roll_out(path.x[from], &path.u[from + 1..to]);
+                errors.add(frame, sequence, from + 1, &model.autoencoder.decode(&latents, frame));
+            }
+        }
+        errors
+    };
+    let mut checks = vec![
+        Check::percent(String::from("flat: surface slosh-rel"), 1.0, None),
+        Check::percent(String::from("persistence, one frame: surface slosh-rel"), persistence(&held.sequences), None),
+    ];
+    let linear = rolled(&|x, u| model.linear.roll_out(x, u));
+    checks.extend(linear.checks("linear with motion, 2 s roll-out", OPEN));
+    checks.extend(over(&|k| held.latents[k].clone()).checks("decoder alone", OPEN));
+    checks.extend(over(&|k| tracks[k].y.clone()).checks("encoder, camera noise", OPEN));
+    checks.extend(rolled(&|x, u| model.dynamics.roll_out(x, u)).checks("GENERIC with motion, 2 s roll-out", OPEN));
+    let filtered = over(&|k| {
+        let states = filter::run(&model.dynamics, &model.gain, &tracks[k]);
+        states.into_iter().map(|(_, x)| x).collect()
+    });
+    checks.extend(filtered.checks("filter, camera noise", TARGETS));
+    checks.push(Check::percent(String::from("energy of the latent state against the books"), books(model, held), None));
+    (checks, filtered.relative(SURFACE))
+}
+
+/// Relative L2 error of H(x) against kinetic plus potential energy.
+fn books(model: &Model, held: &Side) -> f64 {
+    let pairs = held.paths.iter().flat_map(|p| p.x.iter().zip(&p.energy));
+    let (miss, size) = pairs.fold((0.0, 0.0), |(miss, size), (x, &e)| {
+        (miss + (model.dynamics.energy(x) - e).powi(2), size + e * e)
+    });
+    (miss / size.max(f64::MIN_POSITIVE)).sqrt()
+}

@@ -1,0 +1,194 @@
+//! The simulator against theory, and recordings against the disk.
+//!
+//! The frequency is measured at the spacing of the recordings, 5 mm; the other runs have 7 mm (about
+//! 800 particles), a quarter of the cost. The bounds are the measured errors, rounded up.
+#![cfg(feature = "offline")]
+
+use meniscus::offline::liquids::{Liquid, Rheology};
+use meniscus::offline::motion::Motion;
+use meniscus::offline::recording::{Glass, Recording, STATE};
+use meniscus::offline::sph::{Error, Setup, Simulator, record, relative_closure};
+use std::f64::consts::TAU;
+use std::path::PathBuf;
+
+const GLASS: Glass = Glass { radius_m: 0.035, fill_m: 0.07, rim_m: 0.11 };
+
+/// First zero of J1'.
+const XI: f64 = 1.841_183_781;
+
+/// Wave number of the first mode, 1/m.
+const K: f64 = XI / GLASS.radius_m;
+
+fn setup(viscosity: f64, spacing_m: f64) -> Setup {
+    let rheology = Rheology::newtonian(viscosity);
+    let liquid = Liquid { name: "test".into(), density_kg_m3: 1261.0, rheology };
+    Setup { glass: GLASS, liquid, spacing_m, seed: 0, no_slip: true }
+}
+
+/// Gradient of the first mode's potential `J1(kr) cos(phi) cosh(kz)`, of size 1 at the top of the wall.
+fn mode([x, y, z]: [f64; 3]) -> [f64; 3] {
+    let r = x.hypot(y).max(1e-9);
+    let (cos, sin) = (x / r, y / r);
+    let over = libm::j1(K * r) / (K * r);
+    let slope = libm::j0(K * r) - over;
+    let scale = 1.0 / (libm::j1(XI) * (K * GLASS.fill_m).cosh());
+    let (radial, around) = (slope * cos * (K * z).cosh(), -over * sin * (K * z).cosh());
+    let up = libm::j1(K * r) * cos * (K * z).sinh();
+    [scale * (radial * cos - around * sin), scale * (radial * sin + around * cos), scale * up]
+}
+
+/// Lets the first mode ring from 0.05 m/s for `seconds`; returns times and modal momentum.
+fn ring(viscosity: f64, spacing_m: f64, seconds: f64) -> Vec<(f64, f64)> {
+    let mut simulator = Simulator::new(&setup(viscosity, spacing_m)).expect("the glass settles");
+    simulator.set_velocity(|x| mode(x).map(|v| 0.05 * v));
+    let mut series = Vec::new();
+    while simulator.time_s() < seconds {
+        let momentum =
+            |(x, v, m): ([f64; 3], [f64; 3], f64)| m * mode(x).iter().zip(v).map(|(e, v)| e * v).sum::<f64>();
+        series.push((simulator.time_s(), simulator.motion().map(momentum).sum()));
+        simulator.step(|_| 0.0).expect("the mode rings inside the glass");
+    }
+    series
+}
+
+/// Frequency (Hz) and decay (1/s) of `A e^(-decay t) cos(2 pi f t + phase)`, fitted to `series`.
+fn fit(series: &[(f64, f64)]) -> (f64, f64) {
+    let misfit = |hz: f64, decay: f64| -> f64 {
+        let (mut cc, mut cs, mut ss, mut yc, mut ys, mut yy) = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
+        for &(t, y) in series {
+            let (s, c) = (TAU * hz * t).sin_cos();
+            let (s, c) = (s * (-decay * t).exp(), c * (-decay * t).exp());
+            (cc, cs, ss) = (cc + c * c, cs + c * s, ss + s * s);
+            (yc, ys, yy) = (yc + y * c, ys + y * s, yy + y * y);
+        }
+        yy - (yc * (ss * yc - cs * ys) + ys * (cc * ys - cs * yc)) / (cc * ss - cs * cs)
+    };
+    let (mut hz, mut decay, mut dh, mut dd) = (3.5, 3.0, 0.2, 2.0);
+    let mut best = misfit(hz, decay);
+    while dh > 1e-5 {
+        let tries = [(hz + dh, decay), (hz - dh, decay), (hz, decay + dd), (hz, decay - dd)];
+        let found = tries.into_iter().map(|(h, d)| (misfit(h, d), h, d)).min_by(|a, b| a.0.total_cmp(&b.0));
+        match found {
+            Some((m, h, d)) if m < best => (best, hz, decay) = (m, h, d),
+            _ => (dh, dd) = (0.5 * dh, 0.5 * dd),
+        }
+    }
+    (hz, decay)
+}
+
+/// `w^2 = g k tanh(kh)`, the inviscid first mode, Hz.
+fn theory_hz() -> f64 {
+    (9.80665 * K * (K * GLASS.fill_m).tanh()).sqrt() / TAU
+}
+
+/// Decay by boundary layer and bulk (Case and Parkinson 1957), 1/s.
+fn theory_decay(nu: f64) -> f64 {
+    let (r, h, w) = (GLASS.radius_m, GLASS.fill_m, TAU * theory_hz());
+    let side = (1.0 + XI.powi(-2)) / (1.0 - XI.powi(-2));
+    let bottom = 2.0 * K * r * (1.0 - h / r) / (2.0 * K * h).sinh();
+    (nu * w / 2.0).sqrt() / (2.0 * r) * (side + bottom) + 2.0 * nu * K * K
+}
+
+#[test]
+fn the_first_mode_has_its_inviscid_frequency() {
+    let (hz, decay) = fit(&ring(0.0, 0.005, 0.5));
+    println!("inviscid: {hz} Hz for {}, decay {decay} /s for 0", theory_hz());
+    assert!((hz / theory_hz() - 1.0).abs() < 0.03, "{hz} Hz for {}", theory_hz());
+    assert!((0.0..1.5).contains(&decay), "numerical decay {decay} /s");
+}
+
+#[test]
+fn glycerine_decays_by_boundary_layer_and_bulk() {
+    let series = ring(0.950, 0.007, 0.6);
+    // The start is not the viscous mode: leave out the first 50 ms, in which the wall layer forms.
+    let rest = series.iter().position(|(t, _)| *t > 0.05).expect("the series is longer");
+    let (hz, decay) = fit(&series[rest..]);
+    let theory = theory_decay(0.950 / 1261.0);
+    println!("glycerine: {hz} Hz, decay {decay} /s for {theory}");
+    assert!((decay / theory - 1.0).abs() < 0.15, "{decay} /s for {theory}");
+}
+
+/// A short recording of `motion` in a glycerine-like liquid on `threads` threads.
+fn short(motion: &Motion, frames: usize, threads: usize) -> Recording {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads start");
+    pool.install(|| record(&setup(0.950, 0.007), motion, frames, "test", |_| true))
+        .expect("the glass is simulated")
+}
+
+fn states(recording: &Recording) -> Vec<u32> {
+    let mut row = vec![0.0; STATE];
+    let mut bits = Vec::new();
+    for frame in 0..recording.frames() {
+        recording.state(frame, &mut row);
+        bits.extend(row.iter().map(|x| x.to_bits()));
+    }
+    bits
+}
+
+/// A file of this process that is gone when the test ends.
+struct Scratch(PathBuf);
+
+impl Scratch {
+    fn new(name: &str) -> Self {
+        Self(std::env::temp_dir().join(format!("meniscus-{}-{name}", std::process::id())))
+    }
+}
+
+impl Drop for Scratch {
+    fn drop(&mut self) {
+        // A test that failed before it wrote the file leaves nothing to remove.
+        let _ = std::fs::remove_file(&self.0);
+    }
+}
+
+#[test]
+fn threads_change_no_bit_and_the_disk_changes_none_either() {
+    let motion = Motion::parse("jolts:3", 2.0).expect("a known motion");
+    let (one, two) = (short(&motion, 30, 1), short(&motion, 30, 2));
+    assert_eq!(states(&one), states(&two));
+    assert_eq!(one.energy, two.energy);
+
+    let file = Scratch::new("full");
+    one.save(&file.0).expect("the recording is written");
+    let read = Recording::load(&file.0).expect("the recording is read");
+    assert_eq!(states(&read), states(&one));
+    assert_eq!((&read.provenance, &read.energy, &read.wall_m), (&one.provenance, &one.energy, &one.wall_m));
+
+    let compact = one.clone().compact(0.01);
+    compact.save(&file.0).expect("the compact recording is written");
+    let read = Recording::load(&file.0).expect("the compact recording is read");
+    assert_eq!(states(&read), states(&compact));
+
+    let bytes = std::fs::read(&file.0).expect("the file is there");
+    for cut in [0, 7, bytes.len() / 2, bytes.len() - 1] {
+        std::fs::write(&file.0, &bytes[..cut]).expect("the file is cut");
+        assert!(Recording::load(&file.0).is_err(), "a file cut at {cut} of {} bytes was read", bytes.len());
+    }
+}
+
+#[test]
+fn energy_closes_and_the_surface_rests_at_the_fill() {
+    let motion = Motion::parse("strokes:7", 2.0).expect("a known motion");
+    let recording = short(&motion, 100, 2);
+    let closure = relative_closure(&recording.energy);
+    println!("closure {closure}");
+    assert!(closure < 0.01, "energy closes to {closure} of the slosh energy");
+    let work = recording.energy.iter().map(|b| b.work).fold(0.0, f64::max);
+    assert!(work > 1e-4, "the motion did only {work} J of work");
+    let columns = recording.column_m.len() / recording.frames();
+    let worst = recording.column_m[..columns].iter().map(|h| (h - 0.07).abs()).fold(0.0, f32::max);
+    println!("rest error {worst} m");
+    assert!(worst < 0.5e-3, "the resting surface is off by {worst} m");
+}
+
+#[test]
+fn a_glass_torn_away_is_refused_with_the_escape() {
+    let file = Scratch::new("torn.csv");
+    let lines: Vec<_> =
+        (0..20).map(|i| format!("{},{}", 0.01 * f64::from(i), if i < 10 { 0.0 } else { 0.2 })).collect();
+    std::fs::write(&file.0, lines.join("\n")).expect("the motion is written");
+    let motion = Motion::parse(&file.0.to_string_lossy(), 0.3).expect("a valid file");
+    let refused =
+        record(&setup(0.01, 0.007), &motion, 18, "test", |_| true).expect_err("the liquid flies out");
+    assert!(matches!(refused, Error::Escaped { count: 1.., .. }), "{refused}");
+}
