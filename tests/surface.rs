@@ -90,7 +90,25 @@ fn what_is_not_there_is_not_seen() {
     assert!(see(&bright, &render(settings)).is_err());
     // The liquid is seen, but nothing says how far it is.
     let blind = Images { depth: vec![0; empty.depth.len()], ..render(settings) };
-    assert_eq!(see(&settings.camera, &blind), Err(NotSeen::TooFewColumns));
+    assert_eq!(see(&settings.camera, &blind), Err(NotSeen::NoDepth));
+}
+
+#[test]
+fn a_camera_that_stands_elsewhere_is_measured_and_beyond_a_limit_refused() {
+    let settings = SceneSettings::default();
+    let images = render(settings);
+    let told = |camera_distance_m| {
+        let camera = Settings { camera_distance_m, ..settings.camera };
+        let (depth, infrared) = lent(&camera, &images, 3);
+        let mut state = State::new();
+        extract(&Config::new(camera).expect("sound"), &mut state, depth, infrared)
+            .map(|_| state.wall_offset_m())
+    };
+    for error_m in [-0.008_f32, 0.0, 0.008] {
+        let measured_m = told(0.40 + error_m).expect("near enough").expect("a profile came out");
+        assert!((measured_m + error_m).abs() < 0.0005, "{error_m} {measured_m}");
+    }
+    assert_eq!(told(0.42), Err(NotSeen::WallElsewhere));
 }
 
 #[test]

@@ -3,7 +3,7 @@
 
 use meniscus::uvc::{Assembler, Cause, Header, HeaderError, Losses, Outcome, Pairer, Solitary, Timing};
 use meniscus_hil::{
-    Camera, CameraSettings, FaultInjector, FaultList, Image, Payload, Shot, Source, Stream, pack,
+    Camera, CameraSettings, FaultInjector, FaultKind, FaultList, Image, Payload, Shot, Source, Stream, pack,
 };
 
 const WIDTH: usize = 16;
@@ -131,6 +131,17 @@ fn under_many_faults_nothing_torn_comes_out_and_every_frame_is_booked_once() {
         assert!(difference <= 6, "seed {seed}: {books:?}");
     }
     assert!(lost > 800, "the faults struck: {lost}");
+}
+
+#[test]
+fn all_faults_at_once_give_no_torn_frame() {
+    let kinds: Vec<_> = FaultKind::all().map(|kind| format!("{}:0.1", kind.name())).collect();
+    for seed in 0..20 {
+        for order in [kinds.join(","), kinds.iter().rev().cloned().collect::<Vec<_>>().join(",")] {
+            let books = run(&order, 300, seed, seed % 2 == 0);
+            assert!(books.depth > 30 && books.lost.frames() > 30, "{books:?}");
+        }
+    }
 }
 
 /// A whole payload with a PTS and nothing else.
