@@ -4,6 +4,8 @@
 //! phi_n = J1(e_n r / R) cos(theta) cosh(k_n z) / cosh(k_n h), J1'(e_n) = 0, k_n = e_n / R;
 //! eta_n' = k tanh(k h) phi_n, phi_n' = -g eta_n - a c_n - 2 zeta omega phi_n, x = sum c_n J1 cos.
 
+pub(crate) mod watch;
+
 use meniscus::offline::recording::{
     COLUMNS, EnergyBook, GROUP_COMPONENTS, Glass, LAYERS, Lattice, Provenance, Recording, STATE, States,
     TRACERS, WALL_POINTS, group_range, wall_azimuth,

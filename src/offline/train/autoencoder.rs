@@ -5,11 +5,11 @@
 
 use super::dataset::{Frame, Sequence};
 use super::generic::{LATENTS, Latent, Square};
+use super::nets::perceptron;
 use super::noise::normal;
 use super::progress::{Session, annealed};
 use super::weights::{Adam, Matrix, constants, leaves, numbers, scalar};
 use crate::offline::prelude::*;
-use burn::tensor::activation::relu;
 use burn::tensor::{Device, Tensor, TensorData};
 use nalgebra::{DMatrix, SymmetricEigen};
 use rand::{RngExt, SeedableRng};
@@ -41,11 +41,10 @@ pub(super) struct Autoencoder {
 
 /// y = S x + n(x) - n(0), n(x) = W3 relu(W2 relu(W1 x + b1) + b2), for every row of `x`.
 fn half(x: Tensor<2>, weights: &[Tensor<2>]) -> Tensor<2> {
-    let net = |x: Tensor<2>| {
-        let first = relu(x.matmul(weights[1].clone().transpose()) + weights[2].clone());
-        let second = relu(first.matmul(weights[3].clone().transpose()) + weights[4].clone());
-        second.matmul(weights[5].clone().transpose())
-    };
+    let mut layers = weights[1..].to_vec();
+    // A bias of the last layer would cancel.
+    layers.push(Tensor::zeros([1, weights[0].dims()[0]], &x.device()));
+    let net = |x| perceptron(x, &layers, |layer| layer < 2);
     let at_rest = net(Tensor::zeros([1, x.dims()[1]], &x.device()));
     x.clone().matmul(weights[0].clone().transpose()) + net(x) - at_rest
 }

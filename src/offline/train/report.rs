@@ -1,6 +1,6 @@
 //! The figures of a trained model on the validation recordings, baselines beside them.
 
-use super::dataset::SURFACE;
+use super::dataset::{SURFACE, TRUNK};
 use super::filter::{self, Track};
 use super::generic::Latent;
 use super::measure::{Check, Errors, persistence};
@@ -37,29 +37,24 @@ pub(super) fn checks(model: &Model, held: &Side, tracks: &[Track]) -> (Vec<Check
     };
     let mut checks = vec![
         Check::percent(String::from("flat: surface slosh-rel"), 1.0, None),
-        Check::percent(
-            String::from("persistence, one frame: surface slosh-rel"),
-            persistence(&held.sequences),
-            None,
-        ),
+        Check::percent(String::from("persistence, one frame: surface slosh-rel"), persistence(&held.sequences), None),
     ];
     let linear = rolled(&|x, u| model.linear.roll_out(x, u));
     checks.extend(linear.checks("linear with motion, 2 s roll-out", OPEN));
     checks.extend(over(&|k| held.latents[k].clone()).checks("decoder alone", OPEN));
     checks.extend(over(&|k| tracks[k].y.clone()).checks("encoder, camera noise", OPEN));
-    checks.extend(
-        rolled(&|x, u| model.dynamics.roll_out(x, u)).checks("GENERIC with motion, 2 s roll-out", OPEN),
-    );
+    checks.extend(rolled(&|x, u| model.dynamics.roll_out(x, u)).checks("GENERIC with motion, 2 s roll-out", OPEN));
     let filtered = over(&|k| {
         let states = filter::run(&model.dynamics, &model.gain, &tracks[k]);
         states.into_iter().map(|(_, x)| x).collect()
     });
     checks.extend(filtered.checks("filter, camera noise", TARGETS));
-    checks.push(Check::percent(
-        String::from("energy of the latent state against the books"),
-        books(model, held),
-        None,
-    ));
+    for (group, basis) in TRUNK.iter().zip(&frame.bases) {
+        let name = format!("POD: {group} left out of {} modes", basis.rank());
+        checks.push(Check::percent(name, basis.left_out, None));
+    }
+    checks.push(Check::percent(String::from("heat of a roll-out from rest against the books"), heat(model, held), None));
+    checks.push(Check::percent(String::from("energy of the latent state against the books"), books(model, held), None));
     (checks, filtered.relative(SURFACE))
 }
 
@@ -70,4 +65,15 @@ fn books(model: &Model, held: &Side) -> f64 {
         (miss + (model.dynamics.energy(x) - e).powi(2), size + e * e)
     });
     (miss / size.max(f64::MIN_POSITIVE)).sqrt()
+}
+
+/// Relative error of the heat that whole recordings make, rolled out from rest with known motion.
+fn heat(model: &Model, held: &Side) -> f64 {
+    let (mut said, mut due) = (0.0, 0.0);
+    for (sequence, path) in held.sequences.iter().zip(&held.paths) {
+        let turns = model.dynamics.turns(Latent::zeros(), &path.u);
+        said += model.frame.energy_scale_j * turns.iter().map(|turn| turn.heat).sum::<f64>();
+        due += sequence.heat_j.last().copied().unwrap_or(0.0);
+    }
+    (said - due).abs() / due.max(f64::MIN_POSITIVE)
 }

@@ -30,6 +30,8 @@ pub(super) struct Path {
     pub(super) u: Vec<f64>,
     /// Kinetic plus potential energy over the energy scale.
     pub(super) energy: Vec<f64>,
+    /// Heat since the first frame over the energy scale.
+    pub(super) heat: Vec<f64>,
 }
 
 impl Linear {
@@ -233,7 +235,8 @@ mod tests {
             let u: Vec<f64> = (0..300).map(|_| normal(rng)).collect();
             let x = quadratic.roll_out(Latent::zeros(), &u);
             let energy = x.iter().map(|x| quadratic.energy(x)).collect();
-            Path { x, u, energy }
+            let heat = vec![0.0; x.len()];
+            Path { x, u, energy, heat }
         };
         let paths = [path(&mut rng), path(&mut rng)];
         let linear = Linear::fit(&paths, &Square::identity()).expect("a determined fit");
