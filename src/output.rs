@@ -65,6 +65,7 @@ mod tests {
             latent: [-1.25e300; LATENTS],
             surface_m: [0.07; POINTS],
             acceleration_m_s2: 1.0,
+            port: 0.5,
             slosh_j: 1e-3,
             heat_j: 1e-4,
             corrected_j: -1e-6,

@@ -246,6 +246,7 @@ impl<'b> Store<'b, '_> {
         }
         Ok(Decoder {
             linear,
+            port: self.bias(Tensor::TrunkPort, first)?,
             weights: [w1, w2, w3],
             biases: [
                 self.bias(Tensor::TrunkBias(0), w1.rows())?,

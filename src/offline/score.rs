@@ -8,11 +8,10 @@
 //! The paper's relative error flatters: a flat surface already scores about 2 % mean.
 
 use super::recording::{GROUP_NAMES, Recording, STATE, group_range};
-use crate::generic::LATENTS;
 use crate::host::live::Logged;
 use crate::model::Model;
 use crate::offline::prelude::*;
-use crate::runtime::Mode;
+use crate::runtime::{Estimate, Mode};
 use crate::surface::POINTS;
 use crate::units::{FRAME_INTERVAL_S, Micros};
 
@@ -64,11 +63,11 @@ pub struct Score {
     pub flat: SurfaceError,
     /// The true surface of one frame before.
     pub persistence: SurfaceError,
-    /// Linear theory with the true motion.
+    /// The linear model with the true motion.
     pub linear: SurfaceError,
     /// Relative L2 error of the fluctuation of q, v, e, sigma, tau.
     pub field: [f64; 5],
-    /// Seconds and mean error of the height, of the estimate and of the linear theory.
+    /// Seconds and mean error of the height, of the estimate and of the linear model.
     pub curves: [Vec<(f64, f64)>; 2],
 }
 
@@ -105,32 +104,33 @@ pub fn score(
             continue;
         }
         let truth = recording.profile(frame);
-        let theory = &linear[frame * POINTS..(frame + 1) * POINTS];
+        let driven = &linear[frame * POINTS..(frame + 1) * POINTS];
         let mut now = [SurfaceError::default(); 2];
         now[0].add(truth, &estimate.surface_m, rest_m);
-        now[1].add(truth, theory, rest_m);
+        now[1].add(truth, driven, rest_m);
         for (curve, now) in score.curves.iter_mut().zip(now) {
             curve.push((frame as f64 * FRAME_INTERVAL_S, 100.0 * now.mean()));
         }
         score.estimate.add(truth, &estimate.surface_m, rest_m);
         score.flat.add(truth, &[rest_m as f32; POINTS], rest_m);
         score.persistence.add(truth, recording.profile(frame.saturating_sub(1)), rest_m);
-        score.linear.add(truth, theory, rest_m);
-        sums.add(model, recording, frame, &estimate.latent, estimate.heat_j);
+        score.linear.add(truth, driven, rest_m);
+        sums.add(model, recording, frame, estimate);
         score.frames += 1;
     }
     score.field = sums.errors();
     score
 }
 
-/// The full field of a latent, as the turn wrote it.
+/// The full field of an estimate, as the turn wrote it.
 ///
 /// # Panics
 /// When the model has another number of tracers than a recording.
-pub fn field_of(model: &Model<'_>, latent: &[f64; LATENTS], heat_j: f64, out: &mut [f32]) {
+pub fn field_of(model: &Model<'_>, estimate: &Estimate, out: &mut [f32]) {
     assert_eq!(model.field_len(), out.len(), "model and recording have the same tracers");
-    let coefficients = model.decoder.coefficients(&latent.map(|x| x as f32));
-    model.decoder.field(&coefficients, heat_j as f32, out);
+    let latent = estimate.latent.map(|x| x as f32);
+    let coefficients = model.decoder.coefficients(&latent, estimate.port);
+    model.decoder.field(&coefficients, estimate.heat_j as f32, out);
 }
 
 /// Sums of squares of the field's error and fluctuation, by group.
@@ -150,16 +150,9 @@ impl FieldSums {
         Self { rest, truth, estimate, square: [0.0; 5], rest_square: [0.0; 5] }
     }
 
-    fn add(
-        &mut self,
-        model: &Model<'_>,
-        recording: &Recording,
-        frame: usize,
-        latent: &[f64; LATENTS],
-        heat_j: f64,
-    ) {
+    fn add(&mut self, model: &Model<'_>, recording: &Recording, frame: usize, estimate: &Estimate) {
         recording.state(frame, &mut self.truth);
-        field_of(model, latent, heat_j, &mut self.estimate);
+        field_of(model, estimate, &mut self.estimate);
         for group in 0..GROUP_NAMES.len() {
             let range = group_range(group);
             let truth = &self.truth[range.clone()];

@@ -42,8 +42,8 @@ pub(crate) fn parts(seed: u64, size: f32) -> Vec<Part> {
         add(Tensor::GruInputBias(layer), 78, 1, 0.3);
         add(Tensor::GruHiddenBias(layer), 78, 1, 0.3);
     }
-    add(Tensor::HeadWeight, 13, 26, 0.5);
-    add(Tensor::HeadBias, 13, 1, 0.5);
+    add(Tensor::HeadWeight, 14, 26, 0.5);
+    add(Tensor::HeadBias, 14, 1, 0.5);
     add(Tensor::SkewLower, 78, 1, 10.0 * size);
     add(Tensor::FrictionFactor, 91, 1, size);
     add(Tensor::EnergyLinear, 13, 13, size);
@@ -54,6 +54,7 @@ pub(crate) fn parts(seed: u64, size: f32) -> Vec<Part> {
     add(Tensor::Preconditioner, 13, 13, 1.0);
     add(Tensor::Gain, 13, 13, 0.1);
     add(Tensor::TrunkLinear, 10, 13, 1.0);
+    add(Tensor::TrunkPort, 10, 1, 1.0);
     for (layer, (rows, columns)) in [(64, 13), (64, 64), (10, 64)].into_iter().enumerate() {
         add(Tensor::TrunkWeight(layer as u8), rows, columns, 0.3);
         add(Tensor::TrunkBias(layer as u8), rows, 1, 0.3);

@@ -6,9 +6,8 @@ use hdrhistogram::Histogram;
 use meniscus::host::checks::{Check, table};
 use meniscus::host::live::{Log, Logged};
 use meniscus::model::Model;
-use meniscus::offline::baseline::linear_theory;
+use meniscus::offline::baseline::linear_with_motion;
 use meniscus::offline::camera::START;
-use meniscus::offline::liquids::Liquid;
 use meniscus::offline::recording::{GROUP_NAMES, Recording};
 use meniscus::offline::score::{Score, score};
 use meniscus::runtime::{DEADLINE_US, Mode, Stages};
@@ -46,15 +45,14 @@ impl<'l> Report<'l> {
         if log.turns.is_empty() {
             bail!("the run ended before the first turn: there is nothing to report");
         }
-        let liquid = Liquid::load(&recording.provenance.liquid)?;
-        let linear = linear_theory(recording, liquid.rheology.consistency);
+        let linear = linear_with_motion(recording);
         let score = score(model, recording, &linear, &log.turns, START);
         let mut turn_us = Histogram::new(3)?;
         for logged in &log.turns {
             turn_us.saturating_record(logged.turn_us);
         }
         let checks = checks(log, &score, &turn_us);
-        Ok(Self { log, liquid: liquid.name, score, turn_us, checks })
+        Ok(Self { log, liquid: recording.provenance.liquid.clone(), score, turn_us, checks })
     }
 
     /// One JSON object.
@@ -85,7 +83,7 @@ impl<'l> Report<'l> {
             "baselines_slosh_rel": {
                 "flat": self.score.flat.slosh_rel(),
                 "persistence_one_frame": self.score.persistence.slosh_rel(),
-                "linear_theory_with_motion": self.score.linear.slosh_rel(),
+                "linear_with_motion": self.score.linear.slosh_rel(),
             },
             "field_error": self.fields(),
             "energy_drift": energy_drift(log),
@@ -133,7 +131,7 @@ impl<'l> Report<'l> {
         );
         let _ = writeln!(
             text,
-            "surface, of the slosh: {:.1} % (flat 100 %, last frame {:.1} %, linear theory with the motion {:.1} %)",
+            "surface, of the slosh: {:.1} % (flat 100 %, last frame {:.1} %, linear with the true motion {:.1} %)",
             percent(score.estimate.slosh_rel()),
             percent(score.persistence.slosh_rel()),
             percent(score.linear.slosh_rel())

@@ -32,14 +32,14 @@ pub(super) fn picture(
         return Ok(None);
     }
     let (mut estimate, mut truth) = (vec![0.0; STATE], vec![0.0; STATE]);
-    field_of(model, &turn.estimate.latent, turn.estimate.heat_j, &mut estimate);
+    field_of(model, &turn.estimate, &mut estimate);
     recording.state(frame, &mut truth);
     let lattice = Lattice::new(&recording.glass);
 
-    let [own, theory] = &score.curves;
+    let [own, linear] = &score.curves;
     let errors = vec![
         Curve { name: "meniscus".into(), points: own.clone() },
-        Curve { name: "linear theory with the motion known".into(), points: theory.clone() },
+        Curve { name: "linear model with the true motion, fitted in place".into(), points: linear.clone() },
     ];
     let seconds = turn.time.since(START) as f64 * 1e-6;
     let picture = Picture {

@@ -227,7 +227,8 @@ pub(super) fn train(
         let tensors = leaves(&weights, &device);
         let operators = Operators::new(&tensors, &dynamics_of(&weights).preconditioner(), &device);
         let energy = column(&|p, n| vec![p.energy[n] as f32], 0);
-        let mut loss = soft((operators.energy(state(0)) - energy) * energy_size.sqrt().recip()) * ENERGY_WEIGHT;
+        let mut loss =
+            soft((operators.energy(state(0)) - energy) * energy_size.sqrt().recip()) * ENERGY_WEIGHT;
         let (mut x, mut due) = (state(0), column(&|p, n| vec![(p.heat[n + horizon] - p.heat[n]) as f32], 0));
         for k in 1..=horizon {
             let (next, heat) = operators.turn(x, column(&|p, n| vec![p.u[n] as f32], k));
