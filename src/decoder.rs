@@ -1,11 +1,12 @@
 //! Latent and heat to the full field: a small trunk to coefficients, then one basis a group.
 //!
 //! ```text
-//! c = T x + W3 relu(W2 relu(W1 x + b1) + b2) + b3         coefficients of q, v, sigma, tau, surface
+//! c = T x + F u + W3 relu(W2 relu(W1 x + b1) + b2) + b3   coefficients of q, v, sigma, tau, surface
 //! group = rest + basis c_group                            SI units
 //! e = rest + basis s                                      s the heat in joules: no camera sees it
 //! ```
-//! The bases are the linear last layers of the autoencoder (proper orthogonal modes folded in).
+//! F u is the inertial part of the pressure: it follows the acceleration of the glass at once and is
+//! no state of the liquid, so no latent carries it. The bases are the linear last layers of the autoencoder (proper orthogonal modes folded in).
 
 use crate::generic::LATENTS;
 use crate::nn::{Matrix, Vector};
@@ -39,6 +40,8 @@ pub struct Group<'m> {
 pub struct Decoder<'m> {
     /// T, `[coefficients, LATENTS]`.
     pub linear: Matrix<'m>,
+    /// F, `[coefficients]`.
+    pub port: Vector<'m>,
     /// W1, W2, W3.
     pub weights: [Matrix<'m>; 3],
     /// b1, b2, b3.
@@ -53,9 +56,9 @@ pub struct Decoder<'m> {
 pub type Coefficients = [f32; MAX_COEFFICIENTS];
 
 impl Decoder<'_> {
-    /// c of a latent.
+    /// c of a latent `x` and the port value `u` of the same instant.
     #[must_use]
-    pub fn coefficients(&self, x: &[f32; LATENTS]) -> Coefficients {
+    pub fn coefficients(&self, x: &[f32; LATENTS], u: f32) -> Coefficients {
         let mut c = [0.0; MAX_COEFFICIENTS];
         let [w1, w2, w3] = &self.weights;
         let [b1, b2, b3] = self.biases;
@@ -67,6 +70,9 @@ impl Decoder<'_> {
         relu(&mut second);
         layer(w3, b3, &second, &mut c);
         self.linear.accumulate(x, &mut c);
+        for (c, f) in c.iter_mut().zip(self.port) {
+            *c += f * u;
+        }
         c
     }
 

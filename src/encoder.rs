@@ -1,4 +1,7 @@
 //! Window to latent: three GRU layers of 26 and a linear head.
+//!
+//! Beside the latents the head reads off the port value of this instant: the second difference of
+//! the glass position is one frame old, and the inertial pressure follows the acceleration at once.
 
 use crate::generic::LATENTS;
 use crate::nn::{Gru, HIDDEN, Matrix, Vector};
@@ -7,21 +10,24 @@ use crate::window::Row;
 /// GRU layers, one above the other (paper: 3).
 pub const GRU_LAYERS: usize = 3;
 
+/// Numbers that the head reads off a window: the latents, then the port value.
+pub const READINGS: usize = LATENTS + 1;
+
 /// Weights of the encoder, read in place.
 #[derive(Clone, Copy, Debug)]
 pub struct Encoder<'m> {
     /// The layers, input first.
     pub layers: [Gru<'m>; GRU_LAYERS],
-    /// Linear head, `[LATENTS, HIDDEN]`.
+    /// Linear head, `[READINGS, HIDDEN]`.
     pub head: Matrix<'m>,
     /// Bias of the head.
     pub bias: Vector<'m>,
 }
 
 impl Encoder<'_> {
-    /// The latent that the encoder reads off a window, from zero memory, oldest row first.
+    /// Reads the latents and the port value off a window, from zero memory, oldest row first.
     #[must_use]
-    pub fn encode<'r>(&self, rows: impl Iterator<Item = &'r Row>) -> [f32; LATENTS] {
+    pub fn encode<'r>(&self, rows: impl Iterator<Item = &'r Row>) -> [f32; READINGS] {
         let mut memory = [[0.0; HIDDEN]; GRU_LAYERS];
         for row in rows {
             let mut below: &[f32] = row;
@@ -30,12 +36,12 @@ impl Encoder<'_> {
                 below = h;
             }
         }
-        let mut latent = [0.0; LATENTS];
-        for (out, b) in latent.iter_mut().zip(self.bias) {
+        let mut readings = [0.0; READINGS];
+        for (out, b) in readings.iter_mut().zip(self.bias) {
             *out = *b;
         }
         let [.., top] = &memory;
-        self.head.accumulate(top, &mut latent);
-        latent
+        self.head.accumulate(top, &mut readings);
+        readings
     }
 }

@@ -1,8 +1,14 @@
 //! The `meniscus` command.
+#![allow(clippy::disallowed_methods, reason = "only storey 1 must compute the same bits on every platform")]
 
 mod cli;
 
 use clap::{Parser, Subcommand};
+use meniscus::host::allocations::CountingAllocator;
+
+/// Counts what the worker allocates in a turn: nothing.
+#[global_allocator]
+static ALLOCATOR: CountingAllocator = CountingAllocator;
 
 /// Watches the free surface of a sloshing liquid through a depth camera and knows the whole liquid.
 #[derive(Parser)]
@@ -14,6 +20,8 @@ struct Arguments {
 
 #[derive(Subcommand)]
 enum Command {
+    /// Watch the liquid: camera frames in, the whole liquid out, 60 times a second.
+    Run(cli::run::Arguments),
     /// Simulate a moved glass of liquid and record it.
     Simulate(cli::simulate::Arguments),
     /// Learn a liquid from recordings and write the weight blob.
@@ -23,6 +31,7 @@ enum Command {
 
 fn main() -> anyhow::Result<()> {
     match Arguments::parse().command {
+        Command::Run(arguments) => cli::run::run(&arguments),
         Command::Simulate(arguments) => cli::simulate::run(&arguments),
         #[cfg(feature = "train")]
         Command::Train(arguments) => cli::train::run(&arguments),

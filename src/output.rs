@@ -1,6 +1,7 @@
 //! What leaves the camera side: one postcard frame a turn. `firmware-config/SPEC.md` has the bytes.
 
 use crate::runtime::Estimate;
+use crate::units::Micros;
 use serde::{Deserialize, Serialize};
 
 /// First byte of every frame: the version of this format.
@@ -15,10 +16,10 @@ pub const OUTPUT_MAX: usize = 512;
 pub struct Packet {
     /// [`OUTPUT_VERSION`].
     pub version: u8,
-    /// The camera's frame counter, or the last one seen where the frame was lost.
-    pub sequence: u32,
-    /// Device time of the turn, microseconds.
-    pub time_us: u64,
+    /// Instant of the turn, in the camera's time.
+    pub time: Micros,
+    /// The camera's frame counter; `None` where the frame was lost.
+    pub sequence: Option<u32>,
     /// What the turn knows.
     pub estimate: Estimate,
 }
@@ -64,6 +65,7 @@ mod tests {
             latent: [-1.25e300; LATENTS],
             surface_m: [0.07; POINTS],
             acceleration_m_s2: 1.0,
+            port: 0.5,
             slosh_j: 1e-3,
             heat_j: 1e-4,
             corrected_j: -1e-6,
@@ -71,7 +73,7 @@ mod tests {
             field_fresh: true,
             stages: Stages { surface_us: u64::MAX, predict_us: u64::MAX, ..Stages::default() },
         };
-        Packet { version: OUTPUT_VERSION, sequence: u32::MAX, time_us: u64::MAX, estimate }
+        Packet { version: OUTPUT_VERSION, time: Micros(u64::MAX), sequence: Some(u32::MAX), estimate }
     }
 
     #[test]

@@ -65,8 +65,8 @@ fn send(turn: &Turn, field: &[f32]) {
     let mut buffer = [0; OUTPUT_MAX];
     let packet = Packet {
         version: OUTPUT_VERSION,
-        sequence: turn.sequence,
-        time_us: turn.stamp.map_or(0, |stamp| stamp.captured.0),
+        time: turn.time,
+        sequence: turn.stamp.map(|stamp| stamp.sequence),
         estimate: turn.estimate,
     };
     let _sent = black_box(packet.write(&mut buffer).is_ok());

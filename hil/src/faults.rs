@@ -51,18 +51,18 @@ impl<S> FaultInjector<S> {
         for kind in self.draw(false) {
             match kind {
                 FaultKind::Drop => copies = 0,
-                FaultKind::Tear => {
+                FaultKind::Tear if payload.bytes.len() > HEADER_LENGTH + 1 => {
                     let end = self.random.random_range(HEADER_LENGTH + 1..payload.bytes.len());
                     payload.bytes.truncate(end);
                 }
                 FaultKind::Late => payload.arrival_us += LATE_US,
-                FaultKind::Fid => payload.bytes[FLAGS_AT] ^= FID,
-                FaultKind::Eof => payload.bytes[FLAGS_AT] &= !EOF,
-                FaultKind::Err => payload.bytes[FLAGS_AT] |= ERR,
-                FaultKind::Length0 => payload.bytes[0] = 0,
-                FaultKind::Length2 => payload.bytes[0] = 2,
+                FaultKind::Fid => change(&mut payload, FLAGS_AT, |flags| flags ^ FID),
+                FaultKind::Eof => change(&mut payload, FLAGS_AT, |flags| flags & !EOF),
+                FaultKind::Err => change(&mut payload, FLAGS_AT, |flags| flags | ERR),
+                FaultKind::Length0 => change(&mut payload, 0, |_| 0),
+                FaultKind::Length2 => change(&mut payload, 0, |_| 2),
                 FaultKind::Length200 => {
-                    payload.bytes[0] = 200;
+                    change(&mut payload, 0, |_| 200);
                     payload.bytes.truncate(150);
                 }
                 FaultKind::Duplicate => copies *= 2,
@@ -70,7 +70,7 @@ impl<S> FaultInjector<S> {
                 FaultKind::NoInfrared if payload.stream == Stream::Infrared => copies = 0,
                 FaultKind::Overlong => payload.bytes.extend([0; 64]),
                 FaultKind::Empty => payload.bytes.clear(),
-                FaultKind::NoInfrared | FaultKind::Gap => {}
+                FaultKind::Tear | FaultKind::NoInfrared | FaultKind::Gap => {}
             }
         }
         let parts = if split { in_parts(&payload) } else { vec![payload] };
@@ -96,6 +96,13 @@ impl<S: Source> Source for FaultInjector<S> {
         self.held = held;
         due.sort_by_key(|payload| payload.arrival_us);
         due
+    }
+}
+
+/// Changes one byte, if an earlier fault has left it there.
+fn change(payload: &mut Payload, at: usize, how: impl Fn(u8) -> u8) {
+    if let Some(byte) = payload.bytes.get_mut(at) {
+        *byte = how(*byte);
     }
 }
 

@@ -1,5 +1,7 @@
 //! The front ends of the command, one file a verb.
 
+pub(crate) mod run;
+mod shipped;
 pub(crate) mod simulate;
 #[cfg(feature = "train")]
 pub(crate) mod train;

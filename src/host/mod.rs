@@ -3,8 +3,16 @@
 
 pub(in crate::host) extern crate std;
 
+pub mod allocations;
+pub mod checks;
+pub mod clock;
+pub mod files;
+pub mod link;
+pub mod live;
+pub mod view;
+
 /// `std` and its prelude, by name: the crate is `no_std`, so each file of this storey opens with
 /// `use crate::host::prelude::*;`.
 pub(in crate::host) mod prelude {
-    pub(in crate::host) use super::std::{self, eprintln, format, prelude::rust_2024::*, println, vec};
+    pub(in crate::host) use super::std::{self, format, prelude::rust_2024::*, vec};
 }

@@ -24,9 +24,9 @@ pub enum Tensor {
     GruInputBias(u8),
     /// GRU layer `0..3`, recurrent bias `[78]`.
     GruHiddenBias(u8),
-    /// Linear head of the encoder `[N, 26]`.
+    /// Linear head of the encoder `[N + U, 26]`: the latents, then the port value of this instant.
     HeadWeight,
-    /// Bias of the head `[N]`.
+    /// Bias of the head `[N + U]`.
     HeadBias,
     /// Strict lower triangle of the skew operator L, rows first `[N (N - 1) / 2]`.
     SkewLower,
@@ -48,6 +48,8 @@ pub enum Tensor {
     Gain,
     /// Linear part of the decoder trunk, latent to coefficients `[sum of ranks, N]`.
     TrunkLinear,
+    /// Feed-through F of the port to the coefficients `[sum of ranks, U]`: the inertial pressure.
+    TrunkPort,
     /// Trunk layer `0..3` weights, ReLU between.
     TrunkWeight(u8),
     /// Trunk layer `0..3` bias.

@@ -2,7 +2,7 @@
 
 use super::{Header, Tensor};
 use crate::decoder::{ENERGY_GROUP, GROUP_COMPONENTS, MAX_COEFFICIENTS, MAX_TRUNK};
-use crate::encoder::GRU_LAYERS;
+use crate::encoder::{GRU_LAYERS, READINGS};
 use crate::generic::{LATENTS, MAX_HIDDEN};
 use crate::nn::HIDDEN;
 use crate::surface::POINTS;
@@ -39,8 +39,9 @@ pub(super) fn shape(tensor: Tensor, header: &Header) -> Option<(Dim, Dim)> {
         Tensor::GruInput(0) => (gates, Is(FEATURES)),
         Tensor::GruInput(index) | Tensor::GruHidden(index) if layer(index) => (gates, Is(HIDDEN)),
         Tensor::GruInputBias(index) | Tensor::GruHiddenBias(index) if layer(index) => (gates, Is(1)),
-        Tensor::HeadWeight => (Is(LATENTS), Is(HIDDEN)),
-        Tensor::HeadBias | Tensor::Port => (Is(LATENTS), Is(1)),
+        Tensor::HeadWeight => (Is(READINGS), Is(HIDDEN)),
+        Tensor::HeadBias => (Is(READINGS), Is(1)),
+        Tensor::Port => (Is(LATENTS), Is(1)),
         Tensor::SkewLower => (Is(LATENTS * (LATENTS - 1) / 2), Is(1)),
         Tensor::FrictionFactor => (Is(LATENTS * (LATENTS + 1) / 2), Is(1)),
         Tensor::EnergyLinear | Tensor::Preconditioner | Tensor::Gain => (Is(LATENTS), Is(LATENTS)),
@@ -48,6 +49,7 @@ pub(super) fn shape(tensor: Tensor, header: &Header) -> Option<(Dim, Dim)> {
         Tensor::EnergyBias => (UpTo(MAX_HIDDEN), Is(1)),
         Tensor::EnergyOut => (UpTo(MAX_HIDDEN), UpTo(MAX_HIDDEN)),
         Tensor::TrunkLinear => (UpTo(MAX_COEFFICIENTS), Is(LATENTS)),
+        Tensor::TrunkPort => (UpTo(MAX_COEFFICIENTS), Is(1)),
         Tensor::TrunkWeight(0) => (UpTo(MAX_TRUNK), Is(LATENTS)),
         Tensor::TrunkWeight(1) => (UpTo(MAX_TRUNK), UpTo(MAX_TRUNK)),
         Tensor::TrunkWeight(2) => (UpTo(MAX_COEFFICIENTS), UpTo(MAX_TRUNK)),

@@ -3,10 +3,14 @@
 
 pub(in crate::offline) extern crate std;
 
+pub mod baseline;
+pub mod camera;
 pub mod export;
 pub mod liquids;
 pub mod motion;
 pub mod recording;
+pub mod scene;
+pub mod score;
 pub mod sph;
 #[cfg(feature = "train")]
 pub mod train;
@@ -14,5 +18,5 @@ pub mod train;
 /// `std` and its prelude, by name: the crate is `no_std`, so each file of this storey opens with
 /// `use crate::offline::prelude::*;`.
 pub(in crate::offline) mod prelude {
-    pub(in crate::offline) use super::std::{self, eprintln, format, prelude::rust_2024::*, println, vec};
+    pub(in crate::offline) use super::std::{self, format, prelude::rust_2024::*, vec};
 }

@@ -51,6 +51,8 @@ pub struct Estimate {
     pub surface_m: [f32; POINTS],
     /// Acceleration of the glass that entered the port, m/s2.
     pub acceleration_m_s2: f32,
+    /// Port value of this instant that the decoder used: read off the window, or the one above.
+    pub port: f32,
     /// H(x): slosh energy, joules.
     pub slosh_j: f64,
     /// s: heat since the start, joules.
@@ -105,14 +107,16 @@ impl<'m> Estimator<'m> {
         stages.encode_us = lap.lap_us();
 
         let before = self.model.generic.potential.value(&memory.state.latent);
-        if let Some(measured) = &measured {
+        let mut port = acceleration / f64::from(self.model.header.acceleration_scale);
+        if let Some((measured, nowcast)) = &measured {
             memory.state.latent = correct(&self.model.gain, &memory.state.latent, measured);
+            port = *nowcast;
         }
         self.settle_mode(memory, measured.is_some());
         let slosh = self.model.generic.potential.value(&memory.state.latent);
         let joules = self.model.header.energy_scale_j;
         let latent: [f64; LATENTS] = memory.state.latent.into();
-        let coefficients = self.model.decoder.coefficients(&latent.map(|x| x as f32));
+        let coefficients = self.model.decoder.coefficients(&latent.map(|x| x as f32), port as f32);
         let surface_m = self.model.decoder.surface(&coefficients);
         stages.correct_us = lap.lap_us();
 
@@ -132,6 +136,7 @@ impl<'m> Estimator<'m> {
             latent,
             surface_m,
             acceleration_m_s2: acceleration as f32,
+            port: port as f32,
             slosh_j: joules * slosh,
             heat_j,
             corrected_j: joules * (slosh - before),
@@ -169,18 +174,19 @@ impl<'m> Estimator<'m> {
         audit
     }
 
-    /// The encoder's latent, if there is a usable profile at the end of a window that holds enough.
-    fn measure(&self, memory: &mut Memory, usable: Option<&SurfaceProfile>) -> Option<Latent> {
+    /// The encoder's latent and port value, if there is a usable profile at the end of a window that holds enough.
+    fn measure(&self, memory: &mut Memory, usable: Option<&SurfaceProfile>) -> Option<(Latent, f64)> {
         usable?;
         if memory.window.seen() < ROWS_NEEDED {
             return None;
         }
-        let latent = self.model.encoder.encode(memory.window.rows());
-        if latent.iter().any(|x| !x.is_finite()) {
+        let readings = self.model.encoder.encode(memory.window.rows());
+        if readings.iter().any(|x| !x.is_finite()) {
             count(&mut memory.health.measurement_refused);
             return None;
         }
-        Some(Latent::from(latent.map(f64::from)))
+        let [latent @ .., port] = readings.map(f64::from);
+        Some((Latent::from(latent), port))
     }
 
     /// Moves to the mode of this turn and counts it.

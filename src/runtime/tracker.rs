@@ -1,7 +1,7 @@
 //! The whole camera side: payloads in, one turn a frame interval out, whatever the camera does.
 //!
 //! A frame that never came is a turn without a measurement; a frame that comes after its turn has
-//! been taken is stale and is not used. Time is counted in the camera's frame numbers.
+//! been taken is stale and is not used. Time is the camera's; its frame counter may skip or restart.
 
 use super::budget::Clock;
 use super::estimator::{Estimate, Estimator, Memory};
@@ -10,16 +10,20 @@ use super::mode::COAST_LIMIT;
 use crate::frame::Stamp;
 use crate::health::count;
 use crate::surface::{NotSeen, SurfaceProfile};
+use crate::units::Micros;
 use crate::uvc::Stream;
 
-/// Stale frames in a row after which the camera's count is believed instead of ours.
+/// Frame interval, microseconds.
+const INTERVAL_US: u64 = 16_667;
+
+/// Stale frames in a row after which the camera's time is believed instead of ours.
 const STALE_LIMIT: u32 = 3;
 
 /// One turn, as it is handed on.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Turn {
-    /// Number of the frame interval, in the camera's count.
-    pub sequence: u32,
+    /// Instant of the turn: mid-exposure of its frame, or where that of a missing frame would lie.
+    pub time: Micros,
     /// Stamp of the frame, if one came.
     pub stamp: Option<Stamp>,
     /// What was seen; `None` without a frame.
@@ -36,7 +40,7 @@ pub struct Tracker<'m, 'b> {
     pub eye: Eye<'b>,
     /// What the estimator remembers, with its counters.
     pub memory: Memory,
-    now: Option<u32>,
+    now: Option<Micros>,
     stale: u32,
 }
 
@@ -58,39 +62,37 @@ impl<'m, 'b> Tracker<'m, 'b> {
         mut turn: impl FnMut(&Turn, &[f32]),
     ) {
         let Some(sight) = self.eye.accept(stream, payload, clock) else { return };
-        let sequence = sight.stamp.sequence;
-        let Some(missing) = self.missing_before(sequence) else { return };
+        let time = sight.stamp.captured;
+        let Some(missing) = self.missing_before(time) else { return };
         // Beyond the limit the estimate has halted, and one more turn changes nothing.
-        for ago in (1..=missing.min(COAST_LIMIT.saturating_add(1))).rev() {
+        for ago in (1..=missing.min(u64::from(COAST_LIMIT) + 1)).rev() {
             count(&mut self.memory.health.frames_missing);
             let estimate = self.estimator.turn(&mut self.memory, None, 0, clock, &mut []);
-            let sequence = sequence.wrapping_sub(ago);
-            turn(&Turn { sequence, stamp: None, sight: None, estimate }, &[]);
+            let time = Micros(time.0.saturating_sub(ago.saturating_mul(INTERVAL_US)));
+            turn(&Turn { time, stamp: None, sight: None, estimate }, &[]);
         }
-        self.now = Some(sequence);
+        self.now = Some(time);
         let estimate = self.seen(&sight, clock, field);
-        let stamp = Some(sight.stamp);
-        turn(&Turn { sequence, stamp, sight: Some(sight.profile), estimate }, field);
+        turn(&Turn { time, stamp: Some(sight.stamp), sight: Some(sight.profile), estimate }, field);
     }
 
     /// Takes a turn without a frame: call it when an interval has passed in silence. Before the
     /// first frame there is nothing to predict, and `None` comes back.
     pub fn silence<C: Clock>(&mut self, clock: &mut C, field: &mut [f32]) -> Option<Turn> {
-        let sequence = self.now?.wrapping_add(1);
-        self.now = Some(sequence);
+        let time = Micros(self.now?.0.saturating_add(INTERVAL_US));
+        self.now = Some(time);
         count(&mut self.memory.health.frames_missing);
         let estimate = self.estimator.turn(&mut self.memory, None, 0, clock, field);
-        Some(Turn { sequence, stamp: None, sight: None, estimate })
+        Some(Turn { time, stamp: None, sight: None, estimate })
     }
 
-    /// Frames missing before `sequence`; `None` if its turn has been taken already.
-    fn missing_before(&mut self, sequence: u32) -> Option<u32> {
+    /// Frame intervals without a turn before `time`; `None` if its turn has been taken already.
+    fn missing_before(&mut self, time: Micros) -> Option<u64> {
         let Some(now) = self.now else { return Some(0) };
-        let ahead = sequence.wrapping_sub(now);
-        // Half of the 32-bit circle ahead is later, the other half is earlier.
-        if (1..=u32::MAX / 2).contains(&ahead) {
+        let intervals = time.since(now).saturating_add(INTERVAL_US / 2) / INTERVAL_US;
+        if intervals >= 1 {
             self.stale = 0;
-            return ahead.checked_sub(1);
+            return intervals.checked_sub(1);
         }
         count(&mut self.memory.health.frames_stale);
         self.stale = self.stale.saturating_add(1);

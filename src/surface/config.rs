@@ -196,6 +196,21 @@ impl Config {
         Ok(Self { settings, camera, rows: (top, foot_rows.1), foot_rows, silhouette_px })
     }
 
+    /// Column and row at which a point of the room is seen; `x` right of the range's middle, `y` away
+    /// from the camera, `z` above the inner bottom of the glass, metres.
+    #[must_use]
+    pub fn pixel_of(&self, [x, y, z]: [f32; 3]) -> (f32, f32) {
+        self.camera.pixel_of(x, y + self.settings.camera_distance_m, z)
+    }
+
+    /// Where a profile point lies on the wall that faces the camera of a glass at the middle of the
+    /// range; `abscissa` in units of the inner radius, as [`super::profile_abscissa`] gives it.
+    #[must_use]
+    pub fn wall_point(&self, abscissa: f32, height_m: f32) -> [f32; 3] {
+        let across = crate::math::sqrtf((1.0 - abscissa * abscissa).max(0.0));
+        [abscissa * self.settings.radius_m, -across * self.settings.radius_m, height_m]
+    }
+
     /// Width and height of the images, pixels.
     #[must_use]
     pub fn image_size(&self) -> (usize, usize) {

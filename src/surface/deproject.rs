@@ -66,6 +66,12 @@ impl Camera {
         self.lens.ppy + self.lens.fy * b
     }
 
+    /// Column and row of a point `x_m` to the right, `distance_m` away horizontally, at `height_m`.
+    pub(super) fn pixel_of(&self, x_m: f32, distance_m: f32, height_m: f32) -> (f32, f32) {
+        let depth_m = distance_m * self.cos + (height_m - self.height_m) * self.sin;
+        (self.lens.ppx + self.lens.fx * x_m / depth_m, self.row_of(height_m, distance_m))
+    }
+
     /// Column of the glass axis at `x_m`.
     pub(super) fn column_of(&self, x_m: f32) -> f32 {
         self.lens.ppx + self.lens.fx * x_m / self.distance_m

@@ -30,6 +30,10 @@ pub enum NotSeen {
     GlassNotFound,
     /// Too few columns show the liquid's edge.
     TooFewColumns,
+    /// The depth image is empty along the edge.
+    NoDepth,
+    /// The liquid's wall is more than 15 mm from where the settings put it.
+    WallElsewhere,
 }
 
 impl core::fmt::Display for NotSeen {
@@ -40,6 +44,8 @@ impl core::fmt::Display for NotSeen {
             Self::NoContrast => "liquid and background differ too little",
             Self::GlassNotFound => "no body of liquid as wide as the glass was found",
             Self::TooFewColumns => "too few columns show the liquid's edge",
+            Self::NoDepth => "the depth image is empty along the liquid's edge",
+            Self::WallElsewhere => "the liquid is not where the settings say: check the camera's distance",
         })
     }
 }
@@ -66,6 +72,7 @@ pub struct State {
     edge: Edge,
     samples: Samples,
     tally: Tally,
+    offset_m: Option<f32>,
 }
 
 impl State {
@@ -73,7 +80,14 @@ impl State {
     #[must_use]
     pub const fn new() -> Self {
         let tally = Tally { profiles: 0, not_seen: 0, holes: 0, not_the_wall: 0 };
-        Self { axis_m: None, edge: Vec::new(), samples: Vec::new(), tally }
+        Self { axis_m: None, edge: Vec::new(), samples: Vec::new(), tally, offset_m: None }
+    }
+
+    /// How much farther the wall of the glass was measured than the settings say, in the last frame
+    /// that gave a profile, metres; a lasting value means that the camera stands elsewhere.
+    #[must_use]
+    pub fn wall_offset_m(&self) -> Option<f32> {
+        self.offset_m
     }
 
     /// What the stages did so far.
@@ -143,10 +157,11 @@ fn attempt(
     let rows = (lowest.saturating_add(CLEARANCE_ROWS), config.foot_rows.1);
     let axis_m = glass::axis(config, image, body, rows, least).ok_or(NotSeen::GlassNotFound)?;
 
-    place(config, depth, axis_m, &state.edge, &mut state.samples, &mut state.tally);
+    let offset_m = place(config, depth, axis_m, &state.edge, &mut state.samples, &mut state.tally)?;
     if state.samples.len() < LEAST_COLUMNS {
         return Err(NotSeen::TooFewColumns);
     }
+    state.offset_m = Some(offset_m);
     let (height_m, valid) = resample(&state.samples, config.settings.radius_m);
     Ok(SurfaceProfile {
         height_m,

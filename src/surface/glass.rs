@@ -5,7 +5,7 @@
 
 use super::binarise::Threshold;
 use super::config::{Config, MAX_COLUMNS};
-use super::edge::{REACH, SPAN, inside_pixels};
+use super::edge::{REACH, SPAN, Tone, inside_pixels};
 use super::region::{Grey, Region};
 use crate::math;
 use heapless::Vec;
@@ -84,8 +84,8 @@ fn row_axis(config: &Config, image: Grey<'_>, body: Body, row: usize, least: f32
     let left = profile(image.row(row, (left_start + 1).checked_sub(SPAN)?, left_start + 1).iter().rev())?;
     let right_start = (body.right + 1).checked_sub(REACH)?;
     let right = profile(image.row(row, right_start, right_start + SPAN).iter())?;
-    let left_px = left_start as f32 + 0.5 - inside_pixels(&left, least)?;
-    let right_px = right_start as f32 - 0.5 + inside_pixels(&right, least)?;
+    let left_px = left_start as f32 + 0.5 - inside_pixels(&left, Tone::Line, least)?;
+    let right_px = right_start as f32 - 0.5 + inside_pixels(&right, Tone::Line, least)?;
     let camera = &config.camera;
     let bearing = |u| camera.bearing(camera.ray(u, row as f32));
     Some(camera.axis_of(bearing(left_px), bearing(right_px)))

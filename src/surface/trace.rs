@@ -2,7 +2,7 @@
 
 use super::binarise::Threshold;
 use super::config::{Config, MAX_COLUMNS};
-use super::edge::{REACH, SPAN, inside_pixels};
+use super::edge::{REACH, SPAN, Tone, inside_pixels};
 use super::glass::Body;
 use super::region::Grey;
 use crate::math::median;
@@ -82,5 +82,5 @@ fn column_edge(
     for (to, up) in profile.iter_mut().zip(0..) {
         *to = f32::from(image.at(column, start.checked_sub(up)?)?);
     }
-    Some(start as f32 + 0.5 - inside_pixels(&profile, least)?)
+    Some(start as f32 + 0.5 - inside_pixels(&profile, Tone::Level, least)?)
 }

@@ -1,4 +1,5 @@
-//! Payloads to frames: one payload a frame is the D400's rule, several are joined by their FID.
+//! Payloads to frames: one payload a frame is the D400's rule, several are joined by their
+//! frame identifier and time.
 //!
 //! A frame comes out only with exactly the expected number of pixel bytes. Everything else is booked
 //! in [`Losses`] under its cause. A full frame that lacks the end-of-frame bit, or repeats the frame
@@ -29,12 +30,25 @@ pub enum Outcome<'a> {
     Lost(Cause),
 }
 
-/// A frame that has begun: its identifier, and its stamp unless it is lost already.
+/// A frame that has begun: its identifier and time, and its stamp unless it is lost already.
 #[derive(Clone, Copy, Debug)]
 struct Open {
     fid: bool,
+    pts: Option<u32>,
     stamp: Option<Stamp>,
     filled: usize,
+}
+
+impl Open {
+    fn new(header: &Header<'_>, stamp: Option<Stamp>) -> Self {
+        Self { fid: header.frame_id(), pts: header.pts(), stamp, filled: 0 }
+    }
+
+    /// Whether a payload belongs to this frame. All payloads of a frame carry the same time; without
+    /// that, the frame after the next one, which has the same identifier, could be taken for the rest.
+    fn goes_on(&self, header: &Header<'_>) -> bool {
+        self.fid == header.frame_id() && (self.pts == header.pts() || header.pts().is_none())
+    }
 }
 
 /// Joins the payloads of one stream in a buffer of the caller's.
@@ -84,13 +98,13 @@ impl<'b> Assembler<'b> {
             Err(cause) => return Outcome::Lost(cause),
         };
         let mut open = match self.open.take() {
-            Some(open) if open.fid == header.frame_id() => open,
+            Some(open) if open.goes_on(&header) => open,
             unended => {
                 if unended.is_some_and(|open| open.stamp.is_some()) {
                     self.losses.book(Cause::FrameUnended);
                 }
                 match self.begin(&header) {
-                    Ok(stamp) => Open { fid: header.frame_id(), stamp: Some(stamp), filled: 0 },
+                    Ok(stamp) => Open::new(&header, Some(stamp)),
                     Err(cause) => return self.refuse(&header, cause),
                 }
             }
@@ -177,7 +191,7 @@ impl<'b> Assembler<'b> {
     fn refuse(&mut self, header: &Header<'_>, cause: Cause) -> Outcome<'static> {
         self.losses.book(cause);
         if !header.end_of_frame() {
-            self.open = Some(Open { fid: header.frame_id(), stamp: None, filled: 0 });
+            self.open = Some(Open::new(header, None));
         }
         Outcome::Lost(cause)
     }

@@ -9,6 +9,9 @@ use super::metadata::Timing;
 use crate::frame::Stamp;
 use crate::units::Micros;
 
+/// A frame that is older than the last one by less than this came late, microseconds.
+const LATE_US: u32 = 1_000_000;
+
 /// What is remembered of the last frame whose header could be read.
 #[derive(Clone, Copy, Debug)]
 struct Last {
@@ -25,8 +28,8 @@ pub(super) struct Continuity {
     /// Frames lost without a known place since the last placed one: the counter gap that they leave
     /// behind is theirs already.
     unidentified: u32,
-    /// The last frame was refused as too old; a second one in a row means that the camera's clock was reset.
-    stepped_back: bool,
+    /// The last frame was far too old; a second one in a row means that the camera's clock was reset.
+    clock_reset: bool,
 }
 
 impl Continuity {
@@ -58,22 +61,17 @@ impl Continuity {
         }
         // Half of the 32-bit circle ahead is later, the other half is earlier.
         if step_us > u32::MAX / 2 {
-            if self.stepped_back {
-                // The clock was reset: go on from here, time itself never goes back.
-                self.last = Some(Last { pts, ..last });
-            }
-            self.stepped_back = !self.stepped_back;
-            self.lost_unidentified();
+            self.step_back(last, pts, &timing, losses);
             return Err(Cause::PtsBackwards);
-        }
-        if last.fid == header.frame_id() {
-            losses.fid_repeated = losses.fid_repeated.saturating_add(1);
         }
         let counter = timing.counter.unwrap_or_else(|| {
             losses.counter_missing = losses.counter_missing.saturating_add(1);
             last.counter.wrapping_add(1)
         });
         let ahead = counter.wrapping_sub(last.counter);
+        if ahead == 1 && last.fid == header.frame_id() {
+            losses.fid_repeated = losses.fid_repeated.saturating_add(1);
+        }
         if ahead == 0 || ahead > u32::MAX / 2 {
             losses.counter_restarted = losses.counter_restarted.saturating_add(1);
         } else {
@@ -84,10 +82,27 @@ impl Continuity {
         Ok(self.accept(header, &timing, pts, unwrapped, counter))
     }
 
+    /// A frame older than the last one: it came late, or the camera's clock was reset.
+    fn step_back(&mut self, last: Last, pts: u32, timing: &Timing, losses: &mut Losses) {
+        if last.pts.wrapping_sub(pts) < LATE_US {
+            if timing.counter.is_some() {
+                // It was counted as missing when its successor came.
+                losses.counter_gap = losses.counter_gap.saturating_sub(1);
+            }
+            return;
+        }
+        self.lost_unidentified();
+        if self.clock_reset {
+            // The second one in a row: go on from here, time itself never goes back.
+            self.last = Some(Last { pts, ..last });
+        }
+        self.clock_reset = !self.clock_reset;
+    }
+
     fn accept(&mut self, header: &Header<'_>, timing: &Timing, pts: u32, at: Micros, counter: u32) -> Stamp {
         self.last = Some(Last { fid: header.frame_id(), counter, pts, unwrapped: at });
         self.unidentified = 0;
-        self.stepped_back = false;
+        self.clock_reset = false;
         // mid-exposure = PTS - sensor timestamp
         let captured = Micros(at.0.saturating_sub(u64::from(timing.sensor_us.unwrap_or(0))));
         Stamp { sequence: counter, captured }

@@ -57,5 +57,10 @@ pub(crate) fn watch(blob: &[u8], recording: &Recording) -> Watched {
         }
         heat_j = estimate.heat_j;
     }
-    Watched { slosh_rel: (miss / size).sqrt(), at_rest_m: off, heat_j, unconverged: memory.health.step_unconverged }
+    Watched {
+        slosh_rel: (miss / size).sqrt(),
+        at_rest_m: off,
+        heat_j,
+        unconverged: memory.health.step_unconverged,
+    }
 }

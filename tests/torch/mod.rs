@@ -40,7 +40,8 @@ impl Golden {
     fn matrix(&self, name: &str) -> Matrix {
         let file = SafeTensors::deserialize(&self.weights).expect("a safetensors file");
         let view = file.tensor(name).expect(name);
-        let numbers: Vec<f32> = view.data().as_chunks::<4>().0.iter().map(|b| f32::from_le_bytes(*b)).collect();
+        let numbers: Vec<f32> =
+            view.data().as_chunks::<4>().0.iter().map(|b| f32::from_le_bytes(*b)).collect();
         let rows = if view.shape().len() == 1 { 1 } else { view.shape()[0] };
         let columns = numbers.len() / rows;
         Matrix::new(rows, columns, numbers)
@@ -66,12 +67,21 @@ fn assert_near(ours: f64, torch: f64, what: &str) {
 }
 
 /// Compares the loss and the gradients of the named weights.
-fn compare(golden: &Golden, net: &str, names: &[String], tensors: &[Tensor<2>], loss: Tensor<1>, wanted: &[&str]) {
+fn compare(
+    golden: &Golden,
+    net: &str,
+    names: &[String],
+    tensors: &[Tensor<2>],
+    loss: Tensor<1>,
+    wanted: &[&str],
+) {
     let mut grads = loss.backward();
     assert_near(f64::from(scalar(loss)), golden.array(&format!("{net}.loss"))[0], net);
     for name in wanted {
         let index = names.iter().position(|n| n == name).expect(name);
-        let ours = norm(numbers(tensors[index].grad_remove(&mut grads).expect("a gradient")).into_iter().map(f64::from));
+        let ours = norm(
+            numbers(tensors[index].grad_remove(&mut grads).expect("a gradient")).into_iter().map(f64::from),
+        );
         assert_near(ours, norm(golden.array(&format!("{net}.grad.{name}"))), name);
     }
 }

@@ -197,7 +197,8 @@ pub(super) mod tests {
         let mut square = |scale: f64| Square::from_fn(|_, _| scale * normal(&mut rng));
         let (raw, friction, linear) = (square(8.0), square(0.8).lower_triangle(), square(0.3));
         let skew = (raw - raw.transpose()) * 0.5;
-        let mut any = |rows, columns, scale: f64| DMatrix::from_fn(rows, columns, |_, _| scale * normal(&mut rng));
+        let mut any =
+            |rows, columns, scale: f64| DMatrix::from_fn(rows, columns, |_, _| scale * normal(&mut rng));
         let (inner, bias, outer) =
             (any(HIDDEN, LATENTS, 0.3), any(HIDDEN, 1, 0.3).column(0).into(), any(HIDDEN, HIDDEN, 0.02));
         let port = Latent::from_fn(|_, _| 3.0 * normal(&mut rng));

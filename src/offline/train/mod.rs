@@ -62,11 +62,15 @@ impl std::fmt::Display for TrainError {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Self::NoRecording => write!(f, "training and validation each need at least one recording"),
-            Self::NoMotion => write!(f, "nothing moves in the training recordings: they must contain a slosh"),
+            Self::NoMotion => {
+                write!(f, "nothing moves in the training recordings: they must contain a slosh")
+            }
             Self::Singular(step) => {
                 write!(f, "the recordings do not determine {step}: record more, and different, motions")
             }
-            Self::Interrupted => write!(f, "stopped before every part had been trained once: nothing was written"),
+            Self::Interrupted => {
+                write!(f, "stopped before every part had been trained once: nothing was written")
+            }
             Self::Export(error) => write!(f, "{error}"),
         }
     }
@@ -209,11 +213,13 @@ pub fn train(
     let (encoder, dynamics) = std::thread::scope(|scope| {
         let plan = (options.schedule.encoder, seed(2));
         let (seen, held, session, shared) = (&seen, &held, &session, (&frame, &metric));
-        let encoder =
-            scope.spawn(move || Encoder::train(shared.0, &seen.lessons(), &held.lessons(), shared.1, plan, session));
+        let encoder = scope.spawn(move || {
+            Encoder::train(shared.0, &seen.lessons(), &held.lessons(), shared.1, plan, session)
+        });
         let paths = (seen.paths.as_slice(), held.paths.as_slice());
-        let tries = (0..options.schedule.seeds)
-            .map(|k| rollout::train(&start, paths, &metric, (options.schedule.rollout, seed(8 + k)), session));
+        let tries = (0..options.schedule.seeds).map(|k| {
+            rollout::train(&start, paths, &metric, (options.schedule.rollout, seed(8 + k)), session)
+        });
         let best = tries.min_by(|a, b| a.1.total_cmp(&b.1)).map_or(start.clone(), |(dynamics, _)| dynamics);
         (encoder.join().expect("the encoder's thread ends"), best)
     });

@@ -37,13 +37,19 @@ pub(super) fn checks(model: &Model, held: &Side, tracks: &[Track]) -> (Vec<Check
     };
     let mut checks = vec![
         Check::percent(String::from("flat: surface slosh-rel"), 1.0, None),
-        Check::percent(String::from("persistence, one frame: surface slosh-rel"), persistence(&held.sequences), None),
+        Check::percent(
+            String::from("persistence, one frame: surface slosh-rel"),
+            persistence(&held.sequences),
+            None,
+        ),
     ];
     let linear = rolled(&|x, u| model.linear.roll_out(x, u));
     checks.extend(linear.checks("linear with motion, 2 s roll-out", OPEN));
     checks.extend(over(&|k| held.latents[k].clone()).checks("decoder alone", OPEN));
     checks.extend(over(&|k| tracks[k].y.clone()).checks("encoder, camera noise", OPEN));
-    checks.extend(rolled(&|x, u| model.dynamics.roll_out(x, u)).checks("GENERIC with motion, 2 s roll-out", OPEN));
+    checks.extend(
+        rolled(&|x, u| model.dynamics.roll_out(x, u)).checks("GENERIC with motion, 2 s roll-out", OPEN),
+    );
     let filtered = over(&|k| {
         let states = filter::run(&model.dynamics, &model.gain, &tracks[k]);
         states.into_iter().map(|(_, x)| x).collect()
@@ -53,8 +59,16 @@ pub(super) fn checks(model: &Model, held: &Side, tracks: &[Track]) -> (Vec<Check
         let name = format!("POD: {group} left out of {} modes", basis.rank());
         checks.push(Check::percent(name, basis.left_out, None));
     }
-    checks.push(Check::percent(String::from("heat of a roll-out from rest against the books"), heat(model, held), None));
-    checks.push(Check::percent(String::from("energy of the latent state against the books"), books(model, held), None));
+    checks.push(Check::percent(
+        String::from("heat of a roll-out from rest against the books"),
+        heat(model, held),
+        None,
+    ));
+    checks.push(Check::percent(
+        String::from("energy of the latent state against the books"),
+        books(model, held),
+        None,
+    ));
     (checks, filtered.relative(SURFACE))
 }
 

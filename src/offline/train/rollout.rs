@@ -96,7 +96,8 @@ impl Operators {
     /// From the tensors of [`weights_of`]; the preconditioner is a constant, as in the blob.
     fn new(tensors: &[Tensor<2>], preconditioner: &Square, device: &Device) -> Self {
         let mask = |keep: fn(usize, usize) -> bool| {
-            let values = (0..LATENTS * LATENTS).map(|k| if keep(k / LATENTS, k % LATENTS) { 1.0 } else { 0.0 });
+            let values =
+                (0..LATENTS * LATENTS).map(|k| if keep(k / LATENTS, k % LATENTS) { 1.0 } else { 0.0 });
             Matrix::new(LATENTS, LATENTS, values.collect()).tensor(device)
         };
         let lower = tensors[0].clone() * mask(|i, j| i > j);
@@ -178,7 +179,11 @@ fn soft(miss: Tensor<2>) -> Tensor<1> {
 
 /// Relative error of roll-outs of up to [`HORIZON`] turns from true states, in `metric`.
 #[must_use]
-pub(super) fn validate(roll_out: impl Fn(Latent, &[f64]) -> Vec<Latent>, paths: &[Path], metric: &Square) -> f64 {
+pub(super) fn validate(
+    roll_out: impl Fn(Latent, &[f64]) -> Vec<Latent>,
+    paths: &[Path],
+    metric: &Square,
+) -> f64 {
     let (mut miss, mut size) = (0.0, 0.0);
     for path in paths {
         for from in (0..path.x.len().saturating_sub(HORIZON / 2)).step_by(HORIZON / 2) {
@@ -223,7 +228,8 @@ fn descend(
 ) -> (Dynamics, f64) {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let device = Device::flex().autodiff();
-    let metric_t = Matrix::from_f64(&DMatrix::from_fn(LATENTS, LATENTS, |i, j| metric[(j, i)])).tensor(&device);
+    let metric_t =
+        Matrix::from_f64(&DMatrix::from_fn(LATENTS, LATENTS, |i, j| metric[(j, i)])).tensor(&device);
     let mut weights = weights_of(start);
     let mut preconditioner = start.preconditioner();
     let mut adam = Adam::new(&weights, 1.0);
@@ -255,7 +261,8 @@ fn descend(
         }
         let operators = Operators::new(&tensors, &preconditioner, &device);
         let energy = column(&|p, n| vec![p.energy[n] as f32], 0);
-        let mut loss = soft((operators.energy(state(0)) - energy) * energy_size.sqrt().recip()) * ENERGY_WEIGHT;
+        let mut loss =
+            soft((operators.energy(state(0)) - energy) * energy_size.sqrt().recip()) * ENERGY_WEIGHT;
         let (mut x, mut due) = (state(0), column(&|p, n| vec![(p.heat[n + horizon] - p.heat[n]) as f32], 0));
         for k in 1..=horizon {
             let (next, heat) = operators.turn(x, column(&|p, n| vec![p.u[n] as f32], k));

@@ -1,0 +1,215 @@
+//! `meniscus run`: the main job, live.
+
+mod report;
+mod view;
+
+use crate::cli::shipped;
+use anyhow::{Context, bail};
+use indicatif::{ProgressBar, ProgressStyle};
+use meniscus::host::files::{AlignedBytes, write_whole};
+use meniscus::host::link::link;
+use meniscus::host::live::{Log, Still, Watch, watch};
+use meniscus::host::view::{Caption, Dashboard};
+use meniscus::model::Model;
+use meniscus::offline::camera::{PAYLOAD_ROOM, SimulatedCamera};
+use meniscus::offline::recording::Recording;
+use meniscus::offline::scene::SceneSettings;
+use meniscus::surface::{Config, Settings};
+use meniscus::units::FRAME_INTERVAL_S;
+use meniscus_hil::FaultList;
+use std::io::IsTerminal;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+use std::time::Duration;
+
+/// Payload buffers between camera and worker: both streams, four frames deep.
+const BUFFERS: usize = 8;
+
+/// Watch the liquid: camera frames in, the whole liquid out, 60 times a second.
+///
+/// Without any option this shows the main job with no hardware: a simulated D435 looks at a glass
+/// of glycerine in a recording that the model has never seen, its frames go byte for byte through
+/// the same reader as a real camera's, and at the end the estimate is held against the truth.
+///
+/// In a terminal a dashboard shows the surface, the modes, the stage times, energy and entropy;
+/// q or Ctrl-C ends the run in order. At the end comes a summary, and a picture in the --out folder.
+///
+/// Modes: Filling (the window of 16 frames is not full), Tracking, Coasting (frame lost or liquid not
+/// seen: the GENERIC step alone), Halted (nothing for a second: no estimate is given).
+///
+/// Faults are spelled NAME:SHARE or NAME@FRAME, joined by commas, as in drop:0.02,tear@100. Names:
+/// drop tear late fid eof err length0 length2 length200 duplicate gap split noinfrared overlong empty.
+#[derive(clap::Args)]
+#[command(
+    verbatim_doc_comment,
+    after_help = "Examples:\n  meniscus run\n  meniscus run --seconds 10 --json\n  meniscus run --faults drop:0.05,late:0.02 --out /tmp/faulty"
+)]
+pub(crate) struct Arguments {
+    /// Length of the run, s; it ends earlier where the recording does.
+    #[arg(long, default_value_t = 10.0)]
+    seconds: f64,
+    /// What the simulated camera looks at: the recording in the program (shipped) or a recording file.
+    #[arg(long, default_value = "shipped", value_name = "shipped|FILE")]
+    source: String,
+    /// The model: the one in the program (shipped) or a blob file.
+    #[arg(long, default_value = "shipped", value_name = "shipped|FILE")]
+    model: String,
+    /// Faults on the camera's wire.
+    #[arg(long, default_value = "", value_name = "LIST")]
+    faults: FaultList,
+    /// Seed of the camera's noise and faults.
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Folder for the picture; it is made if it is not there.
+    #[arg(long, default_value = "out")]
+    out: PathBuf,
+    /// One JSON object on standard output instead of dashboard and summary.
+    #[arg(long)]
+    json: bool,
+    /// Fail (exit status 1) if any check misses its target.
+    #[arg(long)]
+    check: bool,
+}
+
+/// Runs the verb.
+pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
+    let frames = frames(arguments.seconds)?;
+    let blob = blob(&arguments.model)?;
+    let model = Model::load(&blob).with_context(|| format!("the model {} is refused", arguments.model))?;
+    let recording = recording(&arguments.source)?;
+    let settings = settings(&model, &recording)?;
+    let config = Config::new(settings)?;
+    // Told before the run, not after it: a folder that cannot be written would lose the picture.
+    let picture = arguments.out.join("run.png");
+    write_whole(&arguments.out.join("run.json"), b"{}\n").context("the --out folder cannot be used")?;
+
+    let scene = SceneSettings { camera: settings, seed: arguments.seed, ..SceneSettings::default() };
+    let camera = SimulatedCamera::new(&recording, scene, arguments.faults.clone());
+    let frames = frames.min(recording.frames());
+    let mut still = Still::default();
+    let log = live(arguments, &model, config, camera, frames, &mut still)?;
+
+    let report = report::Report::new(&model, &recording, &log)?;
+    let json = serde_json::to_string_pretty(&report.json(arguments))?;
+    write_whole(&arguments.out.join("run.json"), format!("{json}\n").as_bytes())?;
+    let drawn = view::picture(&model, &recording, &config, &log, &report.score, &still)?;
+    if let Some(png) = &drawn {
+        write_whole(&picture, png)?;
+    }
+    if arguments.json {
+        println!("{json}");
+    } else {
+        print!("{}", report.text());
+        if drawn.is_some() {
+            println!("picture: {}", picture.display());
+        }
+    }
+    if arguments.check && !report.checks.iter().all(|check| check.ok) {
+        bail!("a check missed its target");
+    }
+    Ok(())
+}
+
+/// Camera, worker and dashboard at work, until the recording ends or somebody stops it.
+fn live(
+    arguments: &Arguments,
+    model: &Model<'_>,
+    config: Config,
+    camera: SimulatedCamera<'_>,
+    frames: usize,
+    still: &mut Still,
+) -> anyhow::Result<Log> {
+    let shared = Arc::new(Watch::default());
+    let interrupted = Arc::clone(&shared);
+    ctrlc::set_handler(move || interrupted.stop.store(true, Ordering::Relaxed))
+        .context("cannot watch for Ctrl-C")?;
+    let (camera_end, worker_end) = link(BUFFERS, PAYLOAD_ROOM);
+    // Room for a turn a frame, for those that faults add, and for a second more.
+    let log = Log::with_room(frames + frames / 2 + 64);
+    let length = Duration::from_secs_f64(frames as f64 * FRAME_INTERVAL_S);
+    let shared = &*shared;
+    std::thread::scope(|scope| {
+        scope.spawn(move || camera.play(frames, &camera_end, &shared.stop));
+        let worker = scope.spawn(move || watch(model, config, &worker_end, shared, log, still));
+        let finished = || worker.is_finished();
+        let shown = if !arguments.json && std::io::stdout().is_terminal() {
+            let title = format!("{}, simulated D435, model {}", model.header.liquid, arguments.model);
+            let (fill_m, radius_m) = (model.header.fill_m, model.header.radius_m);
+            Dashboard::new(Caption { title, fill_m, radius_m, length }).run(shared, finished)
+        } else {
+            progress(length, finished);
+            Ok(())
+        };
+        // A terminal that fails ends the show, not the run.
+        if let Err(error) = shown {
+            eprintln!("the dashboard ended: {error}");
+        }
+        worker.join().map_err(|_| anyhow::anyhow!("the worker stopped on an error of its own"))
+    })
+}
+
+/// A bar with the time left, on standard error, where there is no dashboard.
+fn progress(length: Duration, finished: impl Fn() -> bool) {
+    let bar = ProgressBar::new(length.as_millis().try_into().unwrap_or(u64::MAX));
+    if let Ok(style) = ProgressStyle::with_template("running {wide_bar} {eta} left") {
+        bar.set_style(style);
+    }
+    while !finished() {
+        bar.set_position(bar.elapsed().as_millis().try_into().unwrap_or(u64::MAX));
+        std::thread::sleep(Duration::from_millis(50));
+    }
+    bar.finish_and_clear();
+}
+
+/// Whole frames in `seconds`, at least a window and a second.
+fn frames(seconds: f64) -> anyhow::Result<usize> {
+    if !(1.5..=3600.0).contains(&seconds) {
+        bail!("--seconds {seconds} is out of range: 1.5 to 3600");
+    }
+    Ok((seconds / FRAME_INTERVAL_S).round() as usize)
+}
+
+/// The blob's bytes, where weights can be read in place.
+fn blob(model: &str) -> anyhow::Result<AlignedBytes> {
+    if model == "shipped" {
+        return Ok(AlignedBytes::copy(shipped::MODEL));
+    }
+    Ok(AlignedBytes::read(Path::new(model))?)
+}
+
+/// The recording that the camera looks at.
+fn recording(source: &str) -> anyhow::Result<Recording> {
+    if source == "shipped" {
+        return Ok(Recording::from_bytes(Path::new("the shipped recording"), shipped::RECORDING)?);
+    }
+    Ok(Recording::load(Path::new(source))?)
+}
+
+/// Camera settings for the model's glass; a recording of another glass is refused.
+fn settings(model: &Model<'_>, recording: &Recording) -> anyhow::Result<Settings> {
+    let (header, glass) = (&model.header, &recording.glass);
+    let pairs = [
+        ("radius", header.radius_m, glass.radius_m),
+        ("fill", header.fill_m, glass.fill_m),
+        ("rim", header.rim_m, glass.rim_m),
+    ];
+    for (name, model_m, recording_m) in pairs {
+        if (model_m - recording_m).abs() > 1e-4 {
+            let (model_mm, recording_mm) = (1e3 * model_m, 1e3 * recording_m);
+            bail!(
+                "the model was trained for a glass with {name} {model_mm:.1} mm, the recording has \
+                 {recording_mm:.1} mm: train a model for this glass, or choose another recording"
+            );
+        }
+    }
+    if model.field_len() != meniscus::offline::recording::STATE {
+        bail!("the model has {} tracers, recordings have 2134", model.header.particles);
+    }
+    Ok(Settings {
+        radius_m: header.radius_m as f32,
+        fill_m: header.fill_m as f32,
+        rim_m: header.rim_m as f32,
+        ..Settings::default()
+    })
+}

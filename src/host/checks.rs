@@ -1,0 +1,105 @@
+//! The form in which every verifying command answers: one JSON object with a `checks` array.
+
+use crate::host::prelude::*;
+use serde::Serialize;
+
+/// What a measured value is held against.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Target {
+    AtMost(f64),
+    Exactly(f64),
+    Told,
+}
+
+/// One measured value with its target; `ok` is computed from the two and from nothing else.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Check {
+    /// Name, the same in every output of this project.
+    pub name: String,
+    /// The measured value; `null` in JSON where it could not be measured.
+    pub value: Option<f64>,
+    /// Unit of the value.
+    pub unit: &'static str,
+    /// The target in words: `<= 0.25`, `= 0` or `told`.
+    pub target: String,
+    /// Whether the value meets the target. A value that is only told is always ok, one that could not
+    /// be measured never.
+    pub ok: bool,
+}
+
+impl Check {
+    /// A value that must not exceed `limit`.
+    #[must_use]
+    pub fn at_most(name: impl Into<String>, value: f64, unit: &'static str, limit: f64) -> Self {
+        Self::new(name.into(), value, unit, Target::AtMost(limit))
+    }
+
+    /// A value that must be `wanted`.
+    #[must_use]
+    pub fn exactly(name: impl Into<String>, value: f64, unit: &'static str, wanted: f64) -> Self {
+        Self::new(name.into(), value, unit, Target::Exactly(wanted))
+    }
+
+    /// A value without a target, given for comparison.
+    #[must_use]
+    pub fn told(name: impl Into<String>, value: f64, unit: &'static str) -> Self {
+        Self::new(name.into(), value, unit, Target::Told)
+    }
+
+    fn new(name: String, value: f64, unit: &'static str, target: Target) -> Self {
+        let measured = value.is_finite();
+        let (words, met) = match target {
+            Target::AtMost(limit) => (format!("<= {limit}"), value <= limit),
+            Target::Exactly(wanted) => (format!("= {wanted}"), value == wanted),
+            Target::Told => ("told".into(), true),
+        };
+        Self { name, value: measured.then_some(value), unit, target: words, ok: measured && met }
+    }
+}
+
+/// A table of checks for a person, one a line.
+#[must_use]
+pub fn table(checks: &[Check]) -> String {
+    let width = checks.iter().map(|check| check.name.len()).max().unwrap_or(0);
+    let line = |check: &Check| {
+        let value = check.value.map_or("not measured".into(), number);
+        let verdict = if check.ok { "ok" } else { "MISSED" };
+        format!("  {:width$}  {value:>12} {:<6} {:<12} {verdict}\n", check.name, check.unit, check.target)
+    };
+    checks.iter().map(line).collect()
+}
+
+/// Four significant digits, without an exponent where one can do without.
+fn number(value: f64) -> String {
+    match value.abs() {
+        0.0 => "0".into(),
+        size if (1e-3..1e6).contains(&size) => {
+            let decimals = (3 - size.log10().floor() as i32).clamp(0, 6) as usize;
+            format!("{value:.decimals$}")
+        }
+        _ => format!("{value:.2e}"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ok_follows_from_value_and_target() {
+        assert!(Check::at_most("a", 0.25, "", 0.25).ok);
+        assert!(!Check::at_most("a", 0.26, "", 0.25).ok);
+        assert!(!Check::exactly("a", 1.0, "", 0.0).ok);
+        assert!(Check::told("a", 1.0, "").ok);
+        let unmeasured = Check::at_most("a", f64::NAN, "", 1.0);
+        assert!(!unmeasured.ok && unmeasured.value.is_none());
+        assert!(!Check::told("a", f64::INFINITY, "").ok);
+    }
+
+    #[test]
+    fn the_table_says_what_was_missed() {
+        let text = table(&[Check::at_most("drift", 3e-9, "1", 1e-6), Check::exactly("falls", 2.0, "1", 0.0)]);
+        assert!(text.contains("drift       3.00e-9"), "{text}");
+        assert!(text.lines().nth(1).is_some_and(|line| line.contains("2.000") && line.ends_with("MISSED")));
+    }
+}

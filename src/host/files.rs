@@ -1,0 +1,126 @@
+//! Files: written beside and renamed, read into memory that weights can be read in place from.
+
+use crate::host::prelude::*;
+use std::fmt;
+use std::fs;
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+/// A file could not be read or written.
+#[derive(Debug)]
+pub struct FileError {
+    /// Which.
+    pub path: PathBuf,
+    /// What was being done.
+    pub doing: &'static str,
+    /// What the system said.
+    pub cause: io::Error,
+}
+
+impl fmt::Display for FileError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "cannot {} {}: {}", self.doing, self.path.display(), self.cause)
+    }
+}
+
+impl std::error::Error for FileError {
+    fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
+        Some(&self.cause)
+    }
+}
+
+/// Writes `bytes` to `path` so that there is the old file or the new one, never a part: into a file
+/// beside it, synced, then renamed. The folder is made if it is not there.
+///
+/// # Errors
+/// [`FileError`]; the file beside is removed then.
+pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), FileError> {
+    let failed = |doing, cause| FileError { path: path.into(), doing, cause };
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+    if let Some(folder) = folder {
+        fs::create_dir_all(folder).map_err(|cause| failed("make the folder of", cause))?;
+    }
+    let mut beside = path.as_os_str().to_owned();
+    beside.push(".part");
+    let beside = PathBuf::from(beside);
+    let written = fs::File::create(&beside).and_then(|mut file| {
+        file.write_all(bytes)?;
+        file.sync_all()?;
+        fs::rename(&beside, path)
+    });
+    written.map_err(|cause| {
+        // What is left of it helps nobody; that it cannot be removed either adds nothing.
+        let _left = fs::remove_file(&beside);
+        failed("write", cause)
+    })
+}
+
+/// The bytes of a file, starting on a 64-byte boundary, as a blob has to.
+#[derive(Debug)]
+pub struct AlignedBytes {
+    room: Vec<u8>,
+    start: usize,
+}
+
+impl AlignedBytes {
+    /// Boundary on which the bytes start.
+    const BOUNDARY: usize = 64;
+
+    /// Reads a whole file.
+    ///
+    /// # Errors
+    /// [`FileError`].
+    pub fn read(path: &Path) -> Result<Self, FileError> {
+        let bytes = fs::read(path).map_err(|cause| FileError { path: path.into(), doing: "read", cause })?;
+        Ok(Self::copy(&bytes))
+    }
+
+    /// Copies `bytes` to such a place.
+    #[must_use]
+    pub fn copy(bytes: &[u8]) -> Self {
+        let mut room = vec![0; bytes.len() + Self::BOUNDARY];
+        let start = room.as_ptr().align_offset(Self::BOUNDARY).min(Self::BOUNDARY);
+        room[start..start + bytes.len()].copy_from_slice(bytes);
+        room.truncate(start + bytes.len());
+        Self { room, start }
+    }
+}
+
+impl std::ops::Deref for AlignedBytes {
+    type Target = [u8];
+
+    fn deref(&self) -> &[u8] {
+        &self.room[self.start..]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn folder(name: &str) -> PathBuf {
+        let folder = std::env::temp_dir().join(format!("meniscus-files-{name}-{}", std::process::id()));
+        fs::create_dir_all(&folder).expect("a temporary folder");
+        folder
+    }
+
+    #[test]
+    fn bytes_come_back_aligned() {
+        let path = folder("aligned").join("deep/er/file");
+        write_whole(&path, &[7; 1000]).expect("writable");
+        let bytes = AlignedBytes::read(&path).expect("readable");
+        assert_eq!(*bytes, [7; 1000]);
+        assert_eq!(bytes.as_ptr().align_offset(64), 0);
+        assert_eq!(fs::read_dir(path.parent().expect("a folder")).expect("listed").count(), 1);
+    }
+
+    #[test]
+    fn a_folder_in_the_way_is_reported_and_kept() {
+        let path = folder("blocked").join("taken");
+        fs::create_dir_all(path.join("inside")).expect("a folder in the way");
+        let error = write_whole(&path, b"new").expect_err("a folder cannot be replaced");
+        assert!(error.to_string().contains("taken"), "{error}");
+        assert!(path.join("inside").exists());
+        assert!(!path.with_extension("part").exists());
+    }
+}

@@ -1,0 +1,137 @@
+//! The way from the camera's thread to the worker: payload buffers that go round.
+//!
+//! The camera takes a spare buffer, fills it and hands it over; the worker uses it and gives it back.
+//! Nothing is allocated once the link stands. When the worker is so late that no buffer is spare,
+//! the payload is dropped and counted: the newest data waits for nobody's old data.
+
+use crate::host::prelude::*;
+use crate::uvc::Stream;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TryRecvError, sync_channel};
+use std::time::{Duration, Instant};
+
+/// A payload in its buffer.
+#[derive(Debug)]
+pub struct Delivery {
+    /// Which stream it belongs to.
+    pub stream: Stream,
+    /// Header and pixels.
+    pub payload: Vec<u8>,
+    /// When it was handed over.
+    pub arrived: Instant,
+}
+
+/// The camera's end.
+#[derive(Debug)]
+pub struct CameraEnd {
+    full: SyncSender<Delivery>,
+    spare: Receiver<Vec<u8>>,
+    dropped: Arc<AtomicU64>,
+}
+
+/// The worker's end.
+#[derive(Debug)]
+pub struct WorkerEnd {
+    full: Receiver<Delivery>,
+    spare: SyncSender<Vec<u8>>,
+    dropped: Arc<AtomicU64>,
+}
+
+/// What the worker found.
+#[derive(Debug)]
+pub enum Received {
+    /// A payload.
+    Payload(Delivery),
+    /// Nothing until the time was up.
+    Silence,
+    /// The camera has gone and everything it sent has been received.
+    Closed,
+}
+
+/// A link with `count` buffers of `size` bytes.
+#[must_use]
+pub fn link(count: usize, size: usize) -> (CameraEnd, WorkerEnd) {
+    let (full_in, full_out) = sync_channel(count);
+    let (spare_in, spare_out) = sync_channel(count);
+    let worker = WorkerEnd { full: full_out, spare: spare_in, dropped: Arc::default() };
+    for _ in 0..count {
+        worker.give_back(Vec::with_capacity(size));
+    }
+    (CameraEnd { full: full_in, spare: spare_out, dropped: Arc::clone(&worker.dropped) }, worker)
+}
+
+impl CameraEnd {
+    /// Hands a payload over. `false` when the worker has gone.
+    pub fn send(&self, stream: Stream, bytes: &[u8]) -> bool {
+        let mut payload = match self.spare.try_recv() {
+            Ok(buffer) => buffer,
+            Err(TryRecvError::Empty) => {
+                self.dropped.fetch_add(1, Ordering::Relaxed);
+                return true;
+            }
+            Err(TryRecvError::Disconnected) => return false,
+        };
+        payload.clear();
+        payload.extend_from_slice(bytes);
+        self.full.send(Delivery { stream, payload, arrived: Instant::now() }).is_ok()
+    }
+}
+
+impl WorkerEnd {
+    /// Waits for the next payload, at most until `deadline`.
+    #[must_use]
+    pub fn receive(&self, deadline: Instant) -> Received {
+        let wait = deadline.saturating_duration_since(Instant::now()).max(Duration::from_micros(1));
+        match self.full.recv_timeout(wait) {
+            Ok(delivery) => Received::Payload(delivery),
+            Err(RecvTimeoutError::Timeout) => Received::Silence,
+            Err(RecvTimeoutError::Disconnected) => Received::Closed,
+        }
+    }
+
+    /// Gives a buffer back for the next payload.
+    pub fn give_back(&self, buffer: Vec<u8>) {
+        // There is room for every buffer; only a camera that has gone makes this fail.
+        let _gone = self.spare.try_send(buffer);
+    }
+
+    /// Payloads dropped because no buffer was spare.
+    #[must_use]
+    pub fn dropped(&self) -> u64 {
+        self.dropped.load(Ordering::Relaxed)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The payload that is waiting.
+    fn waiting(worker: &WorkerEnd) -> Option<Delivery> {
+        match worker.receive(Instant::now()) {
+            Received::Payload(delivery) => Some(delivery),
+            Received::Silence | Received::Closed => None,
+        }
+    }
+
+    #[test]
+    fn a_late_worker_costs_counted_payloads_and_nothing_else() {
+        let (camera, worker) = link(2, 8);
+        for k in 0..3 {
+            assert!(camera.send(Stream::Depth, &[k]));
+        }
+        assert_eq!(worker.dropped(), 1);
+        let delivery = waiting(&worker).expect("two are waiting");
+        assert_eq!(delivery.payload, [0]);
+        let place = delivery.payload.as_ptr();
+        worker.give_back(delivery.payload);
+        assert!(camera.send(Stream::Infrared, &[9]));
+        assert_eq!(waiting(&worker).expect("one is left").payload, [1]);
+        let last = waiting(&worker).expect("the newest");
+        assert_eq!((last.stream, last.payload.as_ptr()), (Stream::Infrared, place), "the buffer goes round");
+        assert!(matches!(worker.receive(Instant::now()), Received::Silence));
+        drop(camera);
+        assert!(matches!(worker.receive(Instant::now()), Received::Closed));
+    }
+}

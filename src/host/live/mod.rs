@@ -1,0 +1,7 @@
+//! The worker: one thread that turns payloads into turns, and the log of what it did.
+
+mod log;
+mod worker;
+
+pub use log::{Log, Logged};
+pub use worker::{Still, Watch, watch};

@@ -1,0 +1,132 @@
+//! The worker's loop: receive, turn, log, show; it blocks on nothing but the camera.
+
+use super::log::{Log, Logged};
+use crate::host::allocations::allocations_of_this_thread;
+use crate::host::clock::Monotonic;
+use crate::host::link::{Delivery, Received, WorkerEnd};
+use crate::host::prelude::*;
+use crate::model::Model;
+use crate::runtime::{Estimator, Eye, Tracker, Turn};
+use crate::surface;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+/// Silence after which the next interval's turn is taken without a frame: one and a half intervals.
+const PATIENCE: Duration = Duration::from_micros(25_000);
+
+/// One frame interval.
+const INTERVAL: Duration = Duration::from_micros(16_667);
+
+/// What the run shows while it goes: written by the worker when nobody is reading, never waited for.
+#[derive(Debug, Default)]
+pub struct Watch {
+    /// Set by anyone who wants the run to end.
+    pub stop: AtomicBool,
+    /// The last turn.
+    pub last: Mutex<Option<Logged>>,
+}
+
+/// The infrared image of the liveliest moment of a run.
+#[derive(Clone, Debug, Default)]
+pub struct Still {
+    /// Y8 pixels, row-major.
+    pub infrared: Vec<u8>,
+    /// Its turn.
+    pub turn: Option<Turn>,
+    /// Largest distance of the estimated surface from rest, metres.
+    pub crest_m: f32,
+}
+
+/// Runs until the camera has gone or `watch.stop` is set. `field` receives the full field of each
+/// turn, `still` the image of the highest crest.
+pub fn watch(
+    model: &Model<'_>,
+    config: surface::Config,
+    end: &WorkerEnd,
+    watch: &Watch,
+    mut log: Log,
+    still: &mut Still,
+) -> Log {
+    let (width, height) = config.image_size();
+    let (mut depth, mut infrared) = (vec![0; 2 * width * height], vec![0; width * height]);
+    let mut field = vec![0.0; model.field_len()];
+    let eye = Eye::new(config, &mut depth, &mut infrared);
+    let mut tracker = Tracker::new(Estimator::new(model), eye);
+    still.infrared.resize(width * height, 0);
+    let mut clock = Monotonic::start();
+    let mut next_turn = Instant::now() + Duration::from_secs(3600);
+    while !watch.stop.load(Ordering::Relaxed) {
+        match end.receive(next_turn) {
+            Received::Closed => break,
+            Received::Silence => {
+                let started = Instant::now();
+                let before = allocations_of_this_thread();
+                let turn = tracker.silence(&mut clock, &mut field);
+                let (allocations, turn_us) = (allocations_of_this_thread() - before, micros_since(started));
+                next_turn += INTERVAL;
+                if let Some(turn) = turn {
+                    let logged = Logged { turn, latency_us: turn_us, turn_us, allocations };
+                    log.push(logged);
+                    show(watch, logged);
+                }
+            }
+            Received::Payload(delivery) => {
+                if take(&mut tracker, &delivery, &mut clock, &mut field, &mut log) {
+                    next_turn = delivery.arrived + PATIENCE;
+                    keep_still(&tracker, &log, model.header.fill_m as f32, still);
+                    log.turns.last().inspect(|logged| show(watch, **logged));
+                }
+                end.give_back(delivery.payload);
+            }
+        }
+    }
+    log.health = tracker.memory.health;
+    log.losses = tracker.eye.losses();
+    log.solitary = tracker.eye.solitary();
+    log.payloads_dropped = end.dropped();
+    log
+}
+
+/// One payload; whether it led to a turn.
+fn take(
+    tracker: &mut Tracker<'_, '_>,
+    delivery: &Delivery,
+    clock: &mut Monotonic,
+    field: &mut [f32],
+    log: &mut Log,
+) -> bool {
+    let started = Instant::now();
+    let before = allocations_of_this_thread();
+    let first = log.turns.len();
+    let arrived = delivery.arrived;
+    tracker.accept(delivery.stream, &delivery.payload, clock, field, |turn, _| {
+        let allocations = allocations_of_this_thread() - before;
+        let (latency_us, turn_us) = (micros_since(arrived), micros_since(started));
+        log.push(Logged { turn: *turn, latency_us, turn_us, allocations });
+    });
+    log.turns.len() > first
+}
+
+/// Shows a turn to whoever looks, unless they are looking right now.
+fn show(watch: &Watch, logged: Logged) {
+    if let Ok(mut last) = watch.last.try_lock() {
+        *last = Some(logged);
+    }
+}
+
+/// Keeps the image if the surface has never stood higher or lower.
+fn keep_still(tracker: &Tracker<'_, '_>, log: &Log, fill_m: f32, still: &mut Still) {
+    let Some(logged) = log.turns.last() else { return };
+    let away = |z: &f32| (z - fill_m).abs();
+    let crest_m = logged.turn.estimate.surface_m.iter().map(away).fold(0.0, f32::max);
+    if crest_m > still.crest_m && matches!(logged.turn.sight, Some(Ok(_))) {
+        still.infrared.copy_from_slice(tracker.eye.infrared());
+        still.turn = Some(logged.turn);
+        still.crest_m = crest_m;
+    }
+}
+
+fn micros_since(start: Instant) -> u64 {
+    u64::try_from(start.elapsed().as_micros()).unwrap_or(u64::MAX)
+}

@@ -1,0 +1,217 @@
+//! The live dashboard in a terminal: surface, modes, stage times, energy and entropy.
+
+use crate::host::live::{Logged, Watch};
+use crate::host::prelude::*;
+use crate::runtime::{DEADLINE_US, Mode};
+use crate::surface::profile_abscissa;
+use ratatui::Frame;
+use ratatui::crossterm::event::{self, Event, KeyCode, KeyEvent, KeyModifiers};
+use ratatui::layout::{Constraint, Layout, Rect};
+use ratatui::style::{Color, Style, Stylize};
+use ratatui::symbols::Marker;
+use ratatui::text::{Line, Span};
+use ratatui::widgets::{Axis, Block, Chart, Dataset, GraphType, Paragraph, Sparkline};
+use std::collections::VecDeque;
+use std::io;
+use std::sync::atomic::Ordering;
+use std::time::{Duration, Instant};
+
+/// Time between two pictures of the terminal.
+const REFRESH: Duration = Duration::from_millis(66);
+
+/// Values that the running curves show.
+const HISTORY: usize = 160;
+
+/// What does not change during a run.
+#[derive(Clone, Debug)]
+pub struct Caption {
+    /// Liquid, model and source, for the first line.
+    pub title: String,
+    /// Height of the surface at rest, m.
+    pub fill_m: f64,
+    /// Inner radius, m.
+    pub radius_m: f64,
+    /// How long the run will take.
+    pub length: Duration,
+}
+
+/// The dashboard and what it remembers for its curves.
+#[derive(Debug)]
+pub struct Dashboard {
+    caption: Caption,
+    started: Instant,
+    turn_us: VecDeque<u64>,
+    slosh_uj: VecDeque<u64>,
+    heat_uj: VecDeque<u64>,
+    missed: u64,
+}
+
+impl Dashboard {
+    /// A dashboard for one run.
+    #[must_use]
+    pub fn new(caption: Caption) -> Self {
+        let curve = || VecDeque::with_capacity(HISTORY);
+        let (turn_us, slosh_uj, heat_uj) = (curve(), curve(), curve());
+        Self { caption, started: Instant::now(), turn_us, slosh_uj, heat_uj, missed: 0 }
+    }
+
+    /// Shows the run until `finished` says so; `q`, Esc or Ctrl-C set `watch.stop`.
+    ///
+    /// # Errors
+    /// What the terminal said. It is put back as it was in every case.
+    pub fn run(mut self, watch: &Watch, finished: impl Fn() -> bool) -> io::Result<()> {
+        let mut terminal = ratatui::try_init()?;
+        let shown = self.show(&mut terminal, watch, finished);
+        ratatui::restore();
+        shown
+    }
+
+    fn show(
+        &mut self,
+        terminal: &mut ratatui::DefaultTerminal,
+        watch: &Watch,
+        finished: impl Fn() -> bool,
+    ) -> io::Result<()> {
+        while !finished() {
+            let last = watch.last.lock().map_or(None, |last| *last);
+            if let Some(logged) = &last {
+                self.remember(logged);
+            }
+            terminal.draw(|frame| self.draw(frame, last.as_ref()))?;
+            if event::poll(REFRESH)?
+                && let Event::Key(key) = event::read()?
+                && leaves(key)
+            {
+                watch.stop.store(true, Ordering::Relaxed);
+            }
+        }
+        Ok(())
+    }
+
+    fn remember(&mut self, logged: &Logged) {
+        let estimate = &logged.turn.estimate;
+        let micro = |joules: f64| (joules.max(0.0) * 1e6) as u64;
+        self.missed += u64::from(logged.latency_us > DEADLINE_US);
+        push(&mut self.turn_us, logged.turn_us);
+        push(&mut self.slosh_uj, micro(estimate.slosh_j));
+        push(&mut self.heat_uj, micro(estimate.heat_j));
+    }
+
+    fn draw(&self, frame: &mut Frame<'_>, last: Option<&Logged>) {
+        let rows = Layout::vertical([Constraint::Length(3), Constraint::Min(10), Constraint::Length(6)]);
+        let [head, middle, foot] = rows.areas(frame.area());
+        frame.render_widget(self.headline(last), head);
+        let [surface, numbers] =
+            Layout::horizontal([Constraint::Min(40), Constraint::Length(38)]).areas(middle);
+        self.draw_surface(frame, surface, last);
+        frame.render_widget(self.numbers(last), numbers);
+        let thirds = Layout::horizontal([Constraint::Ratio(1, 3); 3]).areas::<3>(foot);
+        let curves = [
+            (" turn, us (dots: the last 10 s) ", &self.turn_us, Color::Cyan),
+            (" slosh energy, uJ ", &self.slosh_uj, Color::Yellow),
+            (" heat = entropy, uJ ", &self.heat_uj, Color::Red),
+        ];
+        for ((title, values, colour), area) in curves.into_iter().zip(thirds) {
+            let title = format!("{title}{} ", values.back().copied().unwrap_or(0));
+            let line = Sparkline::default().block(Block::bordered().title(title)).style(colour);
+            frame.render_widget(line.data(values.iter().copied()), area);
+        }
+    }
+
+    fn headline(&self, last: Option<&Logged>) -> Paragraph<'_> {
+        let mode = last.map_or(Mode::Filling, |logged| logged.turn.estimate.mode);
+        let colour = match mode {
+            Mode::Tracking => Color::Green,
+            Mode::Filling => Color::Blue,
+            Mode::Coasting => Color::Yellow,
+            Mode::Halted => Color::Red,
+        };
+        let (now, end) = (self.started.elapsed().as_secs_f64(), self.caption.length.as_secs_f64());
+        let line = Line::from(vec![
+            Span::from(format!(" {mode:?} ")).bold().fg(Color::Black).bg(colour),
+            Span::from(format!("  {now:5.1} of {end:.0} s   ")),
+            Span::from(self.caption.title.as_str()),
+            Span::from("   q ends").dim(),
+        ]);
+        Paragraph::new(line).block(Block::bordered().title(" meniscus "))
+    }
+
+    fn draw_surface(&self, frame: &mut Frame<'_>, area: Rect, last: Option<&Logged>) {
+        let (radius_mm, fill_mm) = (1e3 * self.caption.radius_m, 1e3 * self.caption.fill_m);
+        let x = |index: usize| radius_mm * profile_abscissa(index);
+        let points = |heights: &[f32], keep: &dyn Fn(usize) -> bool| -> Vec<(f64, f64)> {
+            let all = heights.iter().enumerate().filter(|(index, _)| keep(*index));
+            all.map(|(index, z)| (x(index), 1e3 * f64::from(*z))).collect()
+        };
+        let estimated = last.map_or(vec![], |logged| points(&logged.turn.estimate.surface_m, &|_| true));
+        let measured = match last.and_then(|logged| logged.turn.sight) {
+            Some(Ok(profile)) => points(&profile.height_m, &|index| profile.valid[index]),
+            _ => vec![],
+        };
+        let rest = [(-radius_mm, fill_mm), (radius_mm, fill_mm)];
+        let set = |name, data, marker, kind, colour: Color| {
+            Dataset::default().name(name).data(data).marker(marker).graph_type(kind).style(colour)
+        };
+        let chart = Chart::new(vec![
+            set("rest", &rest, Marker::Dot, GraphType::Line, Color::DarkGray),
+            set("estimated", &estimated, Marker::Braille, GraphType::Line, Color::Green),
+            set("measured", &measured, Marker::Dot, GraphType::Scatter, Color::Magenta),
+        ])
+        .block(Block::bordered().title(" surface, mm "))
+        .x_axis(axis(-radius_mm, radius_mm))
+        .y_axis(axis(fill_mm - 25.0, fill_mm + 25.0));
+        frame.render_widget(chart, area);
+    }
+
+    fn numbers(&self, last: Option<&Logged>) -> Paragraph<'_> {
+        let block = Block::bordered().title(" turn ");
+        let Some(logged) = last else {
+            return Paragraph::new("waiting for the first frame").block(block);
+        };
+        let (turn, estimate) = (&logged.turn, &logged.turn.estimate);
+        let stages = &estimate.stages;
+        let seen = match &turn.sight {
+            Some(Ok(profile)) => format!("{} of {} points", profile.seen(), profile.valid.len()),
+            Some(Err(reason)) => format!("not seen: {reason}"),
+            None => "no frame".into(),
+        };
+        let lines = [
+            format!("time          {:.3} s", turn.time.0 as f64 * 1e-6),
+            format!("surface       {seen}"),
+            format!("glass         {:+.2} m/s2", estimate.acceleration_m_s2),
+            String::new(),
+            format!("surface    {:6} us", stages.surface_us),
+            format!("predict    {:6} us", stages.predict_us),
+            format!("encode     {:6} us", stages.encode_us),
+            format!("correct    {:6} us", stages.correct_us),
+            format!("field      {:6} us", stages.field_us),
+            format!("whole turn {:6} us", logged.turn_us),
+            format!("latency    {:6} us of {DEADLINE_US}", logged.latency_us),
+            format!("deadlines missed in view {}", self.missed),
+            String::new(),
+            format!("step       {:?}, {} iterations", estimate.audit.outcome, estimate.audit.iterations),
+            format!("dE - work  {:+.1e}", estimate.audit.energy_residual),
+            format!("dS         {:+.1e}", estimate.audit.heat),
+        ];
+        Paragraph::new(lines.map(Line::from).to_vec()).block(block)
+    }
+}
+
+/// A labelled axis from `low` to `high`.
+fn axis<'a>(low: f64, high: f64) -> Axis<'a> {
+    let labels = [low, 0.5 * (low + high), high].map(|value| format!("{value:.0}"));
+    Axis::default().bounds([low, high]).labels(labels).style(Style::default().dim())
+}
+
+fn push(curve: &mut VecDeque<u64>, value: u64) {
+    if curve.len() == HISTORY {
+        curve.pop_front();
+    }
+    curve.push_back(value);
+}
+
+/// Whether a key ends the run. In raw mode Ctrl-C arrives as a key.
+fn leaves(key: KeyEvent) -> bool {
+    let interrupt = key.code == KeyCode::Char('c') && key.modifiers.contains(KeyModifiers::CONTROL);
+    interrupt || matches!(key.code, KeyCode::Char('q') | KeyCode::Esc)
+}

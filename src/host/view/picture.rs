@@ -1,0 +1,201 @@
+//! The picture at the end of a run: what the camera saw, what the model says is inside, what was
+//! inside, and how far the two were apart.
+
+use super::plot::{BLUE, FONT, GREEN, GREY, ORANGE, PURPLE, prepare_font};
+use crate::host::prelude::*;
+use plotters::prelude::*;
+use plotters::style::colors::colormaps::{ColorMap, ViridisRGB};
+
+/// Width and height of the picture, pixels.
+const SIZE: (u32, u32) = (1500, 1000);
+
+/// Height of the upper row of panels, pixels.
+const UPPER: u32 = 560;
+
+/// The camera's image with lines on it.
+#[derive(Clone, Debug)]
+pub struct CameraImage<'a> {
+    /// Y8 pixels, row-major.
+    pub infrared: &'a [u8],
+    /// Width and height.
+    pub size: (usize, usize),
+    /// Pixels of the measured points.
+    pub measured: Vec<(f32, f32)>,
+    /// Pixels of the estimated surface.
+    pub estimated: Vec<(f32, f32)>,
+    /// Part of the image to show: left, top, width, height.
+    pub crop: (usize, usize, usize, usize),
+}
+
+/// Tracers of a slice through the middle of the glass.
+#[derive(Clone, Debug, Default)]
+pub struct Slice {
+    /// `x`, `z` in millimetres and the value that gives the colour.
+    pub tracers: Vec<(f64, f64, f64)>,
+}
+
+/// One curve over time.
+#[derive(Clone, Debug)]
+pub struct Curve {
+    /// Name in the legend.
+    pub name: String,
+    /// Seconds and value.
+    pub points: Vec<(f64, f64)>,
+}
+
+/// Everything in the picture.
+#[derive(Clone, Debug)]
+pub struct Picture<'a> {
+    /// First line.
+    pub title: String,
+    /// The camera's image.
+    pub camera: CameraImage<'a>,
+    /// The estimated field, and the true one where it is known.
+    pub slices: Vec<(String, Slice)>,
+    /// What the colour means.
+    pub value: String,
+    /// Errors over time, per cent.
+    pub errors: Vec<Curve>,
+    /// Half the width of the glass and its height, millimetres.
+    pub glass_mm: (f64, f64),
+}
+
+/// Why there is no picture.
+#[derive(Debug)]
+pub struct PictureError(String);
+
+impl std::fmt::Display for PictureError {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "the picture cannot be drawn: {}", self.0)
+    }
+}
+
+impl std::error::Error for PictureError {}
+
+impl<E: std::error::Error + Send + Sync> From<DrawingAreaErrorKind<E>> for PictureError {
+    fn from(error: DrawingAreaErrorKind<E>) -> Self {
+        Self(error.to_string())
+    }
+}
+
+impl Picture<'_> {
+    /// Draws the picture and gives it as the bytes of a PNG file.
+    ///
+    /// # Errors
+    /// [`PictureError`].
+    pub fn png(&self) -> Result<Vec<u8>, PictureError> {
+        prepare_font();
+        let mut pixels = vec![0; (3 * SIZE.0 * SIZE.1) as usize];
+        {
+            let area = BitMapBackend::with_buffer(&mut pixels, SIZE).into_drawing_area();
+            area.fill(&WHITE)?;
+            let area = area.titled(&self.title, (FONT, 26))?;
+            let (upper, lower) = area.split_vertically(UPPER);
+            let panels = upper.split_evenly((1, 1 + self.slices.len()));
+            let mut panels = panels.iter();
+            if let Some(panel) = panels.next() {
+                self.draw_camera(panel)?;
+            }
+            let top = self.top_value();
+            for ((name, slice), panel) in self.slices.iter().zip(panels) {
+                self.draw_slice(panel, name, slice, top)?;
+            }
+            self.draw_errors(&lower)?;
+            area.present()?;
+        }
+        encode(&pixels)
+    }
+
+    fn draw_camera(&self, panel: &Panel<'_>) -> Result<(), PictureError> {
+        let panel = panel.titled("left infrared: measured, estimated", (FONT, 20))?;
+        let (left, top, width, height) = self.camera.crop;
+        let (across, down) = panel.dim_in_pixel();
+        let zoom = (f64::from(across) / width as f64).min(f64::from(down) / height as f64);
+        let place = |u: f64, v: f64| {
+            let x = (u + 0.5 - left as f64) * zoom;
+            let y = (v + 0.5 - top as f64) * zoom;
+            (x.round() as i32, y.round() as i32)
+        };
+        for row in top..top + height {
+            for column in left..left + width {
+                let grey = self.camera.infrared.get(row * self.camera.size.0 + column).copied().unwrap_or(0);
+                let (u, v) = (column as f64, row as f64);
+                let box_ = [place(u - 0.5, v - 0.5), place(u + 0.5, v + 0.5)];
+                panel.draw(&Rectangle::new(box_, RGBColor(grey, grey, grey).filled()))?;
+            }
+        }
+        let pixel = |&(u, v): &(f32, f32)| place(f64::from(u), f64::from(v));
+        let line: Vec<_> = self.camera.estimated.iter().map(pixel).collect();
+        panel.draw(&PathElement::new(line, GREEN.stroke_width(3)))?;
+        for point in &self.camera.measured {
+            panel.draw(&Circle::new(pixel(point), 4, ORANGE.filled()))?;
+        }
+        Ok(())
+    }
+
+    /// Largest value of all slices: the same colour means the same value in each.
+    fn top_value(&self) -> f64 {
+        let values = self.slices.iter().flat_map(|(_, slice)| slice.tracers.iter().map(|tracer| tracer.2));
+        values.fold(f64::MIN_POSITIVE, f64::max)
+    }
+
+    fn draw_slice(&self, panel: &Panel<'_>, name: &str, slice: &Slice, top: f64) -> Result<(), PictureError> {
+        let (half, height) = self.glass_mm;
+        let mut chart = ChartBuilder::on(panel)
+            .caption(format!("{name}: {} up to {top:.3}", self.value), (FONT, 20))
+            .margin(10)
+            .x_label_area_size(34)
+            .y_label_area_size(40)
+            .build_cartesian_2d(-1.1 * half..1.1 * half, 0.0..height)?;
+        chart.configure_mesh().disable_mesh().x_desc("x, mm").y_desc("z, mm").draw()?;
+        let wall = [(-half, height), (-half, 0.0), (half, 0.0), (half, height)];
+        chart.draw_series([PathElement::new(wall.to_vec(), GREY.stroke_width(2))])?;
+        let dot = |&(x, z, value): &(f64, f64, f64)| {
+            Circle::new((x, z), 6, ViridisRGB.get_color((value / top) as f32).filled())
+        };
+        chart.draw_series(slice.tracers.iter().map(dot))?;
+        Ok(())
+    }
+
+    fn draw_errors(&self, panel: &Panel<'_>) -> Result<(), PictureError> {
+        let all = || self.errors.iter().flat_map(|curve| &curve.points);
+        let end = all().map(|point| point.0).fold(0.1, f64::max);
+        let most = all().map(|point| point.1).fold(0.1, f64::max);
+        let mut chart = ChartBuilder::on(panel)
+            .caption("error of the surface, |z - estimate| / z, mean over the profile", (FONT, 20))
+            .margin(10)
+            .x_label_area_size(40)
+            .y_label_area_size(60)
+            .build_cartesian_2d(0.0..end, 0.0..1.05 * most)?;
+        chart.configure_mesh().x_desc("time, s").y_desc("error, %").draw()?;
+        let colours = [BLUE, GREY, PURPLE, ORANGE];
+        for (curve, colour) in self.errors.iter().zip(colours) {
+            let points = curve.points.iter().copied();
+            let line = LineSeries::new(points, colour.stroke_width(2));
+            chart
+                .draw_series(line)?
+                .label(curve.name.as_str())
+                .legend(move |(x, y)| PathElement::new([(x, y), (x + 24, y)], colour.stroke_width(3)));
+        }
+        chart
+            .configure_series_labels()
+            .label_font((FONT, 16))
+            .background_style(WHITE.mix(0.8))
+            .border_style(GREY)
+            .draw()?;
+        Ok(())
+    }
+}
+
+/// A part of the picture.
+type Panel<'a> = DrawingArea<BitMapBackend<'a>, plotters::coord::Shift>;
+
+/// RGB pixels to PNG bytes.
+fn encode(pixels: &[u8]) -> Result<Vec<u8>, PictureError> {
+    use image::ImageEncoder;
+    let mut bytes = Vec::new();
+    image::codecs::png::PngEncoder::new(&mut bytes)
+        .write_image(pixels, SIZE.0, SIZE.1, image::ExtendedColorType::Rgb8)
+        .map_err(|error| PictureError(error.to_string()))?;
+    Ok(bytes)
+}

@@ -1,0 +1,31 @@
+//! What every picture shares: the font, which comes with the program, and the colours, which the
+//! colour-blind can tell apart.
+
+use crate::host::prelude::*;
+use plotters::style::{FontStyle, RGBColor, register_font};
+use std::sync::Once;
+
+/// Family name under which the font is registered.
+pub const FONT: &str = "sans-serif";
+
+/// Colours of lines, after Okabe and Ito (2008).
+pub const BLUE: RGBColor = RGBColor(0, 114, 178);
+/// Orange of the same set.
+pub const ORANGE: RGBColor = RGBColor(230, 159, 0);
+/// Bluish green of the same set.
+pub const GREEN: RGBColor = RGBColor(0, 158, 115);
+/// Reddish purple of the same set.
+pub const PURPLE: RGBColor = RGBColor(204, 121, 167);
+/// Grey for what is only there to compare with.
+pub const GREY: RGBColor = RGBColor(130, 130, 130);
+
+/// Makes the font known to plotters, once.
+pub fn prepare_font() {
+    static ONCE: Once = Once::new();
+    ONCE.call_once(|| {
+        for style in [FontStyle::Normal, FontStyle::Bold] {
+            // It can only refuse bytes that are no font.
+            let _known = register_font(FONT, style, dejavu::sans::regular());
+        }
+    });
+}

@@ -1,0 +1,85 @@
+//! The simulated camera in process: a recording, rendered and packed into USB payloads at 60 Hz.
+//!
+//! It stands where the USB camera will stand, at the far end of the [`link`](crate::host::link), and
+//! everything behind the link is the real reader.
+
+use super::recording::Recording;
+use super::scene::{Images, Liquid, Scene, SceneSettings};
+use crate::host::link::CameraEnd;
+use crate::offline::prelude::*;
+use crate::units::Micros;
+use crate::uvc::Stream;
+use meniscus_hil::{Camera, CameraSettings, FaultInjector, FaultList, Payload, Shot, Source};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+/// Device time at which frame 0 is captured.
+pub const START: Micros = Micros(1_000_000);
+
+/// Bytes that hold any payload of a 640 x 480 Z16 image, header and a fault's excess included.
+pub const PAYLOAD_ROOM: usize = 640 * 480 * 2 + 8192;
+
+/// A camera in front of a recorded glass.
+#[derive(Debug)]
+pub struct SimulatedCamera<'r> {
+    recording: &'r Recording,
+    scene: Scene,
+    images: Images,
+    wire: FaultInjector<Camera>,
+    pending: Vec<Payload>,
+}
+
+impl<'r> SimulatedCamera<'r> {
+    /// A camera that looks at `recording` under `scene`, with `faults` on its wire.
+    #[must_use]
+    pub fn new(recording: &'r Recording, scene: SceneSettings, faults: FaultList) -> Self {
+        let wire = FaultInjector::new(Camera::new(CameraSettings::default()), faults, scene.seed);
+        Self { recording, images: Images::new(&scene), scene: Scene::new(scene), wire, pending: Vec::new() }
+    }
+
+    /// Capture time of `frame`: 1/60 s apart, to the microsecond.
+    fn captured_us(frame: usize) -> u64 {
+        START.0 + (frame as u64 * 1_000_000 + 30) / 60
+    }
+
+    /// Plays `frames` frames of the recording (or all there are) in real time; ends early when `stop`
+    /// is set or the worker has gone.
+    pub fn play(mut self, frames: usize, end: &CameraEnd, stop: &AtomicBool) {
+        let begun = Instant::now();
+        for frame in 0..frames.min(self.recording.frames()) {
+            self.expose(frame);
+            let until_us = Self::captured_us(frame + 1);
+            if stop.load(Ordering::Relaxed) || !self.deliver(until_us, begun, end) {
+                return;
+            }
+        }
+        self.deliver(u64::MAX, begun, end);
+    }
+
+    /// Renders a frame and packs it; its payloads wait for their time.
+    fn expose(&mut self, frame: usize) {
+        self.scene.render(&Liquid::of(self.recording, frame), frame as u64, &mut self.images);
+        let (depth, infrared) = (self.images.depth.as_slice(), self.images.infrared.as_slice());
+        let shot = Shot { depth, infrared, captured_us: Self::captured_us(frame) };
+        self.pending.extend(self.wire.expose(&shot));
+        self.pending.sort_by_key(|payload| payload.arrival_us);
+    }
+
+    /// Sends every payload that arrives before `until_us`, each at its time; `false` when the worker
+    /// has gone.
+    fn deliver(&mut self, until_us: u64, begun: Instant, end: &CameraEnd) -> bool {
+        let due = self.pending.iter().take_while(|payload| payload.arrival_us < until_us).count();
+        for payload in self.pending.drain(..due) {
+            let at = begun + Duration::from_micros(payload.arrival_us.saturating_sub(START.0));
+            std::thread::sleep(at.saturating_duration_since(Instant::now()));
+            let stream = match payload.stream {
+                meniscus_hil::Stream::Depth => Stream::Depth,
+                meniscus_hil::Stream::Infrared => Stream::Infrared,
+            };
+            if !end.send(stream, &payload.bytes) {
+                return false;
+            }
+        }
+        true
+    }
+}

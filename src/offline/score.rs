@@ -1,0 +1,192 @@
+//! How far a run was from the truth of its recording, beside what trivial estimates would score.
+//!
+//! ```text
+//! slosh-rel  = |z - estimate| / |z - z_rest|     norms over points and frames; a flat surface scores 1
+//! error      = |z - estimate| / z                per point, height from the bottom of the glass
+//! field      = |s - estimate| / |s - s_rest|     norms over tracers and frames, by group
+//! ```
+//! The paper's relative error flatters: a flat surface already scores about 2 % mean.
+
+use super::recording::{GROUP_NAMES, Recording, STATE, group_range};
+use crate::host::live::Logged;
+use crate::model::Model;
+use crate::offline::prelude::*;
+use crate::runtime::{Estimate, Mode};
+use crate::surface::POINTS;
+use crate::units::{FRAME_INTERVAL_S, Micros};
+
+/// Sums behind one slosh-relative error, with the mean and the maximum of the error of the height.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct SurfaceError {
+    square: f64,
+    rest_square: f64,
+    relative: f64,
+    points: f64,
+    /// Largest error relative to the height.
+    pub max: f64,
+}
+
+impl SurfaceError {
+    /// Takes one profile.
+    pub fn add(&mut self, truth: &[f32], estimate: &[f32], rest_m: f64) {
+        for (&z, &estimate) in truth.iter().zip(estimate) {
+            let (z, error) = (f64::from(z), f64::from(z) - f64::from(estimate));
+            self.square += error * error;
+            self.rest_square += (z - rest_m) * (z - rest_m);
+            self.relative += error.abs() / z;
+            self.points += 1.0;
+            self.max = self.max.max(error.abs() / z);
+        }
+    }
+
+    /// |z - estimate| / |z - z_rest|.
+    #[must_use]
+    pub fn slosh_rel(&self) -> f64 {
+        (self.square / self.rest_square).sqrt()
+    }
+
+    /// Mean of |z - estimate| / z.
+    #[must_use]
+    pub fn mean(&self) -> f64 {
+        self.relative / self.points
+    }
+}
+
+/// The score of a run.
+#[derive(Clone, Debug)]
+pub struct Score {
+    /// Turns that had an estimate and a truth.
+    pub frames: usize,
+    /// The estimate.
+    pub estimate: SurfaceError,
+    /// A flat surface.
+    pub flat: SurfaceError,
+    /// The true surface of one frame before.
+    pub persistence: SurfaceError,
+    /// The linear model with the true motion.
+    pub linear: SurfaceError,
+    /// Relative L2 error of the fluctuation of q, v, e, sigma, tau.
+    pub field: [f64; 5],
+    /// Seconds and mean error of the height, of the estimate and of the linear model.
+    pub curves: [Vec<(f64, f64)>; 2],
+}
+
+/// Position of a turn in its recording; `start` is the capture time of frame 0.
+#[must_use]
+pub fn frame_of(time: Micros, start: Micros) -> usize {
+    (time.since(start) as f64 * 1e-6 / FRAME_INTERVAL_S).round() as usize
+}
+
+/// Scores the turns of a run on `recording`; turns that had no estimate to give do not count.
+#[must_use]
+pub fn score(
+    model: &Model<'_>,
+    recording: &Recording,
+    linear: &[f32],
+    turns: &[Logged],
+    start: Micros,
+) -> Score {
+    let mut score = Score {
+        frames: 0,
+        estimate: SurfaceError::default(),
+        flat: SurfaceError::default(),
+        persistence: SurfaceError::default(),
+        linear: SurfaceError::default(),
+        field: [0.0; 5],
+        curves: [vec![], vec![]],
+    };
+    let mut sums = FieldSums::new(recording);
+    let rest_m = recording.glass.fill_m;
+    for logged in turns {
+        let frame = frame_of(logged.turn.time, start);
+        let estimate = &logged.turn.estimate;
+        if frame >= recording.frames() || !matches!(estimate.mode, Mode::Tracking | Mode::Coasting) {
+            continue;
+        }
+        let truth = recording.profile(frame);
+        let driven = &linear[frame * POINTS..(frame + 1) * POINTS];
+        let mut now = [SurfaceError::default(); 2];
+        now[0].add(truth, &estimate.surface_m, rest_m);
+        now[1].add(truth, driven, rest_m);
+        for (curve, now) in score.curves.iter_mut().zip(now) {
+            curve.push((frame as f64 * FRAME_INTERVAL_S, 100.0 * now.mean()));
+        }
+        score.estimate.add(truth, &estimate.surface_m, rest_m);
+        score.flat.add(truth, &[rest_m as f32; POINTS], rest_m);
+        score.persistence.add(truth, recording.profile(frame.saturating_sub(1)), rest_m);
+        score.linear.add(truth, driven, rest_m);
+        sums.add(model, recording, frame, estimate);
+        score.frames += 1;
+    }
+    score.field = sums.errors();
+    score
+}
+
+/// The full field of an estimate, as the turn wrote it.
+///
+/// # Panics
+/// When the model has another number of tracers than a recording.
+pub fn field_of(model: &Model<'_>, estimate: &Estimate, out: &mut [f32]) {
+    assert_eq!(model.field_len(), out.len(), "model and recording have the same tracers");
+    let latent = estimate.latent.map(|x| x as f32);
+    let coefficients = model.decoder.coefficients(&latent, estimate.port);
+    model.decoder.field(&coefficients, estimate.heat_j as f32, out);
+}
+
+/// Sums of squares of the field's error and fluctuation, by group.
+struct FieldSums {
+    rest: Vec<f32>,
+    truth: Vec<f32>,
+    estimate: Vec<f32>,
+    square: [f64; GROUP_NAMES.len()],
+    rest_square: [f64; GROUP_NAMES.len()],
+}
+
+impl FieldSums {
+    fn new(recording: &Recording) -> Self {
+        let mut rest = vec![0.0; STATE];
+        recording.state(0, &mut rest);
+        let (truth, estimate) = (rest.clone(), rest.clone());
+        Self { rest, truth, estimate, square: [0.0; 5], rest_square: [0.0; 5] }
+    }
+
+    fn add(&mut self, model: &Model<'_>, recording: &Recording, frame: usize, estimate: &Estimate) {
+        recording.state(frame, &mut self.truth);
+        field_of(model, estimate, &mut self.estimate);
+        for group in 0..GROUP_NAMES.len() {
+            let range = group_range(group);
+            let truth = &self.truth[range.clone()];
+            self.square[group] += distance_square(truth, &self.estimate[range.clone()]);
+            self.rest_square[group] += distance_square(truth, &self.rest[range]);
+        }
+    }
+
+    fn errors(&self) -> [f64; 5] {
+        std::array::from_fn(|group| (self.square[group] / self.rest_square[group]).sqrt())
+    }
+}
+
+fn distance_square(a: &[f32], b: &[f32]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| f64::from(a - b).powi(2)).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_flat_estimate_scores_one() {
+        let mut error = SurfaceError::default();
+        error.add(&[0.08, 0.06], &[0.07, 0.07], 0.07);
+        assert!((error.slosh_rel() - 1.0).abs() < 1e-6);
+        assert!((error.max - 1.0 / 6.0).abs() < 1e-6);
+        assert!((error.mean() - 0.5 * (1.0 / 8.0 + 1.0 / 6.0)).abs() < 1e-6);
+    }
+
+    #[test]
+    fn times_fall_on_their_frames() {
+        let start = Micros(1_000_000);
+        assert_eq!(frame_of(start, start), 0);
+        assert_eq!(frame_of(Micros(1_000_000 + 599 * 16_667), start), 599);
+    }
+}
