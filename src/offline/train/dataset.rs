@@ -13,6 +13,9 @@ use nalgebra::DMatrix;
 /// Groups that the decoder trunk gives coefficients of, in trunk order.
 pub(super) const TRUNK: [&str; 5] = ["q", "v", "sigma", "tau", "surface"];
 
+/// The normal stresses among [`TRUNK`].
+pub(super) const SIGMA: usize = 2;
+
 /// The surface among [`TRUNK`].
 pub(super) const SURFACE: usize = 4;
 
@@ -42,6 +45,8 @@ pub(super) struct Frame {
     pub(super) rest_profile: Vec<f32>,
     /// Change of the specific internal energy of each tracer by one joule of heat, 1/kg.
     pub(super) heat_pattern: Vec<f32>,
+    /// F: what the coefficients owe to the port value of the same instant, SI units a unit of u.
+    pub(super) feed: Vec<f32>,
     /// Root mean square norm of each group's coefficients over the training frames.
     pub(super) group_scale: [f32; 5],
     /// Feature scale of heights, m.
@@ -57,12 +62,14 @@ pub(super) struct Frame {
 /// One recording, projected.
 #[derive(Clone, Debug)]
 pub(super) struct Sequence {
-    /// Frames x sum of ranks, SI units.
+    /// Frames x sum of ranks, SI units, without the feed-through of the port once it is known.
     pub(super) coefficients: Vec<f32>,
     /// Squared norm of the fluctuation of each trunk group, frame by frame.
     pub(super) norm2: Vec<[f32; 5]>,
     /// Frames x [`POINTS`], metres.
     pub(super) profile_m: Vec<f32>,
+    /// Acceleration of the glass at each frame over the scale.
+    pub(super) port: Vec<f64>,
     /// Position of the glass, m.
     pub(super) glass_x_m: Vec<f64>,
     /// Kinetic plus potential energy, J.
@@ -100,8 +107,10 @@ impl Frame {
         let height2 = moving(&|r, n| {
             r.profile(n).iter().map(|&h| (f64::from(h) - fill_m).powi(2)).sum::<f64>() / POINTS as f64
         });
+        let width = bases.iter().map(Basis::rank).sum();
         Ok(Self {
             bases,
+            feed: vec![0.0; width],
             rest_state,
             rest_profile,
             heat_pattern: heat_pattern(training),
@@ -155,9 +164,39 @@ impl Frame {
             coefficients,
             norm2,
             profile_m: recording.profile_m.clone(),
+            port: recording
+                .acceleration_m_s2
+                .iter()
+                .map(|a| a / f64::from(self.acceleration_scale))
+                .collect(),
             glass_x_m: recording.glass_x_m.clone(),
             energy_j: recording.energy.iter().map(|b| b.kinetic + b.potential).collect(),
             heat_j: recording.energy.iter().map(|b| b.internal - recording.energy[0].internal).collect(),
+        }
+    }
+
+    /// Finds F by regression over the training sequences; see [`super::feed`].
+    ///
+    /// # Errors
+    /// [`TrainError::Singular`] when they do not determine it.
+    pub(super) fn measure_feed(&mut self, training: &[Sequence]) -> Result<(), TrainError> {
+        self.feed = super::feed::through(training, &self.ranges())?;
+        Ok(())
+    }
+
+    /// What an error of one in the port value costs, as the autoencoder counts errors: by the squared
+    /// relative error, averaged over the groups; it never
+    /// counts for nothing.
+    #[must_use]
+    pub(super) fn feed_cost(&self) -> f64 {
+        let scaled = self.feed.iter().zip(self.coefficient_scale()).map(|(f, s)| f64::from(f / s).powi(2));
+        (scaled.sum::<f64>() / 5.0).sqrt().max(0.05)
+    }
+
+    /// Takes the feed-through out of the coefficients of `sequence`.
+    pub(super) fn take_out_feed(&self, sequence: &mut Sequence) {
+        for (row, &u) in sequence.coefficients.chunks_exact_mut(self.feed.len()).zip(&sequence.port) {
+            row.iter_mut().zip(&self.feed).for_each(|(c, f)| *c -= f * u as f32);
         }
     }
 

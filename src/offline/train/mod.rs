@@ -11,6 +11,7 @@
 mod autoencoder;
 mod dataset;
 mod encoder;
+mod feed;
 mod filter;
 mod generic;
 mod measure;
@@ -24,16 +25,15 @@ mod rollout;
 mod warm;
 pub mod weights;
 
-pub use measure::Check;
-
 use super::export::{self, ExportError};
 use super::recording::Recording;
+use crate::host::checks::Check;
 use crate::model::Header;
 use crate::offline::prelude::*;
 use crate::units::FRAME_INTERVAL_S;
 use autoencoder::Autoencoder;
 use dataset::{Frame, Sequence};
-use encoder::{Encoder, Lesson, derive_seed};
+use encoder::{Cost, Encoder, Lesson, derive_seed};
 use filter::Track;
 use generic::{Dynamics, Latent, Square};
 use noise::{Noise, Seen};
@@ -99,7 +99,7 @@ pub struct Schedule {
 
 impl Schedule {
     /// A quarter of an hour on two cores.
-    pub const FULL: Self = Self { autoencoder: 12_000, encoder: 300, rollout: 1500, seeds: 3 };
+    pub const FULL: Self = Self { autoencoder: 8000, encoder: 250, rollout: 1500, seeds: 2 };
 
     /// Under three minutes on two cores.
     pub const QUICK: Self = Self { autoencoder: 3000, encoder: 60, rollout: 400, seeds: 1 };
@@ -169,7 +169,9 @@ impl Side {
         let track = |(sequence, truth): (&Sequence, &Vec<Latent>)| {
             let seen = Seen::new(sequence, frame, Some(Noise::CAMERA), rng);
             let u = (0..sequence.frames()).map(|n| seen.port(n)).collect();
-            Track { y: encoder.read(&seen), u, truth: truth.clone() }
+            let said = encoder.read(&seen);
+            let (y, port) = said.into_iter().map(|reading| (reading.latent, reading.port)).unzip();
+            Track { y, u, port, truth: truth.clone() }
         };
         self.sequences.iter().zip(&self.latents).map(track).collect()
     }
@@ -194,7 +196,9 @@ pub fn train(
     let seed = |stage| derive_seed(options.seed, stage);
     let mut frame = Frame::new(training)?;
     let project = |all: &[Recording]| all.iter().map(|r| frame.project(r)).collect::<Vec<_>>();
-    let (seen, held) = (project(training), project(validation));
+    let (mut seen, mut held) = (project(training), project(validation));
+    frame.measure_feed(&seen)?;
+    seen.iter_mut().chain(&mut held).for_each(|sequence| frame.take_out_feed(sequence));
     frame.measure_scales(&seen);
 
     let autoencoder =
@@ -204,15 +208,17 @@ pub fn train(
     }
     let autoencoder = autoencoder.whitened(&seen, &frame);
     let metric = autoencoder.metric();
+    let cost = Cost { metric, port: frame.feed_cost() };
     let (seen, held) = (Side::new(seen, &autoencoder, &frame), Side::new(held, &autoencoder, &frame));
     let linear = Linear::fit(&seen.paths, &metric)?;
+    eprintln!("DBG feed cost {} eig {:?}", cost.port, linear.a.complex_eigenvalues().iter().map(|l| (l.re, l.im)).collect::<Vec<_>>());
     let mut rng = ChaCha8Rng::seed_from_u64(seed(1));
     let start = warm::start(&linear, &seen.paths, &metric, &mut rng)?;
 
     // The two need nothing of each other, and neither gains from a second core.
     let (encoder, dynamics) = std::thread::scope(|scope| {
         let plan = (options.schedule.encoder, seed(2));
-        let (seen, held, session, shared) = (&seen, &held, &session, (&frame, &metric));
+        let (seen, held, session, shared) = (&seen, &held, &session, (&frame, &cost));
         let encoder = scope.spawn(move || {
             Encoder::train(shared.0, &seen.lessons(), &held.lessons(), shared.1, plan, session)
         });
@@ -225,8 +231,10 @@ pub fn train(
     });
     let dynamics = rollout::rounded(&dynamics);
     let preconditioner = dynamics.typical_preconditioner(seen.latents.iter().flatten());
+    // The encoder is too good on what it was trained on, so the validation recordings are seen as often.
     let mut tracks = seen.tracks(&frame, &encoder, &mut rng);
-    tracks.extend(held.tracks(&frame, &encoder, &mut rng));
+    let passes = tracks.len().div_ceil(held.sequences.len());
+    tracks.extend((0..passes).flat_map(|_| held.tracks(&frame, &encoder, &mut rng)));
     let gain = filter::tune(&dynamics, &tracks)?;
 
     let model = Model { frame, autoencoder, encoder, dynamics, linear, preconditioner, gain };

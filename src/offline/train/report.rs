@@ -3,7 +3,8 @@
 use super::dataset::{SURFACE, TRUNK};
 use super::filter::{self, Track};
 use super::generic::Latent;
-use super::measure::{Check, Errors, persistence};
+use super::measure::{Errors, percent, persistence};
+use crate::host::checks::Check;
 use super::rollout::HORIZON;
 use super::{Model, Side};
 use crate::offline::prelude::*;
@@ -17,27 +18,29 @@ const OPEN: [Option<f64>; 5] = [None; 5];
 /// All figures, and the filtered slosh-rel as a fraction.
 pub(super) fn checks(model: &Model, held: &Side, tracks: &[Track]) -> (Vec<Check>, f64) {
     let frame = &model.frame;
-    let over = |latents: &dyn Fn(usize) -> Vec<Latent>| {
+    let over = |latents: &dyn Fn(usize) -> Vec<Latent>, ports: &dyn Fn(usize) -> Vec<f64>| {
         let mut errors = Errors::default();
         for (k, sequence) in held.sequences.iter().enumerate() {
-            errors.add(frame, sequence, 0, &model.autoencoder.decode(&latents(k), frame));
+            errors.add(frame, sequence, 0, &model.autoencoder.decode(&latents(k), frame), &ports(k));
         }
         errors
     };
+    let (true_port, read_port) = (|k: usize| held.sequences[k].port.clone(), |k: usize| tracks[k].port.clone());
     let rolled = |roll_out: &dyn Fn(Latent, &[f64]) -> Vec<Latent>| {
         let mut errors = Errors::default();
         for (sequence, path) in held.sequences.iter().zip(&held.paths) {
             for from in (0..sequence.frames().saturating_sub(HORIZON / 2)).step_by(HORIZON / 2) {
                 let to = (from + 1 + HORIZON).min(sequence.frames());
                 let latents = roll_out(path.x[from], &path.u[from + 1..to]);
-                errors.add(frame, sequence, from + 1, &model.autoencoder.decode(&latents, frame));
+                let coefficients = model.autoencoder.decode(&latents, frame);
+                errors.add(frame, sequence, from + 1, &coefficients, &sequence.port[from + 1..to]);
             }
         }
         errors
     };
     let mut checks = vec![
-        Check::percent(String::from("flat: surface slosh-rel"), 1.0, None),
-        Check::percent(
+        percent(String::from("flat: surface slosh-rel"), 1.0, None),
+        percent(
             String::from("persistence, one frame: surface slosh-rel"),
             persistence(&held.sequences),
             None,
@@ -45,26 +48,26 @@ pub(super) fn checks(model: &Model, held: &Side, tracks: &[Track]) -> (Vec<Check
     ];
     let linear = rolled(&|x, u| model.linear.roll_out(x, u));
     checks.extend(linear.checks("linear with motion, 2 s roll-out", OPEN));
-    checks.extend(over(&|k| held.latents[k].clone()).checks("decoder alone", OPEN));
-    checks.extend(over(&|k| tracks[k].y.clone()).checks("encoder, camera noise", OPEN));
+    checks.extend(over(&|k| held.latents[k].clone(), &true_port).checks("decoder alone", OPEN));
+    checks.extend(over(&|k| tracks[k].y.clone(), &read_port).checks("encoder, camera noise", OPEN));
     checks.extend(
         rolled(&|x, u| model.dynamics.roll_out(x, u)).checks("GENERIC with motion, 2 s roll-out", OPEN),
     );
     let filtered = over(&|k| {
         let states = filter::run(&model.dynamics, &model.gain, &tracks[k]);
         states.into_iter().map(|(_, x)| x).collect()
-    });
+    }, &read_port);
     checks.extend(filtered.checks("filter, camera noise", TARGETS));
     for (group, basis) in TRUNK.iter().zip(&frame.bases) {
         let name = format!("POD: {group} left out of {} modes", basis.rank());
-        checks.push(Check::percent(name, basis.left_out, None));
+        checks.push(percent(name, basis.left_out, None));
     }
-    checks.push(Check::percent(
+    checks.push(percent(
         String::from("heat of a roll-out from rest against the books"),
         heat(model, held),
         None,
     ));
-    checks.push(Check::percent(
+    checks.push(percent(
         String::from("energy of the latent state against the books"),
         books(model, held),
         None,

@@ -272,6 +272,7 @@ fn descend(
         }
         let loss = (loss + soft(due * heat_size(horizon).sqrt().recip()) * HEAT_WEIGHT) / BATCH as f32;
         adam.step(&mut weights, &tensors, loss.backward(), annealed(2e-3, step, steps));
+        if step % LOOK == LOOK - 1 { let d = dynamics_of(&weights); let (mut m, mut z) = (0.0,0.0); for p in validation { for (x,e) in p.x.iter().zip(&p.energy) { m += (d.energy(x)-e).powi(2); z += e*e; } } eprintln!("DBG {step} loss {} err {} energy {}", scalar(loss.clone()), check(&d), f64::sqrt(m/z)); }
         if step % LOOK == LOOK - 1 || step + 1 == steps {
             let now = dynamics_of(&weights);
             let error = check(&now);
