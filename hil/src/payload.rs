@@ -101,7 +101,8 @@ fn configuration(out: &mut Vec<u8>, stamp: &Stamp, image: &Image<'_>) {
     u32s(out, &[0x8000_0002, 40, 1, 0x7ff]);
     out.extend([4, 0]);
     u32s(out, &[0]);
-    let rate = (1_000_000 / stamp.interval_us.max(1)) as u16;
+    let interval_us = stamp.interval_us.max(1);
+    let rate = ((1_000_000 + interval_us / 2) / interval_us) as u16;
     for field in [image.format, image.width, image.height, rate, 0, 0] {
         out.extend(field.to_le_bytes());
     }
@@ -140,7 +141,7 @@ mod tests {
         }
         assert_eq!((u32_at(12 + 16), u32_at(12 + 20), u32_at(12 + 28)), (0x0807_0605, 2_000, 4_000));
         assert_eq!((u32_at(132 + 20), u32_at(132 + 24)), (4_000, 150), "exposure and laser power");
-        assert_eq!([192 + 22, 192 + 24, 192 + 26, 192 + 28].map(u16_at), [0, 2, 1, 59], "format, size, rate");
+        assert_eq!([192 + 22, 192 + 24, 192 + 26, 192 + 28].map(u16_at), [0, 2, 1, 60], "format, size, rate");
         assert_eq!(bytes[232..], [9, 8, 7, 6]);
     }
 }
