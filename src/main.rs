@@ -24,11 +24,16 @@ enum Command {
     Run(cli::run::Arguments),
     /// Simulate a moved glass of liquid and record it.
     Simulate(cli::simulate::Arguments),
+    /// Learn a liquid from recordings and write the weight blob.
+    #[cfg(feature = "train")]
+    Train(cli::train::Arguments),
 }
 
 fn main() -> anyhow::Result<()> {
     match Arguments::parse().command {
         Command::Run(arguments) => cli::run::run(&arguments),
         Command::Simulate(arguments) => cli::simulate::run(&arguments),
+        #[cfg(feature = "train")]
+        Command::Train(arguments) => cli::train::run(&arguments),
     }
 }

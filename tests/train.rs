@@ -3,6 +3,7 @@
 #![allow(clippy::disallowed_methods, reason = "only storey 1 must compute the same bits on every platform")]
 
 mod slosh;
+mod torch;
 
 use meniscus::model::{Header, MAGIC};
 use meniscus::offline::train::{Options, Schedule, TrainError, train};
@@ -24,7 +25,8 @@ fn an_ideal_slosh_is_learnt() {
     for check in &trained.checks {
         println!("{:60} {:8.2} {}", check.name, check.value, check.unit);
     }
-    let value = |name: &str| trained.checks.iter().find(|c| c.name == name).expect("a check of that name").value;
+    let value =
+        |name: &str| trained.checks.iter().find(|c| c.name == name).expect("a check of that name").value;
     assert!(value("decoder alone: v") < 3.0);
     assert!(value("filter, camera noise: surface slosh-rel") < 25.0);
     assert!(value("filter, camera noise: v") < 25.0);
@@ -34,6 +36,14 @@ fn an_ideal_slosh_is_learnt() {
     assert_eq!(header.particles, 2134);
     assert_eq!(header.sections.len(), 12 + 2 + 9 + 7 + 12);
     assert!(trained.blob.len() < 4 << 20, "{} bytes", trained.blob.len());
+
+    // The same figures through the camera side, which shares no code with training but the equations.
+    let watched = slosh::watch::watch(&trained.blob, &validation[0]);
+    println!("camera side: slosh-rel {:.2} %, heat {:.3e} J", 100.0 * watched.slosh_rel, watched.heat_j);
+    assert!(watched.at_rest_m < 1e-6, "rest decodes to rest, not {} m off", watched.at_rest_m);
+    assert!(watched.slosh_rel < 0.25);
+    assert_eq!(watched.unconverged, 0);
+    assert!(watched.heat_j > 0.0);
 }
 
 #[test]

@@ -3,3 +3,5 @@
 pub(crate) mod run;
 mod shipped;
 pub(crate) mod simulate;
+#[cfg(feature = "train")]
+pub(crate) mod train;

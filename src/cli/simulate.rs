@@ -8,8 +8,7 @@ use meniscus::offline::recording::{Glass, Recording, States};
 use meniscus::offline::sph::{Setup, record, relative_closure};
 use meniscus::units::FRAME_INTERVAL_S;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex};
 use std::time::Instant;
 
 /// Simulate a moved glass of liquid and record it.
@@ -75,9 +74,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         motions.push(Motion::parse(spelling, arguments.seconds)?);
     }
     rayon_threads(arguments.threads)?;
-    let go_on = Arc::new(AtomicBool::new(true));
-    let flag = Arc::clone(&go_on);
-    ctrlc::set_handler(move || flag.store(false, Ordering::Relaxed)).context("cannot watch for Ctrl-C")?;
+    let writing = stoppable()?;
     for motion in &motions {
         let path = output(&arguments.out, motion, motions.len())?;
         let setup = Setup {
@@ -87,7 +84,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
             seed: motion.seed,
             no_slip: true,
         };
-        one(arguments, &setup, motion, frames, &path, &go_on)?;
+        one(arguments, &setup, motion, frames, &path, &writing)?;
     }
     Ok(())
 }
@@ -99,23 +96,23 @@ fn one(
     motion: &Motion,
     frames: usize,
     path: &Path,
-    go_on: &AtomicBool,
+    writing: &Mutex<()>,
 ) -> anyhow::Result<()> {
     let bar = ProgressBar::new(frames as u64);
     bar.set_style(ProgressStyle::with_template("{prefix} {wide_bar} {pos}/{len} frames, {eta} left")?);
     bar.set_prefix(motion.spelling.clone());
     let (clock, processor) = (Instant::now(), processor_s());
     let command = command(arguments, motion);
-    let mut recording = record(setup, motion, frames, &command, |progress| {
-        bar.set_position(progress.frame as u64);
-        go_on.load(Ordering::Relaxed)
-    })?;
+    let mut recording = record(setup, motion, frames, &command, |done| bar.set_position(done as u64))?;
     bar.finish_and_clear();
     let processor = processor_s().zip(processor).map(|(now, then)| now - then);
     if let Some(tolerance) = arguments.compact {
         recording = recording.compact(tolerance);
     }
-    recording.save(path)?;
+    {
+        let _disk = writing.lock();
+        recording.save(path)?;
+    }
     report(arguments, &recording, path, clock.elapsed().as_secs_f64(), processor);
     Ok(())
 }
@@ -157,6 +154,20 @@ fn report(arguments: &Arguments, recording: &Recording, path: &Path, wall_s: f64
         let errors: Vec<_> = errors.iter().map(|e| format!("{:.2} %", 100.0 * e)).collect();
         println!("  truncation errors of q, v, e, sigma, tau: {}", errors.join(", "));
     }
+}
+
+/// Makes Ctrl-C end the command at once, but never while the returned lock is held: a file that is
+/// being written is written to its end.
+fn stoppable() -> anyhow::Result<Arc<Mutex<()>>> {
+    let writing = Arc::new(Mutex::new(()));
+    let lock = Arc::clone(&writing);
+    let stop = move || {
+        let _disk = lock.lock();
+        eprintln!("interrupted: the recording that was being simulated is not written");
+        std::process::exit(130);
+    };
+    ctrlc::set_handler(stop).context("cannot watch for Ctrl-C")?;
+    Ok(writing)
 }
 
 /// Whole frames in `seconds`.

@@ -10,8 +10,10 @@
 //! closed step has H(x^) - H(x~) = -dt dH^T D dH <= 0: heat is never negative. The splitting
 //! (Strang 1968) keeps the port's work out of that inequality.
 //!
-//! An untrained or hostile blob may not converge. Then the result is shortened towards x~, where
-//! the inequality holds trivially, and the audit says so.
+//! A solved step of a model with next to no friction can end a rounding error above H(x~); it is
+//! nudged down along grad H by that little. An untrained or hostile blob may not converge at all:
+//! then the result is shortened towards x~, where the inequality holds trivially, and the audit
+//! says so.
 
 use super::{Audit, Latent, Operators, Outcome, Potential};
 use crate::nn::Matrix;
@@ -26,8 +28,12 @@ const MAX_HALVINGS: u32 = 40;
 /// Squared relative residual at which the implicit equation counts as solved.
 const TOLERANCE: f64 = 1e-27;
 
-/// Relative rise of the energy that is rounding of a frictionless step, not a broken law.
-const ROUNDING: f64 = 1e-13;
+/// Relative rise of the energy up to which a step is nudged and not shortened: what is left of the
+/// residual in the stiffest direction of an ill-conditioned H.
+const NUDGE: f64 = 1e-9;
+
+/// Nudges before a step is shortened after all.
+const MAX_NUDGES: u32 = 4;
 
 /// A trained GENERIC model.
 #[derive(Clone, Debug)]
@@ -76,7 +82,7 @@ impl Generic<'_> {
         let closed = self.closed_step(&kicked);
         let x1 = closed.end + half_kick;
         let after = self.potential.value(&x1);
-        let heat = (closed.energy_start - closed.energy_end).max(0.0);
+        let heat = closed.energy_start - closed.energy_end;
         let work = (closed.energy_start - before) + (after - closed.energy_end);
         let next = State { latent: x1, heat: state.heat + heat };
         let finite = x1.iter().all(|x| x.is_finite()) && next.heat.is_finite() && work.is_finite();
@@ -109,17 +115,40 @@ impl Generic<'_> {
             b -= correction;
             energy_b = self.potential.value(&b);
         }
-        if energy_b <= energy_start + ROUNDING * energy_start {
-            return Closed { end: b, energy_start, energy_end: energy_b, iterations, outcome };
+        match self.nudge(b, energy_b, energy_start) {
+            Some((end, energy_end)) => Closed { end, energy_start, energy_end, iterations, outcome },
+            None => self.backtrack(a, b, energy_start, iterations),
         }
-        self.backtrack(a, b, energy_start, iterations)
+    }
+
+    /// Moves `b` down along grad H until its energy is not above `most`; `None` if it is too far above.
+    fn nudge(&self, mut b: Latent, mut energy: f64, most: f64) -> Option<(Latent, f64)> {
+        let mut reach = 2.0;
+        for _ in 0..=MAX_NUDGES {
+            if energy <= most {
+                return Some((b, energy));
+            }
+            let rise = energy - most;
+            let gradient = self.potential.gradient(&b);
+            let square = gradient.dot(&gradient);
+            let small = rise <= NUDGE * most && square > f64::MIN_POSITIVE;
+            if !small {
+                return None;
+            }
+            // To first order this lands as far below as `b` was above; where that is less than the
+            // spacing of the numbers around `b` nothing moves, so each nudge reaches farther.
+            b -= gradient * (reach * rise / square);
+            reach *= 8.0;
+            energy = self.potential.value(&b);
+        }
+        None
     }
 
     /// dH(a, b), given the difference of energies.
     fn discrete_gradient(&self, a: &Latent, b: &Latent, rise: f64) -> Latent {
         let delta = b - a;
         let gradient = self.potential.gradient(&((a + b) * 0.5));
-        let square = delta.dot(a);
+        let square = delta.dot(&delta);
         if square <= f64::MIN_POSITIVE {
             return gradient;
         }

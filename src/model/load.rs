@@ -97,7 +97,11 @@ fn read_header(blob: &[u8]) -> Result<Header, LoadError> {
         return Err(LoadError::Checksum { stated, computed });
     }
     let header = body.get(..header_len).ok_or(LoadError::Header)?;
-    postcard::from_bytes(header).map_err(|_| LoadError::Header)
+    match postcard::take_from_bytes(header) {
+        Ok((header, [])) => Ok(header),
+        // The length in the prefix is outside of the checksum: it has to fit exactly.
+        Ok(_) | Err(_) => Err(LoadError::Header),
+    }
 }
 
 /// Refuses numbers that no glass or model can have.

@@ -154,7 +154,8 @@ mod tests {
 
     #[test]
     fn layout_is_as_specified() {
-        let parts = [part(Tensor::Gain, 13, 13), part(Tensor::HeadBias, 13, 1), part(Tensor::GroupRest(5), 21, 1)];
+        let parts =
+            [part(Tensor::Gain, 13, 13), part(Tensor::HeadBias, 13, 1), part(Tensor::GroupRest(5), 21, 1)];
         let bytes = blob(header(), &parts).expect("a blob");
         assert_eq!(&bytes[..8], b"MENISCUS");
         assert_eq!(word(&bytes, 8), 1);

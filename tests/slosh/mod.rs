@@ -4,9 +4,11 @@
 //! phi_n = J1(e_n r / R) cos(theta) cosh(k_n z) / cosh(k_n h), J1'(e_n) = 0, k_n = e_n / R;
 //! eta_n' = k tanh(k h) phi_n, phi_n' = -g eta_n - a c_n - 2 zeta omega phi_n, x = sum c_n J1 cos.
 
+pub(crate) mod watch;
+
 use meniscus::offline::recording::{
-    COLUMNS, EnergyBook, GROUP_COMPONENTS, Glass, LAYERS, Lattice, Provenance, Recording, STATE, States, TRACERS,
-    WALL_POINTS, group_range, wall_azimuth,
+    COLUMNS, EnergyBook, GROUP_COMPONENTS, Glass, LAYERS, Lattice, Provenance, Recording, STATE, States,
+    TRACERS, WALL_POINTS, group_range, wall_azimuth,
 };
 use meniscus::surface::{POINTS, profile_abscissa};
 use meniscus::units::{FRAME_INTERVAL_S, GRAVITY_M_S2};
@@ -70,13 +72,16 @@ fn central(at: [f64; 3], axis: usize, step: f64, f: impl Fn([f64; 3]) -> f64) ->
 /// Position of the glass: smooth moves of `stroke_m` there and back, `seed` choosing their times.
 fn motion(frames: usize, stroke_m: f64, seed: u64) -> Vec<f64> {
     // Minimum jerk (Flash and Hogan 1985).
-    let smooth = |t: f64| t.clamp(0.0, 1.0).powi(3) * (10.0 - 15.0 * t.clamp(0.0, 1.0) + 6.0 * t.clamp(0.0, 1.0).powi(2));
+    let smooth = |t: f64| {
+        t.clamp(0.0, 1.0).powi(3) * (10.0 - 15.0 * t.clamp(0.0, 1.0) + 6.0 * t.clamp(0.0, 1.0).powi(2))
+    };
     let draw = |k: u64| ((seed * 7919 + k) as f64 * 12.9898).sin().abs().fract();
     (0..frames)
         .map(|n| {
             let t = n as f64 * FRAME_INTERVAL_S;
             let moves = (0..8).map(|k| {
-                let (start, length) = (0.3 + 0.55 * k as f64 + 0.25 * draw(3 * k), 0.18 + 0.2 * draw(3 * k + 1));
+                let (start, length) =
+                    (0.3 + 0.55 * k as f64 + 0.25 * draw(3 * k), 0.18 + 0.2 * draw(3 * k + 1));
                 let sign = if k % 2 == 0 { 1.0 } else { -1.0 };
                 sign * stroke_m * smooth((t - start) / length)
             });
@@ -129,7 +134,8 @@ pub(crate) fn recording(frames: usize, stroke_m: f64, seed: u64) -> Recording {
         let before = if n == 0 { a } else { acceleration_m_s2[n - 1] };
         const PARTS: usize = 40;
         for part in 0..if n == 0 { 0 } else { PARTS } {
-            let (dt, now) = (FRAME_INTERVAL_S / PARTS as f64, before + (a - before) * (part as f64 + 0.5) / PARTS as f64);
+            let (dt, now) =
+                (FRAME_INTERVAL_S / PARTS as f64, before + (a - before) * (part as f64 + 0.5) / PARTS as f64);
             for (k, m) in modes.iter().enumerate() {
                 let friction = 2.0 * DAMPING * m.omega;
                 phi[k] += dt * (-GRAVITY_M_S2 * eta[k] - now * m.drive - friction * phi[k]);
@@ -140,7 +146,8 @@ pub(crate) fn recording(frames: usize, stroke_m: f64, seed: u64) -> Recording {
             }
         }
         let surface = |x: f64, y: f64| -> f64 {
-            modes.iter().zip(eta).map(|(m, e)| e * m.potential([x, y, GLASS.fill_m])).sum::<f64>() + GLASS.fill_m
+            modes.iter().zip(eta).map(|(m, e)| e * m.potential([x, y, GLASS.fill_m])).sum::<f64>()
+                + GLASS.fill_m
         };
         out.column_m.extend(lattice.columns.iter().map(|c| surface(c[0], c[1]) as f32));
         let wall = |angle: f64| surface(GLASS.radius_m * angle.cos(), GLASS.radius_m * angle.sin()) as f32;

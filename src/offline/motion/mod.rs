@@ -20,6 +20,9 @@ pub const REACH_M: f64 = 0.060;
 /// Strongest acceleration of a scripted motion, m/s2; crests in glycerine stay below about 20 mm.
 pub const STRONGEST_M_S2: f64 = 3.5;
 
+/// Shortest recording of a scripted motion, s.
+const SHORTEST_S: f64 = 1.5;
+
 /// The kinds that the command line knows, and what each is.
 pub const KINDS: [(&str, &str); 5] = [
     ("still", "no motion"),
@@ -64,7 +67,7 @@ impl std::fmt::Display for MotionError {
             Self::Io(path, error) => write!(f, "{}: {error}", path.display()),
             Self::Malformed { path, line, why } => write!(f, "{}, line {line}: {why}", path.display()),
             Self::Short(seconds) => {
-                write!(f, "{seconds} s is too short for a scripted motion: give at least 1.5 s")
+                write!(f, "{seconds} s is too short for a scripted motion: give at least {SHORTEST_S} s")
             }
         }
     }
@@ -104,7 +107,7 @@ impl Motion {
             return Ok(Self { spelling: spelling.into(), seed: 0, pieces: csv::read(&path)? });
         };
         let seed: u64 = seed.parse().map_err(|_| MotionError::Unknown(spelling.into()))?;
-        if !(seconds >= 1.5) && kind != "still" {
+        if kind != "still" && (seconds.is_nan() || seconds < SHORTEST_S) {
             return Err(MotionError::Short(seconds));
         }
         // A free decay ends every recording: a fifth of it, at most a second.
@@ -154,7 +157,8 @@ mod tests {
                 for i in 0..4000 {
                     let t = i as f64 * 1e-3 + 0.5e-3;
                     let [a, b, c] = [t - h, t, t + h].map(|t| motion.position(t));
-                    assert!(b.abs() <= REACH_M + 1e-9, "{kind}:{seed} is at {b} m at {t} s");
+                    // A spline may overshoot its samples by a little.
+                    assert!(b.abs() <= REACH_M + 1e-6, "{kind}:{seed} is at {b} m at {t} s");
                     assert!(motion.acceleration(t).abs() <= 1.02 * STRONGEST_M_S2, "{kind}:{seed} at {t} s");
                     let second = (a - 2.0 * b + c) / (h * h);
                     assert!((second - motion.acceleration(t)).abs() < 0.1, "{kind}:{seed} at {t} s");

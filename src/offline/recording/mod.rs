@@ -67,7 +67,8 @@ pub struct EnergyBook {
     pub kinetic: f64,
     /// Potential energy above that of the flat surface (gravity and weak compression).
     pub potential: f64,
-    /// Heat: viscous dissipation and the loss of the density diffusion, since the start.
+    /// Heat since the start: viscous dissipation, and what the density diffusion and the wall model
+    /// of the simulator lose.
     pub internal: f64,
     /// Work done by the inertial force of the moving glass, since the start.
     pub work: f64,
@@ -79,7 +80,7 @@ pub enum States {
     /// Frames x [`STATE`], row-major.
     Full(Vec<f32>),
     /// Truncated singular value decomposition of each group, with its stated error.
-    Factored(Factored),
+    Factored(Box<Factored>),
 }
 
 /// One recording; every array has one row a frame, 1/60 s apart.

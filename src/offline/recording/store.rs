@@ -8,7 +8,8 @@
 //! | `energy_j` | F64, N x 4 | kinetic, potential, internal, work |
 //! | `state` | F32, N x 27742 | full states, or instead of it: |
 //! | `reference`, `truncation` | F32, 27742 and 5 | rest state; error by group |
-//! | `q.coefficients`, `q.modes`, ... | F32 N x r, F16 r x width | one pair a group with r > 0 |
+//! | `q.coefficients`, `q.scale`, ... | F16 N x r, F32 r | by group: coefficients, their largest by mode |
+//! | `q.strong`, `q.weak`, ... | F16 s x width, I8 (r - s) x width | modes; weak ones in steps of 1/127 |
 //!
 //! Metadata: `format` = `meniscus recording 1`, `glass` and `provenance` as JSON.
 
@@ -68,6 +69,12 @@ impl Tensor {
     fn f16(name: &str, shape: &[usize], values: &[f32]) -> Self {
         let bytes = values.iter().flat_map(|v| f16::from_f32(*v).to_le_bytes()).collect();
         Self { name: name.into(), dtype: Dtype::F16, shape: shape.to_vec(), bytes }
+    }
+
+    /// Values between -1 and 1 in steps of 1/127.
+    fn i8(name: &str, shape: &[usize], values: &[f32]) -> Self {
+        let bytes = values.iter().flat_map(|v| ((127.0 * v).round() as i8).to_le_bytes()).collect();
+        Self { name: name.into(), dtype: Dtype::I8, shape: shape.to_vec(), bytes }
     }
 }
 
@@ -134,17 +141,33 @@ impl Recording {
                 tensors.push(Tensor::f32("reference", &[STATE], &factored.reference));
                 tensors.push(Tensor::f32("truncation", &[5], &factored.truncation));
                 for (group, name) in GROUP_NAMES.iter().enumerate() {
-                    let (rank, width) = (factored.rank(group), group_range(group).len());
-                    if rank > 0 {
-                        let (coefficients, modes) = (&factored.coefficients[group], &factored.modes[group]);
-                        tensors.push(Tensor::f32(&format!("{name}.coefficients"), &[n, rank], coefficients));
-                        tensors.push(Tensor::f16(&format!("{name}.modes"), &[rank, width], modes));
-                    }
+                    tensors.extend(group_tensors(factored, group, name, n));
                 }
             }
         }
         tensors
     }
+}
+
+/// Coefficients, their scale, strong and weak modes of one group of `n` frames.
+fn group_tensors(factored: &Factored, group: usize, name: &str, n: usize) -> [Tensor; 4] {
+    let (rank, width) = (factored.rank(group), group_range(group).len());
+    let strong = factored.strong[group];
+    let coefficients = &factored.coefficients[group];
+    let mut scale = vec![0.0_f32; rank];
+    for row in coefficients.chunks_exact(rank.max(1)) {
+        for (s, c) in scale.iter_mut().zip(row) {
+            *s = s.max(c.abs());
+        }
+    }
+    let scaled: Vec<f32> = coefficients.iter().zip(scale.iter().cycle()).map(|(c, s)| c / s).collect();
+    let (halves, eighths) = factored.modes[group].split_at(strong * width);
+    [
+        Tensor::f16(&format!("{name}.coefficients"), &[n, rank], &scaled),
+        Tensor::f32(&format!("{name}.scale"), &[rank], &scale),
+        Tensor::f16(&format!("{name}.strong"), &[strong, width], halves),
+        Tensor::i8(&format!("{name}.weak"), &[rank - strong, width], eighths),
+    ]
 }
 
 /// The recording in the bytes of a file.
@@ -162,9 +185,9 @@ fn parse(bytes: &[u8]) -> Result<Recording, String> {
     let glass_x_m = f64s(&file, "glass_x_m", None)?;
     let n = glass_x_m.len();
     let states = if file.tensor("state").is_ok() {
-        States::Full(f32s(&file, "state", &[n, STATE])?)
+        States::Full(f32s(&file, "state", Some(&[n, STATE]))?)
     } else {
-        States::Factored(factored(&file, n)?)
+        States::Factored(Box::new(factored(&file, n)?))
     };
     let energy = f64s(&file, "energy_j", Some(&[n, 4]))?;
     Ok(Recording {
@@ -172,9 +195,9 @@ fn parse(bytes: &[u8]) -> Result<Recording, String> {
         provenance,
         glass_x_m,
         acceleration_m_s2: f64s(&file, "acceleration_m_s2", Some(&[n]))?,
-        column_m: f32s(&file, "column_m", &[n, COLUMNS])?,
-        wall_m: f32s(&file, "wall_m", &[n, WALL_POINTS])?,
-        profile_m: f32s(&file, "profile_m", &[n, POINTS])?,
+        column_m: f32s(&file, "column_m", Some(&[n, COLUMNS]))?,
+        wall_m: f32s(&file, "wall_m", Some(&[n, WALL_POINTS]))?,
+        profile_m: f32s(&file, "profile_m", Some(&[n, POINTS]))?,
         energy: energy
             .chunks_exact(4)
             .map(|b| EnergyBook { kinetic: b[0], potential: b[1], internal: b[2], work: b[3] })
@@ -184,21 +207,28 @@ fn parse(bytes: &[u8]) -> Result<Recording, String> {
 }
 
 fn factored(file: &SafeTensors<'_>, frames: usize) -> Result<Factored, String> {
-    let truncation = f32s(file, "truncation", &[5])?;
+    let truncation = f32s(file, "truncation", Some(&[5]))?;
     let mut out = Factored {
-        reference: f32s(file, "reference", &[STATE])?,
+        reference: f32s(file, "reference", Some(&[STATE]))?,
         coefficients: std::array::from_fn(|_| Vec::new()),
         modes: std::array::from_fn(|_| Vec::new()),
+        strong: [0; 5],
         truncation: std::array::from_fn(|i| truncation[i]),
     };
     for (group, name) in GROUP_NAMES.iter().enumerate() {
-        let modes = format!("{name}.modes");
-        let Ok(view) = file.tensor(&modes) else { continue };
-        let rank = view.shape().first().copied().unwrap_or(0);
-        let halves = typed(file, &modes, Dtype::F16, Some(&[rank, group_range(group).len()]))?;
-        out.modes[group] =
-            halves.chunks_exact(2).map(|b| f16::from_le_bytes([b[0], b[1]]).to_f32()).collect();
-        out.coefficients[group] = f32s(file, &format!("{name}.coefficients"), &[frames, rank])?;
+        let part = |part: &str| format!("{name}.{part}");
+        let scale = f32s(file, &part("scale"), None)?;
+        let (rank, width) = (scale.len(), group_range(group).len());
+        let strong = rows(file, &part("strong"));
+        let weak = rank.checked_sub(strong).ok_or(format!("'{name}' has more strong modes than modes"))?;
+        let mut modes = f16s(file, &part("strong"), &[strong, width])?;
+        let eighths = typed(file, &part("weak"), Dtype::I8, Some(&[weak, width]))?;
+        modes.extend(eighths.iter().map(|b| f32::from(b.cast_signed()) / 127.0));
+        let mut coefficients = f16s(file, &part("coefficients"), &[frames, rank])?;
+        for (c, s) in coefficients.iter_mut().zip(scale.iter().cycle()) {
+            *c *= s;
+        }
+        (out.modes[group], out.coefficients[group], out.strong[group]) = (modes, coefficients, strong);
     }
     Ok(out)
 }
@@ -222,8 +252,18 @@ fn typed<'a>(
     Ok(view.data())
 }
 
-fn f32s(file: &SafeTensors<'_>, name: &str, shape: &[usize]) -> Result<Vec<f32>, String> {
-    let bytes = typed(file, name, Dtype::F32, Some(shape))?;
+/// Length of the first axis of tensor `name`, 0 where there is none.
+fn rows(file: &SafeTensors<'_>, name: &str) -> usize {
+    file.tensor(name).ok().and_then(|view| view.shape().first().copied()).unwrap_or(0)
+}
+
+fn f16s(file: &SafeTensors<'_>, name: &str, shape: &[usize]) -> Result<Vec<f32>, String> {
+    let bytes = typed(file, name, Dtype::F16, Some(shape))?;
+    Ok(bytes.chunks_exact(2).map(|b| f16::from_le_bytes([b[0], b[1]]).to_f32()).collect())
+}
+
+fn f32s(file: &SafeTensors<'_>, name: &str, shape: Option<&[usize]>) -> Result<Vec<f32>, String> {
+    let bytes = typed(file, name, Dtype::F32, shape)?;
     Ok(bytes.chunks_exact(4).map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]])).collect())
 }
 

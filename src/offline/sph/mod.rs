@@ -19,7 +19,7 @@ mod tracers;
 mod walls;
 
 pub use energy::{closure, relative_closure};
-pub use record::{Progress, record};
+pub use record::record;
 
 use crate::offline::liquids::Liquid;
 use crate::offline::prelude::*;
@@ -66,11 +66,6 @@ pub enum Error {
         /// When, s.
         time_s: f64,
     },
-    /// The caller asked to stop.
-    Interrupted {
-        /// When, s.
-        time_s: f64,
-    },
 }
 
 impl std::fmt::Display for Error {
@@ -89,7 +84,6 @@ impl std::fmt::Display for Error {
                 f,
                 "particle {particle} has no finite position at {time_s:.4} s: the simulation blew up and was stopped"
             ),
-            Self::Interrupted { time_s } => write!(f, "interrupted at {time_s:.2} s, nothing was written"),
         }
     }
 }

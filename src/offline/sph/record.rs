@@ -23,32 +23,23 @@ const HALF: usize = 13;
 /// Frequency at which the filter halves an amplitude, Hz.
 const CUTOFF_HZ: f64 = 20.0;
 
-/// How far a simulation has come.
-#[derive(Clone, Copy, Debug)]
-pub struct Progress {
-    /// Frames done.
-    pub frame: usize,
-    /// Frames in all.
-    pub frames: usize,
-}
-
 /// One sample: fitted surface and fields.
 struct Sample {
     surface: Coefficients,
     fields: Vec<f32>,
 }
 
-/// Simulates `setup` under `motion` for `frames` frames. `watch` is called at every frame; when it
-/// answers false the simulation stops. `command` is kept as provenance.
+/// Simulates `setup` under `motion` for `frames` frames and tells `watch` how many are done.
+/// `command` is kept as provenance.
 ///
 /// # Errors
-/// When the setup is out of range, particles escape, a number is not finite, or `watch` says so.
+/// When the setup is out of range, particles escape, or a number is not finite.
 pub fn record(
     setup: &Setup,
     motion: &Motion,
     frames: usize,
     command: &str,
-    mut watch: impl FnMut(Progress) -> bool,
+    mut watch: impl FnMut(usize),
 ) -> Result<Recording, Error> {
     let mut simulator = Simulator::new(setup)?;
     let finder = SurfaceFinder::new(&simulator)?;
@@ -80,9 +71,7 @@ pub fn record(
         }
         let (surface, fields) = decimate(&taps, &past);
         append(&mut recording, &mut states, &finder, &lattice, &surface, &fields);
-        if !watch(Progress { frame: frame + 1, frames }) {
-            return Err(Error::Interrupted { time_s: simulator.time_s() });
-        }
+        watch(frame + 1);
     }
     recording.states = States::Full(states);
     Ok(recording)

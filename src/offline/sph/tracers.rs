@@ -105,3 +105,47 @@ fn stresses(simulator: &Simulator, solved: &SMatrix<f64, 4, 5>, inverse: f64) ->
     let [txy, tyz, tzx] = shear.map(|s| mu * s);
     [solved[(0, 0)], solved[(0, 1)], solved[(0, 2)], solved[(0, 4)], sx, sy, sz, txy, tyz, tzx]
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::Setup;
+    use super::super::surface::SurfaceFinder;
+    use super::*;
+    use crate::offline::liquids::{Liquid, Rheology};
+    use crate::offline::recording::Glass;
+
+    #[test]
+    fn a_linear_flow_comes_back_with_its_stresses() {
+        let glass = Glass { radius_m: 0.035, fill_m: 0.035, rim_m: 0.06 };
+        let liquid = Liquid { name: "x".into(), density_kg_m3: 1261.0, rheology: Rheology::newtonian(0.95) };
+        let setup = Setup { glass, liquid, spacing_m: 0.00875, seed: 0, no_slip: true };
+        let mut simulator = Simulator::new(&setup).expect("the glass settles");
+        simulator.set_velocity(|[x, y, z]| [2.0 * z, 0.5 * x, 3.0 * y - z]);
+        let finder = SurfaceFinder::new(&simulator).expect("the surface is fitted");
+        let nearby = finder.nearby(&simulator);
+        let (columns, _) = finder.heights(&finder.coefficients(&simulator, &nearby));
+        let lattice = Lattice::new(&glass);
+        let out = sample(&simulator, &lattice, &nearby[..COLUMNS], &columns);
+        for tracer in 0..TRACERS {
+            let [x, y, z] =
+                lattice.tracer(tracer / LAYERS, tracer % LAYERS, f64::from(columns[tracer / LAYERS]));
+            let v = &out[3 * tracer..3 * tracer + 3];
+            let sigma = &out[4 * TRACERS + 3 * tracer..4 * TRACERS + 3 * tracer + 3];
+            let tau = &out[7 * TRACERS + 3 * tracer..7 * TRACERS + 3 * tracer + 3];
+            for (found, truth) in v.iter().zip([2.0 * z, 0.5 * x, 3.0 * y - z]) {
+                assert!((f64::from(*found) - truth).abs() < 1e-6, "v {found} for {truth} at tracer {tracer}");
+            }
+            for (found, truth) in tau.iter().zip([0.95 * 0.5, 0.95 * 3.0, 0.95 * 2.0]) {
+                assert!(
+                    (f64::from(*found) - truth).abs() < 1e-4,
+                    "tau {found} for {truth} at tracer {tracer}"
+                );
+            }
+            // sigma_xx - sigma_zz = 2 mu (D_xx - D_zz) = 2 mu.
+            assert!(
+                (f64::from(sigma[0] - sigma[2]) - 1.9).abs() < 1e-3,
+                "sigma {sigma:?} at tracer {tracer}"
+            );
+        }
+    }
+}

@@ -5,11 +5,11 @@
 
 use super::dataset::{Frame, Sequence};
 use super::generic::{LATENTS, Latent, Square};
+use super::nets::perceptron;
 use super::noise::normal;
 use super::progress::{Session, annealed};
 use super::weights::{Adam, Matrix, constants, leaves, numbers, scalar};
 use crate::offline::prelude::*;
-use burn::tensor::activation::relu;
 use burn::tensor::{Device, Tensor, TensorData};
 use nalgebra::{DMatrix, SymmetricEigen};
 use rand::{RngExt, SeedableRng};
@@ -41,11 +41,10 @@ pub(super) struct Autoencoder {
 
 /// y = S x + n(x) - n(0), n(x) = W3 relu(W2 relu(W1 x + b1) + b2), for every row of `x`.
 fn half(x: Tensor<2>, weights: &[Tensor<2>]) -> Tensor<2> {
-    let net = |x: Tensor<2>| {
-        let first = relu(x.matmul(weights[1].clone().transpose()) + weights[2].clone());
-        let second = relu(first.matmul(weights[3].clone().transpose()) + weights[4].clone());
-        second.matmul(weights[5].clone().transpose())
-    };
+    let mut layers = weights[1..].to_vec();
+    // A bias of the last layer would cancel.
+    layers.push(Tensor::zeros([1, weights[0].dims()[0]], &x.device()));
+    let net = |x| perceptron(x, &layers, |layer| layer < 2);
     let at_rest = net(Tensor::zeros([1, x.dims()[1]], &x.device()));
     x.clone().matmul(weights[0].clone().transpose()) + net(x) - at_rest
 }
@@ -81,11 +80,11 @@ impl Autoencoder {
         let mut order: Vec<usize> = (0..width).collect();
         order.sort_by(|&a, &b| eigen.eigenvalues[b].total_cmp(&eigen.eigenvalues[a]));
         // Fewer independent coefficients than latents leave the surplus latents silent.
-        let deviation = |latent: usize| {
-            order.get(latent).map_or(0.0, |&i| eigen.eigenvalues[i].max(0.0).sqrt())
-        };
+        let deviation =
+            |latent: usize| order.get(latent).map_or(0.0, |&i| eigen.eigenvalues[i].max(0.0).sqrt());
         let floor = 1e-3 * deviation(0).max(1e-12);
-        let direction = |row: usize, latent: usize| order.get(latent).map_or(0.0, |&i| eigen.eigenvectors[(row, i)]);
+        let direction =
+            |row: usize, latent: usize| order.get(latent).map_or(0.0, |&i| eigen.eigenvectors[(row, i)]);
         let encode = DMatrix::from_fn(LATENTS, width, |l, i| direction(i, l) / deviation(l).max(floor));
         let decode = DMatrix::from_fn(width, LATENTS, |i, l| direction(i, l) * deviation(l));
         let mut weights = fresh_half(Matrix::from_f64(&encode), rng);
@@ -141,10 +140,12 @@ impl Autoencoder {
 
     /// Mean over groups of the squared relative error on `rows`.
     fn loss(&self, rows: &[f32], width: usize) -> f32 {
-        let z = Tensor::from_data(TensorData::new(rows.to_vec(), [rows.len() / width, width]), &Device::flex());
+        let z =
+            Tensor::from_data(TensorData::new(rows.to_vec(), [rows.len() / width, width]), &Device::flex());
         let weights = constants(&self.weights, &Device::flex());
         let (encoder, decoder) = weights.split_at(HALF);
-        scalar((half(half(z.clone(), encoder), decoder) - z).square().sum()) / (5 * (rows.len() / width)) as f32
+        scalar((half(half(z.clone(), encoder), decoder) - z).square().sum())
+            / (5 * (rows.len() / width)) as f32
     }
 
     /// Latents of every frame of `sequence`.
@@ -221,10 +222,13 @@ impl Autoencoder {
             }
             m
         };
-        let [skip, w1, b1, w2, b2, w3] = &self.weights[HALF..] else { unreachable!("a half has {HALF} matrices") };
+        let [skip, w1, b1, w2, b2, w3] = &self.weights[HALF..] else {
+            unreachable!("a half has {HALF} matrices")
+        };
         let last = in_si(w3);
         // n(0) = W3 relu(W2 relu(b1) + b2), in single precision like the run time.
-        let ramp = |row: &[f32], b: &[f32]| row.iter().zip(b).map(|(v, b)| (v + b).max(0.0)).collect::<Vec<f32>>();
+        let ramp =
+            |row: &[f32], b: &[f32]| row.iter().zip(b).map(|(v, b)| (v + b).max(0.0)).collect::<Vec<f32>>();
         let times = |m: &Matrix, x: &[f32]| {
             let dot = |row: &[f32]| row.iter().zip(x).map(|(w, x)| w * x).sum::<f32>();
             m.values.chunks_exact(m.columns).map(dot).collect::<Vec<f32>>()

@@ -67,6 +67,8 @@ pub(super) struct Sequence {
     pub(super) glass_x_m: Vec<f64>,
     /// Kinetic plus potential energy, J.
     pub(super) energy_j: Vec<f64>,
+    /// Heat since the first frame, J.
+    pub(super) heat_j: Vec<f64>,
 }
 
 impl Sequence {
@@ -155,6 +157,7 @@ impl Frame {
             profile_m: recording.profile_m.clone(),
             glass_x_m: recording.glass_x_m.clone(),
             energy_j: recording.energy.iter().map(|b| b.kinetic + b.potential).collect(),
+            heat_j: recording.energy.iter().map(|b| b.internal - recording.energy[0].internal).collect(),
         }
     }
 

@@ -84,8 +84,10 @@ impl Encoder {
             let mut total = 0.0;
             for batch in order.chunks(BATCH) {
                 let ends = batch.iter().map(|&(i, n)| (&seen[i], n));
-                let target: Vec<f32> =
-                    batch.iter().flat_map(|&(i, n)| training[i].latents[n].iter().map(|&v| v as f32)).collect();
+                let target: Vec<f32> = batch
+                    .iter()
+                    .flat_map(|&(i, n)| training[i].latents[n].iter().map(|&v| v as f32))
+                    .collect();
                 let target = Tensor::<2>::from_data(TensorData::new(target, [batch.len(), LATENTS]), &device);
                 let tensors = leaves(&net.weights, &device);
                 let miss = nets::encoder(windows(ends, &device), &tensors) - target;

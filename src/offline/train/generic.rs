@@ -89,7 +89,29 @@ impl Dynamics {
     /// P = (I - dt/2 (L - D) grad^2 H(0))^-1, or the identity where that is singular.
     #[must_use]
     pub(super) fn preconditioner(&self) -> Square {
-        let step = Square::identity() - self.flow() * self.stiffness() * (0.5 * FRAME_INTERVAL_S);
+        self.precondition(&self.stiffness())
+    }
+
+    /// P with the mean of grad^2 H over `states` in place of that at rest: H is stiffest somewhere on
+    /// the way, and the run time has sixteen iterations for all of it.
+    #[must_use]
+    pub(super) fn typical_preconditioner<'a>(&self, states: impl Iterator<Item = &'a Latent>) -> Square {
+        const STEP: f64 = 1e-5;
+        let (mut sum, mut count) = (Square::zeros(), 0.0);
+        for x in states.step_by(31) {
+            for i in 0..LATENTS {
+                let mut aside = Latent::zeros();
+                aside[i] = STEP;
+                let slope = (self.gradient(&(x + aside)) - self.gradient(&(x - aside))) / (2.0 * STEP);
+                sum.set_column(i, &(sum.column(i) + slope));
+            }
+            count += 1.0;
+        }
+        if count > 0.0 { self.precondition(&(sum / count)) } else { self.preconditioner() }
+    }
+
+    fn precondition(&self, stiffness: &Square) -> Square {
+        let step = Square::identity() - self.flow() * stiffness * (0.5 * FRAME_INTERVAL_S);
         step.try_inverse().unwrap_or_else(Square::identity)
     }
 
@@ -126,15 +148,21 @@ impl Dynamics {
         Turn { x: end, work: (h1 - h0) + (h3 - h2), heat: h1 - h2 }
     }
 
+    /// The turns under `ports`, from `x`.
+    pub(super) fn turns(&self, x: Latent, ports: &[f64]) -> Vec<Turn> {
+        let preconditioner = self.preconditioner();
+        let next = |x: &mut Latent, &u: &f64| {
+            let turn = self.turn(x, u, &preconditioner);
+            *x = turn.x;
+            Some(turn)
+        };
+        ports.iter().scan(x, next).collect()
+    }
+
     /// The states after each of `ports`, from `x`.
     #[must_use]
     pub(super) fn roll_out(&self, x: Latent, ports: &[f64]) -> Vec<Latent> {
-        let preconditioner = self.preconditioner();
-        let next = |x: &mut Latent, &u: &f64| {
-            *x = self.turn(x, u, &preconditioner).x;
-            Some(*x)
-        };
-        ports.iter().scan(x, next).collect()
+        self.turns(x, ports).into_iter().map(|turn| turn.x).collect()
     }
 }
 
@@ -151,7 +179,8 @@ pub(super) mod tests {
         let mut square = |scale: f64| Square::from_fn(|_, _| scale * normal(&mut rng));
         let (raw, friction, linear) = (square(8.0), square(0.8).lower_triangle(), square(0.3));
         let skew = (raw - raw.transpose()) * 0.5;
-        let mut any = |rows, columns, scale: f64| DMatrix::from_fn(rows, columns, |_, _| scale * normal(&mut rng));
+        let mut any =
+            |rows, columns, scale: f64| DMatrix::from_fn(rows, columns, |_, _| scale * normal(&mut rng));
         let (inner, bias, outer) =
             (any(HIDDEN, LATENTS, 0.3), any(HIDDEN, 1, 0.3).column(0).into(), any(HIDDEN, HIDDEN, 0.02));
         let port = Latent::from_fn(|_, _| 3.0 * normal(&mut rng));

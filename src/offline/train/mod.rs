@@ -122,6 +122,7 @@ struct Model {
     encoder: Encoder,
     dynamics: Dynamics,
     linear: Linear,
+    preconditioner: Square,
     gain: Square,
 }
 
@@ -147,8 +148,8 @@ impl Side {
         let path = |(s, x): (&Sequence, &Vec<Latent>)| {
             let scale = f64::from(frame.acceleration_scale);
             let u = dataset::known_acceleration(&s.glass_x_m).iter().map(|a| a / scale).collect();
-            let energy = s.energy_j.iter().map(|e| e / frame.energy_scale_j).collect();
-            Path { x: x.clone(), u, energy }
+            let of_scale = |joules: &[f64]| joules.iter().map(|e| e / frame.energy_scale_j).collect();
+            Path { x: x.clone(), u, energy: of_scale(&s.energy_j), heat: of_scale(&s.heat_j) }
         };
         let paths = sequences.iter().zip(&latents).map(path).collect();
         Self { sequences, latents, paths }
@@ -201,14 +202,9 @@ pub fn train(
     let metric = autoencoder.metric();
     let (seen, held) = (Side::new(seen, &autoencoder, &frame), Side::new(held, &autoencoder, &frame));
     let linear = Linear::fit(&seen.paths, &metric)?;
-    eprintln!("DBG linear train {} val {}", rollout::validate(|x,u| linear.roll_out(x,u), &seen.paths, &metric), rollout::validate(|x,u| linear.roll_out(x,u), &held.paths, &metric));
-    eprintln!("DBG metric {:?}", metric.diagonal().as_slice());
-    eprintln!("DBG eig {:?}", linear.a.complex_eigenvalues().iter().map(|l| (l.re, l.im)).collect::<Vec<_>>());
     let mut rng = ChaCha8Rng::seed_from_u64(seed(1));
     let start = warm::start(&linear, &seen.paths, &mut rng)?;
 
-    for p in &held.paths { let (mut m, mut z) = (0.0,0.0); for (x,e) in p.x.iter().zip(&p.energy) { m += (start.energy(x)-e).powi(2); z += e*e; } eprintln!("DBG start energy err {}", f64::sqrt(m/z)); }
-    eprintln!("DBG start val {}", rollout::validate(|x,u| start.roll_out(x,u), &held.paths, &metric));
     // The two need nothing of each other, and neither gains from a second core.
     let (encoder, dynamics) = std::thread::scope(|scope| {
         let plan = (options.schedule.encoder, seed(2));
@@ -222,11 +218,12 @@ pub fn train(
         (encoder.join().expect("the encoder's thread ends"), best)
     });
     let dynamics = rollout::rounded(&dynamics);
+    let preconditioner = dynamics.typical_preconditioner(seen.latents.iter().flatten());
     let mut tracks = seen.tracks(&frame, &encoder, &mut rng);
     tracks.extend(held.tracks(&frame, &encoder, &mut rng));
     let gain = filter::tune(&dynamics, &tracks)?;
 
-    let model = Model { frame, autoencoder, encoder, dynamics, linear, gain };
+    let model = Model { frame, autoencoder, encoder, dynamics, linear, preconditioner, gain };
     // Fresh noise: the gain has seen the other.
     let tracks = held.tracks(&model.frame, &model.encoder, &mut rng);
     let (checks, slosh_rel) = report::checks(&model, &held, &tracks);

@@ -37,7 +37,8 @@ pub fn gru_layer(inputs: Vec<Tensor<2>>, weights: &[Tensor<2>]) -> Vec<Tensor<2>
         let from_input = x.matmul(into.clone()) + weights[2].clone();
         let h = hidden.unwrap_or_else(|| Tensor::zeros([from_input.dims()[0], cells], &from_input.device()));
         let from_state = h.clone().matmul(back.clone()) + weights[3].clone();
-        let gates = sigmoid(from_input.clone().narrow(1, 0, 2 * cells) + from_state.clone().narrow(1, 0, 2 * cells));
+        let gates =
+            sigmoid(from_input.clone().narrow(1, 0, 2 * cells) + from_state.clone().narrow(1, 0, 2 * cells));
         let (r, z) = (gates.clone().narrow(1, 0, cells), gates.narrow(1, cells, cells));
         let n = (from_input.narrow(1, 2 * cells, cells) + r * from_state.narrow(1, 2 * cells, cells)).tanh();
         let next = n.clone() + z * (h - n);

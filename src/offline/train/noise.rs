@@ -62,7 +62,12 @@ impl Seen {
     /// One pass of the camera over `sequence`; `fixed` or, without it, levels drawn anew every
     /// [`BLOCK`] frames.
     #[must_use]
-    pub(super) fn new(sequence: &Sequence, frame: &Frame, fixed: Option<Noise>, rng: &mut ChaCha8Rng) -> Self {
+    pub(super) fn new(
+        sequence: &Sequence,
+        frame: &Frame,
+        fixed: Option<Noise>,
+        rng: &mut ChaCha8Rng,
+    ) -> Self {
         let frames = sequence.frames();
         let mut levels = Vec::with_capacity(frames);
         for n in 0..frames {

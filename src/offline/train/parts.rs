@@ -53,7 +53,7 @@ fn dynamics(model: &Model) -> Vec<Part> {
         vector(Tensor::EnergyBias, d.bias.iter().map(|&v| v as f32).collect()),
         part(Tensor::EnergyOut, &Matrix::from_f64(&d.outer)),
         vector(Tensor::Port, d.port.iter().map(|&v| v as f32).collect()),
-        square(Tensor::Preconditioner, &d.preconditioner()),
+        square(Tensor::Preconditioner, &model.preconditioner),
         square(Tensor::Gain, &model.gain),
     ]
 }

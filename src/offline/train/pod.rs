@@ -37,7 +37,8 @@ impl Basis {
         let total: f64 = energy.iter().sum();
         // Modes below single-precision noise have no direction of their own.
         let meaningful = energy.iter().take_while(|&&l| l > 1e-11 * total).count();
-        let left = |rank: usize| (energy.iter().skip(rank).sum::<f64>() / total.max(f64::MIN_POSITIVE)).sqrt();
+        let left =
+            |rank: usize| (energy.iter().skip(rank).sum::<f64>() / total.max(f64::MIN_POSITIVE)).sqrt();
         let enough = (1..=meaningful).find(|&rank| left(rank) <= truncation.tolerance).unwrap_or(meaningful);
         let rank = enough.min(truncation.most);
         let weights = DMatrix::from_fn(snapshots.ncols(), rank, |row, mode| {

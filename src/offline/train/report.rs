@@ -1,6 +1,6 @@
 //! The figures of a trained model on the validation recordings, baselines beside them.
 
-use super::dataset::SURFACE;
+use super::dataset::{SURFACE, TRUNK};
 use super::filter::{self, Track};
 use super::generic::Latent;
 use super::measure::{Check, Errors, persistence};
@@ -49,6 +49,11 @@ pub(super) fn checks(model: &Model, held: &Side, tracks: &[Track]) -> (Vec<Check
         states.into_iter().map(|(_, x)| x).collect()
     });
     checks.extend(filtered.checks("filter, camera noise", TARGETS));
+    for (group, basis) in TRUNK.iter().zip(&frame.bases) {
+        let name = format!("POD: {group} left out of {} modes", basis.rank());
+        checks.push(Check::percent(name, basis.left_out, None));
+    }
+    checks.push(Check::percent(String::from("heat of a roll-out from rest against the books"), heat(model, held), None));
     checks.push(Check::percent(String::from("energy of the latent state against the books"), books(model, held), None));
     (checks, filtered.relative(SURFACE))
 }
@@ -60,4 +65,15 @@ fn books(model: &Model, held: &Side) -> f64 {
         (miss + (model.dynamics.energy(x) - e).powi(2), size + e * e)
     });
     (miss / size.max(f64::MIN_POSITIVE)).sqrt()
+}
+
+/// Relative error of the heat that whole recordings make, rolled out from rest with known motion.
+fn heat(model: &Model, held: &Side) -> f64 {
+    let (mut said, mut due) = (0.0, 0.0);
+    for (sequence, path) in held.sequences.iter().zip(&held.paths) {
+        let turns = model.dynamics.turns(Latent::zeros(), &path.u);
+        said += model.frame.energy_scale_j * turns.iter().map(|turn| turn.heat).sum::<f64>();
+        due += sequence.heat_j.last().copied().unwrap_or(0.0);
+    }
+    (said - due).abs() / due.max(f64::MIN_POSITIVE)
 }

@@ -20,8 +20,12 @@ const BATCH: usize = 128;
 /// Corrections after the first explicit one; with the preconditioner the rest is below 1e-4.
 const CORRECTIONS: usize = 2;
 
-/// Weight of the energy against the states in the loss.
-const ENERGY_WEIGHT: f32 = 0.02;
+/// Weight of the energy against the states in the loss, both relative to their mean square: what makes
+/// H the energy of the slosh and not just any function that falls.
+const ENERGY_WEIGHT: f32 = 0.05;
+
+/// Weight of the heat of a whole roll-out in the loss, likewise.
+const HEAT_WEIGHT: f32 = 0.02;
 
 /// Turns of a validation roll-out: two seconds.
 pub(super) const HORIZON: usize = 120;
@@ -82,7 +86,8 @@ impl Operators {
     /// From the tensors of [`weights_of`]; the preconditioner is a constant, as in the blob.
     fn new(tensors: &[Tensor<2>], preconditioner: &Square, device: &Device) -> Self {
         let mask = |keep: fn(usize, usize) -> bool| {
-            let values = (0..LATENTS * LATENTS).map(|k| if keep(k / LATENTS, k % LATENTS) { 1.0 } else { 0.0 });
+            let values =
+                (0..LATENTS * LATENTS).map(|k| if keep(k / LATENTS, k % LATENTS) { 1.0 } else { 0.0 });
             Matrix::new(LATENTS, LATENTS, values.collect()).tensor(device)
         };
         let lower = tensors[0].clone() * mask(|i, j| i > j);
@@ -121,17 +126,23 @@ impl Operators {
     /// H of every row.
     fn energy(&self, x: Tensor<2>) -> Tensor<2> {
         let (f, _) = self.feature(x.clone());
+        self.energy_with(x, f)
+    }
+
+    /// H of every row whose f is known.
+    fn energy_with(&self, x: Tensor<2>, f: Tensor<2>) -> Tensor<2> {
         (x.matmul(self.linear_t.clone()).square().sum_dim(1) + f.square().sum_dim(1)) * 0.5
     }
 
-    /// One turn of every row under the ports `u` `[batch, 1]`; [`Dynamics::turn`] in tensors. The
-    /// quadratic part of H has the midpoint gradient as its discrete gradient, so only |f|^2 / 2
+    /// One turn of every row under the ports `u` `[batch, 1]`, and the heat of each; [`Dynamics::turn`]
+    /// in tensors. The quadratic part of H has the midpoint gradient as its discrete gradient, so only |f|^2 / 2
     /// needs Gonzalez's correction.
-    fn turn(&self, x: Tensor<2>, u: Tensor<2>) -> Tensor<2> {
+    fn turn(&self, x: Tensor<2>, u: Tensor<2>) -> (Tensor<2>, Tensor<2>) {
         let kick = u.matmul(self.port.clone());
         let a = x + kick.clone();
         let at_a = self.feature(a.clone());
         let energy_a = at_a.0.clone().square().sum_dim(1) * 0.5;
+        let before = self.energy_with(a.clone(), at_a.0.clone());
         let slope = a.clone().matmul(self.stiff.clone()) + self.soft_gradient(at_a);
         let mut b = a.clone() + slope.matmul(self.flow_t.clone()).matmul(self.preconditioner_t.clone());
         for _ in 0..CORRECTIONS {
@@ -144,13 +155,24 @@ impl Operators {
             let miss = d - gradient.matmul(self.flow_t.clone());
             b = b - miss.matmul(self.preconditioner_t.clone());
         }
-        b + kick
+        let heat = before - self.energy(b.clone());
+        (b + kick, heat)
     }
+}
+
+/// Sum of sqrt(1 + m^2) - 1: a square for small misses, a modulus for large ones, so that books which
+/// are far off at first do not drown the states.
+fn soft(miss: Tensor<2>) -> Tensor<1> {
+    ((miss.square() + 1.0).sqrt() - 1.0).sum()
 }
 
 /// Relative error of roll-outs of up to [`HORIZON`] turns from true states, in `metric`.
 #[must_use]
-pub(super) fn validate(roll_out: impl Fn(Latent, &[f64]) -> Vec<Latent>, paths: &[Path], metric: &Square) -> f64 {
+pub(super) fn validate(
+    roll_out: impl Fn(Latent, &[f64]) -> Vec<Latent>,
+    paths: &[Path],
+    metric: &Square,
+) -> f64 {
     let (mut miss, mut size) = (0.0, 0.0);
     for path in paths {
         for from in (0..path.x.len().saturating_sub(HORIZON / 2)).step_by(HORIZON / 2) {
@@ -176,7 +198,8 @@ pub(super) fn train(
 ) -> (Dynamics, f64) {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let device = Device::flex().autodiff();
-    let metric_t = Matrix::from_f64(&DMatrix::from_fn(LATENTS, LATENTS, |i, j| metric[(j, i)])).tensor(&device);
+    let metric_t =
+        Matrix::from_f64(&DMatrix::from_fn(LATENTS, LATENTS, |i, j| metric[(j, i)])).tensor(&device);
     let mut weights = weights_of(start);
     let mut adam = Adam::new(&weights, 1.0);
     let check = |d: &Dynamics| validate(|x, u| d.roll_out(x, u), validation, metric);
@@ -187,6 +210,10 @@ pub(super) fn train(
     };
     let state_size = mean_square(&|p, n| (metric * p.x[n]).norm_squared()) as f32;
     let energy_size = mean_square(&|p, n| p.energy[n].powi(2)) as f32;
+    let heat_size = |horizon: usize| {
+        let gain = |p: &Path, n: usize| p.heat[(n + horizon).min(p.heat.len() - 1)] - p.heat[n];
+        mean_square(&|p, n| gain(p, n).powi(2)) as f32
+    };
     let bar = session.bar(&format!("dynamics {:04x}", seed & 0xffff), steps);
     for step in 0..steps {
         let horizon = [8, 16, 30][3 * step / steps];
@@ -200,14 +227,15 @@ pub(super) fn train(
         let tensors = leaves(&weights, &device);
         let operators = Operators::new(&tensors, &dynamics_of(&weights).preconditioner(), &device);
         let energy = column(&|p, n| vec![p.energy[n] as f32], 0);
-        let mut loss = (operators.energy(state(0)) - energy).square().sum() * (ENERGY_WEIGHT / energy_size);
-        let mut x = state(0);
+        let mut loss = soft((operators.energy(state(0)) - energy) * energy_size.sqrt().recip()) * ENERGY_WEIGHT;
+        let (mut x, mut due) = (state(0), column(&|p, n| vec![(p.heat[n + horizon] - p.heat[n]) as f32], 0));
         for k in 1..=horizon {
-            x = operators.turn(x, column(&|p, n| vec![p.u[n] as f32], k));
+            let (next, heat) = operators.turn(x, column(&|p, n| vec![p.u[n] as f32], k));
+            (x, due) = (next, due - heat);
             let miss = (x.clone() - state(k)).matmul(metric_t.clone()).square().sum();
             loss = loss + miss * (1.0 / (horizon as f32 * state_size));
         }
-        let loss = loss / BATCH as f32;
+        let loss = (loss + soft(due * heat_size(horizon).sqrt().recip()) * HEAT_WEIGHT) / BATCH as f32;
         adam.step(&mut weights, &tensors, loss.backward(), annealed(2e-3, step, steps));
         if step % LOOK == LOOK - 1 || step + 1 == steps {
             let now = dynamics_of(&weights);
@@ -273,12 +301,14 @@ mod tests {
             let u = normal(&mut rng);
             let row = |v: Vec<f32>| Matrix::new(1, v.len(), v).tensor(&device);
             let x32 = row(x.iter().map(|&v| v as f32).collect());
-            let said = numbers(operators.turn(x32.clone(), row(vec![u as f32])));
+            let (said, heat) = operators.turn(x32.clone(), row(vec![u as f32]));
+            let (said, heat) = (numbers(said), f64::from(numbers(heat)[0]));
             let turn = dynamics.turn(&x, u, &p);
             let said = Latent::from_iterator(said.into_iter().map(f64::from));
             assert!((said - turn.x).norm() < 2e-3 * turn.x.norm(), "{} off", (said - turn.x).norm());
             let energy = f64::from(numbers(operators.energy(x32))[0]);
             assert!((energy - dynamics.energy(&x)).abs() < 1e-5 * energy);
+            assert!((heat - turn.heat).abs() < 5e-3 * dynamics.energy(&x), "{heat} against {}", turn.heat);
             let gain = dynamics.energy(&said) - dynamics.energy(&x);
             assert!((gain - (turn.work - turn.heat)).abs() < 5e-3 * dynamics.energy(&x));
         }

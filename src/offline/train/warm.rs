@@ -30,6 +30,8 @@ pub(super) struct Path {
     pub(super) u: Vec<f64>,
     /// Kinetic plus potential energy over the energy scale.
     pub(super) energy: Vec<f64>,
+    /// Heat since the first frame over the energy scale.
+    pub(super) heat: Vec<f64>,
 }
 
 impl Linear {
@@ -43,7 +45,8 @@ impl Linear {
     /// # Errors
     /// [`TrainError::Singular`] when the paths do not determine it.
     pub(super) fn fit(paths: &[Path], metric: &Square) -> Result<Self, TrainError> {
-        let (mut normal, mut mixed) = (DMatrix::<f64>::zeros(WIDTH, WIDTH), DMatrix::<f64>::zeros(WIDTH, LATENTS));
+        let (mut normal, mut mixed) =
+            (DMatrix::<f64>::zeros(WIDTH, WIDTH), DMatrix::<f64>::zeros(WIDTH, LATENTS));
         for path in paths {
             for ((from, to), &u) in path.x.iter().zip(path.x.iter().skip(1)).zip(path.u.iter().skip(1)) {
                 let row = DVector::from_iterator(WIDTH, from.iter().copied().chain([u]));
@@ -146,7 +149,8 @@ fn raise(m: &Square, floor: f64) -> Square {
 /// Q of M^T Q + Q M = -R, as one linear system in the entries of Q.
 fn lyapunov(m: &Square, r: &Square) -> Option<Square> {
     const ENTRIES: usize = LATENTS * LATENTS;
-    let (id, t) = (DMatrix::<f64>::identity(LATENTS, LATENTS), DMatrix::from_fn(LATENTS, LATENTS, |i, j| m[(j, i)]));
+    let (id, t) =
+        (DMatrix::<f64>::identity(LATENTS, LATENTS), DMatrix::from_fn(LATENTS, LATENTS, |i, j| m[(j, i)]));
     let system = id.kronecker(&t) + t.kronecker(&id);
     let right = DVector::from_iterator(ENTRIES, r.iter().map(|v| -v));
     let q = Square::from_iterator(system.lu().solve(&right)?.iter().copied());
@@ -231,7 +235,8 @@ mod tests {
             let u: Vec<f64> = (0..300).map(|_| normal(rng)).collect();
             let x = quadratic.roll_out(Latent::zeros(), &u);
             let energy = x.iter().map(|x| quadratic.energy(x)).collect();
-            Path { x, u, energy }
+            let heat = vec![0.0; x.len()];
+            Path { x, u, energy, heat }
         };
         let paths = [path(&mut rng), path(&mut rng)];
         let linear = Linear::fit(&paths, &Square::identity()).expect("a determined fit");

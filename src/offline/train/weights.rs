@@ -53,7 +53,11 @@ impl Matrix {
     /// To a nalgebra matrix in double precision.
     #[must_use]
     pub fn to_f64(&self) -> nalgebra::DMatrix<f64> {
-        nalgebra::DMatrix::from_row_iterator(self.rows, self.columns, self.values.iter().map(|&v| f64::from(v)))
+        nalgebra::DMatrix::from_row_iterator(
+            self.rows,
+            self.columns,
+            self.values.iter().map(|&v| f64::from(v)),
+        )
     }
 
     /// As a constant tensor.
@@ -110,7 +114,13 @@ impl Adam {
     ///
     /// m <- b1 m + (1 - b1) g, v <- b2 v + (1 - b2) g^2,
     /// w <- w - lr (m / (1 - b1^t)) / (sqrt(v / (1 - b2^t)) + eps).
-    pub fn step(&mut self, weights: &mut [Matrix], leaves: &[Tensor<2>], mut grads: Gradients, lr: f64) -> f32 {
+    pub fn step(
+        &mut self,
+        weights: &mut [Matrix],
+        leaves: &[Tensor<2>],
+        mut grads: Gradients,
+        lr: f64,
+    ) -> f32 {
         const BETA: [f32; 2] = [0.9, 0.99];
         let gradients: Vec<Option<Vec<f32>>> =
             leaves.iter().map(|leaf| leaf.grad_remove(&mut grads).map(numbers)).collect();

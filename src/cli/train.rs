@@ -1,0 +1,129 @@
+//! `meniscus train`: from recordings to a weight blob.
+
+use anyhow::{Context, ensure};
+use meniscus::offline::recording::Recording;
+use meniscus::offline::train::{Check, Options, Schedule, train};
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
+
+/// Learns a liquid from recordings and writes the weight blob that the camera side runs.
+///
+/// Five parts are learnt, in this order: a basis of every field (POD), a joint autoencoder down to
+/// thirteen latents, the GRU that reads the latents from noisy surface profiles, the GENERIC step that
+/// carries them through time, and the gain of the filter that joins the two. Every choice is made on
+/// the validation recordings; keep a third set that neither has seen for `meniscus bench`.
+///
+/// Errors are relative to the slosh itself (slosh-rel = |z - zhat| / |z - z_rest|): a surface that is
+/// called flat scores 100 %. Ctrl-C ends every part with its best so far; a second one gives up.
+#[derive(clap::Args, Debug)]
+pub(crate) struct Arguments {
+    /// Recordings to learn from: files, or a folder, which stands for its train-*.safetensors
+    #[arg(long, required = true, num_args = 1.., value_name = "DIR_OR_FILES")]
+    recordings: Vec<PathBuf>,
+    /// Recordings to choose by: files, or a folder, which stands for its val-*.safetensors
+    #[arg(long, required = true, num_args = 1.., value_name = "DIR_OR_FILES")]
+    validate: Vec<PathBuf>,
+    /// Where the blob goes; it is written whole or not at all
+    #[arg(long, value_name = "FILE")]
+    out: PathBuf,
+    /// A short schedule, under three minutes on two cores, to see whether the recordings will do
+    #[arg(long)]
+    quick: bool,
+    /// Seed of everything that is drawn; the same seed and recordings give the same blob
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// The report as JSON on standard output
+    #[arg(long)]
+    json: bool,
+}
+
+/// Runs the command.
+pub(crate) fn run(args: &Arguments) -> anyhow::Result<()> {
+    static STOP: AtomicBool = AtomicBool::new(false);
+    ctrlc::set_handler(|| {
+        if STOP.swap(true, Ordering::Relaxed) {
+            std::process::exit(130);
+        }
+    })
+    .context("Ctrl-C cannot be watched")?;
+
+    let begun = Instant::now();
+    let training = load_all(&args.recordings, "train-")?;
+    let validation = load_all(&args.validate, "val-")?;
+    let schedule = if args.quick { Schedule::QUICK } else { Schedule::FULL };
+    let options = Options { seed: args.seed, schedule, quiet: args.json, command: command(args) };
+    let trained = train(&training, &validation, &options, &STOP)?;
+    write_whole(&args.out, &trained.blob)?;
+
+    let seconds = begun.elapsed().as_secs_f64();
+    if args.json {
+        let report = serde_json::json!({
+            "blob": args.out,
+            "bytes": trained.blob.len(),
+            "seconds": seconds,
+            "checks": trained.checks,
+        });
+        println!("{report:#}");
+        return Ok(());
+    }
+    trained.checks.iter().for_each(print);
+    println!("{}: {} bytes after {seconds:.0} s", args.out.display(), trained.blob.len());
+    Ok(())
+}
+
+fn print(check: &Check) {
+    let verdict = match (check.target, check.ok) {
+        (None, _) => String::new(),
+        (Some(most), true) => format!("ok, at most {most}"),
+        (Some(most), false) => format!("MISSED, at most {most}"),
+    };
+    println!("{:58} {:8.2} {:3} {verdict}", check.name, check.value, check.unit);
+}
+
+/// The command as it belongs into the provenance: names without folders, which mean nothing elsewhere.
+fn command(args: &Arguments) -> String {
+    let names = |paths: &[PathBuf]| {
+        let name = |p: &PathBuf| p.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        paths.iter().map(name).collect::<Vec<_>>().join(" ")
+    };
+    let quick = if args.quick { " --quick" } else { "" };
+    let (recordings, validate) = (names(&args.recordings), names(&args.validate));
+    format!("meniscus train --recordings {recordings} --validate {validate} --seed {}{quick}", args.seed)
+}
+
+/// The recordings that `paths` name, a folder standing for its files that begin with `prefix`.
+fn load_all(paths: &[PathBuf], prefix: &str) -> anyhow::Result<Vec<Recording>> {
+    let mut files = Vec::new();
+    for path in paths {
+        if path.is_dir() {
+            files.extend(in_folder(path, prefix)?);
+        } else {
+            files.push(path.clone());
+        }
+    }
+    files.iter().map(|file| Ok(Recording::load(file)?)).collect()
+}
+
+fn in_folder(folder: &Path, prefix: &str) -> anyhow::Result<Vec<PathBuf>> {
+    let entries = folder.read_dir().with_context(|| format!("{} cannot be listed", folder.display()))?;
+    let mut files: Vec<PathBuf> = entries.filter_map(|entry| Some(entry.ok()?.path())).collect();
+    files.retain(|file| {
+        let name = file.file_name().unwrap_or_default().to_string_lossy();
+        name.starts_with(prefix) && name.ends_with(".safetensors")
+    });
+    // The order of a folder is not defined, and the order of recordings is part of the seed.
+    files.sort();
+    ensure!(!files.is_empty(), "{} holds no {prefix}*.safetensors", folder.display());
+    Ok(files)
+}
+
+/// Writes beside the target and renames, so that a blob is whole or absent.
+fn write_whole(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
+    if let Some(folder) = path.parent() {
+        std::fs::create_dir_all(folder).with_context(|| format!("{} cannot be made", folder.display()))?;
+    }
+    let partial = path.with_extension("partial");
+    std::fs::write(&partial, bytes).with_context(|| format!("{} cannot be written", partial.display()))?;
+    std::fs::rename(&partial, path).with_context(|| format!("{} cannot be written", path.display()))
+}

@@ -1,0 +1,123 @@
+//! A bad blob is refused, each kind with its own error.
+
+mod support;
+
+use meniscus::host::files::AlignedBytes;
+use meniscus::model::{CRC, LoadError, Model, PREFIX_LEN, Tensor};
+use meniscus::offline::export::blob;
+
+/// The error for `bytes`.
+fn refusal(bytes: &[u8]) -> LoadError {
+    Model::load(&AlignedBytes::copy(bytes)).map(|_| ()).expect_err("this blob must be refused")
+}
+
+/// Writes the checksum anew, as someone who damages a blob on purpose would.
+fn sealed(mut bytes: Vec<u8>) -> Vec<u8> {
+    let crc = CRC.checksum(&bytes[PREFIX_LEN..]).to_le_bytes();
+    bytes[20..24].copy_from_slice(&crc);
+    bytes
+}
+
+fn sound() -> Vec<u8> {
+    support::random_blob(1, 0.1).to_vec()
+}
+
+#[test]
+fn a_sound_blob_loads_and_reads_in_place() {
+    let bytes = support::random_blob(1, 0.1);
+    let model = Model::load(&bytes).expect("sound");
+    assert_eq!(model.header.liquid, "noise");
+    assert_eq!(model.field_len(), 13 * support::PARTICLES);
+    let weights = model.decoder.groups[0].rest.as_ptr().cast::<u8>();
+    assert!(bytes.as_ptr_range().contains(&weights), "the weights are those of the blob");
+}
+
+#[test]
+fn every_cut_is_refused() {
+    let bytes = sound();
+    for length in (0..bytes.len()).step_by(97).chain([0, 7, 23, bytes.len() - 1]) {
+        let error = refusal(&bytes[..length]);
+        assert!(matches!(error, LoadError::Truncated { have, .. } if have == length), "{length}: {error}");
+    }
+}
+
+#[test]
+fn every_flipped_bit_is_refused() {
+    let bytes = sound();
+    for bit in (0..8 * bytes.len()).step_by(1009).chain(0..8 * PREFIX_LEN) {
+        let mut bytes = bytes.clone();
+        bytes[bit / 8] ^= 1 << (bit % 8);
+        let error = refusal(&bytes);
+        match bit / 8 {
+            0..8 => assert_eq!(error, LoadError::NotABlob),
+            8..12 => assert!(matches!(error, LoadError::Version { .. }), "{error}"),
+            12..16 => assert!(matches!(error, LoadError::Header), "{error}"),
+            16..20 => {
+                assert!(matches!(error, LoadError::Truncated { .. } | LoadError::Trailing { .. }), "{error}")
+            }
+            _ => assert!(matches!(error, LoadError::Checksum { .. }), "{error}"),
+        }
+    }
+}
+
+#[test]
+fn another_version_says_which() {
+    let mut bytes = sound();
+    bytes[8] = 9;
+    assert_eq!(refusal(&bytes), LoadError::Version { found: 9 });
+    assert!(refusal(&bytes).to_string().contains("version 9"));
+}
+
+#[test]
+fn a_weight_that_is_not_a_number_is_found() {
+    for weight in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
+        let bytes = sound();
+        let model = AlignedBytes::copy(&bytes);
+        let model = Model::load(&model).expect("sound");
+        let section = model.header.sections.iter().find(|s| s.tensor == Tensor::EnergyIn).expect("there");
+        let at = section.offset as usize + 4 * 70;
+        let mut bytes = bytes.clone();
+        bytes[at..at + 4].copy_from_slice(&weight.to_le_bytes());
+        let error = refusal(&sealed(bytes));
+        assert_eq!(error, LoadError::NotFinite { tensor: Tensor::EnergyIn, index: 70 });
+    }
+}
+
+#[test]
+fn a_missing_tensor_and_a_wrong_shape_are_named() {
+    let mut parts = support::parts(1, 0.1);
+    parts.retain(|part| part.tensor != Tensor::Port);
+    let error = refusal(&blob(support::header(), &parts).expect("a blob"));
+    assert_eq!(error, LoadError::Missing { tensor: Tensor::Port });
+
+    let mut parts = support::parts(1, 0.1);
+    for part in parts.iter_mut().filter(|part| part.tensor == Tensor::TrunkWeight(1)) {
+        part.columns = 32;
+        part.values.truncate(64 * 32);
+    }
+    let error = refusal(&blob(support::header(), &parts).expect("a blob"));
+    assert_eq!(error, LoadError::Shape { tensor: Tensor::TrunkWeight(1), found: (64, 32) });
+}
+
+#[test]
+fn a_header_that_no_glass_can_have_is_refused() {
+    let mut header = support::header();
+    header.dt_s = f64::NAN;
+    let error = refusal(&blob(header, &support::parts(1, 0.1)).expect("a blob"));
+    assert!(matches!(error, LoadError::HeaderValue { field: "dt_s", .. }), "{error}");
+
+    let mut header = support::header();
+    header.rim_m = 0.05;
+    let error = refusal(&blob(header, &support::parts(1, 0.1)).expect("a blob"));
+    assert!(error.to_string().contains("rim"), "{error}");
+}
+
+#[test]
+fn a_blob_off_its_boundary_is_refused() {
+    let bytes = sound();
+    let mut shifted = vec![0; bytes.len() + 1];
+    shifted[1..].copy_from_slice(&bytes);
+    let aligned = AlignedBytes::copy(&shifted);
+    let error = Model::load(&aligned[1..]).map(|_| ()).expect_err("off its boundary");
+    assert_eq!(error, LoadError::Misaligned);
+}
