@@ -29,7 +29,7 @@ use forces::Forces;
 use kernel::{Kernel, SMOOTHING};
 use neighbours::Neighbours;
 use packing::Packing;
-use state::{Fluid, Particle, Wall};
+use state::{Fluid, Particle};
 
 /// Numerical speed of sound, m/s: ten times the fastest flow, so that density varies by about 1 %.
 const SOUND_M_S: f64 = 7.0;
@@ -41,7 +41,7 @@ const COURANT: f64 = 0.45;
 const VISCOUS: f64 = 0.08;
 
 /// Skin of the neighbour lists in units of the spacing.
-const SKIN: f64 = 0.3;
+const SKIN: f64 = 0.15;
 
 /// Why a simulation could not start or go on.
 #[derive(Debug, PartialEq)]
@@ -112,7 +112,7 @@ pub struct Simulator {
     liquid: Liquid,
     spacing_m: f64,
     fluid: Fluid,
-    wall: Wall,
+    wall: Vec<Particle>,
     lists: Neighbours,
     forces: Forces,
     dt: f64,
@@ -150,9 +150,10 @@ impl Simulator {
             fluid.mass.push(density * volume);
         }
         let wall = Packing::wall(&glass, spacing_m);
-        let wall = Wall { value: vec![[0.0; 4]; wall.volume.len()], x: wall.position, volume: wall.volume };
+        let places = wall.position.into_iter().zip(wall.volume);
+        let wall: Vec<_> = places.map(|(x, volume)| Particle { x, v: [0.0; 3], volume, p: 0.0 }).collect();
         let support = 2.0 * kernel.h;
-        let lists = Neighbours::new(&fluid.particle, &wall.x, support, SKIN * spacing_m);
+        let lists = Neighbours::new(&fluid.particle, &wall, support, SKIN * spacing_m);
         let forces = Forces::new(kernel, SOUND_M_S, rest, setup.no_slip, fluid.mass.len());
         let mut simulator = Self {
             dt: longest_step(&kernel, &liquid),
