@@ -14,7 +14,6 @@ struct Arguments {
 
 #[derive(Subcommand)]
 enum Command {
-    /// Simulate a moved glass of liquid and record it.
     Simulate(cli::simulate::Arguments),
 }
 

@@ -1,9 +1,20 @@
 //! The glass simulator: weakly compressible smoothed particle hydrodynamics with density diffusion
 //! (delta-SPH), in double precision, equal bit for bit on any number of threads.
 //!
-//! The liquid is computed in the frame of the glass; the moving glass enters as a body force. Good
-//! for liquids of about the viscosity of glycerine: the numerical viscosity is about 1e-4 m2/s at a
-//! spacing of 5 mm (and falls with its square), so water is not resolved.
+//! The liquid is computed in the frame of the glass; the moving glass enters as a body force.
+//!
+//! Measured at a spacing of 5 mm, first mode from 0.05 m/s, fitted from 0.05 to 1 s, against linear
+//! theory (inviscid dispersion; a linear Navier-Stokes eigenvalue solver for glycerine):
+//!
+//! | liquid | frequency, Hz | decay, 1/s |
+//! |---|---|---|
+//! | no viscosity | 3.561 for 3.613 (-1.4 %) | 0.49 for 0 |
+//! | glycerine | 3.488 for 3.399 (+2.6 %) | 7.03 for 6.74 (+4.2 %) |
+//! | glycerine, free slip | 3.414 for 3.484 (-2.0 %) | 2.88 for 2.96 (-2.7 %) |
+//!
+//! The decay without viscosity is a numerical viscosity of 0.49/(2 k^2) = 9e-5 m2/s; it falls with
+//! the square of the spacing. Water (1e-6) and blood are therefore not resolved: they come to rest
+//! too early.
 
 mod energy;
 mod forces;
