@@ -33,6 +33,7 @@ use std::time::Instant;
 #[derive(clap::Args)]
 #[command(
     verbatim_doc_comment,
+    allow_negative_numbers = true,
     after_help = "Example:\n  meniscus simulate --liquid glycerine --motion strokes:7 --seconds 6 --out strokes-7.safetensors"
 )]
 pub(crate) struct Arguments {

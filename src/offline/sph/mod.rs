@@ -39,7 +39,7 @@ use crate::units::GRAVITY_M_S2;
 use forces::Forces;
 use kernel::{Kernel, SMOOTHING};
 use neighbours::Neighbours;
-use packing::Packing;
+use packing::{Packing, fitting_spacing};
 use state::{Fluid, Particle};
 
 /// Numerical speed of sound, m/s: ten times the fastest flow, so that density varies by about 1 %.
@@ -108,7 +108,7 @@ pub struct Setup {
     pub glass: Glass,
     /// The liquid.
     pub liquid: Liquid,
-    /// Spacing of the particles, m.
+    /// Spacing of the particles, m; the nearest with a whole number of rings in the radius is taken.
     pub spacing_m: f64,
     /// Seed of the packing.
     pub seed: u64,
@@ -140,7 +140,8 @@ impl Simulator {
     /// When the glass or the spacing is out of range, or settling fails.
     pub fn new(setup: &Setup) -> Result<Self, Error> {
         check(setup)?;
-        let Setup { glass, liquid, spacing_m, .. } = setup.clone();
+        let Setup { glass, liquid, .. } = setup.clone();
+        let spacing_m = fitting_spacing(&glass, setup.spacing_m);
         let kernel = Kernel::new(SMOOTHING * spacing_m);
         let packing = Packing::liquid(&glass, spacing_m, setup.seed);
         let rest = liquid.density_kg_m3;

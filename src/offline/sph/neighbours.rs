@@ -180,14 +180,13 @@ impl Neighbours {
         self.cut(particles.len());
     }
 
+    /// Cuts the particles into chunks of nearly the same number of listed pairs.
     fn cut(&mut self, particles: usize) {
         let work = |i: usize| self.liquid.start[i] as usize + self.wall.start[i] as usize;
-        let total = work(particles);
-        let bound = |c: usize| -> usize {
-            (0..particles).collect::<Vec<_>>().partition_point(|&i| work(i) * CHUNKS < c * total)
-        };
-        self.chunks = std::array::from_fn(|c| bound(c)..bound(c + 1));
-        self.chunks[CHUNKS - 1].end = particles;
+        let bound =
+            |c: usize| (0..particles).find(|&i| work(i) * CHUNKS >= c * work(particles)).unwrap_or(particles);
+        self.chunks =
+            std::array::from_fn(|c| bound(c)..if c + 1 < CHUNKS { bound(c + 1) } else { particles });
     }
 
     /// Sums over all pairs: `each(i, buffer)` adds what particle `i` and its listed partners get to
