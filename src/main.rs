@@ -20,12 +20,8 @@ struct Arguments {
 
 #[derive(Subcommand)]
 enum Command {
-    /// Watch the liquid: camera frames in, the whole liquid out, 60 times a second.
     Run(cli::run::Arguments),
-    /// Simulate a moved glass of liquid and record it.
     Simulate(cli::simulate::Arguments),
-    /// Learn a liquid from recordings and write the weight blob.
-    #[cfg(feature = "train")]
     Train(cli::train::Arguments),
 }
 
@@ -33,7 +29,6 @@ fn main() -> anyhow::Result<()> {
     match Arguments::parse().command {
         Command::Run(arguments) => cli::run::run(&arguments),
         Command::Simulate(arguments) => cli::simulate::run(&arguments),
-        #[cfg(feature = "train")]
         Command::Train(arguments) => cli::train::run(&arguments),
     }
 }

@@ -103,7 +103,7 @@ impl Simulator {
     fn refresh_lists(&mut self) -> Result<(), Error> {
         if self.lists.stale(&self.fluid.particle) {
             self.check_inside()?;
-            self.lists.rebuild(&self.fluid.particle, &self.wall.x);
+            self.lists.rebuild(&self.fluid.particle, &self.wall);
         }
         Ok(())
     }
