@@ -5,6 +5,7 @@ mod cli;
 
 use clap::{Parser, Subcommand};
 use meniscus::host::allocations::CountingAllocator;
+use std::process::ExitCode;
 
 /// Counts what the worker allocates in a turn: nothing.
 #[global_allocator]
@@ -25,10 +26,18 @@ enum Command {
     Train(cli::train::Arguments),
 }
 
-fn main() -> anyhow::Result<()> {
-    match Arguments::parse().command {
+fn main() -> ExitCode {
+    let done = match Arguments::parse().command {
         Command::Run(arguments) => cli::run::run(&arguments),
         Command::Simulate(arguments) => cli::simulate::run(&arguments),
         Command::Train(arguments) => cli::train::run(&arguments),
+    };
+    match done {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            // One line, cause after cause; a backtrace helps nobody at a terminal.
+            eprintln!("error: {error:#}");
+            ExitCode::FAILURE
+        }
     }
 }
