@@ -3,18 +3,19 @@
 //!
 //! The liquid is computed in the frame of the glass; the moving glass enters as a body force.
 //!
-//! Measured at a spacing of 5 mm, first mode from 0.05 m/s, fitted from 0.05 to 1 s, against linear
-//! theory (inviscid dispersion; a linear Navier-Stokes eigenvalue solver for glycerine):
+//! Measured: first mode from 0.05 m/s, fitted from 0.05 s to 1 s (5 mm) or 0.6 s (3.5 mm), against
+//! linear theory (inviscid dispersion; a linear Navier-Stokes eigenvalue solver for glycerine):
 //!
-//! | liquid | frequency, Hz | decay, 1/s |
+//! | liquid, spacing | frequency, Hz | decay, 1/s |
 //! |---|---|---|
-//! | no viscosity | 3.561 for 3.613 (-1.4 %) | 0.49 for 0 |
-//! | glycerine | 3.488 for 3.399 (+2.6 %) | 7.03 for 6.74 (+4.2 %) |
-//! | glycerine, free slip | 3.414 for 3.484 (-2.0 %) | 2.88 for 2.96 (-2.7 %) |
+//! | no viscosity, 5 mm | 3.561 for 3.613 (-1.4 %) | 0.49 for 0 |
+//! | no viscosity, 3.5 mm | 3.606 for 3.613 (-0.2 %) | 0.32 for 0 |
+//! | glycerine, 5 mm | 3.488 for 3.399 (+2.6 %) | 7.03 for 6.74 (+4.2 %) |
+//! | glycerine, 3.5 mm | 3.506 for 3.399 (+3.1 %) | 6.81 for 6.74 (+1.1 %) |
+//! | glycerine, 5 mm, free slip | 3.414 for 3.484 (-2.0 %) | 2.88 for 2.96 (-2.7 %) |
 //!
-//! The decay without viscosity is a numerical viscosity of 0.49/(2 k^2) = 9e-5 m2/s; it falls with
-//! the square of the spacing. Water (1e-6) and blood are therefore not resolved: they come to rest
-//! too early.
+//! The decay without viscosity is a numerical viscosity of 0.49/(2 k^2) = 9e-5 m2/s at 5 mm. Water
+//! (1e-6) and blood are therefore not resolved: they come to rest too early.
 
 mod energy;
 mod forces;

@@ -9,6 +9,7 @@
 use super::kernel::Kernel;
 use super::neighbours::{Neighbours, distance2};
 use super::state::{Fluid, Particle};
+use crate::offline::recording::Glass;
 use rayon::prelude::*;
 
 /// Continues pressure and velocity of the liquid to the wall particles.
@@ -36,4 +37,26 @@ pub(crate) fn extrapolate(
         own.p = sum[0] * inverse;
         own.v = [-sum[1] * inverse, -sum[2] * inverse, -sum[3] * inverse];
     });
+}
+
+/// A particle this near to the wall, in spacings, moves no nearer; in rest it keeps about one half.
+const NEAREST: f64 = 0.1;
+
+/// Takes from particles at the wall the velocity into it, and books its energy as heat. The pressure
+/// alone does this everywhere but in a thin splash, where there is too little of it.
+pub(crate) fn hold(glass: &Glass, spacing_m: f64, liquid: &mut Fluid) {
+    let (radius, bottom) = (glass.radius_m - NEAREST * spacing_m, NEAREST * spacing_m);
+    for (p, heat) in liquid.particle.iter_mut().zip(&mut liquid.heat) {
+        let r2 = p.x[0] * p.x[0] + p.x[1] * p.x[1];
+        let outward = p.x[0] * p.v[0] + p.x[1] * p.v[1];
+        if r2 > radius * radius && outward > 0.0 {
+            *heat += 0.5 * outward * outward / r2;
+            p.v[0] -= outward / r2 * p.x[0];
+            p.v[1] -= outward / r2 * p.x[1];
+        }
+        if p.x[2] < bottom && p.v[2] < 0.0 {
+            *heat += 0.5 * p.v[2] * p.v[2];
+            p.v[2] = 0.0;
+        }
+    }
 }
