@@ -5,6 +5,7 @@ mod cli;
 
 use clap::{Parser, Subcommand};
 use meniscus::host::allocations::CountingAllocator;
+use std::process::ExitCode;
 
 /// Counts what the worker allocates in a turn: nothing.
 #[global_allocator]
@@ -20,20 +21,23 @@ struct Arguments {
 
 #[derive(Subcommand)]
 enum Command {
-    /// Watch the liquid: camera frames in, the whole liquid out, 60 times a second.
     Run(cli::run::Arguments),
-    /// Simulate a moved glass of liquid and record it.
     Simulate(cli::simulate::Arguments),
-    /// Learn a liquid from recordings and write the weight blob.
-    #[cfg(feature = "train")]
     Train(cli::train::Arguments),
 }
 
-fn main() -> anyhow::Result<()> {
-    match Arguments::parse().command {
+fn main() -> ExitCode {
+    let done = match Arguments::parse().command {
         Command::Run(arguments) => cli::run::run(&arguments),
         Command::Simulate(arguments) => cli::simulate::run(&arguments),
-        #[cfg(feature = "train")]
         Command::Train(arguments) => cli::train::run(&arguments),
+    };
+    match done {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            // One line, cause after cause; a backtrace helps nobody at a terminal.
+            eprintln!("error: {error:#}");
+            ExitCode::FAILURE
+        }
     }
 }

@@ -7,7 +7,7 @@
 
 use meniscus::offline::liquids::{Liquid, Rheology};
 use meniscus::offline::motion::Motion;
-use meniscus::offline::recording::{Glass, Recording, STATE};
+use meniscus::offline::recording::{Glass, Recording, STATE, States};
 use meniscus::offline::sph::{Error, Setup, Simulator, record, relative_closure};
 use std::f64::consts::TAU;
 use std::path::PathBuf;
@@ -191,4 +191,56 @@ fn a_glass_torn_away_is_refused_with_the_escape() {
     let motion = Motion::parse(&file.0.to_string_lossy(), 0.3).expect("a valid file");
     let refused = record(&setup(0.01, 0.007), &motion, 18, "test", |_| ()).expect_err("the liquid flies out");
     assert!(matches!(refused, Error::Escaped { count: 1.., .. }), "{refused}");
+}
+
+/// Runs `meniscus simulate` with `arguments` and `--out file`.
+fn command(arguments: &[&str], file: &Scratch) -> std::process::Output {
+    let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_meniscus"));
+    command.arg("simulate").args(arguments).arg("--out").arg(&file.0);
+    command.output().expect("the command starts")
+}
+
+#[test]
+fn the_command_records_and_tells_how_to_record_again() {
+    let file = Scratch::new("command");
+    let arguments = ["--motion", "still", "--seconds", "0.1", "--spacing-mm", "8.75", "--json"];
+    let output = command(&arguments, &file);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let report: serde_json::Value = serde_json::from_slice(&output.stdout).expect("a JSON object");
+    assert_eq!((report["frames"].as_u64(), report["escapes"].as_u64()), (Some(6), Some(0)));
+    let recording = Recording::load(&file.0).expect("the recording is read");
+    assert_eq!(recording.frames(), 6);
+    let again = "meniscus simulate --liquid glycerine --motion still --seconds 0.1 --spacing-mm 8.75";
+    assert_eq!(recording.provenance.command, again);
+}
+
+#[test]
+fn the_command_refuses_wrong_input_and_leaves_no_file() {
+    for (wrong, reason) in [
+        (["--liquid", "treacle", "--motion", "still"], "no liquid is called 'treacle'"),
+        (["--motion", "stroke:1", "--seconds", "4"], "no motion is spelled 'stroke:1'"),
+        (["--motion", "still", "--seconds", "-1"], "--seconds"),
+        (["--motion", "still", "--spacing-mm", "20"], "particle spacing of 20.00 mm"),
+    ] {
+        let file = Scratch::new("refused");
+        let output = command(&wrong, &file);
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(!output.status.success() && said.contains(reason), "{wrong:?} said {said}");
+        assert!(!file.0.exists(), "{wrong:?} left a file");
+    }
+}
+
+#[test]
+fn the_shipped_recording_is_whole_and_states_its_error() {
+    let path = PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/recordings/glycerine-unseen.safetensors"));
+    let size = std::fs::metadata(&path).expect("the recording is there").len();
+    assert!(size < 3_670_016, "{size} bytes are more than 3.5 MiB");
+    let recording = Recording::load(&path).expect("the recording is read");
+    assert_eq!(recording.frames(), 600);
+    let motion = Motion::parse(&recording.provenance.motion, 10.0).expect("a known motion");
+    for (frame, x) in recording.glass_x_m.iter().enumerate() {
+        assert!((x - motion.position(frame as f64 / 60.0)).abs() < 1e-12, "frame {frame}");
+    }
+    let States::Factored(factored) = &recording.states else { panic!("the states are not factored") };
+    assert!(factored.truncation.iter().all(|e| (0.0..0.006).contains(e)), "{:?}", factored.truncation);
 }

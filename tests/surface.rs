@@ -36,13 +36,31 @@ fn profile_and_axis_are_within_their_bounds_at_nominal_noise() {
 }
 
 /// In a large first mode the liquid half-way to the axis stands higher than the contact line before
-/// it and shows above it by a pixel: the edge that is seen is not the contact line any more.
+/// it and shows above it by some pixels. It is told from the front by what it mirrors of the room.
 #[test]
-fn a_large_first_mode_is_biased_by_the_liquid_behind_its_contact_line() {
-    let (errors, _) = read_back(SceneSettings::default(), first_mode, 0.015, FRAMES);
-    errors.report("first mode 15 mm");
-    assert!(errors.bias_mm() > 0.15, "if this is gone, the bound above can be extended");
-    assert!(errors.bias_mm() < 0.8);
+fn the_contact_line_is_found_below_liquid_that_rises_behind_it() {
+    let nominal = SceneSettings::default();
+    let soft = SceneSettings { blur_px: 1.0, ..nominal };
+    let shiny = SceneSettings { mirror: 0.4, ..nominal };
+    let bright = Settings { liquid: Liquid::Bright, ..Settings::default() };
+    let table: [(&str, SceneSettings, Shape, f64); 7] = [
+        ("first mode 15 mm", nominal, first_mode, 0.015),
+        ("first mode -20 mm", nominal, first_mode, -0.020),
+        ("first mode and bowl 8 mm", nominal, curved, 0.008),
+        ("first mode 20 mm, softer lens", soft, first_mode, 0.020),
+        ("flat, softer lens", soft, flat, 0.0),
+        ("first mode 20 mm, shinier", shiny, first_mode, 0.020),
+        ("first mode 20 mm, bright", SceneSettings { camera: bright, ..nominal }, first_mode, 0.020),
+    ];
+    for (name, settings, shape, amplitude) in table {
+        let (errors, _) = read_back(settings, shape, amplitude, FRAMES);
+        errors.report(name);
+        assert!(errors.rms_mm() <= 0.4 && errors.bias_mm() <= 0.9, "{name}");
+    }
+    // The same without anything mirrored: the band cannot be told from the front.
+    let (errors, _) = read_back(SceneSettings { mirror: 0.0, ..nominal }, first_mode, 0.020, FRAMES);
+    errors.report("first mode 20 mm, nothing mirrored");
+    assert!(errors.bias_mm() > 1.0, "if this is gone, the depth image tells the band as well: say so");
 }
 
 #[test]
@@ -60,7 +78,7 @@ fn a_bright_liquid_a_pitched_camera_and_many_holes_change_little() {
         let (errors, tally) = read_back(settings, first_mode, 0.006, FRAMES);
         errors.report(name);
         println!("{tally:?}");
-        assert!(errors.rms_mm() <= 0.2 && errors.bias_mm() <= 0.15, "{name}");
+        assert!(errors.rms_mm() <= 0.2 && errors.bias_mm() <= 0.3, "{name}");
         assert!(errors.axis_rms_mm() <= 0.03, "{name}: axis");
         assert!(errors.seen() >= 0.95, "{name}: seen");
     }

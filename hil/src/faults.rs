@@ -131,3 +131,39 @@ fn in_parts(payload: &Payload) -> Vec<Payload> {
         })
         .collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::camera::{Camera, CameraSettings};
+
+    fn run(faults: &str, seed: u64, shots: u64) -> Vec<Payload> {
+        let settings = CameraSettings { width: 8, height: 4, ..CameraSettings::default() };
+        let mut source = FaultInjector::new(Camera::new(settings), faults.parse().unwrap(), seed);
+        let (depth, infrared) = ([1; 64], [2; 32]);
+        let shot = |shot| Shot { depth: &depth, infrared: &infrared, captured_us: shot * 16_667 };
+        (0..shots).flat_map(|index| source.expose(&shot(index))).collect()
+    }
+
+    #[test]
+    fn the_same_seed_gives_the_same_faults() {
+        let faults = "drop:0.2,tear:0.2,late:0.1,gap:0.1";
+        assert_eq!(run(faults, 1, 50), run(faults, 1, 50));
+        assert_ne!(run(faults, 1, 50), run(faults, 2, 50));
+    }
+
+    #[test]
+    fn a_late_payload_comes_with_a_later_shot_in_the_order_of_arrival() {
+        let payloads = run("late@1", 1, 6);
+        assert_eq!(payloads.len(), 12);
+        assert!(payloads.is_sorted_by_key(|payload| payload.arrival_us));
+        let counters: Vec<u8> = payloads.iter().step_by(2).map(|payload| payload.bytes[COUNTER_AT]).collect();
+        assert_eq!(counters, [1, 3, 4, 2, 5, 6]);
+    }
+
+    #[test]
+    fn a_share_strikes_about_as_often_as_it_says() {
+        let kept = run("drop:0.25", 3, 1000).len();
+        assert!((1400..1600).contains(&kept), "{kept} of 2000");
+    }
+}

@@ -101,7 +101,8 @@ fn configuration(out: &mut Vec<u8>, stamp: &Stamp, image: &Image<'_>) {
     u32s(out, &[0x8000_0002, 40, 1, 0x7ff]);
     out.extend([4, 0]);
     u32s(out, &[0]);
-    let rate = (1_000_000 / stamp.interval_us.max(1)) as u16;
+    let interval_us = stamp.interval_us.max(1);
+    let rate = ((1_000_000 + interval_us / 2) / interval_us) as u16;
     for field in [image.format, image.width, image.height, rate, 0, 0] {
         out.extend(field.to_le_bytes());
     }
@@ -112,4 +113,35 @@ fn configuration(out: &mut Vec<u8>, stamp: &Stamp, image: &Image<'_>) {
 
 fn u32s(out: &mut Vec<u8>, numbers: &[u32]) {
     numbers.iter().for_each(|number| out.extend(number.to_le_bytes()));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_bytes_lie_where_the_fact_sheet_puts_them() {
+        let stamp = Stamp {
+            fid: true,
+            pts_us: 0x0403_0201,
+            bus_frame: 0x0fff,
+            counter: 0x0807_0605,
+            exposure_us: 4_000,
+            interval_us: 16_667,
+        };
+        let image = Image { pixels: &[9, 8, 7, 6], width: 2, height: 1, format: 0 };
+        let bytes = pack(&stamp, &image);
+        let u32_at = |at: usize| u32::from_le_bytes(bytes[at..at + 4].try_into().unwrap());
+        let u16_at = |at: usize| u16::from_le_bytes(bytes[at..at + 2].try_into().unwrap());
+        // Length, FID | EOF | PTS | SCR | EOH, PTS, clock, bus frame.
+        assert_eq!(bytes[..12], [232, 0x8f, 1, 2, 3, 4, 1, 2, 3, 4, 0xff, 0x07]);
+        let blocks = [(12, 0x8000_0001, 40), (52, 3, 80), (132, 0x8000_0000, 60), (192, 0x8000_0002, 40)];
+        for (at, id, size) in blocks {
+            assert_eq!((u32_at(at), u32_at(at + 4)), (id, size), "block at {at}");
+        }
+        assert_eq!((u32_at(12 + 16), u32_at(12 + 20), u32_at(12 + 28)), (0x0807_0605, 2_000, 4_000));
+        assert_eq!((u32_at(132 + 20), u32_at(132 + 24)), (4_000, 150), "exposure and laser power");
+        assert_eq!([192 + 22, 192 + 24, 192 + 26, 192 + 28].map(u16_at), [0, 2, 1, 60], "format, size, rate");
+        assert_eq!(bytes[232..], [9, 8, 7, 6]);
+    }
 }

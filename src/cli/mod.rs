@@ -5,3 +5,6 @@ mod shipped;
 pub(crate) mod simulate;
 #[cfg(feature = "train")]
 pub(crate) mod train;
+#[cfg(not(feature = "train"))]
+#[path = "no_train.rs"]
+pub(crate) mod train;

@@ -65,7 +65,7 @@ pub struct Tally {
     pub not_the_wall: u32,
 }
 
-/// Memory between frames, and the room in which the stages work (about 8 kB; no allocation).
+/// Memory between frames, and the room in which the stages work (about 6 kB; no allocation).
 #[derive(Clone, Debug, Default)]
 pub struct State {
     axis_m: Option<f32>,

@@ -1,9 +1,9 @@
 //! From images to the liquid's edge: 21 heights above the bottom of the glass.
 //!
 //! ```text
-//! infrared --region--binarise--glass--trace--.
-//!                              '-> X          +--depth--deproject--resample--> SurfaceProfile
-//! depth -------------------------------------'
+//! infrared --region--binarise--glass--trace--contact--.
+//!                              '-> X                 +--depth--deproject--resample--> SurfaceProfile
+//! depth --------------------------------------------'
 //! ```
 //!
 //! The liquid must be opaque in the near infrared. The camera stands slightly below the rest surface,
@@ -13,6 +13,7 @@
 
 mod binarise;
 mod config;
+mod contact;
 mod deproject;
 mod depth;
 mod edge;

@@ -2,6 +2,7 @@
 
 use super::binarise::Threshold;
 use super::config::{Config, MAX_COLUMNS};
+use super::contact::{Crossing, Crossings, lower, onset};
 use super::edge::{REACH, SPAN, Tone, inside_pixels};
 use super::glass::Body;
 use super::region::Grey;
@@ -11,7 +12,7 @@ use heapless::Vec;
 /// Background pixels in a row that end the liquid; fewer are speckle.
 const ENDING: usize = 3;
 /// Columns on either side that vote on whether a column is an outlier.
-const NEIGHBOURS: usize = 3;
+pub(super) const NEIGHBOURS: usize = 3;
 /// A row farther from the neighbours' median than this is an outlier, pixels. The steepest surface
 /// that fits into the glass rises by 3 pixels a column, and a slope moves no median.
 const ROW_TOLERANCE_PX: f32 = 1.5;
@@ -36,13 +37,15 @@ pub(super) fn trace(
     least: f32,
     edge: &mut Edge,
 ) {
-    let mut raw: Edge = Vec::new();
+    let mut crossings = Crossings::new();
     for column in (body.left..=body.right).take(MAX_COLUMNS) {
-        if let Some(row) = column_edge(config, image, column, threshold, least) {
+        if let Some(crossing) = column_edge(config, image, column, threshold, least) {
             // One point a column, and no more columns than the list holds.
-            let _ = raw.push(EdgePoint { column, row });
+            let _ = crossings.push(crossing);
         }
     }
+    let mut raw = Edge::new();
+    lower(&crossings, &mut raw);
     edge.clear();
     for (index, point) in raw.iter().enumerate() {
         let start = index.saturating_sub(NEIGHBOURS);
@@ -61,7 +64,7 @@ fn column_edge(
     column: usize,
     threshold: &Threshold,
     least: f32,
-) -> Option<f32> {
+) -> Option<Crossing> {
     let (top, _) = config.rows;
     let mut ending = 0;
     let mut first_background = None;
@@ -77,10 +80,12 @@ fn column_edge(
         }
     }
     // From inside to outside: upwards from REACH rows below the first background.
-    let start = first_background? + REACH;
+    let first_background = first_background?;
+    let start = first_background + REACH;
     let mut profile = [0.0; SPAN];
     for (to, up) in profile.iter_mut().zip(0..) {
         *to = f32::from(image.at(column, start.checked_sub(up)?)?);
     }
-    Some(start as f32 + 0.5 - inside_pixels(&profile, Tone::Level, least)?)
+    let edge = start as f32 + 0.5 - inside_pixels(&profile, Tone::Level, least)?;
+    Some(Crossing { column, edge, onset: onset(image, column, first_background, config.foot_rows.1) })
 }

@@ -107,14 +107,17 @@ impl Dashboard {
         frame.render_widget(self.numbers(last), numbers);
         let thirds = Layout::horizontal([Constraint::Ratio(1, 3); 3]).areas::<3>(foot);
         let curves = [
-            (" turn, us (dots: the last 10 s) ", &self.turn_us, Color::Cyan),
+            (" turn, us ", &self.turn_us, Color::Cyan),
             (" slosh energy, uJ ", &self.slosh_uj, Color::Yellow),
             (" heat = entropy, uJ ", &self.heat_uj, Color::Red),
         ];
         for ((title, values, colour), area) in curves.into_iter().zip(thirds) {
             let title = format!("{title}{} ", values.back().copied().unwrap_or(0));
             let line = Sparkline::default().block(Block::bordered().title(title)).style(colour);
-            frame.render_widget(line.data(values.iter().copied()), area);
+            // As many of the newest values as fit between the borders.
+            let room = usize::from(area.width.saturating_sub(2));
+            let newest = values.iter().skip(values.len().saturating_sub(room)).copied();
+            frame.render_widget(line.data(newest), area);
         }
     }
 
@@ -176,7 +179,7 @@ impl Dashboard {
             None => "no frame".into(),
         };
         let lines = [
-            format!("time          {:.3} s", turn.time.0 as f64 * 1e-6),
+            format!("camera time   {:.3} s", turn.time.0 as f64 * 1e-6),
             format!("surface       {seen}"),
             format!("glass         {:+.2} m/s2", estimate.acceleration_m_s2),
             String::new(),

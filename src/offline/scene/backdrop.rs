@@ -22,16 +22,17 @@ pub(super) struct Tones {
     table: f64,
     /// Liquid at the front wall, seen head-on.
     pub(super) front: f64,
-    /// Liquid surface behind the contact line; it mirrors some of the room.
+    /// Liquid surface behind the contact line; it mirrors some of the wall of the room.
     pub(super) behind: f64,
 }
 
 /// Tones for a dark or a bright liquid.
-pub(super) fn tones(liquid: Liquid) -> Tones {
-    match liquid {
-        Liquid::Dark => Tones { wall: 165.0, table: 140.0, front: 38.0, behind: 62.0 },
-        Liquid::Bright => Tones { wall: 45.0, table: 60.0, front: 190.0, behind: 165.0 },
-    }
+pub(super) fn tones(settings: &SceneSettings) -> Tones {
+    let (wall, table, front) = match settings.camera.liquid {
+        Liquid::Dark => (165.0, 140.0, 38.0),
+        Liquid::Bright => (45.0, 60.0, 190.0),
+    };
+    Tones { wall, table, front, behind: front + settings.mirror * (wall - front) }
 }
 
 /// The cached background, of the size of the image.
@@ -52,7 +53,7 @@ pub(super) struct Backdrop {
 
 impl Backdrop {
     pub(super) fn new(settings: &SceneSettings, view: &View, noise: &Noise) -> Self {
-        let tones = tones(settings.camera.liquid);
+        let tones = tones(settings);
         let pixels = view.width * view.height;
         let mut backdrop = Self {
             grey: Vec::with_capacity(pixels),

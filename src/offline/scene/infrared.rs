@@ -67,7 +67,7 @@ impl Painter {
         backdrop: &Backdrop,
         outline: Option<&Outline>,
     ) {
-        let tones = tones(settings.camera.liquid);
+        let tones = tones(settings);
         let Window { left, right, top, .. } = self.window;
         for (row, pixels) in self.sharp.chunks_exact_mut(right - left).enumerate() {
             let v = top + row;

@@ -46,6 +46,8 @@ pub struct SceneSettings {
     pub grey_rms: f64,
     /// Height of the projector's dots over white, grey levels.
     pub dots: f64,
+    /// Share of the room's light that the free surface mirrors towards the camera.
+    pub mirror: f64,
     /// Whether there is a glass with liquid at all.
     pub glass_present: bool,
     /// Seed of everything random.
@@ -63,6 +65,7 @@ impl Default for SceneSettings {
             blur_px: 0.7,
             grey_rms: 2.0,
             dots: 6.0,
+            mirror: 0.2,
             glass_present: true,
             seed: 1,
         }

@@ -15,7 +15,7 @@
 
 use super::kernel::Kernel;
 use super::neighbours::{CHUNKS, Neighbours};
-use super::state::{Fluid, Particle, Wall};
+use super::state::{Fluid, Particle};
 use crate::offline::prelude::*;
 use rayon::prelude::*;
 
@@ -46,10 +46,10 @@ pub(crate) struct Forces {
 
 /// Separation and its square, relative velocity along it.
 #[inline]
-fn pair(a: &Particle, x: &[f64; 3], v: &[f64; 3]) -> ([f64; 3], f64, f64) {
-    let d = [a.x[0] - x[0], a.x[1] - x[1], a.x[2] - x[2]];
+fn pair(a: &Particle, b: &Particle) -> ([f64; 3], f64, f64) {
+    let d = [a.x[0] - b.x[0], a.x[1] - b.x[1], a.x[2] - b.x[2]];
     let r2 = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
-    let dot = (a.v[0] - v[0]) * d[0] + (a.v[1] - v[1]) * d[1] + (a.v[2] - v[2]) * d[2];
+    let dot = (a.v[0] - b.v[0]) * d[0] + (a.v[1] - b.v[1]) * d[1] + (a.v[2] - b.v[2]) * d[2];
     (d, r2, dot)
 }
 
@@ -75,7 +75,13 @@ impl Forces {
     }
 
     /// Fills `rate` from the present positions, velocities and pressures under the body force `g`.
-    pub(crate) fn density_rates(&mut self, lists: &Neighbours, liquid: &Fluid, wall: &Wall, g: [f64; 3]) {
+    pub(crate) fn density_rates(
+        &mut self,
+        lists: &Neighbours,
+        liquid: &Fluid,
+        wall: &[Particle],
+        g: [f64; 3],
+    ) {
         let kernel = self.kernel;
         let diffusion = -2.0 * DELTA * kernel.h / self.sound;
         let lift = [self.rest_density * g[0], self.rest_density * g[1], self.rest_density * g[2]];
@@ -85,23 +91,20 @@ impl Forces {
             let mut own = [0.0; 2];
             for &j in lists.liquid.row(i) {
                 let b = &particle[j as usize];
-                let (d, r2, dot) = pair(a, &b.x, &b.v);
-                if r2 < kernel.support2 {
-                    let f = kernel.slope(r2);
-                    let rest = lift[0] * d[0] + lift[1] * d[1] + lift[2] * d[2];
-                    let flux = diffusion * f * (b.p - a.p + rest);
-                    own[0] += b.volume * f * dot;
-                    own[1] += b.volume * flux;
-                    let other = &mut out[j as usize];
-                    other[0] += a.volume * f * dot;
-                    other[1] -= a.volume * flux;
-                }
+                let (d, r2, dot) = pair(a, b);
+                let f = kernel.slope(r2);
+                let rest = lift[0] * d[0] + lift[1] * d[1] + lift[2] * d[2];
+                let flux = diffusion * f * (b.p - a.p + rest);
+                own[0] += b.volume * f * dot;
+                own[1] += b.volume * flux;
+                let other = &mut out[j as usize];
+                other[0] += a.volume * f * dot;
+                other[1] -= a.volume * flux;
             }
             for &w in lists.wall.row(i) {
-                let (_, r2, dot) = pair(a, &wall.x[w as usize], &[0.0; 3]);
-                if r2 < kernel.support2 {
-                    own[0] += wall.volume[w as usize] * kernel.slope(r2) * dot;
-                }
+                let b = &wall[w as usize];
+                let (d, r2, _) = pair(a, b);
+                own[0] += b.volume * kernel.slope(r2) * (a.v[0] * d[0] + a.v[1] * d[1] + a.v[2] * d[2]);
             }
             out[i][0] += own[0];
             out[i][1] += own[1];
@@ -109,7 +112,7 @@ impl Forces {
     }
 
     /// Fills `force` (without the body force) from the present state.
-    pub(crate) fn forces(&mut self, lists: &Neighbours, liquid: &Fluid, wall: &Wall) {
+    pub(crate) fn forces(&mut self, lists: &Neighbours, liquid: &Fluid, wall: &[Particle]) {
         let kernel = self.kernel;
         let soft = 0.01 * kernel.h * kernel.h;
         let Fluid { particle, viscosity, .. } = liquid;
@@ -119,47 +122,43 @@ impl Forces {
             let mut own = [0.0; 5];
             for &j in lists.liquid.row(i) {
                 let b = &particle[j as usize];
-                let (d, r2, dot) = pair(a, &b.x, &b.v);
-                if r2 < kernel.support2 {
-                    let f = kernel.slope(r2);
-                    let both = a.volume * b.volume * f;
-                    let sliding = dot / (r2 + soft);
-                    let mu = 0.5 * K * (viscosity[i] + viscosity[j as usize]);
-                    let size = both * (mu * sliding - (a.p + b.p));
-                    let heat = -0.5 * both * mu * sliding * dot;
-                    let shear = -0.5 * K * f * sliding * dot;
-                    let push = [size * d[0], size * d[1], size * d[2]];
-                    own[0] += push[0];
-                    own[1] += push[1];
-                    own[2] += push[2];
-                    own[3] += heat;
-                    own[4] += b.volume * shear;
-                    let other = &mut out[j as usize];
-                    other[0] -= push[0];
-                    other[1] -= push[1];
-                    other[2] -= push[2];
-                    other[3] += heat;
-                    other[4] += a.volume * shear;
-                }
+                let (d, r2, dot) = pair(a, b);
+                let f = kernel.slope(r2);
+                let both = a.volume * b.volume * f;
+                let sliding = dot / (r2 + soft);
+                let mu = 0.5 * K * (viscosity[i] + viscosity[j as usize]);
+                let size = both * (mu * sliding - (a.p + b.p));
+                let heat = -0.5 * both * mu * sliding * dot;
+                let shear = -0.5 * K * f * sliding * dot;
+                let push = [size * d[0], size * d[1], size * d[2]];
+                own[0] += push[0];
+                own[1] += push[1];
+                own[2] += push[2];
+                own[3] += heat;
+                own[4] += b.volume * shear;
+                let other = &mut out[j as usize];
+                other[0] -= push[0];
+                other[1] -= push[1];
+                other[2] -= push[2];
+                other[3] += heat;
+                other[4] += a.volume * shear;
             }
             for &w in lists.wall.row(i) {
-                let [p, vx, vy, vz] = wall.value[w as usize];
-                let (d, r2, dot) = pair(a, &wall.x[w as usize], &[vx, vy, vz]);
-                if r2 < kernel.support2 {
-                    let f = kernel.slope(r2);
-                    let both = a.volume * wall.volume[w as usize] * f;
-                    let sliding = if no_slip { dot / (r2 + soft) } else { 0.0 };
-                    let rub = both * K * viscosity[i] * sliding;
-                    let size = rub - both * (a.p + p);
-                    own[0] += size * d[0];
-                    own[1] += size * d[1];
-                    own[2] += size * d[2];
-                    // The wall stands still: the power of its friction and of its pressure (which has
-                    // no partner in the continuity equation) stays in the liquid as heat.
-                    let speed = d[0] * a.v[0] + d[1] * a.v[1] + d[2] * a.v[2];
-                    own[3] -= (rub - both * p) * speed;
-                    own[4] -= 0.5 * K * wall.volume[w as usize] * f * sliding * dot;
-                }
+                let b = &wall[w as usize];
+                let (d, r2, dot) = pair(a, b);
+                let f = kernel.slope(r2);
+                let both = a.volume * b.volume * f;
+                let sliding = if no_slip { dot / (r2 + soft) } else { 0.0 };
+                let rub = both * K * viscosity[i] * sliding;
+                let size = rub - both * (a.p + b.p);
+                own[0] += size * d[0];
+                own[1] += size * d[1];
+                own[2] += size * d[2];
+                // The wall stands still: the power of its friction and of its pressure (which has
+                // no partner in the continuity equation) stays in the liquid as heat.
+                let speed = d[0] * a.v[0] + d[1] * a.v[1] + d[2] * a.v[2];
+                own[3] -= (rub - both * b.p) * speed;
+                own[4] -= 0.5 * K * b.volume * f * sliding * dot;
             }
             for (o, s) in out[i].iter_mut().zip(own) {
                 *o += s;

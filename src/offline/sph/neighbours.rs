@@ -125,15 +125,15 @@ pub(crate) struct Neighbours {
 }
 
 impl Neighbours {
-    /// Lists for `particles` and the fixed points `wall`, good for the radius `support` plus `skin`.
-    pub(crate) fn new(particles: &[Particle], wall: &[[f64; 3]], support: f64, skin: f64) -> Self {
+    /// Lists for `particles` and the fixed particles `wall`, good for the radius `support` plus `skin`.
+    pub(crate) fn new(particles: &[Particle], wall: &[Particle], support: f64, skin: f64) -> Self {
         let reach = support + skin;
         let fold = |pick: fn(f64, f64) -> f64| -> [f64; 3] {
-            std::array::from_fn(|d| wall.iter().map(|w| w[d]).fold(wall[0][d], pick))
+            std::array::from_fn(|d| wall.iter().map(|w| w.x[d]).fold(wall[0].x[d], pick))
         };
         let (low, high) = (fold(f64::min), fold(f64::max));
         let mut wall_grid = Grid::new(low, high, reach);
-        wall_grid.fill(wall.iter());
+        wall_grid.fill(wall.iter().map(|w| &w.x));
         let mut lists = Self {
             liquid: Rows::default(),
             wall: Rows::default(),
@@ -155,7 +155,7 @@ impl Neighbours {
     }
 
     /// Builds the lists anew.
-    pub(crate) fn rebuild(&mut self, particles: &[Particle], wall: &[[f64; 3]]) {
+    pub(crate) fn rebuild(&mut self, particles: &[Particle], wall: &[Particle]) {
         self.built_at.clear();
         self.built_at.extend(particles.iter().map(|p| p.x));
         self.grid.fill(self.built_at.iter());
@@ -170,7 +170,7 @@ impl Neighbours {
             });
             self.wall_grid.around(&p.x, |run| {
                 walls.extend(
-                    run.iter().copied().filter(|&w| distance2(&p.x, &wall[w as usize]) < self.reach2),
+                    run.iter().copied().filter(|&w| distance2(&p.x, &wall[w as usize].x) < self.reach2),
                 );
             });
             self.liquid.end_row();
@@ -180,14 +180,13 @@ impl Neighbours {
         self.cut(particles.len());
     }
 
+    /// Cuts the particles into chunks of nearly the same number of listed pairs.
     fn cut(&mut self, particles: usize) {
         let work = |i: usize| self.liquid.start[i] as usize + self.wall.start[i] as usize;
-        let total = work(particles);
-        let bound = |c: usize| -> usize {
-            (0..particles).collect::<Vec<_>>().partition_point(|&i| work(i) * CHUNKS < c * total)
-        };
-        self.chunks = std::array::from_fn(|c| bound(c)..bound(c + 1));
-        self.chunks[CHUNKS - 1].end = particles;
+        let bound =
+            |c: usize| (0..particles).find(|&i| work(i) * CHUNKS >= c * work(particles)).unwrap_or(particles);
+        self.chunks =
+            std::array::from_fn(|c| bound(c)..if c + 1 < CHUNKS { bound(c + 1) } else { particles });
     }
 
     /// Sums over all pairs: `each(i, buffer)` adds what particle `i` and its listed partners get to

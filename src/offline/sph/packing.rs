@@ -37,10 +37,9 @@ impl Packing {
         }
     }
 
-    /// The liquid at rest in `glass`, ring spacing as near to `spacing_m` as a whole number of rings allows.
-    pub(crate) fn liquid(glass: &Glass, spacing_m: f64, seed: u64) -> Self {
-        let rings = rings(glass, spacing_m);
-        let dx = glass.radius_m / rings as f64;
+    /// The liquid at rest in `glass`, with a spacing from [`fitting_spacing`].
+    pub(crate) fn liquid(glass: &Glass, dx: f64, seed: u64) -> Self {
+        let rings = rings(glass, dx);
         let layers = (glass.fill_m / dx).round().max(1.0) as usize;
         let dz = glass.fill_m / layers as f64;
         let mut packing = Self::default();
@@ -52,9 +51,8 @@ impl Packing {
     }
 
     /// Bottom and side wall, a few layers thick, up to two supports above the rim.
-    pub(crate) fn wall(glass: &Glass, spacing_m: f64) -> Self {
-        let rings = rings(glass, spacing_m);
-        let dx = glass.radius_m / rings as f64;
+    pub(crate) fn wall(glass: &Glass, dx: f64) -> Self {
+        let rings = rings(glass, dx);
         let mut packing = Self::default();
         for layer in 0..WALL_LAYERS {
             let z = -(layer as f64 + 0.5) * dx;
@@ -67,6 +65,11 @@ impl Packing {
         }
         packing
     }
+}
+
+/// The spacing nearest to `spacing_m` with a whole number of rings across the radius.
+pub(crate) fn fitting_spacing(glass: &Glass, spacing_m: f64) -> f64 {
+    glass.radius_m / rings(glass, spacing_m) as f64
 }
 
 /// Rings of liquid particles across the radius.

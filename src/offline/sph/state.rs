@@ -1,14 +1,17 @@
 //! What the simulator keeps of the liquid and of the wall.
+//!
+//! Wall particles are of the same type: they never move, and their pressure and velocity are those
+//! of the liquid nearby, continued into the wall (see `walls`).
 
 use crate::offline::prelude::*;
 
-/// What a neighbour must know of a liquid particle: one cache line.
+/// What a neighbour must know of a particle: one cache line.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(align(64))]
 pub(crate) struct Particle {
     /// Position in the frame of the glass, metres.
     pub(crate) x: [f64; 3],
-    /// Velocity in the frame of the glass, m/s.
+    /// Velocity in the frame of the glass, m/s; of a wall particle: the one that makes the liquid stick.
     pub(crate) v: [f64; 3],
     /// Volume m / rho, m3.
     pub(crate) volume: f64,
@@ -31,15 +34,4 @@ pub(crate) struct Fluid {
     pub(crate) acceleration: Vec<[f64; 3]>,
     /// Specific heat gained since the start, J/kg.
     pub(crate) heat: Vec<f64>,
-}
-
-/// The wall: fixed points that carry the pressure and the velocity of the liquid nearby.
-#[derive(Clone, Debug)]
-pub(crate) struct Wall {
-    /// Positions, metres.
-    pub(crate) x: Vec<[f64; 3]>,
-    /// Volumes, m3.
-    pub(crate) volume: Vec<f64>,
-    /// Extrapolated pressure, Pa, and the velocity that makes the liquid stick, m/s.
-    pub(crate) value: Vec<[f64; 4]>,
 }

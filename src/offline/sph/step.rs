@@ -11,7 +11,7 @@
 use super::Error;
 use super::Simulator;
 use super::state::Fluid;
-use super::walls::extrapolate;
+use super::walls::{extrapolate, hold};
 use crate::offline::prelude::*;
 use crate::units::GRAVITY_M_S2;
 
@@ -28,6 +28,7 @@ impl Simulator {
     pub fn step(&mut self, acceleration: impl Fn(f64) -> f64) -> Result<(), Error> {
         let dt = self.dt;
         self.kick();
+        hold(&self.glass, self.spacing_m, &mut self.fluid);
         self.drift();
         self.refresh_lists()?;
         let middle = body_force(acceleration(self.time + 0.5 * dt));
@@ -103,7 +104,7 @@ impl Simulator {
     fn refresh_lists(&mut self) -> Result<(), Error> {
         if self.lists.stale(&self.fluid.particle) {
             self.check_inside()?;
-            self.lists.rebuild(&self.fluid.particle, &self.wall.x);
+            self.lists.rebuild(&self.fluid.particle, &self.wall);
         }
         Ok(())
     }

@@ -153,9 +153,9 @@ fn inside(simulator: &Simulator, place: &[f64; 2]) -> f64 {
     let mut outside = 0.0;
     for k in 0..HEIGHTS {
         let z = middle + simulator.spacing_m * k as f64 / HEIGHTS as f64;
-        for (x, volume) in simulator.wall.x.iter().zip(&simulator.wall.volume) {
-            let (dx, dy, dz) = (x[0] - place[0], x[1] - place[1], x[2] - z);
-            outside += volume * kernel.value(dx * dx + dy * dy + dz * dz);
+        for w in &simulator.wall {
+            let (dx, dy, dz) = (w.x[0] - place[0], w.x[1] - place[1], w.x[2] - z);
+            outside += w.volume * kernel.value(dx * dx + dy * dy + dz * dz);
         }
     }
     1.0 - outside / HEIGHTS as f64

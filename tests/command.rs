@@ -1,0 +1,183 @@
+//! The `meniscus run` command as a person or a script meets it: real time, real files, real refusals.
+
+use serde_json::Value;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+use std::sync::Mutex;
+
+/// One run at a time: each is a real-time program.
+static ONE: Mutex<()> = Mutex::new(());
+
+/// Checks that depend on what else the machine is doing; benches and studies judge them.
+const OF_TIME: [&str; 3] = ["deadline_misses", "turn_us_median", "turn_us_p99"];
+
+/// Every check of the command, in its order.
+const NAMES: [&str; 17] = [
+    "surface_slosh_rel",
+    "baseline_flat_slosh_rel",
+    "baseline_persistence_slosh_rel",
+    "baseline_linear_slosh_rel",
+    "surface_error_mean",
+    "surface_error_max",
+    "field_error_q",
+    "field_error_v",
+    "field_error_e",
+    "field_error_sigma",
+    "field_error_tau",
+    "energy_drift_step",
+    "entropy_falls",
+    "deadline_misses",
+    "turn_us_median",
+    "turn_us_p99",
+    "allocations",
+];
+
+/// A folder of its own for each test.
+fn folder(name: &str) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("command").join(name);
+    let _old = fs::remove_dir_all(&folder);
+    fs::create_dir_all(&folder).expect("a folder");
+    folder
+}
+
+/// Runs the command from `folder`.
+fn meniscus(folder: &Path, arguments: &[&str]) -> Output {
+    let _turn = ONE.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+    Command::new(env!("CARGO_BIN_EXE_meniscus"))
+        .args(arguments)
+        .current_dir(folder)
+        .output()
+        .expect("it starts")
+}
+
+/// Its JSON object.
+fn json(output: &Output) -> Value {
+    let text = String::from_utf8_lossy(&output.stdout);
+    let errors = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{errors}");
+    serde_json::from_str(&text).unwrap_or_else(|error| panic!("{error}: {text}{errors}"))
+}
+
+/// It has to fail, and to say each of `words`.
+fn refused(output: &Output, words: &[&str]) {
+    let errors = String::from_utf8_lossy(&output.stderr);
+    assert!(!output.status.success(), "this must be refused");
+    for word in words {
+        assert!(errors.contains(word), "`{word}` is missing in: {errors}");
+    }
+    assert!(!errors.contains("panicked") && !errors.contains("backtrace"), "{errors}");
+}
+
+#[test]
+fn the_main_job_meets_its_targets_on_a_recording_never_seen() {
+    let folder = folder("main");
+    let output = meniscus(&folder, &["run", "--seconds", "10", "--json"]);
+    let report = json(&output);
+    let checks = report["checks"].as_array().expect("an array of checks");
+    let names: Vec<&str> = checks.iter().filter_map(|check| check["name"].as_str()).collect();
+    assert_eq!(names, NAMES);
+    for check in checks {
+        assert!(check["value"].is_number(), "{check} must be measured");
+        let name = check["name"].as_str().expect("a name");
+        assert!(OF_TIME.contains(&name) || check["ok"] == true, "{check}");
+    }
+    assert!(report["frames"].as_u64().is_some_and(|frames| frames >= 590), "{}", report["frames"]);
+    assert!(report["modes"]["tracking"].as_u64().is_some_and(|turns| turns > 500), "{}", report["modes"]);
+    let written = fs::read_to_string(folder.join("out/run.json")).expect("the report as a file");
+    assert_eq!(serde_json::from_str::<Value>(&written).expect("JSON"), report);
+    let picture = image_size(&folder.join("out/run.png"));
+    assert_eq!(picture, (1500, 1000));
+}
+
+/// Width and height from the header of a PNG file.
+fn image_size(path: &Path) -> (u32, u32) {
+    let bytes = fs::read(path).expect("the picture");
+    assert_eq!(&bytes[..8], b"\x89PNG\r\n\x1a\n");
+    let number = |at: usize| u32::from_be_bytes(bytes[at..at + 4].try_into().expect("four bytes"));
+    (number(16), number(20))
+}
+
+#[test]
+fn faults_on_the_wire_are_counted_and_survived() {
+    let folder = folder("faults");
+    let faults = "drop:0.05,tear:0.03,err:0.02,duplicate:0.03,length2:0.01,late:0.01";
+    let report = json(&meniscus(&folder, &["run", "--seconds", "5", "--json", "--faults", faults]));
+    let count = |pointer: &str| report.pointer(pointer).and_then(Value::as_u64).expect("a counter");
+    for lost in ["short_frame", "error_bit", "duplicate", "bad_header"] {
+        let both = count(&format!("/losses/depth/{lost}")) + count(&format!("/losses/infrared/{lost}"));
+        assert!(both > 0, "no {lost} was counted: {}", report["losses"]);
+    }
+    assert!(count("/modes/coasting") > 10, "{}", report["modes"]);
+    assert!(count("/modes/tracking") > 150, "{}", report["modes"]);
+    assert_eq!(count("/entropy_falls"), 0);
+    let turns = count("/frames");
+    assert!((295..=310).contains(&turns), "a turn a frame interval, whatever is lost: {turns}");
+    let slosh_rel = report.pointer("/surface_error/slosh_rel").and_then(Value::as_f64).expect("measured");
+    assert!(slosh_rel < 0.5, "the prediction must carry the gaps: {slosh_rel}");
+}
+
+#[test]
+fn a_bad_model_is_refused_with_its_reason() {
+    let folder = folder("models");
+    let run = |model: &str| meniscus(&folder, &["run", "--model", model, "--json"]);
+    refused(&run("nowhere.blob"), &["nowhere.blob", "cannot read"]);
+
+    let sound =
+        fs::read(Path::new(env!("CARGO_MANIFEST_DIR")).join("models/glycerine.blob")).expect("shipped");
+    fs::write(folder.join("cut.blob"), &sound[..sound.len() / 2]).expect("written");
+    refused(&run("cut.blob"), &["cut.blob", "cut short"]);
+
+    let mut flipped = sound.clone();
+    flipped[sound.len() / 2] ^= 4;
+    fs::write(folder.join("flipped.blob"), &flipped).expect("written");
+    refused(&run("flipped.blob"), &["flipped.blob", "CRC-32"]);
+
+    let mut newer = sound;
+    newer[8] = 7;
+    fs::write(folder.join("newer.blob"), &newer).expect("written");
+    refused(&run("newer.blob"), &["version 7", "version 1"]);
+
+    fs::write(folder.join("text.blob"), "not a blob, though long enough to be one").expect("written");
+    refused(&run("text.blob"), &["not a weight blob"]);
+}
+
+#[test]
+fn bad_words_are_refused_before_anything_runs() {
+    let folder = folder("words");
+    let run = |arguments: &[&str]| meniscus(&folder, &[&["run"], arguments].concat());
+    refused(&run(&["--faults", "gremlins:0.1"]), &["gremlins", "drop"]);
+    refused(&run(&["--faults", "drop:1.5"]), &["drop:1.5", "from 0 to 1"]);
+    refused(&run(&["--seconds", "-3"]), &["-3"]);
+    refused(&run(&["--seconds", "0.2"]), &["0.2", "out of range"]);
+    refused(&run(&["--source", "nowhere.safetensors"]), &["nowhere.safetensors"]);
+    fs::write(folder.join("noise.safetensors"), [7; 100]).expect("written");
+    refused(&run(&["--source", "noise.safetensors"]), &["noise.safetensors", "not a recording"]);
+    assert!(!folder.join("out").exists(), "nothing is written for a run that never began");
+}
+
+#[test]
+fn an_output_folder_that_cannot_be_written_is_told_before_the_run() {
+    let folder = folder("out");
+    fs::write(folder.join("taken"), "a file stands where the folder should be").expect("written");
+    let started = std::time::Instant::now();
+    let output = meniscus(&folder, &["run", "--seconds", "10", "--out", "taken/inside"]);
+    refused(&output, &["--out", "taken/inside"]);
+    assert!(started.elapsed().as_secs() < 5, "it must not run for ten seconds first");
+    assert_eq!(fs::read_to_string(folder.join("taken")).expect("kept").len(), 40);
+}
+
+#[test]
+fn help_teaches() {
+    let folder = folder("help");
+    let help =
+        |arguments: &[&str]| String::from_utf8_lossy(&meniscus(&folder, arguments).stdout).into_owned();
+    let all = help(&["--help"]);
+    for verb in ["run", "simulate", "train"] {
+        assert!(all.contains(verb), "{all}");
+    }
+    let run = help(&["run", "--help"]);
+    for word in ["Coasting", "--faults", "drop:0.05", "--json", "Examples"] {
+        assert!(run.contains(word), "`{word}` is missing in: {run}");
+    }
+}
