@@ -1,8 +1,8 @@
 //! `meniscus train`: from recordings to a weight blob.
 
 use anyhow::{Context, ensure};
-use meniscus::offline::recording::Recording;
 use meniscus::host::checks::table;
+use meniscus::offline::recording::Recording;
 use meniscus::offline::train::{Options, Schedule, train};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};

@@ -128,7 +128,6 @@ impl Autoencoder {
                 if error < least {
                     (best, least) = (net.clone(), error);
                 }
-                if step % 1000 == 999 { eprintln!("DBG ae {step} train {} val {}", scalar(loss.clone()).sqrt(), error.sqrt()); }
                 bar.show(step + 1, f64::from(scalar(loss)).sqrt(), f64::from(error).sqrt());
                 if session.stopped() {
                     break;

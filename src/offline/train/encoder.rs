@@ -125,7 +125,8 @@ impl Encoder {
                     all.map(|v| v as f32).collect::<Vec<f32>>()
                 };
                 let target: Vec<f32> = batch.iter().flat_map(due).collect();
-                let target = Tensor::<2>::from_data(TensorData::new(target, [batch.len(), READINGS]), &device);
+                let target =
+                    Tensor::<2>::from_data(TensorData::new(target, [batch.len(), READINGS]), &device);
                 let tensors = leaves(&net.weights, &device);
                 let miss = nets::encoder(windows(ends, &device), &tensors) - target;
                 let loss = miss.matmul(cost_t.clone()).square().sum() / batch.len() as f32;
@@ -138,7 +139,6 @@ impl Encoder {
                 if error < least {
                     (best, least) = (net.clone(), error);
                 }
-                if epoch % 25 == 24 { eprintln!("DBG enc {epoch} train {} val {}", f64::from(total / order.len() as f32).sqrt(), error.sqrt()); }
                 bar.show(epoch + 1, f64::from(total / order.len() as f32).sqrt(), error.sqrt());
                 if session.stopped() {
                     break;
@@ -153,7 +153,9 @@ impl Encoder {
     fn error(&self, seen: &[Seen], lessons: &[Lesson<'_>], cost: &Cost) -> f64 {
         let (mut sum, mut count) = (0.0, 0);
         for (seen, lesson) in seen.iter().zip(lessons) {
-            for ((said, truth), &port) in self.read(seen).iter().zip(lesson.latents).zip(&lesson.sequence.port) {
+            for ((said, truth), &port) in
+                self.read(seen).iter().zip(lesson.latents).zip(&lesson.sequence.port)
+            {
                 sum += cost.of(said, truth, port);
                 count += 1;
             }

@@ -45,3 +45,37 @@ pub(super) fn through(training: &[Sequence], ranges: &[Range<usize>]) -> Result<
     feed[sigma].iter_mut().zip(found.iter()).for_each(|(f, &c)| *f = c as f32);
     Ok(feed)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::offline::train::noise::normal;
+    use rand::SeedableRng;
+    use rand_chacha::ChaCha8Rng;
+
+    /// sigma = 2 q - 3 v + 7 u: F is found although q follows u too.
+    #[test]
+    fn feed_is_told_from_what_the_state_owes() {
+        let mut rng = ChaCha8Rng::seed_from_u64(1);
+        let port: Vec<f64> = (0..300).map(|_| normal(&mut rng)).collect();
+        let row = |&u: &f64| {
+            let (q, v, tau) = (0.8 * u + 0.2 * normal(&mut rng), normal(&mut rng), u);
+            let sigma = 2.0 * q - 3.0 * v + 7.0 * u;
+            [q, v, sigma, tau, 0.5 * q].map(|c| c as f32)
+        };
+        let coefficients = port.iter().flat_map(row).collect();
+        let sequence = Sequence {
+            coefficients,
+            norm2: Vec::new(),
+            profile_m: Vec::new(),
+            glass_x_m: Vec::new(),
+            energy_j: Vec::new(),
+            heat_j: Vec::new(),
+            work_j: Vec::new(),
+            port,
+        };
+        let feed = through(&[sequence], &[0..1, 1..2, 2..3, 3..4, 4..5]).expect("a determined fit");
+        assert!((feed[SIGMA] - 7.0).abs() < 0.05, "{}", feed[SIGMA]);
+        assert!([0, 1, 3, 4].iter().all(|&i| feed[i] == 0.0), "no other group has one: {feed:?}");
+    }
+}

@@ -100,7 +100,12 @@ mod tests {
     fn an_unstable_gain_is_pulled_back() {
         let (dynamics, _) = random(22);
         let gain = settle(&dynamics, Square::identity() * -3.0);
-        let track = Track { y: vec![Latent::repeat(0.1); 200], u: vec![0.0; 200], port: Vec::new(), truth: Vec::new() };
+        let track = Track {
+            y: vec![Latent::repeat(0.1); 200],
+            u: vec![0.0; 200],
+            port: Vec::new(),
+            truth: Vec::new(),
+        };
         let last = run(&dynamics, &gain, &track).pop().expect("two hundred frames").1;
         assert!(last.norm() < 10.0, "{}", last.norm());
     }

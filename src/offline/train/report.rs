@@ -1,12 +1,13 @@
 //! The figures of a trained model on the validation recordings, baselines beside them.
 
+use super::Model;
 use super::dataset::{SURFACE, TRUNK};
 use super::filter::{self, Track};
 use super::generic::Latent;
 use super::measure::{Errors, percent, persistence};
-use crate::host::checks::Check;
 use super::rollout::HORIZON;
-use super::{Model, Side};
+use super::side::Side;
+use crate::host::checks::Check;
 use crate::offline::prelude::*;
 
 /// Asked of the filtered estimate, per cent: q, v, sigma, tau, surface.
@@ -25,7 +26,8 @@ pub(super) fn checks(model: &Model, held: &Side, tracks: &[Track]) -> (Vec<Check
         }
         errors
     };
-    let (true_port, read_port) = (|k: usize| held.sequences[k].port.clone(), |k: usize| tracks[k].port.clone());
+    let (true_port, read_port) =
+        (|k: usize| held.sequences[k].port.clone(), |k: usize| tracks[k].port.clone());
     let rolled = |roll_out: &dyn Fn(Latent, &[f64]) -> Vec<Latent>| {
         let mut errors = Errors::default();
         for (sequence, path) in held.sequences.iter().zip(&held.paths) {
@@ -53,20 +55,21 @@ pub(super) fn checks(model: &Model, held: &Side, tracks: &[Track]) -> (Vec<Check
     checks.extend(
         rolled(&|x, u| model.dynamics.roll_out(x, u)).checks("GENERIC with motion, 2 s roll-out", OPEN),
     );
-    let filtered = over(&|k| {
-        let states = filter::run(&model.dynamics, &model.gain, &tracks[k]);
-        states.into_iter().map(|(_, x)| x).collect()
-    }, &read_port);
+    let filtered = over(
+        &|k| {
+            let states = filter::run(&model.dynamics, &model.gain, &tracks[k]);
+            states.into_iter().map(|(_, x)| x).collect()
+        },
+        &read_port,
+    );
     checks.extend(filtered.checks("filter, camera noise", TARGETS));
     for (group, basis) in TRUNK.iter().zip(&frame.bases) {
         let name = format!("POD: {group} left out of {} modes", basis.rank());
         checks.push(percent(name, basis.left_out, None));
     }
-    checks.push(percent(
-        String::from("heat of a roll-out from rest against the books"),
-        heat(model, held),
-        None,
-    ));
+    let [work, heat] = work_and_heat(model, held);
+    checks.push(percent(String::from("work of a roll-out from rest against the books"), work, None));
+    checks.push(percent(String::from("heat of a roll-out from rest against the books"), heat, None));
     checks.push(percent(
         String::from("energy of the latent state against the books"),
         books(model, held),
@@ -84,13 +87,16 @@ fn books(model: &Model, held: &Side) -> f64 {
     (miss / size.max(f64::MIN_POSITIVE)).sqrt()
 }
 
-/// Relative error of the heat that whole recordings make, rolled out from rest with known motion.
-fn heat(model: &Model, held: &Side) -> f64 {
-    let (mut said, mut due) = (0.0, 0.0);
+/// Relative errors of the work and the heat of whole recordings, rolled out from rest with known motion.
+fn work_and_heat(model: &Model, held: &Side) -> [f64; 2] {
+    let (mut said, mut due) = ([0.0; 2], [0.0; 2]);
     for (sequence, path) in held.sequences.iter().zip(&held.paths) {
-        let turns = model.dynamics.turns(Latent::zeros(), &path.u);
-        said += model.frame.energy_scale_j * turns.iter().map(|turn| turn.heat).sum::<f64>();
-        due += sequence.heat_j.last().copied().unwrap_or(0.0);
+        for turn in model.dynamics.turns(Latent::zeros(), &path.u) {
+            said[0] += model.frame.energy_scale_j * turn.work;
+            said[1] += model.frame.energy_scale_j * turn.heat;
+        }
+        due[0] += sequence.work_j.last().copied().unwrap_or(0.0);
+        due[1] += sequence.heat_j.last().copied().unwrap_or(0.0);
     }
-    (said - due).abs() / due.max(f64::MIN_POSITIVE)
+    [0, 1].map(|k| (said[k] - due[k]).abs() / due[k].abs().max(f64::MIN_POSITIVE))
 }
