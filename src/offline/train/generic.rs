@@ -244,17 +244,21 @@ pub(super) mod tests {
         assert!((turn.heat - friction).abs() < 1e-9 * friction, "{} against {friction}", turn.heat);
     }
 
+    /// The energy goes over for any H; the step for a quadratic one, as the discrete gradient of a curved
+    /// H depends on the coordinates by a term of third order.
     #[test]
     fn a_change_of_coordinates_changes_no_motion() {
-        let (dynamics, mut rng) = random(5);
+        let (mut dynamics, mut rng) = random(5);
         let t = Square::identity() + Square::from_fn(|_, _| 0.2 * normal(&mut rng));
-        let changed = dynamics.changed(&t).expect("a regular map");
         let x = Latent::from_fn(|_, _| normal(&mut rng));
+        let energy = dynamics.changed(&t).expect("a regular map").energy(&(t * x));
+        assert!((energy - dynamics.energy(&x)).abs() < 1e-9 * energy);
+        dynamics.outer.fill(0.0);
+        let changed = dynamics.changed(&t).expect("a regular map");
         let ports = [0.5, -1.0, 0.3];
         let (plain, other) = (dynamics.roll_out(x, &ports), changed.roll_out(t * x, &ports));
         for (x, y) in plain.iter().zip(&other) {
-            assert!((t * x - y).norm() < 1e-9 * y.norm());
-            assert!((dynamics.energy(x) - changed.energy(y)).abs() < 1e-9 * dynamics.energy(x));
+            assert!((t * x - y).norm() < 1e-8 * y.norm(), "{}", (t * x - y).norm() / y.norm());
         }
         assert!((changed.friction - changed.friction.lower_triangle()).norm() < 1e-12);
     }

@@ -136,6 +136,7 @@ pub(super) fn start(
 
 #[cfg(test)]
 mod tests {
+    use super::*;
     use crate::offline::train::generic::tests::random;
     use crate::offline::train::noise::normal;
 
@@ -158,18 +159,19 @@ mod tests {
         let (truth, mut rng) = random(8);
         let mut quadratic = truth;
         quadratic.outer.fill(0.0);
+        // Many short paths from anywhere, so that no direction is left unexplored.
         let path = |rng: &mut ChaCha8Rng| {
-            let u: Vec<f64> = (0..300).map(|_| normal(rng)).collect();
-            let x = quadratic.roll_out(Latent::zeros(), &u);
+            let u: Vec<f64> = (0..60).map(|_| normal(rng)).collect();
+            let x = quadratic.roll_out(Latent::from_fn(|_, _| 3.0 * normal(rng)), &u);
             let energy = x.iter().map(|x| quadratic.energy(x)).collect();
             let heat = vec![0.0; x.len()];
             Path { x, u, energy, heat }
         };
-        let paths = [path(&mut rng), path(&mut rng)];
+        let paths: Vec<Path> = (0..40).map(|_| path(&mut rng)).collect();
         let linear = Linear::fit(&paths, &Square::identity()).expect("a determined fit");
         let mut warm = start(&linear, &paths, &Square::identity(), &mut rng).expect("a stable fit");
         warm.outer.fill(0.0);
-        let (ours, theirs) = (warm.roll_out(Latent::zeros(), &paths[0].u), &paths[0].x);
+        let (ours, theirs) = (warm.roll_out(paths[0].x[0], &paths[0].u[1..]), &paths[0].x[1..]);
         let miss: f64 = ours.iter().zip(theirs).map(|(a, b)| (a - b).norm_squared()).sum();
         let size: f64 = theirs.iter().map(nalgebra::Matrix::norm_squared).sum();
         assert!((miss / size).sqrt() < 0.1, "{}", (miss / size).sqrt());
