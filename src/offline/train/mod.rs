@@ -21,6 +21,7 @@ pub mod nets;
 mod noise;
 mod parts;
 mod pod;
+mod precondition;
 mod progress;
 mod report;
 mod rollout;
@@ -158,7 +159,7 @@ pub fn train(
         (encoder.join().expect("the encoder's thread ends"), best)
     });
     let dynamics = unrolled::rounded(&dynamics);
-    let preconditioner = dynamics.typical_preconditioner(seen.latents.iter().flatten());
+    let preconditioner = precondition::best(&dynamics, &seen.paths);
     // The encoder is too good on what it was trained on, so the validation recordings are seen as often.
     let mut tracks = seen.tracks(&frame, &encoder, &mut rng);
     let passes = tracks.len().div_ceil(held.sequences.len());

@@ -5,6 +5,7 @@
 
 use super::generic::{Dynamics, LATENTS, Latent, Square};
 use super::linear::Path;
+use super::precondition::typical;
 use super::progress::{Session, annealed};
 use super::unrolled::{Operators, dynamics_of, weights_of};
 use super::weights::{Adam, Matrix, leaves, scalar};
@@ -119,7 +120,7 @@ fn descend(
         let state = |k| column(&|p, n| p.x[n].iter().map(|&v| v as f32).collect(), k);
         let tensors = leaves(&weights, &device);
         if step % REFRESH == 0 {
-            preconditioner = dynamics_of(&weights).typical_preconditioner(training.iter().flat_map(|p| &p.x));
+            preconditioner = typical(&dynamics_of(&weights), training.iter().flat_map(|p| &p.x));
         }
         let operators = Operators::new(&tensors, &preconditioner, &device);
         let energy = column(&|p, n| vec![p.energy[n] as f32], 0);
