@@ -52,9 +52,20 @@ pub(super) fn tune(dynamics: &Dynamics, tracks: &[Track]) -> Result<Square, Trai
         }
         let ridge = Square::identity() * (1e-3 * spread.trace() / spread.nrows() as f64);
         let inverse = (spread + ridge).try_inverse().ok_or(TrainError::Singular("the filter's gain"))?;
-        gain = settle(dynamics, cross * inverse);
+        let active = active(tracks);
+        gain = settle(dynamics, active * (cross * inverse) * active);
     }
     Ok(gain)
+}
+
+/// One on the diagonal for every latent that ever moves, zero for a silent one: what the encoder says of
+/// it is noise, and the dynamics have never been there.
+fn active(tracks: &[Track]) -> Square {
+    let mut size = Latent::zeros();
+    let truths = tracks.iter().flat_map(|track| &track.truth);
+    truths.for_each(|x| size += x.component_mul(x));
+    let most = size.max();
+    Square::from_diagonal(&size.map(|s| if s > 1e-6 * most { 1.0 } else { 0.0 }))
 }
 
 /// Moves the gain towards 1, where the loop forgets at once, until the loop (1 - G) A about rest is stable.
