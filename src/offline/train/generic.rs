@@ -80,6 +80,20 @@ impl Dynamics {
         self.linear.tr_mul(&self.linear) + Square::from_iterator(soft.iter().copied())
     }
 
+    /// grad^2 H at `x`, by central differences of the gradient.
+    #[must_use]
+    pub(super) fn stiffness_at(&self, x: &Latent) -> Square {
+        const STEP: f64 = 1e-5;
+        let mut columns = Square::zeros();
+        for i in 0..LATENTS {
+            let mut aside = Latent::zeros();
+            aside[i] = STEP;
+            let slope = self.gradient(&(x + aside)) - self.gradient(&(x - aside));
+            columns.set_column(i, &(slope / (2.0 * STEP)));
+        }
+        columns
+    }
+
     /// The same motion in the coordinates y = T x: L and D go as T L T^T, gradients as T^-T.
     ///
     /// `None` when T is singular.
@@ -140,15 +154,20 @@ impl Dynamics {
     /// One turn of dt by Strang splitting: half the port, the closed step, half the port.
     #[must_use]
     pub(super) fn turn(&self, x: &Latent, u: f64, preconditioner: &Square) -> Turn {
-        const ITERATIONS: usize = 30;
+        const ITERATIONS: usize = 15;
         let kick = self.port * (0.5 * FRAME_INTERVAL_S * u);
         let flow = self.flow() * FRAME_INTERVAL_S;
         let before = x + kick;
-        let mut after = before;
-        for _ in 0..ITERATIONS {
-            let change = self.correct(&before, &mut after, &flow, preconditioner);
+        let (mut after, mut own) = (before, *preconditioner);
+        for iteration in 1..=4 * ITERATIONS {
+            let change = self.correct(&before, &mut after, &flow, &own);
             if change.norm_squared() <= 1e-22 * (1.0 + after.norm_squared()) {
                 break;
+            }
+            if iteration % ITERATIONS == 0 {
+                // Far from where the constant one was made: one for here.
+                own = self.precondition(&self.stiffness_at(&before));
+                after = before;
             }
         }
         let end = after + kick;

@@ -164,7 +164,7 @@ pub fn train(
     let mut tracks = seen.tracks(&frame, &encoder, &mut rng);
     let passes = tracks.len().div_ceil(held.sequences.len());
     tracks.extend((0..passes).flat_map(|_| held.tracks(&frame, &encoder, &mut rng)));
-    let gain = filter::tune(&dynamics, &tracks)?;
+    let gain = filter::tune(&dynamics, &tracks, &metric)?;
 
     let model = Model { frame, autoencoder, encoder, dynamics, linear, preconditioner, gain };
     // Fresh noise: the gain has seen the other.
