@@ -73,7 +73,7 @@ fn active(tracks: &[Track]) -> Square {
     let truths = tracks.iter().flat_map(|track| &track.truth);
     truths.for_each(|x| size += x.component_mul(x));
     let most = size.max();
-    Square::from_diagonal(&size.map(|s| if s > 1e-6 * most { 1.0 } else { 0.0 }))
+    Square::from_diagonal(&size.map(|s| if s > 1e-12 * most { 1.0 } else { 0.0 }))
 }
 
 /// Moves the gain towards 1, where the loop forgets at once, until the loop (1 - G) A about rest is stable.

@@ -62,27 +62,8 @@ pub(super) fn validate(
 }
 
 /// Trains `start` on `training` for `steps` steps and keeps what rolls out best on `validation`.
-///
-/// The work is done in the coordinates y = K x, in which H starts as |y|^2 / 2: latents of little energy
-/// have entries of L and D that are larger by orders of magnitude otherwise.
 #[must_use]
 pub(super) fn train(
-    start: &Dynamics,
-    (training, validation): (&[Path], &[Path]),
-    metric: &Square,
-    plan: (usize, u64),
-    session: &Session<'_>,
-) -> (Dynamics, f64) {
-    let k = start.linear;
-    let (Some(inner), Some(back)) = (start.changed(&k), k.try_inverse()) else {
-        return (start.clone(), f64::INFINITY);
-    };
-    let map = |paths: &[Path]| paths.iter().map(|p| p.changed(&k)).collect::<Vec<_>>();
-    let (best, error) = descend(&inner, (&map(training), &map(validation)), &(metric * back), plan, session);
-    (best.changed(&back).unwrap_or_else(|| start.clone()), error)
-}
-
-fn descend(
     start: &Dynamics,
     (training, validation): (&[Path], &[Path]),
     metric: &Square,
