@@ -28,7 +28,7 @@ pub(crate) struct Arguments {
     /// Where the blob goes; it is written whole or not at all
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
-    /// A short schedule, under three minutes on two cores, to see whether the recordings will do
+    /// A short schedule, a minute on two cores instead of six, to see whether the recordings will do
     #[arg(long)]
     quick: bool,
     /// Seed of everything that is drawn; the same seed and recordings give the same blob

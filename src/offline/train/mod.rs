@@ -65,10 +65,10 @@ pub struct Schedule {
 }
 
 impl Schedule {
-    /// A quarter of an hour on two cores.
+    /// Some six minutes on two cores.
     pub const FULL: Self = Self { autoencoder: 4000, encoder: 300, rollout: 3000, seeds: 2 };
 
-    /// Under three minutes on two cores.
+    /// Under a minute on two cores.
     pub const QUICK: Self = Self { autoencoder: 2000, encoder: 60, rollout: 400, seeds: 1 };
 }
 
