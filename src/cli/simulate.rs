@@ -55,7 +55,8 @@ enum Verb {
 // No documentation here: clap would take it for that of the verb.
 #[derive(clap::Args)]
 struct Wanted {
-    /// The liquid: a known name (glycerine, water, blood) or the path of a liquid file.
+    /// The liquid: glycerine, water, blood, butter, honey, beer, gazpacho, chocolate, mayonnaise,
+    /// ketchup, or the path of a liquid file.
     #[arg(long, default_value = "glycerine")]
     liquid: String,
     /// The motion, KIND:SEED or a CSV file; give it several times for several recordings.
