@@ -70,6 +70,12 @@ impl Window {
         let _room = self.rows.push_back(row);
     }
 
+    /// Whether it holds [`WINDOW`] rows, seen or not.
+    #[must_use]
+    pub fn is_full(&self) -> bool {
+        self.rows.is_full()
+    }
+
     /// Rows in which the surface was seen.
     #[must_use]
     pub fn seen(&self) -> usize {
@@ -96,6 +102,7 @@ mod tests {
     fn rows_come_oldest_first_and_fall_out() {
         let mut window = Window::new();
         for k in 0..20 {
+            assert_eq!(window.is_full(), k >= WINDOW);
             window.push([k as f32; FEATURES]);
         }
         let firsts: heapless::Vec<f32, WINDOW> = window.rows().map(|row| row[0]).collect();

@@ -1,50 +1,19 @@
 //! The turn allocates nothing: counted over 10,000 of them, payloads to field, faults included.
 #![allow(clippy::disallowed_methods, reason = "only storey 1 must compute the same bits on every platform")]
 
+#[path = "support/glass.rs"]
+mod glass;
 mod support;
 
 use meniscus::host::allocations::{CountingAllocator, allocations_of_this_thread};
 use meniscus::model::Model;
-use meniscus::runtime::{Clock, Estimator, Eye, Mode, Tracker};
+use meniscus::runtime::{Estimator, Eye, Mode, Tracker};
 use meniscus::surface::{Config, Settings};
 use meniscus::uvc::Stream;
 use meniscus_hil::{Camera, CameraSettings, FaultInjector, FaultList, Shot, Source};
 
 #[global_allocator]
 static ALLOCATOR: CountingAllocator = CountingAllocator;
-
-/// A clock that ticks at every reading.
-struct Ticks(u64);
-
-impl Clock for Ticks {
-    fn now_us(&mut self) -> u64 {
-        self.0 += 1;
-        self.0
-    }
-}
-
-/// A dark cylinder in front of a bright wall, its surface flat at 70 mm: enough for the eye to see.
-fn images() -> (Vec<u8>, Vec<u8>) {
-    let (mut depth, mut infrared) = (vec![0; 640 * 480 * 2], vec![180; 640 * 480]);
-    let (fx, ppx, ppy) = (384.21_f32, 319.48_f32, 236.35_f32);
-    for row in 0..480 {
-        for column in 0..640 {
-            let (a, b) = ((column as f32 - ppx) / fx, (row as f32 - ppy) / fx);
-            let discriminant = 0.4 * 0.4 - (1.0 + a * a) * (0.4 * 0.4 - 0.035 * 0.035);
-            if discriminant <= 0.0 {
-                continue;
-            }
-            let z = (0.4 - discriminant.sqrt()) / (1.0 + a * a);
-            let height = 0.03 - b * z;
-            if (0.0..0.07).contains(&height) {
-                let index = row * 640 + column;
-                infrared[index] = 40;
-                depth[2 * index..2 * index + 2].copy_from_slice(&((z / 1e-4) as u16).to_le_bytes());
-            }
-        }
-    }
-    (depth, infrared)
-}
 
 #[test]
 fn ten_thousand_turns_allocate_nothing() {
@@ -58,8 +27,8 @@ fn ten_thousand_turns_allocate_nothing() {
     let faults: FaultList =
         "drop:0.02,tear:0.02,split:0.02,length2:0.01,duplicate:0.02".parse().expect("known");
     let mut camera = FaultInjector::new(Camera::new(CameraSettings::default()), faults, 5);
-    let (depth, infrared) = images();
-    let (mut clock, mut turns, mut tracked, mut allocations) = (Ticks(0), 0, 0, 0);
+    let (depth, infrared) = glass::images();
+    let (mut clock, mut turns, mut tracked, mut allocations) = (glass::Ticks::every_us(1), 0, 0, 0);
     for frame in 0_u64.. {
         let captured_us = 1_000_000 + frame * 16_667;
         let payloads = camera.expose(&Shot { depth: &depth, infrared: &infrared, captured_us });

@@ -1,8 +1,9 @@
 //! `meniscus train`: from recordings to a weight blob.
 
 use anyhow::{Context, ensure};
+use meniscus::host::checks::table;
 use meniscus::offline::recording::Recording;
-use meniscus::offline::train::{Check, Options, Schedule, train};
+use meniscus::offline::train::{Options, Schedule, train};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
@@ -67,18 +68,9 @@ pub(crate) fn run(args: &Arguments) -> anyhow::Result<()> {
         println!("{report:#}");
         return Ok(());
     }
-    trained.checks.iter().for_each(print);
+    print!("{}", table(&trained.checks));
     println!("{}: {} bytes after {seconds:.0} s", args.out.display(), trained.blob.len());
     Ok(())
-}
-
-fn print(check: &Check) {
-    let verdict = match (check.target, check.ok) {
-        (None, _) => String::new(),
-        (Some(most), true) => format!("ok, at most {most}"),
-        (Some(most), false) => format!("MISSED, at most {most}"),
-    };
-    println!("{:58} {:8.2} {:3} {verdict}", check.name, check.value, check.unit);
 }
 
 /// The command as it belongs into the provenance: names without folders, which mean nothing elsewhere.

@@ -19,8 +19,8 @@ const PORT_LIMIT: f64 = 20.0;
 /// Points of a profile that must be seen for it to be a measurement: two thirds of 21.
 const POINTS_NEEDED: usize = 14;
 
-/// Frames of the window that must have been seen before the encoder is trusted: 12 of 16.
-const ROWS_NEEDED: usize = 12;
+/// Frames of a full window that must have been seen for the encoder to be trusted: half of 16.
+const ROWS_NEEDED: usize = 8;
 
 /// The model at work.
 #[derive(Clone, Copy, Debug)]
@@ -177,7 +177,7 @@ impl<'m> Estimator<'m> {
     /// The encoder's latent and port value, if there is a usable profile at the end of a window that holds enough.
     fn measure(&self, memory: &mut Memory, usable: Option<&SurfaceProfile>) -> Option<(Latent, f64)> {
         usable?;
-        if memory.window.seen() < ROWS_NEEDED {
+        if !memory.window.is_full() || memory.window.seen() < ROWS_NEEDED {
             return None;
         }
         let readings = self.model.encoder.encode(memory.window.rows());

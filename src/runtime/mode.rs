@@ -8,7 +8,7 @@ pub const COAST_LIMIT: u32 = 60;
 /// Mode of a turn. An estimate is fresh only while tracking.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Mode {
-    /// The window does not hold enough yet: the estimate is a liquid at rest, moved by the port.
+    /// The window is not full yet: the estimate is a liquid at rest, moved by the port.
     #[default]
     Filling,
     /// This turn used a measurement.

@@ -36,7 +36,7 @@ pub(crate) fn watch(blob: &[u8], recording: &Recording) -> Watched {
     room[skip..skip + blob.len()].copy_from_slice(blob);
     let model = Model::load(&room[skip..skip + blob.len()]).expect("a blob that the camera side accepts");
 
-    let rest = model.decoder.surface(&model.decoder.coefficients(&[0.0; LATENTS]));
+    let rest = model.decoder.surface(&model.decoder.coefficients(&[0.0; LATENTS], 0.0));
     let off = rest.iter().zip(recording.profile(0)).map(|(a, b)| f64::from(a - b).abs()).fold(0.0, f64::max);
     let estimator = Estimator::new(&model);
     let mut memory = Memory::default();

@@ -54,7 +54,7 @@ pub(super) fn picture(
             ("estimated".into(), slice(&lattice, recording, &estimate)),
             ("true".into(), slice(&lattice, recording, &truth)),
         ],
-        value: "speed, m/s,".into(),
+        value: "speed, m/s".into(),
         errors,
         glass_mm: (1e3 * recording.glass.radius_m, 1e3 * recording.glass.rim_m),
     };

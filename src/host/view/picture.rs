@@ -52,7 +52,7 @@ pub struct Picture<'a> {
     pub camera: CameraImage<'a>,
     /// The estimated field, and the true one where it is known.
     pub slices: Vec<(String, Slice)>,
-    /// What the colour means.
+    /// What the colour means, with its unit.
     pub value: String,
     /// Errors over time, per cent.
     pub errors: Vec<Curve>,
@@ -107,7 +107,7 @@ impl Picture<'_> {
     }
 
     fn draw_camera(&self, panel: &Panel<'_>) -> Result<(), PictureError> {
-        let panel = panel.titled("left infrared: measured, estimated", (FONT, 20))?;
+        let panel = panel.titled("left infrared, measured (orange), estimated (green)", (FONT, 20))?;
         let (left, top, width, height) = self.camera.crop;
         let (across, down) = panel.dim_in_pixel();
         let zoom = (f64::from(across) / width as f64).min(f64::from(down) / height as f64);
@@ -125,11 +125,11 @@ impl Picture<'_> {
             }
         }
         let pixel = |&(u, v): &(f32, f32)| place(f64::from(u), f64::from(v));
-        let line: Vec<_> = self.camera.estimated.iter().map(pixel).collect();
-        panel.draw(&PathElement::new(line, GREEN.stroke_width(3)))?;
         for point in &self.camera.measured {
-            panel.draw(&Circle::new(pixel(point), 4, ORANGE.filled()))?;
+            panel.draw(&Circle::new(pixel(point), 5, ORANGE.filled()))?;
         }
+        let line: Vec<_> = self.camera.estimated.iter().map(pixel).collect();
+        panel.draw(&PathElement::new(line, GREEN.stroke_width(2)))?;
         Ok(())
     }
 
@@ -142,7 +142,7 @@ impl Picture<'_> {
     fn draw_slice(&self, panel: &Panel<'_>, name: &str, slice: &Slice, top: f64) -> Result<(), PictureError> {
         let (half, height) = self.glass_mm;
         let mut chart = ChartBuilder::on(panel)
-            .caption(format!("{name}: {} up to {top:.3}", self.value), (FONT, 20))
+            .caption(format!("{name} {}: violet 0 to yellow {top:.3}", self.value), (FONT, 20))
             .margin(10)
             .x_label_area_size(34)
             .y_label_area_size(40)
@@ -179,6 +179,7 @@ impl Picture<'_> {
         }
         chart
             .configure_series_labels()
+            .position(SeriesLabelPosition::UpperLeft)
             .label_font((FONT, 16))
             .background_style(WHITE.mix(0.8))
             .border_style(GREY)

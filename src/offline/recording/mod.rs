@@ -11,13 +11,13 @@ pub use compress::Factored;
 pub use lattice::{COLUMNS, LAYERS, Lattice, TRACERS, WALL_POINTS, wall_azimuth};
 pub use store::StoreError;
 
+/// Numbers of one tracer in each field group: position, velocity, specific internal energy, normal
+/// stresses (xx, yy, zz), shear stresses (xy, yz, zx); the camera side decodes the same.
+pub use crate::decoder::GROUP_COMPONENTS;
+
 use crate::offline::prelude::*;
 use crate::surface::POINTS;
 use serde::{Deserialize, Serialize};
-
-/// Numbers of one tracer in each field group, in file order: position, velocity, specific internal
-/// energy, normal stresses (xx, yy, zz), shear stresses (xy, yz, zx).
-pub const GROUP_COMPONENTS: [usize; 5] = [3, 3, 1, 3, 3];
 
 /// Names of the field groups, in file order.
 pub const GROUP_NAMES: [&str; 5] = ["q", "v", "e", "sigma", "tau"];

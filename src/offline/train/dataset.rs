@@ -3,33 +3,21 @@
 //! on both sides would leak.
 
 use super::TrainError;
-use super::pod::{Basis, Truncation};
+use super::pod::Basis;
+use super::snapshots::{IN_STATE, decompose, fluctuation, heat_pattern, mean_rest, pick, rest_of};
 use crate::offline::prelude::*;
-use crate::offline::recording::{GROUP_COMPONENTS, Recording, STATE, TRACERS, group_range};
+use crate::offline::recording::{Recording, STATE, group_range};
 use crate::surface::POINTS;
 use crate::units::FRAME_INTERVAL_S;
-use nalgebra::DMatrix;
 
 /// Groups that the decoder trunk gives coefficients of, in trunk order.
 pub(super) const TRUNK: [&str; 5] = ["q", "v", "sigma", "tau", "surface"];
 
+/// The normal stresses among [`TRUNK`].
+pub(super) const SIGMA: usize = 2;
+
 /// The surface among [`TRUNK`].
 pub(super) const SURFACE: usize = 4;
-
-/// Index in a recording's state of each trunk group but the surface.
-const IN_STATE: [usize; 4] = [0, 1, 3, 4];
-
-/// Ranks: by error, within what fits the blob (6402 numbers a mode).
-const TRUNCATION: [Truncation; 5] = [
-    Truncation { most: 12, tolerance: 1e-3 },
-    Truncation { most: 24, tolerance: 1e-3 },
-    Truncation { most: 24, tolerance: 1e-3 },
-    Truncation { most: 24, tolerance: 1e-3 },
-    Truncation { most: 8, tolerance: 1e-3 },
-];
-
-/// Most snapshots of one decomposition: the eigenproblem costs the cube of it.
-const SNAPSHOTS: usize = 600;
 
 /// The bases and scales that all sequences share.
 #[derive(Debug)]
@@ -42,6 +30,8 @@ pub(super) struct Frame {
     pub(super) rest_profile: Vec<f32>,
     /// Change of the specific internal energy of each tracer by one joule of heat, 1/kg.
     pub(super) heat_pattern: Vec<f32>,
+    /// F: what the coefficients owe to the port value of the same instant, SI units a unit of u.
+    pub(super) feed: Vec<f32>,
     /// Root mean square norm of each group's coefficients over the training frames.
     pub(super) group_scale: [f32; 5],
     /// Feature scale of heights, m.
@@ -57,18 +47,22 @@ pub(super) struct Frame {
 /// One recording, projected.
 #[derive(Clone, Debug)]
 pub(super) struct Sequence {
-    /// Frames x sum of ranks, SI units.
+    /// Frames x sum of ranks, SI units, without the feed-through of the port once it is known.
     pub(super) coefficients: Vec<f32>,
     /// Squared norm of the fluctuation of each trunk group, frame by frame.
     pub(super) norm2: Vec<[f32; 5]>,
     /// Frames x [`POINTS`], metres.
     pub(super) profile_m: Vec<f32>,
+    /// Acceleration of the glass at each frame over the scale.
+    pub(super) port: Vec<f64>,
     /// Position of the glass, m.
     pub(super) glass_x_m: Vec<f64>,
     /// Kinetic plus potential energy, J.
     pub(super) energy_j: Vec<f64>,
     /// Heat since the first frame, J.
     pub(super) heat_j: Vec<f64>,
+    /// Work of the moving glass since the first frame, J.
+    pub(super) work_j: Vec<f64>,
 }
 
 impl Sequence {
@@ -100,8 +94,10 @@ impl Frame {
         let height2 = moving(&|r, n| {
             r.profile(n).iter().map(|&h| (f64::from(h) - fill_m).powi(2)).sum::<f64>() / POINTS as f64
         });
+        let width = bases.iter().map(Basis::rank).sum();
         Ok(Self {
             bases,
+            feed: vec![0.0; width],
             rest_state,
             rest_profile,
             heat_pattern: heat_pattern(training),
@@ -155,9 +151,40 @@ impl Frame {
             coefficients,
             norm2,
             profile_m: recording.profile_m.clone(),
+            port: recording
+                .acceleration_m_s2
+                .iter()
+                .map(|a| a / f64::from(self.acceleration_scale))
+                .collect(),
             glass_x_m: recording.glass_x_m.clone(),
             energy_j: recording.energy.iter().map(|b| b.kinetic + b.potential).collect(),
+            work_j: recording.energy.iter().map(|b| b.work - recording.energy[0].work).collect(),
             heat_j: recording.energy.iter().map(|b| b.internal - recording.energy[0].internal).collect(),
+        }
+    }
+
+    /// Finds F by regression over the training sequences; see [`super::feed`].
+    ///
+    /// # Errors
+    /// [`TrainError::Singular`] when they do not determine it.
+    pub(super) fn measure_feed(&mut self, training: &[Sequence]) -> Result<(), TrainError> {
+        self.feed = super::feed::through(training, &self.ranges())?;
+        Ok(())
+    }
+
+    /// What an error of one in the port value costs, as the autoencoder counts errors: by the squared
+    /// relative error, averaged over the groups; it never
+    /// counts for nothing.
+    #[must_use]
+    pub(super) fn feed_cost(&self) -> f64 {
+        let scaled = self.feed.iter().zip(self.coefficient_scale()).map(|(f, s)| f64::from(f / s).powi(2));
+        (scaled.sum::<f64>() / 5.0).sqrt().max(0.05)
+    }
+
+    /// Takes the feed-through out of the coefficients of `sequence`.
+    pub(super) fn take_out_feed(&self, sequence: &mut Sequence) {
+        for (row, &u) in sequence.coefficients.chunks_exact_mut(self.feed.len()).zip(&sequence.port) {
+            row.iter_mut().zip(&self.feed).for_each(|(c, f)| *c -= f * u as f32);
         }
     }
 
@@ -187,70 +214,4 @@ pub(super) fn known_acceleration(glass_x_m: &[f64]) -> Vec<f64> {
     let at = |n: usize, back: usize| glass_x_m[n.saturating_sub(back)];
     let second = |n| (at(n, 0) - 2.0 * at(n, 1) + at(n, 2)) / (FRAME_INTERVAL_S * FRAME_INTERVAL_S);
     (0..glass_x_m.len()).map(second).collect()
-}
-
-/// The first frame of a recording, where nothing has moved.
-fn rest_of(recording: &Recording) -> Vec<f32> {
-    let mut rest = vec![0.0; STATE];
-    recording.state(0, &mut rest);
-    rest
-}
-
-fn fluctuation(recording: &Recording, frame: usize, rest: &[f32], out: &mut [f32]) {
-    recording.state(frame, out);
-    out.iter_mut().zip(rest).for_each(|(f, r)| *f -= r);
-}
-
-fn mean_rest(training: &[Recording]) -> (Vec<f32>, Vec<f32>) {
-    let share = 1.0 / training.len() as f32;
-    let (mut state, mut profile) = (vec![0.0; STATE], vec![0.0; POINTS]);
-    for recording in training {
-        state.iter_mut().zip(rest_of(recording)).for_each(|(m, r)| *m += share * r);
-        profile.iter_mut().zip(recording.profile(0)).for_each(|(m, r)| *m += share * r);
-    }
-    (state, profile)
-}
-
-/// Up to [`SNAPSHOTS`] evenly spread frames in which the liquid moves, as (recording, frame).
-fn pick(training: &[Recording]) -> Vec<(usize, usize)> {
-    let total = |r: &Recording, n: usize| r.energy[n].kinetic + r.energy[n].potential;
-    let all = || training.iter().enumerate().flat_map(|(i, r)| (0..r.frames()).map(move |n| (i, n)));
-    let most = all().map(|(i, n)| total(&training[i], n)).fold(0.0, f64::max);
-    let moving: Vec<_> = all().filter(|&(i, n)| total(&training[i], n) > 1e-3 * most).collect();
-    let stride = moving.len().div_ceil(SNAPSHOTS).max(1);
-    moving.into_iter().step_by(stride).collect()
-}
-
-fn decompose(training: &[Recording], picked: &[(usize, usize)]) -> Vec<Basis> {
-    let mut snapshots: Vec<DMatrix<f32>> =
-        IN_STATE.iter().map(|&g| DMatrix::zeros(GROUP_COMPONENTS[g] * TRACERS, picked.len())).collect();
-    snapshots.push(DMatrix::zeros(POINTS, picked.len()));
-    let rests: Vec<Vec<f32>> = training.iter().map(rest_of).collect();
-    let mut field = vec![0.0; STATE];
-    for (column, &(r, n)) in picked.iter().enumerate() {
-        fluctuation(&training[r], n, &rests[r], &mut field);
-        for (matrix, &g) in snapshots.iter_mut().zip(&IN_STATE) {
-            matrix.column_mut(column).copy_from_slice(&field[group_range(g)]);
-        }
-        let surface = training[r].profile(n).iter().zip(training[r].profile(0)).map(|(z, z0)| z - z0);
-        snapshots[SURFACE].column_mut(column).iter_mut().zip(surface).for_each(|(s, z)| *s = z);
-    }
-    snapshots.iter().zip(TRUNCATION).map(|(matrix, truncation)| Basis::new(matrix, truncation)).collect()
-}
-
-/// Least squares of the change of e on the heat s of the energy books: p = sum s e / sum s^2.
-fn heat_pattern(training: &[Recording]) -> Vec<f32> {
-    let range = group_range(2);
-    let (mut sum, mut weight) = (vec![0.0_f64; TRACERS], 0.0);
-    let mut field = vec![0.0; STATE];
-    for recording in training {
-        let rest = rest_of(recording);
-        for frame in (0..recording.frames()).step_by(4) {
-            let heat = recording.energy[frame].internal - recording.energy[0].internal;
-            fluctuation(recording, frame, &rest, &mut field);
-            sum.iter_mut().zip(&field[range.clone()]).for_each(|(s, &e)| *s += heat * f64::from(e));
-            weight += heat * heat;
-        }
-    }
-    sum.iter().map(|s| if weight > 0.0 { (s / weight) as f32 } else { 0.0 }).collect()
 }

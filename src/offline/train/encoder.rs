@@ -6,6 +6,7 @@ use super::nets::{self, CELLS, LAYERS};
 use super::noise::{FEATURES, Noise, Seen, WINDOW};
 use super::progress::{Session, annealed};
 use super::weights::{Adam, Matrix, constants, leaves, numbers, scalar};
+use crate::encoder::READINGS;
 use crate::offline::prelude::*;
 use burn::tensor::{Device, Tensor, TensorData};
 use rand::seq::SliceRandom;
@@ -23,6 +24,41 @@ const LOOK: usize = 5;
 pub(super) struct Encoder {
     /// W_i, W_h, b_i, b_h of each layer, then W and b of the head.
     pub(super) weights: Vec<Matrix>,
+}
+
+/// What the encoder says of one frame: the latents, and the port value of that instant, which the glass
+/// position gives only a frame later.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Reading {
+    /// Latents.
+    pub(super) latent: Latent,
+    /// Port value.
+    pub(super) port: f64,
+}
+
+/// What an error of a reading costs: |U dx|^2 + w^2 du^2.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Cost {
+    /// U.
+    pub(super) metric: Square,
+    /// w.
+    pub(super) port: f64,
+}
+
+impl Cost {
+    fn of(&self, said: &Reading, latent: &Latent, port: f64) -> f64 {
+        (self.metric * (said.latent - latent)).norm_squared() + (self.port * (said.port - port)).powi(2)
+    }
+
+    /// The matrix that turns a row of errors into one whose squared length is the cost.
+    fn matrix(&self) -> Matrix {
+        let entry = |i: usize, j: usize| match (i < LATENTS, j < LATENTS) {
+            (true, true) => self.metric[(j, i)],
+            (false, false) => self.port,
+            _ => 0.0,
+        };
+        Matrix::from_f64(&nalgebra::DMatrix::from_fn(READINGS, READINGS, entry))
+    }
 }
 
 /// A sequence with what the encoder should say at each of its frames.
@@ -46,19 +82,19 @@ impl Encoder {
             weights.push(Matrix::uniform(1, 3 * CELLS, bound, rng));
             weights.push(Matrix::uniform(1, 3 * CELLS, bound, rng));
         }
-        weights.push(Matrix::uniform(LATENTS, CELLS, bound, rng));
-        weights.push(Matrix::uniform(1, LATENTS, bound, rng));
+        weights.push(Matrix::uniform(READINGS, CELLS, bound, rng));
+        weights.push(Matrix::uniform(1, READINGS, bound, rng));
         Self { weights }
     }
 
     /// Trains for `epochs`, every epoch with fresh noise, and keeps what is best on the validation
-    /// recordings seen by [`Noise::CAMERA`]. `metric` weighs the errors of the latents.
+    /// recordings seen by [`Noise::CAMERA`]. `cost` weighs the errors.
     #[must_use]
     pub(super) fn train(
         frame: &Frame,
         training: &[Lesson<'_>],
         validation: &[Lesson<'_>],
-        metric: &Square,
+        cost: &Cost,
         (epochs, seed): (usize, u64),
         session: &Session<'_>,
     ) -> Self {
@@ -72,8 +108,7 @@ impl Encoder {
             .enumerate()
             .flat_map(|(i, lesson)| (0..lesson.sequence.frames()).map(move |n| (i, n)))
             .collect();
-        let metric_t = Matrix::from_f64(&nalgebra::DMatrix::from_fn(LATENTS, LATENTS, |i, j| metric[(j, i)]));
-        let metric_t = metric_t.tensor(&device);
+        let cost_t = cost.matrix().tensor(&device);
         let mut adam = Adam::new(&net.weights, 1.0);
         let (mut best, mut least) = (net.clone(), f64::INFINITY);
         let bar = session.bar("encoder", epochs);
@@ -84,20 +119,23 @@ impl Encoder {
             let mut total = 0.0;
             for batch in order.chunks(BATCH) {
                 let ends = batch.iter().map(|&(i, n)| (&seen[i], n));
-                let target: Vec<f32> = batch
-                    .iter()
-                    .flat_map(|&(i, n)| training[i].latents[n].iter().map(|&v| v as f32))
-                    .collect();
-                let target = Tensor::<2>::from_data(TensorData::new(target, [batch.len(), LATENTS]), &device);
+                let due = |&(i, n): &(usize, usize)| {
+                    let lesson: &Lesson<'_> = &training[i];
+                    let all = lesson.latents[n].iter().copied().chain([lesson.sequence.port[n]]);
+                    all.map(|v| v as f32).collect::<Vec<f32>>()
+                };
+                let target: Vec<f32> = batch.iter().flat_map(due).collect();
+                let target =
+                    Tensor::<2>::from_data(TensorData::new(target, [batch.len(), READINGS]), &device);
                 let tensors = leaves(&net.weights, &device);
                 let miss = nets::encoder(windows(ends, &device), &tensors) - target;
-                let loss = miss.matmul(metric_t.clone()).square().sum() / batch.len() as f32;
+                let loss = miss.matmul(cost_t.clone()).square().sum() / batch.len() as f32;
                 let grads = loss.backward();
                 total += scalar(loss) * batch.len() as f32;
                 adam.step(&mut net.weights, &tensors, grads, annealed(4e-3, epoch, epochs));
             }
             if epoch % LOOK == LOOK - 1 || epoch + 1 == epochs {
-                let error = net.error(&held, validation, metric);
+                let error = net.error(&held, validation, cost);
                 if error < least {
                     (best, least) = (net.clone(), error);
                 }
@@ -111,12 +149,14 @@ impl Encoder {
         best
     }
 
-    /// Mean squared error of the latents in `metric` over all frames of `lessons`.
-    fn error(&self, seen: &[Seen], lessons: &[Lesson<'_>], metric: &Square) -> f64 {
+    /// Mean cost over all frames of `lessons`.
+    fn error(&self, seen: &[Seen], lessons: &[Lesson<'_>], cost: &Cost) -> f64 {
         let (mut sum, mut count) = (0.0, 0);
         for (seen, lesson) in seen.iter().zip(lessons) {
-            for (said, truth) in self.read(seen).iter().zip(lesson.latents) {
-                sum += (metric * (said - truth)).norm_squared();
+            for ((said, truth), &port) in
+                self.read(seen).iter().zip(lesson.latents).zip(&lesson.sequence.port)
+            {
+                sum += cost.of(said, truth, port);
                 count += 1;
             }
         }
@@ -125,12 +165,16 @@ impl Encoder {
 
     /// What the encoder says at every frame of `seen`.
     #[must_use]
-    pub(super) fn read(&self, seen: &Seen) -> Vec<Latent> {
+    pub(super) fn read(&self, seen: &Seen) -> Vec<Reading> {
         let device = Device::flex();
         let frames = seen.features.len() / FEATURES;
         let inputs = windows((0..frames).map(|n| (seen, n)), &device);
-        let x = numbers(nets::encoder(inputs, &constants(&self.weights, &device)));
-        x.chunks_exact(LATENTS).map(|row| Latent::from_iterator(row.iter().map(|&v| f64::from(v)))).collect()
+        let said = numbers(nets::encoder(inputs, &constants(&self.weights, &device)));
+        let reading = |row: &[f32; READINGS]| {
+            let [latent @ .., port] = row.map(f64::from);
+            Reading { latent: Latent::from(latent), port }
+        };
+        said.as_chunks::<READINGS>().0.iter().map(reading).collect()
     }
 }
 

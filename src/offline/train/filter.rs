@@ -13,6 +13,8 @@ pub(super) struct Track {
     pub(super) y: Vec<Latent>,
     /// Ports as the camera measures them.
     pub(super) u: Vec<f64>,
+    /// Port values of each instant as the encoder reads them.
+    pub(super) port: Vec<f64>,
     /// True latents.
     pub(super) truth: Vec<Latent>,
 }
@@ -83,7 +85,7 @@ mod tests {
         let y: Vec<Latent> =
             truth.iter().map(|x| x + Latent::from_fn(|_, _| 4.0 * noise * normal(&mut rng))).collect();
         let u = ports.iter().map(|u| u + 0.3 * normal(&mut rng)).collect();
-        let track = Track { y, u, truth };
+        let track = Track { y, u, port: Vec::new(), truth };
         let gain = tune(&dynamics, std::slice::from_ref(&track)).expect("a determined gain");
         let error = |g: &Square| {
             let states = run(&dynamics, g, &track);
@@ -98,7 +100,12 @@ mod tests {
     fn an_unstable_gain_is_pulled_back() {
         let (dynamics, _) = random(22);
         let gain = settle(&dynamics, Square::identity() * -3.0);
-        let track = Track { y: vec![Latent::repeat(0.1); 200], u: vec![0.0; 200], truth: Vec::new() };
+        let track = Track {
+            y: vec![Latent::repeat(0.1); 200],
+            u: vec![0.0; 200],
+            port: Vec::new(),
+            truth: Vec::new(),
+        };
         let last = run(&dynamics, &gain, &track).pop().expect("two hundred frames").1;
         assert!(last.norm() < 10.0, "{}", last.norm());
     }

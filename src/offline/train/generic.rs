@@ -80,6 +80,24 @@ impl Dynamics {
         self.linear.tr_mul(&self.linear) + Square::from_iterator(soft.iter().copied())
     }
 
+    /// The same motion in the coordinates y = T x: L and D go as T L T^T, gradients as T^-T.
+    ///
+    /// `None` when T is singular.
+    pub(super) fn changed(&self, t: &Square) -> Option<Self> {
+        let inverse = t.try_inverse()?;
+        // C may be any root of D; the blob wants the lower triangular one: (T C)^T = Q R, C = R^T.
+        let friction = (t * self.friction).transpose().qr().r().transpose();
+        Some(Self {
+            skew: t * self.skew * t.transpose(),
+            friction,
+            linear: self.linear * inverse,
+            inner: DMatrix::from_iterator(HIDDEN, LATENTS, (&self.inner * inverse).iter().copied()),
+            bias: self.bias.clone(),
+            outer: self.outer.clone(),
+            port: t * self.port,
+        })
+    }
+
     /// L - D.
     #[must_use]
     pub(super) fn flow(&self) -> Square {
@@ -224,6 +242,25 @@ pub(super) mod tests {
         assert!((g.dot(&(turn.x - x)) - change).abs() < 1e-12);
         let friction = FRAME_INTERVAL_S * dynamics.friction.tr_mul(&g).norm_squared();
         assert!((turn.heat - friction).abs() < 1e-9 * friction, "{} against {friction}", turn.heat);
+    }
+
+    /// The energy goes over for any H; the step for a quadratic one, as the discrete gradient of a curved
+    /// H depends on the coordinates by a term of third order.
+    #[test]
+    fn a_change_of_coordinates_changes_no_motion() {
+        let (mut dynamics, mut rng) = random(5);
+        let t = Square::identity() + Square::from_fn(|_, _| 0.2 * normal(&mut rng));
+        let x = Latent::from_fn(|_, _| normal(&mut rng));
+        let energy = dynamics.changed(&t).expect("a regular map").energy(&(t * x));
+        assert!((energy - dynamics.energy(&x)).abs() < 1e-9 * energy);
+        dynamics.outer.fill(0.0);
+        let changed = dynamics.changed(&t).expect("a regular map");
+        let ports = [0.5, -1.0, 0.3];
+        let (plain, other) = (dynamics.roll_out(x, &ports), changed.roll_out(t * x, &ports));
+        for (x, y) in plain.iter().zip(&other) {
+            assert!((t * x - y).norm() < 1e-8 * y.norm(), "{}", (t * x - y).norm() / y.norm());
+        }
+        assert!((changed.friction - changed.friction.lower_triangle()).norm() < 1e-12);
     }
 
     #[test]

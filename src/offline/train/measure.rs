@@ -4,32 +4,16 @@
 //! already scores 2 %.
 
 use super::dataset::{Frame, SURFACE, Sequence, TRUNK};
+use crate::host::checks::Check;
 use crate::offline::prelude::*;
 use crate::surface::POINTS;
-use serde::{Deserialize, Serialize};
 
-/// One figure with what was asked of it.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Check {
-    /// What was measured.
-    pub name: String,
-    /// The figure.
-    pub value: f64,
-    /// Its unit.
-    pub unit: String,
-    /// Largest value that passes; none for a baseline.
-    pub target: Option<f64>,
-    /// Whether it passes.
-    pub ok: bool,
-}
-
-impl Check {
-    /// A figure in per cent.
-    #[must_use]
-    pub(super) fn percent(name: String, fraction: f64, target: Option<f64>) -> Self {
-        let value = 100.0 * fraction;
-        let ok = target.is_none_or(|most| value <= most);
-        Self { name, value, unit: String::from("%"), target, ok }
+/// A figure in per cent, held against `target` where there is one.
+#[must_use]
+pub(super) fn percent(name: String, fraction: f64, target: Option<f64>) -> Check {
+    match target {
+        Some(limit) => Check::at_most(name, 100.0 * fraction, "%", limit),
+        None => Check::told(name, 100.0 * fraction, "%"),
     }
 }
 
@@ -41,13 +25,25 @@ pub(super) struct Errors {
 }
 
 impl Errors {
-    /// Adds the frames from `from` on, one row of `coefficients` a frame.
-    pub(super) fn add(&mut self, frame: &Frame, sequence: &Sequence, from: usize, coefficients: &[f32]) {
+    /// Adds the frames from `from` on: one row of `coefficients` a frame, without the feed-through, and
+    /// the port value that goes with it.
+    pub(super) fn add(
+        &mut self,
+        frame: &Frame,
+        sequence: &Sequence,
+        from: usize,
+        coefficients: &[f32],
+        ports: &[f64],
+    ) {
         let width = frame.width();
         let ranges = frame.ranges();
-        for (k, said) in coefficients.chunks_exact(width).enumerate() {
+        let fed = |row: &[f32], u: f64| {
+            row.iter().zip(&frame.feed).map(|(c, f)| c + f * u as f32).collect::<Vec<f32>>()
+        };
+        for (k, (said, &u)) in coefficients.chunks_exact(width).zip(ports).enumerate() {
             let n = from + k;
-            let truth = &sequence.coefficients[n * width..(n + 1) * width];
+            let said = fed(said, u);
+            let truth = fed(&sequence.coefficients[n * width..(n + 1) * width], sequence.port[n]);
             for (group, range) in ranges.iter().enumerate().take(SURFACE) {
                 // The basis is orthonormal: |f - S c|^2 = |c_f - c|^2 + |f|^2 - |c_f|^2.
                 let pairs = truth[range.clone()].iter().zip(&said[range.clone()]);
@@ -77,7 +73,7 @@ impl Errors {
     pub(super) fn checks(&self, stage: &str, targets: [Option<f64>; 5]) -> Vec<Check> {
         let check = |(group, target)| {
             let name = if group == SURFACE { "surface slosh-rel" } else { TRUNK[group] };
-            Check::percent(format!("{stage}: {name}"), self.relative(group), target)
+            percent(format!("{stage}: {name}"), self.relative(group), target)
         };
         targets.into_iter().enumerate().map(check).collect()
     }

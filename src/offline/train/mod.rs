@@ -11,8 +11,11 @@
 mod autoencoder;
 mod dataset;
 mod encoder;
+mod error;
+mod feed;
 mod filter;
 mod generic;
+mod linear;
 mod measure;
 pub mod nets;
 mod noise;
@@ -21,68 +24,30 @@ mod pod;
 mod progress;
 mod report;
 mod rollout;
+mod side;
+mod snapshots;
+mod unrolled;
 mod warm;
 pub mod weights;
 
-pub use measure::Check;
+pub use error::TrainError;
 
-use super::export::{self, ExportError};
+use super::export;
 use super::recording::Recording;
+use crate::host::checks::Check;
 use crate::model::Header;
 use crate::offline::prelude::*;
 use crate::units::FRAME_INTERVAL_S;
 use autoencoder::Autoencoder;
-use dataset::{Frame, Sequence};
-use encoder::{Encoder, Lesson, derive_seed};
-use filter::Track;
-use generic::{Dynamics, Latent, Square};
-use noise::{Noise, Seen};
+use dataset::Frame;
+use encoder::{Cost, Encoder, derive_seed};
+use generic::{Dynamics, Square};
+use linear::Linear;
 use progress::Session;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
+use side::Side;
 use std::sync::atomic::AtomicBool;
-use warm::{Linear, Path};
-
-/// Why there is no model.
-#[derive(Clone, Debug)]
-pub enum TrainError {
-    /// Training and validation each need at least one recording.
-    NoRecording,
-    /// Nothing moves in the training recordings: they must contain a slosh.
-    NoMotion,
-    /// The recordings do not determine the named step: record more, and different, motions.
-    Singular(&'static str),
-    /// Stopped before every part had been trained once: nothing was written.
-    Interrupted,
-    /// The blob could not be made.
-    Export(ExportError),
-}
-
-impl std::fmt::Display for TrainError {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            Self::NoRecording => write!(f, "training and validation each need at least one recording"),
-            Self::NoMotion => {
-                write!(f, "nothing moves in the training recordings: they must contain a slosh")
-            }
-            Self::Singular(step) => {
-                write!(f, "the recordings do not determine {step}: record more, and different, motions")
-            }
-            Self::Interrupted => {
-                write!(f, "stopped before every part had been trained once: nothing was written")
-            }
-            Self::Export(error) => write!(f, "{error}"),
-        }
-    }
-}
-
-impl std::error::Error for TrainError {}
-
-impl From<ExportError> for TrainError {
-    fn from(error: ExportError) -> Self {
-        Self::Export(error)
-    }
-}
 
 /// How long to train.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -99,10 +64,10 @@ pub struct Schedule {
 
 impl Schedule {
     /// A quarter of an hour on two cores.
-    pub const FULL: Self = Self { autoencoder: 12_000, encoder: 300, rollout: 1500, seeds: 3 };
+    pub const FULL: Self = Self { autoencoder: 4000, encoder: 300, rollout: 4000, seeds: 2 };
 
     /// Under three minutes on two cores.
-    pub const QUICK: Self = Self { autoencoder: 3000, encoder: 60, rollout: 300, seeds: 1 };
+    pub const QUICK: Self = Self { autoencoder: 2000, encoder: 60, rollout: 400, seeds: 1 };
 }
 
 /// What to train and how.
@@ -139,42 +104,6 @@ pub struct Trained {
     pub checks: Vec<Check>,
 }
 
-/// One side of the split, as the stages need it.
-struct Side {
-    sequences: Vec<Sequence>,
-    latents: Vec<Vec<Latent>>,
-    paths: Vec<Path>,
-}
-
-impl Side {
-    fn new(sequences: Vec<Sequence>, autoencoder: &Autoencoder, frame: &Frame) -> Self {
-        let latents: Vec<_> = sequences.iter().map(|s| autoencoder.encode(s, frame)).collect();
-        let path = |(s, x): (&Sequence, &Vec<Latent>)| {
-            let scale = f64::from(frame.acceleration_scale);
-            let u = dataset::known_acceleration(&s.glass_x_m).iter().map(|a| a / scale).collect();
-            let of_scale = |joules: &[f64]| joules.iter().map(|e| e / frame.energy_scale_j).collect();
-            Path { x: x.clone(), u, energy: of_scale(&s.energy_j), heat: of_scale(&s.heat_j) }
-        };
-        let paths = sequences.iter().zip(&latents).map(path).collect();
-        Self { sequences, latents, paths }
-    }
-
-    fn lessons(&self) -> Vec<Lesson<'_>> {
-        let lesson = |(sequence, latents)| Lesson { sequence, latents };
-        self.sequences.iter().zip(self.latents.iter().map(Vec::as_slice)).map(lesson).collect()
-    }
-
-    /// What the camera and the encoder make of every sequence.
-    fn tracks(&self, frame: &Frame, encoder: &Encoder, rng: &mut ChaCha8Rng) -> Vec<Track> {
-        let track = |(sequence, truth): (&Sequence, &Vec<Latent>)| {
-            let seen = Seen::new(sequence, frame, Some(Noise::CAMERA), rng);
-            let u = (0..sequence.frames()).map(|n| seen.port(n)).collect();
-            Track { y: encoder.read(&seen), u, truth: truth.clone() }
-        };
-        self.sequences.iter().zip(&self.latents).map(track).collect()
-    }
-}
-
 /// Trains on `training`, chooses by `validation`, and writes the blob in memory. When `stop` is
 /// raised every stage ends early with its best so far.
 ///
@@ -194,7 +123,9 @@ pub fn train(
     let seed = |stage| derive_seed(options.seed, stage);
     let mut frame = Frame::new(training)?;
     let project = |all: &[Recording]| all.iter().map(|r| frame.project(r)).collect::<Vec<_>>();
-    let (seen, held) = (project(training), project(validation));
+    let (mut seen, mut held) = (project(training), project(validation));
+    frame.measure_feed(&seen)?;
+    seen.iter_mut().chain(&mut held).for_each(|sequence| frame.take_out_feed(sequence));
     frame.measure_scales(&seen);
 
     let autoencoder =
@@ -204,29 +135,34 @@ pub fn train(
     }
     let autoencoder = autoencoder.whitened(&seen, &frame);
     let metric = autoencoder.metric();
+    let cost = Cost { metric, port: frame.feed_cost() };
     let (seen, held) = (Side::new(seen, &autoencoder, &frame), Side::new(held, &autoencoder, &frame));
     let linear = Linear::fit(&seen.paths, &metric)?;
     let mut rng = ChaCha8Rng::seed_from_u64(seed(1));
-    let start = warm::start(&linear, &seen.paths, &mut rng)?;
+    let start = warm::start(&linear, &seen.paths, &metric, &mut rng)?;
 
-    // The two need nothing of each other, and neither gains from a second core.
+    // The stages need nothing of each other, and none gains from a second core.
     let (encoder, dynamics) = std::thread::scope(|scope| {
         let plan = (options.schedule.encoder, seed(2));
-        let (seen, held, session, shared) = (&seen, &held, &session, (&frame, &metric));
-        let encoder = scope.spawn(move || {
-            Encoder::train(shared.0, &seen.lessons(), &held.lessons(), shared.1, plan, session)
-        });
+        let (seen, held, session, start) = (&seen, &held, &session, &start);
+        let (frame, cost, metric) = (&frame, &cost, &metric);
+        let encoder =
+            scope.spawn(move || Encoder::train(frame, &seen.lessons(), &held.lessons(), cost, plan, session));
         let paths = (seen.paths.as_slice(), held.paths.as_slice());
-        let tries = (0..options.schedule.seeds).map(|k| {
-            rollout::train(&start, paths, &metric, (options.schedule.rollout, seed(8 + k)), session)
-        });
+        let tries: Vec<_> = (0..options.schedule.seeds)
+            .map(|k| (options.schedule.rollout, seed(8 + k)))
+            .map(|plan| scope.spawn(move || rollout::train(start, paths, metric, plan, session)))
+            .collect();
+        let tries = tries.into_iter().map(|thread| thread.join().expect("a roll-out's thread ends"));
         let best = tries.min_by(|a, b| a.1.total_cmp(&b.1)).map_or(start.clone(), |(dynamics, _)| dynamics);
         (encoder.join().expect("the encoder's thread ends"), best)
     });
-    let dynamics = rollout::rounded(&dynamics);
+    let dynamics = unrolled::rounded(&dynamics);
     let preconditioner = dynamics.typical_preconditioner(seen.latents.iter().flatten());
+    // The encoder is too good on what it was trained on, so the validation recordings are seen as often.
     let mut tracks = seen.tracks(&frame, &encoder, &mut rng);
-    tracks.extend(held.tracks(&frame, &encoder, &mut rng));
+    let passes = tracks.len().div_ceil(held.sequences.len());
+    tracks.extend((0..passes).flat_map(|_| held.tracks(&frame, &encoder, &mut rng)));
     let gain = filter::tune(&dynamics, &tracks)?;
 
     let model = Model { frame, autoencoder, encoder, dynamics, linear, preconditioner, gain };

@@ -60,7 +60,8 @@ fn dynamics(model: &Model) -> Vec<Part> {
 
 fn decoder(model: &Model) -> Vec<Part> {
     let trunk = model.autoencoder.trunk(&model.frame);
-    let mut parts = vec![part(Tensor::TrunkLinear, &trunk[0])];
+    let mut parts =
+        vec![part(Tensor::TrunkLinear, &trunk[0]), vector(Tensor::TrunkPort, model.frame.feed.clone())];
     for (layer, weights) in (0..).zip(trunk[1..].chunks_exact(2)) {
         parts.push(part(Tensor::TrunkWeight(layer), &weights[0]));
         parts.push(vector(Tensor::TrunkBias(layer), weights[1].values.clone()));

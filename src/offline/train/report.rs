@@ -1,11 +1,13 @@
 //! The figures of a trained model on the validation recordings, baselines beside them.
 
+use super::Model;
 use super::dataset::{SURFACE, TRUNK};
 use super::filter::{self, Track};
 use super::generic::Latent;
-use super::measure::{Check, Errors, persistence};
+use super::measure::{Errors, percent, persistence};
 use super::rollout::HORIZON;
-use super::{Model, Side};
+use super::side::Side;
+use crate::host::checks::Check;
 use crate::offline::prelude::*;
 
 /// Asked of the filtered estimate, per cent: q, v, sigma, tau, surface.
@@ -17,27 +19,30 @@ const OPEN: [Option<f64>; 5] = [None; 5];
 /// All figures, and the filtered slosh-rel as a fraction.
 pub(super) fn checks(model: &Model, held: &Side, tracks: &[Track]) -> (Vec<Check>, f64) {
     let frame = &model.frame;
-    let over = |latents: &dyn Fn(usize) -> Vec<Latent>| {
+    let over = |latents: &dyn Fn(usize) -> Vec<Latent>, ports: &dyn Fn(usize) -> Vec<f64>| {
         let mut errors = Errors::default();
         for (k, sequence) in held.sequences.iter().enumerate() {
-            errors.add(frame, sequence, 0, &model.autoencoder.decode(&latents(k), frame));
+            errors.add(frame, sequence, 0, &model.autoencoder.decode(&latents(k), frame), &ports(k));
         }
         errors
     };
+    let (true_port, read_port) =
+        (|k: usize| held.sequences[k].port.clone(), |k: usize| tracks[k].port.clone());
     let rolled = |roll_out: &dyn Fn(Latent, &[f64]) -> Vec<Latent>| {
         let mut errors = Errors::default();
         for (sequence, path) in held.sequences.iter().zip(&held.paths) {
             for from in (0..sequence.frames().saturating_sub(HORIZON / 2)).step_by(HORIZON / 2) {
                 let to = (from + 1 + HORIZON).min(sequence.frames());
                 let latents = roll_out(path.x[from], &path.u[from + 1..to]);
-                errors.add(frame, sequence, from + 1, &model.autoencoder.decode(&latents, frame));
+                let coefficients = model.autoencoder.decode(&latents, frame);
+                errors.add(frame, sequence, from + 1, &coefficients, &sequence.port[from + 1..to]);
             }
         }
         errors
     };
     let mut checks = vec![
-        Check::percent(String::from("flat: surface slosh-rel"), 1.0, None),
-        Check::percent(
+        percent(String::from("flat: surface slosh-rel"), 1.0, None),
+        percent(
             String::from("persistence, one frame: surface slosh-rel"),
             persistence(&held.sequences),
             None,
@@ -45,26 +50,27 @@ pub(super) fn checks(model: &Model, held: &Side, tracks: &[Track]) -> (Vec<Check
     ];
     let linear = rolled(&|x, u| model.linear.roll_out(x, u));
     checks.extend(linear.checks("linear with motion, 2 s roll-out", OPEN));
-    checks.extend(over(&|k| held.latents[k].clone()).checks("decoder alone", OPEN));
-    checks.extend(over(&|k| tracks[k].y.clone()).checks("encoder, camera noise", OPEN));
+    checks.extend(over(&|k| held.latents[k].clone(), &true_port).checks("decoder alone", OPEN));
+    checks.extend(over(&|k| tracks[k].y.clone(), &read_port).checks("encoder, camera noise", OPEN));
     checks.extend(
         rolled(&|x, u| model.dynamics.roll_out(x, u)).checks("GENERIC with motion, 2 s roll-out", OPEN),
     );
-    let filtered = over(&|k| {
-        let states = filter::run(&model.dynamics, &model.gain, &tracks[k]);
-        states.into_iter().map(|(_, x)| x).collect()
-    });
+    let filtered = over(
+        &|k| {
+            let states = filter::run(&model.dynamics, &model.gain, &tracks[k]);
+            states.into_iter().map(|(_, x)| x).collect()
+        },
+        &read_port,
+    );
     checks.extend(filtered.checks("filter, camera noise", TARGETS));
     for (group, basis) in TRUNK.iter().zip(&frame.bases) {
         let name = format!("POD: {group} left out of {} modes", basis.rank());
-        checks.push(Check::percent(name, basis.left_out, None));
+        checks.push(percent(name, basis.left_out, None));
     }
-    checks.push(Check::percent(
-        String::from("heat of a roll-out from rest against the books"),
-        heat(model, held),
-        None,
-    ));
-    checks.push(Check::percent(
+    let [work, heat] = work_and_heat(model, held);
+    checks.push(percent(String::from("work of a roll-out from rest against the books"), work, None));
+    checks.push(percent(String::from("heat of a roll-out from rest against the books"), heat, None));
+    checks.push(percent(
         String::from("energy of the latent state against the books"),
         books(model, held),
         None,
@@ -81,13 +87,16 @@ fn books(model: &Model, held: &Side) -> f64 {
     (miss / size.max(f64::MIN_POSITIVE)).sqrt()
 }
 
-/// Relative error of the heat that whole recordings make, rolled out from rest with known motion.
-fn heat(model: &Model, held: &Side) -> f64 {
-    let (mut said, mut due) = (0.0, 0.0);
+/// Relative errors of the work and the heat of whole recordings, rolled out from rest with known motion.
+fn work_and_heat(model: &Model, held: &Side) -> [f64; 2] {
+    let (mut said, mut due) = ([0.0; 2], [0.0; 2]);
     for (sequence, path) in held.sequences.iter().zip(&held.paths) {
-        let turns = model.dynamics.turns(Latent::zeros(), &path.u);
-        said += model.frame.energy_scale_j * turns.iter().map(|turn| turn.heat).sum::<f64>();
-        due += sequence.heat_j.last().copied().unwrap_or(0.0);
+        for turn in model.dynamics.turns(Latent::zeros(), &path.u) {
+            said[0] += model.frame.energy_scale_j * turn.work;
+            said[1] += model.frame.energy_scale_j * turn.heat;
+        }
+        due[0] += sequence.work_j.last().copied().unwrap_or(0.0);
+        due[1] += sequence.heat_j.last().copied().unwrap_or(0.0);
     }
-    (said - due).abs() / due.max(f64::MIN_POSITIVE)
+    [0, 1].map(|k| (said[k] - due[k]).abs() / due[k].abs().max(f64::MIN_POSITIVE))
 }

@@ -1,0 +1,92 @@
+//! What is drawn from whole recordings: rest, snapshots and their bases, the pattern of the heat.
+
+use super::dataset::SURFACE;
+use super::pod::{Basis, Truncation};
+use crate::offline::prelude::*;
+use crate::offline::recording::{GROUP_COMPONENTS, Recording, STATE, TRACERS, group_range};
+use crate::surface::POINTS;
+use nalgebra::DMatrix;
+
+/// Index in a recording's state of each trunk group but the surface.
+pub(super) const IN_STATE: [usize; 4] = [0, 1, 3, 4];
+
+/// Ranks: by error, within what fits the blob (6402 numbers a mode).
+const TRUNCATION: [Truncation; 5] = [
+    Truncation { most: 12, tolerance: 1e-3 },
+    Truncation { most: 24, tolerance: 1e-3 },
+    Truncation { most: 24, tolerance: 1e-3 },
+    Truncation { most: 24, tolerance: 1e-3 },
+    Truncation { most: 8, tolerance: 1e-3 },
+];
+
+/// Most snapshots of one decomposition: the eigenproblem costs the cube of it.
+const SNAPSHOTS: usize = 600;
+
+/// The first frame of a recording, where nothing has moved.
+pub(super) fn rest_of(recording: &Recording) -> Vec<f32> {
+    let mut rest = vec![0.0; STATE];
+    recording.state(0, &mut rest);
+    rest
+}
+
+/// What differs from rest in one frame.
+pub(super) fn fluctuation(recording: &Recording, frame: usize, rest: &[f32], out: &mut [f32]) {
+    recording.state(frame, out);
+    out.iter_mut().zip(rest).for_each(|(f, r)| *f -= r);
+}
+
+/// Mean of the first frames: state and profile.
+pub(super) fn mean_rest(training: &[Recording]) -> (Vec<f32>, Vec<f32>) {
+    let share = 1.0 / training.len() as f32;
+    let (mut state, mut profile) = (vec![0.0; STATE], vec![0.0; POINTS]);
+    for recording in training {
+        state.iter_mut().zip(rest_of(recording)).for_each(|(m, r)| *m += share * r);
+        profile.iter_mut().zip(recording.profile(0)).for_each(|(m, r)| *m += share * r);
+    }
+    (state, profile)
+}
+
+/// Up to [`SNAPSHOTS`] evenly spread frames in which the liquid moves, as (recording, frame).
+pub(super) fn pick(training: &[Recording]) -> Vec<(usize, usize)> {
+    let total = |r: &Recording, n: usize| r.energy[n].kinetic + r.energy[n].potential;
+    let all = || training.iter().enumerate().flat_map(|(i, r)| (0..r.frames()).map(move |n| (i, n)));
+    let most = all().map(|(i, n)| total(&training[i], n)).fold(0.0, f64::max);
+    let moving: Vec<_> = all().filter(|&(i, n)| total(&training[i], n) > 1e-3 * most).collect();
+    let stride = moving.len().div_ceil(SNAPSHOTS).max(1);
+    moving.into_iter().step_by(stride).collect()
+}
+
+/// One basis for each trunk group from the picked frames.
+pub(super) fn decompose(training: &[Recording], picked: &[(usize, usize)]) -> Vec<Basis> {
+    let mut snapshots: Vec<DMatrix<f32>> =
+        IN_STATE.iter().map(|&g| DMatrix::zeros(GROUP_COMPONENTS[g] * TRACERS, picked.len())).collect();
+    snapshots.push(DMatrix::zeros(POINTS, picked.len()));
+    let rests: Vec<Vec<f32>> = training.iter().map(rest_of).collect();
+    let mut field = vec![0.0; STATE];
+    for (column, &(r, n)) in picked.iter().enumerate() {
+        fluctuation(&training[r], n, &rests[r], &mut field);
+        for (matrix, &g) in snapshots.iter_mut().zip(&IN_STATE) {
+            matrix.column_mut(column).copy_from_slice(&field[group_range(g)]);
+        }
+        let surface = training[r].profile(n).iter().zip(training[r].profile(0)).map(|(z, z0)| z - z0);
+        snapshots[SURFACE].column_mut(column).iter_mut().zip(surface).for_each(|(s, z)| *s = z);
+    }
+    snapshots.iter().zip(TRUNCATION).map(|(matrix, truncation)| Basis::new(matrix, truncation)).collect()
+}
+
+/// Least squares of the change of e on the heat s of the energy books: p = sum s e / sum s^2.
+pub(super) fn heat_pattern(training: &[Recording]) -> Vec<f32> {
+    let range = group_range(2);
+    let (mut sum, mut weight) = (vec![0.0_f64; TRACERS], 0.0);
+    let mut field = vec![0.0; STATE];
+    for recording in training {
+        let rest = rest_of(recording);
+        for frame in (0..recording.frames()).step_by(4) {
+            let heat = recording.energy[frame].internal - recording.energy[0].internal;
+            fluctuation(recording, frame, &rest, &mut field);
+            sum.iter_mut().zip(&field[range.clone()]).for_each(|(s, &e)| *s += heat * f64::from(e));
+            weight += heat * heat;
+        }
+    }
+    sum.iter().map(|s| if weight > 0.0 { (s / weight) as f32 } else { 0.0 }).collect()
+}
