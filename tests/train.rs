@@ -25,8 +25,10 @@ fn an_ideal_slosh_is_learnt() {
     for check in &trained.checks {
         println!("{:60} {:8.2?} {}", check.name, check.value, check.unit);
     }
-    let value =
-        |name: &str| trained.checks.iter().find(|c| c.name == name).expect("a check of that name").value;
+    let value = |name: &str| {
+        let check = trained.checks.iter().find(|c| c.name == name).expect("a check of that name");
+        check.value.expect("a measured value")
+    };
     assert!(value("decoder alone: v") < 3.0);
     assert!(value("filter, camera noise: surface slosh-rel") < 25.0);
     assert!(value("filter, camera noise: v") < 25.0);

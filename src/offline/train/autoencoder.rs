@@ -187,13 +187,19 @@ impl Autoencoder {
         let back = u.try_inverse().unwrap_or_else(Square::identity)
             * turn
             * Square::from_fn(|k, i| if k == i && inverse(k) > 0.0 { deviation(k) } else { 0.0 });
+        self.mapped(&forth, &back)
+    }
+
+    /// The same autoencoder with the latents `forth` x in place of x; `back` is the way back.
+    #[must_use]
+    pub(super) fn mapped(&self, forth: &Square, back: &Square) -> Self {
         let dynamic = |m: &Square| DMatrix::from_iterator(LATENTS, LATENTS, m.iter().copied());
         let mut weights = self.weights.clone();
         for into_latents in [0, HALF - 1] {
-            weights[into_latents] = Matrix::from_f64(&(dynamic(&forth) * weights[into_latents].to_f64()));
+            weights[into_latents] = Matrix::from_f64(&(dynamic(forth) * weights[into_latents].to_f64()));
         }
         for from_latents in [HALF, HALF + 1] {
-            weights[from_latents] = Matrix::from_f64(&(weights[from_latents].to_f64() * dynamic(&back)));
+            weights[from_latents] = Matrix::from_f64(&(weights[from_latents].to_f64() * dynamic(back)));
         }
         Self { weights }
     }

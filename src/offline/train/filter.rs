@@ -20,7 +20,7 @@ pub(super) struct Track {
 }
 
 /// Rounds of regression; the innovation depends on the gain, and settles within a few.
-const ROUNDS: usize = 5;
+const ROUNDS: usize = 8;
 
 /// Prediction and estimate at every frame of `track`, from rest.
 #[must_use]
@@ -36,25 +36,44 @@ pub(super) fn run(dynamics: &Dynamics, gain: &Square, track: &Track) -> Vec<(Lat
 
 /// The gain that regression settles on: G = <(x - x-)(y - x-)^T> <(y - x-)(y - x-)^T>^-1.
 ///
+/// It starts from the encoder alone (G = 1) and goes half the way in each round; of all rounds the one
+/// whose estimates are best in `metric` stays, so that the filter is never worse than the encoder.
+///
 /// # Errors
 /// [`TrainError::Singular`] when the innovations span nothing.
-pub(super) fn tune(dynamics: &Dynamics, tracks: &[Track]) -> Result<Square, TrainError> {
-    let mut gain = Square::identity() * 0.5;
-    for _ in 0..ROUNDS {
-        let (mut cross, mut spread) = (Square::zeros(), Square::zeros());
+pub(super) fn tune(dynamics: &Dynamics, tracks: &[Track], metric: &Square) -> Result<Square, TrainError> {
+    let active = active(tracks);
+    let (mut gain, mut best, mut least) = (active, active, f64::INFINITY);
+    for _ in 0..=ROUNDS {
+        let (mut cross, mut spread, mut error) = (Square::zeros(), Square::zeros(), 0.0);
         for track in tracks {
             let states = run(dynamics, &gain, track);
-            for ((y, truth), (predicted, _)) in track.y.iter().zip(&track.truth).zip(states) {
+            for ((y, truth), (predicted, x)) in track.y.iter().zip(&track.truth).zip(states) {
                 let (seen, due) = (y - predicted, truth - predicted);
                 cross += due * seen.transpose();
                 spread += seen * seen.transpose();
+                error += (metric * (x - truth)).norm_squared();
             }
+        }
+        if error < least {
+            (best, least) = (gain, error);
         }
         let ridge = Square::identity() * (1e-3 * spread.trace() / spread.nrows() as f64);
         let inverse = (spread + ridge).try_inverse().ok_or(TrainError::Singular("the filter's gain"))?;
-        gain = settle(dynamics, cross * inverse);
+        let next = active * (cross * inverse) * active;
+        gain = settle(dynamics, (gain + next) * 0.5);
     }
-    Ok(gain)
+    Ok(best)
+}
+
+/// One on the diagonal for every latent that ever moves, zero for a silent one: what the encoder says of
+/// it is noise, and the dynamics have never been there.
+fn active(tracks: &[Track]) -> Square {
+    let mut size = Latent::zeros();
+    let truths = tracks.iter().flat_map(|track| &track.truth);
+    truths.for_each(|x| size += x.component_mul(x));
+    let most = size.max();
+    Square::from_diagonal(&size.map(|s| if s > 1e-12 * most { 1.0 } else { 0.0 }))
 }
 
 /// Moves the gain towards 1, where the loop forgets at once, until the loop (1 - G) A about rest is stable.
@@ -86,7 +105,8 @@ mod tests {
             truth.iter().map(|x| x + Latent::from_fn(|_, _| 4.0 * noise * normal(&mut rng))).collect();
         let u = ports.iter().map(|u| u + 0.3 * normal(&mut rng)).collect();
         let track = Track { y, u, port: Vec::new(), truth };
-        let gain = tune(&dynamics, std::slice::from_ref(&track)).expect("a determined gain");
+        let gain =
+            tune(&dynamics, std::slice::from_ref(&track), &Square::identity()).expect("a determined gain");
         let error = |g: &Square| {
             let states = run(&dynamics, g, &track);
             states.iter().zip(&track.truth).map(|((_, x), t)| (x - t).norm_squared()).sum::<f64>()

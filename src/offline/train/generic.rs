@@ -80,6 +80,20 @@ impl Dynamics {
         self.linear.tr_mul(&self.linear) + Square::from_iterator(soft.iter().copied())
     }
 
+    /// grad^2 H at `x`, by central differences of the gradient.
+    #[must_use]
+    pub(super) fn stiffness_at(&self, x: &Latent) -> Square {
+        const STEP: f64 = 1e-5;
+        let mut columns = Square::zeros();
+        for i in 0..LATENTS {
+            let mut aside = Latent::zeros();
+            aside[i] = STEP;
+            let slope = self.gradient(&(x + aside)) - self.gradient(&(x - aside));
+            columns.set_column(i, &(slope / (2.0 * STEP)));
+        }
+        columns
+    }
+
     /// The same motion in the coordinates y = T x: L and D go as T L T^T, gradients as T^-T.
     ///
     /// `None` when T is singular.
@@ -110,25 +124,9 @@ impl Dynamics {
         self.precondition(&self.stiffness())
     }
 
-    /// P with the mean of grad^2 H over `states` in place of that at rest: H is stiffest somewhere on
-    /// the way, and the run time has sixteen iterations for all of it.
+    /// P for a stiffness.
     #[must_use]
-    pub(super) fn typical_preconditioner<'a>(&self, states: impl Iterator<Item = &'a Latent>) -> Square {
-        const STEP: f64 = 1e-5;
-        let (mut sum, mut count) = (Square::zeros(), 0.0);
-        for x in states.step_by(31) {
-            for i in 0..LATENTS {
-                let mut aside = Latent::zeros();
-                aside[i] = STEP;
-                let slope = (self.gradient(&(x + aside)) - self.gradient(&(x - aside))) / (2.0 * STEP);
-                sum.set_column(i, &(sum.column(i) + slope));
-            }
-            count += 1.0;
-        }
-        if count > 0.0 { self.precondition(&(sum / count)) } else { self.preconditioner() }
-    }
-
-    fn precondition(&self, stiffness: &Square) -> Square {
+    pub(super) fn precondition(&self, stiffness: &Square) -> Square {
         let step = Square::identity() - self.flow() * stiffness * (0.5 * FRAME_INTERVAL_S);
         step.try_inverse().unwrap_or_else(Square::identity)
     }
@@ -145,25 +143,48 @@ impl Dynamics {
         g + d * ((self.energy(b) - self.energy(a) - g.dot(&d)) / length2)
     }
 
+    /// One correction b <- b - P (b - a - dt (L - D) dH(a, b)) of the closed step; returns what it moved.
+    fn correct(&self, a: &Latent, b: &mut Latent, flow: &Square, preconditioner: &Square) -> Latent {
+        let miss = *b - a - flow * self.discrete_gradient(a, b);
+        let change = preconditioner * miss;
+        *b -= change;
+        change
+    }
+
     /// One turn of dt by Strang splitting: half the port, the closed step, half the port.
     #[must_use]
     pub(super) fn turn(&self, x: &Latent, u: f64, preconditioner: &Square) -> Turn {
-        const ITERATIONS: usize = 30;
+        const ITERATIONS: usize = 15;
         let kick = self.port * (0.5 * FRAME_INTERVAL_S * u);
         let flow = self.flow() * FRAME_INTERVAL_S;
         let before = x + kick;
-        let mut after = before;
-        for _ in 0..ITERATIONS {
-            let miss = after - before - flow * self.discrete_gradient(&before, &after);
-            let change = preconditioner * miss;
-            after -= change;
+        let (mut after, mut own) = (before, *preconditioner);
+        for iteration in 1..=4 * ITERATIONS {
+            let change = self.correct(&before, &mut after, &flow, &own);
             if change.norm_squared() <= 1e-22 * (1.0 + after.norm_squared()) {
                 break;
+            }
+            if iteration % ITERATIONS == 0 {
+                // Far from where the constant one was made: one for here.
+                own = self.precondition(&self.stiffness_at(&before));
+                after = before;
             }
         }
         let end = after + kick;
         let (h0, h1, h2, h3) = (self.energy(x), self.energy(&before), self.energy(&after), self.energy(&end));
         Turn { x: end, work: (h1 - h0) + (h3 - h2), heat: h1 - h2 }
+    }
+
+    /// What the last of `iterations` corrections of a turn still moved.
+    #[must_use]
+    pub(super) fn residual(&self, x: &Latent, u: f64, preconditioner: &Square, iterations: usize) -> f64 {
+        let before = x + self.port * (0.5 * FRAME_INTERVAL_S * u);
+        let flow = self.flow() * FRAME_INTERVAL_S;
+        let (mut after, mut moved) = (before, 0.0);
+        for _ in 0..iterations {
+            moved = self.correct(&before, &mut after, &flow, preconditioner).norm();
+        }
+        moved
     }
 
     /// The turns under `ports`, from `x`.

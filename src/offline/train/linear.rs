@@ -32,14 +32,6 @@ pub(super) struct Path {
     pub(super) heat: Vec<f64>,
 }
 
-impl Path {
-    /// The same path in the coordinates y = T x.
-    #[must_use]
-    pub(super) fn changed(&self, t: &Square) -> Self {
-        Self { x: self.x.iter().map(|x| t * x).collect(), ..self.clone() }
-    }
-}
-
 impl Linear {
     /// Ridge regression of x_{n+1} on (x_n, u_{n+1}) over `paths`, pulled inside the unit circle, with
     /// the ridge that rolls out best.
@@ -74,6 +66,12 @@ impl Linear {
         let solution = Cholesky::new(raised)?.solve(mixed);
         let a = Square::from_fn(|i, j| solution[(j, i)]);
         Some(Self { a: pull_inside(a), b: Latent::from_fn(|i, _| solution[(LATENTS, i)]) })
+    }
+
+    /// The same map of the states `forth` x; `back` is the way back.
+    #[must_use]
+    pub(super) fn mapped(&self, forth: &Square, back: &Square) -> Self {
+        Self { a: forth * self.a * back, b: forth * self.b }
     }
 
     /// The states after each of `ports`, from `x`.

@@ -5,7 +5,7 @@
 
 use super::dataset::{Frame, Sequence, known_acceleration};
 use crate::offline::prelude::*;
-use crate::surface::POINTS;
+use crate::surface::{POINTS, profile_abscissa};
 pub(super) use crate::window::{FEATURES, WINDOW};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
@@ -18,36 +18,62 @@ const BLOCK: usize = 40;
 pub(super) struct Noise {
     /// Standard deviation of each point's height, m.
     pub(super) white_m: f64,
-    /// Standard deviation of what all heights of a frame share, m.
-    pub(super) common_m: f64,
+    /// Standard deviation of each term of the smooth bias (level, tilt, bow), m.
+    pub(super) bias_m: f64,
     /// Standard deviation of the tracked position of the glass, m.
     pub(super) glass_m: f64,
     /// Chance that a point is lost.
     pub(super) drop: f64,
     /// Chance that a frame has a contiguous run of lost points.
     pub(super) run: f64,
+    /// Chance that one to three frames are lost from here on.
+    pub(super) gap: f64,
     /// Chance that the acceleration of a frame is unknown.
     pub(super) unknown: f64,
 }
 
 impl Noise {
-    /// A D435-like camera at 0.4 m: what reports and the filter's gain are measured with.
+    /// The rendered D435 at 0.4 m as measured on recordings (0.09 to 0.13 mm a point, 0.007 to 0.011 mm
+    /// of glass position): what reports and the filter's gain are measured with.
     pub(super) const CAMERA: Self =
-        Self { white_m: 4e-4, common_m: 2e-4, glass_m: 3e-5, drop: 0.01, run: 0.02, unknown: 0.0 };
+        Self { white_m: 1.2e-4, bias_m: 1e-4, glass_m: 1e-5, drop: 0.01, run: 0.02, gap: 0.0, unknown: 0.0 };
 
-    /// Levels for training, spread around the camera's; one block in eight is a bad one.
+    /// A camera three times worse.
+    pub(super) const WORSE: Self = Self { white_m: 4e-4, bias_m: 1.5e-4, glass_m: 3e-5, ..Self::CAMERA };
+
+    /// Levels for training, spread around the camera's; one block in fifteen is a bad one.
     #[must_use]
     pub(super) fn draw(rng: &mut ChaCha8Rng) -> Self {
-        let spread = 0.4 + 1.2 * rng.random::<f64>();
-        let white_m = if rng.random_bool(0.125) { 2e-3 * rng.random::<f64>() } else { 4e-4 * spread };
+        let bad = rng.random_bool(0.07);
+        let mut between = |least: f64, most: f64| least * (most / least).powf(rng.random::<f64>());
+        let (white_m, bias_m, glass_m) = (between(5e-5, 4e-4), between(5e-5, 2e-4), between(5e-6, 3e-5));
+        let drop = if rng.random_bool(0.2) { 0.15 } else { 0.01 };
         Self {
-            white_m,
-            common_m: 2e-4 * (0.4 + 1.2 * rng.random::<f64>()),
-            glass_m: 3e-5 * (0.3 + 1.2 * rng.random::<f64>()),
-            drop: if rng.random_bool(0.2) { 0.15 } else { 0.01 },
+            white_m: if bad { 2e-3 * rng.random::<f64>() } else { white_m },
+            bias_m,
+            glass_m,
+            drop,
             run: if rng.random_bool(0.2) { 0.5 } else { 0.02 },
-            unknown: if rng.random_bool(0.05) { 0.5 } else { 0.002 },
+            gap: if rng.random_bool(0.1) { 0.1 } else { 0.003 },
+            unknown: if bad { 0.3 } else { 0.002 },
         }
+    }
+}
+
+/// Bias that is smooth over the profile and in time: level, tilt and bow, each a first-order
+/// autoregressive process.
+#[derive(Default)]
+struct Bias([f64; 3]);
+
+impl Bias {
+    /// The bias of the next frame at abscissa `s` in [-1, 1] for a standard deviation of one a term.
+    fn advance(&mut self, rng: &mut ChaCha8Rng) -> impl Fn(f64) -> f64 + use<> {
+        const MEMORY: f64 = 0.95;
+        for term in &mut self.0 {
+            *term = MEMORY * *term + (1.0 - MEMORY * MEMORY).sqrt() * normal(rng);
+        }
+        let [level, tilt, bow] = self.0;
+        move |s| level + tilt * s + bow * (s * s - 1.0 / 3.0)
     }
 }
 
@@ -76,20 +102,30 @@ impl Seen {
         }
         let glass: Vec<f64> =
             sequence.glass_x_m.iter().zip(&levels).map(|(x, l)| x + l.glass_m * normal(rng)).collect();
-        let acceleration = known_acceleration(&glass);
+        let mut acceleration = known_acceleration(&glass);
+        let (mut bias, mut missing) = (Bias::default(), 0_u32);
         let mut features = Vec::with_capacity(frames * FEATURES);
-        for ((profile, a), level) in sequence.profile_m.chunks_exact(POINTS).zip(acceleration).zip(&levels) {
-            let common = level.common_m * normal(rng);
+        for (n, (profile, level)) in sequence.profile_m.chunks_exact(POINTS).zip(&levels).enumerate() {
+            let bias = bias.advance(rng);
             let (from, length) = (rng.random_range(0..POINTS), rng.random_range(2..12));
             let run = if rng.random_bool(level.run) { from..from + length } else { 0..0 };
+            if missing == 0 && rng.random_bool(level.gap) {
+                missing = rng.random_range(1..=3);
+            }
             for (i, &height) in profile.iter().enumerate() {
-                let lost = run.contains(&i) || rng.random_bool(level.drop);
-                let noisy = f64::from(height) - frame.fill_m + common + level.white_m * normal(rng);
+                let lost = missing > 0 || run.contains(&i) || rng.random_bool(level.drop);
+                let smooth = level.bias_m * bias(profile_abscissa(i));
+                let noisy = f64::from(height) - frame.fill_m + smooth + level.white_m * normal(rng);
                 let feature = noisy as f32 / frame.height_scale_m;
                 features.extend(if lost { [0.0, 0.0] } else { [feature, 1.0] });
             }
+            if missing > 0 && n > 0 {
+                // The run time carries the last acceleration over a gap.
+                acceleration[n] = acceleration[n - 1];
+            }
+            missing = missing.saturating_sub(1);
             let known = !rng.random_bool(level.unknown);
-            features.push(if known { a as f32 / frame.acceleration_scale } else { 0.0 });
+            features.push(if known { acceleration[n] as f32 / frame.acceleration_scale } else { 0.0 });
         }
         Self { features }
     }

@@ -17,7 +17,7 @@ const TARGETS: [Option<f64>; 5] = [Some(12.0), Some(12.0), Some(15.0), Some(15.0
 const OPEN: [Option<f64>; 5] = [None; 5];
 
 /// All figures, and the filtered slosh-rel as a fraction.
-pub(super) fn checks(model: &Model, held: &Side, tracks: &[Track]) -> (Vec<Check>, f64) {
+pub(super) fn checks(model: &Model, held: &Side, tracks: &[Track], worse: &[Track]) -> (Vec<Check>, f64) {
     let frame = &model.frame;
     let over = |latents: &dyn Fn(usize) -> Vec<Latent>, ports: &dyn Fn(usize) -> Vec<f64>| {
         let mut errors = Errors::default();
@@ -55,14 +55,16 @@ pub(super) fn checks(model: &Model, held: &Side, tracks: &[Track]) -> (Vec<Check
     checks.extend(
         rolled(&|x, u| model.dynamics.roll_out(x, u)).checks("GENERIC with motion, 2 s roll-out", OPEN),
     );
-    let filtered = over(
-        &|k| {
+    let filtered = |tracks: &[Track]| {
+        let estimate = |k: usize| {
             let states = filter::run(&model.dynamics, &model.gain, &tracks[k]);
             states.into_iter().map(|(_, x)| x).collect()
-        },
-        &read_port,
-    );
-    checks.extend(filtered.checks("filter, camera noise", TARGETS));
+        };
+        over(&estimate, &|k| tracks[k].port.clone())
+    };
+    let estimate = filtered(tracks);
+    checks.extend(estimate.checks("filter, camera noise", TARGETS));
+    checks.extend(filtered(worse).checks("filter, three times the noise", OPEN));
     for (group, basis) in TRUNK.iter().zip(&frame.bases) {
         let name = format!("POD: {group} left out of {} modes", basis.rank());
         checks.push(percent(name, basis.left_out, None));
@@ -75,7 +77,7 @@ pub(super) fn checks(model: &Model, held: &Side, tracks: &[Track]) -> (Vec<Check
         books(model, held),
         None,
     ));
-    (checks, filtered.relative(SURFACE))
+    (checks, estimate.relative(SURFACE))
 }
 
 /// Relative L2 error of H(x) against kinetic plus potential energy.

@@ -5,6 +5,7 @@
 
 use super::generic::{Dynamics, LATENTS, Latent, Square};
 use super::linear::Path;
+use super::precondition::typical;
 use super::progress::{Session, annealed};
 use super::unrolled::{Operators, dynamics_of, weights_of};
 use super::weights::{Adam, Matrix, leaves, scalar};
@@ -61,27 +62,8 @@ pub(super) fn validate(
 }
 
 /// Trains `start` on `training` for `steps` steps and keeps what rolls out best on `validation`.
-///
-/// The work is done in the coordinates y = K x, in which H starts as |y|^2 / 2: latents of little energy
-/// have entries of L and D that are larger by orders of magnitude otherwise.
 #[must_use]
 pub(super) fn train(
-    start: &Dynamics,
-    (training, validation): (&[Path], &[Path]),
-    metric: &Square,
-    plan: (usize, u64),
-    session: &Session<'_>,
-) -> (Dynamics, f64) {
-    let k = start.linear;
-    let (Some(inner), Some(back)) = (start.changed(&k), k.try_inverse()) else {
-        return (start.clone(), f64::INFINITY);
-    };
-    let map = |paths: &[Path]| paths.iter().map(|p| p.changed(&k)).collect::<Vec<_>>();
-    let (best, error) = descend(&inner, (&map(training), &map(validation)), &(metric * back), plan, session);
-    (best.changed(&back).unwrap_or_else(|| start.clone()), error)
-}
-
-fn descend(
     start: &Dynamics,
     (training, validation): (&[Path], &[Path]),
     metric: &Square,
@@ -119,7 +101,7 @@ fn descend(
         let state = |k| column(&|p, n| p.x[n].iter().map(|&v| v as f32).collect(), k);
         let tensors = leaves(&weights, &device);
         if step % REFRESH == 0 {
-            preconditioner = dynamics_of(&weights).typical_preconditioner(training.iter().flat_map(|p| &p.x));
+            preconditioner = typical(&dynamics_of(&weights), training.iter().flat_map(|p| &p.x));
         }
         let operators = Operators::new(&tensors, &preconditioner, &device);
         let energy = column(&|p, n| vec![p.energy[n] as f32], 0);

@@ -41,9 +41,15 @@ impl Side {
     }
 
     /// What the camera and the encoder make of every sequence.
-    pub(super) fn tracks(&self, frame: &Frame, encoder: &Encoder, rng: &mut ChaCha8Rng) -> Vec<Track> {
+    pub(super) fn tracks(
+        &self,
+        frame: &Frame,
+        encoder: &Encoder,
+        noise: Noise,
+        rng: &mut ChaCha8Rng,
+    ) -> Vec<Track> {
         let track = |(sequence, truth): (&Sequence, &Vec<Latent>)| {
-            let seen = Seen::new(sequence, frame, Some(Noise::CAMERA), rng);
+            let seen = Seen::new(sequence, frame, Some(noise), rng);
             let u = (0..sequence.frames()).map(|n| seen.port(n)).collect();
             let said = encoder.read(&seen);
             let (y, port) = said.into_iter().map(|reading| (reading.latent, reading.port)).unzip();

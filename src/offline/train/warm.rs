@@ -169,11 +169,15 @@ mod tests {
         };
         let paths: Vec<Path> = (0..40).map(|_| path(&mut rng)).collect();
         let linear = Linear::fit(&paths, &Square::identity()).expect("a determined fit");
-        let mut warm = start(&linear, &paths, &Square::identity(), &mut rng).expect("a stable fit");
-        warm.outer.fill(0.0);
-        let (ours, theirs) = (warm.roll_out(paths[0].x[0], &paths[0].u[1..]), &paths[0].x[1..]);
-        let miss: f64 = ours.iter().zip(theirs).map(|(a, b)| (a - b).norm_squared()).sum();
-        let size: f64 = theirs.iter().map(nalgebra::Matrix::norm_squared).sum();
-        assert!((miss / size).sqrt() < 0.1, "{}", (miss / size).sqrt());
+        let (m, port) = linear.generator().expect("no eigenvalue -1");
+        let split = split(&m, &raise(&regress_energy(&paths), 1e-3), 1.0).expect("a stable generator");
+        let warm =
+            Dynamics { skew: split.skew, friction: split.friction, linear: split.linear, port, ..quadratic };
+        let (x, u) = (paths[0].x[0], &paths[0].u[1..]);
+        for (ours, theirs) in warm.roll_out(x, u).iter().zip(linear.roll_out(x, u)) {
+            assert!((ours - theirs).norm() < 1e-4 * x.norm(), "{}", (ours - theirs).norm());
+        }
+        let miss = validate(|x, u| linear.roll_out(x, u), &paths, &Square::identity());
+        assert!(miss < 0.02, "the fit finds the map that made the paths: {miss}");
     }
 }
