@@ -9,16 +9,10 @@ use meniscus::offline::liquids::{Liquid, Rheology};
 use meniscus::offline::motion::Motion;
 use meniscus::offline::recording::{Glass, Recording, STATE, States};
 use meniscus::offline::sph::{Error, Setup, Simulator, record, relative_closure};
-use std::f64::consts::TAU;
+use meniscus::offline::validate::{Mode, Tone, fit};
 use std::path::PathBuf;
 
 const GLASS: Glass = Glass { radius_m: 0.035, fill_m: 0.07, rim_m: 0.11 };
-
-/// First zero of J1'.
-const XI: f64 = 1.841_183_781;
-
-/// Wave number of the first mode, 1/m.
-const K: f64 = XI / GLASS.radius_m;
 
 fn setup(viscosity: f64, spacing_m: f64) -> Setup {
     let rheology = Rheology::newtonian(viscosity);
@@ -26,75 +20,29 @@ fn setup(viscosity: f64, spacing_m: f64) -> Setup {
     Setup { glass: GLASS, liquid, spacing_m, seed: 0, no_slip: true }
 }
 
-/// Gradient of the first mode's potential `J1(kr) cos(phi) cosh(kz)`, of size 1 at the top of the wall.
-fn mode([x, y, z]: [f64; 3]) -> [f64; 3] {
-    let r = x.hypot(y).max(1e-9);
-    let (cos, sin) = (x / r, y / r);
-    let over = libm::j1(K * r) / (K * r);
-    let slope = libm::j0(K * r) - over;
-    let scale = 1.0 / (libm::j1(XI) * (K * GLASS.fill_m).cosh());
-    let (radial, around) = (slope * cos * (K * z).cosh(), -over * sin * (K * z).cosh());
-    let up = libm::j1(K * r) * cos * (K * z).sinh();
-    [scale * (radial * cos - around * sin), scale * (radial * sin + around * cos), scale * up]
-}
-
 /// Lets the first mode ring from 0.05 m/s for `seconds`; returns times and modal momentum.
 fn ring(viscosity: f64, spacing_m: f64, seconds: f64) -> Vec<(f64, f64)> {
     let mut simulator = Simulator::new(&setup(viscosity, spacing_m)).expect("the glass settles");
-    simulator.set_velocity(|x| mode(x).map(|v| 0.05 * v));
+    let mode = Mode::first(GLASS);
+    simulator.set_velocity(|x| mode.velocity(x).map(|v| 0.05 * v));
     let mut series = Vec::new();
     while simulator.time_s() < seconds {
-        let momentum =
-            |(x, v, m): ([f64; 3], [f64; 3], f64)| m * mode(x).iter().zip(v).map(|(e, v)| e * v).sum::<f64>();
+        let momentum = |(x, v, m): ([f64; 3], [f64; 3], f64)| {
+            m * mode.velocity(x).iter().zip(v).map(|(e, v)| e * v).sum::<f64>()
+        };
         series.push((simulator.time_s(), simulator.motion().map(momentum).sum()));
         simulator.step(|_| 0.0).expect("the mode rings inside the glass");
     }
     series
 }
 
-/// Frequency (Hz) and decay (1/s) of `A e^(-decay t) cos(2 pi f t + phase)`, fitted to `series`.
-fn fit(series: &[(f64, f64)]) -> (f64, f64) {
-    let misfit = |hz: f64, decay: f64| -> f64 {
-        let (mut cc, mut cs, mut ss, mut yc, mut ys, mut yy) = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
-        for &(t, y) in series {
-            let (s, c) = (TAU * hz * t).sin_cos();
-            let (s, c) = (s * (-decay * t).exp(), c * (-decay * t).exp());
-            (cc, cs, ss) = (cc + c * c, cs + c * s, ss + s * s);
-            (yc, ys, yy) = (yc + y * c, ys + y * s, yy + y * y);
-        }
-        yy - (yc * (ss * yc - cs * ys) + ys * (cc * ys - cs * yc)) / (cc * ss - cs * cs)
-    };
-    let (mut hz, mut decay, mut dh, mut dd) = (3.5, 3.0, 0.2, 2.0);
-    let mut best = misfit(hz, decay);
-    while dh > 1e-5 {
-        let tries = [(hz + dh, decay), (hz - dh, decay), (hz, decay + dd), (hz, decay - dd)];
-        let found = tries.into_iter().map(|(h, d)| (misfit(h, d), h, d)).min_by(|a, b| a.0.total_cmp(&b.0));
-        match found {
-            Some((m, h, d)) if m < best => (best, hz, decay) = (m, h, d),
-            _ => (dh, dd) = (0.5 * dh, 0.5 * dd),
-        }
-    }
-    (hz, decay)
-}
-
-/// `w^2 = g k tanh(kh)`, the inviscid first mode, Hz.
-fn theory_hz() -> f64 {
-    (9.80665 * K * (K * GLASS.fill_m).tanh()).sqrt() / TAU
-}
-
-/// Decay by boundary layer and bulk (Case and Parkinson 1957), 1/s.
-fn theory_decay(nu: f64) -> f64 {
-    let (r, h, w) = (GLASS.radius_m, GLASS.fill_m, TAU * theory_hz());
-    let side = (1.0 + XI.powi(-2)) / (1.0 - XI.powi(-2));
-    let bottom = 2.0 * K * r * (1.0 - h / r) / (2.0 * K * h).sinh();
-    (nu * w / 2.0).sqrt() / (2.0 * r) * (side + bottom) + 2.0 * nu * K * K
-}
-
 #[test]
 fn the_first_mode_has_its_inviscid_frequency() {
-    let (hz, decay) = fit(&ring(0.0, 0.005, 0.5));
-    println!("inviscid: {hz} Hz for {}, decay {decay} /s for 0", theory_hz());
-    assert!((hz / theory_hz() - 1.0).abs() < 0.03, "{hz} Hz for {}", theory_hz());
+    let theory = Mode::first(GLASS).hz();
+    let guess = Tone { hz: theory, decay: 0.5 };
+    let Tone { hz, decay } = fit(&ring(0.0, 0.005, 0.5), guess, &[]).expect("it rings").tone;
+    println!("inviscid: {hz} Hz for {theory}, decay {decay} /s for 0");
+    assert!((hz / theory - 1.0).abs() < 0.03, "{hz} Hz for {theory}");
     assert!((0.0..1.5).contains(&decay), "numerical decay {decay} /s");
 }
 
@@ -103,8 +51,10 @@ fn glycerine_decays_by_boundary_layer_and_bulk() {
     let series = ring(0.950, 0.007, 0.6);
     // The start is not the viscous mode: leave out the first 50 ms, in which the wall layer forms.
     let rest = series.iter().position(|(t, _)| *t > 0.05).expect("the series is longer");
-    let (hz, decay) = fit(&series[rest..]);
-    let theory = theory_decay(0.950 / 1261.0);
+    let mode = Mode::first(GLASS);
+    let theory = mode.layer_decay(0.950 / 1261.0);
+    let guess = Tone { hz: mode.hz(), decay: theory };
+    let Tone { hz, decay } = fit(&series[rest..], guess, &[]).expect("it rings").tone;
     println!("glycerine: {hz} Hz, decay {decay} /s for {theory}");
     assert!((decay / theory - 1.0).abs() < 0.15, "{decay} /s for {theory}");
 }

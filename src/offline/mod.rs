@@ -14,6 +14,7 @@ pub mod score;
 pub mod sph;
 #[cfg(feature = "train")]
 pub mod train;
+pub mod validate;
 
 /// `std` and its prelude, by name: the crate is `no_std`, so each file of this storey opens with
 /// `use crate::offline::prelude::*;`.

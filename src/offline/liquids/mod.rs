@@ -1,5 +1,8 @@
 //! Liquids: one small TOML file each, every number with its source.
 //!
+//! Glycerine, water and blood carry the numbers of their sources. The other seven carry typical values of
+//! general literature, as their files say: they are the right kind of liquid, not a certain bottle of it.
+//!
 //! The files of the known liquids are compiled in; any other file may be given by its path.
 
 mod rheology;
@@ -11,10 +14,17 @@ use serde::Deserialize;
 use std::path::{Path, PathBuf};
 
 /// The files compiled in, by the name that the command line uses.
-const KNOWN: [(&str, &str); 3] = [
+const KNOWN: [(&str, &str); 10] = [
     ("glycerine", include_str!("../../../liquids/glycerine.toml")),
     ("water", include_str!("../../../liquids/water.toml")),
     ("blood", include_str!("../../../liquids/blood.toml")),
+    ("butter", include_str!("../../../liquids/butter.toml")),
+    ("honey", include_str!("../../../liquids/honey.toml")),
+    ("beer", include_str!("../../../liquids/beer.toml")),
+    ("gazpacho", include_str!("../../../liquids/gazpacho.toml")),
+    ("chocolate", include_str!("../../../liquids/chocolate.toml")),
+    ("mayonnaise", include_str!("../../../liquids/mayonnaise.toml")),
+    ("ketchup", include_str!("../../../liquids/ketchup.toml")),
 ];
 
 /// A liquid at 20 degrees Celsius unless its file says otherwise.

@@ -1,0 +1,54 @@
+//! `meniscus simulate validate`: the simulator against theory.
+
+use anyhow::Context;
+use indicatif::{ProgressBar, ProgressStyle};
+use meniscus::host::checks::table;
+use meniscus::offline::validate::{decay_png, markdown, validate, work};
+use std::path::PathBuf;
+
+/// Hold the simulator against theory: frequencies, decays, noise, energy, escapes, cost.
+///
+/// The whole table takes 2 to 4 minutes on two processors, the quick part of it about one. A missed
+/// target is reported, and is no error of the command.
+#[derive(clap::Args)]
+#[command(after_help = "Example:\n  meniscus simulate validate --quick --out validation")]
+pub(crate) struct Arguments {
+    /// Only the first mode, glycerine, energy and cost.
+    #[arg(long)]
+    quick: bool,
+    /// Report on standard output as one JSON object with an array of checks.
+    #[arg(long)]
+    json: bool,
+    /// The directory to write validate.md and the pictures into.
+    #[arg(long, value_name = "DIR", default_value = "validation")]
+    out: PathBuf,
+}
+
+/// Runs the verb.
+pub(super) fn run(arguments: &Arguments) -> anyhow::Result<()> {
+    let Arguments { quick, json, out } = arguments;
+    std::fs::create_dir_all(out).with_context(|| format!("cannot make the directory {}", out.display()))?;
+    // The bar counts hundredths of the estimated work, so that its time left is smooth.
+    let bar = ProgressBar::new((100.0 * work(*quick)) as u64);
+    bar.set_style(ProgressStyle::with_template("{msg:22} {wide_bar} {percent} %, {eta} left")?);
+    let outcome = validate(*quick, |done, case| {
+        bar.set_message(String::from(case));
+        bar.set_position((100.0 * done) as u64);
+    })?;
+    bar.finish_and_clear();
+    let picture = |index: usize| format!("decay-{index}.png");
+    for (index, ringing) in outcome.ringings.iter().enumerate() {
+        decay_png(ringing, &out.join(picture(index)))?;
+    }
+    let command = if *quick { "meniscus simulate validate --quick" } else { "meniscus simulate validate" };
+    let page = out.join("validate.md");
+    std::fs::write(&page, markdown(&outcome, command, picture))
+        .with_context(|| format!("cannot write {}", page.display()))?;
+    if *json {
+        println!("{}", serde_json::json!({ "checks": outcome.checks }));
+    } else {
+        print!("{}", table(&outcome.checks));
+        println!("written: {} and {} pictures beside it", page.display(), outcome.ringings.len());
+    }
+    Ok(())
+}
