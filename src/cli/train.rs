@@ -2,6 +2,7 @@
 
 use anyhow::{Context, ensure};
 use meniscus::host::checks::table;
+use meniscus::host::files::write_whole;
 use meniscus::offline::recording::Recording;
 use meniscus::offline::train::{Options, Schedule, train};
 use std::path::{Path, PathBuf};
@@ -108,14 +109,4 @@ fn in_folder(folder: &Path, prefix: &str) -> anyhow::Result<Vec<PathBuf>> {
     files.sort();
     ensure!(!files.is_empty(), "{} holds no {prefix}*.safetensors", folder.display());
     Ok(files)
-}
-
-/// Writes beside the target and renames, so that a blob is whole or absent.
-fn write_whole(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
-    if let Some(folder) = path.parent() {
-        std::fs::create_dir_all(folder).with_context(|| format!("{} cannot be made", folder.display()))?;
-    }
-    let partial = path.with_extension("partial");
-    std::fs::write(&partial, bytes).with_context(|| format!("{} cannot be written", partial.display()))?;
-    std::fs::rename(&partial, path).with_context(|| format!("{} cannot be written", path.display()))
 }

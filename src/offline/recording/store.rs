@@ -17,6 +17,7 @@ use super::{
     COLUMNS, EnergyBook, Factored, GROUP_NAMES, Glass, Provenance, Recording, STATE, States, WALL_POINTS,
     group_range,
 };
+use crate::host::files::write_whole;
 use crate::offline::prelude::*;
 use crate::surface::POINTS;
 use half::f16;
@@ -79,17 +80,13 @@ impl Tensor {
 }
 
 impl Recording {
-    /// Writes the recording to `path`: beside it first, then renamed, so that no half file appears.
+    /// Writes the recording to `path`, whole or not at all.
     ///
     /// # Errors
     /// When the file system says no.
     pub fn save(&self, path: &Path) -> Result<(), StoreError> {
         let bytes = self.to_bytes().map_err(|why| StoreError::Malformed(path.into(), why))?;
-        let mut beside = path.as_os_str().to_owned();
-        beside.push(".part");
-        std::fs::write(&beside, bytes)
-            .and_then(|()| std::fs::rename(&beside, path))
-            .map_err(|e| StoreError::Io(path.into(), e))
+        write_whole(path, &bytes).map_err(|error| StoreError::Io(error.path, error.cause))
     }
 
     /// Reads the recording at `path`; every type and shape is checked.
