@@ -28,8 +28,10 @@
 #![no_std]
 
 // Storey 1.
+pub mod d4xx;
 pub mod decoder;
 pub mod encoder;
+pub mod filters;
 pub mod frame;
 pub mod generic;
 pub mod health;

@@ -8,11 +8,18 @@
 
 use core::hint::black_box;
 use core::panic::PanicInfo;
+use meniscus::d4xx::{self, Command, DepthTable, Identity, MESSAGE, Table};
+use meniscus::filters::{
+    Decimation, HoleFilling, LANES, Spatial, SpatialDisparity, Temporal, TemporalState, decimate, fill_holes,
+    to_depth, to_disparity,
+};
 use meniscus::model::Model;
 use meniscus::output::{OUTPUT_MAX, OUTPUT_VERSION, Packet};
 use meniscus::runtime::{Clock, Estimator, Eye, Tracker, Turn};
 use meniscus::surface::{Config, Settings};
-use meniscus::uvc::Stream;
+use meniscus::uvc::descriptor::{check, interfaces};
+use meniscus::uvc::format::{input_header, video_modes};
+use meniscus::uvc::{ControlChange, Probe, Stream, Topology, extension_unit};
 
 unsafe extern "C" {
     /// Defined nowhere.
@@ -42,6 +49,8 @@ pub extern "C" fn _start() -> ! {
     let (mut depth, mut infrared, mut numbers) = ([0; 16], [0; 8], [0.0; 16]);
     let mut clock = Ticks(0);
     let blob: &[u8] = black_box(&[]);
+    connect(black_box(&[]));
+    filter();
     match (Model::load(blob), Config::new(black_box(Settings::default()))) {
         (Ok(model), Ok(config)) => {
             let eye = Eye::new(config, black_box(&mut depth), black_box(&mut infrared));
@@ -71,4 +80,54 @@ fn send(turn: &Turn, field: &[f32]) {
     };
     let _sent = black_box(packet.write(&mut buffer).is_ok());
     black_box(field);
+}
+
+/// What stands before the stream: descriptors, probe, status packets, hardware monitor.
+fn connect(bytes: &[u8]) {
+    black_box(check(bytes).is_ok());
+    for interface in interfaces(bytes) {
+        black_box((Topology::of(&interface), input_header(&interface), interface.input(2)).0.is_some());
+        black_box(extension_unit(&interface, &d4xx::UNIT_GUID).is_some());
+        for mode in video_modes(&interface) {
+            black_box((mode, mode.interval_of(60), mode.intervals().last()));
+        }
+    }
+    if let Ok(probe) = Probe::read(bytes, black_box(48)) {
+        let asked = probe.ask((1, 1), 166_666);
+        black_box((asked.bytes(), probe.agrees(&asked, 1).is_ok()));
+    }
+    black_box(ControlChange::read(bytes).is_some());
+    black_box(Identity::read(bytes).is_ok());
+    if let Ok(table) = Table::read(bytes, d4xx::COEFFICIENTS) {
+        black_box(d4xx::baseline_mm(&table).is_ok());
+        black_box(d4xx::coefficients(&table, (640, 480)).is_ok());
+    }
+    black_box(d4xx::recommended::read(bytes, (640, 480)).is_ok());
+    let mut message = [0; MESSAGE];
+    if let Ok(table) = DepthTable::read(bytes) {
+        table.with_unit_um(black_box(100)).set().write(&mut message);
+    }
+    Command { data: bytes, ..Command::new(1, [0; 4]) }.write(&mut message);
+    black_box(&message);
+}
+
+/// Every depth filter, on images whose sizes the compiler cannot see.
+fn filter() {
+    let (mut image, mut disparity, mut small) = ([0; 16], [0.0; 16], [0; 16]);
+    let image: &mut [u16] = black_box(&mut image);
+    let disparity: &mut [f32] = black_box(&mut disparity);
+    let (mut room, mut lanes) = ([[0; LANES]; 4], [[0.0; LANES]; 4]);
+    let width = black_box(4);
+    let spatial = black_box(Spatial::default());
+    black_box(spatial.apply(image, width, black_box(&mut room)).is_ok());
+    black_box(to_disparity(image, black_box(1.0), disparity).is_ok());
+    let recursive = black_box(SpatialDisparity::default());
+    black_box(recursive.apply(disparity, width, black_box(&mut lanes)).is_ok());
+    black_box(to_depth(disparity, black_box(1.0), image).is_ok());
+    black_box(fill_holes(image, width, black_box(HoleFilling::Farthest)).is_ok());
+    let (mut last, mut history) = ([0; 16], [0; 16]);
+    let mut state = TemporalState::new(black_box(&mut last), black_box(&mut history));
+    black_box(black_box(Temporal::default()).apply(image, &mut state).is_ok());
+    let decimation = Decimation::new(black_box(2), (width, black_box(4)));
+    black_box(decimate(decimation, image, black_box(&mut small)).is_ok());
 }

@@ -14,10 +14,10 @@ use crate::window::Window;
 use serde::{Deserialize, Serialize};
 
 /// Largest glass acceleration that enters the port, as a multiple of the model's scale.
-const PORT_LIMIT: f64 = 20.0;
+pub const PORT_LIMIT: f64 = 20.0;
 
 /// Points of a profile that must be seen for it to be a measurement: two thirds of 21.
-const POINTS_NEEDED: usize = 14;
+pub const POINTS_NEEDED: usize = 14;
 
 /// Frames of a full window that must have been seen for the encoder to be trusted: half of 16.
 const ROWS_NEEDED: usize = 8;

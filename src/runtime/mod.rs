@@ -5,12 +5,15 @@ mod budget;
 mod estimator;
 mod eye;
 mod filter;
+mod forecast;
 mod mode;
 mod motion;
 mod tracker;
 
 pub use budget::{Clock, DEADLINE_US, Stages};
-pub use estimator::{Estimate, Estimator, Memory};
+pub use estimator::{Estimate, Estimator, Memory, POINTS_NEEDED, PORT_LIMIT};
 pub use eye::{Eye, Sight};
+pub use forecast::surface_ahead;
 pub use mode::{COAST_LIMIT, Mode};
+pub use motion::Motion;
 pub use tracker::{Tracker, Turn};

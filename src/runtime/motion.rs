@@ -15,7 +15,7 @@ const CARRY_FRAMES: u32 = 2;
 
 /// The last two positions and the last acceleration.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Motion {
+pub struct Motion {
     /// Frames ago and position, newest first.
     last: [Option<(u32, f64)>; 2],
     acceleration: f64,
@@ -24,7 +24,7 @@ pub(super) struct Motion {
 
 impl Motion {
     /// Takes this frame's glass position (if the glass was seen) and gives the acceleration, m/s2.
-    pub(super) fn update(&mut self, position_m: Option<f64>) -> f64 {
+    pub fn update(&mut self, position_m: Option<f64>) -> f64 {
         for (age, _) in self.last.iter_mut().flatten() {
             *age = age.saturating_add(1);
         }

@@ -28,8 +28,15 @@ const THICKEST: usize = 14;
 /// The background's tone is the mean of this many pixels, this far above the edge.
 const BACK_PIXELS: usize = 3;
 const BACK_GAP: usize = 3;
-/// Share of the step from front to background at which a band sets in.
+/// Share of the step from front to background at which a band sets in, and standard deviations of the
+/// pixels: the larger.
 const ONSET: f32 = 0.1;
+const ONSET_DEVIATIONS: f32 = 3.0;
+/// The front's pixels differ by less than this share of the step.
+const UNEVEN: f32 = 0.25;
+/// Variance of a point that was moved: a part of the excess, squared, and this many square pixels.
+const MOVED_SHARE: f32 = 0.2;
+const MOVED_PX2: f32 = 0.04;
 /// Excess of `D` that is noise, and that from which on the onset is taken, pixels.
 const NOISE_PX: f32 = 0.12;
 const CERTAIN_PX: f32 = 0.35;
@@ -42,6 +49,8 @@ pub(super) struct Crossing {
     pub(super) column: usize,
     pub(super) edge: f32,
     pub(super) onset: Option<f32>,
+    /// Variance beside the usual scatter, square pixels.
+    pub(super) own_px2: f32,
 }
 
 /// Crossings of all columns, columns rising.
@@ -49,7 +58,13 @@ pub(super) type Crossings = Vec<Crossing, MAX_COLUMNS>;
 
 /// Row at which a column leaves the tone of the front on the way up to the first background;
 /// `None` if the column is too short, or never leaves it.
-pub(super) fn onset(image: Grey<'_>, column: usize, first_background: usize, foot: usize) -> Option<f32> {
+pub(super) fn onset(
+    image: Grey<'_>,
+    column: usize,
+    first_background: usize,
+    foot: usize,
+    noise: f32,
+) -> Option<f32> {
     let start = first_background.saturating_add(THICKEST);
     if start.saturating_add(FRONT_PIXELS) > foot {
         return None;
@@ -59,7 +74,15 @@ pub(super) fn onset(image: Grey<'_>, column: usize, first_background: usize, foo
         pixels.map(f32::from).sum::<f32>() / count as f32
     };
     let front = mean(start, FRONT_PIXELS);
+    let tones =
+        (start..start.saturating_add(FRONT_PIXELS)).filter_map(|row| image.at(column, row)).map(f32::from);
+    let (low, high) = tones.fold((255.0_f32, 0.0_f32), |(low, high), tone| (low.min(tone), high.max(tone)));
     let step = mean(first_background.checked_sub(BACK_GAP + BACK_PIXELS)?, BACK_PIXELS) - front;
+    // Where something else begins within the front, its tone says nothing.
+    if high - low > UNEVEN * step.abs() {
+        return None;
+    }
+    let limit = ONSET.max(ONSET_DEVIATIONS * noise / step.abs().max(1.0));
     let mut below = 0.0;
     let mut rising: Option<f32> = None;
     for row in (first_background.saturating_sub(BACK_GAP)..start).rev() {
@@ -67,10 +90,10 @@ pub(super) fn onset(image: Grey<'_>, column: usize, first_background: usize, foo
         let share = ((f32::from(image.at(column, row)?) - front) / step).abs();
         match rising {
             // Two pixels in a row are no speckle.
-            Some(at) if share >= ONSET => return Some(at),
-            _ => rising = (share >= ONSET).then(|| row as f32 + (share - ONSET) / (share - below).max(1e-3)),
+            Some(at) if share >= limit => return Some(at),
+            _ => rising = (share >= limit).then(|| row as f32 + (share - limit) / (share - below).max(1e-3)),
         }
-        below = share.min(ONSET);
+        below = share.min(limit);
     }
     None
 }
@@ -92,7 +115,15 @@ pub(super) fn lower(crossings: &Crossings, edge: &mut Edge) {
         let share = ((excess - NOISE_PX) / (CERTAIN_PX - NOISE_PX)).clamp(0.0, 1.0);
         let contact = crossing.onset.map_or(crossing.edge, |onset| onset - ONSET_LEAD_PX);
         let row = crossing.edge + share * (contact - crossing.edge);
-        let _ = edge.push(EdgePoint { column: crossing.column, row });
+        // In between it is not known which of the two is the contact line.
+        let doubt = MOVED_SHARE * excess.max(0.0) + (share * (1.0 - share)) * excess.abs();
+        let moved = if share > 0.0 { MOVED_PX2 + doubt * doubt } else { 0.0 };
+        let _ = edge.push(EdgePoint {
+            column: crossing.column,
+            row,
+            own_px2: crossing.own_px2 + moved,
+            moved_px: row - crossing.edge,
+        });
     }
 }
 

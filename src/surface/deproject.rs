@@ -58,6 +58,11 @@ impl Camera {
         (ray.right * depth_m, self.height_m + ray.up * depth_m)
     }
 
+    /// Metres that the ray rises in a metre of depth.
+    pub(super) fn rise(&self, ray: Ray) -> f32 {
+        ray.up
+    }
+
     /// Row of a point at `height_m`, `distance_m` away horizontally.
     pub(super) fn row_of(&self, height_m: f32, distance_m: f32) -> f32 {
         // From y + D = Z (cos p + b sin p), z - H = Z (sin p - b cos p), solved for b.
@@ -104,6 +109,28 @@ impl Camera {
         let s = left + right;
         let q = 1.0 - left * right;
         self.distance_m * s / (q + sqrtf(q * q + s * s))
+    }
+
+    /// Position X of the axis of the cylinder of which one side of the silhouette is seen at the bearing
+    /// `edge` (`side` -1: left, 1: right), the axis being near `near_m`.
+    ///
+    /// `tan(atan e - side asin(R / A)) = (e - side s) / (1 + side e s)`, `s = R / sqrt(A^2 - R^2)`,
+    /// `A^2 = D^2 + X^2`.
+    pub(super) fn axis_beside(&self, edge: f32, side: f32, near_m: f32) -> f32 {
+        let away = self.distance_m * self.distance_m + near_m * near_m;
+        let s = side * self.radius_m / sqrtf(away - self.radius_m * self.radius_m);
+        self.distance_m * (edge - s) / (1.0 + edge * s)
+    }
+
+    /// Column in row `row` of the vertical plane that is seen in column `u` of row `from`.
+    pub(super) fn follow(&self, u: f32, from: f32, row: f32) -> f32 {
+        let away = |v: f32| self.cos + (v - self.lens.ppy) / self.lens.fy * self.sin;
+        self.lens.ppx + (u - self.lens.ppx) * away(row) / away(from)
+    }
+
+    /// Height of a pixel at the wall that faces the camera, metres.
+    pub(super) fn pitch_m(&self) -> f32 {
+        (self.distance_m - self.radius_m) / self.lens.fy
     }
 
     /// Tangent of half the angle that the silhouette subtends, `R / sqrt(D^2 - R^2)`, straight ahead.

@@ -1,20 +1,26 @@
-//! How far the edge is: measured depth just below it, compared with the wall it must lie on.
+//! How far the edge is, and whether it is the contact line: the depth image beside the wall.
 //!
-//! The contact line lies on the wall that faces the camera, whose depth `w(u)` follows from the
-//! glass position. Per edge point the median residual `r` of `z - w` over the valid pixels of a small
-//! window in the liquid is taken: the wall curves within the window, the residual does not. The
-//! median `r0` of the residuals of the frame is how far the camera stands from where it is told to be.
+//! The contact line lies on the wall that faces the camera, whose depth `w(u, v)` follows from the glass
+//! position. All comparisons are made in residuals `z - w`, in which the wall is flat:
 //!
-//! * enough valid pixels: depth = w + r;
-//! * too few (a hole): depth = w + r0, but only if at least half of the traced points are measured,
-//!   that is, if the depth image has confirmed the wall; the point stays valid, and is counted in
-//!   [`Tally::holes`](super::Tally);
-//! * `r` far from `r0`: the edge is not the contact line there (liquid that rises behind it hides
-//!   it); the point is dropped and counted in [`Tally::not_the_wall`](super::Tally).
+//! * far below each edge point, where only the front of the liquid can be, the median residual of a small
+//!   window; the median `r0` of all is how far the camera stands from where it is told to be, and every
+//!   point takes it: its depth is `w + r0`. A single window is noisier than the wall is uncertain;
+//! * the same window just below the edge far from `r0`: the edge is not the contact line there; the point is dropped
+//!   ([`Tally::not_the_wall`](super::Tally));
+//! * too few valid pixels (a hole): the point stays, if at least half of the points are measured
+//!   ([`Tally::holes`](super::Tally));
+//! * the window above the edge nearer than the wall: something covers the glass there, and the edge is
+//!   its own; the point is dropped ([`Tally::covered`](super::Tally));
+//! * rows below the edge that are far behind the wall: liquid that rises behind the contact line and
+//!   shows above it in the liquid's own tone. The point moves down to where their residuals run to `r0`,
+//!   by the mean over the neighbours ([`Tally::behind`](super::Tally)). Stereo matching smears that border over its own
+//!   window in a real camera; the rendered one does not.
 
 use super::config::{Config, MAX_COLUMNS};
 use super::extract::{NotSeen, Tally};
-use super::trace::{Edge, EdgePoint};
+use super::resample::median_error;
+use super::trace::{Edge, EdgePoint, NEIGHBOURS};
 use crate::frame::DepthFrame;
 use crate::math::median;
 use heapless::Vec;
@@ -26,10 +32,25 @@ const SKIPPED: usize = 2;
 const WINDOW: usize = (2 * HALF_WIDTH + 1) * ROWS;
 /// Fewest valid pixels of a window that is no hole.
 const LEAST_PIXELS: usize = 6;
-/// A window farther from the others' median shows other liquid, metres: six times the noise of a pixel.
-const WINDOW_TOLERANCE_M: f32 = 0.004;
+/// A window farther from the others' median shows something else, metres, or as many times the usual deviation.
+const WINDOW_TOLERANCE_M: (f32, f32) = (0.004, 0.010);
+const WINDOW_DEVIATIONS: f32 = 6.0;
+/// A pixel this far behind the wall shows liquid behind the contact line, metres; a pixel scatters more
+/// than a window.
+const BEHIND_M: (f32, f32) = (0.005, 0.012);
+const BEHIND_DEVIATIONS: f32 = 8.0;
+/// Most rows of such liquid, and how many neighbours must show it.
+const THICKEST: usize = 20;
+const LEAST_BEHIND: usize = 3;
+/// The border lies this many rows below the last row behind, by the fall of the last two residuals.
+const BORDER: (f32, f32) = (0.5, 2.5);
+/// Standard deviation of its border, as a share of a row and of its thickness.
+const BORDER_ROWS: f32 = 0.25;
+const BORDER_SHARE: f32 = 0.15;
 /// The camera is this near to where it is told to be, or the settings are wrong, metres.
 const PLACE_TOLERANCE_M: f32 = 0.015;
+/// Columns whose windows tell the same: the window's width and the reach of the matching.
+const GROUP: f32 = 8.0;
 
 /// A point of the edge in space.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -38,12 +59,27 @@ pub(super) struct Sample {
     pub(super) x_m: f32,
     /// Height above the inner bottom, metres.
     pub(super) z_m: f32,
+    /// By how much the height changes with the depth: the ray's rise.
+    pub(super) rise: f32,
+    /// Variance of its own beside the edge's and the depth's noise, square metres.
+    pub(super) own_m2: f32,
+    /// By how much it was lowered already, metres.
+    pub(super) lowered_m: f32,
 }
 
 /// The edge in space, `x` rising.
 pub(super) type Samples = Vec<Sample, MAX_COLUMNS>;
 
-/// Gives each edge point its place in space; returns `r0`, metres.
+/// What the depth image says of the wall.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Wall {
+    /// `r0`, metres.
+    pub(super) offset_m: f32,
+    /// Standard error of `r0`, metres.
+    pub(super) scatter_m: f32,
+}
+
+/// Gives each edge point its place in space.
 pub(super) fn place(
     config: &Config,
     depth: DepthFrame<'_>,
@@ -51,59 +87,139 @@ pub(super) fn place(
     edge: &Edge,
     samples: &mut Samples,
     tally: &mut Tally,
-) -> Result<f32, NotSeen> {
+) -> Result<Wall, NotSeen> {
     samples.clear();
+    let look = Look { config, depth, axis_m };
     // One residual for each point of `edge`, in its order; both lists are as long at most.
     let mut residuals: Vec<Option<f32>, MAX_COLUMNS> = Vec::new();
+    let foot = config.foot_rows.1.saturating_sub(ROWS);
     for &point in edge {
-        let _ = residuals.push(residual(config, depth, axis_m, point));
+        let deep = point.row.max(0.0) as usize + THICKEST;
+        let _ = residuals.push(look.window(point.column, deep.min(foot)));
     }
     let measured = residuals.iter().copied().flatten();
     let offset_m = median(measured.clone()).ok_or(NotSeen::NoDepth)?;
     if offset_m.abs() > PLACE_TOLERANCE_M {
         return Err(NotSeen::WallElsewhere);
     }
-    let confirmed = 2 * measured.count() >= edge.len();
-    for (point, &residual) in edge.iter().zip(&residuals) {
-        let residual = match residual {
-            Some(residual) if (residual - offset_m).abs() < WINDOW_TOLERANCE_M => residual,
-            Some(_) => {
-                tally.not_the_wall = tally.not_the_wall.saturating_add(1);
+    let deviation_m = median(measured.clone().map(|r| (r - offset_m).abs())).unwrap_or(0.0);
+    let count = measured.count();
+    let tolerance_m = (WINDOW_DEVIATIONS * deviation_m).clamp(WINDOW_TOLERANCE_M.0, WINDOW_TOLERANCE_M.1);
+    let behind_m = (BEHIND_DEVIATIONS * deviation_m).clamp(BEHIND_M.0, BEHIND_M.1);
+    let mut bands: Vec<f32, MAX_COLUMNS> = Vec::new();
+    for &point in edge {
+        let _ = bands.push(look.rows_behind(point, offset_m, behind_m));
+    }
+    for (index, point) in edge.iter().enumerate() {
+        let start = index.saturating_sub(NEIGHBOURS);
+        let near = bands.iter().skip(start).take(index - start + NEIGHBOURS + 1);
+        let shown = near.clone().filter(|rows| **rows > 0.0).count() >= LEAST_BEHIND;
+        let lowered = if shown { near.clone().sum::<f32>() / near.count() as f32 } else { 0.0 };
+        let point = EdgePoint { row: point.row + lowered, ..*point };
+        let (below, above) = look.beside(point);
+        let counter = match below {
+            Some(below) if (below - offset_m).abs() >= tolerance_m => &mut tally.not_the_wall,
+            None if 2 * count < edge.len() => &mut tally.holes,
+            _ if above.is_some_and(|above| above < offset_m - tolerance_m) => &mut tally.covered,
+            _ => {
+                if lowered > 0.0 {
+                    tally.behind = tally.behind.saturating_add(1);
+                }
+                if below.is_none() {
+                    tally.holes = tally.holes.saturating_add(1);
+                }
+                if let Some(sample) = look.sample(point, offset_m, lowered) {
+                    let _ = samples.push(sample);
+                }
                 continue;
             }
-            None => {
-                tally.holes = tally.holes.saturating_add(1);
-                if !confirmed {
-                    continue;
-                }
-                offset_m
-            }
         };
-        let ray = config.camera.ray(point.column as f32, point.row);
-        // The ray of an outermost column, half covered, may pass beside the glass.
-        if let Some(wall_m) = config.camera.wall_depth(ray, axis_m) {
-            let (x_m, z_m) = config.camera.point(ray, wall_m + residual);
-            let _ = samples.push(Sample { x_m: x_m - axis_m, z_m });
-        }
+        *counter = counter.saturating_add(1);
     }
-    Ok(offset_m)
+    Ok(Wall { offset_m, scatter_m: median_error(deviation_m, count, GROUP) })
 }
 
-/// Median of measured depth less wall depth in the window below an edge point; `None` in a hole.
-fn residual(config: &Config, depth: DepthFrame<'_>, axis_m: f32, point: EdgePoint) -> Option<f32> {
-    let first_row = (point.row.max(0.0) as usize).saturating_add(SKIPPED);
-    let left = point.column.saturating_sub(HALF_WIDTH);
-    let right = point.column.saturating_add(HALF_WIDTH + 1);
-    let mut residuals: Vec<f32, WINDOW> = Vec::new();
-    for row in first_row..first_row.saturating_add(ROWS) {
-        for (column, raw) in (left..right).zip(z16_row(depth, row, left, right)) {
-            let wall_m = config.camera.wall_depth(config.camera.ray(column as f32, row as f32), axis_m);
-            if let Some(wall_m) = wall_m.filter(|_| raw != 0) {
-                let _ = residuals.push(f32::from(raw) * config.settings.depth_unit_m - wall_m);
+/// The depth image beside the wall of a glass at `axis_m`.
+#[derive(Clone, Copy)]
+struct Look<'d> {
+    config: &'d Config,
+    depth: DepthFrame<'d>,
+    axis_m: f32,
+}
+
+impl Look<'_> {
+    /// `z - w` of a pixel of depth `raw`; `None` in a hole and beside the glass.
+    fn residual(&self, column: usize, row: usize, raw: u16) -> Option<f32> {
+        if raw == 0 {
+            return None;
+        }
+        let camera = &self.config.camera;
+        let wall_m = camera.wall_depth(camera.ray(column as f32, row as f32), self.axis_m)?;
+        Some(f32::from(raw) * self.config.settings.depth_unit_m - wall_m)
+    }
+
+    /// Median residuals in the windows below and above an edge point.
+    fn beside(&self, point: EdgePoint) -> (Option<f32>, Option<f32>) {
+        let edge = point.row.max(0.0) as usize;
+        let above = edge.checked_sub(SKIPPED + ROWS).and_then(|row| self.window(point.column, row));
+        (self.window(point.column, edge.saturating_add(SKIPPED)), above)
+    }
+
+    /// Median residual in the window around a column from a row on; `None` in a hole.
+    fn window(&self, column: usize, first_row: usize) -> Option<f32> {
+        let left = column.saturating_sub(HALF_WIDTH);
+        let right = column.saturating_add(HALF_WIDTH + 1);
+        let mut residuals: Vec<f32, WINDOW> = Vec::new();
+        for row in first_row..first_row.saturating_add(ROWS) {
+            for (column, raw) in (left..right).zip(z16_row(self.depth, row, left, right)) {
+                if let Some(residual) = self.residual(column, row, raw) {
+                    let _ = residuals.push(residual);
+                }
             }
         }
+        median(residuals.iter().copied()).filter(|_| residuals.len() >= LEAST_PIXELS)
     }
-    median(residuals.iter().copied()).filter(|_| residuals.len() >= LEAST_PIXELS)
+
+    /// Rows from an edge point down to the contact line below liquid farther than `limit_m` behind the wall.
+    ///
+    /// A surface that is seen comes nearer row by row; its last two residuals `r1`, `r2` tell after how many
+    /// rows it meets the wall: `(r2 - r0) / (r1 - r2)`.
+    fn rows_behind(&self, point: EdgePoint, offset_m: f32, limit_m: f32) -> f32 {
+        let edge = point.row.max(0.0) as usize;
+        let mut last: Option<(usize, f32)> = None;
+        let mut border = 0.0;
+        for row in edge.saturating_add(1)..edge.saturating_add(1 + THICKEST) {
+            let raw = z16_row(self.depth, row, point.column, point.column.saturating_add(1)).next();
+            match raw.and_then(|raw| self.residual(point.column, row, raw)).map(|r| r - offset_m) {
+                Some(residual) if residual > limit_m => {
+                    let fall = last.map_or(0.0, |(above, r)| (r - residual) / (row - above) as f32);
+                    let rows = if fall > 0.0 { residual / fall } else { BORDER.0 };
+                    border = row as f32 + rows.clamp(BORDER.0, BORDER.1) - point.row;
+                    last = Some((row, residual));
+                }
+                Some(_) => break,
+                None => {}
+            }
+        }
+        border
+    }
+
+    fn sample(&self, point: EdgePoint, offset_m: f32, lowered: f32) -> Option<Sample> {
+        let camera = &self.config.camera;
+        let ray = camera.ray(point.column as f32, point.row);
+        // The ray of an outermost column, half covered, may pass beside the glass.
+        let wall_m = camera.wall_depth(ray, self.axis_m)?;
+        let (x_m, z_m) = camera.point(ray, wall_m + offset_m);
+        let border =
+            if lowered > 0.0 { (BORDER_ROWS + BORDER_SHARE * lowered) * camera.pitch_m() } else { 0.0 };
+        Some(Sample {
+            x_m: x_m - self.axis_m,
+            z_m,
+            rise: camera.rise(ray),
+            own_m2: border * border + point.own_px2 * camera.pitch_m() * camera.pitch_m(),
+            lowered_m: lowered * camera.pitch_m() + point.moved_px * camera.pitch_m(),
+        })
+    }
 }
 
 /// Depth pixels `left..right` of a row; none where there is no such row.

@@ -4,9 +4,10 @@ use super::binarise::Threshold;
 use super::config::Config;
 use super::depth::{Samples, place};
 use super::glass;
+use super::hidden;
 use super::profile::SurfaceProfile;
 use super::region::{Grey, Region};
-use super::resample::resample;
+use super::resample::{Points, resample};
 use super::trace::{Edge, trace};
 use crate::frame::{DepthFrame, InfraredFrame};
 use heapless::Vec;
@@ -63,6 +64,10 @@ pub struct Tally {
     pub holes: u32,
     /// Edge points dropped because their depth is not that of the wall facing the camera.
     pub not_the_wall: u32,
+    /// Edge points dropped because something nearer than the glass stands above them.
+    pub covered: u32,
+    /// Edge points moved down because the depth image shows liquid behind the contact line below them.
+    pub behind: u32,
 }
 
 /// Memory between frames, and the room in which the stages work (about 6 kB; no allocation).
@@ -79,7 +84,7 @@ impl State {
     /// Nothing seen yet.
     #[must_use]
     pub const fn new() -> Self {
-        let tally = Tally { profiles: 0, not_seen: 0, holes: 0, not_the_wall: 0 };
+        let tally = Tally { profiles: 0, not_seen: 0, holes: 0, not_the_wall: 0, covered: 0, behind: 0 };
         Self { axis_m: None, edge: Vec::new(), samples: Vec::new(), tally, offset_m: None }
     }
 
@@ -148,7 +153,7 @@ fn attempt(
     // An edge must have half the contrast of the classes to be one.
     let least = 0.5 * threshold.contrast;
 
-    let body = glass::find(config, image, region, &threshold).ok_or(NotSeen::GlassNotFound)?;
+    let body = glass::find(config, image, region, &threshold, state.axis_m).ok_or(NotSeen::GlassNotFound)?;
     trace(config, image, body, &threshold, least, &mut state.edge);
     if state.edge.len() < LEAST_COLUMNS {
         return Err(NotSeen::TooFewColumns);
@@ -157,14 +162,19 @@ fn attempt(
     let rows = (lowest.saturating_add(CLEARANCE_ROWS), config.foot_rows.1);
     let axis_m = glass::axis(config, image, body, rows, least).ok_or(NotSeen::GlassNotFound)?;
 
-    let offset_m = place(config, depth, axis_m, &state.edge, &mut state.samples, &mut state.tally)?;
+    let wall = place(config, depth, axis_m, &state.edge, &mut state.samples, &mut state.tally)?;
     if state.samples.len() < LEAST_COLUMNS {
         return Err(NotSeen::TooFewColumns);
     }
-    state.offset_m = Some(offset_m);
-    let (height_m, valid) = resample(&state.samples, config.settings.radius_m);
+    hidden::allow(config, &mut state.samples);
+    state.offset_m = Some(wall.offset_m);
+    let Points { height_m, variance_m2, valid } = resample(config, &state.samples, wall.scatter_m);
+    if !valid.contains(&true) {
+        return Err(NotSeen::TooFewColumns);
+    }
     Ok(SurfaceProfile {
         height_m,
+        variance_m2,
         valid,
         glass_x_m: Some(axis_m),
         sequence: depth.stamp.sequence,

@@ -2,6 +2,10 @@
 //!
 //! Every row gives its own position of the axis; the mean of those near the median is taken, because
 //! the position will be differentiated twice to give the acceleration.
+//!
+//! At the start both sides must be seen, as far apart as the glass is wide. Once the glass is tracked,
+//! one side will do if the other is covered: the one that lies where the last position puts it. A
+//! highlight that splits the body of liquid is bridged.
 
 use super::binarise::Threshold;
 use super::config::{Config, MAX_COLUMNS};
@@ -17,16 +21,35 @@ const LEAST_ROWS: usize = 8;
 /// A row whose axis is farther from the median than this is an outlier (about 0.3 pixel).
 const ROW_TOLERANCE_M: f32 = 3e-4;
 
+/// The two positions that the sides of one row give may differ by this much.
+const SIDES_TOLERANCE_M: f32 = 4.5e-3;
+/// Widest highlight that is bridged, as a share of the glass's width.
+const BRIDGE: f32 = 0.25;
+/// A side of a partly covered glass lies this near to where the last position puts it, pixels.
+const TRACKED_PX: f32 = 8.0;
+
 /// First and last column whose foot is liquid.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Body {
     pub(super) left: usize,
     pub(super) right: usize,
+    /// Whether the left and the right end are sides of the glass.
+    sides: [bool; 2],
+    /// Row to which the columns belong.
+    row: f32,
+    /// Where the axis is about, metres.
+    near_m: f32,
 }
 
 /// The longest run of columns that hold mostly liquid in the rows of the foot, if it is as wide as
-/// the glass (within a fifth).
-pub(super) fn find(config: &Config, image: Grey<'_>, region: Region, threshold: &Threshold) -> Option<Body> {
+/// the glass (within a fifth), or if one of its ends is where the glass at `tracked_m` has it.
+pub(super) fn find(
+    config: &Config,
+    image: Grey<'_>,
+    region: Region,
+    threshold: &Threshold,
+    tracked_m: Option<f32>,
+) -> Option<Body> {
     let (top, bottom) = config.foot_rows;
     let mut liquid = [0_usize; MAX_COLUMNS];
     for row in top..bottom {
@@ -35,23 +58,33 @@ pub(super) fn find(config: &Config, image: Grey<'_>, region: Region, threshold: 
         }
     }
     let most = bottom.saturating_sub(top) / 2;
-    let mut best: Option<Body> = None;
-    let mut run: Option<Body> = None;
+    let bridge = (BRIDGE * config.silhouette_px) as usize;
+    let mut best: Option<(usize, usize)> = None;
+    let mut run: Option<(usize, usize)> = None;
     for (column, &count) in (region.left..region.right).zip(liquid.iter()) {
         if count <= most {
-            run = None;
             continue;
         }
-        let body = Body { right: column, ..run.unwrap_or(Body { left: column, right: column }) };
-        run = Some(body);
-        if best.is_none_or(|best| body.right - body.left > best.right.saturating_sub(best.left)) {
-            best = Some(body);
+        let begun = run.filter(|(_, last)| column - last <= bridge + 1).map_or(column, |(first, _)| first);
+        run = Some((begun, column));
+        if best.is_none_or(|(first, last)| column - begun > last.saturating_sub(first)) {
+            best = run;
         }
     }
-    best.filter(|body| {
-        let width_px = (body.right.saturating_sub(body.left) + 1) as f32;
-        (width_px - config.silhouette_px).abs() < 0.2 * config.silhouette_px
-    })
+    let (left, right) = best?;
+    let row = 0.5 * (top + bottom) as f32;
+    let camera = &config.camera;
+    let bearing = |u: f32| camera.bearing(camera.ray(u, row));
+    let [l, r] = [bearing(left as f32 - 0.5), bearing(right as f32 + 0.5)];
+    let width_px = (right.saturating_sub(left) + 1) as f32;
+    if (width_px - config.silhouette_px).abs() < 0.2 * config.silhouette_px {
+        return Some(Body { left, right, sides: [true; 2], row, near_m: camera.axis_of(l, r) });
+    }
+    let near_m = tracked_m.filter(|_| width_px < config.silhouette_px)?;
+    let pixel_m = config.settings.camera_distance_m / config.settings.intrinsics.fx;
+    let beside = |edge, side| (camera.axis_beside(edge, side, near_m) - near_m).abs() < TRACKED_PX * pixel_m;
+    let sides = [beside(l, -1.0), beside(r, 1.0)];
+    (sides[0] || sides[1]).then_some(Body { left, right, sides, row, near_m })
 }
 
 /// Position of the glass axis in metres, from the rows `top..bottom`, all of which hold liquid.
@@ -79,16 +112,31 @@ pub(super) fn axis(
 
 /// Position of the axis as one row sees it.
 fn row_axis(config: &Config, image: Grey<'_>, body: Body, row: usize, least: f32) -> Option<f32> {
-    // From inside to outside: to the left from REACH - 1 columns right of the first liquid column.
-    let left_start = body.left + REACH - 1;
-    let left = profile(image.row(row, (left_start + 1).checked_sub(SPAN)?, left_start + 1).iter().rev())?;
-    let right_start = (body.right + 1).checked_sub(REACH)?;
-    let right = profile(image.row(row, right_start, right_start + SPAN).iter())?;
-    let left_px = left_start as f32 + 0.5 - inside_pixels(&left, Tone::Line, least)?;
-    let right_px = right_start as f32 - 0.5 + inside_pixels(&right, Tone::Line, least)?;
     let camera = &config.camera;
+    // A pitched camera sees the sides of an upright glass aslant.
+    let place = |column: usize| camera.follow(column as f32, body.row, row as f32).max(0.0) as usize;
     let bearing = |u| camera.bearing(camera.ray(u, row as f32));
-    Some(camera.axis_of(bearing(left_px), bearing(right_px)))
+    // From inside to outside: to the left from REACH - 1 columns right of the first liquid column.
+    let left = || {
+        let start = place(body.left).saturating_add(REACH - 1);
+        let across = profile(image.row(row, (start + 1).checked_sub(SPAN)?, start + 1).iter().rev())?;
+        Some(bearing(start as f32 + 0.5 - inside_pixels(&across, Tone::Line, least)?))
+    };
+    let right = || {
+        let start = (place(body.right) + 1).checked_sub(REACH)?;
+        let across = profile(image.row(row, start, start + SPAN).iter())?;
+        Some(bearing(start as f32 - 0.5 + inside_pixels(&across, Tone::Line, least)?))
+    };
+    match body.sides {
+        [true, true] => {
+            let (left, right) = (left()?, right()?);
+            let axis_m = camera.axis_of(left, right);
+            let apart_m = camera.axis_beside(left, -1.0, axis_m) - camera.axis_beside(right, 1.0, axis_m);
+            (apart_m.abs() < SIDES_TOLERANCE_M).then_some(axis_m)
+        }
+        [true, false] => Some(camera.axis_beside(left()?, -1.0, body.near_m)),
+        _ => Some(camera.axis_beside(right()?, 1.0, body.near_m)),
+    }
 }
 
 /// A profile of grey levels, if the image has all its pixels.

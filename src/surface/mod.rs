@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! infrared --region--binarise--glass--trace--contact--.
-//!                              '-> X                 +--depth--deproject--resample--> SurfaceProfile
+//!                              '-> X                 +--depth--hidden--resample--> SurfaceProfile
 //! depth --------------------------------------------'
 //! ```
 //!
@@ -19,6 +19,7 @@ mod depth;
 mod edge;
 mod extract;
 mod glass;
+mod hidden;
 mod profile;
 mod region;
 mod resample;

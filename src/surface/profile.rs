@@ -1,5 +1,6 @@
 //! The surface profile: what the camera knows of the liquid at one instant.
 
+use crate::math::sqrtf;
 use crate::units::Micros;
 
 /// Points of a profile, equally spaced over the visible width of the liquid.
@@ -21,6 +22,9 @@ pub fn profile_abscissa(index: usize) -> f64 {
 pub struct SurfaceProfile {
     /// Height above the inner bottom of the glass, in metres. Meaningless where not valid.
     pub height_m: [f32; POINTS],
+    /// Variance of the height, square metres: noise of the edge and of the depth, and what is left of the
+    /// known biases. [`Self::interval_m`] is the interval stated from it. Meaningless where not valid.
+    pub variance_m2: [f32; POINTS],
     /// Whether the point was seen; a point that was not seen is never invented.
     pub valid: [bool; POINTS],
     /// Position of the glass axis along the camera's horizontal, in metres, from the tracked glass
@@ -32,7 +36,18 @@ pub struct SurfaceProfile {
     pub captured: Micros,
 }
 
+/// Standard deviations from the height to the end of the stated interval, which holds 95 % of the points.
+const INTERVAL: f32 = 2.0;
+
 impl SurfaceProfile {
+    /// Half width of the interval in which point `index` is stated to lie, metres; `None` where the point
+    /// was not seen. Calibrated on rendered scenes (`meniscus camera study`), not on a physical camera.
+    #[must_use]
+    pub fn interval_m(&self, index: usize) -> Option<f32> {
+        let seen = self.valid.get(index).is_some_and(|valid| *valid);
+        self.variance_m2.get(index).filter(|_| seen).map(|variance| INTERVAL * sqrtf(*variance))
+    }
+
     /// Number of points that were seen.
     #[must_use]
     pub fn seen(&self) -> usize {

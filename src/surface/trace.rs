@@ -23,10 +23,19 @@ pub(super) struct EdgePoint {
     pub(super) column: usize,
     /// Sub-pixel row; whole numbers are pixel centres.
     pub(super) row: f32,
+    /// Variance beside the usual scatter, square pixels: what foam and bands add.
+    pub(super) own_px2: f32,
+    /// Rows by which it was moved down to the onset of a band.
+    pub(super) moved_px: f32,
 }
 
 /// The edge, at most one point a column, columns rising.
 pub(super) type Edge = Vec<EdgePoint, MAX_COLUMNS>;
+
+/// A band over the edge brighter than the background by this share of the step is foam.
+const OVERSHOOT: f32 = 0.2;
+/// What foam adds to the variance of an edge, square pixels.
+const FOAM_PX2: f32 = 0.09;
 
 /// Traces the edge of every column of the body; columns without a clear edge are left out.
 pub(super) fn trace(
@@ -38,8 +47,9 @@ pub(super) fn trace(
     edge: &mut Edge,
 ) {
     let mut crossings = Crossings::new();
+    let noise = noise(image, body, config.foot_rows);
     for column in (body.left..=body.right).take(MAX_COLUMNS) {
-        if let Some(crossing) = column_edge(config, image, column, threshold, least) {
+        if let Some(crossing) = column_edge(config, image, column, threshold, (least, noise)) {
             // One point a column, and no more columns than the list holds.
             let _ = crossings.push(crossing);
         }
@@ -63,7 +73,7 @@ fn column_edge(
     image: Grey<'_>,
     column: usize,
     threshold: &Threshold,
-    least: f32,
+    (least, noise): (f32, f32),
 ) -> Option<Crossing> {
     let (top, _) = config.rows;
     let mut ending = 0;
@@ -86,6 +96,40 @@ fn column_edge(
     for (to, up) in profile.iter_mut().zip(0..) {
         *to = f32::from(image.at(column, start.checked_sub(up)?)?);
     }
+    let own_px2 = flatten_foam(&mut profile);
     let edge = start as f32 + 0.5 - inside_pixels(&profile, Tone::Level, least)?;
-    Some(Crossing { column, edge, onset: onset(image, column, first_background, config.foot_rows.1) })
+    let onset = onset(image, column, first_background, config.foot_rows.1, noise);
+    Some(Crossing { column, edge, onset, own_px2 })
+}
+
+/// Foam that outshines the background is a band of its own between liquid and background: the profile is
+/// flattened from its brightest place on, so that the edge is the one of the liquid. Gives the variance
+/// that this adds.
+fn flatten_foam(profile: &mut [f32; SPAN]) -> f32 {
+    let (inside, outside) = (profile.first().copied(), profile.last().copied());
+    let (Some(inside), Some(outside)) = (inside, outside) else { return 0.0 };
+    let step = outside - inside;
+    let mut peak = outside;
+    let mut place = SPAN;
+    for (index, &grey) in profile.iter().enumerate() {
+        if (grey - peak) * step > 0.0 {
+            (peak, place) = (grey, index);
+        }
+    }
+    if (peak - outside) * step <= OVERSHOOT * step * step {
+        return 0.0;
+    }
+    profile.iter_mut().skip(place).for_each(|grey| *grey = peak);
+    FOAM_PX2
+}
+
+/// Standard deviation of the pixels in the foot, from the differences of neighbours in a column:
+/// the median of `|d|` is 0.954 of it.
+fn noise(image: Grey<'_>, body: Body, (top, bottom): (usize, usize)) -> f32 {
+    let row = top + bottom.saturating_sub(top) / 2;
+    let differences = (body.left..=body.right).filter_map(|column| {
+        let [one, other] = [image.at(column, row)?, image.at(column, row + 1)?].map(f32::from);
+        Some((one - other).abs())
+    });
+    median(differences).unwrap_or(0.0) / 0.954
 }

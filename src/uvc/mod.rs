@@ -6,17 +6,34 @@
 //!                        '--> Timing                    '--> Losses, one counter a cause
 //! ```
 //!
+//! Before that stands the agreement on what is sent:
+//!
+//! ```text
+//! configuration --descriptor--> interfaces --topology--> units; --format--> modes; --probe--> the agreed record
+//! interrupt endpoint --status--> pushed errors
+//! ```
+//!
 //! A torn frame never leaves this module as a frame, and nothing is lost without a count.
 
 mod assembler;
+pub(crate) mod bytes;
 mod continuity;
+pub mod descriptor;
+pub mod format;
 mod header;
 mod losses;
 mod metadata;
 mod pair;
+mod probe;
+pub mod request;
+mod status;
+mod topology;
 
 pub use assembler::{Assembler, Frame, Outcome};
 pub use header::{Header, HeaderError};
 pub use losses::{Cause, Losses};
 pub use metadata::{Block, Blocks, Timing};
 pub use pair::{Pair, Pairer, Solitary, Stream};
+pub use probe::{PROBE_MAX, Probe, ProbeError, probe_length};
+pub use status::ControlChange;
+pub use topology::{Topology, extension_unit};

@@ -1,0 +1,84 @@
+//! Liquid behind the contact line that neither image tells from the front: how much of it there may be.
+//!
+//! A band thinner than a pixel and a half is noticed by no step in tone and by no row of depth. Whether
+//! there may be one follows from the profile itself: it is that of the first mode,
+//!
+//! `z(x, y) = c + (A x + B y) g(r / R) / r`, `g(s) = J1(k s) / J1(k)`, `k = 1.8412` (upright circular glass; Ibrahim,
+//! Liquid Sloshing Dynamics, 2005), on the wall `z = c + a x - b sqrt(R^2 - x^2)`, whose `a` and `b` are fitted. The
+//! surface at `(x, y)` shows above the contact line by
+//!
+//! `h = (z(x, y) - H) (D - y0) / (D + y) - (z(x, -y0) - H)`, `y0 = sqrt(R^2 - x^2)`, camera at distance `D` and height `H`.
+//!
+//! The height is lowered by [`USUAL`] of what may be hidden, and [`DOUBT`] of it is a standard deviation.
+
+use super::config::Config;
+use super::depth::{Sample, Samples};
+use crate::math::sqrtf;
+
+/// Points along the line of sight through the glass.
+const CHORD: usize = 8;
+/// Share of what may be hidden that usually is, and its standard deviation.
+const USUAL: f32 = 0.25;
+const DOUBT: f32 = 0.5;
+
+/// Lowers the samples by a share of what may be hidden beyond what each was lowered already.
+pub(super) fn allow(config: &Config, samples: &mut Samples) {
+    let Some([c, a, b]) = first_mode(config, samples) else { return };
+    let settings = &config.settings;
+    let (radius, distance, height) =
+        (settings.radius_m, settings.camera_distance_m, settings.camera_height_m);
+    for sample in samples.iter_mut() {
+        let x = sample.x_m.max(-radius).min(radius);
+        let y0 = sqrtf((radius * radius - x * x).max(0.0));
+        let contact_m = c + a * x - b * y0;
+        let shown = (1..=CHORD).map(|part| {
+            let y = y0 * (2.0 * part as f32 / CHORD as f32 - 1.0);
+            let r = sqrtf(x * x + y * y).max(1e-6);
+            // g(s) / s is what a plane of the same contact line is multiplied by.
+            let z = c + (a * x + b * y) * bulge(r / radius);
+            (z - height) * (distance - y0) / (distance + y) - (contact_m - height)
+        });
+        let may_be_m = shown.fold(0.0, f32::max);
+        let hidden_m = (may_be_m - sample.lowered_m).max(0.0).min(config.camera.pitch_m());
+        sample.z_m -= USUAL * hidden_m;
+        sample.own_m2 += (DOUBT * hidden_m) * (DOUBT * hidden_m);
+    }
+}
+
+/// `J1(k s) / (s J1(k))` by its power series, `k = 1.8412`.
+fn bulge(s: f32) -> f32 {
+    let q = s * s;
+    (1.0 - q * (0.423_75 - q * (0.059_85 - q * 0.004_23))) / 0.631_87
+}
+
+/// `c`, `a`, `b` of the contact line by least squares; `None` if the samples do not fix them.
+///
+/// Normal equations of the basis `1, x, -sqrt(R^2 - x^2)`, by Cramer's rule.
+fn first_mode(config: &Config, samples: &[Sample]) -> Option<[f32; 3]> {
+    let radius = config.settings.radius_m;
+    let (mut m, mut v) = ([[0.0_f32; 3]; 3], [0.0_f32; 3]);
+    for sample in samples {
+        let s = sample.x_m / radius;
+        let basis = [1.0, s, -sqrtf((1.0 - s * s).max(0.0))];
+        for ((row, v), &p) in m.iter_mut().zip(&mut v).zip(&basis) {
+            row.iter_mut().zip(&basis).for_each(|(sum, &q)| *sum += p * q);
+            *v += p * (sample.z_m - config.settings.fill_m);
+        }
+    }
+    let [p, q, r] = m;
+    let whole = triple(p, q, r);
+    let count = samples.len() as f32;
+    if whole <= 1e-4 * count * count * count {
+        return None;
+    }
+    // The matrix is symmetric: its rows are its columns.
+    let c = triple(v, q, r) / whole;
+    let a = triple(p, v, r) / whole;
+    let b = triple(p, q, v) / whole;
+    Some([c + config.settings.fill_m, a / radius, b / radius])
+}
+
+/// The determinant of three columns.
+fn triple([a, b, c]: [f32; 3], [d, e, f]: [f32; 3], [g, h, i]: [f32; 3]) -> f32 {
+    a * (e * i - f * h) - b * (d * i - f * g) + c * (d * h - e * g)
+}
