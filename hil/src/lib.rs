@@ -5,9 +5,12 @@
 //! images, time --Camera--> payloads --FaultInjector--> payloads, some late, torn, doubled or gone
 //! ```
 //!
+//! [`device`] puts descriptors, control requests and troubles of a whole USB device around it.
+//!
 //! [`FaultInjector`] wraps any [`Source`] and is a [`Source`] itself, so injectors stack.
 
 mod camera;
+pub mod device;
 mod fault_list;
 mod faults;
 mod payload;

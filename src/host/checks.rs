@@ -7,6 +7,7 @@ use serde::Serialize;
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Target {
     AtMost(f64),
+    AtLeast(f64),
     Exactly(f64),
     Told,
 }
@@ -34,6 +35,12 @@ impl Check {
         Self::new(name.into(), value, unit, Target::AtMost(limit))
     }
 
+    /// A value that must reach `limit`.
+    #[must_use]
+    pub fn at_least(name: impl Into<String>, value: f64, unit: &'static str, limit: f64) -> Self {
+        Self::new(name.into(), value, unit, Target::AtLeast(limit))
+    }
+
     /// A value that must be `wanted`.
     #[must_use]
     pub fn exactly(name: impl Into<String>, value: f64, unit: &'static str, wanted: f64) -> Self {
@@ -50,6 +57,7 @@ impl Check {
         let measured = value.is_finite();
         let (words, met) = match target {
             Target::AtMost(limit) => (format!("<= {limit}"), value <= limit),
+            Target::AtLeast(limit) => (format!(">= {limit}"), value >= limit),
             Target::Exactly(wanted) => (format!("= {wanted}"), value == wanted),
             Target::Told => ("told".into(), true),
         };
@@ -89,6 +97,7 @@ mod tests {
     fn ok_follows_from_value_and_target() {
         assert!(Check::at_most("a", 0.25, "", 0.25).ok);
         assert!(!Check::at_most("a", 0.26, "", 0.25).ok);
+        assert!(Check::at_least("a", 58.0, "", 58.0).ok && !Check::at_least("a", 57.9, "", 58.0).ok);
         assert!(!Check::exactly("a", 1.0, "", 0.0).ok);
         assert!(Check::told("a", 1.0, "").ok);
         let unmeasured = Check::at_most("a", f64::NAN, "", 1.0);

@@ -4,6 +4,7 @@
 //! Nothing is allocated once the link stands. When the worker is so late that no buffer is spare,
 //! the payload is dropped and counted: the newest data waits for nobody's old data.
 
+use crate::host::buffer::Buffer;
 use crate::host::prelude::*;
 use crate::uvc::Stream;
 use std::sync::Arc;
@@ -17,7 +18,7 @@ pub struct Delivery {
     /// Which stream it belongs to.
     pub stream: Stream,
     /// Header and pixels.
-    pub payload: Vec<u8>,
+    pub payload: Buffer,
     /// When it was handed over.
     pub arrived: Instant,
 }
@@ -26,7 +27,7 @@ pub struct Delivery {
 #[derive(Debug)]
 pub struct CameraEnd {
     full: SyncSender<Delivery>,
-    spare: Receiver<Vec<u8>>,
+    spare: Receiver<Buffer>,
     dropped: Arc<AtomicU64>,
 }
 
@@ -34,7 +35,7 @@ pub struct CameraEnd {
 #[derive(Debug)]
 pub struct WorkerEnd {
     full: Receiver<Delivery>,
-    spare: SyncSender<Vec<u8>>,
+    spare: SyncSender<Buffer>,
     dropped: Arc<AtomicU64>,
 }
 
@@ -56,25 +57,43 @@ pub fn link(count: usize, size: usize) -> (CameraEnd, WorkerEnd) {
     let (spare_in, spare_out) = sync_channel(count);
     let worker = WorkerEnd { full: full_out, spare: spare_in, dropped: Arc::default() };
     for _ in 0..count {
-        worker.give_back(Vec::with_capacity(size));
+        worker.give_back(Buffer::new(size));
     }
     (CameraEnd { full: full_in, spare: spare_out, dropped: Arc::clone(&worker.dropped) }, worker)
 }
 
 impl CameraEnd {
-    /// Hands a payload over. `false` when the worker has gone.
+    /// Hands a copy of a payload over. `false` when the worker has gone.
     pub fn send(&self, stream: Stream, bytes: &[u8]) -> bool {
         let mut payload = match self.spare.try_recv() {
             Ok(buffer) => buffer,
             Err(TryRecvError::Empty) => {
-                self.dropped.fetch_add(1, Ordering::Relaxed);
+                self.drop_one();
                 return true;
             }
             Err(TryRecvError::Disconnected) => return false,
         };
-        payload.clear();
-        payload.extend_from_slice(bytes);
+        if !payload.fill_from(bytes) {
+            // Longer than any payload of this camera: an empty payload is counted as a loss behind the link.
+            payload.set_filled(0);
+        }
+        self.hand_over(stream, payload)
+    }
+
+    /// A buffer that the worker has done with, if there is one.
+    #[must_use]
+    pub fn spare(&self) -> Option<Buffer> {
+        self.spare.try_recv().ok()
+    }
+
+    /// Hands a filled buffer over, without a copy. `false` when the worker has gone.
+    pub fn hand_over(&self, stream: Stream, payload: Buffer) -> bool {
         self.full.send(Delivery { stream, payload, arrived: Instant::now() }).is_ok()
+    }
+
+    /// Counts a payload that was dropped for want of a spare buffer.
+    pub fn drop_one(&self) {
+        self.dropped.fetch_add(1, Ordering::Relaxed);
     }
 }
 
@@ -91,7 +110,7 @@ impl WorkerEnd {
     }
 
     /// Gives a buffer back for the next payload.
-    pub fn give_back(&self, buffer: Vec<u8>) {
+    pub fn give_back(&self, buffer: Buffer) {
         // There is room for every buffer; only a camera that has gone makes this fail.
         let _gone = self.spare.try_send(buffer);
     }
@@ -123,11 +142,11 @@ mod tests {
         }
         assert_eq!(worker.dropped(), 1);
         let delivery = waiting(&worker).expect("two are waiting");
-        assert_eq!(delivery.payload, [0]);
+        assert_eq!(*delivery.payload, [0]);
         let place = delivery.payload.as_ptr();
         worker.give_back(delivery.payload);
         assert!(camera.send(Stream::Infrared, &[9]));
-        assert_eq!(waiting(&worker).expect("one is left").payload, [1]);
+        assert_eq!(waiting(&worker).expect("one is left").payload[..], [1]);
         let last = waiting(&worker).expect("the newest");
         assert_eq!((last.stream, last.payload.as_ptr()), (Stream::Infrared, place), "the buffer goes round");
         assert!(matches!(worker.receive(Instant::now()), Received::Silence));

@@ -4,11 +4,16 @@
 pub(in crate::host) extern crate std;
 
 pub mod allocations;
+pub mod bag;
+pub mod buffer;
+pub mod camera;
 pub mod checks;
 pub mod clock;
 pub mod files;
 pub mod link;
 pub mod live;
+pub mod realtime;
+pub mod usb;
 pub mod view;
 
 /// `std` and its prelude, by name: the crate is `no_std`, so each file of this storey opens with

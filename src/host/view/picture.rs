@@ -1,7 +1,7 @@
 //! The picture at the end of a run: what the camera saw, what the model says is inside, what was
 //! inside, and how far the two were apart.
 
-use super::plot::{BLUE, FONT, GREEN, GREY, ORANGE, PURPLE, prepare_font};
+use super::plot::{BLUE, FONT, GREEN, GREY, ORANGE, PURPLE, PictureError, prepare_font};
 use crate::host::prelude::*;
 use plotters::prelude::*;
 use plotters::style::colors::colormaps::{ColorMap, ViridisRGB};
@@ -58,24 +58,6 @@ pub struct Picture<'a> {
     pub errors: Vec<Curve>,
     /// Half the width of the glass and its height, millimetres.
     pub glass_mm: (f64, f64),
-}
-
-/// Why there is no picture.
-#[derive(Debug)]
-pub struct PictureError(String);
-
-impl std::fmt::Display for PictureError {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "the picture cannot be drawn: {}", self.0)
-    }
-}
-
-impl std::error::Error for PictureError {}
-
-impl<E: std::error::Error + Send + Sync> From<DrawingAreaErrorKind<E>> for PictureError {
-    fn from(error: DrawingAreaErrorKind<E>) -> Self {
-        Self(error.to_string())
-    }
 }
 
 impl Picture<'_> {

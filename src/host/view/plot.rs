@@ -2,8 +2,27 @@
 //! colour-blind can tell apart.
 
 use crate::host::prelude::*;
+use plotters::drawing::DrawingAreaErrorKind;
 use plotters::style::{FontStyle, RGBColor, register_font};
 use std::sync::Once;
+
+/// Why a picture could not be drawn or written.
+#[derive(Debug)]
+pub struct PictureError(pub(crate) String);
+
+impl std::fmt::Display for PictureError {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "the picture cannot be drawn: {}", self.0)
+    }
+}
+
+impl std::error::Error for PictureError {}
+
+impl<E: std::error::Error + Send + Sync> From<DrawingAreaErrorKind<E>> for PictureError {
+    fn from(error: DrawingAreaErrorKind<E>) -> Self {
+        Self(error.to_string())
+    }
+}
 
 /// Family name under which the font is registered.
 pub const FONT: &str = "sans-serif";

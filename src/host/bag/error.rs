@@ -1,0 +1,79 @@
+//! Why a recording cannot be read or written.
+
+use crate::host::prelude::*;
+use std::fmt;
+use std::io;
+use std::path::PathBuf;
+
+/// What is wrong with which file.
+#[derive(Debug)]
+pub enum BagError {
+    /// It is of no kind that can be read.
+    Kind(PathBuf),
+    /// The system refuses something.
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// What was being done.
+        doing: &'static str,
+        /// What the system said.
+        cause: io::Error,
+    },
+    /// Its bytes are not what they should be.
+    Damaged {
+        /// The file.
+        path: PathBuf,
+        /// What, and where.
+        why: String,
+    },
+    /// It ends too early, behind this many whole images.
+    Torn {
+        /// The file.
+        path: PathBuf,
+        /// Images before the end.
+        images: u64,
+    },
+    /// It has no images of this kind, or says nothing of its camera.
+    Lacks {
+        /// The file.
+        path: PathBuf,
+        /// What it lacks.
+        what: &'static str,
+    },
+    /// Writing ended behind this many images, which are kept.
+    Stopped {
+        /// The file.
+        path: PathBuf,
+        /// Images that are in it.
+        images: u64,
+        /// Why.
+        why: String,
+    },
+}
+
+impl fmt::Display for BagError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Kind(path) => write!(
+                f,
+                "{} is no recording: a .mcap, .bag or .db3 file or a folder with frames.csv is needed",
+                path.display()
+            ),
+            Self::Io { path, doing, cause } => write!(f, "cannot {doing} {}: {cause}", path.display()),
+            Self::Damaged { path, why } => write!(f, "{} is damaged: {why}", path.display()),
+            Self::Torn { path, images } => {
+                write!(f, "{} ends in the middle of something, behind {images} whole images", path.display())
+            }
+            Self::Lacks { path, what } => write!(f, "{} has no {what}", path.display()),
+            Self::Stopped { path, images, why } => {
+                write!(
+                    f,
+                    "recording into {} ended behind {images} images, which are kept: {why}",
+                    path.display()
+                )
+            }
+        }
+    }
+}
+
+impl std::error::Error for BagError {}

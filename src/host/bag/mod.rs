@@ -1,0 +1,140 @@
+//! Camera recordings: depth and infrared images with their times, and the camera that made them.
+//!
+//! | file | | read | written |
+//! |---|---|---|---|
+//! | `.mcap` | MCAP, `foxglove.RawImage` and `foxglove.CameraCalibration` in protobuf | yes | yes |
+//! | `.bag` | ROS 1 bag as librealsense 2.56 records it, chunks plain or LZ4 | yes | |
+//! | `.db3` | ROS 2 bag (SQLite) as librealsense 2.59 records it, images as PNG | yes | |
+//! | a folder | `frames.csv`, 16-bit PNG depth, 8-bit PNG infrared, `camera.json` | yes | yes |
+//!
+//! `docs/formats.md` describes them. Images come one by one, so a recording may be larger than the memory.
+//! A file that ends too early gives every whole image before its end and then [`BagError::Torn`].
+
+mod cdr;
+mod db3;
+mod error;
+mod folder;
+mod mcap_read;
+mod mcap_write;
+mod profiles;
+mod ros1;
+mod schema;
+
+pub use error::BagError;
+pub use folder::FolderWriter;
+pub use mcap_write::McapWriter;
+pub use profiles::{ProfileError, profiles_from_csv, profiles_to_csv};
+
+use crate::frame::Stamp;
+use crate::host::prelude::*;
+use crate::surface::{Intrinsics, Settings};
+use crate::uvc::Stream;
+use serde::{Deserialize, Serialize};
+use std::path::Path;
+
+/// The camera behind a recording.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Calibration {
+    /// Pixels in a row, rows.
+    pub size: (u32, u32),
+    /// Focal lengths, pixels.
+    pub focal_px: [f32; 2],
+    /// Principal point, pixels.
+    pub centre_px: [f32; 2],
+    /// Metres in one unit of the depth image.
+    pub depth_unit_m: f32,
+    /// Distance of the imagers, metres; 0 where it is not known.
+    pub baseline_m: f32,
+    /// Which camera, in words.
+    pub camera: String,
+}
+
+impl Calibration {
+    /// Intrinsics of the depth image.
+    #[must_use]
+    pub fn intrinsics(&self) -> Intrinsics {
+        let ([fx, fy], [ppx, ppy]) = (self.focal_px, self.centre_px);
+        Intrinsics { width: self.size.0 as usize, height: self.size.1 as usize, fx, fy, ppx, ppy }
+    }
+
+    /// Of a camera's settings.
+    #[must_use]
+    pub fn of(
+        intrinsics: &Intrinsics,
+        depth_unit_m: f32,
+        baseline_m: f32,
+        camera: impl Into<String>,
+    ) -> Self {
+        Self {
+            size: (intrinsics.width as u32, intrinsics.height as u32),
+            focal_px: [intrinsics.fx, intrinsics.fy],
+            centre_px: [intrinsics.ppx, intrinsics.ppy],
+            depth_unit_m,
+            baseline_m,
+            camera: camera.into(),
+        }
+    }
+
+    /// The camera of `meniscus simulate --camera`, whose folders do not say.
+    fn simulated() -> Self {
+        let settings = Settings::default();
+        Self::of(&settings.intrinsics, settings.depth_unit_m, 0.050, "simulated D435")
+    }
+
+    /// Whether these can be numbers of a camera.
+    fn is_sound(&self) -> bool {
+        let positive = [self.focal_px[0], self.focal_px[1], self.depth_unit_m];
+        let (width, height) = self.size;
+        positive.iter().all(|x| x.is_finite() && *x > 0.0)
+            && self.centre_px.iter().all(|x| x.is_finite())
+            && (1..=4096).contains(&width)
+            && (1..=4096).contains(&height)
+    }
+}
+
+/// One image.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Image {
+    /// Depth (Z16, little-endian) or infrared (Y8).
+    pub stream: Stream,
+    /// Frame counter and mid-exposure time.
+    pub stamp: Stamp,
+    /// Row-major pixels.
+    pub pixels: Vec<u8>,
+}
+
+/// An opened recording.
+pub struct Recording {
+    /// The camera.
+    pub calibration: Calibration,
+    /// Its images, in the order of the file.
+    pub images: Box<dyn Iterator<Item = Result<Image, BagError>> + Send>,
+}
+
+impl std::fmt::Debug for Recording {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Recording").field("calibration", &self.calibration).finish_non_exhaustive()
+    }
+}
+
+/// Opens a recording of any kind that can be read.
+///
+/// # Errors
+/// [`BagError`], which names the file and what is wrong with it.
+pub fn open(path: &Path) -> Result<Recording, BagError> {
+    if path.is_dir() {
+        return folder::open(path);
+    }
+    match path.extension().and_then(|extension| extension.to_str()) {
+        Some("mcap") => mcap_read::open(path),
+        Some("bag") => ros1::open(path),
+        Some("db3") => db3::open(path),
+        _ => Err(BagError::Kind(path.into())),
+    }
+}
+
+/// Bytes of an image of this stream.
+fn image_bytes(calibration: &Calibration, stream: Stream) -> usize {
+    let pixels = calibration.size.0 as usize * calibration.size.1 as usize;
+    if stream == Stream::Depth { 2 * pixels } else { pixels }
+}

@@ -1,0 +1,198 @@
+//! From the bus to an agreed camera: found, opened, planned, identified, calibrated, set, negotiated.
+
+use super::error::CameraError;
+use super::monitor::{REQUEST, ask, payload, set};
+use super::negotiate::negotiate;
+use super::plan::Plan;
+use super::settings::{SIZE, SIZE_USB2, Settings};
+use crate::d4xx::{
+    self, AUTO_EXPOSURE, COEFFICIENTS, CalibrationError, DEFAULT_DEPTH_UNIT_UM, DepthTable, EXPOSURE,
+    Firmware, Identity, LASER_POWER, Product, Table,
+};
+use crate::host::prelude::*;
+use crate::host::usb::{Listed, Speed, Transport, UsbError};
+use crate::surface::Intrinsics;
+use crate::uvc::request::Setup;
+use std::time::Duration;
+
+/// Tries to connect, and the first pause between two; each pause is twice the one before.
+const TRIES: u32 = 4;
+const PAUSE: Duration = Duration::from_millis(300);
+/// Room for a configuration descriptor.
+const CONFIGURATION_MAX: usize = 8192;
+
+/// A camera that is open and agreed on.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Connected {
+    /// Which camera.
+    pub product: Product,
+    /// Where.
+    pub device: Listed,
+    /// Serial numbers and firmware.
+    pub identity: Identity,
+    /// Pixels in a row, rows.
+    pub size: (u16, u16),
+    /// The link is USB 2 and the images are smaller for it.
+    pub stepped_down: bool,
+    /// Of the depth image.
+    pub intrinsics: Intrinsics,
+    /// Distance of the imagers, millimetres.
+    pub baseline_mm: f32,
+    /// The camera's advanced mode, which the depth unit belongs to.
+    pub advanced: bool,
+    /// Micrometres in one unit of the depth image.
+    pub depth_unit_um: u32,
+}
+
+/// Tries four times, with pauses, where another try may find things changed.
+pub(super) fn connect(
+    transport: &mut impl Transport,
+    settings: &Settings,
+) -> Result<(Connected, Plan), CameraError> {
+    let mut pause = PAUSE;
+    let mut was_there = false;
+    for _ in 1..TRIES {
+        match establish(transport, settings) {
+            Err(error) if error.passes() || (was_there && matches!(error, CameraError::NoCamera(_))) => {
+                was_there = true;
+                transport.close();
+                transport.pause(pause);
+                pause *= 2;
+            }
+            done => return done,
+        }
+    }
+    establish(transport, settings)
+}
+
+/// One try.
+pub(super) fn establish(
+    transport: &mut impl Transport,
+    settings: &Settings,
+) -> Result<(Connected, Plan), CameraError> {
+    let (device, product) = find(transport, settings.serial.as_deref())?;
+    let slow = matches!(device.speed, Speed::Full | Speed::High);
+    if slow && (settings.refuse_usb2 || device.speed == Speed::Full) {
+        return Err(CameraError::SlowLink(device.port));
+    }
+    let size = if slow { SIZE_USB2 } else { SIZE };
+    let refused = |doing| {
+        let port = device.port.clone();
+        move |error| match error {
+            UsbError::Access => CameraError::NoAccess(port),
+            UsbError::Busy => CameraError::Busy(port),
+            error => CameraError::Usb { doing, error },
+        }
+    };
+    transport.open(&device).map_err(refused("open the camera"))?;
+    let mut configuration = vec![0; CONFIGURATION_MAX];
+    let length = transport.control_in(Setup::CONFIGURATION, &mut configuration, REQUEST);
+    configuration.truncate(length.map_err(refused("read the camera's descriptors"))?);
+    let plan = match Plan::read(&configuration, size) {
+        Err(CameraError::NoMode { .. }) if slow => return Err(CameraError::SlowLink(device.port)),
+        read => read?,
+    };
+    for interface in [plan.control, plan.streams[0].interface, plan.streams[1].interface] {
+        transport.claim(interface).map_err(refused("claim the camera's interfaces"))?;
+    }
+    let identity = identify(transport, &plan)?;
+    let (intrinsics, baseline_mm) = calibrate(transport, &plan)?;
+    let (advanced, depth_unit_um) = depth_unit(transport, &plan, settings.depth_unit_um)?;
+    set_exposure(transport, &plan, settings)?;
+    negotiate(transport, &plan)?;
+    let connected = Connected {
+        product,
+        device,
+        identity,
+        size,
+        stepped_down: slow,
+        intrinsics,
+        baseline_mm,
+        advanced,
+        depth_unit_um,
+    };
+    Ok((connected, plan))
+}
+
+/// The camera on the bus. One in recovery is named only if there is no other.
+fn find(transport: &mut impl Transport, serial: Option<&str>) -> Result<(Listed, Product), CameraError> {
+    let listed = transport.list();
+    let listed = listed.map_err(|error| CameraError::Usb { doing: "list the devices on the bus", error })?;
+    let known =
+        listed.into_iter().filter_map(|d| Product::of(d.vendor, d.product).map(|product| (d, product)));
+    let (recovery, cameras): (Vec<_>, Vec<_>) = known.partition(|(_, product)| *product == Product::Recovery);
+    let wanted = |(device, _): &(Listed, Product)| serial.is_none_or(|s| device.serial.as_deref() == Some(s));
+    match (cameras.into_iter().find(wanted), recovery.first()) {
+        (Some(found), _) => Ok(found),
+        (None, Some((device, _))) => Err(CameraError::Recovery(device.port.clone())),
+        (None, None) => Err(CameraError::NoCamera(serial.map(str::to_owned))),
+    }
+}
+
+fn identify(transport: &mut impl Transport, plan: &Plan) -> Result<Identity, CameraError> {
+    const ASKED: &str = "identity";
+    let message = ask(transport, plan, ASKED, &Identity::COMMAND, 0)?;
+    let identity = Identity::read(&message).map_err(|error| CameraError::Monitor { asked: ASKED, error })?;
+    if identity.firmware < Firmware::OLDEST {
+        return Err(CameraError::OldFirmware(identity.firmware));
+    }
+    Ok(identity)
+}
+
+/// Intrinsics from the camera's list; from the coefficients where the list is missing or lacks the size.
+fn calibrate(transport: &mut impl Transport, plan: &Plan) -> Result<(Intrinsics, f32), CameraError> {
+    const ASKED: &str = "calibration";
+    let command = Table::command(COEFFICIENTS);
+    let message = ask(transport, plan, ASKED, &command, 0)?;
+    let table = Table::read(payload(&command, ASKED, &message)?, COEFFICIENTS).map_err(CameraError::Table)?;
+    let baseline_mm = d4xx::baseline_mm(&table).map_err(CameraError::Calibration)?;
+    let list = match ask(transport, plan, ASKED, &d4xx::recommended::COMMAND, 0) {
+        Ok(message) => Some(message),
+        Err(CameraError::Monitor { error: d4xx::MonitorError::Refused(_), .. }) => None,
+        Err(error) => return Err(error),
+    };
+    let listed = match &list {
+        Some(message) => {
+            d4xx::recommended::read(payload(&d4xx::recommended::COMMAND, ASKED, message)?, plan.size)
+        }
+        None => Err(CalibrationError::Size { width: plan.size.0, height: plan.size.1 }),
+    };
+    let intrinsics = match listed {
+        Err(CalibrationError::Size { .. }) => d4xx::coefficients(&table, plan.size),
+        listed => listed,
+    };
+    Ok((intrinsics.map_err(CameraError::Calibration)?, baseline_mm))
+}
+
+/// Whether the advanced mode is on, and the depth unit that holds; asked for another one if it can be set.
+fn depth_unit(
+    transport: &mut impl Transport,
+    plan: &Plan,
+    wanted_um: Option<u32>,
+) -> Result<(bool, u32), CameraError> {
+    const ASKED: &str = "depth unit";
+    let refused = |error| CameraError::Monitor { asked: ASKED, error };
+    let message = ask(transport, plan, ASKED, &DepthTable::ADVANCED, 1)?;
+    if payload(&DepthTable::ADVANCED, ASKED, &message)?.first() == Some(&0) {
+        return Ok((false, DEFAULT_DEPTH_UNIT_UM));
+    }
+    let message = ask(transport, plan, ASKED, &DepthTable::COMMAND, 0)?;
+    let table = DepthTable::read(&message).map_err(refused)?;
+    let Some(wanted_um) = wanted_um.filter(|wanted| *wanted != table.unit_um()) else {
+        return Ok((true, table.unit_um()));
+    };
+    ask(transport, plan, ASKED, &table.with_unit_um(wanted_um).set(), 0)?;
+    // What holds is what the camera says afterwards, not what it was told.
+    let message = ask(transport, plan, ASKED, &DepthTable::COMMAND, 0)?;
+    Ok((true, DepthTable::read(&message).map_err(refused)?.unit_um()))
+}
+
+fn set_exposure(transport: &mut impl Transport, plan: &Plan, settings: &Settings) -> Result<(), CameraError> {
+    let automatic = u8::from(settings.exposure_us.is_none());
+    set(transport, plan, "set the automatic exposure", AUTO_EXPOSURE, &[automatic])?;
+    if let Some(exposure_us) = settings.exposure_us {
+        set(transport, plan, "set the exposure", EXPOSURE, &exposure_us.to_le_bytes())?;
+    }
+    let Some(laser_mw) = settings.laser_mw else { return Ok(()) };
+    set(transport, plan, "set the laser's power", LASER_POWER, &laser_mw.to_le_bytes())
+}

@@ -1,0 +1,166 @@
+//! Why there is no camera, in words, each with what to do about it.
+
+use crate::d4xx::{CalibrationError, Firmware, MonitorError, TableError};
+use crate::host::prelude::*;
+use crate::host::usb::UsbError;
+use crate::uvc::ProbeError;
+use crate::uvc::descriptor::DescriptorError;
+
+/// Why a session cannot begin, or had to end.
+#[derive(Clone, Debug, PartialEq)]
+pub enum CameraError {
+    /// libusb cannot open any bus.
+    NoBus(UsbError),
+    /// No camera of this kind, or none with this serial number.
+    NoCamera(Option<String>),
+    /// The device at this port may not be opened.
+    NoAccess(String),
+    /// Another program holds the device at this port.
+    Busy(String),
+    /// The camera's firmware did not start.
+    Recovery(String),
+    /// The firmware is older than what this program understands.
+    OldFirmware(Firmware),
+    /// The link is USB 2 and stepping down is not wanted, or impossible.
+    SlowLink(String),
+    /// The configuration descriptor is damaged.
+    Descriptors(DescriptorError),
+    /// The descriptors lack something.
+    Missing(&'static str),
+    /// The named stream has no such mode.
+    NoMode {
+        /// Depth or infrared.
+        stream: &'static str,
+        /// Pixels in a row, rows.
+        size: (u16, u16),
+    },
+    /// The hardware monitor's answer is refused.
+    Monitor {
+        /// What was asked for.
+        asked: &'static str,
+        /// What is wrong with the answer.
+        error: MonitorError,
+    },
+    /// The calibration table is damaged.
+    Table(TableError),
+    /// The calibration holds nonsense.
+    Calibration(CalibrationError),
+    /// The camera does not agree to a mode.
+    Probe {
+        /// Depth or infrared.
+        stream: &'static str,
+        /// What differs.
+        error: ProbeError,
+    },
+    /// A call on the bus failed.
+    Usb {
+        /// What was being done.
+        doing: &'static str,
+        /// What the bus said.
+        error: UsbError,
+    },
+    /// The frames did not come back in time.
+    GaveUp {
+        /// For how long it was tried.
+        seconds: u64,
+        /// What the last try met.
+        last: String,
+    },
+}
+
+impl CameraError {
+    /// Whether another try, a little later, may find things changed.
+    pub(super) fn passes(&self) -> bool {
+        match self {
+            Self::Usb { error, .. } => *error != UsbError::NoMemory,
+            Self::Busy(_) | Self::Probe { .. } => true,
+            Self::Monitor { error, .. } => error.passes(),
+            _ => false,
+        }
+    }
+
+    /// What a person can do about it.
+    #[must_use]
+    pub fn remedy(&self) -> &'static str {
+        match self {
+            Self::NoBus(_) => "use a machine with USB; a container has to be given /dev/bus/usb",
+            Self::NoCamera(None) => {
+                "plug a D435 or D435i into a USB 3 port, directly; `meniscus run` without --source needs none"
+            }
+            Self::NoCamera(Some(_)) => {
+                "plug it in; the number is the one that USB shows, and without it the first camera is taken"
+            }
+            Self::NoAccess(_) => {
+                "install the udev rule (sudo cp firmware-config/udev/60-meniscus-d435.rules /etc/udev/rules.d/ && \
+                 sudo udevadm control --reload && sudo udevadm trigger), then plug the camera in again"
+            }
+            Self::Busy(_) => {
+                "end the program that uses the camera (realsense-viewer, a ROS node, a second meniscus)"
+            }
+            Self::Recovery(_) => {
+                "write a firmware with Intel's rs-fw-update -r, then plug the camera in again"
+            }
+            Self::OldFirmware(_) => "update the firmware with Intel's rs-fw-update to 5.12 or newer",
+            Self::SlowLink(_) => {
+                "plug the cable in again, quickly and all the way, flip its USB-C end, use a USB 3 port and cable"
+            }
+            Self::Descriptors(_) | Self::Missing(_) | Self::NoMode { .. } => {
+                "plug the camera in again; if it stays so, send the file of `meniscus dump`"
+            }
+            Self::Monitor { .. } => "plug the camera in again; if it stays so, update its firmware",
+            Self::Table(_) | Self::Calibration(_) => {
+                "calibrate the camera again with Intel's calibration tool; without calibration nothing is measured"
+            }
+            Self::Probe { .. } => {
+                "plug the camera in again; if it stays so, send the file of `meniscus dump`"
+            }
+            Self::Usb { error: UsbError::NoMemory, .. } => {
+                "allow more memory for USB: echo 64 | sudo tee /sys/module/usbcore/parameters/usbfs_memory_mb"
+            }
+            Self::Usb { .. } => "plug the camera in again, into another port or with another cable",
+            Self::GaveUp { .. } => "plug the camera in again and start anew",
+        }
+    }
+}
+
+impl std::fmt::Display for CameraError {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::NoBus(error) => write!(f, "this machine has no USB bus that can be opened ({error})"),
+            Self::NoCamera(None) => write!(f, "no depth camera is connected"),
+            Self::NoCamera(Some(serial)) => {
+                write!(f, "no depth camera with serial number {serial} is connected")
+            }
+            Self::NoAccess(port) => write!(f, "this user may not open the camera at USB port {port}"),
+            Self::Busy(port) => write!(f, "another program holds the camera at USB port {port}"),
+            Self::Recovery(port) => {
+                write!(f, "the camera at USB port {port} is in recovery: its firmware did not start")
+            }
+            Self::OldFirmware(found) => {
+                write!(f, "the camera's firmware {found} is older than {}", Firmware::OLDEST)
+            }
+            Self::SlowLink(port) => {
+                write!(
+                    f,
+                    "the camera at USB port {port} is connected at USB 2, which has no 640x480 at 60 Hz"
+                )
+            }
+            Self::Descriptors(error) => write!(f, "the camera's descriptors are damaged: {error}"),
+            Self::Missing(what) => write!(f, "the camera's descriptors have no {what}"),
+            Self::NoMode { stream, size: (width, height) } => {
+                write!(f, "the camera has no {stream} images of {width}x{height} at 60 Hz")
+            }
+            Self::Monitor { asked, error } => write!(f, "the camera does not tell its {asked}: {error}"),
+            Self::Table(error) => write!(f, "{error}"),
+            Self::Calibration(error) => write!(f, "{error}"),
+            Self::Probe { stream, error } => write!(f, "no agreement on the {stream} stream: {error}"),
+            Self::Usb { doing, error } => write!(f, "cannot {doing}: {error}"),
+            Self::GaveUp { seconds, last } => {
+                write!(f, "no frames for {seconds} s in spite of every remedy; the last try: {last}")
+            }
+        }?;
+        write!(f, ". What to do: {}", self.remedy())
+    }
+}
+
+impl std::error::Error for CameraError {}

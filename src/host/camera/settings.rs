@@ -1,0 +1,44 @@
+//! What is wanted of the camera.
+
+use crate::host::prelude::*;
+use std::time::Duration;
+
+/// Image rate, Hz.
+pub(super) const RATE_HZ: u32 = 60;
+
+/// The image size on USB 3.
+pub(super) const SIZE: (u16, u16) = (640, 480);
+
+/// The only 60 Hz depth mode on USB 2.
+pub(super) const SIZE_USB2: (u16, u16) = (480, 270);
+
+/// Settings of a session; [`Settings::default`] is what the turn was built for.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Settings {
+    /// Only the camera with this serial number (the one that USB shows); `None` for the first one.
+    pub serial: Option<String>,
+    /// Whether a USB 2 link is refused instead of stepped down to 480x270.
+    pub refuse_usb2: bool,
+    /// Micrometres in one unit of the depth image, written where the advanced mode allows it.
+    pub depth_unit_um: Option<u32>,
+    /// Fixed exposure, microseconds: below the frame interval, or the rate sags in the dark. `None`
+    /// leaves the camera's automatic exposure on.
+    pub exposure_us: Option<u32>,
+    /// Power of the laser, milliwatts, 0 to 360; `None` leaves it.
+    pub laser_mw: Option<u16>,
+    /// How long the session tries to get frames back before it gives up.
+    pub patience: Duration,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self {
+            serial: None,
+            refuse_usb2: false,
+            depth_unit_um: Some(100),
+            exposure_us: Some(8_500),
+            laser_mw: Some(150),
+            patience: Duration::from_secs(60),
+        }
+    }
+}

@@ -1,0 +1,89 @@
+//! Where payloads go, and what the session tells beside them.
+
+use super::recovery::{Rung, Trouble};
+use crate::host::buffer::Buffer;
+use crate::host::link::CameraEnd;
+use crate::host::prelude::*;
+use crate::uvc::Stream;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
+
+/// Something that happened to the camera.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Note {
+    /// Trouble, and the rung that is taken.
+    Trouble(Trouble, Rung),
+    /// A try to bring the camera back failed, with the reason.
+    Failed(String),
+    /// Frames have come on every stream for a second.
+    Recovered,
+}
+
+impl std::fmt::Display for Note {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Trouble(trouble, rung) => write!(f, "{trouble}: {rung:?}"),
+            Self::Failed(reason) => write!(f, "not yet: {reason}"),
+            Self::Recovered => write!(f, "the camera is back"),
+        }
+    }
+}
+
+/// Takes payloads.
+pub trait Sink {
+    /// Whether more is wanted.
+    fn wanted(&mut self) -> bool;
+    /// A buffer to queue in the place of the one that is about to be delivered.
+    fn spare(&mut self) -> Option<Buffer>;
+    /// Takes a payload; `false` ends the session.
+    fn deliver(&mut self, stream: Stream, payload: Buffer) -> bool;
+    /// A payload was dropped, because there was no spare buffer.
+    fn dropped(&mut self);
+    /// Takes a note.
+    fn note(&mut self, note: Note);
+}
+
+/// The worker's link as a sink.
+#[derive(Debug)]
+pub struct LinkSink<'a> {
+    /// The camera's end.
+    pub end: CameraEnd,
+    /// Ends the session when it is set.
+    pub stop: &'a AtomicBool,
+    /// When the run is over.
+    pub until: Instant,
+    /// What happened, for the report; at most [`LinkSink::NOTES`].
+    pub notes: &'a Mutex<Vec<Note>>,
+}
+
+impl LinkSink<'_> {
+    /// Notes that are kept.
+    pub const NOTES: usize = 256;
+}
+
+impl Sink for LinkSink<'_> {
+    fn wanted(&mut self) -> bool {
+        !self.stop.load(Ordering::Relaxed) && Instant::now() < self.until
+    }
+
+    fn spare(&mut self) -> Option<Buffer> {
+        self.end.spare()
+    }
+
+    fn deliver(&mut self, stream: Stream, payload: Buffer) -> bool {
+        self.end.hand_over(stream, payload)
+    }
+
+    fn dropped(&mut self) {
+        self.end.drop_one();
+    }
+
+    fn note(&mut self, note: Note) {
+        if let Ok(mut notes) = self.notes.lock()
+            && notes.len() < Self::NOTES
+        {
+            notes.push(note);
+        }
+    }
+}
