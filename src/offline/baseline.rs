@@ -50,7 +50,7 @@ mod tests {
         let frames = acceleration.len();
         let profile = (0..frames).flat_map(|n| [(0.07 + answer(n)) as f32; POINTS]).collect();
         Recording {
-            glass: Glass { radius_m: 0.035, fill_m: 0.07, rim_m: 0.11 },
+            glass: Glass { radius_m: 0.035, fill_m: 0.07, rim_m: 0.11, taper: 0.0 },
             provenance: Provenance {
                 liquid: "test".into(),
                 density_kg_m3: 1000.0,
@@ -58,8 +58,12 @@ mod tests {
                 seed: 0,
                 command: String::new(),
                 spacing_m: 0.005,
+                pivot_m: [0.0; 2],
+                effects: vec![],
             },
             glass_x_m: vec![0.0; frames],
+            glass_z_m: vec![0.0; frames],
+            tilt_rad: vec![0.0; frames],
             acceleration_m_s2: acceleration,
             column_m: vec![],
             wall_m: vec![],

@@ -56,6 +56,17 @@ impl<'r> SimulatedCamera<'r> {
         self.deliver(u64::MAX, begun, end);
     }
 
+    /// Sends every payload of every frame at once, in order of arrival, to `each`.
+    pub fn send_all(mut self, mut each: impl FnMut(Stream, &[u8])) {
+        for frame in 0..self.recording.frames() {
+            self.expose(frame);
+            let until_us = Self::captured_us(frame + 1);
+            let due = self.pending.iter().take_while(|payload| payload.arrival_us < until_us).count();
+            self.pending.drain(..due).for_each(|payload| each(stream_of(&payload), &payload.bytes));
+        }
+        self.pending.drain(..).for_each(|payload| each(stream_of(&payload), &payload.bytes));
+    }
+
     /// Renders a frame and packs it; its payloads wait for their time.
     fn expose(&mut self, frame: usize) {
         self.scene.render(&Liquid::of(self.recording, frame), frame as u64, &mut self.images);
@@ -72,14 +83,18 @@ impl<'r> SimulatedCamera<'r> {
         for payload in self.pending.drain(..due) {
             let at = begun + Duration::from_micros(payload.arrival_us.saturating_sub(START.0));
             std::thread::sleep(at.saturating_duration_since(Instant::now()));
-            let stream = match payload.stream {
-                meniscus_hil::Stream::Depth => Stream::Depth,
-                meniscus_hil::Stream::Infrared => Stream::Infrared,
-            };
-            if !end.send(stream, &payload.bytes) {
+            if !end.send(stream_of(&payload), &payload.bytes) {
                 return false;
             }
         }
         true
+    }
+}
+
+/// The reader's name for the stream of `payload`.
+fn stream_of(payload: &Payload) -> Stream {
+    match payload.stream {
+        meniscus_hil::Stream::Depth => Stream::Depth,
+        meniscus_hil::Stream::Infrared => Stream::Infrared,
     }
 }

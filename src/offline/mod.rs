@@ -5,16 +5,24 @@ pub(in crate::offline) extern crate std;
 
 pub mod baseline;
 pub mod camera;
+#[cfg(feature = "train")]
+pub mod evaluate;
+pub mod experiment;
 pub mod export;
+pub mod import;
 pub mod liquids;
 pub mod motion;
 pub mod recording;
+pub mod replay;
 pub mod scene;
 pub mod score;
 pub mod sph;
+pub mod study;
 #[cfg(feature = "train")]
 pub mod train;
+pub mod usb;
 pub mod validate;
+pub mod watching;
 
 /// `std` and its prelude, by name: the crate is `no_std`, so each file of this storey opens with
 /// `use crate::offline::prelude::*;`.

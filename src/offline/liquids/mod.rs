@@ -1,7 +1,7 @@
 //! Liquids: one small TOML file each, every number with its source.
 //!
-//! Glycerine, water and blood carry the numbers of their sources. The other seven carry typical values of
-//! general literature, as their files say: they are the right kind of liquid, not a certain bottle of it.
+//! Glycerine, water, blood, honey and (but for its density) chocolate carry the numbers of their sources.
+//! The other five carry typical values of general literature, as their files say: they are the right kind of liquid, not a certain bottle of it.
 //!
 //! The files of the known liquids are compiled in; any other file may be given by its path.
 
@@ -10,7 +10,9 @@ mod rheology;
 pub use rheology::{Rheology, SHEAR_RATE_SCALE};
 
 use crate::offline::prelude::*;
+use crate::offline::sph::{EffectError, Effects};
 use serde::Deserialize;
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// The files compiled in, by the name that the command line uses.
@@ -36,6 +38,8 @@ pub struct Liquid {
     pub density_kg_m3: f64,
     /// How stress follows the rate of shear.
     pub rheology: Rheology,
+    /// Effects that belong to the liquid; those of a setup go before them.
+    pub effects: Effects,
 }
 
 /// Why a liquid could not be had.
@@ -47,6 +51,8 @@ pub enum LiquidError {
     Io(PathBuf, std::io::Error),
     /// The text is not a liquid.
     Malformed(String, String),
+    /// An effect in the file is unknown or out of range.
+    Effect(String, EffectError),
     /// A number is out of its range.
     Range {
         /// The liquid.
@@ -73,6 +79,7 @@ impl std::fmt::Display for LiquidError {
             }
             Self::Io(path, error) => write!(f, "{}: {error}", path.display()),
             Self::Malformed(name, why) => write!(f, "{name} is not a liquid file: {why}"),
+            Self::Effect(name, error) => write!(f, "{name}: {error}"),
             Self::Range { name, field, value, allowed } => {
                 write!(f, "{name}: {field} = {value} is out of range: it must be {allowed}")
             }
@@ -101,6 +108,8 @@ struct LiquidFile {
     index: Option<Sourced>,
     yield_stress_pa: Option<Sourced>,
     largest_viscosity_pa_s: Option<Sourced>,
+    #[serde(default)]
+    effects: BTreeMap<String, Sourced>,
 }
 
 /// Names of the liquids compiled in.
@@ -163,7 +172,11 @@ impl Liquid {
                 return Err(LiquidError::Range { name: file.name, field, value, allowed });
             }
         }
-        Ok(Self { name: file.name, density_kg_m3: file.density_kg_m3.value, rheology })
+        let mut effects = Effects::default();
+        for (name, number) in file.effects {
+            effects.set(&name, number.value).map_err(|e| LiquidError::Effect(file.name.clone(), e))?;
+        }
+        Ok(Self { name: file.name, density_kg_m3: file.density_kg_m3.value, rheology, effects })
     }
 }
 
@@ -187,6 +200,15 @@ mod tests {
         assert!(refusal(&good.replace("0.950", "-0.950")).contains("viscosity = -0.95"));
         assert!(refusal(&good.replace("0.950", "nan")).contains("NaN"));
         assert!(refusal(&format!("{good}\ncolour = 3\n")).contains("colour"));
+        let effect = "[effects]\nsurface_tension = { value = 0.063, source = \"x\" }\n";
+        let liquid = Liquid::parse("x", &format!("{good}\n{effect}")).expect("effects belong to a liquid");
+        assert_eq!(liquid.effects.surface_tension, Some(0.063));
+        assert!(
+            refusal(&format!("{good}\n{}", effect.replace("0.063", "-1"))).contains("surface_tension = -1")
+        );
+        assert!(
+            refusal(&format!("{good}\n{}", effect.replace("_tension", ""))).contains("no effect is called")
+        );
         let unknown = format!("{}", Liquid::load("treacle").expect_err("is not known"));
         assert!(unknown.contains("glycerine, water"), "{unknown}");
     }

@@ -1,53 +1,129 @@
-//! Motion files: CSV lines `time_s, position_m`, joined by a cubic spline.
+//! Motion files: CSV, joined by cubic splines.
+//!
+//! ```text
+//! # pivot_m = 0, 0.05             where the glass is inclined about; the middle of its bottom otherwise
+//! t, x_m, z_m, tilt_rad           the columns, by name, in any order after t; each but t may lack
+//! 0.00, 0.000, 0.000, 0.0
+//! ```
+//! Without such a heading there are two columns, `time_s, position_m` along x. The first places along x
+//! and z count as zero; the inclination has to start at zero.
 
-use super::{MotionError, Piece, spline};
+use super::kinematics::Channel;
+use super::{MotionError, Pivoted, spline};
 use crate::offline::prelude::*;
 use std::path::Path;
 
 /// Longest gap between two samples, s: a longer one would leave the acceleration to invention.
 const LONGEST_GAP_S: f64 = 0.1;
 
-/// The motion in the file at `path`; lines that start with `#`, and one heading, are skipped. The
-/// first position counts as zero.
-pub(super) fn read(path: &Path) -> Result<Vec<Piece>, MotionError> {
+/// Largest inclination, rad.
+const STEEPEST_RAD: f64 = 0.6;
+
+/// Names of the coordinates in a heading, in the order of [`Pivoted::channels`].
+const NAMES: [&str; 3] = ["x_m", "z_m", "tilt_rad"];
+
+/// The motion in the file at `path`; lines that start with `#` are skipped but for the pivot.
+pub(super) fn read(path: &Path) -> Result<Pivoted, MotionError> {
     parse(path, &std::fs::read_to_string(path).map_err(|e| MotionError::Io(path.into(), e))?)
 }
 
 /// The motion that `text` describes; `path` names it in errors.
-fn parse(path: &Path, text: &str) -> Result<Vec<Piece>, MotionError> {
-    let mut samples: Vec<(f64, f64)> = Vec::new();
-    let mut origin = 0.0;
+fn parse(path: &Path, text: &str) -> Result<Pivoted, MotionError> {
+    let mut out = Pivoted::default();
+    let mut columns: Vec<usize> = vec![0];
+    let mut rows: Vec<(f64, [f64; 3])> = Vec::new();
+    let mut first = true;
     for (line, content) in text.lines().enumerate().map(|(i, l)| (i + 1, l.trim())) {
-        if content.is_empty() || content.starts_with('#') {
+        let malformed = |why: String| MotionError::Malformed { path: path.into(), line, why };
+        if let Some(comment) = content.strip_prefix('#') {
+            if let Some(place) = comment.trim().strip_prefix("pivot_m") {
+                out.pivot_m = pivot(place).ok_or_else(|| {
+                    malformed(format!(
+                        "expected '# pivot_m = X, Z' within 1 m of the glass, found '{content}'"
+                    ))
+                })?;
+            }
             continue;
         }
-        let malformed = |why: String| MotionError::Malformed { path: path.into(), line, why };
-        let mut fields = content.split(',').map(str::trim).map(str::parse::<f64>);
-        let (time, position) = match (fields.next(), fields.next(), fields.next()) {
-            (Some(Ok(time)), Some(Ok(position)), None) => (time, position),
-            (Some(Err(_)), _, _) if samples.is_empty() && line == 1 => continue,
-            _ => return Err(malformed(format!("expected 'time_s, position_m', found '{content}'"))),
-        };
-        if !time.is_finite() || !position.is_finite() {
+        if content.is_empty() {
+            continue;
+        }
+        let fields: Vec<&str> = content.split(',').map(str::trim).collect();
+        if std::mem::take(&mut first) && fields[0].parse::<f64>().is_err() {
+            columns = heading(&fields).map_err(malformed)?;
+            continue;
+        }
+        let numbers: Vec<f64> = fields.iter().map_while(|field| field.parse().ok()).collect();
+        if numbers.len() != fields.len() || fields.len() != columns.len() + 1 {
+            let names: Vec<_> = columns.iter().map(|column| NAMES[*column]).collect();
+            return Err(malformed(format!(
+                "expected 't, {}' as numbers, found '{content}'",
+                names.join(", ")
+            )));
+        }
+        if numbers.iter().any(|number| !number.is_finite()) {
             return Err(malformed(format!("'{content}' is not finite")));
         }
-        match samples.last() {
-            None => origin = position,
+        let mut place = [0.0; 3];
+        for (column, number) in columns.iter().zip(&numbers[1..]) {
+            place[*column] = *number;
+        }
+        let time = numbers[0];
+        if place[2].abs() > STEEPEST_RAD {
+            return Err(malformed(format!("an inclination of {} rad; at most {STEEPEST_RAD}", place[2])));
+        }
+        match rows.last() {
+            None if place[2] != 0.0 => {
+                let why = "the glass must start upright; a constant inclination is the effect container_tilt";
+                return Err(malformed(format!("it starts at {} rad: {why}", place[2])));
+            }
             Some(&(last, _)) if time <= last => {
                 return Err(malformed(format!("time {time} s does not come after {last} s")));
             }
             Some(&(last, _)) if time - last > LONGEST_GAP_S => {
                 return Err(malformed(format!("a gap of {:.3} s; at most {LONGEST_GAP_S} s", time - last)));
             }
-            Some(_) => {}
+            _ => {}
         }
-        samples.push((time, position - origin));
+        rows.push((time, place));
     }
-    if samples.len() < 2 {
+    if rows.len() < 2 {
         let why = "a motion needs two samples or more".into();
         return Err(MotionError::Malformed { path: path.into(), line: text.lines().count(), why });
     }
-    Ok(spline::through(&samples))
+    for column in columns {
+        let samples: Vec<_> = rows.iter().map(|(t, place)| (*t, place[column] - rows[0].1[column])).collect();
+        out.channels[column] = Channel(spline::through(&samples));
+    }
+    Ok(out)
+}
+
+/// Which coordinates the columns after the time are.
+fn heading(fields: &[&str]) -> Result<Vec<usize>, String> {
+    let time = ["t", "t_s", "time", "time_s"].contains(&fields[0]);
+    let known = |name: &str| NAMES.iter().position(|known| *known == name);
+    let columns: Option<Vec<usize>> = fields[1..].iter().map(|name| known(name)).collect();
+    match columns.filter(|_| time) {
+        Some(columns)
+            if !columns.is_empty() && (1..columns.len()).all(|i| !columns[..i].contains(&columns[i])) =>
+        {
+            Ok(columns)
+        }
+        // A heading in words of one's own over two columns, as it always was.
+        None if fields.len() == 2 => Ok(vec![0]),
+        _ => Err(format!(
+            "'{}' is no heading: name the columns t, then {} in any order, each at most once",
+            fields.join(", "),
+            NAMES.join(", ")
+        )),
+    }
+}
+
+/// `= X, Z`.
+fn pivot(text: &str) -> Option<[f64; 2]> {
+    let (x, z) = text.trim().strip_prefix('=')?.split_once(',')?;
+    let place = [x.trim().parse().ok()?, z.trim().parse().ok()?];
+    place.iter().all(|p: &f64| p.abs() <= 1.0).then_some(place)
 }
 
 #[cfg(test)]
@@ -60,11 +136,21 @@ mod tests {
 
     #[test]
     fn a_heading_and_comments_are_skipped_and_the_first_position_is_zero() {
-        let pieces =
+        let motion =
             parse(Path::new("m.csv"), "time, x\n# robot\n0, 0.5\n0.05, 0.5\n0.1, 0.51\n").expect("a motion");
+        let pieces = &motion.channels[0].0;
         assert_eq!(pieces.len(), 3);
         assert_eq!(pieces[0].coefficient[0], 0.0);
         assert!((pieces[2].coefficient[0] - 0.01).abs() < 1e-12);
+    }
+
+    #[test]
+    fn named_columns_reach_their_coordinates() {
+        let text = "# pivot_m = 0.01, 0.05\nt, tilt_rad, z_m\n0, 0, 1\n0.05, 0.1, 1.2\n";
+        let motion = parse(Path::new("m.csv"), text).expect("a motion");
+        let ends: Vec<_> = motion.channels.iter().map(|channel| channel.value(0.05)).collect();
+        assert_eq!(motion.pivot_m, [0.01, 0.05]);
+        assert!(ends[0] == 0.0 && (ends[1] - 0.2).abs() < 1e-12 && (ends[2] - 0.1).abs() < 1e-12, "{ends:?}");
     }
 
     #[test]
@@ -74,5 +160,10 @@ mod tests {
         assert!(refusal("0.05,0\n0.05,0\n").contains("does not come after"));
         assert!(refusal("0,0\n0.05,0,1\n").contains("expected"));
         assert!(refusal("0,0\n").contains("two samples"));
+        assert!(refusal("t,x_m,roll\n0,0,0\n").contains("line 1: 't, x_m, roll' is no heading"));
+        assert!(refusal("t,x_m,x_m\n0,0,0\n").contains("at most once"));
+        assert!(refusal("t,tilt_rad\n0,0.2\n").contains("line 2: it starts at 0.2 rad"));
+        assert!(refusal("t,tilt_rad\n0,0\n0.1,0.7\n").contains("line 3: an inclination of 0.7 rad"));
+        assert!(refusal("# pivot_m = 3, 0\n0,0\n0.1,0\n").contains("line 1: expected '# pivot_m"));
     }
 }

@@ -1,14 +1,20 @@
-//! How the glass is moved: along x, from rest to rest, position and acceleration exact at any time.
+//! How the glass is moved: along x, upwards and by inclination about a pivot, from rest to rest, place
+//! and acceleration exact at any time.
 //!
 //! Every motion is a chain of polynomials in time, so that position and acceleration belong to one
-//! another to the last bit. On the command line a motion is `kind:seed`, or the path of a CSV file.
+//! another to the last bit. On the command line a motion is `kind:seed`, `kind:seedxSCALE` for one of
+//! SCALE times the way (thin liquids leave the glass at the full one), or the path of a CSV file.
 
 mod csv;
+mod kinematics;
 mod spline;
 mod strokes;
 mod waves;
 
+pub use kinematics::Kinematics;
+
 use crate::offline::prelude::*;
+use kinematics::{Channel, Piece};
 use std::path::PathBuf;
 
 /// The glass rests this long at the start, s.
@@ -20,16 +26,23 @@ pub const REACH_M: f64 = 0.060;
 /// Strongest acceleration of a scripted motion, m/s2; crests in glycerine stay below about 20 mm.
 pub const STRONGEST_M_S2: f64 = 3.5;
 
+/// Inclination for a metre of stroke in `tilts` and `carry`: 60 mm become 0.15 rad, and the surface is
+/// accelerated by up to 0.6 m/s2.
+const TILT_RAD_PER_M: f64 = 2.5;
+
 /// Shortest recording of a scripted motion, s.
 const SHORTEST_S: f64 = 1.5;
 
 /// The kinds that the command line knows, and what each is.
-pub const KINDS: [(&str, &str); 5] = [
+pub const KINDS: [(&str, &str); 8] = [
     ("still", "no motion"),
     ("strokes", "smooth strokes of 20 to 60 mm with rests between them"),
     ("sweep", "a sine whose frequency rises through the first slosh mode"),
     ("jolts", "short half-sine pushes, each caught by an equal one the other way"),
     ("random", "a random motion between 0.5 and 4.5 Hz"),
+    ("heave", "smooth strokes of 20 to 60 mm upwards and downwards"),
+    ("tilts", "smooth inclinations of up to 0.15 rad about the middle of the bottom"),
+    ("carry", "strokes, half as large heaves and inclinations at once"),
 ];
 
 /// Why a motion could not be had.
@@ -48,6 +61,8 @@ pub enum MotionError {
         /// What is wrong there.
         why: String,
     },
+    /// The way would be scaled by this.
+    Scale(f64),
     /// The recording is too short for a scripted motion.
     Short(f64),
 }
@@ -60,12 +75,13 @@ impl std::fmt::Display for MotionError {
                 write!(
                     f,
                     "no motion is spelled '{spec}': write KIND:SEED with KIND one of {} and SEED a whole number \
-                     (strokes:7), or the path of a CSV file of times and positions",
+                     (strokes:7), or the path of a CSV file with the columns t, x_m, z_m, tilt_rad",
                     kinds.join(", ")
                 )
             }
             Self::Io(path, error) => write!(f, "{}: {error}", path.display()),
             Self::Malformed { path, line, why } => write!(f, "{}, line {line}: {why}", path.display()),
+            Self::Scale(scale) => write!(f, "a motion cannot be scaled by {scale}: take 0.01 to 1"),
             Self::Short(seconds) => {
                 write!(f, "{seconds} s is too short for a scripted motion: give at least {SHORTEST_S} s")
             }
@@ -75,21 +91,21 @@ impl std::fmt::Display for MotionError {
 
 impl std::error::Error for MotionError {}
 
-/// One polynomial piece: `x(t) = sum_k coefficient[k] (t - start)^k`, valid until the next piece starts.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Piece {
-    start_s: f64,
-    coefficient: [f64; 6],
+/// Coordinates along x (m), upwards (m) and of inclination (rad), and the pivot that they belong to.
+#[derive(Clone, Debug, Default, PartialEq)]
+struct Pivoted {
+    channels: [Channel; 3],
+    pivot_m: [f64; 2],
 }
 
-/// A scripted motion; before its first piece the glass rests at zero.
+/// A motion of the glass; before it begins the glass rests at zero.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Motion {
     /// As the command line spells it.
     pub spelling: String,
     /// The seed in the spelling, 0 if there is none.
     pub seed: u64,
-    pieces: Vec<Piece>,
+    course: Pivoted,
 }
 
 impl Motion {
@@ -104,43 +120,80 @@ impl Motion {
             if path.extension().is_none() && !path.exists() {
                 return Err(MotionError::Unknown(spelling.into()));
             }
-            return Ok(Self { spelling: spelling.into(), seed: 0, pieces: csv::read(&path)? });
+            return Ok(Self { spelling: spelling.into(), seed: 0, course: csv::read(&path)? });
         };
+        let (seed, scale) = seed.split_once('x').unwrap_or((seed, "1"));
         let seed: u64 = seed.parse().map_err(|_| MotionError::Unknown(spelling.into()))?;
+        let scale: f64 = scale.parse().map_err(|_| MotionError::Unknown(spelling.into()))?;
+        if !(0.01..=1.0).contains(&scale) {
+            return Err(MotionError::Scale(scale));
+        }
         if kind != "still" && (seconds.is_nan() || seconds < SHORTEST_S) {
             return Err(MotionError::Short(seconds));
         }
         // A free decay ends every recording: a fifth of it, at most a second.
         let end_s = seconds - (0.2 * seconds).min(1.0);
-        let pieces = match kind {
-            "strokes" => strokes::strokes(seed, end_s),
-            "sweep" => waves::sweep(seed, end_s),
-            "jolts" => waves::jolts(seed, end_s),
-            "random" => waves::random(seed, end_s),
-            _ => Vec::new(),
+        let strokes = |seed| Channel(strokes::strokes(seed, end_s));
+        let tilts = |seed| strokes(seed).scaled(TILT_RAD_PER_M);
+        let [none, other] = [Channel::default(), Channel::default()];
+        let channels = match kind {
+            "strokes" => [strokes(seed), none, other],
+            "sweep" => [Channel(waves::sweep(seed, end_s)), none, other],
+            "jolts" => [Channel(waves::jolts(seed, end_s)), none, other],
+            "random" => [Channel(waves::random(seed, end_s)), none, other],
+            "heave" => [none, strokes(seed), other],
+            "tilts" => [none, other, tilts(seed)],
+            // Seeds far from one another, so that the three courses are not those of neighbours.
+            "carry" => [strokes(seed), strokes(seed ^ 0x5eed << 32).scaled(0.5), tilts(seed ^ 0x7117 << 32)],
+            _ => Default::default(),
         };
-        Ok(Self { spelling: spelling.into(), seed, pieces })
+        let channels = channels.map(|channel| channel.scaled(scale));
+        let course = Pivoted { channels, pivot_m: [0.0; 2] };
+        Ok(Self { spelling: spelling.into(), seed, course })
     }
 
-    fn piece(&self, time_s: f64) -> Option<(&Piece, f64)> {
-        let after = self.pieces.partition_point(|p| p.start_s <= time_s);
-        let piece = self.pieces.get(after.checked_sub(1)?)?;
-        Some((piece, time_s - piece.start_s))
-    }
-
-    /// Position at `time_s`, m.
+    /// Position along x at `time_s`, m.
     #[must_use]
     pub fn position(&self, time_s: f64) -> f64 {
-        self.piece(time_s).map_or(0.0, |(p, t)| p.coefficient.iter().rev().fold(0.0, |sum, c| sum * t + c))
+        self.course.channels[0].value(time_s)
     }
 
-    /// Acceleration at `time_s`, m/s2.
+    /// Acceleration along x at `time_s`, m/s2.
     #[must_use]
     pub fn acceleration(&self, time_s: f64) -> f64 {
-        self.piece(time_s).map_or(0.0, |(p, t)| {
-            let [_, _, c2, c3, c4, c5] = p.coefficient;
-            2.0 * c2 + t * (6.0 * c3 + t * (12.0 * c4 + t * 20.0 * c5))
-        })
+        self.course.channels[0].acceleration(time_s)
+    }
+
+    /// Height of the pivot over where it started at `time_s`, m.
+    #[must_use]
+    pub fn height(&self, time_s: f64) -> f64 {
+        self.course.channels[1].value(time_s)
+    }
+
+    /// Inclination towards +x at `time_s`, rad.
+    #[must_use]
+    pub fn tilt(&self, time_s: f64) -> f64 {
+        self.course.channels[2].value(time_s)
+    }
+
+    /// The point of the glass that is moved and about which it is inclined: x and z from the middle of
+    /// its bottom, m.
+    #[must_use]
+    pub fn pivot_m(&self) -> [f64; 2] {
+        self.course.pivot_m
+    }
+
+    /// Everything about the motion at `time_s` that the liquid feels.
+    #[must_use]
+    pub fn kinematics(&self, time_s: f64) -> Kinematics {
+        let [x, z, tilt] = &self.course.channels;
+        Kinematics {
+            acceleration_m_s2: [x.acceleration(time_s), z.acceleration(time_s)],
+            tilt_rad: tilt.value(time_s),
+            tilt_rate: tilt.rate(time_s),
+            tilt_acceleration: tilt.acceleration(time_s),
+            pivot_m: self.course.pivot_m,
+        }
     }
 }
 
@@ -175,13 +228,15 @@ mod tests {
         let at = |spelling: &str| Motion::parse(spelling, 4.0).expect("a known kind").position(1.3);
         assert_eq!(at("strokes:1"), at("strokes:1"));
         assert_ne!(at("strokes:1"), at("strokes:2"));
+        assert!((at("strokes:1x0.4") - 0.4 * at("strokes:1")).abs() < 1e-15);
     }
 
     #[test]
     fn wrong_spellings_are_refused() {
-        for wrong in ["stroke:1", "strokes:x", "strokes:-1", ""] {
+        for wrong in ["stroke:1", "strokes:x", "strokes:1x", "strokes:1xx2", "strokes:-1", ""] {
             assert!(matches!(Motion::parse(wrong, 4.0), Err(MotionError::Unknown(_))), "{wrong}");
         }
         assert!(matches!(Motion::parse("strokes:1", f64::NAN), Err(MotionError::Short(_))));
+        assert!(matches!(Motion::parse("strokes:1x1.5", 4.0), Err(MotionError::Scale(_))));
     }
 }

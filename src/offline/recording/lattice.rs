@@ -29,18 +29,20 @@ pub fn wall_azimuth(index: usize) -> f64 {
 /// Where the columns stand, and how a column is stretched to its free surface.
 #[derive(Clone, Debug)]
 pub struct Lattice {
-    /// `(x, y)` of each column in the frame of the glass, metres.
+    /// `(x, y)` of each column where it meets the surface at rest, in the frame of the glass, metres. In a
+    /// cone its tracers stand on a line to the apex.
     pub columns: Vec<[f64; 2]>,
+    glass: Glass,
 }
 
 impl Lattice {
-    /// The lattice of `glass`; the outermost ring stands at 13/14 of the radius, the middle of the
-    /// outermost of seven equal shells.
+    /// The lattice of `glass`; the outermost ring stands at 13/14 of the radius of the surface at rest,
+    /// the middle of the outermost of seven equal shells.
     #[must_use]
     pub fn new(glass: &Glass) -> Self {
         let mut columns = Vec::with_capacity(COLUMNS);
         for (ring, &count) in RING.iter().enumerate() {
-            let radius = glass.radius_m * (13.0 / 14.0) * ring as f64 / 7.0;
+            let radius = glass.radius_at(glass.fill_m) * (13.0 / 14.0) * ring as f64 / 7.0;
             for k in 0..count {
                 // Odd rings are turned by half a step so that neighbours do not line up.
                 let turn = 0.5 * (ring % 2) as f64;
@@ -48,7 +50,7 @@ impl Lattice {
                 columns.push([radius * azimuth.cos(), radius * azimuth.sin()]);
             }
         }
-        Self { columns }
+        Self { columns, glass: *glass }
     }
 
     /// Position of tracer `column * LAYERS + layer` (layer 0 at the bottom) under a surface of
@@ -56,7 +58,9 @@ impl Lattice {
     #[must_use]
     pub fn tracer(&self, column: usize, layer: usize, surface_m: f64) -> [f64; 3] {
         let [x, y] = self.columns[column];
-        [x, y, surface_m * (layer as f64 + 0.5) / LAYERS as f64]
+        let z = surface_m * (layer as f64 + 0.5) / LAYERS as f64;
+        let part = self.glass.radius_at(z) / self.glass.radius_at(self.glass.fill_m);
+        [part * x, part * y, z]
     }
 }
 
@@ -66,7 +70,7 @@ mod tests {
 
     #[test]
     fn rings_add_up_to_the_columns_inside_the_glass() {
-        let glass = Glass { radius_m: 0.035, fill_m: 0.07, rim_m: 0.11 };
+        let glass = Glass { radius_m: 0.035, fill_m: 0.07, rim_m: 0.11, taper: 0.0 };
         let lattice = Lattice::new(&glass);
         assert_eq!(RING.iter().sum::<usize>(), COLUMNS);
         assert_eq!(lattice.columns.len() * LAYERS, 2134);

@@ -32,15 +32,39 @@ pub fn group_range(group: usize) -> std::ops::Range<usize> {
     start * TRACERS..(start + GROUP_COMPONENTS[group]) * TRACERS
 }
 
-/// An upright circular glass; lengths in metres, inner surfaces.
+/// A circular glass with straight sides, upright or slightly conical; lengths in metres, inner surfaces.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Glass {
-    /// Inner radius.
+    /// Inner radius at the bottom; everywhere in a cylinder.
     pub radius_m: f64,
     /// Height of the liquid at rest above the inner bottom.
     pub fill_m: f64,
     /// Height of the rim above the inner bottom.
     pub rim_m: f64,
+    /// Growth of the radius with height, `dr/dz`; 0 in a cylinder, and in files that do not say.
+    #[serde(default)]
+    pub taper: f64,
+}
+
+impl Glass {
+    /// Inner radius at height `z_m` above the bottom, m: `r(z) = r(0) + taper z`.
+    #[must_use]
+    pub fn radius_at(&self, z_m: f64) -> f64 {
+        self.radius_m + self.taper * z_m
+    }
+
+    /// Whether its sides are upright.
+    #[must_use]
+    pub fn is_cylinder(&self) -> bool {
+        self.taper == 0.0
+    }
+
+    /// Distance of a place in the glass from side or bottom, whichever is nearer, m; negative outside.
+    #[must_use]
+    pub fn wall_distance(&self, x: &[f64; 3]) -> f64 {
+        let side = (self.radius_at(x[2]) - x[0].hypot(x[1])) / (1.0 + self.taper * self.taper).sqrt();
+        side.min(x[2])
+    }
 }
 
 /// What made a recording, enough to make it again.
@@ -58,6 +82,13 @@ pub struct Provenance {
     pub command: String,
     /// Particle spacing of the simulator, m.
     pub spacing_m: f64,
+    /// Point of the glass (x, z from the middle of its bottom, m) that `glass_x_m` and `glass_z_m` move
+    /// and about which it is inclined.
+    #[serde(default)]
+    pub pivot_m: [f64; 2],
+    /// Effects that were on, by name with their values.
+    #[serde(default)]
+    pub effects: Vec<(String, f64)>,
 }
 
 /// Books of energy at one instant, joules, in the frame of the glass, relative to rest.
@@ -65,12 +96,14 @@ pub struct Provenance {
 pub struct EnergyBook {
     /// Kinetic energy of the liquid relative to the glass.
     pub kinetic: f64,
-    /// Potential energy above that of the flat surface (gravity and weak compression).
+    /// Potential energy above that of rest: gravity, weak compression, and what effects store (area of
+    /// the surface, spring of the contact line, elastic stress).
     pub potential: f64,
-    /// Heat since the start: viscous dissipation, and what the density diffusion and the wall model
-    /// of the simulator lose.
+    /// Heat since the start: viscous dissipation, friction of effects, and what the density diffusion
+    /// and the wall model of the simulator lose.
     pub internal: f64,
-    /// Work done by the inertial force of the moving glass, since the start.
+    /// Work done since the start by the inertial forces of the moving glass and by gravity as far as it
+    /// turns with it.
     pub work: f64,
 }
 
@@ -94,6 +127,10 @@ pub struct Recording {
     pub glass_x_m: Vec<f64>,
     /// Acceleration of the glass along `x`, m/s2, averaged over the frame interval centred on the frame.
     pub acceleration_m_s2: Vec<f64>,
+    /// Position of the glass upwards, metres, in the room.
+    pub glass_z_m: Vec<f64>,
+    /// Inclination of the glass towards +x about its pivot, radians.
+    pub tilt_rad: Vec<f64>,
     /// Height of the free surface in each lattice column, metres; frames x [`COLUMNS`].
     pub column_m: Vec<f32>,
     /// Height of the contact line at each wall azimuth, metres; frames x [`WALL_POINTS`].
@@ -122,6 +159,13 @@ impl Recording {
             States::Full(all) => out.copy_from_slice(&all[frame * STATE..(frame + 1) * STATE]),
             States::Factored(factored) => factored.state(frame, out),
         }
+    }
+
+    /// Whether the glass is an upright cylinder that only moves along x: what the rendered camera and
+    /// the models know.
+    #[must_use]
+    pub fn is_plain(&self) -> bool {
+        self.glass.is_cylinder() && self.glass_z_m.iter().chain(&self.tilt_rad).all(|c| *c == 0.0)
     }
 
     /// The true profile of `frame`.

@@ -4,6 +4,7 @@
 //! | tensor | type, shape | |
 //! |---|---|---|
 //! | `glass_x_m`, `acceleration_m_s2` | F64, N | motion of the glass |
+//! | `glass_z_m`, `tilt_rad` | F64, N | its motion upwards and its inclination; zero where they lack |
 //! | `column_m`, `wall_m`, `profile_m` | F32, N x 194, 72, 21 | free surface |
 //! | `energy_j` | F64, N x 4 | kinetic, potential, internal, work |
 //! | `state` | F32, N x 27742 | full states, or instead of it: |
@@ -127,6 +128,8 @@ impl Recording {
         let mut tensors = vec![
             Tensor::f64("glass_x_m", &[n], self.glass_x_m.iter().copied()),
             Tensor::f64("acceleration_m_s2", &[n], self.acceleration_m_s2.iter().copied()),
+            Tensor::f64("glass_z_m", &[n], self.glass_z_m.iter().copied()),
+            Tensor::f64("tilt_rad", &[n], self.tilt_rad.iter().copied()),
             Tensor::f64("energy_j", &[n, 4], energy),
             Tensor::f32("column_m", &[n, COLUMNS], &self.column_m),
             Tensor::f32("wall_m", &[n, WALL_POINTS], &self.wall_m),
@@ -187,11 +190,18 @@ fn parse(bytes: &[u8]) -> Result<Recording, String> {
         States::Factored(Box::new(factored(&file, n)?))
     };
     let energy = f64s(&file, "energy_j", Some(&[n, 4]))?;
+    // Recordings from before these channels were of glasses that did neither.
+    let channel = |name: &str| match file.tensor(name) {
+        Ok(_) => f64s(&file, name, Some(&[n])),
+        Err(_) => Ok(vec![0.0; n]),
+    };
     Ok(Recording {
         glass,
         provenance,
         glass_x_m,
         acceleration_m_s2: f64s(&file, "acceleration_m_s2", Some(&[n]))?,
+        glass_z_m: channel("glass_z_m")?,
+        tilt_rad: channel("tilt_rad")?,
         column_m: f32s(&file, "column_m", Some(&[n, COLUMNS]))?,
         wall_m: f32s(&file, "wall_m", Some(&[n, WALL_POINTS]))?,
         profile_m: f32s(&file, "profile_m", Some(&[n, POINTS]))?,

@@ -32,6 +32,7 @@ pub(super) fn tones(settings: &SceneSettings) -> Tones {
         Liquid::Dark => (165.0, 140.0, 38.0),
         Liquid::Bright => (45.0, 60.0, 190.0),
     };
+    let front = settings.tone.unwrap_or(front);
     Tones { wall, table, front, behind: front + settings.mirror * (wall - front) }
 }
 

@@ -1,6 +1,7 @@
 //! The depth image: true disparity, matching noise, steps of 1/32 pixel, holes.
 
 use super::backdrop::Backdrop;
+use super::clutter::Overlay;
 use super::noise::{Noise, mix};
 use super::outline::Outline;
 use super::view::View;
@@ -38,7 +39,7 @@ impl Painter {
         settings: &SceneSettings,
         view: &View,
         backdrop: &Backdrop,
-        outline: Option<&Outline>,
+        (outline, overlay): (Option<&Outline>, &Overlay),
         noise: &Noise,
         seed: u64,
         out: &mut [u8],
@@ -49,7 +50,14 @@ impl Painter {
             let line = (top + row) * view.width;
             disparity.copy_from_slice(&backdrop.disparity[line + left..line + right]);
             if let Some(outline) = outline {
-                draw_row(view, outline, top + row, left, seed, disparity);
+                draw_row(view, outline, overlay, top + row, left, seed, disparity);
+            }
+            for (u, pixel) in (left..right).zip(disparity) {
+                if let Some((share, _, depth)) = overlay.finger(u, top + row)
+                    && share > 0.5
+                {
+                    *pixel = (view.stereo / depth) as f32;
+                }
             }
         }
         self.punch_holes(settings, seed);
@@ -88,7 +96,15 @@ impl Painter {
 }
 
 /// Puts the glass into one row of disparities.
-fn draw_row(view: &View, outline: &Outline, v: usize, left: usize, seed: u64, disparity: &mut [f32]) {
+fn draw_row(
+    view: &View,
+    outline: &Outline,
+    overlay: &Overlay,
+    v: usize,
+    left: usize,
+    seed: u64,
+    disparity: &mut [f32],
+) {
     let sides = outline.sides(view, v as f64);
     let mut shadow = None;
     for (index, pixel) in disparity.iter_mut().enumerate() {
@@ -98,12 +114,22 @@ fn draw_row(view: &View, outline: &Outline, v: usize, left: usize, seed: u64, di
         }
         let coverage = outline.coverage(u, v, sides);
         let draw = unit(seed ^ mix(((v as u64) << 32) | u as u64));
-        let depth = if coverage.front > 0.5 {
+        let [rim_v, bottom_v] = outline.glass_rows(u);
+        let on_glass =
+            (rim_v..bottom_v).contains(&(v as f64)) && u as f64 > sides[0] && (u as f64) < sides[1];
+        if on_glass && overlay.blinds(u, sides) {
+            *pixel = 0.0;
+            continue;
+        }
+        let foamy = overlay.foam(view, outline, u, v, sides).0 > 0.5;
+        // Through a clear liquid the matching sees what is behind, with as many holes as through the glass.
+        let clear = overlay.clear() > 0.5;
+        let depth = if (coverage.front > 0.5 && !clear) || foamy {
             outline.front_depth(view, u, v)
-        } else if coverage.behind > 0.5 {
+        } else if coverage.behind > 0.5 && !clear {
             outline.behind_depth(u, v)
         } else {
-            if coverage.empty > 0.5 && draw < GLASS_HOLES {
+            if coverage.empty + coverage.front > 0.5 && draw < GLASS_HOLES {
                 *pixel = 0.0;
             }
             if outline.near_edge(u, v, sides) && draw < EDGE_HOLES {

@@ -1,6 +1,7 @@
 //! The left infrared image: tones by coverage, lens blur, vignetting, noise.
 
 use super::backdrop::{Backdrop, tones};
+use super::clutter::Overlay;
 use super::noise::{Noise, mix};
 use super::outline::Outline;
 use super::view::View;
@@ -40,12 +41,12 @@ impl Painter {
         settings: &SceneSettings,
         view: &View,
         backdrop: &Backdrop,
-        outline: Option<&Outline>,
+        (outline, overlay): (Option<&Outline>, &Overlay),
         noise: &Noise,
         seed: u64,
         out: &mut [u8],
     ) {
-        self.draw(settings, view, backdrop, outline);
+        self.draw(settings, view, backdrop, outline, overlay);
         self.blur();
         let Window { left, right, top, .. } = self.window;
         for (row, blurred) in self.blurred.chunks_exact(right - left).enumerate() {
@@ -66,8 +67,8 @@ impl Painter {
         view: &View,
         backdrop: &Backdrop,
         outline: Option<&Outline>,
+        overlay: &Overlay,
     ) {
-        let tones = tones(settings);
         let Window { left, right, top, .. } = self.window;
         for (row, pixels) in self.sharp.chunks_exact_mut(right - left).enumerate() {
             let v = top + row;
@@ -76,27 +77,13 @@ impl Painter {
                 let (grey, disparity) = (backdrop.grey[line + u], backdrop.disparity[line + u]);
                 *pixel = grey + backdrop.dot(settings, u, v, view.width, disparity, grey);
             }
-            let Some(outline) = outline else {
-                continue;
-            };
-            let sides = outline.sides(view, v as f64);
-            let inside = |u: f64| (u.max(left as f64) as usize).min(right);
-            for u in inside(sides[0] - 1.0)..inside(sides[1] + 2.0) {
-                let coverage = outline.coverage(u, v, sides);
-                let across = Outline::across(u as f64, sides).abs().min(1.0);
-                // Lit from the camera, a little more from the right; darker towards the limb.
-                let facing = (1.0 - across * across).sqrt();
-                let shade = (0.6 + 0.4 * facing) * (1.0 + 0.06 * Outline::across(u as f64, sides));
-                let front = tones.front * shade;
-                let depth = outline.front_depth(view, u, v).unwrap_or(view.distance_m);
-                let dot =
-                    backdrop.dot(settings, u, v, view.width, (view.stereo / depth) as f32, front as f32);
-                let limb_px = (1.0 - across) * 0.5 * (sides[1] - sides[0]);
-                let kept = 1.0 - coverage.empty * (GLASS_LOSS + LIMB_LOSS * (-limb_px).exp());
-                let pixel = &mut pixels[u - left];
-                *pixel = *pixel * ((1.0 - coverage.front - coverage.behind) * kept) as f32
-                    + (coverage.front * front + coverage.behind * tones.behind) as f32
-                    + coverage.front as f32 * dot;
+            if let Some(outline) = outline {
+                draw_glass(settings, view, backdrop, outline, overlay, v, left, pixels);
+            }
+            for (u, pixel) in (left..right).zip(pixels) {
+                if let Some((share, tone, _)) = overlay.finger(u, v) {
+                    *pixel = *pixel * (1.0 - share as f32) + (share * tone) as f32;
+                }
             }
         }
     }
@@ -119,6 +106,47 @@ impl Painter {
             for (line, weight) in lines.zip(&self.kernel) {
                 out.iter_mut().zip(line).for_each(|(out, x)| *out += weight * x);
             }
+        }
+    }
+}
+
+/// The glass in one row, over the background.
+#[expect(clippy::too_many_arguments, reason = "the parts of the scene are borrowed one by one")]
+fn draw_glass(
+    settings: &SceneSettings,
+    view: &View,
+    backdrop: &Backdrop,
+    outline: &Outline,
+    overlay: &Overlay,
+    v: usize,
+    left: usize,
+    pixels: &mut [f32],
+) {
+    let tones = tones(settings);
+    let sides = outline.sides(view, v as f64);
+    let inside = |u: f64| (u.max(left as f64) as usize).min(left + pixels.len());
+    let clear = overlay.clear();
+    for u in inside(sides[0] - 1.0)..inside(sides[1] + 2.0) {
+        let coverage = outline.coverage(u, v, sides);
+        let across = Outline::across(u as f64, sides).abs().min(1.0);
+        // Lit from the camera, a little more from the right; darker towards the limb.
+        let facing = (1.0 - across * across).sqrt();
+        let shade = (0.6 + 0.4 * facing) * (1.0 + 0.06 * Outline::across(u as f64, sides));
+        let front = tones.front * shade;
+        let depth = outline.front_depth(view, u, v).unwrap_or(view.distance_m);
+        let dot = backdrop.dot(settings, u, v, view.width, (view.stereo / depth) as f32, front as f32);
+        let limb_px = (1.0 - across) * 0.5 * (sides[1] - sides[0]);
+        let kept = 1.0 - coverage.empty * (GLASS_LOSS + LIMB_LOSS * (-limb_px).exp());
+        let pixel = &mut pixels[u - left];
+        let opaque = (1.0 - clear) * (coverage.front + coverage.behind);
+        *pixel = *pixel * ((1.0 - opaque) * kept) as f32
+            + ((1.0 - clear) * (coverage.front * front + coverage.behind * tones.behind)) as f32
+            + ((1.0 - clear) * coverage.front) as f32 * dot;
+        let (foam, tone) = overlay.foam(view, outline, u, v, sides);
+        *pixel = *pixel * (1.0 - foam) as f32 + (foam * tone) as f32;
+        let [rim_v, bottom_v] = outline.glass_rows(u);
+        if (rim_v..bottom_v).contains(&(v as f64)) && (sides[0]..sides[1]).contains(&(u as f64)) {
+            *pixel += overlay.glare(u, sides) as f32;
         }
     }
 }

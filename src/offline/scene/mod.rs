@@ -5,13 +5,16 @@
 //! dots and grey noise (infrared); correlated stereo noise, disparity steps, the occlusion band, edge
 //! holes and random holes (depth). The same seed and frame number give the same bytes.
 //!
-//! Not modelled: motion blur, refraction and reflections of the glass wall, foam, the liquid film
-//! that a receding surface leaves on the wall.
+//! [`Clutter`] adds foam, a highlight, a finger before the glass, and a liquid that is clear.
+//!
+//! Not modelled: motion blur, refraction by the glass wall, the meniscus that climbs it, the liquid film
+//! that a receding surface leaves on it, and that stereo matching smears a step in depth over its window.
 //!
 //! Only a window around the glass is rendered for each frame, over a cached background; the noise
 //! outside of the window is frozen.
 
 mod backdrop;
+mod clutter;
 mod depth;
 mod infrared;
 mod noise;
@@ -23,6 +26,8 @@ use crate::offline::prelude::*;
 use crate::offline::recording::{Glass, Recording, WALL_POINTS};
 use crate::surface::Settings;
 use backdrop::Backdrop;
+use clutter::Overlay;
+pub use clutter::{Clutter, Finger, Glare};
 use noise::{Noise, mix};
 use outline::Outline;
 use shape::Shape;
@@ -48,6 +53,10 @@ pub struct SceneSettings {
     pub dots: f64,
     /// Share of the room's light that the free surface mirrors towards the camera.
     pub mirror: f64,
+    /// Tone of the liquid seen head-on, grey levels; by the liquid's look if not given.
+    pub tone: Option<f64>,
+    /// What disturbs the view.
+    pub clutter: Clutter,
     /// Whether there is a glass with liquid at all.
     pub glass_present: bool,
     /// Seed of everything random.
@@ -66,6 +75,8 @@ impl Default for SceneSettings {
             grey_rms: 2.0,
             dots: 6.0,
             mirror: 0.2,
+            tone: None,
+            clutter: Clutter::default(),
             glass_present: true,
             seed: 1,
         }
@@ -162,6 +173,7 @@ impl Scene {
             radius_m: f64::from(camera.radius_m),
             fill_m: f64::from(camera.fill_m),
             rim_m: f64::from(camera.rim_m),
+            taper: 0.0,
         };
         let window = view.window(&glass);
         let noise = Noise::new(settings.seed);
@@ -178,6 +190,11 @@ impl Scene {
         }
     }
 
+    /// Takes other clutter from the next frame on.
+    pub fn disturb(&mut self, clutter: Clutter) {
+        self.settings.clutter = clutter;
+    }
+
     /// Renders one frame; `frame` seeds its noise.
     ///
     /// # Panics
@@ -192,7 +209,10 @@ impl Scene {
             .then(|| Outline::new(&self.view, &self.settings, &self.shape, liquid.glass_x_m, self.window));
         let seed = mix(self.settings.seed ^ mix(frame));
         let (settings, backdrop, noise) = (&self.settings, &self.backdrop, &self.noise);
-        self.infrared.paint(settings, &self.view, backdrop, outline.as_ref(), noise, seed, &mut out.infrared);
-        self.depth.paint(settings, &self.view, backdrop, outline.as_ref(), noise, seed, &mut out.depth);
+        let radius_m = settings.camera.radius_m.into();
+        let overlay = Overlay::new(&self.view, settings.clutter, liquid.glass_x_m, radius_m, seed);
+        let seen = (outline.as_ref(), &overlay);
+        self.infrared.paint(settings, &self.view, backdrop, seen, noise, seed, &mut out.infrared);
+        self.depth.paint(settings, &self.view, backdrop, seen, noise, seed, &mut out.depth);
     }
 }

@@ -116,6 +116,22 @@ impl Outline {
         coverage
     }
 
+    /// Share of a pixel within `rows` above the contact line.
+    pub(super) fn above(&self, u: usize, v: usize, sides: [f64; 2], rows: f64) -> f64 {
+        let contact = self.columns[u - self.window.left].contact_v.iter().enumerate();
+        let parts = contact.map(|(part, &contact_v)| {
+            let start = u as f64 - 0.5 + part as f64 / PARTS as f64;
+            let width = overlap([start, start + 1.0 / PARTS as f64], sides);
+            width * overlap([v as f64 - 0.5, v as f64 + 0.5], [contact_v - rows, contact_v])
+        });
+        parts.sum()
+    }
+
+    /// Rows from the rim to the bottom of the glass in a column.
+    pub(super) fn glass_rows(&self, u: usize) -> [f64; 2] {
+        [self.rim_v, self.columns[u - self.window.left].bottom_v]
+    }
+
     /// Depth of the wall that faces the camera.
     pub(super) fn front_depth(&self, view: &View, u: usize, v: usize) -> Option<f64> {
         view.cylinder(view.ray(u as f64, v as f64), self.axis_m, self.radius_m).map(|(near, _)| near)

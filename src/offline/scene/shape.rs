@@ -87,7 +87,7 @@ mod tests {
 
     #[test]
     fn a_tilted_plane_is_met_everywhere() {
-        let glass = Glass { radius_m: 0.035, fill_m: 0.07, rim_m: 0.11 };
+        let glass = Glass { radius_m: 0.035, fill_m: 0.07, rim_m: 0.11, taper: 0.0 };
         let mut shape = Shape::new(&glass);
         let plane = |x: f64, y: f64| 0.07 + 0.3 * x - 0.2 * y;
         let wall: Vec<f32> = (0..WALL_POINTS)

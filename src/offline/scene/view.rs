@@ -62,6 +62,16 @@ impl View {
         Projected { u: self.ppx + self.fx * x / depth, v: self.ppy + self.fy * down / depth }
     }
 
+    /// Depth of a point of the room along the optical axis.
+    pub(super) fn depth(&self, [_, y, z]: [f64; 3]) -> f64 {
+        (y + self.distance_m) * self.cos + (z - self.height_m) * self.sin
+    }
+
+    /// Rows that `length_m` covers at a depth.
+    pub(super) fn pixels(&self, length_m: f64, depth_m: f64) -> f64 {
+        self.fy * length_m / depth_m
+    }
+
     /// Direction (right, away, up) through a pixel, one metre of depth long.
     pub(super) fn ray(&self, u: f64, v: f64) -> [f64; 3] {
         let (a, b) = ((u - self.ppx) / self.fx, (v - self.ppy) / self.fy);

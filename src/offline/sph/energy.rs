@@ -2,24 +2,28 @@
 //!
 //! ```text
 //! kinetic   = sum 1/2 m v^2
-//! potential = sum m ( g z + c0^2 [ ln(rho/rho0) + rho0/rho - 1 ] )  minus its value at rest
-//! internal  = sum m heat            (viscosity and the diffusion of density)
-//! work      = - integral of sum m a_x v_x dt
+//! potential = sum m ( -g0.x + c0^2 [ ln(rho/rho0) + rho0/rho - 1 ] )  minus its value at rest,
+//!             and what the effects store
+//! internal  = sum m heat            (viscosity, the diffusion of density, friction of effects)
+//! work      = integral of sum m (f - g0).v dt
 //! closure   = kinetic + potential + internal - work    -> 0
 //! ```
+//! with `f` the body force of `frame` and `g0` its value while the glass rests.
 
 use super::Simulator;
 use crate::offline::prelude::*;
 use crate::offline::recording::EnergyBook;
-use crate::units::GRAVITY_M_S2;
 
 impl Simulator {
     /// Potential energy of gravity and of weak compression, J, from the bottom and the rest density.
     pub(crate) fn potential(&self) -> f64 {
         let (c2, rest) = (self.forces.sound * self.forces.sound, self.forces.rest_density);
         let parts = self.fluid.particle.iter().zip(&self.fluid.mass).zip(&self.fluid.density);
+        let [g_x, _, g_z] = self.gravity;
         parts
-            .map(|((p, m), rho)| m * (GRAVITY_M_S2 * p.x[2] + c2 * ((rho / rest).ln() + rest / rho - 1.0)))
+            .map(|((p, m), rho)| {
+                m * (-g_z * p.x[2] - g_x * p.x[0] + c2 * ((rho / rest).ln() + rest / rho - 1.0))
+            })
             .sum()
     }
 
@@ -31,7 +35,7 @@ impl Simulator {
             kinetic: parts()
                 .map(|(p, m)| 0.5 * m * (p.v[0] * p.v[0] + p.v[1] * p.v[1] + p.v[2] * p.v[2]))
                 .sum(),
-            potential: self.potential() - self.rest_energy,
+            potential: self.potential() - self.rest_energy + self.acting.stored(&self.fluid),
             internal: self.fluid.heat.iter().zip(&self.fluid.mass).map(|(e, m)| e * m).sum(),
             work: self.work,
         }

@@ -13,6 +13,10 @@ use std::ops::Range;
 /// Chunks of the pair list; a constant, so that sums do not depend on the number of threads.
 pub(crate) const CHUNKS: usize = 8;
 
+/// Skin of the images in units of the skin of the particles: behind a round wall an image may move
+/// up to twice as far as its original.
+pub(crate) const IMAGE_SKIN: f64 = 1.5;
+
 /// A list of lists: the entries of row `i` are `entry[start[i]..start[i + 1]]`.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Rows {
@@ -111,13 +115,12 @@ impl Grid {
 pub(crate) struct Neighbours {
     /// Liquid neighbours `j > i` of liquid particle `i`.
     pub(crate) liquid: Rows,
-    /// Wall neighbours of each liquid particle.
+    /// Images near each liquid particle.
     pub(crate) wall: Rows,
-    /// Liquid neighbours of each wall particle.
-    pub(crate) wall_liquid: Rows,
     /// Ranges of liquid particles of nearly equal work.
     pub(crate) chunks: [Range<usize>; CHUNKS],
     reach2: f64,
+    wall_reach2: f64,
     allowed2: f64,
     grid: Grid,
     wall_grid: Grid,
@@ -125,24 +128,26 @@ pub(crate) struct Neighbours {
 }
 
 impl Neighbours {
-    /// Lists for `particles` and the fixed particles `wall`, good for the radius `support` plus `skin`.
-    pub(crate) fn new(particles: &[Particle], wall: &[Particle], support: f64, skin: f64) -> Self {
+    /// Lists for `particles` and the images `wall` in the box from `low` to `high`, good for the radius
+    /// `support` plus `skin`.
+    pub(crate) fn new(
+        particles: &[Particle],
+        wall: &[Particle],
+        (low, high): ([f64; 3], [f64; 3]),
+        support: f64,
+        skin: f64,
+    ) -> Self {
         let reach = support + skin;
-        let fold = |pick: fn(f64, f64) -> f64| -> [f64; 3] {
-            std::array::from_fn(|d| wall.iter().map(|w| w.x[d]).fold(wall[0].x[d], pick))
-        };
-        let (low, high) = (fold(f64::min), fold(f64::max));
-        let mut wall_grid = Grid::new(low, high, reach);
-        wall_grid.fill(wall.iter().map(|w| &w.x));
+        let wall_reach = support + IMAGE_SKIN * skin;
         let mut lists = Self {
             liquid: Rows::default(),
             wall: Rows::default(),
-            wall_liquid: Rows::default(),
             chunks: std::array::from_fn(|_| 0..0),
             reach2: reach * reach,
+            wall_reach2: wall_reach * wall_reach,
             allowed2: 0.25 * skin * skin,
             grid: Grid::new(low, high, reach),
-            wall_grid,
+            wall_grid: Grid::new(low, high, wall_reach),
             built_at: Vec::new(),
         };
         lists.rebuild(particles, wall);
@@ -159,6 +164,7 @@ impl Neighbours {
         self.built_at.clear();
         self.built_at.extend(particles.iter().map(|p| p.x));
         self.grid.fill(self.built_at.iter());
+        self.wall_grid.fill(wall.iter().map(|w| &w.x));
         self.liquid.begin();
         self.wall.begin();
         for (i, p) in particles.iter().enumerate() {
@@ -170,13 +176,12 @@ impl Neighbours {
             });
             self.wall_grid.around(&p.x, |run| {
                 walls.extend(
-                    run.iter().copied().filter(|&w| distance2(&p.x, &wall[w as usize].x) < self.reach2),
+                    run.iter().copied().filter(|&w| distance2(&p.x, &wall[w as usize].x) < self.wall_reach2),
                 );
             });
             self.liquid.end_row();
             self.wall.end_row();
         }
-        self.wall_liquid = self.wall.transposed(wall.len());
         self.cut(particles.len());
     }
 

@@ -23,12 +23,12 @@ pub(crate) struct Packing {
 }
 
 impl Packing {
-    /// One layer of rings from ring `first` to `last` (excluded) at height `z`.
-    fn layer(&mut self, first: usize, last: usize, dx: f64, z: f64, dz: f64, phase: f64) {
+    /// One layer of rings `pitch` apart from ring `first` to `last` (excluded) at height `z`.
+    fn layer(&mut self, first: usize, last: usize, pitch: f64, z: f64, dz: f64, phase: f64) {
         for ring in first..last {
-            let radius = (ring as f64 + 0.5) * dx;
-            let count = (std::f64::consts::TAU * radius / dx).round() as usize;
-            let area = std::f64::consts::TAU * radius * dx / count as f64;
+            let radius = (ring as f64 + 0.5) * pitch;
+            let count = (std::f64::consts::TAU * radius / pitch).round() as usize;
+            let area = std::f64::consts::TAU * radius * pitch / count as f64;
             for k in 0..count {
                 let angle = std::f64::consts::TAU * k as f64 / count as f64 + phase * (ring as f64 + 1.0);
                 self.position.push([radius * angle.cos(), radius * angle.sin(), z]);
@@ -39,13 +39,14 @@ impl Packing {
 
     /// The liquid at rest in `glass`, with a spacing from [`fitting_spacing`].
     pub(crate) fn liquid(glass: &Glass, dx: f64, seed: u64) -> Self {
-        let rings = rings(glass, dx);
         let layers = (glass.fill_m / dx).round().max(1.0) as usize;
         let dz = glass.fill_m / layers as f64;
         let mut packing = Self::default();
         for layer in 0..layers {
             let phase = TURN * (layer as f64 + seed as f64 % 1024.0);
-            packing.layer(0, rings, dx, (layer as f64 + 0.5) * dz, dz, phase);
+            let z = (layer as f64 + 0.5) * dz;
+            let (rings, pitch) = rings_at(glass, dx, z);
+            packing.layer(0, rings, pitch, z, dz, phase);
         }
         packing
     }
@@ -61,7 +62,8 @@ impl Packing {
         let layers = (glass.rim_m / dx).ceil() as usize + 2 * WALL_LAYERS;
         for layer in 0..layers {
             let z = (layer as f64 + 0.5) * dx;
-            packing.layer(rings, rings + WALL_LAYERS, dx, z, dx, TURN * (layer + WALL_LAYERS) as f64);
+            let (rings, pitch) = rings_at(glass, dx, z);
+            packing.layer(rings, rings + WALL_LAYERS, pitch, z, dx, TURN * (layer + WALL_LAYERS) as f64);
         }
         packing
     }
@@ -72,7 +74,18 @@ pub(crate) fn fitting_spacing(glass: &Glass, spacing_m: f64) -> f64 {
     glass.radius_m / rings(glass, spacing_m) as f64
 }
 
-/// Rings of liquid particles across the radius.
+/// Rings of liquid particles at height `z`, and how far apart they are: nearest to `dx` in a cone, where
+/// each layer has its own.
+fn rings_at(glass: &Glass, dx: f64, z: f64) -> (usize, f64) {
+    if glass.is_cylinder() {
+        return (rings(glass, dx), dx);
+    }
+    let radius = glass.radius_at(z);
+    let rings = (radius / dx).round().max(2.0);
+    (rings as usize, radius / rings)
+}
+
+/// Rings of liquid particles across the radius of the bottom.
 fn rings(glass: &Glass, spacing_m: f64) -> usize {
     (glass.radius_m / spacing_m).round().max(2.0) as usize
 }
@@ -83,7 +96,7 @@ mod tests {
 
     #[test]
     fn the_packing_fills_the_glass() {
-        let glass = Glass { radius_m: 0.035, fill_m: 0.07, rim_m: 0.11 };
+        let glass = Glass { radius_m: 0.035, fill_m: 0.07, rim_m: 0.11, taper: 0.0 };
         let packing = Packing::liquid(&glass, 0.005, 3);
         let volume: f64 = packing.volume.iter().sum();
         let truth = std::f64::consts::PI * 0.035_f64.powi(2) * 0.07;

@@ -39,8 +39,24 @@ pub fn record(
     motion: &Motion,
     frames: usize,
     command: &str,
-    mut watch: impl FnMut(usize),
+    watch: impl FnMut(usize),
 ) -> Result<Recording, Error> {
+    record_particles(setup, motion, frames, command, watch, |_| ())
+}
+
+/// As [`record`]; `each` also sees the simulator at every frame.
+///
+/// # Errors
+/// As for [`record`].
+pub fn record_particles(
+    setup: &Setup,
+    motion: &Motion,
+    frames: usize,
+    command: &str,
+    mut watch: impl FnMut(usize),
+    mut each: impl FnMut(&Simulator),
+) -> Result<Recording, Error> {
+    let setup = &setup.resolved();
     let mut simulator = Simulator::new(setup)?;
     let finder = SurfaceFinder::new(&simulator)?;
     let lattice = Lattice::new(&setup.glass);
@@ -51,11 +67,12 @@ pub fn record(
     // Before the start the glass was at rest: the first sample stands for its past.
     let mut past: VecDeque<Sample> = (0..=HALF).map(|_| take(&simulator, &finder, &lattice)).collect();
     recording.energy.push(simulator.energy());
+    each(&simulator);
     let mut taken = 0;
     for frame in 0..frames {
         while taken < frame * OVERSAMPLING + HALF {
             for _ in 0..steps {
-                simulator.step(|t| motion.acceleration(t))?;
+                simulator.step_moving(|t| motion.kinematics(t))?;
             }
             taken += 1;
             past.push_back(take(&simulator, &finder, &lattice));
@@ -66,6 +83,7 @@ pub fn record(
                 simulator.check_inside()?;
                 if recording.energy.len() < frames {
                     recording.energy.push(simulator.energy());
+                    each(&simulator);
                 }
             }
         }
@@ -94,9 +112,20 @@ fn begin(setup: &Setup, motion: &Motion, frames: usize, command: &str) -> Record
             seed: setup.seed,
             command: command.into(),
             spacing_m: setup.spacing_m,
+            pivot_m: motion.pivot_m(),
+            effects: setup
+                .effects
+                .on()
+                .into_iter()
+                .map(|(effect, value)| (effect.name.into(), value))
+                .collect(),
         },
         glass_x_m: (0..frames).map(|n| motion.position(time(n))).collect(),
         acceleration_m_s2: (0..frames).map(mean_acceleration).collect(),
+        glass_z_m: (0..frames).map(|n| motion.height(time(n))).collect(),
+        tilt_rad: (0..frames)
+            .map(|n| motion.tilt(time(n)) + setup.effects.container_tilt.unwrap_or(0.0))
+            .collect(),
         column_m: Vec::new(),
         wall_m: Vec::new(),
         profile_m: Vec::new(),

@@ -1,13 +1,16 @@
 //! Settling: the ring packing relaxes under gravity and strong friction before time starts.
 
+use super::effects::Acting;
 use super::{Error, Simulator};
+use crate::offline::motion::Kinematics;
 use crate::offline::prelude::*;
 
 /// Length of each phase of settling, s: still, shaken, still.
-const PHASES_S: [f64; 3] = [0.2, 0.3, 0.5];
+const PHASES_S: [f64; 3] = [0.2, 0.3, 1.0];
 
-/// Acceleration and frequency of the shake: about the strongest slosh that a recording has.
-const SHAKE: (f64, f64) = (3.0, 3.4);
+/// Acceleration and frequency of the shake: the first mode of a liquid without viscosity then just
+/// does not break, which would throw drops over the rim.
+const SHAKE: (f64, f64) = (1.0, 3.4);
 
 /// Decay time of every velocity in the still phases, s; it damps the slosh about critically.
 const FRICTION_S: f64 = 0.04;
@@ -20,7 +23,7 @@ impl Simulator {
     /// # Errors
     /// As for [`Simulator::step`].
     pub(crate) fn settle(&mut self) -> Result<(), Error> {
-        self.accelerate(0.0);
+        self.accelerate(&Kinematics::default());
         let [packing, shaking, resting] = PHASES_S.map(|seconds| (seconds / self.dt) as usize);
         for _ in 0..packing {
             self.step(|_| 0.0)?;
@@ -36,8 +39,7 @@ impl Simulator {
             self.rub((2.0 * (1.0 - step as f64 / resting as f64)).min(1.0));
         }
         self.check_inside()?;
-        self.start();
-        Ok(())
+        self.start()
     }
 
     /// Slows every particle by `strength` times the friction of a still phase.
@@ -50,8 +52,8 @@ impl Simulator {
         }
     }
 
-    /// Sets clock, velocities and books to zero.
-    fn start(&mut self) {
+    /// Sets clock, velocities and books to zero and lets the effects act from here.
+    fn start(&mut self) -> Result<(), Error> {
         for p in &mut self.fluid.particle {
             p.v = [0.0; 3];
         }
@@ -59,6 +61,10 @@ impl Simulator {
         self.time = 0.0;
         self.work = 0.0;
         self.rest_energy = self.potential();
-        self.accelerate(0.0);
+        let rest_density = self.forces.rest_density;
+        self.acting = Acting::on(&self.effects, &self.glass, rest_density, &self.fluid)
+            .ok_or_else(|| Error::Setup("the surface of this glass cannot carry the effects on it".into()))?;
+        self.accelerate(&Kinematics::default());
+        Ok(())
     }
 }

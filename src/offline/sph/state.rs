@@ -1,7 +1,4 @@
-//! What the simulator keeps of the liquid and of the wall.
-//!
-//! Wall particles are of the same type: they never move, and their pressure and velocity are those
-//! of the liquid nearby, continued into the wall (see `walls`).
+//! What the simulator keeps of the liquid. Its images in the walls are of the same type (see `walls`).
 
 use crate::offline::prelude::*;
 
@@ -11,7 +8,7 @@ use crate::offline::prelude::*;
 pub(crate) struct Particle {
     /// Position in the frame of the glass, metres.
     pub(crate) x: [f64; 3],
-    /// Velocity in the frame of the glass, m/s; of a wall particle: the one that makes the liquid stick.
+    /// Velocity in the frame of the glass, m/s.
     pub(crate) v: [f64; 3],
     /// Volume m / rho, m3.
     pub(crate) volume: f64,

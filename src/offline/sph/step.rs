@@ -8,61 +8,135 @@
 //! (Monaghan 2005; Adami et al. 2012.) Density lives where the velocity is half a step away, so
 //! sound is integrated by a leap-frog and neither grows nor decays by the scheme itself.
 
-use super::Error;
-use super::Simulator;
+use super::effects::Surroundings;
+use super::frame::Body;
+use super::neighbours::IMAGE_SKIN;
 use super::state::Fluid;
-use super::walls::{extrapolate, hold};
+use super::walls::hold;
+use super::{Error, SKIN, Simulator};
+use crate::offline::motion::Kinematics;
 use crate::offline::prelude::*;
-use crate::units::GRAVITY_M_S2;
-
-/// The body force in the frame of a glass accelerated by `a_x`: `(-a_x, 0, -g)`, m/s2.
-fn body_force(a_x: f64) -> [f64; 3] {
-    [-a_x, 0.0, -GRAVITY_M_S2]
-}
 
 impl Simulator {
-    /// Advances by one step; `acceleration` gives the acceleration of the glass at a time.
+    /// Advances by one step; `acceleration` gives the acceleration of the glass along x at a time.
     ///
     /// # Errors
     /// When a particle leaves the glass or a number is no longer finite.
     pub fn step(&mut self, acceleration: impl Fn(f64) -> f64) -> Result<(), Error> {
+        self.step_moving(|t| Kinematics::along_x(acceleration(t)))
+    }
+
+    /// Advances by one step; `motion` gives the motion of the glass at a time.
+    ///
+    /// # Errors
+    /// When a particle leaves the glass or a number is no longer finite.
+    pub fn step_moving(&mut self, motion: impl Fn(f64) -> Kinematics) -> Result<(), Error> {
         let dt = self.dt;
         self.kick();
         hold(&self.glass, self.spacing_m, &mut self.fluid);
         self.drift();
         self.refresh_lists()?;
-        let middle = body_force(acceleration(self.time + 0.5 * dt));
-        self.forces.density_rates(&self.lists, &self.fluid, &self.wall, middle);
+        let middle = Body::of(&self.effects.place(motion(self.time + 0.5 * dt)));
+        self.reflect(&middle);
+        self.forces.density_rates(&self.lists, &self.fluid, &self.walls, &middle);
         self.densify();
         self.drift();
         self.time += dt;
-        self.accelerate(acceleration(self.time));
+        self.remember();
+        self.accelerate(&motion(self.time));
         self.gain_heat();
         self.kick();
         Ok(())
     }
 
-    /// Forces and accelerations at the present time, for a glass accelerated by `a_x`.
-    pub(crate) fn accelerate(&mut self, a_x: f64) {
-        let g = body_force(a_x);
-        extrapolate(&self.forces.kernel, &self.lists, &self.fluid, g, &mut self.wall);
-        self.forces.forces(&self.lists, &self.fluid, &self.wall);
-        self.forces.accelerations(&mut self.fluid, g);
-        self.glass_acceleration = a_x;
+    /// Forces and accelerations at the present time, for a glass under `motion`.
+    pub(crate) fn accelerate(&mut self, motion: &Kinematics) {
+        self.body = Body::of(&self.effects.place(*motion));
+        self.acting.press(&self.fluid, &mut self.forces.pressed);
+        self.reflect(&self.body.clone());
+        self.forces.forces(&self.lists, &self.fluid, &self.walls);
+        self.forces.accelerations(&mut self.fluid, &self.body);
+        self.turning.clear();
+        if self.body.turns() {
+            self.turning.extend(self.fluid.particle.iter().map(|p| self.body.turning(&p.x, &p.v)));
+        }
+        let slip_m = self.slip_m();
+        let Self { acting, glass, spacing_m, lists, walls, forces, fluid, .. } = self;
+        for (a, [_, a_x, a_y]) in fluid.acceleration.iter_mut().zip(&forces.pressed) {
+            a[0] += a_x;
+            a[1] += a_y;
+        }
+        let kernel = &forces.kernel;
+        let around = Surroundings {
+            kernel,
+            lists,
+            images: &walls.image,
+            slip_m,
+            rate: &forces.rate,
+            glass,
+            spacing_m: *spacing_m,
+        };
+        acting.push(&around, fluid);
     }
 
-    /// Half a step of velocity; the work of the inertial force is booked as the kick does it.
+    /// Lets the effects remember a full step: stresses, springs, heat.
+    fn remember(&mut self) {
+        let slip_m = self.slip_m();
+        let Self { acting, glass, spacing_m, lists, walls, forces, fluid, dt, .. } = self;
+        let kernel = &forces.kernel;
+        let around = Surroundings {
+            kernel,
+            lists,
+            images: &walls.image,
+            slip_m,
+            rate: &forces.rate,
+            glass,
+            spacing_m: *spacing_m,
+        };
+        acting.advance(*dt, &around, fluid);
+    }
+
+    /// Slip length at the walls, m.
+    fn slip_m(&self) -> f64 {
+        if self.no_slip { self.effects.slip_m() } else { f64::INFINITY }
+    }
+
+    /// Lists who has an image in the walls, makes the images and lists the neighbours.
+    pub(crate) fn list(&mut self) {
+        let reach = self.forces.kernel.support2.sqrt() + IMAGE_SKIN * SKIN * self.spacing_m;
+        self.walls.list(&self.glass, reach, &self.fluid.particle);
+        self.reflect(&self.body.clone());
+        self.lists.rebuild(&self.fluid.particle, &self.walls.image);
+    }
+
+    /// Makes the images of the present state under the body force `body`.
+    fn reflect(&mut self, body: &Body) {
+        let slip_m = self.slip_m();
+        self.walls.reflect(&self.glass, &self.fluid, body, &self.forces.pressed, slip_m);
+    }
+
+    /// Half a step of velocity; the work of the moving glass is booked as the kick does it.
     fn kick(&mut self) {
         let half = 0.5 * self.dt;
         let Fluid { particle, acceleration, mass, .. } = &mut self.fluid;
-        let mut momentum = 0.0;
+        let mut momentum = [0.0; 2];
+        let mut turned = 0.0;
+        let mut turning = self.turning.iter();
         for ((p, a), m) in particle.iter_mut().zip(acceleration).zip(mass) {
-            momentum += *m * (p.v[0] + 0.5 * half * a[0]);
+            // Momentum in the middle of the kick.
+            let middle = [*m * (p.v[0] + 0.5 * half * a[0]), *m * (p.v[2] + 0.5 * half * a[2])];
+            momentum[0] += middle[0];
+            momentum[1] += middle[1];
+            if let Some([e_x, e_z]) = turning.next() {
+                turned += e_x * middle[0] + e_z * middle[1];
+            }
             for (v, a) in p.v.iter_mut().zip(*a) {
                 *v += half * a;
             }
         }
-        self.work -= self.glass_acceleration * half * momentum;
+        let [f_x, f_z] = [0, 2].map(|axis| self.body.uniform[axis] - self.gravity[axis]);
+        self.work += f_x * half * momentum[0];
+        self.work += f_z * half * momentum[1] + half * turned;
     }
 
     /// Half a step of position.
@@ -80,7 +154,7 @@ impl Simulator {
         let (dt, sound2, rest) = (self.dt, self.forces.sound * self.forces.sound, self.forces.rest_density);
         let Fluid { particle, mass, density, heat, .. } = &mut self.fluid;
         let parts = particle.iter_mut().zip(mass).zip(density.iter_mut().zip(heat)).zip(&self.forces.rate);
-        for (((p, m), (rho, heat)), [strain, diffusion]) in parts {
+        for (((p, m), (rho, heat)), [strain, diffusion, _]) in parts {
             // The energy of compression changes by p/rho^2 d(rho).
             *heat -= dt * p.p / (*rho * *rho) * diffusion;
             *rho += dt * (*rho * strain + diffusion);
@@ -104,7 +178,7 @@ impl Simulator {
     fn refresh_lists(&mut self) -> Result<(), Error> {
         if self.lists.stale(&self.fluid.particle) {
             self.check_inside()?;
-            self.lists.rebuild(&self.fluid.particle, &self.wall);
+            self.list();
         }
         Ok(())
     }
@@ -114,7 +188,7 @@ impl Simulator {
         let slack = 0.5 * self.spacing_m;
         let (glass, time_s) = (self.glass, self.time);
         let inside = |x: &[f64; 3]| {
-            x[0].hypot(x[1]) <= glass.radius_m + slack && x[2] >= -slack && x[2] <= glass.rim_m
+            x[0].hypot(x[1]) <= glass.radius_at(x[2]) + slack && x[2] >= -slack && x[2] <= glass.rim_m
         };
         let mut outside =
             self.fluid.particle.iter().enumerate().filter(|(_, p)| !inside(&p.x)).map(|(i, p)| (i, p.x));

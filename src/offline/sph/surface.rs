@@ -33,7 +33,10 @@ pub(crate) type Coefficients = [f64; COEFFICIENTS];
 /// Finds and fits the surface.
 #[derive(Clone, Debug)]
 pub(crate) struct SurfaceFinder {
+    /// Of the cross-section at the fill.
     radius_m: f64,
+    /// Farthest that a tracer stands from its column, squared after adding the support, m2.
+    reach2: f64,
     /// Columns of the lattice, then the points of the contact line.
     places: Vec<[f64; 2]>,
     /// Half the part of the kernel that lies inside the glass, at each place.
@@ -50,18 +53,22 @@ impl SurfaceFinder {
     /// When the columns do not determine the polynomials.
     pub(crate) fn new(simulator: &Simulator) -> Result<Self, Error> {
         let glass = simulator.glass;
+        let radius_m = glass.radius_at(glass.fill_m);
         let mut places = Lattice::new(&glass).columns;
         places.extend((0..WALL_POINTS).map(|k| {
             let (sin, cos) = wall_azimuth(k).sin_cos();
-            [glass.radius_m * cos, glass.radius_m * sin]
+            [radius_m * cos, radius_m * sin]
         }));
         let threshold = places.iter().map(|place| 0.5 * inside(simulator, place)).collect();
-        let rows: Vec<Coefficients> = places.iter().map(|p| basis(p, glass.radius_m)).collect();
+        let rows: Vec<Coefficients> = places.iter().map(|p| basis(p, radius_m)).collect();
         let matrix = DMatrix::from_fn(places.len(), COEFFICIENTS, |r, c| rows[r][c]);
         let fit = matrix
             .pseudo_inverse(1e-9)
             .map_err(|why| Error::Setup(format!("the surface cannot be fitted over these columns: {why}")))?;
-        let mut finder = Self { radius_m: glass.radius_m, places, threshold, fit, offset_m: 0.0 };
+        let support2 = simulator.forces.kernel.support2;
+        let lean = glass.taper.abs() * glass.rim_m;
+        let reach2 = if glass.is_cylinder() { support2 } else { (support2.sqrt() + lean).powi(2) };
+        let mut finder = Self { radius_m, reach2, places, threshold, fit, offset_m: 0.0 };
         let nearby = finder.nearby(simulator);
         let rest = finder.coefficients(simulator, &nearby);
         let columns = &finder.places[..COLUMNS];
@@ -70,9 +77,9 @@ impl SurfaceFinder {
         Ok(finder)
     }
 
-    /// The particles within the support of the kernel around every place, horizontally.
+    /// The particles within the support of the kernel around every place and its tracers, horizontally.
     pub(crate) fn nearby(&self, simulator: &Simulator) -> Vec<Nearby> {
-        let support2 = simulator.forces.kernel.support2;
+        let reach2 = self.reach2;
         self.places
             .par_iter()
             .map(|place| {
@@ -81,7 +88,7 @@ impl SurfaceFinder {
                     dx * dx + dy * dy
                 };
                 let all = simulator.fluid.particle.iter().enumerate().map(|(i, p)| (i as u32, near(p)));
-                all.filter(|(_, d2)| *d2 < support2).collect()
+                all.filter(|(_, d2)| *d2 < reach2).collect()
             })
             .collect()
     }
@@ -149,13 +156,14 @@ fn basis(place: &[f64; 2], radius_m: f64) -> Coefficients {
 fn inside(simulator: &Simulator, place: &[f64; 2]) -> f64 {
     const HEIGHTS: usize = 8;
     let kernel = &simulator.forces.kernel;
-    let middle = 0.5 * simulator.glass.rim_m;
+    let glass = &simulator.glass;
+    let middle = if glass.is_cylinder() { 0.5 * glass.rim_m } else { glass.fill_m };
     let mut outside = 0.0;
     for k in 0..HEIGHTS {
         let z = middle + simulator.spacing_m * k as f64 / HEIGHTS as f64;
-        for w in &simulator.wall {
-            let (dx, dy, dz) = (w.x[0] - place[0], w.x[1] - place[1], w.x[2] - z);
-            outside += w.volume * kernel.value(dx * dx + dy * dy + dz * dz);
+        for (x, volume) in simulator.shell.position.iter().zip(&simulator.shell.volume) {
+            let (dx, dy, dz) = (x[0] - place[0], x[1] - place[1], x[2] - z);
+            outside += volume * kernel.value(dx * dx + dy * dy + dz * dz);
         }
     }
     1.0 - outside / HEIGHTS as f64

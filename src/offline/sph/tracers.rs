@@ -53,15 +53,16 @@ fn fit(simulator: &Simulator, nearby: &Nearby, at: [f64; 3]) -> Values {
     let inverse = 1.0 / kernel.h;
     let mut moments = Matrix4::<f64>::zeros();
     let mut right = SMatrix::<f64, 4, 5>::zeros();
-    for &(i, d2) in nearby {
+    for &(i, _) in nearby {
         let p = &simulator.fluid.particle[i as usize];
+        let d = [p.x[0] - at[0], p.x[1] - at[1]];
         let dz = p.x[2] - at[2];
-        let r2 = d2 + dz * dz;
+        let r2 = d[0] * d[0] + d[1] * d[1] + dz * dz;
         if r2 >= kernel.support2 {
             continue;
         }
         let weight = p.volume * kernel.value(r2);
-        let b = [1.0, (p.x[0] - at[0]) * inverse, (p.x[1] - at[1]) * inverse, dz * inverse];
+        let b = [1.0, d[0] * inverse, d[1] * inverse, dz * inverse];
         let f = [p.v[0], p.v[1], p.v[2], p.p, simulator.fluid.heat[i as usize]];
         for row in 0..4 {
             let scaled = weight * b[row];
@@ -108,17 +109,30 @@ fn stresses(simulator: &Simulator, solved: &SMatrix<f64, 4, 5>, inverse: f64) ->
 
 #[cfg(test)]
 mod tests {
-    use super::super::Setup;
     use super::super::surface::SurfaceFinder;
+    use super::super::{Effects, Setup};
     use super::*;
     use crate::offline::liquids::{Liquid, Rheology};
     use crate::offline::recording::Glass;
 
     #[test]
     fn a_linear_flow_comes_back_with_its_stresses() {
-        let glass = Glass { radius_m: 0.035, fill_m: 0.035, rim_m: 0.06 };
-        let liquid = Liquid { name: "x".into(), density_kg_m3: 1261.0, rheology: Rheology::newtonian(0.95) };
-        let setup = Setup { glass, liquid, spacing_m: 0.00875, seed: 0, no_slip: true };
+        let glass = Glass { radius_m: 0.035, fill_m: 0.035, rim_m: 0.06, taper: 0.0 };
+        let liquid = Liquid {
+            name: "x".into(),
+            density_kg_m3: 1261.0,
+            rheology: Rheology::newtonian(0.95),
+            effects: Effects::default(),
+        };
+        let setup = Setup {
+            glass,
+            liquid,
+            spacing_m: 0.00875,
+            seed: 0,
+            no_slip: true,
+            effects: Effects::default(),
+            step_s: None,
+        };
         let mut simulator = Simulator::new(&setup).expect("the glass settles");
         simulator.set_velocity(|[x, y, z]| [2.0 * z, 0.5 * x, 3.0 * y - z]);
         let finder = SurfaceFinder::new(&simulator).expect("the surface is fitted");

@@ -1,5 +1,6 @@
 //! Why training ends without a model.
 
+use crate::model::LoadError;
 use crate::offline::export::ExportError;
 use crate::offline::prelude::*;
 
@@ -14,6 +15,8 @@ pub enum TrainError {
     Singular(&'static str),
     /// Stopped before every part had been trained once: nothing was written.
     Interrupted,
+    /// The blob that was to be corrected, or a candidate, is refused.
+    Blob(LoadError),
     /// The blob could not be made.
     Export(ExportError),
 }
@@ -31,12 +34,19 @@ impl std::fmt::Display for TrainError {
             Self::Interrupted => {
                 write!(f, "stopped before every part had been trained once: nothing was written")
             }
+            Self::Blob(error) => write!(f, "{error}"),
             Self::Export(error) => write!(f, "{error}"),
         }
     }
 }
 
 impl std::error::Error for TrainError {}
+
+impl From<LoadError> for TrainError {
+    fn from(error: LoadError) -> Self {
+        Self::Blob(error)
+    }
+}
 
 impl From<ExportError> for TrainError {
     fn from(error: ExportError) -> Self {

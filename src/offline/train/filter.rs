@@ -77,7 +77,7 @@ fn active(tracks: &[Track]) -> Square {
 }
 
 /// Moves the gain towards 1, where the loop forgets at once, until the loop (1 - G) A about rest is stable.
-fn settle(dynamics: &Dynamics, gain: Square) -> Square {
+pub(super) fn settle(dynamics: &Dynamics, gain: Square) -> Square {
     let half = dynamics.flow() * dynamics.stiffness() * (0.5 * FRAME_INTERVAL_S);
     let identity = Square::identity();
     let a = (identity - half).try_inverse().map_or(identity, |inverse| inverse * (identity + half));

@@ -9,6 +9,7 @@
 //! (`generic`, `warm`, `filter`).
 
 mod autoencoder;
+pub mod correct;
 mod dataset;
 mod encoder;
 mod error;

@@ -2,7 +2,7 @@
 
 use super::Model;
 use super::dataset::TRUNK;
-use super::generic::{LATENTS, Square};
+use super::generic::{Dynamics, LATENTS, Square};
 use super::nets::LAYERS;
 use super::weights::Matrix;
 use crate::model::Tensor;
@@ -43,8 +43,8 @@ fn encoder(model: &Model) -> Vec<Part> {
     parts
 }
 
-fn dynamics(model: &Model) -> Vec<Part> {
-    let d = &model.dynamics;
+/// The operators, the energy, the port and the preconditioner of the GENERIC step.
+pub(super) fn operators(d: &Dynamics, preconditioner: &Square) -> Vec<Part> {
     vec![
         triangle(Tensor::SkewLower, &d.skew, 1),
         triangle(Tensor::FrictionFactor, &d.friction, 0),
@@ -53,9 +53,14 @@ fn dynamics(model: &Model) -> Vec<Part> {
         vector(Tensor::EnergyBias, d.bias.iter().map(|&v| v as f32).collect()),
         part(Tensor::EnergyOut, &Matrix::from_f64(&d.outer)),
         vector(Tensor::Port, d.port.iter().map(|&v| v as f32).collect()),
-        square(Tensor::Preconditioner, &model.preconditioner),
-        square(Tensor::Gain, &model.gain),
+        square(Tensor::Preconditioner, preconditioner),
     ]
+}
+
+fn dynamics(model: &Model) -> Vec<Part> {
+    let mut parts = operators(&model.dynamics, &model.preconditioner);
+    parts.push(square(Tensor::Gain, &model.gain));
+    parts
 }
 
 fn decoder(model: &Model) -> Vec<Part> {

@@ -14,13 +14,14 @@ use crate::offline::prelude::*;
 use crate::offline::sph::{Error, Simulator};
 
 /// The liquid that is to stop; its viscosity is capped at 20 Pa s.
-const PLASTIC: Rheology = Rheology { consistency: 0.5, index: 0.5, yield_stress: 3.0, largest: 20.0 };
+pub(super) const PLASTIC: Rheology =
+    Rheology { consistency: 0.5, index: 0.5, yield_stress: 3.0, largest: 20.0 };
 
 /// The viscosity of the liquid that is to go on, Pa s.
 const NEWTONIAN_PA_S: f64 = 0.25;
 
 /// Speed of the first mode at the start, m/s.
-const START_M_S: f64 = 0.05;
+pub(super) const START_M_S: f64 = 0.05;
 
 /// Part of the first speed below which the liquid counts as standing.
 const STANDING: f64 = 0.03;

@@ -6,7 +6,7 @@ use super::theory::{Mode, Tone};
 use crate::offline::liquids::{Liquid, Rheology};
 use crate::offline::prelude::*;
 use crate::offline::recording::EnergyBook;
-use crate::offline::sph::{Error, Setup, Simulator, relative_closure};
+use crate::offline::sph::{Effects, Error, Setup, Simulator, relative_closure};
 use crate::units::FRAME_INTERVAL_S;
 use std::f64::consts::PI;
 
@@ -68,7 +68,15 @@ pub(super) fn escapes(
     mut watch: impl FnMut(f64),
 ) -> Result<usize, Error> {
     let liquid = Liquid::load("water").map_err(|error| Error::Setup(format!("{error}")))?;
-    let mut simulator = Simulator::new(&Setup { glass: GLASS, liquid, spacing_m, seed: 0, no_slip: true })?;
+    let mut simulator = Simulator::new(&Setup {
+        glass: GLASS,
+        liquid,
+        spacing_m,
+        seed: 0,
+        no_slip: true,
+        effects: Effects::default(),
+        step_s: None,
+    })?;
     let mode = Mode::first(GLASS);
     simulator.set_velocity(|x| mode.velocity(x).map(|v| speed_m_s * v));
     while simulator.time_s() < seconds {

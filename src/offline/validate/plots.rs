@@ -2,7 +2,7 @@
 
 use super::Ringing;
 use super::fit::fit;
-use crate::host::view::plot::{BLUE, FONT, GREY, ORANGE, prepare_font};
+use crate::host::view::plot::{BLUE, FONT, GREY, ORANGE, PictureError, prepare_font};
 use crate::offline::prelude::*;
 use plotters::prelude::*;
 use std::path::Path;
@@ -10,29 +10,11 @@ use std::path::Path;
 /// Width and height, pixels.
 const SIZE: (u32, u32) = (1200, 600);
 
-/// Why a picture could not be written.
-#[derive(Debug)]
-pub struct PlotError(String);
-
-impl std::fmt::Display for PlotError {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "the picture of a decay cannot be written: {}", self.0)
-    }
-}
-
-impl std::error::Error for PlotError {}
-
-impl<E: std::error::Error + Send + Sync> From<DrawingAreaErrorKind<E>> for PlotError {
-    fn from(error: DrawingAreaErrorKind<E>) -> Self {
-        Self(error.to_string())
-    }
-}
-
 /// Writes the picture of `ringing` as a PNG file.
 ///
 /// # Errors
-/// [`PlotError`], when the file cannot be written.
-pub fn decay_png(ringing: &Ringing, path: &Path) -> Result<(), PlotError> {
+/// [`PictureError`], when the file cannot be written.
+pub fn decay_png(ringing: &Ringing, path: &Path) -> Result<(), PictureError> {
     prepare_font();
     let area = BitMapBackend::new(path, SIZE).into_drawing_area();
     area.fill(&WHITE)?;

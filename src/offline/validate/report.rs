@@ -34,6 +34,13 @@ pub fn markdown(outcome: &Outcome, command: &str, picture: impl Fn(usize) -> Str
             theory.decay
         );
     }
+    if !outcome.held.is_empty() {
+        page += "\nEffects at 7 mm:\n\n| effect | measured | value | theory | deviation |\n|---|---|---|---|---|\n";
+    }
+    for (name, held) in &outcome.held {
+        let (what, measured, theory) = (held.what, held.measured, held.theory);
+        page += &format!("| {name} | {what} | {measured:.4} | {theory:.4} | {:+.1} % |\n", held.error());
+    }
     for (index, ringing) in outcome.ringings.iter().enumerate() {
         page += &format!("\n![{}]({})\n", ringing.name, picture(index));
     }
@@ -61,7 +68,9 @@ mod tests {
         let fit = Fit { tone: Tone { hz: 3.5, decay: 0.2 }, amplitude: [1.0, 0.0] };
         let theory = Tone { hz: 3.6, decay: 0.0 };
         let ringing = Ringing { name: "mercury".into(), series: Vec::new(), fit, theory, cost: 1.0 };
-        let page = markdown(&Outcome { checks, ringings: vec![ringing] }, "try", |i| format!("{i}.png"));
+        let page = markdown(&Outcome { checks, ringings: vec![ringing], held: Vec::new() }, "try", |i| {
+            format!("{i}.png")
+        });
         for part in
             ["`try`", "| rest_noise | 3.5000e0 | mm/s | <= 2 | MISSED |", "| -2.78 % |", "![mercury](0.png)"]
         {

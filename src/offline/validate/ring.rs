@@ -11,10 +11,10 @@ use super::viscous::viscous_mode;
 use crate::offline::liquids::{Liquid, Rheology};
 use crate::offline::prelude::*;
 use crate::offline::recording::Glass;
-use crate::offline::sph::{Error, Setup, Simulator};
+use crate::offline::sph::{Effects, Error, Setup, Simulator};
 
 /// The glass of every case.
-pub(super) const GLASS: Glass = Glass { radius_m: 0.035, fill_m: 0.07, rim_m: 0.11 };
+pub(super) const GLASS: Glass = Glass { radius_m: 0.035, fill_m: 0.07, rim_m: 0.11, taper: 0.0 };
 
 /// Glycerine as in the paper: density kg/m3 and viscosity Pa s.
 pub(super) const GLYCERINE: (f64, f64) = (1261.0, 0.950);
@@ -42,8 +42,13 @@ pub struct Ringing {
 
 /// A liquid of `rheology` with the density of glycerine in the glass.
 pub(super) fn setup(rheology: Rheology, spacing_m: f64, no_slip: bool) -> Setup {
-    let liquid = Liquid { name: "validation".into(), density_kg_m3: GLYCERINE.0, rheology };
-    Setup { glass: GLASS, liquid, spacing_m, seed: 0, no_slip }
+    let liquid = Liquid {
+        name: "validation".into(),
+        density_kg_m3: GLYCERINE.0,
+        rheology,
+        effects: Effects::default(),
+    };
+    Setup { glass: GLASS, liquid, spacing_m, seed: 0, no_slip, effects: Effects::default(), step_s: None }
 }
 
 /// Modal momentum of the present state, kg m/s.

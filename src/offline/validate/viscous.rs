@@ -17,6 +17,11 @@
 //! slip        (1 - (r/R)^2)          r z
 //! no slip     (1 - (r/R)^2)^2 z      r z^2 (1 - (r/R)^2)
 //! ```
+//! Walls that slip by a length `b` (Navier 1823) add their friction to `C`; a Maxwell branch of modulus `G`
+//! and time `lambda` makes the viscosity depend on `s`:
+//! ```text
+//! C  +=  (nu/b) int_walls u_t.v_t,             nu -> nu + (G/rho) lambda/(1 + s lambda)
+//! ```
 //! The root nearest to the boundary-layer formula is found by inverse iteration with a Rayleigh
 //! quotient. All numbers are made without dimension by `R` and `sqrt(g/R)`.
 
@@ -28,32 +33,84 @@ use crate::units::GRAVITY_M_S2;
 use nalgebra::{Complex, DMatrix, DVector};
 use std::f64::consts::TAU;
 
-/// Polynomials along the radius and along the height.
-const DEGREES: (usize, usize) = (14, 19);
+/// Polynomials along the radius and along the height, and nodes of the quadrature in each direction,
+/// enough to integrate every product exactly.
+const FINE: Resolution = Resolution { degrees: (14, 19), nodes: 42 };
 
-/// Nodes of the quadrature in each direction, enough to integrate every product exactly.
-const NODES: usize = 42;
+/// The same for fields that are integrated many times over; frequencies agree with the fine ones to 0.1 %.
+pub(super) const COARSE: Resolution = Resolution { degrees: (9, 12), nodes: 28 };
+
+/// How finely the velocity is resolved.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Resolution {
+    degrees: (usize, usize),
+    nodes: usize,
+}
+
+/// A liquid in which small waves are linear.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Linear {
+    /// Kinematic viscosity, m2/s.
+    pub nu: f64,
+    /// Slip length, m: 0 sticks, infinity slips freely.
+    pub slip_m: f64,
+    /// Modulus of a Maxwell branch over density, m2/s2, and its relaxation time, s.
+    pub memory: Option<(f64, f64)>,
+}
 
 /// Turns with the first guess of the root before it is improved, and with the Rayleigh quotient.
 const TURNS: (usize, usize) = (4, 6);
 
-/// The three matrices of the eigenvalue problem and the surface's answer to a tilt.
-struct Problem {
+/// The three matrices of the eigenvalue problem, `C` for a unit of viscosity, and the surface's answer to
+/// a tilt; all without dimension.
+pub(super) struct Problem {
     mass: DMatrix<f64>,
     friction: DMatrix<f64>,
     stiffness: DMatrix<f64>,
     tilt: DVector<f64>,
+    /// Rows rr, aa, zz, ra, rz, az of each node, times the square root of the node's weight; and weights.
+    pub(super) strain: DMatrix<f64>,
+    pub(super) weights: Vec<f64>,
+}
+
+/// The viscosity at a rate `s`, without dimension.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Viscosity {
+    pub(super) nu: f64,
+    pub(super) memory: Option<(f64, f64)>,
+}
+
+impl Viscosity {
+    /// The viscosity, and its derivative by `s`.
+    fn at(&self, s: Complex<f64>) -> [Complex<f64>; 2] {
+        let (modulus, time) = self.memory.unwrap_or((0.0, 0.0));
+        let over = (Complex::new(1.0, 0.0) + s * time).inv();
+        [over * (modulus * time) + self.nu, -over * over * (modulus * time * time)]
+    }
 }
 
 /// Frequency and decay of the first mode of a liquid of kinematic viscosity `nu` (m2/s) in `glass`;
 /// `None` where the iteration finds no oscillation.
 #[must_use]
 pub fn viscous_mode(glass: &Glass, nu: f64, no_slip: bool) -> Option<Tone> {
-    let rate = (GRAVITY_M_S2 / glass.radius_m).sqrt();
-    let problem = Problem::new(glass.fill_m / glass.radius_m, nu / (glass.radius_m.powi(2) * rate), no_slip);
+    let slip_m = if no_slip { 0.0 } else { f64::INFINITY };
+    linear_mode(glass, &Linear { nu, slip_m, memory: None })
+}
+
+/// Frequency and decay of the first mode of `liquid` in `glass`; `None` where the iteration finds no
+/// oscillation.
+#[must_use]
+pub fn linear_mode(glass: &Glass, liquid: &Linear) -> Option<Tone> {
+    let (radius, rate) = (glass.radius_m, (GRAVITY_M_S2 / glass.radius_m).sqrt());
+    let problem = Problem::new(glass.fill_m / radius, liquid.slip_m / radius, FINE);
+    let viscosity = Viscosity {
+        nu: liquid.nu / (radius * radius * rate),
+        memory: liquid.memory.map(|(modulus, time)| (modulus / (radius * rate).powi(2), time * rate)),
+    };
     let mode = Mode::first(*glass);
-    let guess = Complex::new(-mode.layer_decay(nu), TAU * mode.hz()) / rate;
-    let root = problem.root(guess)? * rate;
+    let guess = Complex::new(-mode.layer_decay(liquid.nu), TAU * mode.hz()) / rate;
+    let (root, _) = problem.root(guess, viscosity)?;
+    let root = root * rate;
     (root.re.is_finite() && root.im > 0.0).then_some(Tone { hz: root.im / TAU, decay: -root.re })
 }
 
@@ -65,12 +122,12 @@ enum Shape {
 }
 
 /// Every velocity of the basis at `(r, z)` in a cylinder of depth `h`.
-fn basis(r: f64, z: f64, h: f64, no_slip: bool) -> Vec<Shape> {
+fn basis(r: f64, z: f64, h: f64, no_slip: bool, degrees: (usize, usize)) -> Vec<Shape> {
     let (one, r, z) = (Jet::constant(1.0), Jet::variable(r), Jet::variable(z));
     let wall = one - r * r;
     let [a, b, c, d] = if no_slip { [wall * wall, z, r * wall, z * z] } else { [wall, one, r, z] };
     let (along_r, along_z) =
-        (legendre(r * r * 2.0 - one, DEGREES.0), legendre(z * (2.0 / h) - one, DEGREES.1));
+        (legendre(r * r * 2.0 - one, degrees.0), legendre(z * (2.0 / h) - one, degrees.1));
     let products = || along_r.iter().flat_map(|p| along_z.iter().map(move |q| (*p, *q)));
     let radial = products().map(|(p, q)| Shape::Radial(a * p, b * q));
     radial.chain(products().map(|(p, q)| Shape::Vertical(c * p, d * q))).collect()
@@ -98,15 +155,20 @@ fn flow(shape: Shape, r: f64) -> ([f64; 3], [f64; 6]) {
 }
 
 impl Problem {
-    fn new(h: f64, nu: f64, no_slip: bool) -> Self {
-        let size = 2 * DEGREES.0 * DEGREES.1;
-        let (radii, heights) = (gauss(NODES, 1.0), gauss(NODES, h));
-        let mut velocity = DMatrix::zeros(3 * NODES * NODES, size);
-        let mut strain = DMatrix::zeros(6 * NODES * NODES, size);
+    /// The problem for a depth `h` and a slip length `slip`, in radii.
+    pub(super) fn new(h: f64, slip: f64, resolution: Resolution) -> Self {
+        let Resolution { degrees, nodes } = resolution;
+        let no_slip = slip == 0.0;
+        let size = 2 * degrees.0 * degrees.1;
+        let (radii, heights) = (gauss(nodes, 1.0), gauss(nodes, h));
+        let mut velocity = DMatrix::zeros(3 * nodes * nodes, size);
+        let mut strain = DMatrix::zeros(6 * nodes * nodes, size);
+        let mut weights = Vec::with_capacity(nodes * nodes);
         let places = radii.iter().flat_map(|r| heights.iter().map(move |z| (*r, *z)));
         for (place, ((r, over_r), (z, over_z))) in places.enumerate() {
             let weight = (over_r * over_z * r).sqrt();
-            for (column, shape) in basis(r, z, h, no_slip).into_iter().enumerate() {
+            weights.push(weight * weight);
+            for (column, shape) in basis(r, z, h, no_slip, degrees).into_iter().enumerate() {
                 let (u, d) = flow(shape, r);
                 for (k, u) in u.into_iter().enumerate() {
                     velocity[(3 * place + k, column)] = weight * u;
@@ -116,50 +178,75 @@ impl Problem {
                 }
             }
         }
-        let mut surface = DMatrix::zeros(NODES, size);
+        let mut surface = DMatrix::zeros(nodes, size);
         let mut tilt = DVector::zeros(size);
-        for (row, (r, over_r)) in radii.into_iter().enumerate() {
-            for (column, shape) in basis(r, h, h, no_slip).into_iter().enumerate() {
+        for (row, &(r, over_r)) in radii.iter().enumerate() {
+            for (column, shape) in basis(r, h, h, no_slip, degrees).into_iter().enumerate() {
                 let (u, _) = flow(shape, r);
                 surface[(row, column)] = (over_r * r).sqrt() * u[2];
                 tilt[column] += over_r * r * r * u[2];
             }
         }
-        Self {
-            mass: velocity.tr_mul(&velocity),
-            friction: strain.tr_mul(&strain) * nu,
-            stiffness: surface.tr_mul(&surface),
-            tilt,
+        let mut friction = strain.tr_mul(&strain);
+        if slip > 0.0 && slip.is_finite() {
+            // Tangential velocities on the side (V, W) and on the bottom (U, V).
+            let side = heights.iter().map(|&(z, over)| (1.0, z, over, [1, 2]));
+            let bottom = radii.iter().map(|&(r, over)| (r, 0.0, over * r, [0, 1]));
+            let mut walls = DMatrix::zeros(4 * nodes, size);
+            for (row, (r, z, weight, parts)) in side.chain(bottom).enumerate() {
+                for (column, shape) in basis(r, z, h, false, degrees).into_iter().enumerate() {
+                    let (u, _) = flow(shape, r);
+                    for (k, part) in parts.into_iter().enumerate() {
+                        walls[(2 * row + k, column)] = (weight / slip).sqrt() * u[part];
+                    }
+                }
+            }
+            friction += walls.tr_mul(&walls);
         }
+        let (mass, stiffness) = (velocity.tr_mul(&velocity), surface.tr_mul(&surface));
+        Self { mass, friction, stiffness, tilt, strain, weights }
     }
 
-    /// `s^2 M + s C + K`.
-    fn at(&self, s: Complex<f64>) -> DMatrix<Complex<f64>> {
+    /// `s^2 M + s C(s) + K`.
+    fn at(&self, s: Complex<f64>, viscosity: Viscosity) -> DMatrix<Complex<f64>> {
+        let rub = s * viscosity.at(s)[0];
         DMatrix::from_fn(self.mass.nrows(), self.mass.ncols(), |i, j| {
-            s * s * self.mass[(i, j)] + s * self.friction[(i, j)] + self.stiffness[(i, j)]
+            s * s * self.mass[(i, j)] + rub * self.friction[(i, j)] + self.stiffness[(i, j)]
         })
     }
 
-    /// `2 s M + C`, its derivative by `s`.
-    fn slope(&self, s: Complex<f64>) -> DMatrix<Complex<f64>> {
+    /// `2 s M + C + s C'`, its derivative by `s`.
+    fn slope(&self, s: Complex<f64>, viscosity: Viscosity) -> DMatrix<Complex<f64>> {
+        let [nu, growth] = viscosity.at(s);
+        let rub = nu + s * growth;
         DMatrix::from_fn(self.mass.nrows(), self.mass.ncols(), |i, j| {
-            s * 2.0 * self.mass[(i, j)] + self.friction[(i, j)]
+            s * 2.0 * self.mass[(i, j)] + rub * self.friction[(i, j)]
         })
     }
 
-    /// The root near `s`, starting from the answer to a tilt of the glass.
-    fn root(&self, mut s: Complex<f64>) -> Option<Complex<f64>> {
-        let mut x = self.at(s).lu().solve(&self.tilt.map(|t| Complex::new(t, 0.0)))?;
+    /// The root near `s` and its mode, starting from the answer to a tilt of the glass.
+    pub(super) fn root(
+        &self,
+        mut s: Complex<f64>,
+        viscosity: Viscosity,
+    ) -> Option<(Complex<f64>, DVector<Complex<f64>>)> {
+        let mut x = self.at(s, viscosity).lu().solve(&self.tilt.map(|t| Complex::new(t, 0.0)))?;
         for turn in 0..TURNS.0 + TURNS.1 {
             x /= Complex::new(x.norm(), 0.0);
-            let slope = self.slope(s);
+            let slope = self.slope(s, viscosity);
             if turn >= TURNS.0 {
                 // The matrices are symmetric, so that the left vector is the right one.
-                s -= (x.transpose() * (self.at(s) * &x))[0] / (x.transpose() * (&slope * &x))[0];
+                s -= (x.transpose() * (self.at(s, viscosity) * &x))[0] / (x.transpose() * (&slope * &x))[0];
             }
-            x = self.at(s).lu().solve(&(slope * x))?;
+            x = self.at(s, viscosity).lu().solve(&(slope * x))?;
         }
-        Some(s)
+        Some((s, x))
+    }
+
+    /// `int |u|^2` over the cross-section of the mode `x`; times pi and `R^3` over the liquid.
+    pub(super) fn square(&self, x: &DVector<Complex<f64>>) -> f64 {
+        let part = |part: DVector<f64>| (part.transpose() * (&self.mass * &part))[0];
+        part(x.map(|c| c.re)) + part(x.map(|c| c.im))
     }
 }
 
@@ -167,7 +254,22 @@ impl Problem {
 mod tests {
     use super::*;
 
-    const GLASS: Glass = Glass { radius_m: 0.035, fill_m: 0.07, rim_m: 0.11 };
+    const GLASS: Glass = Glass { radius_m: 0.035, fill_m: 0.07, rim_m: 0.11, taper: 0.0 };
+
+    #[test]
+    fn slip_and_memory_have_their_limits() {
+        let nu = 0.950 / 1261.0;
+        let tone = |liquid: Linear| linear_mode(&GLASS, &liquid).expect("it oscillates");
+        let free = tone(Linear { nu, slip_m: f64::INFINITY, memory: None });
+        let nearly = tone(Linear { nu, slip_m: 10.0, memory: None });
+        assert!((free.decay / nearly.decay - 1.0).abs() < 5e-3, "{free:?} {nearly:?}");
+        let part = tone(Linear { nu, slip_m: 0.005, memory: None });
+        let stuck = tone(Linear { nu, slip_m: 0.0, memory: None });
+        assert!(part.decay > free.decay && part.decay < stuck.decay, "{part:?}");
+        // A branch that forgets at once is a viscosity.
+        let quick = tone(Linear { nu: 0.5 * nu, slip_m: 0.0, memory: Some((0.5 * nu / 1e-6, 1e-6)) });
+        assert!((quick.decay / stuck.decay - 1.0).abs() < 1e-3 && (quick.hz / stuck.hz - 1.0).abs() < 1e-3);
+    }
 
     #[test]
     fn it_has_the_inviscid_limit_and_the_known_numbers_of_glycerine() {

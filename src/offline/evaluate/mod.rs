@@ -1,0 +1,236 @@
+//! A model on liquids that it has not been trained on, before and after correction.
+//!
+//! ```text
+//! recordings (simulated where they are missing) --rendered camera--> sightings
+//!   unseen  --model A-->  before          learnt --correct--> model B;   unseen --model B--> after
+//! ```
+//! Learning sees profiles and places of the glass alone; the truth judges. Errors are those of
+//! [`super::score`]; the depth noise is 2 mm.
+
+mod plots;
+mod report;
+mod trial;
+
+pub use plots::{curves_png, peaks_png};
+pub use report::{checks, markdown};
+pub use trial::{Peak, Trial, trial};
+
+use super::experiment::GLASS;
+use super::liquids::Liquid;
+use super::motion::Motion;
+use super::recording::{Recording, StoreError};
+use super::scene::SceneSettings;
+use super::sph::{Effects, Setup, record};
+use super::train::TrainError;
+use super::train::correct::{Corrected, Correction, Sightings, correct};
+use super::watching::sightings;
+use crate::host::files::AlignedBytes;
+use crate::model::{LoadError, Model};
+use crate::offline::prelude::*;
+use crate::surface::ConfigError;
+use crate::units::FRAME_INTERVAL_S;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::AtomicBool;
+
+/// Noise of the disparity that makes 2 mm of depth at 0.4 m, pixels rms: `s = dz f B / z^2`.
+pub const DISPARITY_RMS_PX: f64 = 0.24;
+
+/// Length of every recording, s: three to four sloshes.
+const SECONDS: f64 = 4.0;
+
+/// One liquid of the study.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Course {
+    /// Its name among the liquids.
+    pub liquid: &'static str,
+    /// Motions that are learnt from, the last of several to stop by.
+    pub learnt: &'static [&'static str],
+    /// The motion that nothing was chosen by.
+    pub unseen: &'static str,
+    /// Largest and mean error that the unseen recording is to have after correction, per cent.
+    pub target: [f64; 2],
+}
+
+/// Four recordings of a thin liquid: at the full way it leaves the glass.
+const FOUR: &[&str] = &["strokes:301x0.4", "strokes:302x0.4", "strokes:303x0.4", "strokes:304x0.4"];
+
+/// One recording of a thin liquid in front of the camera.
+const ONE: &[&str] = &["strokes:401x0.4"];
+
+/// One recording of a thick one.
+const THICK: &[&str] = &["strokes:401"];
+
+/// The liquids of the study.
+pub const COURSES: [Course; 6] = [
+    Course { liquid: "water", learnt: FOUR, unseen: "strokes:1301x0.4", target: [4.0, 1.5] },
+    Course { liquid: "butter", learnt: FOUR, unseen: "strokes:1301x0.4", target: [1.5, 0.5] },
+    Course { liquid: "blood", learnt: FOUR, unseen: "strokes:1301x0.4", target: [2.5, 1.0] },
+    Course { liquid: "beer", learnt: ONE, unseen: "strokes:1401x0.4", target: [6.0, 2.0] },
+    Course { liquid: "honey", learnt: THICK, unseen: "strokes:1401", target: [6.0, 2.0] },
+    Course { liquid: "gazpacho", learnt: THICK, unseen: "strokes:1401", target: [6.0, 2.0] },
+];
+
+/// The source liquid and its unseen recording.
+pub const SOURCE: (&str, &str) = ("glycerine", "strokes:1301");
+
+/// Why the study ended early.
+#[derive(Debug)]
+pub enum EvaluateError {
+    /// A recording could not be had.
+    Recording(StoreError),
+    /// A recording could not be simulated.
+    Simulation(String),
+    /// The model is refused.
+    Model(LoadError),
+    /// The camera of the scene cannot be.
+    Camera(ConfigError),
+    /// A correction failed.
+    Correction(TrainError),
+}
+
+impl std::fmt::Display for EvaluateError {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Recording(error) => write!(f, "{error}"),
+            Self::Simulation(why) => write!(f, "a recording could not be simulated: {why}"),
+            Self::Model(error) => write!(f, "the model is refused: {error}"),
+            Self::Camera(error) => write!(f, "{error}"),
+            Self::Correction(error) => write!(f, "{error}"),
+        }
+    }
+}
+
+impl std::error::Error for EvaluateError {}
+
+macro_rules! from {
+    ($($error:ty => $variant:ident),*) => {
+        $(impl From<$error> for EvaluateError {
+            fn from(error: $error) -> Self {
+                Self::$variant(error)
+            }
+        })*
+    };
+}
+from!(StoreError => Recording, LoadError => Model, ConfigError => Camera, TrainError => Correction);
+
+/// What the study does, told as it goes: what, and how much of it is done.
+pub trait Watch {
+    /// `done` of 1 of `what`.
+    fn tell(&mut self, what: &str, done: f64);
+    /// Whether a correction shows a bar of its own.
+    fn quiet(&self) -> bool;
+}
+
+/// One liquid, before and after.
+#[derive(Clone, Debug)]
+pub struct Result {
+    /// The liquid.
+    pub course: Course,
+    /// The model as it was.
+    pub before: Trial,
+    /// The corrected model.
+    pub after: Trial,
+    /// How the correction went.
+    pub corrected: Corrected,
+}
+
+/// The whole study.
+#[derive(Clone, Debug)]
+pub struct Study {
+    /// The source liquid on its unseen recording.
+    pub source: Trial,
+    /// The liquids.
+    pub results: Vec<Result>,
+}
+
+/// Runs the study with the model in `blob` on the recordings in `folder`, which are simulated there where
+/// they are missing; `only` names the liquids, all if it is empty.
+///
+/// # Errors
+/// [`EvaluateError`]; recordings that were simulated stay.
+pub fn study(
+    blob: &[u8],
+    folder: &Path,
+    only: &[String],
+    seed: u64,
+    stop: &AtomicBool,
+    watch: &mut dyn Watch,
+) -> std::result::Result<Study, EvaluateError> {
+    let aligned = AlignedBytes::copy(blob);
+    let model = Model::load(&aligned)?;
+    let had = |liquid: &str, motion: &str, watch: &mut dyn Watch| obtain(folder, liquid, motion, watch);
+    let unseen = had(SOURCE.0, SOURCE.1, watch)?;
+    watch.tell("the camera looks at glycerine", 0.0);
+    let source_seen = look(&unseen, seed)?;
+    let source = trial(&model, &unseen, &source_seen);
+    // What must not be forgotten is not what the source is judged by.
+    let kept = had(SOURCE.0, "strokes:101", watch)?;
+    let kept = vec![look(&kept, seed + 1)?];
+    let mut results = Vec::new();
+    for course in COURSES {
+        if !only.is_empty() && !only.iter().any(|name| name == course.liquid) {
+            continue;
+        }
+        let mut learnt = Vec::new();
+        for (k, motion) in (2..).zip(course.learnt) {
+            let recording = had(course.liquid, motion, watch)?;
+            watch.tell(&format!("the camera looks at {}", course.liquid), 0.0);
+            learnt.push(look(&recording, seed + k)?);
+        }
+        let unseen = had(course.liquid, course.unseen, watch)?;
+        let seen = look(&unseen, seed)?;
+        let before = trial(&model, &unseen, &seen);
+        watch.tell(&format!("{} is learnt", course.liquid), 0.0);
+        let how = Correction {
+            seed,
+            liquid: format!("{} from {}", course.liquid, model.header.liquid),
+            command: format!("meniscus evaluate --seed {seed}, {}", course.liquid),
+            quiet: watch.quiet(),
+            ..Correction::default()
+        };
+        let corrected = correct(blob, &learnt, &kept, &how, stop)?;
+        let new = AlignedBytes::copy(&corrected.blob);
+        let after = trial(&Model::load(&new)?, &unseen, &seen);
+        results.push(Result { course, before, after, corrected });
+    }
+    Ok(Study { source, results })
+}
+
+/// What the camera saw of `recording`.
+fn look(recording: &Recording, seed: u64) -> std::result::Result<Sightings, EvaluateError> {
+    let scene = SceneSettings { disparity_rms_px: DISPARITY_RMS_PX, seed, ..SceneSettings::default() };
+    Ok(sightings(recording, scene)?)
+}
+
+/// The recording of `motion` in `folder/liquid`, simulated if it is not there.
+fn obtain(
+    folder: &Path,
+    liquid: &str,
+    motion: &str,
+    watch: &mut dyn Watch,
+) -> std::result::Result<Recording, EvaluateError> {
+    let path: PathBuf = folder.join(liquid).join(format!("{}.safetensors", motion.replace(':', "-")));
+    if path.exists() {
+        return Ok(Recording::load(&path)?);
+    }
+    let wrong = |why: &dyn std::fmt::Display| EvaluateError::Simulation(format!("{liquid}, {motion}: {why}"));
+    let parsed = Motion::parse(motion, SECONDS).map_err(|e| wrong(&e))?;
+    let setup = Setup {
+        glass: GLASS,
+        liquid: Liquid::load(liquid).map_err(|e| wrong(&e))?,
+        spacing_m: 0.005,
+        seed: parsed.seed,
+        no_slip: true,
+        effects: Effects::default(),
+        step_s: None,
+    };
+    let frames = (SECONDS / FRAME_INTERVAL_S).round() as usize;
+    let command = format!("meniscus simulate --liquid {liquid} --motion {motion} --seconds {SECONDS}");
+    let what = format!("{liquid}, {motion}");
+    let tell = |done: usize| watch.tell(&what, done as f64 / frames as f64);
+    let recording = record(&setup, &parsed, frames, &command, tell).map_err(|e| wrong(&e))?;
+    let parent = path.parent().unwrap_or(folder);
+    std::fs::create_dir_all(parent).map_err(|e| wrong(&format!("{}: {e}", parent.display())))?;
+    recording.save(&path)?;
+    Ok(recording)
+}

@@ -1,0 +1,111 @@
+//! The study as checks and as a page.
+
+use super::{Result as Outcome, Study, Trial};
+use crate::host::checks::Check;
+use crate::offline::prelude::*;
+use crate::offline::recording::GROUP_NAMES;
+use std::fmt::Write;
+
+/// Largest slosh-relative error of the source liquid, its surface and its groups q, v, e, sigma, tau, %.
+const SOURCE_TARGET: (f64, [f64; 5]) = (8.0, [6.0, 7.0, 5.0, 9.0, 8.0]);
+
+/// Per cent.
+fn percent(x: f64) -> f64 {
+    100.0 * x
+}
+
+/// Every figure of the study.
+#[must_use]
+pub fn checks(study: &Study) -> Vec<Check> {
+    let mut checks = Vec::new();
+    for Outcome { course, before, after, corrected } in &study.results {
+        let name = |what: &str| format!("{}_{what}", course.liquid);
+        let surface = |trial: &Trial| trial.score.estimate;
+        checks.push(Check::told(name("before_max"), percent(surface(before).max), "%"));
+        checks.push(Check::told(name("before_mean"), percent(surface(before).mean()), "%"));
+        checks.push(Check::at_most(name("after_max"), percent(surface(after).max), "%", course.target[0]));
+        checks.push(Check::at_most(
+            name("after_mean"),
+            percent(surface(after).mean()),
+            "%",
+            course.target[1],
+        ));
+        checks.push(Check::told(name("before_slosh"), percent(surface(before).slosh_rel()), "%"));
+        checks.push(Check::told(name("after_slosh"), percent(surface(after).slosh_rel()), "%"));
+        checks.push(Check::told(
+            name("persistence_slosh"),
+            percent(after.score.persistence.slosh_rel()),
+            "%",
+        ));
+        let forgotten = percent(corrected.source[1] - corrected.source[0]);
+        checks.push(Check::at_most(name("source_forgetting"), forgotten, "%", 5.0));
+    }
+    let source = &study.source;
+    let slosh = percent(source.score.estimate.slosh_rel());
+    checks.push(Check::at_most("glycerine_slosh_rel", slosh, "%", SOURCE_TARGET.0));
+    for ((group, error), target) in GROUP_NAMES.iter().zip(source.score.field).zip(SOURCE_TARGET.1) {
+        checks.push(Check::at_most(format!("glycerine_field_{group}"), percent(error), "%", target));
+    }
+    let worst = study.results.iter().map(|r| percent(r.corrected.source[1] - r.corrected.source[0]));
+    checks.push(Check::at_most("source_forgetting", worst.fold(0.0, f64::max), "%", 5.0));
+    let trials = || study.results.iter().flat_map(|r| [&r.before, &r.after]).chain([source]);
+    let falls: usize = trials().map(|t| t.entropy_falls).sum();
+    checks.push(Check::exactly("entropy_falls", falls as f64, "1", 0.0));
+    let drift = trials().map(|t| t.energy_drift).fold(0.0, f64::max);
+    checks.push(Check::at_most("energy_drift_step", drift, "H", 1e-6));
+    for (name, [said, still]) in ["forecast_250ms", "forecast_500ms"].iter().zip(source.forecast) {
+        checks.push(Check::at_most(*name, percent(said), "%", percent(still)));
+    }
+    checks
+}
+
+/// The page: a table of liquids, crests, the checks, and the names of the pictures beside it.
+#[must_use]
+pub fn markdown(study: &Study, checks: &[Check], command: &str) -> String {
+    let mut page = format!(
+        "# Correction from the free surface\n\n`{command}`, meniscus {}.\n\nErrors on recordings that nothing was \
+         chosen by, depth noise 2 mm. max and mean: |z - estimate| / z; slosh: |z - estimate| / |z - rest|, a flat \
+         surface scores 100 %. Crests: median absolute error of height and time.\n\n",
+        env!("CARGO_PKG_VERSION")
+    );
+    page += "| liquid | max before, after, % | mean before, after, % | slosh before, after, % | one frame ago, % | \
+             crests, mm and ms before | after |\n|---|---|---|---|---|---|---|\n";
+    for Outcome { course, before, after, .. } in &study.results {
+        let (a, b) = (&before.score.estimate, &after.score.estimate);
+        let crest = |trial: &Trial| {
+            if trial.peaks.is_empty() {
+                return String::from("none");
+            }
+            let of = |f: fn(&super::Peak) -> f64| median(trial.peaks.iter().map(|p| f(p).abs()).collect());
+            format!("{:.2}, {:.0}", 1e3 * of(|p| p.height_error_m), 1e3 * of(|p| p.time_error_s))
+        };
+        // Writing to a string cannot fail.
+        let _ = writeln!(
+            page,
+            "| {} | {:.2}, {:.2} | {:.2}, {:.2} | {:.1}, {:.1} | {:.1} | {} | {} |",
+            course.liquid,
+            percent(a.max),
+            percent(b.max),
+            percent(a.mean()),
+            percent(b.mean()),
+            percent(a.slosh_rel()),
+            percent(b.slosh_rel()),
+            percent(before.score.persistence.slosh_rel()),
+            crest(before),
+            crest(after)
+        );
+    }
+    page += "\n![error over time](curves.png)\n\n![crests](peaks.png)\n\n| check | value | unit | target | |\n|---|---|---|---|---|\n";
+    for check in checks {
+        let verdict = if check.ok { "ok" } else { "MISSED" };
+        let value = check.value.map_or(String::from("not measured"), |value| format!("{value:.3e}"));
+        let _ =
+            writeln!(page, "| {} | {value} | {} | {} | {verdict} |", check.name, check.unit, check.target);
+    }
+    page
+}
+
+fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
+}

@@ -1,0 +1,160 @@
+//! Scene files: a glass, a liquid, its effects and a motion in one TOML file.
+//!
+//! ```toml
+//! liquid = "honey"                       # a known name, or the path of a liquid file
+//! motion = "strokes:7"                   # KIND:SEED, or the path of a CSV file
+//! spacing_mm = 5.0
+//! step_us = 400.0                        # only to go slower than the simulator would
+//!
+//! [glass]                                # inner sizes, m; taper = dr/dz
+//! radius_m = 0.035
+//! fill_m = 0.070
+//! rim_m = 0.110
+//! taper = 0.05
+//!
+//! [effects]                              # as `meniscus simulate --list` has them
+//! surface_tension = 0.055
+//! wall_slip = { value = 0.001, source = "a guess" }
+//! ```
+//! Everything may lack; paths are those of the folder where the command runs.
+
+use crate::offline::prelude::*;
+use crate::offline::recording::Glass;
+use crate::offline::sph::{EffectError, Effects};
+use serde::Deserialize;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+/// The glass of the recordings where a scene says nothing of it.
+pub const GLASS: Glass = Glass { radius_m: 0.035, fill_m: 0.070, rim_m: 0.110, taper: 0.0 };
+
+/// What a scene file says.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Experiment {
+    /// The glass.
+    pub glass: Option<Glass>,
+    /// The liquid, by name or path.
+    pub liquid: Option<String>,
+    /// The motion, as the command line spells it.
+    pub motion: Option<String>,
+    /// Spacing of the particles, mm.
+    pub spacing_mm: Option<f64>,
+    /// Step of the simulator, s.
+    pub step_s: Option<f64>,
+    /// Effects that are on.
+    pub effects: Effects,
+}
+
+/// Why a scene was refused.
+#[derive(Debug)]
+pub enum ExperimentError {
+    /// The file could not be read.
+    Io(PathBuf, std::io::Error),
+    /// The text is not a scene.
+    Malformed(PathBuf, String),
+    /// An effect is unknown or out of range.
+    Effect(PathBuf, EffectError),
+}
+
+impl std::fmt::Display for ExperimentError {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Io(path, error) => write!(f, "{}: {error}", path.display()),
+            Self::Malformed(path, why) => write!(f, "{} is not a scene: {why}", path.display()),
+            Self::Effect(path, error) => write!(f, "{}: {error}", path.display()),
+        }
+    }
+}
+
+impl std::error::Error for ExperimentError {}
+
+/// A number, with or without its source.
+#[derive(Deserialize)]
+#[serde(untagged)]
+enum Number {
+    Plain(f64),
+    Sourced {
+        value: f64,
+        #[serde(rename = "source")]
+        _source: String,
+    },
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct File {
+    glass: Option<GlassTable>,
+    liquid: Option<String>,
+    motion: Option<String>,
+    spacing_mm: Option<f64>,
+    step_us: Option<f64>,
+    #[serde(default)]
+    effects: BTreeMap<String, Number>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct GlassTable {
+    radius_m: Option<f64>,
+    fill_m: Option<f64>,
+    rim_m: Option<f64>,
+    taper: Option<f64>,
+}
+
+impl Experiment {
+    /// The scene in the file at `path`.
+    ///
+    /// # Errors
+    /// When it cannot be read, is not a scene, or names an effect that is unknown or out of range. Whether
+    /// glass, liquid and motion can be simulated is for those to say.
+    pub fn load(path: &Path) -> Result<Self, ExperimentError> {
+        let text = std::fs::read_to_string(path).map_err(|e| ExperimentError::Io(path.into(), e))?;
+        Self::parse(path, &text)
+    }
+
+    /// The scene that `text` describes; `origin` names it in errors.
+    ///
+    /// # Errors
+    /// As for [`Self::load`].
+    pub fn parse(origin: &Path, text: &str) -> Result<Self, ExperimentError> {
+        let file: File =
+            toml::from_str(text).map_err(|e| ExperimentError::Malformed(origin.into(), format!("{e}")))?;
+        let mut effects = Effects::default();
+        for (name, number) in file.effects {
+            let (Number::Plain(value) | Number::Sourced { value, .. }) = number;
+            effects.set(&name, value).map_err(|e| ExperimentError::Effect(origin.into(), e))?;
+        }
+        let glass = file.glass.map(|g| Glass {
+            radius_m: g.radius_m.unwrap_or(GLASS.radius_m),
+            fill_m: g.fill_m.unwrap_or(GLASS.fill_m),
+            rim_m: g.rim_m.unwrap_or(GLASS.rim_m),
+            taper: g.taper.unwrap_or(GLASS.taper),
+        });
+        Ok(Self {
+            glass,
+            liquid: file.liquid,
+            motion: file.motion,
+            spacing_mm: file.spacing_mm,
+            step_s: file.step_us.map(|us| 1e-6 * us),
+            effects,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_scene_is_read_and_nonsense_refused() {
+        let parse = |text: &str| Experiment::parse(Path::new("s.toml"), text);
+        let text = "liquid = 'honey'\n[glass]\ntaper = 0.05\n[effects]\nfoam = 0.1\nwall_slip = { value = inf, source = 'x' }";
+        let scene = parse(text).expect("a scene");
+        assert_eq!(scene.glass, Some(Glass { taper: 0.05, ..GLASS }));
+        assert_eq!((scene.effects.foam, scene.effects.wall_slip), (Some(0.1), Some(f64::INFINITY)));
+        let refusal = |text: &str| format!("{}", parse(text).expect_err(text));
+        assert!(refusal("colour = 3").contains("s.toml is not a scene"));
+        assert!(refusal("[effects]\nviscosity = -1").contains("s.toml: effect viscosity = -1"));
+        assert!(refusal("[effects]\nghosts = 1").contains("no effect is called 'ghosts'"));
+    }
+}

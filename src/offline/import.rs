@@ -1,0 +1,43 @@
+//! A weight blob taken apart again: the way back from [`super::export`].
+
+use super::export::Part;
+use crate::model::{Header, LoadError, Model, Section};
+use crate::nn::{packed_index, packed_len};
+use crate::offline::prelude::*;
+
+/// The header of `blob` and all of its tensors, unpacked, in blob order.
+///
+/// # Errors
+/// [`LoadError`], when the camera side would refuse the blob. It must lie as in flash, on a boundary
+/// of 64 bytes.
+pub fn parts(blob: &[u8]) -> Result<(Header, Vec<Part>), LoadError> {
+    let header = Model::load(blob)?.header;
+    let parts = header.sections.iter().map(|section| unpack(blob, section)).collect();
+    Ok((header, parts))
+}
+
+/// One tensor of a blob that has been checked.
+fn unpack(blob: &[u8], section: &Section) -> Part {
+    let (rows, columns) = (section.rows as usize, section.columns as usize);
+    let offset = section.offset as usize;
+    let length = 4 * packed_len(rows, columns).unwrap_or(0);
+    let words = blob.get(offset..offset + length).unwrap_or_default().as_chunks::<4>().0;
+    let number = |at: usize| words.get(at).map_or(f32::NAN, |word| f32::from_le_bytes(*word));
+    let values = (0..rows * columns).map(|k| number(packed_index(k / columns, k % columns, columns)));
+    Part { tensor: section.tensor, rows, columns, values: values.collect() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::host::files::AlignedBytes;
+
+    #[test]
+    fn the_shipped_blob_comes_back_bit_for_bit() {
+        let shipped = include_bytes!("../../models/glycerine.blob");
+        let blob = AlignedBytes::copy(shipped);
+        let (header, parts) = parts(&blob).expect("the shipped blob is good");
+        let again = super::super::export::blob(header, &parts).expect("its tensors are good");
+        assert!(again == shipped, "{} bytes for {}", again.len(), shipped.len());
+    }
+}

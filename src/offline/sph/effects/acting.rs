@@ -1,0 +1,227 @@
+//! The effects that act by forces of their own, with what they remember.
+
+use super::super::kernel::Kernel;
+use super::super::neighbours::Neighbours;
+use super::super::state::{Fluid, Particle};
+use super::Effects;
+use super::columns::{Coefficients, Columns, DEGREE};
+use super::contact_line::{ContactLine, SECTORS, Wall};
+use super::foam::Foam;
+use super::surface_tension::Tension;
+use super::viscoelastic::Maxwell;
+use crate::offline::prelude::*;
+use crate::offline::recording::Glass;
+
+/// Degree of the polynomials by which the wall holds the surface. Without surface tension a surface gives
+/// way under a line of force without bound as the line gets sharper; of this degree it gives way by
+/// `12 f/(rho g R)`, about as its first five modes do.
+const EDGE: usize = 3;
+
+/// Highest wave number that the polynomials of the surface resolve, times the radius.
+const FINEST: f64 = 10.0;
+
+/// What the effects see of the simulator beside the liquid.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Surroundings<'a> {
+    /// The kernel.
+    pub(crate) kernel: &'a Kernel,
+    /// The lists of neighbours.
+    pub(crate) lists: &'a Neighbours,
+    /// The images in the walls.
+    pub(crate) images: &'a [Particle],
+    /// Slip length at the walls, m.
+    pub(crate) slip_m: f64,
+    /// What each particle sees of its neighbours, as in [`Forces::rate`](super::super::forces::Forces::rate).
+    pub(crate) rate: &'a [[f64; 3]],
+    /// The glass.
+    pub(crate) glass: &'a Glass,
+    /// Spacing of the particles, m.
+    pub(crate) spacing_m: f64,
+}
+
+/// What acts on the free surface.
+#[derive(Clone, Debug)]
+struct Surface {
+    columns: Columns,
+    edge: Columns,
+    wall: Wall,
+    tension: Option<Tension>,
+    line: Option<ContactLine>,
+    foam: Option<Foam>,
+    /// Stored energy of the area at the last push, J.
+    area_j: f64,
+    /// Force per length along the wall, N/m.
+    held: [f64; SECTORS],
+}
+
+impl Surface {
+    /// Finds the force along the wall for a step `dt` from the present state; returns its heat, J, where
+    /// something rubs there.
+    fn rub(&mut self, dt: f64, fluid: &Fluid) -> Option<f64> {
+        let Self { edge: columns, wall, line, foam, held, .. } = self;
+        if line.is_none() && foam.is_none() {
+            return None;
+        }
+        columns.follow(fluid);
+        // Slopes are those at the present velocity first, then at the one that they lead to.
+        let mut rate = columns.rate;
+        let mut law = [[0.0; 2]; SECTORS];
+        for _ in 0..2 {
+            let v = wall.velocity(&rate);
+            law = line.as_ref().map_or([[0.0; 2]; SECTORS], |line| line.law(dt, &v));
+            if let Some(foam) = foam {
+                law.iter_mut().zip(foam.slope(&v)).for_each(|([_, slope], foam)| *slope += foam);
+            }
+            rate = wall.slow(&columns.rate, &columns.mobility, dt, &law)?;
+        }
+        let v = wall.velocity(&rate);
+        *held = std::array::from_fn(|s| law[s][0] + law[s][1] * v[s]);
+        // The kicks work at the mean of the rates before and after.
+        let middle = wall.velocity(&(0.5 * (columns.rate + rate)));
+        let work = dt * wall.length_m * held.iter().zip(&middle).map(|(f, v)| f * v).sum::<f64>();
+        let rubbed = foam.map_or([0.0; SECTORS], |foam| foam.slope(&v));
+        let stored = line.as_mut().map_or(0.0, |line| {
+            let own = std::array::from_fn(|s| held[s] - rubbed[s] * v[s]);
+            line.advance(&own, wall.length_m)
+        });
+        Some(work - stored)
+    }
+}
+
+/// The acting effects; none before the liquid has settled.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Acting {
+    surface: Option<Surface>,
+    maxwell: Option<Maxwell>,
+}
+
+impl Effects {
+    /// The longest step that the acting effects allow, s: surface waves of the finest resolved length
+    /// must not move by more than half a radian.
+    pub(crate) fn longest_step(&self, glass: &Glass, density: f64) -> f64 {
+        let k = FINEST / glass.radius_at(glass.fill_m);
+        let tension = self.surface_tension.unwrap_or(0.0) * k.powi(3) / density;
+        let reach = self.contact_line_reach.unwrap_or(5e-4);
+        // A spring k_c along the wall, as a part of the stiffness rho g of the surface: 2 k_c/(rho g R).
+        let spring = 2.0 * self.contact_line.unwrap_or(0.0) / reach / (density * glass.radius_m) * k;
+        let rate = (tension + spring).sqrt();
+        if rate > 0.0 { 0.5 / rate } else { f64::INFINITY }
+    }
+}
+
+impl Acting {
+    /// The effects that act on a liquid at rest; `None` where the surface cannot be resolved.
+    pub(crate) fn on(effects: &Effects, glass: &Glass, rest_density: f64, fluid: &Fluid) -> Option<Self> {
+        let Effects { surface_tension, contact_line, foam, viscoelastic, .. } = *effects;
+        let strong = |value: Option<f64>| value.filter(|v| *v > 0.0);
+        let (tension, line, foam) = (strong(surface_tension), strong(contact_line), strong(foam));
+        let surface = if tension.or(line).or(foam).is_some() {
+            let radius_m = glass.radius_at(glass.fill_m);
+            let columns = |degree| Columns::new(radius_m, rest_density, fluid, degree);
+            Some(Surface {
+                columns: columns(DEGREE)?,
+                edge: columns(EDGE)?,
+                wall: Wall::new(radius_m),
+                tension: tension.map(|sigma| Tension::new(sigma, radius_m)),
+                line: line.map(|force| ContactLine::new(force, effects.contact_line_reach)),
+                foam: foam.map(|beta| Foam { beta }),
+                area_j: 0.0,
+                held: [0.0; SECTORS],
+            })
+        } else {
+            None
+        };
+        let maxwell =
+            strong(viscoelastic).map(|g| Maxwell::new(g, effects.viscoelastic_time, fluid.mass.len()));
+        Some(Self { surface, maxwell })
+    }
+
+    /// Advances what the effects remember by `dt`, at the present places and velocities; books heat.
+    pub(crate) fn advance(&mut self, dt: f64, around: &Surroundings<'_>, fluid: &mut Fluid) {
+        if let Some(maxwell) = &mut self.maxwell {
+            maxwell.advance(dt, around, fluid);
+        }
+        if let Some(heat_j) = self.surface.as_mut().and_then(|surface| surface.rub(dt, fluid)) {
+            warm(heat_j, around, fluid);
+        }
+    }
+
+    /// Fills `pressed` with the pressure on the surface above each particle and the acceleration that
+    /// stands for it; leaves it empty where nothing presses.
+    pub(crate) fn press(&mut self, fluid: &Fluid, pressed: &mut Vec<[f64; 3]>) {
+        let Some(surface) = &mut self.surface else { return };
+        let mut q = Coefficients::zeros();
+        surface.wall.press(&surface.held, &mut q);
+        let mut pressure = surface.edge.pressure(&q);
+        if let Some(tension) = &surface.tension {
+            surface.columns.follow(fluid);
+            q.fill(0.0);
+            surface.area_j = tension.pull(&surface.columns.height, &mut q);
+            pressure += surface.columns.pressure(&q);
+        }
+        surface.columns.push(&pressure, fluid, pressed);
+    }
+
+    /// Adds the accelerations that other effects cause.
+    pub(crate) fn push(&mut self, around: &Surroundings<'_>, fluid: &mut Fluid) {
+        if let Some(maxwell) = &mut self.maxwell {
+            maxwell.push(around, fluid);
+        }
+    }
+
+    /// What the effects store, J.
+    pub(crate) fn stored(&self, fluid: &Fluid) -> f64 {
+        let surface = self.surface.as_ref().map_or(0.0, |surface| {
+            let line = surface.line.as_ref().map_or(0.0, |line| line.stored(surface.wall.length_m));
+            surface.area_j + line
+        });
+        surface + self.maxwell.as_ref().map_or(0.0, |maxwell| maxwell.stored(fluid))
+    }
+}
+
+/// Gives heat of the contact line to the particles there: within a spacing and a half of the wall and
+/// three of the fill, by mass; to all where there are none.
+fn warm(heat_j: f64, around: &Surroundings<'_>, fluid: &mut Fluid) {
+    let Surroundings { glass, spacing_m, .. } = *around;
+    let near = |x: &[f64; 3]| {
+        glass.radius_at(x[2]) - x[0].hypot(x[1]) < 1.5 * spacing_m && x[2] > glass.fill_m - 3.0 * spacing_m
+    };
+    let parts = || fluid.particle.iter().zip(&fluid.mass);
+    let there: f64 = parts().filter(|(p, _)| near(&p.x)).map(|(_, m)| m).sum();
+    let all: f64 = fluid.mass.iter().sum();
+    let (share, everywhere) = if there > 0.0 { (heat_j / there, false) } else { (heat_j / all, true) };
+    for (p, heat) in fluid.particle.iter().zip(&mut fluid.heat) {
+        if everywhere || near(&p.x) {
+            *heat += share;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::offline::liquids::{Liquid, Rheology};
+    use crate::offline::sph::{Setup, Simulator};
+    use crate::offline::validate::Mode;
+
+    #[test]
+    fn the_line_moves_with_the_mode() {
+        let glass = Glass { radius_m: 0.035, fill_m: 0.07, rim_m: 0.11, taper: 0.0 };
+        let rheology = Rheology::newtonian(0.1);
+        let effects = Effects { foam: Some(1.0), ..Effects::default() };
+        let liquid = Liquid { name: "x".into(), density_kg_m3: 1261.0, rheology, effects };
+        let setup = Setup { glass, liquid, spacing_m: 0.007, seed: 0, no_slip: false, effects, step_s: None };
+        let mut simulator = Simulator::new(&setup).expect("the glass settles");
+        let mode = Mode::first(glass);
+        simulator.set_velocity(|x| mode.velocity(x).map(|v| 0.1 * v));
+        let surface = simulator.acting.surface.as_mut().expect("it acts on the surface");
+        surface.edge.follow(&simulator.fluid);
+        let v = surface.wall.velocity(&surface.edge.rate);
+        let sectors = v.len() as f64;
+        for (s, v) in v.iter().enumerate() {
+            let cos = (std::f64::consts::TAU * (s as f64 + 0.5) / sectors).cos();
+            println!("{s} {v:.4} for {:.4}", 0.1 * cos);
+            assert!((v - 0.1 * cos).abs() < 0.015, "{v} m/s for {} m/s in sector {s}", 0.1 * cos);
+        }
+    }
+}

@@ -1,0 +1,146 @@
+//! A contact line that is held by the wall: a spring that yields to dry friction.
+//!
+//! In each of 32 sectors of the wall the line has a deflection `z` from where it is held and moves with
+//! the velocity `v` of the surface there (Dahl 1968; in the numbers of Viola, Brun and Gallaire 2018):
+//! ```text
+//! force per length  f = k z,        z' = v - |v| z/z_max
+//! stored            k z^2/2,        heat  k |v| z^2/z_max >= 0          f v = (stored)' + heat
+//! ```
+//! with `k z_max = F` the value of the effect: the force of a line that slides, `sigma` times half the
+//! difference of the cosines of the receding and the advancing angle. Small waves feel the spring alone,
+//! which raises their frequency; large ones lose `F` times the path and stop in finite time. The update
+//! is implicit, because the explicit one overshoots `z_max`, and solved together with the answer of the
+//! liquid to the force (see `Wall::slow`):
+//! ```text
+//! z <- (z + dt v) / (1 + dt |v|/z_max)
+//! ```
+
+use super::columns::{COUNT, Coefficients, Square, basis};
+use crate::offline::prelude::*;
+
+/// Sectors of the wall.
+pub(super) const SECTORS: usize = 32;
+
+/// How far the line gives way where the effect does not say, m.
+const REACH_M: f64 = 0.0005;
+
+/// The polynomials' values along the wall, one row a sector.
+#[derive(Clone, Debug)]
+pub(super) struct Wall {
+    values: Vec<Coefficients>,
+    /// Length of a sector, m.
+    pub(super) length_m: f64,
+}
+
+impl Wall {
+    /// The wall around a circle of radius `radius_m`.
+    pub(super) fn new(radius_m: f64) -> Self {
+        let turn = std::f64::consts::TAU / SECTORS as f64;
+        let place = |k: usize| (turn * (k as f64 + 0.5)).sin_cos();
+        let values = (0..SECTORS).map(place).map(|(sin, cos)| {
+            let all = basis(radius_m * cos, radius_m * sin, radius_m);
+            Coefficients::from_fn(|j, _| all[j][0])
+        });
+        Self { values: values.collect(), length_m: turn * radius_m }
+    }
+
+    /// Velocity of the surface in each sector, m/s, from the rates of the polynomials.
+    pub(super) fn velocity(&self, rate: &Coefficients) -> [f64; SECTORS] {
+        std::array::from_fn(|s| self.values[s].dot(rate))
+    }
+
+    /// The rates of the polynomials after a step under forces per length `bias + slope v` that oppose `v`:
+    /// `c'* = c' - dt B q(c'*)`; `None` where there is no solution.
+    pub(super) fn slow(
+        &self,
+        rate: &Coefficients,
+        mobility: &Square,
+        dt: f64,
+        law: &[[f64; 2]; SECTORS],
+    ) -> Option<Coefficients> {
+        let mut bias = Coefficients::zeros();
+        let mut slope = Square::zeros();
+        for (values, [b, s]) in self.values.iter().zip(law) {
+            bias += values * (b * self.length_m);
+            slope.ger(s * self.length_m, values, values, 1.0);
+        }
+        let matrix = Square::identity() + mobility * slope * dt;
+        matrix.lu().solve(&(rate - mobility * bias * dt))
+    }
+
+    /// Adds the generalised forces of a force per length (N/m) in each sector.
+    pub(super) fn press(&self, force: &[f64; SECTORS], q: &mut Coefficients) {
+        for (values, force) in self.values.iter().zip(force) {
+            for j in 0..COUNT {
+                q[j] += force * self.length_m * values[j];
+            }
+        }
+    }
+}
+
+/// The held line.
+#[derive(Clone, Debug)]
+pub(super) struct ContactLine {
+    stiffness: f64,
+    reach_m: f64,
+    z: [f64; SECTORS],
+}
+
+impl ContactLine {
+    /// A line that slides at `force` N/m, after `reach_m` where that is given.
+    pub(super) fn new(force: f64, reach_m: Option<f64>) -> Self {
+        let reach_m = reach_m.unwrap_or(REACH_M);
+        Self { stiffness: force / reach_m, reach_m, z: [0.0; SECTORS] }
+    }
+
+    /// Force per length as `bias + slope v` after a step `dt`, with the sliding at velocities `v`.
+    pub(super) fn law(&self, dt: f64, v: &[f64; SECTORS]) -> [[f64; 2]; SECTORS] {
+        std::array::from_fn(|s| {
+            let over = self.stiffness / (1.0 + dt * v[s].abs() / self.reach_m);
+            [over * self.z[s], over * dt]
+        })
+    }
+
+    /// Moves the line for `dt` to where its force per length is `force`; returns the stored energy that it
+    /// gains, J.
+    pub(super) fn advance(&mut self, force: &[f64; SECTORS], length_m: f64) -> f64 {
+        let before = self.stored(length_m);
+        self.z = force.map(|force| force / self.stiffness);
+        self.stored(length_m) - before
+    }
+
+    /// Stored energy, J.
+    pub(super) fn stored(&self, length_m: f64) -> f64 {
+        0.5 * self.stiffness * length_m * self.z.iter().map(|z| z * z).sum::<f64>()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_line_springs_then_slides_and_never_makes_energy() {
+        let mut line = ContactLine::new(0.05, Some(1e-3));
+        let (dt, length) = (1e-3, 0.01);
+        let mut heat = 0.0;
+        for step in 0..4000 {
+            let v = [0.05 * (20.0 * dt * f64::from(step)).cos(); SECTORS];
+            let law = line.law(dt, &v);
+            let force: [f64; SECTORS] = std::array::from_fn(|s| law[s][0] + law[s][1] * v[s]);
+            let work = dt * length * force.iter().zip(&v).map(|(f, v)| f * v).sum::<f64>();
+            let part = work - line.advance(&force, length);
+            assert!(part >= -1e-15, "{part} J of heat");
+            heat += part;
+            assert!(line.z.iter().all(|z| z.abs() <= 1e-3));
+        }
+        // Path 4 v/w a period; the work of friction alone is F times it.
+        let path = 4.0 * 0.05 / 20.0 * (4.0 * 20.0 / std::f64::consts::TAU);
+        let whole = 0.05 * path * length * SECTORS as f64;
+        assert!((0.4..1.0).contains(&(heat / whole)), "{heat} J of {whole}");
+        // A push of a tenth of the reach: the spring takes it.
+        let line = ContactLine::new(0.05, Some(1e-3));
+        let [bias, slope] = line.law(1e-3, &[0.1; SECTORS])[0];
+        assert!((bias + slope * 0.1 - 50.0 * 1e-4 / 1.1).abs() < 1e-12);
+    }
+}

@@ -1,0 +1,81 @@
+//! Surface tension: the energy of the area of the free surface (Lamb 1932, article 267).
+//!
+//! ```text
+//! E = sigma int ( sqrt(1 + |grad eta|^2) - 1 ) dA,       q_j = sigma int grad eta.grad psi_j / sqrt(1 + |grad eta|^2) dA
+//! ```
+//! with the heights of `columns`. The line where the surface meets the wall is free, at 90 degrees. Small
+//! waves get `w^2 = (g k + sigma k^3/rho) tanh k h`. The quadrature (Gauss in r, even in azimuth) is
+//! exact for products of the polynomials.
+
+use super::columns::{COUNT, Coefficients, Value, basis};
+use crate::offline::prelude::*;
+use crate::offline::validate::gauss;
+
+/// Nodes along the radius and around.
+const NODES: (usize, usize) = (8, 16);
+
+/// The energy of the surface's area.
+#[derive(Clone, Debug)]
+pub(super) struct Tension {
+    sigma: f64,
+    /// Area of each node, and the polynomials there.
+    nodes: Vec<(f64, [Value; COUNT])>,
+}
+
+impl Tension {
+    /// A tension of `sigma` N/m in a circle of radius `radius_m`.
+    pub(super) fn new(sigma: f64, radius_m: f64) -> Self {
+        let mut nodes = Vec::with_capacity(NODES.0 * NODES.1);
+        for (r, over_r) in gauss(NODES.0, radius_m) {
+            for k in 0..NODES.1 {
+                let turn = std::f64::consts::TAU / NODES.1 as f64;
+                let (sin, cos) = (turn * k as f64).sin_cos();
+                nodes.push((over_r * r * turn, basis(r * cos, r * sin, radius_m)));
+            }
+        }
+        Self { sigma, nodes }
+    }
+
+    /// The stored energy (J) at the heights `c`, and the generalised forces added to `q`.
+    pub(super) fn pull(&self, c: &Coefficients, q: &mut Coefficients) -> f64 {
+        let mut energy = 0.0;
+        for (area, values) in &self.nodes {
+            let slope = |axis: usize| values.iter().zip(c).map(|(v, c)| v[axis] * c).sum::<f64>();
+            let (x, y) = (slope(1), slope(2));
+            let stretch = (1.0 + x * x + y * y).sqrt();
+            energy += area * (stretch - 1.0);
+            let weight = self.sigma * area / stretch;
+            for (q, v) in q.iter_mut().zip(values) {
+                *q += weight * (x * v[1] + y * v[2]);
+            }
+        }
+        self.sigma * energy
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_tilted_plane_has_its_area_and_forces_are_slopes_of_the_energy() {
+        let (radius, tension) = (0.035, Tension::new(0.5, 0.035));
+        let mut c = Coefficients::zeros();
+        // x/R is the first polynomial of order one, after the three of order zero.
+        c[3] = 0.3 * radius;
+        let mut q = Coefficients::zeros();
+        let energy = tension.pull(&c, &mut q);
+        let truth = 0.5 * std::f64::consts::PI * radius * radius * (1.09_f64.sqrt() - 1.0);
+        assert!((energy / truth - 1.0).abs() < 1e-12, "{energy} for {truth}");
+        c[9] = 2e-3;
+        q.fill(0.0);
+        tension.pull(&c, &mut q);
+        let shifted = |by: f64| {
+            let mut moved = c;
+            moved[6] += by;
+            tension.pull(&moved, &mut Coefficients::zeros())
+        };
+        let slope = (shifted(1e-7) - shifted(-1e-7)) / 2e-7;
+        assert!((q[6] - slope).abs() < 1e-7, "{} for {slope}", q[6]);
+    }
+}

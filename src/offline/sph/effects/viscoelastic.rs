@@ -1,0 +1,157 @@
+//! Viscoelastic memory: a Maxwell stress S on every particle beside the viscous one.
+//!
+//! ```text
+//! S' = 2 G D + W S - S W - S/lambda           (Maxwell 1867; co-rotational rate, Jaumann 1911)
+//! stored  S:S/(4 G),     heat  S:S/(2 G lambda)     a volume
+//! ```
+//! with `D`, `W` the symmetric (without trace) and skew parts of the velocity gradient L; the rotation
+//! does no work. Small waves see the viscosity `G lambda/(1 + i w lambda)`: their decay grows by the real
+//! part, their frequency rises by the imaginary part.
+//!
+//! Gradient and force are conjugate sums over pairs, `x = x_i - x_j`, `grad W = F x`:
+//! ```text
+//! L_i = c_i sum_j V_j (v_j - v_i) (x) F x,     m_i a_i = sum_j V_i V_j (c_i S_i + c_j S_j) F x
+//! sum_i v_i.m_i a_i = -sum_i V_i S_i:L_i
+//! ```
+//! with `c_i` of `forces`, which makes up for the neighbours that a free surface lacks,
+//! so that the liquid loses exactly what the stress takes up. A partner in the wall has `v_w = -v_i` and
+//! `S_w = S_i`, times the `stick` of `wall_slip`. The relaxation is implicit:
+//! ```text
+//! S <- [ S + dt (2 G D + W S - S W) ] / (1 + dt/lambda)
+//! ```
+//! and what the implicit step loses, `|dS|^2/(4 G)`, is booked as heat.
+
+use super::super::forces::completion;
+use super::super::neighbours::{CHUNKS, distance2};
+use super::super::state::Fluid;
+use super::Surroundings;
+use super::wall_slip::stick;
+use crate::offline::prelude::*;
+use nalgebra::Matrix3;
+use rayon::prelude::*;
+
+/// Relaxation time where the effect does not say, s.
+const TIME_S: f64 = 0.05;
+
+/// The Maxwell branch.
+#[derive(Clone, Debug)]
+pub(super) struct Maxwell {
+    modulus: f64,
+    time_s: f64,
+    stress: Vec<Matrix3<f64>>,
+    gradient: Vec<[f64; 9]>,
+    gradient_buffers: Vec<Vec<[f64; 9]>>,
+    force: Vec<[f64; 3]>,
+    force_buffers: Vec<Vec<[f64; 3]>>,
+}
+
+impl Maxwell {
+    /// A branch of modulus `modulus` Pa without stress.
+    pub(super) fn new(modulus: f64, time_s: Option<f64>, particles: usize) -> Self {
+        Self {
+            modulus,
+            time_s: time_s.unwrap_or(TIME_S),
+            stress: vec![Matrix3::zeros(); particles],
+            gradient: vec![[0.0; 9]; particles],
+            gradient_buffers: vec![Vec::new(); CHUNKS],
+            force: vec![[0.0; 3]; particles],
+            force_buffers: vec![Vec::new(); CHUNKS],
+        }
+    }
+
+    /// Advances the stress by `dt` under the present velocities and books its heat.
+    pub(super) fn advance(&mut self, dt: f64, around: &Surroundings<'_>, fluid: &mut Fluid) {
+        let Surroundings { kernel, lists, images, slip_m, rate, glass, .. } = *around;
+        let particle = &fluid.particle;
+        lists.sum(&mut self.gradient_buffers, &mut self.gradient, |i, out| {
+            let a = &particle[i];
+            let mut own = [0.0; 9];
+            for &j in lists.liquid.row(i) {
+                let b = &particle[j as usize];
+                let f = kernel.slope(distance2(&a.x, &b.x));
+                let other = &mut out[j as usize];
+                for row in 0..3 {
+                    for column in 0..3 {
+                        // Both signs change between the partners, so that the product is the same.
+                        let part = f * (b.v[row] - a.v[row]) * (a.x[column] - b.x[column]);
+                        own[3 * row + column] += b.volume * part;
+                        other[3 * row + column] += a.volume * part;
+                    }
+                }
+            }
+            let stuck = stick(slip_m, glass.wall_distance(&a.x));
+            for &w in lists.wall.row(i) {
+                let b = &images[w as usize];
+                let f = -2.0 * stuck * b.volume * kernel.slope(distance2(&a.x, &b.x));
+                for row in 0..3 {
+                    for column in 0..3 {
+                        own[3 * row + column] += f * a.v[row] * (a.x[column] - b.x[column]);
+                    }
+                }
+            }
+            out[i].iter_mut().zip(own).for_each(|(o, s)| *o += s);
+        });
+        for (gradient, [_, _, seen]) in self.gradient.iter_mut().zip(rate) {
+            gradient.iter_mut().for_each(|g| *g *= completion(*seen));
+        }
+        let (modulus, time_s) = (self.modulus, self.time_s);
+        let Fluid { particle, mass, heat, .. } = fluid;
+        let bodies = particle.par_iter().zip(&*mass).zip(heat.par_iter_mut());
+        let parts = self.stress.par_iter_mut().zip(&self.gradient).zip(bodies).with_min_len(256);
+        parts.for_each(|((stress, gradient), ((p, m), heat))| {
+            let l = Matrix3::from_row_slice(gradient);
+            let w = (l - l.transpose()) * 0.5;
+            let d = (l + l.transpose()) * 0.5 - Matrix3::identity() * (l.trace() / 3.0);
+            let turned = *stress + (w * *stress - *stress * w) * dt;
+            // Turning must not stretch the stress: it keeps its size to the last bit but rounding.
+            let size = turned.norm();
+            let turned = if size > 0.0 { turned * (stress.norm() / size) } else { turned };
+            let new = (turned + d * (2.0 * modulus * dt)) / (1.0 + dt / time_s);
+            let lost = new.norm_squared() * dt / (2.0 * modulus * time_s)
+                + (new - turned).norm_squared() / (4.0 * modulus);
+            *heat += lost * p.volume / m;
+            *stress = new;
+        });
+    }
+
+    /// Adds the accelerations that the stress causes.
+    pub(super) fn push(&mut self, around: &Surroundings<'_>, fluid: &mut Fluid) {
+        let Surroundings { kernel, lists, images, slip_m, rate, glass, .. } = *around;
+        let Fluid { particle, mass, acceleration, .. } = fluid;
+        let (particle, stress) = (&*particle, &self.stress);
+        let c = |i: usize| completion(rate[i][2]);
+        lists.sum(&mut self.force_buffers, &mut self.force, |i, out| {
+            let a = &particle[i];
+            let mut own = [0.0; 3];
+            let mut add = |f: f64, s: Matrix3<f64>, x: [f64; 3]| -> [f64; 3] {
+                let push: [f64; 3] =
+                    std::array::from_fn(|r| f * (s[(r, 0)] * x[0] + s[(r, 1)] * x[1] + s[(r, 2)] * x[2]));
+                own.iter_mut().zip(push).for_each(|(o, p)| *o += p);
+                push
+            };
+            let apart = |x: &[f64; 3]| -> [f64; 3] { std::array::from_fn(|k| a.x[k] - x[k]) };
+            for &j in lists.liquid.row(i) {
+                let b = &particle[j as usize];
+                let f = a.volume * b.volume * kernel.slope(distance2(&a.x, &b.x));
+                let push = add(f, stress[i] * c(i) + stress[j as usize] * c(j as usize), apart(&b.x));
+                out[j as usize].iter_mut().zip(push).for_each(|(o, p)| *o -= p);
+            }
+            let stuck = stick(slip_m, glass.wall_distance(&a.x));
+            for &w in lists.wall.row(i) {
+                let b = &images[w as usize];
+                let f = 2.0 * stuck * a.volume * b.volume * kernel.slope(distance2(&a.x, &b.x));
+                add(f, stress[i] * c(i), apart(&b.x));
+            }
+            out[i].iter_mut().zip(own).for_each(|(o, s)| *o += s);
+        });
+        for ((a, f), m) in acceleration.iter_mut().zip(&self.force).zip(mass) {
+            a.iter_mut().zip(f).for_each(|(a, f)| *a += f / *m);
+        }
+    }
+
+    /// Stored energy, J.
+    pub(super) fn stored(&self, fluid: &Fluid) -> f64 {
+        let parts = self.stress.iter().zip(&fluid.particle);
+        parts.map(|(s, p)| p.volume * s.norm_squared()).sum::<f64>() / (4.0 * self.modulus)
+    }
+}

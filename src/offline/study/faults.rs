@@ -1,0 +1,218 @@
+//! Every trouble of the simulated camera, driven through the session in virtual time: each must end in the
+//! stated recovery or the stated words, none may hang, and no stale frame may come out as a fresh one.
+
+pub use super::fault_table::TABLE;
+use crate::host::buffer::Buffer;
+use crate::host::camera::{CameraError, CameraHealth, Note, Rung, Session, Settings, Sink};
+use crate::host::usb::Transport;
+use crate::offline::prelude::*;
+use crate::offline::usb::SimulatedBus;
+use crate::uvc::{Assembler, Losses, Outcome, Pairer, Stream};
+use meniscus_hil::FaultList;
+use meniscus_hil::device::{Device, TestCard, Trouble};
+
+/// What must come of a trouble.
+#[derive(Clone, Copy, Debug)]
+pub enum Must {
+    /// No session, and these words.
+    Refuse(&'static [&'static str]),
+    /// Frames, and no rung is taken.
+    Stream(fn(&Books) -> bool),
+    /// Frames again, and this is the highest rung that was taken.
+    Recover(Rung, fn(&Books) -> bool),
+    /// The session ends with these words.
+    GiveUp(&'static [&'static str]),
+}
+
+/// What a run has counted.
+#[derive(Clone, Copy, Debug)]
+pub struct Books {
+    /// The session's counters.
+    pub health: CameraHealth,
+    /// What the assemblers lost, depth then infrared.
+    pub losses: [Losses; 2],
+    /// The depth unit that holds.
+    pub depth_unit_um: u32,
+    /// The link was slow and the images are smaller for it.
+    pub stepped_down: bool,
+}
+
+impl Books {
+    /// Whether one of the streams has lost something of this kind.
+    #[must_use]
+    pub fn lost(&self, of: fn(&Losses) -> u32) -> bool {
+        self.losses.iter().any(|losses| of(losses) > 0)
+    }
+}
+
+/// Calls of the session after which it hangs.
+const PATIENCE: u32 = 200_000;
+
+/// Assembles and pairs, and holds every frame against what the camera put into it.
+#[derive(Debug)]
+pub struct Reader {
+    /// Depth and infrared.
+    assemblers: [(Assembler<'static>, Option<u16>, u64); 2],
+    pairer: Pairer,
+    /// Buffers that are free.
+    pub spare: Vec<Buffer>,
+    /// Pairs so far.
+    pub pairs: u32,
+    wanted: u32,
+    patience: u32,
+    /// What happened to the camera.
+    pub notes: Vec<Note>,
+    /// The first thing that must never happen, if it did.
+    pub wrong: Option<String>,
+}
+
+impl Reader {
+    /// For images of `pixels` pixels, until there are `wanted` pairs.
+    #[must_use]
+    pub fn new(pixels: usize, buffer_bytes: usize, wanted: u32) -> Self {
+        let assembler =
+            |bytes: usize| (Assembler::new(Box::leak(vec![0; bytes].into_boxed_slice())), None, 0);
+        Self {
+            assemblers: [assembler(2 * pixels), assembler(pixels)],
+            pairer: Pairer::new(16_667),
+            spare: (0..4).map(|_| Buffer::new(buffer_bytes)).collect(),
+            pairs: 0,
+            wanted,
+            patience: PATIENCE,
+            notes: Vec::new(),
+            wrong: None,
+        }
+    }
+
+    /// What the assemblers lost, depth then infrared.
+    #[must_use]
+    pub fn losses(&self) -> [Losses; 2] {
+        [self.assemblers[0].0.losses(), self.assemblers[1].0.losses()]
+    }
+
+    /// Judges a payload.
+    fn judge(&mut self, stream: Stream, payload: &[u8]) -> Result<(), String> {
+        let (assembler, last, captured_us) = &mut self.assemblers[usize::from(stream == Stream::Infrared)];
+        let Outcome::Frame(frame) = assembler.push(payload) else { return Ok(()) };
+        let number = [frame.pixels[0], frame.pixels[1]];
+        if frame.pixels.chunks_exact(2).any(|pair| pair != number) {
+            return Err(format!("{stream:?}: a frame of two shots"));
+        }
+        let shot = u16::from_le_bytes(number);
+        let ahead = last.map_or(1, |last| shot.wrapping_sub(last));
+        if !(1..32_768).contains(&ahead) {
+            return Err(format!("{stream:?}: shot {shot} is not newer than the last one"));
+        }
+        if frame.stamp.captured.0 <= *captured_us {
+            return Err(format!("{stream:?}: time stands still"));
+        }
+        (*last, *captured_us) = (Some(shot), frame.stamp.captured.0);
+        if self.pairer.offer(stream, frame.stamp).is_some() {
+            if self.assemblers[0].1 != self.assemblers[1].1 {
+                return Err("a pair of two shots".into());
+            }
+            self.pairs += 1;
+        }
+        Ok(())
+    }
+}
+
+impl Sink for Reader {
+    fn wanted(&mut self) -> bool {
+        self.patience = self.patience.saturating_sub(1);
+        if self.patience == 0 {
+            self.wrong.get_or_insert("the session hangs".into());
+        }
+        self.pairs < self.wanted && self.wrong.is_none()
+    }
+
+    fn spare(&mut self) -> Option<Buffer> {
+        self.spare.pop()
+    }
+
+    fn deliver(&mut self, stream: Stream, payload: Buffer) -> bool {
+        if let Err(wrong) = self.judge(stream, &payload) {
+            self.wrong.get_or_insert(wrong);
+        }
+        self.spare.push(payload);
+        true
+    }
+
+    fn dropped(&mut self) {}
+
+    fn note(&mut self, note: Note) {
+        self.notes.push(note);
+    }
+}
+
+/// A simulated bus in virtual time.
+#[must_use]
+pub fn bus(trouble: Option<Trouble>) -> SimulatedBus {
+    SimulatedBus::new(Device::new(Box::new(TestCard::default()), trouble, FaultList::default(), 1))
+}
+
+/// Connects and reads 240 pairs: four seconds, the trouble begins in the second one.
+///
+/// # Errors
+/// When there is no session.
+pub fn run(trouble: Option<Trouble>) -> Result<(Books, Reader, Result<(), CameraError>), CameraError> {
+    let mut session = Session::connect(bus(trouble), Settings::default())?;
+    let (width, height) = session.connected().size;
+    let pixels = usize::from(width) * usize::from(height);
+    let mut reader = Reader::new(pixels, session.buffer_bytes(), 240);
+    let ended = session.stream(&mut reader);
+    if session.transport().in_flight() > 0 {
+        reader.wrong.get_or_insert("transfers are left in flight at the end".into());
+    }
+    let books = Books {
+        health: session.health(),
+        losses: reader.losses(),
+        depth_unit_um: session.connected().depth_unit_um,
+        stepped_down: session.connected().stepped_down,
+    };
+    Ok((books, reader, ended))
+}
+
+/// Whether an error has the words it must have.
+///
+/// # Errors
+/// What is missing.
+pub fn says(error: &CameraError, words: &[&str]) -> Result<(), String> {
+    let text = error.to_string();
+    match words.iter().chain(&["What to do: "]).find(|word| !text.contains(**word)) {
+        Some(word) => Err(format!("`{word}` is missing in: {text}")),
+        None => Ok(()),
+    }
+}
+
+/// Drives one trouble.
+///
+/// # Errors
+/// What came of it instead of what must.
+pub fn check(name: &str, must: Must) -> Result<(), String> {
+    let named = |why: String| format!("{name}: {why}");
+    let trouble = Trouble::find(name).ok_or_else(|| named("there is no such trouble".into()))?;
+    let (books, reader, ended) = match (run(Some(trouble)), must) {
+        (Err(error), Must::Refuse(words)) => return says(&error, words).map_err(named),
+        (Err(error), _) => return Err(named(format!("refused: {error}"))),
+        (Ok(ran), _) => ran,
+    };
+    let told = || format!("{:?} {:?} {:?}", reader.notes, books.health, books.losses);
+    if let Some(wrong) = &reader.wrong {
+        return Err(named(wrong.clone()));
+    }
+    match (ended, must) {
+        (Err(error), Must::GiveUp(words)) => says(&error, words).map_err(named),
+        (Ok(()), Must::Stream(as_told)) if books.health.rungs == [0; 5] && as_told(&books) => Ok(()),
+        (Ok(()), Must::Recover(rung, as_told)) => {
+            let taken = reader.notes.iter().filter_map(|note| match note {
+                Note::Trouble(_, rung) => Some(*rung),
+                Note::Failed(_) | Note::Recovered => None,
+            });
+            let recovered = reader.notes.last() == Some(&Note::Recovered);
+            let good = taken.max() == Some(rung) && recovered && as_told(&books);
+            if good { Ok(()) } else { Err(named(told())) }
+        }
+        (ended, _) => Err(named(format!("{ended:?} {}", told()))),
+    }
+}

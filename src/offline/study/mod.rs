@@ -1,0 +1,176 @@
+//! The study of the camera's side: how far the surface can be trusted, condition by condition.
+//!
+//! ```text
+//! conditions --render, extract--> judge --> rows and checks --> page, pictures
+//! faults: the fault table through the session        golden: filters beside the library's frames
+//! ```
+//!
+//! The variance of a profile's points was calibrated on the scenes of other seeds than [`SEED`], on which it
+//! is judged. Everything here is rendered: refraction by the glass, the meniscus that climbs its wall and the
+//! smear of stereo matching at steps in depth are in no figure.
+
+pub mod conditions;
+mod fault_table;
+pub mod faults;
+pub mod golden;
+pub mod judge;
+mod page;
+mod plots;
+mod speed;
+
+pub use page::markdown;
+pub use plots::{PlotError, errors_png, scenes_png};
+
+use crate::host::checks::Check;
+use crate::offline::prelude::*;
+use crate::surface::ConfigError;
+use conditions::{Case, Condition, DISTANCES_M, LOOKS};
+use golden::{Golden, GoldenError};
+use judge::{Judged, Row, judge};
+use rayon::prelude::*;
+
+/// Seed of the scenes that are judged.
+pub const SEED: u64 = 2026;
+/// Targets.
+mod target {
+    /// Root mean square error at the camera's noise, millimetres.
+    pub(super) const RMS_MM: f64 = 0.6;
+    /// Share of points inside their stated interval.
+    pub(super) const COVERAGE: f64 = 0.95;
+    /// From payload to profile, microseconds.
+    pub(super) const ROI_US: f64 = 500.0;
+    /// A quarter of the reference's 9.4 ms.
+    pub(super) const SPATIAL_MS: f64 = 2.35;
+}
+
+/// Why there is no study.
+#[derive(Debug)]
+pub enum StudyError {
+    /// A scene cannot be set up.
+    Config(ConfigError),
+    /// The reference frames are damaged.
+    Golden(GoldenError),
+}
+
+impl std::fmt::Display for StudyError {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Config(error) => write!(f, "a scene cannot be set up: {error}"),
+            Self::Golden(error) => error.fmt(f),
+        }
+    }
+}
+
+impl std::error::Error for StudyError {}
+
+/// What the study found.
+#[derive(Clone, Debug)]
+pub struct Outcome {
+    /// The table.
+    pub rows: Vec<Row>,
+    /// The checks.
+    pub checks: Vec<Check>,
+    /// Every scene.
+    pub scenes: Vec<Judged>,
+    /// Troubles that did not end as they must, in words.
+    pub unrecovered: Vec<String>,
+    /// The reference frames, or where they are not.
+    pub golden: Result<Vec<golden::Compared>, String>,
+}
+
+/// Renders and reads `count` scenes of a seed; `done` is called behind each.
+///
+/// # Errors
+/// [`StudyError`].
+pub fn scenes(seed: u64, count: usize, done: impl Fn() + Sync) -> Result<Vec<Judged>, StudyError> {
+    let one = |index| judge(Case::new(seed, index)).inspect(|_| done());
+    (0..count).into_par_iter().map(one).collect::<Result<_, _>>().map_err(StudyError::Config)
+}
+
+/// The whole study; `done` is called behind each scene and each trouble of the fault table.
+///
+/// # Errors
+/// [`StudyError`].
+pub fn study(seed: u64, count: usize, done: impl Fn() + Sync) -> Result<Outcome, StudyError> {
+    let scenes = scenes(seed, count, &done)?;
+    let drive = |(name, must): &(&str, faults::Must)| {
+        let ended = faults::check(name, *must).err();
+        done();
+        ended
+    };
+    let unrecovered: Vec<String> = faults::TABLE.par_iter().filter_map(drive).collect();
+    let folder = golden::folder();
+    let golden = match Golden::open(&folder).map_err(StudyError::Golden)? {
+        Some(golden) => Ok(golden.compare().map_err(StudyError::Golden)?),
+        None => Err(format!("{} is not there: the filters are compared with nothing", folder.display())),
+    };
+    let rows = rows(&scenes);
+    let checks = checks(&rows, &scenes, &unrecovered, golden.as_ref().ok());
+    Ok(Outcome { rows, checks, scenes, unrecovered, golden })
+}
+
+/// The table: by condition, and the scenes without clutter by liquid, distance and tilt.
+fn rows(scenes: &[Judged]) -> Vec<Row> {
+    let of = |keep: &dyn Fn(&Case) -> bool| -> Vec<&Judged> {
+        scenes.iter().filter(|judged| keep(&judged.case)).collect()
+    };
+    let plain = |case: &Case| case.condition == Condition::Nominal;
+    let mut rows = Vec::new();
+    for condition in Condition::ALL {
+        rows.push(Row::of("condition", condition.name(), &of(&|case| case.condition == condition)));
+    }
+    for (look, (name, ..)) in LOOKS.iter().enumerate() {
+        rows.push(Row::of("nominal, liquid", *name, &of(&|case| plain(case) && case.look == look)));
+    }
+    for (distance, metres) in DISTANCES_M.iter().enumerate() {
+        let chosen = of(&|case| plain(case) && case.distance == distance);
+        rows.push(Row::of("nominal, distance", format!("{metres} m"), &chosen));
+    }
+    for (name, range) in [("up to 5 deg", 0.0..5.0), ("5 to 10 deg", 5.0..10.0), ("10 to 15 deg", 10.0..15.1)]
+    {
+        let chosen = of(&|case| plain(case) && range.contains(&case.tilt_deg.abs()));
+        rows.push(Row::of("nominal, tilt", name, &chosen));
+    }
+    rows
+}
+
+fn checks(
+    rows: &[Row],
+    scenes: &[Judged],
+    unrecovered: &[String],
+    golden: Option<&Vec<golden::Compared>>,
+) -> Vec<Check> {
+    let row = |condition: Condition| rows.iter().find(|row| row.name == condition.name());
+    let rms = |condition| row(condition).map_or(f64::NAN, |row| row.rms_mm);
+    let points = || {
+        scenes.iter().filter(|judged| judged.case.condition != Condition::NoLiquid).flat_map(|j| &j.points)
+    };
+    let inside = points().filter(|point| point.error_mm.abs() <= point.half_mm).count();
+    let half_mm = points().map(|point| point.half_mm).sum::<f64>() / points().count() as f64;
+    let total = faults::TABLE.len();
+    let equal =
+        |frames: &Vec<golden::Compared>| frames.iter().filter(|f| f.different == Some(0)).count() as f64;
+    let covered =
+        |frames: &Vec<golden::Compared>| frames.iter().filter(|f| f.different.is_some()).count() as f64;
+    let mut checks = vec![
+        Check::at_most("surface_rms_nominal", rms(Condition::Nominal), "mm", target::RMS_MM),
+        Check::told("surface_rms_double_noise", rms(Condition::DoubleNoise), "mm"),
+        Check::at_least("interval_coverage", inside as f64 / points().count() as f64, "1", target::COVERAGE),
+        Check::told("interval_half_width", half_mm, "mm"),
+        Check::exactly(
+            "false_profiles",
+            row(Condition::NoLiquid).map_or(f64::NAN, |row| f64::from(row.profiles)),
+            "1",
+            0.0,
+        ),
+        Check::exactly("faults_recovered", (total - unrecovered.len()) as f64, "1", total as f64),
+        Check::told("faults_total", total as f64, "1"),
+        Check::at_most("roi_path_us", speed::roi_path_us(), "us", target::ROI_US),
+        Check::at_most("spatial_filter_ms", speed::spatial_filter_ms(), "ms", target::SPATIAL_MS),
+    ];
+    checks.push(match golden {
+        Some(frames) => Check::exactly("golden_frames_equal", equal(frames), "1", covered(frames)),
+        None => Check::at_least("golden_frames_equal", f64::NAN, "1", 1.0),
+    });
+    checks
+}

@@ -1,0 +1,383 @@
+//! Correction: a model of one liquid learns another from what a camera saw of its free surface.
+//!
+//! The paper's algorithm (section "correction"), with exact degeneracy instead of a penalty for it: the
+//! last GRU layer with its head, the operators and the energy's last layer of the GENERIC step, and the
+//! filter's gain learn by Adam from the free surface alone. Decoder and lower layers stay.
+//!
+//! ```text
+//! blob A --import--> weights --Adam on batches of (new, source)--> candidate blob --judge--> best --> blob B
+//! ```
+//! Every look is taken by the camera side itself: a candidate is exported, loaded and run over the
+//! recordings that are held out. It counts only if
+//! - what it says of the source liquid has not become worse than the bound (against forgetting), and
+//! - it is better on the held-out recording than every one before (against learning noise).
+//!
+//! A camera has seen only so strong a slosh. Small sloshes are linear, so that the recordings are also learnt
+//! from stretched, heights and way of the glass by the same factor, each error counted over that factor.
+//!
+//! The laws need no guard: they hold for any weights, and the gain is pulled back until its loop is stable.
+
+mod lesson;
+mod student;
+
+use super::TrainError;
+use super::filter::settle;
+use super::generic::{Dynamics, LATENTS, Square};
+use super::progress::{Session, annealed};
+use super::unrolled::{dynamics_of, rounded, weights_of};
+use super::weights::{Adam, Matrix, leaves, scalar};
+use crate::encoder::GRU_LAYERS;
+use crate::host::files::AlignedBytes;
+use crate::model::{Header, LoadError, Model, Tensor as Name};
+use crate::offline::export::{self, Part};
+use crate::offline::import;
+use crate::offline::prelude::*;
+use crate::offline::score::SurfaceError;
+use crate::offline::watching::turns;
+use crate::runtime::Mode;
+use crate::surface::SurfaceProfile;
+use burn::tensor::Device;
+use lesson::Lesson;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use std::sync::atomic::AtomicBool;
+use student::{Batch, DYNAMICS, GAIN, GRU, HEAD, HORIZON, Surface, loss};
+
+/// Roll-outs of one step: of the new liquid, of the same stretched, of the source liquid.
+const BATCH: [usize; 3] = [40, 16, 16];
+
+/// Steps between two looks.
+const LOOK: usize = 10;
+
+/// Learning rate of the first step.
+const RATE: f64 = 2e-3;
+
+/// Share of a single recording that is learnt from; the rest is held out.
+const LEARNT: f64 = 0.7;
+
+/// Factors by which what was learnt from is stretched, heights and way of the glass alike: small sloshes are
+/// linear, and a stronger one than any that was recorded is then not met for the first time.
+const STRETCHED: [f32; 2] = [1.6, 2.4];
+
+/// What a camera saw, frame by frame.
+pub type Sightings = Vec<Option<SurfaceProfile>>;
+
+/// How to correct.
+#[derive(Clone, Debug)]
+pub struct Correction {
+    /// Seed of everything that is drawn.
+    pub seed: u64,
+    /// Steps of Adam.
+    pub steps: usize,
+    /// By how much the slosh-relative error on the source recordings may grow.
+    pub forgetting: f64,
+    /// Name of the liquid, for the blob.
+    pub liquid: String,
+    /// The command, for the blob's provenance.
+    pub command: String,
+    /// No bar.
+    pub quiet: bool,
+}
+
+impl Default for Correction {
+    /// Half a minute on two cores.
+    fn default() -> Self {
+        Self {
+            seed: 1,
+            steps: 300,
+            forgetting: 0.05,
+            liquid: String::from("corrected"),
+            command: String::new(),
+            quiet: false,
+        }
+    }
+}
+
+/// A corrected blob and how it came about; errors are slosh-relative, of the measured surface.
+#[derive(Clone, Debug)]
+pub struct Corrected {
+    /// The bytes of the blob.
+    pub blob: Vec<u8>,
+    /// Error on the held-out part, before and after.
+    pub held: [f64; 2],
+    /// Error on the source recordings, before and after.
+    pub source: [f64; 2],
+    /// Step, held-out error, source error of every look.
+    pub looks: Vec<(usize, f64, f64)>,
+    /// Looks whose candidate was better on the held-out part but had forgotten too much.
+    pub refused: usize,
+}
+
+/// Corrects `blob` by `recordings` of another liquid, with `source` as recordings of its own.
+///
+/// With two recordings or more the last is held out; of a single one its last three tenths.
+///
+/// # Errors
+/// [`TrainError`], when the blob is refused or the recordings do not suffice.
+pub fn correct(
+    blob: &[u8],
+    recordings: &[Sightings],
+    source: &[Sightings],
+    how: &Correction,
+    stop: &AtomicBool,
+) -> Result<Corrected, TrainError> {
+    let blob = AlignedBytes::copy(blob);
+    let pupil = Pupil::new(&blob)?;
+    let (learnt, held) = split(recordings)?;
+    let lessons = |all: &[Sightings]| all.iter().map(|s| pupil.lesson(s)).collect::<Vec<_>>();
+    let (mut new, old) = (lessons(&learnt.all), lessons(source));
+    let mut strong = Vec::new();
+    for factor in STRETCHED {
+        let seen: Vec<Sightings> =
+            learnt.all.iter().map(|s| stretched(s, factor, &pupil.surface.rest)).collect();
+        strong.extend(lessons(&seen).into_iter().map(|lesson| lesson.counted(1.0 / factor)));
+    }
+    if let Some(frames) = learnt.frames {
+        for lesson in new.iter_mut().chain(&mut strong) {
+            *lesson = lesson.part(0, frames.min(lesson.frames()));
+        }
+    }
+    let judge = |blob: &[u8]| -> Result<(f64, f64), LoadError> {
+        let blob = AlignedBytes::copy(blob);
+        let model = Model::load(&blob)?;
+        Ok((error(&model, &held.all, held.from), error(&model, source, 0)))
+    };
+    let device = Device::flex().autodiff();
+    let session = Session::new(how.quiet, stop);
+    let mut rng = ChaCha8Rng::seed_from_u64(how.seed);
+    let mut weights = pupil.weights.clone();
+    let mut adam = Adam::new(&weights, 1.0);
+    let before = judge(&blob)?;
+    let bound = before.1 + how.forgetting;
+    let (mut best, mut least) = ((blob.to_vec(), before), before.0);
+    let (mut looks, mut refused) = (vec![(0, before.0, before.1)], 0);
+    let size = |all: &[Lesson]| {
+        let sum: f32 = all.iter().map(Lesson::mean_square).sum();
+        (sum / all.len().max(1) as f32).max(1e-12)
+    };
+    let sets = [&new, &strong, &old].map(|all| (all.iter().collect::<Vec<_>>(), size(all)));
+    let bar = session.bar("correction", how.steps);
+    for step in 0..how.steps {
+        let tensors = leaves(&weights, &device);
+        let p = dynamics_of(&weights[DYNAMICS]).preconditioner();
+        let mut total = None;
+        for ((lessons, size), count) in sets.iter().zip(BATCH) {
+            let starts = draw(lessons, count, &mut rng);
+            if starts.is_empty() {
+                continue;
+            }
+            let batch = Batch::new(lessons, &starts, &device);
+            let part = loss(&tensors, &pupil.surface, &p, &batch, *size, &device);
+            total = Some(total.map_or(part.clone(), |sum| sum + part));
+        }
+        let total = total.ok_or(TrainError::NoMotion)?;
+        let value = f64::from(scalar(total.clone()));
+        adam.step(&mut weights, &tensors, total.backward(), annealed(RATE, step, how.steps));
+        if step % LOOK == LOOK - 1 || step + 1 == how.steps {
+            let candidate = pupil.blob(&weights, how)?;
+            let now = judge(&candidate)?;
+            looks.push((step + 1, now.0, now.1));
+            if now.0 < least && now.1 <= bound {
+                (best, least) = ((candidate, now), now.0);
+            } else if now.0 < least {
+                refused += 1;
+            }
+            bar.show(step + 1, value.max(0.0).sqrt(), now.0);
+            if session.stopped() {
+                break;
+            }
+        }
+    }
+    bar.finish();
+    let (blob, after) = best;
+    Ok(Corrected { blob, held: [before.0, after.0], source: [before.1, after.1], looks, refused })
+}
+
+/// `seen` with every height over `rest` and every place of the glass times `factor`.
+fn stretched(seen: &Sightings, factor: f32, rest: &[f32]) -> Sightings {
+    let stretch = |mut profile: SurfaceProfile| {
+        for (height, rest) in profile.height_m.iter_mut().zip(rest) {
+            *height = rest + factor * (*height - rest);
+        }
+        profile.variance_m2.iter_mut().for_each(|variance| *variance *= factor * factor);
+        profile.glass_x_m = profile.glass_x_m.map(|x| factor * x);
+        profile
+    };
+    seen.iter().map(|profile| profile.map(stretch)).collect()
+}
+
+/// What is learnt from and what is held out.
+struct Side {
+    all: Vec<Sightings>,
+    /// Frames that are learnt from, where it is not all of them.
+    frames: Option<usize>,
+    /// First frame that is judged.
+    from: usize,
+}
+
+fn split(recordings: &[Sightings]) -> Result<(Side, Side), TrainError> {
+    match recordings {
+        [] => Err(TrainError::NoRecording),
+        [only] => {
+            let frames = (LEARNT * only.len() as f64) as usize;
+            let all = vec![only.clone()];
+            Ok((
+                Side { all: all.clone(), frames: Some(frames), from: 0 },
+                Side { all, frames: None, from: frames },
+            ))
+        }
+        [learnt @ .., held] => Ok((
+            Side { all: learnt.to_vec(), frames: None, from: 0 },
+            Side { all: vec![held.clone()], frames: None, from: 0 },
+        )),
+    }
+}
+
+/// Slosh-relative error of the estimate against the measured surface, over the points that were seen from
+/// frame `from` on.
+fn error(model: &Model<'_>, recordings: &[Sightings], from: usize) -> f64 {
+    let mut sums = SurfaceError::default();
+    let rest = model.decoder.surface.rest;
+    for seen in recordings {
+        for (logged, profile) in turns(model, seen).iter().zip(seen).skip(from) {
+            let estimate = &logged.turn.estimate;
+            let (Some(profile), Mode::Tracking | Mode::Coasting) = (profile, estimate.mode) else { continue };
+            let points = profile.valid.iter().zip(&profile.height_m).zip(&estimate.surface_m).zip(rest);
+            for (((valid, truth), said), rest) in points {
+                if *valid {
+                    sums.add(&[*truth], &[*said], f64::from(*rest));
+                }
+            }
+        }
+    }
+    let error = sums.slosh_rel();
+    if error.is_finite() { error } else { f64::INFINITY }
+}
+
+/// Starts of `count` roll-outs as (lesson, frame): anywhere after the first window, of two draws the livelier.
+fn draw(lessons: &[&Lesson], count: usize, rng: &mut ChaCha8Rng) -> Vec<(usize, usize)> {
+    const FIRST: usize = crate::window::WINDOW - 1;
+    let room = |lesson: &Lesson| lesson.frames().saturating_sub(FIRST + HORIZON + 1);
+    let total: usize = lessons.iter().map(|lesson| room(lesson)).sum();
+    if total == 0 {
+        return Vec::new();
+    }
+    let mut one = || {
+        let mut at = rng.random_range(0..total);
+        for (i, lesson) in lessons.iter().enumerate() {
+            if at < room(lesson) {
+                return (i, FIRST + at);
+            }
+            at -= room(lesson);
+        }
+        (0, FIRST)
+    };
+    let life = |&(i, n): &(usize, usize)| {
+        let heights = &lessons[i].height[n * crate::surface::POINTS..(n + HORIZON) * crate::surface::POINTS];
+        heights.iter().map(|h| h * h).sum::<f32>()
+    };
+    let livelier = |_| {
+        let (a, b) = (one(), one());
+        if life(&a) > life(&b) { a } else { b }
+    };
+    (0..count).map(livelier).collect()
+}
+
+/// A blob taken apart into what a correction changes and what it does not.
+struct Pupil {
+    header: Header,
+    parts: Vec<Part>,
+    frozen: Vec<Matrix>,
+    surface: Surface,
+    scale: crate::window::Scale,
+    weights: Vec<Matrix>,
+}
+
+impl Pupil {
+    fn new(blob: &[u8]) -> Result<Self, TrainError> {
+        let (header, parts) = import::parts(blob)?;
+        let scale = Model::load(blob)?.scale();
+        // A loaded blob has every tensor.
+        let missing = TrainError::Singular("the tensors of the blob");
+        let part = |name: Name| parts.iter().find(|p| p.tensor == name).ok_or(missing.clone());
+        let matrix = |name: Name| part(name).map(|p| Matrix::new(p.rows, p.columns, p.values.clone()));
+        let row = |name: Name| part(name).map(|p| Matrix::new(1, p.rows, p.values.clone()));
+        let mut frozen = Vec::new();
+        let mut weights = Vec::new();
+        for layer in 0..GRU_LAYERS as u8 {
+            let into = if usize::from(layer) + 1 == GRU_LAYERS { &mut weights } else { &mut frozen };
+            into.push(matrix(Name::GruInput(layer))?);
+            into.push(matrix(Name::GruHidden(layer))?);
+            into.push(row(Name::GruInputBias(layer))?);
+            into.push(row(Name::GruHiddenBias(layer))?);
+        }
+        weights.push(matrix(Name::HeadWeight)?);
+        weights.push(row(Name::HeadBias)?);
+        let numbers =
+            |name: Name| part(name).map(|p| p.values.iter().map(|&v| f64::from(v)).collect::<Vec<_>>());
+        weights.extend(weights_of(&dynamics_from(&numbers, &matrix)?));
+        weights.push(matrix(Name::Gain)?);
+        let surface = Surface::new(&parts).ok_or(missing.clone())?;
+        Ok(Self { header, frozen, surface, scale, weights, parts })
+    }
+
+    fn lesson(&self, seen: &Sightings) -> Lesson {
+        Lesson::new(seen, &self.scale, &self.surface.rest, &self.frozen)
+    }
+
+    /// The blob with `weights` in the place of what was there.
+    fn blob(&self, weights: &[Matrix], how: &Correction) -> Result<Vec<u8>, TrainError> {
+        let mut parts = self.parts.clone();
+        let mut put = |name: Name, values: Vec<f32>| {
+            if let Some(part) = parts.iter_mut().find(|part| part.tensor == name) {
+                part.values = values;
+            }
+        };
+        let last = GRU_LAYERS as u8 - 1;
+        let names = [
+            Name::GruInput(last),
+            Name::GruHidden(last),
+            Name::GruInputBias(last),
+            Name::GruHiddenBias(last),
+            Name::HeadWeight,
+            Name::HeadBias,
+        ];
+        for (name, matrix) in names.into_iter().zip(&weights[GRU.start..HEAD.end]) {
+            put(name, matrix.values.clone());
+        }
+        let dynamics = rounded(&dynamics_of(&weights[DYNAMICS]));
+        for part in super::parts::operators(&dynamics, &dynamics.preconditioner()) {
+            put(part.tensor, part.values);
+        }
+        let gain = Square::from_row_iterator(weights[GAIN].values.iter().map(|&v| f64::from(v)));
+        let gain = settle(&dynamics, gain);
+        put(Name::Gain, gain.transpose().iter().map(|&v| v as f32).collect());
+        let mut header = self.header.clone();
+        header.liquid = super::fit(&how.liquid);
+        header.provenance = super::fit(&format!("{}; before: {}", how.command, self.header.provenance));
+        Ok(export::blob(header, &parts)?)
+    }
+}
+
+/// The dynamics of a blob in double precision.
+fn dynamics_from(
+    numbers: &dyn Fn(Name) -> Result<Vec<f64>, TrainError>,
+    matrix: &dyn Fn(Name) -> Result<Matrix, TrainError>,
+) -> Result<Dynamics, TrainError> {
+    let triangle = |values: &[f64], shift: usize| {
+        let mut m = Square::zeros();
+        let entries = (0..LATENTS).flat_map(|i| (0..(i + 1).saturating_sub(shift)).map(move |j| (i, j)));
+        entries.zip(values).for_each(|(ij, v)| m[ij] = *v);
+        m
+    };
+    let lower = triangle(&numbers(Name::SkewLower)?, 1);
+    Ok(Dynamics {
+        skew: lower - lower.transpose(),
+        friction: triangle(&numbers(Name::FrictionFactor)?, 0),
+        linear: Square::from_row_iterator(numbers(Name::EnergyLinear)?),
+        inner: matrix(Name::EnergyIn)?.to_f64(),
+        bias: numbers(Name::EnergyBias)?.into(),
+        outer: matrix(Name::EnergyOut)?.to_f64(),
+        port: super::generic::Latent::from_iterator(numbers(Name::Port)?),
+    })
+}

@@ -1,0 +1,172 @@
+//! What a correction may change, as burn tensors, and the loss that it changes it by.
+//!
+//! ```text
+//! y_n   = head(GRU_3(...))                        the reading; GRU_1 and GRU_2 stay as they are
+//! x_n-  = step(x_(n-1), u_n)                      the exact GENERIC step
+//! x_n   = x_n- + r_n G (y_n - x_n-)               r_n = 1 where there is a reading
+//! f_n   = step(f_(n-1), u_n),   f_0 = y_0         no reading at all: a forecast that knows the motion
+//! loss  = < |S(x_n) - z_n|^2 + |S(y_n) - z_n|^2 / 2 + |S(f_n) - z_n|^2 / 2 > / <|z|^2>
+//! ```
+//! over the points that were seen, with S the decoder's surface, which stays as it is. Nothing else of
+//! the liquid enters. The degeneracy conditions L grad S = 0 and M grad E = 0 hold for every weight, so
+//! that the loss needs no term for them (the paper adds one, for the wrong pair).
+
+use super::lesson::Lesson;
+use crate::decoder::MAX_TRUNK;
+use crate::generic::LATENTS;
+use crate::model::Tensor as Name;
+use crate::nn::HIDDEN;
+use crate::offline::export::Part;
+use crate::offline::prelude::*;
+use crate::offline::train::generic::Square;
+use crate::offline::train::nets::{gru_layer, linear, perceptron};
+use crate::offline::train::unrolled::Operators;
+use crate::offline::train::weights::Matrix;
+use crate::surface::POINTS;
+use crate::window::WINDOW;
+use burn::tensor::{Device, Tensor, TensorData};
+
+/// Frames of one lesson's roll-out: 0.2 s, most of a period.
+pub(super) const HORIZON: usize = 12;
+
+/// Matrices that a correction changes: four of the last GRU layer, two of the head, seven of the
+/// dynamics, the gain.
+pub(super) const GRU: std::ops::Range<usize> = 0..4;
+/// The head.
+pub(super) const HEAD: std::ops::Range<usize> = 4..6;
+/// The dynamics, in the order of [`crate::offline::train::unrolled::weights_of`].
+pub(super) const DYNAMICS: std::ops::Range<usize> = 6..13;
+/// The gain.
+pub(super) const GAIN: usize = 13;
+
+/// The surface of the decoder: `rest + B (T x + n(x))`.
+#[derive(Clone, Debug)]
+pub(super) struct Surface {
+    linear: Matrix,
+    trunk: Vec<Matrix>,
+    basis: Matrix,
+    /// Heights at rest, m.
+    pub(super) rest: Vec<f32>,
+}
+
+impl Surface {
+    /// From the tensors of a blob; `None` where one is missing.
+    pub(super) fn new(parts: &[Part]) -> Option<Self> {
+        let part = |name: Name| parts.iter().find(|part| part.tensor == name);
+        let matrix = |part: &Part| Matrix::new(part.rows, part.columns, part.values.clone());
+        let row = |part: &Part| Matrix::new(1, part.rows, part.values.clone());
+        // The surface is the last group of the trunk.
+        let basis = part(Name::GroupBasis(5))?;
+        let last = |m: Matrix| {
+            let from = (m.rows - basis.columns) * m.columns;
+            Matrix::new(basis.columns, m.columns, m.values[from..].to_vec())
+        };
+        let bias = row(part(Name::TrunkBias(2))?);
+        let bias = bias.values[bias.columns - basis.columns..].to_vec();
+        let trunk = vec![
+            matrix(part(Name::TrunkWeight(0))?),
+            row(part(Name::TrunkBias(0))?),
+            matrix(part(Name::TrunkWeight(1))?),
+            row(part(Name::TrunkBias(1))?),
+            last(matrix(part(Name::TrunkWeight(2))?)),
+            Matrix::new(1, bias.len(), bias),
+        ];
+        debug_assert!(trunk[0].rows <= MAX_TRUNK);
+        let rest = part(Name::GroupRest(5))?.values.clone();
+        Some(Self { linear: last(matrix(part(Name::TrunkLinear)?)), trunk, basis: matrix(basis), rest })
+    }
+}
+
+/// The decoder's surface as tensors.
+struct Decoded {
+    linear_t: Tensor<2>,
+    trunk: Vec<Tensor<2>>,
+    basis_t: Tensor<2>,
+}
+
+impl Decoded {
+    /// Heights over rest of every row of `x`, m.
+    fn heights(&self, x: Tensor<2>) -> Tensor<2> {
+        let bent = perceptron(x.clone(), &self.trunk, |layer| layer < 2);
+        (x.matmul(self.linear_t.clone()) + bent).matmul(self.basis_t.clone())
+    }
+}
+
+/// A batch of roll-outs as tensors.
+pub(super) struct Batch {
+    /// `WINDOW` tensors `[frames x batch, HIDDEN]`, frame by frame.
+    hidden: Vec<Tensor<2>>,
+    u: Vec<Tensor<2>>,
+    read: Vec<Tensor<2>>,
+    height: Tensor<2>,
+    seen: Tensor<2>,
+    size: usize,
+}
+
+impl Batch {
+    /// Roll-outs that start at (lesson, frame).
+    pub(super) fn new(lessons: &[&Lesson], starts: &[(usize, usize)], device: &Device) -> Self {
+        let frames = HORIZON + 1;
+        let places = || (0..frames).flat_map(|k| starts.iter().map(move |&(i, n)| (i, n + k)));
+        let gather = |width: usize, of: &dyn Fn(&Lesson) -> &[f32], from: usize, step: usize| {
+            let row = |(i, n): (usize, usize)| {
+                let at = n * step + from;
+                of(lessons[i])[at..at + width].to_vec()
+            };
+            let values: Vec<f32> = places().flat_map(row).collect();
+            Tensor::<2>::from_data(TensorData::new(values, [frames * starts.len(), width]), device)
+        };
+        let split = |all: Tensor<2>| -> Vec<Tensor<2>> {
+            (0..frames).map(|k| all.clone().narrow(0, k * starts.len(), starts.len())).collect()
+        };
+        let window = WINDOW * HIDDEN;
+        Self {
+            hidden: (0..WINDOW).map(|k| gather(HIDDEN, &|l| &l.hidden, k * HIDDEN, window)).collect(),
+            u: split(gather(1, &|l| &l.u, 0, 1)),
+            read: split(gather(1, &|l| &l.read, 0, 1)),
+            height: gather(POINTS, &|l| &l.height, 0, POINTS),
+            seen: gather(POINTS, &|l| &l.seen, 0, POINTS),
+            size: starts.len(),
+        }
+    }
+}
+
+/// The loss of `batch` under `weights` (leaves), relative to the mean square height `size`, m2.
+pub(super) fn loss(
+    weights: &[Tensor<2>],
+    surface: &Surface,
+    preconditioner: &Square,
+    batch: &Batch,
+    size: f32,
+    device: &Device,
+) -> Tensor<1> {
+    let constant = |m: &Matrix| m.tensor(device);
+    let decoded = Decoded {
+        linear_t: constant(&surface.linear).transpose(),
+        trunk: surface.trunk.iter().map(constant).collect(),
+        basis_t: constant(&surface.basis).transpose(),
+    };
+    let mut states = gru_layer(batch.hidden.clone(), &weights[GRU]);
+    let last = states.pop().expect("a window has at least one frame");
+    let head = &weights[HEAD];
+    let y_all = linear(last, &head[0], &head[1]).narrow(1, 0, LATENTS);
+    let y = |k: usize| y_all.clone().narrow(0, k * batch.size, batch.size);
+    let operators = Operators::new(&weights[DYNAMICS], preconditioner, device);
+    let gain_t = weights[GAIN].clone().transpose();
+    let (mut x, mut free) = (y(0), y(0));
+    let (mut filtered, mut forecast) = (vec![x.clone()], vec![free.clone()]);
+    for k in 1..=HORIZON {
+        let u = batch.u[k].clone();
+        let (predicted, _) = operators.turn(x, u.clone());
+        let innovation = (y(k) - predicted.clone()).matmul(gain_t.clone()) * batch.read[k].clone();
+        x = predicted + innovation;
+        free = operators.turn(free, u).0;
+        filtered.push(x.clone());
+        forecast.push(free.clone());
+    }
+    let miss =
+        |x: Tensor<2>| ((decoded.heights(x) - batch.height.clone()) * batch.seen.clone()).square().sum();
+    let total = miss(Tensor::cat(filtered, 0)) + miss(y_all) * 0.5 + miss(Tensor::cat(forecast, 0)) * 0.5;
+    let points = (batch.size * (HORIZON + 1) * POINTS) as f32;
+    total * (1.0 / (points * size))
+}

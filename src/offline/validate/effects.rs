@@ -1,0 +1,302 @@
+//! Each effect of the simulator held against its theory.
+//!
+//! | effect | what is measured | theory |
+//! |---|---|---|
+//! | viscosity | decay of the first mode | Ritz solution at that viscosity |
+//! | shear_thinning, yield_stress | mean decay from two speeds | [`Envelope`] |
+//! | wall_slip | decay at b = 5 mm | Ritz solution with Navier's condition |
+//! | surface_tension | w^2 with it over w^2 without | `1 + sigma k^2/(rho g)` |
+//! | contact_line | amplitude after some periods of dry friction | `a' = -gamma a - 8 F R w/(pi K)` |
+//! | contact_line_reach | w^2 with the spring over w^2 without | two modes coupled by the spring, as many as the simulator's wall holds |
+//! | foam | exponent p of `V' ~ V^p`, from two speeds | 2/3 |
+//! | viscoelastic, viscoelastic_time | frequency and decay | Ritz solution with complex viscosity |
+//! | container_tilt | slope of the surface at rest | `tan theta` |
+//! | vertical_acceleration | w^2 with it over w^2 without | `1 + a/g` |
+//! | fill | w^2 over w^2 at another fill | `tanh k h` |
+//!
+//! `K = pi R^2/2 rho g (1 - 1/xi^2)` is the stiffness of the first mode for the height `a` at the wall. Ratios
+//! take the simulator's own run without the effect, so that its numerical errors cancel to first order.
+
+use super::Envelope;
+use super::fit::{Fit, fit};
+use super::ring::{GLASS, GLYCERINE, momentum, setup};
+use super::theory::{Mode, Tone};
+use super::viscous::{Linear, linear_mode};
+use crate::offline::liquids::Rheology;
+use crate::offline::prelude::*;
+use crate::offline::sph::{EFFECTS, Effects, Error, Setup, Simulator};
+use crate::units::GRAVITY_M_S2;
+use nalgebra::DMatrix;
+use std::f64::consts::{PI, TAU};
+
+/// A measured figure beside that of theory.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Held {
+    /// What was measured.
+    pub what: &'static str,
+    /// The measured value.
+    pub measured: f64,
+    /// What theory says.
+    pub theory: f64,
+}
+
+impl Held {
+    /// Deviation from theory, per cent of it.
+    #[must_use]
+    pub fn error(&self) -> f64 {
+        100.0 * (self.measured / self.theory - 1.0)
+    }
+}
+
+/// Where fits and envelopes begin, s: the wall layer has formed.
+const FORMED_S: f64 = 0.08;
+
+/// Viscosity of the liquid in which stiffness is measured, Pa s: enough to still the grain of the particles.
+const CALM_PA_S: f64 = 0.1;
+
+/// A run of the first mode: momentum over time as a part of the first.
+struct Run {
+    series: Vec<(f64, f64)>,
+}
+
+impl Run {
+    /// Lets the first mode of `setup` ring from `speed_m_s` for `seconds`.
+    fn new(setup: &Setup, speed_m_s: f64, seconds: f64) -> Result<Self, Error> {
+        let mode = Mode::first(setup.resolved().glass);
+        let mut simulator = Simulator::new(setup)?;
+        simulator.set_velocity(|x| mode.velocity(x).map(|v| speed_m_s * v));
+        let first = momentum(&simulator, &mode);
+        let mut series = Vec::new();
+        while simulator.time_s() < seconds {
+            series.push((simulator.time_s(), momentum(&simulator, &mode) / first));
+            simulator.step(|_| 0.0)?;
+        }
+        Ok(Self { series })
+    }
+
+    /// The oscillation near `guess` between two times.
+    fn between(&self, guess: Tone, from_s: f64, to_s: f64) -> Result<Fit, Error> {
+        let [from, to] = [from_s, to_s].map(|time| self.series.partition_point(|(t, _)| *t < time));
+        let undetermined = || Error::Setup("a ringing does not determine an oscillation".into());
+        fit(&self.series[from..to], guess, &[]).ok_or_else(undetermined)
+    }
+
+    /// The oscillation near `guess` once it has formed.
+    fn tone(&self, guess: Tone) -> Result<Tone, Error> {
+        self.between(guess, FORMED_S, f64::INFINITY).map(|fit| fit.tone)
+    }
+
+    /// Amplitude at `time_s` as a part of the first, from the period around it.
+    fn amplitude(&self, time_s: f64) -> Result<f64, Error> {
+        let guess = Tone { hz: Mode::first(GLASS).hz(), decay: 2.0 };
+        let half = 0.5 / guess.hz;
+        let found = self.between(guess, time_s - half, time_s + half)?;
+        Ok(found.amplitude[0].hypot(found.amplitude[1]) * (-found.tone.decay * time_s).exp())
+    }
+}
+
+/// The calm liquid, which slips on the wall, with `effects`.
+fn calm(spacing_m: f64, effects: Effects) -> Setup {
+    Setup { effects, ..setup(Rheology::newtonian(CALM_PA_S), spacing_m, false) }
+}
+
+/// Squared frequency with `effects` over without, less 1, and `theory` less 1.
+fn stiffening(spacing_m: f64, speed_m_s: f64, effects: Effects, theory: f64) -> Result<[f64; 2], Error> {
+    let guess = Tone { hz: Mode::first(GLASS).hz(), decay: 1.0 };
+    let plain = Run::new(&calm(spacing_m, Effects::default()), speed_m_s, 0.8)?.tone(guess)?;
+    let guess = Tone { hz: plain.hz * theory.sqrt(), ..guess };
+    let with = Run::new(&calm(spacing_m, effects), speed_m_s, 0.8)?.tone(guess)?;
+    Ok([(with.hz / plain.hz).powi(2) - 1.0, theory - 1.0])
+}
+
+/// Holds the effect called `name` against its theory at `spacing_m`; an empty list for a name unknown.
+///
+/// # Errors
+/// When a case cannot be simulated to its end.
+pub fn effect(name: &str, spacing_m: f64) -> Result<Vec<Held>, Error> {
+    let mut effects = Effects::default();
+    let mut on = |name: &str, value: f64| {
+        effects.set(name, value).map_err(|error| Error::Setup(format!("{error}")))?;
+        Ok::<_, Error>(effects)
+    };
+    let (density, mu) = GLYCERINE;
+    let glycerine = |effects| Setup { effects, ..setup(Rheology::newtonian(mu), spacing_m, true) };
+    let k = Mode::first(GLASS).wave_number();
+    let one = |what, [measured, theory]: [f64; 2]| vec![Held { what, measured, theory }];
+    Ok(match name {
+        "viscosity" => linear(&glycerine(on(name, 0.6)?), 0.6, Some(0.0), None)?,
+        "wall_slip" => linear(&glycerine(on(name, 0.005)?), mu, Some(0.005), None)?,
+        "viscoelastic" | "viscoelastic_time" => {
+            on("viscoelastic_time", 0.05)?;
+            linear(&glycerine(on("viscoelastic", 10.0)?), mu, None, Some((10.0, 0.05)))?
+        }
+        "shear_thinning" => {
+            on("viscosity", 1.2)?;
+            envelopes(&glycerine(on(name, 0.5)?))?
+        }
+        "yield_stress" => {
+            on("viscosity", 0.5)?;
+            envelopes(&glycerine(on(name, 0.4)?))?
+        }
+        "surface_tension" => {
+            let theory = 1.0 + k * k / (density * GRAVITY_M_S2);
+            one("w^2 ratio at 1 N/m", stiffening(spacing_m, 0.1, on(name, 1.0)?, theory)?)
+        }
+        "contact_line_reach" => {
+            on(name, 0.02)?;
+            let theory = sprung(15.0 / density);
+            one("w^2 ratio at 15 N/m2", stiffening(spacing_m, 0.1, on("contact_line", 0.3)?, theory)?)
+        }
+        "contact_line" => {
+            on("contact_line_reach", 1e-4)?;
+            friction(spacing_m, on(name, 0.02)?)?
+        }
+        "foam" => foam(spacing_m, on(name, 0.15)?)?,
+        "container_tilt" => one("slope at rest", slope(spacing_m, on(name, 0.1)?, 0.1)?),
+        "vertical_acceleration" => {
+            let theory = 1.0 + 3.0 / GRAVITY_M_S2;
+            one("w^2 ratio at 3 m/s2", stiffening(spacing_m, 0.1, on(name, 3.0)?, theory)?)
+        }
+        "fill" => {
+            let theory = (k * 0.03).tanh() / (k * GLASS.fill_m).tanh();
+            one("w^2 ratio, 30 mm", stiffening(spacing_m, 0.1, on(name, 0.03)?, theory)?)
+        }
+        _ => {
+            debug_assert!(EFFECTS.iter().all(|effect| effect.name != name), "{name} has no case");
+            Vec::new()
+        }
+    })
+}
+
+/// Decay and, with memory, frequency of a liquid that is linear.
+fn linear(
+    setup: &Setup,
+    viscosity: f64,
+    slip_m: Option<f64>,
+    memory: Option<(f64, f64)>,
+) -> Result<Vec<Held>, Error> {
+    let liquid = |memory: Option<(f64, f64)>| Linear {
+        nu: viscosity / GLYCERINE.0,
+        slip_m: slip_m.unwrap_or(0.0),
+        memory: memory.map(|(modulus, time)| (modulus / GLYCERINE.0, time)),
+    };
+    let missing = || Error::Setup("the linear theory finds no oscillation".into());
+    let theory = |memory| linear_mode(&GLASS, &liquid(memory)).ok_or_else(missing);
+    let with = theory(memory)?;
+    let found = Run::new(setup, 0.05, 0.7)?.tone(with)?;
+    if memory.is_none() {
+        return Ok(vec![Held { what: "decay, 1/s", measured: found.decay, theory: with.decay }]);
+    }
+    let plain = theory(None)?;
+    let bare = Run::new(&Setup { effects: Effects::default(), ..setup.clone() }, 0.05, 0.7)?.tone(plain)?;
+    Ok(vec![
+        Held { what: "rise of frequency, Hz", measured: found.hz - bare.hz, theory: with.hz - plain.hz },
+        Held {
+            what: "added decay, 1/s",
+            measured: found.decay - bare.decay,
+            theory: with.decay - plain.decay,
+        },
+    ])
+}
+
+/// A Herschel-Bulkley liquid against its envelope from two speeds: k = 1 Pa s^n, n = 0.5, tau0 = 0.15 Pa.
+pub(super) fn herschel_bulkley(spacing_m: f64) -> Result<Vec<Held>, Error> {
+    let law = Rheology { consistency: 1.0, index: 0.5, yield_stress: 0.15, largest: 20.0 };
+    envelopes(&setup(law, spacing_m, true))
+}
+
+/// Mean decays of a liquid of variable viscosity from two speeds over one period.
+fn envelopes(setup: &Setup) -> Result<Vec<Held>, Error> {
+    let law = Envelope::new(&GLASS, GLYCERINE.0);
+    let rheology = setup.resolved().liquid.rheology;
+    let period = 1.0 / Mode::first(GLASS).hz();
+    let mut held = Vec::new();
+    for (what, speed) in [("decay from 0.2 m/s, 1/s", 0.2), ("decay from 0.35 m/s, 1/s", 0.35)] {
+        let run = Run::new(setup, speed, FORMED_S + 1.02 * period)?;
+        let guess = law.decay(&rheology, 0.7 * speed).map_or(6.0, |(_, decay)| decay);
+        let guess = Tone { hz: 0.93 / period, decay: guess };
+        let found = run.between(guess, FORMED_S, FORMED_S + period)?;
+        let [c, s] = found.amplitude;
+        let first = speed * c.hypot(s) * (-found.tone.decay * FORMED_S).exp();
+        let (last, ended) = law.follow(&rheology, first, period);
+        // Where the law stops oscillating within the window there is nothing to compare.
+        let last = if ended.is_some() { f64::NAN } else { last };
+        held.push(Held { what, measured: found.tone.decay, theory: (first / last).ln() / period });
+    }
+    Ok(held)
+}
+
+/// Stiffness of the first mode for the height at the wall, N/m.
+fn stiffness() -> f64 {
+    let xi = Mode::first(GLASS).wave_number() * GLASS.radius_m;
+    0.5 * PI * GLASS.radius_m.powi(2) * GLYCERINE.0 * GRAVITY_M_S2 * (1.0 - xi.powi(-2))
+}
+
+/// `w^2` of the first mode with a spring of `spring` (N/m2 over kg/m3) along the wall over without: the
+/// first two modes (the wall of the effect knows r and r^3), each 1 at the wall, coupled by `k_c pi R/(rho g sqrt(N_n N_m))`, `N = pi R^2/2 (1 - xi^-2)`.
+fn sprung(spring: f64) -> f64 {
+    const XI: [f64; 2] = [1.841_183_8, 5.331_442_8];
+    let radius = GLASS.radius_m;
+    let square = |xi: f64| xi * (xi * GLASS.fill_m / radius).tanh();
+    let norm = |xi: f64| 0.5 * PI * radius * radius * (1.0 - xi.powi(-2));
+    let matrix = DMatrix::from_fn(2, 2, |i, j| {
+        let (a, b) = (XI[i], XI[j]);
+        let coupling = spring * PI * radius / (GRAVITY_M_S2 * (norm(a) * norm(b)).sqrt());
+        (square(a) * square(b)).sqrt() * (f64::from(u8::from(i == j)) + coupling)
+    });
+    matrix.symmetric_eigenvalues().min() / square(XI[0])
+}
+
+/// Speed lost in a period under a sliding contact line, from the run's own decay without it.
+fn friction(spacing_m: f64, effects: Effects) -> Result<Vec<Held>, Error> {
+    const SPEED_M_S: f64 = 0.12;
+    let hz = Mode::first(GLASS).hz();
+    let (start, span) = (FORMED_S + 0.5 / hz, 1.0 / hz);
+    let end = start + span;
+    let plain = Run::new(&calm(spacing_m, Effects::default()), SPEED_M_S, end + 0.6 / hz)?;
+    let gamma = (plain.amplitude(start)? / plain.amplitude(end)?).ln() / span;
+    let run = Run::new(&calm(spacing_m, effects), SPEED_M_S, end + 0.6 / hz)?;
+    // V' = -gamma V - c with c = 8 F R w^2/(pi K).
+    let force = effects.contact_line.unwrap_or(0.0);
+    let c = 8.0 * force * GLASS.radius_m * (TAU * hz).powi(2) / (PI * stiffness());
+    let first = SPEED_M_S * run.amplitude(start)?;
+    let lost = |gamma: f64| first - ((first + c / gamma) * (-gamma * span).exp() - c / gamma);
+    let measured = first - SPEED_M_S * run.amplitude(end)?;
+    Ok(vec![Held { what: "speed lost, m/s", measured, theory: lost(gamma) }])
+}
+
+/// Exponent of the envelope under foam and its strength, from two speeds.
+fn foam(spacing_m: f64, effects: Effects) -> Result<Vec<Held>, Error> {
+    let hz = Mode::first(GLASS).hz();
+    let (start, span) = (FORMED_S + 0.5 / hz, 1.0 / hz);
+    let end = start + span;
+    let mut rates = Vec::new();
+    for speed in [0.05, 0.25] {
+        let decay = |effects| {
+            let run = Run::new(&calm(spacing_m, effects), speed, end + 0.6 / hz)?;
+            let (first, last) = (run.amplitude(start)?, run.amplitude(end)?);
+            Ok::<_, Error>(((first / last).ln() / span, speed * (first * last).sqrt()))
+        };
+        let (with, at) = decay(effects)?;
+        rates.push((with - decay(Effects::default())?.0, at));
+    }
+    let [(slow, low), (fast, high)] = rates[..] else { unreachable!("two speeds were run") };
+    // V' = -f V^(2/3), f = beta R w^2/K <|cos|^(5/3)> int |cos|^(5/3): both means by a fine sum.
+    let mean =
+        (0..720).map(|i| (TAU * f64::from(i) / 720.0).cos().abs().powf(5.0 / 3.0)).sum::<f64>() / 720.0;
+    let beta = effects.foam.unwrap_or(0.0);
+    let f = beta * GLASS.radius_m * (TAU * hz).powi(2) / stiffness() * mean * TAU * mean;
+    Ok(vec![
+        Held { what: "exponent", measured: 1.0 + (fast / slow).ln() / (high / low).ln(), theory: 2.0 / 3.0 },
+        Held { what: "added decay at 0.25 m/s, 1/s", measured: fast, theory: f * high.powf(-1.0 / 3.0) },
+    ])
+}
+
+/// Slope of the resting surface along x: from the first moment of the liquid's volume,
+/// `sum V x = slope pi R^4/4`.
+fn slope(spacing_m: f64, effects: Effects, angle: f64) -> Result<[f64; 2], Error> {
+    let simulator =
+        Simulator::new(&Setup { effects, ..setup(Rheology::newtonian(GLYCERINE.1), spacing_m, true) })?;
+    let moment: f64 = simulator.motion().map(|(x, _, m)| m * x[0]).sum::<f64>() / GLYCERINE.0;
+    Ok([moment / (0.25 * PI * GLASS.radius_m.powi(4)), angle.tan()])
+}

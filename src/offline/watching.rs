@@ -1,0 +1,89 @@
+//! What a simulated camera saw of a recording, frame by frame and without waiting for real time.
+//!
+//! ```text
+//! recording --renderer--> Z16 + Y8 --wire--> payloads --runtime::Eye--> profile (or "not seen")
+//! ```
+//! The way is that of `meniscus run`; only the clock is missing. What comes out is all that a
+//! correction may see: the free surface and the place of the glass.
+
+use super::camera::{START, SimulatedCamera};
+use super::recording::Recording;
+use super::scene::SceneSettings;
+use super::score::frame_of;
+use crate::host::live::Logged;
+use crate::model::Model;
+use crate::offline::prelude::*;
+use crate::runtime::{Clock, Estimator, Eye, Memory, Turn};
+use crate::surface::{Config, ConfigError, SurfaceProfile};
+use crate::units::{FRAME_INTERVAL_S, Micros};
+use meniscus_hil::FaultList;
+
+/// No time passes.
+#[derive(Clone, Copy, Debug)]
+pub struct NoClock;
+
+impl Clock for NoClock {
+    fn now_us(&mut self) -> u64 {
+        0
+    }
+}
+
+/// The profile of every frame of `recording` as a camera sees it under `scene`; `None` where there was
+/// no frame or no liquid was seen.
+///
+/// # Errors
+/// [`ConfigError`], when the glass or the camera of `scene` cannot be.
+pub fn sightings(
+    recording: &Recording,
+    scene: SceneSettings,
+) -> Result<Vec<Option<SurfaceProfile>>, ConfigError> {
+    let config = Config::new(scene.camera)?;
+    let (width, height) = config.image_size();
+    let (mut depth, mut infrared) = (vec![0; 2 * width * height], vec![0; width * height]);
+    let mut eye = Eye::new(config, &mut depth, &mut infrared);
+    let mut seen = vec![None; recording.frames()];
+    SimulatedCamera::new(recording, scene, FaultList::default()).send_all(|stream, payload| {
+        if let Some(sight) = eye.accept(stream, payload, &mut NoClock)
+            && let Some(place) = seen.get_mut(frame_of(sight.stamp.captured, START))
+        {
+            *place = sight.profile.ok();
+        }
+    });
+    Ok(seen)
+}
+
+/// Profiles without a camera: every point seen, the place of the glass known.
+#[must_use]
+pub fn perfect(recording: &Recording) -> Vec<Option<SurfaceProfile>> {
+    let profile = |frame: usize| {
+        let mut profile = SurfaceProfile {
+            height_m: [0.0; crate::surface::POINTS],
+            variance_m2: [0.0; crate::surface::POINTS],
+            valid: [true; crate::surface::POINTS],
+            glass_x_m: Some(recording.glass_x_m[frame] as f32),
+            sequence: frame as u32,
+            captured: time_of(frame),
+        };
+        profile.height_m.copy_from_slice(recording.profile(frame));
+        Some(profile)
+    };
+    (0..recording.frames()).map(profile).collect()
+}
+
+/// The turns of `model` over `seen`, as a run would log them.
+#[must_use]
+pub fn turns(model: &Model<'_>, seen: &[Option<SurfaceProfile>]) -> Vec<Logged> {
+    let estimator = Estimator::new(model);
+    let mut memory = Memory::default();
+    let turn = |(frame, profile): (usize, &Option<SurfaceProfile>)| {
+        let estimate = estimator.turn(&mut memory, profile.as_ref(), 0, &mut NoClock, &mut []);
+        let turn = Turn { time: time_of(frame), stamp: None, sight: profile.map(Ok), estimate };
+        Logged { turn, latency_us: 0, turn_us: 0, allocations: 0 }
+    };
+    seen.iter().enumerate().map(turn).collect()
+}
+
+/// Capture time of a frame.
+fn time_of(frame: usize) -> Micros {
+    Micros(START.0 + (frame as f64 * FRAME_INTERVAL_S * 1e6).round() as u64)
+}
