@@ -24,6 +24,12 @@ enum Command {
     Run(cli::run::Arguments),
     Simulate(cli::simulate::Arguments),
     Train(cli::train::Arguments),
+    Correct(cli::correct::Arguments),
+    Evaluate(cli::evaluate::Arguments),
+    Doctor(cli::doctor::Arguments),
+    Dump(cli::dump::Arguments),
+    Camera(cli::camera::Arguments),
+    Record(cli::record::Arguments),
 }
 
 fn main() -> ExitCode {
@@ -31,6 +37,12 @@ fn main() -> ExitCode {
         Command::Run(arguments) => cli::run::run(&arguments),
         Command::Simulate(arguments) => cli::simulate::run(&arguments),
         Command::Train(arguments) => cli::train::run(&arguments),
+        Command::Correct(arguments) => cli::correct::run(&arguments),
+        Command::Evaluate(arguments) => cli::evaluate::run(&arguments),
+        Command::Doctor(arguments) => cli::doctor::run(&arguments),
+        Command::Dump(arguments) => cli::dump::run(&arguments),
+        Command::Camera(arguments) => cli::camera::run(&arguments),
+        Command::Record(arguments) => cli::record::run(&arguments),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,

@@ -1,10 +1,21 @@
 //! The front ends of the command, one file a verb.
 
+mod bus;
+pub(crate) mod camera;
+#[cfg(feature = "train")]
+pub(crate) mod correct;
+pub(crate) mod doctor;
+pub(crate) mod dump;
+#[cfg(feature = "train")]
+pub(crate) mod evaluate;
+mod inputs;
+#[cfg(not(feature = "train"))]
+mod no_train;
+pub(crate) mod record;
 pub(crate) mod run;
 mod shipped;
 pub(crate) mod simulate;
 #[cfg(feature = "train")]
 pub(crate) mod train;
 #[cfg(not(feature = "train"))]
-#[path = "no_train.rs"]
-pub(crate) mod train;
+pub(crate) use no_train::{correct, evaluate, train};

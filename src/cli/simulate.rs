@@ -1,13 +1,16 @@
 //! `meniscus simulate`: from a liquid and a motion to a recording.
 
+mod camera;
+mod list;
 mod validate;
 
 use anyhow::{Context, bail};
 use indicatif::{ProgressBar, ProgressStyle};
+use meniscus::offline::experiment::{Experiment, GLASS};
 use meniscus::offline::liquids::Liquid;
 use meniscus::offline::motion::Motion;
-use meniscus::offline::recording::{Glass, Recording, States};
-use meniscus::offline::sph::{Setup, record, relative_closure};
+use meniscus::offline::recording::{Recording, States};
+use meniscus::offline::sph::{Particles, Setup, Simulator, record_particles, relative_closure};
 use meniscus::offline::validate::Stopwatch;
 use meniscus::units::FRAME_INTERVAL_S;
 use std::path::{Path, PathBuf};
@@ -15,8 +18,8 @@ use std::sync::{Arc, Mutex};
 
 /// Simulate a moved glass of liquid and record it.
 ///
-/// The glass (inner radius 35 mm, filled to 70 mm, rim at 110 mm) is moved along x from rest to rest
-/// while the liquid inside is computed by smoothed particle hydrodynamics. The recording holds, at
+/// The glass (inner radius 35 mm, filled to 70 mm, rim at 110 mm, unless a scene file says otherwise)
+/// is moved from rest to rest while the liquid inside is computed by smoothed particle hydrodynamics. The recording holds, at
 /// 60 Hz: the motion, the free surface, the edge that a camera would see, the energies, and the full
 /// state (position, velocity, heat, stresses) at 2134 tracers.
 ///
@@ -26,20 +29,30 @@ use std::sync::{Arc, Mutex};
 ///   sweep:7     a sine whose frequency rises through the first slosh mode
 ///   jolts:7     short half-sine pushes, each caught by an equal one the other way
 ///   random:7    a random motion between 0.5 and 4.5 Hz
+///   heave:7     smooth strokes upwards and downwards
+///   tilts:7     smooth inclinations about the middle of the bottom
+///   carry:7     strokes, heaves and inclinations at once
 ///   still       no motion
-///   FILE.csv    lines 'time_s, position_m', joined by a cubic spline
+///   FILE.csv    a heading 't, x_m, z_m, tilt_rad' (or some of them) and samples, joined by cubic
+///               splines; a line '# pivot_m = X, Z' says what the glass is inclined about
+///
+/// Effects change the liquid or the glass by name (--effect surface_tension=0.063); --list shows them
+/// all with units, ranges and sources, beside the liquids and motions. A scene file (--scene) holds
+/// glass, liquid, motion and effects together; what the command line says goes before it.
 ///
 /// Numbers to expect at the spacing of 5 mm: 6 s of processor time to settle and 6 s for each second
 /// of slosh. Glycerine's first mode is right to 3 % in frequency and 5 % in decay; the numerical
 /// viscosity is 7e-5 m2/s, so water and blood are not resolved (they come to rest too early). Very
-/// stiff liquids take more, by the length of the step: chocolate 4, ketchup 6, mayonnaise 12 times.
+/// stiff liquids take more, by the length of the step: chocolate 5, ketchup 6, mayonnaise 12 times.
 #[derive(clap::Args)]
 #[command(
     verbatim_doc_comment,
     allow_negative_numbers = true,
     args_conflicts_with_subcommands = true,
     subcommand_negates_reqs = true,
-    after_help = "Example:\n  meniscus simulate --liquid glycerine --motion strokes:7 --seconds 6 --out strokes-7.safetensors"
+    after_help = "Examples:\n  meniscus simulate --liquid glycerine --motion strokes:7 --seconds 6 --out strokes-7.safetensors\n  \
+                  meniscus simulate --motion jolts:1 --effect wall_slip=0.002 --camera images --out slip.safetensors\n  \
+                  meniscus simulate --list"
 )]
 pub(crate) struct Arguments {
     #[command(subcommand)]
@@ -56,22 +69,41 @@ enum Verb {
 // No documentation here: clap would take it for that of the verb.
 #[derive(clap::Args)]
 struct Wanted {
+    /// A scene file: glass, liquid, motion and effects in TOML.
+    #[arg(long, value_name = "FILE")]
+    scene: Option<PathBuf>,
     /// The liquid: glycerine, water, blood, butter, honey, beer, gazpacho, chocolate, mayonnaise,
-    /// ketchup, or the path of a liquid file.
-    #[arg(long, default_value = "glycerine")]
-    liquid: String,
+    /// ketchup, or the path of a liquid file; glycerine where neither this nor a scene says.
+    #[arg(long)]
+    liquid: Option<String>,
     /// The motion, KIND:SEED or a CSV file; give it several times for several recordings.
-    #[arg(long, required = true)]
+    #[arg(long)]
     motion: Vec<String>,
+    /// Switch on an effect; give it several times for several effects.
+    #[arg(long, value_name = "NAME=VALUE")]
+    effect: Vec<String>,
+    /// Show liquids, motions and effects, and do nothing else.
+    #[arg(long)]
+    list: bool,
     /// Length of each recording, s; the last fifth (at most 1 s) is free decay.
     #[arg(long, default_value_t = 6.0)]
     seconds: f64,
     /// The file to write; with several motions, the directory to write KIND-SEED.safetensors into.
+    #[arg(long, required_unless_present = "list")]
+    out: Option<PathBuf>,
+    /// Also write what the camera would see into DIR: 16-bit depth (steps of 0.1 mm) and 8-bit infrared as PNG, and the
+    /// times as frames.csv. With several motions, into a folder for each.
+    #[arg(long, value_name = "DIR")]
+    camera: Option<PathBuf>,
+    /// Also write the particles themselves at every frame, beside the recording as NAME.particles.safetensors.
     #[arg(long)]
-    out: PathBuf,
-    /// Spacing of the particles, mm; half of it takes about 16 times as long.
-    #[arg(long, default_value_t = 5.0)]
-    spacing_mm: f64,
+    particles: bool,
+    /// Spacing of the particles, mm, 5 unless a scene says; half of it takes about 16 times as long.
+    #[arg(long)]
+    spacing_mm: Option<f64>,
+    /// A spacing of 3.5 mm: a fifth less numerical viscosity for about four times the time.
+    #[arg(long, conflicts_with = "spacing_mm")]
+    fine: bool,
     /// Threads to use; the result is the same bit for bit for any number. 0 takes all processors.
     #[arg(long, default_value_t = 0)]
     threads: usize,
@@ -82,6 +114,9 @@ struct Wanted {
     #[arg(long)]
     json: bool,
 }
+
+/// Spacing of the particles with --fine, mm.
+const FINE_MM: f64 = 3.5;
 
 /// Runs the verb.
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
@@ -94,27 +129,53 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
 
 /// Makes the recordings.
 fn make(arguments: &Wanted) -> anyhow::Result<()> {
+    if arguments.list {
+        return list::print();
+    }
+    let Some(out) = &arguments.out else { bail!("give the file to write with --out") };
     let frames = frames(arguments.seconds)?;
     if let Some(tolerance) = arguments.compact.filter(|t| !(1e-6..=0.5).contains(t)) {
         bail!("--compact {tolerance} is out of range: 0.000001 to 0.5");
     }
-    let liquid = Liquid::load(&arguments.liquid)?;
+    let scene = arguments.scene.as_deref().map(Experiment::load).transpose()?.unwrap_or_default();
+    let mut effects = scene.effects;
+    for effect in &arguments.effect {
+        effects.parse(effect)?;
+    }
+    let name = arguments.liquid.as_deref().or(scene.liquid.as_deref()).unwrap_or("glycerine");
+    let fine = arguments.fine.then_some(FINE_MM);
+    let mut setup = Setup {
+        glass: scene.glass.unwrap_or(GLASS),
+        liquid: Liquid::load(name)?,
+        spacing_m: 1e-3 * fine.or(arguments.spacing_mm).or(scene.spacing_mm).unwrap_or(5.0),
+        seed: 0,
+        no_slip: true,
+        effects,
+        step_s: scene.step_s,
+    };
+    setup.longest_step_s()?;
+    let spellings = if arguments.motion.is_empty() { scene.motion.as_slice() } else { &arguments.motion };
+    if spellings.is_empty() {
+        bail!("give a motion with --motion, or a scene that has one");
+    }
     let mut motions = Vec::new();
-    for spelling in &arguments.motion {
-        motions.push(Motion::parse(spelling, arguments.seconds)?);
+    for spelling in spellings {
+        let motion = Motion::parse(spelling, arguments.seconds)?;
+        if arguments.camera.is_some() {
+            camera::check(&setup, &motion, arguments.seconds)?;
+        }
+        motions.push(motion);
     }
     rayon_threads(arguments.threads)?;
     let writing = stoppable()?;
     for motion in &motions {
-        let path = output(&arguments.out, motion, motions.len())?;
-        let setup = Setup {
-            glass: Glass { radius_m: 0.035, fill_m: 0.070, rim_m: 0.110 },
-            liquid: liquid.clone(),
-            spacing_m: 1e-3 * arguments.spacing_mm,
-            seed: motion.seed,
-            no_slip: true,
-        };
-        one(arguments, &setup, motion, frames, &path, &writing)?;
+        let path = output(out, motion, motions.len())?;
+        setup.seed = motion.seed;
+        let folder = arguments.camera.as_ref().map(|folder| match motions.len() {
+            1 => folder.clone(),
+            _ => folder.join(path.file_stem().unwrap_or_default()),
+        });
+        one(arguments, &setup, motion, frames, &path, folder.as_deref(), &writing)?;
     }
     Ok(())
 }
@@ -126,14 +187,22 @@ fn one(
     motion: &Motion,
     frames: usize,
     path: &Path,
+    folder: Option<&Path>,
     writing: &Mutex<()>,
 ) -> anyhow::Result<()> {
     let bar = ProgressBar::new(frames as u64);
     bar.set_style(ProgressStyle::with_template("{prefix} {wide_bar} {pos}/{len} frames, {eta} left")?);
     bar.set_prefix(motion.spelling.clone());
     let stopwatch = Stopwatch::start();
-    let command = command(arguments, motion);
-    let mut recording = record(setup, motion, frames, &command, |done| bar.set_position(done as u64))?;
+    let command = command(arguments, setup, motion);
+    let mut particles = Particles::default();
+    let each = |simulator: &Simulator| {
+        if arguments.particles {
+            particles.take(simulator);
+        }
+    };
+    let told = |done: usize| bar.set_position(done as u64);
+    let mut recording = record_particles(setup, motion, frames, &command, told, each)?;
     bar.finish_and_clear();
     let processor_s = stopwatch.seconds();
     if let Some(tolerance) = arguments.compact {
@@ -142,8 +211,17 @@ fn one(
     {
         let _disk = writing.lock();
         recording.save(path)?;
+        if arguments.particles {
+            particles.save(&path.with_extension("particles.safetensors"))?;
+        }
     }
     report(arguments, &recording, path, stopwatch.wall_s(), processor_s);
+    if let Some(folder) = folder {
+        camera::render(&recording, folder)?;
+        if !arguments.json {
+            println!("  the camera's images are in {}", folder.display());
+        }
+    }
     Ok(())
 }
 
@@ -217,17 +295,26 @@ fn output(out: &Path, motion: &Motion, motions: usize) -> anyhow::Result<PathBuf
     if file {
         return Ok(out.to_owned());
     }
-    let stem =
-        Path::new(&motion.spelling).file_stem().unwrap_or_default().to_string_lossy().replace(':', "-");
+    // A scripted motion is no path, though its scale may have a point.
+    let path = Path::new(&motion.spelling);
+    let stem = if motion.spelling.contains(':') { Some(path.as_os_str()) } else { path.file_stem() };
+    let stem = stem.unwrap_or_default().to_string_lossy().replace(':', "-");
     Ok(out.join(format!("{stem}.safetensors")))
 }
 
 /// The command that makes this one recording again.
-fn command(arguments: &Wanted, motion: &Motion) -> String {
+fn command(arguments: &Wanted, setup: &Setup, motion: &Motion) -> String {
     let compact = arguments.compact.map_or(String::new(), |t| format!(" --compact {t}"));
+    let scene = arguments.scene.as_ref().map_or(String::new(), |path| format!(" --scene {}", path.display()));
+    let effects: String = arguments.effect.iter().map(|effect| format!(" --effect {effect}")).collect();
+    let liquid = match (&arguments.liquid, &arguments.scene) {
+        (None, Some(_)) => String::new(),
+        (liquid, _) => format!(" --liquid {}", liquid.as_deref().unwrap_or("glycerine")),
+    };
+    let spacing_mm = arguments.spacing_mm.unwrap_or((1e9 * setup.spacing_m).round() / 1e6);
     format!(
-        "meniscus simulate --liquid {} --motion {} --seconds {} --spacing-mm {}{compact}",
-        arguments.liquid, motion.spelling, arguments.seconds, arguments.spacing_mm
+        "meniscus simulate{scene}{liquid} --motion {} --seconds {} --spacing-mm {spacing_mm}{effects}{compact}",
+        motion.spelling, arguments.seconds
     )
 }
 

@@ -1,11 +1,11 @@
 //! `meniscus train`: from recordings to a weight blob.
 
-use anyhow::{Context, ensure};
+use super::inputs::recordings;
+use anyhow::Context;
 use meniscus::host::checks::table;
 use meniscus::host::files::write_whole;
-use meniscus::offline::recording::Recording;
 use meniscus::offline::train::{Options, Schedule, train};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
@@ -51,8 +51,8 @@ pub(crate) fn run(args: &Arguments) -> anyhow::Result<()> {
     .context("Ctrl-C cannot be watched")?;
 
     let begun = Instant::now();
-    let training = load_all(&args.recordings, "train-")?;
-    let validation = load_all(&args.validate, "val-")?;
+    let training = recordings(&args.recordings, "train-")?;
+    let validation = recordings(&args.validate, "val-")?;
     let schedule = if args.quick { Schedule::QUICK } else { Schedule::FULL };
     let options = Options { seed: args.seed, schedule, quiet: args.json, command: command(args) };
     let trained = train(&training, &validation, &options, &STOP)?;
@@ -83,30 +83,4 @@ fn command(args: &Arguments) -> String {
     let quick = if args.quick { " --quick" } else { "" };
     let (recordings, validate) = (names(&args.recordings), names(&args.validate));
     format!("meniscus train --recordings {recordings} --validate {validate} --seed {}{quick}", args.seed)
-}
-
-/// The recordings that `paths` name, a folder standing for its files that begin with `prefix`.
-fn load_all(paths: &[PathBuf], prefix: &str) -> anyhow::Result<Vec<Recording>> {
-    let mut files = Vec::new();
-    for path in paths {
-        if path.is_dir() {
-            files.extend(in_folder(path, prefix)?);
-        } else {
-            files.push(path.clone());
-        }
-    }
-    files.iter().map(|file| Ok(Recording::load(file)?)).collect()
-}
-
-fn in_folder(folder: &Path, prefix: &str) -> anyhow::Result<Vec<PathBuf>> {
-    let entries = folder.read_dir().with_context(|| format!("{} cannot be listed", folder.display()))?;
-    let mut files: Vec<PathBuf> = entries.filter_map(|entry| Some(entry.ok()?.path())).collect();
-    files.retain(|file| {
-        let name = file.file_name().unwrap_or_default().to_string_lossy();
-        name.starts_with(prefix) && name.ends_with(".safetensors")
-    });
-    // The order of a folder is not defined, and the order of recordings is part of the seed.
-    files.sort();
-    ensure!(!files.is_empty(), "{} holds no {prefix}*.safetensors", folder.display());
-    Ok(files)
 }

@@ -1,13 +1,17 @@
 //! `meniscus run`: the main job, live.
 
+mod live_report;
+mod replay;
 mod report;
+mod usb;
 mod view;
 
+use crate::cli::inputs::blob;
 use crate::cli::shipped;
-use anyhow::{Context, bail};
+use anyhow::{Context, bail, ensure};
 use indicatif::{ProgressBar, ProgressStyle};
-use meniscus::host::files::{AlignedBytes, write_whole};
-use meniscus::host::link::link;
+use meniscus::host::files::write_whole;
+use meniscus::host::link::{WorkerEnd, link};
 use meniscus::host::live::{Log, Still, Watch, watch};
 use meniscus::host::view::{Caption, Dashboard};
 use meniscus::model::Model;
@@ -20,7 +24,7 @@ use meniscus_hil::FaultList;
 use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::sync::atomic::Ordering;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 /// Payload buffers between camera and worker: both streams, four frames deep.
@@ -31,6 +35,14 @@ const BUFFERS: usize = 8;
 /// Without any option this shows the main job with no hardware: a simulated D435 looks at a glass
 /// of glycerine in a recording that the model has never seen, its frames go byte for byte through
 /// the same reader as a real camera's, and at the end the estimate is held against the truth.
+///
+/// With --source usb a D435 or D435i is read over plain USB; there is no truth then, and no check against
+/// one. --source simulated-usb goes the same way from the first control request on, with a simulated
+/// camera on a simulated bus before the same recording; simulated-usb:TROUBLE gives it a trouble by name
+/// or number (simulated-usb:unplug; a wrong name lists them all). `meniscus doctor` checks the camera.
+///
+/// With --source replay FILE a recording of `meniscus record`, a librealsense .bag or .db3, or a folder of images is
+/// played at its own pace through the same reader.
 ///
 /// In a terminal a dashboard shows the surface, the modes, the stage times, energy and entropy;
 /// q or Ctrl-C ends the run in order. At the end comes a summary, and a picture in the --out folder.
@@ -43,21 +55,28 @@ const BUFFERS: usize = 8;
 #[derive(clap::Args)]
 #[command(
     verbatim_doc_comment,
-    after_help = "Examples:\n  meniscus run\n  meniscus run --seconds 10 --json\n  meniscus run --faults drop:0.05,late:0.02 --out /tmp/faulty"
+    after_help = "Examples:\n  meniscus run\n  meniscus run --seconds 10 --json\n  meniscus run --faults drop:0.05,late:0.02 --out /tmp/faulty\n  meniscus run --source usb\n  meniscus run --source simulated-usb:unplug --seconds 8\n  meniscus run --source replay try.mcap"
 )]
 pub(crate) struct Arguments {
     /// Length of the run, s; it ends earlier where the recording does.
     #[arg(long, default_value_t = 10.0)]
     seconds: f64,
-    /// What the simulated camera looks at: the recording in the program (shipped) or a recording file.
-    #[arg(long, default_value = "shipped", value_name = "shipped|FILE")]
+    /// What the simulated camera looks at, the recording in the program (shipped) or a recording file; or
+    /// a camera on the bus (usb), or a simulated one on a simulated bus (simulated-usb), or a camera's
+    /// recording (replay, with its FILE).
+    #[arg(long, default_value = "shipped", value_name = "shipped|FILE|usb|simulated-usb[:TROUBLE]|replay")]
     source: String,
+    /// The camera's recording, with --source replay.
+    file: Option<PathBuf>,
     /// The model: the one in the program (shipped) or a blob file.
     #[arg(long, default_value = "shipped", value_name = "shipped|FILE")]
     model: String,
     /// Faults on the camera's wire.
     #[arg(long, default_value = "", value_name = "LIST")]
     faults: FaultList,
+    /// Only the camera with this serial number (the one that USB shows), with --source usb.
+    #[arg(long)]
+    serial: Option<String>,
     /// Seed of the camera's noise and faults.
     #[arg(long, default_value_t = 1)]
     seed: u64,
@@ -75,8 +94,17 @@ pub(crate) struct Arguments {
 /// Runs the verb.
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let frames = frames(arguments.seconds)?;
-    let blob = blob(&arguments.model)?;
-    let model = Model::load(&blob).with_context(|| format!("the model {} is refused", arguments.model))?;
+    let bytes = blob(&arguments.model)?;
+    let model = Model::load(&bytes).with_context(|| format!("the model {} is refused", arguments.model))?;
+    if let Some(bus) = usb::bus_of(&arguments.source) {
+        return usb::run(arguments, &model, frames, bus);
+    }
+    match (&arguments.file, arguments.source == "replay") {
+        (Some(file), true) => return replay::run(arguments, &model, frames, file),
+        (None, true) => bail!("--source replay needs the recording: meniscus run --source replay FILE"),
+        (Some(file), false) => bail!("{} is taken with --source replay only", file.display()),
+        (None, false) => {}
+    }
     let recording = recording(&arguments.source)?;
     let settings = settings(&model, &recording)?;
     let config = Config::new(settings)?;
@@ -88,7 +116,9 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let camera = SimulatedCamera::new(&recording, scene, arguments.faults.clone());
     let frames = frames.min(recording.frames());
     let mut still = Still::default();
-    let log = live(arguments, &model, config, camera, frames, &mut still)?;
+    let (camera_end, worker_end) = link(BUFFERS, PAYLOAD_ROOM);
+    let play = move |stop: &AtomicBool| camera.play(frames, &camera_end, stop);
+    let log = live(arguments, &model, config, frames, "simulated D435", play, worker_end, &mut still)?;
 
     let report = report::Report::new(&model, &recording, &log)?;
     let json = serde_json::to_string_pretty(&report.json(arguments))?;
@@ -111,30 +141,32 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Camera, worker and dashboard at work, until the recording ends or somebody stops it.
+/// Camera, worker and dashboard at work, until the camera ends or somebody stops it.
+#[allow(clippy::too_many_arguments, reason = "each is one party of the run")]
 fn live(
     arguments: &Arguments,
     model: &Model<'_>,
     config: Config,
-    camera: SimulatedCamera<'_>,
     frames: usize,
+    camera: &str,
+    play: impl FnOnce(&AtomicBool) + Send,
+    worker_end: WorkerEnd,
     still: &mut Still,
 ) -> anyhow::Result<Log> {
     let shared = Arc::new(Watch::default());
     let interrupted = Arc::clone(&shared);
     ctrlc::set_handler(move || interrupted.stop.store(true, Ordering::Relaxed))
         .context("cannot watch for Ctrl-C")?;
-    let (camera_end, worker_end) = link(BUFFERS, PAYLOAD_ROOM);
     // Room for a turn a frame, for those that faults add, and for a second more.
     let log = Log::with_room(frames + frames / 2 + 64);
     let length = Duration::from_secs_f64(frames as f64 * FRAME_INTERVAL_S);
     let shared = &*shared;
     std::thread::scope(|scope| {
-        scope.spawn(move || camera.play(frames, &camera_end, &shared.stop));
+        scope.spawn(move || play(&shared.stop));
         let worker = scope.spawn(move || watch(model, config, &worker_end, shared, log, still));
         let finished = || worker.is_finished();
         let shown = if !arguments.json && std::io::stdout().is_terminal() {
-            let title = format!("{}, simulated D435, model {}", model.header.liquid, arguments.model);
+            let title = format!("{}, {camera}, model {}", model.header.liquid, arguments.model);
             let (fill_m, radius_m) = (model.header.fill_m, model.header.radius_m);
             Dashboard::new(Caption { title, fill_m, radius_m, length }).run(shared, finished)
         } else {
@@ -170,20 +202,17 @@ fn frames(seconds: f64) -> anyhow::Result<usize> {
     Ok((seconds / FRAME_INTERVAL_S).round() as usize)
 }
 
-/// The blob's bytes, where weights can be read in place.
-fn blob(model: &str) -> anyhow::Result<AlignedBytes> {
-    if model == "shipped" {
-        return Ok(AlignedBytes::copy(shipped::MODEL));
-    }
-    Ok(AlignedBytes::read(Path::new(model))?)
-}
-
 /// The recording that the camera looks at.
 fn recording(source: &str) -> anyhow::Result<Recording> {
     if source == "shipped" {
         return Ok(Recording::from_bytes(Path::new("the shipped recording"), shipped::RECORDING)?);
     }
-    Ok(Recording::load(Path::new(source))?)
+    let recording = Recording::load(Path::new(source))?;
+    ensure!(
+        recording.is_plain(),
+        "{source} is of a conical, lifted or inclined glass: the rendered camera shows upright cylinders moved along x"
+    );
+    Ok(recording)
 }
 
 /// Camera settings for the model's glass; a recording of another glass is refused.

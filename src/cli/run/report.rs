@@ -15,7 +15,7 @@ use serde_json::{Value, json};
 use std::fmt::Write;
 
 /// Targets of the first model, as the README states them.
-mod target {
+pub(super) mod target {
     /// |z - estimate| / |z - z_rest|.
     pub(super) const SLOSH_REL: f64 = 0.25;
     /// Mean and maximum of |z - estimate| / z.
@@ -23,9 +23,9 @@ mod target {
     /// Relative L2 of q displacement and of v.
     pub(super) const FIELD: f64 = 0.20;
     /// dE - work of a step, in units of the energy scale.
-    pub(super) const ENERGY_DRIFT: f64 = 1e-6;
+    pub(in crate::cli::run) const ENERGY_DRIFT: f64 = 1e-6;
     /// Median of a turn on two server cores, microseconds.
-    pub(super) const TURN_US: f64 = 3000.0;
+    pub(in crate::cli::run) const TURN_US: f64 = 3000.0;
 }
 
 /// Everything measured of a run.
@@ -170,24 +170,24 @@ fn checks(log: &Log, score: &Score, turn_us: &Histogram<u64>) -> Vec<Check> {
 }
 
 /// Turns that ended more than a frame interval after their last payload had come.
-fn late(log: &Log) -> impl Iterator<Item = &Logged> {
+pub(super) fn late(log: &Log) -> impl Iterator<Item = &Logged> {
     log.turns.iter().filter(|logged| logged.latency_us > DEADLINE_US)
 }
 
 /// Largest |dE - work| of a predicting step, in units of the energy scale.
-fn energy_drift(log: &Log) -> f64 {
+pub(super) fn energy_drift(log: &Log) -> f64 {
     let residuals = log.turns.iter().map(|logged| logged.turn.estimate.audit.energy_residual.abs());
     residuals.fold(0.0, f64::max)
 }
 
 /// Turns after which there was less heat than before.
-fn entropy_falls(log: &Log) -> usize {
+pub(super) fn entropy_falls(log: &Log) -> usize {
     let heat = |logged: &Logged| logged.turn.estimate.heat_j;
     log.turns.windows(2).filter(|pair| heat(&pair[1]) < heat(&pair[0])).count()
 }
 
 /// Median time of each stage over the turns that tracked, microseconds.
-fn stage_medians(log: &Log) -> [(&'static str, u64); 5] {
+pub(super) fn stage_medians(log: &Log) -> [(&'static str, u64); 5] {
     let tracking = || log.turns.iter().map(|l| &l.turn.estimate).filter(|e| e.mode == Mode::Tracking);
     let median = |stage: fn(&Stages) -> u64| {
         let mut times: Vec<u64> = tracking().map(|estimate| stage(&estimate.stages)).collect();
@@ -204,6 +204,6 @@ fn stage_medians(log: &Log) -> [(&'static str, u64); 5] {
 }
 
 /// The same as JSON.
-fn stages(log: &Log) -> Value {
+pub(super) fn stages(log: &Log) -> Value {
     stage_medians(log).into_iter().map(|(name, us)| (name.to_owned(), json!(us))).collect()
 }

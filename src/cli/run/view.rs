@@ -1,7 +1,8 @@
 //! The picture of a run, from its log, its still and the truth.
 
 use meniscus::host::live::{Log, Still};
-use meniscus::host::view::picture::{CameraImage, Curve, Picture, PictureError, Slice};
+use meniscus::host::view::picture::{CameraImage, Curve, Picture, Slice};
+use meniscus::host::view::plot::PictureError;
 use meniscus::model::Model;
 use meniscus::offline::camera::START;
 use meniscus::offline::recording::{LAYERS, Lattice, Recording, STATE, TRACERS, group_range};

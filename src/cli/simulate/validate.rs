@@ -8,7 +8,7 @@ use std::path::PathBuf;
 
 /// Hold the simulator against theory: frequencies, decays, noise, energy, escapes, cost.
 ///
-/// The whole table takes 2 to 4 minutes on two processors, the quick part of it about one. A missed
+/// The whole table takes about 4 minutes on two processors, the quick part of it about one. A missed
 /// target is reported, and is no error of the command.
 #[derive(clap::Args)]
 #[command(after_help = "Example:\n  meniscus simulate validate --quick --out validation")]

@@ -1,0 +1,42 @@
+//! Which bus a command works on: the machine's own, or one with a simulated camera.
+
+use super::shipped;
+use anyhow::anyhow;
+use meniscus::host::camera::CameraError;
+use meniscus::host::usb::Machine;
+use meniscus::offline::recording::Recording;
+use meniscus::offline::scene::SceneSettings;
+use meniscus::offline::usb::{RecordedGlass, SimulatedBus};
+use meniscus_hil::FaultList;
+use meniscus_hil::device::{Device, Scenery, TROUBLES, TestCard, Trouble};
+use std::path::Path;
+
+/// The machine's own.
+pub(crate) fn machine() -> Result<Machine, CameraError> {
+    Machine::new().map_err(CameraError::NoBus)
+}
+
+/// A trouble by name or number; an empty name is none.
+pub(crate) fn trouble(name: &str) -> anyhow::Result<Option<Trouble>> {
+    if name.is_empty() {
+        return Ok(None);
+    }
+    let known = || TROUBLES.iter().map(|(name, ..)| *name).collect::<Vec<_>>().join(" ");
+    let found = Trouble::find(name);
+    Ok(Some(found.ok_or_else(|| anyhow!("no trouble is called `{name}`; there are: {}", known()))?))
+}
+
+/// A simulated camera before a test card, in real time.
+pub(crate) fn simulated(trouble_name: &str) -> anyhow::Result<SimulatedBus> {
+    let scenery: Box<dyn Scenery> = Box::<TestCard>::default();
+    let device = Device::new(scenery, trouble(trouble_name)?, FaultList::default(), 1);
+    Ok(SimulatedBus::new(device).in_real_time())
+}
+
+/// A simulated camera before the shipped recording, in real time.
+pub(crate) fn recorded(trouble_name: &str) -> anyhow::Result<SimulatedBus> {
+    let recording = Recording::from_bytes(Path::new("the shipped recording"), shipped::RECORDING)?;
+    let glass = RecordedGlass::new(recording, SceneSettings::default());
+    let device = Device::new(Box::new(glass), trouble(trouble_name)?, FaultList::default(), 1);
+    Ok(SimulatedBus::new(device).in_real_time())
+}

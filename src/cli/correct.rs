@@ -1,0 +1,133 @@
+//! `meniscus correct`: a model learns another liquid from recordings of its free surface.
+
+use anyhow::{Context, ensure};
+use meniscus::host::checks::{Check, table};
+use meniscus::host::files::write_whole;
+use meniscus::model::Model;
+use meniscus::offline::recording::Recording;
+use meniscus::offline::scene::SceneSettings;
+use meniscus::offline::train::correct::{Correction, Sightings, correct};
+use meniscus::offline::watching::sightings;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use super::inputs::{blob, recordings};
+use super::shipped;
+
+/// Correct a model by what a camera saw of another liquid: the free surface, and nothing else.
+///
+/// The last GRU layer, the operators and the energy of the GENERIC step and the filter's gain learn by
+/// Adam; decoder and lower layers stay. Energy and entropy keep their laws whatever is learnt.
+///
+/// The last recording is held out (of a single one its last three tenths), and what is best on it stays. A
+/// candidate that has become worse on the source liquid by more than --forgetting is refused.
+///
+/// Recordings are seen through the simulated camera; learning uses no truth that they may hold.
+#[derive(clap::Args, Debug)]
+#[command(
+    after_help = "Example:\n  meniscus simulate --liquid water --motion strokes:1 --motion strokes:2 --seconds 4 --out water\n  meniscus correct --recordings water --out water.blob"
+)]
+pub(crate) struct Arguments {
+    /// The model to correct: the one in the program (shipped) or a blob file.
+    #[arg(long, default_value = "shipped", value_name = "shipped|FILE")]
+    model: String,
+    /// Recordings of the new liquid: files, or a folder, which stands for all of its *.safetensors.
+    #[arg(long, required = true, num_args = 1.., value_name = "DIR_OR_FILES")]
+    recordings: Vec<PathBuf>,
+    /// Recordings of the model's own liquid, to guard against forgetting; by default the one in the program.
+    #[arg(long, num_args = 1.., value_name = "DIR_OR_FILES")]
+    source: Vec<PathBuf>,
+    /// Where the corrected blob goes; it is written whole or not at all.
+    #[arg(long, value_name = "FILE")]
+    out: PathBuf,
+    /// Steps of Adam.
+    #[arg(long, default_value_t = 300)]
+    steps: usize,
+    /// By how much the slosh-relative error on the source recordings may grow (0.05 = 5 percentage points).
+    #[arg(long, default_value_t = 0.05)]
+    forgetting: f64,
+    /// Noise of the camera's disparity, pixels rms (0.08 is a D435, 0.24 makes 2 mm of depth at 0.4 m).
+    #[arg(long, default_value_t = 0.08)]
+    noise_px: f64,
+    /// Seed of everything that is drawn.
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// The report as JSON on standard output.
+    #[arg(long)]
+    json: bool,
+}
+
+/// Runs the verb.
+pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
+    static STOP: AtomicBool = AtomicBool::new(false);
+    ensure!(
+        (0.0..=10.0).contains(&arguments.forgetting),
+        "--forgetting {} is out of range: 0 to 10",
+        arguments.forgetting
+    );
+    ensure!(
+        (1..=100_000).contains(&arguments.steps),
+        "--steps {} is out of range: 1 to 100000",
+        arguments.steps
+    );
+    ensure!(
+        (0.0..=5.0).contains(&arguments.noise_px),
+        "--noise-px {} is out of range: 0 to 5",
+        arguments.noise_px
+    );
+    ctrlc::set_handler(|| {
+        if STOP.swap(true, Ordering::Relaxed) {
+            std::process::exit(130);
+        }
+    })
+    .context("Ctrl-C cannot be watched")?;
+    let bytes = blob(&arguments.model)?;
+    let model = Model::load(&bytes).with_context(|| format!("the model {} is refused", arguments.model))?;
+    let new = recordings(&arguments.recordings, "")?;
+    let source = if arguments.source.is_empty() {
+        vec![Recording::from_bytes(Path::new("the shipped recording"), shipped::RECORDING)?]
+    } else {
+        recordings(&arguments.source, "")?
+    };
+    let look = |all: &[Recording], first: u64| -> anyhow::Result<Vec<Sightings>> {
+        let seen = |(k, recording): (u64, &Recording)| {
+            let scene = SceneSettings {
+                disparity_rms_px: arguments.noise_px,
+                seed: arguments.seed + first + k,
+                ..SceneSettings::default()
+            };
+            Ok(sightings(recording, scene)?)
+        };
+        (0..).zip(all).map(seen).collect()
+    };
+    let liquid = new.first().map_or("", |recording| recording.provenance.liquid.as_str());
+    let how = Correction {
+        seed: arguments.seed,
+        steps: arguments.steps,
+        forgetting: arguments.forgetting,
+        liquid: format!("{liquid} from {}", model.header.liquid),
+        command: format!("meniscus correct --steps {} --seed {}", arguments.steps, arguments.seed),
+        quiet: arguments.json,
+    };
+    let corrected = correct(&bytes, &look(&new, 0)?, &look(&source, 1000)?, &how, &STOP)?;
+    write_whole(&arguments.out, &corrected.blob)?;
+    let percent = |x: f64| 100.0 * x;
+    let [held, source] = [corrected.held, corrected.source].map(|pair| pair.map(percent));
+    let checks = [
+        Check::told("held_before_slosh", held[0], "%"),
+        Check::at_most("held_after_slosh", held[1], "%", held[0]),
+        Check::told("source_before_slosh", source[0], "%"),
+        Check::at_most("source_after_slosh", source[1], "%", source[0] + percent(arguments.forgetting)),
+        Check::told("refused_for_forgetting", corrected.refused as f64, "1"),
+    ];
+    if arguments.json {
+        println!(
+            "{:#}",
+            serde_json::json!({ "blob": arguments.out, "checks": checks, "looks": corrected.looks })
+        );
+        return Ok(());
+    }
+    print!("{}", table(&checks));
+    println!("{}: {} bytes", arguments.out.display(), corrected.blob.len());
+    Ok(())
+}

@@ -1,0 +1,61 @@
+//! What several verbs read: models and recordings.
+
+use super::shipped;
+#[cfg(feature = "train")]
+use anyhow::{Context, ensure};
+use meniscus::host::files::AlignedBytes;
+#[cfg(feature = "train")]
+use meniscus::offline::recording::Recording;
+use std::path::Path;
+#[cfg(feature = "train")]
+use std::path::PathBuf;
+
+/// The bytes of a model, the one in the program (`shipped`) or a file, where weights can be read in place.
+pub(super) fn blob(model: &str) -> anyhow::Result<AlignedBytes> {
+    if model == "shipped" {
+        return Ok(AlignedBytes::copy(shipped::MODEL));
+    }
+    Ok(AlignedBytes::read(Path::new(model))?)
+}
+
+/// The recordings that `paths` name, a folder standing for its files that begin with `prefix`.
+#[cfg(feature = "train")]
+pub(super) fn recordings(paths: &[PathBuf], prefix: &str) -> anyhow::Result<Vec<Recording>> {
+    let mut files = Vec::new();
+    for path in paths {
+        if path.is_dir() {
+            files.extend(in_folder(path, prefix)?);
+        } else {
+            files.push(path.clone());
+        }
+    }
+    files.iter().map(|file| plain(file)).collect()
+}
+
+/// The recording in `file`, of an upright cylinder.
+#[cfg(feature = "train")]
+fn plain(file: &Path) -> anyhow::Result<Recording> {
+    let recording = Recording::load(file)?;
+    ensure!(
+        recording.is_plain(),
+        "{} is of a conical, lifted or inclined glass: models know upright cylinders moved along x",
+        file.display()
+    );
+    Ok(recording)
+}
+
+#[cfg(feature = "train")]
+fn in_folder(folder: &Path, prefix: &str) -> anyhow::Result<Vec<PathBuf>> {
+    let entries = folder.read_dir().with_context(|| format!("{} cannot be listed", folder.display()))?;
+    let mut files: Vec<PathBuf> = entries.filter_map(|entry| Some(entry.ok()?.path())).collect();
+    files.retain(|file| {
+        let name = file.file_name().unwrap_or_default().to_string_lossy();
+        name.starts_with(prefix)
+            && name.ends_with(".safetensors")
+            && !name.ends_with(".particles.safetensors")
+    });
+    // The order of a folder is not defined, and the order of recordings is part of the seed.
+    files.sort();
+    ensure!(!files.is_empty(), "{} holds no {prefix}*.safetensors", folder.display());
+    Ok(files)
+}

@@ -1,0 +1,233 @@
+//! `meniscus record`: a camera, or another recording, into a file.
+
+use super::bus;
+use anyhow::{Context, bail};
+use indicatif::{ProgressBar, ProgressStyle};
+use meniscus::frame::{DepthFrame, InfraredFrame};
+use meniscus::host::bag::{self, BagError, Calibration, FolderWriter, Image, McapWriter, profiles_to_csv};
+use meniscus::host::camera::{LinkSink, Session, Settings};
+use meniscus::host::files::write_whole;
+use meniscus::host::link::{Received, link};
+use meniscus::host::usb::Transport;
+use meniscus::surface::{self, Config, State, SurfaceProfile, extract};
+use meniscus::uvc::{Assembler, Outcome, Stream};
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex};
+use std::time::{Duration, Instant};
+
+/// Payload buffers between camera and file: half a second of both streams.
+const BUFFERS: usize = 64;
+
+/// Record a camera's depth and infrared images with their times, or turn one recording into another.
+///
+/// The file is MCAP, which Foxglove opens (docs/formats.md); with another ending of --out it is a folder of
+/// PNG images with their times (no ending), or the measured profiles as a table (.csv).
+///
+/// The file grows chunk by chunk: what was recorded before a full disk, Ctrl-C or a pulled plug stays
+/// readable. One second is about 55 MB before compression.
+///
+/// A source that is a file is read instead of a camera: .mcap, a librealsense .bag or .db3, or a folder.
+#[derive(clap::Args)]
+#[command(
+    verbatim_doc_comment,
+    after_help = "Examples:\n  meniscus record --out run.mcap --seconds 30\n  meniscus record --source simulated-usb --seconds 3 --out try.mcap\n  meniscus record --source old.bag --out old.mcap\n  meniscus run --source replay try.mcap"
+)]
+pub(crate) struct Arguments {
+    /// The file or folder; a file that is there is replaced.
+    #[arg(long, value_name = "FILE.mcap|FOLDER|FILE.csv")]
+    out: PathBuf,
+    /// The camera on the bus, a simulated one (with a trouble by name or number), or a recording.
+    #[arg(long, default_value = "usb", value_name = "usb|simulated-usb[:TROUBLE]|FILE")]
+    source: String,
+    /// Length, s; of a recording all of it if not given, of a camera 10.
+    #[arg(long)]
+    seconds: Option<f64>,
+    /// Only the camera with this serial number (the one that USB shows).
+    #[arg(long)]
+    serial: Option<String>,
+}
+
+/// Where images go.
+enum Out {
+    Mcap(Box<McapWriter>),
+    Folder(FolderWriter),
+    Profiles(Box<Profiles>),
+}
+
+/// The profiles of a recording.
+struct Profiles {
+    path: PathBuf,
+    config: Config,
+    state: State,
+    depth: Option<Image>,
+    profiles: Vec<SurfaceProfile>,
+}
+
+impl Out {
+    fn create(path: &Path, calibration: &Calibration) -> anyhow::Result<Self> {
+        Ok(match path.extension().and_then(|extension| extension.to_str()) {
+            Some("mcap") => Self::Mcap(Box::new(McapWriter::create(path, calibration)?)),
+            Some("csv") => {
+                let settings = surface::Settings {
+                    intrinsics: calibration.intrinsics(),
+                    depth_unit_m: calibration.depth_unit_m,
+                    ..surface::Settings::default()
+                };
+                let config =
+                    Config::new(settings).context("the recording's camera cannot see the default glass")?;
+                let (path, state) = (path.to_owned(), State::new());
+                Self::Profiles(Box::new(Profiles { path, config, state, depth: None, profiles: Vec::new() }))
+            }
+            None => Self::Folder(FolderWriter::create(path, calibration)?),
+            Some(other) => bail!("--out ends in .{other}: .mcap, .csv or no ending (a folder) are written"),
+        })
+    }
+
+    fn write(&mut self, image: &Image) -> Result<(), BagError> {
+        match self {
+            Self::Mcap(writer) => writer.write(image),
+            Self::Folder(writer) => writer.write(image),
+            Self::Profiles(profiles) => {
+                profiles.take(image);
+                Ok(())
+            }
+        }
+    }
+
+    fn finish(self) -> anyhow::Result<String> {
+        Ok(match self {
+            Self::Mcap(writer) => format!("{} images", writer.finish()?),
+            Self::Folder(writer) => format!("{} images", writer.finish()?),
+            Self::Profiles(profiles) => {
+                write_whole(&profiles.path, profiles_to_csv(&profiles.profiles).as_bytes())?;
+                format!("{} profiles", profiles.profiles.len())
+            }
+        })
+    }
+}
+
+impl Profiles {
+    fn take(&mut self, image: &Image) {
+        if image.stream == Stream::Depth {
+            self.depth = Some(image.clone());
+            return;
+        }
+        let near = |depth: &Image| depth.stamp.captured.0.abs_diff(image.stamp.captured.0) < 8_000;
+        let Some(depth) = self.depth.take().filter(near) else { return };
+        let (width, height) = self.config.image_size();
+        let depth = DepthFrame { bytes: &depth.pixels, width, height, stamp: depth.stamp };
+        let infrared = InfraredFrame { bytes: &image.pixels, width, height, stamp: image.stamp };
+        self.profiles.extend(extract(&self.config, &mut self.state, depth, infrared).ok());
+    }
+}
+
+/// Runs the verb.
+pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
+    let seconds = arguments.seconds.unwrap_or(10.0);
+    if !(0.1..=86_400.0).contains(&seconds) {
+        bail!("--seconds {seconds} is out of range: 0.1 to 86400");
+    }
+    let wanted = Settings { serial: arguments.serial.clone(), ..Settings::default() };
+    match arguments.source.split_once(':').unwrap_or((&arguments.source, "")) {
+        ("usb", "") => from_camera(arguments, Session::connect(bus::machine()?, wanted)?, seconds),
+        ("simulated-usb", trouble) => {
+            let bus = bus::recorded(trouble)?;
+            from_camera(arguments, Session::connect(bus, wanted)?, seconds)
+        }
+        _ => from_recording(arguments),
+    }
+}
+
+fn from_recording(arguments: &Arguments) -> anyhow::Result<()> {
+    let recording = bag::open(Path::new(&arguments.source))?;
+    let mut out = Out::create(&arguments.out, &recording.calibration)?;
+    let bar = ProgressBar::new_spinner();
+    bar.set_style(ProgressStyle::with_template("{spinner} {pos} images, {elapsed}")?);
+    let (mut first, mut torn) = (None, None);
+    for image in recording.images {
+        match image {
+            Ok(image) => {
+                let us = image.stamp.captured.0;
+                let passed_s = us.saturating_sub(*first.get_or_insert(us)) as f64 * 1e-6;
+                if arguments.seconds.is_some_and(|seconds| passed_s > seconds) {
+                    break;
+                }
+                out.write(&image)?;
+                bar.inc(1);
+            }
+            // What could be read is kept; the rest is told.
+            Err(error) => torn = Some(error),
+        }
+    }
+    bar.finish_and_clear();
+    println!("{}: {}", arguments.out.display(), out.finish()?);
+    torn.map_or(Ok(()), |error| Err(error.into()))
+}
+
+fn from_camera(
+    arguments: &Arguments,
+    mut session: Session<impl Transport + Send>,
+    seconds: f64,
+) -> anyhow::Result<()> {
+    let connected = session.connected().clone();
+    let unit_m = connected.depth_unit_um as f32 * 1e-6;
+    let name = format!("{:?} {}", connected.product, connected.identity.serial);
+    let calibration = Calibration::of(&connected.intrinsics, unit_m, connected.baseline_mm * 1e-3, name);
+    let mut out = Out::create(&arguments.out, &calibration)?;
+    let (camera_end, worker_end) = link(BUFFERS, session.buffer_bytes());
+    let (stop, notes) = (Arc::new(AtomicBool::new(false)), Mutex::new(Vec::new()));
+    let interrupted = Arc::clone(&stop);
+    ctrlc::set_handler(move || interrupted.store(true, Ordering::Relaxed))
+        .context("cannot watch for Ctrl-C")?;
+    let until = Instant::now() + Duration::from_secs_f64(seconds);
+    let bar = ProgressBar::new((1e3 * seconds) as u64);
+    bar.set_style(ProgressStyle::with_template("recording {wide_bar} {msg} images, {eta} left")?);
+    let pixels = connected.intrinsics.width * connected.intrinsics.height;
+    let (mut depth, mut infrared) = (vec![0; 2 * pixels], vec![0; pixels]);
+    let mut assemblers = [Assembler::new(&mut depth), Assembler::new(&mut infrared)];
+    let mut images = 0_u64;
+    let (ended, written) = std::thread::scope(|scope| {
+        let (stop, notes) = (&*stop, &notes);
+        let camera =
+            scope.spawn(move || session.stream(&mut LinkSink { end: camera_end, stop, until, notes }));
+        let mut written = Ok(());
+        loop {
+            match worker_end.receive(Instant::now() + Duration::from_millis(100)) {
+                Received::Closed => break,
+                Received::Silence => {}
+                Received::Payload(delivery) => {
+                    let stream = delivery.stream;
+                    let assembler = &mut assemblers[usize::from(stream == Stream::Infrared)];
+                    if let (Outcome::Frame(frame), Ok(())) = (assembler.push(&delivery.payload), &written) {
+                        let image = Image { stream, stamp: frame.stamp, pixels: frame.pixels.to_vec() };
+                        written = out.write(&image);
+                        images += 1;
+                    }
+                    worker_end.give_back(delivery.payload);
+                }
+            }
+            if written.is_err() {
+                stop.store(true, Ordering::Relaxed);
+            }
+            bar.set_position(bar.elapsed().as_millis().try_into().unwrap_or(u64::MAX));
+            bar.set_message(images.to_string());
+        }
+        (camera.join(), written)
+    });
+    bar.finish_and_clear();
+    let losses = assemblers.map(|assembler| assembler.losses().frames());
+    notes.into_inner().unwrap_or_default().iter().for_each(|note| println!("camera: {note}"));
+    // A file that could not take an image has not room for an index either.
+    written?;
+    let kept = out.finish()?;
+    let dropped = worker_end.dropped();
+    println!(
+        "{}: {kept}; lost: {} depth, {} infrared, {dropped} payloads dropped",
+        arguments.out.display(),
+        losses[0],
+        losses[1]
+    );
+    ended.map_err(|_| anyhow::anyhow!("the camera's thread stopped on an error of its own"))??;
+    Ok(())
+}

@@ -1,0 +1,107 @@
+//! The summary of a run with a camera on a bus: there is no truth, so nothing is held against one.
+
+use super::Arguments;
+use super::report::{energy_drift, entropy_falls, late, stage_medians, stages, target};
+use crate::cli::doctor::{describe, one_line};
+use hdrhistogram::Histogram;
+use meniscus::host::camera::{CameraHealth, Connected, Note};
+use meniscus::host::checks::{Check, table};
+use meniscus::host::live::Log;
+use meniscus::runtime::DEADLINE_US;
+use serde_json::{Value, json};
+use std::fmt::Write;
+
+/// Everything measured of a run.
+pub(super) struct LiveReport<'l> {
+    /// What the worker did.
+    pub(super) log: &'l Log,
+    /// The camera; a recording has none.
+    pub(super) camera: Option<Connected>,
+    /// Its counters.
+    pub(super) health: CameraHealth,
+    /// What happened to it.
+    pub(super) notes: Vec<Note>,
+    /// Whether its thread ran in real time, or why not; `None` if that was not wanted.
+    pub(super) realtime: Option<Result<(), String>>,
+}
+
+impl LiveReport<'_> {
+    fn turn_us(&self) -> anyhow::Result<Histogram<u64>> {
+        let mut turn_us = Histogram::new(3)?;
+        self.log.turns.iter().for_each(|logged| turn_us.saturating_record(logged.turn_us));
+        Ok(turn_us)
+    }
+
+    /// The checks of a run without a truth.
+    pub(super) fn checks(&self) -> anyhow::Result<Vec<Check>> {
+        let (log, turn_us) = (self.log, self.turn_us()?);
+        let allocations: u64 = log.turns.iter().map(|logged| logged.allocations).sum();
+        Ok(vec![
+            Check::at_most("energy_drift_step", energy_drift(log), "H", target::ENERGY_DRIFT),
+            Check::exactly("entropy_falls", entropy_falls(log) as f64, "1", 0.0),
+            Check::exactly("deadline_misses", late(log).count() as f64, "1", 0.0),
+            Check::at_most("turn_us_median", turn_us.value_at_quantile(0.5) as f64, "us", target::TURN_US),
+            Check::at_most("turn_us_p99", turn_us.value_at_quantile(0.99) as f64, "us", DEADLINE_US as f64),
+            Check::exactly("allocations", allocations as f64, "1", 0.0),
+        ])
+    }
+
+    /// One JSON object.
+    pub(super) fn json(&self, arguments: &Arguments) -> anyhow::Result<Value> {
+        let (log, health) = (self.log, &self.log.health);
+        let notes: Vec<String> = self.notes.iter().map(Note::to_string).collect();
+        Ok(json!({
+            "command": "meniscus run",
+            "version": env!("CARGO_PKG_VERSION"),
+            "model": arguments.model,
+            "source": arguments.source,
+            "camera": self.camera.as_ref().map(describe),
+            "camera_health": self.health,
+            "camera_notes": notes,
+            "realtime": self.realtime.as_ref().map(Result::is_ok),
+            "frames": log.turns.len(),
+            "stages_us_median": stages(log),
+            "modes": { "filling": health.filling, "tracking": health.tracking,
+                       "coasting": health.coasting, "halted": health.halted },
+            "health": health,
+            "losses": { "depth": log.losses.0, "infrared": log.losses.1, "solitary": log.solitary,
+                        "payloads_dropped": log.payloads_dropped },
+            "checks": self.checks()?,
+        }))
+    }
+
+    /// For a person.
+    pub(super) fn text(&self) -> anyhow::Result<String> {
+        let (log, health, mut text) = (self.log, &self.log.health, String::new());
+        let stages: Vec<String> =
+            stage_medians(log).iter().map(|(name, us)| format!("{name} {us}")).collect();
+        // Writing into a string cannot fail.
+        if let Some(camera) = &self.camera {
+            let _ = writeln!(text, "{}", one_line(camera));
+        }
+        let _ = writeln!(
+            text,
+            "{} turns: {} filling, {} tracking, {} coasting, {} halted; the liquid was not seen in {}",
+            log.turns.len(),
+            health.filling,
+            health.tracking,
+            health.coasting,
+            health.halted,
+            health.not_seen
+        );
+        let (depth, infrared) = (log.losses.0.frames(), log.losses.1.frames());
+        let _ = writeln!(text, "frames lost: {depth} depth, {infrared} infrared");
+        if let Some(Err(reason)) = &self.realtime {
+            let _ = writeln!(
+                text,
+                "the camera's thread has no real-time priority ({reason}): see meniscus doctor"
+            );
+        }
+        for note in &self.notes {
+            let _ = writeln!(text, "camera: {note}");
+        }
+        let _ = writeln!(text, "stages, median us: {}", stages.join(", "));
+        let _ = writeln!(text, "no truth is known, so the estimate is held against none");
+        Ok(text + &table(&self.checks()?))
+    }
+}

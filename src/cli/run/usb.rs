@@ -1,0 +1,123 @@
+//! `meniscus run --source usb`: a camera on a bus, real or simulated, into the same turn.
+
+use super::live_report::LiveReport;
+use super::{Arguments, BUFFERS, live, recording};
+use crate::cli::bus;
+use anyhow::{Context, bail};
+use meniscus::host::camera::{LinkSink, Session, Settings};
+use meniscus::host::files::write_whole;
+use meniscus::host::link::link;
+use meniscus::host::live::Still;
+use meniscus::host::realtime::become_realtime;
+use meniscus::host::usb::Transport;
+use meniscus::model::Model;
+use meniscus::offline::scene::SceneSettings;
+use meniscus::offline::usb::{RecordedGlass, SimulatedBus};
+use meniscus::surface::{self, Config};
+use meniscus::units::FRAME_INTERVAL_S;
+use meniscus_hil::device::{Device, Trouble};
+use std::sync::Mutex;
+use std::sync::atomic::AtomicBool;
+use std::time::{Duration, Instant};
+
+/// A source that is a bus.
+pub(super) enum Bus<'a> {
+    /// The machine's own.
+    Machine,
+    /// A simulated one, with a trouble by name, or none.
+    Simulated(&'a str),
+}
+
+/// The bus that a source names, if it names one.
+pub(super) fn bus_of(source: &str) -> Option<Bus<'_>> {
+    match source.split_once(':').unwrap_or((source, "")) {
+        ("usb", "") => Some(Bus::Machine),
+        ("simulated-usb", trouble) => Some(Bus::Simulated(trouble)),
+        _ => None,
+    }
+}
+
+/// Runs with a camera on a bus.
+pub(super) fn run(
+    arguments: &Arguments,
+    model: &Model<'_>,
+    frames: usize,
+    on: Bus<'_>,
+) -> anyhow::Result<()> {
+    match on {
+        Bus::Machine => watch(arguments, model, frames, bus::machine()?, "D435", true),
+        Bus::Simulated(name) => {
+            let bus = simulated(arguments, bus::trouble(name)?)?;
+            watch(arguments, model, frames, bus, "simulated D435 over USB", false)
+        }
+    }
+}
+
+/// A simulated camera before the shipped recording.
+fn simulated(arguments: &Arguments, trouble: Option<Trouble>) -> anyhow::Result<SimulatedBus> {
+    let mut settings = SceneSettings { seed: arguments.seed, ..SceneSettings::default() };
+    if matches!(trouble, Some(Trouble::AdvancedOff | Trouble::UnitStuck)) {
+        settings.camera.depth_unit_m = 1e-3;
+    }
+    let glass = RecordedGlass::new(recording("shipped")?, settings);
+    let device = Device::new(Box::new(glass), trouble, arguments.faults.clone(), arguments.seed);
+    Ok(SimulatedBus::new(device).in_real_time())
+}
+
+/// Connects, then camera thread, worker and dashboard until the time is up.
+fn watch(
+    arguments: &Arguments,
+    model: &Model<'_>,
+    frames: usize,
+    transport: impl Transport + Send,
+    camera: &str,
+    realtime_wanted: bool,
+) -> anyhow::Result<()> {
+    let wanted = Settings { serial: arguments.serial.clone(), ..Settings::default() };
+    let mut session = Session::connect(transport, wanted)?;
+    let connected = session.connected().clone();
+    let header = &model.header;
+    let config = Config::new(surface::Settings {
+        intrinsics: connected.intrinsics,
+        depth_unit_m: connected.depth_unit_um as f32 * 1e-6,
+        radius_m: header.radius_m as f32,
+        fill_m: header.fill_m as f32,
+        rim_m: header.rim_m as f32,
+        ..surface::Settings::default()
+    })?;
+    write_whole(&arguments.out.join("run.json"), b"{}\n").context("the --out folder cannot be used")?;
+
+    let (camera_end, worker_end) = link(BUFFERS, session.buffer_bytes());
+    let notes = Mutex::new(Vec::with_capacity(LinkSink::NOTES));
+    let (mut ended, mut realtime) = (Ok(()), None);
+    let mut still = Still::default();
+    let until = Instant::now() + Duration::from_secs_f64(frames as f64 * FRAME_INTERVAL_S);
+    let log = {
+        let (session, notes, ended, realtime) = (&mut session, &notes, &mut ended, &mut realtime);
+        let play = move |stop: &AtomicBool| {
+            // A simulated camera renders in this thread and would starve the others.
+            *realtime = realtime_wanted.then(become_realtime);
+            *ended = session.stream(&mut LinkSink { end: camera_end, stop, until, notes });
+        };
+        live(arguments, model, config, frames, camera, play, worker_end, &mut still)?
+    };
+    let health = session.health();
+    let notes = notes.into_inner().unwrap_or_default();
+    let report = LiveReport { log: &log, camera: Some(connected), health, notes, realtime };
+    let json = serde_json::to_string_pretty(&report.json(arguments)?)?;
+    write_whole(&arguments.out.join("run.json"), format!("{json}\n").as_bytes())?;
+    if arguments.json {
+        println!("{json}");
+    } else {
+        print!("{}", report.text()?);
+    }
+    // The camera's end is told behind the report of what was seen until then.
+    ended?;
+    if log.turns.is_empty() {
+        bail!("the run ended before the first frame: there is nothing to report");
+    }
+    if arguments.check && !report.checks()?.iter().all(|check| check.ok) {
+        bail!("a check missed its target");
+    }
+    Ok(())
+}

@@ -1,0 +1,35 @@
+//! `meniscus simulate --list`: what there is to choose from.
+
+use meniscus::offline::liquids::{Liquid, known};
+use meniscus::offline::motion::KINDS;
+use meniscus::offline::sph::EFFECTS;
+
+/// Prints liquids, motions and effects.
+pub(super) fn print() -> anyhow::Result<()> {
+    println!("LIQUIDS (--liquid NAME; their sources stand in liquids/NAME.toml)");
+    println!("  {:12} {:>8} {:>9} {:>6} {:>8} {:>9}", "", "density", "k", "n", "tau0", "cap");
+    println!("  {:12} {:>8} {:>9} {:>6} {:>8} {:>9}", "name", "kg/m3", "Pa s^n", "1", "Pa", "Pa s");
+    for name in known() {
+        let liquid = Liquid::load(name)?;
+        let law = liquid.rheology;
+        let cap = if law.is_newtonian() { String::from("-") } else { law.largest.to_string() };
+        println!(
+            "  {name:12} {:>8} {:>9} {:>6} {:>8} {cap:>9}",
+            liquid.density_kg_m3, law.consistency, law.index, law.yield_stress
+        );
+    }
+    println!(
+        "\nMOTIONS (--motion KIND:SEED; m and s; also a CSV file with the columns t, x_m, z_m, tilt_rad)"
+    );
+    for (kind, what) in KINDS {
+        println!("  {kind:12} {what}");
+    }
+    println!("\nEFFECTS (--effect NAME=VALUE)");
+    for effect in EFFECTS {
+        let (least, largest) = effect.range;
+        println!("  {:22} {least} to {largest} {}", effect.name, effect.unit);
+        println!("  {:22} {}", "", effect.meaning);
+        println!("  {:22} source: {}", "", effect.source);
+    }
+    Ok(())
+}
