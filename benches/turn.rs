@@ -20,6 +20,7 @@ fn profile(frame: u32) -> SurfaceProfile {
     let phase = 0.36 * frame as f32;
     SurfaceProfile {
         height_m: std::array::from_fn(|k| 0.07 + 5e-4 * (k as f32 - 10.0) * phase.sin()),
+        variance_m2: [1e-8; POINTS],
         valid: [true; POINTS],
         glass_x_m: Some(0.01 * phase.cos()),
         sequence: frame,

@@ -120,6 +120,7 @@ mod tests {
         let scale = Scale { fill_m: 0.07, height_m: 0.01, acceleration_m_s2: 2.0 };
         let mut profile = SurfaceProfile {
             height_m: [0.075; POINTS],
+            variance_m2: [1e-8; POINTS],
             valid: [true; POINTS],
             glass_x_m: None,
             sequence: 0,

@@ -173,11 +173,86 @@ fn help_teaches() {
     let help =
         |arguments: &[&str]| String::from_utf8_lossy(&meniscus(&folder, arguments).stdout).into_owned();
     let all = help(&["--help"]);
-    for verb in ["run", "simulate", "train"] {
+    for verb in ["run", "simulate", "train", "doctor", "dump"] {
         assert!(all.contains(verb), "{all}");
     }
     let run = help(&["run", "--help"]);
     for word in ["Coasting", "--faults", "drop:0.05", "--json", "Examples"] {
         assert!(run.contains(word), "`{word}` is missing in: {run}");
     }
+}
+
+#[test]
+fn a_camera_on_a_bus_goes_into_the_same_turn_and_is_held_against_no_truth() {
+    let folder = folder("usb");
+    let report = json(&meniscus(&folder, &["run", "--source", "simulated-usb", "--seconds", "4", "--json"]));
+    let names: Vec<&str> =
+        report["checks"].as_array().expect("checks").iter().filter_map(|c| c["name"].as_str()).collect();
+    assert!(names.contains(&"energy_drift_step") && names.contains(&"allocations"), "{names:?}");
+    for truth in ["surface", "baseline", "field_error"] {
+        assert!(names.iter().all(|name| !name.starts_with(truth)), "{names:?}");
+    }
+    // A machine with other work delivers late, which costs turns and not correctness.
+    assert!(report["modes"]["tracking"].as_u64().is_some_and(|turns| turns > 60), "{}", report["modes"]);
+    assert_eq!(report["camera"]["firmware"], "5.16.0.100");
+    assert_eq!(report["camera_health"]["frames"], report["camera_health"]["completed"]);
+
+    let refused_run = meniscus(&folder, &["run", "--source", "simulated-usb:recovery"]);
+    refused(&refused_run, &["in recovery", "What to do", "rs-fw-update"]);
+    refused(&meniscus(&folder, &["run", "--source", "simulated-usb:gremlins"]), &["gremlins", "unplug"]);
+}
+
+#[test]
+fn the_doctor_finds_what_is_wrong_and_says_what_to_do() {
+    let folder = folder("doctor");
+    let look = |trouble: &str| -> Value {
+        let output = meniscus(&folder, &["doctor", "--json", "--simulated", trouble]);
+        serde_json::from_slice(&output.stdout).expect("JSON, whatever is missing")
+    };
+    let of = |report: &Value, name: &str| -> Value {
+        let checks = report["checks"].as_array().expect("checks");
+        checks.iter().find(|check| check["name"] == name).expect(name).clone()
+    };
+    let well = look("");
+    for name in ["camera_found", "camera_permitted", "link_usb3", "calibration_read", "depth_unit_um"] {
+        assert_eq!(of(&well, name)["ok"], true, "{name}");
+    }
+    assert!(of(&well, "frame_rate_hz")["value"].as_f64().is_some_and(|rate| rate > 30.0), "{well}");
+    let table = [
+        ("absent", "camera_found", "USB 3 port"),
+        ("denied", "camera_permitted", "60-meniscus-d435.rules"),
+        ("usb2", "link_usb3", "flip"),
+        ("table-crc", "calibration_read", "calibrate"),
+        ("advanced-off", "depth_unit_um", "advanced mode"),
+    ];
+    for (trouble, check, remedy) in table {
+        let report = look(trouble);
+        assert_eq!(
+            of(&report, check)["value"].as_f64().map(|value| value == 1.0),
+            Some(false),
+            "{trouble}: {report}"
+        );
+        let told = report["remedies"][check].as_str().expect("a remedy");
+        assert!(told.contains(remedy), "{trouble}: {told}");
+    }
+}
+
+#[test]
+fn a_dump_is_a_file_of_json() {
+    let folder = folder("dump");
+    let output = meniscus(&folder, &["dump", "--simulated", "--out", "camera.json"]);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let text = fs::read_to_string(folder.join("camera.json")).expect("the file");
+    let dump: Value = serde_json::from_str(&text).expect("JSON");
+    assert_eq!((dump["format"].as_u64(), dump["product"].as_u64()), (Some(1), Some(0x0b07)));
+    assert_eq!(dump["depth"][0]["header"].as_str().map(str::len), Some(2 * 232));
+
+    let broken = meniscus(&folder, &["dump", "--simulated", "probe-format", "--out", "broken.json"]);
+    refused(&broken, &["ends early", "format 7"]);
+    assert!(folder.join("broken.json").exists(), "what was said until then is kept");
+    refused(
+        &meniscus(&folder, &["dump", "--simulated", "absent", "--out", "none.json"]),
+        &["no depth camera"],
+    );
+    assert!(!folder.join("none.json").exists());
 }

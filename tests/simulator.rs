@@ -8,16 +8,24 @@
 use meniscus::offline::liquids::{Liquid, Rheology};
 use meniscus::offline::motion::Motion;
 use meniscus::offline::recording::{Glass, Recording, STATE, States};
-use meniscus::offline::sph::{Error, Setup, Simulator, record, relative_closure};
+use meniscus::offline::sph::{Effects, Error, Setup, Simulator, record, relative_closure};
 use meniscus::offline::validate::{Mode, Tone, fit};
 use std::path::PathBuf;
 
-const GLASS: Glass = Glass { radius_m: 0.035, fill_m: 0.07, rim_m: 0.11 };
+const GLASS: Glass = Glass { radius_m: 0.035, fill_m: 0.07, rim_m: 0.11, taper: 0.0 };
 
 fn setup(viscosity: f64, spacing_m: f64) -> Setup {
     let rheology = Rheology::newtonian(viscosity);
-    let liquid = Liquid { name: "test".into(), density_kg_m3: 1261.0, rheology };
-    Setup { glass: GLASS, liquid, spacing_m, seed: 0, no_slip: true }
+    let liquid = Liquid { name: "test".into(), density_kg_m3: 1261.0, rheology, effects: Effects::default() };
+    Setup {
+        glass: GLASS,
+        liquid,
+        spacing_m,
+        seed: 0,
+        no_slip: true,
+        effects: Effects::default(),
+        step_s: None,
+    }
 }
 
 /// Lets the first mode ring from 0.05 m/s for `seconds`; returns times and modal momentum.
@@ -153,13 +161,26 @@ fn command(arguments: &[&str], file: &Scratch) -> std::process::Output {
 #[test]
 fn the_command_records_and_tells_how_to_record_again() {
     let file = Scratch::new("command");
-    let arguments = ["--motion", "still", "--seconds", "0.1", "--spacing-mm", "8.75", "--json"];
+    let arguments =
+        ["--motion", "still", "--seconds", "0.1", "--spacing-mm", "8.75", "--particles", "--json"];
     let output = command(&arguments, &file);
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let report: serde_json::Value = serde_json::from_slice(&output.stdout).expect("a JSON object");
     assert_eq!((report["frames"].as_u64(), report["escapes"].as_u64()), (Some(6), Some(0)));
     let recording = Recording::load(&file.0).expect("the recording is read");
     assert_eq!(recording.frames(), 6);
+    let beside = Scratch(file.0.with_extension("particles.safetensors"));
+    let bytes = std::fs::read(&beside.0).expect("the particles are written beside it");
+    let tensors = safetensors::SafeTensors::deserialize(&bytes).expect("a safetensors file");
+    let position = tensors.tensor("position_m").expect("it holds places");
+    let [frames, particles, 3] = *position.shape() else { panic!("{:?}", position.shape()) };
+    assert_eq!((frames, tensors.tensor("mass_kg").expect("it holds masses").shape()), (6, &[particles][..]));
+    let height = |place: &[u8; 12]| f32::from_le_bytes([place[8], place[9], place[10], place[11]]);
+    let heights = position.data().as_chunks::<12>().0.iter().map(height);
+    assert!(
+        heights.into_iter().all(|z| (0.0..0.075).contains(&z)),
+        "a particle is not in the liquid at rest"
+    );
     let again = "meniscus simulate --liquid glycerine --motion still --seconds 0.1 --spacing-mm 8.75";
     assert_eq!(recording.provenance.command, again);
 }

@@ -57,10 +57,11 @@ fn the_contact_line_is_found_below_liquid_that_rises_behind_it() {
         errors.report(name);
         assert!(errors.rms_mm() <= 0.4 && errors.bias_mm() <= 0.9, "{name}");
     }
-    // The same without anything mirrored: the band cannot be told from the front.
-    let (errors, _) = read_back(SceneSettings { mirror: 0.0, ..nominal }, first_mode, 0.020, FRAMES);
+    // The same without anything mirrored: the band has the front's tone, and only the depth image tells it.
+    // It tells it by whole rows, so less well: without it the bias is 1.5 mm.
+    let (errors, tally) = read_back(SceneSettings { mirror: 0.0, ..nominal }, first_mode, 0.020, FRAMES);
     errors.report("first mode 20 mm, nothing mirrored");
-    assert!(errors.bias_mm() > 1.0, "if this is gone, the depth image tells the band as well: say so");
+    assert!(errors.rms_mm() <= 0.5 && errors.bias_mm() <= 0.9 && tally.behind > 0);
 }
 
 #[test]

@@ -4,6 +4,8 @@
 
 mod slosh;
 mod torch;
+#[path = "slosh/watch.rs"]
+mod watch;
 
 use meniscus::model::{Header, MAGIC};
 use meniscus::offline::train::{Options, Schedule, TrainError, train};
@@ -45,7 +47,7 @@ fn an_ideal_slosh_is_learnt() {
     assert!(trained.blob.len() < 4 << 20, "{} bytes", trained.blob.len());
 
     // The same figures through the camera side, which shares no code with training but the equations.
-    let watched = slosh::watch::watch(&trained.blob, &validation[0]);
+    let watched = watch::watch(&trained.blob, &validation[0]);
     println!("camera side: slosh-rel {:.2} %, heat {:.3e} J", 100.0 * watched.slosh_rel, watched.heat_j);
     assert!(watched.at_rest_m < 1e-6, "rest decodes to rest, not {} m off", watched.at_rest_m);
     assert!(watched.slosh_rel < 0.25);

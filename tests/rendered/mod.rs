@@ -6,7 +6,7 @@ use meniscus::offline::scene::{Images, Liquid, Scene, SceneSettings};
 use meniscus::surface::{Config, POINTS, Settings, State, SurfaceProfile, Tally, extract, profile_abscissa};
 use meniscus::units::Micros;
 
-pub(crate) const GLASS: Glass = Glass { radius_m: 0.035, fill_m: 0.070, rim_m: 0.110 };
+pub(crate) const GLASS: Glass = Glass { radius_m: 0.035, fill_m: 0.070, rim_m: 0.110, taper: 0.0 };
 
 /// Surface height at `(x, y)` in the frame of the glass, metres, for an amplitude in metres.
 pub(crate) type Shape = fn(amplitude: f64, x: f64, y: f64) -> f64;

@@ -4,8 +4,6 @@
 //! phi_n = J1(e_n r / R) cos(theta) cosh(k_n z) / cosh(k_n h), J1'(e_n) = 0, k_n = e_n / R;
 //! eta_n' = k tanh(k h) phi_n, phi_n' = -g eta_n - a c_n - 2 zeta omega phi_n, x = sum c_n J1 cos.
 
-pub(crate) mod watch;
-
 use meniscus::offline::recording::{
     COLUMNS, EnergyBook, GROUP_COMPONENTS, Glass, LAYERS, Lattice, Provenance, Recording, STATE, States,
     TRACERS, WALL_POINTS, group_range, wall_azimuth,
@@ -13,7 +11,7 @@ use meniscus::offline::recording::{
 use meniscus::surface::{POINTS, profile_abscissa};
 use meniscus::units::{FRAME_INTERVAL_S, GRAVITY_M_S2};
 
-const GLASS: Glass = Glass { radius_m: 0.035, fill_m: 0.07, rim_m: 0.11 };
+const GLASS: Glass = Glass { radius_m: 0.035, fill_m: 0.07, rim_m: 0.11, taper: 0.0 };
 const DENSITY: f64 = 1260.0;
 const VISCOSITY: f64 = 0.5;
 const DAMPING: f64 = 0.12;
@@ -118,9 +116,13 @@ pub(crate) fn recording(frames: usize, stroke_m: f64, seed: u64) -> Recording {
             seed,
             command: String::from("cargo test"),
             spacing_m: 0.0,
+            pivot_m: [0.0; 2],
+            effects: Vec::new(),
         },
         glass_x_m: glass_x_m.clone(),
         acceleration_m_s2: acceleration_m_s2.clone(),
+        glass_z_m: vec![0.0; frames],
+        tilt_rad: vec![0.0; frames],
         column_m: Vec::new(),
         wall_m: Vec::new(),
         profile_m: Vec::new(),

@@ -45,6 +45,7 @@ pub(crate) fn watch(blob: &[u8], recording: &Recording) -> Watched {
         let truth = recording.profile(frame);
         let profile = SurfaceProfile {
             height_m: truth.try_into().expect("21 points"),
+            variance_m2: [1e-8; POINTS],
             valid: [true; POINTS],
             glass_x_m: Some(recording.glass_x_m[frame] as f32),
             sequence: frame as u32,

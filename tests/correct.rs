@@ -1,0 +1,79 @@
+//! The shipped model learns another liquid from its free surface, and keeps the laws.
+#![cfg(feature = "train")]
+#![allow(clippy::disallowed_methods, reason = "only storey 1 must compute the same bits on every platform")]
+
+mod slosh;
+
+use meniscus::host::files::AlignedBytes;
+use meniscus::model::Model;
+use meniscus::offline::recording::Recording;
+use meniscus::offline::train::TrainError;
+use meniscus::offline::train::correct::{Correction, Sightings, correct};
+use meniscus::offline::watching::{perfect, turns};
+use std::path::Path;
+use std::sync::atomic::AtomicBool;
+
+const SHIPPED: &[u8] = include_bytes!("../models/glycerine.blob");
+
+/// The shipped recording of the model's own liquid.
+fn own() -> Recording {
+    let path = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/recordings/glycerine-unseen.safetensors"));
+    Recording::load(path).expect("the shipped recording is good")
+}
+
+/// A thinner liquid in closed form: less damped than glycerine, and without its wall layers.
+fn other() -> [Sightings; 2] {
+    [1, 2].map(|seed| perfect(&slosh::recording(200, 0.012, seed)))
+}
+
+#[test]
+fn another_liquid_is_learnt_and_the_laws_stay() {
+    let own = perfect(&own());
+    let [learnt, held] = other();
+    let how = Correction { steps: 60, forgetting: 0.05, quiet: true, ..Correction::default() };
+    let go = |how: &Correction| {
+        correct(
+            SHIPPED,
+            &[learnt.clone(), held.clone()],
+            std::slice::from_ref(&own),
+            how,
+            &AtomicBool::new(false),
+        )
+        .expect("a corrected model")
+    };
+    let corrected = go(&how);
+    println!("held out {:?}, source {:?}", corrected.held, corrected.source);
+    assert!(corrected.held[1] < 0.6 * corrected.held[0], "{:?}", corrected.held);
+    assert!(corrected.source[1] <= corrected.source[0] + 0.05, "{:?}", corrected.source);
+    // What was chosen is what was looked at: the least held-out error within the bound.
+    let allowed = corrected.looks.iter().filter(|look| look.2 <= corrected.source[0] + 0.05);
+    let least = allowed.map(|look| look.1).fold(f64::INFINITY, f64::min);
+    assert_eq!(corrected.held[1], least);
+
+    let blob = AlignedBytes::copy(&corrected.blob);
+    let model = Model::load(&blob).expect("the camera side takes it");
+    for (seen, worst) in [(&learnt, 1e-9), (&own, 1e-9)] {
+        for logged in turns(&model, seen) {
+            let audit = logged.turn.estimate.audit;
+            assert!(audit.heat >= 0.0, "entropy fell by {}", -audit.heat);
+            assert!(audit.energy_residual.abs() < worst, "energy drifted by {}", audit.energy_residual);
+        }
+    }
+
+    // Nothing may be forgotten at all: then nothing may be learnt that costs anything.
+    let strict = go(&Correction { steps: 20, forgetting: -1.0, ..how });
+    assert_eq!(strict.blob, SHIPPED);
+}
+
+#[test]
+fn too_little_is_refused() {
+    let how = Correction { steps: 1, quiet: true, ..Correction::default() };
+    let refused = correct(SHIPPED, &[], &[], &how, &AtomicBool::new(false)).expect_err("no recording");
+    assert!(matches!(refused, TrainError::NoRecording), "{refused}");
+    let short: Sightings = perfect(&slosh::recording(20, 0.012, 1));
+    let refused = correct(SHIPPED, &[short], &[], &how, &AtomicBool::new(false)).expect_err("no window");
+    assert!(matches!(refused, TrainError::NoMotion), "{refused}");
+    let cut = &SHIPPED[..1000];
+    let refused = correct(cut, &other(), &[], &how, &AtomicBool::new(false)).expect_err("a cut blob");
+    assert!(matches!(refused, TrainError::Blob(_)), "{refused}");
+}
