@@ -35,6 +35,7 @@ pub mod filters;
 pub mod frame;
 pub mod generic;
 pub mod health;
+pub mod interval;
 pub mod math;
 pub mod model;
 pub mod nn;

@@ -5,11 +5,11 @@ use crate::units::Micros;
 use serde::{Deserialize, Serialize};
 
 /// First byte of every frame: the version of this format.
-pub const OUTPUT_VERSION: u8 = 1;
+pub const OUTPUT_VERSION: u8 = 2;
 
-/// Bytes that a frame can take at most: 13 latents, 21 heights, the books and the stage times, each
-/// at its longest.
-pub const OUTPUT_MAX: usize = 512;
+/// Bytes that a frame can take at most: 13 latents, 21 heights, the half-widths of both, the books and
+/// the stage times, each at its longest.
+pub const OUTPUT_MAX: usize = 640;
 
 /// One frame of output.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -56,6 +56,7 @@ impl Packet {
 mod tests {
     use super::*;
     use crate::generic::{Audit, LATENTS};
+    use crate::interval::Interval;
     use crate::runtime::{Mode, Stages};
     use crate::surface::POINTS;
 
@@ -64,6 +65,7 @@ mod tests {
             mode: Mode::Tracking,
             latent: [-1.25e300; LATENTS],
             surface_m: [0.07; POINTS],
+            interval: Interval::default(),
             acceleration_m_s2: 1.0,
             port: 0.5,
             slosh_j: 1e-3,

@@ -4,8 +4,8 @@ use super::inputs::recordings;
 use anyhow::Context;
 use meniscus::host::checks::table;
 use meniscus::host::files::write_whole;
-use meniscus::offline::train::{Options, Schedule, train};
-use std::path::PathBuf;
+use meniscus::offline::train::{Checkpoints, Options, Schedule, curves_png, train};
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
@@ -17,7 +17,8 @@ use std::time::Instant;
 /// the validation recordings; keep a third set that neither has seen for `meniscus bench`.
 ///
 /// Errors are relative to the slosh itself (slosh-rel = |z - zhat| / |z - z_rest|): a surface that is
-/// called flat scores 100 %. Ctrl-C ends every part with its best so far; a second one gives up.
+/// called flat scores 100 %. Ctrl-C ends every part with its best so far and keeps checkpoints beside the
+/// blob; a second one gives up. The errors of every part over its steps go to a picture beside the blob.
 #[derive(clap::Args, Debug)]
 pub(crate) struct Arguments {
     /// Recordings to learn from: files, or a folder, which stands for its train-*.safetensors
@@ -35,6 +36,12 @@ pub(crate) struct Arguments {
     /// Seed of everything that is drawn; the same seed and recordings give the same blob
     #[arg(long, default_value_t = 1)]
     seed: u64,
+    /// Also train the paper's net, whose laws are only asked for by its loss, and report both side by side
+    #[arg(long)]
+    soft: bool,
+    /// Go on from the checkpoints of the same training that was broken off
+    #[arg(long)]
+    resume: bool,
     /// The report as JSON on standard output
     #[arg(long)]
     json: bool,
@@ -54,9 +61,27 @@ pub(crate) fn run(args: &Arguments) -> anyhow::Result<()> {
     let training = recordings(&args.recordings, "train-")?;
     let validation = recordings(&args.validate, "val-")?;
     let schedule = if args.quick { Schedule::QUICK } else { Schedule::FULL };
-    let options = Options { seed: args.seed, schedule, quiet: args.json, command: command(args) };
-    let trained = train(&training, &validation, &options, &STOP)?;
+    let folder = beside(&args.out, ".training");
+    std::fs::create_dir_all(&folder)
+        .with_context(|| format!("{}: no place for checkpoints", folder.display()))?;
+    let options = Options {
+        seed: args.seed,
+        schedule,
+        soft: args.soft,
+        quiet: args.json,
+        command: command(args),
+        checkpoints: Some(Checkpoints { folder: folder.clone(), resume: args.resume }),
+    };
+    let trained = train(&training, &validation, &options, &STOP)
+        .with_context(|| format!("checkpoints lie in {}; --resume goes on from them", folder.display()))?;
     write_whole(&args.out, &trained.blob)?;
+    let picture = beside(&args.out, ".png");
+    curves_png(&trained.curves, &picture)?;
+    let broken_off = STOP.load(Ordering::Relaxed);
+    if !broken_off {
+        std::fs::remove_dir_all(&folder)
+            .with_context(|| format!("{} cannot be cleared", folder.display()))?;
+    }
 
     let seconds = begun.elapsed().as_secs_f64();
     if args.json {
@@ -64,6 +89,8 @@ pub(crate) fn run(args: &Arguments) -> anyhow::Result<()> {
             "blob": args.out,
             "bytes": trained.blob.len(),
             "seconds": seconds,
+            "curves": picture,
+            "broken_off": broken_off,
             "checks": trained.checks,
         });
         println!("{report:#}");
@@ -71,7 +98,18 @@ pub(crate) fn run(args: &Arguments) -> anyhow::Result<()> {
     }
     print!("{}", table(&trained.checks));
     println!("{}: {} bytes after {seconds:.0} s", args.out.display(), trained.blob.len());
+    println!("{}: how it learnt", picture.display());
+    if broken_off {
+        println!("broken off: this is the best so far; the same command with --resume goes on from here");
+    }
     Ok(())
+}
+
+/// `path` with `ending` behind its name.
+fn beside(path: &Path, ending: &str) -> PathBuf {
+    let mut name = path.file_name().unwrap_or_default().to_os_string();
+    name.push(ending);
+    path.with_file_name(name)
 }
 
 /// The command as it belongs into the provenance: names without folders, which mean nothing elsewhere.

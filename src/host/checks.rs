@@ -9,6 +9,7 @@ enum Target {
     AtMost(f64),
     AtLeast(f64),
     Exactly(f64),
+    Within(f64, f64),
     Told,
 }
 
@@ -47,6 +48,12 @@ impl Check {
         Self::new(name.into(), value, unit, Target::Exactly(wanted))
     }
 
+    /// A value that must lie between `least` and `most`, both included.
+    #[must_use]
+    pub fn within(name: impl Into<String>, value: f64, unit: &'static str, least: f64, most: f64) -> Self {
+        Self::new(name.into(), value, unit, Target::Within(least, most))
+    }
+
     /// A value without a target, given for comparison.
     #[must_use]
     pub fn told(name: impl Into<String>, value: f64, unit: &'static str) -> Self {
@@ -59,6 +66,7 @@ impl Check {
             Target::AtMost(limit) => (format!("<= {limit}"), value <= limit),
             Target::AtLeast(limit) => (format!(">= {limit}"), value >= limit),
             Target::Exactly(wanted) => (format!("= {wanted}"), value == wanted),
+            Target::Within(least, most) => (format!("{least} to {most}"), (least..=most).contains(&value)),
             Target::Told => ("told".into(), true),
         };
         Self { name, value: measured.then_some(value), unit, target: words, ok: measured && met }

@@ -12,6 +12,7 @@ pub mod clock;
 pub mod files;
 pub mod link;
 pub mod live;
+pub mod publish;
 pub mod realtime;
 pub mod usb;
 pub mod view;

@@ -7,10 +7,10 @@ use serde::{Deserialize, Serialize};
 pub const MAGIC: [u8; 8] = *b"MENISCUS";
 
 /// Tensors that a blob may list.
-pub const MAX_SECTIONS: usize = 48;
+pub const MAX_SECTIONS: usize = 64;
 
 /// Format version that this build reads and writes.
-pub const VERSION: u32 = 1;
+pub const VERSION: u32 = 2;
 
 /// The tensors of a model. Shapes are `[rows, columns]`, `f32` little-endian in the blob, packed in
 /// panels as [`crate::nn::packed_index`] says; a vector has one column. N latents, U ports, F features a frame, P profile points.
@@ -59,6 +59,22 @@ pub enum Tensor {
     /// Basis of the group, coefficients to SI units, `[numbers, rank]`; for e the rank is 1 and the
     /// coefficient is the heat s in joules.
     GroupBasis(u8),
+    /// A of [`crate::interval`]: the closed step linearised about rest `[N, N]`.
+    Transition,
+    /// Q: covariance of what the step misses, for a unit of w `[N, N]`.
+    ProcessSpread,
+    /// R: covariance of what the encoder misses, for a unit of w `[N, N]`.
+    ReadingSpread,
+    /// J: slope of the surface in the latents `[P, N]`, m.
+    SurfaceSlope,
+    /// J^T J of one number of q, v, sigma and tau, one above the other `[4 N, N]`, SI units.
+    GroupSlope,
+    /// Variance of what the decoder misses of each height, for a unit of w `[P]`, m2.
+    SurfaceMisfit,
+    /// The same of q, v, sigma and tau `[4]`, SI units squared.
+    GroupMisfit,
+    /// Floor of w, then k of the surface at three leads and of q, v, e, sigma, tau `[9]`.
+    Reach,
 }
 
 /// Where a tensor lies in the blob.

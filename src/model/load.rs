@@ -5,6 +5,7 @@ use super::{Header, LoadError, MAGIC, Section, Tensor, VERSION};
 use crate::decoder::{Decoder, ENERGY_GROUP, Group};
 use crate::encoder::Encoder;
 use crate::generic::{Generic, Latent, Operators, Potential};
+use crate::interval::{Spread, square_of};
 use crate::nn::{Gru, Matrix, Vector, packed_len};
 use crate::window::Scale;
 
@@ -30,6 +31,8 @@ pub struct Model<'b> {
     pub decoder: Decoder<'b>,
     /// Gain of the filter, `[LATENTS, LATENTS]`.
     pub gain: Matrix<'b>,
+    /// What the model knows of its own errors.
+    pub spread: Spread<'b>,
 }
 
 impl<'b> Model<'b> {
@@ -45,7 +48,8 @@ impl<'b> Model<'b> {
         let generic = store.generic()?;
         let decoder = store.decoder()?;
         let gain = store.matrix(Tensor::Gain)?;
-        Ok(Self { encoder, generic, decoder, gain, header })
+        let spread = store.spread(&gain)?;
+        Ok(Self { encoder, generic, decoder, gain, spread, header })
     }
 
     /// Numbers in the full field: 13 a tracer.
@@ -226,6 +230,22 @@ impl<'b> Store<'b, '_> {
             port,
             preconditioner: self.matrix(Tensor::Preconditioner)?,
             dt_s: self.header.dt_s,
+        })
+    }
+
+    fn spread(&self, gain: &Matrix<'_>) -> Result<Spread<'b>, LoadError> {
+        let square = |tensor| self.matrix(tensor).map(|m| square_of(&m));
+        let gain = square_of(gain);
+        Ok(Spread {
+            transition: square(Tensor::Transition)?,
+            process: square(Tensor::ProcessSpread)?,
+            reading: gain * square(Tensor::ReadingSpread)? * gain.transpose(),
+            gain,
+            surface: self.matrix(Tensor::SurfaceSlope)?,
+            groups: self.matrix(Tensor::GroupSlope)?,
+            surface_misfit: self.vector(Tensor::SurfaceMisfit)?,
+            group_misfit: self.vector(Tensor::GroupMisfit)?,
+            reach: self.vector(Tensor::Reach)?,
         })
     }
 

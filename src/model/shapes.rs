@@ -4,6 +4,7 @@ use super::{Header, Tensor};
 use crate::decoder::{ENERGY_GROUP, GROUP_COMPONENTS, MAX_COEFFICIENTS, MAX_TRUNK};
 use crate::encoder::{GRU_LAYERS, READINGS};
 use crate::generic::{LATENTS, MAX_HIDDEN};
+use crate::interval::{REACH, SPREAD_GROUPS};
 use crate::nn::HIDDEN;
 use crate::surface::POINTS;
 use crate::window::FEATURES;
@@ -45,6 +46,12 @@ pub(super) fn shape(tensor: Tensor, header: &Header) -> Option<(Dim, Dim)> {
         Tensor::SkewLower => (Is(LATENTS * (LATENTS - 1) / 2), Is(1)),
         Tensor::FrictionFactor => (Is(LATENTS * (LATENTS + 1) / 2), Is(1)),
         Tensor::EnergyLinear | Tensor::Preconditioner | Tensor::Gain => (Is(LATENTS), Is(LATENTS)),
+        Tensor::Transition | Tensor::ProcessSpread | Tensor::ReadingSpread => (Is(LATENTS), Is(LATENTS)),
+        Tensor::SurfaceSlope => (Is(POINTS), Is(LATENTS)),
+        Tensor::GroupSlope => (Is(SPREAD_GROUPS * LATENTS), Is(LATENTS)),
+        Tensor::SurfaceMisfit => (Is(POINTS), Is(1)),
+        Tensor::GroupMisfit => (Is(SPREAD_GROUPS), Is(1)),
+        Tensor::Reach => (Is(REACH), Is(1)),
         Tensor::EnergyIn => (UpTo(MAX_HIDDEN), Is(LATENTS)),
         Tensor::EnergyBias => (UpTo(MAX_HIDDEN), Is(1)),
         Tensor::EnergyOut => (UpTo(MAX_HIDDEN), UpTo(MAX_HIDDEN)),

@@ -52,6 +52,29 @@ impl SurfaceError {
     }
 }
 
+/// How often the truth lay within an interval.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Held {
+    inside: u64,
+    all: u64,
+}
+
+impl Held {
+    /// Takes numbers, what was said of them and the half-widths given.
+    pub fn add(&mut self, truth: &[f32], estimate: &[f32], half: &[f32]) {
+        for ((truth, estimate), half) in truth.iter().zip(estimate).zip(half) {
+            self.inside += u64::from((truth - estimate).abs() <= *half);
+            self.all += 1;
+        }
+    }
+
+    /// The share that lay within; NaN of nothing.
+    #[must_use]
+    pub fn share(&self) -> f64 {
+        self.inside as f64 / self.all as f64
+    }
+}
+
 /// The score of a run.
 #[derive(Clone, Debug)]
 pub struct Score {
@@ -67,6 +90,10 @@ pub struct Score {
     pub linear: SurfaceError,
     /// Relative L2 error of the fluctuation of q, v, e, sigma, tau.
     pub field: [f64; 5],
+    /// Heights that lay within their interval.
+    pub held: Held,
+    /// Numbers of q, v, e, sigma, tau that did.
+    pub field_held: [Held; 5],
     /// Seconds and mean error of the height, of the estimate and of the linear model.
     pub curves: [Vec<(f64, f64)>; 2],
 }
@@ -93,6 +120,8 @@ pub fn score(
         persistence: SurfaceError::default(),
         linear: SurfaceError::default(),
         field: [0.0; 5],
+        held: Held::default(),
+        field_held: [Held::default(); 5],
         curves: [vec![], vec![]],
     };
     let mut sums = FieldSums::new(recording);
@@ -112,6 +141,7 @@ pub fn score(
             curve.push((frame as f64 * FRAME_INTERVAL_S, 100.0 * now.mean()));
         }
         score.estimate.add(truth, &estimate.surface_m, rest_m);
+        score.held.add(truth, &estimate.surface_m, &estimate.interval.surface_m);
         score.flat.add(truth, &[rest_m as f32; POINTS], rest_m);
         score.persistence.add(truth, recording.profile(frame.saturating_sub(1)), rest_m);
         score.linear.add(truth, driven, rest_m);
@@ -119,6 +149,7 @@ pub fn score(
         score.frames += 1;
     }
     score.field = sums.errors();
+    score.field_held = sums.held;
     score
 }
 
@@ -138,6 +169,7 @@ struct FieldSums {
     rest: Vec<f32>,
     truth: Vec<f32>,
     estimate: Vec<f32>,
+    held: [Held; GROUP_NAMES.len()],
     square: [f64; GROUP_NAMES.len()],
     rest_square: [f64; GROUP_NAMES.len()],
 }
@@ -147,7 +179,7 @@ impl FieldSums {
         let mut rest = vec![0.0; STATE];
         recording.state(0, &mut rest);
         let (truth, estimate) = (rest.clone(), rest.clone());
-        Self { rest, truth, estimate, square: [0.0; 5], rest_square: [0.0; 5] }
+        Self { rest, truth, estimate, held: [Held::default(); 5], square: [0.0; 5], rest_square: [0.0; 5] }
     }
 
     fn add(&mut self, model: &Model<'_>, recording: &Recording, frame: usize, estimate: &Estimate) {
@@ -156,6 +188,8 @@ impl FieldSums {
         for group in 0..GROUP_NAMES.len() {
             let range = group_range(group);
             let truth = &self.truth[range.clone()];
+            let half = std::iter::repeat_n(estimate.interval.field[group], truth.len());
+            self.held[group].add(truth, &self.estimate[range.clone()], &half.collect::<Vec<_>>());
             self.square[group] += distance_square(truth, &self.estimate[range.clone()]);
             self.rest_square[group] += distance_square(truth, &self.rest[range]);
         }

@@ -8,6 +8,7 @@ use super::mode::Mode;
 use super::motion::Motion;
 use crate::generic::{Audit, LATENTS, Latent, Outcome, State};
 use crate::health::{Health, count};
+use crate::interval::{Covariance, Interval};
 use crate::model::Model;
 use crate::surface::{POINTS, SurfaceProfile};
 use crate::window::Window;
@@ -22,6 +23,19 @@ pub const POINTS_NEEDED: usize = 14;
 /// Frames of a full window that must have been seen for the encoder to be trusted: half of 16.
 const ROWS_NEEDED: usize = 8;
 
+/// Where the motion of the glass is known from.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Drive {
+    /// From the edges of the glass in the profile.
+    #[default]
+    Seen,
+    /// From an IMU or the robot's command: acceleration along x in m/s2, of the instant one frame interval
+    /// before the frame, which is what the places of the glass in the last three frames would tell.
+    Known(f64),
+    /// From nowhere: the glass is taken to move on evenly, and the interval counts what that may miss.
+    Unknown,
+}
+
 /// The model at work.
 #[derive(Clone, Copy, Debug)]
 pub struct Estimator<'m> {
@@ -32,7 +46,8 @@ pub struct Estimator<'m> {
 #[derive(Clone, Debug, Default)]
 pub struct Memory {
     window: Window,
-    state: State,
+    pub(super) state: State,
+    pub(super) covariance: Covariance,
     motion: Motion,
     mode: Mode,
     missed: u32,
@@ -49,6 +64,8 @@ pub struct Estimate {
     pub latent: [f64; LATENTS],
     /// The 21 heights of the surface, metres above the inner bottom.
     pub surface_m: [f32; POINTS],
+    /// How far heights and field may be off, nine times out of ten.
+    pub interval: Interval,
     /// Acceleration of the glass that entered the port, m/s2.
     pub acceleration_m_s2: f32,
     /// Port value of this instant that the decoder used: read off the window, or the one above.
@@ -93,12 +110,25 @@ impl<'m> Estimator<'m> {
         clock: &mut C,
         field: &mut [f32],
     ) -> Estimate {
+        self.driven(memory, profile, Drive::Seen, surface_us, clock, field)
+    }
+
+    /// [`Self::turn`] with the motion of the glass from `drive`.
+    pub fn driven<C: Clock>(
+        &self,
+        memory: &mut Memory,
+        profile: Option<&SurfaceProfile>,
+        drive: Drive,
+        surface_us: u64,
+        clock: &mut C,
+        field: &mut [f32],
+    ) -> Estimate {
         let mut lap = Lap::start(clock);
         let mut stages = Stages { surface_us, ..Stages::default() };
         count(&mut memory.health.turns);
 
-        let acceleration = self.acceleration(memory, profile);
-        let audit = self.predict(memory, acceleration);
+        let (acceleration, moved) = self.acceleration(memory, profile, drive);
+        let audit = self.predict(memory, acceleration, moved);
         stages.predict_us = lap.lap_us();
 
         let usable = profile.filter(|profile| profile.seen() >= POINTS_NEEDED);
@@ -110,6 +140,7 @@ impl<'m> Estimator<'m> {
         let mut port = acceleration / f64::from(self.model.header.acceleration_scale);
         if let Some((measured, nowcast)) = &measured {
             memory.state.latent = correct(&self.model.gain, &memory.state.latent, measured);
+            self.model.spread.correct(&mut memory.covariance, before);
             port = *nowcast;
         }
         self.settle_mode(memory, measured.is_some());
@@ -118,6 +149,7 @@ impl<'m> Estimator<'m> {
         let latent: [f64; LATENTS] = memory.state.latent.into();
         let coefficients = self.model.decoder.coefficients(&latent.map(|x| x as f32), port as f32);
         let surface_m = self.model.decoder.surface(&coefficients);
+        let interval = self.model.spread.interval(&memory.covariance, slosh, memory.state.heat, joules);
         stages.correct_us = lap.lap_us();
 
         let heat_j = joules * memory.state.heat;
@@ -135,6 +167,7 @@ impl<'m> Estimator<'m> {
             mode: memory.mode,
             latent,
             surface_m,
+            interval,
             acceleration_m_s2: acceleration as f32,
             port: port as f32,
             slosh_j: joules * slosh,
@@ -146,24 +179,35 @@ impl<'m> Estimator<'m> {
         }
     }
 
-    /// The acceleration of the glass, clipped to what the model can have seen.
-    fn acceleration(&self, memory: &mut Memory, profile: Option<&SurfaceProfile>) -> f64 {
+    /// The acceleration of the glass, clipped to what the model can have seen, and whether it was measured.
+    fn acceleration(
+        &self,
+        memory: &mut Memory,
+        profile: Option<&SurfaceProfile>,
+        drive: Drive,
+    ) -> (f64, bool) {
         let position = profile.and_then(|profile| profile.glass_x_m).map(f64::from);
         if position.is_none() {
             count(&mut memory.health.glass_not_seen);
         }
         let limit = PORT_LIMIT * f64::from(self.model.header.acceleration_scale);
-        let measured = memory.motion.update(position);
+        let (measured, known) = match (memory.motion.update(position), drive) {
+            (seen, Drive::Seen) => (seen, position.is_some()),
+            (_, Drive::Known(told)) => (told, true),
+            (_, Drive::Unknown) => (0.0, false),
+        };
         let clipped = if measured.is_finite() { measured.max(-limit).min(limit) } else { 0.0 };
         if clipped != measured {
             count(&mut memory.health.acceleration_clipped);
         }
-        clipped
+        (clipped, known)
     }
 
     /// The GENERIC step of this turn.
-    fn predict(&self, memory: &mut Memory, acceleration: f64) -> Audit {
+    fn predict(&self, memory: &mut Memory, acceleration: f64, moved: bool) -> Audit {
         let u = acceleration / f64::from(self.model.header.acceleration_scale);
+        let slosh = self.model.generic.potential.value(&memory.state.latent);
+        self.model.spread.predict(&mut memory.covariance, &self.model.generic, slosh, moved);
         let audit = self.model.generic.step(&mut memory.state, u);
         match audit.outcome {
             Outcome::Solved => {}
@@ -198,6 +242,7 @@ impl<'m> Estimator<'m> {
             memory.window.clear();
             memory.motion = Motion::default();
             memory.state.latent = Latent::zeros();
+            memory.covariance = Covariance::default();
         }
         memory.mode = next;
         count(match next {

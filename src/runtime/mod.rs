@@ -11,9 +11,9 @@ mod motion;
 mod tracker;
 
 pub use budget::{Clock, DEADLINE_US, Stages};
-pub use estimator::{Estimate, Estimator, Memory, POINTS_NEEDED, PORT_LIMIT};
+pub use estimator::{Drive, Estimate, Estimator, Memory, POINTS_NEEDED, PORT_LIMIT};
 pub use eye::{Eye, Sight};
-pub use forecast::surface_ahead;
+pub use forecast::{Crest, Forecast};
 pub use mode::{COAST_LIMIT, Mode};
 pub use motion::Motion;
 pub use tracker::{Tracker, Turn};

@@ -66,6 +66,14 @@ pub(crate) fn parts(seed: u64, size: f32) -> Vec<Part> {
     }
     add(Tensor::GroupRest(5), 21, 1, 0.1);
     add(Tensor::GroupBasis(5), 21, 2, 0.01);
+    for tensor in [Tensor::Transition, Tensor::ProcessSpread, Tensor::ReadingSpread] {
+        add(tensor, 13, 13, 0.3);
+    }
+    add(Tensor::SurfaceSlope, 21, 13, 0.01);
+    add(Tensor::GroupSlope, 52, 13, 1.0);
+    add(Tensor::SurfaceMisfit, 21, 1, 1e-6);
+    add(Tensor::GroupMisfit, 4, 1, 1.0);
+    add(Tensor::Reach, 9, 1, 2.0);
     parts
 }
 

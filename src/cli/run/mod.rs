@@ -13,6 +13,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use meniscus::host::files::write_whole;
 use meniscus::host::link::{WorkerEnd, link};
 use meniscus::host::live::{Log, Still, Watch, watch};
+use meniscus::host::publish::{Destination, Publisher};
 use meniscus::host::view::{Caption, Dashboard};
 use meniscus::model::Model;
 use meniscus::offline::camera::{PAYLOAD_ROOM, SimulatedCamera};
@@ -83,6 +84,13 @@ pub(crate) struct Arguments {
     /// Folder for the picture; it is made if it is not there.
     #[arg(long, default_value = "out")]
     out: PathBuf,
+    /// Hand every estimate on to unix:PATH, udp:HOST:PORT or serial:DEVICE[@BAUD]; may be repeated. The
+    /// format is in firmware-config/SPEC.md, clients in examples/.
+    #[arg(long, value_name = "WHERE")]
+    publish: Vec<Destination>,
+    /// How often the full field goes to those who read a Unix socket, times a second.
+    #[arg(long, default_value_t = 0.0, value_name = "HZ")]
+    field_hz: f64,
     /// One JSON object on standard output instead of dashboard and summary.
     #[arg(long)]
     json: bool,
@@ -153,6 +161,12 @@ fn live(
     worker_end: WorkerEnd,
     still: &mut Still,
 ) -> anyhow::Result<Log> {
+    let (outlet, publisher) = if arguments.publish.is_empty() {
+        (None, None)
+    } else {
+        let started = Publisher::start(&arguments.publish, arguments.field_hz, model.field_len())?;
+        (Some(started.0), Some(started.1))
+    };
     let shared = Arc::new(Watch::default());
     let interrupted = Arc::clone(&shared);
     ctrlc::set_handler(move || interrupted.stop.store(true, Ordering::Relaxed))
@@ -160,15 +174,15 @@ fn live(
     // Room for a turn a frame, for those that faults add, and for a second more.
     let log = Log::with_room(frames + frames / 2 + 64);
     let length = Duration::from_secs_f64(frames as f64 * FRAME_INTERVAL_S);
-    let shared = &*shared;
-    std::thread::scope(|scope| {
-        scope.spawn(move || play(&shared.stop));
-        let worker = scope.spawn(move || watch(model, config, &worker_end, shared, log, still));
+    let (watching, handed_to) = (&*shared, outlet.as_ref());
+    let log = std::thread::scope(|scope| {
+        scope.spawn(move || play(&watching.stop));
+        let worker = scope.spawn(move || watch(model, config, &worker_end, watching, handed_to, log, still));
         let finished = || worker.is_finished();
         let shown = if !arguments.json && std::io::stdout().is_terminal() {
             let title = format!("{}, {camera}, model {}", model.header.liquid, arguments.model);
             let (fill_m, radius_m) = (model.header.fill_m, model.header.radius_m);
-            Dashboard::new(Caption { title, fill_m, radius_m, length }).run(shared, finished)
+            Dashboard::new(Caption { title, fill_m, radius_m, length }).run(watching, finished)
         } else {
             progress(length, finished);
             Ok(())
@@ -178,7 +192,22 @@ fn live(
             eprintln!("the dashboard ended: {error}");
         }
         worker.join().map_err(|_| anyhow::anyhow!("the worker stopped on an error of its own"))
-    })
+    })?;
+    if let (Some(outlet), Some(publisher)) = (outlet, publisher) {
+        let counters = Arc::clone(&outlet.counters);
+        // Without an outlet the publisher sends what it has and leaves.
+        drop(outlet);
+        publisher.finish();
+        let of = |counter: &std::sync::atomic::AtomicU64| counter.load(Ordering::Relaxed);
+        eprintln!(
+            "published {} records; left out {} by slow readers, {} by a full queue; {} readers gone",
+            of(&counters.sent),
+            of(&counters.reader_slow),
+            of(&counters.queue_full),
+            of(&counters.readers_gone)
+        );
+    }
+    Ok(log)
 }
 
 /// A bar with the time left, on standard error, where there is no dashboard.

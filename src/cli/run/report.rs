@@ -155,6 +155,7 @@ fn checks(log: &Log, score: &Score, turn_us: &Histogram<u64>) -> Vec<Check> {
         Check::told("baseline_linear_slosh_rel", score.linear.slosh_rel(), "1"),
         Check::at_most("surface_error_mean", surface.mean(), "1", mean),
         Check::at_most("surface_error_max", surface.max, "1", max),
+        Check::told("interval_coverage", score.held.share(), "1"),
         Check::at_most("field_error_q", q, "1", target::FIELD),
         Check::at_most("field_error_v", v, "1", target::FIELD),
         Check::told("field_error_e", e, "1"),

@@ -5,6 +5,7 @@ use crate::host::allocations::allocations_of_this_thread;
 use crate::host::clock::Monotonic;
 use crate::host::link::{Delivery, Received, WorkerEnd};
 use crate::host::prelude::*;
+use crate::host::publish::Outlet;
 use crate::model::Model;
 use crate::runtime::{Estimator, Eye, Tracker, Turn};
 use crate::surface;
@@ -39,12 +40,13 @@ pub struct Still {
 }
 
 /// Runs until the camera has gone or `watch.stop` is set. `field` receives the full field of each
-/// turn, `still` the image of the highest crest.
+/// turn, `still` the image of the highest crest; `outlet` is where turns are handed on to.
 pub fn watch(
     model: &Model<'_>,
     config: surface::Config,
     end: &WorkerEnd,
     watch: &Watch,
+    outlet: Option<&Outlet>,
     mut log: Log,
     still: &mut Still,
 ) -> Log {
@@ -68,14 +70,14 @@ pub fn watch(
                 if let Some(turn) = turn {
                     let logged = Logged { turn, latency_us: turn_us, turn_us, allocations };
                     log.push(logged);
-                    show(watch, logged);
+                    show(watch, outlet, logged, &field);
                 }
             }
             Received::Payload(delivery) => {
                 if take(&mut tracker, &delivery, &mut clock, &mut field, &mut log) {
                     next_turn = delivery.arrived + PATIENCE;
                     keep_still(&tracker, &log, model.header.fill_m as f32, still);
-                    log.turns.last().inspect(|logged| show(watch, **logged));
+                    log.turns.last().inspect(|logged| show(watch, outlet, **logged, &field));
                 }
                 end.give_back(delivery.payload);
             }
@@ -108,8 +110,11 @@ fn take(
     log.turns.len() > first
 }
 
-/// Shows a turn to whoever looks, unless they are looking right now.
-fn show(watch: &Watch, logged: Logged) {
+/// Hands a turn on, and shows it to whoever looks, unless they are looking right now.
+fn show(watch: &Watch, outlet: Option<&Outlet>, logged: Logged, field: &[f32]) {
+    if let Some(outlet) = outlet {
+        outlet.offer(&logged.turn, field);
+    }
     if let Ok(mut last) = watch.last.try_lock() {
         *last = Some(logged);
     }

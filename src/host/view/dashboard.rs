@@ -173,6 +173,7 @@ impl Dashboard {
         };
         let (turn, estimate) = (&logged.turn, &logged.turn.estimate);
         let stages = &estimate.stages;
+        let widest = estimate.interval.surface_m.iter().copied().fold(0.0, f32::max);
         let seen = match &turn.sight {
             Some(Ok(profile)) => format!("{} of {} points", profile.seen(), profile.valid.len()),
             Some(Err(reason)) => format!("not seen: {reason}"),
@@ -182,6 +183,7 @@ impl Dashboard {
             format!("camera time   {:.3} s", turn.time.0 as f64 * 1e-6),
             format!("surface       {seen}"),
             format!("glass         {:+.2} m/s2", estimate.acceleration_m_s2),
+            format!("may be off by {:.1} mm, {:.0} mm/s", 1e3 * widest, 1e3 * estimate.interval.field[1]),
             String::new(),
             format!("surface    {:6} us", stages.surface_us),
             format!("predict    {:6} us", stages.predict_us),

@@ -7,10 +7,12 @@
 //! Learning sees profiles and places of the glass alone; the truth judges. Errors are those of
 //! [`super::score`]; the depth noise is 2 mm.
 
+mod motion;
 mod plots;
 mod report;
 mod trial;
 
+pub use motion::{Source, sources};
 pub use plots::{curves_png, peaks_png};
 pub use report::{checks, markdown};
 pub use trial::{Peak, Trial, trial};
@@ -23,7 +25,7 @@ use super::scene::SceneSettings;
 use super::sph::{Effects, Setup, record};
 use super::train::TrainError;
 use super::train::correct::{Corrected, Correction, Sightings, correct};
-use super::watching::sightings;
+use super::watching::{DISPARITY_RMS_PX, sightings};
 use crate::host::files::AlignedBytes;
 use crate::model::{LoadError, Model};
 use crate::offline::prelude::*;
@@ -31,9 +33,6 @@ use crate::surface::ConfigError;
 use crate::units::FRAME_INTERVAL_S;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
-
-/// Noise of the disparity that makes 2 mm of depth at 0.4 m, pixels rms: `s = dz f B / z^2`.
-pub const DISPARITY_RMS_PX: f64 = 0.24;
 
 /// Length of every recording, s: three to four sloshes.
 const SECONDS: f64 = 4.0;
@@ -139,6 +138,8 @@ pub struct Result {
 pub struct Study {
     /// The source liquid on its unseen recording.
     pub source: Trial,
+    /// The same with the motion of the glass from elsewhere.
+    pub motion: Vec<Source>,
     /// The liquids.
     pub results: Vec<Result>,
 }
@@ -163,6 +164,7 @@ pub fn study(
     watch.tell("the camera looks at glycerine", 0.0);
     let source_seen = look(&unseen, seed)?;
     let source = trial(&model, &unseen, &source_seen);
+    let motion = sources(&model, &unseen, &source_seen, seed);
     // What must not be forgotten is not what the source is judged by.
     let kept = had(SOURCE.0, "strokes:101", watch)?;
     let kept = vec![look(&kept, seed + 1)?];
@@ -193,7 +195,7 @@ pub fn study(
         let after = trial(&Model::load(&new)?, &unseen, &seen);
         results.push(Result { course, before, after, corrected });
     }
-    Ok(Study { source, results })
+    Ok(Study { source, motion, results })
 }
 
 /// What the camera saw of `recording`.

@@ -46,6 +46,37 @@ pub fn checks(study: &Study) -> Vec<Check> {
     for ((group, error), target) in GROUP_NAMES.iter().zip(source.score.field).zip(SOURCE_TARGET.1) {
         checks.push(Check::at_most(format!("glycerine_field_{group}"), percent(error), "%", target));
     }
+    checks.push(Check::within("interval_coverage", percent(source.score.held.share()), "%", 85.0, 95.0));
+    for (group, held) in GROUP_NAMES.iter().zip(source.score.field_held) {
+        checks.push(Check::told(format!("interval_coverage_{group}"), percent(held.share()), "%"));
+    }
+    for (lead, held) in ["250ms", "500ms"].iter().zip(source.forecast_held) {
+        checks.push(Check::within(
+            format!("interval_coverage_{lead}"),
+            percent(held.share()),
+            "%",
+            85.0,
+            95.0,
+        ));
+    }
+    let crests = &source.crests_ahead;
+    let off = |errors: &[f64]| median(errors.iter().map(|e| e.abs()).collect());
+    checks.push(Check::told("crest_ahead_height", 1e3 * off(&crests.height_m), "mm"));
+    checks.push(Check::told("crest_ahead_time", 1e3 * off(&crests.time_s), "ms"));
+    checks.push(Check::told("crest_ahead_coverage", percent(crests.held.share()), "%"));
+    for Outcome { course, after, .. } in &study.results {
+        let name = format!("{}_interval_coverage", course.liquid);
+        checks.push(Check::told(name, percent(after.score.held.share()), "%"));
+    }
+    for one in &study.motion {
+        let name = |what: &str| format!("motion_{}_{what}", one.name);
+        let slosh = percent(one.score.estimate.slosh_rel());
+        let v = percent(one.score.field[1]);
+        let (of_slosh, of_v) =
+            if one.name == "none" { (15.0, 20.0) } else { (SOURCE_TARGET.0, SOURCE_TARGET.1[1]) };
+        checks.push(Check::at_most(name("slosh_rel"), slosh, "%", of_slosh));
+        checks.push(Check::at_most(name("field_v"), v, "%", of_v));
+    }
     let worst = study.results.iter().map(|r| percent(r.corrected.source[1] - r.corrected.source[0]));
     checks.push(Check::at_most("source_forgetting", worst.fold(0.0, f64::max), "%", 5.0));
     let trials = || study.results.iter().flat_map(|r| [&r.before, &r.after]).chain([source]);

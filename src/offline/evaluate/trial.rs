@@ -1,17 +1,15 @@
 //! One model on one recording: errors, crests, laws, forecasts.
 
-use crate::generic::Latent;
 use crate::host::live::Logged;
 use crate::model::Model;
 use crate::offline::baseline::linear_with_motion;
 use crate::offline::camera::START;
 use crate::offline::prelude::*;
 use crate::offline::recording::Recording;
-use crate::offline::score::{Score, SurfaceError, score};
+use crate::offline::score::{Held, Score, SurfaceError, score};
 use crate::offline::train::correct::Sightings;
-use crate::offline::watching::turns;
-use crate::runtime::{Mode, surface_ahead};
-use crate::surface::POINTS;
+use crate::offline::watching::turns_with;
+use crate::runtime::{Crest, Drive, Forecast, Mode};
 use crate::units::FRAME_INTERVAL_S;
 
 /// A crest counts from this height over the fill, m.
@@ -36,6 +34,10 @@ pub struct Peak {
     pub time_error_s: f64,
 }
 
+/// Frames between two looks for the next crest, and within which it is looked for: half a second.
+const CREST_EVERY: usize = 3;
+const CREST_WITHIN: usize = 30;
+
 /// How a model did on a recording.
 #[derive(Clone, Debug)]
 pub struct Trial {
@@ -47,22 +49,98 @@ pub struct Trial {
     pub entropy_falls: usize,
     /// Largest residue of the energy in a step, in units of H.
     pub energy_drift: f64,
+    /// Errors of the next crest as it was foretold, and how often it lay within its interval.
+    pub crests_ahead: CrestsAhead,
     /// Slosh-relative error of the forecasts of [`AHEAD`], and of the present surface in their place.
     pub forecast: [[f64; 2]; 2],
+    /// Share of the heights of the forecasts that lay within their interval.
+    pub forecast_held: [Held; 2],
 }
 
 /// Runs `model` over `seen` and holds it against the truth of `recording`.
 #[must_use]
 pub fn trial(model: &Model<'_>, recording: &Recording, seen: &Sightings) -> Trial {
-    let turns = turns(model, seen);
+    let mut ahead = AHEAD.map(Ahead::new);
+    let fill_m = recording.glass.fill_m;
+    let highest: Vec<f64> = (0..recording.frames()).map(|n| crest(recording.profile(n), fill_m)).collect();
+    let mut crests_ahead = CrestsAhead::default();
+    let turns = turns_with(
+        model,
+        seen,
+        |_| Drive::Seen,
+        |frame, memory, estimate| {
+            for ahead in ahead.iter_mut().filter(|_| estimate.mode == Mode::Tracking) {
+                if frame + ahead.frames < recording.frames() {
+                    let truth = recording.profile(frame + ahead.frames);
+                    let said = Forecast::new(model, memory, ahead.frames);
+                    ahead.moving.add(truth, &said.surface_m, fill_m);
+                    ahead.still.add(truth, recording.profile(frame), fill_m);
+                    ahead.held.add(truth, &said.surface_m, &said.half_m);
+                }
+            }
+            if estimate.mode == Mode::Tracking && frame.is_multiple_of(CREST_EVERY) {
+                crests_ahead.take(&highest, fill_m, frame, Crest::next(model, memory, CREST_WITHIN));
+            }
+        },
+    );
     let linear = linear_with_motion(recording);
     let audits = || turns.iter().map(|logged| &logged.turn.estimate.audit);
     Trial {
         score: score(model, recording, &linear, &turns, START),
+        crests_ahead,
         peaks: peaks(recording, &turns),
         entropy_falls: audits().filter(|audit| audit.heat < 0.0).count(),
         energy_drift: audits().map(|audit| audit.energy_residual.abs()).fold(0.0, f64::max),
-        forecast: AHEAD.map(|frames| forecast(model, recording, &turns, frames)),
+        forecast: ahead.map(|ahead| [ahead.moving.slosh_rel(), ahead.still.slosh_rel()]),
+        forecast_held: ahead.map(|ahead| ahead.held),
+    }
+}
+
+/// The next crest, foretold and true.
+#[derive(Clone, Debug, Default)]
+pub struct CrestsAhead {
+    /// Foretold less true height, m.
+    pub height_m: Vec<f64>,
+    /// Foretold less true time, s.
+    pub time_s: Vec<f64>,
+    /// Whether the true height lay within the interval.
+    pub held: Held,
+    /// Crests that came and were not foretold.
+    pub missed: usize,
+}
+
+impl CrestsAhead {
+    /// Holds what is `said` at `frame` against the next maximum of `highest`, if one comes in time.
+    fn take(&mut self, highest: &[f64], fill_m: f64, frame: usize, said: Option<Crest>) {
+        let window = frame + 1..(frame + CREST_WITHIN).min(highest.len().saturating_sub(1));
+        let top = |&n: &usize| highest[n] > highest[n - 1] && highest[n] >= highest[n + 1];
+        let Some(n) = window.into_iter().find(|n| top(n) && highest[*n] > CREST_M) else { return };
+        let Some(said) = said else {
+            self.missed += 1;
+            return;
+        };
+        let height_m = f64::from(said.height_m) - fill_m;
+        self.height_m.push(height_m - highest[n]);
+        self.time_s.push((said.frames as f64 - (n - frame) as f64) * FRAME_INTERVAL_S);
+        self.held.add(&[highest[n] as f32], &[height_m as f32], &[said.half_m]);
+    }
+}
+
+/// Sums behind the forecasts of one lead.
+#[derive(Clone, Copy)]
+struct Ahead {
+    frames: usize,
+    /// Of the forecast.
+    moving: SurfaceError,
+    /// Of the present surface in its place.
+    still: SurfaceError,
+    held: Held,
+}
+
+impl Ahead {
+    fn new(frames: usize) -> Self {
+        let (moving, still) = (SurfaceError::default(), SurfaceError::default());
+        Self { frames, moving, still, held: Held::default() }
     }
 }
 
@@ -90,21 +168,4 @@ fn peaks(recording: &Recording, turns: &[Logged]) -> Vec<Peak> {
             })
         })
         .collect()
-}
-
-/// Slosh-relative error of the surface `frames` ahead, and of the present surface in its place.
-fn forecast(model: &Model<'_>, recording: &Recording, turns: &[Logged], frames: usize) -> [f64; 2] {
-    let (mut ahead, mut still) = (SurfaceError::default(), SurfaceError::default());
-    let fill_m = recording.glass.fill_m;
-    for (n, logged) in turns.iter().enumerate().take(recording.frames().saturating_sub(frames)) {
-        let estimate = &logged.turn.estimate;
-        if estimate.mode != Mode::Tracking {
-            continue;
-        }
-        let truth: &[f32] = recording.profile(n + frames);
-        let said: [f32; POINTS] = surface_ahead(model, &Latent::from(estimate.latent), frames);
-        ahead.add(truth, &said, fill_m);
-        still.add(truth, recording.profile(n), fill_m);
-    }
-    [ahead.slosh_rel(), still.slosh_rel()]
 }

@@ -4,16 +4,20 @@
 //! POD. Both halves are zero at zero, so that rest is x = 0 and decodes to rest exactly.
 
 use super::dataset::{Frame, Sequence};
+use super::descent::Descent;
 use super::generic::{LATENTS, Latent, Square};
 use super::nets::perceptron;
 use super::noise::normal;
 use super::progress::{Session, annealed};
-use super::weights::{Adam, Matrix, constants, leaves, numbers, scalar};
+use super::weights::{Matrix, constants, leaves, numbers, scalar};
 use crate::offline::prelude::*;
 use burn::tensor::{Device, Tensor, TensorData};
 use nalgebra::{DMatrix, SymmetricEigen};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+
+/// The stage, as bars, curves and checkpoints name it.
+const STAGE: &str = "autoencoder";
 
 /// Width of the hidden layers.
 const HIDDEN: usize = 64;
@@ -106,11 +110,12 @@ impl Autoencoder {
         let (width, device) = (frame.width(), Device::flex().autodiff());
         let (rows, held) = (scaled(training, frame), scaled(validation, frame));
         let count = rows.len() / width;
-        let mut net = Self::from_joint_pod(&rows, width, &mut rng);
-        let mut adam = Adam::new(&net.weights, 1.0);
-        let (mut best, mut least) = (net.clone(), net.loss(&held, width));
-        let bar = session.bar("autoencoder", steps);
-        for step in 0..steps {
+        let start = Self::from_joint_pod(&rows, width, &mut rng);
+        let least = f64::from(start.loss(&held, width)).sqrt();
+        let mut descent = Descent::new(STAGE, start.weights, least, session);
+        let bar = session.bar(STAGE, steps);
+        for step in descent.done()..steps {
+            let mut rng = Descent::draws(seed, step);
             let batch: Vec<f32> = (0..BATCH)
                 .map(|_| rng.random_range(0..count))
                 .flat_map(|n| rows[n * width..(n + 1) * width].iter().copied())
@@ -118,24 +123,22 @@ impl Autoencoder {
             let jitter = (0..BATCH * LATENTS).map(|_| (SMOOTHING * normal(&mut rng)) as f32).collect();
             let z = Tensor::from_data(TensorData::new(batch, [BATCH, width]), &device);
             let jitter = Tensor::from_data(TensorData::new(jitter, [BATCH, LATENTS]), &device);
-            let tensors = leaves(&net.weights, &device);
+            let tensors = leaves(descent.weights(), &device);
             let (encoder, decoder) = tensors.split_at(HALF);
             let again = half(half(z.clone(), encoder) + jitter, decoder);
             let loss = (again - z).square().sum() / (5 * BATCH) as f32;
-            adam.step(&mut net.weights, &tensors, loss.backward(), annealed(2e-3, step, steps));
+            let (weights, adam) = descent.parts();
+            adam.step(weights, &tensors, loss.backward(), annealed(2e-3, step, steps));
             if step % 100 == 99 || step + 1 == steps {
-                let error = net.loss(&held, width);
-                if error < least {
-                    (best, least) = (net.clone(), error);
-                }
-                bar.show(step + 1, f64::from(scalar(loss)).sqrt(), f64::from(error).sqrt());
-                if session.stopped() {
+                let now = Self { weights: descent.weights().to_vec() }.loss(&held, width);
+                let errors = (f64::from(scalar(loss)).sqrt(), f64::from(now).sqrt());
+                if descent.look(step + 1, errors, &bar, session) {
                     break;
                 }
             }
         }
         bar.finish();
-        best
+        Self { weights: descent.end(STAGE, session).0 }
     }
 
     /// Mean over groups of the squared relative error on `rows`.

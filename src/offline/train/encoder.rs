@@ -1,17 +1,21 @@
 //! The encoder: three GRU layers from a window of noisy profiles and accelerations to the latents.
 
 use super::dataset::{Frame, Sequence};
+use super::descent::Descent;
 use super::generic::{LATENTS, Latent, Square};
 use super::nets::{self, CELLS, LAYERS};
 use super::noise::{FEATURES, Noise, Seen, WINDOW};
 use super::progress::{Session, annealed};
-use super::weights::{Adam, Matrix, constants, leaves, numbers, scalar};
+use super::weights::{Matrix, constants, leaves, numbers, scalar};
 use crate::encoder::READINGS;
 use crate::offline::prelude::*;
 use burn::tensor::{Device, Tensor, TensorData};
 use rand::seq::SliceRandom;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+
+/// The stage, as bars, curves and checkpoints name it.
+const STAGE: &str = "encoder";
 
 /// Windows of one training step.
 const BATCH: usize = 128;
@@ -100,19 +104,20 @@ impl Encoder {
     ) -> Self {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let device = Device::flex().autodiff();
-        let mut net = Self::fresh(&mut rng);
+        let start = Self::fresh(&mut rng);
         let held: Vec<Seen> =
             validation.iter().map(|l| Seen::new(l.sequence, frame, Some(Noise::CAMERA), &mut rng)).collect();
-        let mut order: Vec<(usize, usize)> = training
+        let order: Vec<(usize, usize)> = training
             .iter()
             .enumerate()
             .flat_map(|(i, lesson)| (0..lesson.sequence.frames()).map(move |n| (i, n)))
             .collect();
         let cost_t = cost.matrix().tensor(&device);
-        let mut adam = Adam::new(&net.weights, 1.0);
-        let (mut best, mut least) = (net.clone(), f64::INFINITY);
-        let bar = session.bar("encoder", epochs);
-        for epoch in 0..epochs {
+        let mut descent = Descent::new(STAGE, start.weights, f64::INFINITY, session);
+        let bar = session.bar(STAGE, epochs);
+        for epoch in descent.done()..epochs {
+            let mut rng = Descent::draws(seed, epoch);
+            let mut order = order.clone();
             let seen: Vec<Seen> =
                 training.iter().map(|l| Seen::new(l.sequence, frame, None, &mut rng)).collect();
             order.shuffle(&mut rng);
@@ -127,26 +132,25 @@ impl Encoder {
                 let target: Vec<f32> = batch.iter().flat_map(due).collect();
                 let target =
                     Tensor::<2>::from_data(TensorData::new(target, [batch.len(), READINGS]), &device);
-                let tensors = leaves(&net.weights, &device);
+                let tensors = leaves(descent.weights(), &device);
                 let miss = nets::encoder(windows(ends, &device), &tensors) - target;
                 let loss = miss.matmul(cost_t.clone()).square().sum() / batch.len() as f32;
                 let grads = loss.backward();
                 total += scalar(loss) * batch.len() as f32;
-                adam.step(&mut net.weights, &tensors, grads, annealed(4e-3, epoch, epochs));
+                let (weights, adam) = descent.parts();
+                adam.step(weights, &tensors, grads, annealed(4e-3, epoch, epochs));
             }
             if epoch % LOOK == LOOK - 1 || epoch + 1 == epochs {
-                let error = net.error(&held, validation, cost);
-                if error < least {
-                    (best, least) = (net.clone(), error);
-                }
-                bar.show(epoch + 1, f64::from(total / order.len() as f32).sqrt(), error.sqrt());
-                if session.stopped() {
+                let now = Self { weights: descent.weights().to_vec() };
+                let error = now.error(&held, validation, cost).sqrt();
+                let errors = (f64::from(total / order.len() as f32).sqrt(), error);
+                if descent.look(epoch + 1, errors, &bar, session) {
                     break;
                 }
             }
         }
         bar.finish();
-        best
+        Self { weights: descent.end(STAGE, session).0 }
     }
 
     /// Mean cost over all frames of `lessons`.

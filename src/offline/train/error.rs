@@ -3,6 +3,7 @@
 use crate::model::LoadError;
 use crate::offline::export::ExportError;
 use crate::offline::prelude::*;
+use crate::surface::ConfigError;
 
 /// Why there is no model.
 #[derive(Clone, Debug)]
@@ -17,6 +18,8 @@ pub enum TrainError {
     Interrupted,
     /// The blob that was to be corrected, or a candidate, is refused.
     Blob(LoadError),
+    /// A validation recording cannot be looked at by the rendered camera.
+    Camera(ConfigError),
     /// The blob could not be made.
     Export(ExportError),
 }
@@ -35,6 +38,7 @@ impl std::fmt::Display for TrainError {
                 write!(f, "stopped before every part had been trained once: nothing was written")
             }
             Self::Blob(error) => write!(f, "{error}"),
+            Self::Camera(error) => write!(f, "{error}"),
             Self::Export(error) => write!(f, "{error}"),
         }
     }
@@ -45,6 +49,12 @@ impl std::error::Error for TrainError {}
 impl From<LoadError> for TrainError {
     fn from(error: LoadError) -> Self {
         Self::Blob(error)
+    }
+}
+
+impl From<ConfigError> for TrainError {
+    fn from(error: ConfigError) -> Self {
+        Self::Camera(error)
     }
 }
 

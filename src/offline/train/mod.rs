@@ -9,8 +9,11 @@
 //! (`generic`, `warm`, `filter`).
 
 mod autoencoder;
+mod calibrate;
 pub mod correct;
+mod curves;
 mod dataset;
+mod descent;
 mod encoder;
 mod error;
 mod feed;
@@ -28,11 +31,17 @@ mod report;
 mod rollout;
 mod side;
 mod snapshots;
+mod soft;
+mod spread;
 mod unrolled;
 mod warm;
 pub mod weights;
 
+pub use curves::curves_png;
+pub use descent::LookAt;
 pub use error::TrainError;
+pub(in crate::offline) use noise::normal;
+pub use progress::{Checkpoints, Curve};
 
 use super::export;
 use super::recording::Recording;
@@ -50,6 +59,8 @@ use progress::Session;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use side::Side;
+use soft::Soft;
+use spread::Spread;
 use std::sync::atomic::AtomicBool;
 
 /// How long to train.
@@ -80,10 +91,14 @@ pub struct Options {
     pub seed: u64,
     /// How long.
     pub schedule: Schedule,
+    /// Whether the paper's soft net is trained beside the exact step, to compare; it is not in the blob.
+    pub soft: bool,
     /// No bars.
     pub quiet: bool,
     /// The command, for the blob's provenance.
     pub command: String,
+    /// Where checkpoints are kept; nowhere if `None`.
+    pub checkpoints: Option<Checkpoints>,
 }
 
 /// Everything that has been learnt.
@@ -105,6 +120,8 @@ pub struct Trained {
     pub blob: Vec<u8>,
     /// Figures on the validation recordings.
     pub checks: Vec<Check>,
+    /// How every stage learnt.
+    pub curves: Vec<Curve>,
 }
 
 /// Trains on `training`, chooses by `validation`, and writes the blob in memory. When `stop` is
@@ -122,7 +139,8 @@ pub fn train(
     if validation.is_empty() {
         return Err(TrainError::NoRecording);
     }
-    let session = Session::new(options.quiet, stop);
+    let session = Session::new(options.quiet, stop)
+        .kept(options.checkpoints.clone(), fingerprint(training, validation, options));
     let seed = |stage| derive_seed(options.seed, stage);
     let mut frame = Frame::new(training)?;
     let project = |all: &[Recording]| all.iter().map(|r| frame.project(r)).collect::<Vec<_>>();
@@ -179,10 +197,16 @@ pub fn train(
     let gain = filter::tune(&dynamics, &tracks, &metric)?;
 
     let model = Model { frame, autoencoder, encoder, dynamics, linear, preconditioner, gain };
+    let spread = Spread::new(&model, &tracks, &held, &metric);
     // Fresh noise: the gain has seen the other.
     let mut tracks = |noise| held.tracks(&model.frame, &model.encoder, noise, &mut rng);
     let (tracks, worse) = (tracks(Noise::CAMERA), tracks(Noise::WORSE));
-    let (checks, slosh_rel) = report::checks(&model, &held, &tracks, &worse);
+    let soft = options.soft.then(|| {
+        let (paths, plan) =
+            ((seen.paths.as_slice(), held.paths.as_slice()), (options.schedule.rollout, seed(5)));
+        Soft::train(&model.dynamics, paths, &metric, plan, &session)
+    });
+    let (mut checks, slosh_rel) = report::checks(&model, &held, &tracks, &worse);
     let header = Header {
         liquid: fit(&first.provenance.liquid),
         provenance: fit(&options.command),
@@ -197,7 +221,27 @@ pub fn train(
         validation_slosh_rel: slosh_rel as f32,
         sections: heapless::Vec::new(),
     };
-    Ok(Trained { blob: export::blob(header, &parts::parts(&model))?, checks })
+    let blob = |reach| export::blob(header.clone(), &[parts::parts(&model), spread.parts(reach)].concat());
+    // Half of the validation recordings' noise makes the factors, the other half tells what they hold.
+    let looks = |seed| -> Result<Vec<_>, TrainError> {
+        validation.iter().map(|r| Ok((r, calibrate::look(r, seed)?))).collect()
+    };
+    let reach = calibrate::reach(&blob(&spread::UNIT)?, &looks(seed(3))?)?;
+    let blob = blob(&reach)?;
+    checks.extend(soft.iter().flat_map(|soft| soft.checks(&model.dynamics, &held.paths, &metric)));
+    checks.extend(calibrate::held(&blob, &looks(seed(4))?)?);
+    Ok(Trained { blob, checks, curves: session.curves() })
+}
+
+/// What tells a training from another: its data, its seed and its schedule.
+fn fingerprint(training: &[Recording], validation: &[Recording], options: &Options) -> u32 {
+    let mut digest = crate::model::CRC.digest();
+    for recording in training.iter().chain(validation) {
+        recording.profile_m.iter().for_each(|height| digest.update(&height.to_le_bytes()));
+    }
+    digest
+        .update(format!("{} {} {:?}", env!("CARGO_PKG_VERSION"), options.seed, options.schedule).as_bytes());
+    digest.finalize()
 }
 
 /// As much of `text` as fits.

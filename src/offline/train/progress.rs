@@ -1,14 +1,38 @@
-//! What the user sees while training runs, and how it is asked to stop.
+//! What the user sees while training runs, how it is asked to stop, and where it goes on from.
 
+use super::descent::LookAt;
 use crate::offline::prelude::*;
 use indicatif::{MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// One run of the trainer: its bars and the flag that Ctrl-C raises.
+/// The errors of a stage as it learnt.
+#[derive(Clone, Debug)]
+pub struct Curve {
+    /// The stage.
+    pub stage: String,
+    /// Its looks.
+    pub looks: Vec<LookAt>,
+}
+
+/// Where a training keeps its checkpoints.
+#[derive(Clone, Debug)]
+pub struct Checkpoints {
+    /// The folder; it is there.
+    pub folder: PathBuf,
+    /// Whether what lies there is gone on from.
+    pub resume: bool,
+}
+
+/// One run of the trainer: its bars, the flag that Ctrl-C raises, its checkpoints and curves.
 #[derive(Debug)]
 pub(super) struct Session<'a> {
     bars: MultiProgress,
     stop: &'a AtomicBool,
+    checkpoints: Option<Checkpoints>,
+    fingerprint: u32,
+    curves: Mutex<Vec<Curve>>,
 }
 
 /// The bar of one stage.
@@ -20,13 +44,56 @@ impl<'a> Session<'a> {
     #[must_use]
     pub(super) fn new(quiet: bool, stop: &'a AtomicBool) -> Self {
         let target = if quiet { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() };
-        Self { bars: MultiProgress::with_draw_target(target), stop }
+        let bars = MultiProgress::with_draw_target(target);
+        Self { bars, stop, checkpoints: None, fingerprint: 0, curves: Mutex::new(Vec::new()) }
+    }
+
+    /// The same with checkpoints, which only a training of the same `fingerprint` goes on from.
+    #[must_use]
+    pub(super) fn kept(mut self, checkpoints: Option<Checkpoints>, fingerprint: u32) -> Self {
+        (self.checkpoints, self.fingerprint) = (checkpoints, fingerprint);
+        self
+    }
+
+    /// Folder of the checkpoints.
+    pub(super) fn folder(&self) -> Option<&Path> {
+        self.checkpoints.as_ref().map(|kept| kept.folder.as_path())
+    }
+
+    /// Whether to go on from what lies there.
+    pub(super) fn resumes(&self) -> bool {
+        self.checkpoints.as_ref().is_some_and(|kept| kept.resume)
+    }
+
+    /// What tells this training from another.
+    pub(super) fn fingerprint(&self) -> u32 {
+        self.fingerprint
     }
 
     /// Whether someone asked to stop.
     #[must_use]
     pub(super) fn stopped(&self) -> bool {
         self.stop.load(Ordering::Relaxed)
+    }
+
+    /// Says `what` above the bars.
+    pub(super) fn warn(&self, what: &str) {
+        // A terminal that is gone is no reason to stop.
+        let _ = self.bars.println(what);
+    }
+
+    /// Keeps the curve of `stage`.
+    pub(super) fn note(&self, stage: &str, looks: Vec<LookAt>) {
+        // A stage that panicked has ended the training already.
+        let mut curves = self.curves.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+        curves.push(Curve { stage: String::from(stage), looks });
+    }
+
+    /// All curves, by stage.
+    pub(super) fn curves(self) -> Vec<Curve> {
+        let mut curves = self.curves.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);
+        curves.sort_by(|a, b| a.stage.cmp(&b.stage));
+        curves
     }
 
     /// The bar of a stage of `length` steps.

@@ -3,20 +3,21 @@
 //! One-step training is erratic for every variant; ten and more steps are not. What is unrolled is the
 //! step that runs, so its weights need no allowance for another integrator.
 
+use super::descent::Descent;
 use super::generic::{Dynamics, LATENTS, Latent, Square};
 use super::linear::Path;
 use super::precondition::typical;
 use super::progress::{Session, annealed};
 use super::unrolled::{Operators, dynamics_of, weights_of};
-use super::weights::{Adam, Matrix, leaves, scalar};
+use super::weights::{Matrix, leaves, scalar};
 use crate::offline::prelude::*;
 use burn::tensor::{Device, Tensor, TensorData};
 use nalgebra::DMatrix;
-use rand::{RngExt, SeedableRng};
+use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
 /// Roll-outs of one training step: at these sizes the cost is calls, not numbers.
-const BATCH: usize = 128;
+pub(super) const BATCH: usize = 128;
 
 /// Weight of the energy against the states in the loss, both relative to their mean square: what makes
 /// H the energy of the slosh and not just any function that falls.
@@ -70,15 +71,14 @@ pub(super) fn train(
     (steps, seed): (usize, u64),
     session: &Session<'_>,
 ) -> (Dynamics, f64) {
-    let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let device = Device::flex().autodiff();
     let metric_t =
         Matrix::from_f64(&DMatrix::from_fn(LATENTS, LATENTS, |i, j| metric[(j, i)])).tensor(&device);
-    let mut weights = weights_of(start);
-    let mut preconditioner = start.preconditioner();
-    let mut adam = Adam::new(&weights, 1.0);
     let check = |d: &Dynamics| validate(|x, u| d.roll_out(x, u), validation, metric);
-    let (mut best, mut least) = (start.clone(), check(start));
+    let stage = format!("dynamics {:04x}", seed & 0xffff);
+    let mut descent = Descent::new(&stage, weights_of(start), check(start), session);
+    let fresh = |weights: &[Matrix]| typical(&dynamics_of(weights), training.iter().flat_map(|p| &p.x));
+    let mut preconditioner = fresh(descent.weights());
     let mean_square = |f: &dyn Fn(&Path, usize) -> f64| {
         let all = training.iter().flat_map(|p| (0..p.x.len()).map(move |n| (p, n)));
         all.clone().map(|(p, n)| f(p, n)).sum::<f64>() / all.count().max(1) as f64
@@ -89,8 +89,9 @@ pub(super) fn train(
         let gain = |p: &Path, n: usize| p.heat[(n + horizon).min(p.heat.len() - 1)] - p.heat[n];
         mean_square(&|p, n| gain(p, n).powi(2)) as f32
     };
-    let bar = session.bar(&format!("dynamics {:04x}", seed & 0xffff), steps);
-    for step in 0..steps {
+    let bar = session.bar(&stage, steps);
+    for step in descent.done()..steps {
+        let mut rng = Descent::draws(seed, step);
         let horizon = [8, 16, 30][3 * step / steps];
         let starts = draw(training, horizon, &mut rng);
         let column = |f: &dyn Fn(&Path, usize) -> Vec<f32>, k: usize| {
@@ -99,9 +100,9 @@ pub(super) fn train(
             Tensor::<2>::from_data(TensorData::new(rows, [BATCH, width]), &device)
         };
         let state = |k| column(&|p, n| p.x[n].iter().map(|&v| v as f32).collect(), k);
-        let tensors = leaves(&weights, &device);
+        let tensors = leaves(descent.weights(), &device);
         if step % REFRESH == 0 {
-            preconditioner = typical(&dynamics_of(&weights), training.iter().flat_map(|p| &p.x));
+            preconditioner = fresh(descent.weights());
         }
         let operators = Operators::new(&tensors, &preconditioner, &device);
         let energy = column(&|p, n| vec![p.energy[n] as f32], 0);
@@ -115,25 +116,22 @@ pub(super) fn train(
             loss = loss + miss * (1.0 / (horizon as f32 * state_size));
         }
         let loss = (loss + soft(due * heat_size(horizon).sqrt().recip()) * HEAT_WEIGHT) / BATCH as f32;
-        adam.step(&mut weights, &tensors, loss.backward(), annealed(2e-3, step, steps));
+        let (weights, adam) = descent.parts();
+        adam.step(weights, &tensors, loss.backward(), annealed(2e-3, step, steps));
         if step % LOOK == LOOK - 1 || step + 1 == steps {
-            let now = dynamics_of(&weights);
-            let error = check(&now);
-            if error < least {
-                (best, least) = (now, error);
-            }
-            bar.show(step + 1, f64::from(scalar(loss)).sqrt(), error);
-            if session.stopped() {
+            let error = check(&dynamics_of(descent.weights()));
+            if descent.look(step + 1, (f64::from(scalar(loss)).sqrt(), error), &bar, session) {
                 break;
             }
         }
     }
     bar.finish();
-    (best, least)
+    let (best, least) = descent.end(&stage, session);
+    (dynamics_of(&best), least)
 }
 
 /// Where [`BATCH`] roll-outs start, as (path, frame): anywhere, but of two draws the livelier.
-fn draw(training: &[Path], horizon: usize, rng: &mut ChaCha8Rng) -> Vec<(usize, usize)> {
+pub(super) fn draw(training: &[Path], horizon: usize, rng: &mut ChaCha8Rng) -> Vec<(usize, usize)> {
     let total: usize = training.iter().map(|p| p.x.len().saturating_sub(horizon + 1)).sum();
     let one = |rng: &mut ChaCha8Rng| {
         let mut n = rng.random_range(0..total.max(1));

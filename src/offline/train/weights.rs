@@ -7,9 +7,10 @@ use crate::offline::prelude::*;
 use burn::tensor::{Device, Gradients, Tensor, TensorData};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
+use serde::{Deserialize, Serialize};
 
 /// A row-major matrix of `f32`; a bias is one row.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Matrix {
     /// Rows.
     pub rows: usize,
@@ -92,7 +93,7 @@ pub fn constants(weights: &[Matrix], device: &Device) -> Vec<Tensor<2>> {
 }
 
 /// Adam (Kingma and Ba 2015) with the global gradient norm clipped.
-#[derive(Debug)]
+#[derive(Debug, Serialize, Deserialize)]
 pub struct Adam {
     first: Vec<Vec<f32>>,
     second: Vec<Vec<f32>>,

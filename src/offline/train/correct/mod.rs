@@ -15,22 +15,21 @@
 //! A camera has seen only so strong a slosh. Small sloshes are linear, so that the recordings are also learnt
 //! from stretched, heights and way of the glass by the same factor, each error counted over that factor.
 //!
+//! The intervals of the new blob are as much wider or narrower as the held-out surface asks for (`interval`).
+//!
 //! The laws need no guard: they hold for any weights, and the gain is pulled back until its loop is stable.
 
+mod interval;
 mod lesson;
+mod pupil;
 mod student;
 
 use super::TrainError;
-use super::filter::settle;
-use super::generic::{Dynamics, LATENTS, Square};
 use super::progress::{Session, annealed};
-use super::unrolled::{dynamics_of, rounded, weights_of};
-use super::weights::{Adam, Matrix, leaves, scalar};
-use crate::encoder::GRU_LAYERS;
+use super::unrolled::dynamics_of;
+use super::weights::{Adam, leaves, scalar};
 use crate::host::files::AlignedBytes;
-use crate::model::{Header, LoadError, Model, Tensor as Name};
-use crate::offline::export::{self, Part};
-use crate::offline::import;
+use crate::model::{LoadError, Model};
 use crate::offline::prelude::*;
 use crate::offline::score::SurfaceError;
 use crate::offline::watching::turns;
@@ -38,10 +37,11 @@ use crate::runtime::Mode;
 use crate::surface::SurfaceProfile;
 use burn::tensor::Device;
 use lesson::Lesson;
+use pupil::Pupil;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use std::sync::atomic::AtomicBool;
-use student::{Batch, DYNAMICS, GAIN, GRU, HEAD, HORIZON, Surface, loss};
+use student::{Batch, DYNAMICS, HORIZON, loss};
 
 /// Roll-outs of one step: of the new liquid, of the same stretched, of the source liquid.
 const BATCH: [usize; 3] = [40, 16, 16];
@@ -190,6 +190,7 @@ pub fn correct(
     }
     bar.finish();
     let (blob, after) = best;
+    let blob = interval::rescaled(&blob, &held.all, held.from)?;
     Ok(Corrected { blob, held: [before.0, after.0], source: [before.1, after.1], looks, refused })
 }
 
@@ -281,103 +282,4 @@ fn draw(lessons: &[&Lesson], count: usize, rng: &mut ChaCha8Rng) -> Vec<(usize, 
         if life(&a) > life(&b) { a } else { b }
     };
     (0..count).map(livelier).collect()
-}
-
-/// A blob taken apart into what a correction changes and what it does not.
-struct Pupil {
-    header: Header,
-    parts: Vec<Part>,
-    frozen: Vec<Matrix>,
-    surface: Surface,
-    scale: crate::window::Scale,
-    weights: Vec<Matrix>,
-}
-
-impl Pupil {
-    fn new(blob: &[u8]) -> Result<Self, TrainError> {
-        let (header, parts) = import::parts(blob)?;
-        let scale = Model::load(blob)?.scale();
-        // A loaded blob has every tensor.
-        let missing = TrainError::Singular("the tensors of the blob");
-        let part = |name: Name| parts.iter().find(|p| p.tensor == name).ok_or(missing.clone());
-        let matrix = |name: Name| part(name).map(|p| Matrix::new(p.rows, p.columns, p.values.clone()));
-        let row = |name: Name| part(name).map(|p| Matrix::new(1, p.rows, p.values.clone()));
-        let mut frozen = Vec::new();
-        let mut weights = Vec::new();
-        for layer in 0..GRU_LAYERS as u8 {
-            let into = if usize::from(layer) + 1 == GRU_LAYERS { &mut weights } else { &mut frozen };
-            into.push(matrix(Name::GruInput(layer))?);
-            into.push(matrix(Name::GruHidden(layer))?);
-            into.push(row(Name::GruInputBias(layer))?);
-            into.push(row(Name::GruHiddenBias(layer))?);
-        }
-        weights.push(matrix(Name::HeadWeight)?);
-        weights.push(row(Name::HeadBias)?);
-        let numbers =
-            |name: Name| part(name).map(|p| p.values.iter().map(|&v| f64::from(v)).collect::<Vec<_>>());
-        weights.extend(weights_of(&dynamics_from(&numbers, &matrix)?));
-        weights.push(matrix(Name::Gain)?);
-        let surface = Surface::new(&parts).ok_or(missing.clone())?;
-        Ok(Self { header, frozen, surface, scale, weights, parts })
-    }
-
-    fn lesson(&self, seen: &Sightings) -> Lesson {
-        Lesson::new(seen, &self.scale, &self.surface.rest, &self.frozen)
-    }
-
-    /// The blob with `weights` in the place of what was there.
-    fn blob(&self, weights: &[Matrix], how: &Correction) -> Result<Vec<u8>, TrainError> {
-        let mut parts = self.parts.clone();
-        let mut put = |name: Name, values: Vec<f32>| {
-            if let Some(part) = parts.iter_mut().find(|part| part.tensor == name) {
-                part.values = values;
-            }
-        };
-        let last = GRU_LAYERS as u8 - 1;
-        let names = [
-            Name::GruInput(last),
-            Name::GruHidden(last),
-            Name::GruInputBias(last),
-            Name::GruHiddenBias(last),
-            Name::HeadWeight,
-            Name::HeadBias,
-        ];
-        for (name, matrix) in names.into_iter().zip(&weights[GRU.start..HEAD.end]) {
-            put(name, matrix.values.clone());
-        }
-        let dynamics = rounded(&dynamics_of(&weights[DYNAMICS]));
-        for part in super::parts::operators(&dynamics, &dynamics.preconditioner()) {
-            put(part.tensor, part.values);
-        }
-        let gain = Square::from_row_iterator(weights[GAIN].values.iter().map(|&v| f64::from(v)));
-        let gain = settle(&dynamics, gain);
-        put(Name::Gain, gain.transpose().iter().map(|&v| v as f32).collect());
-        let mut header = self.header.clone();
-        header.liquid = super::fit(&how.liquid);
-        header.provenance = super::fit(&format!("{}; before: {}", how.command, self.header.provenance));
-        Ok(export::blob(header, &parts)?)
-    }
-}
-
-/// The dynamics of a blob in double precision.
-fn dynamics_from(
-    numbers: &dyn Fn(Name) -> Result<Vec<f64>, TrainError>,
-    matrix: &dyn Fn(Name) -> Result<Matrix, TrainError>,
-) -> Result<Dynamics, TrainError> {
-    let triangle = |values: &[f64], shift: usize| {
-        let mut m = Square::zeros();
-        let entries = (0..LATENTS).flat_map(|i| (0..(i + 1).saturating_sub(shift)).map(move |j| (i, j)));
-        entries.zip(values).for_each(|(ij, v)| m[ij] = *v);
-        m
-    };
-    let lower = triangle(&numbers(Name::SkewLower)?, 1);
-    Ok(Dynamics {
-        skew: lower - lower.transpose(),
-        friction: triangle(&numbers(Name::FrictionFactor)?, 0),
-        linear: Square::from_row_iterator(numbers(Name::EnergyLinear)?),
-        inner: matrix(Name::EnergyIn)?.to_f64(),
-        bias: numbers(Name::EnergyBias)?.into(),
-        outer: matrix(Name::EnergyOut)?.to_f64(),
-        port: super::generic::Latent::from_iterator(numbers(Name::Port)?),
-    })
 }

@@ -1,0 +1,156 @@
+//! The factors k of the intervals, from runs of a blob that has k = 1.
+//!
+//! ```text
+//! k = 90 % quantile of |truth - estimate| / half        over all numbers of the recordings held out
+//! ```
+//! (Split conformal prediction: Lei et al., J. Am. Stat. Assoc. 113 (2018) 1094.) The runs are those of the
+//! camera side behind the rendered camera, so that everything between glass and estimate is counted.
+
+use super::spread::UNIT;
+use crate::host::checks::Check;
+use crate::host::files::AlignedBytes;
+use crate::interval::{LEADS, REACH};
+use crate::model::{LoadError, Model};
+use crate::offline::prelude::*;
+use crate::offline::recording::{GROUP_NAMES, Recording, STATE, group_range};
+use crate::offline::scene::SceneSettings;
+use crate::offline::score::field_of;
+use crate::offline::watching::{sightings, turns_with};
+use crate::runtime::{Drive, Estimate, Forecast, Memory, Mode};
+use crate::surface::{ConfigError, SurfaceProfile};
+use crate::units::FRAME_INTERVAL_S;
+
+/// Share of the truth that an interval is to hold.
+pub(super) const HELD: f64 = 0.9;
+
+/// Every how many frames the full field is looked at: it is 27742 numbers.
+const FIELD_EVERY: usize = 3;
+
+/// Errors over half-widths.
+#[derive(Debug, Default)]
+struct Ratios {
+    surface: [Vec<f32>; LEADS.len()],
+    field: [Vec<f32>; GROUP_NAMES.len()],
+}
+
+/// Adds |truth - said| / half, number by number; an interval of nothing counts as missed.
+fn add(ratios: &mut Vec<f32>, truth: &[f32], said: &[f32], half: impl Iterator<Item = f32>) {
+    let ratio = |((t, s), half): ((&f32, &f32), f32)| {
+        if half > 0.0 { (t - s).abs() / half } else { f32::INFINITY }
+    };
+    ratios.extend(truth.iter().zip(said).zip(half).map(ratio));
+}
+
+/// The number that a share [`HELD`] of `ratios` does not exceed; one of none, or where it is not finite.
+fn quantile(mut ratios: Vec<f32>) -> f32 {
+    if ratios.is_empty() {
+        return 1.0;
+    }
+    let at = ((ratios.len() as f64 * HELD).ceil() as usize).clamp(1, ratios.len()) - 1;
+    let (_, k, _) = ratios.select_nth_unstable_by(at, f32::total_cmp);
+    if k.is_finite() { k.max(f32::MIN_POSITIVE) } else { 1.0 }
+}
+
+/// What the camera sees of `recording` with the noise that estimates are judged by: 2 mm of depth.
+///
+/// # Errors
+/// [`ConfigError`], when the glass of the recording cannot be looked at.
+pub(super) fn look(recording: &Recording, seed: u64) -> Result<Vec<Option<SurfaceProfile>>, ConfigError> {
+    let noise = crate::offline::watching::DISPARITY_RMS_PX;
+    sightings(recording, SceneSettings { disparity_rms_px: noise, seed, ..SceneSettings::default() })
+}
+
+/// A recording and what the camera saw of it.
+pub(super) type Look<'r> = (&'r Recording, Vec<Option<SurfaceProfile>>);
+
+/// Errors over half-widths of the turns of `blob` that tracked.
+fn ratios(blob: &[u8], looks: &[Look<'_>]) -> Result<Ratios, LoadError> {
+    let blob = AlignedBytes::copy(blob);
+    let model = Model::load(&blob)?;
+    let mut ratios = Ratios::default();
+    for (recording, seen) in looks {
+        turns_with(
+            &model,
+            seen,
+            |_| Drive::Seen,
+            |frame, memory, estimate| {
+                if estimate.mode == Mode::Tracking {
+                    ratios.take(&model, recording, frame, memory, estimate);
+                }
+            },
+        );
+    }
+    Ok(ratios)
+}
+
+/// k of the surface at each lead and of q, v, e, sigma, tau, for the blob whose k are all one.
+///
+/// # Errors
+/// [`LoadError`], when the blob is refused.
+pub(super) fn reach(blob: &[u8], looks: &[Look<'_>]) -> Result<[f32; REACH - 1], LoadError> {
+    let ratios = ratios(blob, looks)?;
+    let mut k = UNIT;
+    let all = ratios.surface.into_iter().chain(ratios.field);
+    k.iter_mut().zip(all).for_each(|(k, ratios)| *k = quantile(ratios));
+    Ok(k)
+}
+
+/// Shares of the truth that the intervals of a finished blob hold.
+///
+/// # Errors
+/// [`LoadError`], when the blob is refused.
+pub(super) fn held(blob: &[u8], looks: &[Look<'_>]) -> Result<Vec<Check>, LoadError> {
+    let ratios = ratios(blob, looks)?;
+    let share =
+        |ratios: &[f32]| 100.0 * ratios.iter().filter(|&&r| r <= 1.0).count() as f64 / ratios.len() as f64;
+    let leads = LEADS.iter().zip(&ratios.surface).map(|(lead, ratios)| {
+        (format!("interval, {:.2} s ahead: surface held", *lead as f64 * FRAME_INTERVAL_S), share(ratios))
+    });
+    let groups = GROUP_NAMES.iter().zip(&ratios.field);
+    let groups = groups.map(|(name, ratios)| (format!("interval: {name} held"), share(ratios)));
+    Ok(leads.chain(groups).map(|(name, share)| Check::told(name, share, "%")).collect())
+}
+
+impl Ratios {
+    fn take(
+        &mut self,
+        model: &Model<'_>,
+        recording: &Recording,
+        frame: usize,
+        memory: &Memory,
+        estimate: &Estimate,
+    ) {
+        for (&lead, ratios) in LEADS.iter().zip(&mut self.surface) {
+            if frame + lead < recording.frames() {
+                let said = Forecast::new(model, memory, lead);
+                // The present surface knows the port, a forecast does not.
+                let said_m = if lead == 0 { &estimate.surface_m } else { &said.surface_m };
+                add(ratios, recording.profile(frame + lead), said_m, said.half_m.into_iter());
+            }
+        }
+        if !frame.is_multiple_of(FIELD_EVERY) {
+            return;
+        }
+        let (mut truth, mut said) = (vec![0.0; STATE], vec![0.0; STATE]);
+        recording.state(frame, &mut truth);
+        field_of(model, estimate, &mut said);
+        for (group, ratios) in self.field.iter_mut().enumerate() {
+            let range = group_range(group);
+            let half = std::iter::repeat_n(estimate.interval.field[group], range.len());
+            add(ratios, &truth[range.clone()], &said[range], half);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn quantile_holds_nine_of_ten() {
+        let ratios: Vec<f32> = (1..=100).rev().map(|k| k as f32).collect();
+        assert_eq!(quantile(ratios), 90.0);
+        assert_eq!(quantile(vec![f32::INFINITY; 4]), 1.0);
+        assert_eq!(quantile(Vec::new()), 1.0);
+    }
+}

@@ -1,0 +1,127 @@
+//! A blob taken apart into what a correction changes and what it does not, and put together again.
+
+use super::lesson::Lesson;
+use super::student::{DYNAMICS, GAIN, GRU, HEAD, Surface};
+use super::{Correction, Sightings};
+use crate::encoder::GRU_LAYERS;
+use crate::model::{Header, Model, Tensor as Name};
+use crate::offline::export::{self, Part};
+use crate::offline::import;
+use crate::offline::prelude::*;
+use crate::offline::train::filter::settle;
+use crate::offline::train::generic::{Dynamics, LATENTS, Latent, Square};
+use crate::offline::train::spread::transition;
+use crate::offline::train::unrolled::{dynamics_of, rounded, weights_of};
+use crate::offline::train::weights::Matrix;
+use crate::offline::train::{TrainError, fit, parts};
+
+/// A blob taken apart into what a correction changes and what it does not.
+pub(super) struct Pupil {
+    header: Header,
+    parts: Vec<Part>,
+    frozen: Vec<Matrix>,
+    /// The surface of the decoder.
+    pub(super) surface: Surface,
+    scale: crate::window::Scale,
+    /// What Adam changes, in the order of `student`.
+    pub(super) weights: Vec<Matrix>,
+}
+
+impl Pupil {
+    /// Takes `blob` apart.
+    ///
+    /// # Errors
+    /// [`TrainError`], when it is refused.
+    pub(super) fn new(blob: &[u8]) -> Result<Self, TrainError> {
+        let (header, parts) = import::parts(blob)?;
+        let scale = Model::load(blob)?.scale();
+        // A loaded blob has every tensor.
+        let missing = TrainError::Singular("the tensors of the blob");
+        let part = |name: Name| parts.iter().find(|p| p.tensor == name).ok_or(missing.clone());
+        let matrix = |name: Name| part(name).map(|p| Matrix::new(p.rows, p.columns, p.values.clone()));
+        let row = |name: Name| part(name).map(|p| Matrix::new(1, p.rows, p.values.clone()));
+        let mut frozen = Vec::new();
+        let mut weights = Vec::new();
+        for layer in 0..GRU_LAYERS as u8 {
+            let into = if usize::from(layer) + 1 == GRU_LAYERS { &mut weights } else { &mut frozen };
+            into.push(matrix(Name::GruInput(layer))?);
+            into.push(matrix(Name::GruHidden(layer))?);
+            into.push(row(Name::GruInputBias(layer))?);
+            into.push(row(Name::GruHiddenBias(layer))?);
+        }
+        weights.push(matrix(Name::HeadWeight)?);
+        weights.push(row(Name::HeadBias)?);
+        let numbers =
+            |name: Name| part(name).map(|p| p.values.iter().map(|&v| f64::from(v)).collect::<Vec<_>>());
+        weights.extend(weights_of(&dynamics_from(&numbers, &matrix)?));
+        weights.push(matrix(Name::Gain)?);
+        let surface = Surface::new(&parts).ok_or(missing.clone())?;
+        Ok(Self { header, frozen, surface, scale, weights, parts })
+    }
+
+    /// The lesson of a recording.
+    pub(super) fn lesson(&self, seen: &Sightings) -> Lesson {
+        Lesson::new(seen, &self.scale, &self.surface.rest, &self.frozen)
+    }
+
+    /// The blob with `weights` in the place of what was there.
+    ///
+    /// # Errors
+    /// [`TrainError`], when a weight is not finite.
+    pub(super) fn blob(&self, weights: &[Matrix], how: &Correction) -> Result<Vec<u8>, TrainError> {
+        let mut parts = self.parts.clone();
+        let mut put = |name: Name, values: Vec<f32>| {
+            if let Some(part) = parts.iter_mut().find(|part| part.tensor == name) {
+                part.values = values;
+            }
+        };
+        let last = GRU_LAYERS as u8 - 1;
+        let names = [
+            Name::GruInput(last),
+            Name::GruHidden(last),
+            Name::GruInputBias(last),
+            Name::GruHiddenBias(last),
+            Name::HeadWeight,
+            Name::HeadBias,
+        ];
+        for (name, matrix) in names.into_iter().zip(&weights[GRU.start..HEAD.end]) {
+            put(name, matrix.values.clone());
+        }
+        let dynamics = rounded(&dynamics_of(&weights[DYNAMICS]));
+        for part in parts::operators(&dynamics, &dynamics.preconditioner()) {
+            put(part.tensor, part.values);
+        }
+        let gain = Square::from_row_iterator(weights[GAIN].values.iter().map(|&v| f64::from(v)));
+        let gain = settle(&dynamics, gain);
+        put(Name::Gain, gain.transpose().iter().map(|&v| v as f32).collect());
+        let forward = transition(&dynamics).transpose();
+        put(Name::Transition, forward.iter().map(|&v| v as f32).collect());
+        let mut header = self.header.clone();
+        header.liquid = fit(&how.liquid);
+        header.provenance = fit(&format!("{}; before: {}", how.command, self.header.provenance));
+        Ok(export::blob(header, &parts)?)
+    }
+}
+
+/// The dynamics of a blob in double precision.
+fn dynamics_from(
+    numbers: &dyn Fn(Name) -> Result<Vec<f64>, TrainError>,
+    matrix: &dyn Fn(Name) -> Result<Matrix, TrainError>,
+) -> Result<Dynamics, TrainError> {
+    let triangle = |values: &[f64], shift: usize| {
+        let mut m = Square::zeros();
+        let entries = (0..LATENTS).flat_map(|i| (0..(i + 1).saturating_sub(shift)).map(move |j| (i, j)));
+        entries.zip(values).for_each(|(ij, v)| m[ij] = *v);
+        m
+    };
+    let lower = triangle(&numbers(Name::SkewLower)?, 1);
+    Ok(Dynamics {
+        skew: lower - lower.transpose(),
+        friction: triangle(&numbers(Name::FrictionFactor)?, 0),
+        linear: Square::from_row_iterator(numbers(Name::EnergyLinear)?),
+        inner: matrix(Name::EnergyIn)?.to_f64(),
+        bias: numbers(Name::EnergyBias)?.into(),
+        outer: matrix(Name::EnergyOut)?.to_f64(),
+        port: Latent::from_iterator(numbers(Name::Port)?),
+    })
+}

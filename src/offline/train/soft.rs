@@ -1,0 +1,253 @@
+//! The paper's way beside ours: a structure-preserving net whose degeneracy is only asked for by the loss.
+//!
+//! ```text
+//! net(x) = (L, C, e, s);   x1 = x + dt [ L e + M s + B u ],   L skew, M = C C^T, e for dE/dx, s for dS/dx
+//! loss   = |x1 - x|^2 over a roll-out + PENALTY ( |M e|^2 + |L s|^2 )      L s = 0 and M e = 0 only so far
+//! ```
+//! (Hernandez et al., J. Comput. Phys. 426 (2021) 109950, with the pair of conditions the right way round.)
+//! It sees the same trajectories, port, batches and horizons as the exact step, and is judged by the same
+//! roll-outs. e is the gradient of nothing, so that its energy is what its own e says along the way.
+
+use super::descent::Descent;
+use super::generic::{Dynamics, LATENTS, Latent, Square};
+use super::linear::Path;
+use super::nets::perceptron;
+use super::progress::{Session, annealed};
+use super::rollout::{BATCH, draw, validate};
+use super::weights::{Matrix, constants, leaves, numbers, scalar};
+use crate::host::checks::Check;
+use crate::offline::prelude::*;
+use crate::units::FRAME_INTERVAL_S;
+use burn::tensor::{Device, Tensor, TensorData};
+use nalgebra::DMatrix;
+use rand_chacha::ChaCha8Rng;
+
+/// Strict lower triangle of L, lower triangle of C, e, s.
+const OUTPUTS: usize = LATENTS * (LATENTS - 1) / 2 + LATENTS * (LATENTS + 1) / 2 + 2 * LATENTS;
+
+/// Width of the three hidden layers. The paper has thirteen of 195, which cost a hundred times as much.
+const WIDTH: usize = 96;
+
+/// Weight of the degeneracy in the loss, against a relative error of the states of one.
+const PENALTY: f32 = 1e-2;
+
+/// Operators are rates, 1/s; the net gives them in this unit.
+const RATE: f32 = 30.0;
+
+/// What the net says of one state.
+struct Said {
+    skew: Square,
+    friction: Square,
+    energy: Latent,
+    entropy: Latent,
+}
+
+/// Index of entry (i, j) among the outputs, and its sign, for L flattened row by row; `None` on the diagonal.
+fn skew_index(i: usize, j: usize) -> Option<(usize, f32)> {
+    let at = |i: usize, j: usize| i * (i - 1) / 2 + j;
+    match i.cmp(&j) {
+        core::cmp::Ordering::Greater => Some((at(i, j), 1.0)),
+        core::cmp::Ordering::Less => Some((at(j, i), -1.0)),
+        core::cmp::Ordering::Equal => None,
+    }
+}
+
+/// Constant matrices that spread the outputs over the full L and C, row-major.
+fn spreads(device: &Device) -> [Tensor<2>; 2] {
+    let full = LATENTS * LATENTS;
+    let (lower, triangle) = (LATENTS * (LATENTS - 1) / 2, LATENTS * (LATENTS + 1) / 2);
+    let (mut l, mut c) = (Matrix::zeros(lower, full), Matrix::zeros(triangle, full));
+    for (i, j) in (0..full).map(|k| (k / LATENTS, k % LATENTS)) {
+        if let Some((from, sign)) = skew_index(i, j) {
+            l.values[from * full + i * LATENTS + j] = sign;
+        }
+        if i >= j {
+            c.values[(i * (i + 1) / 2 + j) * full + i * LATENTS + j] = 1.0;
+        }
+    }
+    [l.tensor(device), c.tensor(device)]
+}
+
+/// Rate L e + M s of every row of `x`, and M e, L s.
+fn rate(x: Tensor<2>, weights: &[Tensor<2>], spread: &[Tensor<2>; 2]) -> [Tensor<2>; 3] {
+    let rows = x.dims()[0];
+    let said = perceptron(x, weights, |layer| layer < 3);
+    let (lower, triangle) = (LATENTS * (LATENTS - 1) / 2, LATENTS * (LATENTS + 1) / 2);
+    let square = |from: usize, count: usize, spread: &Tensor<2>| {
+        let flat = said.clone().narrow(1, from, count).matmul(spread.clone());
+        flat.reshape([rows, LATENTS, LATENTS])
+    };
+    let (l, c) = (square(0, lower, &spread[0]), square(lower, triangle, &spread[1]));
+    let column = |from: usize| said.clone().narrow(1, from, LATENTS).reshape([rows, LATENTS, 1]);
+    let (e, s) = (column(lower + triangle), column(lower + triangle + LATENTS));
+    let friction = |v: Tensor<3>| c.clone().matmul(c.clone().swap_dims(1, 2).matmul(v));
+    let flat = |v: Tensor<3>| v.reshape([rows, LATENTS]) * RATE;
+    [flat(l.clone().matmul(e.clone()) + friction(s.clone())), flat(friction(e)), flat(l.matmul(s))]
+}
+
+/// A trained soft net: the weights of the perceptron, then B.
+pub(super) struct Soft {
+    weights: Vec<Matrix>,
+}
+
+impl Soft {
+    fn fresh(port: &Latent, rng: &mut ChaCha8Rng) -> Vec<Matrix> {
+        let bound = |fan: usize| 1.0 / (fan as f64).sqrt();
+        let mut weights = Vec::new();
+        for (inputs, outputs) in [(LATENTS, WIDTH), (WIDTH, WIDTH), (WIDTH, WIDTH), (WIDTH, OUTPUTS)] {
+            weights.push(Matrix::uniform(outputs, inputs, bound(inputs), rng));
+            weights.push(Matrix::uniform(1, outputs, bound(inputs), rng));
+        }
+        let port = port.iter().map(|b| (b / f64::from(RATE)) as f32).collect();
+        weights.push(Matrix::new(1, LATENTS, port));
+        weights
+    }
+
+    /// Trains on `training` for `steps` steps and keeps what rolls out best on `validation`; B starts where
+    /// that of `exact` ended.
+    #[must_use]
+    pub(super) fn train(
+        exact: &Dynamics,
+        (training, validation): (&[Path], &[Path]),
+        metric: &Square,
+        (steps, seed): (usize, u64),
+        session: &Session<'_>,
+    ) -> Self {
+        const STAGE: &str = "soft";
+        let device = Device::flex().autodiff();
+        let metric_t =
+            Matrix::from_f64(&DMatrix::from_fn(LATENTS, LATENTS, |i, j| metric[(j, i)])).tensor(&device);
+        let spread = spreads(&device);
+        let all = || training.iter().flat_map(|p| &p.x);
+        let size = (all().map(|x| (metric * x).norm_squared()).sum::<f64>() / all().count() as f64) as f32;
+        let start = Self::fresh(&exact.port, &mut Descent::draws(seed, usize::MAX));
+        let check = |weights: &[Matrix]| {
+            let soft = Self { weights: weights.to_vec() };
+            validate(|x, u| soft.roll_out(x, u), validation, metric)
+        };
+        let mut descent = Descent::new(STAGE, start, f64::INFINITY, session);
+        let bar = session.bar(STAGE, steps);
+        for step in descent.done()..steps {
+            let mut rng = Descent::draws(seed, step);
+            let horizon = [4, 8, 16][3 * step / steps];
+            let starts = draw(training, horizon, &mut rng);
+            let column = |f: &dyn Fn(&Path, usize) -> Vec<f32>, k: usize| {
+                let rows: Vec<f32> = starts.iter().flat_map(|&(p, n)| f(&training[p], n + k)).collect();
+                let width = rows.len() / BATCH;
+                Tensor::<2>::from_data(TensorData::new(rows, [BATCH, width]), &device)
+            };
+            let state = |k| column(&|p, n| p.x[n].iter().map(|&v| v as f32).collect(), k);
+            let tensors = leaves(descent.weights(), &device);
+            let (net, port) = tensors.split_at(tensors.len() - 1);
+            let mut x = state(0);
+            let mut loss: Option<Tensor<1>> = None;
+            for k in 1..=horizon {
+                let [flow, m_e, l_s] = rate(x.clone(), net, &spread);
+                let kick = column(&|p, n| vec![p.u[n] as f32], k).matmul(port[0].clone()) * RATE;
+                x = x + (flow + kick) * FRAME_INTERVAL_S as f32;
+                let miss = (x.clone() - state(k)).matmul(metric_t.clone()).square().sum() * size.recip();
+                let degenerate = (m_e.square().sum() + l_s.square().sum()) * (PENALTY / (RATE * RATE));
+                let part = (miss + degenerate) * (1.0 / (horizon * BATCH) as f32);
+                loss = Some(loss.map_or(part.clone(), |sum| sum + part));
+            }
+            let Some(loss) = loss else { break };
+            let (weights, adam) = descent.parts();
+            adam.step(weights, &tensors, loss.backward(), annealed(2e-3, step, steps));
+            if step % 25 == 24 || step + 1 == steps {
+                let errors = (f64::from(scalar(loss)).sqrt(), check(descent.weights()));
+                if descent.look(step + 1, errors, &bar, session) {
+                    break;
+                }
+            }
+        }
+        bar.finish();
+        Self { weights: descent.end(STAGE, session).0 }
+    }
+
+    /// What the net says of `x`.
+    fn say(&self, x: &Latent) -> Said {
+        let device = Device::flex();
+        let row = Matrix::new(1, LATENTS, x.iter().map(|&v| v as f32).collect()).tensor(&device);
+        let said = numbers(perceptron(row, &constants(&self.weights[..8], &device), |layer| layer < 3));
+        let lower = LATENTS * (LATENTS - 1) / 2;
+        let triangle = LATENTS * (LATENTS + 1) / 2;
+        let skew = Square::from_fn(|i, j| {
+            skew_index(i, j).map_or(0.0, |(at, sign)| f64::from(RATE * sign * said[at]))
+        });
+        let c =
+            Square::from_fn(|i, j| if i >= j { f64::from(said[lower + i * (i + 1) / 2 + j]) } else { 0.0 });
+        let column = |from: usize| Latent::from_fn(|i, _| f64::from(said[from + i]));
+        Said {
+            skew,
+            friction: c * c.transpose() * f64::from(RATE),
+            energy: column(lower + triangle),
+            entropy: column(lower + triangle + LATENTS),
+        }
+    }
+
+    /// The states after each of `ports`, from `x`.
+    #[must_use]
+    pub(super) fn roll_out(&self, x: Latent, ports: &[f64]) -> Vec<Latent> {
+        let b = Latent::from_iterator(self.weights[8].values.iter().map(|&v| f64::from(RATE * v)));
+        let next = |x: &mut Latent, &u: &f64| {
+            let Said { skew, friction, energy, entropy } = self.say(x);
+            *x += (skew * energy + friction * entropy + b * u) * FRAME_INTERVAL_S;
+            Some(*x)
+        };
+        ports.iter().scan(x, next).collect()
+    }
+
+    /// Roll-outs and laws of both steps on `paths`, side by side.
+    #[must_use]
+    pub(super) fn checks(&self, exact: &Dynamics, paths: &[Path], metric: &Square) -> Vec<Check> {
+        let percent = |name: &str, share: f64| Check::told(name, 100.0 * share, "%");
+        let (mut falls, mut steps, mut gained, mut moved) = (0_u32, 0_u32, 0.0, 0.0);
+        let (mut l_s, mut m_e, mut l, mut m) = (0.0, 0.0, 0.0, 0.0);
+        for x in paths.iter().flat_map(|path| &path.x).step_by(2) {
+            let Said { skew, friction, energy, entropy } = self.say(x);
+            let flow = skew * energy + friction * entropy;
+            falls += u32::from(entropy.dot(&flow) < 0.0);
+            steps += 1;
+            gained += energy.dot(&flow).abs();
+            moved += energy.norm() * flow.norm();
+            l_s += (skew * entropy).norm_squared();
+            m_e += (friction * energy).norm_squared();
+            l += (skew * energy).norm_squared();
+            m += (friction * entropy).norm_squared();
+        }
+        let exact_rollout = validate(|x, u| exact.roll_out(x, u), paths, metric);
+        vec![
+            percent("exact_rollout", exact_rollout),
+            percent("soft_rollout", validate(|x, u| self.roll_out(x, u), paths, metric)),
+            percent("soft: |e . x'| of a closed step over |e| |x'|", gained / moved),
+            percent("soft: steps whose entropy falls", f64::from(falls) / f64::from(steps)),
+            percent("soft: |L s| over |L e|", (l_s / l).sqrt()),
+            percent("soft: |M e| over |M s|", (m_e / m).sqrt()),
+        ]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::SeedableRng;
+
+    /// The tensors of training and the plain numbers of the judge are the same net.
+    #[test]
+    fn rate_agrees_with_what_is_said() {
+        let mut rng = ChaCha8Rng::seed_from_u64(5);
+        let soft = Soft { weights: Soft::fresh(&Latent::zeros(), &mut rng) };
+        let device = Device::flex();
+        let x = Latent::from_fn(|i, _| 0.3 * (i as f64 + 1.0).sin());
+        let row = Matrix::new(1, LATENTS, x.iter().map(|&v| v as f32).collect()).tensor(&device);
+        let [flow, m_e, l_s] = rate(row, &constants(&soft.weights[..8], &device), &spreads(&device));
+        let Said { skew, friction, energy, entropy } = soft.say(&x);
+        assert!((skew + skew.transpose()).norm() < 1e-9, "L is skew");
+        for (tensor, due) in
+            [(flow, skew * energy + friction * entropy), (m_e, friction * energy), (l_s, skew * entropy)]
+        {
+            let said = Latent::from_iterator(numbers(tensor).into_iter().map(f64::from));
+            assert!((said - due).norm() < 1e-4 * due.norm(), "{said} against {due}");
+        }
+    }
+}

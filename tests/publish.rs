@@ -1,0 +1,182 @@
+//! Estimates for others: whole records, in order, to everybody who reads, and nobody is waited for.
+
+use meniscus::generic::Audit;
+use meniscus::host::publish::{Destination, FIELD_KIND, FieldFrame, Publisher};
+use meniscus::interval::Interval;
+use meniscus::output::Packet;
+use meniscus::runtime::{Estimate, Mode, Stages, Turn};
+use meniscus::units::Micros;
+use std::io::{BufRead, BufReader};
+use std::net::UdpSocket;
+use std::os::unix::net::UnixStream;
+use std::path::PathBuf;
+use std::sync::atomic::Ordering;
+use std::time::Duration;
+
+const FIELD: usize = 27_742;
+
+fn turn(n: u64) -> Turn {
+    let estimate = Estimate {
+        mode: Mode::Tracking,
+        latent: [n as f64; 13],
+        surface_m: [0.07; 21],
+        interval: Interval::default(),
+        acceleration_m_s2: 0.0,
+        port: 0.0,
+        slosh_j: 0.0,
+        heat_j: 0.0,
+        corrected_j: 0.0,
+        audit: Audit::default(),
+        field_fresh: true,
+        stages: Stages::default(),
+    };
+    Turn { time: Micros(n), stamp: None, sight: None, estimate }
+}
+
+fn socket(name: &str) -> PathBuf {
+    std::env::temp_dir().join(format!("meniscus-{}-{name}.sock", std::process::id()))
+}
+
+fn reader(path: &PathBuf) -> BufReader<UnixStream> {
+    let stream = UnixStream::connect(path).expect("the socket is there from the start");
+    stream.set_read_timeout(Some(Duration::from_secs(20))).expect("a timeout");
+    BufReader::new(stream)
+}
+
+/// The next record of a stream; `None` at its end.
+fn record(reader: &mut impl BufRead) -> Option<Vec<u8>> {
+    let mut bytes = Vec::new();
+    reader.read_until(0, &mut bytes).expect("a record in time");
+    if bytes.is_empty() {
+        return None;
+    }
+    let length = cobs(&mut bytes);
+    bytes.truncate(length);
+    Some(bytes)
+}
+
+/// Takes the stuffing out in place; postcard does it only together with reading.
+fn cobs(bytes: &mut [u8]) -> usize {
+    let (mut from, mut to) = (0, 0);
+    while bytes[from] != 0 {
+        let code = usize::from(bytes[from]);
+        for k in 1..code {
+            bytes[to] = bytes[from + k];
+            to += 1;
+        }
+        from += code;
+        if code < 255 && bytes[from] != 0 {
+            bytes[to] = 0;
+            to += 1;
+        }
+    }
+    to
+}
+
+#[test]
+fn every_reader_gets_whole_records_in_order() {
+    let path = socket("order");
+    let udp = UdpSocket::bind("127.0.0.1:0").expect("a port");
+    udp.set_read_timeout(Some(Duration::from_secs(20))).expect("a timeout");
+    let there = [Destination::Unix(path.clone()), Destination::Udp(udp.local_addr().expect("an address"))];
+    let (outlet, publisher) = Publisher::start(&there, 0.0, FIELD).expect("both open");
+    let mut reader = reader(&path);
+    let mut datagram = [0; 2048];
+    // The publisher lets a reader in before it sends the next record.
+    for n in 1..=40 {
+        outlet.offer(&turn(n), &[]);
+        let length = udp.recv(&mut datagram).expect("a datagram in time");
+        assert_eq!(Packet::read(&datagram[..length]).expect("a packet").time, Micros(n));
+        let packet = Packet::read(&record(&mut reader).expect("a record")).expect("a packet");
+        assert_eq!((packet.time, packet.estimate.latent[0]), (Micros(n), n as f64));
+    }
+    let counters = std::sync::Arc::clone(&outlet.counters);
+    drop(outlet);
+    publisher.finish();
+    assert!(record(&mut reader).is_none(), "the stream ends with the run");
+    assert!(!path.exists(), "the socket's file goes with the run");
+    assert_eq!(counters.sent.load(Ordering::Relaxed), 80);
+    assert_eq!(counters.queue_full.load(Ordering::Relaxed), 0);
+}
+
+/// A reader that never reads loses records, and the one beside it none that it had room for; the hand-over
+/// comes back each time, or this test would not end.
+#[test]
+fn a_slow_reader_holds_up_nobody() {
+    let path = socket("slow");
+    let (outlet, publisher) =
+        Publisher::start(&[Destination::Unix(path.clone())], 1000.0, FIELD).expect("it opens");
+    let idle = UnixStream::connect(&path).expect("a reader");
+    let mut busy = reader(&path);
+    let field: Vec<f32> = (0..FIELD).map(|k| k as f32).collect();
+    let (mut fields, mut last) = (0, 0);
+    for n in 1..=400 {
+        outlet.offer(&turn(n), &field);
+        // Read until this turn's record has come: fields lie between.
+        while last < n {
+            let bytes = record(&mut busy).expect("a record");
+            if bytes[0] == FIELD_KIND {
+                let frame: FieldFrame = postcard::from_bytes(&bytes).expect("a field");
+                assert_eq!(frame.field, field);
+                fields += 1;
+            } else {
+                last = Packet::read(&bytes).expect("a packet").time.0;
+            }
+        }
+    }
+    let slow = outlet.counters.reader_slow.load(Ordering::Relaxed);
+    assert!(slow > 100, "the idle reader's buffer is full after a few fields: {slow}");
+    assert!(fields > 10, "{fields} fields");
+    drop((outlet, idle));
+    publisher.finish();
+}
+
+#[test]
+fn a_destination_that_cannot_be_is_refused_with_a_remedy() {
+    let path = socket("taken");
+    std::fs::write(&path, "not a socket").expect("written");
+    let refused = |there: Destination| {
+        let error = Publisher::start(&[there], 0.0, 0).expect_err("refused");
+        format!("{error}")
+    };
+    let message = refused(Destination::Unix(path.clone()));
+    assert!(message.contains("no socket lies there. What to do: choose another path"), "{message}");
+    assert_eq!(std::fs::read_to_string(&path).expect("still there"), "not a socket");
+    std::fs::remove_file(&path).expect("removed");
+    let message = refused(Destination::Unix("/nowhere/at/all.sock".into()));
+    assert!(message.contains("What to do: make the folder"), "{message}");
+    let message = refused(Destination::Serial("/dev/null".into(), 9600));
+    assert!(message.contains("name a serial device"), "{message}");
+}
+
+/// The Python client of the examples reads what is sent; skipped, saying so, where there is no Python.
+#[test]
+fn the_python_client_reads_it() {
+    let client = concat!(env!("CARGO_MANIFEST_DIR"), "/examples/client.py");
+    if std::process::Command::new("python3").arg("--version").output().is_err() {
+        println!("skipped: no python3 here");
+        return;
+    }
+    let path = socket("python");
+    let (outlet, publisher) =
+        Publisher::start(&[Destination::Unix(path.clone())], 0.0, FIELD).expect("it opens");
+    let child = std::process::Command::new("python3")
+        .args([client, &path.display().to_string(), "--count", "3"])
+        .stdout(std::process::Stdio::piped())
+        .spawn()
+        .expect("python3 starts");
+    let mut n = 0;
+    let mut child = child;
+    while child.try_wait().expect("its state").is_none() && n < 2000 {
+        n += 1;
+        outlet.offer(&turn(n), &[]);
+        std::thread::sleep(Duration::from_millis(10));
+    }
+    let output = child.wait_with_output().expect("its output");
+    let text = String::from_utf8_lossy(&output.stdout);
+    assert!(output.status.success(), "{text}");
+    assert_eq!(text.lines().count(), 3, "{text}");
+    assert!(text.lines().all(|line| line.contains("tracking") && line.contains("70.0 mm")), "{text}");
+    drop(outlet);
+    publisher.finish();
+}
