@@ -17,6 +17,7 @@ use crate::runtime::{Clock, Estimator, Eye, Memory, Turn};
 use crate::surface::{Config, ConfigError, SurfaceProfile};
 use crate::units::{FRAME_INTERVAL_S, Micros};
 use meniscus_hil::FaultList;
+use std::time::Instant;
 
 /// No time passes.
 #[derive(Clone, Copy, Debug)]
@@ -78,7 +79,7 @@ pub fn turns(model: &Model<'_>, seen: &[Option<SurfaceProfile>]) -> Vec<Logged> 
     let turn = |(frame, profile): (usize, &Option<SurfaceProfile>)| {
         let estimate = estimator.turn(&mut memory, profile.as_ref(), 0, &mut NoClock, &mut []);
         let turn = Turn { time: time_of(frame), stamp: None, sight: profile.map(Ok), estimate };
-        Logged { turn, latency_us: 0, turn_us: 0, allocations: 0 }
+        Logged { turn, ended: Instant::now(), latency_us: 0, turn_us: 0, allocations: 0 }
     };
     seen.iter().enumerate().map(turn).collect()
 }

@@ -7,6 +7,8 @@ use hdrhistogram::Histogram;
 use meniscus::host::camera::{CameraHealth, Connected, Note};
 use meniscus::host::checks::{Check, table};
 use meniscus::host::live::Log;
+use meniscus::offline::recording::GROUP_NAMES;
+use meniscus::offline::score::Score;
 use meniscus::runtime::DEADLINE_US;
 use serde_json::{Value, json};
 use std::fmt::Write;
@@ -23,6 +25,8 @@ pub(super) struct LiveReport<'l> {
     pub(super) notes: Vec<Note>,
     /// Whether its thread ran in real time, or why not; `None` if that was not wanted.
     pub(super) realtime: Option<Result<(), String>>,
+    /// The estimate against the truth, where one is known.
+    pub(super) score: Option<Score>,
 }
 
 impl LiveReport<'_> {
@@ -64,6 +68,7 @@ impl LiveReport<'_> {
             "modes": { "filling": health.filling, "tracking": health.tracking,
                        "coasting": health.coasting, "halted": health.halted },
             "health": health,
+            "truth": self.score.as_ref().map(scored),
             "losses": { "depth": log.losses.0, "infrared": log.losses.1, "solitary": log.solitary,
                         "payloads_dropped": log.payloads_dropped },
             "checks": self.checks()?,
@@ -101,7 +106,26 @@ impl LiveReport<'_> {
             let _ = writeln!(text, "camera: {note}");
         }
         let _ = writeln!(text, "stages, median us: {}", stages.join(", "));
-        let _ = writeln!(text, "no truth is known, so the estimate is held against none");
+        let _ = match &self.score {
+            None => writeln!(text, "no truth is known, so the estimate is held against none"),
+            Some(score) => {
+                let [q, v, ..] = score.field.map(|error| 100.0 * error);
+                let slosh = 100.0 * score.estimate.slosh_rel();
+                writeln!(text, "against the truth: surface {slosh:.1} % of the slosh, q {q:.1} %, v {v:.1} %")
+            }
+        };
         Ok(text + &table(&self.checks()?))
     }
+}
+
+/// The errors against the truth.
+fn scored(score: &Score) -> Value {
+    let fields = GROUP_NAMES.iter().zip(score.field);
+    let fields: Value = fields.map(|(name, error)| ((*name).to_owned(), json!(error))).collect();
+    json!({
+        "frames_scored": score.frames,
+        "surface_error": { "mean": score.estimate.mean(), "max": score.estimate.max,
+                           "slosh_rel": score.estimate.slosh_rel() },
+        "field_error": fields,
+    })
 }

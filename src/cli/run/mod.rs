@@ -3,6 +3,7 @@
 mod live_report;
 mod replay;
 mod report;
+mod turns;
 mod usb;
 mod view;
 
@@ -83,6 +84,13 @@ pub(crate) struct Arguments {
     /// Folder for the picture; it is made if it is not there.
     #[arg(long, default_value = "out")]
     out: PathBuf,
+    /// Also write every turn as a row of this table: wall clock, camera clock, frame, mode, times.
+    #[arg(long, value_name = "FILE.csv")]
+    turns: Option<PathBuf>,
+    /// Hold a run with a camera on a bus against this recording's truth: for a simulated camera that shows it
+    /// from the first frame on.
+    #[arg(long, value_name = "shipped|FILE")]
+    truth: Option<String>,
     /// One JSON object on standard output instead of dashboard and summary.
     #[arg(long)]
     json: bool,
@@ -99,6 +107,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     if let Some(bus) = usb::bus_of(&arguments.source) {
         return usb::run(arguments, &model, frames, bus);
     }
+    ensure!(arguments.truth.is_none(), "--truth is for a camera on a bus; a recording brings its own");
     match (&arguments.file, arguments.source == "replay") {
         (Some(file), true) => return replay::run(arguments, &model, frames, file),
         (None, true) => bail!("--source replay needs the recording: meniscus run --source replay FILE"),
@@ -178,6 +187,12 @@ fn live(
             eprintln!("the dashboard ended: {error}");
         }
         worker.join().map_err(|_| anyhow::anyhow!("the worker stopped on an error of its own"))
+    })
+    .and_then(|log| {
+        if let Some(path) = &arguments.turns {
+            write_whole(path, turns::csv(&log).as_bytes())?;
+        }
+        Ok(log)
     })
 }
 

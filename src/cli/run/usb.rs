@@ -11,11 +11,13 @@ use meniscus::host::live::Still;
 use meniscus::host::realtime::become_realtime;
 use meniscus::host::usb::Transport;
 use meniscus::model::Model;
+use meniscus::offline::baseline::linear_with_motion;
 use meniscus::offline::scene::SceneSettings;
+use meniscus::offline::score::score;
 use meniscus::offline::usb::{RecordedGlass, SimulatedBus};
 use meniscus::surface::{self, Config};
-use meniscus::units::FRAME_INTERVAL_S;
-use meniscus_hil::device::{Device, Trouble};
+use meniscus::units::{FRAME_INTERVAL_S, Micros};
+use meniscus_hil::device::{Device, FIRST_SHOT_US, Trouble};
 use std::sync::Mutex;
 use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
@@ -73,6 +75,7 @@ fn watch(
     camera: &str,
     realtime_wanted: bool,
 ) -> anyhow::Result<()> {
+    let truth = arguments.truth.as_deref().map(recording).transpose()?;
     let wanted = Settings { serial: arguments.serial.clone(), ..Settings::default() };
     let mut session = Session::connect(transport, wanted)?;
     let connected = session.connected().clone();
@@ -103,7 +106,11 @@ fn watch(
     };
     let health = session.health();
     let notes = notes.into_inner().unwrap_or_default();
-    let report = LiveReport { log: &log, camera: Some(connected), health, notes, realtime };
+    let score = truth.map(|truth| {
+        let linear = linear_with_motion(&truth);
+        score(model, &truth, &linear, &log.turns, Micros(FIRST_SHOT_US))
+    });
+    let report = LiveReport { log: &log, camera: Some(connected), health, notes, realtime, score };
     let json = serde_json::to_string_pretty(&report.json(arguments)?)?;
     write_whole(&arguments.out.join("run.json"), format!("{json}\n").as_bytes())?;
     if arguments.json {

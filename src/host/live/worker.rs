@@ -66,7 +66,8 @@ pub fn watch(
                 let (allocations, turn_us) = (allocations_of_this_thread() - before, micros_since(started));
                 next_turn += INTERVAL;
                 if let Some(turn) = turn {
-                    let logged = Logged { turn, latency_us: turn_us, turn_us, allocations };
+                    let logged =
+                        Logged { turn, ended: Instant::now(), latency_us: turn_us, turn_us, allocations };
                     log.push(logged);
                     show(watch, logged);
                 }
@@ -103,7 +104,7 @@ fn take(
     tracker.accept(delivery.stream, &delivery.payload, clock, field, |turn, _| {
         let allocations = allocations_of_this_thread() - before;
         let (latency_us, turn_us) = (micros_since(arrived), micros_since(started));
-        log.push(Logged { turn: *turn, latency_us, turn_us, allocations });
+        log.push(Logged { turn: *turn, ended: Instant::now(), latency_us, turn_us, allocations });
     });
     log.turns.len() > first
 }
