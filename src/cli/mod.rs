@@ -8,6 +8,7 @@ pub(crate) mod doctor;
 pub(crate) mod dump;
 #[cfg(feature = "train")]
 pub(crate) mod evaluate;
+mod film;
 mod inputs;
 #[cfg(not(feature = "train"))]
 mod no_train;
