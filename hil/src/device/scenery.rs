@@ -30,7 +30,7 @@ impl Scenery for TestCard {
 }
 
 /// Images from a file: those of 640x480, shot after shot, depth then infrared, and nothing between them.
-/// Behind the last one it stays; other sizes are cut out of the middle.
+/// Behind the last one it goes back to the first; other sizes are cut out of the middle.
 #[derive(Debug)]
 pub struct Film {
     file: File,
@@ -60,8 +60,15 @@ impl Film {
         Ok(Self { file, shots, whole: vec![0; SHOT_BYTES], cut: Vec::new() })
     }
 
+    /// There and back again, so that a motion never jumps and never rests: 0 1 2 1 0 1 ...
+    fn place(&self, shot: u64) -> u64 {
+        let last = self.shots - 1;
+        let on_the_way = shot % (2 * last).max(1);
+        on_the_way.min(2 * last - on_the_way.min(2 * last))
+    }
+
     fn read(&mut self, shot: u64) {
-        let at = shot.min(self.shots - 1) * SHOT_BYTES as u64;
+        let at = self.place(shot) * SHOT_BYTES as u64;
         // A file that cannot be read any more leaves the last image: the reader sees a frozen liquid.
         let _read = self.file.seek(SeekFrom::Start(at)).and_then(|_| self.file.read_exact(&mut self.whole));
     }
@@ -96,12 +103,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_film_gives_its_shots_in_order_and_stays_at_the_last() {
+    fn a_film_goes_there_and_back() {
         let path = std::env::temp_dir().join(format!("meniscus-film-{}", std::process::id()));
-        let shots: Vec<u8> = [1, 2].into_iter().flat_map(|shot: u8| vec![shot; SHOT_BYTES]).collect();
+        let shots: Vec<u8> = [1, 2, 3].into_iter().flat_map(|shot: u8| vec![shot; SHOT_BYTES]).collect();
         std::fs::write(&path, &shots).expect("written");
-        let mut film = Film::open(&path).expect("two shots");
-        for (shot, byte) in [(0, 1), (1, 2), (7, 2)] {
+        let mut film = Film::open(&path).expect("three shots");
+        for (shot, byte) in [(0, 1), (1, 2), (2, 3), (3, 2), (4, 1), (7, 2)] {
             let (depth, infrared) = film.look(shot, (640, 480));
             assert_eq!((depth.len(), infrared.len()), (614_400, 307_200));
             assert!(depth.iter().chain(infrared).all(|b| *b == byte), "shot {shot}");

@@ -144,6 +144,7 @@ pub(crate) fn judge(scenario: &Scenario, facts: &Value, film: &Value) -> Wrong {
             {
                 judge.is(&format!("checks.{check}.ok"), true);
             }
+            judge.is("exit", 0);
             judge.is("checks.frame_rate_hz.ok", true);
             judge.is("checks.realtime_granted.ok", true);
             judge.is("camera.depth_unit_um", 100);

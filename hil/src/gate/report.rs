@@ -10,20 +10,25 @@ use std::path::Path;
 /// A value with its target.
 struct Check(&'static str, f64, &'static str, &'static str, bool);
 
+/// How the verdict is given.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Wanted {
+    /// One JSON object instead of a table.
+    pub(crate) json: bool,
+    /// Write the golden log anew.
+    pub(crate) bless: bool,
+    /// What everything before took, seconds.
+    pub(crate) wall_s: f64,
+}
+
 /// Judges two boots. `true` when every check is met.
-pub(crate) fn judge(
-    logs: [&Path; 2],
-    film: &Path,
-    golden: &Path,
-    as_json: bool,
-    bless: bool,
-) -> Result<bool, Failure> {
+pub(crate) fn judge(logs: [&Path; 2], film: &Path, golden: &Path, wanted: Wanted) -> Result<bool, Failure> {
     let [first, second] = [Log::read(logs[0])?, Log::read(logs[1])?];
     let film: Value = serde_json::from_slice(&std::fs::read(film)?)?;
     let verdicts: Vec<(&Scenario, Wrong)> =
         GATE.iter().map(|scenario| verdict(scenario, &first, &film)).collect();
     let told: Vec<String> = verdicts.iter().map(|(scenario, wrong)| line(scenario, wrong, &first)).collect();
-    if bless {
+    if wanted.bless {
         std::fs::write(golden, told.join("\n") + "\n")?;
     }
     let kept = std::fs::read_to_string(golden).unwrap_or_default();
@@ -31,9 +36,10 @@ pub(crate) fn judge(
     let (a, b) = (lines(&first), lines(&second));
     let between = difference(&strs(&a), &strs(&b));
     let against = difference(&kept.lines().collect::<Vec<_>>(), &strs(&told));
-    let checks = checks(&verdicts, &first, &film, between.is_empty() && !a.is_empty(), &against);
+    let mut checks = checks(&verdicts, &first, &film, between.is_empty() && !a.is_empty(), &against);
+    checks.push(Check("wall_s", wanted.wall_s, "s", "<= 600", wanted.wall_s <= 600.0));
     let passed = checks.iter().all(|check| check.4);
-    if as_json {
+    if wanted.json {
         println!("{}", serde_json::to_string_pretty(&object(&verdicts, &first, &checks))?);
     } else {
         text(&verdicts, &first, &checks);

@@ -39,6 +39,7 @@ fn us(time: SystemTime) -> u64 {
 /// | `gaps` | frame numbers that are missing between the first and the last frame |
 /// | `interval_p99_us` | 99th percentile of the time between two turns with a frame |
 /// | `stale_as_fresh` | turns called tracking whose frame is not newer than every one before, was sent more than 50 ms ago for the first time, or was never sent |
+/// | `unread` | depth payloads that found no read waiting, up to the last frame |
 /// | `reattach_to_track_s` | from each attachment but the first to the first tracking turn behind it |
 pub(crate) fn judge(table: &str, witness: &Witness) -> Value {
     let rows = rows(table);
@@ -73,7 +74,10 @@ pub(crate) fn judge(table: &str, witness: &Witness) -> Value {
         let tracking = rows.iter().find(|row| row.mode == "tracking" && row.wall_us > at_us);
         tracking.map(|row| (row.wall_us - at_us) as f64 * 1e-6)
     });
-    let unread = witness.sent.iter().filter(|payload| payload.endpoint == DEPTH && !payload.read).count();
+    // Behind the last frame the program reads no more; it has stopped, which the camera cannot know.
+    let until_us = frames.last().map_or(0, |row| row.wall_us);
+    let depth = witness.sent.iter().filter(|payload| payload.endpoint == DEPTH && us(payload.at) <= until_us);
+    let unread = depth.filter(|payload| !payload.read).count();
     json!({
         "turns": rows.len(),
         "frames": frames.len(),

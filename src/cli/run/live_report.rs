@@ -1,9 +1,8 @@
 //! The summary of a run with a camera on a bus: there is no truth, so nothing is held against one.
 
 use super::Arguments;
-use super::report::{energy_drift, entropy_falls, late, stage_medians, stages, target};
+use super::report::{energy_drift, entropy_falls, late, stage_medians, stages, target, turn_us};
 use crate::cli::doctor::{describe, one_line};
-use hdrhistogram::Histogram;
 use meniscus::host::camera::{CameraHealth, Connected, Note};
 use meniscus::host::checks::{Check, table};
 use meniscus::host::live::Log;
@@ -30,15 +29,9 @@ pub(super) struct LiveReport<'l> {
 }
 
 impl LiveReport<'_> {
-    fn turn_us(&self) -> anyhow::Result<Histogram<u64>> {
-        let mut turn_us = Histogram::new(3)?;
-        self.log.turns.iter().for_each(|logged| turn_us.saturating_record(logged.turn_us));
-        Ok(turn_us)
-    }
-
     /// The checks of a run without a truth.
     pub(super) fn checks(&self) -> anyhow::Result<Vec<Check>> {
-        let (log, turn_us) = (self.log, self.turn_us()?);
+        let (log, turn_us) = (self.log, turn_us(self.log)?);
         let allocations: u64 = log.turns.iter().map(|logged| logged.allocations).sum();
         Ok(vec![
             Check::at_most("energy_drift_step", energy_drift(log), "H", target::ENERGY_DRIFT),

@@ -18,8 +18,9 @@ use std::time::Duration;
 /// Tries to connect, and the first pause between two; each pause is twice the one before.
 const TRIES: u32 = 4;
 const PAUSE: Duration = Duration::from_millis(300);
-/// Room for a configuration descriptor.
-const CONFIGURATION_MAX: usize = 8192;
+/// Room for a configuration descriptor: the most that Linux lets a control request have. Those of these
+/// cameras have about half of it.
+const CONFIGURATION_MAX: usize = 4096;
 
 /// A camera that is open and agreed on.
 #[derive(Clone, Debug, PartialEq)]
