@@ -17,7 +17,7 @@ image() {
 boot() {
   "$work/gate" watch "$1" "$2" \
     qemu-system-aarch64 -M virt,dtb-randomness=off -seed 1 -rtc base=2026-01-01,clock=vm -cpu cortex-a72 \
-    -m 1024 -smp 1 -accel tcg,thread=single -icount shift=0,sleep=off -nographic -no-reboot -nic none \
+    -m 1536 -smp 1 -accel tcg,thread=single -icount shift=0,sleep=off -nographic -no-reboot -nic none \
     -kernel "$cache/guest/vmlinuz" -initrd "$work/image.cpio" \
     -append "console=ttyAMA0 panic=-1 nokaslr quiet"
 }

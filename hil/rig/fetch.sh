@@ -3,7 +3,6 @@
 # The guest is Debian's stable kernel of this release, whatever the machine itself runs.
 guest_release=bookworm
 keyring=/usr/share/keyrings/debian-archive-keyring.gpg
-bookworm_tools=()
 
 # A command of a Debian package, installed if it is not there and this is root.
 need() {
@@ -93,4 +92,6 @@ fetch_bare_metal() {
   mkdir -p "$work" "$cache"
   need qemu-system-arm qemu-system-arm
   fetch_std thumbv7em-none-eabihf
+  build_core=()
+  [ ${#build_std[@]} = 0 ] || build_core=(-Zbuild-std=core)
 }

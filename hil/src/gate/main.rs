@@ -5,13 +5,17 @@
 //! watch LOG SECONDS COMMAND...            runs an emulator; its lines into LOG, wall times into LOG.times
 //! judge [--json] LOG LOG FILM.json GOLDEN the checks; --bless writes GOLDEN anew
 //! show LOG                                the facts of one log, judged by nobody
+//! sections PROGRAM                        bytes of a program's static memory
+//! payloads FILM FRAMES OUT                a film's payloads in a file, for the board
 //! ```
 //! `hil/run` calls it.
 
 mod judge;
 mod log;
+mod payloads;
 mod report;
 mod scenarios;
+mod sections;
 mod watch;
 
 use std::path::Path;
@@ -19,7 +23,7 @@ use std::process::ExitCode;
 
 type Failure = Box<dyn std::error::Error>;
 
-const USAGE: &str = "usage: meniscus-hil-gate plans [soak] | watch LOG SECONDS COMMAND... | show LOG | \
+const USAGE: &str = "usage: meniscus-hil-gate plans [soak] | watch LOG SECONDS COMMAND... | show LOG | payloads FILM FRAMES OUT | sections PROGRAM | \
                      judge [--json] [--bless] [--wall=SECONDS] LOG LOG FILM.json GOLDEN";
 
 fn main() -> ExitCode {
@@ -32,6 +36,8 @@ fn main() -> ExitCode {
         }
         ["watch", log, seconds, command @ ..] if !command.is_empty() => watch::run(log, seconds, command),
         ["show", log] => show(log),
+        ["sections", program] => sections::run(program),
+        ["payloads", film, frames, out] => payloads::write(film, frames, out),
         ["judge", rest @ ..] => {
             let is = |flag: &str| rest.contains(&flag);
             let files: Vec<&Path> =
