@@ -1,6 +1,6 @@
 //! `meniscus camera film`: what the simulated camera will show in the rig, and the same run in process.
 
-use super::inputs::blob;
+use super::inputs::file;
 use super::shipped;
 use anyhow::{Context, ensure};
 use meniscus::model::Model;
@@ -45,7 +45,7 @@ pub(crate) struct Film {
 pub(crate) fn run(arguments: &Film) -> anyhow::Result<()> {
     let recording = match arguments.source.as_str() {
         "shipped" => Recording::from_bytes(Path::new("the shipped recording"), shipped::RECORDING)?,
-        file => Recording::load(Path::new(file))?,
+        path => Recording::load(Path::new(path))?,
     };
     let frames = arguments.frames as usize;
     ensure!(
@@ -54,7 +54,7 @@ pub(crate) fn run(arguments: &Film) -> anyhow::Result<()> {
         arguments.source,
         recording.frames()
     );
-    let bytes = blob("shipped")?;
+    let bytes = file("shipped")?;
     let model = Model::load(&bytes).context("the model is refused")?;
     let out = &arguments.out;
     // Beside it and renamed: a film that is there is a whole one.

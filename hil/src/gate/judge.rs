@@ -53,7 +53,7 @@ impl Judge<'_> {
 
     fn says(&mut self, words: &[&str]) {
         let said = self.facts["said"].as_str().unwrap_or_default();
-        for word in words.iter().chain(&["What to do: "]) {
+        for word in words {
             if !said.contains(word) {
                 self.wrong.push(format!("`{word}` is missing in: {said}"));
             }
@@ -180,9 +180,29 @@ pub(crate) fn judge(scenario: &Scenario, facts: &Value, film: &Value) -> Wrong {
             judge.recovered(rung);
             judge.reattached();
         }
+        Must::Service(seconds) => {
+            judge.is("exit", 0);
+            judge.within("notified.ready_s", 0.0, seconds);
+            judge.within("notified.tracking_s", 0.0, seconds);
+            judge.within("notified.longest_silence_s", 0.0, 2.0);
+            judge.within("notified.signs_of_life", 2.0, 100.0);
+        }
+        Must::Flash => {
+            judge.healthy();
+            judge.is("flashed", vec![0, 0]);
+            judge.is("slots", vec!["A", "B"]);
+            judge.is("started_from_the_other_slot", true);
+            judge.is("fell_back", true);
+        }
+        Must::Busy => judge.healthy(),
+        Must::Fail(words) => {
+            judge.is("exit", 1);
+            judge.says(words);
+        }
         Must::Refuse(words) => {
             judge.is("exit", 1);
             judge.says(words);
+            judge.says(&["What to do: "]);
         }
     }
     judge.wrong

@@ -19,8 +19,16 @@ pub(crate) enum Must {
     /// The highest rung that is taken (0 requeue, 1 renegotiate, 2 restart, 3 reset, 4 re-plug), and
     /// tracking at the end.
     Recover(usize),
+    /// The service is ready and tracks within this many seconds, and gives a sign of life every two.
+    Service(f64),
+    /// A model is flashed twice while it streams, without a gap, and the slot that is whole starts.
+    Flash,
+    /// Healthy beside a program that never rests.
+    Busy,
     /// No run, and these words.
     Refuse(&'static [&'static str]),
+    /// The same without a remedy of its own.
+    Fail(&'static [&'static str]),
 }
 
 /// One scenario.
@@ -86,6 +94,11 @@ pub(crate) const GATE: &[Scenario] = &[
     scenario(6, "run:unplug:6", Must::Recover(4)),
     scenario(6, "run:quiet-restart:12", Must::Recover(2)),
     scenario(6, "run:quiet-reset:9", Must::Recover(3)),
+    scenario(7, "flash::3", Must::Flash),
+    scenario(8, "full-disk::2", Must::Fail(&["No space left"])),
+    scenario(8, "low-memory::2", Must::Refuse(&["no memory", "usbfs_memory_mb"])),
+    scenario(8, "busy::2.5", Must::Busy),
+    scenario(8, "service::4", Must::Service(2.0)),
 ];
 
 /// Not in the gate: a virtual hour.

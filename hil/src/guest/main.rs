@@ -6,6 +6,7 @@
 
 mod facts;
 mod kernel;
+mod machine;
 mod program;
 mod scenario;
 mod turns;

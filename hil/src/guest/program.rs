@@ -21,6 +21,8 @@ pub(crate) struct Ran {
     pub(crate) report: Value,
     /// Last line on standard error.
     pub(crate) said: String,
+    /// All of standard error.
+    pub(crate) words: String,
     /// The table of turns, if there is one.
     pub(crate) turns: String,
 }
@@ -49,10 +51,11 @@ pub(crate) fn start(arguments: &[String]) -> io::Result<std::process::Child> {
 /// Waits for its end.
 pub(crate) fn finish(child: std::process::Child) -> io::Result<Ran> {
     let Output { status, stdout, stderr } = child.wait_with_output()?;
-    let said = String::from_utf8_lossy(&stderr).lines().last().unwrap_or_default().to_owned();
+    let words = String::from_utf8_lossy(&stderr).into_owned();
+    let said = words.lines().last().unwrap_or_default().to_owned();
     let turns = std::fs::read_to_string(Path::new(TURNS)).unwrap_or_default();
     let report = serde_json::from_slice(&stdout).unwrap_or(Value::Null);
-    Ok(Ran { exit: status.code().unwrap_or(-1), report, said, turns })
+    Ok(Ran { exit: status.code().unwrap_or(-1), report, said, words, turns })
 }
 
 /// Both.

@@ -1,7 +1,7 @@
 //! The scenarios, as what is done in the guest.
 
 use super::program::{self, Ran};
-use super::{facts, kernel, turns};
+use super::{facts, kernel, machine, turns};
 use meniscus_hil::FaultList;
 use meniscus_hil::device::{Device, Film, Scenery, TestCard, Trouble};
 use meniscus_hil::vhci::{Plugged, Witness};
@@ -31,6 +31,11 @@ impl<'p> Plan<'p> {
         Ok(Self { name, trouble, seconds })
     }
 
+    /// Length of the run.
+    fn seconds(&self) -> f64 {
+        self.seconds.unwrap_or(4.0)
+    }
+
     fn device(&self, film: &Path) -> Result<Device, Box<dyn Error>> {
         let trouble = match self.trouble {
             "" => None,
@@ -57,6 +62,11 @@ pub(crate) fn run(plan: &str, film: &Path) -> Done {
         "record" => record(&plan),
         "run" => run_program(&plan, &plugged, false),
         "track" => run_program(&plan, &plugged, true),
+        "service" => machine::service(plan.seconds()),
+        "flash" => machine::flash(&plugged, plan.seconds()),
+        "full-disk" => machine::full_disk(plan.seconds()),
+        "low-memory" => machine::low_memory(plan.seconds()),
+        "busy" => machine::busy(&plugged, plan.seconds()),
         other => Err(format!("no scenario is called `{other}`").into()),
     };
     let witness = plugged.unplug()?;
@@ -90,11 +100,11 @@ fn record(plan: &Plan<'_>) -> Done {
 
 /// `meniscus run`, with what the camera's side has seen of it.
 fn run_program(plan: &Plan<'_>, plugged: &Plugged, truth: bool) -> Done {
-    let ran = program::run(&program::arguments(plan.seconds.unwrap_or(4.0), truth))?;
+    let ran = program::run(&program::arguments(plan.seconds(), truth))?;
     Ok(with_turns(&ran, &plugged.witness()))
 }
 
-fn with_turns(ran: &Ran, witness: &Witness) -> Map<String, Value> {
+pub(crate) fn with_turns(ran: &Ran, witness: &Witness) -> Map<String, Value> {
     let mut facts = facts::of(ran);
     facts.insert("turns".into(), turns::judge(&ran.turns, witness));
     facts.insert("attached".into(), json!(witness.attached.len()));

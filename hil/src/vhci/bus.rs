@@ -138,8 +138,10 @@ impl Bus {
             Reply::Data(bytes) => self.answer(number, length, request_type, &bytes),
             Reply::Done => self.write(&wire::submitted(number, 0, length), &[]),
             Reply::Stall => self.write(&wire::submitted(number, status::PIPE, 0), &[]),
-            // The kernel will unlink it when its time is up, or when the socket is closed.
-            Reply::Silence | Reply::Gone => {
+            // A plug that is pulled in the middle of a request is seen by a host controller at once.
+            Reply::Gone => self.write(&wire::submitted(number, status::PROTOCOL, 0), &[]),
+            // The kernel will unlink it when its time is up.
+            Reply::Silence => {
                 self.waiting.push_back(Waiting { number, endpoint: 0, length });
             }
         }

@@ -3,6 +3,7 @@
 mod live_report;
 mod replay;
 mod report;
+mod service;
 mod turns;
 mod usb;
 mod view;
@@ -69,9 +70,12 @@ pub(crate) struct Arguments {
     source: String,
     /// The camera's recording, with --source replay.
     file: Option<PathBuf>,
-    /// The model: the one in the program (shipped) or a blob file.
-    #[arg(long, default_value = "shipped", value_name = "shipped|FILE")]
+    /// The model: the one in the program (shipped), a blob file, or a folder that `meniscus flash` has written.
+    #[arg(long, default_value = "shipped", value_name = "shipped|FILE|FOLDER")]
     model: String,
+    /// The board's profile, whose key a flashed model must be signed with.
+    #[arg(long, value_name = "FILE.toml")]
+    profile: Option<PathBuf>,
     /// Faults on the camera's wire.
     #[arg(long, default_value = "", value_name = "LIST")]
     faults: FaultList,
@@ -87,6 +91,10 @@ pub(crate) struct Arguments {
     /// Also write every turn as a row of this table: wall clock, camera clock, frame, mode, times.
     #[arg(long, value_name = "FILE.csv")]
     turns: Option<PathBuf>,
+    /// Run until it is stopped (SIGTERM, Ctrl-C), as a service: tells systemd that it is ready and alive, and standard
+    /// error every change of the mode. For --source usb; --seconds is not used.
+    #[arg(long, conflicts_with_all = ["seconds", "truth", "turns"])]
+    service: bool,
     /// Hold a run with a camera on a bus against this recording's truth: for a simulated camera that shows it
     /// from the first frame on.
     #[arg(long, value_name = "shipped|FILE")]
@@ -102,11 +110,12 @@ pub(crate) struct Arguments {
 /// Runs the verb.
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let frames = frames(arguments.seconds)?;
-    let bytes = blob(&arguments.model)?;
+    let bytes = blob(&arguments.model, arguments.profile.as_deref())?;
     let model = Model::load(&bytes).with_context(|| format!("the model {} is refused", arguments.model))?;
     if let Some(bus) = usb::bus_of(&arguments.source) {
         return usb::run(arguments, &model, frames, bus);
     }
+    ensure!(!arguments.service, "--service is for a camera on a bus");
     ensure!(arguments.truth.is_none(), "--truth is for a camera on a bus; a recording brings its own");
     match (&arguments.file, arguments.source == "replay") {
         (Some(file), true) => return replay::run(arguments, &model, frames, file),
@@ -174,7 +183,10 @@ fn live(
         scope.spawn(move || play(&shared.stop));
         let worker = scope.spawn(move || watch(model, config, &worker_end, shared, log, still));
         let finished = || worker.is_finished();
-        let shown = if !arguments.json && std::io::stdout().is_terminal() {
+        let shown = if arguments.service {
+            service::attend(shared, finished);
+            Ok(())
+        } else if !arguments.json && std::io::stdout().is_terminal() {
             let title = format!("{}, {camera}, model {}", model.header.liquid, arguments.model);
             let (fill_m, radius_m) = (model.header.fill_m, model.header.radius_m);
             Dashboard::new(Caption { title, fill_m, radius_m, length }).run(shared, finished)

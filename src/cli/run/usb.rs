@@ -22,6 +22,9 @@ use std::sync::Mutex;
 use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
+/// Longer than any service runs.
+const YEARS: Duration = Duration::from_secs(100 * 365 * 86_400);
+
 /// A source that is a bus.
 pub(super) enum Bus<'a> {
     /// The machine's own.
@@ -94,7 +97,10 @@ fn watch(
     let notes = Mutex::new(Vec::with_capacity(LinkSink::NOTES));
     let (mut ended, mut realtime) = (Ok(()), None);
     let mut still = Still::default();
-    let until = Instant::now() + Duration::from_secs_f64(frames as f64 * FRAME_INTERVAL_S);
+    // A service ends when it is stopped; its log has room for its first minutes and counts the rest.
+    let length =
+        if arguments.service { YEARS } else { Duration::from_secs_f64(frames as f64 * FRAME_INTERVAL_S) };
+    let until = Instant::now() + length;
     let log = {
         let (session, notes, ended, realtime) = (&mut session, &notes, &mut ended, &mut realtime);
         let play = move |stop: &AtomicBool| {

@@ -1,13 +1,13 @@
 //! What each rung of the ladder does, every wait bounded.
 
-use super::connect::establish;
+use super::connect::{LOOK, establish, pause_or_return};
 use super::error::CameraError;
 use super::monitor::send;
 use super::negotiate::negotiate;
 use super::recovery::Rung;
 use super::session::{Session, TICK};
 use super::sink::Sink;
-use crate::d4xx::{Command, Product, opcode};
+use crate::d4xx::{Command, opcode};
 use crate::host::prelude::*;
 use crate::host::usb::{Status, Transport, UsbError};
 use std::time::Duration;
@@ -19,8 +19,6 @@ const LEAVE: Duration = Duration::from_secs(1);
 const RETURN: Duration = Duration::from_secs(10);
 /// Time that a reset port is given.
 const AFTER_RESET: Duration = Duration::from_millis(500);
-/// Pause between two looks at the bus.
-const LOOK: Duration = Duration::from_millis(50);
 
 impl<T: Transport> Session<T> {
     /// Takes a rung. Afterwards the transfers are queued, or the reason says why not.
@@ -61,31 +59,14 @@ impl<T: Transport> Session<T> {
         self.start().map_err(|trouble| CameraError::GaveUp { seconds: 0, last: trouble.to_string() })
     }
 
-    /// The pause before a rung. The one before a re-plug ends as soon as a camera that was not there comes
-    /// back; one that is there and fails has the whole pause.
+    /// The pause before a rung; that before a re-plug ends when the camera comes back.
     pub(super) fn wait_before(&mut self, rung: Rung, pause: Duration, sink: &mut impl Sink) {
-        let deadline = self.transport.now() + pause;
-        let mut was_away = false;
-        while rung == Rung::Replug && sink.wanted() && self.transport.now() + LOOK < deadline {
-            match (self.is_listed(), was_away) {
-                (true, true) => return,
-                (true, false) => break,
-                (false, _) => was_away = true,
-            }
-            self.transport.pause(LOOK);
+        if rung == Rung::Replug {
+            let serial = self.settings.serial.as_deref();
+            pause_or_return(&mut self.transport, serial, pause, || sink.wanted());
+        } else {
+            self.transport.pause(pause);
         }
-        let left = deadline.saturating_sub(self.transport.now());
-        self.transport.pause(left);
-    }
-
-    /// Whether a device with this camera's serial number is on the bus.
-    fn is_listed(&mut self) -> bool {
-        let serial = &self.settings.serial;
-        let listed = self.transport.list().unwrap_or_default();
-        listed.iter().any(|device| {
-            Product::of(device.vendor, device.product).is_some()
-                && (serial.is_none() || device.serial == *serial)
-        })
     }
 
     /// Cancels what is in flight and waits until it has come back.
