@@ -28,6 +28,7 @@ enum Command {
     Evaluate(cli::evaluate::Arguments),
     Doctor(cli::doctor::Arguments),
     Dump(cli::dump::Arguments),
+    Flash(cli::flash::Arguments),
     Camera(cli::camera::Arguments),
     Record(cli::record::Arguments),
 }
@@ -41,6 +42,7 @@ fn main() -> ExitCode {
         Command::Evaluate(arguments) => cli::evaluate::run(&arguments),
         Command::Doctor(arguments) => cli::doctor::run(&arguments),
         Command::Dump(arguments) => cli::dump::run(&arguments),
+        Command::Flash(arguments) => cli::flash::run(&arguments),
         Command::Camera(arguments) => cli::camera::run(&arguments),
         Command::Record(arguments) => cli::record::run(&arguments),
     };

@@ -5,7 +5,8 @@
 //! images, time --Camera--> payloads --FaultInjector--> payloads, some late, torn, doubled or gone
 //! ```
 //!
-//! [`device`] puts descriptors, control requests and troubles of a whole USB device around it.
+//! [`device`] puts descriptors, control requests and troubles of a whole USB device around it; [`vhci`] plugs
+//! that device into a real kernel.
 //!
 //! [`FaultInjector`] wraps any [`Source`] and is a [`Source`] itself, so injectors stack.
 
@@ -14,6 +15,8 @@ pub mod device;
 mod fault_list;
 mod faults;
 mod payload;
+#[cfg(target_os = "linux")]
+pub mod vhci;
 
 pub use camera::{Camera, CameraSettings, Payload, Shot, Source, Stream};
 pub use fault_list::{FaultKind, FaultList, ParseFaultError, When};

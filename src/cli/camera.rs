@@ -19,6 +19,7 @@ pub(crate) struct Arguments {
 #[derive(clap::Subcommand)]
 enum Verb {
     Study(Study),
+    Film(super::film::Film),
 }
 
 /// Hold the measured surface against the truth in rendered scenes, and drive every fault of the camera.
@@ -56,8 +57,10 @@ struct Study {
 
 /// Runs the verb.
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
-    let Verb::Study(study) = &arguments.verb;
-    study_camera(study)
+    match &arguments.verb {
+        Verb::Study(study) => study_camera(study),
+        Verb::Film(film) => super::film::run(film),
+    }
 }
 
 fn study_camera(arguments: &Study) -> anyhow::Result<()> {

@@ -11,7 +11,7 @@ use meniscus::offline::watching::sightings;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use super::inputs::{blob, recordings};
+use super::inputs::{file, recordings};
 use super::shipped;
 
 /// Correct a model by what a camera saw of another liquid: the free surface, and nothing else.
@@ -81,7 +81,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         }
     })
     .context("Ctrl-C cannot be watched")?;
-    let bytes = blob(&arguments.model)?;
+    let bytes = file(&arguments.model)?;
     let model = Model::load(&bytes).with_context(|| format!("the model {} is refused", arguments.model))?;
     let new = recordings(&arguments.recordings, "")?;
     let source = if arguments.source.is_empty() {

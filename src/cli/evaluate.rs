@@ -1,6 +1,6 @@
 //! `meniscus evaluate`: a model on liquids that it does not know, before and after correction.
 
-use super::inputs::blob;
+use super::inputs::file;
 use anyhow::{Context, ensure};
 use indicatif::{ProgressBar, ProgressStyle};
 use meniscus::host::checks::table;
@@ -74,7 +74,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
             known.join(", ")
         );
     }
-    let bytes = blob(&arguments.model)?;
+    let bytes = file(&arguments.model)?;
     std::fs::create_dir_all(&arguments.out)
         .with_context(|| format!("cannot make the directory {}", arguments.out.display()))?;
     let bar = if arguments.json { ProgressBar::hidden() } else { ProgressBar::new(1000) };

@@ -1,17 +1,33 @@
 //! What several verbs read: models and recordings.
 
+use super::profile::Profile;
 use super::shipped;
 #[cfg(feature = "train")]
 use anyhow::{Context, ensure};
 use meniscus::host::files::AlignedBytes;
+use meniscus::host::flash::{Folder, boot};
 #[cfg(feature = "train")]
 use meniscus::offline::recording::Recording;
 use std::path::Path;
 #[cfg(feature = "train")]
 use std::path::PathBuf;
 
-/// The bytes of a model, the one in the program (`shipped`) or a file, where weights can be read in place.
-pub(super) fn blob(model: &str) -> anyhow::Result<AlignedBytes> {
+/// The bytes of a model where weights can be read in place: the one in the program (`shipped`), a file, or what
+/// boots of a folder with slots; where such a folder falls back to its other slot, that is said.
+pub(super) fn blob(model: &str, profile: Option<&Path>) -> anyhow::Result<AlignedBytes> {
+    if !Path::new(model).is_dir() {
+        return file(model);
+    }
+    let key = profile.map(Profile::read).transpose()?.map(|profile| profile.key()).transpose()?.flatten();
+    let booted = boot(&Folder::at(Path::new(model)), key.as_ref())?;
+    if let Some(why) = &booted.fell_back {
+        eprintln!("the model in {model} that should start does not ({why}): slot {:?} is used", booted.slot);
+    }
+    Ok(booted.blob)
+}
+
+/// The bytes of a model, the one in the program (`shipped`) or a file.
+pub(super) fn file(model: &str) -> anyhow::Result<AlignedBytes> {
     if model == "shipped" {
         return Ok(AlignedBytes::copy(shipped::MODEL));
     }

@@ -8,9 +8,12 @@ pub(crate) mod doctor;
 pub(crate) mod dump;
 #[cfg(feature = "train")]
 pub(crate) mod evaluate;
+mod film;
+pub(crate) mod flash;
 mod inputs;
 #[cfg(not(feature = "train"))]
 mod no_train;
+mod profile;
 pub(crate) mod record;
 pub(crate) mod run;
 mod shipped;

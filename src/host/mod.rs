@@ -10,6 +10,7 @@ pub mod camera;
 pub mod checks;
 pub mod clock;
 pub mod files;
+pub mod flash;
 pub mod link;
 pub mod live;
 pub mod publish;

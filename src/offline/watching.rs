@@ -17,6 +17,7 @@ use crate::runtime::{Clock, Drive, Estimate, Estimator, Eye, Memory, Turn};
 use crate::surface::{Config, ConfigError, SurfaceProfile};
 use crate::units::{FRAME_INTERVAL_S, Micros};
 use meniscus_hil::FaultList;
+use std::time::Instant;
 
 /// Noise of the disparity that makes 2 mm of depth at 0.4 m, pixels rms: `s = dz f B / z^2`.
 pub const DISPARITY_RMS_PX: f64 = 0.24;
@@ -94,7 +95,7 @@ pub fn turns_with(
             estimator.driven(&mut memory, profile.as_ref(), drive(frame), 0, &mut NoClock, &mut []);
         look(frame, &memory, &estimate);
         let turn = Turn { time: time_of(frame), stamp: None, sight: profile.map(Ok), estimate };
-        Logged { turn, latency_us: 0, turn_us: 0, allocations: 0 }
+        Logged { turn, ended: Instant::now(), latency_us: 0, turn_us: 0, allocations: 0 }
     };
     seen.iter().enumerate().map(turn).collect()
 }

@@ -45,6 +45,12 @@ impl Device {
         }
     }
 
+    /// The configuration descriptor as a kernel reads it while it enumerates, before any program's request.
+    #[must_use]
+    pub fn enumerated(&self, now_us: u64) -> Vec<u8> {
+        descriptors::configuration(self.usb2(now_us), self.trouble)
+    }
+
     fn clear_halt(&mut self, endpoint: u8) -> Reply {
         if self.trouble == Some(Trouble::ClearHaltRefused) && self.life == Life::Struck {
             return Reply::Stall;

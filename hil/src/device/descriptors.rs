@@ -76,7 +76,9 @@ fn endpoint(out: &mut Vec<u8>, address: u8, kind: u8, packet: u16, usb2: bool) {
     let [low, high] = packet.to_le_bytes();
     out.extend([7, 5, address, kind, low, high, if kind == 3 { 6 } else { 0 }]);
     if !usb2 {
-        out.extend([6, 0x30, if kind == 2 { 15 } else { 0 }, 0, 0, 0]);
+        // Burst, attributes, bytes in an interval (periodic endpoints only).
+        let (burst, bytes) = if kind == 2 { (15, 0) } else { (0, packet as u8) };
+        out.extend([6, 0x30, burst, 0, bytes, 0]);
     }
 }
 

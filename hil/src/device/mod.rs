@@ -17,7 +17,7 @@ mod trouble;
 
 pub use firmware::{INTRINSICS, INTRINSICS_SMALL};
 pub use replay::{Replay, Said};
-pub use scenery::{Scenery, TestCard};
+pub use scenery::{Film, Scenery, TestCard};
 pub use trouble::{At, Back, Cure, Ending, TROUBLES, Trouble};
 
 use crate::camera::{Camera, CameraSettings};

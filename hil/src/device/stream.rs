@@ -25,6 +25,14 @@ impl Device {
         first.then(|| self.due.remove(0))
     }
 
+    /// When the next event can come, microseconds of the bus; `None` while nothing is started.
+    #[must_use]
+    pub fn next_us(&self) -> Option<u64> {
+        let shot_us = self.started_us.map(|started_us| started_us + shot_time_us(self.shots_of_start));
+        let due_us = self.due.first().map(|event| event.at_us);
+        shot_us.into_iter().chain(due_us).min()
+    }
+
     /// One shot, whose images are on the wire a little later.
     fn expose(&mut self, now_us: u64) {
         if self.shot == STRIKE && self.life == Life::Ahead {

@@ -1,12 +1,13 @@
 //! The summary of a run with a camera on a bus: there is no truth, so nothing is held against one.
 
 use super::Arguments;
-use super::report::{energy_drift, entropy_falls, late, stage_medians, stages, target};
+use super::report::{energy_drift, entropy_falls, late, stage_medians, stages, target, turn_us};
 use crate::cli::doctor::{describe, one_line};
-use hdrhistogram::Histogram;
 use meniscus::host::camera::{CameraHealth, Connected, Note};
 use meniscus::host::checks::{Check, table};
 use meniscus::host::live::Log;
+use meniscus::offline::recording::GROUP_NAMES;
+use meniscus::offline::score::Score;
 use meniscus::runtime::DEADLINE_US;
 use serde_json::{Value, json};
 use std::fmt::Write;
@@ -23,18 +24,14 @@ pub(super) struct LiveReport<'l> {
     pub(super) notes: Vec<Note>,
     /// Whether its thread ran in real time, or why not; `None` if that was not wanted.
     pub(super) realtime: Option<Result<(), String>>,
+    /// The estimate against the truth, where one is known.
+    pub(super) score: Option<Score>,
 }
 
 impl LiveReport<'_> {
-    fn turn_us(&self) -> anyhow::Result<Histogram<u64>> {
-        let mut turn_us = Histogram::new(3)?;
-        self.log.turns.iter().for_each(|logged| turn_us.saturating_record(logged.turn_us));
-        Ok(turn_us)
-    }
-
     /// The checks of a run without a truth.
     pub(super) fn checks(&self) -> anyhow::Result<Vec<Check>> {
-        let (log, turn_us) = (self.log, self.turn_us()?);
+        let (log, turn_us) = (self.log, turn_us(self.log)?);
         let allocations: u64 = log.turns.iter().map(|logged| logged.allocations).sum();
         Ok(vec![
             Check::at_most("energy_drift_step", energy_drift(log), "H", target::ENERGY_DRIFT),
@@ -64,6 +61,7 @@ impl LiveReport<'_> {
             "modes": { "filling": health.filling, "tracking": health.tracking,
                        "coasting": health.coasting, "halted": health.halted },
             "health": health,
+            "truth": self.score.as_ref().map(scored),
             "losses": { "depth": log.losses.0, "infrared": log.losses.1, "solitary": log.solitary,
                         "payloads_dropped": log.payloads_dropped },
             "checks": self.checks()?,
@@ -101,7 +99,26 @@ impl LiveReport<'_> {
             let _ = writeln!(text, "camera: {note}");
         }
         let _ = writeln!(text, "stages, median us: {}", stages.join(", "));
-        let _ = writeln!(text, "no truth is known, so the estimate is held against none");
+        let _ = match &self.score {
+            None => writeln!(text, "no truth is known, so the estimate is held against none"),
+            Some(score) => {
+                let [q, v, ..] = score.field.map(|error| 100.0 * error);
+                let slosh = 100.0 * score.estimate.slosh_rel();
+                writeln!(text, "against the truth: surface {slosh:.1} % of the slosh, q {q:.1} %, v {v:.1} %")
+            }
+        };
         Ok(text + &table(&self.checks()?))
     }
+}
+
+/// The errors against the truth.
+fn scored(score: &Score) -> Value {
+    let fields = GROUP_NAMES.iter().zip(score.field);
+    let fields: Value = fields.map(|(name, error)| ((*name).to_owned(), json!(error))).collect();
+    json!({
+        "frames_scored": score.frames,
+        "surface_error": { "mean": score.estimate.mean(), "max": score.estimate.max,
+                           "slosh_rel": score.estimate.slosh_rel() },
+        "field_error": fields,
+    })
 }

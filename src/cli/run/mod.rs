@@ -1,8 +1,11 @@
 //! `meniscus run`: the main job, live.
 
 mod live_report;
+mod published;
 mod replay;
 mod report;
+mod service;
+mod turns;
 mod usb;
 mod view;
 
@@ -13,7 +16,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use meniscus::host::files::write_whole;
 use meniscus::host::link::{WorkerEnd, link};
 use meniscus::host::live::{Log, Still, Watch, watch};
-use meniscus::host::publish::{Destination, Publisher};
+use meniscus::host::publish::Destination;
 use meniscus::host::view::{Caption, Dashboard};
 use meniscus::model::Model;
 use meniscus::offline::camera::{PAYLOAD_ROOM, SimulatedCamera};
@@ -22,6 +25,7 @@ use meniscus::offline::scene::SceneSettings;
 use meniscus::surface::{Config, Settings};
 use meniscus::units::FRAME_INTERVAL_S;
 use meniscus_hil::FaultList;
+use published::Published;
 use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -69,9 +73,12 @@ pub(crate) struct Arguments {
     source: String,
     /// The camera's recording, with --source replay.
     file: Option<PathBuf>,
-    /// The model: the one in the program (shipped) or a blob file.
-    #[arg(long, default_value = "shipped", value_name = "shipped|FILE")]
+    /// The model: the one in the program (shipped), a blob file, or a folder that `meniscus flash` has written.
+    #[arg(long, default_value = "shipped", value_name = "shipped|FILE|FOLDER")]
     model: String,
+    /// The board's profile, whose key a flashed model must be signed with.
+    #[arg(long, value_name = "FILE.toml")]
+    profile: Option<PathBuf>,
     /// Faults on the camera's wire.
     #[arg(long, default_value = "", value_name = "LIST")]
     faults: FaultList,
@@ -91,6 +98,17 @@ pub(crate) struct Arguments {
     /// How often the full field goes to those who read a Unix socket, times a second.
     #[arg(long, default_value_t = 0.0, value_name = "HZ")]
     field_hz: f64,
+    /// Also write every turn as a row of this table: wall clock, camera clock, frame, mode, times.
+    #[arg(long, value_name = "FILE.csv")]
+    turns: Option<PathBuf>,
+    /// Run until it is stopped (SIGTERM, Ctrl-C), as a service: tells systemd that it is ready and alive, and standard
+    /// error every change of the mode. For --source usb; --seconds is not used.
+    #[arg(long, conflicts_with_all = ["seconds", "truth", "turns"])]
+    service: bool,
+    /// Hold a run with a camera on a bus against this recording's truth: for a simulated camera that shows it
+    /// from the first frame on.
+    #[arg(long, value_name = "shipped|FILE")]
+    truth: Option<String>,
     /// One JSON object on standard output instead of dashboard and summary.
     #[arg(long)]
     json: bool,
@@ -102,11 +120,13 @@ pub(crate) struct Arguments {
 /// Runs the verb.
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let frames = frames(arguments.seconds)?;
-    let bytes = blob(&arguments.model)?;
+    let bytes = blob(&arguments.model, arguments.profile.as_deref())?;
     let model = Model::load(&bytes).with_context(|| format!("the model {} is refused", arguments.model))?;
     if let Some(bus) = usb::bus_of(&arguments.source) {
         return usb::run(arguments, &model, frames, bus);
     }
+    ensure!(!arguments.service, "--service is for a camera on a bus");
+    ensure!(arguments.truth.is_none(), "--truth is for a camera on a bus; a recording brings its own");
     match (&arguments.file, arguments.source == "replay") {
         (Some(file), true) => return replay::run(arguments, &model, frames, file),
         (None, true) => bail!("--source replay needs the recording: meniscus run --source replay FILE"),
@@ -161,12 +181,7 @@ fn live(
     worker_end: WorkerEnd,
     still: &mut Still,
 ) -> anyhow::Result<Log> {
-    let (outlet, publisher) = if arguments.publish.is_empty() {
-        (None, None)
-    } else {
-        let started = Publisher::start(&arguments.publish, arguments.field_hz, model.field_len())?;
-        (Some(started.0), Some(started.1))
-    };
+    let published = Published::open(arguments, model)?;
     let shared = Arc::new(Watch::default());
     let interrupted = Arc::clone(&shared);
     ctrlc::set_handler(move || interrupted.stop.store(true, Ordering::Relaxed))
@@ -174,12 +189,15 @@ fn live(
     // Room for a turn a frame, for those that faults add, and for a second more.
     let log = Log::with_room(frames + frames / 2 + 64);
     let length = Duration::from_secs_f64(frames as f64 * FRAME_INTERVAL_S);
-    let (watching, handed_to) = (&*shared, outlet.as_ref());
+    let (watching, outlet) = (&*shared, published.as_ref().map(Published::outlet));
     let log = std::thread::scope(|scope| {
         scope.spawn(move || play(&watching.stop));
-        let worker = scope.spawn(move || watch(model, config, &worker_end, watching, handed_to, log, still));
+        let worker = scope.spawn(move || watch(model, config, &worker_end, watching, outlet, log, still));
         let finished = || worker.is_finished();
-        let shown = if !arguments.json && std::io::stdout().is_terminal() {
+        let shown = if arguments.service {
+            service::attend(watching, finished);
+            Ok(())
+        } else if !arguments.json && std::io::stdout().is_terminal() {
             let title = format!("{}, {camera}, model {}", model.header.liquid, arguments.model);
             let (fill_m, radius_m) = (model.header.fill_m, model.header.radius_m);
             Dashboard::new(Caption { title, fill_m, radius_m, length }).run(watching, finished)
@@ -193,19 +211,11 @@ fn live(
         }
         worker.join().map_err(|_| anyhow::anyhow!("the worker stopped on an error of its own"))
     })?;
-    if let (Some(outlet), Some(publisher)) = (outlet, publisher) {
-        let counters = Arc::clone(&outlet.counters);
-        // Without an outlet the publisher sends what it has and leaves.
-        drop(outlet);
-        publisher.finish();
-        let of = |counter: &std::sync::atomic::AtomicU64| counter.load(Ordering::Relaxed);
-        eprintln!(
-            "published {} records; left out {} by slow readers, {} by a full queue; {} readers gone",
-            of(&counters.sent),
-            of(&counters.reader_slow),
-            of(&counters.queue_full),
-            of(&counters.readers_gone)
-        );
+    if let Some(published) = published {
+        published.close();
+    }
+    if let Some(path) = &arguments.turns {
+        write_whole(path, turns::csv(&log).as_bytes())?;
     }
     Ok(log)
 }

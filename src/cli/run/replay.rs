@@ -53,6 +53,7 @@ pub(super) fn run(
         health: CameraHealth::default(),
         notes: Vec::new(),
         realtime: None,
+        score: None,
     };
     let json = serde_json::to_string_pretty(&report.json(arguments)?)?;
     write_whole(&arguments.out.join("run.json"), format!("{json}\n").as_bytes())?;

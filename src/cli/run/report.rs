@@ -47,10 +47,7 @@ impl<'l> Report<'l> {
         }
         let linear = linear_with_motion(recording);
         let score = score(model, recording, &linear, &log.turns, START);
-        let mut turn_us = Histogram::new(3)?;
-        for logged in &log.turns {
-            turn_us.saturating_record(logged.turn_us);
-        }
+        let turn_us = turn_us(log)?;
         let checks = checks(log, &score, &turn_us);
         Ok(Self { log, liquid: recording.provenance.liquid.clone(), score, turn_us, checks })
     }
@@ -143,6 +140,14 @@ impl<'l> Report<'l> {
     }
 }
 
+/// The times of the turns, up to a minute. The range is given: a histogram that grows by itself takes what is
+/// beyond its first range for the largest value in it, and tells 2 us of a turn of 5 ms.
+pub(super) fn turn_us(log: &Log) -> anyhow::Result<Histogram<u64>> {
+    let mut turn_us = Histogram::new_with_bounds(1, 60_000_000, 3)?;
+    log.turns.iter().for_each(|logged| turn_us.saturating_record(logged.turn_us));
+    Ok(turn_us)
+}
+
 /// The checks of a run.
 fn checks(log: &Log, score: &Score, turn_us: &Histogram<u64>) -> Vec<Check> {
     let (surface, [q, v, e, sigma, tau]) = (&score.estimate, score.field);
@@ -207,4 +212,26 @@ pub(super) fn stage_medians(log: &Log) -> [(&'static str, u64); 5] {
 /// The same as JSON.
 pub(super) fn stages(log: &Log) -> Value {
     stage_medians(log).into_iter().map(|(name, us)| (name.to_owned(), json!(us))).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use meniscus::model::Model;
+    use meniscus::offline::watching;
+
+    #[test]
+    fn a_long_turn_is_told_as_long() {
+        let bytes = meniscus::host::files::AlignedBytes::copy(crate::cli::shipped::MODEL);
+        let model = Model::load(&bytes).expect("the shipped model");
+        let mut log = Log::default();
+        log.turns = watching::turns(&model, &[None, None, None]);
+        for (logged, us) in log.turns.iter_mut().zip([400, 5_000, 90_000]) {
+            logged.turn_us = us;
+        }
+        let told = turn_us(&log).expect("a range");
+        let near = |told: u64, us: u64| told.abs_diff(us) * 1000 <= us;
+        assert!(near(told.value_at_quantile(0.5), 5_000), "{}", told.value_at_quantile(0.5));
+        assert!(near(told.max(), 90_000), "{}", told.max());
+    }
 }

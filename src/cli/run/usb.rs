@@ -11,14 +11,19 @@ use meniscus::host::live::Still;
 use meniscus::host::realtime::become_realtime;
 use meniscus::host::usb::Transport;
 use meniscus::model::Model;
+use meniscus::offline::baseline::linear_with_motion;
 use meniscus::offline::scene::SceneSettings;
+use meniscus::offline::score::score;
 use meniscus::offline::usb::{RecordedGlass, SimulatedBus};
 use meniscus::surface::{self, Config};
-use meniscus::units::FRAME_INTERVAL_S;
-use meniscus_hil::device::{Device, Trouble};
+use meniscus::units::{FRAME_INTERVAL_S, Micros};
+use meniscus_hil::device::{Device, FIRST_SHOT_US, Trouble};
 use std::sync::Mutex;
 use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
+
+/// Longer than any service runs.
+const YEARS: Duration = Duration::from_secs(100 * 365 * 86_400);
 
 /// A source that is a bus.
 pub(super) enum Bus<'a> {
@@ -73,6 +78,7 @@ fn watch(
     camera: &str,
     realtime_wanted: bool,
 ) -> anyhow::Result<()> {
+    let truth = arguments.truth.as_deref().map(recording).transpose()?;
     let wanted = Settings { serial: arguments.serial.clone(), ..Settings::default() };
     let mut session = Session::connect(transport, wanted)?;
     let connected = session.connected().clone();
@@ -91,7 +97,10 @@ fn watch(
     let notes = Mutex::new(Vec::with_capacity(LinkSink::NOTES));
     let (mut ended, mut realtime) = (Ok(()), None);
     let mut still = Still::default();
-    let until = Instant::now() + Duration::from_secs_f64(frames as f64 * FRAME_INTERVAL_S);
+    // A service ends when it is stopped; its log has room for its first minutes and counts the rest.
+    let length =
+        if arguments.service { YEARS } else { Duration::from_secs_f64(frames as f64 * FRAME_INTERVAL_S) };
+    let until = Instant::now() + length;
     let log = {
         let (session, notes, ended, realtime) = (&mut session, &notes, &mut ended, &mut realtime);
         let play = move |stop: &AtomicBool| {
@@ -103,7 +112,11 @@ fn watch(
     };
     let health = session.health();
     let notes = notes.into_inner().unwrap_or_default();
-    let report = LiveReport { log: &log, camera: Some(connected), health, notes, realtime };
+    let score = truth.map(|truth| {
+        let linear = linear_with_motion(&truth);
+        score(model, &truth, &linear, &log.turns, Micros(FIRST_SHOT_US))
+    });
+    let report = LiveReport { log: &log, camera: Some(connected), health, notes, realtime, score };
     let json = serde_json::to_string_pretty(&report.json(arguments)?)?;
     write_whole(&arguments.out.join("run.json"), format!("{json}\n").as_bytes())?;
     if arguments.json {

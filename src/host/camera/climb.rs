@@ -1,6 +1,6 @@
 //! What each rung of the ladder does, every wait bounded.
 
-use super::connect::establish;
+use super::connect::{LOOK, establish, pause_or_return};
 use super::error::CameraError;
 use super::monitor::send;
 use super::negotiate::negotiate;
@@ -19,8 +19,6 @@ const LEAVE: Duration = Duration::from_secs(1);
 const RETURN: Duration = Duration::from_secs(10);
 /// Time that a reset port is given.
 const AFTER_RESET: Duration = Duration::from_millis(500);
-/// Pause between two looks at the bus.
-const LOOK: Duration = Duration::from_millis(100);
 
 impl<T: Transport> Session<T> {
     /// Takes a rung. Afterwards the transfers are queued, or the reason says why not.
@@ -59,6 +57,16 @@ impl<T: Transport> Session<T> {
             }
         }
         self.start().map_err(|trouble| CameraError::GaveUp { seconds: 0, last: trouble.to_string() })
+    }
+
+    /// The pause before a rung; that before a re-plug ends when the camera comes back.
+    pub(super) fn wait_before(&mut self, rung: Rung, pause: Duration, sink: &mut impl Sink) {
+        if rung == Rung::Replug {
+            let serial = self.settings.serial.as_deref();
+            pause_or_return(&mut self.transport, serial, pause, || sink.wanted());
+        } else {
+            self.transport.pause(pause);
+        }
     }
 
     /// Cancels what is in flight and waits until it has come back.

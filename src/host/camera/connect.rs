@@ -15,11 +15,15 @@ use crate::surface::Intrinsics;
 use crate::uvc::request::Setup;
 use std::time::Duration;
 
-/// Tries to connect, and the first pause between two; each pause is twice the one before.
-const TRIES: u32 = 4;
+/// Tries to connect, and the first pause between two; each pause is twice the one before, 4.5 s together: a
+/// camera that is plugged in anew needs a third of a second until the kernel shows it.
+const TRIES: u32 = 5;
 const PAUSE: Duration = Duration::from_millis(300);
-/// Room for a configuration descriptor.
-const CONFIGURATION_MAX: usize = 8192;
+/// Pause between two looks at the bus.
+pub(super) const LOOK: Duration = Duration::from_millis(50);
+/// Room for a configuration descriptor: the most that Linux lets a control request have. Those of these
+/// cameras have about half of it.
+const CONFIGURATION_MAX: usize = 4096;
 
 /// A camera that is open and agreed on.
 #[derive(Clone, Debug, PartialEq)]
@@ -44,7 +48,7 @@ pub struct Connected {
     pub depth_unit_um: u32,
 }
 
-/// Tries four times, with pauses, where another try may find things changed.
+/// Tries five times, with pauses, where another try may find things changed.
 pub(super) fn connect(
     transport: &mut impl Transport,
     settings: &Settings,
@@ -56,13 +60,37 @@ pub(super) fn connect(
             Err(error) if error.passes() || (was_there && matches!(error, CameraError::NoCamera(_))) => {
                 was_there = true;
                 transport.close();
-                transport.pause(pause);
+                pause_or_return(transport, settings.serial.as_deref(), pause, || true);
                 pause *= 2;
             }
             done => return done,
         }
     }
     establish(transport, settings)
+}
+
+/// A pause that ends as soon as a camera that was not there comes back; one that is there and fails has all of it.
+pub(super) fn pause_or_return(
+    transport: &mut impl Transport,
+    serial: Option<&str>,
+    pause: Duration,
+    mut wanted: impl FnMut() -> bool,
+) {
+    let deadline = transport.now() + pause;
+    let mut was_away = false;
+    while wanted() && transport.now() + LOOK < deadline {
+        let listed = transport.list().unwrap_or_default();
+        let known = |d: &Listed| Product::of(d.vendor, d.product).is_some();
+        let wanted = |d: &Listed| known(d) && (serial.is_none() || d.serial.as_deref() == serial);
+        match (listed.iter().any(wanted), was_away) {
+            (true, true) => return,
+            (true, false) => break,
+            (false, _) => was_away = true,
+        }
+        transport.pause(LOOK);
+    }
+    let left = deadline.saturating_sub(transport.now());
+    transport.pause(left);
 }
 
 /// One try.

@@ -20,7 +20,7 @@
 //! | 2 renegotiate | the same with probe and commit | 9 | 1.5 | pushed start errors |
 //! | 3 restart | HWRST, wait until it is gone and back, open | 13 + opening | 2 | |
 //! | 4 reset | reset of the port, open | 2 + opening | 2 | |
-//! | 5 re-plug | close, pause 0.1 to 2 s, open by serial number | 2 + opening | 2 | a device that is gone |
+//! | 5 re-plug | close, pause 0.1 to 2 s or until it is back, open by serial number | 2 + opening | 2 | a device that is gone |
 //!
 //! Nothing is asked of the camera while it streams. Payloads that come back from a cancelled queue are
 //! not handed on, and a frame that repeats an earlier time is no sign of life.

@@ -127,7 +127,7 @@ impl<T: Transport> Session<T> {
                 if !again {
                     sink.note(Note::Trouble(met, rung));
                 }
-                self.transport.pause(pause);
+                self.wait_before(rung, pause, sink);
                 if let Err(reason) = self.climb(rung, sink) {
                     let reason = reason.to_string();
                     if !again || reason != last {

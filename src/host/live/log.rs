@@ -4,12 +4,15 @@ use crate::health::Health;
 use crate::host::prelude::*;
 use crate::runtime::Turn;
 use crate::uvc::{Losses, Solitary};
+use std::time::Instant;
 
 /// One turn and what it cost.
 #[derive(Clone, Copy, Debug)]
 pub struct Logged {
     /// The turn.
     pub turn: Turn,
+    /// When it ended.
+    pub ended: Instant,
     /// From the arrival of its last payload to its end, microseconds; the time of the turn itself
     /// where there was no payload.
     pub latency_us: u64,

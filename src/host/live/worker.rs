@@ -68,16 +68,21 @@ pub fn watch(
                 let (allocations, turn_us) = (allocations_of_this_thread() - before, micros_since(started));
                 next_turn += INTERVAL;
                 if let Some(turn) = turn {
-                    let logged = Logged { turn, latency_us: turn_us, turn_us, allocations };
+                    let logged =
+                        Logged { turn, ended: Instant::now(), latency_us: turn_us, turn_us, allocations };
                     log.push(logged);
-                    show(watch, outlet, logged, &field);
+                    if let Some(outlet) = outlet {
+                        outlet.offer(&logged.turn, &field);
+                    }
+                    show(watch, logged);
                 }
             }
             Received::Payload(delivery) => {
-                if take(&mut tracker, &delivery, &mut clock, &mut field, &mut log) {
+                if let Some(logged) = take(&mut tracker, &delivery, outlet, &mut clock, &mut field, &mut log)
+                {
                     next_turn = delivery.arrived + PATIENCE;
-                    keep_still(&tracker, &log, model.header.fill_m as f32, still);
-                    log.turns.last().inspect(|logged| show(watch, outlet, **logged, &field));
+                    keep_still(&tracker, &logged, model.header.fill_m as f32, still);
+                    show(watch, logged);
                 }
                 end.give_back(delivery.payload);
             }
@@ -90,39 +95,41 @@ pub fn watch(
     log
 }
 
-/// One payload; whether it led to a turn.
+/// One payload; the last turn that it led to. A log that is full changes nothing of that.
 fn take(
     tracker: &mut Tracker<'_, '_>,
     delivery: &Delivery,
+    outlet: Option<&Outlet>,
     clock: &mut Monotonic,
     field: &mut [f32],
     log: &mut Log,
-) -> bool {
+) -> Option<Logged> {
     let started = Instant::now();
     let before = allocations_of_this_thread();
-    let first = log.turns.len();
+    let mut last = None;
     let arrived = delivery.arrived;
-    tracker.accept(delivery.stream, &delivery.payload, clock, field, |turn, _| {
+    tracker.accept(delivery.stream, &delivery.payload, clock, field, |turn, field| {
         let allocations = allocations_of_this_thread() - before;
         let (latency_us, turn_us) = (micros_since(arrived), micros_since(started));
-        log.push(Logged { turn: *turn, latency_us, turn_us, allocations });
+        let logged = Logged { turn: *turn, ended: Instant::now(), latency_us, turn_us, allocations };
+        if let Some(outlet) = outlet {
+            outlet.offer(turn, field);
+        }
+        log.push(logged);
+        last = Some(logged);
     });
-    log.turns.len() > first
+    last
 }
 
-/// Hands a turn on, and shows it to whoever looks, unless they are looking right now.
-fn show(watch: &Watch, outlet: Option<&Outlet>, logged: Logged, field: &[f32]) {
-    if let Some(outlet) = outlet {
-        outlet.offer(&logged.turn, field);
-    }
+/// Shows a turn to whoever looks, unless they are looking right now.
+fn show(watch: &Watch, logged: Logged) {
     if let Ok(mut last) = watch.last.try_lock() {
         *last = Some(logged);
     }
 }
 
 /// Keeps the image if the surface has never stood higher or lower.
-fn keep_still(tracker: &Tracker<'_, '_>, log: &Log, fill_m: f32, still: &mut Still) {
-    let Some(logged) = log.turns.last() else { return };
+fn keep_still(tracker: &Tracker<'_, '_>, logged: &Logged, fill_m: f32, still: &mut Still) {
     let away = |z: &f32| (z - fill_m).abs();
     let crest_m = logged.turn.estimate.surface_m.iter().map(away).fold(0.0, f32::max);
     if crest_m > still.crest_m && matches!(logged.turn.sight, Some(Ok(_))) {

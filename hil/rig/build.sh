@@ -1,0 +1,29 @@
+# Cross build of what runs in the guest: sourced by hil/run.
+
+triple=aarch64-unknown-linux-gnu
+
+# A static program, so that the guest needs no library.
+cross() {
+  LIBUDEV_NO_PKG_CONFIG=1 \
+    CARGO_TARGET_AARCH64_UNKNOWN_LINUX_GNU_LINKER=aarch64-linux-gnu-gcc \
+    CARGO_TARGET_AARCH64_UNKNOWN_LINUX_GNU_RUSTFLAGS="-C target-feature=+crt-static" \
+    CARGO_PROFILE_RELEASE_DEBUG=0 \
+    cargo build "${build_std[@]}" --locked --release --target "$triple" "$@"
+}
+
+# The program, the guest's side, and the judge, which runs on this machine.
+build_guest() {
+  mkdir -p "$work"
+  cross --bin meniscus
+  cross -p meniscus-hil --bin meniscus-hil-guest
+  cargo build --locked --release -p meniscus-hil --bin meniscus-hil-gate
+  cp "$target/$triple/release/meniscus" "$target/$triple/release/meniscus-hil-guest" "$work/"
+  cp "$target/release/meniscus-hil-gate" "$work/gate"
+}
+
+# What the camera shows, rendered by the same program that will watch it, and what that run comes to in process.
+film() {
+  [ -e "$work/film.raw" ] && [ "$work/film.json" -nt "$work/meniscus" ] && return
+  qemu-aarch64-static "$work/meniscus" camera film --frames 360 --out "$work/film.raw" --json >"$work/film.json.part"
+  mv "$work/film.json.part" "$work/film.json"
+}

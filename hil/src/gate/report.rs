@@ -1,0 +1,178 @@
+//! The gate's verdict: every scenario, the two boots against each other, and the golden log.
+
+use super::Failure;
+use super::judge::{self, REATTACH_S, Wrong, at, number};
+use super::log::{Log, difference};
+use super::scenarios::{GATE, Must, Scenario};
+use serde_json::{Value, json};
+use std::path::Path;
+
+/// A value with its target.
+struct Check(&'static str, f64, &'static str, &'static str, bool);
+
+/// How the verdict is given.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Wanted {
+    /// One JSON object instead of a table.
+    pub(crate) json: bool,
+    /// Write the golden log anew.
+    pub(crate) bless: bool,
+    /// What everything before took, seconds.
+    pub(crate) wall_s: f64,
+}
+
+/// Judges two boots. `true` when every check is met.
+pub(crate) fn judge(logs: [&Path; 2], film: &Path, golden: &Path, wanted: Wanted) -> Result<bool, Failure> {
+    let [first, second] = [Log::read(logs[0])?, Log::read(logs[1])?];
+    let film: Value = serde_json::from_slice(&std::fs::read(film)?)?;
+    let verdicts: Vec<(&Scenario, Wrong)> =
+        GATE.iter().map(|scenario| verdict(scenario, &first, &film)).collect();
+    let told: Vec<String> = verdicts.iter().map(|(scenario, wrong)| line(scenario, wrong, &first)).collect();
+    if wanted.bless {
+        std::fs::write(golden, told.join("\n") + "\n")?;
+    }
+    let kept = std::fs::read_to_string(golden).unwrap_or_default();
+    let lines = |log: &Log| log.lines.clone();
+    let (a, b) = (lines(&first), lines(&second));
+    let between = difference(&strs(&a), &strs(&b));
+    let against = difference(&kept.lines().collect::<Vec<_>>(), &strs(&told));
+    let mut checks = checks(&verdicts, &first, &film, between.is_empty() && !a.is_empty(), &against);
+    checks.push(Check("wall_s", wanted.wall_s, "s", "<= 600", wanted.wall_s <= 600.0));
+    let passed = checks.iter().all(|check| check.4);
+    if wanted.json {
+        println!("{}", serde_json::to_string_pretty(&object(&verdicts, &first, &checks))?);
+    } else {
+        text(&verdicts, &first, &checks);
+    }
+    let show = |what: &str, lines: &[String]| {
+        if !lines.is_empty() {
+            eprintln!("{what}:");
+            lines
+                .iter()
+                .take(40)
+                .for_each(|line| eprintln!("{}", line.chars().take(2000).collect::<String>()));
+        }
+    };
+    show("the two boots differ", &between);
+    show(&format!("{} differs (hil/run gate --bless writes it anew)", golden.display()), &against);
+    Ok(passed)
+}
+
+fn strs(lines: &[String]) -> Vec<&str> {
+    lines.iter().map(String::as_str).collect()
+}
+
+fn verdict<'s>(scenario: &'s Scenario, log: &Log, film: &Value) -> (&'s Scenario, Wrong) {
+    match log.of(scenario.plan) {
+        Some(facts) => (scenario, judge::judge(scenario, facts, film)),
+        None => (scenario, vec!["it did not run".into()]),
+    }
+}
+
+/// A line of the golden log: what a change of the program may change only on purpose, and no time.
+fn line(scenario: &Scenario, wrong: &Wrong, log: &Log) -> String {
+    let nothing = Value::Null;
+    let facts = log.of(scenario.plan).unwrap_or(&nothing);
+    let mut words = vec![format!("{} {}", scenario.chapter, scenario.plan)];
+    for key in
+        ["camera_health.rungs", "camera_notes", "turns.gaps", "turns.stale_as_fresh", "turns.last_mode"]
+    {
+        let value = at(facts, key);
+        if !value.is_null() {
+            words.push(format!("{}={value}", key.rsplit('.').next().unwrap_or(key)));
+        }
+    }
+    for losses in ["losses.depth", "losses.infrared"] {
+        let counted = at(facts, losses).as_object().into_iter().flatten();
+        for (name, count) in counted.filter(|(_, count)| count.as_u64().is_some_and(|count| count > 0)) {
+            words.push(format!("{losses}.{name}={count}"));
+        }
+    }
+    if matches!(scenario.must, Must::Refuse(_)) {
+        words.push(format!("said={}", facts["said"]));
+    }
+    words.push(if wrong.is_empty() { "ok".into() } else { "MISSED".into() });
+    words.join(" ")
+}
+
+fn checks(
+    verdicts: &[(&Scenario, Wrong)],
+    log: &Log,
+    film: &Value,
+    identical: bool,
+    against: &[String],
+) -> Vec<Check> {
+    let nothing = Value::Null;
+    let of = |wanted: fn(&Must) -> bool| {
+        let found = verdicts.iter().find(|(scenario, _)| wanted(&scenario.must));
+        found.and_then(|(scenario, _)| log.of(scenario.plan)).unwrap_or(&nothing)
+    };
+    let (stream, track) =
+        (of(|must| matches!(must, Must::Stream(_))), of(|must| matches!(must, Must::Track(_))));
+    let (fps, gaps) = (number(stream, "turns.fps"), number(stream, "turns.gaps"));
+    let passed = verdicts.iter().filter(|(_, wrong)| wrong.is_empty()).count() as f64;
+    let total = verdicts.len() as f64;
+    let stale: f64 = log
+        .facts
+        .iter()
+        .map(|(_, facts)| number(facts, "turns.stale_as_fresh"))
+        .filter(|n| n.is_finite())
+        .sum();
+    let back: Vec<f64> = log.facts.iter().flat_map(|(_, facts)| reattached(facts)).collect();
+    let reattach_s = back.iter().copied().fold(f64::NAN, f64::max);
+    let ratio = judge::field_error_ratio(track, film).unwrap_or(f64::NAN);
+    let is = |it: bool| f64::from(u8::from(it));
+    vec![
+        Check("fps", fps, "Hz", "60 +- 0.1", (59.9..=60.1).contains(&fps)),
+        Check("gaps", gaps, "1", "= 0", gaps == 0.0),
+        Check("scenarios_passed", passed, "1", "= scenarios_total", passed == total),
+        Check("scenarios_total", total, "1", "told", true),
+        Check("logs_identical", is(identical), "1", "= 1", identical),
+        Check("golden_identical", is(against.is_empty()), "1", "= 1", against.is_empty()),
+        Check("reattach_to_track_s", reattach_s, "s", "<= 1.5", reattach_s <= REATTACH_S),
+        Check("stale_as_fresh", stale, "1", "= 0", stale == 0.0),
+        Check("field_error_ratio", ratio, "1", "0.95 to 1.05", (ratio - 1.0).abs() <= 0.05),
+    ]
+}
+
+/// Times from each re-attachment to the first tracked frame; infinite where there was none.
+fn reattached(facts: &Value) -> Vec<f64> {
+    let times = at(facts, "turns.reattach_to_track_s").as_array();
+    times.into_iter().flatten().map(|time| time.as_f64().unwrap_or(f64::INFINITY)).collect()
+}
+
+fn object(verdicts: &[(&Scenario, Wrong)], log: &Log, checks: &[Check]) -> Value {
+    let scenarios: Vec<Value> = verdicts
+        .iter()
+        .enumerate()
+        .map(|(place, (scenario, wrong))| {
+            json!({ "chapter": scenario.chapter, "plan": scenario.plan, "ok": wrong.is_empty(), "wrong": wrong,
+                    "wall_s": log.wall_s.get(place),
+                    "guest_s": log.of(scenario.plan).map(|facts| facts["guest_s"].clone()) })
+        })
+        .collect();
+    let checks: Vec<Value> = checks
+        .iter()
+        .map(|Check(name, value, unit, target, ok)| {
+            let value = value.is_finite().then_some(*value);
+            json!({ "name": name, "value": value, "unit": unit, "target": target, "ok": ok })
+        })
+        .collect();
+    json!({ "command": "hil/run gate", "scenarios": scenarios, "checks": checks })
+}
+
+fn text(verdicts: &[(&Scenario, Wrong)], log: &Log, checks: &[Check]) {
+    for (place, (scenario, wrong)) in verdicts.iter().enumerate() {
+        let guest_s = log.of(scenario.plan).map_or(f64::NAN, |facts| number(facts, "guest_s"));
+        let wall_s = log.wall_s.get(place).copied().unwrap_or(f64::NAN);
+        let verdict = if wrong.is_empty() { "ok" } else { "MISSED" };
+        println!(
+            "{} {:<28} {guest_s:>7.1} s in the guest {wall_s:>7.1} s  {verdict}",
+            scenario.chapter, scenario.plan
+        );
+        wrong.iter().for_each(|wrong| println!("    {wrong}"));
+    }
+    for Check(name, value, unit, target, ok) in checks {
+        println!("{name:<22} {value:>12.4} {unit:<3} {target:<18} {}", if *ok { "ok" } else { "MISSED" });
+    }
+}

@@ -1,0 +1,112 @@
+//! The scenarios, as what is done in the guest.
+
+use super::program::{self, Ran};
+use super::{facts, kernel, machine, turns};
+use meniscus_hil::FaultList;
+use meniscus_hil::device::{Device, Film, Scenery, TestCard, Trouble};
+use meniscus_hil::vhci::{Plugged, Witness};
+use serde_json::{Map, Value, json};
+use std::error::Error;
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+type Done = Result<Map<String, Value>, Box<dyn Error>>;
+
+/// Longest time for the kernel to enumerate the camera.
+const ENUMERATION: Duration = Duration::from_secs(5);
+
+/// `NAME[:TROUBLE[:SECONDS]]`.
+struct Plan<'p> {
+    name: &'p str,
+    trouble: &'p str,
+    seconds: Option<f64>,
+}
+
+impl<'p> Plan<'p> {
+    fn read(text: &'p str) -> Result<Self, Box<dyn Error>> {
+        let mut words = text.split(':');
+        let name = words.next().unwrap_or_default();
+        let trouble = words.next().unwrap_or_default();
+        let seconds = words.next().map(str::parse).transpose()?;
+        Ok(Self { name, trouble, seconds })
+    }
+
+    /// Length of the run.
+    fn seconds(&self) -> f64 {
+        self.seconds.unwrap_or(4.0)
+    }
+
+    fn device(&self, film: &Path) -> Result<Device, Box<dyn Error>> {
+        let trouble = match self.trouble {
+            "" => None,
+            name => Some(Trouble::find(name).ok_or_else(|| format!("no trouble is called `{name}`"))?),
+        };
+        let scenery: Box<dyn Scenery> = match Film::open(film) {
+            Ok(film) => Box::new(film),
+            Err(error) if error.kind() == std::io::ErrorKind::NotFound => Box::<TestCard>::default(),
+            Err(error) => return Err(format!("{}: {error}", film.display()).into()),
+        };
+        Ok(Device::new(scenery, trouble, FaultList::default(), 1))
+    }
+}
+
+/// Runs one scenario on a camera of its own and takes it away again.
+pub(crate) fn run(plan: &str, film: &Path) -> Done {
+    let plan = Plan::read(plan)?;
+    let begun = Instant::now();
+    let plugged = Plugged::new(plan.device(film)?)?;
+    let found = kernel::wait_for_camera(ENUMERATION);
+    let done = match plan.name {
+        "enumerate" => Ok(Map::new()),
+        "doctor" => doctor(&plugged),
+        "record" => record(&plan),
+        "run" => run_program(&plan, &plugged, false),
+        "track" => run_program(&plan, &plugged, true),
+        "service" => machine::service(plan.seconds()),
+        "flash" => machine::flash(&plugged, plan.seconds()),
+        "full-disk" => machine::full_disk(plan.seconds()),
+        "low-memory" => machine::low_memory(plan.seconds()),
+        "busy" => machine::busy(&plugged, plan.seconds()),
+        other => Err(format!("no scenario is called `{other}`").into()),
+    };
+    let witness = plugged.unplug()?;
+    let mut facts = done?;
+    if let Some((enumerated, after)) = found {
+        facts.insert("enumerated".into(), enumerated.json());
+        facts.insert("enumerated_s".into(), after.as_secs_f64().into());
+    }
+    facts.insert("port_resets".into(), witness.resets.into());
+    facts.insert("kernel_complaints".into(), kernel::complaints().into());
+    facts.insert("guest_s".into(), begun.elapsed().as_secs_f64().into());
+    Ok(facts)
+}
+
+/// `meniscus doctor`.
+fn doctor(_: &Plugged) -> Done {
+    let arguments = ["doctor", "--json"].map(str::to_owned);
+    Ok(facts::of(&program::run(&arguments)?))
+}
+
+/// `meniscus record` into a file; how large it is.
+fn record(plan: &Plan<'_>) -> Done {
+    let (file, seconds) = ("/tmp/record.mcap", plan.seconds.unwrap_or(1.0).to_string());
+    let arguments = ["record", "--source", "usb", "--seconds", &seconds, "--out", file].map(str::to_owned);
+    let ran = program::run(&arguments)?;
+    let mut facts = facts::of(&ran);
+    facts.insert("recorded_bytes".into(), std::fs::metadata(file).map_or(0, |file| file.len()).into());
+    let _gone = std::fs::remove_file(file);
+    Ok(facts)
+}
+
+/// `meniscus run`, with what the camera's side has seen of it.
+fn run_program(plan: &Plan<'_>, plugged: &Plugged, truth: bool) -> Done {
+    let ran = program::run(&program::arguments(plan.seconds(), truth))?;
+    Ok(with_turns(&ran, &plugged.witness()))
+}
+
+pub(crate) fn with_turns(ran: &Ran, witness: &Witness) -> Map<String, Value> {
+    let mut facts = facts::of(ran);
+    facts.insert("turns".into(), turns::judge(&ran.turns, witness));
+    facts.insert("attached".into(), json!(witness.attached.len()));
+    facts
+}

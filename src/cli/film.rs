@@ -1,0 +1,86 @@
+//! `meniscus camera film`: what the simulated camera will show in the rig, and the same run in process.
+
+use super::inputs::file;
+use super::shipped;
+use anyhow::{Context, ensure};
+use meniscus::model::Model;
+use meniscus::offline::baseline::linear_with_motion;
+use meniscus::offline::recording::{GROUP_NAMES, Recording};
+use meniscus::offline::scene::SceneSettings;
+use meniscus::offline::score::score;
+use meniscus::offline::usb::film;
+use meniscus::units::Micros;
+use meniscus_hil::device::FIRST_SHOT_US;
+use serde_json::{Value, json};
+use std::fs::{self, File};
+use std::io::{BufWriter, Write};
+use std::path::{Path, PathBuf};
+
+/// Write what the simulated camera shows of a recording, for `hil/run`, and tell how well it is tracked.
+///
+/// The film holds images of 640x480 one after the other, Z16 depth then Y8 infrared: 921600 bytes a frame. The same
+/// frames go through the camera's session on a simulated bus in virtual time; the errors against the truth
+/// that come of it are what the rig's are held against.
+#[derive(clap::Args)]
+#[command(
+    verbatim_doc_comment,
+    after_help = "Examples:\n  meniscus camera film --frames 600 --out film.raw --json"
+)]
+pub(crate) struct Film {
+    /// The recording in the program (shipped) or a recording file.
+    #[arg(long, default_value = "shipped", value_name = "shipped|FILE")]
+    source: String,
+    /// Frames from the beginning of the recording.
+    #[arg(long, default_value_t = 600, value_parser = clap::value_parser!(u32).range(30..=36_000))]
+    frames: u32,
+    /// The film; a file that is there is replaced.
+    #[arg(long, value_name = "FILE")]
+    out: PathBuf,
+    /// One JSON object on standard output.
+    #[arg(long)]
+    json: bool,
+}
+
+/// Runs the verb.
+pub(crate) fn run(arguments: &Film) -> anyhow::Result<()> {
+    let recording = match arguments.source.as_str() {
+        "shipped" => Recording::from_bytes(Path::new("the shipped recording"), shipped::RECORDING)?,
+        path => Recording::load(Path::new(path))?,
+    };
+    let frames = arguments.frames as usize;
+    ensure!(
+        frames <= recording.frames(),
+        "--frames {frames}: {} has {} frames",
+        arguments.source,
+        recording.frames()
+    );
+    let bytes = file("shipped")?;
+    let model = Model::load(&bytes).context("the model is refused")?;
+    let out = &arguments.out;
+    // Beside it and renamed: a film that is there is a whole one.
+    let beside = out.with_extension("part");
+    let file = File::create(&beside).with_context(|| format!("cannot write {}", beside.display()))?;
+    let (turns, mut file) =
+        film(&model, recording.clone(), SceneSettings::default(), frames, BufWriter::new(file))?;
+    file.flush().and_then(|()| fs::rename(&beside, out)).context("the film cannot be written")?;
+    let linear = linear_with_motion(&recording);
+    let score = score(&model, &recording, &linear, &turns, Micros(FIRST_SHOT_US));
+    let fields: Value =
+        GROUP_NAMES.iter().zip(score.field).map(|(name, error)| ((*name).to_owned(), json!(error))).collect();
+    let report = json!({
+        "command": "meniscus camera film",
+        "version": env!("CARGO_PKG_VERSION"),
+        "frames": frames,
+        "frames_scored": score.frames,
+        "slosh_rel": score.estimate.slosh_rel(),
+        "field_error": fields,
+    });
+    if arguments.json {
+        println!("{}", serde_json::to_string_pretty(&report)?);
+    } else {
+        println!("{}: {frames} frames, tracked within {:.1} % of the slosh", out.display(), {
+            100.0 * score.estimate.slosh_rel()
+        });
+    }
+    Ok(())
+}

@@ -1,0 +1,31 @@
+//! The turns of a run as a table.
+
+use meniscus::host::live::Log;
+use meniscus::runtime::Mode;
+use std::fmt::Write;
+use std::time::{Instant, SystemTime, UNIX_EPOCH};
+
+/// One row a turn, oldest first. `wall_us` is the end of the turn by the machine's clock, microseconds since
+/// 1970; `camera_us` the middle of its exposure by the camera's; `sequence` its frame's number, empty where no
+/// frame came; `seen` whether the liquid was seen in it.
+pub(super) fn csv(log: &Log) -> String {
+    let (now, wall) = (Instant::now(), SystemTime::now());
+    let mut text = String::from("wall_us,camera_us,sequence,mode,seen,latency_us,turn_us\n");
+    for logged in &log.turns {
+        let turn = &logged.turn;
+        let ended = wall - now.saturating_duration_since(logged.ended);
+        let wall_us = ended.duration_since(UNIX_EPOCH).unwrap_or_default().as_micros();
+        let sequence = turn.stamp.map_or(String::new(), |stamp| stamp.sequence.to_string());
+        let seen = u8::from(matches!(turn.sight, Some(Ok(_))));
+        let mode = match turn.estimate.mode {
+            Mode::Filling => "filling",
+            Mode::Tracking => "tracking",
+            Mode::Coasting => "coasting",
+            Mode::Halted => "halted",
+        };
+        let (latency_us, turn_us) = (logged.latency_us, logged.turn_us);
+        // Writing into a string cannot fail.
+        let _ = writeln!(text, "{wall_us},{},{sequence},{mode},{seen},{latency_us},{turn_us}", turn.time.0);
+    }
+    text
+}

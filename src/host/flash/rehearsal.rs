@@ -1,0 +1,229 @@
+//! Flashing with the power cut at random, on a disk that forgets: the worst that a journal-less disk may do.
+//!
+//! What the disk promises is only what was synced. At a cut, a file that was written and not synced keeps a
+//! random part of its bytes with noise behind it, or nothing; of the names that were changed and not synced, each
+//! change is kept or lost by itself.
+
+use super::{Disk, boot, check, flash};
+use crate::host::prelude::*;
+use crate::model::{CRC, PREFIX_LEN};
+use std::collections::BTreeMap;
+use std::io;
+
+/// A generator of random numbers that is small and the same everywhere (xorshift64*).
+#[derive(Clone, Copy, Debug)]
+struct Random(u64);
+
+impl Random {
+    fn next(&mut self) -> u64 {
+        self.0 ^= self.0 >> 12;
+        self.0 ^= self.0 << 25;
+        self.0 ^= self.0 >> 27;
+        self.0.wrapping_mul(0x2545_f491_4f6c_dd1d)
+    }
+
+    fn below(&mut self, limit: usize) -> usize {
+        (self.next() >> 16) as usize % limit.max(1)
+    }
+}
+
+/// A change of names that is not synced.
+#[derive(Clone, Debug)]
+enum Change {
+    Made(String, usize),
+    Renamed(String, String),
+}
+
+/// The disk: files by number, and which name has which.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Forgetful {
+    /// What is in the file, and whether it is synced.
+    files: Vec<(Vec<u8>, bool)>,
+    names: BTreeMap<String, usize>,
+    synced_names: BTreeMap<String, usize>,
+    changes: Vec<Change>,
+    /// Steps until the power is cut.
+    left: Option<usize>,
+    /// Says that it has synced a file, and has not.
+    pub(super) careless: bool,
+}
+
+impl Forgetful {
+    /// Counts a step; the one at which the power is cut fails, as do all behind it.
+    fn step(&mut self) -> io::Result<()> {
+        match &mut self.left {
+            Some(0) => Err(io::Error::other("the power is cut")),
+            Some(left) => {
+                *left -= 1;
+                Ok(())
+            }
+            None => Ok(()),
+        }
+    }
+
+    fn apply(names: &mut BTreeMap<String, usize>, change: &Change) {
+        match change {
+            Change::Made(name, file) => {
+                names.insert(name.clone(), *file);
+            }
+            Change::Renamed(from, to) => {
+                if let Some(file) = names.remove(from) {
+                    names.insert(to.clone(), file);
+                }
+            }
+        }
+    }
+
+    /// What is found when the power comes back.
+    fn come_back(&mut self, random: &mut Random) {
+        let mut names = std::mem::take(&mut self.synced_names);
+        for change in self.changes.drain(..) {
+            if random.below(2) == 0 {
+                Self::apply(&mut names, &change);
+            }
+        }
+        for (bytes, synced) in &mut self.files {
+            if !*synced {
+                let kept = random.below(bytes.len() + 1);
+                bytes.truncate(kept);
+                let noise = random.below(64);
+                bytes.extend((0..noise).map(|_| random.next() as u8));
+                *synced = true;
+            }
+        }
+        (self.names, self.synced_names, self.left) = (names.clone(), names, None);
+    }
+}
+
+impl Disk for Forgetful {
+    fn read(&self, file: &str) -> io::Result<Vec<u8>> {
+        let number = self.names.get(file).ok_or(io::ErrorKind::NotFound)?;
+        Ok(self.files[*number].0.clone())
+    }
+
+    fn write(&mut self, file: &str, bytes: &[u8]) -> io::Result<()> {
+        let cut = self.step();
+        // The power may be cut in the middle of this step: the bytes are on their way then.
+        self.files.push((bytes.to_vec(), false));
+        self.names.insert(file.into(), self.files.len() - 1);
+        self.changes.push(Change::Made(file.into(), self.files.len() - 1));
+        cut
+    }
+
+    fn sync(&mut self, file: &str) -> io::Result<()> {
+        self.step()?;
+        let number = self.names.get(file).ok_or(io::ErrorKind::NotFound)?;
+        self.files[*number].1 = !self.careless;
+        Ok(())
+    }
+
+    fn rename(&mut self, from: &str, to: &str) -> io::Result<()> {
+        let cut = self.step();
+        let change = Change::Renamed(from.into(), to.into());
+        Self::apply(&mut self.names, &change);
+        self.changes.push(change);
+        cut
+    }
+
+    fn sync_folder(&mut self) -> io::Result<()> {
+        self.step()?;
+        (self.synced_names, self.changes) = (self.names.clone(), Vec::new());
+        Ok(())
+    }
+}
+
+/// What a rehearsal came to.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Rehearsed {
+    /// Cuts.
+    pub cuts: u32,
+    /// Cuts behind which a whole, checked blob booted: the old one, or the new one.
+    pub survived: u32,
+    /// How often the new one did.
+    pub new: u32,
+    /// How often the slot that boots was not the one that is named.
+    pub fell_back: u32,
+    /// The first failure, in words.
+    pub first_failure: Option<String>,
+}
+
+/// Flashes `blobs` in turn, each time with the power cut at a random step, and boots; the disk is never made anew,
+/// so that what a cut leaves behind is there at the next one. Behind each cut the same blob is flashed to the
+/// end, and has to boot.
+#[must_use]
+pub fn rehearse(blobs: [&[u8]; 2], cuts: u32, seed: u64) -> Rehearsed {
+    rehearse_on(Forgetful::default(), blobs, cuts, seed)
+}
+
+/// The same model with one bit of its last weight changed: as whole and as checked.
+#[must_use]
+pub fn sibling(blob: &[u8]) -> Vec<u8> {
+    let mut sibling = blob.to_vec();
+    if let Some(last) = sibling.len().checked_sub(4).filter(|last| *last > PREFIX_LEN) {
+        sibling[last] ^= 1;
+        let checksum = CRC.checksum(&sibling[PREFIX_LEN..]);
+        sibling[PREFIX_LEN - 4..PREFIX_LEN].copy_from_slice(&checksum.to_le_bytes());
+    }
+    sibling
+}
+
+/// The same on a given disk.
+pub(super) fn rehearse_on(mut disk: Forgetful, blobs: [&[u8]; 2], cuts: u32, seed: u64) -> Rehearsed {
+    let (mut random, mut done) = (Random(seed.max(1)), Rehearsed { cuts, ..Rehearsed::default() });
+    let mut old: &[u8] = blobs[0];
+    if let Err(error) = flash(&mut disk, old, None, None) {
+        done.first_failure = Some(format!("the first blob: {error}"));
+        return done;
+    }
+    for cut in 0..cuts {
+        let new = blobs[(cut as usize + 1) % 2];
+        // Two files of four steps each, and one more for a cut that comes too late.
+        disk.left = Some(random.below(9));
+        let flashed = flash(&mut disk, new, None, None).is_ok();
+        disk.come_back(&mut random);
+        let verdict = match boot(&disk, None) {
+            Err(error) => Err(error.to_string()),
+            Ok(booted) if *booted.blob == *new => Ok((true, booted.fell_back.is_some())),
+            Ok(booted) if *booted.blob == *old && !flashed => Ok((false, booted.fell_back.is_some())),
+            Ok(_) if flashed => Err("the old blob boots although the new one was flashed to the end".into()),
+            Ok(_) => Err("what boots is neither blob".into()),
+        };
+        let again = flash(&mut disk, new, None, None).map(drop).and_then(|()| {
+            let booted = boot(&disk, None)?;
+            if *booted.blob == *new {
+                check(&booted.blob, None, None)
+            } else {
+                Err(super::FlashError::ReadBack(booted.slot))
+            }
+        });
+        match (verdict, again) {
+            (Ok((is_new, fell_back)), Ok(())) => {
+                done.survived += 1;
+                done.new += u32::from(is_new);
+                done.fell_back += u32::from(fell_back);
+            }
+            (Err(why), _) => {
+                done.first_failure.get_or_insert(format!("cut {cut}: {why}"));
+            }
+            (Ok(_), Err(error)) => {
+                done.first_failure.get_or_insert(format!("behind cut {cut}: {error}"));
+            }
+        }
+        old = new;
+        // Files that no name has any more are gone.
+        disk.collect();
+    }
+    done
+}
+
+impl Forgetful {
+    fn collect(&mut self) {
+        let kept: Vec<usize> = self.names.values().copied().collect();
+        for (number, (bytes, _)) in self.files.iter_mut().enumerate() {
+            if !kept.contains(&number) {
+                bytes.clear();
+                bytes.shrink_to_fit();
+            }
+        }
+    }
+}
