@@ -24,7 +24,7 @@ use std::process::ExitCode;
 type Failure = Box<dyn std::error::Error>;
 
 const USAGE: &str = "usage: meniscus-hil-gate plans [soak] | watch LOG SECONDS COMMAND... | show LOG | payloads FILM FRAMES OUT | sections PROGRAM | \
-                     judge [--json] [--bless] [--wall=SECONDS] LOG LOG FILM.json GOLDEN";
+                     judge [--json] [--bless] [--wall=SECONDS] LOG LOG FILM.json GOLDEN [REPORT.json...]";
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -43,10 +43,10 @@ fn main() -> ExitCode {
             let files: Vec<&Path> =
                 rest.iter().filter(|word| !word.starts_with("--")).map(Path::new).collect();
             match files.as_slice() {
-                [first, second, film, golden] => {
+                [first, second, film, golden, with @ ..] => {
                     let wall = rest.iter().find_map(|word| word.strip_prefix("--wall="));
                     let wall_s = wall.and_then(|wall| wall.parse().ok()).unwrap_or(f64::NAN);
-                    let wanted = report::Wanted { json: is("--json"), bless: is("--bless"), wall_s };
+                    let wanted = report::Wanted { json: is("--json"), bless: is("--bless"), wall_s, with };
                     report::judge([first, second], film, golden, wanted)
                 }
                 _ => Err(USAGE.into()),

@@ -8,17 +8,36 @@ use serde_json::{Value, json};
 use std::path::Path;
 
 /// A value with its target.
-struct Check(&'static str, f64, &'static str, &'static str, bool);
+struct Check(String, f64, String, String, bool);
+
+fn check(name: &str, value: f64, unit: &str, target: &str, ok: bool) -> Check {
+    Check(name.into(), value, unit.into(), target.into(), ok)
+}
+
+/// The checks of another command's report.
+fn checks_of(report: &Path) -> Result<Vec<Check>, Failure> {
+    let text = std::fs::read(report).map_err(|error| format!("{}: {error}", report.display()))?;
+    let report: Value = serde_json::from_slice(&text)?;
+    let checks = report["checks"].as_array().into_iter().flatten();
+    let text = |value: &Value| value.as_str().unwrap_or_default().to_owned();
+    let read = |c: &Value| {
+        let value = number(c, "value");
+        Check(text(&c["name"]), value, text(&c["unit"]), text(&c["target"]), c["ok"] == true)
+    };
+    Ok(checks.filter(|check| check["name"] != "wall_s").map(read).collect())
+}
 
 /// How the verdict is given.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Wanted {
+pub(crate) struct Wanted<'w> {
     /// One JSON object instead of a table.
     pub(crate) json: bool,
     /// Write the golden log anew.
     pub(crate) bless: bool,
     /// What everything before took, seconds.
     pub(crate) wall_s: f64,
+    /// Reports of other commands whose checks belong to the gate's.
+    pub(crate) with: &'w [&'w Path],
 }
 
 /// Judges two boots. `true` when every check is met.
@@ -37,7 +56,10 @@ pub(crate) fn judge(logs: [&Path; 2], film: &Path, golden: &Path, wanted: Wanted
     let between = difference(&strs(&a), &strs(&b));
     let against = difference(&kept.lines().collect::<Vec<_>>(), &strs(&told));
     let mut checks = checks(&verdicts, &first, &film, between.is_empty() && !a.is_empty(), &against);
-    checks.push(Check("wall_s", wanted.wall_s, "s", "<= 600", wanted.wall_s <= 600.0));
+    for report in wanted.with {
+        checks.extend(checks_of(report)?);
+    }
+    checks.push(check("wall_s", wanted.wall_s, "s", "<= 600", wanted.wall_s <= 600.0));
     let passed = checks.iter().all(|check| check.4);
     if wanted.json {
         println!("{}", serde_json::to_string_pretty(&object(&verdicts, &first, &checks))?);
@@ -123,15 +145,15 @@ fn checks(
     let ratio = judge::field_error_ratio(track, film).unwrap_or(f64::NAN);
     let is = |it: bool| f64::from(u8::from(it));
     vec![
-        Check("fps", fps, "Hz", "60 +- 0.1", (59.9..=60.1).contains(&fps)),
-        Check("gaps", gaps, "1", "= 0", gaps == 0.0),
-        Check("scenarios_passed", passed, "1", "= scenarios_total", passed == total),
-        Check("scenarios_total", total, "1", "told", true),
-        Check("logs_identical", is(identical), "1", "= 1", identical),
-        Check("golden_identical", is(against.is_empty()), "1", "= 1", against.is_empty()),
-        Check("reattach_to_track_s", reattach_s, "s", "<= 1.5", reattach_s <= REATTACH_S),
-        Check("stale_as_fresh", stale, "1", "= 0", stale == 0.0),
-        Check("field_error_ratio", ratio, "1", "0.95 to 1.05", (ratio - 1.0).abs() <= 0.05),
+        check("fps", fps, "Hz", "60 +- 0.1", (59.9..=60.1).contains(&fps)),
+        check("gaps", gaps, "1", "= 0", gaps == 0.0),
+        check("scenarios_passed", passed, "1", "= scenarios_total", passed == total),
+        check("scenarios_total", total, "1", "told", true),
+        check("logs_identical", is(identical), "1", "= 1", identical),
+        check("golden_identical", is(against.is_empty()), "1", "= 1", against.is_empty()),
+        check("reattach_to_track_s", reattach_s, "s", "<= 1.5", reattach_s <= REATTACH_S),
+        check("stale_as_fresh", stale, "1", "= 0", stale == 0.0),
+        check("field_error_ratio", ratio, "1", "0.95 to 1.05", (ratio - 1.0).abs() <= 0.05),
     ]
 }
 

@@ -111,10 +111,10 @@ impl Drop for Spinning {
     }
 }
 
-/// A program of low priority that never rests beside the run.
+/// A program of the same priority that never rests, beside the run on the only processor.
 pub(crate) fn busy(plugged: &Plugged, seconds: f64) -> Done {
     let mut spin = Command::new("/bin/busybox");
-    spin.args(["nice", "-n", "19", "/bin/busybox", "sh", "-c", "while :; do :; done"]);
+    spin.args(["sh", "-c", "while :; do :; done"]);
     let _spinning = Spinning(spin.spawn()?);
     let ran = program::run(&program::arguments(seconds, false))?;
     Ok(scenario::with_turns(&ran, &plugged.witness()))
