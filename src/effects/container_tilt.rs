@@ -1,0 +1,33 @@
+//! An inclined glass: gravity leaves `g sin theta` along the surface. A constant angle, and the part of
+//! the recorded inclination that the model was not told of.
+
+use super::{Class, Entry, Parameter, Slot};
+
+pub(super) const ENTRY: Entry = Entry {
+    name: "container_tilt",
+    class: Class::Actuation,
+    parameters: &[
+        Parameter {
+            name: "angle",
+            unit: "rad",
+            neutral: 0.0,
+            range: (-0.35, 0.35),
+            typical: 0.03,
+            meaning: "constant inclination towards +x",
+        },
+        Parameter {
+            name: "share",
+            unit: "1",
+            neutral: 0.0,
+            range: (-0.2, 1.5),
+            typical: 0.5,
+            meaning: "part of the recorded inclination that acts beyond what the model was told",
+        },
+    ],
+    about: "the container is tilted",
+    source: "gravity turned into the frame of the glass",
+    slot: Slot::Port(|[angle, share], port| {
+        port.tilt_rad += angle;
+        port.tilt_share += share;
+    }),
+};
