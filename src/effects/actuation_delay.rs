@@ -4,7 +4,7 @@ use super::{Class, Entry, Parameter, Slot};
 
 pub(super) const ENTRY: Entry = Entry {
     name: "actuation_delay",
-    class: Class::Actuation,
+    class: Class::Timing,
     parameters: &[Parameter {
         name: "delay",
         unit: "s",

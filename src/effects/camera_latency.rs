@@ -4,7 +4,7 @@ use super::{Class, Entry, Parameter, Slot};
 
 pub(super) const ENTRY: Entry = Entry {
     name: "camera_latency",
-    class: Class::View,
+    class: Class::Timing,
     parameters: &[Parameter {
         name: "latency",
         unit: "s",

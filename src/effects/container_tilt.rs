@@ -1,11 +1,13 @@
-//! An inclined glass: gravity leaves `g sin theta` along the surface. A constant angle, and the part of
-//! the recorded inclination that the model was not told of.
+//! An inclined glass: gravity leaves `g sin theta` along the surface. Under a constant angle the surface is
+//! level in the room, `tan theta` in the glass, and waves ride on it as on any level surface: the same in
+//! a profile as a rolled camera. Beside it the part of the recorded inclination that the model was not
+//! told of, which acts as a push.
 
 use super::{Class, Entry, Parameter, Slot};
 
 pub(super) const ENTRY: Entry = Entry {
     name: "container_tilt",
-    class: Class::Actuation,
+    class: Class::View,
     parameters: &[
         Parameter {
             name: "angle",

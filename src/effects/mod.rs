@@ -85,8 +85,10 @@ pub fn find(name: &str) -> Option<&'static Entry> {
 /// What can be told apart before the name can.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Class {
-    /// How it is looked at.
+    /// How it is looked at, how it stands and how much of it there is.
     View,
+    /// When things happen: clocks.
+    Timing,
     /// How it is moved.
     Actuation,
     /// What pulls the surface back.
@@ -104,7 +106,8 @@ impl Class {
     #[must_use]
     pub fn words(self) -> &'static str {
         match self {
-            Self::View => "view",
+            Self::View => "view and stand",
+            Self::Timing => "timing",
             Self::Actuation => "actuation",
             Self::Stiffness => "stiffness",
             Self::Damping => "linear damping",

@@ -7,13 +7,34 @@ use super::record::{Quantity, Record};
 use crate::offline::prelude::*;
 use std::collections::BTreeMap;
 
-/// Recordings of one known liquid in one glass.
+/// Recordings of one known liquid in one glass, and what the baseline leaves of them.
 #[derive(Clone, Debug)]
 pub struct Group {
     /// What is known.
     pub known: Known,
     /// The recordings.
     pub records: Vec<Record>,
+    /// The baseline's numbers and lags that fit them best.
+    theta: Vec<f64>,
+    /// What these leave, by recording, channel and frame, m.
+    left: Vec<Vec<Vec<f64>>>,
+}
+
+impl Group {
+    /// Fits the baseline alone to `records`; with `lagging`, each has a clock of its own of this deviation.
+    ///
+    /// # Errors
+    /// In words, when they cannot be fitted.
+    pub fn new(known: Known, records: Vec<Record>, lagging: Option<f64>) -> Result<Self, String> {
+        let blind = Calibration::blind(&records, lagging.unwrap_or(LAG_S));
+        let problem = Problem::new(&records, known, &blind, 1.0)?;
+        let theta = fit(&problem, &problem.mean, &[], &[]).theta;
+        let one = |(which, record): (usize, &Record)| {
+            residuals(record, &predict(record, &known, &theta, theta[SHARED + which], &[]))
+        };
+        let left = records.iter().enumerate().map(one).collect();
+        Ok(Self { known, records, theta, left })
+    }
 }
 
 /// Noise of one channel.
@@ -87,40 +108,31 @@ impl Calibration {
 
     /// What `groups` teach for recordings whose rest shows the noise of `records`. With `lagging`, every
     /// recording has a clock of its own and nothing is learnt about the lag.
-    ///
-    /// # Errors
-    /// In words, when a reference cannot be fitted.
-    pub fn from(groups: &[&Group], records: &[Record], lagging: Option<f64>) -> Result<Self, String> {
+    #[must_use]
+    pub fn from(groups: &[&Group], records: &[Record], lagging: Option<f64>) -> Self {
         let mut out = Self::blind(records, lagging.unwrap_or(LAG_S));
         if groups.is_empty() {
-            return Ok(out);
+            return out;
         }
         let mut thetas = Vec::new();
         let mut lags = Vec::new();
-        let mut lefts: Vec<(Left, usize)> = Vec::new();
+        let mut lefts: Vec<Left> = Vec::new();
         let mut squares: BTreeMap<Quantity, (f64, f64)> = BTreeMap::new();
         for group in groups {
-            let blind = Self::blind(&group.records, lagging.unwrap_or(LAG_S));
-            let problem = Problem::new(&group.records, group.known, &blind, 1.0)?;
-            let fitted = fit(&problem, &problem.mean, &[], &[]);
-            lags.extend_from_slice(&fitted.theta[SHARED..]);
-            for (which, record) in group.records.iter().enumerate() {
-                let expected =
-                    predict(record, &group.known, &fitted.theta, fitted.theta[SHARED + which], &[]);
-                let left = residuals(record, &expected);
+            lags.extend_from_slice(&group.theta[SHARED..]);
+            for (record, left) in group.records.iter().zip(&group.left) {
+                let left = left.clone();
                 for (channel, left) in record.channels.iter().zip(&left) {
                     let sum = squares.entry(channel.quantity).or_default();
                     sum.0 += left.iter().map(|r| r * r).sum::<f64>();
                     sum.1 += left.len() as f64;
                 }
-                match lefts.iter_mut().find(|(l, _)| l.like.drive.same(&record.drive)) {
-                    Some((known, _)) => known.scatter.push(left),
-                    None => {
-                        lefts.push((Left { like: record.clone(), mean: Vec::new(), scatter: vec![left] }, 0))
-                    }
+                match lefts.iter_mut().find(|l| l.like.drive.same(&record.drive)) {
+                    Some(known) => known.scatter.push(left),
+                    None => lefts.push(Left { like: record.clone(), mean: Vec::new(), scatter: vec![left] }),
                 }
             }
-            thetas.push(fitted.theta[..SHARED].to_vec());
+            thetas.push(group.theta[..SHARED].to_vec());
         }
         let groups_n = thetas.len() as f64;
         for i in 0..SHARED {
@@ -141,11 +153,11 @@ impl Calibration {
         for (quantity, (sum, count)) in squares {
             out.misfit.insert(quantity, (sum / count.max(1.0)).sqrt());
         }
-        out.left = lefts.into_iter().map(|(left, _)| left.centred()).collect();
+        out.left = lefts.into_iter().map(Left::centred).collect();
         out.see_noise_in_motion();
         out.left.iter_mut().for_each(Left::smooth);
         out.groups = thetas.len();
-        Ok(out)
+        out
     }
 
     /// What the references leave in the motion of `record`, where two or more went through it.

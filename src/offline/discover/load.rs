@@ -195,7 +195,7 @@ fn profiles(text: &str, fill_m: f64) -> Result<(f64, Vec<Channel>), String> {
 }
 
 /// The channel of a table of peak heights.
-fn peaks(text: &str) -> Result<(f64, Vec<Channel>), String> {
+pub(super) fn peaks(text: &str) -> Result<(f64, Vec<Channel>), String> {
     let mut rows: Vec<(f64, f64)> = Vec::new();
     for (line, content) in text.lines().enumerate().map(|(i, l)| (i + 1, l.trim())) {
         if content.is_empty() || (line == 1 && content.starts_with("time_s")) {
@@ -260,7 +260,7 @@ pub fn drive_of(motion: &Motion, seconds: f64) -> Drive {
 /// With the axis n of the glass in the room and the specific force `f = -a - g e_z`, the liquid feels
 /// `f - (f.n) n` along its surface and `-f.n` across it. A turn of the glass about its axis leaves the
 /// liquid where it is.
-fn poses(text: &str) -> Result<(Drive, f64), String> {
+pub(super) fn poses(text: &str) -> Result<(Drive, f64), String> {
     let mut rows: Vec<[f64; 8]> = Vec::new();
     for (line, content) in text.lines().enumerate().map(|(i, l)| (i + 1, l.trim())) {
         if content.is_empty() {

@@ -5,7 +5,6 @@ use crate::effects::Active;
 use crate::offline::prelude::*;
 use crate::slosh::{Baseline, Cylinder, Model, Push, Rheology, State, step, wall_harmonics};
 use crate::surface::{POINTS, profile_abscissa};
-use crate::units::GRAVITY_M_S2;
 
 /// Steps in a frame; the discrete oscillators keep their frequency at any number.
 const STEPS: usize = 2;
@@ -75,9 +74,8 @@ pub fn predict(
     let push_at = |time: f64| {
         let (along, tilted, lift, _) = record.drive.at(time - shift);
         let share = known.told[0] + port.tilt_share;
-        let fixed = [-(GRAVITY_M_S2 * port.tilt_rad.sin()), 0.0];
         Push {
-            along_m_s2: [0, 1].map(|d| port.gain * along[d] + share * tilted[d] - fixed[d]),
+            along_m_s2: [0, 1].map(|d| port.gain * along[d] + share * tilted[d]),
             lift_m_s2: (known.told[1] + port.lift_share) * lift + port.lift_m_s2,
         }
     };
@@ -97,7 +95,10 @@ pub fn predict(
                         + view.pitch_rad * radius * pitched[0]
                         - known.fill_m
                 }
-                Quantity::Slope => view.scale * wall[1] + radius * view.slope_rad.tan(),
+                Quantity::Slope => {
+                    // A constant inclination: level in the room, so inclined in the glass.
+                    view.scale * (wall[1] + radius * port.tilt_rad.tan()) + radius * view.slope_rad.tan()
+                }
                 Quantity::Bow => view.scale * wall[3] + view.pitch_rad * radius * pitched[1],
                 Quantity::Place => view.scale * port.gain * record.drive.at(time - shift).3,
                 Quantity::Peak => highest(&wall),

@@ -7,6 +7,9 @@
 //! `rbar` is the mean and `d_g` the scatter of what the references leave in the same motion; the variants
 //! are rbar itself, its slope in time and its ramp over the recording, because a liquid with an effect is
 //! not quite where the references are. Offsets (level, slope, bow, place of the glass) are integrated out.
+//! Once a correction is made, C gains a process of a quarter of that correction, channel by channel, with a
+//! memory of ten frames: an effect's formula is not exact either, and the more it changes the less what is
+//! left may be held against it ([`Problem::trusting`]).
 //! Residuals are whitened by the exact Cholesky factor of C, recording by recording.
 
 use super::calibrate::Calibration;
@@ -27,10 +30,18 @@ fn offset_m(quantity: Quantity) -> f64 {
     }
 }
 
+/// Part of a correction by which its formula may be off.
+pub const TRUST: f64 = 0.25;
+
+/// Memory from frame to frame of what a formula is off by.
+const MEMORY: f64 = 0.9;
+
 /// One recording, ready to be compared.
 #[derive(Clone, Debug)]
 struct Ready {
     record: Record,
+    /// The covariance C, m2.
+    covariance: DMatrix<f64>,
     /// Channel and frame of each number that was seen.
     index: Vec<(usize, usize)>,
     /// What was measured less `rbar`, m.
@@ -112,14 +123,60 @@ impl Problem {
         let mut all: Vec<f64> = Vec::with_capacity(self.count() + theta.len());
         for (which, ready) in self.ready.iter().enumerate() {
             let left = DVector::from_vec(self.left(which, theta, active));
-            let mut white = left.clone();
-            white.gemv(1.0, &ready.whiten, &left, 0.0);
+            let white = &ready.whiten * left;
             all.extend(white.iter());
         }
         for ((t, m), s) in theta.iter().zip(&self.mean).zip(&self.deviation) {
             all.push((t - m) / s);
         }
         DVector::from_vec(all)
+    }
+
+    /// The same problem where `theta` and `active` are a correction of the baseline that is trusted to
+    /// [`TRUST`] of what it changes.
+    ///
+    /// # Errors
+    /// In words, when a covariance cannot be factored.
+    pub fn trusting(&self, theta: &[f64], active: &[Active]) -> Result<Self, String> {
+        let mut out = self.clone();
+        for (which, ready) in out.ready.iter_mut().enumerate() {
+            let record = &ready.record;
+            let before = predict(record, &self.known, &self.mean, self.mean[SHARED + which], &[]);
+            let after = predict(record, &self.known, theta, theta[SHARED + which], active);
+            let change: Vec<f64> = before
+                .iter()
+                .zip(&after)
+                .map(|(b, a)| b.iter().zip(a).map(|(b, a)| (b - a).powi(2)).sum::<f64>() / b.len() as f64)
+                .collect();
+            let n = ready.index.len();
+            for j in 0..n {
+                for i in 0..n {
+                    let ((a, f), (b, g)) = (ready.index[i], ready.index[j]);
+                    if a == b && record.channels[a].quantity != Quantity::Place {
+                        let more = TRUST * TRUST * change[a] * MEMORY.powi(f.abs_diff(g) as i32);
+                        ready.covariance[(i, j)] += more;
+                    }
+                }
+            }
+            ready.whiten = whitening(&ready.covariance, &record.name)?;
+        }
+        Ok(out)
+    }
+
+    /// The same problem with data drawn from the model: `theta` and `active` are the truth, errors are drawn
+    /// from the covariances.
+    #[must_use]
+    pub fn redraw(&self, theta: &[f64], active: &[Active], mut normal: impl FnMut() -> f64) -> Self {
+        let mut out = self.clone();
+        for (which, ready) in out.ready.iter_mut().enumerate() {
+            let expected = predict(&ready.record, &self.known, theta, theta[SHARED + which], active);
+            let n = ready.index.len();
+            let z = DVector::from_fn(n, |_, _| normal());
+            let error = ready.covariance.clone().cholesky().map_or(z.clone(), |factor| factor.l() * &z);
+            let one = |i: usize| expected[ready.index[i].0][ready.index[i].1] + error[i];
+            ready.target = DVector::from_fn(n, |i, _| one(i));
+        }
+        out
     }
 
     /// The same problem without recording `which`.
@@ -193,12 +250,19 @@ fn prepare(record: &Record, calibration: &Calibration, noise: f64) -> Result<Rea
     for i in 0..n {
         covariance[(i, i)] += 1e-10;
     }
+    let whiten = whitening(&covariance, &record.name)?;
+    Ok(Ready { record: record.clone(), covariance, index, target: DVector::from_vec(target), whiten })
+}
+
+/// Inverse of the lower Cholesky factor.
+fn whitening(covariance: &DMatrix<f64>, name: &str) -> Result<DMatrix<f64>, String> {
+    let n = covariance.nrows();
     let factor = covariance
+        .clone()
         .cholesky()
-        .ok_or_else(|| format!("{}: the covariance of its residuals cannot be factored", record.name))?;
-    let whiten = factor
+        .ok_or_else(|| format!("{name}: the covariance of its residuals cannot be factored"))?;
+    factor
         .l()
         .solve_lower_triangular(&DMatrix::identity(n, n))
-        .ok_or_else(|| format!("{}: the covariance of its residuals is singular", record.name))?;
-    Ok(Ready { record: record.clone(), index, target: DVector::from_vec(target), whiten })
+        .ok_or_else(|| format!("{name}: the covariance of its residuals is singular"))
 }

@@ -18,6 +18,11 @@ pub const APART: f64 = 10.0;
 /// Gain over the second, in the same class: near twins.
 pub const TWINS: f64 = 20.0;
 
+/// What a second effect has to gain as a part of the first one's gain, if it acts on the liquid as the first
+/// one does, and otherwise: the formula of the first is not exact.
+const RELATED: f64 = 0.3;
+const UNRELATED: f64 = 0.05;
+
 /// Share of bootstrap draws that the winner has to win.
 const INCLUSION: f64 = 0.9;
 
@@ -91,6 +96,40 @@ pub struct Verdict {
     pub count: usize,
     /// Recordings whose held-out score the effect improves, of all.
     pub held_out: (usize, usize),
+    /// By how much it improves the held-out score of all together, in units of minus twice the log score.
+    pub foretold: f64,
+}
+
+impl Verdict {
+    /// The decision in a sentence.
+    #[must_use]
+    pub fn sentence(&self) -> String {
+        let about = |name: &str| crate::effects::find(name).map_or("", |entry| entry.about);
+        let class = self.class.map_or(String::new(), |class| format!(" (class: {})", class.words()));
+        let gain = self.ranking.first().map_or(0.0, |best| best.gain);
+        match self.decision {
+            Decision::None => {
+                "Nothing is missing: the model explains these recordings as well as it explains its \
+                               references."
+                    .into()
+            }
+            Decision::Named => {
+                let told: Vec<String> =
+                    self.names.iter().map(|name| format!("{name}, that is, {}", about(name))).collect();
+                format!("Missing is {} (gain {gain:.0} over nothing).", told.join("; and "))
+            }
+            Decision::Tied => format!(
+                "Something is missing{class}, and these recordings do not tell {} apart (gain {gain:.0} over nothing).",
+                self.names.join(", ")
+            ),
+            Decision::Unknown => format!(
+                "Something is missing that the library does not explain: the best of it leaves a misfit of {:.2}; \
+                 nearest is {}.",
+                self.chi2,
+                if self.names.is_empty() { "nothing".into() } else { self.names.join(" + ") }
+            ),
+        }
+    }
 }
 
 /// Thresholds that the references set.
@@ -114,6 +153,18 @@ pub fn decide(problem: &Problem, library: &[&'static Entry], limits: Thresholds,
     let count = problem.count();
     let plain = fit(problem, &problem.mean, &[], &[]);
     let ranking = rank(problem, &plain, library, plain.bic(count));
+    // Formulas are not exact: the correction that the best one makes says by how much. Under that
+    // covariance everything is fitted again.
+    let best = ranking.first().filter(|best| best.gain >= limits.gain).and_then(|best| best.fitted.clone());
+    let trusting = best.and_then(|best| problem.trusting(&best.theta, &best.active).ok());
+    let (problem, plain, ranking) = match &trusting {
+        Some(problem) => {
+            let plain = fit(problem, &plain.theta, &[], &[]);
+            let ranking = rank(problem, &plain, library, plain.bic(count));
+            (problem, plain, ranking)
+        }
+        None => (problem, plain, ranking),
+    };
     let mut verdict = Verdict {
         decision: Decision::None,
         names: Vec::new(),
@@ -126,6 +177,7 @@ pub fn decide(problem: &Problem, library: &[&'static Entry], limits: Thresholds,
         inclusion: 0.0,
         count,
         held_out: (0, 0),
+        foretold: 0.0,
     };
     let Some((best, single)) =
         verdict.ranking.first().and_then(|best| best.fitted.clone().map(|fitted| (best.clone(), fitted)))
@@ -142,13 +194,16 @@ pub fn decide(problem: &Problem, library: &[&'static Entry], limits: Thresholds,
     verdict.pairs = rank(problem, &single, library, verdict.plain.bic(count));
     let pair =
         verdict.pairs.first().and_then(|pair| pair.fitted.clone().map(|fitted| (pair.clone(), fitted)));
-    let two = pair.as_ref().is_some_and(|(pair, _)| pair.gain - best.gain > limits.gain.max(APART));
+    let two = pair.as_ref().is_some_and(|(pair, _)| {
+        let part = if related(&pair.names) { RELATED } else { UNRELATED };
+        pair.gain - best.gain > limits.gain.max(APART).max(part * best.gain)
+    });
     (verdict.chosen, verdict.names) = match (two, pair) {
         (true, Some((pair, fitted))) => (fitted, pair.names),
         _ => (single, best.names.clone()),
     };
     verdict.chi2 = verdict.chosen.chi2(count);
-    verdict.held_out = held_out(problem, &verdict.plain, &verdict.chosen);
+    (verdict.held_out, verdict.foretold) = held_out(problem, &verdict.plain, &verdict.chosen);
     let rivals: Vec<Candidate> = if two { verdict.pairs.clone() } else { verdict.ranking.clone() };
     verdict.inclusion = inclusion(problem, &rivals, &verdict.plain, seed);
     let top = rivals[0].gain;
@@ -166,7 +221,7 @@ pub fn decide(problem: &Problem, library: &[&'static Entry], limits: Thresholds,
         .iter()
         .zip(0..)
         .all(|(active, effect)| in_range(&verdict.chosen, active, effect));
-    let improves = 2 * verdict.held_out.0 > verdict.held_out.1;
+    let improves = verdict.foretold > 0.0;
     verdict.class = class.filter(|_| same_class && !two);
     verdict.decision = if verdict.chi2 > limits.chi2 {
         Decision::Unknown
@@ -186,6 +241,15 @@ pub fn decide(problem: &Problem, library: &[&'static Entry], limits: Thresholds,
         Decision::Tied
     };
     verdict
+}
+
+/// Whether all of `names` act in the liquid: what the formula of one leaves may then look like another.
+fn related(names: &[&'static str]) -> bool {
+    let in_liquid = |name: &&'static str| {
+        let class = crate::effects::find(name).map(|entry| entry.class);
+        !matches!(class, Some(Class::View | Class::Timing | Class::Actuation))
+    };
+    names.iter().all(in_liquid)
 }
 
 /// Whether the free parameters stay inside their ranges.
@@ -263,9 +327,10 @@ fn inclusion(problem: &Problem, rivals: &[Candidate], plain: &Fitted, seed: u64)
     won as f64 / DRAWS as f64
 }
 
-/// Recordings that are foretold better with the effects when they are left out of the fit, and all: each
+/// Recordings that are foretold better with the effects when they are left out of the fit, and all, and
+/// by how much together: each
 /// is taken out to first order, `theta` and parameters follow from the others.
-fn held_out(problem: &Problem, plain: &Fitted, chosen: &Fitted) -> (usize, usize) {
+fn held_out(problem: &Problem, plain: &Fitted, chosen: &Fitted) -> ((usize, usize), f64) {
     let counts = problem.counts();
     let score = |fitted: &Fitted, first: usize, rows: usize| {
         let (j, r) = (&fitted.jacobian, &fitted.residual);
@@ -275,12 +340,14 @@ fn held_out(problem: &Problem, plain: &Fitted, chosen: &Fitted) -> (usize, usize
         let step = square.cholesky().map(|factor| factor.solve(&slope));
         step.map_or(f64::INFINITY, |step| (own_r - own_j * step).norm_squared())
     };
-    let (mut better, mut first) = (0, 0);
+    let (mut better, mut first, mut sum) = (0, 0, 0.0);
     for rows in &counts {
-        better += usize::from(score(chosen, first, *rows) < score(plain, first, *rows));
+        let gained = score(plain, first, *rows) - score(chosen, first, *rows);
+        better += usize::from(gained > 0.0);
+        sum += gained;
         first += rows;
     }
-    (better, counts.len())
+    ((better, counts.len()), sum)
 }
 
 /// Signatures of the effects of `library` at their typical size, with what the baseline can do taken out:

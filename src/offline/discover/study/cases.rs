@@ -33,7 +33,7 @@ pub struct Hidden {
     pub name: &'static str,
     /// The simulator's spelling, where the simulator carries it; the study's hands put in the others.
     pub simulator: Option<Simulated>,
-    /// Value at reference size, in the unit of the library.
+    /// Value at reference size, in the unit of the library; of gain and scale, what is over one.
     pub reference: f64,
 }
 
@@ -91,6 +91,7 @@ impl Hidden {
     pub fn value(&self, size: f64) -> f64 {
         match self.name {
             "viscosity" => 1.0 + (self.reference - 1.0) * size,
+            "actuation_gain" | "depth_scale" => 1.0 + self.reference * size,
             // 1 - n halves and doubles; beyond 0.8 nothing is left to thin.
             "shear_thinning" => 1.0 - (0.5 * size).min(0.8),
             _ => self.reference * size,

@@ -59,14 +59,20 @@ impl Course {
         self.jolts.iter().map(one).sum()
     }
 
-    /// The motion file, sampled every 4 ms.
+    /// Time and place every 4 ms.
+    #[must_use]
+    pub fn samples(&self) -> Vec<(f64, f64)> {
+        let at = |n: usize| 0.004 * n as f64;
+        (0..=(self.seconds / 0.004).ceil() as usize).map(|n| (at(n), self.position(at(n)))).collect()
+    }
+
+    /// The motion file of [`Self::samples`].
     #[must_use]
     pub fn csv(&self) -> String {
         let mut text = String::from("t,x_m\n");
-        for n in 0..=(self.seconds / 0.004).ceil() as usize {
-            let t = 0.004 * n as f64;
+        for (t, x) in self.samples() {
             // Writing into a string cannot fail.
-            let _ = writeln!(text, "{t:.3},{:.9}", self.position(t));
+            let _ = writeln!(text, "{t:.3},{x:.9}");
         }
         text
     }
