@@ -30,6 +30,7 @@
 // Storey 1.
 pub mod d4xx;
 pub mod decoder;
+pub mod effects;
 pub mod encoder;
 pub mod filters;
 pub mod frame;
@@ -41,6 +42,7 @@ pub mod model;
 pub mod nn;
 pub mod output;
 pub mod runtime;
+pub mod slosh;
 pub mod surface;
 pub mod units;
 pub mod uvc;

@@ -4,6 +4,7 @@ mod bus;
 pub(crate) mod camera;
 #[cfg(feature = "train")]
 pub(crate) mod correct;
+pub(crate) mod discover;
 pub(crate) mod doctor;
 pub(crate) mod dump;
 #[cfg(feature = "train")]

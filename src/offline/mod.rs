@@ -5,6 +5,7 @@ pub(in crate::offline) extern crate std;
 
 pub mod baseline;
 pub mod camera;
+pub mod discover;
 #[cfg(feature = "train")]
 pub mod evaluate;
 pub mod experiment;

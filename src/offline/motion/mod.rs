@@ -152,6 +152,20 @@ impl Motion {
         Ok(Self { spelling: spelling.into(), seed, course })
     }
 
+    /// A motion along x through `samples` of time (s) and place (m), joined by a cubic spline; `None` of
+    /// fewer than two samples, or of times that do not rise.
+    #[must_use]
+    pub fn sampled(samples: &[(f64, f64)]) -> Option<Self> {
+        if samples.len() < 2 || samples.windows(2).any(|w| w[1].0 <= w[0].0) {
+            return None;
+        }
+        let course = Pivoted {
+            channels: [Channel(spline::through(samples)), Channel::default(), Channel::default()],
+            pivot_m: [0.0; 2],
+        };
+        Some(Self { spelling: "samples".into(), seed: 0, course })
+    }
+
     /// Position along x at `time_s`, m.
     #[must_use]
     pub fn position(&self, time_s: f64) -> f64 {

@@ -66,7 +66,7 @@ mod walls;
 pub use effects::{EFFECTS, Effect, EffectError, Effects};
 pub use energy::{closure, relative_closure};
 pub use particles::Particles;
-pub use record::{record, record_particles};
+pub use record::{record, record_particles, record_surfaces};
 
 use crate::offline::liquids::Liquid;
 use crate::offline::motion::Kinematics;

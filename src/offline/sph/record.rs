@@ -6,7 +6,7 @@
 //! taken at the frames as they are. Positions of tracers follow from the filtered surface.
 
 use super::surface::{COEFFICIENTS, Coefficients, SurfaceFinder};
-use super::tracers::{FIELDS, sample};
+use super::tracers::sample;
 use super::{Error, Setup, Simulator};
 use crate::offline::motion::Motion;
 use crate::offline::prelude::*;
@@ -57,15 +57,46 @@ pub fn record_particles(
     mut each: impl FnMut(&Simulator),
 ) -> Result<Recording, Error> {
     let setup = &setup.resolved();
-    let mut simulator = Simulator::new(setup)?;
+    let simulator = Simulator::new(setup)?;
+    run(simulator, setup, motion, frames, command, true, &mut watch, &mut each)
+}
+
+/// The free surface of one settled glass under several motions, one recording for each of `courses`
+/// (motion, frames, command); without states, which take most of the memory. Each motion starts from the
+/// same settled liquid, as if one glass were moved again and again.
+///
+/// # Errors
+/// As for [`record`].
+pub fn record_surfaces(setup: &Setup, courses: &[(Motion, usize, String)]) -> Result<Vec<Recording>, Error> {
+    let setup = &setup.resolved();
+    let settled = Simulator::new(setup)?;
+    let one = |(motion, frames, command): &(Motion, usize, String)| {
+        run(settled.clone(), setup, motion, *frames, command, false, &mut |_| (), &mut |_| ())
+    };
+    courses.iter().map(one).collect()
+}
+
+/// Records a settled `simulator`, with the fields at the tracers or without.
+#[allow(clippy::too_many_arguments, reason = "what a recording is made of; a struct would be used once")]
+fn run(
+    mut simulator: Simulator,
+    setup: &Setup,
+    motion: &Motion,
+    frames: usize,
+    command: &str,
+    fields: bool,
+    watch: &mut dyn FnMut(usize),
+    each: &mut dyn FnMut(&Simulator),
+) -> Result<Recording, Error> {
     let finder = SurfaceFinder::new(&simulator)?;
-    let lattice = Lattice::new(&setup.glass);
+    let lattice = fields.then(|| Lattice::new(&setup.glass));
     let steps = simulator.divide(FRAME_INTERVAL_S / OVERSAMPLING as f64);
     let taps = taps();
     let mut recording = begin(setup, motion, frames, command);
-    let mut states = Vec::with_capacity(frames * STATE);
+    let mut states = Vec::with_capacity(if fields { frames * STATE } else { 0 });
     // Before the start the glass was at rest: the first sample stands for its past.
-    let mut past: VecDeque<Sample> = (0..=HALF).map(|_| take(&simulator, &finder, &lattice)).collect();
+    let mut past: VecDeque<Sample> =
+        (0..=HALF).map(|_| take(&simulator, &finder, lattice.as_ref())).collect();
     recording.energy.push(simulator.energy());
     each(&simulator);
     let mut taken = 0;
@@ -75,7 +106,7 @@ pub fn record_particles(
                 simulator.step_moving(|t| motion.kinematics(t))?;
             }
             taken += 1;
-            past.push_back(take(&simulator, &finder, &lattice));
+            past.push_back(take(&simulator, &finder, lattice.as_ref()));
             if past.len() > taps.len() {
                 past.pop_front();
             }
@@ -88,7 +119,10 @@ pub fn record_particles(
             }
         }
         let (surface, fields) = decimate(&taps, &past);
-        append(&mut recording, &mut states, &finder, &lattice, &surface, &fields);
+        let columns = append(&mut recording, &finder, &surface);
+        if let Some(lattice) = &lattice {
+            append_state(&mut states, lattice, &columns, &fields);
+        }
         watch(frame + 1);
     }
     recording.states = States::Full(states);
@@ -134,12 +168,15 @@ fn begin(setup: &Setup, motion: &Motion, frames: usize, command: &str) -> Record
     }
 }
 
-/// Samples the present state.
-fn take(simulator: &Simulator, finder: &SurfaceFinder, lattice: &Lattice) -> Sample {
+/// Samples the present state; without fields where there is no `lattice`.
+fn take(simulator: &Simulator, finder: &SurfaceFinder, lattice: Option<&Lattice>) -> Sample {
     let nearby = finder.nearby(simulator);
     let surface = finder.coefficients(simulator, &nearby);
-    let (columns, _) = finder.heights(&surface);
-    Sample { surface, fields: sample(simulator, lattice, &nearby[..COLUMNS], &columns) }
+    let fields = lattice.map_or_else(Vec::new, |lattice| {
+        let (columns, _) = finder.heights(&surface);
+        sample(simulator, lattice, &nearby[..COLUMNS], &columns)
+    });
+    Sample { surface, fields }
 }
 
 /// Low-pass filter: `sin(2 pi fc t)/(pi t)` under a Hamming window, scaled to the sum 1.
@@ -161,7 +198,7 @@ fn taps() -> [f64; 2 * HALF + 1] {
 /// The filtered sample in the middle of `past`, which holds one sample for each tap.
 fn decimate(taps: &[f64], past: &VecDeque<Sample>) -> (Coefficients, Vec<f32>) {
     let mut surface = [0.0; COEFFICIENTS];
-    let mut fields = vec![0.0_f64; FIELDS];
+    let mut fields = vec![0.0_f64; past.front().map_or(0, |sample| sample.fields.len())];
     for (tap, sample) in taps.iter().zip(past) {
         for (s, x) in surface.iter_mut().zip(&sample.surface) {
             *s += tap * x;
@@ -173,23 +210,21 @@ fn decimate(taps: &[f64], past: &VecDeque<Sample>) -> (Coefficients, Vec<f32>) {
     (surface, fields.into_iter().map(|x| x as f32).collect())
 }
 
-/// Appends one frame.
-fn append(
-    recording: &mut Recording,
-    states: &mut Vec<f32>,
-    finder: &SurfaceFinder,
-    lattice: &Lattice,
-    surface: &Coefficients,
-    fields: &[f32],
-) {
+/// Appends the surface of one frame; returns its heights over the columns.
+fn append(recording: &mut Recording, finder: &SurfaceFinder, surface: &Coefficients) -> Vec<f32> {
     let (columns, wall) = finder.heights(surface);
+    recording.profile_m.extend(finder.profile(surface));
+    recording.column_m.extend(&columns);
+    recording.wall_m.extend(wall);
+    columns
+}
+
+/// Appends the full state of one frame.
+fn append_state(states: &mut Vec<f32>, lattice: &Lattice, columns: &[f32], fields: &[f32]) {
     for tracer in 0..TRACERS {
         let column = tracer / LAYERS;
         let q = lattice.tracer(column, tracer % LAYERS, f64::from(columns[column]));
         states.extend(q.map(|x| x as f32));
     }
     states.extend_from_slice(fields);
-    recording.profile_m.extend(finder.profile(surface));
-    recording.column_m.extend(columns);
-    recording.wall_m.extend(wall);
 }

@@ -1,0 +1,186 @@
+//! `meniscus discover`: name the effect that is missing between simulation and measurement.
+
+mod study;
+
+use anyhow::{Context, anyhow, bail};
+use indicatif::{ProgressBar, ProgressStyle};
+use meniscus::effects::{Entry, LIBRARY, find};
+use meniscus::host::files::write_whole;
+use meniscus::offline::discover::calibrate::Group;
+use meniscus::offline::discover::load::load;
+use meniscus::offline::discover::report::{page, scene_toml, verdict_json};
+use meniscus::offline::discover::workflow::{Settings, discover, thresholds};
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+/// Deviation of a recording's own clock where a setup says that it has one, s.
+const OWN_CLOCK_S: f64 = 0.02;
+
+/// Name what is missing between simulation and measurement, with evidence, or say honestly that it is unknown.
+///
+/// --recordings is a folder with setup.toml and, for each recording, NAME.profile.csv (or NAME.peak.csv) and
+/// NAME.motion.csv (or NAME.pose.csv); docs/formats.md describes them. Of four recordings or more one stays
+/// sealed and is only used to measure the gap.
+///
+/// --reference is such a folder of a KNOWN liquid in the same glass and motions, or a folder of such folders,
+/// simulated or measured, at two viscosities or more: they say what the plain model is off by anyway.
+/// Without them the verdict is much weaker.
+///
+/// Into --out go report.html, verdict.json and scene.toml (the effect, for `meniscus simulate --scene`).
+#[derive(clap::Args)]
+#[command(
+    verbatim_doc_comment,
+    args_conflicts_with_subcommands = true,
+    subcommand_negates_reqs = true,
+    after_help = "Examples:\n  meniscus discover --recordings mine --reference known --out found\n  meniscus discover \
+                  --recordings mine --reference known --library viscosity,yield_stress --out found --json\n  meniscus \
+                  discover study --json"
+)]
+pub(crate) struct Arguments {
+    #[command(subcommand)]
+    verb: Option<Verb>,
+    #[command(flatten)]
+    wanted: Option<Wanted>,
+}
+
+#[derive(clap::Subcommand)]
+enum Verb {
+    Study(study::Arguments),
+}
+
+// No documentation here: clap would take it for that of the verb.
+#[derive(clap::Args)]
+struct Wanted {
+    /// Folder of the recordings.
+    #[arg(long, value_name = "DIR")]
+    recordings: PathBuf,
+    /// Folder of recordings of a known liquid, or of such folders.
+    #[arg(long, value_name = "DIR")]
+    reference: Option<PathBuf>,
+    /// Folder for the report; it is made if it is not there.
+    #[arg(long, default_value = "out/discovery", value_name = "DIR")]
+    out: PathBuf,
+    /// Only these effects may be named, separated by commas.
+    #[arg(long, value_delimiter = ',', value_name = "NAME")]
+    library: Vec<String>,
+    /// Seed of the bootstrap.
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// One JSON object on standard output.
+    #[arg(long)]
+    json: bool,
+}
+
+/// Runs the verb.
+pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
+    match (&arguments.verb, &arguments.wanted) {
+        (Some(Verb::Study(arguments)), _) => study::run(arguments),
+        (None, Some(wanted)) => one(wanted),
+        (None, None) => bail!("give a folder with --recordings, or the verb 'study'"),
+    }
+}
+
+/// The effects called `names`, all where there is none.
+fn library(names: &[String]) -> anyhow::Result<Vec<&'static Entry>> {
+    if names.is_empty() {
+        return Ok(LIBRARY.iter().collect());
+    }
+    let known = || LIBRARY.iter().map(|entry| entry.name).collect::<Vec<_>>().join(", ");
+    let one = |name: &String| {
+        find(name.trim()).ok_or_else(|| anyhow!("no effect is called '{name}': take {}", known()))
+    };
+    names.iter().map(one).collect()
+}
+
+/// The groups of references in `path`.
+fn references(path: &Path, clock: Option<f64>) -> anyhow::Result<Vec<Group>> {
+    let mut folders = Vec::new();
+    if path.join("setup.toml").exists() {
+        folders.push(path.to_owned());
+    } else {
+        let inside = std::fs::read_dir(path).with_context(|| format!("cannot read {}", path.display()))?;
+        folders.extend(
+            inside.filter_map(|e| e.ok().map(|e| e.path())).filter(|p| p.join("setup.toml").exists()),
+        );
+        folders.sort();
+    }
+    if folders.is_empty() {
+        bail!(
+            "{}: no setup.toml in it, nor in a folder of it; docs/formats.md says what it holds",
+            path.display()
+        );
+    }
+    let mut groups = Vec::new();
+    for folder in folders {
+        let folder = load(&folder).map_err(|why| anyhow!(why))?;
+        folder.left_out.iter().for_each(|why| eprintln!("left out: {why}"));
+        groups.push(Group::new(folder.known, folder.records, clock).map_err(|why| anyhow!(why))?);
+    }
+    Ok(groups)
+}
+
+/// One discovery.
+fn one(arguments: &Wanted) -> anyhow::Result<()> {
+    let bar = if arguments.json { ProgressBar::hidden() } else { ProgressBar::new(4) };
+    bar.set_style(ProgressStyle::with_template("{msg:40} {wide_bar} {pos}/{len}, {eta} left")?);
+    bar.enable_steady_tick(Duration::from_millis(200));
+    bar.set_message("reading the recordings");
+    let folder = load(&arguments.recordings).map_err(|why| anyhow!(why))?;
+    for why in &folder.left_out {
+        bar.suspend(|| eprintln!("left out: {why}"));
+    }
+    let mut settings =
+        Settings { library: library(&arguments.library)?, seed: arguments.seed, ..Settings::default() };
+    settings.own_clocks_s = folder.own_clocks.then_some(OWN_CLOCK_S);
+    bar.inc(1);
+    bar.set_message("fitting the references");
+    let groups = match &arguments.reference {
+        Some(path) => references(path, settings.own_clocks_s)?,
+        None => {
+            bar.suspend(|| {
+                eprintln!("without --reference the model's own error counts as an effect: a weak verdict")
+            });
+            Vec::new()
+        }
+    };
+    let references: Vec<&Group> = groups.iter().collect();
+    bar.inc(1);
+    bar.set_message("judging the references by one another");
+    let limits = thresholds(&references, &settings).map_err(|why| anyhow!(why))?;
+    bar.inc(1);
+    bar.set_message("ranking the effects");
+    let found = discover(&folder.records, folder.known, &references, limits, &settings)
+        .map_err(|why| anyhow!(why))?;
+    bar.finish_and_clear();
+    let json = verdict_json(&found);
+    let write = |name: &str, text: &str| write_whole(&arguments.out.join(name), text.as_bytes());
+    write("report.html", &page(&found))?;
+    write("verdict.json", &format!("{json:#}"))?;
+    write("scene.toml", &scene_toml(&found, folder.known.viscosity_pa_s))?;
+    if arguments.json {
+        println!("{json}");
+        return Ok(());
+    }
+    println!("{}", found.verdict.sentence());
+    for e in &found.estimates {
+        println!(
+            "  {} {}: {:.4} {} (90 %: {:.4} to {:.4})",
+            e.effect, e.parameter, e.value, e.unit, e.interval.0, e.interval.1
+        );
+    }
+    if let Some(gap) = found.gap {
+        println!(
+            "  sealed recording: {:.3} mm untouched, {:.3} mm with nuisances fitted again, {:.3} mm with a black box, {:.3} mm \
+             with the effect",
+            1e3 * gap.untouched,
+            1e3 * gap.refitted,
+            1e3 * gap.black_box,
+            1e3 * gap.effect
+        );
+    }
+    if let Some(question) = &found.question {
+        println!("  to settle it, record {}: {:.1} times the noise", question.motion, question.separation);
+    }
+    println!("written: {}", arguments.out.display());
+    Ok(())
+}

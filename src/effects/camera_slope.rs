@@ -1,0 +1,20 @@
+//! A roll of the camera that is not known of: the profile gains the slope `tan theta`, at rest too. A
+//! glass that stands inclined does the same to the profile.
+
+use super::{Class, Entry, Parameter, Slot};
+
+pub(super) const ENTRY: Entry = Entry {
+    name: "camera_slope",
+    class: Class::View,
+    parameters: &[Parameter {
+        name: "angle",
+        unit: "rad",
+        neutral: 0.0,
+        range: (-0.35, 0.35),
+        typical: 0.02,
+        meaning: "roll beyond the stated one, positive where +x is seen too high",
+    }],
+    about: "the camera is rolled",
+    source: "rotation about the camera's axis",
+    slot: Slot::View(|[angle, _], view| view.slope_rad += angle),
+};

@@ -1,0 +1,38 @@
+//! Memory of the liquid: a Maxwell branch, modulus G and time lambda, in the bulk's strain.
+//! ```text
+//! dissipation of a viscosity mu in the bulk   2 m (2 mu/rho k^2) v^2/2     so  G_friction = 4 m mu k^2/rho
+//! the branch                                  k_z = 4 m G k^2/rho,   z' = v - z/lambda
+//! ```
+//! Frequency and damping both rise: `dw/w = x^2/(1 + x^2) q`, `gamma = w x/(1 + x^2) q`, x = w lambda,
+//! `q = 2 G k^2/(rho w^2)` (Maxwell 1867; Bird, Armstrong and Hassager 1987).
+
+use super::{Branch, Class, Entry, Parameter, Relax, Slot};
+
+pub(super) const ENTRY: Entry = Entry {
+    name: "viscoelastic",
+    class: Class::Stiffness,
+    parameters: &[
+        Parameter {
+            name: "modulus",
+            unit: "Pa",
+            neutral: 0.0,
+            range: (0.0, 200.0),
+            typical: 3.0,
+            meaning: "modulus G",
+        },
+        Parameter {
+            name: "time",
+            unit: "s",
+            neutral: 0.05,
+            range: (0.005, 1.0),
+            typical: 0.03,
+            meaning: "relaxation time lambda",
+        },
+    ],
+    about: "the liquid remembers its strain",
+    source: "Maxwell 1867; Bird, Armstrong and Hassager 1987",
+    slot: Slot::Memory(|[modulus, time], mode, glass| Branch {
+        stiffness: 4.0 * mode.mass_kg * modulus * mode.k * mode.k / glass.density_kg_m3,
+        relax: Relax::Time(*time),
+    }),
+};

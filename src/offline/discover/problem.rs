@@ -1,0 +1,268 @@
+//! What is fitted: recordings, what the baseline may be, and the covariance of what it cannot be.
+//!
+//! ```text
+//! y = f(theta, effects) + rbar + e,     e ~ N(0, C),     theta ~ N(prior)
+//! C = noise (1 + 1/G) + sum_g d_g d_g^T/(G - 1) + variants of rbar + offsets
+//! ```
+//! `rbar` is the mean and `d_g` the scatter of what the references leave in the same motion; the variants
+//! are rbar itself, its slope in time and its ramp over the recording, because a liquid with an effect is
+//! not quite where the references are. Offsets (level, slope, bow, place of the glass) are integrated out.
+//! Once a correction is made, C gains a process of a quarter of that correction, channel by channel, with a
+//! memory of ten frames: an effect's formula is not exact either, and the more it changes the less what is
+//! left may be held against it ([`Problem::trusting`]).
+//! Residuals are whitened by the exact Cholesky factor of C, recording by recording.
+
+use super::calibrate::Calibration;
+use super::predict::{Known, SHARED, predict};
+use super::record::{Quantity, Record};
+use crate::effects::Active;
+use crate::offline::prelude::*;
+use nalgebra::{DMatrix, DVector};
+
+/// What level, slope, bow and place may be off by from recording to recording, m.
+fn offset_m(quantity: Quantity) -> f64 {
+    match quantity {
+        Quantity::Level => 4e-4,
+        Quantity::Slope => 1.5e-4,
+        Quantity::Bow => 1e-4,
+        Quantity::Place => 3e-4,
+        Quantity::Peak => 5e-4,
+    }
+}
+
+/// Part of a correction by which its formula may be off.
+pub const TRUST: f64 = 0.25;
+
+/// Memory from frame to frame of what a formula is off by.
+const MEMORY: f64 = 0.9;
+
+/// One recording, ready to be compared.
+#[derive(Clone, Debug)]
+struct Ready {
+    record: Record,
+    /// The covariance C, m2.
+    covariance: DMatrix<f64>,
+    /// Channel and frame of each number that was seen.
+    index: Vec<(usize, usize)>,
+    /// What was measured less `rbar`, m.
+    target: DVector<f64>,
+    /// Inverse of the lower Cholesky factor of C.
+    whiten: DMatrix<f64>,
+}
+
+/// Recordings with a prior and covariances.
+#[derive(Clone, Debug)]
+pub struct Problem {
+    /// What is known of glass and liquid.
+    pub known: Known,
+    /// Mean of the prior: shared numbers, then a lag for each recording.
+    pub mean: Vec<f64>,
+    /// Its standard deviations.
+    pub deviation: Vec<f64>,
+    ready: Vec<Ready>,
+}
+
+impl Problem {
+    /// Puts `records` against `calibration`; `noise` is a factor on the noise that rest frames show.
+    ///
+    /// # Errors
+    /// In words, when a covariance cannot be factored or nothing was seen.
+    pub fn new(
+        records: &[Record],
+        known: Known,
+        calibration: &Calibration,
+        noise: f64,
+    ) -> Result<Self, String> {
+        let (mut mean, mut deviation) = (calibration.mean.to_vec(), calibration.deviation.to_vec());
+        let mut ready = Vec::new();
+        for record in records {
+            mean.push(calibration.lag_s);
+            deviation.push(calibration.lag_deviation_s);
+            ready.push(prepare(record, calibration, noise)?);
+        }
+        Ok(Self { known, mean, deviation, ready })
+    }
+
+    /// The recordings.
+    pub fn records(&self) -> impl Iterator<Item = &Record> {
+        self.ready.iter().map(|ready| &ready.record)
+    }
+
+    /// Numbers that were seen.
+    #[must_use]
+    pub fn count(&self) -> usize {
+        self.ready.iter().map(|ready| ready.index.len()).sum()
+    }
+
+    /// Numbers that were seen, recording by recording.
+    #[must_use]
+    pub fn counts(&self) -> Vec<usize> {
+        self.ready.iter().map(|ready| ready.index.len()).collect()
+    }
+
+    /// Where a whitened number belongs: recording, channel, frame.
+    #[must_use]
+    pub fn places(&self) -> Vec<(usize, usize, usize)> {
+        let of = |(r, ready): (usize, &Ready)| ready.index.iter().map(move |(c, f)| (r, *c, *f)).collect();
+        self.ready.iter().enumerate().map(of).collect::<Vec<Vec<_>>>().concat()
+    }
+
+    /// What is left of recording `which`, m, before whitening.
+    #[must_use]
+    pub fn left(&self, which: usize, theta: &[f64], active: &[Active]) -> Vec<f64> {
+        let ready = &self.ready[which];
+        let expected = predict(&ready.record, &self.known, theta, theta[SHARED + which], active);
+        let one = |((c, f), y): (&(usize, usize), &f64)| y - expected[*c][*f];
+        ready.index.iter().zip(ready.target.iter()).map(one).collect()
+    }
+
+    /// Whitened residuals of all recordings, then those of the prior: `|.|^2` is minus twice the
+    /// logarithm of the posterior but for a constant.
+    #[must_use]
+    pub fn residual(&self, theta: &[f64], active: &[Active]) -> DVector<f64> {
+        let mut all: Vec<f64> = Vec::with_capacity(self.count() + theta.len());
+        for (which, ready) in self.ready.iter().enumerate() {
+            let left = DVector::from_vec(self.left(which, theta, active));
+            let white = &ready.whiten * left;
+            all.extend(white.iter());
+        }
+        for ((t, m), s) in theta.iter().zip(&self.mean).zip(&self.deviation) {
+            all.push((t - m) / s);
+        }
+        DVector::from_vec(all)
+    }
+
+    /// The same problem where `theta` and `active` are a correction of the baseline that is trusted to
+    /// [`TRUST`] of what it changes.
+    ///
+    /// # Errors
+    /// In words, when a covariance cannot be factored.
+    pub fn trusting(&self, theta: &[f64], active: &[Active]) -> Result<Self, String> {
+        let mut out = self.clone();
+        for (which, ready) in out.ready.iter_mut().enumerate() {
+            let record = &ready.record;
+            let before = predict(record, &self.known, &self.mean, self.mean[SHARED + which], &[]);
+            let after = predict(record, &self.known, theta, theta[SHARED + which], active);
+            let change: Vec<f64> = before
+                .iter()
+                .zip(&after)
+                .map(|(b, a)| b.iter().zip(a).map(|(b, a)| (b - a).powi(2)).sum::<f64>() / b.len() as f64)
+                .collect();
+            let n = ready.index.len();
+            for j in 0..n {
+                for i in 0..n {
+                    let ((a, f), (b, g)) = (ready.index[i], ready.index[j]);
+                    if a == b && record.channels[a].quantity != Quantity::Place {
+                        let more = TRUST * TRUST * change[a] * MEMORY.powi(f.abs_diff(g) as i32);
+                        ready.covariance[(i, j)] += more;
+                    }
+                }
+            }
+            ready.whiten = whitening(&ready.covariance, &record.name)?;
+        }
+        Ok(out)
+    }
+
+    /// The same problem with data drawn from the model: `theta` and `active` are the truth, errors are drawn
+    /// from the covariances.
+    #[must_use]
+    pub fn redraw(&self, theta: &[f64], active: &[Active], mut normal: impl FnMut() -> f64) -> Self {
+        let mut out = self.clone();
+        for (which, ready) in out.ready.iter_mut().enumerate() {
+            let expected = predict(&ready.record, &self.known, theta, theta[SHARED + which], active);
+            let n = ready.index.len();
+            let z = DVector::from_fn(n, |_, _| normal());
+            let error = ready.covariance.clone().cholesky().map_or(z.clone(), |factor| factor.l() * &z);
+            let one = |i: usize| expected[ready.index[i].0][ready.index[i].1] + error[i];
+            ready.target = DVector::from_fn(n, |i, _| one(i));
+        }
+        out
+    }
+
+    /// The same problem without recording `which`.
+    #[must_use]
+    pub fn without(&self, which: usize) -> Self {
+        let mut out = self.clone();
+        out.ready.remove(which);
+        out.mean.remove(SHARED + which);
+        out.deviation.remove(SHARED + which);
+        out
+    }
+}
+
+fn prepare(record: &Record, calibration: &Calibration, noise: f64) -> Result<Ready, String> {
+    let matched = calibration.matched(record);
+    let mut index = Vec::new();
+    let mut target = Vec::new();
+    for (c, channel) in record.channels.iter().enumerate() {
+        for (f, value) in channel.value.iter().enumerate() {
+            if let Some(value) = value {
+                index.push((c, f));
+                target
+                    .push(value - matched.as_ref().map_or(0.0, |m| m.mean[c].get(f).copied().unwrap_or(0.0)));
+            }
+        }
+    }
+    if index.len() < 50 {
+        return Err(format!(
+            "{}: only {} numbers were seen; give a longer recording",
+            record.name,
+            index.len()
+        ));
+    }
+    let n = index.len();
+    let kind = |i: usize| record.channels[index[i].0].quantity;
+    let references = matched.as_ref().map_or(0, |m| m.scatter.len());
+    let more = if references > 0 { 1.0 + 1.0 / references as f64 } else { 1.0 };
+    let mut covariance = DMatrix::from_fn(n, n, |i, j| {
+        let ((a, f), (b, g)) = (index[i], index[j]);
+        if a != b {
+            return 0.0;
+        }
+        let model = calibration.noise_of(kind(i));
+        let apart = f.abs_diff(g) as f64;
+        let s2 = model.sigma_m * model.sigma_m * noise * noise * more;
+        let white = if i == j { 0.3 * s2 } else { 0.0 };
+        let mut sum = white + 0.7 * s2 * model.memory.powf(apart) + offset_m(kind(i)).powi(2);
+        if references == 0 {
+            let misfit = calibration.misfit_m(kind(i));
+            sum += misfit * misfit * 0.9_f64.powf(apart);
+        }
+        sum
+    });
+    if let Some(matched) = &matched {
+        let mut add = |of: &dyn Fn(usize, usize) -> f64, weight: f64| {
+            let v = DVector::from_fn(n, |i, _| of(index[i].0, index[i].1));
+            covariance.ger(weight, &v, &v, 1.0);
+        };
+        let at = |series: &[Vec<f64>], c: usize, f: usize| series[c].get(f).copied().unwrap_or(0.0);
+        for scatter in &matched.scatter {
+            add(&|c, f| at(scatter, c, f), 1.5 / (references.max(2) - 1) as f64);
+        }
+        let frames = record.frames() as f64;
+        add(&|c, f| at(&matched.mean, c, f), 0.15 * 0.15);
+        add(&|c, f| at(&matched.mean, c, f) * f as f64 / frames, 0.15 * 0.15);
+        // A shift of rbar by 3 ms.
+        let slope =
+            |c: usize, f: usize| at(&matched.mean, c, f + 1) - at(&matched.mean, c, f.saturating_sub(1));
+        add(&slope, (0.003 / (2.0 * record.interval_s)).powi(2));
+    }
+    for i in 0..n {
+        covariance[(i, i)] += 1e-10;
+    }
+    let whiten = whitening(&covariance, &record.name)?;
+    Ok(Ready { record: record.clone(), covariance, index, target: DVector::from_vec(target), whiten })
+}
+
+/// Inverse of the lower Cholesky factor.
+fn whitening(covariance: &DMatrix<f64>, name: &str) -> Result<DMatrix<f64>, String> {
+    let n = covariance.nrows();
+    let factor = covariance
+        .clone()
+        .cholesky()
+        .ok_or_else(|| format!("{name}: the covariance of its residuals cannot be factored"))?;
+    factor
+        .l()
+        .solve_lower_triangular(&DMatrix::identity(n, n))
+        .ok_or_else(|| format!("{name}: the covariance of its residuals is singular"))
+}

@@ -1,0 +1,141 @@
+//! What the study hides, and the clean glasses that it is held against.
+
+use super::courses::Kind;
+use super::truth::Truth;
+use crate::offline::prelude::*;
+
+/// Viscosity of the liquid that effects are hidden in, Pa s: 1.6e-4 m2/s, well above the simulator's own.
+pub const VISCOSITY_PA_S: f64 = 0.2;
+
+/// Packing of the glasses that effects are hidden in; no reference has it.
+const HIDDEN_PACKING: u64 = 7;
+
+/// The clean glasses of the single jolts: liquids and packings.
+const SINGLE: [(f64, u64); 7] =
+    [(0.20, 0), (0.20, 1), (0.17, 3), (0.235, 5), (0.20, 2), (0.17, 4), (0.235, 6)];
+
+/// The clean glasses of the other courses.
+const OTHER: [(f64, u64); 4] = [(0.20, 0), (0.20, 1), (0.17, 3), (0.235, 5)];
+
+/// The clean glasses of a kind of course: the references, and in the clean trials the tested ones too.
+#[must_use]
+pub fn clean(kind: Kind) -> Vec<Truth> {
+    let glasses: &[(f64, u64)] = if kind == Kind::Single { &SINGLE } else { &OTHER };
+    let one =
+        |&(viscosity_pa_s, packing): &(f64, u64)| Truth { viscosity_pa_s, packing, effects: vec![], kind };
+    glasses.iter().map(one).collect()
+}
+
+/// An effect that the study hides.
+#[derive(Clone, Copy, Debug)]
+pub struct Hidden {
+    /// Its name in the library.
+    pub name: &'static str,
+    /// The simulator's spelling, where the simulator carries it; the study's hands put in the others.
+    pub simulator: Option<Simulated>,
+    /// Value at reference size, in the unit of the library; of gain and scale, what is over one.
+    pub reference: f64,
+}
+
+/// How the simulator is told.
+#[derive(Clone, Copy, Debug)]
+pub struct Simulated {
+    /// The simulator's name of the effect.
+    pub name: &'static str,
+    /// The simulator's value from the hidden size.
+    pub value: fn(f64) -> f64,
+    /// What else must be set.
+    pub beside: Option<(&'static str, f64)>,
+}
+
+const fn by(name: &'static str, value: fn(f64) -> f64) -> Option<Simulated> {
+    Some(Simulated { name, value, beside: None })
+}
+
+/// What is hidden, one line each.
+pub const HIDDEN: [Hidden; 18] = [
+    Hidden { name: "viscosity", simulator: by("viscosity", |s| VISCOSITY_PA_S * s), reference: 1.3 },
+    Hidden { name: "wall_slip", simulator: by("wall_slip", |s| s), reference: 0.003 },
+    Hidden { name: "shear_thinning", simulator: by("shear_thinning", |s| s), reference: 0.5 },
+    Hidden { name: "yield_stress", simulator: by("yield_stress", |s| s), reference: 3.0 },
+    Hidden { name: "contact_line", simulator: by("contact_line", |s| s), reference: 0.03 },
+    Hidden { name: "foam", simulator: by("foam", |s| s), reference: 0.1 },
+    Hidden { name: "surface_tension", simulator: by("surface_tension", |s| s), reference: 0.2 },
+    Hidden {
+        name: "pinned_line",
+        simulator: Some(Simulated {
+            name: "contact_line",
+            value: |s| 0.02 * s,
+            beside: Some(("contact_line_reach", 0.02)),
+        }),
+        reference: 10.0,
+    },
+    Hidden { name: "viscoelastic", simulator: by("viscoelastic", |s| s), reference: 5.0 },
+    Hidden { name: "container_tilt", simulator: by("container_tilt", |s| s), reference: 0.035 },
+    Hidden { name: "vertical_acceleration", simulator: by("vertical_acceleration", |s| s), reference: 0.5 },
+    Hidden { name: "fill", simulator: by("fill", |s| 0.07 + s), reference: 0.003 },
+    Hidden { name: "actuation_gain", simulator: None, reference: 0.08 },
+    Hidden { name: "actuation_delay", simulator: None, reference: 0.033 },
+    Hidden { name: "camera_latency", simulator: None, reference: 0.033 },
+    Hidden { name: "depth_scale", simulator: None, reference: 0.05 },
+    Hidden { name: "camera_pitch", simulator: None, reference: 0.035 },
+    Hidden { name: "camera_slope", simulator: None, reference: 0.052 },
+];
+
+/// Sizes at which each is hidden, as parts of the reference size.
+pub const SIZES: [f64; 3] = [1.0, 2.0, 0.5];
+
+impl Hidden {
+    /// The value at `size` times the reference size. Factors and exponents count from one.
+    #[must_use]
+    pub fn value(&self, size: f64) -> f64 {
+        match self.name {
+            "viscosity" => 1.0 + (self.reference - 1.0) * size,
+            "actuation_gain" | "depth_scale" => 1.0 + self.reference * size,
+            // 1 - n halves and doubles; beyond 0.8 nothing is left to thin.
+            "shear_thinning" => 1.0 - (0.5 * size).min(0.8),
+            _ => self.reference * size,
+        }
+    }
+
+    /// The glass with this effect at `size`, taken through `kind`; a clean one where the simulator does
+    /// not carry it.
+    #[must_use]
+    pub fn truth(&self, size: f64, kind: Kind) -> Truth {
+        let mut effects = Vec::new();
+        if let Some(simulated) = self.simulator {
+            effects.push((simulated.name, (simulated.value)(self.value(size))));
+            effects.extend(simulated.beside);
+        }
+        Truth { viscosity_pa_s: VISCOSITY_PA_S, packing: HIDDEN_PACKING, effects, kind }
+    }
+}
+
+/// Pairs that are hidden at once, at reference size.
+pub const PAIRS: [(&str, &str); 6] = [
+    ("yield_stress", "camera_pitch"),
+    ("viscosity", "actuation_gain"),
+    ("surface_tension", "camera_latency"),
+    ("contact_line", "camera_pitch"),
+    ("vertical_acceleration", "camera_pitch"),
+    ("foam", "camera_latency"),
+];
+
+/// Everything that is simulated before the study starts, the most needed first.
+#[must_use]
+pub fn truths() -> Vec<Truth> {
+    let mut all: Vec<Truth> = clean(Kind::Single).into_iter().take(4).collect();
+    let sized = |size: f64| HIDDEN.iter().map(move |hidden| hidden.truth(size, Kind::Single));
+    all.extend(sized(1.0));
+    all.extend(clean(Kind::Single));
+    all.extend([Kind::Double, Kind::Slow, Kind::Asked].into_iter().flat_map(clean));
+    all.extend(sized(2.0));
+    all.extend(sized(0.5));
+    let mut out: Vec<Truth> = Vec::new();
+    for truth in all {
+        if !out.contains(&truth) {
+            out.push(truth);
+        }
+    }
+    out
+}

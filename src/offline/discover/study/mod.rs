@@ -1,0 +1,152 @@
+//! The study: effects hidden in another simulator's data, clean glasses, measured water.
+
+pub mod cases;
+pub mod courses;
+pub mod coverage;
+pub mod measured;
+pub mod run;
+pub mod tally;
+pub mod trial;
+pub mod truth;
+
+use super::calibrate::{Calibration, Group};
+use super::load::{drive_of, load};
+use super::predict::{Known, predict};
+use super::problem::Problem;
+use super::record::{Channel, Quantity, Record};
+use super::verdict::Thresholds;
+use super::workflow::{Settings, discover, split};
+use crate::offline::motion::Motion;
+use crate::offline::prelude::*;
+use courses::Course;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rayon::prelude::*;
+use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
+
+/// Draws of the test of intervals.
+const DRAWS: usize = 160;
+
+/// Simulates every glass of the study that is not in `cache`, one a processor; tells `done` of each.
+///
+/// # Errors
+/// In words, the first simulation that fails; those that are done stay.
+pub fn simulate(cache: &Path, stop: &AtomicBool, done: impl Fn(usize, usize) + Sync) -> Result<(), String> {
+    let missing: Vec<_> = cases::truths().into_iter().filter(|truth| !truth.is_there(cache)).collect();
+    let count = std::sync::atomic::AtomicUsize::new(0);
+    done(0, missing.len());
+    // One after the other off the list, so that the most needed are there first.
+    let next = std::sync::atomic::AtomicUsize::new(0);
+    (0..rayon::current_num_threads()).into_par_iter().try_for_each(|_| {
+        while let Some(truth) = missing.get(next.fetch_add(1, Ordering::Relaxed)) {
+            if stop.load(Ordering::Relaxed) {
+                return Ok(());
+            }
+            truth.make(cache)?;
+            done(1 + count.fetch_add(1, Ordering::Relaxed), missing.len());
+        }
+        Ok(())
+    })
+}
+
+/// Share of 90 % intervals that hold the truth, of draws from the model as the references under `out`
+/// calibrate it; and how many were drawn.
+///
+/// # Errors
+/// In words, when a reference cannot be used.
+pub fn reference_coverage(out: &Path, seed: u64) -> Result<Option<(f64, usize)>, String> {
+    let mut groups = Vec::new();
+    for index in 0.. {
+        let path = out.join(format!("references/single-{index}"));
+        if !path.join("setup.toml").exists() {
+            break;
+        }
+        let folder = load(&path)?;
+        groups.push(Group::new(folder.known, folder.records, None)?);
+    }
+    let Some((first, others)) = groups.split_first() else { return Ok(None) };
+    let (records, _) = split(&first.records);
+    let others: Vec<&Group> = others.iter().collect();
+    let problem = Problem::new(&records, first.known, &Calibration::from(&others, &records, None), 1.0)?;
+    Ok(Some((coverage::coverage(&problem, DRAWS, seed), DRAWS)))
+}
+
+/// What `known` shows under `course` by the reduced model itself, with white noise of `noise_m`.
+#[must_use]
+pub fn made_up(
+    name: &str,
+    known: &Known,
+    course: &Course,
+    theta: &[f64],
+    noise_m: f64,
+    seed: u64,
+) -> Option<Record> {
+    made_up_with(name, known, course, theta, &[], noise_m, seed)
+}
+
+/// The same with effects.
+#[must_use]
+pub fn made_up_with(
+    name: &str,
+    known: &Known,
+    course: &Course,
+    theta: &[f64],
+    active: &[crate::effects::Active],
+    noise_m: f64,
+    seed: u64,
+) -> Option<Record> {
+    let motion = Motion::sampled(&course.samples())?;
+    let kinds = [Quantity::Level, Quantity::Slope, Quantity::Bow, Quantity::Place];
+    let mut record = Record {
+        name: name.into(),
+        interval_s: crate::units::FRAME_INTERVAL_S,
+        channels: kinds.map(|quantity| Channel { quantity, value: vec![None; course.frames()] }).to_vec(),
+        drive: drive_of(&motion, course.seconds),
+        rest_frames: (course.jolts[0].start_s / crate::units::FRAME_INTERVAL_S) as usize,
+    };
+    let expected = predict(&record, known, theta, 0.0, active);
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    let mut normal = || {
+        let (a, b): (f64, f64) = (random.random(), random.random());
+        (-2.0 * (1.0 - a).ln()).sqrt() * (std::f64::consts::TAU * b).cos()
+    };
+    for (channel, expected) in record.channels.iter_mut().zip(expected) {
+        channel.value = expected.iter().map(|z| Some(z + noise_m * normal())).collect();
+    }
+    Some(record)
+}
+
+/// Seconds of one discovery on three recordings of 10 s (and a sealed one), with three references at
+/// hand; made up, because the time does not depend on what they show.
+///
+/// # Errors
+/// In words, when it fails.
+pub fn long_discovery_s() -> Result<f64, String> {
+    let known = Known {
+        radius_m: 0.035,
+        fill_m: 0.07,
+        density_kg_m3: truth::DENSITY_KG_M3,
+        viscosity_pa_s: cases::VISCOSITY_PA_S,
+        told: [1.0; 2],
+    };
+    let theta = Calibration::blind(&[], 0.0).mean;
+    let make = |known: &Known, seed: u64, active: &[crate::effects::Active]| -> Vec<Record> {
+        let courses = [0.6, 1.2, 2.2, 1.7].map(|a| Course::jolt(0.28, a, 10.0));
+        let all = courses.iter().enumerate();
+        all.filter_map(|(i, c)| made_up_with("long", known, c, &theta, active, 1e-4, seed + i as u64))
+            .collect()
+    };
+    let mut groups = Vec::new();
+    for (i, factor) in [0.85, 1.0, 1.15].into_iter().enumerate() {
+        let known = Known { viscosity_pa_s: factor * known.viscosity_pa_s, ..known };
+        groups.push(Group::new(known, make(&known, 10 * i as u64, &[]), None)?);
+    }
+    let references: Vec<&Group> = groups.iter().collect();
+    let entry = crate::effects::find("yield_stress").ok_or("no yield stress in the library")?;
+    let records = make(&known, 99, &[crate::effects::Active { entry, values: [1.0, 0.0] }]);
+    let begun = Instant::now();
+    discover(&records, known, &references, Thresholds::default(), &Settings::default())?;
+    Ok(begun.elapsed().as_secs_f64())
+}

@@ -1,0 +1,72 @@
+//! From the modes to the liquid everywhere: the surface, and the velocity of potential flow.
+//!
+//! ```text
+//! eta(r, theta) = sum a_n phi_n(r) cos theta + second order          (phi = 1 at the wall)
+//! Phi = sum v_n cosh(kz)/(k sinh kh) phi_n(r) cos theta,   velocity = grad Phi,   z from the bottom
+//! ```
+
+use super::model::Model;
+use super::modes::{Mode, Wave};
+use super::step::State;
+use crate::math::{bessel_j, cosh, sinh, sqrt};
+
+/// Height of the surface over rest at `(x, y)` in the glass, m; `push` is the specific force along x and
+/// y, which the modes left out follow at once.
+#[must_use]
+pub fn surface(model: &Model, state: &State, push: &[f64; 2], x: f64, y: f64) -> f64 {
+    let r = sqrt(x * x + y * y).max(1e-12);
+    let (cos, sin) = (x / r, y / r);
+    let mut height = 0.0;
+    for (i, ready) in model.modes.iter().enumerate() {
+        let shape = bessel_j(1, ready.mode.k * r) / bessel_j(1, ready.mode.xi);
+        let pair = state.height[0].get(i).zip(state.height[1].get(i));
+        height += pair.map_or(0.0, |(a, b)| shape * (a * cos + b * sin));
+    }
+    let share = r / model.glass.radius_m * model.left_out_m() / crate::units::GRAVITY_M_S2;
+    height += share * (push[0] * cos + push[1] * sin);
+    for (wave, heights, angle) in [
+        (Wave::Ring, [state.second.height[0], 0.0], [1.0, 0.0]),
+        (
+            Wave::Saddle,
+            [state.second.height[1], state.second.height[2]],
+            [cos * cos - sin * sin, 2.0 * sin * cos],
+        ),
+    ] {
+        let (order, xi) = wave.order();
+        let shape = bessel_j(order, xi / model.glass.radius_m * r) / bessel_j(order, xi);
+        height += shape * (heights[0] * angle[0] + heights[1] * angle[1]);
+    }
+    height
+}
+
+/// Heights along the wall as harmonics of the azimuth, m: mean, cos, sin, cos 2, sin 2.
+#[must_use]
+pub fn wall_harmonics(model: &Model, state: &State, push: &[f64; 2]) -> [f64; 5] {
+    let at_once = model.left_out_m() / crate::units::GRAVITY_M_S2;
+    let [mean, cos2, sin2] = state.second.height;
+    let along = |d: usize| state.height[d].iter().sum::<f64>();
+    [mean, along(0) + at_once * push[0], along(1) + at_once * push[1], cos2, sin2]
+}
+
+/// Velocity of the liquid at `(x, y, z)` in the glass, z from the bottom, m/s: first order.
+#[must_use]
+pub fn velocity(model: &Model, state: &State, [x, y, z]: [f64; 3]) -> [f64; 3] {
+    let r = sqrt(x * x + y * y).max(1e-9);
+    let (cos, sin) = (x / r, y / r);
+    let mut out = [0.0; 3];
+    for (i, ready) in model.modes.iter().enumerate() {
+        let Mode { k, xi, .. } = ready.mode;
+        let wall = bessel_j(1, xi);
+        let over = bessel_j(1, k * r) / (k * r);
+        let slope = bessel_j(0, k * r) - over;
+        let depth = k * model.glass.depth_m;
+        let (flat, up) = (cosh(k * z) / sinh(depth), sinh(k * z) / sinh(depth));
+        let Some((vx, vy)) = state.rate[0].get(i).zip(state.rate[1].get(i)) else { continue };
+        let (along, across) = (vx * cos + vy * sin, vy * cos - vx * sin);
+        let (radial, around) = (flat * slope / wall * along, flat * over / wall * across);
+        out[0] += radial * cos - around * sin;
+        out[1] += radial * sin + around * cos;
+        out[2] += up * bessel_j(1, k * r) / wall * along;
+    }
+    out
+}

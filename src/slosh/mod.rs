@@ -1,0 +1,35 @@
+//! The reduced slosh model: an upright cylinder's first modes as a GENERIC system, driven through a port.
+//!
+//! ```text
+//! state    a_i, v_i (height at the wall, its rate), z_i (what an effect remembers), heat
+//! energy   E = sum m_i (v_i^2 + w_i^2 a_i^2)/2 + what effects store + heat,      entropy S = heat/T
+//! motion   a_i' = v_i,   m_i v_i' = -dE/da_i - G v_i + m_i k_i tanh(k_i h) b_i f
+//! heat'    = v.G v >= 0                                  for any friction G(s) >= 0
+//! ```
+//! `f` is the specific force along the surface that the moved glass leaves to the liquid: the port. One
+//! step is implicit in the middle, so energy is exact against the port's work and entropy cannot fall.
+//!
+//! | file | what |
+//! |---|---|
+//! | `modes` | wave numbers, masses, frequencies, forcing of the modes (1,n), (0,1), (2,1) |
+//! | `layer` | friction of boundary layers, film and bulk, for any generalised Newtonian liquid |
+//! | `model` | modes and effects together: the coefficients of a step |
+//! | `step` | one step in time |
+//! | `second` | the second-order waves that ride on the first mode |
+//! | `field` | from the modes to surface and velocity anywhere: potential flow |
+//!
+//! Waves of azimuthal order one come in two directions, along x and y of the glass.
+
+mod field;
+mod layer;
+mod model;
+mod modes;
+mod second;
+mod step;
+
+pub use field::{surface, velocity, wall_harmonics};
+pub use layer::{Rheology, friction};
+pub use model::{Baseline, Model};
+pub use modes::{Cylinder, Mode, RADIAL, Wave};
+pub use second::{SECOND, Second, SecondOrder};
+pub use step::{Books, Push, State, step};

@@ -1,0 +1,214 @@
+//! A glass of liquid with its effects: every coefficient that a step needs.
+
+use super::layer::{Rheology, friction};
+use super::modes::{Cylinder, Mode, RADIAL, Wave};
+use super::second::SecondOrder;
+use crate::effects::{Active, Branch, MOST, Port, Slot, View};
+use crate::math::{exp, ln, sqrt, tan};
+use crate::units::GRAVITY_M_S2;
+use heapless::Vec;
+
+/// Speed at the wall at which the layer's lowering of the frequency is taken, m/s: a middling slosh.
+const MIDDLING_M_S: f64 = 0.1;
+
+/// Speeds of the table of friction, and its ends, m/s.
+const SPEEDS: usize = 24;
+const SLOWEST_M_S: f64 = 1e-4;
+const FASTEST_M_S: f64 = 3.0;
+
+/// What the plain model is allowed to be off by, and what its second order is; calibrated on reference
+/// recordings of a known liquid.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Baseline {
+    /// Relative offsets of the frequencies of the modes (1,n).
+    pub frequency: [f64; RADIAL],
+    /// Factors on the damping of the modes (1,n).
+    pub damping: [f64; RADIAL],
+    /// Factors on the forcing of the modes (1,n).
+    pub lever: [f64; RADIAL],
+    /// Softening kappa: `w = w1 (1 - kappa A^2/R^2)` at amplitude A (Bauerlein and Avila 2021).
+    pub detuning: f64,
+    /// Coefficients p and q of (0,1) and (2,1), see [`SecondOrder`].
+    pub drive: [[f64; 2]; 2],
+}
+
+impl Default for Baseline {
+    /// Linear theory; the second order of an inviscid standing wave is of the order of one half.
+    fn default() -> Self {
+        Self {
+            frequency: [0.0; RADIAL],
+            damping: [1.0; RADIAL],
+            lever: [1.0; RADIAL],
+            detuning: 0.0,
+            drive: [[0.5, -0.5], [0.5, -0.5]],
+        }
+    }
+}
+
+/// One mode (1,n), ready for steps.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Ready {
+    pub(super) mode: Mode,
+    /// Stiffness of the discrete oscillator, N/m.
+    pub(super) stiffness: f64,
+    /// Force for each m/s2 of push, kg.
+    pub(super) push_kg: f64,
+    /// Stiffness for each m/s2 of lift, kg/m.
+    pub(super) lift_kg_m: f64,
+    /// Frequency, 1/s.
+    pub(super) w: f64,
+    /// Friction G at each speed of the table, N s/m.
+    pub(super) friction: [f64; SPEEDS],
+    /// Whether it is the same at all speeds.
+    pub(super) linear: bool,
+}
+
+impl Ready {
+    /// Friction at amplitude `speed` (m/s), N s/m: linear between the logarithms of the table.
+    pub(super) fn at(&self, speed: f64) -> f64 {
+        let last = self.friction.last().copied().unwrap_or(0.0);
+        if self.linear {
+            return last;
+        }
+        let span = ln(FASTEST_M_S / SLOWEST_M_S);
+        let place = (ln(speed.max(SLOWEST_M_S) / SLOWEST_M_S) / span * (SPEEDS - 1) as f64).max(0.0);
+        let low = (place as usize).min(SPEEDS - 2);
+        let pair = self.friction.get(low).zip(self.friction.get(low + 1));
+        pair.map_or(last, |(a, b)| a + (b - a) * (place - low as f64).min(1.0))
+    }
+}
+
+/// A glass of liquid with its effects, for steps of one length.
+#[derive(Clone, Debug)]
+pub struct Model {
+    /// Glass and liquid at rest, with the effects on them.
+    pub glass: Cylinder,
+    /// What the glass's motion becomes before it drives the liquid.
+    pub port: Port,
+    /// What the surface becomes before it is measured.
+    pub view: View,
+    pub(super) dt: f64,
+    pub(super) modes: [Ready; RADIAL],
+    pub(super) second: SecondOrder,
+    /// Quartic coefficient of the first mode's energy, N/m3.
+    pub(super) quartic: f64,
+    /// Coupling of its two directions, N/m.
+    pub(super) coupling: f64,
+    pub(super) memory: [Branch; RADIAL],
+    pub(super) line: Branch,
+    /// Friction along the contact line, evaluated at the amplitude of its speed.
+    pub(super) rubbing: Vec<Active, MOST>,
+}
+
+impl Model {
+    /// The model of `glass` filled with `liquid` under `baseline` with the effects `active`, for steps of
+    /// `dt` seconds; at most [`MOST`] effects act, further ones are left out.
+    #[must_use]
+    pub fn new(glass: Cylinder, liquid: Rheology, baseline: &Baseline, active: &[Active], dt: f64) -> Self {
+        let (mut glass, mut liquid) = (glass, liquid);
+        let (mut port, mut view) = (Port::default(), View::default());
+        let mut rubbing = Vec::new();
+        for effect in active {
+            match effect.entry.slot {
+                Slot::Liquid(change) => change(&effect.values, &mut liquid),
+                Slot::Vessel(change) => change(&effect.values, &mut glass),
+                Slot::Port(change) => change(&effect.values, &mut port),
+                Slot::View(change) => change(&effect.values, &mut view),
+                // More than fit are left out, as said above.
+                Slot::Line(_) => drop(rubbing.push(*effect)),
+                Slot::Stiffness(_) | Slot::First(_) | Slot::Memory(_) | Slot::Catch(_) => {}
+            }
+        }
+        let ready = |n: usize| ready(n, &glass, &liquid, baseline, active, dt);
+        let modes: [Ready; RADIAL] = core::array::from_fn(ready);
+        let first = modes.first().map_or(0.0, |m| m.stiffness);
+        // A^2 = a^2 of a Duffing oscillator: w = w0 (1 + 3 alpha A^2/(8 w0^2)), energy m alpha a^4/4.
+        let soften = |kappa: f64| -8.0 / 3.0 * kappa * first / (glass.radius_m * glass.radius_m);
+        let (mut quartic, mut coupling) = (soften(baseline.detuning), 0.0);
+        let mut memory = [Branch::default(); RADIAL];
+        let mut line = Branch::default();
+        for effect in active {
+            match effect.entry.slot {
+                Slot::First(shape) => {
+                    let shape = shape(&effect.values);
+                    quartic += soften(shape.softening);
+                    coupling += shape.coupling * first;
+                }
+                Slot::Memory(branch) => {
+                    memory
+                        .iter_mut()
+                        .zip(&modes)
+                        .for_each(|(m, r)| *m = branch(&effect.values, &r.mode, &glass));
+                }
+                Slot::Catch(branch) => line = branch(&effect.values, &glass),
+                _ => {}
+            }
+        }
+        let waves = [Wave::Ring, Wave::Saddle].map(|wave| Mode::new(&glass, wave));
+        let square = waves.map(|m| m.square(GRAVITY_M_S2));
+        let damping = [0, 1].map(|i| {
+            let (m, w2) = if i == 0 { (&waves[0], square[0]) } else { (&waves[1], square[1]) };
+            friction(m, sqrt(w2), MIDDLING_M_S, &liquid, glass.density_kg_m3, glass.radius_m, glass.depth_m).0
+        });
+        let second = SecondOrder { square, damping, drive: baseline.drive, radius_m: glass.radius_m };
+        Self { glass, port, view, dt, modes, second, quartic, coupling, memory, line, rubbing }
+    }
+
+    /// Frequency (1/s) and damping gamma (1/s) of the mode (1,n) at small amplitude; none where there is
+    /// no such mode.
+    #[must_use]
+    pub fn tone(&self, n: usize) -> Option<(f64, f64)> {
+        self.modes.get(n).map(|m| (m.w, m.at(SLOWEST_M_S) / (2.0 * m.mode.mass_kg)))
+    }
+
+    /// The part of a static slope that the kept modes do not show, m for each unit of slope: the modes
+    /// left out follow a push at once.
+    #[must_use]
+    pub fn left_out_m(&self) -> f64 {
+        self.glass.radius_m - self.modes.iter().map(|m| m.mode.lever_m).sum::<f64>()
+    }
+}
+
+/// The mode (1,n) under all that acts on it.
+fn ready(
+    n: usize,
+    glass: &Cylinder,
+    liquid: &Rheology,
+    baseline: &Baseline,
+    active: &[Active],
+    dt: f64,
+) -> Ready {
+    let mode = Mode::new(glass, Wave::First(n));
+    let of = |values: &[f64; RADIAL], or: f64| values.get(n).copied().unwrap_or(or);
+    let plain = mode.square(GRAVITY_M_S2);
+    let stiffness = |effect: &Active| match effect.entry.slot {
+        Slot::Stiffness(extra) => extra(&effect.values, &mode, glass),
+        _ => 0.0,
+    };
+    let extra: f64 = active.iter().map(stiffness).sum();
+    let shifted =
+        sqrt((plain + extra / mode.mass_kg).max(0.01 * plain)) * (1.0 + of(&baseline.frequency, 0.0));
+    let rub = |speed: f64| {
+        friction(&mode, shifted, speed, liquid, glass.density_kg_m3, glass.radius_m, glass.depth_m)
+    };
+    let factor = of(&baseline.damping, 1.0).max(0.0);
+    let w = (shifted - rub(MIDDLING_M_S).1).max(0.1 * shifted);
+    // The discrete oscillator turns by 2 atan(w' dt/2) a step: w' = (2/dt) tan(w dt/2) makes that w dt.
+    let discrete = 2.0 / dt * tan((0.5 * w * dt).min(1.5));
+    let stretch = discrete * discrete / (w * w);
+    let step = ln(FASTEST_M_S / SLOWEST_M_S) / (SPEEDS - 1) as f64;
+    let linear = liquid.is_linear();
+    let at = |i: usize| {
+        let speed = if linear { MIDDLING_M_S } else { SLOWEST_M_S * exp(step * i as f64) };
+        2.0 * mode.mass_kg * factor * rub(speed).0
+    };
+    Ready {
+        mode,
+        stiffness: mode.mass_kg * discrete * discrete,
+        push_kg: mode.mass_kg * mode.steepness * stretch * mode.lever_m * of(&baseline.lever, 1.0),
+        lift_kg_m: mode.mass_kg * mode.steepness * stretch,
+        w,
+        friction: if linear { [at(0); SPEEDS] } else { core::array::from_fn(at) },
+        linear,
+    }
+}
