@@ -224,8 +224,7 @@ mod tests {
     fn a_long_turn_is_told_as_long() {
         let bytes = meniscus::host::files::AlignedBytes::copy(crate::cli::shipped::MODEL);
         let model = Model::load(&bytes).expect("the shipped model");
-        let mut log = Log::default();
-        log.turns = watching::turns(&model, &[None, None, None]);
+        let mut log = Log { turns: watching::turns(&model, &[None, None, None]), ..Log::default() };
         for (logged, us) in log.turns.iter_mut().zip([400, 5_000, 90_000]) {
             logged.turn_us = us;
         }

@@ -45,10 +45,16 @@ pub(super) struct Forgetful {
     /// Steps until the power is cut.
     left: Option<usize>,
     /// Says that it has synced a file, and has not.
-    pub(super) careless: bool,
+    careless: bool,
 }
 
 impl Forgetful {
+    /// A disk that says it has synced a file, and has not.
+    #[cfg(test)]
+    pub(super) fn careless() -> Self {
+        Self { careless: true, ..Self::default() }
+    }
+
     /// Counts a step; the one at which the power is cut fails, as do all behind it.
     fn step(&mut self) -> io::Result<()> {
         match &mut self.left {

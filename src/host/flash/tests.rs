@@ -72,7 +72,6 @@ fn two_hundred_power_cuts_leave_a_blob_that_boots() {
 /// The rehearsal can fail: a disk that says it synced and did not is found out.
 #[test]
 fn a_disk_that_does_not_sync_is_found_out() {
-    let careless = rehearsal::Forgetful { careless: true, ..rehearsal::Forgetful::default() };
-    let done = rehearsal::rehearse_on(careless, [MODEL, &sibling(MODEL)], 50, 1);
+    let done = rehearsal::rehearse_on(rehearsal::Forgetful::careless(), [MODEL, &sibling(MODEL)], 50, 1);
     assert!(done.survived < 50 && done.first_failure.is_some(), "{done:?}");
 }
