@@ -2,7 +2,7 @@
 
 use anyhow::{Context, anyhow};
 use indicatif::{ProgressBar, ProgressStyle};
-use meniscus::host::checks::table;
+use meniscus::host::checks::{Check, table};
 use meniscus::host::files::write_whole;
 use meniscus::offline::discover::study::measured::ask_measured;
 use meniscus::offline::discover::study::run::{Places, judge_all};
@@ -84,24 +84,24 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     };
     let lines =
         judge_all(&places, arguments.clean, arguments.seed, &STOP, &told).map_err(|why| anyhow!(why))?;
-    bar.set_message("intervals, long record");
     let mut study = Study { lines, ..Study::default() };
-    study.coverage = reference_coverage(&places.out, arguments.seed).map_err(|why| anyhow!(why))?;
-    study.long_s = long_discovery_s().map_err(|why| anyhow!(why))?.into();
+    // Written after each part, so that an interruption leaves what there is.
+    write(arguments, &study)?;
     if arguments.measured.join("heights").is_dir() {
         bar.set_message("measured water");
         let asked =
             ask_measured(&arguments.measured, &Settings::default(), 14.0, 3).map_err(|why| anyhow!(why))?;
         study.measured = Some(asked);
+        write(arguments, &study)?;
     } else {
         bar.suspend(|| eprintln!("skipped: no measured water in {}", arguments.measured.display()));
     }
+    bar.set_message("intervals");
+    study.coverage = reference_coverage(&places.out, arguments.seed).map_err(|why| anyhow!(why))?;
+    bar.set_message("recordings of 10 s");
+    study.long_s = long_discovery_s().map_err(|why| anyhow!(why))?.into();
     bar.finish_and_clear();
-    let checks = checks(&study);
-    let command = format!("meniscus discover study --clean {} --seed {}", arguments.clean, arguments.seed);
-    write_whole(&arguments.out.join("study.md"), markdown(&study, &checks, &command).as_bytes())?;
-    confusion_png(&study, &arguments.out.join("confusion.png"))?;
-    detection_png(&study, &arguments.out.join("detection.png"))?;
+    let checks = write(arguments, &study)?;
     if arguments.json {
         println!("{:#}", serde_json::json!({ "checks": checks }));
     } else {
@@ -109,4 +109,14 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         println!("written: {}", arguments.out.display());
     }
     Ok(())
+}
+
+/// Writes page and pictures; returns the checks.
+fn write(arguments: &Arguments, study: &Study) -> anyhow::Result<Vec<Check>> {
+    let checks = checks(study);
+    let command = format!("meniscus discover study --clean {} --seed {}", arguments.clean, arguments.seed);
+    write_whole(&arguments.out.join("study.md"), markdown(study, &checks, &command).as_bytes())?;
+    confusion_png(study, &arguments.out.join("confusion.png"))?;
+    detection_png(study, &arguments.out.join("detection.png"))?;
+    Ok(checks)
 }

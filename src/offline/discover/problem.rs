@@ -10,7 +10,8 @@
 //! Once a correction is made, C gains a process of a quarter of that correction, channel by channel, with a
 //! memory of ten frames: an effect's formula is not exact either, and the more it changes the less what is
 //! left may be held against it ([`Problem::trusting`]).
-//! Residuals are whitened by the exact Cholesky factor of C, recording by recording.
+//! Residuals are whitened by the exact Cholesky factor of C, recording by recording and channel by channel:
+//! what is left of one channel says nothing of another's.
 
 use super::calibrate::Calibration;
 use super::predict::{Known, SHARED, predict};
@@ -40,14 +41,14 @@ const MEMORY: f64 = 0.9;
 #[derive(Clone, Debug)]
 struct Ready {
     record: Record,
-    /// The covariance C, m2.
-    covariance: DMatrix<f64>,
+    /// The covariance C of each channel, m2, in the order of the index.
+    covariance: Vec<DMatrix<f64>>,
     /// Channel and frame of each number that was seen.
     index: Vec<(usize, usize)>,
     /// What was measured less `rbar`, m.
     target: DVector<f64>,
-    /// Inverse of the lower Cholesky factor of C.
-    whiten: DMatrix<f64>,
+    /// Inverse of the lower Cholesky factor of each.
+    whiten: Vec<DMatrix<f64>>,
 }
 
 /// Recordings with a prior and covariances.
@@ -122,9 +123,13 @@ impl Problem {
     pub fn residual(&self, theta: &[f64], active: &[Active]) -> DVector<f64> {
         let mut all: Vec<f64> = Vec::with_capacity(self.count() + theta.len());
         for (which, ready) in self.ready.iter().enumerate() {
-            let left = DVector::from_vec(self.left(which, theta, active));
-            let white = &ready.whiten * left;
-            all.extend(white.iter());
+            let left = self.left(which, theta, active);
+            let mut first = 0;
+            for whiten in &ready.whiten {
+                let part = DVector::from_column_slice(&left[first..first + whiten.nrows()]);
+                all.extend((whiten * part).iter());
+                first += whiten.nrows();
+            }
         }
         for ((t, m), s) in theta.iter().zip(&self.mean).zip(&self.deviation) {
             all.push((t - m) / s);
@@ -148,17 +153,22 @@ impl Problem {
                 .zip(&after)
                 .map(|(b, a)| b.iter().zip(a).map(|(b, a)| (b - a).powi(2)).sum::<f64>() / b.len() as f64)
                 .collect();
-            let n = ready.index.len();
-            for j in 0..n {
-                for i in 0..n {
-                    let ((a, f), (b, g)) = (ready.index[i], ready.index[j]);
-                    if a == b && record.channels[a].quantity != Quantity::Place {
-                        let more = TRUST * TRUST * change[a] * MEMORY.powi(f.abs_diff(g) as i32);
-                        ready.covariance[(i, j)] += more;
+            let mut first = 0;
+            for (covariance, whiten) in ready.covariance.iter_mut().zip(&mut ready.whiten) {
+                let n = covariance.nrows();
+                let index = &ready.index[first..first + n];
+                let channel = index[0].0;
+                if record.channels[channel].quantity != Quantity::Place {
+                    for j in 0..n {
+                        for i in 0..n {
+                            let apart = index[i].1.abs_diff(index[j].1) as i32;
+                            covariance[(i, j)] += TRUST * TRUST * change[channel] * MEMORY.powi(apart);
+                        }
                     }
+                    *whiten = whitening(covariance, &record.name)?;
                 }
+                first += n;
             }
-            ready.whiten = whitening(&ready.covariance, &record.name)?;
         }
         Ok(out)
     }
@@ -171,8 +181,12 @@ impl Problem {
         for (which, ready) in out.ready.iter_mut().enumerate() {
             let expected = predict(&ready.record, &self.known, theta, theta[SHARED + which], active);
             let n = ready.index.len();
-            let z = DVector::from_fn(n, |_, _| normal());
-            let error = ready.covariance.clone().cholesky().map_or(z.clone(), |factor| factor.l() * &z);
+            let mut error: Vec<f64> = Vec::with_capacity(n);
+            for covariance in &ready.covariance {
+                let z = DVector::from_fn(covariance.nrows(), |_, _| normal());
+                let drawn = covariance.clone().cholesky().map_or(z.clone(), |factor| factor.l() * &z);
+                error.extend(drawn.iter());
+            }
             let one = |i: usize| expected[ready.index[i].0][ready.index[i].1] + error[i];
             ready.target = DVector::from_fn(n, |i, _| one(i));
         }
@@ -210,48 +224,46 @@ fn prepare(record: &Record, calibration: &Calibration, noise: f64) -> Result<Rea
             index.len()
         ));
     }
-    let n = index.len();
-    let kind = |i: usize| record.channels[index[i].0].quantity;
     let references = matched.as_ref().map_or(0, |m| m.scatter.len());
     let more = if references > 0 { 1.0 + 1.0 / references as f64 } else { 1.0 };
-    let mut covariance = DMatrix::from_fn(n, n, |i, j| {
-        let ((a, f), (b, g)) = (index[i], index[j]);
-        if a != b {
-            return 0.0;
-        }
-        let model = calibration.noise_of(kind(i));
-        let apart = f.abs_diff(g) as f64;
+    let (mut covariances, mut whiten) = (Vec::new(), Vec::new());
+    for block in index.chunk_by(|a, b| a.0 == b.0) {
+        let (c, n) = (block[0].0, block.len());
+        let kind = record.channels[c].quantity;
+        let model = calibration.noise_of(kind);
         let s2 = model.sigma_m * model.sigma_m * noise * noise * more;
-        let white = if i == j { 0.3 * s2 } else { 0.0 };
-        let mut sum = white + 0.7 * s2 * model.memory.powf(apart) + offset_m(kind(i)).powi(2);
-        if references == 0 {
-            let misfit = calibration.misfit_m(kind(i));
-            sum += misfit * misfit * 0.9_f64.powf(apart);
+        let misfit = if references == 0 { calibration.misfit_m(kind).powi(2) } else { 0.0 };
+        let mut covariance = DMatrix::from_fn(n, n, |i, j| {
+            let apart = block[i].1.abs_diff(block[j].1) as i32;
+            let white = if i == j { 0.3 * s2 + 1e-10 } else { 0.0 };
+            white + 0.7 * s2 * model.memory.powi(apart) + offset_m(kind).powi(2) + misfit * MEMORY.powi(apart)
+        });
+        if let Some(matched) = &matched {
+            let mut add = |of: &dyn Fn(usize) -> f64, weight: f64| {
+                let v = DVector::from_fn(n, |i, _| of(block[i].1));
+                covariance.ger(weight, &v, &v, 1.0);
+            };
+            let at = |series: &[Vec<f64>], f: usize| series[c].get(f).copied().unwrap_or(0.0);
+            for scatter in &matched.scatter {
+                add(&|f| at(scatter, f), 1.5 / (references.max(2) - 1) as f64);
+            }
+            let frames = record.frames() as f64;
+            add(&|f| at(&matched.mean, f), 0.15 * 0.15);
+            add(&|f| at(&matched.mean, f) * f as f64 / frames, 0.15 * 0.15);
+            // A shift of rbar by 3 ms.
+            let slope = |f: usize| at(&matched.mean, f + 1) - at(&matched.mean, f.saturating_sub(1));
+            add(&slope, (0.003 / (2.0 * record.interval_s)).powi(2));
         }
-        sum
-    });
-    if let Some(matched) = &matched {
-        let mut add = |of: &dyn Fn(usize, usize) -> f64, weight: f64| {
-            let v = DVector::from_fn(n, |i, _| of(index[i].0, index[i].1));
-            covariance.ger(weight, &v, &v, 1.0);
-        };
-        let at = |series: &[Vec<f64>], c: usize, f: usize| series[c].get(f).copied().unwrap_or(0.0);
-        for scatter in &matched.scatter {
-            add(&|c, f| at(scatter, c, f), 1.5 / (references.max(2) - 1) as f64);
-        }
-        let frames = record.frames() as f64;
-        add(&|c, f| at(&matched.mean, c, f), 0.15 * 0.15);
-        add(&|c, f| at(&matched.mean, c, f) * f as f64 / frames, 0.15 * 0.15);
-        // A shift of rbar by 3 ms.
-        let slope =
-            |c: usize, f: usize| at(&matched.mean, c, f + 1) - at(&matched.mean, c, f.saturating_sub(1));
-        add(&slope, (0.003 / (2.0 * record.interval_s)).powi(2));
+        whiten.push(whitening(&covariance, &record.name)?);
+        covariances.push(covariance);
     }
-    for i in 0..n {
-        covariance[(i, i)] += 1e-10;
-    }
-    let whiten = whitening(&covariance, &record.name)?;
-    Ok(Ready { record: record.clone(), covariance, index, target: DVector::from_vec(target), whiten })
+    Ok(Ready {
+        record: record.clone(),
+        covariance: covariances,
+        index,
+        target: DVector::from_vec(target),
+        whiten,
+    })
 }
 
 /// Inverse of the lower Cholesky factor.

@@ -25,6 +25,7 @@ use crate::offline::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use std::string::ToString;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
@@ -373,11 +374,17 @@ fn judge_with(
     more: Option<(&Trial, &[usize])>,
 ) -> Result<Judged, String> {
     let path = places.out.join("trials").join(name);
-    // What another study left under this name would be another trial.
-    let _gone = std::fs::remove_dir_all(&path);
-    plan.trial.write(&path, &places.cache, &[0, 1, 2, 3], b'a')?;
-    if let Some((trial, wanted)) = more {
-        trial.write(&path, &places.cache, wanted, b'e')?;
+    // What another study left under this name is another trial; what this one left is not rendered again.
+    let made = format!("{:?} {} {more:?}", plan.trial, plan.trial.truth.digest());
+    let made = crc::Crc::<u64>::new(&crc::CRC_64_ECMA_182).checksum(made.as_bytes()).to_string();
+    let mark = path.join("made");
+    if std::fs::read_to_string(&mark).ok().as_deref() != Some(&made) {
+        let _gone = std::fs::remove_dir_all(&path);
+        plan.trial.write(&path, &places.cache, &[0, 1, 2, 3], b'a')?;
+        if let Some((trial, wanted)) = more {
+            trial.write(&path, &places.cache, wanted, b'e')?;
+        }
+        write_whole(&mark, made.as_bytes()).map_err(|error| format!("{error}"))?;
     }
     let folder = load(&path)?;
     let settings = Settings { library: plan.library.clone(), noise: plan.noise, ..Settings::default() };
