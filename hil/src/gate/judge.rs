@@ -211,7 +211,8 @@ pub(crate) fn judge(scenario: &Scenario, facts: &Value, film: &Value) -> Wrong {
 impl Scenario {
     /// Whether a ratio of errors is farther from 1 than allowed.
     fn misses(&self, ratio: f64) -> bool {
-        matches!(self.must, Must::Track(allowed) if !((1.0 - ratio).abs() <= allowed))
+        // A ratio that is no number misses too.
+        matches!(self.must, Must::Track(allowed) if (1.0 - ratio).abs() > allowed || ratio.is_nan())
     }
 }
 
