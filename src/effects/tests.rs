@@ -69,7 +69,8 @@ fn the_plain_liquid_has_the_frequency_and_the_damping_of_theory() {
 #[test]
 fn energy_is_exact_against_the_port_and_entropy_never_falls_whatever_acts() {
     for entry in &LIBRARY {
-        for other in &LIBRARY {
+        // Beside any other one; the same effect twice is one that is out of its range.
+        for other in LIBRARY.iter().filter(|other| other.name != entry.name) {
             let strong = |entry: &'static Entry| {
                 let mut values = entry.neutral();
                 for (value, parameter) in values.iter_mut().zip(entry.parameters) {
@@ -118,7 +119,7 @@ fn viscosity_slip_and_film_change_the_rate_of_an_exponential_decay() {
 fn yield_stress_contact_line_and_foam_arrest_the_slosh() {
     // A' = -gamma A - c ends at t* = ln(1 + gamma A0/c)/gamma; c = 4 R f/(pi m w) * 2/... is measured from
     // the first two extremes instead, so that the law of the envelope itself is held.
-    for (name, values) in [("yield_stress", [2.0, 0.0]), ("contact_line", [0.05, 5e-5]), ("foam", [0.1, 0.0])]
+    for (name, values) in [("yield_stress", [2.0, 0.0]), ("contact_line", [0.05, 5e-5]), ("foam", [0.3, 0.0])]
     {
         let effect = active(name, values);
         let model = model(0.02, &[effect]);

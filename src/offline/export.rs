@@ -158,7 +158,7 @@ mod tests {
             [part(Tensor::Gain, 13, 13), part(Tensor::HeadBias, 13, 1), part(Tensor::GroupRest(5), 21, 1)];
         let bytes = blob(header(), &parts).expect("a blob");
         assert_eq!(&bytes[..8], b"MENISCUS");
-        assert_eq!(word(&bytes, 8), 1);
+        assert_eq!(word(&bytes, 8), VERSION);
         assert_eq!(word(&bytes, 16) as usize, bytes.len());
         assert_eq!(word(&bytes, 20), CRC.checksum(&bytes[24..]));
         let head = &bytes[24..24 + word(&bytes, 12) as usize];
