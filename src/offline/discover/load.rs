@@ -138,7 +138,9 @@ fn recording(folder: &Path, name: &str, fill_m: f64) -> Result<Record, String> {
         moved(&path, seconds)?
     };
     // A glass that has come to rest may be left out of a motion; one that still moves may not.
-    let ends_moving = drive.along_m_s2.iter().rev().take(6).flatten().any(|a| a.abs() > 0.2);
+    let end = ((length_s * drive.rate_hz) as usize).min(drive.along_m_s2.len());
+    let last = &drive.along_m_s2[end.saturating_sub(6)..end];
+    let ends_moving = last.iter().flatten().any(|a| a.abs() > 0.2);
     if length_s < seconds - 0.5 && ends_moving {
         return Err(format!(
             "{name}: the motion ends at {length_s:.2} s while the glass moves, the recording at {seconds:.2} s: \

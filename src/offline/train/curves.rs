@@ -9,7 +9,7 @@ use std::path::Path;
 /// Width of the picture, and height of a row, pixels.
 const SIZE: (u32, u32) = (1000, 260);
 
-/// Draws `curves` to a PNG at `path`. Errors are relative and logarithmic; training errors are those of the
+/// Draws `curves` to a PNG at `path`. Errors are relative; training errors are those of the
 /// loss, with noise in what is seen, so that they may lie above validation.
 ///
 /// # Errors
@@ -27,15 +27,14 @@ pub fn curves_png(curves: &[Curve], path: &Path) -> Result<(), PictureError> {
         let lines =
             [(percent(|look| look.1), ORANGE, "training"), (percent(|look| look.2), BLUE, "validation")];
         let errors = || lines.iter().flat_map(|line| &line.0).map(|point| point.1);
-        let (least, most) = (errors().fold(f64::INFINITY, f64::min), errors().fold(0.0, f64::max));
+        let most = errors().fold(0.0, f64::max);
         let end = curve.looks.last().map_or(1.0, |look| f64::from(look.0));
-        let range = if most > 0.0 { 0.8 * least..1.25 * most } else { 1.0..100.0 };
         let mut chart = ChartBuilder::on(&part)
             .caption(&curve.stage, (FONT, 20))
             .margin(8)
             .x_label_area_size(34)
             .y_label_area_size(60)
-            .build_cartesian_2d(0.0..end, range.log_scale())?;
+            .build_cartesian_2d(0.0..end, 0.0..(1.05 * most).max(1.0))?;
         chart.configure_mesh().x_desc("steps").y_desc("error, %").draw()?;
         for (points, colour, name) in lines {
             chart
