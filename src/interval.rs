@@ -230,7 +230,7 @@ mod tests {
         assert!((p.0[(3, 3)] / due - 1.0).abs() < 1e-7, "{} against {due}", p.0[(3, 3)]);
         assert!(SymmetricEigen::new(p.0).eigenvalues.min() > 0.0);
         let interval = spread.interval(&p, slosh, 0.0, 0.01);
-        let half = 2.0 * (1e-4 * due + 1e-8_f64).sqrt();
+        let half = 2.0 * sqrt(1e-4 * due + 1e-8);
         assert!((f64::from(interval.surface_m[7]) - half).abs() < 1e-8);
         assert!((f64::from(interval.field[1]) - 2.0).abs() < 1e-6, "the misfit alone: sqrt(4 w)");
     }

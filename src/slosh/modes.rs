@@ -19,7 +19,7 @@ const XI_1: [f64; RADIAL] = [1.841_183_781_340_659, 5.331_442_773_525_033, 8.536
 
 /// The first zero of J0' (but for 0) and of J2'.
 const XI_0: f64 = 3.831_705_970_207_512;
-const XI_2: f64 = 3.054_236_928_227_140;
+const XI_2: f64 = 3.054_236_928_227_14;
 
 /// A glass and the liquid in it at rest.
 #[derive(Clone, Copy, Debug, PartialEq)]

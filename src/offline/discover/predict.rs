@@ -107,7 +107,7 @@ pub fn predict(
         for half in 0..STEPS {
             step(&model, &mut state, &push_at(time + (half as f64 + 0.5) * dt));
         }
-        if !(state.height[0][0].abs() < 10.0) {
+        if state.height[0][0].is_nan() || state.height[0][0].abs() >= 10.0 {
             // Parameters far out of range: what follows would be infinite.
             state = State::default();
         }
