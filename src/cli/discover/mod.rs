@@ -138,7 +138,7 @@ fn one(arguments: &Wanted) -> anyhow::Result<()> {
         Some(path) => references(path, settings.own_clocks_s)?,
         None => {
             bar.suspend(|| {
-                eprintln!("without --reference the model's own error counts as an effect: a weak verdict")
+                eprintln!("without --reference the model's own error counts as an effect: a weak verdict");
             });
             Vec::new()
         }
