@@ -38,7 +38,8 @@ mod tests {
     #[test]
     fn the_mean_is_that_of_a_circle() {
         let n = 20_000;
-        let one = |i: u32| pow(crate::math::sincos(TAU * (f64::from(i) + 0.5) / f64::from(n)).1.abs(), 5.0 / 3.0);
+        let one =
+            |i: u32| pow(crate::math::sincos(TAU * (f64::from(i) + 0.5) / f64::from(n)).1.abs(), 5.0 / 3.0);
         let mean = (0..n).map(one).sum::<f64>() / f64::from(n);
         assert!((mean - MEAN).abs() < 1e-5, "{mean}");
     }
