@@ -20,6 +20,7 @@ const NAMES: [&str; 17] = [
     "baseline_linear_slosh_rel",
     "surface_error_mean",
     "surface_error_max",
+    "interval_coverage",
     "field_error_q",
     "field_error_v",
     "field_error_e",
@@ -136,7 +137,7 @@ fn a_bad_model_is_refused_with_its_reason() {
     let mut newer = sound;
     newer[8] = 7;
     fs::write(folder.join("newer.blob"), &newer).expect("written");
-    refused(&run("newer.blob"), &["version 7", "version 1"]);
+    refused(&run("newer.blob"), &["version 7", "version 2"]);
 
     fs::write(folder.join("text.blob"), "not a blob, though long enough to be one").expect("written");
     refused(&run("text.blob"), &["not a weight blob"]);
