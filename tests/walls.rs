@@ -23,7 +23,15 @@ impl Copy {
         let house = Path::new(env!("CARGO_MANIFEST_DIR"));
         let root = walls().join("house");
         let _old = fs::remove_dir_all(&root);
-        for part in ["src", "hil/src", "liquids", "examples", "benches", "firmware-config/src"] {
+        for part in [
+            "src",
+            "hil/src",
+            "liquids",
+            "examples",
+            "benches",
+            "firmware-config/src",
+            "firmware-config/bare-metal",
+        ] {
             copy_folder(&house.join(part), &root.join(part));
         }
         let files = ["Cargo.toml", "Cargo.lock", "hil/Cargo.toml"];

@@ -189,8 +189,10 @@ pub fn correct(
         }
     }
     bar.finish();
-    let (blob, after) = best;
-    let blob = interval::rescaled(&blob, &held.all, held.from)?;
+    let (chosen, after) = best;
+    // A model that nothing was learnt by keeps its intervals too: it is the same to the byte.
+    let unchanged = chosen[..] == blob[..];
+    let blob = if unchanged { chosen } else { interval::rescaled(&chosen, &held.all, held.from)? };
     Ok(Corrected { blob, held: [before.0, after.0], source: [before.1, after.1], looks, refused })
 }
 
