@@ -20,7 +20,7 @@ use crate::nn::Matrix;
 use nalgebra::SMatrix;
 
 /// Iterations after which the implicit equation is left as it is.
-const MAX_ITERATIONS: u32 = 16;
+const MAX_ITERATIONS: u32 = 48;
 
 /// Halvings of a step that would raise the energy, before it is dropped.
 const MAX_HALVINGS: u32 = 40;
