@@ -81,10 +81,7 @@ fn the_main_job_meets_its_targets_on_a_recording_never_seen() {
     for check in checks {
         assert!(check["value"].is_number(), "{check} must be measured");
         let name = check["name"].as_str().expect("a name");
-        // A frame that comes late is coasted over, and the shipped model's step does not always converge in a
-        // lively moment: the largest error is 1.5 % without such a frame, and was up to 9.6 % with one.
-        let spoilt = name == "surface_error_max" && check["value"].as_f64().is_some_and(|max| max < 0.15);
-        assert!(OF_TIME.contains(&name) || spoilt || check["ok"] == true, "{check}");
+        assert!(OF_TIME.contains(&name) || check["ok"] == true, "{check}");
     }
     assert!(report["frames"].as_u64().is_some_and(|frames| frames >= 590), "{}", report["frames"]);
     assert!(report["modes"]["tracking"].as_u64().is_some_and(|turns| turns > 500), "{}", report["modes"]);
@@ -116,8 +113,7 @@ fn faults_on_the_wire_are_counted_and_survived() {
     assert!(count("/modes/tracking") > 150, "{}", report["modes"]);
     assert_eq!(count("/entropy_falls"), 0);
     let turns = count("/frames");
-    // A frame that is later than its silence makes one turn more.
-    assert!((295..=320).contains(&turns), "a turn a frame interval, whatever is lost: {turns}");
+    assert!((295..=310).contains(&turns), "a turn a frame interval, whatever is lost: {turns}");
     let slosh_rel = report.pointer("/surface_error/slosh_rel").and_then(Value::as_f64).expect("measured");
     assert!(slosh_rel < 0.5, "the prediction must carry the gaps: {slosh_rel}");
 }
