@@ -10,17 +10,18 @@
 //! so L_full grad S = 0 and M_full grad E = 0 identically. A moved glass is not closed: the port B u
 //! (u the acceleration of the glass) does the work dE = B u . grad H dt.
 //!
-//! Grmela and Öttinger, Phys. Rev. E 56 (1997) 6620; the discrete gradient is Gonzalez, J. Nonlinear
-//! Sci. 6 (1996) 449.
+//! Grmela and Öttinger, Phys. Rev. E 56 (1997) 6620; the discrete gradient is the mean value
+//! of Harten, Lax and van Leer, SIAM Rev. 25 (1983) 35, which has a closed form for this H.
 
 mod audit;
+mod newton;
 mod operators;
 mod potential;
 mod step;
 
 pub use audit::{Audit, Outcome};
 pub use operators::Operators;
-pub use potential::{MAX_HIDDEN, Potential};
+pub use potential::{MAX_HIDDEN, Potential, Seen};
 pub use step::{Generic, State};
 
 /// Latent variables (paper: 13).

@@ -1,11 +1,8 @@
 //! The operators L (skew) and D = C C^T (positive semidefinite), built from triangles so that no
 //! blob can hold anything else.
 
-use super::{LATENTS, Latent};
-use nalgebra::SMatrix;
-
-/// A matrix on latent space.
-type Square = SMatrix<f64, LATENTS, LATENTS>;
+use super::Latent;
+use super::newton::Square;
 
 /// L and D of a model.
 #[derive(Clone, Debug, PartialEq)]
@@ -28,6 +25,12 @@ impl Operators {
         let skew = strict - strict.transpose();
         let friction = c * c.transpose();
         Self { skew, friction, difference: skew - friction }
+    }
+
+    /// L - D.
+    #[must_use]
+    pub fn difference(&self) -> &Square {
+        &self.difference
     }
 
     /// (L - D) g.
@@ -53,6 +56,7 @@ fn triangle(entries: &[f32], below: usize) -> Square {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::generic::LATENTS;
     use nalgebra::{DMatrix, SymmetricEigen};
 
     /// A deterministic set of triangles without structure.

@@ -1,16 +1,21 @@
-//! The energy H(x), bounded below, smallest at rest, with its gradient.
+//! The energy H(x): convex, smallest at rest, with its gradient and its discrete gradient.
 //!
 //! ```text
-//! H(x) = |K x|^2 / 2 + |f(x)|^2 / 2,   f(x) = W2 (r(W1 x + b1) - r(b1)),   r(a) = a / sqrt(1 + a^2)
-//! grad H = K^T K x + W1^T [ r'(W1 x + b1) * W2^T f(x) ],                   r'(a) = (1 + a^2)^(-3/2)
+//! H(x) = |K x|^2 / 2 + sum_i w_i^2 [ p(a_i) - p(b_i) - p'(b_i) (a_i - b_i) ],     a = W x + b,   p(a) = sqrt(1 + a^2)
+//!      = |K x|^2 / 2 + sum_i w_i^2 d_i^2 / ( B_i (A_i B_i + 1 + a_i b_i) ),       d = W x,  A = p(a),  B = p(b)
+//! grad H = K^T K x + W^T [ w^2 (a / A - b / B) ]
 //! ```
-//! H >= 0, H(0) = 0 and grad H(0) = 0 for every choice of weights, so rest is an equilibrium.
+//! The bracket is the Bregman divergence of the convex p; its second form has no cancellation. For every choice of
+//! weights H is convex, H >= 0, H(0) = 0 and grad H(0) = 0: rest is an equilibrium, and the implicit step has one
+//! solution and no more (see `step`). A free perceptron for H, which bends both ways, has several where the liquid is
+//! lively, and which one a solver finds is chance.
 
+use super::newton::Square;
 use super::{LATENTS, Latent};
 use crate::math::sqrt;
 use crate::nn::{Matrix, Vector};
 
-/// Hidden units and outputs of f that the step has room for.
+/// Ridges of H that the step has room for.
 pub const MAX_HIDDEN: usize = 64;
 
 /// Weights of the energy, read in place.
@@ -18,59 +23,100 @@ pub const MAX_HIDDEN: usize = 64;
 pub struct Potential<'m> {
     /// K, `[LATENTS, LATENTS]`.
     pub linear: Matrix<'m>,
-    /// W1, `[hidden, LATENTS]`.
+    /// W, `[ridges, LATENTS]`.
     pub inward: Matrix<'m>,
-    /// b1, `[hidden]`.
+    /// b, `[ridges]`.
     pub bias: Vector<'m>,
-    /// W2, `[outputs, hidden]`.
-    pub outward: Matrix<'m>,
+    /// w, `[ridges]`; only its square enters.
+    pub weight: Vector<'m>,
+}
+
+/// A state as the energy sees it: what a step needs of its fixed end again and again.
+#[derive(Clone, Copy, Debug)]
+pub struct Seen {
+    /// W x.
+    along: [f64; MAX_HIDDEN],
+    /// p(W x + b).
+    bent: [f64; MAX_HIDDEN],
 }
 
 impl Potential<'_> {
     /// H(x).
     #[must_use]
     pub fn value(&self, x: &Latent) -> f64 {
-        let (kx, f, _) = self.forward(x);
-        half_square(&kx) + half_square(&f)
+        let mut kx = [0.0; LATENTS];
+        self.linear.accumulate_f64(x.as_slice(), &mut kx);
+        let Seen { along, bent } = self.see(x);
+        let ridges = along.iter().zip(bent).zip(self.bias).zip(self.weight);
+        let bowed = ridges.map(|(((&d, a_bent), &b), &w)| {
+            let (b, w) = (f64::from(b), f64::from(w));
+            let b_bent = sqrt(1.0 + b * b);
+            w * w * d * d / (b_bent * (a_bent * b_bent + 1.0 + (d + b) * b))
+        });
+        0.5 * kx.iter().map(|v| v * v).sum::<f64>() + bowed.sum::<f64>()
     }
 
     /// grad H(x).
     #[must_use]
     pub fn gradient(&self, x: &Latent) -> Latent {
-        let (kx, f, slope) = self.forward(x);
+        let seen = self.see(x);
+        self.discrete_gradient((x, &seen), (x, &seen))
+    }
+
+    /// dH(x, y), the mean of grad H along the straight way from `x` to `y` (Harten, Lax and van Leer 1983), each with
+    /// what [`Self::see`] says of it:
+    ///
+    /// dH = K^T K (x + y) / 2 + W^T [ w^2 ( (a + a') / (A + A') - b / B ) ]
+    ///
+    /// The mean is exact, so that dH . (y - x) = H(y) - H(x), and nothing is divided by |y - x|.
+    #[must_use]
+    pub fn discrete_gradient(&self, (x, from): (&Latent, &Seen), (y, to): (&Latent, &Seen)) -> Latent {
+        let middle = (x + y) * 0.5;
+        let mut kx = [0.0; LATENTS];
+        self.linear.accumulate_f64(middle.as_slice(), &mut kx);
+        let mut slope = [0.0; MAX_HIDDEN];
+        let both = from.along.iter().zip(from.bent).zip(to.along.iter().zip(to.bent));
+        let ridges = both.zip(self.bias.iter().zip(self.weight));
+        for (slope, (((d, bent), (d_to, bent_to)), (&b, &w))) in slope.iter_mut().zip(ridges) {
+            let (b, w) = (f64::from(b), f64::from(w));
+            *slope = w * w * ((d + d_to + 2.0 * b) / (bent + bent_to) - b / sqrt(1.0 + b * b));
+        }
         let mut gradient = Latent::zeros();
         self.linear.accumulate_transposed_f64(&kx, gradient.as_mut_slice());
-        let mut back = [0.0; MAX_HIDDEN];
-        self.outward.accumulate_transposed_f64(&f, &mut back);
-        for (b, slope) in back.iter_mut().zip(slope) {
-            *b *= slope;
-        }
-        self.inward.accumulate_transposed_f64(&back, gradient.as_mut_slice());
+        self.inward.accumulate_transposed_f64(&slope, gradient.as_mut_slice());
         gradient
     }
 
-    /// K x, f(x) and r'(W1 x + b1).
-    fn forward(&self, x: &Latent) -> ([f64; LATENTS], [f64; MAX_HIDDEN], [f64; MAX_HIDDEN]) {
-        let mut kx = [0.0; LATENTS];
-        self.linear.accumulate_f64(x.as_slice(), &mut kx);
-        let mut hidden = [0.0; MAX_HIDDEN];
-        self.inward.accumulate_f64(x.as_slice(), &mut hidden);
-        let mut slope = [0.0; MAX_HIDDEN];
-        for ((a, slope), &b1) in hidden.iter_mut().zip(&mut slope).zip(self.bias) {
-            let b1 = f64::from(b1);
-            let sum = *a + b1;
-            let q = 1.0 / (1.0 + sum * sum);
-            let root = sqrt(q);
-            *slope = q * root;
-            *a = sum * root - b1 / sqrt(1.0 + b1 * b1);
+    /// S of [`super::newton`]: how dH(x, y) changes with y.
+    #[must_use]
+    pub(super) fn stiffness(&self, from: &Seen, to: &Seen) -> Square {
+        let mut stiffness = Square::zeros();
+        let rank_one = |stiffness: &mut Square, row: &Latent, weight: f64| {
+            *stiffness += row * (row * weight).transpose();
+        };
+        for i in 0..self.linear.rows() {
+            rank_one(&mut stiffness, &self.linear.row_f64(i), 0.5);
         }
-        let mut f = [0.0; MAX_HIDDEN];
-        self.outward.accumulate_f64(&hidden, &mut f);
-        (kx, f, slope)
+        let both = from.along.iter().zip(from.bent).zip(to.along.iter().zip(to.bent));
+        let ridges = both.zip(self.bias.iter().zip(self.weight)).enumerate();
+        for (i, (((d, bent), (d_to, bent_to)), (&b, &w))) in ridges {
+            let (b, w, sum) = (f64::from(b), f64::from(w), bent + bent_to);
+            let bend = 1.0 / sum - (d + d_to + 2.0 * b) * (d_to + b) / (bent_to * sum * sum);
+            rank_one(&mut stiffness, &self.inward.row_f64(i), w * w * bend.max(0.0));
+        }
+        stiffness
     }
-}
 
-/// |v|^2 / 2.
-fn half_square(v: &[f64]) -> f64 {
-    0.5 * v.iter().map(|v| v * v).sum::<f64>()
+    /// `x` as the energy sees it.
+    #[must_use]
+    pub fn see(&self, x: &Latent) -> Seen {
+        let mut along = [0.0; MAX_HIDDEN];
+        self.inward.accumulate_f64(x.as_slice(), &mut along);
+        let mut bent = [1.0; MAX_HIDDEN];
+        for ((bent, d), &b) in bent.iter_mut().zip(along).zip(self.bias) {
+            let a = d + f64::from(b);
+            *bent = sqrt(1.0 + a * a);
+        }
+        Seen { along, bent }
+    }
 }

@@ -10,7 +10,7 @@ pub const MAGIC: [u8; 8] = *b"MENISCUS";
 pub const MAX_SECTIONS: usize = 64;
 
 /// Format version that this build reads and writes.
-pub const VERSION: u32 = 2;
+pub const VERSION: u32 = 3;
 
 /// The tensors of a model. Shapes are `[rows, columns]`, `f32` little-endian in the blob, packed in
 /// panels as [`crate::nn::packed_index`] says; a vector has one column. N latents, U ports, F features a frame, P profile points.
@@ -32,14 +32,14 @@ pub enum Tensor {
     SkewLower,
     /// Lower triangle of C in D = C C^T, rows first `[N (N + 1) / 2]`.
     FrictionFactor,
-    /// K in H(x) = |K x|^2 / 2 + |f(x)|^2 / 2, `[N, N]`.
+    /// K in H(x) = |K x|^2 / 2 + ridges, `[N, N]`.
     EnergyLinear,
-    /// W1 in f(x) = W2 (r(W1 x + b1) - r(b1)), r(a) = a / sqrt(1 + a^2); `[hidden, N]`.
+    /// W of the ridges w^2 [p(a) - p(b) - p'(b) (a - b)], a = W x + b, p(a) = sqrt(1 + a^2); `[ridges, N]`.
     EnergyIn,
-    /// b1 `[hidden]`.
+    /// b `[ridges]`.
     EnergyBias,
-    /// W2 `[outputs, hidden]`.
-    EnergyOut,
+    /// w `[ridges]`.
+    EnergyWeight,
     /// Port matrix B `[N, U]`.
     Port,
     /// Preconditioner of the implicit step `[N, N]`; wrong values cost iterations, never a law.

@@ -217,7 +217,7 @@ impl<'b> Store<'b, '_> {
             linear: self.matrix(Tensor::EnergyLinear)?,
             inward,
             bias: self.bias(Tensor::EnergyBias, inward.rows())?,
-            outward: self.chained(Tensor::EnergyOut, inward.rows())?,
+            weight: self.bias(Tensor::EnergyWeight, inward.rows())?,
         };
         let (skew, factor) = (self.vector(Tensor::SkewLower)?, self.vector(Tensor::FrictionFactor)?);
         let mut port = Latent::zeros();

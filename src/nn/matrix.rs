@@ -113,6 +113,12 @@ impl<'m> Matrix<'m> {
         }
     }
 
+    /// Row `row` as a vector of N numbers in double precision; zeros where the matrix has none.
+    #[must_use]
+    pub fn row_f64<const N: usize>(&self, row: usize) -> nalgebra::SVector<f64, N> {
+        nalgebra::SVector::from_fn(|column, _| f64::from(self.at(row, column)))
+    }
+
     /// Element (`row`, `column`), zero outside.
     #[must_use]
     pub fn at(&self, row: usize, column: usize) -> f32 {

@@ -49,7 +49,7 @@ pub(crate) fn parts(seed: u64, size: f32) -> Vec<Part> {
     add(Tensor::EnergyLinear, 13, 13, size);
     add(Tensor::EnergyIn, 48, 13, size);
     add(Tensor::EnergyBias, 48, 1, size);
-    add(Tensor::EnergyOut, 24, 48, size);
+    add(Tensor::EnergyWeight, 48, 1, size);
     add(Tensor::Port, 13, 1, 3.0 * size);
     add(Tensor::Preconditioner, 13, 13, 1.0);
     add(Tensor::Gain, 13, 13, 0.1);

@@ -25,9 +25,8 @@ const ROUNDS: usize = 8;
 /// Prediction and estimate at every frame of `track`, from rest.
 #[must_use]
 pub(super) fn run(dynamics: &Dynamics, gain: &Square, track: &Track) -> Vec<(Latent, Latent)> {
-    let preconditioner = dynamics.preconditioner();
     let next = |x: &mut Latent, (y, &u): (&Latent, &f64)| {
-        let predicted = dynamics.turn(x, u, &preconditioner).x;
+        let predicted = dynamics.turn(x, u).x;
         *x = predicted + gain * (y - predicted);
         Some((predicted, *x))
     };

@@ -9,7 +9,7 @@ use crate::offline::prelude::*;
 use crate::units::FRAME_INTERVAL_S;
 use nalgebra::{DMatrix, DVector, SMatrix};
 
-/// Hidden units of f in H, and its outputs.
+/// Ridges of H.
 pub(super) const HIDDEN: usize = 64;
 
 /// A matrix on latent states.
@@ -24,12 +24,12 @@ pub(super) struct Dynamics {
     pub(super) friction: Square,
     /// K.
     pub(super) linear: Square,
-    /// W1, [`HIDDEN`] x [`LATENTS`].
+    /// W, [`HIDDEN`] x [`LATENTS`].
     pub(super) inner: DMatrix<f64>,
-    /// b1.
+    /// b.
     pub(super) bias: DVector<f64>,
-    /// W2, [`HIDDEN`] x [`HIDDEN`].
-    pub(super) outer: DMatrix<f64>,
+    /// w.
+    pub(super) weight: DVector<f64>,
     /// B.
     pub(super) port: Latent,
 }
@@ -45,53 +45,38 @@ pub(super) struct Turn {
     pub(super) heat: f64,
 }
 
-fn bend(a: f64) -> f64 {
-    a / (1.0 + a * a).sqrt()
+/// p(a) = sqrt(1 + a^2).
+fn bent(a: f64) -> f64 {
+    (1.0 + a * a).sqrt()
 }
 
 impl Dynamics {
-    /// f(x) = W2 (r(W1 x + b1) - r(b1)), r(a) = a / sqrt(1 + a^2).
-    fn feature(&self, x: &Latent) -> DVector<f64> {
-        let inside = &self.inner * x + &self.bias;
-        &self.outer * (inside.map(bend) - self.bias.map(bend))
-    }
-
-    /// H(x) = |K x|^2 / 2 + |f(x)|^2 / 2.
+    /// H(x) = |K x|^2 / 2 + sum w^2 d^2 / (B (A B + 1 + a b)), d = W x, a = d + b, A = p(a), B = p(b): convex, as
+    /// [`crate::generic::Potential`] says.
     #[must_use]
     pub(super) fn energy(&self, x: &Latent) -> f64 {
-        0.5 * (self.linear * x).norm_squared() + 0.5 * self.feature(x).norm_squared()
+        let along = &self.inner * x;
+        let ridges = along.iter().zip(&self.bias).zip(&self.weight);
+        let bowed = ridges.map(|((d, b), w)| {
+            let (a_bent, b_bent) = (bent(d + b), bent(*b));
+            w * w * d * d / (b_bent * (a_bent * b_bent + 1.0 + (d + b) * b))
+        });
+        0.5 * (self.linear * x).norm_squared() + bowed.sum::<f64>()
     }
 
-    /// grad H = K^T K x + W1^T (r'(W1 x + b1) * (W2^T f)), r'(a) = (1 + a^2)^(-3/2).
-    #[must_use]
-    pub(super) fn gradient(&self, x: &Latent) -> Latent {
-        let inside = &self.inner * x + &self.bias;
-        let back = self.outer.tr_mul(&self.feature(x));
-        let slope = inside.map(|a| (1.0 + a * a).powf(-1.5));
-        self.linear.tr_mul(&(self.linear * x)) + self.inner.tr_mul(&slope.component_mul(&back))
-    }
-
-    /// grad^2 H(0) = K^T K + J^T J, J = W2 diag(r'(b1)) W1; f(0) = 0 leaves no further term.
+    /// grad^2 H(0) = K^T K + W^T diag(w^2 / B^3) W.
     #[must_use]
     pub(super) fn stiffness(&self) -> Square {
-        let slope = self.bias.map(|a| (1.0 + a * a).powf(-1.5));
-        let jacobian = &self.outer * DMatrix::from_diagonal(&slope) * &self.inner;
-        let soft = jacobian.tr_mul(&jacobian);
-        self.linear.tr_mul(&self.linear) + Square::from_iterator(soft.iter().copied())
+        self.stiffness_at(&Latent::zeros())
     }
 
-    /// grad^2 H at `x`, by central differences of the gradient.
+    /// grad^2 H = K^T K + W^T diag(w^2 / A^3) W at `x`.
     #[must_use]
     pub(super) fn stiffness_at(&self, x: &Latent) -> Square {
-        const STEP: f64 = 1e-5;
-        let mut columns = Square::zeros();
-        for i in 0..LATENTS {
-            let mut aside = Latent::zeros();
-            aside[i] = STEP;
-            let slope = self.gradient(&(x + aside)) - self.gradient(&(x - aside));
-            columns.set_column(i, &(slope / (2.0 * STEP)));
-        }
-        columns
+        let inside = &self.inner * x + &self.bias;
+        let curvature = inside.zip_map(&self.weight, |a, w| w * w / bent(a).powi(3));
+        let ridges = self.inner.tr_mul(&(DMatrix::from_diagonal(&curvature) * &self.inner));
+        self.linear.tr_mul(&self.linear) + Square::from_iterator(ridges.iter().copied())
     }
 
     /// The same motion in the coordinates y = T x: L and D go as T L T^T, gradients as T^-T.
@@ -107,7 +92,7 @@ impl Dynamics {
             linear: self.linear * inverse,
             inner: DMatrix::from_iterator(HIDDEN, LATENTS, (&self.inner * inverse).iter().copied()),
             bias: self.bias.clone(),
-            outer: self.outer.clone(),
+            weight: self.weight.clone(),
             port: t * self.port,
         })
     }
@@ -131,16 +116,16 @@ impl Dynamics {
         step.try_inverse().unwrap_or_else(Square::identity)
     }
 
-    /// dH(a, b) = g + (H(b) - H(a) - g.(b - a)) / |b - a|^2 (b - a), g = grad H((a + b)/2)
-    /// (Gonzalez 1996), so that dH . (b - a) = H(b) - H(a) exactly.
+    /// dH(x, y) = K^T K (x + y) / 2 + W^T [w^2 ((a + a') / (A + A') - b / B)], the mean of grad H between its ends, so
+    /// that dH . (y - x) = H(y) - H(x) exactly.
     #[must_use]
-    pub(super) fn discrete_gradient(&self, a: &Latent, b: &Latent) -> Latent {
-        let (g, d) = (self.gradient(&((a + b) * 0.5)), b - a);
-        let length2 = d.norm_squared();
-        if length2 < 1e-24 {
-            return g;
-        }
-        g + d * ((self.energy(b) - self.energy(a) - g.dot(&d)) / length2)
+    pub(super) fn discrete_gradient(&self, x: &Latent, y: &Latent) -> Latent {
+        let (from, to) = (&self.inner * x + &self.bias, &self.inner * y + &self.bias);
+        let slope = DVector::from_fn(HIDDEN, |i, _| {
+            let (a, b, w) = (from[i] + to[i], self.bias[i], self.weight[i]);
+            w * w * (a / (bent(from[i]) + bent(to[i])) - b / bent(b))
+        });
+        self.linear.tr_mul(&(self.linear * ((x + y) * 0.5))) + self.inner.tr_mul(&slope)
     }
 
     /// One correction b <- b - P (b - a - dt (L - D) dH(a, b)) of the closed step; returns what it moved.
@@ -151,23 +136,30 @@ impl Dynamics {
         change
     }
 
-    /// One turn of dt by Strang splitting: half the port, the closed step, half the port.
+    /// S = K^T K / 2 + W^T diag(w^2 c) W, c = 1 / (A + A') - (a + a') a' / (A' (A + A')^2): how dH(x, y) changes with y.
+    fn midway_stiffness(&self, x: &Latent, y: &Latent) -> Square {
+        let (from, to) = (&self.inner * x + &self.bias, &self.inner * y + &self.bias);
+        let curvature = DVector::from_fn(HIDDEN, |i, _| {
+            let (sum, end) = (bent(from[i]) + bent(to[i]), bent(to[i]));
+            self.weight[i].powi(2) * (1.0 / sum - (from[i] + to[i]) * to[i] / (end * sum * sum))
+        });
+        let ridges = self.inner.tr_mul(&(DMatrix::from_diagonal(&curvature) * &self.inner));
+        self.linear.tr_mul(&self.linear) * 0.5 + Square::from_iterator(ridges.iter().copied())
+    }
+
+    /// One turn of dt by Strang splitting: half the port, the closed step by Newton's method, half the port.
     #[must_use]
-    pub(super) fn turn(&self, x: &Latent, u: f64, preconditioner: &Square) -> Turn {
-        const ITERATIONS: usize = 15;
+    pub(super) fn turn(&self, x: &Latent, u: f64) -> Turn {
+        const ITERATIONS: usize = 20;
         let kick = self.port * (0.5 * FRAME_INTERVAL_S * u);
         let flow = self.flow() * FRAME_INTERVAL_S;
         let before = x + kick;
-        let (mut after, mut own) = (before, *preconditioner);
-        for iteration in 1..=4 * ITERATIONS {
-            let change = self.correct(&before, &mut after, &flow, &own);
-            if change.norm_squared() <= 1e-22 * (1.0 + after.norm_squared()) {
+        let mut after = before;
+        for _ in 0..ITERATIONS {
+            let slope = Square::identity() - flow * self.midway_stiffness(&before, &after);
+            let change = self.correct(&before, &mut after, &flow, &slope.try_inverse().unwrap_or_else(Square::identity));
+            if change.norm_squared() <= 1e-24 * (1.0 + after.norm_squared()) {
                 break;
-            }
-            if iteration % ITERATIONS == 0 {
-                // Far from where the constant one was made: one for here.
-                own = self.precondition(&self.stiffness_at(&before));
-                after = before;
             }
         }
         let end = after + kick;
@@ -189,9 +181,8 @@ impl Dynamics {
 
     /// The turns under `ports`, from `x`.
     pub(super) fn turns(&self, x: Latent, ports: &[f64]) -> Vec<Turn> {
-        let preconditioner = self.preconditioner();
         let next = |x: &mut Latent, &u: &f64| {
-            let turn = self.turn(x, u, &preconditioner);
+            let turn = self.turn(x, u);
             *x = turn.x;
             Some(turn)
         };
@@ -220,17 +211,17 @@ pub(super) mod tests {
         let skew = (raw - raw.transpose()) * 0.5;
         let mut any =
             |rows, columns, scale: f64| DMatrix::from_fn(rows, columns, |_, _| scale * normal(&mut rng));
-        let (inner, bias, outer) =
-            (any(HIDDEN, LATENTS, 0.3), any(HIDDEN, 1, 0.3).column(0).into(), any(HIDDEN, HIDDEN, 0.02));
+        let (inner, bias) = (any(HIDDEN, LATENTS, 0.3), any(HIDDEN, 1, 0.3).column(0).into());
+        let weight = any(HIDDEN, 1, 0.1).column(0).into();
         let port = Latent::from_fn(|_, _| 3.0 * normal(&mut rng));
-        (Dynamics { skew, friction, linear, inner, bias, outer, port }, rng)
+        (Dynamics { skew, friction, linear, inner, bias, weight, port }, rng)
     }
 
     #[test]
     fn gradient_is_that_of_the_energy() {
         let (dynamics, mut rng) = random(1);
         let x = Latent::from_fn(|_, _| normal(&mut rng));
-        let g = dynamics.gradient(&x);
+        let g = dynamics.discrete_gradient(&x, &x);
         for i in 0..LATENTS {
             let mut step = Latent::zeros();
             step[i] = 1e-5;
@@ -242,10 +233,9 @@ pub(super) mod tests {
     #[test]
     fn a_turn_keeps_the_books_and_never_cools() {
         let (dynamics, mut rng) = random(2);
-        let p = dynamics.preconditioner();
         for _ in 0..50 {
             let x = Latent::from_fn(|_, _| normal(&mut rng));
-            let turn = dynamics.turn(&x, normal(&mut rng), &p);
+            let turn = dynamics.turn(&x, normal(&mut rng));
             let balance = dynamics.energy(&turn.x) - dynamics.energy(&x) - turn.work + turn.heat;
             assert!(balance.abs() < 1e-12, "{balance}");
             assert!(turn.heat >= 0.0, "{}", turn.heat);
@@ -257,7 +247,7 @@ pub(super) mod tests {
     fn heat_is_the_friction_of_the_discrete_gradient() {
         let (dynamics, mut rng) = random(3);
         let x = Latent::from_fn(|_, _| normal(&mut rng));
-        let turn = dynamics.turn(&x, 0.0, &dynamics.preconditioner());
+        let turn = dynamics.turn(&x, 0.0);
         let g = dynamics.discrete_gradient(&x, &turn.x);
         let change = dynamics.energy(&turn.x) - dynamics.energy(&x);
         assert!((g.dot(&(turn.x - x)) - change).abs() < 1e-12);
@@ -265,16 +255,14 @@ pub(super) mod tests {
         assert!((turn.heat - friction).abs() < 1e-9 * friction, "{} against {friction}", turn.heat);
     }
 
-    /// The energy goes over for any H; the step for a quadratic one, as the discrete gradient of a curved
-    /// H depends on the coordinates by a term of third order.
+    /// The mean of grad H along a straight way is the same in all coordinates, and so is the step.
     #[test]
     fn a_change_of_coordinates_changes_no_motion() {
-        let (mut dynamics, mut rng) = random(5);
+        let (dynamics, mut rng) = random(5);
         let t = Square::identity() + Square::from_fn(|_, _| 0.2 * normal(&mut rng));
         let x = Latent::from_fn(|_, _| normal(&mut rng));
         let energy = dynamics.changed(&t).expect("a regular map").energy(&(t * x));
         assert!((energy - dynamics.energy(&x)).abs() < 1e-9 * energy);
-        dynamics.outer.fill(0.0);
         let changed = dynamics.changed(&t).expect("a regular map");
         let ports = [0.5, -1.0, 0.3];
         let (plain, other) = (dynamics.roll_out(x, &ports), changed.roll_out(t * x, &ports));

@@ -51,7 +51,7 @@ pub(super) fn operators(d: &Dynamics, preconditioner: &Square) -> Vec<Part> {
         square(Tensor::EnergyLinear, &d.linear),
         part(Tensor::EnergyIn, &Matrix::from_f64(&d.inner)),
         vector(Tensor::EnergyBias, d.bias.iter().map(|&v| v as f32).collect()),
-        part(Tensor::EnergyOut, &Matrix::from_f64(&d.outer)),
+        vector(Tensor::EnergyWeight, d.weight.iter().map(|&v| v as f32).collect()),
         vector(Tensor::Port, d.port.iter().map(|&v| v as f32).collect()),
         square(Tensor::Preconditioner, preconditioner),
     ]

@@ -105,12 +105,13 @@ pub(super) fn train(
             preconditioner = fresh(descent.weights());
         }
         let operators = Operators::new(&tensors, &preconditioner, &device);
+        let frozen = operators.frozen();
         let energy = column(&|p, n| vec![p.energy[n] as f32], 0);
         let mut loss =
             soft((operators.energy(state(0)) - energy) * energy_size.sqrt().recip()) * ENERGY_WEIGHT;
         let (mut x, mut due) = (state(0), column(&|p, n| vec![(p.heat[n + horizon] - p.heat[n]) as f32], 0));
         for k in 1..=horizon {
-            let (next, heat) = operators.turn(x, column(&|p, n| vec![p.u[n] as f32], k));
+            let (next, heat) = operators.turn(x, column(&|p, n| vec![p.u[n] as f32], k), &frozen);
             (x, due) = (next, due - heat);
             let miss = (x.clone() - state(k)).matmul(metric_t.clone()).square().sum();
             loss = loss + miss * (1.0 / (horizon as f32 * state_size));

@@ -129,7 +129,7 @@ pub(super) fn start(
         inner: Matrix::uniform(HIDDEN, LATENTS, bound, rng).to_f64()
             * DMatrix::from_fn(LATENTS, LATENTS, |i, j| linear[(i, j)]),
         bias: Matrix::uniform(HIDDEN, 1, bound, rng).to_f64().column(0).into(),
-        outer: Matrix::uniform(HIDDEN, HIDDEN, 0.05 / (HIDDEN as f64).sqrt(), rng).to_f64(),
+        weight: Matrix::uniform(HIDDEN, 1, 0.1, rng).to_f64().column(0).into(),
         port,
     })
 }
@@ -158,7 +158,7 @@ mod tests {
     fn warm_start_rolls_out_like_the_linear_fit() {
         let (truth, mut rng) = random(8);
         let mut quadratic = truth;
-        quadratic.outer.fill(0.0);
+        quadratic.weight.fill(0.0);
         // Many short paths from anywhere, so that no direction is left unexplored.
         let path = |rng: &mut ChaCha8Rng| {
             let u: Vec<f64> = (0..60).map(|_| normal(rng)).collect();

@@ -121,7 +121,7 @@ fn dynamics_from(
         linear: Square::from_row_iterator(numbers(Name::EnergyLinear)?),
         inner: matrix(Name::EnergyIn)?.to_f64(),
         bias: numbers(Name::EnergyBias)?.into(),
-        outer: matrix(Name::EnergyOut)?.to_f64(),
+        weight: numbers(Name::EnergyWeight)?.into(),
         port: Latent::from_iterator(numbers(Name::Port)?),
     })
 }

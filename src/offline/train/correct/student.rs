@@ -152,15 +152,16 @@ pub(super) fn loss(
     let y_all = linear(last, &head[0], &head[1]).narrow(1, 0, LATENTS);
     let y = |k: usize| y_all.clone().narrow(0, k * batch.size, batch.size);
     let operators = Operators::new(&weights[DYNAMICS], preconditioner, device);
+    let frozen = operators.frozen();
     let gain_t = weights[GAIN].clone().transpose();
     let (mut x, mut free) = (y(0), y(0));
     let (mut filtered, mut forecast) = (vec![x.clone()], vec![free.clone()]);
     for k in 1..=HORIZON {
         let u = batch.u[k].clone();
-        let (predicted, _) = operators.turn(x, u.clone());
+        let (predicted, _) = operators.turn(x, u.clone(), &frozen);
         let innovation = (y(k) - predicted.clone()).matmul(gain_t.clone()) * batch.read[k].clone();
         x = predicted + innovation;
-        free = operators.turn(free, u).0;
+        free = operators.turn(free, u, &frozen).0;
         filtered.push(x.clone());
         forecast.push(free.clone());
     }
