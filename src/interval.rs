@@ -138,23 +138,25 @@ impl Spread<'_> {
         Interval { surface_m: self.heights(p, w, self.number(1)), field }
     }
 
-    /// Half-widths of the surface `frames` turns after an estimate, m, when nobody knows how the glass moves
-    /// on. Between the leads that were measured k goes straight, beyond the last it stays.
+    /// Half-widths of the surface `frames` turns after an estimate, m, when the motion of the glass is known for the
+    /// first `planned` of them. With a plan for all, k is that of the present; else it goes straight between the leads
+    /// that were measured, for which nobody knew how the glass moves on, and stays beyond the last.
     #[must_use]
     pub fn ahead(
         &self,
         mut p: Covariance,
         generic: &Generic<'_>,
         slosh: f64,
-        frames: usize,
+        (frames, planned): (usize, usize),
     ) -> [f32; POINTS] {
-        for _ in 0..frames {
-            self.predict(&mut p, generic, slosh, false);
+        for ahead in 0..frames {
+            self.predict(&mut p, generic, slosh, ahead < planned);
         }
+        let unplanned = if planned < frames { frames } else { 0 };
         let mut k = self.number(1);
         for (index, pair) in LEADS.array_windows::<2>().enumerate() {
             let [from, to] = *pair;
-            let way = frames.saturating_sub(from).min(to.saturating_sub(from)) as f64;
+            let way = unplanned.saturating_sub(from).min(to.saturating_sub(from)) as f64;
             let length = to.saturating_sub(from).max(1) as f64;
             k += way / length * (self.number(index + 2) - self.number(index + 1));
         }

@@ -29,9 +29,14 @@ pub enum Drive {
     /// From the edges of the glass in the profile.
     #[default]
     Seen,
-    /// From an IMU or the robot's command: acceleration along x in m/s2, of the instant one frame interval
-    /// before the frame, which is what the places of the glass in the last three frames would tell.
-    Known(f64),
+    /// From an IMU or the robot's command: acceleration along x in m/s2.
+    Known {
+        /// Of one frame interval before the frame, as the places of the glass in the last three frames would tell
+        /// it: it enters the port.
+        before: f64,
+        /// Of the instant of the frame: the inertial pressure follows it at once.
+        now: f64,
+    },
     /// From nowhere: the glass is taken to move on evenly, and the interval counts what that may miss.
     Unknown,
 }
@@ -127,6 +132,7 @@ impl<'m> Estimator<'m> {
         let mut stages = Stages { surface_us, ..Stages::default() };
         count(&mut memory.health.turns);
 
+        let scale = f64::from(self.model.header.acceleration_scale);
         let (acceleration, moved) = self.acceleration(memory, profile, drive);
         let audit = self.predict(memory, acceleration, moved);
         stages.predict_us = lap.lap_us();
@@ -137,11 +143,14 @@ impl<'m> Estimator<'m> {
         stages.encode_us = lap.lap_us();
 
         let before = self.model.generic.potential.value(&memory.state.latent);
-        let mut port = acceleration / f64::from(self.model.header.acceleration_scale);
+        let mut port = acceleration / scale;
         if let Some((measured, nowcast)) = &measured {
             memory.state.latent = correct(&self.model.gain, &memory.state.latent, measured);
             self.model.spread.correct(&mut memory.covariance, before);
             port = *nowcast;
+        }
+        if let Drive::Known { now, .. } = drive {
+            port = self.clip(memory, now) / scale;
         }
         self.settle_mode(memory, measured.is_some());
         let slosh = self.model.generic.potential.value(&memory.state.latent);
@@ -190,17 +199,22 @@ impl<'m> Estimator<'m> {
         if position.is_none() {
             count(&mut memory.health.glass_not_seen);
         }
-        let limit = PORT_LIMIT * f64::from(self.model.header.acceleration_scale);
         let (measured, known) = match (memory.motion.update(position), drive) {
             (seen, Drive::Seen) => (seen, position.is_some()),
-            (_, Drive::Known(told)) => (told, true),
+            (_, Drive::Known { before, .. }) => (before, true),
             (_, Drive::Unknown) => (0.0, false),
         };
-        let clipped = if measured.is_finite() { measured.max(-limit).min(limit) } else { 0.0 };
-        if clipped != measured {
+        (self.clip(memory, measured), known)
+    }
+
+    /// `acceleration` within what the model can have seen; zero for what is no number.
+    fn clip(&self, memory: &mut Memory, acceleration: f64) -> f64 {
+        let limit = PORT_LIMIT * f64::from(self.model.header.acceleration_scale);
+        let clipped = if acceleration.is_finite() { acceleration.max(-limit).min(limit) } else { 0.0 };
+        if clipped != acceleration {
             count(&mut memory.health.acceleration_clipped);
         }
-        (clipped, known)
+        clipped
     }
 
     /// The GENERIC step of this turn.

@@ -1,8 +1,9 @@
 //! Where the surface goes next, how far that may be off, and when it stands highest.
 //!
-//! The GENERIC step is repeated from the present estimate without a measurement. What the hand or the
-//! robot will do is not known, so the glass is taken to move on evenly (u = 0): the slosh then rings
-//! out freely, and energy cannot rise. The interval counts what a glass that does move would add.
+//! The GENERIC step is repeated from the present estimate without a measurement, under the accelerations that are
+//! planned for the glass. Where no plan reaches, nobody knows what the hand or the robot will do, and the glass is
+//! taken to move on evenly (u = 0): the slosh then rings out freely, and energy cannot rise. The interval counts what
+//! a glass that does move would add.
 
 use super::estimator::Memory;
 use crate::generic::{LATENTS, State};
@@ -38,25 +39,33 @@ fn surface(model: &Model<'_>, state: &State) -> [f32; POINTS] {
     model.decoder.surface(&coefficients)
 }
 
+/// The port value of turn `ahead` of `plan`, m/s2; zero behind its end and for what is no number.
+fn port(model: &Model<'_>, plan: &[f64], ahead: usize) -> f64 {
+    let planned = plan.get(ahead).copied().filter(|a| a.is_finite()).unwrap_or(0.0);
+    planned / f64::from(model.header.acceleration_scale)
+}
+
 impl Forecast {
-    /// The surface `frames` turns after what `memory` holds.
+    /// The surface `frames` turns after what `memory` holds. `plan` has the accelerations along x of the turns to
+    /// come, m/s2, the next one first, each as `before` of [`super::Drive::Known`]; an empty one plans nothing.
     #[must_use]
-    pub fn new(model: &Model<'_>, memory: &Memory, frames: usize) -> Self {
+    pub fn new(model: &Model<'_>, memory: &Memory, frames: usize, plan: &[f64]) -> Self {
         let mut state = memory.state;
         let slosh = model.generic.potential.value(&state.latent);
-        for _ in 0..frames {
-            model.generic.step(&mut state, 0.0);
+        for ahead in 0..frames {
+            model.generic.step(&mut state, port(model, plan, ahead));
         }
-        let half_m = model.spread.ahead(memory.covariance, &model.generic, slosh, frames);
+        let half_m = model.spread.ahead(memory.covariance, &model.generic, slosh, (frames, plan.len()));
         Self { surface_m: surface(model, &state), half_m }
     }
 }
 
 impl Crest {
     /// The first maximum over time of the highest point within `frames` turns after what `memory` holds,
-    /// `None` if the surface only sinks. It costs a GENERIC step for each turn looked ahead.
+    /// `None` if the surface only sinks; `plan` as in [`Forecast::new`]. It costs a GENERIC step for each turn looked
+    /// ahead.
     #[must_use]
-    pub fn next(model: &Model<'_>, memory: &Memory, frames: usize) -> Option<Self> {
+    pub fn next(model: &Model<'_>, memory: &Memory, frames: usize, plan: &[f64]) -> Option<Self> {
         let highest = |heights: &[f32; POINTS]| {
             let points = heights.iter().copied().enumerate();
             points.fold((0, f32::NEG_INFINITY), |best, point| if point.1 > best.1 { point } else { best })
@@ -65,11 +74,11 @@ impl Crest {
         let mut last = highest(&surface(model, &state));
         let mut rose = false;
         for ahead in 0..frames {
-            model.generic.step(&mut state, 0.0);
+            model.generic.step(&mut state, port(model, plan, ahead));
             let now = highest(&surface(model, &state));
             if rose && now.1 < last.1 {
                 let slosh = model.generic.potential.value(&memory.state.latent);
-                let half = model.spread.ahead(memory.covariance, &model.generic, slosh, ahead);
+                let half = model.spread.ahead(memory.covariance, &model.generic, slosh, (ahead, plan.len()));
                 let half_m = half.get(last.0).copied().unwrap_or(0.0);
                 let spills = f64::from(last.1 + half_m) >= model.header.rim_m;
                 return Some(Self { frames: ahead, height_m: last.1, half_m, spills });

@@ -33,9 +33,11 @@ pub struct Source {
 /// The four sources on one recording.
 #[must_use]
 pub fn sources(model: &Model<'_>, recording: &Recording, seen: &Sightings, seed: u64) -> Vec<Source> {
-    let command = delayed(&recording.glass_x_m);
+    let (before, now) = (delayed(&recording.glass_x_m), &recording.acceleration_m_s2);
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
-    let imu: Vec<f64> = command.iter().map(|a| a + IMU.1 + IMU.0 * normal(&mut rng)).collect();
+    let mut noisy =
+        |of: &[f64]| -> Vec<f64> { of.iter().map(|a| a + IMU.1 + IMU.0 * normal(&mut rng)).collect() };
+    let imu = (noisy(&before), noisy(now));
     let linear = linear_with_motion(recording);
     let one = |name, drive: &dyn Fn(usize) -> Drive| {
         let turns = turns_with(model, seen, drive, |_, _, _| {});
@@ -43,14 +45,14 @@ pub fn sources(model: &Model<'_>, recording: &Recording, seen: &Sightings, seed:
     };
     vec![
         one("tracked", &|_| Drive::Seen),
-        one("imu", &|n| Drive::Known(imu[n])),
-        one("command", &|n| Drive::Known(command[n])),
+        one("imu", &|n| Drive::Known { before: imu.0[n], now: imu.1[n] }),
+        one("command", &|n| Drive::Known { before: before[n], now: now[n] }),
         one("none", &|_| Drive::Unknown),
     ]
 }
 
 /// a_n = (X_n - 2 X_(n-1) + X_(n-2)) / dt^2: the acceleration one frame interval before each frame, m/s2.
-fn delayed(glass_x_m: &[f64]) -> Vec<f64> {
+pub(super) fn delayed(glass_x_m: &[f64]) -> Vec<f64> {
     let at = |n: usize, back: usize| glass_x_m[n.saturating_sub(back)];
     let second = |n| (at(n, 0) - 2.0 * at(n, 1) + at(n, 2)) / (FRAME_INTERVAL_S * FRAME_INTERVAL_S);
     (0..glass_x_m.len()).map(second).collect()

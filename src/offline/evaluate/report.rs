@@ -64,6 +64,14 @@ pub fn checks(study: &Study) -> Vec<Check> {
     checks.push(Check::told("crest_ahead_height", 1e3 * off(&crests.height_m), "mm"));
     checks.push(Check::told("crest_ahead_time", 1e3 * off(&crests.time_s), "ms"));
     checks.push(Check::told("crest_ahead_coverage", percent(crests.held.share()), "%"));
+    let planned = &source.planned;
+    for ((name, said), held) in ["250ms", "500ms"].iter().zip(planned.forecast).zip(&planned.held) {
+        checks.push(Check::told(format!("forecast_planned_{name}"), percent(said), "%"));
+        checks.push(Check::told(format!("forecast_planned_{name}_coverage"), percent(held.share()), "%"));
+    }
+    checks.push(Check::told("crest_planned_height", 1e3 * off(&planned.crests.height_m), "mm"));
+    checks.push(Check::told("crest_planned_time", 1e3 * off(&planned.crests.time_s), "ms"));
+    checks.push(Check::told("crest_planned_coverage", percent(planned.crests.held.share()), "%"));
     for Outcome { course, after, .. } in &study.results {
         let name = format!("{}_interval_coverage", course.liquid);
         checks.push(Check::told(name, percent(after.score.held.share()), "%"));
@@ -76,6 +84,9 @@ pub fn checks(study: &Study) -> Vec<Check> {
             if one.name == "none" { (15.0, 20.0) } else { (SOURCE_TARGET.0, SOURCE_TARGET.1[1]) };
         checks.push(Check::at_most(name("slosh_rel"), slosh, "%", of_slosh));
         checks.push(Check::at_most(name("field_v"), v, "%", of_v));
+        for (group, k) in [("q", 0), ("e", 2), ("sigma", 3), ("tau", 4)] {
+            checks.push(Check::told(name(&format!("field_{group}")), percent(one.score.field[k]), "%"));
+        }
     }
     let worst = study.results.iter().map(|r| percent(r.corrected.source[1] - r.corrected.source[0]));
     checks.push(Check::at_most("source_forgetting", worst.fold(0.0, f64::max), "%", 5.0));

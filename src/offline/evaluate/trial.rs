@@ -1,5 +1,6 @@
 //! One model on one recording: errors, crests, laws, forecasts.
 
+use super::motion::delayed;
 use crate::host::live::Logged;
 use crate::model::Model;
 use crate::offline::baseline::linear_with_motion;
@@ -9,7 +10,7 @@ use crate::offline::recording::Recording;
 use crate::offline::score::{Held, Score, SurfaceError, score};
 use crate::offline::train::correct::Sightings;
 use crate::offline::watching::turns_with;
-use crate::runtime::{Crest, Drive, Forecast, Mode};
+use crate::runtime::{Crest, Drive, Forecast, Memory, Mode};
 use crate::units::FRAME_INTERVAL_S;
 
 /// A crest counts from this height over the fill, m.
@@ -55,31 +56,45 @@ pub struct Trial {
     pub forecast: [[f64; 2]; 2],
     /// Share of the heights of the forecasts that lay within their interval.
     pub forecast_held: [Held; 2],
+    /// The same three with the motion of the glass planned that far ahead.
+    pub planned: Planned,
+}
+
+/// Forecasts of a glass whose motion is planned.
+#[derive(Clone, Debug, Default)]
+pub struct Planned {
+    /// Errors of the next crest.
+    pub crests: CrestsAhead,
+    /// Slosh-relative error of the forecasts of [`AHEAD`].
+    pub forecast: [f64; 2],
+    /// Share of their heights that lay within their interval.
+    pub held: [Held; 2],
 }
 
 /// Runs `model` over `seen` and holds it against the truth of `recording`.
 #[must_use]
 pub fn trial(model: &Model<'_>, recording: &Recording, seen: &Sightings) -> Trial {
-    let mut ahead = AHEAD.map(Ahead::new);
+    let (mut ahead, mut planned) = (AHEAD.map(Ahead::new), AHEAD.map(Ahead::new));
+    let motion = delayed(&recording.glass_x_m);
     let fill_m = recording.glass.fill_m;
     let highest: Vec<f64> = (0..recording.frames()).map(|n| crest(recording.profile(n), fill_m)).collect();
-    let mut crests_ahead = CrestsAhead::default();
+    let (mut crests_ahead, mut crests_planned) = (CrestsAhead::default(), CrestsAhead::default());
     let turns = turns_with(
         model,
         seen,
         |_| Drive::Seen,
         |frame, memory, estimate| {
-            for ahead in ahead.iter_mut().filter(|_| estimate.mode == Mode::Tracking) {
-                if frame + ahead.frames < recording.frames() {
-                    let truth = recording.profile(frame + ahead.frames);
-                    let said = Forecast::new(model, memory, ahead.frames);
-                    ahead.moving.add(truth, &said.surface_m, fill_m);
-                    ahead.still.add(truth, recording.profile(frame), fill_m);
-                    ahead.held.add(truth, &said.surface_m, &said.half_m);
-                }
+            if estimate.mode != Mode::Tracking {
+                return;
             }
-            if estimate.mode == Mode::Tracking && frame.is_multiple_of(CREST_EVERY) {
-                crests_ahead.take(&highest, fill_m, frame, Crest::next(model, memory, CREST_WITHIN));
+            let plan = motion.get(frame + 1..).unwrap_or_default();
+            for (all, plan) in [(&mut ahead, &[][..]), (&mut planned, plan)] {
+                all.iter_mut().for_each(|ahead| ahead.take(model, memory, (recording, frame), plan));
+            }
+            if frame.is_multiple_of(CREST_EVERY) {
+                let next = |plan| Crest::next(model, memory, CREST_WITHIN, plan);
+                crests_ahead.take(&highest, fill_m, frame, next(&[]));
+                crests_planned.take(&highest, fill_m, frame, next(plan));
             }
         },
     );
@@ -93,6 +108,11 @@ pub fn trial(model: &Model<'_>, recording: &Recording, seen: &Sightings) -> Tria
         energy_drift: audits().map(|audit| audit.energy_residual.abs()).fold(0.0, f64::max),
         forecast: ahead.map(|ahead| [ahead.moving.slosh_rel(), ahead.still.slosh_rel()]),
         forecast_held: ahead.map(|ahead| ahead.held),
+        planned: Planned {
+            crests: crests_planned,
+            forecast: planned.map(|ahead| ahead.moving.slosh_rel()),
+            held: planned.map(|ahead| ahead.held),
+        },
     }
 }
 
@@ -141,6 +161,24 @@ impl Ahead {
     fn new(frames: usize) -> Self {
         let (moving, still) = (SurfaceError::default(), SurfaceError::default());
         Self { frames, moving, still, held: Held::default() }
+    }
+
+    /// Adds the forecast from `frame` under `plan`, if the recording goes that far.
+    fn take(
+        &mut self,
+        model: &Model<'_>,
+        memory: &Memory,
+        (recording, frame): (&Recording, usize),
+        plan: &[f64],
+    ) {
+        if frame + self.frames >= recording.frames() {
+            return;
+        }
+        let truth = recording.profile(frame + self.frames);
+        let said = Forecast::new(model, memory, self.frames, plan);
+        self.moving.add(truth, &said.surface_m, recording.glass.fill_m);
+        self.still.add(truth, recording.profile(frame), recording.glass.fill_m);
+        self.held.add(truth, &said.surface_m, &said.half_m);
     }
 }
 

@@ -157,7 +157,12 @@ impl Dynamics {
         let mut after = before;
         for _ in 0..ITERATIONS {
             let slope = Square::identity() - flow * self.midway_stiffness(&before, &after);
-            let change = self.correct(&before, &mut after, &flow, &slope.try_inverse().unwrap_or_else(Square::identity));
+            let change = self.correct(
+                &before,
+                &mut after,
+                &flow,
+                &slope.try_inverse().unwrap_or_else(Square::identity),
+            );
             if change.norm_squared() <= 1e-24 * (1.0 + after.norm_squared()) {
                 break;
             }

@@ -5,8 +5,8 @@ use super::generic::{Dynamics, Latent, Square};
 use super::linear::Path;
 use crate::offline::prelude::*;
 
-/// Iterations that the run time has.
-const ITERATIONS: usize = 16;
+/// Iterations that the run time gives it, before it takes Newton's.
+const ITERATIONS: usize = 12;
 
 /// Every so many frames of the paths are tried.
 const STRIDE: usize = 7;

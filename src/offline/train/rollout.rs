@@ -1,4 +1,4 @@
-//! Training of the exact GENERIC step through unrolled roll-outs, the implicit iteration included.
+//! Training of the exact GENERIC step through unrolled roll-outs, each turn solved.
 //!
 //! One-step training is erratic for every variant; ten and more steps are not. What is unrolled is the
 //! step that runs, so its weights need no allowance for another integrator.

@@ -85,9 +85,8 @@ impl Spread {
         let (dynamics, frame) = (&model.dynamics, &model.frame);
         let floor = floor(dynamics, tracks, metric);
         let w = |x: &Latent| floor + dynamics.energy(x);
-        let step = |track: &Track, n: usize| {
-            track.truth[n] - dynamics.turn(&track.truth[n - 1], track.u[n]).x
-        };
+        let step =
+            |track: &Track, n: usize| track.truth[n] - dynamics.turn(&track.truth[n - 1], track.u[n]).x;
         let process = per_weight(tracks, &step, &w);
         let reading = per_weight(tracks, &|track, n| track.y[n] - track.truth[n], &w);
         let slope = slope(model);

@@ -1,10 +1,9 @@
 //! The exact GENERIC step in burn tensors, many states at once: solved as the run solves it, and differentiated
 //! through its last corrections.
 //!
-//! Training that unrolls a fixed number of corrections from the explicit guess learns weights for which those few
-//! do well, and not the solution: its error on validation fell for 400 steps of 3000 and then rose to 300 %. At
-//! the solution b* of b = b - P miss(b; w), one more correction has the derivative -P dmiss/dw, and k of them
-//! have sum_(j<k) (1 - P J)^j of it, which goes to the implicit derivative J^-1 dmiss/dw as k grows.
+//! A fixed number of corrections from a first guess is another step than the one that runs wherever they do not
+//! suffice. At the solution b* of b = b - P miss(b; w), one more correction has the derivative -P dmiss/dw, and k of
+//! them have sum_(j<k) (1 - P J)^j of it, which goes to the implicit derivative J^-1 dmiss/dw as k grows.
 
 use super::generic::{Dynamics, LATENTS, Latent, Square};
 use super::weights::{Matrix, scalar};
