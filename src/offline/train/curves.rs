@@ -32,6 +32,7 @@ pub fn curves_png(curves: &[Curve], path: &Path) -> Result<(), PictureError> {
         let mut chart = ChartBuilder::on(&part)
             .caption(&curve.stage, (FONT, 20))
             .margin(8)
+            .margin_right(28)
             .x_label_area_size(34)
             .y_label_area_size(60)
             .build_cartesian_2d(0.0..end, 0.0..(1.05 * most).max(1.0))?;
@@ -42,7 +43,13 @@ pub fn curves_png(curves: &[Curve], path: &Path) -> Result<(), PictureError> {
                 .label(name)
                 .legend(move |(x, y)| PathElement::new([(x, y), (x + 20, y)], colour.stroke_width(3)));
         }
-        chart.configure_series_labels().label_font((FONT, 14)).border_style(GREY).draw()?;
+        chart
+            .configure_series_labels()
+            .label_font((FONT, 14))
+            .position(SeriesLabelPosition::UpperRight)
+            .background_style(WHITE)
+            .border_style(GREY)
+            .draw()?;
     }
     Ok(area.present()?)
 }
