@@ -14,6 +14,7 @@ pub mod import;
 pub mod liquids;
 pub mod motion;
 pub mod recording;
+pub mod repeat;
 pub mod replay;
 pub mod scene;
 pub mod score;
