@@ -5,6 +5,7 @@
 #[allow(dead_code, reason = "each test takes what it needs of it")]
 mod server;
 
+use meniscus::host::files::AlignedBytes;
 use meniscus::host::live::Logged;
 use meniscus::host::page::{Page, Token, VIEWERS_MAX};
 use meniscus::model::Model;
@@ -27,8 +28,9 @@ impl meniscus::runtime::Clock for NoClock {
     }
 }
 
-fn blob() -> Vec<u8> {
-    std::fs::read(concat!(env!("CARGO_MANIFEST_DIR"), "/models/glycerine.blob")).expect("the shipped model")
+fn blob() -> AlignedBytes {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/models/glycerine.blob");
+    AlignedBytes::read(std::path::Path::new(path)).expect("the shipped model")
 }
 
 /// A turn of the estimator on a leaning surface, and its full field.

@@ -7,8 +7,8 @@
 use super::recording::Recording;
 use super::scene::Liquid;
 
-/// Frames in which the glass is carried back: two seconds.
-const BACK: usize = 120;
+/// Frames in which the glass is carried back: two seconds. A round is the recording's frames and these.
+pub const BACK: usize = 120;
 
 /// The frame of `recording` that shot `shot` shows: the last one while the glass is carried back.
 #[must_use]

@@ -46,6 +46,7 @@ pub struct Page {
     board: Arc<Board>,
     config: Config,
     token: Option<Token>,
+    load_bytes: usize,
 }
 
 impl Page {
@@ -66,11 +67,12 @@ impl Page {
             return Err(PageError::new(format!("a page at {address}"), why, "give a token"));
         }
         let board = Arc::new(Board::default());
-        let bases = bases::bases(model, title).into();
+        let bases: tungstenite::Bytes = bases::bases(model, title).into();
+        let load_bytes = bases.len();
         let gate = request::Gate { token: token.clone() };
         let server = Server::start(address, gate, bases, Arc::clone(&board))?;
         let (width, height) = config.image_size();
-        Ok(Self { server, outlet: Outlet::new(width * height), board, config, token })
+        Ok(Self { server, outlet: Outlet::new(width * height), board, config, token, load_bytes })
     }
 
     /// The worker's end.
@@ -87,6 +89,12 @@ impl Page {
     /// Tells every viewer that the run has ended, and ends [`Self::compose`].
     pub fn close(&self) {
         self.board.close();
+    }
+
+    /// Bytes that every viewer loads once, beside the page's own files.
+    #[must_use]
+    pub fn load_bytes(&self) -> usize {
+        self.load_bytes
     }
 
     /// What has become of the frames.
