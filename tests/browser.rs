@@ -56,7 +56,7 @@ fn it_draws_the_liquid_and_everything_beside_it() {
     // The strokes of the shipped recording begin after a third of a second, and go on for some.
     browser.until(&tab, "parseFloat(document.getElementById('slosh').textContent) > 0.05");
     for (selector, least) in
-        [("#gl", 1000), ("#camera", 60), ("#profile", 40), ("#energy", 20), ("#bar", 100)]
+        [("#gl", 1000), ("#camera", 60), ("#profile", 40), ("#energy", 20), ("#entropy", 20), ("#bar", 100)]
     {
         let found = colours(&mut browser, &tab, selector);
         assert!(found > least, "{selector} shows {found} colours");

@@ -18,22 +18,22 @@ const MISSING: &str = "skipped: there is no Chromium on this machine (apt-get in
 const PATIENCE: Duration = Duration::from_secs(60);
 
 /// The browser; it ends with this value.
-pub struct Browser {
+pub(crate) struct Browser {
     child: Child,
     profile: PathBuf,
     socket: WebSocket<TcpStream>,
     last: u64,
     /// What pages complained of: errors that nobody caught, and what the browser logged as an error.
-    pub complaints: Vec<String>,
+    pub(crate) complaints: Vec<String>,
 }
 
 /// One page in it.
 #[derive(Clone)]
-pub struct Tab(String);
+pub(crate) struct Tab(String);
 
 impl Browser {
     /// Starts it; `None`, with a word, where there is none and it is not CI that asks.
-    pub fn start(name: &str) -> Option<Self> {
+    pub(crate) fn start(name: &str) -> Option<Self> {
         let profile = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("chromium").join(name);
         let _old = fs::remove_dir_all(&profile);
         fs::create_dir_all(&profile).expect("a folder for the profile");
@@ -73,7 +73,7 @@ impl Browser {
     }
 
     /// The answer to one call.
-    pub fn call(&mut self, tab: Option<&Tab>, method: &str, parameters: Value) -> Value {
+    pub(crate) fn call(&mut self, tab: Option<&Tab>, method: &str, parameters: Value) -> Value {
         self.last += 1;
         let mut call = json!({ "id": self.last, "method": method, "params": parameters });
         if let Some(Tab(session)) = tab {
@@ -101,7 +101,7 @@ impl Browser {
     }
 
     /// A new page of this size at `url`.
-    pub fn open(&mut self, url: &str, (width, height): (u32, u32)) -> Tab {
+    pub(crate) fn open(&mut self, url: &str, (width, height): (u32, u32)) -> Tab {
         let target = self.call(None, "Target.createTarget", json!({ "url": "about:blank" }));
         let attach = json!({ "targetId": target["targetId"], "flatten": true });
         let session = self.call(None, "Target.attachToTarget", attach);
@@ -119,7 +119,7 @@ impl Browser {
     }
 
     /// What an expression gives on a page.
-    pub fn evaluate(&mut self, tab: &Tab, expression: &str) -> Value {
+    pub(crate) fn evaluate(&mut self, tab: &Tab, expression: &str) -> Value {
         let parameters = json!({ "expression": expression, "returnByValue": true, "awaitPromise": true });
         let mut answer = self.call(Some(tab), "Runtime.evaluate", parameters);
         assert!(answer["exceptionDetails"].is_null(), "{expression}: {}", answer["exceptionDetails"]);
@@ -127,7 +127,7 @@ impl Browser {
     }
 
     /// Waits until an expression is true.
-    pub fn until(&mut self, tab: &Tab, expression: &str) {
+    pub(crate) fn until(&mut self, tab: &Tab, expression: &str) {
         let end = Instant::now() + PATIENCE;
         while self.evaluate(tab, expression) != true {
             if Instant::now() > end {
@@ -139,7 +139,7 @@ impl Browser {
     }
 
     /// The element's picture as a person sees it, as PNG; the whole view for an empty selector.
-    pub fn picture(&mut self, tab: &Tab, selector: &str) -> Vec<u8> {
+    pub(crate) fn picture(&mut self, tab: &Tab, selector: &str) -> Vec<u8> {
         let mut parameters = json!({ "format": "png" });
         if !selector.is_empty() {
             let place = format!(

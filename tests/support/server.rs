@@ -8,15 +8,15 @@ use std::time::Duration;
 use tungstenite::{Message, WebSocket};
 
 /// A run with `--view`; it ends with this value.
-pub struct Run {
+pub(crate) struct Run {
     child: Child,
     /// The address that it printed.
-    pub url: String,
+    pub(crate) url: String,
 }
 
 impl Run {
     /// `meniscus run --view` with more `arguments`.
-    pub fn start(arguments: &[&str]) -> Self {
+    pub(crate) fn start(arguments: &[&str]) -> Self {
         let out: PathBuf = Path::new(env!("CARGO_TARGET_TMPDIR")).join("page");
         let mut child = Command::new(env!("CARGO_BIN_EXE_meniscus"))
             .args(["run", "--view", "--out"])
@@ -41,7 +41,7 @@ impl Run {
     }
 
     /// Address and port.
-    pub fn authority(&self) -> &str {
+    pub(crate) fn authority(&self) -> &str {
         self.url.trim_start_matches("http://").split('/').next().expect("an authority")
     }
 }
@@ -54,7 +54,7 @@ impl Drop for Run {
 }
 
 /// Status and body of a request to `address`; `head` is its first line and headers.
-pub fn ask(address: SocketAddr, head: &str) -> (u16, String) {
+pub(crate) fn ask(address: SocketAddr, head: &str) -> (u16, String) {
     let mut stream = TcpStream::connect(address).expect("it listens");
     stream.set_read_timeout(Some(Duration::from_secs(20))).expect("a timeout");
     // A server that refuses early may close before it has read everything.
@@ -67,7 +67,7 @@ pub fn ask(address: SocketAddr, head: &str) -> (u16, String) {
 }
 
 /// A viewer's socket at `path`, as a program without Origin opens it; the refusal's status otherwise.
-pub fn viewer(address: SocketAddr, path: &str) -> Result<WebSocket<TcpStream>, u16> {
+pub(crate) fn viewer(address: SocketAddr, path: &str) -> Result<WebSocket<TcpStream>, u16> {
     let stream = TcpStream::connect(address).expect("it listens");
     stream.set_read_timeout(Some(Duration::from_secs(20))).expect("a timeout");
     match tungstenite::client(format!("ws://{address}{path}"), stream) {
@@ -80,13 +80,13 @@ pub fn viewer(address: SocketAddr, path: &str) -> Result<WebSocket<TcpStream>, u
 }
 
 /// Says that frame `number` was taken and that `rate` are wanted a second.
-pub fn taken(socket: &mut WebSocket<TcpStream>, number: u32, rate: u8) {
+pub(crate) fn taken(socket: &mut WebSocket<TcpStream>, number: u32, rate: u8) {
     let [a, b, c, d] = number.to_le_bytes();
     socket.send(Message::binary(vec![a, b, c, d, rate, 0, 0, 0])).expect("sent");
 }
 
 /// The next frame; images are skipped. `None` at the end.
-pub fn frame(socket: &mut WebSocket<TcpStream>) -> Option<(u32, Vec<u8>)> {
+pub(crate) fn frame(socket: &mut WebSocket<TcpStream>) -> Option<(u32, Vec<u8>)> {
     loop {
         match socket.read() {
             Ok(Message::Binary(bytes)) if bytes[0] == 1 => {

@@ -62,8 +62,8 @@ fn show(socket: &mut WebSocket<TcpStream>, board: &Board) -> Option<()> {
             socket.send(Message::Ping(Bytes::new())).ok()?;
             continue;
         };
-        // A little early is on time: turns do not come to the microsecond.
-        due = Instant::now() + Duration::from_micros(900_000 / u64::from(rate)) - Duration::from_millis(3);
+        // A tenth early is on time: turns do not come to the microsecond.
+        due = Instant::now() + Duration::from_micros(900_000 / u64::from(rate));
         last = frame.0;
         let mut send = |bytes: Bytes| {
             counters.bytes.fetch_add(bytes.len() as u64, Ordering::Relaxed);

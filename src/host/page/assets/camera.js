@@ -4,7 +4,7 @@ export class Camera {
   constructor(canvas) {
     this.canvas = canvas;
     this.time = NaN;
-    this.newest = 0;
+    this.drawn = 0;
   }
 
   /** Takes an image's bytes; decoding takes a moment, and an older image never follows a newer one. */
@@ -14,9 +14,9 @@ export class Camera {
     const [width, height, traced, estimated] = [16, 18, 20, 22].map((at) => view.getUint16(at, true));
     const points = new Float32Array(buffer, 24, 2 * (traced + estimated));
     const jpeg = new Blob([new Uint8Array(buffer, 24 + points.byteLength)], { type: 'image/jpeg' });
-    this.newest = number;
     const bitmap = await createImageBitmap(jpeg);
-    if (number === this.newest) {
+    if (number > this.drawn) {
+      this.drawn = number;
       this.time = view.getFloat64(8, true);
       this.draw(bitmap, width, height, points.subarray(0, 2 * traced), points.subarray(2 * traced));
     }
@@ -53,6 +53,7 @@ export class Camera {
   /** Nothing of it is true any more: another run. */
   forget() {
     this.time = NaN;
+    this.drawn = 0;
     this.canvas.getContext('2d').clearRect(0, 0, this.canvas.width, this.canvas.height);
   }
 }

@@ -75,23 +75,23 @@ function glassParts({ radius_m, rim_m }) {
   return { position, normal, indices };
 }
 
-/** A square grid on the table. */
+/** A grid on the table, two centimetres wide: what the glass moves over. */
 function table() {
   const lines = [];
-  for (let k = -6; k <= 6; k++) lines.push(k / 50, -0.12, -0.0045, k / 50, 0.12, -0.0045, -0.12, k / 50, -0.0045, 0.12, k / 50, -0.0045);
+  for (let k = -7; k <= 7; k++) lines.push(k / 50, -0.14, -0.0045, k / 50, 0.14, -0.0045, -0.14, k / 50, -0.0045, 0.14, k / 50, -0.0045);
   return lines;
 }
 
 const LINES = [`#version 300 es
 uniform mat4 view, projection;
 in vec3 position;
-out float away;
-void main() { away = length(position.xy) / 0.12; gl_Position = projection * view * vec4(position, 1.0); }`, `#version 300 es
+out vec2 on;
+void main() { on = position.xy; gl_Position = projection * view * vec4(position, 1.0); }`, `#version 300 es
 precision highp float;
 uniform vec3 tint;
-in float away;
+in vec2 on;
 out vec4 colour;
-void main() { colour = vec4(tint, 0.5 * (1.0 - smoothstep(0.3, 1.0, away))); }`];
+void main() { colour = vec4(tint, 0.45 * (1.0 - smoothstep(0.05, 0.13, length(on)))); }`];
 
 export class Liquid {
   /** Gives `null` in `gl` where the browser has no WebGL 2. */
@@ -99,7 +99,7 @@ export class Liquid {
     this.canvas = canvas;
     this.turn = -0.55;
     this.lift = 0.28;
-    this.far = 0.275;
+    this.far = 0.3;
     this.glassX = 0;
     this.stale = true;
     this.orbit();
@@ -154,10 +154,12 @@ export class Liquid {
     gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
     const { fill_m, rim_m } = this.model.facts;
     const aspect = canvas.width / canvas.height;
-    const target = [0, 0, 0.46 * rim_m];
-    const far = this.far * Math.max(1, 0.85 / aspect);
+    // The eye goes half the way with the glass, so that it is seen to move and stays in sight.
+    this.followed = (this.followed ?? this.glassX) + 0.12 * (this.glassX - (this.followed ?? this.glassX));
+    const target = [0.6 * this.followed, 0, 0.47 * rim_m];
+    const far = this.far * Math.max(1, 0.95 / aspect);
     const [c, s] = [Math.cos(this.lift), Math.sin(this.lift)];
-    const eye = [far * c * Math.sin(this.turn), -far * c * Math.cos(this.turn), target[2] + far * s];
+    const eye = [target[0] + far * c * Math.sin(this.turn), -far * c * Math.cos(this.turn), target[2] + far * s];
     const room = twgl.m4.inverse(twgl.m4.lookAt(eye, target, [0, 0, 1]));
     const projection = twgl.m4.perspective(0.6, aspect, 0.02, 2);
     const view = twgl.m4.translate(room, [this.glassX, 0, 0]);

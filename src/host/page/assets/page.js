@@ -16,7 +16,8 @@ const $ = (id) => document.getElementById(id);
 const liquid = new Liquid($('gl'));
 const camera = new Camera($('camera'));
 const profile = new Profile($('profile'));
-const energy = new History($('energy'), 8, 'mJ', ['slosh', 'heat']);
+const energy = new History($('energy'), 8, 'mJ', ['slosh']);
+const entropy = new History($('entropy'), 8, 'mJ', ['heat']);
 const deadline = new History($('deadline'), 8, 'ms', ['estimated'], 16.667);
 const shown = { frame: null, fresh: false, paused: false, at: -Infinity, range: null, frames: 0, lost: 'Connecting.', refused: false };
 
@@ -32,7 +33,7 @@ const connection = new Connection({
     shown.range = null;
     liquid.take(model);
     camera.forget();
-    for (const history of [energy, deadline]) history.forget();
+    for (const history of [energy, entropy, deadline]) history.forget();
     $('title').textContent = model.facts.title;
     document.title = `meniscus: ${model.facts.liquid}`;
   },
@@ -41,7 +42,8 @@ const connection = new Connection({
     shown.lost = null;
     shown.refused = false;
     // Curves go on while the page is paused or hidden; only the eye's part waits.
-    energy.push(frame.time, [1e3 * frame.slosh_j, 1e3 * frame.heat_j]);
+    energy.push(frame.time, [1e3 * frame.slosh_j]);
+    entropy.push(frame.time, [1e3 * frame.heat_j]);
     deadline.push(frame.time, [1e-3 * frame.latency_us]);
     if (shown.paused) return;
     shown.frame = frame;
@@ -78,7 +80,7 @@ function drawLiquid(frame) {
   liquid.show(low, high, frame.glass_x_m);
   $('low').textContent = told(low);
   $('high').textContent = `${told(high)} ${field.unit}`;
-  $('half').textContent = frame.mode === 'filling' ? '' : `a number of it is within \u00b1 ${told(field.factor * frame[field.half])} ${field.unit}, nine times in ten`;
+  $('half').textContent = frame.mode === 'filling' ? '' : `each number of it \u00b1 ${told(field.factor * frame[field.half])} ${field.unit}, nine times in ten`;
 }
 
 const COUNTERS = [
@@ -167,6 +169,7 @@ function draw() {
   }
   if (shown.model && !shown.paused && age_s * 1e3 <= OLD_MS) {
     energy.draw();
+    entropy.draw();
     deadline.draw();
   }
   liquid.draw();

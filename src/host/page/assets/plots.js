@@ -1,6 +1,6 @@
 // The curves: one plane with axes, and what is drawn on it.
 
-import { niceAbove, told } from './colours.js';
+import { niceAbove } from './colours.js';
 
 const LEFT = 46, RIGHT = 10, TOP = 8, BOTTOM = 22;
 
@@ -25,18 +25,18 @@ function plane(canvas, x, y, xName, yName) {
   pen.lineWidth = 1;
   pen.textBaseline = 'middle';
   pen.textAlign = 'right';
-  for (const value of ticks(y, 4)) {
+  for (const [value, words] of ticks(y, height < 120 ? 3 : 4)) {
     pen.beginPath();
     pen.moveTo(LEFT, py(value));
     pen.lineTo(width - RIGHT, py(value));
     pen.stroke();
-    pen.fillText(told(value), LEFT - 5, py(value));
+    pen.fillText(words, LEFT - 5, py(value));
   }
   pen.textBaseline = 'alphabetic';
   pen.textAlign = 'center';
-  for (const value of ticks(x, 6)) pen.fillText(told(value), px(value), height - 7);
+  for (const [value, words] of ticks(x, 6)) pen.fillText(words, Math.min(px(value), width - RIGHT - 6), height - 7);
   pen.textAlign = 'right';
-  pen.fillText(xName, width - RIGHT, height - BOTTOM - 5);
+  pen.fillText(xName, width - RIGHT, height - BOTTOM - 6);
   pen.textAlign = 'left';
   pen.fillText(yName, LEFT + 4, TOP + 8);
   pen.save();
@@ -46,13 +46,14 @@ function plane(canvas, x, y, xName, yName) {
   return { pen, px, py, colour };
 }
 
-/** Round values inside a range, at most `most` apart. */
+/** Round values inside a range, about `most` of them, with the words for each. */
 function ticks([low, high], most) {
   const raw = (high - low) / most;
   const power = 10 ** Math.floor(Math.log10(raw));
   const step = power * [1, 2, 5, 10].find((factor) => factor * power >= raw);
+  const decimals = Math.max(0, -Math.floor(Math.log10(step) + 1e-9));
   const values = [];
-  for (let k = Math.ceil(low / step - 1e-9); k * step <= high + 1e-9 * step; k++) values.push(k * step);
+  for (let k = Math.ceil(low / step - 1e-9); k * step <= high + 1e-9 * step; k++) values.push([k * step, (k * step).toFixed(decimals)]);
   return values;
 }
 
@@ -150,7 +151,11 @@ export class History {
   draw() {
     const now = this.times.at(-1) ?? 0;
     const most = this.values.reduce((most, curve) => curve.reduce((m, v) => (v > m ? v : m), most), this.limit ?? 0);
-    const on = plane(this.canvas, [-this.seconds, 0], [0, niceAbove(1.05 * most)], 's', this.unit);
+    // A curve that stands far above zero is shown between its own ends, or one would not see it move.
+    const least = this.limit ? 0 : this.values.reduce((least, curve) => curve.reduce((m, v) => (v < m ? v : m), least), most);
+    const span = niceAbove(Math.max(1.05 * (most - least), 0.02 * most));
+    const low = least > 2 * (most - least) ? Math.floor(least / (span / 4)) * (span / 4) : 0;
+    const on = plane(this.canvas, [-this.seconds, 0], [low, low ? low + 1.25 * span : niceAbove(1.05 * most)], 's', this.unit);
     const xs = this.times.map((t) => t - now);
     if (this.limit) line(on, [-this.seconds, 0], [this.limit, this.limit], 'limit', [6, 4]);
     this.curves.forEach((name, k) => line(on, xs, this.values[k], name));
