@@ -67,7 +67,7 @@ fn it_draws_the_liquid_and_everything_beside_it() {
     for field in 0..5 {
         browser.evaluate(
             &tab,
-            &format!("const f = document.getElementById('field'); f.value = {field}; f.onchange()"),
+            &format!("{{ const f = document.getElementById('field'); f.value = {field}; f.onchange() }}"),
         );
         browser.until(&tab, "/[0-9]/.test(document.getElementById('high').textContent)");
     }

@@ -126,12 +126,13 @@ impl Browser {
         answer["result"]["value"].take()
     }
 
-    /// Waits until an expression is true.
+    /// Waits until an expression is true; on a page that is still loading it is not.
     pub(crate) fn until(&mut self, tab: &Tab, expression: &str) {
         let end = Instant::now() + PATIENCE;
-        while self.evaluate(tab, expression) != true {
+        let careful = format!("(() => {{ try {{ return {expression} }} catch {{ return false }} }})()");
+        while self.evaluate(tab, &careful) != true {
             if Instant::now() > end {
-                let text = self.evaluate(tab, "document.body.innerText");
+                let text = self.evaluate(tab, "document.body?.innerText ?? ''");
                 panic!("never true: {expression}\n{}\n{:?}", text.as_str().unwrap_or(""), self.complaints);
             }
             std::thread::sleep(Duration::from_millis(30));
