@@ -2,6 +2,7 @@
 
 use super::look::Look;
 use crate::host::prelude::*;
+use crate::runtime::Mode;
 use crate::surface::{Config, profile_abscissa};
 use image::codecs::jpeg::JpegEncoder;
 use image::{ExtendedColorType, ImageEncoder};
@@ -70,7 +71,9 @@ impl Window {
         if let (Some(profile), Some(_)) = (profile, glass_x_m) {
             let points = profile.height_m.iter().zip(profile.valid).enumerate();
             traced.extend(points.filter(|(_, (_, valid))| *valid).map(|(k, (z, _))| pixel(k, *z)));
-            estimated.extend(turn.estimate.surface_m.iter().enumerate().map(|(k, z)| pixel(k, *z)));
+            if turn.estimate.mode != Mode::Halted {
+                estimated.extend(turn.estimate.surface_m.iter().enumerate().map(|(k, z)| pixel(k, *z)));
+            }
         }
         self.encode(config.image_size().0, look, number, [&traced, &estimated])
     }

@@ -134,6 +134,7 @@ function warning(frame, age_s) {
   if (!frame) return ['Waiting for the first frame.', 'warn'];
   if (age_s * 1e3 > OLD_MS) return [`No news for ${told(age_s)} s: what you see is old.`, 'bad'];
   if (shown.paused) return [`Paused at ${told(frame.time)} s of the camera's time.`, 'warn'];
+  if (frame.mode === 'halted' && frame.unseen_s < LOST_S) return ['The camera is back: the window of 16 frames is filling, and there is no estimate yet.', 'warn'];
   if (frame.mode === 'halted') return ['Camera lost: nothing seen for more than a second, so no estimate is given.', 'bad'];
   if (frame.unseen_s > LOST_S) return [`Camera lost: no image for ${told(frame.unseen_s)} s. The model carries the liquid on by itself.`, 'bad'];
   if (frame.mode === 'filling') return ['The window of 16 frames is filling: there is no estimate yet.', 'warn'];

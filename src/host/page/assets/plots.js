@@ -34,9 +34,10 @@ function plane(canvas, x, y, xName, yName) {
   }
   pen.textBaseline = 'alphabetic';
   pen.textAlign = 'center';
-  for (const [value, words] of ticks(x, 6)) pen.fillText(words, Math.min(px(value), width - RIGHT - 6), height - 7);
+  // The left end of the axis is its name's.
+  for (const [value, words] of ticks(x, 6)) if (px(value) > LEFT + 14) pen.fillText(words, Math.min(px(value), width - RIGHT - 6), height - 7);
   pen.textAlign = 'right';
-  pen.fillText(xName, width - RIGHT, height - BOTTOM - 6);
+  pen.fillText(xName, LEFT - 5, height - 7);
   pen.textAlign = 'left';
   pen.fillText(yName, LEFT + 4, TOP + 8);
   pen.save();
