@@ -47,7 +47,7 @@ pub(super) fn bases(model: &Model<'_>, title: &str) -> Vec<u8> {
         "groups": groups,
     });
     let mut text = text.to_string();
-    while text.len() % 4 != 0 {
+    while !text.len().is_multiple_of(4) {
         text.push(' ');
     }
     let mut bytes = Vec::with_capacity(text.len() + 64 * model.field_len());
@@ -67,7 +67,7 @@ pub(super) fn bases(model: &Model<'_>, title: &str) -> Vec<u8> {
                 bytes.extend_from_slice(&whole.to_le_bytes());
             }
         }
-        while bytes.len() % 4 != 0 {
+        while !bytes.len().is_multiple_of(4) {
             bytes.push(0);
         }
     }

@@ -11,6 +11,8 @@ import { History, Profile } from './plots.js';
 const OLD_MS = 500;
 /** Without an image for so long, the camera is lost. */
 const LOST_S = 0.25;
+/** An image this much older than the turn beside it is no longer the present one. */
+const IMAGE_OLD_S = 1;
 
 const $ = (id) => document.getElementById(id);
 const liquid = new Liquid($('gl'));
@@ -19,18 +21,18 @@ const profile = new Profile($('profile'));
 const energy = new History($('energy'), 8, 'mJ', ['slosh']);
 const entropy = new History($('entropy'), 8, 'mJ', ['heat']);
 const deadline = new History($('deadline'), 8, 'ms', ['estimated'], 16.667);
-const shown = { frame: null, fresh: false, paused: false, at: -Infinity, range: null, frames: 0, lost: 'Connecting.', refused: false };
+const shown = { frame: null, fresh: false, paused: false, at: -Infinity, ranges: {}, frames: 0, lost: 'Connecting.', refused: false };
 
 $('no-gl').hidden = liquid.gl !== null;
 drawBar($('bar'));
 FIELDS.forEach(({ name }, k) => $('field').add(new Option(name, k)));
-$('field').onchange = () => { shown.range = null; shown.fresh = shown.frame !== null; };
+$('field').onchange = () => { shown.fresh = shown.frame !== null; };
 
 const connection = new Connection({
   model(model) {
     shown.model = model;
     shown.frame = null;
-    shown.range = null;
+    shown.ranges = {};
     liquid.take(model);
     camera.forget();
     for (const history of [energy, entropy, deadline]) history.forget();
@@ -67,16 +69,16 @@ $('pause').onclick = () => {
 };
 
 /** Colours reach from the least to the largest value of the last seconds, both rounded so that they hold still. */
-function range(low, high) {
-  const last = shown.range ?? [low, high];
-  shown.range = [Math.min(low, last[0] + 0.01 * (low - last[0])), Math.max(high, last[1] + 0.01 * (high - last[1]))];
-  const top = niceAbove(shown.range[1]);
-  return [shown.range[0] < 0 ? -niceAbove(-shown.range[0]) : 0, top];
+function range(name, low, high) {
+  const last = shown.ranges[name] ?? [low, high];
+  const now = [Math.min(low, last[0] + 0.01 * (low - last[0])), Math.max(high, last[1] + 0.01 * (high - last[1]))];
+  shown.ranges[name] = now;
+  return [now[0] < 0 ? -niceAbove(-now[0]) : 0, niceAbove(now[1])];
 }
 
 function drawLiquid(frame) {
   const field = FIELDS[$('field').value];
-  const [low, high] = range(...shown.model.field(field, frame.coefficients));
+  const [low, high] = range(field.name, ...shown.model.field(field, frame.coefficients));
   liquid.show(low, high, frame.glass_x_m);
   $('low').textContent = told(low);
   $('high').textContent = `${told(high)} ${field.unit}`;
@@ -154,7 +156,7 @@ function draw() {
     if ($('banner').textContent !== told_[0]) $('banner').textContent = told_[0];
     $('banner').className = told_[1];
   }
-  const noImage = !frame || !(frame.time - camera.time < 0.6);
+  const noImage = !frame || !(frame.time - camera.time < IMAGE_OLD_S);
   document.body.classList.toggle('old', old && !shown.paused);
   document.body.classList.toggle('no-estimate', Boolean(frame) && !frame.fieldFresh);
   document.body.classList.toggle('no-image', noImage);
