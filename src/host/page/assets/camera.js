@@ -5,10 +5,27 @@ export class Camera {
     this.canvas = canvas;
     this.time = NaN;
     this.drawn = 0;
+    this.busy = false;
+    this.next = null;
   }
 
-  /** Takes an image's bytes; decoding takes a moment, and an older image never follows a newer one. */
+  /** Takes an image's bytes. Decoding takes a moment; of those that come meanwhile only the newest is kept. */
   async take(buffer) {
+    this.next = buffer;
+    if (this.busy) return;
+    this.busy = true;
+    try {
+      while (this.next) {
+        const newest = this.next;
+        this.next = null;
+        await this.decode(newest);
+      }
+    } finally {
+      this.busy = false;
+    }
+  }
+
+  async decode(buffer) {
     const view = new DataView(buffer);
     const number = view.getUint32(4, true);
     const [width, height, traced, estimated] = [16, 18, 20, 22].map((at) => view.getUint16(at, true));
