@@ -32,6 +32,7 @@ enum Command {
     Flash(cli::flash::Arguments),
     Camera(cli::camera::Arguments),
     Record(cli::record::Arguments),
+    People(cli::people::Arguments),
 }
 
 fn main() -> ExitCode {
@@ -47,6 +48,7 @@ fn main() -> ExitCode {
         Command::Flash(arguments) => cli::flash::run(&arguments),
         Command::Camera(arguments) => cli::camera::run(&arguments),
         Command::Record(arguments) => cli::record::run(&arguments),
+        Command::People(arguments) => cli::people::run(&arguments),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,

@@ -14,6 +14,7 @@ pub(crate) mod flash;
 mod inputs;
 #[cfg(not(feature = "train"))]
 mod no_train;
+pub(crate) mod people;
 mod profile;
 pub(crate) mod record;
 pub(crate) mod run;

@@ -4,6 +4,7 @@
 //! everything behind the link is the real reader.
 
 use super::recording::Recording;
+use super::repeat::repeated;
 use super::scene::{Images, Liquid, Scene, SceneSettings};
 use crate::host::link::CameraEnd;
 use crate::offline::prelude::*;
@@ -27,6 +28,7 @@ pub struct SimulatedCamera<'r> {
     images: Images,
     wire: FaultInjector<Camera>,
     pending: Vec<Payload>,
+    repeats: bool,
 }
 
 impl<'r> SimulatedCamera<'r> {
@@ -34,7 +36,20 @@ impl<'r> SimulatedCamera<'r> {
     #[must_use]
     pub fn new(recording: &'r Recording, scene: SceneSettings, faults: FaultList) -> Self {
         let wire = FaultInjector::new(Camera::new(CameraSettings::default()), faults, scene.seed);
-        Self { recording, images: Images::new(&scene), scene: Scene::new(scene), wire, pending: Vec::new() }
+        Self {
+            recording,
+            images: Images::new(&scene),
+            scene: Scene::new(scene),
+            wire,
+            pending: Vec::new(),
+            repeats: false,
+        }
+    }
+
+    /// The same camera, for which the recording begins again where it ends ([`repeated`]).
+    #[must_use]
+    pub fn repeating(self) -> Self {
+        Self { repeats: true, ..self }
     }
 
     /// Capture time of `frame`: 1/60 s apart, to the microsecond.
@@ -42,11 +57,12 @@ impl<'r> SimulatedCamera<'r> {
         START.0 + (frame as u64 * 1_000_000 + 30) / 60
     }
 
-    /// Plays `frames` frames of the recording (or all there are) in real time; ends early when `stop`
-    /// is set or the worker has gone.
+    /// Plays `frames` frames of the recording (or all there are, unless it repeats) in real time; ends early when
+    /// `stop` is set or the worker has gone.
     pub fn play(mut self, frames: usize, end: &CameraEnd, stop: &AtomicBool) {
         let begun = Instant::now();
-        for frame in 0..frames.min(self.recording.frames()) {
+        let last = if self.repeats { frames } else { frames.min(self.recording.frames()) };
+        for frame in 0..last {
             self.expose(frame);
             let until_us = Self::captured_us(frame + 1);
             if stop.load(Ordering::Relaxed) || !self.deliver(until_us, begun, end) {
@@ -69,7 +85,9 @@ impl<'r> SimulatedCamera<'r> {
 
     /// Renders a frame and packs it; its payloads wait for their time.
     fn expose(&mut self, frame: usize) {
-        self.scene.render(&Liquid::of(self.recording, frame), frame as u64, &mut self.images);
+        let (recording, shot) = (self.recording, frame as u64);
+        let liquid = if self.repeats { repeated(recording, shot) } else { Liquid::of(recording, frame) };
+        self.scene.render(&liquid, shot, &mut self.images);
         let (depth, infrared) = (self.images.depth.as_slice(), self.images.infrared.as_slice());
         let shot = Shot { depth, infrared, captured_us: Self::captured_us(frame) };
         self.pending.extend(self.wire.expose(&shot));

@@ -14,6 +14,7 @@ pub mod import;
 pub mod liquids;
 pub mod motion;
 pub mod recording;
+pub mod repeat;
 pub mod replay;
 pub mod scene;
 pub mod score;
@@ -23,6 +24,7 @@ pub mod study;
 pub mod train;
 pub mod usb;
 pub mod validate;
+pub mod viewers;
 pub mod watching;
 
 /// `std` and its prelude, by name: the crate is `no_std`, so each file of this storey opens with

@@ -1,6 +1,7 @@
 //! `meniscus run`: the main job, live.
 
 mod live_report;
+mod page;
 mod published;
 mod replay;
 mod report;
@@ -15,7 +16,8 @@ use anyhow::{Context, bail, ensure};
 use indicatif::{ProgressBar, ProgressStyle};
 use meniscus::host::files::write_whole;
 use meniscus::host::link::{WorkerEnd, link};
-use meniscus::host::live::{Log, Still, Watch, watch};
+use meniscus::host::live::{Log, Outlets, Still, Watch, watch};
+use meniscus::host::page::Page;
 use meniscus::host::publish::Destination;
 use meniscus::host::view::{Caption, Dashboard};
 use meniscus::model::Model;
@@ -25,6 +27,7 @@ use meniscus::offline::scene::SceneSettings;
 use meniscus::surface::{Config, Settings};
 use meniscus::units::FRAME_INTERVAL_S;
 use meniscus_hil::FaultList;
+use page::PageArguments;
 use published::Published;
 use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
@@ -34,6 +37,9 @@ use std::time::Duration;
 
 /// Payload buffers between camera and worker: both streams, four frames deep.
 const BUFFERS: usize = 8;
+
+/// Length of a run that nobody has told another, seconds.
+const SECONDS: f64 = 10.0;
 
 /// Watch the liquid: camera frames in, the whole liquid out, 60 times a second.
 ///
@@ -52,6 +58,8 @@ const BUFFERS: usize = 8;
 /// In a terminal a dashboard shows the surface, the modes, the stage times, energy and entropy;
 /// q or Ctrl-C ends the run in order. At the end comes a summary, and a picture in the --out folder.
 ///
+/// With --view a live page shows all that and the whole liquid in 3D in any browser, in the dashboard's place.
+///
 /// Modes: Filling (the window of 16 frames is not full), Tracking, Coasting (frame lost or liquid not
 /// seen: the GENERIC step alone), Halted (nothing for a second: no estimate is given).
 ///
@@ -60,12 +68,13 @@ const BUFFERS: usize = 8;
 #[derive(clap::Args)]
 #[command(
     verbatim_doc_comment,
-    after_help = "Examples:\n  meniscus run\n  meniscus run --seconds 10 --json\n  meniscus run --faults drop:0.05,late:0.02 --out /tmp/faulty\n  meniscus run --source usb\n  meniscus run --source simulated-usb:unplug --seconds 8\n  meniscus run --source replay try.mcap"
+    after_help = "Examples:\n  meniscus run\n  meniscus run --seconds 10 --json\n  meniscus run --faults drop:0.05,late:0.02 --out /tmp/faulty\n  meniscus run --view\n  meniscus run --view --listen 0.0.0.0:8060\n  meniscus run --source usb\n  meniscus run --source simulated-usb:unplug --seconds 8\n  meniscus run --source replay try.mcap"
 )]
 pub(crate) struct Arguments {
-    /// Length of the run, s; it ends earlier where the recording does.
-    #[arg(long, default_value_t = 10.0)]
-    seconds: f64,
+    /// Length of the run, s: 10 unless told, and with --view until Ctrl-C. Without --view it ends earlier where the
+    /// recording does.
+    #[arg(long)]
+    seconds: Option<f64>,
     /// What the simulated camera looks at, the recording in the program (shipped) or a recording file; or
     /// a camera on the bus (usb), or a simulated one on a simulated bus (simulated-usb), or a camera's
     /// recording (replay, with its FILE).
@@ -109,6 +118,9 @@ pub(crate) struct Arguments {
     /// from the first frame on.
     #[arg(long, value_name = "shipped|FILE")]
     truth: Option<String>,
+    /// The live page.
+    #[command(flatten)]
+    page: PageArguments,
     /// One JSON object on standard output instead of dashboard and summary.
     #[arg(long)]
     json: bool,
@@ -119,7 +131,7 @@ pub(crate) struct Arguments {
 
 /// Runs the verb.
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
-    let frames = frames(arguments.seconds)?;
+    let frames = frames(arguments.seconds.unwrap_or(SECONDS))?;
     let bytes = blob(&arguments.model, arguments.profile.as_deref())?;
     let model = Model::load(&bytes).with_context(|| format!("the model {} is refused", arguments.model))?;
     if let Some(bus) = usb::bus_of(&arguments.source) {
@@ -141,11 +153,18 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     write_whole(&arguments.out.join("run.json"), b"{}\n").context("the --out folder cannot be used")?;
 
     let scene = SceneSettings { camera: settings, seed: arguments.seed, ..SceneSettings::default() };
-    let camera = SimulatedCamera::new(&recording, scene, arguments.faults.clone());
-    let frames = frames.min(recording.frames());
+    let mut camera = SimulatedCamera::new(&recording, scene, arguments.faults.clone());
+    let mut frames = frames.min(recording.frames());
+    let mut shots = frames;
+    if arguments.page.view {
+        camera = camera.repeating();
+        shots = arguments.seconds.map_or(Ok(usize::MAX), self::frames)?;
+        // The log has room for the first round, which is held against the truth, and counts the rest.
+        frames = shots.min(recording.frames());
+    }
     let mut still = Still::default();
     let (camera_end, worker_end) = link(BUFFERS, PAYLOAD_ROOM);
-    let play = move |stop: &AtomicBool| camera.play(frames, &camera_end, stop);
+    let play = move |stop: &AtomicBool| camera.play(shots, &camera_end, stop);
     let log = live(arguments, &model, config, frames, "simulated D435", play, worker_end, &mut still)?;
 
     let report = report::Report::new(&model, &recording, &log)?;
@@ -182,6 +201,8 @@ fn live(
     still: &mut Still,
 ) -> anyhow::Result<Log> {
     let published = Published::open(arguments, model)?;
+    let title = format!("{}, {camera}, model {}", model.header.liquid, arguments.model);
+    let page = arguments.page.open(model, config, &title)?;
     let shared = Arc::new(Watch::default());
     let interrupted = Arc::clone(&shared);
     ctrlc::set_handler(move || interrupted.stop.store(true, Ordering::Relaxed))
@@ -189,16 +210,23 @@ fn live(
     // Room for a turn a frame, for those that faults add, and for a second more.
     let log = Log::with_room(frames + frames / 2 + 64);
     let length = Duration::from_secs_f64(frames as f64 * FRAME_INTERVAL_S);
-    let (watching, outlet) = (&*shared, published.as_ref().map(Published::outlet));
+    let watching = &*shared;
+    let outlets =
+        Outlets { publish: published.as_ref().map(Published::outlet), page: page.as_ref().map(Page::outlet) };
     let log = std::thread::scope(|scope| {
         scope.spawn(move || play(&watching.stop));
-        let worker = scope.spawn(move || watch(model, config, &worker_end, watching, outlet, log, still));
+        if let Some(page) = &page {
+            scope.spawn(move || page.compose(model));
+        }
+        let worker = scope.spawn(move || watch(model, config, &worker_end, watching, outlets, log, still));
         let finished = || worker.is_finished();
         let shown = if arguments.service {
             service::attend(watching, finished);
             Ok(())
+        } else if page.is_some() {
+            page::attend(finished);
+            Ok(())
         } else if !arguments.json && std::io::stdout().is_terminal() {
-            let title = format!("{}, {camera}, model {}", model.header.liquid, arguments.model);
             let (fill_m, radius_m) = (model.header.fill_m, model.header.radius_m);
             Dashboard::new(Caption { title, fill_m, radius_m, length }).run(watching, finished)
         } else {
@@ -209,8 +237,15 @@ fn live(
         if let Err(error) = shown {
             eprintln!("the dashboard ended: {error}");
         }
-        worker.join().map_err(|_| anyhow::anyhow!("the worker stopped on an error of its own"))
+        let log = worker.join().map_err(|_| anyhow::anyhow!("the worker stopped on an error of its own"));
+        if let Some(page) = &page {
+            page.close();
+        }
+        log
     })?;
+    if let Some(page) = page {
+        page::close(page);
+    }
     if let Some(published) = published {
         published.close();
     }

@@ -40,7 +40,8 @@ pub(super) fn run(
     write_whole(&arguments.out.join("run.json"), b"{}\n").context("the --out folder cannot be used")?;
     let (width, height) = config.image_size();
     let (camera_end, worker_end) = link(BUFFERS, 2 * width * height + HEADER);
-    let seconds = frames as f64 * FRAME_INTERVAL_S;
+    let endless = arguments.page.view && arguments.seconds.is_none();
+    let seconds = if endless { f64::INFINITY } else { frames as f64 * FRAME_INTERVAL_S };
     let (mut ended, mut still) = (Ok(0), Still::default());
     let log = {
         let ended = &mut ended;

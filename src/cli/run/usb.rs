@@ -64,7 +64,7 @@ fn simulated(arguments: &Arguments, trouble: Option<Trouble>) -> anyhow::Result<
     if matches!(trouble, Some(Trouble::AdvancedOff | Trouble::UnitStuck)) {
         settings.camera.depth_unit_m = 1e-3;
     }
-    let glass = RecordedGlass::new(recording("shipped")?, settings);
+    let glass = RecordedGlass::new(recording("shipped")?, settings).repeating(arguments.page.view);
     let device = Device::new(Box::new(glass), trouble, arguments.faults.clone(), arguments.seed);
     Ok(SimulatedBus::new(device).in_real_time())
 }
@@ -97,9 +97,9 @@ fn watch(
     let notes = Mutex::new(Vec::with_capacity(LinkSink::NOTES));
     let (mut ended, mut realtime) = (Ok(()), None);
     let mut still = Still::default();
-    // A service ends when it is stopped; its log has room for its first minutes and counts the rest.
-    let length =
-        if arguments.service { YEARS } else { Duration::from_secs_f64(frames as f64 * FRAME_INTERVAL_S) };
+    // A service ends when it is stopped, as a page does; the log has room for the first turns and counts the rest.
+    let endless = arguments.service || (arguments.page.view && arguments.seconds.is_none());
+    let length = if endless { YEARS } else { Duration::from_secs_f64(frames as f64 * FRAME_INTERVAL_S) };
     let until = Instant::now() + length;
     let log = {
         let (session, notes, ended, realtime) = (&mut session, &notes, &mut ended, &mut realtime);

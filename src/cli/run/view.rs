@@ -6,6 +6,7 @@ use meniscus::host::view::plot::PictureError;
 use meniscus::model::Model;
 use meniscus::offline::camera::START;
 use meniscus::offline::recording::{LAYERS, Lattice, Recording, STATE, TRACERS, group_range};
+use meniscus::offline::repeat::frame_shown;
 use meniscus::offline::score::{Score, field_of, frame_of};
 use meniscus::surface::{Config, profile_abscissa};
 
@@ -28,10 +29,8 @@ pub(super) fn picture(
     still: &Still,
 ) -> Result<Option<Vec<u8>>, PictureError> {
     let Some(turn) = still.turn else { return Ok(None) };
-    let frame = frame_of(turn.time, START);
-    if frame >= recording.frames() {
-        return Ok(None);
-    }
+    // Behind the recording's end it has begun again (`--view`).
+    let frame = frame_shown(recording, frame_of(turn.time, START) as u64);
     let (mut estimate, mut truth) = (vec![0.0; STATE], vec![0.0; STATE]);
     field_of(model, &turn.estimate, &mut estimate);
     recording.state(frame, &mut truth);

@@ -4,4 +4,4 @@ mod log;
 mod worker;
 
 pub use log::{Log, Logged};
-pub use worker::{Still, Watch, watch};
+pub use worker::{Outlets, Still, Watch, watch};

@@ -4,8 +4,9 @@ use super::log::{Log, Logged};
 use crate::host::allocations::allocations_of_this_thread;
 use crate::host::clock::Monotonic;
 use crate::host::link::{Delivery, Received, WorkerEnd};
+use crate::host::page;
 use crate::host::prelude::*;
-use crate::host::publish::Outlet;
+use crate::host::publish;
 use crate::model::Model;
 use crate::runtime::{Estimator, Eye, Tracker, Turn};
 use crate::surface;
@@ -39,14 +40,23 @@ pub struct Still {
     pub crest_m: f32,
 }
 
-/// Runs until the camera has gone or `watch.stop` is set. `field` receives the full field of each
-/// turn, `still` the image of the highest crest; `outlet` is where turns are handed on to.
+/// Where turns are handed on to, as they end.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Outlets<'o> {
+    /// To other programs.
+    pub publish: Option<&'o publish::Outlet>,
+    /// To the live page.
+    pub page: Option<&'o page::Outlet>,
+}
+
+/// Runs until the camera has gone or `watch.stop` is set; `still` receives the image of the highest crest, and every
+/// turn goes to the `outlets`.
 pub fn watch(
     model: &Model<'_>,
     config: surface::Config,
     end: &WorkerEnd,
     watch: &Watch,
-    outlet: Option<&Outlet>,
+    outlets: Outlets<'_>,
     mut log: Log,
     still: &mut Still,
 ) -> Log {
@@ -71,18 +81,19 @@ pub fn watch(
                     let logged =
                         Logged { turn, ended: Instant::now(), latency_us: turn_us, turn_us, allocations };
                     log.push(logged);
-                    if let Some(outlet) = outlet {
+                    if let Some(outlet) = outlets.publish {
                         outlet.offer(&logged.turn, &field);
                     }
-                    show(watch, logged);
+                    show(watch, outlets, &tracker, logged);
                 }
             }
             Received::Payload(delivery) => {
-                if let Some(logged) = take(&mut tracker, &delivery, outlet, &mut clock, &mut field, &mut log)
+                if let Some(logged) =
+                    take(&mut tracker, &delivery, outlets.publish, &mut clock, &mut field, &mut log)
                 {
                     next_turn = delivery.arrived + PATIENCE;
                     keep_still(&tracker, &logged, model.header.fill_m as f32, still);
-                    show(watch, logged);
+                    show(watch, outlets, &tracker, logged);
                 }
                 end.give_back(delivery.payload);
             }
@@ -99,7 +110,7 @@ pub fn watch(
 fn take(
     tracker: &mut Tracker<'_, '_>,
     delivery: &Delivery,
-    outlet: Option<&Outlet>,
+    outlet: Option<&publish::Outlet>,
     clock: &mut Monotonic,
     field: &mut [f32],
     log: &mut Log,
@@ -122,7 +133,10 @@ fn take(
 }
 
 /// Shows a turn to whoever looks, unless they are looking right now.
-fn show(watch: &Watch, logged: Logged) {
+fn show(watch: &Watch, outlets: Outlets<'_>, tracker: &Tracker<'_, '_>, logged: Logged) {
+    if let Some(page) = outlets.page {
+        page.offer(&logged, &tracker.memory, tracker.eye.infrared());
+    }
     if let Ok(mut last) = watch.last.try_lock() {
         *last = Some(logged);
     }

@@ -15,13 +15,14 @@ mod targets;
 
 pub use destination::{Destination, DestinationError};
 
+use crate::host::handoff::Handoff;
 use crate::host::prelude::*;
 use crate::output::{OUTPUT_VERSION, Packet};
 use crate::runtime::Turn;
 use crate::units::Micros;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
-use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 use targets::Targets;
@@ -59,18 +60,12 @@ pub struct Counters {
     pub readers_gone: AtomicU64,
 }
 
-/// The place of one field between worker and publisher.
-#[derive(Debug, Default)]
-struct Slot {
-    wanted: AtomicBool,
-    frame: Mutex<Option<FieldFrame>>,
-}
-
 /// The worker's end.
 #[derive(Debug)]
 pub struct Outlet {
     queue: SyncSender<Packet>,
-    slot: Arc<Slot>,
+    slot: Arc<Handoff<FieldFrame>>,
+    field_len: usize,
     /// What became of the records.
     pub counters: Arc<Counters>,
 }
@@ -88,15 +83,11 @@ impl Outlet {
         if self.queue.try_send(packet).is_err() {
             self.counters.queue_full.fetch_add(1, Ordering::Relaxed);
         }
-        if turn.estimate.field_fresh
-            && self.slot.wanted.load(Ordering::Acquire)
-            && let Ok(mut frame) = self.slot.frame.try_lock()
-            && let Some(frame) = frame.as_mut()
-            && frame.field.len() == field.len()
-        {
-            frame.time = turn.time;
-            frame.field.copy_from_slice(field);
-            self.slot.wanted.store(false, Ordering::Release);
+        if turn.estimate.field_fresh && field.len() == self.field_len {
+            self.slot.offer(|frame| {
+                frame.time = turn.time;
+                frame.field.copy_from_slice(field);
+            });
         }
     }
 }
@@ -115,17 +106,15 @@ impl Publisher {
         let counters = Arc::new(Counters::default());
         let targets = Targets::open(destinations, Arc::clone(&counters))?;
         let (queue, records) = sync_channel(QUEUE);
-        let slot = Arc::new(Slot::default());
-        if let Ok(mut frame) = slot.frame.lock() {
-            *frame = Some(FieldFrame { kind: FIELD_KIND, time: Micros(0), field: vec![0.0; field_len] });
-        }
+        let empty = FieldFrame { kind: FIELD_KIND, time: Micros(0), field: vec![0.0; field_len] };
+        let slot = Arc::new(Handoff::new(empty));
         let shared = Arc::clone(&slot);
         let every = (field_hz > 0.0).then(|| Duration::from_secs_f64(1.0 / field_hz));
         let thread = std::thread::Builder::new().name("publisher".into());
         let thread = thread.spawn(move || publish(targets, &records, &shared, every)).map_err(|error| {
             DestinationError::new("the publisher's thread", error.to_string(), "free memory")
         })?;
-        Ok((Outlet { queue, slot, counters }, Self(thread)))
+        Ok((Outlet { queue, slot, field_len, counters }, Self(thread)))
     }
 
     /// Waits until all that was handed over is out, or refused; the [`Outlet`] has to be gone.
@@ -136,7 +125,12 @@ impl Publisher {
 }
 
 /// The publisher's loop.
-fn publish(mut targets: Targets, records: &Receiver<Packet>, slot: &Slot, every: Option<Duration>) {
+fn publish(
+    mut targets: Targets,
+    records: &Receiver<Packet>,
+    slot: &Handoff<FieldFrame>,
+    every: Option<Duration>,
+) {
     let mut due = Instant::now();
     let mut asked = false;
     loop {
@@ -148,18 +142,14 @@ fn publish(mut targets: Targets, records: &Receiver<Packet>, slot: &Slot, every:
             Err(RecvTimeoutError::Disconnected) => break,
         }
         let Some(every) = every else { continue };
-        if asked && !slot.wanted.load(Ordering::Acquire) {
+        if asked && slot.answered() {
             asked = false;
-            if let Ok(frame) = slot.frame.lock()
-                && let Some(frame) = frame.as_ref()
-            {
-                targets.send(frame, true);
-            }
+            slot.with(|frame| targets.send(frame, true));
         }
         if !asked && Instant::now() >= due {
             due = (due + every).max(Instant::now());
             asked = true;
-            slot.wanted.store(true, Ordering::Release);
+            slot.ask();
         }
     }
     targets.flush();

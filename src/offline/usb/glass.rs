@@ -2,15 +2,17 @@
 
 use crate::offline::prelude::*;
 use crate::offline::recording::Recording;
+use crate::offline::repeat::repeated;
 use crate::offline::scene::{Images, Liquid, Scene, SceneSettings};
 use crate::surface::Intrinsics;
 use meniscus_hil::device::{INTRINSICS, INTRINSICS_SMALL, Scenery};
 
-/// The glass; behind the recording's end its last frame stays.
+/// The glass; behind the recording's end its last frame stays, unless it repeats.
 #[derive(Debug)]
 pub struct RecordedGlass {
     recording: Recording,
     settings: SceneSettings,
+    repeats: bool,
     scene: Option<((u16, u16), Scene, Images)>,
 }
 
@@ -18,7 +20,13 @@ impl RecordedGlass {
     /// A glass under `settings`, whose intrinsics are replaced by the camera's own for the size of its images.
     #[must_use]
     pub fn new(recording: Recording, settings: SceneSettings) -> Self {
-        Self { recording, settings, scene: None }
+        Self { recording, settings, repeats: false, scene: None }
+    }
+
+    /// The same glass, for which the recording begins again where it ends ([`repeated`]).
+    #[must_use]
+    pub fn repeating(self, repeats: bool) -> Self {
+        Self { repeats, ..self }
     }
 
     /// Settings for images of this size.
@@ -40,7 +48,8 @@ impl Scenery for RecordedGlass {
         let (_, scene, images) =
             self.scene.get_or_insert_with(|| (size, Scene::new(settings), Images::new(&settings)));
         let frame = usize::try_from(shot).unwrap_or(usize::MAX).min(recording.frames().saturating_sub(1));
-        scene.render(&Liquid::of(recording, frame), shot, images);
+        let liquid = if self.repeats { repeated(recording, shot) } else { Liquid::of(recording, frame) };
+        scene.render(&liquid, shot, images);
         (&images.depth, &images.infrared)
     }
 }

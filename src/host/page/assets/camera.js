@@ -1,0 +1,76 @@
+// The camera's image with the traced and the estimated surface on it.
+
+export class Camera {
+  constructor(canvas) {
+    this.canvas = canvas;
+    this.time = NaN;
+    this.drawn = 0;
+    this.busy = false;
+    this.next = null;
+  }
+
+  /** Takes an image's bytes. Decoding takes a moment; of those that come meanwhile only the newest is kept. */
+  async take(buffer) {
+    this.next = buffer;
+    if (this.busy) return;
+    this.busy = true;
+    try {
+      while (this.next) {
+        const newest = this.next;
+        this.next = null;
+        await this.decode(newest);
+      }
+    } finally {
+      this.busy = false;
+    }
+  }
+
+  async decode(buffer) {
+    const view = new DataView(buffer);
+    const number = view.getUint32(4, true);
+    const [width, height, traced, estimated] = [16, 18, 20, 22].map((at) => view.getUint16(at, true));
+    const points = new Float32Array(buffer, 24, 2 * (traced + estimated));
+    const jpeg = new Blob([new Uint8Array(buffer, 24 + points.byteLength)], { type: 'image/jpeg' });
+    const bitmap = await createImageBitmap(jpeg);
+    if (number > this.drawn) {
+      this.drawn = number;
+      this.time = view.getFloat64(8, true);
+      this.draw(bitmap, width, height, points.subarray(0, 2 * traced), points.subarray(2 * traced));
+    }
+    bitmap.close();
+  }
+
+  draw(bitmap, width, height, traced, estimated) {
+    const { canvas } = this;
+    const zoom = Math.max(1, Math.round(canvas.clientWidth * devicePixelRatio / width * 4) / 4);
+    if (canvas.width !== Math.round(width * zoom) || canvas.height !== Math.round(height * zoom)) {
+      canvas.width = Math.round(width * zoom);
+      canvas.height = Math.round(height * zoom);
+      canvas.style.aspectRatio = `${width} / ${height}`;
+    }
+    const ink = getComputedStyle(canvas);
+    const pen = canvas.getContext('2d');
+    pen.drawImage(bitmap, 0, 0, canvas.width, canvas.height);
+    const each = (points, act) => {
+      for (let k = 0; k < points.length; k += 2) act((points[k] + 0.5) * zoom, (points[k + 1] + 0.5) * zoom, k);
+    };
+    pen.lineWidth = 2 * devicePixelRatio;
+    pen.strokeStyle = ink.getPropertyValue('--estimated');
+    pen.beginPath();
+    each(estimated, (x, y, k) => (k ? pen.lineTo(x, y) : pen.moveTo(x, y)));
+    pen.stroke();
+    pen.fillStyle = ink.getPropertyValue('--measured');
+    each(traced, (x, y) => {
+      pen.beginPath();
+      pen.arc(x, y, 2.2 * devicePixelRatio, 0, 7);
+      pen.fill();
+    });
+  }
+
+  /** Nothing of it is true any more: another run. */
+  forget() {
+    this.time = NaN;
+    this.drawn = 0;
+    this.canvas.getContext('2d').clearRect(0, 0, this.canvas.width, this.canvas.height);
+  }
+}

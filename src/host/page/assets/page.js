@@ -1,0 +1,183 @@
+// The page: what came, shown; what is old, said.
+
+import { Camera } from './camera.js';
+import { drawBar, niceAbove, told } from './colours.js';
+import { Connection } from './connection.js';
+import { FIELDS } from './field.js';
+import { Liquid } from './liquid.js';
+import { History, Profile } from './plots.js';
+
+/** Without news for so long, what is shown is old. */
+const OLD_MS = 500;
+/** Without an image for so long, the camera is lost. */
+const LOST_S = 0.25;
+/** An image this much older than the turn beside it is no longer the present one. */
+const IMAGE_OLD_S = 1;
+
+const $ = (id) => document.getElementById(id);
+const liquid = new Liquid($('gl'));
+const camera = new Camera($('camera'));
+const profile = new Profile($('profile'));
+const energy = new History($('energy'), 8, 'mJ', ['slosh']);
+const entropy = new History($('entropy'), 8, 'mJ', ['heat']);
+const deadline = new History($('deadline'), 8, 'ms', ['estimated'], 16.667);
+const shown = { frame: null, fresh: false, paused: false, at: -Infinity, ranges: {}, frames: 0, lost: 'Connecting.', refused: false };
+
+$('no-gl').hidden = liquid.gl !== null;
+drawBar($('bar'));
+FIELDS.forEach(({ name }, k) => $('field').add(new Option(name, k)));
+$('field').onchange = () => { shown.fresh = shown.frame !== null; };
+
+const connection = new Connection({
+  model(model) {
+    shown.model = model;
+    shown.frame = null;
+    shown.ranges = {};
+    liquid.take(model);
+    camera.forget();
+    for (const history of [energy, entropy, deadline]) history.forget();
+    $('title').textContent = model.facts.title;
+    document.title = `meniscus: ${model.facts.liquid}`;
+  },
+  frame(frame) {
+    shown.at = performance.now();
+    shown.lost = null;
+    shown.refused = false;
+    // Curves go on while the page is paused or hidden; only the eye's part waits.
+    energy.push(frame.time, [1e3 * frame.slosh_j]);
+    entropy.push(frame.time, [1e3 * frame.heat_j]);
+    deadline.push(frame.time, [1e-3 * frame.latency_us]);
+    if (shown.paused) return;
+    shown.frame = frame;
+    shown.fresh = true;
+    shown.frames += 1;
+  },
+  image(buffer) {
+    if (!shown.paused) camera.take(buffer).catch(() => camera.forget());
+  },
+  state(name, words) {
+    shown.lost = words;
+    shown.refused = name === 'refused';
+  },
+});
+
+$('rate').onchange = () => { connection.rate = Number($('rate').value); };
+$('pause').onclick = () => {
+  shown.paused = !shown.paused;
+  $('pause').setAttribute('aria-pressed', shown.paused);
+  $('pause').textContent = shown.paused ? 'Go on' : 'Pause';
+};
+
+/** Colours reach from the least to the largest value of the last seconds, both rounded so that they hold still. */
+function range(name, low, high) {
+  const last = shown.ranges[name] ?? [low, high];
+  const now = [Math.min(low, last[0] + 0.01 * (low - last[0])), Math.max(high, last[1] + 0.01 * (high - last[1]))];
+  shown.ranges[name] = now;
+  return [now[0] < 0 ? -niceAbove(-now[0]) : 0, niceAbove(now[1])];
+}
+
+function drawLiquid(frame) {
+  const field = FIELDS[$('field').value];
+  const [low, high] = range(field.name, ...shown.model.field(field, frame.coefficients));
+  liquid.show(low, high, frame.glass_x_m);
+  $('low').textContent = told(low);
+  $('high').textContent = `${told(high)} ${field.unit}`;
+  $('half').textContent = frame.mode === 'filling' ? '' : `each number of it \u00b1 ${told(field.factor * frame[field.half])} ${field.unit}, nine times in ten`;
+}
+
+const COUNTERS = [
+  ['turns', 'turns'], ['tracking', 'tracking'], ['coasting', 'coasting'], ['halted', 'halted', true], ['frames_missing', 'frames missing'],
+  ['frames_stale', 'frames too late'], ['not_seen', 'liquid not seen'], ['deadline_missed', 'deadlines missed', true], ['field_shed', 'fields left out', true],
+  ['viewers', 'viewers'], ['left_out', 'page frames left out'],
+];
+const cells = COUNTERS.map(([, words]) => {
+  const row = document.createElement('div');
+  row.append(document.createElement('dt'), document.createElement('dd'));
+  row.firstChild.textContent = words;
+  $('counters').append(row);
+  return row;
+});
+const law = cells[0].cloneNode(true);
+law.firstChild.textContent = 'dE - work';
+law.title = 'What a step\u2019s energy is off by, against the work of the glass, in units of the energy scale';
+$('counters').append(law);
+
+const STAGES = ['surface', 'predict', 'encode', 'correct', 'field'];
+
+function drawNumbers(frame) {
+  COUNTERS.forEach(([name, , bad], k) => {
+    cells[k].lastChild.textContent = frame[name];
+    cells[k].classList.toggle('bad', Boolean(bad) && frame[name] > 0);
+  });
+  law.lastChild.textContent = frame.energy_residual.toExponential(0);
+  $('slosh').textContent = `${told(1e3 * frame.slosh_j)} mJ`;
+  $('heat').textContent = `${told(1e3 * frame.heat_j)} mJ`;
+  $('turn').textContent = `${told(1e-3 * frame.turn_us)} ms`;
+  $('stages').replaceChildren(...STAGES.map((name) => {
+    const [part, number] = [document.createElement('span'), document.createElement('b')];
+    number.textContent = frame[`${name}_us`];
+    part.append(`${name} `, number, ' \u00b5s');
+    return part;
+  }));
+  const known = Number.isFinite(frame.crest_m) && frame.mode !== 'halted';
+  $('crest').textContent = known
+    ? `next crest ${told(1e3 * frame.crest_m)} \u00b1 ${told(1e3 * frame.crest_half_m)} mm in ${told(frame.crest_turns * shown.model.facts.turn_s)} s${frame.crest_spills ? ', MAY SPILL' : ''}`
+    : '';
+}
+
+function pill(id, words, kind) {
+  if ($(id).textContent !== words) $(id).textContent = words;
+  $(id).className = `pill ${kind}`;
+}
+
+/** What a person must know before believing anything on the page. */
+function warning(frame, age_s) {
+  if (shown.lost !== null && age_s * 1e3 > OLD_MS) return [`${shown.lost} ${shown.refused ? '' : 'Trying again. '}${frame ? `What you see is ${told(age_s)} s old.` : ''}`, 'bad'];
+  if (!frame) return ['Waiting for the first frame.', 'warn'];
+  if (age_s * 1e3 > OLD_MS) return [`No news for ${told(age_s)} s: what you see is old.`, 'bad'];
+  if (shown.paused) return [`Paused at ${told(frame.time)} s of the camera's time.`, 'warn'];
+  if (frame.mode === 'halted' && frame.unseen_s < LOST_S) return ['The camera is back: the window of 16 frames is filling, and there is no estimate yet.', 'warn'];
+  if (frame.mode === 'halted') return ['Camera lost: nothing seen for more than a second, so no estimate is given.', 'bad'];
+  if (frame.unseen_s > LOST_S) return [`Camera lost: no image for ${told(frame.unseen_s)} s. The model carries the liquid on by itself.`, 'bad'];
+  if (frame.mode === 'filling') return ['The window of 16 frames is filling: there is no estimate yet.', 'warn'];
+  return null;
+}
+
+const MODES = { tracking: 'good', filling: 'warn', coasting: 'warn', halted: 'bad' };
+
+function draw() {
+  requestAnimationFrame(draw);
+  const { frame } = shown;
+  const age_s = Number.isFinite(shown.at) ? (performance.now() - shown.at) / 1e3 : 1e9;
+  const told_ = warning(frame, age_s);
+  const old = !frame || shown.paused || age_s * 1e3 > OLD_MS;
+  $('banner').hidden = told_ === null;
+  if (told_) {
+    if ($('banner').textContent !== told_[0]) $('banner').textContent = told_[0];
+    $('banner').className = told_[1];
+  }
+  const noImage = !frame || !(frame.time - camera.time < IMAGE_OLD_S);
+  document.body.classList.toggle('old', old && !shown.paused);
+  document.body.classList.toggle('no-estimate', Boolean(frame) && !frame.fieldFresh);
+  document.body.classList.toggle('no-image', noImage);
+  $('image-age').textContent = frame && noImage && Number.isFinite(camera.time) ? `${told(frame.time - camera.time)} s old` : '';
+  pill('connection', shown.refused ? 'refused' : age_s * 1e3 <= OLD_MS ? (shown.paused ? 'paused' : 'live') : shown.lost !== null ? 'reconnecting' : 'no news', age_s * 1e3 <= OLD_MS ? (shown.paused ? 'warn' : 'good') : 'bad');
+  if (frame) pill('mode', frame.mode, old ? '' : MODES[frame.mode]);
+  if (shown.fresh && frame) {
+    shown.fresh = false;
+    // A field that was left out is not made up here: what stands stays, greyed.
+    if (frame.fieldFresh) drawLiquid(frame);
+    profile.draw(frame, shown.model.facts);
+    drawNumbers(frame);
+  }
+  if (shown.model && !shown.paused && age_s * 1e3 <= OLD_MS) {
+    energy.draw();
+    entropy.draw();
+    deadline.draw();
+  }
+  liquid.draw();
+  Object.assign(document.documentElement.dataset, { state: $('connection').textContent, mode: frame?.mode ?? '', frames: shown.frames });
+}
+
+connection.open();
+requestAnimationFrame(draw);

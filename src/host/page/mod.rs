@@ -1,0 +1,136 @@
+//! The live page: one page from the program itself, in any browser that can reach it.
+//!
+//! ```text
+//! worker --Outlet::offer (never waits)--> hand-off --> composer's thread --> board --> a thread for each viewer
+//!          newest turn, estimator's memory, image      frames, forecasts, JPEG          newest frame, when taken
+//! ```
+//! Loopback needs no token; every other address does. Nothing is composed while nobody looks. The bytes are in
+//! `docs/page.md`, the page's own files in `assets/`.
+
+mod assets;
+mod bases;
+mod board;
+mod compose;
+mod error;
+mod frame;
+mod image;
+mod look;
+mod request;
+mod server;
+mod token;
+mod viewer;
+
+pub use board::Counters;
+pub use error::PageError;
+pub use look::Outlet;
+pub use server::VIEWERS_MAX;
+pub use token::Token;
+
+use crate::host::prelude::*;
+use crate::model::Model;
+use crate::surface::Config;
+use board::Board;
+use server::Server;
+use std::net::{IpAddr, Ipv4Addr, SocketAddr, UdpSocket};
+use std::string::String;
+use std::sync::Arc;
+
+/// Where the page is unless told otherwise.
+pub const ADDRESS: SocketAddr = SocketAddr::new(IpAddr::V4(Ipv4Addr::LOCALHOST), 8060);
+
+/// An open page; dropping it closes it for everybody.
+#[derive(Debug)]
+pub struct Page {
+    server: Server,
+    outlet: Outlet,
+    board: Arc<Board>,
+    config: Config,
+    token: Option<Token>,
+    load_bytes: usize,
+}
+
+impl Page {
+    /// Opens the page of a run with `model` and `config` at `address`; `title` says what is looked at. Without a
+    /// `token` only this machine is answered.
+    ///
+    /// # Errors
+    /// When nothing can listen there, or a token is missing for an address that others reach.
+    pub fn open(
+        model: &Model<'_>,
+        config: Config,
+        title: &str,
+        address: SocketAddr,
+        token: Option<Token>,
+    ) -> Result<Self, PageError> {
+        if token.is_none() && !address.ip().is_loopback() {
+            let why = "others reach that address, and no token keeps them out";
+            return Err(PageError::new(format!("a page at {address}"), why, "give a token"));
+        }
+        let board = Arc::new(Board::default());
+        let bases: tungstenite::Bytes = bases::bases(model, title).into();
+        let load_bytes = bases.len();
+        let gate = request::Gate { token: token.clone() };
+        let server = Server::start(address, gate, bases, Arc::clone(&board))?;
+        let (width, height) = config.image_size();
+        Ok(Self { server, outlet: Outlet::new(width * height), board, config, token, load_bytes })
+    }
+
+    /// The worker's end.
+    #[must_use]
+    pub fn outlet(&self) -> &Outlet {
+        &self.outlet
+    }
+
+    /// The page's work; it returns when [`Self::close`] is called, so give it a thread of its own.
+    pub fn compose(&self, model: &Model<'_>) {
+        compose::compose(model, &self.config, &self.outlet, &self.board);
+    }
+
+    /// Tells every viewer that the run has ended, and ends [`Self::compose`].
+    pub fn close(&self) {
+        self.board.close();
+    }
+
+    /// Bytes that every viewer loads once, beside the page's own files.
+    #[must_use]
+    pub fn load_bytes(&self) -> usize {
+        self.load_bytes
+    }
+
+    /// What has become of the frames.
+    #[must_use]
+    pub fn counters(&self) -> &Counters {
+        &self.board.counters
+    }
+
+    /// Where it listens.
+    #[must_use]
+    pub fn address(&self) -> SocketAddr {
+        self.server.address()
+    }
+
+    /// What a person types into a browser, the token included.
+    #[must_use]
+    pub fn url(&self) -> String {
+        let mut address = self.address();
+        if address.ip().is_unspecified() {
+            address.set_ip(own_address(address).unwrap_or(address.ip()));
+        }
+        match &self.token {
+            None => format!("http://{address}/"),
+            Some(token) => format!("http://{address}/?token={}", token.reveal()),
+        }
+    }
+}
+
+/// This machine's address as its network knows it: the system chooses it for a datagram that is never sent.
+fn own_address(listening: SocketAddr) -> Option<IpAddr> {
+    let (any, far): (SocketAddr, SocketAddr) = if listening.is_ipv4() {
+        (([0, 0, 0, 0], 0).into(), ([192, 0, 2, 1], 9).into())
+    } else {
+        (([0_u16; 8], 0).into(), ([0x2001, 0xdb8, 0, 0, 0, 0, 0, 1], 9).into())
+    };
+    let socket = UdpSocket::bind(any).ok()?;
+    socket.connect(far).ok()?;
+    Some(socket.local_addr().ok()?.ip()).filter(|address| !address.is_unspecified())
+}

@@ -1,0 +1,240 @@
+//! One request's head: read within limits, then let in or refused with words that say what to do.
+
+use super::Token;
+use super::assets::{ASSETS, Asset, INDEX};
+use crate::host::prelude::*;
+use std::io::{ErrorKind, Read};
+use std::net::IpAddr;
+use std::time::{Duration, Instant};
+use std::vec::Vec;
+use tungstenite::handshake::machine::TryParse;
+use tungstenite::handshake::server::Request;
+use tungstenite::http::StatusCode;
+
+/// Longest head, bytes.
+const HEAD_MAX: usize = 8 * 1024;
+
+/// Longest time for a whole head.
+const HEAD_WITHIN: Duration = Duration::from_secs(5);
+
+/// Where the bases are.
+const MODEL_PATH: &str = "/model";
+
+/// Where the frames come from.
+const LIVE_PATH: &str = "/live";
+
+/// Why a request is not answered.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Refusal {
+    /// No head of this kind.
+    Malformed,
+    /// More than [`HEAD_MAX`] bytes.
+    TooLong,
+    /// It did not come within [`HEAD_WITHIN`].
+    Slow,
+    /// No such path.
+    NotFound,
+    /// A name for this machine that a page of somebody else may have made up (DNS rebinding).
+    Host,
+    /// The token is wrong or missing.
+    Token,
+    /// A page of somebody else asks for the frames.
+    Origin,
+    /// Too many viewers.
+    Full,
+}
+
+impl Refusal {
+    /// HTTP's word for it.
+    pub(super) fn status(self) -> StatusCode {
+        match self {
+            Self::Malformed => StatusCode::BAD_REQUEST,
+            Self::TooLong => StatusCode::REQUEST_HEADER_FIELDS_TOO_LARGE,
+            Self::Slow => StatusCode::REQUEST_TIMEOUT,
+            Self::NotFound => StatusCode::NOT_FOUND,
+            Self::Host | Self::Token | Self::Origin => StatusCode::FORBIDDEN,
+            Self::Full => StatusCode::SERVICE_UNAVAILABLE,
+        }
+    }
+
+    /// What it is and what to do.
+    pub(super) fn words(self) -> &'static str {
+        match self {
+            Self::Malformed => "This is no request that the page knows. Open its address in a browser.",
+            Self::TooLong => {
+                "The request's head is longer than 8 KiB. Open the page in a private window, without cookies."
+            }
+            Self::Slow => "The request took longer than 5 seconds. Load the page again.",
+            Self::NotFound => "There is nothing here. The page is at / of this address.",
+            Self::Host => {
+                "This name for the machine is not known here. Open the page by the address that the program \
+                 printed, such as http://127.0.0.1:8060/."
+            }
+            Self::Token => {
+                "The token in the address is wrong or missing. Open the page by the whole address that the program \
+                 printed, with ?token= at its end; each start makes a new one unless --token-file is given."
+            }
+            Self::Origin => "Only the page itself may have the frames, not a page of another address.",
+            Self::Full => "As many are looking as the page allows. Close a window and load the page again.",
+        }
+    }
+}
+
+/// What a request asks for.
+pub(super) enum Wanted {
+    /// A file.
+    File(Asset),
+    /// The bases.
+    Model,
+    /// Frames, by this request to change to a web socket.
+    Live(Request),
+}
+
+/// Reads a head from `stream`, whose reads end by themselves, and gives it with what came behind it.
+pub(super) fn read(stream: &mut impl Read) -> Result<(Request, Vec<u8>), Refusal> {
+    let begun = Instant::now();
+    let mut head = Vec::with_capacity(1024);
+    let mut part = [0; 1024];
+    loop {
+        if begun.elapsed() > HEAD_WITHIN {
+            return Err(Refusal::Slow);
+        }
+        match stream.read(&mut part) {
+            Ok(0) => return Err(Refusal::Malformed),
+            Ok(length) => head.extend_from_slice(part.get(..length).unwrap_or_default()),
+            Err(error) if error.kind() == ErrorKind::Interrupted => continue,
+            Err(error) if matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut) => continue,
+            Err(_) => return Err(Refusal::Malformed),
+        }
+        match Request::try_parse(&head) {
+            Ok(Some((length, request))) => return Ok((request, head.split_off(length))),
+            Ok(None) if head.len() > HEAD_MAX => return Err(Refusal::TooLong),
+            Ok(None) => {}
+            Err(_) => return Err(Refusal::Malformed),
+        }
+    }
+}
+
+/// Who is let in.
+#[derive(Clone, Debug)]
+pub(super) struct Gate {
+    /// Without one, only this machine's own names are answered.
+    pub(super) token: Option<Token>,
+}
+
+impl Gate {
+    /// What `request` gets.
+    pub(super) fn admit(&self, request: Request) -> Result<Wanted, Refusal> {
+        let header = |name: &str| request.headers().get(name).and_then(|value| value.to_str().ok());
+        let path = request.uri().path();
+        let host = header("host").ok_or(Refusal::Malformed)?;
+        if self.token.is_none() && !is_this_machine(host) {
+            return Err(Refusal::Host);
+        }
+        // Style, scripts and the library are the same in every copy of the program: they are no secret.
+        if let Some(asset) = ASSETS.iter().find(|asset| asset.path == path) {
+            return Ok(Wanted::File(*asset));
+        }
+        if ![INDEX.path, MODEL_PATH, LIVE_PATH].contains(&path) {
+            return Err(Refusal::NotFound);
+        }
+        if let Some(token) = &self.token {
+            let pairs = request.uri().query().unwrap_or_default().split('&');
+            let told = pairs.filter_map(|pair| pair.strip_prefix("token=")).next();
+            if !told.is_some_and(|told| token.admits(told)) {
+                return Err(Refusal::Token);
+            }
+        }
+        match path {
+            MODEL_PATH => Ok(Wanted::Model),
+            LIVE_PATH => {
+                // A browser always says whose page asks; other programs need not.
+                let own = |origin: &str| origin.split_once("://").is_some_and(|(_, from)| from == host);
+                match header("origin") {
+                    Some(origin) if !own(origin) => Err(Refusal::Origin),
+                    _ => Ok(Wanted::Live(request)),
+                }
+            }
+            _ => Ok(Wanted::File(INDEX)),
+        }
+    }
+}
+
+/// Whether a Host header names this machine from inside: `localhost` or a loopback address, with any port.
+fn is_this_machine(host: &str) -> bool {
+    let name = match host.rsplit_once(':') {
+        Some((name, port)) if !port.is_empty() && port.bytes().all(|b| b.is_ascii_digit()) => name,
+        _ => host,
+    };
+    let literal = name.trim_start_matches('[').trim_end_matches(']');
+    name.eq_ignore_ascii_case("localhost")
+        || literal.parse::<IpAddr>().is_ok_and(|address| address.is_loopback())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn answer(gate: &Gate, head: &str) -> Result<&'static str, Refusal> {
+        let (request, _) = read(&mut head.as_bytes())?;
+        gate.admit(request).map(|wanted| match wanted {
+            Wanted::File(asset) => asset.path,
+            Wanted::Model => MODEL_PATH,
+            Wanted::Live(_) => LIVE_PATH,
+        })
+    }
+
+    fn get(path: &str, host: &str, more: &str) -> std::string::String {
+        format!("GET {path} HTTP/1.1\r\nHost: {host}\r\n{more}\r\n")
+    }
+
+    #[test]
+    fn without_a_token_only_this_machines_names_are_answered() {
+        let gate = Gate { token: None };
+        for host in ["localhost:8060", "127.0.0.1:8060", "127.0.0.1", "[::1]:8060", "LOCALHOST:9"] {
+            assert_eq!(answer(&gate, &get("/", host, "")), Ok("/"), "{host}");
+        }
+        for host in ["evil.example:8060", "127.0.0.1.evil.example", "10.0.0.5:8060", "localhost.evil:80", ""]
+        {
+            assert_eq!(answer(&gate, &get("/page.js", host, "")), Err(Refusal::Host), "{host}");
+        }
+        assert_eq!(answer(&gate, "GET / HTTP/1.1\r\n\r\n"), Err(Refusal::Malformed), "a head without a host");
+    }
+
+    #[test]
+    fn a_token_is_asked_for_by_all_but_the_files() {
+        let gate = Gate { token: Some(Token::generate().expect("random")) };
+        let token = gate.token.as_ref().expect("there").reveal().to_owned();
+        for path in ["/", "/model", "/live"] {
+            assert_eq!(answer(&gate, &get(path, "camera.lan", "")), Err(Refusal::Token));
+            let wrong = format!("{path}?token={}x", &token[1..]);
+            assert_eq!(answer(&gate, &get(&wrong, "camera.lan", "")), Err(Refusal::Token));
+            let right = format!("{path}?a=b&token={token}");
+            assert_eq!(answer(&gate, &get(&right, "camera.lan", "")), Ok(path));
+        }
+        assert_eq!(answer(&gate, &get("/page.js", "camera.lan", "")), Ok("/page.js"));
+    }
+
+    #[test]
+    fn only_what_is_listed_is_there_and_only_the_page_gets_frames() {
+        let gate = Gate { token: None };
+        for path in ["/../Cargo.toml", "/assets/page.js", "/page.js/", "/etc/passwd", "//"] {
+            assert_eq!(answer(&gate, &get(path, "localhost", "")), Err(Refusal::NotFound), "{path}");
+        }
+        let from = |origin: &str| get("/live", "localhost:8060", &format!("Origin: {origin}\r\n"));
+        assert_eq!(answer(&gate, &from("http://localhost:8060")), Ok("/live"));
+        for origin in ["http://evil.example", "http://localhost:8061", "null"] {
+            assert_eq!(answer(&gate, &from(origin)), Err(Refusal::Origin), "{origin}");
+        }
+    }
+
+    #[test]
+    fn heads_are_short_whole_and_only_read() {
+        let gate = Gate { token: None };
+        let long = get("/", "localhost", &format!("X: {}\r\n", "y".repeat(2 * HEAD_MAX)));
+        assert_eq!(answer(&gate, &long), Err(Refusal::TooLong));
+        for broken in ["POST / HTTP/1.1\r\nHost: localhost\r\n\r\n", "GET / HT", "\u{1}\u{2}\r\n\r\n"] {
+            assert_eq!(answer(&gate, broken), Err(Refusal::Malformed), "{broken}");
+        }
+    }
+}

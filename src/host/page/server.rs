@@ -1,0 +1,202 @@
+//! Who knocks: one thread that lets in, one for each connection, and limits on all.
+
+use super::PageError;
+use super::assets::Asset;
+use super::board::Board;
+use super::request::{Gate, Refusal, Wanted, read};
+use super::viewer;
+use crate::host::prelude::*;
+use std::io::{Read, Write};
+use std::net::{Shutdown, SocketAddr, TcpListener, TcpStream};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+use std::vec::Vec;
+use tungstenite::Bytes;
+use tungstenite::handshake::server::{create_response, write_response};
+use tungstenite::http::{Response, StatusCode};
+
+/// Viewers at a time.
+pub const VIEWERS_MAX: usize = 16;
+
+/// Connections at a time, the viewers' included.
+const CONNECTIONS_MAX: usize = 64;
+
+/// Longest read or write.
+const PATIENCE: Duration = Duration::from_secs(5);
+
+/// How long the connections may take to end when the page closes.
+const FAREWELL: Duration = Duration::from_secs(1);
+
+/// Everything that a connection needs.
+struct Desk {
+    gate: Gate,
+    bases: Bytes,
+    board: Arc<Board>,
+    open: AtomicUsize,
+}
+
+/// The listening side.
+#[derive(Debug)]
+pub(super) struct Server {
+    address: SocketAddr,
+    board: Arc<Board>,
+    acceptor: Option<JoinHandle<()>>,
+}
+
+impl Server {
+    /// Listens at `address`.
+    pub(super) fn start(
+        address: SocketAddr,
+        gate: Gate,
+        bases: Bytes,
+        board: Arc<Board>,
+    ) -> Result<Self, PageError> {
+        let wrong = |error: std::io::Error| PageError::of_listening(address, &error);
+        let listener = TcpListener::bind(address).map_err(wrong)?;
+        let address = listener.local_addr().map_err(wrong)?;
+        let desk = Arc::new(Desk { gate, bases, board: Arc::clone(&board), open: AtomicUsize::new(0) });
+        let acceptor = spawn(move || accept(&listener, &desk))
+            .map_err(|error| PageError::new("the page's thread", format!("{error}"), "free memory"))?;
+        Ok(Self { address, board, acceptor: Some(acceptor) })
+    }
+
+    /// Where it listens; the port is the real one.
+    pub(super) fn address(&self) -> SocketAddr {
+        self.address
+    }
+}
+
+impl Drop for Server {
+    fn drop(&mut self) {
+        self.board.close();
+        // A connection of our own wakes the acceptor, which then sees that the page has closed.
+        let mut own = self.address;
+        if own.ip().is_unspecified() {
+            own.set_ip(if own.is_ipv4() { [127, 0, 0, 1].into() } else { [0, 0, 0, 0, 0, 0, 0, 1].into() });
+        }
+        let woken = TcpStream::connect_timeout(&own, FAREWELL).is_ok();
+        if let Some(acceptor) = self.acceptor.take().filter(|_| woken) {
+            // A thread that panicked has said so.
+            let _ = acceptor.join();
+        }
+    }
+}
+
+fn spawn(work: impl FnOnce() + Send + 'static) -> std::io::Result<JoinHandle<()>> {
+    std::thread::Builder::new().name("page".into()).stack_size(256 * 1024).spawn(work)
+}
+
+/// Lets connections in until the page closes, and then waits a moment for them to end.
+fn accept(listener: &TcpListener, desk: &Arc<Desk>) {
+    for stream in listener.incoming() {
+        if desk.board.closing() {
+            break;
+        }
+        let Ok(stream) = stream else {
+            // Out of file descriptors, perhaps: trying at once again would only burn the processor.
+            std::thread::sleep(Duration::from_millis(50));
+            continue;
+        };
+        if desk.open.load(Ordering::Relaxed) >= CONNECTIONS_MAX {
+            desk.board.counters.refused.fetch_add(1, Ordering::Relaxed);
+            continue;
+        }
+        desk.open.fetch_add(1, Ordering::Relaxed);
+        let own = Arc::clone(desk);
+        let started = spawn(move || {
+            serve(stream, &own);
+            own.open.fetch_sub(1, Ordering::Relaxed);
+        });
+        if started.is_err() {
+            desk.open.fetch_sub(1, Ordering::Relaxed);
+        }
+    }
+    let end = Instant::now() + FAREWELL;
+    while desk.open.load(Ordering::Relaxed) > 0 && Instant::now() < end {
+        std::thread::sleep(Duration::from_millis(5));
+    }
+}
+
+/// One connection: one request, one answer, or a web socket.
+fn serve(mut stream: TcpStream, desk: &Desk) {
+    let set = stream.set_read_timeout(Some(PATIENCE)).and_then(|()| stream.set_write_timeout(Some(PATIENCE)));
+    if set.and_then(|()| stream.set_nodelay(true)).is_err() {
+        return;
+    }
+    let answer = read(&mut stream).and_then(|(request, rest)| Ok((desk.gate.admit(request)?, rest)));
+    let refused = match answer {
+        Ok((Wanted::File(Asset { kind, bytes, .. }), _)) => {
+            respond(&mut stream, StatusCode::OK, kind, bytes);
+            return;
+        }
+        Ok((Wanted::Model, _)) => {
+            respond(&mut stream, StatusCode::OK, "application/octet-stream", &desk.bases);
+            return;
+        }
+        Ok((Wanted::Live(request), rest)) => match create_response(&request) {
+            Err(_) => Refusal::Malformed,
+            Ok(response) => {
+                let viewers = &desk.board.viewers;
+                if viewers.fetch_add(1, Ordering::Relaxed) < VIEWERS_MAX {
+                    desk.board.counters.came.fetch_add(1, Ordering::Relaxed);
+                    if write_response(&mut stream, &response).is_ok() {
+                        viewer::serve(stream, rest, &desk.board);
+                    }
+                    viewers.fetch_sub(1, Ordering::Relaxed);
+                    return;
+                }
+                viewers.fetch_sub(1, Ordering::Relaxed);
+                Refusal::Full
+            }
+        },
+        Err(refusal) => refusal,
+    };
+    desk.board.counters.refused.fetch_add(1, Ordering::Relaxed);
+    respond(&mut stream, refused.status(), "text/html; charset=utf-8", &explained(refused));
+    // What the other side still sends is read for a moment, or the system would take the answer back.
+    let _gone = stream.shutdown(Shutdown::Write);
+    let _short = stream.set_read_timeout(Some(Duration::from_millis(200)));
+    let mut rest = [0; 4096];
+    for _ in 0..16 {
+        if !matches!(stream.read(&mut rest), Ok(1..)) {
+            break;
+        }
+    }
+}
+
+/// A page for a person who was refused.
+fn explained(refusal: Refusal) -> Vec<u8> {
+    let (status, words) = (refusal.status(), refusal.words());
+    let text = format!(
+        "<!doctype html><html lang=\"en\"><meta charset=\"utf-8\">\
+         <meta name=\"viewport\" content=\"width=device-width\"><title>meniscus: {status}</title>\
+         <link rel=\"stylesheet\" href=\"/style.css\"><main class=\"refused\"><h1>{status}</h1><p>{words}</p></main></html>\n"
+    );
+    text.into_bytes()
+}
+
+/// Head and body. The page loads nothing from elsewhere, and nobody else may frame it or learn its address.
+fn respond(stream: &mut TcpStream, status: StatusCode, kind: &str, body: &[u8]) {
+    let response = Response::builder()
+        .status(status)
+        .header("Content-Type", kind)
+        .header("Content-Length", body.len())
+        .header("Connection", "close")
+        .header("Cache-Control", "no-store")
+        .header(
+            "Content-Security-Policy",
+            "default-src 'self'; img-src 'self' blob: data:; frame-ancestors 'none'; base-uri 'none'; form-action 'none'",
+        )
+        .header("Referrer-Policy", "no-referrer")
+        .header("X-Content-Type-Options", "nosniff")
+        .body(());
+    let Ok(response) = response else { return };
+    let mut bytes = Vec::with_capacity(1024 + body.len());
+    // Written in one piece; a browser that has gone meanwhile needs no answer.
+    if write_response(&mut bytes, &response).is_ok() {
+        bytes.extend_from_slice(body);
+        let _sent = stream.write_all(&bytes);
+    }
+}

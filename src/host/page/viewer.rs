@@ -1,0 +1,96 @@
+//! One viewer's web socket: the newest frame whenever the viewer has taken one of the last.
+//!
+//! ```text
+//! viewer: wish(rate) ...... taken(1) . taken(2) ....      eight bytes each: the frame's number, the rate in Hz
+//! here:               1 2 3 ......... 4 ........ 5 .      at most WINDOW frames are on their way
+//! ```
+//! A viewer that is slow, or far, gets fewer frames and always new ones: what it has no room for is never queued.
+
+use super::board::Board;
+use crate::host::prelude::*;
+use std::net::TcpStream;
+use std::sync::atomic::Ordering;
+use std::time::{Duration, Instant};
+use std::vec::Vec;
+use tungstenite::protocol::frame::coding::CloseCode;
+use tungstenite::protocol::{CloseFrame, Role, WebSocketConfig};
+use tungstenite::{Bytes, Message, WebSocket};
+
+/// Frames on their way to a viewer at most: a twentieth of a second at the full rate.
+const WINDOW: u32 = 3;
+
+/// Longest message of a viewer, bytes: its own have eight.
+const MESSAGE_MAX: usize = 64;
+
+/// How long the thread waits for a frame before it looks whether the page has closed.
+const PATIENCE: Duration = Duration::from_millis(500);
+
+/// Highest rate, Hz.
+const RATE_MAX: u8 = 60;
+
+/// The viewer on `stream`, whose reads and writes end by themselves; `rest` came behind its request.
+pub(super) fn serve(stream: TcpStream, rest: Vec<u8>, board: &Board) {
+    let limits = WebSocketConfig::default()
+        .max_message_size(Some(MESSAGE_MAX))
+        .max_frame_size(Some(MESSAGE_MAX))
+        .write_buffer_size(0);
+    let mut socket = WebSocket::from_partially_read(stream, rest, Role::Server, Some(limits));
+    // Whatever ends it, the viewer has gone, or is told why it has to.
+    let gone = show(&mut socket, board).is_none();
+    if !gone {
+        let frame = CloseFrame { code: CloseCode::Away, reason: "the run has ended".into() };
+        let _told = socket.close(Some(frame)).and_then(|()| socket.flush());
+    }
+}
+
+/// Shows frames until the page closes, `Some`, or the viewer goes, `None`.
+fn show(socket: &mut WebSocket<TcpStream>, board: &Board) -> Option<()> {
+    let counters = &board.counters;
+    let mut rate = wish(socket)?;
+    let (mut under_way, mut last, mut last_image) = (0, 0, 0);
+    let mut due = Instant::now();
+    while !board.closing() {
+        let before = board.number();
+        while under_way >= WINDOW {
+            rate = wish(socket)?;
+            under_way -= 1;
+        }
+        let passed = u64::from(board.number().saturating_sub(before));
+        counters.left_out.fetch_add(passed.saturating_sub(1), Ordering::Relaxed);
+        let Some((frame, image)) = board.newer(last, due, PATIENCE) else {
+            // Nothing new: a ping finds out whether the viewer is still there.
+            socket.send(Message::Ping(Bytes::new())).ok()?;
+            continue;
+        };
+        // A tenth early is on time: turns do not come to the microsecond.
+        due = Instant::now() + Duration::from_micros(900_000 / u64::from(rate));
+        last = frame.0;
+        let mut send = |bytes: Bytes| {
+            counters.bytes.fetch_add(bytes.len() as u64, Ordering::Relaxed);
+            socket.send(Message::Binary(bytes)).ok()
+        };
+        if image.0 > last_image {
+            last_image = image.0;
+            send(image.1)?;
+        }
+        send(frame.1)?;
+        counters.sent.fetch_add(1, Ordering::Relaxed);
+        under_way += 1;
+    }
+    Some(())
+}
+
+/// The next message of the viewer, which says that it has taken a frame and at which rate it wants more; `None` when
+/// it has gone or says something else.
+fn wish(socket: &mut WebSocket<TcpStream>) -> Option<u8> {
+    loop {
+        match socket.read().ok()? {
+            Message::Binary(bytes) => {
+                let [.., rate, _, _, _] = *<&[u8; 8]>::try_from(&*bytes).ok()?;
+                return (1..=RATE_MAX).contains(&rate).then_some(rate);
+            }
+            Message::Ping(_) | Message::Pong(_) => {}
+            Message::Text(_) | Message::Close(_) | Message::Frame(_) => return None,
+        }
+    }
+}

@@ -1,0 +1,156 @@
+//! The live page in a headless Chromium: it draws, and it says what is old or lost.
+//!
+//! ```sh
+//! cargo test --release --test browser                                   # skipped, with a word, without Chromium
+//! MENISCUS_PAGE_PICTURE=docs/page.png cargo test --release --test browser draws    # the picture of the documentation
+//! ```
+
+#[path = "support/chromium.rs"]
+mod chromium;
+#[path = "support/server.rs"]
+#[allow(dead_code, reason = "each test takes what it needs of it")]
+mod server;
+
+use chromium::{Browser, Tab};
+use server::Run;
+use std::collections::HashSet;
+use std::sync::Mutex;
+
+/// One browser and one run at a time: a machine without a graphics card draws on its processor.
+static ONE: Mutex<()> = Mutex::new(());
+
+const DESKTOP: (u32, u32) = (1440, 900);
+const PHONE: (u32, u32) = (390, 844);
+
+fn state(of: &str) -> String {
+    format!("document.documentElement.dataset.state === '{of}'")
+}
+
+fn banner(words: &str) -> String {
+    format!(
+        "!document.getElementById('banner').hidden && document.getElementById('banner').textContent.includes('{words}')"
+    )
+}
+
+/// Waits until the liquid is tracked and some frames have been drawn.
+fn until_tracking(browser: &mut Browser, tab: &Tab) {
+    browser.until(tab, &state("live"));
+    browser.until(tab, "document.documentElement.dataset.mode === 'tracking'");
+    browser.until(tab, "Number(document.documentElement.dataset.frames) > 20");
+}
+
+/// Different colours in the picture of an element.
+fn colours(browser: &mut Browser, tab: &Tab, selector: &str) -> usize {
+    let png = browser.picture(tab, selector);
+    let image = image::load_from_memory(&png).expect("a PNG").into_rgb8();
+    image.pixels().map(|pixel| pixel.0).collect::<HashSet<_>>().len()
+}
+
+#[test]
+fn it_draws_the_liquid_and_everything_beside_it() {
+    let _one = ONE.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+    let Some(mut browser) = Browser::start("draws") else { return };
+    let run = Run::start(&["--listen", "127.0.0.1:0"]);
+    let tab = browser.open(&run.url, DESKTOP);
+    until_tracking(&mut browser, &tab);
+    // The strokes of the shipped recording begin after a third of a second, and go on for some.
+    browser.until(&tab, "parseFloat(document.getElementById('slosh').textContent) > 0.05");
+    for (selector, least) in
+        [("#gl", 1000), ("#camera", 60), ("#profile", 40), ("#energy", 20), ("#entropy", 20), ("#bar", 100)]
+    {
+        let found = colours(&mut browser, &tab, selector);
+        assert!(found > least, "{selector} shows {found} colours");
+    }
+    let before = browser.picture(&tab, "#gl");
+    browser.until(&tab, "(window.seen ??= document.documentElement.dataset.frames) !== document.documentElement.dataset.frames");
+    assert_ne!(before, browser.picture(&tab, "#gl"), "the liquid moves");
+    for field in 0..5 {
+        browser.evaluate(
+            &tab,
+            &format!("{{ const f = document.getElementById('field'); f.value = {field}; f.onchange() }}"),
+        );
+        browser.until(&tab, "/[0-9]/.test(document.getElementById('high').textContent)");
+    }
+    browser.evaluate(&tab, "document.getElementById('field').value = 0");
+    // A gentler rate: without a graphics card the browser has the processor to itself no longer.
+    browser.evaluate(&tab, "{ const r = document.getElementById('rate'); r.value = 30; r.onchange() }");
+    browser.evaluate(&tab, "document.getElementById('pause').click()");
+    browser.until(&tab, &banner("Paused"));
+    browser.evaluate(&tab, "document.getElementById('pause').click()");
+    browser.until(&tab, "document.getElementById('banner').hidden");
+    if let Some(path) = std::env::var_os("MENISCUS_PAGE_PICTURE") {
+        let lively = "parseFloat(document.getElementById('slosh').textContent) > 0.25 \
+                      && !document.body.classList.contains('no-image')";
+        browser.until(&tab, lively);
+        let png = browser.picture(&tab, "");
+        std::fs::write(&path, png).expect("the picture is written");
+    }
+    assert!(browser.complaints.is_empty(), "{:?}", browser.complaints);
+}
+
+#[test]
+fn it_survives_a_program_that_ends_and_comes_back() {
+    let _one = ONE.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+    let Some(mut browser) = Browser::start("reconnect") else { return };
+    let run = Run::start(&["--listen", "127.0.0.1:0"]);
+    let address = run.authority().to_owned();
+    let tab = browser.open(&run.url, DESKTOP);
+    until_tracking(&mut browser, &tab);
+    drop(run);
+    browser.until(&tab, &state("reconnecting"));
+    browser.until(&tab, &banner("s old"));
+    browser.until(&tab, "document.body.classList.contains('old')");
+    let run = Run::start(&["--listen", &address]);
+    until_tracking(&mut browser, &tab);
+    browser.until(&tab, "!document.body.classList.contains('old')");
+    drop(run);
+}
+
+#[test]
+fn a_lost_camera_is_said_and_its_return_too() {
+    let _one = ONE.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+    let Some(mut browser) = Browser::start("camera") else { return };
+    let run = Run::start(&["--listen", "127.0.0.1:0", "--source", "simulated-usb:unplug"]);
+    let tab = browser.open(&run.url, DESKTOP);
+    browser.until(&tab, &banner("Camera lost"));
+    // After a second without images nothing is shown as an estimate.
+    browser.until(&tab, "document.body.classList.contains('no-estimate')");
+    browser.until(&tab, "document.body.classList.contains('no-image')");
+    // It is plugged in again after two seconds.
+    until_tracking(&mut browser, &tab);
+    browser.until(&tab, "document.getElementById('banner').hidden");
+    assert!(browser.complaints.is_empty(), "{:?}", browser.complaints);
+}
+
+#[test]
+fn a_wrong_token_is_refused_with_a_page_that_says_what_to_do() {
+    let _one = ONE.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+    let Some(mut browser) = Browser::start("token") else { return };
+    let run = Run::start(&["--listen", "0.0.0.0:0"]);
+    let (_, token) = run.url.split_once("?token=").expect("an address for others has a token");
+    let port = run.authority().rsplit(':').next().expect("a port");
+    let wrong = format!("http://127.0.0.1:{port}/?token={}", token.to_uppercase());
+    let tab = browser.open(&wrong, DESKTOP);
+    browser.until(
+        &tab,
+        "document.body !== null && document.body.innerText.includes('The token in the address is wrong')",
+    );
+    let tab = browser.open(&run.url, DESKTOP);
+    until_tracking(&mut browser, &tab);
+}
+
+#[test]
+fn it_fits_a_phone() {
+    let _one = ONE.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+    let Some(mut browser) = Browser::start("phone") else { return };
+    let run = Run::start(&["--listen", "127.0.0.1:0"]);
+    for size in [PHONE, (320, 640)] {
+        let tab = browser.open(&run.url, size);
+        until_tracking(&mut browser, &tab);
+        let width = browser.evaluate(&tab, "document.documentElement.scrollWidth - window.innerWidth");
+        assert!(width.as_f64().is_some_and(|over| over <= 0.0), "{size:?}: {width} pixels too wide");
+        let found = colours(&mut browser, &tab, "#gl");
+        assert!(found > 500, "{found} colours in 3D");
+    }
+    assert!(browser.complaints.is_empty(), "{:?}", browser.complaints);
+}
