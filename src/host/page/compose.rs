@@ -62,8 +62,8 @@ pub(super) fn compose(model: &Model<'_>, config: &Config, outlet: &Outlet, board
         let (_, crest, ahead) = match foreseen {
             Some(old) if old.0.elapsed() < FORECAST_EVERY => old,
             _ => {
-                let crest = Crest::next(model, &look.memory, CREST_WITHIN);
-                let ahead = AHEAD.map(|turns| Forecast::new(model, &look.memory, turns));
+                let crest = Crest::next(model, &look.memory, CREST_WITHIN, &[]);
+                let ahead = AHEAD.map(|turns| Forecast::new(model, &look.memory, turns, &[]));
                 *foreseen.insert((Instant::now(), crest, ahead))
             }
         };
