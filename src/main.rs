@@ -32,9 +32,12 @@ enum Command {
     Flash(cli::flash::Arguments),
     Camera(cli::camera::Arguments),
     Record(cli::record::Arguments),
+    Quantize(cli::quantize::Arguments),
+    Bench(cli::bench::Arguments),
 }
 
 fn main() -> ExitCode {
+    meniscus::host::wide::widen();
     let done = match Arguments::parse().command {
         Command::Run(arguments) => cli::run::run(&arguments),
         Command::Simulate(arguments) => cli::simulate::run(&arguments),
@@ -47,6 +50,8 @@ fn main() -> ExitCode {
         Command::Flash(arguments) => cli::flash::run(&arguments),
         Command::Camera(arguments) => cli::camera::run(&arguments),
         Command::Record(arguments) => cli::record::run(&arguments),
+        Command::Quantize(arguments) => cli::quantize::run(&arguments),
+        Command::Bench(arguments) => cli::bench::run(&arguments),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,

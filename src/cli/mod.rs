@@ -1,5 +1,6 @@
 //! The front ends of the command, one file a verb.
 
+pub(crate) mod bench;
 mod bus;
 pub(crate) mod camera;
 #[cfg(feature = "train")]
@@ -15,6 +16,7 @@ mod inputs;
 #[cfg(not(feature = "train"))]
 mod no_train;
 mod profile;
+pub(crate) mod quantize;
 pub(crate) mod record;
 pub(crate) mod run;
 mod shipped;
