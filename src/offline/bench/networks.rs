@@ -136,11 +136,11 @@ impl Networks {
             ));
             tensors.push((format!("{}.b", layer.name), vec![layer.rows], bytes(&layer.bias)));
         }
-        let views: Result<Vec<_>, _> = tensors
-            .iter()
-            .map(|(name, shape, data)| Ok((name, TensorView::new(Dtype::F32, shape.clone(), data)?)))
-            .collect();
-        safetensors::serialize(views?, None)
+        let mut views = Vec::new();
+        for (name, shape, data) in &tensors {
+            views.push((name, TensorView::new(Dtype::F32, shape.clone(), data)?));
+        }
+        safetensors::serialize(views, None)
     }
 
     /// Window `index` of a made-up slosh: a travelling wave whose size and pace differ from window to window.

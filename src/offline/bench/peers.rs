@@ -28,8 +28,13 @@ impl Peers {
     /// # Errors
     /// When it cannot be started.
     pub fn start(program: &Path, file: &Path) -> io::Result<Self> {
-        let mut child =
-            Command::new(program).arg(file).stdin(Stdio::piped()).stdout(Stdio::piped()).spawn()?;
+        // All on one thread, as we are.
+        let mut child = Command::new(program)
+            .arg(file)
+            .envs([("RAYON_NUM_THREADS", "1"), ("OMP_NUM_THREADS", "1")])
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .spawn()?;
         let missing = || io::Error::other("the peers' program has no standard input or output");
         let input = child.stdin.take().ok_or_else(missing)?;
         let output = BufReader::new(child.stdout.take().ok_or_else(missing)?);
