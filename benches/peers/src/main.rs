@@ -26,9 +26,9 @@ fn main() -> anyhow::Result<()> {
     let file = std::fs::read(&path).with_context(|| format!("cannot read {}", path.display()))?;
     let networks = Networks::read(&file)?;
     let model = graph::model(&networks)?;
-    let made: [(&str, anyhow::Result<Box<dyn Peer>>); 3] =
+    let made: [(&'static str, anyhow::Result<Box<dyn Peer>>); 3] =
         [("ort", ort::peer(&model)), ("tract", tract::peer(&model)), ("candle", candle::peer(&networks))];
-    let mut peers: Vec<(&str, Box<dyn Peer>)> = Vec::new();
+    let mut peers = Peers::new();
     for (name, peer) in made {
         match peer {
             Ok(peer) => peers.push((name, peer)),
@@ -40,18 +40,15 @@ fn main() -> anyhow::Result<()> {
     for line in std::io::stdin().lock().lines() {
         let line = line?;
         let words: Vec<&str> = line.split_whitespace().collect();
-        let mut find = |wanted: &str| {
-            peers.iter_mut().find(|(name, _)| *name == wanted).with_context(|| format!("no peer '{wanted}'"))
-        };
         let answer = match words[..] {
             ["names"] => peers.iter().map(|(name, _)| *name).collect::<Vec<_>>().join(" "),
             ["check", name] => {
                 let mut field = Vec::new();
-                find(name)?.1.run(&window, Some(&mut field))?;
+                find(&mut peers, name)?.run(&window, Some(&mut field))?;
                 difference(&field, &due)?.to_string()
             }
             ["time", name, count] => {
-                let (peer, mut times) = (&mut find(name)?.1, Vec::new());
+                let (peer, mut times) = (find(&mut peers, name)?, Vec::new());
                 for _ in 0..count.parse::<usize>()? {
                     let start = Instant::now();
                     peer.run(&window, None)?;
@@ -65,6 +62,15 @@ fn main() -> anyhow::Result<()> {
         output.flush()?;
     }
     Ok(())
+}
+
+/// Peers that work here, by name.
+type Peers = Vec<(&'static str, Box<dyn Peer>)>;
+
+/// The peer of that name.
+fn find<'p>(peers: &'p mut Peers, wanted: &str) -> anyhow::Result<&'p mut Box<dyn Peer>> {
+    let found = peers.iter_mut().find(|(name, _)| *name == wanted);
+    found.map(|(_, peer)| peer).with_context(|| format!("no peer '{wanted}'"))
 }
 
 /// |field - due| / |due|.
