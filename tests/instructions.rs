@@ -22,7 +22,8 @@ fn table_path() -> PathBuf {
 
 /// Instructions of a run of each function whose name begins with `stage_`.
 fn counted() -> Option<BTreeMap<String, u64>> {
-    let found = |program: &str| Command::new(program).arg("--version").output().is_ok_and(|o| o.status.success());
+    let found =
+        |program: &str| Command::new(program).arg("--version").output().is_ok_and(|o| o.status.success());
     if !cfg!(target_arch = "x86_64") || !found("valgrind") || !found("callgrind_annotate") {
         println!("skipped: this is no x86-64, or valgrind is not there (apt-get install valgrind)");
         return None;
@@ -85,5 +86,9 @@ fn no_stage_takes_more_instructions_than_the_table_says() {
             off.push(format!("{stage}: {is:.0} instructions, the table says {was:.0}"));
         }
     }
-    assert!(off.is_empty(), "{}; a wanted change writes the table anew, with the reason in the commit", off.join("; "));
+    assert!(
+        off.is_empty(),
+        "{}; a wanted change writes the table anew, with the reason in the commit",
+        off.join("; ")
+    );
 }

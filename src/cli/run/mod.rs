@@ -235,7 +235,10 @@ fn groups(arguments: &Arguments) -> anyhow::Result<Selection> {
         list => list.split(',').try_fold(Selection::NONE, |groups, name| {
             let index = GROUP_NAMES.iter().position(|known| *known == name.trim());
             let index = index.with_context(|| {
-                format!("--fields knows no group '{name}': take of {}, or all, or none", GROUP_NAMES.join(", "))
+                format!(
+                    "--fields knows no group '{name}': take of {}, or all, or none",
+                    GROUP_NAMES.join(", ")
+                )
             })?;
             anyhow::Ok(groups.with(index))
         })?,
