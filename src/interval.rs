@@ -13,7 +13,7 @@
 //! quantile of |error| / half found on recordings held out (split conformal: Lei et al., J. Am. Stat.
 //! Assoc. 113 (2018) 1094).
 
-use crate::generic::{Generic, LATENTS};
+use crate::generic::{Generic, LATENTS, Latent};
 use crate::math::sqrt;
 use crate::nn::{Matrix, Vector};
 use crate::surface::POINTS;
@@ -165,10 +165,9 @@ impl Spread<'_> {
     /// k sqrt(J P J^T + w d) of each height.
     fn heights(&self, p: &Covariance, w: f64, k: f64) -> [f32; POINTS] {
         let mut half = [0.0; POINTS];
-        let spread = p.0 * self.surface;
-        let columns = self.surface.column_iter().zip(spread.column_iter());
-        for ((half, d), (row, of_row)) in half.iter_mut().zip(self.surface_misfit).zip(columns) {
-            let variance = row.dot(&of_row) + w * f64::from(*d);
+        for ((half, d), row) in half.iter_mut().zip(self.surface_misfit).zip(self.surface.column_iter()) {
+            let row: Latent = row.into_owned();
+            let variance = row.dot(&(p.0 * row)) + w * f64::from(*d);
             *half = (k * sqrt(variance.max(0.0))) as f32;
         }
         half

@@ -115,8 +115,8 @@ fn read_header(blob: &[u8]) -> Result<Header, LoadError> {
         if elements.len() != header.sections.len() {
             return Err(LoadError::Header);
         }
-        for (section, element) in header.sections.iter_mut().zip(elements) {
-            section.element = element;
+        for (section, element) in header.sections.iter_mut().zip(&elements) {
+            section.element = *element;
         }
     }
     Ok(header)

@@ -67,7 +67,10 @@ impl<'m> Weights<'m> {
             Element::I8 => {
                 let (scales, packed) = bytes.split_at_checked(packed_len(rows, 1)?.checked_mul(4)?)?;
                 let scales = bytemuck::try_cast_slice::<u8, f32>(scales).ok()?;
-                Stored::I8(scales.as_chunks().0, bytemuck::cast_slice::<u8, i8>(packed).as_chunks().0)
+                Stored::I8(
+                    scales.as_chunks().0,
+                    bytemuck::try_cast_slice::<u8, i8>(packed).ok()?.as_chunks().0,
+                )
             }
         };
         Some(Self { stored, rows, columns })
