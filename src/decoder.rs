@@ -9,14 +9,14 @@
 //! no state of the liquid, so no latent carries it. The bases are the linear last layers of the autoencoder (proper orthogonal modes folded in).
 
 use crate::generic::LATENTS;
-use crate::nn::{Matrix, Vector};
+use crate::nn::{Dense, Matrix, Vector, Weights, relu};
 use crate::surface::POINTS;
 
-/// Hidden units of a trunk layer that the decoder has room for.
-pub const MAX_TRUNK: usize = 128;
+/// Hidden units of a trunk layer that the decoder has room for (paper: 200).
+pub const MAX_TRUNK: usize = 224;
 
-/// Coefficients of all groups together that the decoder has room for.
-pub const MAX_COEFFICIENTS: usize = 192;
+/// Coefficients of all groups together that the decoder has room for (the paper's last layers: 120 + 3 x 200).
+pub const MAX_COEFFICIENTS: usize = 768;
 
 /// Numbers of one tracer, by field group: q, v, e, sigma, tau.
 pub const GROUP_COMPONENTS: [usize; 5] = [3, 3, 1, 3, 3];
@@ -24,13 +24,45 @@ pub const GROUP_COMPONENTS: [usize; 5] = [3, 3, 1, 3, 3];
 /// Position of the internal energy among the groups.
 pub const ENERGY_GROUP: usize = 2;
 
+/// Which groups of the field are wanted. The surface is always decoded.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Selection([bool; 5]);
+
+impl Selection {
+    /// q, v, e, sigma and tau.
+    pub const ALL: Self = Self([true; 5]);
+    /// The surface alone: what a small board has time for.
+    pub const NONE: Self = Self([false; 5]);
+
+    /// With group `index` too (q 0, v 1, e 2, sigma 3, tau 4); another index changes nothing.
+    #[must_use]
+    pub fn with(mut self, index: usize) -> Self {
+        if let Some(held) = self.0.get_mut(index) {
+            *held = true;
+        }
+        self
+    }
+
+    /// Whether group `index` is wanted.
+    #[must_use]
+    pub fn holds(self, index: usize) -> bool {
+        self.0.get(index).copied().unwrap_or(false)
+    }
+}
+
+impl Default for Selection {
+    fn default() -> Self {
+        Self::ALL
+    }
+}
+
 /// One group of the field.
 #[derive(Clone, Copy, Debug)]
 pub struct Group<'m> {
     /// The group at rest, SI units.
     pub rest: Vector<'m>,
     /// Coefficients to SI units, `[numbers, rank]`.
-    pub basis: Matrix<'m>,
+    pub basis: Weights<'m>,
     /// First coefficient of the group in c.
     pub first: usize,
 }
@@ -42,10 +74,8 @@ pub struct Decoder<'m> {
     pub linear: Matrix<'m>,
     /// F, `[coefficients]`.
     pub port: Vector<'m>,
-    /// W1, W2, W3.
-    pub weights: [Matrix<'m>; 3],
-    /// b1, b2, b3.
-    pub biases: [Vector<'m>; 3],
+    /// W1 and b1, W2 and b2, W3 and b3.
+    pub trunk: [Dense<'m>; 3],
     /// q, v, e, sigma, tau.
     pub groups: [Group<'m>; 5],
     /// The profile: 21 heights in metres.
@@ -60,15 +90,14 @@ impl Decoder<'_> {
     #[must_use]
     pub fn coefficients(&self, x: &[f32; LATENTS], u: f32) -> Coefficients {
         let mut c = [0.0; MAX_COEFFICIENTS];
-        let [w1, w2, w3] = &self.weights;
-        let [b1, b2, b3] = self.biases;
+        let [one, two, three] = &self.trunk;
         let mut first = [0.0; MAX_TRUNK];
-        layer(w1, b1, x, &mut first);
+        one.apply(x, &mut first);
         relu(&mut first);
         let mut second = [0.0; MAX_TRUNK];
-        layer(w2, b2, &first, &mut second);
+        two.apply(&first, &mut second);
         relu(&mut second);
-        layer(w3, b3, &second, &mut c);
+        three.apply(&second, &mut c);
         self.linear.accumulate(x, &mut c);
         for (c, f) in c.iter_mut().zip(self.port) {
             *c += f * u;
@@ -87,17 +116,33 @@ impl Decoder<'_> {
     /// The full field into the caller's buffer, group after group in SI units; `heat_j` in joules.
     /// A buffer of another length than 13 numbers a tracer is filled as far as it goes.
     pub fn field(&self, c: &Coefficients, heat_j: f32, out: &mut [f32]) {
+        self.part(Selection::ALL, c, heat_j, out);
+    }
+
+    /// The groups of `selection` one after another, as [`Self::field`] lays them out; gives how many numbers
+    /// were written. A group that is left out takes no time and no room.
+    pub fn part(&self, selection: Selection, c: &Coefficients, heat_j: f32, out: &mut [f32]) -> usize {
         let mut rest = out;
-        for (index, group) in self.groups.iter().enumerate() {
+        let mut written = 0_usize;
+        for (index, group) in self.groups.iter().enumerate().filter(|(index, _)| selection.holds(*index)) {
             let length = group.rest.len().min(rest.len());
-            let Some((part, tail)) = rest.split_at_mut_checked(length) else { return };
+            let Some((part, tail)) = rest.split_at_mut_checked(length) else { return written };
             if index == ENERGY_GROUP {
                 group.expand(&[heat_j], part);
             } else {
                 group.expand(c, part);
             }
+            written = written.saturating_add(length);
             rest = tail;
         }
+        written
+    }
+
+    /// Numbers that [`Self::part`] writes into a buffer with room for them.
+    #[must_use]
+    pub fn part_len(&self, selection: Selection) -> usize {
+        let chosen = self.groups.iter().enumerate().filter(|(index, _)| selection.holds(*index));
+        chosen.map(|(_, group)| group.rest.len()).sum()
     }
 }
 
@@ -108,20 +153,5 @@ impl Group<'_> {
             *o = *r;
         }
         self.basis.accumulate(c.get(self.first..).unwrap_or_default(), out);
-    }
-}
-
-/// out = W x + b, as far as W has rows.
-fn layer(w: &Matrix<'_>, b: Vector<'_>, x: &[f32], out: &mut [f32]) {
-    for (o, b) in out.iter_mut().zip(b) {
-        *o = *b;
-    }
-    w.accumulate(x, out);
-}
-
-/// max(0, x), element by element.
-fn relu(x: &mut [f32]) {
-    for x in x {
-        *x = x.max(0.0);
     }
 }

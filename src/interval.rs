@@ -54,10 +54,10 @@ pub struct Spread<'m> {
     pub gain: Square,
     /// G R G^T.
     pub reading: Square,
-    /// J of the surface, `[POINTS, LATENTS]`, m.
-    pub surface: Matrix<'m>,
-    /// J^T J of one number of q, v, sigma and tau, one above the other `[4 LATENTS, LATENTS]`, SI units.
-    pub groups: Matrix<'m>,
+    /// J of the surface, a column a point `[LATENTS, POINTS]`, m.
+    pub surface: SMatrix<f64, LATENTS, POINTS>,
+    /// J^T J of one number of q, v, sigma and tau, SI units.
+    pub groups: [Square; SPREAD_GROUPS],
     /// d of the 21 heights, m2.
     pub surface_misfit: Vector<'m>,
     /// d of q, v, sigma, tau, SI units squared.
@@ -80,7 +80,13 @@ impl Default for Covariance {
 /// The matrix whose entries `of` gives.
 #[must_use]
 pub fn square_of(of: &Matrix<'_>) -> Square {
-    Square::from_fn(|i, j| f64::from(of.at(i, j)))
+    square_below(of, 0)
+}
+
+/// The matrix whose entries `of` gives from row `first` on.
+#[must_use]
+pub fn square_below(of: &Matrix<'_>, first: usize) -> Square {
+    Square::from_fn(|i, j| f64::from(of.at(first.saturating_add(i), j)))
 }
 
 impl Spread<'_> {
@@ -120,13 +126,8 @@ impl Spread<'_> {
         let w = self.weight(slosh);
         let mut field = [0.0; 5];
         let of_groups = [0, 1, 3, 4];
-        for ((group, slot), d) in of_groups.into_iter().enumerate().zip(self.group_misfit) {
-            let mut trace = 0.0;
-            for (j, column) in p.0.column_iter().enumerate() {
-                for (i, v) in column.iter().enumerate() {
-                    trace += f64::from(self.groups.at(group * LATENTS + i, j)) * v;
-                }
-            }
+        for ((group, slot), d) in self.groups.iter().zip(of_groups).zip(self.group_misfit) {
+            let trace: f64 = group.iter().zip(p.0.iter()).map(|(j, v)| j * v).sum();
             if let Some(half) = field.get_mut(slot) {
                 *half = self.half(1 + LEADS.len() + slot, trace + w * f64::from(*d));
             }
@@ -166,8 +167,8 @@ impl Spread<'_> {
     /// k sqrt(J P J^T + w d) of each height.
     fn heights(&self, p: &Covariance, w: f64, k: f64) -> [f32; POINTS] {
         let mut half = [0.0; POINTS];
-        for (point, (half, d)) in half.iter_mut().zip(self.surface_misfit).enumerate() {
-            let row = Latent::from_fn(|j, _| f64::from(self.surface.at(point, j)));
+        for ((half, d), row) in half.iter_mut().zip(self.surface_misfit).zip(self.surface.column_iter()) {
+            let row: Latent = row.into_owned();
             let variance = row.dot(&(p.0 * row)) + w * f64::from(*d);
             *half = (k * sqrt(variance.max(0.0))) as f32;
         }
@@ -188,30 +189,17 @@ mod tests {
     const REACHES: [f32; REACH] = [0.1, 2.0, 4.0, 3.0, 1.0, 1.0, 1.0, 1.0, 1.0];
 
     /// J of one for the first latent at every point, nothing else.
-    struct Store {
-        surface: [f32; 32 * LATENTS],
-        groups: [f32; 64 * LATENTS],
-    }
-
-    impl Store {
-        fn new() -> Self {
-            let mut surface = [0.0; 32 * LATENTS];
-            surface[..POINTS].fill(0.01);
-            Self { surface, groups: [0.0; 64 * LATENTS] }
-        }
-
-        fn spread(&self) -> Spread<'_> {
-            Spread {
-                transition: Square::identity() * 0.9,
-                process: Square::identity() * 0.01,
-                gain: Square::identity() * 0.5,
-                reading: Square::identity() * (0.25 * 0.02),
-                surface: Matrix::new(&self.surface, POINTS, LATENTS).expect("packed"),
-                groups: Matrix::new(&self.groups, SPREAD_GROUPS * LATENTS, LATENTS).expect("packed"),
-                surface_misfit: &[1e-8; POINTS],
-                group_misfit: &[4.0; SPREAD_GROUPS],
-                reach: &REACHES,
-            }
+    fn spread() -> Spread<'static> {
+        Spread {
+            transition: Square::identity() * 0.9,
+            process: Square::identity() * 0.01,
+            gain: Square::identity() * 0.5,
+            reading: Square::identity() * (0.25 * 0.02),
+            surface: SMatrix::from_fn(|i, _| if i == 0 { 0.01 } else { 0.0 }),
+            groups: [Square::zeros(); SPREAD_GROUPS],
+            surface_misfit: &[1e-8; POINTS],
+            group_misfit: &[4.0; SPREAD_GROUPS],
+            reach: &REACHES,
         }
     }
 
@@ -219,8 +207,7 @@ mod tests {
     /// p = 0.25 (0.81 p + q w) + 0.25 r w.
     #[test]
     fn covariance_settles_where_theory_says() {
-        let store = Store::new();
-        let spread = store.spread();
+        let spread = spread();
         let mut p = Covariance::default();
         let slosh = 0.9;
         for _ in 0..60 {
@@ -240,8 +227,7 @@ mod tests {
     /// Without a measurement an estimate is worth less from turn to turn, and k is the measured one at its lead.
     #[test]
     fn forecasts_widen() {
-        let store = Store::new();
-        let spread = store.spread();
+        let spread = spread();
         let mut p = Covariance(Square::identity() * 1e-4);
         let mut last = 0.0;
         for _ in 0..10 {

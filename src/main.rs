@@ -33,9 +33,12 @@ enum Command {
     Camera(cli::camera::Arguments),
     Record(cli::record::Arguments),
     People(cli::people::Arguments),
+    Quantize(cli::quantize::Arguments),
+    Bench(cli::bench::Arguments),
 }
 
 fn main() -> ExitCode {
+    meniscus::host::wide::widen();
     let done = match Arguments::parse().command {
         Command::Run(arguments) => cli::run::run(&arguments),
         Command::Simulate(arguments) => cli::simulate::run(&arguments),
@@ -49,6 +52,8 @@ fn main() -> ExitCode {
         Command::Camera(arguments) => cli::camera::run(&arguments),
         Command::Record(arguments) => cli::record::run(&arguments),
         Command::People(arguments) => cli::people::run(&arguments),
+        Command::Quantize(arguments) => cli::quantize::run(&arguments),
+        Command::Bench(arguments) => cli::bench::run(&arguments),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,

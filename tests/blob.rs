@@ -3,9 +3,11 @@
 
 mod support;
 
+use meniscus::decoder::Selection;
 use meniscus::host::files::AlignedBytes;
 use meniscus::model::{CRC, LoadError, Model, PREFIX_LEN, Tensor};
-use meniscus::offline::export::blob;
+use meniscus::nn::Element;
+use meniscus::offline::export::{blob, stored};
 
 /// The error for `bytes`.
 fn refusal(bytes: &[u8]) -> LoadError {
@@ -121,4 +123,66 @@ fn a_blob_off_its_boundary_is_refused() {
     let aligned = AlignedBytes::copy(&shifted);
     let error = Model::load(&aligned[1..]).map(|_| ()).expect_err("off its boundary");
     assert_eq!(error, LoadError::Misaligned);
+}
+
+#[test]
+fn coarser_blobs_load_and_stay_near() {
+    let parts = support::parts(1, 0.1);
+    let fine = support::random_blob(1, 0.1);
+    let fine = Model::load(&fine).expect("sound");
+    let latent = [0.3; 13];
+    let c = fine.decoder.coefficients(&latent, 0.5);
+    let mut due = vec![0.0; fine.field_len()];
+    fine.decoder.field(&c, 0.01, &mut due);
+    for (element, most) in [(Element::F32, 0.0), (Element::Bf16, 0.02), (Element::I8, 0.05)] {
+        let bytes = AlignedBytes::copy(&stored(support::header(), &parts, |_| element).expect("a blob"));
+        let model = Model::load(&bytes).expect("a coarser blob loads");
+        assert_eq!(model.decoder.groups[1].basis.element(), element);
+        let c = model.decoder.coefficients(&latent, 0.5);
+        let mut field = vec![0.0; model.field_len()];
+        model.decoder.field(&c, 0.01, &mut field);
+        let norm = |x: &[f32]| x.iter().map(|x| x * x).sum::<f32>().sqrt();
+        let off: Vec<f32> = field.iter().zip(&due).map(|(a, b)| a - b).collect();
+        let relative = norm(&off) / norm(&due);
+        assert!(relative <= most && (most == 0.0 || relative > 0.0), "{element}: {relative}");
+        // What the laws stand on is the same to the bit.
+        assert_eq!(model.generic.operators, fine.generic.operators);
+        let x = meniscus::generic::Latent::repeat(0.4);
+        assert_eq!(model.generic.potential.value(&x).to_bits(), fine.generic.potential.value(&x).to_bits());
+    }
+}
+
+#[test]
+fn a_blob_whose_laws_are_coarse_is_refused() {
+    let bytes = stored(support::header(), &support::parts(1, 0.1), |_| Element::Bf16).expect("a blob");
+    let head = u32::from_le_bytes(bytes[12..16].try_into().expect("four bytes")) as usize;
+    let model = AlignedBytes::copy(&bytes);
+    let sections = Model::load(&model).expect("sound").header.sections;
+    let energy = sections.iter().position(|s| s.tensor == Tensor::EnergyIn).expect("there");
+    // The elements are the last bytes of the header, one each.
+    let mut hostile = bytes.clone();
+    hostile[PREFIX_LEN + head - sections.len() + energy] = 1;
+    let error = refusal(&sealed(hostile));
+    assert_eq!(error, LoadError::TooCoarse { tensor: Tensor::EnergyIn, element: Element::Bf16 });
+    // An element that there is not, and one too few.
+    let mut unknown = bytes;
+    unknown[PREFIX_LEN + head - 1] = 9;
+    assert_eq!(refusal(&sealed(unknown)), LoadError::Header);
+}
+
+#[test]
+fn a_part_of_the_field_is_that_part() {
+    let bytes = support::random_blob(1, 0.1);
+    let model = Model::load(&bytes).expect("sound");
+    let c = model.decoder.coefficients(&[0.2; 13], 0.1);
+    let mut all = vec![0.0; model.field_len()];
+    model.decoder.field(&c, 0.01, &mut all);
+    let chosen = Selection::NONE.with(1).with(2);
+    let particles = support::PARTICLES;
+    assert_eq!(model.decoder.part_len(chosen), 4 * particles);
+    let mut part = vec![0.0; 4 * particles];
+    assert_eq!(model.decoder.part(chosen, &c, 0.01, &mut part), 4 * particles);
+    assert_eq!(part, all[3 * particles..7 * particles]);
+    assert_eq!(model.decoder.part(Selection::NONE, &c, 0.01, &mut part), 0);
+    assert_eq!(Selection::NONE.with(7), Selection::NONE);
 }

@@ -70,8 +70,8 @@ impl Weights {
             let mut below = row;
             for (((wi, wh), (bi, bh)), h) in layers.iter().zip(&biases).zip(&mut memory) {
                 let gru = Gru {
-                    input: Matrix::new(&wi.0, wi.1, wi.2).expect("packed"),
-                    hidden: Matrix::new(&wh.0, wh.1, wh.2).expect("packed"),
+                    input: Matrix::new(&wi.0, wi.1, wi.2).expect("packed").into(),
+                    hidden: Matrix::new(&wh.0, wh.1, wh.2).expect("packed").into(),
                     input_bias: bi,
                     hidden_bias: bh,
                 };

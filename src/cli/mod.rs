@@ -1,5 +1,6 @@
 //! The front ends of the command, one file a verb.
 
+pub(crate) mod bench;
 mod bus;
 pub(crate) mod camera;
 #[cfg(feature = "train")]
@@ -16,6 +17,7 @@ mod inputs;
 mod no_train;
 pub(crate) mod people;
 mod profile;
+pub(crate) mod quantize;
 pub(crate) mod record;
 pub(crate) mod run;
 mod shipped;

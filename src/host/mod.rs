@@ -19,6 +19,7 @@ pub mod publish;
 pub mod realtime;
 pub mod usb;
 pub mod view;
+pub mod wide;
 
 /// `std` and its prelude, by name: the crate is `no_std`, so each file of this storey opens with
 /// `use crate::host::prelude::*;`.

@@ -1,6 +1,7 @@
 //! Why a blob is refused, one sentence a cause.
 
 use super::{Tensor, VERSION};
+use crate::nn::Element;
 use core::fmt;
 
 /// A blob that is not loaded. Whatever model ran before keeps running.
@@ -60,6 +61,13 @@ pub enum LoadError {
         /// Its rows and columns.
         found: (u32, u32),
     },
+    /// A tensor that the laws or the filter stand on is stored coarser than f32.
+    TooCoarse {
+        /// Which tensor.
+        tensor: Tensor,
+        /// In what it is stored.
+        element: Element,
+    },
     /// A weight is NaN or infinite.
     NotFinite {
         /// Which tensor.
@@ -97,6 +105,12 @@ impl fmt::Display for LoadError {
             Self::Missing { tensor } => write!(f, "tensor {tensor:?} is missing"),
             Self::Shape { tensor, found: (rows, columns) } => {
                 write!(f, "tensor {tensor:?} is {rows} x {columns}, which does not fit the model")
+            }
+            Self::TooCoarse { tensor, element } => {
+                write!(
+                    f,
+                    "tensor {tensor:?} is stored as {element}, and only GRU, trunk and bases may be coarser than f32"
+                )
             }
             Self::NotFinite { tensor, index } => {
                 write!(f, "number {index} of tensor {tensor:?} is NaN or infinite")

@@ -1,5 +1,6 @@
 //! The head of a weight blob, as `firmware-config/SPEC.md` specifies it byte by byte.
 
+use crate::nn::Element;
 use heapless::{String, Vec};
 use serde::{Deserialize, Serialize};
 
@@ -12,8 +13,8 @@ pub const MAX_SECTIONS: usize = 64;
 /// Format version that this build reads and writes.
 pub const VERSION: u32 = 3;
 
-/// The tensors of a model. Shapes are `[rows, columns]`, `f32` little-endian in the blob, packed in
-/// panels as [`crate::nn::packed_index`] says; a vector has one column. N latents, U ports, F features a frame, P profile points.
+/// The tensors of a model. Shapes are `[rows, columns]`, little-endian in the blob, `f32` or coarser
+/// ([`Element`]), packed in panels as [`crate::nn::packed_index`] says; a vector has one column. N latents, U ports, F features a frame, P profile points.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Tensor {
     /// GRU layer `0..3`, input weights `[78, F or 26]`, gates stacked in the order r, z, n.
@@ -88,6 +89,19 @@ pub struct Section {
     pub columns: u32,
     /// Byte offset from the start of the blob, a multiple of 64.
     pub offset: u32,
+    /// In what its weights are stored. Not part of the entry: it stands in the list behind the header, which a
+    /// blob of `f32` alone has not.
+    #[serde(skip)]
+    pub element: Element,
+}
+
+impl Tensor {
+    /// Whether the tensor may be stored coarser than `f32`: GRU, trunk and bases. Everything that the laws, the
+    /// filter and the intervals stand on may not.
+    #[must_use]
+    pub fn may_be_coarse(self) -> bool {
+        matches!(self, Self::GruInput(_) | Self::GruHidden(_) | Self::TrunkWeight(_) | Self::GroupBasis(_))
+    }
 }
 
 /// Everything of a model but its tensors.

@@ -1,13 +1,15 @@
 //! From bytes to a checked [`Model`]: the only constructor.
 
 use super::shapes::{SURFACE_GROUP, shape};
-use super::{Header, LoadError, MAGIC, Section, Tensor, VERSION};
+use super::{Header, LoadError, MAGIC, MAX_SECTIONS, Section, Tensor, VERSION};
 use crate::decoder::{Decoder, ENERGY_GROUP, Group};
 use crate::encoder::Encoder;
-use crate::generic::{Generic, Latent, Operators, Potential};
-use crate::interval::{Spread, square_of};
-use crate::nn::{Gru, Matrix, Vector, packed_len};
+use crate::generic::{Generic, LATENTS, Latent, Operators, Potential};
+use crate::interval::{Spread, square_below, square_of};
+use crate::nn::{Dense, Element, Gru, Matrix, Vector, Weights, section_len};
 use crate::window::Scale;
+use heapless::Vec;
+use nalgebra::SMatrix;
 
 /// Bytes before the postcard header: magic, version, header length, total length, CRC-32.
 pub const PREFIX_LEN: usize = 24;
@@ -101,11 +103,23 @@ fn read_header(blob: &[u8]) -> Result<Header, LoadError> {
         return Err(LoadError::Checksum { stated, computed });
     }
     let header = body.get(..header_len).ok_or(LoadError::Header)?;
-    match postcard::take_from_bytes(header) {
-        Ok((header, [])) => Ok(header),
-        // The length in the prefix is outside of the checksum: it has to fit exactly.
-        Ok(_) | Err(_) => Err(LoadError::Header),
+    let (mut header, rest): (Header, _) = postcard::take_from_bytes(header).map_err(|_| LoadError::Header)?;
+    // Behind it the elements, one a section; without them all are f32. The length in the prefix is outside of the
+    // checksum: it has to fit exactly.
+    if !rest.is_empty() {
+        let (elements, []): (Vec<Element, MAX_SECTIONS>, &[u8]) =
+            postcard::take_from_bytes(rest).map_err(|_| LoadError::Header)?
+        else {
+            return Err(LoadError::Header);
+        };
+        if elements.len() != header.sections.len() {
+            return Err(LoadError::Header);
+        }
+        for (section, element) in header.sections.iter_mut().zip(&elements) {
+            section.element = *element;
+        }
     }
+    Ok(header)
 }
 
 /// Refuses numbers that no glass or model can have.
@@ -138,8 +152,8 @@ struct Store<'b, 'h> {
 }
 
 impl<'b> Store<'b, '_> {
-    /// The section of `tensor` and its numbers.
-    fn find(&self, tensor: Tensor) -> Result<(&Section, &'b [f32]), LoadError> {
+    /// The section of `tensor` and its bytes.
+    fn find(&self, tensor: Tensor) -> Result<(&Section, &'b [u8]), LoadError> {
         let mut sections = self.header.sections.iter();
         let section = sections.find(|s| s.tensor == tensor).ok_or(LoadError::Missing { tensor })?;
         let found = (section.rows, section.columns);
@@ -148,14 +162,36 @@ impl<'b> Store<'b, '_> {
         if !fits {
             return Err(LoadError::Shape { tensor, found });
         }
+        if section.element != Element::F32 && !tensor.may_be_coarse() {
+            return Err(LoadError::TooCoarse { tensor, element: section.element });
+        }
         let outside = LoadError::Section { tensor };
         let offset = section.offset as usize;
-        let bytes = packed_len(rows, columns).and_then(|n| n.checked_mul(4)).ok_or(outside)?;
+        let bytes = section_len(section.element, rows, columns).ok_or(outside)?;
         let end = offset.checked_add(bytes).ok_or(outside)?;
         if !offset.is_multiple_of(ALIGNMENT) {
             return Err(outside);
         }
-        let raw = self.blob.get(offset..end).ok_or(outside)?;
+        Ok((section, self.blob.get(offset..end).ok_or(outside)?))
+    }
+
+    /// A tensor whose weights may be stored coarser than f32.
+    fn weights(&self, tensor: Tensor) -> Result<Weights<'b>, LoadError> {
+        let (section, bytes) = self.find(tensor)?;
+        if bytes.as_ptr().align_offset(align_of::<f32>()) != 0 {
+            return Err(LoadError::Misaligned);
+        }
+        let weights = Weights::new(section.element, bytes, section.rows as usize, section.columns as usize)
+            .ok_or(LoadError::Section { tensor })?;
+        match weights.not_finite() {
+            Some(index) => Err(LoadError::NotFinite { tensor, index }),
+            None => Ok(weights),
+        }
+    }
+
+    /// The numbers of a tensor that is f32.
+    fn numbers(&self, tensor: Tensor) -> Result<(&Section, &'b [f32]), LoadError> {
+        let (section, raw) = self.find(tensor)?;
         let numbers = bytemuck::try_cast_slice::<u8, f32>(raw).map_err(|_| LoadError::Misaligned)?;
         match numbers.iter().position(|w| !w.is_finite()) {
             Some(index) => Err(LoadError::NotFinite { tensor, index }),
@@ -163,26 +199,17 @@ impl<'b> Store<'b, '_> {
         }
     }
 
-    /// A tensor as a matrix.
+    /// A tensor as a matrix of f32.
     fn matrix(&self, tensor: Tensor) -> Result<Matrix<'b>, LoadError> {
-        let (section, numbers) = self.find(tensor)?;
+        let (section, numbers) = self.numbers(tensor)?;
         Matrix::new(numbers, section.rows as usize, section.columns as usize)
             .ok_or(LoadError::Section { tensor })
     }
 
     /// A tensor of one column, without its padding.
     fn vector(&self, tensor: Tensor) -> Result<Vector<'b>, LoadError> {
-        let (section, numbers) = self.find(tensor)?;
+        let (section, numbers) = self.numbers(tensor)?;
         numbers.get(..section.rows as usize).ok_or(LoadError::Section { tensor })
-    }
-
-    /// Refuses `matrix` unless it has `columns` columns.
-    fn chained(&self, tensor: Tensor, columns: usize) -> Result<Matrix<'b>, LoadError> {
-        let matrix = self.matrix(tensor)?;
-        if matrix.columns() == columns {
-            return Ok(matrix);
-        }
-        Err(LoadError::Shape { tensor, found: (matrix.rows() as u32, matrix.columns() as u32) })
     }
 
     /// Refuses a vector unless it has `rows` numbers.
@@ -196,8 +223,8 @@ impl<'b> Store<'b, '_> {
 
     fn gru(&self, layer: u8) -> Result<Gru<'b>, LoadError> {
         Ok(Gru {
-            input: self.matrix(Tensor::GruInput(layer))?,
-            hidden: self.matrix(Tensor::GruHidden(layer))?,
+            input: self.weights(Tensor::GruInput(layer))?,
+            hidden: self.weights(Tensor::GruHidden(layer))?,
             input_bias: self.vector(Tensor::GruInputBias(layer))?,
             hidden_bias: self.vector(Tensor::GruHiddenBias(layer))?,
         })
@@ -236,13 +263,14 @@ impl<'b> Store<'b, '_> {
     fn spread(&self, gain: &Matrix<'_>) -> Result<Spread<'b>, LoadError> {
         let square = |tensor| self.matrix(tensor).map(|m| square_of(&m));
         let gain = square_of(gain);
+        let (surface, groups) = (self.matrix(Tensor::SurfaceSlope)?, self.matrix(Tensor::GroupSlope)?);
         Ok(Spread {
             transition: square(Tensor::Transition)?,
             process: square(Tensor::ProcessSpread)?,
             reading: gain * square(Tensor::ReadingSpread)? * gain.transpose(),
             gain,
-            surface: self.matrix(Tensor::SurfaceSlope)?,
-            groups: self.matrix(Tensor::GroupSlope)?,
+            surface: SMatrix::from_fn(|latent, point| f64::from(surface.at(point, latent))),
+            groups: core::array::from_fn(|group| square_below(&groups, group.saturating_mul(LATENTS))),
             surface_misfit: self.vector(Tensor::SurfaceMisfit)?,
             group_misfit: self.vector(Tensor::GroupMisfit)?,
             reach: self.vector(Tensor::Reach)?,
@@ -251,15 +279,17 @@ impl<'b> Store<'b, '_> {
 
     fn decoder(&self) -> Result<Decoder<'b>, LoadError> {
         let linear = self.matrix(Tensor::TrunkLinear)?;
-        let w1 = self.matrix(Tensor::TrunkWeight(0))?;
-        let w2 = self.chained(Tensor::TrunkWeight(1), w1.rows())?;
-        let w3 = self.chained(Tensor::TrunkWeight(2), w2.rows())?;
+        let one = self.dense(0, LATENTS)?;
+        let two = self.dense(1, one.weights.rows())?;
+        let three = self.dense(2, two.weights.rows())?;
         let mut first = 0;
         let groups = [self.group(0, &mut first)?, self.group(1, &mut first)?, self.group(2, &mut first)?];
         let [q, v, e] = groups;
         let (sigma, tau) = (self.group(3, &mut first)?, self.group(4, &mut first)?);
         let surface = self.group(SURFACE_GROUP, &mut first)?;
-        for (tensor, rows) in [(Tensor::TrunkLinear, linear.rows()), (Tensor::TrunkWeight(2), w3.rows())] {
+        for (tensor, rows) in
+            [(Tensor::TrunkLinear, linear.rows()), (Tensor::TrunkWeight(2), three.weights.rows())]
+        {
             if rows != first {
                 return Err(LoadError::Shape { tensor, found: (rows as u32, linear.columns() as u32) });
             }
@@ -267,22 +297,28 @@ impl<'b> Store<'b, '_> {
         Ok(Decoder {
             linear,
             port: self.bias(Tensor::TrunkPort, first)?,
-            weights: [w1, w2, w3],
-            biases: [
-                self.bias(Tensor::TrunkBias(0), w1.rows())?,
-                self.bias(Tensor::TrunkBias(1), w2.rows())?,
-                self.bias(Tensor::TrunkBias(2), w3.rows())?,
-            ],
+            trunk: [one, two, three],
             groups: [q, v, e, sigma, tau],
             surface,
         })
+    }
+
+    /// Layer `index` of the trunk, with `inputs` columns.
+    fn dense(&self, index: u8, inputs: usize) -> Result<Dense<'b>, LoadError> {
+        let tensor = Tensor::TrunkWeight(index);
+        let weights = self.weights(tensor)?;
+        if weights.columns() != inputs {
+            let found = (weights.rows() as u32, weights.columns() as u32);
+            return Err(LoadError::Shape { tensor, found });
+        }
+        Ok(Dense { weights, bias: self.bias(Tensor::TrunkBias(index), weights.rows())? })
     }
 
     /// Group `index`, whose coefficients begin at `first`; moves `first` behind them. The internal
     /// energy has none of its own: its coefficient is the heat.
     fn group(&self, index: usize, first: &mut usize) -> Result<Group<'b>, LoadError> {
         let tag = index as u8;
-        let basis = self.matrix(Tensor::GroupBasis(tag))?;
+        let basis = self.weights(Tensor::GroupBasis(tag))?;
         let rest = self.vector(Tensor::GroupRest(tag))?;
         if index == ENERGY_GROUP {
             return Ok(Group { rest, basis, first: 0 });

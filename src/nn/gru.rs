@@ -8,7 +8,8 @@
 //! ```
 //! Cho et al. 2014, in the variant of PyTorch's `torch.nn.GRU` (the reset gate acts after the product).
 
-use super::{Matrix, Vector};
+use super::width::{Kernel, widest};
+use super::{Vector, Weights};
 use crate::math::{sigmoidf, tanhf};
 
 /// Units of a layer (paper: 26).
@@ -18,9 +19,9 @@ pub const HIDDEN: usize = 26;
 #[derive(Clone, Copy, Debug)]
 pub struct Gru<'m> {
     /// W_i, `[3 HIDDEN, inputs]`, gates stacked in the order r, z, n.
-    pub input: Matrix<'m>,
+    pub input: Weights<'m>,
     /// W_h, `[3 HIDDEN, HIDDEN]`.
-    pub hidden: Matrix<'m>,
+    pub hidden: Weights<'m>,
     /// b_i, `3 HIDDEN`.
     pub input_bias: Vector<'m>,
     /// b_h, `3 HIDDEN`.
@@ -33,11 +34,26 @@ type Gates = [[f32; HIDDEN]; 3];
 impl Gru<'_> {
     /// Advances the memory `h` by one input `x`.
     pub fn step(&self, x: &[f32], h: &mut [f32; HIDDEN]) {
-        let [ir, iz, i_n] = affine(&self.input, self.input_bias, x);
-        let [hr, hz, hn] = affine(&self.hidden, self.hidden_bias, h);
-        let input = ir.iter().zip(&iz).zip(&i_n);
-        let hidden = hr.iter().zip(&hz).zip(&hn);
-        for (h, (((ir, iz), i_n), ((hr, hz), hn))) in h.iter_mut().zip(input.zip(hidden)) {
+        let input = affine(&self.input, self.input_bias, x);
+        let hidden = affine(&self.hidden, self.hidden_bias, h);
+        widest(Recur { input: &input, hidden: &hidden, h });
+    }
+}
+
+/// The gates and the new memory, from both sums.
+struct Recur<'a> {
+    input: &'a Gates,
+    hidden: &'a Gates,
+    h: &'a mut [f32; HIDDEN],
+}
+
+impl Kernel for Recur<'_> {
+    #[inline(always)]
+    fn run(self) {
+        let ([ir, iz, i_n], [hr, hz, hn]) = (self.input, self.hidden);
+        let input = ir.iter().zip(iz).zip(i_n);
+        let hidden = hr.iter().zip(hz).zip(hn);
+        for (h, (((ir, iz), i_n), ((hr, hz), hn))) in self.h.iter_mut().zip(input.zip(hidden)) {
             let r = sigmoidf(ir + hr);
             let z = sigmoidf(iz + hz);
             let n = tanhf(i_n + r * hn);
@@ -47,7 +63,7 @@ impl Gru<'_> {
 }
 
 /// b + W x for the three gates.
-fn affine(w: &Matrix<'_>, b: Vector<'_>, x: &[f32]) -> Gates {
+fn affine(w: &Weights<'_>, b: Vector<'_>, x: &[f32]) -> Gates {
     let mut gates: Gates = [[0.0; HIDDEN]; 3];
     let sums = gates.as_flattened_mut();
     for (sum, b) in sums.iter_mut().zip(b) {

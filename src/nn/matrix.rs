@@ -4,6 +4,8 @@
 //! Element (i, j) of a matrix with `columns` columns lies at [`packed_index`]; rows are padded with
 //! zeros to a whole panel. A vector is a matrix of one column: its elements lie one after another.
 
+use super::kernels;
+use super::width::widest;
 use core::num::NonZeroUsize;
 
 /// Rows of a panel: eight SSE, four AVX2 or two AVX-512 registers of accumulators.
@@ -63,54 +65,26 @@ impl<'m> Matrix<'m> {
     /// y = y + W x. Numbers of `x` beyond the columns and of `y` beyond the rows are left alone;
     /// where `x` is shorter, the rest counts as zero.
     pub fn accumulate(&self, x: &[f32], y: &mut [f32]) {
-        let panels = self.packed.chunks_exact(self.columns.get());
-        let outputs = y.get_mut(..self.rows.min(y.len())).unwrap_or_default();
-        for (out, panel) in outputs.chunks_mut(PANEL).zip(panels) {
-            let mut sums = [0.0_f32; PANEL];
-            for (column, &xj) in panel.iter().zip(x) {
-                for (sum, w) in sums.iter_mut().zip(column) {
-                    *sum += w * xj;
-                }
-            }
-            for (o, sum) in out.iter_mut().zip(sums) {
-                *o += sum;
-            }
-        }
+        let y = y.get_mut(..self.rows.min(y.len())).unwrap_or_default();
+        widest(kernels::F32 { panels: self.packed, columns: self.columns.get(), x, y });
     }
 
     /// y = y + W x in double precision, for the energy, whose differences must not be rounding.
     pub fn accumulate_f64(&self, x: &[f64], y: &mut [f64]) {
-        let panels = self.packed.chunks_exact(self.columns.get());
-        let outputs = y.get_mut(..self.rows.min(y.len())).unwrap_or_default();
-        for (out, panel) in outputs.chunks_mut(PANEL).zip(panels) {
-            let mut sums = [0.0_f64; PANEL];
-            for (column, &xj) in panel.iter().zip(x) {
-                for (sum, &w) in sums.iter_mut().zip(column) {
-                    *sum += f64::from(w) * xj;
-                }
-            }
-            for (o, sum) in out.iter_mut().zip(sums) {
-                *o += sum;
-            }
-        }
+        let y = y.get_mut(..self.rows.min(y.len())).unwrap_or_default();
+        widest(kernels::F64 { panels: self.packed, columns: self.columns.get(), x, y });
     }
 
     /// y = y + W^T x in double precision.
     pub fn accumulate_transposed_f64(&self, x: &[f64], y: &mut [f64]) {
-        let panels = self.packed.chunks_exact(self.columns.get());
-        let inputs = x.get(..self.rows.min(x.len())).unwrap_or_default();
-        for (input, panel) in inputs.chunks(PANEL).zip(panels) {
-            for (out, column) in y.iter_mut().zip(panel) {
-                // Four running sums instead of one, so that additions need not wait for each other.
-                let mut sums = [0.0_f64; 4];
-                for (xs, ws) in input.chunks(4).zip(column.chunks(4)) {
-                    for ((sum, &w), &xi) in sums.iter_mut().zip(ws).zip(xs) {
-                        *sum += f64::from(w) * xi;
-                    }
-                }
-                *out += sums.iter().sum::<f64>();
-            }
-        }
+        let x = x.get(..self.rows.min(x.len())).unwrap_or_default();
+        widest(kernels::Transposed { panels: self.packed, columns: self.columns.get(), x, y });
+    }
+
+    /// Position of the first number that is not finite.
+    #[must_use]
+    pub fn not_finite(&self) -> Option<usize> {
+        self.packed.as_flattened().iter().position(|w| !w.is_finite())
     }
 
     /// Row `row` as a vector of N numbers in double precision; zeros where the matrix has none.

@@ -73,8 +73,14 @@ impl<'r> SimulatedCamera<'r> {
     }
 
     /// Sends every payload of every frame at once, in order of arrival, to `each`.
-    pub fn send_all(mut self, mut each: impl FnMut(Stream, &[u8])) {
-        for frame in 0..self.recording.frames() {
+    pub fn send_all(self, each: impl FnMut(Stream, &[u8])) {
+        let frames = self.recording.frames();
+        self.send_first(frames, each);
+    }
+
+    /// The same of the first `frames` frames, or of all there are.
+    pub fn send_first(mut self, frames: usize, mut each: impl FnMut(Stream, &[u8])) {
+        for frame in 0..frames.min(self.recording.frames()) {
             self.expose(frame);
             let until_us = Self::captured_us(frame + 1);
             let due = self.pending.iter().take_while(|payload| payload.arrival_us < until_us).count();

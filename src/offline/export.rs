@@ -6,12 +6,12 @@
 //! 12  length of the header, u32
 //! 16  length of the blob, u32
 //! 20  CRC-32 (IEEE 802.3) of bytes 24 to the end, u32
-//! 24  header, postcard
-//! ..  tensors, f32 packed in panels, each at a multiple of 64, zeros between; all little-endian
+//! 24  header, postcard; behind it the elements, if any tensor is not f32
+//! ..  tensors, packed in panels, each at a multiple of 64, zeros between; all little-endian
 //! ```
 
-use crate::model::{ALIGNMENT, CRC, Header, MAGIC, PREFIX_LEN, Section, Tensor, VERSION};
-use crate::nn::{packed_index, packed_len};
+use crate::model::{ALIGNMENT, CRC, Header, MAGIC, MAX_SECTIONS, PREFIX_LEN, Section, Tensor, VERSION};
+use crate::nn::{Element, bf16_index, bf16_of, packed_index, packed_len, section_len};
 use crate::offline::prelude::*;
 
 /// One tensor to write.
@@ -59,7 +59,20 @@ impl std::error::Error for ExportError {}
 ///
 /// # Errors
 /// [`ExportError`], when a tensor is malformed or does not fit.
-pub fn blob(mut header: Header, parts: &[Part]) -> Result<Vec<u8>, ExportError> {
+pub fn blob(header: Header, parts: &[Part]) -> Result<Vec<u8>, ExportError> {
+    stored(header, parts, |_| Element::F32)
+}
+
+/// The same with every tensor stored as `element` says; what may not be coarser than f32 stays f32.
+///
+/// # Errors
+/// [`ExportError`], when a tensor is malformed or does not fit.
+pub fn stored(
+    mut header: Header,
+    parts: &[Part],
+    element: impl Fn(Tensor) -> Element,
+) -> Result<Vec<u8>, ExportError> {
+    let element = |tensor: Tensor| if tensor.may_be_coarse() { element(tensor) } else { Element::F32 };
     for part in parts {
         if part.values.len() != part.rows * part.columns {
             return Err(ExportError::Shape(part.tensor));
@@ -72,7 +85,7 @@ pub fn blob(mut header: Header, parts: &[Part]) -> Result<Vec<u8>, ExportError> 
     // itself; it only grows from one round to the next, and by less each time.
     let mut head = Vec::new();
     loop {
-        let length = place(&mut header, parts, head.len())?;
+        let length = place(&mut header, parts, &element, head.len())?;
         let next = encode(&header)?;
         if next.len() == head.len() {
             return Ok(assemble(&head, &header, parts, length));
@@ -82,16 +95,21 @@ pub fn blob(mut header: Header, parts: &[Part]) -> Result<Vec<u8>, ExportError> 
 }
 
 /// Fills in the sections behind a header of `head` bytes; returns the length of the blob.
-fn place(header: &mut Header, parts: &[Part], head: usize) -> Result<usize, ExportError> {
+fn place(
+    header: &mut Header,
+    parts: &[Part],
+    element: &impl Fn(Tensor) -> Element,
+    head: usize,
+) -> Result<usize, ExportError> {
     let mut end = PREFIX_LEN + head;
     header.sections.clear();
     for part in parts {
         let offset = end.next_multiple_of(ALIGNMENT);
-        let numbers = packed_len(part.rows, part.columns).ok_or(ExportError::Length)?;
-        end = offset + 4 * numbers;
+        let element = element(part.tensor);
+        end = offset + section_len(element, part.rows, part.columns).ok_or(ExportError::Length)?;
         let short = |n: usize| u32::try_from(n).map_err(|_| ExportError::Length);
         let (rows, columns) = (short(part.rows)?, short(part.columns)?);
-        let section = Section { tensor: part.tensor, rows, columns, offset: short(offset)? };
+        let section = Section { tensor: part.tensor, rows, columns, offset: short(offset)?, element };
         header.sections.push(section).map_err(|_| ExportError::Header)?;
     }
     u32::try_from(end).map_err(|_| ExportError::Length)?;
@@ -102,6 +120,12 @@ fn encode(header: &Header) -> Result<Vec<u8>, ExportError> {
     let mut buffer = vec![0; 8192];
     let used = postcard::to_slice(header, &mut buffer).map_err(|_| ExportError::Header)?.len();
     buffer.truncate(used);
+    if header.sections.iter().any(|section| section.element != Element::F32) {
+        let elements: heapless::Vec<Element, MAX_SECTIONS> =
+            header.sections.iter().map(|section| section.element).collect();
+        let mut list = [0; 2 * MAX_SECTIONS];
+        buffer.extend_from_slice(postcard::to_slice(&elements, &mut list).map_err(|_| ExportError::Header)?);
+    }
     Ok(buffer)
 }
 
@@ -109,11 +133,9 @@ fn assemble(head: &[u8], header: &Header, parts: &[Part], length: usize) -> Vec<
     let mut bytes = vec![0; length];
     bytes[PREFIX_LEN..PREFIX_LEN + head.len()].copy_from_slice(head);
     for (part, section) in parts.iter().zip(&header.sections) {
-        for (k, value) in part.values.iter().enumerate() {
-            let index = packed_index(k / part.columns, k % part.columns, part.columns);
-            let at = section.offset as usize + 4 * index;
-            bytes[at..at + 4].copy_from_slice(&value.to_le_bytes());
-        }
+        let length = section_len(section.element, part.rows, part.columns).unwrap_or(0);
+        let offset = section.offset as usize;
+        pack(part, section.element, &mut bytes[offset..offset + length]);
     }
     let crc = CRC.checksum(&bytes[PREFIX_LEN..]);
     bytes[..8].copy_from_slice(&MAGIC);
@@ -121,6 +143,37 @@ fn assemble(head: &[u8], header: &Header, parts: &[Part], length: usize) -> Vec<
         bytes[8 + 4 * k..12 + 4 * k].copy_from_slice(&number.to_le_bytes());
     }
     bytes
+}
+
+/// Packs a tensor into the bytes of its section.
+pub fn pack(part: &Part, element: Element, out: &mut [u8]) {
+    let columns = part.columns;
+    let entries = || part.values.iter().enumerate().map(|(k, value)| (k / columns, k % columns, *value));
+    match element {
+        Element::F32 => {
+            for (i, j, value) in entries() {
+                let at = 4 * packed_index(i, j, columns);
+                out[at..at + 4].copy_from_slice(&value.to_le_bytes());
+            }
+        }
+        Element::Bf16 => {
+            for (i, j, value) in entries() {
+                let at = 2 * bf16_index(i, j, columns);
+                out[at..at + 2].copy_from_slice(&bf16_of(value).to_le_bytes());
+            }
+        }
+        Element::I8 => {
+            let behind_scales = 4 * packed_len(part.rows, 1).unwrap_or(0);
+            for (i, row) in part.values.chunks(columns).enumerate() {
+                let scale = row.iter().fold(0.0_f32, |most, w| most.max(w.abs())) / 127.0;
+                out[4 * i..4 * i + 4].copy_from_slice(&scale.to_le_bytes());
+                for (j, value) in row.iter().enumerate() {
+                    let k = if scale > 0.0 { (value / scale).round() as i8 } else { 0 };
+                    out[behind_scales + packed_index(i, j, columns)] = k.to_le_bytes()[0];
+                }
+            }
+        }
+    }
 }
 
 #[cfg(test)]

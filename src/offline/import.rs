@@ -2,7 +2,7 @@
 
 use super::export::Part;
 use crate::model::{Header, LoadError, Model, Section};
-use crate::nn::{packed_index, packed_len};
+use crate::nn::{Weights, section_len};
 use crate::offline::prelude::*;
 
 /// The header of `blob` and all of its tensors, unpacked, in blob order.
@@ -16,15 +16,15 @@ pub fn parts(blob: &[u8]) -> Result<(Header, Vec<Part>), LoadError> {
     Ok((header, parts))
 }
 
-/// One tensor of a blob that has been checked.
+/// One tensor of a blob that has been checked, as the numbers that its weights stand for.
 fn unpack(blob: &[u8], section: &Section) -> Part {
     let (rows, columns) = (section.rows as usize, section.columns as usize);
     let offset = section.offset as usize;
-    let length = 4 * packed_len(rows, columns).unwrap_or(0);
-    let words = blob.get(offset..offset + length).unwrap_or_default().as_chunks::<4>().0;
-    let number = |at: usize| words.get(at).map_or(f32::NAN, |word| f32::from_le_bytes(*word));
-    let values = (0..rows * columns).map(|k| number(packed_index(k / columns, k % columns, columns)));
-    Part { tensor: section.tensor, rows, columns, values: values.collect() }
+    let length = section_len(section.element, rows, columns).unwrap_or(0);
+    let bytes = blob.get(offset..offset + length).unwrap_or_default();
+    let weights = Weights::new(section.element, bytes, rows, columns);
+    let number = |k: usize| weights.map_or(f32::NAN, |weights| weights.at(k / columns, k % columns));
+    Part { tensor: section.tensor, rows, columns, values: (0..rows * columns).map(number).collect() }
 }
 
 #[cfg(test)]

@@ -4,6 +4,7 @@
 pub(in crate::offline) extern crate std;
 
 pub mod baseline;
+pub mod bench;
 pub mod camera;
 pub mod discover;
 #[cfg(feature = "train")]
@@ -13,6 +14,7 @@ pub mod export;
 pub mod import;
 pub mod liquids;
 pub mod motion;
+pub mod quantize;
 pub mod recording;
 pub mod repeat;
 pub mod replay;

@@ -15,6 +15,7 @@ use crate::host::page::{Page, PageError};
 use crate::model::Model;
 use crate::offline::prelude::*;
 use crate::runtime::DEADLINE_US;
+use crate::runtime::Estimator;
 use crate::surface::Config;
 use std::net::{Ipv4Addr, SocketAddr, TcpStream};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -71,7 +72,8 @@ pub fn study(
         scope.spawn(move || camera.play(usize::MAX, &camera_end, &shared.stop));
         scope.spawn(move || page.compose(model));
         let log = Log::with_room(turns);
-        let worker = scope.spawn(move || watch(model, config, &worker_end, shared, outlets, log, still));
+        let worker = scope
+            .spawn(move || watch(Estimator::new(model), config, &worker_end, shared, outlets, log, still));
         let begun = Instant::now();
         let mut rounds = Vec::new();
         for number in 0..2 * pairs {

@@ -6,6 +6,7 @@ use super::budget::{Clock, DEADLINE_US, FIELD_START_US, Lap, Stages};
 use super::filter::correct;
 use super::mode::Mode;
 use super::motion::Motion;
+use crate::decoder::Selection;
 use crate::generic::{Audit, LATENTS, Latent, Outcome, State};
 use crate::health::{Health, count};
 use crate::interval::{Covariance, Interval};
@@ -45,6 +46,7 @@ pub enum Drive {
 #[derive(Clone, Copy, Debug)]
 pub struct Estimator<'m> {
     model: &'m Model<'m>,
+    groups: Selection,
 }
 
 /// What the estimator remembers from turn to turn.
@@ -93,7 +95,20 @@ impl<'m> Estimator<'m> {
     /// An estimator on a checked model.
     #[must_use]
     pub fn new(model: &'m Model<'m>) -> Self {
-        Self { model }
+        Self { model, groups: Selection::ALL }
+    }
+
+    /// The same with no more of the field than `groups`: what a small board has time for, or nothing but the
+    /// surface.
+    #[must_use]
+    pub fn only(self, groups: Selection) -> Self {
+        Self { groups, ..self }
+    }
+
+    /// Numbers of the field that a turn writes.
+    #[must_use]
+    pub fn field_len(&self) -> usize {
+        self.model.decoder.part_len(self.groups)
     }
 
     /// The model.
@@ -105,7 +120,7 @@ impl<'m> Estimator<'m> {
     /// One turn. Call it once a frame interval, with `None` where no frame came or no liquid was
     /// seen. `surface_us` is what the way from the image to the profile has taken of this turn.
     ///
-    /// The full field goes into `field` ([`Model::field_len`] numbers, SI units; with any other length
+    /// The field goes into `field` ([`Self::field_len`] numbers, SI units; with any other length
     /// it is left out) unless the turn is late ([`Health::field_shed`]) or halted ([`Mode::Halted`]).
     pub fn turn<C: Clock>(
         &self,
@@ -163,10 +178,11 @@ impl<'m> Estimator<'m> {
 
         let heat_j = joules * memory.state.heat;
         let field_fresh = memory.mode != Mode::Halted
-            && field.len() == self.model.field_len()
+            && self.groups != Selection::NONE
+            && field.len() == self.field_len()
             && self.in_time(memory, &lap, surface_us);
         if field_fresh {
-            self.model.decoder.field(&coefficients, heat_j as f32, field);
+            self.model.decoder.part(self.groups, &coefficients, heat_j as f32, field);
         }
         stages.field_us = lap.lap_us();
         if stages.total_us() > DEADLINE_US {

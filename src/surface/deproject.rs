@@ -33,6 +33,13 @@ pub(super) struct Ray {
     up: f32,
 }
 
+impl Ray {
+    /// The same ray turned to the right.
+    pub(super) fn to_the_right(self, right: f32) -> Self {
+        Self { right, ..self }
+    }
+}
+
 impl Camera {
     pub(super) fn new(settings: &Settings) -> Self {
         let (sin, cos) = sincosf(settings.camera_pitch_rad);
@@ -48,9 +55,18 @@ impl Camera {
 
     /// The ray through pixel position `(u, v)`.
     pub(super) fn ray(&self, u: f32, v: f32) -> Ray {
-        let a = (u - self.lens.ppx) / self.lens.fx;
+        self.level(v).to_the_right(self.across(u))
+    }
+
+    /// How far to the right column `u` looks.
+    pub(super) fn across(&self, u: f32) -> f32 {
+        (u - self.lens.ppx) / self.lens.fx
+    }
+
+    /// The ray of row `v` straight ahead; all rays of the row differ from it by [`Self::across`] alone.
+    pub(super) fn level(&self, v: f32) -> Ray {
         let b = (v - self.lens.ppy) / self.lens.fy;
-        Ray { right: a, away: self.cos + b * self.sin, up: self.sin - b * self.cos }
+        Ray { right: 0.0, away: self.cos + b * self.sin, up: self.sin - b * self.cos }
     }
 
     /// `x` and `z` of the point at `depth_m` on the ray.

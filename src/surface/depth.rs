@@ -18,6 +18,7 @@
 //!   window in a real camera; the rendered one does not.
 
 use super::config::{Config, MAX_COLUMNS};
+use super::deproject::Ray;
 use super::extract::{NotSeen, Tally};
 use super::resample::median_error;
 use super::trace::{Edge, EdgePoint, NEIGHBOURS};
@@ -150,11 +151,15 @@ struct Look<'d> {
 impl Look<'_> {
     /// `z - w` of a pixel of depth `raw`; `None` in a hole and beside the glass.
     fn residual(&self, column: usize, row: usize, raw: u16) -> Option<f32> {
+        self.along(self.config.camera.ray(column as f32, row as f32), raw)
+    }
+
+    /// The same along a ray that is known.
+    fn along(&self, ray: Ray, raw: u16) -> Option<f32> {
         if raw == 0 {
             return None;
         }
-        let camera = &self.config.camera;
-        let wall_m = camera.wall_depth(camera.ray(column as f32, row as f32), self.axis_m)?;
+        let wall_m = self.config.camera.wall_depth(ray, self.axis_m)?;
         Some(f32::from(raw) * self.config.settings.depth_unit_m - wall_m)
     }
 
@@ -170,9 +175,13 @@ impl Look<'_> {
         let left = column.saturating_sub(HALF_WIDTH);
         let right = column.saturating_add(HALF_WIDTH + 1);
         let mut residuals: Vec<f32, WINDOW> = Vec::new();
+        // A window holds as many columns as rays across; the divisions are made once for each.
+        let mut across = [0.0; 2 * HALF_WIDTH + 1];
+        across.iter_mut().zip(left..).for_each(|(to, u)| *to = self.config.camera.across(u as f32));
         for row in first_row..first_row.saturating_add(ROWS) {
-            for (column, raw) in (left..right).zip(z16_row(self.depth, row, left, right)) {
-                if let Some(residual) = self.residual(column, row, raw) {
+            let level = self.config.camera.level(row as f32);
+            for (&across, raw) in across.iter().zip(z16_row(self.depth, row, left, right)) {
+                if let Some(residual) = self.along(level.to_the_right(across), raw) {
                     let _ = residuals.push(residual);
                 }
             }

@@ -14,6 +14,7 @@ use crate::cli::inputs::blob;
 use crate::cli::shipped;
 use anyhow::{Context, bail, ensure};
 use indicatif::{ProgressBar, ProgressStyle};
+use meniscus::decoder::Selection;
 use meniscus::host::files::write_whole;
 use meniscus::host::link::{WorkerEnd, link};
 use meniscus::host::live::{Log, Outlets, Still, Watch, watch};
@@ -22,8 +23,9 @@ use meniscus::host::publish::Destination;
 use meniscus::host::view::{Caption, Dashboard};
 use meniscus::model::Model;
 use meniscus::offline::camera::{PAYLOAD_ROOM, SimulatedCamera};
-use meniscus::offline::recording::Recording;
+use meniscus::offline::recording::{GROUP_NAMES, Recording};
 use meniscus::offline::scene::SceneSettings;
+use meniscus::runtime::Estimator;
 use meniscus::surface::{Config, Settings};
 use meniscus::units::FRAME_INTERVAL_S;
 use meniscus_hil::FaultList;
@@ -107,6 +109,10 @@ pub(crate) struct Arguments {
     /// How often the full field goes to those who read a Unix socket, times a second.
     #[arg(long, default_value_t = 0.0, value_name = "HZ")]
     field_hz: f64,
+    /// Decode no more of the field than these groups (q, v, e, sigma, tau, joined by commas; none leaves the surface
+    /// alone): for a board that has not the time for all. The surface and the audit are never left out.
+    #[arg(long, default_value = "all", value_name = "all|none|GROUPS")]
+    fields: String,
     /// Also write every turn as a row of this table: wall clock, camera clock, frame, mode, times.
     #[arg(long, value_name = "FILE.csv")]
     turns: Option<PathBuf>,
@@ -200,6 +206,7 @@ fn live(
     worker_end: WorkerEnd,
     still: &mut Still,
 ) -> anyhow::Result<Log> {
+    let estimator = Estimator::new(model).only(groups(arguments)?);
     let published = Published::open(arguments, model)?;
     let title = format!("{}, {camera}, model {}", model.header.liquid, arguments.model);
     let page = arguments.page.open(model, config, &title)?;
@@ -218,7 +225,8 @@ fn live(
         if let Some(page) = &page {
             scope.spawn(move || page.compose(model));
         }
-        let worker = scope.spawn(move || watch(model, config, &worker_end, watching, outlets, log, still));
+        let worker =
+            scope.spawn(move || watch(estimator, config, &worker_end, watching, outlets, log, still));
         let finished = || worker.is_finished();
         let shown = if arguments.service {
             service::attend(watching, finished);
@@ -253,6 +261,30 @@ fn live(
         write_whole(path, turns::csv(&log).as_bytes())?;
     }
     Ok(log)
+}
+
+/// The groups of --fields.
+fn groups(arguments: &Arguments) -> anyhow::Result<Selection> {
+    let groups = match arguments.fields.as_str() {
+        "all" => return Ok(Selection::ALL),
+        "none" => Selection::NONE,
+        list => list.split(',').try_fold(Selection::NONE, |groups, name| {
+            let index = GROUP_NAMES.iter().position(|known| *known == name.trim());
+            let index = index.with_context(|| {
+                format!(
+                    "--fields knows no group '{name}': take of {}, or all, or none",
+                    GROUP_NAMES.join(", ")
+                )
+            })?;
+            anyhow::Ok(groups.with(index))
+        })?,
+    };
+    ensure!(
+        arguments.field_hz == 0.0 || groups == Selection::ALL,
+        "--field-hz hands on the full field, which --fields {} leaves out in part",
+        arguments.fields
+    );
+    Ok(groups)
 }
 
 /// A bar with the time left, on standard error, where there is no dashboard.

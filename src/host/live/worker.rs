@@ -7,7 +7,6 @@ use crate::host::link::{Delivery, Received, WorkerEnd};
 use crate::host::page;
 use crate::host::prelude::*;
 use crate::host::publish;
-use crate::model::Model;
 use crate::runtime::{Estimator, Eye, Tracker, Turn};
 use crate::surface;
 use std::sync::Mutex;
@@ -52,7 +51,7 @@ pub struct Outlets<'o> {
 /// Runs until the camera has gone or `watch.stop` is set; `still` receives the image of the highest crest, and every
 /// turn goes to the `outlets`.
 pub fn watch(
-    model: &Model<'_>,
+    estimator: Estimator<'_>,
     config: surface::Config,
     end: &WorkerEnd,
     watch: &Watch,
@@ -62,9 +61,9 @@ pub fn watch(
 ) -> Log {
     let (width, height) = config.image_size();
     let (mut depth, mut infrared) = (vec![0; 2 * width * height], vec![0; width * height]);
-    let mut field = vec![0.0; model.field_len()];
+    let mut field = vec![0.0; estimator.field_len()];
     let eye = Eye::new(config, &mut depth, &mut infrared);
-    let mut tracker = Tracker::new(Estimator::new(model), eye);
+    let mut tracker = Tracker::new(estimator, eye);
     still.infrared.resize(width * height, 0);
     let mut clock = Monotonic::start();
     let mut next_turn = Instant::now() + Duration::from_secs(3600);
@@ -92,7 +91,7 @@ pub fn watch(
                     take(&mut tracker, &delivery, outlets.publish, &mut clock, &mut field, &mut log)
                 {
                     next_turn = delivery.arrived + PATIENCE;
-                    keep_still(&tracker, &logged, model.header.fill_m as f32, still);
+                    keep_still(&tracker, &logged, estimator.model().header.fill_m as f32, still);
                     show(watch, outlets, &tracker, logged);
                 }
                 end.give_back(delivery.payload);

@@ -1,0 +1,180 @@
+//! `meniscus quantize`: a model in fewer bytes, with what that costs in accuracy.
+
+use super::inputs::file;
+use super::shipped;
+use anyhow::{Context, ensure};
+use indicatif::ProgressBar;
+use meniscus::host::checks::{Check, table};
+use meniscus::host::files::{AlignedBytes, write_whole};
+use meniscus::host::live::Logged;
+use meniscus::model::Model;
+use meniscus::nn::Element;
+use meniscus::offline::baseline::linear_with_motion;
+use meniscus::offline::camera::START;
+use meniscus::offline::quantize::{added, quantize};
+use meniscus::offline::recording::{GROUP_NAMES, Recording, STATE};
+use meniscus::offline::scene::SceneSettings;
+use meniscus::offline::score::{Score, score};
+use meniscus::offline::watching::{sightings, turns};
+use meniscus::runtime::{Estimate, Mode};
+use meniscus::surface::Settings;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+/// By how much the error of the surface, of the slosh, may differ: 0.1 percentage point.
+const SURFACE: f64 = 0.1;
+
+/// Store a model's weights in fewer bits, and say what that costs.
+///
+/// The GRU, the decoder's trunk and its bases go into bf16 or i8 (the GRU never below bf16); energy, operators,
+/// port, gain and intervals keep their f32 bits, so the laws hold exactly as before.
+///
+/// With --rank-budget the bases are cut first: of each group the smallest rank is kept whose largest error over the
+/// recording stays within that share of the group's range (0.005 is half a per cent).
+///
+/// Before and after, the model sees the recording through the simulated camera; the table has the error against the
+/// truth of both, and the difference of their fields over the same latents. A missed target is reported, and is
+/// no error of the command.
+#[derive(clap::Args, Debug)]
+#[command(
+    after_help = "Examples:\n  meniscus quantize --to bf16 --out half.blob\n  meniscus quantize --to i8 --rank-budget 0.005 --out small.blob\n  meniscus run --model small.blob"
+)]
+pub(crate) struct Arguments {
+    /// The model: the one in the program (shipped) or a blob file.
+    #[arg(long, default_value = "shipped", value_name = "shipped|FILE")]
+    model: String,
+    /// In what the weights go.
+    #[arg(long, value_enum, value_name = "f32|bf16|i8")]
+    to: To,
+    /// Largest error that cutting the bases may add, as a share of each group's range.
+    #[arg(long, value_name = "SHARE")]
+    rank_budget: Option<f64>,
+    /// The recording that the errors are measured on: the one in the program (shipped) or a file.
+    #[arg(long, default_value = "shipped", value_name = "shipped|FILE")]
+    source: String,
+    /// Where the new blob goes; it is written whole or not at all.
+    #[arg(long, value_name = "FILE")]
+    out: PathBuf,
+    /// One JSON object on standard output.
+    #[arg(long)]
+    json: bool,
+}
+
+/// The elements by name.
+#[derive(clap::ValueEnum, Clone, Copy, Debug)]
+enum To {
+    F32,
+    Bf16,
+    I8,
+}
+
+/// Runs the verb.
+pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
+    if let Some(budget) = arguments.rank_budget {
+        ensure!((1e-6..=0.2).contains(&budget), "--rank-budget {budget} is out of range: 0.000001 to 0.2");
+    }
+    let to = match arguments.to {
+        To::F32 => Element::F32,
+        To::Bf16 => Element::Bf16,
+        To::I8 => Element::I8,
+    };
+    let bytes = file(&arguments.model)?;
+    let model = Model::load(&bytes).with_context(|| format!("the model {} is refused", arguments.model))?;
+    let recording = match arguments.source.as_str() {
+        "shipped" => Recording::from_bytes(Path::new("the shipped recording"), shipped::RECORDING)?,
+        path => Recording::load(Path::new(path))?,
+    };
+    ensure!(
+        recording.is_plain() && model.field_len() == STATE,
+        "{} and the model are not of the same glass: take an upright cylinder moved along x",
+        arguments.source
+    );
+    let bar = if arguments.json { ProgressBar::hidden() } else { ProgressBar::new_spinner() };
+    bar.enable_steady_tick(Duration::from_millis(100));
+    bar.set_message("rendering the recording");
+    let header = &model.header;
+    let camera = Settings {
+        radius_m: header.radius_m as f32,
+        fill_m: header.fill_m as f32,
+        rim_m: header.rim_m as f32,
+        ..Settings::default()
+    };
+    let seen = sightings(&recording, SceneSettings { camera, ..SceneSettings::default() })?;
+    bar.set_message("the model as it is");
+    let linear = linear_with_motion(&recording);
+    let log = turns(&model, &seen);
+    let before = score(&model, &recording, &linear, &log, START);
+    let run: Vec<Estimate> = log.iter().map(|logged| logged.turn.estimate).collect();
+    let tracked: Vec<Estimate> = run.into_iter().filter(|estimate| estimate.mode == Mode::Tracking).collect();
+    bar.set_message("choosing and storing");
+    let quantized = quantize(&bytes, to, arguments.rank_budget, &tracked)?;
+    bar.set_message("the new model");
+    let new = AlignedBytes::copy(&quantized.blob);
+    let coarse = Model::load(&new).context("the new blob does not load")?;
+    let coarse_log = turns(&coarse, &seen);
+    let after = score(&coarse, &recording, &linear, &coarse_log, START);
+    let added = added(&model, &coarse, &tracked);
+    bar.finish_and_clear();
+    write_whole(&arguments.out, &quantized.blob)?;
+
+    let percent = |score: &Score| 100.0 * score.estimate.slosh_rel();
+    let mut checks = vec![
+        Check::told("bytes_before", bytes.len() as f64, "byte"),
+        Check::told("bytes_after", quantized.blob.len() as f64, "byte"),
+        Check::told("surface_before", percent(&before), "%"),
+        Check::told("surface_after", percent(&after), "%"),
+        Check::at_most("surface_added", percent(&after) - percent(&before), "%", SURFACE),
+        Check::at_most("energy_drift_step", drift(&coarse_log), "H", 1e-6),
+        Check::exactly("entropy_falls", falls(&coarse_log) as f64, "1", 0.0),
+    ];
+    for (group, name) in GROUP_NAMES.iter().enumerate() {
+        checks.push(Check::told(format!("field_error_{name}_before"), 100.0 * before.field[group], "%"));
+        checks.push(Check::told(format!("field_error_{name}_after"), 100.0 * after.field[group], "%"));
+        checks.push(Check::told(format!("added_rms_{name}"), 100.0 * added[group].rms, "%"));
+        let most = 100.0 * added[group].most;
+        checks.push(match arguments.rank_budget {
+            Some(budget) if to_is_f32(arguments.to) => {
+                Check::at_most(format!("added_most_{name}"), most, "%", 100.0 * budget * 1.01)
+            }
+            _ => Check::told(format!("added_most_{name}"), most, "%"),
+        });
+    }
+    if arguments.json {
+        let ranks = quantized.ranks.map(|(was, is)| [was, is]);
+        println!(
+            "{:#}",
+            serde_json::json!({ "blob": arguments.out, "to": to, "ranks": ranks, "checks": checks })
+        );
+        return Ok(());
+    }
+    println!("group   rank        error against the truth       added, of the group's range");
+    for (group, name) in GROUP_NAMES.iter().enumerate() {
+        let (was, is) = quantized.ranks[group];
+        println!(
+            "{name:6} {was:3} -> {is:3}   {:6.2} -> {:6.2} %             rms {:.4} %, most {:.3} %",
+            100.0 * before.field[group],
+            100.0 * after.field[group],
+            100.0 * added[group].rms,
+            100.0 * added[group].most
+        );
+    }
+    print!("{}", table(&checks[..7]));
+    println!("{}: {} bytes, {to}", arguments.out.display(), quantized.blob.len());
+    Ok(())
+}
+
+/// Whether nothing but the rank changed.
+fn to_is_f32(to: To) -> bool {
+    matches!(to, To::F32)
+}
+
+/// Largest |dE - work| of a step, in units of the energy scale.
+fn drift(log: &[Logged]) -> f64 {
+    log.iter().map(|logged| logged.turn.estimate.audit.energy_residual.abs()).fold(0.0, f64::max)
+}
+
+/// Turns after which there was less heat than before.
+fn falls(log: &[Logged]) -> usize {
+    let heat = |logged: &Logged| logged.turn.estimate.heat_j;
+    log.windows(2).filter(|pair| heat(&pair[1]) < heat(&pair[0])).count()
+}

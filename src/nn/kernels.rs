@@ -1,0 +1,164 @@
+//! The inner loops. A panel of rows is summed over the columns in registers, weights streaming through once.
+//!
+//! Panels are summed in halves of 16 rows: four SSE registers of accumulators or two of AVX2, so that sums
+//! and products both find room, and a half without rows is left out.
+
+use super::matrix::PANEL;
+use super::width::Kernel;
+
+/// Rows of half a panel.
+pub(super) const HALF: usize = PANEL / 2;
+
+/// y = y + W x over f32.
+pub(super) struct F32<'a> {
+    pub(super) panels: &'a [[f32; PANEL]],
+    pub(super) columns: usize,
+    pub(super) x: &'a [f32],
+    pub(super) y: &'a mut [f32],
+}
+
+impl Kernel for F32<'_> {
+    #[inline(always)]
+    fn run(self) {
+        let panels = self.panels.chunks_exact(self.columns.max(1));
+        for (out, panel) in self.y.chunks_mut(PANEL).zip(panels) {
+            let mut sums = [0.0_f32; PANEL];
+            for (column, &xj) in panel.iter().zip(self.x) {
+                for (sum, w) in sums.iter_mut().zip(column) {
+                    *sum += w * xj;
+                }
+            }
+            for (o, sum) in out.iter_mut().zip(sums) {
+                *o += sum;
+            }
+        }
+    }
+}
+
+/// y = y + W x over bf16: a word holds a row of the first half of a panel (its lower bits) and the row 16
+/// below, so that both become f32 by one operation and no shuffle.
+pub(super) struct Bf16<'a> {
+    pub(super) panels: &'a [[u32; HALF]],
+    pub(super) columns: usize,
+    pub(super) x: &'a [f32],
+    pub(super) y: &'a mut [f32],
+}
+
+impl Kernel for Bf16<'_> {
+    #[inline(always)]
+    fn run(self) {
+        let panels = self.panels.chunks_exact(self.columns.max(1));
+        for (out, panel) in self.y.chunks_mut(PANEL).zip(panels) {
+            let (mut upper, mut lower) = ([0.0_f32; HALF], [0.0_f32; HALF]);
+            for (column, &xj) in panel.iter().zip(self.x) {
+                for ((up, low), &word) in upper.iter_mut().zip(&mut lower).zip(column) {
+                    *up += f32::from_bits(word << 16) * xj;
+                    *low += f32::from_bits(word & 0xFFFF_0000) * xj;
+                }
+            }
+            for (o, sum) in out.iter_mut().zip(upper.iter().chain(&lower)) {
+                *o += sum;
+            }
+        }
+    }
+}
+
+/// y = y + diag(scale) K x over i8: the scale of a row is applied once, to its sum.
+pub(super) struct I8<'a> {
+    pub(super) panels: &'a [[i8; PANEL]],
+    pub(super) scales: &'a [[f32; PANEL]],
+    pub(super) columns: usize,
+    pub(super) x: &'a [f32],
+    pub(super) y: &'a mut [f32],
+}
+
+impl Kernel for I8<'_> {
+    #[inline(always)]
+    fn run(self) {
+        let panels = self.panels.chunks_exact(self.columns.max(1));
+        for ((out, panel), scales) in self.y.chunks_mut(PANEL).zip(panels).zip(self.scales) {
+            let mut sums = [0.0_f32; PANEL];
+            for (column, &xj) in panel.iter().zip(self.x) {
+                for (sum, &k) in sums.iter_mut().zip(column) {
+                    *sum += f32::from(k) * xj;
+                }
+            }
+            for ((o, sum), scale) in out.iter_mut().zip(sums).zip(scales) {
+                *o += sum * scale;
+            }
+        }
+    }
+}
+
+/// y = y + W x in double precision over f32.
+pub(super) struct F64<'a> {
+    pub(super) panels: &'a [[f32; PANEL]],
+    pub(super) columns: usize,
+    pub(super) x: &'a [f64],
+    pub(super) y: &'a mut [f64],
+}
+
+impl Kernel for F64<'_> {
+    #[inline(always)]
+    fn run(self) {
+        let panels = self.panels.chunks_exact(self.columns.max(1));
+        for (out, panel) in self.y.chunks_mut(PANEL).zip(panels) {
+            match out.split_at_mut_checked(HALF) {
+                Some((upper, lower)) => {
+                    half_f64::<0>(panel, self.x, upper);
+                    if !lower.is_empty() {
+                        half_f64::<1>(panel, self.x, lower);
+                    }
+                }
+                None => half_f64::<0>(panel, self.x, out),
+            }
+        }
+    }
+}
+
+/// out = out + (rows 16 `WHICH` to 16 `WHICH` + 15 of the panel) x.
+#[inline(always)]
+fn half_f64<const WHICH: usize>(panel: &[[f32; PANEL]], x: &[f64], out: &mut [f64]) {
+    let mut sums = [0.0_f64; HALF];
+    for (column, &xj) in panel.iter().zip(x) {
+        let halves: &[[f32; HALF]; 2] = column.as_chunks().0.first_chunk().unwrap_or(&[[0.0; HALF]; 2]);
+        let [first, second] = halves;
+        let half = if WHICH == 0 { first } else { second };
+        for (sum, &w) in sums.iter_mut().zip(half) {
+            *sum += f64::from(w) * xj;
+        }
+    }
+    for (o, sum) in out.iter_mut().zip(sums) {
+        *o += sum;
+    }
+}
+
+/// y = y + W^T x in double precision over f32.
+pub(super) struct Transposed<'a> {
+    pub(super) panels: &'a [[f32; PANEL]],
+    pub(super) columns: usize,
+    pub(super) x: &'a [f64],
+    pub(super) y: &'a mut [f64],
+}
+
+impl Kernel for Transposed<'_> {
+    #[inline(always)]
+    fn run(self) {
+        let panels = self.panels.chunks_exact(self.columns.max(1));
+        for (input, panel) in self.x.chunks(PANEL).zip(panels) {
+            // Behind the last row stand zeros, so that every column is summed in the same straight line.
+            let mut padded = [0.0_f64; PANEL];
+            padded.iter_mut().zip(input).for_each(|(to, x)| *to = *x);
+            for (out, column) in self.y.iter_mut().zip(panel) {
+                // Four running sums instead of one, so that additions need not wait for each other.
+                let mut sums = [0.0_f64; 4];
+                for (xs, ws) in padded.as_chunks::<4>().0.iter().zip(column.as_chunks::<4>().0) {
+                    for ((sum, &w), &xi) in sums.iter_mut().zip(ws).zip(xs) {
+                        *sum += f64::from(w) * xi;
+                    }
+                }
+                *out += sums.iter().sum::<f64>();
+            }
+        }
+    }
+}

@@ -1,0 +1,86 @@
+//! How wide the vectors are that the kernels are compiled for.
+//!
+//! The build is for any x86-64 (128 bit). A host that has found out that its processor has AVX2 says so once,
+//! and the same Rust runs as compiled for 256 bit. Rows lie across the vector and each row is summed in its
+//! own order, without fused multiply-adds, so every width gives the same bits.
+#![allow(
+    unsafe_code,
+    reason = "a function compiled for a processor's feature may only be called where it is there"
+)]
+
+#[cfg(target_arch = "x86_64")]
+use core::sync::atomic::{AtomicBool, Ordering};
+
+/// Whether AVX2 may be used.
+#[cfg(target_arch = "x86_64")]
+static WIDE: AtomicBool = AtomicBool::new(false);
+
+/// Lets the kernels run as compiled for AVX2, from now on and for all threads.
+///
+/// # Safety
+/// The processor, and its operating system, must have AVX2.
+#[cfg(target_arch = "x86_64")]
+pub unsafe fn allow_avx2() {
+    WIDE.store(true, Ordering::Relaxed);
+}
+
+/// Whether [`allow_avx2`] was called.
+#[must_use]
+pub fn is_wide() -> bool {
+    #[cfg(target_arch = "x86_64")]
+    return WIDE.load(Ordering::Relaxed);
+    #[cfg(not(target_arch = "x86_64"))]
+    false
+}
+
+/// A piece of work that gains from wide vectors. `run` has to be `#[inline(always)]`, or it is compiled once,
+/// for the narrow ones.
+pub(super) trait Kernel {
+    fn run(self);
+}
+
+/// Runs `kernel` as compiled for the widest vectors that are allowed.
+#[inline]
+pub(super) fn widest(kernel: impl Kernel) {
+    #[cfg(target_arch = "x86_64")]
+    if is_wide() {
+        // SAFETY: whoever set `WIDE` promised that AVX2 is there.
+        return unsafe { with_avx2(kernel) };
+    }
+    kernel.run();
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2")]
+fn with_avx2(kernel: impl Kernel) {
+    kernel.run();
+}
+
+#[cfg(all(test, target_arch = "x86_64"))]
+mod tests {
+    extern crate std;
+
+    use super::*;
+
+    struct Sum<'a>(&'a [f32], &'a mut [f32]);
+
+    impl Kernel for Sum<'_> {
+        #[inline(always)]
+        fn run(self) {
+            self.1.iter_mut().zip(self.0).for_each(|(to, x)| *to = *to * 1.1 + *x * 0.3);
+        }
+    }
+
+    #[test]
+    fn both_widths_give_the_same_bits() {
+        if !std::is_x86_feature_detected!("avx2") {
+            return std::println!("skipped: this processor has no AVX2");
+        }
+        let x: [f32; 97] = core::array::from_fn(|k| (k as f32 * 0.37).rem_euclid(1.3) - 0.6);
+        let (mut narrow, mut wide) = ([0.7; 97], [0.7; 97]);
+        Sum(&x, &mut narrow).run();
+        // SAFETY: asked for above.
+        unsafe { with_avx2(Sum(&x, &mut wide)) };
+        assert_eq!(narrow.map(f32::to_bits), wide.map(f32::to_bits));
+    }
+}

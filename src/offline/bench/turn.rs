@@ -1,0 +1,103 @@
+//! The whole turn, from the payload that completes a pair of images to the field, as the worker takes it.
+
+use super::{Times, read_once};
+use crate::host::allocations::allocations_of_this_thread;
+use crate::host::clock::Monotonic;
+use crate::model::Model;
+use crate::offline::camera::SimulatedCamera;
+use crate::offline::prelude::*;
+use crate::offline::recording::Recording;
+use crate::offline::scene::SceneSettings;
+use crate::runtime::{Estimator, Eye, Mode, Stages, Tracker};
+use crate::surface::{Config, ConfigError};
+use crate::uvc::Stream;
+use meniscus_hil::FaultList;
+use std::hint::black_box;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
+
+/// Bytes that are read between two turns to leave nothing of the last one in the caches next to the core.
+const EVICTION: usize = 64 << 20;
+
+/// Frames of a camera as payloads, first to last.
+pub type Payloads = Vec<(Stream, Vec<u8>)>;
+
+/// The first `frames` frames that a simulated camera sends of `recording`.
+#[must_use]
+pub fn payloads(recording: &Recording, scene: SceneSettings, frames: usize) -> Payloads {
+    let mut all = Vec::new();
+    SimulatedCamera::new(recording, scene, FaultList::default())
+        .send_first(frames, |stream, payload| all.push((stream, payload.to_vec())));
+    all
+}
+
+/// Turns that tracked: what they cost.
+#[derive(Clone, Debug, Default)]
+pub struct Turns {
+    /// Whole turns.
+    pub whole: Times,
+    /// Their stages.
+    pub stages: Vec<Stages>,
+    /// Allocations of all of them.
+    pub allocations: u64,
+}
+
+impl Turns {
+    /// The median of a stage, microseconds.
+    #[must_use]
+    pub fn stage_us(&self, stage: fn(&Stages) -> u64) -> f64 {
+        let mut all: Vec<u64> = self.stages.iter().map(stage).collect();
+        all.sort_unstable();
+        all.get(all.len() / 2).map_or(f64::NAN, |us| *us as f64)
+    }
+}
+
+/// Plays `payloads` `passes` times to a new tracker each, as fast as they are taken; `cold` empties the near caches
+/// before every turn. Ends early when `stop` is set.
+///
+/// # Errors
+/// [`ConfigError`], when glass or camera cannot be.
+pub fn turns(
+    model: &Model<'_>,
+    config: crate::surface::Settings,
+    payloads: &Payloads,
+    passes: usize,
+    cold: bool,
+    stop: &AtomicBool,
+) -> Result<Turns, ConfigError> {
+    let config = Config::new(config)?;
+    let (width, height) = config.image_size();
+    let (mut depth, mut infrared) = (vec![0; 2 * width * height], vec![0; width * height]);
+    let mut field = vec![0.0; model.field_len()];
+    let evict = if cold { vec![1_u8; EVICTION] } else { Vec::new() };
+    let mut clock = Monotonic::start();
+    let room = passes * payloads.len();
+    let mut all = Turns {
+        whole: Times(Vec::with_capacity(room)),
+        stages: Vec::with_capacity(room),
+        ..Turns::default()
+    };
+    for _ in 0..passes {
+        let eye = Eye::new(config, &mut depth, &mut infrared);
+        let mut tracker = Tracker::new(Estimator::new(model), eye);
+        for (stream, payload) in payloads {
+            if stop.load(Ordering::Relaxed) {
+                return Ok(all);
+            }
+            black_box(read_once(&evict));
+            let before = allocations_of_this_thread();
+            let start = Instant::now();
+            let mut taken = None;
+            tracker.accept(*stream, payload, &mut clock, &mut field, |turn, _| {
+                taken = Some((start.elapsed(), turn.estimate));
+            });
+            let allocations = allocations_of_this_thread() - before;
+            if let Some((time, estimate)) = taken.filter(|(_, estimate)| estimate.mode == Mode::Tracking) {
+                all.whole.0.push(u64::try_from(time.as_nanos()).unwrap_or(u64::MAX));
+                all.stages.push(estimate.stages);
+                all.allocations += allocations;
+            }
+        }
+    }
+    Ok(all)
+}
