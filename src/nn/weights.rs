@@ -200,9 +200,9 @@ mod tests {
             let x = [1.0, -0.5, 0.25];
             let mut y = [1.0_f32; ROWS + 1];
             weights.accumulate(&x, &mut y);
-            for i in 0..ROWS {
+            for (i, said) in y.iter().enumerate().take(ROWS) {
                 let due = 1.0 + weight(i, 0) - 0.5 * weight(i, 1) + 0.25 * weight(i, 2);
-                assert!((y[i] - due).abs() < 1e-5, "{element} row {i}: {} for {due}", y[i]);
+                assert!((said - due).abs() < 1e-5, "{element} row {i}: {said} for {due}");
                 (0..COLUMNS).for_each(|j| assert_eq!(weights.at(i, j), weight(i, j), "{element} {i} {j}"));
             }
             assert_eq!(y[ROWS], 1.0, "a longer output keeps its tail");

@@ -184,7 +184,7 @@ mod tests {
         })
     }
 
-    fn get(path: &str, host: &str, more: &str) -> std::string::String {
+    fn get(path: &str, host: &str, more: &str) -> String {
         format!("GET {path} HTTP/1.1\r\nHost: {host}\r\n{more}\r\n")
     }
 

@@ -52,7 +52,13 @@ pub fn curves_png(results: &[Outcome], path: &Path) -> Result<(), PictureError> 
                 .label(name)
                 .legend(move |(x, y)| PathElement::new([(x, y), (x + 20, y)], colour.stroke_width(3)));
         }
-        chart.configure_series_labels().label_font((FONT, 14)).border_style(GREY).draw()?;
+        chart
+            .configure_series_labels()
+            .label_font((FONT, 14))
+            .position(SeriesLabelPosition::UpperLeft)
+            .background_style(WHITE)
+            .border_style(GREY)
+            .draw()?;
         Ok(())
     })
 }
@@ -84,7 +90,13 @@ pub fn peaks_png(results: &[Outcome], path: &Path) -> Result<(), PictureError> {
                 .label(name)
                 .legend(move |(x, y)| Cross::new((x + 10, y), 5, colour.stroke_width(2)));
         }
-        chart.configure_series_labels().label_font((FONT, 14)).border_style(GREY).draw()?;
+        chart
+            .configure_series_labels()
+            .label_font((FONT, 14))
+            .position(SeriesLabelPosition::UpperLeft)
+            .background_style(WHITE)
+            .border_style(GREY)
+            .draw()?;
         Ok(())
     })
 }
