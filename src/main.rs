@@ -3,7 +3,7 @@
 
 mod cli;
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, Parser, Subcommand};
 use meniscus::host::allocations::CountingAllocator;
 use std::process::ExitCode;
 
@@ -35,6 +35,7 @@ enum Command {
     People(cli::people::Arguments),
     Quantize(cli::quantize::Arguments),
     Bench(cli::bench::Arguments),
+    Manual(cli::manual::Arguments),
 }
 
 fn main() -> ExitCode {
@@ -54,6 +55,7 @@ fn main() -> ExitCode {
         Command::People(arguments) => cli::people::run(&arguments),
         Command::Quantize(arguments) => cli::quantize::run(&arguments),
         Command::Bench(arguments) => cli::bench::run(&arguments),
+        Command::Manual(arguments) => cli::manual::run(&arguments, Arguments::command()),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,

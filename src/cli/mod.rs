@@ -13,6 +13,7 @@ pub(crate) mod evaluate;
 mod film;
 pub(crate) mod flash;
 mod inputs;
+pub(crate) mod manual;
 #[cfg(not(feature = "train"))]
 mod no_train;
 pub(crate) mod people;

@@ -65,7 +65,7 @@ pub fn study(
     let turns = 2 * pairs * (recording.frames() + BACK) + 600;
     let (shared, mut still) = (Watch::default(), Still::default());
     let (camera_end, worker_end) = link(BUFFERS, PAYLOAD_ROOM);
-    let outlets = Outlets { publish: None, page: Some(page.outlet()) };
+    let outlets = Outlets { page: Some(page.outlet()), ..Outlets::default() };
     let mut measured = Viewers::default();
     std::thread::scope(|scope| {
         let (page, shared, still) = (&page, &shared, &mut still);

@@ -1,5 +1,7 @@
 //! `meniscus run`: the main job, live.
 
+mod flight;
+mod live;
 mod live_report;
 mod page;
 mod published;
@@ -13,29 +15,21 @@ mod view;
 use crate::cli::inputs::blob;
 use crate::cli::shipped;
 use anyhow::{Context, bail, ensure};
-use indicatif::{ProgressBar, ProgressStyle};
-use meniscus::decoder::Selection;
+use live::live;
 use meniscus::host::files::write_whole;
-use meniscus::host::link::{WorkerEnd, link};
-use meniscus::host::live::{Log, Outlets, Still, Watch, watch};
-use meniscus::host::page::Page;
+use meniscus::host::link::link;
+use meniscus::host::live::Still;
 use meniscus::host::publish::Destination;
-use meniscus::host::view::{Caption, Dashboard};
 use meniscus::model::Model;
 use meniscus::offline::camera::{PAYLOAD_ROOM, SimulatedCamera};
-use meniscus::offline::recording::{GROUP_NAMES, Recording};
+use meniscus::offline::recording::Recording;
 use meniscus::offline::scene::SceneSettings;
-use meniscus::runtime::Estimator;
 use meniscus::surface::{Config, Settings};
 use meniscus::units::FRAME_INTERVAL_S;
 use meniscus_hil::FaultList;
 use page::PageArguments;
-use published::Published;
-use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Duration;
+use std::sync::atomic::AtomicBool;
 
 /// Payload buffers between camera and worker: both streams, four frames deep.
 const BUFFERS: usize = 8;
@@ -61,6 +55,9 @@ const SECONDS: f64 = 10.0;
 /// q or Ctrl-C ends the run in order. At the end comes a summary, and a picture in the --out folder.
 ///
 /// With --view a live page shows all that and the whole liquid in 3D in any browser, in the dashboard's place.
+///
+/// Around a turn that missed its deadline of 16.67 ms ten seconds of turns are written to the --out folder
+/// (flight-01.csv and on, the last 20 are kept).
 ///
 /// Modes: Filling (the window of 16 frames is not full), Tracking, Coasting (frame lost or liquid not
 /// seen: the GENERIC step alone), Halted (nothing for a second: no estimate is given).
@@ -116,6 +113,10 @@ pub(crate) struct Arguments {
     /// Also write every turn as a row of this table: wall clock, camera clock, frame, mode, times.
     #[arg(long, value_name = "FILE.csv")]
     turns: Option<PathBuf>,
+    /// Ask for what keeps a deadline: real-time priority (SCHED_FIFO) and a core of its own for the worker, all memory
+    /// locked. What the system refuses is told, with what to do, and the run goes on. --service asks always.
+    #[arg(long)]
+    realtime: bool,
     /// Run until it is stopped (SIGTERM, Ctrl-C), as a service: tells systemd that it is ready and alive, and standard
     /// error every change of the mode. For --source usb; --seconds is not used.
     #[arg(long, conflicts_with_all = ["seconds", "truth", "turns"])]
@@ -192,112 +193,6 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         bail!("a check missed its target");
     }
     Ok(())
-}
-
-/// Camera, worker and dashboard at work, until the camera ends or somebody stops it.
-#[allow(clippy::too_many_arguments, reason = "each is one party of the run")]
-fn live(
-    arguments: &Arguments,
-    model: &Model<'_>,
-    config: Config,
-    frames: usize,
-    camera: &str,
-    play: impl FnOnce(&AtomicBool) + Send,
-    worker_end: WorkerEnd,
-    still: &mut Still,
-) -> anyhow::Result<Log> {
-    let estimator = Estimator::new(model).only(groups(arguments)?);
-    let published = Published::open(arguments, model)?;
-    let title = format!("{}, {camera}, model {}", model.header.liquid, arguments.model);
-    let page = arguments.page.open(model, config, &title)?;
-    let shared = Arc::new(Watch::default());
-    let interrupted = Arc::clone(&shared);
-    ctrlc::set_handler(move || interrupted.stop.store(true, Ordering::Relaxed))
-        .context("cannot watch for Ctrl-C")?;
-    // Room for a turn a frame, for those that faults add, and for a second more.
-    let log = Log::with_room(frames + frames / 2 + 64);
-    let length = Duration::from_secs_f64(frames as f64 * FRAME_INTERVAL_S);
-    let watching = &*shared;
-    let outlets =
-        Outlets { publish: published.as_ref().map(Published::outlet), page: page.as_ref().map(Page::outlet) };
-    let log = std::thread::scope(|scope| {
-        scope.spawn(move || play(&watching.stop));
-        if let Some(page) = &page {
-            scope.spawn(move || page.compose(model));
-        }
-        let worker =
-            scope.spawn(move || watch(estimator, config, &worker_end, watching, outlets, log, still));
-        let finished = || worker.is_finished();
-        let shown = if arguments.service {
-            service::attend(watching, finished);
-            Ok(())
-        } else if page.is_some() {
-            page::attend(finished);
-            Ok(())
-        } else if !arguments.json && std::io::stdout().is_terminal() {
-            let (fill_m, radius_m) = (model.header.fill_m, model.header.radius_m);
-            Dashboard::new(Caption { title, fill_m, radius_m, length }).run(watching, finished)
-        } else {
-            progress(length, finished);
-            Ok(())
-        };
-        // A terminal that fails ends the show, not the run.
-        if let Err(error) = shown {
-            eprintln!("the dashboard ended: {error}");
-        }
-        let log = worker.join().map_err(|_| anyhow::anyhow!("the worker stopped on an error of its own"));
-        if let Some(page) = &page {
-            page.close();
-        }
-        log
-    })?;
-    if let Some(page) = page {
-        page::close(page);
-    }
-    if let Some(published) = published {
-        published.close();
-    }
-    if let Some(path) = &arguments.turns {
-        write_whole(path, turns::csv(&log).as_bytes())?;
-    }
-    Ok(log)
-}
-
-/// The groups of --fields.
-fn groups(arguments: &Arguments) -> anyhow::Result<Selection> {
-    let groups = match arguments.fields.as_str() {
-        "all" => return Ok(Selection::ALL),
-        "none" => Selection::NONE,
-        list => list.split(',').try_fold(Selection::NONE, |groups, name| {
-            let index = GROUP_NAMES.iter().position(|known| *known == name.trim());
-            let index = index.with_context(|| {
-                format!(
-                    "--fields knows no group '{name}': take of {}, or all, or none",
-                    GROUP_NAMES.join(", ")
-                )
-            })?;
-            anyhow::Ok(groups.with(index))
-        })?,
-    };
-    ensure!(
-        arguments.field_hz == 0.0 || groups == Selection::ALL,
-        "--field-hz hands on the full field, which --fields {} leaves out in part",
-        arguments.fields
-    );
-    Ok(groups)
-}
-
-/// A bar with the time left, on standard error, where there is no dashboard.
-fn progress(length: Duration, finished: impl Fn() -> bool) {
-    let bar = ProgressBar::new(length.as_millis().try_into().unwrap_or(u64::MAX));
-    if let Ok(style) = ProgressStyle::with_template("running {wide_bar} {eta} left") {
-        bar.set_style(style);
-    }
-    while !finished() {
-        bar.set_position(bar.elapsed().as_millis().try_into().unwrap_or(u64::MAX));
-        std::thread::sleep(Duration::from_millis(50));
-    }
-    bar.finish_and_clear();
 }
 
 /// Whole frames in `seconds`, at least a window and a second.

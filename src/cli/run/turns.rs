@@ -1,17 +1,19 @@
 //! The turns of a run as a table.
 
-use meniscus::host::live::Log;
-use meniscus::runtime::Mode;
+use meniscus::host::live::Logged;
+use meniscus::runtime::{Mode, Stages};
 use std::fmt::Write;
 use std::time::{Instant, SystemTime, UNIX_EPOCH};
 
 /// One row a turn, oldest first. `wall_us` is the end of the turn by the machine's clock, microseconds since
 /// 1970; `camera_us` the middle of its exposure by the camera's; `sequence` its frame's number, empty where no
-/// frame came; `seen` whether the liquid was seen in it.
-pub(super) fn csv(log: &Log) -> String {
+/// frame came; `seen` whether the liquid was seen in it. The last columns are the stages of the turn.
+pub(super) fn csv(all: &[Logged]) -> String {
     let (now, wall) = (Instant::now(), SystemTime::now());
-    let mut text = String::from("wall_us,camera_us,sequence,mode,seen,latency_us,turn_us\n");
-    for logged in &log.turns {
+    let mut text = String::from(
+        "wall_us,camera_us,sequence,mode,seen,latency_us,turn_us,surface_us,predict_us,encode_us,correct_us,field_us\n",
+    );
+    for logged in all {
         let turn = &logged.turn;
         let ended = wall - now.saturating_duration_since(logged.ended);
         let wall_us = ended.duration_since(UNIX_EPOCH).unwrap_or_default().as_micros();
@@ -23,9 +25,14 @@ pub(super) fn csv(log: &Log) -> String {
             Mode::Coasting => "coasting",
             Mode::Halted => "halted",
         };
-        let (latency_us, turn_us) = (logged.latency_us, logged.turn_us);
+        let (latency_us, turn_us, stages) = (logged.latency_us, logged.turn_us, &turn.estimate.stages);
+        let Stages { surface_us, predict_us, encode_us, correct_us, field_us } = stages;
         // Writing into a string cannot fail.
-        let _ = writeln!(text, "{wall_us},{},{sequence},{mode},{seen},{latency_us},{turn_us}", turn.time.0);
+        let _ = writeln!(
+            text,
+            "{wall_us},{},{sequence},{mode},{seen},{latency_us},{turn_us},{surface_us},{predict_us},{encode_us},{correct_us},{field_us}",
+            turn.time.0
+        );
     }
     text
 }

@@ -1,5 +1,6 @@
 //! The worker's loop: receive, turn, log, show; it blocks on nothing but the camera.
 
+use super::flight::{Flight, Ring};
 use super::log::{Log, Logged};
 use crate::host::allocations::allocations_of_this_thread;
 use crate::host::clock::Monotonic;
@@ -46,6 +47,8 @@ pub struct Outlets<'o> {
     pub publish: Option<&'o publish::Outlet>,
     /// To the live page.
     pub page: Option<&'o page::Outlet>,
+    /// To the keeper of the last seconds before a missed deadline.
+    pub flight: Option<&'o Flight>,
 }
 
 /// Runs until the camera has gone or `watch.stop` is set; `still` receives the image of the highest crest, and every
@@ -65,6 +68,7 @@ pub fn watch(
     let eye = Eye::new(config, &mut depth, &mut infrared);
     let mut tracker = Tracker::new(estimator, eye);
     still.infrared.resize(width * height, 0);
+    let mut ring = outlets.flight.map(Ring::new);
     let mut clock = Monotonic::start();
     let mut next_turn = Instant::now() + Duration::from_secs(3600);
     while !watch.stop.load(Ordering::Relaxed) {
@@ -80,6 +84,7 @@ pub fn watch(
                     let logged =
                         Logged { turn, ended: Instant::now(), latency_us: turn_us, turn_us, allocations };
                     log.push(logged);
+                    ring.iter_mut().for_each(|ring| ring.push(logged, logged.latency_us));
                     if let Some(outlet) = outlets.publish {
                         outlet.offer(&logged.turn, &field);
                     }
@@ -91,6 +96,7 @@ pub fn watch(
                     take(&mut tracker, &delivery, outlets.publish, &mut clock, &mut field, &mut log)
                 {
                     next_turn = delivery.arrived + PATIENCE;
+                    ring.iter_mut().for_each(|ring| ring.push(logged, logged.latency_us));
                     keep_still(&tracker, &logged, estimator.model().header.fill_m as f32, still);
                     show(watch, outlets, &tracker, logged);
                 }
@@ -98,6 +104,7 @@ pub fn watch(
             }
         }
     }
+    ring.iter_mut().for_each(Ring::close);
     log.health = tracker.memory.health;
     log.losses = tracker.eye.losses();
     log.solitary = tracker.eye.solitary();

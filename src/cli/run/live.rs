@@ -1,0 +1,146 @@
+//! Camera, worker and whoever looks on, at work together.
+
+use super::published::Published;
+use super::{Arguments, flight, page, service, turns};
+use anyhow::{Context, ensure};
+use indicatif::{ProgressBar, ProgressStyle};
+use meniscus::decoder::Selection;
+use meniscus::host::files::write_whole;
+use meniscus::host::link::WorkerEnd;
+use meniscus::host::live::{Flight, Log, Outlets, Still, Watch, watch};
+use meniscus::host::page::Page;
+use meniscus::host::realtime::Granted;
+use meniscus::host::view::{Caption, Dashboard};
+use meniscus::model::Model;
+use meniscus::offline::recording::GROUP_NAMES;
+use meniscus::runtime::Estimator;
+use meniscus::surface::Config;
+use meniscus::units::FRAME_INTERVAL_S;
+use std::io::IsTerminal;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+
+/// Camera, worker and dashboard at work, until the camera ends or somebody stops it.
+#[allow(clippy::too_many_arguments, reason = "each is one party of the run")]
+pub(super) fn live(
+    arguments: &Arguments,
+    model: &Model<'_>,
+    config: Config,
+    frames: usize,
+    camera: &str,
+    play: impl FnOnce(&AtomicBool) + Send,
+    worker_end: WorkerEnd,
+    still: &mut Still,
+) -> anyhow::Result<Log> {
+    let estimator = Estimator::new(model).only(groups(arguments)?);
+    let published = Published::open(arguments, model)?;
+    let title = format!("{}, {camera}, model {}", model.header.liquid, arguments.model);
+    let page = arguments.page.open(model, config, &title)?;
+    let shared = Arc::new(Watch::default());
+    let interrupted = Arc::clone(&shared);
+    ctrlc::set_handler(move || interrupted.stop.store(true, Ordering::Relaxed))
+        .context("cannot watch for Ctrl-C")?;
+    // Room for a turn a frame, for those that faults add, and for a second more.
+    let log = Log::with_room(frames + frames / 2 + 64);
+    let length = Duration::from_secs_f64(frames as f64 * FRAME_INTERVAL_S);
+    let watching = &*shared;
+    let recorder = Flight::default();
+    let outlets = Outlets {
+        publish: published.as_ref().map(Published::outlet),
+        page: page.as_ref().map(Page::outlet),
+        flight: Some(&recorder),
+    };
+    let (recorder, ended) = (&recorder, &AtomicBool::new(false));
+    let realtime = arguments.realtime || arguments.service;
+    let log = std::thread::scope(|scope| {
+        scope.spawn(move || play(&watching.stop));
+        if let Some(page) = &page {
+            scope.spawn(move || page.compose(model));
+        }
+        recorder.open();
+        let keeper = scope.spawn(move || flight::keep(recorder, &arguments.out, ended));
+        let worker = scope.spawn(move || {
+            if realtime {
+                // Plainly told; the run goes on as well as it may.
+                Granted::ask().refusals().iter().for_each(|line| eprintln!("real time: {line}"));
+            }
+            watch(estimator, config, &worker_end, watching, outlets, log, still)
+        });
+        let finished = || worker.is_finished();
+        let shown = if arguments.service {
+            service::attend(watching, finished);
+            Ok(())
+        } else if page.is_some() {
+            page::attend(finished);
+            Ok(())
+        } else if !arguments.json && std::io::stdout().is_terminal() {
+            let (fill_m, radius_m) = (model.header.fill_m, model.header.radius_m);
+            Dashboard::new(Caption { title, fill_m, radius_m, length }).run(watching, finished)
+        } else {
+            progress(length, finished);
+            Ok(())
+        };
+        // A terminal that fails ends the show, not the run.
+        if let Err(error) = shown {
+            eprintln!("the dashboard ended: {error}");
+        }
+        let log = worker.join().map_err(|_| anyhow::anyhow!("the worker stopped on an error of its own"));
+        ended.store(true, Ordering::Relaxed);
+        if let Some(page) = &page {
+            page.close();
+        }
+        // A keeper that panicked has said so; the run's own report is not lost for it.
+        if let Ok(records) = keeper.join() {
+            records.tell(recorder.lost());
+        }
+        log
+    })?;
+    if let Some(page) = page {
+        page::close(page);
+    }
+    if let Some(published) = published {
+        published.close();
+    }
+    if let Some(path) = &arguments.turns {
+        write_whole(path, turns::csv(&log.turns).as_bytes())?;
+    }
+    Ok(log)
+}
+
+/// The groups of --fields.
+fn groups(arguments: &Arguments) -> anyhow::Result<Selection> {
+    let groups = match arguments.fields.as_str() {
+        "all" => return Ok(Selection::ALL),
+        "none" => Selection::NONE,
+        list => list.split(',').try_fold(Selection::NONE, |groups, name| {
+            let index = GROUP_NAMES.iter().position(|known| *known == name.trim());
+            let index = index.with_context(|| {
+                format!(
+                    "--fields knows no group '{name}': take of {}, or all, or none",
+                    GROUP_NAMES.join(", ")
+                )
+            })?;
+            anyhow::Ok(groups.with(index))
+        })?,
+    };
+    ensure!(
+        arguments.field_hz == 0.0 || groups == Selection::ALL,
+        "--field-hz hands on the full field, which --fields {} leaves out in part",
+        arguments.fields
+    );
+    Ok(groups)
+}
+
+/// A bar with the time left, on standard error, where there is no dashboard.
+fn progress(length: Duration, finished: impl Fn() -> bool) {
+    let bar = ProgressBar::new(length.as_millis().try_into().unwrap_or(u64::MAX));
+    if let Ok(style) = ProgressStyle::with_template("running {wide_bar} {eta} left") {
+        bar.set_style(style);
+    }
+    while !finished() {
+        bar.set_position(bar.elapsed().as_millis().try_into().unwrap_or(u64::MAX));
+        std::thread::sleep(Duration::from_millis(50));
+    }
+    bar.finish_and_clear();
+}
