@@ -1,10 +1,13 @@
-//! The `meniscus run` command as a person or a script meets it: real time, real files, real refusals.
+//! The `meniscus run` command as a person or a script meets it: real files, real refusals, and real time where time
+//! is what is asked about. A machine that is shared may stand still for a tenth of a second at any moment, and a
+//! camera does not wait for that; so errors are held against their targets with a camera that does (`--patient`).
 
 use serde_json::Value;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::sync::Mutex;
+use std::time::{Duration, Instant};
 
 /// One run at a time: each is a real-time program.
 static ONE: Mutex<()> = Mutex::new(());
@@ -73,7 +76,7 @@ fn refused(output: &Output, words: &[&str]) {
 #[test]
 fn the_main_job_meets_its_targets_on_a_recording_never_seen() {
     let folder = folder("main");
-    let output = meniscus(&folder, &["run", "--seconds", "10", "--json"]);
+    let output = meniscus(&folder, &["run", "--seconds", "10", "--patient", "--json"]);
     let report = json(&output);
     let checks = report["checks"].as_array().expect("an array of checks");
     let names: Vec<&str> = checks.iter().filter_map(|check| check["name"].as_str()).collect();
@@ -83,8 +86,13 @@ fn the_main_job_meets_its_targets_on_a_recording_never_seen() {
         let name = check["name"].as_str().expect("a name");
         assert!(OF_TIME.contains(&name) || check["ok"] == true, "{check}");
     }
-    assert!(report["frames"].as_u64().is_some_and(|frames| frames >= 590), "{}", report["frames"]);
-    assert!(report["modes"]["tracking"].as_u64().is_some_and(|turns| turns > 500), "{}", report["modes"]);
+    assert_eq!(report["frames"].as_u64(), Some(600));
+    assert_eq!(
+        report["modes"]["tracking"].as_u64(),
+        Some(585),
+        "all but a window less one: {}",
+        report["modes"]
+    );
     let written = fs::read_to_string(folder.join("out/run.json")).expect("the report as a file");
     assert_eq!(serde_json::from_str::<Value>(&written).expect("JSON"), report);
     let picture = image_size(&folder.join("out/run.png"));
@@ -99,11 +107,31 @@ fn image_size(path: &Path) -> (u32, u32) {
     (number(16), number(20))
 }
 
+/// What holds in real time on any machine: the camera's pace, the laws, no allocation, and a turn for every interval.
+#[test]
+fn in_real_time_the_laws_hold_whatever_else_the_machine_does() {
+    const TIMELESS: [&str; 3] = ["energy_drift_step", "entropy_falls", "allocations"];
+    let folder = folder("real-time");
+    let begun = Instant::now();
+    let report = json(&meniscus(&folder, &["run", "--seconds", "5", "--json"]));
+    assert!(begun.elapsed() >= Duration::from_millis(4900), "sixty frames a second, and no more");
+    for check in report["checks"].as_array().expect("an array of checks") {
+        let name = check["name"].as_str().expect("a name");
+        assert!(!TIMELESS.contains(&name) || check["ok"] == true, "{check}");
+    }
+    let count = |pointer: &str| report.pointer(pointer).and_then(Value::as_u64).expect("a counter");
+    assert!(count("/frames") >= 295, "a turn for every interval, with a frame or without");
+    let modes = ["filling", "tracking", "coasting", "halted"].map(|mode| count(&format!("/modes/{mode}")));
+    assert_eq!(modes.iter().sum::<u64>(), count("/frames"), "every turn has one mode");
+    assert!(modes[1] > 50, "{}", report["modes"]);
+}
+
 #[test]
 fn faults_on_the_wire_are_counted_and_survived() {
     let folder = folder("faults");
     let faults = "drop:0.05,tear:0.03,err:0.02,duplicate:0.03,length2:0.01,late:0.01";
-    let report = json(&meniscus(&folder, &["run", "--seconds", "5", "--json", "--faults", faults]));
+    let report =
+        json(&meniscus(&folder, &["run", "--seconds", "5", "--patient", "--json", "--faults", faults]));
     let count = |pointer: &str| report.pointer(pointer).and_then(Value::as_u64).expect("a counter");
     for lost in ["short_frame", "error_bit", "duplicate", "bad_header"] {
         let both = count(&format!("/losses/depth/{lost}")) + count(&format!("/losses/infrared/{lost}"));
@@ -137,7 +165,7 @@ fn a_bad_model_is_refused_with_its_reason() {
     let mut newer = sound;
     newer[8] = 7;
     fs::write(folder.join("newer.blob"), &newer).expect("written");
-    refused(&run("newer.blob"), &["version 7", "version 2"]);
+    refused(&run("newer.blob"), &["version 7", "version 3"]);
 
     fs::write(folder.join("text.blob"), "not a blob, though long enough to be one").expect("written");
     refused(&run("text.blob"), &["not a weight blob"]);
@@ -161,7 +189,7 @@ fn bad_words_are_refused_before_anything_runs() {
 fn an_output_folder_that_cannot_be_written_is_told_before_the_run() {
     let folder = folder("out");
     fs::write(folder.join("taken"), "a file stands where the folder should be").expect("written");
-    let started = std::time::Instant::now();
+    let started = Instant::now();
     let output = meniscus(&folder, &["run", "--seconds", "10", "--out", "taken/inside"]);
     refused(&output, &["--out", "taken/inside"]);
     assert!(started.elapsed().as_secs() < 5, "it must not run for ten seconds first");

@@ -65,14 +65,22 @@ pub fn link(count: usize, size: usize) -> (CameraEnd, WorkerEnd) {
 impl CameraEnd {
     /// Hands a copy of a payload over. `false` when the worker has gone.
     pub fn send(&self, stream: Stream, bytes: &[u8]) -> bool {
-        let mut payload = match self.spare.try_recv() {
-            Ok(buffer) => buffer,
+        match self.spare.try_recv() {
+            Ok(buffer) => self.fill_and_hand_over(stream, bytes, buffer),
             Err(TryRecvError::Empty) => {
                 self.drop_one();
-                return true;
+                true
             }
-            Err(TryRecvError::Disconnected) => return false,
-        };
+            Err(TryRecvError::Disconnected) => false,
+        }
+    }
+
+    /// The same, but waits for a spare buffer: no camera of the real world can.
+    pub fn send_patiently(&self, stream: Stream, bytes: &[u8]) -> bool {
+        self.spare.recv().is_ok_and(|buffer| self.fill_and_hand_over(stream, bytes, buffer))
+    }
+
+    fn fill_and_hand_over(&self, stream: Stream, bytes: &[u8], mut payload: Buffer) -> bool {
         if !payload.fill_from(bytes) {
             // Longer than any payload of this camera: an empty payload is counted as a loss behind the link.
             payload.set_filled(0);

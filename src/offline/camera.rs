@@ -29,6 +29,7 @@ pub struct SimulatedCamera<'r> {
     wire: FaultInjector<Camera>,
     pending: Vec<Payload>,
     repeats: bool,
+    patient: bool,
 }
 
 impl<'r> SimulatedCamera<'r> {
@@ -43,7 +44,15 @@ impl<'r> SimulatedCamera<'r> {
             wire,
             pending: Vec::new(),
             repeats: false,
+            patient: false,
         }
+    }
+
+    /// The same camera, which waits for the worker and not for the clock: no frame is late or dropped for want of time,
+    /// however busy the machine.
+    #[must_use]
+    pub fn patient(self) -> Self {
+        Self { patient: true, ..self }
     }
 
     /// The same camera, for which the recording begins again where it ends ([`repeated`]).
@@ -105,9 +114,15 @@ impl<'r> SimulatedCamera<'r> {
     fn deliver(&mut self, until_us: u64, begun: Instant, end: &CameraEnd) -> bool {
         let due = self.pending.iter().take_while(|payload| payload.arrival_us < until_us).count();
         for payload in self.pending.drain(..due) {
-            let at = begun + Duration::from_micros(payload.arrival_us.saturating_sub(START.0));
-            std::thread::sleep(at.saturating_duration_since(Instant::now()));
-            if !end.send(stream_of(&payload), &payload.bytes) {
+            let stream = stream_of(&payload);
+            let sent = if self.patient {
+                end.send_patiently(stream, &payload.bytes)
+            } else {
+                let at = begun + Duration::from_micros(payload.arrival_us.saturating_sub(START.0));
+                std::thread::sleep(at.saturating_duration_since(Instant::now()));
+                end.send(stream, &payload.bytes)
+            };
+            if !sent {
                 return false;
             }
         }

@@ -37,7 +37,7 @@ pub(super) fn live(
     let published = Published::open(arguments, model)?;
     let title = format!("{}, {camera}, model {}", model.header.liquid, arguments.model);
     let page = arguments.page.open(model, config, &title)?;
-    let shared = Arc::new(Watch::default());
+    let shared = Arc::new(Watch { patient: arguments.patient, ..Watch::default() });
     let interrupted = Arc::clone(&shared);
     ctrlc::set_handler(move || interrupted.stop.store(true, Ordering::Relaxed))
         .context("cannot watch for Ctrl-C")?;

@@ -67,7 +67,7 @@ const SECONDS: f64 = 10.0;
 #[derive(clap::Args)]
 #[command(
     verbatim_doc_comment,
-    after_help = "Examples:\n  meniscus run\n  meniscus run --seconds 10 --json\n  meniscus run --faults drop:0.05,late:0.02 --out /tmp/faulty\n  meniscus run --view\n  meniscus run --view --listen 0.0.0.0:8060\n  meniscus run --source usb\n  meniscus run --source simulated-usb:unplug --seconds 8\n  meniscus run --source replay try.mcap"
+    after_help = "Examples:\n  meniscus run\n  meniscus run --seconds 10 --json\n  meniscus run --patient --json\n  meniscus run --faults drop:0.05,late:0.02 --out /tmp/faulty\n  meniscus run --view\n  meniscus run --view --listen 0.0.0.0:8060\n  meniscus run --source usb\n  meniscus run --source simulated-usb:unplug --seconds 8\n  meniscus run --source replay try.mcap"
 )]
 pub(crate) struct Arguments {
     /// Length of the run, s: 10 unless told, and with --view until Ctrl-C. Without --view it ends earlier where the
@@ -113,6 +113,10 @@ pub(crate) struct Arguments {
     /// Also write every turn as a row of this table: wall clock, camera clock, frame, mode, times.
     #[arg(long, value_name = "FILE.csv")]
     turns: Option<PathBuf>,
+    /// The simulated camera waits for the worker and not for the clock: nothing is late, however busy the machine, so
+    /// that the errors are the same everywhere; times then tell nothing of a camera's 60 Hz.
+    #[arg(long, conflicts_with_all = ["view", "service"])]
+    patient: bool,
     /// Ask for what keeps a deadline: real-time priority (SCHED_FIFO) and a core of its own for the worker, all memory
     /// locked. What the system refuses is told, with what to do, and the run goes on. --service asks always.
     #[arg(long)]
@@ -161,6 +165,9 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
 
     let scene = SceneSettings { camera: settings, seed: arguments.seed, ..SceneSettings::default() };
     let mut camera = SimulatedCamera::new(&recording, scene, arguments.faults.clone());
+    if arguments.patient {
+        camera = camera.patient();
+    }
     let mut frames = frames.min(recording.frames());
     let mut shots = frames;
     if arguments.page.view {

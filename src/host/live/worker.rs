@@ -17,6 +17,9 @@ use std::time::{Duration, Instant};
 /// Silence after which the next interval's turn is taken without a frame: one and a half intervals.
 const PATIENCE: Duration = Duration::from_micros(25_000);
 
+/// Before the first frame, and for a worker that is patient.
+const LONG: Duration = Duration::from_secs(3600);
+
 /// One frame interval.
 const INTERVAL: Duration = Duration::from_micros(16_667);
 
@@ -27,6 +30,8 @@ pub struct Watch {
     pub stop: AtomicBool,
     /// The last turn.
     pub last: Mutex<Option<Logged>>,
+    /// Silence is waited out instead of bridged by a turn without a frame: for a camera that waits, too.
+    pub patient: bool,
 }
 
 /// The infrared image of the liveliest moment of a run.
@@ -70,7 +75,8 @@ pub fn watch(
     still.infrared.resize(width * height, 0);
     let mut ring = outlets.flight.map(Ring::new);
     let mut clock = Monotonic::start();
-    let mut next_turn = Instant::now() + Duration::from_secs(3600);
+    let patience = if watch.patient { LONG } else { PATIENCE };
+    let mut next_turn = Instant::now() + LONG;
     while !watch.stop.load(Ordering::Relaxed) {
         match end.receive(next_turn) {
             Received::Closed => break,
@@ -95,7 +101,7 @@ pub fn watch(
                 if let Some(logged) =
                     take(&mut tracker, &delivery, outlets.publish, &mut clock, &mut field, &mut log)
                 {
-                    next_turn = delivery.arrived + PATIENCE;
+                    next_turn = delivery.arrived + patience;
                     ring.iter_mut().for_each(|ring| ring.push(logged, logged.latency_us));
                     keep_still(&tracker, &logged, estimator.model().header.fill_m as f32, still);
                     show(watch, outlets, &tracker, logged);
