@@ -142,12 +142,12 @@ fn the_field_of_the_bytes_is_the_field_of_the_turn() {
         let mut field = vec![0.0; model.field_len()];
         let mut socket = viewer(address, "/live").expect("let in");
         taken(&mut socket, 0, 60);
-        // By then the window is full and the liquid has been moved.
+        // A second from the first frame the window is full and the liquid has been moved.
         let wanted = (0..).find_map(|_| {
             let (number, bytes) = frame(&mut socket).expect("a frame");
             taken(&mut socket, number, 60);
             let time = f64::from_le_bytes(bytes[8..16].try_into().expect("eight bytes"));
-            (bytes[1] == 1).then_some((time, bytes))
+            (bytes[1] == 1 && time > 2.0).then_some((time, bytes))
         });
         let (time, frame) = wanted.expect("a frame that tracks");
         let number = ((time - 1.0) / 0.016_667).round() as u64;
