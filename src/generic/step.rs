@@ -10,11 +10,12 @@
 //! port's work out of that inequality.
 //!
 //! There is exactly one solution, for all weights: the derivative of dH(a, b) by b is S = int s grad^2 H ds >= 0, as H
-//! is convex, and (L - D) S has no eigenvalue with a positive real part, so that 1 - dt (L - D) S is regular everywhere.
+//! is convex, and (L - D) S has no eigenvalue with a positive real part, so that 1 - dt (L - D) S is regular
+//! everywhere; and as the ridges of H have bounded slopes, b - dt (L - D) dH(a, b) grows with b (Hadamard's theorem).
 //!
 //! A solved step of a model with next to no friction can end a rounding error above H(x~); it is nudged down along
-//! grad H by that little. A hostile blob may overflow or leave Newton's iteration circling:
-//! then the result is shortened towards x~, where the inequality holds trivially, and the audit says so.
+//! grad H by that little. A hostile blob may overflow or leave Newton's iteration circling: then the result is
+//! shortened towards x~, where the inequality holds trivially, and the audit says so.
 
 use super::{Audit, Latent, Operators, Outcome, Potential, Seen, newton};
 use crate::nn::Matrix;
