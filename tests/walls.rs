@@ -116,7 +116,11 @@ fn storey_one_has_no_vec_and_no_std() {
     drop(copy);
 
     let copy = Copy::new();
-    copy.break_at("src/math.rs", "/// Hyperbolic tangent.", "extern crate alloc;\n\n/// Hyperbolic tangent.");
+    copy.break_at(
+        "src/math.rs",
+        "/// Hyperbolic tangent, ",
+        "extern crate alloc;\n\n/// Hyperbolic tangent, ",
+    );
     refused(&copy.link(), "no global memory allocator");
 }
 

@@ -20,6 +20,7 @@ pub(crate) mod people;
 mod profile;
 pub(crate) mod quantize;
 pub(crate) mod record;
+pub(crate) mod render;
 pub(crate) mod run;
 mod shipped;
 pub(crate) mod simulate;

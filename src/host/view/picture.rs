@@ -7,10 +7,10 @@ use plotters::prelude::*;
 use plotters::style::colors::colormaps::{ColorMap, ViridisRGB};
 
 /// Width and height of the picture, pixels.
-const SIZE: (u32, u32) = (1500, 1000);
+pub const SIZE: (u32, u32) = (1500, 1000);
 
-/// Height of the upper row of panels, pixels.
-const UPPER: u32 = 560;
+/// Share of the height that the upper row of panels has.
+const UPPER: f64 = 0.56;
 
 /// The camera's image with lines on it.
 #[derive(Clone, Debug)]
@@ -54,8 +54,12 @@ pub struct Picture<'a> {
     pub slices: Vec<(String, Slice)>,
     /// What the colour means, with its unit.
     pub value: String,
+    /// The value at the bright end of the colours; the largest in the slices if `None`.
+    pub top: Option<f64>,
     /// Errors over time, per cent.
     pub errors: Vec<Curve>,
+    /// The moment that the panels show, seconds, to be marked among the errors.
+    pub now_s: Option<f64>,
     /// Half the width of the glass and its height, millimetres.
     pub glass_mm: (f64, f64),
 }
@@ -66,13 +70,21 @@ impl Picture<'_> {
     /// # Errors
     /// [`PictureError`].
     pub fn png(&self) -> Result<Vec<u8>, PictureError> {
+        encode(&self.rgb(SIZE)?)
+    }
+
+    /// Draws the picture at `size` and gives it as red, green and blue, row after row.
+    ///
+    /// # Errors
+    /// [`PictureError`].
+    pub fn rgb(&self, size: (u32, u32)) -> Result<Vec<u8>, PictureError> {
         prepare_font();
-        let mut pixels = vec![0; (3 * SIZE.0 * SIZE.1) as usize];
+        let mut pixels = vec![0; (3 * size.0 * size.1) as usize];
         {
-            let area = BitMapBackend::with_buffer(&mut pixels, SIZE).into_drawing_area();
+            let area = BitMapBackend::with_buffer(&mut pixels, size).into_drawing_area();
             area.fill(&WHITE)?;
             let area = area.titled(&self.title, (FONT, 26))?;
-            let (upper, lower) = area.split_vertically(UPPER);
+            let (upper, lower) = area.split_vertically((UPPER * f64::from(size.1)) as u32);
             let panels = upper.split_evenly((1, 1 + self.slices.len()));
             let mut panels = panels.iter();
             if let Some(panel) = panels.next() {
@@ -85,7 +97,7 @@ impl Picture<'_> {
             self.draw_errors(&lower)?;
             area.present()?;
         }
-        encode(&pixels)
+        Ok(pixels)
     }
 
     fn draw_camera(&self, panel: &Panel<'_>) -> Result<(), PictureError> {
@@ -117,6 +129,9 @@ impl Picture<'_> {
 
     /// Largest value of all slices: the same colour means the same value in each.
     fn top_value(&self) -> f64 {
+        if let Some(top) = self.top {
+            return top.max(f64::MIN_POSITIVE);
+        }
         let values = self.slices.iter().flat_map(|(_, slice)| slice.tracers.iter().map(|tracer| tracer.2));
         values.fold(f64::MIN_POSITIVE, f64::max)
     }
@@ -133,7 +148,7 @@ impl Picture<'_> {
         let wall = [(-half, height), (-half, 0.0), (half, 0.0), (half, height)];
         chart.draw_series([PathElement::new(wall.to_vec(), GREY.stroke_width(2))])?;
         let dot = |&(x, z, value): &(f64, f64, f64)| {
-            Circle::new((x, z), 6, ViridisRGB.get_color((value / top) as f32).filled())
+            Circle::new((x, z), 6, ViridisRGB.get_color((value / top).min(1.0) as f32).filled())
         };
         chart.draw_series(slice.tracers.iter().map(dot))?;
         Ok(())
@@ -158,6 +173,9 @@ impl Picture<'_> {
                 .draw_series(line)?
                 .label(curve.name.as_str())
                 .legend(move |(x, y)| PathElement::new([(x, y), (x + 24, y)], colour.stroke_width(3)));
+        }
+        if let Some(now) = self.now_s {
+            chart.draw_series([PathElement::new([(now, 0.0), (now, 1.05 * most)], GREEN.stroke_width(2))])?;
         }
         chart
             .configure_series_labels()

@@ -1,0 +1,115 @@
+//! `meniscus render`: a recording as a film and a picture.
+
+use super::{inputs, shipped};
+use anyhow::{Context, ensure};
+use indicatif::{ProgressBar, ProgressStyle};
+use meniscus::host::files::write_whole;
+use meniscus::model::Model;
+use meniscus::offline::film::{Film, SIZE, animation};
+use meniscus::offline::recording::Recording;
+use meniscus::offline::scene::SceneSettings;
+use meniscus::surface::Settings;
+use meniscus::units::FRAME_INTERVAL_S;
+use std::path::{Path, PathBuf};
+
+/// Frames of a recording a second.
+const RATE: u16 = 60;
+
+/// Draw a recording: what the camera sees, what the model says is inside, what is inside, and how far apart they are.
+///
+/// The recording is seen through the simulated camera with its noise. Into --out go film.png, an animated PNG that
+/// any browser plays, and crest.png, its liveliest moment. With --corrected a second model stands beside the first, so
+/// that one sees what a correction was worth.
+#[derive(clap::Args)]
+#[command(
+    verbatim_doc_comment,
+    after_help = "Examples:\n  meniscus render\n  meniscus render beer/strokes-1401.safetensors --corrected beer.blob --out beer-film"
+)]
+pub(crate) struct Arguments {
+    /// A recording of `meniscus simulate`, or the one in the program.
+    #[arg(default_value = "shipped", value_name = "shipped|RECORDING")]
+    recording: String,
+    /// The model: the one in the program (shipped) or a blob file.
+    #[arg(long, default_value = "shipped", value_name = "shipped|FILE")]
+    model: String,
+    /// Another model to stand beside it, as `meniscus correct` makes it.
+    #[arg(long, value_name = "FILE")]
+    corrected: Option<PathBuf>,
+    /// Frames of the film a second: a whole part of 60.
+    #[arg(long, default_value_t = 20, value_parser = clap::value_parser!(u16).range(1..=60))]
+    rate: u16,
+    /// No more than so many seconds from the beginning.
+    #[arg(long, value_name = "SECONDS")]
+    seconds: Option<f64>,
+    /// Folder for the files; it is made if it is not there.
+    #[arg(long, default_value = "out", value_name = "DIR")]
+    out: PathBuf,
+}
+
+/// Runs the verb.
+pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
+    let rate = arguments.rate;
+    ensure!(
+        RATE.is_multiple_of(rate),
+        "--rate {rate} is no whole part of {RATE}: take 10, 12, 15, 20, 30 or 60"
+    );
+    let recording = match arguments.recording.as_str() {
+        "shipped" => Recording::from_bytes(Path::new("the shipped recording"), shipped::RECORDING)?,
+        file => Recording::load(Path::new(file))?,
+    };
+    ensure!(
+        recording.is_plain(),
+        "{} is of a conical, lifted or inclined glass: the rendered camera shows upright cylinders moved along x",
+        arguments.recording
+    );
+    let bytes = inputs::file(&arguments.model)?;
+    let model = Model::load(&bytes).with_context(|| format!("the model {} is refused", arguments.model))?;
+    let corrected = arguments.corrected.as_ref().map(|path| path.display().to_string());
+    let other = corrected.as_deref().map(inputs::file).transpose()?;
+    let other = other
+        .as_ref()
+        .map(|bytes| Model::load(bytes))
+        .transpose()
+        .context("the corrected model is refused")?;
+    let mut models = vec![(if other.is_some() { "before" } else { "estimated" }, &model)];
+    models.extend(other.as_ref().map(|model| ("after", model)));
+    for (name, model) in &models {
+        let (glass, header) = (&recording.glass, &model.header);
+        let same = [(glass.radius_m, header.radius_m), (glass.fill_m, header.fill_m)];
+        ensure!(
+            same.iter().all(|(a, b)| (a - b).abs() < 1e-4),
+            "the model {name} was trained for a glass of {:.1} mm radius filled to {:.1} mm, the recording has {:.1} and {:.1} mm",
+            1e3 * header.radius_m,
+            1e3 * header.fill_m,
+            1e3 * glass.radius_m,
+            1e3 * glass.fill_m
+        );
+    }
+    let glass = &recording.glass;
+    let camera = Settings {
+        radius_m: glass.radius_m as f32,
+        fill_m: glass.fill_m as f32,
+        rim_m: glass.rim_m as f32,
+        ..Settings::default()
+    };
+    let mut film = Film::new(&recording, SceneSettings { camera, ..SceneSettings::default() }, &models)?;
+    let most = arguments.seconds.map_or(usize::MAX, |seconds| (seconds / FRAME_INTERVAL_S) as usize);
+    let frames: Vec<usize> = (0..film.frames().min(most)).step_by(usize::from(RATE / rate)).collect();
+    ensure!(!frames.is_empty(), "--seconds {:?} leaves no frame", arguments.seconds);
+
+    let bar = ProgressBar::new(frames.len() as u64);
+    bar.set_style(ProgressStyle::with_template("frames {wide_bar} {pos}/{len}, {eta} left")?);
+    let moving = animation((frames.len(), rate), |k| {
+        bar.inc(1);
+        film.frame(frames[k], SIZE)
+    })?;
+    bar.finish_and_clear();
+    let still = film.crest();
+    let crest = animation((1, rate), |_| film.frame(still, SIZE))?;
+    for (name, bytes) in [("film.png", moving), ("crest.png", crest)] {
+        let path = arguments.out.join(name);
+        write_whole(&path, &bytes)?;
+        println!("{}", path.display());
+    }
+    Ok(())
+}

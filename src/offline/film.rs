@@ -1,0 +1,198 @@
+//! A film of a run beside the truth: the camera's image with both surfaces, a slice of the estimated and the true
+//! liquid, before a correction and after it, and the error as time goes on (the paper's figures 6 to 8, moving).
+
+use super::baseline::linear_with_motion;
+use super::camera::START;
+use super::panels::{camera, slice};
+use super::recording::{Lattice, Recording, STATE};
+use super::scene::{Images, Liquid, Scene, SceneSettings};
+use super::score::{Score, field_of, score};
+use super::watching::{sightings, turns};
+use crate::host::live::Logged;
+use crate::host::view::picture::{Curve, Picture};
+use crate::host::view::plot::PictureError;
+use crate::model::Model;
+use crate::offline::prelude::*;
+use crate::surface::{Config, ConfigError};
+use crate::units::FRAME_INTERVAL_S;
+
+/// Width and height of a film, pixels.
+pub const SIZE: (u32, u32) = (1200, 760);
+
+/// Why there is no film.
+#[derive(Debug)]
+pub enum FilmError {
+    /// The glass or the camera cannot be.
+    Camera(ConfigError),
+    /// It cannot be drawn or written down.
+    Picture(PictureError),
+}
+
+impl std::fmt::Display for FilmError {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Camera(error) => write!(f, "the camera cannot look at this glass: {error}"),
+            Self::Picture(error) => write!(f, "{error}"),
+        }
+    }
+}
+
+impl std::error::Error for FilmError {}
+
+impl From<PictureError> for FilmError {
+    fn from(error: PictureError) -> Self {
+        Self::Picture(error)
+    }
+}
+
+/// A model at its work on the recording.
+struct Watched<'m> {
+    name: &'m str,
+    model: &'m Model<'m>,
+    turns: Vec<Logged>,
+    score: Score,
+}
+
+/// A recording as models saw it through the simulated camera.
+pub struct Film<'r, 'm> {
+    recording: &'r Recording,
+    config: Config,
+    scene: Scene,
+    images: Images,
+    lattice: Lattice,
+    watched: Vec<Watched<'m>>,
+    top: f64,
+}
+
+impl<'r, 'm> Film<'r, 'm> {
+    /// Lets every model of `models`, each with its name, watch `recording` under `settings`; the first frames have no
+    /// estimate.
+    ///
+    /// # Errors
+    /// [`FilmError::Camera`].
+    pub fn new(
+        recording: &'r Recording,
+        settings: SceneSettings,
+        models: &[(&'m str, &'m Model<'m>)],
+    ) -> Result<Self, FilmError> {
+        let config = Config::new(settings.camera).map_err(FilmError::Camera)?;
+        let seen = sightings(recording, settings).map_err(FilmError::Camera)?;
+        let linear = linear_with_motion(recording);
+        let watch = |&(name, model): &(&'m str, &'m Model<'m>)| {
+            let turns = turns(model, &seen);
+            let score = score(model, recording, &linear, &turns, START);
+            Watched { name, model, turns, score }
+        };
+        let watched = models.iter().map(watch).collect();
+        let lattice = Lattice::new(&recording.glass);
+        let mut state = vec![0.0; STATE];
+        let mut fastest = |frame: usize| {
+            recording.state(frame, &mut state);
+            slice(&lattice, recording, &state).tracers.iter().map(|tracer| tracer.2).fold(0.0, f64::max)
+        };
+        let top = (0..recording.frames()).step_by(6).map(&mut fastest).fold(0.0, f64::max);
+        let images = Images::new(&settings);
+        Ok(Self { recording, config, scene: Scene::new(settings), images, lattice, watched, top })
+    }
+
+    /// Frames of the recording.
+    #[must_use]
+    pub fn frames(&self) -> usize {
+        self.recording.frames()
+    }
+
+    /// The frame with the highest crest.
+    #[must_use]
+    pub fn crest(&self) -> usize {
+        let fill_m = self.recording.glass.fill_m as f32;
+        let crest = |frame: usize| {
+            self.recording.profile(frame).iter().map(|z| (z - fill_m).abs()).fold(0.0, f32::max)
+        };
+        (0..self.frames()).max_by(|&a, &b| crest(a).total_cmp(&crest(b))).unwrap_or(0)
+    }
+
+    /// The picture of `frame`, as red, green and blue, row after row.
+    ///
+    /// # Errors
+    /// [`FilmError::Picture`].
+    pub fn frame(&mut self, frame: usize, size: (u32, u32)) -> Result<Vec<u8>, FilmError> {
+        self.scene.render(&Liquid::of(self.recording, frame), frame as u64, &mut self.images);
+        let seconds = frame as f64 * FRAME_INTERVAL_S;
+        let mut state = vec![0.0; STATE];
+        let mut slices = Vec::new();
+        for watched in &self.watched {
+            field_of(watched.model, &watched.turns[frame].turn.estimate, &mut state);
+            slices.push((String::from(watched.name), slice(&self.lattice, self.recording, &state)));
+        }
+        self.recording.state(frame, &mut state);
+        slices.push(("true".into(), slice(&self.lattice, self.recording, &state)));
+        // The camera's panel shows the last model: the corrected one, where there is one.
+        let Some(last) = self.watched.last() else { return Ok(Vec::new()) };
+        let turn = &last.turns[frame].turn;
+        let curve = |watched: &Watched<'_>| Curve {
+            name: format!(
+                "{}: {:.1} % of the slosh",
+                watched.name,
+                100.0 * watched.score.estimate.slosh_rel()
+            ),
+            points: watched.score.curves[0].clone(),
+        };
+        let picture = Picture {
+            title: format!("{} at {seconds:.2} s", self.recording.provenance.liquid),
+            camera: camera(&self.config, self.recording, &self.images.infrared, turn, frame),
+            slices,
+            value: "speed, m/s".into(),
+            top: Some(self.top),
+            errors: self.watched.iter().map(curve).collect(),
+            now_s: Some(seconds),
+            glass_mm: (1e3 * self.recording.glass.radius_m, 1e3 * self.recording.glass.rim_m),
+        };
+        Ok(picture.rgb(size)?)
+    }
+}
+
+/// `count` frames of [`SIZE`], each from `frame`, as one animated PNG that repeats, `rate` frames a second.
+///
+/// # Errors
+/// [`FilmError`], of a frame or of the file.
+pub fn animation(
+    (count, rate): (usize, u16),
+    mut frame: impl FnMut(usize) -> Result<Vec<u8>, FilmError>,
+) -> Result<Vec<u8>, FilmError> {
+    let mut bytes = Vec::new();
+    let mut encoder = png::Encoder::new(&mut bytes, SIZE.0, SIZE.1);
+    encoder.set_color(png::ColorType::Rgb);
+    encoder.set_depth(png::BitDepth::Eight);
+    encoder.set_animated(u32::try_from(count).unwrap_or(u32::MAX), 0).map_err(wrong)?;
+    encoder.set_frame_delay(1, rate).map_err(wrong)?;
+    let mut writer = encoder.write_header().map_err(wrong)?;
+    for k in 0..count {
+        writer.write_image_data(&frame(k)?).map_err(wrong)?;
+    }
+    writer.finish().map_err(wrong)?;
+    Ok(bytes)
+}
+
+fn wrong(error: png::EncodingError) -> FilmError {
+    FilmError::Picture(PictureError(error.to_string()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_animation_has_its_frames_and_their_time() {
+        let frame = |k: usize| Ok(vec![40 * k as u8; (3 * SIZE.0 * SIZE.1) as usize]);
+        let bytes = animation((3, 20), frame).expect("three frames");
+        let mut reader = png::Decoder::new(std::io::Cursor::new(&bytes)).read_info().expect("a PNG");
+        assert_eq!(reader.info().animation_control().map(|control| control.num_frames), Some(3));
+        let mut pixels = vec![0; (3 * SIZE.0 * SIZE.1) as usize];
+        for k in 0..3 {
+            reader.next_frame(&mut pixels).expect("a frame");
+            assert!(pixels.iter().all(|&value| value == 40 * k));
+            let control = reader.info().frame_control().expect("its time");
+            assert_eq!((control.delay_num, control.delay_den), (1, 20));
+        }
+    }
+}
