@@ -143,7 +143,8 @@ impl<'r, 'm> Film<'r, 'm> {
             slices,
             value: "speed, m/s".into(),
             top: Some(self.top),
-            errors: self.watched.iter().map(curve).collect(),
+            // The last is what matters: it comes first, in the colour of our own.
+            errors: self.watched.iter().rev().map(curve).collect(),
             now_s: Some(seconds),
             glass_mm: (1e3 * self.recording.glass.radius_m, 1e3 * self.recording.glass.rim_m),
         };

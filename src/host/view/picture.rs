@@ -83,14 +83,15 @@ impl Picture<'_> {
         {
             let area = BitMapBackend::with_buffer(&mut pixels, size).into_drawing_area();
             area.fill(&WHITE)?;
-            let area = area.titled(&self.title, (FONT, 26))?;
+            let top = self.top_value();
+            let title = format!("{}; colour: {}, violet 0 to yellow {top:.3}", self.title, self.value);
+            let area = area.titled(&title, (FONT, size.1 / 45))?;
             let (upper, lower) = area.split_vertically((UPPER * f64::from(size.1)) as u32);
             let panels = upper.split_evenly((1, 1 + self.slices.len()));
             let mut panels = panels.iter();
             if let Some(panel) = panels.next() {
                 self.draw_camera(panel)?;
             }
-            let top = self.top_value();
             for ((name, slice), panel) in self.slices.iter().zip(panels) {
                 self.draw_slice(panel, name, slice, top)?;
             }
@@ -101,7 +102,7 @@ impl Picture<'_> {
     }
 
     fn draw_camera(&self, panel: &Panel<'_>) -> Result<(), PictureError> {
-        let panel = panel.titled("left infrared, measured (orange), estimated (green)", (FONT, 20))?;
+        let panel = panel.titled("measured orange, estimated green", (FONT, 18))?;
         let (left, top, width, height) = self.camera.crop;
         let (across, down) = panel.dim_in_pixel();
         let zoom = (f64::from(across) / width as f64).min(f64::from(down) / height as f64);
@@ -139,7 +140,7 @@ impl Picture<'_> {
     fn draw_slice(&self, panel: &Panel<'_>, name: &str, slice: &Slice, top: f64) -> Result<(), PictureError> {
         let (half, height) = self.glass_mm;
         let mut chart = ChartBuilder::on(panel)
-            .caption(format!("{name} {}: violet 0 to yellow {top:.3}", self.value), (FONT, 20))
+            .caption(name, (FONT, 18))
             .margin(10)
             .x_label_area_size(34)
             .y_label_area_size(40)
