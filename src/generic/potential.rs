@@ -7,8 +7,8 @@
 //! ```
 //! The bracket is the Bregman divergence of the convex p; its second form has no cancellation. For every choice of
 //! weights H is convex, H >= 0, H(0) = 0 and grad H(0) = 0: rest is an equilibrium, and the implicit step has one
-//! solution and no more (see `step`). A free perceptron for H, which bends both ways, has several where the liquid is
-//! lively, and which one a solver finds is chance.
+//! solution and no more (see `step`). A free perceptron for H, which bends both ways, may have several, and which one a
+//! solver finds is chance.
 
 use super::newton::Square;
 use super::{LATENTS, Latent};
