@@ -56,12 +56,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let model = Model::load(&bytes)?;
     let recording = Recording::from_bytes(Path::new("the shipped recording"), shipped::RECORDING)?;
     let header = &model.header;
-    let settings = Settings {
-        radius_m: header.radius_m as f32,
-        fill_m: header.fill_m as f32,
-        rim_m: header.rim_m as f32,
-        ..Settings::default()
-    };
+    let settings = Settings::for_glass(header.radius_m, header.fill_m, header.rim_m);
     let scene = SceneSettings { camera: settings, ..SceneSettings::default() };
     let pairs = usize::from(rounds.div_ceil(2));
     let bar = ProgressBar::new(2 * pairs as u64);

@@ -93,12 +93,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     bar.enable_steady_tick(Duration::from_millis(100));
     bar.set_message("rendering the recording");
     let header = &model.header;
-    let camera = Settings {
-        radius_m: header.radius_m as f32,
-        fill_m: header.fill_m as f32,
-        rim_m: header.rim_m as f32,
-        ..Settings::default()
-    };
+    let camera = Settings::for_glass(header.radius_m, header.fill_m, header.rim_m);
     let seen = sightings(&recording, SceneSettings { camera, ..SceneSettings::default() })?;
     bar.set_message("the model as it is");
     let linear = linear_with_motion(&recording);

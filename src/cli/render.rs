@@ -86,12 +86,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         );
     }
     let glass = &recording.glass;
-    let camera = Settings {
-        radius_m: glass.radius_m as f32,
-        fill_m: glass.fill_m as f32,
-        rim_m: glass.rim_m as f32,
-        ..Settings::default()
-    };
+    let camera = Settings::for_glass(glass.radius_m, glass.fill_m, glass.rim_m);
     let mut film = Film::new(&recording, SceneSettings { camera, ..SceneSettings::default() }, &models)?;
     let most = arguments.seconds.map_or(usize::MAX, |seconds| (seconds / FRAME_INTERVAL_S) as usize);
     let frames: Vec<usize> = (0..film.frames().min(most)).step_by(usize::from(RATE / rate)).collect();

@@ -61,6 +61,14 @@ pub struct Settings {
     pub least_contrast: f32,
 }
 
+impl Settings {
+    /// A D435 in front of a glass of inner radius `radius_m`, filled to `fill_m`, with its rim at `rim_m`, metres.
+    #[must_use]
+    pub fn for_glass(radius_m: f64, fill_m: f64, rim_m: f64) -> Self {
+        Self { radius_m: radius_m as f32, fill_m: fill_m as f32, rim_m: rim_m as f32, ..Self::default() }
+    }
+}
+
 impl Default for Settings {
     fn default() -> Self {
         Self {

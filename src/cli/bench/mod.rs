@@ -98,12 +98,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let model = Model::load(&bytes).with_context(|| format!("the model {} is refused", arguments.model))?;
     let recording = Recording::from_bytes(Path::new("the shipped recording"), shipped::RECORDING)?;
     let header = &model.header;
-    let settings = Settings {
-        radius_m: header.radius_m as f32,
-        fill_m: header.fill_m as f32,
-        rim_m: header.rim_m as f32,
-        ..Settings::default()
-    };
+    let settings = Settings::for_glass(header.radius_m, header.fill_m, header.rim_m);
     if let Some(times) = arguments.count {
         return work::count(&model, &recording, settings, times);
     }

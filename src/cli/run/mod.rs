@@ -243,10 +243,5 @@ fn settings(model: &Model<'_>, recording: &Recording) -> anyhow::Result<Settings
     if model.field_len() != meniscus::offline::recording::STATE {
         bail!("the model has {} tracers, recordings have 2134", model.header.particles);
     }
-    Ok(Settings {
-        radius_m: header.radius_m as f32,
-        fill_m: header.fill_m as f32,
-        rim_m: header.rim_m as f32,
-        ..Settings::default()
-    })
+    Ok(Settings::for_glass(header.radius_m, header.fill_m, header.rim_m))
 }

@@ -31,10 +31,7 @@ pub(super) fn run(
     let config = Config::new(surface::Settings {
         intrinsics: camera.intrinsics(),
         depth_unit_m: camera.depth_unit_m,
-        radius_m: header.radius_m as f32,
-        fill_m: header.fill_m as f32,
-        rim_m: header.rim_m as f32,
-        ..surface::Settings::default()
+        ..surface::Settings::for_glass(header.radius_m, header.fill_m, header.rim_m)
     })
     .context("the recording's camera cannot see the model's glass")?;
     write_whole(&arguments.out.join("run.json"), b"{}\n").context("the --out folder cannot be used")?;

@@ -86,10 +86,7 @@ fn watch(
     let config = Config::new(surface::Settings {
         intrinsics: connected.intrinsics,
         depth_unit_m: connected.depth_unit_um as f32 * 1e-6,
-        radius_m: header.radius_m as f32,
-        fill_m: header.fill_m as f32,
-        rim_m: header.rim_m as f32,
-        ..surface::Settings::default()
+        ..surface::Settings::for_glass(header.radius_m, header.fill_m, header.rim_m)
     })?;
     write_whole(&arguments.out.join("run.json"), b"{}\n").context("the --out folder cannot be used")?;
 

@@ -86,12 +86,7 @@ pub fn serve(blob: &Path, payloads: &Path, started: Instant) -> io::Result<Needs
     let bytes = AlignedBytes::read(blob).map_err(|error| other(&error))?;
     let model = Model::load(&bytes).map_err(|error| other(&error))?;
     let header = &model.header;
-    let settings = Settings {
-        radius_m: header.radius_m as f32,
-        fill_m: header.fill_m as f32,
-        rim_m: header.rim_m as f32,
-        ..Settings::default()
-    };
+    let settings = Settings::for_glass(header.radius_m, header.fill_m, header.rim_m);
     let config = Config::new(settings).map_err(|error| other(&error))?;
     let (width, height) = config.image_size();
     let (mut depth, mut infrared) = (vec![0; 2 * width * height], vec![0; width * height]);
