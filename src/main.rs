@@ -36,6 +36,7 @@ enum Command {
     Render(cli::render::Arguments),
     Quantize(cli::quantize::Arguments),
     Bench(cli::bench::Arguments),
+    Deadline(cli::deadline::Arguments),
     Manual(cli::manual::Arguments),
 }
 
@@ -57,6 +58,7 @@ fn main() -> ExitCode {
         Command::Render(arguments) => cli::render::run(&arguments),
         Command::Quantize(arguments) => cli::quantize::run(&arguments),
         Command::Bench(arguments) => cli::bench::run(&arguments),
+        Command::Deadline(arguments) => cli::deadline::run(&arguments),
         Command::Manual(arguments) => cli::manual::run(&arguments, Arguments::command()),
     };
     match done {

@@ -5,6 +5,7 @@ mod bus;
 pub(crate) mod camera;
 #[cfg(feature = "train")]
 pub(crate) mod correct;
+pub(crate) mod deadline;
 pub(crate) mod discover;
 pub(crate) mod doctor;
 pub(crate) mod dump;

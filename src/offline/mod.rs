@@ -6,6 +6,7 @@ pub(in crate::offline) extern crate std;
 pub mod baseline;
 pub mod bench;
 pub mod camera;
+pub mod deadline;
 pub mod discover;
 #[cfg(feature = "train")]
 pub mod evaluate;

@@ -7,7 +7,9 @@ pub const DEADLINE_US: u64 = 16_667;
 
 /// Latest start of the full field, from the start of the turn: three quarters of the deadline. When
 /// it is missed the full field is left out and counted; the surface and the audit never are.
-pub(super) const FIELD_START_US: u64 = 12_500;
+pub(super) fn field_start_us(deadline_us: u64) -> u64 {
+    deadline_us - deadline_us / 4
+}
 
 /// Where a turn's time comes from: a real clock on the board, a counter in a test.
 pub trait Clock {

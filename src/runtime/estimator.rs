@@ -2,7 +2,7 @@
 //!
 //! [`Estimator`] is configuration and weights (`&self`), [`Memory`] what changes (`&mut`).
 
-use super::budget::{Clock, DEADLINE_US, FIELD_START_US, Lap, Stages};
+use super::budget::{Clock, DEADLINE_US, Lap, Stages, field_start_us};
 use super::filter::correct;
 use super::mode::Mode;
 use super::motion::Motion;
@@ -47,6 +47,7 @@ pub enum Drive {
 pub struct Estimator<'m> {
     model: &'m Model<'m>,
     groups: Selection,
+    deadline_us: u64,
 }
 
 /// What the estimator remembers from turn to turn.
@@ -95,7 +96,7 @@ impl<'m> Estimator<'m> {
     /// An estimator on a checked model.
     #[must_use]
     pub fn new(model: &'m Model<'m>) -> Self {
-        Self { model, groups: Selection::ALL }
+        Self { model, groups: Selection::ALL, deadline_us: DEADLINE_US }
     }
 
     /// The same with no more of the field than `groups`: what a small board has time for, or nothing but the
@@ -103,6 +104,13 @@ impl<'m> Estimator<'m> {
     #[must_use]
     pub fn only(self, groups: Selection) -> Self {
         Self { groups, ..self }
+    }
+
+    /// The same with another time that a turn may take than [`DEADLINE_US`], microseconds: where frames come faster
+    /// than 60 times a second. The model's step stays 1/60 s.
+    #[must_use]
+    pub fn within(self, deadline_us: u64) -> Self {
+        Self { deadline_us, ..self }
     }
 
     /// Numbers of the field that a turn writes.
@@ -185,7 +193,7 @@ impl<'m> Estimator<'m> {
             self.model.decoder.part(self.groups, &coefficients, heat_j as f32, field);
         }
         stages.field_us = lap.lap_us();
-        if stages.total_us() > DEADLINE_US {
+        if stages.total_us() > self.deadline_us {
             count(&mut memory.health.deadline_missed);
         }
         Estimate {
@@ -285,7 +293,7 @@ impl<'m> Estimator<'m> {
 
     /// Whether the full field can still be written this turn; counts it when not.
     fn in_time<C: Clock>(&self, memory: &mut Memory, lap: &Lap<'_, C>, surface_us: u64) -> bool {
-        let in_time = lap.elapsed_us().saturating_add(surface_us) <= FIELD_START_US;
+        let in_time = lap.elapsed_us().saturating_add(surface_us) <= field_start_us(self.deadline_us);
         if !in_time {
             count(&mut memory.health.field_shed);
         }

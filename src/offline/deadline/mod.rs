@@ -1,0 +1,142 @@
+//! The deadline, kept and proven: minutes of turns beside a load, every one of them in a histogram, every miss told.
+//!
+//! ```text
+//! pace: images rendered before --a frame every 1/rate s--> link --> the worker of `meniscus run` --> log
+//! load: processor, memory and disk, in threads of their own        steal: what the host took, meanwhile
+//! tally: latency = estimate ready - last byte due;  missed = later than the next frame, or no turn at all
+//! ```
+//! The time of a turn counts from when its last payload was **due**, not from when a thread found time to hand it over:
+//! a camera does not wait either.
+
+mod load;
+mod pace;
+mod plot;
+mod report;
+mod steal;
+mod tally;
+
+pub use load::{Load, Pressed, press};
+pub use pace::Film;
+pub use plot::latencies_png;
+pub use report::{checks, markdown};
+pub use steal::Steal;
+pub use tally::{Miss, Tally};
+
+use super::camera::PAYLOAD_ROOM;
+use crate::host::link::link;
+use crate::host::live::{Log, Outlets, Still, Watch, watch};
+use crate::host::realtime::Granted;
+use crate::model::Model;
+use crate::offline::prelude::*;
+use crate::runtime::Estimator;
+use crate::surface::Config;
+use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+
+/// Payload buffers between camera and worker, as in the main job.
+const BUFFERS: usize = 8;
+
+/// Time in which the window fills and the load gets going, s: left out.
+const SETTLE_S: f64 = 2.0;
+
+/// One run of the study.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Run {
+    /// Frames a second.
+    pub rate_hz: f64,
+    /// Length, s.
+    pub seconds: f64,
+    /// What else the machine has to do.
+    pub loads: Vec<Load>,
+    /// Whether worker and camera ask for SCHED_FIFO, the worker for a core, and all memory is locked.
+    pub realtime: bool,
+}
+
+impl Run {
+    /// The time that a turn may take, microseconds: until the next frame.
+    #[must_use]
+    pub fn deadline_us(&self) -> u64 {
+        (1e6 / self.rate_hz).round() as u64
+    }
+
+    /// Frames of it.
+    #[must_use]
+    pub fn frames(&self) -> usize {
+        ((self.seconds + SETTLE_S) * self.rate_hz).round() as usize
+    }
+
+    /// What it is called in tables: `60 Hz, cpu + memory + disk`.
+    #[must_use]
+    pub fn name(&self) -> String {
+        let loads: Vec<&str> = self.loads.iter().map(|load| load.name()).collect();
+        let loads = if loads.is_empty() { String::from("idle") } else { loads.join(" + ") };
+        let rights = if self.realtime { "" } else { ", no real-time rights" };
+        format!("{} Hz, {loads}{rights}", self.rate_hz)
+    }
+}
+
+/// What came of a run.
+#[derive(Clone, Debug)]
+pub struct Outcome {
+    /// The run.
+    pub run: Run,
+    /// Every turn.
+    pub tally: Tally,
+    /// What the load has done.
+    pub pressed: Pressed,
+    /// Share of the processors' time that the host of a virtual machine took; `None` where that is not told.
+    pub stolen: Option<f64>,
+    /// What real-time rights were asked for and refused, in words.
+    pub refused: Vec<String>,
+}
+
+/// Does one run; `told` is called ten times a second with the share that is done. Ends early when `stop` is set: the
+/// turns until then are counted.
+pub fn run(
+    run: &Run,
+    model: &Model<'_>,
+    config: Config,
+    film: &Film,
+    folder: &Path,
+    stop: &AtomicBool,
+    mut told: impl FnMut(f64),
+) -> Outcome {
+    let frames = run.frames();
+    let estimator = Estimator::new(model).within(run.deadline_us());
+    let (camera_end, worker_end) = link(BUFFERS, PAYLOAD_ROOM);
+    let (watching, mut still) = (Watch::default(), Still::default());
+    // A turn a frame, and room for those that silence adds.
+    let log = Log::with_room(frames + frames / 4 + 64);
+    let (ended, mut pressed, mut steal) = (AtomicBool::new(false), Pressed::default(), Steal::default());
+    let (mut refused, mut shots, mut turns) = (Vec::new(), Vec::new(), Log::default());
+    std::thread::scope(|scope| {
+        let (watching, ended, still) = (&watching, &ended, &mut still);
+        let loads = scope.spawn(move || press(&run.loads, folder, ended));
+        let samples = scope.spawn(move || Steal::watch(ended));
+        let worker = scope.spawn(move || {
+            let refused = if run.realtime { Granted::ask().refusals() } else { Vec::new() };
+            (watch(estimator, config, &worker_end, watching, Outlets::default(), log, still), refused)
+        });
+        let camera =
+            scope.spawn(move || film.play(run.rate_hz, frames, run.realtime, &camera_end, &watching.stop));
+        let mut done = 0.0;
+        while !camera.is_finished() {
+            std::thread::sleep(Duration::from_millis(100));
+            done += 0.1 / (run.seconds + SETTLE_S);
+            told(f64::min(done, 1.0));
+            if stop.load(Ordering::Relaxed) {
+                watching.stop.store(true, Ordering::Relaxed);
+            }
+        }
+        // A thread that panicked has said so; its share of the outcome is empty.
+        shots = camera.join().unwrap_or_default();
+        (turns, refused) = worker.join().unwrap_or_default();
+        ended.store(true, Ordering::Relaxed);
+        pressed = loads.join().unwrap_or_default();
+        steal = samples.join().unwrap_or_default();
+    });
+    let settled = (SETTLE_S * run.rate_hz) as usize;
+    let tally = Tally::new(&shots, &turns, settled, run.deadline_us(), &steal);
+    Outcome { run: run.clone(), tally, pressed, stolen: steal.share(), refused }
+}
