@@ -11,9 +11,12 @@ pub mod checks;
 pub mod clock;
 pub mod files;
 pub mod flash;
+#[cfg(feature = "foxglove")]
+pub mod foxglove;
 pub mod handoff;
 pub mod link;
 pub mod live;
+pub mod look;
 pub mod page;
 pub mod publish;
 pub mod realtime;

@@ -204,6 +204,12 @@ impl Config {
         Ok(Self { settings, camera, rows: (top, foot_rows.1), foot_rows, silhouette_px })
     }
 
+    /// The settings that were checked.
+    #[must_use]
+    pub fn settings(&self) -> &Settings {
+        &self.settings
+    }
+
     /// Column and row at which a point of the room is seen; `x` right of the range's middle, `y` away
     /// from the camera, `z` above the inner bottom of the glass, metres.
     #[must_use]

@@ -1,5 +1,6 @@
 //! Camera, worker and whoever looks on, at work together.
 
+use super::foxglove::Foxglove;
 use super::published::Published;
 use super::{Arguments, flight, page, service, turns};
 use anyhow::{Context, ensure};
@@ -37,6 +38,7 @@ pub(super) fn live(
     let published = Published::open(arguments, model)?;
     let title = format!("{}, {camera}, model {}", model.header.liquid, arguments.model);
     let page = arguments.page.open(model, config, &title)?;
+    let foxglove = arguments.foxglove.open(config)?;
     let shared = Arc::new(Watch { patient: arguments.patient, ..Watch::default() });
     let interrupted = Arc::clone(&shared);
     ctrlc::set_handler(move || interrupted.stop.store(true, Ordering::Relaxed))
@@ -49,6 +51,7 @@ pub(super) fn live(
     let outlets = Outlets {
         publish: published.as_ref().map(Published::outlet),
         page: page.as_ref().map(Page::outlet),
+        foxglove: foxglove.as_ref().map(Foxglove::outlet),
         flight: Some(&recorder),
     };
     let (recorder, ended) = (&recorder, &AtomicBool::new(false));
@@ -57,6 +60,9 @@ pub(super) fn live(
         scope.spawn(move || play(&watching.stop));
         if let Some(page) = &page {
             scope.spawn(move || page.compose(model));
+        }
+        if let Some(foxglove) = &foxglove {
+            scope.spawn(move || foxglove.compose(model));
         }
         recorder.open();
         let keeper = scope.spawn(move || flight::keep(recorder, &arguments.out, ended));
@@ -90,6 +96,9 @@ pub(super) fn live(
         if let Some(page) = &page {
             page.close();
         }
+        if let Some(foxglove) = &foxglove {
+            foxglove.end();
+        }
         // A keeper that panicked has said so; the run's own report is not lost for it.
         if let Ok(records) = keeper.join() {
             records.tell(recorder.lost());
@@ -98,6 +107,9 @@ pub(super) fn live(
     })?;
     if let Some(page) = page {
         page::close(page);
+    }
+    if let Some(foxglove) = foxglove {
+        arguments.foxglove.close(foxglove)?;
     }
     if let Some(published) = published {
         published.close();

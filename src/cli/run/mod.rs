@@ -1,6 +1,7 @@
 //! `meniscus run`: the main job, live.
 
 mod flight;
+mod foxglove;
 mod live;
 mod live_report;
 mod page;
@@ -15,6 +16,7 @@ mod view;
 use crate::cli::inputs::blob;
 use crate::cli::shipped;
 use anyhow::{Context, bail, ensure};
+use foxglove::FoxgloveArguments;
 use live::live;
 use meniscus::host::files::write_whole;
 use meniscus::host::link::link;
@@ -67,7 +69,7 @@ const SECONDS: f64 = 10.0;
 #[derive(clap::Args)]
 #[command(
     verbatim_doc_comment,
-    after_help = "Examples:\n  meniscus run\n  meniscus run --seconds 10 --json\n  meniscus run --patient --json\n  meniscus run --faults drop:0.05,late:0.02 --out /tmp/faulty\n  meniscus run --view\n  meniscus run --view --listen 0.0.0.0:8060\n  meniscus run --source usb\n  meniscus run --source simulated-usb:unplug --seconds 8\n  meniscus run --source replay try.mcap"
+    after_help = "Examples:\n  meniscus run\n  meniscus run --seconds 10 --json\n  meniscus run --patient --json\n  meniscus run --faults drop:0.05,late:0.02 --out /tmp/faulty\n  meniscus run --view\n  meniscus run --view --listen 0.0.0.0:8060\n  meniscus run --foxglove --mcap run.mcap\n  meniscus run --source usb\n  meniscus run --source simulated-usb:unplug --seconds 8\n  meniscus run --source replay try.mcap"
 )]
 pub(crate) struct Arguments {
     /// Length of the run, s: 10 unless told, and with --view until Ctrl-C. Without --view it ends earlier where the
@@ -132,6 +134,9 @@ pub(crate) struct Arguments {
     /// The live page.
     #[command(flatten)]
     page: PageArguments,
+    /// Foxglove.
+    #[command(flatten)]
+    foxglove: FoxgloveArguments,
     /// One JSON object on standard output instead of dashboard and summary.
     #[arg(long)]
     json: bool,

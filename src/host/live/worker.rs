@@ -5,7 +5,7 @@ use super::log::{Log, Logged};
 use crate::host::allocations::allocations_of_this_thread;
 use crate::host::clock::Monotonic;
 use crate::host::link::{Delivery, Received, WorkerEnd};
-use crate::host::page;
+use crate::host::look;
 use crate::host::prelude::*;
 use crate::host::publish;
 use crate::runtime::{Estimator, Eye, Tracker, Turn};
@@ -51,7 +51,9 @@ pub struct Outlets<'o> {
     /// To other programs.
     pub publish: Option<&'o publish::Outlet>,
     /// To the live page.
-    pub page: Option<&'o page::Outlet>,
+    pub page: Option<&'o look::Outlet>,
+    /// To Foxglove.
+    pub foxglove: Option<&'o look::Outlet>,
     /// To the keeper of the last seconds before a missed deadline.
     pub flight: Option<&'o Flight>,
 }
@@ -146,8 +148,8 @@ fn take(
 
 /// Shows a turn to whoever looks, unless they are looking right now.
 fn show(watch: &Watch, outlets: Outlets<'_>, tracker: &Tracker<'_, '_>, logged: Logged) {
-    if let Some(page) = outlets.page {
-        page.offer(&logged, &tracker.memory, tracker.eye.infrared());
+    for outlet in [outlets.page, outlets.foxglove].into_iter().flatten() {
+        outlet.offer(&logged, &tracker.memory, tracker.eye.infrared());
     }
     if let Ok(mut last) = watch.last.try_lock() {
         *last = Some(logged);

@@ -3,7 +3,7 @@
 use super::board::{Board, Numbered};
 use super::frame::{AHEAD, Facts, frame};
 use super::image::Window;
-use super::look::{Look, Outlet};
+use crate::host::look::{Look, Outlet};
 use crate::host::prelude::*;
 use crate::model::Model;
 use crate::runtime::{Crest, Forecast};

@@ -3,9 +3,9 @@
 //! The full field does not travel: it is linear in the decoder's coefficients, so the page gets the bases once
 //! ([`super::bases`]) and then, turn after turn, some hundred coefficients instead of 27742 numbers.
 
-use super::look::Look;
 use crate::decoder::ENERGY_GROUP;
 use crate::host::live::Logged;
+use crate::host::look::Look;
 use crate::host::prelude::*;
 use crate::model::Model;
 use crate::runtime::{Crest, Forecast, Mode};

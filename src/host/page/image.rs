@@ -1,6 +1,6 @@
 //! The camera's image as the page gets it: the part around the glass as JPEG, with the traced surface's pixels.
 
-use super::look::Look;
+use crate::host::look::Look;
 use crate::host::prelude::*;
 use crate::runtime::Mode;
 use crate::surface::{Config, profile_abscissa};

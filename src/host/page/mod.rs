@@ -14,15 +14,14 @@ mod compose;
 mod error;
 mod frame;
 mod image;
-mod look;
 mod request;
 mod server;
 mod token;
 mod viewer;
 
+pub use crate::host::look::Outlet;
 pub use board::Counters;
 pub use error::PageError;
-pub use look::Outlet;
 pub use server::VIEWERS_MAX;
 pub use token::Token;
 

@@ -1,4 +1,4 @@
-//! What the worker hands over for the page, and how: the newest wins, and nobody is waited for.
+//! What the worker hands over to those who show a run (the live page, Foxglove): the newest wins, and nobody is waited for.
 
 use crate::host::handoff::Handoff;
 use crate::host::live::Logged;
@@ -8,26 +8,26 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::vec::Vec;
 
-/// One turn with all that the page shows of it.
+/// One turn with all that is shown of it.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Look {
+pub(in crate::host) struct Look {
     /// The turn.
-    pub(super) logged: Option<Logged>,
+    pub(in crate::host) logged: Option<Logged>,
     /// What the estimator remembers after it: a forecast starts there.
-    pub(super) memory: Memory,
+    pub(in crate::host) memory: Memory,
     /// Turns so far that ended more than a frame interval after their last payload's arrival.
-    pub(super) late: u64,
-    /// Set by the page: the next frame's image is wanted.
-    pub(super) image_wanted: bool,
+    pub(in crate::host) late: u64,
+    /// Set by whoever shows it: the next frame's image is wanted.
+    pub(in crate::host) image_wanted: bool,
     /// The left infrared image, Y8, and the turn that it belongs to.
-    pub(super) infrared: Vec<u8>,
+    pub(in crate::host) infrared: Vec<u8>,
     /// The image's turn; `None` until there is one.
-    pub(super) image_of: Option<Logged>,
+    pub(in crate::host) image_of: Option<Logged>,
 }
 
 impl Look {
     /// A copy, with the image only if that is `new`.
-    pub(super) fn copy(&self, new: bool) -> Self {
+    pub(in crate::host) fn copy(&self, new: bool) -> Self {
         let infrared = if new { self.infrared.clone() } else { Vec::new() };
         let image_of = self.image_of.filter(|_| new);
         Self {
@@ -44,18 +44,18 @@ impl Look {
 /// The worker's end.
 #[derive(Clone, Debug)]
 pub struct Outlet {
-    pub(super) handoff: Arc<Handoff<Look>>,
+    pub(in crate::host) handoff: Arc<Handoff<Look>>,
     late: Arc<AtomicU64>,
 }
 
 impl Outlet {
     /// An outlet for images of `pixels` pixels.
-    pub(super) fn new(pixels: usize) -> Self {
+    pub(in crate::host) fn new(pixels: usize) -> Self {
         let look = Look { infrared: vec![0; pixels], ..Look::default() };
         Self { handoff: Arc::new(Handoff::new(look)), late: Arc::default() }
     }
 
-    /// Hands a turn on, after its end: the copy is made only if the page has asked for one, and nothing of it waits
+    /// Hands a turn on, after its end: the copy is made only if somebody has asked for one, and nothing of it waits
     /// or allocates. `infrared` is the last whole image.
     pub fn offer(&self, logged: &Logged, memory: &Memory, infrared: &[u8]) {
         let missed = u64::from(logged.latency_us > DEADLINE_US);

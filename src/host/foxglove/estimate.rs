@@ -1,0 +1,139 @@
+//! The estimate itself, as JSON with its schema: what has no well-known message.
+
+use super::Shared;
+use crate::host::live::Logged;
+use crate::host::look::Look;
+use crate::host::prelude::*;
+use crate::model::Model;
+use crate::runtime::{Forecast, Mode};
+use ::foxglove::{FoxgloveError, RawChannel, Schema};
+use serde_json::{Value, json};
+use std::string::{String, ToString};
+use std::sync::Arc;
+use std::vec::Vec;
+
+/// Name of the schema.
+const SCHEMA: &str = "meniscus.Estimate";
+
+/// Modes, in the order of a run.
+const MODES: [Mode; 4] = [Mode::Filling, Mode::Tracking, Mode::Coasting, Mode::Halted];
+
+/// Turns ahead of the forecast: 0.25 s.
+const AHEAD: usize = 15;
+
+/// Single numbers of a message with what they are.
+const NUMBERS: [(&str, &str); 11] = [
+    ("slosh_energy", "H(x): energy of the slosh, J"),
+    ("heat", "heat since the start, J; it never falls"),
+    ("work", "work of the moving glass in this step, in units of H"),
+    ("produced", "heat of this step, in units of H; never negative"),
+    ("energy_residual", "energy of this step less the work: rounding"),
+    ("glass_acceleration", "m/s2"),
+    ("turn", "time of the turn, us"),
+    ("latency", "from the frame's last payload to the end of its turn, us"),
+    ("late_turns", "turns that ended after the next frame was due"),
+    ("frames_missing", "frames that never came"),
+    ("field_left_out", "turns without the full field"),
+];
+
+/// Lists of a message, 21 numbers each, m.
+const LISTS: [(&str, &str); 5] = [
+    ("estimated", "heights of the liquid's edge above the inner bottom"),
+    ("estimated_half", "half width of their 90 % interval"),
+    ("measured", "heights as the camera saw them; null where it did not"),
+    ("ahead", "heights in 0.25 s, if the glass moves on as it does"),
+    ("ahead_half", "half width of their interval"),
+];
+
+/// The channel.
+pub(super) fn channel(context: &Shared) -> Result<Arc<RawChannel>, FoxgloveError> {
+    let schema = Schema::new(SCHEMA, "jsonschema", schema().to_string().into_bytes());
+    context.channel_builder("/liquid/estimate").message_encoding("json").schema(schema).build_raw()
+}
+
+/// What a message is.
+fn schema() -> Value {
+    let mut properties = serde_json::Map::new();
+    properties.insert("mode".into(), json!({ "type": "string", "enum": MODES.map(mode) }));
+    for (name, what) in NUMBERS {
+        properties.insert(name.into(), json!({ "type": "number", "description": what }));
+    }
+    for (name, what) in LISTS {
+        let items = json!({ "type": ["number", "null"] });
+        properties.insert(name.into(), json!({ "type": "array", "items": items, "description": what }));
+    }
+    json!({ "title": SCHEMA, "type": "object", "properties": properties })
+}
+
+/// A turn.
+pub(super) fn message(model: &Model<'_>, look: &Look, logged: &Logged) -> String {
+    let (turn, estimate, health) = (&logged.turn, &logged.turn.estimate, &look.memory.health);
+    let measured = turn.sight.and_then(Result::ok).map(|profile| {
+        let points = profile.height_m.into_iter().zip(profile.valid);
+        points.map(|(z, valid)| valid.then_some(z)).collect::<Vec<_>>()
+    });
+    let known = estimate.mode != Mode::Halted;
+    let ahead = known.then(|| Forecast::new(model, &look.memory, AHEAD, &[]));
+    json!({
+        "mode": mode(estimate.mode),
+        "slosh_energy": estimate.slosh_j,
+        "heat": estimate.heat_j,
+        "work": estimate.audit.work,
+        "produced": estimate.audit.heat,
+        "energy_residual": estimate.audit.energy_residual,
+        "glass_acceleration": estimate.acceleration_m_s2,
+        "turn": logged.turn_us,
+        "latency": logged.latency_us,
+        "late_turns": look.late,
+        "frames_missing": health.frames_missing,
+        "field_left_out": health.field_shed,
+        "estimated": if known { estimate.surface_m.to_vec() } else { Vec::new() },
+        "estimated_half": if known { estimate.interval.surface_m.to_vec() } else { Vec::new() },
+        "measured": measured.unwrap_or_default(),
+        "ahead": ahead.map(|ahead| ahead.surface_m.to_vec()).unwrap_or_default(),
+        "ahead_half": ahead.map(|ahead| ahead.half_m.to_vec()).unwrap_or_default(),
+    })
+    .to_string()
+}
+
+/// A mode in lower case.
+fn mode(mode: Mode) -> String {
+    format!("{mode:?}").to_lowercase()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::host::clock::Monotonic;
+    use crate::host::files::AlignedBytes;
+    use crate::runtime::{Estimator, Memory, Turn};
+    use crate::units::Micros;
+
+    #[test]
+    fn a_message_is_what_its_schema_says() {
+        let bytes = AlignedBytes::copy(include_bytes!("../../../models/glycerine.blob"));
+        let model = Model::load(&bytes).expect("the shipped model");
+        let mut memory = Memory::default();
+        let estimate = Estimator::new(&model).turn(&mut memory, None, 0, &mut Monotonic::start(), &mut []);
+        let turn = Turn { time: Micros(1), stamp: None, sight: None, estimate };
+        let ended = std::time::Instant::now();
+        let logged = Logged { turn, ended, latency_us: 5, turn_us: 4, allocations: 0 };
+        let look = Look { memory, ..Look::default() };
+        let message: Value = serde_json::from_str(&message(&model, &look, &logged)).expect("it is JSON");
+        let schema = schema();
+        let properties = schema["properties"].as_object().expect("an object");
+        let fields = message.as_object().expect("an object");
+        assert!(fields.keys().eq(properties.keys()), "{:?}", fields.keys());
+        for (name, value) in fields {
+            let is = if value.is_string() {
+                "string"
+            } else if value.is_array() {
+                "array"
+            } else {
+                "number"
+            };
+            assert_eq!(properties[name]["type"], is, "{name}");
+        }
+        assert_eq!(message["latency"], 5);
+    }
+}

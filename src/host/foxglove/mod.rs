@@ -1,0 +1,226 @@
+//! A run for Foxglove: the same topics live over its WebSocket and in an MCAP file.
+//!
+//! ```text
+//! worker --Outlet::offer (never waits)--> hand-off --> a thread of its own --topics--> WebSocket clients, MCAP file
+//! ```
+//! `docs/formats.md` has the topics. The protocol knows no password, so only this machine is answered.
+
+mod camera;
+mod estimate;
+mod scene;
+mod topics;
+
+use crate::host::look::{Look, Outlet};
+use crate::host::prelude::*;
+use crate::model::Model;
+use crate::surface::Config;
+use ::foxglove::{Context, FoxgloveError, McapWriteOptions, McapWriterHandle, WebSocketServerHandle};
+use std::fs::File;
+use std::io::{self, BufWriter};
+use std::net::{Ipv4Addr, SocketAddr};
+use std::path::{Path, PathBuf};
+use std::string::{String, ToString};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::{Duration, Instant};
+use topics::Topics;
+
+/// Where Foxglove looks unless told otherwise.
+pub const ADDRESS: SocketAddr = SocketAddr::new(std::net::IpAddr::V4(Ipv4Addr::LOCALHOST), 8765);
+
+/// How long the thread waits for a turn before it looks whether the run has ended.
+const PATIENCE: Duration = Duration::from_millis(100);
+
+/// Time between two images.
+const IMAGE_EVERY: Duration = Duration::from_millis(100);
+
+/// Bytes of a chunk of the file: half a second, which is what a pulled plug costs.
+const CHUNK: u64 = 2 << 20;
+
+/// Why there is nothing for Foxglove.
+#[derive(Debug)]
+pub enum Error {
+    /// The address is another machine's to reach.
+    Open(SocketAddr),
+    /// Nothing can listen there.
+    Listen(SocketAddr, FoxgloveError),
+    /// The file cannot be made.
+    Create(PathBuf, io::Error),
+    /// The file cannot be written.
+    Write(PathBuf, FoxgloveError),
+}
+
+impl std::fmt::Display for Error {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Open(address) => write!(
+                f,
+                "Foxglove's protocol knows no password, and others reach {address}: listen on 127.0.0.1 and reach it \
+                 through a tunnel (ssh -L {port}:127.0.0.1:{port} BOARD)",
+                port = address.port()
+            ),
+            Self::Listen(address, error) => {
+                write!(f, "nothing can listen for Foxglove at {address}: {error}")
+            }
+            Self::Create(path, error) => write!(f, "cannot make {}: {error}", path.display()),
+            Self::Write(path, error) => write!(f, "{} cannot be written to its end: {error}", path.display()),
+        }
+    }
+}
+
+impl std::error::Error for Error {}
+
+/// Who is served: an open server, a growing file, or both.
+pub struct Foxglove {
+    outlet: Outlet,
+    topics: Topics,
+    config: Config,
+    server: Option<WebSocketServerHandle>,
+    file: Option<(PathBuf, McapWriterHandle<BufWriter<File>>)>,
+    closing: AtomicBool,
+    books: Mutex<Books>,
+    _context: Shared,
+}
+
+/// What has become of the turns.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Books {
+    /// Turns that were handed on.
+    pub turns: u64,
+    /// Images among them.
+    pub images: u64,
+    /// Turns in between that nobody had time for, by the camera's clock.
+    pub left_out: u64,
+}
+
+impl std::fmt::Debug for Foxglove {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Foxglove")
+            .field("file", &self.file.as_ref().map(|(path, _)| path))
+            .finish_non_exhaustive()
+    }
+}
+
+impl Foxglove {
+    /// Serves at `address` and writes into `file`, as far as they are given. A file that is there is replaced.
+    ///
+    /// # Errors
+    /// [`Error`].
+    pub fn open(config: Config, address: Option<SocketAddr>, file: Option<&Path>) -> Result<Self, Error> {
+        let context = Context::new();
+        if let Some(address) = address.filter(|address| !address.ip().is_loopback()) {
+            return Err(Error::Open(address));
+        }
+        let file = match file {
+            None => None,
+            Some(path) => {
+                let writer = File::create(path).map_err(|error| Error::Create(path.into(), error))?;
+                // Never gone back to: a file that ends at any byte keeps the chunks before.
+                let options = McapWriteOptions::new().chunk_size(Some(CHUNK)).disable_seeking(true);
+                let writer = context.mcap_writer_with_options(options).create(BufWriter::new(writer));
+                Some((path.to_path_buf(), writer.map_err(|error| Error::Write(path.into(), error))?))
+            }
+        };
+        let server = match address {
+            None => None,
+            Some(address) => {
+                let server = context.websocket_server().name("meniscus");
+                let server = server.bind(address.ip().to_string(), address.port()).start_blocking();
+                Some(server.map_err(|error| Error::Listen(address, error))?)
+            }
+        };
+        let (width, height) = config.image_size();
+        Ok(Self {
+            outlet: Outlet::new(width * height),
+            topics: Topics::new(&context),
+            config,
+            server,
+            file,
+            closing: AtomicBool::new(false),
+            books: Mutex::default(),
+            _context: context,
+        })
+    }
+
+    /// The worker's end.
+    #[must_use]
+    pub fn outlet(&self) -> &Outlet {
+        &self.outlet
+    }
+
+    /// The port that is listened at; `None` without a server.
+    #[must_use]
+    pub fn port(&self) -> Option<u16> {
+        self.server.as_ref().map(WebSocketServerHandle::port)
+    }
+
+    /// Hands turns on until [`Self::end`]; give it a thread of its own. With a server and nobody connected nothing is
+    /// decoded.
+    pub fn compose(&self, model: &Model<'_>) {
+        let mut field = vec![0.0; model.field_len()];
+        let mut image_due = Instant::now();
+        let mut last_us = None;
+        while !self.closing.load(Ordering::Relaxed) {
+            if !self.topics.wanted() {
+                last_us = None;
+                std::thread::sleep(PATIENCE);
+                continue;
+            }
+            self.outlet.handoff.ask();
+            if !self.outlet.handoff.wait(PATIENCE) {
+                continue;
+            }
+            let look = self.outlet.handoff.with(|look: &mut Look| {
+                let taken = look.copy(look.image_of.is_some());
+                look.image_of = None;
+                if Instant::now() >= image_due {
+                    image_due = Instant::now() + IMAGE_EVERY;
+                    look.image_wanted = true;
+                }
+                taken
+            });
+            let Some(logged) = look.logged else { continue };
+            self.topics.log(model, &self.config, &look, &logged, &mut field);
+            let mut books = self.books.lock().unwrap_or_else(PoisonError::into_inner);
+            books.turns += 1;
+            books.images += u64::from(look.image_of.is_some());
+            let now_us = logged.turn.time.0;
+            let passed = last_us.map_or(1, |last| (now_us.saturating_sub(last) + 8_333) / 16_667);
+            books.left_out += passed.saturating_sub(1);
+            last_us = Some(now_us);
+        }
+    }
+
+    /// Ends [`Self::compose`].
+    pub fn end(&self) {
+        self.closing.store(true, Ordering::Relaxed);
+    }
+
+    /// Closes server and file; what became of the turns.
+    ///
+    /// # Errors
+    /// [`Error::Write`]: what the file holds until then stays readable.
+    pub fn close(self) -> Result<Books, Error> {
+        if let Some((path, file)) = self.file {
+            let written = file.close().and_then(|mut file| io::Write::flush(&mut file).map_err(Into::into));
+            written.map_err(|error| Error::Write(path, error))?;
+        }
+        if let Some(server) = self.server {
+            server.stop().wait_blocking();
+        }
+        Ok(*self.books.lock().unwrap_or_else(PoisonError::into_inner))
+    }
+}
+
+/// What channels and sinks meet in; it lasts as long as [`Foxglove`] does.
+type Shared = Arc<Context>;
+
+/// Time of a turn as every message of it carries it: the camera's, ns.
+fn nanoseconds(logged: &crate::host::live::Logged) -> u64 {
+    logged.turn.time.0.saturating_mul(1000)
+}
+
+/// A name as a message wants it.
+fn name(text: &str) -> String {
+    text.into()
+}
