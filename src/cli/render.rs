@@ -38,6 +38,9 @@ pub(crate) struct Arguments {
     /// Frames of the film a second: a whole part of 60.
     #[arg(long, default_value_t = 20, value_parser = clap::value_parser!(u16).range(1..=60))]
     rate: u16,
+    /// Width of the film, pixels: a narrow one weighs less.
+    #[arg(long, default_value_t = SIZE.0, value_name = "PIXELS", value_parser = clap::value_parser!(u32).range(300..=1200))]
+    width: u32,
     /// No more than so many seconds from the beginning.
     #[arg(long, value_name = "SECONDS")]
     seconds: Option<f64>,
@@ -94,13 +97,13 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
 
     let bar = ProgressBar::new(frames.len() as u64);
     bar.set_style(ProgressStyle::with_template("frames {wide_bar} {pos}/{len}, {eta} left")?);
-    let moving = animation((frames.len(), rate), |k| {
+    let moving = animation((frames.len(), rate), arguments.width, |k| {
         bar.inc(1);
         film.frame(frames[k], SIZE)
     })?;
     bar.finish_and_clear();
     let still = film.crest();
-    let crest = animation((1, rate), |_| film.frame(still, SIZE))?;
+    let crest = animation((1, rate), SIZE.0, |_| film.frame(still, SIZE))?;
     for (name, bytes) in [("film.png", moving), ("crest.png", crest)] {
         let path = arguments.out.join(name);
         write_whole(&path, &bytes)?;

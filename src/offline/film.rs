@@ -152,26 +152,39 @@ impl<'r, 'm> Film<'r, 'm> {
     }
 }
 
-/// `count` frames of [`SIZE`], each from `frame`, as one animated PNG that repeats, `rate` frames a second.
+/// `count` frames of [`SIZE`], each from `frame`, as one animated PNG of `width` pixels across that repeats, `rate`
+/// frames a second.
 ///
 /// # Errors
 /// [`FilmError`], of a frame or of the file.
 pub fn animation(
     (count, rate): (usize, u16),
+    width: u32,
     mut frame: impl FnMut(usize) -> Result<Vec<u8>, FilmError>,
 ) -> Result<Vec<u8>, FilmError> {
     let mut bytes = Vec::new();
-    let mut encoder = png::Encoder::new(&mut bytes, SIZE.0, SIZE.1);
+    let height = (SIZE.1 * width).div_ceil(SIZE.0);
+    let mut encoder = png::Encoder::new(&mut bytes, width, height);
     encoder.set_color(png::ColorType::Rgb);
     encoder.set_depth(png::BitDepth::Eight);
+    encoder.set_compression(png::Compression::High);
     encoder.set_animated(u32::try_from(count).unwrap_or(u32::MAX), 0).map_err(wrong)?;
     encoder.set_frame_delay(1, rate).map_err(wrong)?;
     let mut writer = encoder.write_header().map_err(wrong)?;
     for k in 0..count {
-        writer.write_image_data(&frame(k)?).map_err(wrong)?;
+        let pixels = frame(k)?;
+        let small = if (width, height) == SIZE { pixels } else { scaled(pixels, (width, height)) };
+        writer.write_image_data(&small).map_err(wrong)?;
     }
     writer.finish().map_err(wrong)?;
     Ok(bytes)
+}
+
+/// An RGB picture of [`SIZE`] as one of `size`, without jagged edges.
+fn scaled(pixels: Vec<u8>, size: (u32, u32)) -> Vec<u8> {
+    // A buffer of another size than SIZE is none of ours; the writer behind refuses what comes of it.
+    let picture = image::RgbImage::from_raw(SIZE.0, SIZE.1, pixels).unwrap_or_default();
+    image::imageops::resize(&picture, size.0, size.1, image::imageops::FilterType::CatmullRom).into_raw()
 }
 
 fn wrong(error: png::EncodingError) -> FilmError {
@@ -185,7 +198,7 @@ mod tests {
     #[test]
     fn an_animation_has_its_frames_and_their_time() {
         let frame = |k: usize| Ok(vec![40 * k as u8; (3 * SIZE.0 * SIZE.1) as usize]);
-        let bytes = animation((3, 20), frame).expect("three frames");
+        let bytes = animation((3, 20), SIZE.0, frame).expect("three frames");
         let mut reader = png::Decoder::new(std::io::Cursor::new(&bytes)).read_info().expect("a PNG");
         assert_eq!(reader.info().animation_control().map(|control| control.num_frames), Some(3));
         let mut pixels = vec![0; (3 * SIZE.0 * SIZE.1) as usize];
@@ -195,5 +208,16 @@ mod tests {
             let control = reader.info().frame_control().expect("its time");
             assert_eq!((control.delay_num, control.delay_den), (1, 20));
         }
+    }
+
+    #[test]
+    fn a_narrow_film_keeps_colours_and_proportion() {
+        let frame = |_: usize| Ok([10, 120, 230].repeat((SIZE.0 * SIZE.1) as usize));
+        let bytes = animation((2, 10), 600, frame).expect("two frames");
+        let mut reader = png::Decoder::new(std::io::Cursor::new(&bytes)).read_info().expect("a PNG");
+        assert_eq!((reader.info().width, reader.info().height), (600, 380));
+        let mut pixels = vec![0; 3 * 600 * 380];
+        reader.next_frame(&mut pixels).expect("a frame");
+        assert!(pixels.chunks_exact(3).all(|pixel| pixel == [10, 120, 230]));
     }
 }
