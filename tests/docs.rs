@@ -9,9 +9,6 @@ use std::process::Command;
 /// Verbs whose flags a build without training does not know; their sources do.
 const OF_TRAINING: [&str; 3] = ["train", "correct", "evaluate"];
 
-/// Longest way from a picture to the command that makes it, lines.
-const NEAR: usize = 25;
-
 fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
@@ -105,6 +102,11 @@ fn words(command: &str) -> Option<Vec<&str>> {
     is_ours.then(|| words.collect())
 }
 
+/// Whether a command makes something: one of ours, or a test that draws.
+fn makes(command: &str) -> bool {
+    words(command).is_some_and(|words| !words.is_empty()) || command.contains("_PICTURE=")
+}
+
 /// What `meniscus ... --help` knows.
 struct Helps(BTreeMap<Vec<String>, Option<String>>);
 
@@ -169,23 +171,16 @@ fn every_link_leads_somewhere() {
 #[test]
 fn every_picture_has_a_page_that_names_the_command_that_makes_it() {
     let mut bare = Vec::new();
-    let pictures = below(&root().join("docs")).into_iter().filter(|path| {
+    let docs = root().join("docs").canonicalize().expect("the book");
+    let pictures = below(&docs).into_iter().filter(|path| {
         path.extension().is_some_and(|e| ["png", "svg", "gif", "jpg"].iter().any(|kind| e == *kind))
     });
     for picture in pictures {
         let named = pages().iter().any(|(page, text)| {
-            let at = |line: &str| {
-                let all = links(line);
-                let shown = all.iter().filter_map(|link| target(page, link));
-                shown
-                    .filter_map(|(path, _)| path.canonicalize().ok())
-                    .any(|path| Ok(path) == picture.canonicalize())
-            };
-            let all: Vec<&str> = text.lines().collect();
-            all.iter().enumerate().filter(|(_, line)| at(line)).any(|(k, _)| {
-                let near = &all[k.saturating_sub(NEAR)..(k + NEAR).min(all.len())];
-                near.iter().any(|line| line.contains("meniscus ") || line.contains("cargo "))
-            })
+            let all = links(text);
+            let shown = all.iter().filter_map(|link| target(page, link));
+            let shows = shown.filter_map(|(path, _)| path.canonicalize().ok()).any(|path| path == picture);
+            shows && commands(text).iter().any(|command| makes(command))
         });
         if !named {
             bare.push(picture);
@@ -231,4 +226,6 @@ fn the_checks_can_fail() {
     assert!(wrong("meniscus correct --recordigns x").is_some());
     assert!(wrong("meniscus rnu").is_some_and(|what| what.contains("no verb")));
     assert_eq!(words("hil/run gate"), None);
+    assert!(makes("MENISCUS_PAGE_PICTURE=docs/page.png cargo test --release") && makes("meniscus render"));
+    assert!(!makes("cargo test --release") && !makes("meniscus") && !makes("src/lib.rs"));
 }

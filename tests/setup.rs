@@ -85,7 +85,8 @@ fn the_camera_is_found_where_it_stands() {
         assert!((view.distance_mm - 1e3 * f64::from(distance_m)).abs() < 3.0, "{view:?}");
         assert!((view.height_mm - 1e3 * f64::from(height_m)).abs() < 3.0, "{view:?}");
         assert!((view.pitch_deg - f64::from(pitch_deg)).abs() < 0.7, "{view:?}");
-        assert!((value(&seen, "radius_seen_mm") - 35.0).abs() < 0.8);
+        // The sides of a bright liquid are shaded, so that it looks a little narrower.
+        assert!((value(&seen, "radius_seen_mm") - 35.0).abs() < 1.0);
         assert!((value(&seen, "offset_mm") - 4.0).abs() < 1.0);
     }
 }
@@ -207,14 +208,17 @@ fn the_wizard_draws_what_is_seen_and_leads_on() {
         "a wrong radius is marked"
     );
     let [sides, edge, points, rest] = [51, 214, 201, 226].map(|colour| count(&glass, colour));
-    assert!(sides > 30 && points > 10 && rest > 5 && edge + points > 15, "{sides} {edge} {points} {rest}");
+    assert!(sides > 30 && edge > 10 && rest > 5, "{sides} {edge} {rest}");
+    assert_eq!(points, 0, "the reader finds no glass of that radius");
     // The sides are as far apart as the glass is wide: 68 of the 256 columns that are shown in 86 characters.
-    let row = (0..glass.area.height).find_map(|y| {
+    let apart = |y: u16| {
         let of = |x: &u16| glass[(*x, y)].fg == Color::Indexed(51);
         let all: Vec<u16> = (0..glass.area.width).filter(of).collect();
         (all.len() == 2).then(|| all[1] - all[0])
-    });
-    let width = row.expect("a row with both sides");
+    };
+    let mut widths: Vec<u16> = (0..glass.area.height).filter_map(apart).collect();
+    widths.sort_unstable();
+    let width = widths[widths.len() / 2];
     assert!((21..=25).contains(&width), "{width} characters");
 
     press(&mut wizard, KeyCode::Char('d'));
@@ -238,10 +242,61 @@ fn the_wizard_draws_what_is_seen_and_leads_on() {
     assert_eq!(press(&mut wizard, KeyCode::Enter), Wish::Look);
     assert_eq!(press(&mut wizard, KeyCode::Enter), Wish::None, "nothing was looked at yet");
     show(&mut wizard);
+    assert!(count(&draw(&wizard), 201) > 10, "the surface points");
     let all = text(&draw(&wizard));
     assert!(all.contains("rest_noise_mm") && all.contains("Enter writes the settings"));
+    if let Some(path) = std::env::var_os("MENISCUS_SETUP_PICTURE") {
+        let shot = draw(&wizard);
+        paint(&shot, Path::new(&path));
+    }
     assert_eq!(press(&mut wizard, KeyCode::Enter), Wish::Save);
     assert_eq!(press(&mut wizard, KeyCode::Char('q')), Wish::Leave);
+}
+
+/// A terminal's buffer as a picture, for docs/tutorial.md: 8 x 16 pixels a character.
+fn paint(buffer: &ratatui::buffer::Buffer, path: &Path) {
+    use plotters::prelude::{
+        BitMapBackend, Color as _, IntoDrawingArea, IntoFont, RGBColor, Rectangle, Text,
+    };
+    meniscus::host::view::plot::prepare_font();
+    let (wide, high) = (u32::from(buffer.area.width), u32::from(buffer.area.height));
+    let area = BitMapBackend::new(path, (8 * wide, 16 * high)).into_drawing_area();
+    area.fill(&RGBColor(24, 24, 24)).expect("drawn");
+    let rgb = |colour: Color, otherwise: u8| match colour {
+        Color::Indexed(grey @ 232..) => {
+            RGBColor(8 + 10 * (grey - 232), 8 + 10 * (grey - 232), 8 + 10 * (grey - 232))
+        }
+        Color::Indexed(cube @ 16..) => {
+            let level = |k: u8| if k == 0 { 0 } else { 55 + 40 * k };
+            let cube = cube - 16;
+            RGBColor(level(cube / 36), level(cube / 6 % 6), level(cube % 6))
+        }
+        Color::Green => RGBColor(80, 200, 120),
+        Color::Red => RGBColor(230, 90, 80),
+        Color::Yellow => RGBColor(220, 190, 80),
+        Color::Black => RGBColor(0, 0, 0),
+        _ => RGBColor(otherwise, otherwise, otherwise),
+    };
+    for y in 0..buffer.area.height {
+        for x in 0..buffer.area.width {
+            let cell = &buffer[(x, y)];
+            let (left, top) = (8 * i32::from(x), 16 * i32::from(y));
+            let fill = |from: i32, to: i32, colour: RGBColor| {
+                let rectangle = Rectangle::new([(left, top + from), (left + 7, top + to)], colour.filled());
+                area.draw(&rectangle).expect("drawn");
+            };
+            fill(0, 15, rgb(cell.bg, 24));
+            match cell.symbol() {
+                "▀" => fill(0, 7, rgb(cell.fg, 210)),
+                " " => {}
+                sign => {
+                    let style = ("sans-serif", 12).into_font().color(&rgb(cell.fg, 210));
+                    area.draw(&Text::new(sign.to_owned(), (left, top + 2), style)).expect("drawn");
+                }
+            }
+        }
+    }
+    area.present().expect("written");
 }
 
 /// A folder of its own for each test.

@@ -17,6 +17,7 @@ pub mod live;
 pub mod page;
 pub mod publish;
 pub mod realtime;
+pub mod report;
 pub mod setup;
 pub mod usb;
 pub mod view;

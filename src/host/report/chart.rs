@@ -71,9 +71,8 @@ impl Chart<'_> {
                 let points = series.points.iter().copied().filter(finite);
                 let drawn = match series.mark {
                     Mark::Line => chart.draw_series(LineSeries::new(points, colour.stroke_width(2)))?,
-                    Mark::Dots => {
-                        chart.draw_series(points.map(|point| Circle::new(point, 3, colour.mix(0.7).filled())))?
-                    }
+                    Mark::Dots => chart
+                        .draw_series(points.map(|point| Circle::new(point, 3, colour.mix(0.7).filled())))?,
                 };
                 drawn
                     .label(series.name)

@@ -131,15 +131,24 @@ mod tests {
         report.heading("a & b");
         report.table(&["one", "two"], &[vec!["<td>".into(), "2".into()]]);
         report.checks(&[Check::at_most("drift", 2.0, "mm", 1.0), Check::told("n", f64::NAN, "1")]);
-        let curve = Series { name: "before <1>", points: &[(0.0, 1.0), (1.0, 3.0)], mark: Mark::Line, colour: 0 };
+        let curve =
+            Series { name: "before <1>", points: &[(0.0, 1.0), (1.0, 3.0)], mark: Mark::Line, colour: 0 };
         let chart = Chart { caption: "c", x: "t, s", y: "error, %", series: &[curve] };
         report.chart(&chart).expect("it has a range");
         let html = report.html();
         assert!(html.contains("&lt;script&gt;") && !html.contains("<script"), "{html}");
-        assert!(html.contains("--y &#39;z&#39;") && html.contains("a &amp; b") && html.contains("&lt;td&gt;"));
+        assert!(
+            html.contains("--y &#39;z&#39;") && html.contains("a &amp; b") && html.contains("&lt;td&gt;")
+        );
         assert!(html.contains("class=\"missed\"") && html.contains("not measured"));
-        assert!(html.contains("<svg") && html.contains("<polyline") && html.contains("before &lt;1&gt;"), "{html}");
-        assert!(!html.contains("http://") || html.matches("http://").count() == html.matches("http://www.w3.org").count());
+        assert!(
+            html.contains("<svg") && html.contains("<polyline") && html.contains("before &lt;1&gt;"),
+            "{html}"
+        );
+        assert!(
+            !html.contains("http://")
+                || html.matches("http://").count() == html.matches("http://www.w3.org").count()
+        );
         assert!(!html.contains("src=") && !html.contains("href="));
     }
 

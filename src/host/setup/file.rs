@@ -62,6 +62,15 @@ pub struct View {
     pub pitch_deg: f64,
 }
 
+impl View {
+    /// To a hundredth of its units, which is finer than it is known.
+    pub(super) fn round(&mut self) {
+        for value in [&mut self.distance_mm, &mut self.height_mm, &mut self.pitch_deg] {
+            *value = (100.0 * *value).round() / 100.0;
+        }
+    }
+}
+
 /// A setup is not one that the model was made for.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Misfit {

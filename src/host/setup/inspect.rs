@@ -96,6 +96,7 @@ pub fn inspect(
         view: view(survey, said, camera),
     });
     let rest = setup.as_mut().and_then(|setup| settle(setup, pairs, lens, depth_unit_m));
+    setup.iter_mut().for_each(|setup| setup.view.round());
     let config = setup.as_ref().and_then(|setup| setup.config(lens, depth_unit_m).err());
     let mut findings = glass(body.as_ref(), blind, survey.as_ref(), setup.as_ref(), said, lens.ppx.into());
     findings.extend(surface(rest.as_ref(), said, config.map(|error| format!("{error}"))));
