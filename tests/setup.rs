@@ -203,10 +203,7 @@ fn the_wizard_draws_what_is_seen_and_leads_on() {
     assert_eq!(press(&mut wizard, KeyCode::Enter), Wish::None);
     show(&mut wizard);
     let glass = draw(&wizard);
-    assert!(
-        text(&glass).contains("radius_seen_mm") && text(&glass).contains(" -- "),
-        "a wrong radius is marked"
-    );
+    assert!(text(&glass).contains("distance_mm") && !text(&glass).contains(" -- "), "the place is well");
     let [sides, edge, points, rest] = [51, 214, 201, 226].map(|colour| count(&glass, colour));
     assert!(sides > 30 && edge > 10 && rest > 5, "{sides} {edge} {rest}");
     assert_eq!(points, 0, "the reader finds no glass of that radius");
@@ -230,6 +227,9 @@ fn the_wizard_draws_what_is_seen_and_leads_on() {
 
     press(&mut wizard, KeyCode::Enter);
     assert_eq!(wizard.step(), Step::Measure);
+    let asked = text(&draw(&wizard));
+    assert!(asked.contains("radius_seen_mm") && asked.contains(" -- "), "a wrong radius is marked");
+    assert!(asked.contains("another radius than you"), "{asked}");
     press(&mut wizard, KeyCode::Backspace);
     press(&mut wizard, KeyCode::Backspace);
     assert!(text(&draw(&wizard)).contains("radius_mm: '' is no number"));
@@ -246,6 +246,7 @@ fn the_wizard_draws_what_is_seen_and_leads_on() {
     let all = text(&draw(&wizard));
     assert!(all.contains("rest_noise_mm") && all.contains("Enter writes the settings"));
     if let Some(path) = std::env::var_os("MENISCUS_SETUP_PICTURE") {
+        press(&mut wizard, KeyCode::Char('d'));
         let shot = draw(&wizard);
         paint(&shot, Path::new(&path));
     }
@@ -282,12 +283,12 @@ fn paint(buffer: &ratatui::buffer::Buffer, path: &Path) {
             let cell = &buffer[(x, y)];
             let (left, top) = (8 * i32::from(x), 16 * i32::from(y));
             let fill = |from: i32, to: i32, colour: RGBColor| {
-                let rectangle = Rectangle::new([(left, top + from), (left + 7, top + to)], colour.filled());
+                let rectangle = Rectangle::new([(left, top + from), (left + 8, top + to)], colour.filled());
                 area.draw(&rectangle).expect("drawn");
             };
-            fill(0, 15, rgb(cell.bg, 24));
+            fill(0, 16, rgb(cell.bg, 24));
             match cell.symbol() {
-                "▀" => fill(0, 7, rgb(cell.fg, 210)),
+                "▀" => fill(0, 8, rgb(cell.fg, 210)),
                 " " => {}
                 sign => {
                     let style = ("sans-serif", 12).into_font().color(&rgb(cell.fg, 210));

@@ -45,6 +45,17 @@ pub struct Chart<'s> {
 }
 
 impl Chart<'_> {
+    /// On the right, where the last points are not.
+    fn legend(&self, (low, high): (f64, f64)) -> SeriesLabelPosition {
+        let ends = self.series.iter().filter_map(|series| series.points.last());
+        let upper = ends.clone().filter(|point| point.1 > 0.5 * (low + high)).count();
+        if 2 * upper > ends.count() {
+            SeriesLabelPosition::LowerRight
+        } else {
+            SeriesLabelPosition::UpperRight
+        }
+    }
+
     /// The plot as an `svg` element.
     ///
     /// # Errors
@@ -81,7 +92,7 @@ impl Chart<'_> {
             chart
                 .configure_series_labels()
                 .label_font((FONT, 14))
-                .position(SeriesLabelPosition::UpperRight)
+                .position(self.legend(y))
                 .background_style(WHITE.mix(0.85))
                 .border_style(GREY)
                 .draw()?;

@@ -45,8 +45,8 @@ pub struct GlassPicture<'p> {
     pub body: Option<&'p Body>,
     /// Measured surface points, column and row.
     pub points: &'p [(f32, f32)],
-    /// The two ends of the line on which the said fill lies, column and row.
-    pub rest: Option<[(f32, f32); 2]>,
+    /// Where the said fill lies, column and row.
+    pub rest: &'p [(f32, f32)],
 }
 
 /// Where image pixels go in the terminal.
@@ -115,19 +115,13 @@ impl GlassPicture<'_> {
                 *dot = colour;
             }
         };
+        // What was measured goes over what was said.
+        self.rest.iter().for_each(|point| put(*point, REST));
         if let Some(body) = self.body {
             for (row, ends) in &body.sides {
                 ends.iter().for_each(|column| put((*column, *row as f32), SIDE));
             }
             body.top.iter().for_each(|(column, row)| put((*column as f32, *row), EDGE));
-        }
-        if let Some([(left, from), (right, to)]) = self.rest {
-            // Dotted, so that the edge shows between.
-            let count = ((right - left) / place.step).max(1.0) as usize;
-            for k in (0..=count).step_by(2) {
-                let share = k as f32 / count as f32;
-                put((left + share * (right - left), from + share * (to - from)), REST);
-            }
         }
         self.points.iter().for_each(|point| put(*point, POINT));
         dots

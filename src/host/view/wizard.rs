@@ -204,33 +204,41 @@ impl Wizard {
             return;
         };
         let points = config.as_ref().map(|config| points(config, inspection)).unwrap_or_default();
-        let rest = config.as_ref().and_then(|config| rest_line(config, inspection));
+        let rest = config.as_ref().map(|config| rest_line(config, inspection)).unwrap_or_default();
         let body = inspection.body.as_ref();
-        frame.render_widget(GlassPicture { portrait, layer: self.layer, body, points: &points, rest }, inner);
+        frame.render_widget(
+            GlassPicture { portrait, layer: self.layer, body, points: &points, rest: &rest },
+            inner,
+        );
     }
 
     fn panel(&self) -> Vec<Line<'_>> {
         let inspection = self.inspection();
         let all = inspection.map_or(&[] as &[Finding], |inspection| &inspection.findings);
-        let rest = |finding: &&Finding| finding.check.name.starts_with("rest_");
-        let mut lines = match self.step {
-            Step::Camera => told(self.camera.iter()),
-            Step::Glass => told(all.iter().filter(|finding| !rest(finding))),
-            Step::Measure => self.measures(all),
-            Step::Rest => told(all.iter().filter(rest)),
+        let shown: Vec<&Finding> = match self.step {
+            Step::Camera => self.camera.iter().collect(),
+            step => all.iter().filter(|finding| step_of(finding) == step).collect(),
         };
-        if self.waiting {
+        let mut lines = if self.step == Step::Measure { self.measures() } else { Vec::new() };
+        lines.extend(shown.iter().map(|finding| told(finding)));
+        if self.waiting && self.step != Step::Camera {
             lines.push(Line::from("looking ...").dim());
         } else if self.step == Step::Rest && inspection.is_some_and(Inspection::ok) {
             lines.push(Line::from("all is well: Enter writes the settings").green().bold());
-        } else if self.step != Step::Camera {
-            let first = inspection.and_then(|inspection| inspection.remedies().first().copied());
+        } else {
+            // What was measured and missed; or what all the rest could not be measured for.
+            let missed = || shown.iter().copied().filter(|finding| !finding.check.ok);
+            let measured = missed().find(|finding| finding.check.value.is_some());
+            let first = measured.or_else(|| missed().next());
+            let elsewhere = inspection.filter(|_| self.step == Step::Rest);
+            let first = first.or_else(|| elsewhere.and_then(|all| all.remedies().first().copied()));
             lines.extend(first.map(|finding| Line::from(finding.remedy.as_str()).yellow()));
         }
         lines
     }
 
-    fn measures<'w>(&'w self, all: &'w [Finding]) -> Vec<Line<'w>> {
+    /// The measures, to be edited.
+    fn measures(&self) -> Vec<Line<'_>> {
         let mut lines = vec![Line::from("from the inner bottom, in mm:")];
         let asked = ASKED.into_iter().zip(&self.entries).zip(RANGES);
         for (k, ((name, entry), (_, least, most))) in asked.enumerate() {
@@ -241,10 +249,7 @@ impl Wizard {
         if let Err(what) = self.said() {
             lines.push(Line::from(what).red());
         }
-        lines.push(Line::from(""));
-        lines.push(Line::from("the camera sees:"));
-        let seen = ["radius_seen_mm", "fill_seen_mm", "distance_mm", "camera_height_mm"];
-        lines.extend(told(all.iter().filter(|finding| seen.contains(&finding.check.name.as_str()))));
+        lines.extend([Line::from(""), Line::from("the camera sees:")]);
         lines
     }
 
@@ -265,16 +270,22 @@ fn before(step: Step) -> Step {
     }
 }
 
-/// One line a finding.
-fn told<'f>(findings: impl Iterator<Item = &'f Finding>) -> Vec<Line<'f>> {
-    let line = |finding: &'f Finding| {
-        let check = &finding.check;
-        let value = check.value.map_or("-".into(), |value| format!("{value:.2}"));
-        let mark = if check.ok { Span::from(" ok ").green() } else { Span::from(" -- ").red() };
-        let text = format!("{:17}{value:>8} {:<5}{}", check.name, check.unit, check.target);
-        Line::from(vec![mark, Span::from(text)])
-    };
-    findings.map(line).collect()
+/// The step at which a finding of the inspection is shown: those that hang on a measure where it is asked for.
+fn step_of(finding: &Finding) -> Step {
+    match finding.check.name.as_str() {
+        "radius_seen_mm" | "fill_seen_mm" | "camera_height_mm" => Step::Measure,
+        name if name.starts_with("rest_") => Step::Rest,
+        _ => Step::Glass,
+    }
+}
+
+/// A finding in one line.
+fn told(finding: &Finding) -> Line<'_> {
+    let check = &finding.check;
+    let value = check.value.map_or("-".into(), |value| format!("{value:.2}"));
+    let mark = if check.ok { Span::from(" ok ").green() } else { Span::from(" -- ").red() };
+    let text = format!("{:17}{value:>8} {:<5}{}", check.name, check.unit, check.target);
+    Line::from(vec![mark, Span::from(text)])
 }
 
 /// Where the mean surface points are in the picture.
@@ -291,14 +302,19 @@ fn points(config: &Config, inspection: &Inspection) -> Vec<(f32, f32)> {
     rest.height_m.iter().enumerate().filter_map(place).collect()
 }
 
-/// Where the said fill is in the picture, over the width of the profile and a little beyond.
-fn rest_line(config: &Config, inspection: &Inspection) -> Option<[(f32, f32); 2]> {
-    let (survey, setup) = (inspection.survey.as_ref()?, inspection.setup.as_ref()?);
-    let (x_m, fill_m) = (1e-3 * setup.view.distance_mm * survey.bearing, 1e-3 * setup.glass.fill_mm);
-    let end = |index: usize, beyond: f32| {
-        let [x, y, z] = config.wall_point(profile_abscissa(index) as f32, fill_m as f32);
-        let (u, v) = config.pixel_of([x + x_m as f32, y, z]);
-        (u + beyond, v)
+/// Where the said fill is in the picture: on the facing wall, and a little beyond on either side.
+fn rest_line(config: &Config, inspection: &Inspection) -> Vec<(f32, f32)> {
+    let (Some(survey), Some(setup)) = (&inspection.survey, &inspection.setup) else { return Vec::new() };
+    let x_m = (1e-3 * setup.view.distance_mm * survey.bearing) as f32;
+    let fill_m = (1e-3 * setup.glass.fill_mm) as f32;
+    let place = |index: usize| {
+        let [x, y, z] = config.wall_point(profile_abscissa(index) as f32, fill_m);
+        config.pixel_of([x + x_m, y, z])
     };
-    Some([end(0, -24.0), end(POINTS - 1, 24.0)])
+    let (left, right) = (place(0), place(POINTS - 1));
+    let beyond = (2..8).flat_map(|k| {
+        let away = 5.0 * k as f32;
+        [(left.0 - away, left.1), (right.0 + away, right.1)]
+    });
+    (0..POINTS).map(place).chain(beyond).collect()
 }
