@@ -101,7 +101,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
             let scene = SceneSettings {
                 disparity_rms_px: arguments.noise_px,
                 seed: arguments.seed + first + k,
-                ..SceneSettings::default()
+                ..SceneSettings::of(&recording.glass)
             };
             Ok(sightings(recording, scene)?)
         };
@@ -121,8 +121,11 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
             filmed.len() == arguments.recordings.len(),
             "recordings of a camera and of the simulator in one correction: give one kind"
         );
+        // Nobody says which liquid stood before the camera: the file's name does.
+        let name = filmed.first().and_then(|path| path.file_stem()).unwrap_or_default();
+        let name = name.to_string_lossy().into_owned();
         let look = |path: &&PathBuf| by_camera(path, arguments.setup.as_deref(), &model);
-        (String::from("filmed"), filmed.iter().map(look).collect::<anyhow::Result<Vec<_>>>()?)
+        (name, filmed.iter().map(look).collect::<anyhow::Result<Vec<_>>>()?)
     };
     let how = Correction {
         seed: arguments.seed,

@@ -74,7 +74,7 @@ impl Chart<'_> {
             let mut chart = ChartBuilder::on(&area)
                 .margin(8)
                 .x_label_area_size(36)
-                .y_label_area_size(60)
+                .y_label_area_size(84)
                 .build_cartesian_2d(x.0..x.1, y.0..y.1)?;
             chart.configure_mesh().x_desc(self.x).y_desc(self.y).light_line_style(WHITE).draw()?;
             for series in self.series {
