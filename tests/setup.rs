@@ -3,13 +3,16 @@
 #![cfg(feature = "offline")]
 
 use meniscus::frame::Stamp;
+use meniscus::host::bag::{self, Calibration, Image};
 use meniscus::host::files::AlignedBytes;
 use meniscus::host::setup::{Inspection, Pair, Portrait, Said, Setup, inspect};
 use meniscus::host::view::{Step, Wish, Wizard};
 use meniscus::model::Model;
 use meniscus::offline::scene::{Clutter, Images, Liquid as Seen, Scene, SceneSettings};
+use meniscus::offline::watching::sightings_of;
 use meniscus::surface::{Config, Liquid, Settings};
 use meniscus::units::Micros;
+use meniscus::uvc::Stream;
 use ratatui::Terminal;
 use ratatui::backend::TestBackend;
 use ratatui::crossterm::event::{KeyCode, KeyEvent};
@@ -154,6 +157,29 @@ fn no_glass_a_clear_liquid_and_one_that_moves_are_told_apart() {
     let swinging =
         look(&pairs(SceneSettings::default(), 24, 0.0, |k| 70.0 + 2.0 * (0.5 * k as f64).sin()), SAID);
     assert!(missed(&swinging).contains(&"rest_noise_mm"), "{:?}", missed(&swinging));
+}
+
+/// What `correct` learns from: one place a frame interval, empty where the camera brought nothing.
+#[test]
+fn a_cameras_recording_is_read_interval_by_interval() {
+    let shots = pairs(SceneSettings::default(), 16, 0.0, |_| 70.0);
+    let kept = shots.into_iter().enumerate().filter(|(frame, _)| *frame != 7);
+    let images = kept.flat_map(|(_, Pair { depth, infrared, stamp })| {
+        let stamp = Stamp { captured: Micros(stamp.captured.0 + 5_000_000), ..stamp };
+        [(Stream::Depth, depth), (Stream::Infrared, infrared)].map(|(stream, pixels)| Image {
+            stream,
+            stamp,
+            pixels,
+        })
+    });
+    let Settings { intrinsics, depth_unit_m, .. } = Settings::default();
+    let images: Vec<_> = images.map(Ok).collect();
+    let calibration = Calibration::of(&intrinsics, depth_unit_m, 0.05, "a rendered camera");
+    let recording = bag::Recording { calibration, images: Box::new(images.into_iter()) };
+    let config = Config::new(Settings::default()).expect("settings");
+    let seen = sightings_of(recording, config).expect("whole");
+    let empty: Vec<usize> = (0..seen.len()).filter(|frame| seen[*frame].is_none()).collect();
+    assert_eq!((seen.len(), empty), (16, vec![7]));
 }
 
 #[test]

@@ -110,7 +110,7 @@ impl Row {
         let cross = |inner: usize, outer: usize| {
             let (inside, outside) = (portrait.grey(inner, self.row), portrait.grey(outer, self.row));
             let share = (level - inside) / (outside - inside);
-            (0.0..=1.0).contains(&share).then(|| inner as f32 + share * (outer as f32 - inner as f32))
+            (0.0..=1.0).contains(&share).then_some(inner as f32 + share * (outer as f32 - inner as f32))
         };
         Some([cross(self.first, self.first.checked_sub(1)?)?, cross(self.last, self.last + 1)?])
     }
@@ -149,7 +149,8 @@ fn run(portrait: &Portrait, row: usize, (left, right): (usize, usize), liquid: L
     let (dark, bright) = classes(&greys).filter(|(dark, bright)| bright - dark >= LEAST_CONTRAST)?;
     let level = 0.5 * (dark + bright);
     let is_liquid = |grey: f32| (grey < level) == (liquid == Liquid::Dark);
-    let (mut best, mut now): (Option<(usize, usize)>, Option<(usize, usize)>) = (None, None);
+    let mut best: Option<(usize, usize)> = None;
+    let mut now: Option<(usize, usize)> = None;
     for (column, grey) in greys.iter().enumerate() {
         if is_liquid(*grey) {
             let begun = now.filter(|(_, last)| column - last <= BRIDGE).map_or(column, |(first, _)| first);

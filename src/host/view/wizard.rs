@@ -141,9 +141,8 @@ impl Wizard {
                         entry.pop();
                     }
                     KeyCode::Char(sign) if sign.is_ascii_digit() || sign == '.' => {
-                        if entry.len() < DIGITS {
-                            entry.push(sign);
-                        }
+                        entry.push(sign);
+                        entry.truncate(DIGITS);
                     }
                     _ => {}
                 }
