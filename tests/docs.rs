@@ -126,9 +126,7 @@ impl Helps {
 
     /// What is wrong with a command, if anything.
     fn wrong(&mut self, words: &[&str]) -> Option<String> {
-        let Some(verb) = words.first().filter(|word| !word.starts_with('-')) else {
-            return None;
-        };
+        let verb = words.first().filter(|word| !word.starts_with('-'))?;
         let Some(help) = self.of(&[verb]).map(str::to_owned) else {
             return Some(format!("there is no verb '{verb}'"));
         };
