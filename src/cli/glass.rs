@@ -14,5 +14,5 @@ pub(super) fn settings(setup: Option<&Path>, header: &Header, camera: Settings) 
         return Ok(Settings { intrinsics, depth_unit_m, ..glass });
     };
     let fitted = Setup::read(path)?.settings_for(header, intrinsics, depth_unit_m);
-    Ok(fitted.map_err(|misfit: Misfit| anyhow::anyhow!("{}: {misfit}", path.display()))?)
+    fitted.map_err(|misfit: Misfit| anyhow::anyhow!("{}: {misfit}", path.display()))
 }
