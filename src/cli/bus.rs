@@ -33,6 +33,14 @@ pub(crate) fn simulated(trouble_name: &str) -> anyhow::Result<SimulatedBus> {
     Ok(SimulatedBus::new(device).in_real_time())
 }
 
+/// A simulated camera before the glass of the shipped recording at rest, in real time.
+pub(crate) fn resting(trouble_name: &str) -> anyhow::Result<SimulatedBus> {
+    let recording = Recording::from_bytes(Path::new("the shipped recording"), shipped::RECORDING)?;
+    let glass = RecordedGlass::new(recording, SceneSettings::default()).resting();
+    let device = Device::new(Box::new(glass), trouble(trouble_name)?, FaultList::default(), 1);
+    Ok(SimulatedBus::new(device).in_real_time())
+}
+
 /// A simulated camera before the shipped recording, in real time.
 pub(crate) fn recorded(trouble_name: &str) -> anyhow::Result<SimulatedBus> {
     let recording = Recording::from_bytes(Path::new("the shipped recording"), shipped::RECORDING)?;

@@ -5,7 +5,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use meniscus::host::checks::table;
 use meniscus::host::files::write_whole;
 use meniscus::offline::study::judge::Row;
-use meniscus::offline::study::{self, SEED, errors_png, faults, markdown, scenes_png};
+use meniscus::offline::study::{self, SEED, errors_png, faults, html, markdown, scenes_png};
 use serde_json::json;
 use std::path::PathBuf;
 
@@ -44,7 +44,7 @@ struct Study {
     /// Seed of the scenes; the intervals were calibrated on other ones than the default.
     #[arg(long, default_value_t = SEED)]
     seed: u64,
-    /// Folder for study.md, errors.png and scenes.png; it is made if it is not there.
+    /// Folder for study.html (the report, one file), study.md, errors.png and scenes.png; it is made if it is not there.
     #[arg(long, default_value = "out/camera", value_name = "DIR")]
     out: PathBuf,
     /// One JSON object on standard output instead of the table.
@@ -74,6 +74,7 @@ fn study_camera(arguments: &Study) -> anyhow::Result<()> {
     bar.finish_and_clear();
     let command = format!("meniscus camera study --scenes {scenes} --seed {seed}");
     write_whole(&page, markdown(&outcome, &command).as_bytes())?;
+    write_whole(&out.join("study.html"), html(&outcome, &command)?.as_bytes())?;
     errors_png(&outcome.scenes, &out.join("errors.png"))?;
     scenes_png(&outcome.scenes, &out.join("scenes.png"))?;
     let not_covered = match &outcome.golden {
@@ -98,7 +99,7 @@ fn study_camera(arguments: &Study) -> anyhow::Result<()> {
         print!("{}", table(&outcome.checks));
         not_covered.iter().for_each(|frame| println!("reference frames not compared: {frame}"));
         outcome.unrecovered.iter().for_each(|trouble| println!("not as it must be: {trouble}"));
-        println!("written: {} and two pictures beside it", page.display());
+        println!("written: {}, the same as study.html, and two pictures beside it", page.display());
     }
     if *check && !outcome.checks.iter().all(|check| check.ok) {
         anyhow::bail!("a check missed its target");

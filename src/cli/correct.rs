@@ -1,16 +1,19 @@
 //! `meniscus correct`: a model learns another liquid from recordings of its free surface.
 
 use anyhow::{Context, ensure};
+use meniscus::host::bag;
 use meniscus::host::checks::{Check, table};
 use meniscus::host::files::write_whole;
 use meniscus::model::Model;
 use meniscus::offline::recording::Recording;
 use meniscus::offline::scene::SceneSettings;
 use meniscus::offline::train::correct::{Correction, Sightings, correct};
-use meniscus::offline::watching::sightings;
+use meniscus::offline::watching::{sightings, sightings_of};
+use meniscus::surface::{self, Config};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use super::glass;
 use super::inputs::{file, recordings};
 use super::shipped;
 
@@ -22,18 +25,23 @@ use super::shipped;
 /// The last recording is held out (of a single one its last three tenths), and what is best on it stays. A
 /// candidate that has become worse on the source liquid by more than --forgetting is refused.
 ///
-/// Recordings are seen through the simulated camera; learning uses no truth that they may hold.
+/// Recordings of the simulator are seen through the simulated camera; learning uses no truth that they may hold. A
+/// camera's own recordings (.mcap, .bag, .db3, or a folder with frames.csv) are read as `run --source replay` reads
+/// them, with --setup for the place of the camera. One correction is of one kind.
 #[derive(clap::Args, Debug)]
 #[command(
-    after_help = "Example:\n  meniscus simulate --liquid water --motion strokes:1 --motion strokes:2 --seconds 4 --out water\n  meniscus correct --recordings water --out water.blob"
+    after_help = "Examples:\n  meniscus correct --recordings one.mcap two.mcap --setup glass.toml --out mine.blob\n  meniscus simulate --liquid water --motion strokes:1 --motion strokes:2 --seconds 4 --out water\n  meniscus correct --recordings water --out water.blob"
 )]
 pub(crate) struct Arguments {
     /// The model to correct: the one in the program (shipped) or a blob file.
     #[arg(long, default_value = "shipped", value_name = "shipped|FILE")]
     model: String,
-    /// Recordings of the new liquid: files, or a folder, which stands for all of its *.safetensors.
+    /// Recordings of the new liquid: files, or a folder, which stands for all of its *.safetensors; or a camera's.
     #[arg(long, required = true, num_args = 1.., value_name = "DIR_OR_FILES")]
     recordings: Vec<PathBuf>,
+    /// The glass and the place of the camera, as `meniscus setup` has written them, for a camera's recordings.
+    #[arg(long, value_name = "FILE.toml")]
+    setup: Option<PathBuf>,
     /// Recordings of the model's own liquid, to guard against forgetting; by default the one in the program.
     #[arg(long, num_args = 1.., value_name = "DIR_OR_FILES")]
     source: Vec<PathBuf>,
@@ -83,7 +91,6 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     .context("Ctrl-C cannot be watched")?;
     let bytes = file(&arguments.model)?;
     let model = Model::load(&bytes).with_context(|| format!("the model {} is refused", arguments.model))?;
-    let new = recordings(&arguments.recordings, "")?;
     let source = if arguments.source.is_empty() {
         vec![Recording::from_bytes(Path::new("the shipped recording"), shipped::RECORDING)?]
     } else {
@@ -94,13 +101,32 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
             let scene = SceneSettings {
                 disparity_rms_px: arguments.noise_px,
                 seed: arguments.seed + first + k,
-                ..SceneSettings::default()
+                ..SceneSettings::of(&recording.glass)
             };
             Ok(sightings(recording, scene)?)
         };
         (0..).zip(all).map(seen).collect()
     };
-    let liquid = new.first().map_or("", |recording| recording.provenance.liquid.as_str());
+    let filmed: Vec<&PathBuf> = arguments.recordings.iter().filter(|path| is_filmed(path)).collect();
+    let (liquid, seen) = if filmed.is_empty() {
+        ensure!(
+            arguments.setup.is_none(),
+            "--setup is for a camera's recordings, and these are the simulator's"
+        );
+        let new = recordings(&arguments.recordings, "")?;
+        let liquid = new.first().map_or(String::new(), |recording| recording.provenance.liquid.clone());
+        (liquid, look(&new, 0)?)
+    } else {
+        ensure!(
+            filmed.len() == arguments.recordings.len(),
+            "recordings of a camera and of the simulator in one correction: give one kind"
+        );
+        // Nobody says which liquid stood before the camera: the file's name does.
+        let name = filmed.first().and_then(|path| path.file_stem()).unwrap_or_default();
+        let name = name.to_string_lossy().into_owned();
+        let look = |path: &&PathBuf| by_camera(path, arguments.setup.as_deref(), &model);
+        (name, filmed.iter().map(look).collect::<anyhow::Result<Vec<_>>>()?)
+    };
     let how = Correction {
         seed: arguments.seed,
         steps: arguments.steps,
@@ -109,7 +135,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         command: format!("meniscus correct --steps {} --seed {}", arguments.steps, arguments.seed),
         quiet: arguments.json,
     };
-    let corrected = correct(&bytes, &look(&new, 0)?, &look(&source, 1000)?, &how, &STOP)?;
+    let corrected = correct(&bytes, &seen, &look(&source, 1000)?, &how, &STOP)?;
     write_whole(&arguments.out, &corrected.blob)?;
     let percent = |x: f64| 100.0 * x;
     let [held, source] = [corrected.held, corrected.source].map(|pair| pair.map(percent));
@@ -130,4 +156,32 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     print!("{}", table(&checks));
     println!("{}: {} bytes", arguments.out.display(), corrected.blob.len());
     Ok(())
+}
+
+/// Whether `path` is a camera's recording.
+fn is_filmed(path: &Path) -> bool {
+    let extension = path.extension().and_then(|extension| extension.to_str());
+    matches!(extension, Some("mcap" | "bag" | "db3")) || path.join("frames.csv").exists()
+}
+
+/// What the camera saw in its recording at `path`, in every frame interval.
+fn by_camera(path: &Path, setup: Option<&Path>, model: &Model<'_>) -> anyhow::Result<Sightings> {
+    let recording = bag::open(path)?;
+    let camera = &recording.calibration;
+    let settings = surface::Settings {
+        intrinsics: camera.intrinsics(),
+        depth_unit_m: camera.depth_unit_m,
+        ..surface::Settings::default()
+    };
+    let config = Config::new(glass::settings(setup, &model.header, settings)?)
+        .with_context(|| format!("the camera of {} cannot see the model's glass", path.display()))?;
+    let seen = sightings_of(recording, config)?;
+    let count = seen.iter().flatten().count();
+    ensure!(
+        2 * count > seen.len(),
+        "{}: the liquid was seen in {count} of {} frames: is that the glass of the setup?",
+        path.display(),
+        seen.len()
+    );
+    Ok(seen)
 }

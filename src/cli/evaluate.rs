@@ -5,7 +5,7 @@ use anyhow::{Context, ensure};
 use indicatif::{ProgressBar, ProgressStyle};
 use meniscus::host::checks::table;
 use meniscus::host::files::write_whole;
-use meniscus::offline::evaluate::{COURSES, Watch, checks, curves_png, markdown, peaks_png, study};
+use meniscus::offline::evaluate::{COURSES, Watch, checks, curves_png, html, markdown, peaks_png, study};
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -16,7 +16,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 /// from four recordings of 4 s, beer, honey and gazpacho from one. Missing recordings are simulated into
 /// --recordings, about 25 s each on two processors, and stay there.
 ///
-/// Into --out go evaluate.md, curves.png, peaks.png and each corrected blob. A missed target is reported,
+/// Into --out go evaluate.html (the report, one file), evaluate.md, curves.png, peaks.png and each corrected blob. A missed target is reported,
 /// and is no error of the command.
 #[derive(clap::Args, Debug)]
 pub(crate) struct Arguments {
@@ -85,6 +85,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let checks = checks(&study);
     let command = format!("meniscus evaluate --model {} --seed {}", arguments.model, arguments.seed);
     write_whole(&arguments.out.join("evaluate.md"), markdown(&study, &checks, &command).as_bytes())?;
+    write_whole(&arguments.out.join("evaluate.html"), html(&study, &checks, &command)?.as_bytes())?;
     for (draw, name) in [(curves_png as fn(&[_], &_) -> _, "curves.png"), (peaks_png, "peaks.png")] {
         draw(&study.results, &arguments.out.join(name))?;
     }

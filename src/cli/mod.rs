@@ -13,6 +13,7 @@ pub(crate) mod dump;
 pub(crate) mod evaluate;
 mod film;
 pub(crate) mod flash;
+mod glass;
 mod inputs;
 pub(crate) mod manual;
 #[cfg(not(feature = "train"))]
@@ -23,6 +24,7 @@ pub(crate) mod quantize;
 pub(crate) mod record;
 pub(crate) mod render;
 pub(crate) mod run;
+pub(crate) mod setup;
 mod shipped;
 pub(crate) mod simulate;
 #[cfg(feature = "train")]

@@ -1,13 +1,14 @@
 //! `meniscus record`: a camera, or another recording, into a file.
 
 use super::bus;
-use anyhow::{Context, bail};
+use anyhow::{Context, bail, ensure};
 use indicatif::{ProgressBar, ProgressStyle};
 use meniscus::frame::{DepthFrame, InfraredFrame};
 use meniscus::host::bag::{self, BagError, Calibration, FolderWriter, Image, McapWriter, profiles_to_csv};
 use meniscus::host::camera::{LinkSink, Session, Settings};
 use meniscus::host::files::write_whole;
 use meniscus::host::link::{Received, link};
+use meniscus::host::setup::Setup;
 use meniscus::host::usb::Transport;
 use meniscus::surface::{self, Config, State, SurfaceProfile, extract};
 use meniscus::uvc::{Assembler, Outcome, Stream};
@@ -46,6 +47,9 @@ pub(crate) struct Arguments {
     /// Only the camera with this serial number (the one that USB shows).
     #[arg(long)]
     serial: Option<String>,
+    /// The glass and the place of the camera, as `meniscus setup` has written them: for the profiles of --out FILE.csv.
+    #[arg(long, value_name = "FILE.toml")]
+    setup: Option<PathBuf>,
 }
 
 /// Where images go.
@@ -65,18 +69,23 @@ struct Profiles {
 }
 
 impl Out {
-    fn create(path: &Path, calibration: &Calibration) -> anyhow::Result<Self> {
+    fn create(arguments: &Arguments, calibration: &Calibration) -> anyhow::Result<Self> {
+        let (path, setup) = (&arguments.out, &arguments.setup);
+        let profiles = path.extension().is_some_and(|extension| extension == "csv");
+        ensure!(
+            profiles || setup.is_none(),
+            "--setup is for profiles (--out FILE.csv): images need no glass"
+        );
         Ok(match path.extension().and_then(|extension| extension.to_str()) {
             Some("mcap") => Self::Mcap(Box::new(McapWriter::create(path, calibration)?)),
             Some("csv") => {
-                let settings = surface::Settings {
-                    intrinsics: calibration.intrinsics(),
-                    depth_unit_m: calibration.depth_unit_m,
-                    ..surface::Settings::default()
+                let (intrinsics, depth_unit_m) = (calibration.intrinsics(), calibration.depth_unit_m);
+                let settings = match setup {
+                    Some(setup) => Setup::read(setup)?.settings(intrinsics, depth_unit_m),
+                    None => surface::Settings { intrinsics, depth_unit_m, ..surface::Settings::default() },
                 };
-                let config =
-                    Config::new(settings).context("the recording's camera cannot see the default glass")?;
-                let (path, state) = (path.to_owned(), State::new());
+                let config = Config::new(settings).context("the recording's camera cannot see the glass")?;
+                let (path, state) = (path.clone(), State::new());
                 Self::Profiles(Box::new(Profiles { path, config, state, depth: None, profiles: Vec::new() }))
             }
             None => Self::Folder(FolderWriter::create(path, calibration)?),
@@ -141,7 +150,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
 
 fn from_recording(arguments: &Arguments) -> anyhow::Result<()> {
     let recording = bag::open(Path::new(&arguments.source))?;
-    let mut out = Out::create(&arguments.out, &recording.calibration)?;
+    let mut out = Out::create(arguments, &recording.calibration)?;
     let bar = ProgressBar::new_spinner();
     bar.set_style(ProgressStyle::with_template("{spinner} {pos} images, {elapsed}")?);
     let (mut first, mut torn) = (None, None);
@@ -174,7 +183,7 @@ fn from_camera(
     let unit_m = connected.depth_unit_um as f32 * 1e-6;
     let name = format!("{:?} {}", connected.product, connected.identity.serial);
     let calibration = Calibration::of(&connected.intrinsics, unit_m, connected.baseline_mm * 1e-3, name);
-    let mut out = Out::create(&arguments.out, &calibration)?;
+    let mut out = Out::create(arguments, &calibration)?;
     let (camera_end, worker_end) = link(BUFFERS, session.buffer_bytes());
     let (stop, notes) = (Arc::new(AtomicBool::new(false)), Mutex::new(Vec::new()));
     let interrupted = Arc::clone(&stop);

@@ -20,6 +20,8 @@ pub mod look;
 pub mod page;
 pub mod publish;
 pub mod realtime;
+pub mod report;
+pub mod setup;
 pub mod usb;
 pub mod view;
 pub mod wide;

@@ -8,8 +8,10 @@
 
 use super::camera::{START, SimulatedCamera};
 use super::recording::Recording;
+use super::replay::payload;
 use super::scene::SceneSettings;
 use super::score::frame_of;
+use crate::host::bag::{self, BagError};
 use crate::host::live::Logged;
 use crate::model::Model;
 use crate::offline::prelude::*;
@@ -21,6 +23,9 @@ use std::time::Instant;
 
 /// Noise of the disparity that makes 2 mm of depth at 0.4 m, pixels rms: `s = dz f B / z^2`.
 pub const DISPARITY_RMS_PX: f64 = 0.24;
+
+/// Frames in an hour.
+const LONGEST: usize = 216_000;
 
 /// No time passes.
 #[derive(Clone, Copy, Debug)]
@@ -53,6 +58,37 @@ pub fn sightings(
             *place = sight.profile.ok();
         }
     });
+    Ok(seen)
+}
+
+/// The profile of every frame interval of a camera's recording, from its first pair of images on; `None` where
+/// there was no pair or no liquid was seen. At most an hour is read.
+///
+/// # Errors
+/// [`BagError`], when the recording cannot be read to its end.
+pub fn sightings_of(
+    recording: bag::Recording,
+    config: Config,
+) -> Result<Vec<Option<SurfaceProfile>>, BagError> {
+    let size = recording.calibration.size;
+    let (width, height) = config.image_size();
+    let (mut depth, mut infrared) = (vec![0; 2 * width * height], vec![0; width * height]);
+    let mut eye = Eye::new(config, &mut depth, &mut infrared);
+    let (mut seen, mut first) = (Vec::new(), None);
+    for image in recording.images {
+        let image = image?;
+        let Some(sight) = eye.accept(image.stream, &payload(&image, size), &mut NoClock) else { continue };
+        let captured = sight.stamp.captured;
+        let since_s = captured.since(*first.get_or_insert(captured)) as f64 * 1e-6;
+        let frame = (since_s / FRAME_INTERVAL_S).round() as usize;
+        if frame >= LONGEST {
+            break;
+        }
+        if frame >= seen.len() {
+            seen.resize(frame + 1, None);
+        }
+        seen[frame] = sight.profile.ok();
+    }
     Ok(seen)
 }
 

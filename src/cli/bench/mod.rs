@@ -69,11 +69,14 @@ pub(crate) struct Arguments {
     /// Seed of the networks' weights.
     #[arg(long, default_value_t = 1)]
     seed: u64,
+    /// Also write the report as one HTML file.
+    #[arg(long, value_name = "FILE.html")]
+    report: Option<PathBuf>,
     /// One JSON object on standard output.
     #[arg(long)]
     json: bool,
     /// Do the fixed work of every stage this many times, and nothing else.
-    #[arg(long, value_name = "TIMES", conflicts_with_all = ["peers", "json"])]
+    #[arg(long, value_name = "TIMES", conflicts_with_all = ["peers", "json", "report"])]
     count: Option<u32>,
     /// Used by the command itself: serve a blob file on a payload file, in a process of its own.
     #[arg(long, hide = true, num_args = 2, value_names = ["BLOB", "PAYLOADS"])]
@@ -128,6 +131,10 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     }
     bar.finish_and_clear();
     ensure!(!STOP.load(Ordering::Relaxed), "stopped before everything was measured: no table");
+    if let Some(path) = &arguments.report {
+        let command = format!("meniscus bench --rounds {} --seed {}", arguments.rounds, arguments.seed);
+        write_whole(path, report.html(&command)?.as_bytes())?;
+    }
     if arguments.json {
         println!("{:#}", report.json());
     } else {

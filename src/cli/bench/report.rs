@@ -1,6 +1,8 @@
-//! The table of `meniscus bench`, as text and as JSON.
+//! The table of `meniscus bench`, as text, as JSON and as a page.
 
 use meniscus::host::checks::Check;
+use meniscus::host::report::{Chart, Mark, Report as Page, Series};
+use meniscus::host::view::plot::PictureError;
 use meniscus::host::wide;
 use meniscus::offline::bench::Times;
 use meniscus::offline::bench::turn::Turns;
@@ -74,6 +76,38 @@ impl Report {
         checks.push(Check::at_most("start_to_estimate_s", first, "s", 0.6));
         checks.push(Check::told("start_behind_window_s", behind, "s"));
         checks
+    }
+
+    /// One HTML file.
+    pub(super) fn html(&self, command: &str) -> Result<String, PictureError> {
+        let mut page = Page::new("Times and sizes", command);
+        page.prose("Window to field: the chain of networks in each format, and who else was asked, in the same rounds.");
+        let timed = |times: &Times| [0.5, 0.95].map(|share| format!("{:.0}", times.quantile_us(share)));
+        let own = self.variants.iter().map(|variant| {
+            let [median, slow] = timed(&variant.times);
+            vec![variant.name.into(), format!("{:.2}", variant.bytes as f64 * 1e-6), median, slow]
+        });
+        let others = self.peers.iter().map(|(name, _, times)| {
+            let [median, slow] = timed(times);
+            vec![name.clone(), "-".into(), median, slow]
+        });
+        page.table(&["", "MB of weights", "median, us", "95 %, us"], &own.chain(others).collect::<Vec<_>>());
+        let curve = |turns: &Turns| -> Vec<(f64, f64)> {
+            let at = |k: u32| (f64::from(k), turns.whole.quantile_us(0.01 * f64::from(k)));
+            (0..100).map(at).collect()
+        };
+        let [warm, cold] = [&self.warm, &self.cold].map(curve);
+        page.chart(&Chart {
+            caption: "Whole turns, payload to field, in order of their length.",
+            x: "turns that took no longer, %",
+            y: "time of a turn, us",
+            series: &[
+                Series { name: "behind emptied caches", points: &cold, mark: Mark::Line, colour: 2 },
+                Series { name: "one after another", points: &warm, mark: Mark::Line, colour: 1 },
+            ],
+        })?;
+        page.checks(&self.checks());
+        Ok(page.html())
     }
 
     /// One JSON object.

@@ -11,12 +11,12 @@ const COUNTING: Duration = Duration::from_secs(2);
 
 /// What was found of the camera.
 #[derive(Default)]
-pub(super) struct Camera {
-    pub(super) connected: Option<Connected>,
-    pub(super) rate_hz: f64,
-    pub(super) health: CameraHealth,
-    pub(super) transfers_mb: f64,
-    pub(super) error: Option<CameraError>,
+pub(crate) struct Camera {
+    pub(crate) connected: Option<Connected>,
+    pub(crate) rate_hz: f64,
+    pub(crate) health: CameraHealth,
+    pub(crate) transfers_mb: f64,
+    pub(crate) error: Option<CameraError>,
 }
 
 /// Connects and counts frames.

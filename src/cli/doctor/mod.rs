@@ -5,7 +5,8 @@ mod look;
 use super::bus;
 use anyhow::bail;
 use indicatif::ProgressBar;
-use look::{Camera, look};
+pub(crate) use look::Camera;
+use look::look;
 use meniscus::host::camera::{CameraError, Connected, Settings};
 use meniscus::host::checks::{Check, table};
 use meniscus::host::realtime;
@@ -81,6 +82,13 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
 
 /// Every check with what to do if it is missed.
 fn findings(camera: &Camera) -> Vec<(Check, String)> {
+    let mut all = camera_findings(camera);
+    all.extend(machine_findings(camera));
+    all
+}
+
+/// The camera's checks, each with what to do if it is missed.
+pub(crate) fn camera_findings(camera: &Camera) -> Vec<(Check, String)> {
     let is = |it: bool| f64::from(u8::from(it));
     let connected = camera.connected.as_ref();
     let error = camera.error.as_ref().map_or(String::new(), CameraError::to_string);
@@ -109,17 +117,7 @@ fn findings(camera: &Camera) -> Vec<(Check, String)> {
     let found = connected.is_some()
         || !matches!(camera.error, Some(CameraError::NoCamera(_) | CameraError::NoBus(_)));
     let lost = camera.health.damaged + camera.health.errors + camera.health.overflows + camera.health.stalls;
-    let usbfs_mb = std::fs::read_to_string("/sys/module/usbcore/parameters/usbfs_memory_mb");
-    let usbfs_mb = usbfs_mb.ok().and_then(|text| text.trim().parse::<f64>().ok());
-    // 0 stands for "no limit" there.
-    let usbfs_mb = usbfs_mb.map_or(f64::NAN, |mb| if mb == 0.0 { f64::MAX } else { mb });
-    let realtime = std::thread::spawn(realtime::become_realtime).join();
-    let granted = matches!(realtime, Ok(Ok(())));
     let slow = CameraError::SlowLink(String::new());
-    let limits = "add to /etc/security/limits.d/meniscus.conf the lines \"@plugdev - rtprio 40\" and \
-                  \"@plugdev - memlock unlimited\", join the group plugdev, log in again";
-    let usbfs = "echo 64 | sudo tee /sys/module/usbcore/parameters/usbfs_memory_mb";
-    let limit = |limit: Option<u64>| limit.map_or(f64::MAX, |limit| limit as f64);
     vec![
         (Check::exactly("camera_found", is(found), "1", 1.0), error.clone()),
         (Check::exactly("camera_permitted", known(permitted), "1", 1.0), error.clone()),
@@ -155,6 +153,23 @@ fn findings(camera: &Camera) -> Vec<(Check, String)> {
             },
         ),
         (Check::told("transfers_damaged", lost as f64, "1"), String::new()),
+    ]
+}
+
+/// The machine's checks, each with what to do if it is missed.
+fn machine_findings(camera: &Camera) -> Vec<(Check, String)> {
+    let is = |it: bool| f64::from(u8::from(it));
+    let usbfs_mb = std::fs::read_to_string("/sys/module/usbcore/parameters/usbfs_memory_mb");
+    let usbfs_mb = usbfs_mb.ok().and_then(|text| text.trim().parse::<f64>().ok());
+    // 0 stands for "no limit" there.
+    let usbfs_mb = usbfs_mb.map_or(f64::NAN, |mb| if mb == 0.0 { f64::MAX } else { mb });
+    let realtime = std::thread::spawn(realtime::become_realtime).join();
+    let granted = matches!(realtime, Ok(Ok(())));
+    let limits = "add to /etc/security/limits.d/meniscus.conf the lines \"@plugdev - rtprio 40\" and \
+                  \"@plugdev - memlock unlimited\", join the group plugdev, log in again";
+    let usbfs = "echo 64 | sudo tee /sys/module/usbcore/parameters/usbfs_memory_mb";
+    let limit = |limit: Option<u64>| limit.map_or(f64::MAX, |limit| limit as f64);
+    vec![
         (priority_limit(granted), limits.into()),
         (Check::exactly("realtime_granted", is(granted), "1", 1.0), limits.into()),
         (

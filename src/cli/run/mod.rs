@@ -13,6 +13,7 @@ mod turns;
 mod usb;
 mod view;
 
+use crate::cli::glass;
 use crate::cli::inputs::blob;
 use crate::cli::shipped;
 use anyhow::{Context, bail, ensure};
@@ -81,6 +82,10 @@ pub(crate) struct Arguments {
     /// recording (replay, with its FILE).
     #[arg(long, default_value = "shipped", value_name = "shipped|FILE|usb|simulated-usb[:TROUBLE]|replay")]
     source: String,
+    /// The glass and the place of the camera, as `meniscus setup` has written them; without it a camera 400 mm before the
+    /// model's glass, 30 mm above its foot, level.
+    #[arg(long, value_name = "FILE.toml")]
+    setup: Option<PathBuf>,
     /// The camera's recording, with --source replay.
     file: Option<PathBuf>,
     /// The model: the one in the program (shipped), a blob file, or a folder that `meniscus flash` has written.
@@ -163,7 +168,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     }
     let recording = recording(&arguments.source)?;
     let settings = settings(&model, &recording)?;
-    let config = Config::new(settings)?;
+    let config = Config::new(glass::settings(arguments.setup.as_deref(), &model.header, settings)?)?;
     // Told before the run, not after it: a folder that cannot be written would lose the picture.
     let picture = arguments.out.join("run.png");
     write_whole(&arguments.out.join("run.json"), b"{}\n").context("the --out folder cannot be used")?;

@@ -2,6 +2,7 @@
 
 use super::live_report::LiveReport;
 use super::{Arguments, BUFFERS, live};
+use crate::cli::glass;
 use anyhow::{Context, bail};
 use meniscus::host::bag;
 use meniscus::host::camera::CameraHealth;
@@ -27,13 +28,13 @@ pub(super) fn run(
 ) -> anyhow::Result<()> {
     let recording = bag::open(file)?;
     let camera = recording.calibration.clone();
-    let header = &model.header;
-    let config = Config::new(surface::Settings {
+    let settings = surface::Settings {
         intrinsics: camera.intrinsics(),
         depth_unit_m: camera.depth_unit_m,
-        ..surface::Settings::for_glass(header.radius_m, header.fill_m, header.rim_m)
-    })
-    .context("the recording's camera cannot see the model's glass")?;
+        ..surface::Settings::default()
+    };
+    let settings = glass::settings(arguments.setup.as_deref(), &model.header, settings)?;
+    let config = Config::new(settings).context("the recording's camera cannot see the model's glass")?;
     write_whole(&arguments.out.join("run.json"), b"{}\n").context("the --out folder cannot be used")?;
     let (width, height) = config.image_size();
     let (camera_end, worker_end) = link(BUFFERS, 2 * width * height + HEADER);

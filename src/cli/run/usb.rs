@@ -2,7 +2,7 @@
 
 use super::live_report::LiveReport;
 use super::{Arguments, BUFFERS, live, recording};
-use crate::cli::bus;
+use crate::cli::{bus, glass};
 use anyhow::{Context, bail};
 use meniscus::host::camera::{LinkSink, Session, Settings};
 use meniscus::host::files::write_whole;
@@ -82,12 +82,12 @@ fn watch(
     let wanted = Settings { serial: arguments.serial.clone(), ..Settings::default() };
     let mut session = Session::connect(transport, wanted)?;
     let connected = session.connected().clone();
-    let header = &model.header;
-    let config = Config::new(surface::Settings {
+    let camera_settings = surface::Settings {
         intrinsics: connected.intrinsics,
         depth_unit_m: connected.depth_unit_um as f32 * 1e-6,
-        ..surface::Settings::for_glass(header.radius_m, header.fill_m, header.rim_m)
-    })?;
+        ..surface::Settings::default()
+    };
+    let config = Config::new(glass::settings(arguments.setup.as_deref(), &model.header, camera_settings)?)?;
     write_whole(&arguments.out.join("run.json"), b"{}\n").context("the --out folder cannot be used")?;
 
     let (camera_end, worker_end) = link(BUFFERS, session.buffer_bytes());

@@ -3,7 +3,8 @@
 use anyhow::Context;
 use indicatif::{ProgressBar, ProgressStyle};
 use meniscus::host::checks::table;
-use meniscus::offline::validate::{decay_png, markdown, validate, work};
+use meniscus::host::files::write_whole;
+use meniscus::offline::validate::{decay_png, html, markdown, validate, work};
 use std::path::PathBuf;
 
 /// Hold the simulator against theory: frequencies, decays, noise, energy, escapes, cost.
@@ -19,7 +20,7 @@ pub(crate) struct Arguments {
     /// Report on standard output as one JSON object with an array of checks.
     #[arg(long)]
     json: bool,
-    /// The directory to write validate.md and the pictures into.
+    /// The directory to write validate.html (the report, one file), validate.md and the pictures into.
     #[arg(long, value_name = "DIR", default_value = "validation")]
     out: PathBuf,
 }
@@ -41,6 +42,7 @@ pub(super) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         decay_png(ringing, &out.join(picture(index)))?;
     }
     let command = if *quick { "meniscus simulate validate --quick" } else { "meniscus simulate validate" };
+    write_whole(&out.join("validate.html"), html(&outcome, command)?.as_bytes())?;
     let page = out.join("validate.md");
     std::fs::write(&page, markdown(&outcome, command, picture))
         .with_context(|| format!("cannot write {}", page.display()))?;

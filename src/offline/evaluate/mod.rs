@@ -7,11 +7,13 @@
 //! Learning sees profiles and places of the glass alone; the truth judges. Errors are those of
 //! [`super::score`]; the depth noise is 2 mm.
 
+mod html;
 mod motion;
 mod plots;
 mod report;
 mod trial;
 
+pub use html::html;
 pub use motion::{Source, sources};
 pub use plots::{curves_png, peaks_png};
 pub use report::{checks, markdown};

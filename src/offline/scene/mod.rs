@@ -83,6 +83,15 @@ impl Default for SceneSettings {
     }
 }
 
+impl SceneSettings {
+    /// The usual scene before the glass of a recording.
+    #[must_use]
+    pub fn of(glass: &Glass) -> Self {
+        let camera = Settings::for_glass(glass.radius_m, glass.fill_m, glass.rim_m);
+        Self { camera, ..Self::default() }
+    }
+}
+
 /// The liquid and its glass at one instant.
 #[derive(Clone, Copy, Debug)]
 pub struct Liquid<'a> {

@@ -13,11 +13,13 @@ pub mod conditions;
 mod fault_table;
 pub mod faults;
 pub mod golden;
+mod html;
 pub mod judge;
 mod page;
 mod plots;
 mod speed;
 
+pub use html::html;
 pub use page::markdown;
 pub use plots::{PlotError, errors_png, scenes_png};
 

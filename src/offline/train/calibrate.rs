@@ -59,7 +59,10 @@ fn quantile(mut ratios: Vec<f32>) -> f32 {
 /// [`ConfigError`], when the glass of the recording cannot be looked at.
 pub(super) fn look(recording: &Recording, seed: u64) -> Result<Vec<Option<SurfaceProfile>>, ConfigError> {
     let noise = crate::offline::watching::DISPARITY_RMS_PX;
-    sightings(recording, SceneSettings { disparity_rms_px: noise, seed, ..SceneSettings::default() })
+    sightings(
+        recording,
+        SceneSettings { disparity_rms_px: noise, seed, ..SceneSettings::of(&recording.glass) },
+    )
 }
 
 /// A recording and what the camera saw of it.

@@ -13,6 +13,7 @@ pub struct RecordedGlass {
     recording: Recording,
     settings: SceneSettings,
     repeats: bool,
+    rests: bool,
     scene: Option<((u16, u16), Scene, Images)>,
 }
 
@@ -20,13 +21,19 @@ impl RecordedGlass {
     /// A glass under `settings`, whose intrinsics are replaced by the camera's own for the size of its images.
     #[must_use]
     pub fn new(recording: Recording, settings: SceneSettings) -> Self {
-        Self { recording, settings, repeats: false, scene: None }
+        Self { recording, settings, repeats: false, rests: false, scene: None }
     }
 
     /// The same glass, for which the recording begins again where it ends ([`repeated`]).
     #[must_use]
     pub fn repeating(self, repeats: bool) -> Self {
         Self { repeats, ..self }
+    }
+
+    /// The same glass, which stays as the recording begins: at rest.
+    #[must_use]
+    pub fn resting(self) -> Self {
+        Self { rests: true, ..self }
     }
 
     /// Settings for images of this size.
@@ -48,6 +55,7 @@ impl Scenery for RecordedGlass {
         let (_, scene, images) =
             self.scene.get_or_insert_with(|| (size, Scene::new(settings), Images::new(&settings)));
         let frame = usize::try_from(shot).unwrap_or(usize::MAX).min(recording.frames().saturating_sub(1));
+        let frame = if self.rests { 0 } else { frame };
         let liquid = if self.repeats { repeated(recording, shot) } else { Liquid::of(recording, frame) };
         scene.render(&liquid, shot, images);
         (&images.depth, &images.infrared)

@@ -41,7 +41,7 @@ pub use envelope::Envelope;
 pub use fit::{Fit, fit};
 pub(in crate::offline) use jet::gauss;
 pub use plots::decay_png;
-pub use report::markdown;
+pub use report::{html, markdown};
 pub use ring::Ringing;
 pub use theory::{Mode, Tone};
 pub use viscous::{Linear, linear_mode, viscous_mode};

@@ -1,6 +1,8 @@
-//! The table as a page of Markdown.
+//! The table as a page of Markdown, and as one HTML file.
 
 use super::Outcome;
+use crate::host::report::{Chart, Mark, Report, Series};
+use crate::host::view::plot::PictureError;
 use crate::offline::prelude::*;
 
 /// The page: program and machine, the table, and the decays with their pictures, whose files are
@@ -45,6 +47,53 @@ pub fn markdown(outcome: &Outcome, command: &str, picture: impl Fn(usize) -> Str
         page += &format!("\n![{}]({})\n", ringing.name, picture(index));
     }
     page
+}
+
+/// The same as one HTML file, with the decays in it.
+///
+/// # Errors
+/// [`PictureError`], when a decay cannot be drawn.
+pub fn html(outcome: &Outcome, command: &str) -> Result<String, PictureError> {
+    let mut report = Report::new("The simulator against theory", command);
+    report.prose(&format!("On {}.", machine()));
+    report.checks(&outcome.checks);
+    report.heading("The first mode");
+    report.prose(
+        "Started at 0.05 m/s and fitted from 0.05 s on. Theory is linear: the inviscid dispersion relation, or a Ritz \
+         solution of the linearised Navier-Stokes equations.",
+    );
+    for ringing in &outcome.ringings {
+        let (fit, theory) = (ringing.fit.tone, ringing.theory);
+        let fitted: Vec<(f64, f64)> = ringing.series.iter().map(|(t, _)| (*t, ringing.fit.at(*t))).collect();
+        let caption = format!(
+            "{}: {:.3} Hz and {:.3} /s measured, {:.3} Hz and {:.3} /s by theory.",
+            ringing.name, fit.hz, fit.decay, theory.hz, theory.decay
+        );
+        report.chart(&Chart {
+            caption: &caption,
+            x: "time, s",
+            y: "modal momentum, 1 at the start",
+            series: &[
+                Series { name: "simulator", points: &ringing.series, mark: Mark::Dots, colour: 0 },
+                Series { name: "fit", points: &fitted, mark: Mark::Line, colour: 1 },
+            ],
+        })?;
+    }
+    if !outcome.held.is_empty() {
+        report.heading("Effects at 7 mm");
+        let row = |(name, held): &(&str, super::Held)| {
+            vec![
+                String::from(*name),
+                String::from(held.what),
+                format!("{:.4}", held.measured),
+                format!("{:.4}", held.theory),
+                format!("{:+.1}", held.error()),
+            ]
+        };
+        let rows: Vec<_> = outcome.held.iter().map(row).collect();
+        report.table(&["effect", "measured", "value", "theory", "deviation, %"], &rows);
+    }
+    Ok(report.html())
 }
 
 /// Processor and operating system, as far as the system tells.

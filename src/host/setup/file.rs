@@ -1,0 +1,211 @@
+//! The settings file: TOML, written whole, checked when it is read.
+
+use super::said::Said;
+use crate::host::files::{FileError, write_whole};
+use crate::host::prelude::*;
+use crate::model::Header;
+use crate::surface::{Config, ConfigError, Intrinsics, Liquid, MAX_COLUMNS, Settings};
+use serde::{Deserialize, Serialize};
+use std::fmt;
+use std::path::{Path, PathBuf};
+
+/// How far a measure may be from the model's, mm: what a calliper and a ruler in a glass are good for.
+const FITS_MM: f64 = 1.0;
+/// Columns that the glass may move between two frames, as in [`Settings::default`].
+const MOVE_PX: f32 = 30.0;
+
+/// Glass, look of the liquid and place of the camera.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Setup {
+    /// The command that wrote it, in words.
+    pub made_by: String,
+    /// Inner measures, by hand.
+    pub glass: Said,
+    /// The look, by the camera.
+    pub liquid: Look,
+    /// The place, by the camera.
+    pub view: View,
+}
+
+/// How the liquid looks.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Look {
+    /// Before its background: `dark` or `bright`.
+    pub tone: Tone,
+    /// Least difference from it that the reader takes for liquid, grey levels.
+    pub least_contrast: f32,
+}
+
+/// [`Liquid`] as the file spells it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Tone {
+    /// Darker than the background.
+    Dark,
+    /// Brighter.
+    Bright,
+}
+
+/// Where the camera stands.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct View {
+    /// Which camera, in words.
+    pub camera: String,
+    /// From the camera to the line on which the axis of the glass moves, horizontally, mm.
+    pub distance_mm: f64,
+    /// Of the camera above the inner bottom of the glass, mm.
+    pub height_mm: f64,
+    /// Of the camera, degrees, positive when it looks up.
+    pub pitch_deg: f64,
+}
+
+impl View {
+    /// To a hundredth of its units, which is finer than it is known.
+    pub(super) fn round(&mut self) {
+        for value in [&mut self.distance_mm, &mut self.height_mm, &mut self.pitch_deg] {
+            *value = (100.0 * *value).round() / 100.0;
+        }
+    }
+}
+
+/// A setup is not one that the model was made for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Misfit {
+    /// Which measure.
+    pub name: &'static str,
+    /// The model's, mm.
+    pub model_mm: f64,
+    /// The setup's, mm.
+    pub setup_mm: f64,
+}
+
+impl fmt::Display for Misfit {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { name, model_mm, setup_mm } = self;
+        write!(
+            f,
+            "the model was made for a glass with {name} {model_mm:.1} mm, the setup says {setup_mm:.1} mm (1 mm is let \
+             pass): take that glass, or make a model of this one (docs/tutorial.md)"
+        )
+    }
+}
+
+impl std::error::Error for Misfit {}
+
+/// Why a settings file cannot be used.
+#[derive(Debug)]
+pub enum SetupError {
+    /// It cannot be read or written.
+    File(FileError),
+    /// It is no settings file; what is wrong with it.
+    Text(PathBuf, String),
+    /// It says what cannot be.
+    Value(PathBuf, String),
+}
+
+impl fmt::Display for SetupError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::File(error) => error.fmt(f),
+            Self::Text(path, what) => {
+                write!(f, "{} is no settings file of `meniscus setup`: {what}", path.display())
+            }
+            Self::Value(path, what) => write!(f, "{}: {what}", path.display()),
+        }
+    }
+}
+
+impl std::error::Error for SetupError {}
+
+impl Setup {
+    /// Reads and checks a settings file.
+    ///
+    /// # Errors
+    /// [`SetupError`] names the file and what is wrong in it.
+    pub fn read(path: &Path) -> Result<Self, SetupError> {
+        let failed = |cause| SetupError::File(FileError { path: path.into(), doing: "read", cause });
+        let text = std::fs::read_to_string(path).map_err(failed)?;
+        let setup: Self =
+            toml::from_str(&text).map_err(|error| SetupError::Text(path.into(), error.message().into()))?;
+        let value = |what| SetupError::Value(path.into(), what);
+        setup.glass.check().map_err(value)?;
+        let lens = Settings::default().intrinsics;
+        Config::new(setup.settings(lens, 1e-4)).map_err(|error| value(format!("{error}")))?;
+        Ok(setup)
+    }
+
+    /// Writes it, with a head that tells people what it is.
+    ///
+    /// # Errors
+    /// [`SetupError::File`].
+    pub fn write(&self, path: &Path) -> Result<(), SetupError> {
+        let body =
+            toml::to_string(self).map_err(|error| SetupError::Text(path.into(), format!("{error}")))?;
+        let text = format!(
+            "# A glass and the camera before it: for run, record and correct --setup. The glass by hand, the rest by the\n\
+             # camera; move either and `meniscus setup` has to look again.\n{body}"
+        );
+        write_whole(path, text.as_bytes()).map_err(SetupError::File)
+    }
+
+    /// The reader's settings for a camera of these intrinsics and this depth unit (metres).
+    #[must_use]
+    pub fn settings(&self, intrinsics: Intrinsics, depth_unit_m: f32) -> Settings {
+        let m = |mm: f64| (1e-3 * mm) as f32;
+        let (radius_m, distance_m) = (m(self.glass.radius_mm), m(self.view.distance_mm));
+        let slope = radius_m / (distance_m * distance_m - radius_m * radius_m).max(1e-6).sqrt();
+        let half_px = (intrinsics.fx * slope + MOVE_PX).ceil() as usize;
+        Settings {
+            intrinsics,
+            depth_unit_m,
+            radius_m,
+            fill_m: m(self.glass.fill_mm),
+            rim_m: m(self.glass.rim_mm),
+            camera_distance_m: distance_m,
+            camera_height_m: m(self.view.height_mm),
+            camera_pitch_rad: self.view.pitch_deg.to_radians() as f32,
+            region_half_width_px: half_px.min(MAX_COLUMNS / 2),
+            liquid: match self.liquid.tone {
+                Tone::Dark => Liquid::Dark,
+                Tone::Bright => Liquid::Bright,
+            },
+            least_contrast: self.liquid.least_contrast,
+            ..Settings::default()
+        }
+    }
+
+    /// The same for the glass of a model: where the two differ by less than a person can measure the model's measures
+    /// hold, and the camera's height moves with the fill, so that rest is where the model has it.
+    ///
+    /// # Errors
+    /// [`Misfit`], when the setup's glass is another one.
+    pub fn settings_for(
+        &self,
+        header: &Header,
+        intrinsics: Intrinsics,
+        depth_unit_m: f32,
+    ) -> Result<Settings, Misfit> {
+        let model_mm = [header.radius_m, header.fill_m].map(|m| 1e3 * m);
+        let own_mm = [self.glass.radius_mm, self.glass.fill_mm];
+        for (name, (model_mm, setup_mm)) in
+            ["radius", "fill"].into_iter().zip(model_mm.into_iter().zip(own_mm))
+        {
+            if (model_mm - setup_mm).abs() > FITS_MM {
+                return Err(Misfit { name, model_mm, setup_mm });
+            }
+        }
+        let mut fitted = self.clone();
+        fitted.glass = Said { radius_mm: model_mm[0], fill_mm: model_mm[1], ..self.glass };
+        fitted.view.height_mm += model_mm[1] - own_mm[1];
+        fitted.view.distance_mm += model_mm[0] - own_mm[0];
+        Ok(fitted.settings(intrinsics, depth_unit_m))
+    }
+
+    /// Whether it can be read with a camera at all.
+    pub(super) fn config(&self, intrinsics: Intrinsics, depth_unit_m: f32) -> Result<Config, ConfigError> {
+        Config::new(self.settings(intrinsics, depth_unit_m))
+    }
+}

@@ -1,0 +1,268 @@
+//! Everything at once: what was said of the glass against what is seen of it, and the setup if the two agree.
+
+use super::body::Body;
+use super::file::{Look, Setup, Tone, View};
+use super::portrait::{Pair, Portrait};
+use super::remedy;
+use super::rest::Rest;
+use super::said::Said;
+use super::survey::{Blind, Survey};
+use crate::host::checks::Check;
+use crate::host::prelude::*;
+use crate::surface::{Intrinsics, Liquid, Settings};
+
+/// Radius: this many mm or this share of it, the larger.
+const RADIUS_MM: f64 = 1.5;
+const RADIUS_SHARE: f64 = 0.05;
+/// Height of the liquid: half of what a meniscus at its foot and a thick bottom make uncertain.
+const FILL_MM: f64 = 4.0;
+/// The camera's distance, mm, and its pitch, degrees.
+const DISTANCE_MM: (f64, f64) = (250.0, 700.0);
+const PITCH_DEG: f64 = 15.0;
+/// Height of the camera above the foot of the glass, as a share of the fill.
+const HEIGHT_SHARE: (f64, f64) = (0.05, 0.97);
+/// Times that the camera's height is corrected by the level that the reader finds.
+const ROUNDS: usize = 3;
+
+/// One check with what to do if it is missed.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Finding {
+    /// The check.
+    pub check: Check,
+    /// What to do.
+    pub remedy: String,
+}
+
+/// What was found.
+#[derive(Clone, Debug)]
+pub struct Inspection {
+    /// The body of liquid in the image, if there is one.
+    pub body: Option<Body>,
+    /// What it tells.
+    pub survey: Option<Survey>,
+    /// The surface as a run will see it.
+    pub rest: Option<Rest>,
+    /// The settings, whether all checks are met or not; none where the glass was not seen.
+    pub setup: Option<Setup>,
+    /// The checks of the glass, then those of the surface at rest.
+    pub findings: Vec<Finding>,
+}
+
+impl Inspection {
+    /// Whether every check is met.
+    #[must_use]
+    pub fn ok(&self) -> bool {
+        self.findings.iter().all(|finding| finding.check.ok)
+    }
+
+    /// What to do: the remedies of what was measured and missed, or else of the first thing that could not be measured.
+    #[must_use]
+    pub fn remedies(&self) -> Vec<&Finding> {
+        let missed = || self.findings.iter().filter(|finding| !finding.check.ok);
+        let measured: Vec<_> = missed().filter(|finding| finding.check.value.is_some()).collect();
+        if measured.is_empty() { missed().take(1).collect() } else { measured }
+    }
+}
+
+/// Looks at a glass of which `said` is said, in `pairs` of a camera of these intrinsics and this depth unit (metres).
+/// `camera` and `made_by` go into the setup.
+#[must_use]
+pub fn inspect(
+    pairs: &[Pair],
+    lens: Intrinsics,
+    depth_unit_m: f32,
+    said: Said,
+    (camera, made_by): (&str, &str),
+) -> Inspection {
+    let defaults = Settings::default();
+    let (middle, reach) = (lens.ppx.max(0.0) as usize, defaults.search_half_width_px);
+    let range = (middle.saturating_sub(reach), (middle + reach).min(lens.width));
+    let portrait = Portrait::of(pairs, (lens.width, lens.height), depth_unit_m);
+    let body = portrait.as_ref().and_then(|portrait| Body::find(portrait, range));
+    let looked = portrait.as_ref().zip(body.as_ref());
+    let looked = looked.map(|(portrait, body)| Survey::of(portrait, body, &lens));
+    let (survey, blind) = match looked {
+        Some(Ok(survey)) => (Some(survey), None),
+        Some(Err(blind)) => (None, Some(blind)),
+        None => (None, None),
+    };
+    let mut setup = survey.as_ref().zip(body.as_ref()).map(|(survey, body)| Setup {
+        made_by: made_by.into(),
+        glass: said,
+        liquid: Look {
+            tone: if body.liquid == Liquid::Dark { Tone::Dark } else { Tone::Bright },
+            least_contrast: defaults.least_contrast,
+        },
+        view: view(survey, said, camera),
+    });
+    let rest = setup.as_mut().and_then(|setup| settle(setup, pairs, lens, depth_unit_m));
+    setup.iter_mut().for_each(|setup| setup.view.round());
+    let config = setup.as_ref().and_then(|setup| setup.config(lens, depth_unit_m).err());
+    let mut findings = glass(body.as_ref(), blind, survey.as_ref(), setup.as_ref(), said, lens.ppx.into());
+    findings.extend(surface(rest.as_ref(), said, config.map(|error| format!("{error}"))));
+    Inspection { body, survey, rest, setup, findings }
+}
+
+/// The place of the camera that makes the facing wall of the said glass lie where it was measured.
+fn view(survey: &Survey, said: Said, camera: &str) -> View {
+    let away_mm = 1e3 * survey.wall_m + said.radius_mm;
+    View {
+        camera: camera.into(),
+        distance_mm: away_mm * survey.bearing.atan().cos(),
+        height_mm: said.fill_mm - 1e3 * survey.top_m,
+        pitch_deg: survey.pitch_rad.to_degrees(),
+    }
+}
+
+/// The reader's own level brought to the said one: half of the pairs move the camera, the other half tell the rest.
+fn settle(setup: &mut Setup, pairs: &[Pair], lens: Intrinsics, depth_unit_m: f32) -> Option<Rest> {
+    let (first, second) = pairs.split_at(pairs.len() / 2);
+    for _ in 0..ROUNDS {
+        let rest =
+            Rest::of(if first.is_empty() { second } else { first }, &setup.config(lens, depth_unit_m).ok()?);
+        if rest.level_mm.is_finite() {
+            setup.view.height_mm += setup.glass.fill_mm - rest.level_mm;
+        }
+    }
+    Some(Rest::of(second, &setup.config(lens, depth_unit_m).ok()?))
+}
+
+/// The checks of the glass.
+fn glass(
+    body: Option<&Body>,
+    blind: Option<Blind>,
+    survey: Option<&Survey>,
+    setup: Option<&Setup>,
+    said: Said,
+    ppx: f64,
+) -> Vec<Finding> {
+    let finding = |check, remedy: &str| Finding { check, remedy: remedy.into() };
+    let of = |value: Option<f64>| value.unwrap_or(f64::NAN);
+    let lost = match (body, blind) {
+        (None, _) => remedy::NOTHING,
+        (_, Some(Blind::Transparent(..))) => remedy::TRANSPARENT,
+        _ => remedy::NO_DEPTH,
+    };
+    let or_lost = |remedy: &'static str| if survey.is_none() { lost } else { remedy };
+    let opaque = match blind {
+        Some(Blind::Transparent(..)) => 0.0,
+        Some(Blind::NoDepth(_)) => f64::NAN,
+        None => of(body.map(|_| 1.0)),
+    };
+    let share = match blind {
+        Some(Blind::NoDepth(share)) => f64::from(share),
+        _ => of(survey.map(|survey| survey.depth_share)),
+    };
+    let offset_px = of(survey.zip(body).map(|(_, body)| middle_px(body)));
+    let (least, most) = (said.radius_mm - tolerance(said), said.radius_mm + tolerance(said));
+    let view = setup.map(|setup| &setup.view);
+    let defaults = Settings::default();
+    let height = (HEIGHT_SHARE.0 * said.fill_mm, HEIGHT_SHARE.1 * said.fill_mm);
+    let reach = defaults.search_half_width_px as f64 - 20.0;
+    let half_px = of(body.map(|body| 0.5 * f64::from(body.width_px())));
+    let offset_mm = of(survey.zip(view).map(|(survey, view)| survey.bearing * view.distance_mm));
+    let free_px = reach - (offset_px - ppx).abs() - half_px;
+    vec![
+        finding(Check::exactly("liquid_seen", f64::from(u8::from(body.is_some())), "1", 1.0), lost),
+        finding(
+            Check::at_least(
+                "contrast",
+                of(body.map(|body| body.contrast.into())),
+                "grey",
+                f64::from(defaults.least_contrast) * 1.2,
+            ),
+            if body.is_none() { lost } else { remedy::CONTRAST },
+        ),
+        finding(Check::exactly("opaque", opaque, "1", 1.0), lost),
+        finding(Check::at_least("depth_share", share, "1", 0.5), lost),
+        finding(Check::told("offset_mm", offset_mm, "mm"), or_lost(remedy::OFFSET)),
+        finding(Check::at_least("room_beside_px", free_px, "px", 0.0), or_lost(remedy::OFFSET)),
+        finding(
+            Check::within(
+                "distance_mm",
+                of(view.map(|view| view.distance_mm)),
+                "mm",
+                DISTANCE_MM.0,
+                DISTANCE_MM.1,
+            ),
+            or_lost(remedy::DISTANCE),
+        ),
+        finding(
+            Check::within(
+                "camera_height_mm",
+                of(view.map(|view| view.height_mm)),
+                "mm",
+                tenth(height.0),
+                tenth(height.1),
+            ),
+            or_lost(remedy::HEIGHT),
+        ),
+        finding(
+            Check::within("pitch_deg", of(view.map(|view| view.pitch_deg)), "deg", -PITCH_DEG, PITCH_DEG),
+            or_lost(remedy::PITCH),
+        ),
+        finding(
+            Check::within(
+                "radius_seen_mm",
+                of(survey.map(|survey| 1e3 * survey.radius_m)),
+                "mm",
+                tenth(least),
+                tenth(most),
+            ),
+            or_lost(remedy::RADIUS),
+        ),
+        finding(
+            Check::within(
+                "fill_seen_mm",
+                of(survey.and_then(|survey| survey.fill_m).map(|fill_m| 1e3 * fill_m)),
+                "mm",
+                tenth(said.fill_mm - FILL_MM),
+                tenth(said.fill_mm + FILL_MM),
+            ),
+            or_lost(remedy::FILL),
+        ),
+    ]
+}
+
+/// The checks of the surface at rest.
+fn surface(rest: Option<&Rest>, said: Said, refused: Option<String>) -> Vec<Finding> {
+    let of = |value: fn(&Rest) -> f64| rest.map_or(f64::NAN, value);
+    let why = rest.and_then(|rest| rest.why).map(|why| format!(": {why}")).unwrap_or_default();
+    let finding = |check, remedy: &str| Finding {
+        check,
+        remedy: refused.clone().unwrap_or_else(|| format!("{remedy}{why}")),
+    };
+    vec![
+        finding(Check::at_least("rest_seen", of(|rest| rest.seen), "1", 0.95), remedy::SEEN),
+        finding(Check::at_least("rest_points_valid", of(|rest| rest.valid), "1", 0.9), remedy::POINTS),
+        finding(
+            Check::within(
+                "rest_level_mm",
+                of(|rest| rest.level_mm),
+                "mm",
+                tenth(said.fill_mm - 0.5),
+                tenth(said.fill_mm + 0.5),
+            ),
+            remedy::LEVEL,
+        ),
+        finding(Check::within("rest_slope_mm", of(|rest| rest.slope_mm), "mm", -1.0, 1.0), remedy::SLOPE),
+        finding(Check::at_most("rest_noise_mm", of(|rest| rest.noise_mm), "mm", 0.5), remedy::NOISE),
+        finding(Check::at_most("rest_bend_mm", of(|rest| rest.bend_mm), "mm", 0.5), remedy::BEND),
+    ]
+}
+
+/// How far the radius seen may be from the said one, mm.
+fn tolerance(said: Said) -> f64 {
+    RADIUS_MM.max(RADIUS_SHARE * said.radius_mm)
+}
+
+/// To a tenth, for targets that people read.
+fn tenth(value: f64) -> f64 {
+    (10.0 * value).round() / 10.0
+}
+
+/// Column of the middle of the body.
+fn middle_px(body: &Body) -> f64 {
+    let middle = body.sides.get(body.sides.len() / 2).map(|(_, [left, right])| 0.5 * (left + right));
+    middle.map_or(f64::NAN, f64::from)
+}

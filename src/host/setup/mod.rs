@@ -1,0 +1,30 @@
+//! A glass that somebody has brought: measured by hand, looked at by the camera, written down for later runs.
+//!
+//! ```text
+//! pairs of images --mean--> Portrait --body--> sides, rest line, foot --survey--> distance, pitch, height, radius
+//!        '----------------------------extract (surface)--------------------------------rest--> level, slope, noise
+//! said: radius, fill, rim --------------------------------------------------------inspect--> checks, Setup
+//! ```
+//!
+//! What a person says of the glass is held against what the camera sees of it; where the camera stands is measured,
+//! not asked. The glass must stand still, upright, with the camera's horizontal level.
+//!
+//! **Refraction is not corrected: liquid in a thick wall looks wider than it is, so that the radius seen lies between
+//! the inner and the outer one.**
+
+mod body;
+mod file;
+mod inspect;
+mod portrait;
+mod remedy;
+mod rest;
+mod said;
+mod survey;
+
+pub use body::Body;
+pub use file::{Misfit, Setup, SetupError};
+pub use inspect::{Finding, Inspection, inspect};
+pub use portrait::{Gather, Pair, Portrait, Recent};
+pub use rest::Rest;
+pub use said::{RANGES, Said};
+pub use survey::{Blind, Survey};

@@ -1,0 +1,165 @@
+//! Pairs of images as they come, and the mean of some of them: a portrait of a glass that stands still.
+
+use crate::frame::{DepthFrame, InfraredFrame, Stamp};
+use crate::host::prelude::*;
+use crate::uvc::{Assembler, Outcome, Pairer, Stream};
+use std::collections::VecDeque;
+use std::time::Instant;
+
+/// The camera's frame interval, microseconds.
+const INTERVAL_US: u32 = 16_667;
+
+/// Two images of one exposure.
+#[derive(Clone, Debug)]
+pub struct Pair {
+    /// Z16, little-endian.
+    pub depth: Vec<u8>,
+    /// Y8.
+    pub infrared: Vec<u8>,
+    /// Stamp of the depth image.
+    pub stamp: Stamp,
+}
+
+impl Pair {
+    /// Both images for the extractor.
+    pub(super) fn frames(&self, width: usize, height: usize) -> (DepthFrame<'_>, InfraredFrame<'_>) {
+        let stamp = self.stamp;
+        (
+            DepthFrame { bytes: &self.depth, width, height, stamp },
+            InfraredFrame { bytes: &self.infrared, width, height, stamp },
+        )
+    }
+}
+
+/// The newest pairs, and how many came.
+#[derive(Debug)]
+pub struct Recent {
+    pairs: VecDeque<Pair>,
+    room: usize,
+    total: u64,
+    first: Option<Instant>,
+    last: Option<Instant>,
+}
+
+impl Recent {
+    /// Room for the newest `room` pairs.
+    #[must_use]
+    pub fn with_room(room: usize) -> Self {
+        Self { pairs: VecDeque::with_capacity(room), room, total: 0, first: None, last: None }
+    }
+
+    /// Takes a pair; the oldest makes room for it.
+    pub fn push(&mut self, pair: Pair) {
+        if self.pairs.len() == self.room {
+            self.pairs.pop_front();
+        }
+        self.pairs.push_back(pair);
+        let now = Instant::now();
+        self.first.get_or_insert(now);
+        self.last = Some(now);
+        self.total += 1;
+    }
+
+    /// Pairs since the start.
+    #[must_use]
+    pub fn total(&self) -> u64 {
+        self.total
+    }
+
+    /// Pairs a second; 0 before the second one.
+    #[must_use]
+    pub fn rate_hz(&self) -> f64 {
+        let time = self.first.zip(self.last).map(|(first, last)| (last - first).as_secs_f64());
+        time.filter(|time| *time > 0.0).map_or(0.0, |time| self.total.saturating_sub(1) as f64 / time)
+    }
+
+    /// The newest pairs, at most `count`, oldest first.
+    #[must_use]
+    pub fn newest(&self, count: usize) -> Vec<Pair> {
+        self.pairs.iter().skip(self.pairs.len().saturating_sub(count)).cloned().collect()
+    }
+}
+
+/// Payloads to pairs.
+#[derive(Debug)]
+pub struct Gather<'b> {
+    depth: Assembler<'b>,
+    infrared: Assembler<'b>,
+    pairer: Pairer,
+}
+
+impl<'b> Gather<'b> {
+    /// Assembles into buffers of exactly an image each (two bytes a depth pixel).
+    #[must_use]
+    pub fn new(depth: &'b mut [u8], infrared: &'b mut [u8]) -> Self {
+        let pairer = Pairer::new(INTERVAL_US);
+        Self { depth: Assembler::new(depth), infrared: Assembler::new(infrared), pairer }
+    }
+
+    /// Takes a payload; a pair if it completes one.
+    pub fn take(&mut self, stream: Stream, payload: &[u8]) -> Option<Pair> {
+        let assembler = match stream {
+            Stream::Depth => &mut self.depth,
+            Stream::Infrared => &mut self.infrared,
+        };
+        let Outcome::Frame(frame) = assembler.push(payload) else { return None };
+        let pair = self.pairer.offer(stream, frame.stamp)?;
+        let (depth, infrared) = (self.depth.pixels().to_vec(), self.infrared.pixels().to_vec());
+        Some(Pair { depth, infrared, stamp: pair.depth })
+    }
+}
+
+/// The mean of some pairs.
+#[derive(Clone, Debug)]
+pub struct Portrait {
+    /// Pixels in a row.
+    pub width: usize,
+    /// Rows.
+    pub height: usize,
+    /// Mean grey level of each pixel.
+    pub grey: Vec<f32>,
+    /// Mean depth of each pixel where there was one, metres; 0 where more than half of the pairs had none.
+    pub depth_m: Vec<f32>,
+}
+
+impl Portrait {
+    /// The mean of `pairs` of `width` x `height` pixels, `unit_m` metres a unit of depth; pairs of another size are
+    /// left out. `None` where no pair is left.
+    #[must_use]
+    pub fn of(pairs: &[Pair], (width, height): (usize, usize), unit_m: f32) -> Option<Self> {
+        let pixels = width * height;
+        let fits = |pair: &&Pair| pair.infrared.len() == pixels && pair.depth.len() == 2 * pixels;
+        let (mut grey, mut depth) = (vec![0.0_f32; pixels], vec![(0_u32, 0_u32); pixels]);
+        let mut count = 0_u32;
+        for pair in pairs.iter().filter(fits) {
+            count += 1;
+            grey.iter_mut().zip(&pair.infrared).for_each(|(sum, pixel)| *sum += f32::from(*pixel));
+            for ((sum, seen), raw) in depth.iter_mut().zip(pair.depth.as_chunks().0) {
+                let raw = u16::from_le_bytes(*raw);
+                *sum += u32::from(raw);
+                *seen += u32::from(raw > 0);
+            }
+        }
+        if count == 0 {
+            return None;
+        }
+        grey.iter_mut().for_each(|sum| *sum /= count as f32);
+        let mean = |(sum, seen): (u32, u32)| {
+            if 2 * seen > count { unit_m * sum as f32 / seen as f32 } else { 0.0 }
+        };
+        Some(Self { width, height, grey, depth_m: depth.into_iter().map(mean).collect() })
+    }
+
+    /// Grey level of a pixel; 0 outside.
+    pub(super) fn grey(&self, column: usize, row: usize) -> f32 {
+        let inside = column < self.width && row < self.height;
+        if inside { self.grey.get(row * self.width + column).copied().unwrap_or(0.0) } else { 0.0 }
+    }
+
+    /// Depth of a pixel, metres; `None` in a hole and outside.
+    pub(super) fn depth_m(&self, column: usize, row: usize) -> Option<f32> {
+        let inside = column < self.width && row < self.height;
+        let depth_m = self.depth_m.get(row * self.width + column).copied();
+        depth_m.filter(|depth_m| inside && *depth_m > 0.0)
+    }
+}

@@ -1,0 +1,47 @@
+//! The study as one HTML file.
+
+use super::{Result as Outcome, Study};
+use crate::host::checks::Check;
+use crate::host::report::{Chart, Mark, Report, Series};
+use crate::host::view::plot::PictureError;
+use crate::offline::prelude::*;
+
+/// The report: table of the liquids, error over time of each, checks.
+///
+/// # Errors
+/// [`PictureError`], when a liquid has no curve to draw.
+pub fn html(study: &Study, checks: &[Check], command: &str) -> Result<String, PictureError> {
+    let mut report = Report::new("Correction from the free surface", command);
+    report.prose(
+        "Errors on recordings that nothing was chosen by, depth noise 2 mm, before and after correction. max and mean: \
+         of the height; slosh: of its distance from rest, where a flat surface scores 100 %.",
+    );
+    let percent = |x: f64| format!("{:.2}", 100.0 * x);
+    let row = |one: &Outcome| -> Vec<String> {
+        let [before, after] = [&one.before, &one.after].map(|trial| &trial.score.estimate);
+        let pairs =
+            [[before.max, after.max], [before.mean(), after.mean()], [before.slosh_rel(), after.slosh_rel()]];
+        let name = String::from(one.course.liquid);
+        std::iter::once(name).chain(pairs.into_iter().flatten().map(percent)).collect()
+    };
+    report.table(
+        &["liquid", "max before, %", "after", "mean before, %", "after", "slosh before, %", "after"],
+        &study.results.iter().map(row).collect::<Vec<_>>(),
+    );
+    for one in &study.results {
+        let [before, after] = [&one.before, &one.after].map(|trial| trial.score.curves[0].as_slice());
+        report.heading(one.course.liquid);
+        report.chart(&Chart {
+            caption: "Mean error of the height over the profile.",
+            x: "time, s",
+            y: "error, %",
+            series: &[
+                Series { name: "before", points: before, mark: Mark::Line, colour: 0 },
+                Series { name: "after", points: after, mark: Mark::Line, colour: 1 },
+            ],
+        })?;
+    }
+    report.heading("Checks");
+    report.checks(checks);
+    Ok(report.html())
+}
