@@ -35,6 +35,7 @@ enum Command {
     People(cli::people::Arguments),
     Render(cli::render::Arguments),
     Quantize(cli::quantize::Arguments),
+    Recognise(cli::recognise::Arguments),
     Bench(cli::bench::Arguments),
     Manual(cli::manual::Arguments),
 }
@@ -56,6 +57,7 @@ fn main() -> ExitCode {
         Command::People(arguments) => cli::people::run(&arguments),
         Command::Render(arguments) => cli::render::run(&arguments),
         Command::Quantize(arguments) => cli::quantize::run(&arguments),
+        Command::Recognise(arguments) => cli::recognise::run(&arguments),
         Command::Bench(arguments) => cli::bench::run(&arguments),
         Command::Manual(arguments) => cli::manual::run(&arguments, Arguments::command()),
     };

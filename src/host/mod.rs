@@ -17,6 +17,7 @@ pub mod live;
 pub mod page;
 pub mod publish;
 pub mod realtime;
+pub mod recognise;
 pub mod usb;
 pub mod view;
 pub mod wide;

@@ -8,6 +8,7 @@ use crate::host::link::{Delivery, Received, WorkerEnd};
 use crate::host::page;
 use crate::host::prelude::*;
 use crate::host::publish;
+use crate::host::recognise::{self, Standing};
 use crate::runtime::{Estimator, Eye, Tracker, Turn};
 use crate::surface;
 use std::sync::Mutex;
@@ -30,6 +31,8 @@ pub struct Watch {
     pub stop: AtomicBool,
     /// The last turn.
     pub last: Mutex<Option<Logged>>,
+    /// Which liquid it is, as the thread that recognises has it; nothing without one.
+    pub recognised: Mutex<Option<Standing>>,
     /// Silence is waited out instead of bridged by a turn without a frame: for a camera that waits, too.
     pub patient: bool,
 }
@@ -52,6 +55,8 @@ pub struct Outlets<'o> {
     pub publish: Option<&'o publish::Outlet>,
     /// To the live page.
     pub page: Option<&'o page::Outlet>,
+    /// To the thread that recognises the liquid.
+    pub recognise: Option<&'o recognise::Outlet>,
     /// To the keeper of the last seconds before a missed deadline.
     pub flight: Option<&'o Flight>,
 }
@@ -148,6 +153,9 @@ fn take(
 fn show(watch: &Watch, outlets: Outlets<'_>, tracker: &Tracker<'_, '_>, logged: Logged) {
     if let Some(page) = outlets.page {
         page.offer(&logged, &tracker.memory, tracker.eye.infrared());
+    }
+    if let Some(outlet) = outlets.recognise {
+        outlet.offer(&logged.turn);
     }
     if let Ok(mut last) = watch.last.try_lock() {
         *last = Some(logged);
