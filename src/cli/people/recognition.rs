@@ -71,6 +71,7 @@ pub(super) fn json(study: &Study) -> Value {
         "command": "meniscus people study --recognition",
         "version": env!("CARGO_PKG_VERSION"),
         "recordings": study.cases.iter().map(case).collect::<Vec<_>>(),
+        "without_own_note": study.without.iter().map(case).collect::<Vec<_>>(),
         "checks": study.checks(),
     })
 }
@@ -81,5 +82,12 @@ pub(super) fn text(study: &Study) -> String {
         .filter(|case| case.standing.liquid.as_ref() != Some(&case.liquid))
         .map(|case| format!("{}, {}: {}\n", case.liquid, case.motion, case.standing.line()))
         .collect();
-    format!("{}\nnot named by their own name:\n{lines}\n{}", study.confusion(), table(&study.checks()))
+    let named: String = (study.without.iter())
+        .filter(|case| case.standing.liquid.is_some())
+        .map(|case| format!("{}, {}: {}\n", case.liquid, case.motion, case.standing.line()))
+        .collect();
+    let (told, checks) = (study.confusion(), table(&study.checks()));
+    format!(
+        "{told}\nnot named by their own name:\n{lines}\nwithout their own note, yet named:\n{named}\n{checks}"
+    )
 }

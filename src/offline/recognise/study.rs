@@ -8,6 +8,7 @@ use crate::offline::scene::SceneSettings;
 use crate::offline::watching::sightings;
 use crate::recognise::{Recogniser, Trail};
 use crate::surface::{ConfigError, Settings, SurfaceProfile};
+use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::string::String;
 
@@ -104,16 +105,17 @@ impl Study {
         self.cases.iter().filter(move |case| self.names.contains(&case.liquid) == known)
     }
 
-    /// Share of the recordings of known liquids that were named right; NaN of none.
+    /// Share of the recordings of known liquids that were named right, each liquid counted alike however many
+    /// recordings there are of it; NaN of none.
     #[must_use]
     pub fn accuracy(&self) -> f64 {
-        share(self.of(true), |case| case.standing.liquid.as_ref() == Some(&case.liquid))
+        by_liquid(self.of(true), |case| case.standing.liquid.as_ref() == Some(&case.liquid))
     }
 
-    /// Share of the recordings of unknown liquids of which no liquid was named; NaN of none.
+    /// Share of the recordings of unknown liquids of which no liquid was named, counted in the same way.
     #[must_use]
     pub fn refused(&self) -> f64 {
-        share(self.of(false), |case| case.standing.liquid.is_none())
+        by_liquid(self.of(false), |case| case.standing.liquid.is_none())
     }
 
     /// The two figures with their targets, and how sure the answers were.
@@ -132,7 +134,7 @@ impl Study {
             Check::told("unknown_recordings", count(false), "1"),
             Check::told(
                 "refused_without_own",
-                share(self.without.iter(), |case| case.standing.liquid.is_none()),
+                by_liquid(self.without.iter(), |case| case.standing.liquid.is_none()),
                 "1",
             ),
             Check::told("recognition_brier", brier / self.cases.len() as f64, "1"),
@@ -171,14 +173,15 @@ impl Study {
     }
 }
 
-/// The share of `of` that is `so`; NaN of none.
-fn share<'c>(of: impl Iterator<Item = &'c Case>, so: impl Fn(&Case) -> bool) -> f64 {
-    let (mut yes, mut all) = (0.0, 0.0);
+/// The mean over liquids of the share of `of` that is `so`; NaN of none.
+fn by_liquid<'c>(of: impl Iterator<Item = &'c Case>, so: impl Fn(&Case) -> bool) -> f64 {
+    let mut sums: BTreeMap<&str, (f64, f64)> = BTreeMap::new();
     for case in of {
-        yes += f64::from(u8::from(so(case)));
-        all += 1.0;
+        let (yes, all) = sums.entry(&case.liquid).or_default();
+        *yes += f64::from(u8::from(so(case)));
+        *all += 1.0;
     }
-    yes / all
+    sums.values().map(|(yes, all)| yes / all).sum::<f64>() / sums.len() as f64
 }
 
 #[cfg(test)]
@@ -198,12 +201,14 @@ mod tests {
             case("water", Some("honey")),
             case("honey", Some("honey")),
             case("honey", None),
+            case("honey", None),
             case("tar", None),
             case("tar", Some("honey")),
         ];
         let without = vec![case("water", None), case("honey", Some("water"))];
         let study = Study { names, cases, without };
-        assert_eq!((study.accuracy(), study.refused()), (0.5, 0.5));
+        let third = 0.5 * (0.5 + 1.0 / 3.0);
+        assert_eq!((study.accuracy(), study.refused()), (third, 0.5), "liquids count alike");
         let text = study.confusion();
         let row = |name: &str| -> Vec<&str> {
             let line = text.lines().find(|line| line.starts_with(name)).expect("a line");
@@ -211,7 +216,7 @@ mod tests {
         };
         assert_eq!(
             (row("water"), row("honey"), row("tar")),
-            (vec!["1", "1", "."], vec![".", "1", "1"], vec![".", "1", "1"])
+            (vec!["1", "1", "."], vec![".", "1", "2"], vec![".", "1", "1"])
         );
         let checks = study.checks();
         assert!(!checks[0].ok && !checks[1].ok);
