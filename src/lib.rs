@@ -41,6 +41,7 @@ pub mod math;
 pub mod model;
 pub mod nn;
 pub mod output;
+pub mod recognise;
 pub mod runtime;
 pub mod slosh;
 pub mod surface;

@@ -2,14 +2,11 @@
 
 use super::profile::Profile;
 use super::shipped;
-#[cfg(feature = "train")]
 use anyhow::{Context, ensure};
 use meniscus::host::files::AlignedBytes;
 use meniscus::host::flash::{Folder, boot};
-#[cfg(feature = "train")]
 use meniscus::offline::recording::Recording;
 use std::path::Path;
-#[cfg(feature = "train")]
 use std::path::PathBuf;
 
 /// The bytes of a model where weights can be read in place: the one in the program (`shipped`), a file, or what
@@ -35,7 +32,6 @@ pub(super) fn file(model: &str) -> anyhow::Result<AlignedBytes> {
 }
 
 /// The recordings that `paths` name, a folder standing for its files that begin with `prefix`.
-#[cfg(feature = "train")]
 pub(super) fn recordings(paths: &[PathBuf], prefix: &str) -> anyhow::Result<Vec<Recording>> {
     let mut files = Vec::new();
     for path in paths {
@@ -49,7 +45,6 @@ pub(super) fn recordings(paths: &[PathBuf], prefix: &str) -> anyhow::Result<Vec<
 }
 
 /// The recording in `file`, of an upright cylinder.
-#[cfg(feature = "train")]
 fn plain(file: &Path) -> anyhow::Result<Recording> {
     let recording = Recording::load(file)?;
     ensure!(
@@ -60,7 +55,6 @@ fn plain(file: &Path) -> anyhow::Result<Recording> {
     Ok(recording)
 }
 
-#[cfg(feature = "train")]
 fn in_folder(folder: &Path, prefix: &str) -> anyhow::Result<Vec<PathBuf>> {
     let entries = folder.read_dir().with_context(|| format!("{} cannot be listed", folder.display()))?;
     let mut files: Vec<PathBuf> = entries.filter_map(|entry| Some(entry.ok()?.path())).collect();

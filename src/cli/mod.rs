@@ -1,5 +1,6 @@
 //! The front ends of the command, one file a verb.
 
+mod among;
 pub(crate) mod bench;
 mod bus;
 pub(crate) mod camera;
@@ -21,6 +22,7 @@ mod no_train;
 pub(crate) mod people;
 mod profile;
 pub(crate) mod quantize;
+pub(crate) mod recognise;
 pub(crate) mod record;
 pub(crate) mod render;
 pub(crate) mod run;

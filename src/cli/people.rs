@@ -1,5 +1,7 @@
 //! `meniscus people`: what those who watch cost.
 
+mod recognition;
+
 use super::{inputs, shipped};
 use indicatif::{ProgressBar, ProgressStyle};
 use meniscus::host::checks::table;
@@ -9,7 +11,7 @@ use meniscus::offline::scene::SceneSettings;
 use meniscus::offline::viewers::study;
 use meniscus::surface::{Config, Settings};
 use serde_json::json;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Look into what people see of a run.
 #[derive(clap::Args)]
@@ -29,10 +31,13 @@ enum Verb {
 /// rounds with viewers in this same process, which take every frame that they can get. The turn's median must
 /// not change by more than 2 %, and no viewer may need more than 2 Mbit/s. A busy machine makes the first a
 /// matter of chance: the rounds are in `rounds_change`.
+///
+/// With --recognition the question is another one: how often `meniscus run --among` names the right liquid, over
+/// recordings that nothing was learnt from.
 #[derive(clap::Args)]
 #[command(
     verbatim_doc_comment,
-    after_help = "Examples:\n  meniscus people study\n  meniscus people study --rounds 16 --json"
+    after_help = "Examples:\n  meniscus people study\n  meniscus people study --rounds 16 --json\n  meniscus people study --recognition unseen --json"
 )]
 struct Study {
     /// Rounds, half of them with viewers.
@@ -41,6 +46,13 @@ struct Study {
     /// Viewers at a time.
     #[arg(long, default_value_t = 4, value_parser = clap::value_parser!(u16).range(1..=16))]
     viewers: u16,
+    /// Measure instead how often the right liquid is named, over the recordings DIR/LIQUID/*.safetensors; those of liquids
+    /// that are not known are to be refused.
+    #[arg(long, value_name = "DIR")]
+    recognition: Option<PathBuf>,
+    /// Known liquids, with --recognition: those in the program (shipped), a note, or a folder of notes; may be repeated.
+    #[arg(long, default_value = "shipped", value_name = "shipped|FILE|DIR", requires = "recognition")]
+    among: Vec<String>,
     /// One JSON object on standard output instead of the table.
     #[arg(long)]
     json: bool,
@@ -51,7 +63,19 @@ struct Study {
 
 /// Runs the verb.
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
-    let Verb::Study(Study { rounds, viewers, json, check }) = &arguments.verb;
+    let Verb::Study(Study { rounds, viewers, recognition, among, json, check }) = &arguments.verb;
+    if let Some(folder) = recognition {
+        let study = recognition::measure(folder, among, *json)?;
+        if *json {
+            println!("{:#}", recognition::json(&study));
+        } else {
+            print!("{}", recognition::text(&study));
+        }
+        if *check && !study.checks().iter().all(|check| check.ok) {
+            anyhow::bail!("a check missed its target");
+        }
+        return Ok(());
+    }
     let bytes = inputs::file("shipped")?;
     let model = Model::load(&bytes)?;
     let recording = Recording::from_bytes(Path::new("the shipped recording"), shipped::RECORDING)?;

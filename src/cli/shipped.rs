@@ -4,5 +4,15 @@
 /// The glycerine model. `models/README.md` has the commands and seeds that made it.
 pub(crate) const MODEL: &[u8] = include_bytes!("../../models/glycerine.blob");
 
+/// Liquids that are known in the glass of that recording, as notes of `meniscus recognise learn`; `models/README.md` has
+/// the commands.
+pub(crate) const LIQUIDS: [(&str, &str); 5] = [
+    ("butter.liquid.json", include_str!("../../models/liquids/butter.liquid.json")),
+    ("gazpacho.liquid.json", include_str!("../../models/liquids/gazpacho.liquid.json")),
+    ("glycerine.liquid.json", include_str!("../../models/liquids/glycerine.liquid.json")),
+    ("honey.liquid.json", include_str!("../../models/liquids/honey.liquid.json")),
+    ("water.liquid.json", include_str!("../../models/liquids/water.liquid.json")),
+];
+
 /// Glycerine under a motion that took no part in training or choosing.
 pub(crate) const RECORDING: &[u8] = include_bytes!("../../recordings/glycerine-unseen.safetensors");

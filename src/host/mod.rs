@@ -20,6 +20,7 @@ pub mod look;
 pub mod page;
 pub mod publish;
 pub mod realtime;
+pub mod recognise;
 pub mod report;
 pub mod setup;
 pub mod usb;

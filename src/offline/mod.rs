@@ -18,6 +18,7 @@ pub mod liquids;
 pub mod motion;
 pub mod panels;
 pub mod quantize;
+pub mod recognise;
 pub mod recording;
 pub mod repeat;
 pub mod replay;

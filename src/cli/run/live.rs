@@ -3,6 +3,7 @@
 use super::foxglove::Foxglove;
 use super::published::Published;
 use super::{Arguments, flight, page, service, turns};
+use crate::cli::among::among;
 use anyhow::{Context, ensure};
 use indicatif::{ProgressBar, ProgressStyle};
 use meniscus::decoder::Selection;
@@ -11,6 +12,7 @@ use meniscus::host::link::WorkerEnd;
 use meniscus::host::live::{Flight, Log, Outlets, Still, Watch, watch};
 use meniscus::host::page::Page;
 use meniscus::host::realtime::Granted;
+use meniscus::host::recognise::{Standing, channel};
 use meniscus::host::view::{Caption, Dashboard};
 use meniscus::model::Model;
 use meniscus::offline::recording::GROUP_NAMES;
@@ -39,6 +41,9 @@ pub(super) fn live(
     let title = format!("{}, {camera}, model {}", model.header.liquid, arguments.model);
     let page = arguments.page.open(model, config, &title)?;
     let foxglove = arguments.foxglove.open(config)?;
+    let glass = (model.header.radius_m, model.header.fill_m);
+    let notes = among(&arguments.among, glass)?;
+    let (outlet, feed) = channel();
     let shared = Arc::new(Watch { patient: arguments.patient, ..Watch::default() });
     let interrupted = Arc::clone(&shared);
     ctrlc::set_handler(move || interrupted.stop.store(true, Ordering::Relaxed))
@@ -52,10 +57,12 @@ pub(super) fn live(
         publish: published.as_ref().map(Published::outlet),
         page: page.as_ref().map(Page::outlet),
         foxglove: foxglove.as_ref().map(Foxglove::outlet),
+        recognise: (!notes.is_empty()).then_some(&outlet),
         flight: Some(&recorder),
     };
     let (recorder, ended) = (&recorder, &AtomicBool::new(false));
     let realtime = arguments.realtime || arguments.service;
+    let (notes, outlet) = (&notes, &outlet);
     let log = std::thread::scope(|scope| {
         scope.spawn(move || play(&watching.stop));
         if let Some(page) = &page {
@@ -66,6 +73,7 @@ pub(super) fn live(
         }
         recorder.open();
         let keeper = scope.spawn(move || flight::keep(recorder, &arguments.out, ended));
+        let recogniser = scope.spawn(move || feed.attend(notes, glass.1, outlet, watching, ended));
         let worker = scope.spawn(move || {
             if realtime {
                 // Plainly told; the run goes on as well as it may.
@@ -103,7 +111,12 @@ pub(super) fn live(
         if let Ok(records) = keeper.join() {
             records.tell(recorder.lost());
         }
-        log
+        // The same for a recogniser.
+        let standing: Option<Standing> = recogniser.join().ok();
+        log.map(|mut log| {
+            log.recognised = standing.filter(|_| !notes.is_empty());
+            log
+        })
     })?;
     if let Some(page) = page {
         page::close(page);

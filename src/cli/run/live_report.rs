@@ -62,6 +62,7 @@ impl LiveReport<'_> {
                        "coasting": health.coasting, "halted": health.halted },
             "health": health,
             "truth": self.score.as_ref().map(scored),
+            "recognised": log.recognised,
             "losses": { "depth": log.losses.0, "infrared": log.losses.1, "solitary": log.solitary,
                         "payloads_dropped": log.payloads_dropped },
             "checks": self.checks()?,
@@ -107,6 +108,9 @@ impl LiveReport<'_> {
                 writeln!(text, "against the truth: surface {slosh:.1} % of the slosh, q {q:.1} %, v {v:.1} %")
             }
         };
+        if let Some(standing) = &log.recognised {
+            let _ = writeln!(text, "liquid: {}", standing.line());
+        }
         Ok(text + &table(&self.checks()?))
     }
 }

@@ -70,7 +70,7 @@ const SECONDS: f64 = 10.0;
 #[derive(clap::Args)]
 #[command(
     verbatim_doc_comment,
-    after_help = "Examples:\n  meniscus run\n  meniscus run --seconds 10 --json\n  meniscus run --patient --json\n  meniscus run --faults drop:0.05,late:0.02 --out /tmp/faulty\n  meniscus run --view\n  meniscus run --view --listen 0.0.0.0:8060\n  meniscus run --foxglove --mcap run.mcap\n  meniscus run --source usb\n  meniscus run --source simulated-usb:unplug --seconds 8\n  meniscus run --source replay try.mcap"
+    after_help = "Examples:\n  meniscus run\n  meniscus run --seconds 10 --json\n  meniscus run --patient --json\n  meniscus run --faults drop:0.05,late:0.02 --out /tmp/faulty\n  meniscus run --view\n  meniscus run --view --listen 0.0.0.0:8060\n  meniscus run --foxglove --mcap run.mcap\n  meniscus run --among shipped\n  meniscus run --source usb\n  meniscus run --source simulated-usb:unplug --seconds 8\n  meniscus run --source replay try.mcap"
 )]
 pub(crate) struct Arguments {
     /// Length of the run, s: 10 unless told, and with --view until Ctrl-C. Without --view it ends earlier where the
@@ -136,6 +136,10 @@ pub(crate) struct Arguments {
     /// from the first frame on.
     #[arg(long, value_name = "shipped|FILE")]
     truth: Option<String>,
+    /// Also say which of these liquids it is: those in the program (shipped), a note of `meniscus recognise learn`, or a
+    /// folder of notes; may be repeated. A thread of its own does it, and the turn waits for nothing.
+    #[arg(long, value_name = "shipped|FILE|DIR")]
+    among: Vec<String>,
     /// The live page.
     #[command(flatten)]
     page: PageArguments,

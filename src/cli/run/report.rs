@@ -92,6 +92,7 @@ impl<'l> Report<'l> {
                 "halted": log.health.halted,
             },
             "health": log.health,
+            "recognised": log.recognised,
             "losses": { "depth": log.losses.0, "infrared": log.losses.1, "solitary": log.solitary,
                         "payloads_dropped": log.payloads_dropped },
             "checks": self.checks,
@@ -136,6 +137,9 @@ impl<'l> Report<'l> {
         let stages: Vec<String> =
             stage_medians(log).iter().map(|(name, us)| format!("{name} {us}")).collect();
         let _ = writeln!(text, "stages, median us: {}", stages.join(", "));
+        if let Some(standing) = &log.recognised {
+            let _ = writeln!(text, "liquid: {}", standing.line());
+        }
         text + &table(&self.checks)
     }
 }

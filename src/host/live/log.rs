@@ -2,6 +2,7 @@
 
 use crate::health::Health;
 use crate::host::prelude::*;
+use crate::host::recognise::Standing;
 use crate::runtime::Turn;
 use crate::uvc::{Losses, Solitary};
 use std::time::Instant;
@@ -37,6 +38,8 @@ pub struct Log {
     pub solitary: Solitary,
     /// Payloads dropped because the worker was late.
     pub payloads_dropped: u64,
+    /// Which liquid it was, where several models were asked.
+    pub recognised: Option<Standing>,
 }
 
 impl Log {

@@ -8,6 +8,7 @@ use crate::host::link::{Delivery, Received, WorkerEnd};
 use crate::host::look;
 use crate::host::prelude::*;
 use crate::host::publish;
+use crate::host::recognise::{self, Standing};
 use crate::runtime::{Estimator, Eye, Tracker, Turn};
 use crate::surface;
 use std::sync::Mutex;
@@ -30,6 +31,8 @@ pub struct Watch {
     pub stop: AtomicBool,
     /// The last turn.
     pub last: Mutex<Option<Logged>>,
+    /// Which liquid it is, as the thread that recognises has it; nothing without one.
+    pub recognised: Mutex<Option<Standing>>,
     /// Silence is waited out instead of bridged by a turn without a frame: for a camera that waits, too.
     pub patient: bool,
 }
@@ -54,6 +57,8 @@ pub struct Outlets<'o> {
     pub page: Option<&'o look::Outlet>,
     /// To Foxglove.
     pub foxglove: Option<&'o look::Outlet>,
+    /// To the thread that recognises the liquid.
+    pub recognise: Option<&'o recognise::Outlet>,
     /// To the keeper of the last seconds before a missed deadline.
     pub flight: Option<&'o Flight>,
 }
@@ -150,6 +155,9 @@ fn take(
 fn show(watch: &Watch, outlets: Outlets<'_>, tracker: &Tracker<'_, '_>, logged: Logged) {
     for outlet in [outlets.page, outlets.foxglove].into_iter().flatten() {
         outlet.offer(&logged, &tracker.memory, tracker.eye.infrared());
+    }
+    if let Some(outlet) = outlets.recognise {
+        outlet.offer(&logged.turn);
     }
     if let Ok(mut last) = watch.last.try_lock() {
         *last = Some(logged);

@@ -10,9 +10,10 @@ use ratatui::layout::{Constraint, Layout, Rect};
 use ratatui::style::{Color, Style, Stylize};
 use ratatui::symbols::Marker;
 use ratatui::text::{Line, Span};
-use ratatui::widgets::{Axis, Block, Chart, Dataset, GraphType, Paragraph, Sparkline};
+use ratatui::widgets::{Axis, Block, Chart, Dataset, GraphType, Paragraph, Sparkline, Wrap};
 use std::collections::VecDeque;
 use std::io;
+use std::string::String;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
@@ -44,6 +45,8 @@ pub struct Dashboard {
     slosh_uj: VecDeque<u64>,
     heat_uj: VecDeque<u64>,
     missed: u64,
+    /// Which liquid it is, in a line; empty where nobody asks.
+    liquid: String,
 }
 
 impl Dashboard {
@@ -52,7 +55,15 @@ impl Dashboard {
     pub fn new(caption: Caption) -> Self {
         let curve = || VecDeque::with_capacity(HISTORY);
         let (turn_us, slosh_uj, heat_uj) = (curve(), curve(), curve());
-        Self { caption, started: Instant::now(), turn_us, slosh_uj, heat_uj, missed: 0 }
+        Self {
+            caption,
+            started: Instant::now(),
+            turn_us,
+            slosh_uj,
+            heat_uj,
+            missed: 0,
+            liquid: String::new(),
+        }
     }
 
     /// Shows the run until `finished` says so; `q`, Esc or Ctrl-C set `watch.stop`.
@@ -76,6 +87,9 @@ impl Dashboard {
             let last = watch.last.lock().map_or(None, |last| *last);
             if let Some(logged) = &last {
                 self.remember(logged);
+            }
+            if let Ok(Some(standing)) = watch.recognised.lock().as_deref() {
+                self.liquid = standing.line();
             }
             terminal.draw(|frame| self.draw(frame, last.as_ref()))?;
             if event::poll(REFRESH)?
@@ -197,8 +211,9 @@ impl Dashboard {
             format!("step       {:?}, {} iterations", estimate.audit.outcome, estimate.audit.iterations),
             format!("dE - work  {:+.1e}", estimate.audit.energy_residual),
             format!("dS         {:+.1e}", estimate.audit.heat),
+            self.liquid.clone(),
         ];
-        Paragraph::new(lines.map(Line::from).to_vec()).block(block)
+        Paragraph::new(lines.map(Line::from).to_vec()).wrap(Wrap { trim: true }).block(block)
     }
 }
 

@@ -1,0 +1,93 @@
+//! `meniscus people study --recognition`: how often the right liquid is named.
+
+use crate::cli::among::among;
+use anyhow::{Context, ensure};
+use indicatif::{ProgressBar, ProgressStyle};
+use meniscus::host::checks::table;
+use meniscus::offline::recognise::{Study, Unseen, look, study};
+use meniscus::offline::recording::Recording;
+use meniscus::offline::watching::DISPARITY_RMS_PX;
+use serde_json::{Value, json};
+use std::path::{Path, PathBuf};
+
+/// Every recording below `folder`, in the folders of their liquids, as the camera sees it with 2 mm of depth noise, held
+/// against the liquids `known`.
+pub(super) fn measure(folder: &Path, known: &[String], quiet: bool) -> anyhow::Result<Study> {
+    let files = files(folder)?;
+    let bar = if quiet { ProgressBar::hidden() } else { ProgressBar::new(files.len() as u64) };
+    bar.set_style(ProgressStyle::with_template("the camera looks {wide_bar} {pos}/{len}, {eta} left")?);
+    let (mut unseen, mut notes) = (Vec::new(), Vec::new());
+    for (seed, file) in (1..).zip(&files) {
+        let recording = Recording::load(file)?;
+        ensure!(recording.is_plain(), "{} is not of an upright cylinder moved along x", file.display());
+        let (glass, made) = (&recording.glass, &recording.provenance);
+        notes = among(known, (glass.radius_m, glass.fill_m))?;
+        let learnt = notes.iter().find(|note| note.liquid == made.liquid);
+        ensure!(
+            learnt.is_none_or(|note| !note.recordings.contains(&made.motion)),
+            "{} is of a motion that {} was learnt from: it is not unseen",
+            file.display(),
+            made.liquid
+        );
+        unseen.push(Unseen {
+            liquid: made.liquid.clone(),
+            motion: made.motion.clone(),
+            fill_m: glass.fill_m,
+            seen: look(&recording, DISPARITY_RMS_PX, seed)?,
+        });
+        bar.inc(1);
+    }
+    bar.finish_and_clear();
+    Ok(study(&notes, &unseen))
+}
+
+/// The recordings in the folders of `folder`, by name.
+fn files(folder: &Path) -> anyhow::Result<Vec<PathBuf>> {
+    let list = |folder: &Path| -> anyhow::Result<Vec<PathBuf>> {
+        let entries = folder.read_dir().with_context(|| format!("{} cannot be listed", folder.display()))?;
+        let mut paths: Vec<PathBuf> = entries.filter_map(|entry| Some(entry.ok()?.path())).collect();
+        // The order of a folder is not defined, and the seed of the noise goes by it.
+        paths.sort();
+        Ok(paths)
+    };
+    let mut files = Vec::new();
+    for liquid in list(folder)?.into_iter().filter(|path| path.is_dir()) {
+        let recordings = list(&liquid)?.into_iter();
+        files.extend(recordings.filter(|path| path.extension().is_some_and(|end| end == "safetensors")));
+    }
+    ensure!(
+        !files.is_empty(),
+        "{} holds no LIQUID/*.safetensors: `meniscus simulate --out {}/water ...` makes some",
+        folder.display(),
+        folder.display()
+    );
+    Ok(files)
+}
+
+/// For a script.
+pub(super) fn json(study: &Study) -> Value {
+    let case = |case: &meniscus::offline::recognise::Case| json!({ "liquid": case.liquid, "motion": case.motion, "said": case.standing });
+    json!({
+        "command": "meniscus people study --recognition",
+        "version": env!("CARGO_PKG_VERSION"),
+        "recordings": study.cases.iter().map(case).collect::<Vec<_>>(),
+        "without_own_note": study.without.iter().map(case).collect::<Vec<_>>(),
+        "checks": study.checks(),
+    })
+}
+
+/// For a person.
+pub(super) fn text(study: &Study) -> String {
+    let lines: String = (study.cases.iter())
+        .filter(|case| case.standing.liquid.as_ref() != Some(&case.liquid))
+        .map(|case| format!("{}, {}: {}\n", case.liquid, case.motion, case.standing.line()))
+        .collect();
+    let named: String = (study.without.iter())
+        .filter(|case| case.standing.liquid.is_some())
+        .map(|case| format!("{}, {}: {}\n", case.liquid, case.motion, case.standing.line()))
+        .collect();
+    let (told, checks) = (study.confusion(), table(&study.checks()));
+    format!(
+        "{told}\nnot named by their own name:\n{lines}\nwithout their own note, yet named:\n{named}\n{checks}"
+    )
+}

@@ -1,0 +1,116 @@
+//! `meniscus recognise`: which liquid is it, and how a liquid becomes known.
+
+mod learn;
+
+use super::among::among;
+use anyhow::{Context, ensure};
+use meniscus::host::recognise::Standing;
+use meniscus::offline::recognise::{look, picture, recognise};
+use meniscus::offline::recording::Recording;
+use serde_json::json;
+use std::path::PathBuf;
+
+/// Say which known liquid moves in a recording, with a probability, and "none of these".
+///
+/// Each known liquid is an oscillator with six numbers of its own, driven by the glass as it was seen to move; the one
+/// that foretells the surface best is the liquid. What none of them foretells as well as its own is none of them.
+/// Recordings are seen through the simulated camera; `meniscus run --among` does the same beside a live camera.
+///
+/// The program knows water, butter, glycerine, gazpacho and honey as its simulator has them, in the glass of the
+/// recordings. `meniscus recognise learn` makes any liquid known, from two recordings of it or more.
+///
+/// Blood and beer are water to it: the simulator's own viscosity hides what they differ by.
+#[derive(clap::Args)]
+#[command(
+    args_conflicts_with_subcommands = true,
+    subcommand_negates_reqs = true,
+    after_help = "Examples:\n  meniscus recognise recordings/glycerine-unseen.safetensors\n  meniscus recognise data/beer/strokes-1401x0.4.safetensors --picture beer.png\n  meniscus recognise learn --recordings mine --out liquids/mine.liquid.json\n  meniscus recognise try.safetensors --among liquids --among shipped"
+)]
+pub(crate) struct Arguments {
+    #[command(subcommand)]
+    verb: Option<Verb>,
+    #[command(flatten)]
+    asked: Option<Asked>,
+}
+
+#[derive(clap::Subcommand)]
+enum Verb {
+    Learn(learn::Arguments),
+}
+
+// No documentation here: clap would take it for that of the verb.
+#[derive(clap::Args)]
+struct Asked {
+    /// The recordings.
+    #[arg(required = true, value_name = "RECORDING")]
+    recordings: Vec<PathBuf>,
+    /// Known liquids: those in the program (shipped), a note, or a folder of notes; may be repeated.
+    #[arg(long, default_value = "shipped", value_name = "shipped|FILE|DIR")]
+    among: Vec<String>,
+    /// Draw what each liquid foretold of the last recording, and what was believed meanwhile.
+    #[arg(long, value_name = "FILE.png")]
+    picture: Option<PathBuf>,
+    /// Noise of the camera's disparity, pixels rms (0.08 is a D435, 0.24 makes 2 mm of depth at 0.4 m).
+    #[arg(long, default_value_t = 0.08)]
+    noise_px: f64,
+    /// Seed of the camera's noise.
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// One JSON object on standard output.
+    #[arg(long)]
+    json: bool,
+}
+
+/// Runs the verb.
+pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
+    match (&arguments.verb, &arguments.asked) {
+        (Some(Verb::Learn(arguments)), _) => learn::run(arguments),
+        (None, Some(asked)) => ask(asked),
+        (None, None) => anyhow::bail!("give a recording, or the verb 'learn'"),
+    }
+}
+
+/// Noise that a camera can have.
+fn check_noise(noise_px: f64) -> anyhow::Result<()> {
+    ensure!((0.0..=5.0).contains(&noise_px), "--noise-px {noise_px} is out of range: 0 to 5");
+    Ok(())
+}
+
+fn ask(asked: &Asked) -> anyhow::Result<()> {
+    check_noise(asked.noise_px)?;
+    let mut said: Vec<(String, Standing)> = Vec::new();
+    for (which, path) in asked.recordings.iter().enumerate() {
+        let recording = Recording::load(path)?;
+        let glass = &recording.glass;
+        ensure!(
+            recording.is_plain(),
+            "{} is of a conical, lifted or inclined glass: the rendered camera shows upright cylinders moved along x",
+            path.display()
+        );
+        let notes = among(&asked.among, (glass.radius_m, glass.fill_m))?;
+        let seen = look(&recording, asked.noise_px, asked.seed)
+            .with_context(|| format!("{} cannot be looked at", path.display()))?;
+        let drawn = asked.picture.as_ref().filter(|_| which + 1 == asked.recordings.len());
+        let standing = match drawn {
+            None => recognise(&notes, glass.fill_m, &seen, |_, _, _| {}),
+            Some(file) => {
+                let title = format!("{}: which liquid is it?", path.display());
+                picture(&notes, glass.fill_m, &seen, &title, file)?
+            }
+        };
+        said.push((path.display().to_string(), standing));
+    }
+    if asked.json {
+        let all: Vec<_> =
+            said.iter().map(|(path, standing)| json!({ "recording": path, "said": standing })).collect();
+        println!("{:#}", json!({ "command": "meniscus recognise", "recordings": all }));
+        return Ok(());
+    }
+    for (path, standing) in &said {
+        println!("{path}: {}", standing.line());
+    }
+    if let Some(file) = &asked.picture {
+        println!("picture: {}", file.display());
+    }
+    Ok(())
+}

@@ -1,0 +1,96 @@
+//! `meniscus recognise learn`: a liquid becomes known.
+
+use super::check_noise;
+use crate::cli::inputs::recordings;
+use anyhow::ensure;
+use meniscus::host::checks::{Check, table};
+use meniscus::host::files::write_whole;
+use meniscus::host::recognise::Note;
+use meniscus::offline::recognise::{learn, look};
+use serde_json::json;
+use std::path::PathBuf;
+
+/// Make a liquid known, from two recordings of it or more.
+///
+/// Six numbers of its first mode are fitted to what the camera saw of all recordings: frequency, three parts of the
+/// decay, softening, lever. What they miss comes from fits that leave out one recording after the other. Two recordings
+/// say little of how recordings differ; four are better, some of them lively.
+#[derive(clap::Args)]
+#[command(
+    after_help = "Example:\n  meniscus simulate --liquid beer --motion strokes:1x0.4 --motion strokes:2x0.4 --motion strokes:3x0.4 --seconds 4 --out beer\n  meniscus recognise learn --recordings beer --out liquids/beer.liquid.json"
+)]
+pub(super) struct Arguments {
+    /// Recordings of the liquid: files, or a folder, which stands for all of its *.safetensors.
+    #[arg(long, required = true, num_args = 1.., value_name = "DIR_OR_FILES")]
+    recordings: Vec<PathBuf>,
+    /// Where the note goes, NAME.liquid.json.
+    #[arg(long, value_name = "FILE.liquid.json")]
+    out: PathBuf,
+    /// Name of the liquid; that of the recordings unless told.
+    #[arg(long)]
+    liquid: Option<String>,
+    /// Noise of the camera's disparity, pixels rms (0.08 is a D435, 0.24 makes 2 mm of depth at 0.4 m).
+    #[arg(long, default_value_t = 0.08)]
+    noise_px: f64,
+    /// Seed of the camera's noise.
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// One JSON object on standard output.
+    #[arg(long)]
+    json: bool,
+}
+
+/// Runs the verb.
+pub(super) fn run(arguments: &Arguments) -> anyhow::Result<()> {
+    check_noise(arguments.noise_px)?;
+    let name = arguments.out.file_name().unwrap_or_default().to_string_lossy();
+    ensure!(
+        name.ends_with(".liquid.json"),
+        "--out {name} must end with .liquid.json, so that --among finds it"
+    );
+    let all = recordings(&arguments.recordings, "")?;
+    let Some(first) = all.first() else { anyhow::bail!("no recording is given") };
+    let glass = (first.glass.radius_m, first.glass.fill_m);
+    let liquid = arguments.liquid.clone().unwrap_or_else(|| first.provenance.liquid.clone());
+    let mut seen = Vec::new();
+    for (seed, recording) in (arguments.seed..).zip(&all) {
+        let own = &recording.provenance.liquid;
+        ensure!(
+            *own == first.provenance.liquid,
+            "the recordings are of {} and of {own}: one liquid makes one note",
+            first.provenance.liquid
+        );
+        ensure!(
+            recording.glass == first.glass,
+            "the recordings are of different glasses: one note is of one"
+        );
+        seen.push(look(recording, arguments.noise_px, seed)?);
+    }
+    let parts: Vec<&[_]> = seen.iter().map(|seen| &seen[..]).collect();
+    let known = learn(&parts, glass)?;
+    let motions = all.iter().map(|recording| recording.provenance.motion.clone()).collect();
+    let command =
+        format!("meniscus recognise learn --noise-px {} --seed {}", arguments.noise_px, arguments.seed);
+    let note = Note::new(&liquid, glass, known, motions, &command);
+    write_whole(&arguments.out, format!("{:#}\n", json!(note)).as_bytes())?;
+    let tone = &known.tone;
+    let checks = [
+        Check::told("frequency", tone.frequency / std::f64::consts::TAU, "Hz"),
+        Check::told("decay", tone.decay, "1/s"),
+        Check::told("decay_of_yielding", tone.yielding, "1/s"),
+        Check::told("decay_at_10_mm", tone.breaking, "1/s"),
+        Check::told("softening_at_10_mm", tone.softening, "1"),
+        Check::told("lever", tone.lever, "1"),
+        Check::told("miss_of_the_wave", known.calibration.scale, "1"),
+        Check::told("miss_scatter", known.calibration.scatter, "1"),
+        Check::told("numbers_a_frame", known.calibration.numbers, "1"),
+    ];
+    if arguments.json {
+        println!("{:#}", json!({ "note": arguments.out, "liquid": liquid, "checks": checks }));
+    } else {
+        println!("{liquid}, from {} recordings", all.len());
+        print!("{}", table(&checks));
+        println!("written: {}", arguments.out.display());
+    }
+    Ok(())
+}

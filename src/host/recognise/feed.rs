@@ -1,0 +1,130 @@
+//! From the worker to the thread that recognises.
+
+use super::{MOST, Note, Standing, split};
+use crate::host::live::Watch;
+use crate::host::prelude::*;
+use crate::recognise::{Recogniser, Trail};
+use crate::runtime::Turn;
+use crate::surface::SurfaceProfile;
+use crate::units::Micros;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
+use std::time::Duration;
+
+/// Profiles between worker and thread: two seconds.
+const QUEUE: usize = 128;
+
+/// Frame interval, microseconds.
+const INTERVAL_US: u64 = 16_667;
+
+/// Longest gap that is bridged frame by frame; behind it nothing is left of what was before.
+const GAP: u64 = 61;
+
+/// Turns between two looks at how things stand.
+const LOOK: u32 = 10;
+
+/// How long the thread waits for a profile before it asks whether the run has ended.
+const PATIENCE: Duration = Duration::from_millis(50);
+
+/// What is handed on of a turn.
+#[derive(Clone, Copy, Debug)]
+struct Seen {
+    time: Micros,
+    profile: Option<SurfaceProfile>,
+}
+
+/// The worker's end.
+#[derive(Debug)]
+pub struct Outlet {
+    queue: SyncSender<Seen>,
+    left_out: AtomicU64,
+}
+
+/// The thread's end.
+#[derive(Debug)]
+pub struct Feed(Receiver<Seen>);
+
+/// Both ends.
+#[must_use]
+pub fn channel() -> (Outlet, Feed) {
+    let (queue, seen) = sync_channel(QUEUE);
+    (Outlet { queue, left_out: AtomicU64::new(0) }, Feed(seen))
+}
+
+impl Outlet {
+    /// Hands a turn on. It never waits and allocates nothing: without room the turn is left out and counted.
+    pub fn offer(&self, turn: &Turn) {
+        let profile = turn.sight.and_then(Result::ok);
+        if self.queue.try_send(Seen { time: turn.time, profile }).is_err() {
+            self.left_out.fetch_add(1, Ordering::Relaxed);
+        }
+    }
+
+    /// Turns that there was no room for.
+    #[must_use]
+    pub fn left_out(&self) -> u64 {
+        self.left_out.load(Ordering::Relaxed)
+    }
+}
+
+impl Feed {
+    /// Recognises until the run has `ended` and the queue is empty; every few turns `watch` gets how things stand. Give
+    /// it a thread of its own.
+    pub fn attend(
+        self,
+        notes: &[Note],
+        fill_m: f64,
+        outlet: &Outlet,
+        watch: &Watch,
+        ended: &AtomicBool,
+    ) -> Standing {
+        let (names, known) = split(notes);
+        let recogniser = Recogniser::new(&known, fill_m);
+        let mut trail = Trail::<MOST>::default();
+        let stand = |trail: &Trail<MOST>| Standing::of(&names, &recogniser, trail, outlet.left_out());
+        let (mut last, mut turns) = (None::<Micros>, 0_u32);
+        loop {
+            let over = ended.load(Ordering::Relaxed);
+            let seen = match self.0.recv_timeout(PATIENCE) {
+                Ok(seen) => seen,
+                Err(RecvTimeoutError::Timeout) if !over => continue,
+                Err(_) => break,
+            };
+            for _ in 0..missing(last, seen.time) {
+                recogniser.turn(&mut trail, None);
+            }
+            last = Some(seen.time);
+            recogniser.turn(&mut trail, seen.profile.as_ref());
+            turns += 1;
+            if turns.is_multiple_of(LOOK) {
+                let standing = stand(&trail);
+                if let Ok(mut place) = watch.recognised.lock() {
+                    *place = Some(standing);
+                }
+            }
+        }
+        stand(&trail)
+    }
+}
+
+/// Frames without a turn between `last` and `now`.
+fn missing(last: Option<Micros>, now: Micros) -> u64 {
+    let Some(last) = last else { return 0 };
+    let intervals = (now.since(last) + INTERVAL_US / 2) / INTERVAL_US;
+    intervals.saturating_sub(1).min(GAP)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn gaps_are_counted_in_frames() {
+        let at = |frames: u64| Micros(1_000_000 + 16_667 * frames + 40);
+        assert_eq!(missing(None, at(5)), 0);
+        assert_eq!(missing(Some(at(4)), at(5)), 0);
+        assert_eq!(missing(Some(at(4)), at(8)), 3);
+        assert_eq!(missing(Some(at(0)), at(100_000)), GAP);
+        assert_eq!(missing(Some(at(8)), at(4)), 0, "a clock that went back");
+    }
+}

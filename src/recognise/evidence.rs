@@ -1,0 +1,75 @@
+//! What is summed of each frame, and what a liquid's oscillator is known to miss.
+
+use crate::math::ln;
+use serde::{Deserialize, Serialize};
+
+/// Least variance of a reading, m2: a tenth of a millimetre of bias is in each, and a perfect profile does not count
+/// for infinitely much.
+const LEAST_M2: f64 = 1e-8;
+
+/// A_r^2: the wave that even a liquid at rest is taken to have, m2.
+const REST_M2: f64 = 1e-6;
+
+/// Most that one profile may speak against a liquid, in squared misses: a hand before the glass says nothing of it.
+const MOST: f64 = 400.0;
+
+/// What a liquid's oscillator misses on recordings of that liquid that it was not fitted to.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Calibration {
+    /// a: miss over the height of the wave.
+    pub scale: f64,
+    /// s: scatter of ln kappa from recording to recording, where kappa is the miss over what `scale` says.
+    pub scatter: f64,
+    /// g: independent numbers that one profile is worth. Errors of one slosh go together.
+    pub numbers: f64,
+}
+
+/// What was missed in one frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Miss {
+    /// s - f, m.
+    pub miss_m: f64,
+    /// Variance of s itself, m2.
+    pub noise_m2: f64,
+    /// Mean of A^2 over the last second, m2.
+    pub wave_m2: f64,
+}
+
+/// The sums of one liquid.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Evidence {
+    /// Profiles that counted.
+    pub profiles: u32,
+    /// Sum of q.
+    pub square: f64,
+    /// Sum of ln S.
+    pub log: f64,
+}
+
+impl Calibration {
+    /// S, m2.
+    #[must_use]
+    pub fn variance_m2(&self, miss: &Miss) -> f64 {
+        miss.noise_m2.max(LEAST_M2) + self.scale * self.scale * (REST_M2 + miss.wave_m2)
+    }
+}
+
+impl Evidence {
+    /// Takes a miss whose square was `miss_m2`, where `variance_m2` was due.
+    pub fn add(&mut self, miss_m2: f64, variance_m2: f64) {
+        let square = miss_m2 / variance_m2;
+        self.profiles = self.profiles.saturating_add(1);
+        // What is no number is an oscillator that has run away.
+        self.square += if square < MOST { square } else { MOST };
+        self.log += ln(variance_m2);
+    }
+
+    /// ln of the likelihood of all profiles, if misses are kappa times what is due, up to a constant that all liquids
+    /// share: `-g/2 sum (ln S + 2 ln kappa + q/kappa^2)`.
+    #[must_use]
+    pub fn ln_likelihood(&self, numbers: f64, ln_kappa: f64) -> f64 {
+        let profiles = f64::from(self.profiles);
+        let shrunk = self.square * crate::math::exp(-2.0 * ln_kappa);
+        -0.5 * numbers * (self.log + 2.0 * profiles * ln_kappa + shrunk)
+    }
+}

@@ -1,0 +1,269 @@
+//! A known liquid on a glass, and several of them on the same one.
+
+use super::evidence::{Calibration, Evidence, Miss};
+use super::posterior::{Verdict, posterior};
+use super::sight::slope;
+use super::tone::{Swing, Tone};
+use crate::surface::SurfaceProfile;
+use crate::units::FRAME_INTERVAL_S;
+
+/// Share of what a reading says that the oscillator takes over each frame: it forgets a wrong start in half a second,
+/// and foretells for about as long.
+const PULL: f64 = 0.03;
+
+/// Height of a wave that some liquid has to foretell for a frame to count, m: a liquid at rest has no name.
+const MOVED_M: f64 = 1e-3;
+
+/// Frames after a start in the midst of a slosh before they count.
+pub const SETTLE: u32 = 60;
+
+/// Slope and way of the glass in a frame, m, below which both rest; after so many frames the rest is believed.
+const RESTING_M: f64 = 5e-4;
+const RESTS: u32 = 8;
+
+/// Frames without a sight that are bridged, the glass taken to go evenly; after more all begins anew.
+const GAP: u32 = 12;
+
+/// Weight of a frame in the mean of A^2: a memory of a second.
+const MEMORY: f64 = 1.0 / 60.0;
+
+/// A liquid that was seen before.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Known {
+    /// Its first mode.
+    pub tone: Tone,
+    /// What that misses.
+    pub calibration: Calibration,
+}
+
+/// What one liquid remembers from frame to frame.
+#[derive(Clone, Copy, Debug, Default)]
+struct Course {
+    swing: Swing,
+    wave_m2: f64,
+    evidence: Evidence,
+    missed: Option<Miss>,
+}
+
+/// What is remembered from frame to frame, for at most `N` liquids.
+#[derive(Clone, Debug)]
+pub struct Trail<const N: usize> {
+    courses: [Course; N],
+    /// Place of the glass when it was last seen, m.
+    place_m: Option<f64>,
+    /// Frames since then.
+    ago: u32,
+    /// Frames since the start that is followed.
+    followed: u32,
+    /// Frames in a row at rest.
+    resting: u32,
+    /// Whether the start is forgotten or was at rest.
+    settled: bool,
+}
+
+impl<const N: usize> Default for Trail<N> {
+    fn default() -> Self {
+        let courses = [Course::default(); N];
+        Self { courses, place_m: None, ago: 0, followed: 0, resting: 0, settled: false }
+    }
+}
+
+/// Several liquids and a glass.
+#[derive(Clone, Copy, Debug)]
+pub struct Recogniser<'k> {
+    known: &'k [Known],
+    fill_m: f64,
+}
+
+impl<'k> Recogniser<'k> {
+    /// A recogniser of these liquids, in a glass where they rest at `fill_m`. A trail has to have room for all; what
+    /// has none is not asked.
+    #[must_use]
+    pub fn new(known: &'k [Known], fill_m: f64) -> Self {
+        Self { known, fill_m }
+    }
+
+    /// One frame. Call it once a frame interval, with `None` where no frame came or no liquid was seen.
+    ///
+    /// A frame counts if some liquid foretells a wave. That is known before the frame is read, so that choosing does not
+    /// lean towards any of them.
+    pub fn turn<const N: usize>(&self, trail: &mut Trail<N>, profile: Option<&SurfaceProfile>) {
+        for course in &mut trail.courses {
+            course.missed = None;
+        }
+        trail.ago = trail.ago.saturating_add(1);
+        let read = profile.and_then(|profile| {
+            let place = profile.glass_x_m.map(f64::from).filter(|x| x.is_finite())?;
+            Some((slope(profile, self.fill_m)?, place))
+        });
+        let Some((read, place)) = read else { return };
+        let (from, ago) = (trail.place_m, trail.ago);
+        trail.place_m = Some(place);
+        trail.ago = 0;
+        let Some(from) = from.filter(|_| ago <= GAP) else {
+            trail.begin(read.height_m);
+            return;
+        };
+        trail.follow(read.height_m, place - from, ago);
+        let mut moved = false;
+        for (known, course) in self.known.iter().zip(&mut trail.courses) {
+            known.tone.advance(&mut course.swing, (from, place), ago);
+            let speed = (place - from) / (f64::from(ago) * FRAME_INTERVAL_S);
+            let wave_m2 = known.tone.amplitude2_m2(&course.swing, speed);
+            course.wave_m2 += (MEMORY * f64::from(ago)).min(1.0) * (wave_m2 - course.wave_m2);
+            moved |= course.wave_m2 > MOVED_M * MOVED_M;
+            let miss_m = read.height_m - course.swing.height_m;
+            let (noise_m2, wave_m2) = (read.variance_m2, course.wave_m2);
+            course.missed = Some(Miss { miss_m, noise_m2, wave_m2 });
+            course.swing.height_m += PULL * miss_m;
+        }
+        for (known, course) in self.known.iter().zip(&mut trail.courses) {
+            course.missed = course.missed.filter(|_| trail.settled);
+            if let Some(miss) = course.missed.filter(|_| moved) {
+                course.evidence.add(miss.miss_m * miss.miss_m, known.calibration.variance_m2(&miss));
+            }
+        }
+    }
+
+    /// The probabilities as things stand, into `probabilities` (as many as liquids).
+    pub fn verdict<const N: usize>(&self, trail: &Trail<N>, probabilities: &mut [f64]) -> Verdict {
+        let sums = self.known.iter().zip(&trail.courses);
+        posterior(sums.map(|(known, course)| (&known.calibration, &course.evidence)), probabilities)
+    }
+}
+
+impl<const N: usize> Trail<N> {
+    /// Begins anew with a surface of slope `height_m`; the sums stay.
+    fn begin(&mut self, height_m: f64) {
+        (self.followed, self.resting, self.settled) = (0, 0, false);
+        for course in &mut self.courses {
+            course.swing = Swing { height_m, rate_m_s: 0.0 };
+            course.wave_m2 = height_m * height_m;
+        }
+    }
+
+    /// Notes whether the start is forgotten by now, or was at rest.
+    fn follow(&mut self, height_m: f64, way_m: f64, frames: u32) {
+        self.followed = self.followed.saturating_add(frames);
+        let rests = height_m.abs() < RESTING_M && way_m.abs() < RESTING_M;
+        self.resting = if rests { self.resting.saturating_add(1) } else { 0 };
+        self.settled |= self.followed >= SETTLE || self.resting >= RESTS;
+    }
+
+    /// What liquid `index` missed in the last frame; nothing where nothing was seen, or the start still shows.
+    #[must_use]
+    pub fn missed(&self, index: usize) -> Option<Miss> {
+        self.courses.get(index)?.missed
+    }
+
+    /// Where liquid `index` has the first mode, m, the last reading taken in.
+    #[must_use]
+    pub fn height_m(&self, index: usize) -> Option<f64> {
+        Some(self.courses.get(index)?.swing.height_m)
+    }
+
+    /// The sums of liquid `index`.
+    #[must_use]
+    pub fn evidence(&self, index: usize) -> Option<Evidence> {
+        Some(self.courses.get(index)?.evidence)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::surface::{POINTS, profile_abscissa};
+    use crate::units::Micros;
+
+    const FILL_M: f64 = 0.07;
+    const THIN: Tone =
+        Tone { frequency: 22.5, decay: 0.5, yielding: 0.0, breaking: 0.1, softening: 0.02, lever: 1.5 };
+    const USUAL: Calibration = Calibration { scale: 0.1, scatter: 0.25, numbers: 0.1 };
+
+    fn known(decay: f64) -> Known {
+        Known { tone: Tone { decay, ..THIN }, calibration: USUAL }
+    }
+
+    /// Water, a liquid of twice its decay and more, and two thick ones.
+    fn four() -> [Known; 4] {
+        [0.5, 1.3, 8.0, 60.0].map(known)
+    }
+
+    /// Four seconds of a liquid with `tone` in a glass that is pushed to and fro three times, with a ripple on each
+    /// height that stands for noise.
+    fn seen(tone: Tone) -> impl Iterator<Item = SurfaceProfile> {
+        let place = |n: u32| {
+            let t = f64::from(n) / 60.0;
+            let stroke = |start: f64| {
+                let part = ((t - start) / 0.5).clamp(0.0, 1.0);
+                part * part * (3.0 - 2.0 * part)
+            };
+            0.02 * (stroke(0.4) - stroke(1.3) + stroke(2.2))
+        };
+        let mut swing = Swing::default();
+        (0..240_u32).map(move |n| {
+            if n > 0 {
+                tone.advance(&mut swing, (place(n - 1), place(n)), 1);
+            }
+            let ripple = |i: usize| 2e-4 * (f64::from((n * 37 + i as u32 * 101) % 64) / 32.0 - 1.0);
+            let height = |i: usize| (FILL_M + swing.height_m * profile_abscissa(i) + ripple(i)) as f32;
+            SurfaceProfile {
+                height_m: core::array::from_fn(height),
+                variance_m2: [1e-8; POINTS],
+                valid: [true; POINTS],
+                glass_x_m: Some(place(n) as f32),
+                sequence: n,
+                captured: Micros(u64::from(n) * 16_667),
+            }
+        })
+    }
+
+    /// What `known` say of the frames that `keep` keeps.
+    fn said(known: &[Known], tone: Tone, keep: impl Fn(u32) -> bool) -> (Verdict, [f64; 4]) {
+        let recogniser = Recogniser::new(known, FILL_M);
+        let mut trail = Trail::<4>::default();
+        for profile in seen(tone) {
+            recogniser.turn(&mut trail, Some(&profile).filter(|p| keep(p.sequence)));
+        }
+        let mut probabilities = [0.0; 4];
+        let verdict = recogniser.verdict(&trail, &mut probabilities[..known.len()]);
+        (verdict, probabilities)
+    }
+
+    #[test]
+    fn each_liquid_is_named_and_one_between_two_is_none() {
+        for (index, known) in four().iter().enumerate() {
+            let (verdict, p) = said(&four(), known.tone, |_| true);
+            assert_eq!(verdict.best, Some(index), "{p:?} {verdict:?}");
+        }
+        let (verdict, p) = said(&four(), Tone { decay: 3.0, ..THIN }, |_| true);
+        assert_eq!(verdict.best, None, "{p:?} {verdict:?}");
+    }
+
+    #[test]
+    fn lost_frames_do_not_lean_towards_any() {
+        for (index, known) in four().iter().enumerate() {
+            // One of five, then a gap of ten, then one that is too long to be bridged.
+            let kept =
+                [|n: u32| n % 5 != 3, |n: u32| !(80..90).contains(&n), |n: u32| !(100..140).contains(&n)];
+            for (how, keep) in kept.into_iter().enumerate() {
+                let (verdict, p) = said(&four(), known.tone, keep);
+                assert_eq!(verdict.best, Some(index), "loss {how}: {p:?} {verdict:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_start_in_the_midst_of_a_slosh_settles_first() {
+        let (verdict, p) = said(&four(), four()[1].tone, |n| n > 70);
+        assert_eq!(verdict.best, Some(1), "{p:?} {verdict:?}");
+        assert!(verdict.profiles <= 169 - SETTLE, "{verdict:?}");
+    }
+
+    #[test]
+    fn a_liquid_at_rest_has_no_name() {
+        let (verdict, p) = said(&four(), THIN, |n| n < 20);
+        assert_eq!(verdict.profiles, 0);
+        assert!(p.iter().all(|p| (p - 0.2).abs() < 1e-2), "{p:?}");
+    }
+}
