@@ -26,6 +26,11 @@ const MOVED_M_S2: f64 = 0.02;
 /// Frames of rest without which the noise is not known.
 pub const LEAST_REST: usize = 8;
 
+/// Shifts between the clocks of camera and motion that are looked for, s, and the least that is refused: more
+/// than any latency or delay that is an effect.
+const CLOCKS_S: f64 = 3.0;
+const APART_S: f64 = 0.25;
+
 /// A folder of recordings of one liquid.
 #[derive(Clone, Debug)]
 pub struct Folder {
@@ -137,6 +142,7 @@ fn recording(folder: &Path, name: &str, fill_m: f64) -> Result<Record, String> {
         let path = folder.join(format!("{name}.motion.csv"));
         moved(&path, seconds)?
     };
+    same_clock(name, interval_s, &channels, &drive)?;
     // A glass that has come to rest may be left out of a motion; one that still moves may not.
     let end = ((length_s * drive.rate_hz) as usize).min(drive.along_m_s2.len());
     let last = &drive.along_m_s2[end.saturating_sub(6)..end];
@@ -231,8 +237,45 @@ fn moved(path: &Path, seconds: f64) -> Result<(Drive, f64), String> {
     let motion = Motion::parse(&path.to_string_lossy(), seconds).map_err(|error| format!("{error}"))?;
     let text = std::fs::read_to_string(path).map_err(|e| format!("{}: {e}", path.display()))?;
     let time = |line: &str| line.split(',').next().and_then(|t| t.trim().parse::<f64>().ok());
+    let first_s = text.lines().find_map(time).unwrap_or(0.0);
+    if first_s > seconds {
+        return Err(format!(
+            "{}: it starts at {first_s:.2} s, after the end of the recording at {seconds:.2} s: its time has to start \
+             with the recording's first frame",
+            path.display()
+        ));
+    }
     let length_s = text.lines().rev().find_map(time).unwrap_or(0.0);
     Ok((drive_of(&motion, seconds), length_s))
+}
+
+/// Refuses a recording in which the glass is seen to move at another time than its motion says.
+fn same_clock(name: &str, interval_s: f64, channels: &[Channel], drive: &Drive) -> Result<(), String> {
+    let Some(place) = channels.iter().find(|channel| channel.quantity == Quantity::Place) else {
+        return Ok(());
+    };
+    let seen: Vec<(f64, f64)> = place
+        .value
+        .iter()
+        .zip(0..)
+        .filter_map(|(x, n)| x.map(|x| (f64::from(n) * interval_s, x)))
+        .collect();
+    let (least, largest) = drive.place_m.iter().fold((f64::MAX, f64::MIN), |(a, b), x| (a.min(*x), b.max(*x)));
+    if largest - least < 1e-3 {
+        return Ok(());
+    }
+    let apart = |late: f64| seen.iter().map(|(t, x)| (x - drive.at(t - late).3).powi(2)).sum::<f64>();
+    let steps = (CLOCKS_S / interval_s) as i32;
+    let tried = (-steps..=steps).map(|n| f64::from(n) * interval_s).map(|late| (apart(late), late));
+    match tried.min_by(|a, b| a.0.total_cmp(&b.0)) {
+        Some((cost, late)) if late.abs() > APART_S && cost < 0.1 * apart(0.0) => Err(format!(
+            "{name}: the glass is seen to move {:.2} s {} than its motion says: give both on the same clock, from the \
+             first frame on",
+            late.abs(),
+            if late > 0.0 { "later" } else { "earlier" }
+        )),
+        _ => Ok(()),
+    }
 }
 
 /// The drive of `motion` over `seconds`.

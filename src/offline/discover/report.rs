@@ -11,9 +11,9 @@ use std::fmt::Write;
 #[must_use]
 pub fn verdict_json(discovery: &Discovery) -> Value {
     let verdict = &discovery.verdict;
-    let line = |c: &super::verdict::Candidate| {
+    let line = |c: &super::rank::Candidate| {
         let values: Vec<Value> = c.fitted.iter().flat_map(|f| &f.active).map(|a| json!(a.values)).collect();
-        json!({ "effects": c.names, "gain": c.gain, "fitted_in_full": c.fitted.is_some(), "values": values })
+        json!({ "effects": c.names, "gain": c.gain, "fall": c.fall, "fitted_in_full": c.fitted.is_some(), "values": values })
     };
     json!({
         "verdict": verdict.decision.word(),
@@ -23,8 +23,11 @@ pub fn verdict_json(discovery: &Discovery) -> Value {
         "misfit_without": verdict.plain.chi2(verdict.count),
         "misfit_with": verdict.chi2,
         "inclusion": verdict.inclusion,
+        "out_of_range": verdict.edges,
         "held_out_better": [verdict.held_out.0, verdict.held_out.1],
-        "thresholds": { "gain": discovery.limits.gain, "misfit": discovery.limits.chi2 },
+        "thresholds": {
+            "gain": discovery.limits.gain, "misfit": discovery.limits.chi2, "fall": discovery.limits.bound,
+        },
         "references": discovery.calibration.groups,
         "recordings": discovery.fitted,
         "sealed": discovery.sealed,
@@ -140,9 +143,10 @@ fn ranking(out: &mut String, discovery: &Discovery) {
     let verdict = &discovery.verdict;
     let _ = writeln!(
         out,
-        "<h2>Ranking</h2><p>Gain in BIC over no effect. Believed from {:.0}; the second has to stay {:.0} behind, {:.0} in \
-         the same class. The first won {:.0} % of the bootstrap; {} of {} recordings are foretold better when left out; \
-         misfit {:.2} without, {:.2} with, at most {:.2}.</p>",
+        "<h2>Ranking</h2><p>Gain in BIC over no effect. Believed from {:.0} and from what clean glasses show of the same \
+         effect (red tick); the second has to stay {:.0} behind, {:.0} in the same class. The first won {:.0} % of the \
+         bootstrap; {} of {} recordings are foretold better when left out; misfit {:.2} without, {:.2} with, at most \
+         {:.2}.</p>",
         discovery.limits.gain,
         super::verdict::APART,
         super::verdict::TWINS,
@@ -153,21 +157,31 @@ fn ranking(out: &mut String, discovery: &Discovery) {
         verdict.chi2,
         discovery.limits.chi2
     );
-    let lines: Vec<_> = verdict.ranking.iter().take(8).chain(verdict.pairs.iter().take(3)).collect();
-    let most = lines.iter().map(|c| c.gain).fold(1.0, f64::max);
+    let singles = verdict.ranking.iter().take(8).map(|c| (c, c.gain - c.fall + discovery.limits.of(c.last())));
+    let pairs = verdict.pairs.iter().take(3);
+    let pairs = pairs.map(|c| (c, c.gain - c.fall + discovery.limits.of(c.last())));
+    let lines: Vec<_> = singles.chain(pairs).collect();
+    let most = lines.iter().map(|(c, needed)| c.gain.max(*needed)).fold(1.0, f64::max);
     let height = 26 * lines.len();
     let _ = writeln!(out, "<svg viewBox=\"0 0 800 {height}\" width=\"800\" font-size=\"14\">");
-    for (i, line) in lines.iter().enumerate() {
-        let (y, width) = (26 * i, 440.0 * (line.gain / most).max(0.0));
-        let colour = if line.names == verdict.names { "#2b6cb0" } else { "#a0aec0" };
+    for (i, (line, needed)) in lines.iter().enumerate() {
+        let (y, width) = (26 * i, 430.0 * (line.gain / most).max(0.0));
+        let tick = 285.0 + 430.0 * (needed / most).max(0.0);
+        let said = verdict.decision != Decision::None
+            && (line.names == verdict.names
+                || verdict.decision == Decision::Tied && line.names.iter().all(|n| verdict.names.contains(n)));
+        let colour = if said { "#2b6cb0" } else { "#a0aec0" };
         let _ = writeln!(
             out,
             "<text x=\"275\" y=\"{}\" text-anchor=\"end\">{}</text><rect x=\"285\" y=\"{}\" width=\"{width:.1}\" height=\"18\" \
-             fill=\"{colour}\"/><text x=\"{:.1}\" y=\"{}\">{:.1}</text>",
+             fill=\"{colour}\"/><line x1=\"{tick:.1}\" x2=\"{tick:.1}\" y1=\"{}\" y2=\"{}\" stroke=\"#c53030\" \
+             stroke-width=\"2\"/><text x=\"{:.1}\" y=\"{}\">{:.1}</text>",
             y + 17,
             line.names.join(" + "),
             y + 3,
-            292.0 + width,
+            y + 1,
+            y + 23,
+            292.0 + width.max(tick - 285.0),
             y + 17,
             line.gain
         );
@@ -255,13 +269,13 @@ fn map(out: &mut String, discovery: &Discovery) {
         let heat = (30.0 * (cell.chi2 - 1.0)).clamp(0.0, 60.0);
         let _ = writeln!(
             out,
-            "<tr style=\"background:hsl(15,90%,{:.0}%)\"><td>{}</td><td>{}</td><td>{:.2}</td><td>{:.3}</td><td>{:.3}</td>\
+            "<tr style=\"background:hsl(15,90%,{:.0}%)\"><td>{}</td><td>{}</td><td>{:.2}</td><td>{}</td><td>{:.3}</td>\
              <td>{:+.2}</td><td>{:+.2}</td></tr>",
             100.0 - 0.5 * heat,
             cell.channel,
             cell.window,
             cell.chi2,
-            cell.p,
+            if cell.p < 1e-3 { "&lt; 0.001".into() } else { format!("{:.3}", cell.p) },
             1e3 * cell.rms_m,
             cell.phase[0],
             cell.phase[1]
@@ -288,7 +302,9 @@ fn matrix(out: &mut String, discovery: &Discovery) {
     );
     let cell = 24;
     let side = 190 + cell * names.len();
-    let _ = writeln!(out, "<svg viewBox=\"0 0 {side} {side}\" width=\"{side}\" font-size=\"12\">");
+    // The last name leans out over the last column.
+    let width = side + 70;
+    let _ = writeln!(out, "<svg viewBox=\"0 0 {width} {side}\" width=\"{width}\" font-size=\"12\">");
     for (i, name) in names.iter().enumerate() {
         let y = 180 + cell * i;
         let _ = writeln!(
