@@ -95,7 +95,10 @@ fn an_effect_at_the_end_of_its_range_is_no_name() {
     let verdict = found(&[("actuation_gain", 2.0)], 9, &Settings { library, ..Settings::default() }).verdict;
     assert!(matches!(verdict.decision, Decision::Tied | Decision::Unknown), "{}", verdict.sentence());
     let said = verdict.sentence();
-    assert!(said.contains("the factor of actuation_gain stands at the end of its range of 0.5 to 1.5"), "{said}");
+    assert!(
+        said.contains("the factor of actuation_gain stands at the end of its range of 0.5 to 1.5"),
+        "{said}"
+    );
 }
 
 #[test]

@@ -59,8 +59,8 @@ impl Offsets {
             }
             let means: Vec<f64> = rests.iter().map(|r| r.iter().sum::<f64>() / r.len() as f64).collect();
             let mean = means.iter().sum::<f64>() / count;
-            let glasses = (1.0 + 1.0 / count) * means.iter().map(|m| (m - mean).powi(2)).sum::<f64>()
-                / (count - 1.0);
+            let glasses =
+                (1.0 + 1.0 / count) * means.iter().map(|m| (m - mean).powi(2)).sum::<f64>() / (count - 1.0);
             let within: f64 =
                 rests.iter().zip(&means).flat_map(|(r, m)| r.iter().map(move |x| (x - m).powi(2))).sum();
             let free = rests.iter().map(|r| r.len() as f64 - 1.0).sum::<f64>();

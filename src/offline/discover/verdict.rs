@@ -1,7 +1,8 @@
 //! The decision: none, named, tied or unknown; the class before the name.
 
+use super::choose::{Choice, believed, choose};
 use super::evidence::{held_out, inclusion};
-use super::fit::{Fitted, fit, fit_beside};
+use super::fit::{Fitted, fit};
 use super::problem::Problem;
 use super::rank::{Candidate, rank};
 use super::thresholds::Thresholds;
@@ -13,11 +14,6 @@ pub const APART: f64 = 10.0;
 
 /// Gain over the second, in the same class: near twins.
 pub const TWINS: f64 = 20.0;
-
-/// What a second effect has to gain as a part of the first one's gain, if it acts on the liquid as the first
-/// one does, and otherwise: the formula of the first is not exact.
-const RELATED: f64 = 0.3;
-const UNRELATED: f64 = 0.05;
 
 /// Share of bootstrap draws that the winner has to win.
 const INCLUSION: f64 = 0.9;
@@ -123,16 +119,6 @@ impl Verdict {
     }
 }
 
-/// What is said, and what it has to be told apart from.
-struct Choice {
-    /// The chosen fit.
-    fitted: Fitted,
-    /// The chosen candidate, then its rivals.
-    rivals: Vec<Candidate>,
-    /// Whether two effects are said.
-    two: bool,
-}
-
 /// Ranks the effects of `library` on `problem` and decides.
 #[must_use]
 pub fn decide(problem: &Problem, library: &[&'static Entry], limits: &Thresholds, seed: u64) -> Verdict {
@@ -181,60 +167,6 @@ pub fn decide(problem: &Problem, library: &[&'static Entry], limits: &Thresholds
     verdict
 }
 
-/// The first of `ranking` that gains enough, clears its bound, and clears it too beside each better one that
-/// does not: what looks like an effect may be what clean glasses show.
-fn believed(problem: &Problem, ranking: &[Candidate], limits: &Thresholds) -> Option<usize> {
-    let place = ranking.iter().position(|c| c.gain >= limits.gain && limits.clears(c))?;
-    let (name, fitted) = (ranking[place].last(), ranking[place].fitted.as_ref()?);
-    let active = fitted.active.last()?;
-    let holds = |better: &Candidate| {
-        let Some(base) = &better.fitted else { return true };
-        base.cost - fit_beside(problem, base, active.entry, active).cost >= limits.of(name)
-    };
-    ranking[..place].iter().all(holds).then_some(place)
-}
-
-/// The believed single effect, or the pair with a second one where each lowers the cost beside the other by
-/// more than clean glasses let it; where only the second does, the second alone.
-fn choose(
-    problem: &Problem,
-    library: &[&'static Entry],
-    limits: &Thresholds,
-    verdict: &mut Verdict,
-    place: usize,
-) -> Option<Choice> {
-    let none = verdict.plain.bic(verdict.count);
-    let best = verdict.ranking[place].clone();
-    let single = best.fitted.clone()?;
-    verdict.pairs = rank(problem, &single, library, none);
-    let alone =
-        Choice { fitted: single.clone(), rivals: verdict.ranking[place..].to_vec(), two: false };
-    let Some(first) = verdict.pairs.iter().position(|pair| limits.clears(pair)) else { return Some(alone) };
-    let pair = verdict.pairs[first].clone();
-    let Some(both) = &pair.fitted else { return Some(alone) };
-    let part = if related(&pair.names) { RELATED } else { UNRELATED };
-    if pair.gain - best.gain <= limits.gain.max(APART).max(part * best.gain) {
-        return Some(alone);
-    }
-    let second = both.active.last()?;
-    let fitted = fit_beside(problem, &verdict.plain, second.entry, second);
-    if fitted.cost - both.cost >= limits.of(best.last()) {
-        let rivals = verdict.pairs[first..].to_vec();
-        return Some(Choice { fitted: both.clone(), rivals, two: true });
-    }
-    let name = second.entry.name;
-    let own = Candidate {
-        names: vec![name],
-        gain: none - fitted.bic(verdict.count),
-        fall: verdict.plain.cost - fitted.cost,
-        signature: pair.signature.clone(),
-        fitted: Some(fitted.clone()),
-    };
-    let others = verdict.ranking.iter().filter(|c| c.last() != name && c.last() != best.last()).cloned();
-    let rivals = std::iter::once(own).chain(others).collect();
-    Some(Choice { fitted, rivals, two: false })
-}
-
 /// Whether the choice is a name, a tie or unknown.
 fn judge(problem: &Problem, limits: &Thresholds, verdict: &mut Verdict, choice: Choice, seed: u64) {
     let Choice { fitted, rivals, two } = choice;
@@ -246,9 +178,8 @@ fn judge(problem: &Problem, limits: &Thresholds, verdict: &mut Verdict, choice: 
     verdict.inclusion = inclusion(problem, &rivals, &verdict.plain, seed);
     let class_of = |candidate: &Candidate| find(candidate.last()).map(|entry| entry.class);
     let class = class_of(&rivals[0]);
-    let apart = |rival: &&Candidate| {
-        verdict.gain - rival.gain < if class_of(rival) == class { TWINS } else { APART }
-    };
+    let apart =
+        |rival: &&Candidate| verdict.gain - rival.gain < if class_of(rival) == class { TWINS } else { APART };
     let near: Vec<&Candidate> = rivals.iter().filter(apart).collect();
     let same_class = near.iter().all(|rival| class_of(rival) == class);
     let chosen = &verdict.chosen;
@@ -256,7 +187,11 @@ fn judge(problem: &Problem, limits: &Thresholds, verdict: &mut Verdict, choice: 
     verdict.class = class.filter(|_| same_class && !two);
     verdict.decision = if verdict.chi2 > limits.chi2 {
         Decision::Unknown
-    } else if near.len() == 1 && verdict.inclusion >= INCLUSION && verdict.foretold > 0.0 && verdict.edges.is_empty() {
+    } else if near.len() == 1
+        && verdict.inclusion >= INCLUSION
+        && verdict.foretold > 0.0
+        && verdict.edges.is_empty()
+    {
         Decision::Named
     } else {
         let mut names: Vec<&'static str> = Vec::new();
@@ -268,15 +203,6 @@ fn judge(problem: &Problem, limits: &Thresholds, verdict: &mut Verdict, choice: 
         verdict.names = names;
         Decision::Tied
     };
-}
-
-/// Whether all of `names` act in the liquid: what the formula of one leaves may then look like another.
-fn related(names: &[&'static str]) -> bool {
-    let in_liquid = |name: &&'static str| {
-        let class = find(name).map(|entry| entry.class);
-        !matches!(class, Some(Class::View | Class::Timing | Class::Actuation))
-    };
-    names.iter().all(in_liquid)
 }
 
 /// The free parameters of `fitted` that stand at the end of their range.

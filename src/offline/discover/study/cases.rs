@@ -138,9 +138,8 @@ pub const PAIRS: [(&str, &str); 6] = [
 #[must_use]
 pub fn truths() -> Vec<Truth> {
     let [known, fresh] = HIDDEN_PACKINGS;
-    let sized = |size: f64, packing: u64| {
-        HIDDEN.iter().map(move |hidden| hidden.truth(size, packing, Kind::Single))
-    };
+    let sized =
+        |size: f64, packing: u64| HIDDEN.iter().map(move |hidden| hidden.truth(size, packing, Kind::Single));
     let mut all: Vec<Truth> = clean(Kind::Single);
     all.extend(sized(1.0, known));
     all.extend([Kind::Double, Kind::Slow].into_iter().flat_map(clean));

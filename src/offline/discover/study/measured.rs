@@ -2,9 +2,9 @@
 //! the model, and has to be found. The data are read in place and are no part of the project.
 
 use super::super::calibrate::Group;
-use super::super::load::{peaks, poses};
 use super::super::predict::{Known, SHARED, predict};
 use super::super::record::Record;
+use super::super::tables::{peaks, poses};
 use super::super::thresholds::Thresholds;
 use super::super::verdict::Decision;
 use super::super::workflow::{Discovery, Settings, discover};

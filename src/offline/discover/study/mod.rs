@@ -14,10 +14,11 @@ pub mod trial;
 pub mod truth;
 
 use super::calibrate::{Calibration, Group};
-use super::load::{drive_of, load};
+use super::load::load;
 use super::predict::{Known, predict};
 use super::problem::Problem;
 use super::record::{Channel, Quantity, Record};
+use super::tables::drive_of;
 use super::thresholds::Thresholds;
 use super::workflow::{Settings, discover, split};
 use crate::offline::motion::Motion;

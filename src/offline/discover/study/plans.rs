@@ -110,9 +110,8 @@ pub fn twins(name: &str) -> &'static [&'static str] {
 pub fn plans(cleans: usize, seed: u64) -> Vec<Plan> {
     let [known, fresh] = HIDDEN_PACKINGS;
     let all = || LIBRARY.iter().collect::<Vec<_>>();
-    let reference = |family: Family, packing: u64| {
-        HIDDEN.iter().map(move |h| one(h, 1.0, packing, family, all(), seed))
-    };
+    let reference =
+        |family: Family, packing: u64| HIDDEN.iter().map(move |h| one(h, 1.0, packing, family, all(), seed));
     let glasses: Vec<(Option<usize>, Truth)> = KINDS.into_iter().flat_map(tested).collect();
     let blank = |number: usize, family: Family, noise: f64| {
         let (leave_out, truth) = &glasses[number % glasses.len()];

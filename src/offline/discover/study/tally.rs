@@ -174,13 +174,7 @@ pub fn checks(study: &Study) -> Vec<Check> {
         Check::at_least("two_effects_right_or_unknown", share(honest, pairs.len()), "share", 0.9),
         Check::at_least("gap_shrink_median", median(shrink), "share", 0.60),
         Check::at_most("gap_over_oracle", median(over), "ratio", 1.25),
-        Check::within(
-            "interval_coverage",
-            beside.coverage.map_or(f64::NAN, |c| c.0),
-            "share",
-            0.85,
-            0.95,
-        ),
+        Check::within("interval_coverage", beside.coverage.map_or(f64::NAN, |c| c.0), "share", 0.85, 0.95),
         Check::told(
             "interval_coverage_other_simulator",
             share(held.iter().filter(|h| **h).count(), held.len()),
