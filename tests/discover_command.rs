@@ -89,7 +89,8 @@ fn bad_folders_are_refused_with_what_is_wrong_and_the_rest_is_kept() {
         };
         course.lines().skip(1).map(row).collect()
     };
-    std::fs::write(scratch.path("a.motion.csv"), course.replacen(",0.000000000", ",nan", 1)).expect("written");
+    std::fs::write(scratch.path("a.motion.csv"), course.replacen(",0.000000000", ",nan", 1))
+        .expect("written");
     refusal("is not finite");
     std::fs::write(scratch.path("a.motion.csv"), rows(1.7e9)).expect("written");
     refusal("it starts at 1700000000.00 s, after the end of the recording");

@@ -214,8 +214,11 @@ fn edges(fitted: &Fitted) -> Vec<String> {
         let near = 1e-6 * (largest - least);
         (value <= least + near.min(1e-9) || value >= largest - near).then(|| {
             format!(
-                "the {} of {} stands at the end of its range of {least} to {largest} {}",
-                parameter.name, active.entry.name, parameter.unit
+                "the {} of {} stands at the end of its range of {least} to {largest}{}{}",
+                parameter.name,
+                active.entry.name,
+                if parameter.unit == "1" { "" } else { " " },
+                parameter.unit.trim_start_matches('1')
             )
         })
     };
