@@ -5,12 +5,69 @@
 #[path = "support/shaken.rs"]
 mod shaken;
 
+use meniscus::host::bag::profiles_to_csv;
 use meniscus::offline::discover::load::load;
 use meniscus::offline::discover::predict::Known;
+use meniscus::offline::discover::record::{Record, mean_bow};
 use meniscus::offline::discover::study::courses::Course;
 use meniscus::offline::discover::thresholds::Thresholds;
 use meniscus::offline::discover::workflow::{Settings, discover};
-use shaken::{KNOWN, Scratch, glass, write};
+use meniscus::surface::{POINTS, SurfaceProfile, profile_abscissa};
+use meniscus::units::Micros;
+use shaken::{KNOWN, glass};
+use std::path::{Path, PathBuf};
+
+/// A folder that is gone when the test ends.
+struct Scratch(PathBuf);
+
+impl Scratch {
+    fn new(name: &str) -> Self {
+        let path = std::env::temp_dir().join(format!("meniscus-discover-{}-{name}", std::process::id()));
+        std::fs::create_dir_all(&path).expect("a folder");
+        Self(path)
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.0.join(name)
+    }
+}
+
+impl Drop for Scratch {
+    fn drop(&mut self) {
+        // What a failed test did not make cannot be removed.
+        let _ = std::fs::remove_dir_all(&self.0);
+    }
+}
+
+/// Writes `records` as a stranger would.
+fn write(folder: &Path, records: &[Record], viscosity: f64) {
+    std::fs::create_dir_all(folder).expect("a folder");
+    let setup =
+        format!("radius_m = 0.035\nfill_m = 0.07\ndensity_kg_m3 = 1261.0\nviscosity_pa_s = {viscosity}\n");
+    std::fs::write(folder.join("setup.toml"), setup).expect("written");
+    for (record, strength) in records.iter().zip([0.6, 1.25, 2.2, 1.7]) {
+        let at = |c: usize, f: usize| record.channels[c].value[f].expect("seen");
+        let profile = |f: usize| {
+            let height = |i: usize| {
+                let s = profile_abscissa(i);
+                0.07 + at(0, f) + at(1, f) * s + at(2, f) * (2.0 * s * s - 1.0 - mean_bow())
+            };
+            SurfaceProfile {
+                height_m: std::array::from_fn(|i| height(i) as f32),
+                variance_m2: [1e-8; POINTS],
+                valid: [true; POINTS],
+                glass_x_m: Some(at(3, f) as f32),
+                sequence: f as u32,
+                captured: Micros(1_000_000 + (f as f64 / 60.0 * 1e6).round() as u64),
+            }
+        };
+        let profiles: Vec<_> = (0..record.frames()).map(profile).collect();
+        std::fs::write(folder.join(format!("{}.profile.csv", record.name)), profiles_to_csv(&profiles))
+            .expect("written");
+        let motion = Course::jolt(0.28, strength, 2.2).csv();
+        std::fs::write(folder.join(format!("{}.motion.csv", record.name)), motion).expect("written");
+    }
+}
 
 #[test]
 fn the_command_leaves_a_verdict_a_page_and_a_scene_that_the_simulator_reads() {

@@ -69,6 +69,9 @@ pub struct Bench {
     shown: Vec<Shown>,
 }
 
+/// A glass, which of its courses, and the letter that their names start from.
+type Part = (Truth, Vec<usize>, u8);
+
 /// Recordings of another kind of course that a trial gets beside its own: the glass, and which.
 pub type More<'a> = Option<(&'a Trial, &'a [usize])>;
 
@@ -101,7 +104,7 @@ impl Bench {
         word: &str,
         seed: u64,
         glasses: Vec<Truth>,
-        parts: &dyn Fn(&Truth) -> Vec<(Truth, Vec<usize>, u8)>,
+        parts: &dyn Fn(&Truth) -> Vec<Part>,
     ) -> Result<Self, String> {
         let mut groups = Vec::new();
         for (index, truth) in glasses.iter().enumerate() {

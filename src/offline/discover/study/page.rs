@@ -43,7 +43,11 @@ pub fn markdown(study: &Study, checks: &[Check], command: &str) -> String {
         let mark = if check.target == "told" { "" } else { mark };
         let _ = writeln!(out, "| `{}` | {value} | {} | {mark} |", check.name, check.target);
     }
-    out.push_str("\n![what was hidden and what was said](confusion.png)\n\n![gain by size](detection.png)\n");
+    out.push_str("\n![what was hidden and what was said](confusion.png)\n");
+    // Curves of one size are none.
+    if study.of(Family::Hidden).any(|(answer, _)| answer.size != 1.0) {
+        out.push_str("\n![gain by size](detection.png)\n");
+    }
     for (family, title) in TITLES {
         let lines: Vec<&Line> = study.of(family).collect();
         if lines.is_empty() {
