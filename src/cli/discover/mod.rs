@@ -7,10 +7,14 @@ use indicatif::{ProgressBar, ProgressStyle};
 use meniscus::effects::{Entry, LIBRARY, find};
 use meniscus::host::files::write_whole;
 use meniscus::offline::discover::calibrate::Group;
+use meniscus::offline::discover::html::page;
+use meniscus::offline::discover::kept::Kept;
 use meniscus::offline::discover::load::load;
-use meniscus::offline::discover::report::{page, scene_toml, verdict_json};
-use meniscus::offline::discover::workflow::{Settings, discover, thresholds};
+use meniscus::offline::discover::report::{scene_toml, verdict_json};
+use meniscus::offline::discover::thresholds::thresholds;
+use meniscus::offline::discover::workflow::{Discovery, Settings, discover};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::Duration;
 
 /// Deviation of a recording's own clock where a setup says that it has one, s.
@@ -26,7 +30,9 @@ const OWN_CLOCK_S: f64 = 0.02;
 /// simulated or measured, at two viscosities or more: they say what the plain model is off by anyway.
 /// Without them the verdict is much weaker.
 ///
-/// Into --out go report.html, verdict.json and scene.toml (the effect, for `meniscus simulate --scene`).
+/// Into --out go report.html, verdict.json and scene.toml (the effect, for `meniscus simulate --scene`). Every
+/// fit is kept in --out/fits as soon as it is made: the same command on the same recordings goes on where it
+/// was interrupted, and one with a recording more makes only what that changes.
 #[derive(clap::Args)]
 #[command(
     verbatim_doc_comment,
@@ -93,7 +99,7 @@ fn library(names: &[String]) -> anyhow::Result<Vec<&'static Entry>> {
 }
 
 /// The groups of references in `path`.
-fn references(path: &Path, clock: Option<f64>) -> anyhow::Result<Vec<Group>> {
+fn references(path: &Path, settings: &Settings) -> anyhow::Result<Vec<Group>> {
     let mut folders = Vec::new();
     if path.join("setup.toml").exists() {
         folders.push(path.to_owned());
@@ -114,9 +120,21 @@ fn references(path: &Path, clock: Option<f64>) -> anyhow::Result<Vec<Group>> {
     for folder in folders {
         let folder = load(&folder).map_err(|why| anyhow!(why))?;
         folder.left_out.iter().for_each(|why| eprintln!("left out: {why}"));
-        groups.push(Group::new(folder.known, folder.records, clock).map_err(|why| anyhow!(why))?);
+        let group = Group::keeping(folder.known, folder.records, settings.own_clocks_s, &settings.kept);
+        groups.push(group.map_err(|why| anyhow!(why))?);
     }
     Ok(groups)
+}
+
+/// Says on Ctrl-C what is kept, and ends.
+fn watch(kept: &Arc<Kept>) -> anyhow::Result<()> {
+    let kept = kept.clone();
+    ctrlc::set_handler(move || {
+        let [taken, made, _] = kept.counts();
+        eprintln!("\ninterrupted: {} fits are kept; the same command goes on from there", taken + made);
+        std::process::exit(130);
+    })
+    .context("Ctrl-C cannot be watched")
 }
 
 /// One discovery.
@@ -129,13 +147,16 @@ fn one(arguments: &Wanted) -> anyhow::Result<()> {
     for why in &folder.left_out {
         bar.suspend(|| eprintln!("left out: {why}"));
     }
+    let kept = Arc::new(Kept::new(&arguments.out.join("fits")));
+    watch(&kept)?;
     let mut settings =
         Settings { library: library(&arguments.library)?, seed: arguments.seed, ..Settings::default() };
     settings.own_clocks_s = folder.own_clocks.then_some(OWN_CLOCK_S);
+    settings.kept = Some(kept.clone());
     bar.inc(1);
     bar.set_message("fitting the references");
     let groups = match &arguments.reference {
-        Some(path) => references(path, settings.own_clocks_s)?,
+        Some(path) => references(path, &settings)?,
         None => {
             bar.suspend(|| {
                 eprintln!("without --reference the model's own error counts as an effect: a weak verdict");
@@ -149,10 +170,15 @@ fn one(arguments: &Wanted) -> anyhow::Result<()> {
     let limits = thresholds(&references, &settings).map_err(|why| anyhow!(why))?;
     bar.inc(1);
     bar.set_message("ranking the effects");
-    let found = discover(&folder.records, folder.known, &references, limits, &settings)
+    let found = discover(&folder.records, folder.known, &references, &limits, &settings)
         .map_err(|why| anyhow!(why))?;
     bar.finish_and_clear();
-    let json = verdict_json(&found);
+    let [taken, made, lost] = kept.counts();
+    if lost > 0 {
+        eprintln!("{lost} fits could not be kept in {}", arguments.out.join("fits").display());
+    }
+    let mut json = verdict_json(&found);
+    json["fits"] = serde_json::json!({ "taken": taken, "made": made });
     let write = |name: &str, text: &str| write_whole(&arguments.out.join(name), text.as_bytes());
     write("report.html", &page(&found))?;
     write("verdict.json", &format!("{json:#}"))?;
@@ -161,6 +187,16 @@ fn one(arguments: &Wanted) -> anyhow::Result<()> {
         println!("{json}");
         return Ok(());
     }
+    say(&found);
+    if taken > 0 {
+        println!("fits: {taken} taken from an earlier run, {made} made");
+    }
+    println!("written: {}", arguments.out.display());
+    Ok(())
+}
+
+/// The verdict on standard output.
+fn say(found: &Discovery) {
     println!("{}", found.verdict.sentence());
     for e in &found.estimates {
         println!(
@@ -181,6 +217,4 @@ fn one(arguments: &Wanted) -> anyhow::Result<()> {
     if let Some(question) = &found.question {
         println!("  to settle it, record {}: {:.1} times the noise", question.motion, question.separation);
     }
-    println!("written: {}", arguments.out.display());
-    Ok(())
 }

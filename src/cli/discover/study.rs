@@ -4,12 +4,15 @@ use anyhow::{Context, anyhow};
 use indicatif::{ProgressBar, ProgressStyle};
 use meniscus::host::checks::{Check, table};
 use meniscus::host::files::write_whole;
+use meniscus::offline::discover::study::bench::Places;
 use meniscus::offline::discover::study::measured::ask_measured;
-use meniscus::offline::discover::study::run::{Places, judge_all};
-use meniscus::offline::discover::study::tally::{Study, checks, confusion_png, detection_png, markdown};
+use meniscus::offline::discover::study::page::markdown;
+use meniscus::offline::discover::study::pictures::{confusion_png, detection_png};
+use meniscus::offline::discover::study::run::{Course, judge_all};
+use meniscus::offline::discover::study::tally::{Beside, Study, checks};
 use meniscus::offline::discover::study::{long_discovery_s, reference_coverage, simulate};
 use meniscus::offline::discover::workflow::Settings;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Hide effects in simulated recordings and see whether discovery finds them.
@@ -19,11 +22,12 @@ use std::sync::atomic::{AtomicBool, Ordering};
 /// it never opens. Then: clean glasses, effects that the library lacks, two effects at once, a noise that is
 /// misjudged, intervals, and measured water where its data are there.
 ///
-/// About 25 s of processor time for each glass that is not in --cache yet (64 in all), some seconds for each
-/// trial. Both are kept: the command goes on where it was interrupted.
+/// About 25 s of processor time for each glass that is not in --cache yet (87 in all), some seconds for each of
+/// about 290 trials. Both are kept: the command goes on where it was interrupted. Ctrl-C writes the page of what
+/// is judged by then, with how many trials are not; --report-only does the same without judging any.
 #[derive(clap::Args)]
 #[command(
-    after_help = "Examples:\n  meniscus discover study --json\n  meniscus discover study --clean 30 --simulated"
+    after_help = "Examples:\n  meniscus discover study --json\n  meniscus discover study --clean 30 --simulated\n  meniscus discover study --report-only"
 )]
 pub(crate) struct Arguments {
     /// Folder in which simulated glasses are kept; what is missing is simulated.
@@ -47,6 +51,12 @@ pub(crate) struct Arguments {
     /// Judge only what is simulated already.
     #[arg(long, conflicts_with = "simulate_only")]
     simulated: bool,
+    /// Only write the page of what was judged before.
+    #[arg(long, conflicts_with_all = ["simulate_only", "simulated"])]
+    report_only: bool,
+    /// Only the trials: leave out measured water, intervals and long recordings.
+    #[arg(long)]
+    trials_only: bool,
     /// One JSON object on standard output.
     #[arg(long)]
     json: bool,
@@ -63,7 +73,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     .context("Ctrl-C cannot be watched")?;
     let bar = if arguments.json { ProgressBar::hidden() } else { ProgressBar::new(0) };
     bar.set_style(ProgressStyle::with_template("{msg:24} {wide_bar} {pos}/{len}, {eta} left")?);
-    if !arguments.simulated {
+    if !arguments.simulated && !arguments.report_only {
         bar.set_message("simulating glasses");
         let told = |done: usize, all: usize| {
             bar.set_length(all as u64);
@@ -72,7 +82,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         simulate(&arguments.cache, &STOP, told).map_err(|why| anyhow!(why))?;
         bar.reset();
     }
-    if arguments.simulate_only || STOP.load(Ordering::Relaxed) {
+    if arguments.simulate_only {
         bar.finish_and_clear();
         return Ok(());
     }
@@ -82,31 +92,69 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         bar.set_length(all as u64);
         bar.set_position(done as u64);
     };
-    let lines =
-        judge_all(&places, arguments.clean, arguments.seed, &STOP, &told).map_err(|why| anyhow!(why))?;
-    let mut study = Study { lines, ..Study::default() };
-    // Written after each part, so that an interruption leaves what there is.
-    write(arguments, &study)?;
-    if arguments.measured.join("heights").is_dir() {
-        bar.set_message("measured water");
-        let asked =
-            ask_measured(&arguments.measured, &Settings::default(), 14.0, 3).map_err(|why| anyhow!(why))?;
-        study.measured = Some(asked);
+    let course = Course { cleans: arguments.clean, seed: arguments.seed, judges: !arguments.report_only };
+    let (lines, planned) = judge_all(&places, course, &STOP, &told).map_err(|why| anyhow!(why))?;
+    let mut study = Study { lines, planned, beside: beside_before(&arguments.out) };
+    if !arguments.report_only && !arguments.trials_only {
+        // Kept after each part, so that an interruption leaves what there is.
         write(arguments, &study)?;
-    } else {
-        bar.suspend(|| eprintln!("skipped: no measured water in {}", arguments.measured.display()));
+        beside(arguments, &places, &mut study, &STOP, &bar)?;
     }
-    bar.set_message("intervals");
-    study.coverage = reference_coverage(&places.out, arguments.seed).map_err(|why| anyhow!(why))?;
-    bar.set_message("recordings of 10 s");
-    study.long_s = long_discovery_s().map_err(|why| anyhow!(why))?.into();
     bar.finish_and_clear();
+    if STOP.load(Ordering::Relaxed) {
+        eprintln!("interrupted: the page tells of what is judged; the same command goes on from there");
+    }
     let checks = write(arguments, &study)?;
     if arguments.json {
         println!("{:#}", serde_json::json!({ "checks": checks }));
     } else {
         print!("{}", table(&checks));
         println!("written: {}", arguments.out.display());
+    }
+    Ok(())
+}
+
+/// What an earlier run measured beside the trials.
+fn beside_before(out: &Path) -> Beside {
+    let bytes = std::fs::read(out.join("beside.json")).ok();
+    bytes.and_then(|bytes| serde_json::from_slice(&bytes).ok()).unwrap_or_default()
+}
+
+/// Measured water, intervals and long recordings, each kept when it is there.
+fn beside(
+    arguments: &Arguments,
+    places: &Places,
+    study: &mut Study,
+    stop: &AtomicBool,
+    bar: &ProgressBar,
+) -> anyhow::Result<()> {
+    let keep = |beside: &Beside| -> anyhow::Result<()> {
+        let text = serde_json::to_string_pretty(beside)?;
+        Ok(write_whole(&arguments.out.join("beside.json"), text.as_bytes())?)
+    };
+    if stop.load(Ordering::Relaxed) {
+        return Ok(());
+    }
+    bar.set_message("recordings of 10 s");
+    study.beside.long_s = long_discovery_s().map_err(|why| anyhow!(why))?.into();
+    keep(&study.beside)?;
+    if stop.load(Ordering::Relaxed) {
+        return Ok(());
+    }
+    bar.set_message("intervals");
+    study.beside.coverage = reference_coverage(&places.out, arguments.seed).map_err(|why| anyhow!(why))?;
+    keep(&study.beside)?;
+    if stop.load(Ordering::Relaxed) {
+        return Ok(());
+    }
+    if arguments.measured.join("heights").is_dir() {
+        bar.set_message("measured water");
+        let asked =
+            ask_measured(&arguments.measured, &Settings::default(), 14.0, 3).map_err(|why| anyhow!(why))?;
+        study.beside.measured = Some(asked.into_iter().map(|asked| asked.told).collect());
+        keep(&study.beside)?;
+    } else {
+        bar.suspend(|| eprintln!("skipped: no measured water in {}", arguments.measured.display()));
     }
     Ok(())
 }

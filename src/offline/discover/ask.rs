@@ -3,11 +3,11 @@
 
 use super::calibrate::Calibration;
 use super::fit::Fitted;
-use super::load::drive_of;
 use super::predict::SHARED;
 use super::problem::Problem;
 use super::record::{Channel, Record};
 use super::study::courses::{Kind, courses};
+use super::tables::drive_of;
 use super::verdict::Verdict;
 use crate::offline::motion::Motion;
 use crate::offline::prelude::*;

@@ -1,11 +1,16 @@
 //! Reference first: what the reduced model is off by in recordings of a liquid that is known.
 
 use super::fit::fit;
+use super::kept::Kept;
+use super::left::Left;
+use super::noise::{Noise, rest_noise};
+use super::offsets::Offsets;
 use super::predict::{Known, SHARED, predict};
 use super::problem::Problem;
 use super::record::{Quantity, Record};
 use crate::offline::prelude::*;
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 /// Recordings of one known liquid in one glass, and what the baseline leaves of them.
 #[derive(Clone, Debug)]
@@ -26,8 +31,21 @@ impl Group {
     /// # Errors
     /// In words, when they cannot be fitted.
     pub fn new(known: Known, records: Vec<Record>, lagging: Option<f64>) -> Result<Self, String> {
+        Self::keeping(known, records, lagging, &None)
+    }
+
+    /// The same with the fit in `kept`.
+    ///
+    /// # Errors
+    /// In words, when they cannot be fitted.
+    pub fn keeping(
+        known: Known,
+        records: Vec<Record>,
+        lagging: Option<f64>,
+        kept: &Option<Arc<Kept>>,
+    ) -> Result<Self, String> {
         let blind = Calibration::blind(&records, lagging.unwrap_or(LAG_S));
-        let problem = Problem::new(&records, known, &blind, 1.0)?;
+        let problem = Problem::new(&records, known, &blind, 1.0)?.keeping(kept);
         let theta = fit(&problem, &problem.mean, &[], &[]).theta;
         let one = |(which, record): (usize, &Record)| {
             residuals(record, &predict(record, &known, &theta, theta[SHARED + which], &[]))
@@ -35,25 +53,6 @@ impl Group {
         let left = records.iter().enumerate().map(one).collect();
         Ok(Self { known, records, theta, left })
     }
-}
-
-/// Noise of one channel.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Noise {
-    /// Standard deviation, m.
-    pub sigma_m: f64,
-    /// Correlation from frame to frame of its slow part.
-    pub memory: f64,
-}
-
-/// What the references leave in one motion.
-#[derive(Clone, Debug)]
-pub struct Left {
-    like: Record,
-    /// Mean, by channel and frame, m.
-    pub mean: Vec<Vec<f64>>,
-    /// Scatter about it, one for each reference, m.
-    pub scatter: Vec<Vec<Vec<f64>>>,
 }
 
 /// What the references teach.
@@ -71,6 +70,7 @@ pub struct Calibration {
     pub groups: usize,
     noise: BTreeMap<Quantity, Noise>,
     misfit: BTreeMap<Quantity, f64>,
+    offsets: Offsets,
     left: Vec<Left>,
 }
 
@@ -102,6 +102,7 @@ impl Calibration {
             groups: 0,
             noise: rest_noise(records),
             misfit,
+            offsets: Offsets::default(),
             left: Vec::new(),
         }
     }
@@ -153,6 +154,7 @@ impl Calibration {
         for (quantity, (sum, count)) in squares {
             out.misfit.insert(quantity, (sum / count.max(1.0)).sqrt());
         }
+        out.offsets = Offsets::of(groups);
         out.left = lefts.into_iter().map(Left::centred).collect();
         out.see_noise_in_motion();
         out.left.iter_mut().for_each(Left::smooth);
@@ -183,6 +185,12 @@ impl Calibration {
         self.misfit.get(&quantity).copied().unwrap_or(5e-4)
     }
 
+    /// Variance of the offset of a channel in one of `recordings` of a glass, m2.
+    #[must_use]
+    pub fn offset_m2(&self, quantity: Quantity, recordings: usize) -> f64 {
+        self.offsets.variance_m2(quantity, recordings)
+    }
+
     /// Raises the noise to what second differences of the references' scatter show while the liquid
     /// moves: `var(x_-1 - 2 x_0 + x_1) = 6 sigma^2` of white noise.
     fn see_noise_in_motion(&mut self) {
@@ -207,38 +215,6 @@ impl Calibration {
     }
 }
 
-impl Left {
-    /// Smooths the scatter over five frames: its noise is in the noise already.
-    fn smooth(&mut self) {
-        for series in self.scatter.iter_mut().flatten() {
-            let rough = series.clone();
-            for (f, x) in series.iter_mut().enumerate() {
-                let near = &rough[f.saturating_sub(2)..(f + 3).min(rough.len())];
-                *x = near.iter().sum::<f64>() / near.len() as f64;
-            }
-        }
-    }
-
-    /// Splits what the references leave into mean and scatter.
-    fn centred(mut self) -> Self {
-        let frames = self.scatter.iter().map(|s| s[0].len()).min().unwrap_or(0);
-        let groups = self.scatter.len() as f64;
-        let channels = self.scatter[0].len();
-        self.mean = (0..channels)
-            .map(|c| {
-                (0..frames).map(|f| self.scatter.iter().map(|s| s[c][f]).sum::<f64>() / groups).collect()
-            })
-            .collect();
-        for scatter in &mut self.scatter {
-            for (series, mean) in scatter.iter_mut().zip(&self.mean) {
-                series.truncate(frames);
-                series.iter_mut().zip(mean).for_each(|(x, m)| *x -= m);
-            }
-        }
-        self
-    }
-}
-
 /// Measured less expected, m; zero where nothing was seen.
 fn residuals(record: &Record, expected: &[Vec<f64>]) -> Vec<Vec<f64>> {
     let series = |channel: &super::record::Channel, expected: &Vec<f64>| {
@@ -257,30 +233,4 @@ fn moving(record: &Record, quantity: Quantity) -> impl Iterator<Item = f64> + '_
 fn rms(values: impl Iterator<Item = f64>) -> f64 {
     let (sum, count) = values.fold((0.0, 0.0), |(s, n), x| (s + x * x, n + 1.0));
     (sum / f64::max(count, 1.0)).sqrt()
-}
-
-/// Noise from the frames before the glass moves: spread and correlation from frame to frame, pooled.
-fn rest_noise(records: &[Record]) -> BTreeMap<Quantity, Noise> {
-    let mut sums: BTreeMap<Quantity, [f64; 4]> = BTreeMap::new();
-    for record in records {
-        for channel in &record.channels {
-            let rest: Vec<f64> = channel.value.iter().take(record.rest_frames).flatten().copied().collect();
-            if rest.len() < 4 {
-                continue;
-            }
-            let mean = rest.iter().sum::<f64>() / rest.len() as f64;
-            let [square, count, product, pairs] = sums.entry(channel.quantity).or_default();
-            *square += rest.iter().map(|x| (x - mean).powi(2)).sum::<f64>();
-            *count += rest.len() as f64 - 1.0;
-            *product += rest.windows(2).map(|w| (w[0] - mean) * (w[1] - mean)).sum::<f64>();
-            *pairs += rest.len() as f64 - 1.0;
-        }
-    }
-    let noise = |[square, count, product, pairs]: [f64; 4]| {
-        let variance = (square / count).max(1e-12);
-        // Few frames say little about correlation: drawn towards a third.
-        let memory = (product / pairs / variance * pairs + 0.3 * 30.0) / (pairs + 30.0);
-        Noise { sigma_m: variance.sqrt().max(2e-5), memory: memory.clamp(0.0, 0.9) }
-    };
-    sums.into_iter().map(|(quantity, sum)| (quantity, noise(sum))).collect()
 }

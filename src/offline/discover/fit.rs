@@ -1,5 +1,6 @@
 //! Fits: the baseline's numbers and an effect's parameters, by damped Gauss-Newton on whitened residuals.
 
+use super::kept::Name;
 use super::problem::Problem;
 use crate::effects::{Active, Entry, PARAMETERS, Parameter};
 use crate::offline::prelude::*;
@@ -66,9 +67,38 @@ pub fn free_of(problem: &Problem, entry: &'static Entry) -> Vec<usize> {
     }
 }
 
-/// Fits theta, from `start`, and the parameters `free` of `active`, from their values.
+/// Fits theta, from `start`, and the parameters `free` of `active`, from their values; what was fitted in the
+/// same way before is taken from where the problem keeps its fits.
 #[must_use]
 pub fn fit(problem: &Problem, start: &[f64], active: &[Active], free: &[Free]) -> Fitted {
+    let Some((kept, mine)) = problem.kept() else { return descend(problem, start, active, free) };
+    let mut name = Name::new();
+    name.say(&format!("{mine:x} {free:?}"));
+    name.add(start);
+    for effect in active {
+        name.say(effect.entry.name);
+        name.add(effect.values);
+    }
+    let name = name.done();
+    if let Some(found) = kept.take(name, start.len() + free.len()) {
+        let (theta, values) = found.split_at(start.len());
+        let mut active = active.to_vec();
+        for ((effect, which), value) in free.iter().zip(values) {
+            active[*effect].values[*which] = *value;
+        }
+        let residual = problem.residual(theta, &active);
+        let jacobian = derivatives(problem, theta, &active, free, &residual, None);
+        let cost = residual.norm_squared();
+        return Fitted { theta: theta.to_vec(), active, free: free.to_vec(), cost, residual, jacobian };
+    }
+    let fitted = descend(problem, start, active, free);
+    let values = free.iter().map(|(effect, which)| fitted.active[*effect].values[*which]);
+    kept.keep(name, &fitted.theta.iter().copied().chain(values).collect::<Vec<_>>());
+    fitted
+}
+
+/// Damped Gauss-Newton from `start`.
+fn descend(problem: &Problem, start: &[f64], active: &[Active], free: &[Free]) -> Fitted {
     let mut theta = start.to_vec();
     let mut active = active.to_vec();
     let mut residual = problem.residual(&theta, &active);
@@ -205,17 +235,13 @@ pub fn search(problem: &Problem, base: &Fitted, entry: &'static Entry) -> (f64, 
     (best.0, Active { entry, values: best.1 }, best.2)
 }
 
-/// Fits `entry` beside the effects of `base`: from the best of the coarse search, and from a small value
-/// where the search went far.
+/// Fits `entry` beside the effects of `base`, from its values in `from`.
 #[must_use]
 pub fn fit_beside(problem: &Problem, base: &Fitted, entry: &'static Entry, from: &Active) -> Fitted {
     let place = base.active.len();
     let mut free = base.free.clone();
     free.extend(free_of(problem, entry).into_iter().map(|which| (place, which)));
-    let start = |active: Active| {
-        let mut all = base.active.clone();
-        all.push(active);
-        fit(problem, &base.theta, &all, &free)
-    };
-    start(*from)
+    let mut all = base.active.clone();
+    all.push(*from);
+    fit(problem, &base.theta, &all, &free)
 }

@@ -7,27 +7,45 @@
 //!
 //! | file | step |
 //! |---|---|
-//! | `load`, `record` | recordings as a few numbers a frame, and the motion |
+//! | `load`, `tables`, `record` | recordings as a few numbers a frame, and the motion |
 //! | `predict` | what the reduced model expects them to show |
-//! | `calibrate` | the baseline and what it cannot do, from references of a known liquid; noise from rest |
-//! | `problem` | covariance, exact whitening, nuisances with their prior |
+//! | `calibrate`, `left` | the baseline and what it cannot do, from references of a known liquid |
+//! | `noise`, `offsets` | noise from rest frames; what fill, stand and view may be off by |
+//! | `problem`, `covariance` | covariance, exact whitening, nuisances with their prior |
 //! | `fit` | damped Gauss-Newton; coarse search over an effect with the nuisances free |
-//! | `verdict` | ranking, forward step to pairs, decision by class and name, isolability |
+//! | `rank` | every effect searched for, the best fitted |
+//! | `thresholds` | what clean glasses fake, by effect |
+//! | `choose`, `verdict` | forward step to pairs, decision by class and name |
+//! | `evidence` | bootstrap, recordings left out, isolability |
 //! | `localise` | where the plain model disagrees |
 //! | `ask` | the motion that would tell candidates apart |
-//! | `workflow` | the steps in order, thresholds from the references, the sealed recording |
-//! | `report` | JSON, page and scene file |
+//! | `gap` | what each model leaves of the sealed recording |
+//! | `workflow` | the steps in order |
+//! | `kept` | fits that are not made twice |
+//! | `report`, `html` | JSON and scene file, and the page |
 //! | `study` | effects hidden in other data, and what came of it |
 
 pub mod ask;
 pub mod calibrate;
+mod choose;
+mod covariance;
+pub mod evidence;
 pub mod fit;
+pub mod gap;
+pub mod html;
+pub mod kept;
+pub mod left;
 pub mod load;
 pub mod localise;
+pub mod noise;
+pub mod offsets;
 pub mod predict;
 pub mod problem;
+pub mod rank;
 pub mod record;
 pub mod report;
 pub mod study;
+pub mod tables;
+pub mod thresholds;
 pub mod verdict;
 pub mod workflow;

@@ -6,7 +6,8 @@
 //! ```
 //! `rbar` is the mean and `d_g` the scatter of what the references leave in the same motion; the variants
 //! are rbar itself, its slope in time and its ramp over the recording, because a liquid with an effect is
-//! not quite where the references are. Offsets (level, slope, bow, place of the glass) are integrated out.
+//! not quite where the references are. Offsets (level, slope, bow, place of the glass) are integrated out,
+//! as large as [`Calibration::offset_m2`] says.
 //! Once a correction is made, C gains a process of a quarter of that correction, channel by channel, with a
 //! memory of ten frames: an effect's formula is not exact either, and the more it changes the less what is
 //! left may be held against it ([`Problem::trusting`]).
@@ -14,42 +15,17 @@
 //! what is left of one channel says nothing of another's.
 
 use super::calibrate::Calibration;
+use super::covariance::{MEMORY, Ready, prepare, whitening};
+use super::kept::{Kept, Name};
 use super::predict::{Known, SHARED, predict};
 use super::record::{Quantity, Record};
 use crate::effects::Active;
 use crate::offline::prelude::*;
-use nalgebra::{DMatrix, DVector};
-
-/// What level, slope, bow and place may be off by from recording to recording, m.
-fn offset_m(quantity: Quantity) -> f64 {
-    match quantity {
-        Quantity::Level => 4e-4,
-        Quantity::Slope => 1.5e-4,
-        Quantity::Bow => 1e-4,
-        Quantity::Place => 3e-4,
-        Quantity::Peak => 5e-4,
-    }
-}
+use nalgebra::DVector;
+use std::sync::Arc;
 
 /// Part of a correction by which its formula may be off.
 pub const TRUST: f64 = 0.25;
-
-/// Memory from frame to frame of what a formula is off by.
-const MEMORY: f64 = 0.9;
-
-/// One recording, ready to be compared.
-#[derive(Clone, Debug)]
-struct Ready {
-    record: Record,
-    /// The covariance C of each channel, m2, in the order of the index.
-    covariance: Vec<DMatrix<f64>>,
-    /// Channel and frame of each number that was seen.
-    index: Vec<(usize, usize)>,
-    /// What was measured less `rbar`, m.
-    target: DVector<f64>,
-    /// Inverse of the lower Cholesky factor of each.
-    whiten: Vec<DMatrix<f64>>,
-}
 
 /// Recordings with a prior and covariances.
 #[derive(Clone, Debug)]
@@ -61,6 +37,8 @@ pub struct Problem {
     /// Its standard deviations.
     pub deviation: Vec<f64>,
     ready: Vec<Ready>,
+    /// Where fits are kept, and the digest of all of the above.
+    kept: Option<(Arc<Kept>, u64)>,
 }
 
 impl Problem {
@@ -79,9 +57,40 @@ impl Problem {
         for record in records {
             mean.push(calibration.lag_s);
             deviation.push(calibration.lag_deviation_s);
-            ready.push(prepare(record, calibration, noise)?);
+            ready.push(prepare(record, records.len(), calibration, noise)?);
         }
-        Ok(Self { known, mean, deviation, ready })
+        Ok(Self { known, mean, deviation, ready, kept: None })
+    }
+
+    /// The same problem with its fits in `kept`, if there is one.
+    #[must_use]
+    pub fn keeping(mut self, kept: &Option<Arc<Kept>>) -> Self {
+        self.kept = kept.as_ref().map(|kept| (kept.clone(), self.digest()));
+        self
+    }
+
+    /// Where fits are kept, and this problem's digest.
+    #[must_use]
+    pub fn kept(&self) -> Option<(&Kept, u64)> {
+        self.kept.as_ref().map(|(kept, mine)| (kept.as_ref(), *mine))
+    }
+
+    /// A digest of everything that a fit depends on.
+    fn digest(&self) -> u64 {
+        let mut name = Name::new();
+        let Known { radius_m, fill_m, density_kg_m3, viscosity_pa_s, told: [tilt, lift] } = self.known;
+        name.add([radius_m, fill_m, density_kg_m3, viscosity_pa_s, tilt, lift]);
+        name.add(self.mean.iter().chain(&self.deviation));
+        for ready in &self.ready {
+            let drive = &ready.record.drive;
+            name.add([ready.record.interval_s, drive.rate_hz]);
+            name.add(drive.along_m_s2.iter().chain(&drive.tilted_m_s2).flatten());
+            name.add(drive.lift_m_s2.iter().chain(&drive.place_m));
+            name.add(ready.index.iter().flat_map(|(c, f)| [*c as f64, *f as f64]));
+            name.add(ready.target.iter());
+            ready.whiten.iter().for_each(|whiten| name.add(whiten.iter()));
+        }
+        name.done()
     }
 
     /// The recordings.
@@ -170,14 +179,15 @@ impl Problem {
                 first += n;
             }
         }
-        Ok(out)
+        let kept = out.kept.take().map(|(kept, _)| kept);
+        Ok(out.keeping(&kept))
     }
 
     /// The same problem with data drawn from the model: `theta` and `active` are the truth, errors are drawn
     /// from the covariances.
     #[must_use]
     pub fn redraw(&self, theta: &[f64], active: &[Active], mut normal: impl FnMut() -> f64) -> Self {
-        let mut out = self.clone();
+        let mut out = Self { kept: None, ..self.clone() };
         for (which, ready) in out.ready.iter_mut().enumerate() {
             let expected = predict(&ready.record, &self.known, theta, theta[SHARED + which], active);
             let n = ready.index.len();
@@ -192,89 +202,4 @@ impl Problem {
         }
         out
     }
-
-    /// The same problem without recording `which`.
-    #[must_use]
-    pub fn without(&self, which: usize) -> Self {
-        let mut out = self.clone();
-        out.ready.remove(which);
-        out.mean.remove(SHARED + which);
-        out.deviation.remove(SHARED + which);
-        out
-    }
-}
-
-fn prepare(record: &Record, calibration: &Calibration, noise: f64) -> Result<Ready, String> {
-    let matched = calibration.matched(record);
-    let mut index = Vec::new();
-    let mut target = Vec::new();
-    for (c, channel) in record.channels.iter().enumerate() {
-        for (f, value) in channel.value.iter().enumerate() {
-            if let Some(value) = value {
-                index.push((c, f));
-                target
-                    .push(value - matched.as_ref().map_or(0.0, |m| m.mean[c].get(f).copied().unwrap_or(0.0)));
-            }
-        }
-    }
-    if index.len() < 50 {
-        return Err(format!(
-            "{}: only {} numbers were seen; give a longer recording",
-            record.name,
-            index.len()
-        ));
-    }
-    let references = matched.as_ref().map_or(0, |m| m.scatter.len());
-    let more = if references > 0 { 1.0 + 1.0 / references as f64 } else { 1.0 };
-    let (mut covariances, mut whiten) = (Vec::new(), Vec::new());
-    for block in index.chunk_by(|a, b| a.0 == b.0) {
-        let (c, n) = (block[0].0, block.len());
-        let kind = record.channels[c].quantity;
-        let model = calibration.noise_of(kind);
-        let s2 = model.sigma_m * model.sigma_m * noise * noise * more;
-        let misfit = if references == 0 { calibration.misfit_m(kind).powi(2) } else { 0.0 };
-        let mut covariance = DMatrix::from_fn(n, n, |i, j| {
-            let apart = block[i].1.abs_diff(block[j].1) as i32;
-            let white = if i == j { 0.3 * s2 + 1e-10 } else { 0.0 };
-            white + 0.7 * s2 * model.memory.powi(apart) + offset_m(kind).powi(2) + misfit * MEMORY.powi(apart)
-        });
-        if let Some(matched) = &matched {
-            let mut add = |of: &dyn Fn(usize) -> f64, weight: f64| {
-                let v = DVector::from_fn(n, |i, _| of(block[i].1));
-                covariance.ger(weight, &v, &v, 1.0);
-            };
-            let at = |series: &[Vec<f64>], f: usize| series[c].get(f).copied().unwrap_or(0.0);
-            for scatter in &matched.scatter {
-                add(&|f| at(scatter, f), 1.5 / (references.max(2) - 1) as f64);
-            }
-            let frames = record.frames() as f64;
-            add(&|f| at(&matched.mean, f), 0.15 * 0.15);
-            add(&|f| at(&matched.mean, f) * f as f64 / frames, 0.15 * 0.15);
-            // A shift of rbar by 3 ms.
-            let slope = |f: usize| at(&matched.mean, f + 1) - at(&matched.mean, f.saturating_sub(1));
-            add(&slope, (0.003 / (2.0 * record.interval_s)).powi(2));
-        }
-        whiten.push(whitening(&covariance, &record.name)?);
-        covariances.push(covariance);
-    }
-    Ok(Ready {
-        record: record.clone(),
-        covariance: covariances,
-        index,
-        target: DVector::from_vec(target),
-        whiten,
-    })
-}
-
-/// Inverse of the lower Cholesky factor.
-fn whitening(covariance: &DMatrix<f64>, name: &str) -> Result<DMatrix<f64>, String> {
-    let n = covariance.nrows();
-    let factor = covariance
-        .clone()
-        .cholesky()
-        .ok_or_else(|| format!("{name}: the covariance of its residuals cannot be factored"))?;
-    factor
-        .l()
-        .solve_lower_triangular(&DMatrix::identity(n, n))
-        .ok_or_else(|| format!("{name}: the covariance of its residuals is singular"))
 }

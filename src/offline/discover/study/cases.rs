@@ -7,15 +7,28 @@ use crate::offline::prelude::*;
 /// Viscosity of the liquid that effects are hidden in, Pa s: 1.6e-4 m2/s, well above the simulator's own.
 pub const VISCOSITY_PA_S: f64 = 0.2;
 
-/// Packing of the glasses that effects are hidden in; no reference has it.
-const HIDDEN_PACKING: u64 = 7;
+/// Packings of the glasses that effects are hidden in; no reference has them. While thresholds and rules
+/// were made, the first was looked at; the second was not.
+pub const HIDDEN_PACKINGS: [u64; 2] = [7, 17];
 
 /// The clean glasses of the single jolts: liquids and packings.
-const SINGLE: [(f64, u64); 7] =
-    [(0.20, 0), (0.20, 1), (0.17, 3), (0.235, 5), (0.20, 2), (0.17, 4), (0.235, 6)];
+const SINGLE: [(f64, u64); 12] = [
+    (0.20, 0),
+    (0.20, 1),
+    (0.17, 3),
+    (0.235, 5),
+    (0.20, 2),
+    (0.17, 4),
+    (0.235, 6),
+    (0.20, 8),
+    (0.17, 9),
+    (0.235, 10),
+    (0.20, 11),
+    (0.20, 12),
+];
 
 /// The clean glasses of the other courses.
-const OTHER: [(f64, u64); 4] = [(0.20, 0), (0.20, 1), (0.17, 3), (0.235, 5)];
+const OTHER: [(f64, u64); 6] = [(0.20, 0), (0.20, 1), (0.17, 3), (0.235, 5), (0.20, 2), (0.17, 4)];
 
 /// The clean glasses of a kind of course: the references, and in the clean trials the tested ones too.
 #[must_use]
@@ -98,16 +111,16 @@ impl Hidden {
         }
     }
 
-    /// The glass with this effect at `size`, taken through `kind`; a clean one where the simulator does
-    /// not carry it.
+    /// The glass with this effect at `size`, of this `packing`, taken through `kind`; a clean one where the
+    /// simulator does not carry it.
     #[must_use]
-    pub fn truth(&self, size: f64, kind: Kind) -> Truth {
+    pub fn truth(&self, size: f64, packing: u64, kind: Kind) -> Truth {
         let mut effects = Vec::new();
         if let Some(simulated) = self.simulator {
             effects.push((simulated.name, (simulated.value)(self.value(size))));
             effects.extend(simulated.beside);
         }
-        Truth { viscosity_pa_s: VISCOSITY_PA_S, packing: HIDDEN_PACKING, effects, kind }
+        Truth { viscosity_pa_s: VISCOSITY_PA_S, packing, effects, kind }
     }
 }
 
@@ -124,13 +137,15 @@ pub const PAIRS: [(&str, &str); 6] = [
 /// Everything that is simulated before the study starts, the most needed first.
 #[must_use]
 pub fn truths() -> Vec<Truth> {
-    let mut all: Vec<Truth> = clean(Kind::Single).into_iter().take(4).collect();
-    let sized = |size: f64| HIDDEN.iter().map(move |hidden| hidden.truth(size, Kind::Single));
-    all.extend(sized(1.0));
-    all.extend(clean(Kind::Single));
-    all.extend([Kind::Double, Kind::Slow, Kind::Asked].into_iter().flat_map(clean));
-    all.extend(sized(2.0));
-    all.extend(sized(0.5));
+    let [known, fresh] = HIDDEN_PACKINGS;
+    let sized =
+        |size: f64, packing: u64| HIDDEN.iter().map(move |hidden| hidden.truth(size, packing, Kind::Single));
+    let mut all: Vec<Truth> = clean(Kind::Single);
+    all.extend(sized(1.0, known));
+    all.extend([Kind::Double, Kind::Slow].into_iter().flat_map(clean));
+    all.extend(sized(1.0, fresh));
+    all.extend(clean(Kind::Asked));
+    all.extend(SIZES.into_iter().skip(1).flat_map(|size| sized(size, known)));
     let mut out: Vec<Truth> = Vec::new();
     for truth in all {
         if !out.contains(&truth) {

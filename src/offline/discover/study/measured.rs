@@ -2,14 +2,16 @@
 //! the model, and has to be found. The data are read in place and are no part of the project.
 
 use super::super::calibrate::Group;
-use super::super::load::{peaks, poses};
 use super::super::predict::{Known, SHARED, predict};
 use super::super::record::Record;
-use super::super::verdict::{Decision, Thresholds};
+use super::super::tables::{peaks, poses};
+use super::super::thresholds::Thresholds;
+use super::super::verdict::Decision;
 use super::super::workflow::{Discovery, Settings, discover};
 use crate::effects::Active;
 use crate::offline::prelude::*;
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 use std::path::Path;
 
 /// Deviation of each recording's own clock after alignment, s.
@@ -18,15 +20,26 @@ const CLOCK_S: f64 = 0.02;
 /// What one question to the measured data gave.
 #[derive(Clone, Debug)]
 pub struct Asked {
-    /// What was withheld and on which runs.
-    pub title: &'static str,
     /// The discovery.
     pub discovery: Discovery,
+    /// What is told of it.
+    pub told: Told,
+}
+
+/// What is told of one question.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Told {
+    /// What was withheld and on which runs.
+    pub title: String,
+    /// The verdict in a sentence.
+    pub sentence: String,
+    /// The names in it.
+    pub names: Vec<String>,
     /// Name, root mean square error before and after, m, of each run.
     pub runs: Vec<(String, f64, f64)>,
 }
 
-impl Asked {
+impl Told {
     /// Mean error over the runs before and after, mm.
     #[must_use]
     pub fn means_mm(&self) -> [f64; 2] {
@@ -175,8 +188,8 @@ pub fn ask_measured(
         let records = load(starts, tolds)?;
         // Half of the runs, evenly spread, are fitted; every run is scored.
         let few: Vec<Record> = records.iter().step_by(records.len().div_ceil(6)).cloned().collect();
-        let limits = Thresholds { gain: 20.0, chi2: f64::INFINITY };
-        let discovery = discover(&few, known(told), &references, limits, &settings)?;
+        let limits = Thresholds { gain: 20.0, chi2: f64::INFINITY, ..Thresholds::default() };
+        let discovery = discover(&few, known(told), &references, &limits, &settings)?;
         let chosen = &discovery.verdict.chosen;
         let named = !matches!(discovery.verdict.decision, Decision::None);
         let theta = &discovery.calibration.mean;
@@ -186,7 +199,14 @@ pub fn ask_measured(
             let after = best_rms(record, &known(told), &chosen.theta[..SHARED], active);
             (record.name.clone(), before, after)
         };
-        out.push(Asked { title, runs: records.iter().map(scored).collect(), discovery });
+        let said = if named { discovery.verdict.names.as_slice() } else { &[] };
+        let told = Told {
+            title: title.into(),
+            sentence: discovery.verdict.sentence(),
+            names: said.iter().map(|name| String::from(*name)).collect(),
+            runs: records.iter().map(scored).collect(),
+        };
+        out.push(Asked { discovery, told });
     }
     Ok(out)
 }

@@ -1,20 +1,25 @@
 //! The study: effects hidden in another simulator's data, clean glasses, measured water.
 
+pub mod bench;
 pub mod cases;
 pub mod courses;
 pub mod coverage;
 pub mod measured;
+pub mod page;
+pub mod pictures;
+pub mod plans;
 pub mod run;
 pub mod tally;
 pub mod trial;
 pub mod truth;
 
 use super::calibrate::{Calibration, Group};
-use super::load::{drive_of, load};
+use super::load::load;
 use super::predict::{Known, predict};
 use super::problem::Problem;
 use super::record::{Channel, Quantity, Record};
-use super::verdict::Thresholds;
+use super::tables::drive_of;
+use super::thresholds::Thresholds;
 use super::workflow::{Settings, discover, split};
 use crate::offline::motion::Motion;
 use crate::offline::prelude::*;
@@ -147,6 +152,6 @@ pub fn long_discovery_s() -> Result<f64, String> {
     let entry = crate::effects::find("yield_stress").ok_or("no yield stress in the library")?;
     let records = make(&known, 99, &[crate::effects::Active { entry, values: [1.0, 0.0] }]);
     let begun = Instant::now();
-    discover(&records, known, &references, Thresholds::default(), &Settings::default())?;
+    discover(&records, known, &references, &Thresholds::default(), &Settings::default())?;
     Ok(begun.elapsed().as_secs_f64())
 }

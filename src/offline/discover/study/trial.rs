@@ -5,12 +5,13 @@
 
 use super::courses::courses;
 use super::truth::{DENSITY_KG_M3, Truth};
-use crate::host::bag::profiles_to_csv;
+use crate::host::bag::{profiles_from_csv, profiles_to_csv};
 use crate::host::files::write_whole;
 use crate::offline::camera::START;
 use crate::offline::experiment::GLASS;
 use crate::offline::prelude::*;
 use crate::offline::scene::SceneSettings;
+use crate::offline::score::frame_of;
 use crate::offline::watching::sightings;
 use crate::surface::{SurfaceProfile, profile_abscissa};
 use crate::units::FRAME_INTERVAL_S;
@@ -53,13 +54,33 @@ impl Trial {
         )?;
         wanted.par_iter().enumerate().try_for_each(|(place, course)| {
             let name = char::from(first + place as u8);
-            let recording = self.truth.recording(cache, *course)?;
-            let seed = self.seed.wrapping_mul(1000).wrapping_add(*course as u64);
-            let scene = SceneSettings { seed, ..SceneSettings::default() };
-            let seen = sightings(&recording, scene).map_err(|error| format!("{error:?}"))?;
+            let seen = self.seen(cache, *course)?;
             file(format!("{name}.profile.csv"), &profiles_to_csv(&self.viewed(&seen)))?;
             file(format!("{name}.motion.csv"), &self.stated(&courses(self.truth.kind)[*course].samples()))
         })
+    }
+
+    /// What the camera saw of a course before any fault; kept beside the glasses, because many trials differ
+    /// only in what the hands put in.
+    fn seen(&self, cache: &Path, course: usize) -> Result<Vec<Option<SurfaceProfile>>, String> {
+        let seed = self.seed.wrapping_mul(1000).wrapping_add(course as u64);
+        let path = cache.join(format!("seen/{}-{course}-{seed}.csv", self.truth.digest()));
+        if !path.exists() {
+            let recording = self.truth.recording(cache, course)?;
+            let scene = SceneSettings { seed, ..SceneSettings::default() };
+            let seen = sightings(&recording, scene).map_err(|error| format!("{error:?}"))?;
+            let seen: Vec<SurfaceProfile> = seen.into_iter().flatten().collect();
+            write_whole(&path, profiles_to_csv(&seen).as_bytes()).map_err(|error| format!("{error}"))?;
+        }
+        let wrong = |why: String| format!("{}: {why}; remove it and run again", path.display());
+        let text = std::fs::read_to_string(&path).map_err(|error| wrong(format!("{error}")))?;
+        let mut seen = vec![None; courses(self.truth.kind)[course].frames()];
+        for profile in profiles_from_csv(&text).map_err(|error| wrong(format!("{error}")))? {
+            if let Some(place) = seen.get_mut(frame_of(profile.captured, START)) {
+                *place = Some(profile);
+            }
+        }
+        Ok(seen)
     }
 
     /// The profiles as a camera with the hidden faults gives them.

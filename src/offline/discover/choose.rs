@@ -1,0 +1,86 @@
+//! Which effect is said, or which two: each has to lower the cost by more than clean glasses let it.
+
+use super::fit::{Fitted, fit_beside};
+use super::problem::Problem;
+use super::rank::{Candidate, rank};
+use super::thresholds::Thresholds;
+use super::verdict::{APART, Verdict};
+use crate::effects::{Class, Entry, find};
+use crate::offline::prelude::*;
+
+/// What a second effect has to gain as a part of the first one's gain, if it acts on the liquid as the first
+/// one does, and otherwise: the formula of the first is not exact.
+const RELATED: f64 = 0.3;
+const UNRELATED: f64 = 0.05;
+
+/// What is said, and what it has to be told apart from.
+pub(super) struct Choice {
+    /// The chosen fit.
+    pub(super) fitted: Fitted,
+    /// The chosen candidate, then its rivals.
+    pub(super) rivals: Vec<Candidate>,
+    /// Whether two effects are said.
+    pub(super) two: bool,
+}
+
+/// The first of `ranking` that gains enough, clears its bound, and clears it too beside each better one that
+/// does not: what looks like an effect may be what clean glasses show.
+pub(super) fn believed(problem: &Problem, ranking: &[Candidate], limits: &Thresholds) -> Option<usize> {
+    let place = ranking.iter().position(|c| c.gain >= limits.gain && limits.clears(c))?;
+    let (name, fitted) = (ranking[place].last(), ranking[place].fitted.as_ref()?);
+    let active = fitted.active.last()?;
+    let holds = |better: &Candidate| {
+        let Some(base) = &better.fitted else { return true };
+        base.cost - fit_beside(problem, base, active.entry, active).cost >= limits.of(name)
+    };
+    ranking[..place].iter().all(holds).then_some(place)
+}
+
+/// The believed single effect, or the pair with a second one where each lowers the cost beside the other by
+/// more than clean glasses let it; where only the second does, the second alone.
+pub(super) fn choose(
+    problem: &Problem,
+    library: &[&'static Entry],
+    limits: &Thresholds,
+    verdict: &mut Verdict,
+    place: usize,
+) -> Option<Choice> {
+    let none = verdict.plain.bic(verdict.count);
+    let best = verdict.ranking[place].clone();
+    let single = best.fitted.clone()?;
+    verdict.pairs = rank(problem, &single, library, none);
+    let alone = Choice { fitted: single.clone(), rivals: verdict.ranking[place..].to_vec(), two: false };
+    let Some(first) = verdict.pairs.iter().position(|pair| limits.clears(pair)) else { return Some(alone) };
+    let pair = verdict.pairs[first].clone();
+    let Some(both) = &pair.fitted else { return Some(alone) };
+    let part = if related(&pair.names) { RELATED } else { UNRELATED };
+    if pair.gain - best.gain <= limits.gain.max(APART).max(part * best.gain) {
+        return Some(alone);
+    }
+    let second = both.active.last()?;
+    let fitted = fit_beside(problem, &verdict.plain, second.entry, second);
+    if fitted.cost - both.cost >= limits.of(best.last()) {
+        let rivals = verdict.pairs[first..].to_vec();
+        return Some(Choice { fitted: both.clone(), rivals, two: true });
+    }
+    let name = second.entry.name;
+    let own = Candidate {
+        names: vec![name],
+        gain: none - fitted.bic(verdict.count),
+        fall: verdict.plain.cost - fitted.cost,
+        signature: pair.signature.clone(),
+        fitted: Some(fitted.clone()),
+    };
+    let others = verdict.ranking.iter().filter(|c| c.last() != name && c.last() != best.last()).cloned();
+    let rivals = std::iter::once(own).chain(others).collect();
+    Some(Choice { fitted, rivals, two: false })
+}
+
+/// Whether all of `names` act in the liquid: what the formula of one leaves may then look like another.
+fn related(names: &[&'static str]) -> bool {
+    let in_liquid = |name: &&'static str| {
+        let class = find(name).map(|entry| entry.class);
+        !matches!(class, Some(Class::View | Class::Timing | Class::Actuation))
+    };
+    names.iter().all(in_liquid)
+}

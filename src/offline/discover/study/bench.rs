@@ -1,0 +1,215 @@
+//! Judging one trial: references and their thresholds, the workflow, and what only the answer can add.
+
+use super::super::calibrate::Group;
+use super::super::fit::fit;
+use super::super::gap::gap_of;
+use super::super::load::load;
+use super::super::predict::Known;
+use super::super::problem::Problem;
+use super::super::record::Record;
+use super::super::thresholds::{Shown, Thresholds, limits, shown};
+use super::super::verdict::Decision;
+use super::super::workflow::{Discovery, Settings, discover, split};
+use super::cases::clean;
+use super::courses::{Kind, courses};
+use super::plans::Plan;
+use super::trial::Trial;
+use super::truth::Truth;
+use crate::effects::{Active, find};
+use crate::host::files::write_whole;
+use crate::offline::prelude::*;
+use serde::{Deserialize, Serialize};
+use std::path::PathBuf;
+use std::time::Instant;
+
+/// Where the study works.
+#[derive(Clone, Debug)]
+pub struct Places {
+    /// Simulated glasses.
+    pub cache: PathBuf,
+    /// Trials, answers and what was judged.
+    pub out: PathBuf,
+}
+
+/// What the workflow said of a trial.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Judged {
+    /// none, named, tied or unknown.
+    pub verdict: String,
+    /// Names.
+    pub names: Vec<String>,
+    /// Class.
+    pub class: Option<String>,
+    /// Gain in BIC over none of what was said.
+    pub gain: f64,
+    /// By how much the first name had to lower the cost; none where no name was said.
+    pub bound: Option<f64>,
+    /// Best effect of the ranking and its gain.
+    pub best: Option<(String, f64)>,
+    /// Misfit without and with.
+    pub misfit: [f64; 2],
+    /// Effect, value, least and largest value of the first free parameter.
+    pub estimate: Option<(String, f64, f64, f64)>,
+    /// Gap: untouched, nuisances fitted again, black box, effect; mm.
+    pub gap_mm: Option<[f64; 4]>,
+    /// Gap with the true value, mm; none where nothing is hidden.
+    pub oracle_mm: Option<f64>,
+    /// Which motion was asked for.
+    pub asked: Option<usize>,
+    /// How long the discovery took, s.
+    pub seconds: f64,
+}
+
+/// References of one kind of course, with what each shows when the others judge it.
+///
+/// A tested glass that is itself a reference sets no threshold for itself and calibrates nothing that it is
+/// judged by; that it was among those that judged the other references makes their bounds, if anything, lower.
+pub struct Bench {
+    groups: Vec<Group>,
+    shown: Vec<Shown>,
+}
+
+/// A glass, which of its courses, and the letter that their names start from.
+type Part = (Truth, Vec<usize>, u8);
+
+/// Recordings of another kind of course that a trial gets beside its own: the glass, and which.
+pub type More<'a> = Option<(&'a Trial, &'a [usize])>;
+
+impl Bench {
+    /// The references of `kind`.
+    ///
+    /// # Errors
+    /// In words, when one is not in the cache or cannot be fitted.
+    pub fn new(places: &Places, kind: Kind) -> Result<Self, String> {
+        let count = courses(kind).len();
+        let every: Vec<usize> = (0..count).collect();
+        let parts = |truth: &Truth| vec![(truth.clone(), every.clone(), b'a')];
+        Self::of(places, &format!("{kind:?}").to_lowercase(), 9000, clean(kind), &parts)
+    }
+
+    /// The references of trials that got what they asked for: the single jolts, and all that may be asked.
+    ///
+    /// # Errors
+    /// In words, when one is not in the cache or cannot be fitted.
+    pub fn with_asked(places: &Places) -> Result<Self, String> {
+        let parts = |truth: &Truth| {
+            let single = Truth { kind: Kind::Single, ..truth.clone() };
+            vec![(single, vec![0, 1, 2, 3], b'a'), (truth.clone(), vec![0, 1, 2], b'e')]
+        };
+        Self::of(places, "both", 9500, clean(Kind::Asked), &parts)
+    }
+
+    fn of(
+        places: &Places,
+        word: &str,
+        seed: u64,
+        glasses: Vec<Truth>,
+        parts: &dyn Fn(&Truth) -> Vec<Part>,
+    ) -> Result<Self, String> {
+        let mut groups = Vec::new();
+        for (index, truth) in glasses.iter().enumerate() {
+            let path = places.out.join(format!("references/{word}-{index}"));
+            let mark = path.join("made");
+            if !mark.exists() {
+                for (truth, wanted, first) in parts(truth) {
+                    let stated_viscosity_pa_s = truth.viscosity_pa_s;
+                    let seed = seed + index as u64;
+                    let trial = Trial { truth, hands: vec![], stated_viscosity_pa_s, seed };
+                    trial.write(&path, &places.cache, &wanted, first)?;
+                }
+                write_whole(&mark, b"").map_err(|error| format!("{error}"))?;
+            }
+            let folder = load(&path)?;
+            groups.push(Group::new(folder.known, folder.records, None)?);
+        }
+        let shown = shown(&groups.iter().collect::<Vec<_>>(), &Settings::default())?;
+        Ok(Self { groups, shown })
+    }
+
+    /// The references but for `leave_out`, and the thresholds that they set.
+    fn against(&self, leave_out: Option<usize>) -> (Vec<&Group>, Thresholds) {
+        let kept = self.groups.iter().zip(&self.shown).enumerate().filter(|(i, _)| Some(*i) != leave_out);
+        let (groups, shown): (Vec<&Group>, Vec<&Shown>) = kept.map(|(_, both)| both).unzip();
+        (groups, limits(&shown, &Settings::default()))
+    }
+}
+
+/// Writes the trial of `plan` under a neutral `name` with the recordings of `more` beside it, lets the
+/// workflow judge it, and adds what only the answer can add: the oracle's gap.
+///
+/// # Errors
+/// In words, when a recording is not in the cache, a file cannot be written or a fit fails.
+pub fn judge(
+    places: &Places,
+    plan: &Plan,
+    bench: &Bench,
+    name: &str,
+    more: More<'_>,
+) -> Result<Judged, String> {
+    let path = places.out.join("trials").join(name);
+    // What another study left under this name is another trial; what this one left is not rendered again.
+    let made = format!("{:?} {} {more:?}", plan.trial, plan.trial.truth.digest());
+    let made = crc::Crc::<u64>::new(&crc::CRC_64_ECMA_182).checksum(made.as_bytes()).to_string();
+    let mark = path.join("made");
+    if std::fs::read_to_string(&mark).ok().as_deref() != Some(&made) {
+        let _gone = std::fs::remove_dir_all(&path);
+        plan.trial.write(&path, &places.cache, &[0, 1, 2, 3], b'a')?;
+        if let Some((trial, wanted)) = more {
+            trial.write(&path, &places.cache, wanted, b'e')?;
+        }
+        write_whole(&mark, made.as_bytes()).map_err(|error| format!("{error}"))?;
+    }
+    let folder = load(&path)?;
+    let settings = Settings { library: plan.library.clone(), noise: plan.noise, ..Settings::default() };
+    let (groups, limits) = bench.against(plan.leave_out);
+    let begun = Instant::now();
+    let found = discover(&folder.records, folder.known, &groups, &limits, &settings)?;
+    let seconds = begun.elapsed().as_secs_f64();
+    let oracle = oracle_mm(plan, &found, &folder.records, folder.known)?;
+    Ok(judged(&found, oracle, seconds))
+}
+
+fn judged(found: &Discovery, oracle_mm: Option<f64>, seconds: f64) -> Judged {
+    let verdict = &found.verdict;
+    let said = verdict.decision != Decision::None;
+    let names: Vec<&'static str> = if said { verdict.names.clone() } else { vec![] };
+    Judged {
+        verdict: verdict.decision.word().into(),
+        class: verdict.class.filter(|_| said).map(|class| class.words().into()),
+        gain: verdict.gain,
+        bound: names.first().map(|name| found.limits.of(name)),
+        best: verdict.ranking.first().map(|best| (best.names.join(" + "), best.gain)),
+        names: names.into_iter().map(String::from).collect(),
+        misfit: [verdict.plain.chi2(verdict.count), verdict.chi2],
+        estimate: found.estimates.first().map(|e| (e.effect.into(), e.value, e.interval.0, e.interval.1)),
+        gap_mm: found.gap.map(|g| [g.untouched, g.refitted, g.black_box, g.effect].map(|m| 1e3 * m)),
+        oracle_mm,
+        asked: found.question.as_ref().map(|q| q.course),
+        seconds,
+    }
+}
+
+/// The gap of the oracle, mm: the true effect at its true size in the reduced model, nuisances fitted.
+fn oracle_mm(
+    plan: &Plan,
+    found: &Discovery,
+    records: &[Record],
+    known: Known,
+) -> Result<Option<f64>, String> {
+    if plan.answer.effects.is_empty() {
+        return Ok(None);
+    }
+    let mut active: Vec<Active> = Vec::new();
+    for (name, value) in &plan.answer.effects {
+        let Some(entry) = find(name) else { return Ok(None) };
+        let mut values = entry.neutral();
+        values[0] = *value;
+        active.push(Active { entry, values });
+    }
+    let (fitted, sealed) = split(records);
+    let Some(sealed) = sealed else { return Ok(None) };
+    let problem = Problem::new(&fitted, known, &found.calibration, plan.noise)?;
+    let trusting = problem.trusting(&problem.mean, &active)?;
+    let fitted = fit(&trusting, &problem.mean, &active, &[]);
+    Ok(Some(1e3 * gap_of(&sealed, known, &found.calibration, &fitted, plan.noise)?))
+}

@@ -1,0 +1,219 @@
+//! The trials of the study, in an order that serves an interrupted one best.
+//!
+//! ```text
+//! clean     nothing hidden; the tested glass is left out of its references and thresholds
+//! hidden    every effect that simulator or hands carry, at one, two and half its reference size
+//! fresh     the same at reference size in a packing that was not looked at while rules were made
+//! without   the same at reference size, with the truth taken out of the library
+//! noise     clean with the noise misjudged by half
+//! pairs     two at once
+//! asked     hidden at reference size and tied, with the recordings that the workflow asked for
+//! ```
+
+use super::cases::{HIDDEN, HIDDEN_PACKINGS, Hidden, PAIRS, SIZES, VISCOSITY_PA_S, clean};
+use super::courses::Kind;
+use super::trial::Trial;
+use super::truth::Truth;
+use crate::effects::{Entry, LIBRARY};
+use crate::offline::prelude::*;
+use serde::{Deserialize, Serialize};
+use std::path::Path;
+
+/// Raised when a trial comes out otherwise than it did.
+const VERSION: u32 = 4;
+
+/// Clean glasses of each kind before anything else is tried, and of the rest.
+const KINDS: [Kind; 3] = [Kind::Single, Kind::Double, Kind::Slow];
+
+/// What a trial belongs to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+pub enum Family {
+    /// None.
+    Clean,
+    /// One effect.
+    Hidden,
+    /// One effect, in a glass that was not looked at while rules were made.
+    Fresh,
+    /// One effect that the library lacks.
+    Without,
+    /// None, with the noise misjudged.
+    Noise,
+    /// Two effects.
+    Pair,
+    /// One effect, with what was asked for.
+    Asked,
+}
+
+/// The answer of a trial: what was truly hidden.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Answer {
+    /// Family.
+    pub family: Family,
+    /// Effects and their values.
+    pub effects: Vec<(String, f64)>,
+    /// Size of the effect in units of its reference size; 0 of none.
+    pub size: f64,
+    /// Liquid, packing and course, for counting distinct ones.
+    pub glass: String,
+}
+
+/// One trial to be made.
+#[derive(Clone, Debug)]
+pub struct Plan {
+    /// What is hidden.
+    pub answer: Answer,
+    /// What the workflow gets.
+    pub trial: Trial,
+    /// What may be named.
+    pub library: Vec<&'static Entry>,
+    /// Factor on the noise.
+    pub noise: f64,
+    /// Which clean glass is no reference here, because it is the tested one.
+    pub leave_out: Option<usize>,
+}
+
+impl Plan {
+    /// A name for what is judged that changes with everything that goes into it.
+    #[must_use]
+    pub fn digest(&self) -> String {
+        let names: Vec<_> = self.library.iter().map(|entry| entry.name).collect();
+        let text = format!(
+            "{VERSION} {:?} {} {:?} {names:?} {} {}",
+            self.trial,
+            self.trial.truth.digest(),
+            self.answer,
+            self.noise,
+            clean(self.trial.truth.kind).len()
+        );
+        format!("{:016x}", crc::Crc::<u64>::new(&crc::CRC_64_ECMA_182).checksum(text.as_bytes()))
+    }
+
+    /// Whether its glass is in the cache.
+    #[must_use]
+    pub fn is_there(&self, cache: &Path) -> bool {
+        self.trial.truth.is_there(cache)
+    }
+}
+
+/// Everything that shares its slot with the effect so exactly that no recording here parts them.
+#[must_use]
+pub fn twins(name: &str) -> &'static [&'static str] {
+    match name {
+        "camera_latency" | "actuation_delay" => &["camera_latency", "actuation_delay"],
+        "camera_slope" | "container_tilt" => &["camera_slope", "container_tilt"],
+        _ => &[],
+    }
+}
+
+/// The trials but for those that are asked for: `cleans` clean ones.
+#[must_use]
+pub fn plans(cleans: usize, seed: u64) -> Vec<Plan> {
+    let [known, fresh] = HIDDEN_PACKINGS;
+    let all = || LIBRARY.iter().collect::<Vec<_>>();
+    let reference =
+        |family: Family, packing: u64| HIDDEN.iter().map(move |h| one(h, 1.0, packing, family, all(), seed));
+    let glasses: Vec<(Option<usize>, Truth)> = KINDS.into_iter().flat_map(tested).collect();
+    let blank = |number: usize, family: Family, noise: f64| {
+        let (leave_out, truth) = &glasses[number % glasses.len()];
+        let glass = format!("{:?} {} {}", truth.kind, truth.viscosity_pa_s, truth.packing);
+        Plan {
+            answer: Answer { family, effects: vec![], size: 0.0, glass },
+            trial: Trial {
+                truth: truth.clone(),
+                hands: vec![],
+                stated_viscosity_pa_s: truth.viscosity_pa_s,
+                seed: seed + 100 + number as u64,
+            },
+            library: all(),
+            noise,
+            leave_out: *leave_out,
+        }
+    };
+    let once = cleans.min(glasses.len());
+    let mut out: Vec<Plan> = (0..once).map(|n| blank(n, Family::Clean, 1.0)).collect();
+    out.extend(reference(Family::Hidden, known));
+    out.extend((once..cleans.min(60)).map(|n| blank(n, Family::Clean, 1.0)));
+    out.extend(reference(Family::Fresh, fresh));
+    let without = |h: &Hidden| {
+        let lacks = |e: &&'static Entry| e.name != h.name && !twins(h.name).contains(&e.name);
+        one(h, 1.0, known, Family::Without, LIBRARY.iter().filter(lacks).collect(), seed)
+    };
+    out.extend(HIDDEN.iter().map(without));
+    out.extend((0..once).map(|n| blank(n, Family::Noise, if n % 2 == 0 { 1.5 } else { 1.0 / 1.5 })));
+    let of = |name: &str| HIDDEN.iter().find(|h| h.name == name);
+    for (a, b) in PAIRS {
+        if let (Some(a), Some(b)) = (of(a), of(b)) {
+            let mut plan = one(a, 1.0, known, Family::Pair, all(), seed);
+            plan.trial.hands.push((b.name, b.value(1.0)));
+            plan.answer.effects.push((b.name.into(), b.value(1.0)));
+            out.push(plan);
+        }
+    }
+    out.extend((cleans.min(60).max(once)..cleans).map(|n| blank(n, Family::Clean, 1.0)));
+    for size in SIZES.into_iter().skip(1) {
+        out.extend(HIDDEN.iter().map(|h| one(h, size, known, Family::Hidden, all(), seed)));
+    }
+    out
+}
+
+/// The clean glasses of `kind` that are tested, with their place among the references: all of these, and of
+/// the single jolts the glasses that the hands put their effects in.
+fn tested(kind: Kind) -> Vec<(Option<usize>, Truth)> {
+    let mut out: Vec<_> = clean(kind).into_iter().enumerate().map(|(i, truth)| (Some(i), truth)).collect();
+    if kind == Kind::Single {
+        let by_hand = HIDDEN.iter().find(|h| h.simulator.is_none());
+        out.extend(HIDDEN_PACKINGS.into_iter().filter_map(|p| Some((None, by_hand?.truth(1.0, p, kind)))));
+    }
+    out
+}
+
+/// `hidden` at `size` in the glass of this `packing`.
+fn one(
+    hidden: &Hidden,
+    size: f64,
+    packing: u64,
+    family: Family,
+    library: Vec<&'static Entry>,
+    seed: u64,
+) -> Plan {
+    let value = hidden.value(size);
+    let hands = if hidden.simulator.is_none() { vec![(hidden.name, value)] } else { vec![] };
+    let truth = hidden.truth(size, packing, Kind::Single);
+    Plan {
+        answer: Answer {
+            family,
+            effects: vec![(hidden.name.into(), value)],
+            size,
+            glass: format!("packing {packing}"),
+        },
+        trial: Trial { truth, hands, stated_viscosity_pa_s: VISCOSITY_PA_S, seed: seed + 10 },
+        library,
+        noise: 1.0,
+        leave_out: None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_trial_has_a_name_of_its_own_and_clean_ones_are_of_many_glasses() {
+        let plans = plans(118, 1);
+        let mut names: Vec<String> = plans.iter().map(Plan::digest).collect();
+        names.sort();
+        names.dedup();
+        assert_eq!(names.len(), plans.len());
+        let of = |family: Family| plans.iter().filter(move |p| p.answer.family == family);
+        assert_eq!(of(Family::Clean).count(), 118);
+        let glasses: std::collections::BTreeSet<_> = of(Family::Clean).map(|p| &p.answer.glass).collect();
+        assert!(glasses.len() >= 12, "{glasses:?}");
+        assert!(of(Family::Without).all(|p| p.library.iter().all(|e| e.name != p.answer.effects[0].0)));
+        // A tested glass is never its own reference.
+        for plan in of(Family::Clean) {
+            let references = clean(plan.trial.truth.kind);
+            let mine = references.iter().position(|truth| *truth == plan.trial.truth);
+            assert_eq!(mine, plan.leave_out);
+        }
+    }
+}

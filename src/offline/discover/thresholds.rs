@@ -1,0 +1,206 @@
+//! Thresholds from the references: what clean glasses show is not believed.
+//!
+//! Each reference is judged by the others. Effect e lowers its cost (minus twice the logarithm of the
+//! likelihood) by T_e although nothing is hidden. Were the model exact, T_e would be chi-squared with its p
+//! free parameters; it is not, and what it is off by looks like some effects more than like others:
+//! ```text
+//! T_e ~ phi_e chi2_p,       phi_e = max(1, mean of T_e over n references / p)
+//! T_e of the next clean glass / (p phi_e) ~ F(p, n p)
+//! bound_e = p phi_e F_(1 - c/K)(p, n p),      c = 0.01 for all K effects together
+//! ```
+//! (overdispersion and its F test: McCullagh and Nelder 1989, 4.5; prediction bounds for one more of n:
+//! Hahn and Meeker 1991, 4.) The fewer the references, the higher the bound: with K = 21 it is 22 phi of
+//! twelve, 41 phi of six and 340 phi of three. F(1, n) is Student's t squared; the upper tail of F(2, 2n)
+//! is `(1 + x/n)^-n`. The misfit has the bound of a normal ln(chi2/n), `m + t s sqrt(1 + 1/n)`.
+
+use super::calibrate::{Calibration, Group};
+use super::fit::{fit, fit_beside, free_of, search};
+use super::problem::Problem;
+use super::rank::Candidate;
+use super::workflow::{Settings, split};
+use crate::effects::Entry;
+use crate::offline::prelude::*;
+use rayon::prelude::*;
+use std::collections::BTreeMap;
+use std::f64::consts::PI;
+
+/// Gain in BIC over none from which an effect is believed at all.
+pub const CERTAIN: f64 = 10.0;
+
+/// Chance of a name for a clean glass, all effects together.
+const FALSE_NAME: f64 = 0.01;
+
+/// Least threshold of the misfit a number.
+const LEAST_MISFIT: f64 = 1.25;
+
+/// Thresholds that the references set.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Thresholds {
+    /// Least gain in BIC over none.
+    pub gain: f64,
+    /// Largest misfit a number.
+    pub chi2: f64,
+    /// By how much each effect has to lower the cost, beside what else is there; 0 where nothing is said.
+    pub bound: BTreeMap<&'static str, f64>,
+}
+
+impl Default for Thresholds {
+    fn default() -> Self {
+        Self { gain: CERTAIN, chi2: LEAST_MISFIT, bound: BTreeMap::new() }
+    }
+}
+
+impl Thresholds {
+    /// By how much the effect called `name` has to lower the cost.
+    #[must_use]
+    pub fn of(&self, name: &str) -> f64 {
+        self.bound.get(name).copied().unwrap_or(0.0)
+    }
+
+    /// Whether the last effect of `candidate` lowers the cost by more than a clean glass lets it.
+    #[must_use]
+    pub fn clears(&self, candidate: &Candidate) -> bool {
+        candidate.fitted.is_some() && candidate.fall >= self.of(candidate.last())
+    }
+}
+
+/// What one reference showed when the others judged it.
+#[derive(Clone, Debug)]
+pub struct Shown {
+    /// By how much each effect of the library lowers its cost.
+    fall: Vec<f64>,
+    /// Free parameters of each.
+    parameters: Vec<usize>,
+    /// Misfit a number without any effect.
+    chi2: f64,
+}
+
+/// Thresholds that `groups` of references set: each in turn is judged by the others.
+///
+/// # Errors
+/// In words, when a reference cannot be fitted.
+pub fn thresholds(groups: &[&Group], settings: &Settings) -> Result<Thresholds, String> {
+    let shown = shown(groups, settings)?;
+    Ok(limits(&shown.iter().collect::<Vec<_>>(), settings))
+}
+
+/// What each of `groups` shows when the others judge it.
+///
+/// # Errors
+/// In words, when a reference cannot be fitted.
+pub fn shown(groups: &[&Group], settings: &Settings) -> Result<Vec<Shown>, String> {
+    let one = |(index, group): (usize, &&Group)| {
+        let others: Vec<&Group> =
+            groups.iter().enumerate().filter(|(i, _)| *i != index).map(|(_, g)| *g).collect();
+        let (records, _) = split(&group.records);
+        let calibration = Calibration::from(&others, &records, settings.own_clocks_s);
+        let problem =
+            Problem::new(&records, group.known, &calibration, settings.noise)?.keeping(&settings.kept);
+        let plain = fit(&problem, &problem.mean, &[], &[]);
+        let fall = |entry: &&'static Entry| {
+            let (_, from, _) = search(&problem, &plain, entry);
+            (plain.cost - fit_beside(&problem, &plain, entry, &from).cost).max(0.0)
+        };
+        Ok(Shown {
+            fall: settings.library.par_iter().map(fall).collect(),
+            parameters: settings.library.iter().map(|entry| free_of(&problem, entry).len()).collect(),
+            chi2: plain.chi2(problem.count()),
+        })
+    };
+    groups.iter().enumerate().map(one).collect()
+}
+
+/// Thresholds from what references showed; twice the gain is asked for where they are too few to say.
+#[must_use]
+pub fn limits(shown: &[&Shown], settings: &Settings) -> Thresholds {
+    let mut limits = Thresholds::default();
+    let Some(first) = shown.first().filter(|_| shown.len() > 2) else {
+        limits.gain *= 2.0;
+        return limits;
+    };
+    let chance = FALSE_NAME / settings.library.len().max(1) as f64;
+    for ((i, entry), parameters) in settings.library.iter().enumerate().zip(&first.parameters) {
+        let falls: Vec<f64> = shown.iter().map(|one| one.fall[i]).collect();
+        limits.bound.insert(entry.name, bound(&falls, *parameters, chance));
+    }
+    let misfits: Vec<f64> = shown.iter().map(|one| one.chi2.ln()).collect();
+    limits.chi2 = limits.chi2.max(next(&misfits, FALSE_NAME).exp());
+    limits
+}
+
+/// What T of an effect with `parameters` exceeds in one more clean glass with probability `chance`, after
+/// references that showed `falls`.
+#[must_use]
+pub fn bound(falls: &[f64], parameters: usize, chance: f64) -> f64 {
+    let (n, p) = (falls.len() as f64, parameters.max(1) as f64);
+    let phi = (falls.iter().sum::<f64>() / (n * p)).max(1.0);
+    let f = if parameters < 2 { student(0.5 * chance, n).powi(2) } else { n * (chance.powf(-1.0 / n) - 1.0) };
+    p * phi * f
+}
+
+/// What one more of `values` exceeds with probability `chance`, were they normal.
+fn next(values: &[f64], chance: f64) -> f64 {
+    let n = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / n;
+    let spread = values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / (n - 1.0);
+    mean + student(chance, n - 1.0) * (spread * (1.0 + 1.0 / n)).sqrt()
+}
+
+/// What Student's t of `n` degrees of freedom exceeds with probability `chance`: with `t = sqrt(n) cot u` the
+/// density of u is `sin^(n-1) u` on 0 to pi.
+fn student(chance: f64, n: f64) -> f64 {
+    const STEPS: usize = 100_000;
+    let h = PI / STEPS as f64;
+    let density = |i: usize| ((i as f64 + 0.5) * h).sin().powf(n - 1.0);
+    let wanted = chance * (0..STEPS).map(density).sum::<f64>();
+    let mut sum = 0.0;
+    for i in 0..STEPS {
+        let here = density(i);
+        if sum + here >= wanted {
+            return n.sqrt() / ((i as f64 + (wanted - sum) / here) * h).tan();
+        }
+        sum += here;
+    }
+    0.0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_tails_are_those_of_the_tables() {
+        // Student's t: 4.541 and 2.998 of 1 % and 5 % twice over; F(2, 8) of 1 %: 8.649.
+        for (chance, n, table) in
+            [(0.01, 3.0, 4.541), (0.005, 3.0, 5.841), (0.01, 11.0, 2.718), (0.0005, 6.0, 5.959)]
+        {
+            assert!((student(chance, n) - table).abs() < 2e-3, "{}", student(chance, n));
+        }
+        assert!((bound(&[2.0; 4], 2, 0.01) / 2.0 - 8.649).abs() < 2e-3);
+        // Clean glasses that show less than chance does not lower the bound below chance's own.
+        assert_eq!(bound(&[0.0; 6], 1, 0.01), bound(&[1.0; 6], 1, 0.01));
+        assert!(bound(&[5.0; 12], 1, 0.01) < bound(&[5.0; 6], 1, 0.01));
+    }
+
+    #[test]
+    fn one_more_exceeds_its_bound_as_often_as_it_says() {
+        use rand::{RngExt, SeedableRng};
+        let mut random = rand_chacha::ChaCha8Rng::seed_from_u64(3);
+        let mut square = || {
+            let (a, b): (f64, f64) = (random.random(), random.random());
+            7.0 * -2.0 * (1.0 - a).ln() * (2.0 * PI * b).cos().powi(2)
+        };
+        let chance = 0.05;
+        const TRIALS: usize = 2000;
+        let over = (0..TRIALS).filter(|_| {
+            let seen: Vec<f64> = (0..7).map(|_| square()).collect();
+            let next = square();
+            let phi = (seen.iter().sum::<f64>() / 7.0).max(1.0);
+            next > phi * 5.591
+        });
+        // t of 7 degrees at 2.5 % is 2.3646, squared 5.591.
+        assert!((student(0.5 * chance, 7.0).powi(2) - 5.591).abs() < 2e-3);
+        let share = over.count() as f64 / TRIALS as f64;
+        assert!((share - chance).abs() < 0.015, "{share}");
+    }
+}

@@ -1,0 +1,37 @@
+//! Made-up recordings for discovery.
+
+use meniscus::effects::{Active, find};
+use meniscus::offline::discover::calibrate::Calibration;
+use meniscus::offline::discover::predict::Known;
+use meniscus::offline::discover::record::Record;
+use meniscus::offline::discover::study::courses::Course;
+use meniscus::offline::discover::study::made_up_with;
+
+pub(crate) const KNOWN: Known =
+    Known { radius_m: 0.035, fill_m: 0.07, density_kg_m3: 1261.0, viscosity_pa_s: 0.2, told: [1.0; 2] };
+const NOISE_M: f64 = 1e-4;
+
+/// Four recordings of jolts of 2.2 s; the third strongest is sealed by the workflow.
+pub(crate) fn glass(known: &Known, effects: &[(&str, f64)], seed: u64) -> Vec<Record> {
+    let theta = Calibration::blind(&[], 0.0).mean;
+    let active: Vec<Active> = effects
+        .iter()
+        .map(|(name, value)| {
+            let entry = find(name).expect("in the library");
+            let mut values = entry.neutral();
+            values[0] = *value;
+            Active { entry, values }
+        })
+        .collect();
+    let strengths = [0.6, 1.25, 2.2, 1.7];
+    strengths
+        .iter()
+        .zip(["a", "b", "c", "d"])
+        .enumerate()
+        .map(|(i, (strength, name))| {
+            let course = Course::jolt(0.28, *strength, 2.2);
+            made_up_with(name, known, &course, &theta, &active, NOISE_M, 100 * seed + i as u64)
+                .expect("a motion")
+        })
+        .collect()
+}
