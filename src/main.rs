@@ -21,7 +21,7 @@ struct Arguments {
 
 #[derive(Subcommand)]
 enum Command {
-    Run(cli::run::Arguments),
+    Run(Box<cli::run::Arguments>),
     Simulate(cli::simulate::Arguments),
     Train(cli::train::Arguments),
     Correct(cli::correct::Arguments),

@@ -161,7 +161,7 @@ fn runs(arguments: &Arguments) -> anyhow::Result<Vec<Run>> {
             "--rates {entry}: {rate_hz} Hz is out of range: {least} to {most}"
         );
         ensure!(
-            minutes >= 0.05 && minutes <= LONGEST_MIN,
+            (0.05..=LONGEST_MIN).contains(&minutes),
             "--rates {entry}: {minutes} minutes are out of range: 0.05 to {LONGEST_MIN}"
         );
         let run = |loads: &Vec<Load>| Run {

@@ -38,7 +38,7 @@ pub(crate) struct Arguments {
     /// Frames of the film a second: a whole part of 60.
     #[arg(long, default_value_t = 20, value_parser = clap::value_parser!(u16).range(1..=60))]
     rate: u16,
-    /// Width of the film, pixels: a narrow one weighs less.
+    /// Width of the film, pixels: a narrow one has fewer colours and weighs a tenth.
     #[arg(long, default_value_t = SIZE.0, value_name = "PIXELS", value_parser = clap::value_parser!(u32).range(300..=1200))]
     width: u32,
     /// No more than so many seconds from the beginning.

@@ -180,11 +180,19 @@ pub fn animation(
     Ok(bytes)
 }
 
-/// An RGB picture of [`SIZE`] as one of `size`, without jagged edges.
+/// Grey levels between two that a smaller film tells apart: the camera's noise is what a film's bytes are spent on.
+const LEVEL: u16 = 17;
+
+/// An RGB picture of [`SIZE`] as one of `size`, without jagged edges and in 16 levels of each colour.
 fn scaled(pixels: Vec<u8>, size: (u32, u32)) -> Vec<u8> {
     // A buffer of another size than SIZE is none of ours; the writer behind refuses what comes of it.
     let picture = image::RgbImage::from_raw(SIZE.0, SIZE.1, pixels).unwrap_or_default();
-    image::imageops::resize(&picture, size.0, size.1, image::imageops::FilterType::CatmullRom).into_raw()
+    let mut small =
+        image::imageops::resize(&picture, size.0, size.1, image::imageops::FilterType::CatmullRom).into_raw();
+    for value in &mut small {
+        *value = ((u16::from(*value) + LEVEL / 2) / LEVEL * LEVEL) as u8;
+    }
+    small
 }
 
 fn wrong(error: png::EncodingError) -> FilmError {
@@ -212,12 +220,12 @@ mod tests {
 
     #[test]
     fn a_narrow_film_keeps_colours_and_proportion() {
-        let frame = |_: usize| Ok([10, 120, 230].repeat((SIZE.0 * SIZE.1) as usize));
+        let frame = |_: usize| Ok([17, 119, 255].repeat((SIZE.0 * SIZE.1) as usize));
         let bytes = animation((2, 10), 600, frame).expect("two frames");
         let mut reader = png::Decoder::new(std::io::Cursor::new(&bytes)).read_info().expect("a PNG");
         assert_eq!((reader.info().width, reader.info().height), (600, 380));
         let mut pixels = vec![0; 3 * 600 * 380];
         reader.next_frame(&mut pixels).expect("a frame");
-        assert!(pixels.chunks_exact(3).all(|pixel| pixel == [10, 120, 230]));
+        assert!(pixels.chunks_exact(3).all(|pixel| pixel == [17, 119, 255]));
     }
 }

@@ -13,8 +13,11 @@ const LONGEST_US: u64 = 60_000_000;
 /// Time after a miss in which lost frames are counted to it, s.
 const AFTER_S: f64 = 0.5;
 
-/// Names of the stages of a turn, with their times.
-const STAGES: [(&str, fn(&Stages) -> u64); 5] = [
+/// The name of a stage, and its time, microseconds.
+type Stage = (&'static str, fn(&Stages) -> u64);
+
+/// The stages of a turn.
+const STAGES: [Stage; 5] = [
     ("surface", |s| s.surface_us),
     ("predict", |s| s.predict_us),
     ("encode", |s| s.encode_us),
@@ -183,7 +186,8 @@ mod tests {
         assert_eq!((tally.frames, tally.lost, tally.missed()), (15, 2, 3));
         assert_eq!(tally.latency_us.len(), 13);
         assert!((tally.within_us(0.5) - 500.0).abs() < 1.0);
-        let [miss] = &tally.misses[..] else { panic!("one miss: {:?}", tally.misses) };
+        assert_eq!(tally.misses.len(), 1);
+        let miss = &tally.misses[0];
         assert_eq!((miss.late_us, miss.waited_us, miss.ran_us, miss.lost_after), (100, 20_000, 400, 2));
         assert!((miss.at_s - 7.0 / 60.0).abs() < 1e-4);
         assert!(Tally::new(&[], &log, 5, 16_667, &Steal::default()).within_us(0.5).is_nan());
