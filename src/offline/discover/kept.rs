@@ -2,7 +2,7 @@
 //!
 //! A file holds the fitted numbers as little-endian doubles; what follows from them (residuals,
 //! derivatives) is computed anew. Its name is a digest of the recordings, of what they are weighed with, of
-//! where the fit starts and of [`VERSION`].
+//! where the fit starts and of the version of the rules.
 
 use crate::host::files::write_whole;
 use crate::offline::prelude::*;
