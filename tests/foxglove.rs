@@ -1,4 +1,5 @@
 //! Foxglove's topics, as a client on its WebSocket and a reader of the file get them.
+#![cfg(feature = "foxglove")]
 #![allow(clippy::disallowed_methods, reason = "only storey 1 must compute the same bits on every platform")]
 
 use meniscus::host::files::AlignedBytes;
