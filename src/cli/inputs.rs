@@ -45,7 +45,7 @@ pub(super) fn recordings(paths: &[PathBuf], prefix: &str) -> anyhow::Result<Vec<
 }
 
 /// The recording in `file`, of an upright cylinder.
-fn plain(file: &Path) -> anyhow::Result<Recording> {
+pub(super) fn plain(file: &Path) -> anyhow::Result<Recording> {
     let recording = Recording::load(file)?;
     ensure!(
         recording.is_plain(),

@@ -3,10 +3,10 @@
 mod learn;
 
 use super::among::among;
+use super::inputs::plain;
 use anyhow::{Context, ensure};
 use meniscus::host::recognise::Standing;
 use meniscus::offline::recognise::{look, picture, recognise};
-use meniscus::offline::recording::Recording;
 use serde_json::json;
 use std::path::PathBuf;
 
@@ -50,12 +50,8 @@ struct Asked {
     /// Draw what each liquid foretold of the last recording, and what was believed meanwhile.
     #[arg(long, value_name = "FILE.png")]
     picture: Option<PathBuf>,
-    /// Noise of the camera's disparity, pixels rms (0.08 is a D435, 0.24 makes 2 mm of depth at 0.4 m).
-    #[arg(long, default_value_t = 0.08)]
-    noise_px: f64,
-    /// Seed of the camera's noise.
-    #[arg(long, default_value_t = 1)]
-    seed: u64,
+    #[command(flatten)]
+    noise: Noise,
     /// One JSON object on standard output.
     #[arg(long)]
     json: bool,
@@ -70,25 +66,34 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     }
 }
 
-/// Noise that a camera can have.
-fn check_noise(noise_px: f64) -> anyhow::Result<()> {
-    ensure!((0.0..=5.0).contains(&noise_px), "--noise-px {noise_px} is out of range: 0 to 5");
-    Ok(())
+// No documentation here either.
+#[derive(clap::Args)]
+struct Noise {
+    /// Noise of the camera's disparity, pixels rms (0.08 is a D435, 0.24 makes 2 mm of depth at 0.4 m).
+    #[arg(long, default_value_t = 0.08)]
+    noise_px: f64,
+    /// Seed of the camera's noise.
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+}
+
+impl Noise {
+    /// Refuses what no camera has.
+    fn check(&self) -> anyhow::Result<()> {
+        let noise_px = self.noise_px;
+        ensure!((0.0..=5.0).contains(&noise_px), "--noise-px {noise_px} is out of range: 0 to 5");
+        Ok(())
+    }
 }
 
 fn ask(asked: &Asked) -> anyhow::Result<()> {
-    check_noise(asked.noise_px)?;
+    asked.noise.check()?;
     let mut said: Vec<(String, Standing)> = Vec::new();
     for (which, path) in asked.recordings.iter().enumerate() {
-        let recording = Recording::load(path)?;
+        let recording = plain(path)?;
         let glass = &recording.glass;
-        ensure!(
-            recording.is_plain(),
-            "{} is of a conical, lifted or inclined glass: the rendered camera shows upright cylinders moved along x",
-            path.display()
-        );
         let notes = among(&asked.among, (glass.radius_m, glass.fill_m))?;
-        let seen = look(&recording, asked.noise_px, asked.seed)
+        let seen = look(&recording, asked.noise.noise_px, asked.noise.seed)
             .with_context(|| format!("{} cannot be looked at", path.display()))?;
         let drawn = asked.picture.as_ref().filter(|_| which + 1 == asked.recordings.len());
         let standing = match drawn {

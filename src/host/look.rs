@@ -6,7 +6,14 @@ use crate::host::prelude::*;
 use crate::runtime::{DEADLINE_US, Memory};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::{Duration, Instant};
 use std::vec::Vec;
+
+/// How long whoever shows a run waits for a turn before it looks whether the run has ended.
+pub(in crate::host) const PATIENCE: Duration = Duration::from_millis(100);
+
+/// Time between two images.
+const IMAGE_EVERY: Duration = Duration::from_millis(100);
 
 /// One turn with all that is shown of it.
 #[derive(Clone, Debug, Default)]
@@ -27,7 +34,7 @@ pub(in crate::host) struct Look {
 
 impl Look {
     /// A copy, with the image only if that is `new`.
-    pub(in crate::host) fn copy(&self, new: bool) -> Self {
+    fn copy(&self, new: bool) -> Self {
         let infrared = if new { self.infrared.clone() } else { Vec::new() };
         let image_of = self.image_of.filter(|_| new);
         Self {
@@ -44,7 +51,7 @@ impl Look {
 /// The worker's end.
 #[derive(Clone, Debug)]
 pub struct Outlet {
-    pub(in crate::host) handoff: Arc<Handoff<Look>>,
+    handoff: Arc<Handoff<Look>>,
     late: Arc<AtomicU64>,
 }
 
@@ -53,6 +60,26 @@ impl Outlet {
     pub(in crate::host) fn new(pixels: usize) -> Self {
         let look = Look { infrared: vec![0; pixels], ..Look::default() };
         Self { handoff: Arc::new(Handoff::new(look)), late: Arc::default() }
+    }
+
+    /// The newest turn, for the one thread that shows it: asked for, and waited for [`PATIENCE`] at most. An image comes
+    /// with it every tenth of a second; `image_due` is when the next one does.
+    pub(in crate::host) fn take(&self, image_due: &mut Instant) -> Option<(Look, Logged)> {
+        self.handoff.ask();
+        if !self.handoff.wait(PATIENCE) {
+            return None;
+        }
+        let look = self.handoff.with(|look| {
+            let taken = look.copy(look.image_of.is_some());
+            look.image_of = None;
+            if Instant::now() >= *image_due {
+                *image_due = Instant::now() + IMAGE_EVERY;
+                look.image_wanted = true;
+            }
+            taken
+        });
+        let logged = look.logged?;
+        Some((look, logged))
     }
 
     /// Hands a turn on, after its end: the copy is made only if somebody has asked for one, and nothing of it waits

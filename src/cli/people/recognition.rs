@@ -1,11 +1,11 @@
 //! `meniscus people study --recognition`: how often the right liquid is named.
 
 use crate::cli::among::among;
+use crate::cli::inputs::plain;
 use anyhow::{Context, ensure};
 use indicatif::{ProgressBar, ProgressStyle};
 use meniscus::host::checks::table;
 use meniscus::offline::recognise::{Study, Unseen, look, study};
-use meniscus::offline::recording::Recording;
 use meniscus::offline::watching::DISPARITY_RMS_PX;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
@@ -18,8 +18,7 @@ pub(super) fn measure(folder: &Path, known: &[String], quiet: bool) -> anyhow::R
     bar.set_style(ProgressStyle::with_template("the camera looks {wide_bar} {pos}/{len}, {eta} left")?);
     let (mut unseen, mut notes) = (Vec::new(), Vec::new());
     for (seed, file) in (1..).zip(&files) {
-        let recording = Recording::load(file)?;
-        ensure!(recording.is_plain(), "{} is not of an upright cylinder moved along x", file.display());
+        let recording = plain(file)?;
         let (glass, made) = (&recording.glass, &recording.provenance);
         notes = among(known, (glass.radius_m, glass.fill_m))?;
         let learnt = notes.iter().find(|note| note.liquid == made.liquid);

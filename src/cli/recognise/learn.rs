@@ -1,6 +1,6 @@
 //! `meniscus recognise learn`: a liquid becomes known.
 
-use super::check_noise;
+use super::Noise;
 use crate::cli::inputs::recordings;
 use anyhow::ensure;
 use meniscus::host::checks::{Check, table};
@@ -29,12 +29,8 @@ pub(super) struct Arguments {
     /// Name of the liquid; that of the recordings unless told.
     #[arg(long)]
     liquid: Option<String>,
-    /// Noise of the camera's disparity, pixels rms (0.08 is a D435, 0.24 makes 2 mm of depth at 0.4 m).
-    #[arg(long, default_value_t = 0.08)]
-    noise_px: f64,
-    /// Seed of the camera's noise.
-    #[arg(long, default_value_t = 1)]
-    seed: u64,
+    #[command(flatten)]
+    noise: Noise,
     /// One JSON object on standard output.
     #[arg(long)]
     json: bool,
@@ -42,7 +38,8 @@ pub(super) struct Arguments {
 
 /// Runs the verb.
 pub(super) fn run(arguments: &Arguments) -> anyhow::Result<()> {
-    check_noise(arguments.noise_px)?;
+    arguments.noise.check()?;
+    let Noise { noise_px, seed } = arguments.noise;
     let name = arguments.out.file_name().unwrap_or_default().to_string_lossy();
     ensure!(
         name.ends_with(".liquid.json"),
@@ -53,7 +50,7 @@ pub(super) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let glass = (first.glass.radius_m, first.glass.fill_m);
     let liquid = arguments.liquid.clone().unwrap_or_else(|| first.provenance.liquid.clone());
     let mut seen = Vec::new();
-    for (seed, recording) in (arguments.seed..).zip(&all) {
+    for (own_seed, recording) in (seed..).zip(&all) {
         let own = &recording.provenance.liquid;
         ensure!(
             *own == first.provenance.liquid,
@@ -64,13 +61,12 @@ pub(super) fn run(arguments: &Arguments) -> anyhow::Result<()> {
             recording.glass == first.glass,
             "the recordings are of different glasses: one note is of one"
         );
-        seen.push(look(recording, arguments.noise_px, seed)?);
+        seen.push(look(recording, noise_px, own_seed)?);
     }
     let parts: Vec<&[_]> = seen.iter().map(|seen| &seen[..]).collect();
     let known = learn(&parts, glass)?;
     let motions = all.iter().map(|recording| recording.provenance.motion.clone()).collect();
-    let command =
-        format!("meniscus recognise learn --noise-px {} --seed {}", arguments.noise_px, arguments.seed);
+    let command = format!("meniscus recognise learn --noise-px {noise_px} --seed {seed}");
     let note = Note::new(&liquid, glass, known, motions, &command);
     write_whole(&arguments.out, format!("{:#}\n", json!(note)).as_bytes())?;
     let tone = &known.tone;

@@ -10,7 +10,7 @@ mod estimate;
 mod scene;
 mod topics;
 
-use crate::host::look::{Look, Outlet};
+use crate::host::look::{Outlet, PATIENCE};
 use crate::host::prelude::*;
 use crate::model::Model;
 use crate::surface::Config;
@@ -22,17 +22,11 @@ use std::path::{Path, PathBuf};
 use std::string::{String, ToString};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
-use std::time::{Duration, Instant};
+use std::time::Instant;
 use topics::Topics;
 
 /// Where Foxglove looks unless told otherwise.
 pub const ADDRESS: SocketAddr = SocketAddr::new(std::net::IpAddr::V4(Ipv4Addr::LOCALHOST), 8765);
-
-/// How long the thread waits for a turn before it looks whether the run has ended.
-const PATIENCE: Duration = Duration::from_millis(100);
-
-/// Time between two images.
-const IMAGE_EVERY: Duration = Duration::from_millis(100);
 
 /// Bytes of a chunk of the file: half a second, which is what a pulled plug costs.
 const CHUNK: u64 = 2 << 20;
@@ -166,20 +160,7 @@ impl Foxglove {
                 std::thread::sleep(PATIENCE);
                 continue;
             }
-            self.outlet.handoff.ask();
-            if !self.outlet.handoff.wait(PATIENCE) {
-                continue;
-            }
-            let look = self.outlet.handoff.with(|look: &mut Look| {
-                let taken = look.copy(look.image_of.is_some());
-                look.image_of = None;
-                if Instant::now() >= image_due {
-                    image_due = Instant::now() + IMAGE_EVERY;
-                    look.image_wanted = true;
-                }
-                taken
-            });
-            let Some(logged) = look.logged else { continue };
+            let Some((look, logged)) = self.outlet.take(&mut image_due) else { continue };
             self.topics.log(model, &self.config, &look, &logged, &mut field);
             let mut books = self.books.lock().unwrap_or_else(PoisonError::into_inner);
             books.turns += 1;

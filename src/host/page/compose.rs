@@ -3,7 +3,7 @@
 use super::board::{Board, Numbered};
 use super::frame::{AHEAD, Facts, frame};
 use super::image::Window;
-use crate::host::look::{Look, Outlet};
+use crate::host::look::Outlet;
 use crate::host::prelude::*;
 use crate::model::Model;
 use crate::runtime::{Crest, Forecast};
@@ -12,14 +12,8 @@ use crate::units::Micros;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
-/// How long the thread waits for a turn before it looks whether the page has closed.
-const PATIENCE: Duration = Duration::from_millis(100);
-
 /// Pause between two looks for viewers while there are none.
 const IDLE: Duration = Duration::from_millis(30);
-
-/// Time between two images.
-const IMAGE_EVERY: Duration = Duration::from_millis(100);
 
 /// Time between two forecasts: they cost more than all else here, and the eye does not follow them faster.
 const FORECAST_EVERY: Duration = Duration::from_millis(95);
@@ -40,20 +34,7 @@ pub(super) fn compose(model: &Model<'_>, config: &Config, outlet: &Outlet, board
             std::thread::sleep(IDLE);
             continue;
         }
-        outlet.handoff.ask();
-        if !outlet.handoff.wait(PATIENCE) {
-            continue;
-        }
-        let look = outlet.handoff.with(|look: &mut Look| {
-            let taken = look.copy(look.image_of.is_some());
-            look.image_of = None;
-            if Instant::now() >= image_due {
-                image_due = Instant::now() + IMAGE_EVERY;
-                look.image_wanted = true;
-            }
-            taken
-        });
-        let Some(logged) = look.logged else { continue };
+        let Some((look, logged)) = outlet.take(&mut image_due) else { continue };
         number = number.wrapping_add(1);
         let now = logged.turn.time;
         if logged.turn.stamp.is_some() {

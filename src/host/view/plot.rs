@@ -2,7 +2,10 @@
 //! colour-blind can tell apart.
 
 use crate::host::prelude::*;
+use plotters::chart::{ChartContext, SeriesLabelPosition};
+use plotters::coord::CoordTranslate;
 use plotters::drawing::DrawingAreaErrorKind;
+use plotters::prelude::{DrawingBackend, WHITE};
 use plotters::style::{FontStyle, RGBColor, register_font};
 use std::sync::Once;
 
@@ -37,6 +40,23 @@ pub const GREEN: RGBColor = RGBColor(0, 158, 115);
 pub const PURPLE: RGBColor = RGBColor(204, 121, 167);
 /// Grey for what is only there to compare with.
 pub const GREY: RGBColor = RGBColor(130, 130, 130);
+
+/// Draws the names of a chart's series in a box at `position`.
+///
+/// # Errors
+/// What the backend says.
+pub fn legend<'a, DB: DrawingBackend + 'a, CT: CoordTranslate>(
+    chart: &mut ChartContext<'a, DB, CT>,
+    position: SeriesLabelPosition,
+) -> Result<(), DrawingAreaErrorKind<DB::ErrorType>> {
+    chart
+        .configure_series_labels()
+        .label_font((FONT, 14))
+        .position(position)
+        .background_style(WHITE)
+        .border_style(GREY)
+        .draw()
+}
 
 /// Makes the font known to plotters, once.
 pub fn prepare_font() {

@@ -1,7 +1,7 @@
 //! The study as pictures: error over time before and after, and the crests.
 
 use super::Result as Outcome;
-use crate::host::view::plot::{BLUE, FONT, GREY, ORANGE, PictureError, prepare_font};
+use crate::host::view::plot::{BLUE, FONT, GREY, ORANGE, PictureError, legend, prepare_font};
 use crate::offline::prelude::*;
 use plotters::coord::Shift;
 use plotters::prelude::*;
@@ -52,13 +52,7 @@ pub fn curves_png(results: &[Outcome], path: &Path) -> Result<(), PictureError> 
                 .label(name)
                 .legend(move |(x, y)| PathElement::new([(x, y), (x + 20, y)], colour.stroke_width(3)));
         }
-        chart
-            .configure_series_labels()
-            .label_font((FONT, 14))
-            .position(SeriesLabelPosition::UpperLeft)
-            .background_style(WHITE)
-            .border_style(GREY)
-            .draw()?;
+        legend(&mut chart, SeriesLabelPosition::UpperLeft)?;
         Ok(())
     })
 }
@@ -90,13 +84,7 @@ pub fn peaks_png(results: &[Outcome], path: &Path) -> Result<(), PictureError> {
                 .label(name)
                 .legend(move |(x, y)| Cross::new((x + 10, y), 5, colour.stroke_width(2)));
         }
-        chart
-            .configure_series_labels()
-            .label_font((FONT, 14))
-            .position(SeriesLabelPosition::UpperLeft)
-            .background_style(WHITE)
-            .border_style(GREY)
-            .draw()?;
+        legend(&mut chart, SeriesLabelPosition::UpperLeft)?;
         Ok(())
     })
 }

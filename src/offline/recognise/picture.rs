@@ -2,7 +2,7 @@
 
 use super::study::recognise;
 use crate::host::recognise::{MOST, Note, Standing};
-use crate::host::view::plot::{BLUE, FONT, GREEN, GREY, ORANGE, PURPLE, PictureError, prepare_font};
+use crate::host::view::plot::{BLUE, FONT, GREEN, GREY, ORANGE, PURPLE, PictureError, legend, prepare_font};
 use crate::offline::prelude::*;
 use crate::recognise::slope;
 use crate::surface::SurfaceProfile;
@@ -107,12 +107,6 @@ fn draw(
             .label(curve.name.as_str())
             .legend(move |(x, y)| PathElement::new([(x, y), (x + 20, y)], colour.stroke_width(3)));
     }
-    chart
-        .configure_series_labels()
-        .label_font((FONT, 14))
-        .position(SeriesLabelPosition::UpperRight)
-        .background_style(WHITE)
-        .border_style(GREY)
-        .draw()?;
+    legend(&mut chart, SeriesLabelPosition::UpperRight)?;
     Ok(())
 }

@@ -1,7 +1,7 @@
 //! How a training went, as a picture: a row a stage, training and validation error over its steps.
 
 use super::progress::Curve;
-use crate::host::view::plot::{BLUE, FONT, GREY, ORANGE, PictureError, prepare_font};
+use crate::host::view::plot::{BLUE, FONT, ORANGE, PictureError, legend, prepare_font};
 use crate::offline::prelude::*;
 use plotters::prelude::*;
 use std::path::Path;
@@ -43,13 +43,7 @@ pub fn curves_png(curves: &[Curve], path: &Path) -> Result<(), PictureError> {
                 .label(name)
                 .legend(move |(x, y)| PathElement::new([(x, y), (x + 20, y)], colour.stroke_width(3)));
         }
-        chart
-            .configure_series_labels()
-            .label_font((FONT, 14))
-            .position(SeriesLabelPosition::UpperRight)
-            .background_style(WHITE)
-            .border_style(GREY)
-            .draw()?;
+        legend(&mut chart, SeriesLabelPosition::UpperRight)?;
     }
     Ok(area.present()?)
 }
