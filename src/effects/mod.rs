@@ -115,6 +115,12 @@ impl Class {
             Self::Shape => "shape",
         }
     }
+
+    /// Whether it is something that happens in the liquid, and not how that is looked at, timed or moved.
+    #[must_use]
+    pub fn in_liquid(self) -> bool {
+        !matches!(self, Self::View | Self::Timing | Self::Actuation)
+    }
 }
 
 /// One parameter.

@@ -5,11 +5,11 @@ use super::problem::Problem;
 use super::rank::{Candidate, rank};
 use super::thresholds::Thresholds;
 use super::verdict::{APART, Verdict};
-use crate::effects::{Class, Entry, find};
+use crate::effects::{Entry, find};
 use crate::offline::prelude::*;
 
-/// What a second effect has to gain as a part of the first one's gain, if it acts on the liquid as the first
-/// one does, and otherwise: the formula of the first is not exact.
+/// What a second effect has to gain as a part of the first one's gain where the first happens in the liquid,
+/// if the second does too and otherwise: the formula of the first is not exact.
 const RELATED: f64 = 0.3;
 const UNRELATED: f64 = 0.05;
 
@@ -53,7 +53,7 @@ pub(super) fn choose(
     let Some(first) = verdict.pairs.iter().position(|pair| limits.clears(pair)) else { return Some(alone) };
     let pair = verdict.pairs[first].clone();
     let Some(both) = &pair.fitted else { return Some(alone) };
-    let part = if related(&pair.names) { RELATED } else { UNRELATED };
+    let part = part_of_first(&pair.names);
     if pair.gain - best.gain <= limits.gain.max(APART).max(part * best.gain) {
         return Some(alone);
     }
@@ -76,11 +76,13 @@ pub(super) fn choose(
     Some(Choice { fitted, rivals, two: false })
 }
 
-/// Whether all of `names` act in the liquid: what the formula of one leaves may then look like another.
-fn related(names: &[&'static str]) -> bool {
-    let in_liquid = |name: &&'static str| {
-        let class = find(name).map(|entry| entry.class);
-        !matches!(class, Some(Class::View | Class::Timing | Class::Actuation))
-    };
-    names.iter().all(in_liquid)
+/// What the second of `names` has to gain as a part of the gain of the first. Where the first is geometry, what
+/// it leaves is no fault of its formula: the second's own bound is enough.
+fn part_of_first(names: &[&'static str]) -> f64 {
+    let in_liquid = |name: &&'static str| find(name).is_none_or(|entry| entry.class.in_liquid());
+    match names {
+        [first, ..] if !in_liquid(first) => 0.0,
+        [_, rest @ ..] if rest.iter().all(in_liquid) => RELATED,
+        _ => UNRELATED,
+    }
 }

@@ -8,9 +8,10 @@
 //! are rbar itself, its slope in time and its ramp over the recording, because a liquid with an effect is
 //! not quite where the references are. Offsets (level, slope, bow, place of the glass) are integrated out,
 //! as large as [`Calibration::offset_m2`] says.
-//! Once a correction is made, C gains a process of a quarter of that correction, channel by channel, with a
+//! Once a correction is made, C gains a process of a part of that correction, channel by channel, with a
 //! memory of ten frames: an effect's formula is not exact either, and the more it changes the less what is
-//! left may be held against it ([`Problem::trusting`]).
+//! left may be held against it ([`Problem::trusting`]). A quarter for what happens in the liquid, a twentieth
+//! for how it is looked at and moved, which is geometry.
 //! Residuals are whitened by the exact Cholesky factor of C, recording by recording and channel by channel:
 //! what is left of one channel says nothing of another's.
 
@@ -24,8 +25,18 @@ use crate::offline::prelude::*;
 use nalgebra::DVector;
 use std::sync::Arc;
 
-/// Part of a correction by which its formula may be off.
-pub const TRUST: f64 = 0.25;
+/// Part of a correction by which the formula of what happens in the liquid may be off: wall laws, constitutive
+/// laws and the shape of a steep wave are idealised.
+const TRUST_LIQUID: f64 = 0.25;
+
+/// The same of how it is looked at, timed and moved: geometry, whose formulas are exact; what is left is that
+/// the references speak of another size of the motion.
+const TRUST_GEOMETRY: f64 = 0.05;
+
+/// Part of the correction by `active` in which it is not trusted.
+fn distrust(active: &[Active]) -> f64 {
+    if active.iter().any(|active| active.entry.class.in_liquid()) { TRUST_LIQUID } else { TRUST_GEOMETRY }
+}
 
 /// Recordings with a prior and covariances.
 #[derive(Clone, Debug)]
@@ -146,13 +157,14 @@ impl Problem {
         DVector::from_vec(all)
     }
 
-    /// The same problem where `theta` and `active` are a correction of the baseline that is trusted to
-    /// [`TRUST`] of what it changes.
+    /// The same problem where `theta` and `active` are a correction of the baseline that is trusted but for a
+    /// part of what it changes.
     ///
     /// # Errors
     /// In words, when a covariance cannot be factored.
     pub fn trusting(&self, theta: &[f64], active: &[Active]) -> Result<Self, String> {
         let mut out = self.clone();
+        let part = distrust(active);
         for (which, ready) in out.ready.iter_mut().enumerate() {
             let record = &ready.record;
             let before = predict(record, &self.known, &self.mean, self.mean[SHARED + which], &[]);
@@ -171,7 +183,7 @@ impl Problem {
                     for j in 0..n {
                         for i in 0..n {
                             let apart = index[i].1.abs_diff(index[j].1) as i32;
-                            covariance[(i, j)] += TRUST * TRUST * change[channel] * MEMORY.powi(apart);
+                            covariance[(i, j)] += part * part * change[channel] * MEMORY.powi(apart);
                         }
                     }
                     *whiten = whitening(covariance, &record.name)?;
