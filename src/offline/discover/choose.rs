@@ -4,8 +4,8 @@ use super::fit::{Fitted, fit_beside};
 use super::problem::Problem;
 use super::rank::{Candidate, rank};
 use super::thresholds::Thresholds;
-use super::verdict::{APART, Verdict};
-use crate::effects::{Entry, find};
+use super::verdict::{APART, TWINS, Verdict};
+use crate::effects::{Active, Entry, find};
 use crate::offline::prelude::*;
 
 /// What a second effect has to gain as a part of the first one's gain where the first happens in the liquid,
@@ -60,7 +60,8 @@ pub(super) fn choose(
     let second = both.active.last()?;
     let fitted = fit_beside(problem, &verdict.plain, second.entry, second);
     if fitted.cost - both.cost >= limits.of(best.last()) {
-        let rivals = verdict.pairs[first..].to_vec();
+        let mut rivals = verdict.pairs[first..].to_vec();
+        rivals.extend(stand_ins(problem, &verdict.ranking, &best, second, none));
         return Some(Choice { fitted: both.clone(), rivals, two: true });
     }
     let name = second.entry.name;
@@ -74,6 +75,32 @@ pub(super) fn choose(
     let others = verdict.ranking.iter().filter(|c| c.last() != name && c.last() != best.last()).cloned();
     let rivals = std::iter::once(own).chain(others).collect();
     Some(Choice { fitted, rivals, two: false })
+}
+
+/// Pairs with the same `second` in which another effect stands in the place of `first`: whatever alone is not
+/// told apart from the first.
+fn stand_ins(
+    problem: &Problem,
+    ranking: &[Candidate],
+    first: &Candidate,
+    second: &Active,
+    plain: f64,
+) -> Vec<Candidate> {
+    let pair = |other: &Candidate| {
+        let base = other.fitted.as_ref()?;
+        let fitted = fit_beside(problem, base, second.entry, second);
+        Some(Candidate {
+            names: vec![other.last(), second.entry.name],
+            gain: plain - fitted.bic(problem.count()),
+            fall: base.cost - fitted.cost,
+            fitted: Some(fitted),
+            signature: other.signature.clone(),
+        })
+    };
+    let near = |other: &&Candidate| {
+        other.last() != first.last() && other.last() != second.entry.name && first.gain - other.gain < TWINS
+    };
+    ranking.iter().filter(near).filter_map(pair).collect()
 }
 
 /// What the second of `names` has to gain as a part of the gain of the first. Where the first is geometry, what

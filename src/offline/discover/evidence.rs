@@ -1,6 +1,7 @@
 //! How firmly a verdict stands: the bootstrap, recordings left out, and what recordings can tell apart.
 
-use super::fit::{Fitted, derivatives, free_of};
+use super::fit::{Fitted, derivatives, fit, free_of};
+use super::predict::SHARED;
 use super::problem::Problem;
 use super::rank::Candidate;
 use crate::effects::{Active, Entry};
@@ -48,27 +49,24 @@ pub fn inclusion(problem: &Problem, rivals: &[Candidate], plain: &Fitted, seed: 
     won as f64 / DRAWS as f64
 }
 
-/// Recordings that are foretold better with the effects when they are left out of the fit, and all, and
-/// by how much together: each is taken out to first order, `theta` and parameters follow from the others.
+/// Recordings that are foretold better with the effects when the fit does not see them, and all, and by how
+/// much together, in units of minus twice the log score: each is left out in turn and everything fitted anew,
+/// because a strong effect is no straight line in its parameters.
 #[must_use]
 pub fn held_out(problem: &Problem, plain: &Fitted, chosen: &Fitted) -> ((usize, usize), f64) {
-    let counts = problem.counts();
-    let score = |fitted: &Fitted, first: usize, rows: usize| {
-        let (j, r) = (&fitted.jacobian, &fitted.residual);
-        let (own_j, own_r) = (j.rows(first, rows), r.rows(first, rows));
-        let square = j.transpose() * j - own_j.transpose() * own_j;
-        let slope = j.transpose() * r - own_j.transpose() * own_r;
-        let step = square.cholesky().map(|factor| factor.solve(&slope));
-        step.map_or(f64::INFINITY, |step| (own_r - own_j * step).norm_squared())
+    let all = problem.counts().len();
+    let gained = |which: usize| {
+        let others = problem.without(which);
+        let score = |fitted: &Fitted| {
+            let mut start = fitted.theta.clone();
+            start.remove(SHARED + which);
+            let without = fit(&others, &start, &fitted.active, &fitted.free);
+            problem.foretold(which, &without.theta, &without.active)
+        };
+        score(plain) - score(chosen)
     };
-    let (mut better, mut first, mut sum) = (0, 0, 0.0);
-    for rows in &counts {
-        let gained = score(plain, first, *rows) - score(chosen, first, *rows);
-        better += usize::from(gained > 0.0);
-        sum += gained;
-        first += rows;
-    }
-    ((better, counts.len()), sum)
+    let gains: Vec<f64> = (0..all).into_par_iter().map(gained).collect();
+    ((gains.iter().filter(|gained| **gained > 0.0).count(), all), gains.iter().sum())
 }
 
 /// Signatures of the effects of `library` at their typical size, with what the baseline can do taken out:

@@ -137,19 +137,26 @@ impl Problem {
         ready.index.iter().zip(ready.target.iter()).map(one).collect()
     }
 
+    /// The same, whitened.
+    fn whitened(&self, which: usize, theta: &[f64], active: &[Active]) -> Vec<f64> {
+        let left = self.left(which, theta, active);
+        let mut all = Vec::with_capacity(left.len());
+        let mut first = 0;
+        for whiten in &self.ready[which].whiten {
+            let part = DVector::from_column_slice(&left[first..first + whiten.nrows()]);
+            all.extend((whiten * part).iter());
+            first += whiten.nrows();
+        }
+        all
+    }
+
     /// Whitened residuals of all recordings, then those of the prior: `|.|^2` is minus twice the
     /// logarithm of the posterior but for a constant.
     #[must_use]
     pub fn residual(&self, theta: &[f64], active: &[Active]) -> DVector<f64> {
         let mut all: Vec<f64> = Vec::with_capacity(self.count() + theta.len());
-        for (which, ready) in self.ready.iter().enumerate() {
-            let left = self.left(which, theta, active);
-            let mut first = 0;
-            for whiten in &ready.whiten {
-                let part = DVector::from_column_slice(&left[first..first + whiten.nrows()]);
-                all.extend((whiten * part).iter());
-                first += whiten.nrows();
-            }
+        for which in 0..self.ready.len() {
+            all.extend(self.whitened(which, theta, active));
         }
         for ((t, m), s) in theta.iter().zip(&self.mean).zip(&self.deviation) {
             all.push((t - m) / s);
@@ -193,6 +200,26 @@ impl Problem {
         }
         let kept = out.kept.take().map(|(kept, _)| kept);
         Ok(out.keeping(&kept))
+    }
+
+    /// The same problem without recording `which`, and so without its lag.
+    #[must_use]
+    pub fn without(&self, which: usize) -> Self {
+        let mut out = Self { kept: None, ..self.clone() };
+        out.ready.remove(which);
+        out.mean.remove(SHARED + which);
+        out.deviation.remove(SHARED + which);
+        out.keeping(&self.kept.as_ref().map(|(kept, _)| kept.clone()))
+    }
+
+    /// Whitened misfit `|.|^2` of recording `which` where everything but its lag, which is taken at its mean,
+    /// was learnt without it: `theta` and `active` are those of [`Self::without`].
+    #[must_use]
+    pub fn foretold(&self, which: usize, theta: &[f64], active: &[Active]) -> f64 {
+        let mut theta = theta.to_vec();
+        theta.insert(SHARED + which, self.mean[SHARED + which]);
+        let whitened = self.whitened(which, &theta, active);
+        whitened.iter().map(|r| r * r).sum()
     }
 
     /// The same problem with data drawn from the model: `theta` and `active` are the truth, errors are drawn

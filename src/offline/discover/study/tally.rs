@@ -59,6 +59,12 @@ pub fn right(answer: &Answer, judged: &Judged) -> bool {
         && answer.effects.iter().all(|(name, _)| judged.names.contains(name))
 }
 
+/// Whether each of two effects is among those that are said, by name or in a tie.
+fn found_both(answer: &Answer, judged: &Judged) -> bool {
+    matches!(judged.verdict.as_str(), "named" | "tied")
+        && answer.effects.iter().all(|(name, _)| judged.names.contains(name))
+}
+
 /// Whether something was said with confidence (a name, or a class) and the class is that of the truth.
 fn class_right(answer: &Answer, judged: &Judged) -> Option<bool> {
     let truth = answer.effects.first().and_then(|(name, _)| find(name)).map(|entry| entry.class.words())?;
@@ -139,7 +145,7 @@ pub fn checks(study: &Study) -> Vec<Check> {
     let first = study.of(Family::Clean).take(59).filter(|(_, j)| j.verdict == "named").count();
     let none = study.of(Family::Clean).filter(|(_, j)| j.verdict == "none").count();
     let pairs: Vec<&Line> = study.of(Family::Pair).collect();
-    let honest = pairs.iter().filter(|(a, j)| right(a, j) || j.verdict == "unknown").count();
+    let honest = pairs.iter().filter(|(a, j)| found_both(a, j) || j.verdict == "unknown").count();
     let withouts = study.of(Family::Without).count();
     let rights: Vec<&Line> = study.reference().filter(|(a, j)| right(a, j)).collect();
     let shrink = rights.iter().filter_map(|(_, j)| j.gap_mm).map(|g| 1.0 - g[3] / g[0]).collect();
@@ -171,7 +177,7 @@ pub fn checks(study: &Study) -> Vec<Check> {
             "trials",
             0.0,
         ),
-        Check::at_least("two_effects_right_or_unknown", share(honest, pairs.len()), "share", 0.9),
+        Check::at_least("two_effects_found_or_unknown", share(honest, pairs.len()), "share", 0.9),
         Check::at_least("gap_shrink_median", median(shrink), "share", 0.60),
         Check::at_most("gap_over_oracle", median(over), "ratio", 1.25),
         Check::within("interval_coverage", beside.coverage.map_or(f64::NAN, |c| c.0), "share", 0.85, 0.95),
