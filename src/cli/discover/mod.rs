@@ -180,7 +180,7 @@ fn one(arguments: &Wanted) -> anyhow::Result<()> {
     let mut json = verdict_json(&found);
     json["fits"] = serde_json::json!({ "taken": taken, "made": made });
     let write = |name: &str, text: &str| write_whole(&arguments.out.join(name), text.as_bytes());
-    write("report.html", &page(&found))?;
+    write("report.html", &page(&found, &command(arguments))?)?;
     write("verdict.json", &format!("{json:#}"))?;
     write("scene.toml", &scene_toml(&found, folder.known.viscosity_pa_s))?;
     if arguments.json {
@@ -193,6 +193,18 @@ fn one(arguments: &Wanted) -> anyhow::Result<()> {
     }
     println!("written: {}", arguments.out.display());
     Ok(())
+}
+
+/// The command that makes the report again.
+fn command(arguments: &Wanted) -> String {
+    let mut out = format!("meniscus discover --recordings {}", arguments.recordings.display());
+    if let Some(reference) = &arguments.reference {
+        out += &format!(" --reference {}", reference.display());
+    }
+    if !arguments.library.is_empty() {
+        out += &format!(" --library {}", arguments.library.join(","));
+    }
+    out + &format!(" --seed {} --out {}", arguments.seed, arguments.out.display())
 }
 
 /// The verdict on standard output.

@@ -16,7 +16,7 @@ const STYLE: &str = "body{font:16px/1.5 sans-serif;max-width:60em;margin:2em aut
 h1{margin-bottom:.2em}table{border-collapse:collapse;margin:1em 0}\
 td,th{padding:.2em .7em;border-bottom:1px solid #ddd;text-align:right}td:first-child,th:first-child{text-align:left}\
 tr.missed td:last-child{font-weight:bold;color:#a33f00}pre{background:#f4f4f4;padding:.6em;white-space:pre-wrap}\
-figure{margin:1em 0}figcaption,footer{color:#555;font-size:.9em}svg{max-width:100%;height:auto}\
+.answer{font-size:1.2em;background:#eef4fb;padding:.8em;border-left:6px solid #0072b2}figure{margin:1em 0}figcaption,footer{color:#555;font-size:.9em}svg{max-width:100%;height:auto}\
 @media print{body{margin:0;max-width:none;font-size:11pt}figure,tr{break-inside:avoid}h2{break-after:avoid}}";
 
 /// A report in the making.
@@ -42,6 +42,16 @@ impl Report {
     /// A paragraph.
     pub fn prose(&mut self, text: &str) {
         self.put(&format!("<p>{}</p>", escaped(text)));
+    }
+
+    /// What came out, in a sentence that stands apart.
+    pub fn answer(&mut self, text: &str) {
+        self.put(&format!("<p class=\"answer\">{}</p>", escaped(text)));
+    }
+
+    /// A drawing that is no plot, as an `svg` element, with its caption.
+    pub fn drawing(&mut self, svg: &str, caption: &str) {
+        self.put(&format!("<figure>{svg}<figcaption>{}</figcaption></figure>", escaped(caption)));
     }
 
     /// A table; the first column stands to the left.
@@ -81,8 +91,7 @@ impl Report {
     /// # Errors
     /// [`PictureError`], when the chart has no range to draw.
     pub fn chart(&mut self, chart: &Chart<'_>) -> Result<(), PictureError> {
-        let svg = chart.svg()?;
-        self.put(&format!("<figure>{svg}<figcaption>{}</figcaption></figure>", escaped(chart.caption)));
+        self.drawing(&chart.svg()?, chart.caption);
         Ok(())
     }
 

@@ -22,13 +22,14 @@
 //! | `gap` | what each model leaves of the sealed recording |
 //! | `workflow` | the steps in order |
 //! | `kept` | fits that are not made twice |
-//! | `report`, `html` | JSON and scene file, and the page |
+//! | `report`, `html`, `drawings` | JSON and scene file, and the page with what is drawn in it |
 //! | `study` | effects hidden in other data, and what came of it |
 
 pub mod ask;
 pub mod calibrate;
 mod choose;
 mod covariance;
+mod drawings;
 pub mod evidence;
 pub mod fit;
 pub mod gap;

@@ -1,0 +1,137 @@
+//! Drawings of a discovery that no plot is made for: bars with what they have to reach, and two matrices.
+
+use super::localise::Cell;
+use super::verdict::Decision;
+use super::workflow::Discovery;
+use crate::offline::prelude::*;
+use std::fmt::Write;
+
+/// Blue, orange and grey of Okabe and Ito, as in every plot here.
+const BLUE: &str = "#0072b2";
+const ORANGE: &str = "#e69f00";
+const GREY: &str = "#b4b4b4";
+
+/// Height of a bar with its room, width of the longest, and where bars begin.
+const ROW: usize = 26;
+const LONGEST: f64 = 430.0;
+const BARS: f64 = 285.0;
+
+/// Side of a square of the matrices.
+const CELL: usize = 24;
+
+/// Single effects and pairs by gain, with what each has to reach.
+pub(super) fn ranking(discovery: &Discovery) -> String {
+    let verdict = &discovery.verdict;
+    let lines: Vec<_> = verdict
+        .ranking
+        .iter()
+        .take(8)
+        .chain(verdict.pairs.iter().take(3))
+        .map(|line| (line, line.gain - line.fall + discovery.limits.of(line.last())))
+        .collect();
+    let most = lines.iter().map(|(line, needed)| line.gain.max(*needed)).fold(1.0, f64::max);
+    let mut out = opened(800, ROW * lines.len(), 14);
+    for (i, (line, needed)) in lines.iter().enumerate() {
+        let (y, width) = (ROW * i, LONGEST * (line.gain / most).max(0.0));
+        let tick = BARS + LONGEST * (needed / most).max(0.0);
+        let said = match verdict.decision {
+            Decision::None => false,
+            Decision::Tied => line.names.iter().all(|name| verdict.names.contains(name)),
+            Decision::Named | Decision::Unknown => line.names == verdict.names,
+        };
+        // Writing into a string cannot fail.
+        let _ = writeln!(
+            out,
+            "<text x=\"275\" y=\"{}\" text-anchor=\"end\">{}</text><rect x=\"{BARS}\" y=\"{}\" width=\"{width:.1}\" \
+             height=\"18\" fill=\"{}\"/><line x1=\"{tick:.1}\" x2=\"{tick:.1}\" y1=\"{}\" y2=\"{}\" stroke=\"{ORANGE}\" \
+             stroke-width=\"3\"/><text x=\"{:.1}\" y=\"{}\">{:.0}</text>",
+            y + 17,
+            line.names.join(" + "),
+            y + 3,
+            if said { BLUE } else { GREY },
+            y + 1,
+            y + 23,
+            BARS + 7.0 + width.max(tick - BARS),
+            y + 17,
+            line.gain
+        );
+    }
+    out + "</svg>"
+}
+
+/// Misfit by channel and window, darker from one upwards.
+pub(super) fn disagreement(map: &[Cell]) -> String {
+    let once = |name: &dyn Fn(&Cell) -> &'static str| {
+        let mut names: Vec<&'static str> = Vec::new();
+        for cell in map {
+            if !names.contains(&name(cell)) {
+                names.push(name(cell));
+            }
+        }
+        names
+    };
+    let (channels, windows) = (once(&|cell| cell.channel), once(&|cell| cell.window));
+    const WIDE: usize = 130;
+    let mut out = opened(90 + WIDE * windows.len(), 24 + ROW * channels.len(), 14);
+    for (j, window) in windows.iter().enumerate() {
+        let _ = write!(out, "<text x=\"{}\" y=\"16\">{window}</text>", 96 + WIDE * j);
+    }
+    for (i, channel) in channels.iter().enumerate() {
+        let _ = write!(out, "<text x=\"82\" y=\"{}\" text-anchor=\"end\">{channel}</text>", 41 + ROW * i);
+    }
+    for cell in map {
+        let place = |names: &[&str], name: &str| names.iter().position(|n| *n == name).unwrap_or(0);
+        let (i, j) = (place(&channels, cell.channel), place(&windows, cell.window));
+        // Twice the misfit is one step darker, ten steps in all; a light one keeps its dark letters.
+        let dark = (cell.chi2.max(1.0).log2() / 10.0).min(1.0);
+        let ink = if dark > 0.5 { "#fff" } else { "#222" };
+        let _ = writeln!(
+            out,
+            "<rect x=\"{}\" y=\"{}\" width=\"{}\" height=\"24\" fill=\"{}\"/><text x=\"{}\" y=\"{}\" \
+             fill=\"{ink}\">{:.2}</text>",
+            90 + WIDE * j,
+            24 + ROW * i,
+            WIDE - 2,
+            mixed([255.0; 3], [0.0, 60.0, 110.0], 0.08 + 0.92 * dark),
+            98 + WIDE * j,
+            41 + ROW * i,
+            cell.chi2
+        );
+    }
+    out + "</svg>"
+}
+
+/// Cosines of the signatures, with their lengths beside the names.
+pub(super) fn likeness(names: &[&'static str], length: &[f64], cosines: &[Vec<f64>]) -> String {
+    let side = 190 + CELL * names.len();
+    // The last name leans out over the last column.
+    let mut out = opened(side + 70, side, 12);
+    for (i, name) in names.iter().enumerate() {
+        let y = 180 + CELL * i;
+        let _ = writeln!(
+            out,
+            "<text x=\"178\" y=\"{}\" text-anchor=\"end\">{name} {:.0}</text><text transform=\"translate({},174) \
+             rotate(-60)\">{name}</text>",
+            y + 16,
+            length[i],
+            y + 12
+        );
+        for (j, cosine) in cosines[i].iter().enumerate() {
+            let to = if *cosine > 0.0 { [230.0, 159.0, 0.0] } else { [0.0, 114.0, 178.0] };
+            let fill = mixed([255.0; 3], to, cosine.abs().min(1.0));
+            let x = 180 + CELL * j;
+            let _ = write!(out, "<rect x=\"{x}\" y=\"{y}\" width=\"23\" height=\"23\" fill=\"{fill}\"/>");
+        }
+    }
+    out + "</svg>"
+}
+
+fn opened(width: usize, height: usize, letters: usize) -> String {
+    format!("<svg viewBox=\"0 0 {width} {height}\" width=\"{width}\" font-size=\"{letters}\">\n")
+}
+
+/// The colour `part` of the way from one to another.
+fn mixed(from: [f64; 3], to: [f64; 3], part: f64) -> String {
+    let at = |i: usize| part.mul_add(to[i] - from[i], from[i]);
+    format!("rgb({:.0},{:.0},{:.0})", at(0), at(1), at(2))
+}
