@@ -16,6 +16,7 @@ fn options(schedule: Schedule) -> Options {
         seed: 1,
         schedule,
         soft: true,
+        sparse: true,
         quiet: true,
         command: String::from("cargo test"),
         checkpoints: None,
@@ -49,6 +50,14 @@ fn an_ideal_slosh_is_learnt() {
     // The soft net has to say what it costs: its laws hold nowhere exactly.
     assert!(value("soft: |M e| over |M s|") > 0.0);
     assert!(value("exact_rollout") < 20.0);
+    // The paper's five share the same thirteen latents, and what they decode is no better for it.
+    let kept: f64 = [("q", 20), ("v", 20), ("e", 10), ("sigma", 20), ("tau", 20)]
+        .map(|(group, of)| value(&format!("five sparse autoencoders: latents of {group} kept of {of}")))
+        .iter()
+        .sum();
+    assert_eq!(kept, 13.0);
+    let apart = value("five sparse autoencoders: v");
+    assert!(apart < 60.0 && apart > value("decoder alone: v"), "{apart} %");
     for stage in ["autoencoder", "encoder", "soft"] {
         let curve = trained.curves.iter().find(|curve| curve.stage == stage).expect("a curve of each stage");
         let (first, last) = (curve.looks.first().expect("a look"), curve.looks.last().expect("a look"));
@@ -79,7 +88,7 @@ fn a_resumed_training_is_the_same_training() {
     const BRIEF: Schedule = Schedule { autoencoder: 400, encoder: 10, rollout: 100, seeds: 1 };
     let training = [slosh::recording(200, 0.016, 1), slosh::recording(200, 0.02, 2)];
     let validation = [slosh::recording(200, 0.018, 3)];
-    let whole = Options { soft: false, ..options(BRIEF) };
+    let whole = Options { soft: false, sparse: false, ..options(BRIEF) };
     let due = train(&training, &validation, &whole, &AtomicBool::new(false)).expect("a model").blob;
 
     let folder = std::env::temp_dir().join(format!("meniscus-resume-{}", std::process::id()));

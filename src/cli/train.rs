@@ -39,6 +39,10 @@ pub(crate) struct Arguments {
     /// Also train the paper's net, whose laws are only asked for by its loss, and report both side by side
     #[arg(long)]
     soft: bool,
+    /// Also train the paper's five sparse autoencoders, one a field group, and report what each keeps of thirteen
+    /// latents beside the joint one
+    #[arg(long)]
+    sparse: bool,
     /// Go on from the checkpoints of the same training that was broken off
     #[arg(long)]
     resume: bool,
@@ -68,6 +72,7 @@ pub(crate) fn run(args: &Arguments) -> anyhow::Result<()> {
         seed: args.seed,
         schedule,
         soft: args.soft,
+        sparse: args.sparse,
         quiet: args.json,
         command: command(args),
         checkpoints: Some(Checkpoints { folder: folder.clone(), resume: args.resume }),

@@ -32,6 +32,7 @@ mod rollout;
 mod side;
 mod snapshots;
 mod soft;
+mod sparse;
 mod spread;
 mod unrolled;
 mod warm;
@@ -60,6 +61,7 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use side::Side;
 use soft::Soft;
+use sparse::Sparse;
 use spread::Spread;
 use std::sync::atomic::AtomicBool;
 
@@ -93,6 +95,9 @@ pub struct Options {
     pub schedule: Schedule,
     /// Whether the paper's soft net is trained beside the exact step, to compare; it is not in the blob.
     pub soft: bool,
+    /// Whether the paper's five sparse autoencoders are trained beside the joint one, to compare; they are not in
+    /// the blob.
+    pub sparse: bool,
     /// No bars.
     pub quiet: bool,
     /// The command, for the blob's provenance.
@@ -206,6 +211,10 @@ pub fn train(
             ((seen.paths.as_slice(), held.paths.as_slice()), (options.schedule.rollout, seed(5)));
         Soft::train(&model.dynamics, paths, &metric, plan, &session)
     });
+    let sparse = options.sparse.then(|| {
+        let (recordings, sequences) = ((training, validation), (&*seen.sequences, &*held.sequences));
+        Sparse::train(&model.frame, recordings, sequences, (options.schedule.autoencoder, seed(6)), &session)
+    });
     let (mut checks, slosh_rel) = report::checks(&model, &held, &tracks, &worse);
     let header = Header {
         liquid: fit(&first.provenance.liquid),
@@ -229,6 +238,7 @@ pub fn train(
     let reach = calibrate::reach(&blob(&spread::UNIT)?, &looks(seed(3))?)?;
     let blob = blob(&reach)?;
     checks.extend(soft.iter().flat_map(|soft| soft.checks(&model.dynamics, &held.paths, &metric)));
+    checks.extend(sparse.iter().flat_map(|five| five.checks(&model.frame, validation, &held.sequences)));
     checks.extend(calibrate::held(&blob, &looks(seed(4))?)?);
     Ok(Trained { blob, checks, curves: session.curves() })
 }

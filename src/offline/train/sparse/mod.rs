@@ -1,0 +1,193 @@
+//! The paper's way beside ours: five sparse autoencoders, one a field group, cut down to thirteen latents in all.
+//!
+//! ```text
+//! x = E(z), z^ = D(x)      perceptrons of the paper's depths and widths, linear at the ends, ReLU between
+//! loss = <|z^ - z|^2> / <|z|^2> + lambda <|x|_1>        lambda = 0.003 (the paper: 0.001 to 0.005)
+//! ```
+//! z are the POD coefficients of the group: the basis folds into the linear outer layers, so that nothing but what
+//! the decomposition leaves out is lost. The surface, which the paper reads off the positions, goes with them.
+//!
+//! Which latents stay is decided by the data. Those of a group are ordered by what it costs to hold them at their
+//! mean; then the thirteen are given out one by one, each to the group whose relative error it lowers most
+//! (Nemhauser, Wolsey and Fisher 1978 on why greed does well). What stays is trained on without the penalty.
+
+mod energy;
+mod net;
+
+use super::dataset::{Frame, SURFACE, Sequence};
+use super::encoder::derive_seed;
+use super::generic::LATENTS;
+use super::measure::{Errors, percent};
+use super::progress::Session;
+use crate::host::checks::Check;
+use crate::offline::prelude::*;
+use crate::offline::recording::Recording;
+use energy::Energy;
+use net::{LAMBDA, Net, Plan, Rows};
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+
+/// The paper's five.
+static PAPER: [Plan; 5] = [
+    Plan { name: "q", trunk: Some(0), hidden: (120, 2), bottleneck: 20 },
+    Plan { name: "v", trunk: Some(1), hidden: (200, 4), bottleneck: 20 },
+    Plan { name: "e", trunk: None, hidden: (40, 3), bottleneck: 10 },
+    Plan { name: "sigma", trunk: Some(2), hidden: (200, 3), bottleneck: 20 },
+    Plan { name: "tau", trunk: Some(3), hidden: (200, 3), bottleneck: 20 },
+];
+
+/// A latent whose deviation is smaller than this part of the largest of its group is switched off.
+const SILENT: f32 = 0.1;
+
+/// The five.
+pub(super) struct Sparse {
+    nets: Vec<Net>,
+    /// How many latents of each were switched on before any were cut off.
+    active: Vec<usize>,
+    energy: Energy,
+}
+
+/// How many latents each group gets of `all`, by the curves of their errors: one by one to where the error falls
+/// most a latent, over as many latents as that takes.
+fn given_out(curves: &[Vec<f64>], all: usize) -> Vec<usize> {
+    let mut given = vec![0; curves.len()];
+    loop {
+        let left = all - given.iter().sum::<usize>();
+        let step = |(g, curve): (usize, &Vec<f64>)| {
+            let here: usize = given[g];
+            let most = left.min(curve.len() - 1 - here);
+            (1..=most).map(move |more| ((curve[here] - curve[here + more]) / more as f64, g, more)).collect()
+        };
+        let steps: Vec<(f64, usize, usize)> =
+            curves.iter().enumerate().flat_map(|c| -> Vec<_> { step(c) }).collect();
+        let Some((_, group, more)) = steps.into_iter().max_by(|a, b| a.0.total_cmp(&b.0)) else {
+            return given;
+        };
+        given[group] += more;
+    }
+}
+
+impl Sparse {
+    /// Trains all five on the recordings, which are projected in `seen` and `held`.
+    #[must_use]
+    pub(super) fn train(
+        frame: &Frame,
+        (training, validation): (&[Recording], &[Recording]),
+        (seen, held): (&[Sequence], &[Sequence]),
+        (steps, seed): (usize, u64),
+        session: &Session<'_>,
+    ) -> Self {
+        let energy = Energy::new(training);
+        let rows = |plan: &Plan, recordings: &[Recording], sequences: &[Sequence]| match plan.trunk {
+            Some(group) => trunk_rows(frame, group, sequences),
+            None => energy.rows(recordings),
+        };
+        // Two threads inside of one net gain nothing; nets side by side do.
+        let trained: Vec<_> = std::thread::scope(|scope| {
+            let one = |(i, plan): (usize, &'static Plan)| {
+                let (rows, held) = (rows(plan, training, seen), rows(plan, validation, held));
+                scope.spawn(move || {
+                    let seed = derive_seed(seed, i as u64);
+                    let mut net = Net::fresh(plan, rows.width, &mut ChaCha8Rng::seed_from_u64(seed));
+                    let stage = format!("sparse {}", plan.name);
+                    net.train(&stage, (&rows, &held), LAMBDA, (steps, seed), session);
+                    (net, rows, held)
+                })
+            };
+            let threads: Vec<_> = PAPER.iter().enumerate().map(one).collect();
+            threads.into_iter().map(|thread| thread.join().expect("a net's thread ends")).collect()
+        });
+        let (mut nets, mut active, mut orders, mut curves) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        for (mut net, rows, held) in trained {
+            let deviation = net.measure(&rows);
+            let most = deviation.iter().copied().fold(0.0, f32::max);
+            active.push(deviation.iter().filter(|d| **d > SILENT * most).count());
+            let (order, curve) = net.ordered(&rows);
+            orders.push(order);
+            curves.push(curve);
+            nets.push((net, rows, held));
+        }
+        let given = given_out(&curves, LATENTS);
+        for (((net, ..), order), count) in nets.iter_mut().zip(&orders).zip(given) {
+            net.keep =
+                (0..net.keep.len()).map(|l| f32::from(u8::from(order[..count].contains(&l)))).collect();
+        }
+        let nets = std::thread::scope(|scope| {
+            let one = |(i, (mut net, rows, held)): (usize, (Net, Rows, Rows))| {
+                scope.spawn(move || {
+                    let stage = format!("sparse {}, cut", PAPER[i].name);
+                    let plan = (steps / 2, derive_seed(seed, 16 + i as u64));
+                    net.train(&stage, (&rows, &held), 0.0, plan, session);
+                    net
+                })
+            };
+            let threads: Vec<_> = nets.into_iter().enumerate().map(one).collect();
+            threads.into_iter().map(|thread| thread.join().expect("a net's thread ends")).collect()
+        });
+        Self { nets, active, energy }
+    }
+
+    /// Errors of what the five decode from their thirteen latents on the validation recordings, and how many each
+    /// group used and kept.
+    #[must_use]
+    pub(super) fn checks(&self, frame: &Frame, validation: &[Recording], held: &[Sequence]) -> Vec<Check> {
+        let (scale, ranges, width) = (frame.coefficient_scale(), frame.ranges(), frame.width());
+        let mut errors = Errors::default();
+        for sequence in held {
+            let mut coefficients = vec![0.0; sequence.frames() * width];
+            for (plan, net) in PAPER.iter().zip(&self.nets) {
+                let Some(group) = plan.trunk else { continue };
+                let rows = trunk_rows(frame, group, std::slice::from_ref(sequence));
+                let [again, _] = net.run(&rows);
+                for (n, row) in again.chunks_exact(rows.width).enumerate() {
+                    for (at, z) in columns(&ranges, group).zip(row) {
+                        coefficients[n * width + at] = z * scale[at];
+                    }
+                }
+            }
+            errors.add(frame, sequence, 0, &coefficients, &sequence.port);
+        }
+        const STAGE: &str = "five sparse autoencoders";
+        let mut checks = errors.checks(STAGE, [None; 5]);
+        for (plan, net) in PAPER.iter().zip(&self.nets).filter(|(plan, _)| plan.trunk.is_none()) {
+            let error = self.energy.error(net, validation);
+            checks.push(percent(format!("{STAGE}: {}", plan.name), error, None));
+        }
+        for ((plan, net), active) in PAPER.iter().zip(&self.nets).zip(&self.active) {
+            let name =
+                |what: &str| format!("{STAGE}: latents of {} {what} of {}", plan.name, plan.bottleneck);
+            checks.push(Check::told(name("in use"), *active as f64, "1"));
+            checks.push(Check::told(name("kept"), f64::from(net.keep.iter().sum::<f32>()), "1"));
+        }
+        checks
+    }
+}
+
+/// The coefficients that go with trunk group `group`: the surface goes with the positions.
+fn columns(ranges: &[std::ops::Range<usize>], group: usize) -> impl Iterator<Item = usize> + use<> {
+    let surface = if group == 0 { ranges[SURFACE].clone() } else { 0..0 };
+    ranges[group].clone().chain(surface)
+}
+
+/// Coefficients of one trunk group over its scale, row by row.
+fn trunk_rows(frame: &Frame, group: usize, sequences: &[Sequence]) -> Rows {
+    let (scale, ranges, width) = (frame.coefficient_scale(), frame.ranges(), frame.width());
+    let rows = sequences.iter().flat_map(|s| s.coefficients.chunks_exact(width));
+    let values =
+        rows.flat_map(|row| columns(&ranges, group).map(|at| row[at] / scale[at]).collect::<Vec<_>>());
+    Rows { values: values.collect(), width: columns(&ranges, group).count() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn latents_go_where_they_are_worth_most_and_a_pair_that_is_worth_much_is_not_missed() {
+        // The second group gains only by its second latent.
+        let curves = vec![vec![1.0, 0.5, 0.4, 0.39], vec![1.0, 1.0, 0.1, 0.1], vec![1.0, 0.9, 0.88]];
+        assert_eq!(given_out(&curves, 4), [1, 2, 1]);
+        assert_eq!(given_out(&curves, 1), [1, 0, 0]);
+        assert_eq!(given_out(&curves, 8).iter().sum::<usize>(), 8);
+    }
+}

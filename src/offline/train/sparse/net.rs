@@ -1,0 +1,198 @@
+//! One sparse autoencoder: a perceptron down to a bottleneck and one up again, and which latents are worth keeping.
+
+use super::super::descent::Descent;
+use super::super::nets::perceptron;
+use super::super::progress::{Session, annealed};
+use super::super::weights::{Matrix, constants, leaves, numbers, scalar};
+use crate::offline::prelude::*;
+use burn::tensor::{Device, Tensor, TensorData};
+use rand::RngExt;
+use rand_chacha::ChaCha8Rng;
+
+/// One of the paper's autoencoders.
+pub(super) struct Plan {
+    /// Group.
+    pub(super) name: &'static str,
+    /// Its place among the trunk groups; none of the internal energy, which the trunk does not decode.
+    pub(super) trunk: Option<usize>,
+    /// Width of a hidden layer, and how many there are.
+    pub(super) hidden: (usize, usize),
+    /// Width of the bottleneck.
+    pub(super) bottleneck: usize,
+}
+
+/// Weight of the L1 norm of the bottleneck.
+pub(super) const LAMBDA: f32 = 3e-3;
+
+/// Snapshots of one training step.
+const BATCH: usize = 256;
+
+/// Rows of one group, divided by their scale.
+#[derive(Clone, Debug)]
+pub(super) struct Rows {
+    pub(super) values: Vec<f32>,
+    pub(super) width: usize,
+}
+
+impl Rows {
+    pub(super) fn count(&self) -> usize {
+        self.values.len() / self.width
+    }
+
+    fn tensor(&self, device: &Device) -> Tensor<2> {
+        Tensor::from_data(TensorData::new(self.values.clone(), [self.count(), self.width]), device)
+    }
+}
+
+/// One trained autoencoder.
+#[derive(Clone, Debug)]
+pub(super) struct Net {
+    /// Encoder half, then decoder half, W and b of each layer.
+    weights: Vec<Matrix>,
+    /// Hidden layers of a half.
+    depth: usize,
+    /// 1 for a latent that stays, 0 for one that is held at its mean; and the means.
+    pub(super) keep: Vec<f32>,
+    mean: Vec<f32>,
+}
+
+fn half(x: Tensor<2>, weights: &[Tensor<2>], depth: usize) -> Tensor<2> {
+    perceptron(x, weights, |layer| 0 < layer && layer < depth)
+}
+
+impl Net {
+    pub(super) fn fresh(plan: &Plan, width: usize, rng: &mut ChaCha8Rng) -> Self {
+        let (hidden, depth) = plan.hidden;
+        let mut weights = Vec::new();
+        for (from, to) in [(width, plan.bottleneck), (plan.bottleneck, width)] {
+            for layer in 0..=depth {
+                let inputs = if layer == 0 { from } else { hidden };
+                let outputs = if layer == depth { to } else { hidden };
+                let bound = 1.0 / (inputs as f64).sqrt();
+                weights.push(Matrix::uniform(outputs, inputs, bound, rng));
+                weights.push(Matrix::uniform(1, outputs, bound, rng));
+            }
+        }
+        Self { weights, depth, keep: vec![1.0; plan.bottleneck], mean: vec![0.0; plan.bottleneck] }
+    }
+
+    /// z^ and x of every row of `z`.
+    fn through(&self, z: Tensor<2>, weights: &[Tensor<2>]) -> [Tensor<2>; 2] {
+        let (encoder, decoder) = weights.split_at(2 * (self.depth + 1));
+        let x = half(z, encoder, self.depth);
+        let row = |values: Vec<f32>| {
+            let width = values.len();
+            Tensor::<2>::from_data(TensorData::new(values, [1, width]), &x.device())
+        };
+        let held = self.mean.iter().zip(&self.keep).map(|(m, k)| m * (1.0 - k)).collect();
+        let kept = x.clone() * row(self.keep.clone()) + row(held);
+        [half(kept, decoder, self.depth), x]
+    }
+
+    /// z^ and x of all `rows`.
+    pub(super) fn run(&self, rows: &Rows) -> [Vec<f32>; 2] {
+        let device = Device::flex();
+        self.through(rows.tensor(&device), &constants(&self.weights, &device)).map(numbers)
+    }
+
+    /// Mean of |z^ - z|^2 over `rows`; |z|^2 is 1 in the mean.
+    pub(super) fn error(&self, rows: &Rows) -> f64 {
+        let [again, _] = self.run(rows);
+        let square = |(a, z): (&f32, &f32)| f64::from(a - z).powi(2);
+        again.iter().zip(&rows.values).map(square).sum::<f64>() / rows.count() as f64
+    }
+
+    /// Trains for `steps` with the weight `lambda` of the L1 norm; keeps what is best on `held`.
+    pub(super) fn train(
+        &mut self,
+        stage: &str,
+        (rows, held): (&Rows, &Rows),
+        lambda: f32,
+        (steps, seed): (usize, u64),
+        session: &Session<'_>,
+    ) {
+        let device = Device::flex().autodiff();
+        let mut descent = Descent::new(stage, self.weights.clone(), self.error(held).sqrt(), session);
+        let bar = session.bar(stage, steps);
+        for step in descent.done()..steps {
+            let mut rng = Descent::draws(seed, step);
+            let drawn = (0..BATCH).map(|_| rng.random_range(0..rows.count()) * rows.width);
+            let values = drawn.flat_map(|at| rows.values[at..at + rows.width].iter().copied()).collect();
+            let z = Rows { values, width: rows.width }.tensor(&device);
+            let tensors = leaves(descent.weights(), &device);
+            let [again, x] = self.through(z.clone(), &tensors);
+            let miss = (again - z).square().sum() / BATCH as f32;
+            let loss = miss.clone() + x.abs().sum() * (lambda / BATCH as f32);
+            let (weights, adam) = descent.parts();
+            adam.step(weights, &tensors, loss.backward(), annealed(2e-3, step, steps));
+            if step % 100 == 99 || step + 1 == steps {
+                let now = Self { weights: descent.weights().to_vec(), ..self.clone() }.error(held).sqrt();
+                if descent.look(step + 1, (f64::from(scalar(miss)).sqrt(), now), &bar, session) {
+                    break;
+                }
+            }
+        }
+        bar.finish();
+        // Under the penalty the last weights are the sparse ones, whatever the error says.
+        let last = descent.weights().to_vec();
+        let (best, _) = descent.end(stage, session);
+        self.weights = if lambda > 0.0 { last } else { best };
+    }
+
+    /// Deviation of each latent over `rows`; their means are kept for those that will be cut off.
+    pub(super) fn measure(&mut self, rows: &Rows) -> Vec<f32> {
+        let [_, x] = self.run(rows);
+        let (width, count) = (self.keep.len(), rows.count() as f32);
+        let column = |l: usize| x.iter().skip(l).step_by(width);
+        self.mean = (0..width).map(|l| column(l).sum::<f32>() / count).collect();
+        let spread = |l: usize| column(l).map(|v| (v - self.mean[l]).powi(2)).sum::<f32>() / count;
+        (0..width).map(|l| spread(l).sqrt()).collect()
+    }
+
+    /// The latents, the dearest first, and the error with the first k of them for k from 0.
+    pub(super) fn ordered(&self, rows: &Rows) -> (Vec<usize>, Vec<f64>) {
+        let width = self.keep.len();
+        let with = |keep: &dyn Fn(usize) -> bool| {
+            let keep = (0..width).map(|l| f32::from(u8::from(keep(l)))).collect();
+            Self { keep, ..self.clone() }.error(rows)
+        };
+        let cost: Vec<f64> = (0..width).map(|gone| with(&|l| l != gone)).collect();
+        let mut order: Vec<usize> = (0..width).collect();
+        order.sort_by(|&a, &b| cost[b].total_cmp(&cost[a]));
+        let errors = (0..=width).map(|k| with(&|l| order[..k].contains(&l))).collect();
+        (order, errors)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::SeedableRng;
+
+    #[test]
+    fn a_sparse_net_finds_how_many_numbers_its_data_need() {
+        // Six numbers that follow from two.
+        let mut rng = ChaCha8Rng::seed_from_u64(4);
+        let mut rows = |count: usize| {
+            let mut values = Vec::new();
+            for _ in 0..count {
+                let [a, b]: [f32; 2] = std::array::from_fn(|_| (2.0 * rng.random::<f64>() - 1.0) as f32);
+                values.extend([a, b, a + b, a - b, 0.5 * a, 0.5 * b].map(|z| 0.6 * z));
+            }
+            Rows { values, width: 6 }
+        };
+        let (seen, held) = (rows(400), rows(100));
+        let plan = Plan { name: "six", trunk: None, hidden: (24, 2), bottleneck: 6 };
+        let stop = std::sync::atomic::AtomicBool::new(false);
+        let session = Session::new(true, &stop);
+        let mut net = Net::fresh(&plan, 6, &mut ChaCha8Rng::seed_from_u64(5));
+        net.train("six", (&seen, &held), 3e-2, (600, 6), &session);
+        net.measure(&seen);
+        let (order, curve) = net.ordered(&seen);
+        assert!(curve[2] < 0.1 * curve[0] && curve[2] < 2.0 * curve[6] + 1e-3, "{curve:?}");
+        net.keep = (0..6).map(|l| f32::from(u8::from(order[..2].contains(&l)))).collect();
+        let before = net.error(&held);
+        net.train("six, cut", (&seen, &held), 0.0, (400, 7), &session);
+        assert!(net.error(&held) <= before && net.error(&held) < 5e-3, "{}", net.error(&held));
+    }
+}
