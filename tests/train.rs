@@ -48,7 +48,10 @@ fn an_ideal_slosh_is_learnt() {
     let held = value("interval, 0.00 s ahead: surface held");
     assert!((75.0..=99.0).contains(&held), "{held} % of the heights lie within their interval");
     // The soft net has to say what it costs: its laws hold nowhere exactly.
-    assert!(value("soft: |M e| over |M s|") > 0.0);
+    assert!(value("soft_M_dE") > 0.0 && value("soft_energy_drift") > 1e-4);
+    assert!(value("exact_M_dE") < 1e-6 && value("exact_L_dS") < 1e-6 && value("exact_energy_drift") < 1e-6);
+    assert!(value("entropy_falls") == 0.0 && value("energy_drift_step") < 1e-6);
+    assert!(value("steps_of_both") > 100.0 && value("soft_rollout").is_finite());
     assert!(value("exact_rollout") < 20.0);
     // The paper's five share the same thirteen latents, and what they decode is no better for it.
     let kept: f64 = [("q", 20), ("v", 20), ("e", 10), ("sigma", 20), ("tau", 20)]

@@ -1,10 +1,14 @@
 //! `meniscus train`: from recordings to a weight blob.
 
-use super::inputs::recordings;
+mod repeat;
+
+use super::inputs::{plain, recordings};
 use anyhow::Context;
 use meniscus::host::checks::table;
 use meniscus::host::files::write_whole;
-use meniscus::offline::train::{Checkpoints, Options, Schedule, curves_png, train};
+use meniscus::offline::evaluate::unseen;
+use meniscus::offline::recording::Recording;
+use meniscus::offline::train::{Checkpoints, Options, Schedule, Trained, curves_png, train};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
@@ -14,11 +18,14 @@ use std::time::Instant;
 /// Five parts are learnt, in this order: a basis of every field (POD), a joint autoencoder down to
 /// thirteen latents, the GRU that reads the latents from noisy surface profiles, the GENERIC step that
 /// carries them through time, and the gain of the filter that joins the two. Every choice is made on
-/// the validation recordings; keep a third set that neither has seen for `meniscus bench`.
+/// the validation recordings; --test names a recording that neither has seen, for figures that nothing was chosen by.
 ///
 /// Errors are relative to the slosh itself (slosh-rel = |z - zhat| / |z - z_rest|): a surface that is
 /// called flat scores 100 %. Ctrl-C ends every part with its best so far and keeps checkpoints beside the
 /// blob; a second one gives up. The errors of every part over its steps go to a picture beside the blob.
+///
+/// --repeat 5 trains five times from five seeds, writes the blob that did best on the validation recordings, and tells
+/// of every figure the mean, the standard deviation and the worst; the table goes beside the blob as FILE.md.
 #[derive(clap::Args, Debug)]
 pub(crate) struct Arguments {
     /// Recordings to learn from: files, or a folder, which stands for its train-*.safetensors
@@ -43,6 +50,12 @@ pub(crate) struct Arguments {
     /// latents beside the joint one
     #[arg(long)]
     sparse: bool,
+    /// A recording that nothing is learnt from or chosen by: the camera looks at it, and the model is held against it
+    #[arg(long, value_name = "FILE")]
+    test: Option<PathBuf>,
+    /// Train from this many seeds, --seed and those after it, and tell mean and spread of every figure
+    #[arg(long, default_value_t = 1, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=100))]
+    repeat: u64,
     /// Go on from the checkpoints of the same training that was broken off
     #[arg(long)]
     resume: bool,
@@ -62,26 +75,19 @@ pub(crate) fn run(args: &Arguments) -> anyhow::Result<()> {
     .context("Ctrl-C cannot be watched")?;
 
     let begun = Instant::now();
-    let training = recordings(&args.recordings, "train-")?;
-    let validation = recordings(&args.validate, "val-")?;
-    let schedule = if args.quick { Schedule::QUICK } else { Schedule::FULL };
-    let folder = beside(&args.out, ".training");
-    std::fs::create_dir_all(&folder)
-        .with_context(|| format!("{}: no place for checkpoints", folder.display()))?;
-    let options = Options {
-        seed: args.seed,
-        schedule,
-        soft: args.soft,
-        sparse: args.sparse,
-        quiet: args.json,
-        command: command(args),
-        checkpoints: Some(Checkpoints { folder: folder.clone(), resume: args.resume }),
+    let data = Data {
+        training: recordings(&args.recordings, "train-")?,
+        validation: recordings(&args.validate, "val-")?,
+        test: args.test.as_deref().map(plain).transpose()?,
     };
-    let trained = train(&training, &validation, &options, &STOP)
-        .with_context(|| format!("checkpoints lie in {}; --resume goes on from them", folder.display()))?;
-    write_whole(&args.out, &trained.blob)?;
-    let picture = beside(&args.out, ".png");
-    curves_png(&trained.curves, &picture)?;
+    let folder = beside(&args.out, ".training");
+    let report = if args.repeat > 1 {
+        repeat::run(args, &data, &folder, &STOP)?
+    } else {
+        let trained = once(args, &data, args.seed, &folder, &STOP)?;
+        let picture = write(args, &trained)?;
+        serde_json::json!({ "bytes": trained.blob.len(), "curves": picture, "checks": trained.checks })
+    };
     let broken_off = STOP.load(Ordering::Relaxed);
     if !broken_off {
         std::fs::remove_dir_all(&folder)
@@ -90,24 +96,64 @@ pub(crate) fn run(args: &Arguments) -> anyhow::Result<()> {
 
     let seconds = begun.elapsed().as_secs_f64();
     if args.json {
-        let report = serde_json::json!({
-            "blob": args.out,
-            "bytes": trained.blob.len(),
-            "seconds": seconds,
-            "curves": picture,
-            "broken_off": broken_off,
-            "checks": trained.checks,
-        });
-        println!("{report:#}");
+        let mut all = serde_json::json!({ "blob": args.out, "seconds": seconds, "broken_off": broken_off });
+        if let (Some(all), serde_json::Value::Object(report)) = (all.as_object_mut(), report) {
+            all.extend(report);
+        }
+        println!("{all:#}");
         return Ok(());
     }
-    print!("{}", table(&trained.checks));
-    println!("{}: {} bytes after {seconds:.0} s", args.out.display(), trained.blob.len());
-    println!("{}: how it learnt", picture.display());
+    println!("{} after {seconds:.0} s", args.out.display());
     if broken_off {
         println!("broken off: this is the best so far; the same command with --resume goes on from here");
     }
     Ok(())
+}
+
+/// What is learnt from, chosen by, and neither.
+struct Data {
+    training: Vec<Recording>,
+    validation: Vec<Recording>,
+    test: Option<Recording>,
+}
+
+/// One training from `seed` with its checkpoints in `folder`, and what the test recording says of it.
+fn once(
+    args: &Arguments,
+    data: &Data,
+    seed: u64,
+    folder: &Path,
+    stop: &AtomicBool,
+) -> anyhow::Result<Trained> {
+    std::fs::create_dir_all(folder)
+        .with_context(|| format!("{}: no place for checkpoints", folder.display()))?;
+    let options = Options {
+        seed,
+        schedule: if args.quick { Schedule::QUICK } else { Schedule::FULL },
+        soft: args.soft,
+        sparse: args.sparse,
+        quiet: args.json,
+        command: command(args, seed),
+        checkpoints: Some(Checkpoints { folder: folder.into(), resume: args.resume }),
+    };
+    let mut trained = train(&data.training, &data.validation, &options, stop)
+        .with_context(|| format!("checkpoints lie in {}; --resume goes on from them", folder.display()))?;
+    if let Some(test) = &data.test {
+        trained.checks.extend(unseen(&trained.blob, test, 1)?);
+    }
+    Ok(trained)
+}
+
+/// Writes the blob and the picture of its curves, whose place is returned, and shows the checks to a person.
+fn write(args: &Arguments, trained: &Trained) -> anyhow::Result<PathBuf> {
+    write_whole(&args.out, &trained.blob)?;
+    let picture = beside(&args.out, ".png");
+    curves_png(&trained.curves, &picture)?;
+    if !args.json {
+        print!("{}", table(&trained.checks));
+        println!("{}: how it learnt", picture.display());
+    }
+    Ok(picture)
 }
 
 /// `path` with `ending` behind its name.
@@ -118,12 +164,12 @@ fn beside(path: &Path, ending: &str) -> PathBuf {
 }
 
 /// The command as it belongs into the provenance: names without folders, which mean nothing elsewhere.
-fn command(args: &Arguments) -> String {
+fn command(args: &Arguments, seed: u64) -> String {
     let names = |paths: &[PathBuf]| {
         let name = |p: &PathBuf| p.file_name().unwrap_or_default().to_string_lossy().into_owned();
         paths.iter().map(name).collect::<Vec<_>>().join(" ")
     };
     let quick = if args.quick { " --quick" } else { "" };
     let (recordings, validate) = (names(&args.recordings), names(&args.validate));
-    format!("meniscus train --recordings {recordings} --validate {validate} --seed {}{quick}", args.seed)
+    format!("meniscus train --recordings {recordings} --validate {validate} --seed {seed}{quick}")
 }

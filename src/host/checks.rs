@@ -27,6 +27,9 @@ pub struct Check {
     /// Whether the value meets the target. A value that is only told is always ok, one that could not
     /// be measured never.
     pub ok: bool,
+    /// The target itself.
+    #[serde(skip)]
+    against: Target,
 }
 
 impl Check {
@@ -69,7 +72,26 @@ impl Check {
             Target::Within(least, most) => (format!("{least} to {most}"), (least..=most).contains(&value)),
             Target::Told => ("told".into(), true),
         };
-        Self { name, value: measured.then_some(value), unit, target: words, ok: measured && met }
+        let value = measured.then_some(value);
+        Self { name, value, unit, target: words, ok: measured && met, against: target }
+    }
+
+    /// The same figure with another value, held against the same target.
+    #[must_use]
+    pub fn with(&self, name: impl Into<String>, value: f64) -> Self {
+        Self::new(name.into(), value, self.unit, self.against)
+    }
+
+    /// How bad `value` is in this place: the larger the worse. Of a figure without a target the larger one counts
+    /// as the worse, as most are errors.
+    #[must_use]
+    pub fn badness(&self, value: f64) -> f64 {
+        match self.against {
+            Target::AtMost(_) | Target::Told => value,
+            Target::AtLeast(_) => -value,
+            Target::Exactly(wanted) => (value - wanted).abs(),
+            Target::Within(least, most) => (value - 0.5 * (least + most)).abs(),
+        }
     }
 }
 

@@ -12,12 +12,14 @@ mod motion;
 mod plots;
 mod report;
 mod trial;
+mod unseen;
 
 pub use html::html;
 pub use motion::{Source, sources};
 pub use plots::{curves_png, peaks_png};
 pub use report::{checks, markdown};
 pub use trial::{Peak, Trial, trial};
+pub use unseen::unseen;
 
 use super::experiment::GLASS;
 use super::liquids::Liquid;
@@ -200,9 +202,15 @@ pub fn study(
     Ok(Study { source, motion, results })
 }
 
+/// Per cent.
+fn percent(x: f64) -> f64 {
+    100.0 * x
+}
+
 /// What the camera saw of `recording`.
 fn look(recording: &Recording, seed: u64) -> std::result::Result<Sightings, EvaluateError> {
-    let scene = SceneSettings { disparity_rms_px: DISPARITY_RMS_PX, seed, ..SceneSettings::default() };
+    let scene =
+        SceneSettings { disparity_rms_px: DISPARITY_RMS_PX, seed, ..SceneSettings::of(&recording.glass) };
     Ok(sightings(recording, scene)?)
 }
 

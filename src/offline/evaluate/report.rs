@@ -1,18 +1,11 @@
 //! The study as checks and as a page.
 
-use super::{Result as Outcome, Study, Trial};
+use super::unseen::{BLIND, TARGET, errors};
+use super::{Result as Outcome, SOURCE, Study, Trial, percent};
 use crate::host::checks::Check;
 use crate::offline::prelude::*;
 use crate::offline::recording::GROUP_NAMES;
 use std::fmt::Write;
-
-/// Largest slosh-relative error of the source liquid, its surface and its groups q, v, e, sigma, tau, %.
-const SOURCE_TARGET: (f64, [f64; 5]) = (8.0, [6.0, 7.0, 5.0, 9.0, 8.0]);
-
-/// Per cent.
-fn percent(x: f64) -> f64 {
-    100.0 * x
-}
 
 /// Every figure of the study.
 #[must_use]
@@ -41,11 +34,7 @@ pub fn checks(study: &Study) -> Vec<Check> {
         checks.push(Check::at_most(name("source_forgetting"), forgotten, "%", 5.0));
     }
     let source = &study.source;
-    let slosh = percent(source.score.estimate.slosh_rel());
-    checks.push(Check::at_most("glycerine_slosh_rel", slosh, "%", SOURCE_TARGET.0));
-    for ((group, error), target) in GROUP_NAMES.iter().zip(source.score.field).zip(SOURCE_TARGET.1) {
-        checks.push(Check::at_most(format!("glycerine_field_{group}"), percent(error), "%", target));
-    }
+    checks.extend(errors(SOURCE.0, source));
     checks.push(Check::within("interval_coverage", percent(source.score.held.share()), "%", 85.0, 95.0));
     for (group, held) in GROUP_NAMES.iter().zip(source.score.field_held) {
         checks.push(Check::told(format!("interval_coverage_{group}"), percent(held.share()), "%"));
@@ -80,8 +69,7 @@ pub fn checks(study: &Study) -> Vec<Check> {
         let name = |what: &str| format!("motion_{}_{what}", one.name);
         let slosh = percent(one.score.estimate.slosh_rel());
         let v = percent(one.score.field[1]);
-        let (of_slosh, of_v) =
-            if one.name == "none" { (15.0, 20.0) } else { (SOURCE_TARGET.0, SOURCE_TARGET.1[1]) };
+        let [of_slosh, of_v] = if one.name == "none" { BLIND } else { [TARGET.0, TARGET.1[1]] };
         checks.push(Check::at_most(name("slosh_rel"), slosh, "%", of_slosh));
         checks.push(Check::at_most(name("field_v"), v, "%", of_v));
         for (group, k) in [("q", 0), ("e", 2), ("sigma", 3), ("tau", 4)] {

@@ -19,6 +19,7 @@ mod error;
 mod feed;
 mod filter;
 mod generic;
+mod laws;
 mod linear;
 mod measure;
 pub mod nets;
@@ -29,6 +30,7 @@ mod precondition;
 mod progress;
 mod report;
 mod rollout;
+pub mod seeds;
 mod side;
 mod snapshots;
 mod soft;
@@ -127,6 +129,8 @@ pub struct Trained {
     pub checks: Vec<Check>,
     /// How every stage learnt.
     pub curves: Vec<Curve>,
+    /// Slosh-relative error of the filtered surface on the validation recordings: what a choice among seeds goes by.
+    pub slosh_rel: f64,
 }
 
 /// Trains on `training`, chooses by `validation`, and writes the blob in memory. When `stop` is
@@ -240,7 +244,7 @@ pub fn train(
     checks.extend(soft.iter().flat_map(|soft| soft.checks(&model.dynamics, &held.paths, &metric)));
     checks.extend(sparse.iter().flat_map(|five| five.checks(&model.frame, validation, &held.sequences)));
     checks.extend(calibrate::held(&blob, &looks(seed(4))?)?);
-    Ok(Trained { blob, checks, curves: session.curves() })
+    Ok(Trained { blob, checks, curves: session.curves(), slosh_rel })
 }
 
 /// What tells a training from another: its data, its seed and its schedule.

@@ -49,17 +49,31 @@ pub(super) fn validate(
     metric: &Square,
 ) -> f64 {
     let (mut miss, mut size) = (0.0, 0.0);
-    for path in paths {
-        for from in (0..path.x.len().saturating_sub(HORIZON / 2)).step_by(HORIZON / 2) {
-            let to = (from + 1 + HORIZON).min(path.x.len());
-            let truth = &path.x[from + 1..to];
-            for (said, x) in roll_out(path.x[from], &path.u[from + 1..to]).iter().zip(truth) {
-                miss += (metric * (said - x)).norm_squared();
-                size += (metric * x).norm_squared();
-            }
+    for Open { from, ports, truth } in paths.iter().flat_map(open_loop) {
+        for (said, x) in roll_out(from, ports).iter().zip(truth) {
+            miss += (metric * (said - x)).norm_squared();
+            size += (metric * x).norm_squared();
         }
     }
     (miss / size.max(f64::MIN_POSITIVE)).sqrt()
+}
+
+/// One roll-out to judge by: a true state, the ports after it, and where they truly led.
+pub(super) struct Open<'p> {
+    /// The true state.
+    pub(super) from: Latent,
+    /// Ports of the turns from there.
+    pub(super) ports: &'p [f64],
+    /// The true state after each.
+    pub(super) truth: &'p [Latent],
+}
+
+/// The roll-outs of up to [`HORIZON`] turns along `path`, each beginning in the middle of the one before.
+pub(super) fn open_loop(path: &Path) -> impl Iterator<Item = Open<'_>> {
+    (0..path.x.len().saturating_sub(HORIZON / 2)).step_by(HORIZON / 2).map(move |from| {
+        let to = (from + 1 + HORIZON).min(path.x.len());
+        Open { from: path.x[from], ports: &path.u[from + 1..to], truth: &path.x[from + 1..to] }
+    })
 }
 
 /// Trains `start` on `training` for `steps` steps and keeps what rolls out best on `validation`.

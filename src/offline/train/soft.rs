@@ -10,10 +10,11 @@
 
 use super::descent::Descent;
 use super::generic::{Dynamics, LATENTS, Latent, Square};
+use super::laws::{self, Laws};
 use super::linear::Path;
 use super::nets::perceptron;
 use super::progress::{Session, annealed};
-use super::rollout::{BATCH, draw, validate};
+use super::rollout::{BATCH, Open, draw, open_loop, validate};
 use super::weights::{Matrix, constants, leaves, numbers, scalar};
 use crate::host::checks::Check;
 use crate::offline::prelude::*;
@@ -40,6 +41,13 @@ struct Said {
     friction: Square,
     energy: Latent,
     entropy: Latent,
+}
+
+impl Said {
+    /// L e + M s.
+    fn rate(&self) -> Latent {
+        self.skew * self.energy + self.friction * self.entropy
+    }
 }
 
 /// Index of entry (i, j) among the outputs, and its sign, for L flattened row by row; `None` on the diagonal.
@@ -185,45 +193,56 @@ impl Soft {
         }
     }
 
+    /// B.
+    fn port(&self) -> Latent {
+        Latent::from_iterator(self.weights[8].values.iter().map(|&v| f64::from(RATE * v)))
+    }
+
     /// The states after each of `ports`, from `x`.
     #[must_use]
     pub(super) fn roll_out(&self, x: Latent, ports: &[f64]) -> Vec<Latent> {
-        let b = Latent::from_iterator(self.weights[8].values.iter().map(|&v| f64::from(RATE * v)));
+        let b = self.port();
         let next = |x: &mut Latent, &u: &f64| {
-            let Said { skew, friction, energy, entropy } = self.say(x);
-            *x += (skew * energy + friction * entropy + b * u) * FRAME_INTERVAL_S;
+            *x += (self.say(x).rate() + b * u) * FRAME_INTERVAL_S;
             Some(*x)
         };
         ports.iter().scan(x, next).collect()
+    }
+
+    /// The two laws along the roll-outs of `paths`, on each of which the net goes its own way.
+    fn laws(&self, paths: &[Path]) -> Laws {
+        let (b, mut laws) = (self.port(), Laws::default());
+        for Open { from, ports, .. } in paths.iter().flat_map(open_loop) {
+            let mut x = from;
+            for &u in ports {
+                let said = self.say(&x);
+                let Said { skew, friction, energy, entropy } = &said;
+                let closed = said.rate() * FRAME_INTERVAL_S;
+                laws.step((energy.as_slice(), entropy.as_slice()), closed.as_slice());
+                laws.reversible((skew * entropy).norm(), (skew * energy).norm());
+                laws.irreversible((friction * energy).norm(), (friction * entropy).norm());
+                x += closed + b * (u * FRAME_INTERVAL_S);
+            }
+        }
+        laws
     }
 
     /// Roll-outs and laws of both steps on `paths`, side by side.
     #[must_use]
     pub(super) fn checks(&self, exact: &Dynamics, paths: &[Path], metric: &Square) -> Vec<Check> {
         let percent = |name: &str, share: f64| Check::told(name, 100.0 * share, "%");
-        let (mut falls, mut steps, mut gained, mut moved) = (0_u32, 0_u32, 0.0, 0.0);
-        let (mut l_s, mut m_e, mut l, mut m) = (0.0, 0.0, 0.0, 0.0);
-        for x in paths.iter().flat_map(|path| &path.x).step_by(2) {
-            let Said { skew, friction, energy, entropy } = self.say(x);
-            let flow = skew * energy + friction * entropy;
-            falls += u32::from(entropy.dot(&flow) < 0.0);
-            steps += 1;
-            gained += energy.dot(&flow).abs();
-            moved += energy.norm() * flow.norm();
-            l_s += (skew * entropy).norm_squared();
-            m_e += (friction * energy).norm_squared();
-            l += (skew * energy).norm_squared();
-            m += (friction * entropy).norm_squared();
-        }
-        let exact_rollout = validate(|x, u| exact.roll_out(x, u), paths, metric);
-        vec![
-            percent("exact_rollout", exact_rollout),
+        let (hard, soft) = (laws::of_exact(exact, paths), self.laws(paths));
+        let mut checks = vec![
+            percent("exact_rollout", validate(|x, u| exact.roll_out(x, u), paths, metric)),
             percent("soft_rollout", validate(|x, u| self.roll_out(x, u), paths, metric)),
-            percent("soft: |e . x'| of a closed step over |e| |x'|", gained / moved),
-            percent("soft: steps whose entropy falls", f64::from(falls) / f64::from(steps)),
-            percent("soft: |L s| over |L e|", (l_s / l).sqrt()),
-            percent("soft: |M e| over |M s|", (m_e / m).sqrt()),
-        ]
+            Check::exactly("entropy_falls", f64::from(hard.laws.falls()), "1", 0.0),
+            Check::told("soft_entropy_falls", f64::from(soft.falls()), "1"),
+            Check::told("steps_of_both", f64::from(soft.steps()), "1"),
+            Check::at_most("energy_drift_step", hard.drift, "H", 1e-6),
+        ];
+        checks.extend(hard.laws.checks("exact"));
+        checks.extend(soft.checks("soft"));
+        checks
     }
 }
 
