@@ -9,6 +9,8 @@ image() {
   install -m 755 hil/rig/init "$tree/init"
   cp "$work/plans" "$tree/plans"
   ln "$work/film.raw" "$tree/film.raw" 2>/dev/null || cp "$work/film.raw" "$tree/film.raw"
+  # The same files make the same image, whenever that is.
+  find "$tree" -exec touch --date=@0 {} +
   (cd "$tree" && find . | LC_ALL=C sort | cpio --quiet --reproducible -o -H newc >"$work/image.part")
   mv "$work/image.part" "$work/image.cpio"
 }
