@@ -7,24 +7,35 @@ board_frames=90
 board_stack_limit=126976
 board_static_limit=2097152
 
+# The board's program, and its twin for the host.
+build_bare_metal() {
+  fetch_bare_metal
+  local manifest=firmware-config/bare-metal/Cargo.toml
+  CARGO_TARGET_DIR=$work/bare-metal/target cargo build "${build_core[@]}" --locked --release \
+    --manifest-path $manifest --bin board --target "$board_triple"
+  CARGO_TARGET_DIR=$work/bare-metal/target cargo build --locked --release --manifest-path $manifest --bin twin
+}
+
 bare_metal() {
+  fetch_guest
+  build_guest
+  build_bare_metal
+  film
+  board "$@"
+}
+
+# The film on the board and on its twin.
+board() {
   local json=""
   [ "${1:-}" = --json ] && json=1
-  fetch_guest
-  fetch_bare_metal
-  build_guest
-  film
-  local at=$work/bare-metal manifest=firmware-config/bare-metal/Cargo.toml begun=$SECONDS
+  local at=$work/bare-metal begun=$SECONDS
   mkdir -p "$at"
   "$work/gate" payloads "$work/film.raw" "$board_frames" "$at/payloads.bin"
-  CARGO_TARGET_DIR=$at/target cargo build "${build_core[@]}" --locked --release --manifest-path $manifest \
-    --bin board --target "$board_triple"
-  CARGO_TARGET_DIR=$at/target cargo build --locked --release --manifest-path $manifest --bin twin
-  local board=$at/target/$board_triple/release/board
+  local program=$at/target/$board_triple/release/board
   (cd "$at" && target/release/twin payloads.bin >twin.log)
   # One instruction a nanosecond: the board's timer counts instructions.
   (cd "$at" && timeout 600 qemu-system-arm -M mps2-an500 -cpu cortex-m7 -nographic -icount shift=0 \
-    -semihosting-config enable=on,target=native -kernel "$board" </dev/null >board.log) \
+    -semihosting-config enable=on,target=native -kernel "$program" </dev/null >board.log) \
     || { echo "hil: the board did not end in order: see $at/board.log" >&2; exit 2; }
   grep -v '^board ' "$at/board.log" | diff "$at/twin.log" - >"$at/difference" || true
   local equal=0 turns words static ok=true
@@ -33,7 +44,7 @@ bare_metal() {
   read -r -a words <<<"$(grep '^board ' "$at/board.log")"
   local mean=${words[2]} longest=${words[4]} stack=${words[6]}
   # .data and .bss; the stack has a section of its own.
-  static=$("$work/gate" sections "$board")
+  static=$("$work/gate" sections "$program")
   [ "$equal" = 1 ] && [ "$stack" -le "$board_stack_limit" ] && [ "$static" -le "$board_static_limit" ] || ok=false
   if [ -n "$json" ]; then
     printf '{"command": "hil/run bare-metal", "turns": %s, "checks": [' "$turns"

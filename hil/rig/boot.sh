@@ -9,15 +9,36 @@ image() {
   install -m 755 hil/rig/init "$tree/init"
   cp "$work/plans" "$tree/plans"
   ln "$work/film.raw" "$tree/film.raw" 2>/dev/null || cp "$work/film.raw" "$tree/film.raw"
+  # The same files make the same image, whenever that is.
+  find "$tree" -exec touch --date=@0 {} +
   (cd "$tree" && find . | LC_ALL=C sort | cpio --quiet --reproducible -o -H newc >"$work/image.part")
   mv "$work/image.part" "$work/image.cpio"
 }
 
-# Boots the image, LOG SECONDS. One instruction is one nanosecond, so time is virtual: a busy host changes nothing.
+# boot LOG SECONDS [CORE]: boots the image. One instruction is one nanosecond, so time is virtual: a busy host
+# changes nothing. Two things keep it so:
+# * rr=record. QEMU has a thread for the processor and one for timers. Without recording, the second may look at
+#   the clock while the first is between the guest's last instruction before a rest and the account of it; the
+#   clock then jumps from a time that is too early. While it records, QEMU lets only one of them run at a time.
+#   Nobody needs the recording.
+# * One core of the host: the two threads wait for each other at every rest of the guest, and on one core that
+#   costs least.
 boot() {
-  "$work/gate" watch "$1" "$2" \
+  local on=()
+  [ -z "${3:-}" ] || on=(taskset --cpu-list "$3")
+  "$work/gate" watch "$1" "$2" "${on[@]}" \
     qemu-system-aarch64 -M virt,dtb-randomness=off -seed 1 -rtc base=2026-01-01,clock=vm -cpu cortex-a72 \
-    -m 1536 -smp 1 -accel tcg,thread=single -icount shift=0,sleep=off -nographic -no-reboot -nic none \
-    -kernel "$cache/guest/vmlinuz" -initrd "$work/image.cpio" \
+    -m 1536 -smp 1 -accel tcg,thread=single -icount shift=0,sleep=off,rr=record,rrfile=/dev/null \
+    -nographic -no-reboot -nic none -kernel "$cache/guest/vmlinuz" -initrd "$work/image.cpio" \
     -append "console=ttyAMA0 panic=-1 nokaslr quiet"
+}
+
+# The host's cores that may be used, one a line.
+cores() {
+  local ranges from to
+  IFS=, read -r -a ranges <<<"$(sed -n 's/^Cpus_allowed_list:[[:space:]]*//p' /proc/self/status)"
+  for range in "${ranges[@]}"; do
+    IFS=- read -r from to <<<"$range"
+    seq "$from" "${to:-$from}"
+  done
 }

@@ -31,10 +31,12 @@ fetch_kernel() {
   need dpkg-deb dpkg
   [ -e "$keyring" ] || missing "$keyring: install the package debian-archive-keyring"
   rm -rf "$cache/unpacked" && mkdir -p "$cache/debs" "$cache/unpacked" "$cache/guest"
-  foreign_apt apt-get update -q >"$work/apt.log" 2>&1 \
-    || missing "Debian's arm64 packages: deb.debian.org does not answer (see $work/apt.log)"
+  # Lists that cannot be fetched are only a warning to apt: what tells is that the kernel's package is not known.
+  foreign_apt apt-get update -q >"$work/apt.log" 2>&1 || true
   local kernel
-  kernel=$(foreign_apt apt-cache depends linux-image-arm64 | sed -n 's/ *Depends: //p' | head -1)
+  kernel=$(foreign_apt apt-cache depends linux-image-arm64 2>>"$work/apt.log" | sed -n 's/ *Depends: //p' | head -1) \
+    || true
+  [ -n "$kernel" ] || missing "Debian's arm64 packages: deb.debian.org does not answer (see $work/apt.log)"
   (cd "$cache/debs" && foreign_apt apt-get download "$kernel" busybox-static) >"$work/apt.log" 2>&1 \
     || missing "$kernel and busybox-static for arm64: deb.debian.org does not answer (see $work/apt.log)"
   for deb in "$cache"/debs/*.deb; do dpkg-deb -x "$deb" "$cache/unpacked"; done

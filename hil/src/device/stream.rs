@@ -69,11 +69,14 @@ impl Device {
     /// A payload under the trouble of its stream.
     fn afflict(&mut self, stream: Stream, mut bytes: Vec<u8>) -> Option<Result<Vec<u8>, Ending>> {
         let place = usize::from(stream == Stream::Infrared);
+        let trouble = self.trouble;
         if self.life != Life::Struck {
-            self.last[place].clone_from(&bytes);
+            // Nobody else asks for it, and a copy of every payload is a tenth of the camera's work.
+            if matches!(trouble, Some(Trouble::Frozen(_))) {
+                self.last[place].clone_from(&bytes);
+            }
             return Some(Ok(bytes));
         }
-        let trouble = self.trouble;
         match trouble {
             Some(Trouble::Quiet(_) | Trouble::DrainStuck | Trouble::ClearHaltRefused) => None,
             Some(Trouble::QuietInfrared(_) | Trouble::InterruptError(23)) if stream == Stream::Infrared => {

@@ -189,6 +189,8 @@ pub(crate) fn judge(scenario: &Scenario, facts: &Value, film: &Value) -> Wrong {
         }
         Must::Flash => {
             judge.healthy();
+            // The run outlasts both flashes.
+            judge.is("streamed_on", true);
             judge.is("flashed", vec![0, 0]);
             judge.is("slots", vec!["A", "B"]);
             judge.is("started_from_the_other_slot", true);

@@ -48,7 +48,10 @@ pub(crate) fn judge(logs: [&Path; 2], film: &Path, golden: &Path, wanted: Wanted
         GATE.iter().map(|scenario| verdict(scenario, &first, &film)).collect();
     let told: Vec<String> = verdicts.iter().map(|(scenario, wrong)| line(scenario, wrong, &first)).collect();
     if wanted.bless {
-        std::fs::write(golden, told.join("\n") + "\n")?;
+        let text = told.join("\n") + "\n";
+        let folder = golden.parent().map_or(Ok(()), std::fs::create_dir_all);
+        let written = folder.and_then(|()| std::fs::write(golden, text));
+        written.map_err(|error| format!("{} cannot be written: {error}", golden.display()))?;
     }
     let kept = std::fs::read_to_string(golden).unwrap_or_default();
     let lines = |log: &Log| log.lines.clone();

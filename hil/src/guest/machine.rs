@@ -60,12 +60,14 @@ pub(crate) fn service(seconds: f64) -> Done {
 /// The model is flashed while the camera streams, and started from its slot afterwards.
 pub(crate) fn flash(plugged: &Plugged, seconds: f64) -> Done {
     let _old = std::fs::remove_dir_all(SLOTS);
-    let child = program::start(&program::arguments(seconds, false))?;
+    let mut child = program::start(&program::arguments(seconds, false))?;
     std::thread::sleep(Duration::from_secs_f64(0.5 * seconds));
     let flashed = program::run(&["flash", "shipped", "--to", SLOTS, "--json"].map(str::to_owned))?;
     let again = program::run(&["flash", "shipped", "--to", SLOTS, "--json"].map(str::to_owned))?;
+    let streamed_on = child.try_wait()?.is_none();
     let ran = program::finish(child)?;
     let mut facts = scenario::with_turns(&ran, &plugged.witness());
+    facts.insert("streamed_on".into(), streamed_on.into());
     facts.insert("slots".into(), json!([flashed.report["slot"], again.report["slot"]]));
     facts.insert("flashed".into(), json!([flashed.exit, again.exit]));
     // The active slot is damaged: the other one has to start, and that has to be said.

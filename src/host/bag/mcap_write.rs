@@ -124,8 +124,16 @@ impl McapWriter {
     }
 }
 
+/// What the format's library says of a file that cannot be written hides what the system said.
 fn stopped(path: &Path, images: u64, why: &mcap::McapError) -> BagError {
-    BagError::Stopped { path: path.into(), images, why: why.to_string() }
+    let why = match why {
+        mcap::McapError::Io(system) if system.kind() == std::io::ErrorKind::StorageFull => {
+            format!("its disk is full ({system}): make room, or record elsewhere (--out)")
+        }
+        mcap::McapError::Io(system) => system.to_string(),
+        other => other.to_string(),
+    };
+    BagError::Stopped { path: path.into(), images, why }
 }
 
 /// The camera without distortion, as its depth images are.
