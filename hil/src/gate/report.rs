@@ -62,8 +62,9 @@ pub(crate) fn judge(logs: [&Path; 2], film: &Path, golden: &Path, wanted: Wanted
     for report in wanted.with {
         checks.extend(checks_of(report)?);
     }
-    checks.push(check("wall_s", wanted.wall_s, "s", "<= 600", wanted.wall_s <= 600.0));
+    // Told with its target, and no verdict: it is the machine's, which others may use, and not the program's.
     let passed = checks.iter().all(|check| check.4);
+    checks.push(check("wall_s", wanted.wall_s, "s", "<= 600", wanted.wall_s <= 600.0));
     if wanted.json {
         println!("{}", serde_json::to_string_pretty(&object(&verdicts, &first, &checks))?);
     } else {
