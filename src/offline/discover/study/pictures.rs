@@ -2,10 +2,13 @@
 
 use super::cases::{HIDDEN, SIZES};
 use super::plans::Family;
+use super::run::Line;
 use super::tally::{Study, right};
-use crate::host::view::plot::{BLUE, FONT, GREY, ORANGE, PictureError, prepare_font};
+use crate::effects::{Class, find};
+use crate::host::view::plot::{BLUE, FONT, GREEN, GREY, ORANGE, PURPLE, PictureError, prepare_font};
 use crate::offline::prelude::*;
 use plotters::prelude::*;
+use plotters::style::text_anchor::{HPos, Pos, VPos};
 use std::path::Path;
 
 /// The confusion matrix at reference size: rows are the truth, columns what came first.
@@ -61,6 +64,28 @@ pub fn confusion_png(study: &Study, path: &Path) -> Result<(), PictureError> {
     Ok(())
 }
 
+/// Ends of the axis of gains: from what is believed at all to beyond a gross error of scale.
+const GAINS: (f64, f64) = (10.0, 1e6);
+
+/// Least ratio of the gains at which two labels stand, so that neither covers the other.
+const LABELS_APART: f64 = 1.33;
+
+/// Vermilion of Okabe and Ito.
+const VERMILION: RGBColor = RGBColor(213, 94, 0);
+
+/// A colour a class; the lines of a class are told apart by their labels.
+fn colour_of(class: Class) -> RGBColor {
+    match class {
+        Class::View => BLUE,
+        Class::Timing => GREY,
+        Class::Actuation => PURPLE,
+        Class::Stiffness => GREEN,
+        Class::Damping => ORANGE,
+        Class::AmplitudeDamping => VERMILION,
+        Class::Shape => BLACK,
+    }
+}
+
 /// Gain over none against size, one curve an effect.
 ///
 /// # Errors
@@ -70,39 +95,49 @@ pub fn detection_png(study: &Study, path: &Path) -> Result<(), PictureError> {
     let area = BitMapBackend::new(path, (1100, 700)).into_drawing_area();
     area.fill(&WHITE)?;
     let mut chart = ChartBuilder::on(&area)
-        .caption("gain over none by size of what is hidden (filled: named right)", (FONT, 24))
+        .caption(
+            "gain over none by size of what is hidden (filled: named right; a colour a class)",
+            (FONT, 22),
+        )
         .margin(14)
         .x_label_area_size(46)
         .y_label_area_size(80)
-        .build_cartesian_2d((0.4..4.5).log_scale(), (1.0..1e5).log_scale())?;
+        .build_cartesian_2d((0.4..4.5).log_scale(), (GAINS.0..GAINS.1).log_scale())?;
     chart
         .configure_mesh()
         .x_desc("size over reference size")
-        .y_desc("gain in BIC (1: none)")
+        .y_desc("gain in BIC")
+        .light_line_style(WHITE)
         .label_style((FONT, 15))
         .draw()?;
     let mut sizes = SIZES;
     sizes.sort_by(f64::total_cmp);
-    for (i, hidden) in HIDDEN.iter().enumerate() {
-        let colour = Palette99::pick(i).mix(1.0);
-        let points: Vec<(f64, f64, bool)> = sizes
-            .iter()
-            .filter_map(|size| {
-                let (a, j) = study
-                    .of(Family::Hidden)
-                    .find(|(a, _)| a.size == *size && a.effects[0].0 == hidden.name)?;
-                Some((*size, j.gain.max(1.0), right(a, j)))
-            })
-            .collect();
+    let mut ends = Vec::new();
+    for hidden in &HIDDEN {
+        let colour = find(hidden.name).map_or(BLACK, |entry| colour_of(entry.class));
+        let of = |size: &f64| {
+            let mine = |(a, _): &&Line| a.size == *size && a.effects[0].0 == hidden.name;
+            let (a, j) = study.of(Family::Hidden).find(mine)?;
+            Some((*size, j.gain.clamp(GAINS.0, GAINS.1), right(a, j)))
+        };
+        let points: Vec<(f64, f64, bool)> = sizes.iter().filter_map(of).collect();
         chart.draw_series(LineSeries::new(points.iter().map(|p| (p.0, p.1)), colour.stroke_width(2)))?;
         for (x, y, named) in &points {
             let style = if *named { colour.filled() } else { colour.stroke_width(2) };
             chart.draw_series([Circle::new((*x, *y), 6, style)])?;
         }
-        if let Some((x, y, _)) = points.last() {
-            let style = (FONT, 14).into_font().color(&colour);
-            chart.draw_series([Text::new(hidden.name, (x * 1.06, *y), style)])?;
-        }
+        ends.extend(points.last().map(|(x, y, _)| (hidden.name, colour, (*x, *y))));
+    }
+    // From the top down, each label below the one above it.
+    ends.sort_by(|a, b| b.2.1.total_cmp(&a.2.1));
+    let mut above = f64::INFINITY;
+    for (name, colour, (x, y)) in ends {
+        let at = y.min(above / LABELS_APART);
+        above = at;
+        let line = [(x * 1.04, y), (x * 1.16, at)];
+        chart.draw_series([PathElement::new(line.to_vec(), GREY.mix(0.6))])?;
+        let style = (FONT, 15).into_font().color(&colour).pos(Pos::new(HPos::Left, VPos::Center));
+        chart.draw_series([Text::new(name, (x * 1.18, at), style)])?;
     }
     area.present()?;
     Ok(())
