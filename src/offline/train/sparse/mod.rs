@@ -53,13 +53,13 @@ fn given_out(curves: &[Vec<f64>], all: usize) -> Vec<usize> {
     let mut given = vec![0; curves.len()];
     loop {
         let left = all - given.iter().sum::<usize>();
-        let step = |(g, curve): (usize, &Vec<f64>)| {
-            let here: usize = given[g];
-            let most = left.min(curve.len() - 1 - here);
-            (1..=most).map(move |more| ((curve[here] - curve[here + more]) / more as f64, g, more)).collect()
-        };
-        let steps: Vec<(f64, usize, usize)> =
-            curves.iter().enumerate().flat_map(|c| -> Vec<_> { step(c) }).collect();
+        let mut steps = Vec::new();
+        for (group, curve) in curves.iter().enumerate() {
+            let here: usize = given[group];
+            for more in 1..=left.min(curve.len() - 1 - here) {
+                steps.push(((curve[here] - curve[here + more]) / more as f64, group, more));
+            }
+        }
         let Some((_, group, more)) = steps.into_iter().max_by(|a, b| a.0.total_cmp(&b.0)) else {
             return given;
         };
