@@ -2,6 +2,9 @@
 
 use super::trouble::Trouble;
 
+/// The code of a format that no reader knows.
+const UNKNOWN: [u8; 4] = *b"none";
+
 /// Formats, frames and endpoints follow the public dumps of D435 cameras.
 const TAIL: [u8; 12] = [0x00, 0x00, 0x10, 0x00, 0x80, 0x00, 0x00, 0xaa, 0x00, 0x38, 0x9b, 0x71];
 const DEPTH_UNIT: [u8; 16] =
@@ -42,10 +45,10 @@ pub(super) fn configuration(usb2: bool, trouble: Option<Trouble>) -> Vec<u8> {
     }
     let depth = match trouble {
         Some(Trouble::OldGuid) => *b"\x50\0\0\0",
-        Some(Trouble::NoDepth) => *b"XXXX",
+        Some(Trouble::NoDepth) => UNKNOWN,
         _ => *b"Z16 ",
     };
-    let grey = if trouble == Some(Trouble::NoInfrared) { *b"XXXX" } else { *b"\x32\0\0\0" };
+    let grey = if trouble == Some(Trouble::NoInfrared) { UNKNOWN } else { *b"\x32\0\0\0" };
     streaming(&mut out, 1, 0x82, usb2, &[(depth, 16)], &modes);
     streaming(&mut out, 2, 0x83, usb2, &[(grey, 8), (*b"Y8I ", 16)], &modes);
     association(&mut out, 3, 2);

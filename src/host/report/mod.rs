@@ -16,7 +16,8 @@ const STYLE: &str = "body{font:16px/1.5 sans-serif;max-width:60em;margin:2em aut
 h1{margin-bottom:.2em}table{border-collapse:collapse;margin:1em 0}\
 td,th{padding:.2em .7em;border-bottom:1px solid #ddd;text-align:right}td:first-child,th:first-child{text-align:left}\
 tr.missed td:last-child{font-weight:bold;color:#a33f00}pre{background:#f4f4f4;padding:.6em;white-space:pre-wrap}\
-.answer{font-size:1.2em;background:#eef4fb;padding:.8em;border-left:6px solid #0072b2}figure{margin:1em 0}figcaption,footer{color:#555;font-size:.9em}svg{max-width:100%;height:auto}\
+.answer{font-size:1.2em;background:#eef4fb;padding:.8em;border-left:6px solid #0072b2}\
+figure{margin:1em 0}figcaption,footer{color:#555;font-size:.9em}svg{max-width:100%;height:auto}\
 @media print{body{margin:0;max-width:none;font-size:11pt}figure,tr{break-inside:avoid}h2{break-after:avoid}}";
 
 /// A report in the making.

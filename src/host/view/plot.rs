@@ -38,6 +38,8 @@ pub const ORANGE: RGBColor = RGBColor(230, 159, 0);
 pub const GREEN: RGBColor = RGBColor(0, 158, 115);
 /// Reddish purple of the same set.
 pub const PURPLE: RGBColor = RGBColor(204, 121, 167);
+/// Vermilion of Okabe and Ito.
+pub const VERMILION: RGBColor = RGBColor(213, 94, 0);
 /// Grey for what is only there to compare with.
 pub const GREY: RGBColor = RGBColor(130, 130, 130);
 

@@ -3,13 +3,10 @@
 use super::localise::Cell;
 use super::verdict::Decision;
 use super::workflow::Discovery;
+use crate::host::view::plot::{BLUE, GREY, ORANGE};
 use crate::offline::prelude::*;
+use plotters::style::RGBColor;
 use std::fmt::Write;
-
-/// Blue, orange and grey of Okabe and Ito, as in every plot here.
-const BLUE: &str = "#0072b2";
-const ORANGE: &str = "#e69f00";
-const GREY: &str = "#b4b4b4";
 
 /// Height of a bar with its room, width of the longest, and where bars begin.
 const ROW: usize = 26;
@@ -43,14 +40,15 @@ pub(super) fn ranking(discovery: &Discovery) -> String {
         let _ = writeln!(
             out,
             "<text x=\"275\" y=\"{}\" text-anchor=\"end\">{}</text><rect x=\"{BARS}\" y=\"{}\" width=\"{width:.1}\" \
-             height=\"18\" fill=\"{}\"/><line x1=\"{tick:.1}\" x2=\"{tick:.1}\" y1=\"{}\" y2=\"{}\" stroke=\"{ORANGE}\" \
+             height=\"18\" fill=\"{}\"/><line x1=\"{tick:.1}\" x2=\"{tick:.1}\" y1=\"{}\" y2=\"{}\" stroke=\"{}\" \
              stroke-width=\"3\"/><text x=\"{:.1}\" y=\"{}\">{:.0}</text>",
             y + 17,
             line.names.join(" + "),
             y + 3,
-            if said { BLUE } else { GREY },
+            mixed(if said { BLUE } else { GREY }, 1.0),
             y + 1,
             y + 23,
+            mixed(ORANGE, 1.0),
             BARS + 7.0 + width.max(tick - BARS),
             y + 17,
             line.gain
@@ -92,7 +90,7 @@ pub(super) fn disagreement(map: &[Cell]) -> String {
             90 + WIDE * j,
             24 + ROW * i,
             WIDE - 2,
-            mixed([255.0; 3], [0.0, 60.0, 110.0], 0.08 + 0.92 * dark),
+            mixed(BLUE, 0.08 + 0.92 * dark),
             98 + WIDE * j,
             41 + ROW * i,
             cell.chi2
@@ -117,8 +115,7 @@ pub(super) fn likeness(names: &[&'static str], length: &[f64], cosines: &[Vec<f6
             y + 12
         );
         for (j, cosine) in cosines[i].iter().enumerate() {
-            let to = if *cosine > 0.0 { [230.0, 159.0, 0.0] } else { [0.0, 114.0, 178.0] };
-            let fill = mixed([255.0; 3], to, cosine.abs().min(1.0));
+            let fill = mixed(if *cosine > 0.0 { ORANGE } else { BLUE }, cosine.abs().min(1.0));
             let x = 180 + CELL * j;
             let _ = write!(out, "<rect x=\"{x}\" y=\"{y}\" width=\"23\" height=\"23\" fill=\"{fill}\"/>");
         }
@@ -130,8 +127,8 @@ fn opened(width: usize, height: usize, letters: usize) -> String {
     format!("<svg viewBox=\"0 0 {width} {height}\" width=\"{width}\" font-size=\"{letters}\">\n")
 }
 
-/// The colour `part` of the way from one to another.
-fn mixed(from: [f64; 3], to: [f64; 3], part: f64) -> String {
-    let at = |i: usize| part.mul_add(to[i] - from[i], from[i]);
-    format!("rgb({:.0},{:.0},{:.0})", at(0), at(1), at(2))
+/// The colour `part` of the way from white to `colour`.
+fn mixed(RGBColor(r, g, b): RGBColor, part: f64) -> String {
+    let [r, g, b] = [r, g, b].map(|to| part.mul_add(f64::from(to) - 255.0, 255.0));
+    format!("rgb({r:.0},{g:.0},{b:.0})")
 }

@@ -5,7 +5,9 @@ use super::plans::Family;
 use super::run::Line;
 use super::tally::{Study, right};
 use crate::effects::{Class, find};
-use crate::host::view::plot::{BLUE, FONT, GREEN, GREY, ORANGE, PURPLE, PictureError, prepare_font};
+use crate::host::view::plot::{
+    BLUE, FONT, GREEN, GREY, ORANGE, PURPLE, PictureError, VERMILION, prepare_font,
+};
 use crate::offline::prelude::*;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
@@ -69,9 +71,6 @@ const GAINS: (f64, f64) = (10.0, 1e6);
 
 /// Least ratio of the gains at which two labels stand, so that neither covers the other.
 const LABELS_APART: f64 = 1.33;
-
-/// Vermilion of Okabe and Ito.
-const VERMILION: RGBColor = RGBColor(213, 94, 0);
 
 /// A colour a class; the lines of a class are told apart by their labels.
 fn colour_of(class: Class) -> RGBColor {

@@ -5,7 +5,8 @@
 //! loss = <|z^ - z|^2> / <|z|^2> + lambda <|x|_1>        lambda = 0.003 (the paper: 0.001 to 0.005)
 //! ```
 //! z are the POD coefficients of the group: the basis folds into the linear outer layers, so that nothing but what
-//! the decomposition leaves out is lost. The surface, which the paper reads off the positions, goes with them.
+//! the decomposition leaves out is lost. The surface, which the paper reads off the positions, goes with
+//! them and counts for as much.
 //!
 //! Which latents stay is decided by the data. Those of a group are ordered by what it costs to hold them at their
 //! mean; then the thirteen are given out one by one, each to the group whose relative error it lowers most

@@ -95,14 +95,15 @@ impl Net {
         self.through(rows.tensor(&device), &constants(&self.weights, &device)).map(numbers)
     }
 
-    /// Mean of |z^ - z|^2 over `rows`; |z|^2 is 1 in the mean.
+    /// Mean of |z^ - z|^2 over `rows`; |z|^2 is 1 in the mean for every group in them.
     pub(super) fn error(&self, rows: &Rows) -> f64 {
         let [again, _] = self.run(rows);
         let square = |(a, z): (&f32, &f32)| f64::from(a - z).powi(2);
         again.iter().zip(&rows.values).map(square).sum::<f64>() / rows.count() as f64
     }
 
-    /// Trains for `steps` with the weight `lambda` of the L1 norm; keeps what is best on `held`.
+    /// Trains for `steps` with the weight `lambda` of the L1 norm. Without it what is best on `held` is kept, under it
+    /// the last: the best would be the least sparse.
     pub(super) fn train(
         &mut self,
         stage: &str,
@@ -133,7 +134,6 @@ impl Net {
             }
         }
         bar.finish();
-        // Under the penalty the last weights are the sparse ones, whatever the error says.
         let last = descent.weights().to_vec();
         let (best, _) = descent.end(stage, session);
         self.weights = if lambda > 0.0 { last } else { best };
