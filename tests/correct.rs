@@ -6,6 +6,7 @@ mod slosh;
 
 use meniscus::host::files::AlignedBytes;
 use meniscus::model::Model;
+use meniscus::offline::adopt::adopt;
 use meniscus::offline::recording::Recording;
 use meniscus::offline::train::TrainError;
 use meniscus::offline::train::correct::{Correction, Sightings, correct};
@@ -73,6 +74,13 @@ fn too_little_is_refused() {
     let short: Sightings = perfect(&slosh::recording(20, 0.012, 1));
     let refused = correct(SHIPPED, &[short], &[], &how, &AtomicBool::new(false)).expect_err("no window");
     assert!(matches!(refused, TrainError::NoMotion), "{refused}");
+    let effect = meniscus::effects::find("viscosity").expect("in the library");
+    let thinner = meniscus::effects::Active { entry: effect, values: [0.8, 0.0] };
+    let glycerine = meniscus::slosh::Rheology::newtonian(0.95);
+    let named = adopt(&AlignedBytes::copy(SHIPPED), (1261.0, glycerine), &[thinner]).expect("adopted");
+    let named = AlignedBytes::copy(&named.blob);
+    let refused = correct(&named, &other(), &[], &how, &AtomicBool::new(false)).expect_err("effects");
+    assert!(matches!(refused, TrainError::Named), "{refused}");
     let cut = &SHIPPED[..1000];
     let refused = correct(cut, &other(), &[], &how, &AtomicBool::new(false)).expect_err("a cut blob");
     assert!(matches!(refused, TrainError::Blob(_)), "{refused}");

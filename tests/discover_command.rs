@@ -6,6 +6,8 @@
 mod shaken;
 
 use meniscus::host::bag::profiles_to_csv;
+use meniscus::host::files::AlignedBytes;
+use meniscus::model::Model;
 use meniscus::offline::discover::load::load;
 use meniscus::offline::discover::predict::Known;
 use meniscus::offline::discover::record::{Record, mean_bow};
@@ -87,6 +89,11 @@ fn the_command_leaves_a_verdict_a_page_and_a_scene_that_the_simulator_reads() {
             &path("known"),
             "--out",
             &path("out"),
+            "--model",
+            "shipped",
+            "--simulate",
+            "--spacing-mm",
+            "8.7",
             "--json",
         ])
         .output()
@@ -95,7 +102,23 @@ fn the_command_leaves_a_verdict_a_page_and_a_scene_that_the_simulator_reads() {
     let said: serde_json::Value = serde_json::from_slice(&done.stdout).expect("one JSON object");
     println!("{}", said["sentence"]);
     assert_eq!((said["verdict"].as_str(), said["names"][0].as_str()), (Some("named"), Some("yield_stress")));
+    // The shipped model is of a thicker liquid, so the gap says nothing here; that both were asked does.
+    let others = said["other_models"].as_array().expect("a list");
+    assert_eq!(others.len(), 2, "{}", String::from_utf8_lossy(&done.stderr));
+    let name = |i: usize| others[i]["model"].as_str().expect("a name");
+    assert_eq!((name(0), name(1)), ("the flashed model", "the simulator"));
+    for other in others {
+        let [before, after] = ["untouched_mm", "effect_mm"].map(|k| other[k].as_f64().expect("a number"));
+        println!("{other}");
+        assert!(before.is_finite() && after.is_finite() && before != after);
+    }
+    // The simulator starts from the very liquid that was said, so the effect has to bring it nearer.
+    assert!(others[1]["effect_mm"].as_f64() < others[1]["untouched_mm"].as_f64());
+    let bytes = AlignedBytes::read(&scratch.path("out/model.blob")).expect("a blob");
+    let named = Model::load(&bytes).expect("a sound blob").header.named.expect("it names the effect");
+    assert_eq!(named.effects[0].name, "yield_stress");
     let page = std::fs::read_to_string(scratch.path("out/report.html")).expect("a page");
+    assert!(page.contains("the flashed model") && page.contains("the simulator"));
     assert!(page.contains("<svg") && page.contains("yield_stress"));
     // It stands alone: the only address in it is the name of the SVG standard.
     assert_eq!(page.matches("http").count(), page.matches("http://www.w3.org/2000/svg").count());

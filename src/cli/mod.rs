@@ -1,5 +1,6 @@
 //! The front ends of the command, one file a verb.
 
+pub(crate) mod adopt;
 mod among;
 pub(crate) mod bench;
 mod bus;

@@ -17,11 +17,13 @@ mod audit;
 mod newton;
 mod operators;
 mod potential;
+mod slots;
 mod step;
 
 pub use audit::{Audit, Outcome};
 pub use operators::Operators;
 pub use potential::{MAX_HIDDEN, Potential, Seen};
+pub use slots::{MEMORIES, ModeMap, Slots};
 pub use step::{Generic, State};
 
 /// Latent variables (paper: 13).

@@ -1,7 +1,6 @@
 //! The operators L (skew) and D = C C^T (positive semidefinite), built from triangles so that no
 //! blob can hold anything else.
 
-use super::Latent;
 use super::newton::Square;
 
 /// L and D of a model.
@@ -32,12 +31,6 @@ impl Operators {
     pub fn difference(&self) -> &Square {
         &self.difference
     }
-
-    /// (L - D) g.
-    #[must_use]
-    pub fn apply(&self, g: &Latent) -> Latent {
-        self.difference * g
-    }
 }
 
 /// The lower triangular matrix whose entries on and below sub-diagonal `below` are `entries`, rows first.
@@ -56,7 +49,7 @@ fn triangle(entries: &[f32], below: usize) -> Square {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::generic::LATENTS;
+    use crate::generic::{LATENTS, Latent};
     use nalgebra::{DMatrix, SymmetricEigen};
 
     /// A deterministic set of triangles without structure.

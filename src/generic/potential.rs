@@ -5,6 +5,7 @@
 //!      = |K x|^2 / 2 + sum_i w_i^2 d_i^2 / ( B_i (A_i B_i + 1 + a_i b_i) ),       d = W x,  A = p(a),  B = p(b)
 //! grad H = K^T K x + W^T [ w^2 (a / A - b / B) ]
 //! ```
+//! With named effects x stands for S x in all of it, and the gradient is S^T times the above (see [`super::Slots`]).
 //! The bracket is the Bregman divergence of the convex p; its second form has no cancellation. For every choice of
 //! weights H is convex, H >= 0, H(0) = 0 and grad H(0) = 0: rest is an equilibrium, and the implicit step has one
 //! solution and no more (see `step`). A free perceptron for H, which bends both ways, may have several, and which one a
@@ -29,14 +30,16 @@ pub struct Potential<'m> {
     pub bias: Vector<'m>,
     /// w, `[ridges]`; only its square enters.
     pub weight: Vector<'m>,
+    /// S: the energy is H(S x), where named effects bend it; none is 1.
+    pub bend: Option<Square>,
 }
 
 /// A state as the energy sees it: what a step needs of its fixed end again and again.
 #[derive(Clone, Copy, Debug)]
 pub struct Seen {
-    /// W x.
+    /// W S x.
     along: [f64; MAX_HIDDEN],
-    /// p(W x + b).
+    /// p(W S x + b).
     bent: [f64; MAX_HIDDEN],
 }
 
@@ -45,7 +48,7 @@ impl Potential<'_> {
     #[must_use]
     pub fn value(&self, x: &Latent) -> f64 {
         let mut kx = [0.0; LATENTS];
-        self.linear.accumulate_f64(x.as_slice(), &mut kx);
+        self.linear.accumulate_f64(self.bend(x).as_slice(), &mut kx);
         let Seen { along, bent } = self.see(x);
         let ridges = along.iter().zip(bent).zip(self.bias).zip(self.weight);
         let bowed = ridges.map(|(((&d, a_bent), &b), &w)| {
@@ -71,7 +74,7 @@ impl Potential<'_> {
     /// The mean is exact, so that dH . (y - x) = H(y) - H(x), and nothing is divided by |y - x|.
     #[must_use]
     pub fn discrete_gradient(&self, (x, from): (&Latent, &Seen), (y, to): (&Latent, &Seen)) -> Latent {
-        let middle = (x + y) * 0.5;
+        let middle = self.bend(&((x + y) * 0.5));
         let mut kx = [0.0; LATENTS];
         self.linear.accumulate_f64(middle.as_slice(), &mut kx);
         let mut slope = [0.0; MAX_HIDDEN];
@@ -84,7 +87,7 @@ impl Potential<'_> {
         let mut gradient = Latent::zeros();
         self.linear.accumulate_transposed_f64(&kx, gradient.as_mut_slice());
         self.inward.accumulate_transposed_f64(&slope, gradient.as_mut_slice());
-        gradient
+        self.bend.map_or(gradient, |s| s.transpose() * gradient)
     }
 
     /// S of [`super::newton`]: how dH(x, y) changes with y.
@@ -104,14 +107,27 @@ impl Potential<'_> {
             let bend = 1.0 / sum - (d + d_to + 2.0 * b) * (d_to + b) / (bent_to * sum * sum);
             rank_one(&mut stiffness, &self.inward.row_f64(i), w * w * bend.max(0.0));
         }
-        stiffness
+        self.bend.map_or(stiffness, |s| s.transpose() * stiffness * s)
+    }
+
+    /// S x.
+    fn bend(&self, x: &Latent) -> Latent {
+        self.bend.map_or(*x, |s| s * x)
+    }
+
+    /// The second derivative of H at rest.
+    #[must_use]
+    pub fn hessian(&self) -> Square {
+        let rest = self.see(&Latent::zeros());
+        // The discrete gradient moves half as much with one of its ends.
+        self.stiffness(&rest, &rest) * 2.0
     }
 
     /// `x` as the energy sees it.
     #[must_use]
     pub fn see(&self, x: &Latent) -> Seen {
         let mut along = [0.0; MAX_HIDDEN];
-        self.inward.accumulate_f64(x.as_slice(), &mut along);
+        self.inward.accumulate_f64(self.bend(x).as_slice(), &mut along);
         let mut bent = [1.0; MAX_HIDDEN];
         for ((bent, d), &b) in bent.iter_mut().zip(along).zip(self.bias) {
             let a = d + f64::from(b);

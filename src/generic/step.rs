@@ -17,6 +17,8 @@
 //! grad H by that little. A hostile blob may overflow or leave Newton's iteration circling: then the result is
 //! shortened towards x~, where the inequality holds trivially, and the audit says so.
 
+use super::newton::Square;
+use super::slots::{Flow, MEMORIES, Slots};
 use super::{Audit, Latent, Operators, Outcome, Potential, Seen, newton};
 use crate::nn::Matrix;
 use nalgebra::SMatrix;
@@ -53,6 +55,8 @@ pub struct Generic<'m> {
     pub preconditioner: Matrix<'m>,
     /// dt in seconds.
     pub dt_s: f64,
+    /// Named effects; none where the step is as it was trained.
+    pub slots: Option<Slots>,
 }
 
 /// The memory of the model.
@@ -62,20 +66,27 @@ pub struct State {
     pub latent: Latent,
     /// s, in units of H.
     pub heat: f64,
+    /// What the memories of named effects hold, m.
+    pub held: [f64; MEMORIES],
 }
 
 impl Default for State {
     /// Rest.
     fn default() -> Self {
-        Self { latent: SMatrix::zeros(), heat: 0.0 }
+        Self { latent: SMatrix::zeros(), heat: 0.0, held: [0.0; MEMORIES] }
     }
 }
 
 impl Generic<'_> {
-    /// H(x) + s.
+    /// H(x) + s, with what memories hold.
     #[must_use]
     pub fn energy(&self, state: &State) -> f64 {
-        self.potential.value(&state.latent) + state.heat
+        self.potential.value(&state.latent) + state.heat + self.stored(&state.held)
+    }
+
+    /// Energy of the memories, in units of H.
+    fn stored(&self, held: &[f64; MEMORIES]) -> f64 {
+        self.slots.as_ref().map_or(0.0, |slots| slots.stored(held))
     }
 
     /// Advances `state` by one time step under the port value `u`.
@@ -84,53 +95,77 @@ impl Generic<'_> {
         let x = state.latent;
         let before = self.potential.value(&x);
         let kicked = x + half_kick;
-        let closed = self.closed_step(&kicked);
+        let closed = self.relaxed(&kicked, &state.held);
         let x1 = closed.end + half_kick;
         let after = self.potential.value(&x1);
-        let heat = closed.energy_start - closed.energy_end;
+        let (held, kept) = (closed.held, self.stored(&closed.held) - self.stored(&state.held));
+        let heat = closed.energy_start - closed.energy_end - kept;
         let work = (closed.energy_start - before) + (after - closed.energy_end);
-        let next = State { latent: x1, heat: state.heat + heat };
-        let finite = x1.iter().all(|x| x.is_finite()) && next.heat.is_finite() && work.is_finite();
+        let next = State { latent: x1, heat: state.heat + heat, held };
+        let numbers = x1.iter().chain(&held);
+        let finite = numbers.copied().all(f64::is_finite) && next.heat.is_finite() && work.is_finite();
         if !finite {
             return Audit { iterations: closed.iterations, outcome: Outcome::Held, ..Audit::default() };
         }
-        let energy_residual = ((after + next.heat) - (before + state.heat)) - work;
+        let energy_residual = ((after + next.heat) - (before + state.heat) + kept) - work;
         *state = next;
         Audit { work, heat, energy_residual, iterations: closed.iterations, outcome: closed.outcome }
     }
 
-    /// The step without the port: from `a` to an end whose energy is not above that of `a`.
-    fn closed_step(&self, a: &Latent) -> Closed {
+    /// The step without the port from `a`, with what the effects do there. Where a memory relaxes by its way, r belongs
+    /// to the speed in the middle of the step, which a step with r at its start foretells.
+    fn relaxed(&self, a: &Latent, held: &[f64; MEMORIES]) -> Closed {
+        let Some(slots) = &self.slots else {
+            let flow = Flow { matrix: *self.operators.difference(), pull: Latent::zeros() };
+            return self.closed_step(a, held, &flow, 0.0);
+        };
+        let dt = self.dt_s;
+        let mut speed = slots.rate(a).abs();
+        if slots.slides() {
+            let trial = self.closed_step(a, held, &slots.flow(&self.operators, a, held, speed, dt), speed);
+            speed = 0.5 * (speed + slots.rate(&trial.end).abs());
+        }
+        self.closed_step(a, held, &slots.flow(&self.operators, a, held, speed, dt), speed)
+    }
+
+    /// The closed step under `flow`: from `a` to an end whose energy, memories included, is not above that of `a`.
+    fn closed_step(&self, a: &Latent, held: &[f64; MEMORIES], flow: &Flow, speed: f64) -> Closed {
         let energy_start = self.potential.value(a);
         let scale = a.dot(a);
         let from = self.potential.see(a);
         let (mut b, mut to) = (*a, from);
         let mut outcome = Outcome::Unconverged;
         let mut iterations = 0;
+        let mut gradient = Latent::zeros();
         while iterations < MAX_ITERATIONS {
             iterations += 1;
-            let gradient = self.potential.discrete_gradient((a, &from), (&b, &to));
-            let residual = b - a - self.operators.apply(&gradient) * self.dt_s;
+            gradient = self.potential.discrete_gradient((a, &from), (&b, &to));
+            let residual = b - a - (flow.matrix * gradient - flow.pull) * self.dt_s;
             if residual.dot(&residual) <= TOLERANCE * scale {
                 outcome = Outcome::Solved;
                 break;
             }
-            b -= self.correction(&residual, iterations, (&from, &to));
+            b -= self.correction(&residual, iterations, &flow.matrix, (&from, &to));
             to = self.potential.see(&b);
         }
+        let remembered = self.slots.as_ref().map(|slots| slots.remember(held, &gradient, speed, self.dt_s));
+        let (after, heat) = remembered.unwrap_or((*held, 0.0));
+        let most = energy_start + self.stored(held) - self.stored(&after) - heat;
         let energy_b = self.potential.value(&b);
-        match self.nudge(b, energy_b, energy_start) {
-            Some((end, energy_end)) => Closed { end, energy_start, energy_end, iterations, outcome },
-            None => self.backtrack(a, b, energy_start, iterations),
+        match self.nudge(b, energy_b, most) {
+            Some((end, energy_end)) => {
+                Closed { end, held: after, energy_start, energy_end, iterations, outcome }
+            }
+            None => self.backtrack(a, held, b, energy_start, iterations),
         }
     }
 
     /// What the `turn`-th iteration takes from the end that left `residual`: the constant matrix while there is hope in
     /// it, then Newton's.
-    fn correction(&self, residual: &Latent, turn: u32, (from, to): (&Seen, &Seen)) -> Latent {
-        if turn > CHEAP_ITERATIONS {
+    fn correction(&self, residual: &Latent, turn: u32, flow: &Square, (from, to): (&Seen, &Seen)) -> Latent {
+        if turn > CHEAP_ITERATIONS || self.slots.is_some() {
             let stiffness = self.potential.stiffness(from, to);
-            return newton::correction(&stiffness, self.operators.difference(), self.dt_s, residual);
+            return newton::correction(&stiffness, flow, self.dt_s, residual);
         }
         let mut correction = Latent::zeros();
         self.preconditioner.accumulate_f64(residual.as_slice(), correction.as_mut_slice());
@@ -147,7 +182,7 @@ impl Generic<'_> {
             let rise = energy - most;
             let gradient = self.potential.gradient(&b);
             let square = gradient.dot(&gradient);
-            let small = rise <= NUDGE * most && square > f64::MIN_POSITIVE;
+            let small = rise <= NUDGE * most.abs() && square > f64::MIN_POSITIVE;
             if !small {
                 return None;
             }
@@ -161,23 +196,32 @@ impl Generic<'_> {
     }
 
     /// Halves the step towards `a` until the energy does not rise; a step that is not finite is dropped.
-    fn backtrack(&self, a: &Latent, end: Latent, energy_start: f64, iterations: u32) -> Closed {
-        let mut delta = end - a;
+    /// Memories stay as they were.
+    fn backtrack(
+        &self,
+        a: &Latent,
+        held: &[f64; MEMORIES],
+        end: Latent,
+        energy_start: f64,
+        iterations: u32,
+    ) -> Closed {
+        let (mut delta, outcome) = (end - a, Outcome::Backtracked);
         for _ in 0..MAX_HALVINGS {
             delta *= 0.5;
             let end = a + delta;
             let energy_end = self.potential.value(&end);
             if energy_end <= energy_start {
-                return Closed { end, energy_start, energy_end, iterations, outcome: Outcome::Backtracked };
+                return Closed { end, held: *held, energy_start, energy_end, iterations, outcome };
             }
         }
-        Closed { end: *a, energy_start, energy_end: energy_start, iterations, outcome: Outcome::Backtracked }
+        Closed { end: *a, held: *held, energy_start, energy_end: energy_start, iterations, outcome }
     }
 }
 
 /// Result of the closed step.
 struct Closed {
     end: Latent,
+    held: [f64; MEMORIES],
     energy_start: f64,
     energy_end: f64,
     iterations: u32,

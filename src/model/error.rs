@@ -68,6 +68,29 @@ pub enum LoadError {
         /// In what it is stored.
         element: Element,
     },
+    /// The blob names an effect that the library has not.
+    UnknownEffect {
+        /// Place in its list.
+        index: usize,
+    },
+    /// A value of a named effect lies outside of its range.
+    EffectValue {
+        /// The effect.
+        effect: &'static str,
+        /// Its parameter.
+        parameter: &'static str,
+        /// Its value.
+        value: f64,
+    },
+    /// A named effect has no place in a flashed model.
+    EffectPlace {
+        /// The effect.
+        effect: &'static str,
+        /// Why.
+        why: &'static str,
+    },
+    /// The directions of the map of the first mode are not those of its rows.
+    ModeMap,
     /// A weight is NaN or infinite.
     NotFinite {
         /// Which tensor.
@@ -112,6 +135,24 @@ impl fmt::Display for LoadError {
                     "tensor {tensor:?} is stored as {element}, and only GRU, trunk and bases may be coarser than f32"
                 )
             }
+            Self::UnknownEffect { index } => write!(
+                f,
+                "effect number {index} of the blob is in no library of this program: a newer one made it; update, or \
+                 take the model without effects"
+            ),
+            Self::EffectValue { effect, parameter, value } => {
+                write!(
+                    f,
+                    "the blob says {parameter} = {value} of the effect {effect}, which lies out of its range"
+                )
+            }
+            Self::EffectPlace { effect, why } => {
+                write!(f, "the effect {effect} has no place in a flashed model: {why}")
+            }
+            Self::ModeMap => write!(
+                f,
+                "the blob's map of the first mode contradicts itself; put the effects in again with `meniscus adopt`"
+            ),
             Self::NotFinite { tensor, index } => {
                 write!(f, "number {index} of tensor {tensor:?} is NaN or infinite")
             }

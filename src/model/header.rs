@@ -1,5 +1,6 @@
 //! The head of a weight blob, as `firmware-config/SPEC.md` specifies it byte by byte.
 
+use super::named::Named;
 use crate::nn::Element;
 use heapless::{String, Vec};
 use serde::{Deserialize, Serialize};
@@ -76,6 +77,8 @@ pub enum Tensor {
     GroupMisfit,
     /// Floor of w, then k of the surface at three leads and of q, v, e, sigma, tau `[9]`.
     Reach,
+    /// A, B, e_a and e_v of [`crate::generic::ModeMap`] `[4, N]`, SI units; only where effects are named.
+    ModeMap,
 }
 
 /// Where a tensor lies in the blob.
@@ -131,4 +134,8 @@ pub struct Header {
     pub validation_slosh_rel: f32,
     /// The tensors, in blob order.
     pub sections: Vec<Section, MAX_SECTIONS>,
+    /// Named effects. Not part of the header itself: they stand behind the list of elements, which has to be there
+    /// with them.
+    #[serde(skip)]
+    pub named: Option<Named>,
 }

@@ -1,10 +1,10 @@
 //! From bytes to a checked [`Model`]: the only constructor.
 
 use super::shapes::{SURFACE_GROUP, shape};
-use super::{Header, LoadError, MAGIC, MAX_SECTIONS, Section, Tensor, VERSION};
+use super::{Header, Lens, LoadError, MAGIC, MAX_SECTIONS, Named, Section, Tensor, VERSION, named};
 use crate::decoder::{Decoder, ENERGY_GROUP, Group};
 use crate::encoder::Encoder;
-use crate::generic::{Generic, LATENTS, Latent, Operators, Potential};
+use crate::generic::{Generic, LATENTS, Latent, ModeMap, Operators, Potential};
 use crate::interval::{Spread, square_below, square_of};
 use crate::nn::{Dense, Element, Gru, Matrix, Vector, Weights, section_len};
 use crate::window::Scale;
@@ -35,6 +35,8 @@ pub struct Model<'b> {
     pub gain: Matrix<'b>,
     /// What the model knows of its own errors.
     pub spread: Spread<'b>,
+    /// What of a profile is not the wave's, where effects are named.
+    pub lens: Option<Lens>,
 }
 
 impl<'b> Model<'b> {
@@ -47,11 +49,11 @@ impl<'b> Model<'b> {
         check_values(&header)?;
         let store = Store { blob, header: &header };
         let encoder = store.encoder()?;
-        let generic = store.generic()?;
+        let (generic, lens) = store.generic()?;
         let decoder = store.decoder()?;
         let gain = store.matrix(Tensor::Gain)?;
         let spread = store.spread(&gain)?;
-        Ok(Self { encoder, generic, decoder, gain, spread, header })
+        Ok(Self { encoder, generic, decoder, gain, spread, lens, header })
     }
 
     /// Numbers in the full field: 13 a tracer.
@@ -104,14 +106,19 @@ fn read_header(blob: &[u8]) -> Result<Header, LoadError> {
     }
     let header = body.get(..header_len).ok_or(LoadError::Header)?;
     let (mut header, rest): (Header, _) = postcard::take_from_bytes(header).map_err(|_| LoadError::Header)?;
-    // Behind it the elements, one a section; without them all are f32. The length in the prefix is outside of the
-    // checksum: it has to fit exactly.
+    // Behind it the elements, one a section, and behind them the named effects; without elements all are f32. The
+    // length in the prefix is outside of the checksum: it has to fit exactly.
     if !rest.is_empty() {
-        let (elements, []): (Vec<Element, MAX_SECTIONS>, &[u8]) =
-            postcard::take_from_bytes(rest).map_err(|_| LoadError::Header)?
-        else {
-            return Err(LoadError::Header);
-        };
+        let (elements, rest): (Vec<Element, MAX_SECTIONS>, _) =
+            postcard::take_from_bytes(rest).map_err(|_| LoadError::Header)?;
+        if !rest.is_empty() {
+            let (named, []): (Named, &[u8]) =
+                postcard::take_from_bytes(rest).map_err(|_| LoadError::Header)?
+            else {
+                return Err(LoadError::Header);
+            };
+            header.named = Some(named);
+        }
         if elements.len() != header.sections.len() {
             return Err(LoadError::Header);
         }
@@ -238,26 +245,37 @@ impl<'b> Store<'b, '_> {
         })
     }
 
-    fn generic(&self) -> Result<Generic<'b>, LoadError> {
+    /// The step, with the named effects in it and what they do to profiles.
+    fn generic(&self) -> Result<(Generic<'b>, Option<Lens>), LoadError> {
         let inward = self.matrix(Tensor::EnergyIn)?;
         let potential = Potential {
             linear: self.matrix(Tensor::EnergyLinear)?,
             inward,
             bias: self.bias(Tensor::EnergyBias, inward.rows())?,
             weight: self.bias(Tensor::EnergyWeight, inward.rows())?,
+            bend: None,
         };
         let (skew, factor) = (self.vector(Tensor::SkewLower)?, self.vector(Tensor::FrictionFactor)?);
         let mut port = Latent::zeros();
         for (out, &b) in port.iter_mut().zip(self.vector(Tensor::Port)?) {
             *out = f64::from(b);
         }
-        Ok(Generic {
+        let mut generic = Generic {
             potential,
             operators: Operators::from_triangles(skew, factor),
             port,
             preconditioner: self.matrix(Tensor::Preconditioner)?,
             dt_s: self.header.dt_s,
-        })
+            slots: None,
+        };
+        let Some(named) = &self.header.named else { return Ok((generic, None)) };
+        let rows = self.matrix(Tensor::ModeMap)?;
+        let row = |index: usize| Latent::from_fn(|latent, _| f64::from(rows.at(index, latent)));
+        let map = ModeMap::new([row(0), row(1), row(2), row(3)]).ok_or(LoadError::ModeMap)?;
+        let (slots, lens) = named::apply(self.header, named, map, &generic.potential.hessian())?;
+        generic.potential.bend = Some(*slots.bend());
+        generic.slots = Some(slots);
+        Ok((generic, Some(lens)))
     }
 
     fn spread(&self, gain: &Matrix<'_>) -> Result<Spread<'b>, LoadError> {

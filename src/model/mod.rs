@@ -3,8 +3,10 @@
 mod error;
 mod header;
 mod load;
+mod named;
 mod shapes;
 
 pub use error::LoadError;
 pub use header::{Header, MAGIC, MAX_SECTIONS, Section, Tensor, VERSION};
 pub use load::{ALIGNMENT, CRC, Model, PREFIX_LEN};
+pub use named::{Lens, Named, NamedEffect, no_place};

@@ -52,6 +52,7 @@ pub(super) fn shape(tensor: Tensor, header: &Header) -> Option<(Dim, Dim)> {
         Tensor::SurfaceMisfit => (Is(POINTS), Is(1)),
         Tensor::GroupMisfit => (Is(SPREAD_GROUPS), Is(1)),
         Tensor::Reach => (Is(REACH), Is(1)),
+        Tensor::ModeMap => (Is(4), Is(LATENTS)),
         Tensor::EnergyIn => (UpTo(MAX_HIDDEN), Is(LATENTS)),
         Tensor::EnergyBias | Tensor::EnergyWeight => (UpTo(MAX_HIDDEN), Is(1)),
         Tensor::TrunkLinear => (UpTo(MAX_COEFFICIENTS), Is(LATENTS)),

@@ -3,6 +3,7 @@
 
 pub(in crate::offline) extern crate std;
 
+pub mod adopt;
 pub mod baseline;
 pub mod bench;
 pub mod camera;

@@ -42,6 +42,16 @@ pub enum Drive {
     Unknown,
 }
 
+impl Drive {
+    /// A motion that is said to be this, and is `gain` times as much; one that is seen is what it is.
+    fn times(self, gain: f64) -> Self {
+        match self {
+            Self::Known { before, now } => Self::Known { before: gain * before, now: gain * now },
+            other => other,
+        }
+    }
+}
+
 /// The model at work.
 #[derive(Clone, Copy, Debug)]
 pub struct Estimator<'m> {
@@ -154,6 +164,10 @@ impl<'m> Estimator<'m> {
         let mut lap = Lap::start(clock);
         let mut stages = Stages { surface_us, ..Stages::default() };
         count(&mut memory.health.turns);
+        let lens = self.model.lens.as_ref();
+        let straight = lens.zip(profile).map(|(lens, profile)| lens.straighten(profile));
+        let profile = straight.as_ref().or(profile);
+        let drive = lens.map_or(drive, |lens| drive.times(lens.gain));
 
         let scale = f64::from(self.model.header.acceleration_scale);
         let (acceleration, moved) = self.acceleration(memory, profile, drive);
@@ -180,7 +194,10 @@ impl<'m> Estimator<'m> {
         let joules = self.model.header.energy_scale_j;
         let latent: [f64; LATENTS] = memory.state.latent.into();
         let coefficients = self.model.decoder.coefficients(&latent.map(|x| x as f32), port as f32);
-        let surface_m = self.model.decoder.surface(&coefficients);
+        let mut surface_m = self.model.decoder.surface(&coefficients);
+        if let Some(lens) = lens {
+            lens.raise(&mut surface_m);
+        }
         let interval = self.model.spread.interval(&memory.covariance, slosh, memory.state.heat, joules);
         stages.correct_us = lap.lap_us();
 
@@ -280,6 +297,7 @@ impl<'m> Estimator<'m> {
             memory.window.clear();
             memory.motion = Motion::default();
             memory.state.latent = Latent::zeros();
+            memory.state.held = Default::default();
             memory.covariance = Covariance::default();
         }
         memory.mode = next;

@@ -36,13 +36,18 @@ pub struct Crest {
 fn surface(model: &Model<'_>, state: &State) -> [f32; POINTS] {
     let latent: [f64; LATENTS] = state.latent.into();
     let coefficients = model.decoder.coefficients(&latent.map(|x| x as f32), 0.0);
-    model.decoder.surface(&coefficients)
+    let mut surface_m = model.decoder.surface(&coefficients);
+    if let Some(lens) = &model.lens {
+        lens.raise(&mut surface_m);
+    }
+    surface_m
 }
 
 /// The port value of turn `ahead` of `plan`, m/s2; zero behind its end and for what is no number.
 fn port(model: &Model<'_>, plan: &[f64], ahead: usize) -> f64 {
     let planned = plan.get(ahead).copied().filter(|a| a.is_finite()).unwrap_or(0.0);
-    planned / f64::from(model.header.acceleration_scale)
+    let gain = model.lens.as_ref().map_or(1.0, |lens| lens.gain);
+    gain * planned / f64::from(model.header.acceleration_scale)
 }
 
 impl Forecast {

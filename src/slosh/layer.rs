@@ -36,7 +36,7 @@ const LAYER_PLACE: f64 = 0.6;
 const LEAST_RATE: f64 = 0.02;
 
 /// How the liquid resists.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Rheology {
     /// Consistency K, Pa s^n.
     pub consistency: f64,

@@ -13,6 +13,7 @@
 //! |---|---|
 //! | `modes` | wave numbers, masses, frequencies, forcing of the modes (1,n), (0,1), (2,1) |
 //! | `layer` | friction of boundary layers, film and bulk, for any generalised Newtonian liquid |
+//! | `table` | a number that depends on the amplitude |
 //! | `model` | modes and effects together: the coefficients of a step |
 //! | `step` | one step in time |
 //! | `second` | the second-order waves that ride on the first mode |
@@ -26,6 +27,7 @@ mod model;
 mod modes;
 mod second;
 mod step;
+mod table;
 
 pub use field::{surface, velocity, wall_harmonics};
 pub use layer::{Rheology, friction};
@@ -33,3 +35,4 @@ pub use model::{Baseline, Model};
 pub use modes::{Cylinder, Mode, RADIAL, Wave};
 pub use second::{SECOND, Second, SecondOrder};
 pub use step::{Books, Push, State, step};
+pub use table::BySpeed;

@@ -3,18 +3,14 @@
 use super::layer::{Rheology, friction};
 use super::modes::{Cylinder, Mode, RADIAL, Wave};
 use super::second::SecondOrder;
+use super::table::{BySpeed, SLOWEST_M_S};
 use crate::effects::{Active, Branch, MOST, Port, Slot, View};
-use crate::math::{exp, ln, sqrt, tan};
+use crate::math::{sqrt, tan};
 use crate::units::GRAVITY_M_S2;
 use heapless::Vec;
 
 /// Speed at the wall at which the layer's lowering of the frequency is taken, m/s: a middling slosh.
 const MIDDLING_M_S: f64 = 0.1;
-
-/// Speeds of the table of friction, and its ends, m/s.
-const SPEEDS: usize = 24;
-const SLOWEST_M_S: f64 = 1e-4;
-const FASTEST_M_S: f64 = 3.0;
 
 /// What the plain model is allowed to be off by, and what its second order is; calibrated on reference
 /// recordings of a known liquid.
@@ -57,25 +53,10 @@ pub(super) struct Ready {
     pub(super) lift_kg_m: f64,
     /// Frequency, 1/s.
     pub(super) w: f64,
-    /// Friction G at each speed of the table, N s/m.
-    pub(super) friction: [f64; SPEEDS],
-    /// Whether it is the same at all speeds.
-    pub(super) linear: bool,
-}
-
-impl Ready {
-    /// Friction at amplitude `speed` (m/s), N s/m: linear between the logarithms of the table.
-    pub(super) fn at(&self, speed: f64) -> f64 {
-        let last = self.friction.last().copied().unwrap_or(0.0);
-        if self.linear {
-            return last;
-        }
-        let span = ln(FASTEST_M_S / SLOWEST_M_S);
-        let place = (ln(speed.max(SLOWEST_M_S) / SLOWEST_M_S) / span * (SPEEDS - 1) as f64).max(0.0);
-        let low = (place as usize).min(SPEEDS - 2);
-        let pair = self.friction.get(low).zip(self.friction.get(low + 1));
-        pair.map_or(last, |(a, b)| a + (b - a) * (place - low as f64).min(1.0))
-    }
+    /// Frequency without friction, 1/s.
+    free: f64,
+    /// Friction G by the amplitude of the rate, N s/m.
+    pub(super) friction: BySpeed,
 }
 
 /// A glass of liquid with its effects, for steps of one length.
@@ -158,7 +139,42 @@ impl Model {
     /// no such mode.
     #[must_use]
     pub fn tone(&self, n: usize) -> Option<(f64, f64)> {
-        self.modes.get(n).map(|m| (m.w, m.at(SLOWEST_M_S) / (2.0 * m.mode.mass_kg)))
+        self.modes.get(n).map(|m| (m.w, m.friction.at(SLOWEST_M_S) / (2.0 * m.mode.mass_kg)))
+    }
+
+    /// Mass of the first mode, kg: its kinetic energy is `m v^2/2`.
+    #[must_use]
+    pub fn mass_kg(&self) -> f64 {
+        self.modes[0].mode.mass_kg
+    }
+
+    /// Frequency of the first mode without friction, under the constant lift, 1/s.
+    #[must_use]
+    pub fn frequency(&self) -> f64 {
+        let first = &self.modes[0];
+        sqrt((first.free * first.free + first.mode.steepness * self.port.lift_m_s2).max(0.0))
+    }
+
+    /// Friction of the first mode at an amplitude of its rate (m/s), in the liquid and along the contact line,
+    /// N s/m.
+    #[must_use]
+    pub fn rubs(&self, speed: f64) -> f64 {
+        self.modes[0].friction.at(speed) + self.line_rubs(speed)
+    }
+
+    /// Friction along the contact line at an amplitude of its speed (m/s), N s/m.
+    pub(super) fn line_rubs(&self, speed: f64) -> f64 {
+        let one = |effect: &Active| match effect.entry.slot {
+            Slot::Line(law) => law(&effect.values, speed, &self.glass),
+            _ => 0.0,
+        };
+        self.rubbing.iter().map(one).sum()
+    }
+
+    /// What remembers the first mode's way: in the liquid, and at the contact line. A stiffness of zero is none.
+    #[must_use]
+    pub fn branches(&self) -> [Branch; 2] {
+        [self.memory[0], self.line]
     }
 
     /// The part of a static slope that the kept modes do not show, m for each unit of slope: the modes
@@ -196,19 +212,14 @@ fn ready(
     // The discrete oscillator turns by 2 atan(w' dt/2) a step: w' = (2/dt) tan(w dt/2) makes that w dt.
     let discrete = 2.0 / dt * tan((0.5 * w * dt).min(1.5));
     let stretch = discrete * discrete / (w * w);
-    let step = ln(FASTEST_M_S / SLOWEST_M_S) / (SPEEDS - 1) as f64;
-    let linear = liquid.is_linear();
-    let at = |i: usize| {
-        let speed = if linear { MIDDLING_M_S } else { SLOWEST_M_S * exp(step * i as f64) };
-        2.0 * mode.mass_kg * factor * rub(speed).0
-    };
+    let at = |speed: f64| 2.0 * mode.mass_kg * factor * rub(speed).0;
     Ready {
         mode,
         stiffness: mode.mass_kg * discrete * discrete,
         push_kg: mode.mass_kg * mode.steepness * stretch * mode.lever_m * of(&baseline.lever, 1.0),
         lift_kg_m: mode.mass_kg * mode.steepness * stretch,
         w,
-        friction: if linear { [at(0); SPEEDS] } else { core::array::from_fn(at) },
-        linear,
+        free: shifted,
+        friction: if liquid.is_linear() { BySpeed::constant(at(MIDDLING_M_S)) } else { BySpeed::new(at) },
     }
 }

@@ -15,7 +15,7 @@
 use super::model::Model;
 use super::modes::RADIAL;
 use super::second::Second;
-use crate::effects::{Relax, Slot};
+use crate::effects::Relax;
 use crate::math::sqrt;
 
 /// Repetitions where something depends on the state after the step.
@@ -177,7 +177,7 @@ fn resist(model: &Model, state: &State, friction: &mut [[f64; RADIAL]; 2], rubbi
         };
         let speed = sqrt(amplitude(0) + amplitude(1));
         for row in friction.iter_mut() {
-            row.iter_mut().skip(i).take(1).for_each(|g| *g = ready.at(speed));
+            row.iter_mut().skip(i).take(1).for_each(|g| *g = ready.friction.at(speed));
         }
     }
     if model.rubbing.is_empty() {
@@ -186,12 +186,7 @@ fn resist(model: &Model, state: &State, friction: &mut [[f64; RADIAL]; 2], rubbi
     let speed = wall_speed(&state.rate);
     let place = model.modes[0].w * wall_speed(&state.height);
     let amplitude = sqrt(speed * speed + place * place);
-    for effect in &model.rubbing {
-        if let Slot::Line(law) = effect.entry.slot {
-            let g = law(&effect.values, amplitude, &model.glass);
-            rubbing.iter_mut().for_each(|sum| *sum += g);
-        }
-    }
+    *rubbing = [model.line_rubs(amplitude); 2];
 }
 
 /// For each mode of direction `d`: the forces that do not depend on its rate, and one over what does.

@@ -1,18 +1,24 @@
 //! `meniscus discover`: name the effect that is missing between simulation and measurement.
 
+mod added;
 mod study;
 
-use anyhow::{Context, anyhow, bail};
+use super::inputs::file;
+use anyhow::{Context, anyhow, bail, ensure};
 use indicatif::{ProgressBar, ProgressStyle};
 use meniscus::effects::{Entry, LIBRARY, find};
 use meniscus::host::files::write_whole;
+use meniscus::model::Model;
+use meniscus::offline::adopt::Closed;
+use meniscus::offline::adopt::simulated::Resolution;
 use meniscus::offline::discover::calibrate::Group;
 use meniscus::offline::discover::html::page;
 use meniscus::offline::discover::kept::Kept;
-use meniscus::offline::discover::load::load;
+use meniscus::offline::discover::load::{Folder, load};
 use meniscus::offline::discover::report::{scene_toml, verdict_json};
 use meniscus::offline::discover::thresholds::thresholds;
-use meniscus::offline::discover::workflow::{Discovery, Settings, discover};
+use meniscus::offline::discover::verdict::Decision;
+use meniscus::offline::discover::workflow::{Discovery, Settings, discover, split};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
@@ -30,7 +36,9 @@ const OWN_CLOCK_S: f64 = 0.02;
 /// simulated or measured, at two viscosities or more: they say what the plain model is off by anyway.
 /// Without them the verdict is much weaker.
 ///
-/// Into --out go report.html, verdict.json and scene.toml (the effect, for `meniscus simulate --scene`). Every
+/// Into --out go report.html, verdict.json and scene.toml (the effect, for `meniscus simulate --scene`). With --model
+/// the effect is put into a flashed model too, and with --simulate into the simulator; the report says what of the gap
+/// each closes on the sealed recording. Every
 /// fit is kept in --out/fits as soon as it is made: the same command on the same recordings goes on where it
 /// was interrupted, and one with a recording more makes only what that changes.
 #[derive(clap::Args)]
@@ -66,6 +74,15 @@ struct Wanted {
     /// Folder for the report; it is made if it is not there.
     #[arg(long, default_value = "out/discovery", value_name = "DIR")]
     out: PathBuf,
+    /// The flashed model of this glass and liquid, shipped or a blob: what is named goes into it, as model.blob in --out.
+    #[arg(long, value_name = "shipped|FILE")]
+    model: Option<String>,
+    /// Simulate the sealed recording again, as it was said to be and with what is named: a minute each.
+    #[arg(long)]
+    simulate: bool,
+    /// Spacing of the particles of --simulate, mm.
+    #[arg(long, default_value_t = 7.0, value_name = "MM", requires = "simulate")]
+    spacing_mm: f64,
     /// Only these effects may be named, separated by commas.
     #[arg(long, value_delimiter = ',', value_name = "NAME")]
     library: Vec<String>,
@@ -147,6 +164,12 @@ fn one(arguments: &Wanted) -> anyhow::Result<()> {
     for why in &folder.left_out {
         bar.suspend(|| eprintln!("left out: {why}"));
     }
+    let widest_mm = 250.0 * folder.known.radius_m;
+    ensure!(
+        (1.5..=widest_mm).contains(&arguments.spacing_mm),
+        "--spacing-mm {} is out of range: 1.5 to a quarter of the radius, {widest_mm:.2}",
+        arguments.spacing_mm
+    );
     let kept = Arc::new(Kept::new(&arguments.out.join("fits")));
     watch(&kept)?;
     let mut settings =
@@ -177,17 +200,26 @@ fn one(arguments: &Wanted) -> anyhow::Result<()> {
     if lost > 0 {
         eprintln!("{lost} fits could not be kept in {}", arguments.out.join("fits").display());
     }
-    let mut json = verdict_json(&found);
+    let closed = others(arguments, &folder, &found)?;
+    let mut json = verdict_json(&found, &closed);
     json["fits"] = serde_json::json!({ "taken": taken, "made": made });
     let write = |name: &str, text: &str| write_whole(&arguments.out.join(name), text.as_bytes());
-    write("report.html", &page(&found, &command(arguments))?)?;
+    write("report.html", &page(&found, &closed, &command(arguments))?)?;
     write("verdict.json", &format!("{json:#}"))?;
-    write("scene.toml", &scene_toml(&found, folder.known.viscosity_pa_s))?;
+    write("scene.toml", &scene_toml(&found, &folder.known))?;
     if arguments.json {
         println!("{json}");
         return Ok(());
     }
     say(&found);
+    for c in &closed {
+        println!(
+            "  {}: {:.3} mm untouched, {:.3} mm with the effect",
+            c.model,
+            1e3 * c.untouched_m,
+            1e3 * c.effect_m
+        );
+    }
     if taken > 0 {
         println!("fits: {taken} taken from an earlier run, {made} made");
     }
@@ -195,11 +227,55 @@ fn one(arguments: &Wanted) -> anyhow::Result<()> {
     Ok(())
 }
 
+/// The effect in the models that `arguments` ask for; model.blob is written here.
+fn others(arguments: &Wanted, folder: &Folder, found: &Discovery) -> anyhow::Result<Vec<Closed>> {
+    let mut closed = Vec::new();
+    let named = matches!(found.verdict.decision, Decision::Named | Decision::Tied);
+    if !named {
+        if arguments.model.is_some() || arguments.simulate {
+            eprintln!("nothing was named, so nothing was put into another model");
+        }
+        return Ok(closed);
+    }
+    let sealed = split(&folder.records).1;
+    if let Some(path) = &arguments.model {
+        let bytes = file(path)?;
+        let model = Model::load(&bytes).with_context(|| format!("the model {path} is refused"))?;
+        added::same_glass(&model, &folder.known)?;
+        match added::flashed(&bytes, &folder.known, found, sealed.as_ref()) {
+            Ok((blob, one)) => {
+                write_whole(&arguments.out.join("model.blob"), &blob)?;
+                closed.extend(one);
+            }
+            Err(why) => eprintln!("not put into {path}: {why:#}"),
+        }
+    }
+    if let Some(record) = sealed.as_ref().filter(|_| arguments.simulate) {
+        let spacing_m = 1e-3 * arguments.spacing_mm;
+        let bar = if arguments.json { ProgressBar::hidden() } else { ProgressBar::new_spinner() };
+        bar.enable_steady_tick(Duration::from_millis(200));
+        bar.set_message("simulating the sealed recording twice");
+        let resolution = Resolution { spacing_m, seed: arguments.seed };
+        match added::simulated(&folder.known, found, record, resolution) {
+            Ok(one) => closed.push(one),
+            Err(why) => eprintln!("not simulated again: {why:#}"),
+        }
+        bar.finish_and_clear();
+    }
+    Ok(closed)
+}
+
 /// The command that makes the report again.
 fn command(arguments: &Wanted) -> String {
     let mut out = format!("meniscus discover --recordings {}", arguments.recordings.display());
     if let Some(reference) = &arguments.reference {
         out += &format!(" --reference {}", reference.display());
+    }
+    if let Some(model) = &arguments.model {
+        out += &format!(" --model {model}");
+    }
+    if arguments.simulate {
+        out += &format!(" --simulate --spacing-mm {}", arguments.spacing_mm);
     }
     if !arguments.library.is_empty() {
         out += &format!(" --library {}", arguments.library.join(","));

@@ -50,6 +50,24 @@ fn error(problem: &Problem, theta: &[f64], active: &[Active]) -> f64 {
     sum / (frames - record.rest_frames as f64)
 }
 
+/// What `expected`, channel by channel (m), leaves of `record` behind its rest: root mean square over the surface, m.
+#[must_use]
+pub fn left_m(record: &Record, expected: &[Vec<f64>]) -> f64 {
+    let mut sum = 0.0;
+    for (channel, said) in record.channels.iter().zip(expected) {
+        let seen = channel.value.iter().zip(said).skip(record.rest_frames);
+        let squares: Vec<f64> = seen.filter_map(|(z, said)| z.map(|z| (z - said).powi(2))).collect();
+        sum += weight(channel.quantity) * squares.iter().sum::<f64>() / squares.len().max(1) as f64;
+    }
+    sum.sqrt()
+}
+
+/// The same with the noise of `noise_m` subtracted.
+#[must_use]
+pub fn gap_to(record: &Record, expected: &[Vec<f64>], noise_m: f64) -> f64 {
+    (left_m(record, expected).powi(2) - noise_m * noise_m).max(0.0).sqrt()
+}
+
 /// Errors on the sealed recording; the lag is that of the prior, or, where clocks are the recordings' own,
 /// fitted for each model on the sealed recording. With them the curves of the sealed recording: time (s),
 /// measured, untouched and with the effect (slope or peak, m).

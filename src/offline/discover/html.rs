@@ -6,13 +6,14 @@ use super::verdict::{APART, Decision, TWINS};
 use super::workflow::Discovery;
 use crate::host::report::{Chart, Mark, Report, Series};
 use crate::host::view::plot::PictureError;
+use crate::offline::adopt::Closed;
 use crate::offline::prelude::*;
 
-/// The page, which `command` makes again.
+/// The page, which `command` makes again; `closed` are the other models that the effect was put into.
 ///
 /// # Errors
 /// [`PictureError`], when the sealed recording has no number to draw.
-pub fn page(discovery: &Discovery, command: &str) -> Result<String, PictureError> {
+pub fn page(discovery: &Discovery, closed: &[Closed], command: &str) -> Result<String, PictureError> {
     let verdict = &discovery.verdict;
     let mut report = Report::new(&format!("Discovery: {}", verdict.decision.word()), command);
     report.answer(&verdict.sentence());
@@ -26,6 +27,7 @@ pub fn page(discovery: &Discovery, command: &str) -> Result<String, PictureError
     ranked(&mut report, discovery);
     parameters(&mut report, discovery);
     sealed(&mut report, discovery)?;
+    others(&mut report, closed);
     question(&mut report, discovery);
     map(&mut report, discovery);
     matrix(&mut report, discovery);
@@ -100,6 +102,21 @@ fn sealed(report: &mut Report, discovery: &Discovery) -> Result<(), PictureError
     let caption =
         "What is seen most of (slope of the surface, or its highest point), and what the models say.";
     report.chart(&Chart { caption, x: "t, s", y: "mm", series: &series })
+}
+
+fn others(report: &mut Report, closed: &[Closed]) {
+    if closed.is_empty() {
+        return;
+    }
+    report.heading("The same effect in other models");
+    report.prose(
+        "The sealed recording from rest, its motion known and nothing else: error of the surface, noise subtracted. No \
+         number of these models was fitted to any recording here.",
+    );
+    let mm = |m: f64| format!("{:.3}", 1e3 * m);
+    let row = |c: &Closed| -> Vec<String> { vec![c.model.into(), mm(c.untouched_m), mm(c.effect_m)] };
+    let rows: Vec<_> = closed.iter().map(row).collect();
+    report.table(&["model", "untouched, mm", "with the effect, mm"], &rows);
 }
 
 fn question(report: &mut Report, discovery: &Discovery) {

@@ -1,13 +1,16 @@
 //! What a discovery leaves behind beside its page: JSON, and the scene file that holds the effect.
 
+use super::predict::Known;
 use super::workflow::Discovery;
+use crate::effects::Active;
+use crate::offline::adopt::Closed;
 use crate::offline::prelude::*;
 use serde_json::{Value, json};
 use std::fmt::Write;
 
-/// The discovery as JSON.
+/// The discovery as JSON; `closed` are the other models that the effect was put into.
 #[must_use]
-pub fn verdict_json(discovery: &Discovery) -> Value {
+pub fn verdict_json(discovery: &Discovery, closed: &[Closed]) -> Value {
     let verdict = &discovery.verdict;
     let line = |c: &super::rank::Candidate| {
         let values: Vec<Value> = c.fitted.iter().flat_map(|f| &f.active).map(|a| json!(a.values)).collect();
@@ -37,6 +40,9 @@ pub fn verdict_json(discovery: &Discovery) -> Value {
             "untouched": 1e3 * g.untouched, "refitted": 1e3 * g.refitted, "black_box": 1e3 * g.black_box,
             "effect": 1e3 * g.effect, "noise_subtracted": 1e3 * g.noise,
         })),
+        "other_models": closed.iter().map(|c| json!({
+            "model": c.model, "untouched_mm": 1e3 * c.untouched_m, "effect_mm": 1e3 * c.effect_m,
+        })).collect::<Vec<_>>(),
         "ask": discovery.question.as_ref().map(|q| json!({
             "record": q.motion, "between": q.between, "separation": q.separation, "seconds": q.seconds,
         })),
@@ -49,33 +55,41 @@ pub fn verdict_json(discovery: &Discovery) -> Value {
     })
 }
 
+/// How the simulator is told of `active`, in the glass and liquid of `known`; none where it does not carry it.
+#[must_use]
+pub fn carried(active: &Active, known: &Known) -> Option<Vec<(&'static str, f64)>> {
+    let [first, second] = active.values;
+    Some(match active.entry.name {
+        "viscosity" => vec![("viscosity", known.viscosity_pa_s * first)],
+        "fill" => vec![("fill", known.fill_m + first)],
+        "contact_line" => vec![("contact_line", first), ("contact_line_reach", second)],
+        "pinned_line" => vec![("contact_line", 0.02 * first), ("contact_line_reach", 0.02)],
+        "viscoelastic" => vec![("viscoelastic", first), ("viscoelastic_time", second)],
+        name @ ("wall_slip"
+        | "shear_thinning"
+        | "yield_stress"
+        | "foam"
+        | "surface_tension"
+        | "container_tilt"
+        | "vertical_acceleration") => vec![(name, first)],
+        _ => return None,
+    })
+}
+
 /// The scene file with the effects that the simulator carries, each with its source; what it does not
 /// carry stands as a comment.
 #[must_use]
-pub fn scene_toml(discovery: &Discovery, viscosity_pa_s: f64) -> String {
+pub fn scene_toml(discovery: &Discovery, known: &Known) -> String {
     let mut text =
         format!("# {}\n# Written by `meniscus discover`.\n\n[effects]\n", discovery.verdict.sentence());
     for active in &discovery.verdict.chosen.active {
-        let [first, second] = active.values;
-        let lines: Vec<(&str, f64)> = match active.entry.name {
-            "viscosity" => vec![("viscosity", viscosity_pa_s * first)],
-            "contact_line" => vec![("contact_line", first), ("contact_line_reach", second)],
-            "pinned_line" => vec![("contact_line", 0.02 * first), ("contact_line_reach", 0.02)],
-            "viscoelastic" => vec![("viscoelastic", first), ("viscoelastic_time", second)],
-            name @ ("wall_slip"
-            | "shear_thinning"
-            | "yield_stress"
-            | "foam"
-            | "surface_tension"
-            | "container_tilt"
-            | "vertical_acceleration") => vec![(name, first)],
-            name => {
-                // Writing into a string cannot fail.
-                let _ = writeln!(text, "# {name} = {first}: a view or an actuation, which no liquid carries");
-                vec![]
-            }
-        };
-        for (name, value) in lines {
+        let lines = carried(active, known);
+        if lines.is_none() {
+            // Writing into a string cannot fail.
+            let (name, value) = (active.entry.name, active.values[0]);
+            let _ = writeln!(text, "# {name} = {value}: a view or an actuation, which no liquid carries");
+        }
+        for (name, value) in lines.unwrap_or_default() {
             let _ = writeln!(text, "{name} = {{ value = {value:.6}, source = \"meniscus discover\" }}");
         }
     }

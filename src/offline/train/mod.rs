@@ -233,6 +233,7 @@ pub fn train(
         energy_scale_j: model.frame.energy_scale_j,
         validation_slosh_rel: slosh_rel as f32,
         sections: heapless::Vec::new(),
+        named: None,
     };
     let blob = |reach| export::blob(header.clone(), &[parts::parts(&model), spread.parts(reach)].concat());
     // Half of the validation recordings' noise makes the factors, the other half tells what they hold.

@@ -34,6 +34,9 @@ impl Pupil {
     /// [`TrainError`], when it is refused.
     pub(super) fn new(blob: &[u8]) -> Result<Self, TrainError> {
         let (header, parts) = import::parts(blob)?;
+        if header.named.is_some() {
+            return Err(TrainError::Named);
+        }
         let scale = Model::load(blob)?.scale();
         // A loaded blob has every tensor.
         let missing = TrainError::Singular("the tensors of the blob");

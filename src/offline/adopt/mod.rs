@@ -1,0 +1,120 @@
+//! Adding a named effect to the models that a discovery did not fit: the flashed one, and the simulator.
+//!
+//! | file | what |
+//! |---|---|
+//! | `map` | what the first mode does in latent space, fitted to decoded roll-outs |
+//! | `latent` | a recording as the flashed model rolls it out, its motion known |
+//! | `simulated` | the same recording, simulated again with the effect |
+//!
+//! [`adopt`] writes the list of effects into a blob; what they do to the step is worked out by whoever loads it, see
+//! [`crate::generic::Slots`].
+
+pub mod latent;
+mod map;
+pub mod simulated;
+
+pub use map::{MapError, Mapped, map};
+
+use super::export::{ExportError, Part, stored};
+use super::import::parts;
+use crate::effects::{Active, MOST};
+use crate::generic::{LATENTS, ModeMap};
+use crate::host::files::AlignedBytes;
+use crate::model::{LoadError, Model, Named, NamedEffect, Tensor};
+use crate::nn::Element;
+use crate::offline::prelude::*;
+use crate::slosh::Rheology;
+
+/// Why no effect was added.
+#[derive(Clone, Debug, PartialEq)]
+pub enum AdoptError {
+    /// The model is refused, or refuses the effects.
+    Load(LoadError),
+    /// The new blob could not be written down.
+    Export(ExportError),
+    /// The model's first mode was not found in its latents.
+    Map(MapError),
+    /// More effects than a model has room for.
+    Many(usize),
+}
+
+impl std::fmt::Display for AdoptError {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Load(error) => write!(f, "{error}"),
+            Self::Export(error) => write!(f, "{error}"),
+            Self::Map(error) => write!(f, "{error}"),
+            Self::Many(count) => write!(f, "{count} effects: a model has room for {MOST}"),
+        }
+    }
+}
+
+impl std::error::Error for AdoptError {}
+
+/// One model on the sealed recording, m, noise subtracted.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Closed {
+    /// Which, in words.
+    pub model: &'static str,
+    /// As it was.
+    pub untouched_m: f64,
+    /// With the effect.
+    pub effect_m: f64,
+}
+
+/// How a liquid of the simulator resists, in the letters of the reduced model.
+#[must_use]
+pub fn resistance(rheology: &super::liquids::Rheology) -> Rheology {
+    Rheology {
+        index: rheology.index,
+        yield_pa: rheology.yield_stress,
+        ..Rheology::newtonian(rheology.consistency)
+    }
+}
+
+/// A model with effects.
+#[derive(Clone, Debug)]
+pub struct Adopted {
+    /// The blob.
+    pub blob: Vec<u8>,
+    /// How well the latents follow the first mode.
+    pub mapped: Mapped,
+}
+
+/// `blob`, trained on a liquid of `density_kg_m3` that resists as `liquid`, with `effects`; those that it had are
+/// replaced, by none if there are none. It must lie as in flash, on a boundary of 64 bytes.
+///
+/// # Errors
+/// [`AdoptError`].
+pub fn adopt(
+    blob: &[u8],
+    (density_kg_m3, liquid): (f64, Rheology),
+    effects: &[Active],
+) -> Result<Adopted, AdoptError> {
+    let (mut header, mut all) = parts(blob).map_err(AdoptError::Load)?;
+    let elements: Vec<(Tensor, Element)> = header.sections.iter().map(|s| (s.tensor, s.element)).collect();
+    let element = |tensor| elements.iter().find(|(t, _)| *t == tensor).map_or(Element::F32, |(_, e)| *e);
+    // The map is the plain model's, whatever it held before.
+    header.named = None;
+    all.retain(|part| part.tensor != Tensor::ModeMap);
+    let plain = stored(header.clone(), &all, element).map_err(AdoptError::Export)?;
+    let plain = AlignedBytes::copy(&plain);
+    let mapped = map(&Model::load(&plain).map_err(AdoptError::Load)?).map_err(AdoptError::Map)?;
+    if effects.is_empty() {
+        return Ok(Adopted { blob: plain.to_vec(), mapped });
+    }
+    let mut list = heapless::Vec::<NamedEffect, MOST>::new();
+    for effect in effects {
+        let name = effect.entry.name.try_into().map_err(|_| AdoptError::Export(ExportError::Header))?;
+        list.push(NamedEffect { name, values: effect.values })
+            .map_err(|_| AdoptError::Many(effects.len()))?;
+    }
+    header.named = Some(Named { density_kg_m3, liquid, effects: list });
+    let ModeMap { height, rate, along_height, along_rate } = mapped.map;
+    let rows = [height, rate, along_height, along_rate];
+    let values: Vec<f32> = rows.iter().flat_map(|row| row.iter().map(|x| *x as f32)).collect();
+    all.push(Part { tensor: Tensor::ModeMap, rows: rows.len(), columns: LATENTS, values });
+    let blob = stored(header, &all, element).map_err(AdoptError::Export)?;
+    Model::load(&AlignedBytes::copy(&blob)).map_err(AdoptError::Load)?;
+    Ok(Adopted { blob, mapped })
+}

@@ -1,0 +1,108 @@
+//! A recording of a discovery simulated again, with the effects that were found.
+//!
+//! The simulator carries what happens in the liquid, fill, inclination and lift; how the glass is moved beyond what is
+//! said, and how it is looked at, is put in around it, as the formulas of [`crate::effects`] have it.
+
+use crate::effects::{Active, Port, Slot, View};
+use crate::offline::discover::predict::Known;
+use crate::offline::discover::record::{Quantity, Record, parts};
+use crate::offline::discover::report::carried;
+use crate::offline::liquids::{Liquid, Rheology};
+use crate::offline::motion::Motion;
+use crate::offline::prelude::*;
+use crate::offline::recording::Glass;
+use crate::offline::sph::{Effects, Setup, record_surfaces};
+use crate::surface::{POINTS, profile_abscissa};
+
+/// How it is simulated.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Resolution {
+    /// Spacing of the particles, m.
+    pub spacing_m: f64,
+    /// Seed of their packing.
+    pub seed: u64,
+}
+
+/// Height of the rim over the fill: high enough for any slosh that a discovery can use, m.
+const ROOM_M: f64 = 0.05;
+
+/// Each channel of `record` as the simulator gives it for the glass and liquid of `known` with `effects`, m. `lag_s` as in
+/// [`super::latent::roll_out`].
+///
+/// # Errors
+/// In words, when the simulator does not carry an effect, a value is out of its range, or it stops.
+pub fn simulate(
+    known: &Known,
+    effects: &[Active],
+    record: &Record,
+    lag_s: f64,
+    resolution: Resolution,
+) -> Result<Vec<Vec<f64>>, String> {
+    if record.drive.holds() != [false; 2] || !record.drive.is_planar() {
+        return Err(format!("{}: only a glass that is moved along x is simulated again", record.name));
+    }
+    let (mut port, mut view, mut inside) = (Port::default(), View::default(), Effects::default());
+    for effect in effects {
+        match (carried(effect, known), effect.entry.slot) {
+            (Some(lines), _) => {
+                for (name, value) in lines {
+                    inside.set(name, value).map_err(|error| format!("{error}"))?;
+                }
+            }
+            (None, Slot::Port(change)) => change(&effect.values, &mut port),
+            (None, Slot::View(change)) => change(&effect.values, &mut view),
+            (None, _) => return Err(format!("the simulator does not carry {}", effect.entry.name)),
+        }
+    }
+    let shift = lag_s + port.delay_s + view.latency_s;
+    let (dt, frames) = (record.interval_s, record.frames());
+    let samples: Vec<(f64, f64)> = (0..=4 * (frames + 60))
+        .map(|n| 0.25 * f64::from(n as u32) * dt)
+        .map(|t| (t, port.gain * record.drive.at(t - shift).3))
+        .collect();
+    let motion = Motion::sampled(&samples)
+        .ok_or_else(|| format!("{}: its motion cannot be joined to a curve", record.name))?;
+    let glass =
+        Glass { radius_m: known.radius_m, fill_m: known.fill_m, rim_m: known.fill_m + ROOM_M, taper: 0.0 };
+    let liquid = Liquid {
+        name: "as it was said to be".into(),
+        density_kg_m3: known.density_kg_m3,
+        rheology: Rheology::newtonian(known.viscosity_pa_s),
+        effects: Effects::default(),
+    };
+    let setup = Setup {
+        glass,
+        liquid,
+        spacing_m: resolution.spacing_m,
+        seed: resolution.seed,
+        no_slip: true,
+        effects: inside,
+        step_s: None,
+    };
+    let recordings = record_surfaces(&setup, &[(motion, frames, String::new())])
+        .map_err(|error| format!("{}: {error}", record.name))?;
+    let recording = recordings.first().ok_or("nothing was recorded")?;
+    let mut out: Vec<Vec<f64>> = record.channels.iter().map(|_| Vec::with_capacity(frames)).collect();
+    for frame in 0..frames {
+        let surface = recording.profile(frame);
+        let seen = |i: usize| {
+            let s = profile_abscissa(i);
+            let bow = view.pitch_rad * known.radius_m * (1.0 - (1.0 - s * s).sqrt());
+            let slope = known.radius_m * s * view.slope_rad.tan();
+            view.scale * f64::from(surface[i]) + bow + slope - known.fill_m
+        };
+        let [level, slope, bow, _] =
+            parts((0..POINTS).map(|i| (i, seen(i)))).ok_or("the surface was not found")?;
+        let highest = (0..POINTS).map(seen).fold(f64::NEG_INFINITY, f64::max);
+        for (series, channel) in out.iter_mut().zip(&record.channels) {
+            series.push(match channel.quantity {
+                Quantity::Level => level,
+                Quantity::Slope => slope,
+                Quantity::Bow => bow,
+                Quantity::Place => view.scale * port.gain * record.drive.at(frame as f64 * dt - shift).3,
+                Quantity::Peak => highest,
+            });
+        }
+    }
+    Ok(out)
+}

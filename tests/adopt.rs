@@ -1,0 +1,219 @@
+//! Named effects in the shipped model: what they do is what the reduced model's theory says, and no more.
+#![allow(clippy::disallowed_methods, reason = "only storey 1 must compute the same bits on every platform")]
+
+use meniscus::effects::{Active, find};
+use meniscus::generic::{Latent, State};
+use meniscus::host::files::AlignedBytes;
+use meniscus::model::{LoadError, Model};
+use meniscus::nn::Element;
+use meniscus::offline::adopt::{AdoptError, adopt, resistance};
+use meniscus::offline::experiment::GLASS;
+use meniscus::offline::export::stored;
+use meniscus::offline::import::parts;
+use meniscus::offline::liquids::Liquid;
+use meniscus::offline::quantize::quantize;
+use meniscus::offline::recording::Recording;
+use meniscus::offline::validate::{Linear, linear_mode};
+use meniscus::offline::watching::{perfect, turns};
+use meniscus::slosh::Rheology;
+use meniscus::surface::{SurfaceProfile, profile_abscissa};
+use meniscus::units::GRAVITY_M_S2;
+use std::path::Path;
+
+const SHIPPED: &[u8] = include_bytes!("../models/glycerine.blob");
+
+fn glycerine() -> (f64, Rheology) {
+    let liquid = Liquid::load("glycerine").expect("a known liquid");
+    (liquid.density_kg_m3, resistance(&liquid.rheology))
+}
+
+fn active(name: &str, value: f64) -> Active {
+    let entry = find(name).expect("in the library");
+    let mut values = entry.neutral();
+    values[0] = value;
+    Active { entry, values }
+}
+
+/// The shipped model with `effects`.
+fn with(effects: &[(&str, f64)]) -> AlignedBytes {
+    let effects: Vec<Active> = effects.iter().map(|(name, value)| active(name, *value)).collect();
+    let adopted = adopt(&AlignedBytes::copy(SHIPPED), glycerine(), &effects).expect("adopted");
+    assert!(adopted.mapped.explained.iter().all(|share| *share > 0.99), "{:?}", adopted.mapped.explained);
+    AlignedBytes::copy(&adopted.blob)
+}
+
+/// Damping and frequency of the first mode of `model`, 1/s: the step's Jacobian at rest has the eigenvalue
+/// `exp((-damping + i frequency) dt)`.
+fn tone(model: &Model<'_>) -> (f64, f64) {
+    const SMALL: f64 = 1e-4;
+    let mut jacobian = nalgebra::DMatrix::<f64>::zeros(13, 13);
+    for k in 0..13 {
+        let ends = [-SMALL, SMALL].map(|x| {
+            let mut state = State::default();
+            state.latent[k] = x;
+            model.generic.step(&mut state, 0.0);
+            state.latent
+        });
+        jacobian.set_column(k, &((ends[1] - ends[0]) / (2.0 * SMALL)));
+    }
+    let dt = model.header.dt_s;
+    let tones = jacobian.complex_eigenvalues();
+    let tones = tones.iter().map(|z| (-z.norm().ln() / dt, z.arg() / dt));
+    tones
+        .filter(|(_, frequency)| (12.0..40.0).contains(frequency))
+        .min_by(|a, b| a.0.total_cmp(&b.0))
+        .expect("a first mode")
+}
+
+/// The first mode of glycerine with `change`, by the Ritz solution of the linearised Navier-Stokes equations, which
+/// nothing in the model knows: damping and frequency, 1/s.
+fn ritz(change: impl Fn(&mut Linear)) -> (f64, f64) {
+    let (density_kg_m3, liquid) = glycerine();
+    let mut linear = Linear { nu: liquid.consistency / density_kg_m3, slip_m: 0.0, memory: None };
+    change(&mut linear);
+    let found = linear_mode(&GLASS, &linear).expect("it oscillates");
+    (found.decay, std::f64::consts::TAU * found.hz)
+}
+
+#[test]
+fn damping_and_frequency_change_as_the_equations_have_it() {
+    let plain = AlignedBytes::copy(SHIPPED);
+    let base = tone(&Model::load(&plain).expect("the shipped model"));
+    let theory = ritz(|_| {});
+    println!(
+        "plain: damping {:.2} /s, frequency {:.2} /s; theory {:.2}, {:.2}",
+        base.0, base.1, theory.0, theory.1
+    );
+    assert!((base.0 / theory.0 - 1.0).abs() < 0.1 && (base.1 / theory.1 - 1.0).abs() < 0.03);
+    let of = |effects: &[(&str, f64)]| tone(&Model::load(&with(effects)).expect("a model"));
+    let nu = glycerine().1.consistency / glycerine().0;
+    for (effect, value, theirs) in [
+        ("viscosity", 0.63, ritz(|l| l.nu = 0.63 * nu)),
+        ("viscosity", 0.8, ritz(|l| l.nu = 0.8 * nu)),
+        ("wall_slip", 0.003, ritz(|l| l.slip_m = 0.003)),
+    ] {
+        let (found, wanted) = (of(&[(effect, value)]).0 / base.0, theirs.0 / theory.0);
+        println!("{effect} {value}: damping {found:.3} of the plain, theory {wanted:.3}");
+        assert!((found / wanted - 1.0).abs() < 0.15, "{effect} {value}: {found} for {wanted}");
+    }
+    // Gravity and tension pull the frequency up by the square root of what they add, friction apart. In liquid as thick as
+    // this the latents follow by half of it (docs/discovery says how that is in a thinner one).
+    let k = 1.841_183_781 / GLASS.radius_m;
+    let stiffer = |more: f64| (1.0 + more / (GRAVITY_M_S2 * k)).sqrt() - 1.0;
+    for (effect, value, wanted) in [
+        ("surface_tension", 0.5, stiffer(0.5 * k.powi(3) / glycerine().0)),
+        ("vertical_acceleration", 2.0, stiffer(2.0 * k)),
+        ("vertical_acceleration", -2.0, stiffer(-2.0 * k)),
+    ] {
+        let found = of(&[(effect, value)]).1 / base.1 - 1.0;
+        println!("{effect} {value}: frequency up by {found:.4}, theory without friction {wanted:.4}");
+        assert!((0.35..1.1).contains(&(found / wanted)), "{effect}: {found} for {wanted}");
+    }
+}
+
+#[test]
+fn neutral_effects_change_nothing() {
+    let plain = AlignedBytes::copy(SHIPPED);
+    let neutral = with(&[("viscosity", 1.0), ("fill", 0.0), ("camera_slope", 0.0)]);
+    let (plain, neutral) = (Model::load(&plain).expect("a model"), Model::load(&neutral).expect("a model"));
+    let (mut a, mut b) = (State::default(), State::default());
+    for n in 0..200 {
+        let push = (0.3 * f64::from(n)).sin();
+        plain.generic.step(&mut a, push);
+        neutral.generic.step(&mut b, push);
+        let apart = (a.latent - b.latent).norm();
+        assert!(apart < 1e-9 * (1.0 + a.latent.norm()), "turn {n}: {apart:e}");
+    }
+}
+
+/// Below the yield stress the liquid stands: a small push moves it less than in proportion to a large one.
+#[test]
+fn a_yield_stress_holds_a_small_push_better_than_a_large_one() {
+    let blob = with(&[("yield_stress", 20.0)]);
+    let model = Model::load(&blob).expect("a model");
+    let highest = |strength: f64| {
+        let mut state = State::default();
+        let slosh = |n: usize| {
+            model.generic.step(&mut state, if n < 6 { strength } else { 0.0 });
+            model.generic.potential.value(&state.latent).sqrt() / strength
+        };
+        (0..60).map(slosh).fold(0.0, f64::max)
+    };
+    let (small, large) = (highest(0.02), highest(2.0));
+    println!("slosh for each unit of a small push {small:.3}, of a large one {large:.3}");
+    assert!(small < 0.5 * large);
+}
+
+/// What the camera sees wrongly is put right before the encoder reads it.
+#[test]
+fn a_camera_that_is_off_gives_the_latents_of_one_that_is_not() {
+    let path = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/recordings/glycerine-unseen.safetensors"));
+    let seen = perfect(&Recording::load(path).expect("the shipped recording"));
+    let (roll, scale) = (0.05_f64, 1.04_f32);
+    let wrong = seen.iter().map(|sighting| {
+        let mut sighting: Option<SurfaceProfile> = *sighting;
+        if let Some(profile) = &mut sighting {
+            for (i, z) in profile.height_m.iter_mut().enumerate() {
+                *z = scale * *z + (0.035 * profile_abscissa(i) * roll.tan()) as f32;
+            }
+            profile.glass_x_m = profile.glass_x_m.map(|x| scale * x);
+        }
+        sighting
+    });
+    let wrong: Vec<Option<SurfaceProfile>> = wrong.collect();
+    let plain = AlignedBytes::copy(SHIPPED);
+    let knows = with(&[("camera_slope", roll), ("depth_scale", f64::from(scale))]);
+    let latents = |bytes: &AlignedBytes, seen: &[Option<SurfaceProfile>]| -> Vec<Latent> {
+        let model = Model::load(bytes).expect("a model");
+        turns(&model, seen).iter().map(|logged| Latent::from(logged.turn.estimate.latent)).collect()
+    };
+    let (right, off, put_right) = (latents(&plain, &seen), latents(&plain, &wrong), latents(&knows, &wrong));
+    let apart = |of: &[Latent]| {
+        let (miss, size) = right.iter().zip(of).fold((0.0, 0.0), |(miss, size), (a, b)| {
+            (miss + (a - b).norm_squared(), size + a.norm_squared())
+        });
+        (miss / size).sqrt()
+    };
+    println!("off by {:.3}, put right {:.5}", apart(&off), apart(&put_right));
+    assert!(apart(&off) > 0.1 && apart(&put_right) < 2e-3);
+}
+
+#[test]
+fn what_has_no_place_or_no_sense_is_refused_by_name() {
+    let shipped = AlignedBytes::copy(SHIPPED);
+    let refused = |name: &str, value: f64| {
+        let error = adopt(&shipped, glycerine(), &[active(name, value)]).expect_err("refused");
+        println!("{error}");
+        error
+    };
+    for name in ["camera_latency", "actuation_delay", "detuning", "swirl"] {
+        let AdoptError::Load(LoadError::EffectPlace { effect, .. }) = refused(name, 0.1) else {
+            panic!("{name} is refused for another reason");
+        };
+        assert_eq!(effect, name);
+    }
+    assert!(matches!(
+        refused("viscosity", f64::NAN),
+        AdoptError::Load(LoadError::EffectValue { effect: "viscosity", .. })
+    ));
+    let many = vec![active("viscosity", 0.9); 5];
+    assert_eq!(adopt(&shipped, glycerine(), &many).expect_err("too many"), AdoptError::Many(5));
+    let (mut header, all) = parts(&with(&[("viscosity", 0.9)])).expect("a good blob");
+    let named = header.named.as_mut().expect("it names one");
+    named.effects[0].name = "magic".try_into().expect("short");
+    let bytes = AlignedBytes::copy(&stored(header, &all, |_| Element::F32).expect("a blob"));
+    assert_eq!(Model::load(&bytes).expect_err("unknown"), LoadError::UnknownEffect { index: 0 });
+}
+
+/// Effects stay in a blob that is stored coarser, and go when none are given.
+#[test]
+fn effects_outlast_quantisation_and_can_be_taken_out() {
+    let blob = with(&[("yield_stress", 3.0)]);
+    let coarse = AlignedBytes::copy(&quantize(&blob, Element::Bf16, None, &[]).expect("quantised").blob);
+    let named =
+        |bytes: &AlignedBytes| Model::load(bytes).expect("a model").header.named.map(|n| n.effects.len());
+    assert_eq!(named(&coarse), Some(1));
+    let bare = adopt(&blob, glycerine(), &[]).expect("adopted");
+    assert_eq!(named(&AlignedBytes::copy(&bare.blob)), None);
+    assert!(bare.blob == SHIPPED, "the shipped model comes back to the byte");
+}
