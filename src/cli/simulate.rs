@@ -41,8 +41,8 @@ use std::sync::{Arc, Mutex};
 /// glass, liquid, motion and effects together; what the command line says goes before it.
 ///
 /// Numbers to expect at the spacing of 5 mm: 6 s of processor time to settle and 6 s for each second
-/// of slosh. Glycerine's first mode is right to 3 % in frequency and 5 % in decay; the numerical
-/// viscosity is 7e-5 m2/s, so water and blood are not resolved (they come to rest too early). Very
+/// of slosh. Glycerine's first mode is right to 1.3 % in frequency and 2.4 % in decay; the numerical
+/// viscosity is 4.2e-5 m2/s, so water and blood are not resolved (they come to rest too early). Very
 /// stiff liquids take more, by the length of the step: chocolate 5, ketchup 6, mayonnaise 12 times.
 #[derive(clap::Args)]
 #[command(
