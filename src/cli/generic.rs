@@ -4,7 +4,7 @@ use anyhow::{Context, ensure};
 use meniscus::host::checks::table;
 use meniscus::host::files::write_whole;
 use meniscus::offline::train::closed::{
-    Dataset, Options, Outcome, Published, Schedule, checks, markdown, rollouts_png, train,
+    Dataset, Kinds, Options, Outcome, Published, Schedule, checks, markdown, rollouts_png, train,
 };
 use meniscus::offline::train::{Checkpoints, curves_png};
 use std::path::PathBuf;
@@ -42,6 +42,18 @@ pub(crate) struct Arguments {
     /// Names of the variables, by commas, in their order
     #[arg(long, value_name = "A,B,..", value_delimiter = ',')]
     names: Vec<String>,
+    /// Points, their coordinates by commas, points by colons: q1x,q1y:q2x,q2y. The energy then sees distances alone
+    #[arg(long, value_name = "A,B:C,D", default_value = "", hide_default_value = true)]
+    points: String,
+    /// Momenta of the points, in the same order
+    #[arg(long, value_name = "A,B:C,D", default_value = "", hide_default_value = true, requires = "points")]
+    momenta: String,
+    /// Variables whose sum is the entropy of the whole; without them an entropy is appended to the state
+    #[arg(long, value_name = "A,B,..", default_value = "", hide_default_value = true)]
+    entropies: String,
+    /// Learn L beyond what the file says of it
+    #[arg(long)]
+    learn_l: bool,
     /// Also train a net whose laws are only asked for by its loss
     #[arg(long)]
     soft: bool,
@@ -86,12 +98,15 @@ pub(crate) fn run(args: &Arguments) -> anyhow::Result<()> {
         );
     }
     let names = names(args, data.variables())?;
+    let kinds = kinds(args, &names)?;
     let folder = args.out.join("training");
     std::fs::create_dir_all(&folder)
         .with_context(|| format!("{}: no place for checkpoints", folder.display()))?;
     let options = Options {
         seed: args.seed,
         schedule: if args.quick { Schedule::QUICK } else { Schedule::FULL },
+        kinds,
+        loose: args.learn_l,
         soft: args.soft,
         quiet: args.json,
         checkpoints: Some(Checkpoints { folder: folder.clone(), resume: args.resume }),
@@ -135,6 +150,27 @@ fn names(args: &Arguments, variables: usize) -> anyhow::Result<Vec<String>> {
     Ok(args.names.clone())
 }
 
+/// What the variables are, from their names.
+fn kinds(args: &Arguments, names: &[String]) -> anyhow::Result<Kinds> {
+    let one = |name: &str| {
+        let at = names.iter().position(|known| known == name.trim());
+        at.with_context(|| format!("no variable is named '{name}': they are {}", names.join(", ")))
+    };
+    let list =
+        |text: &str| text.split(',').filter(|name| !name.is_empty()).map(one).collect::<anyhow::Result<_>>();
+    let lists =
+        |text: &str| text.split(':').filter(|part| !part.is_empty()).map(list).collect::<anyhow::Result<_>>();
+    let kinds = Kinds {
+        points: lists(&args.points)?,
+        momenta: lists(&args.momenta)?,
+        entropies: list(&args.entropies)?,
+    };
+    if let Some(fault) = kinds.fault(names.len()) {
+        anyhow::bail!("--points, --momenta, --entropies: {fault}");
+    }
+    Ok(kinds)
+}
+
 /// Writes the report, the pictures and the weights.
 fn write(args: &Arguments, outcome: &Outcome) -> anyhow::Result<()> {
     write_whole(&args.out.join("report.md"), markdown(outcome, &command(args)).as_bytes())?;
@@ -154,6 +190,14 @@ fn command(args: &Arguments) -> String {
     if !args.names.is_empty() {
         command += &format!(" --names {}", args.names.join(","));
     }
+    for (flag, value) in
+        [("points", &args.points), ("momenta", &args.momenta), ("entropies", &args.entropies)]
+    {
+        if !value.is_empty() {
+            command += &format!(" --{flag} {value}");
+        }
+    }
+    command += if args.learn_l { " --learn-l" } else { "" };
     command += if args.soft { " --soft" } else { "" };
     command += if args.quick { " --quick" } else { "" };
     command + &format!(" --seed {}", args.seed)

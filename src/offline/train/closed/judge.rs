@@ -2,10 +2,11 @@
 
 use super::dataset::{Dataset, Frame};
 use super::exact::Exact;
+use super::form::Kinds;
 use super::published::Published;
-use super::unrolled;
+use super::soft::Soft;
 use crate::offline::prelude::*;
-use crate::offline::train::laws::{Laws, full};
+use crate::offline::train::laws::Laws;
 use crate::offline::train::weights::{Matrix, constants, numbers};
 use burn::tensor::{Device, Tensor};
 use nalgebra::{DMatrix, DVector};
@@ -14,7 +15,7 @@ use nalgebra::{DMatrix, DVector};
 pub(super) enum Judged<'a> {
     Published(&'a Published),
     Exact(&'a Frame, Exact),
-    Soft(&'a Frame, &'a unrolled::Soft, Vec<Matrix>),
+    Soft(&'a Frame, &'a Soft, Vec<Matrix>),
 }
 
 /// What a net made of the trajectories that judge.
@@ -38,8 +39,34 @@ pub struct Figures {
     pub falls: u32,
     /// Root mean squares of |dE . dz| / (|dE| |dz|), |L dS| / |L dE| and |M dE| / |M dS|.
     pub laws: [f64; 3],
-    /// Of the exact net, the largest |E1 - E0| of a step over the spread of H; NaN of others, which have no energy.
+    /// Steps along which the sum of the state's own entropies fell, where it says which these are.
+    pub system_falls: Option<u32>,
+    /// Steps that the exact net could not solve and did not take.
+    pub held: u32,
+    /// Of the exact net, the largest |E1 - E0| of a step over what a step passes around on average; NaN of others, which
+    /// have no energy.
     pub drift: f64,
+}
+
+/// What the energy of the exact net did.
+#[derive(Default)]
+struct Books {
+    /// Largest change of the energy of the whole in a step.
+    rise: f64,
+    /// Sum of |dE_i dz_i| over variables and steps.
+    passed: f64,
+    falls: u32,
+    held: u32,
+}
+
+/// Steps of `paths` along which the sum of the entropies fell by more than the digits of the sum.
+fn system_falls(kinds: &Kinds, paths: &[Vec<DVector<f64>>]) -> Option<u32> {
+    let sum = |z: &DVector<f64>| kinds.entropies.iter().map(|&i| z[i]).sum::<f64>();
+    let digits =
+        |z: &DVector<f64>| 4.0 * f64::EPSILON * kinds.entropies.iter().map(|&i| z[i].abs()).sum::<f64>();
+    let falls = |w: &[DVector<f64>]| sum(&w[1]) - sum(&w[0]) < -digits(&w[0]).max(digits(&w[1]));
+    let count = paths.iter().flat_map(|path| path.windows(2)).filter(|w| falls(w)).count();
+    (!kinds.entropies.is_empty()).then_some(count as u32)
 }
 
 impl Judged<'_> {
@@ -51,13 +78,13 @@ impl Judged<'_> {
         }
     }
 
-    /// `count` states from `state` on; `laws` sees every step, and `books` x, H and s of the exact net.
+    /// `count` states from `state` on; `laws` sees every step, and `books` what the exact net's energy did.
     fn roll(
         &self,
         state: &DVector<f64>,
         count: usize,
         laws: &mut Laws,
-        books: &mut Vec<[f64; 2]>,
+        books: &mut Books,
     ) -> Vec<DVector<f64>> {
         let slices = |e: &DVector<f64>, s: &DVector<f64>, dz: &DVector<f64>, laws: &mut Laws| {
             laws.step((e.as_slice(), s.as_slice()), dz.as_slice());
@@ -100,18 +127,18 @@ impl Judged<'_> {
                 }
             }
             Self::Exact(frame, net) => {
-                let (mut x, mut s) = (frame.inward(state), 0.0);
-                books.push([net.energy(&x), s]);
+                let (mut x, appended) = (frame.inward(state), net.form.kinds.entropies.is_empty());
                 while path.len() < count {
                     let turn = net.turn(&x);
-                    let [l, m] = full(&turn.skew, &turn.friction, &turn.gradient);
-                    let n = x.len();
-                    let one = |last: f64, g: &DVector<f64>| g.clone().insert_row(n, last);
-                    let (de, ds) = (one(1.0, &turn.gradient), one(1.0, &(&turn.gradient * 0.0)));
-                    slices(&de, &ds, &one(turn.heat, &(&turn.x - &x)), laws);
-                    said(laws, (&l, &m), &de, &ds);
-                    (x, s) = (turn.x, s + turn.heat);
-                    books.push([net.energy(&x), s]);
+                    let ([de, ds, dz], [l, m]) = (&turn.slopes, &turn.operators);
+                    slices(de, ds, dz, laws);
+                    said(laws, (l, m), de, ds);
+                    let rise = net.energy(&turn.x) - net.energy(&x) + if appended { turn.heat } else { 0.0 };
+                    books.rise = books.rise.max(rise.abs());
+                    books.passed += de.iter().zip(dz).map(|(e, z)| (e * z).abs()).sum::<f64>();
+                    books.falls += u32::from(turn.heat < 0.0);
+                    books.held += u32::from(turn.held);
+                    x = turn.x;
                     path.push(frame.outward(&x));
                 }
             }
@@ -120,19 +147,14 @@ impl Judged<'_> {
     }
 
     /// Rolls out from the first state of every trajectory of `data` that judges.
-    pub(super) fn figures(&self, data: &Dataset, frame: &Frame) -> Figures {
-        let (mut laws, mut drift, mut spread) = (Laws::default(), 0.0_f64, 0.0_f64);
-        let mut paths = Vec::new();
+    pub(super) fn figures(&self, data: &Dataset, frame: &Frame, kinds: &Kinds) -> Figures {
+        let (mut laws, mut books, mut paths) = (Laws::default(), Books::default(), Vec::new());
         for &k in &data.test {
             let truth = &data.paths[k];
-            let mut books = Vec::new();
             paths.push(self.roll(&truth[0], truth.len(), &mut laws, &mut books));
-            let first = books.first().map_or(0.0, |b| b[0]);
-            spread = books.iter().map(|b| (b[0] - first).abs()).fold(spread, f64::max);
-            let change = |pair: &[[f64; 2]]| ((pair[1][0] + pair[1][1]) - (pair[0][0] + pair[0][1])).abs();
-            drift = books.windows(2).map(change).fold(drift, f64::max);
         }
-        let drift = if spread > 0.0 { drift / spread } else { f64::NAN };
+        let exact = matches!(self, Self::Exact(..));
+        let drift = if exact { books.rise * f64::from(laws.steps()) / books.passed } else { f64::NAN };
         let truth: Vec<&[DVector<f64>]> = data.test.iter().map(|&k| data.paths[k].as_slice()).collect();
         let square = square_errors(&truth, &paths);
         let count = (truth.len() * truth[0].len()) as f64;
@@ -154,11 +176,13 @@ impl Judged<'_> {
             over_time: square.iter().map(part).collect(),
             mse: mse.iter().copied().collect(),
             relative,
-            paths,
             steps: laws.steps(),
-            falls: laws.falls(),
+            falls: if exact { books.falls } else { laws.falls() },
+            system_falls: system_falls(kinds, &paths),
+            held: books.held,
             laws: laws.figures(),
             drift,
+            paths,
         }
     }
 }

@@ -1,16 +1,14 @@
-//! Training of a net on trajectories: single steps between true states first, then roll-outs of growing length.
+//! What both nets learn from and are chosen by, and the descent of the soft one: single steps between true states
+//! first, then roll-outs of growing length.
 //!
-//! A single step whose both ends are known costs no solution, so that many of them are seen; what is left is what
-//! adds up along the way, and that only roll-outs see. Every look rolls out the trajectories that choose, whole, and
-//! the best look stays.
+//! Every look rolls out the trajectories that choose, whole, and the best look stays.
 //!
 //! ```text
 //! loss = mean of sqrt(m^2 + d^2) - d,     m the miss of a variable, of its stride (steps) or its spread (roll-outs)
 //! ```
-//! A modulus for all but small misses: where a system passes a singular point, as a spring at no length, a few steps
-//! are hundreds of times harder than the others, and squares would give the whole net to them.
+//! A modulus for all but small misses, for the reason in [`super::squares`], whose turns are the exact net's.
 
-use super::unrolled::Net;
+use super::soft::Soft;
 use crate::offline::prelude::*;
 use crate::offline::train::descent::Descent;
 use crate::offline::train::progress::{Session, annealed};
@@ -35,23 +33,33 @@ const SMALL: f32 = 1e-2;
 /// Horizons of the second stage, in turn.
 const HORIZONS: [usize; 4] = [8, 16, 32, 48];
 
+/// Steps of roll-outs by which the exact net is put right, in turn; the last is cut to what there is.
+const AHEAD: [usize; 4] = [8, 24, 72, usize::MAX];
+
 /// How long to train.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Schedule {
-    /// Steps of the first stage.
+    /// Turns of the exact net on single steps.
     pub steps: usize,
-    /// Steps of the second.
+    /// Its turns on roll-outs.
     pub rollouts: usize,
+    /// Steps of descent of the soft net on single steps, and on roll-outs.
+    pub soft: [usize; 2],
     /// Trainings from different seeds; the best on the trajectories that choose stays.
     pub seeds: u64,
 }
 
 impl Schedule {
-    /// Some ten minutes on two idle cores for ten variables.
-    pub const FULL: Self = Self { steps: 30_000, rollouts: 1500, seeds: 2 };
+    /// Some twenty minutes of one core for ten variables.
+    pub const FULL: Self = Self { steps: 120, rollouts: 80, soft: [30_000, 1500], seeds: 2 };
 
-    /// About a minute.
-    pub const QUICK: Self = Self { steps: 3000, rollouts: 100, seeds: 1 };
+    /// A minute or two.
+    pub const QUICK: Self = Self { steps: 20, rollouts: 8, soft: [3000, 100], seeds: 1 };
+
+    /// How long the roll-outs of turn `turn` are.
+    pub(super) fn horizon(&self, turn: usize) -> usize {
+        AHEAD[AHEAD.len() * turn / self.rollouts.max(turn + 1)]
+    }
 }
 
 /// Scaled trajectories that are learnt from and chosen by.
@@ -60,6 +68,10 @@ pub(super) struct Lessons {
     pub(super) choosing: Vec<Vec<DVector<f64>>>,
     /// Root mean square of what one step changes, by variable; 1 of what does not move.
     pub(super) stride: Vec<f64>,
+    /// Standard deviation of every variable; 1 of what does not move.
+    pub(super) spread: Vec<f64>,
+    /// Whether a variable moves.
+    pub(super) moves: Vec<bool>,
 }
 
 impl Lessons {
@@ -80,18 +92,18 @@ impl Lessons {
         (0..count).map(place).collect()
     }
 
-    /// Relative error of `roll` over the whole of every trajectory that chooses.
+    /// Relative error of `roll` over the whole of every trajectory that chooses, the root mean square over variables.
     pub(super) fn validate(&self, roll: impl Fn(&DVector<f64>, usize) -> Vec<DVector<f64>>) -> f64 {
-        let (mut miss, mut size) = (0.0, 0.0);
+        let (mut miss, mut count) = (0.0, 0_usize);
+        let moves = || (0..self.spread.len()).filter(|&i| self.moves[i]);
         for path in &self.choosing {
-            let mean = path.iter().fold(&path[0] * 0.0, |sum, x| sum + x) / path.len() as f64;
             for (said, x) in roll(&path[0], path.len()).iter().zip(path) {
                 // A roll-out that has left counts as lost, not as infinitely bad, so that looks can be compared.
-                miss += (said - x).norm_squared().min(1e6);
-                size += (x - &mean).norm_squared();
+                miss += moves().map(|i| ((said[i] - x[i]) / self.spread[i]).powi(2).min(100.0)).sum::<f64>();
+                count += moves().count();
             }
         }
-        let error = (miss / size.max(f64::MIN_POSITIVE)).sqrt();
+        let error = (miss / count.max(1) as f64).sqrt();
         if error.is_finite() { error } else { f64::INFINITY }
     }
 }
@@ -103,9 +115,9 @@ fn modulus(miss: Tensor<2>) -> Tensor<1> {
 
 /// Trains `net` from `seed`; `check` is the error by which looks are chosen. Returns the best weights and theirs.
 pub(super) fn learn(
-    net: &dyn Net,
+    net: &Soft,
     lessons: &Lessons,
-    (name, seed): (&str, u64),
+    seed: u64,
     schedule: Schedule,
     check: &dyn Fn(&[Matrix]) -> f64,
     session: &Session<'_>,
@@ -114,12 +126,14 @@ pub(super) fn learn(
     let fresh = net.fresh(&mut Descent::draws(seed, usize::MAX));
     let inverse: Vec<f32> = lessons.stride.iter().map(|s| (1.0 / s) as f32).collect();
     let weigh = Matrix::new(1, inverse.len(), inverse).tensor(&device);
+    let inverse: Vec<f32> = lessons.spread.iter().map(|s| (1.0 / s) as f32).collect();
+    let spreads = Matrix::new(1, inverse.len(), inverse).tensor(&device);
     let width = lessons.stride.len() as f32;
 
-    let stage = format!("{name} steps {:04x}", seed & 0xffff);
+    let stage = format!("soft steps {:04x}", seed & 0xffff);
     let mut descent = Descent::new(&stage, fresh, f64::INFINITY, session);
-    let bar = session.bar(&stage, schedule.steps);
-    for step in descent.done()..schedule.steps {
+    let bar = session.bar(&stage, schedule.soft[0]);
+    for step in descent.done()..schedule.soft[0] {
         let mut rng = Descent::draws(seed, step);
         let from = lessons.draw(BATCH.0, 1, &mut rng);
         let to: Vec<_> = from.iter().map(|&(p, n)| (p, n + 1)).collect();
@@ -128,8 +142,8 @@ pub(super) fn learn(
         let weighed = modulus(miss * weigh.clone()) * (1.0 / width);
         let loss = (weighed + owed.sum() * PENALTY) * (1.0 / BATCH.0 as f32);
         let (weights, adam) = descent.parts();
-        adam.step(weights, &tensors, loss.clone().backward(), annealed(4e-3, step, schedule.steps));
-        if step % LOOK.0 == LOOK.0 - 1 || step + 1 == schedule.steps {
+        adam.step(weights, &tensors, loss.clone().backward(), annealed(4e-3, step, schedule.soft[0]));
+        if step % LOOK.0 == LOOK.0 - 1 || step + 1 == schedule.soft[0] {
             let errors = (f64::from(scalar(loss)), check(descent.weights()));
             if descent.look(step + 1, errors, &bar, session) {
                 break;
@@ -139,16 +153,16 @@ pub(super) fn learn(
     bar.finish();
     let (weights, least) = descent.end(&stage, session);
 
-    let stage = format!("{name} roll-outs {:04x}", seed & 0xffff);
+    let stage = format!("soft roll-outs {:04x}", seed & 0xffff);
     let mut descent = Descent::new(&stage, weights, least, session);
-    let bar = session.bar(&stage, schedule.rollouts);
+    let bar = session.bar(&stage, schedule.soft[1]);
     let longest = lessons.training.iter().map(Vec::len).min().unwrap_or(2) - 1;
-    for step in descent.done()..schedule.rollouts {
+    for step in descent.done()..schedule.soft[1] {
         if session.stopped() {
             break;
         }
         let mut rng = Descent::draws(seed ^ 1, step);
-        let horizon = HORIZONS[HORIZONS.len() * step / schedule.rollouts].min(longest);
+        let horizon = HORIZONS[HORIZONS.len() * step / schedule.soft[1]].min(longest);
         let from = lessons.draw(BATCH.1, horizon, &mut rng);
         let tensors = leaves(descent.weights(), &device);
         let mut x = lessons.rows(&from, &device);
@@ -156,14 +170,15 @@ pub(super) fn learn(
         for k in 1..=horizon {
             let (next, owed) = net.turn(&tensors, x);
             let due: Vec<_> = from.iter().map(|&(p, n)| (p, n + k)).collect();
-            let miss = modulus(next.clone() - lessons.rows(&due, &device)) * (1.0 / width);
+            let miss =
+                modulus((next.clone() - lessons.rows(&due, &device)) * spreads.clone()) * (1.0 / width);
             loss = loss + miss + owed.sum() * (PENALTY * 1e-2);
             x = next;
         }
         let loss = loss * (1.0 / (horizon * BATCH.1) as f32);
         let (weights, adam) = descent.parts();
-        adam.step(weights, &tensors, loss.clone().backward(), annealed(5e-4, step, schedule.rollouts));
-        if step % LOOK.1 == LOOK.1 - 1 || step + 1 == schedule.rollouts {
+        adam.step(weights, &tensors, loss.clone().backward(), annealed(5e-4, step, schedule.soft[1]));
+        if step % LOOK.1 == LOOK.1 - 1 || step + 1 == schedule.soft[1] {
             let errors = (f64::from(scalar(loss)), check(descent.weights()));
             if descent.look(step + 1, errors, &bar, session) {
                 break;

@@ -1,22 +1,27 @@
 //! Any closed system from its trajectories: the exact net and the soft one, beside a published net's weights.
 //!
 //! ```text
-//! npz --dataset--> states --form--> what is known (L, friction) --learn(unrolled)--> weights
-//!                                                     exact, soft, published --judge--> figures --report--> page
+//! npz --dataset--> states --form--> what is known --squares--> exact (energy, operators)
+//!                                                 --learn----> soft
+//!                                   exact, soft, published --judge--> figures --report--> page
 //! ```
 //! This is the trainer of the glass without the glass: no camera, no port, the state itself in place of latents. It
 //! holds the two forms of GENERIC against each other on data that others have published.
 
 mod dataset;
+mod energy;
 mod exact;
 mod form;
 mod judge;
 mod learn;
+mod operators;
 mod published;
 mod report;
-mod unrolled;
+mod soft;
+mod squares;
 
 pub use dataset::{Dataset, DatasetError};
+pub use form::Kinds;
 pub use judge::Figures;
 pub use learn::Schedule;
 pub use published::{Published, Said};
@@ -26,13 +31,14 @@ use super::progress::{Checkpoints, Curve, Session};
 use super::weights::Matrix;
 use crate::offline::prelude::*;
 use dataset::Frame;
+use exact::Exact;
 use form::Form;
 use judge::Judged;
 use learn::{Lessons, learn};
 use nalgebra::DVector;
 use safetensors::tensor::{Dtype, TensorView, serialize};
+use soft::Soft;
 use std::sync::atomic::AtomicBool;
-use unrolled::Net;
 
 /// Of the trajectories that are learnt from, every so manieth is held back to choose by.
 const CHOOSING: usize = 8;
@@ -44,6 +50,10 @@ pub struct Options {
     pub seed: u64,
     /// How long.
     pub schedule: Schedule,
+    /// What the variables are.
+    pub kinds: Kinds,
+    /// Whether L is learnt although the file says one.
+    pub loose: bool,
     /// Whether the soft net is trained too.
     pub soft: bool,
     /// No bars.
@@ -70,12 +80,6 @@ pub struct Outcome {
     /// How the stages learnt.
     pub curves: Vec<Curve>,
 }
-
-/// Names of the exact net's weights, in their order.
-const NAMES: [&str; 14] = [
-    "H.K", "H.h", "H.W1", "H.b1", "H.W2", "H.b2", "H.w", "L.lower", "C.lower", "LC.V1", "LC.c1", "LC.V2",
-    "LC.c2", "LC.V3",
-];
 
 impl Outcome {
     /// The exact net as a safetensors file: its weights by name, `mean` and `scale` of the states, all float32.
@@ -113,47 +117,48 @@ pub fn train(
     options: &Options,
     stop: &AtomicBool,
 ) -> Outcome {
-    let frame = Frame::of(&data);
-    let form = Form::new(&data, &frame);
+    let frame = Frame::of(&data, &options.kinds);
+    let form = Form::new(&data, &frame, &options.kinds, options.loose);
     let lessons = lessons(&data, &frame);
     let session =
         Session::new(options.quiet, stop).kept(options.checkpoints.clone(), fingerprint(&data, options));
-    let (exact, soft) = (unrolled::Exact::new(&form), unrolled::Soft::new(&form));
-    let exact_error = |w: &[Matrix]| {
-        let net = exact::Exact::new(&form, w);
-        lessons.validate(|x, count| net.roll_out(x, count))
-    };
+    let soft = Soft::new(&form);
     let soft_error = |w: &[Matrix]| lessons.validate(|x, count| soft.roll_out(w, x, count));
-    let best = |net: &dyn Net, name: &'static str, check: &(dyn Fn(&[Matrix]) -> f64 + Sync)| {
-        let tries: Vec<_> = std::thread::scope(|scope| {
-            let all: Vec<_> = (0..options.schedule.seeds)
-                .map(|k| (name, super::encoder::derive_seed(options.seed, k)))
-                .map(|plan| {
-                    let (lessons, session) = (&lessons, &session);
-                    scope.spawn(move || learn(net, lessons, plan, options.schedule, &check, session))
-                })
-                .collect();
-            all.into_iter().map(|thread| thread.join().expect("a training's thread ends")).collect()
-        });
-        tries.into_iter().min_by(|a, b| a.1.total_cmp(&b.1)).map(|(weights, _)| weights).unwrap_or_default()
+    let best = |train: &dyn Fn(u64) -> (Vec<Matrix>, f64)| {
+        let tries = (0..options.schedule.seeds).map(|k| train(super::encoder::derive_seed(options.seed, k)));
+        tries.min_by(|a, b| a.1.total_cmp(&b.1)).map(|(weights, _)| weights).unwrap_or_default()
     };
-    let weights = best(&exact, "exact", &exact_error);
-    let soft_weights = options.soft.then(|| best(&soft, "soft", &soft_error));
+    let weights = best(&|seed| squares::learn(&form, &lessons, seed, options.schedule, &session));
+    let soft_weights = options
+        .soft
+        .then(|| best(&|seed| learn(&soft, &lessons, seed, options.schedule, &soft_error, &session)));
+    let row: Vec<f64> = weights.iter().flat_map(|m| &m.values).map(|&v| f64::from(v)).collect();
 
     let mut judged: Vec<Judged<'_>> = published.map(Judged::Published).into_iter().collect();
     judged.extend(soft_weights.map(|w| Judged::Soft(&frame, &soft, w)));
-    judged.push(Judged::Exact(&frame, exact::Exact::new(&form, &weights)));
-    let figures = judged.iter().map(|net| net.figures(&data, &frame)).collect();
+    judged.push(Judged::Exact(&frame, Exact::new(&form, &row)));
+    let figures = judged.iter().map(|net| net.figures(&data, &frame, &options.kinds)).collect();
     let list = |v: &DVector<f64>| v.iter().copied().collect();
     Outcome {
         figures,
         names,
         moving: frame.moving.clone(),
-        weights: NAMES.into_iter().zip(weights).collect(),
+        weights: named(&form, &row),
         frame: [list(&frame.mean), list(&frame.scale)],
         curves: session.curves(),
         data,
     }
+}
+
+/// The exact net's weights by name.
+fn named(form: &Form, w: &[f64]) -> Vec<(&'static str, Matrix)> {
+    let mut rest = w;
+    let take = |(name, rows, columns): (&'static str, usize, usize)| {
+        let (own, others) = rest.split_at(rows * columns);
+        rest = others;
+        (name, Matrix::new(rows, columns, own.iter().map(|&v| v as f32).collect()))
+    };
+    Exact::shapes(form).into_iter().map(take).collect()
 }
 
 /// Scaled trajectories, every [`CHOOSING`]th of them to choose by.
@@ -164,13 +169,26 @@ fn lessons(data: &Dataset, frame: &Frame) -> Lessons {
     for (at, k) in data.training.iter().enumerate() {
         if at % every == every - 1 { choosing.push(scaled(k)) } else { training.push(scaled(k)) }
     }
-    let pairs = || training.iter().flat_map(|path: &Vec<DVector<f64>>| path.windows(2));
-    let square = |i: usize| pairs().map(|pair| (pair[1][i] - pair[0][i]).powi(2)).sum::<f64>();
-    let count = pairs().count().max(1) as f64;
-    let stride = (0..data.variables())
-        .map(|i| if frame.moving[i] { (square(i) / count).sqrt() } else { 1.0 })
-        .collect();
-    Lessons { training, choosing, stride }
+    let root = |squares: Vec<f64>| (squares.iter().sum::<f64>() / squares.len().max(1) as f64).sqrt();
+    let all = || training.iter().map(|path: &Vec<DVector<f64>>| path.as_slice());
+    let moved = |i: usize, f: &dyn Fn(usize) -> Vec<f64>| {
+        if frame.moving[i] { root(f(i)).max(f64::MIN_POSITIVE) } else { 1.0 }
+    };
+    let strides =
+        |i: usize| all().flat_map(|p| p.windows(2).map(move |w| (w[1][i] - w[0][i]).powi(2))).collect();
+    let spreads = |i: usize| {
+        let count = all().map(<[_]>::len).sum::<usize>() as f64;
+        let mean = all().flatten().map(|x| x[i]).sum::<f64>() / count;
+        all().flatten().map(|x| (x[i] - mean).powi(2)).collect()
+    };
+    let n = data.variables();
+    Lessons {
+        stride: (0..n).map(|i| moved(i, &strides)).collect(),
+        spread: (0..n).map(|i| moved(i, &spreads)).collect(),
+        moves: frame.moving.clone(),
+        training,
+        choosing,
+    }
 }
 
 /// What tells a training from another: its data, its seed and its schedule.
@@ -180,7 +198,15 @@ fn fingerprint(data: &Dataset, options: &Options) -> u32 {
         z.iter().for_each(|v| digest.update(&v.to_le_bytes()));
     }
     digest.update(
-        format!("closed {} {} {:?}", env!("CARGO_PKG_VERSION"), options.seed, options.schedule).as_bytes(),
+        format!(
+            "closed {} {} {:?} {:?} {}",
+            env!("CARGO_PKG_VERSION"),
+            options.seed,
+            options.schedule,
+            options.kinds,
+            options.loose
+        )
+        .as_bytes(),
     );
     digest.finalize()
 }

@@ -13,7 +13,7 @@ use std::path::Path;
 const PANEL: (u32, u32) = (620, 260);
 const ACROSS: usize = 2;
 
-/// Largest drift of the energy in a step of the exact net, of the spread of its H.
+/// Largest drift of the energy in a step of the exact net, of what a step passes around.
 const DRIFT: f64 = 1e-9;
 
 /// Every figure. Where there is a published net, the exact one is to miss no more of any variable than it.
@@ -43,6 +43,13 @@ pub fn checks(outcome: &Outcome) -> Vec<Check> {
         } else {
             Check::told(name("entropy_falls"), falls, "1")
         });
+        if let Some(falls) = figures.system_falls.map(f64::from) {
+            checks.push(if exact {
+                Check::exactly("exact_system_entropy_falls", falls, "1", 0.0)
+            } else {
+                Check::told(name("system_entropy_falls"), falls, "1")
+            });
+        }
         for (what, figure) in ["energy_drift", "L_dS", "M_dE"].iter().zip(figures.laws) {
             checks.push(if exact {
                 Check::at_most(name(what), figure, "1", 1e-9)
@@ -51,7 +58,8 @@ pub fn checks(outcome: &Outcome) -> Vec<Check> {
             });
         }
         if exact {
-            checks.push(Check::at_most("energy_drift_step", figures.drift, "H", DRIFT));
+            checks.push(Check::at_most("energy_drift_step", figures.drift, "1", DRIFT));
+            checks.push(Check::exactly("exact_steps_held", f64::from(figures.held), "1", 0.0));
         }
     }
     checks
@@ -90,8 +98,9 @@ pub fn markdown(outcome: &Outcome, command: &str) -> String {
     if let Some(exact) = outcome.of("exact") {
         let _ = writeln!(
             page,
-            "\nThe exact net's energy H + s changes by at most {:.1e} of the spread of H in a step.",
-            exact.drift
+            "\nThe exact net's energy changes by at most {:.1e} in a step, of what a step passes around between the \
+             variables on average; {} steps could not be solved.",
+            exact.drift, exact.held
         );
     }
     page
