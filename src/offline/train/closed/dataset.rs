@@ -78,17 +78,13 @@ impl Archive {
         let fault = |why| DatasetError::File(self.path.clone(), why);
         let Some(array) = self.file.by_name(name).map_err(fault)? else { return Ok(None) };
         let shape: Vec<usize> = array.shape().iter().map(|&n| n as usize).collect();
-        // A vector lies the same in both orders.
-        if array.order() == Order::Fortran && shape.iter().filter(|&&n| n > 1).count() > 1 {
-            let why = "its columns run first (Fortran order); save numpy.ascontiguousarray of it";
-            return Err(DatasetError::Array(self.path.clone(), name.into(), why.into()));
-        }
+        let columns_first = array.order() == Order::Fortran;
         let read = numbers(array).map_err(|why| DatasetError::Array(self.path.clone(), name.into(), why))?;
         if let Some(at) = read.iter().position(|x| !x.is_finite()) {
             let why = format!("number {at} is {}", read[at]);
             return Err(DatasetError::Array(self.path.clone(), name.into(), why));
         }
-        Ok(Some((read, shape)))
+        Ok(Some((if columns_first { last_fastest(&read, &shape) } else { read }, shape)))
     }
 
     /// The array `name`.
@@ -116,6 +112,21 @@ impl Archive {
         }
         Ok(Some(DMatrix::from_row_iterator(rows, columns, values)))
     }
+}
+
+/// `values` of an array whose first index runs fastest, as numpy lays out what was transposed, with the last fastest.
+fn last_fastest(values: &[f64], shape: &[usize]) -> Vec<f64> {
+    let place = |mut at: usize| {
+        let strides = shape.iter().scan(1, |stride, n| Some(std::mem::replace(stride, *stride * n)));
+        let strides: Vec<usize> = strides.collect();
+        let digits = shape.iter().zip(&strides).rev().map(|(n, stride)| {
+            let digit = at % n;
+            at /= n;
+            digit * stride
+        });
+        digits.sum::<usize>()
+    };
+    (0..values.len()).map(|at| values[place(at)]).collect()
 }
 
 /// The numbers of an array of floats or signed integers.

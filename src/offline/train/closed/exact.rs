@@ -86,7 +86,6 @@ pub(super) struct Turn {
 
 /// What a small change of x, of y and of every weight changes the flow by; the last `[weight, variable]`.
 pub(super) struct Tangent {
-    pub(super) flow: DVector<f64>,
     pub(super) from: DMatrix<f64>,
     pub(super) to: DMatrix<f64>,
     pub(super) weights: DMatrix<f64>,
@@ -242,7 +241,6 @@ impl Exact {
         Tangent {
             from: Self::slopes(x, |x| self.flow(x, y).value),
             to: Self::slopes(y, |y| self.flow(x, y).value),
-            flow: flow.value,
             weights: pulled,
         }
     }
