@@ -25,8 +25,9 @@
 //! to the one that made the data, where an explicit one of the same 0.3 s must imitate it.
 //!
 //! L, A_k or C are the file's L and what [`super::operators`] says halfway, a step for the unit of time. The implicit
-//! equation is solved to rounding; a step that cannot be solved, which weights that nobody trained may bring, is not
-//! taken, and counted.
+//! equation is solved to rounding; a step that has no solution near, as of a spring that passes through no length, is
+//! made in shorter ones, of which each keeps the laws; one that cannot be made so either, which weights that nobody
+//! trained may bring, is not taken, and counted.
 
 use super::energy::{Energy, Passage};
 use super::form::Form;
@@ -38,6 +39,12 @@ use rand_chacha::ChaCha8Rng;
 /// Turns of Newton's method, and halvings of one that would make it worse.
 const NEWTON: usize = 40;
 const HALVINGS: usize = 12;
+
+/// Shorter steps through which the solution is followed from none to the whole, where it is not found at once.
+const STAGES: u32 = 16;
+
+/// Part of a step below which it is not taken any more.
+const SHORTEST: f64 = 1e-3;
 
 /// Largest miss of the implicit equation, relative, at which a step counts as solved.
 const SOLVED: f64 = 1e-10;
@@ -80,7 +87,7 @@ pub(super) struct Turn {
     pub(super) slopes: [DVector<f64>; 3],
     /// L and M over the same.
     pub(super) operators: [DMatrix<f64>; 2],
-    /// Whether the step was not taken.
+    /// Whether the step, or what was left of it, was not taken.
     pub(super) held: bool,
 }
 
@@ -250,9 +257,10 @@ impl Exact {
         self.flow(x, y).value
     }
 
-    /// The end of the step from `x` by Newton's method, from `guess` on; `None` where it is not found.
-    pub(super) fn solve(&self, x: &DVector<f64>, guess: &DVector<f64>) -> Option<DVector<f64>> {
-        let miss = |y: &DVector<f64>| y - x - self.flow(x, y).value;
+    /// The end of the part `part` of a step from `x`, from `guess` on by Newton's method; `None` where it is not found.
+    fn newton(&self, x: &DVector<f64>, guess: &DVector<f64>, part: f64) -> Option<DVector<f64>> {
+        let miss = |y: &DVector<f64>| y - x - self.flow(x, y).value * part;
+        let eye = DMatrix::identity(x.len(), x.len());
         let mut y = guess.clone();
         let mut here = miss(&y);
         for _ in 0..NEWTON {
@@ -260,12 +268,13 @@ impl Exact {
             if size <= 1e-15 * (1.0 + y.norm()) {
                 break;
             }
-            let Some(step) = self.stiffness(x, &y).lu().solve(&here) else { break };
-            let mut part = 1.0;
+            let slope = (self.stiffness(x, &y) - &eye) * part + &eye;
+            let Some(step) = slope.lu().solve(&here) else { break };
+            let mut share = 1.0;
             let better = (0..HALVINGS).find_map(|_| {
-                let next = &y - &step * part;
+                let next = &y - &step * share;
                 let left = miss(&next);
-                part *= 0.5;
+                share *= 0.5;
                 (left.norm() < size).then_some((next, left))
             });
             // Nothing is closer: this is the solution to rounding, or there is none to be found here.
@@ -275,19 +284,53 @@ impl Exact {
         (here.norm() <= SOLVED * (1.0 + y.norm())).then_some(y)
     }
 
-    /// One step. Entropy rises or stays, always.
-    pub(super) fn turn(&self, x: &DVector<f64>) -> Turn {
-        let solved = self.solve(x, x);
+    /// The end of the part `part` of a step from `x`: at once, or along the ends of shorter ones, which begin at x.
+    fn solve_part(&self, x: &DVector<f64>, part: f64) -> Option<DVector<f64>> {
+        let along = || {
+            (1..=STAGES)
+                .try_fold(x.clone(), |y, k| self.newton(x, &y, part * f64::from(k) / f64::from(STAGES)))
+        };
+        self.newton(x, x, part).or_else(along)
+    }
+
+    /// The end of the step from `x`; `None` where it is not found.
+    pub(super) fn solve(&self, x: &DVector<f64>) -> Option<DVector<f64>> {
+        self.solve_part(x, 1.0)
+    }
+
+    /// One step, in as few parts as can be solved. Entropy rises or stays along each, always.
+    pub(super) fn turn(&self, x: &DVector<f64>) -> Vec<Turn> {
+        let mut turns: Vec<Turn> = Vec::new();
+        // Parts still to go, the next one last.
+        let mut parts = vec![1.0];
+        while let Some(part) = parts.pop() {
+            let from = turns.last().map_or(x, |turn| &turn.x);
+            match self.solve_part(from, part) {
+                Some(end) if self.falls(from, &end) => turns.push(self.close(from, end, false)),
+                _ if part > SHORTEST => parts.extend([0.5 * part; 2]),
+                _ => {
+                    let still = from.clone();
+                    turns.push(self.close(&still, still.clone(), true));
+                    break;
+                }
+            }
+        }
+        turns
+    }
+
+    /// Whether H does not rise from `x` to `end` but by rounding; E of a state with entropies of its own does not move.
+    fn falls(&self, x: &DVector<f64>, end: &DVector<f64>) -> bool {
         let start = self.energy(x);
-        let lawful =
-            |y: &DVector<f64>| !self.appended() || self.energy(y) - start <= ROUNDING * (1.0 + start.abs());
-        let held = !solved.as_ref().is_some_and(lawful);
-        let mut end = solved.filter(|_| !held).unwrap_or_else(|| x.clone());
+        (self.energy(end) - start) * f64::from(u8::from(self.appended())) <= ROUNDING * (1.0 + start.abs())
+    }
+
+    /// The books of the step from `x` to `end`.
+    fn close(&self, x: &DVector<f64>, mut end: DVector<f64>, held: bool) -> Turn {
         let flow = self.flow(x, &end);
         let one = |last: f64, v: &DVector<f64>| v.clone().insert_row(v.len(), last);
         if self.appended() {
             // What H rises by in the last digit is not booked as a loss of entropy.
-            let heat = (start - self.energy(&end)).max(0.0);
+            let heat = (self.energy(x) - self.energy(&end)).max(0.0);
             let d = flow.factors.iter().fold(&flow.skew * 0.0, |sum, c| sum + c * c.transpose());
             let slopes = [one(1.0, &flow.g), one(1.0, &(&flow.g * 0.0)), one(heat, &(&end - x))];
             let operators = crate::offline::train::laws::full(&flow.skew, &d, &flow.g);
@@ -314,6 +357,8 @@ impl Exact {
 
     /// `count` states from `x` on, that one first.
     pub(super) fn roll_out(&self, x: &DVector<f64>, count: usize) -> Vec<DVector<f64>> {
-        std::iter::successors(Some(x.clone()), |x| Some(self.turn(x).x)).take(count).collect()
+        std::iter::successors(Some(x.clone()), |x| self.turn(x).pop().map(|turn| turn.x))
+            .take(count)
+            .collect()
     }
 }

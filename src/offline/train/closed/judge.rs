@@ -129,16 +129,18 @@ impl Judged<'_> {
             Self::Exact(frame, net) => {
                 let (mut x, appended) = (frame.inward(state), net.form.kinds.entropies.is_empty());
                 while path.len() < count {
-                    let turn = net.turn(&x);
-                    let ([de, ds, dz], [l, m]) = (&turn.slopes, &turn.operators);
-                    slices(de, ds, dz, laws);
-                    said(laws, (l, m), de, ds);
-                    let rise = net.energy(&turn.x) - net.energy(&x) + if appended { turn.heat } else { 0.0 };
-                    books.rise = books.rise.max(rise.abs());
-                    books.passed += de.iter().zip(dz).map(|(e, z)| (e * z).abs()).sum::<f64>();
-                    books.falls += u32::from(turn.heat < 0.0);
-                    books.held += u32::from(turn.held);
-                    x = turn.x;
+                    for turn in net.turn(&x) {
+                        let ([de, ds, dz], [l, m]) = (&turn.slopes, &turn.operators);
+                        slices(de, ds, dz, laws);
+                        said(laws, (l, m), de, ds);
+                        let gained = if appended { turn.heat } else { 0.0 };
+                        let rise = net.energy(&turn.x) - net.energy(&x) + gained;
+                        books.rise = books.rise.max(rise.abs());
+                        books.passed += de.iter().zip(dz).map(|(e, z)| (e * z).abs()).sum::<f64>();
+                        books.falls += u32::from(turn.heat < 0.0);
+                        books.held += u32::from(turn.held);
+                        x = turn.x;
+                    }
                     path.push(frame.outward(&x));
                 }
             }

@@ -50,11 +50,11 @@ pub struct Schedule {
 }
 
 impl Schedule {
-    /// Some twenty minutes of one core for ten variables.
-    pub const FULL: Self = Self { steps: 120, rollouts: 80, soft: [30_000, 1500], seeds: 2 };
+    /// Some ten minutes of one core for ten variables.
+    pub const FULL: Self = Self { steps: 60, rollouts: 40, soft: [20_000, 600], seeds: 1 };
 
     /// A minute or two.
-    pub const QUICK: Self = Self { steps: 20, rollouts: 8, soft: [3000, 100], seeds: 1 };
+    pub const QUICK: Self = Self { steps: 20, rollouts: 8, soft: [3000, 60], seeds: 1 };
 
     /// How long the roll-outs of turn `turn` are.
     pub(super) fn horizon(&self, turn: usize) -> usize {

@@ -28,13 +28,16 @@ use rand_chacha::ChaCha8Rng;
 const SMALL: [f64; 2] = [0.02, 0.2];
 
 /// Numbers that a turn's misses make, about.
-const NUMBERS: [usize; 2] = [16_000, 8_000];
+const NUMBERS: [usize; 2] = [6_000, 5_000];
 
 /// Turns between two looks.
 const LOOK: usize = 5;
 
 /// Dampings that are tried in a turn, each four times the last.
 const TRIES: usize = 8;
+
+/// What is kept of the curvature of earlier turns, at most: so many turns count as one.
+const MEMORY: f64 = 0.9;
 
 /// Weight of the weights themselves, against the mean square miss.
 const DECAY: f64 = 1e-10;
@@ -89,7 +92,7 @@ impl Training<'_> {
         let mut moved = weights.map(|count| DMatrix::zeros(n, count));
         let (mut misses, mut columns) = (Vec::new(), Vec::new());
         for (k, due) in piece.iter().enumerate().skip(1) {
-            let y = net.solve(&x, &x)?;
+            let y = net.solve(&x)?;
             if let (Some(moved), Some(count)) = (&mut moved, weights) {
                 let slopes = net.tangent(&x, &y, count);
                 let stiff = (DMatrix::identity(n, n) - slopes.to).lu();
@@ -190,6 +193,9 @@ fn draw<'p>(lessons: &'p Lessons, ahead: usize, numbers: usize, rng: &mut ChaCha
         let first = rng.random_range(0..path.len() - ahead);
         &path[first..=first + ahead]
     };
+    if lessons.training.iter().all(|path| path.len() == ahead + 1) {
+        return lessons.training.iter().map(Vec::as_slice).collect();
+    }
     (0..numbers.div_ceil(each).max(4)).map(piece).collect()
 }
 
@@ -216,13 +222,15 @@ pub(super) fn learn(
         }
         let mut descent = Descent::new(&stage, best.0, best.1, session);
         let bar = session.bar(&stage, *turns);
+        let mut memory = DMatrix::zeros(fresh.len(), fresh.len());
         for turn in descent.done()..*turns {
             let mut rng = Descent::draws(seed ^ at as u64, turn);
             let ahead = if at == 0 { 1 } else { schedule.horizon(turn).clamp(2, longest) };
             let pieces = draw(lessons, ahead, NUMBERS[at], &mut rng);
             let mut w = descent.weights()[0].to_f64().row(0).transpose();
             let mut damping = f64::from(descent.weights()[1].values[0]);
-            let error = step(&training, &mut w, &mut damping, pieces, SMALL[at]);
+            let error = step(&training, (&mut w, &mut damping, &mut memory), pieces, SMALL[at]);
+            memory *= (turn as f64 / (turn + 3) as f64).min(MEMORY);
             let weights = descent.parts().0;
             weights[0] = row(w.as_slice());
             weights[1].values[0] = damping as f32;
@@ -244,12 +252,12 @@ pub(super) fn learn(
     best
 }
 
-/// One turn: the step that lowers the cost on the same pieces, with less damping each time that it does. Returns the
-/// cost.
+/// One turn: the step that lowers the cost on the same pieces, with less damping each time that it does. The pieces are
+/// too few to tell every weight, so that a step is held back where earlier pieces were sure, as a Kalman filter with
+/// forgetting holds it: `memory` is their J^T W J. Returns the cost.
 fn step(
     training: &Training<'_>,
-    w: &mut DVector<f64>,
-    damping: &mut f64,
+    (w, damping, memory): (&mut DVector<f64>, &mut f64, &mut DMatrix<f64>),
     pieces: Vec<Piece<'_>>,
     small: f64,
 ) -> f64 {
@@ -257,10 +265,11 @@ fn step(
         return f64::INFINITY;
     };
     let before = training.cost(w, &pieces, small);
+    *memory += matrix;
     for _ in 0..TRIES {
-        let mut damped = matrix.clone();
+        let mut damped = memory.clone();
         for i in 0..w.len() {
-            damped[(i, i)] += *damping * (matrix[(i, i)] + 1e-9);
+            damped[(i, i)] += *damping * (memory[(i, i)] + 1e-9);
         }
         if let Some(cholesky) = damped.cholesky() {
             let next = &*w - cholesky.solve(&side);
