@@ -5,7 +5,7 @@
 #![cfg(feature = "train")]
 #![allow(clippy::disallowed_methods, reason = "only storey 1 must compute the same bits on every platform")]
 
-use meniscus::offline::train::closed::{Dataset, Options, Published, Schedule, checks, train};
+use meniscus::offline::train::closed::{Dataset, Kinds, Options, Published, Schedule, checks, train};
 use nalgebra::DVector;
 use npyz::WriterBuilder;
 use npyz::npz::{NpzArchive, NpzWriter};
@@ -60,6 +60,25 @@ fn published_nets_are_replayed() {
     }
 }
 
+/// The published trajectories lie in the order of numpy's transpose, and are read as they are meant: neighbours in time
+/// are close, and the first of them is the published net's.
+#[test]
+fn published_trajectories_are_read() {
+    let Some(path) = shared("spnn_double_pendulum_dataset.npz") else { return };
+    let Some(io) = shared("spnn_double_pendulum_io.npz") else { return };
+    let data = Dataset::read(&path, 1).expect("trajectories");
+    assert_eq!((data.variables(), data.training.len(), data.test.len()), (10, 40, 10));
+    let truth = array(&io, "gt0");
+    let first =
+        &data.paths.iter().position(|path| (0..10).all(|i| (path[0][i] - truth[i * 200]).abs() < 1e-4));
+    let first = &data.paths[first.expect("the trajectory of the roll-out")];
+    for (step, z) in first.iter().enumerate() {
+        for i in 0..10 {
+            assert!((z[i] - truth[i * 200 + step]).abs() < 1e-4, "step {step}, variable {i}");
+        }
+    }
+}
+
 /// A swing with friction, q'' = -sin q - 0.1 q', whose heat is a third variable; every trajectory its own height.
 fn swing(path: &Path) {
     let (count, steps, dt, fine) = (12_usize, 60_usize, 0.1, 100);
@@ -104,7 +123,9 @@ fn a_swing_with_friction_is_learnt() {
     assert_eq!((data.training.len(), data.test.len(), data.variables()), (10, 2, 3));
     let options = Options {
         seed: 1,
-        schedule: Schedule { steps: 2000, rollouts: 60, seeds: 1 },
+        schedule: Schedule { steps: 20, rollouts: 4, soft: [300, 10], seeds: 1 },
+        kinds: Kinds::default(),
+        loose: false,
         soft: true,
         quiet: true,
         checkpoints: None,
@@ -154,6 +175,13 @@ fn a_wrong_file_is_refused_by_name() {
     holed[7] = f64::NAN;
     put(&[("Z", &[4, 2, 10], &holed), ("dt", &[1], &[0.1])]);
     assert!(refused().contains("number 7"), "{}", refused());
+    put(&[("Z", &[4, 2, 10], &z), ("dt", &[1], &[0.1]), ("L", &[2, 2], &[0.0, 1.0, -1.0, 0.0])]);
+    let data = Dataset::read(&path, 1).expect("trajectories");
+    let kinds = Kinds { entropies: vec![1], ..Kinds::default() };
+    assert!(kinds.clash(&data).expect("a clash").contains("moves the sum of the entropies"));
+    assert_eq!(Kinds::default().clash(&data), None);
+    let twice = Kinds { points: vec![vec![0]], entropies: vec![0], ..Kinds::default() };
+    assert!(twice.fault(2).expect("a fault").contains("two kinds") && kinds.fault(1).is_some());
     assert!(
         Dataset::read(Path::new("absent.npz"), 1).expect_err("no file").to_string().contains("absent.npz")
     );

@@ -24,6 +24,14 @@ use std::time::Instant;
 ///   M                   [variable, variable]: its rows that are not zero have friction; else all may
 ///   t                   times; steps of Z beyond their count are not used
 ///
+/// What is known of the variables makes the net better. --points and --momenta say which are positions and momenta of
+/// bodies: the energy then sees distances alone, as nothing in a closed system knows which way is up. --entropies says
+/// whose sum is the entropy of the whole; without it an entropy of its own is appended to the state. A pendulum of two
+/// warm springs:
+///
+///   meniscus generic pendulum.npz --names q1x,q1y,q2x,q2y,p1x,p1y,p2x,p2y,s1,s2 \
+///     --points q1x,q1y:q2x,q2y --momenta p1x,p1y:p2x,p2y --entropies s1,s2
+///
 /// One in eight of the trajectories that are learnt from is held back to choose by. With --soft a net whose laws are
 /// only asked for by its loss learns the same; --weights replays a published net (W0, b0, .., mean, std, L, M, dt)
 /// and holds the exact one against it.
@@ -99,6 +107,9 @@ pub(crate) fn run(args: &Arguments) -> anyhow::Result<()> {
     }
     let names = names(args, data.variables())?;
     let kinds = kinds(args, &names)?;
+    if let Some(clash) = kinds.clash(&data) {
+        anyhow::bail!("{}, {clash}: leave out --entropies, or correct L", args.dataset.display());
+    }
     let folder = args.out.join("training");
     std::fs::create_dir_all(&folder)
         .with_context(|| format!("{}: no place for checkpoints", folder.display()))?;

@@ -50,6 +50,14 @@ impl Kinds {
         (!self.momenta.is_empty() && !same(&self.momenta))
             .then(|| "every point needs its momentum, of as many coordinates".into())
     }
+
+    /// What is wrong with them for the L of `data`, if anything: reversible motion makes no entropy.
+    #[must_use]
+    pub fn clash(&self, data: &Dataset) -> Option<String> {
+        let c = DVector::from_fn(data.variables(), |i, _| f64::from(u8::from(self.entropies.contains(&i))));
+        let moved = data.skew.as_ref().map_or(0.0, |l| (l * c).amax());
+        (moved > 1e-9).then(|| format!("array 'L' moves the sum of the entropies, by {moved}"))
+    }
 }
 
 /// The known part.
@@ -73,7 +81,7 @@ pub(super) struct Form {
     /// F: lengths over points.
     pub(super) spans: DMatrix<f64>,
     /// m_k and d_k.
-    logs: [DVector<f64>; 2],
+    pub(super) logs: [DVector<f64>; 2],
 }
 
 impl Form {

@@ -158,7 +158,9 @@ fn named(form: &Form, w: &[f64]) -> Vec<(&'static str, Matrix)> {
         rest = others;
         (name, Matrix::new(rows, columns, own.iter().map(|&v| v as f32).collect()))
     };
-    Exact::shapes(form).into_iter().map(take).collect()
+    let logs = ["length.mean", "length.scale"].into_iter().zip(&form.logs);
+    let logs = logs.map(|(name, v)| (name, Matrix::new(1, v.len(), v.iter().map(|&v| v as f32).collect())));
+    Exact::shapes(form).into_iter().map(take).chain(logs).filter(|(_, m)| !m.values.is_empty()).collect()
 }
 
 /// Scaled trajectories, every [`CHOOSING`]th of them to choose by.
