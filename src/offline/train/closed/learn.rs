@@ -134,6 +134,9 @@ pub(super) fn learn(
     let mut descent = Descent::new(&stage, fresh, f64::INFINITY, session);
     let bar = session.bar(&stage, schedule.soft[0]);
     for step in descent.done()..schedule.soft[0] {
+        if session.stopped() {
+            break;
+        }
         let mut rng = Descent::draws(seed, step);
         let from = lessons.draw(BATCH.0, 1, &mut rng);
         let to: Vec<_> = from.iter().map(|&(p, n)| (p, n + 1)).collect();
