@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// Verbs whose flags a build without training does not know; their sources do.
-const OF_TRAINING: [&str; 3] = ["train", "correct", "evaluate"];
+const OF_TRAINING: [&str; 4] = ["train", "correct", "evaluate", "generic"];
 
 fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))

@@ -15,6 +15,8 @@ pub(crate) mod dump;
 pub(crate) mod evaluate;
 mod film;
 pub(crate) mod flash;
+#[cfg(feature = "train")]
+pub(crate) mod generic;
 mod glass;
 mod inputs;
 pub(crate) mod manual;
@@ -33,4 +35,4 @@ pub(crate) mod simulate;
 #[cfg(feature = "train")]
 pub(crate) mod train;
 #[cfg(not(feature = "train"))]
-pub(crate) use no_train::{correct, evaluate, train};
+pub(crate) use no_train::{correct, evaluate, generic, train};

@@ -36,3 +36,7 @@ absent!(
     evaluate,
     "Hold a model against other liquids, before and after correction (not in this build: see below)."
 );
+absent!(
+    generic,
+    "Learn any closed system from its trajectories, the laws kept exactly (not in this build: see below)."
+);

@@ -10,6 +10,7 @@
 
 mod autoencoder;
 mod calibrate;
+pub mod closed;
 pub mod correct;
 mod curves;
 mod dataset;

@@ -1,0 +1,214 @@
+//! Any closed system from its trajectories: the exact net and the soft one, beside a published net's weights.
+//!
+//! ```text
+//! npz --dataset--> states --form--> what is known --squares--> exact (energy, operators)
+//!                                                 --learn----> soft
+//!                                   exact, soft, published --judge--> figures --report--> page
+//! ```
+//! This is the trainer of the glass without the glass: no camera, no port, the state itself in place of latents. It
+//! holds the two forms of GENERIC against each other on data that others have published.
+
+mod dataset;
+mod energy;
+mod exact;
+mod form;
+mod judge;
+mod learn;
+mod operators;
+mod published;
+mod report;
+mod soft;
+mod squares;
+
+pub use dataset::{Dataset, DatasetError};
+pub use form::Kinds;
+pub use judge::Figures;
+pub use learn::Schedule;
+pub use published::{Published, Said};
+pub use report::{checks, markdown, rollouts_png};
+
+use super::progress::{Checkpoints, Curve, Session};
+use super::weights::Matrix;
+use crate::offline::prelude::*;
+use dataset::Frame;
+use exact::Exact;
+use form::Form;
+use judge::Judged;
+use learn::{Lessons, learn};
+use nalgebra::DVector;
+use safetensors::tensor::{Dtype, TensorView, serialize};
+use soft::Soft;
+use std::sync::atomic::AtomicBool;
+
+/// Of the trajectories that are learnt from, every so manieth is held back to choose by.
+const CHOOSING: usize = 8;
+
+/// What to train and how.
+#[derive(Clone, Debug)]
+pub struct Options {
+    /// Seed of everything that is drawn.
+    pub seed: u64,
+    /// How long.
+    pub schedule: Schedule,
+    /// What the variables are.
+    pub kinds: Kinds,
+    /// Whether L is learnt although the file says one.
+    pub loose: bool,
+    /// Whether the soft net is trained too.
+    pub soft: bool,
+    /// No bars.
+    pub quiet: bool,
+    /// Where checkpoints are kept; nowhere if `None`.
+    pub checkpoints: Option<Checkpoints>,
+}
+
+/// What came out.
+#[derive(Clone, Debug)]
+pub struct Outcome {
+    /// The trajectories.
+    pub data: Dataset,
+    /// Names of the variables.
+    pub names: Vec<String>,
+    /// Which of them move.
+    pub moving: Vec<bool>,
+    /// The nets, the published one first, the exact one last.
+    pub figures: Vec<Figures>,
+    /// Weights of the exact net, by name.
+    pub weights: Vec<(&'static str, Matrix)>,
+    /// mean and scale of the states: x = (z - mean) / scale.
+    pub frame: [Vec<f64>; 2],
+    /// How the stages learnt.
+    pub curves: Vec<Curve>,
+}
+
+impl Outcome {
+    /// The exact net as a safetensors file: its weights by name, `mean` and `scale` of the states, all float32.
+    ///
+    /// # Errors
+    /// What the format says; with names as they are it does not.
+    pub fn safetensors(&self) -> Result<Vec<u8>, safetensors::SafeTensorError> {
+        let row = |v: &Vec<f64>| Matrix::new(1, v.len(), v.iter().map(|&v| v as f32).collect());
+        let frame = ["mean", "scale"].into_iter().zip(self.frame.iter().map(row));
+        let all: Vec<(&str, [usize; 2], Vec<u8>)> = (self.weights.iter().map(|(name, m)| (*name, m.clone())))
+            .chain(frame)
+            .map(|(name, m)| {
+                (name, [m.rows, m.columns], m.values.iter().flat_map(|v| v.to_le_bytes()).collect())
+            })
+            .collect();
+        let views = all
+            .iter()
+            .map(|(name, shape, bytes)| Ok((*name, TensorView::new(Dtype::F32, shape.to_vec(), bytes)?)));
+        serialize(views.collect::<Result<Vec<_>, safetensors::SafeTensorError>>()?, None)
+    }
+
+    /// The figures of the net `name`.
+    #[must_use]
+    pub fn of(&self, name: &str) -> Option<&Figures> {
+        self.figures.iter().find(|figures| figures.name == name)
+    }
+}
+
+/// Trains on `data` and judges, beside `published`. When `stop` is raised every stage ends with its best so far.
+#[must_use]
+pub fn train(
+    data: Dataset,
+    names: Vec<String>,
+    published: Option<&Published>,
+    options: &Options,
+    stop: &AtomicBool,
+) -> Outcome {
+    let frame = Frame::of(&data, &options.kinds);
+    let form = Form::new(&data, &frame, &options.kinds, options.loose);
+    let lessons = lessons(&data, &frame);
+    let session =
+        Session::new(options.quiet, stop).kept(options.checkpoints.clone(), fingerprint(&data, options));
+    let soft = Soft::new(&form);
+    let soft_error = |w: &[Matrix]| lessons.validate(|x, count| soft.roll_out(w, x, count));
+    let best = |train: &dyn Fn(u64) -> (Vec<Matrix>, f64)| {
+        let tries = (0..options.schedule.seeds).map(|k| train(super::encoder::derive_seed(options.seed, k)));
+        tries.min_by(|a, b| a.1.total_cmp(&b.1)).map(|(weights, _)| weights).unwrap_or_default()
+    };
+    let weights = best(&|seed| squares::learn(&form, &lessons, seed, options.schedule, &session));
+    let soft_weights = options
+        .soft
+        .then(|| best(&|seed| learn(&soft, &lessons, seed, options.schedule, &soft_error, &session)));
+    let row: Vec<f64> = weights.iter().flat_map(|m| &m.values).map(|&v| f64::from(v)).collect();
+
+    let mut judged: Vec<Judged<'_>> = published.map(Judged::Published).into_iter().collect();
+    judged.extend(soft_weights.map(|w| Judged::Soft(&frame, &soft, w)));
+    judged.push(Judged::Exact(&frame, Exact::new(&form, &row)));
+    let figures = judged.iter().map(|net| net.figures(&data, &frame, &options.kinds)).collect();
+    let list = |v: &DVector<f64>| v.iter().copied().collect();
+    Outcome {
+        figures,
+        names,
+        moving: frame.moving.clone(),
+        weights: named(&form, &row),
+        frame: [list(&frame.mean), list(&frame.scale)],
+        curves: session.curves(),
+        data,
+    }
+}
+
+/// The exact net's weights by name.
+fn named(form: &Form, w: &[f64]) -> Vec<(&'static str, Matrix)> {
+    let mut rest = w;
+    let take = |(name, rows, columns): (&'static str, usize, usize)| {
+        let (own, others) = rest.split_at(rows * columns);
+        rest = others;
+        (name, Matrix::new(rows, columns, own.iter().map(|&v| v as f32).collect()))
+    };
+    let logs = ["length.mean", "length.scale"].into_iter().zip(&form.logs);
+    let logs = logs.map(|(name, v)| (name, Matrix::new(1, v.len(), v.iter().map(|&v| v as f32).collect())));
+    Exact::shapes(form).into_iter().map(take).chain(logs).filter(|(_, m)| !m.values.is_empty()).collect()
+}
+
+/// Scaled trajectories, every [`CHOOSING`]th of them to choose by.
+fn lessons(data: &Dataset, frame: &Frame) -> Lessons {
+    let scaled = |&k: &usize| data.paths[k].iter().map(|z| frame.inward(z)).collect::<Vec<_>>();
+    let every = CHOOSING.min(data.training.len());
+    let (mut training, mut choosing) = (Vec::new(), Vec::new());
+    for (at, k) in data.training.iter().enumerate() {
+        if at % every == every - 1 { choosing.push(scaled(k)) } else { training.push(scaled(k)) }
+    }
+    let root = |squares: Vec<f64>| (squares.iter().sum::<f64>() / squares.len().max(1) as f64).sqrt();
+    let all = || training.iter().map(|path: &Vec<DVector<f64>>| path.as_slice());
+    let moved = |i: usize, f: &dyn Fn(usize) -> Vec<f64>| {
+        if frame.moving[i] { root(f(i)).max(f64::MIN_POSITIVE) } else { 1.0 }
+    };
+    let strides =
+        |i: usize| all().flat_map(|p| p.windows(2).map(move |w| (w[1][i] - w[0][i]).powi(2))).collect();
+    let spreads = |i: usize| {
+        let count = all().map(<[_]>::len).sum::<usize>() as f64;
+        let mean = all().flatten().map(|x| x[i]).sum::<f64>() / count;
+        all().flatten().map(|x| (x[i] - mean).powi(2)).collect()
+    };
+    let n = data.variables();
+    Lessons {
+        stride: (0..n).map(|i| moved(i, &strides)).collect(),
+        spread: (0..n).map(|i| moved(i, &spreads)).collect(),
+        moves: frame.moving.clone(),
+        training,
+        choosing,
+    }
+}
+
+/// What tells a training from another: its data, its seed and its schedule.
+fn fingerprint(data: &Dataset, options: &Options) -> u32 {
+    let mut digest = crate::model::CRC.digest();
+    for z in data.paths.iter().flatten() {
+        z.iter().for_each(|v| digest.update(&v.to_le_bytes()));
+    }
+    digest.update(
+        format!(
+            "closed {} {} {:?} {:?} {}",
+            env!("CARGO_PKG_VERSION"),
+            options.seed,
+            options.schedule,
+            options.kinds,
+            options.loose
+        )
+        .as_bytes(),
+    );
+    digest.finalize()
+}
