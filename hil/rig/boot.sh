@@ -24,13 +24,21 @@ image() {
 # * One core of the host: the two threads wait for each other at every rest of the guest, and on one core that
 #   costs least.
 boot() {
-  local on=()
-  [ -z "${3:-}" ] || on=(taskset --cpu-list "$3")
-  "$work/gate" watch "$1" "$2" "${on[@]}" \
+  recorded=,rr=record,rrfile=/dev/null emulate "$1" "$2" "${3:-}" \
+    -m 1536 -initrd "$work/image.cpio" -append "$kernel_words"
+}
+
+kernel_words="console=ttyAMA0 panic=-1 nokaslr quiet"
+
+# emulate LOG SECONDS CORE WORDS...: the machine in virtual time, with these words beside; `recorded` as above.
+emulate() {
+  local log=$1 seconds=$2 on=()
+  [ -z "$3" ] || on=(taskset --cpu-list "$3")
+  shift 3
+  "$work/gate" watch "$log" "$seconds" "${on[@]}" \
     qemu-system-aarch64 -M virt,dtb-randomness=off -seed 1 -rtc base=2026-01-01,clock=vm -cpu cortex-a72 \
-    -m 1536 -smp 1 -accel tcg,thread=single -icount shift=0,sleep=off,rr=record,rrfile=/dev/null \
-    -nographic -no-reboot -nic none -kernel "$cache/guest/vmlinuz" -initrd "$work/image.cpio" \
-    -append "console=ttyAMA0 panic=-1 nokaslr quiet"
+    -smp 1 -accel tcg,thread=single -icount "shift=0,sleep=off${recorded:-}" \
+    -nographic -no-reboot -nic none -kernel "$cache/guest/vmlinuz" "$@"
 }
 
 # The host's cores that may be used, one a line.

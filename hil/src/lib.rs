@@ -16,6 +16,10 @@ mod fault_list;
 mod faults;
 mod payload;
 #[cfg(target_os = "linux")]
+mod standard;
+#[cfg(target_os = "linux")]
+pub mod usbredir;
+#[cfg(target_os = "linux")]
 pub mod vhci;
 
 pub use camera::{Camera, CameraSettings, Payload, Shot, Source, Stream};

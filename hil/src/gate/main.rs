@@ -4,27 +4,35 @@
 //! plans                                   the scenarios, for the guest
 //! watch LOG SECONDS COMMAND...            runs an emulator; its lines into LOG, wall times into LOG.times
 //! judge [--json] LOG LOG FILM.json GOLDEN the checks; --bless writes GOLDEN anew
+//! board [--json] INSTALL.log POWER-ON.log  the same for the edge board's two boots
 //! show LOG                                the facts of one log, judged by nobody
+//! xhci-plans, xhci-watch, xhci            the same for the rig with QEMU's host controller
+//! sibling BLOB OUT                        another model than the shipped one
 //! sections PROGRAM                        bytes of a program's static memory
 //! payloads FILM FRAMES OUT                a film's payloads in a file, for the board
 //! ```
 //! `hil/run` calls it.
 
+mod checks;
+mod edge;
 mod judge;
 mod log;
 mod payloads;
 mod report;
 mod scenarios;
 mod sections;
+mod sibling;
 mod watch;
+mod xhci;
 
 use std::path::Path;
 use std::process::ExitCode;
 
 type Failure = Box<dyn std::error::Error>;
 
-const USAGE: &str = "usage: meniscus-hil-gate plans [soak] | watch LOG SECONDS COMMAND... | show LOG | payloads FILM FRAMES OUT | sections PROGRAM | \
-                     judge [--json] [--bless] [--wall=SECONDS] LOG LOG FILM.json GOLDEN [REPORT.json...]";
+const USAGE: &str = "usage: meniscus-hil-gate plans [soak] | watch LOG SECONDS COMMAND... | show LOG | payloads FILM FRAMES OUT | sections PROGRAM | sibling BLOB OUT | xhci-plans | \
+                     xhci-watch LOG SECONDS SOCKET FILM COMMAND... | xhci [--json] [--wall=SECONDS] LOG | \
+                     board [--json] [--wall=SECONDS] LOG LOG | judge [--json] [--bless] [--wall=SECONDS] LOG LOG FILM.json GOLDEN [REPORT.json...]";
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -36,17 +44,38 @@ fn main() -> ExitCode {
         }
         ["watch", log, seconds, command @ ..] if !command.is_empty() => watch::run(log, seconds, command),
         ["show", log] => show(log),
+        ["xhci-plans"] => {
+            xhci::PLANS.iter().for_each(|plan| println!("{plan}"));
+            Ok(true)
+        }
+        ["xhci-watch", log, seconds, socket, film, command @ ..] => {
+            xhci::run(log, seconds, socket, film, command)
+        }
+        ["xhci", rest @ ..] => match rest.iter().find(|word| !word.starts_with("--")) {
+            Some(log) => xhci::judge(Path::new(log), rest.contains(&"--json"), wall_s(rest)),
+            None => Err(USAGE.into()),
+        },
+        ["sibling", blob, out] => sibling::write(blob, out),
         ["sections", program] => sections::run(program),
         ["payloads", film, frames, out] => payloads::write(film, frames, out),
+        ["board", rest @ ..] => {
+            let files: Vec<&Path> =
+                rest.iter().filter(|word| !word.starts_with("--")).map(Path::new).collect();
+            match files.as_slice() {
+                [install, power_on] => {
+                    edge::judge([install, power_on], rest.contains(&"--json"), wall_s(rest))
+                }
+                _ => Err(USAGE.into()),
+            }
+        }
         ["judge", rest @ ..] => {
             let is = |flag: &str| rest.contains(&flag);
             let files: Vec<&Path> =
                 rest.iter().filter(|word| !word.starts_with("--")).map(Path::new).collect();
             match files.as_slice() {
                 [first, second, film, golden, with @ ..] => {
-                    let wall = rest.iter().find_map(|word| word.strip_prefix("--wall="));
-                    let wall_s = wall.and_then(|wall| wall.parse().ok()).unwrap_or(f64::NAN);
-                    let wanted = report::Wanted { json: is("--json"), bless: is("--bless"), wall_s, with };
+                    let (json, bless) = (is("--json"), is("--bless"));
+                    let wanted = report::Wanted { json, bless, wall_s: wall_s(rest), with };
                     report::judge([first, second], film, golden, wanted)
                 }
                 _ => Err(USAGE.into()),
@@ -62,6 +91,12 @@ fn main() -> ExitCode {
             ExitCode::from(2)
         }
     }
+}
+
+/// What everything before took, seconds.
+fn wall_s(words: &[&str]) -> f64 {
+    let wall = words.iter().find_map(|word| word.strip_prefix("--wall="));
+    wall.and_then(|wall| wall.parse().ok()).unwrap_or(f64::NAN)
 }
 
 fn show(log: &str) -> Result<bool, Failure> {

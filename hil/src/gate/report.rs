@@ -1,18 +1,12 @@
 //! The gate's verdict: every scenario, the two boots against each other, and the golden log.
 
 use super::Failure;
+use super::checks::{self, Check, check};
 use super::judge::{self, REATTACH_S, Wrong, at, number};
 use super::log::{Log, difference};
 use super::scenarios::{GATE, Must, Scenario};
 use serde_json::{Value, json};
 use std::path::Path;
-
-/// A value with its target.
-struct Check(String, f64, String, String, bool);
-
-fn check(name: &str, value: f64, unit: &str, target: &str, ok: bool) -> Check {
-    Check(name.into(), value, unit.into(), target.into(), ok)
-}
 
 /// The checks of another command's report.
 fn checks_of(report: &Path) -> Result<Vec<Check>, Failure> {
@@ -58,7 +52,7 @@ pub(crate) fn judge(logs: [&Path; 2], film: &Path, golden: &Path, wanted: Wanted
     let (a, b) = (lines(&first), lines(&second));
     let between = difference(&strs(&a), &strs(&b));
     let against = difference(&kept.lines().collect::<Vec<_>>(), &strs(&told));
-    let mut checks = checks(&verdicts, &first, &film, between.is_empty() && !a.is_empty(), &against);
+    let mut checks = gathered(&verdicts, &first, &film, between.is_empty() && !a.is_empty(), &against);
     for report in wanted.with {
         checks.extend(checks_of(report)?);
     }
@@ -121,7 +115,7 @@ fn line(scenario: &Scenario, wrong: &Wrong, log: &Log) -> String {
     words.join(" ")
 }
 
-fn checks(
+fn gathered(
     verdicts: &[(&Scenario, Wrong)],
     log: &Log,
     film: &Value,
@@ -177,14 +171,7 @@ fn object(verdicts: &[(&Scenario, Wrong)], log: &Log, checks: &[Check]) -> Value
                     "guest_s": log.of(scenario.plan).map(|facts| facts["guest_s"].clone()) })
         })
         .collect();
-    let checks: Vec<Value> = checks
-        .iter()
-        .map(|Check(name, value, unit, target, ok)| {
-            let value = value.is_finite().then_some(*value);
-            json!({ "name": name, "value": value, "unit": unit, "target": target, "ok": ok })
-        })
-        .collect();
-    json!({ "command": "hil/run gate", "scenarios": scenarios, "checks": checks })
+    json!({ "command": "hil/run gate", "scenarios": scenarios, "checks": checks::json(checks) })
 }
 
 fn text(verdicts: &[(&Scenario, Wrong)], log: &Log, checks: &[Check]) {
@@ -198,7 +185,5 @@ fn text(verdicts: &[(&Scenario, Wrong)], log: &Log, checks: &[Check]) {
         );
         wrong.iter().for_each(|wrong| println!("    {wrong}"));
     }
-    for Check(name, value, unit, target, ok) in checks {
-        println!("{name:<22} {value:>12.4} {unit:<3} {target:<18} {}", if *ok { "ok" } else { "MISSED" });
-    }
+    checks::print(checks);
 }

@@ -4,12 +4,14 @@
 //! Every time that is printed is the guest's own. Under QEMU's instruction count it is virtual, and two runs
 //! print the same bytes.
 
+mod board;
 mod facts;
 mod kernel;
 mod machine;
 mod program;
 mod scenario;
 mod turns;
+mod xhci;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -21,8 +23,20 @@ fn main() -> ExitCode {
     let mut arguments = std::env::args().skip(1);
     let film = arguments.next().map(PathBuf::from);
     let plans: Vec<String> = arguments.collect();
+    if let (Some(film), [word, phase]) = (&film, &plans[..])
+        && word == "board"
+    {
+        return board::run(phase, film);
+    }
+    if let (Some(_), [word, plans @ ..]) = (&film, &plans[..])
+        && word == "xhci"
+    {
+        return xhci::run(plans);
+    }
     let (Some(film), false) = (film, plans.is_empty()) else {
         eprintln!("usage: meniscus-hil-guest FILM SCENARIO...; a scenario is NAME[:TROUBLE[:SECONDS]]");
+        eprintln!("       meniscus-hil-guest FILM board install|power-on");
+        eprintln!("       meniscus-hil-guest FILM xhci SCENARIO...");
         return ExitCode::FAILURE;
     };
     for plan in plans {

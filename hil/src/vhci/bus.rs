@@ -1,8 +1,8 @@
 //! The request blocks of one camera: control requests answered at once, reads kept until something is due.
 
-use super::standard;
 use super::wire::{self, Command, HEADER, status};
 use crate::device::{Device, Ending, Event, Reply};
+use crate::standard;
 use std::collections::VecDeque;
 use std::io::{self, Read, Write};
 use std::os::unix::net::UnixStream;

@@ -12,7 +12,6 @@
 mod bus;
 mod plug;
 mod port;
-mod standard;
 mod wire;
 
 pub use bus::{Sent, Witness};

@@ -9,7 +9,7 @@ use crate::device::Seen;
 const MAKER: &str = "Intel(R) RealSense(TM) Depth Camera 435";
 
 /// Answer to a standard request, or `None` where the request is for the device itself.
-pub(super) fn answer(seen: &Seen, setup: [u8; 8]) -> Option<Vec<u8>> {
+pub(crate) fn answer(seen: &Seen, setup: [u8; 8]) -> Option<Vec<u8>> {
     let [request_type, request, low, high, ..] = setup;
     match (request_type, request, high, low) {
         (0x80, 6, 1, 0) => Some(device(seen)),
