@@ -14,7 +14,7 @@ use nalgebra::{DMatrix, DVector};
 /// A net that is judged.
 pub(super) enum Judged<'a> {
     Published(&'a Published),
-    Exact(&'a Frame, Exact),
+    Exact(&'a Frame, Box<Exact>),
     Soft(&'a Frame, &'a Soft, Vec<Matrix>),
 }
 

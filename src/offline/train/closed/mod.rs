@@ -136,7 +136,7 @@ pub fn train(
 
     let mut judged: Vec<Judged<'_>> = published.map(Judged::Published).into_iter().collect();
     judged.extend(soft_weights.map(|w| Judged::Soft(&frame, &soft, w)));
-    judged.push(Judged::Exact(&frame, Exact::new(&form, &row)));
+    judged.push(Judged::Exact(&frame, Box::new(Exact::new(&form, &row))));
     let figures = judged.iter().map(|net| net.figures(&data, &frame, &options.kinds)).collect();
     let list = |v: &DVector<f64>| v.iter().copied().collect();
     Outcome {
