@@ -113,6 +113,14 @@ impl Decoder<'_> {
         heights
     }
 
+    /// By how much a unit of the port raises each of the 21 heights at once, m.
+    #[must_use]
+    pub fn pushed(&self) -> [f32; POINTS] {
+        let mut heights = [0.0; POINTS];
+        self.surface.basis.accumulate(self.port.get(self.surface.first..).unwrap_or_default(), &mut heights);
+        heights
+    }
+
     /// The full field into the caller's buffer, group after group in SI units; `heat_j` in joules.
     /// A buffer of another length than 13 numbers a tracer is filled as far as it goes.
     pub fn field(&self, c: &Coefficients, heat_j: f32, out: &mut [f32]) {

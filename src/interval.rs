@@ -77,6 +77,18 @@ impl Default for Covariance {
     }
 }
 
+impl Covariance {
+    /// One that was found in another way.
+    pub(crate) fn new(p: Square) -> Self {
+        Self(p)
+    }
+
+    /// P.
+    pub(crate) fn matrix(&self) -> &Square {
+        &self.0
+    }
+}
+
 /// The matrix whose entries `of` gives.
 #[must_use]
 pub fn square_of(of: &Matrix<'_>) -> Square {
@@ -91,7 +103,7 @@ pub fn square_below(of: &Matrix<'_>, first: usize) -> Square {
 
 impl Spread<'_> {
     /// w of a slosh of energy `slosh`, in units of H.
-    fn weight(&self, slosh: f64) -> f64 {
+    pub(crate) fn weight(&self, slosh: f64) -> f64 {
         self.number(0) + slosh
     }
 

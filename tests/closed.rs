@@ -161,21 +161,21 @@ fn a_wrong_file_is_refused_by_name() {
             writer.finish().expect("the end");
         }
     };
-    let z: Vec<f64> = (0..80).map(f64::from).collect();
+    let z: Vec<f64> = (0..100).map(f64::from).collect();
     let refused = || Dataset::read(&path, 1).expect_err("a refusal").to_string();
     put(&[("dt", &[1], &[0.1])]);
     assert!(refused().contains("no array 'Z'"), "{}", refused());
-    put(&[("Z", &[80], &z), ("dt", &[1], &[0.1])]);
+    put(&[("Z", &[100], &z), ("dt", &[1], &[0.1])]);
     assert!(refused().contains("[trajectory, variable, step]"), "{}", refused());
-    put(&[("Z", &[4, 2, 10], &z), ("dt", &[1], &[-1.0])]);
+    put(&[("Z", &[5, 2, 10], &z), ("dt", &[1], &[-1.0])]);
     assert!(refused().contains("'dt'"), "{}", refused());
-    put(&[("Z", &[4, 2, 10], &z), ("dt", &[1], &[0.1]), ("L", &[2, 2], &[0.0, 1.0, 1.0, 0.0])]);
+    put(&[("Z", &[5, 2, 10], &z), ("dt", &[1], &[0.1]), ("L", &[2, 2], &[0.0, 1.0, 1.0, 0.0])]);
     assert!(refused().contains("not skew"), "{}", refused());
     let mut holed = z.clone();
     holed[7] = f64::NAN;
-    put(&[("Z", &[4, 2, 10], &holed), ("dt", &[1], &[0.1])]);
+    put(&[("Z", &[5, 2, 10], &holed), ("dt", &[1], &[0.1])]);
     assert!(refused().contains("number 7"), "{}", refused());
-    put(&[("Z", &[4, 2, 10], &z), ("dt", &[1], &[0.1]), ("L", &[2, 2], &[0.0, 1.0, -1.0, 0.0])]);
+    put(&[("Z", &[5, 2, 10], &z), ("dt", &[1], &[0.1]), ("L", &[2, 2], &[0.0, 1.0, -1.0, 0.0])]);
     let data = Dataset::read(&path, 1).expect("trajectories");
     let kinds = Kinds { entropies: vec![1], ..Kinds::default() };
     assert!(kinds.clash(&data).expect("a clash").contains("moves the sum of the entropies"));

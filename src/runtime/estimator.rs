@@ -2,6 +2,7 @@
 //!
 //! [`Estimator`] is configuration and weights (`&self`), [`Memory`] what changes (`&mut`).
 
+use super::blind::Blind;
 use super::budget::{Clock, DEADLINE_US, Lap, Stages, field_start_us};
 use super::filter::correct;
 use super::mode::Mode;
@@ -38,7 +39,7 @@ pub enum Drive {
         /// Of the instant of the frame: the inertial pressure follows it at once.
         now: f64,
     },
-    /// From nowhere: the glass is taken to move on evenly, and the interval counts what that may miss.
+    /// From nowhere: it is found with the latents, from the heights alone (`runtime::blind`).
     Unknown,
 }
 
@@ -67,6 +68,7 @@ pub struct Memory {
     pub(super) state: State,
     pub(super) covariance: Covariance,
     motion: Motion,
+    blind: Blind,
     mode: Mode,
     missed: u32,
     /// Counters since the start.
@@ -171,7 +173,7 @@ impl<'m> Estimator<'m> {
 
         let scale = f64::from(self.model.header.acceleration_scale);
         let (acceleration, moved) = self.acceleration(memory, profile, drive);
-        let audit = self.predict(memory, acceleration, moved);
+        let audit = self.predict(memory, acceleration, moved, drive);
         stages.predict_us = lap.lap_us();
 
         let usable = profile.filter(|profile| profile.seen() >= POINTS_NEEDED);
@@ -181,10 +183,19 @@ impl<'m> Estimator<'m> {
 
         let before = self.model.generic.potential.value(&memory.state.latent);
         let mut port = acceleration / scale;
-        if let Some((measured, nowcast)) = &measured {
-            memory.state.latent = correct(&self.model.gain, &memory.state.latent, measured);
-            self.model.spread.correct(&mut memory.covariance, before);
-            port = *nowcast;
+        match (drive, &measured, usable) {
+            (Drive::Unknown, _, Some(profile)) => {
+                let Memory { blind, state, covariance, .. } = memory;
+                let found = blind.correct(self.model, state, profile, before);
+                *covariance = found.unwrap_or_default();
+                port = memory.blind.push();
+            }
+            (_, Some((measured, nowcast)), _) => {
+                memory.state.latent = correct(&self.model.gain, &memory.state.latent, measured);
+                self.model.spread.correct(&mut memory.covariance, before);
+                port = *nowcast;
+            }
+            _ => {}
         }
         if let Drive::Known { now, .. } = drive {
             port = self.clip(memory, now) / scale;
@@ -243,7 +254,9 @@ impl<'m> Estimator<'m> {
         let (measured, known) = match (memory.motion.update(position), drive) {
             (seen, Drive::Seen) => (seen, position.is_some()),
             (_, Drive::Known { before, .. }) => (before, true),
-            (_, Drive::Unknown) => (0.0, false),
+            (_, Drive::Unknown) => {
+                (memory.blind.push() * f64::from(self.model.header.acceleration_scale), false)
+            }
         };
         (self.clip(memory, measured), known)
     }
@@ -259,9 +272,13 @@ impl<'m> Estimator<'m> {
     }
 
     /// The GENERIC step of this turn.
-    fn predict(&self, memory: &mut Memory, acceleration: f64, moved: bool) -> Audit {
+    fn predict(&self, memory: &mut Memory, acceleration: f64, moved: bool, drive: Drive) -> Audit {
         let u = acceleration / f64::from(self.model.header.acceleration_scale);
         let slosh = self.model.generic.potential.value(&memory.state.latent);
+        match drive {
+            Drive::Unknown => memory.blind.predict(self.model, &memory.covariance, slosh),
+            _ => memory.blind = Blind::default(),
+        }
         self.model.spread.predict(&mut memory.covariance, &self.model.generic, slosh, moved);
         let audit = self.model.generic.step(&mut memory.state, u);
         match audit.outcome {
@@ -299,6 +316,7 @@ impl<'m> Estimator<'m> {
             memory.state.latent = Latent::zeros();
             memory.state.held = Default::default();
             memory.covariance = Covariance::default();
+            memory.blind = Blind::default();
         }
         memory.mode = next;
         count(match next {

@@ -1,6 +1,7 @@
 //! The 60 Hz turn: observe, predict, correct, decode, inside a budget, in a mode that says what the
 //! estimate is worth.
 
+mod blind;
 mod budget;
 mod estimator;
 mod eye;
