@@ -12,6 +12,7 @@ use meniscus::offline::scene::SceneSettings;
 use meniscus::offline::score::score;
 use meniscus::offline::watching::{DISPARITY_RMS_PX, sightings, turns_with};
 use meniscus::runtime::{Drive, Mode};
+use meniscus::surface::SurfaceProfile;
 use std::path::Path;
 
 #[test]
@@ -24,8 +25,8 @@ fn without_the_motion_the_heights_alone_tell_the_liquid() {
     let bytes = AlignedBytes::copy(include_bytes!("../models/glycerine.blob"));
     let model = Model::load(&bytes).expect("the shipped model");
     let linear = linear_with_motion(&recording);
-    let with = |drive: Drive| {
-        let turns = turns_with(&model, &seen, |_| drive, |_, _, _| {});
+    let with = |drive: Drive, seen: &[Option<SurfaceProfile>]| {
+        let turns = turns_with(&model, seen, |_| drive, |_, _, _| {});
         for logged in &turns {
             let estimate = &logged.turn.estimate;
             assert!(estimate.audit.heat >= 0.0 && estimate.audit.energy_residual.abs() < 1e-9);
@@ -42,9 +43,14 @@ fn without_the_motion_the_heights_alone_tell_the_liquid() {
         }
         score
     };
-    let tracked = with(Drive::Seen);
-    let blind = with(Drive::Unknown);
+    let tracked = with(Drive::Seen, &seen);
+    let blind = with(Drive::Unknown, &seen);
     // 15 and 20 % are asked for; the glass's own track is better still, or this would not be blind.
     assert!(blind.estimate.slosh_rel() <= 0.15, "{}", blind.estimate.slosh_rel());
-    assert!(blind.field[1] <= 0.25 && blind.field[1] > tracked.field[1], "{:?}", blind.field);
+    assert!(blind.field[1] <= 0.2 && blind.field[1] > tracked.field[1], "{:?}", blind.field);
+    // A camera that loses the sides of the glass on the way comes to the same.
+    let mut lost = seen.clone();
+    lost.iter_mut().flatten().skip(120).for_each(|profile| profile.glass_x_m = None);
+    let lost = with(Drive::Seen, &lost);
+    assert!(lost.estimate.slosh_rel() <= 0.15 && lost.field[1] <= 0.2, "{:?}", lost.field);
 }

@@ -6,7 +6,7 @@ use super::blind::Blind;
 use super::budget::{Clock, DEADLINE_US, Lap, Stages, field_start_us};
 use super::filter::correct;
 use super::mode::Mode;
-use super::motion::Motion;
+use super::motion::{CARRY_FRAMES, Motion};
 use crate::decoder::Selection;
 use crate::generic::{Audit, LATENTS, Latent, Outcome, State};
 use crate::health::{Health, count};
@@ -28,7 +28,7 @@ const ROWS_NEEDED: usize = 8;
 /// Where the motion of the glass is known from.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Drive {
-    /// From the edges of the glass in the profile.
+    /// From the edges of the glass in the profile; while these are not seen, as [`Self::Unknown`].
     #[default]
     Seen,
     /// From an IMU or the robot's command: acceleration along x in m/s2.
@@ -69,6 +69,8 @@ pub struct Memory {
     pub(super) covariance: Covariance,
     motion: Motion,
     blind: Blind,
+    /// Profiles since the sides of the glass were seen.
+    unseen: u32,
     mode: Mode,
     missed: u32,
     /// Counters since the start.
@@ -102,6 +104,17 @@ pub struct Estimate {
     pub field_fresh: bool,
     /// Where the time went.
     pub stages: Stages,
+}
+
+impl Memory {
+    /// `drive`, or nothing known where the sides of the glass have not been seen for longer than an acceleration is
+    /// carried on.
+    fn known(&mut self, drive: Drive, profile: Option<&SurfaceProfile>) -> Drive {
+        if let Some(profile) = profile {
+            self.unseen = if profile.glass_x_m.is_some() { 0 } else { self.unseen.saturating_add(1) };
+        }
+        if drive == Drive::Seen && self.unseen > CARRY_FRAMES { Drive::Unknown } else { drive }
+    }
 }
 
 impl<'m> Estimator<'m> {
@@ -170,6 +183,7 @@ impl<'m> Estimator<'m> {
         let straight = lens.zip(profile).map(|(lens, profile)| lens.straighten(profile));
         let profile = straight.as_ref().or(profile);
         let drive = lens.map_or(drive, |lens| drive.times(lens.gain));
+        let drive = memory.known(drive, profile);
 
         let scale = f64::from(self.model.header.acceleration_scale);
         let (acceleration, moved) = self.acceleration(memory, profile, drive);

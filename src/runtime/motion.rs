@@ -9,9 +9,9 @@
 
 use crate::units::FRAME_INTERVAL_S;
 
-/// Frames for which the last acceleration stands in for one that could not be measured; after that
-/// the glass counts as moving evenly.
-const CARRY_FRAMES: u32 = 2;
+/// Frames for which the last acceleration stands in for one that could not be measured; after that nothing is known
+/// of it.
+pub(super) const CARRY_FRAMES: u32 = 2;
 
 /// The last two positions and the last acceleration.
 #[derive(Clone, Copy, Debug, Default)]
