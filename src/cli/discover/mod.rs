@@ -303,6 +303,14 @@ fn say(found: &Discovery) {
         );
     }
     if let Some(question) = &found.question {
-        println!("  to settle it, record {}: {:.1} times the noise", question.motion, question.separation);
+        let [one, two] = &question.between;
+        if question.hopeful() {
+            println!(
+                "  to settle it, record {}: {:.1} times the noise",
+                question.motion, question.separation
+            );
+        } else {
+            println!("  no motion that was looked at parts {one} from {two}");
+        }
     }
 }

@@ -33,6 +33,14 @@ pub struct Question {
     pub seconds: f64,
 }
 
+impl Question {
+    /// Whether its record could part them at all: exact twins are parted by nothing.
+    #[must_use]
+    pub fn hopeful(&self) -> bool {
+        self.separation >= 1.0
+    }
+}
+
 /// The motion that parts the best two candidates most, where there are two that were fitted.
 #[must_use]
 pub fn ask(problem: &Problem, calibration: &Calibration, verdict: &Verdict) -> Option<Question> {

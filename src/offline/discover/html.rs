@@ -122,11 +122,16 @@ fn others(report: &mut Report, closed: &[Closed]) {
 fn question(report: &mut Report, discovery: &Discovery) {
     let Some(question) = &discovery.question else { return };
     report.heading("What would settle it");
-    report.prose(&format!(
-        "Record {}: it parts {} from {} by {:.1} times the noise ({ENOUGH} is enough); it costs {:.0} s and nothing else. \
-         Looked at:",
-        question.motion, question.between[0], question.between[1], question.separation, question.seconds
-    ));
+    let [one, two] = &question.between;
+    report.prose(&if question.hopeful() {
+        format!(
+            "Record {}: it parts {one} from {two} by {:.1} times the noise ({ENOUGH} is enough); it costs {:.0} s and nothing \
+             else. Looked at:",
+            question.motion, question.separation, question.seconds
+        )
+    } else {
+        format!("No motion that was looked at parts {one} from {two}: to these recordings both do the same. Looked at:")
+    });
     let rows: Vec<_> = question
         .all
         .iter()
