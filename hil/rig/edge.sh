@@ -9,14 +9,10 @@ board_base=$cache/board/$guest_release-1.cpio
 fetch_board() {
   [ -e "$board_base" ] && return
   need debootstrap debootstrap
-  local at=$cache/board kernel
+  local at=$cache/board
   [ "$(id -u)" = 0 ] || missing "root, once: Debian for the board is set up in $at"
   rm -rf "$at" && mkdir -p "$at"
-  kernel=$(echo "$cache"/debs/linux-image-*.deb)
-  dpkg-deb --fsys-tarfile "$kernel" >"$at/kernel.tar"
-  tar -C "$at" --strip-components=7 --wildcards -xf "$at/kernel.tar" '*/drivers/virtio/virtio_mmio.ko' \
-    '*/drivers/block/virtio_blk.ko'
-  rm "$at/kernel.tar"
+  drivers "$at" '*/drivers/virtio/virtio_mmio.ko' '*/drivers/block/virtio_blk.ko'
   debootstrap --foreign --arch=arm64 --variant=minbase --include="$board_packages" "$guest_release" "$at/tree" \
     http://deb.debian.org/debian >"$work/debootstrap.log" 2>&1 \
     || missing "Debian's arm64 userland: deb.debian.org does not answer (see $work/debootstrap.log)"

@@ -49,6 +49,16 @@ fetch_kernel() {
   rm -rf "$cache/unpacked"
 }
 
+# drivers INTO PATTERN...: more modules of the kernel that is kept, each into the folder INTO.
+drivers() {
+  local into=$1 kernel
+  shift
+  kernel=$(echo "$cache"/debs/linux-image-*.deb)
+  dpkg-deb --fsys-tarfile "$kernel" >"$into/kernel.tar"
+  tar -C "$into" --transform='s|.*/||' --wildcards -xf "$into/kernel.tar" "$@"
+  rm "$into/kernel.tar"
+}
+
 # The standard library for another target: by rustup, or built from Debian's source of the same version.
 fetch_std() {
   local triple=$1 sysroot version

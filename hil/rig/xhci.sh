@@ -3,13 +3,8 @@
 # The driver of a real host controller, of the same kernel.
 fetch_xhci() {
   [ -e "$cache/xhci/xhci-pci.ko" ] && return
-  local kernel
-  kernel=$(echo "$cache"/debs/linux-image-*.deb)
   rm -rf "$cache/xhci" && mkdir -p "$cache/xhci.part"
-  dpkg-deb --fsys-tarfile "$kernel" >"$cache/xhci.part/kernel.tar"
-  tar -C "$cache/xhci.part" --strip-components=8 --wildcards -xf "$cache/xhci.part/kernel.tar" \
-    '*/usb/host/xhci-hcd.ko' '*/usb/host/xhci-pci.ko'
-  rm "$cache/xhci.part/kernel.tar"
+  drivers "$cache/xhci.part" '*/usb/host/xhci-hcd.ko' '*/usb/host/xhci-pci.ko'
   mv "$cache/xhci.part" "$cache/xhci"
 }
 

@@ -11,11 +11,11 @@ use meniscus::offline::train::correct::{Correction, Sightings, correct};
 use meniscus::offline::watching::{sightings, sightings_of};
 use meniscus::surface::{self, Config};
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::glass;
 use super::inputs::{file, recordings};
 use super::shipped;
+use super::stop::watched;
 
 /// Correct a model by what a camera saw of another liquid: the free surface, and nothing else.
 ///
@@ -67,7 +67,6 @@ pub(crate) struct Arguments {
 
 /// Runs the verb.
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
-    static STOP: AtomicBool = AtomicBool::new(false);
     ensure!(
         (0.0..=10.0).contains(&arguments.forgetting),
         "--forgetting {} is out of range: 0 to 10",
@@ -83,12 +82,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         "--noise-px {} is out of range: 0 to 5",
         arguments.noise_px
     );
-    ctrlc::set_handler(|| {
-        if STOP.swap(true, Ordering::Relaxed) {
-            std::process::exit(130);
-        }
-    })
-    .context("Ctrl-C cannot be watched")?;
+    let stop = watched()?;
     let bytes = file(&arguments.model)?;
     let model = Model::load(&bytes).with_context(|| format!("the model {} is refused", arguments.model))?;
     let source = if arguments.source.is_empty() {
@@ -135,7 +129,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         command: format!("meniscus correct --steps {} --seed {}", arguments.steps, arguments.seed),
         quiet: arguments.json,
     };
-    let corrected = correct(&bytes, &seen, &look(&source, 1000)?, &how, &STOP)?;
+    let corrected = correct(&bytes, &seen, &look(&source, 1000)?, &how, stop)?;
     write_whole(&arguments.out, &corrected.blob)?;
     let percent = |x: f64| 100.0 * x;
     let [held, source] = [corrected.held, corrected.source].map(|pair| pair.map(percent));

@@ -2,6 +2,7 @@
 
 use super::inputs::file;
 use super::shipped;
+use super::stop::watched;
 use anyhow::{Context, ensure};
 use indicatif::{ProgressBar, ProgressStyle};
 use meniscus::host::checks::table;
@@ -15,7 +16,7 @@ use meniscus::offline::scene::SceneSettings;
 use meniscus::surface::{Config, Settings};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::Ordering;
 use std::time::Duration;
 
 /// Rates that can be asked for, frames a second.
@@ -63,7 +64,6 @@ pub(crate) struct Arguments {
 
 /// Runs the verb.
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
-    static STOP: AtomicBool = AtomicBool::new(false);
     let runs = runs(arguments)?;
     let bytes = file(&arguments.model)?;
     let model = Model::load(&bytes).with_context(|| format!("the model {} is refused", arguments.model))?;
@@ -72,31 +72,26 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let settings = Settings::for_glass(header.radius_m, header.fill_m, header.rim_m);
     let page = arguments.out.join("deadline.md");
     write_whole(&page, b"The study has not ended.\n").context("the --out folder cannot be used")?;
-    ctrlc::set_handler(|| {
-        if STOP.swap(true, Ordering::Relaxed) {
-            std::process::exit(130);
-        }
-    })
-    .context("Ctrl-C cannot be watched")?;
+    let stop = watched()?;
     let bar = if arguments.json { ProgressBar::hidden() } else { ProgressBar::new(1000) };
     bar.set_style(ProgressStyle::with_template("{msg:40} {wide_bar} {percent} %, {eta} left")?);
     bar.enable_steady_tick(Duration::from_millis(500));
     bar.set_message("rendering the frames");
     let scene = SceneSettings { camera: settings, ..SceneSettings::default() };
-    let film = Film::render(&recording, scene, &STOP, |done| bar.set_position((1000.0 * done) as u64));
+    let film = Film::render(&recording, scene, stop, |done| bar.set_position((1000.0 * done) as u64));
     let film = film.context("stopped before the first run: nothing was measured")?;
     let mut outcomes: Vec<Outcome> = Vec::new();
     for run in &runs {
         bar.reset();
         bar.set_message(run.name());
         let told = |done| bar.set_position((1000.0 * done) as u64);
-        let outcome = perform(run, &model, Config::new(settings)?, &film, &arguments.out, &STOP, told);
+        let outcome = perform(run, &model, Config::new(settings)?, &film, &arguments.out, stop, told);
         outcome.refused.iter().for_each(|line| bar.suspend(|| eprintln!("real time: {line}")));
         outcomes.push(outcome);
         // After each run: what was measured is not lost to what comes later.
         write_whole(&page, markdown(&outcomes, &command(arguments), &machine()).as_bytes())?;
         latencies_png(&outcomes, &arguments.out.join("deadline.png"))?;
-        if STOP.load(Ordering::Relaxed) {
+        if stop.load(Ordering::Relaxed) {
             eprintln!("stopped: the last run is shorter than asked for, the rest is not there");
             break;
         }

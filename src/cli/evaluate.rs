@@ -1,13 +1,13 @@
 //! `meniscus evaluate`: a model on liquids that it does not know, before and after correction.
 
 use super::inputs::file;
+use super::stop::watched;
 use anyhow::{Context, ensure};
 use indicatif::{ProgressBar, ProgressStyle};
 use meniscus::host::checks::table;
 use meniscus::host::files::write_whole;
 use meniscus::offline::evaluate::{COURSES, Watch, checks, curves_png, html, markdown, peaks_png, study};
 use std::path::PathBuf;
-use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Hold a model against liquids that it was not trained on, before and after correction.
 ///
@@ -59,13 +59,7 @@ impl Watch for Bar {
 
 /// Runs the verb.
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
-    static STOP: AtomicBool = AtomicBool::new(false);
-    ctrlc::set_handler(|| {
-        if STOP.swap(true, Ordering::Relaxed) {
-            std::process::exit(130);
-        }
-    })
-    .context("Ctrl-C cannot be watched")?;
+    let stop = watched()?;
     for name in &arguments.liquid {
         let known = COURSES.map(|course| course.liquid);
         ensure!(
@@ -80,7 +74,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let bar = if arguments.json { ProgressBar::hidden() } else { ProgressBar::new(1000) };
     bar.set_style(ProgressStyle::with_template("{msg:36} {wide_bar} {percent} %, {eta} left")?);
     let mut watch = Bar(bar, arguments.json);
-    let study = study(&bytes, &arguments.recordings, &arguments.liquid, arguments.seed, &STOP, &mut watch)?;
+    let study = study(&bytes, &arguments.recordings, &arguments.liquid, arguments.seed, stop, &mut watch)?;
     watch.0.finish_and_clear();
     let checks = checks(&study);
     let command = format!("meniscus evaluate --model {} --seed {}", arguments.model, arguments.seed);

@@ -1,5 +1,6 @@
 //! `meniscus generic`: a closed system from its trajectories, exact and soft side by side.
 
+use super::stop::watched;
 use anyhow::{Context, ensure};
 use meniscus::host::checks::table;
 use meniscus::host::files::write_whole;
@@ -8,7 +9,7 @@ use meniscus::offline::train::closed::{
 };
 use meniscus::offline::train::{Checkpoints, curves_png};
 use std::path::PathBuf;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::Ordering;
 use std::time::Instant;
 
 /// Learn any closed system from its trajectories, so that the laws of thermodynamics hold exactly.
@@ -84,13 +85,7 @@ pub(crate) struct Arguments {
 
 /// Runs the command.
 pub(crate) fn run(args: &Arguments) -> anyhow::Result<()> {
-    static STOP: AtomicBool = AtomicBool::new(false);
-    ctrlc::set_handler(|| {
-        if STOP.swap(true, Ordering::Relaxed) {
-            std::process::exit(130);
-        }
-    })
-    .context("Ctrl-C cannot be watched")?;
+    let stop = watched()?;
 
     let begun = Instant::now();
     let data = Dataset::read(&args.dataset, args.seed)?;
@@ -122,8 +117,8 @@ pub(crate) fn run(args: &Arguments) -> anyhow::Result<()> {
         quiet: args.json,
         checkpoints: Some(Checkpoints { folder: folder.clone(), resume: args.resume }),
     };
-    let outcome = train(data, names, published.as_ref(), &options, &STOP);
-    let broken_off = STOP.load(Ordering::Relaxed);
+    let outcome = train(data, names, published.as_ref(), &options, stop);
+    let broken_off = stop.load(Ordering::Relaxed);
     if !broken_off {
         std::fs::remove_dir_all(&folder)
             .with_context(|| format!("{} cannot be cleared", folder.display()))?;

@@ -32,6 +32,7 @@ pub(crate) mod run;
 pub(crate) mod setup;
 mod shipped;
 pub(crate) mod simulate;
+mod stop;
 #[cfg(feature = "train")]
 pub(crate) mod train;
 #[cfg(not(feature = "train"))]

@@ -3,6 +3,7 @@
 mod repeat;
 
 use super::inputs::{plain, recordings};
+use super::stop::watched;
 use anyhow::Context;
 use meniscus::host::checks::table;
 use meniscus::host::files::write_whole;
@@ -66,13 +67,7 @@ pub(crate) struct Arguments {
 
 /// Runs the command.
 pub(crate) fn run(args: &Arguments) -> anyhow::Result<()> {
-    static STOP: AtomicBool = AtomicBool::new(false);
-    ctrlc::set_handler(|| {
-        if STOP.swap(true, Ordering::Relaxed) {
-            std::process::exit(130);
-        }
-    })
-    .context("Ctrl-C cannot be watched")?;
+    let stop = watched()?;
 
     let begun = Instant::now();
     let data = Data {
@@ -82,13 +77,13 @@ pub(crate) fn run(args: &Arguments) -> anyhow::Result<()> {
     };
     let folder = beside(&args.out, ".training");
     let report = if args.repeat > 1 {
-        repeat::run(args, &data, &folder, &STOP)?
+        repeat::run(args, &data, &folder, stop)?
     } else {
-        let trained = once(args, &data, args.seed, &folder, &STOP)?;
+        let trained = once(args, &data, args.seed, &folder, stop)?;
         let picture = write(args, &trained)?;
         serde_json::json!({ "bytes": trained.blob.len(), "curves": picture, "checks": trained.checks })
     };
-    let broken_off = STOP.load(Ordering::Relaxed);
+    let broken_off = stop.load(Ordering::Relaxed);
     if !broken_off {
         std::fs::remove_dir_all(&folder)
             .with_context(|| format!("{} cannot be cleared", folder.display()))?;

@@ -4,7 +4,7 @@ use super::Failure;
 use std::fs::File;
 use std::io::{BufRead, BufReader, Write};
 use std::path::Path;
-use std::process::{Command, Stdio};
+use std::process::{Child, ChildStdout, Command, Stdio};
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::time::{Duration, Instant};
 
@@ -13,14 +13,7 @@ pub(crate) fn run(log: &str, seconds: &str, command: &[&str]) -> Result<bool, Fa
     let limit = Duration::from_secs(seconds.parse().map_err(|_| format!("{seconds}: no number of seconds"))?);
     let (path, begun) = (Path::new(log), Instant::now());
     let (mut kept, mut times) = (File::create(path)?, File::create(path.with_extension("times"))?);
-    let (program, arguments) = command.split_first().ok_or("no command")?;
-    let mut child = Command::new(program)
-        .args(arguments)
-        .stdin(Stdio::null())
-        .stdout(Stdio::piped())
-        .spawn()
-        .map_err(|error| format!("{program} cannot be started: {error}"))?;
-    let output = child.stdout.take().ok_or("no output")?;
+    let (mut child, output) = started(command)?;
     let (to, lines) = channel();
     let reader = std::thread::spawn(move || {
         for line in BufReader::new(output).split(b'\n').map_while(Result::ok) {
@@ -52,4 +45,17 @@ pub(crate) fn run(log: &str, seconds: &str, command: &[&str]) -> Result<bool, Fa
     let status = child.wait()?;
     let _joined = reader.join();
     Ok(in_time && status.success())
+}
+
+/// `command` as a child, and what it prints.
+pub(super) fn started(command: &[&str]) -> Result<(Child, ChildStdout), Failure> {
+    let (program, arguments) = command.split_first().ok_or("no command")?;
+    let mut child = Command::new(program)
+        .args(arguments)
+        .stdin(Stdio::null())
+        .stdout(Stdio::piped())
+        .spawn()
+        .map_err(|error| format!("{program} cannot be started: {error}"))?;
+    let output = child.stdout.take().ok_or("no output")?;
+    Ok((child, output))
 }

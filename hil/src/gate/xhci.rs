@@ -7,6 +7,7 @@ use super::Failure;
 use super::checks::{self, Check, check, must};
 use super::judge::{at, number};
 use super::log::Log;
+use super::watch::started;
 use meniscus_hil::FaultList;
 use meniscus_hil::device::{Device, Film, Trouble};
 use meniscus_hil::usbredir::{self, Counts, Redirected, Request};
@@ -15,7 +16,6 @@ use std::fs::File;
 use std::io::{BufRead, BufReader, Write};
 use std::os::unix::net::{UnixListener, UnixStream};
 use std::path::Path;
-use std::process::{Command, Stdio};
 use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
 use std::time::{Duration, Instant};
 
@@ -46,14 +46,7 @@ pub(crate) fn run(
     let (begun, mut kept) = (Instant::now(), File::create(log)?);
     let _old = std::fs::remove_file(socket);
     let listener = UnixListener::bind(socket).map_err(|error| format!("{socket}: {error}"))?;
-    let (program, arguments) = command.split_first().ok_or("no command")?;
-    let mut child = Command::new(program)
-        .args(arguments)
-        .stdin(Stdio::null())
-        .stdout(Stdio::piped())
-        .spawn()
-        .map_err(|error| format!("{program} cannot be started: {error}"))?;
-    let output = child.stdout.take().ok_or("no output")?;
+    let (mut child, output) = started(command)?;
     let (to, inputs) = channel();
     let asked = to.clone();
     // Ends with the program: nobody waits for these two.

@@ -5,6 +5,7 @@ mod work;
 
 use super::inputs::file;
 use super::shipped;
+use super::stop::watched;
 use anyhow::{Context, ensure};
 use indicatif::{ProgressBar, ProgressStyle};
 use meniscus::host::checks::table;
@@ -85,7 +86,6 @@ pub(crate) struct Arguments {
 
 /// Runs the verb.
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
-    static STOP: AtomicBool = AtomicBool::new(false);
     let started = Instant::now();
     if let Some([blob, payloads]) = arguments.serve.as_deref() {
         let needs = serve(blob, payloads, started)?;
@@ -105,32 +105,27 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     if let Some(times) = arguments.count {
         return work::count(&model, &recording, settings, times);
     }
-    ctrlc::set_handler(|| {
-        if STOP.swap(true, Ordering::Relaxed) {
-            std::process::exit(130);
-        }
-    })
-    .context("Ctrl-C cannot be watched")?;
+    let stop = watched()?;
     let bar = if arguments.json { ProgressBar::hidden() } else { ProgressBar::new(1000) };
     bar.set_style(ProgressStyle::with_template("{msg:36} {wide_bar} {percent} %, {eta} left")?);
     bar.enable_steady_tick(Duration::from_millis(200));
     let mut report = Report::default();
-    chains(arguments, &bar, &STOP, &mut report)?;
+    chains(arguments, &bar, stop, &mut report)?;
 
     bar.set_message("the camera's payloads");
     let scene = SceneSettings { camera: settings, ..SceneSettings::default() };
     let frames = payloads(&recording, scene, FRAMES);
     bar.set_message("whole turns");
-    report.warm = turns(&model, settings, &frames, 25, false, &STOP)?;
+    report.warm = turns(&model, settings, &frames, 25, false, stop)?;
     bar.set_position(850);
-    report.cold = turns(&model, settings, &frames, 2, true, &STOP)?;
+    report.cold = turns(&model, settings, &frames, 2, true, stop)?;
     bar.set_message("a start with a paper-size blob");
     bar.set_position(950);
-    if !STOP.load(Ordering::Relaxed) {
+    if !stop.load(Ordering::Relaxed) {
         report.needs = Some(needs(&frames)?);
     }
     bar.finish_and_clear();
-    ensure!(!STOP.load(Ordering::Relaxed), "stopped before everything was measured: no table");
+    ensure!(!stop.load(Ordering::Relaxed), "stopped before everything was measured: no table");
     if let Some(path) = &arguments.report {
         let command = format!("meniscus bench --rounds {} --seed {}", arguments.rounds, arguments.seed);
         write_whole(path, report.html(&command)?.as_bytes())?;

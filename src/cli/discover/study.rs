@@ -1,6 +1,7 @@
 //! `meniscus discover study`: hidden effects, clean glasses, measured water.
 
-use anyhow::{Context, anyhow};
+use super::super::stop::watched;
+use anyhow::anyhow;
 use indicatif::{ProgressBar, ProgressStyle};
 use meniscus::host::checks::{Check, table};
 use meniscus::host::files::write_whole;
@@ -64,13 +65,7 @@ pub(crate) struct Arguments {
 
 /// Runs the verb.
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
-    static STOP: AtomicBool = AtomicBool::new(false);
-    ctrlc::set_handler(|| {
-        if STOP.swap(true, Ordering::Relaxed) {
-            std::process::exit(130);
-        }
-    })
-    .context("Ctrl-C cannot be watched")?;
+    let stop = watched()?;
     let bar = if arguments.json { ProgressBar::hidden() } else { ProgressBar::new(0) };
     bar.set_style(ProgressStyle::with_template("{msg:24} {wide_bar} {pos}/{len}, {eta} left")?);
     if !arguments.simulated && !arguments.report_only {
@@ -79,7 +74,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
             bar.set_length(all as u64);
             bar.set_position(done as u64);
         };
-        simulate(&arguments.cache, &STOP, told).map_err(|why| anyhow!(why))?;
+        simulate(&arguments.cache, stop, told).map_err(|why| anyhow!(why))?;
         bar.reset();
     }
     if arguments.simulate_only {
@@ -93,15 +88,15 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         bar.set_position(done as u64);
     };
     let course = Course { cleans: arguments.clean, seed: arguments.seed, judges: !arguments.report_only };
-    let (lines, planned) = judge_all(&places, course, &STOP, &told).map_err(|why| anyhow!(why))?;
+    let (lines, planned) = judge_all(&places, course, stop, &told).map_err(|why| anyhow!(why))?;
     let mut study = Study { lines, planned, beside: beside_before(&arguments.out) };
     if !arguments.report_only && !arguments.trials_only {
         // Kept after each part, so that an interruption leaves what there is.
         write(arguments, &study)?;
-        beside(arguments, &places, &mut study, &STOP, &bar)?;
+        beside(arguments, &places, &mut study, stop, &bar)?;
     }
     bar.finish_and_clear();
-    if STOP.load(Ordering::Relaxed) {
+    if stop.load(Ordering::Relaxed) {
         eprintln!("interrupted: the page tells of what is judged; the same command goes on from there");
     }
     let checks = write(arguments, &study)?;
