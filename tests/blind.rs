@@ -10,7 +10,7 @@ use meniscus::offline::camera::START;
 use meniscus::offline::recording::{GROUP_NAMES, Recording};
 use meniscus::offline::scene::SceneSettings;
 use meniscus::offline::score::score;
-use meniscus::offline::watching::{DISPARITY_RMS_PX, sightings, turns_with};
+use meniscus::offline::watching::{DISPARITY_RMS_PX, perfect, sightings, turns_with};
 use meniscus::runtime::{Drive, Mode};
 use meniscus::surface::SurfaceProfile;
 use std::path::Path;
@@ -53,4 +53,24 @@ fn without_the_motion_the_heights_alone_tell_the_liquid() {
     lost.iter_mut().flatten().skip(120).for_each(|profile| profile.glass_x_m = None);
     let lost = with(Drive::Seen, &lost);
     assert!(lost.estimate.slosh_rel() <= 0.15 && lost.field[1] <= 0.2, "{:?}", lost.field);
+}
+
+#[test]
+fn a_height_that_is_no_number_is_refused_and_forgotten() {
+    let path = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/recordings/glycerine-unseen.safetensors"));
+    let mut seen = perfect(&Recording::load(path).expect("the shipped recording is good"));
+    seen[100].as_mut().expect("a profile").height_m[3] = f32::NAN;
+    let bytes = AlignedBytes::copy(include_bytes!("../models/glycerine.blob"));
+    let model = Model::load(&bytes).expect("the shipped model");
+    let mut refused = 0;
+    let turns = turns_with(
+        &model,
+        &seen,
+        |_| Drive::Unknown,
+        |_, memory, _| refused = memory.health.measurement_refused,
+    );
+    let mode = |frame: usize| turns[frame].turn.estimate.mode;
+    assert_eq!((mode(99), mode(100), mode(101)), (Mode::Tracking, Mode::Coasting, Mode::Tracking));
+    assert_eq!(refused, 1);
+    assert!(turns.iter().all(|t| t.turn.estimate.latent.iter().all(|x| x.is_finite())));
 }

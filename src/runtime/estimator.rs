@@ -192,7 +192,9 @@ impl<'m> Estimator<'m> {
 
         let usable = profile.filter(|profile| profile.seen() >= POINTS_NEEDED);
         memory.window.push(self.model.scale().row(usable, acceleration as f32));
-        let measured = self.measure(memory, usable);
+        let ready = usable.is_some() && memory.window.is_full() && memory.window.seen() >= ROWS_NEEDED;
+        let measured = if ready && drive != Drive::Unknown { self.measure(memory) } else { None };
+        let mut tracked = measured.is_some();
         stages.encode_us = lap.lap_us();
 
         let before = self.model.generic.potential.value(&memory.state.latent);
@@ -201,6 +203,10 @@ impl<'m> Estimator<'m> {
             (Drive::Unknown, _, Some(profile)) => {
                 let Memory { blind, state, covariance, .. } = memory;
                 let found = blind.correct(self.model, state, profile, before);
+                tracked = ready && found.is_some();
+                if found.is_none() {
+                    count(&mut memory.health.measurement_refused);
+                }
                 *covariance = found.unwrap_or_default();
                 port = memory.blind.push();
             }
@@ -214,7 +220,7 @@ impl<'m> Estimator<'m> {
         if let Drive::Known { now, .. } = drive {
             port = self.clip(memory, now) / scale;
         }
-        self.settle_mode(memory, measured.is_some());
+        self.settle_mode(memory, tracked);
         let slosh = self.model.generic.potential.value(&memory.state.latent);
         let joules = self.model.header.energy_scale_j;
         let latent: [f64; LATENTS] = memory.state.latent.into();
@@ -304,12 +310,8 @@ impl<'m> Estimator<'m> {
         audit
     }
 
-    /// The encoder's latent and port value, if there is a usable profile at the end of a window that holds enough.
-    fn measure(&self, memory: &mut Memory, usable: Option<&SurfaceProfile>) -> Option<(Latent, f64)> {
-        usable?;
-        if !memory.window.is_full() || memory.window.seen() < ROWS_NEEDED {
-            return None;
-        }
+    /// The encoder's latent and port value of the window; none where these are no numbers.
+    fn measure(&self, memory: &mut Memory) -> Option<(Latent, f64)> {
         let readings = self.model.encoder.encode(memory.window.rows());
         if readings.iter().any(|x| !x.is_finite()) {
             count(&mut memory.health.measurement_refused);
