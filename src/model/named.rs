@@ -142,27 +142,28 @@ pub(super) fn apply(
         Cylinder { radius_m: header.radius_m, depth_m: header.fill_m, density_kg_m3: named.density_kg_m3 };
     let model = |active: &[Active]| Model::new(glass, *liquid, &Baseline::default(), active, header.dt_s);
     let (plain, with) = (model(&[]), model(&active));
-    let lens = Lens::new(header, &with);
+    let lens = Lens::new((header.radius_m, header.fill_m), &with);
     Ok((Slots::between(&plain, &with, map, header.energy_scale_j, hessian), lens))
 }
 
 impl Lens {
-    /// The lens of a glass whose reduced model is `with`.
-    fn new(header: &Header, with: &Model) -> Self {
+    /// The lens of a glass of this radius and stated fill (m) whose reduced model is `with`.
+    #[must_use]
+    pub fn new((radius_m, fill_m): (f64, f64), with: &Model) -> Self {
         let (port, view) = (&with.port, &with.view);
         let tangent = |angle: f64| {
             let (sin, cos) = sincos(angle);
             sin / cos
         };
         let (rolled, tilted) = (tangent(view.slope_rad), tangent(port.tilt_rad));
-        let excess = with.glass.depth_m - header.fill_m;
+        let excess = with.glass.depth_m - fill_m;
         let mut lens =
             Self { scale: view.scale as f32, shift: [0.0; POINTS], stands: [0.0; POINTS], gain: port.gain };
         for (i, (p, d)) in lens.shift.iter_mut().zip(&mut lens.stands).enumerate() {
             let s = profile_abscissa(i);
             let bow = 1.0 - sqrt((1.0 - s * s).max(0.0));
-            *p = (header.radius_m * (s * rolled + view.pitch_rad * bow)) as f32;
-            *d = (excess + header.radius_m * s * tilted) as f32;
+            *p = (radius_m * (s * rolled + view.pitch_rad * bow)) as f32;
+            *d = (excess + radius_m * s * tilted) as f32;
         }
         lens
     }

@@ -3,7 +3,8 @@
 //! The simulator carries what happens in the liquid, fill, inclination and lift; how the glass is moved beyond what is
 //! said, and how it is looked at, is put in around it, as the formulas of [`crate::effects`] have it.
 
-use crate::effects::{Active, Port, Slot, View};
+use crate::effects::{Active, Slot};
+use crate::model::Lens;
 use crate::offline::discover::predict::Known;
 use crate::offline::discover::record::{Quantity, Record, parts};
 use crate::offline::discover::report::carried;
@@ -12,7 +13,8 @@ use crate::offline::motion::Motion;
 use crate::offline::prelude::*;
 use crate::offline::recording::Glass;
 use crate::offline::sph::{Effects, Setup, record_surfaces};
-use crate::surface::{POINTS, profile_abscissa};
+use crate::slosh::{self, Baseline, Cylinder, Model};
+use crate::surface::POINTS;
 
 /// How it is simulated.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -41,7 +43,7 @@ pub fn simulate(
     if record.drive.holds() != [false; 2] || !record.drive.is_planar() {
         return Err(format!("{}: only a glass that is moved along x is simulated again", record.name));
     }
-    let (mut port, mut view, mut inside) = (Port::default(), View::default(), Effects::default());
+    let mut inside = Effects::default();
     for effect in effects {
         match (carried(effect, known), effect.entry.slot) {
             (Some(lines), _) => {
@@ -49,11 +51,16 @@ pub fn simulate(
                     inside.set(name, value).map_err(|error| format!("{error}"))?;
                 }
             }
-            (None, Slot::Port(change)) => change(&effect.values, &mut port),
-            (None, Slot::View(change)) => change(&effect.values, &mut view),
+            (None, Slot::Port(_) | Slot::View(_)) => {}
             (None, _) => return Err(format!("the simulator does not carry {}", effect.entry.name)),
         }
     }
+    let vessel =
+        Cylinder { radius_m: known.radius_m, depth_m: known.fill_m, density_kg_m3: known.density_kg_m3 };
+    let resists = slosh::Rheology::newtonian(known.viscosity_pa_s);
+    let reduced = Model::new(vessel, resists, &Baseline::default(), effects, record.interval_s);
+    let (port, view) = (reduced.port, reduced.view);
+    let lens = Lens::new((known.radius_m, known.fill_m), &reduced);
     let shift = lag_s + port.delay_s + view.latency_s;
     let (dt, frames) = (record.interval_s, record.frames());
     let samples: Vec<(f64, f64)> = (0..=4 * (frames + 60))
@@ -84,13 +91,10 @@ pub fn simulate(
     let recording = recordings.first().ok_or("nothing was recorded")?;
     let mut out: Vec<Vec<f64>> = record.channels.iter().map(|_| Vec::with_capacity(frames)).collect();
     for frame in 0..frames {
-        let surface = recording.profile(frame);
-        let seen = |i: usize| {
-            let s = profile_abscissa(i);
-            let bow = view.pitch_rad * known.radius_m * (1.0 - (1.0 - s * s).sqrt());
-            let slope = known.radius_m * s * view.slope_rad.tan();
-            view.scale * f64::from(surface[i]) + bow + slope - known.fill_m
-        };
+        let mut surface = [0.0; POINTS];
+        surface.copy_from_slice(recording.profile(frame));
+        let surface = lens.bend(&surface);
+        let seen = |i: usize| f64::from(surface[i]) - known.fill_m;
         let [level, slope, bow, _] =
             parts((0..POINTS).map(|i| (i, seen(i)))).ok_or("the surface was not found")?;
         let highest = (0..POINTS).map(seen).fold(f64::NEG_INFINITY, f64::max);
