@@ -113,6 +113,47 @@ impl Decoder<'_> {
         heights
     }
 
+    /// dz / dx of the 21 heights at a latent `x`, one row a latent, m: the slope of the piece of the trunk that `x` lies on.
+    #[must_use]
+    pub fn surface_slope(&self, x: &[f32; LATENTS]) -> [[f32; POINTS]; LATENTS] {
+        let [one, two, three] = &self.trunk;
+        let (mut first, mut second) = ([0.0; MAX_TRUNK], [0.0; MAX_TRUNK]);
+        one.apply(x, &mut first);
+        relu(&mut first);
+        two.apply(&first, &mut second);
+        // Of the last layer the surface's rows alone.
+        let (last, before) = three.weights.from_row(self.surface.first);
+        let mut slopes = [[0.0; POINTS]; LATENTS];
+        for (latent, slope) in slopes.iter_mut().enumerate() {
+            let mut along = [0.0; LATENTS];
+            if let Some(slot) = along.get_mut(latent) {
+                *slot = 1.0;
+            }
+            let (mut inner, mut outer, mut c) = ([0.0; MAX_TRUNK], [0.0; MAX_TRUNK], [0.0; MAX_COEFFICIENTS]);
+            one.weights.accumulate(&along, &mut inner);
+            bend(&mut inner, &first);
+            two.weights.accumulate(&inner, &mut outer);
+            bend(&mut outer, &second);
+            last.accumulate(&outer, &mut c);
+            let c = c.get_mut(before..).unwrap_or_default();
+            for (row, c) in (self.surface.first..self.linear.rows()).zip(c.iter_mut()) {
+                *c += self.linear.at(row, latent);
+            }
+            self.surface.basis.accumulate(c, slope);
+        }
+        slopes
+    }
+
+    /// Mean square of what a unit of the port adds at once to a number of group `index`, SI units squared: the modes are
+    /// orthonormal.
+    #[must_use]
+    pub(crate) fn pushed_square(&self, index: usize) -> f64 {
+        let Some(group) = self.groups.get(index) else { return 0.0 };
+        let port = self.port.iter().skip(group.first).take(group.basis.columns());
+        let square: f64 = port.map(|&f| f64::from(f) * f64::from(f)).sum();
+        square / (group.rest.len().max(1) as f64)
+    }
+
     /// By how much a unit of the port raises each of the 21 heights at once, m.
     #[must_use]
     pub fn pushed(&self) -> [f32; POINTS] {
@@ -151,6 +192,15 @@ impl Decoder<'_> {
     pub fn part_len(&self, selection: Selection) -> usize {
         let chosen = self.groups.iter().enumerate().filter(|(index, _)| selection.holds(*index));
         chosen.map(|(_, group)| group.rest.len()).sum()
+    }
+}
+
+/// The slope of relu behind sums `at`: nothing passes where these are not positive.
+fn bend(slope: &mut [f32], at: &[f32]) {
+    for (slope, at) in slope.iter_mut().zip(at) {
+        if *at <= 0.0 {
+            *slope = 0.0;
+        }
     }
 }
 

@@ -1,17 +1,15 @@
-//! How far an estimate may be off: the covariance P of the latent error, carried beside the filter, and
-//! half-widths made from it that hold nine times out of ten.
+//! How far an estimate may be off: half-widths that hold nine times out of ten, from the covariance P of the error that
+//! the filter carries (`runtime::filter`).
 //!
 //! ```text
-//! P- = A P A^T + w Q + m dt^2 B B^T          w = floor + H(x); m = 1 where the glass was not seen, else 0
-//! P+ = (1 - G) P- (1 - G)^T + w G R G^T      where the encoder has read
 //! half = k sqrt(J P J^T + w d)               of a height; of a field group, the mean of that over its numbers
+//! P-   = A P A^T + a w Q + m dt^2 B B^T      of a forecast, turn by turn; m = 1 where the motion is not planned, else 0
 //! ```
-//! A is the closed step linearised about rest, Q and R the covariances of what the step and the encoder
-//! miss, d what the decoder misses, each for a unit of w: a livelier slosh is known less well. The update is
-//! Joseph's (Bucy and Joseph 1968), which keeps P positive for any gain. The errors are neither white nor
-//! Gaussian, so P only says how they spread over points and time; the size is put right by k, the 90 %
-//! quantile of |error| / half found on recordings held out (split conformal: Lei et al., J. Am. Stat.
-//! Assoc. 113 (2018) 1094).
+//! A is the closed step linearised about rest, Q the covariance of what the step misses, R that of what the encoder
+//! misses, d what the decoder misses, each for a unit of w = floor + H(x): a livelier slosh is known less well; a is what the
+//! filter has found of late of how well the step suits the liquid. The errors are neither white nor Gaussian, so P only
+//! says how they spread over points and time; the size is put right by k, the 90 % quantile of |error| / half found on
+//! recordings held out (split conformal: Lei et al., J. Am. Stat. Assoc. 113 (2018) 1094).
 
 use crate::generic::{Generic, LATENTS, Latent};
 use crate::math::sqrt;
@@ -24,6 +22,9 @@ type Square = SMatrix<f64, LATENTS, LATENTS>;
 
 /// Groups with a covariance of their own: q, v, sigma, tau.
 pub const SPREAD_GROUPS: usize = 4;
+
+/// Their places among the groups of the decoder.
+pub(crate) const SPREAD_OF: [usize; SPREAD_GROUPS] = [0, 1, 3, 4];
 
 /// Turns ahead for which a forecast's interval has been measured: now, 0.25 s, 0.5 s.
 pub const LEADS: [usize; 3] = [0, 15, 30];
@@ -50,14 +51,14 @@ pub struct Spread<'m> {
     pub transition: Square,
     /// Q.
     pub process: Square,
-    /// G.
-    pub gain: Square,
-    /// G R G^T.
+    /// R^(-1/2): what the encoder reads, and misses, in these coordinates has independent errors of one.
     pub reading: Square,
     /// J of the surface, a column a point `[LATENTS, POINTS]`, m.
     pub surface: SMatrix<f64, LATENTS, POINTS>,
     /// J^T J of one number of q, v, sigma and tau, SI units.
     pub groups: [Square; SPREAD_GROUPS],
+    /// What a unit of the port adds at once to one number of q, v, sigma and tau, mean square, SI units squared.
+    pub pushed: [f64; SPREAD_GROUPS],
     /// d of the 21 heights, m2.
     pub surface_misfit: Vector<'m>,
     /// d of q, v, sigma, tau, SI units squared.
@@ -66,27 +67,50 @@ pub struct Spread<'m> {
     pub reach: Vector<'m>,
 }
 
-/// P, as it stands.
+/// What the filter knows of its own errors.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Covariance(Square);
-
-impl Default for Covariance {
-    /// Before the first reading nothing is known: a slosh of H = 1, spread over all latents.
-    fn default() -> Self {
-        Self(Square::identity() * (2.0 / LATENTS as f64))
-    }
+pub struct Covariance {
+    /// P of the latents.
+    pub(crate) latents: Square,
+    /// Variance of the port value of this instant.
+    pub(crate) push: f64,
+    /// How many times Q the step has been found to miss of late.
+    pub(crate) stray: f64,
 }
 
-impl Covariance {
-    /// One that was found in another way.
-    pub(crate) fn new(p: Square) -> Self {
-        Self(p)
-    }
+/// P before the first reading, when nothing is known: a slosh of H = 1, spread over all latents.
+#[must_use]
+pub(crate) fn unknown() -> Square {
+    Square::identity() * (2.0 / LATENTS as f64)
+}
 
-    /// P.
-    pub(crate) fn matrix(&self) -> &Square {
-        &self.0
+/// M^(-1/2) of a covariance `m`, lower triangular: D^(-1/2) L^-1 of M = L D L^T, by the elimination that makes D of M made on
+/// the identity too; what is zero but for rounding counts as a little more. Zeros, which say nothing, of what is no
+/// covariance.
+#[must_use]
+pub(crate) fn whitener(m: &Square) -> Square {
+    let rounding = 1e-6 * m.trace() / LATENTS as f64;
+    // Columns are rows, as M is symmetric.
+    let mut rows = (m + Square::identity() * rounding).data.0;
+    let mut white = Square::identity().data.0;
+    let (mut rest, mut rest_white, mut column) = (&mut rows[..], &mut white[..], 0);
+    while let (Some((first, below)), Some((first_white, below_white))) =
+        (rest.split_first_mut(), rest_white.split_first_mut())
+    {
+        let pivot = first.get(column).copied().unwrap_or(0.0);
+        if !(pivot > 0.0 && pivot.is_finite()) {
+            return Square::zeros();
+        }
+        for (row, row_white) in below.iter_mut().zip(below_white.iter_mut()) {
+            let share = row.get(column).copied().unwrap_or(0.0) / pivot;
+            row.iter_mut().zip(first.iter()).for_each(|(m, f)| *m -= share * f);
+            row_white.iter_mut().zip(first_white.iter()).for_each(|(w, f)| *w -= share * f);
+        }
+        first_white.iter_mut().for_each(|w| *w /= sqrt(pivot));
+        (rest, rest_white, column) = (below, below_white, column + 1);
     }
+    let white = Square::from_fn(|i, j| white.get(i).and_then(|row| row.get(j)).copied().unwrap_or(0.0));
+    if white.iter().all(|w| w.is_finite()) { white } else { Square::zeros() }
 }
 
 /// The matrix whose entries `of` gives.
@@ -112,23 +136,15 @@ impl Spread<'_> {
         self.reach.get(index).copied().map_or(0.0, f64::from)
     }
 
-    /// P- of a turn from a slosh of energy `slosh`; `moved` says whether the motion of the glass was seen.
-    pub fn predict(&self, p: &mut Covariance, generic: &Generic<'_>, slosh: f64, moved: bool) {
-        let mut next =
-            self.transition * p.0 * self.transition.transpose() + self.process * self.weight(slosh);
-        if !moved {
+    /// P- of a forecast's turn in which the step misses `missed` times Q; `planned` says whether the motion of the glass is.
+    fn predict(&self, p: &mut Square, generic: &Generic<'_>, missed: f64, planned: bool) {
+        let mut next = self.transition * *p * self.transition.transpose() + self.process * missed;
+        if !planned {
             let kick = generic.port * generic.dt_s;
             next += kick * kick.transpose();
         }
         // A hostile blob may drive it anywhere; what is not finite says as much as knowing nothing.
-        *p = if next.iter().all(|v| v.is_finite()) { Covariance(next) } else { Covariance::default() };
-    }
-
-    /// P+ of a reading.
-    pub fn correct(&self, p: &mut Covariance, slosh: f64) {
-        let rest = Square::identity() - self.gain;
-        let next = rest * p.0 * rest.transpose() + self.reading * self.weight(slosh);
-        *p = if next.iter().all(|v| v.is_finite()) { Covariance(next) } else { Covariance::default() };
+        *p = if next.iter().all(|v| v.is_finite()) { next } else { unknown() };
     }
 
     /// The half-widths of an estimate with error covariance `p`, slosh energy and heat in units of H,
@@ -137,18 +153,18 @@ impl Spread<'_> {
     pub fn interval(&self, p: &Covariance, slosh: f64, heat: f64, joules: f64) -> Interval {
         let w = self.weight(slosh);
         let mut field = [0.0; 5];
-        let of_groups = [0, 1, 3, 4];
-        for ((group, slot), d) in self.groups.iter().zip(of_groups).zip(self.group_misfit) {
-            let trace: f64 = group.iter().zip(p.0.iter()).map(|(j, v)| j * v).sum();
+        let groups = self.groups.iter().zip(self.pushed).zip(SPREAD_OF).zip(self.group_misfit);
+        for (((group, pushed), slot), d) in groups {
+            let trace: f64 = group.iter().zip(p.latents.iter()).map(|(j, v)| j * v).sum();
             if let Some(half) = field.get_mut(slot) {
-                *half = self.half(1 + LEADS.len() + slot, trace + w * f64::from(*d));
+                *half = self.half(1 + LEADS.len() + slot, trace + pushed * p.push + w * f64::from(*d));
             }
         }
         let energy = self.number(1 + LEADS.len() + 2) * joules * (heat + HEAT_FLOOR);
         if let Some(half) = field.get_mut(2) {
             *half = energy as f32;
         }
-        Interval { surface_m: self.heights(p, w, self.number(1)), field }
+        Interval { surface_m: self.heights(&p.latents, w, self.number(1)), field }
     }
 
     /// Half-widths of the surface `frames` turns after an estimate, m, when the motion of the glass is known for the
@@ -157,13 +173,15 @@ impl Spread<'_> {
     #[must_use]
     pub fn ahead(
         &self,
-        mut p: Covariance,
+        p: Covariance,
         generic: &Generic<'_>,
         slosh: f64,
         (frames, planned): (usize, usize),
     ) -> [f32; POINTS] {
+        let missed = p.stray * self.weight(slosh);
+        let mut p = p.latents;
         for ahead in 0..frames {
-            self.predict(&mut p, generic, slosh, ahead < planned);
+            self.predict(&mut p, generic, missed, ahead < planned);
         }
         let unplanned = if planned < frames { frames } else { 0 };
         let mut k = self.number(1);
@@ -177,11 +195,11 @@ impl Spread<'_> {
     }
 
     /// k sqrt(J P J^T + w d) of each height.
-    fn heights(&self, p: &Covariance, w: f64, k: f64) -> [f32; POINTS] {
+    fn heights(&self, p: &Square, w: f64, k: f64) -> [f32; POINTS] {
         let mut half = [0.0; POINTS];
         for ((half, d), row) in half.iter_mut().zip(self.surface_misfit).zip(self.surface.column_iter()) {
             let row: Latent = row.into_owned();
-            let variance = row.dot(&(p.0 * row)) + w * f64::from(*d);
+            let variance = row.dot(&(p * row)) + w * f64::from(*d);
             *half = (k * sqrt(variance.max(0.0))) as f32;
         }
         half
@@ -196,7 +214,7 @@ impl Spread<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use nalgebra::SymmetricEigen;
+    use crate::math::pow;
 
     const REACHES: [f32; REACH] = [0.1, 2.0, 4.0, 3.0, 1.0, 1.0, 1.0, 1.0, 1.0];
 
@@ -205,45 +223,46 @@ mod tests {
         Spread {
             transition: Square::identity() * 0.9,
             process: Square::identity() * 0.01,
-            gain: Square::identity() * 0.5,
-            reading: Square::identity() * (0.25 * 0.02),
+            reading: Square::identity(),
             surface: SMatrix::from_fn(|i, _| if i == 0 { 0.01 } else { 0.0 }),
             groups: [Square::zeros(); SPREAD_GROUPS],
+            pushed: [0.0, 9.0, 0.0, 0.0],
             surface_misfit: &[1e-8; POINTS],
             group_misfit: &[4.0; SPREAD_GROUPS],
             reach: &REACHES,
         }
     }
 
-    /// The scalar filter that every direction is here: its steady variance solves
-    /// p = 0.25 (0.81 p + q w) + 0.25 r w.
+    /// A height counts latents and decoder, a number of the field the port value too.
     #[test]
-    fn covariance_settles_where_theory_says() {
+    fn half_widths_add_up_what_is_not_known() {
         let spread = spread();
-        let mut p = Covariance::default();
+        let p = Covariance { latents: Square::identity() * 0.04, push: 0.25, stray: 1.0 };
         let slosh = 0.9;
-        for _ in 0..60 {
-            let kept = spread.transition * p.0 * spread.transition.transpose();
-            p.0 = kept + spread.process * spread.weight(slosh);
-            spread.correct(&mut p, slosh);
-        }
-        let due = 0.25 * (0.01 + 0.02) / (1.0 - 0.25 * 0.81);
-        assert!((p.0[(3, 3)] / due - 1.0).abs() < 1e-7, "{} against {due}", p.0[(3, 3)]);
-        assert!(SymmetricEigen::new(p.0).eigenvalues.min() > 0.0);
         let interval = spread.interval(&p, slosh, 0.0, 0.01);
-        let half = 2.0 * sqrt(1e-4 * due + 1e-8);
+        let half = 2.0 * sqrt(1e-4 * 0.04 + 1e-8);
         assert!((f64::from(interval.surface_m[7]) - half).abs() < 1e-8);
-        assert!((f64::from(interval.field[1]) - 2.0).abs() < 1e-6, "the misfit alone: sqrt(4 w)");
+        assert!((f64::from(interval.field[0]) - 2.0).abs() < 1e-6, "the misfit alone: sqrt(4 w)");
+        assert!((f64::from(interval.field[1]) - sqrt(9.0 * 0.25 + 4.0)).abs() < 1e-6);
+    }
+
+    /// W M W^T = 1; of what is no covariance nothing is believed.
+    #[test]
+    fn whitened_errors_are_independent() {
+        let m = Square::from_fn(|i, j| pow(0.5, i.abs_diff(j) as f64) * ((i + 1) * (j + 1)) as f64);
+        let w = whitener(&m);
+        assert!((w * m * w.transpose() - Square::identity()).norm() < 1e-4);
+        assert_eq!(whitener(&-m), Square::zeros());
     }
 
     /// Without a measurement an estimate is worth less from turn to turn, and k is the measured one at its lead.
     #[test]
     fn forecasts_widen() {
         let spread = spread();
-        let mut p = Covariance(Square::identity() * 1e-4);
+        let mut p = Square::identity() * 1e-4;
         let mut last = 0.0;
         for _ in 0..10 {
-            p.0 = spread.transition * p.0 * spread.transition.transpose() + spread.process * 0.5;
+            p = spread.transition * p * spread.transition.transpose() + spread.process * 0.5;
             let half = spread.heights(&p, 0.5, 2.0)[0];
             assert!(half > last, "{half} after {last}");
             last = half;

@@ -13,8 +13,9 @@
 //! ```text
 //! USB payloads --uvc::Assembler--> DepthFrame, InfraredFrame --surface--> SurfaceProfile --push--> Window
 //!                                                                                                    | encoder (GRU)
-//! output <-- Estimate <-- Field <--decoder-- Latent <--filter-- Latent <--generic::step-- Latent <---+
-//!                                                                  '--> audit: work, heat, dE, dS
+//!                              heights, place of the glass --.          latents, push, as it reads them <---+
+//! output <-- Estimate <-- Field <--decoder-- Latent <--runtime::filter-- Latent <--generic::step-- Latent
+//!                                                                                '--> audit: work, heat, dE, dS
 //! ```
 //!
 //! # Rules

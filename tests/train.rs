@@ -40,8 +40,8 @@ fn an_ideal_slosh_is_learnt() {
         check.value.expect("a measured value")
     };
     assert!(value("decoder alone: v") < 3.0);
-    assert!(value("filter, camera noise: surface slosh-rel") < 5.0);
-    assert!(value("filter, camera noise: v") < 8.0);
+    assert!(value("estimate, camera noise: surface slosh-rel") < 5.0);
+    assert!(value("estimate, camera noise: v") < 8.0);
     assert!(value("GENERIC with motion, 2 s roll-out: surface slosh-rel") < 10.0);
     assert!(value("GENERIC with motion, 2 s roll-out: v") < 10.0);
     // Nine of ten, within what a recording of its own noise may be off.

@@ -19,11 +19,12 @@ use super::stop::watched;
 
 /// Correct a model by what a camera saw of another liquid: the free surface, and nothing else.
 ///
-/// The last GRU layer, the operators and the energy of the GENERIC step and the filter's gain learn by
+/// The last GRU layer, the operators and the energy of the GENERIC step and a gain between the two learn by
 /// Adam; decoder and lower layers stay. Energy and entropy keep their laws whatever is learnt.
 ///
-/// The last recording is held out (of a single one its last three tenths), and what is best on it stays. A
-/// candidate that has become worse on the source liquid by more than --forgetting is refused.
+/// The last recording is held out (of a single one its last three tenths), and what foretells it best, 0.25 s ahead under the
+/// motion that was seen, stays: the estimate itself follows the heights of any liquid. A candidate that has become worse on
+/// the source liquid by more than --forgetting is refused.
 ///
 /// Recordings of the simulator are seen through the simulated camera; learning uses no truth that they may hold. A
 /// camera's own recordings (.mcap, .bag, .db3, or a folder with frames.csv) are read as `run --source replay` reads
@@ -134,8 +135,8 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let percent = |x: f64| 100.0 * x;
     let [held, source] = [corrected.held, corrected.source].map(|pair| pair.map(percent));
     let checks = [
-        Check::told("held_before_slosh", held[0], "%"),
-        Check::at_most("held_after_slosh", held[1], "%", held[0]),
+        Check::told("held_before_foretold", held[0], "%"),
+        Check::at_most("held_after_foretold", held[1], "%", held[0]),
         Check::told("source_before_slosh", source[0], "%"),
         Check::at_most("source_after_slosh", source[1], "%", source[0] + percent(arguments.forgetting)),
         Check::told("refused_for_forgetting", corrected.refused as f64, "1"),

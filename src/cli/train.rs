@@ -9,7 +9,7 @@ use meniscus::host::checks::table;
 use meniscus::host::files::write_whole;
 use meniscus::offline::evaluate::unseen;
 use meniscus::offline::recording::Recording;
-use meniscus::offline::train::{Checkpoints, Options, Schedule, Trained, curves_png, train};
+use meniscus::offline::train::{Checkpoints, Options, Schedule, Trained, curves_png, measured_again, train};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
@@ -18,7 +18,7 @@ use std::time::Instant;
 ///
 /// Five parts are learnt, in this order: a basis of every field (POD), a joint autoencoder down to
 /// thirteen latents, the GRU that reads the latents from noisy surface profiles, the GENERIC step that
-/// carries them through time, and the gain of the filter that joins the two. Every choice is made on
+/// carries them through time, and what the two miss, by which the filter joins them. Every choice is made on
 /// the validation recordings; --test names a recording that neither has seen, for figures that nothing was chosen by.
 ///
 /// Errors are relative to the slosh itself (slosh-rel = |z - zhat| / |z - z_rest|): a surface that is
@@ -27,10 +27,13 @@ use std::time::Instant;
 ///
 /// --repeat 5 trains five times from five seeds, writes the blob that did best on the validation recordings, and tells
 /// of every figure the mean, the standard deviation and the worst; the table goes beside the blob as FILE.md.
+///
+/// --intervals-of BLOB trains nothing: it measures again, on the recordings of --validate, what the estimates of BLOB miss
+/// and how wide their intervals must be, and writes it to --out with that.
 #[derive(clap::Args, Debug)]
 pub(crate) struct Arguments {
     /// Recordings to learn from: files, or a folder, which stands for its train-*.safetensors
-    #[arg(long, required = true, num_args = 1.., value_name = "DIR_OR_FILES")]
+    #[arg(long, required_unless_present = "intervals_of", num_args = 1.., value_name = "DIR_OR_FILES")]
     recordings: Vec<PathBuf>,
     /// Recordings to choose by: files, or a folder, which stands for its val-*.safetensors
     #[arg(long, required = true, num_args = 1.., value_name = "DIR_OR_FILES")]
@@ -57,6 +60,9 @@ pub(crate) struct Arguments {
     /// Train from this many seeds, --seed and those after it, and tell mean and spread of every figure
     #[arg(long, default_value_t = 1, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=100))]
     repeat: u64,
+    /// Train nothing, but measure the intervals of this blob again on the recordings of --validate
+    #[arg(long, value_name = "BLOB", conflicts_with_all = ["recordings", "quick", "soft", "sparse", "test", "repeat", "resume"])]
+    intervals_of: Option<PathBuf>,
     /// Go on from the checkpoints of the same training that was broken off
     #[arg(long)]
     resume: bool,
@@ -70,6 +76,9 @@ pub(crate) fn run(args: &Arguments) -> anyhow::Result<()> {
     let stop = watched()?;
 
     let begun = Instant::now();
+    if let Some(blob) = &args.intervals_of {
+        return intervals(args, blob);
+    }
     let data = Data {
         training: recordings(&args.recordings, "train-")?,
         validation: recordings(&args.validate, "val-")?,
@@ -101,6 +110,22 @@ pub(crate) fn run(args: &Arguments) -> anyhow::Result<()> {
     println!("{} after {seconds:.0} s", args.out.display());
     if broken_off {
         println!("broken off: this is the best so far; the same command with --resume goes on from here");
+    }
+    Ok(())
+}
+
+/// Writes `blob` with its intervals measured again.
+fn intervals(args: &Arguments, blob: &Path) -> anyhow::Result<()> {
+    let bytes = std::fs::read(blob).with_context(|| format!("{} cannot be read", blob.display()))?;
+    let validation = recordings(&args.validate, "val-")?;
+    let measured = measured_again(&bytes, &validation, args.seed)
+        .with_context(|| format!("{}: its intervals cannot be measured", blob.display()))?;
+    write_whole(&args.out, &measured.blob)?;
+    if args.json {
+        println!("{:#}", serde_json::json!({ "blob": args.out, "checks": measured.checks }));
+    } else {
+        print!("{}", table(&measured.checks));
+        println!("{}", args.out.display());
     }
     Ok(())
 }

@@ -5,7 +5,7 @@ use super::{Header, Lens, LoadError, MAGIC, MAX_SECTIONS, Named, Section, Tensor
 use crate::decoder::{Decoder, ENERGY_GROUP, Group};
 use crate::encoder::Encoder;
 use crate::generic::{Generic, LATENTS, Latent, ModeMap, Operators, Potential};
-use crate::interval::{Spread, square_below, square_of};
+use crate::interval::{SPREAD_OF, Spread, square_below, square_of, whitener};
 use crate::nn::{Dense, Element, Gru, Matrix, Vector, Weights, section_len};
 use crate::window::Scale;
 use heapless::Vec;
@@ -31,8 +31,6 @@ pub struct Model<'b> {
     pub generic: Generic<'b>,
     /// Latent and heat to field.
     pub decoder: Decoder<'b>,
-    /// Gain of the filter, `[LATENTS, LATENTS]`.
-    pub gain: Matrix<'b>,
     /// What the model knows of its own errors.
     pub spread: Spread<'b>,
     /// What of a profile is not the wave's, where effects are named.
@@ -51,9 +49,10 @@ impl<'b> Model<'b> {
         let encoder = store.encoder()?;
         let (generic, lens) = store.generic()?;
         let decoder = store.decoder()?;
-        let gain = store.matrix(Tensor::Gain)?;
-        let spread = store.spread(&gain)?;
-        Ok(Self { encoder, generic, decoder, gain, spread, lens, header })
+        // Only corrections use it, but what cannot be corrected is no whole blob.
+        store.matrix(Tensor::Gain)?;
+        let spread = store.spread(&decoder)?;
+        Ok(Self { encoder, generic, decoder, spread, lens, header })
     }
 
     /// Numbers in the full field: 13 a tracer.
@@ -278,17 +277,16 @@ impl<'b> Store<'b, '_> {
         Ok((generic, Some(lens)))
     }
 
-    fn spread(&self, gain: &Matrix<'_>) -> Result<Spread<'b>, LoadError> {
+    fn spread(&self, decoder: &Decoder<'_>) -> Result<Spread<'b>, LoadError> {
         let square = |tensor| self.matrix(tensor).map(|m| square_of(&m));
-        let gain = square_of(gain);
         let (surface, groups) = (self.matrix(Tensor::SurfaceSlope)?, self.matrix(Tensor::GroupSlope)?);
         Ok(Spread {
             transition: square(Tensor::Transition)?,
             process: square(Tensor::ProcessSpread)?,
-            reading: gain * square(Tensor::ReadingSpread)? * gain.transpose(),
-            gain,
+            reading: whitener(&square(Tensor::ReadingSpread)?),
             surface: SMatrix::from_fn(|latent, point| f64::from(surface.at(point, latent))),
             groups: core::array::from_fn(|group| square_below(&groups, group.saturating_mul(LATENTS))),
+            pushed: SPREAD_OF.map(|group| decoder.pushed_square(group)),
             surface_misfit: self.vector(Tensor::SurfaceMisfit)?,
             group_misfit: self.vector(Tensor::GroupMisfit)?,
             reach: self.vector(Tensor::Reach)?,

@@ -62,6 +62,16 @@ impl<'m> Matrix<'m> {
         self.columns.get()
     }
 
+    /// The rows from the panel of row `first` on, and how many of these lie before it.
+    #[must_use]
+    pub fn from_row(&self, first: usize) -> (Self, usize) {
+        let first = first.min(self.rows);
+        let packed =
+            self.packed.get((first / PANEL).saturating_mul(self.columns.get())..).unwrap_or_default();
+        let before = first % PANEL;
+        (Self { packed, rows: self.rows.saturating_sub(first - before), ..*self }, before)
+    }
+
     /// y = y + W x. Numbers of `x` beyond the columns and of `y` beyond the rows are left alone;
     /// where `x` is shorter, the rest counts as zero.
     pub fn accumulate(&self, x: &[f32], y: &mut [f32]) {

@@ -98,6 +98,22 @@ impl<'m> Weights<'m> {
         self.columns
     }
 
+    /// The rows from the panel of row `first` on, and how many of these lie before it.
+    #[must_use]
+    pub fn from_row(&self, first: usize) -> (Self, usize) {
+        let first = first.min(self.rows);
+        let (panel, before) = (first / PANEL, first % PANEL);
+        let skipped = panel.saturating_mul(self.columns);
+        let stored = match self.stored {
+            Stored::F32(matrix) => Stored::F32(matrix.from_row(first).0),
+            Stored::Bf16(panels) => Stored::Bf16(panels.get(skipped..).unwrap_or_default()),
+            Stored::I8(scales, panels) => {
+                Stored::I8(scales.get(panel..).unwrap_or_default(), panels.get(skipped..).unwrap_or_default())
+            }
+        };
+        (Self { stored, rows: self.rows.saturating_sub(first - before), ..*self }, before)
+    }
+
     /// y = y + W x. Numbers of `x` beyond the columns and of `y` beyond the rows are left alone;
     /// where `x` is shorter, the rest counts as zero.
     pub fn accumulate(&self, x: &[f32], y: &mut [f32]) {

@@ -2,18 +2,15 @@
 //!
 //! [`Estimator`] is configuration and weights (`&self`), [`Memory`] what changes (`&mut`).
 
-use super::blind::Blind;
 use super::budget::{Clock, DEADLINE_US, Lap, Stages, field_start_us};
-use super::filter::correct;
+use super::memory::Memory;
 use super::mode::Mode;
-use super::motion::{CARRY_FRAMES, Motion};
 use crate::decoder::Selection;
-use crate::generic::{Audit, LATENTS, Latent, Outcome, State};
-use crate::health::{Health, count};
-use crate::interval::{Covariance, Interval};
+use crate::generic::{Audit, LATENTS, Outcome};
+use crate::health::count;
+use crate::interval::Interval;
 use crate::model::Model;
 use crate::surface::{POINTS, SurfaceProfile};
-use crate::window::Window;
 use serde::{Deserialize, Serialize};
 
 /// Largest glass acceleration that enters the port, as a multiple of the model's scale.
@@ -39,7 +36,7 @@ pub enum Drive {
         /// Of the instant of the frame: the inertial pressure follows it at once.
         now: f64,
     },
-    /// From nowhere: it is found with the latents, from the heights alone (`runtime::blind`).
+    /// From nowhere: it is found with the latents, from the heights alone.
     Unknown,
 }
 
@@ -59,22 +56,6 @@ pub struct Estimator<'m> {
     model: &'m Model<'m>,
     groups: Selection,
     deadline_us: u64,
-}
-
-/// What the estimator remembers from turn to turn.
-#[derive(Clone, Debug, Default)]
-pub struct Memory {
-    window: Window,
-    pub(super) state: State,
-    pub(super) covariance: Covariance,
-    motion: Motion,
-    blind: Blind,
-    /// Profiles since the sides of the glass were seen.
-    unseen: u32,
-    mode: Mode,
-    missed: u32,
-    /// Counters since the start.
-    pub health: Health,
 }
 
 /// What a turn knows, beside the full field in the caller's buffer.
@@ -104,17 +85,6 @@ pub struct Estimate {
     pub field_fresh: bool,
     /// Where the time went.
     pub stages: Stages,
-}
-
-impl Memory {
-    /// `drive`, or nothing known where the sides of the glass have not been seen for longer than an acceleration is
-    /// carried on.
-    fn known(&mut self, drive: Drive, profile: Option<&SurfaceProfile>) -> Drive {
-        if let Some(profile) = profile {
-            self.unseen = if profile.glass_x_m.is_some() { 0 } else { self.unseen.saturating_add(1) };
-        }
-        if drive == Drive::Seen && self.unseen > CARRY_FRAMES { Drive::Unknown } else { drive }
-    }
 }
 
 impl<'m> Estimator<'m> {
@@ -186,42 +156,36 @@ impl<'m> Estimator<'m> {
         let drive = memory.known(drive, profile);
 
         let scale = f64::from(self.model.header.acceleration_scale);
-        let (acceleration, moved) = self.acceleration(memory, profile, drive);
-        let audit = self.predict(memory, acceleration, moved, drive);
+        let slosh_before = self.slosh(memory);
+        let motion = self.drive(memory, drive, profile);
+        let (placed, entered) = (self.slosh(memory), memory.filter.push());
+        let audit = self.predict(memory, entered, placed);
+        let predicted = self.slosh(memory);
+        if let Drive::Known { now, .. } = drive {
+            let now = self.clip(memory, now) / scale;
+            memory.filter.told(now);
+        }
         stages.predict_us = lap.lap_us();
 
-        let usable = profile.filter(|profile| profile.seen() >= POINTS_NEEDED);
-        memory.window.push(self.model.scale().row(usable, acceleration as f32));
-        let ready = usable.is_some() && memory.window.is_full() && memory.window.seen() >= ROWS_NEEDED;
-        let measured = if ready && drive != Drive::Unknown { self.measure(memory) } else { None };
-        let mut tracked = measured.is_some();
+        let mut usable = profile.filter(|profile| profile.seen() >= POINTS_NEEDED);
+        let settled = memory.mode == Mode::Tracking;
+        if let Some(profile) = usable {
+            let Memory { filter, state, .. } = memory;
+            if !filter.heights(self.model, &mut state.latent, profile, (predicted, settled)) {
+                count(&mut memory.health.measurement_refused);
+                usable = None;
+            }
+        }
+        stages.correct_us = lap.lap_us();
+        memory.window.push(self.model.scale().row(usable, motion as f32));
+        let tracked = usable.is_some() && memory.window.is_full() && memory.window.seen() >= ROWS_NEEDED;
+        if tracked && drive != Drive::Unknown {
+            self.read(memory, (predicted, settled));
+        }
+        let port = memory.filter.push();
         stages.encode_us = lap.lap_us();
-
-        let before = self.model.generic.potential.value(&memory.state.latent);
-        let mut port = acceleration / scale;
-        match (drive, &measured, usable) {
-            (Drive::Unknown, _, Some(profile)) => {
-                let Memory { blind, state, covariance, .. } = memory;
-                let found = blind.correct(self.model, state, profile, before);
-                tracked = ready && found.is_some();
-                if found.is_none() {
-                    count(&mut memory.health.measurement_refused);
-                }
-                *covariance = found.unwrap_or_default();
-                port = memory.blind.push();
-            }
-            (_, Some((measured, nowcast)), _) => {
-                memory.state.latent = correct(&self.model.gain, &memory.state.latent, measured);
-                self.model.spread.correct(&mut memory.covariance, before);
-                port = *nowcast;
-            }
-            _ => {}
-        }
-        if let Drive::Known { now, .. } = drive {
-            port = self.clip(memory, now) / scale;
-        }
-        self.settle_mode(memory, tracked);
-        let slosh = self.model.generic.potential.value(&memory.state.latent);
+        memory.settle(tracked);
+        let slosh = self.slosh(memory);
         let joules = self.model.header.energy_scale_j;
         let latent: [f64; LATENTS] = memory.state.latent.into();
         let coefficients = self.model.decoder.coefficients(&latent.map(|x| x as f32), port as f32);
@@ -229,8 +193,9 @@ impl<'m> Estimator<'m> {
         if let Some(lens) = lens {
             lens.raise(&mut surface_m);
         }
-        let interval = self.model.spread.interval(&memory.covariance, slosh, memory.state.heat, joules);
-        stages.correct_us = lap.lap_us();
+        let interval =
+            self.model.spread.interval(&memory.filter.covariance(), slosh, memory.state.heat, joules);
+        stages.correct_us = stages.correct_us.saturating_add(lap.lap_us());
 
         let heat_j = joules * memory.state.heat;
         let field_fresh = memory.mode != Mode::Halted
@@ -249,36 +214,50 @@ impl<'m> Estimator<'m> {
             latent,
             surface_m,
             interval,
-            acceleration_m_s2: acceleration as f32,
+            acceleration_m_s2: (scale * entered) as f32,
             port: port as f32,
             slosh_j: joules * slosh,
             heat_j,
-            corrected_j: joules * (slosh - before),
+            corrected_j: joules * (slosh - predicted + placed - slosh_before),
             audit,
             field_fresh,
             stages,
         }
     }
 
-    /// The acceleration of the glass, clipped to what the model can have seen, and whether it was measured.
-    fn acceleration(
-        &self,
-        memory: &mut Memory,
-        profile: Option<&SurfaceProfile>,
-        drive: Drive,
-    ) -> (f64, bool) {
-        let position = profile.and_then(|profile| profile.glass_x_m).map(f64::from);
-        if position.is_none() {
+    /// H(x), in units of the model's energy.
+    fn slosh(&self, memory: &Memory) -> f64 {
+        self.model.generic.potential.value(&memory.state.latent)
+    }
+
+    /// Tells the filter how the glass has moved, and gives its acceleration as the encoder reads it, m/s2, clipped to what
+    /// the model can have seen: off the last three places, as it was told, or as the filter takes it to be.
+    fn drive(&self, memory: &mut Memory, drive: Drive, profile: Option<&SurfaceProfile>) -> f64 {
+        let scale = f64::from(self.model.header.acceleration_scale);
+        let place = profile.and_then(|profile| profile.glass_x_m).map(f64::from).filter(|x| x.is_finite());
+        if place.is_none() {
             count(&mut memory.health.glass_not_seen);
         }
-        let (measured, known) = match (memory.motion.update(position), drive) {
-            (seen, Drive::Seen) => (seen, position.is_some()),
-            (_, Drive::Known { before, .. }) => (before, true),
-            (_, Drive::Unknown) => {
-                (memory.blind.push() * f64::from(self.model.header.acceleration_scale), false)
+        let seen = memory.motion.update(place);
+        let Memory { filter, state, .. } = memory;
+        let acceleration = match (drive, place) {
+            (Drive::Seen, place) => {
+                if let Some(x_m) = place {
+                    filter.place(self.model, &mut state.latent, x_m);
+                }
+                seen
+            }
+            (Drive::Known { before, .. }, _) => before,
+            (Drive::Unknown, _) => {
+                filter.misplace();
+                scale * filter.push()
             }
         };
-        (self.clip(memory, measured), known)
+        let clipped = self.clip(memory, acceleration);
+        if let Drive::Known { .. } = drive {
+            memory.filter.told(clipped / scale);
+        }
+        clipped
     }
 
     /// `acceleration` within what the model can have seen; zero for what is no number.
@@ -291,15 +270,9 @@ impl<'m> Estimator<'m> {
         clipped
     }
 
-    /// The GENERIC step of this turn.
-    fn predict(&self, memory: &mut Memory, acceleration: f64, moved: bool, drive: Drive) -> Audit {
-        let u = acceleration / f64::from(self.model.header.acceleration_scale);
-        let slosh = self.model.generic.potential.value(&memory.state.latent);
-        match drive {
-            Drive::Unknown => memory.blind.predict(self.model, &memory.covariance, slosh),
-            _ => memory.blind = Blind::default(),
-        }
-        self.model.spread.predict(&mut memory.covariance, &self.model.generic, slosh, moved);
+    /// The GENERIC step of this turn under the port value `u`, from a slosh of energy `slosh`.
+    fn predict(&self, memory: &mut Memory, u: f64, slosh: f64) -> Audit {
+        memory.filter.predict(self.model, slosh);
         let audit = self.model.generic.step(&mut memory.state, u);
         match audit.outcome {
             Outcome::Solved => {}
@@ -310,37 +283,15 @@ impl<'m> Estimator<'m> {
         audit
     }
 
-    /// The encoder's latent and port value of the window; none where these are no numbers.
-    fn measure(&self, memory: &mut Memory) -> Option<(Latent, f64)> {
+    /// What the encoder reads off the window goes to the filter, unless it is no number.
+    fn read(&self, memory: &mut Memory, slosh: (f64, bool)) {
         let readings = self.model.encoder.encode(memory.window.rows());
-        if readings.iter().any(|x| !x.is_finite()) {
-            count(&mut memory.health.measurement_refused);
-            return None;
-        }
         let [latent @ .., port] = readings.map(f64::from);
-        Some((Latent::from(latent), port))
-    }
-
-    /// Moves to the mode of this turn and counts it.
-    fn settle_mode(&self, memory: &mut Memory, measured: bool) {
-        memory.missed = if measured { 0 } else { memory.missed.saturating_add(1) };
-        let next = memory.mode.next(measured, memory.missed);
-        if next == Mode::Halted && memory.mode != Mode::Halted {
-            // What comes back after a long gap has nothing to do with what was.
-            memory.window.clear();
-            memory.motion = Motion::default();
-            memory.state.latent = Latent::zeros();
-            memory.state.held = Default::default();
-            memory.covariance = Covariance::default();
-            memory.blind = Blind::default();
+        let finite = readings.iter().all(|x| x.is_finite());
+        let Memory { filter, state, .. } = memory;
+        if !finite || !filter.reading(self.model, &mut state.latent, (&latent.into(), port), slosh) {
+            count(&mut memory.health.measurement_refused);
         }
-        memory.mode = next;
-        count(match next {
-            Mode::Filling => &mut memory.health.filling,
-            Mode::Tracking => &mut memory.health.tracking,
-            Mode::Coasting => &mut memory.health.coasting,
-            Mode::Halted => &mut memory.health.halted,
-        });
     }
 
     /// Whether the full field can still be written this turn; counts it when not.

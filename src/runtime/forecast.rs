@@ -5,7 +5,7 @@
 //! taken to move on evenly (u = 0): the slosh then rings out freely, and energy cannot rise. The interval counts what
 //! a glass that does move would add.
 
-use super::estimator::Memory;
+use super::memory::Memory;
 use crate::generic::{LATENTS, State};
 use crate::model::Model;
 use crate::surface::POINTS;
@@ -60,7 +60,8 @@ impl Forecast {
         for ahead in 0..frames {
             model.generic.step(&mut state, port(model, plan, ahead));
         }
-        let half_m = model.spread.ahead(memory.covariance, &model.generic, slosh, (frames, plan.len()));
+        let half_m =
+            model.spread.ahead(memory.filter.covariance(), &model.generic, slosh, (frames, plan.len()));
         Self { surface_m: surface(model, &state), half_m }
     }
 }
@@ -83,7 +84,12 @@ impl Crest {
             let now = highest(&surface(model, &state));
             if rose && now.1 < last.1 {
                 let slosh = model.generic.potential.value(&memory.state.latent);
-                let half = model.spread.ahead(memory.covariance, &model.generic, slosh, (ahead, plan.len()));
+                let half = model.spread.ahead(
+                    memory.filter.covariance(),
+                    &model.generic,
+                    slosh,
+                    (ahead, plan.len()),
+                );
                 let half_m = half.get(last.0).copied().unwrap_or(0.0);
                 let spills = f64::from(last.1 + half_m) >= model.header.rim_m;
                 return Some(Self { frames: ahead, height_m: last.1, half_m, spills });

@@ -4,8 +4,9 @@
 //! been taken is stale and is not used. Time is the camera's; its frame counter may skip or restart.
 
 use super::budget::Clock;
-use super::estimator::{Estimate, Estimator, Memory};
+use super::estimator::{Estimate, Estimator};
 use super::eye::{Eye, Sight};
+use super::memory::Memory;
 use super::mode::COAST_LIMIT;
 use crate::frame::Stamp;
 use crate::health::count;

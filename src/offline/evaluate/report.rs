@@ -30,6 +30,14 @@ pub fn checks(study: &Study) -> Vec<Check> {
             percent(after.score.persistence.slosh_rel()),
             "%",
         ));
+        for (lead, name_of) in ["250ms", "500ms"].into_iter().enumerate() {
+            for (when, trial) in [("before", before), ("after", after)] {
+                let planned = percent(trial.planned.forecast[lead]);
+                checks.push(Check::told(name(&format!("{when}_planned_{name_of}")), planned, "%"));
+            }
+            let [said, still] = after.forecast[lead].map(percent);
+            checks.push(Check::at_most(name(&format!("forecast_{name_of}")), said, "%", still));
+        }
         let forgotten = percent(corrected.source[1] - corrected.source[0]);
         checks.push(Check::at_most(name("source_forgetting"), forgotten, "%", 5.0));
     }
@@ -95,11 +103,13 @@ pub fn markdown(study: &Study, checks: &[Check], command: &str) -> String {
     let mut page = format!(
         "# Correction from the free surface\n\n`{command}`, meniscus {}.\n\nErrors on recordings that nothing was \
          chosen by, depth noise 2 mm. max and mean: |z - estimate| / z; slosh: |z - estimate| / |z - rest|, a flat \
-         surface scores 100 %. Crests: median absolute error of height and time.\n\n",
+         surface scores 100 %. Foretold: the slosh 0.25 s ahead, the motion of the glass planned, which tells how well the \
+         model knows the liquid; the estimate follows the heights of any. Crests: median absolute error of height and \
+         time.\n\n",
         env!("CARGO_PKG_VERSION")
     );
-    page += "| liquid | max before, after, % | mean before, after, % | slosh before, after, % | one frame ago, % | \
-             crests, mm and ms before | after |\n|---|---|---|---|---|---|---|\n";
+    page += "| liquid | max before, after, % | mean before, after, % | slosh before, after, % | foretold before, after, % | \
+             one frame ago, % | crests, mm and ms before | after |\n|---|---|---|---|---|---|---|---|\n";
     for Outcome { course, before, after, .. } in &study.results {
         let (a, b) = (&before.score.estimate, &after.score.estimate);
         let crest = |trial: &Trial| {
@@ -112,7 +122,7 @@ pub fn markdown(study: &Study, checks: &[Check], command: &str) -> String {
         // Writing to a string cannot fail.
         let _ = writeln!(
             page,
-            "| {} | {:.2}, {:.2} | {:.2}, {:.2} | {:.1}, {:.1} | {:.1} | {} | {} |",
+            "| {} | {:.2}, {:.2} | {:.2}, {:.2} | {:.1}, {:.1} | {:.1}, {:.1} | {:.1} | {} | {} |",
             course.liquid,
             percent(a.max),
             percent(b.max),
@@ -120,6 +130,8 @@ pub fn markdown(study: &Study, checks: &[Check], command: &str) -> String {
             percent(b.mean()),
             percent(a.slosh_rel()),
             percent(b.slosh_rel()),
+            percent(before.planned.forecast[0]),
+            percent(after.planned.forecast[0]),
             percent(before.score.persistence.slosh_rel()),
             crest(before),
             crest(after)

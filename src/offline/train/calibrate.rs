@@ -8,16 +8,19 @@
 //! recording that was not seen. The runs are those of the camera side behind the rendered camera, so that everything
 //! between glass and estimate is counted.
 
+use super::measure::percent;
 use super::spread::UNIT;
 use crate::host::checks::Check;
 use crate::host::files::AlignedBytes;
 use crate::interval::{LEADS, REACH};
 use crate::model::{LoadError, Model};
+use crate::offline::baseline::linear_with_motion;
+use crate::offline::camera::START;
 use crate::offline::prelude::*;
 use crate::offline::recording::{GROUP_NAMES, Recording, STATE, group_range};
 use crate::offline::scene::SceneSettings;
-use crate::offline::score::field_of;
-use crate::offline::watching::{sightings, turns_with};
+use crate::offline::score::{field_of, score};
+use crate::offline::watching::{DISPARITY_RMS_PX, sightings, turns, turns_with};
 use crate::runtime::{Drive, Estimate, Forecast, Memory, Mode};
 use crate::surface::{ConfigError, SurfaceProfile};
 use crate::units::FRAME_INTERVAL_S;
@@ -53,20 +56,52 @@ fn quantile(mut ratios: Vec<f32>) -> f32 {
     if k.is_finite() { k.max(f32::MIN_POSITIVE) } else { 1.0 }
 }
 
-/// What the camera sees of `recording` with the noise that estimates are judged by: 2 mm of depth.
-///
-/// # Errors
-/// [`ConfigError`], when the glass of the recording cannot be looked at.
-pub(super) fn look(recording: &Recording, seed: u64) -> Result<Vec<Option<SurfaceProfile>>, ConfigError> {
-    let noise = crate::offline::watching::DISPARITY_RMS_PX;
-    sightings(
-        recording,
-        SceneSettings { disparity_rms_px: noise, seed, ..SceneSettings::of(&recording.glass) },
-    )
-}
-
 /// A recording and what the camera saw of it.
 pub(super) type Look<'r> = (&'r Recording, Vec<Option<SurfaceProfile>>);
+
+/// What the camera sees of `recordings` with `times` the noise that estimates are judged by, 2 mm of depth.
+///
+/// # Errors
+/// [`ConfigError`], when the glass of a recording cannot be looked at.
+pub(super) fn looks(recordings: &[Recording], times: f64, seed: u64) -> Result<Vec<Look<'_>>, ConfigError> {
+    let disparity_rms_px = times * DISPARITY_RMS_PX;
+    let mut all = Vec::new();
+    for recording in recordings {
+        let scene = SceneSettings { disparity_rms_px, seed, ..SceneSettings::of(&recording.glass) };
+        all.push((recording, sightings(recording, scene)?));
+    }
+    Ok(all)
+}
+
+/// Errors of surface and field of the estimates of `blob`, under `name`, and the slosh-relative error of the surface: the
+/// root of the mean square over the recordings.
+///
+/// # Errors
+/// [`LoadError`], when the blob is refused.
+pub(super) fn errors(
+    blob: &[u8],
+    looks: &[Look<'_>],
+    (name, targets): (&str, [Option<f64>; 5]),
+) -> Result<(Vec<Check>, f64), LoadError> {
+    let blob = AlignedBytes::copy(blob);
+    let model = Model::load(&blob)?;
+    // q, v, sigma, tau, surface; the internal energy is nothing that a latent carries.
+    let mut squares = [0.0; 5];
+    for (recording, seen) in looks {
+        let linear = linear_with_motion(recording);
+        let score = score(&model, recording, &linear, &turns(&model, seen), START);
+        let [q, v, _, sigma, tau] = score.field;
+        for (sum, error) in squares.iter_mut().zip([q, v, sigma, tau, score.estimate.slosh_rel()]) {
+            *sum += error * error / looks.len() as f64;
+        }
+    }
+    let errors = squares.map(f64::sqrt);
+    let names = ["q", "v", "sigma", "tau", "surface slosh-rel"];
+    let checks = names.iter().zip(errors).zip(targets);
+    let checks = checks.map(|((group, error), target)| percent(format!("{name}: {group}"), error, target));
+    let [.., surface] = errors;
+    Ok((checks.collect(), surface))
+}
 
 /// Errors over half-widths of the turns of `blob` that tracked, by recording.
 fn ratios_by_recording(blob: &[u8], looks: &[Look<'_>]) -> Result<Vec<Ratios>, LoadError> {

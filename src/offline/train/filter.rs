@@ -1,5 +1,6 @@
-//! The gain of the filter x+ = x- + G (y - x-), x- predicted by the exact GENERIC step, y read by the
-//! encoder: linear regression of the true innovation on the seen one, in closed loop.
+//! A filter of constant gain, x+ = x- + G (y - x-), x- predicted by the exact GENERIC step, y read by the
+//! encoder: linear regression of the true innovation on the seen one, in closed loop. A correction learns through it
+//! ([`super::correct`]); the camera side has a gain of its own in every turn (`runtime::filter`).
 
 use super::TrainError;
 use super::generic::{Dynamics, Latent, Square};

@@ -47,10 +47,12 @@ pub use error::TrainError;
 pub(in crate::offline) use noise::normal;
 pub use progress::{Checkpoints, Curve};
 
-use super::export;
+use super::export::{self, Part};
+use super::import;
 use super::recording::Recording;
 use crate::host::checks::Check;
-use crate::model::Header;
+use crate::host::files::AlignedBytes;
+use crate::model::{Header, Tensor};
 use crate::offline::prelude::*;
 use crate::units::FRAME_INTERVAL_S;
 use autoencoder::Autoencoder;
@@ -108,6 +110,9 @@ pub struct Options {
     /// Where checkpoints are kept; nowhere if `None`.
     pub checkpoints: Option<Checkpoints>,
 }
+
+/// Asked of the estimate, per cent: q, v, sigma, tau, surface.
+const ASKED: [Option<f64>; 5] = [Some(12.0), Some(12.0), Some(15.0), Some(15.0), Some(12.0)];
 
 /// Everything that has been learnt.
 #[derive(Debug)]
@@ -209,8 +214,7 @@ pub fn train(
     let model = Model { frame, autoencoder, encoder, dynamics, linear, preconditioner, gain };
     let spread = Spread::new(&model, &tracks, &held, &metric);
     // Fresh noise: the gain has seen the other.
-    let mut tracks = |noise| held.tracks(&model.frame, &model.encoder, noise, &mut rng);
-    let (tracks, worse) = (tracks(Noise::CAMERA), tracks(Noise::WORSE));
+    let tracks = held.tracks(&model.frame, &model.encoder, Noise::CAMERA, &mut rng);
     let soft = options.soft.then(|| {
         let (paths, plan) =
             ((seen.paths.as_slice(), held.paths.as_slice()), (options.schedule.rollout, seed(5)));
@@ -220,7 +224,7 @@ pub fn train(
         let (recordings, sequences) = ((training, validation), (&*seen.sequences, &*held.sequences));
         Sparse::train(&model.frame, recordings, sequences, (options.schedule.autoencoder, seed(6)), &session)
     });
-    let (mut checks, slosh_rel) = report::checks(&model, &held, &tracks, &worse);
+    let mut checks = report::checks(&model, &held, &tracks);
     let header = Header {
         liquid: fit(&first.provenance.liquid),
         provenance: fit(&options.command),
@@ -232,21 +236,59 @@ pub fn train(
         height_scale_m: model.frame.height_scale_m,
         acceleration_scale: model.frame.acceleration_scale,
         energy_scale_j: model.frame.energy_scale_j,
-        validation_slosh_rel: slosh_rel as f32,
+        validation_slosh_rel: 0.0,
         sections: heapless::Vec::new(),
         named: None,
     };
-    let blob = |reach| export::blob(header.clone(), &[parts::parts(&model), spread.parts(reach)].concat());
-    // Half of the validation recordings' noise makes the factors, the other half tells what they hold.
-    let looks = |seed| -> Result<Vec<_>, TrainError> {
-        validation.iter().map(|r| Ok((r, calibrate::look(r, seed)?))).collect()
-    };
-    let reach = calibrate::reach(&blob(&spread::UNIT)?, &looks(seed(3))?)?;
-    let blob = blob(&reach)?;
+    let parts = [parts::parts(&model), spread.parts(&spread::UNIT)].concat();
+    let finished = finish(header, parts, validation, options.seed)?;
     checks.extend(soft.iter().flat_map(|soft| soft.checks(&model.dynamics, &held.paths, &metric)));
     checks.extend(sparse.iter().flat_map(|five| five.checks(&model.frame, validation, &held.sequences)));
-    checks.extend(calibrate::held(&blob, &looks(seed(4))?)?);
-    Ok(Trained { blob, checks, curves: session.curves(), slosh_rel })
+    checks.extend(finished.checks);
+    Ok(Trained { curves: session.curves(), checks, ..finished })
+}
+
+/// `blob` with its intervals, and what it says of its own error, measured again on `validation`; the weights stay. For
+/// when what estimates are made by has changed, or there are recordings that tell more.
+///
+/// # Errors
+/// [`TrainError`], when the blob is refused or a recording cannot be looked at.
+pub fn measured_again(blob: &[u8], validation: &[Recording], seed: u64) -> Result<Trained, TrainError> {
+    if validation.is_empty() {
+        return Err(TrainError::NoRecording);
+    }
+    let (header, mut parts) = import::parts(&AlignedBytes::copy(blob))?;
+    for part in parts.iter_mut().filter(|part| part.tensor == Tensor::Reach) {
+        // The first number is the floor of w.
+        part.values.iter_mut().skip(1).zip(spread::UNIT).for_each(|(k, unit)| *k = unit);
+    }
+    finish(header, parts, validation, seed)
+}
+
+/// The blob of `parts`, whose k are all one, with its error and its intervals as the recordings of `validation` tell them
+/// behind the rendered camera.
+fn finish(
+    mut header: Header,
+    mut parts: Vec<Part>,
+    validation: &[Recording],
+    seed: u64,
+) -> Result<Trained, TrainError> {
+    let looks = |times, stage| calibrate::looks(validation, times, derive_seed(seed, stage));
+    // One draw of the noise makes the factors, another tells what they hold and what the errors are.
+    let (measured, judged) = (looks(1.0, 3)?, looks(1.0, 4)?);
+    let unit = export::blob(header.clone(), &parts)?;
+    let asked = ("estimate, camera noise", ASKED);
+    let (mut checks, slosh_rel) = calibrate::errors(&unit, &judged, asked)?;
+    let worse = ("estimate, three times the noise", [None; 5]);
+    checks.extend(calibrate::errors(&unit, &looks(3.0, 4)?, worse)?.0);
+    let reach = calibrate::reach(&unit, &measured)?;
+    for part in parts.iter_mut().filter(|part| part.tensor == Tensor::Reach) {
+        part.values.iter_mut().skip(1).zip(reach).for_each(|(k, reach)| *k = reach);
+    }
+    header.validation_slosh_rel = slosh_rel as f32;
+    let blob = export::blob(header, &parts)?;
+    checks.extend(calibrate::held(&blob, &judged)?);
+    Ok(Trained { blob, checks, curves: Vec::new(), slosh_rel })
 }
 
 /// What tells a training from another: its data, its seed and its schedule.

@@ -38,9 +38,6 @@ impl Noise {
     pub(super) const CAMERA: Self =
         Self { white_m: 1.2e-4, bias_m: 1e-4, glass_m: 1e-5, drop: 0.01, run: 0.02, gap: 0.0, unknown: 0.0 };
 
-    /// A camera three times worse.
-    pub(super) const WORSE: Self = Self { white_m: 4e-4, bias_m: 1.5e-4, glass_m: 3e-5, ..Self::CAMERA };
-
     /// Levels for training, spread around the camera's; one block in fifteen is a bad one.
     #[must_use]
     pub(super) fn draw(rng: &mut ChaCha8Rng) -> Self {

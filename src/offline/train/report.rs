@@ -1,8 +1,8 @@
 //! The figures of a trained model on the validation recordings, baselines beside them.
 
 use super::Model;
-use super::dataset::{SURFACE, TRUNK};
-use super::filter::{self, Track};
+use super::dataset::TRUNK;
+use super::filter::Track;
 use super::generic::Latent;
 use super::measure::{Errors, percent, persistence};
 use super::rollout::HORIZON;
@@ -10,14 +10,11 @@ use super::side::Side;
 use crate::host::checks::Check;
 use crate::offline::prelude::*;
 
-/// Asked of the filtered estimate, per cent: q, v, sigma, tau, surface.
-const TARGETS: [Option<f64>; 5] = [Some(12.0), Some(12.0), Some(15.0), Some(15.0), Some(12.0)];
-
-/// Asked of stages before it: nothing.
+/// Asked of a part: nothing.
 const OPEN: [Option<f64>; 5] = [None; 5];
 
-/// All figures, and the filtered slosh-rel as a fraction.
-pub(super) fn checks(model: &Model, held: &Side, tracks: &[Track], worse: &[Track]) -> (Vec<Check>, f64) {
+/// The figures of every part; those of the estimate are the blob's ([`super::calibrate`]).
+pub(super) fn checks(model: &Model, held: &Side, tracks: &[Track]) -> Vec<Check> {
     let frame = &model.frame;
     let over = |latents: &dyn Fn(usize) -> Vec<Latent>, ports: &dyn Fn(usize) -> Vec<f64>| {
         let mut errors = Errors::default();
@@ -55,16 +52,6 @@ pub(super) fn checks(model: &Model, held: &Side, tracks: &[Track], worse: &[Trac
     checks.extend(
         rolled(&|x, u| model.dynamics.roll_out(x, u)).checks("GENERIC with motion, 2 s roll-out", OPEN),
     );
-    let filtered = |tracks: &[Track]| {
-        let estimate = |k: usize| {
-            let states = filter::run(&model.dynamics, &model.gain, &tracks[k]);
-            states.into_iter().map(|(_, x)| x).collect()
-        };
-        over(&estimate, &|k| tracks[k].port.clone())
-    };
-    let estimate = filtered(tracks);
-    checks.extend(estimate.checks("filter, camera noise", TARGETS));
-    checks.extend(filtered(worse).checks("filter, three times the noise", OPEN));
     for (group, basis) in TRUNK.iter().zip(&frame.bases) {
         let name = format!("POD: {group} left out of {} modes", basis.rank());
         checks.push(percent(name, basis.left_out, None));
@@ -77,7 +64,7 @@ pub(super) fn checks(model: &Model, held: &Side, tracks: &[Track], worse: &[Trac
         books(model, held),
         None,
     ));
-    (checks, estimate.relative(SURFACE))
+    checks
 }
 
 /// Relative L2 error of H(x) against kinetic plus potential energy.

@@ -1,8 +1,8 @@
 //! Correction: a model of one liquid learns another from what a camera saw of its free surface.
 //!
 //! The paper's algorithm (section "correction"), with exact degeneracy instead of a penalty for it: the
-//! last GRU layer with its head, the operators and the energy's last layer of the GENERIC step, and the
-//! filter's gain learn by Adam from the free surface alone. Decoder and lower layers stay.
+//! last GRU layer with its head, the operators and the energy's last layer of the GENERIC step, and a constant
+//! gain that joins the two learn by Adam from the free surface alone. Decoder and lower layers stay.
 //!
 //! ```text
 //! blob A --import--> weights --Adam on batches of (new, source)--> candidate blob --judge--> best --> blob B
@@ -10,7 +10,9 @@
 //! Every look is taken by the camera side itself: a candidate is exported, loaded and run over the
 //! recordings that are held out. It counts only if
 //! - what it says of the source liquid has not become worse than the bound (against forgetting), and
-//! - it is better on the held-out recording than every one before (against learning noise).
+//! - what it foretells of the held-out recording, the surface a quarter of a second ahead under the motion that the camera
+//!   saw, is better than of every one before (against learning noise). The estimate itself tells models apart no more: it
+//!   follows the heights of any liquid.
 //!
 //! A camera has seen only so strong a slosh. Small sloshes are linear, so that the recordings are also learnt
 //! from stretched, heights and way of the glass by the same factor, each error counted over that factor.
@@ -32,8 +34,8 @@ use crate::host::files::AlignedBytes;
 use crate::model::{LoadError, Model};
 use crate::offline::prelude::*;
 use crate::offline::score::SurfaceError;
-use crate::offline::watching::turns;
-use crate::runtime::Mode;
+use crate::offline::watching::turns_with;
+use crate::runtime::{Drive, Estimate, Forecast, Memory, Mode, Motion};
 use crate::surface::SurfaceProfile;
 use burn::tensor::Device;
 use lesson::Lesson;
@@ -93,16 +95,19 @@ impl Default for Correction {
     }
 }
 
+/// Frames that are foretold to judge a model: 0.25 s.
+const AHEAD: usize = 15;
+
 /// A corrected blob and how it came about; errors are slosh-relative, of the measured surface.
 #[derive(Clone, Debug)]
 pub struct Corrected {
     /// The bytes of the blob.
     pub blob: Vec<u8>,
-    /// Error on the held-out part, before and after.
+    /// Error of what is foretold 0.25 s ahead of the held-out part, before and after.
     pub held: [f64; 2],
-    /// Error on the source recordings, before and after.
+    /// Error of what is said of the source recordings, before and after.
     pub source: [f64; 2],
-    /// Step, held-out error, source error of every look.
+    /// Step and both errors of every look.
     pub looks: Vec<(usize, f64, f64)>,
     /// Looks whose candidate was better on the held-out part but had forgotten too much.
     pub refused: usize,
@@ -140,7 +145,7 @@ pub fn correct(
     let judge = |blob: &[u8]| -> Result<(f64, f64), LoadError> {
         let blob = AlignedBytes::copy(blob);
         let model = Model::load(&blob)?;
-        Ok((error(&model, &held.all, held.from), error(&model, source, 0)))
+        Ok((error(&model, &held.all, held.from, AHEAD), error(&model, source, 0, 0)))
     };
     let device = Device::flex().autodiff();
     let session = Session::new(how.quiet, stop);
@@ -236,22 +241,33 @@ fn split(recordings: &[Sightings]) -> Result<(Side, Side), TrainError> {
     }
 }
 
-/// Slosh-relative error of the estimate against the measured surface, over the points that were seen from
-/// frame `from` on.
-fn error(model: &Model<'_>, recordings: &[Sightings], from: usize) -> f64 {
+/// Slosh-relative error of what is foretold `ahead` frames under the motion that the camera saw, of the estimate where
+/// that is none, against the surface that it then measured, over the points that were seen from frame `from` on.
+fn error(model: &Model<'_>, recordings: &[Sightings], from: usize, ahead: usize) -> f64 {
     let mut sums = SurfaceError::default();
     let rest = model.decoder.surface.rest;
     for seen in recordings {
-        for (logged, profile) in turns(model, seen).iter().zip(seen).skip(from) {
-            let estimate = &logged.turn.estimate;
-            let (Some(profile), Mode::Tracking | Mode::Coasting) = (profile, estimate.mode) else { continue };
-            let points = profile.valid.iter().zip(&profile.height_m).zip(&estimate.surface_m).zip(rest);
+        let mut motion = Motion::default();
+        let place = |profile: &Option<SurfaceProfile>| profile.and_then(|p| p.glass_x_m).map(f64::from);
+        let plan: Vec<f64> = seen.iter().map(|profile| motion.update(place(profile))).collect();
+        let look = |frame: usize, memory: &Memory, estimate: &Estimate| {
+            let then = frame + ahead;
+            let Some(Some(profile)) = seen.get(then).filter(|_| then >= from) else { return };
+            if !matches!(estimate.mode, Mode::Tracking | Mode::Coasting) {
+                return;
+            }
+            let said = match ahead {
+                0 => estimate.surface_m,
+                _ => Forecast::new(model, memory, ahead, &plan[frame + 1..=then]).surface_m,
+            };
+            let points = profile.valid.iter().zip(&profile.height_m).zip(&said).zip(rest);
             for (((valid, truth), said), rest) in points {
                 if *valid {
                     sums.add(&[*truth], &[*said], f64::from(*rest));
                 }
             }
-        }
+        };
+        turns_with(model, seen, |_| Drive::Seen, look);
     }
     let error = sums.slosh_rel();
     if error.is_finite() { error } else { f64::INFINITY }

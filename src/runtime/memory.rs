@@ -1,0 +1,57 @@
+//! What changes from turn to turn, and the mode that it leads to.
+
+use super::estimator::Drive;
+use super::filter::Filter;
+use super::mode::Mode;
+use super::motion::{CARRY_FRAMES, Motion};
+use crate::generic::{Latent, State};
+use crate::health::{Health, count};
+use crate::surface::SurfaceProfile;
+use crate::window::Window;
+
+/// What the estimator remembers from turn to turn.
+#[derive(Clone, Debug, Default)]
+pub struct Memory {
+    pub(super) window: Window,
+    pub(super) state: State,
+    pub(super) filter: Filter,
+    pub(super) motion: Motion,
+    /// Profiles since the sides of the glass were seen.
+    unseen: u32,
+    pub(super) mode: Mode,
+    missed: u32,
+    /// Counters since the start.
+    pub health: Health,
+}
+
+impl Memory {
+    /// `drive`, or nothing known where the sides of the glass have not been seen for longer than an acceleration is
+    /// carried on.
+    pub(super) fn known(&mut self, drive: Drive, profile: Option<&SurfaceProfile>) -> Drive {
+        if let Some(profile) = profile {
+            self.unseen = if profile.glass_x_m.is_some() { 0 } else { self.unseen.saturating_add(1) };
+        }
+        if drive == Drive::Seen && self.unseen > CARRY_FRAMES { Drive::Unknown } else { drive }
+    }
+
+    /// Moves to the mode of this turn and counts it.
+    pub(super) fn settle(&mut self, measured: bool) {
+        self.missed = if measured { 0 } else { self.missed.saturating_add(1) };
+        let next = self.mode.next(measured, self.missed);
+        if next == Mode::Halted && self.mode != Mode::Halted {
+            // What comes back after a long gap has nothing to do with what was.
+            self.window.clear();
+            self.motion = Motion::default();
+            self.state.latent = Latent::zeros();
+            self.state.held = Default::default();
+            self.filter = Filter::default();
+        }
+        self.mode = next;
+        count(match next {
+            Mode::Filling => &mut self.health.filling,
+            Mode::Tracking => &mut self.health.tracking,
+            Mode::Coasting => &mut self.health.coasting,
+            Mode::Halted => &mut self.health.halted,
+        });
+    }
+}

@@ -1,0 +1,162 @@
+//! The filter on the shipped model and its unseen recording: with and without any knowledge of how the glass moves, with
+//! points that are far off, on a liquid that the model does not know.
+#![cfg(feature = "offline")]
+#![allow(clippy::disallowed_methods, reason = "only storey 1 must compute the same bits on every platform")]
+
+use meniscus::host::files::AlignedBytes;
+use meniscus::model::Model;
+use meniscus::offline::baseline::linear_with_motion;
+use meniscus::offline::camera::START;
+use meniscus::offline::recording::{GROUP_NAMES, Recording};
+use meniscus::offline::scene::SceneSettings;
+use meniscus::offline::score::score;
+use meniscus::offline::watching::{DISPARITY_RMS_PX, perfect, sightings, turns_with};
+use meniscus::runtime::{Drive, Mode};
+use meniscus::surface::{POINTS, SurfaceProfile};
+use std::path::Path;
+
+#[test]
+fn without_the_motion_the_heights_alone_tell_the_liquid() {
+    let path = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/recordings/glycerine-unseen.safetensors"));
+    let recording = Recording::load(path).expect("the shipped recording is good");
+    let scene =
+        SceneSettings { disparity_rms_px: DISPARITY_RMS_PX, seed: 3, ..SceneSettings::of(&recording.glass) };
+    let seen = sightings(&recording, scene).expect("the glass can be seen");
+    let bytes = AlignedBytes::copy(include_bytes!("../models/glycerine.blob"));
+    let model = Model::load(&bytes).expect("the shipped model");
+    let linear = linear_with_motion(&recording);
+    let with = |drive: Drive, seen: &[Option<SurfaceProfile>]| {
+        let turns = turns_with(&model, seen, |_| drive, |_, _, _| {});
+        for logged in &turns {
+            let estimate = &logged.turn.estimate;
+            assert!(estimate.audit.heat >= 0.0 && estimate.audit.energy_residual.abs() < 1e-9);
+        }
+        let tracked = turns.iter().filter(|t| t.turn.estimate.mode == Mode::Tracking).count();
+        let score = score(&model, &recording, &linear, &turns, START);
+        println!(
+            "{drive:?}: {tracked} tracked, surface {:.2} % of the slosh, held {:.1} %",
+            100.0 * score.estimate.slosh_rel(),
+            100.0 * score.held.share()
+        );
+        for ((name, error), held) in GROUP_NAMES.iter().zip(score.field).zip(&score.field_held) {
+            println!("  {name}: {:.2} %, held {:.1} %", 100.0 * error, 100.0 * held.share());
+        }
+        score
+    };
+    let tracked = with(Drive::Seen, &seen);
+    let blind = with(Drive::Unknown, &seen);
+    // 15 and 20 % are asked for; the glass's own track is better still, or this would not be blind.
+    assert!(blind.estimate.slosh_rel() <= 0.15, "{}", blind.estimate.slosh_rel());
+    assert!(blind.field[1] <= 0.2 && blind.field[1] > tracked.field[1], "{:?}", blind.field);
+    // A camera that loses the sides of the glass on the way comes to the same.
+    let mut lost = seen.clone();
+    lost.iter_mut().flatten().skip(120).for_each(|profile| profile.glass_x_m = None);
+    let lost = with(Drive::Seen, &lost);
+    assert!(lost.estimate.slosh_rel() <= 0.15 && lost.field[1] <= 0.2, "{:?}", lost.field);
+}
+
+/// Slosh-relative error of the estimate behind the first second, and the share of the heights within their interval.
+fn followed(
+    model: &Model<'_>,
+    seen: &[Option<SurfaceProfile>],
+    truth: impl Fn(usize) -> [f32; POINTS],
+) -> (f64, f64) {
+    let rest = model.header.fill_m as f32;
+    let (mut miss, mut size, mut held, mut all) = (0.0, 0.0, 0.0, 0.0);
+    turns_with(
+        model,
+        seen,
+        |_| Drive::Seen,
+        |frame, _, estimate| {
+            if frame < 60 {
+                return;
+            }
+            let points = truth(frame).into_iter().zip(estimate.surface_m).zip(estimate.interval.surface_m);
+            for ((z, said), half) in points {
+                miss += f64::from(z - said).powi(2);
+                size += f64::from(z - rest).powi(2);
+                held += f64::from(u8::from((z - said).abs() <= half));
+                all += 1.0;
+            }
+        },
+    );
+    ((miss / size).sqrt(), held / all)
+}
+
+#[test]
+fn a_point_that_is_far_off_moves_little() {
+    let path = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/recordings/glycerine-unseen.safetensors"));
+    let recording = Recording::load(path).expect("the shipped recording is good");
+    let bytes = AlignedBytes::copy(include_bytes!("../models/glycerine.blob"));
+    let model = Model::load(&bytes).expect("the shipped model");
+    let truth = |frame: usize| recording.profile(frame).try_into().expect("21 heights");
+    let clean = perfect(&recording);
+    let (fair, _) = followed(&model, &clean, truth);
+    // One point of fifty a centimetre off, and the sides of the glass taken for something else in every hundredth frame.
+    let mut off = clean.clone();
+    for (frame, profile) in off.iter_mut().enumerate() {
+        let profile = profile.as_mut().expect("a profile");
+        for (point, height) in profile.height_m.iter_mut().enumerate() {
+            if (7 * frame + 13 * point) % 50 == 0 {
+                *height += if frame % 2 == 0 { 0.01 } else { -0.01 };
+            }
+        }
+        if frame % 100 == 50 {
+            profile.glass_x_m = profile.glass_x_m.map(|x| x + 0.02);
+        }
+    }
+    let (error, _) = followed(&model, &off, truth);
+    println!("slosh-rel {:.2} %, with outliers {:.2} %", 100.0 * fair, 100.0 * error);
+    assert!(fair < 0.05 && error < 0.08, "{fair} {error}");
+}
+
+/// The same surfaces, played faster by a sixth: no liquid of this viscosity in this glass sloshes so.
+#[test]
+fn a_liquid_that_the_model_does_not_know_is_followed() {
+    let path = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/recordings/glycerine-unseen.safetensors"));
+    let recording = Recording::load(path).expect("the shipped recording is good");
+    let bytes = AlignedBytes::copy(include_bytes!("../models/glycerine.blob"));
+    let model = Model::load(&bytes).expect("the shipped model");
+    let frames = recording.frames() * 6 / 7 - 1;
+    let at = |frame: usize| (frame * 7 / 6, (frame * 7 % 6) as f32 / 6.0);
+    let played = |frame: usize| -> [f32; POINTS] {
+        let (n, part) = at(frame);
+        let (now, next) = (recording.profile(n), recording.profile(n + 1));
+        std::array::from_fn(|point| (1.0 - part) * now[point] + part * next[point])
+    };
+    let seen: Vec<_> = perfect(&recording)
+        .into_iter()
+        .take(frames)
+        .enumerate()
+        .map(|(frame, profile)| {
+            let (n, part) = at(frame);
+            let x = &recording.glass_x_m;
+            let place = (1.0 - f64::from(part)) * x[n] + f64::from(part) * x[n + 1];
+            profile.map(|p| SurfaceProfile { height_m: played(frame), glass_x_m: Some(place as f32), ..p })
+        })
+        .collect();
+    let (error, held) = followed(&model, &seen, played);
+    println!("slosh-rel {:.2} %, {:.0} % of the heights within their interval", 100.0 * error, 100.0 * held);
+    assert!(error < 0.1, "{error}");
+    assert!(held > 0.75, "{held}");
+}
+
+#[test]
+fn a_height_that_is_no_number_is_refused_and_forgotten() {
+    let path = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/recordings/glycerine-unseen.safetensors"));
+    let mut seen = perfect(&Recording::load(path).expect("the shipped recording is good"));
+    seen[100].as_mut().expect("a profile").height_m[3] = f32::NAN;
+    let bytes = AlignedBytes::copy(include_bytes!("../models/glycerine.blob"));
+    let model = Model::load(&bytes).expect("the shipped model");
+    let mut refused = 0;
+    let turns = turns_with(
+        &model,
+        &seen,
+        |_| Drive::Unknown,
+        |_, memory, _| refused = memory.health.measurement_refused,
+    );
+    let mode = |frame: usize| turns[frame].turn.estimate.mode;
+    assert_eq!((mode(99), mode(100), mode(101)), (Mode::Tracking, Mode::Coasting, Mode::Tracking));
+    assert_eq!(refused, 1);
+    assert!(turns.iter().all(|t| t.turn.estimate.latent.iter().all(|x| x.is_finite())));
+}
