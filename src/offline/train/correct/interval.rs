@@ -1,11 +1,11 @@
 //! How wide the intervals of a corrected blob must be.
 //!
 //! ```text
-//! share of |z - estimate|^2 <= (c half)^2 + (1.645 s)^2 over the held-out points is to be 90 %
+//! share of |z - estimate| <= c half over the held-out points is to be 90 %,    1 <= c <= 20
 //! ```
-//! with s the standard deviation of each measured height: the truth is not known, but how far a measurement
-//! lies from it is. The factor c goes to every k of the blob alike, because nothing but the surface has been
-//! seen of the new liquid.
+//! The truth is not known, but how far a measurement lies from the estimate is. The filter has followed these very heights, so
+//! that they may ask for wider intervals and never for narrower ones. The factor c goes to every k of the blob alike, because
+//! nothing but the surface has been seen of the new liquid.
 
 use super::Sightings;
 use crate::host::files::AlignedBytes;
@@ -18,8 +18,8 @@ use crate::offline::watching::turns;
 use crate::offline::{export, import};
 use crate::runtime::Mode;
 
-/// Standard deviations that hold 90 % of a normal variable.
-const NORMAL: f64 = 1.645;
+/// Largest c.
+const WIDEST: f32 = 20.0;
 
 /// `blob` with its intervals scaled to what `held` shows from frame `from` on.
 ///
@@ -34,11 +34,9 @@ pub(super) fn rescaled(blob: &[u8], held: &[Sightings], from: usize) -> Result<V
             let estimate = &logged.turn.estimate;
             let (Some(profile), Mode::Tracking) = (profile, estimate.mode) else { continue };
             for point in (0..profile.valid.len()).filter(|&point| profile.valid[point]) {
-                let miss = f64::from(profile.height_m[point] - estimate.surface_m[point]);
-                let noise2 = NORMAL * NORMAL * f64::from(profile.variance_m2[point]);
-                let half = f64::from(estimate.interval.surface_m[point]);
+                let miss = (profile.height_m[point] - estimate.surface_m[point]).abs();
                 // The factor at which this point is just held.
-                factors.push((miss * miss - noise2).max(0.0).sqrt() / half.max(f64::MIN_POSITIVE));
+                factors.push(miss / estimate.interval.surface_m[point].max(f32::MIN_POSITIVE));
             }
         }
     }
@@ -46,11 +44,11 @@ pub(super) fn rescaled(blob: &[u8], held: &[Sightings], from: usize) -> Result<V
         return Ok(blob.to_vec());
     }
     let at = ((factors.len() as f64 * HELD).ceil() as usize).clamp(1, factors.len()) - 1;
-    let (_, factor, _) = factors.select_nth_unstable_by(at, f64::total_cmp);
+    let (_, factor, _) = factors.select_nth_unstable_by(at, f32::total_cmp);
     let (header, mut parts) = import::parts(&aligned)?;
     for part in parts.iter_mut().filter(|part| part.tensor == Tensor::Reach) {
         // The first number is the floor of w.
-        part.values.iter_mut().take(REACH).skip(1).for_each(|k| *k *= factor.clamp(0.25, 20.0) as f32);
+        part.values.iter_mut().take(REACH).skip(1).for_each(|k| *k *= factor.clamp(1.0, WIDEST));
     }
     Ok(export::blob(header, &parts)?)
 }
