@@ -25,7 +25,7 @@ pub struct Health {
     pub glass_not_seen: u64,
     /// Glass accelerations beyond what the model was built for, clipped.
     pub acceleration_clipped: u64,
-    /// Measurements refused because the encoder gave something that is not a number.
+    /// Measurements refused because heights or the encoder gave something that is not a number.
     pub measurement_refused: u64,
     /// Implicit steps whose iterations ran out.
     pub step_unconverged: u64,
