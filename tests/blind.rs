@@ -1,6 +1,6 @@
 //! An estimate without any knowledge of how the glass moves: the shipped model on its unseen recording, behind the
 //! rendered camera with 2 mm of depth noise.
-#![cfg(feature = "offline")]
+#![cfg(feature = "studies")]
 #![allow(clippy::disallowed_methods, reason = "only storey 1 must compute the same bits on every platform")]
 
 use meniscus::host::files::AlignedBytes;
