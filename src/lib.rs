@@ -6,7 +6,7 @@
 //! |---|---|---|
 //! | 1 camera side: `no_std`, no alloc, no panic, no clock, no I/O | everything but the two below | itself and `core` |
 //! | 2 host, feature `host` | [`host`] | storey 1 and `std` |
-//! | 3 offline, feature `offline` (training: `train`) | [`offline`] | storeys 1, 2 and `std` |
+//! | 3 offline, feature `offline` (simulator and studies: `studies`; training: `train`) | [`offline`] | storeys 1, 2 and `std` |
 //!
 //! # One 60 Hz turn
 //!

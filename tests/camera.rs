@@ -2,7 +2,7 @@
 //! stated recovery or the stated words, none hangs, and no stale frame comes out as a fresh one.
 //! The driver and its table are those of `meniscus camera study`.
 #![allow(clippy::disallowed_methods, reason = "only storey 1 must compute the same bits on every platform")]
-#![cfg(feature = "offline")]
+#![cfg(feature = "studies")]
 
 use meniscus::host::buffer::Buffer;
 use meniscus::host::camera::{CameraError, Note, Session, Settings, Sink, dump};

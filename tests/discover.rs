@@ -1,6 +1,6 @@
 //! Discovery on made-up recordings (the reduced model with noise, seconds) and on measured water where its data
 //! are there. `meniscus discover study` holds it against another simulator.
-#![cfg(feature = "offline")]
+#![cfg(feature = "studies")]
 #![allow(clippy::disallowed_methods, reason = "only storey 1 must compute the same bits on every platform")]
 
 #[path = "support/shaken.rs"]

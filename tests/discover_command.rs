@@ -1,5 +1,5 @@
 //! Discovery through the command and on folders with faults; what is kept of an interrupted one.
-#![cfg(feature = "offline")]
+#![cfg(feature = "studies")]
 #![allow(clippy::disallowed_methods, reason = "only storey 1 must compute the same bits on every platform")]
 
 #[path = "support/shaken.rs"]

@@ -1,5 +1,5 @@
 //! The book is held to its word: links lead somewhere, pictures have their command, commands have their flags.
-#![cfg(feature = "offline")]
+#![cfg(feature = "studies")]
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -95,6 +95,10 @@ fn words(command: &str) -> Option<Vec<&str>> {
     let mut words = command.split_whitespace().skip_while(assignment);
     let first = words.next()?;
     let is_cargo = first == "cargo" && words.next()? == "run";
+    // An example is a program of its own.
+    if is_cargo && command.contains(" --example ") {
+        return None;
+    }
     if is_cargo {
         return Some(words.skip_while(|word| *word != "--").skip(1).collect());
     }
@@ -204,6 +208,26 @@ fn every_command_has_its_verb_and_its_flags() {
     assert!(count > 40, "only {count} commands were found");
 }
 
+/// What `cargo view` stands for.
+fn alias(config: &str) -> Option<&str> {
+    config.lines().find_map(|line| line.strip_prefix("view = \"")?.strip_suffix('"'))
+}
+
+#[test]
+fn the_short_way_is_told_and_is_a_command_of_this_program() {
+    let read = |path: &str| fs::read_to_string(root().join(path)).expect("a file");
+    for page in ["README.md", "docs/page.md"] {
+        assert!(commands(&read(page)).iter().any(|command| command == "cargo view"), "{page}");
+    }
+    assert!(read("src/cli/people/clean_clone.rs").contains("const COMMAND: &str = \"cargo view\";"));
+    let config = read(".cargo/config.toml");
+    let command = format!("cargo {}", alias(&config).expect("the alias"));
+    let words = words(&command).expect("a command of this program");
+    assert_eq!(words, ["run", "--view"]);
+    assert_eq!(Helps(BTreeMap::new()).wrong(&words), None);
+    assert_eq!(alias("[alias]\nviews = \"run\"\n"), None);
+}
+
 #[test]
 fn the_checks_can_fail() {
     let page = Path::new("docs/page.md");
@@ -224,6 +248,7 @@ fn the_checks_can_fail() {
     assert!(wrong("meniscus correct --recordigns x").is_some());
     assert!(wrong("meniscus rnu").is_some_and(|what| what.contains("no verb")));
     assert_eq!(words("hil/run gate"), None);
+    assert_eq!(words("cargo run --release --example see -- a"), None);
     assert!(makes("MENISCUS_PAGE_PICTURE=docs/page.png cargo test --release") && makes("meniscus render"));
     assert!(!makes("cargo test --release") && !makes("meniscus") && !makes("src/lib.rs"));
 }

@@ -2,7 +2,7 @@
 //! `meniscus simulate validate` holds every effect at a finer spacing. The bounds are the measured
 //! errors, rounded up: contact line -19 %, foam's strength -49 %, tension +4 %, slip 0 %, memory -31 % in
 //! frequency and -12 % in decay, inclination -3 %; an effect that does nothing is 100 % off.
-#![cfg(feature = "offline")]
+#![cfg(feature = "studies")]
 #![allow(clippy::disallowed_methods, reason = "only storey 1 must compute the same bits on every platform")]
 
 use meniscus::offline::liquids::{Liquid, known};

@@ -4,7 +4,7 @@
 //! recording), so that a mutation gets past the first check. `MENISCUS_FUZZ=1000000 cargo test --release
 //! --test fuzz` runs longer; a failing case is shrunk and kept by proptest in `tests/fuzz.regressions`.
 #![allow(clippy::disallowed_methods, reason = "only storey 1 must compute the same bits on every platform")]
-#![cfg(feature = "offline")]
+#![cfg(feature = "studies")]
 
 mod recordings;
 

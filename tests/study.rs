@@ -1,6 +1,6 @@
 //! A small study of the surface: the same scenes as `meniscus camera study`, fewer of them, of another seed.
 #![allow(clippy::disallowed_methods, reason = "only storey 1 must compute the same bits on every platform")]
-#![cfg(feature = "offline")]
+#![cfg(feature = "studies")]
 
 use meniscus::offline::study::conditions::Condition;
 use meniscus::offline::study::judge::{Judged, Row};

@@ -1,14 +1,20 @@
 //! Which bus a command works on: the machine's own, or one with a simulated camera.
 
+#[cfg(feature = "studies")]
 use super::shipped;
 use anyhow::anyhow;
 use meniscus::host::camera::CameraError;
 use meniscus::host::usb::Machine;
+#[cfg(feature = "studies")]
 use meniscus::offline::recording::Recording;
+#[cfg(feature = "studies")]
 use meniscus::offline::scene::SceneSettings;
-use meniscus::offline::usb::{RecordedGlass, SimulatedBus};
+#[cfg(feature = "studies")]
+use meniscus::offline::usb::RecordedGlass;
+use meniscus::offline::usb::SimulatedBus;
 use meniscus_hil::FaultList;
 use meniscus_hil::device::{Device, Scenery, TROUBLES, TestCard, Trouble};
+#[cfg(feature = "studies")]
 use std::path::Path;
 
 /// The machine's own.
@@ -33,6 +39,7 @@ pub(crate) fn simulated(trouble_name: &str) -> anyhow::Result<SimulatedBus> {
     Ok(SimulatedBus::new(device).in_real_time())
 }
 
+#[cfg(feature = "studies")]
 /// A simulated camera before the glass of the shipped recording at rest, in real time.
 pub(crate) fn resting(trouble_name: &str) -> anyhow::Result<SimulatedBus> {
     let recording = Recording::from_bytes(Path::new("the shipped recording"), shipped::RECORDING)?;
@@ -41,6 +48,7 @@ pub(crate) fn resting(trouble_name: &str) -> anyhow::Result<SimulatedBus> {
     Ok(SimulatedBus::new(device).in_real_time())
 }
 
+#[cfg(feature = "studies")]
 /// A simulated camera before the shipped recording, in real time.
 pub(crate) fn recorded(trouble_name: &str) -> anyhow::Result<SimulatedBus> {
     let recording = Recording::from_bytes(Path::new("the shipped recording"), shipped::RECORDING)?;

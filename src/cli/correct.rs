@@ -1,17 +1,16 @@
 //! `meniscus correct`: a model learns another liquid from recordings of its free surface.
 
 use anyhow::{Context, ensure};
-use meniscus::host::bag;
 use meniscus::host::checks::{Check, table};
 use meniscus::host::files::write_whole;
 use meniscus::model::Model;
 use meniscus::offline::recording::Recording;
 use meniscus::offline::scene::SceneSettings;
 use meniscus::offline::train::correct::{Correction, Sightings, correct};
-use meniscus::offline::watching::{sightings, sightings_of};
-use meniscus::surface::{self, Config};
+use meniscus::offline::watching::sightings;
 use std::path::{Path, PathBuf};
 
+use super::filmed::{all_filmed, by_camera};
 use super::glass;
 use super::inputs::{file, recordings};
 use super::shipped;
@@ -102,8 +101,14 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         };
         (0..).zip(all).map(seen).collect()
     };
-    let filmed: Vec<&PathBuf> = arguments.recordings.iter().filter(|path| is_filmed(path)).collect();
-    let (liquid, seen) = if filmed.is_empty() {
+    let (liquid, seen) = if all_filmed(&arguments.recordings)? {
+        // Nobody says which liquid stood before the camera: the file's name does.
+        let name = arguments.recordings.first().and_then(|path| path.file_stem()).unwrap_or_default();
+        let name = name.to_string_lossy().into_owned();
+        let setup = arguments.setup.as_deref();
+        let look = |path: &PathBuf| by_camera(path, |camera| glass::settings(setup, &model.header, camera));
+        (name, arguments.recordings.iter().map(look).collect::<anyhow::Result<Vec<_>>>()?)
+    } else {
         ensure!(
             arguments.setup.is_none(),
             "--setup is for a camera's recordings, and these are the simulator's"
@@ -111,16 +116,6 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         let new = recordings(&arguments.recordings, "")?;
         let liquid = new.first().map_or(String::new(), |recording| recording.provenance.liquid.clone());
         (liquid, look(&new, 0)?)
-    } else {
-        ensure!(
-            filmed.len() == arguments.recordings.len(),
-            "recordings of a camera and of the simulator in one correction: give one kind"
-        );
-        // Nobody says which liquid stood before the camera: the file's name does.
-        let name = filmed.first().and_then(|path| path.file_stem()).unwrap_or_default();
-        let name = name.to_string_lossy().into_owned();
-        let look = |path: &&PathBuf| by_camera(path, arguments.setup.as_deref(), &model);
-        (name, filmed.iter().map(look).collect::<anyhow::Result<Vec<_>>>()?)
     };
     let how = Correction {
         seed: arguments.seed,
@@ -151,32 +146,4 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     print!("{}", table(&checks));
     println!("{}: {} bytes", arguments.out.display(), corrected.blob.len());
     Ok(())
-}
-
-/// Whether `path` is a camera's recording.
-fn is_filmed(path: &Path) -> bool {
-    let extension = path.extension().and_then(|extension| extension.to_str());
-    matches!(extension, Some("mcap" | "bag" | "db3")) || path.join("frames.csv").exists()
-}
-
-/// What the camera saw in its recording at `path`, in every frame interval.
-fn by_camera(path: &Path, setup: Option<&Path>, model: &Model<'_>) -> anyhow::Result<Sightings> {
-    let recording = bag::open(path)?;
-    let camera = &recording.calibration;
-    let settings = surface::Settings {
-        intrinsics: camera.intrinsics(),
-        depth_unit_m: camera.depth_unit_m,
-        ..surface::Settings::default()
-    };
-    let config = Config::new(glass::settings(setup, &model.header, settings)?)
-        .with_context(|| format!("the camera of {} cannot see the model's glass", path.display()))?;
-    let seen = sightings_of(recording, config)?;
-    let count = seen.iter().flatten().count();
-    ensure!(
-        2 * count > seen.len(),
-        "{}: the liquid was seen in {count} of {} frames: is that the glass of the setup?",
-        path.display(),
-        seen.len()
-    );
-    Ok(seen)
 }

@@ -2,11 +2,14 @@
 
 use super::profile::Profile;
 use super::shipped;
+#[cfg(feature = "studies")]
 use anyhow::{Context, ensure};
 use meniscus::host::files::AlignedBytes;
 use meniscus::host::flash::{Folder, boot};
+#[cfg(feature = "studies")]
 use meniscus::offline::recording::Recording;
 use std::path::Path;
+#[cfg(feature = "studies")]
 use std::path::PathBuf;
 
 /// The bytes of a model where weights can be read in place: the one in the program (`shipped`), a file, or what
@@ -31,6 +34,7 @@ pub(super) fn file(model: &str) -> anyhow::Result<AlignedBytes> {
     Ok(AlignedBytes::read(Path::new(model))?)
 }
 
+#[cfg(feature = "studies")]
 /// The recordings that `paths` name, a folder standing for its files that begin with `prefix`.
 pub(super) fn recordings(paths: &[PathBuf], prefix: &str) -> anyhow::Result<Vec<Recording>> {
     let mut files = Vec::new();
@@ -44,6 +48,7 @@ pub(super) fn recordings(paths: &[PathBuf], prefix: &str) -> anyhow::Result<Vec<
     files.iter().map(|file| plain(file)).collect()
 }
 
+#[cfg(feature = "studies")]
 /// The recording in `file`, of an upright cylinder.
 pub(super) fn plain(file: &Path) -> anyhow::Result<Recording> {
     let recording = Recording::load(file)?;
@@ -55,6 +60,7 @@ pub(super) fn plain(file: &Path) -> anyhow::Result<Recording> {
     Ok(recording)
 }
 
+#[cfg(feature = "studies")]
 fn in_folder(folder: &Path, prefix: &str) -> anyhow::Result<Vec<PathBuf>> {
     let entries = folder.read_dir().with_context(|| format!("{} cannot be listed", folder.display()))?;
     let mut files: Vec<PathBuf> = entries.filter_map(|entry| Some(entry.ok()?.path())).collect();

@@ -1,16 +1,18 @@
 //! `meniscus people`: what those who watch cost.
 
+mod clean_clone;
 mod recognition;
 
 use super::{inputs, shipped};
+use anyhow::ensure;
 use indicatif::{ProgressBar, ProgressStyle};
-use meniscus::host::checks::table;
+use meniscus::host::checks::{Check, table};
 use meniscus::model::Model;
 use meniscus::offline::recording::Recording;
 use meniscus::offline::scene::SceneSettings;
 use meniscus::offline::viewers::study;
 use meniscus::surface::{Config, Settings};
-use serde_json::json;
+use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 
 /// Look into what people see of a run.
@@ -33,11 +35,12 @@ enum Verb {
 /// matter of chance: the rounds are in `rounds_change`.
 ///
 /// With --recognition the question is another one: how often `meniscus run --among` names the right liquid, over
-/// recordings that nothing was learnt from.
+/// recordings that nothing was learnt from. With --clean-clone it is how long a newcomer waits from `git clone` to a liquid
+/// that moves on the page, the build included; crates are fetched before, which is not counted.
 #[derive(clap::Args)]
 #[command(
     verbatim_doc_comment,
-    after_help = "Examples:\n  meniscus people study\n  meniscus people study --rounds 16 --json\n  meniscus people study --recognition unseen --json"
+    after_help = "Examples:\n  meniscus people study\n  meniscus people study --rounds 16 --json\n  meniscus people study --recognition unseen --json\n  meniscus people study --clean-clone ."
 )]
 struct Study {
     /// Rounds, half of them with viewers.
@@ -50,6 +53,10 @@ struct Study {
     /// that are not known are to be refused.
     #[arg(long, value_name = "DIR")]
     recognition: Option<PathBuf>,
+    /// Measure instead the time from a clean clone of this repository (a folder or an address) to a moving liquid: about
+    /// 1 GB in the temporary folder, and some minutes of all cores.
+    #[arg(long, value_name = "REPOSITORY", conflicts_with = "recognition")]
+    clean_clone: Option<PathBuf>,
     /// Known liquids, with --recognition: those in the program (shipped), a note, or a folder of notes; may be repeated.
     #[arg(long, default_value = "shipped", value_name = "shipped|FILE|DIR", requires = "recognition")]
     among: Vec<String>,
@@ -63,18 +70,23 @@ struct Study {
 
 /// Runs the verb.
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
-    let Verb::Study(Study { rounds, viewers, recognition, among, json, check }) = &arguments.verb;
+    let Verb::Study(Study { rounds, viewers, recognition, clean_clone, among, json, check }) =
+        &arguments.verb;
+    if let Some(from) = clean_clone {
+        let checks = clean_clone::measure(from)?.checks();
+        let report = json!({
+            "command": "meniscus people study --clean-clone",
+            "version": env!("CARGO_PKG_VERSION"),
+            "checks": checks,
+        });
+        return told(&report, &checks, *json, *check);
+    }
     if let Some(folder) = recognition {
         let study = recognition::measure(folder, among, *json)?;
-        if *json {
-            println!("{:#}", recognition::json(&study));
-        } else {
+        if !json {
             print!("{}", recognition::text(&study));
         }
-        if *check && !study.checks().iter().all(|check| check.ok) {
-            anyhow::bail!("a check missed its target");
-        }
-        return Ok(());
+        return told(&recognition::json(&study), &study.checks(), *json, *check);
     }
     let bytes = inputs::file("shipped")?;
     let model = Model::load(&bytes)?;
@@ -89,21 +101,24 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let measured = study(&model, &recording, scene, Config::new(settings)?, sizes, || bar.inc(1))?;
     bar.finish_and_clear();
     let checks = measured.checks();
-    if *json {
-        let report = json!({
-            "command": "meniscus people study",
-            "version": env!("CARGO_PKG_VERSION"),
-            "viewers": viewers,
-            "rounds": 2 * pairs,
-            "rounds_change": measured.changes,
-            "checks": checks,
-        });
-        println!("{}", serde_json::to_string_pretty(&report)?);
+    let report = json!({
+        "command": "meniscus people study",
+        "version": env!("CARGO_PKG_VERSION"),
+        "viewers": viewers,
+        "rounds": 2 * pairs,
+        "rounds_change": measured.changes,
+        "checks": checks,
+    });
+    told(&report, &checks, *json, *check)
+}
+
+/// Prints a study, and fails if that is wanted and a check missed its target.
+fn told(report: &Value, checks: &[Check], json: bool, check: bool) -> anyhow::Result<()> {
+    if json {
+        println!("{report:#}");
     } else {
-        print!("{}", table(&checks));
+        print!("{}", table(checks));
     }
-    if *check && !checks.iter().all(|check| check.ok) {
-        anyhow::bail!("a check missed its target");
-    }
+    ensure!(!check || checks.iter().all(|check| check.ok), "a check missed its target");
     Ok(())
 }

@@ -3,18 +3,21 @@
 mod learn;
 
 use super::among::among;
+use super::filmed::{Sightings, all_filmed, by_camera, setup};
 use super::inputs::plain;
 use anyhow::{Context, ensure};
-use meniscus::host::recognise::Standing;
+use meniscus::host::recognise::{Note, Standing};
 use meniscus::offline::recognise::{look, picture, recognise};
 use serde_json::json;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Say which known liquid moves in a recording, with a probability, and "none of these".
 ///
 /// Each known liquid is an oscillator with six numbers of its own, driven by the glass as it was seen to move; the one
 /// that foretells the surface best is the liquid. What none of them foretells as well as its own is none of them.
-/// Recordings are seen through the simulated camera; `meniscus run --among` does the same beside a live camera.
+/// Recordings of the simulator are seen through the simulated camera. A camera's own (.mcap, .bag, .db3, or a folder with
+/// frames.csv) need --setup, as `meniscus setup` has written it: the glass and the place of the camera. `meniscus run
+/// --among` does the same beside a live camera.
 ///
 /// The program knows water, butter, glycerine, gazpacho and honey as its simulator has them, in the glass of the
 /// recordings. `meniscus recognise learn` makes any liquid known, from two recordings of it or more.
@@ -24,13 +27,13 @@ use std::path::PathBuf;
 #[command(
     args_conflicts_with_subcommands = true,
     subcommand_negates_reqs = true,
-    after_help = "Examples:\n  meniscus recognise recordings/glycerine-unseen.safetensors\n  meniscus recognise data/beer/strokes-1401x0.4.safetensors --picture beer.png\n  meniscus recognise learn --recordings mine --out liquids/mine.liquid.json\n  meniscus recognise try.safetensors --among liquids --among shipped"
+    after_help = "Examples:\n  meniscus recognise recordings/glycerine-unseen.safetensors\n  meniscus recognise data/beer/strokes-1401x0.4.safetensors --picture beer.png\n  meniscus recognise one.mcap --setup glass.toml --among liquids\n  meniscus recognise learn --recordings mine --out liquids/mine.liquid.json\n  meniscus recognise try.safetensors --among liquids --among shipped"
 )]
 pub(crate) struct Arguments {
     #[command(subcommand)]
     verb: Option<Verb>,
     #[command(flatten)]
-    asked: Option<Asked>,
+    asked: Asked,
 }
 
 #[derive(clap::Subcommand)]
@@ -41,9 +44,12 @@ enum Verb {
 // No documentation here: clap would take it for that of the verb.
 #[derive(clap::Args)]
 struct Asked {
-    /// The recordings.
+    /// The recordings, all of the simulator or all of a camera.
     #[arg(required = true, value_name = "RECORDING")]
     recordings: Vec<PathBuf>,
+    /// The glass and the place of the camera, as `meniscus setup` has written them, for a camera's recordings.
+    #[arg(long, value_name = "FILE.toml")]
+    setup: Option<PathBuf>,
     /// Known liquids: those in the program (shipped), a note, or a folder of notes; may be repeated.
     #[arg(long, default_value = "shipped", value_name = "shipped|FILE|DIR")]
     among: Vec<String>,
@@ -59,20 +65,19 @@ struct Asked {
 
 /// Runs the verb.
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
-    match (&arguments.verb, &arguments.asked) {
-        (Some(Verb::Learn(arguments)), _) => learn::run(arguments),
-        (None, Some(asked)) => ask(asked),
-        (None, None) => anyhow::bail!("give a recording, or the verb 'learn'"),
+    match &arguments.verb {
+        Some(Verb::Learn(arguments)) => learn::run(arguments),
+        None => ask(&arguments.asked),
     }
 }
 
 // No documentation here either.
 #[derive(clap::Args)]
 struct Noise {
-    /// Noise of the camera's disparity, pixels rms (0.08 is a D435, 0.24 makes 2 mm of depth at 0.4 m).
+    /// Noise of the simulated camera's disparity, pixels rms (0.08 is a D435, 0.24 makes 2 mm of depth at 0.4 m).
     #[arg(long, default_value_t = 0.08)]
     noise_px: f64,
-    /// Seed of the camera's noise.
+    /// Seed of that noise.
     #[arg(long, default_value_t = 1)]
     seed: u64,
 }
@@ -86,21 +91,45 @@ impl Noise {
     }
 }
 
+/// What is to be named: what was seen, the height of the liquid at rest (m), and the liquids that are asked.
+type Question = (Sightings, f64, Vec<Note>);
+
+/// A recording of the simulator, through its camera.
+fn simulated(path: &Path, asked: &Asked) -> anyhow::Result<Question> {
+    let recording = plain(path)?;
+    let glass = &recording.glass;
+    let notes = among(&asked.among, (glass.radius_m, glass.fill_m))?;
+    let seen = look(&recording, asked.noise.noise_px, asked.noise.seed)
+        .with_context(|| format!("{} cannot be looked at", path.display()))?;
+    Ok((seen, glass.fill_m, notes))
+}
+
+/// A camera's own recording.
+fn filmed(path: &Path, asked: &Asked) -> anyhow::Result<Question> {
+    let setup = setup(asked.setup.as_ref())?;
+    let (radius_m, fill_m) = (1e-3 * setup.glass.radius_mm, 1e-3 * setup.glass.fill_mm);
+    let notes = among(&asked.among, (radius_m, fill_m))?;
+    let seen = by_camera(path, |camera| Ok(setup.settings(camera.intrinsics, camera.depth_unit_m)))?;
+    Ok((seen, fill_m, notes))
+}
+
 fn ask(asked: &Asked) -> anyhow::Result<()> {
     asked.noise.check()?;
+    let by_camera = all_filmed(&asked.recordings)?;
+    ensure!(
+        by_camera || asked.setup.is_none(),
+        "--setup is for a camera's recordings, and these are the simulator's"
+    );
     let mut said: Vec<(String, Standing)> = Vec::new();
     for (which, path) in asked.recordings.iter().enumerate() {
-        let recording = plain(path)?;
-        let glass = &recording.glass;
-        let notes = among(&asked.among, (glass.radius_m, glass.fill_m))?;
-        let seen = look(&recording, asked.noise.noise_px, asked.noise.seed)
-            .with_context(|| format!("{} cannot be looked at", path.display()))?;
+        let question = if by_camera { filmed(path, asked) } else { simulated(path, asked) };
+        let (seen, fill_m, notes) = question?;
         let drawn = asked.picture.as_ref().filter(|_| which + 1 == asked.recordings.len());
         let standing = match drawn {
-            None => recognise(&notes, glass.fill_m, &seen, |_, _, _| {}),
+            None => recognise(&notes, fill_m, &seen, |_, _, _| {}),
             Some(file) => {
                 let title = format!("{}: which liquid is it?", path.display());
-                picture(&notes, glass.fill_m, &seen, &title, file)?
+                picture(&notes, fill_m, &seen, &title, file)?
             }
         };
         said.push((path.display().to_string(), standing));

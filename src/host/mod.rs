@@ -4,6 +4,7 @@
 pub(in crate::host) extern crate std;
 
 pub mod allocations;
+#[cfg(feature = "bags")]
 pub mod bag;
 pub mod buffer;
 pub mod camera;

@@ -8,9 +8,11 @@
 
 use super::camera::{START, SimulatedCamera};
 use super::recording::Recording;
+#[cfg(feature = "bags")]
 use super::replay::payload;
 use super::scene::SceneSettings;
 use super::score::frame_of;
+#[cfg(feature = "bags")]
 use crate::host::bag::{self, BagError};
 use crate::host::live::Logged;
 use crate::model::Model;
@@ -25,6 +27,7 @@ use std::time::Instant;
 pub const DISPARITY_RMS_PX: f64 = 0.24;
 
 /// Frames in an hour.
+#[cfg(feature = "bags")]
 const LONGEST: usize = 216_000;
 
 /// No time passes.
@@ -66,6 +69,7 @@ pub fn sightings(
 ///
 /// # Errors
 /// [`BagError`], when the recording cannot be read to its end.
+#[cfg(feature = "bags")]
 pub fn sightings_of(
     recording: bag::Recording,
     config: Config,

@@ -4,7 +4,6 @@ use crate::cli::among::among;
 use crate::cli::inputs::plain;
 use anyhow::{Context, ensure};
 use indicatif::{ProgressBar, ProgressStyle};
-use meniscus::host::checks::table;
 use meniscus::offline::recognise::{Study, Unseen, look, study};
 use meniscus::offline::watching::DISPARITY_RMS_PX;
 use serde_json::{Value, json};
@@ -75,7 +74,7 @@ pub(super) fn json(study: &Study) -> Value {
     })
 }
 
-/// For a person.
+/// For a person, without the checks.
 pub(super) fn text(study: &Study) -> String {
     let lines: String = (study.cases.iter())
         .filter(|case| case.standing.liquid.as_ref() != Some(&case.liquid))
@@ -85,8 +84,6 @@ pub(super) fn text(study: &Study) -> String {
         .filter(|case| case.standing.liquid.is_some())
         .map(|case| format!("{}, {}: {}\n", case.liquid, case.motion, case.standing.line()))
         .collect();
-    let (told, checks) = (study.confusion(), table(&study.checks()));
-    format!(
-        "{told}\nnot named by their own name:\n{lines}\nwithout their own note, yet named:\n{named}\n{checks}"
-    )
+    let told = study.confusion();
+    format!("{told}\nnot named by their own name:\n{lines}\nwithout their own note, yet named:\n{named}\n")
 }

@@ -1,6 +1,7 @@
 //! `meniscus recognise learn`: a liquid becomes known.
 
 use super::Noise;
+use crate::cli::filmed::{Sightings, all_filmed, by_camera, setup};
 use crate::cli::inputs::recordings;
 use anyhow::ensure;
 use meniscus::host::checks::{Check, table};
@@ -15,18 +16,24 @@ use std::path::PathBuf;
 /// Six numbers of its first mode are fitted to what the camera saw of all recordings: frequency, three parts of the
 /// decay, softening, lever. What they miss comes from fits that leave out one recording after the other. Two recordings
 /// say little of how recordings differ; four are better, some of them lively.
+///
+/// A camera's own recordings (.mcap, .bag, .db3, or a folder with frames.csv) need --setup, as `meniscus setup` has
+/// written it.
 #[derive(clap::Args)]
 #[command(
-    after_help = "Example:\n  meniscus simulate --liquid beer --motion strokes:1x0.4 --motion strokes:2x0.4 --motion strokes:3x0.4 --seconds 4 --out beer\n  meniscus recognise learn --recordings beer --out liquids/beer.liquid.json"
+    after_help = "Examples:\n  meniscus simulate --liquid beer --motion strokes:1x0.4 --motion strokes:2x0.4 --motion strokes:3x0.4 --seconds 4 --out beer\n  meniscus recognise learn --recordings beer --out liquids/beer.liquid.json\n  meniscus recognise learn --recordings one.mcap two.mcap three.mcap --setup glass.toml --out liquids/mine.liquid.json"
 )]
 pub(super) struct Arguments {
-    /// Recordings of the liquid: files, or a folder, which stands for all of its *.safetensors.
+    /// Recordings of the liquid: files, or a folder, which stands for all of its *.safetensors; or a camera's.
     #[arg(long, required = true, num_args = 1.., value_name = "DIR_OR_FILES")]
     recordings: Vec<PathBuf>,
+    /// The glass and the place of the camera, as `meniscus setup` has written them, for a camera's recordings.
+    #[arg(long, value_name = "FILE.toml")]
+    setup: Option<PathBuf>,
     /// Where the note goes, NAME.liquid.json.
     #[arg(long, value_name = "FILE.liquid.json")]
     out: PathBuf,
-    /// Name of the liquid; that of the recordings unless told.
+    /// Name of the liquid; that of the recordings, or of the note where a camera does not say, unless told.
     #[arg(long)]
     liquid: Option<String>,
     #[command(flatten)]
@@ -34,6 +41,55 @@ pub(super) struct Arguments {
     /// One JSON object on standard output.
     #[arg(long)]
     json: bool,
+}
+
+/// What is learnt from.
+struct Lesson {
+    liquid: String,
+    /// Inner radius, and height of the liquid at rest, m.
+    glass: (f64, f64),
+    motions: Vec<String>,
+    seen: Vec<Sightings>,
+}
+
+/// Recordings of the simulator, through its camera.
+fn simulated(arguments: &Arguments) -> anyhow::Result<Lesson> {
+    let all = recordings(&arguments.recordings, "")?;
+    let Some(first) = all.first() else { anyhow::bail!("no recording is given") };
+    let mut seen = Vec::new();
+    for (own_seed, recording) in (arguments.noise.seed..).zip(&all) {
+        let own = &recording.provenance.liquid;
+        ensure!(
+            *own == first.provenance.liquid,
+            "the recordings are of {} and of {own}: one liquid makes one note",
+            first.provenance.liquid
+        );
+        ensure!(
+            recording.glass == first.glass,
+            "the recordings are of different glasses: one note is of one"
+        );
+        seen.push(look(recording, arguments.noise.noise_px, own_seed)?);
+    }
+    Ok(Lesson {
+        liquid: first.provenance.liquid.clone(),
+        glass: (first.glass.radius_m, first.glass.fill_m),
+        motions: all.iter().map(|recording| recording.provenance.motion.clone()).collect(),
+        seen,
+    })
+}
+
+/// A camera's recordings of the liquid `name`: files are all that is known of their motions.
+fn filmed(arguments: &Arguments, name: &str) -> anyhow::Result<Lesson> {
+    let setup = setup(arguments.setup.as_ref())?;
+    let look =
+        |path: &PathBuf| by_camera(path, |camera| Ok(setup.settings(camera.intrinsics, camera.depth_unit_m)));
+    let file = |path: &PathBuf| path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    Ok(Lesson {
+        liquid: name.into(),
+        glass: (1e-3 * setup.glass.radius_mm, 1e-3 * setup.glass.fill_mm),
+        motions: arguments.recordings.iter().map(file).collect(),
+        seen: arguments.recordings.iter().map(look).collect::<anyhow::Result<_>>()?,
+    })
 }
 
 /// Runs the verb.
@@ -45,27 +101,19 @@ pub(super) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         name.ends_with(".liquid.json"),
         "--out {name} must end with .liquid.json, so that --among finds it"
     );
-    let all = recordings(&arguments.recordings, "")?;
-    let Some(first) = all.first() else { anyhow::bail!("no recording is given") };
-    let glass = (first.glass.radius_m, first.glass.fill_m);
-    let liquid = arguments.liquid.clone().unwrap_or_else(|| first.provenance.liquid.clone());
-    let mut seen = Vec::new();
-    for (own_seed, recording) in (seed..).zip(&all) {
-        let own = &recording.provenance.liquid;
+    let lesson = if all_filmed(&arguments.recordings)? {
+        filmed(arguments, name.trim_end_matches(".liquid.json"))?
+    } else {
         ensure!(
-            *own == first.provenance.liquid,
-            "the recordings are of {} and of {own}: one liquid makes one note",
-            first.provenance.liquid
+            arguments.setup.is_none(),
+            "--setup is for a camera's recordings, and these are the simulator's"
         );
-        ensure!(
-            recording.glass == first.glass,
-            "the recordings are of different glasses: one note is of one"
-        );
-        seen.push(look(recording, noise_px, own_seed)?);
-    }
+        simulated(arguments)?
+    };
+    let Lesson { liquid, glass, motions, seen } = lesson;
+    let liquid = arguments.liquid.clone().unwrap_or(liquid);
     let parts: Vec<&[_]> = seen.iter().map(|seen| &seen[..]).collect();
     let known = learn(&parts, glass)?;
-    let motions = all.iter().map(|recording| recording.provenance.motion.clone()).collect();
     let command = format!("meniscus recognise learn --noise-px {noise_px} --seed {seed}");
     let note = Note::new(&liquid, glass, known, motions, &command);
     write_whole(&arguments.out, format!("{:#}\n", json!(note)).as_bytes())?;
@@ -84,7 +132,7 @@ pub(super) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     if arguments.json {
         println!("{:#}", json!({ "note": arguments.out, "liquid": liquid, "checks": checks }));
     } else {
-        println!("{liquid}, from {} recordings", all.len());
+        println!("{liquid}, from {} recordings", seen.len());
         print!("{}", table(&checks));
         println!("written: {}", arguments.out.display());
     }

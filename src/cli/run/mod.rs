@@ -6,6 +6,7 @@ mod live;
 mod live_report;
 mod page;
 mod published;
+#[cfg(feature = "bags")]
 mod replay;
 mod report;
 mod service;
@@ -165,7 +166,14 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     ensure!(!arguments.service, "--service is for a camera on a bus");
     ensure!(arguments.truth.is_none(), "--truth is for a camera on a bus; a recording brings its own");
     match (&arguments.file, arguments.source == "replay") {
+        #[cfg(feature = "bags")]
         (Some(file), true) => return replay::run(arguments, &model, frames, file),
+        #[cfg(not(feature = "bags"))]
+        (Some(file), true) => bail!(
+            "{} cannot be read: this program was built without recordings of a camera; from the repository: cargo run \
+             --release -- run --source replay {0}",
+            file.display()
+        ),
         (None, true) => bail!("--source replay needs the recording: meniscus run --source replay FILE"),
         (Some(file), false) => bail!("{} is taken with --source replay only", file.display()),
         (None, false) => {}

@@ -1,7 +1,7 @@
 //! A picture of each decay: what the simulator did, what was fitted to it, what theory says.
 
-use super::Ringing;
 use super::fit::fit;
+use super::{Fit, Ringing};
 use crate::host::view::plot::{BLUE, FONT, GREY, ORANGE, PictureError, prepare_font};
 use crate::offline::prelude::*;
 use plotters::prelude::*;
@@ -9,6 +9,12 @@ use std::path::Path;
 
 /// Width and height, pixels.
 const SIZE: (u32, u32) = (1200, 600);
+
+/// What theory expects of `ringing`: it fixes frequency and decay; amplitude and phase are those that suit the series best.
+pub(super) fn expected(ringing: &Ringing) -> Fit {
+    let near = fit(&ringing.series, ringing.theory, &[]);
+    Fit { tone: ringing.theory, amplitude: near.map_or(ringing.fit.amplitude, |near| near.amplitude) }
+}
 
 /// Writes the picture of `ringing` as a PNG file.
 ///
@@ -27,10 +33,8 @@ pub fn decay_png(ringing: &Ringing, path: &Path) -> Result<(), PictureError> {
         .build_cartesian_2d(0.0..end, -1.05..1.05)?;
     chart.configure_mesh().x_desc("time, s").y_desc("modal momentum, 1 at the start").draw()?;
     let theory = ringing.theory;
-    // Theory fixes frequency and decay; its amplitude and phase are those that suit the series best.
     let (fitted, sought) = (&ringing.fit, ringing.fit.tone);
-    let expected = fit(&ringing.series, theory, &[]).map_or(fitted.amplitude, |near| near.amplitude);
-    let expected = super::Fit { tone: theory, amplitude: expected };
+    let expected = expected(ringing);
     let named = |what: &str, hz: f64, decay: f64| format!("{what}: {hz:.3} Hz, {decay:.2} /s");
     let at =
         |curve: &dyn Fn(f64) -> f64| ringing.series.iter().map(|(t, _)| (*t, curve(*t))).collect::<Vec<_>>();

@@ -1,6 +1,7 @@
 //! The table as a page of Markdown, and as one HTML file.
 
 use super::Outcome;
+use super::plots::expected;
 use crate::host::report::{Chart, Mark, Report, Series};
 use crate::host::view::plot::PictureError;
 use crate::offline::prelude::*;
@@ -64,7 +65,10 @@ pub fn html(outcome: &Outcome, command: &str) -> Result<String, PictureError> {
     );
     for ringing in &outcome.ringings {
         let (fit, theory) = (ringing.fit.tone, ringing.theory);
-        let fitted: Vec<(f64, f64)> = ringing.series.iter().map(|(t, _)| (*t, ringing.fit.at(*t))).collect();
+        let over = |curve: &super::Fit| -> Vec<(f64, f64)> {
+            ringing.series.iter().map(|(t, _)| (*t, curve.at(*t))).collect()
+        };
+        let (fitted, expected) = (over(&ringing.fit), over(&expected(ringing)));
         let caption = format!(
             "{}: {:.3} Hz and {:.3} /s measured, {:.3} Hz and {:.3} /s by theory.",
             ringing.name, fit.hz, fit.decay, theory.hz, theory.decay
@@ -75,6 +79,7 @@ pub fn html(outcome: &Outcome, command: &str) -> Result<String, PictureError> {
             y: "modal momentum, 1 at the start",
             series: &[
                 Series { name: "simulator", points: &ringing.series, mark: Mark::Dots, colour: 0 },
+                Series { name: "theory", points: &expected, mark: Mark::Line, colour: 2 },
                 Series { name: "fit", points: &fitted, mark: Mark::Line, colour: 1 },
             ],
         })?;

@@ -172,7 +172,8 @@ fn panel(
         .margin_right(20)
         .x_label_area_size(32)
         .y_label_area_size(56)
-        .build_cartesian_2d(0.0..end, least..most + room)?;
+        // Room beside the curves for their names.
+        .build_cartesian_2d(0.0..1.32 * end, least..most + room)?;
     chart.configure_mesh().x_desc("time, s").y_desc(y).x_labels(7).y_labels(6).draw()?;
     for (points, colour, name) in lines {
         let kept = points.iter().copied().map(|(x, y)| (x, y.clamp(least, most + room)));
@@ -182,6 +183,6 @@ fn panel(
             .label(*name)
             .legend(move |(x, y)| PathElement::new([(x, y), (x + 20, y)], colour.stroke_width(3)));
     }
-    legend(&mut chart, SeriesLabelPosition::UpperLeft)?;
+    legend(&mut chart, SeriesLabelPosition::UpperRight)?;
     Ok(())
 }
