@@ -124,7 +124,7 @@ impl<'m> Estimator<'m> {
     /// seen. `surface_us` is what the way from the image to the profile has taken of this turn.
     ///
     /// The field goes into `field` ([`Self::field_len`] numbers, SI units; with any other length
-    /// it is left out) unless the turn is late ([`Health::field_shed`]) or halted ([`Mode::Halted`]).
+    /// it is left out) unless the turn is late ([`field_shed`](crate::health::Health::field_shed)) or halted ([`Mode::Halted`]).
     pub fn turn<C: Clock>(
         &self,
         memory: &mut Memory,
