@@ -55,7 +55,8 @@ impl Belief {
     pub(super) fn take(&mut self, c: &Column, measured: Measured) -> (Column, f64) {
         let Measured { miss, noise, bound } = measured;
         let mut along = self.0 * c;
-        let expected = c.dot(&along) + noise;
+        // What rounding or a hostile blob has made negative tells nothing.
+        let expected = c.dot(&along).max(0.0) + noise;
         let surprise = (miss * miss / expected).min(bound * bound);
         let s = expected.max(miss * miss / (bound * bound));
         self.0.ger(-1.0 / s, &along, &along, 1.0);

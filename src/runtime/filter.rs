@@ -55,6 +55,9 @@ const ANYWHERE: [f64; 2] = [100.0, 1000.0];
 /// Least variance of a height, m2: that of 0.1 mm.
 const LEAST_M2: f64 = 1e-8;
 
+/// Least variance of what the encoder reads, in its own deviations: of a blob that claims to know.
+const LEAST_READ: f64 = 1e-6;
+
 /// Deviations from what was foretold up to which a height or a reading, and a place, are believed in full.
 const BOUND: [f64; 2] = [5.0, 30.0];
 
@@ -212,7 +215,7 @@ impl Filter {
                 None => 0.0,
             });
             let miss = f64::from(*z) - f64::from(*said) - c.dot(&moved);
-            let noise = f64::from(*variance).max(LEAST_M2) + w * f64::from(*d);
+            let noise = f64::from(*variance).max(LEAST_M2) + (w * f64::from(*d)).max(0.0);
             let [bound, _] = BOUND;
             let (step, of_one) = self.belief.take(&c, Measured { miss, noise, bound });
             moved += step;
@@ -234,7 +237,7 @@ impl Filter {
         (slosh, settled): (f64, bool),
     ) -> bool {
         let whiten = &model.spread.reading;
-        let noise = 2.0 * self.doubt * model.spread.weight(slosh);
+        let noise = (2.0 * self.doubt * model.spread.weight(slosh)).max(LEAST_READ);
         let innovation = whiten * (read - *latent);
         let (mut moved, mut surprise) = (Column::zeros(), 0.0);
         let [bound, _] = BOUND;
