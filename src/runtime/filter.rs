@@ -4,8 +4,8 @@
 //! y = (x, u, u', u'', W, X)            latents; port value now and the two instants before; speed and place of the glass
 //!
 //! x- = step(x, u)                      the exact step, its Jacobian about rest for the covariance
-//! u- = 1.4 u - 0.1 u' - 0.45 u'' + w   <w^2> = PUSH^2: how hands and robots move a glass, and no more is supposed of them
-//! W- = W + dt^2 a u,  X- = X + W-      a the model's scale of acceleration: X is the place, its second difference a u
+//! u- = 1.4 u - 0.1 u' - 0.45 u'' + e   <e^2> = PUSH^2: how hands and robots move a glass, and no more is supposed of them
+//! W- = W + dt^2 g u,  X- = X + W-      g the model's scale of acceleration: X is the place, its second difference g u
 //!
 //! place of the glass   X     of this frame tells u of the one before, so it is taken before the step
 //! 21 heights           decode_i(x, u) + e_i,    <e_i^2> = what the profile says of the point + w d_i
@@ -19,8 +19,7 @@
 //! moves, its place is not taken, and the encoder, which was trained on windows that hold the motion, is not asked.
 //!
 //! What stands in capitals was chosen on the two validation recordings of the shipped model and on recordings of water,
-//! butter and blood that a correction learns from; twice or half of each costs less than a tenth of the error. The
-//! encoder's R counts twice because half of what it misses is of the same heights.
+//! butter and blood that a correction learns from. The encoder's R counts twice because it has read the same heights.
 
 use super::belief::{ALL, Belief, Column, Measured, Wide};
 use super::estimator::PORT_LIMIT;
@@ -181,7 +180,7 @@ impl Filter {
         })
     }
 
-    /// dt^2 a, mm: what a unit of the port adds to W.
+    /// dt^2 g, mm: what a unit of the port adds to W.
     fn kick_mm(&self, model: &Model<'_>) -> f64 {
         1e3 * model.generic.dt_s * model.generic.dt_s * f64::from(model.header.acceleration_scale)
     }
