@@ -31,7 +31,7 @@ fn other() -> [Sightings; 2] {
 fn another_liquid_is_learnt_and_the_laws_stay() {
     let own = perfect(&own());
     let [learnt, held] = other();
-    let how = Correction { steps: 60, forgetting: 0.05, quiet: true, ..Correction::default() };
+    let how = Correction { steps: 200, forgetting: 0.05, quiet: true, ..Correction::default() };
     let go = |how: &Correction| {
         correct(
             SHIPPED,
@@ -44,8 +44,8 @@ fn another_liquid_is_learnt_and_the_laws_stay() {
     };
     let corrected = go(&how);
     println!("held out {:?}, source {:?}", corrected.held, corrected.source);
-    // A fifth of the steps of a correction, judged by what is foretold a quarter of a second ahead.
-    assert!(corrected.held[1] < 0.75 * corrected.held[0], "{:?}", corrected.held);
+    // Judged by what is foretold a quarter of a second ahead.
+    assert!(corrected.held[1] < 0.6 * corrected.held[0], "{:?}", corrected.held);
     assert!(corrected.source[1] <= corrected.source[0] + 0.05, "{:?}", corrected.source);
     // What was chosen is what was looked at: the least held-out error within the bound.
     let allowed = corrected.looks.iter().filter(|look| look.2 <= corrected.source[0] + 0.05);
