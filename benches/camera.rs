@@ -9,10 +9,10 @@
 #![allow(clippy::disallowed_methods, reason = "only storey 1 must compute the same bits on every platform")]
 
 use meniscus::filters::{HoleFilling, LANES, Spatial, SpatialDisparity, fill_holes, to_disparity};
-use meniscus::frame::{DepthFrame, InfraredFrame, Stamp};
+use meniscus::frame::{DepthFrame, OutlineFrame, Stamp};
 use meniscus::offline::recording::{COLUMNS, WALL_POINTS, wall_azimuth};
 use meniscus::offline::scene::{Images, Liquid, Scene, SceneSettings};
-use meniscus::surface::{Config, State, extract};
+use meniscus::surface::{ColourLens, Config, Intrinsics, Rectifier, State, extract};
 use meniscus::uvc::{Assembler, Outcome};
 use meniscus_hil::{Camera, CameraSettings, Shot, Source, Stream};
 use std::hint::black_box;
@@ -75,6 +75,13 @@ fn filters(depth: &[u8], width: usize) {
     }
 }
 
+/// Of a D435's colour lens, turned and distorted a little.
+fn rectifier(to: Intrinsics) -> Rectifier {
+    let intrinsics = Intrinsics { fx: 612.4, fy: 610.6, ppx: 322.1, ppy: 244.7, ..to };
+    let rotation = [[1.0, 0.0, 0.0], [0.0, 1.0, -0.004], [0.0, 0.004, 1.0]];
+    Rectifier::new(ColourLens { intrinsics, distortion: [0.1, -0.2, 0.0, 0.0, 0.1], rotation }, to)
+}
+
 fn main() {
     let settings = SceneSettings::default();
     let config = Config::new(settings.camera).expect("the default settings are sound");
@@ -97,8 +104,7 @@ fn main() {
             column_m: &[0.07; COLUMNS],
         };
         render.time(|| scene.render(&liquid, frame, &mut images));
-        let shot =
-            Shot { depth: &images.depth, infrared: &images.infrared, captured_us: 1_000 + frame * 16_667 };
+        let shot = Shot::infrared(&images.depth, &images.infrared, 1_000 + frame * 16_667);
         let payloads = pack.time(|| camera.expose(&shot));
         let payload = payloads.iter().find(|p| p.stream == Stream::Depth).expect("a healthy camera");
         let seen = push.time(|| matches!(assembler.push(&payload.bytes), Outcome::Frame(_)));
@@ -107,7 +113,7 @@ fn main() {
         assert!(whole.time(|| matches!(in_place.whole(&payload.bytes), Outcome::Frame(_))));
         let stamp = Stamp::default();
         let depth = DepthFrame { bytes: &images.depth, width, height, stamp };
-        let infrared = InfraredFrame { bytes: &images.infrared, width, height, stamp };
+        let infrared = OutlineFrame { bytes: &images.infrared, width, height, stamp };
         let profile = tracked.time(|| extract(&config, &mut state, depth, infrared));
         assert!(profile.is_ok(), "frame {frame}: {profile:?}");
         let profile = roi.time(|| {
@@ -128,6 +134,12 @@ fn main() {
     ] {
         stage.report(name);
     }
+    let rectifier = rectifier(settings.camera.intrinsics);
+    let (yuy2, mut grey) = (vec![90; rectifier.colour_bytes()], vec![0; rectifier.grey_bytes()]);
+    let mut rectify = Stage::default();
+    let region = state.region(&config);
+    (0..FRAMES).for_each(|_| rectify.time(|| rectifier.rectify(&yuy2, &mut grey, region)));
+    rectify.report("rectify colour, glass tracked");
     let roi_us = roi.report("payload to profile");
     println!("{:28} {:.2} of the {ROI_US} us that it may take", "", roi_us / ROI_US);
     filters(&images.depth, width);

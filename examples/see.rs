@@ -3,7 +3,7 @@
 //! `cargo run --release --example see -- [camera-height-mm] RECORDING...`
 #![allow(clippy::disallowed_methods, reason = "only storey 1 must compute the same bits on every platform")]
 
-use meniscus::frame::{DepthFrame, InfraredFrame, Stamp};
+use meniscus::frame::{DepthFrame, OutlineFrame, Stamp};
 use meniscus::offline::recording::Recording;
 use meniscus::offline::scene::{Images, Liquid, Scene, SceneSettings};
 use meniscus::surface::{Config, State, extract};
@@ -39,7 +39,7 @@ fn see(path: &Path, settings: SceneSettings) -> Result<(), Box<dyn std::error::E
         scene.render(&Liquid::of(&recording, frame), frame as u64, &mut images);
         let stamp = Stamp::default();
         let depth = DepthFrame { bytes: &images.depth, width, height, stamp };
-        let infrared = InfraredFrame { bytes: &images.infrared, width, height, stamp };
+        let infrared = OutlineFrame { bytes: &images.infrared, width, height, stamp };
         match extract(&config, &mut state, depth, infrared) {
             Ok(profile) => {
                 let points = profile.height_m.iter().zip(profile.valid).zip(recording.profile(frame));

@@ -24,9 +24,10 @@ pub struct DepthFrame<'a> {
     pub stamp: Stamp,
 }
 
-/// The left infrared image, Y8, pixel-aligned to the depth image (no registration needed).
+/// The image in which the liquid's outline is traced, Y8: the left infrared image, which is pixel-aligned to the
+/// depth image, or the colour image's luma, [rectified](crate::surface::Rectifier).
 #[derive(Clone, Copy, Debug)]
-pub struct InfraredFrame<'a> {
+pub struct OutlineFrame<'a> {
     /// Row-major pixels, one byte each.
     pub bytes: &'a [u8],
     /// Pixels in a row.

@@ -11,7 +11,7 @@
 //! # One 60 Hz turn
 //!
 //! ```text
-//! USB payloads --uvc::Assembler--> DepthFrame, InfraredFrame --surface--> SurfaceProfile --push--> Window
+//! USB payloads --uvc::Assembler--> DepthFrame, OutlineFrame --surface--> SurfaceProfile --push--> Window
 //!                                                                                                    | encoder (GRU)
 //!                              heights, place of the glass --.          latents, push, as it reads them <---+
 //! output <-- Estimate <-- Field <--decoder-- Latent <--runtime::filter-- Latent <--generic::step-- Latent

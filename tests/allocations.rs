@@ -31,12 +31,12 @@ fn ten_thousand_turns_allocate_nothing() {
     let (mut clock, mut turns, mut tracked, mut allocations) = (glass::Ticks::every_us(1), 0, 0, 0);
     for frame in 0_u64.. {
         let captured_us = 1_000_000 + frame * 16_667;
-        let payloads = camera.expose(&Shot { depth: &depth, infrared: &infrared, captured_us });
+        let payloads = camera.expose(&Shot::infrared(&depth, &infrared, captured_us));
         let before = allocations_of_this_thread();
         for payload in &payloads {
             let stream = match payload.stream {
                 meniscus_hil::Stream::Depth => Stream::Depth,
-                meniscus_hil::Stream::Infrared => Stream::Infrared,
+                meniscus_hil::Stream::Infrared | meniscus_hil::Stream::Colour => Stream::Outline,
             };
             tracker.accept(stream, &payload.bytes, &mut clock, &mut field, |turn, _| {
                 turns += 1;

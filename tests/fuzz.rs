@@ -10,7 +10,7 @@ mod recordings;
 
 use meniscus::d4xx::{self, Command, DepthTable, Identity, Table};
 use meniscus::host::bag::{McapWriter, open, profiles_from_csv, profiles_to_csv};
-use meniscus::host::camera::Plan;
+use meniscus::host::camera::{OutlineImage, Plan};
 use meniscus::host::files::AlignedBytes;
 use meniscus::model::Model;
 use meniscus::offline::recording::Recording;
@@ -159,7 +159,7 @@ proptest! {
                 let _found = mode.interval_of(60);
             }
         }
-        if let Ok(plan) = Plan::read(&bytes, (640, 480)) {
+        if let Ok(plan) = Plan::read(&bytes, (640, 480), OutlineImage::Infrared) {
             for stream in plan.streams {
                 prop_assert!(stream.endpoint & 0x80 != 0);
                 prop_assert!(stream.transfer_bytes() >= stream.frame_bytes as usize + 1024);
@@ -192,7 +192,13 @@ proptest! {
         let _probe = Probe::read(&bytes, bytes.len());
         let _identity = Identity::read(&bytes);
         let _table = Table::read(&bytes, 25);
-        let _plan = Plan::read(&bytes, (640, 480));
+        for outline in [OutlineImage::Infrared, OutlineImage::Colour] {
+            let _plan = Plan::read(&bytes, (640, 480), outline);
+        }
+        if let Ok(colour) = d4xx::colour(&Table { bytes: &bytes }, (640, 480)) {
+            let (u, v) = colour.lens.pixel_of(0.0, 0.0);
+            prop_assert!(u.is_finite() && v.is_finite());
+        }
     }
 }
 

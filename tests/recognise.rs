@@ -66,15 +66,14 @@ fn film(path: &Path, frames: Range<usize>) {
     let recording =
         Recording::load(Path::new("recordings/glycerine-unseen.safetensors")).expect("it is shipped");
     let settings = SceneSettings { disparity_rms_px: 0.24, seed: 5, ..SceneSettings::of(&recording.glass) };
-    let Settings { intrinsics, depth_unit_m, .. } = settings.camera;
-    let calibration = Calibration::of(&intrinsics, depth_unit_m, 0.05, "a rendered D435");
+    let calibration = Calibration::of(&settings.camera.optics(), 0.05, "a rendered D435");
     let mut writer = McapWriter::create(path, &calibration).expect("a file");
     let (mut scene, mut images) = (Scene::new(settings), Images::new(&settings));
     for frame in frames {
         scene.render(&Liquid::of(&recording, frame), frame as u64, &mut images);
         let captured = Micros((frame as u64 * 1_000_000 + 30) / 60);
         let stamp = Stamp { sequence: frame as u32, captured };
-        for (stream, pixels) in [(Stream::Depth, &images.depth), (Stream::Infrared, &images.infrared)] {
+        for (stream, pixels) in [(Stream::Depth, &images.depth), (Stream::Outline, &images.infrared)] {
             writer.write(&Image { stream, stamp, pixels: pixels.clone() }).expect("written");
         }
     }

@@ -4,13 +4,14 @@
 
 use meniscus::frame::Stamp;
 use meniscus::host::bag::{self, Calibration, Image};
+use meniscus::host::camera::OutlineImage;
 use meniscus::host::files::AlignedBytes;
 use meniscus::host::setup::{Inspection, Pair, Portrait, Said, Setup, inspect};
 use meniscus::host::view::{Step, Wish, Wizard};
 use meniscus::model::Model;
 use meniscus::offline::scene::{Clutter, Images, Liquid as Seen, Scene, SceneSettings};
 use meniscus::offline::watching::sightings_of;
-use meniscus::surface::{Config, Liquid, Settings};
+use meniscus::surface::{Config, Liquid, Optics, Settings};
 use meniscus::units::Micros;
 use meniscus::uvc::Stream;
 use ratatui::Terminal;
@@ -33,14 +34,13 @@ fn pairs(settings: SceneSettings, count: u64, x_m: f64, height_mm: impl Fn(u64) 
         let liquid = Seen { glass_x_m: x_m, wall_m: &[height_m; 72], column_m: &[height_m; 194] };
         scene.render(&liquid, frame, &mut images);
         let stamp = Stamp { sequence: frame as u32, captured: Micros(16_667 * frame) };
-        Pair { depth: images.depth.clone(), infrared: images.infrared.clone(), stamp }
+        Pair { depth: images.depth.clone(), outline: images.infrared.clone(), stamp }
     };
     (0..count).map(pair).collect()
 }
 
 fn look(pairs: &[Pair], said: Said) -> Inspection {
-    let Settings { intrinsics, depth_unit_m, .. } = Settings::default();
-    inspect(pairs, intrinsics, depth_unit_m, said, ("a rendered camera", "a test"))
+    inspect(pairs, Optics::default(), said, (OutlineImage::Infrared, "a rendered camera", "a test"))
 }
 
 /// The same glass at rest, `count` times, under `settings`.
@@ -104,9 +104,8 @@ fn the_file_brings_the_surface_to_where_it_is() {
     let setup = Setup::read(&path).expect("read back");
     assert_eq!(Some(&setup), seen.setup.as_ref());
     let higher = pairs(elsewhere, 10, -0.01, |_| 73.0);
-    let Settings { intrinsics, depth_unit_m, .. } = Settings::default();
     let of = |settings| meniscus::host::setup::Rest::of(&higher, &Config::new(settings).expect("settings"));
-    let with = of(setup.settings(intrinsics, depth_unit_m));
+    let with = of(setup.settings(Optics::default()));
     assert!((with.level_mm - 73.0).abs() < 0.3 && with.seen == 1.0, "{with:?}");
     let without = of(Settings::default());
     assert!(without.seen == 0.0 || (without.level_mm - 73.0).abs() > 2.0, "{without:?}");
@@ -164,17 +163,16 @@ fn no_glass_a_clear_liquid_and_one_that_moves_are_told_apart() {
 fn a_cameras_recording_is_read_interval_by_interval() {
     let shots = pairs(SceneSettings::default(), 16, 0.0, |_| 70.0);
     let kept = shots.into_iter().enumerate().filter(|(frame, _)| *frame != 7);
-    let images = kept.flat_map(|(_, Pair { depth, infrared, stamp })| {
+    let images = kept.flat_map(|(_, Pair { depth, outline, stamp })| {
         let stamp = Stamp { captured: Micros(stamp.captured.0 + 5_000_000), ..stamp };
-        [(Stream::Depth, depth), (Stream::Infrared, infrared)].map(|(stream, pixels)| Image {
+        [(Stream::Depth, depth), (Stream::Outline, outline)].map(|(stream, pixels)| Image {
             stream,
             stamp,
             pixels,
         })
     });
-    let Settings { intrinsics, depth_unit_m, .. } = Settings::default();
     let images: Vec<_> = images.map(Ok).collect();
-    let calibration = Calibration::of(&intrinsics, depth_unit_m, 0.05, "a rendered camera");
+    let calibration = Calibration::of(&Optics::default(), 0.05, "a rendered camera");
     let recording = bag::Recording { calibration, images: Box::new(images.into_iter()) };
     let config = Config::new(Settings::default()).expect("settings");
     let seen = sightings_of(recording, config).expect("whole");
@@ -187,8 +185,7 @@ fn a_setup_of_another_glass_is_refused_by_the_model() {
     let bytes = AlignedBytes::copy(include_bytes!("../models/glycerine.blob"));
     let header = Model::load(&bytes).expect("the shipped model").header;
     let setup = at_rest(SceneSettings::default(), SAID).setup.expect("a setup");
-    let Settings { intrinsics, depth_unit_m, .. } = Settings::default();
-    let with = |glass: Said| Setup { glass, ..setup.clone() }.settings_for(&header, intrinsics, depth_unit_m);
+    let with = |glass: Said| Setup { glass, ..setup.clone() }.settings_for(&header, Optics::default());
     let near =
         with(Said { radius_mm: 35.4, fill_mm: 69.5, rim_mm: 105.0 }).expect("within what a person measures");
     assert!((near.radius_m, near.fill_m) == (0.035, 0.070), "the model's measures hold");
@@ -203,8 +200,7 @@ fn a_setup_of_another_glass_is_refused_by_the_model() {
 #[test]
 fn the_wizard_draws_what_is_seen_and_leads_on() {
     let images = pairs(SceneSettings::default(), 24, 0.0, |_| 70.0);
-    let Settings { intrinsics, depth_unit_m, .. } = Settings::default();
-    let portrait = || Portrait::of(&images, (640, 480), depth_unit_m).expect("images");
+    let portrait = || Portrait::of(&images, &Optics::default()).expect("images");
     let mut wizard = Wizard::new("a rendered camera".into(), Vec::new(), Said { radius_mm: 30.0, ..SAID });
     let mut terminal = Terminal::new(TestBackend::new(140, 44)).expect("a terminal");
     let mut draw = |wizard: &Wizard| {
@@ -221,7 +217,7 @@ fn the_wizard_draws_what_is_seen_and_leads_on() {
     assert!(text(&draw(&wizard)).contains("waiting for the first images"));
     let show = |wizard: &mut Wizard| {
         let seen = look(&images, wizard.said().expect("numbers"));
-        let settings = seen.setup.as_ref().map(|setup| setup.settings(intrinsics, depth_unit_m));
+        let settings = seen.setup.as_ref().map(|setup| setup.settings(Optics::default()));
         wizard.see(portrait(), seen, settings.and_then(|settings| Config::new(settings).ok()));
     };
     let press = |wizard: &mut Wizard, code| wizard.key(KeyEvent::from(code));

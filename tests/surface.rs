@@ -4,7 +4,7 @@
 
 mod rendered;
 
-use meniscus::frame::{DepthFrame, InfraredFrame};
+use meniscus::frame::{DepthFrame, OutlineFrame};
 use meniscus::offline::scene::{Images, Liquid as Seen, Scene, SceneSettings};
 use meniscus::surface::{Config, ConfigError, Liquid, NotSeen, Settings, State, SurfaceProfile, extract};
 use meniscus::uvc::{Assembler, Frame, Outcome, Pairer, Stream};
@@ -137,7 +137,7 @@ fn images_of_a_wrong_size_are_refused() {
     let images = render(settings);
     let (depth, infrared) = lent(&settings.camera, &images, 0);
     let config = Config::new(settings.camera).expect("sound");
-    let short = InfraredFrame { bytes: &images.infrared[1..], ..infrared };
+    let short = OutlineFrame { bytes: &images.infrared[1..], ..infrared };
     assert_eq!(extract(&config, &mut State::new(), depth, short), Err(NotSeen::WrongSize));
     let narrow = DepthFrame { width: 320, ..depth };
     assert_eq!(extract(&config, &mut State::new(), narrow, infrared), Err(NotSeen::WrongSize));
@@ -209,13 +209,12 @@ fn from_pixels_over_the_wire_to_profiles() {
     for shot in 0..30 {
         let liquid = Seen { glass_x_m: swing(shot), wall_m: &surface.wall_m, column_m: &surface.column_m };
         scene.render(&liquid, shot, &mut images);
-        let shot =
-            Shot { depth: &images.depth, infrared: &images.infrared, captured_us: 500_000 + shot * 16_667 };
+        let shot = Shot::infrared(&images.depth, &images.infrared, 500_000 + shot * 16_667);
         for payload in source.expose(&shot) {
             let (outcome, kept, stream) = match payload.stream {
                 meniscus_hil::Stream::Depth => (depth.push(&payload.bytes), &mut depth_kept, Stream::Depth),
-                meniscus_hil::Stream::Infrared => {
-                    (infrared.push(&payload.bytes), &mut infrared_kept, Stream::Infrared)
+                meniscus_hil::Stream::Infrared | meniscus_hil::Stream::Colour => {
+                    (infrared.push(&payload.bytes), &mut infrared_kept, Stream::Outline)
                 }
             };
             let Outcome::Frame(Frame { pixels, stamp }) = outcome else {
@@ -224,7 +223,7 @@ fn from_pixels_over_the_wire_to_profiles() {
             kept.copy_from_slice(pixels);
             if let Some(pair) = pairer.offer(stream, stamp) {
                 let depth = DepthFrame { bytes: &depth_kept, width, height, stamp: pair.depth };
-                let infrared = InfraredFrame { bytes: &infrared_kept, width, height, stamp: pair.infrared };
+                let infrared = OutlineFrame { bytes: &infrared_kept, width, height, stamp: pair.outline };
                 let profile = extract(&config, &mut state, depth, infrared).expect("the liquid is in view");
                 let shot = (profile.captured.0 - 500_000) / 16_667;
                 errors.add(&profile, &surface.profile_m, swing(shot));

@@ -29,7 +29,7 @@ impl Bench {
     fn payloads(&mut self) -> Vec<Payload> {
         let captured_us = 1_000_000 + self.frame * 16_667;
         self.frame += 1;
-        self.camera.expose(&Shot { depth: &self.images.0, infrared: &self.images.1, captured_us })
+        self.camera.expose(&Shot::infrared(&self.images.0, &self.images.1, captured_us))
     }
 }
 
@@ -44,7 +44,7 @@ fn take(
     for payload in payloads {
         let stream = match payload.stream {
             meniscus_hil::Stream::Depth => Stream::Depth,
-            meniscus_hil::Stream::Infrared => Stream::Infrared,
+            meniscus_hil::Stream::Infrared | meniscus_hil::Stream::Colour => Stream::Outline,
         };
         tracker.accept(stream, &payload.bytes, clock, field, |turn, _| turns.push(*turn));
     }

@@ -23,7 +23,7 @@ fn pixels(shot: u64, bytes: usize) -> Vec<u8> {
 
 fn expose(source: &mut impl Source, shot: u64) -> Vec<Payload> {
     let (depth, infrared) = (pixels(shot, 2), pixels(shot, 1));
-    source.expose(&Shot { depth: &depth, infrared: &infrared, captured_us: 1_000_000 + shot * INTERVAL_US })
+    source.expose(&Shot::infrared(&depth, &infrared, 1_000_000 + shot * INTERVAL_US))
 }
 
 /// What came out of a run.
@@ -49,7 +49,9 @@ fn run(faults: &str, shots: u64, seed: u64, whole: bool) -> Books {
         for payload in expose(&mut source, shot) {
             let (assembler, count, bytes, stream) = match payload.stream {
                 Stream::Depth => (&mut depth, &mut books.depth, 2, meniscus::uvc::Stream::Depth),
-                Stream::Infrared => (&mut infrared, &mut books.infrared, 1, meniscus::uvc::Stream::Infrared),
+                Stream::Infrared | Stream::Colour => {
+                    (&mut infrared, &mut books.infrared, 1, meniscus::uvc::Stream::Outline)
+                }
             };
             let outcome =
                 if whole { assembler.whole(&payload.bytes) } else { assembler.push(&payload.bytes) };

@@ -1,4 +1,4 @@
-//! The camera: takes images with their time, gives the payloads of both streams.
+//! The camera: takes images with their time, gives the payloads of its streams.
 
 use crate::payload::{Image, Stamp, pack};
 
@@ -9,7 +9,14 @@ pub enum Stream {
     Depth,
     /// Y8, endpoint 0x83.
     Infrared,
+    /// YUY2, endpoint 0x84.
+    Colour,
 }
+
+/// The camera's numbers of the pixel formats.
+const Z16: u16 = 0;
+const Y8: u16 = 1;
+const YUY2: u16 = 4;
 
 /// A payload on its way to the host.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -22,15 +29,23 @@ pub struct Payload {
     pub arrival_us: u64,
 }
 
-/// One exposure: both images and the time of its middle.
+/// One exposure: the images that are streamed, and the time of its middle.
 #[derive(Clone, Copy, Debug)]
 pub struct Shot<'a> {
     /// Z16 pixels, little-endian.
     pub depth: &'a [u8],
-    /// Y8 pixels of the left imager.
-    pub infrared: &'a [u8],
+    /// The image beside it: Y8 pixels of the left imager, or YUY2 pixels of the colour imager.
+    pub beside: (Stream, &'a [u8]),
     /// Middle of the exposure, microseconds of the device clock.
     pub captured_us: u64,
+}
+
+impl<'a> Shot<'a> {
+    /// Of depth (Z16) and left infrared (Y8).
+    #[must_use]
+    pub fn infrared(depth: &'a [u8], infrared: &'a [u8], captured_us: u64) -> Self {
+        Self { depth, beside: (Stream::Infrared, infrared), captured_us }
+    }
 }
 
 /// Anything that turns shots into payloads.
@@ -52,7 +67,7 @@ pub struct CameraSettings {
     pub exposure_us: u32,
     /// From the end of the exposure to the end of the transfer, microseconds.
     pub transfer_us: u32,
-    /// How much the infrared frame counter is ahead of the depth one.
+    /// How much the frame counter of the image beside it is ahead of the depth one.
     pub counter_offset: u32,
 }
 
@@ -99,14 +114,12 @@ impl Source for Camera {
             interval_us: settings.interval_us,
         };
         let image = |pixels, format| Image { pixels, width: settings.width, height: settings.height, format };
-        let infrared = Stamp { counter: stamp.counter.wrapping_add(settings.counter_offset), ..stamp };
+        let (stream, pixels) = shot.beside;
+        let format = if stream == Stream::Colour { YUY2 } else { Y8 };
+        let beside = Stamp { counter: stamp.counter.wrapping_add(settings.counter_offset), ..stamp };
         vec![
-            Payload { stream: Stream::Depth, bytes: pack(&stamp, &image(shot.depth, 0)), arrival_us },
-            Payload {
-                stream: Stream::Infrared,
-                bytes: pack(&infrared, &image(shot.infrared, 1)),
-                arrival_us: arrival_us + 300,
-            },
+            Payload { stream: Stream::Depth, bytes: pack(&stamp, &image(shot.depth, Z16)), arrival_us },
+            Payload { stream, bytes: pack(&beside, &image(pixels, format)), arrival_us: arrival_us + 300 },
         ]
     }
 }

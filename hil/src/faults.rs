@@ -67,7 +67,7 @@ impl<S> FaultInjector<S> {
                 }
                 FaultKind::Duplicate => copies *= 2,
                 FaultKind::Split => split = true,
-                FaultKind::NoInfrared if payload.stream == Stream::Infrared => copies = 0,
+                FaultKind::NoInfrared if payload.stream != Stream::Depth => copies = 0,
                 FaultKind::Overlong => payload.bytes.extend([0; 64]),
                 FaultKind::Empty => payload.bytes.clear(),
                 FaultKind::Tear | FaultKind::NoInfrared | FaultKind::Gap => {}
@@ -141,7 +141,7 @@ mod tests {
         let settings = CameraSettings { width: 8, height: 4, ..CameraSettings::default() };
         let mut source = FaultInjector::new(Camera::new(settings), faults.parse().unwrap(), seed);
         let (depth, infrared) = ([1; 64], [2; 32]);
-        let shot = |shot| Shot { depth: &depth, infrared: &infrared, captured_us: shot * 16_667 };
+        let shot = |shot| Shot::infrared(&depth, &infrared, shot * 16_667);
         (0..shots).flat_map(|index| source.expose(&shot(index))).collect()
     }
 

@@ -1,4 +1,5 @@
-//! One payload: the 232-byte header of the D435's depth and infrared streams, then the pixels.
+//! One payload: the 232-byte header of the D435's depth and infrared streams, then the pixels. The colour stream's is
+//! given the same one; the camera's own has a block of 80 bytes for that of depth control.
 //!
 //! | offset | block | bytes |
 //! |---|---|---|
@@ -32,7 +33,7 @@ pub struct Image<'a> {
     pub width: u16,
     /// Rows.
     pub height: u16,
-    /// The camera's number of the pixel format: 0 for Z16, 1 for Y8.
+    /// The camera's number of the pixel format: 0 for Z16, 1 for Y8, 4 for YUY2.
     pub format: u16,
 }
 

@@ -106,7 +106,10 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         let name = arguments.recordings.first().and_then(|path| path.file_stem()).unwrap_or_default();
         let name = name.to_string_lossy().into_owned();
         let setup = arguments.setup.as_deref();
-        let look = |path: &PathBuf| by_camera(path, |camera| glass::settings(setup, &model.header, camera));
+        let outline = glass::outline(setup)?;
+        let look = |path: &PathBuf| {
+            by_camera(path, outline, |camera| glass::settings(setup, &model.header, camera.optics()))
+        };
         (name, arguments.recordings.iter().map(look).collect::<anyhow::Result<Vec<_>>>()?)
     } else {
         ensure!(

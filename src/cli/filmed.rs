@@ -1,7 +1,9 @@
 //! A camera's own recordings, for the verbs that learn from a surface or name a liquid by it.
 
+use super::glass::same_outline;
 use anyhow::{Context, ensure};
-use meniscus::host::bag;
+use meniscus::host::bag::{self, Calibration};
+use meniscus::host::camera::OutlineImage;
 use meniscus::host::setup::Setup;
 use meniscus::offline::watching::sightings_of;
 use meniscus::surface::{Config, Settings, SurfaceProfile};
@@ -27,22 +29,18 @@ pub(super) fn all_filmed(paths: &[PathBuf]) -> anyhow::Result<bool> {
     Ok(filmed > 0)
 }
 
-/// What the camera saw in its recording at `path`, in every frame interval; `settings` are made of the lens and the
-/// depth unit that the recording names.
+/// What the camera saw in its recording at `path`, in every frame interval; `settings` are made of the
+/// camera that the recording names.
 ///
-/// A recording in which the liquid was seen in half of the frames or fewer is refused.
+/// A recording with its outline in another image than `outline` is refused, and so is one in which the liquid was seen in half of the frames or fewer is refused.
 pub(super) fn by_camera(
     path: &Path,
-    settings: impl FnOnce(Settings) -> anyhow::Result<Settings>,
+    outline: Option<OutlineImage>,
+    settings: impl FnOnce(&Calibration) -> anyhow::Result<Settings>,
 ) -> anyhow::Result<Sightings> {
     let recording = bag::open(path)?;
-    let camera = &recording.calibration;
-    let lens = Settings {
-        intrinsics: camera.intrinsics(),
-        depth_unit_m: camera.depth_unit_m,
-        ..Settings::default()
-    };
-    let config = Config::new(settings(lens)?)
+    same_outline(outline, path, recording.calibration.outline)?;
+    let config = Config::new(settings(&recording.calibration)?)
         .with_context(|| format!("the camera of {} cannot see that glass", path.display()))?;
     let seen = sightings_of(recording, config)?;
     let count = seen.iter().flatten().count();

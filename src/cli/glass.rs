@@ -1,18 +1,49 @@
 //! `--setup FILE`: the glass and the place of the camera that `meniscus setup` has written down.
 
+use anyhow::ensure;
+use meniscus::host::camera::OutlineImage;
 use meniscus::host::setup::{Misfit, Setup};
 use meniscus::model::Header;
-use meniscus::surface::Settings;
+use meniscus::surface::{Optics, Settings};
 use std::path::Path;
 
-/// The reader's settings for a model's glass before a camera: with a setup its view, without one that of
-/// [`Settings::for_glass`]; intrinsics and depth unit are those of `camera`.
-pub(super) fn settings(setup: Option<&Path>, header: &Header, camera: Settings) -> anyhow::Result<Settings> {
-    let (intrinsics, depth_unit_m) = (camera.intrinsics, camera.depth_unit_m);
+/// The reader's settings for a model's glass before a camera of these optics: with a setup its view, without one that of
+/// [`Settings::for_glass`].
+pub(super) fn settings(setup: Option<&Path>, header: &Header, optics: Optics) -> anyhow::Result<Settings> {
     let Some(path) = setup else {
-        let glass = Settings::for_glass(header.radius_m, header.fill_m, header.rim_m);
-        return Ok(Settings { intrinsics, depth_unit_m, ..glass });
+        return Ok(Settings::for_glass(header.radius_m, header.fill_m, header.rim_m).seen_by(optics));
     };
-    let fitted = Setup::read(path)?.settings_for(header, intrinsics, depth_unit_m);
+    let fitted = Setup::read(path)?.settings_for(header, optics);
     fitted.map_err(|misfit: Misfit| anyhow::anyhow!("{}: {misfit}", path.display()))
+}
+
+/// The image in which the setup has traced the outline, if there is a setup.
+pub(super) fn outline(setup: Option<&Path>) -> anyhow::Result<Option<OutlineImage>> {
+    Ok(setup.map(Setup::read).transpose()?.map(|setup| setup.view.outline))
+}
+
+/// Refuses a recording whose outline is in another image than the setup's, if there is one: its lens stands elsewhere.
+pub(super) fn same_outline(
+    setup: Option<OutlineImage>,
+    recording: &Path,
+    has: OutlineImage,
+) -> anyhow::Result<()> {
+    let name = |image| if image == OutlineImage::Colour { "colour" } else { "infrared" };
+    ensure!(
+        setup.is_none_or(|wanted| wanted == has),
+        "{} has its outline in {}, the setup was made in the other image: record in that one (--outline), or run \
+         `meniscus setup` in this one",
+        recording.display(),
+        name(has)
+    );
+    Ok(())
+}
+
+/// `infrared` or `colour`, as the command line spells it.
+pub(super) fn outline_image(text: &str) -> Result<OutlineImage, String> {
+    match text {
+        "infrared" => Ok(OutlineImage::Infrared),
+        "colour" | "color" => Ok(OutlineImage::Colour),
+        _ => Err("infrared or colour".into()),
+    }
 }

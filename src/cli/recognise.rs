@@ -109,7 +109,7 @@ fn filmed(path: &Path, asked: &Asked) -> anyhow::Result<Question> {
     let setup = setup(asked.setup.as_ref())?;
     let (radius_m, fill_m) = (1e-3 * setup.glass.radius_mm, 1e-3 * setup.glass.fill_mm);
     let notes = among(&asked.among, (radius_m, fill_m))?;
-    let seen = by_camera(path, |camera| Ok(setup.settings(camera.intrinsics, camera.depth_unit_m)))?;
+    let seen = by_camera(path, Some(setup.view.outline), |camera| Ok(setup.settings(camera.optics())))?;
     Ok((seen, fill_m, notes))
 }
 

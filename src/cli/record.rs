@@ -1,16 +1,17 @@
 //! `meniscus record`: a camera, or another recording, into a file.
 
-use super::bus;
+use super::glass::outline_image;
+use super::{bus, glass};
 use anyhow::{Context, bail, ensure};
 use indicatif::{ProgressBar, ProgressStyle};
-use meniscus::frame::{DepthFrame, InfraredFrame};
+use meniscus::frame::{DepthFrame, OutlineFrame};
 use meniscus::host::bag::{self, BagError, Calibration, FolderWriter, Image, McapWriter, profiles_to_csv};
-use meniscus::host::camera::{LinkSink, Session, Settings};
+use meniscus::host::camera::{LinkSink, OutlineImage, Session, Settings};
 use meniscus::host::files::write_whole;
 use meniscus::host::link::{Received, link};
 use meniscus::host::setup::Setup;
 use meniscus::host::usb::Transport;
-use meniscus::surface::{self, Config, State, SurfaceProfile, extract};
+use meniscus::surface::{self, Config, OutlineAssembler, Rectifier, Region, State, SurfaceProfile, extract};
 use meniscus::uvc::{Assembler, Outcome, Stream};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -44,6 +45,10 @@ pub(crate) struct Arguments {
     /// Length, s; of a recording all of it if not given, of a camera 10.
     #[arg(long)]
     seconds: Option<f64>,
+    /// The image that is recorded beside the depth: the left infrared one, or the colour one's luma, rectified to the
+    /// depth image, for a liquid that is clear in the near infrared; by --setup if not given.
+    #[arg(long, value_parser = outline_image, value_name = "infrared|colour")]
+    outline: Option<OutlineImage>,
     /// Only the camera with this serial number (the one that USB shows).
     #[arg(long)]
     serial: Option<String>,
@@ -79,10 +84,9 @@ impl Out {
         Ok(match path.extension().and_then(|extension| extension.to_str()) {
             Some("mcap") => Self::Mcap(Box::new(McapWriter::create(path, calibration)?)),
             Some("csv") => {
-                let (intrinsics, depth_unit_m) = (calibration.intrinsics(), calibration.depth_unit_m);
                 let settings = match setup {
-                    Some(setup) => Setup::read(setup)?.settings(intrinsics, depth_unit_m),
-                    None => surface::Settings { intrinsics, depth_unit_m, ..surface::Settings::default() },
+                    Some(setup) => Setup::read(setup)?.settings(calibration.optics()),
+                    None => surface::Settings::default().seen_by(calibration.optics()),
                 };
                 let config = Config::new(settings).context("the recording's camera cannot see the glass")?;
                 let (path, state) = (path.clone(), State::new());
@@ -126,7 +130,7 @@ impl Profiles {
         let Some(depth) = self.depth.take().filter(near) else { return };
         let (width, height) = self.config.image_size();
         let depth = DepthFrame { bytes: &depth.pixels, width, height, stamp: depth.stamp };
-        let infrared = InfraredFrame { bytes: &image.pixels, width, height, stamp: image.stamp };
+        let infrared = OutlineFrame { bytes: &image.pixels, width, height, stamp: image.stamp };
         self.profiles.extend(extract(&self.config, &mut self.state, depth, infrared).ok());
     }
 }
@@ -137,7 +141,11 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     if !(0.1..=86_400.0).contains(&seconds) {
         bail!("--seconds {seconds} is out of range: 0.1 to 86400");
     }
-    let wanted = Settings { serial: arguments.serial.clone(), ..Settings::default() };
+    let outline = match arguments.outline {
+        Some(outline) => outline,
+        None => glass::outline(arguments.setup.as_deref())?.unwrap_or_default(),
+    };
+    let wanted = Settings { serial: arguments.serial.clone(), outline, ..Settings::default() };
     match arguments.source.split_once(':').unwrap_or((&arguments.source, "")) {
         ("usb", "") => from_camera(arguments, Session::connect(bus::machine()?, wanted)?, seconds),
         ("simulated-usb", trouble) => {
@@ -149,7 +157,11 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
 }
 
 fn from_recording(arguments: &Arguments) -> anyhow::Result<()> {
-    let recording = bag::open(Path::new(&arguments.source))?;
+    let source = Path::new(&arguments.source);
+    let recording = bag::open(source)?;
+    let wanted =
+        arguments.outline.map_or_else(|| glass::outline(arguments.setup.as_deref()), |one| Ok(Some(one)))?;
+    glass::same_outline(wanted, source, recording.calibration.outline)?;
     let mut out = Out::create(arguments, &recording.calibration)?;
     let bar = ProgressBar::new_spinner();
     bar.set_style(ProgressStyle::with_template("{spinner} {pos} images, {elapsed}")?);
@@ -180,9 +192,11 @@ fn from_camera(
     seconds: f64,
 ) -> anyhow::Result<()> {
     let connected = session.connected().clone();
-    let unit_m = connected.depth_unit_um as f32 * 1e-6;
     let name = format!("{:?} {}", connected.product, connected.identity.serial);
-    let calibration = Calibration::of(&connected.intrinsics, unit_m, connected.baseline_mm * 1e-3, name);
+    let rectifier = connected.rectifier();
+    let outline = if rectifier.is_some() { OutlineImage::Colour } else { OutlineImage::Infrared };
+    let calibration =
+        Calibration::of(&connected.optics(), connected.baseline_mm * 1e-3, name).with_outline(outline);
     let mut out = Out::create(arguments, &calibration)?;
     let (camera_end, worker_end) = link(BUFFERS, session.buffer_bytes());
     let (stop, notes) = (Arc::new(AtomicBool::new(false)), Mutex::new(Vec::new()));
@@ -192,9 +206,15 @@ fn from_camera(
     let until = Instant::now() + Duration::from_secs_f64(seconds);
     let bar = ProgressBar::new((1e3 * seconds) as u64);
     bar.set_style(ProgressStyle::with_template("recording {wide_bar} {msg} images, {eta} left")?);
+    let whole = Region::whole((connected.intrinsics.width, connected.intrinsics.height));
     let pixels = connected.intrinsics.width * connected.intrinsics.height;
-    let (mut depth, mut infrared) = (vec![0; 2 * pixels], vec![0; pixels]);
-    let mut assemblers = [Assembler::new(&mut depth), Assembler::new(&mut infrared)];
+    let (mut depth, mut grey) = (vec![0; 2 * pixels], vec![0; pixels]);
+    let mut colour = vec![0; rectifier.as_ref().map_or(0, Rectifier::colour_bytes)];
+    let mut depth = Assembler::new(&mut depth);
+    let mut outline = match rectifier {
+        Some(rectifier) => OutlineAssembler::colour(rectifier, &mut colour, &mut grey),
+        None => OutlineAssembler::infrared(&mut grey),
+    };
     let mut images = 0_u64;
     let (ended, written) = std::thread::scope(|scope| {
         let (stop, notes) = (&*stop, &notes);
@@ -207,9 +227,17 @@ fn from_camera(
                 Received::Silence => {}
                 Received::Payload(delivery) => {
                     let stream = delivery.stream;
-                    let assembler = &mut assemblers[usize::from(stream == Stream::Infrared)];
-                    if let (Outcome::Frame(frame), Ok(())) = (assembler.push(&delivery.payload), &written) {
-                        let image = Image { stream, stamp: frame.stamp, pixels: frame.pixels.to_vec() };
+                    let frame = match stream {
+                        Stream::Depth => match depth.push(&delivery.payload) {
+                            Outcome::Frame(frame) => Some((frame.stamp, depth.pixels())),
+                            Outcome::Partial | Outcome::Lost(_) => None,
+                        },
+                        Stream::Outline => {
+                            outline.push(&delivery.payload, whole).map(|stamp| (stamp, outline.pixels()))
+                        }
+                    };
+                    if let (Some((stamp, pixels)), Ok(())) = (frame, &written) {
+                        let image = Image { stream, stamp, pixels: pixels.to_vec() };
                         written = out.write(&image);
                         images += 1;
                     }
@@ -225,14 +253,15 @@ fn from_camera(
         (camera.join(), written)
     });
     bar.finish_and_clear();
-    let losses = assemblers.map(|assembler| assembler.losses().frames());
+    let losses = [depth.losses(), outline.losses()].map(|losses| losses.frames());
     notes.into_inner().unwrap_or_default().iter().for_each(|note| println!("camera: {note}"));
     // A file that could not take an image has not room for an index either.
     written?;
     let kept = out.finish()?;
     let dropped = worker_end.dropped();
+    let beside = if rectifier.is_some() { "colour" } else { "infrared" };
     println!(
-        "{}: {kept}; lost: {} depth, {} infrared, {dropped} payloads dropped",
+        "{}: {kept}; lost: {} depth, {} {beside}, {dropped} payloads dropped",
         arguments.out.display(),
         losses[0],
         losses[1]

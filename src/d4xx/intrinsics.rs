@@ -52,6 +52,13 @@ pub enum CalibrationError {
     },
     /// The baseline is no length of such a camera's.
     Baseline(f32),
+    /// The colour lens stands or looks as it cannot beside the depth lens.
+    Colour {
+        /// Of the angles between its axes and those of the depth image.
+        cosines: [f32; 3],
+        /// From it to the depth lens, metres.
+        apart_m: [f32; 3],
+    },
 }
 
 impl core::fmt::Display for CalibrationError {
@@ -63,6 +70,11 @@ impl core::fmt::Display for CalibrationError {
             Self::Implausible { values: [fx, fy, ppx, ppy], width, height } => write!(
                 f,
                 "the camera's intrinsics for {width} x {height} cannot be: fx {fx} fy {fy} ppx {ppx} ppy {ppy}"
+            ),
+            Self::Colour { cosines: [x, y, z], apart_m: [right, down, forward] } => write!(
+                f,
+                "the colour lens cannot stand like that beside the depth lens: cosines of its axes {x} {y} {z}, the depth \
+                 lens {right} {down} {forward} m from it"
             ),
             Self::Baseline(mm) => write!(f, "the camera's baseline cannot be {mm} mm"),
         }
@@ -125,7 +137,7 @@ fn four(bytes: &[u8], at: usize) -> Option<[f32; 4]> {
 }
 
 /// A focal length of 0.3 to 3 image widths, a principal point in the middle half of the image.
-fn sound(values: [f32; 4], width: u16, height: u16) -> Result<Intrinsics, CalibrationError> {
+pub(super) fn sound(values: [f32; 4], width: u16, height: u16) -> Result<Intrinsics, CalibrationError> {
     let [fx, fy, ppx, ppy] = values;
     let (w, h) = (f32::from(width), f32::from(height));
     let focal = 0.3 * w..=3.0 * w;

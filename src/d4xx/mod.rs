@@ -11,6 +11,7 @@
 //! known: whether every error is pushed on the interrupt endpoint, whether the coefficients reply has
 //! 512 or 576 bytes (both are taken), the sign of the stored baseline (its size is used).
 
+mod colour;
 mod control;
 mod depth_unit;
 mod identity;
@@ -19,6 +20,7 @@ mod monitor;
 mod product;
 mod table;
 
+pub use colour::{COLOUR, Colour, EXPOSURE_BY_CAMERA, EXPOSURE_MODE, EXPOSURE_PRIORITY, colour};
 pub use control::{AUTO_EXPOSURE, DeviceError, ERROR, EXPOSURE, HARDWARE_MONITOR, LASER_POWER, UNIT_GUID};
 pub use depth_unit::{DEFAULT_DEPTH_UNIT_UM, DepthTable};
 pub use identity::{Firmware, Identity, Serial};

@@ -153,10 +153,10 @@ mod tests {
         assert_eq!(*delivery.payload, [0]);
         let place = delivery.payload.as_ptr();
         worker.give_back(delivery.payload);
-        assert!(camera.send(Stream::Infrared, &[9]));
+        assert!(camera.send(Stream::Outline, &[9]));
         assert_eq!(waiting(&worker).expect("one is left").payload[..], [1]);
         let last = waiting(&worker).expect("the newest");
-        assert_eq!((last.stream, last.payload.as_ptr()), (Stream::Infrared, place), "the buffer goes round");
+        assert_eq!((last.stream, last.payload.as_ptr()), (Stream::Outline, place), "the buffer goes round");
         assert!(matches!(worker.receive(Instant::now()), Received::Silence));
         drop(camera);
         assert!(matches!(worker.receive(Instant::now()), Received::Closed));

@@ -104,7 +104,7 @@ impl<'r> SimulatedCamera<'r> {
         let liquid = if self.repeats { repeated(recording, shot) } else { Liquid::of(recording, frame) };
         self.scene.render(&liquid, shot, &mut self.images);
         let (depth, infrared) = (self.images.depth.as_slice(), self.images.infrared.as_slice());
-        let shot = Shot { depth, infrared, captured_us: Self::captured_us(frame) };
+        let shot = Shot::infrared(depth, infrared, Self::captured_us(frame));
         self.pending.extend(self.wire.expose(&shot));
         self.pending.sort_by_key(|payload| payload.arrival_us);
     }
@@ -134,6 +134,6 @@ impl<'r> SimulatedCamera<'r> {
 fn stream_of(payload: &Payload) -> Stream {
     match payload.stream {
         meniscus_hil::Stream::Depth => Stream::Depth,
-        meniscus_hil::Stream::Infrared => Stream::Infrared,
+        meniscus_hil::Stream::Infrared | meniscus_hil::Stream::Colour => Stream::Outline,
     }
 }

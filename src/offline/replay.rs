@@ -53,7 +53,7 @@ pub fn payload(image: &Image, (width, height): (u32, u32)) -> Vec<u8> {
         exposure_us: 0,
         interval_us: 16_667,
     };
-    let format = u16::from(image.stream == Stream::Infrared);
+    let format = u16::from(image.stream == Stream::Outline);
     let pixels = Pixels { pixels: &image.pixels, width: width as u16, height: height as u16, format };
     pack(&stamp, &pixels)
 }

@@ -1,8 +1,8 @@
 //! The eye: payloads of two streams in, one profile an instant out.
 
 use super::budget::Clock;
-use crate::frame::{DepthFrame, InfraredFrame, Stamp};
-use crate::surface::{self, NotSeen, SurfaceProfile, extract};
+use crate::frame::{DepthFrame, OutlineFrame, Stamp};
+use crate::surface::{self, NotSeen, OutlineAssembler, Rectifier, SurfaceProfile, extract};
 use crate::uvc::{Assembler, Losses, Outcome, Pairer, Solitary, Stream};
 
 /// The camera's frame interval, microseconds.
@@ -11,7 +11,7 @@ const INTERVAL_US: u32 = 16_667;
 /// What the eye saw at one instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sight {
-    /// Stamp of the depth frame.
+    /// Number of the depth frame, and the time at which the outline was taken: of infrared the same instant.
     pub stamp: Stamp,
     /// The profile, or why there is none.
     pub profile: Result<SurfaceProfile, NotSeen>,
@@ -24,7 +24,7 @@ pub struct Sight {
 pub struct Eye<'b> {
     config: surface::Config,
     depth: Assembler<'b>,
-    infrared: Assembler<'b>,
+    outline: OutlineAssembler<'b>,
     pairer: Pairer,
     state: surface::State,
 }
@@ -33,19 +33,34 @@ impl<'b> Eye<'b> {
     /// An eye whose frames have exactly the lengths of the buffers (two bytes a depth pixel).
     #[must_use]
     pub fn new(config: surface::Config, depth: &'b mut [u8], infrared: &'b mut [u8]) -> Self {
+        Self::with(config, depth, OutlineAssembler::infrared(infrared))
+    }
+
+    /// An eye that traces the outline in the colour image; the buffers of [`OutlineAssembler::colour`].
+    #[must_use]
+    pub fn in_colour(
+        config: surface::Config,
+        depth: &'b mut [u8],
+        rectifier: Rectifier,
+        (colour, grey): (&'b mut [u8], &'b mut [u8]),
+    ) -> Self {
+        Self::with(config, depth, OutlineAssembler::colour(rectifier, colour, grey))
+    }
+
+    fn with(config: surface::Config, depth: &'b mut [u8], outline: OutlineAssembler<'b>) -> Self {
         Self {
             config,
             depth: Assembler::new(depth),
-            infrared: Assembler::new(infrared),
+            outline,
             pairer: Pairer::new(INTERVAL_US),
             state: surface::State::new(),
         }
     }
 
-    /// What was lost on the way, depth then infrared.
+    /// What was lost on the way, depth then outline.
     #[must_use]
     pub fn losses(&self) -> (Losses, Losses) {
-        (self.depth.losses(), self.infrared.losses())
+        (self.depth.losses(), self.outline.losses())
     }
 
     /// Frames whose partner never came.
@@ -54,26 +69,32 @@ impl<'b> Eye<'b> {
         self.pairer.solitary()
     }
 
-    /// The last whole infrared image.
+    /// The last whole image in which the outline is traced, Y8.
     #[must_use]
-    pub fn infrared(&self) -> &[u8] {
-        self.infrared.pixels()
+    pub fn outline(&self) -> &[u8] {
+        self.outline.pixels()
     }
 
     /// Takes one payload; gives what was seen if it completes a pair of images.
     pub fn accept<C: Clock>(&mut self, stream: Stream, payload: &[u8], clock: &mut C) -> Option<Sight> {
-        let assembler = match stream {
-            Stream::Depth => &mut self.depth,
-            Stream::Infrared => &mut self.infrared,
+        let frame = match stream {
+            Stream::Depth => match self.depth.push(payload) {
+                Outcome::Frame(frame) => frame.stamp,
+                Outcome::Partial | Outcome::Lost(_) => return None,
+            },
+            Stream::Outline => self.outline.push(payload, self.state.region(&self.config))?,
         };
-        let Outcome::Frame(frame) = assembler.push(payload) else { return None };
-        let pair = self.pairer.offer(stream, frame.stamp)?;
+        let pair = self.pairer.offer(stream, frame)?;
         let start_us = clock.now_us();
         let (width, height) = self.config.image_size();
-        let depth = DepthFrame { bytes: self.depth.pixels(), width, height, stamp: pair.depth };
-        let infrared = InfraredFrame { bytes: self.infrared.pixels(), width, height, stamp: pair.infrared };
-        let profile = extract(&self.config, &mut self.state, depth, infrared);
+        // The edge is where it was when its own image was taken; the depth image only tells how far the wall is.
+        let one_lens = self.config.settings().depth_lens_m == [0.0; 3];
+        let captured = if one_lens { pair.depth.captured } else { pair.outline.captured };
+        let stamp = Stamp { sequence: pair.depth.sequence, captured };
+        let depth = DepthFrame { bytes: self.depth.pixels(), width, height, stamp };
+        let outline = OutlineFrame { bytes: self.outline.pixels(), width, height, stamp: pair.outline };
+        let profile = extract(&self.config, &mut self.state, depth, outline);
         let surface_us = clock.now_us().saturating_sub(start_us);
-        Some(Sight { stamp: pair.depth, profile, surface_us })
+        Some(Sight { stamp, profile, surface_us })
     }
 }

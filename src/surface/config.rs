@@ -1,26 +1,10 @@
 //! What is constant: camera, its place, the glass, the liquid's look; checked once.
 
 use super::deproject::Camera;
+use super::optics::{Intrinsics, Optics};
 
 /// Widest region of interest in pixels: the bound of every fixed array of columns.
 pub const MAX_COLUMNS: usize = 256;
-
-/// Pinhole intrinsics of the depth image in pixels; pixel `u` is centred on the number `u`.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Intrinsics {
-    /// Pixels in a row.
-    pub width: usize,
-    /// Rows.
-    pub height: usize,
-    /// Focal length, horizontal.
-    pub fx: f32,
-    /// Focal length, vertical.
-    pub fy: f32,
-    /// Principal point, horizontal.
-    pub ppx: f32,
-    /// Principal point, vertical.
-    pub ppy: f32,
-}
 
 /// How the liquid looks before its background.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -34,8 +18,11 @@ pub enum Liquid {
 /// The settings, unchecked; [`Settings::default`] is a D435 in front of the 35 mm glass.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
-    /// The camera's intrinsics.
+    /// Intrinsics of both images.
     pub intrinsics: Intrinsics,
+    /// Where the lens of the depth image stands, as seen from the lens of the outline image: right, down, forward
+    /// along its axes, metres; zero where the outline is the left infrared image's, which is taken by the same lens.
+    pub depth_lens_m: [f32; 3],
     /// Height of the camera above the inner bottom of the glass, metres.
     pub camera_height_m: f32,
     /// Horizontal distance of the camera from the line on which the glass axis moves, metres.
@@ -67,6 +54,20 @@ impl Settings {
     pub fn for_glass(radius_m: f64, fill_m: f64, rim_m: f64) -> Self {
         Self { radius_m: radius_m as f32, fill_m: fill_m as f32, rim_m: rim_m as f32, ..Self::default() }
     }
+
+    /// The same before a camera of other optics.
+    #[must_use]
+    pub fn seen_by(self, optics: Optics) -> Self {
+        let Optics { intrinsics, depth_unit_m, depth_lens_m } = optics;
+        Self { intrinsics, depth_unit_m, depth_lens_m, ..self }
+    }
+
+    /// What the camera itself tells of it.
+    #[must_use]
+    pub fn optics(&self) -> Optics {
+        let Self { intrinsics, depth_unit_m, depth_lens_m, .. } = *self;
+        Optics { intrinsics, depth_unit_m, depth_lens_m }
+    }
 }
 
 impl Default for Settings {
@@ -80,6 +81,7 @@ impl Default for Settings {
                 ppx: 319.48,
                 ppy: 236.35,
             },
+            depth_lens_m: [0.0; 3],
             camera_height_m: 0.030,
             camera_distance_m: 0.40,
             camera_pitch_rad: 0.0,
@@ -110,6 +112,8 @@ pub enum ConfigError {
     RegionWidth(&'static str, usize),
     /// The image must have pixels.
     NoPixels(usize, usize),
+    /// The lenses of the two images must be within 100 mm of each other.
+    LensesApart([f32; 3]),
 }
 
 impl core::fmt::Display for ConfigError {
@@ -131,6 +135,9 @@ impl core::fmt::Display for ConfigError {
                 write!(f, "{name} is {width} px; it must hold the glass and be at most {}", MAX_COLUMNS / 2)
             }
             Self::NoPixels(width, height) => write!(f, "an image of {width} x {height} has no pixels"),
+            Self::LensesApart([x, y, z]) => {
+                write!(f, "the depth lens is {x}, {y}, {z} m from that of the outline; 0.1 is the most")
+            }
         }
     }
 }
@@ -141,7 +148,10 @@ impl core::error::Error for ConfigError {}
 #[derive(Clone, Copy, Debug)]
 pub struct Config {
     pub(super) settings: Settings,
+    /// The lens of the outline image.
     pub(super) camera: Camera,
+    /// The lens of the depth image, for which the axis of the glass lies [`Settings::depth_lens_m`] to the left.
+    pub(super) depth_camera: Camera,
     /// First row that can show the glass, and the row behind the last one that shows liquid.
     pub(super) rows: (usize, usize),
     /// Rows in which the glass holds liquid whatever the slosh: 6 % to 26 % of the fill height.
@@ -184,7 +194,12 @@ impl Config {
         if lens.width == 0 || lens.height == 0 {
             return Err(ConfigError::NoPixels(lens.width, lens.height));
         }
+        // A comparison with a number that is none is false.
+        if !s.depth_lens_m.iter().all(|apart| apart.abs() <= 0.1) {
+            return Err(ConfigError::LensesApart(s.depth_lens_m));
+        }
         let camera = Camera::new(s);
+        let depth_camera = camera.moved(s.depth_lens_m);
         let silhouette_px = 2.0 * lens.fx * camera.silhouette_slope();
         for (name, half) in [
             ("region_half_width_px", s.region_half_width_px),
@@ -201,7 +216,7 @@ impl Config {
         // The rim is highest in the image at the near wall, or at the far wall if the camera looks down on it.
         let top = row(s.rim_m, front_m).min(row(s.rim_m, s.camera_distance_m + s.radius_m));
         let foot_rows = (row(0.26 * s.fill_m, front_m), row(0.06 * s.fill_m, front_m));
-        Ok(Self { settings, camera, rows: (top, foot_rows.1), foot_rows, silhouette_px })
+        Ok(Self { settings, camera, depth_camera, rows: (top, foot_rows.1), foot_rows, silhouette_px })
     }
 
     /// The settings that were checked.

@@ -8,7 +8,8 @@
 //! x = a Z                     y + D = Z (cos p + b sin p)   z - H = Z (sin p - b cos p)
 //! ```
 
-use super::config::{Intrinsics, Settings};
+use super::config::Settings;
+use super::optics::Intrinsics;
 use crate::math::{sincosf, sqrtf};
 
 /// Intrinsics and place of the camera, with the sine and cosine of the pitch.
@@ -51,6 +52,36 @@ impl Camera {
             sin,
             cos,
         }
+    }
+
+    /// The same camera moved right, down and forward along its own axes. The axis of the glass moves to the left
+    /// for it as far as it moves to the right; everything else here is the same.
+    ///
+    /// Forward is `(cos p, sin p)` and down `(sin p, -cos p)` in the plane of `y` and `z`.
+    pub(super) fn moved(&self, [_, down, forward]: [f32; 3]) -> Self {
+        Self {
+            height_m: self.height_m + forward * self.sin - down * self.cos,
+            distance_m: self.distance_m - forward * self.cos - down * self.sin,
+            ..*self
+        }
+    }
+
+    /// Pixel position at which a lens of the same intrinsics sees the point at `depth_m` on the ray through
+    /// `(u, v)`, if it stands right, down and forward of this one.
+    pub(super) fn seen_from(
+        &self,
+        [right, down, forward]: [f32; 3],
+        u: f32,
+        v: f32,
+        depth_m: f32,
+    ) -> (f32, f32) {
+        let lens = &self.lens;
+        let (a, b) = ((u - lens.ppx) / lens.fx, (v - lens.ppy) / lens.fy);
+        let depth = depth_m - forward;
+        (
+            lens.ppx + lens.fx * (a * depth_m - right) / depth,
+            lens.ppy + lens.fy * (b * depth_m - down) / depth,
+        )
     }
 
     /// The ray through pixel position `(u, v)`.

@@ -16,6 +16,10 @@
 //!   shows above it in the liquid's own tone. The point moves down to where their residuals run to `r0`,
 //!   by the mean over the neighbours ([`Tally::behind`](super::Tally)). Stereo matching smears that border over its own
 //!   window in a real camera; the rendered one does not.
+//!
+//! Where the outline is traced in an image of another lens (colour), the depth image is looked at where its own lens
+//! sees the wall, and its residuals are taken along its own rays. What lies behind the wall is then looked for
+//! some pixels beside its column: a lens 15 mm to the side sees 70 mm behind a wall 365 mm away 2.5 pixels off.
 
 use super::config::{Config, MAX_COLUMNS};
 use super::deproject::Ray;
@@ -90,7 +94,8 @@ pub(super) fn place(
     tally: &mut Tally,
 ) -> Result<Wall, NotSeen> {
     samples.clear();
-    let look = Look { config, depth, axis_m };
+    let apart = config.settings.depth_lens_m;
+    let look = Look { config, depth, axis_m, depth_axis_m: axis_m - apart[0], apart };
     // One residual for each point of `edge`, in its order; both lists are as long at most.
     let mut residuals: Vec<Option<f32>, MAX_COLUMNS> = Vec::new();
     let foot = config.foot_rows.1.saturating_sub(ROWS);
@@ -140,18 +145,34 @@ pub(super) fn place(
     Ok(Wall { offset_m, scatter_m: median_error(deviation_m, count, GROUP) })
 }
 
-/// The depth image beside the wall of a glass at `axis_m`.
+/// The depth image beside the wall of a glass at `axis_m`. Pixels are those of the outline unless a name says depth.
 #[derive(Clone, Copy)]
 struct Look<'d> {
     config: &'d Config,
     depth: DepthFrame<'d>,
     axis_m: f32,
+    /// The same for the lens of the depth image.
+    depth_axis_m: f32,
+    apart: [f32; 3],
 }
 
 impl Look<'_> {
-    /// `z - w` of a pixel of depth `raw`; `None` in a hole and beside the glass.
-    fn residual(&self, column: usize, row: usize, raw: u16) -> Option<f32> {
-        self.along(self.config.camera.ray(column as f32, row as f32), raw)
+    /// The pixel of the depth image that shows the wall where the outline's image has it; the same pixel if one
+    /// lens takes both, `None` beside the glass.
+    fn in_depth(&self, column: usize, row: usize) -> Option<(usize, usize)> {
+        if self.apart == [0.0; 3] {
+            return Some((column, row));
+        }
+        let camera = &self.config.camera;
+        let (u, v) = (column as f32, row as f32);
+        let wall_m = camera.wall_depth(camera.ray(u, v), self.axis_m)?;
+        let (u, v) = camera.seen_from(self.apart, u, v, wall_m);
+        (u >= 0.0 && v >= 0.0).then_some(((u + 0.5) as usize, (v + 0.5) as usize))
+    }
+
+    /// `z - w` of a depth pixel `raw`; `None` in a hole and beside the glass.
+    fn residual(&self, (column, row): (usize, usize), raw: u16) -> Option<f32> {
+        self.along(self.config.depth_camera.ray(column as f32, row as f32), raw)
     }
 
     /// The same along a ray that is known.
@@ -159,7 +180,7 @@ impl Look<'_> {
         if raw == 0 {
             return None;
         }
-        let wall_m = self.config.camera.wall_depth(ray, self.axis_m)?;
+        let wall_m = self.config.depth_camera.wall_depth(ray, self.depth_axis_m)?;
         Some(f32::from(raw) * self.config.settings.depth_unit_m - wall_m)
     }
 
@@ -172,14 +193,15 @@ impl Look<'_> {
 
     /// Median residual in the window around a column from a row on; `None` in a hole.
     fn window(&self, column: usize, first_row: usize) -> Option<f32> {
+        let (column, first_row) = self.in_depth(column, first_row)?;
         let left = column.saturating_sub(HALF_WIDTH);
         let right = column.saturating_add(HALF_WIDTH + 1);
         let mut residuals: Vec<f32, WINDOW> = Vec::new();
         // A window holds as many columns as rays across; the divisions are made once for each.
         let mut across = [0.0; 2 * HALF_WIDTH + 1];
-        across.iter_mut().zip(left..).for_each(|(to, u)| *to = self.config.camera.across(u as f32));
+        across.iter_mut().zip(left..).for_each(|(to, u)| *to = self.config.depth_camera.across(u as f32));
         for row in first_row..first_row.saturating_add(ROWS) {
-            let level = self.config.camera.level(row as f32);
+            let level = self.config.depth_camera.level(row as f32);
             for (&across, raw) in across.iter().zip(z16_row(self.depth, row, left, right)) {
                 if let Some(residual) = self.along(level.to_the_right(across), raw) {
                     let _ = residuals.push(residual);
@@ -198,8 +220,11 @@ impl Look<'_> {
         let mut last: Option<(usize, f32)> = None;
         let mut border = 0.0;
         for row in edge.saturating_add(1)..edge.saturating_add(1 + THICKEST) {
-            let raw = z16_row(self.depth, row, point.column, point.column.saturating_add(1)).next();
-            match raw.and_then(|raw| self.residual(point.column, row, raw)).map(|r| r - offset_m) {
+            let residual = self.in_depth(point.column, row).and_then(|(column, row)| {
+                let raw = z16_row(self.depth, row, column, column.saturating_add(1)).next()?;
+                self.residual((column, row), raw)
+            });
+            match residual.map(|r| r - offset_m) {
                 Some(residual) if residual > limit_m => {
                     let fall = last.map_or(0.0, |(above, r)| (r - residual) / (row - above) as f32);
                     let rows = if fall > 0.0 { residual / fall } else { BORDER.0 };

@@ -9,7 +9,7 @@ use super::profile::SurfaceProfile;
 use super::region::{Grey, Region};
 use super::resample::{Points, resample};
 use super::trace::{Edge, trace};
-use crate::frame::{DepthFrame, InfraredFrame};
+use crate::frame::{DepthFrame, OutlineFrame};
 use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
@@ -95,6 +95,12 @@ impl State {
         self.offset_m
     }
 
+    /// The pixels of the outline's image that the next [`extract`] may look at.
+    #[must_use]
+    pub fn region(&self, config: &Config) -> Region {
+        Region::around(config, self.axis_m).with_rim(config.image_size())
+    }
+
     /// What the stages did so far.
     #[must_use]
     pub fn tally(&self) -> Tally {
@@ -110,9 +116,9 @@ pub fn extract(
     config: &Config,
     state: &mut State,
     depth: DepthFrame<'_>,
-    infrared: InfraredFrame<'_>,
+    outline: OutlineFrame<'_>,
 ) -> Result<SurfaceProfile, NotSeen> {
-    let profile = attempt(config, state, depth, infrared);
+    let profile = attempt(config, state, depth, outline);
     let counter = match profile {
         Ok(profile) => {
             state.axis_m = profile.glass_x_m;
@@ -131,18 +137,18 @@ fn attempt(
     config: &Config,
     state: &mut State,
     depth: DepthFrame<'_>,
-    infrared: InfraredFrame<'_>,
+    outline: OutlineFrame<'_>,
 ) -> Result<SurfaceProfile, NotSeen> {
     let lens = &config.settings.intrinsics;
     let pixels = lens.width.saturating_mul(lens.height);
-    let sizes = [depth.width, infrared.width, depth.height, infrared.height];
+    let sizes = [depth.width, outline.width, depth.height, outline.height];
     if sizes != [lens.width, lens.width, lens.height, lens.height]
-        || infrared.bytes.len() != pixels
+        || outline.bytes.len() != pixels
         || depth.bytes.len() != pixels.saturating_mul(2)
     {
         return Err(NotSeen::WrongSize);
     }
-    let image = Grey { bytes: infrared.bytes, width: infrared.width };
+    let image = Grey { bytes: outline.bytes, width: outline.width };
     let region = Region::around(config, state.axis_m);
     if region.left >= region.right || region.top >= region.bottom {
         return Err(NotSeen::RegionEmpty);

@@ -1,12 +1,13 @@
 //! From images to the liquid's edge: 21 heights above the bottom of the glass.
 //!
 //! ```text
-//! infrared --region--binarise--glass--trace--contact--.
+//! outline ---region--binarise--glass--trace--contact--.
 //!                              '-> X                 +--depth--hidden--resample--> SurfaceProfile
 //! depth --------------------------------------------'
 //! ```
 //!
-//! The liquid must be opaque in the near infrared. The camera stands slightly below the rest surface,
+//! The outline is traced in the left infrared image, or in the colour image, of which [`Rectifier`] makes a grey one as
+//! if a lens like that of the depth image stood in the colour lens' place. The liquid must be opaque in that light. The camera stands slightly below the rest surface,
 //! so the upper edge of the liquid in the image is its contact line on the wall that faces the camera.
 //! Only the region around the glass is touched. [`Config`] is checked once and constant, [`State`]
 //! remembers where the glass was and counts what the stages did.
@@ -20,11 +21,18 @@ mod edge;
 mod extract;
 mod glass;
 mod hidden;
+mod optics;
+mod outline;
 mod profile;
+mod rectify;
 mod region;
 mod resample;
 mod trace;
 
-pub use config::{Config, ConfigError, Intrinsics, Liquid, MAX_COLUMNS, Settings};
+pub use config::{Config, ConfigError, Liquid, MAX_COLUMNS, Settings};
 pub use extract::{NotSeen, State, Tally, extract};
+pub use optics::{Intrinsics, Optics};
+pub use outline::OutlineAssembler;
 pub use profile::{POINTS, PROFILE_HALF_SPAN, SurfaceProfile, profile_abscissa};
+pub use rectify::{ColourLens, Rectifier};
+pub use region::Region;

@@ -1,18 +1,40 @@
 //! The region of interest: the columns around the expected glass, the rows from rim to foot.
 
 use super::config::{Config, MAX_COLUMNS};
+use super::edge::SPAN;
 
-/// A rectangle of pixels, ends exclusive; at most [`MAX_COLUMNS`] wide.
+/// A rectangle of pixels, ends exclusive.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Region {
-    pub(super) left: usize,
-    pub(super) right: usize,
-    pub(super) top: usize,
-    pub(super) bottom: usize,
+pub struct Region {
+    /// First column.
+    pub left: usize,
+    /// Column behind the last.
+    pub right: usize,
+    /// First row.
+    pub top: usize,
+    /// Row behind the last.
+    pub bottom: usize,
 }
 
 impl Region {
-    /// Around the last known position of the glass axis, or the whole search range without one.
+    /// All of an image.
+    #[must_use]
+    pub const fn whole((width, height): (usize, usize)) -> Self {
+        Self { left: 0, right: width, top: 0, bottom: height }
+    }
+
+    /// With the pixels beyond it that place an edge at its rim.
+    pub(super) fn with_rim(self, (width, height): (usize, usize)) -> Self {
+        Self {
+            left: self.left.saturating_sub(SPAN),
+            right: self.right.saturating_add(SPAN).min(width),
+            top: self.top.saturating_sub(SPAN),
+            bottom: self.bottom.saturating_add(SPAN).min(height),
+        }
+    }
+
+    /// Around the last known position of the glass axis, or the whole search range without one; at most
+    /// [`MAX_COLUMNS`] wide.
     pub(super) fn around(config: &Config, axis_m: Option<f32>) -> Self {
         let settings = &config.settings;
         let (centre, half) = match axis_m {

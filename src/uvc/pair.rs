@@ -1,4 +1,4 @@
-//! Depth and infrared of one instant, paired by their time; the newest wins, no frame is used twice.
+//! Depth and outline of one instant, paired by their time; the newest wins, no frame is used twice.
 //!
 //! The two streams have counters of their own, which may differ by a constant; the time is the key.
 //! Frames stay in the caller's buffers, only stamps are handled here.
@@ -11,8 +11,8 @@ use serde::{Deserialize, Serialize};
 pub enum Stream {
     /// Z16.
     Depth,
-    /// Y8, left.
-    Infrared,
+    /// The image in which the outline is traced: Y8 of the left infrared imager, or YUY2 of the colour imager.
+    Outline,
 }
 
 /// Two frames of one exposure.
@@ -20,16 +20,16 @@ pub enum Stream {
 pub struct Pair {
     /// Stamp of the depth frame.
     pub depth: Stamp,
-    /// Stamp of the infrared frame.
-    pub infrared: Stamp,
+    /// Stamp of the outline's frame.
+    pub outline: Stamp,
 }
 
 /// Counters of frames whose partner never came.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Solitary {
-    /// Depth frames without an infrared frame.
+    /// Depth frames without a frame of the outline.
     pub depth: u32,
-    /// Infrared frames without a depth frame.
+    /// Frames of the outline, infrared or colour, without a depth frame.
     pub infrared: u32,
 }
 
@@ -65,8 +65,8 @@ impl Pairer {
         if other != stream && apart_us <= self.tolerance_us {
             self.waiting = None;
             return Some(match stream {
-                Stream::Depth => Pair { depth: stamp, infrared: waiting },
-                Stream::Infrared => Pair { depth: waiting, infrared: stamp },
+                Stream::Depth => Pair { depth: stamp, outline: waiting },
+                Stream::Outline => Pair { depth: waiting, outline: stamp },
             });
         }
         // The older of the two can have no partner any more: both streams only move forward.
@@ -78,7 +78,7 @@ impl Pairer {
         };
         let counter = match alone {
             Stream::Depth => &mut self.solitary.depth,
-            Stream::Infrared => &mut self.solitary.infrared,
+            Stream::Outline => &mut self.solitary.infrared,
         };
         *counter = counter.saturating_add(1);
         None

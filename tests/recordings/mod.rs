@@ -3,6 +3,7 @@
 use image::{ExtendedColorType, ImageEncoder, codecs::png::PngEncoder};
 use meniscus::frame::Stamp;
 use meniscus::host::bag::{Calibration, Image};
+use meniscus::host::camera::OutlineImage;
 use meniscus::units::Micros;
 use meniscus::uvc::Stream;
 use std::io::Write;
@@ -34,6 +35,8 @@ pub(crate) fn calibration() -> Calibration {
         depth_unit_m: 1e-4,
         baseline_m: 0.05,
         camera: "a test".into(),
+        outline: OutlineImage::Infrared,
+        depth_lens_m: [0.0; 3],
     }
 }
 
@@ -41,7 +44,7 @@ pub(crate) fn calibration() -> Calibration {
 pub(crate) fn images(count: usize) -> Vec<Image> {
     let image = |index: usize| {
         let shot = (index / 2) as u32;
-        let stream = if index.is_multiple_of(2) { Stream::Depth } else { Stream::Infrared };
+        let stream = if index.is_multiple_of(2) { Stream::Depth } else { Stream::Outline };
         let bytes = 64 * 48 * if index.is_multiple_of(2) { 2 } else { 1 };
         let mut random = index as u32 + 1;
         let noise = |_| {
@@ -128,7 +131,7 @@ pub(crate) fn ros1(images: &[Image], compress: bool) -> Vec<u8> {
         let records: Vec<u8> = pair
             .iter()
             .flat_map(|image| {
-                let infrared = image.stream == Stream::Infrared;
+                let infrared = image.stream == Stream::Outline;
                 let (encoding, step): (&[u8], _) =
                     if infrared { (b"mono8", SIZE.0) } else { (b"mono16", 2 * SIZE.0) };
                 let parts = [
@@ -205,7 +208,7 @@ pub(crate) fn db3(path: &Path, images: &[Image]) {
     put(1, Cdr::new().text("0.000100"));
     put(2, Cdr::new().text("50.000000"));
     for image in images {
-        let infrared = image.stream == Stream::Infrared;
+        let infrared = image.stream == Stream::Outline;
         let mut png = Vec::new();
         let (pixels, kind) = if infrared {
             (image.pixels.clone(), ExtendedColorType::L8)

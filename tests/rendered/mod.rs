@@ -1,6 +1,6 @@
 //! Liquid of known analytic shape, rendered, and the errors of what is read back.
 
-use meniscus::frame::{DepthFrame, InfraredFrame, Stamp};
+use meniscus::frame::{DepthFrame, OutlineFrame, Stamp};
 use meniscus::offline::recording::{Glass, Lattice, WALL_POINTS, wall_azimuth};
 use meniscus::offline::scene::{Images, Liquid, Scene, SceneSettings};
 use meniscus::surface::{Config, POINTS, Settings, State, SurfaceProfile, Tally, extract, profile_abscissa};
@@ -138,12 +138,12 @@ pub(crate) fn lent<'a>(
     settings: &Settings,
     images: &'a Images,
     frame: u64,
-) -> (DepthFrame<'a>, InfraredFrame<'a>) {
+) -> (DepthFrame<'a>, OutlineFrame<'a>) {
     let (width, height) = (settings.intrinsics.width, settings.intrinsics.height);
     let stamp = Stamp { sequence: frame as u32, captured: Micros(frame * 16_667) };
     (
         DepthFrame { bytes: &images.depth, width, height, stamp },
-        InfraredFrame { bytes: &images.infrared, width, height, stamp },
+        OutlineFrame { bytes: &images.infrared, width, height, stamp },
     )
 }
 

@@ -117,7 +117,7 @@ pub fn run(place: &mut impl Place, blob: &[u8], room: &mut Room) -> Result<Done,
     while place.read(&mut head) {
         let (words, _) = head.as_chunks::<4>();
         let word = |at: usize| words.get(at).map_or(0, |word| u32::from_le_bytes(*word));
-        let stream = if word(0) == 0 { Stream::Depth } else { Stream::Infrared };
+        let stream = if word(0) == 0 { Stream::Depth } else { Stream::Outline };
         let payload = room.payload.get_mut(..word(1) as usize).ok_or(JobError::Payload)?;
         if !place.read(payload) {
             return Err(JobError::Payload);

@@ -4,6 +4,11 @@ use super::firmware::Heard;
 use super::trouble::{At, Cure, Trouble};
 use super::{Device, Life, Reply, descriptors};
 
+/// Interfaces of the colour function, and its camera terminal.
+const COLOUR_CONTROL: u8 = 3;
+pub(super) const COLOUR_TERMINAL: u8 = 6;
+pub(super) const COLOUR_STREAMING: u8 = 4;
+
 impl Device {
     /// A control request: setup packet without its length, and the bytes sent.
     pub fn control(&mut self, now_us: u64, setup: [u8; 6], sent: &[u8]) -> Reply {
@@ -36,11 +41,15 @@ impl Device {
             [0x02, 1, 0, 0, endpoint, 0] => self.clear_halt(endpoint),
             [request_type, _, 0, 1, 0, 3] => self.monitor(now_us, request_type == 0x21, sent),
             [0x21, 1, 0, _, 0, 3] => Reply::Done,
-            [0x21, 1, 0, 1, interface @ (1 | 2), 0] => self.probe(interface, sent),
-            [0xa1, 0x81 | 0x83, 0, 1, interface @ (1 | 2), 0] => {
+            // Exposure mode and priority of the colour function's camera terminal.
+            [0x21, 1, 0, 2 | 3, COLOUR_CONTROL, COLOUR_TERMINAL] => Reply::Done,
+            [0x21, 1, 0, 1, interface @ (1 | 2 | COLOUR_STREAMING), 0] => self.probe(interface, sent),
+            [0xa1, 0x81 | 0x83, 0, 1, interface @ (1 | 2 | COLOUR_STREAMING), 0] => {
                 self.probe_answer(interface, setup[1] == 0x83)
             }
-            [0x21, 1, 0, 2, interface @ (1 | 2), 0] => self.commit(now_us, interface, setup),
+            [0x21, 1, 0, 2, interface @ (1 | 2 | COLOUR_STREAMING), 0] => {
+                self.commit(now_us, interface, setup)
+            }
             _ => Reply::Stall,
         }
     }
@@ -97,8 +106,12 @@ impl Device {
         record.resize(48, 0);
         let modes = descriptors::modes(self.trouble == Some(Trouble::Usb2), self.trouble);
         let mode = modes.get(usize::from(record[3]).wrapping_sub(1));
-        let (width, height) = mode.map_or((1280, 720), |(width, height, _)| (*width, *height));
-        let frame = u32::from(width) * u32::from(height) * if interface == 1 { 2 } else { 1 };
+        let (width, height) = match mode {
+            _ if interface == COLOUR_STREAMING => (640, 480),
+            Some((width, height, _)) => (*width, *height),
+            None => (1280, 720),
+        };
+        let frame = u32::from(width) * u32::from(height) * if interface == 2 { 1 } else { 2 };
         record[18..22].copy_from_slice(&frame.to_le_bytes());
         record[22..26].copy_from_slice(&(frame + 1024).to_le_bytes());
         record[26..30].copy_from_slice(&1_000_000_u32.to_le_bytes());
@@ -120,7 +133,7 @@ impl Device {
             return Reply::Stall;
         }
         // The second stream's commit cures: a new agreement is one on both.
-        if interface == 2 {
+        if interface != 1 {
             self.cure(Cure::Commit);
         }
         self.note_commit(now_us, setup);
@@ -130,6 +143,9 @@ impl Device {
     fn note_commit(&mut self, now_us: u64, setup: [u8; 6]) {
         if let [0x21, 1, 0, 2, interface, 0] = setup {
             self.committed.insert(interface);
+            if interface == COLOUR_STREAMING {
+                self.even.resize(640 * 480 * 2, 128);
+            }
             if self.committed.len() == 2 && self.started_us.is_none() {
                 self.started_us = Some(now_us + 30_000);
                 self.shots_of_start = 0;

@@ -1,5 +1,6 @@
 //! The configuration descriptor of a D435, byte by byte.
 
+use super::control::{COLOUR_STREAMING, COLOUR_TERMINAL};
 use super::trouble::Trouble;
 
 /// The code of a format that no reader knows.
@@ -53,7 +54,7 @@ pub(super) fn configuration(usb2: bool, trouble: Option<Trouble>) -> Vec<u8> {
     streaming(&mut out, 2, 0x83, usb2, &[(grey, 8), (*b"Y8I ", 16)], &modes);
     association(&mut out, 3, 2);
     interface(&mut out, 3, 0, 1);
-    control(&mut out, &[4], [6, 7, 8], &COLOUR_UNIT);
+    control(&mut out, &[COLOUR_STREAMING], [COLOUR_TERMINAL, 7, 8], &COLOUR_UNIT);
     colour(&mut out, usb2);
     let length = (out.len() + 9) as u16;
     let [low, high] = length.to_le_bytes();

@@ -7,6 +7,13 @@ pub const INTRINSICS: [f32; 4] = [384.21, 384.21, 319.48, 236.35];
 /// Intrinsics of 480x270 that belong to them: the same optics, cropped and binned (848x480 scaled).
 pub const INTRINSICS_SMALL: [f32; 4] = [240.13, 240.13, 239.6, 132.9];
 
+/// Intrinsics of 640x480 in colour, as in public logs of a D435.
+pub const COLOUR_INTRINSICS: [f32; 4] = [612.4, 610.6, 322.1, 244.7];
+/// Where the colour lens stands as seen from the depth lens: right, down, forward, metres.
+pub const COLOUR_LENS_M: [f32; 3] = [-0.0148, 0.0002, 0.0003];
+/// By how much the colour lens looks up, as seen from the depth lens, radians.
+pub const COLOUR_PITCH_RAD: f32 = 0.004;
+
 /// What the monitor remembers.
 #[derive(Clone, Debug)]
 pub(super) struct Firmware {
@@ -73,6 +80,7 @@ impl Firmware {
         match opcode {
             0x10 => Ok(self.information()),
             0x15 if self.word(8) == 25 => Ok(self.coefficients()),
+            0x15 if self.word(8) == 32 => Ok(self.colour()),
             0x7e if self.trouble == Some(Trouble::NoList) => Err(-1),
             0x7e => Ok(self.list()),
             0x30 => Ok(vec![u8::from(self.trouble != Some(Trouble::AdvancedOff))]),
@@ -132,12 +140,7 @@ impl Firmware {
                 table[at..at + 4].copy_from_slice(&value.to_le_bytes());
             }
         }
-        let id = if self.trouble == Some(Trouble::TableOther) { 32 } else { 25_u16 };
-        table[..2].copy_from_slice(&[4, 0]);
-        table[2..4].copy_from_slice(&id.to_le_bytes());
-        table[4..8].copy_from_slice(&496_u32.to_le_bytes());
-        let crc = crc32(&table[16..]);
-        table[12..16].copy_from_slice(&crc.to_le_bytes());
+        seal(&mut table, if self.trouble == Some(Trouble::TableOther) { 32 } else { 25 });
         match self.trouble {
             Some(Trouble::TableCrc) => table[300] ^= 1,
             Some(Trouble::TableCut) => table.truncate(200),
@@ -145,6 +148,41 @@ impl Firmware {
         }
         table
     }
+
+    /// Table 32: normalised camera matrix, no distortion, calibrated at 1920x1080, rotation and translation from
+    /// colour to depth.
+    fn colour(&self) -> Vec<u8> {
+        let mut table = vec![0_u8; 256];
+        let [fx, fy, ppx, ppy] = self.intrinsics(COLOUR_INTRINSICS);
+        // 4:3 is cut out of 16:9: the width that is normalised by is 4/3 of the image's.
+        let matrix = [fx / 320.0 * 0.75, 0.0, (ppx / 320.0 - 1.0) * 0.75, 0.0, fy / 240.0, ppy / 240.0 - 1.0];
+        let (sin, cos) = COLOUR_PITCH_RAD.sin_cos();
+        // Looking up, the colour lens' down and forward are (cos, sin) and (-sin, cos) of the depth lens'.
+        let rotation = [1.0, 0.0, 0.0, 0.0, cos, sin, 0.0, -sin, cos];
+        let place = COLOUR_LENS_M.map(|metres| -1e3 * metres);
+        for (at, values) in [(16, &matrix[..]), (184, &rotation), (220, &place)] {
+            for (k, value) in values.iter().enumerate() {
+                table[at + 4 * k..at + 4 * k + 4].copy_from_slice(&value.to_le_bytes());
+            }
+        }
+        table[144..146].copy_from_slice(&1920_u16.to_le_bytes());
+        table[146..148].copy_from_slice(&1080_u16.to_le_bytes());
+        seal(&mut table, 32);
+        if self.trouble == Some(Trouble::TableCrc) {
+            table[200] ^= 1;
+        }
+        table
+    }
+}
+
+/// Writes a table's header.
+fn seal(table: &mut [u8], id: u16) {
+    table[..2].copy_from_slice(&[4, 0]);
+    table[2..4].copy_from_slice(&id.to_le_bytes());
+    let length = (table.len() - 16) as u32;
+    table[4..8].copy_from_slice(&length.to_le_bytes());
+    let crc = crc32(&table[16..]);
+    table[12..16].copy_from_slice(&crc.to_le_bytes());
 }
 
 /// CRC-32 of IEEE 802.3, bit by bit.

@@ -15,7 +15,7 @@ mod scenery;
 mod stream;
 mod trouble;
 
-pub use firmware::{INTRINSICS, INTRINSICS_SMALL};
+pub use firmware::{COLOUR_INTRINSICS, COLOUR_LENS_M, COLOUR_PITCH_RAD, INTRINSICS, INTRINSICS_SMALL};
 pub use replay::{Replay, Said};
 pub use scenery::{Film, Scenery, TestCard};
 pub use trouble::{At, Back, Cure, Ending, TROUBLES, Trouble};
@@ -30,6 +30,8 @@ use std::collections::{HashMap, HashSet};
 pub const DEPTH: u8 = 0x82;
 /// Left infrared.
 pub const INFRARED: u8 = 0x83;
+/// Colour.
+pub const COLOUR: u8 = 0x84;
 /// Status packets.
 pub const INTERRUPT: u8 = 0x87;
 
@@ -109,6 +111,8 @@ pub struct Device {
     shots_of_start: u64,
     due: Vec<Event>,
     last: [Vec<u8>; 2],
+    /// A colour image without anything in it, once it is wanted.
+    even: Vec<u8>,
     halted: HashSet<u8>,
     clock_offset_us: u64,
 }
@@ -167,6 +171,7 @@ impl Device {
             shots_of_start: 0,
             due: Vec::new(),
             last: [vec![], vec![]],
+            even: vec![],
             halted: HashSet::new(),
             clock_offset_us: 0,
         }

@@ -75,7 +75,7 @@ impl Replay {
     /// A payload with the other camera's header: the first ones as they were, the later ones with the last
     /// header's time, counter and frame identifier moved on.
     pub(super) fn payload(&self, stream: Stream, shot: u64, own: Vec<u8>) -> Vec<u8> {
-        let headers = &self.headers[usize::from(stream == Stream::Infrared)];
+        let headers = &self.headers[usize::from(stream != Stream::Depth)];
         let Some(last) = headers.len().checked_sub(1) else { return own };
         let at = usize::try_from(shot).unwrap_or(last).min(last);
         let mut header = headers[at].clone();

@@ -8,6 +8,13 @@ use std::path::Path;
 pub trait Scenery: Send {
     /// Z16 and Y8 pixels of a shot of this size.
     fn look(&mut self, shot: u64, size: (u16, u16)) -> (&[u8], &[u8]);
+
+    /// Z16 and YUY2 pixels of a shot of 640x480; `None` where nothing is known of its colours, and the device shows
+    /// an even grey.
+    fn look_in_colour(&mut self, shot: u64) -> Option<(&[u8], &[u8])> {
+        let _ = shot;
+        None
+    }
 }
 
 /// A test card: every pair of bytes of a shot is its number, little-endian.

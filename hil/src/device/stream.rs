@@ -1,7 +1,8 @@
 //! The streams from the device's side: shots at 60 Hz, their payloads under the device's trouble.
 
+use super::control::COLOUR_STREAMING;
 use super::trouble::{At, Back, Cure, Ending, Trouble};
-use super::{DEPTH, Device, Event, FIRST_SHOT_US, INFRARED, INTERRUPT, Life, STRIKE, shot_time_us};
+use super::{COLOUR, DEPTH, Device, Event, FIRST_SHOT_US, INFRARED, INTERRUPT, Life, STRIKE, shot_time_us};
 use crate::camera::{Payload, Shot, Source, Stream};
 
 impl Device {
@@ -49,8 +50,18 @@ impl Device {
         self.shots_of_start += 1;
         let captured_us = FIRST_SHOT_US + shot_time_us(shot) - self.clock_offset_us;
         let size = if self.usb2(now_us) { (480, 270) } else { (640, 480) };
-        let (depth, infrared) = self.scenery.look(shot, size);
-        let payloads = self.wire.expose(&Shot { depth, infrared, captured_us });
+        let in_colour = self.committed.contains(&COLOUR_STREAMING);
+        let seen = if in_colour { self.scenery.look_in_colour(shot) } else { None };
+        let seen = seen.map(|(depth, colour)| (depth, (Stream::Colour, colour)));
+        let (depth, beside) = match seen {
+            Some(seen) => seen,
+            None => {
+                let (depth, infrared) = self.scenery.look(shot, size);
+                let even = (Stream::Colour, &self.even[..]);
+                (depth, if in_colour { even } else { (Stream::Infrared, infrared) })
+            }
+        };
+        let payloads = self.wire.expose(&Shot { depth, beside, captured_us });
         let to_bus_us = now_us.wrapping_sub(captured_us);
         for Payload { stream, mut bytes, arrival_us } in payloads {
             if let Some(replay) = &self.replay {
@@ -58,7 +69,11 @@ impl Device {
             }
             let at_us = arrival_us.wrapping_add(to_bus_us);
             if let Some(what) = self.afflict(stream, bytes) {
-                let endpoint = if stream == Stream::Depth { DEPTH } else { INFRARED };
+                let endpoint = match stream {
+                    Stream::Depth => DEPTH,
+                    Stream::Infrared => INFRARED,
+                    Stream::Colour => COLOUR,
+                };
                 self.due.push(Event { endpoint, at_us, what });
             }
         }
@@ -68,7 +83,7 @@ impl Device {
 
     /// A payload under the trouble of its stream.
     fn afflict(&mut self, stream: Stream, mut bytes: Vec<u8>) -> Option<Result<Vec<u8>, Ending>> {
-        let place = usize::from(stream == Stream::Infrared);
+        let place = usize::from(stream != Stream::Depth);
         let trouble = self.trouble;
         if self.life != Life::Struck {
             // Nobody else asks for it, and a copy of every payload is a tenth of the camera's work.
@@ -79,9 +94,7 @@ impl Device {
         }
         match trouble {
             Some(Trouble::Quiet(_) | Trouble::DrainStuck | Trouble::ClearHaltRefused) => None,
-            Some(Trouble::QuietInfrared(_) | Trouble::InterruptError(23)) if stream == Stream::Infrared => {
-                None
-            }
+            Some(Trouble::QuietInfrared(_) | Trouble::InterruptError(23)) if stream != Stream::Depth => None,
             Some(Trouble::Frozen(_)) => Some(Ok(self.last[place].clone())),
             Some(Trouble::Erring(_)) => {
                 if let Some(flags) = bytes.get_mut(1) {

@@ -20,7 +20,7 @@ pub(crate) fn write(film: &str, frames: &str, out: &str) -> Result<bool, Failure
     for shot in 0..frames {
         let captured_us = FIRST_SHOT_US + (shot * 1_000_000 + 30) / 60;
         let (depth, infrared) = film.look(shot, (640, 480));
-        for payload in camera.expose(&Shot { depth, infrared, captured_us }) {
+        for payload in camera.expose(&Shot::infrared(depth, infrared, captured_us)) {
             let stream = u32::from(payload.stream == Stream::Infrared);
             file.write_all(&stream.to_le_bytes())?;
             file.write_all(&u32::try_from(payload.bytes.len())?.to_le_bytes())?;

@@ -81,8 +81,9 @@ fn simulated(arguments: &Arguments) -> anyhow::Result<Lesson> {
 /// A camera's recordings of the liquid `name`: files are all that is known of their motions.
 fn filmed(arguments: &Arguments, name: &str) -> anyhow::Result<Lesson> {
     let setup = setup(arguments.setup.as_ref())?;
-    let look =
-        |path: &PathBuf| by_camera(path, |camera| Ok(setup.settings(camera.intrinsics, camera.depth_unit_m)));
+    let look = |path: &PathBuf| {
+        by_camera(path, Some(setup.view.outline), |camera| Ok(setup.settings(camera.optics())))
+    };
     let file = |path: &PathBuf| path.file_name().unwrap_or_default().to_string_lossy().into_owned();
     Ok(Lesson {
         liquid: name.into(),

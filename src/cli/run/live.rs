@@ -17,21 +17,22 @@ use meniscus::host::view::{Caption, Dashboard};
 use meniscus::model::Model;
 use meniscus::offline::recording::GROUP_NAMES;
 use meniscus::runtime::Estimator;
-use meniscus::surface::Config;
+use meniscus::surface::{Config, Rectifier};
 use meniscus::units::FRAME_INTERVAL_S;
 use std::io::IsTerminal;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-/// Camera, worker and dashboard at work, until the camera ends or somebody stops it.
+/// Camera, worker and dashboard at work, until the camera ends or somebody stops it. Of the camera its name, and what
+/// makes the outline's image of what it sends in colour.
 #[allow(clippy::too_many_arguments, reason = "each is one party of the run")]
 pub(super) fn live(
     arguments: &Arguments,
     model: &Model<'_>,
     config: Config,
     frames: usize,
-    camera: &str,
+    (camera, rectifier): (&str, Option<Rectifier>),
     play: impl FnOnce(&AtomicBool) + Send,
     worker_end: WorkerEnd,
     still: &mut Still,
@@ -44,7 +45,7 @@ pub(super) fn live(
     let glass = (model.header.radius_m, model.header.fill_m);
     let notes = among(&arguments.among, glass)?;
     let (outlet, feed) = channel();
-    let shared = Arc::new(Watch { patient: arguments.patient, ..Watch::default() });
+    let shared = Arc::new(Watch { patient: arguments.patient, rectifier, ..Watch::default() });
     let interrupted = Arc::clone(&shared);
     ctrlc::set_handler(move || interrupted.stop.store(true, Ordering::Relaxed))
         .context("cannot watch for Ctrl-C")?;

@@ -180,7 +180,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     }
     let recording = recording(&arguments.source)?;
     let settings = settings(&model, &recording)?;
-    let config = Config::new(glass::settings(arguments.setup.as_deref(), &model.header, settings)?)?;
+    let config = Config::new(glass::settings(arguments.setup.as_deref(), &model.header, settings.optics())?)?;
     // Told before the run, not after it: a folder that cannot be written would lose the picture.
     let picture = arguments.out.join("run.png");
     write_whole(&arguments.out.join("run.json"), b"{}\n").context("the --out folder cannot be used")?;
@@ -201,7 +201,8 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let mut still = Still::default();
     let (camera_end, worker_end) = link(BUFFERS, PAYLOAD_ROOM);
     let play = move |stop: &AtomicBool| camera.play(shots, &camera_end, stop);
-    let log = live(arguments, &model, config, frames, "simulated D435", play, worker_end, &mut still)?;
+    let log =
+        live(arguments, &model, config, frames, ("simulated D435", None), play, worker_end, &mut still)?;
 
     let report = report::Report::new(&model, &recording, &log)?;
     let json = serde_json::to_string_pretty(&report.json(arguments))?;

@@ -11,7 +11,7 @@ use meniscus::host::link::link;
 use meniscus::host::live::Still;
 use meniscus::model::Model;
 use meniscus::offline::replay::play;
-use meniscus::surface::{self, Config};
+use meniscus::surface::Config;
 use meniscus::units::FRAME_INTERVAL_S;
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
@@ -28,12 +28,8 @@ pub(super) fn run(
 ) -> anyhow::Result<()> {
     let recording = bag::open(file)?;
     let camera = recording.calibration.clone();
-    let settings = surface::Settings {
-        intrinsics: camera.intrinsics(),
-        depth_unit_m: camera.depth_unit_m,
-        ..surface::Settings::default()
-    };
-    let settings = glass::settings(arguments.setup.as_deref(), &model.header, settings)?;
+    glass::same_outline(glass::outline(arguments.setup.as_deref())?, file, camera.outline)?;
+    let settings = glass::settings(arguments.setup.as_deref(), &model.header, camera.optics())?;
     let config = Config::new(settings).context("the recording's camera cannot see the model's glass")?;
     write_whole(&arguments.out.join("run.json"), b"{}\n").context("the --out folder cannot be used")?;
     let (width, height) = config.image_size();
@@ -44,7 +40,7 @@ pub(super) fn run(
     let log = {
         let ended = &mut ended;
         let play = move |stop: &AtomicBool| *ended = play(recording, seconds, &camera_end, stop);
-        live(arguments, model, config, frames, &camera.camera, play, worker_end, &mut still)?
+        live(arguments, model, config, frames, (&camera.camera, None), play, worker_end, &mut still)?
     };
     let report = LiveReport {
         log: &log,

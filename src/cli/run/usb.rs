@@ -15,7 +15,7 @@ use meniscus::offline::baseline::linear_with_motion;
 use meniscus::offline::scene::SceneSettings;
 use meniscus::offline::score::score;
 use meniscus::offline::usb::{RecordedGlass, SimulatedBus};
-use meniscus::surface::{self, Config};
+use meniscus::surface::Config;
 use meniscus::units::{FRAME_INTERVAL_S, Micros};
 use meniscus_hil::device::{Device, FIRST_SHOT_US, Trouble};
 use std::sync::Mutex;
@@ -79,15 +79,13 @@ fn watch(
     realtime_wanted: bool,
 ) -> anyhow::Result<()> {
     let truth = arguments.truth.as_deref().map(recording).transpose()?;
-    let wanted = Settings { serial: arguments.serial.clone(), ..Settings::default() };
+    let outline = glass::outline(arguments.setup.as_deref())?.unwrap_or_default();
+    let wanted = Settings { serial: arguments.serial.clone(), outline, ..Settings::default() };
     let mut session = Session::connect(transport, wanted)?;
     let connected = session.connected().clone();
-    let camera_settings = surface::Settings {
-        intrinsics: connected.intrinsics,
-        depth_unit_m: connected.depth_unit_um as f32 * 1e-6,
-        ..surface::Settings::default()
-    };
-    let config = Config::new(glass::settings(arguments.setup.as_deref(), &model.header, camera_settings)?)?;
+    let settings = glass::settings(arguments.setup.as_deref(), &model.header, connected.optics())?;
+    let config = Config::new(settings)?;
+    let rectifier = connected.rectifier();
     write_whole(&arguments.out.join("run.json"), b"{}\n").context("the --out folder cannot be used")?;
 
     let (camera_end, worker_end) = link(BUFFERS, session.buffer_bytes());
@@ -105,7 +103,7 @@ fn watch(
             *realtime = realtime_wanted.then(become_realtime);
             *ended = session.stream(&mut LinkSink { end: camera_end, stop, until, notes });
         };
-        live(arguments, model, config, frames, camera, play, worker_end, &mut still)?
+        live(arguments, model, config, frames, (camera, rectifier), play, worker_end, &mut still)?
     };
     let health = session.health();
     let notes = notes.into_inner().unwrap_or_default();

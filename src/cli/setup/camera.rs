@@ -5,11 +5,11 @@ use crate::cli::doctor::{Camera, one_line};
 use anyhow::ensure;
 use indicatif::ProgressBar;
 use meniscus::host::bag::{self, Image};
-use meniscus::host::camera::{LinkSink, Session, Settings};
+use meniscus::host::camera::{LinkSink, OutlineImage, Session, Settings};
 use meniscus::host::link::{Received, WorkerEnd, link};
 use meniscus::host::setup::{Gather, Pair, Recent};
 use meniscus::host::usb::Transport;
-use meniscus::surface::Intrinsics;
+use meniscus::surface::{Optics, OutlineAssembler, Rectifier};
 use meniscus::uvc::Stream;
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -31,9 +31,9 @@ const KEPT: usize = 600;
 /// What the camera sees.
 pub(super) struct Scene {
     /// Of the images.
-    pub(super) lens: Intrinsics,
-    /// Metres in a unit of depth.
-    pub(super) unit_m: f32,
+    pub(super) optics: Optics,
+    /// The image in which the outline is traced.
+    pub(super) outline: OutlineImage,
     /// The camera in words.
     pub(super) name: String,
     recent: Mutex<Recent>,
@@ -108,14 +108,15 @@ impl Sitting for Read {
 pub(super) fn from_bus(transport: impl Transport + Send, job: &Job<'_>) -> anyhow::Result<()> {
     let wanted = Settings {
         serial: job.arguments.serial.clone(),
+        outline: job.arguments.outline,
         patience: Duration::from_secs(10),
         ..Settings::default()
     };
     let mut session = Session::connect(transport, wanted)?;
     let connected = session.connected().clone();
     let scene = Scene {
-        lens: connected.intrinsics,
-        unit_m: connected.depth_unit_um as f32 * 1e-6,
+        optics: connected.optics(),
+        outline: job.arguments.outline,
         name: one_line(&connected),
         recent: Mutex::new(Recent::with_room(job.pairs.min(KEPT))),
     };
@@ -136,7 +137,8 @@ pub(super) fn from_bus(transport: impl Transport + Send, job: &Job<'_>) -> anyho
             ended.store(true, Ordering::Relaxed);
             streamed
         });
-        scope.spawn(move || gather(&worker_end, scene));
+        let rectifier = connected.rectifier();
+        scope.spawn(move || gather(&worker_end, rectifier, scene));
         let held = job.hold(scene, &Live { camera: &camera, ended });
         stop.store(true, Ordering::Relaxed);
         (held, streaming.join())
@@ -147,10 +149,16 @@ pub(super) fn from_bus(transport: impl Transport + Send, job: &Job<'_>) -> anyho
 }
 
 /// Payloads to pairs until the camera has gone.
-fn gather(end: &WorkerEnd, scene: &Scene) {
-    let pixels = scene.lens.width * scene.lens.height;
-    let (mut depth, mut infrared) = (vec![0; 2 * pixels], vec![0; pixels]);
-    let mut gather = Gather::new(&mut depth, &mut infrared);
+fn gather(end: &WorkerEnd, rectifier: Option<Rectifier>, scene: &Scene) {
+    let size = (scene.optics.intrinsics.width, scene.optics.intrinsics.height);
+    let pixels = size.0 * size.1;
+    let (mut depth, mut grey) = (vec![0; 2 * pixels], vec![0; pixels]);
+    let mut colour = vec![0; rectifier.as_ref().map_or(0, Rectifier::colour_bytes)];
+    let outline = match rectifier {
+        Some(rectifier) => OutlineAssembler::colour(rectifier, &mut colour, &mut grey),
+        None => OutlineAssembler::infrared(&mut grey),
+    };
+    let mut gather = Gather::new(size, &mut depth, outline);
     loop {
         match end.receive(Instant::now() + Duration::from_millis(100)) {
             Received::Closed => return,
@@ -170,8 +178,8 @@ pub(super) fn from_recording(path: &Path, job: &Job<'_>) -> anyhow::Result<()> {
     let recording = bag::open(path)?;
     let calibration = recording.calibration.clone();
     let scene = Scene {
-        lens: calibration.intrinsics(),
-        unit_m: calibration.depth_unit_m,
+        optics: calibration.optics(),
+        outline: calibration.outline,
         name: format!("{}, in {}", calibration.camera, path.display()),
         recent: Mutex::new(Recent::with_room(job.pairs)),
     };
@@ -180,11 +188,11 @@ pub(super) fn from_recording(path: &Path, job: &Job<'_>) -> anyhow::Result<()> {
         let image = image?;
         let depth = waiting.take().filter(|depth| {
             let apart = depth.stamp.captured.0.abs_diff(image.stamp.captured.0);
-            image.stream == Stream::Infrared && apart < 8_000
+            image.stream == Stream::Outline && apart < 8_000
         });
         match depth {
             Some(depth) => {
-                scene.push(Pair { depth: depth.pixels, infrared: image.pixels, stamp: depth.stamp });
+                scene.push(Pair { depth: depth.pixels, outline: image.pixels, stamp: depth.stamp });
             }
             None if image.stream == Stream::Depth => waiting = Some(image),
             None => {}
@@ -193,6 +201,6 @@ pub(super) fn from_recording(path: &Path, job: &Job<'_>) -> anyhow::Result<()> {
             break;
         }
     }
-    ensure!(scene.total() > 0, "{} holds no pair of a depth and an infrared image", path.display());
+    ensure!(scene.total() > 0, "{} holds no pair of a depth image and one with the outline", path.display());
     job.hold(&scene, &Read)
 }

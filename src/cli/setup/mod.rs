@@ -4,9 +4,11 @@ mod camera;
 mod screen;
 
 use super::doctor::{Camera, camera_findings};
+use super::glass::outline_image;
 use super::{bus, inputs};
 use anyhow::{Context, bail};
 use camera::{Scene, Sitting, from_bus, from_recording};
+use meniscus::host::camera::OutlineImage;
 use meniscus::host::checks::{Check, table};
 use meniscus::host::setup::{Finding, Inspection, Said, Setup, inspect};
 use meniscus::model::Model;
@@ -55,6 +57,10 @@ pub(crate) struct Arguments {
     /// Pairs of images that are looked at; of a recording the first ones, which must show the liquid at rest.
     #[arg(long, default_value_t = 60, value_parser = clap::value_parser!(u16).range(8..=600))]
     pairs: u16,
+    /// The image in which the outline is traced: the left infrared one, or the colour one, for a liquid that is opaque
+    /// in the light of the room and clear in the near infrared. A recording has the one that it was made with.
+    #[arg(long, default_value = "infrared", value_parser = outline_image, value_name = "infrared|colour")]
+    outline: OutlineImage,
     /// Only the camera with this serial number (the one that USB shows).
     #[arg(long)]
     serial: Option<String>,
@@ -103,7 +109,7 @@ impl Job<'_> {
     /// The inspection of a scene under these measures.
     fn inspect(&self, scene: &Scene, pairs: usize, said: Said) -> Inspection {
         let made_by = format!("meniscus setup {}", env!("CARGO_PKG_VERSION"));
-        inspect(&scene.newest(pairs), scene.lens, scene.unit_m, said, (&scene.name, &made_by))
+        inspect(&scene.newest(pairs), scene.optics, said, (scene.outline, &scene.name, &made_by))
     }
 
     /// The dialogue, or its answers, before a camera that is `sitting`.
@@ -174,7 +180,7 @@ impl Job<'_> {
         let bytes = inputs::blob(&self.arguments.model, None)?;
         let model =
             Model::load(&bytes).with_context(|| format!("the model {} is refused", self.arguments.model))?;
-        let fitted = setup.settings_for(&model.header, scene.lens, scene.unit_m);
+        let fitted = setup.settings_for(&model.header, scene.optics);
         Ok(fitted.err().map(|misfit| misfit.to_string()))
     }
 }

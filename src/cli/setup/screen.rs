@@ -70,9 +70,8 @@ fn dialogue(
 /// Shows the wizard the newest pairs.
 fn look(job: &Job<'_>, scene: &Scene, wizard: &mut Wizard, pairs: usize, said: Said) {
     let inspection = job.inspect(scene, pairs, said);
-    let size = (scene.lens.width, scene.lens.height);
-    let Some(portrait) = Portrait::of(&scene.newest(pairs.min(GLANCED)), size, scene.unit_m) else { return };
-    let settings = inspection.setup.as_ref().map(|setup| setup.settings(scene.lens, scene.unit_m));
+    let Some(portrait) = Portrait::of(&scene.newest(pairs.min(GLANCED)), &scene.optics) else { return };
+    let settings = inspection.setup.as_ref().map(|setup| setup.settings(scene.optics));
     let config = settings.and_then(|settings| Config::new(settings).ok());
     wizard.see(portrait, inspection, config);
 }

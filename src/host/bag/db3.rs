@@ -5,6 +5,7 @@ use super::cdr::Fields;
 use super::folder::png;
 use super::{BagError, Calibration, Image, Recording, image_bytes};
 use crate::frame::Stamp;
+use crate::host::camera::OutlineImage;
 use crate::host::prelude::*;
 use crate::units::Micros;
 use crate::uvc::Stream;
@@ -18,7 +19,7 @@ const BEFORE: usize = 12;
 
 /// Topics end so.
 const STREAMS: [(&str, Stream); 2] =
-    [("/Depth_0/image/", Stream::Depth), ("/Infrared_1/image/", Stream::Infrared)];
+    [("/Depth_0/image/", Stream::Depth), ("/Infrared_1/image/", Stream::Outline)];
 
 /// Opens a bag.
 pub(super) fn open(path: &Path) -> Result<Recording, BagError> {
@@ -46,6 +47,8 @@ pub(super) fn open(path: &Path) -> Result<Recording, BagError> {
         depth_unit_m: unit.unwrap_or(0.001),
         baseline_m: baseline_mm.map_or(0.0, |mm| mm.abs() * 1e-3),
         camera: "librealsense bag".into(),
+        outline: OutlineImage::Infrared,
+        depth_lens_m: [0.0; 3],
     };
     if !calibration.is_sound() {
         return Err(BagError::Damaged { path: path.into(), why: format!("its camera cannot be: {camera}") });
@@ -110,7 +113,7 @@ impl Reader {
         let Some((stem, stream)) = STREAMS.into_iter().find(|(stem, _)| topic.contains(stem)) else {
             return Ok(None);
         };
-        let place = usize::from(stream == Stream::Infrared);
+        let place = usize::from(stream == Stream::Outline);
         let kind = topic.split(stem).last().unwrap_or("");
         if kind.starts_with("data") {
             let size = self.calibration.size;

@@ -74,7 +74,7 @@ fn rows(text: &str) -> Result<Vec<(Stream, Stamp, PathBuf)>, String> {
         }
         last = Some(time_s);
         let stamp = Stamp { sequence, captured: Micros((time_s * 1e6).round() as u64) };
-        for (stream, name) in [(Stream::Depth, depth), (Stream::Infrared, infrared)] {
+        for (stream, name) in [(Stream::Depth, depth), (Stream::Outline, infrared)] {
             let inside = Path::new(name).file_name().is_some_and(|file| file == name);
             if !inside {
                 return Err(wrong("a file must lie in the folder itself"));

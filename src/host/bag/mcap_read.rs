@@ -1,6 +1,6 @@
 //! Reading the MCAP files that [`McapWriter`](super::McapWriter) writes, chunk by chunk, without their index.
 
-use super::mcap_write::{METADATA, TOPICS};
+use super::mcap_write::{DEPTH_TOPIC, METADATA, OUTLINE_TOPICS};
 use super::schema::RawImage;
 use super::{BagError, Calibration, Image, Recording, image_bytes};
 use crate::frame::Stamp;
@@ -99,9 +99,13 @@ impl Reader {
         while let Some(record) = self.record()? {
             match record {
                 Record::Channel(channel) => {
-                    let streams = TOPICS.into_iter().zip([Stream::Depth, Stream::Infrared]);
-                    let stream = streams.into_iter().find(|(topic, _)| *topic == channel.topic);
-                    self.streams.extend(stream.map(|(_, stream)| (channel.id, stream)));
+                    let stream = match channel.topic.as_str() {
+                        DEPTH_TOPIC => Some(Stream::Depth),
+                        other => {
+                            OUTLINE_TOPICS.iter().any(|(_, topic)| *topic == other).then_some(Stream::Outline)
+                        }
+                    };
+                    self.streams.extend(stream.map(|stream| (channel.id, stream)));
                 }
                 Record::Message { header, data } => {
                     let Some(&stream) = self.streams.get(&header.channel_id) else { continue };

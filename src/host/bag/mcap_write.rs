@@ -3,6 +3,7 @@
 
 use super::schema::{CAMERA_CALIBRATION, CameraCalibration, RAW_IMAGE, RawImage, descriptors, timestamp};
 use super::{BagError, Calibration, Image, image_bytes};
+use crate::host::camera::OutlineImage;
 use crate::host::prelude::*;
 use crate::uvc::Stream;
 use mcap::records::{MessageHeader, Metadata};
@@ -14,7 +15,9 @@ use std::io::BufWriter;
 use std::path::{Path, PathBuf};
 
 /// Topics of the streams and of the camera, and the record that has what the messages have no field for.
-pub(super) const TOPICS: [&str; 2] = ["/camera/depth", "/camera/infrared"];
+pub(super) const DEPTH_TOPIC: &str = "/camera/depth";
+pub(super) const OUTLINE_TOPICS: [(OutlineImage, &str); 2] =
+    [(OutlineImage::Infrared, "/camera/infrared"), (OutlineImage::Colour, "/camera/colour_luma")];
 const CAMERA_TOPIC: &str = "/camera/calibration";
 pub(super) const METADATA: &str = "meniscus.camera";
 /// A chunk is closed, and handed to the system, behind this many images: a pair.
@@ -66,7 +69,9 @@ impl McapWriter {
         writer.write_metadata(&Metadata { name: METADATA.into(), metadata })?;
         let schema = writer.add_schema(RAW_IMAGE, "protobuf", &descriptors())?;
         let mut channel = |schema, topic| writer.add_channel(schema, topic, "protobuf", &BTreeMap::new());
-        let channels = [channel(schema, TOPICS[0])?, channel(schema, TOPICS[1])?];
+        let outline = OUTLINE_TOPICS.into_iter().find(|(image, _)| *image == calibration.outline);
+        let outline = outline.map_or(OUTLINE_TOPICS[0].1, |(_, topic)| topic);
+        let channels = [channel(schema, DEPTH_TOPIC)?, channel(schema, outline)?];
         let schema = writer.add_schema(CAMERA_CALIBRATION, "protobuf", &descriptors())?;
         let camera = writer.add_channel(schema, CAMERA_TOPIC, "protobuf", &BTreeMap::new())?;
         let header = MessageHeader { channel_id: camera, sequence: 0, log_time: 0, publish_time: 0 };
@@ -88,7 +93,7 @@ impl McapWriter {
         }
         let (place, encoding, pixel) = match image.stream {
             Stream::Depth => (0, "16UC1", 2),
-            Stream::Infrared => (1, "mono8", 1),
+            Stream::Outline => (1, "mono8", 1),
         };
         let (width, height) = self.calibration.size;
         let us = image.stamp.captured.0;

@@ -1,4 +1,5 @@
-//! Camera recordings: depth and infrared images with their times, and the camera that made them.
+//! Camera recordings: depth and outline images with their times, and the camera that made them. The outline is the left
+//! infrared image, or the colour image's luma, rectified: then it is said so, with the place of the depth lens.
 //!
 //! | file | | read | written |
 //! |---|---|---|---|
@@ -26,8 +27,9 @@ pub use mcap_write::McapWriter;
 pub use profiles::{ProfileError, profiles_from_csv, profiles_to_csv};
 
 use crate::frame::Stamp;
+use crate::host::camera::OutlineImage;
 use crate::host::prelude::*;
-use crate::surface::{Intrinsics, Settings};
+use crate::surface::{Intrinsics, Optics};
 use crate::uvc::Stream;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
@@ -47,24 +49,31 @@ pub struct Calibration {
     pub baseline_m: f32,
     /// Which camera, in words.
     pub camera: String,
+    /// Which image the outline's is: infrared, or the luma of colour as [`Rectifier`](crate::surface::Rectifier) gives it.
+    #[serde(default)]
+    pub outline: OutlineImage,
+    /// Where the lens of the depth image stands as seen from that of the outline: right, down, forward, metres.
+    #[serde(default)]
+    pub depth_lens_m: [f32; 3],
 }
 
 impl Calibration {
-    /// Intrinsics of the depth image.
+    /// What the surface has to know of the camera.
     #[must_use]
-    pub fn intrinsics(&self) -> Intrinsics {
+    pub fn optics(&self) -> Optics {
         let ([fx, fy], [ppx, ppy]) = (self.focal_px, self.centre_px);
-        Intrinsics { width: self.size.0 as usize, height: self.size.1 as usize, fx, fy, ppx, ppy }
+        let (width, height) = (self.size.0 as usize, self.size.1 as usize);
+        Optics {
+            intrinsics: Intrinsics { width, height, fx, fy, ppx, ppy },
+            depth_unit_m: self.depth_unit_m,
+            depth_lens_m: self.depth_lens_m,
+        }
     }
 
-    /// Of a camera's settings.
+    /// Of a camera whose outline is traced in the infrared image.
     #[must_use]
-    pub fn of(
-        intrinsics: &Intrinsics,
-        depth_unit_m: f32,
-        baseline_m: f32,
-        camera: impl Into<String>,
-    ) -> Self {
+    pub fn of(optics: &Optics, baseline_m: f32, camera: impl Into<String>) -> Self {
+        let Optics { intrinsics, depth_unit_m, depth_lens_m } = *optics;
         Self {
             size: (intrinsics.width as u32, intrinsics.height as u32),
             focal_px: [intrinsics.fx, intrinsics.fy],
@@ -72,13 +81,20 @@ impl Calibration {
             depth_unit_m,
             baseline_m,
             camera: camera.into(),
+            outline: OutlineImage::Infrared,
+            depth_lens_m,
         }
+    }
+
+    /// The same with the outline in another image.
+    #[must_use]
+    pub fn with_outline(self, outline: OutlineImage) -> Self {
+        Self { outline, ..self }
     }
 
     /// The camera of `meniscus simulate --camera`, whose folders do not say.
     fn simulated() -> Self {
-        let settings = Settings::default();
-        Self::of(&settings.intrinsics, settings.depth_unit_m, 0.050, "simulated D435")
+        Self::of(&Optics::default(), 0.050, "simulated D435")
     }
 
     /// Whether these can be numbers of a camera.
@@ -87,6 +103,7 @@ impl Calibration {
         let (width, height) = self.size;
         positive.iter().all(|x| x.is_finite() && *x > 0.0)
             && self.centre_px.iter().all(|x| x.is_finite())
+            && self.depth_lens_m.iter().all(|apart| apart.abs() <= 0.1)
             && (1..=4096).contains(&width)
             && (1..=4096).contains(&height)
     }
@@ -95,7 +112,7 @@ impl Calibration {
 /// One image.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Image {
-    /// Depth (Z16, little-endian) or infrared (Y8).
+    /// Depth (Z16, little-endian) or outline (Y8).
     pub stream: Stream,
     /// Frame counter and mid-exposure time.
     pub stamp: Stamp,

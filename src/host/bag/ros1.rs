@@ -8,6 +8,7 @@
 use super::cdr::Fields;
 use super::{BagError, Calibration, Image, Recording, image_bytes};
 use crate::frame::Stamp;
+use crate::host::camera::OutlineImage;
 use crate::host::prelude::*;
 use crate::units::Micros;
 use crate::uvc::Stream;
@@ -56,6 +57,8 @@ pub(super) fn open(path: &Path) -> Result<Recording, BagError> {
         depth_unit_m: reader.unit_m.unwrap_or(0.001),
         baseline_m: 0.0,
         camera: "librealsense bag".into(),
+        outline: OutlineImage::Infrared,
+        depth_lens_m: [0.0; 3],
     };
     if !calibration.is_sound() {
         return Err(BagError::Damaged { path: path.into(), why: "its camera cannot be".into() });
@@ -80,7 +83,7 @@ impl Topic {
                 Some(Self::Image(Stream::Depth))
             }
             _ if name.contains("/Infrared_1/") && name.ends_with("/image/data") => {
-                Some(Self::Image(Stream::Infrared))
+                Some(Self::Image(Stream::Outline))
             }
             _ if name.contains("/Depth_0/") && name.ends_with("/camera_info") => Some(Self::Camera),
             _ if unit => Some(Self::Unit),

@@ -1,17 +1,18 @@
 //! From the bus to an agreed camera: found, opened, planned, identified, calibrated, set, negotiated.
 
 use super::error::CameraError;
-use super::monitor::{REQUEST, ask, payload, set};
+use super::monitor::{REQUEST, ask, payload, set, set_colour};
 use super::negotiate::negotiate;
 use super::plan::Plan;
-use super::settings::{SIZE, SIZE_USB2, Settings};
+use super::settings::{OutlineImage, SIZE, SIZE_USB2, Settings};
 use crate::d4xx::{
-    self, AUTO_EXPOSURE, COEFFICIENTS, CalibrationError, DEFAULT_DEPTH_UNIT_UM, DepthTable, EXPOSURE,
-    Firmware, Identity, LASER_POWER, Product, Table,
+    self, AUTO_EXPOSURE, COEFFICIENTS, COLOUR, CalibrationError, Colour, DEFAULT_DEPTH_UNIT_UM, DepthTable,
+    EXPOSURE, EXPOSURE_BY_CAMERA, EXPOSURE_MODE, EXPOSURE_PRIORITY, Firmware, Identity, LASER_POWER, Product,
+    Table,
 };
 use crate::host::prelude::*;
 use crate::host::usb::{Listed, Speed, Transport, UsbError};
-use crate::surface::Intrinsics;
+use crate::surface::{Intrinsics, Optics, Rectifier};
 use crate::uvc::request::Setup;
 use std::time::Duration;
 
@@ -46,6 +47,26 @@ pub struct Connected {
     pub advanced: bool,
     /// Micrometres in one unit of the depth image.
     pub depth_unit_um: u32,
+    /// The colour lens, if the outline is traced in its image.
+    pub colour: Option<Colour>,
+}
+
+impl Connected {
+    /// What the surface has to know of the camera.
+    #[must_use]
+    pub fn optics(&self) -> Optics {
+        Optics {
+            intrinsics: self.intrinsics,
+            depth_unit_m: self.depth_unit_um as f32 * 1e-6,
+            depth_lens_m: self.colour.map_or([0.0; 3], |colour| colour.depth_lens_m),
+        }
+    }
+
+    /// What makes the outline's image of the colour image, if that is streamed.
+    #[must_use]
+    pub fn rectifier(&self) -> Option<Rectifier> {
+        self.colour.map(|colour| Rectifier::new(colour.lens, self.intrinsics))
+    }
 }
 
 /// Tries five times, with pauses, where another try may find things changed.
@@ -103,6 +124,9 @@ pub(super) fn establish(
     if slow && (settings.refuse_usb2 || device.speed == Speed::Full) {
         return Err(CameraError::SlowLink(device.port));
     }
+    if slow && settings.outline == OutlineImage::Colour {
+        return Err(CameraError::SlowColour(device.port));
+    }
     let size = if slow { SIZE_USB2 } else { SIZE };
     let refused = |doing| {
         let port = device.port.clone();
@@ -116,17 +140,18 @@ pub(super) fn establish(
     let mut configuration = vec![0; CONFIGURATION_MAX];
     let length = transport.control_in(Setup::CONFIGURATION, &mut configuration, REQUEST);
     configuration.truncate(length.map_err(refused("read the camera's descriptors"))?);
-    let plan = match Plan::read(&configuration, size) {
+    let plan = match Plan::read(&configuration, size, settings.outline) {
         Err(CameraError::NoMode { .. }) if slow => return Err(CameraError::SlowLink(device.port)),
         read => read?,
     };
-    for interface in [plan.control, plan.streams[0].interface, plan.streams[1].interface] {
+    for interface in plan.interfaces() {
         transport.claim(interface).map_err(refused("claim the camera's interfaces"))?;
     }
     let identity = identify(transport, &plan)?;
     let (intrinsics, baseline_mm) = calibrate(transport, &plan)?;
     let (advanced, depth_unit_um) = depth_unit(transport, &plan, settings.depth_unit_um)?;
     set_exposure(transport, &plan, settings)?;
+    let colour = plan.colour.map(|_| prepare_colour(transport, &plan)).transpose()?;
     negotiate(transport, &plan)?;
     let connected = Connected {
         product,
@@ -138,6 +163,7 @@ pub(super) fn establish(
         baseline_mm,
         advanced,
         depth_unit_um,
+        colour,
     };
     Ok((connected, plan))
 }
@@ -223,4 +249,16 @@ fn set_exposure(transport: &mut impl Transport, plan: &Plan, settings: &Settings
     }
     let Some(laser_mw) = settings.laser_mw else { return Ok(()) };
     set(transport, plan, "set the laser's power", LASER_POWER, &laser_mw.to_le_bytes())
+}
+
+/// The colour lens; its exposure is the camera's choice as long as the rate holds.
+fn prepare_colour(transport: &mut impl Transport, plan: &Plan) -> Result<Colour, CameraError> {
+    const ASKED: &str = "colour calibration";
+    let command = Table::command(COLOUR);
+    let message = ask(transport, plan, ASKED, &command, 0)?;
+    let table = Table::read(payload(&command, ASKED, &message)?, COLOUR).map_err(CameraError::Table)?;
+    let colour = d4xx::colour(&table, plan.size).map_err(CameraError::Calibration)?;
+    set_colour(transport, plan, EXPOSURE_MODE, EXPOSURE_BY_CAMERA)?;
+    set_colour(transport, plan, EXPOSURE_PRIORITY, 0)?;
+    Ok(colour)
 }

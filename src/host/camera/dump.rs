@@ -136,7 +136,7 @@ impl Sink for Headers {
         let begun = *self.begun.get_or_insert_with(std::time::Instant::now);
         let frames = match stream {
             Stream::Depth => &mut self.depth,
-            Stream::Infrared => &mut self.infrared,
+            Stream::Outline => &mut self.infrared,
         };
         if frames.len() < HEADERS {
             let length = payload.first().map_or(0, |length| usize::from(*length)).min(payload.len());

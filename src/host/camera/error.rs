@@ -23,13 +23,15 @@ pub enum CameraError {
     OldFirmware(Firmware),
     /// The link is USB 2 and stepping down is not wanted, or impossible.
     SlowLink(String),
+    /// The link is USB 2, and the outline is wanted in colour, which has no mode there that goes with the depth.
+    SlowColour(String),
     /// The configuration descriptor is damaged.
     Descriptors(DescriptorError),
     /// The descriptors lack something.
     Missing(&'static str),
     /// The named stream has no such mode.
     NoMode {
-        /// Depth or infrared.
+        /// Depth, infrared or colour.
         stream: &'static str,
         /// Pixels in a row, rows.
         size: (u16, u16),
@@ -47,7 +49,7 @@ pub enum CameraError {
     Calibration(CalibrationError),
     /// The camera does not agree to a mode.
     Probe {
-        /// Depth or infrared.
+        /// Depth, infrared or colour.
         stream: &'static str,
         /// What differs.
         error: ProbeError,
@@ -101,7 +103,7 @@ impl CameraError {
                 "write a firmware with Intel's rs-fw-update -r, then plug the camera in again"
             }
             Self::OldFirmware(_) => "update the firmware with Intel's rs-fw-update to 5.12 or newer",
-            Self::SlowLink(_) => {
+            Self::SlowLink(_) | Self::SlowColour(_) => {
                 "plug the cable in again, quickly and all the way, flip its USB-C end, use a USB 3 port and cable"
             }
             Self::Descriptors(_) | Self::Missing(_) | Self::NoMode { .. } => {
@@ -143,6 +145,12 @@ impl std::fmt::Display for CameraError {
                 write!(
                     f,
                     "the camera at USB port {port} is connected at USB 2, which has no 640x480 at 60 Hz"
+                )
+            }
+            Self::SlowColour(port) => {
+                write!(
+                    f,
+                    "the camera at USB port {port} is connected at USB 2, too slow for depth and colour"
                 )
             }
             Self::Descriptors(error) => write!(f, "the camera's descriptors are damaged: {error}"),

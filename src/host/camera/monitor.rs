@@ -76,7 +76,27 @@ pub(super) fn set(
     selector: u8,
     bytes: &[u8],
 ) -> Result<(), CameraError> {
-    let setup = Setup::set_cur(selector, plan.unit, plan.control);
+    write(transport, Setup::set_cur(selector, plan.unit, plan.control), doing, bytes)
+}
+
+/// Writes a control of the colour imager's camera terminal, if there is one in the plan.
+pub(super) fn set_colour(
+    transport: &mut impl Transport,
+    plan: &Plan,
+    selector: u8,
+    value: u8,
+) -> Result<(), CameraError> {
+    let Some(colour) = plan.colour else { return Ok(()) };
+    let setup = Setup::set_cur(selector, colour.terminal, colour.control);
+    write(transport, setup, "set the colour image's exposure", &[value])
+}
+
+fn write(
+    transport: &mut impl Transport,
+    setup: Setup,
+    doing: &'static str,
+    bytes: &[u8],
+) -> Result<(), CameraError> {
     let mut tried = Ok(());
     for _ in 0..3 {
         tried = transport.control_out(setup, bytes, REQUEST);

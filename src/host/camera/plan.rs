@@ -1,7 +1,7 @@
 //! The plan: which interface, endpoint and mode each stream uses, read from the descriptors.
 
 use super::error::CameraError;
-use super::settings::RATE_HZ;
+use super::settings::{OutlineImage, RATE_HZ};
 use crate::d4xx::UNIT_GUID;
 use crate::host::prelude::*;
 use crate::uvc::descriptor::{self, Interface, VIDEO_CONTROL};
@@ -17,6 +17,8 @@ const INTERRUPT: u8 = 3;
 pub struct StreamPlan {
     /// Which.
     pub stream: Stream,
+    /// What its pixels are.
+    pub pixels: PixelFormat,
     /// Its streaming interface.
     pub interface: u8,
     /// Its bulk endpoint.
@@ -35,10 +37,7 @@ impl StreamPlan {
     /// As it is printed.
     #[must_use]
     pub fn name(&self) -> &'static str {
-        match self.stream {
-            Stream::Depth => "depth",
-            Stream::Infrared => "infrared",
-        }
+        name(self.pixels)
     }
 
     /// Bytes of a transfer: an image, the longest header, rounded up to whole packets.
@@ -48,7 +47,24 @@ impl StreamPlan {
     }
 }
 
-/// The depth function of a camera.
+fn name(pixels: PixelFormat) -> &'static str {
+    match pixels {
+        PixelFormat::Z16 => "depth",
+        PixelFormat::Yuy2 => "colour",
+        _ => "infrared",
+    }
+}
+
+/// What a camera has beside its depth function, if its colour image is wanted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ColourPlan {
+    /// Its control interface.
+    pub control: u8,
+    /// Its camera terminal.
+    pub terminal: u8,
+}
+
+/// The depth function of a camera, and its colour function where the outline is traced in colour.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Plan {
     /// Its control interface.
@@ -59,8 +75,10 @@ pub struct Plan {
     pub interrupt: Option<u8>,
     /// Bytes of a probe record.
     pub probe_length: usize,
-    /// Depth and left infrared.
+    /// Depth, then the outline's: left infrared or colour.
     pub streams: [StreamPlan; 2],
+    /// The colour function, if the outline is traced in it.
+    pub colour: Option<ColourPlan>,
     /// Pixels in a row, rows.
     pub size: (u16, u16),
 }
@@ -70,27 +88,45 @@ impl Plan {
     ///
     /// # Errors
     /// [`CameraError`] says what is missing.
-    pub fn read(configuration: &[u8], size: (u16, u16)) -> Result<Self, CameraError> {
+    pub fn read(configuration: &[u8], size: (u16, u16), outline: OutlineImage) -> Result<Self, CameraError> {
         descriptor::check(configuration).map_err(CameraError::Descriptors)?;
         let all: Vec<Interface<'_>> = descriptor::interfaces(configuration).collect();
-        let function = all.iter().filter(|interface| interface.class == VIDEO_CONTROL);
-        let (control, unit) = function
-            .filter_map(|interface| Some((interface, extension_unit(interface, &UNIT_GUID)?)))
-            .next()
+        let functions = || all.iter().filter(|interface| interface.class == VIDEO_CONTROL);
+        let (control, unit) = functions()
+            .find_map(|interface| Some((interface, extension_unit(interface, &UNIT_GUID)?)))
             .ok_or(CameraError::Missing("depth extension unit"))?;
         let topology = Topology::of(control).ok_or(CameraError::Missing("video control header"))?;
-        let own = |interface: &&Interface<'_>| topology.streaming.contains(&interface.number);
-        let own: Vec<&Interface<'_>> = all.iter().filter(own).collect();
-        let depth = stream(&own, Stream::Depth, PixelFormat::Z16, size)?;
-        let infrared = stream(&own, Stream::Infrared, PixelFormat::Y8, size)?;
+        let depth = stream(&of(&topology, &all), Stream::Depth, PixelFormat::Z16, size)?;
+        let (second, colour) = match outline {
+            OutlineImage::Infrared => {
+                (stream(&of(&topology, &all), Stream::Outline, PixelFormat::Y8, size)?, None)
+            }
+            OutlineImage::Colour => {
+                let mut others = functions().filter(|interface| interface.number != control.number);
+                let (interface, topology) = others
+                    .find_map(|interface| Some((interface, Topology::of(interface)?)))
+                    .ok_or(CameraError::Missing("colour function"))?;
+                let terminal =
+                    topology.camera.ok_or(CameraError::Missing("terminal of the colour camera"))?;
+                let plan = stream(&of(&topology, &all), Stream::Outline, PixelFormat::Yuy2, size)?;
+                (plan, Some(ColourPlan { control: interface.number, terminal }))
+            }
+        };
         Ok(Self {
             control: control.number,
             unit,
             interrupt: control.input(INTERRUPT).map(|endpoint| endpoint.address),
             probe_length: probe_length(topology.version),
-            streams: [depth, infrared],
+            streams: [depth, second],
+            colour,
             size,
         })
+    }
+
+    /// The interfaces that a program has to hold.
+    pub(super) fn interfaces(&self) -> impl Iterator<Item = u8> {
+        let colour = self.colour.map(|colour| colour.control);
+        [self.control].into_iter().chain(colour).chain(self.streams.map(|stream| stream.interface))
     }
 
     /// The stream of an endpoint.
@@ -99,13 +135,17 @@ impl Plan {
     }
 }
 
+/// The streaming interfaces of a function.
+fn of<'a, 'd>(topology: &Topology<'_>, all: &'a [Interface<'d>]) -> Vec<&'a Interface<'d>> {
+    all.iter().filter(|interface| topology.streaming.contains(&interface.number)).collect()
+}
+
 fn stream(
     own: &[&Interface<'_>],
     stream: Stream,
     pixels: PixelFormat,
     size: (u16, u16),
 ) -> Result<StreamPlan, CameraError> {
-    let name = if stream == Stream::Depth { "depth" } else { "infrared" };
     for interface in own {
         let fits = |mode: &_| {
             let mode: &crate::uvc::format::VideoMode<'_> = mode;
@@ -115,6 +155,7 @@ fn stream(
         let endpoint = interface.input(BULK).ok_or(CameraError::Missing("bulk endpoint"))?;
         return Ok(StreamPlan {
             stream,
+            pixels,
             interface: interface.number,
             endpoint: endpoint.address,
             packet: endpoint.packet,
@@ -124,5 +165,5 @@ fn stream(
             frame_bytes: u32::from(size.0) * u32::from(size.1) * pixels.bytes().unwrap_or(1),
         });
     }
-    Err(CameraError::NoMode { stream: name, size })
+    Err(CameraError::NoMode { stream: name(pixels), size })
 }

@@ -12,11 +12,25 @@ pub(super) const SIZE: (u16, u16) = (640, 480);
 /// The only 60 Hz depth mode on USB 2.
 pub(super) const SIZE_USB2: (u16, u16) = (480, 270);
 
+/// The image in which the liquid's outline is traced.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum OutlineImage {
+    /// The left infrared one: of the depth image's own lens and instant, lit by the camera itself.
+    #[default]
+    Infrared,
+    /// The colour one, in the light of the room: for liquids that are opaque there and clear in the near infrared,
+    /// as many food dyes are. A lens of its own, a shutter that rolls, and never at quite the depth image's instant.
+    Colour,
+}
+
 /// Settings of a session; [`Settings::default`] is what the turn was built for.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Settings {
     /// Only the camera with this serial number (the one that USB shows); `None` for the first one.
     pub serial: Option<String>,
+    /// Which image is streamed beside the depth image.
+    pub outline: OutlineImage,
     /// Whether a USB 2 link is refused instead of stepped down to 480x270.
     pub refuse_usb2: bool,
     /// Micrometres in one unit of the depth image, written where the advanced mode allows it.
@@ -34,6 +48,7 @@ impl Default for Settings {
     fn default() -> Self {
         Self {
             serial: None,
+            outline: OutlineImage::Infrared,
             refuse_usb2: false,
             depth_unit_um: Some(100),
             exposure_us: Some(8_500),

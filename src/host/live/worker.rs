@@ -10,7 +10,7 @@ use crate::host::prelude::*;
 use crate::host::publish;
 use crate::host::recognise::{self, Standing};
 use crate::runtime::{Estimator, Eye, Tracker, Turn};
-use crate::surface;
+use crate::surface::{self, Rectifier};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
@@ -35,6 +35,8 @@ pub struct Watch {
     pub recognised: Mutex<Option<Standing>>,
     /// Silence is waited out instead of bridged by a turn without a frame: for a camera that waits, too.
     pub patient: bool,
+    /// What makes the outline's image, where the camera sends it in colour.
+    pub rectifier: Option<Rectifier>,
 }
 
 /// The infrared image of the liveliest moment of a run.
@@ -75,9 +77,13 @@ pub fn watch(
     still: &mut Still,
 ) -> Log {
     let (width, height) = config.image_size();
-    let (mut depth, mut infrared) = (vec![0; 2 * width * height], vec![0; width * height]);
+    let (mut depth, mut grey) = (vec![0; 2 * width * height], vec![0; width * height]);
+    let mut colour = vec![0; watch.rectifier.as_ref().map_or(0, Rectifier::colour_bytes)];
     let mut field = vec![0.0; estimator.field_len()];
-    let eye = Eye::new(config, &mut depth, &mut infrared);
+    let eye = match watch.rectifier {
+        Some(rectifier) => Eye::in_colour(config, &mut depth, rectifier, (&mut colour, &mut grey)),
+        None => Eye::new(config, &mut depth, &mut grey),
+    };
     let mut tracker = Tracker::new(estimator, eye);
     still.infrared.resize(width * height, 0);
     let mut ring = outlets.flight.map(Ring::new);
@@ -154,7 +160,7 @@ fn take(
 /// Shows a turn to whoever looks, unless they are looking right now.
 fn show(watch: &Watch, outlets: Outlets<'_>, tracker: &Tracker<'_, '_>, logged: Logged) {
     for outlet in [outlets.page, outlets.foxglove].into_iter().flatten() {
-        outlet.offer(&logged, &tracker.memory, tracker.eye.infrared());
+        outlet.offer(&logged, &tracker.memory, tracker.eye.outline());
     }
     if let Some(outlet) = outlets.recognise {
         outlet.offer(&logged.turn);
@@ -169,7 +175,7 @@ fn keep_still(tracker: &Tracker<'_, '_>, logged: &Logged, fill_m: f32, still: &m
     let away = |z: &f32| (z - fill_m).abs();
     let crest_m = logged.turn.estimate.surface_m.iter().map(away).fold(0.0, f32::max);
     if crest_m > still.crest_m && matches!(logged.turn.sight, Some(Ok(_))) {
-        still.infrared.copy_from_slice(tracker.eye.infrared());
+        still.infrared.copy_from_slice(tracker.eye.outline());
         still.turn = Some(logged.turn);
         still.crest_m = crest_m;
     }

@@ -1,10 +1,11 @@
 //! The settings file: TOML, written whole, checked when it is read.
 
 use super::said::Said;
+use crate::host::camera::OutlineImage;
 use crate::host::files::{FileError, write_whole};
 use crate::host::prelude::*;
 use crate::model::Header;
-use crate::surface::{Config, ConfigError, Intrinsics, Liquid, MAX_COLUMNS, Settings};
+use crate::surface::{Config, ConfigError, Liquid, MAX_COLUMNS, Optics, Settings};
 use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::path::{Path, PathBuf};
@@ -60,6 +61,14 @@ pub struct View {
     pub height_mm: f64,
     /// Of the camera, degrees, positive when it looks up.
     pub pitch_deg: f64,
+    /// The image in which the outline is traced, whose lens this is the place of.
+    #[serde(default, skip_serializing_if = "is_infrared")]
+    pub outline: OutlineImage,
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde gives it so")]
+fn is_infrared(outline: &OutlineImage) -> bool {
+    *outline == OutlineImage::Infrared
 }
 
 impl View {
@@ -132,8 +141,7 @@ impl Setup {
             toml::from_str(&text).map_err(|error| SetupError::Text(path.into(), error.message().into()))?;
         let value = |what| SetupError::Value(path.into(), what);
         setup.glass.check().map_err(value)?;
-        let lens = Settings::default().intrinsics;
-        Config::new(setup.settings(lens, 1e-4)).map_err(|error| value(format!("{error}")))?;
+        Config::new(setup.settings(Optics::default())).map_err(|error| value(format!("{error}")))?;
         Ok(setup)
     }
 
@@ -151,16 +159,14 @@ impl Setup {
         write_whole(path, text.as_bytes()).map_err(SetupError::File)
     }
 
-    /// The reader's settings for a camera of these intrinsics and this depth unit (metres).
+    /// The reader's settings for a camera of these optics.
     #[must_use]
-    pub fn settings(&self, intrinsics: Intrinsics, depth_unit_m: f32) -> Settings {
+    pub fn settings(&self, optics: Optics) -> Settings {
         let m = |mm: f64| (1e-3 * mm) as f32;
         let (radius_m, distance_m) = (m(self.glass.radius_mm), m(self.view.distance_mm));
         let slope = radius_m / (distance_m * distance_m - radius_m * radius_m).max(1e-6).sqrt();
-        let half_px = (intrinsics.fx * slope + MOVE_PX).ceil() as usize;
+        let half_px = (optics.intrinsics.fx * slope + MOVE_PX).ceil() as usize;
         Settings {
-            intrinsics,
-            depth_unit_m,
             radius_m,
             fill_m: m(self.glass.fill_mm),
             rim_m: m(self.glass.rim_mm),
@@ -175,6 +181,7 @@ impl Setup {
             least_contrast: self.liquid.least_contrast,
             ..Settings::default()
         }
+        .seen_by(optics)
     }
 
     /// The same for the glass of a model: where the two differ by less than a person can measure the model's measures
@@ -182,12 +189,7 @@ impl Setup {
     ///
     /// # Errors
     /// [`Misfit`], when the setup's glass is another one.
-    pub fn settings_for(
-        &self,
-        header: &Header,
-        intrinsics: Intrinsics,
-        depth_unit_m: f32,
-    ) -> Result<Settings, Misfit> {
+    pub fn settings_for(&self, header: &Header, optics: Optics) -> Result<Settings, Misfit> {
         let model_mm = [header.radius_m, header.fill_m].map(|m| 1e3 * m);
         let own_mm = [self.glass.radius_mm, self.glass.fill_mm];
         for (name, (model_mm, setup_mm)) in
@@ -201,11 +203,11 @@ impl Setup {
         fitted.glass = Said { radius_mm: model_mm[0], fill_mm: model_mm[1], ..self.glass };
         fitted.view.height_mm += model_mm[1] - own_mm[1];
         fitted.view.distance_mm += model_mm[0] - own_mm[0];
-        Ok(fitted.settings(intrinsics, depth_unit_m))
+        Ok(fitted.settings(optics))
     }
 
     /// Whether it can be read with a camera at all.
-    pub(super) fn config(&self, intrinsics: Intrinsics, depth_unit_m: f32) -> Result<Config, ConfigError> {
-        Config::new(self.settings(intrinsics, depth_unit_m))
+    pub(super) fn config(&self, optics: Optics) -> Result<Config, ConfigError> {
+        Config::new(self.settings(optics))
     }
 }

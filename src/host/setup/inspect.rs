@@ -7,9 +7,10 @@ use super::remedy;
 use super::rest::Rest;
 use super::said::Said;
 use super::survey::{Blind, Survey};
+use crate::host::camera::OutlineImage;
 use crate::host::checks::Check;
 use crate::host::prelude::*;
-use crate::surface::{Intrinsics, Liquid, Settings};
+use crate::surface::{Liquid, Optics, Settings};
 
 /// Radius: this many mm or this share of it, the larger.
 const RADIUS_MM: f64 = 1.5;
@@ -64,20 +65,20 @@ impl Inspection {
     }
 }
 
-/// Looks at a glass of which `said` is said, in `pairs` of a camera of these intrinsics and this depth unit (metres).
-/// `camera` and `made_by` go into the setup.
+/// Looks at a glass of which `said` is said, in `pairs` of a camera of these optics. The image of the outline, the
+/// camera in words and `made_by` go into the setup.
 #[must_use]
 pub fn inspect(
     pairs: &[Pair],
-    lens: Intrinsics,
-    depth_unit_m: f32,
+    optics: Optics,
     said: Said,
-    (camera, made_by): (&str, &str),
+    (outline, camera, made_by): (OutlineImage, &str, &str),
 ) -> Inspection {
+    let lens = optics.intrinsics;
     let defaults = Settings::default();
     let (middle, reach) = (lens.ppx.max(0.0) as usize, defaults.search_half_width_px);
     let range = (middle.saturating_sub(reach), (middle + reach).min(lens.width));
-    let portrait = Portrait::of(pairs, (lens.width, lens.height), depth_unit_m);
+    let portrait = Portrait::of(pairs, &optics);
     let body = portrait.as_ref().and_then(|portrait| Body::find(portrait, range));
     let looked = portrait.as_ref().zip(body.as_ref());
     let looked = looked.map(|(portrait, body)| Survey::of(portrait, body, &lens));
@@ -93,38 +94,38 @@ pub fn inspect(
             tone: if body.liquid == Liquid::Dark { Tone::Dark } else { Tone::Bright },
             least_contrast: defaults.least_contrast,
         },
-        view: view(survey, said, camera),
+        view: view(survey, said, outline, camera),
     });
-    let rest = setup.as_mut().and_then(|setup| settle(setup, pairs, lens, depth_unit_m));
+    let rest = setup.as_mut().and_then(|setup| settle(setup, pairs, optics));
     setup.iter_mut().for_each(|setup| setup.view.round());
-    let config = setup.as_ref().and_then(|setup| setup.config(lens, depth_unit_m).err());
+    let config = setup.as_ref().and_then(|setup| setup.config(optics).err());
     let mut findings = glass(body.as_ref(), blind, survey.as_ref(), setup.as_ref(), said, lens.ppx.into());
     findings.extend(surface(rest.as_ref(), said, config.map(|error| format!("{error}"))));
     Inspection { body, survey, rest, setup, findings }
 }
 
 /// The place of the camera that makes the facing wall of the said glass lie where it was measured.
-fn view(survey: &Survey, said: Said, camera: &str) -> View {
+fn view(survey: &Survey, said: Said, outline: OutlineImage, camera: &str) -> View {
     let away_mm = 1e3 * survey.wall_m + said.radius_mm;
     View {
         camera: camera.into(),
         distance_mm: away_mm * survey.bearing.atan().cos(),
         height_mm: said.fill_mm - 1e3 * survey.top_m,
         pitch_deg: survey.pitch_rad.to_degrees(),
+        outline,
     }
 }
 
 /// The reader's own level brought to the said one: half of the pairs move the camera, the other half tell the rest.
-fn settle(setup: &mut Setup, pairs: &[Pair], lens: Intrinsics, depth_unit_m: f32) -> Option<Rest> {
+fn settle(setup: &mut Setup, pairs: &[Pair], optics: Optics) -> Option<Rest> {
     let (first, second) = pairs.split_at(pairs.len() / 2);
     for _ in 0..ROUNDS {
-        let rest =
-            Rest::of(if first.is_empty() { second } else { first }, &setup.config(lens, depth_unit_m).ok()?);
+        let rest = Rest::of(if first.is_empty() { second } else { first }, &setup.config(optics).ok()?);
         if rest.level_mm.is_finite() {
             setup.view.height_mm += setup.glass.fill_mm - rest.level_mm;
         }
     }
-    Some(Rest::of(second, &setup.config(lens, depth_unit_m).ok()?))
+    Some(Rest::of(second, &setup.config(optics).ok()?))
 }
 
 /// The checks of the glass.

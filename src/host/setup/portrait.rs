@@ -1,7 +1,8 @@
 //! Pairs of images as they come, and the mean of some of them: a portrait of a glass that stands still.
 
-use crate::frame::{DepthFrame, InfraredFrame, Stamp};
+use crate::frame::{DepthFrame, OutlineFrame, Stamp};
 use crate::host::prelude::*;
+use crate::surface::{Intrinsics, Optics, OutlineAssembler, Region};
 use crate::uvc::{Assembler, Outcome, Pairer, Stream};
 use std::collections::VecDeque;
 use std::time::Instant;
@@ -14,19 +15,19 @@ const INTERVAL_US: u32 = 16_667;
 pub struct Pair {
     /// Z16, little-endian.
     pub depth: Vec<u8>,
-    /// Y8.
-    pub infrared: Vec<u8>,
+    /// Y8, in which the outline is traced.
+    pub outline: Vec<u8>,
     /// Stamp of the depth image.
     pub stamp: Stamp,
 }
 
 impl Pair {
     /// Both images for the extractor.
-    pub(super) fn frames(&self, width: usize, height: usize) -> (DepthFrame<'_>, InfraredFrame<'_>) {
+    pub(super) fn frames(&self, width: usize, height: usize) -> (DepthFrame<'_>, OutlineFrame<'_>) {
         let stamp = self.stamp;
         (
             DepthFrame { bytes: &self.depth, width, height, stamp },
-            InfraredFrame { bytes: &self.infrared, width, height, stamp },
+            OutlineFrame { bytes: &self.outline, width, height, stamp },
         )
     }
 }
@@ -84,28 +85,30 @@ impl Recent {
 #[derive(Debug)]
 pub struct Gather<'b> {
     depth: Assembler<'b>,
-    infrared: Assembler<'b>,
+    outline: OutlineAssembler<'b>,
+    size: (usize, usize),
     pairer: Pairer,
 }
 
 impl<'b> Gather<'b> {
-    /// Assembles into buffers of exactly an image each (two bytes a depth pixel).
+    /// Assembles images of `size`; depth into a buffer of exactly one (two bytes a pixel).
     #[must_use]
-    pub fn new(depth: &'b mut [u8], infrared: &'b mut [u8]) -> Self {
-        let pairer = Pairer::new(INTERVAL_US);
-        Self { depth: Assembler::new(depth), infrared: Assembler::new(infrared), pairer }
+    pub fn new(size: (usize, usize), depth: &'b mut [u8], outline: OutlineAssembler<'b>) -> Self {
+        Self { depth: Assembler::new(depth), outline, size, pairer: Pairer::new(INTERVAL_US) }
     }
 
     /// Takes a payload; a pair if it completes one.
     pub fn take(&mut self, stream: Stream, payload: &[u8]) -> Option<Pair> {
-        let assembler = match stream {
-            Stream::Depth => &mut self.depth,
-            Stream::Infrared => &mut self.infrared,
+        let stamp = match stream {
+            Stream::Depth => match self.depth.push(payload) {
+                Outcome::Frame(frame) => frame.stamp,
+                Outcome::Partial | Outcome::Lost(_) => return None,
+            },
+            Stream::Outline => self.outline.push(payload, Region::whole(self.size))?,
         };
-        let Outcome::Frame(frame) = assembler.push(payload) else { return None };
-        let pair = self.pairer.offer(stream, frame.stamp)?;
-        let (depth, infrared) = (self.depth.pixels().to_vec(), self.infrared.pixels().to_vec());
-        Some(Pair { depth, infrared, stamp: pair.depth })
+        let pair = self.pairer.offer(stream, stamp)?;
+        let (depth, outline) = (self.depth.pixels().to_vec(), self.outline.pixels().to_vec());
+        Some(Pair { depth, outline, stamp: pair.depth })
     }
 }
 
@@ -123,17 +126,21 @@ pub struct Portrait {
 }
 
 impl Portrait {
-    /// The mean of `pairs` of `width` x `height` pixels, `unit_m` metres a unit of depth; pairs of another size are
-    /// left out. `None` where no pair is left.
+    /// The mean of `pairs` of a camera of these optics; pairs of another size are left out. `None` where no pair is
+    /// left.
+    ///
+    /// Where the outline has a lens of its own the depth is that of its pixels: every depth pixel as a point of the
+    /// room, put where that lens sees it, the nearest where two meet.
     #[must_use]
-    pub fn of(pairs: &[Pair], (width, height): (usize, usize), unit_m: f32) -> Option<Self> {
+    pub fn of(pairs: &[Pair], optics: &Optics) -> Option<Self> {
+        let (width, height) = (optics.intrinsics.width, optics.intrinsics.height);
         let pixels = width * height;
-        let fits = |pair: &&Pair| pair.infrared.len() == pixels && pair.depth.len() == 2 * pixels;
+        let fits = |pair: &&Pair| pair.outline.len() == pixels && pair.depth.len() == 2 * pixels;
         let (mut grey, mut depth) = (vec![0.0_f32; pixels], vec![(0_u32, 0_u32); pixels]);
         let mut count = 0_u32;
         for pair in pairs.iter().filter(fits) {
             count += 1;
-            grey.iter_mut().zip(&pair.infrared).for_each(|(sum, pixel)| *sum += f32::from(*pixel));
+            grey.iter_mut().zip(&pair.outline).for_each(|(sum, pixel)| *sum += f32::from(*pixel));
             for ((sum, seen), raw) in depth.iter_mut().zip(pair.depth.as_chunks().0) {
                 let raw = u16::from_le_bytes(*raw);
                 *sum += u32::from(raw);
@@ -145,9 +152,11 @@ impl Portrait {
         }
         grey.iter_mut().for_each(|sum| *sum /= count as f32);
         let mean = |(sum, seen): (u32, u32)| {
-            if 2 * seen > count { unit_m * sum as f32 / seen as f32 } else { 0.0 }
+            if 2 * seen > count { optics.depth_unit_m * sum as f32 / seen as f32 } else { 0.0 }
         };
-        Some(Self { width, height, grey, depth_m: depth.into_iter().map(mean).collect() })
+        let depth_m: Vec<f32> = depth.into_iter().map(mean).collect();
+        let depth_m = if optics.depth_lens_m == [0.0; 3] { depth_m } else { aligned(&depth_m, optics) };
+        Some(Self { width, height, grey, depth_m })
     }
 
     /// Grey level of a pixel; 0 outside.
@@ -162,4 +171,33 @@ impl Portrait {
         let depth_m = self.depth_m.get(row * self.width + column).copied();
         depth_m.filter(|depth_m| inside && *depth_m > 0.0)
     }
+}
+
+/// Depths as the lens of the outline has them. A pixel there that no depth pixel falls on, because the two grids do
+/// not match, takes its left neighbour's.
+fn aligned(depth_m: &[f32], optics: &Optics) -> Vec<f32> {
+    let Intrinsics { width, height, fx, fy, ppx, ppy } = optics.intrinsics;
+    let [right, down, forward] = optics.depth_lens_m;
+    let mut out = vec![0.0_f32; depth_m.len()];
+    for (at, &z) in depth_m.iter().enumerate().filter(|(_, z)| **z > 0.0) {
+        let (u, v) = ((at % width) as f32, (at / width) as f32);
+        let far = z + forward;
+        let u = ppx + (z * (u - ppx) + fx * right) / far;
+        let v = ppy + (z * (v - ppy) + fy * down) / far;
+        let (u, v) = (u.round(), v.round());
+        if u >= 0.0 && v >= 0.0 && (u as usize) < width && (v as usize) < height {
+            let to = &mut out[v as usize * width + u as usize];
+            if *to == 0.0 || far < *to {
+                *to = far;
+            }
+        }
+    }
+    for row in out.chunks_exact_mut(width) {
+        for u in (1..width).rev() {
+            if row[u] == 0.0 {
+                row[u] = row[u - 1];
+            }
+        }
+    }
+    out
 }

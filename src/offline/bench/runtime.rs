@@ -59,7 +59,7 @@ pub fn paper_size(shipped: &[u8]) -> Result<Vec<u8>, LoadError> {
 pub fn payload_file(payloads: &Payloads) -> Vec<u8> {
     let mut bytes = Vec::new();
     for (stream, payload) in payloads {
-        bytes.push(u8::from(*stream == Stream::Infrared));
+        bytes.push(u8::from(*stream == Stream::Outline));
         bytes.extend_from_slice(&(payload.len() as u32).to_le_bytes());
         bytes.extend_from_slice(payload);
     }
@@ -102,7 +102,7 @@ pub fn serve(blob: &Path, payloads: &Path, started: Instant) -> io::Result<Needs
         let [stream, length @ ..] = head;
         payload.resize(u32::from_le_bytes(length) as usize, 0);
         file.read_exact(&mut payload)?;
-        let stream = if stream == 1 { Stream::Infrared } else { Stream::Depth };
+        let stream = if stream == 1 { Stream::Outline } else { Stream::Depth };
         let mut turned = false;
         tracker.accept(stream, &payload, &mut clock, &mut field, |turn, _| {
             turned = true;

@@ -90,13 +90,13 @@ impl Film {
             if stop.load(Ordering::Relaxed) {
                 break;
             }
-            let payloads = camera.expose(&Shot { depth, infrared, captured_us: Self::captured_us(frame) });
+            let payloads = camera.expose(&Shot::infrared(depth, infrared, Self::captured_us(frame)));
             let due = begun + Duration::from_secs_f64(frame as f64 / rate_hz);
             std::thread::sleep(due.saturating_duration_since(Instant::now()));
             for payload in payloads {
                 let stream = match payload.stream {
                     meniscus_hil::Stream::Depth => Stream::Depth,
-                    meniscus_hil::Stream::Infrared => Stream::Infrared,
+                    meniscus_hil::Stream::Infrared | meniscus_hil::Stream::Colour => Stream::Outline,
                 };
                 if !end.send(stream, &payload.bytes) {
                     return handed;

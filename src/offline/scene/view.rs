@@ -5,8 +5,9 @@ use super::{SceneSettings, Window};
 use crate::offline::prelude::*;
 use crate::offline::recording::Glass;
 
-/// Columns on either side of the image centre that the glass and its stereo shadow can reach.
-const WINDOW_HALF_WIDTH: f64 = 140.0;
+/// Columns on either side of the image centre that the glass and its stereo shadow can reach, at this focal length or
+/// a shorter one; at a longer one as many more.
+const WINDOW_HALF_WIDTH: (f64, f32) = (140.0, 384.21);
 /// Rows above the rim and below the bottom of the glass that are rendered afresh.
 const WINDOW_MARGIN: f64 = 16.0;
 
@@ -110,10 +111,11 @@ impl View {
                 .map(|y| self.project([0.0, y, z]).v.clamp(0.0, self.height as f64))
         });
         let (top, bottom) = (rows[0][0].min(rows[0][1]), rows[1][0].max(rows[1][1]));
+        let half = WINDOW_HALF_WIDTH.0 * (self.fx / f64::from(WINDOW_HALF_WIDTH.1)).max(1.0);
         let clamp = |value: f64, end: usize| value.clamp(0.0, end as f64) as usize;
         Window {
-            left: clamp(self.ppx - WINDOW_HALF_WIDTH, self.width),
-            right: clamp(self.ppx + WINDOW_HALF_WIDTH, self.width),
+            left: clamp(self.ppx - half, self.width),
+            right: clamp(self.ppx + half, self.width),
             top: clamp(top - WINDOW_MARGIN, self.height),
             bottom: clamp(bottom + WINDOW_MARGIN, self.height),
         }

@@ -92,7 +92,7 @@ impl Reader {
 
     /// Judges a payload.
     fn judge(&mut self, stream: Stream, payload: &[u8]) -> Result<(), String> {
-        let (assembler, last, captured_us) = &mut self.assemblers[usize::from(stream == Stream::Infrared)];
+        let (assembler, last, captured_us) = &mut self.assemblers[usize::from(stream == Stream::Outline)];
         let Outcome::Frame(frame) = assembler.push(payload) else { return Ok(()) };
         let number = [frame.pixels[0], frame.pixels[1]];
         if frame.pixels.chunks_exact(2).any(|pair| pair != number) {

@@ -1,7 +1,7 @@
 //! Errors of profiles against the truth, gathered by group.
 
 use super::conditions::{CLUTTERED_FROM, Case, Condition, FRAMES};
-use crate::frame::{DepthFrame, InfraredFrame, Stamp};
+use crate::frame::{DepthFrame, OutlineFrame, Stamp};
 use crate::offline::prelude::*;
 use crate::offline::scene::{Clutter, Images, Liquid, Scene};
 use crate::surface::{Config, ConfigError, NotSeen, POINTS, State, SurfaceProfile, extract};
@@ -52,7 +52,7 @@ pub fn judge(case: Case) -> Result<Judged, ConfigError> {
         let (width, height) = config.image_size();
         let stamp = Stamp { sequence: frame as u32, captured: Micros(frame * 16_667) };
         let depth = DepthFrame { bytes: &images.depth, width, height, stamp };
-        let infrared = InfraredFrame { bytes: &images.infrared, width, height, stamp };
+        let infrared = OutlineFrame { bytes: &images.infrared, width, height, stamp };
         let profile = extract(&config, &mut state, depth, infrared);
         match profile {
             Ok(profile) => {

@@ -1,7 +1,7 @@
 //! How long the camera's side takes on this machine, now: medians, of the processor as it is loaded.
 
 use crate::filters::{LANES, Spatial};
-use crate::frame::{DepthFrame, InfraredFrame};
+use crate::frame::{DepthFrame, OutlineFrame};
 use crate::offline::prelude::*;
 use crate::offline::recording::{COLUMNS, WALL_POINTS};
 use crate::offline::scene::{Images, Liquid, Scene, SceneSettings};
@@ -40,13 +40,13 @@ pub(super) fn roi_path_us() -> f64 {
     let mut missed = false;
     let median = median_s(|frame| {
         rendered(&mut scene, &mut images, frame);
-        let shot = Shot { depth: &images.depth, infrared: &images.infrared, captured_us: frame * 16_667 };
+        let shot = Shot::infrared(&images.depth, &images.infrared, frame * 16_667);
         let payloads = camera.expose(&shot);
         let started = Instant::now();
         let seen = match assembler.whole(&payloads[0].bytes) {
             Outcome::Frame(frame) => {
                 let depth = DepthFrame { bytes: frame.pixels, width, height, stamp: frame.stamp };
-                let infrared = InfraredFrame { bytes: &images.infrared, width, height, stamp: frame.stamp };
+                let infrared = OutlineFrame { bytes: &images.infrared, width, height, stamp: frame.stamp };
                 black_box(extract(&config, &mut state, depth, infrared)).is_ok()
             }
             _ => false,

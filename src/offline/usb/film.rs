@@ -120,12 +120,8 @@ pub fn film<W: Write + Send + 'static>(
         Session::connect(SimulatedBus::new(device), Settings::default()).map_err(FilmError::Camera)?;
     let connected = session.connected();
     let header = &model.header;
-    let config = Config::new(surface::Settings {
-        intrinsics: connected.intrinsics,
-        depth_unit_m: connected.depth_unit_um as f32 * 1e-6,
-        ..surface::Settings::for_glass(header.radius_m, header.fill_m, header.rim_m)
-    })
-    .map_err(FilmError::Glass)?;
+    let glass = surface::Settings::for_glass(header.radius_m, header.fill_m, header.rim_m);
+    let config = Config::new(glass.seen_by(connected.optics())).map_err(FilmError::Glass)?;
     let (width, height) = config.image_size();
     let (mut depth, mut infrared) = (vec![0; 2 * width * height], vec![0; width * height]);
     let mut direct = Direct {

@@ -1,0 +1,51 @@
+//! The stream of the outline: its payloads to grey images, whatever the camera sends.
+
+use super::rectify::Rectifier;
+use super::region::Region;
+use crate::frame::Stamp;
+use crate::uvc::{Assembler, Losses, Outcome};
+
+/// Joins the payloads of the outline's stream: Y8 as it comes, or YUY2 [rectified](Rectifier) into a second buffer.
+#[derive(Debug)]
+pub struct OutlineAssembler<'b> {
+    assembler: Assembler<'b>,
+    colour: Option<(Rectifier, &'b mut [u8])>,
+}
+
+impl<'b> OutlineAssembler<'b> {
+    /// Of the infrared image, whose pixels are as many as the buffer's bytes.
+    #[must_use]
+    pub fn infrared(infrared: &'b mut [u8]) -> Self {
+        Self { assembler: Assembler::new(infrared), colour: None }
+    }
+
+    /// Of the colour image: `colour` has room for [`Rectifier::colour_bytes`], `grey` for
+    /// [`Rectifier::grey_bytes`].
+    #[must_use]
+    pub fn colour(rectifier: Rectifier, colour: &'b mut [u8], grey: &'b mut [u8]) -> Self {
+        Self { assembler: Assembler::new(colour), colour: Some((rectifier, grey)) }
+    }
+
+    /// Takes a payload; the stamp of the frame that it ended, whose grey image is then in [`pixels`](Self::pixels):
+    /// of infrared all of it, of colour `region`.
+    pub fn push(&mut self, payload: &[u8], region: Region) -> Option<Stamp> {
+        let Outcome::Frame(frame) = self.assembler.push(payload) else { return None };
+        let stamp = frame.stamp;
+        if let Some((rectifier, grey)) = &mut self.colour {
+            rectifier.rectify(frame.pixels, grey, region);
+        }
+        Some(stamp)
+    }
+
+    /// The last grey image, until the next payload.
+    #[must_use]
+    pub fn pixels(&self) -> &[u8] {
+        self.colour.as_ref().map_or_else(|| self.assembler.pixels(), |(_, grey)| grey)
+    }
+
+    /// The books so far.
+    #[must_use]
+    pub fn losses(&self) -> Losses {
+        self.assembler.losses()
+    }
+}
