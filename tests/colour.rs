@@ -113,7 +113,7 @@ fn errors(sights: &[Sight]) -> (f64, f64, f64) {
     let mean = track.iter().sum::<f64>() / track.len() as f64;
     let scatter = (track.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / track.len() as f64).sqrt();
     assert!(points > 0.97 * (sights.len() * POINTS) as f64, "{points} points of {} frames", sights.len());
-    (1e3 * (squares / points as f64).sqrt(), 1e3 * scatter, 1e3 * mean)
+    (1e3 * (squares / points).sqrt(), 1e3 * scatter, 1e3 * mean)
 }
 
 #[test]

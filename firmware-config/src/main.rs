@@ -8,7 +8,7 @@
 
 use core::hint::black_box;
 use core::panic::PanicInfo;
-use meniscus::d4xx::{self, Command, DepthTable, Identity, MESSAGE, Table};
+use meniscus::d4xx::{self, Colour, Command, DepthTable, Identity, MESSAGE, Table};
 use meniscus::filters::{
     Decimation, HoleFilling, LANES, Spatial, SpatialDisparity, Temporal, TemporalState, decimate, fill_holes,
     to_depth, to_disparity,
@@ -16,7 +16,7 @@ use meniscus::filters::{
 use meniscus::model::Model;
 use meniscus::output::{OUTPUT_MAX, OUTPUT_VERSION, Packet};
 use meniscus::runtime::{Clock, Estimator, Eye, Tracker, Turn};
-use meniscus::surface::{Config, Settings};
+use meniscus::surface::{Config, Rectifier, Settings};
 use meniscus::uvc::descriptor::{check, interfaces};
 use meniscus::uvc::format::{input_header, video_modes};
 use meniscus::uvc::{ControlChange, Probe, Stream, Topology, extension_unit};
@@ -46,14 +46,22 @@ impl Clock for Ticks {
 // SAFETY: the only symbol of that name; the linker's entry point, called by nobody else.
 #[unsafe(no_mangle)]
 pub extern "C" fn _start() -> ! {
-    let (mut depth, mut infrared, mut numbers) = ([0; 16], [0; 8], [0.0; 16]);
+    let (mut depth, mut colour, mut grey, mut numbers) = ([0; 16], [0; 16], [0; 8], [0.0; 16]);
     let mut clock = Ticks(0);
     let blob: &[u8] = black_box(&[]);
-    connect(black_box(&[]));
+    let lens = connect(black_box(&[]));
     filter();
     match (Model::load(blob), Config::new(black_box(Settings::default()))) {
         (Ok(model), Ok(config)) => {
-            let eye = Eye::new(config, black_box(&mut depth), black_box(&mut infrared));
+            let (depth, colour, grey): (&mut [u8], &mut [u8], &mut [u8]) =
+                (black_box(&mut depth), black_box(&mut colour), black_box(&mut grey));
+            let eye = match black_box(lens) {
+                Some(Colour { lens, .. }) => {
+                    let rectifier = Rectifier::new(lens, config.settings().intrinsics);
+                    Eye::in_colour(config, depth, rectifier, (colour, grey))
+                }
+                None => Eye::new(config, depth, grey),
+            };
             let mut tracker = Tracker::new(Estimator::new(&model), eye);
             let field: &mut [f32] = black_box(&mut numbers);
             loop {
@@ -82,8 +90,9 @@ fn send(turn: &Turn, field: &[f32]) {
     black_box(field);
 }
 
-/// What stands before the stream: descriptors, probe, status packets, hardware monitor.
-fn connect(bytes: &[u8]) {
+/// What stands before the stream: descriptors, probe, status packets, hardware monitor. The colour lens, if its table
+/// is sound.
+fn connect(bytes: &[u8]) -> Option<Colour> {
     black_box(check(bytes).is_ok());
     for interface in interfaces(bytes) {
         black_box((Topology::of(&interface), input_header(&interface), interface.input(2)).0.is_some());
@@ -109,6 +118,7 @@ fn connect(bytes: &[u8]) {
     }
     Command { data: bytes, ..Command::new(1, [0; 4]) }.write(&mut message);
     black_box(&message);
+    Table::read(bytes, d4xx::COLOUR).ok().and_then(|table| d4xx::colour(&table, (640, 480)).ok())
 }
 
 /// Every depth filter, on images whose sizes the compiler cannot see.

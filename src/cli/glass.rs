@@ -1,5 +1,6 @@
 //! `--setup FILE`: the glass and the place of the camera that `meniscus setup` has written down.
 
+#[cfg(feature = "bags")]
 use anyhow::ensure;
 use meniscus::host::camera::OutlineImage;
 use meniscus::host::setup::{Misfit, Setup};
@@ -22,28 +23,18 @@ pub(super) fn outline(setup: Option<&Path>) -> anyhow::Result<Option<OutlineImag
     Ok(setup.map(Setup::read).transpose()?.map(|setup| setup.view.outline))
 }
 
+#[cfg(feature = "bags")]
 /// Refuses a recording whose outline is in another image than the setup's, if there is one: its lens stands elsewhere.
 pub(super) fn same_outline(
     setup: Option<OutlineImage>,
     recording: &Path,
     has: OutlineImage,
 ) -> anyhow::Result<()> {
-    let name = |image| if image == OutlineImage::Colour { "colour" } else { "infrared" };
     ensure!(
         setup.is_none_or(|wanted| wanted == has),
-        "{} has its outline in {}, the setup was made in the other image: record in that one (--outline), or run \
+        "{} has its outline in {has}, the setup was made in the other image: record in that one (--outline), or run \
          `meniscus setup` in this one",
-        recording.display(),
-        name(has)
+        recording.display()
     );
     Ok(())
-}
-
-/// `infrared` or `colour`, as the command line spells it.
-pub(super) fn outline_image(text: &str) -> Result<OutlineImage, String> {
-    match text {
-        "infrared" => Ok(OutlineImage::Infrared),
-        "colour" | "color" => Ok(OutlineImage::Colour),
-        _ => Err("infrared or colour".into()),
-    }
 }

@@ -1,6 +1,5 @@
 //! `meniscus record`: a camera, or another recording, into a file.
 
-use super::glass::outline_image;
 use super::{bus, glass};
 use anyhow::{Context, bail, ensure};
 use indicatif::{ProgressBar, ProgressStyle};
@@ -47,7 +46,7 @@ pub(crate) struct Arguments {
     seconds: Option<f64>,
     /// The image that is recorded beside the depth: the left infrared one, or the colour one's luma, rectified to the
     /// depth image, for a liquid that is clear in the near infrared; by --setup if not given.
-    #[arg(long, value_parser = outline_image, value_name = "infrared|colour")]
+    #[arg(long, value_name = "infrared|colour")]
     outline: Option<OutlineImage>,
     /// Only the camera with this serial number (the one that USB shows).
     #[arg(long)]

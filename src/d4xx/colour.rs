@@ -136,7 +136,7 @@ mod tests {
     #[test]
     fn a_point_of_the_world_is_found_where_the_rotation_puts_it() {
         // Colour to depth: a turn about x by s, column by column.
-        let (s, c) = 0.01_f32.sin_cos();
+        let (s, c) = crate::math::sincosf(0.01);
         let bytes = table([1920, 1080], [1.0, 0.0, 0.0, 0.0, c, s, 0.0, -s, c], [15.0, 0.0, 0.0]);
         let found = colour(&Table { bytes: &bytes }, (640, 480)).expect("sound");
         // A direction of colour's axes (0, b, 1), in those of depth: R (0, b, 1) = (0, c b - s, s b + c).

@@ -158,6 +158,7 @@ fn taps(place: i32, half: i32) -> Option<(usize, [u32; 3])> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::math::sincosf;
     extern crate std;
     use std::vec;
     use std::vec::Vec;
@@ -169,8 +170,8 @@ mod tests {
 
     /// Turned by 0.6 degrees about x and 0.8 about y, distorted.
     fn lens() -> ColourLens {
-        let (sx, cx) = 0.0105_f32.sin_cos();
-        let (sy, cy) = 0.0140_f32.sin_cos();
+        let (sx, cx) = sincosf(0.0105);
+        let (sy, cy) = sincosf(0.0140);
         ColourLens {
             intrinsics: COLOUR,
             distortion: [0.18, -0.4, 0.0006, -0.0009, 0.25],
@@ -180,7 +181,9 @@ mod tests {
 
     /// The pattern of the world by the direction in which it is seen; smooth, so that it may be sampled.
     fn world(a: f32, b: f32) -> f32 {
-        120.0 + 60.0 * (9.0 * a).sin() * (8.0 * b).cos() + 40.0 * (5.0 * b - 3.0 * a).sin()
+        let ((across, _), (_, down), (aslant, _)) =
+            (sincosf(9.0 * a), sincosf(8.0 * b), sincosf(5.0 * b - 3.0 * a));
+        120.0 + 60.0 * across * down + 40.0 * aslant
     }
 
     /// The pattern as the colour lens takes it: every pixel's direction by Newton's method on its projection.

@@ -20,19 +20,23 @@ pub trait Scenery: Send {
 /// A test card: every pair of bytes of a shot is its number, little-endian.
 #[derive(Clone, Debug, Default)]
 pub struct TestCard {
-    depth: Vec<u8>,
-    infrared: Vec<u8>,
+    /// Of two bytes a pixel; depth is all of it, infrared a half.
+    card: Vec<u8>,
 }
 
 impl Scenery for TestCard {
     fn look(&mut self, shot: u64, (width, height): (u16, u16)) -> (&[u8], &[u8]) {
         let pixels = usize::from(width) * usize::from(height);
+        self.card.clear();
+        self.card.resize(2 * pixels, 0);
         let number = (shot as u16).to_le_bytes();
-        for (image, bytes) in [(&mut self.depth, 2 * pixels), (&mut self.infrared, pixels)] {
-            image.resize(bytes, 0);
-            image.chunks_exact_mut(2).for_each(|pair| pair.copy_from_slice(&number));
-        }
-        (&self.depth, &self.infrared)
+        self.card.chunks_exact_mut(2).for_each(|pair| pair.copy_from_slice(&number));
+        (&self.card, &self.card[..pixels])
+    }
+
+    fn look_in_colour(&mut self, shot: u64) -> Option<(&[u8], &[u8])> {
+        let (depth, _) = self.look(shot, (640, 480));
+        Some((depth, depth))
     }
 }
 

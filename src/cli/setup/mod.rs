@@ -4,7 +4,6 @@ mod camera;
 mod screen;
 
 use super::doctor::{Camera, camera_findings};
-use super::glass::outline_image;
 use super::{bus, inputs};
 use anyhow::{Context, bail};
 use camera::{Scene, Sitting, from_bus, from_recording};
@@ -59,7 +58,7 @@ pub(crate) struct Arguments {
     pairs: u16,
     /// The image in which the outline is traced: the left infrared one, or the colour one, for a liquid that is opaque
     /// in the light of the room and clear in the near infrared. A recording has the one that it was made with.
-    #[arg(long, default_value = "infrared", value_parser = outline_image, value_name = "infrared|colour")]
+    #[arg(long, default_value = "infrared", value_name = "infrared|colour")]
     outline: OutlineImage,
     /// Only the camera with this serial number (the one that USB shows).
     #[arg(long)]

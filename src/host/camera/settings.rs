@@ -24,6 +24,28 @@ pub enum OutlineImage {
     Colour,
 }
 
+impl std::fmt::Display for OutlineImage {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::Infrared => "infrared",
+            Self::Colour => "colour",
+        })
+    }
+}
+
+impl std::str::FromStr for OutlineImage {
+    type Err = &'static str;
+
+    /// As it is written, or the other way that English spells colour.
+    fn from_str(text: &str) -> Result<Self, Self::Err> {
+        match text {
+            "infrared" => Ok(Self::Infrared),
+            "colour" | "color" => Ok(Self::Colour),
+            _ => Err("there are infrared and colour"),
+        }
+    }
+}
+
 /// Settings of a session; [`Settings::default`] is what the turn was built for.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Settings {

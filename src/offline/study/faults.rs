@@ -3,7 +3,7 @@
 
 pub use super::fault_table::TABLE;
 use crate::host::buffer::Buffer;
-use crate::host::camera::{CameraError, CameraHealth, Note, Rung, Session, Settings, Sink};
+use crate::host::camera::{CameraError, CameraHealth, Note, OutlineImage, Rung, Session, Settings, Sink};
 use crate::host::usb::Transport;
 use crate::offline::prelude::*;
 use crate::offline::usb::SimulatedBus;
@@ -29,7 +29,7 @@ pub enum Must {
 pub struct Books {
     /// The session's counters.
     pub health: CameraHealth,
-    /// What the assemblers lost, depth then infrared.
+    /// What the assemblers lost, depth then outline.
     pub losses: [Losses; 2],
     /// The depth unit that holds.
     pub depth_unit_um: u32,
@@ -51,7 +51,7 @@ const PATIENCE: u32 = 200_000;
 /// Assembles and pairs, and holds every frame against what the camera put into it.
 #[derive(Debug)]
 pub struct Reader {
-    /// Depth and infrared.
+    /// Depth and outline.
     assemblers: [(Assembler<'static>, Option<u16>, u64); 2],
     pairer: Pairer,
     /// Buffers that are free.
@@ -67,13 +67,13 @@ pub struct Reader {
 }
 
 impl Reader {
-    /// For images of `pixels` pixels, until there are `wanted` pairs.
+    /// For images of so many bytes, depth and outline, until there are `wanted` pairs.
     #[must_use]
-    pub fn new(pixels: usize, buffer_bytes: usize, wanted: u32) -> Self {
+    pub fn new(image_bytes: [usize; 2], buffer_bytes: usize, wanted: u32) -> Self {
         let assembler =
             |bytes: usize| (Assembler::new(Box::leak(vec![0; bytes].into_boxed_slice())), None, 0);
         Self {
-            assemblers: [assembler(2 * pixels), assembler(pixels)],
+            assemblers: image_bytes.map(assembler),
             pairer: Pairer::new(16_667),
             spare: (0..4).map(|_| Buffer::new(buffer_bytes)).collect(),
             pairs: 0,
@@ -84,7 +84,7 @@ impl Reader {
         }
     }
 
-    /// What the assemblers lost, depth then infrared.
+    /// What the assemblers lost, depth then outline.
     #[must_use]
     pub fn losses(&self) -> [Losses; 2] {
         [self.assemblers[0].0.losses(), self.assemblers[1].0.losses()]
@@ -151,15 +151,17 @@ pub fn bus(trouble: Option<Trouble>) -> SimulatedBus {
     SimulatedBus::new(Device::new(Box::new(TestCard::default()), trouble, FaultList::default(), 1))
 }
 
-/// Connects and reads 240 pairs: four seconds, the trouble begins in the second one.
+/// Connects and reads 240 pairs of depth and this image: four seconds, the trouble begins in the second one.
 ///
 /// # Errors
 /// When there is no session.
-pub fn run(trouble: Option<Trouble>) -> Result<(Books, Reader, Result<(), CameraError>), CameraError> {
-    let mut session = Session::connect(bus(trouble), Settings::default())?;
-    let (width, height) = session.connected().size;
-    let pixels = usize::from(width) * usize::from(height);
-    let mut reader = Reader::new(pixels, session.buffer_bytes(), 240);
+pub fn run(
+    trouble: Option<Trouble>,
+    outline: OutlineImage,
+) -> Result<(Books, Reader, Result<(), CameraError>), CameraError> {
+    let mut session = Session::connect(bus(trouble), Settings { outline, ..Settings::default() })?;
+    let bytes = session.plan().streams.map(|stream| stream.frame_bytes as usize);
+    let mut reader = Reader::new(bytes, session.buffer_bytes(), 240);
     let ended = session.stream(&mut reader);
     if session.transport().in_flight() > 0 {
         reader.wrong.get_or_insert("transfers are left in flight at the end".into());
@@ -185,14 +187,14 @@ pub fn says(error: &CameraError, words: &[&str]) -> Result<(), String> {
     }
 }
 
-/// Drives one trouble.
+/// Drives one trouble of a camera that streams this image beside the depth.
 ///
 /// # Errors
 /// What came of it instead of what must.
-pub fn check(name: &str, must: Must) -> Result<(), String> {
+pub fn check(name: &str, must: Must, outline: OutlineImage) -> Result<(), String> {
     let named = |why: String| format!("{name}: {why}");
     let trouble = Trouble::find(name).ok_or_else(|| named("there is no such trouble".into()))?;
-    let (books, reader, ended) = match (run(Some(trouble)), must) {
+    let (books, reader, ended) = match (run(Some(trouble), outline), must) {
         (Err(error), Must::Refuse(words)) => return says(&error, words).map_err(named),
         (Err(error), _) => return Err(named(format!("refused: {error}"))),
         (Ok(ran), _) => ran,

@@ -23,6 +23,7 @@ pub use html::html;
 pub use page::markdown;
 pub use plots::{PlotError, errors_png, scenes_png};
 
+use crate::host::camera::OutlineImage;
 use crate::host::checks::Check;
 use crate::offline::prelude::*;
 use crate::surface::ConfigError;
@@ -96,7 +97,7 @@ pub fn scenes(seed: u64, count: usize, done: impl Fn() + Sync) -> Result<Vec<Jud
 pub fn study(seed: u64, count: usize, done: impl Fn() + Sync) -> Result<Outcome, StudyError> {
     let scenes = scenes(seed, count, &done)?;
     let drive = |(name, must): &(&str, faults::Must)| {
-        let ended = faults::check(name, *must).err();
+        let ended = faults::check(name, *must, OutlineImage::Infrared).err();
         done();
         ended
     };

@@ -21,7 +21,7 @@ pub struct RecordedGlass {
 }
 
 /// Makes the colour image's noise another one.
-const COLOUR_SEED: u64 = 0x59_5559_32;
+const COLOUR_SEED: u64 = 0x5955_5932;
 /// U and V of every pair of pixels: a warm light.
 const TINT: [u8; 2] = [118, 140];
 
