@@ -24,6 +24,7 @@ pub mod realtime;
 pub mod recognise;
 pub mod report;
 pub mod setup;
+pub mod told;
 pub mod usb;
 pub mod view;
 pub mod wide;

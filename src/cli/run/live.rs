@@ -2,7 +2,7 @@
 
 use super::foxglove::Foxglove;
 use super::published::Published;
-use super::{Arguments, flight, page, service, turns};
+use super::{Arguments, flight, page, service, told, turns};
 use crate::cli::among::among;
 use anyhow::{Context, ensure};
 use indicatif::{ProgressBar, ProgressStyle};
@@ -45,7 +45,8 @@ pub(super) fn live(
     let glass = (model.header.radius_m, model.header.fill_m);
     let notes = among(&arguments.among, glass)?;
     let (outlet, feed) = channel();
-    let shared = Arc::new(Watch { patient: arguments.patient, rectifier, ..Watch::default() });
+    let told = told::told(arguments, Duration::from_secs_f64(frames as f64 * FRAME_INTERVAL_S))?;
+    let shared = Arc::new(Watch { patient: arguments.patient, rectifier, told, ..Watch::default() });
     let interrupted = Arc::clone(&shared);
     ctrlc::set_handler(move || interrupted.stop.store(true, Ordering::Relaxed))
         .context("cannot watch for Ctrl-C")?;

@@ -1,7 +1,9 @@
 //! The summary of a run with a camera on a bus: there is no truth, so nothing is held against one.
 
 use super::Arguments;
-use super::report::{energy_drift, entropy_falls, late, stage_medians, stages, target, turn_us};
+use super::report::{
+    energy_drift, entropy_falls, late, motion, motion_line, stage_medians, stages, target, turn_us,
+};
 use crate::cli::doctor::{describe, one_line};
 use meniscus::host::camera::{CameraHealth, Connected, Note};
 use meniscus::host::checks::{Check, table};
@@ -62,6 +64,7 @@ impl LiveReport<'_> {
                        "coasting": health.coasting, "halted": health.halted },
             "health": health,
             "truth": self.score.as_ref().map(scored),
+            "motion": motion(log),
             "recognised": log.recognised,
             "losses": { "depth": log.losses.0, "infrared": log.losses.1, "solitary": log.solitary,
                         "payloads_dropped": log.payloads_dropped },
@@ -88,6 +91,7 @@ impl LiveReport<'_> {
             health.halted,
             health.not_seen
         );
+        text += &motion_line(log);
         let (depth, infrared) = (log.losses.0.frames(), log.losses.1.frames());
         let _ = writeln!(text, "frames lost: {depth} depth, {infrared} infrared");
         if let Some(Err(reason)) = &self.realtime {

@@ -10,6 +10,7 @@ mod published;
 mod replay;
 mod report;
 mod service;
+mod told;
 mod turns;
 mod usb;
 mod view;
@@ -71,7 +72,7 @@ const SECONDS: f64 = 10.0;
 #[derive(clap::Args)]
 #[command(
     verbatim_doc_comment,
-    after_help = "Examples:\n  meniscus run\n  meniscus run --seconds 10 --json\n  meniscus run --patient --json\n  meniscus run --faults drop:0.05,late:0.02 --out /tmp/faulty\n  meniscus run --view\n  meniscus run --view --listen 0.0.0.0:8060\n  meniscus run --foxglove --mcap run.mcap\n  meniscus run --among shipped\n  meniscus run --source usb\n  meniscus run --source simulated-usb:unplug --seconds 8\n  meniscus run --source replay try.mcap"
+    after_help = "Examples:\n  meniscus run\n  meniscus run --seconds 10 --json\n  meniscus run --patient --json\n  meniscus run --faults drop:0.05,late:0.02 --out /tmp/faulty\n  meniscus run --view\n  meniscus run --view --listen 0.0.0.0:8060\n  meniscus run --foxglove --mcap run.mcap\n  meniscus run --among shipped\n  meniscus run --motion truth\n  meniscus run --source usb --motion udp:0.0.0.0:9000\n  meniscus run --source usb\n  meniscus run --source simulated-usb:unplug --seconds 8\n  meniscus run --source replay try.mcap"
 )]
 pub(crate) struct Arguments {
     /// Length of the run, s: 10 unless told, and with --view until Ctrl-C. Without --view it ends earlier where the
@@ -141,6 +142,16 @@ pub(crate) struct Arguments {
     /// folder of notes; may be repeated. A thread of its own does it, and the turn waits for nothing.
     #[arg(long, value_name = "shipped|FILE|DIR")]
     among: Vec<String>,
+    /// How the glass moves, from somebody who knows: a table of its place over time (t,x_m; second 0 is the first
+    /// frame), the motion that the simulated camera's recording was made with, or an IMU or a robot that sends its
+    /// acceleration along x in m/s2, a number in ASCII a datagram, 100 or more a second. Without it, and while
+    /// nothing is told, the edges of the glass tell it.
+    #[arg(long, value_name = "FILE.csv|truth|udp:HOST:PORT")]
+    motion: Option<String>,
+    /// With --motion udp: by how much later a frame arrives behind the middle of its exposure than a datagram behind
+    /// what it tells, ms. 8 is the simulated camera's; no D435's has been measured.
+    #[arg(long, default_value_t = 8.0, value_name = "MS")]
+    motion_lag_ms: f64,
     /// The live page.
     #[command(flatten)]
     page: PageArguments,

@@ -92,6 +92,7 @@ impl<'l> Report<'l> {
                 "halted": log.health.halted,
             },
             "health": log.health,
+            "motion": motion(log),
             "recognised": log.recognised,
             "losses": { "depth": log.losses.0, "infrared": log.losses.1, "solitary": log.solitary,
                         "payloads_dropped": log.payloads_dropped },
@@ -136,6 +137,7 @@ impl<'l> Report<'l> {
         );
         let stages: Vec<String> =
             stage_medians(log).iter().map(|(name, us)| format!("{name} {us}")).collect();
+        text += &motion_line(log);
         let _ = writeln!(text, "stages, median us: {}", stages.join(", "));
         if let Some(standing) = &log.recognised {
             let _ = writeln!(text, "liquid: {}", standing.line());
@@ -188,6 +190,18 @@ pub(super) fn late(log: &Log) -> impl Iterator<Item = &Logged> {
 pub(super) fn energy_drift(log: &Log) -> f64 {
     let residuals = log.turns.iter().map(|logged| logged.turn.estimate.audit.energy_residual.abs());
     residuals.fold(0.0, f64::max)
+}
+
+/// Who told how the glass moves, for scripts; null where nobody was asked.
+pub(super) fn motion(log: &Log) -> Value {
+    log.told.map_or(Value::Null, |(told, untold)| json!({ "told": told, "untold": untold }))
+}
+
+/// The same for people: a line, or nothing.
+pub(super) fn motion_line(log: &Log) -> String {
+    log.told.map_or(String::new(), |(told, untold)| {
+        format!("motion: told to {told} turns, by the edges of the glass in {untold}\n")
+    })
 }
 
 /// Turns after which there was less heat than before.

@@ -38,6 +38,8 @@ pub struct Log {
     pub solitary: Solitary,
     /// Payloads dropped because the worker was late.
     pub payloads_dropped: u64,
+    /// Turns whose motion was told by somebody, and turns for which nothing was; none where nobody was asked.
+    pub told: Option<(u64, u64)>,
     /// Which liquid it was, where several models were asked.
     pub recognised: Option<Standing>,
 }

@@ -9,6 +9,7 @@ use crate::host::look;
 use crate::host::prelude::*;
 use crate::host::publish;
 use crate::host::recognise::{self, Standing};
+use crate::host::told::Told;
 use crate::runtime::{Estimator, Eye, Tracker, Turn};
 use crate::surface::{self, Rectifier};
 use std::sync::Mutex;
@@ -35,6 +36,8 @@ pub struct Watch {
     pub recognised: Mutex<Option<Standing>>,
     /// Silence is waited out instead of bridged by a turn without a frame: for a camera that waits, too.
     pub patient: bool,
+    /// Who tells how the glass moves, if not its edges.
+    pub told: Option<Told>,
     /// What makes the outline's image, where the camera sends it in colour.
     pub rectifier: Option<Rectifier>,
 }
@@ -96,7 +99,8 @@ pub fn watch(
             Received::Silence => {
                 let started = Instant::now();
                 let before = allocations_of_this_thread();
-                let turn = tracker.silence(&mut clock, &mut field);
+                let drive = |at| Told::drive(watch.told.as_ref(), at, started);
+                let turn = tracker.silence_driven(drive, &mut clock, &mut field);
                 let (allocations, turn_us) = (allocations_of_this_thread() - before, micros_since(started));
                 next_turn += INTERVAL;
                 if let Some(turn) = turn {
@@ -112,7 +116,7 @@ pub fn watch(
             }
             Received::Payload(delivery) => {
                 if let Some(logged) =
-                    take(&mut tracker, &delivery, outlets.publish, &mut clock, &mut field, &mut log)
+                    take(&mut tracker, &delivery, watch, outlets.publish, &mut clock, &mut field, &mut log)
                 {
                     next_turn = delivery.arrived + patience;
                     ring.iter_mut().for_each(|ring| ring.push(logged, logged.latency_us));
@@ -128,6 +132,7 @@ pub fn watch(
     log.losses = tracker.eye.losses();
     log.solitary = tracker.eye.solitary();
     log.payloads_dropped = end.dropped();
+    log.told = watch.told.as_ref().map(Told::turns);
     log
 }
 
@@ -135,6 +140,7 @@ pub fn watch(
 fn take(
     tracker: &mut Tracker<'_, '_>,
     delivery: &Delivery,
+    watch: &Watch,
     outlet: Option<&publish::Outlet>,
     clock: &mut Monotonic,
     field: &mut [f32],
@@ -144,7 +150,8 @@ fn take(
     let before = allocations_of_this_thread();
     let mut last = None;
     let arrived = delivery.arrived;
-    tracker.accept(delivery.stream, &delivery.payload, clock, field, |turn, field| {
+    let drive = |at| Told::drive(watch.told.as_ref(), at, arrived);
+    tracker.accept_driven(delivery.stream, &delivery.payload, drive, clock, field, |turn, field| {
         let allocations = allocations_of_this_thread() - before;
         let (latency_us, turn_us) = (micros_since(arrived), micros_since(started));
         let logged = Logged { turn: *turn, ended: Instant::now(), latency_us, turn_us, allocations };

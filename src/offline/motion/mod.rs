@@ -166,6 +166,13 @@ impl Motion {
         Some(Self { spelling: "samples".into(), seed: 0, course })
     }
 
+    /// From when on the glass rests: the last time of a table; s.
+    #[must_use]
+    pub fn end_s(&self) -> f64 {
+        let ends = self.course.channels.iter().filter_map(|channel| channel.0.last());
+        ends.map(|piece| piece.start_s).fold(0.0, f64::max)
+    }
+
     /// Position along x at `time_s`, m.
     #[must_use]
     pub fn position(&self, time_s: f64) -> f64 {

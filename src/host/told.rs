@@ -1,0 +1,289 @@
+//! The motion of the glass as somebody else tells it: a table of its course, or an IMU or a robot over UDP.
+//!
+//! A turn at the instant `t` wants the acceleration of then and the one of a frame interval `h` before, as the places of
+//! three frames would tell it:
+//!
+//! ```text
+//! now = a(t)
+//! before = (X(t) - 2 X(t - h) + X(t - 2h)) / h^2 = 1/h int_{-h}^{h} (1 - |s| / h) a(t - h + s) ds
+//! ```
+//!
+//! Both are taken from samples `(t_k, a_k)`: now between the two nearest ones, before as their mean with these weights.
+//!
+//! Times of the wire are those of arrival. A frame of the device time `d` arrives at `d + o` at the earliest, and `o`
+//! is followed as the least that was seen (rising by 100 ppm, more than two clocks part); the told lag is taken off.
+
+use crate::host::prelude::*;
+use crate::runtime::Drive;
+use crate::units::{FRAME_INTERVAL_S, Micros};
+use std::collections::VecDeque;
+use std::net::{SocketAddr, UdpSocket};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Arc, Mutex};
+use std::time::{Duration, Instant};
+
+/// Samples of a table, a second.
+const TABLE_HZ: f64 = 1000.0;
+/// Samples of the wire that are kept: a quarter of a second of 1 kHz.
+const KEPT: usize = 256;
+/// The newest sample stands for what comes after it for so long, seconds; behind that the edges of the glass tell.
+const HOLD_S: f64 = 0.025;
+/// Largest acceleration that is one, m/s2: twenty times gravity.
+const LARGEST: f64 = 200.0;
+/// How much faster than this computer's a camera's clock is let run.
+const DRIFT: f64 = 1e-4;
+/// Pause after which the listener looks whether it is still wanted.
+const PAUSE: Duration = Duration::from_millis(100);
+
+/// Samples, oldest first: time in seconds, acceleration in m/s2.
+#[derive(Debug, Default)]
+struct Samples(VecDeque<(f64, f64)>);
+
+impl Samples {
+    /// Acceleration between the samples around `time_s`; `None` before the first and beyond the last one's hold.
+    fn now(&self, time_s: f64) -> Option<f64> {
+        let after = self.0.partition_point(|(t, _)| *t <= time_s);
+        let (t0, a0) = *self.0.get(after.checked_sub(1)?)?;
+        match self.0.get(after) {
+            Some((t1, a1)) => Some(a0 + (a1 - a0) * (time_s - t0) / (t1 - t0)),
+            None => (time_s - t0 <= HOLD_S).then_some(a0),
+        }
+    }
+
+    /// The mean around `time_s` with the weights of the second difference; as [`Self::now`] where no sample lies there.
+    fn around(&self, time_s: f64) -> Option<f64> {
+        let h = FRAME_INTERVAL_S;
+        let first = self.0.partition_point(|(t, _)| *t <= time_s - h);
+        let near = self.0.range(first..).take_while(|(t, _)| *t < time_s + h);
+        let (sum, weights) = near.fold((0.0, 0.0), |(sum, weights), (t, a)| {
+            let weight = 1.0 - (t - time_s).abs() / h;
+            (sum + weight * a, weights + weight)
+        });
+        if weights > 0.0 { Some(sum / weights) } else { self.now(time_s) }
+    }
+}
+
+/// Where the samples come from, and what is known of the two clocks.
+#[derive(Debug)]
+enum Source {
+    /// Seconds since the first turn.
+    Table(Option<Micros>),
+    /// Seconds since `begun`; the least seconds from a frame's device time to its arrival.
+    Wire { begun: Instant, apart_s: Option<(f64, f64)>, lag_s: f64 },
+}
+
+#[derive(Debug)]
+struct Inner {
+    samples: Samples,
+    source: Source,
+}
+
+/// What became of it.
+#[derive(Debug, Default)]
+pub struct Counters {
+    /// Turns whose motion was told.
+    pub told: AtomicU64,
+    /// Turns for which nothing was told: the edges of the glass told it.
+    pub untold: AtomicU64,
+    /// Datagrams that were no acceleration.
+    pub refused: AtomicU64,
+}
+
+/// Somebody who tells.
+#[derive(Debug)]
+pub struct Told {
+    inner: Arc<Mutex<Inner>>,
+    /// What became of it.
+    pub counters: Arc<Counters>,
+    ended: Arc<AtomicBool>,
+}
+
+impl Told {
+    fn new(samples: Samples, source: Source) -> Self {
+        let inner = Arc::new(Mutex::new(Inner { samples, source }));
+        Self { inner, counters: Arc::default(), ended: Arc::default() }
+    }
+
+    /// By a table: `acceleration` (m/s2) over the seconds since the first turn, for so many.
+    #[must_use]
+    pub fn by_table(seconds: f64, acceleration: impl Fn(f64) -> f64) -> Self {
+        // From two intervals before the first turn on, whose motion counts for it.
+        let first = -(2.0 * FRAME_INTERVAL_S * TABLE_HZ).ceil() as i64;
+        let last = (seconds * TABLE_HZ).ceil() as i64;
+        let at = |k: i64| k as f64 / TABLE_HZ;
+        Self::new(
+            Samples((first..=last).map(|k| (at(k), acceleration(at(k)))).collect()),
+            Source::Table(None),
+        )
+    }
+
+    /// By datagrams at `address`, each a number in ASCII: the acceleration of the glass along x as it arrives, m/s2.
+    /// A frame arrives `lag_s` later behind the middle of its exposure than a datagram behind what it tells.
+    ///
+    /// # Errors
+    /// What the system says of the address.
+    pub fn by_wire(address: SocketAddr, lag_s: f64) -> std::io::Result<Self> {
+        let socket = UdpSocket::bind(address)?;
+        socket.set_read_timeout(Some(PAUSE))?;
+        let begun = Instant::now();
+        let told =
+            Self::new(Samples(VecDeque::with_capacity(KEPT)), Source::Wire { begun, apart_s: None, lag_s });
+        let (inner, counters, ended) =
+            (Arc::clone(&told.inner), Arc::clone(&told.counters), Arc::clone(&told.ended));
+        std::thread::spawn(move || {
+            let mut room = [0; 64];
+            while !ended.load(Ordering::Relaxed) {
+                let Ok(length) = socket.recv(&mut room) else { continue };
+                let arrived_s = begun.elapsed().as_secs_f64();
+                match number(room.get(..length).unwrap_or(&[])) {
+                    Some(acceleration) => push(&inner, (arrived_s, acceleration)),
+                    None => _ = counters.refused.fetch_add(1, Ordering::Relaxed),
+                }
+            }
+        });
+        Ok(told)
+    }
+
+    /// Turns whose motion was told, and turns for which nothing was.
+    #[must_use]
+    pub fn turns(&self) -> (u64, u64) {
+        (self.counters.told.load(Ordering::Relaxed), self.counters.untold.load(Ordering::Relaxed))
+    }
+
+    /// The motion of the turn at `at`, whose frame arrived then; of nobody, and where nothing was told, [`Drive::Seen`].
+    pub(super) fn drive(told: Option<&Self>, at: Micros, arrived: Instant) -> Drive {
+        let Some(told) = told else { return Drive::Seen };
+        // Whoever holds it is putting a sample in; a turn waits for nobody.
+        let drive = told.inner.try_lock().ok().and_then(|mut inner| inner.drive(at, arrived));
+        let counter = if drive.is_some() { &told.counters.told } else { &told.counters.untold };
+        counter.fetch_add(1, Ordering::Relaxed);
+        drive.unwrap_or_default()
+    }
+}
+
+impl Drop for Told {
+    fn drop(&mut self) {
+        self.ended.store(true, Ordering::Relaxed);
+    }
+}
+
+impl Inner {
+    fn drive(&mut self, at: Micros, arrived: Instant) -> Option<Drive> {
+        let device_s = at.0 as f64 * 1e-6;
+        let time_s = match &mut self.source {
+            Source::Table(first) => {
+                let first = *first.get_or_insert(at);
+                device_s - first.0 as f64 * 1e-6
+            }
+            Source::Wire { begun, apart_s, lag_s } => {
+                let now_s = arrived.saturating_duration_since(*begun).as_secs_f64();
+                let seen_s = now_s - device_s;
+                let least_s =
+                    apart_s.map_or(seen_s, |(least, then)| seen_s.min(least + DRIFT * (now_s - then)));
+                *apart_s = Some((least_s, now_s));
+                device_s + least_s - *lag_s
+            }
+        };
+        let before = self.samples.around(time_s - FRAME_INTERVAL_S)?;
+        Some(Drive::Known { before, now: self.samples.now(time_s)? })
+    }
+}
+
+fn push(inner: &Mutex<Inner>, sample: (f64, f64)) {
+    // The worker never panics with it in its hands.
+    let Ok(mut inner) = inner.lock() else { return };
+    let samples = &mut inner.samples.0;
+    if samples.back().is_some_and(|(t, _)| sample.0 <= *t) {
+        return;
+    }
+    if samples.len() == KEPT {
+        samples.pop_front();
+    }
+    samples.push_back(sample);
+}
+
+/// The number of a datagram.
+fn number(bytes: &[u8]) -> Option<f64> {
+    let number: f64 = std::str::from_utf8(bytes).ok()?.trim().parse().ok()?;
+    (number.abs() <= LARGEST).then_some(number)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// X(t) = 0.01 sin(20 t) and its acceleration.
+    fn place(t: f64) -> f64 {
+        0.01 * (20.0 * t).sin()
+    }
+
+    fn acceleration(t: f64) -> f64 {
+        -4.0 * (20.0 * t).sin()
+    }
+
+    fn at(seconds: f64) -> Micros {
+        Micros((seconds * 1e6).round() as u64)
+    }
+
+    #[test]
+    fn a_table_tells_what_three_places_would() {
+        let told = Told::by_table(2.0, acceleration);
+        let arrived = Instant::now();
+        let _first = Told::drive(Some(&told), at(5.0), arrived);
+        for n in 1..100 {
+            let t = f64::from(n) * FRAME_INTERVAL_S;
+            let Drive::Known { before, now } = Told::drive(Some(&told), at(5.0 + t), arrived) else {
+                std::panic!("nothing is told at {t}")
+            };
+            let h = FRAME_INTERVAL_S;
+            let places = (place(t) - 2.0 * place(t - h) + place(t - 2.0 * h)) / (h * h);
+            assert!((before - places).abs() < 5e-3, "{t}: {before} {places}");
+            assert!((now - acceleration(t)).abs() < 1e-3, "{t}: {now}");
+        }
+        assert_eq!(Told::drive(Some(&told), at(5.0 + 2.1), arrived), Drive::Seen, "behind its end");
+        assert_eq!(Told::drive(None, at(1.0), arrived), Drive::Seen);
+        assert_eq!(told.counters.untold.load(Ordering::Relaxed), 1);
+    }
+
+    /// Datagrams as an IMU would send them, 500 a second, and frames that arrive 8 ms behind their exposure and a
+    /// jitter later. The clocks are apart by any number.
+    #[test]
+    fn a_wire_tells_the_same_behind_clocks_that_are_apart() {
+        let begun = Instant::now();
+        let source = Source::Wire { begun, apart_s: None, lag_s: 0.008 };
+        let told = Told::new(Samples(VecDeque::with_capacity(KEPT)), source);
+        let (mut sent, mut worst, mut asked) = (0, 0.0_f64, 0);
+        for n in 10..60 {
+            let t = f64::from(n) * FRAME_INTERVAL_S;
+            let jitter = if n % 3 == 0 { 0.0 } else { 0.004 };
+            let arrived_s = t + 0.008 + jitter;
+            while f64::from(sent) / 500.0 <= arrived_s {
+                let s = f64::from(sent) / 500.0;
+                push(&told.inner, (s, acceleration(s)));
+                sent += 1;
+            }
+            let arrived = begun + Duration::from_secs_f64(arrived_s);
+            let drive = Told::drive(Some(&told), at(1234.5 + t), arrived);
+            // The first frames teach the least distance of the clocks.
+            if n > 15 {
+                let Drive::Known { now, .. } = drive else { std::panic!("frame {n}: {drive:?}") };
+                worst = worst.max((now - acceleration(t)).abs());
+                asked += 1;
+            }
+        }
+        assert!(asked > 40 && worst < 0.05, "{worst}");
+        // Silence: the edges of the glass tell again.
+        let late = begun + Duration::from_secs_f64(1.5);
+        assert_eq!(Told::drive(Some(&told), at(1234.5 + 1.492), late), Drive::Seen);
+    }
+
+    #[test]
+    fn a_datagram_is_a_number_or_is_counted() {
+        let told = Told::by_wire("127.0.0.1:0".parse().expect("an address"), 0.0);
+        assert!(told.is_ok());
+        assert_eq!(number(b" -1.25\n"), Some(-1.25));
+        for wrong in [&b"nan"[..], b"inf", b"1e9", b"", b"1.0 2.0", &[0xff, 0xfe]] {
+            assert_eq!(number(wrong), None, "{wrong:?}");
+        }
+    }
+}

@@ -1,0 +1,60 @@
+//! The motion of the glass told by somebody else: `meniscus run --motion`.
+#![allow(clippy::disallowed_methods, reason = "only storey 1 must compute the same bits on every platform")]
+#![cfg(feature = "studies")]
+
+use serde_json::Value;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+fn folder(name: &str) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
+    fs::create_dir_all(&folder).expect("a folder");
+    folder
+}
+
+fn meniscus(folder: &Path, arguments: &[&str]) -> Output {
+    let program = env!("CARGO_BIN_EXE_meniscus");
+    Command::new(program).args(arguments).current_dir(folder).output().expect("it starts")
+}
+
+fn json(output: &Output) -> Value {
+    let told = || String::from_utf8_lossy(&output.stderr).into_owned();
+    serde_json::from_slice(&output.stdout).unwrap_or_else(|why| panic!("{why}: {}", told()))
+}
+
+fn refused(output: &Output, words: &[&str]) {
+    let told = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(!output.status.success() && words.iter().all(|word| told.contains(word)), "{words:?}: {told}");
+}
+
+/// The same run by the edges of the glass and by the motion that the recording was made with.
+#[test]
+fn a_told_motion_halves_the_error_of_the_stresses() {
+    let folder = folder("told");
+    let run = |motion: &[&str]| {
+        let words = [&["run", "--patient", "--seconds", "6", "--json"], motion].concat();
+        json(&meniscus(&folder, &words))
+    };
+    let (seen, told) = (run(&[]), run(&["--motion", "truth"]));
+    let sigma = |report: &Value| report["field_error"]["sigma"].as_f64().expect("scored");
+    assert!(sigma(&told) < 0.65 * sigma(&seen), "{} {}", sigma(&told), sigma(&seen));
+    assert_eq!((&seen["motion"], &told["motion"]["told"]), (&Value::Null, &Value::from(360)), "{told:#}");
+
+    // A table that ends after two seconds: from there on the edges of the glass tell.
+    let table: String = std::iter::once("t,x_m\n".to_owned())
+        .chain((0..=200).map(|k| format!("{:.2},0\n", 0.01 * f64::from(k))))
+        .collect();
+    fs::write(folder.join("still.csv"), table).expect("written");
+    let still = run(&["--motion", "still.csv"]);
+    assert!(sigma(&still) > sigma(&told), "a wrong motion is worth less than the right one: {still:#}");
+    let turns = still["motion"]["told"].as_u64().expect("told");
+    assert!((119..=123).contains(&turns) && still["motion"]["untold"] == 360 - turns, "{still:#}");
+    let lifted: String = std::iter::once("t,x_m,z_m\n".to_owned())
+        .chain((0..=200).map(|k| format!("{:.2},0,{:.4}\n", 0.01 * f64::from(k), 1e-4 * f64::from(k))))
+        .collect();
+    fs::write(folder.join("lifted.csv"), lifted).expect("written");
+    let lifted = meniscus(&folder, &["run", "--patient", "--motion", "lifted.csv"]);
+    refused(&lifted, &["lifted", "motion along x alone"]);
+    refused(&meniscus(&folder, &["run", "--motion", "udp:nowhere"]), &["udp:HOST:PORT"]);
+}
