@@ -3,6 +3,7 @@
 #![allow(clippy::disallowed_methods, reason = "only storey 1 must compute the same bits on every platform")]
 #![cfg(feature = "studies")]
 
+use meniscus::frame::Stamp;
 use meniscus::host::bag::{self, Calibration, Image, McapWriter};
 use meniscus::host::buffer::Buffer;
 use meniscus::host::camera::{CameraError, Connected, Note, OutlineImage, Session, Settings, Sink};
@@ -13,6 +14,7 @@ use meniscus::offline::usb::{RecordedGlass, SimulatedBus};
 use meniscus::offline::watching::{NoClock, sightings_of};
 use meniscus::runtime::{Eye, Sight};
 use meniscus::surface::{self, Config, OutlineAssembler, POINTS};
+use meniscus::units::Micros;
 use meniscus::uvc::Stream;
 use meniscus_hil::FaultList;
 use meniscus_hil::device::{COLOUR_LENS_M, Device, FIRST_SHOT_US, Trouble};
@@ -156,6 +158,18 @@ fn the_place_of_the_lens_is_what_makes_it_so() {
         seen += points.unwrap_or(0);
     });
     assert!(seen < 30 * POINTS * 9 / 10, "{seen} points seen through the wrong place");
+}
+
+/// The colour imager is not exposed with the depth imagers; the edge is where it was at its own instant.
+#[test]
+fn the_time_of_a_pair_is_that_of_the_outline() {
+    let [depth, outline] = [1_000_000, 1_005_000].map(|us| Stamp { sequence: 7, captured: Micros(us) });
+    let with = |depth_lens_m| {
+        let settings = surface::Settings { depth_lens_m, ..surface::Settings::default() };
+        Config::new(settings).expect("sound").stamp_of(depth, outline)
+    };
+    assert_eq!(with([0.0; 3]), depth, "one lens, one instant: the depth image's books hold");
+    assert_eq!(with([0.0148, 0.0, 0.0]), outline);
 }
 
 /// What the wizard finds of a glass at rest.

@@ -87,11 +87,8 @@ impl<'b> Eye<'b> {
         let pair = self.pairer.offer(stream, frame)?;
         let start_us = clock.now_us();
         let (width, height) = self.config.image_size();
-        // The edge is where it was when its own image was taken; the depth image only tells how far the wall is.
-        let one_lens = self.config.settings().depth_lens_m == [0.0; 3];
-        let captured = if one_lens { pair.depth.captured } else { pair.outline.captured };
-        let stamp = Stamp { sequence: pair.depth.sequence, captured };
-        let depth = DepthFrame { bytes: self.depth.pixels(), width, height, stamp };
+        let stamp = self.config.stamp_of(pair.depth, pair.outline);
+        let depth = DepthFrame { bytes: self.depth.pixels(), width, height, stamp: pair.depth };
         let outline = OutlineFrame { bytes: self.outline.pixels(), width, height, stamp: pair.outline };
         let profile = extract(&self.config, &mut self.state, depth, outline);
         let surface_us = clock.now_us().saturating_sub(start_us);

@@ -2,6 +2,7 @@
 
 use super::deproject::Camera;
 use super::optics::{Intrinsics, Optics};
+use crate::frame::Stamp;
 
 /// Widest region of interest in pixels: the bound of every fixed array of columns.
 pub const MAX_COLUMNS: usize = 256;
@@ -217,6 +218,14 @@ impl Config {
         let top = row(s.rim_m, front_m).min(row(s.rim_m, s.camera_distance_m + s.radius_m));
         let foot_rows = (row(0.26 * s.fill_m, front_m), row(0.06 * s.fill_m, front_m));
         Ok(Self { settings, camera, depth_camera, rows: (top, foot_rows.1), foot_rows, silhouette_px })
+    }
+
+    /// Number and time of a pair of images: those of the depth image, but where another lens has taken the outline,
+    /// its time. The edge is where it was then; the depth image only tells how far the wall is.
+    #[must_use]
+    pub fn stamp_of(&self, depth: Stamp, outline: Stamp) -> Stamp {
+        let one_lens = self.settings.depth_lens_m == [0.0; 3];
+        if one_lens { depth } else { Stamp { captured: outline.captured, ..depth } }
     }
 
     /// The settings that were checked.

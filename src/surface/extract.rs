@@ -9,7 +9,7 @@ use super::profile::SurfaceProfile;
 use super::region::{Grey, Region};
 use super::resample::{Points, resample};
 use super::trace::{Edge, trace};
-use crate::frame::{DepthFrame, OutlineFrame};
+use crate::frame::{DepthFrame, OutlineFrame, Stamp};
 use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
@@ -108,7 +108,8 @@ impl State {
     }
 }
 
-/// Extracts the profile from a pair of images of one instant. Time and number are the depth frame's.
+/// Extracts the profile from a pair of images of one instant. Time and number are
+/// [`Config::stamp_of`] the pair.
 ///
 /// # Errors
 /// [`NotSeen`] says which stage found nothing; the glass is then searched in the whole range again.
@@ -178,12 +179,6 @@ fn attempt(
     if !valid.contains(&true) {
         return Err(NotSeen::TooFewColumns);
     }
-    Ok(SurfaceProfile {
-        height_m,
-        variance_m2,
-        valid,
-        glass_x_m: Some(axis_m),
-        sequence: depth.stamp.sequence,
-        captured: depth.stamp.captured,
-    })
+    let Stamp { sequence, captured } = config.stamp_of(depth.stamp, outline.stamp);
+    Ok(SurfaceProfile { height_m, variance_m2, valid, glass_x_m: Some(axis_m), sequence, captured })
 }

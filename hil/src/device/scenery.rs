@@ -11,8 +11,7 @@ pub trait Scenery: Send {
 
     /// Z16 and YUY2 pixels of a shot of 640x480; `None` where nothing is known of its colours, and the device shows
     /// an even grey.
-    fn look_in_colour(&mut self, shot: u64) -> Option<(&[u8], &[u8])> {
-        let _ = shot;
+    fn look_in_colour(&mut self, _shot: u64) -> Option<(&[u8], &[u8])> {
         None
     }
 }

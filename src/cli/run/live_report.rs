@@ -92,8 +92,10 @@ impl LiveReport<'_> {
             health.not_seen
         );
         text += &motion_line(log);
-        let (depth, infrared) = (log.losses.0.frames(), log.losses.1.frames());
-        let _ = writeln!(text, "frames lost: {depth} depth, {infrared} infrared");
+        let (depth, outline) = (log.losses.0.frames(), log.losses.1.frames());
+        let colour = self.camera.as_ref().is_some_and(|camera| camera.colour.is_some());
+        let beside = if colour { "colour" } else { "infrared" };
+        let _ = writeln!(text, "frames lost: {depth} depth, {outline} {beside}");
         if let Some(Err(reason)) = &self.realtime {
             let _ = writeln!(
                 text,
