@@ -160,3 +160,31 @@ fn a_height_that_is_no_number_is_refused_and_forgotten() {
     assert_eq!(refused, 1);
     assert!(turns.iter().all(|t| t.turn.estimate.latent.iter().all(|x| x.is_finite())));
 }
+
+/// An IMU whose offset has carried the glass metres away by the time it falls silent: from then on the edges of the
+/// glass tell, and nothing is left of where it was told to be.
+#[test]
+fn a_motion_that_is_told_no_more_leaves_nothing_behind() {
+    let path = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/recordings/glycerine-unseen.safetensors"));
+    let recording = Recording::load(path).expect("the shipped recording is good");
+    let scene =
+        SceneSettings { disparity_rms_px: DISPARITY_RMS_PX, seed: 3, ..SceneSettings::of(&recording.glass) };
+    let seen = sightings(&recording, scene).expect("the glass can be seen");
+    let bytes = AlignedBytes::copy(include_bytes!("../models/glycerine.blob"));
+    let model = Model::load(&bytes).expect("the shipped model");
+    let surfaces = |drive: &dyn Fn(usize) -> Drive| -> Vec<[f32; POINTS]> {
+        let turns = turns_with(&model, &seen, drive, |_, _, _| {});
+        turns.iter().map(|logged| logged.turn.estimate.surface_m).collect()
+    };
+    let a = |n: usize| recording.acceleration_m_s2[n] + 0.3;
+    let told = |n: usize| Drive::Known { before: a(n.saturating_sub(1)), now: a(n) };
+    let tracked = surfaces(&|_| Drive::Seen);
+    let switched = surfaces(&|n| if n < 240 { told(n) } else { Drive::Seen });
+    let apart = |frames: std::ops::Range<usize>| {
+        let pairs = tracked[frames.clone()].iter().flatten().zip(switched[frames].iter().flatten());
+        1e3 * pairs.map(|(one, other)| (one - other).abs()).fold(0.0, f32::max)
+    };
+    let (told, behind, later) = (apart(60..240), apart(240..300), apart(300..600));
+    println!("heights at most apart: told {told} mm, in the second behind it {behind} mm, later {later} mm");
+    assert!(told > 0.1 && behind < 0.3 && later < 0.01);
+}

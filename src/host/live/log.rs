@@ -32,7 +32,7 @@ pub struct Log {
     pub overflow: u64,
     /// Counters of the estimator.
     pub health: Health,
-    /// Counters of the depth and the infrared stream.
+    /// Counters of the depth stream and of the outline's.
     pub losses: (Losses, Losses),
     /// Frames without a partner.
     pub solitary: Solitary,
