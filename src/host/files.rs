@@ -1,5 +1,6 @@
 //! Files: written beside and renamed, read into memory that weights can be read in place from.
 
+use crate::host::large_pages::{LARGE_PAGE, ask_for};
 use crate::host::prelude::*;
 use std::fmt;
 use std::fs;
@@ -55,7 +56,7 @@ pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), FileError> {
     })
 }
 
-/// The bytes of a file, starting on a 64-byte boundary, as a blob has to.
+/// The bytes of a file, starting on a 64-byte boundary, as a blob has to; many of them on one of large pages.
 #[derive(Debug)]
 pub struct AlignedBytes {
     room: Vec<u8>,
@@ -63,7 +64,7 @@ pub struct AlignedBytes {
 }
 
 impl AlignedBytes {
-    /// Boundary on which the bytes start.
+    /// Boundary on which few bytes start.
     const BOUNDARY: usize = 64;
 
     /// Reads a whole file.
@@ -78,8 +79,11 @@ impl AlignedBytes {
     /// Copies `bytes` to such a place.
     #[must_use]
     pub fn copy(bytes: &[u8]) -> Self {
-        let mut room = vec![0; bytes.len() + Self::BOUNDARY];
-        let start = room.as_ptr().align_offset(Self::BOUNDARY).min(Self::BOUNDARY);
+        let boundary = if bytes.len() < LARGE_PAGE { Self::BOUNDARY } else { LARGE_PAGE };
+        // So much is zeros that the system maps on the first write: what is never written to takes no memory.
+        let mut room = vec![0; bytes.len() + boundary];
+        let start = room.as_ptr().align_offset(boundary).min(boundary);
+        ask_for(&mut room[start..]);
         room[start..start + bytes.len()].copy_from_slice(bytes);
         room.truncate(start + bytes.len());
         Self { room, start }
@@ -107,10 +111,13 @@ mod tests {
     #[test]
     fn bytes_come_back_aligned() {
         let path = folder("aligned").join("deep/er/file");
-        write_whole(&path, &[7; 1000]).expect("writable");
-        let bytes = AlignedBytes::read(&path).expect("readable");
-        assert_eq!(*bytes, [7; 1000]);
-        assert_eq!(bytes.as_ptr().align_offset(64), 0);
+        for (length, boundary) in [(1000, 64), (LARGE_PAGE + 5, LARGE_PAGE)] {
+            let written: Vec<u8> = (0..length).map(|k| (k % 251) as u8).collect();
+            write_whole(&path, &written).expect("writable");
+            let bytes = AlignedBytes::read(&path).expect("readable");
+            assert!(*bytes == *written);
+            assert_eq!(bytes.as_ptr().align_offset(boundary), 0);
+        }
         assert_eq!(fs::read_dir(path.parent().expect("a folder")).expect("listed").count(), 1);
     }
 

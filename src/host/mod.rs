@@ -15,6 +15,7 @@ pub mod flash;
 #[cfg(feature = "foxglove")]
 pub mod foxglove;
 pub mod handoff;
+pub mod large_pages;
 pub mod link;
 pub mod live;
 pub mod look;

@@ -5,7 +5,7 @@
 //! bf16   2 bytes   the upper half of an f32, rounded to even: 8 bits of mantissa, the whole range
 //! i8     1 byte    w = scale k, k = -127..=127, one f32 scale a row: 1/254 of the row's largest weight
 //! ```
-//! Sums are always in f32.
+//! Sums are in f32, of bytes in whole numbers (`byte.rs`).
 
 use serde::{Deserialize, Serialize};
 

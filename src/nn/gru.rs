@@ -49,7 +49,7 @@ struct Recur<'a> {
 
 impl Kernel for Recur<'_> {
     #[inline(always)]
-    fn run(self) {
+    fn run<const WIDE: bool>(self) {
         let ([ir, iz, i_n], [hr, hz, hn]) = (self.input, self.hidden);
         let input = ir.iter().zip(iz).zip(i_n);
         let hidden = hr.iter().zip(hz).zip(hn);

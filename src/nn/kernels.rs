@@ -4,7 +4,7 @@
 //! and products both find room, and a half without rows is left out.
 
 use super::matrix::PANEL;
-use super::width::Kernel;
+use super::width::{Kernel, ahead};
 
 /// Rows of half a panel.
 pub(super) const HALF: usize = PANEL / 2;
@@ -19,19 +19,57 @@ pub(super) struct F32<'a> {
 
 impl Kernel for F32<'_> {
     #[inline(always)]
-    fn run(self) {
-        let panels = self.panels.chunks_exact(self.columns.max(1));
-        for (out, panel) in self.y.chunks_mut(PANEL).zip(panels) {
-            let mut sums = [0.0_f32; PANEL];
-            for (column, &xj) in panel.iter().zip(self.x) {
-                for (sum, w) in sums.iter_mut().zip(column) {
-                    *sum += w * xj;
+    fn run<const WIDE: bool>(self) {
+        let columns = self.columns.max(1);
+        // Two panels are two streams from memory, which come faster than one; their sums fill sixteen narrow registers.
+        let at_once = if WIDE { 2 } else { 1 };
+        let panels = self.panels.chunks(at_once * columns);
+        for (out, panels) in self.y.chunks_mut(at_once * PANEL).zip(panels) {
+            match (out.split_at_mut_checked(PANEL), panels.split_at_checked(columns)) {
+                (Some((upper, lower)), Some((one, other))) if !lower.is_empty() => {
+                    two_panels(one, other, self.x, upper, lower);
                 }
-            }
-            for (o, sum) in out.iter_mut().zip(sums) {
-                *o += sum;
+                _ => one_panel(panels, self.x, out),
             }
         }
+    }
+}
+
+/// out = out + (a panel) x.
+#[inline(always)]
+fn one_panel(panel: &[[f32; PANEL]], x: &[f32], out: &mut [f32]) {
+    let mut sums = [0.0_f32; PANEL];
+    for (column, &xj) in panel.iter().zip(x) {
+        multiply(&mut sums, column, xj);
+    }
+    add(out, &sums);
+}
+
+/// The same for two panels, column by column.
+#[inline(always)]
+fn two_panels(one: &[[f32; PANEL]], other: &[[f32; PANEL]], x: &[f32], upper: &mut [f32], lower: &mut [f32]) {
+    let (mut sums, mut others) = ([0.0_f32; PANEL], [0.0_f32; PANEL]);
+    for ((column, below), &xj) in one.iter().zip(other).zip(x) {
+        multiply(&mut sums, column, xj);
+        multiply(&mut others, below, xj);
+    }
+    add(upper, &sums);
+    add(lower, &others);
+}
+
+/// sums + column x_j.
+#[inline(always)]
+fn multiply(sums: &mut [f32; PANEL], column: &[f32; PANEL], xj: f32) {
+    for (sum, w) in sums.iter_mut().zip(column) {
+        *sum += w * xj;
+    }
+}
+
+/// out + sums, as far as there is an out.
+#[inline(always)]
+fn add(out: &mut [f32], sums: &[f32]) {
+    for (o, sum) in out.iter_mut().zip(sums) {
+        *o += sum;
     }
 }
 
@@ -46,11 +84,12 @@ pub(super) struct Bf16<'a> {
 
 impl Kernel for Bf16<'_> {
     #[inline(always)]
-    fn run(self) {
+    fn run<const WIDE: bool>(self) {
         let panels = self.panels.chunks_exact(self.columns.max(1));
         for (out, panel) in self.y.chunks_mut(PANEL).zip(panels) {
             let (mut upper, mut lower) = ([0.0_f32; HALF], [0.0_f32; HALF]);
             for (column, &xj) in panel.iter().zip(self.x) {
+                ahead(column);
                 for ((up, low), &word) in upper.iter_mut().zip(&mut lower).zip(column) {
                     *up += f32::from_bits(word << 16) * xj;
                     *low += f32::from_bits(word & 0xFFFF_0000) * xj;
@@ -58,33 +97,6 @@ impl Kernel for Bf16<'_> {
             }
             for (o, sum) in out.iter_mut().zip(upper.iter().chain(&lower)) {
                 *o += sum;
-            }
-        }
-    }
-}
-
-/// y = y + diag(scale) K x over i8: the scale of a row is applied once, to its sum.
-pub(super) struct I8<'a> {
-    pub(super) panels: &'a [[i8; PANEL]],
-    pub(super) scales: &'a [[f32; PANEL]],
-    pub(super) columns: usize,
-    pub(super) x: &'a [f32],
-    pub(super) y: &'a mut [f32],
-}
-
-impl Kernel for I8<'_> {
-    #[inline(always)]
-    fn run(self) {
-        let panels = self.panels.chunks_exact(self.columns.max(1));
-        for ((out, panel), scales) in self.y.chunks_mut(PANEL).zip(panels).zip(self.scales) {
-            let mut sums = [0.0_f32; PANEL];
-            for (column, &xj) in panel.iter().zip(self.x) {
-                for (sum, &k) in sums.iter_mut().zip(column) {
-                    *sum += f32::from(k) * xj;
-                }
-            }
-            for ((o, sum), scale) in out.iter_mut().zip(sums).zip(scales) {
-                *o += sum * scale;
             }
         }
     }
@@ -100,7 +112,7 @@ pub(super) struct F64<'a> {
 
 impl Kernel for F64<'_> {
     #[inline(always)]
-    fn run(self) {
+    fn run<const WIDE: bool>(self) {
         let panels = self.panels.chunks_exact(self.columns.max(1));
         for (out, panel) in self.y.chunks_mut(PANEL).zip(panels) {
             match out.split_at_mut_checked(HALF) {
@@ -143,7 +155,7 @@ pub(super) struct Transposed<'a> {
 
 impl Kernel for Transposed<'_> {
     #[inline(always)]
-    fn run(self) {
+    fn run<const WIDE: bool>(self) {
         let panels = self.panels.chunks_exact(self.columns.max(1));
         for (input, panel) in self.x.chunks(PANEL).zip(panels) {
             // Behind the last row stand zeros, so that every column is summed in the same straight line.

@@ -5,6 +5,7 @@
 //! What may be stored coarser (GRU, decoder trunk, bases) is a [`Weights`]: `f32`, `bf16` or `i8`. A coarser
 //! model can therefore be less accurate, and cannot break a law.
 
+mod byte;
 mod dense;
 mod element;
 mod gru;

@@ -8,6 +8,7 @@
 //! i8     as f32, behind one f32 scale a row (rows padded to a multiple of 32)
 //! ```
 
+use super::byte::Bytes;
 use super::element::{Element, f32_of};
 use super::kernels::{self, HALF};
 use super::matrix::{Matrix, PANEL, packed_len};
@@ -123,7 +124,7 @@ impl<'m> Weights<'m> {
         match self.stored {
             Stored::F32(matrix) => matrix.accumulate(x, y),
             Stored::Bf16(panels) => widest(kernels::Bf16 { panels, columns, x, y }),
-            Stored::I8(scales, panels) => widest(kernels::I8 { panels, scales, columns, x, y }),
+            Stored::I8(scales, panels) => Bytes { panels, scales, columns }.accumulate(x, y),
         }
     }
 

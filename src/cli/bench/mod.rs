@@ -13,7 +13,7 @@ use meniscus::host::files::write_whole;
 use meniscus::model::Model;
 use meniscus::nn::Element;
 use meniscus::offline::bench::chain::{Chain, Packed};
-use meniscus::offline::bench::factor::factored;
+use meniscus::offline::bench::factor::{factored, of_ranks};
 use meniscus::offline::bench::networks::{Layer, Networks};
 use meniscus::offline::bench::peers::Peers;
 use meniscus::offline::bench::runtime::{paper_size, payload_file, serve};
@@ -22,7 +22,7 @@ use meniscus::offline::bench::{Times, differences, read_once};
 use meniscus::offline::recording::Recording;
 use meniscus::offline::scene::SceneSettings;
 use meniscus::surface::Settings;
-use report::{Report, Variant};
+use report::{Report, TRAINED, Variant};
 use std::hint::black_box;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -41,7 +41,8 @@ const FRAMES: usize = 120;
 /// Time the kernels, the whole turn and a start, beside named peers and the bound of reading the weights once.
 ///
 /// The paper's networks (GRU 3 x 26 over 16 x 42, SPNN of 13 layers of 195, five decoders to 27742 numbers), with random
-/// weights by a seed, go from window to full field on one thread: in f32, bf16 and i8, and with factored last layers.
+/// weights by a seed, go from window to full field on one thread: in f32, bf16 and i8, and with factored last layers,
+/// once of the ranks that random weights need and once of those that --model has (its time alone: no error is told).
 /// The SPNN stays f32 in all, as do energy and operators in a real blob. Calls of all parties take turns, so a ratio
 /// means more than a time.
 ///
@@ -110,7 +111,8 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     bar.set_style(ProgressStyle::with_template("{msg:36} {wide_bar} {percent} %, {eta} left")?);
     bar.enable_steady_tick(Duration::from_millis(200));
     let mut report = Report::default();
-    chains(arguments, &bar, stop, &mut report)?;
+    let ranks = model.decoder.groups.map(|group| group.basis.columns());
+    chains(arguments, ranks, &bar, stop, &mut report)?;
 
     bar.set_message("the camera's payloads");
     let scene = SceneSettings { camera: settings, ..SceneSettings::default() };
@@ -148,9 +150,10 @@ fn element(to: Element, layer: &Layer) -> Element {
     }
 }
 
-/// The chain in every variant, the bound and the peers, taking turns.
+/// The chain in every variant, the bound and the peers, taking turns. `trained`: the ranks of a model that was trained.
 fn chains(
     arguments: &Arguments,
+    trained: [usize; 5],
     bar: &ProgressBar,
     stop: &AtomicBool,
     report: &mut Report,
@@ -165,6 +168,8 @@ fn chains(
     bar.set_message("factoring the last layers");
     let (cut, ranks) = factored(&networks, &chain, BUDGET);
     let cut = Packed::new(&cut, |layer| element(Element::F32, layer));
+    let ranked = of_ranks(&networks, trained);
+    let ranked = Packed::new(&ranked, |layer| element(Element::F32, layer));
     let window = Networks::window(1000);
     let mut field = Chain::field();
     chain.run(&window, &mut field);
@@ -173,9 +178,12 @@ fn chains(
     for (name, packed) in [("f32", &plain), ("bf16", &half), ("i8", &byte), ("factored", &cut)] {
         let chain = packed.chain().context(fits)?;
         chain.run(&window, &mut field);
-        let added = differences(&due, &field);
-        variants.push((Variant { name, bytes: packed.bytes(), added, ..Variant::default() }, chain));
+        let added = Some(differences(&due, &field));
+        variants.push((Variant { name, bytes: packed.bytes(), added, ..Variant::default() }, packed, chain));
     }
+    // Its weights are made up, so there is nothing to compare its field with.
+    let variant = Variant { name: TRAINED, bytes: ranked.bytes(), ..Variant::default() };
+    variants.push((variant, &ranked, ranked.chain().context(fits)?));
 
     let mut peers = Vec::new();
     let folder = std::env::temp_dir().join(format!("meniscus-bench-{}", std::process::id()));
@@ -199,12 +207,12 @@ fn chains(
         if stop.load(Ordering::Relaxed) {
             break;
         }
-        for (variant, chain) in &mut variants {
+        for (variant, packed, chain) in &mut variants {
             variant.times.take(CALLS, || chain.run(black_box(&window), &mut field));
+            variant.read.take(CALLS, || {
+                black_box(read_once(packed.memory()));
+            });
         }
-        report.read.take(CALLS, || {
-            black_box(read_once(plain.memory()));
-        });
         let parts = &mut report.parts;
         parts[0].take(CALLS, || {
             black_box(chain.encode(black_box(&window)));
@@ -223,9 +231,10 @@ fn chains(
     drop(program);
     // What cannot be removed from the folder for temporary files, the system removes.
     let _left = std::fs::remove_dir_all(&folder);
-    report.variants = variants.into_iter().map(|(variant, _)| variant).collect();
+    report.variants = variants.into_iter().map(|(variant, ..)| variant).collect();
     report.peers = peers;
     report.ranks = ranks;
+    report.trained = trained;
     Ok(())
 }
 

@@ -45,6 +45,28 @@ pub fn factored(networks: &Networks, chain: &Chain<'_>, budget: f64) -> (Network
     (networks, ranks)
 }
 
+/// `networks` with last layers of the ranks that are told, as training has found them for a liquid. The numbers in the
+/// layers are made up: this is for the time that they take, and says nothing of an error.
+#[must_use]
+pub fn of_ranks(networks: &Networks, ranks: [usize; 5]) -> Networks {
+    let mut networks = networks.clone();
+    for (decoder, rank) in networks.decoders.iter_mut().zip(ranks) {
+        let Some(last) = decoder.pop() else { continue };
+        let number = |count: usize| (0..count).map(|at| 0.01 * ((at % 17) as f32 - 8.0)).collect();
+        let layer = |part: &str, rows: usize, columns: usize, bias: Vec<f32>| Layer {
+            name: format!("{}.{part}", last.name),
+            rows,
+            columns,
+            weights: number(rows * columns),
+            bias,
+            relu: false,
+        };
+        decoder.push(layer("inner", rank, last.columns, vec![0.0; rank]));
+        decoder.push(layer("outer", last.rows, rank, last.bias.clone()));
+    }
+    networks
+}
+
 /// The two layers in place of `last`, with their rank and largest error.
 fn factor(last: &Layer, h: &DMatrix<f64>, found: usize, budget: f64) -> (Layer, Layer, (usize, f64)) {
     let k = last.columns;

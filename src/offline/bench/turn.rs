@@ -12,6 +12,7 @@ use crate::runtime::{Estimator, Eye, Mode, Stages, Tracker};
 use crate::surface::{Config, ConfigError};
 use crate::uvc::Stream;
 use meniscus_hil::FaultList;
+use std::collections::BTreeMap;
 use std::hint::black_box;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
@@ -36,6 +37,8 @@ pub fn payloads(recording: &Recording, scene: SceneSettings, frames: usize) -> P
 pub struct Turns {
     /// Whole turns.
     pub whole: Times,
+    /// Which payload of the pass each of them was completed by.
+    pub payloads: Vec<usize>,
     /// Their stages.
     pub stages: Vec<Stages>,
     /// Allocations of all of them.
@@ -49,6 +52,17 @@ impl Turns {
         let mut all: Vec<u64> = self.stages.iter().map(stage).collect();
         all.sort_unstable();
         all.get(all.len() / 2).map_or(f64::NAN, |us| *us as f64)
+    }
+
+    /// The median over the passes of that frame whose median is largest, microseconds; NaN of no turns. What the machine does
+    /// beside falls on another frame in every pass; what a frame costs by itself falls on it in all.
+    #[must_use]
+    pub fn slowest_frame_us(&self) -> f64 {
+        let mut frames: BTreeMap<usize, Times> = BTreeMap::new();
+        for (payload, ns) in self.payloads.iter().zip(&self.whole.0) {
+            frames.entry(*payload).or_default().0.push(*ns);
+        }
+        frames.values().map(Times::median_us).fold(f64::NAN, f64::max)
     }
 }
 
@@ -74,13 +88,14 @@ pub fn turns(
     let room = passes * payloads.len();
     let mut all = Turns {
         whole: Times(Vec::with_capacity(room)),
+        payloads: Vec::with_capacity(room),
         stages: Vec::with_capacity(room),
         ..Turns::default()
     };
     for _ in 0..passes {
         let eye = Eye::new(config, &mut depth, &mut infrared);
         let mut tracker = Tracker::new(Estimator::new(model), eye);
-        for (stream, payload) in payloads {
+        for (index, (stream, payload)) in payloads.iter().enumerate() {
             if stop.load(Ordering::Relaxed) {
                 return Ok(all);
             }
@@ -94,10 +109,30 @@ pub fn turns(
             let allocations = allocations_of_this_thread() - before;
             if let Some((time, estimate)) = taken.filter(|(_, estimate)| estimate.mode == Mode::Tracking) {
                 all.whole.0.push(u64::try_from(time.as_nanos()).unwrap_or(u64::MAX));
+                all.payloads.push(index);
                 all.stages.push(estimate.stages);
                 all.allocations += allocations;
             }
         }
     }
     Ok(all)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_frame_that_is_slow_in_every_pass_is_told_from_one_that_was_held_up_once() {
+        let mut turns = Turns::default();
+        for pass in 0..5 {
+            for payload in 0..4 {
+                let held_up = if (pass, payload) == (2, 1) { 90_000 } else { 0 };
+                turns.whole.0.push(if payload == 3 { 2000 } else { 1000 } + held_up);
+                turns.payloads.push(payload);
+            }
+        }
+        assert_eq!((turns.slowest_frame_us(), turns.whole.quantile_us(1.0)), (2.0, 91.0));
+        assert!(Turns::default().slowest_frame_us().is_nan());
+    }
 }
