@@ -80,7 +80,7 @@ impl AlignedBytes {
     #[must_use]
     pub fn copy(bytes: &[u8]) -> Self {
         let boundary = if bytes.len() < LARGE_PAGE { Self::BOUNDARY } else { LARGE_PAGE };
-        // So much is zeros that the system maps on the first write: what is never written to takes no memory.
+        // So many zeros are mapped when they are first written to: before that they take no memory, unless all is locked.
         let mut room = vec![0; bytes.len() + boundary];
         let start = room.as_ptr().align_offset(boundary).min(boundary);
         ask_for(&mut room[start..]);

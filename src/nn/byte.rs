@@ -92,8 +92,8 @@ fn portable(product: Product<'_>) {
     });
 }
 
-/// The same by the instruction that adds two neighbouring products: three times as fast as what the compiler finds
-/// (docs/bench), which does not know that columns may be taken in pairs.
+/// The same by the instruction that adds two neighbouring products. The compiler does not find it, as it does not know that
+/// columns may be taken in pairs; what it finds takes twice as long (docs/bench).
 #[cfg(target_arch = "x86_64")]
 mod avx2 {
     use super::{PANEL, Product};
