@@ -219,7 +219,10 @@ mod tests {
             weights.accumulate(&x, &mut y);
             for (i, said) in y.iter().enumerate().take(ROWS) {
                 let due = 1.0 + weight(i, 0) - 0.5 * weight(i, 1) + 0.25 * weight(i, 2);
-                assert!((said - due).abs() < 1e-5, "{element} row {i}: {said} for {due}");
+                // Beside bytes x is rounded to a step of its largest number, which is 1 here, over 32767.
+                let size: f32 = (0..COLUMNS).map(|j| weight(i, j).abs()).sum();
+                let lost = if element == Element::I8 { size / 65_534.0 } else { 0.0 };
+                assert!((said - due).abs() < 1e-5 + lost, "{element} row {i}: {said} for {due}");
                 (0..COLUMNS).for_each(|j| assert_eq!(weights.at(i, j), weight(i, j), "{element} {i} {j}"));
             }
             assert_eq!(y[ROWS], 1.0, "a longer output keeps its tail");
