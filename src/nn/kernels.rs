@@ -29,7 +29,8 @@ impl Kernel for F32<'_> {
                 (Some((upper, lower)), Some((one, other))) if !lower.is_empty() => {
                     two_panels(one, other, self.x, upper, lower);
                 }
-                _ => one_panel(panels, self.x, out),
+                // Of two panels the second has no rows in y; x may be longer than the columns of the first.
+                _ => one_panel(panels.get(..columns).unwrap_or(panels), self.x, out),
             }
         }
     }
@@ -170,6 +171,29 @@ impl Kernel for Transposed<'_> {
                     }
                 }
                 *out += sums.iter().sum::<f64>();
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// With y shorter than the matrix has rows and x longer than it has columns, too.
+    #[test]
+    fn two_panels_at_once_give_the_bits_of_one_after_the_other() {
+        const COLUMNS: usize = 3;
+        let panels: [[f32; PANEL]; 4 * COLUMNS] = core::array::from_fn(|at| {
+            core::array::from_fn(|row| ((at * PANEL + row) as f32 * 0.37).rem_euclid(1.3) - 0.6)
+        });
+        let x = [0.3, -1.7, 0.9, 11.0, 13.0, 17.0];
+        for rows in [1, 20, 32, 33, 64, 70, 96, 100, 128] {
+            for x in [&x[..2], &x[..COLUMNS], &x] {
+                let (mut one, mut two) = ([0.1_f32; 128], [0.1_f32; 128]);
+                F32 { panels: &panels, columns: COLUMNS, x, y: &mut one[..rows] }.run::<false>();
+                F32 { panels: &panels, columns: COLUMNS, x, y: &mut two[..rows] }.run::<true>();
+                assert_eq!(one.map(f32::to_bits), two.map(f32::to_bits), "{rows} rows, {} of x", x.len());
             }
         }
     }
