@@ -15,13 +15,23 @@ use meniscus::runtime::{Drive, Mode};
 use meniscus::surface::{POINTS, SurfaceProfile};
 use std::path::Path;
 
-#[test]
-fn without_the_motion_the_heights_alone_tell_the_liquid() {
+/// The shipped recording, which the shipped model has never seen.
+fn shipped() -> Recording {
     let path = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/recordings/glycerine-unseen.safetensors"));
-    let recording = Recording::load(path).expect("the shipped recording is good");
+    Recording::load(path).expect("the shipped recording is good")
+}
+
+/// What the simulated camera sees of it.
+fn filmed(recording: &Recording) -> Vec<Option<SurfaceProfile>> {
     let scene =
         SceneSettings { disparity_rms_px: DISPARITY_RMS_PX, seed: 3, ..SceneSettings::of(&recording.glass) };
-    let seen = sightings(&recording, scene).expect("the glass can be seen");
+    sightings(recording, scene).expect("the glass can be seen")
+}
+
+#[test]
+fn without_the_motion_the_heights_alone_tell_the_liquid() {
+    let recording = shipped();
+    let seen = filmed(&recording);
     let bytes = AlignedBytes::copy(include_bytes!("../models/glycerine.blob"));
     let model = Model::load(&bytes).expect("the shipped model");
     let linear = linear_with_motion(&recording);
@@ -85,8 +95,7 @@ fn followed(
 
 #[test]
 fn a_point_that_is_far_off_moves_little() {
-    let path = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/recordings/glycerine-unseen.safetensors"));
-    let recording = Recording::load(path).expect("the shipped recording is good");
+    let recording = shipped();
     let bytes = AlignedBytes::copy(include_bytes!("../models/glycerine.blob"));
     let model = Model::load(&bytes).expect("the shipped model");
     let truth = |frame: usize| recording.profile(frame).try_into().expect("21 heights");
@@ -113,8 +122,7 @@ fn a_point_that_is_far_off_moves_little() {
 /// The same surfaces, played faster by a sixth: no liquid of this viscosity in this glass sloshes so.
 #[test]
 fn a_liquid_that_the_model_does_not_know_is_followed() {
-    let path = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/recordings/glycerine-unseen.safetensors"));
-    let recording = Recording::load(path).expect("the shipped recording is good");
+    let recording = shipped();
     let bytes = AlignedBytes::copy(include_bytes!("../models/glycerine.blob"));
     let model = Model::load(&bytes).expect("the shipped model");
     let frames = recording.frames() * 6 / 7 - 1;
@@ -143,8 +151,7 @@ fn a_liquid_that_the_model_does_not_know_is_followed() {
 
 #[test]
 fn a_height_that_is_no_number_is_refused_and_forgotten() {
-    let path = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/recordings/glycerine-unseen.safetensors"));
-    let mut seen = perfect(&Recording::load(path).expect("the shipped recording is good"));
+    let mut seen = perfect(&shipped());
     seen[100].as_mut().expect("a profile").height_m[3] = f32::NAN;
     let bytes = AlignedBytes::copy(include_bytes!("../models/glycerine.blob"));
     let model = Model::load(&bytes).expect("the shipped model");
@@ -165,11 +172,8 @@ fn a_height_that_is_no_number_is_refused_and_forgotten() {
 /// glass tell, and nothing is left of where it was told to be.
 #[test]
 fn a_motion_that_is_told_no_more_leaves_nothing_behind() {
-    let path = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/recordings/glycerine-unseen.safetensors"));
-    let recording = Recording::load(path).expect("the shipped recording is good");
-    let scene =
-        SceneSettings { disparity_rms_px: DISPARITY_RMS_PX, seed: 3, ..SceneSettings::of(&recording.glass) };
-    let seen = sightings(&recording, scene).expect("the glass can be seen");
+    let recording = shipped();
+    let seen = filmed(&recording);
     let bytes = AlignedBytes::copy(include_bytes!("../models/glycerine.blob"));
     let model = Model::load(&bytes).expect("the shipped model");
     let surfaces = |drive: &dyn Fn(usize) -> Drive| -> Vec<[f32; POINTS]> {
