@@ -30,7 +30,8 @@ impl Kernel for F32<'_> {
                     two_panels(one, other, self.x, upper, lower);
                 }
                 // Of two panels the second has no rows in y; x may be longer than the columns of the first.
-                _ => one_panel(panels.get(..columns).unwrap_or(panels), self.x, out),
+                _ if WIDE => one_panel(panels.get(..columns).unwrap_or(panels), self.x, out),
+                _ => one_panel(panels, self.x, out),
             }
         }
     }
