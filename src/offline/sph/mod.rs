@@ -67,14 +67,17 @@
 //!
 //! [`viscous_mode`]: crate::offline::validate::viscous_mode
 
+mod corrected;
 mod effects;
 mod energy;
 mod forces;
 mod frame;
 mod kernel;
+mod moments;
 mod neighbours;
 mod packing;
 mod particles;
+mod places;
 mod record;
 mod settle;
 mod smooth;
@@ -107,7 +110,7 @@ use walls::Walls;
 const SOUND_M_S: f64 = 7.0;
 
 /// Courant number `c0 dt / h` of the longest step.
-const COURANT: f64 = 0.45;
+const COURANT: f64 = 0.8;
 
 /// Longest step as a part of the viscous limit `h^2 / nu`.
 const VISCOUS: f64 = 0.08;

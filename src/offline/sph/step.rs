@@ -54,7 +54,7 @@ impl Simulator {
         self.body = Body::of(&self.effects.place(*motion));
         self.acting.press(&self.fluid, &mut self.forces.pressed);
         self.reflect(&self.body.clone());
-        self.forces.forces(&self.lists, &self.fluid, &self.walls);
+        self.forces.forces(&self.lists, &self.fluid, &mut self.walls, &self.glass, self.dt);
         self.forces.accelerations(&mut self.fluid, &self.body);
         self.turning.clear();
         if self.body.turns() {

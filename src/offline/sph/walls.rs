@@ -6,7 +6,7 @@
 //! pressure    p_g = p + rho g.(x_g - x)                  g the body force of the moving frame and of what presses
 //! no flow     v_g = v - 2 (v.n) n                        what continuity sees
 //! slip        v_s = v_g, azimuthal part times r_g/r      without shear stress
-//! no slip     v_n = -STICK v
+//! no slip     v_n = -e^(y/delta) v                       delta = sqrt(2 nu/omega_1)
 //! friction    s v_n + (1 - s) v_s,   s = y/(y + b)       what friction sees, slip length b (Navier 1823)
 //! ```
 //! with `y` the distance of the particle from the wall; `u = (b + y) du/dn` continues to `(b - y) du/dn`.
@@ -17,21 +17,24 @@
 //! before: they stand still in the continuity equation, which moves the wall a quarter of a spacing
 //! outward (first mode -1.8 %), and lost half of the energy of a slosh per second.
 //!
-//! `STICK`: an odd image, 1, holds for a straight profile. Across a Stokes layer
-//! `v = U (1 - e^(-d/delta))` the smooth continuation is `-e^(d/delta) v`, 1.3 to 2.4 over the first
-//! spacings for glycerine (`delta` = 8.5 mm). 2 was chosen by the no-slip decay of glycerine at
-//! 5 mm (-2.4 %, 1 gives -9.8 %) and tested where it was not chosen: 0.3 Pa s at 5 mm (-3.8 %; 1
-//! gives -17 %).
+//! No slip: an odd image, `-v`, holds for a straight profile. Across a Stokes layer `v = U (1 - e^(-y/delta))` (Stokes 1851;
+//! Lamb, Hydrodynamics, 345) the smooth continuation is `-e^(y/delta) v`, 1.3 to 2.4 over the first spacings for glycerine
+//! at 5 mm (`delta` = 8.2 mm at the first mode). Where the layer is thinner than the particles see, [`STEEPEST`] bounds it.
+//! Decay of the first mode at 5 mm, glycerine and 0.3 Pa s: -0.6 % and -7 %; with `-v` -5.4 % and worse than -12 %, with `-2 v`
+//! +3.9 % and -5.0 %.
 
+use super::corrected::mirrored;
 use super::effects::stick;
 use super::frame::Body;
+use super::moments::Symmetric;
 use super::state::{Fluid, Particle};
 use crate::offline::prelude::*;
 use crate::offline::recording::Glass;
+use crate::units::GRAVITY_M_S2;
 use rayon::prelude::*;
 
-/// Factor of the image's velocity in the friction of a wall that the liquid sticks to.
-const STICK: f64 = 2.0;
+/// The largest factor of the image's velocity in the friction of a wall that the liquid sticks to.
+const STEEPEST: f64 = 3.0;
 
 /// Whose image, and in which walls.
 #[derive(Clone, Copy, Debug)]
@@ -49,6 +52,8 @@ pub(crate) struct Walls {
     pub(crate) image: Vec<Particle>,
     /// Their velocities as friction sees them, m/s.
     pub(crate) rubbing: Vec<[f64; 3]>,
+    /// `p L` of the images (see `corrected`), Pa.
+    pub(crate) pressure: Vec<Symmetric>,
 }
 
 impl Walls {
@@ -76,7 +81,8 @@ impl Walls {
         pressed: &[[f64; 3]],
         slip_m: f64,
     ) {
-        let Self { origin, image, rubbing } = self;
+        let Self { origin, image, rubbing, .. } = self;
+        let half_omega = 0.5 * first_mode(glass);
         let images = image.par_iter_mut().zip(rubbing).zip(&*origin).with_min_len(256);
         images.for_each(|((image, rubbing), origin)| {
             let original = &liquid.particle[origin.particle as usize];
@@ -111,9 +117,39 @@ impl Walls {
             let lift = (g_x + a_x) * d_x + (g_y + a_y) * d_y + g_z * d_z;
             image.p += liquid.density[origin.particle as usize] * lift;
             let stuck = stick(slip_m, distance);
-            *rubbing = std::array::from_fn(|k| (1.0 - stuck) * shear_free[k] - stuck * STICK * original.v[k]);
+            let i = origin.particle as usize;
+            let layers = distance.max(0.0) * (half_omega * liquid.density[i] / liquid.viscosity[i]).sqrt();
+            let odd = stuck * layers.min(STEEPEST.ln()).exp();
+            *rubbing = std::array::from_fn(|k| (1.0 - stuck) * shear_free[k] - odd * original.v[k]);
         });
     }
+}
+
+impl Walls {
+    /// Fills `pressure` with `L` of the particles: `L` is mirrored with its particle.
+    pub(crate) fn press(&mut self, glass: &Glass, particle: &[Particle], l: &[Symmetric]) {
+        let Self { origin, image, pressure, .. } = self;
+        pressure.clear();
+        pressure.extend(origin.iter().zip(&*image).map(|(origin, image)| {
+            let i = origin.particle as usize;
+            let mut l = l[i];
+            if origin.side {
+                l = mirrored(&l, &to_side(glass, &particle[i].x).1);
+            }
+            if origin.bottom {
+                // z changes its sign.
+                (l[2], l[4]) = (-l[2], -l[4]);
+            }
+            l.map(|l| image.p * l)
+        }));
+    }
+}
+
+/// Angular frequency of the first mode of the glass at rest, rad/s: `omega^2 = g k tanh(k h)`, `k = 1.8412/R` (Lamb,
+/// Hydrodynamics, 257).
+fn first_mode(glass: &Glass) -> f64 {
+    let k = 1.8412 / glass.radius_at(glass.fill_m);
+    (GRAVITY_M_S2 * k * (k * glass.fill_m).tanh()).sqrt()
 }
 
 /// Distance from the side wall and its outward normal.

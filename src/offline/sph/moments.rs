@@ -1,0 +1,139 @@
+//! What a particle sees around it: sums over its neighbours that change as slowly as the flow does, so that they are
+//! formed every few milliseconds and hold until the next time.
+//!
+//! With `x = x_i - x_j`, `v = v_i - v_j`, `V = m/rho`, `grad W = F x`:
+//! ```text
+//! velocity   R_i = -sum_j V_j F v (x) x        moments   N_i = -sum_j V_j F x (x) x        (1 in the bulk)
+//! places     s_i =  sum_j m_j W                          m_i = -sum_j m_j W x              (itself among them)
+//! ```
+//! [`super::corrected`] makes exact gradients of `N`, [`super::smooth`] the smooth part of the velocity of `R` and `N`,
+//! [`super::places`] a density of `s` and `m`.
+
+use super::forces::pair;
+use super::kernel::Kernel;
+use super::neighbours::{CHUNKS, Neighbours};
+use super::state::{Fluid, Particle};
+use super::walls::Walls;
+use crate::offline::prelude::*;
+
+/// How long the sums hold, s: a seventieth of the first mode of the glass of the recordings.
+const HOLD_S: f64 = 0.004;
+
+/// A symmetric matrix: xx, xy, xz, yy, yz, zz.
+pub(crate) type Symmetric = [f64; 6];
+
+/// The sums of one particle, with the minus signs still to come: `R` (9, rows by component of the velocity), `N` (6), `s`
+/// kg/m3, `m` (3) kg/m2.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Seen(pub(super) [f64; 19]);
+
+impl Seen {
+    /// `R`, 1/s, rows by component of the velocity.
+    pub(super) fn velocity(&self) -> [f64; 9] {
+        std::array::from_fn(|k| -self.0[k])
+    }
+
+    /// `N`.
+    pub(super) fn moments(&self) -> Symmetric {
+        std::array::from_fn(|k| -self.0[9 + k])
+    }
+
+    /// `s`, kg/m3.
+    pub(super) fn density(&self) -> f64 {
+        self.0[15]
+    }
+
+    /// `|m|/s`, m.
+    pub(super) fn offset(&self) -> f64 {
+        let [x, y, z] = [self.0[16], self.0[17], self.0[18]];
+        (x * x + y * y + z * z).sqrt() / self.0[15]
+    }
+}
+
+/// The sums and the memory to form them.
+#[derive(Clone, Debug)]
+pub(crate) struct Moments {
+    /// Time until they are due, s.
+    due_s: f64,
+    buffers: Vec<Vec<[f64; 19]>>,
+    sums: Vec<[f64; 19]>,
+}
+
+/// What a neighbour of mass `mass` kg and volume `volume` m3 at the separation `d` with the relative velocity `v` adds, `f`
+/// and `w` the slope and the value of the kernel.
+#[inline]
+fn add(sums: &mut [f64; 19], (volume, mass): (f64, f64), (f, w): (f64, f64), d: &[f64; 3], v: &[f64; 3]) {
+    let u = volume * f;
+    for (row, v) in sums[..9].chunks_exact_mut(3).zip(v) {
+        let uv = u * v;
+        for (s, d) in row.iter_mut().zip(d) {
+            *s += uv * d;
+        }
+    }
+    let ud = d.map(|d| u * d);
+    let moments = [ud[0] * d[0], ud[0] * d[1], ud[0] * d[2], ud[1] * d[1], ud[1] * d[2], ud[2] * d[2]];
+    for (s, m) in sums[9..15].iter_mut().zip(moments) {
+        *s += m;
+    }
+    sums[15] += mass * w;
+    for (s, d) in sums[16..].iter_mut().zip(d) {
+        *s += mass * w * d;
+    }
+}
+
+fn difference(a: &Particle, b: &Particle) -> [f64; 3] {
+    [a.v[0] - b.v[0], a.v[1] - b.v[1], a.v[2] - b.v[2]]
+}
+
+impl Moments {
+    /// Sums for `particles` particles, due at once.
+    pub(crate) fn new(particles: usize) -> Self {
+        Self { due_s: 0.0, buffers: vec![Vec::new(); CHUNKS], sums: vec![[0.0; 19]; particles] }
+    }
+
+    /// Whether they are due after a further step of `dt` seconds.
+    pub(super) fn due(&mut self, dt: f64) -> bool {
+        self.due_s -= dt;
+        // Half a step before is nearer than half a step after.
+        let due = self.due_s < 0.5 * dt;
+        if due {
+            self.due_s = HOLD_S;
+        }
+        due
+    }
+
+    /// The sums of the present state, one entry a particle; `image_density` gives the density of an image of a pressure.
+    pub(super) fn form(
+        &mut self,
+        kernel: &Kernel,
+        lists: &Neighbours,
+        liquid: &Fluid,
+        walls: &Walls,
+        image_density: impl Fn(f64) -> f64 + Sync,
+    ) -> impl ExactSizeIterator<Item = Seen> + Clone {
+        let Fluid { particle, mass, .. } = liquid;
+        lists.sum(&mut self.buffers, &mut self.sums, |i, out| {
+            let a = &particle[i];
+            let mut own = [0.0; 19];
+            own[15] = mass[i] * kernel.value(0.0);
+            for &j in lists.liquid.row(i) {
+                let j = j as usize;
+                let b = &particle[j];
+                let (d, r2, _) = pair(a, b);
+                let (at, v) = ((kernel.slope(r2), kernel.value(r2)), difference(a, b));
+                add(&mut own, (b.volume, mass[j]), at, &d, &v);
+                add(&mut out[j], (a.volume, mass[i]), at, &d.map(|d| -d), &v.map(|v| -v));
+            }
+            for &w in lists.wall.row(i) {
+                let b = &walls.image[w as usize];
+                let (d, r2, _) = pair(a, b);
+                let at = (kernel.slope(r2), kernel.value(r2));
+                add(&mut own, (b.volume, b.volume * image_density(b.p)), at, &d, &difference(a, b));
+            }
+            for (o, s) in out[i].iter_mut().zip(own) {
+                *o += s;
+            }
+        });
+        self.sums.iter().map(|sums| Seen(*sums))
+    }
+}
