@@ -49,8 +49,17 @@ impl Wall {
         std::array::from_fn(|s| self.values[s].dot(rate))
     }
 
-    /// The rates of the polynomials after a step under forces per length `bias + slope v` that oppose `v`:
-    /// `c'* = c' - dt B q(c'*)`; `None` where there is no solution.
+    /// The rates of the polynomials at which a wall with the forces per length `bias + slope v`, which oppose
+    /// `v`, is to be asked for its force over a step `dt`; `None` where there is no solution. With
+    /// `X v = dt B q(slope v)` and `Y = dt B q(bias)`:
+    /// ```text
+    /// c'* = (1 + X + X^2)^-1 [ (1 + X) c' - X Y ]
+    /// ```
+    /// `B` is the answer of a liquid without pressure, so that the implicit step, `(1 + X)^-1 (c' - Y)`, is less than what
+    /// the liquid will have: asked there, the wall loses `X` of its friction, and a spring relaxes at the rate
+    /// `dt B k`. This keeps `c'` up to `X^2`, and is as stable: a spring alone has, with `a = X`, the step
+    /// `z <- (1 - a Q) z + P dt v, dt v <- dt v - a z` of determinant `1 - a Q = (1 + a)/(1 + a + a^2)` and of trace
+    /// `2 - a Q - a P > -2 + a Q`, with `P = (1 + a)/(1 + a + a^2)` and `Q = a/(1 + a + a^2)`.
     pub(super) fn slow(
         &self,
         rate: &Coefficients,
@@ -64,8 +73,9 @@ impl Wall {
             bias += values * (b * self.length_m);
             slope.ger(s * self.length_m, values, values, 1.0);
         }
-        let matrix = Square::identity() + mobility * slope * dt;
-        matrix.lu().solve(&(rate - mobility * bias * dt))
+        let x = mobility * slope * dt;
+        let right = rate + x * (rate - mobility * bias * dt);
+        (Square::identity() + x + x * x).lu().solve(&right)
     }
 
     /// Adds the generalised forces of a force per length (N/m) in each sector.
@@ -142,5 +152,20 @@ mod tests {
         let line = ContactLine::new(0.05, Some(1e-3));
         let [bias, slope] = line.law(1e-3, &[0.1; SECTORS])[0];
         assert!((bias + slope * 0.1 - 50.0 * 1e-4 / 1.1).abs() < 1e-12);
+    }
+
+    #[test]
+    fn the_velocity_is_kept_where_the_friction_is_weak_and_stopped_where_it_is_strong() {
+        let wall = Wall::new(0.035);
+        let rate = Coefficients::from_fn(|j, _| if j == 3 { 0.1 } else { 0.0 });
+        let lost = |friction: f64| {
+            let law = [[0.0, friction]; SECTORS];
+            let found = wall.slow(&rate, &Square::identity(), 1e-3, &law).expect("it is determined");
+            1.0 - wall.velocity(&found)[0] / wall.velocity(&rate)[0]
+        };
+        // The three polynomials in cos phi are 1 at the wall: X is 3 dt friction pi R along their sum.
+        let x = 3.0 * 1e-3 * 100.0 * std::f64::consts::PI * 0.035;
+        assert!((lost(100.0) / (x * x) - 1.0).abs() < 0.05, "{} for {}", lost(100.0), x * x);
+        assert!(lost(1e6) > 0.98, "{}", lost(1e6));
     }
 }
