@@ -6,30 +6,27 @@
 //! | shear_thinning, yield_stress | mean decay from two speeds | [`Envelope`] |
 //! | wall_slip | decay at b = 5 mm | Ritz solution with Navier's condition |
 //! | surface_tension | w^2 with it over w^2 without | `1 + sigma k^2/(rho g)` |
-//! | contact_line | amplitude after some periods of dry friction | `a' = -gamma a - 8 F R w/(pi K)` |
-//! | contact_line_reach | w^2 with the spring over w^2 without | the modes, coupled by the spring as far as the simulator's wall knows them |
-//! | foam | exponent p of `V' ~ V^p`, from two speeds | 2/3 |
+//! | contact_line | speed lost in a period of dry friction | the modes under that force ([`super::wall_force`]) |
+//! | contact_line_reach | w^2 with the spring over w^2 without | the modes, coupled by the spring |
+//! | foam | exponent p of `V' ~ V^p` and decay, from two speeds | the modes under that force |
 //! | viscoelastic, viscoelastic_time | frequency and decay | Ritz solution with complex viscosity |
 //! | container_tilt | slope of the surface at rest | `tan theta` |
 //! | vertical_acceleration | w^2 with it over w^2 without | `1 + a/g` |
 //! | fill | w^2 over w^2 at another fill | `tanh k h` |
 //!
-//! `K = pi R^2/2 rho g (1 - 1/xi^2)` is the stiffness of the first mode for the height `a` at the wall. Ratios
-//! take the simulator's own run without the effect, so that its numerical errors cancel to first order.
+//! Ratios take the simulator's own run without the effect, so that its numerical errors cancel to first order.
 
 use super::Envelope;
 use super::fit::{Fit, fit};
-use super::jet::gauss;
 use super::ring::{GLASS, GLYCERINE, momentum, setup};
 use super::theory::{Mode, Tone};
 use super::viscous::{Linear, linear_mode};
-use crate::math::bessel_j;
+use super::wall_force::{foaming, rubbed, sliding, sprung};
 use crate::offline::liquids::Rheology;
 use crate::offline::prelude::*;
 use crate::offline::sph::{EFFECTS, Effects, Error, Setup, Simulator};
 use crate::units::GRAVITY_M_S2;
-use nalgebra::{DMatrix, Matrix2, Vector2};
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::PI;
 
 /// A measured figure beside that of theory.
 #[derive(Clone, Debug, PartialEq)]
@@ -146,7 +143,7 @@ pub fn effect(name: &str, spacing_m: f64) -> Result<Vec<Held>, Error> {
         }
         "contact_line_reach" => {
             on(name, 0.02)?;
-            let theory = sprung(15.0 / density);
+            let theory = sprung(15.0);
             one("w^2 ratio at 15 N/m2", stiffening(spacing_m, 0.1, on("contact_line", 0.3)?, theory)?)
         }
         "contact_line" => {
@@ -228,62 +225,6 @@ fn envelopes(setup: &Setup) -> Result<Vec<Held>, Error> {
     Ok(held)
 }
 
-/// Stiffness of the first mode for the height at the wall, N/m.
-fn stiffness() -> f64 {
-    let xi = Mode::first(GLASS).wave_number() * GLASS.radius_m;
-    0.5 * PI * GLASS.radius_m.powi(2) * GLYCERINE.0 * GRAVITY_M_S2 * (1.0 - xi.powi(-2))
-}
-
-/// `w^2` of the first mode with a spring of `spring` (N/m2 over kg/m3) along the wall over without.
-///
-/// The simulator's wall knows the surface by its least-squares fit in r and r^3 (times cos phi), so that a mode whose
-/// height at the wall is 1 is known there by
-/// ```text
-/// b_n = sum_j (G^-1 M)_j,    M_j = int r^(2j-1) J1(xi_n r)/J1(xi_n) r dr,    G_ij = 1/(2i + 2j)
-/// ```
-/// and the modes are coupled by `k_c pi R b_n b_m/(rho g sqrt(N_n N_m))`, `N = pi R^2/2 (1 - xi^-2)`. With b_n = 1 the
-/// ratio would fall for ever with the number of modes, because a surface without tension gives way under a line of
-/// force without bound; with the fit it has settled to 1 part in 2000 at [`SPRUNG`] modes.
-fn sprung(spring: f64) -> f64 {
-    let radius = GLASS.radius_m;
-    let zeros: [f64; SPRUNG] = std::array::from_fn(zero_of_slope);
-    let nodes = gauss(48, 1.0);
-    let square = |xi: f64| xi * (xi * GLASS.fill_m / radius).tanh();
-    let norm = |xi: f64| 0.5 * PI * radius * radius * (1.0 - xi.powi(-2));
-    let known = zeros.map(|xi| {
-        let moment = |power: i32| {
-            let at =
-                |(r, weight): &(f64, f64)| weight * r.powi(power + 1) * bessel_j(1, xi * r) / bessel_j(1, xi);
-            nodes.iter().map(at).sum::<f64>()
-        };
-        let gram = Matrix2::new(1.0 / 4.0, 1.0 / 6.0, 1.0 / 6.0, 1.0 / 8.0);
-        gram.lu().solve(&Vector2::new(moment(1), moment(3))).map_or(f64::NAN, |fit| fit.sum())
-    });
-    let matrix = DMatrix::from_fn(SPRUNG, SPRUNG, |i, j| {
-        let (a, b) = (zeros[i], zeros[j]);
-        let coupling =
-            spring * PI * radius * known[i] * known[j] / (GRAVITY_M_S2 * (norm(a) * norm(b)).sqrt());
-        (square(a) * square(b)).sqrt() * (f64::from(u8::from(i == j)) + coupling)
-    });
-    matrix.symmetric_eigenvalues().min() / square(zeros[0])
-}
-
-/// Modes of [`sprung`].
-const SPRUNG: usize = 12;
-
-/// Zero `n` of J1', from McMahon's expansion by Newton's method (Abramowitz and Stegun 9.5.13).
-fn zero_of_slope(n: usize) -> f64 {
-    let start = PI * (n as f64 + 0.75);
-    let mut x = start - 7.0 / (8.0 * start);
-    for _ in 0..8 {
-        let slope = bessel_j(0, x) - bessel_j(1, x) / x;
-        // J1'' = -J1'/x - (1 - 1/x^2) J1.
-        let bend = -slope / x - (1.0 - 1.0 / (x * x)) * bessel_j(1, x);
-        x -= slope / bend;
-    }
-    x
-}
-
 /// Speed lost in a period under a sliding contact line, from the run's own decay without it.
 fn friction(spacing_m: f64, effects: Effects) -> Result<Vec<Held>, Error> {
     const SPEED_M_S: f64 = 0.12;
@@ -293,13 +234,10 @@ fn friction(spacing_m: f64, effects: Effects) -> Result<Vec<Held>, Error> {
     let plain = Run::new(&calm(spacing_m, Effects::default()), SPEED_M_S, end + 0.6 / hz)?;
     let gamma = (plain.amplitude(start)? / plain.amplitude(end)?).ln() / span;
     let run = Run::new(&calm(spacing_m, effects), SPEED_M_S, end + 0.6 / hz)?;
-    // V' = -gamma V - c with c = 8 F R w^2/(pi K).
-    let force = effects.contact_line.unwrap_or(0.0);
-    let c = 8.0 * force * GLASS.radius_m * (TAU * hz).powi(2) / (PI * stiffness());
-    let first = SPEED_M_S * run.amplitude(start)?;
-    let lost = |gamma: f64| first - ((first + c / gamma) * (-gamma * span).exp() - c / gamma);
-    let measured = first - SPEED_M_S * run.amplitude(end)?;
-    Ok(vec![Held { what: "speed lost, m/s", measured, theory: lost(gamma) }])
+    let line = sliding(effects.contact_line.unwrap_or(0.0), effects.contact_line_reach.unwrap_or(f64::NAN));
+    let theory = Run { series: rubbed(SPEED_M_S, gamma, end + 0.6 / hz, line) };
+    let lost = |run: &Run| Ok::<_, Error>(SPEED_M_S * (run.amplitude(start)? - run.amplitude(end)?));
+    Ok(vec![Held { what: "speed lost, m/s", measured: lost(&run)?, theory: lost(&theory)? }])
 }
 
 /// Exponent of the envelope under foam and its strength, from two speeds.
@@ -307,25 +245,29 @@ fn foam(spacing_m: f64, effects: Effects) -> Result<Vec<Held>, Error> {
     let hz = Mode::first(GLASS).hz();
     let (start, span) = (FORMED_S + 0.5 / hz, 1.0 / hz);
     let end = start + span;
-    let mut rates = Vec::new();
-    for speed in [0.05, 0.25] {
-        let decay = |effects| {
-            let run = Run::new(&calm(spacing_m, effects), speed, end + 0.6 / hz)?;
-            let (first, last) = (run.amplitude(start)?, run.amplitude(end)?);
-            Ok::<_, Error>(((first / last).ln() / span, speed * (first * last).sqrt()))
-        };
-        let (with, at) = decay(effects)?;
-        rates.push((with - decay(Effects::default())?.0, at));
-    }
-    let [(slow, low), (fast, high)] = rates[..] else { unreachable!("two speeds were run") };
-    // V' = -f V^(2/3), f = beta R w^2/K <|cos|^(5/3)> int |cos|^(5/3): both means by a fine sum.
-    let mean =
-        (0..720).map(|i| (TAU * f64::from(i) / 720.0).cos().abs().powf(5.0 / 3.0)).sum::<f64>() / 720.0;
     let beta = effects.foam.unwrap_or(0.0);
-    let f = beta * GLASS.radius_m * (TAU * hz).powi(2) / stiffness() * mean * TAU * mean;
+    // Decay and the speed that it belongs to.
+    let decay = |run: &Run, speed: f64| {
+        let (first, last) = (run.amplitude(start)?, run.amplitude(end)?);
+        Ok::<_, Error>([(first / last).ln() / span, speed * (first * last).sqrt()])
+    };
+    let mut found = Vec::new();
+    for speed in [0.05, 0.25] {
+        let ring = |effects| Run::new(&calm(spacing_m, effects), speed, end + 0.6 / hz);
+        let [gamma, _] = decay(&ring(Effects::default())?, speed)?;
+        let [with, at] = decay(&ring(effects)?, speed)?;
+        let theory = Run { series: rubbed(speed, gamma, end + 0.6 / hz, foaming(beta)) };
+        let [should, there] = decay(&theory, speed)?;
+        found.push([[with - gamma, at], [should - gamma, there]]);
+    }
+    // V' ~ V^p: the decay falls with V^(p-1).
+    let exponent = |k: usize| {
+        let [[slow, low], [fast, high]] = [found[0][k], found[1][k]];
+        1.0 + (fast / slow).ln() / (high / low).ln()
+    };
     Ok(vec![
-        Held { what: "exponent", measured: 1.0 + (fast / slow).ln() / (high / low).ln(), theory: 2.0 / 3.0 },
-        Held { what: "added decay at 0.25 m/s, 1/s", measured: fast, theory: f * high.powf(-1.0 / 3.0) },
+        Held { what: "exponent", measured: exponent(0), theory: exponent(1) },
+        Held { what: "added decay at 0.25 m/s, 1/s", measured: found[1][0][0], theory: found[1][1][0] },
     ])
 }
 
@@ -336,20 +278,4 @@ fn slope(spacing_m: f64, effects: Effects, angle: f64) -> Result<[f64; 2], Error
         Simulator::new(&Setup { effects, ..setup(Rheology::newtonian(GLYCERINE.1), spacing_m, true) })?;
     let moment: f64 = simulator.motion().map(|(x, _, m)| m * x[0]).sum::<f64>() / GLYCERINE.0;
     Ok([moment / (0.25 * PI * GLASS.radius_m.powi(4)), angle.tan()])
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_spring_at_the_wall_raises_the_first_mode_as_settled_sums_have_it() {
-        // 0.06524 from 20 modes by another program; one rigid mode would give 0.0983.
-        let more = sprung(15.0 / GLYCERINE.0) - 1.0;
-        assert!((more - 0.0652).abs() < 1e-4, "{more}");
-        let zeros: [f64; 3] = std::array::from_fn(zero_of_slope);
-        for (found, known) in zeros.iter().zip([1.841_183_781, 5.331_442_774, 8.536_316_366]) {
-            assert!((found - known).abs() < 1e-8, "{found}");
-        }
-    }
 }

@@ -33,6 +33,7 @@ mod report;
 mod ring;
 mod theory;
 mod viscous;
+mod wall_force;
 
 pub use cone::cone_hz;
 pub use cost::Stopwatch;
