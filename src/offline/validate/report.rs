@@ -23,7 +23,8 @@ pub fn markdown(outcome: &Outcome, command: &str, picture: impl Fn(usize) -> Str
     }
     page += "\nFirst mode, started at 0.05 m/s and fitted from 0.05 s on. Theory is linear: the inviscid dispersion \
              relation, or a Ritz solution of the linearised Navier-Stokes equations (contact line pinned where walls \
-             do not slip, free where they do).\n\n\
+             do not slip, free where they do). `mode2_frequency_error` is at 3.5 mm, `mode2_frequency_error_standard` at \
+             5 mm.\n\n\
              | case | frequency, Hz | theory | error | decay, 1/s | theory |\n|---|---|---|---|---|---|\n";
     for ringing in &outcome.ringings {
         let (fit, theory) = (ringing.fit.tone, ringing.theory);
@@ -38,7 +39,7 @@ pub fn markdown(outcome: &Outcome, command: &str, picture: impl Fn(usize) -> Str
         );
     }
     if !outcome.held.is_empty() {
-        page += "\nEffects at 7 mm:\n\n| effect | measured | value | theory | deviation |\n|---|---|---|---|---|\n";
+        page += "\nEffects at 5 mm:\n\n| effect | measured | value | theory | deviation |\n|---|---|---|---|---|\n";
     }
     for (name, held) in &outcome.held {
         let (what, measured, theory) = (held.what, held.measured, held.theory);
