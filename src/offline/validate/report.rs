@@ -86,7 +86,7 @@ pub fn html(outcome: &Outcome, command: &str) -> Result<String, PictureError> {
         })?;
     }
     if !outcome.held.is_empty() {
-        report.heading("Effects at 7 mm");
+        report.heading("Effects at 5 mm");
         let row = |(name, held): &(&str, super::Held)| {
             vec![
                 String::from(*name),
