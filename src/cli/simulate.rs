@@ -40,10 +40,10 @@ use std::sync::{Arc, Mutex};
 /// all with units, ranges and sources, beside the liquids and motions. A scene file (--scene) holds
 /// glass, liquid, motion and effects together; what the command line says goes before it.
 ///
-/// Numbers to expect at the spacing of 5 mm: 6 s of processor time to settle and 6 s for each second
-/// of slosh. Glycerine's first mode is right to 1.3 % in frequency and 2.4 % in decay; the numerical
-/// viscosity is 4.2e-5 m2/s, so water and blood are not resolved (they come to rest too early). Very
-/// stiff liquids take more, by the length of the step: chocolate 5, ketchup 6, mayonnaise 12 times.
+/// Numbers to expect at the spacing of 5 mm: 5 s of processor time to settle and 5 s for each second
+/// of slosh. Glycerine's first mode is right to 2 % in frequency and decay, that of water to 1 %; the numerical
+/// viscosity is 2.6e-6 m2/s. The second mode is 4 % too slow, 2 % with --fine. Very
+/// stiff liquids take more, by the length of the step: chocolate 9, ketchup 11, mayonnaise 21 times.
 #[derive(clap::Args)]
 #[command(
     verbatim_doc_comment,
@@ -101,7 +101,7 @@ struct Wanted {
     /// Spacing of the particles, mm, 5 unless a scene says; half of it takes about 16 times as long.
     #[arg(long)]
     spacing_mm: Option<f64>,
-    /// A spacing of 3.5 mm: a fifth less numerical viscosity for about four times the time.
+    /// A spacing of 3.5 mm: short waves twice as right for about four times the time.
     #[arg(long, conflicts_with = "spacing_mm")]
     fine: bool,
     /// Threads to use; the result is the same bit for bit for any number. 0 takes all processors.
