@@ -44,7 +44,7 @@ const LAYERS: f64 = 1e6;
 /// What the velocity behind a wall is of that before it, turned round, at a distance of so many `layers`.
 fn behind(layers: f64) -> f64 {
     // What blows up has densities below zero and no number here: it is for the check of the places to tell.
-    let layers = layers.max(1e-6).min(LAYERS);
+    let layers = if layers > 1e-6 { layers.min(LAYERS) } else { 1e-6 };
     2.0 * layers / -(-layers).exp_m1() - 1.0
 }
 
