@@ -150,7 +150,8 @@ impl Forces {
             return;
         }
         let (kernel, rest, sound2) = (self.kernel, self.rest_density, self.sound * self.sound);
-        let seen = self.moments.form(&kernel, lists, liquid, walls, |p| rest + p / sound2);
+        self.moments.form(&kernel, lists, liquid, walls, |p| rest + p / sound2);
+        let seen = self.moments.seen();
         self.corrected.update(seen.clone());
         self.places.update(seen.clone(), kernel.h, liquid);
         if jitters {

@@ -102,7 +102,7 @@ impl Moments {
         due
     }
 
-    /// The sums of the present state, one entry a particle; `image_density` gives the density of an image of a pressure.
+    /// Forms the sums of the present state; `image_density` gives the density of an image of a pressure.
     pub(super) fn form(
         &mut self,
         kernel: &Kernel,
@@ -110,7 +110,7 @@ impl Moments {
         liquid: &Fluid,
         walls: &Walls,
         image_density: impl Fn(f64) -> f64 + Sync,
-    ) -> impl ExactSizeIterator<Item = Seen> + Clone {
+    ) {
         let Fluid { particle, mass, .. } = liquid;
         lists.sum(&mut self.buffers, &mut self.sums, |i, out| {
             let a = &particle[i];
@@ -134,6 +134,10 @@ impl Moments {
                 *o += s;
             }
         });
+    }
+
+    /// The sums as they were formed, one entry a particle.
+    pub(super) fn seen(&self) -> impl Iterator<Item = Seen> + Clone {
         self.sums.iter().map(|sums| Seen(*sums))
     }
 }

@@ -121,3 +121,92 @@ impl Places {
         self.found = found;
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::kernel::Kernel;
+    use super::super::moments::Moments;
+    use super::super::neighbours::Neighbours;
+    use super::super::state::Particle;
+    use super::super::walls::Walls;
+    use super::*;
+
+    /// The kernel of h = 1 summed over a plane at the distance `z`.
+    fn plane(z: f64) -> f64 {
+        let kernel = Kernel::new(1.0);
+        let step = 1e-3;
+        let rings = (0..2000).map(|k| (f64::from(k) + 0.5) * step);
+        rings.map(|rho| std::f64::consts::TAU * rho * kernel.value(rho * rho + z * z) * step).sum()
+    }
+
+    #[test]
+    fn the_polynomials_are_the_integrals_of_the_kernel() {
+        for depth in [0.0, 0.4, 1.0, 1.6] {
+            let step = 1e-2;
+            let above = |power: i32| {
+                let steps = ((2.0 - depth) / step) as usize;
+                let at = (0..steps).map(|k| depth + (k as f64 + 0.5) * step);
+                at.map(|z| z.powi(power) * plane(z) * step).sum::<f64>()
+            };
+            let (c, q) = (1.0 - above(0), above(1));
+            let (mu, f) = row(1.0 - 0.5 * depth);
+            assert!(
+                (f * c - 1.0).abs() < 1e-4 && (mu - q / c).abs() < 1e-4,
+                "{mu}, {f} for {}, {}",
+                q / c,
+                1.0 / c
+            );
+        }
+    }
+
+    /// A block of 9 layers of 11 x 11 particles of density and spacing 1, `pressed` closer along z: what the middle of each
+    /// layer sees.
+    fn block(pressed: f64) -> (Fluid, Vec<Seen>) {
+        let particle = (0..9 * 121_usize).map(|k| {
+            let x = [(k % 11) as f64, (k / 11 % 11) as f64, (k / 121) as f64 / pressed];
+            Particle { x, v: [0.0; 3], volume: 1.0 / pressed, p: 0.0 }
+        });
+        let n = 9 * 121;
+        let fluid = Fluid {
+            particle: particle.collect(),
+            mass: vec![1.0; n],
+            density: vec![1.0; n],
+            viscosity: vec![0.0; n],
+            acceleration: vec![[0.0; 3]; n],
+            heat: vec![0.0; n],
+        };
+        let lists = Neighbours::new(&fluid.particle, &[], ([-1.0; 3], [12.0; 3]), 2.8, 0.1);
+        let mut moments = Moments::new(n);
+        moments.form(&Kernel::new(1.4), &lists, &fluid, &Walls::default(), |_| 1.0);
+        let seen = moments.seen().collect();
+        (fluid, seen)
+    }
+
+    #[test]
+    fn the_places_tell_their_density_at_any_depth() {
+        for pressed in [1.0, 1.1] {
+            let places = Places::new(0);
+            let (_, seen) = block(pressed);
+            for layer in 0..9 {
+                let seen = seen[121 * layer + 60];
+                let found = seen.density() * places.completion(seen.offset() / 1.4);
+                assert!((found / pressed - 1.0).abs() < 0.06, "layer {layer}: {found} for {pressed}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_density_is_called_to_the_places_and_not_where_it_rests() {
+        let (mut fluid, seen) = block(1.0);
+        let mut places = Places::new(seen.len());
+        places.update(seen.iter().copied(), 1.4, &fluid);
+        let middle = 121 * 4 + 60;
+        assert!(places.recall[middle].abs() < 0.01 / TAU_S, "{}", places.recall[middle]);
+        places.settle();
+        let before = places.recall[middle];
+        fluid.density[middle] = 0.98;
+        places.update(seen.iter().copied(), 1.4, &fluid);
+        let called = places.recall[middle] - before;
+        assert!((called - 0.02 / TAU_S).abs() < 1e-9, "{called}");
+    }
+}

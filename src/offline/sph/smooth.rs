@@ -94,7 +94,9 @@ mod tests {
         let particles = &fluid.particle;
         let lists = Neighbours::new(particles, &[], ([-1.0; 3], [8.0; 3]), 2.8, 0.1);
         let mut gradients = Gradients::new(n);
-        gradients.update(Moments::new(n).form(&kernel, &lists, &fluid, &Walls::default(), |_| 1.0));
+        let mut moments = Moments::new(n);
+        moments.form(&kernel, &lists, &fluid, &Walls::default(), |_| 1.0);
+        gradients.update(moments.seen());
         let (i, j) = (24 * 7 + 3, 24 * 7 + 4);
         let (d, _, dot) = pair(&particles[i], &particles[j]);
         assert!((gradients.share(i, j, &d) / dot - 1.0).abs() < 1e-9);

@@ -200,3 +200,19 @@ pub(crate) fn hold(glass: &Glass, spacing_m: f64, liquid: &mut Fluid) {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_behind_a_wall_gives_the_friction_of_a_stokes_layer_before_it() {
+        for layers in [0.01, 0.3, 1.0, 3.0, 30.0] {
+            let before = 1.0 - f64::exp(-layers);
+            let friction = (1.0 + behind(layers)) * before / (2.0 * layers);
+            assert!((friction - 1.0).abs() < 1e-9, "{friction} at {layers} layers");
+        }
+        assert!((behind(0.0) - 1.0).abs() < 1e-5, "{}", behind(0.0));
+        assert!(behind(f64::NAN).is_finite() && behind(f64::INFINITY).is_finite());
+    }
+}
