@@ -9,7 +9,7 @@ use std::path::PathBuf;
 
 /// Hold the simulator against theory: frequencies, decays, noise, energy, escapes, cost.
 ///
-/// The whole table takes about 4 minutes on two processors, the quick part of it about one. A missed
+/// The whole table takes about 12 minutes on two processors, the quick part of it about two. A missed
 /// target is reported, and is no error of the command.
 #[derive(clap::Args)]
 #[command(after_help = "Example:\n  meniscus simulate validate --quick --out validation")]
