@@ -44,7 +44,7 @@ fn hold_at(spacing_m: f64, name: &str, percent: f64) {
 
 #[test]
 fn a_line_that_slides_and_foam_slow_the_slosh_as_their_laws_say() {
-    hold_at(FINER_M, "contact_line", 30.0);
+    hold_at(FINER_M, "contact_line", 25.0);
     hold_at(FINER_M, "foam", 50.0);
 }
 

@@ -35,6 +35,7 @@ use super::moments::Symmetric;
 use super::state::{Fluid, Particle};
 use crate::offline::prelude::*;
 use crate::offline::recording::Glass;
+use crate::slosh::{Cylinder, Mode, Wave};
 use crate::units::GRAVITY_M_S2;
 use rayon::prelude::*;
 
@@ -135,9 +136,7 @@ impl Walls {
             *rubbing = std::array::from_fn(|k| (1.0 - stuck) * shear_free[k] - odd * original.v[k]);
         });
     }
-}
 
-impl Walls {
     /// Fills `pressure` with `L` of the particles: `L` is mirrored with its particle.
     pub(crate) fn press(&mut self, glass: &Glass, particle: &[Particle], l: &[Symmetric]) {
         let Self { origin, image, pressure, .. } = self;
@@ -157,11 +156,11 @@ impl Walls {
     }
 }
 
-/// Angular frequency of the first mode of the glass at rest, rad/s: `omega^2 = g k tanh(k h)`, `k = 1.8412/R` (Lamb,
-/// Hydrodynamics, 257).
+/// Angular frequency of the first mode of the glass at rest, rad/s.
 fn first_mode(glass: &Glass) -> f64 {
-    let k = 1.8412 / glass.radius_at(glass.fill_m);
-    (GRAVITY_M_S2 * k * (k * glass.fill_m).tanh()).sqrt()
+    // The frequency does not depend on the density.
+    let (radius_m, depth_m) = (glass.radius_at(glass.fill_m), glass.fill_m);
+    Mode::new(&Cylinder { radius_m, depth_m, density_kg_m3: 1.0 }, Wave::First(0)).square(GRAVITY_M_S2).sqrt()
 }
 
 /// Distance from the side wall and its outward normal.

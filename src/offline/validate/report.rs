@@ -23,8 +23,8 @@ pub fn markdown(outcome: &Outcome, command: &str, picture: impl Fn(usize) -> Str
     }
     page += "\nFirst mode, started at 0.05 m/s and fitted from 0.05 s on. Theory is linear: the inviscid dispersion \
              relation, or a Ritz solution of the linearised Navier-Stokes equations (contact line pinned where walls \
-             do not slip, free where they do). `mode2_frequency_error` is at 3.5 mm, `mode2_frequency_error_standard` at \
-             5 mm.\n\n\
+             do not slip, free where they do). `mode2_frequency_error` is at 5 mm, `mode2_frequency_error_fine` at \
+             3.5 mm.\n\n\
              | case | frequency, Hz | theory | error | decay, 1/s | theory |\n|---|---|---|---|---|---|\n";
     for ringing in &outcome.ringings {
         let (fit, theory) = (ringing.fit.tone, ringing.theory);
