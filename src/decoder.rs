@@ -1,10 +1,12 @@
 //! Latent and heat to the full field: a small trunk to coefficients, then one basis a group.
 //!
 //! ```text
-//! c = T x + F u + W3 relu(W2 relu(W1 x + b1) + b2) + b3   coefficients of q, v, sigma, tau, surface
+//! c = T x + F u + W3 relu(W2 relu(W1 x + b1) + b2) + b3   coefficients of q, v, e, sigma, tau, surface
 //! group = rest + basis c_group                            SI units
-//! e = rest + basis s                                      s the heat in joules: no camera sees it
+//! e = rest + basis (s, s c_e)                             s the heat in joules: no camera sees it
 //! ```
+//! The heat stays with the liquid that it was made in, and slosh carries it past the places of the field and back: its
+//! pattern depends on the latents as a displacement does.
 //! F u is the inertial part of the pressure: it follows the acceleration of the glass at once and is
 //! no state of the liquid, so no latent carries it. The bases are the linear last layers of the autoencoder (proper orthogonal modes folded in).
 
@@ -17,6 +19,9 @@ pub const MAX_TRUNK: usize = 224;
 
 /// Coefficients of all groups together that the decoder has room for (the paper's last layers: 120 + 3 x 200).
 pub const MAX_COEFFICIENTS: usize = 768;
+
+/// Columns of the basis of e that there is room for: the heat itself, and how its pattern moves.
+pub const MAX_HEATED: usize = 8;
 
 /// Numbers of one tracer, by field group: q, v, e, sigma, tau.
 pub const GROUP_COMPONENTS: [usize; 5] = [3, 3, 1, 3, 3];
@@ -61,7 +66,7 @@ impl Default for Selection {
 pub struct Group<'m> {
     /// The group at rest, SI units.
     pub rest: Vector<'m>,
-    /// Coefficients to SI units, `[numbers, rank]`.
+    /// Coefficients to SI units, `[numbers, rank]`; e has one coefficient fewer than columns.
     pub basis: Weights<'m>,
     /// First coefficient of the group in c.
     pub first: usize,
@@ -109,7 +114,7 @@ impl Decoder<'_> {
     #[must_use]
     pub fn surface(&self, c: &Coefficients) -> [f32; POINTS] {
         let mut heights = [0.0; POINTS];
-        self.surface.expand(c, &mut heights);
+        self.surface.expand(c.get(self.surface.first..).unwrap_or_default(), &mut heights);
         heights
     }
 
@@ -162,6 +167,19 @@ impl Decoder<'_> {
         heights
     }
 
+    /// What the basis of e is multiplied by, (s, s c_e) with s = `heat_j` in joules; zeros behind its columns.
+    #[must_use]
+    pub fn heated(&self, c: &Coefficients, heat_j: f32) -> [f32; MAX_HEATED] {
+        let [_, _, e, ..] = &self.groups;
+        let moved = e.basis.columns().saturating_sub(1);
+        let mut heated = [0.0; MAX_HEATED];
+        let pattern = c.iter().skip(e.first).take(moved);
+        for (out, c) in heated.iter_mut().zip(core::iter::once(&1.0).chain(pattern)) {
+            *out = heat_j * c;
+        }
+        heated
+    }
+
     /// The full field into the caller's buffer, group after group in SI units; `heat_j` in joules.
     /// A buffer of another length than 13 numbers a tracer is filled as far as it goes.
     pub fn field(&self, c: &Coefficients, heat_j: f32, out: &mut [f32]) {
@@ -177,9 +195,9 @@ impl Decoder<'_> {
             let length = group.rest.len().min(rest.len());
             let Some((part, tail)) = rest.split_at_mut_checked(length) else { return written };
             if index == ENERGY_GROUP {
-                group.expand(&[heat_j], part);
+                group.expand(&self.heated(c, heat_j), part);
             } else {
-                group.expand(c, part);
+                group.expand(c.get(group.first..).unwrap_or_default(), part);
             }
             written = written.saturating_add(length);
             rest = tail;
@@ -205,11 +223,11 @@ fn bend(slope: &mut [f32], at: &[f32]) {
 }
 
 impl Group<'_> {
-    /// rest + basis c.
+    /// rest + basis c, `c` the coefficients of the group.
     fn expand(&self, c: &[f32], out: &mut [f32]) {
         for (o, r) in out.iter_mut().zip(self.rest) {
             *o = *r;
         }
-        self.basis.accumulate(c.get(self.first..).unwrap_or_default(), out);
+        self.basis.accumulate(c, out);
     }
 }

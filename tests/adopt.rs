@@ -126,22 +126,28 @@ fn neutral_effects_change_nothing() {
     }
 }
 
-/// Below the yield stress the liquid stands: a small push moves it less than in proportion to a large one.
+/// Below the yield stress the liquid stands: behind a small push its surface moves on less than in proportion to a large
+/// one, and the less the smaller it was. A step that bounced from so much friction would not stand.
 #[test]
 fn a_yield_stress_holds_a_small_push_better_than_a_large_one() {
     let blob = with(&[("yield_stress", 20.0)]);
     let model = Model::load(&blob).expect("a model");
-    let highest = |strength: f64| {
+    let fastest = |strength: f64| {
         let mut state = State::default();
-        let slosh = |n: usize| {
+        let heights = (0..60).map(|n| {
             model.generic.step(&mut state, if n < 6 { strength } else { 0.0 });
-            model.generic.potential.value(&state.latent).sqrt() / strength
-        };
-        (0..60).map(slosh).fold(0.0, f64::max)
+            let latent: [f64; 13] = state.latent.into();
+            model.decoder.surface(&model.decoder.coefficients(&latent.map(|x| x as f32), 0.0))
+        });
+        // The last push is over after the seventh turn.
+        let after: Vec<_> = heights.skip(7).collect();
+        let moved = after.windows(2).flat_map(|w| w[0].iter().zip(&w[1]).map(|(a, b)| (a - b).abs()));
+        6e4 * f64::from(moved.fold(0.0, f32::max)) / strength
     };
-    let (small, large) = (highest(0.02), highest(2.0));
-    println!("slosh for each unit of a small push {small:.3}, of a large one {large:.3}");
-    assert!(small < 0.5 * large);
+    let speeds = [0.05, 0.1, 0.2, 0.5, 1.0, 2.0].map(fastest);
+    println!("mm/s for each unit of a push, small to large: {speeds:.2?}");
+    assert!(speeds[0] < 0.5 * speeds[5], "{speeds:?}");
+    assert!(speeds.is_sorted(), "{speeds:?}");
 }
 
 /// What the camera sees wrongly is put right before the encoder reads it.

@@ -10,6 +10,8 @@ pub struct Operators {
     pub skew: Square,
     /// D = C C^T: friction.
     pub friction: Square,
+    /// C.
+    pub(super) factor: Square,
     /// L - D, what the step applies.
     difference: Square,
 }
@@ -23,7 +25,7 @@ impl Operators {
         let c = triangle(friction_factor, 0);
         let skew = strict - strict.transpose();
         let friction = c * c.transpose();
-        Self { skew, friction, difference: skew - friction }
+        Self { skew, friction, factor: c, difference: skew - friction }
     }
 
     /// L - D.

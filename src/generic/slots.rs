@@ -7,14 +7,20 @@
 //!
 //! ```text
 //! energy     H(S x),         S = 1 + (w1/w - 1) e_a A                    convex as H is
-//! friction   D1(x) = D (G1 m)/(G m1) >= 0,                               G at the amplitude sqrt(v^2 + w^2 a^2)
+//! friction   D1(x) = phi (D^-1 + s H'')^-1 >= 0,   phi = (G1 m)/(G m1),  G at the amplitude sqrt(v^2 + w^2 a^2)
 //! memory     z' = v - r z,   energy k z^2/2,  force -k z e_v/m,  heat k r z^2 >= 0
 //! ```
 //! Friction is taken at the state before the step. All of D takes the factor, not the first mode's part alone: tried
 //! on simulated glasses, that halves what is left, because the latents behind it (layers, higher modes) rub with the
 //! same liquid. What a thicker layer takes off the frequency comes with it and is no part of w. A factor and not a sum:
-//! an effect may as well take friction away, and D1 can still have no other sign. With the memory in the middle of the
-//! step, z^ = (z + dt v^/2)/(1 + dt r/2), the rate being v^ = e e_v . dH/m (e the joules of one H),
+//! an effect may as well take friction away, and D1 can still have no other sign.
+//!
+//! The step takes its gradient in the middle, where a rate r of friction leaves (1 - y)/(1 + y) of a motion, y = r dt/2: what
+//! should be stopped within a step bounces. So phi y becomes phi y/(1 + (phi^2 - 1) y^2/(1 + phi y)), which agrees to second
+//! order, is y for phi = 1 and stays below 1: s = (dt/2) (phi^2 - 1) y/(1 + phi y) with the y of the first mode and H'' at
+//! rest. Where friction is taken away nothing can bounce, and s is 0.
+//!
+//! With the memory in the middle of the step, z^ = (z + dt v^/2)/(1 + dt r/2), the rate being v^ = e e_v . dH/m (e the joules of one H),
 //!
 //! ```text
 //! x^ = x~ + dt [ (L - D1 - c e_v e_v^T) dH - f e_v ]
@@ -26,6 +32,7 @@
 use super::newton::Square;
 use super::{Latent, Operators};
 use crate::effects::Relax;
+use crate::interval::whitener;
 use crate::math::sqrt;
 use crate::slosh::{BySpeed, Model};
 
@@ -78,6 +85,8 @@ pub struct Slots {
     bend: Square,
     /// (G1 m)/(G m1).
     friction: BySpeed,
+    /// H''.
+    hessian: Square,
     /// w, 1/s.
     frequency: f64,
     memories: [Memory; MEMORIES],
@@ -111,6 +120,7 @@ impl Slots {
             map,
             bend,
             friction: BySpeed::new(ratio),
+            hessian: *hessian,
             frequency: w1,
             memories: with.branches().map(|b| Memory { stiffness: own * b.stiffness, relax: b.relax }),
             mass_kg,
@@ -149,7 +159,7 @@ impl Slots {
         let map = &self.map;
         let (a, v) = (map.height.dot(x), map.rate.dot(x));
         let amplitude = sqrt(v * v + self.frequency * self.frequency * a * a);
-        let friction = operators.friction * self.friction.at(amplitude).max(0.0);
+        let friction = self.rubs(operators, self.friction.at(amplitude).max(0.0), dt);
         let (mut resists, mut pulls) = (0.0, 0.0);
         for (memory, z) in self.memories.iter().zip(held) {
             let fade = 1.0 + 0.5 * dt * memory.relax.rate(speed);
@@ -158,6 +168,20 @@ impl Slots {
         }
         let memory = map.along_rate * map.along_rate.transpose() * resists;
         Flow { matrix: operators.skew - friction - memory, pull: map.along_rate * pulls }
+    }
+
+    /// D1 of `operators` under the factor `phi`, for a step of `dt`.
+    fn rubs(&self, operators: &Operators, phi: f64, dt: f64) -> Square {
+        if phi <= 1.0 {
+            return operators.friction * phi;
+        }
+        let (c, map) = (&operators.factor, &self.map);
+        let slowed = operators.friction * (self.hessian * map.along_rate);
+        let y = 0.5 * dt * map.rate.dot(&slowed).max(0.0);
+        let s = 0.5 * dt * (phi * phi - 1.0) * y / (1.0 + phi * y);
+        // (D^-1 + s H'')^-1 = C (1 + s C^T H'' C)^-1 C^T, which is a square for any C.
+        let root = c * whitener(&(Square::identity() + c.transpose() * self.hessian * c * s)).transpose();
+        root * root.transpose() * phi
     }
 
     /// The memories after a step whose mean gradient of H is `gradient`, and the heat that they made, in units of H.

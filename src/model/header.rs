@@ -58,8 +58,8 @@ pub enum Tensor {
     TrunkBias(u8),
     /// Rest state of group `0..6` (q, v, e, sigma, tau, surface) in SI units, `[numbers]`.
     GroupRest(u8),
-    /// Basis of the group, coefficients to SI units, `[numbers, rank]`; for e the rank is 1 and the
-    /// coefficient is the heat s in joules.
+    /// Basis of the group, coefficients to SI units, `[numbers, rank]`; for e the first column is for the heat s in
+    /// joules and each other for s times a coefficient.
     GroupBasis(u8),
     /// A of [`crate::interval`]: the closed step linearised about rest `[N, N]`.
     Transition,

@@ -330,17 +330,15 @@ impl<'b> Store<'b, '_> {
         Ok(Dense { weights, bias: self.bias(Tensor::TrunkBias(index), weights.rows())? })
     }
 
-    /// Group `index`, whose coefficients begin at `first`; moves `first` behind them. The internal
-    /// energy has none of its own: its coefficient is the heat.
+    /// Group `index`, whose coefficients begin at `first`; moves `first` behind them. The first column of the internal
+    /// energy belongs to the heat itself and has none.
     fn group(&self, index: usize, first: &mut usize) -> Result<Group<'b>, LoadError> {
         let tag = index as u8;
         let basis = self.weights(Tensor::GroupBasis(tag))?;
         let rest = self.vector(Tensor::GroupRest(tag))?;
-        if index == ENERGY_GROUP {
-            return Ok(Group { rest, basis, first: 0 });
-        }
         let group = Group { rest, basis, first: *first };
-        *first = first.saturating_add(basis.columns());
+        let own = basis.columns().saturating_sub(usize::from(index == ENERGY_GROUP));
+        *first = first.saturating_add(own);
         Ok(group)
     }
 }

@@ -1,7 +1,7 @@
 //! The shape that each tensor must have, given what the header says.
 
 use super::{Header, Tensor};
-use crate::decoder::{ENERGY_GROUP, GROUP_COMPONENTS, MAX_COEFFICIENTS, MAX_TRUNK};
+use crate::decoder::{ENERGY_GROUP, GROUP_COMPONENTS, MAX_COEFFICIENTS, MAX_HEATED, MAX_TRUNK};
 use crate::encoder::{GRU_LAYERS, READINGS};
 use crate::generic::{LATENTS, MAX_HIDDEN};
 use crate::interval::{REACH, SPREAD_GROUPS};
@@ -64,7 +64,7 @@ pub(super) fn shape(tensor: Tensor, header: &Header) -> Option<(Dim, Dim)> {
         Tensor::TrunkBias(2) => (UpTo(MAX_COEFFICIENTS), Is(1)),
         Tensor::GroupRest(group) => (Is(numbers(group, header)?), Is(1)),
         Tensor::GroupBasis(group) if usize::from(group) == ENERGY_GROUP => {
-            (Is(numbers(group, header)?), Is(1))
+            (Is(numbers(group, header)?), UpTo(MAX_HEATED))
         }
         Tensor::GroupBasis(group) => (Is(numbers(group, header)?), UpTo(MAX_COEFFICIENTS)),
         _ => return None,

@@ -2,7 +2,7 @@
 //!
 //! The laws are not touched: H, L, D, the port, the preconditioner and the gain keep their f32 bits. What gets
 //! coarser is the GRU, the trunk and the bases; the GRU at most bf16, as its errors come back with every frame;
-//! the surface's basis and the rank-1 basis of e stay f32, as they weigh nothing.
+//! the surface's basis and that of e, of a few columns, stay f32, as they weigh nothing.
 //!
 //! A basis B (numbers x k) with coefficients c = T x + F u + W3 h + b3 is cut to rank r in the field's own norm:
 //!
@@ -152,7 +152,7 @@ fn cut(all: &mut [Part], group: u8, first: usize, run: &[Coefficients], budget: 
     p.transpose() * to_norm
 }
 
-/// Puts the new coefficients into T, F, W3 and b3. What follows the last cut group (the surface) stays.
+/// Puts the new coefficients into T, F, W3 and b3. What lies between the cut groups (e) and behind them (the surface) stays.
 fn turn_trunk(all: &mut [Part], turned: &[(usize, DMatrix<f64>)]) {
     let tensors = [Tensor::TrunkLinear, Tensor::TrunkPort, Tensor::TrunkWeight(2), Tensor::TrunkBias(2)];
     for part in all.iter_mut().filter(|part| tensors.contains(&part.tensor)) {
@@ -160,6 +160,7 @@ fn turn_trunk(all: &mut [Part], turned: &[(usize, DMatrix<f64>)]) {
         let mut values = Vec::new();
         let mut end = 0;
         for (first, turn) in turned {
+            values.extend_from_slice(&part.values[end * columns..first * columns]);
             for row in turn.row_iter() {
                 for j in 0..columns {
                     let old = |i: usize| f64::from(part.values[(first + i) * columns + j]);

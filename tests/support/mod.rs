@@ -54,14 +54,15 @@ pub(crate) fn parts(seed: u64, size: f32) -> Vec<Part> {
     add(Tensor::Port, 13, 1, 3.0 * size);
     add(Tensor::Preconditioner, 13, 13, 1.0);
     add(Tensor::Gain, 13, 13, 0.1);
-    add(Tensor::TrunkLinear, 10, 13, 1.0);
-    add(Tensor::TrunkPort, 10, 1, 1.0);
-    for (layer, (rows, columns)) in [(64, 13), (64, 64), (10, 64)].into_iter().enumerate() {
+    add(Tensor::TrunkLinear, 12, 13, 1.0);
+    add(Tensor::TrunkPort, 12, 1, 1.0);
+    for (layer, (rows, columns)) in [(64, 13), (64, 64), (12, 64)].into_iter().enumerate() {
         add(Tensor::TrunkWeight(layer as u8), rows, columns, 0.3);
         add(Tensor::TrunkBias(layer as u8), rows, 1, 0.3);
     }
     for (group, components) in [3, 3, 1, 3, 3].into_iter().enumerate() {
-        let rank = if group == 2 { 1 } else { 2 };
+        // Of e one is for the heat itself.
+        let rank = if group == 2 { 3 } else { 2 };
         add(Tensor::GroupRest(group as u8), components * PARTICLES, 1, 1.0);
         add(Tensor::GroupBasis(group as u8), components * PARTICLES, rank, 1.0);
     }

@@ -145,12 +145,13 @@ pub(super) fn frame(model: &Model<'_>, facts: &Facts<'_>, number: u32) -> Vec<u8
     ];
     let mut put = |number: f32| bytes.extend_from_slice(&number.to_le_bytes());
     profiles.into_iter().flatten().for_each(|&height| put(height));
-    // The coefficients of every group but the internal energy, which follows the heat alone.
+    // The coefficients of every group; those of the internal energy hold the heat.
     let latent = estimate.latent.map(|x| x as f32);
     let coefficients = model.decoder.coefficients(&latent, estimate.port);
     for (index, group) in model.decoder.groups.iter().enumerate() {
         if index == ENERGY_GROUP {
-            put(estimate.heat_j as f32);
+            let heated = model.decoder.heated(&coefficients, estimate.heat_j as f32);
+            heated.iter().take(group.basis.columns()).for_each(|&coefficient| put(coefficient));
         } else {
             let own = coefficients.iter().skip(group.first).take(group.basis.columns());
             own.for_each(|&coefficient| put(coefficient));

@@ -54,22 +54,24 @@ pub struct Course {
     pub target: [f64; 2],
 }
 
-/// Four recordings of a thin liquid: at the full way it leaves the glass, and water at 0.4 of it. Errors from smaller waves
-/// are smaller: figures of 0.4 (docs/evaluation) are not to be compared with these.
-const FOUR: &[&str] = &["strokes:301x0.25", "strokes:302x0.25", "strokes:303x0.25", "strokes:304x0.25"];
+/// Four recordings of a liquid, moved so far that it stays in the glass: water at 0.3 of the full way, blood and beer at 0.4
+/// throw particles over the rim.
+const WATER: &[&str] = &["strokes:301x0.25", "strokes:302x0.25", "strokes:303x0.25", "strokes:304x0.25"];
+const BUTTER: &[&str] = &["strokes:301x0.4", "strokes:302x0.4", "strokes:303x0.4", "strokes:304x0.4"];
+const BLOOD: &[&str] = &["strokes:301x0.3", "strokes:302x0.3", "strokes:303x0.3", "strokes:304x0.3"];
 
 /// One recording of a thin liquid in front of the camera.
-const ONE: &[&str] = &["strokes:401x0.25"];
+const BEER: &[&str] = &["strokes:401x0.3"];
 
 /// One recording of a thick one.
 const THICK: &[&str] = &["strokes:401"];
 
 /// The liquids of the study.
 pub const COURSES: [Course; 6] = [
-    Course { liquid: "water", learnt: FOUR, unseen: "strokes:1301x0.25", target: [4.0, 1.5] },
-    Course { liquid: "butter", learnt: FOUR, unseen: "strokes:1301x0.25", target: [1.5, 0.5] },
-    Course { liquid: "blood", learnt: FOUR, unseen: "strokes:1301x0.25", target: [2.5, 1.0] },
-    Course { liquid: "beer", learnt: ONE, unseen: "strokes:1401x0.25", target: [6.0, 2.0] },
+    Course { liquid: "water", learnt: WATER, unseen: "strokes:1301x0.25", target: [4.0, 1.5] },
+    Course { liquid: "butter", learnt: BUTTER, unseen: "strokes:1301x0.4", target: [1.5, 0.5] },
+    Course { liquid: "blood", learnt: BLOOD, unseen: "strokes:1301x0.3", target: [2.5, 1.0] },
+    Course { liquid: "beer", learnt: BEER, unseen: "strokes:1401x0.3", target: [6.0, 2.0] },
     Course { liquid: "honey", learnt: THICK, unseen: "strokes:1401", target: [6.0, 2.0] },
     Course { liquid: "gazpacho", learnt: THICK, unseen: "strokes:1401", target: [6.0, 2.0] },
 ];

@@ -65,6 +65,7 @@ mod particles;
 mod places;
 mod record;
 mod settle;
+mod setup;
 mod smooth;
 mod state;
 mod step;
@@ -76,6 +77,7 @@ pub use effects::{EFFECTS, Effect, EffectError, Effects};
 pub use energy::{closure, relative_closure};
 pub use particles::Particles;
 pub use record::{record, record_particles, record_surfaces};
+pub use setup::{Error, Setup};
 
 use crate::offline::liquids::Liquid;
 use crate::offline::motion::Kinematics;
@@ -85,114 +87,14 @@ use crate::units::GRAVITY_M_S2;
 use effects::Acting;
 use forces::Forces;
 use frame::Body;
-use kernel::{Kernel, SMOOTHING};
 use neighbours::Neighbours;
 use packing::{Packing, fitting_spacing};
+use setup::{SOUND_M_S, check, kernel, longest_step};
 use state::{Fluid, Particle};
 use walls::Walls;
 
-/// Numerical speed of sound, m/s: ten times the fastest flow, so that density varies by about 1 %.
-const SOUND_M_S: f64 = 7.0;
-
-/// Courant number `c0 dt / h` of the longest step.
-const COURANT: f64 = 0.8;
-
-/// Longest step as a part of the viscous limit `h^2 / nu`.
-const VISCOUS: f64 = 0.08;
-
 /// Skin of the neighbour lists in units of the spacing.
 const SKIN: f64 = 0.15;
-
-/// Why a simulation could not start or go on.
-#[derive(Debug, PartialEq)]
-pub enum Error {
-    /// The glass or the particle spacing cannot be simulated.
-    Setup(String),
-    /// Particles left the glass.
-    Escaped {
-        /// The first of them.
-        particle: usize,
-        /// Where it was, m.
-        position_m: [f64; 3],
-        /// When, s.
-        time_s: f64,
-        /// How many left at that time.
-        count: usize,
-    },
-    /// A position is no longer a finite number.
-    NotFinite {
-        /// The first such particle.
-        particle: usize,
-        /// When, s.
-        time_s: f64,
-    },
-}
-
-impl std::fmt::Display for Error {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            Self::Setup(why) => write!(f, "{why}"),
-            Self::Escaped { particle, position_m: [x, y, z], time_s, count } => write!(
-                f,
-                "{count} particle(s) left the glass at {time_s:.4} s, the first is {particle} at ({:.1}, {:.1}, \
-                 {:.1}) mm: move the glass more gently, or use a smaller spacing",
-                1e3 * x,
-                1e3 * y,
-                1e3 * z
-            ),
-            Self::NotFinite { particle, time_s } => write!(
-                f,
-                "particle {particle} has no finite position at {time_s:.4} s: the simulation blew up and was stopped"
-            ),
-        }
-    }
-}
-
-impl std::error::Error for Error {}
-
-/// What is simulated, without the motion.
-#[derive(Clone, Debug)]
-pub struct Setup {
-    /// The glass and its fill.
-    pub glass: Glass,
-    /// The liquid.
-    pub liquid: Liquid,
-    /// Spacing of the particles, m; the nearest with a whole number of rings in the radius is taken.
-    pub spacing_m: f64,
-    /// Seed of the packing.
-    pub seed: u64,
-    /// Whether the liquid sticks to the wall (or slips by `wall_slip`); it slips freely otherwise.
-    pub no_slip: bool,
-    /// Effects that are on, beside those of the liquid and before them.
-    pub effects: Effects,
-    /// Step of time, s, where it is to be shorter than the simulator would take.
-    pub step_s: Option<f64>,
-}
-
-impl Setup {
-    /// The setup with every effect that replaces a number put in: liquid, fill and slip as they will be.
-    #[must_use]
-    pub fn resolved(&self) -> Self {
-        let effects = self.effects.over(self.liquid.effects);
-        Self {
-            glass: effects.glass(self.glass),
-            liquid: effects.liquid(&self.liquid),
-            no_slip: self.no_slip && effects.slip_m().is_finite(),
-            effects,
-            ..*self
-        }
-    }
-
-    /// The longest step that sound, viscosity and the effects allow at this spacing, s.
-    ///
-    /// # Errors
-    /// When glass, spacing or effects are out of range.
-    pub fn longest_step_s(&self) -> Result<f64, Error> {
-        let setup = self.resolved();
-        check(&setup)?;
-        Ok(longest_step(&kernel(&setup), &setup))
-    }
-}
 
 /// A glass of liquid at one instant.
 #[derive(Clone, Debug)]
@@ -316,66 +218,4 @@ impl Simulator {
         self.dt = interval_s / steps;
         steps as usize
     }
-}
-
-/// The kernel of a resolved setup.
-fn kernel(setup: &Setup) -> Kernel {
-    Kernel::new(SMOOTHING * fitting_spacing(&setup.glass, setup.spacing_m))
-}
-
-/// The longest step allowed by sound, by viscosity and by the effects of a resolved setup, s.
-fn longest_step(kernel: &Kernel, setup: &Setup) -> f64 {
-    let density = setup.liquid.density_kg_m3;
-    let nu = setup.liquid.rheology.largest() / density;
-    let viscous = if nu > 0.0 { VISCOUS * kernel.h * kernel.h / nu } else { f64::INFINITY };
-    let effects = setup.effects.longest_step(&setup.glass, density);
-    viscous.min(COURANT * kernel.h / SOUND_M_S).min(effects)
-}
-
-fn check(setup: &Setup) -> Result<(), Error> {
-    let Glass { radius_m, fill_m, rim_m, taper } = setup.glass;
-    if !(0.005..=0.2).contains(&radius_m)
-        || !(0.005..=0.3).contains(&fill_m)
-        || !(fill_m..=0.4).contains(&rim_m)
-    {
-        return Err(Error::Setup(format!(
-            "a glass of radius {radius_m} m, fill {fill_m} m and rim {rim_m} m is out of range: radius 0.005 to 0.2, \
-             fill 0.005 to 0.3, rim from the fill to 0.4"
-        )));
-    }
-    if !(-0.2..=0.2).contains(&taper) || !(0.005..=0.2).contains(&setup.glass.radius_at(rim_m)) {
-        return Err(Error::Setup(format!(
-            "a taper of {taper} is out of range: -0.2 to 0.2, and a radius of 0.005 to 0.2 m at the rim"
-        )));
-    }
-    let rise_m = setup.effects.rise_m(&setup.glass);
-    if fill_m + rise_m > rim_m || rise_m > fill_m {
-        return Err(Error::Setup(format!(
-            "the surface at rest of an inclined glass would stand {:.1} mm above and below the fill of {:.1} mm: it \
-             must stay below the rim at {:.1} mm and above the bottom",
-            1e3 * rise_m,
-            1e3 * fill_m,
-            1e3 * rim_m
-        )));
-    }
-    if !(0.0015..=0.25 * radius_m).contains(&setup.spacing_m) {
-        return Err(Error::Setup(format!(
-            "a particle spacing of {:.2} mm is out of range: 1.5 mm to a quarter of the radius, {:.2} mm",
-            1e3 * setup.spacing_m,
-            250.0 * radius_m
-        )));
-    }
-    if let Some(step_s) = setup.step_s {
-        let longest = longest_step(&kernel(setup), setup);
-        if !(0.01 * longest..=longest).contains(&step_s) {
-            return Err(Error::Setup(format!(
-                "a step of {:.2} us is out of range: {:.2} to {:.2} us at this spacing, viscosity and effects; a longer \
-                 one would blow up",
-                1e6 * step_s,
-                1e4 * longest,
-                1e6 * longest
-            )));
-        }
-    }
-    Ok(())
 }

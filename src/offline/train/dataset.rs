@@ -4,7 +4,7 @@
 
 use super::TrainError;
 use super::pod::Basis;
-use super::snapshots::{IN_STATE, decompose, fluctuation, heat_pattern, mean_rest, pick, rest_of};
+use super::snapshots::{IN_STATE, decompose, fluctuation, mean_rest, pick, rest_of};
 use crate::offline::prelude::*;
 use crate::offline::recording::{Recording, STATE, group_range};
 use crate::surface::POINTS;
@@ -28,8 +28,6 @@ pub(super) struct Frame {
     pub(super) rest_state: Vec<f32>,
     /// Rest profile, metres.
     pub(super) rest_profile: Vec<f32>,
-    /// Change of the specific internal energy of each tracer by one joule of heat, 1/kg.
-    pub(super) heat_pattern: Vec<f32>,
     /// F: what the coefficients owe to the port value of the same instant, SI units a unit of u.
     pub(super) feed: Vec<f32>,
     /// Root mean square norm of each group's coefficients over the training frames.
@@ -100,7 +98,6 @@ impl Frame {
             feed: vec![0.0; width],
             rest_state,
             rest_profile,
-            heat_pattern: heat_pattern(training),
             group_scale: [1.0; 5],
             height_scale_m: height2.sqrt() as f32,
             acceleration_scale: mean_square.sqrt().max(1e-3) as f32,

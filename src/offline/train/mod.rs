@@ -20,6 +20,7 @@ mod error;
 mod feed;
 mod filter;
 mod generic;
+mod heat;
 mod laws;
 mod linear;
 mod measure;
@@ -59,6 +60,7 @@ use autoencoder::Autoencoder;
 use dataset::Frame;
 use encoder::{Cost, Encoder, derive_seed};
 use generic::{Dynamics, Square};
+use heat::Heat;
 use linear::Linear;
 use noise::Noise;
 use progress::Session;
@@ -119,6 +121,7 @@ const ASKED: [Option<f64>; 5] = [Some(12.0), Some(12.0), Some(15.0), Some(15.0),
 struct Model {
     frame: Frame,
     autoencoder: Autoencoder,
+    heat: Heat,
     encoder: Encoder,
     dynamics: Dynamics,
     linear: Linear,
@@ -186,6 +189,7 @@ pub fn train(
     let cost = Cost { metric, port: frame.feed_cost() };
     let anew = |side: Side| Side::new(side.sequences, &autoencoder, &frame);
     let (seen, held) = (anew(seen), anew(held));
+    let heat = Heat::fit(training, &seen);
 
     // The stages need nothing of each other, and none gains from a second core.
     let (encoder, dynamics) = std::thread::scope(|scope| {
@@ -211,7 +215,7 @@ pub fn train(
     tracks.extend((0..passes).flat_map(|_| held.tracks(&frame, &encoder, Noise::CAMERA, &mut rng)));
     let gain = filter::tune(&dynamics, &tracks, &metric)?;
 
-    let model = Model { frame, autoencoder, encoder, dynamics, linear, preconditioner, gain };
+    let model = Model { frame, autoencoder, heat, encoder, dynamics, linear, preconditioner, gain };
     let spread = Spread::new(&model, &tracks, &held, &metric);
     // Fresh noise: the gain has seen the other.
     let tracks = held.tracks(&model.frame, &model.encoder, Noise::CAMERA, &mut rng);
@@ -225,6 +229,11 @@ pub fn train(
         Sparse::train(&model.frame, recordings, sequences, (options.schedule.autoencoder, seed(6)), &session)
     });
     let mut checks = report::checks(&model, &held, &tracks);
+    checks.push(measure::percent(
+        String::from("decoder alone: e"),
+        model.heat.missed(validation, &held),
+        None,
+    ));
     let header = Header {
         liquid: fit(&first.provenance.liquid),
         provenance: fit(&options.command),

@@ -1,7 +1,7 @@
 //! A trained model as the tensors of a blob.
 
 use super::Model;
-use super::dataset::TRUNK;
+use super::dataset::{SIGMA, TRUNK};
 use super::generic::{Dynamics, LATENTS, Square};
 use super::nets::LAYERS;
 use super::weights::Matrix;
@@ -71,6 +71,20 @@ fn decoder(model: &Model) -> Vec<Part> {
         parts.push(part(Tensor::TrunkWeight(layer), &weights[0]));
         parts.push(vector(Tensor::TrunkBias(layer), weights[1].values.clone()));
     }
+    // The coefficients of e lie between those of v and sigma: linear in x, nothing of the port or of the net.
+    let (before, moved) = (model.frame.ranges()[SIGMA].start, &model.heat.coefficients);
+    for part in &mut parts {
+        let rows = match part.tensor {
+            Tensor::TrunkLinear => moved.values.clone(),
+            Tensor::TrunkPort | Tensor::TrunkWeight(2) | Tensor::TrunkBias(2) => {
+                vec![0.0; moved.rows * part.columns]
+            }
+            _ => continue,
+        };
+        let at = before * part.columns;
+        part.values.splice(at..at, rows);
+        part.rows += moved.rows;
+    }
     parts
 }
 
@@ -91,7 +105,7 @@ fn groups(model: &Model) -> Vec<Part> {
             let rest = &frame.rest_state[group_range(HEAT.into())];
             debug_assert_eq!(rest.len(), TRACERS);
             parts.push(vector(Tensor::GroupRest(HEAT), rest.to_vec()));
-            parts.push(vector(Tensor::GroupBasis(HEAT), frame.heat_pattern.clone()));
+            parts.push(part(Tensor::GroupBasis(HEAT), &model.heat.basis));
         }
     }
     parts

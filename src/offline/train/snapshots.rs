@@ -1,4 +1,4 @@
-//! What is drawn from whole recordings: rest, snapshots and their bases, the pattern of the heat.
+//! What is drawn from whole recordings: rest, snapshots and their bases.
 
 use super::dataset::SURFACE;
 use super::pod::{Basis, Truncation};
@@ -72,21 +72,4 @@ pub(super) fn decompose(training: &[Recording], picked: &[(usize, usize)]) -> Ve
         snapshots[SURFACE].column_mut(column).iter_mut().zip(surface).for_each(|(s, z)| *s = z);
     }
     snapshots.iter().zip(TRUNCATION).map(|(matrix, truncation)| Basis::new(matrix, truncation)).collect()
-}
-
-/// Least squares of the change of e on the heat s of the energy books: p = sum s e / sum s^2.
-pub(super) fn heat_pattern(training: &[Recording]) -> Vec<f32> {
-    let range = group_range(2);
-    let (mut sum, mut weight) = (vec![0.0_f64; TRACERS], 0.0);
-    let mut field = vec![0.0; STATE];
-    for recording in training {
-        let rest = rest_of(recording);
-        for frame in (0..recording.frames()).step_by(4) {
-            let heat = recording.energy[frame].internal - recording.energy[0].internal;
-            fluctuation(recording, frame, &rest, &mut field);
-            sum.iter_mut().zip(&field[range.clone()]).for_each(|(s, &e)| *s += heat * f64::from(e));
-            weight += heat * heat;
-        }
-    }
-    sum.iter().map(|s| if weight > 0.0 { (s / weight) as f32 } else { 0.0 }).collect()
 }
