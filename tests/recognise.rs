@@ -34,7 +34,7 @@ fn glycerine() -> (Vec<Option<SurfaceProfile>>, f64) {
 fn the_shipped_recording_is_glycerine_and_none_of_the_others() {
     let (seen, fill_m) = glycerine();
     let all = shipped();
-    assert_eq!(all.len(), 5);
+    assert_eq!(all.len(), 6);
     let said = recognise(&all, fill_m, &seen, |_, _, _| {});
     assert_eq!(said.liquid.as_deref(), Some("glycerine"), "{}", said.line());
     let others: Vec<Note> = all.iter().filter(|note| note.liquid != "glycerine").cloned().collect();
@@ -52,7 +52,7 @@ fn what_is_believed_begins_even_and_grows() {
     let mut believed = Vec::new();
     recognise(&shipped(), fill_m, &seen, |frame, trail, recogniser| {
         if [10, 240, 500].contains(&frame) {
-            let mut p = [0.0; 5];
+            let mut p = [0.0; 6];
             let verdict = recogniser.verdict(trail, &mut p);
             assert!((p.iter().sum::<f64>() + verdict.none - 1.0).abs() < 1e-9);
             believed.push(p.into_iter().fold(0.0, f64::max));

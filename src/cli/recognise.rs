@@ -27,7 +27,7 @@ use std::path::{Path, PathBuf};
 #[command(
     args_conflicts_with_subcommands = true,
     subcommand_negates_reqs = true,
-    after_help = "Examples:\n  meniscus recognise recordings/glycerine-unseen.safetensors\n  meniscus recognise data/beer/strokes-1401x0.4.safetensors --picture beer.png\n  meniscus recognise one.mcap --setup glass.toml --among liquids\n  meniscus recognise learn --recordings mine --out liquids/mine.liquid.json\n  meniscus recognise try.safetensors --among liquids --among shipped"
+    after_help = "Examples:\n  meniscus recognise recordings/glycerine-unseen.safetensors\n  meniscus recognise data/beer/strokes-1401x0.3.safetensors --picture beer.png\n  meniscus recognise one.mcap --setup glass.toml --among liquids\n  meniscus recognise learn --recordings mine --out liquids/mine.liquid.json\n  meniscus recognise try.safetensors --among liquids --among shipped"
 )]
 pub(crate) struct Arguments {
     #[command(subcommand)]

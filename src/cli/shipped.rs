@@ -6,7 +6,8 @@ pub(crate) const MODEL: &[u8] = include_bytes!("../../models/glycerine.blob");
 
 /// Liquids that are known in the glass of that recording, as notes of `meniscus recognise learn`; `models/README.md` has
 /// the commands.
-pub(crate) const LIQUIDS: [(&str, &str); 5] = [
+pub(crate) const LIQUIDS: [(&str, &str); 6] = [
+    ("blood.liquid.json", include_str!("../../models/liquids/blood.liquid.json")),
     ("butter.liquid.json", include_str!("../../models/liquids/butter.liquid.json")),
     ("gazpacho.liquid.json", include_str!("../../models/liquids/gazpacho.liquid.json")),
     ("glycerine.liquid.json", include_str!("../../models/liquids/glycerine.liquid.json")),

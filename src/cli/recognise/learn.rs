@@ -21,7 +21,7 @@ use std::path::PathBuf;
 /// written it.
 #[derive(clap::Args)]
 #[command(
-    after_help = "Examples:\n  meniscus simulate --liquid beer --motion strokes:1x0.4 --motion strokes:2x0.4 --motion strokes:3x0.4 --seconds 4 --out beer\n  meniscus recognise learn --recordings beer --out liquids/beer.liquid.json\n  meniscus recognise learn --recordings one.mcap two.mcap three.mcap --setup glass.toml --out liquids/mine.liquid.json"
+    after_help = "Examples:\n  meniscus simulate --liquid beer --motion strokes:1x0.25 --motion strokes:2x0.25 --motion strokes:3x0.25 --seconds 4 --out beer\n  meniscus recognise learn --recordings beer --out liquids/beer.liquid.json\n  meniscus recognise learn --recordings one.mcap two.mcap three.mcap --setup glass.toml --out liquids/mine.liquid.json"
 )]
 pub(super) struct Arguments {
     /// Recordings of the liquid: files, or a folder, which stands for all of its *.safetensors; or a camera's.
