@@ -40,6 +40,8 @@ pub const GREEN: RGBColor = RGBColor(0, 158, 115);
 pub const PURPLE: RGBColor = RGBColor(204, 121, 167);
 /// Vermilion of Okabe and Ito.
 pub const VERMILION: RGBColor = RGBColor(213, 94, 0);
+/// Sky blue of the same set.
+pub const SKY: RGBColor = RGBColor(86, 180, 233);
 /// Grey for what is only there to compare with.
 pub const GREY: RGBColor = RGBColor(130, 130, 130);
 

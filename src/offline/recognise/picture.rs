@@ -2,7 +2,9 @@
 
 use super::study::recognise;
 use crate::host::recognise::{MOST, Note, Standing};
-use crate::host::view::plot::{BLUE, FONT, GREEN, GREY, ORANGE, PURPLE, PictureError, legend, prepare_font};
+use crate::host::view::plot::{
+    BLUE, FONT, GREEN, GREY, ORANGE, PURPLE, PictureError, SKY, VERMILION, legend, prepare_font,
+};
 use crate::offline::prelude::*;
 use crate::recognise::slope;
 use crate::surface::SurfaceProfile;
@@ -15,8 +17,8 @@ use std::string::String;
 /// Width and height, pixels.
 const SIZE: (u32, u32) = (1200, 760);
 
-/// Colours of the liquids, in their order; a sixth and further ones begin again.
-const COLOURS: [RGBColor; 5] = [BLUE, ORANGE, GREEN, PURPLE, RGBColor(213, 94, 0)];
+/// Colours of the liquids, in their order; a seventh and further ones begin again.
+const COLOURS: [RGBColor; 6] = [BLUE, ORANGE, GREEN, PURPLE, VERMILION, SKY];
 
 /// A curve of the picture.
 struct Curve {
