@@ -6,8 +6,8 @@
 //! e - e_rest = s (p_0 + P x)           s the heat of the energy books, by least squares over the training frames
 //! P x = sum_k p_k c_k,   c = A x       the first directions of P <s^2 x x^T>^(1/2): as few as leave out little
 //! ```
-//! `p_0` alone, whatever its heat, misses 10 to 12 % of the change of e in glycerine; what this misses with the true heat and
-//! latents is a row of the training's report.
+//! Fitted alone, `p_0` misses 10 to 12 % of the change of e in glycerine, its true heat known; what this misses with the true
+//! heat and latents is a row of the training's report. The pattern ages as the heat mixes, which nothing here follows.
 
 use super::generic::{LATENTS, Latent};
 use super::side::Side;
