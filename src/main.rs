@@ -44,7 +44,23 @@ enum Command {
     Manual(cli::manual::Arguments),
 }
 
+/// Exit status of a program that a broken pipe has ended, as the shell tells it: 128 and the signal's number.
+const PIPE_BROKE: i32 = 141;
+
+/// Ends the program quietly when nobody reads on what it prints (`meniscus ... | head`): `println!` panics then.
+fn end_with_the_reader() {
+    let otherwise = std::panic::take_hook();
+    std::panic::set_hook(Box::new(move |panic| {
+        let why = panic.payload_as_str().unwrap_or_default();
+        if why.starts_with("failed printing to std") && why.contains("Broken pipe") {
+            std::process::exit(PIPE_BROKE);
+        }
+        otherwise(panic);
+    }));
+}
+
 fn main() -> ExitCode {
+    end_with_the_reader();
     meniscus::host::wide::widen();
     let done = match Arguments::parse().command {
         Command::Run(arguments) => cli::run::run(&arguments),

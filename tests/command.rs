@@ -211,6 +211,17 @@ fn help_teaches() {
     }
 }
 
+/// As `meniscus ... | head` does, which closes its end early.
+#[test]
+fn nobody_who_reads_on_is_no_panic() {
+    let (reader, writer) = std::io::pipe().expect("a pipe");
+    drop(reader);
+    let mut command = Command::new(env!("CARGO_BIN_EXE_meniscus"));
+    let output = command.args(["simulate", "--list"]).stdout(writer).output().expect("it starts");
+    assert_eq!(output.status.code(), Some(141), "{}", String::from_utf8_lossy(&output.stderr));
+    assert!(output.stderr.is_empty(), "{}", String::from_utf8_lossy(&output.stderr));
+}
+
 #[test]
 fn a_camera_on_a_bus_goes_into_the_same_turn_and_is_held_against_no_truth() {
     let folder = folder("usb");
