@@ -7,7 +7,9 @@ use meniscus::decoder::Selection;
 use meniscus::host::files::AlignedBytes;
 use meniscus::model::{CRC, LoadError, Model, PREFIX_LEN, Tensor};
 use meniscus::nn::Element;
-use meniscus::offline::export::{blob, stored};
+use meniscus::offline::export::{Part, blob, stored};
+use meniscus::offline::quantize::quantize;
+use meniscus::runtime::Estimate;
 
 /// The error for `bytes`.
 fn refusal(bytes: &[u8]) -> LoadError {
@@ -168,6 +170,72 @@ fn a_blob_whose_laws_are_coarse_is_refused() {
     let mut unknown = bytes;
     unknown[PREFIX_LEN + head - 1] = 9;
     assert_eq!(refusal(&sealed(unknown)), LoadError::Header);
+}
+
+/// The internal energy of `field`, and what it has to be: `columns` of the basis by the heat and the coefficients of e.
+fn heated(parts: &[Part], columns: usize) -> (Vec<f32>, Vec<f32>) {
+    let bytes = AlignedBytes::copy(&blob(support::header(), parts).expect("a blob"));
+    let model = Model::load(&bytes).expect("sound");
+    let c = model.decoder.coefficients(&[0.2; 13], 0.1);
+    let heat_j = 0.01;
+    let mut said = vec![0.0; support::PARTICLES];
+    model.decoder.part(Selection::NONE.with(2), &c, heat_j, &mut said);
+    let values = |tensor| &parts.iter().find(|part| part.tensor == tensor).expect("there").values;
+    let (rest, basis) = (values(Tensor::GroupRest(2)), values(Tensor::GroupBasis(2)));
+    // q and v have two coefficients each before those of e.
+    let times = [1.0, c[4], c[5]];
+    let due = rest
+        .iter()
+        .zip(basis.chunks_exact(columns))
+        .map(|(rest, row)| rest + row.iter().zip(times).map(|(b, c)| heat_j * b * c).sum::<f32>());
+    (said, due.collect())
+}
+
+#[test]
+fn the_pattern_of_the_heat_moves_with_its_coefficients_and_one_column_stands_still() {
+    let close = |(said, due): (Vec<f32>, Vec<f32>)| said.iter().zip(&due).all(|(a, b)| (a - b).abs() < 1e-6);
+    let mut parts = support::parts(1, 0.1);
+    assert!(close(heated(&parts, 3)));
+    // As blobs were before: one column, and no coefficients of e between those of v and sigma.
+    for part in &mut parts {
+        let columns = part.columns;
+        match part.tensor {
+            Tensor::GroupBasis(2) => {
+                part.values = part.values.iter().step_by(columns).copied().collect();
+                part.columns = 1;
+            }
+            Tensor::TrunkLinear | Tensor::TrunkPort | Tensor::TrunkWeight(2) | Tensor::TrunkBias(2) => {
+                part.values.drain(4 * columns..6 * columns);
+                part.rows -= 2;
+            }
+            _ => {}
+        }
+    }
+    assert!(close(heated(&parts, 1)));
+}
+
+/// The bases before and behind e are turned; what e is multiplied by stays in its place.
+#[test]
+fn cutting_the_bases_leaves_the_internal_energy_alone() {
+    let bytes = support::random_blob(1, 0.1);
+    let wave = |n: usize| Estimate {
+        latent: std::array::from_fn(|k| (0.3 * (n * (k + 1)) as f64).sin()),
+        port: (0.7 * n as f32).cos(),
+        ..Estimate::default()
+    };
+    let run: Vec<Estimate> = (0..60).map(wave).collect();
+    let cut = quantize(&bytes, Element::F32, Some(0.5), &run).expect("quantised");
+    assert!(cut.ranks.iter().any(|(before, after)| after < before), "{:?}", cut.ranks);
+    assert_eq!(cut.ranks[2], (3, 3));
+    let cut = AlignedBytes::copy(&cut.blob);
+    let [fine, cut] = [&bytes, &cut].map(|bytes| {
+        let model = Model::load(bytes).expect("sound");
+        let mut energy = vec![0.0; support::PARTICLES];
+        let c = model.decoder.coefficients(&[0.2; 13], 0.1);
+        model.decoder.part(Selection::NONE.with(2), &c, 0.01, &mut energy);
+        energy
+    });
+    assert_eq!(fine, cut);
 }
 
 #[test]

@@ -20,7 +20,8 @@
 //! order, is y for phi = 1 and stays below 1: s = (dt/2) (phi^2 - 1) y/(1 + phi y) with the y of the first mode and H'' at
 //! rest. Where friction is taken away nothing can bounce, and s is 0.
 //!
-//! With the memory in the middle of the step, z^ = (z + dt v^/2)/(1 + dt r/2), the rate being v^ = e e_v . dH/m (e the joules of one H),
+//! With the memory in the middle of the step, z^ = (z + dt v^/2)/(1 + dt r/2), the rate being v^ = e e_v . dH/m (e the
+//! joules of one H),
 //!
 //! ```text
 //! x^ = x~ + dt [ (L - D1 - c e_v e_v^T) dH - f e_v ]
@@ -179,7 +180,7 @@ impl Slots {
         let slowed = operators.friction * (self.hessian * map.along_rate);
         let y = 0.5 * dt * map.rate.dot(&slowed).max(0.0);
         let s = 0.5 * dt * (phi * phi - 1.0) * y / (1.0 + phi * y);
-        // (D^-1 + s H'')^-1 = C (1 + s C^T H'' C)^-1 C^T, which is a square for any C.
+        // (D^-1 + s H'')^-1 = C (1 + s C^T H'' C)^-1 C^T, a square for any C; H is convex, so that there is an inverse.
         let root = c * whitener(&(Square::identity() + c.transpose() * self.hessian * c * s)).transpose();
         root * root.transpose() * phi
     }

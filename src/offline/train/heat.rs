@@ -84,15 +84,9 @@ impl Heat {
         let enough = |rank: &usize| left(*rank) <= LEFT_OUT * left(0);
         let rank = (0..MAX_HEATED - 1).find(enough).unwrap_or(MAX_HEATED - 1);
         let u = DMatrix::from_fn(LATENTS, rank, |i, k| along.eigenvectors[(i, order[k])]);
-        let patterns = u.tr_mul(&weighed);
-        let basis =
-            DMatrix::from_fn(
-                right.ncols(),
-                1 + rank,
-                |n, k| {
-                    if k == 0 { still[n] } else { patterns[(k - 1, n)] }
-                },
-            );
+        let mut basis = u.tr_mul(&weighed).insert_row(0, 0.0);
+        basis.set_row(0, &still);
+        let basis = basis.transpose();
         Self { basis: Matrix::from_f64(&basis), coefficients: Matrix::from_f64(&u.tr_mul(&inverse)) }
     }
 
