@@ -4,12 +4,13 @@
 mod support;
 
 use meniscus::decoder::Selection;
+use meniscus::host::clock::Monotonic;
 use meniscus::host::files::AlignedBytes;
 use meniscus::model::{CRC, LoadError, Model, PREFIX_LEN, Tensor};
 use meniscus::nn::Element;
 use meniscus::offline::export::{Part, blob, stored};
 use meniscus::offline::quantize::quantize;
-use meniscus::runtime::Estimate;
+use meniscus::runtime::{Estimate, Estimator, Memory};
 
 /// The error for `bytes`.
 fn refusal(bytes: &[u8]) -> LoadError {
@@ -218,10 +219,14 @@ fn the_pattern_of_the_heat_moves_with_its_coefficients_and_one_column_stands_sti
 #[test]
 fn cutting_the_bases_leaves_the_internal_energy_alone() {
     let bytes = support::random_blob(1, 0.1);
-    let wave = |n: usize| Estimate {
-        latent: std::array::from_fn(|k| (0.3 * (n * (k + 1)) as f64).sin()),
-        port: (0.7 * n as f32).cos(),
-        ..Estimate::default()
+    let model = Model::load(&bytes).expect("sound");
+    let still =
+        Estimator::new(&model).turn(&mut Memory::default(), None, 0, &mut Monotonic::start(), &mut []);
+    let wave = |n: usize| {
+        let mut estimate = still;
+        estimate.latent = std::array::from_fn(|k| (0.3 * (n * (k + 1)) as f64).sin());
+        estimate.port = (0.7 * n as f32).cos();
+        estimate
     };
     let run: Vec<Estimate> = (0..60).map(wave).collect();
     let cut = quantize(&bytes, Element::F32, Some(0.5), &run).expect("quantised");
