@@ -125,6 +125,29 @@ fn threads_change_no_bit_and_the_disk_changes_none_either() {
     }
 }
 
+/// Bits of all positions and velocities of a liquid of the viscosity `viscosity` after 40 jolted steps.
+fn jolted(viscosity: f64) -> Vec<u64> {
+    let mut simulator = Simulator::new(&setup(viscosity, 0.007)).expect("the glass settles");
+    simulator.divide(0.02);
+    for _ in 0..40 {
+        simulator.step(|t| if t < 0.01 { 3.0 } else { -3.0 }).expect("the liquid stays inside");
+    }
+    simulator.motion().flat_map(|(x, v, _)| x.into_iter().chain(v)).map(f64::to_bits).collect()
+}
+
+#[test]
+fn vectors_of_any_width_change_no_bit() {
+    if meniscus::host::wide::words() != "SSE2, as any x86-64" {
+        return println!("skipped: not a build for any x86-64, or another test has widened already");
+    }
+    // With and without the friction of what is not smooth.
+    let narrow = [0.001, 0.950].map(jolted);
+    meniscus::host::wide::widen();
+    let wide = [0.001, 0.950].map(jolted);
+    println!("compared as {}", meniscus::host::wide::words());
+    assert!(narrow == wide, "a position or a velocity differs between the widths");
+}
+
 #[test]
 fn energy_closes_and_the_surface_rests_at_the_fill() {
     let motion = Motion::parse("strokes:7", 2.0).expect("a known motion");

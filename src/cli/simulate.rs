@@ -168,16 +168,19 @@ fn make(arguments: &Wanted) -> anyhow::Result<()> {
     }
     rayon_threads(arguments.threads)?;
     let writing = stoppable()?;
-    for motion in &motions {
-        let path = output(out, motion, motions.len())?;
-        setup.seed = motion.seed;
-        let folder = arguments.camera.as_ref().map(|folder| match motions.len() {
-            1 => folder.clone(),
-            _ => folder.join(path.file_stem().unwrap_or_default()),
-        });
-        one(arguments, &setup, motion, frames, &path, folder.as_deref(), &writing)?;
-    }
-    Ok(())
+    // As one of the threads that share the work: from outside, every sum of every step would wait for them to wake.
+    rayon::scope(|_| {
+        for motion in &motions {
+            let path = output(out, motion, motions.len())?;
+            setup.seed = motion.seed;
+            let folder = arguments.camera.as_ref().map(|folder| match motions.len() {
+                1 => folder.clone(),
+                _ => folder.join(path.file_stem().unwrap_or_default()),
+            });
+            one(arguments, &setup, motion, frames, &path, folder.as_deref(), &writing)?;
+        }
+        Ok(())
+    })
 }
 
 /// Simulates, writes and reports one recording.

@@ -32,9 +32,12 @@ pub(super) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     // The bar counts hundredths of the estimated work, so that its time left is smooth.
     let bar = ProgressBar::new((100.0 * work(*quick)) as u64);
     bar.set_style(ProgressStyle::with_template("{msg:22} {wide_bar} {percent} %, {eta} left")?);
-    let outcome = validate(*quick, |done, case| {
-        bar.set_message(String::from(case));
-        bar.set_position((100.0 * done) as u64);
+    // As one of the threads that share the work, as in `simulate`.
+    let outcome = rayon::scope(|_| {
+        validate(*quick, |done, case| {
+            bar.set_message(String::from(case));
+            bar.set_position((100.0 * done) as u64);
+        })
     })?;
     bar.finish_and_clear();
     let picture = |index: usize| format!("decay-{index}.png");

@@ -27,7 +27,7 @@ const SOFT: f64 = 0.2;
 const UNIT: Symmetric = [1.0, 0.0, 0.0, 1.0, 0.0, 1.0];
 
 /// `m x`.
-#[inline]
+#[inline(always)]
 pub(super) fn times(m: &Symmetric, x: &[f64; 3]) -> [f64; 3] {
     [
         m[0] * x[0] + m[1] * x[1] + m[2] * x[2],
@@ -37,15 +37,15 @@ pub(super) fn times(m: &Symmetric, x: &[f64; 3]) -> [f64; 3] {
 }
 
 /// `f v (x) x`, made symmetric and with its off-diagonal parts twice, as the sum with a symmetric matrix wants it.
-#[inline]
-pub(super) fn strain(f: f64, d: &[f64; 3], a: &Particle, b: &Particle) -> Symmetric {
-    let [x, y, z] = d.map(|d| f * d);
-    let [u, v, w] = [a.v[0] - b.v[0], a.v[1] - b.v[1], a.v[2] - b.v[2]];
+#[inline(always)]
+pub(super) fn strain(f: f64, d: &[f64; 3], v: &[f64; 3]) -> Symmetric {
+    let [x, y, z] = [f * d[0], f * d[1], f * d[2]];
+    let [u, v, w] = *v;
     [u * x, u * y + v * x, u * z + w * x, v * y, v * z + w * y, w * z]
 }
 
 /// `tr(L t)` with `t` of [`strain`].
-#[inline]
+#[inline(always)]
 pub(super) fn trace(l: &Symmetric, t: &Symmetric) -> f64 {
     (l[0] * t[0] + l[1] * t[1] + l[2] * t[2]) + (l[3] * t[3] + l[4] * t[4] + l[5] * t[5])
 }

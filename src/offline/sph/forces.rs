@@ -1,27 +1,14 @@
-//! Rates of change of density and velocity: sums over pairs of neighbours.
+//! Rates of change of density and velocity, from the sums over pairs of [`super::continuity`] and [`super::momentum`].
 //!
-//! With `x = x_i - x_j`, `v = v_i - v_j`, `V = m/rho`, `grad W = F x`, `s = (v.x)/(r^2 + 0.01 h^2)`:
-//! ```text
-//! continuity   rho_i' = rho_i tr(L_i sum_j V_j F x (x) v)  +  sum_j V_j D_ij  +  what `places` calls back,
-//! diffusion    D_ij = -2 delta h c0 F [ (p_j - p_i) - rho0 g.(x_j - x_i) ] / c0^2
-//! momentum     m_i v_i' = -sum_j V_i V_j (p_i L_i + p_j L_j) F x  +  sum_j V_i V_j K (c_i mu_i + c_j mu_j)/2 F s x  +  m_i g
-//! surface      c_i = 3 / -sum_j V_j F r^2
-//! heat         each of a pair gains half of   -V_i V_j K (c_i mu_i + c_j mu_j)/2 F s v.x
-//! shear rate   rate_i^2 = -(K/2) c_i sum_j V_j F s v.x   -> 2 D:D in the continuum
-//! ```
-//! `L` makes gradients exact up to the free surface ([`super::corrected`]). Pressure and continuity are conjugate, so the
-//! pairs exchange kinetic and compressive energy exactly. Sources: diffusion, Fourtakas et al. 2019 (Computers & Fluids 190, 346); viscosity,
-//! Monaghan and Gingold 1983 with K = 2 (d + 2) = 10 (Violeau 2009). `c_i` is 1 in the bulk and
-//! about 2 at a free surface, where half of the neighbours are missing: without it the surface layer
-//! dissipates half of what it should (glycerine's first mode 7 % too little without walls' friction).
-//! The sum over an even function of direction needs no other correction. Walls are images
-//! ([`super::walls`]) and have no diffusion. The friction of what is not smooth is that of
-//! [`super::smooth`].
+//! Pressure and continuity are conjugate, so the pairs exchange kinetic and compressive energy exactly. Walls are images
+//! ([`super::walls`]).
 
-use super::corrected::{Corrected, strain, times, trace};
+use super::continuity::{Continuity, DELTA};
+use super::corrected::Corrected;
 use super::frame::Body;
 use super::kernel::Kernel;
 use super::moments::Moments;
+use super::momentum::Momentum;
 use super::neighbours::{CHUNKS, Neighbours};
 use super::places::Places;
 use super::smooth::{Gradients, NOISE};
@@ -29,13 +16,6 @@ use super::state::{Fluid, Particle};
 use super::walls::Walls;
 use crate::offline::prelude::*;
 use crate::offline::recording::Glass;
-use rayon::prelude::*;
-
-/// The factor of the viscous pair force in three dimensions, 2 (d + 2).
-const K: f64 = 10.0;
-
-/// Strength of the density diffusion.
-const DELTA: f64 = 0.1;
 
 /// The largest `c_i`: a lone drop has hardly a neighbour.
 const LARGEST_C: f64 = 3.0;
@@ -103,42 +83,18 @@ impl Forces {
 
     /// Fills `rate` from the present positions, velocities and pressures under the body force `body`.
     pub(crate) fn density_rates(&mut self, lists: &Neighbours, liquid: &Fluid, walls: &Walls, body: &Body) {
-        let kernel = self.kernel;
-        let diffusion = -2.0 * DELTA * kernel.h / self.sound;
-        let (rest_density, pressed) = (self.rest_density, &self.pressed);
-        let (particle, matrix) = (&liquid.particle, &self.corrected.l);
-        lists.sum(&mut self.rate_buffers, &mut self.rate, |i, out| {
-            let (a, l) = (&particle[i], &matrix[i]);
-            let lift = body.still(&a.x).map(|g| rest_density * g);
-            let mut own = [0.0; 3];
-            for &j in lists.liquid.row(i) {
-                let b = &particle[j as usize];
-                let (d, r2, _) = pair(a, b);
-                let f = kernel.slope(r2);
-                let t = strain(f, &d, a, b);
-                let rest = lift[0] * d[0] + lift[1] * d[1] + lift[2] * d[2];
-                // What presses on the surface is balanced by a gradient of p as the weight is.
-                let above = if pressed.is_empty() { 0.0 } else { pressed[j as usize][0] - pressed[i][0] };
-                let flux = diffusion * f * (b.p - a.p + rest + above);
-                own[0] += b.volume * trace(l, &t);
-                own[1] += b.volume * flux;
-                own[2] -= b.volume * f * r2;
-                let other = &mut out[j as usize];
-                other[0] += a.volume * trace(&matrix[j as usize], &t);
-                other[1] -= a.volume * flux;
-                other[2] -= a.volume * f * r2;
-            }
-            for &w in lists.wall.row(i) {
-                let b = &walls.image[w as usize];
-                let (d, r2, _) = pair(a, b);
-                let f = kernel.slope(r2);
-                own[0] += b.volume * trace(l, &strain(f, &d, a, b));
-                own[2] -= b.volume * f * r2;
-            }
-            for (o, s) in out[i].iter_mut().zip(own) {
-                *o += s;
-            }
-        });
+        let pairs = Continuity {
+            kernel: self.kernel,
+            lists,
+            particle: &liquid.particle,
+            image: &walls.image,
+            matrix: &self.corrected.l,
+            pressed: &self.pressed,
+            body,
+            rest_density: self.rest_density,
+            diffusion: -2.0 * DELTA * self.kernel.h / self.sound,
+        };
+        lists.sum(&mut self.rate_buffers, &mut self.rate, &pairs);
         for (rate, recall) in self.rate.iter_mut().zip(&self.places.recall) {
             rate[1] += recall;
         }
@@ -168,73 +124,27 @@ impl Forces {
         glass: &Glass,
         dt: f64,
     ) {
-        let kernel = self.kernel;
-        let soft = 0.01 * kernel.h * kernel.h;
         let Fluid { particle, viscosity, .. } = liquid;
         for ((drag, mu), [_, _, seen]) in self.drag.iter_mut().zip(viscosity).zip(&self.rate) {
             *drag = mu * completion(*seen);
         }
-        let noise = NOISE * kernel.h * self.sound * self.rest_density;
+        let noise = NOISE * self.kernel.h * self.sound * self.rest_density;
         let jitters = viscosity.iter().any(|mu| *mu < noise);
         self.look(lists, liquid, walls, dt, jitters);
         self.corrected.weigh(particle);
         walls.press(glass, particle, &self.corrected.l);
-        let Self { gradients, drag, corrected, .. } = self;
-        let pressure = &corrected.pressure;
-        lists.sum(&mut self.force_buffers, &mut self.force, |i, out| {
-            let a = &particle[i];
-            let mut own = [0.0; 5];
-            for &j in lists.liquid.row(i) {
-                let b = &particle[j as usize];
-                let (d, r2, dot) = pair(a, b);
-                let f = kernel.slope(r2);
-                let (both, inverse) = (a.volume * b.volume * f, 1.0 / (r2 + soft));
-                let mu = 0.5 * (drag[i] + drag[j as usize]);
-                let mut rub = K * mu * dot * inverse;
-                if jitters && mu < noise {
-                    rub += K * (noise - mu) * (dot - gradients.share(i, j as usize, &d)) * inverse;
-                }
-                let heat = -0.5 * both * rub * dot;
-                let shear = -0.5 * K * f * dot * dot * inverse;
-                let (p, q) = (&pressure[i], &pressure[j as usize]);
-                let press = times(&std::array::from_fn(|k| p[k] + q[k]), &d);
-                let push: [f64; 3] = std::array::from_fn(|k| both * (rub * d[k] - press[k]));
-                own[0] += push[0];
-                own[1] += push[1];
-                own[2] += push[2];
-                own[3] += heat;
-                own[4] += b.volume * shear;
-                let other = &mut out[j as usize];
-                other[0] -= push[0];
-                other[1] -= push[1];
-                other[2] -= push[2];
-                other[3] += heat;
-                other[4] += a.volume * shear;
-            }
-            for &w in lists.wall.row(i) {
-                let b = &walls.image[w as usize];
-                let (d, r2, _) = pair(a, b);
-                let f = kernel.slope(r2);
-                let both = a.volume * b.volume * f;
-                let own_speed = a.v[0] * d[0] + a.v[1] * d[1] + a.v[2] * d[2];
-                let u = &walls.rubbing[w as usize];
-                let dot = own_speed - (u[0] * d[0] + u[1] * d[1] + u[2] * d[2]);
-                let sliding = dot / (r2 + soft);
-                let rub = both * K * drag[i] * sliding;
-                let (press, image) = (times(&pressure[i], &d), times(&walls.pressure[w as usize], &d));
-                // The wall stands still, so the power of its friction is heat; so is what a round
-                // mirror does not give back of the power of pressure.
-                own[3] -= rub * own_speed;
-                for k in 0..3 {
-                    own[k] += rub * d[k] - both * (press[k] + image[k]);
-                    own[3] += both * (image[k] * a.v[k] + press[k] * b.v[k]);
-                }
-                own[4] -= 0.5 * K * b.volume * f * sliding * dot;
-            }
-            for (o, s) in out[i].iter_mut().zip(own) {
-                *o += s;
-            }
-        });
+        let pairs = Momentum {
+            kernel: self.kernel,
+            lists,
+            particle,
+            walls,
+            pressure: &self.corrected.pressure,
+            drag: &self.drag,
+            gradients: &self.gradients,
+            noise: jitters.then_some(noise),
+            soft: 0.01 * self.kernel.h * self.kernel.h,
+        };
+        lists.sum(&mut self.force_buffers, &mut self.force, &pairs);
         for (force, [_, _, seen]) in self.force.iter_mut().zip(&self.rate) {
             force[4] *= completion(*seen);
         }
@@ -243,10 +153,9 @@ impl Forces {
     /// Accelerations of the particles under `body`, from the last `forces`.
     pub(crate) fn accelerations(&self, liquid: &mut Fluid, body: &Body) {
         let Fluid { particle, acceleration, mass, .. } = liquid;
-        let parts = acceleration.par_iter_mut().zip(&*mass).zip(&self.force).zip(&*particle);
-        parts.with_min_len(512).for_each(|(((a, m), f), p)| {
+        for (((a, m), f), p) in acceleration.iter_mut().zip(mass).zip(&self.force).zip(particle) {
             let g = if body.turns() { body.at(&p.x, &p.v) } else { body.uniform };
-            *a = [f[0] / m + g[0], f[1] / m + g[1], f[2] / m + g[2]];
-        });
+            *a = [f[0] / *m + g[0], f[1] / *m + g[1], f[2] / *m + g[2]];
+        }
     }
 }

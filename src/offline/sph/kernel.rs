@@ -44,7 +44,7 @@ impl Kernel {
     }
 
     /// `F`, 1/m5, from the squared distance; zero outside the support.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn slope(&self, r2: f64) -> f64 {
         let s = (1.0 - r2.sqrt() * self.half_inverse).max(0.0);
         self.slope * (s * s * s)

@@ -52,6 +52,8 @@
 //!
 //! [`viscous_mode`]: crate::offline::validate::viscous_mode
 
+mod blocks;
+mod continuity;
 mod corrected;
 mod effects;
 mod energy;
@@ -59,6 +61,7 @@ mod forces;
 mod frame;
 mod kernel;
 mod moments;
+mod momentum;
 mod neighbours;
 mod packing;
 mod particles;

@@ -112,7 +112,7 @@ impl Moments {
         image_density: impl Fn(f64) -> f64 + Sync,
     ) {
         let Fluid { particle, mass, .. } = liquid;
-        lists.sum(&mut self.buffers, &mut self.sums, |i, out| {
+        lists.sum(&mut self.buffers, &mut self.sums, &|i: usize, out: &mut [[f64; 19]]| {
             let a = &particle[i];
             let mut own = [0.0; 19];
             own[15] = mass[i] * kernel.value(0.0);

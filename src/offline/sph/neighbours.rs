@@ -5,6 +5,7 @@
 //! equal work; each chunk sums into its own buffer and the buffers are added in order. The order of
 //! every addition is thus the same for any number of threads, and results are equal bit for bit.
 
+use super::blocks::{PairSum, add_rows};
 use super::state::Particle;
 use crate::offline::prelude::*;
 use rayon::prelude::*;
@@ -119,6 +120,8 @@ pub(crate) struct Neighbours {
     pub(crate) wall: Rows,
     /// Ranges of liquid particles of nearly equal work.
     pub(crate) chunks: [Range<usize>; CHUNKS],
+    /// The particles that the pairs of a chunk can give something to.
+    touched: [Range<usize>; CHUNKS],
     reach2: f64,
     wall_reach2: f64,
     allowed2: f64,
@@ -143,6 +146,7 @@ impl Neighbours {
             liquid: Rows::default(),
             wall: Rows::default(),
             chunks: std::array::from_fn(|_| 0..0),
+            touched: std::array::from_fn(|_| 0..0),
             reach2: reach * reach,
             wall_reach2: wall_reach * wall_reach,
             allowed2: 0.25 * skin * skin,
@@ -192,27 +196,32 @@ impl Neighbours {
             |c: usize| (0..particles).find(|&i| work(i) * CHUNKS >= c * work(particles)).unwrap_or(particles);
         self.chunks =
             std::array::from_fn(|c| bound(c)..if c + 1 < CHUNKS { bound(c + 1) } else { particles });
+        let (chunks, liquid) = (&self.chunks, &self.liquid);
+        self.touched = std::array::from_fn(|c| {
+            let Range { start, end } = chunks[c].clone();
+            let pairs = &liquid.entry[liquid.start[start] as usize..liquid.start[end] as usize];
+            // Pairs are listed with the lower of the two.
+            start..pairs.iter().fold(end, |last, &j| last.max(j as usize + 1))
+        });
     }
 
-    /// Sums over all pairs: `each(i, buffer)` adds what particle `i` and its listed partners get to
-    /// the buffer of its chunk; `buffers` keeps the memory between calls. The sum lands in `out`.
+    /// Sums over all pairs: what particle `i` and its listed partners get is added to the buffer of its chunk; `buffers`
+    /// keeps the memory between calls. The sum lands in `out`.
     pub(crate) fn sum<const N: usize>(
         &self,
         buffers: &mut [Vec<[f64; N]>],
         out: &mut [[f64; N]],
-        each: impl Fn(usize, &mut [[f64; N]]) + Sync,
+        pairs: &impl PairSum<N>,
     ) {
         let rows = out.len();
-        buffers.par_iter_mut().zip(&self.chunks).for_each(|(buffer, chunk)| {
-            buffer.clear();
+        buffers.par_iter_mut().zip(&self.chunks).zip(&self.touched).for_each(|((buffer, chunk), touched)| {
             buffer.resize(rows, [0.0; N]);
-            for i in chunk.clone() {
-                each(i, buffer);
-            }
+            buffer[touched.clone()].fill([0.0; N]);
+            add_rows(pairs, chunk.clone(), buffer);
         });
         out.fill([0.0; N]);
-        for buffer in buffers.iter() {
-            for (o, b) in out.iter_mut().zip(buffer) {
+        for (buffer, touched) in buffers.iter().zip(&self.touched) {
+            for (o, b) in out[touched.clone()].iter_mut().zip(&buffer[touched.clone()]) {
                 for (o, b) in o.iter_mut().zip(b) {
                     *o += b;
                 }

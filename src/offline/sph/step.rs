@@ -54,13 +54,14 @@ impl Simulator {
         self.body = Body::of(&self.effects.place(*motion));
         self.acting.press(&self.fluid, &mut self.forces.pressed);
         self.reflect(&self.body.clone());
+        let slip_m = self.slip_m();
+        self.walls.rub(&self.glass, &self.fluid, slip_m);
         self.forces.forces(&self.lists, &self.fluid, &mut self.walls, &self.glass, self.dt);
         self.forces.accelerations(&mut self.fluid, &self.body);
         self.turning.clear();
         if self.body.turns() {
             self.turning.extend(self.fluid.particle.iter().map(|p| self.body.turning(&p.x, &p.v)));
         }
-        let slip_m = self.slip_m();
         let Self { acting, glass, spacing_m, lists, walls, forces, fluid, .. } = self;
         for (a, [_, a_x, a_y]) in fluid.acceleration.iter_mut().zip(&forces.pressed) {
             a[0] += a_x;
@@ -111,8 +112,7 @@ impl Simulator {
 
     /// Makes the images of the present state under the body force `body`.
     fn reflect(&mut self, body: &Body) {
-        let slip_m = self.slip_m();
-        self.walls.reflect(&self.glass, &self.fluid, body, &self.forces.pressed, slip_m);
+        self.walls.reflect(&self.glass, &self.fluid, body, &self.forces.pressed);
     }
 
     /// Half a step of velocity; the work of the moving glass is booked as the kick does it.

@@ -85,55 +85,55 @@ impl Walls {
     }
 
     /// Makes the images of the present state under the body force `body` and what presses on the
-    /// surface (see [`super::forces::Forces::pressed`]); the liquid slips by `slip_m`.
-    pub(crate) fn reflect(
-        &mut self,
-        glass: &Glass,
-        liquid: &Fluid,
-        body: &Body,
-        pressed: &[[f64; 3]],
-        slip_m: f64,
-    ) {
-        let Self { origin, image, rubbing, .. } = self;
-        let half_omega = 0.5 * first_mode(glass);
-        let images = image.par_iter_mut().zip(rubbing).zip(&*origin).with_min_len(256);
-        images.for_each(|((image, rubbing), origin)| {
+    /// surface (see [`super::forces::Forces::pressed`]).
+    pub(crate) fn reflect(&mut self, glass: &Glass, liquid: &Fluid, body: &Body, pressed: &[[f64; 3]]) {
+        let images = self.image.par_iter_mut().zip(&self.origin).with_min_len(256);
+        images.for_each(|(image, origin)| {
             let original = &liquid.particle[origin.particle as usize];
             *image = *original;
-            let mut shear_free = original.v;
-            let mut distance = original.x[2];
             if origin.side {
                 let (y, n) = to_side(glass, &original.x);
-                distance = y;
                 let normal: f64 = n.iter().zip(original.v).map(|(n, v)| n * v).sum();
                 for ((x, v), n) in image.x.iter_mut().zip(&mut image.v).zip(n) {
                     *x += 2.0 * y * n;
                     *v -= 2.0 * normal * n;
                 }
-                let r = original.x[0].hypot(original.x[1]).max(1e-9);
-                let out = image.x[0].hypot(image.x[1]) / r;
-                image.volume *= out;
-                let (cos, sin) = (original.x[0] / r, original.x[1] / r);
-                let around = original.v[1] * cos - original.v[0] * sin;
-                shear_free = image.v;
-                shear_free[0] -= (out - 1.0) * around * sin;
-                shear_free[1] += (out - 1.0) * around * cos;
+                image.volume *= radius(&image.x) / radius(&original.x);
             }
             if origin.bottom {
                 image.x[2] = -image.x[2];
                 image.v[2] = -image.v[2];
-                shear_free[2] = -shear_free[2];
             }
             let [g_x, g_y, g_z] = body.still(&image.x);
             let [_, a_x, a_y] = pressed.get(origin.particle as usize).copied().unwrap_or_default();
             let [d_x, d_y, d_z] = [0, 1, 2].map(|k| image.x[k] - original.x[k]);
             let lift = (g_x + a_x) * d_x + (g_y + a_y) * d_y + g_z * d_z;
             image.p += liquid.density[origin.particle as usize] * lift;
-            let stuck = stick(slip_m, distance);
+        });
+    }
+
+    /// Gives the images the velocities that friction sees; the liquid slips by `slip_m`.
+    pub(crate) fn rub(&mut self, glass: &Glass, liquid: &Fluid, slip_m: f64) {
+        let Self { origin, image, rubbing, .. } = self;
+        let half_omega = 0.5 * first_mode(glass);
+        let images = rubbing.par_iter_mut().zip(&*image).zip(&*origin).with_min_len(256);
+        images.for_each(|((rubbing, image), origin)| {
             let i = origin.particle as usize;
+            let Particle { x, v, .. } = &liquid.particle[i];
+            let mut shear_free = image.v;
+            let mut distance = x[2];
+            if origin.side {
+                distance = to_side(glass, x).0;
+                let r = radius(x);
+                let (cos, sin) = (x[0] / r, x[1] / r);
+                let around = (radius(&image.x) / r - 1.0) * (v[1] * cos - v[0] * sin);
+                shear_free[0] -= around * sin;
+                shear_free[1] += around * cos;
+            }
+            let stuck = stick(slip_m, distance);
             let layers = distance.max(0.0) * (half_omega * liquid.density[i] / liquid.viscosity[i]).sqrt();
             let odd = stuck * behind(layers);
-            *rubbing = std::array::from_fn(|k| (1.0 - stuck) * shear_free[k] - odd * original.v[k]);
+            *rubbing = std::array::from_fn(|k| (1.0 - stuck) * shear_free[k] - odd * v[k]);
         });
     }
 
@@ -163,9 +163,14 @@ fn first_mode(glass: &Glass) -> f64 {
     Mode::new(&Cylinder { radius_m, depth_m, density_kg_m3: 1.0 }, Wave::First(0)).square(GRAVITY_M_S2).sqrt()
 }
 
+/// Distance from the axis, m, and never nothing.
+fn radius(x: &[f64; 3]) -> f64 {
+    (x[0] * x[0] + x[1] * x[1]).sqrt().max(1e-9)
+}
+
 /// Distance from the side wall and its outward normal.
 fn to_side(glass: &Glass, x: &[f64; 3]) -> (f64, [f64; 3]) {
-    let r = x[0].hypot(x[1]).max(1e-9);
+    let r = radius(x);
     let length = (1.0 + glass.taper * glass.taper).sqrt();
     let y = (glass.radius_at(x[2]) - r) / length;
     (y, [x[0] / r / length, x[1] / r / length, -glass.taper / length])

@@ -63,7 +63,7 @@ impl Maxwell {
     pub(super) fn advance(&mut self, dt: f64, around: &Surroundings<'_>, fluid: &mut Fluid) {
         let Surroundings { kernel, lists, images, slip_m, rate, glass, .. } = *around;
         let particle = &fluid.particle;
-        lists.sum(&mut self.gradient_buffers, &mut self.gradient, |i, out| {
+        lists.sum(&mut self.gradient_buffers, &mut self.gradient, &|i: usize, out: &mut [[f64; 9]]| {
             let a = &particle[i];
             let mut own = [0.0; 9];
             for &j in lists.liquid.row(i) {
@@ -120,7 +120,7 @@ impl Maxwell {
         let Fluid { particle, mass, acceleration, .. } = fluid;
         let (particle, stress) = (&*particle, &self.stress);
         let c = |i: usize| completion(rate[i][2]);
-        lists.sum(&mut self.force_buffers, &mut self.force, |i, out| {
+        lists.sum(&mut self.force_buffers, &mut self.force, &|i: usize, out: &mut [[f64; 3]]| {
             let a = &particle[i];
             let mut own = [0.0; 3];
             let mut add = |f: f64, s: Matrix3<f64>, x: [f64; 3]| -> [f64; 3] {
