@@ -8,12 +8,16 @@
 //! The paper's relative error flatters: a flat surface already scores about 2 % mean.
 
 use super::recording::{GROUP_NAMES, Recording, STATE, group_range};
+use crate::decoder::Selection;
 use crate::host::live::Logged;
 use crate::model::Model;
 use crate::offline::prelude::*;
 use crate::runtime::{Estimate, Mode};
 use crate::surface::POINTS;
 use crate::units::{FRAME_INTERVAL_S, Micros};
+
+/// Position of sigma among the groups.
+const SIGMA: usize = 3;
 
 /// Sums behind one slosh-relative error, with the mean and the maximum of the error of the height.
 #[derive(Clone, Copy, Debug, Default)]
@@ -90,6 +94,8 @@ pub struct Score {
     pub linear: SurfaceError,
     /// Relative L2 error of the fluctuation of q, v, e, sigma, tau.
     pub field: [f64; 5],
+    /// Of sigma one frame late (see [`sigma_before`]).
+    pub late_sigma: f64,
     /// Heights that lay within their interval.
     pub held: Held,
     /// Numbers of q, v, e, sigma, tau that did.
@@ -120,11 +126,13 @@ pub fn score(
         persistence: SurfaceError::default(),
         linear: SurfaceError::default(),
         field: [0.0; 5],
+        late_sigma: 0.0,
         held: Held::default(),
         field_held: [Held::default(); 5],
         curves: [vec![], vec![]],
     };
     let mut sums = FieldSums::new(recording);
+    let mut before: Option<(usize, &Estimate)> = None;
     let rest_m = recording.glass.fill_m;
     for logged in turns {
         let frame = frame_of(logged.turn.time, start);
@@ -146,9 +154,14 @@ pub fn score(
         score.persistence.add(truth, recording.profile(frame.saturating_sub(1)), rest_m);
         score.linear.add(truth, driven, rest_m);
         sums.add(model, recording, frame, estimate);
+        if let Some((_, before)) = before.filter(|(earlier, _)| earlier + 1 == frame) {
+            sums.add_late(model, recording, frame - 1, (before, estimate));
+        }
+        before = Some((frame, estimate));
         score.frames += 1;
     }
     score.field = sums.errors();
+    score.late_sigma = (sums.late[0] / sums.late[1]).sqrt();
     score.field_held = sums.held;
     score
 }
@@ -164,6 +177,20 @@ pub fn field_of(model: &Model<'_>, estimate: &Estimate, out: &mut [f32]) {
     model.decoder.field(&coefficients, estimate.heat_j as f32, out);
 }
 
+/// Sigma of the frame of `before`, from the estimate `now` of one frame later: the place of the glass tells its acceleration a
+/// frame late, and the inertial pressure follows the acceleration at once.
+///
+/// # Panics
+/// When the model has another number of tracers than a recording.
+pub fn sigma_before(model: &Model<'_>, before: &Estimate, now: &Estimate, out: &mut [f32]) {
+    let only = Selection::NONE.with(SIGMA);
+    assert_eq!(model.decoder.part_len(only), out.len(), "model and recording have the same tracers");
+    let latent = before.latent.map(|x| x as f32);
+    let port = now.acceleration_m_s2 / model.header.acceleration_scale;
+    let coefficients = model.decoder.coefficients(&latent, port);
+    model.decoder.part(only, &coefficients, before.heat_j as f32, out);
+}
+
 /// Sums of squares of the field's error and fluctuation, by group.
 struct FieldSums {
     rest: Vec<f32>,
@@ -172,6 +199,8 @@ struct FieldSums {
     held: [Held; GROUP_NAMES.len()],
     square: [f64; GROUP_NAMES.len()],
     rest_square: [f64; GROUP_NAMES.len()],
+    /// The same two sums of sigma one frame late.
+    late: [f64; 2],
 }
 
 impl FieldSums {
@@ -179,7 +208,8 @@ impl FieldSums {
         let mut rest = vec![0.0; STATE];
         recording.state(0, &mut rest);
         let (truth, estimate) = (rest.clone(), rest.clone());
-        Self { rest, truth, estimate, held: [Held::default(); 5], square: [0.0; 5], rest_square: [0.0; 5] }
+        let (square, rest_square, late) = ([0.0; 5], [0.0; 5], [0.0; 2]);
+        Self { rest, truth, estimate, held: [Held::default(); 5], square, rest_square, late }
     }
 
     fn add(&mut self, model: &Model<'_>, recording: &Recording, frame: usize, estimate: &Estimate) {
@@ -193,6 +223,21 @@ impl FieldSums {
             self.square[group] += distance_square(truth, &self.estimate[range.clone()]);
             self.rest_square[group] += distance_square(truth, &self.rest[range]);
         }
+    }
+
+    fn add_late(
+        &mut self,
+        model: &Model<'_>,
+        recording: &Recording,
+        frame: usize,
+        (before, now): (&Estimate, &Estimate),
+    ) {
+        let range = group_range(SIGMA);
+        recording.state(frame, &mut self.truth);
+        sigma_before(model, before, now, &mut self.estimate[range.clone()]);
+        let truth = &self.truth[range.clone()];
+        self.late[0] += distance_square(truth, &self.estimate[range.clone()]);
+        self.late[1] += distance_square(truth, &self.rest[range]);
     }
 
     fn errors(&self) -> [f64; 5] {

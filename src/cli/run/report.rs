@@ -171,6 +171,7 @@ fn checks(log: &Log, score: &Score, turn_us: &Histogram<u64>) -> Vec<Check> {
         Check::at_most("field_error_v", v, "1", target::FIELD),
         Check::told("field_error_e", e, "1"),
         Check::told("field_error_sigma", sigma, "1"),
+        Check::told("field_error_sigma_frame_late", score.late_sigma, "1"),
         Check::told("field_error_tau", tau, "1"),
         Check::at_most("energy_drift_step", energy_drift(log), "H", target::ENERGY_DRIFT),
         Check::exactly("entropy_falls", entropy_falls(log) as f64, "1", 0.0),

@@ -41,6 +41,9 @@ pub fn unseen(blob: &[u8], recording: &Recording, seed: u64) -> Result<Vec<Check
     let liquid = recording.provenance.liquid.as_str();
     let surface = &trial.score.estimate;
     let mut checks = errors(liquid, &trial);
+    // A frame later the camera has told the acceleration that sigma follows; beside the target of the present.
+    let late = percent(trial.score.late_sigma);
+    checks.push(Check::told(format!("{liquid}_field_sigma_frame_late"), late, "%"));
     checks.push(Check::at_most(format!("{liquid}_mean"), percent(surface.mean()), "%", HEIGHT[0]));
     checks.push(Check::at_most(format!("{liquid}_max"), percent(surface.max), "%", HEIGHT[1]));
     for source in sources(&model, recording, &seen, seed) {
