@@ -29,6 +29,9 @@ pub const GROUP_COMPONENTS: [usize; 5] = [3, 3, 1, 3, 3];
 /// Position of the internal energy among the groups.
 pub const ENERGY_GROUP: usize = 2;
 
+/// Position of the normal stresses sigma among the groups.
+pub const STRESS_GROUP: usize = 3;
+
 /// Which groups of the field are wanted. The surface is always decoded.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Selection([bool; 5]);

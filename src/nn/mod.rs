@@ -22,5 +22,5 @@ pub use weights::{Weights, bf16_index, section_len};
 #[cfg(target_arch = "x86_64")]
 pub use width::allow_avx2;
 pub use width::is_wide;
-#[cfg(feature = "offline")]
+#[cfg(feature = "studies")]
 pub(crate) use width::{Kernel, widest};

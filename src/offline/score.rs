@@ -8,16 +8,13 @@
 //! The paper's relative error flatters: a flat surface already scores about 2 % mean.
 
 use super::recording::{GROUP_NAMES, Recording, STATE, group_range};
-use crate::decoder::Selection;
+use crate::decoder::STRESS_GROUP;
 use crate::host::live::Logged;
 use crate::model::Model;
 use crate::offline::prelude::*;
-use crate::runtime::{Estimate, Mode};
+use crate::runtime::{Estimate, Mode, sigma_before};
 use crate::surface::POINTS;
 use crate::units::{FRAME_INTERVAL_S, Micros};
-
-/// Position of sigma among the groups.
-const SIGMA: usize = 3;
 
 /// Sums behind one slosh-relative error, with the mean and the maximum of the error of the height.
 #[derive(Clone, Copy, Debug, Default)]
@@ -94,7 +91,7 @@ pub struct Score {
     pub linear: SurfaceError,
     /// Relative L2 error of the fluctuation of q, v, e, sigma, tau.
     pub field: [f64; 5],
-    /// Of sigma one frame late (see [`sigma_before`]).
+    /// Of sigma, one frame late (see [`sigma_before`]).
     pub late_sigma: f64,
     /// Heights that lay within their interval.
     pub held: Held,
@@ -177,20 +174,6 @@ pub fn field_of(model: &Model<'_>, estimate: &Estimate, out: &mut [f32]) {
     model.decoder.field(&coefficients, estimate.heat_j as f32, out);
 }
 
-/// Sigma of the frame of `before`, from the estimate `now` of one frame later: the place of the glass tells its acceleration a
-/// frame late, and the inertial pressure follows the acceleration at once.
-///
-/// # Panics
-/// When the model has another number of tracers than a recording.
-pub fn sigma_before(model: &Model<'_>, before: &Estimate, now: &Estimate, out: &mut [f32]) {
-    let only = Selection::NONE.with(SIGMA);
-    assert_eq!(model.decoder.part_len(only), out.len(), "model and recording have the same tracers");
-    let latent = before.latent.map(|x| x as f32);
-    let port = now.acceleration_m_s2 / model.header.acceleration_scale;
-    let coefficients = model.decoder.coefficients(&latent, port);
-    model.decoder.part(only, &coefficients, before.heat_j as f32, out);
-}
-
 /// Sums of squares of the field's error and fluctuation, by group.
 struct FieldSums {
     rest: Vec<f32>,
@@ -232,7 +215,7 @@ impl FieldSums {
         frame: usize,
         (before, now): (&Estimate, &Estimate),
     ) {
-        let range = group_range(SIGMA);
+        let range = group_range(STRESS_GROUP);
         recording.state(frame, &mut self.truth);
         sigma_before(model, before, now, &mut self.estimate[range.clone()]);
         let truth = &self.truth[range.clone()];
