@@ -35,7 +35,7 @@
 //! | walls as mirrors (`walls`) | -0.24 %, 5.9e-5 | -0.2 %, -15.7 % | +1.3 %, -1.1 % |
 //! | a gentler shake (`settle`) | -0.18 %, 4.9e-5 | +0.15 %, -15.9 % | +1.5 %, -1.0 % |
 //! | smoothing length 1.6 for 1.4 (not kept) | -2.0 %, 4.3e-5 | -3.8 %, -14.3 % | -2.2 %, +1.6 % |
-//! | friction complete at the surface (`forces`) | -0.18 %, 4.9e-5 | -0.8 %, -9.8 % | +0.5 %, +1.0 % |
+//! | friction complete at the surface (`momentum`) | -0.18 %, 4.9e-5 | -0.8 %, -9.8 % | +0.5 %, +1.0 % |
 //! | friction with twice the image's velocity | | -1.5 %, -2.4 % | |
 //! | friction of what is not smooth (`smooth`) | -0.14 %, 4.5e-5 | | |
 //! | twice the time to settle | +0.05 %, 4.2e-5 | -1.2 %, -2.4 % | +0.6 %, +1.0 % |

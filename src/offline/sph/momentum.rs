@@ -53,7 +53,7 @@ pub(super) struct Columns {
     drag: Column,
     /// Symmetric velocity gradients of the neighbours, 1/s.
     gradient: [Column; 6],
-    /// What rubs against the jitter, N s/m4 m/s.
+    /// What rubs against the jitter, Pa; zero where nobody needs it.
     jitter: Column,
     /// Velocities of images as friction sees them, m/s.
     rubbing: [Column; 3],
@@ -66,9 +66,13 @@ impl Momentum<'_> {
     #[inline(always)]
     fn liquid(&self, i: usize, at: &[u32], columns: &mut Columns, out: &mut [Push]) -> Push {
         let (a, p, drag) = (&self.particle[i], &self.pressure[i], self.drag[i]);
-        self.jitter(i, at, columns);
+        columns.near.gather(self.particle, at);
+        gather_numbers(&mut columns.drag, self.drag, at);
+        gather(&mut columns.pressure, self.pressure, at);
+        if let Some(noise) = self.noise {
+            self.jitter(noise, i, at, columns);
+        }
         let Columns { near, pressure, drag: drags, jitter, mine, theirs, .. } = columns;
-        gather(pressure, self.pressure, at);
         for k in 0..at.len().min(BLOCK) {
             let d = near.apart(&a.x, k);
             let r2 = dot(&d, &d);
@@ -91,15 +95,12 @@ impl Momentum<'_> {
         sum(mine, at.len())
     }
 
-    /// Gathers the particles `at` and fills what rubs against what is not smooth between them and particle `i`.
+    /// Fills what rubs against what is not smooth between particle `i` and the gathered particles `at`, up to the viscosity
+    /// `noise`.
     #[inline(always)]
-    fn jitter(&self, i: usize, at: &[u32], columns: &mut Columns) {
+    fn jitter(&self, noise: f64, i: usize, at: &[u32], columns: &mut Columns) {
         let (a, drag) = (&self.particle[i], self.drag[i]);
         let Columns { near, drag: drags, gradient, jitter, .. } = columns;
-        near.gather(self.particle, at);
-        gather_numbers(drags, self.drag, at);
-        // Where nobody needs it the column stays empty.
-        let Some(noise) = self.noise else { return };
         let g = &self.gradients.g[i];
         gather(gradient, &self.gradients.g, at);
         for k in 0..at.len().min(BLOCK) {

@@ -13,7 +13,7 @@
 //! L_i = c_i sum_j V_j (v_j - v_i) (x) F x,     m_i a_i = sum_j V_i V_j (c_i S_i + c_j S_j) F x
 //! sum_i v_i.m_i a_i = -sum_i V_i S_i:L_i
 //! ```
-//! with `c_i` of `forces`, which makes up for the neighbours that a free surface lacks,
+//! with `c_i` of `continuity`, which makes up for the neighbours that a free surface lacks,
 //! so that the liquid loses exactly what the stress takes up. A partner in the wall has `v_w = -v_i` and
 //! `S_w = S_i`, times the `stick` of `wall_slip`. The relaxation is implicit:
 //! ```text
