@@ -28,6 +28,7 @@ const NAMES: [&str; 18] = [
     "field_error_v",
     "field_error_e",
     "field_error_sigma",
+    "field_error_sigma_frame_late",
     "field_error_tau",
     "energy_drift_step",
     "entropy_falls",
