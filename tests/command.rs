@@ -16,7 +16,7 @@ static ONE: Mutex<()> = Mutex::new(());
 const OF_TIME: [&str; 3] = ["deadline_misses", "turn_us_median", "turn_us_p99"];
 
 /// Every check of the command, in its order.
-const NAMES: [&str; 18] = [
+const NAMES: [&str; 19] = [
     "surface_slosh_rel",
     "baseline_flat_slosh_rel",
     "baseline_persistence_slosh_rel",
