@@ -23,8 +23,11 @@ pub(super) fn errors(liquid: &str, trial: &Trial) -> Vec<Check> {
     let field = field.map(|((group, error), target)| {
         Check::at_most(format!("{liquid}_field_{group}"), percent(error), "%", target)
     });
+    // A frame later the camera has told the acceleration that sigma follows; beside the target of the present.
+    let late = Check::told(format!("{liquid}_field_sigma_frame_late"), percent(trial.score.late_sigma), "%");
     std::iter::once(Check::at_most(format!("{liquid}_slosh_rel"), slosh, "%", TARGET.0))
         .chain(field)
+        .chain([late])
         .collect()
 }
 
@@ -41,9 +44,6 @@ pub fn unseen(blob: &[u8], recording: &Recording, seed: u64) -> Result<Vec<Check
     let liquid = recording.provenance.liquid.as_str();
     let surface = &trial.score.estimate;
     let mut checks = errors(liquid, &trial);
-    // A frame later the camera has told the acceleration that sigma follows; beside the target of the present.
-    let late = percent(trial.score.late_sigma);
-    checks.push(Check::told(format!("{liquid}_field_sigma_frame_late"), late, "%"));
     checks.push(Check::at_most(format!("{liquid}_mean"), percent(surface.mean()), "%", HEIGHT[0]));
     checks.push(Check::at_most(format!("{liquid}_max"), percent(surface.max), "%", HEIGHT[1]));
     for source in sources(&model, recording, &seen, seed) {
