@@ -55,10 +55,10 @@ fn without_the_motion_the_heights_alone_tell_the_liquid() {
     };
     let tracked = with(Drive::Seen, &seen);
     let blind = with(Drive::Unknown, &seen);
-    // 15 and 20 % are asked for; the glass's own track is better still, or this would not be blind.
     // The next frame tells the acceleration that sigma follows at once.
     println!("sigma: {:.3}, a frame late {:.3}", tracked.field[3], tracked.late_sigma);
     assert!(tracked.late_sigma < 0.6 * tracked.field[3], "{} {}", tracked.late_sigma, tracked.field[3]);
+    // 15 and 20 % are asked for; the glass's own track is better still, or this would not be blind.
     assert!(blind.estimate.slosh_rel() <= 0.15, "{}", blind.estimate.slosh_rel());
     assert!(blind.field[1] <= 0.2 && blind.field[1] > tracked.field[1], "{:?}", blind.field);
     // A camera that loses the sides of the glass on the way comes to the same.

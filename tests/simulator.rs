@@ -143,8 +143,10 @@ fn vectors_of_any_width_change_no_bit() {
     // With and without the friction of what is not smooth.
     let narrow = [0.001, 0.950].map(jolted);
     meniscus::host::wide::widen();
+    if !meniscus::host::wide::words().starts_with("AVX2") {
+        return println!("skipped: this processor has no AVX2, or MENISCUS_NARROW is set");
+    }
     let wide = [0.001, 0.950].map(jolted);
-    println!("compared as {}", meniscus::host::wide::words());
     assert!(narrow == wide, "a position or a velocity differs between the widths");
 }
 

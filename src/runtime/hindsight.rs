@@ -5,8 +5,8 @@
 //! ```text
 //! sigma(t - dt) = decode(x(t - dt), u(t - dt) as the frame at t tells it)
 //! ```
-//! Behind a camera alone sigma of the shipped recording misses by 19 %, a frame late by 9 % (`meniscus run --patient`). With an
-//! IMU or a robot's command the present is as good.
+//! Behind a camera alone sigma of the shipped recording misses by 19 %, a frame late by 9 % (`meniscus run --patient`). Where an
+//! IMU or a robot's command tells the acceleration there is nothing to wait for.
 
 use super::estimator::Estimate;
 use crate::decoder::{STRESS_GROUP, Selection};
