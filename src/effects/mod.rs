@@ -253,6 +253,13 @@ pub struct Entry {
 }
 
 impl Entry {
+    /// Whether it is geometry, how the liquid is looked at, timed, stood and moved, whose formula is exact. A
+    /// fill is not: beside the level it changes the waves.
+    #[must_use]
+    pub fn is_geometry(&self) -> bool {
+        matches!(self.slot, Slot::Port(_) | Slot::View(_)) && !self.class.in_liquid()
+    }
+
     /// The values at which the effect is not there.
     #[must_use]
     pub fn neutral(&self) -> Values {

@@ -225,3 +225,66 @@ fn every_effect_is_silent_at_its_neutral_value_and_has_room_around_it() {
         assert_eq!(LIBRARY.iter().filter(|other| other.name == entry.name).count(), 1);
     }
 }
+
+/// Angle frequency of the ring wave (0,1) that a jolt of the first mode leaves ringing, from its zero crossings.
+fn ring_frequency(model: &Model) -> f64 {
+    let mut state = State::default();
+    state.second.height[0] = 1e-3;
+    let (mut last, mut crossings) = (1e-3, Vec::new());
+    for n in 1..480 {
+        step(model, &mut state, &Push::default());
+        let here = state.second.height[0];
+        if last * here < 0.0 {
+            crossings.push((f64::from(n) - here / (here - last)) * DT);
+        }
+        last = here;
+    }
+    std::f64::consts::PI * (crossings.len() - 1) as f64 / (crossings[crossings.len() - 1] - crossings[0])
+}
+
+#[test]
+fn what_pulls_the_surface_back_pulls_the_waves_of_second_order_back_too() {
+    let liquid = 1e-7;
+    let plain = ring_frequency(&model(liquid, &[]));
+    let ring = Mode::new(&GLASS, crate::slosh::Wave::Ring);
+    assert!((plain / ring.square(GRAVITY_M_S2).sqrt() - 1.0).abs() < 1e-3, "{plain}");
+    // w^2 = (g k + sigma k^3/rho) tanh kh, and (g + a) for g; a held line pulls with 2 pi R k_c.
+    let k = ring.k;
+    let tension = 1.0 + 0.2 * k * k / (1261.0 * GRAVITY_M_S2);
+    let spring = 2.0 * std::f64::consts::PI * GLASS.radius_m * 20.0;
+    let held = 1.0 + spring / (ring.mass_kg * ring.square(GRAVITY_M_S2));
+    for (name, value, wanted) in [
+        ("surface_tension", 0.2, tension),
+        ("vertical_acceleration", 1.0, 1.0 + 1.0 / GRAVITY_M_S2),
+        ("pinned_line", 20.0, held),
+    ] {
+        let found = (ring_frequency(&model(liquid, &[active(name, [value, 0.0])])) / plain).powi(2);
+        assert!((found / wanted - 1.0).abs() < 2e-3, "{name}: {found} for {wanted}");
+    }
+}
+
+#[test]
+fn a_wave_along_a_lean_carries_a_saddle_at_its_own_frequency_and_a_rolled_camera_sees_none() {
+    const STEPS: u32 = 40;
+    let saddle = |name: &str, height: f64| {
+        let model = model(1e-7, &[active(name, [0.035, 0.0])]);
+        let mut state = State::default();
+        state.height[0][0] = height;
+        for _ in 0..STEPS {
+            step(&model, &mut state, &Push::default());
+        }
+        state.second.height[1]
+    };
+    // What is odd in the amplitude is the lean's; what is even is the second order's.
+    let odd = |name: &str| 0.5 * (saddle(name, 1e-2) - saddle(name, -1e-2));
+    // s'' + w2^2 s = -g B t a cos w1 t from rest: s = -g B t a (cos w1 t - cos w2 t)/(w2^2 - w1^2).
+    let modes =
+        [crate::slosh::Wave::First(0), crate::slosh::Wave::Saddle].map(|wave| Mode::new(&GLASS, wave));
+    let squares = modes.map(|mode| mode.square(GRAVITY_M_S2));
+    let [one, two] = squares.map(|square| (square.sqrt() * f64::from(STEPS) * DT).cos());
+    let [_, bent] = crate::slosh::leaning(modes[0].steepness, [0.0, modes[1].steepness], GLASS.radius_m);
+    let wanted = -GRAVITY_M_S2 * bent * 0.035_f64.tan() * 1e-2 * (one - two) / (squares[1] - squares[0]);
+    assert!((odd("container_tilt") / wanted - 1.0).abs() < 0.02, "{} for {wanted}", odd("container_tilt"));
+    assert_eq!(odd("camera_slope"), 0.0);
+    assert!(saddle("camera_slope", 1e-2).abs() > 1e-5);
+}

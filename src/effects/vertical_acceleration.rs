@@ -1,11 +1,12 @@
 //! Effective gravity: a glass that is accelerated upwards by a has `g + a`. A constant one, and the part
-//! of the recorded vertical acceleration that the model was not told of.
+//! of the recorded vertical acceleration that the model was not told of. It acts where the glass's motion
+//! does, but what it changes is what pulls the surface back.
 
 use super::{Class, Entry, Parameter, Slot};
 
 pub(super) const ENTRY: Entry = Entry {
     name: "vertical_acceleration",
-    class: Class::Actuation,
+    class: Class::Stiffness,
     parameters: &[
         Parameter {
             name: "lift",

@@ -33,6 +33,6 @@ pub use field::{surface, velocity, wall_harmonics};
 pub use layer::{Rheology, friction};
 pub use model::{Baseline, Model};
 pub use modes::{Cylinder, Mode, RADIAL, Wave};
-pub use second::{SECOND, Second, SecondOrder};
+pub use second::{SECOND, Second, SecondOrder, leaning};
 pub use step::{Books, Push, State, step};
 pub use table::BySpeed;

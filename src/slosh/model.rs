@@ -2,9 +2,9 @@
 
 use super::layer::{Rheology, friction};
 use super::modes::{Cylinder, Mode, RADIAL, Wave};
-use super::second::SecondOrder;
+use super::second::{SecondOrder, leaning};
 use super::table::{BySpeed, SLOWEST_M_S};
-use crate::effects::{Active, Branch, MOST, Port, Slot, View};
+use crate::effects::{Active, Branch, MOST, Port, Relax, Slot, View};
 use crate::math::{sqrt, tan};
 use crate::units::GRAVITY_M_S2;
 use heapless::Vec;
@@ -102,9 +102,9 @@ impl Model {
         }
         let ready = |n: usize| ready(n, &glass, &liquid, baseline, active, dt);
         let modes: [Ready; RADIAL] = core::array::from_fn(ready);
-        let first = modes.first().map_or(0.0, |m| m.stiffness);
+        let stiffness = modes.first().map_or(0.0, |m| m.stiffness);
         // A^2 = a^2 of a Duffing oscillator: w = w0 (1 + 3 alpha A^2/(8 w0^2)), energy m alpha a^4/4.
-        let soften = |kappa: f64| -8.0 / 3.0 * kappa * first / (glass.radius_m * glass.radius_m);
+        let soften = |kappa: f64| -8.0 / 3.0 * kappa * stiffness / (glass.radius_m * glass.radius_m);
         let (mut quartic, mut coupling) = (soften(baseline.detuning), 0.0);
         let mut memory = [Branch::default(); RADIAL];
         let mut line = Branch::default();
@@ -113,7 +113,7 @@ impl Model {
                 Slot::First(shape) => {
                     let shape = shape(&effect.values);
                     quartic += soften(shape.softening);
-                    coupling += shape.coupling * first;
+                    coupling += shape.coupling * stiffness;
                 }
                 Slot::Memory(branch) => {
                     memory
@@ -125,13 +125,8 @@ impl Model {
                 _ => {}
             }
         }
-        let waves = [Wave::Ring, Wave::Saddle].map(|wave| Mode::new(&glass, wave));
-        let square = waves.map(|m| m.square(GRAVITY_M_S2));
-        let damping = [0, 1].map(|i| {
-            let (m, w2) = if i == 0 { (&waves[0], square[0]) } else { (&waves[1], square[1]) };
-            friction(m, sqrt(w2), MIDDLING_M_S, &liquid, glass.density_kg_m3, glass.radius_m, glass.depth_m).0
-        });
-        let second = SecondOrder { square, damping, drive: baseline.drive, radius_m: glass.radius_m };
+        let first = modes.first().map_or(0.0, |m| m.mode.steepness);
+        let second = second_order(&glass, &liquid, baseline, active, (&port, &line), first);
         Self { glass, port, view, dt, modes, second, quartic, coupling, memory, line, rubbing }
     }
 
@@ -185,6 +180,49 @@ impl Model {
     }
 }
 
+/// Stiffness that `mode` gains by what the effects `active` store, N/m.
+fn stores(mode: &Mode, glass: &Cylinder, active: &[Active]) -> f64 {
+    let one = |effect: &Active| match effect.entry.slot {
+        Slot::Stiffness(extra) => extra(&effect.values, mode, glass),
+        _ => 0.0,
+    };
+    active.iter().map(one).sum()
+}
+
+/// The waves of the second order beside a first mode of steepness `first` (1/m). As the modes (1,n) do, they feel
+/// what the effects store, the lift, and the layers, which rub and lower the frequency. A line that is held and
+/// does not slide gives the modes (1,n) `pi R k_c`, (2,1) as much and (0,1) twice as much.
+fn second_order(
+    glass: &Cylinder,
+    liquid: &Rheology,
+    baseline: &Baseline,
+    active: &[Active],
+    (port, line): (&Port, &Branch),
+    first: f64,
+) -> SecondOrder {
+    let one = |(wave, share): (Wave, f64)| {
+        let mode = Mode::new(glass, wave);
+        let held = if matches!(line.relax, Relax::Never) { share * line.stiffness } else { 0.0 };
+        let stored = (stores(&mode, glass, active) + held) / mode.mass_kg;
+        let least = 0.01 * mode.square(GRAVITY_M_S2);
+        let free = sqrt((mode.square(GRAVITY_M_S2 + port.lift_m_s2) + stored).max(least));
+        let (radius_m, depth_m) = (glass.radius_m, glass.depth_m);
+        let (damping, lower) =
+            friction(&mode, free, MIDDLING_M_S, liquid, glass.density_kg_m3, radius_m, depth_m);
+        let w = (free - lower).max(0.1 * free);
+        (w * w, damping, mode.steepness)
+    };
+    let [ring, saddle] = [(Wave::Ring, 2.0), (Wave::Saddle, 1.0)].map(one);
+    let lean = leaning(first, [ring.2, saddle.2], glass.radius_m).map(|b| b * tan(port.tilt_rad));
+    SecondOrder {
+        square: [ring.0, saddle.0],
+        damping: [ring.1, saddle.1],
+        drive: baseline.drive,
+        radius_m: glass.radius_m,
+        lean,
+    }
+}
+
 /// The mode (1,n) under all that acts on it.
 fn ready(
     n: usize,
@@ -197,13 +235,8 @@ fn ready(
     let mode = Mode::new(glass, Wave::First(n));
     let of = |values: &[f64; RADIAL], or: f64| values.get(n).copied().unwrap_or(or);
     let plain = mode.square(GRAVITY_M_S2);
-    let stiffness = |effect: &Active| match effect.entry.slot {
-        Slot::Stiffness(extra) => extra(&effect.values, &mode, glass),
-        _ => 0.0,
-    };
-    let extra: f64 = active.iter().map(stiffness).sum();
-    let shifted =
-        sqrt((plain + extra / mode.mass_kg).max(0.01 * plain)) * (1.0 + of(&baseline.frequency, 0.0));
+    let shifted = sqrt((plain + stores(&mode, glass, active) / mode.mass_kg).max(0.01 * plain))
+        * (1.0 + of(&baseline.frequency, 0.0));
     let rub = |speed: f64| {
         friction(&mode, shifted, speed, liquid, glass.density_kg_m3, glass.radius_m, glass.depth_m)
     };

@@ -155,7 +155,10 @@ pub fn step(model: &Model, state: &mut State, push: &Push) -> Books {
     }
     let height = [0, 1].map(|d| 0.5 * (before.height[d][0] + state.height[d][0]));
     let w2 = model.modes[0].w * model.modes[0].w;
-    model.second.advance(&mut state.second, dt, w2, &height, &[middle[0][0], middle[1][0]]);
+    let steepness = model.modes[0].mode.steepness;
+    let turns = [0, 1].map(|d| (state.rate[d][0] - before.rate[d][0]) / (dt * steepness));
+    let first = [&height, &[middle[0][0], middle[1][0]], &turns];
+    model.second.advance(&mut state.second, dt, w2, first);
     state.heat_j += books.heat_j;
     books.residue_j = model.energy(state) + books.heat_j - energy - books.work_j;
     books

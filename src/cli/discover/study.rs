@@ -23,8 +23,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 /// it never opens. Then: clean glasses, effects that the library lacks, two effects at once, a noise that is
 /// misjudged, intervals, and measured water where its data are there.
 ///
-/// About 25 s of processor time for each glass that is not in --cache yet (87 in all), some seconds for each of
-/// about 290 trials. Both are kept: the command goes on where it was interrupted. Ctrl-C writes the page of what
+/// About 55 s of processor time for each glass that is not in --cache yet (86 in all), some seconds for each of
+/// about 240 trials. Both are kept: the command goes on where it was interrupted. Ctrl-C writes the page of what
 /// is judged by then, with how many trials are not; --report-only does the same without judging any.
 #[derive(clap::Args)]
 #[command(
@@ -145,7 +145,7 @@ fn beside(
     if arguments.measured.join("heights").is_dir() {
         bar.set_message("measured water");
         let asked =
-            ask_measured(&arguments.measured, &Settings::default(), 14.0, 3).map_err(|why| anyhow!(why))?;
+            ask_measured(&arguments.measured, &Settings::default(), 14.0, 4).map_err(|why| anyhow!(why))?;
         study.beside.measured = Some(asked.into_iter().map(|asked| asked.told).collect());
         keep(&study.beside)?;
     } else {

@@ -162,15 +162,18 @@ impl Calibration {
         out
     }
 
-    /// What the references leave in the motion of `record`, where two or more went through it.
+    /// What the references leave in the motion of `record`, where two or more went through it: in the motion
+    /// that the glass was seen to make, where it was seen, otherwise in the stated one.
     #[must_use]
-    pub fn matched(&self, record: &Record) -> Option<&Left> {
+    pub fn matched(&self, record: &Record) -> Option<Left> {
         let kinds = |r: &Record| r.channels.iter().map(|c| c.quantity).collect::<Vec<_>>();
-        self.left.iter().find(|left| {
-            left.scatter.len() > 1
-                && left.like.drive.same(&record.drive)
-                && kinds(&left.like) == kinds(record)
-        })
+        let alike = |left: &&Left| left.scatter.len() > 1 && kinds(&left.like) == kinds(record);
+        let seen = self.left.iter().filter(alike).filter_map(|left| Some((left, left.seen_in(record)?)));
+        let nearest = seen.min_by(|(_, a), (_, b)| a.scale.ln().abs().total_cmp(&b.scale.ln().abs()));
+        if let Some((left, way)) = nearest {
+            return Some(left.moved(way));
+        }
+        self.left.iter().filter(alike).find(|left| left.like.drive.same(&record.drive)).cloned()
     }
 
     /// Noise of a channel.

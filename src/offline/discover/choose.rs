@@ -8,8 +8,8 @@ use super::verdict::{APART, TWINS, Verdict};
 use crate::effects::{Active, Entry, find};
 use crate::offline::prelude::*;
 
-/// What a second effect has to gain as a part of the first one's gain where the first happens in the liquid,
-/// if the second does too and otherwise: the formula of the first is not exact.
+/// What a second effect has to gain as a part of the first one's gain: where it may only be making up for the
+/// formula of the first, and where it is geometry beside something in the liquid.
 const RELATED: f64 = 0.3;
 const UNRELATED: f64 = 0.05;
 
@@ -104,12 +104,22 @@ fn stand_ins(
 }
 
 /// What the second of `names` has to gain as a part of the gain of the first. Where the first is geometry, what
-/// it leaves is no fault of its formula: the second's own bound is enough.
+/// it leaves is no fault of its formula, so the second's own bound is enough; two of one class are near twins.
 fn part_of_first(names: &[&'static str]) -> f64 {
-    let in_liquid = |name: &&'static str| find(name).is_none_or(|entry| entry.class.in_liquid());
-    match names {
-        [first, ..] if !in_liquid(first) => 0.0,
-        [_, rest @ ..] if rest.iter().all(in_liquid) => RELATED,
+    let entries: Vec<&Entry> = names.iter().filter_map(|name| find(name)).collect();
+    match entries.as_slice() {
+        [first, second] if first.class == second.class => RELATED,
+        [first, ..] if first.is_geometry() => 0.0,
+        [_, second] if !second.is_geometry() => RELATED,
         _ => UNRELATED,
     }
+}
+
+/// Whether `active`, if they are two, can be believed together: one happens in the liquid, the other is geometry,
+/// which rest frames and the tracked glass show without the waves. Any other two may be making up for a single
+/// one that the library lacks: a viscosity and a lift for a viscoelastic liquid, a gain and a fill for a scale.
+pub(super) fn stand_apart(active: &[Active]) -> bool {
+    let [one, other] = active else { return true };
+    let (one, other) = (one.entry, other.entry);
+    (one.is_geometry() && other.class.in_liquid()) || (other.is_geometry() && one.class.in_liquid())
 }

@@ -51,12 +51,13 @@ fn ranked(report: &mut Report, discovery: &Discovery) {
     };
     report.prose(&format!(
         "Gain in BIC over no effect. Believed from {:.0} and from what clean glasses show of the same effect; the second \
-         has to stay {APART:.0} behind, {TWINS:.0} in the same class.{firmness} Misfit {:.2} without, {:.2} with, at most \
-         {:.2}.",
+         has to stay {APART:.0} behind, {TWINS:.0} in the same class.{firmness} Misfit {:.2} without, {:.2} with; at most \
+         {:.2} beside an effect, {:.2} where none is believed.",
         discovery.limits.gain,
         verdict.plain.chi2(verdict.count),
         verdict.chi2,
-        discovery.limits.chi2
+        discovery.limits.chi2,
+        discovery.limits.clean_chi2
     ));
     report.drawing(&ranking(discovery), "Blue: what is said. Orange mark: what it has to reach.");
 }

@@ -26,7 +26,7 @@ use nalgebra::DVector;
 use std::sync::Arc;
 
 /// Part of a correction by which the formula of what happens in the liquid may be off: wall laws, constitutive
-/// laws and the shape of a steep wave are idealised.
+/// laws and the shape of a steep wave are idealised, and a fill changes the waves.
 const TRUST_LIQUID: f64 = 0.25;
 
 /// The same of how it is looked at, timed and moved: geometry, whose formulas are exact; what is left is that
@@ -35,7 +35,7 @@ const TRUST_GEOMETRY: f64 = 0.05;
 
 /// Part of the correction by `active` in which it is not trusted.
 fn distrust(active: &[Active]) -> f64 {
-    if active.iter().any(|active| active.entry.class.in_liquid()) { TRUST_LIQUID } else { TRUST_GEOMETRY }
+    if active.iter().all(|active| active.entry.is_geometry()) { TRUST_GEOMETRY } else { TRUST_LIQUID }
 }
 
 /// Recordings with a prior and covariances.
@@ -47,7 +47,7 @@ pub struct Problem {
     pub mean: Vec<f64>,
     /// Its standard deviations.
     pub deviation: Vec<f64>,
-    ready: Vec<Ready>,
+    pub(super) ready: Vec<Ready>,
     /// Where fits are kept, and the digest of all of the above.
     kept: Option<(Arc<Kept>, u64)>,
 }

@@ -24,10 +24,12 @@ pub fn verdict_json(discovery: &Discovery, closed: &[Closed]) -> Value {
         "misfit_without": verdict.plain.chi2(verdict.count),
         "misfit_with": verdict.chi2,
         "inclusion": verdict.inclusion,
+        "stands_off": verdict.stands_off.map(|(quantity, m)| json!({ "channel": quantity.words(), "mm": 1e3 * m })),
         "out_of_range": verdict.edges,
         "held_out_better": [verdict.held_out.0, verdict.held_out.1],
         "thresholds": {
-            "gain": discovery.limits.gain, "misfit": discovery.limits.chi2, "fall": discovery.limits.bound,
+            "gain": discovery.limits.gain, "misfit": discovery.limits.chi2,
+            "misfit_of_none": discovery.limits.clean_chi2, "fall": discovery.limits.bound,
         },
         "references": discovery.calibration.groups,
         "recordings": discovery.fitted,

@@ -11,12 +11,15 @@
 //! (overdispersion and its F test: McCullagh and Nelder 1989, 4.5; prediction bounds for one more of n:
 //! Hahn and Meeker 1991, 4.) The fewer the references, the higher the bound: with K = 21 it is 22 phi of
 //! twelve, 41 phi of six and 340 phi of three. F(1, n) is Student's t squared; the upper tail of F(2, 2n)
-//! is `(1 + x/n)^-n`. The misfit has the bound of a normal ln(chi2/n), `m + t s sqrt(1 + 1/n)`.
+//! is `(1 + x/n)^-n`. The misfit has the bound of a normal ln(chi2/n), `m + t s sqrt(1 + 1/n)`; the square of
+//! what stands off at rest has that of an effect with one parameter.
 
 use super::calibrate::{Calibration, Group};
 use super::fit::{fit, fit_beside, free_of, search};
+use super::offsets::{Offset, stands_off};
 use super::problem::Problem;
 use super::rank::Candidate;
+use super::record::Quantity;
 use super::workflow::{Settings, split};
 use crate::effects::Entry;
 use crate::offline::prelude::*;
@@ -30,23 +33,36 @@ pub const CERTAIN: f64 = 10.0;
 /// Chance of a name for a clean glass, all effects together.
 const FALSE_NAME: f64 = 0.01;
 
-/// Least threshold of the misfit a number.
+/// Least threshold of the misfit a number beside an effect, and where references are too few to say.
 const LEAST_MISFIT: f64 = 1.25;
+
+/// Least square of what stands off at rest where references are too few to say: that of six of them.
+const UNSEEN_OFFSET: f64 = 41.0;
 
 /// Thresholds that the references set.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Thresholds {
     /// Least gain in BIC over none.
     pub gain: f64,
-    /// Largest misfit a number.
+    /// Largest misfit a number beside an effect, whose formula is not exact.
     pub chi2: f64,
+    /// The same where no effect is believed: what clean glasses show.
+    pub clean_chi2: f64,
     /// By how much each effect has to lower the cost, beside what else is there; 0 where nothing is said.
     pub bound: BTreeMap<&'static str, f64>,
+    /// Largest square of what stands off at rest, in units of its variance.
+    pub offset: BTreeMap<Quantity, f64>,
 }
 
 impl Default for Thresholds {
     fn default() -> Self {
-        Self { gain: CERTAIN, chi2: LEAST_MISFIT, bound: BTreeMap::new() }
+        Self {
+            gain: CERTAIN,
+            chi2: LEAST_MISFIT,
+            clean_chi2: LEAST_MISFIT,
+            bound: BTreeMap::new(),
+            offset: BTreeMap::new(),
+        }
     }
 }
 
@@ -62,6 +78,14 @@ impl Thresholds {
     pub fn clears(&self, candidate: &Candidate) -> bool {
         candidate.fitted.is_some() && candidate.fall >= self.of(candidate.last())
     }
+
+    /// What of `offsets` is beyond what clean glasses show, the furthest, and how much it is, m.
+    #[must_use]
+    pub fn beyond(&self, offsets: &[Offset]) -> Option<(Quantity, f64)> {
+        let over = |o: &&Offset| o.square / self.offset.get(&o.quantity).copied().unwrap_or(UNSEEN_OFFSET);
+        let most = offsets.iter().max_by(|a, b| over(a).total_cmp(&over(b)))?;
+        (over(&most) > 1.0).then_some((most.quantity, most.m))
+    }
 }
 
 /// What one reference showed when the others judged it.
@@ -73,6 +97,8 @@ pub struct Shown {
     parameters: Vec<usize>,
     /// Misfit a number without any effect.
     chi2: f64,
+    /// What stands off at rest without any effect.
+    offsets: Vec<Offset>,
 }
 
 /// Thresholds that `groups` of references set: each in turn is judged by the others.
@@ -105,6 +131,7 @@ pub fn shown(groups: &[&Group], settings: &Settings) -> Result<Vec<Shown>, Strin
             fall: settings.library.par_iter().map(fall).collect(),
             parameters: settings.library.iter().map(|entry| free_of(&problem, entry).len()).collect(),
             chi2: plain.chi2(problem.count()),
+            offsets: stands_off(&problem, &plain),
         })
     };
     groups.iter().enumerate().map(one).collect()
@@ -124,7 +151,13 @@ pub fn limits(shown: &[&Shown], settings: &Settings) -> Thresholds {
         limits.bound.insert(entry.name, bound(&falls, *parameters, chance));
     }
     let misfits: Vec<f64> = shown.iter().map(|one| one.chi2.ln()).collect();
-    limits.chi2 = limits.chi2.max(next(&misfits, FALSE_NAME).exp());
+    limits.clean_chi2 = next(&misfits, FALSE_NAME).exp();
+    limits.chi2 = limits.chi2.max(limits.clean_chi2);
+    for (i, offset) in first.offsets.iter().enumerate() {
+        let squares: Vec<f64> = shown.iter().filter_map(|one| one.offsets.get(i)).map(|o| o.square).collect();
+        let limit = bound(&squares, 1, FALSE_NAME / first.offsets.len() as f64);
+        limits.offset.insert(offset.quantity, limit);
+    }
     limits
 }
 

@@ -1,10 +1,12 @@
 //! The decision: none, named, tied or unknown; the class before the name.
 
-use super::choose::{Choice, believed, choose};
+use super::choose::{Choice, believed, choose, stand_apart};
 use super::evidence::{held_out, inclusion};
 use super::fit::{Fitted, fit};
+use super::offsets::stands_off;
 use super::problem::Problem;
 use super::rank::{Candidate, rank};
+use super::record::Quantity;
 use super::thresholds::Thresholds;
 use crate::effects::{Class, Entry, find};
 use crate::offline::prelude::*;
@@ -51,6 +53,10 @@ pub struct Verdict {
     pub decision: Decision,
     /// Names: the effect (or the two) if named, those that cannot be told apart if tied.
     pub names: Vec<&'static str>,
+    /// Whether two effects that explain it together may be making up for one that the library lacks.
+    pub makeshift: bool,
+    /// Where the rest stands off by more than clean glasses do, and by how much, m.
+    pub stands_off: Option<(Quantity, f64)>,
     /// The class, where one is certain.
     pub class: Option<Class>,
     /// Single effects, best first.
@@ -109,11 +115,21 @@ impl Verdict {
                     names => format!("tell {} apart", names.join(", ")),
                 }
             ),
+            Decision::Unknown if self.makeshift => format!(
+                "Something is missing that no single effect of the library explains: {} do it together (gain \
+                 {gain:.0} over nothing), but so may one that the library lacks.{edges}",
+                self.names.join(" and ")
+            ),
             Decision::Unknown => format!(
                 "Something is missing that the library does not explain: the best of it leaves a misfit of {:.2}; \
-                 nearest is {}.{edges}",
+                 nearest is {}.{}{edges}",
                 self.chi2,
-                if self.names.is_empty() { "nothing".into() } else { self.names.join(" + ") }
+                if self.names.is_empty() { "nothing".into() } else { self.names.join(" + ") },
+                self.stands_off.map_or(String::new(), |(quantity, m)| format!(
+                    " At rest the {} stands off by {:.2} mm.",
+                    quantity.words(),
+                    1e3 * m
+                ))
             ),
         }
     }
@@ -141,6 +157,8 @@ pub fn decide(problem: &Problem, library: &[&'static Entry], limits: &Thresholds
     let mut verdict = Verdict {
         decision: Decision::None,
         names: Vec::new(),
+        makeshift: false,
+        stands_off: None,
         class: None,
         chi2: plain.chi2(count),
         chosen: plain.clone(),
@@ -155,9 +173,10 @@ pub fn decide(problem: &Problem, library: &[&'static Entry], limits: &Thresholds
         edges: Vec::new(),
         foretold: 0.0,
     };
+    verdict.stands_off = limits.beyond(&stands_off(problem, &verdict.plain));
     let Some(place) = believed(problem, &verdict.ranking, limits) else {
         // Nothing of the library helps; something may be missing all the same.
-        if verdict.chi2 > limits.chi2 {
+        if verdict.chi2 > limits.clean_chi2 || verdict.stands_off.is_some() {
             verdict.decision = Decision::Unknown;
         }
         return verdict;
@@ -174,6 +193,7 @@ fn judge(problem: &Problem, limits: &Thresholds, verdict: &mut Verdict, choice: 
     verdict.names.clone_from(&rivals[0].names);
     verdict.gain = rivals[0].gain;
     verdict.chi2 = verdict.chosen.chi2(verdict.count);
+    verdict.stands_off = limits.beyond(&stands_off(problem, &verdict.chosen));
     (verdict.held_out, verdict.foretold) = held_out(problem, &verdict.plain, &verdict.chosen);
     verdict.inclusion = inclusion(problem, &rivals, &verdict.plain, seed);
     let class_of = |candidate: &Candidate| find(candidate.last()).map(|entry| entry.class);
@@ -185,13 +205,12 @@ fn judge(problem: &Problem, limits: &Thresholds, verdict: &mut Verdict, choice: 
     let chosen = &verdict.chosen;
     verdict.edges = edges(chosen);
     verdict.class = class.filter(|_| same_class && !two);
-    verdict.decision = if verdict.chi2 > limits.chi2 {
+    let borne_out = verdict.inclusion >= INCLUSION && verdict.foretold > 0.0 && verdict.edges.is_empty();
+    let leaves = verdict.chi2 > limits.chi2 || verdict.stands_off.is_some();
+    verdict.makeshift = two && !leaves && !stand_apart(&verdict.chosen.active);
+    verdict.decision = if leaves || verdict.makeshift {
         Decision::Unknown
-    } else if near.len() == 1
-        && verdict.inclusion >= INCLUSION
-        && verdict.foretold > 0.0
-        && verdict.edges.is_empty()
-    {
+    } else if near.len() == 1 && borne_out {
         Decision::Named
     } else {
         let mut names: Vec<&'static str> = Vec::new();

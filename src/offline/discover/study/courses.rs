@@ -104,9 +104,9 @@ pub fn courses(kind: Kind) -> Vec<Course> {
     };
     match kind {
         Kind::Single => [0.6, 1.25, 2.2, 1.7].map(|a| Course::jolt(0.28, a, SECONDS)).to_vec(),
-        Kind::Double => [1.0, 2.0, 3.0, 2.4].map(double).to_vec(),
-        Kind::Slow => [0.8, 1.5, 2.4, 1.9].map(|a| Course::jolt(0.40, a, SECONDS)).to_vec(),
-        Kind::Asked => [(0.28, 2.4, 4.4), (0.16, 3.5, 2.2), (0.28, 0.3, 2.2)]
+        Kind::Double => [0.7, 1.3, 2.0, 1.6].map(double).to_vec(),
+        Kind::Slow => [0.7, 1.2, 1.9, 1.5].map(|a| Course::jolt(0.40, a, SECONDS)).to_vec(),
+        Kind::Asked => [(0.28, 2.0, 4.4), (0.16, 3.0, 2.2), (0.28, 0.3, 2.2)]
             .map(|(period, strength, seconds)| Course::jolt(period, strength, seconds))
             .to_vec(),
     }

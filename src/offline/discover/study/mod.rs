@@ -42,14 +42,16 @@ pub fn simulate(cache: &Path, stop: &AtomicBool, done: impl Fn(usize, usize) + S
     let missing: Vec<_> = cases::truths().into_iter().filter(|truth| !truth.is_there(cache)).collect();
     let count = std::sync::atomic::AtomicUsize::new(0);
     done(0, missing.len());
-    // One after the other off the list, so that the most needed are there first.
+    // One after the other off the list, so that the most needed are there first; where one cannot be made, the
+    // others end theirs and begin no more.
     let next = std::sync::atomic::AtomicUsize::new(0);
+    let failed = AtomicBool::new(false);
     (0..rayon::current_num_threads()).into_par_iter().try_for_each(|_| {
         while let Some(truth) = missing.get(next.fetch_add(1, Ordering::Relaxed)) {
-            if stop.load(Ordering::Relaxed) {
+            if stop.load(Ordering::Relaxed) || failed.load(Ordering::Relaxed) {
                 return Ok(());
             }
-            truth.make(cache)?;
+            truth.make(cache).inspect_err(|_| failed.store(true, Ordering::Relaxed))?;
             done(1 + count.fetch_add(1, Ordering::Relaxed), missing.len());
         }
         Ok(())

@@ -3,7 +3,7 @@
 use super::bench::Judged;
 use super::plans::{Answer, Family};
 use super::run::Line;
-use super::tally::{Study, right};
+use super::tally::{Study, class_right, right};
 use crate::host::checks::Check;
 use crate::offline::prelude::*;
 use std::fmt::Write;
@@ -121,6 +121,7 @@ fn row(out: &mut String, answer: &Answer, judged: &Judged) {
     let oracle = judged.oracle_mm.map_or(String::new(), |mm| format!(", {mm:.2}"));
     let mark = match judged.verdict.as_str() {
         _ if right(answer, judged) => "**named**",
+        "named" if class_right(answer, judged) == Some(true) => "named, of its class",
         "named" => "named, wrong",
         other => other,
     };

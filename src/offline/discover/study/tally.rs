@@ -66,7 +66,8 @@ fn found_both(answer: &Answer, judged: &Judged) -> bool {
 }
 
 /// Whether something was said with confidence (a name, or a class) and the class is that of the truth.
-fn class_right(answer: &Answer, judged: &Judged) -> Option<bool> {
+#[must_use]
+pub fn class_right(answer: &Answer, judged: &Judged) -> Option<bool> {
     let truth = answer.effects.first().and_then(|(name, _)| find(name)).map(|entry| entry.class.words())?;
     let said = judged.class.as_deref()?;
     matches!(judged.verdict.as_str(), "named" | "tied").then_some(said == truth)
@@ -119,6 +120,12 @@ fn wrong_without(study: &Study) -> usize {
         class == Some(false) || (named && class.is_none())
     };
     study.of(Family::Without).filter(wrong).count()
+}
+
+/// Trials that were answered with `unknown` or the class of the truth, which the library lacked.
+fn honest_without(study: &Study) -> usize {
+    let honest = |(a, j): &&Line| j.verdict == "unknown" || class_right(a, j) == Some(true);
+    study.of(Family::Without).filter(honest).count()
 }
 
 /// The checks of the study.
@@ -176,6 +183,12 @@ pub fn checks(study: &Study) -> Vec<Check> {
             count(wrong_without(study), withouts),
             "trials",
             0.0,
+        ),
+        Check::at_least(
+            "unknown_or_class_out_of_library",
+            share(honest_without(study), withouts),
+            "share",
+            0.95,
         ),
         Check::at_least("two_effects_found_or_unknown", share(honest, pairs.len()), "share", 0.9),
         Check::at_least("gap_shrink_median", median(shrink), "share", 0.60),

@@ -19,8 +19,8 @@ use std::path::{Path, PathBuf};
 /// Density of every liquid of the study, kg/m3.
 pub const DENSITY_KG_M3: f64 = 1261.0;
 
-/// Spacing of the particles, m: a glass costs 20 s of processor time, and 75 s at 5 mm.
-const SPACING_M: f64 = 0.007;
+/// Spacing of the particles, m: the one at which the simulator's wall laws are validated.
+const SPACING_M: f64 = 0.005;
 
 /// One glass of liquid.
 #[derive(Clone, Debug, PartialEq)]
