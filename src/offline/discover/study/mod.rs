@@ -43,18 +43,27 @@ pub fn simulate(cache: &Path, stop: &AtomicBool, done: impl Fn(usize, usize) + S
     let count = std::sync::atomic::AtomicUsize::new(0);
     done(0, missing.len());
     // One after the other off the list, so that the most needed are there first; where one cannot be made, the
-    // others end theirs and begin no more.
+    // others end theirs and begin no more. Each processor has a pool of its own: in a shared one a glass that waits
+    // for its parts would take up the rest of the list meanwhile.
     let next = std::sync::atomic::AtomicUsize::new(0);
     let failed = AtomicBool::new(false);
-    (0..rayon::current_num_threads()).into_par_iter().try_for_each(|_| {
+    let work = || -> Result<(), String> {
+        let alone = rayon::ThreadPoolBuilder::new().num_threads(1).build().map_err(|e| format!("{e}"))?;
         while let Some(truth) = missing.get(next.fetch_add(1, Ordering::Relaxed)) {
             if stop.load(Ordering::Relaxed) || failed.load(Ordering::Relaxed) {
                 return Ok(());
             }
-            truth.make(cache).inspect_err(|_| failed.store(true, Ordering::Relaxed))?;
+            alone.install(|| truth.make(cache)).inspect_err(|_| failed.store(true, Ordering::Relaxed))?;
             done(1 + count.fetch_add(1, Ordering::Relaxed), missing.len());
         }
         Ok(())
+    };
+    std::thread::scope(|scope| {
+        let workers: Vec<_> = (0..rayon::current_num_threads()).map(|_| scope.spawn(work)).collect();
+        let ended = |worker: std::thread::ScopedJoinHandle<'_, Result<(), String>>| {
+            worker.join().unwrap_or_else(|_| Err("a simulation ended in a panic".into()))
+        };
+        workers.into_iter().try_for_each(ended)
     })
 }
 
