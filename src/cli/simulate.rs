@@ -40,7 +40,7 @@ use std::sync::{Arc, Mutex};
 /// all with units, ranges and sources, beside the liquids and motions. A scene file (--scene) holds
 /// glass, liquid, motion and effects together; what the command line says goes before it.
 ///
-/// Numbers to expect at the spacing of 5 mm: 13 s of processor time to settle and 8.5 s for each second
+/// Numbers to expect at the spacing of 5 mm: 8 s of processor time to settle and 5 to 8 s for each second
 /// of slosh. Glycerine's first mode is right to 2 % in frequency and decay, that of water to 1 %; the numerical
 /// viscosity is 2.6e-6 m2/s. The second mode is 4 % too slow, 2 % with --fine. Very
 /// stiff liquids take more, by the length of the step: chocolate 9, ketchup 11, mayonnaise 21 times.
