@@ -226,7 +226,7 @@ fn every_effect_is_silent_at_its_neutral_value_and_has_room_around_it() {
     }
 }
 
-/// Angle frequency of the ring wave (0,1) that a jolt of the first mode leaves ringing, from its zero crossings.
+/// Angular frequency (1/s) of the free ring wave (0,1), from its zero crossings.
 fn ring_frequency(model: &Model) -> f64 {
     let mut state = State::default();
     state.second.height[0] = 1e-3;

@@ -41,8 +41,7 @@ impl Left {
     /// How the way of the glass that `record` shows lies to the one that these references were taken; none where
     /// the glass was not seen, hardly moved, or went another way.
     pub(super) fn seen_in(&self, record: &Record) -> Option<Way> {
-        let of = |r: &Record| r.channels.iter().position(|c| c.quantity == Quantity::Place);
-        let seen = &record.channels.get(of(record)?)?.value;
+        let seen = &record.channels.iter().find(|c| c.quantity == Quantity::Place)?.value;
         let dt = record.interval_s;
         // Least squares of one factor at a delay, and what is left as a part of the way.
         let at = |late: f64| {

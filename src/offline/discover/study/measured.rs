@@ -186,35 +186,41 @@ pub fn ask_measured(
     let references: Vec<&Group> = groups.iter().collect();
     let flat = ["LE_2D", "RD_2D", "TRD_2D"];
     let mut out = Vec::new();
-    for (title, starts, told, tolds, cut) in [
+    let unknown: &[&Group] = &[];
+    for (title, starts, told, tolds, (cut, known_by)) in [
         (
             "inclination withheld, tilt runs (LE, RD)",
             &["Tilt_LE", "Tilt_RD"][..],
             [0.0, 1.0],
             &all[..2],
-            moving,
+            (moving, &references[..]),
         ),
         (
             "vertical acceleration withheld, 3D runs",
             &["LE_3D", "RD_3D", "TRD_3D"][..],
             [1.0, 0.0],
             &[all[0], all[2]][..],
-            moving,
+            (moving, &references[..]),
         ),
-        ("vertical acceleration withheld, 2D runs", &flat[..], [1.0, 0.0], &all[..1], moving),
+        (
+            "vertical acceleration withheld, 2D runs",
+            &flat[..],
+            [1.0, 0.0],
+            &all[..1],
+            (moving, &references[..]),
+        ),
         (
             "nothing withheld, 2D runs with their free decays, no references",
             &flat[..],
             [1.0, 1.0],
             &all[..1],
-            decaying,
+            (decaying, unknown),
         ),
     ]
     .into_iter()
     .take(questions)
     {
         let records = load(starts, tolds, cut)?;
-        let known_by = if cut.after_s > moving.after_s { &[][..] } else { &references[..] };
         // Half of the runs, evenly spread, are fitted; every run is scored.
         let few: Vec<Record> = records.iter().step_by(records.len().div_ceil(6)).cloned().collect();
         let any = f64::INFINITY;
