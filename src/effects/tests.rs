@@ -229,11 +229,11 @@ fn every_effect_is_silent_at_its_neutral_value_and_has_room_around_it() {
 /// Angular frequency (1/s) of the free ring wave (0,1), from its zero crossings.
 fn ring_frequency(model: &Model) -> f64 {
     let mut state = State::default();
-    state.second.height[0] = 1e-3;
+    state.second.height[0][0] = 1e-3;
     let (mut last, mut crossings) = (1e-3, Vec::new());
     for n in 1..480 {
         step(model, &mut state, &Push::default());
-        let here = state.second.height[0];
+        let here = state.second.height[0][0];
         if last * here < 0.0 {
             crossings.push((f64::from(n) - here / (here - last)) * DT);
         }
@@ -246,7 +246,7 @@ fn ring_frequency(model: &Model) -> f64 {
 fn what_pulls_the_surface_back_pulls_the_waves_of_second_order_back_too() {
     let liquid = 1e-7;
     let plain = ring_frequency(&model(liquid, &[]));
-    let ring = Mode::new(&GLASS, crate::slosh::Wave::Ring);
+    let ring = Mode::new(&GLASS, crate::slosh::Wave::Ring(0));
     assert!((plain / ring.square(GRAVITY_M_S2).sqrt() - 1.0).abs() < 1e-3, "{plain}");
     // w^2 = (g k + sigma k^3/rho) tanh kh, and (g + a) for g; a held line pulls with 2 pi R k_c.
     let k = ring.k;
@@ -273,16 +273,17 @@ fn a_wave_along_a_lean_carries_a_saddle_at_its_own_frequency_and_a_rolled_camera
         for _ in 0..STEPS {
             step(&model, &mut state, &Push::default());
         }
-        state.second.height[1]
+        state.second.height[1][0]
     };
     // What is odd in the amplitude is the lean's; what is even is the second order's.
     let odd = |name: &str| 0.5 * (saddle(name, 1e-2) - saddle(name, -1e-2));
     // s'' + w2^2 s = -g B t a cos w1 t from rest: s = -g B t a (cos w1 t - cos w2 t)/(w2^2 - w1^2).
     let modes =
-        [crate::slosh::Wave::First(0), crate::slosh::Wave::Saddle].map(|wave| Mode::new(&GLASS, wave));
+        [crate::slosh::Wave::First(0), crate::slosh::Wave::Saddle(0)].map(|wave| Mode::new(&GLASS, wave));
     let squares = modes.map(|mode| mode.square(GRAVITY_M_S2));
     let [one, two] = squares.map(|square| (square.sqrt() * f64::from(STEPS) * DT).cos());
-    let [_, bent] = crate::slosh::leaning(modes[0].steepness, [0.0, modes[1].steepness], GLASS.radius_m);
+    let kappa = modes.map(|mode| mode.steepness);
+    let bent = crate::slosh::Coupling::with(crate::slosh::Wave::Saddle(0)).lean(kappa, GLASS.radius_m);
     let wanted = -GRAVITY_M_S2 * bent * 0.035_f64.tan() * 1e-2 * (one - two) / (squares[1] - squares[0]);
     assert!((odd("container_tilt") / wanted - 1.0).abs() < 0.02, "{} for {wanted}", odd("container_tilt"));
     assert_eq!(odd("camera_slope"), 0.0);

@@ -6,7 +6,7 @@
 //! ```
 
 use super::model::Model;
-use super::modes::{Mode, Wave};
+use super::modes::{Mode, RADIAL, Wave};
 use super::step::State;
 use crate::math::{bessel_j, cosh, sinh, sqrt};
 
@@ -24,17 +24,18 @@ pub fn surface(model: &Model, state: &State, push: &[f64; 2], x: f64, y: f64) ->
     }
     let share = r / model.glass.radius_m * model.left_out_m() / crate::units::GRAVITY_M_S2;
     height += share * (push[0] * cos + push[1] * sin);
-    for (wave, heights, angle) in [
-        (Wave::Ring, [state.second.height[0], 0.0], [1.0, 0.0]),
-        (
-            Wave::Saddle,
-            [state.second.height[1], state.second.height[2]],
-            [cos * cos - sin * sin, 2.0 * sin * cos],
-        ),
-    ] {
-        let (order, xi) = wave.order();
-        let shape = bessel_j(order, xi / model.glass.radius_m * r) / bessel_j(order, xi);
-        height += shape * (heights[0] * angle[0] + heights[1] * angle[1]);
+    let [ring, along, across] = &state.second.height;
+    let turned = [1.0, cos * cos - sin * sin, 2.0 * sin * cos];
+    for n in 0..RADIAL {
+        for (wave, heights, turn) in [
+            (Wave::Ring(n), ring, turned[0]),
+            (Wave::Saddle(n), along, turned[1]),
+            (Wave::Saddle(n), across, turned[2]),
+        ] {
+            let (order, xi) = wave.order();
+            let shape = bessel_j(order, xi / model.glass.radius_m * r) / bessel_j(order, xi);
+            height += heights.get(n).map_or(0.0, |s| shape * turn * s);
+        }
     }
     height
 }
@@ -43,7 +44,7 @@ pub fn surface(model: &Model, state: &State, push: &[f64; 2], x: f64, y: f64) ->
 #[must_use]
 pub fn wall_harmonics(model: &Model, state: &State, push: &[f64; 2]) -> [f64; 5] {
     let at_once = model.left_out_m() / crate::units::GRAVITY_M_S2;
-    let [mean, cos2, sin2] = state.second.height;
+    let [mean, cos2, sin2] = state.second.height.map(|row| row.iter().sum());
     let along = |d: usize| state.height[d].iter().sum::<f64>();
     [mean, along(0) + at_once * push[0], along(1) + at_once * push[1], cos2, sin2]
 }

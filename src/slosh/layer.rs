@@ -1,7 +1,7 @@
 //! Friction of a mode in a viscous liquid: boundary layers at side and bottom, film, bulk.
 //!
 //! ```text
-//! gamma = (1/2R) sqrt(nu w/2) [ (1 + xi^-2)/(1 - xi^-2) + 2kR(1 - h/R)/sinh 2kh ] + 2 nu k^2
+//! gamma = (1/2R) sqrt(nu w/2) [ (1 + m^2/xi^2)/(1 - m^2/xi^2) + 2kR(1 - h/R)/sinh 2kh ] + 2 nu k^2
 //! ```
 //! (Case and Parkinson 1957), the layers also lower the frequency by their part of gamma. An inextensible
 //! film adds `f (1/2) sqrt(nu w/2) k coth kh`, f = 1; elastic ones reach about f = 2 (Miles 1967).
@@ -22,7 +22,7 @@
 //! with r = v k sqrt(2) s_b in the bulk and r = v s_w/delta, delta = sqrt(2 nu/w), in the layer, where v
 //! is the amplitude `sqrt(v^2 + w^2 a^2)` of the rate at the wall and the s are means over the places.
 
-use super::modes::Mode;
+use super::modes::{Cylinder, Mode};
 use crate::math::{pow, sincos, sinh, sqrt, tanh};
 
 /// Mean of the bulk's rate of shear where it is lost, over `sqrt(2) k v`; half of the loss lies within
@@ -86,48 +86,62 @@ fn loss(p: f64) -> f64 {
 }
 
 /// Damping gamma (1/s) and lowering of the frequency (1/s) of `mode` at amplitude `speed` (m/s) and
-/// frequency `w` (1/s), in a glass of `radius_m` and `depth_m`.
+/// frequency `w` (1/s), in `glass`.
 #[must_use]
-pub fn friction(
-    mode: &Mode,
-    w: f64,
-    speed: f64,
-    liquid: &Rheology,
-    density: f64,
-    radius_m: f64,
-    depth_m: f64,
-) -> (f64, f64) {
-    let (k, xi2) = (mode.k, mode.xi * mode.xi);
-    let layer_depth = |nu: f64| sqrt(2.0 * nu / w);
-    let bulk = liquid.equivalent(speed * k * core::f64::consts::SQRT_2 * BULK_PLACE) / density;
+pub fn friction(mode: &Mode, w: f64, speed: f64, liquid: &Rheology, glass: &Cylinder) -> (f64, f64) {
+    resistance(mode, w, viscosities(mode, w, speed, liquid, glass.density_kg_m3), liquid, glass)
+}
+
+/// Kinematic viscosities (m2/s) in the bulk and in the layer at the wall that a `mode` of amplitude `speed` (m/s)
+/// and frequency `w` (1/s) gives the liquid.
+pub(super) fn viscosities(mode: &Mode, w: f64, speed: f64, liquid: &Rheology, density: f64) -> [f64; 2] {
+    let bulk = liquid.equivalent(speed * mode.k * core::f64::consts::SQRT_2 * BULK_PLACE) / density;
     let mut wall = bulk;
     if !liquid.is_linear() {
         // The layer's depth and its viscosity determine one another; the rate falls as the depth grows,
         // so a few turns settle it.
         for _ in 0..6 {
-            wall = liquid.equivalent(speed * LAYER_PLACE / layer_depth(wall)) / density;
+            wall = liquid.equivalent(speed * LAYER_PLACE / layer_depth(wall, w)) / density;
         }
     }
-    let side = (1.0 + 1.0 / xi2) / (1.0 - 1.0 / xi2);
-    let bottom = 2.0 * k * radius_m * (1.0 - depth_m / radius_m) / sinh(2.0 * k * depth_m);
-    let sticking = sqrt(0.5 * wall * w) / (2.0 * radius_m) * (side + bottom);
-    let s = liquid.slip_m / layer_depth(wall);
+    [bulk, wall]
+}
+
+/// [`friction`] where the viscosities are given: those that a stronger wave gives the liquid, for one that rides on it.
+pub(super) fn resistance(
+    mode: &Mode,
+    w: f64,
+    [bulk, wall]: [f64; 2],
+    liquid: &Rheology,
+    glass: &Cylinder,
+) -> (f64, f64) {
+    let (k, kh) = (mode.k, mode.k * glass.depth_m);
+    let around = f64::from(mode.order * mode.order) / (mode.xi * mode.xi);
+    let side = (1.0 + around) / (1.0 - around);
+    let bottom = 2.0 * k * glass.radius_m * (1.0 - glass.depth_m / glass.radius_m) / sinh(2.0 * kh);
+    let sticking = sqrt(0.5 * wall * w) / (2.0 * glass.radius_m) * (side + bottom);
+    let s = liquid.slip_m / layer_depth(wall, w);
     let over = 1.0 + 2.0 * s + 2.0 * s * s;
-    let film = liquid.film * 0.5 * sqrt(0.5 * wall * w) * k / tanh(k * depth_m);
+    let film = liquid.film * 0.5 * sqrt(0.5 * wall * w) * k / tanh(kh);
     (sticking / over + film + 2.0 * bulk * k * k, sticking * (1.0 + 2.0 * s) / over + film)
+}
+
+/// Depth of Stokes's layer, m.
+fn layer_depth(viscosity_m2_s: f64, w: f64) -> f64 {
+    sqrt(2.0 * viscosity_m2_s / w)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::slosh::{Cylinder, Wave};
+    use crate::slosh::Wave;
     use crate::units::GRAVITY_M_S2;
 
     fn damping(liquid: &Rheology, density: f64, radius_m: f64, depth_m: f64, speed: f64) -> f64 {
         let glass = Cylinder { radius_m, depth_m, density_kg_m3: density };
         let mode = Mode::new(&glass, Wave::First(0));
         let w = sqrt(mode.square(GRAVITY_M_S2));
-        friction(&mode, w, speed, liquid, density, radius_m, depth_m).0 / w
+        friction(&mode, w, speed, liquid, &glass).0 / w
     }
 
     #[test]
@@ -147,7 +161,7 @@ mod tests {
         let w = sqrt(mode.square(GRAVITY_M_S2));
         let of = |slip_m: f64| {
             let liquid = Rheology { slip_m, ..Rheology::newtonian(0.2) };
-            friction(&mode, w, 0.1, &liquid, 1261.0, 0.035, 0.07)
+            friction(&mode, w, 0.1, &liquid, &glass)
         };
         let (damping, lowering) = of(1e9);
         assert!((damping / (2.0 * 0.2 / 1261.0 * mode.k * mode.k) - 1.0).abs() < 1e-6 && lowering < 1e-6);

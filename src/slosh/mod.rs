@@ -16,23 +16,29 @@
 //! | `table` | a number that depends on the amplitude |
 //! | `model` | modes and effects together: the coefficients of a step |
 //! | `step` | one step in time |
+//! | `couple` | what the first mode makes of another wave |
 //! | `second` | the second-order waves that ride on the first mode |
+//! | `rim` | what a sliding contact line does to those |
 //! | `field` | from the modes to surface and velocity anywhere: potential flow |
 //!
 //! Waves of azimuthal order one come in two directions, along x and y of the glass.
 
+mod couple;
 mod field;
 mod layer;
 mod model;
 mod modes;
+mod rim;
 mod second;
 mod step;
 mod table;
 
+pub use couple::Coupling;
 pub use field::{surface, velocity, wall_harmonics};
 pub use layer::{Rheology, friction};
 pub use model::{Baseline, Model};
 pub use modes::{Cylinder, Mode, RADIAL, Wave};
-pub use second::{SECOND, Second, SecondOrder, leaning};
+pub use rim::{Rim, SECTORS};
+pub use second::{First, Riding, SECOND, Second, SecondOrder};
 pub use step::{Books, Push, State, step};
 pub use table::BySpeed;

@@ -1,8 +1,10 @@
 //! A glass of liquid with its effects: every coefficient that a step needs.
 
-use super::layer::{Rheology, friction};
+use super::couple::Coupling;
+use super::layer::{Rheology, friction, resistance, viscosities};
 use super::modes::{Cylinder, Mode, RADIAL, Wave};
-use super::second::{SecondOrder, leaning};
+use super::rim::Rim;
+use super::second::{Riding, SecondOrder};
 use super::table::{BySpeed, SLOWEST_M_S};
 use crate::effects::{Active, Branch, MOST, Port, Relax, Slot, View};
 use crate::math::{sqrt, tan};
@@ -106,7 +108,7 @@ impl Model {
         // A^2 = a^2 of a Duffing oscillator: w = w0 (1 + 3 alpha A^2/(8 w0^2)), energy m alpha a^4/4.
         let soften = |kappa: f64| -8.0 / 3.0 * kappa * stiffness / (glass.radius_m * glass.radius_m);
         let (mut quartic, mut coupling) = (soften(baseline.detuning), 0.0);
-        let mut memory = [Branch::default(); RADIAL];
+        let memory = modes.map(|ready| memory(active, &ready.mode, &glass));
         let mut line = Branch::default();
         for effect in active {
             match effect.entry.slot {
@@ -115,18 +117,11 @@ impl Model {
                     quartic += soften(shape.softening);
                     coupling += shape.coupling * stiffness;
                 }
-                Slot::Memory(branch) => {
-                    memory
-                        .iter_mut()
-                        .zip(&modes)
-                        .for_each(|(m, r)| *m = branch(&effect.values, &r.mode, &glass));
-                }
                 Slot::Catch(branch) => line = branch(&effect.values, &glass),
                 _ => {}
             }
         }
-        let first = modes.first().map_or(0.0, |m| m.mode.steepness);
-        let second = second_order(&glass, &liquid, baseline, active, (&port, &line), first);
+        let second = second_order(&glass, &liquid, baseline, active, (&port, &line), &modes[0], dt);
         Self { glass, port, view, dt, modes, second, quartic, coupling, memory, line, rubbing }
     }
 
@@ -189,38 +184,86 @@ fn stores(mode: &Mode, glass: &Cylinder, active: &[Active]) -> f64 {
     active.iter().map(one).sum()
 }
 
-/// The waves of the second order beside a first mode of steepness `first` (1/m). As the modes (1,n) do, they feel
-/// what the effects store, the lift, and the layers, which rub and lower the frequency. A line that is held and
-/// does not slide gives the modes (1,n) `pi R k_c`, (2,1) as much and (0,1) twice as much.
+/// The waves of the second order beside the `first` mode. As the modes (1,n) do, they feel what the effects store,
+/// the lift, and the layers, which rub and lower the frequency; how thick the liquid is, the first mode says. A line
+/// that is held and does not slide gives the modes (1,n) `pi R k_c`, (2,n) as much and (0,n) twice as much.
 fn second_order(
     glass: &Cylinder,
     liquid: &Rheology,
     baseline: &Baseline,
     active: &[Active],
     (port, line): (&Port, &Branch),
-    first: f64,
+    first: &Ready,
+    dt: f64,
 ) -> SecondOrder {
-    let one = |(wave, share): (Wave, f64)| {
+    let slides = match line.relax {
+        Relax::Path(reach_m) if line.stiffness > 0.0 => Some(reach_m),
+        _ => None,
+    };
+    let ride = |wave: Wave, share: f64, calibrated: Option<&[f64; 2]>| {
         let mode = Mode::new(glass, wave);
-        let held = if matches!(line.relax, Relax::Never) { share * line.stiffness } else { 0.0 };
+        let coupling = Coupling::with(wave);
+        let kappa = [first.mode.steepness, mode.steepness];
+        let held = if slides.is_some() { 0.0 } else { share * line.stiffness };
         let stored = (stores(&mode, glass, active) + held) / mode.mass_kg;
         let least = 0.01 * mode.square(GRAVITY_M_S2);
         let free = sqrt((mode.square(GRAVITY_M_S2 + port.lift_m_s2) + stored).max(least));
-        let (radius_m, depth_m) = (glass.radius_m, glass.depth_m);
-        let (damping, lower) =
-            friction(&mode, free, MIDDLING_M_S, liquid, glass.density_kg_m3, radius_m, depth_m);
+        let rub = |speed: f64| {
+            let thick = viscosities(&first.mode, first.w, speed, liquid, glass.density_kg_m3);
+            resistance(&mode, free, thick, liquid, glass)
+        };
+        let (damping, lower) = rub(MIDDLING_M_S);
         let w = (free - lower).max(0.1 * free);
-        (w * w, damping, mode.steepness)
+        let branch = memory(active, &mode, glass);
+        Riding {
+            square: w * w,
+            discrete: discrete(w, dt),
+            damping: if liquid.is_linear() {
+                BySpeed::constant(damping)
+            } else {
+                BySpeed::new(|speed| rub(speed).0)
+            },
+            drive: calibrated.copied().unwrap_or_else(|| coupling.drive(kappa, glass.radius_m)),
+            carried: coupling.own(kappa, glass.radius_m),
+            lean: coupling.lean(kappa, glass.radius_m) * tan(port.tilt_rad),
+            memory: Branch { stiffness: branch.stiffness / mode.mass_kg, ..branch },
+        }
     };
-    let [ring, saddle] = [(Wave::Ring, 2.0), (Wave::Saddle, 1.0)].map(one);
-    let lean = leaning(first, [ring.2, saddle.2], glass.radius_m).map(|b| b * tan(port.tilt_rad));
+    let [ring, saddle] = &baseline.drive;
+    let all = |kind: fn(usize) -> Wave| core::array::from_fn::<_, RADIAL, _>(kind);
+    let (rings, saddles) = (all(Wave::Ring), all(Wave::Saddle));
+    let rim = slides.map(|reach_m| {
+        // The line's stiffness is 4 R f/reach of a spring f/reach.
+        let spring = line.stiffness / (4.0 * glass.radius_m);
+        let mass_kg = [rings, saddles].map(|waves| waves.map(|wave| Mode::new(glass, wave).mass_kg));
+        Rim::new(spring, reach_m, glass.radius_m, mass_kg)
+    });
+    let calibrated = |wave: Wave, pair| matches!(wave, Wave::Ring(0) | Wave::Saddle(0)).then_some(pair);
     SecondOrder {
-        square: [ring.0, saddle.0],
-        damping: [ring.1, saddle.1],
-        drive: baseline.drive,
+        waves: [
+            rings.map(|wave| ride(wave, 2.0, calibrated(wave, ring))),
+            saddles.map(|wave| ride(wave, 1.0, calibrated(wave, saddle))),
+        ],
         radius_m: glass.radius_m,
-        lean,
+        steepness: first.mode.steepness,
+        rim,
     }
+}
+
+/// Frequency squared (1/s2) of the discrete oscillator that turns by `w dt` a step of `dt`: it turns by
+/// `2 atan(w' dt/2)`, so `w' = (2/dt) tan(w dt/2)`.
+fn discrete(w: f64, dt: f64) -> f64 {
+    let root = 2.0 / dt * tan((0.5 * w * dt).min(1.5));
+    root * root
+}
+
+/// What the liquid remembers of `mode`.
+fn memory(active: &[Active], mode: &Mode, glass: &Cylinder) -> Branch {
+    let one = |effect: &Active| match effect.entry.slot {
+        Slot::Memory(branch) => Some(branch(&effect.values, mode, glass)),
+        _ => None,
+    };
+    active.iter().filter_map(one).next_back().unwrap_or_default()
 }
 
 /// The mode (1,n) under all that acts on it.
@@ -237,18 +280,15 @@ fn ready(
     let plain = mode.square(GRAVITY_M_S2);
     let shifted = sqrt((plain + stores(&mode, glass, active) / mode.mass_kg).max(0.01 * plain))
         * (1.0 + of(&baseline.frequency, 0.0));
-    let rub = |speed: f64| {
-        friction(&mode, shifted, speed, liquid, glass.density_kg_m3, glass.radius_m, glass.depth_m)
-    };
+    let rub = |speed: f64| friction(&mode, shifted, speed, liquid, glass);
     let factor = of(&baseline.damping, 1.0).max(0.0);
     let w = (shifted - rub(MIDDLING_M_S).1).max(0.1 * shifted);
-    // The discrete oscillator turns by 2 atan(w' dt/2) a step: w' = (2/dt) tan(w dt/2) makes that w dt.
-    let discrete = 2.0 / dt * tan((0.5 * w * dt).min(1.5));
-    let stretch = discrete * discrete / (w * w);
+    let square = discrete(w, dt);
+    let stretch = square / (w * w);
     let at = |speed: f64| 2.0 * mode.mass_kg * factor * rub(speed).0;
     Ready {
         mode,
-        stiffness: mode.mass_kg * discrete * discrete,
+        stiffness: mode.mass_kg * square,
         push_kg: mode.mass_kg * mode.steepness * stretch * mode.lever_m * of(&baseline.lever, 1.0),
         lift_kg_m: mode.mass_kg * mode.steepness * stretch,
         w,

@@ -11,15 +11,15 @@
 use crate::math::tanh;
 use core::f64::consts::PI;
 
-/// Radial modes of azimuthal order one that are kept.
+/// Radial modes of each azimuthal order that are kept.
 pub const RADIAL: usize = 3;
 
 /// The first zeros of J1'.
 const XI_1: [f64; RADIAL] = [1.841_183_781_340_659, 5.331_442_773_525_033, 8.536_316_366_346_286];
 
-/// The first zero of J0' (but for 0) and of J2'.
-const XI_0: f64 = 3.831_705_970_207_512;
-const XI_2: f64 = 3.054_236_928_227_14;
+/// The first zeros of J0' (but for 0) and of J2'.
+const XI_0: [f64; RADIAL] = [3.831_705_970_207_512, 7.015_586_669_815_619, 10.173_468_135_062_722];
+const XI_2: [f64; RADIAL] = [3.054_236_928_227_14, 6.706_133_194_158_459, 9.969_467_823_087_596];
 
 /// A glass and the liquid in it at rest.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -32,32 +32,35 @@ pub struct Cylinder {
     pub density_kg_m3: f64,
 }
 
-/// Azimuthal order and zero of one mode.
+/// Azimuthal order and zero of one mode; n counts from 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Wave {
     /// (1,n): along x or y.
     First(usize),
-    /// (0,1): the same all round.
-    Ring,
-    /// (2,1): two crests at the wall.
-    Saddle,
+    /// (0,n): the same all round.
+    Ring(usize),
+    /// (2,n): two crests at the wall.
+    Saddle(usize),
 }
 
 impl Wave {
     /// Azimuthal order m and zero xi.
     #[must_use]
     pub fn order(self) -> (i32, f64) {
-        match self {
-            Self::First(n) => (1, XI_1.get(n).copied().unwrap_or(XI_1[0])),
-            Self::Ring => (0, XI_0),
-            Self::Saddle => (2, XI_2),
-        }
+        let (order, zeros, n) = match self {
+            Self::First(n) => (1, &XI_1, n),
+            Self::Ring(n) => (0, &XI_0, n),
+            Self::Saddle(n) => (2, &XI_2, n),
+        };
+        (order, zeros.get(n).copied().unwrap_or(zeros[0]))
     }
 }
 
 /// One mode of a filled cylinder.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Mode {
+    /// Azimuthal order m.
+    pub order: i32,
     /// Zero xi.
     pub xi: f64,
     /// Wave number k, 1/m.
@@ -82,7 +85,7 @@ impl Mode {
         let m2 = f64::from(order * order);
         let area_m2 = if order == 0 { PI * r * r } else { 0.5 * PI * r * r * (1.0 - m2 / (xi * xi)) };
         let lever_m = if order == 1 { 2.0 * r / (xi * xi - 1.0) } else { 0.0 };
-        Self { xi, k, steepness, area_m2, mass_kg: glass.density_kg_m3 * area_m2 / steepness, lever_m }
+        Self { order, xi, k, steepness, area_m2, mass_kg: glass.density_kg_m3 * area_m2 / steepness, lever_m }
     }
 
     /// Frequency squared under gravity `g` (m/s2) without surface tension, 1/s2.
@@ -103,7 +106,7 @@ mod tests {
 
     #[test]
     fn the_zeros_are_zeros() {
-        for (order, zeros) in [(1, &XI_1[..]), (0, &[XI_0]), (2, &[XI_2])] {
+        for (order, zeros) in [(1, &XI_1), (0, &XI_0), (2, &XI_2)] {
             for xi in zeros {
                 // J_m'(x) = m J_m(x)/x - J_(m+1)(x).
                 let slope = f64::from(order) * bessel_j(order, *xi) / xi - bessel_j(order + 1, *xi);
@@ -118,7 +121,7 @@ mod tests {
         let mode = Mode::new(&GLASS, Wave::First(0));
         let hz = mode.square(GRAVITY_M_S2).sqrt() / (2.0 * PI);
         assert!((hz - 3.047).abs() < 1e-3, "{hz} Hz");
-        assert!((Mode::new(&GLASS, Wave::Ring).lever_m).abs() < 1e-300);
+        assert!((Mode::new(&GLASS, Wave::Ring(0)).lever_m).abs() < 1e-300);
     }
 
     #[test]

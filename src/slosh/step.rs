@@ -14,7 +14,7 @@
 
 use super::model::Model;
 use super::modes::RADIAL;
-use super::second::Second;
+use super::second::{First, Second};
 use crate::effects::Relax;
 use crate::math::sqrt;
 
@@ -153,12 +153,16 @@ pub fn step(model: &Model, state: &mut State, push: &Push) -> Books {
         books.heat_j += heat.0;
         books.work_j += heat.1;
     }
-    let height = [0, 1].map(|d| 0.5 * (before.height[d][0] + state.height[d][0]));
-    let w2 = model.modes[0].w * model.modes[0].w;
-    let steepness = model.modes[0].mode.steepness;
-    let turns = [0, 1].map(|d| (state.rate[d][0] - before.rate[d][0]) / (dt * steepness));
-    let first = [&height, &[middle[0][0], middle[1][0]], &turns];
-    model.second.advance(&mut state.second, dt, w2, first);
+    let (w, steepness) = (model.modes[0].w, model.modes[0].mode.steepness);
+    let first = First {
+        square: w * w,
+        height: [0, 1].map(|d| 0.5 * (before.height[d][0] + state.height[d][0])),
+        rate: [middle[0][0], middle[1][0]],
+        turns: [0, 1].map(|d| (state.rate[d][0] - before.rate[d][0]) / (dt * steepness)),
+        speed: [middle[0].iter().sum(), middle[1].iter().sum()],
+        held: [0, 1].map(|d| 0.5 * (before.caught[d] + state.caught[d])),
+    };
+    model.second.advance(&mut state.second, dt, &first);
     state.heat_j += books.heat_j;
     books.residue_j = model.energy(state) + books.heat_j - energy - books.work_j;
     books

@@ -1,0 +1,118 @@
+//! What a contact line that slides under the first mode does to the waves that ride on it.
+//!
+//! Dry friction does not add up: where the first mode drags the line along, a small wave beside it finds a line that
+//! is already sliding. Dahl's law, `z' = v - |v| z/reach`, about the first mode's way, sector by sector of the wall:
+//! ```text
+//! v = v1 + s',   |s'| << |v1|:     z' = (1 - sgn(v1) z1/reach) s' - |v1| z/reach
+//! force on the wave j              -(f/reach) int z_j phi_j R dtheta,     phi_j = 1, cos 2 theta, sin 2 theta
+//! ```
+//! so the line is stiff where the first mode turns round, or stands still, and lets go in between.
+
+use super::modes::RADIAL;
+use super::second::SECOND;
+use crate::math::sincos;
+use core::f64::consts::TAU;
+
+/// Sectors of the wall.
+pub const SECTORS: usize = 16;
+
+/// The line along the wall.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Rim {
+    /// Spring of one sector over the mass of each (0,n) and (2,n), 1/s2.
+    pub square: [[f64; RADIAL]; 2],
+    /// How far the line gives way before it slides, m.
+    pub reach_m: f64,
+    /// Cosine and sine of the middle of each sector.
+    turn: [[f64; 2]; SECTORS],
+}
+
+/// One sector during a step.
+#[derive(Clone, Copy, Debug, Default)]
+struct Sector {
+    /// Shapes of the waves here.
+    shape: [f64; SECOND],
+    /// How far the line is caught in the middle of the step without what the waves move, m.
+    caught: f64,
+    /// How much of their way catches it more, s.
+    gives: f64,
+}
+
+/// The sectors during a step.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Sliding([Sector; SECTORS]);
+
+impl Rim {
+    /// A line whose spring along the wall is `spring` N/m2 and which slides after `reach_m`, in a glass of
+    /// `radius_m`, beside waves of `mass_kg`.
+    #[must_use]
+    pub fn new(spring: f64, reach_m: f64, radius_m: f64, mass_kg: [[f64; RADIAL]; 2]) -> Self {
+        let width = TAU / SECTORS as f64;
+        let turn = core::array::from_fn(|i| {
+            let (sin, cos) = sincos(width * (i as f64 + 0.5));
+            [cos, sin]
+        });
+        Self {
+            square: mass_kg.map(|row| row.map(|m| spring * radius_m * width / m)),
+            reach_m: reach_m.max(1e-9),
+            turn,
+        }
+    }
+
+    /// The sectors during a step of `dt` in which the first mode moves the wall's liquid by `speed` (m/s), where the
+    /// line is caught by `held` (m) of it and by `caught` of the waves.
+    pub(super) fn slide(&self, dt: f64, caught: &[f64; SECTORS], [speed, held]: [&[f64; 2]; 2]) -> Sliding {
+        let mut sectors = [Sector::default(); SECTORS];
+        let way = |pair: &[f64; 2], [cos, sin]: [f64; 2]| pair[0] * cos + pair[1] * sin;
+        let whole = crate::math::sqrt(held[0] * held[0] + held[1] * held[1]);
+        for (slot, (turn, caught)) in sectors.iter_mut().zip(self.turn.iter().zip(caught)) {
+            let (v, z) = (way(speed, *turn), way(held, *turn));
+            // All of the line is caught as far as its foremost point, on the side that it has come to.
+            let full = (whole / self.reach_m).min(1.0) * if v * z < 0.0 { -1.0 } else { 1.0 };
+            let catch = 1.0 + 0.5 * dt * v.abs() / self.reach_m;
+            let [cos, sin] = *turn;
+            *slot = Sector {
+                shape: [1.0, cos * cos - sin * sin, 2.0 * sin * cos],
+                caught: caught / catch,
+                gives: 0.5 * dt * (1.0 - full) / catch,
+            };
+        }
+        Sliding(sectors)
+    }
+}
+
+impl Sliding {
+    /// Pull on a wave of shape `j` by sectors of one unit of spring, without what it does by its `own` rate, and what its
+    /// own rate adds; `rates` of all waves in the middle of the step, m/s.
+    pub(super) fn pull(&self, j: usize, own: f64, rates: &[[f64; RADIAL]; SECOND]) -> [f64; 2] {
+        let mut sum = [0.0; 2];
+        let mut all = totals(rates);
+        all.iter_mut().skip(j).take(1).for_each(|rate| *rate -= own);
+        for sector in &self.0 {
+            let shape = sector.shape.get(j).copied().unwrap_or(0.0);
+            sum[0] += shape * (sector.caught + sector.gives * sector.moved(&all));
+            sum[1] += shape * shape * sector.gives;
+        }
+        sum
+    }
+
+    /// Moves what is `caught` to the end of the step at the `rates` of its middle.
+    pub(super) fn finish(&self, caught: &mut [f64; SECTORS], rates: &[[f64; RADIAL]; SECOND]) {
+        let all = totals(rates);
+        for (caught, sector) in caught.iter_mut().zip(&self.0) {
+            *caught = 2.0 * (sector.caught + sector.gives * sector.moved(&all)) - *caught;
+        }
+    }
+}
+
+impl Sector {
+    /// Rate of the waves here that have the rates `all` in each shape, m/s.
+    fn moved(&self, all: &[f64; SECOND]) -> f64 {
+        self.shape.iter().zip(all).map(|(shape, rate)| shape * rate).sum()
+    }
+}
+
+/// Rates at the wall in each shape, m/s.
+fn totals(rates: &[[f64; RADIAL]; SECOND]) -> [f64; SECOND] {
+    rates.map(|row| row.iter().sum())
+}
