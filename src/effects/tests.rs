@@ -261,6 +261,35 @@ fn what_pulls_the_surface_back_pulls_the_waves_of_second_order_back_too() {
         let found = (ring_frequency(&model(liquid, &[active(name, [value, 0.0])])) / plain).powi(2);
         assert!((found / wanted - 1.0).abs() < 2e-3, "{name}: {found} for {wanted}");
     }
+    // A memory that outlasts the wave is a spring, 4 G k^2/rho; one much shorter is a viscosity G lambda.
+    let memory = |time: f64| active("viscoelastic", [5.0, time]);
+    let found = (ring_frequency(&model(liquid, &[memory(1e3)])) / plain).powi(2);
+    let wanted = 1.0 + 4.0 * 5.0 * k * k / (1261.0 * ring.square(GRAVITY_M_S2));
+    assert!((found / wanted - 1.0).abs() < 2e-3, "memory: {found} for {wanted}");
+    let found = (ring_frequency(&model(liquid, &[memory(1e-5)])) / plain).powi(2);
+    assert!((found - 1.0).abs() < 2e-3, "memory: {found}");
+}
+
+#[test]
+fn what_the_first_mode_makes_of_a_thinning_liquid_the_waves_beside_it_feel() {
+    // Of the ring's height after a quarter of a second, what is odd in its start decays freely.
+    let left = |index: f64, first: f64| {
+        let model = model(0.2, &[active("shear_thinning", [index, 0.0])]);
+        let after = |ring: f64| {
+            let mut state = State::default();
+            state.height[0][0] = first;
+            state.second.height[0][0] = ring;
+            for _ in 0..120 {
+                step(&model, &mut state, &Push::default());
+            }
+            let rate = state.second.rate[0][0] / (GRAVITY_M_S2 * 109.0).sqrt();
+            (state.second.height[0][0], rate)
+        };
+        let (up, down) = (after(1e-4), after(-1e-4));
+        (0.5 * (up.0 - down.0)).hypot(0.5 * (up.1 - down.1)) / 1e-4
+    };
+    assert!((left(1.0, 2e-2) / left(1.0, 1e-3) - 1.0).abs() < 1e-9);
+    assert!(left(0.5, 2e-2) > 1.2 * left(0.5, 1e-3), "{} {}", left(0.5, 2e-2), left(0.5, 1e-3));
 }
 
 #[test]

@@ -188,4 +188,40 @@ mod tests {
         assert!((waves.height[0][0] / wanted - 1.0).abs() < 1e-6, "{} for {wanted}", waves.height[0][0]);
         assert!(waves.height[1][0] < 0.0 && waves.height[2] == [0.0; RADIAL]);
     }
+
+    #[test]
+    fn what_holds_the_first_mode_up_lifts_the_waves_that_its_height_carries() {
+        let wave = Riding {
+            square: 900.0,
+            discrete: 900.0,
+            damping: BySpeed::constant(5.0),
+            drive: [0.0; 2],
+            carried: 30.0,
+            lean: 0.0,
+            memory: Branch::default(),
+        };
+        let order = SecondOrder { waves: [[wave; RADIAL]; 2], radius_m: 0.035, steepness: 50.0, rim: None };
+        let settled = |turns: f64| {
+            let first = First {
+                square: 500.0,
+                height: [0.0, 0.01],
+                rate: [0.0; 2],
+                turns: [0.0, turns],
+                speed: [0.0; 2],
+                held: [0.0; 2],
+            };
+            let mut waves = Second::default();
+            for _ in 0..4000 {
+                order.advance(&mut waves, 1.0 / 240.0, &first);
+            }
+            waves.height.map(|row| row[0])
+        };
+        // Let go, gravity alone turns it: psi1' = -w1^2 a1/kappa1, which q counts.
+        assert!(settled(-500.0 * 0.01 / 50.0).iter().all(|s| s.abs() < 1e-12));
+        // Held up, psi1' = 0: C a1 w1^2 a1/kappa1, along y against the first saddle.
+        let wanted = 30.0 * 0.01 * 500.0 * 0.01 / 50.0 / 900.0;
+        let [ring, along, across] = settled(0.0);
+        assert!((ring / wanted - 1.0).abs() < 1e-6 && (along / wanted + 1.0).abs() < 1e-6, "{ring} {along}");
+        assert!(across.abs() < 1e-12);
+    }
 }
