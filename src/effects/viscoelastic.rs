@@ -4,7 +4,8 @@
 //! the branch                                  k_z = 4 m G k^2/rho,   z' = v - z/lambda
 //! ```
 //! Frequency and damping both rise: `dw/w = x^2/(1 + x^2) q`, `gamma = w x/(1 + x^2) q`, x = w lambda,
-//! `q = 2 G k^2/(rho w^2)` (Maxwell 1867; Bird, Armstrong and Hassager 1987).
+//! `q = 2 G k^2/(rho w^2)` (Maxwell 1867; Bird, Armstrong and Hassager 1987). A memory much shorter than a radian of the
+//! slosh, x << 1, is a viscosity G lambda and is to be called that: the range of lambda begins at 0.02 s.
 
 use super::{Branch, Class, Entry, Parameter, Relax, Slot};
 
@@ -24,7 +25,7 @@ pub(super) const ENTRY: Entry = Entry {
             name: "time",
             unit: "s",
             neutral: 0.05,
-            range: (0.005, 1.0),
+            range: (0.02, 1.0),
             typical: 0.03,
             meaning: "relaxation time lambda",
         },

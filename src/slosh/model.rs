@@ -7,7 +7,7 @@ use super::rim::Rim;
 use super::second::{Riding, SecondOrder};
 use super::table::{BySpeed, SLOWEST_M_S};
 use crate::effects::{Active, Branch, MOST, Port, Relax, Slot, View};
-use crate::math::{sqrt, tan};
+use crate::math::{ln, sqrt, tan};
 use crate::units::GRAVITY_M_S2;
 use heapless::Vec;
 
@@ -121,7 +121,7 @@ impl Model {
                 _ => {}
             }
         }
-        let second = second_order(&glass, &liquid, baseline, active, (&port, &line), &modes[0], dt);
+        let second = second_order((&glass, &liquid), baseline, active, (&port, &line), &modes[0], dt);
         Self { glass, port, view, dt, modes, second, quartic, coupling, memory, line, rubbing }
     }
 
@@ -154,11 +154,7 @@ impl Model {
 
     /// Friction along the contact line at an amplitude of its speed (m/s), N s/m.
     pub(super) fn line_rubs(&self, speed: f64) -> f64 {
-        let one = |effect: &Active| match effect.entry.slot {
-            Slot::Line(law) => law(&effect.values, speed, &self.glass),
-            _ => 0.0,
-        };
-        self.rubbing.iter().map(one).sum()
+        line_rubs(&self.rubbing, speed, &self.glass)
     }
 
     /// What remembers the first mode's way: in the liquid, and at the contact line. A stiffness of zero is none.
@@ -184,44 +180,58 @@ fn stores(mode: &Mode, glass: &Cylinder, active: &[Active]) -> f64 {
     active.iter().map(one).sum()
 }
 
+/// Friction of the effects `active` along the contact line at an amplitude of its speed (m/s), N s/m.
+fn line_rubs(active: &[Active], speed: f64, glass: &Cylinder) -> f64 {
+    let one = |effect: &Active| match effect.entry.slot {
+        Slot::Line(law) => law(&effect.values, speed, glass),
+        _ => 0.0,
+    };
+    active.iter().map(one).sum()
+}
+
 /// The waves of the second order beside the `first` mode. As the modes (1,n) do, they feel what the effects store,
-/// the lift, and the layers, which rub and lower the frequency; how thick the liquid is, the first mode says. A line
-/// that is held and does not slide gives the modes (1,n) `pi R k_c`, (2,n) as much and (0,n) twice as much.
+/// the lift, and the layers, which rub and lower the frequency; how thick the liquid is, the first mode says. At the
+/// wall they ride on it, too: a force `c |v|^p` per length that rubs on it with
+/// `G = c v1^(p-1) R int |cos|^(p+1) dtheta` rubs on a small wave beside it with `p c |v1 cos|^(p-1)`, which makes
+/// ```text
+/// (p + 1) G of (0,n),      (p + 1 - 4p/(p + 3)) G of (2,n)
+/// ```
 fn second_order(
-    glass: &Cylinder,
-    liquid: &Rheology,
+    (glass, liquid): (&Cylinder, &Rheology),
     baseline: &Baseline,
     active: &[Active],
     (port, line): (&Port, &Branch),
     first: &Ready,
     dt: f64,
 ) -> SecondOrder {
-    let slides = match line.relax {
-        Relax::Path(reach_m) if line.stiffness > 0.0 => Some(reach_m),
-        _ => None,
-    };
-    let ride = |wave: Wave, share: f64, calibrated: Option<&[f64; 2]>| {
+    let rubs = |speed: f64| line_rubs(active, speed, glass);
+    let foamed = rubs(MIDDLING_M_S) > 0.0;
+    let ride = |wave: Wave, calibrated: Option<&[f64; 2]>| {
         let mode = Mode::new(glass, wave);
         let coupling = Coupling::with(wave);
         let kappa = [first.mode.steepness, mode.steepness];
-        let held = if slides.is_some() { 0.0 } else { share * line.stiffness };
-        let stored = (stores(&mode, glass, active) + held) / mode.mass_kg;
+        let stored = stores(&mode, glass, active) / mode.mass_kg;
         let least = 0.01 * mode.square(GRAVITY_M_S2);
         let free = sqrt((mode.square(GRAVITY_M_S2 + port.lift_m_s2) + stored).max(least));
         let rub = |speed: f64| {
             let thick = viscosities(&first.mode, first.w, speed, liquid, glass.density_kg_m3);
             resistance(&mode, free, thick, liquid, glass)
         };
-        let (damping, lower) = rub(MIDDLING_M_S);
-        let w = (free - lower).max(0.1 * free);
+        let damping = |speed: f64| {
+            let here = rubs(speed);
+            let p = if foamed { 1.0 + ln(rubs(1.1 * speed) / here) / ln(1.1) } else { 1.0 };
+            let share = if mode.order == 0 { p + 1.0 } else { p + 1.0 - 4.0 * p / (p + 3.0) };
+            rub(speed).0 + share * here / (2.0 * mode.mass_kg)
+        };
+        let w = (free - rub(MIDDLING_M_S).1).max(0.1 * free);
         let branch = memory(active, &mode, glass);
         Riding {
             square: w * w,
             discrete: discrete(w, dt),
-            damping: if liquid.is_linear() {
-                BySpeed::constant(damping)
+            damping: if liquid.is_linear() && !foamed {
+                BySpeed::constant(damping(MIDDLING_M_S))
             } else {
-                BySpeed::new(|speed| rub(speed).0)
+                BySpeed::new(damping)
             },
             drive: calibrated.copied().unwrap_or_else(|| coupling.drive(kappa, glass.radius_m)),
             carried: coupling.own(kappa, glass.radius_m),
@@ -232,17 +242,21 @@ fn second_order(
     let [ring, saddle] = &baseline.drive;
     let all = |kind: fn(usize) -> Wave| core::array::from_fn::<_, RADIAL, _>(kind);
     let (rings, saddles) = (all(Wave::Ring), all(Wave::Saddle));
-    let rim = slides.map(|reach_m| {
-        // The line's stiffness is 4 R f/reach of a spring f/reach.
-        let spring = line.stiffness / (4.0 * glass.radius_m);
+    let calibrated = |wave: Wave, pair| matches!(wave, Wave::Ring(0) | Wave::Saddle(0)).then_some(pair);
+    // Of a spring k_c along the wall the line's stiffness is pi R k_c if it holds, 4 R k_c if it slides.
+    let spring = match line.relax {
+        Relax::Never => Some((line.stiffness / (core::f64::consts::PI * glass.radius_m), f64::INFINITY)),
+        Relax::Path(reach_m) => Some((line.stiffness / (4.0 * glass.radius_m), reach_m)),
+        Relax::Time(_) => None,
+    };
+    let rim = spring.filter(|_| line.stiffness > 0.0).map(|(spring, reach_m)| {
         let mass_kg = [rings, saddles].map(|waves| waves.map(|wave| Mode::new(glass, wave).mass_kg));
         Rim::new(spring, reach_m, glass.radius_m, mass_kg)
     });
-    let calibrated = |wave: Wave, pair| matches!(wave, Wave::Ring(0) | Wave::Saddle(0)).then_some(pair);
     SecondOrder {
         waves: [
-            rings.map(|wave| ride(wave, 2.0, calibrated(wave, ring))),
-            saddles.map(|wave| ride(wave, 1.0, calibrated(wave, saddle))),
+            rings.map(|wave| ride(wave, calibrated(wave, ring))),
+            saddles.map(|wave| ride(wave, calibrated(wave, saddle))),
         ],
         radius_m: glass.radius_m,
         steepness: first.mode.steepness,

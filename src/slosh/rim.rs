@@ -1,4 +1,4 @@
-//! What a contact line that slides under the first mode does to the waves that ride on it.
+//! What a contact line that is held, or slides under the first mode, does to the waves that ride on it.
 //!
 //! Dry friction does not add up: where the first mode drags the line along, a small wave beside it finds a line that
 //! is already sliding. Dahl's law, `z' = v - |v| z/reach`, about the first mode's way, sector by sector of the wall:
@@ -6,7 +6,8 @@
 //! v = v1 + s',   |s'| << |v1|:     z' = (1 - sgn(v1) z1/reach) s' - |v1| z/reach
 //! force on the wave j              -(f/reach) int z_j phi_j R dtheta,     phi_j = 1, cos 2 theta, sin 2 theta
 //! ```
-//! so the line is stiff where the first mode turns round, or stands still, and lets go in between.
+//! so the line is stiff where the first mode turns round, or stands still, and lets go in between. One that never slides
+//! has no end of its reach.
 
 use super::modes::RADIAL;
 use super::second::SECOND;

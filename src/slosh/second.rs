@@ -65,7 +65,7 @@ pub struct SecondOrder {
     pub radius_m: f64,
     /// Steepness of the first mode, 1/m.
     pub steepness: f64,
-    /// The contact line, where it slides.
+    /// The contact line, where it is held or slides.
     pub rim: Option<Rim>,
 }
 
@@ -109,7 +109,7 @@ impl SecondOrder {
         let sliding =
             self.rim.as_ref().map(|rim| (rim, rim.slide(dt, &state.caught, [&first.speed, &first.held])));
         let mut middle = state.rate;
-        // Along a sliding line the waves move one another a little.
+        // Along the line the waves move one another a little.
         let turns = if sliding.is_some() { 2 } else { 1 };
         for _ in 0..turns {
             for (j, waves) in kinds.iter().enumerate() {
