@@ -119,6 +119,7 @@ fn totals(rates: &[[f64; RADIAL]; SECOND]) -> [f64; SECOND] {
 }
 
 #[cfg(test)]
+#[allow(clippy::disallowed_methods, reason = "a test may take the platform's functions")]
 mod tests {
     use super::*;
 
