@@ -17,8 +17,9 @@
 //! | `model` | modes and effects together: the coefficients of a step |
 //! | `step` | one step in time |
 //! | `couple` | what the first mode makes of another wave |
+//! | `riding` | the waves of second order in a glass with its effects |
 //! | `second` | the second-order waves that ride on the first mode |
-//! | `rim` | what a sliding contact line does to those |
+//! | `rim` | what a held or sliding contact line does to those |
 //! | `field` | from the modes to surface and velocity anywhere: potential flow |
 //!
 //! Waves of azimuthal order one come in two directions, along x and y of the glass.
@@ -28,10 +29,13 @@ mod field;
 mod layer;
 mod model;
 mod modes;
+mod riding;
 mod rim;
 mod second;
 mod step;
 mod table;
+#[cfg(test)]
+mod tests;
 
 pub use couple::Coupling;
 pub use field::{surface, velocity, wall_harmonics};

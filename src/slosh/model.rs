@@ -1,18 +1,17 @@
 //! A glass of liquid with its effects: every coefficient that a step needs.
 
-use super::couple::Coupling;
-use super::layer::{Rheology, friction, resistance, viscosities};
+use super::layer::{Rheology, friction};
 use super::modes::{Cylinder, Mode, RADIAL, Wave};
-use super::rim::Rim;
-use super::second::{Riding, SecondOrder};
+use super::riding::{Beside, second_order};
+use super::second::SecondOrder;
 use super::table::{BySpeed, SLOWEST_M_S};
-use crate::effects::{Active, Branch, MOST, Port, Relax, Slot, View};
-use crate::math::{ln, sqrt, tan};
+use crate::effects::{Active, Branch, MOST, Port, Slot, View};
+use crate::math::{sqrt, tan};
 use crate::units::GRAVITY_M_S2;
 use heapless::Vec;
 
 /// Speed at the wall at which the layer's lowering of the frequency is taken, m/s: a middling slosh.
-const MIDDLING_M_S: f64 = 0.1;
+pub(super) const MIDDLING_M_S: f64 = 0.1;
 
 /// What the plain model is allowed to be off by, and what its second order is; calibrated on reference
 /// recordings of a known liquid.
@@ -121,7 +120,13 @@ impl Model {
                 _ => {}
             }
         }
-        let second = second_order((&glass, &liquid), baseline, active, (&port, &line), &modes[0], dt);
+        let second = second_order(
+            &glass,
+            &liquid,
+            baseline,
+            active,
+            &Beside { port: &port, line: &line, first: &modes[0], dt },
+        );
         Self { glass, port, view, dt, modes, second, quartic, coupling, memory, line, rubbing }
     }
 
@@ -172,7 +177,7 @@ impl Model {
 }
 
 /// Stiffness that `mode` gains by what the effects `active` store, N/m.
-fn stores(mode: &Mode, glass: &Cylinder, active: &[Active]) -> f64 {
+pub(super) fn stores(mode: &Mode, glass: &Cylinder, active: &[Active]) -> f64 {
     let one = |effect: &Active| match effect.entry.slot {
         Slot::Stiffness(extra) => extra(&effect.values, mode, glass),
         _ => 0.0,
@@ -181,7 +186,7 @@ fn stores(mode: &Mode, glass: &Cylinder, active: &[Active]) -> f64 {
 }
 
 /// Friction of the effects `active` along the contact line at an amplitude of its speed (m/s), N s/m.
-fn line_rubs(active: &[Active], speed: f64, glass: &Cylinder) -> f64 {
+pub(super) fn line_rubs(active: &[Active], speed: f64, glass: &Cylinder) -> f64 {
     let one = |effect: &Active| match effect.entry.slot {
         Slot::Line(law) => law(&effect.values, speed, glass),
         _ => 0.0,
@@ -189,90 +194,15 @@ fn line_rubs(active: &[Active], speed: f64, glass: &Cylinder) -> f64 {
     active.iter().map(one).sum()
 }
 
-/// The waves of the second order beside the `first` mode. As the modes (1,n) do, they feel what the effects store,
-/// the lift, and the layers, which rub and lower the frequency; how thick the liquid is, the first mode says. At the
-/// wall they ride on it, too: a force `c |v|^p` per length that rubs on it with
-/// `G = c v1^(p-1) R int |cos|^(p+1) dtheta` rubs on a small wave beside it with `p c |v1 cos|^(p-1)`, which makes
-/// ```text
-/// (p + 1) G of (0,n),      (p + 1 - 4p/(p + 3)) G of (2,n)
-/// ```
-fn second_order(
-    (glass, liquid): (&Cylinder, &Rheology),
-    baseline: &Baseline,
-    active: &[Active],
-    (port, line): (&Port, &Branch),
-    first: &Ready,
-    dt: f64,
-) -> SecondOrder {
-    let rubs = |speed: f64| line_rubs(active, speed, glass);
-    let foamed = rubs(MIDDLING_M_S) > 0.0;
-    let ride = |wave: Wave, calibrated: Option<&[f64; 2]>| {
-        let mode = Mode::new(glass, wave);
-        let coupling = Coupling::with(wave);
-        let kappa = [first.mode.steepness, mode.steepness];
-        let stored = stores(&mode, glass, active) / mode.mass_kg;
-        let least = 0.01 * mode.square(GRAVITY_M_S2);
-        let free = sqrt((mode.square(GRAVITY_M_S2 + port.lift_m_s2) + stored).max(least));
-        let rub = |speed: f64| {
-            let thick = viscosities(&first.mode, first.w, speed, liquid, glass.density_kg_m3);
-            resistance(&mode, free, thick, liquid, glass)
-        };
-        let damping = |speed: f64| {
-            let here = rubs(speed);
-            let p = if foamed { 1.0 + ln(rubs(1.1 * speed) / here) / ln(1.1) } else { 1.0 };
-            let share = if mode.order == 0 { p + 1.0 } else { p + 1.0 - 4.0 * p / (p + 3.0) };
-            rub(speed).0 + share * here / (2.0 * mode.mass_kg)
-        };
-        let w = (free - rub(MIDDLING_M_S).1).max(0.1 * free);
-        let branch = memory(active, &mode, glass);
-        Riding {
-            square: w * w,
-            discrete: discrete(w, dt),
-            damping: if liquid.is_linear() && !foamed {
-                BySpeed::constant(damping(MIDDLING_M_S))
-            } else {
-                BySpeed::new(damping)
-            },
-            drive: calibrated.copied().unwrap_or_else(|| coupling.drive(kappa, glass.radius_m)),
-            carried: coupling.own(kappa, glass.radius_m),
-            lean: coupling.lean(kappa, glass.radius_m) * tan(port.tilt_rad),
-            memory: Branch { stiffness: branch.stiffness / mode.mass_kg, ..branch },
-        }
-    };
-    let [ring, saddle] = &baseline.drive;
-    let all = |kind: fn(usize) -> Wave| core::array::from_fn::<_, RADIAL, _>(kind);
-    let (rings, saddles) = (all(Wave::Ring), all(Wave::Saddle));
-    let calibrated = |wave: Wave, pair| matches!(wave, Wave::Ring(0) | Wave::Saddle(0)).then_some(pair);
-    // Of a spring k_c along the wall the line's stiffness is pi R k_c if it holds, 4 R k_c if it slides.
-    let spring = match line.relax {
-        Relax::Never => Some((line.stiffness / (core::f64::consts::PI * glass.radius_m), f64::INFINITY)),
-        Relax::Path(reach_m) => Some((line.stiffness / (4.0 * glass.radius_m), reach_m)),
-        Relax::Time(_) => None,
-    };
-    let rim = spring.filter(|_| line.stiffness > 0.0).map(|(spring, reach_m)| {
-        let mass_kg = [rings, saddles].map(|waves| waves.map(|wave| Mode::new(glass, wave).mass_kg));
-        Rim::new(spring, reach_m, glass.radius_m, mass_kg)
-    });
-    SecondOrder {
-        waves: [
-            rings.map(|wave| ride(wave, calibrated(wave, ring))),
-            saddles.map(|wave| ride(wave, calibrated(wave, saddle))),
-        ],
-        radius_m: glass.radius_m,
-        steepness: first.mode.steepness,
-        rim,
-    }
-}
-
 /// Frequency squared (1/s2) of the discrete oscillator that turns by `w dt` a step of `dt`: it turns by
 /// `2 atan(w' dt/2)`, so `w' = (2/dt) tan(w dt/2)`.
-fn discrete(w: f64, dt: f64) -> f64 {
+pub(super) fn discrete(w: f64, dt: f64) -> f64 {
     let root = 2.0 / dt * tan((0.5 * w * dt).min(1.5));
     root * root
 }
 
 /// What the liquid remembers of `mode`.
-fn memory(active: &[Active], mode: &Mode, glass: &Cylinder) -> Branch {
+pub(super) fn memory(active: &[Active], mode: &Mode, glass: &Cylinder) -> Branch {
     let one = |effect: &Active| match effect.entry.slot {
         Slot::Memory(branch) => Some(branch(&effect.values, mode, glass)),
         _ => None,

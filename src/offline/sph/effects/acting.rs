@@ -5,19 +5,12 @@ use super::super::neighbours::Neighbours;
 use super::super::state::{Fluid, Particle};
 use super::Effects;
 use super::columns::{Coefficients, Columns, DEGREE};
-use super::contact_line::{ContactLine, SECTORS, Wall};
+use super::contact_line::{ContactLine, EDGE, SECTORS, Wall};
 use super::foam::Foam;
 use super::surface_tension::Tension;
 use super::viscoelastic::Maxwell;
 use crate::offline::prelude::*;
 use crate::offline::recording::Glass;
-
-/// Degree of the polynomials by which the wall holds the surface. Without surface tension a surface gives
-/// way under a line of force without bound as the line gets sharper; to a force of one or three periods around
-/// the wall, which waves of first order bring, it gives way by `12 f/(rho g R)` at this degree, about as its first
-/// five modes do. At degree 3 the wall would take a ring wave (0,1) for 1.64 times as high as it is there and a saddle
-/// (2,1) for 1.29 times; of this degree they are 0.90 and 0.97.
-const EDGE: usize = 4;
 
 /// Highest wave number that the polynomials of the surface resolve, times the radius.
 const FINEST: f64 = 10.0;
@@ -224,40 +217,6 @@ mod tests {
             let cos = (std::f64::consts::TAU * (s as f64 + 0.5) / sectors).cos();
             println!("{s} {v:.4} for {:.4}", 0.1 * cos);
             assert!((v - 0.1 * cos).abs() < 0.015, "{v} m/s for {} m/s in sector {s}", 0.1 * cos);
-        }
-    }
-
-    #[test]
-    fn the_wall_knows_the_first_waves_for_what_they_are() {
-        use crate::math::bessel_j;
-        let radius = 0.035;
-        let mut fluid = Fluid {
-            particle: Vec::new(),
-            mass: Vec::new(),
-            density: Vec::new(),
-            viscosity: Vec::new(),
-            acceleration: Vec::new(),
-            heat: Vec::new(),
-        };
-        let empty = Columns::new(radius, 1.0, &fluid, EDGE).expect("independent polynomials");
-        let (rings, turns) = (200, 64);
-        for (m, xi, known) in [(1, 1.841_184, 0.992), (0, 3.831_706, 0.901), (2, 3.054_237, 0.974)] {
-            // Volumes eta dA of a surface that is the mode, one metre high at the wall.
-            (fluid.particle, fluid.mass) = (Vec::new(), Vec::new());
-            for cell in 0..rings * turns {
-                let r = (f64::from(cell / turns) + 0.5) / f64::from(rings);
-                let angle = std::f64::consts::TAU * f64::from(cell % turns) / f64::from(turns);
-                let area = std::f64::consts::TAU * r * radius * radius / f64::from(rings * turns);
-                let shape = bessel_j(m, xi * r) / bessel_j(m, xi) * (f64::from(m) * angle).cos();
-                let x = [radius * r * angle.cos(), radius * r * angle.sin(), 0.0];
-                fluid.particle.push(Particle { x, v: [0.0; 3], volume: 0.0, p: 0.0 });
-                fluid.mass.push(shape * area);
-            }
-            let mut columns = empty.clone();
-            columns.follow(&fluid);
-            let seen = Wall::new(radius).velocity(&columns.height)[0];
-            let here = (f64::from(m) * std::f64::consts::PI / 32.0).cos();
-            assert!((seen / here - known).abs() < 0.002, "({m},1): {} for {known}", seen / here);
         }
     }
 }
