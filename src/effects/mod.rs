@@ -38,7 +38,7 @@ mod wall_slip;
 mod yield_stress;
 
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;
 
 use crate::slosh::{Cylinder, Mode, Rheology};
 

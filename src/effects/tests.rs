@@ -10,14 +10,14 @@ use crate::units::GRAVITY_M_S2;
 use std::vec::Vec;
 use std::{assert, assert_eq, println};
 
-const GLASS: Cylinder = Cylinder { radius_m: 0.035, depth_m: 0.07, density_kg_m3: 1261.0 };
-const DT: f64 = 1.0 / 480.0;
+pub(crate) const GLASS: Cylinder = Cylinder { radius_m: 0.035, depth_m: 0.07, density_kg_m3: 1261.0 };
+pub(crate) const DT: f64 = 1.0 / 480.0;
 
-fn active(name: &str, values: Values) -> Active {
+pub(crate) fn active(name: &str, values: Values) -> Active {
     Active { entry: find(name).expect("in the library"), values }
 }
 
-fn model(viscosity: f64, effects: &[Active]) -> Model {
+pub(crate) fn model(viscosity: f64, effects: &[Active]) -> Model {
     Model::new(GLASS, Rheology::newtonian(viscosity), &Baseline::default(), effects, DT)
 }
 

@@ -11,7 +11,7 @@
 
 use super::modes::RADIAL;
 use super::second::SECOND;
-use crate::math::sincos;
+use crate::math::{sincos, sqrt};
 use core::f64::consts::TAU;
 
 /// Sectors of the wall.
@@ -65,7 +65,7 @@ impl Rim {
     pub(super) fn slide(&self, dt: f64, caught: &[f64; SECTORS], [speed, held]: [&[f64; 2]; 2]) -> Sliding {
         let mut sectors = [Sector::default(); SECTORS];
         let way = |pair: &[f64; 2], [cos, sin]: [f64; 2]| pair[0] * cos + pair[1] * sin;
-        let whole = crate::math::sqrt(held[0] * held[0] + held[1] * held[1]);
+        let whole = sqrt(held[0] * held[0] + held[1] * held[1]);
         for (slot, (turn, caught)) in sectors.iter_mut().zip(self.turn.iter().zip(caught)) {
             let (v, z) = (way(speed, *turn), way(held, *turn));
             // All of the line is caught as far as its foremost point, on the side that it has come to.
@@ -155,8 +155,7 @@ mod tests {
 
     #[test]
     fn a_line_that_is_dragged_along_lets_go_of_the_small_waves() {
-        // Slid as far as it goes, at once: a wave beside it is not caught. Where theta is a quarter turn the first
-        // mode does not move the line.
+        // Slid as far as it goes, in the first mode's way: a wave beside it is not caught.
         let ahead = |caught: [f64; SECTORS]| caught[0].abs();
         assert!(ahead(caught_by(1e-5, 0.1, 5e-4)) < 1e-12);
         // Turned round: caught twice as fast, and lost again after a reach.

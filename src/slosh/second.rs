@@ -110,8 +110,8 @@ impl SecondOrder {
             self.rim.as_ref().map(|rim| (rim, rim.slide(dt, &state.caught, [&first.speed, &first.held])));
         let mut middle = state.rate;
         // Along the line the waves move one another a little.
-        let turns = if sliding.is_some() { 2 } else { 1 };
-        for _ in 0..turns {
+        let repeats = if sliding.is_some() { 2 } else { 1 };
+        for _ in 0..repeats {
             for (j, waves) in kinds.iter().enumerate() {
                 let by = |values: &[f64; SECOND]| values.get(j).copied().unwrap_or(0.0);
                 for (n, wave) in waves.iter().enumerate() {

@@ -3,22 +3,12 @@
 
 extern crate std;
 
-use super::{Baseline, Coupling, Cylinder, Mode, Model, Push, Rheology, State, Wave, step};
-use crate::effects::{Active, Slot, Values, find};
+use super::{Coupling, Mode, Model, Push, State, Wave, step};
+use crate::effects::tests::{DT, GLASS, active, model};
+use crate::effects::{Active, Slot};
 use crate::units::GRAVITY_M_S2;
 use std::vec::Vec;
 use std::{assert, assert_eq, panic};
-
-const GLASS: Cylinder = Cylinder { radius_m: 0.035, depth_m: 0.07, density_kg_m3: 1261.0 };
-const DT: f64 = 1.0 / 480.0;
-
-fn active(name: &str, values: Values) -> Active {
-    Active { entry: find(name).expect("in the library"), values }
-}
-
-fn model(viscosity: f64, effects: &[Active]) -> Model {
-    Model::new(GLASS, Rheology::newtonian(viscosity), &Baseline::default(), effects, DT)
-}
 
 /// Angular frequency (1/s) of the free ring wave (0,1), from its zero crossings.
 fn ring_frequency(model: &Model) -> f64 {

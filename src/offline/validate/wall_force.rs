@@ -7,7 +7,7 @@
 //! ```text
 //! a_n'' = -w_n^2 a_n - 2 gamma_n a_n' - (w_n^2/K_n) b_n int f(v) cos m phi R dphi,      gamma_n = gamma_1 (xi_n/xi_1)^2
 //! ```
-//! The simulator's wall knows the surface by its least-squares fit in polynomials of degree 3, `r` and `r^3` times cos phi
+//! The simulator's wall knows the surface by its least-squares fit in polynomials of degree 4; of odd m these are `r` and `r^3` times cos phi
 //! and `r^3` times cos 3 phi, so that a mode whose height at the wall is 1 is known there by
 //! ```text
 //! b_n = sum_j (G^-1 M)_j,    M_j = int r^(p_j) J_m(xi_n r)/J_m(xi_n) r dr,    G_ij = 1/(p_i + p_j + 2)
