@@ -99,7 +99,7 @@ fn main() {
         let wall_m: Vec<f32> =
             (0..WALL_POINTS).map(|i| (0.07 + tilt * wall_azimuth(i).cos()) as f32).collect();
         let liquid = Liquid {
-            glass_x_m: 0.05 * (0.21 * frame as f64).sin(),
+            glass_m: [0.05 * (0.21 * frame as f64).sin(), 0.0],
             wall_m: &wall_m,
             column_m: &[0.07; COLUMNS],
         };

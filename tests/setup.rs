@@ -31,7 +31,7 @@ fn pairs(settings: SceneSettings, count: u64, x_m: f64, height_mm: impl Fn(u64) 
     let (mut scene, mut images) = (Scene::new(settings), Images::new(&settings));
     let pair = |frame: u64| {
         let height_m = (1e-3 * height_mm(frame)) as f32;
-        let liquid = Seen { glass_x_m: x_m, wall_m: &[height_m; 72], column_m: &[height_m; 194] };
+        let liquid = Seen { glass_m: [x_m, 0.0], wall_m: &[height_m; 72], column_m: &[height_m; 194] };
         scene.render(&liquid, frame, &mut images);
         let stamp = Stamp { sequence: frame as u32, captured: Micros(16_667 * frame) };
         Pair { depth: images.depth.clone(), outline: images.infrared.clone(), stamp }

@@ -87,7 +87,7 @@ fn a_bright_liquid_a_pitched_camera_and_many_holes_change_little() {
 
 fn render(settings: SceneSettings) -> Images {
     let (surface, mut images) = (sampled(flat, 0.0), Images::new(&settings));
-    let liquid = Seen { glass_x_m: 0.01, wall_m: &surface.wall_m, column_m: &surface.column_m };
+    let liquid = Seen { glass_m: [0.01, 0.0], wall_m: &surface.wall_m, column_m: &surface.column_m };
     Scene::new(settings).render(&liquid, 3, &mut images);
     images
 }
@@ -207,7 +207,8 @@ fn from_pixels_over_the_wire_to_profiles() {
     let (mut depth, mut infrared) = (Assembler::new(&mut depth_room), Assembler::new(&mut infrared_room));
     let (mut pairer, mut errors, mut profiles) = (Pairer::new(16_667), Errors::default(), 0);
     for shot in 0..30 {
-        let liquid = Seen { glass_x_m: swing(shot), wall_m: &surface.wall_m, column_m: &surface.column_m };
+        let liquid =
+            Seen { glass_m: [swing(shot), 0.0], wall_m: &surface.wall_m, column_m: &surface.column_m };
         scene.render(&liquid, shot, &mut images);
         let shot = Shot::infrared(&images.depth, &images.infrared, 500_000 + shot * 16_667);
         for payload in source.expose(&shot) {

@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 
 use super::filmed::{all_filmed, by_camera};
 use super::glass;
-use super::inputs::{file, recordings};
+use super::inputs::{file, level, recordings};
 use super::shipped;
 use super::stop::watched;
 
@@ -88,7 +88,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let source = if arguments.source.is_empty() {
         vec![Recording::from_bytes(Path::new("the shipped recording"), shipped::RECORDING)?]
     } else {
-        recordings(&arguments.source, "")?
+        recordings(&arguments.source, "", level)?
     };
     let look = |all: &[Recording], first: u64| -> anyhow::Result<Vec<Sightings>> {
         let seen = |(k, recording): (u64, &Recording)| {
@@ -116,7 +116,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
             arguments.setup.is_none(),
             "--setup is for a camera's recordings, and these are the simulator's"
         );
-        let new = recordings(&arguments.recordings, "")?;
+        let new = recordings(&arguments.recordings, "", level)?;
         let liquid = new.first().map_or(String::new(), |recording| recording.provenance.liquid.clone());
         (liquid, look(&new, 0)?)
     };

@@ -61,7 +61,7 @@ impl Watch for Bar {
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let stop = watched()?;
     for name in &arguments.liquid {
-        let known = COURSES.map(|course| course.liquid);
+        let known = COURSES.map(|course| course.name);
         ensure!(
             known.contains(&name.as_str()),
             "no liquid of the study is called '{name}': take {}",
@@ -84,7 +84,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         draw(&study.results, &arguments.out.join(name))?;
     }
     for result in &study.results {
-        write_whole(&arguments.out.join(format!("{}.blob", result.course.liquid)), &result.corrected.blob)?;
+        write_whole(&arguments.out.join(format!("{}.blob", result.course.name)), &result.corrected.blob)?;
     }
     if arguments.json {
         println!("{:#}", serde_json::json!({ "checks": checks }));

@@ -35,8 +35,13 @@ pub(super) fn file(model: &str) -> anyhow::Result<AlignedBytes> {
 }
 
 #[cfg(feature = "studies")]
-/// The recordings that `paths` name, a folder standing for its files that begin with `prefix`.
-pub(super) fn recordings(paths: &[PathBuf], prefix: &str) -> anyhow::Result<Vec<Recording>> {
+/// The recordings that `paths` name, a folder standing for its files that begin with `prefix`, each read by `read`:
+/// [`plain`] or [`level`].
+pub(super) fn recordings(
+    paths: &[PathBuf],
+    prefix: &str,
+    read: fn(&Path) -> anyhow::Result<Recording>,
+) -> anyhow::Result<Vec<Recording>> {
     let mut files = Vec::new();
     for path in paths {
         if path.is_dir() {
@@ -45,19 +50,36 @@ pub(super) fn recordings(paths: &[PathBuf], prefix: &str) -> anyhow::Result<Vec<
             files.push(path.clone());
         }
     }
-    files.iter().map(|file| plain(file)).collect()
+    files.iter().map(|file| read(file)).collect()
 }
 
 #[cfg(feature = "studies")]
-/// The recording in `file`, of an upright cylinder.
+/// The recording in `file`, of an upright cylinder moved along x, as a model's training wants it.
 pub(super) fn plain(file: &Path) -> anyhow::Result<Recording> {
-    let recording = Recording::load(file)?;
+    let recording = level(file)?;
     ensure!(
         recording.is_plain(),
-        "{} is of a conical, lifted or inclined glass: models know upright cylinders moved along x",
+        "{} is of a glass that leaves the line along x: models are trained on glasses that keep to it",
         file.display()
     );
     Ok(recording)
+}
+
+#[cfg(feature = "studies")]
+/// The recording in `file`, of an upright cylinder on its table, as the rendered camera shows it.
+pub(super) fn level(file: &Path) -> anyhow::Result<Recording> {
+    let recording = Recording::load(file)?;
+    check_level(&recording, &file.display())?;
+    Ok(recording)
+}
+
+/// Refuses what the rendered camera does not show; `name` is that of the recording.
+pub(super) fn check_level(recording: &Recording, name: &dyn std::fmt::Display) -> anyhow::Result<()> {
+    ensure!(
+        recording.is_level(),
+        "{name} is of a conical, lifted or inclined glass: the rendered camera shows upright cylinders on a table"
+    );
+    Ok(())
 }
 
 #[cfg(feature = "studies")]

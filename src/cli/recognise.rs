@@ -4,7 +4,7 @@ mod learn;
 
 use super::among::among;
 use super::filmed::{Sightings, all_filmed, by_camera, setup};
-use super::inputs::plain;
+use super::inputs::level;
 use anyhow::{Context, ensure};
 use meniscus::host::recognise::{Note, Standing};
 use meniscus::offline::recognise::{look, picture, recognise};
@@ -96,7 +96,7 @@ type Question = (Sightings, f64, Vec<Note>);
 
 /// A recording of the simulator, through its camera.
 fn simulated(path: &Path, asked: &Asked) -> anyhow::Result<Question> {
-    let recording = plain(path)?;
+    let recording = level(path)?;
     let glass = &recording.glass;
     let notes = among(&asked.among, (glass.radius_m, glass.fill_m))?;
     let seen = look(&recording, asked.noise.noise_px, asked.noise.seed)

@@ -60,11 +60,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         "shipped" => Recording::from_bytes(Path::new("the shipped recording"), shipped::RECORDING)?,
         file => Recording::load(Path::new(file))?,
     };
-    ensure!(
-        recording.is_plain(),
-        "{} is of a conical, lifted or inclined glass: the rendered camera shows upright cylinders moved along x",
-        arguments.recording
-    );
+    inputs::check_level(&recording, &arguments.recording)?;
     let bytes = inputs::file(&arguments.model)?;
     let model = Model::load(&bytes).with_context(|| format!("the model {} is refused", arguments.model))?;
     let corrected = arguments.corrected.as_ref().map(|path| path.display().to_string());

@@ -29,12 +29,14 @@ use std::sync::{Arc, Mutex};
 ///   sweep:7     a sine whose frequency rises through the first slosh mode
 ///   jolts:7     short half-sine pushes, each caught by an equal one the other way
 ///   random:7    a random motion between 0.5 and 4.5 Hz
+///   hand:7      strokes, and a tenth as large ones away from the camera and back
 ///   heave:7     smooth strokes upwards and downwards
 ///   tilts:7     smooth inclinations about the middle of the bottom
 ///   carry:7     strokes, heaves and inclinations at once
 ///   still       no motion
-///   FILE.csv    a heading 't, x_m, z_m, tilt_rad' (or some of them) and samples, joined by cubic
-///               splines; a line '# pivot_m = X, Z' says what the glass is inclined about
+///   FILE.csv    a heading 't, x_m, y_m, z_m, tilt_rad' (or some of them; y is away from the camera) and
+///               samples, joined by cubic splines; a line '# pivot_m = X, Z' says what the glass is
+///               inclined about
 ///
 /// Effects change the liquid or the glass by name (--effect surface_tension=0.063); --list shows them
 /// all with units, ranges and sources, beside the liquids and motions. A scene file (--scene) holds

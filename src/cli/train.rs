@@ -80,8 +80,8 @@ pub(crate) fn run(args: &Arguments) -> anyhow::Result<()> {
         return intervals(args, blob);
     }
     let data = Data {
-        training: recordings(&args.recordings, "train-")?,
-        validation: recordings(&args.validate, "val-")?,
+        training: recordings(&args.recordings, "train-", plain)?,
+        validation: recordings(&args.validate, "val-", plain)?,
         test: args.test.as_deref().map(plain).transpose()?,
     };
     let folder = beside(&args.out, ".training");
@@ -117,7 +117,7 @@ pub(crate) fn run(args: &Arguments) -> anyhow::Result<()> {
 /// Writes `blob` with its intervals measured again.
 fn intervals(args: &Arguments, blob: &Path) -> anyhow::Result<()> {
     let bytes = std::fs::read(blob).with_context(|| format!("{} cannot be read", blob.display()))?;
-    let validation = recordings(&args.validate, "val-")?;
+    let validation = recordings(&args.validate, "val-", plain)?;
     let measured = measured_again(&bytes, &validation, args.seed)
         .with_context(|| format!("{}: its intervals cannot be measured", blob.display()))?;
     write_whole(&args.out, &measured.blob)?;

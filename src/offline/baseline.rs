@@ -62,6 +62,7 @@ mod tests {
                 effects: vec![],
             },
             glass_x_m: vec![0.0; frames],
+            glass_y_m: vec![0.0; frames],
             glass_z_m: vec![0.0; frames],
             tilt_rad: vec![0.0; frames],
             acceleration_m_s2: acceleration,

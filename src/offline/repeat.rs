@@ -27,7 +27,9 @@ pub fn repeated(recording: &Recording, shot: u64) -> Liquid<'_> {
     if carried > 0 {
         let s = carried as f64 / (BACK + 1) as f64;
         let way = s * s * s * (10.0 - 15.0 * s + 6.0 * s * s);
-        liquid.glass_x_m += way * (recording.glass_x_m[0] - liquid.glass_x_m);
+        for (at, began) in liquid.glass_m.iter_mut().zip(Liquid::of(recording, 0).glass_m) {
+            *at += way * (began - *at);
+        }
     }
     liquid
 }
@@ -48,7 +50,7 @@ mod tests {
         let bytes = include_bytes!("../../recordings/glycerine-unseen.safetensors");
         let recording = Recording::from_bytes(Path::new("shipped"), bytes).expect("it is sound");
         let round = (recording.frames() + BACK) as u64;
-        let place = |shot| repeated(&recording, shot).glass_x_m;
+        let place = |shot| repeated(&recording, shot).glass_m[0];
         assert_eq!(place(round + 7), recording.glass_x_m[7]);
         assert_eq!(place(599), recording.glass_x_m[599]);
         let x: Vec<f64> = (590..round + 10).map(place).collect();

@@ -160,7 +160,8 @@ pub(crate) fn read_back(
     let mut errors = Errors::default();
     for frame in 0..frames {
         let glass_x_m = swing(frame);
-        let liquid = Liquid { glass_x_m, wall_m: &surface.wall_m, column_m: &surface.column_m };
+        let liquid =
+            Liquid { glass_m: [glass_x_m, 0.0], wall_m: &surface.wall_m, column_m: &surface.column_m };
         scene.render(&liquid, frame, &mut images);
         let (depth, infrared) = lent(&settings.camera, &images, frame);
         let profile = extract(&config, &mut state, depth, infrared)

@@ -121,6 +121,7 @@ pub(crate) fn recording(frames: usize, stroke_m: f64, seed: u64) -> Recording {
         },
         glass_x_m: glass_x_m.clone(),
         acceleration_m_s2: acceleration_m_s2.clone(),
+        glass_y_m: vec![0.0; frames],
         glass_z_m: vec![0.0; frames],
         tilt_rad: vec![0.0; frames],
         column_m: Vec::new(),

@@ -1,7 +1,7 @@
 //! `meniscus people study --recognition`: how often the right liquid is named.
 
 use crate::cli::among::among;
-use crate::cli::inputs::plain;
+use crate::cli::inputs::level;
 use anyhow::{Context, ensure};
 use indicatif::{ProgressBar, ProgressStyle};
 use meniscus::offline::recognise::{Study, Unseen, look, study};
@@ -17,7 +17,7 @@ pub(super) fn measure(folder: &Path, known: &[String], quiet: bool) -> anyhow::R
     bar.set_style(ProgressStyle::with_template("the camera looks {wide_bar} {pos}/{len}, {eta} left")?);
     let (mut unseen, mut notes) = (Vec::new(), Vec::new());
     for (seed, file) in (1..).zip(&files) {
-        let recording = plain(file)?;
+        let recording = level(file)?;
         let (glass, made) = (&recording.glass, &recording.provenance);
         notes = among(known, (glass.radius_m, glass.fill_m))?;
         let learnt = notes.iter().find(|note| note.liquid == made.liquid);

@@ -2,7 +2,7 @@
 
 use super::Noise;
 use crate::cli::filmed::{Sightings, all_filmed, by_camera, setup};
-use crate::cli::inputs::recordings;
+use crate::cli::inputs::{level, recordings};
 use anyhow::ensure;
 use meniscus::host::checks::{Check, table};
 use meniscus::host::files::write_whole;
@@ -54,7 +54,7 @@ struct Lesson {
 
 /// Recordings of the simulator, through its camera.
 fn simulated(arguments: &Arguments) -> anyhow::Result<Lesson> {
-    let all = recordings(&arguments.recordings, "")?;
+    let all = recordings(&arguments.recordings, "", level)?;
     let Some(first) = all.first() else { anyhow::bail!("no recording is given") };
     let mut seen = Vec::new();
     for (own_seed, recording) in (arguments.noise.seed..).zip(&all) {

@@ -16,7 +16,7 @@ mod usb;
 mod view;
 
 use crate::cli::glass;
-use crate::cli::inputs::blob;
+use crate::cli::inputs::{blob, check_level};
 use crate::cli::shipped;
 use anyhow::{Context, bail, ensure};
 use foxglove::FoxgloveArguments;
@@ -250,10 +250,7 @@ fn recording(source: &str) -> anyhow::Result<Recording> {
         return Ok(Recording::from_bytes(Path::new("the shipped recording"), shipped::RECORDING)?);
     }
     let recording = Recording::load(Path::new(source))?;
-    ensure!(
-        recording.is_plain(),
-        "{source} is of a conical, lifted or inclined glass: the rendered camera shows upright cylinders moved along x"
-    );
+    check_level(&recording, &source)?;
     Ok(recording)
 }
 

@@ -19,7 +19,7 @@ pub(super) fn print() -> anyhow::Result<()> {
         );
     }
     println!(
-        "\nMOTIONS (--motion KIND:SEED; m and s; also a CSV file with the columns t, x_m, z_m, tilt_rad)"
+        "\nMOTIONS (--motion KIND:SEED; m and s; also a CSV file with the columns t, x_m, y_m, z_m, tilt_rad)"
     );
     for (kind, what) in KINDS {
         println!("  {kind:12} {what}");

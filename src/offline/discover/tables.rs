@@ -80,10 +80,10 @@ pub fn drive_of(motion: &Motion, seconds: f64) -> Drive {
     let at = |n: usize| n as f64 / RATE_HZ;
     let of = |n: usize| {
         let k = motion.kinematics(at(n));
-        let [ax, az] = k.acceleration_m_s2;
+        let [ax, ay, az] = k.acceleration_m_s2;
         let (sin, cos) = k.tilt_rad.sin_cos();
         // Towards +x inclined: gravity pulls along the surface towards +x.
-        ([-ax, 0.0], [(GRAVITY_M_S2 + az) * sin - ax * (cos - 1.0), 0.0], az)
+        ([-ax, -ay], [(GRAVITY_M_S2 + az) * sin - ax * (cos - 1.0), 0.0], az)
     };
     let all: Vec<_> = (0..samples).map(of).collect();
     Drive {

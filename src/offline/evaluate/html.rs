@@ -27,7 +27,7 @@ pub fn html(study: &Study, checks: &[Check], command: &str) -> Result<String, Pi
             [before.slosh_rel(), after.slosh_rel()],
             foretold,
         ];
-        let name = String::from(one.course.liquid);
+        let name = String::from(one.course.name);
         std::iter::once(name).chain(pairs.into_iter().flatten().map(percent)).collect()
     };
     report.table(
@@ -46,7 +46,7 @@ pub fn html(study: &Study, checks: &[Check], command: &str) -> Result<String, Pi
     );
     for one in &study.results {
         let [before, after] = [&one.before, &one.after].map(|trial| trial.score.curves[0].as_slice());
-        report.heading(one.course.liquid);
+        report.heading(one.course.name);
         report.chart(&Chart {
             caption: "Mean error of the height over the profile.",
             x: "time, s",

@@ -40,7 +40,7 @@ pub fn curves_png(results: &[Outcome], path: &Path) -> Result<(), PictureError> 
         let end = curves[0].last().map_or(1.0, |point| point.0);
         let top = curves.iter().flat_map(|c| c.iter()).map(|p| p.1).fold(0.1, f64::max);
         let mut chart = ChartBuilder::on(area)
-            .caption(result.course.liquid, (FONT, 20))
+            .caption(result.course.name, (FONT, 20))
             .margin(8)
             .x_label_area_size(34)
             .y_label_area_size(54)
@@ -68,7 +68,7 @@ pub fn peaks_png(results: &[Outcome], path: &Path) -> Result<(), PictureError> {
         let top = 1e3 * peaks.iter().flat_map(|p| p.iter()).map(|p| p.height_m).fold(0.005, f64::max);
         let end = result.before.score.curves[0].last().map_or(1.0, |point| point.0);
         let mut chart = ChartBuilder::on(area)
-            .caption(result.course.liquid, (FONT, 20))
+            .caption(result.course.name, (FONT, 20))
             .margin(8)
             .x_label_area_size(34)
             .y_label_area_size(54)

@@ -12,7 +12,7 @@ use std::fmt::Write;
 pub fn checks(study: &Study) -> Vec<Check> {
     let mut checks = Vec::new();
     for Outcome { course, before, after, corrected } in &study.results {
-        let name = |what: &str| format!("{}_{what}", course.liquid);
+        let name = |what: &str| format!("{}_{what}", course.name);
         let surface = |trial: &Trial| trial.score.estimate;
         checks.push(Check::told(name("before_max"), percent(surface(before).max), "%"));
         checks.push(Check::told(name("before_mean"), percent(surface(before).mean()), "%"));
@@ -70,7 +70,7 @@ pub fn checks(study: &Study) -> Vec<Check> {
     checks.push(Check::told("crest_planned_time", 1e3 * off(&planned.crests.time_s), "ms"));
     checks.push(Check::told("crest_planned_coverage", percent(planned.crests.held.share()), "%"));
     for Outcome { course, after, .. } in &study.results {
-        let name = format!("{}_interval_coverage", course.liquid);
+        let name = format!("{}_interval_coverage", course.name);
         checks.push(Check::told(name, percent(after.score.held.share()), "%"));
     }
     for one in &study.motion {
@@ -123,7 +123,7 @@ pub fn markdown(study: &Study, checks: &[Check], command: &str) -> String {
         let _ = writeln!(
             page,
             "| {} | {:.2}, {:.2} | {:.2}, {:.2} | {:.1}, {:.1} | {:.1}, {:.1} | {:.1} | {} | {} |",
-            course.liquid,
+            course.name,
             percent(a.max),
             percent(b.max),
             percent(a.mean()),

@@ -2,11 +2,11 @@
 //!
 //! ```text
 //! # pivot_m = 0, 0.05             where the glass is inclined about; the middle of its bottom otherwise
-//! t, x_m, z_m, tilt_rad           the columns, by name, in any order after t; each but t may lack
-//! 0.00, 0.000, 0.000, 0.0
+//! t, x_m, y_m, z_m, tilt_rad      the columns, by name, in any order after t; each but t may lack; y: away from the camera
+//! 0.00, 0.000, 0.000, 0.000, 0.0
 //! ```
-//! Without such a heading there are two columns, `time_s, position_m` along x. The first places along x
-//! and z count as zero; the inclination has to start at zero.
+//! Without such a heading there are two columns, `time_s, position_m` along x. The first places along x,
+//! y and z count as zero; the inclination has to start at zero.
 
 use super::kinematics::Channel;
 use super::{MotionError, Pivoted, spline};
@@ -20,7 +20,7 @@ const LONGEST_GAP_S: f64 = 0.1;
 const STEEPEST_RAD: f64 = 0.6;
 
 /// Names of the coordinates in a heading, in the order of [`Pivoted::channels`].
-const NAMES: [&str; 3] = ["x_m", "z_m", "tilt_rad"];
+const NAMES: [&str; 4] = ["x_m", "y_m", "z_m", "tilt_rad"];
 
 /// The motion in the file at `path`; lines that start with `#` are skipped but for the pivot.
 pub(super) fn read(path: &Path) -> Result<Pivoted, MotionError> {
@@ -31,7 +31,7 @@ pub(super) fn read(path: &Path) -> Result<Pivoted, MotionError> {
 fn parse(path: &Path, text: &str) -> Result<Pivoted, MotionError> {
     let mut out = Pivoted::default();
     let mut columns: Vec<usize> = vec![0];
-    let mut rows: Vec<(f64, [f64; 3])> = Vec::new();
+    let mut rows: Vec<(f64, [f64; 4])> = Vec::new();
     let mut first = true;
     for (line, content) in text.lines().enumerate().map(|(i, l)| (i + 1, l.trim())) {
         let malformed = |why: String| MotionError::Malformed { path: path.into(), line, why };
@@ -64,18 +64,18 @@ fn parse(path: &Path, text: &str) -> Result<Pivoted, MotionError> {
         if numbers.iter().any(|number| !number.is_finite()) {
             return Err(malformed(format!("'{content}' is not finite")));
         }
-        let mut place = [0.0; 3];
+        let mut place = [0.0; 4];
         for (column, number) in columns.iter().zip(&numbers[1..]) {
             place[*column] = *number;
         }
         let time = numbers[0];
-        if place[2].abs() > STEEPEST_RAD {
-            return Err(malformed(format!("an inclination of {} rad; at most {STEEPEST_RAD}", place[2])));
+        if place[3].abs() > STEEPEST_RAD {
+            return Err(malformed(format!("an inclination of {} rad; at most {STEEPEST_RAD}", place[3])));
         }
         match rows.last() {
-            None if place[2] != 0.0 => {
+            None if place[3] != 0.0 => {
                 let why = "the glass must start upright; a constant inclination is the effect container_tilt";
-                return Err(malformed(format!("it starts at {} rad: {why}", place[2])));
+                return Err(malformed(format!("it starts at {} rad: {why}", place[3])));
             }
             Some(&(last, _)) if time <= last => {
                 return Err(malformed(format!("time {time} s does not come after {last} s")));
@@ -146,11 +146,12 @@ mod tests {
 
     #[test]
     fn named_columns_reach_their_coordinates() {
-        let text = "# pivot_m = 0.01, 0.05\nt, tilt_rad, z_m\n0, 0, 1\n0.05, 0.1, 1.2\n";
+        let text = "# pivot_m = 0.01, 0.05\nt, tilt_rad, z_m, y_m\n0, 0, 1, 2\n0.05, 0.1, 1.2, 2.3\n";
         let motion = parse(Path::new("m.csv"), text).expect("a motion");
         let ends: Vec<_> = motion.channels.iter().map(|channel| channel.value(0.05)).collect();
         assert_eq!(motion.pivot_m, [0.01, 0.05]);
-        assert!(ends[0] == 0.0 && (ends[1] - 0.2).abs() < 1e-12 && (ends[2] - 0.1).abs() < 1e-12, "{ends:?}");
+        let expected = [0.0, 0.3, 0.2, 0.1];
+        assert!(ends.iter().zip(expected).all(|(end, e)| (end - e).abs() < 1e-12), "{ends:?}");
     }
 
     #[test]

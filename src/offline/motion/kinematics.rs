@@ -1,12 +1,12 @@
-//! The motion of a rigid glass in the x-z plane at one instant, and the polynomials it is made of.
+//! The motion of a rigid glass at one instant, inclined in the x-z plane alone, and the polynomials it is made of.
 
 use crate::offline::prelude::*;
 
 /// How the glass moves at one instant.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Kinematics {
-    /// Acceleration of the pivot in the room, along x and upwards, m/s2.
-    pub acceleration_m_s2: [f64; 2],
+    /// Acceleration of the pivot in the room: along x, away from the camera, upwards, m/s2.
+    pub acceleration_m_s2: [f64; 3],
     /// Inclination towards +x, rad.
     pub tilt_rad: f64,
     /// Its rate, rad/s.
@@ -21,7 +21,7 @@ impl Kinematics {
     /// An upright glass that is accelerated along x, m/s2.
     #[must_use]
     pub fn along_x(acceleration: f64) -> Self {
-        Self { acceleration_m_s2: [acceleration, 0.0], ..Self::default() }
+        Self { acceleration_m_s2: [acceleration, 0.0, 0.0], ..Self::default() }
     }
 }
 

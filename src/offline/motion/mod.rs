@@ -1,5 +1,5 @@
-//! How the glass is moved: along x, upwards and by inclination about a pivot, from rest to rest, place
-//! and acceleration exact at any time.
+//! How the glass is moved: along x, away from the camera, upwards and by inclination about a pivot, from rest to rest,
+//! place and acceleration exact at any time.
 //!
 //! Every motion is a chain of polynomials in time, so that position and acceleration belong to one
 //! another to the last bit. On the command line a motion is `kind:seed`, `kind:seedxSCALE` for one of
@@ -30,16 +30,20 @@ pub const STRONGEST_M_S2: f64 = 3.5;
 /// accelerated by up to 0.6 m/s2.
 const TILT_RAD_PER_M: f64 = 2.5;
 
+/// How far a hand that means to go straight along x leaves the line, for a unit of the way: a guess, 6 mm at most.
+const OUT_OF_LINE: f64 = 0.1;
+
 /// Shortest recording of a scripted motion, s.
 const SHORTEST_S: f64 = 1.5;
 
 /// The kinds that the command line knows, and what each is.
-pub const KINDS: [(&str, &str); 8] = [
+pub const KINDS: [(&str, &str); 9] = [
     ("still", "no motion"),
     ("strokes", "smooth strokes of 20 to 60 mm with rests between them"),
     ("sweep", "a sine whose frequency rises through the first slosh mode"),
     ("jolts", "short half-sine pushes, each caught by an equal one the other way"),
     ("random", "a random motion between 0.5 and 4.5 Hz"),
+    ("hand", "strokes, and a tenth as large ones away from the camera and back: a line drawn by hand"),
     ("heave", "smooth strokes of 20 to 60 mm upwards and downwards"),
     ("tilts", "smooth inclinations of up to 0.15 rad about the middle of the bottom"),
     ("carry", "strokes, half as large heaves and inclinations at once"),
@@ -75,7 +79,7 @@ impl std::fmt::Display for MotionError {
                 write!(
                     f,
                     "no motion is spelled '{spec}': write KIND:SEED with KIND one of {} and SEED a whole number \
-                     (strokes:7), or the path of a CSV file with the columns t, x_m, z_m, tilt_rad",
+                     (strokes:7), or the path of a CSV file with the columns t, x_m, y_m, z_m, tilt_rad",
                     kinds.join(", ")
                 )
             }
@@ -91,11 +95,16 @@ impl std::fmt::Display for MotionError {
 
 impl std::error::Error for MotionError {}
 
-/// Coordinates along x (m), upwards (m) and of inclination (rad), and the pivot that they belong to.
+/// Coordinates along x, away from the camera and upwards (m) and of inclination (rad), and the pivot that they belong to.
 #[derive(Clone, Debug, Default, PartialEq)]
 struct Pivoted {
-    channels: [Channel; 3],
+    channels: [Channel; 4],
     pivot_m: [f64; 2],
+}
+
+/// A coordinate that stays where it is.
+fn none() -> Channel {
+    Channel::default()
 }
 
 /// A motion of the glass; before it begins the glass rests at zero.
@@ -135,16 +144,17 @@ impl Motion {
         let end_s = seconds - (0.2 * seconds).min(1.0);
         let strokes = |seed| Channel(strokes::strokes(seed, end_s));
         let tilts = |seed| strokes(seed).scaled(TILT_RAD_PER_M);
-        let [none, other] = [Channel::default(), Channel::default()];
+        // Seeds far from one another, so that courses of one motion are not those of neighbours.
+        let (aside, upwards, turned) = (seed ^ 0x51de << 32, seed ^ 0x5eed << 32, seed ^ 0x7117 << 32);
         let channels = match kind {
-            "strokes" => [strokes(seed), none, other],
-            "sweep" => [Channel(waves::sweep(seed, end_s)), none, other],
-            "jolts" => [Channel(waves::jolts(seed, end_s)), none, other],
-            "random" => [Channel(waves::random(seed, end_s)), none, other],
-            "heave" => [none, strokes(seed), other],
-            "tilts" => [none, other, tilts(seed)],
-            // Seeds far from one another, so that the three courses are not those of neighbours.
-            "carry" => [strokes(seed), strokes(seed ^ 0x5eed << 32).scaled(0.5), tilts(seed ^ 0x7117 << 32)],
+            "strokes" => [strokes(seed), none(), none(), none()],
+            "sweep" => [Channel(waves::sweep(seed, end_s)), none(), none(), none()],
+            "jolts" => [Channel(waves::jolts(seed, end_s)), none(), none(), none()],
+            "random" => [Channel(waves::random(seed, end_s)), none(), none(), none()],
+            "hand" => [strokes(seed), strokes(aside).scaled(OUT_OF_LINE), none(), none()],
+            "heave" => [none(), none(), strokes(seed), none()],
+            "tilts" => [none(), none(), none(), tilts(seed)],
+            "carry" => [strokes(seed), none(), strokes(upwards).scaled(0.5), tilts(turned)],
             _ => Default::default(),
         };
         let channels = channels.map(|channel| channel.scaled(scale));
@@ -159,10 +169,8 @@ impl Motion {
         if samples.len() < 2 || samples.windows(2).any(|w| w[1].0 <= w[0].0) {
             return None;
         }
-        let course = Pivoted {
-            channels: [Channel(spline::through(samples)), Channel::default(), Channel::default()],
-            pivot_m: [0.0; 2],
-        };
+        let channels = [Channel(spline::through(samples)), none(), none(), none()];
+        let course = Pivoted { channels, pivot_m: [0.0; 2] };
         Some(Self { spelling: "samples".into(), seed: 0, course })
     }
 
@@ -185,16 +193,22 @@ impl Motion {
         self.course.channels[0].acceleration(time_s)
     }
 
+    /// Place behind where it started, away from the camera, at `time_s`, m.
+    #[must_use]
+    pub fn away(&self, time_s: f64) -> f64 {
+        self.course.channels[1].value(time_s)
+    }
+
     /// Height of the pivot over where it started at `time_s`, m.
     #[must_use]
     pub fn height(&self, time_s: f64) -> f64 {
-        self.course.channels[1].value(time_s)
+        self.course.channels[2].value(time_s)
     }
 
     /// Inclination towards +x at `time_s`, rad.
     #[must_use]
     pub fn tilt(&self, time_s: f64) -> f64 {
-        self.course.channels[2].value(time_s)
+        self.course.channels[3].value(time_s)
     }
 
     /// The point of the glass that is moved and about which it is inclined: x and z from the middle of
@@ -207,9 +221,9 @@ impl Motion {
     /// Everything about the motion at `time_s` that the liquid feels.
     #[must_use]
     pub fn kinematics(&self, time_s: f64) -> Kinematics {
-        let [x, z, tilt] = &self.course.channels;
+        let [x, y, z, tilt] = &self.course.channels;
         Kinematics {
-            acceleration_m_s2: [x.acceleration(time_s), z.acceleration(time_s)],
+            acceleration_m_s2: [x, y, z].map(|along| along.acceleration(time_s)),
             tilt_rad: tilt.value(time_s),
             tilt_rate: tilt.rate(time_s),
             tilt_acceleration: tilt.acceleration(time_s),

@@ -82,8 +82,8 @@ pub struct Provenance {
     pub command: String,
     /// Particle spacing of the simulator, m.
     pub spacing_m: f64,
-    /// Point of the glass (x, z from the middle of its bottom, m) that `glass_x_m` and `glass_z_m` move
-    /// and about which it is inclined.
+    /// Point of the glass (x, z from the middle of its bottom, m) that is moved and
+    /// about which it is inclined.
     #[serde(default)]
     pub pivot_m: [f64; 2],
     /// Effects that were on, by name with their values.
@@ -127,6 +127,8 @@ pub struct Recording {
     pub glass_x_m: Vec<f64>,
     /// Acceleration of the glass along `x`, m/s2, averaged over the frame interval centred on the frame.
     pub acceleration_m_s2: Vec<f64>,
+    /// Position of the glass away from the camera, metres, in the room.
+    pub glass_y_m: Vec<f64>,
     /// Position of the glass upwards, metres, in the room.
     pub glass_z_m: Vec<f64>,
     /// Inclination of the glass towards +x about its pivot, radians.
@@ -161,11 +163,16 @@ impl Recording {
         }
     }
 
-    /// Whether the glass is an upright cylinder that only moves along x: what the rendered camera and
-    /// the models know.
+    /// Whether the glass is an upright cylinder that stays on the table: what the rendered camera shows.
+    #[must_use]
+    pub fn is_level(&self) -> bool {
+        self.glass.is_cylinder() && self.glass_z_m.iter().chain(&self.tilt_rad).all(|c| *c == 0.0)
+    }
+
+    /// Whether it only moves along x, too: what the models know.
     #[must_use]
     pub fn is_plain(&self) -> bool {
-        self.glass.is_cylinder() && self.glass_z_m.iter().chain(&self.tilt_rad).all(|c| *c == 0.0)
+        self.is_level() && self.glass_y_m.iter().all(|y| *y == 0.0)
     }
 
     /// The true profile of `frame`.

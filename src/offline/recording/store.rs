@@ -4,7 +4,7 @@
 //! | tensor | type, shape | |
 //! |---|---|---|
 //! | `glass_x_m`, `acceleration_m_s2` | F64, N | motion of the glass |
-//! | `glass_z_m`, `tilt_rad` | F64, N | its motion upwards and its inclination; zero where they lack |
+//! | `glass_y_m`, `glass_z_m`, `tilt_rad` | F64, N | its motion away from the camera and upwards, its inclination; zero where they lack |
 //! | `column_m`, `wall_m`, `profile_m` | F32, N x 194, 72, 21 | free surface |
 //! | `energy_j` | F64, N x 4 | kinetic, potential, internal, work |
 //! | `state` | F32, N x 27742 | full states, or instead of it: |
@@ -128,6 +128,7 @@ impl Recording {
         let mut tensors = vec![
             Tensor::f64("glass_x_m", &[n], self.glass_x_m.iter().copied()),
             Tensor::f64("acceleration_m_s2", &[n], self.acceleration_m_s2.iter().copied()),
+            Tensor::f64("glass_y_m", &[n], self.glass_y_m.iter().copied()),
             Tensor::f64("glass_z_m", &[n], self.glass_z_m.iter().copied()),
             Tensor::f64("tilt_rad", &[n], self.tilt_rad.iter().copied()),
             Tensor::f64("energy_j", &[n, 4], energy),
@@ -200,6 +201,7 @@ fn parse(bytes: &[u8]) -> Result<Recording, String> {
         provenance,
         glass_x_m,
         acceleration_m_s2: f64s(&file, "acceleration_m_s2", Some(&[n]))?,
+        glass_y_m: channel("glass_y_m")?,
         glass_z_m: channel("glass_z_m")?,
         tilt_rad: channel("tilt_rad")?,
         column_m: f32s(&file, "column_m", Some(&[n, COLUMNS]))?,

@@ -95,8 +95,8 @@ impl SceneSettings {
 /// The liquid and its glass at one instant.
 #[derive(Clone, Copy, Debug)]
 pub struct Liquid<'a> {
-    /// Position of the glass axis, metres.
-    pub glass_x_m: f64,
+    /// Position of the glass axis along x and away from the camera, metres.
+    pub glass_m: [f64; 2],
     /// Height of the contact line at each of the 72 wall azimuths, metres.
     pub wall_m: &'a [f32],
     /// Height of the surface in each of the 194 lattice columns, metres.
@@ -112,7 +112,7 @@ impl<'a> Liquid<'a> {
     pub fn of(recording: &'a Recording, frame: usize) -> Self {
         let columns = recording.column_m.len() / recording.frames();
         Self {
-            glass_x_m: recording.glass_x_m[frame],
+            glass_m: [recording.glass_x_m[frame], recording.glass_y_m[frame]],
             wall_m: &recording.wall_m[frame * WALL_POINTS..(frame + 1) * WALL_POINTS],
             column_m: &recording.column_m[frame * columns..(frame + 1) * columns],
         }
@@ -212,16 +212,18 @@ impl Scene {
         out.infrared.copy_from_slice(&self.backdrop.infrared);
         out.depth.copy_from_slice(&self.backdrop.depth);
         self.shape.set(liquid.wall_m, liquid.column_m);
+        let [axis_m, away_m] = liquid.glass_m;
+        let view = self.view.farther(away_m);
         let outline = self
             .settings
             .glass_present
-            .then(|| Outline::new(&self.view, &self.settings, &self.shape, liquid.glass_x_m, self.window));
+            .then(|| Outline::new(&view, &self.settings, &self.shape, axis_m, self.window));
         let seed = mix(self.settings.seed ^ mix(frame));
         let (settings, backdrop, noise) = (&self.settings, &self.backdrop, &self.noise);
         let radius_m = settings.camera.radius_m.into();
-        let overlay = Overlay::new(&self.view, settings.clutter, liquid.glass_x_m, radius_m, seed);
+        let overlay = Overlay::new(&view, settings.clutter, axis_m, radius_m, seed);
         let seen = (outline.as_ref(), &overlay);
-        self.infrared.paint(settings, &self.view, backdrop, seen, noise, seed, &mut out.infrared);
-        self.depth.paint(settings, &self.view, backdrop, seen, noise, seed, &mut out.depth);
+        self.infrared.paint(settings, &view, backdrop, seen, noise, seed, &mut out.infrared);
+        self.depth.paint(settings, &view, backdrop, seen, noise, seed, &mut out.depth);
     }
 }

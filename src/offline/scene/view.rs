@@ -55,6 +55,11 @@ impl View {
         }
     }
 
+    /// The same camera before a glass that stands `away_m` farther; places are still from where that glass stands at X = 0.
+    pub(super) fn farther(&self, away_m: f64) -> Self {
+        Self { distance_m: self.distance_m + away_m, ..*self }
+    }
+
     /// Where the camera sees the point `(x, y, z)` of the room; the room's origin is the glass's at X = 0.
     pub(super) fn project(&self, [x, y, z]: [f64; 3]) -> Projected {
         let (away, up) = (y + self.distance_m, z - self.height_m);

@@ -156,6 +156,7 @@ fn begin(setup: &Setup, motion: &Motion, frames: usize, command: &str) -> Record
         },
         glass_x_m: (0..frames).map(|n| motion.position(time(n))).collect(),
         acceleration_m_s2: (0..frames).map(mean_acceleration).collect(),
+        glass_y_m: (0..frames).map(|n| motion.away(time(n))).collect(),
         glass_z_m: (0..frames).map(|n| motion.height(time(n))).collect(),
         tilt_rad: (0..frames)
             .map(|n| motion.tilt(time(n)) + setup.effects.container_tilt.unwrap_or(0.0))

@@ -119,24 +119,24 @@ impl Simulator {
     fn kick(&mut self) {
         let half = 0.5 * self.dt;
         let Fluid { particle, acceleration, mass, .. } = &mut self.fluid;
-        let mut momentum = [0.0; 2];
+        let mut momentum = [0.0; 3];
         let mut turned = 0.0;
         let mut turning = self.turning.iter();
         for ((p, a), m) in particle.iter_mut().zip(acceleration).zip(mass) {
             // Momentum in the middle of the kick.
-            let middle = [*m * (p.v[0] + 0.5 * half * a[0]), *m * (p.v[2] + 0.5 * half * a[2])];
-            momentum[0] += middle[0];
-            momentum[1] += middle[1];
+            let middle: [f64; 3] = std::array::from_fn(|k| *m * (p.v[k] + 0.5 * half * a[k]));
+            momentum.iter_mut().zip(middle).for_each(|(sum, of_one)| *sum += of_one);
             if let Some([e_x, e_z]) = turning.next() {
-                turned += e_x * middle[0] + e_z * middle[1];
+                turned += e_x * middle[0] + e_z * middle[2];
             }
             for (v, a) in p.v.iter_mut().zip(*a) {
                 *v += half * a;
             }
         }
-        let [f_x, f_z] = [0, 2].map(|axis| self.body.uniform[axis] - self.gravity[axis]);
+        let [f_x, f_y, f_z] = std::array::from_fn(|axis| self.body.uniform[axis] - self.gravity[axis]);
         self.work += f_x * half * momentum[0];
-        self.work += f_z * half * momentum[1] + half * turned;
+        self.work += f_y * half * momentum[1];
+        self.work += f_z * half * momentum[2] + half * turned;
     }
 
     /// Half a step of position.

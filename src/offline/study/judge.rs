@@ -47,7 +47,7 @@ pub fn judge(case: Case) -> Result<Judged, ConfigError> {
         let cluttered = frame >= CLUTTERED_FROM || case.condition == Condition::NoLiquid;
         scene.disturb(if cluttered { settings.clutter } else { Clutter::default() });
         let glass_x_m = case.glass_m(frame);
-        let liquid = Liquid { glass_x_m, wall_m: &case.wall_m, column_m: &case.column_m };
+        let liquid = Liquid { glass_m: [glass_x_m, 0.0], wall_m: &case.wall_m, column_m: &case.column_m };
         scene.render(&liquid, frame, &mut images);
         let (width, height) = config.image_size();
         let stamp = Stamp { sequence: frame as u32, captured: Micros(frame * 16_667) };

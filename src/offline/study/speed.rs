@@ -24,7 +24,7 @@ fn median_s(mut one: impl FnMut(u64) -> Instant) -> f64 {
 
 fn rendered(scene: &mut Scene, images: &mut Images, frame: u64) {
     let heights = ([0.07; WALL_POINTS], [0.07; COLUMNS]);
-    let liquid = Liquid { glass_x_m: 0.001 * frame as f64, wall_m: &heights.0, column_m: &heights.1 };
+    let liquid = Liquid { glass_m: [0.001 * frame as f64, 0.0], wall_m: &heights.0, column_m: &heights.1 };
     scene.render(&liquid, frame, images);
 }
 

@@ -96,7 +96,8 @@ impl RecordedGlass {
         let (mut scene, mut images, mut yuy2) =
             taken.unwrap_or_else(|| (Scene::new(settings), Images::new(&settings), Vec::new()));
         let liquid = self.liquid(shot);
-        let beside = Liquid { glass_x_m: liquid.glass_x_m - f64::from(COLOUR_LENS_M[0]), ..liquid };
+        let [x, y] = liquid.glass_m;
+        let beside = Liquid { glass_m: [x - f64::from(COLOUR_LENS_M[0]), y], ..liquid };
         scene.render(&beside, shot, &mut images);
         yuy2.clear();
         yuy2.extend(images.infrared.iter().zip(TINT.iter().cycle()).flat_map(|(luma, tint)| [*luma, *tint]));

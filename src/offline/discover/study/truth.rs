@@ -157,6 +157,7 @@ fn read(bytes: &[u8]) -> Result<Recording, String> {
         provenance: serde_json::from_str(note("provenance")?).map_err(|e| wrong(&e))?,
         glass_x_m,
         acceleration_m_s2: vec![0.0; frames],
+        glass_y_m: vec![0.0; frames],
         glass_z_m: vec![0.0; frames],
         tilt_rad: vec![0.0; frames],
         column_m: floats("column_m")?,

@@ -19,7 +19,7 @@ impl Effects {
     /// `motion` of the glass with what is constant added.
     pub(crate) fn place(&self, mut motion: Kinematics) -> Kinematics {
         motion.tilt_rad += self.container_tilt.unwrap_or(0.0);
-        motion.acceleration_m_s2[1] += self.vertical_acceleration.unwrap_or(0.0);
+        motion.acceleration_m_s2[2] += self.vertical_acceleration.unwrap_or(0.0);
         motion
     }
 
