@@ -2,12 +2,13 @@
 //! the filter carries (`runtime::filter`).
 //!
 //! ```text
-//! half = k sqrt(J P J^T + w d)               of a height; of a field group, the mean of that over its numbers
+//! half = k sqrt(J P J^T + w d + g^2)         of a height; of a field group without g, the mean over its numbers
 //! P-   = A P A^T + a w Q + m dt^2 B B^T      of a forecast, turn by turn; m = 1 where the motion is not planned, else 0
 //! ```
 //! A is the closed step linearised about rest, Q the covariance of what the step misses, R that of what the encoder
-//! misses, d what the decoder misses, each for a unit of w = floor + H(x): a livelier slosh is known less well; a is what the
-//! filter has found of late of how well the step suits the liquid. The errors are neither white nor Gaussian, so P only
+//! misses, d what the decoder misses, each for a unit of w = floor + H(x): a livelier slosh is known less well; g is what is
+//! missed of a surface at rest, which no slosh explains; a is what the filter has found of late of how well the step suits
+//! the liquid. The errors are neither white nor Gaussian, so P only
 //! says how they spread over points and time; the size is put right by k, the 90 % quantile of |error| / half found on
 //! recordings held out (split conformal: Lei et al., J. Am. Stat. Assoc. 113 (2018) 1094).
 
@@ -29,7 +30,8 @@ pub(crate) const SPREAD_OF: [usize; SPREAD_GROUPS] = [0, 1, 3, 4];
 /// Turns ahead for which a forecast's interval has been measured: now, 0.25 s, 0.5 s.
 pub const LEADS: [usize; 3] = [0, 15, 30];
 
-/// Numbers of the reach: the floor of w, k of the surface at each of [`LEADS`], k of q, v, e, sigma, tau.
+/// Numbers of the reach: the floor of w, k of the surface at each of [`LEADS`], k of q, v, e, sigma, tau. Behind them may stand
+/// g, m; blobs from before it have none.
 pub const REACH: usize = 1 + LEADS.len() + 5;
 
 /// Heat below which the internal energy counts as not yet known, in units of H.
@@ -63,7 +65,7 @@ pub struct Spread<'m> {
     pub surface_misfit: Vector<'m>,
     /// d of q, v, sigma, tau, SI units squared.
     pub group_misfit: Vector<'m>,
-    /// floor and k, [`REACH`] numbers.
+    /// floor and k, [`REACH`] numbers, and perhaps g.
     pub reach: Vector<'m>,
 }
 
@@ -131,7 +133,7 @@ impl Spread<'_> {
         self.number(0) + slosh
     }
 
-    /// Number `index` of the reach; a blob that has been loaded has them all.
+    /// Number `index` of the reach; a blob that has been loaded has them all but perhaps g, which then is zero.
     fn number(&self, index: usize) -> f64 {
         self.reach.get(index).copied().map_or(0.0, f64::from)
     }
@@ -194,12 +196,13 @@ impl Spread<'_> {
         self.heights(&p, self.weight(slosh), k)
     }
 
-    /// k sqrt(J P J^T + w d) of each height.
+    /// k sqrt(J P J^T + w d + g^2) of each height.
     fn heights(&self, p: &Square, w: f64, k: f64) -> [f32; POINTS] {
         let mut half = [0.0; POINTS];
+        let grain = self.number(REACH);
         for ((half, d), row) in half.iter_mut().zip(self.surface_misfit).zip(self.surface.column_iter()) {
             let row: Latent = row.into_owned();
-            let variance = row.dot(&(p * row)) + w * f64::from(*d);
+            let variance = row.dot(&(p * row)) + w * f64::from(*d) + grain * grain;
             *half = (k * sqrt(variance.max(0.0))) as f32;
         }
         half
@@ -244,6 +247,19 @@ mod tests {
         assert!((f64::from(interval.surface_m[7]) - half).abs() < 1e-8);
         assert!((f64::from(interval.field[0]) - 2.0).abs() < 1e-6, "the misfit alone: sqrt(4 w)");
         assert!((f64::from(interval.field[1]) - sqrt(9.0 * 0.25 + 4.0)).abs() < 1e-6);
+    }
+
+    /// What a surface at rest is missed by counts at rest as in a slosh, and not at all where a blob says nothing of it.
+    #[test]
+    fn grain_is_there_at_rest_too() {
+        const GRAINY: [f32; REACH + 1] = [0.1, 2.0, 4.0, 3.0, 1.0, 1.0, 1.0, 1.0, 1.0, 3e-4];
+        let (plain, nothing) = (spread(), Square::zeros());
+        let grainy = Spread { reach: &GRAINY, ..plain.clone() };
+        for w in [0.0, 1.0] {
+            let [fine, coarse] = [&plain, &grainy].map(|of| of.heights(&nothing, w, 2.0)[3]);
+            assert!((fine - 2.0 * sqrt(w * 1e-8) as f32).abs() < 1e-9);
+            assert!((coarse - 2.0 * sqrt(w * 1e-8 + 9e-8) as f32).abs() < 1e-9);
+        }
     }
 
     /// W M W^T = 1; of what is no covariance nothing is believed.

@@ -75,7 +75,7 @@ pub enum Tensor {
     SurfaceMisfit,
     /// The same of q, v, sigma and tau `[4]`, SI units squared.
     GroupMisfit,
-    /// Floor of w, then k of the surface at three leads and of q, v, e, sigma, tau `[9]`.
+    /// Floor of w, then k of the surface at three leads and of q, v, e, sigma, tau `[9]`; g behind them `[10]`.
     Reach,
     /// A, B, e_a and e_v of [`crate::generic::ModeMap`] `[4, N]`, SI units; only where effects are named.
     ModeMap,

@@ -158,6 +158,8 @@ pub struct Study {
     pub source: Trial,
     /// The same with the motion of the glass from elsewhere.
     pub motion: Vec<Source>,
+    /// What the best linear forecast of the acceleration misses, from the true place of the glass and from the tracked one.
+    pub foretold: [f64; 2],
     /// The liquids.
     pub results: Vec<Result>,
 }
@@ -183,6 +185,7 @@ pub fn study(
     let source_seen = look(&unseen, seed)?;
     let source = trial(&model, &unseen, &source_seen);
     let motion = sources(&model, &unseen, &source_seen, seed);
+    let foretold = motion::foretold(&unseen, &source_seen);
     // What must not be forgotten is not what the source is judged by.
     let kept = had(SOURCE.0, "strokes:101", watch)?;
     let kept = vec![look(&kept, seed + 1)?];
@@ -213,7 +216,7 @@ pub fn study(
         let after = trial(&Model::load(&new)?, &unseen, &seen);
         results.push(Result { course, before, after, corrected });
     }
-    Ok(Study { source, motion, results })
+    Ok(Study { source, motion, foretold, results })
 }
 
 /// Per cent.

@@ -14,6 +14,7 @@ use crate::offline::train::normal;
 use crate::offline::watching::turns_with;
 use crate::runtime::Drive;
 use crate::units::FRAME_INTERVAL_S;
+use nalgebra::{DMatrix, DVector};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
@@ -51,9 +52,67 @@ pub fn sources(model: &Model<'_>, recording: &Recording, seen: &Sightings, seed:
     ]
 }
 
+/// Accelerations before this one that a linear forecast may use: with more of them it was no better by a hundredth.
+const PAST: usize = 5;
+
+/// Error, relative, of the best linear forecast of the acceleration from the [`PAST`] values before it that the true place of
+/// the glass tells, and that the tracked place tells.
+///
+/// ```text
+/// min over c of |a_n - sum_k c_k a~_(n-k)| / |a_n|,    k = 1..PAST
+/// ```
+/// Its c are fitted on the very recording, so that no linear rule does better on it: the place of the glass up to a frame
+/// tells its acceleration up to the frame before, and the inertial part of sigma follows that of the frame.
+pub(super) fn foretold(recording: &Recording, seen: &Sightings) -> [f64; 2] {
+    let tracked: Vec<Option<f64>> =
+        seen.iter().map(|profile| profile.and_then(|p| p.glass_x_m).map(f64::from)).collect();
+    let whole: Vec<Option<f64>> = recording.glass_x_m.iter().copied().map(Some).collect();
+    [whole, tracked].map(|place| missed(&place, &recording.acceleration_m_s2))
+}
+
+/// The error of one of them; NaN where fewer frames than coefficients have a past.
+fn missed(place: &[Option<f64>], acceleration: &[f64]) -> f64 {
+    let told = |n: usize| {
+        let [before, at, after] = [n.checked_sub(1)?, n, n + 1].map(|n| place.get(n).copied().flatten());
+        Some((after? - 2.0 * at? + before?) / (FRAME_INTERVAL_S * FRAME_INTERVAL_S))
+    };
+    let past = |n: usize| -> Option<Vec<f64>> { (1..=PAST).map(|k| told(n.checked_sub(k)?)).collect() };
+    let rows: Vec<(Vec<f64>, f64)> =
+        acceleration.iter().enumerate().filter_map(|(n, a)| Some((past(n)?, *a))).collect();
+    if rows.len() <= PAST {
+        return f64::NAN;
+    }
+    let known = DMatrix::from_fn(rows.len(), PAST, |i, k| rows[i].0[k]);
+    let truth = DVector::from_fn(rows.len(), |i, _| rows[i].1);
+    let fitted = known.clone().svd(true, true).solve(&truth, 1e-12).map(|c| &known * c);
+    fitted.map_or(f64::NAN, |said| (said - &truth).norm() / truth.norm())
+}
+
 /// a_n = (X_n - 2 X_(n-1) + X_(n-2)) / dt^2: the acceleration one frame interval before each frame, m/s2.
 pub(super) fn delayed(glass_x_m: &[f64]) -> Vec<f64> {
     let at = |n: usize, back: usize| glass_x_m[n.saturating_sub(back)];
     let second = |n| (at(n, 0) - 2.0 * at(n, 1) + at(n, 2)) / (FRAME_INTERVAL_S * FRAME_INTERVAL_S);
     (0..glass_x_m.len()).map(second).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A sine is foretold from two values; a push out of nothing from none.
+    #[test]
+    fn what_a_track_can_tell_is_told() {
+        let place: Vec<Option<f64>> = (0..200).map(|n| Some(0.01 * (0.2 * f64::from(n)).sin())).collect();
+        let at = |n: usize| place[n].unwrap_or_default();
+        let second =
+            |n: usize| if n == 0 || n > 198 { 0.0 } else { (at(n + 1) - 2.0 * at(n) + at(n - 1)) * 3600.0 };
+        let acceleration: Vec<f64> = (0..199).map(second).collect();
+        assert!(missed(&place, &acceleration) < 1e-6);
+        let mut pushed = vec![0.0; 199];
+        pushed[100] = 1.0;
+        let mut at_rest = vec![Some(0.0); 200];
+        at_rest[101..].fill(Some(1.0 / 3600.0));
+        assert!(missed(&at_rest, &pushed) > 0.99);
+        assert!(missed(&place[..5], &acceleration[..5]).is_nan());
+    }
 }

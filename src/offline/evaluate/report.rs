@@ -84,6 +84,9 @@ pub fn checks(study: &Study) -> Vec<Check> {
             checks.push(Check::told(name(&format!("field_{group}")), percent(one.score.field[k]), "%"));
         }
     }
+    for (track, missed) in ["true", "seen"].iter().zip(study.foretold) {
+        checks.push(Check::told(format!("acceleration_foretold_{track}_place"), percent(missed), "%"));
+    }
     let worst = study.results.iter().map(|r| percent(r.corrected.source[1] - r.corrected.source[0]));
     checks.push(Check::at_most("source_forgetting", worst.fold(0.0, f64::max), "%", 5.0));
     let trials = || study.results.iter().flat_map(|r| [&r.before, &r.after]).chain([source]);

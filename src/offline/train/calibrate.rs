@@ -1,15 +1,17 @@
-//! The factors k of the intervals, from runs of a blob that has k = 1.
+//! What the intervals take from runs of a blob: g from one that has none, then the factors k from one with k = 1.
 //!
 //! ```text
-//! k = max over the recordings held out of the 90 % quantile of |truth - estimate| / half over all numbers of one
+//! g^2 = mean of (truth - estimate)^2 - half^2 over the heights while H < REST, nought at least
+//! k   = 90 % quantile of |truth - estimate| / half over all numbers of all recordings held out
 //! ```
 //! (Split conformal prediction: Lei et al., J. Am. Stat. Assoc. 113 (2018) 1094.) What is exchangeable is the
-//! recording and not the number: errors of one slosh go together, and a quantile over all of them held 82 % of a
-//! recording that was not seen. The runs are those of the camera side behind the rendered camera, so that everything
+//! recording and not the number: errors of one slosh go together, so that a quantile over the numbers of two recordings held
+//! 82 % of a third. Of fewer than [`MANY`] recordings k is therefore the largest of their own quantiles, and of as many it is
+//! told what a recording has held by the k of all others. The runs are those of the camera side behind the rendered camera, so that everything
 //! between glass and estimate is counted.
 
 use super::measure::percent;
-use super::spread::UNIT;
+use super::spread::{REST, UNIT};
 use crate::host::checks::Check;
 use crate::host::files::AlignedBytes;
 use crate::interval::{LEADS, REACH};
@@ -27,6 +29,9 @@ use crate::units::FRAME_INTERVAL_S;
 
 /// Share of the truth that an interval is to hold.
 pub(super) const HELD: f64 = 0.9;
+
+/// Recordings from which on a quantile over all of them is believed.
+const MANY: usize = 10;
 
 /// Every how many frames the full field is looked at: it is 27742 numbers.
 const FIELD_EVERY: usize = 3;
@@ -125,17 +130,91 @@ fn ratios_by_recording(blob: &[u8], looks: &[Look<'_>]) -> Result<Vec<Ratios>, L
     Ok(all)
 }
 
-/// k of the surface at each lead and of q, v, e, sigma, tau, for the blob whose k are all one.
+/// g, m, for the blob whose k are all one and which has no g.
 ///
 /// # Errors
 /// [`LoadError`], when the blob is refused.
-pub(super) fn reach(blob: &[u8], looks: &[Look<'_>]) -> Result<[f32; REACH - 1], LoadError> {
-    let mut k = [0.0_f32; REACH - 1];
-    for of_one in ratios_by_recording(blob, looks)? {
-        let all = of_one.surface.into_iter().chain(of_one.field);
-        k.iter_mut().zip(all).for_each(|(k, ratios)| *k = k.max(quantile(ratios)));
+pub(super) fn grain(blob: &[u8], looks: &[Look<'_>]) -> Result<f32, LoadError> {
+    let blob = AlignedBytes::copy(blob);
+    let model = Model::load(&blob)?;
+    let (mut square, mut count) = (0.0, 0.0_f64);
+    for (recording, seen) in looks {
+        for (frame, logged) in turns(&model, seen).iter().enumerate() {
+            let estimate = &logged.turn.estimate;
+            if estimate.mode != Mode::Tracking
+                || model.generic.potential.value(&estimate.latent.into()) > REST
+            {
+                continue;
+            }
+            let said = estimate.surface_m.iter().zip(estimate.interval.surface_m);
+            for (truth, (said, half)) in recording.profile(frame).iter().zip(said) {
+                square += f64::from(truth - said).powi(2) - f64::from(half).powi(2);
+                count += 1.0;
+            }
+        }
     }
-    Ok(if looks.is_empty() { UNIT } else { k })
+    Ok((square / count.max(1.0)).max(0.0).sqrt() as f32)
+}
+
+/// What [`reach`] has found.
+pub(super) struct Reach {
+    /// k of the surface at each lead and of q, v, e, sigma, tau.
+    pub(super) k: [f32; REACH - 1],
+    /// What a recording's heights of the present are held by the k of all others: least and mean; of [`MANY`] recordings.
+    pub(super) left_out: Vec<Check>,
+}
+
+/// The factors for the blob whose k are all one.
+///
+/// # Errors
+/// [`LoadError`], when the blob is refused.
+pub(super) fn reach(blob: &[u8], looks: &[Look<'_>]) -> Result<Reach, LoadError> {
+    let mut k = if looks.is_empty() { UNIT } else { [0.0_f32; REACH - 1] };
+    let by_recording = ratios_by_recording(blob, looks)?;
+    let left_out = left_out(&by_recording);
+    let mut together: [Vec<f32>; REACH - 1] = Default::default();
+    for of_one in by_recording {
+        let all = of_one.surface.into_iter().chain(of_one.field);
+        for ((k, together), ratios) in k.iter_mut().zip(&mut together).zip(all) {
+            if looks.len() < MANY {
+                *k = k.max(quantile(ratios));
+            } else {
+                together.extend(ratios);
+            }
+        }
+    }
+    if looks.len() >= MANY {
+        k = together.map(quantile);
+    }
+    Ok(Reach { k, left_out })
+}
+
+/// Shares of each recording's heights that the k of all others hold: the least, and the mean.
+fn left_out(by_recording: &[Ratios]) -> Vec<Check> {
+    if by_recording.len() < MANY {
+        return Vec::new();
+    }
+    let now = |ratios: &Ratios| -> Vec<f32> { ratios.surface[0].clone() };
+    let shares = (0..by_recording.len()).map(|one| {
+        let others = by_recording.iter().enumerate().filter(|(other, _)| *other != one);
+        let k = quantile(others.flat_map(|(_, ratios)| now(ratios)).collect());
+        share(&now(&by_recording[one]), k)
+    });
+    let shares: Vec<f64> = shares.collect();
+    let mean = shares.iter().sum::<f64>() / shares.len() as f64;
+    vec![
+        Check::told(
+            "interval: surface held of a recording left out, least",
+            shares.iter().copied().fold(100.0, f64::min),
+            "%",
+        ),
+        Check::told("interval: surface held of a recording left out, mean", mean, "%"),
+    ]
+}
+
+/// Share of `ratios` up to `k`, %.
+fn share(ratios: &[f32], k: f32) -> f64 {
+    100.0 * ratios.iter().filter(|&&r| r <= k).count() as f64 / ratios.len() as f64
 }
 
 /// Shares of the truth that the intervals of a finished blob hold.
@@ -148,13 +227,14 @@ pub(super) fn held(blob: &[u8], looks: &[Look<'_>]) -> Result<Vec<Check>, LoadEr
         ratios.surface.iter_mut().zip(of_one.surface).for_each(|(all, of_one)| all.extend(of_one));
         ratios.field.iter_mut().zip(of_one.field).for_each(|(all, of_one)| all.extend(of_one));
     }
-    let share =
-        |ratios: &[f32]| 100.0 * ratios.iter().filter(|&&r| r <= 1.0).count() as f64 / ratios.len() as f64;
     let leads = LEADS.iter().zip(&ratios.surface).map(|(lead, ratios)| {
-        (format!("interval, {:.2} s ahead: surface held", *lead as f64 * FRAME_INTERVAL_S), share(ratios))
+        (
+            format!("interval, {:.2} s ahead: surface held", *lead as f64 * FRAME_INTERVAL_S),
+            share(ratios, 1.0),
+        )
     });
     let groups = GROUP_NAMES.iter().zip(&ratios.field);
-    let groups = groups.map(|(name, ratios)| (format!("interval: {name} held"), share(ratios)));
+    let groups = groups.map(|(name, ratios)| (format!("interval: {name} held"), share(ratios, 1.0)));
     Ok(leads.chain(groups).map(|(name, share)| Check::told(name, share, "%")).collect())
 }
 

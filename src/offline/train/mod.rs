@@ -53,6 +53,7 @@ use super::import;
 use super::recording::Recording;
 use crate::host::checks::Check;
 use crate::host::files::AlignedBytes;
+use crate::interval::REACH;
 use crate::model::{Header, Tensor};
 use crate::offline::prelude::*;
 use crate::units::FRAME_INTERVAL_S;
@@ -268,13 +269,16 @@ pub fn measured_again(blob: &[u8], validation: &[Recording], seed: u64) -> Resul
     }
     let (header, mut parts) = import::parts(&AlignedBytes::copy(blob))?;
     for part in parts.iter_mut().filter(|part| part.tensor == Tensor::Reach) {
-        // The first number is the floor of w.
-        part.values.iter_mut().skip(1).zip(spread::UNIT).for_each(|(k, unit)| *k = unit);
+        // The first number is the floor of w; g comes behind the factors.
+        part.values.truncate(1);
+        part.values.extend(spread::UNIT);
+        part.values.push(0.0);
+        part.rows = part.values.len();
     }
     finish(header, parts, validation, seed)
 }
 
-/// The blob of `parts`, whose k are all one, with its error and its intervals as the recordings of `validation` tell them
+/// The blob of `parts`, whose k are all one and g none, with its error and its intervals as the recordings of `validation` tell them
 /// behind the rendered camera.
 fn finish(
     mut header: Header,
@@ -290,10 +294,17 @@ fn finish(
     let (mut checks, slosh_rel) = calibrate::errors(&unit, &judged, asked)?;
     let worse = ("estimate, three times the noise", [None; 5]);
     checks.extend(calibrate::errors(&unit, &looks(3.0, 4)?, worse)?.0);
-    let reach = calibrate::reach(&unit, &measured)?;
+    let grain = calibrate::grain(&unit, &measured)?;
+    for part in parts.iter_mut().filter(|part| part.tensor == Tensor::Reach) {
+        part.values.iter_mut().skip(REACH).for_each(|g| *g = grain);
+    }
+    let unit = export::blob(header.clone(), &parts)?;
+    let calibrate::Reach { k: reach, left_out } = calibrate::reach(&unit, &measured)?;
     for part in parts.iter_mut().filter(|part| part.tensor == Tensor::Reach) {
         part.values.iter_mut().skip(1).zip(reach).for_each(|(k, reach)| *k = reach);
     }
+    checks.push(Check::told("interval: rest missed by", 1e3 * f64::from(grain), "mm"));
+    checks.extend(left_out);
     header.validation_slosh_rel = slosh_rel as f32;
     let blob = export::blob(header, &parts)?;
     checks.extend(calibrate::held(&blob, &judged)?);

@@ -23,7 +23,7 @@ const _: () = assert!(super::generic::HIDDEN <= MAX_HIDDEN);
 const SLOPE_AT: f64 = 0.5;
 
 /// A slosh below this share of a lively one counts as rest.
-const REST: f64 = 0.02;
+pub(super) const REST: f64 = 0.02;
 
 /// Everything but the factors k.
 #[derive(Clone, Debug)]
@@ -110,7 +110,7 @@ impl Spread {
         Self { transition, process, reading, surface, groups, surface_misfit, group_misfit, floor }
     }
 
-    /// The tensors with every k as it stands in `reach`.
+    /// The tensors with every k as it stands in `reach`, and no g.
     #[must_use]
     pub(super) fn parts(&self, reach: &[f32; REACH - 1]) -> Vec<Part> {
         let part =
@@ -121,6 +121,7 @@ impl Spread {
         };
         let mut numbers = vec![self.floor as f32];
         numbers.extend(reach);
+        numbers.push(0.0);
         vec![
             square(Tensor::Transition, &self.transition),
             square(Tensor::ProcessSpread, &self.process),
@@ -129,7 +130,7 @@ impl Spread {
             part(Tensor::GroupSlope, SPREAD_GROUPS * LATENTS, LATENTS, &self.groups),
             part(Tensor::SurfaceMisfit, POINTS, 1, &self.surface_misfit),
             part(Tensor::GroupMisfit, SPREAD_GROUPS, 1, &self.group_misfit),
-            part(Tensor::Reach, REACH, 1, &numbers),
+            part(Tensor::Reach, REACH + 1, 1, &numbers),
         ]
     }
 }
