@@ -12,9 +12,10 @@ use std::path::PathBuf;
 /// Hold a model against liquids that it was not trained on, before and after correction.
 ///
 /// For each liquid the model sees a recording through the simulated camera (depth noise 2 mm), is corrected
-/// by other recordings' free surfaces, and sees the first one again. Water, butter and blood are learnt
-/// from four recordings of 4 s, beer, honey and gazpacho from one. Missing recordings are simulated into
-/// --recordings, about 25 s each on two processors, and stay there.
+/// by other recordings' free surfaces, and sees the first one again. Water, butter and blood are moved
+/// along a line and learnt from four recordings of 4 s; beer, honey, gazpacho and water once more (water_by_hand)
+/// are moved as by a hand, a tenth of the way out of line, and learnt from one. Missing recordings are simulated
+/// into --recordings, about 25 s each on two processors, and stay there.
 ///
 /// Into --out go evaluate.html (the report, one file), evaluate.md, curves.png, peaks.png and each corrected blob. A missed target is reported,
 /// and is no error of the command.
@@ -29,7 +30,7 @@ pub(crate) struct Arguments {
     /// Folder for the report; it is made if it is not there.
     #[arg(long, default_value = "evaluation", value_name = "DIR")]
     out: PathBuf,
-    /// Only these liquids.
+    /// Only these liquids, by the study's names.
     #[arg(long, value_name = "NAME")]
     liquid: Vec<String>,
     /// Seed of everything that is drawn.

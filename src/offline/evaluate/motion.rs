@@ -52,7 +52,7 @@ pub fn sources(model: &Model<'_>, recording: &Recording, seen: &Sightings, seed:
     ]
 }
 
-/// Accelerations before this one that a linear forecast may use: with more of them it was no better by a hundredth.
+/// Accelerations before this one that a linear forecast may use: fourteen of them are better by a hundredth.
 const PAST: usize = 5;
 
 /// Error, relative, of the best linear forecast of the acceleration from the [`PAST`] values before it that the true place of

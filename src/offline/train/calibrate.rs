@@ -7,7 +7,8 @@
 //! (Split conformal prediction: Lei et al., J. Am. Stat. Assoc. 113 (2018) 1094.) What is exchangeable is the
 //! recording and not the number: errors of one slosh go together, so that a quantile over the numbers of two recordings held
 //! 82 % of a third. Of fewer than [`MANY`] recordings k is therefore the largest of their own quantiles, and of as many it is
-//! told what a recording has held by the k of all others. The runs are those of the camera side behind the rendered camera, so that everything
+//! told what a recording has held by the k of all others. Of the forecasts it is the largest always: what they miss is how the
+//! glass was moved on, and kinds of motion are few. The runs are those of the camera side behind the rendered camera, so that everything
 //! between glass and estimate is counted.
 
 use super::measure::percent;
@@ -175,18 +176,23 @@ pub(super) fn reach(blob: &[u8], looks: &[Look<'_>]) -> Result<Reach, LoadError>
     let mut together: [Vec<f32>; REACH - 1] = Default::default();
     for of_one in by_recording {
         let all = of_one.surface.into_iter().chain(of_one.field);
-        for ((k, together), ratios) in k.iter_mut().zip(&mut together).zip(all) {
-            if looks.len() < MANY {
+        for (index, ((k, together), ratios)) in k.iter_mut().zip(&mut together).zip(all).enumerate() {
+            if looks.len() < MANY || foretells(index) {
                 *k = k.max(quantile(ratios));
             } else {
                 together.extend(ratios);
             }
         }
     }
-    if looks.len() >= MANY {
-        k = together.map(quantile);
+    for (k, ratios) in k.iter_mut().zip(together).filter(|(_, ratios)| !ratios.is_empty()) {
+        *k = quantile(ratios);
     }
     Ok(Reach { k, left_out })
+}
+
+/// Whether the factor at `index` is that of a forecast.
+fn foretells(index: usize) -> bool {
+    (1..LEADS.len()).contains(&index)
 }
 
 /// Shares of each recording's heights that the k of all others hold: the least, and the mean.
@@ -279,5 +285,23 @@ mod tests {
         assert_eq!(quantile(ratios), 90.0);
         assert_eq!(quantile(vec![f32::INFINITY; 4]), 1.0);
         assert_eq!(quantile(Vec::new()), 1.0);
+    }
+
+    /// Nine alike hold what one of them holds; the tenth, whose errors are twice as large, is held as far as theirs go.
+    #[test]
+    fn a_recording_left_out_is_judged_by_the_others() {
+        let one = |times: f32| {
+            let mut ratios = Ratios::default();
+            ratios.surface[0] = (1..=100).map(|k| times * k as f32).collect();
+            ratios
+        };
+        let mut all: Vec<_> = (1..MANY).map(|_| one(1.0)).collect();
+        assert!(left_out(&all).is_empty(), "of nine nothing is told");
+        all.push(one(2.0));
+        let [least, mean] = &left_out(&all)[..] else { panic!("least and mean") };
+        // Of 800 numbers up to 100 and 100 up to 200 nine in ten are at most 95, of 900 up to 100 at most 90.
+        assert_eq!(least.value, Some(45.0));
+        assert!((mean.value.unwrap_or_default() - (9.0 * 95.0 + 45.0) / 10.0).abs() < 1e-9, "{mean:?}");
+        assert!(foretells(1) && foretells(LEADS.len() - 1) && !foretells(0) && !foretells(LEADS.len()));
     }
 }
