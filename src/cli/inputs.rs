@@ -3,10 +3,10 @@
 use super::profile::Profile;
 use super::shipped;
 #[cfg(feature = "studies")]
-use anyhow::{Context, ensure};
+use anyhow::Context;
+use anyhow::ensure;
 use meniscus::host::files::AlignedBytes;
 use meniscus::host::flash::{Folder, boot};
-#[cfg(feature = "studies")]
 use meniscus::offline::recording::Recording;
 use std::path::Path;
 #[cfg(feature = "studies")]

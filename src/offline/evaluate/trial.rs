@@ -52,7 +52,7 @@ pub struct Trial {
     pub energy_drift: f64,
     /// Errors of the next crest as it was foretold, and how often it lay within its interval.
     pub crests_ahead: CrestsAhead,
-    /// Slosh-relative error of the forecasts of [`AHEAD`], and of the present surface in their place.
+    /// Slosh-relative error of the forecasts of `AHEAD`, and of the present surface in their place.
     pub forecast: [[f64; 2]; 2],
     /// Share of the heights of the forecasts that lay within their interval.
     pub forecast_held: [Held; 2],
@@ -65,7 +65,7 @@ pub struct Trial {
 pub struct Planned {
     /// Errors of the next crest.
     pub crests: CrestsAhead,
-    /// Slosh-relative error of the forecasts of [`AHEAD`].
+    /// Slosh-relative error of the forecasts of `AHEAD`.
     pub forecast: [f64; 2],
     /// Share of their heights that lay within their interval.
     pub held: [Held; 2],

@@ -30,6 +30,7 @@ mod parts;
 mod pod;
 mod precondition;
 mod progress;
+mod ratios;
 mod report;
 mod rollout;
 pub mod seeds;

@@ -13,7 +13,7 @@ use crate::interval::REACH;
 use crate::model::{Model, Tensor};
 use crate::offline::prelude::*;
 use crate::offline::train::TrainError;
-use crate::offline::train::calibrate::HELD;
+use crate::offline::train::ratios::HELD;
 use crate::offline::watching::turns;
 use crate::offline::{export, import};
 use crate::runtime::Mode;

@@ -1,0 +1,113 @@
+//! Errors over half-widths: how far the truth lies from an estimate, in units of what its interval says.
+
+use super::calibrate::Look;
+use crate::host::files::AlignedBytes;
+use crate::interval::LEADS;
+use crate::model::{LoadError, Model};
+use crate::offline::prelude::*;
+use crate::offline::recording::{GROUP_NAMES, Recording, STATE, group_range};
+use crate::offline::score::field_of;
+use crate::offline::watching::turns_with;
+use crate::runtime::{Drive, Estimate, Forecast, Memory, Mode};
+
+/// Share of the truth that an interval is to hold.
+pub(super) const HELD: f64 = 0.9;
+
+/// Every how many frames the full field is looked at: it is 27742 numbers.
+const FIELD_EVERY: usize = 3;
+
+/// Errors over half-widths.
+#[derive(Debug, Default)]
+pub(super) struct Ratios {
+    pub(super) surface: [Vec<f32>; LEADS.len()],
+    pub(super) field: [Vec<f32>; GROUP_NAMES.len()],
+}
+
+/// Adds |truth - said| / half, number by number; an interval of nothing counts as missed.
+fn add(ratios: &mut Vec<f32>, truth: &[f32], said: &[f32], half: impl Iterator<Item = f32>) {
+    let ratio = |((t, s), half): ((&f32, &f32), f32)| {
+        if half > 0.0 { (t - s).abs() / half } else { f32::INFINITY }
+    };
+    ratios.extend(truth.iter().zip(said).zip(half).map(ratio));
+}
+
+/// The number that a share [`HELD`] of `ratios` does not exceed; one of none, or where it is not finite.
+pub(super) fn quantile(mut ratios: Vec<f32>) -> f32 {
+    if ratios.is_empty() {
+        return 1.0;
+    }
+    let at = ((ratios.len() as f64 * HELD).ceil() as usize).clamp(1, ratios.len()) - 1;
+    let (_, k, _) = ratios.select_nth_unstable_by(at, f32::total_cmp);
+    if k.is_finite() { k.max(f32::MIN_POSITIVE) } else { 1.0 }
+}
+
+/// Share of `ratios` up to `k`, %.
+pub(super) fn share(ratios: &[f32], k: f32) -> f64 {
+    100.0 * ratios.iter().filter(|&&r| r <= k).count() as f64 / ratios.len() as f64
+}
+
+/// Errors over half-widths of the turns of `blob` that tracked, by recording.
+pub(super) fn ratios_by_recording(blob: &[u8], looks: &[Look<'_>]) -> Result<Vec<Ratios>, LoadError> {
+    let blob = AlignedBytes::copy(blob);
+    let model = Model::load(&blob)?;
+    let mut all = Vec::new();
+    for (recording, seen) in looks {
+        let mut ratios = Ratios::default();
+        turns_with(
+            &model,
+            seen,
+            |_| Drive::Seen,
+            |frame, memory, estimate| {
+                if estimate.mode == Mode::Tracking {
+                    ratios.take(&model, recording, frame, memory, estimate);
+                }
+            },
+        );
+        all.push(ratios);
+    }
+    Ok(all)
+}
+
+impl Ratios {
+    fn take(
+        &mut self,
+        model: &Model<'_>,
+        recording: &Recording,
+        frame: usize,
+        memory: &Memory,
+        estimate: &Estimate,
+    ) {
+        for (&lead, ratios) in LEADS.iter().zip(&mut self.surface) {
+            if frame + lead < recording.frames() {
+                let said = Forecast::new(model, memory, lead, &[]);
+                // The present surface knows the port, a forecast does not.
+                let said_m = if lead == 0 { &estimate.surface_m } else { &said.surface_m };
+                add(ratios, recording.profile(frame + lead), said_m, said.half_m.into_iter());
+            }
+        }
+        if !frame.is_multiple_of(FIELD_EVERY) {
+            return;
+        }
+        let (mut truth, mut said) = (vec![0.0; STATE], vec![0.0; STATE]);
+        recording.state(frame, &mut truth);
+        field_of(model, estimate, &mut said);
+        for (group, ratios) in self.field.iter_mut().enumerate() {
+            let range = group_range(group);
+            let half = std::iter::repeat_n(estimate.interval.field[group], range.len());
+            add(ratios, &truth[range.clone()], &said[range], half);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn quantile_holds_nine_of_ten() {
+        let ratios: Vec<f32> = (1..=100).rev().map(|k| k as f32).collect();
+        assert_eq!(quantile(ratios), 90.0);
+        assert_eq!(quantile(vec![f32::INFINITY; 4]), 1.0);
+        assert_eq!(quantile(Vec::new()), 1.0);
+    }
+}
