@@ -15,8 +15,8 @@ pub struct Course {
     pub target: [f64; 2],
 }
 
-/// Four recordings of a liquid, moved so far that it stays in the glass: water at 0.3 of the full way, blood and beer at 0.4
-/// throw particles over the rim.
+/// Four recordings of a liquid, moved so far that it stays in the glass: water at 0.3 of the full way and blood at 0.4 throw
+/// particles over the rim, as does beer in a hand at 0.3.
 const WATER: &[&str] = &["strokes:301x0.25", "strokes:302x0.25", "strokes:303x0.25", "strokes:304x0.25"];
 const BUTTER: &[&str] = &["strokes:301x0.4", "strokes:302x0.4", "strokes:303x0.4", "strokes:304x0.4"];
 const BLOOD: &[&str] = &["strokes:301x0.3", "strokes:302x0.3", "strokes:303x0.3", "strokes:304x0.3"];
