@@ -86,8 +86,12 @@ fn a_bright_liquid_a_pitched_camera_and_many_holes_change_little() {
 }
 
 fn render(settings: SceneSettings) -> Images {
+    render_at(settings, [0.01, 0.0])
+}
+
+fn render_at(settings: SceneSettings, glass_m: [f64; 2]) -> Images {
     let (surface, mut images) = (sampled(flat, 0.0), Images::new(&settings));
-    let liquid = Seen { glass_m: [0.01, 0.0], wall_m: &surface.wall_m, column_m: &surface.column_m };
+    let liquid = Seen { glass_m, wall_m: &surface.wall_m, column_m: &surface.column_m };
     Scene::new(settings).render(&liquid, 3, &mut images);
     images
 }
@@ -95,6 +99,23 @@ fn render(settings: SceneSettings) -> Images {
 fn see(settings: &Settings, images: &Images) -> Result<SurfaceProfile, NotSeen> {
     let (depth, infrared) = lent(settings, images, 3);
     extract(&Config::new(*settings).expect("sound"), &mut State::new(), depth, infrared)
+}
+
+/// The wall of the glass in the middle of the image goes with it, to the steps of the disparity; the room stays.
+#[test]
+fn a_glass_that_is_moved_away_is_rendered_farther_off() {
+    let settings = SceneSettings { disparity_rms_px: 0.0, hole_share: 0.0, ..SceneSettings::default() };
+    let depths_m = |away_m: f64| -> Vec<f64> {
+        let images = render_at(settings, [0.0, away_m]);
+        let unit_m = f64::from(settings.camera.depth_unit_m);
+        images.depth.as_chunks::<2>().0.iter().map(|b| unit_m * f64::from(u16::from_le_bytes(*b))).collect()
+    };
+    let lens = settings.camera.intrinsics;
+    let middle = lens.height / 2 * lens.width + lens.width / 2;
+    let [here, away] = [0.0, 0.02].map(depths_m);
+    let moved_m = away[middle] - here[middle];
+    assert!((moved_m - 0.02).abs() < 0.001, "{moved_m} from {}", here[middle]);
+    assert_eq!(here[0], away[0], "the room stays");
 }
 
 #[test]
