@@ -36,7 +36,7 @@ pub(super) fn file(model: &str) -> anyhow::Result<AlignedBytes> {
 
 #[cfg(feature = "studies")]
 /// The recordings that `paths` name, a folder standing for its files that begin with `prefix`, each read by `read`:
-/// [`plain`] or [`level`].
+/// `plain` or [`level`].
 pub(super) fn recordings(
     paths: &[PathBuf],
     prefix: &str,
@@ -53,7 +53,7 @@ pub(super) fn recordings(
     files.iter().map(|file| read(file)).collect()
 }
 
-#[cfg(feature = "studies")]
+#[cfg(feature = "train")]
 /// The recording in `file`, of an upright cylinder moved along x, as a model's training wants it.
 pub(super) fn plain(file: &Path) -> anyhow::Result<Recording> {
     let recording = level(file)?;
