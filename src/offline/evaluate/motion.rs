@@ -52,7 +52,7 @@ pub fn sources(model: &Model<'_>, recording: &Recording, seen: &Sightings, seed:
     ]
 }
 
-/// Accelerations before this one that a linear forecast may use: fourteen of them are better by a hundredth.
+/// Accelerations before this one that a linear forecast may use: the filter's own model of the push uses three.
 const PAST: usize = 5;
 
 /// Error, relative, of the best linear forecast of the acceleration from the [`PAST`] values before it that the true place of
@@ -61,7 +61,7 @@ const PAST: usize = 5;
 /// ```text
 /// min over c of |a_n - sum_k c_k a~_(n-k)| / |a_n|,    k = 1..PAST
 /// ```
-/// Its c are fitted on the very recording, so that no linear rule does better on it: the place of the glass up to a frame
+/// Its c are fitted on the very recording, so that no linear rule of as many values does better on it: the place of the glass up to a frame
 /// tells its acceleration up to the frame before, and the inertial part of sigma follows that of the frame.
 pub(super) fn foretold(recording: &Recording, seen: &Sightings) -> [f64; 2] {
     let tracked: Vec<Option<f64>> =
