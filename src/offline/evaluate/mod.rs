@@ -116,6 +116,8 @@ pub struct Study {
     pub motion: Vec<Source>,
     /// What the best linear forecast of the acceleration misses, from the true place of the glass and from the tracked one.
     pub foretold: [f64; 2],
+    /// What an oracle misses of it.
+    pub oracle_missed: f64,
     /// The liquids.
     pub results: Vec<Result>,
 }
@@ -140,7 +142,10 @@ pub fn study(
     watch.tell("the camera looks at glycerine", 0.0);
     let source_seen = look(&unseen, seed)?;
     let source = trial(&model, &unseen, &source_seen);
-    let motion = sources(&model, &unseen, &source_seen, seed);
+    let mut motion = sources(&model, &unseen, &source_seen, seed);
+    let (oracle, oracle_missed) = motion::oracle(&model, &unseen, &source_seen)
+        .map_err(|e| EvaluateError::Simulation(e.to_string()))?;
+    motion.push(oracle);
     let foretold = motion::foretold(&unseen, &source_seen);
     // What must not be forgotten is not what the source is judged by.
     let kept = had(SOURCE.0, "strokes:101", watch)?;
@@ -172,7 +177,7 @@ pub fn study(
         let after = trial(&Model::load(&new)?, &unseen, &seen);
         results.push(Result { course, before, after, corrected });
     }
-    Ok(Study { source, motion, foretold, results })
+    Ok(Study { source, motion, foretold, oracle_missed, results })
 }
 
 /// Per cent.

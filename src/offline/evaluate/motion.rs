@@ -1,11 +1,13 @@
 //! What it is worth to know how the glass moves, and from where.
 //!
 //! The same recording, seen by the same camera, is estimated four times: with the motion off the edges of the
-//! glass, from an IMU, from the robot's command, and without any.
+//! glass, from an IMU, from the robot's command, and without any; and a fifth time as far as anybody could know it
+//! who only watches.
 
 use crate::model::Model;
 use crate::offline::baseline::linear_with_motion;
 use crate::offline::camera::START;
+use crate::offline::motion::{Motion, MotionError};
 use crate::offline::prelude::*;
 use crate::offline::recording::Recording;
 use crate::offline::score::{Score, score};
@@ -25,7 +27,7 @@ const IMU: (f64, f64) = (0.03, 0.02);
 /// Where the motion comes from, and what the estimate is then worth.
 #[derive(Clone, Debug)]
 pub struct Source {
-    /// `tracked`, `imu`, `command` or `none`.
+    /// `tracked`, `imu`, `command`, `none`, or `oracle`.
     pub name: &'static str,
     /// Errors of surface and field.
     pub score: Score,
@@ -50,6 +52,46 @@ pub fn sources(model: &Model<'_>, recording: &Recording, seen: &Sightings, seed:
         one("command", &|n| Drive::Known { before: before[n], now: now[n] }),
         one("none", &|_| Drive::Unknown),
     ]
+}
+
+/// The same for an oracle that is a frame late, and what it misses of the acceleration, relative: it knows every part of
+/// the motion (a stroke, a rest) whole and exactly, its strength and its end too, from the first frame interval after
+/// it began, and takes the glass for unpushed in the one that it begins in.
+///
+/// ```text
+/// a~_n = a_n where the part of the motion that holds at t_n began at t_(n-1) or before, 0 elsewhere
+/// ```
+/// Whoever forecasts from the places up to the frame before, by whatever rule, knows less. The place at the frame
+/// itself shows a stroke that has just begun by 0.1 mm at most, which grows with the cube of its age.
+///
+/// # Errors
+/// When the motion of the recording is not one that the program draws.
+pub(super) fn oracle(
+    model: &Model<'_>,
+    recording: &Recording,
+    seen: &Sightings,
+) -> Result<(Source, f64), MotionError> {
+    let spelling = &recording.provenance.motion;
+    let motion = Motion::parse(spelling, recording.frames() as f64 * FRAME_INTERVAL_S)?;
+    let truth = &recording.acceleration_m_s2;
+    let known = known_since(&motion, truth);
+    let missed = truth.iter().zip(&known).map(|(a, known)| (a - known) * (a - known)).sum::<f64>();
+    let missed = (missed / truth.iter().map(|a| a * a).sum::<f64>()).sqrt();
+    let before = delayed(&recording.glass_x_m);
+    let linear = linear_with_motion(recording);
+    let turns = turns_with(model, seen, &|n| Drive::Known { before: before[n], now: known[n] }, |_, _, _| {});
+    let score = score(model, recording, &linear, &turns, START);
+    Ok((Source { name: "oracle", score }, missed))
+}
+
+/// The accelerations of parts of the motion that began a frame before or earlier, 0 of others.
+fn known_since(motion: &Motion, truth: &[f64]) -> Vec<f64> {
+    let frames = truth.iter().enumerate();
+    let known = |(n, a): (usize, &f64)| {
+        let now = n as f64 * FRAME_INTERVAL_S;
+        if motion.began_s(now) <= now - FRAME_INTERVAL_S { *a } else { 0.0 }
+    };
+    frames.map(known).collect()
 }
 
 /// Accelerations before this one that a linear forecast may use: the filter's own model of the push uses three.

@@ -87,6 +87,7 @@ pub fn checks(study: &Study) -> Vec<Check> {
     for (track, missed) in ["true", "seen"].iter().zip(study.foretold) {
         checks.push(Check::told(format!("acceleration_foretold_{track}_place"), percent(missed), "%"));
     }
+    checks.push(Check::told("acceleration_foretold_oracle", percent(study.oracle_missed), "%"));
     let worst = study.results.iter().map(|r| percent(r.corrected.source[1] - r.corrected.source[0]));
     checks.push(Check::at_most("source_forgetting", worst.fold(0.0, f64::max), "%", 5.0));
     let trials = || study.results.iter().flat_map(|r| [&r.before, &r.after]).chain([source]);

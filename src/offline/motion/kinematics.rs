@@ -43,6 +43,11 @@ impl Channel {
         Some((piece, time_s - piece.start_s))
     }
 
+    /// Start of the piece that holds at `time_s`, s.
+    pub(super) fn began_s(&self, time_s: f64) -> Option<f64> {
+        self.piece(time_s).map(|(piece, _)| piece.start_s)
+    }
+
     pub(super) fn value(&self, time_s: f64) -> f64 {
         self.piece(time_s).map_or(0.0, |(p, t)| p.coefficient.iter().rev().fold(0.0, |sum, c| sum * t + c))
     }

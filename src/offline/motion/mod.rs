@@ -137,6 +137,13 @@ impl Motion {
         ends.map(|piece| piece.start_s).fold(0.0, f64::max)
     }
 
+    /// When the part of the motion along x that holds at `time_s` began (a stroke or the rest after it, a stretch of a
+    /// table), s; 0 before the first.
+    #[must_use]
+    pub fn began_s(&self, time_s: f64) -> f64 {
+        self.course.channels[0].began_s(time_s).unwrap_or(0.0)
+    }
+
     /// Position along x at `time_s`, m.
     #[must_use]
     pub fn position(&self, time_s: f64) -> f64 {
@@ -220,6 +227,15 @@ mod tests {
         assert_eq!(at("strokes:1"), at("strokes:1"));
         assert_ne!(at("strokes:1"), at("strokes:2"));
         assert!((at("strokes:1x0.4") - 0.4 * at("strokes:1")).abs() < 1e-15);
+    }
+
+    #[test]
+    fn a_stroke_says_when_it_began() {
+        let motion = Motion::parse("strokes:1", 4.0).expect("a known kind");
+        assert_eq!(motion.began_s(0.1), 0.0);
+        assert_eq!(motion.began_s(REST_S), REST_S);
+        assert_eq!(motion.began_s(REST_S + 0.2), REST_S, "a stroke lasts 0.25 s at least");
+        assert!(motion.began_s(3.9) > 2.0);
     }
 
     #[test]
