@@ -46,6 +46,7 @@ pub mod recognise;
 pub mod runtime;
 pub mod slosh;
 pub mod surface;
+pub mod transverse;
 pub mod units;
 pub mod uvc;
 pub mod window;

@@ -7,6 +7,7 @@ use crate::encoder::Encoder;
 use crate::generic::{Generic, LATENTS, Latent, ModeMap, Operators, Potential};
 use crate::interval::{SPREAD_OF, Spread, square_below, square_of, whitener};
 use crate::nn::{Dense, Element, Gru, Matrix, Vector, Weights, section_len};
+use crate::transverse::Transverse;
 use crate::window::Scale;
 use heapless::Vec;
 use nalgebra::SMatrix;
@@ -33,6 +34,8 @@ pub struct Model<'b> {
     pub decoder: Decoder<'b>,
     /// What the model knows of its own errors.
     pub spread: Spread<'b>,
+    /// The slosh across the line along which the glass is moved.
+    pub transverse: Transverse,
     /// What of a profile is not the wave's, where effects are named.
     pub lens: Option<Lens>,
 }
@@ -52,7 +55,8 @@ impl<'b> Model<'b> {
         // Only corrections use it, but what cannot be corrected is no whole blob.
         store.matrix(Tensor::Gain)?;
         let spread = store.spread(&decoder)?;
-        Ok(Self { encoder, generic, decoder, spread, lens, header })
+        let transverse = Transverse::of(generic.port * generic.dt_s, &spread.transition, &spread.surface);
+        Ok(Self { encoder, generic, decoder, spread, transverse, lens, header })
     }
 
     /// Numbers in the full field: 13 a tracer.

@@ -11,8 +11,9 @@
 use crate::generic::LATENTS;
 use nalgebra::{SMatrix, SVector};
 
-/// Numbers of the filter: latents, the port value of the last three instants, speed and place of the glass.
-pub(super) const ALL: usize = LATENTS + 5;
+/// Numbers of the filter: latents, the port value of the last three instants, speed and place of the glass, the
+/// slosh across its line now and the instant before.
+pub(super) const ALL: usize = LATENTS + 7;
 
 pub(super) type Wide = SMatrix<f64, ALL, ALL>;
 pub(super) type Column = SVector<f64, ALL>;

@@ -177,7 +177,9 @@ impl<'m> Estimator<'m> {
             }
         }
         stages.correct_us = lap.lap_us();
-        memory.window.push(self.model.scale().row(usable, motion as f32));
+        // The encoder has learnt what a glass on its line shows.
+        let in_line = usable.map(|profile| self.model.transverse.in_line(profile, memory.filter.aside_m()));
+        memory.window.push(self.model.scale().row(in_line.as_ref(), motion as f32));
         let tracked = usable.is_some() && memory.window.is_full() && memory.window.seen() >= ROWS_NEEDED;
         if tracked && drive != Drive::Unknown {
             self.read(memory, (predicted, settled));
@@ -190,11 +192,19 @@ impl<'m> Estimator<'m> {
         let latent: [f64; LATENTS] = memory.state.latent.into();
         let coefficients = self.model.decoder.coefficients(&latent.map(|x| x as f32), port as f32);
         let mut surface_m = self.model.decoder.surface(&coefficients);
+        self.model.transverse.raise(&mut surface_m, memory.filter.aside_m());
         if let Some(lens) = lens {
             lens.raise(&mut surface_m);
         }
-        let interval =
-            self.model.spread.interval(&memory.filter.covariance(), slosh, memory.state.heat, joules);
+        let raised =
+            self.model.transverse.variance(&memory.filter.aside(self.model), &self.model.spread.surface);
+        let interval = self.model.spread.interval(
+            &memory.filter.covariance(),
+            &raised,
+            slosh,
+            memory.state.heat,
+            joules,
+        );
         stages.correct_us = stages.correct_us.saturating_add(lap.lap_us());
 
         let heat_j = joules * memory.state.heat;

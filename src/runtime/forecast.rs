@@ -32,11 +32,12 @@ pub struct Crest {
     pub spills: bool,
 }
 
-/// The decoder's surface of `state`, m.
-fn surface(model: &Model<'_>, state: &State) -> [f32; POINTS] {
+/// The decoder's surface of `state` with a slosh of `aside_m` across the line, m.
+fn surface(model: &Model<'_>, state: &State, aside_m: f64) -> [f32; POINTS] {
     let latent: [f64; LATENTS] = state.latent.into();
     let coefficients = model.decoder.coefficients(&latent.map(|x| x as f32), 0.0);
     let mut surface_m = model.decoder.surface(&coefficients);
+    model.transverse.raise(&mut surface_m, aside_m);
     if let Some(lens) = &model.lens {
         lens.raise(&mut surface_m);
     }
@@ -55,14 +56,17 @@ impl Forecast {
     /// come, m/s2, the next one first, each as `before` of [`super::Drive::Known`]; an empty one plans nothing.
     #[must_use]
     pub fn new(model: &Model<'_>, memory: &Memory, frames: usize, plan: &[f64]) -> Self {
-        let mut state = memory.state;
+        let (mut state, mut aside) = (memory.state, memory.filter.aside(model));
         let slosh = model.generic.potential.value(&state.latent);
         for ahead in 0..frames {
             model.generic.step(&mut state, port(model, plan, ahead));
+            model.transverse.step(&mut aside);
         }
-        let half_m =
-            model.spread.ahead(memory.filter.covariance(), &model.generic, slosh, (frames, plan.len()));
-        Self { surface_m: surface(model, &state), half_m }
+        let raised = model.transverse.variance(&aside, &model.spread.surface);
+        let covariance = memory.filter.covariance();
+        let half_m = model.spread.ahead(covariance, &model.generic, slosh, &raised, (frames, plan.len()));
+        let [aside_m, _] = aside.stands_m;
+        Self { surface_m: surface(model, &state, aside_m), half_m }
     }
 }
 
@@ -76,18 +80,23 @@ impl Crest {
             let points = heights.iter().copied().enumerate();
             points.fold((0, f32::NEG_INFINITY), |best, point| if point.1 > best.1 { point } else { best })
         };
-        let mut state = memory.state;
-        let mut last = highest(&surface(model, &state));
+        let (mut state, mut aside) = (memory.state, memory.filter.aside(model));
+        let [aside_m, _] = aside.stands_m;
+        let mut last = highest(&surface(model, &state, aside_m));
         let mut rose = false;
         for ahead in 0..frames {
             model.generic.step(&mut state, port(model, plan, ahead));
-            let now = highest(&surface(model, &state));
+            let raised = model.transverse.variance(&aside, &model.spread.surface);
+            model.transverse.step(&mut aside);
+            let [aside_m, _] = aside.stands_m;
+            let now = highest(&surface(model, &state, aside_m));
             if rose && now.1 < last.1 {
                 let slosh = model.generic.potential.value(&memory.state.latent);
                 let half = model.spread.ahead(
                     memory.filter.covariance(),
                     &model.generic,
                     slosh,
+                    &raised,
                     (ahead, plan.len()),
                 );
                 let half_m = half.get(last.0).copied().unwrap_or(0.0);

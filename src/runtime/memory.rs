@@ -34,6 +34,13 @@ impl Memory {
         if drive == Drive::Seen && self.unseen > CARRY_FRAMES { Drive::Unknown } else { drive }
     }
 
+    /// Y: how high the liquid stands, at the nearest point of the glass, by its slosh across the line, m
+    /// ([`crate::transverse`]).
+    #[must_use]
+    pub fn aside_m(&self) -> f64 {
+        self.filter.aside_m()
+    }
+
     /// Moves to the mode of this turn and counts it.
     pub(super) fn settle(&mut self, measured: bool) {
         self.missed = if measured { 0 } else { self.missed.saturating_add(1) };

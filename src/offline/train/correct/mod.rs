@@ -17,6 +17,9 @@
 //! A camera has seen only so strong a slosh. Small sloshes are linear, so that the recordings are also learnt
 //! from stretched, heights and way of the glass by the same factor, each error counted over that factor.
 //!
+//! A hand does not keep to a line; what stands across it by the model's own estimate (`crate::transverse`) is taken off the
+//! heights first.
+//!
 //! The intervals of the new blob are as much wider or narrower as the held-out surface asks for (`interval`).
 //!
 //! The laws need no guard: they hold for any weights, and the gain is pulled back until its loop is stable.
@@ -129,7 +132,9 @@ pub fn correct(
     let blob = AlignedBytes::copy(blob);
     let pupil = Pupil::new(&blob)?;
     let (learnt, held) = split(recordings)?;
-    let lessons = |all: &[Sightings]| all.iter().map(|s| pupil.lesson(s)).collect::<Vec<_>>();
+    let model = Model::load(&blob)?;
+    let lesson = |seen: &Sightings| pupil.lesson(&in_line(&model, seen));
+    let lessons = |all: &[Sightings]| all.iter().map(lesson).collect::<Vec<_>>();
     let (mut new, old) = (lessons(&learnt.all), lessons(source));
     let mut strong = Vec::new();
     for factor in STRETCHED {
@@ -199,6 +204,22 @@ pub fn correct(
     let unchanged = chosen[..] == blob[..];
     let blob = if unchanged { chosen } else { interval::rescaled(&chosen, &held.all, held.from)? };
     Ok(Corrected { blob, held: [before.0, after.0], source: [before.1, after.1], looks, refused })
+}
+
+/// `seen` without the slosh across the line: the step that is corrected knows none.
+fn in_line(model: &Model<'_>, seen: &Sightings) -> Sightings {
+    let mut out = seen.clone();
+    turns_with(
+        model,
+        seen,
+        |_| Drive::Seen,
+        |frame, memory, _| {
+            if let Some(Some(profile)) = out.get_mut(frame) {
+                *profile = model.transverse.in_line(profile, memory.aside_m());
+            }
+        },
+    );
+    out
 }
 
 /// `seen` with every height over `rest` and every place of the glass times `factor`.

@@ -1,0 +1,184 @@
+//! The slosh across the line that the model was trained on.
+//!
+//! A glass is round, so what the liquid does away from the camera and back it does as along x: the first antisymmetric
+//! mode has the same time behaviour in both directions (Ibrahim, Liquid Sloshing Dynamics, 2005, section 1.3), and on
+//! the wall that faces the camera, y = -R sqrt(1 - s^2), it stands as
+//!
+//! ```text
+//! along x: z - h = A s        across it: z - h = Y sqrt(1 - s^2),     s = x / R
+//! ```
+//! A(n), the slope of the surface after one unit of the port, is read off the model's own linearised step, and the
+//! numbers k1, k2 of Y(n+1) = k1 Y(n) + k2 Y(n-1) + f are those that foretell it best.
+
+use crate::generic::{LATENTS, Latent};
+use crate::math::sqrt;
+use crate::surface::{POINTS, SurfaceProfile, profile_abscissa};
+use nalgebra::{Matrix2, SMatrix};
+
+/// Turns after which the higher modes of a response have died out.
+const SETTLED: usize = 8;
+
+/// Turns behind them that are foretold: half a second, several periods of a first mode.
+const TURNS: usize = 30;
+
+/// The first mode across the line.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Transverse {
+    /// sqrt(1 - s^2) at the profile's points.
+    pub shape: [f64; POINTS],
+    /// k1, k2.
+    pub keeps: [f64; 2],
+    /// Largest A after one unit of the port, m.
+    pub kick_m: f64,
+}
+
+/// What is known of Y at an instant, and of how well it is known.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Aside {
+    /// Y now and the turn before, m.
+    pub(crate) stands_m: [f64; 2],
+    /// Covariance of their errors, m2.
+    pub(crate) p: Matrix2<f64>,
+    /// Covariance of the error of Y with those of the latents, m.
+    pub(crate) shared: Latent,
+    /// <f^2>, m2.
+    pub(crate) pushed: f64,
+}
+
+impl Transverse {
+    /// The mode of a model whose latents move by `kick` (`B dt`) under one unit of the port and by `transition` in a turn
+    /// about rest, and whose surface moves with them by `surface`, m; one that forgets at once where no mode dies out.
+    pub(crate) fn of(
+        kick: Latent,
+        transition: &SMatrix<f64, LATENTS, LATENTS>,
+        surface: &SMatrix<f64, LATENTS, POINTS>,
+    ) -> Self {
+        let shape = core::array::from_fn(|i| {
+            let s = profile_abscissa(i);
+            sqrt((1.0 - s * s).max(0.0))
+        });
+        let (mut latent, mut before, mut now, mut kick_m) = (kick, 0.0, 0.0, 0.0_f64);
+        // Least squares of A(n+1) on A(n), A(n-1): [p q; q r] (k1, k2) = (u, v).
+        let (mut p, mut q, mut r, mut u, mut v) = (0.0, 0.0, 0.0, 0.0, 0.0);
+        for turn in 0..SETTLED + TURNS {
+            let next = slope(surface, &latent);
+            latent = transition * latent;
+            kick_m = kick_m.max(next.abs());
+            if turn >= SETTLED {
+                p += now * now;
+                q += now * before;
+                r += before * before;
+                u += next * now;
+                v += next * before;
+            }
+            (before, now) = (now, next);
+        }
+        let determinant = p * r - q * q;
+        let (k1, k2) = ((r * u - q * v) / determinant, (p * v - q * u) / determinant);
+        // The conditions of Jury for a recursion of second order that dies out; false of what is no number.
+        let dies_out = k2 > -1.0 && k1.abs() < 1.0 - k2 && kick_m.is_finite();
+        let (keeps, kick_m) = if dies_out { ([k1, k2], kick_m) } else { ([0.0; 2], 0.0) };
+        Self { shape, keeps, kick_m }
+    }
+
+    /// Adds a slosh of `aside_m` across the line to a surface, m.
+    pub fn raise(&self, surface_m: &mut [f32; POINTS], aside_m: f64) {
+        surface_m.iter_mut().zip(self.shape).for_each(|(z, shape)| *z += (aside_m * shape) as f32);
+    }
+
+    /// `profile` without a slosh of `aside_m` across the line, m.
+    #[must_use]
+    pub fn in_line(&self, profile: &SurfaceProfile, aside_m: f64) -> SurfaceProfile {
+        let mut out = *profile;
+        self.raise(&mut out.height_m, -aside_m);
+        out
+    }
+
+    /// A turn without a measurement; what is known of the latents beside it is no longer shared.
+    pub(crate) fn step(&self, aside: &mut Aside) {
+        let ([k1, k2], [now, before]) = (self.keeps, aside.stands_m);
+        aside.stands_m = [k1 * now + k2 * before, now];
+        let keeps = Matrix2::new(k1, k2, 1.0, 0.0);
+        aside.p = keeps * aside.p * keeps.transpose() + Matrix2::new(aside.pushed, 0.0, 0.0, 0.0);
+        aside.shared = Latent::zeros();
+    }
+
+    /// What Y adds to the variance of the heights whose slopes along the latents are `surface`, m2.
+    pub(crate) fn variance(&self, aside: &Aside, surface: &SMatrix<f64, LATENTS, POINTS>) -> [f64; POINTS] {
+        let own = aside.p.get((0, 0)).copied().unwrap_or(0.0);
+        let mut out = [0.0; POINTS];
+        for ((out, shape), row) in out.iter_mut().zip(self.shape).zip(surface.column_iter()) {
+            *out = shape * (shape * own + 2.0 * row.dot(&aside.shared));
+        }
+        out
+    }
+}
+
+/// A of a small x: the part of its surface that is odd in s, by least squares, m.
+fn slope(surface: &SMatrix<f64, LATENTS, POINTS>, latent: &Latent) -> f64 {
+    let (mut along, mut square) = (0.0, 0.0);
+    for (point, row) in surface.column_iter().enumerate() {
+        let s = profile_abscissa(point);
+        along += s * row.dot(latent);
+        square += s * s;
+    }
+    along / square
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::{exp, sincos};
+
+    /// Two latents turn and decay as z = exp((-b + i w) n); the first is the slope.
+    fn ringing(decay: f64, turn: f64) -> Transverse {
+        let (sin, cos) = sincos(turn);
+        let rho = exp(-decay);
+        let transition = SMatrix::from_fn(|i, j| match (i, j) {
+            (0, 0) | (1, 1) => rho * cos,
+            (0, 1) => -rho * sin,
+            (1, 0) => rho * sin,
+            _ => 0.0,
+        });
+        let surface = SMatrix::from_fn(|i, point| if i == 0 { profile_abscissa(point) } else { 0.0 });
+        let kick = Latent::from_fn(|i, _| if i == 1 { 1e-3 } else { 0.0 });
+        Transverse::of(kick, &transition, &surface)
+    }
+
+    #[test]
+    fn the_mode_across_rings_as_the_one_along() {
+        let (decay, turn) = (0.08, 0.35);
+        let mode = ringing(decay, turn);
+        let [k1, k2] = mode.keeps;
+        assert!((k1 - 2.0 * exp(-decay) * sincos(turn).1).abs() < 1e-9, "{k1}");
+        assert!((k2 + exp(-2.0 * decay)).abs() < 1e-9, "{k2}");
+        assert!(mode.kick_m > 0.5e-3 && mode.kick_m < 1e-3);
+        assert_eq!(mode.shape[10], 1.0);
+    }
+
+    #[test]
+    fn what_would_ring_ever_louder_or_not_at_all_is_forgotten() {
+        assert_eq!(ringing(-0.01, 0.35).keeps, [0.0; 2]);
+        let still = Transverse::of(Latent::zeros(), &SMatrix::identity(), &SMatrix::zeros());
+        assert_eq!((still.keeps, still.kick_m), ([0.0; 2], 0.0));
+    }
+
+    /// What is put on a profile is taken off again, and a free slosh across dies out while its variance settles.
+    #[test]
+    fn it_is_taken_off_and_dies_out() {
+        let mode = ringing(0.08, 0.35);
+        let mut surface = [0.07; POINTS];
+        mode.raise(&mut surface, 2e-3);
+        assert!((surface[10] - 0.072).abs() < 1e-6 && surface[0] < 0.0710);
+        let mut aside =
+            Aside { stands_m: [2e-3; 2], p: Matrix2::zeros(), shared: Latent::zeros(), pushed: 1e-10 };
+        let mut last = 0.0;
+        for _ in 0..200 {
+            mode.step(&mut aside);
+            let own = aside.p.m11;
+            assert!(own >= last * (1.0 - 1e-9), "{own} after {last}");
+            last = own;
+        }
+        assert!(aside.stands_m[0].abs() < 1e-6 && last < 1e-8, "{aside:?}");
+    }
+}
