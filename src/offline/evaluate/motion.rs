@@ -79,7 +79,7 @@ pub(super) fn oracle(
     let missed = (missed / truth.iter().map(|a| a * a).sum::<f64>()).sqrt();
     let before = delayed(&recording.glass_x_m);
     let linear = linear_with_motion(recording);
-    let turns = turns_with(model, seen, &|n| Drive::Known { before: before[n], now: known[n] }, |_, _, _| {});
+    let turns = turns_with(model, seen, |n| Drive::Known { before: before[n], now: known[n] }, |_, _, _| {});
     let score = score(model, recording, &linear, &turns, START);
     Ok((Source { name: "oracle", score }, missed))
 }
