@@ -153,7 +153,7 @@ fn a_liquid_that_the_model_does_not_know_is_followed() {
 }
 
 /// The same glass pushed across its line too, three times: what then rises and falls at the camera is taken for what it is,
-/// and heats the liquid no further.
+/// and heats the liquid no further. Taken for the wave that the model knows, it would be heat: 0.065 J for 0.038.
 #[test]
 fn a_glass_that_leaves_its_line_is_followed() {
     let recording = shipped();
@@ -185,7 +185,7 @@ fn a_glass_that_leaves_its_line_is_followed() {
         100.0 * held,
         found
     );
-    assert!(error < 0.08, "{error}");
+    assert!(error < 0.05, "{error}");
     assert!((found / due - 1.0).abs() < 0.1, "{found} J for {due}");
 }
 
