@@ -2,16 +2,17 @@
 //! the filter carries (`runtime::filter`).
 //!
 //! ```text
-//! half = k sqrt(J P J^T + y + w d + g^2)     of a height; of a field group without y and g, the mean over its numbers
+//! half = k sqrt(J P J^T + y + (1 - s) w d + g^2)     of a height; of a field group without y, s and g, the mean over its numbers
 //! P-   = A P A^T + a w Q + m dt^2 B B^T      of a forecast, turn by turn; m = 1 where the motion is not planned, else 0
 //! ```
 //! A is the closed step linearised about rest, Q the covariance of what the step misses, R that of what the encoder
 //! misses, d what the decoder misses, each for a unit of w = floor + H(x): a livelier slosh is known less well; g is what is
-//! missed of a surface at rest, which no slosh explains, y what a slosh across the line adds ([`crate::transverse`]); a is what the filter has found of late of how well the step suits
-//! the liquid. The errors are neither white nor Gaussian, so P only
-//! says how they spread over points and time; the size is put right by k, the 90 % quantile of |error| / half found on
+//! missed of a surface at rest, which no slosh explains, y what a slosh across the line adds ([`crate::transverse`]), s the share
+//! of w d that a measured height takes back ([`crate::discrepancy`]); a is what the filter has found of late of how well the step
+//! suits the liquid. The errors are neither white nor Gaussian, so P only says how they spread over points and time; the size is put right by k, the 90 % quantile of |error| / half found on
 //! recordings held out (split conformal: Lei et al., J. Am. Stat. Assoc. 113 (2018) 1094).
 
+use crate::discrepancy::Discrepancy;
 use crate::generic::{Generic, LATENTS, Latent};
 use crate::math::sqrt;
 use crate::nn::{Matrix, Vector};
@@ -150,12 +151,13 @@ impl Spread<'_> {
     }
 
     /// The half-widths of an estimate with error covariance `p`, slosh energy and heat in units of H,
-    /// `joules` to one of them; `raised` is what a slosh across the line adds to the variance of the heights, m2.
+    /// `joules` to one of them; `raised` is what a slosh across the line adds to the variance of the heights, m2, `taken` what
+    /// the measured heights take back of what the decoder misses.
     #[must_use]
     pub fn interval(
         &self,
         p: &Covariance,
-        raised: &[f64; POINTS],
+        (raised, taken): (&[f64; POINTS], &Discrepancy),
         slosh: f64,
         heat: f64,
         joules: f64,
@@ -173,7 +175,7 @@ impl Spread<'_> {
         if let Some(half) = field.get_mut(2) {
             *half = energy as f32;
         }
-        Interval { surface_m: self.heights(&p.latents, raised, w, self.number(1)), field }
+        Interval { surface_m: self.heights(&p.latents, (raised, taken), w, self.number(1)), field }
     }
 
     /// Half-widths of the surface `frames` turns after an estimate, m, when the motion of the glass is known for the
@@ -201,17 +203,24 @@ impl Spread<'_> {
             let length = to.saturating_sub(from).max(1) as f64;
             k += way / length * (self.number(index + 2) - self.number(index + 1));
         }
-        self.heights(&p, raised, self.weight(slosh), k)
+        self.heights(&p, (raised, &Discrepancy::NONE), self.weight(slosh), k)
     }
 
-    /// k sqrt(J P J^T + w d + g^2) of each height.
-    fn heights(&self, p: &Square, raised: &[f64; POINTS], w: f64, k: f64) -> [f32; POINTS] {
+    /// k sqrt(J P J^T + y + (1 - s) w d + g^2) of each height; `raised` is y, `taken` s.
+    fn heights(
+        &self,
+        p: &Square,
+        (raised, taken): (&[f64; POINTS], &Discrepancy),
+        w: f64,
+        k: f64,
+    ) -> [f32; POINTS] {
         let mut half = [0.0; POINTS];
         let grain = self.number(REACH);
-        let misfits = self.surface_misfit.iter().zip(raised);
-        for ((half, (d, raised)), row) in half.iter_mut().zip(misfits).zip(self.surface.column_iter()) {
+        let misfits = self.surface_misfit.iter().zip(taken.left()).zip(raised);
+        for ((half, ((d, left), raised)), row) in half.iter_mut().zip(misfits).zip(self.surface.column_iter())
+        {
             let row: Latent = row.into_owned();
-            let variance = row.dot(&(p * row)) + raised + w * f64::from(*d) + grain * grain;
+            let variance = row.dot(&(p * row)) + raised + left * w * f64::from(*d) + grain * grain;
             *half = (k * sqrt(variance.max(0.0))) as f32;
         }
         half
@@ -224,14 +233,16 @@ impl Spread<'_> {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
     use crate::math::pow;
+
+    const NOTHING: (&[f64; POINTS], &Discrepancy) = (&[0.0; POINTS], &Discrepancy::NONE);
 
     const REACHES: [f32; REACH] = [0.1, 2.0, 4.0, 3.0, 1.0, 1.0, 1.0, 1.0, 1.0];
 
     /// J of one for the first latent at every point, nothing else.
-    fn spread() -> Spread<'static> {
+    pub(crate) fn spread() -> Spread<'static> {
         Spread {
             transition: Square::identity() * 0.9,
             process: Square::identity() * 0.01,
@@ -251,7 +262,7 @@ mod tests {
         let spread = spread();
         let p = Covariance { latents: Square::identity() * 0.04, push: 0.25, stray: 1.0 };
         let slosh = 0.9;
-        let interval = spread.interval(&p, &[0.0; POINTS], slosh, 0.0, 0.01);
+        let interval = spread.interval(&p, NOTHING, slosh, 0.0, 0.01);
         let half = 2.0 * sqrt(1e-4 * 0.04 + 1e-8);
         assert!((f64::from(interval.surface_m[7]) - half).abs() < 1e-8);
         assert!((f64::from(interval.field[0]) - 2.0).abs() < 1e-6, "the misfit alone: sqrt(4 w)");
@@ -265,7 +276,7 @@ mod tests {
         let (plain, nothing) = (spread(), Square::zeros());
         let grainy = Spread { reach: &GRAINY, ..plain.clone() };
         for w in [0.0, 1.0] {
-            let [fine, coarse] = [&plain, &grainy].map(|of| of.heights(&nothing, &[0.0; POINTS], w, 2.0)[3]);
+            let [fine, coarse] = [&plain, &grainy].map(|of| of.heights(&nothing, NOTHING, w, 2.0)[3]);
             assert!((fine - 2.0 * sqrt(w * 1e-8) as f32).abs() < 1e-9);
             assert!((coarse - 2.0 * sqrt(w * 1e-8 + 9e-8) as f32).abs() < 1e-9);
         }
@@ -288,12 +299,12 @@ mod tests {
         let mut last = 0.0;
         for _ in 0..10 {
             p = spread.transition * p * spread.transition.transpose() + spread.process * 0.5;
-            let half = spread.heights(&p, &[0.0; POINTS], 0.5, 2.0)[0];
+            let half = spread.heights(&p, NOTHING, 0.5, 2.0)[0];
             assert!(half > last, "{half} after {last}");
             last = half;
         }
-        let now = spread.heights(&p, &[0.0; POINTS], 0.1, spread.number(1))[4];
-        let twice = spread.heights(&p, &[0.0; POINTS], 0.1, spread.number(2))[4];
+        let now = spread.heights(&p, NOTHING, 0.1, spread.number(1))[4];
+        let twice = spread.heights(&p, NOTHING, 0.1, spread.number(2))[4];
         assert!((twice / now - 2.0).abs() < 1e-6);
     }
 }

@@ -31,6 +31,7 @@
 // Storey 1.
 pub mod d4xx;
 pub mod decoder;
+pub mod discrepancy;
 pub mod effects;
 pub mod encoder;
 pub mod filters;

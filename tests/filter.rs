@@ -165,7 +165,8 @@ fn a_glass_that_leaves_its_line_is_followed() {
     let mut tops = Vec::new();
     for (frame, profile) in seen.iter_mut().enumerate() {
         let push = if frame % 150 > 90 && frame % 150 < 105 { 0.15 * mode.kick_m } else { 0.0 };
-        y = [mode.keeps[0] * y[0] + mode.keeps[1] * y[1] + push, y[0]];
+        y = mode.next(y);
+        y[0] += push;
         mode.raise(&mut profile.as_mut().expect("a profile").height_m, y[0]);
         tops.push(y[0]);
     }

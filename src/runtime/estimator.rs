@@ -6,6 +6,7 @@ use super::budget::{Clock, DEADLINE_US, Lap, Stages, field_start_us};
 use super::memory::Memory;
 use super::mode::Mode;
 use crate::decoder::Selection;
+use crate::discrepancy::Discrepancy;
 use crate::generic::{Audit, LATENTS, Outcome};
 use crate::health::count;
 use crate::interval::Interval;
@@ -193,6 +194,11 @@ impl<'m> Estimator<'m> {
         let coefficients = self.model.decoder.coefficients(&latent.map(|x| x as f32), port as f32);
         let mut surface_m = self.model.decoder.surface(&coefficients);
         self.model.transverse.raise(&mut surface_m, memory.filter.aside_m());
+        let mut taken = Discrepancy::NONE;
+        if let Some(profile) = usable {
+            taken = Discrepancy::of(&self.model.spread, profile, slosh);
+            taken.put_back(&mut surface_m, profile);
+        }
         if let Some(lens) = lens {
             lens.raise(&mut surface_m);
         }
@@ -200,7 +206,7 @@ impl<'m> Estimator<'m> {
             self.model.transverse.variance(&memory.filter.aside(self.model), &self.model.spread.surface);
         let interval = self.model.spread.interval(
             &memory.filter.covariance(),
-            &raised,
+            (&raised, &taken),
             slosh,
             memory.state.heat,
             joules,

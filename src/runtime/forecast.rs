@@ -86,12 +86,13 @@ impl Crest {
         let mut rose = false;
         for ahead in 0..frames {
             model.generic.step(&mut state, port(model, plan, ahead));
-            let raised = model.transverse.variance(&aside, &model.spread.surface);
+            let before = aside;
             model.transverse.step(&mut aside);
             let [aside_m, _] = aside.stands_m;
             let now = highest(&surface(model, &state, aside_m));
             if rose && now.1 < last.1 {
                 let slosh = model.generic.potential.value(&memory.state.latent);
+                let raised = model.transverse.variance(&before, &model.spread.surface);
                 let half = model.spread.ahead(
                     memory.filter.covariance(),
                     &model.generic,

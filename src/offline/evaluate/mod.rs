@@ -23,15 +23,18 @@ pub use report::{checks, markdown};
 pub use trial::{Peak, Trial, trial};
 pub use unseen::unseen;
 
+use super::baseline::linear_with_motion;
+use super::camera::START;
 use super::experiment::GLASS;
 use super::liquids::Liquid;
-use super::motion::Motion;
+use super::motion::{Motion, MotionError};
 use super::recording::{Recording, StoreError};
 use super::scene::SceneSettings;
+use super::score::score;
 use super::sph::{Effects, Setup, record};
 use super::train::TrainError;
 use super::train::correct::{Corrected, Correction, Sightings, correct};
-use super::watching::{DISPARITY_RMS_PX, sightings};
+use super::watching::{DISPARITY_RMS_PX, sightings, turns};
 use crate::host::files::AlignedBytes;
 use crate::model::{LoadError, Model};
 use crate::offline::prelude::*;
@@ -57,6 +60,8 @@ pub enum EvaluateError {
     Model(LoadError),
     /// The camera of the scene cannot be.
     Camera(ConfigError),
+    /// The motion of a recording is none that the program draws.
+    Motion(MotionError),
     /// A correction failed.
     Correction(TrainError),
 }
@@ -68,6 +73,7 @@ impl std::fmt::Display for EvaluateError {
             Self::Simulation(why) => write!(f, "a recording could not be simulated: {why}"),
             Self::Model(error) => write!(f, "the model is refused: {error}"),
             Self::Camera(error) => write!(f, "{error}"),
+            Self::Motion(error) => write!(f, "how {} was moved is not known: {error}", SOURCE.1),
             Self::Correction(error) => write!(f, "{error}"),
         }
     }
@@ -84,7 +90,7 @@ macro_rules! from {
         })*
     };
 }
-from!(StoreError => Recording, LoadError => Model, ConfigError => Camera, TrainError => Correction);
+from!(StoreError => Recording, LoadError => Model, ConfigError => Camera, MotionError => Motion, TrainError => Correction);
 
 /// What the study does, told as it goes: what, and how much of it is done.
 pub trait Watch {
@@ -105,6 +111,8 @@ pub struct Result {
     pub after: Trial,
     /// How the correction went.
     pub corrected: Corrected,
+    /// Slosh-relative error, before and after, on the recording of the source liquid that was not to be forgotten.
+    pub source: [f64; 2],
 }
 
 /// The whole study.
@@ -143,13 +151,14 @@ pub fn study(
     let source_seen = look(&unseen, seed)?;
     let source = trial(&model, &unseen, &source_seen);
     let mut motion = sources(&model, &unseen, &source_seen, seed);
-    let (oracle, oracle_missed) = motion::oracle(&model, &unseen, &source_seen)
-        .map_err(|e| EvaluateError::Simulation(e.to_string()))?;
+    let (oracle, oracle_missed) = motion::oracle(&model, &unseen, &source_seen)?;
     motion.push(oracle);
     let foretold = motion::foretold(&unseen, &source_seen);
     // What must not be forgotten is not what the source is judged by.
     let kept = had(SOURCE.0, "strokes:101", watch)?;
-    let kept = vec![look(&kept, seed + 1)?];
+    let kept_seen = vec![look(&kept, seed + 1)?];
+    let knows = |model: &Model<'_>| surface_of(model, &kept, &kept_seen[0]);
+    let known = knows(&model);
     let mut results = Vec::new();
     for course in COURSES {
         if !only.is_empty() && !only.iter().any(|name| name == course.name) {
@@ -172,12 +181,19 @@ pub fn study(
             quiet: watch.quiet(),
             ..Correction::default()
         };
-        let corrected = correct(blob, &learnt, &kept, &how, stop)?;
+        let corrected = correct(blob, &learnt, &kept_seen, &how, stop)?;
         let new = AlignedBytes::copy(&corrected.blob);
-        let after = trial(&Model::load(&new)?, &unseen, &seen);
-        results.push(Result { course, before, after, corrected });
+        let new = Model::load(&new)?;
+        let after = trial(&new, &unseen, &seen);
+        results.push(Result { course, before, after, corrected, source: [known, knows(&new)] });
     }
     Ok(Study { source, motion, foretold, oracle_missed, results })
+}
+
+/// Slosh-relative error of the surface that `model` estimates of `recording`.
+fn surface_of(model: &Model<'_>, recording: &Recording, seen: &Sightings) -> f64 {
+    let turns = turns(model, seen);
+    score(model, recording, &linear_with_motion(recording), &turns, START).estimate.slosh_rel()
 }
 
 /// Per cent.

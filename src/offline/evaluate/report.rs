@@ -11,7 +11,8 @@ use std::fmt::Write;
 #[must_use]
 pub fn checks(study: &Study) -> Vec<Check> {
     let mut checks = Vec::new();
-    for Outcome { course, before, after, corrected } in &study.results {
+    let forgotten = |[before, after]: [f64; 2]| percent(after - before);
+    for Outcome { course, before, after, source, .. } in &study.results {
         let name = |what: &str| format!("{}_{what}", course.name);
         let surface = |trial: &Trial| trial.score.estimate;
         checks.push(Check::told(name("before_max"), percent(surface(before).max), "%"));
@@ -38,8 +39,7 @@ pub fn checks(study: &Study) -> Vec<Check> {
             let [said, still] = after.forecast[lead].map(percent);
             checks.push(Check::at_most(name(&format!("forecast_{name_of}")), said, "%", still));
         }
-        let forgotten = percent(corrected.source[1] - corrected.source[0]);
-        checks.push(Check::at_most(name("source_forgetting"), forgotten, "%", 5.0));
+        checks.push(Check::at_most(name("source_forgetting"), forgotten(*source), "%", 5.0));
     }
     let source = &study.source;
     checks.extend(errors(SOURCE.0, source));
@@ -88,7 +88,7 @@ pub fn checks(study: &Study) -> Vec<Check> {
         checks.push(Check::told(format!("acceleration_foretold_{track}_place"), percent(missed), "%"));
     }
     checks.push(Check::told("acceleration_foretold_oracle", percent(study.oracle_missed), "%"));
-    let worst = study.results.iter().map(|r| percent(r.corrected.source[1] - r.corrected.source[0]));
+    let worst = study.results.iter().map(|result| forgotten(result.source));
     checks.push(Check::at_most("source_forgetting", worst.fold(0.0, f64::max), "%", 5.0));
     let trials = || study.results.iter().flat_map(|r| [&r.before, &r.after]).chain([source]);
     let falls: usize = trials().map(|t| t.entropy_falls).sum();

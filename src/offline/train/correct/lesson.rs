@@ -20,6 +20,8 @@ pub(super) struct Lesson {
     pub(super) height: Vec<f32>,
     /// What an error of a height counts: 1 where it was seen, 0 where not, less where it was stretched.
     pub(super) seen: Vec<f32>,
+    /// Variance that the profile states of each height, m2; 0 where not seen.
+    pub(super) noise: Vec<f32>,
     /// 1 where the encoder has a reading: a usable profile at the end of a full window.
     pub(super) read: Vec<f32>,
     /// What the frozen layers say over the window that ends at each frame: `WINDOW x HIDDEN` each.
@@ -36,7 +38,7 @@ impl Lesson {
     ) -> Self {
         let mut motion = Motion::default();
         let (mut rows, mut u): (Vec<Row>, Vec<f32>) = (Vec::new(), Vec::new());
-        let (mut height, mut seen, mut read) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut height, mut seen, mut noise, mut read) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
         for (frame, profile) in profiles.iter().enumerate() {
             let place = profile.and_then(|profile| profile.glass_x_m).map(f64::from);
             let limit = PORT_LIMIT * f64::from(scale.acceleration_m_s2);
@@ -48,11 +50,12 @@ impl Lesson {
             for (point, rest) in rest.iter().enumerate() {
                 let there = profile.as_ref().filter(|profile| profile.valid[point]);
                 height.push(there.map_or(0.0, |profile| profile.height_m[point] - rest));
+                noise.push(there.map_or(0.0, |profile| profile.variance_m2[point]));
                 seen.push(if there.is_some() { 1.0 } else { 0.0 });
             }
         }
         let hidden = hidden(&rows, frozen);
-        Self { u, height, seen, read, hidden }
+        Self { u, height, seen, noise, read, hidden }
     }
 
     /// Number of frames.
@@ -80,6 +83,7 @@ impl Lesson {
             u: cut(&self.u, 1),
             height: cut(&self.height, POINTS),
             seen: cut(&self.seen, POINTS),
+            noise: cut(&self.noise, POINTS),
             read: cut(&self.read, 1),
             hidden: cut(&self.hidden, WINDOW * HIDDEN),
         }

@@ -26,10 +26,12 @@
 
 mod interval;
 mod lesson;
+mod misses;
 mod pupil;
 mod student;
 
 use super::TrainError;
+use super::generic::Latent;
 use super::progress::{Session, annealed};
 use super::unrolled::dynamics_of;
 use super::weights::{Adam, leaves, scalar};
@@ -40,13 +42,13 @@ use crate::offline::score::SurfaceError;
 use crate::offline::watching::turns_with;
 use crate::runtime::{Drive, Estimate, Forecast, Memory, Mode, Motion};
 use crate::surface::SurfaceProfile;
-use burn::tensor::Device;
+use burn::tensor::{Device, Tensor};
 use lesson::Lesson;
 use pupil::Pupil;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use std::sync::atomic::AtomicBool;
-use student::{Batch, DYNAMICS, HORIZON, loss};
+use student::{Batch, DYNAMICS, FLIGHT, Flights, HORIZON, Student};
 
 /// Roll-outs of one step: of the new liquid, of the same stretched, of the source liquid.
 const BATCH: [usize; 3] = [40, 16, 16];
@@ -133,14 +135,15 @@ pub fn correct(
     let pupil = Pupil::new(&blob)?;
     let (learnt, held) = split(recordings)?;
     let model = Model::load(&blob)?;
-    let lesson = |seen: &Sightings| pupil.lesson(&in_line(&model, seen));
-    let lessons = |all: &[Sightings]| all.iter().map(lesson).collect::<Vec<_>>();
-    let (mut new, old) = (lessons(&learnt.all), lessons(source));
-    let mut strong = Vec::new();
+    let straight = |all: &[Sightings]| all.iter().map(|seen| in_line(&model, seen)).collect::<Vec<_>>();
+    let lessons = |all: &[Sightings]| all.iter().map(|seen| pupil.lesson(seen)).collect::<Vec<_>>();
+    let seen_new = straight(&learnt.all);
+    let (mut new, old) = (lessons(&seen_new), lessons(&straight(source)));
+    let (mut strong, mut seen_strong) = (Vec::new(), Vec::new());
     for factor in STRETCHED {
-        let seen: Vec<Sightings> =
-            learnt.all.iter().map(|s| stretched(s, factor, &pupil.surface.rest)).collect();
+        let seen: Vec<_> = seen_new.iter().map(|s| stretched(s, factor, &pupil.surface.rest)).collect();
         strong.extend(lessons(&seen).into_iter().map(|lesson| lesson.counted(1.0 / factor)));
+        seen_strong.extend(seen);
     }
     if let Some(frames) = learnt.frames {
         for lesson in new.iter_mut().chain(&mut strong) {
@@ -151,6 +154,11 @@ pub fn correct(
         let blob = AlignedBytes::copy(blob);
         let model = Model::load(&blob)?;
         Ok((error(&model, &held.all, held.from, AHEAD), error(&model, source, 0, 0)))
+    };
+    let stand = |blob: &[u8]| -> Result<[Vec<Vec<Latent>>; 2], LoadError> {
+        let blob = AlignedBytes::copy(blob);
+        let model = Model::load(&blob)?;
+        Ok([&seen_new, &seen_strong].map(|all| all.iter().map(|seen| stood(&model, seen)).collect()))
     };
     let device = Device::flex().autodiff();
     let session = Session::new(how.quiet, stop);
@@ -166,25 +174,34 @@ pub fn correct(
         (sum / all.len().max(1) as f32).max(1e-12)
     };
     let sets = [&new, &strong, &old].map(|all| (all.iter().collect::<Vec<_>>(), size(all)));
+    let (mut stood, mut misses) = (stand(&blob)?, pupil.misses);
     let bar = session.bar("correction", how.steps);
     for step in 0..how.steps {
         let tensors = leaves(&weights, &device);
         let p = dynamics_of(&weights[DYNAMICS]).preconditioner();
-        let mut total = None;
+        let student = Student::new(&tensors, &pupil.surface, &p, &device);
+        let mut losses: Vec<Tensor<1>> = Vec::new();
         for ((lessons, size), count) in sets.iter().zip(BATCH) {
-            let starts = draw(lessons, count, &mut rng);
-            if starts.is_empty() {
-                continue;
+            let starts = draw(lessons, count, HORIZON, &mut rng);
+            if !starts.is_empty() {
+                losses.push(student.following(&Batch::new(lessons, &starts, &device), *size));
             }
-            let batch = Batch::new(lessons, &starts, &device);
-            let part = loss(&tensors, &pupil.surface, &p, &batch, *size, &device);
-            total = Some(total.map_or(part.clone(), |sum| sum + part));
         }
-        let total = total.ok_or(TrainError::NoMotion)?;
+        for (((lessons, size), stood), count) in sets.iter().zip(&stood).zip(BATCH) {
+            let starts = draw(lessons, count, FLIGHT, &mut rng);
+            if !starts.is_empty() {
+                losses.push(student.foretelling(&Flights::new((lessons, stood), &starts, &device), *size));
+            }
+        }
+        let total = losses.into_iter().reduce(|sum, part| sum + part).ok_or(TrainError::NoMotion)?;
         let value = f64::from(scalar(total.clone()));
         adam.step(&mut weights, &tensors, total.backward(), annealed(RATE, step, how.steps));
         if step % LOOK == LOOK - 1 || step + 1 == how.steps {
-            let candidate = pupil.blob(&weights, how)?;
+            let follows = misses.following_like(&pupil.misses);
+            stood = stand(&pupil.blob(&weights, &follows, how)?)?;
+            let [of_new, _] = &stood;
+            misses = pupil.missed(&weights, &new, of_new);
+            let candidate = pupil.blob(&weights, &misses, how)?;
             let now = judge(&candidate)?;
             looks.push((step + 1, now.0, now.1));
             if now.0 < least && now.1 <= bound {
@@ -204,6 +221,13 @@ pub fn correct(
     let unchanged = chosen[..] == blob[..];
     let blob = if unchanged { chosen } else { interval::rescaled(&chosen, &held.all, held.from)? };
     Ok(Corrected { blob, held: [before.0, after.0], source: [before.1, after.1], looks, refused })
+}
+
+/// Where the running filter of `model` stood at every frame of `seen`.
+fn stood(model: &Model<'_>, seen: &Sightings) -> Vec<Latent> {
+    let mut latents = Vec::with_capacity(seen.len());
+    turns_with(model, seen, |_| Drive::Seen, |_, _, estimate| latents.push(estimate.latent.into()));
+    latents
 }
 
 /// `seen` without the slosh across the line: the step that is corrected knows none.
@@ -262,8 +286,9 @@ fn split(recordings: &[Sightings]) -> Result<(Side, Side), TrainError> {
     }
 }
 
-/// Slosh-relative error of what is foretold `ahead` frames under the motion that the camera saw, of the estimate where
-/// that is none, against the surface that it then measured, over the points that were seen from frame `from` on.
+/// Slosh-relative error of what the latents say, `ahead` frames ahead under the motion that the camera saw, against the surface
+/// that it then measured, over the points that were seen from frame `from` on. What the decoder misses is left out
+/// ([`crate::discrepancy`]): it was taken from these very heights.
 fn error(model: &Model<'_>, recordings: &[Sightings], from: usize, ahead: usize) -> f64 {
     let mut sums = SurfaceError::default();
     let rest = model.decoder.surface.rest;
@@ -277,10 +302,8 @@ fn error(model: &Model<'_>, recordings: &[Sightings], from: usize, ahead: usize)
             if !matches!(estimate.mode, Mode::Tracking | Mode::Coasting) {
                 return;
             }
-            let said = match ahead {
-                0 => estimate.surface_m,
-                _ => Forecast::new(model, memory, ahead, &plan[frame + 1..=then]).surface_m,
-            };
+            let plan = plan.get(frame + 1..=then).unwrap_or_default();
+            let said = Forecast::new(model, memory, ahead, plan).surface_m;
             let points = profile.valid.iter().zip(&profile.height_m).zip(&said).zip(rest);
             for (((valid, truth), said), rest) in points {
                 if *valid {
@@ -294,10 +317,10 @@ fn error(model: &Model<'_>, recordings: &[Sightings], from: usize, ahead: usize)
     if error.is_finite() { error } else { f64::INFINITY }
 }
 
-/// Starts of `count` roll-outs as (lesson, frame): anywhere after the first window, of two draws the livelier.
-fn draw(lessons: &[&Lesson], count: usize, rng: &mut ChaCha8Rng) -> Vec<(usize, usize)> {
+/// Starts of `count` roll-outs of `frames` as (lesson, frame): anywhere after the first window, of two draws the livelier.
+fn draw(lessons: &[&Lesson], count: usize, frames: usize, rng: &mut ChaCha8Rng) -> Vec<(usize, usize)> {
     const FIRST: usize = crate::window::WINDOW - 1;
-    let room = |lesson: &Lesson| lesson.frames().saturating_sub(FIRST + HORIZON + 1);
+    let room = |lesson: &Lesson| lesson.frames().saturating_sub(FIRST + frames + 1);
     let total: usize = lessons.iter().map(|lesson| room(lesson)).sum();
     if total == 0 {
         return Vec::new();
@@ -313,7 +336,7 @@ fn draw(lessons: &[&Lesson], count: usize, rng: &mut ChaCha8Rng) -> Vec<(usize, 
         (0, FIRST)
     };
     let life = |&(i, n): &(usize, usize)| {
-        let heights = &lessons[i].height[n * crate::surface::POINTS..(n + HORIZON) * crate::surface::POINTS];
+        let heights = &lessons[i].height[n * crate::surface::POINTS..(n + frames) * crate::surface::POINTS];
         heights.iter().map(|h| h * h).sum::<f32>()
     };
     let livelier = |_| {

@@ -1,6 +1,7 @@
 //! A blob taken apart into what a correction changes and what it does not, and put together again.
 
 use super::lesson::Lesson;
+use super::misses::Misses;
 use super::student::{DYNAMICS, GAIN, GRU, HEAD, Surface};
 use super::{Correction, Sightings};
 use crate::encoder::GRU_LAYERS;
@@ -22,6 +23,10 @@ pub(super) struct Pupil {
     frozen: Vec<Matrix>,
     /// The surface of the decoder.
     pub(super) surface: Surface,
+    /// What step and decoder miss of the source liquid.
+    pub(super) misses: Misses,
+    /// The floor of w.
+    floor: f64,
     scale: crate::window::Scale,
     /// What Adam changes, in the order of `student`.
     pub(super) weights: Vec<Matrix>,
@@ -59,7 +64,9 @@ impl Pupil {
         weights.extend(weights_of(&dynamics_from(&numbers, &matrix)?));
         weights.push(matrix(Name::Gain)?);
         let surface = Surface::new(&parts).ok_or(missing.clone())?;
-        Ok(Self { header, frozen, surface, scale, weights, parts })
+        let misses = Misses::stated(&numbers(Name::ProcessSpread)?, &numbers(Name::SurfaceMisfit)?);
+        let floor = numbers(Name::Reach)?.first().copied().unwrap_or_default();
+        Ok(Self { header, frozen, surface, misses, floor, scale, weights, parts })
     }
 
     /// The lesson of a recording.
@@ -67,11 +74,26 @@ impl Pupil {
         Lesson::new(seen, &self.scale, &self.surface.rest, &self.frozen)
     }
 
-    /// The blob with `weights` in the place of what was there.
+    /// What step and decoder miss of `lessons` under `weights`, where the filter `stood` there.
+    pub(super) fn missed(&self, weights: &[Matrix], lessons: &[Lesson], stood: &[Vec<Latent>]) -> Misses {
+        self.misses.measured(
+            &rounded(&dynamics_of(&weights[DYNAMICS])),
+            (&self.surface, self.floor),
+            lessons,
+            stood,
+        )
+    }
+
+    /// The blob with `weights` and `misses` in the place of what was there.
     ///
     /// # Errors
     /// [`TrainError`], when a weight is not finite.
-    pub(super) fn blob(&self, weights: &[Matrix], how: &Correction) -> Result<Vec<u8>, TrainError> {
+    pub(super) fn blob(
+        &self,
+        weights: &[Matrix],
+        misses: &Misses,
+        how: &Correction,
+    ) -> Result<Vec<u8>, TrainError> {
         let mut parts = self.parts.clone();
         let mut put = |name: Name, values: Vec<f32>| {
             if let Some(part) = parts.iter_mut().find(|part| part.tensor == name) {
@@ -99,6 +121,7 @@ impl Pupil {
         put(Name::Gain, gain.transpose().iter().map(|&v| v as f32).collect());
         let forward = transition(&dynamics).transpose();
         put(Name::Transition, forward.iter().map(|&v| v as f32).collect());
+        misses.put(&mut parts);
         let mut header = self.header.clone();
         header.liquid = fit(&how.liquid);
         header.provenance = fit(&format!("{}; before: {}", how.command, self.header.provenance));

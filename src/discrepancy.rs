@@ -1,0 +1,129 @@
+//! What the decoder misses of the heights that were seen.
+//!
+//! A liquid that the model was not trained on stands in shapes that thirteen latents do not decode to. With S the decoder's
+//! surface, e what it misses of a height, and z what the camera measured of it,
+//!
+//! ```text
+//! z = S(x) + e + noise,   <e^2> = w d,   <noise^2> = r
+//! e^ = s (z - S(x)),      s = w d / (w d + r),      <(e - e^)^2> = (1 - s) w d
+//! ```
+//! (the discrepancy of a model: Kennedy and O'Hagan, J. R. Stat. Soc. B 63 (2001) 425; w, d and r are those of
+//! [`crate::interval`]). The filter counts e as noise, so that the latents do not run after what they cannot say; here it is put
+//! back on the surface. It is a view of the surface and no more: no part of the field moves with it, nothing is foretold from
+//! it, and where a height was not seen there is none. A model on its own liquid has next to none either.
+
+use crate::interval::Spread;
+use crate::surface::{POINTS, SurfaceProfile};
+
+/// Least variance of a measured height, m2: that of 0.1 mm.
+pub(crate) const LEAST_M2: f64 = 1e-8;
+
+/// s of every height; 0 where it was not seen.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Discrepancy([f64; POINTS]);
+
+impl Discrepancy {
+    /// Of no measurement.
+    pub const NONE: Self = Self([0.0; POINTS]);
+
+    /// Of what `profile` has seen, under a slosh of energy `slosh`, in units of H.
+    #[must_use]
+    pub fn of(spread: &Spread<'_>, profile: &SurfaceProfile, slosh: f64) -> Self {
+        let (w, mut shares) = (spread.weight(slosh), [0.0; POINTS]);
+        let points = profile.valid.iter().zip(&profile.variance_m2).zip(spread.surface_misfit);
+        for (share, ((valid, variance), d)) in shares.iter_mut().zip(points) {
+            let (missed, noise) = ((w * f64::from(*d)).max(0.0), f64::from(*variance).max(LEAST_M2));
+            let of_both = missed / (missed + noise);
+            // A hostile blob may miss infinitely much.
+            *share = if *valid && of_both.is_finite() { of_both } else { 0.0 };
+        }
+        Self(shares)
+    }
+
+    /// Puts e^ on the decoder's surface.
+    pub fn put_back(&self, surface_m: &mut [f32; POINTS], profile: &SurfaceProfile) {
+        let points = self.0.iter().zip(&profile.height_m);
+        for (z, (share, measured)) in surface_m.iter_mut().zip(points) {
+            // A height that was not seen need not be a number.
+            if *share > 0.0 {
+                *z += *share as f32 * (*measured - *z);
+            }
+        }
+    }
+
+    /// 1 - s: what is left of w d at every height.
+    pub(crate) fn left(&self) -> [f64; POINTS] {
+        self.0.map(|share| 1.0 - share)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::interval::tests::spread;
+    use crate::units::Micros;
+
+    fn profile() -> SurfaceProfile {
+        let mut valid = [true; POINTS];
+        valid[3] = false;
+        let mut height_m = [0.072; POINTS];
+        height_m[3] = f32::NAN;
+        SurfaceProfile {
+            height_m,
+            variance_m2: [4e-8; POINTS],
+            valid,
+            glass_x_m: None,
+            sequence: 0,
+            captured: Micros(0),
+        }
+    }
+
+    /// d = 1e-8 m2 under w = 4 is as much as the noise: half of what was missed comes back, and half of its variance is left.
+    #[test]
+    fn what_is_as_large_as_the_noise_comes_back_by_half() {
+        let (spread, profile) = (spread(), profile());
+        let shares = Discrepancy::of(&spread, &profile, 4.0 - spread.weight(0.0));
+        let mut surface_m = [0.070; POINTS];
+        shares.put_back(&mut surface_m, &profile);
+        assert!((surface_m[7] - 0.071).abs() < 1e-6, "{}", surface_m[7]);
+        assert!((shares.left()[7] - 0.5).abs() < 1e-6);
+        assert_eq!((surface_m[3], shares.left()[3]), (0.070, 1.0), "a height that was not seen");
+    }
+
+    /// Of e^, over many heights with noise: the best linear estimate misses (1 - s) w d, and no other share less.
+    #[test]
+    fn no_other_share_misses_less() {
+        let (missed, noise) = (2e-4_f64, 3e-4_f64);
+        let mut bits = 1_u64;
+        let mut draw = || {
+            // The sum of twelve uniform numbers is near a Gaussian of deviation one.
+            let mut sum = -6.0;
+            for _ in 0..12 {
+                bits = bits.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+                sum += (bits >> 11) as f64 / (1_u64 << 53) as f64;
+            }
+            sum
+        };
+        let best = missed * missed / (missed * missed + noise * noise);
+        let mut sums = [0.0; 3];
+        for _ in 0..20_000 {
+            let (e, z) = (missed * draw(), noise * draw());
+            for (sum, share) in sums.iter_mut().zip([best, best - 0.1, best + 0.1]) {
+                let left = e - share * (e + z);
+                *sum += left * left / 20_000.0;
+            }
+        }
+        let [at_best, less, more] = sums;
+        assert!(at_best < less && at_best < more, "{sums:?}");
+        assert!((at_best / ((1.0 - best) * missed * missed) - 1.0).abs() < 0.05);
+    }
+
+    /// What a hostile blob says is not believed.
+    #[test]
+    fn what_is_no_number_comes_back_nowhere() {
+        let spread = Spread { surface_misfit: &[f32::INFINITY; POINTS], ..spread() };
+        let mut surface_m = [0.070; POINTS];
+        Discrepancy::of(&spread, &profile(), 1.0).put_back(&mut surface_m, &profile());
+        assert_eq!(surface_m, [0.070; POINTS]);
+    }
+}

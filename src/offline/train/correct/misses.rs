@@ -1,0 +1,207 @@
+//! What the step and the decoder miss of the new liquid, from where the running filter stood.
+//!
+//! ```text
+//! c_n  = x^_n - step(x^_(n-1), u_n)            what the measurements of a frame moved the latents by
+//! Q    = K C + (1 - K) Q_0 tr C / tr Q_0,      C = < c c^T > / < w >
+//! d_i  = < (z_i - S_i(x^))^2 - rho r_i > / < w >,    rho = < (z - S(x^))^2 / r > where w is least
+//! ```
+//! with the w, Q, d and r of [`crate::interval`], and Q_0 those of the source. Where a filter's covariances are right, what the
+//! measurements add to the state tells the covariance of what the step misses (Mehra, IEEE Trans. Automat. Control 17 (1972)
+//! 693); what the measurements do not reach keeps a share of what the source missed there. A profile states its variance with
+//! care, 1 / rho times too large, and a decoder misses little of a surface near rest: what the liquid in motion stands off
+//! by more than that is what its shapes have that the latents have not ([`crate::discrepancy`]). A glass is round, so that a
+//! point and its mirror image miss alike.
+//!
+//! A blob states Q / rho and d / rho, because only their ratio to the stated r matters to the filter, and the k of heights
+//! sqrt(rho) times, because the filter's P is then 1 / rho too large.
+
+use super::lesson::Lesson;
+use super::student::Surface;
+use crate::discrepancy::LEAST_M2;
+use crate::interval::LEADS;
+use crate::model::Tensor;
+use crate::offline::export::Part;
+use crate::offline::prelude::*;
+use crate::offline::train::generic::{Dynamics, Latent, Square};
+use crate::surface::POINTS;
+use crate::window::WINDOW;
+
+/// K.
+const MEASURED: f64 = 0.9;
+
+/// Share of the frames, those of least w, that rho is measured on.
+const STILL: f64 = 0.2;
+
+/// Bounds of rho.
+const CARE: [f64; 2] = [0.05, 1.0];
+
+/// Q, d and rho.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Misses {
+    process: Square,
+    heights: [f64; POINTS],
+    rho: f64,
+}
+
+impl Misses {
+    /// As the source's blob states them: Q row by row, and d.
+    pub(super) fn stated(process: &[f64], heights: &[f64]) -> Self {
+        let mut of_points = [0.0; POINTS];
+        of_points.iter_mut().zip(heights).for_each(|(d, stated)| *d = *stated);
+        Self { process: Square::from_row_iterator(process.iter().copied()), heights: of_points, rho: 1.0 }
+    }
+
+    /// Q with the d and the rho of `other`: the filter that the next ones are measured on follows the heights as closely as
+    /// the source's, or each would miss more than the last.
+    pub(super) fn following_like(&self, other: &Self) -> Self {
+        Self { process: self.process, ..*other }
+    }
+
+    /// Puts them in the place of what a blob's `parts` state.
+    pub(super) fn put(&self, parts: &mut [Part]) {
+        for part in parts {
+            match part.tensor {
+                Tensor::ProcessSpread => {
+                    let rows = self.process.transpose();
+                    part.values = rows.iter().map(|q| (q / self.rho) as f32).collect();
+                }
+                Tensor::SurfaceMisfit => {
+                    part.values = self.heights.iter().map(|d| (d / self.rho) as f32).collect();
+                }
+                Tensor::Reach => {
+                    // Behind the floor of w.
+                    let of_heights = part.values.iter_mut().skip(1).take(LEADS.len());
+                    of_heights.for_each(|k| *k *= self.rho.sqrt() as f32);
+                }
+                _ => {}
+            }
+        }
+    }
+
+    /// Those of `lessons` under `dynamics`, whose liquid `stood` as the filter says; `self` are the source's.
+    pub(super) fn measured(
+        &self,
+        dynamics: &Dynamics,
+        (surface, floor): (&Surface, f64),
+        lessons: &[Lesson],
+        stood: &[Vec<Latent>],
+    ) -> Self {
+        let (mut frames, mut moved) = (Vec::new(), Square::zeros());
+        for (lesson, stood) in lessons.iter().zip(stood) {
+            let said = surface.heights(stood);
+            for n in WINDOW + 1..lesson.frames().min(stood.len()) {
+                let c = stood[n] - dynamics.turn(&stood[n - 1], f64::from(lesson.u[n])).x;
+                moved += c * c.transpose();
+                frames.push(Frame::new(lesson, &said, n, floor + dynamics.energy(&stood[n])));
+            }
+        }
+        let weight: f64 = frames.iter().map(|frame| frame.w).sum();
+        let moved = moved / weight.max(f64::MIN_POSITIVE);
+        let size = moved.trace() / self.process.trace().max(f64::MIN_POSITIVE);
+        if !(size > 0.0 && size.is_finite()) {
+            return *self;
+        }
+        let rho = rho(&mut frames);
+        let misfit = |point: usize| {
+            let pair = [point, POINTS - 1 - point];
+            let points = || frames.iter().flat_map(|f| pair.map(|point| (f.w, f.points[point])));
+            let over = points().filter_map(|(_, off)| off.map(|[square, r]| square - rho * r)).sum::<f64>();
+            let seen = points().filter(|(_, off)| off.is_some()).map(|(w, _)| w).sum::<f64>();
+            over / seen.max(f64::MIN_POSITIVE)
+        };
+        let mut heights = self.heights;
+        heights.iter_mut().enumerate().for_each(|(point, d)| *d = d.max(misfit(point)));
+        Self { process: moved * MEASURED + self.process * ((1.0 - MEASURED) * size), heights, rho }
+    }
+}
+
+/// w of a frame, and (z - S)^2 and r of every height that was seen in it.
+struct Frame {
+    w: f64,
+    points: [Option<[f64; 2]>; POINTS],
+}
+
+impl Frame {
+    /// Frame `n` of `lesson`, where the decoder has `said` all heights over rest.
+    fn new(lesson: &Lesson, said: &[f32], n: usize, w: f64) -> Self {
+        let point = |point: usize| {
+            let at = n * POINTS + point;
+            let off = f64::from(lesson.height[at] - said[at]);
+            (lesson.seen[at] > 0.0).then_some([off * off, f64::from(lesson.noise[at]).max(LEAST_M2)])
+        };
+        Self { w, points: std::array::from_fn(point) }
+    }
+}
+
+/// rho of `frames`, which it puts in the order of their w.
+fn rho(frames: &mut [Frame]) -> f64 {
+    frames.sort_by(|a, b| a.w.total_cmp(&b.w));
+    let still = &frames[..(STILL * frames.len() as f64) as usize];
+    let points = || still.iter().flat_map(|frame| frame.points.iter().flatten());
+    let (sum, count) = (points().map(|[square, r]| square / r).sum::<f64>(), points().count());
+    let [least, most] = CARE;
+    if count == 0 { most } else { (sum / count as f64).clamp(least, most) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::host::files::AlignedBytes;
+    use crate::offline::train::correct::pupil::Pupil;
+    use crate::offline::train::correct::student::DYNAMICS;
+    use crate::offline::train::noise::normal;
+    use crate::offline::train::unrolled::dynamics_of;
+    use rand::SeedableRng;
+    use rand_chacha::ChaCha8Rng;
+
+    /// What was hidden in a liquid's motion and heights is found: how the step misses, in which places the decoder does, and
+    /// that the profiles state twice the noise that they have (rho = 0.25).
+    #[test]
+    fn what_is_hidden_is_measured() {
+        let blob = AlignedBytes::copy(include_bytes!("../../../../models/glycerine.blob"));
+        let pupil = Pupil::new(&blob).expect("the shipped model");
+        let dynamics = dynamics_of(&pupil.weights[DYNAMICS]);
+        let mut rng = ChaCha8Rng::seed_from_u64(5);
+        let (frames, r, floor) = (3000, 1e-6_f64, 0.01);
+        let (mut x, mut stood) = (Latent::zeros(), Vec::new());
+        for n in 0..frames {
+            // Lively for three quarters of the time; the second latent is missed three times as far as any other.
+            let life = if n % 1000 < 250 { 1e-3 } else { 0.1 };
+            let miss = Latent::from_fn(|i, _| life * normal(&mut rng) * if i == 1 { 3.0 } else { 1.0 });
+            x = if n % 1000 == 0 { miss } else { dynamics.turn(&x, 0.0).x + miss };
+            stood.push(x);
+        }
+        let said = pupil.surface.heights(&stood);
+        let misfit = |point: usize| if (3..=17).contains(&point) { 1e-8 } else { 4e-6 };
+        let height = (0..frames * POINTS).map(|at| {
+            let w = floor + dynamics.energy(&stood[at / POINTS]);
+            let off =
+                (0.25 * r).sqrt() * normal(&mut rng) + (w * misfit(at % POINTS)).sqrt() * normal(&mut rng);
+            said[at] + off as f32
+        });
+        let lesson = Lesson {
+            u: vec![0.0; frames],
+            height: height.collect(),
+            seen: vec![1.0; frames * POINTS],
+            noise: vec![r as f32; frames * POINTS],
+            read: vec![1.0; frames],
+            hidden: vec![],
+        };
+        let found = pupil.misses.measured(&dynamics, (&pupil.surface, floor), &[lesson], &[stood]);
+        assert!((found.rho - 0.25).abs() < 0.03, "rho {}", found.rho);
+        assert!((found.heights[1] / 4e-6 - 1.0).abs() < 0.15, "{:?}", found.heights);
+        assert!(found.heights[10] < 1e-7, "{:?}", found.heights);
+        let q = |i: usize| found.process[(i, i)];
+        // A tenth of Q keeps the shape of the source's.
+        assert!(q(1) > 5.0 * q(0) && q(1) > 5.0 * q(5), "{}", found.process);
+    }
+
+    /// Of nothing nothing is learnt.
+    #[test]
+    fn without_frames_the_source_stays() {
+        let blob = AlignedBytes::copy(include_bytes!("../../../../models/glycerine.blob"));
+        let pupil = Pupil::new(&blob).expect("the shipped model");
+        let dynamics = dynamics_of(&pupil.weights[DYNAMICS]);
+        assert_eq!(pupil.misses.measured(&dynamics, (&pupil.surface, 0.01), &[], &[]), pupil.misses);
+    }
+}
