@@ -51,21 +51,31 @@ fn port(model: &Model<'_>, plan: &[f64], ahead: usize) -> f64 {
     gain * planned / f64::from(model.header.acceleration_scale)
 }
 
+/// Half-widths of the surface `frames` turns after what `memory` holds, when the motion of the glass is planned for the first
+/// `planned` of them, m.
+fn half_m(model: &Model<'_>, memory: &Memory, frames: usize, planned: usize) -> [f32; POINTS] {
+    let mut aside = memory.filter.aside(model);
+    for _ in 0..frames {
+        model.transverse.step(&mut aside);
+    }
+    let raised = model.transverse.variance(&aside, &model.spread.surface);
+    let slosh = model.generic.potential.value(&memory.state.latent);
+    let covariance = memory.filter.covariance();
+    model.spread.ahead(covariance, &model.generic, slosh, &raised, (frames, planned))
+}
+
 impl Forecast {
     /// The surface `frames` turns after what `memory` holds. `plan` has the accelerations along x of the turns to
     /// come, m/s2, the next one first, each as `before` of [`super::Drive::Known`]; an empty one plans nothing.
     #[must_use]
     pub fn new(model: &Model<'_>, memory: &Memory, frames: usize, plan: &[f64]) -> Self {
-        let (mut state, mut aside) = (memory.state, memory.filter.aside(model));
-        let slosh = model.generic.potential.value(&state.latent);
+        let (mut state, mut aside) = (memory.state, memory.filter.aside(model).stands_m);
         for ahead in 0..frames {
             model.generic.step(&mut state, port(model, plan, ahead));
-            model.transverse.step(&mut aside);
+            aside = model.transverse.next(aside);
         }
-        let raised = model.transverse.variance(&aside, &model.spread.surface);
-        let covariance = memory.filter.covariance();
-        let half_m = model.spread.ahead(covariance, &model.generic, slosh, &raised, (frames, plan.len()));
-        let [aside_m, _] = aside.stands_m;
+        let [aside_m, _] = aside;
+        let half_m = half_m(model, memory, frames, plan.len());
         Self { surface_m: surface(model, &state, aside_m), half_m }
     }
 }
@@ -74,33 +84,27 @@ impl Crest {
     /// The first maximum over time of the highest point within `frames` turns after what `memory` holds,
     /// `None` if the surface only sinks; `plan` as in [`Forecast::new`]. It costs a GENERIC step for each turn looked
     /// ahead.
+    ///
+    /// Where the plan does not reach the crest, a push may bring another one at any time that was looked ahead, and the
+    /// half-width is that of the last.
     #[must_use]
     pub fn next(model: &Model<'_>, memory: &Memory, frames: usize, plan: &[f64]) -> Option<Self> {
         let highest = |heights: &[f32; POINTS]| {
             let points = heights.iter().copied().enumerate();
             points.fold((0, f32::NEG_INFINITY), |best, point| if point.1 > best.1 { point } else { best })
         };
-        let (mut state, mut aside) = (memory.state, memory.filter.aside(model));
-        let [aside_m, _] = aside.stands_m;
+        let (mut state, mut aside) = (memory.state, memory.filter.aside(model).stands_m);
+        let [aside_m, _] = aside;
         let mut last = highest(&surface(model, &state, aside_m));
         let mut rose = false;
         for ahead in 0..frames {
             model.generic.step(&mut state, port(model, plan, ahead));
-            let before = aside;
-            model.transverse.step(&mut aside);
-            let [aside_m, _] = aside.stands_m;
+            aside = model.transverse.next(aside);
+            let [aside_m, _] = aside;
             let now = highest(&surface(model, &state, aside_m));
             if rose && now.1 < last.1 {
-                let slosh = model.generic.potential.value(&memory.state.latent);
-                let raised = model.transverse.variance(&before, &model.spread.surface);
-                let half = model.spread.ahead(
-                    memory.filter.covariance(),
-                    &model.generic,
-                    slosh,
-                    &raised,
-                    (ahead, plan.len()),
-                );
-                let half_m = half.get(last.0).copied().unwrap_or(0.0);
+                let lead = if plan.len() < ahead { frames } else { ahead };
+                let half_m = half_m(model, memory, lead, plan.len()).get(last.0).copied().unwrap_or(0.0);
                 let spills = f64::from(last.1 + half_m) >= model.header.rim_m;
                 return Some(Self { frames: ahead, height_m: last.1, half_m, spills });
             }

@@ -1,15 +1,16 @@
 //! Correction: a model of one liquid learns another from what a camera saw of its free surface.
 //!
 //! The paper's algorithm (section "correction"), with exact degeneracy instead of a penalty for it: the
-//! last GRU layer with its head, the operators and the energy's last layer of the GENERIC step, and a constant
+//! last GRU layer with its head, operators, energy and port of the GENERIC step, and a constant
 //! gain that joins the two learn by Adam from the free surface alone. Decoder and lower layers stay.
 //!
 //! ```text
 //! blob A --import--> weights --Adam on batches of (new, source)--> candidate blob --judge--> best --> blob B
 //! ```
-//! Every look is taken by the camera side itself: a candidate is exported, loaded and run over the
-//! recordings that are held out. It counts only if
-//! - what it says of the source liquid has not become worse than the bound (against forgetting), and
+//! Every look is taken by the camera side itself: a candidate is exported, loaded and run over what is learnt from, which
+//! tells where the next forecasts begin (`student`) and what step and decoder miss of this liquid (`misses`), and over what is held
+//! out. It counts only if
+//! - what its latents say of the source liquid has not become worse than the bound (against forgetting), and
 //! - what it foretells of the held-out recording, the surface a quarter of a second ahead under the motion that the camera
 //!   saw, is better than of every one before (against learning noise). The estimate itself tells models apart no more: it
 //!   follows the heights of any liquid.
@@ -20,11 +21,12 @@
 //! A hand does not keep to a line; what stands across it by the model's own estimate (`crate::transverse`) is taken off the
 //! heights first.
 //!
-//! The intervals of the new blob are as much wider or narrower as the held-out surface asks for (`interval`).
+//! The intervals of the new blob are as much wider as the held-out surface asks for (`interval`).
 //!
 //! The laws need no guard: they hold for any weights, and the gain is pulled back until its loop is stable.
 
 mod interval;
+mod judge;
 mod lesson;
 mod misses;
 mod pupil;
@@ -38,11 +40,11 @@ use super::weights::{Adam, leaves, scalar};
 use crate::host::files::AlignedBytes;
 use crate::model::{LoadError, Model};
 use crate::offline::prelude::*;
-use crate::offline::score::SurfaceError;
 use crate::offline::watching::turns_with;
-use crate::runtime::{Drive, Estimate, Forecast, Memory, Mode, Motion};
+use crate::runtime::Drive;
 use crate::surface::SurfaceProfile;
 use burn::tensor::{Device, Tensor};
+use judge::{AHEAD, error, split};
 use lesson::Lesson;
 use pupil::Pupil;
 use rand::{RngExt, SeedableRng};
@@ -58,9 +60,6 @@ const LOOK: usize = 10;
 
 /// Learning rate of the first step.
 const RATE: f64 = 2e-3;
-
-/// Share of a single recording that is learnt from; the rest is held out.
-const LEARNT: f64 = 0.7;
 
 /// Factors by which what was learnt from is stretched, heights and way of the glass alike: small sloshes are
 /// linear, and a stronger one than any that was recorded is then not met for the first time.
@@ -99,9 +98,6 @@ impl Default for Correction {
         }
     }
 }
-
-/// Frames that are foretold to judge a model: 0.25 s.
-const AHEAD: usize = 15;
 
 /// A corrected blob and how it came about; errors are slosh-relative, of the measured surface.
 #[derive(Clone, Debug)]
@@ -257,64 +253,6 @@ fn stretched(seen: &Sightings, factor: f32, rest: &[f32]) -> Sightings {
         profile
     };
     seen.iter().map(|profile| profile.map(stretch)).collect()
-}
-
-/// What is learnt from and what is held out.
-struct Side {
-    all: Vec<Sightings>,
-    /// Frames that are learnt from, where it is not all of them.
-    frames: Option<usize>,
-    /// First frame that is judged.
-    from: usize,
-}
-
-fn split(recordings: &[Sightings]) -> Result<(Side, Side), TrainError> {
-    match recordings {
-        [] => Err(TrainError::NoRecording),
-        [only] => {
-            let frames = (LEARNT * only.len() as f64) as usize;
-            let all = vec![only.clone()];
-            Ok((
-                Side { all: all.clone(), frames: Some(frames), from: 0 },
-                Side { all, frames: None, from: frames },
-            ))
-        }
-        [learnt @ .., held] => Ok((
-            Side { all: learnt.to_vec(), frames: None, from: 0 },
-            Side { all: vec![held.clone()], frames: None, from: 0 },
-        )),
-    }
-}
-
-/// Slosh-relative error of what the latents say, `ahead` frames ahead under the motion that the camera saw, against the surface
-/// that it then measured, over the points that were seen from frame `from` on. What the decoder misses is left out
-/// ([`crate::discrepancy`]): it was taken from these very heights.
-fn error(model: &Model<'_>, recordings: &[Sightings], from: usize, ahead: usize) -> f64 {
-    let mut sums = SurfaceError::default();
-    let rest = model.decoder.surface.rest;
-    for seen in recordings {
-        let mut motion = Motion::default();
-        let place = |profile: &Option<SurfaceProfile>| profile.and_then(|p| p.glass_x_m).map(f64::from);
-        let plan: Vec<f64> = seen.iter().map(|profile| motion.update(place(profile))).collect();
-        let look = |frame: usize, memory: &Memory, estimate: &Estimate| {
-            let then = frame + ahead;
-            let Some(Some(profile)) = seen.get(then).filter(|_| then >= from) else { return };
-            if !matches!(estimate.mode, Mode::Tracking | Mode::Coasting) {
-                return;
-            }
-            let plan = plan.get(frame + 1..=then).unwrap_or_default();
-            let said = Forecast::new(model, memory, ahead, plan).surface_m;
-            let points = profile.valid.iter().zip(&profile.height_m).zip(&said).zip(rest);
-            for (((valid, truth), said), rest) in points {
-                if *valid {
-                    sums.add(&[*truth], &[*said], f64::from(*rest));
-                }
-            }
-        };
-        turns_with(model, seen, |_| Drive::Seen, look);
-    }
-    let error = sums.slosh_rel();
-    if error.is_finite() { error } else { f64::INFINITY }
 }
 
 /// Starts of `count` roll-outs of `frames` as (lesson, frame): anywhere after the first window, of two draws the livelier.
