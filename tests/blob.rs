@@ -90,6 +90,25 @@ fn a_weight_that_is_not_a_number_is_found() {
 }
 
 #[test]
+fn errors_that_cannot_be_are_refused() {
+    let hostile: [(Tensor, fn(&mut [f32])); 5] = [
+        // A covariance with a negative direction, one that is not symmetric, and numbers below zero.
+        (Tensor::ProcessSpread, |q| q.iter_mut().for_each(|q| *q = -*q)),
+        (Tensor::ReadingSpread, |r| r[1] = 2.0 * r[1] + 1.0),
+        (Tensor::SurfaceMisfit, |d| d[20] = -1e-12),
+        (Tensor::GroupMisfit, |d| d[0] = -1.0),
+        (Tensor::Reach, |k| k[3] = -0.5),
+    ];
+    for (tensor, spoil) in hostile {
+        let mut parts = support::parts(1, 0.1);
+        parts.iter_mut().filter(|part| part.tensor == tensor).for_each(|part| spoil(&mut part.values));
+        let error = refusal(&blob(support::header(), &parts).expect("a blob"));
+        assert_eq!(error, LoadError::Spread { tensor });
+        assert!(error.to_string().contains("--intervals-of"), "{error}");
+    }
+}
+
+#[test]
 fn a_missing_tensor_and_a_wrong_shape_are_named() {
     let mut parts = support::parts(1, 0.1);
     parts.retain(|part| part.tensor != Tensor::Port);

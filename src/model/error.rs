@@ -91,6 +91,11 @@ pub enum LoadError {
     },
     /// The directions of the map of the first mode are not those of its rows.
     ModeMap,
+    /// What the blob says of its own errors cannot be: a matrix that is no covariance, a variance or a factor below zero.
+    Spread {
+        /// Which tensor.
+        tensor: Tensor,
+    },
     /// A weight is NaN or infinite.
     NotFinite {
         /// Which tensor.
@@ -152,6 +157,11 @@ impl fmt::Display for LoadError {
             Self::ModeMap => write!(
                 f,
                 "the blob's map of the first mode contradicts itself; put the effects in again with `meniscus adopt`"
+            ),
+            Self::Spread { tensor } => write!(
+                f,
+                "tensor {tensor:?}, which says how far the model may be off, is no covariance or has numbers below zero; \
+                 measure it again with `meniscus train --intervals-of`"
             ),
             Self::NotFinite { tensor, index } => {
                 write!(f, "number {index} of tensor {tensor:?} is NaN or infinite")

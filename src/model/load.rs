@@ -18,6 +18,9 @@ pub const PREFIX_LEN: usize = 24;
 /// Every tensor starts on such a boundary, counted from the start of the blob.
 pub const ALIGNMENT: usize = 64;
 
+/// How far a covariance may be from symmetric, relative.
+const ROUNDING: f64 = 1e-3;
+
 /// The checksum: CRC-32 of IEEE 802.3, over everything behind the prefix.
 pub const CRC: crc::Crc<u32> = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
 
@@ -286,15 +289,37 @@ impl<'b> Store<'b, '_> {
         let (surface, groups) = (self.matrix(Tensor::SurfaceSlope)?, self.matrix(Tensor::GroupSlope)?);
         Ok(Spread {
             transition: square(Tensor::Transition)?,
-            process: square(Tensor::ProcessSpread)?,
-            reading: whitener(&square(Tensor::ReadingSpread)?),
+            process: self.covariance(Tensor::ProcessSpread)?,
+            reading: whitener(&self.covariance(Tensor::ReadingSpread)?),
             surface: SMatrix::from_fn(|latent, point| f64::from(surface.at(point, latent))),
             groups: core::array::from_fn(|group| square_below(&groups, group.saturating_mul(LATENTS))),
             pushed: SPREAD_OF.map(|group| decoder.pushed_square(group)),
-            surface_misfit: self.vector(Tensor::SurfaceMisfit)?,
-            group_misfit: self.vector(Tensor::GroupMisfit)?,
-            reach: self.vector(Tensor::Reach)?,
+            surface_misfit: self.variances(Tensor::SurfaceMisfit)?,
+            group_misfit: self.variances(Tensor::GroupMisfit)?,
+            reach: self.variances(Tensor::Reach)?,
         })
+    }
+
+    /// A symmetric matrix without a negative direction; but for rounding.
+    fn covariance(&self, tensor: Tensor) -> Result<SMatrix<f64, LATENTS, LATENTS>, LoadError> {
+        let m = square_of(&self.matrix(tensor)?);
+        let largest =
+            |m: &SMatrix<f64, LATENTS, LATENTS>| m.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
+        let size = largest(&m);
+        let skew = largest(&(m - m.transpose())) > ROUNDING * size;
+        // What has no size says nothing, and is believed.
+        let negative = size > 0.0 && largest(&whitener(&m)) <= 0.0;
+        if skew || negative { Err(LoadError::Spread { tensor }) } else { Ok(m) }
+    }
+
+    /// Numbers of which none is below zero.
+    fn variances(&self, tensor: Tensor) -> Result<Vector<'b>, LoadError> {
+        let numbers = self.vector(tensor)?;
+        if numbers.iter().any(|number| *number < 0.0) {
+            Err(LoadError::Spread { tensor })
+        } else {
+            Ok(numbers)
+        }
     }
 
     fn decoder(&self) -> Result<Decoder<'b>, LoadError> {
