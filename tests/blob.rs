@@ -91,7 +91,8 @@ fn a_weight_that_is_not_a_number_is_found() {
 
 #[test]
 fn errors_that_cannot_be_are_refused() {
-    let hostile: [(Tensor, fn(&mut [f32])); 5] = [
+    type Spoil = fn(&mut [f32]);
+    let hostile: [(Tensor, Spoil); 5] = [
         // A covariance with a negative direction, one that is not symmetric, and numbers below zero.
         (Tensor::ProcessSpread, |q| q.iter_mut().for_each(|q| *q = -*q)),
         (Tensor::ReadingSpread, |r| r[1] = 2.0 * r[1] + 1.0),
