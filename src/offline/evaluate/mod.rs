@@ -49,6 +49,9 @@ const SECONDS: f64 = 4.0;
 /// The source liquid and its unseen recording.
 pub const SOURCE: (&str, &str) = ("glycerine", "strokes:1301");
 
+/// The same motion a fifth further and harder: up to 4.2 m/s2, where the recordings of a training end at 3.5.
+const OUTSIDE: &str = "strokes:1301x1.2";
+
 /// Why the study ended early.
 #[derive(Debug)]
 pub enum EvaluateError {
@@ -120,7 +123,9 @@ pub struct Result {
 pub struct Study {
     /// The source liquid on its unseen recording.
     pub source: Trial,
-    /// The same with the motion of the glass from elsewhere.
+    /// The source liquid moved a fifth further and harder than any recording that a model is trained on.
+    pub outside: Trial,
+    /// The source liquid within that range, with the motion of the glass from elsewhere.
     pub motion: Vec<Source>,
     /// What the best linear forecast of the acceleration misses, from the true place of the glass and from the tracked one.
     pub foretold: [f64; 2],
@@ -154,6 +159,8 @@ pub fn study(
     let (oracle, oracle_missed) = motion::oracle(&model, &unseen, &source_seen)?;
     motion.push(oracle);
     let foretold = motion::foretold(&unseen, &source_seen);
+    let outside = had(SOURCE.0, OUTSIDE, watch)?;
+    let outside = trial(&model, &outside, &look(&outside, seed)?);
     // What must not be forgotten is not what the source is judged by.
     let kept = had(SOURCE.0, "strokes:101", watch)?;
     let kept_seen = vec![look(&kept, seed + 1)?];
@@ -187,7 +194,7 @@ pub fn study(
         let after = trial(&new, &unseen, &seen);
         results.push(Result { course, before, after, corrected, source: [known, knows(&new)] });
     }
-    Ok(Study { source, motion, foretold, oracle_missed, results })
+    Ok(Study { source, outside, motion, foretold, oracle_missed, results })
 }
 
 /// Slosh-relative error of the surface that `model` estimates of `recording`.

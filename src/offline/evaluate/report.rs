@@ -73,6 +73,14 @@ pub fn checks(study: &Study) -> Vec<Check> {
         let name = format!("{}_interval_coverage", course.name);
         checks.push(Check::told(name, percent(after.score.held.share()), "%"));
     }
+    let outside = &study.outside.score;
+    checks.push(Check::told("outside_slosh_rel", percent(outside.estimate.slosh_rel()), "%"));
+    checks.push(Check::told("outside_mean", percent(outside.estimate.mean()), "%"));
+    checks.push(Check::told("outside_max", percent(outside.estimate.max), "%"));
+    for (group, error) in GROUP_NAMES.iter().zip(outside.field) {
+        checks.push(Check::told(format!("outside_field_{group}"), percent(error), "%"));
+    }
+    checks.push(Check::told("outside_interval_coverage", percent(outside.held.share()), "%"));
     for one in &study.motion {
         let name = |what: &str| format!("motion_{}_{what}", one.name);
         let slosh = percent(one.score.estimate.slosh_rel());
@@ -90,7 +98,7 @@ pub fn checks(study: &Study) -> Vec<Check> {
     checks.push(Check::told("acceleration_foretold_oracle", percent(study.oracle_missed), "%"));
     let worst = study.results.iter().map(|result| forgotten(result.source));
     checks.push(Check::at_most("source_forgetting", worst.fold(0.0, f64::max), "%", 5.0));
-    let trials = || study.results.iter().flat_map(|r| [&r.before, &r.after]).chain([source]);
+    let trials = || study.results.iter().flat_map(|r| [&r.before, &r.after]).chain([source, &study.outside]);
     let falls: usize = trials().map(|t| t.entropy_falls).sum();
     checks.push(Check::exactly("entropy_falls", falls as f64, "1", 0.0));
     let drift = trials().map(|t| t.energy_drift).fold(0.0, f64::max);

@@ -1,6 +1,6 @@
 //! Why a motion could not be had.
 
-use super::{KINDS, SHORTEST_S};
+use super::{KINDS, SCALES, SHORTEST_S};
 use crate::offline::prelude::*;
 use std::path::PathBuf;
 
@@ -40,7 +40,10 @@ impl std::fmt::Display for MotionError {
             }
             Self::Io(path, error) => write!(f, "{}: {error}", path.display()),
             Self::Malformed { path, line, why } => write!(f, "{}, line {line}: {why}", path.display()),
-            Self::Scale(scale) => write!(f, "a motion cannot be scaled by {scale}: take 0.01 to 1"),
+            Self::Scale(scale) => {
+                let [least, most] = SCALES;
+                write!(f, "a motion cannot be scaled by {scale}: take {least} to {most}")
+            }
             Self::Short(seconds) => {
                 write!(f, "{seconds} s is too short for a scripted motion: give at least {SHORTEST_S} s")
             }

@@ -3,7 +3,8 @@
 //!
 //! Every motion is a chain of polynomials in time, so that position and acceleration belong to one
 //! another to the last bit. On the command line a motion is `kind:seed`, `kind:seedxSCALE` for one of
-//! SCALE times the way (thin liquids leave the glass at the full one), or the path of a CSV file.
+//! SCALE times the way (thin liquids leave the glass at the full one; up to 1.2, which is more than models are trained on), or
+//! the path of a CSV file.
 
 mod csv;
 mod error;
@@ -34,6 +35,10 @@ const TILT_RAD_PER_M: f64 = 2.5;
 
 /// How far a hand that means to go straight along x leaves the line, for a unit of the way: a guess, 6 mm at most.
 const OUT_OF_LINE: f64 = 0.1;
+
+/// Least and largest part of its way that a motion may be scaled to: a fifth more than any model is trained on, to see what
+/// becomes of it there. Glycerine leaves the glass at 1.6.
+pub(super) const SCALES: [f64; 2] = [0.01, 1.2];
 
 /// Shortest recording of a scripted motion, s.
 const SHORTEST_S: f64 = 1.5;
@@ -90,7 +95,8 @@ impl Motion {
         let (seed, scale) = seed.split_once('x').unwrap_or((seed, "1"));
         let seed: u64 = seed.parse().map_err(|_| MotionError::Unknown(spelling.into()))?;
         let scale: f64 = scale.parse().map_err(|_| MotionError::Unknown(spelling.into()))?;
-        if !(0.01..=1.0).contains(&scale) {
+        let [least, most] = SCALES;
+        if !(least..=most).contains(&scale) {
             return Err(MotionError::Scale(scale));
         }
         if kind != "still" && (seconds.is_nan() || seconds < SHORTEST_S) {

@@ -183,6 +183,7 @@ pub fn correct(
                 losses.push(student.following(&Batch::new(lessons, &starts, &device), *size));
             }
         }
+        // The source, the last of the sets, is not foretold: its motion is another.
         for (((lessons, size), stood), count) in sets.iter().zip(&stood).zip(BATCH) {
             let starts = draw(lessons, count, FLIGHT, &mut rng);
             if !starts.is_empty() {
