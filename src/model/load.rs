@@ -48,6 +48,10 @@ impl<'b> Model<'b> {
     ///
     /// # Errors
     /// The first thing that is wrong with the blob, as [`LoadError`].
+    ///
+    /// What is made on the way is of the size of the result, and the stack of a board small: the parts are made one after the
+    /// other by functions that are not inlined.
+    #[inline(never)]
     pub fn load(blob: &'b [u8]) -> Result<Self, LoadError> {
         let header = read_header(blob)?;
         check_values(&header)?;
@@ -57,6 +61,9 @@ impl<'b> Model<'b> {
         let decoder = store.decoder()?;
         // Only corrections use it, but what cannot be corrected is no whole blob.
         store.matrix(Tensor::Gain)?;
+        // On its own, and not while the spread is made: a board's stack has room for one of them.
+        store.covariance(Tensor::ProcessSpread)?;
+        store.covariance(Tensor::ReadingSpread)?;
         let spread = store.spread(&decoder)?;
         let transverse = Transverse::of(generic.port * generic.dt_s, &spread.transition, &spread.surface);
         Ok(Self { encoder, generic, decoder, spread, transverse, lens, header })
@@ -86,6 +93,7 @@ fn word(blob: &[u8], offset: usize) -> Option<u32> {
 }
 
 /// Checks prefix and checksum, and reads the header.
+#[inline(never)]
 fn read_header(blob: &[u8]) -> Result<Header, LoadError> {
     let short = LoadError::Truncated { have: blob.len(), need: PREFIX_LEN };
     let magic = blob.first_chunk::<8>().ok_or(short)?;
@@ -136,6 +144,7 @@ fn read_header(blob: &[u8]) -> Result<Header, LoadError> {
 }
 
 /// Refuses numbers that no glass or model can have.
+#[inline(never)]
 fn check_values(header: &Header) -> Result<(), LoadError> {
     let positive = [
         ("particles", f64::from(header.particles)),
@@ -243,6 +252,7 @@ impl<'b> Store<'b, '_> {
         })
     }
 
+    #[inline(never)]
     fn encoder(&self) -> Result<Encoder<'b>, LoadError> {
         Ok(Encoder {
             layers: [self.gru(0)?, self.gru(1)?, self.gru(2)?],
@@ -252,6 +262,7 @@ impl<'b> Store<'b, '_> {
     }
 
     /// The step, with the named effects in it and what they do to profiles.
+    #[inline(never)]
     fn generic(&self) -> Result<(Generic<'b>, Option<Lens>), LoadError> {
         let inward = self.matrix(Tensor::EnergyIn)?;
         let potential = Potential {
@@ -274,23 +285,33 @@ impl<'b> Store<'b, '_> {
             dt_s: self.header.dt_s,
             slots: None,
         };
-        let Some(named) = &self.header.named else { return Ok((generic, None)) };
+        let lens = match &self.header.named {
+            Some(named) => Some(self.add_effects(&mut generic, named)?),
+            None => None,
+        };
+        Ok((generic, lens))
+    }
+
+    /// Puts the `named` effects into `generic`, and gives what they do to profiles.
+    #[inline(never)]
+    fn add_effects(&self, generic: &mut Generic<'b>, named: &Named) -> Result<Lens, LoadError> {
         let rows = self.matrix(Tensor::ModeMap)?;
         let row = |index: usize| Latent::from_fn(|latent, _| f64::from(rows.at(index, latent)));
         let map = ModeMap::new([row(0), row(1), row(2), row(3)]).ok_or(LoadError::ModeMap)?;
         let (slots, lens) = named::apply(self.header, named, map, &generic.potential.hessian())?;
         generic.potential.bend = Some(*slots.bend());
         generic.slots = Some(slots);
-        Ok((generic, Some(lens)))
+        Ok(lens)
     }
 
+    #[inline(never)]
     fn spread(&self, decoder: &Decoder<'_>) -> Result<Spread<'b>, LoadError> {
         let square = |tensor| self.matrix(tensor).map(|m| square_of(&m));
         let (surface, groups) = (self.matrix(Tensor::SurfaceSlope)?, self.matrix(Tensor::GroupSlope)?);
         Ok(Spread {
             transition: square(Tensor::Transition)?,
-            process: self.covariance(Tensor::ProcessSpread)?,
-            reading: whitener(&self.covariance(Tensor::ReadingSpread)?),
+            process: square(Tensor::ProcessSpread)?,
+            reading: whitener(&square(Tensor::ReadingSpread)?),
             surface: SMatrix::from_fn(|latent, point| f64::from(surface.at(point, latent))),
             groups: core::array::from_fn(|group| square_below(&groups, group.saturating_mul(LATENTS))),
             pushed: SPREAD_OF.map(|group| decoder.pushed_square(group)),
@@ -300,8 +321,9 @@ impl<'b> Store<'b, '_> {
         })
     }
 
-    /// A symmetric matrix without a negative direction; but for rounding.
-    fn covariance(&self, tensor: Tensor) -> Result<SMatrix<f64, LATENTS, LATENTS>, LoadError> {
+    /// Refuses a matrix unless it is symmetric and without a negative direction, but for rounding.
+    #[inline(never)]
+    fn covariance(&self, tensor: Tensor) -> Result<(), LoadError> {
         let m = square_of(&self.matrix(tensor)?);
         let largest =
             |m: &SMatrix<f64, LATENTS, LATENTS>| m.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
@@ -309,7 +331,7 @@ impl<'b> Store<'b, '_> {
         let skew = largest(&(m - m.transpose())) > ROUNDING * size;
         // What has no size says nothing, and is believed.
         let negative = size > 0.0 && largest(&whitener(&m)) <= 0.0;
-        if skew || negative { Err(LoadError::Spread { tensor }) } else { Ok(m) }
+        if skew || negative { Err(LoadError::Spread { tensor }) } else { Ok(()) }
     }
 
     /// Numbers of which none is below zero.
@@ -322,6 +344,7 @@ impl<'b> Store<'b, '_> {
         }
     }
 
+    #[inline(never)]
     fn decoder(&self) -> Result<Decoder<'b>, LoadError> {
         let linear = self.matrix(Tensor::TrunkLinear)?;
         let one = self.dense(0, LATENTS)?;

@@ -96,7 +96,9 @@ pub struct Done {
 /// # Errors
 /// [`JobError`].
 pub fn run(place: &mut impl Place, blob: &[u8], room: &mut Room) -> Result<Done, JobError> {
-    let model = Model::load(blob).map_err(|_| JobError::Model)?;
+    // By reference: a second copy of the model would take as much of the stack again.
+    let loaded = Model::load(blob);
+    let model = loaded.as_ref().map_err(|_| JobError::Model)?;
     let header = &model.header;
     // The intrinsics of the simulated camera, and the depth unit that a session asks for.
     let intrinsics = Intrinsics { width: 640, height: 480, fx: 384.21, fy: 384.21, ppx: 319.48, ppy: 236.35 };
@@ -111,7 +113,7 @@ pub fn run(place: &mut impl Place, blob: &[u8], room: &mut Room) -> Result<Done,
     .map_err(|_| JobError::Glass)?;
     let field = room.field.get_mut(..model.field_len()).ok_or(JobError::Field)?;
     let eye = Eye::new(config, &mut room.depth, &mut room.infrared);
-    let mut tracker = Tracker::new(Estimator::new(&model), eye);
+    let mut tracker = Tracker::new(Estimator::new(model), eye);
     let mut done = Done::default();
     let mut head = [0; 8];
     while place.read(&mut head) {
