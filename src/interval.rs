@@ -154,7 +154,6 @@ impl Spread<'_> {
     /// `joules` to one of them; `raised` is what a slosh across the line adds to the variance of the heights, m2, `taken` what
     /// the measured heights take back of what the decoder misses.
     #[must_use]
-    #[inline(never)]
     pub fn interval(
         &self,
         p: &Covariance,

@@ -48,7 +48,6 @@ pub(crate) struct Aside {
 impl Transverse {
     /// The mode of a model whose latents move by `kick` (`B dt`) under one unit of the port and by `transition` in a turn
     /// about rest, and whose surface moves with them by `surface`, m; one that forgets at once where no mode dies out.
-    #[inline(never)]
     pub(crate) fn of(
         kick: Latent,
         transition: &SMatrix<f64, LATENTS, LATENTS>,

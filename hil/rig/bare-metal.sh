@@ -3,8 +3,8 @@
 board_triple=thumbv7em-none-eabihf
 # Payloads of this many frames, some damaged (hil/src/gate/payloads.rs).
 board_frames=90
-# Bounds on what the board may use, bytes: its stack of 144 KiB, and data beside it (SSRAM has 4 MiB).
-board_stack_limit=139264
+# Bounds on what the board may use, bytes: its stack of 128 KiB, and data beside it (SSRAM has 4 MiB).
+board_stack_limit=126976
 board_static_limit=2097152
 
 # The board's program, and its twin for the host.

@@ -24,6 +24,9 @@ const ROUNDING: f64 = 1e-3;
 /// The checksum: CRC-32 of IEEE 802.3, over everything behind the prefix.
 pub const CRC: crc::Crc<u32> = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
 
+/// A matrix on latent space.
+type Square = SMatrix<f64, LATENTS, LATENTS>;
+
 /// A blob that has passed every check; its weights are read in place.
 #[derive(Clone, Debug)]
 pub struct Model<'b> {
@@ -48,9 +51,7 @@ impl<'b> Model<'b> {
     ///
     /// # Errors
     /// The first thing that is wrong with the blob, as [`LoadError`].
-    ///
-    /// What is made on the way is of the size of the result, and the stack of a board small: the parts are made one after the
-    /// other by functions that are not inlined.
+    // What is made on the way takes twice the stack of the result; a caller that inlined it would keep that for good.
     #[inline(never)]
     pub fn load(blob: &'b [u8]) -> Result<Self, LoadError> {
         let header = read_header(blob)?;
@@ -61,9 +62,6 @@ impl<'b> Model<'b> {
         let decoder = store.decoder()?;
         // Only corrections use it, but what cannot be corrected is no whole blob.
         store.matrix(Tensor::Gain)?;
-        // On its own, and not while the spread is made: a board's stack has room for one of them.
-        store.covariance(Tensor::ProcessSpread)?;
-        store.covariance(Tensor::ReadingSpread)?;
         let spread = store.spread(&decoder)?;
         let transverse = Transverse::of(generic.port * generic.dt_s, &spread.transition, &spread.surface);
         Ok(Self { encoder, generic, decoder, spread, transverse, lens, header })
@@ -93,7 +91,6 @@ fn word(blob: &[u8], offset: usize) -> Option<u32> {
 }
 
 /// Checks prefix and checksum, and reads the header.
-#[inline(never)]
 fn read_header(blob: &[u8]) -> Result<Header, LoadError> {
     let short = LoadError::Truncated { have: blob.len(), need: PREFIX_LEN };
     let magic = blob.first_chunk::<8>().ok_or(short)?;
@@ -144,7 +141,6 @@ fn read_header(blob: &[u8]) -> Result<Header, LoadError> {
 }
 
 /// Refuses numbers that no glass or model can have.
-#[inline(never)]
 fn check_values(header: &Header) -> Result<(), LoadError> {
     let positive = [
         ("particles", f64::from(header.particles)),
@@ -252,7 +248,6 @@ impl<'b> Store<'b, '_> {
         })
     }
 
-    #[inline(never)]
     fn encoder(&self) -> Result<Encoder<'b>, LoadError> {
         Ok(Encoder {
             layers: [self.gru(0)?, self.gru(1)?, self.gru(2)?],
@@ -262,7 +257,6 @@ impl<'b> Store<'b, '_> {
     }
 
     /// The step, with the named effects in it and what they do to profiles.
-    #[inline(never)]
     fn generic(&self) -> Result<(Generic<'b>, Option<Lens>), LoadError> {
         let inward = self.matrix(Tensor::EnergyIn)?;
         let potential = Potential {
@@ -293,7 +287,6 @@ impl<'b> Store<'b, '_> {
     }
 
     /// Puts the `named` effects into `generic`, and gives what they do to profiles.
-    #[inline(never)]
     fn add_effects(&self, generic: &mut Generic<'b>, named: &Named) -> Result<Lens, LoadError> {
         let rows = self.matrix(Tensor::ModeMap)?;
         let row = |index: usize| Latent::from_fn(|latent, _| f64::from(rows.at(index, latent)));
@@ -304,14 +297,12 @@ impl<'b> Store<'b, '_> {
         Ok(lens)
     }
 
-    #[inline(never)]
     fn spread(&self, decoder: &Decoder<'_>) -> Result<Spread<'b>, LoadError> {
-        let square = |tensor| self.matrix(tensor).map(|m| square_of(&m));
         let (surface, groups) = (self.matrix(Tensor::SurfaceSlope)?, self.matrix(Tensor::GroupSlope)?);
         Ok(Spread {
-            transition: square(Tensor::Transition)?,
-            process: square(Tensor::ProcessSpread)?,
-            reading: whitener(&square(Tensor::ReadingSpread)?),
+            transition: square_of(&self.matrix(Tensor::Transition)?),
+            process: self.covariance(Tensor::ProcessSpread)?.0,
+            reading: self.covariance(Tensor::ReadingSpread)?.1,
             surface: SMatrix::from_fn(|latent, point| f64::from(surface.at(point, latent))),
             groups: core::array::from_fn(|group| square_below(&groups, group.saturating_mul(LATENTS))),
             pushed: SPREAD_OF.map(|group| decoder.pushed_square(group)),
@@ -321,17 +312,16 @@ impl<'b> Store<'b, '_> {
         })
     }
 
-    /// Refuses a matrix unless it is symmetric and without a negative direction, but for rounding.
-    #[inline(never)]
-    fn covariance(&self, tensor: Tensor) -> Result<(), LoadError> {
+    /// A matrix that is symmetric and has no negative direction, but for rounding, and its whitener.
+    fn covariance(&self, tensor: Tensor) -> Result<(Square, Square), LoadError> {
         let m = square_of(&self.matrix(tensor)?);
-        let largest =
-            |m: &SMatrix<f64, LATENTS, LATENTS>| m.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
+        let white = whitener(&m);
+        let largest = |m: &Square| m.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
         let size = largest(&m);
         let skew = largest(&(m - m.transpose())) > ROUNDING * size;
         // What has no size says nothing, and is believed.
-        let negative = size > 0.0 && largest(&whitener(&m)) <= 0.0;
-        if skew || negative { Err(LoadError::Spread { tensor }) } else { Ok(()) }
+        let negative = size > 0.0 && largest(&white) <= 0.0;
+        if skew || negative { Err(LoadError::Spread { tensor }) } else { Ok((m, white)) }
     }
 
     /// Numbers of which none is below zero.
@@ -344,7 +334,6 @@ impl<'b> Store<'b, '_> {
         }
     }
 
-    #[inline(never)]
     fn decoder(&self) -> Result<Decoder<'b>, LoadError> {
         let linear = self.matrix(Tensor::TrunkLinear)?;
         let one = self.dense(0, LATENTS)?;

@@ -44,7 +44,6 @@ impl Belief {
     }
 
     /// A step with G^T `transposed` and Q `noise`.
-    #[inline(never)]
     pub(super) fn step(&mut self, transposed: &Wide, noise: impl Fn(usize, usize) -> f64) {
         let half = self.0 * transposed;
         transposed.tr_mul_to(&half, &mut self.0);

@@ -190,7 +190,6 @@ impl Filter {
     }
 
     /// The step from a slosh of energy `slosh`, but for the latents themselves.
-    #[inline(never)]
     pub(super) fn predict(&mut self, model: &Model<'_>, slosh: f64) {
         let kick = self.kick_mm(model);
         let transposed = self.transposed(model, kick);
@@ -213,7 +212,6 @@ impl Filter {
     }
 
     /// G^T: an entry for each number behind the step (column) and before it (row).
-    #[inline(never)]
     fn transposed(&self, model: &Model<'_>, kick: f64) -> Wide {
         let port = model.generic.port * model.generic.dt_s;
         Wide::from_fn(|before, behind| match (behind, before) {
@@ -240,7 +238,6 @@ impl Filter {
 
     /// Takes the seen heights of `profile`, the surface of a slosh of energy `slosh`; `settled` says whether a and b
     /// may follow. Whether it came to something finite: if not, all is forgotten.
-    #[inline(never)]
     pub(super) fn heights(
         &mut self,
         model: &Model<'_>,
@@ -285,7 +282,6 @@ impl Filter {
     }
 
     /// Takes what the encoder read, behind the heights; else as [`Self::heights`].
-    #[inline(never)]
     pub(super) fn reading(
         &mut self,
         model: &Model<'_>,

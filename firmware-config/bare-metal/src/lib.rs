@@ -98,7 +98,13 @@ pub struct Done {
 pub fn run(place: &mut impl Place, blob: &[u8], room: &mut Room) -> Result<Done, JobError> {
     // By reference: a second copy of the model would take as much of the stack again.
     let loaded = Model::load(blob);
-    let model = loaded.as_ref().map_err(|_| JobError::Model)?;
+    turns(place, loaded.as_ref().map_err(|_| JobError::Model)?, room)
+}
+
+/// The turns of `model`. Its memory has a frame of its own, because the model takes as much of the stack while it is loaded, and
+/// both at once would not fit.
+#[inline(never)]
+fn turns(place: &mut impl Place, model: &Model<'_>, room: &mut Room) -> Result<Done, JobError> {
     let header = &model.header;
     // The intrinsics of the simulated camera, and the depth unit that a session asks for.
     let intrinsics = Intrinsics { width: 640, height: 480, fx: 384.21, fy: 384.21, ppx: 319.48, ppy: 236.35 };

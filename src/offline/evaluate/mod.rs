@@ -23,14 +23,12 @@ pub use report::{checks, markdown};
 pub use trial::{Peak, Trial, trial};
 pub use unseen::unseen;
 
-use super::baseline::linear_with_motion;
-use super::camera::START;
 use super::experiment::GLASS;
 use super::liquids::Liquid;
 use super::motion::{Motion, MotionError};
 use super::recording::{Recording, StoreError};
 use super::scene::SceneSettings;
-use super::score::score;
+use super::score::SurfaceError;
 use super::sph::{Effects, Setup, record};
 use super::train::TrainError;
 use super::train::correct::{Corrected, Correction, Sightings, correct};
@@ -38,6 +36,7 @@ use super::watching::{DISPARITY_RMS_PX, sightings, turns};
 use crate::host::files::AlignedBytes;
 use crate::model::{LoadError, Model};
 use crate::offline::prelude::*;
+use crate::runtime::Mode;
 use crate::surface::ConfigError;
 use crate::units::FRAME_INTERVAL_S;
 use std::path::{Path, PathBuf};
@@ -199,8 +198,14 @@ pub fn study(
 
 /// Slosh-relative error of the surface that `model` estimates of `recording`.
 fn surface_of(model: &Model<'_>, recording: &Recording, seen: &Sightings) -> f64 {
-    let turns = turns(model, seen);
-    score(model, recording, &linear_with_motion(recording), &turns, START).estimate.slosh_rel()
+    let mut sums = SurfaceError::default();
+    for (frame, logged) in turns(model, seen).iter().enumerate() {
+        let estimate = &logged.turn.estimate;
+        if matches!(estimate.mode, Mode::Tracking | Mode::Coasting) {
+            sums.add(recording.profile(frame), &estimate.surface_m, recording.glass.fill_m);
+        }
+    }
+    sums.slosh_rel()
 }
 
 /// Per cent.

@@ -37,7 +37,7 @@ const TILT_RAD_PER_M: f64 = 2.5;
 const OUT_OF_LINE: f64 = 0.1;
 
 /// Least and largest part of its way that a motion may be scaled to: a fifth more than any model is trained on, to see what
-/// becomes of it there. Glycerine leaves the glass at 1.6.
+/// becomes of it there.
 pub(super) const SCALES: [f64; 2] = [0.01, 1.2];
 
 /// Shortest recording of a scripted motion, s.

@@ -1,0 +1,81 @@
+//! The next crest on the shipped model and its unseen recording: where it is said to stand, how far it may be off, and
+//! whether it may pass the rim.
+#![cfg(feature = "offline")]
+#![allow(clippy::disallowed_methods, reason = "only storey 1 must compute the same bits on every platform")]
+
+use meniscus::host::files::AlignedBytes;
+use meniscus::model::Model;
+use meniscus::offline::recording::Recording;
+use meniscus::offline::watching::{perfect, turns_with};
+use meniscus::runtime::{Crest, Drive, Forecast, Mode};
+use std::path::Path;
+
+/// Half a second, frames.
+const WITHIN: usize = 30;
+
+/// A crest counts from this height over the fill, m.
+const COUNTS_M: f64 = 0.003;
+
+/// Highest point of a surface, m, and which it is.
+fn highest(surface_m: &[f32]) -> (usize, f32) {
+    let points = surface_m.iter().copied().enumerate();
+    points.max_by(|a, b| a.1.total_cmp(&b.1)).expect("a surface has points")
+}
+
+#[test]
+fn a_crest_says_how_far_it_may_be_off() {
+    let path = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/recordings/glycerine-unseen.safetensors"));
+    let recording = Recording::load(path).expect("the shipped recording is good");
+    let bytes = AlignedBytes::copy(include_bytes!("../models/glycerine.blob"));
+    let model = Model::load(&bytes).expect("the shipped model");
+    // What the step of a frame is pushed by: the acceleration that the places of the glass tell up to it.
+    let x = &recording.glass_x_m;
+    let motion: Vec<f64> =
+        (0..x.len()).map(|n| if n < 2 { 0.0 } else { (x[n] - 2.0 * x[n - 1] + x[n - 2]) * 3600.0 }).collect();
+    let tops: Vec<f32> = (0..recording.frames()).map(|n| highest(recording.profile(n)).1).collect();
+    let counts = |n: usize| {
+        tops[n] > tops[n - 1]
+            && tops[n] >= tops[n + 1]
+            && f64::from(tops[n]) - recording.glass.fill_m > COUNTS_M
+    };
+    let (mut held, mut came, mut warned, mut looks) = (0, 0, 0, 0);
+    turns_with(
+        &model,
+        &perfect(&recording),
+        |_| Drive::Seen,
+        |frame, memory, estimate| {
+            if estimate.mode != Mode::Tracking || frame + WITHIN >= recording.frames() || frame % 3 > 0 {
+                return;
+            }
+            let plan = &motion[frame + 1..=frame + WITHIN];
+            if let Some(planned) = Crest::next(&model, memory, WITHIN, plan) {
+                let then = Forecast::new(&model, memory, planned.frames, plan);
+                let (point, height_m) = highest(&then.surface_m);
+                assert_eq!(
+                    (planned.height_m, planned.half_m),
+                    (height_m, then.half_m[point]),
+                    "frame {frame}"
+                );
+            }
+            let Some(crest) = Crest::next(&model, memory, WITHIN, &[]) else { return };
+            let (point, height_m) = highest(&Forecast::new(&model, memory, crest.frames, &[]).surface_m);
+            assert_eq!(crest.height_m, height_m, "frame {frame}");
+            let last = Forecast::new(&model, memory, WITHIN, &[]);
+            assert_eq!(crest.half_m, last.half_m[point], "a push may bring another one up to the last frame");
+            assert_eq!(crest.spills, f64::from(crest.height_m + crest.half_m) >= model.header.rim_m);
+            looks += 1;
+            warned += usize::from(crest.spills);
+            if let Some(n) = (frame + 1..frame + WITHIN).find(|n| counts(*n)) {
+                came += 1;
+                held += usize::from((tops[n] - crest.height_m).abs() <= crest.half_m);
+            }
+        },
+    );
+    println!("{held} of {came} crests held; {warned} warnings of {looks}");
+    // Nine of ten are promised; with the width of the foretold frame it was one of three.
+    assert!(came > 50 && 10 * held >= 8 * came, "{held} of {came}");
+    assert!(
+        10 * warned < looks,
+        "the rim is 40 mm above the fill, the highest crest 20: {warned} of {looks}"
+    );
+}
