@@ -8,13 +8,13 @@
 //! `cargo bench --bench camera`
 #![allow(clippy::disallowed_methods, reason = "only storey 1 must compute the same bits on every platform")]
 
-use meniscus::filters::{HoleFilling, LANES, Spatial, SpatialDisparity, fill_holes, to_disparity};
-use meniscus::frame::{DepthFrame, OutlineFrame, Stamp};
-use meniscus::offline::recording::{COLUMNS, WALL_POINTS, wall_azimuth};
-use meniscus::offline::scene::{Images, Liquid, Scene, SceneSettings};
+use meniscus::depth_filters::{HoleFilling, LANES, Spatial, SpatialDisparity, fill_holes, to_disparity};
 use meniscus::surface::{ColourLens, Config, Intrinsics, Rectifier, State, extract};
-use meniscus::uvc::{Assembler, Outcome};
+use meniscus::usb::frame::{DepthFrame, OutlineFrame, Stamp};
+use meniscus::usb::uvc::{Assembler, Outcome};
+use meniscus_data::recording::{COLUMNS, WALL_POINTS, wall_azimuth};
 use meniscus_hil::{Camera, CameraSettings, Shot, Source, Stream};
+use meniscus_virtual::render::{Images, Liquid, Scene, SceneSettings};
 use std::hint::black_box;
 use std::time::Instant;
 

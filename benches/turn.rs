@@ -5,14 +5,14 @@
 #![allow(clippy::disallowed_methods, reason = "only storey 1 must compute the same bits on every platform")]
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use meniscus::generic::{LATENTS, State};
-use meniscus::host::clock::Monotonic;
-use meniscus::host::files::AlignedBytes;
-use meniscus::model::Model;
+use meniscus::blob::Model;
+use meniscus::latent::generic::{LATENTS, State};
+use meniscus::latent::window::{FEATURES, WINDOW};
 use meniscus::runtime::{Estimator, Memory};
 use meniscus::surface::{POINTS, SurfaceProfile};
 use meniscus::units::Micros;
-use meniscus::window::{FEATURES, WINDOW};
+use meniscus_platform::clock::Monotonic;
+use meniscus_platform::files::AlignedBytes;
 use std::hint::black_box;
 
 /// A profile that sloshes.
@@ -29,7 +29,7 @@ fn profile(frame: u32) -> SurfaceProfile {
 }
 
 fn turn(criterion: &mut Criterion) {
-    let bytes = AlignedBytes::copy(include_bytes!("../models/glycerine.blob"));
+    let bytes = AlignedBytes::copy(meniscus_shipped::MODEL);
     let model = Model::load(&bytes).expect("the shipped model");
     let mut field = vec![0.0; model.field_len()];
     let mut group = criterion.benchmark_group("turn");

@@ -14,9 +14,9 @@
 
 extern crate std;
 
-use meniscus::offline::camera::SimulatedCamera;
-use meniscus::offline::recording::Recording;
-use meniscus::offline::scene::SceneSettings;
+use meniscus_data::recording::Recording;
+use meniscus_virtual::camera::SimulatedCamera;
+use meniscus_virtual::render::SceneSettings;
 use std::boxed::Box;
 use std::error::Error;
 use std::path::Path;
@@ -24,10 +24,10 @@ use std::{print, println, vec};
 
 /// What a board runs.
 mod board {
-    use meniscus::model::{LoadError, Model};
+    use meniscus::blob::{LoadError, Model};
     use meniscus::runtime::{Clock, Estimator, Eye, Tracker, Turn};
     use meniscus::surface::Config;
-    use meniscus::uvc::Stream;
+    use meniscus::usb::uvc::Stream;
 
     /// The shipped model in the program's own read-only memory, where its weights are read in place.
     #[repr(align(64))]

@@ -5,7 +5,7 @@
 //! cargo run --release --example client -- /tmp/meniscus.sock
 //! ```
 
-use meniscus::output::{OUTPUT_VERSION, Packet};
+use meniscus::runtime::output::{OUTPUT_VERSION, Packet};
 use std::io::{BufRead, BufReader};
 use std::os::unix::net::UnixStream;
 

@@ -3,11 +3,11 @@
 //! `cargo run --release --example see -- [camera-height-mm] RECORDING...`
 #![allow(clippy::disallowed_methods, reason = "only storey 1 must compute the same bits on every platform")]
 
-use meniscus::frame::{DepthFrame, OutlineFrame, Stamp};
-use meniscus::offline::recording::Recording;
-use meniscus::offline::scene::{Images, Liquid, Scene, SceneSettings};
 use meniscus::surface::{Config, State, extract};
 use meniscus::units::FRAME_INTERVAL_S;
+use meniscus::usb::frame::{DepthFrame, OutlineFrame, Stamp};
+use meniscus_data::recording::Recording;
+use meniscus_virtual::render::{Images, Liquid, Scene, SceneSettings};
 use std::path::Path;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {

@@ -1,26 +1,26 @@
 //! Named effects in the shipped model: what they do is what the reduced model's theory says, and no more.
 #![allow(clippy::disallowed_methods, reason = "only storey 1 must compute the same bits on every platform")]
 
-use meniscus::effects::{Active, find};
-use meniscus::generic::{Latent, State};
-use meniscus::host::files::AlignedBytes;
-use meniscus::model::{LoadError, Model};
-use meniscus::nn::Element;
-use meniscus::offline::adopt::{AdoptError, adopt, resistance};
-use meniscus::offline::experiment::GLASS;
-use meniscus::offline::export::stored;
-use meniscus::offline::import::parts;
-use meniscus::offline::liquids::Liquid;
-use meniscus::offline::quantize::quantize;
-use meniscus::offline::recording::Recording;
-use meniscus::offline::validate::{Linear, linear_mode};
-use meniscus::offline::watching::{perfect, turns};
-use meniscus::slosh::Rheology;
+use meniscus::blob::{LoadError, Model};
+use meniscus::latent::generic::{Latent, State};
+use meniscus::latent::nn::Element;
+use meniscus::reduced::Rheology;
+use meniscus::reduced::effects::{Active, find};
 use meniscus::surface::{SurfaceProfile, profile_abscissa};
 use meniscus::units::GRAVITY_M_S2;
+use meniscus_data::blob_file::quantize::quantize;
+use meniscus_data::blob_file::read::parts;
+use meniscus_data::blob_file::write::stored;
+use meniscus_data::liquids::Liquid;
+use meniscus_data::recording::Recording;
+use meniscus_data::scene_file::GLASS;
+use meniscus_discover::insert::{AdoptError, adopt, resistance};
+use meniscus_platform::files::AlignedBytes;
+use meniscus_sph::validate::{Linear, linear_mode};
+use meniscus_virtual::observe_recording::{perfect, turns};
 use std::path::Path;
 
-const SHIPPED: &[u8] = include_bytes!("../models/glycerine.blob");
+const SHIPPED: &[u8] = meniscus_shipped::MODEL;
 
 fn glycerine() -> (f64, Rheology) {
     let liquid = Liquid::load("glycerine").expect("a known liquid");
@@ -153,7 +153,7 @@ fn a_yield_stress_holds_a_small_push_better_than_a_large_one() {
 /// What the camera sees wrongly is put right before the encoder reads it.
 #[test]
 fn a_camera_that_is_off_gives_the_latents_of_one_that_is_not() {
-    let path = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/recordings/glycerine-unseen.safetensors"));
+    let path = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../recordings/glycerine-unseen.safetensors"));
     let seen = perfect(&Recording::load(path).expect("the shipped recording"));
     let (roll, scale) = (0.05_f64, 1.04_f32);
     let wrong = seen.iter().map(|sighting| {

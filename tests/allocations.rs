@@ -5,12 +5,12 @@
 mod glass;
 mod support;
 
-use meniscus::host::allocations::{CountingAllocator, allocations_of_this_thread};
-use meniscus::model::Model;
+use meniscus::blob::Model;
 use meniscus::runtime::{Estimator, Eye, Mode, Tracker};
 use meniscus::surface::{Config, Settings};
-use meniscus::uvc::Stream;
+use meniscus::usb::uvc::Stream;
 use meniscus_hil::{Camera, CameraSettings, FaultInjector, FaultList, Shot, Source};
+use meniscus_platform::allocations::{CountingAllocator, allocations_of_this_thread};
 
 #[global_allocator]
 static ALLOCATOR: CountingAllocator = CountingAllocator;

@@ -4,15 +4,12 @@
 //! physical camera has been read. (Bags that librealsense's own wheels 2.56.5 and 2.59.1 recorded from a
 //! software device were read once, bit for bit; they are not kept here.)
 #![allow(clippy::disallowed_methods, reason = "only storey 1 must compute the same bits on every platform")]
-#![cfg(feature = "bags")]
 
 mod recordings;
 
-use meniscus::host::bag::{
-    BagError, FolderWriter, Image, McapWriter, open, profiles_from_csv, profiles_to_csv,
-};
 use meniscus::surface::{POINTS, SurfaceProfile};
 use meniscus::units::Micros;
+use meniscus_bags::{BagError, FolderWriter, Image, McapWriter, open, profiles_from_csv, profiles_to_csv};
 use recordings::{Fold, calibration, db3, images, ros1, scratch};
 use std::fs;
 

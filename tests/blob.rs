@@ -3,14 +3,14 @@
 
 mod support;
 
-use meniscus::decoder::Selection;
-use meniscus::host::clock::Monotonic;
-use meniscus::host::files::AlignedBytes;
-use meniscus::model::{CRC, LoadError, Model, PREFIX_LEN, Tensor};
-use meniscus::nn::Element;
-use meniscus::offline::export::{Part, blob, stored};
-use meniscus::offline::quantize::quantize;
+use meniscus::blob::{CRC, LoadError, Model, PREFIX_LEN, Tensor};
+use meniscus::latent::decoder::Selection;
+use meniscus::latent::nn::Element;
 use meniscus::runtime::{Estimate, Estimator, Memory};
+use meniscus_data::blob_file::quantize::quantize;
+use meniscus_data::blob_file::write::{Part, blob, stored};
+use meniscus_platform::clock::Monotonic;
+use meniscus_platform::files::AlignedBytes;
 
 /// The error for `bytes`.
 fn refusal(bytes: &[u8]) -> LoadError {
@@ -170,7 +170,7 @@ fn coarser_blobs_load_and_stay_near() {
         assert!(relative <= most && (most == 0.0 || relative > 0.0), "{element}: {relative}");
         // What the laws stand on is the same to the bit.
         assert_eq!(model.generic.operators, fine.generic.operators);
-        let x = meniscus::generic::Latent::repeat(0.4);
+        let x = meniscus::latent::generic::Latent::repeat(0.4);
         assert_eq!(model.generic.potential.value(&x).to_bits(), fine.generic.potential.value(&x).to_bits());
     }
 }

@@ -2,15 +2,16 @@
 //! stated recovery or the stated words, none hangs, and no stale frame comes out as a fresh one.
 //! The driver and its table are those of `meniscus camera study`.
 #![allow(clippy::disallowed_methods, reason = "only storey 1 must compute the same bits on every platform")]
-#![cfg(feature = "studies")]
 
-use meniscus::host::buffer::Buffer;
-use meniscus::host::camera::{CameraError, Note, OutlineImage, Session, Settings, Sink, dump};
-use meniscus::host::usb::{Speed, Transport};
-use meniscus::offline::study::faults::{self, Must, Reader, TABLE, bus, check, run};
-use meniscus::offline::usb::replay;
-use meniscus::uvc::{Losses, Stream};
+use meniscus::usb::uvc::{Losses, Stream};
 use meniscus_hil::device::{TROUBLES, Trouble};
+use meniscus_usb::buffer::Buffer;
+use meniscus_usb::camera::{CameraError, Note, OutlineImage, Session, Settings, Sink, dump};
+use meniscus_usb::transport::{Speed, Transport};
+use meniscus_virtual::camera_study::fault_table::TABLE;
+use meniscus_virtual::camera_study::faults;
+use meniscus_virtual::camera_study::faults::{Must, Reader, bus, check, run};
+use meniscus_virtual::usb::replay;
 use std::time::Duration;
 
 /// Bytes of a depth image and of an infrared one.
@@ -140,7 +141,7 @@ fn a_camera_made_of_a_dump_says_the_same() {
     let (again, ended) = dump(replay(&read), Settings::default());
     assert_eq!(ended, None);
     assert_eq!(again.controls, first.controls, "every request has its answer again");
-    let headers = |dump: &meniscus::host::camera::Dump| -> Vec<Vec<u8>> {
+    let headers = |dump: &meniscus_usb::camera::Dump| -> Vec<Vec<u8>> {
         dump.depth.iter().chain(&dump.infrared).map(|frame| frame.header.clone()).collect()
     };
     assert_eq!(headers(&again), headers(&first));

@@ -2,10 +2,9 @@
 //!
 //! The published data lie beside the repository in `../shared/data/spnn`; where they are absent the test says so and
 //! passes.
-#![cfg(feature = "train")]
 #![allow(clippy::disallowed_methods, reason = "only storey 1 must compute the same bits on every platform")]
 
-use meniscus::offline::train::closed::{Dataset, Kinds, Options, Published, Schedule, checks, train};
+use generic_systems::{Dataset, Kinds, Options, Published, Schedule, checks, train};
 use nalgebra::DVector;
 use npyz::WriterBuilder;
 use npyz::npz::{NpzArchive, NpzWriter};

@@ -1,23 +1,23 @@
 //! The outline in the colour image, over the simulated USB camera and in virtual time: its lens stands 15 mm beside
 //! that of the depth image, looks a quarter of a degree higher, and has a focal length of its own.
 #![allow(clippy::disallowed_methods, reason = "only storey 1 must compute the same bits on every platform")]
-#![cfg(feature = "studies")]
 
-use meniscus::frame::Stamp;
-use meniscus::host::bag::{self, Calibration, Image, McapWriter};
-use meniscus::host::buffer::Buffer;
-use meniscus::host::camera::{CameraError, Connected, Note, OutlineImage, Session, Settings, Sink};
-use meniscus::host::setup::{Gather, Inspection, Pair, Said, inspect};
-use meniscus::offline::recording::Recording;
-use meniscus::offline::scene::SceneSettings;
-use meniscus::offline::usb::{RecordedGlass, SimulatedBus};
-use meniscus::offline::watching::{NoClock, sightings_of};
 use meniscus::runtime::{Eye, Sight};
 use meniscus::surface::{self, Config, OutlineAssembler, POINTS};
 use meniscus::units::Micros;
-use meniscus::uvc::Stream;
+use meniscus::usb::frame::Stamp;
+use meniscus::usb::uvc::Stream;
+use meniscus_bags as bag;
+use meniscus_bags::{Calibration, Image, McapWriter};
+use meniscus_data::recording::Recording;
 use meniscus_hil::FaultList;
 use meniscus_hil::device::{COLOUR_LENS_M, Device, FIRST_SHOT_US, Trouble};
+use meniscus_service::setup::{Gather, Inspection, Pair, Said, inspect};
+use meniscus_usb::buffer::Buffer;
+use meniscus_usb::camera::{CameraError, Connected, Note, OutlineImage, Session, Settings, Sink};
+use meniscus_virtual::observe_recording::{NoClock, sightings_of};
+use meniscus_virtual::render::SceneSettings;
+use meniscus_virtual::usb::{RecordedGlass, SimulatedBus};
 use std::path::Path;
 use std::process::Command;
 
@@ -225,7 +225,7 @@ fn a_glass_is_set_up_in_colour_and_its_recording_is_read_with_that_setup() {
 
     // The same by the commands; and a recording in infrared is refused with that setup.
     let meniscus = |arguments: &[&str]| {
-        let program = env!("CARGO_BIN_EXE_meniscus");
+        let program = env!("CARGO_BIN_EXE_meniscus-under-test");
         let output = Command::new(program).args(arguments).current_dir(&folder).output().expect("it starts");
         (output.status.success(), String::from_utf8_lossy(&output.stderr).into_owned())
     };

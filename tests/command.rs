@@ -49,7 +49,7 @@ fn folder(name: &str) -> PathBuf {
 /// Runs the command from `folder`.
 fn meniscus(folder: &Path, arguments: &[&str]) -> Output {
     let _turn = ONE.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
-    Command::new(env!("CARGO_BIN_EXE_meniscus"))
+    Command::new(env!("CARGO_BIN_EXE_meniscus-under-test"))
         .args(arguments)
         .current_dir(folder)
         .output()
@@ -217,7 +217,7 @@ fn help_teaches() {
 fn nobody_who_reads_on_is_no_panic() {
     let (reader, writer) = std::io::pipe().expect("a pipe");
     drop(reader);
-    let mut command = Command::new(env!("CARGO_BIN_EXE_meniscus"));
+    let mut command = Command::new(env!("CARGO_BIN_EXE_meniscus-under-test"));
     let output = command.args(["simulate", "--list"]).stdout(writer).output().expect("it starts");
     assert_eq!(output.status.code(), Some(141), "{}", String::from_utf8_lossy(&output.stderr));
     assert!(output.stderr.is_empty(), "{}", String::from_utf8_lossy(&output.stderr));

@@ -1,24 +1,23 @@
 //! The shipped model learns another liquid from its free surface, and keeps the laws.
-#![cfg(feature = "train")]
 #![allow(clippy::disallowed_methods, reason = "only storey 1 must compute the same bits on every platform")]
 
 mod slosh;
 
-use meniscus::host::files::AlignedBytes;
-use meniscus::model::Model;
-use meniscus::offline::adopt::adopt;
-use meniscus::offline::recording::Recording;
-use meniscus::offline::train::TrainError;
-use meniscus::offline::train::correct::{Correction, Sightings, correct};
-use meniscus::offline::watching::{perfect, turns};
+use meniscus::blob::Model;
+use meniscus_data::recording::Recording;
+use meniscus_discover::insert::adopt;
+use meniscus_learn::TrainError;
+use meniscus_learn::correct::{Correction, Sightings, correct};
+use meniscus_platform::files::AlignedBytes;
+use meniscus_virtual::observe_recording::{perfect, turns};
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
-const SHIPPED: &[u8] = include_bytes!("../models/glycerine.blob");
+const SHIPPED: &[u8] = meniscus_shipped::MODEL;
 
 /// The shipped recording of the model's own liquid.
 fn own() -> Recording {
-    let path = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/recordings/glycerine-unseen.safetensors"));
+    let path = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../recordings/glycerine-unseen.safetensors"));
     Recording::load(path).expect("the shipped recording is good")
 }
 
@@ -75,9 +74,9 @@ fn too_little_is_refused() {
     let short: Sightings = perfect(&slosh::recording(20, 0.012, 1));
     let refused = correct(SHIPPED, &[short], &[], &how, &AtomicBool::new(false)).expect_err("no window");
     assert!(matches!(refused, TrainError::NoMotion), "{refused}");
-    let effect = meniscus::effects::find("viscosity").expect("in the library");
-    let thinner = meniscus::effects::Active { entry: effect, values: [0.8, 0.0] };
-    let glycerine = meniscus::slosh::Rheology::newtonian(0.95);
+    let effect = meniscus::reduced::effects::find("viscosity").expect("in the library");
+    let thinner = meniscus::reduced::effects::Active { entry: effect, values: [0.8, 0.0] };
+    let glycerine = meniscus::reduced::Rheology::newtonian(0.95);
     let named = adopt(&AlignedBytes::copy(SHIPPED), (1261.0, glycerine), &[thinner]).expect("adopted");
     let named = AlignedBytes::copy(&named.blob);
     let refused = correct(&named, &other(), &[], &how, &AtomicBool::new(false)).expect_err("effects");

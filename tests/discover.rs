@@ -1,18 +1,17 @@
 //! Discovery on made-up recordings (the reduced model with noise, seconds) and on measured water where its data
 //! are there. `meniscus discover study` holds it against another simulator.
-#![cfg(feature = "studies")]
 #![allow(clippy::disallowed_methods, reason = "only storey 1 must compute the same bits on every platform")]
 
 #[path = "support/shaken.rs"]
 mod shaken;
 
-use meniscus::effects::{Class, LIBRARY, find};
-use meniscus::offline::discover::calibrate::Group;
-use meniscus::offline::discover::predict::Known;
-use meniscus::offline::discover::study::measured::ask_measured;
-use meniscus::offline::discover::thresholds::{Thresholds, thresholds};
-use meniscus::offline::discover::verdict::Decision;
-use meniscus::offline::discover::workflow::{Discovery, Settings, discover};
+use meniscus::reduced::effects::{Class, LIBRARY, find};
+use meniscus_discover::calibrate::Group;
+use meniscus_discover::predict::Known;
+use meniscus_discover::study::measured::ask_measured;
+use meniscus_discover::thresholds::{Thresholds, thresholds};
+use meniscus_discover::verdict::Decision;
+use meniscus_discover::workflow::{Discovery, Settings, discover};
 use shaken::{KNOWN, glass};
 use std::path::Path;
 

@@ -1,21 +1,20 @@
 //! Discovery through the command and on folders with faults; what is kept of an interrupted one.
-#![cfg(feature = "studies")]
 #![allow(clippy::disallowed_methods, reason = "only storey 1 must compute the same bits on every platform")]
 
 #[path = "support/shaken.rs"]
 mod shaken;
 
-use meniscus::host::bag::profiles_to_csv;
-use meniscus::host::files::AlignedBytes;
-use meniscus::model::Model;
-use meniscus::offline::discover::load::load;
-use meniscus::offline::discover::predict::Known;
-use meniscus::offline::discover::record::{Record, mean_bow};
-use meniscus::offline::discover::study::courses::Course;
-use meniscus::offline::discover::thresholds::Thresholds;
-use meniscus::offline::discover::workflow::{Settings, discover};
+use meniscus::blob::Model;
 use meniscus::surface::{POINTS, SurfaceProfile, profile_abscissa};
 use meniscus::units::Micros;
+use meniscus_bags::profiles_to_csv;
+use meniscus_discover::load::load;
+use meniscus_discover::predict::Known;
+use meniscus_discover::record::{Record, mean_bow};
+use meniscus_discover::study::motion_plans::Course;
+use meniscus_discover::thresholds::Thresholds;
+use meniscus_discover::workflow::{Settings, discover};
+use meniscus_platform::files::AlignedBytes;
 use shaken::{KNOWN, glass};
 use std::path::{Path, PathBuf};
 
@@ -80,7 +79,7 @@ fn the_command_leaves_a_verdict_a_page_and_a_scene_that_the_simulator_reads() {
         write(&scratch.path("known").join(format!("{i}")), &glass(&known, &[], 20 + i as u64), mu);
     }
     let path = |name: &str| scratch.path(name).to_string_lossy().into_owned();
-    let done = std::process::Command::new(env!("CARGO_BIN_EXE_meniscus"))
+    let done = std::process::Command::new(env!("CARGO_BIN_EXE_meniscus-under-test"))
         .args([
             "discover",
             "--recordings",
@@ -124,7 +123,7 @@ fn the_command_leaves_a_verdict_a_page_and_a_scene_that_the_simulator_reads() {
     assert_eq!(page.matches("http").count(), page.matches("http://www.w3.org/2000/svg").count());
     assert!(page.contains("meniscus discover --recordings"), "what made it");
     let scene =
-        meniscus::offline::experiment::Experiment::load(&scratch.path("out/scene.toml")).expect("a scene");
+        meniscus_data::scene_file::Experiment::load(&scratch.path("out/scene.toml")).expect("a scene");
     assert!(scene.effects.yield_stress.is_some_and(|pa| (pa - 2.0).abs() < 0.3), "{:?}", scene.effects);
 }
 
@@ -200,7 +199,7 @@ fn what_was_fitted_is_kept_and_only_what_changes_is_fitted_again() {
     }
     let path = |name: &str| scratch.path(name).to_string_lossy().into_owned();
     let run = || -> (serde_json::Value, [u64; 2]) {
-        let done = std::process::Command::new(env!("CARGO_BIN_EXE_meniscus"))
+        let done = std::process::Command::new(env!("CARGO_BIN_EXE_meniscus-under-test"))
             .args(["discover", "--library", "actuation_gain,camera_pitch", "--json"])
             .args(["--recordings", &path("mine"), "--reference", &path("known"), "--out", &path("out")])
             .output()

@@ -1,5 +1,4 @@
 //! The book is held to its word: links lead somewhere, pictures have their command, commands have their flags.
-#![cfg(feature = "studies")]
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -118,7 +117,7 @@ impl Helps {
     fn of(&mut self, verbs: &[&str]) -> Option<&str> {
         let key: Vec<String> = verbs.iter().map(|verb| (*verb).to_owned()).collect();
         let ask = || {
-            let output = Command::new(env!("CARGO_BIN_EXE_meniscus"))
+            let output = Command::new(env!("CARGO_BIN_EXE_meniscus-under-test"))
                 .args(verbs)
                 .arg("--help")
                 .output()

@@ -1,14 +1,14 @@
 //! Effects, motions and glasses of the simulator against theory, coarsely: 8.75 mm (about 420 particles), and 7 mm where the
 //! surface's edge matters. `meniscus simulate validate` holds every effect at 5 mm. The bounds are the measured
 //! errors, rounded up: contact line -24 %, foam's strength -44 %; an effect that does nothing is 100 % off.
-#![cfg(feature = "studies")]
 #![allow(clippy::disallowed_methods, reason = "only storey 1 must compute the same bits on every platform")]
 
-use meniscus::offline::liquids::{Liquid, known};
-use meniscus::offline::motion::Motion;
-use meniscus::offline::recording::{Glass, Lattice, Recording, WALL_POINTS};
-use meniscus::offline::sph::{Effects, Error, Setup, Simulator, record, relative_closure};
-use meniscus::offline::validate::{cone_hz, effect};
+use meniscus_data::effects::Effects;
+use meniscus_data::liquids::{Liquid, known};
+use meniscus_data::motion::Motion;
+use meniscus_data::recording::{Glass, Lattice, Recording, WALL_POINTS};
+use meniscus_sph::validate::{cone_hz, effect};
+use meniscus_sph::{Error, Setup, Simulator, record, relative_closure};
 use std::path::PathBuf;
 use std::process::Output;
 
@@ -159,7 +159,7 @@ fn a_glass_turned_with_its_room_stays_at_rest() {
 
 #[test]
 fn recordings_from_before_the_new_channels_are_read() {
-    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/recordings/glycerine-unseen.safetensors");
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../recordings/glycerine-unseen.safetensors");
     let recording = Recording::load(&PathBuf::from(path)).expect("the recording is read");
     assert!(recording.is_plain() && recording.tilt_rad.len() == recording.frames());
 }
@@ -188,8 +188,8 @@ fn a_cone_rests_level_and_sloshes_at_its_own_frequency() {
                 series.push((simulator.time_s(), moment));
             }
         }
-        let guess = meniscus::offline::validate::Tone { hz: 3.4, decay: 1.0 };
-        meniscus::offline::validate::fit(&series, guess, &[]).expect("it rings").tone.hz
+        let guess = meniscus_sph::validate::Tone { hz: 3.4, decay: 1.0 };
+        meniscus_sph::validate::fit(&series, guess, &[]).expect("it rings").tone.hz
     };
     let hz = ring(&mut simulator);
     let straight = Setup { glass: GLASS, ..setup(&["viscosity=0.1", "wall_slip=inf"]) };
@@ -243,7 +243,7 @@ impl Drop for Scratch {
 }
 
 fn command(arguments: &[&str]) -> Output {
-    let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_meniscus"));
+    let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_meniscus-under-test"));
     command.arg("simulate").args(arguments).output().expect("the command starts")
 }
 

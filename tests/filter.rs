@@ -1,23 +1,22 @@
 //! The filter on the shipped model and its unseen recording: with and without any knowledge of how the glass moves, with
 //! points that are far off, on a liquid that the model does not know.
-#![cfg(feature = "offline")]
 #![allow(clippy::disallowed_methods, reason = "only storey 1 must compute the same bits on every platform")]
 
-use meniscus::host::files::AlignedBytes;
-use meniscus::model::Model;
-use meniscus::offline::baseline::linear_with_motion;
-use meniscus::offline::camera::START;
-use meniscus::offline::recording::{GROUP_NAMES, Recording};
-use meniscus::offline::scene::SceneSettings;
-use meniscus::offline::score::score;
-use meniscus::offline::watching::{DISPARITY_RMS_PX, perfect, sightings, turns_with};
+use meniscus::blob::Model;
 use meniscus::runtime::{Drive, Mode};
 use meniscus::surface::{POINTS, SurfaceProfile};
+use meniscus_data::recording::{GROUP_NAMES, Recording};
+use meniscus_platform::files::AlignedBytes;
+use meniscus_score::baseline::linear_with_motion;
+use meniscus_score::score::score;
+use meniscus_virtual::camera::START;
+use meniscus_virtual::observe_recording::{DISPARITY_RMS_PX, perfect, sightings, turns_with};
+use meniscus_virtual::render::SceneSettings;
 use std::path::Path;
 
 /// The shipped recording, which the shipped model has never seen.
 fn shipped() -> Recording {
-    let path = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/recordings/glycerine-unseen.safetensors"));
+    let path = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../recordings/glycerine-unseen.safetensors"));
     Recording::load(path).expect("the shipped recording is good")
 }
 
@@ -32,7 +31,7 @@ fn filmed(recording: &Recording) -> Vec<Option<SurfaceProfile>> {
 fn without_the_motion_the_heights_alone_tell_the_liquid() {
     let recording = shipped();
     let seen = filmed(&recording);
-    let bytes = AlignedBytes::copy(include_bytes!("../models/glycerine.blob"));
+    let bytes = AlignedBytes::copy(meniscus_shipped::MODEL);
     let model = Model::load(&bytes).expect("the shipped model");
     let linear = linear_with_motion(&recording);
     let with = |drive: Drive, seen: &[Option<SurfaceProfile>]| {
@@ -99,7 +98,7 @@ fn followed(
 #[test]
 fn a_point_that_is_far_off_moves_little() {
     let recording = shipped();
-    let bytes = AlignedBytes::copy(include_bytes!("../models/glycerine.blob"));
+    let bytes = AlignedBytes::copy(meniscus_shipped::MODEL);
     let model = Model::load(&bytes).expect("the shipped model");
     let truth = |frame: usize| recording.profile(frame).try_into().expect("21 heights");
     let clean = perfect(&recording);
@@ -126,7 +125,7 @@ fn a_point_that_is_far_off_moves_little() {
 #[test]
 fn a_liquid_that_the_model_does_not_know_is_followed() {
     let recording = shipped();
-    let bytes = AlignedBytes::copy(include_bytes!("../models/glycerine.blob"));
+    let bytes = AlignedBytes::copy(meniscus_shipped::MODEL);
     let model = Model::load(&bytes).expect("the shipped model");
     let frames = recording.frames() * 6 / 7 - 1;
     let at = |frame: usize| (frame * 7 / 6, (frame * 7 % 6) as f32 / 6.0);
@@ -157,7 +156,7 @@ fn a_liquid_that_the_model_does_not_know_is_followed() {
 #[test]
 fn a_glass_that_leaves_its_line_is_followed() {
     let recording = shipped();
-    let bytes = AlignedBytes::copy(include_bytes!("../models/glycerine.blob"));
+    let bytes = AlignedBytes::copy(meniscus_shipped::MODEL);
     let model = Model::load(&bytes).expect("the shipped model");
     let mode = model.transverse;
     let straight = perfect(&recording);
@@ -194,7 +193,7 @@ fn a_glass_that_leaves_its_line_is_followed() {
 fn a_height_that_is_no_number_is_refused_and_forgotten() {
     let mut seen = perfect(&shipped());
     seen[100].as_mut().expect("a profile").height_m[3] = f32::NAN;
-    let bytes = AlignedBytes::copy(include_bytes!("../models/glycerine.blob"));
+    let bytes = AlignedBytes::copy(meniscus_shipped::MODEL);
     let model = Model::load(&bytes).expect("the shipped model");
     let mut refused = 0;
     let turns = turns_with(
@@ -215,7 +214,7 @@ fn a_height_that_is_no_number_is_refused_and_forgotten() {
 fn a_motion_that_is_told_no_more_leaves_nothing_behind() {
     let recording = shipped();
     let seen = filmed(&recording);
-    let bytes = AlignedBytes::copy(include_bytes!("../models/glycerine.blob"));
+    let bytes = AlignedBytes::copy(meniscus_shipped::MODEL);
     let model = Model::load(&bytes).expect("the shipped model");
     let surfaces = |drive: &dyn Fn(usize) -> Drive| -> Vec<[f32; POINTS]> {
         let turns = turns_with(&model, &seen, drive, |_, _, _| {});

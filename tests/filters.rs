@@ -5,10 +5,9 @@
 //! by other than 2, disparity holes, spatial settings other than the default and hole mode 2. The
 //! aligned frame (`d2c_glass_2591.bin`) is not compared: the folder lacks the calibration it belongs to.
 #![allow(clippy::disallowed_methods, reason = "only storey 1 must compute the same bits on every platform")]
-#![cfg(feature = "studies")]
 
-use meniscus::filters::{HoleFilling, LANES, Spatial, SpatialDisparity, fill_holes};
-use meniscus::offline::study::golden::{Golden, folder};
+use meniscus::depth_filters::{HoleFilling, LANES, Spatial, SpatialDisparity, fill_holes};
+use meniscus_virtual::camera_study::golden::{Golden, folder};
 
 #[test]
 fn every_filtered_frame_is_the_librarys() {

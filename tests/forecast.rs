@@ -1,13 +1,12 @@
 //! The next crest on the shipped model and its unseen recording: where it is said to stand, how far it may be off, and
 //! whether it may pass the rim.
-#![cfg(feature = "offline")]
 #![allow(clippy::disallowed_methods, reason = "only storey 1 must compute the same bits on every platform")]
 
-use meniscus::host::files::AlignedBytes;
-use meniscus::model::Model;
-use meniscus::offline::recording::Recording;
-use meniscus::offline::watching::{perfect, turns_with};
+use meniscus::blob::Model;
 use meniscus::runtime::{Crest, Drive, Forecast, Mode};
+use meniscus_data::recording::Recording;
+use meniscus_platform::files::AlignedBytes;
+use meniscus_virtual::observe_recording::{perfect, turns_with};
 use std::path::Path;
 
 /// Half a second, frames.
@@ -24,9 +23,9 @@ fn highest(surface_m: &[f32]) -> (usize, f32) {
 
 #[test]
 fn a_crest_says_how_far_it_may_be_off() {
-    let path = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/recordings/glycerine-unseen.safetensors"));
+    let path = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../recordings/glycerine-unseen.safetensors"));
     let recording = Recording::load(path).expect("the shipped recording is good");
-    let bytes = AlignedBytes::copy(include_bytes!("../models/glycerine.blob"));
+    let bytes = AlignedBytes::copy(meniscus_shipped::MODEL);
     let model = Model::load(&bytes).expect("the shipped model");
     // What the step of a frame is pushed by: the acceleration that the places of the glass tell up to it.
     let x = &recording.glass_x_m;

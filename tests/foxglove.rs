@@ -1,14 +1,13 @@
 //! Foxglove's topics, as a client on its WebSocket and a reader of the file get them.
-#![cfg(feature = "foxglove")]
 #![allow(clippy::disallowed_methods, reason = "only storey 1 must compute the same bits on every platform")]
 
-use meniscus::host::files::AlignedBytes;
-use meniscus::host::foxglove::{Error, Foxglove};
-use meniscus::host::live::Logged;
-use meniscus::model::Model;
+use meniscus::blob::Model;
 use meniscus::runtime::{Estimator, Memory, Turn};
 use meniscus::surface::{Config, Settings, SurfaceProfile};
 use meniscus::units::Micros;
+use meniscus_platform::files::AlignedBytes;
+use meniscus_service::live::Logged;
+use meniscus_ui::foxglove::{Error, Foxglove};
 use serde_json::{Value, json};
 use std::collections::{BTreeMap, BTreeSet};
 use std::net::{SocketAddr, TcpStream};
@@ -51,14 +50,15 @@ fn turn(model: &Model<'_>, memory: &mut Memory, field: &mut [f32], number: u64) 
     let profile =
         SurfaceProfile { height_m, variance_m2, valid, glass_x_m: Some(0.01), sequence: 0, captured };
     let estimate = Estimator::new(model).turn(memory, Some(&profile), 0, &mut NoClock, field);
-    let stamp = Some(meniscus::frame::Stamp { sequence: number as u32, captured });
+    let stamp = Some(meniscus::usb::frame::Stamp { sequence: number as u32, captured });
     let turn = Turn { time: captured, stamp, sight: Some(Ok(profile)), estimate };
     Logged { turn, ended: Instant::now(), latency_us: 900, turn_us: 800, allocations: 0 }
 }
 
 /// Runs `test` beside a worker that offers a turn every four milliseconds; gives the longest hand-over.
 fn with_turns(foxglove: &Foxglove, test: impl FnOnce() + Send) -> Duration {
-    let bytes = AlignedBytes::read(Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/models/glycerine.blob")));
+    let bytes =
+        AlignedBytes::read(Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../models/glycerine.blob")));
     let bytes = bytes.expect("the shipped model");
     let model = Model::load(&bytes).expect("sound");
     let (over, image) = (AtomicBool::new(false), vec![90; 640 * 480]);

@@ -4,23 +4,23 @@
 //! recording), so that a mutation gets past the first check. `MENISCUS_FUZZ=1000000 cargo test --release
 //! --test fuzz` runs longer; a failing case is shrunk and kept by proptest in `tests/fuzz.regressions`.
 #![allow(clippy::disallowed_methods, reason = "only storey 1 must compute the same bits on every platform")]
-#![cfg(feature = "studies")]
 
 mod recordings;
 
-use meniscus::d4xx::{self, Command, DepthTable, Identity, Table};
-use meniscus::host::bag::{McapWriter, open, profiles_from_csv, profiles_to_csv};
-use meniscus::host::camera::{OutlineImage, Plan};
-use meniscus::host::files::AlignedBytes;
-use meniscus::model::Model;
-use meniscus::offline::recording::Recording;
+use meniscus::blob::Model;
 use meniscus::surface::{POINTS, SurfaceProfile};
 use meniscus::units::Micros;
-use meniscus::uvc::descriptor::{Descriptors, check, interfaces};
-use meniscus::uvc::format::video_modes;
-use meniscus::uvc::{Assembler, ControlChange, Outcome, Probe, Topology};
+use meniscus::usb::d4xx;
+use meniscus::usb::d4xx::{Command, DepthTable, Identity, Table};
+use meniscus::usb::uvc::descriptor::{Descriptors, check, interfaces};
+use meniscus::usb::uvc::format::video_modes;
+use meniscus::usb::uvc::{Assembler, ControlChange, Outcome, Probe, Topology};
+use meniscus_bags::{McapWriter, open, profiles_from_csv, profiles_to_csv};
+use meniscus_data::recording::Recording;
 use meniscus_hil::device::{Device, Reply, TestCard};
 use meniscus_hil::{FaultList, Image, Stamp, pack};
+use meniscus_platform::files::AlignedBytes;
+use meniscus_usb::camera::{OutlineImage, Plan};
 use proptest::prelude::*;
 use proptest::test_runner::FileFailurePersistence;
 use std::path::Path;
@@ -207,7 +207,7 @@ proptest! {
 
     #[test]
     fn blobs(edits in edits()) {
-        let sound = include_bytes!("../models/glycerine.blob");
+        let sound = meniscus_shipped::MODEL;
         let bytes = edited(sound, &edits);
         let blob = AlignedBytes::copy(&bytes);
         // A blob that still loads is the sound one: its CRC covers every byte.
@@ -216,7 +216,7 @@ proptest! {
 
     #[test]
     fn blob_headers(edits in edits()) {
-        let sound = include_bytes!("../models/glycerine.blob");
+        let sound = meniscus_shipped::MODEL;
         let (head, rest) = sound.split_at(512);
         let bytes = [edited(head, &edits), rest.to_vec()].concat();
         prop_assert!(Model::load(&AlignedBytes::copy(&bytes)).is_err() || bytes == sound);
@@ -224,7 +224,7 @@ proptest! {
 
     #[test]
     fn recordings(edits in edits()) {
-        let sound = include_bytes!("../recordings/glycerine-unseen.safetensors");
+        let sound = meniscus_shipped::RECORDING;
         let (head, rest) = sound.split_at(4096);
         let bytes = [edited(head, &edits), rest.to_vec()].concat();
         if let Ok(recording) = Recording::from_bytes(Path::new("mutated"), &bytes) {

@@ -4,7 +4,7 @@
 //! tests say so and pass.
 #![allow(clippy::disallowed_methods, reason = "only storey 1 must compute the same bits on every platform")]
 
-use meniscus::nn::{Gru, HIDDEN, Matrix, packed_index, packed_len};
+use meniscus::latent::nn::{Gru, HIDDEN, Matrix, packed_index, packed_len};
 use nalgebra::{SMatrix, SVector};
 use npyz::NpyFile;
 use npyz::npz::NpzArchive;

@@ -3,7 +3,6 @@
 //!
 //! The count is callgrind's, with the kernels as any x86-64 runs them. Without valgrind, and on another kind of
 //! processor, the test says so and passes. `MENISCUS_INSTRUCTIONS=write` writes the table anew.
-#![cfg(feature = "offline")]
 #![allow(clippy::disallowed_methods, reason = "only storey 1 must compute the same bits on every platform")]
 
 use std::collections::BTreeMap;
@@ -29,7 +28,7 @@ fn counted() -> Option<BTreeMap<String, u64>> {
         return None;
     }
     let out = std::env::temp_dir().join(format!("meniscus-callgrind-{}", std::process::id()));
-    let program = env!("CARGO_BIN_EXE_meniscus");
+    let program = env!("CARGO_BIN_EXE_meniscus-under-test");
     let run = Command::new("valgrind")
         .args(["--tool=callgrind", &format!("--callgrind-out-file={}", out.display()), program])
         .args(["bench", "--count", &TIMES.to_string()])

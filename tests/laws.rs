@@ -3,12 +3,12 @@
 
 mod support;
 
-use meniscus::effects::find;
-use meniscus::generic::{Outcome, State};
-use meniscus::host::files::AlignedBytes;
-use meniscus::model::{Model, Named, NamedEffect, Tensor};
-use meniscus::offline::export::{Part, blob};
-use meniscus::slosh::Rheology;
+use meniscus::blob::{Model, Named, NamedEffect, Tensor};
+use meniscus::latent::generic::{Outcome, State};
+use meniscus::reduced::Rheology;
+use meniscus::reduced::effects::find;
+use meniscus_data::blob_file::write::{Part, blob};
+use meniscus_platform::files::AlignedBytes;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 

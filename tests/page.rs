@@ -6,13 +6,13 @@
 #[allow(dead_code, reason = "each test takes what it needs of it")]
 mod server;
 
-use meniscus::host::files::AlignedBytes;
-use meniscus::host::live::Logged;
-use meniscus::host::page::{Page, Token, VIEWERS_MAX};
-use meniscus::model::Model;
+use meniscus::blob::Model;
 use meniscus::runtime::{Estimator, Memory, Turn};
 use meniscus::surface::{Config, SurfaceProfile};
 use meniscus::units::Micros;
+use meniscus_platform::files::AlignedBytes;
+use meniscus_service::live::Logged;
+use meniscus_ui::page::{Page, Token, VIEWERS_MAX};
 use serde_json::Value;
 use server::{ask, frame, taken, viewer};
 use std::net::SocketAddr;
@@ -30,7 +30,7 @@ impl meniscus::runtime::Clock for NoClock {
 }
 
 fn blob() -> AlignedBytes {
-    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/models/glycerine.blob");
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../models/glycerine.blob");
     AlignedBytes::read(std::path::Path::new(path)).expect("the shipped model")
 }
 

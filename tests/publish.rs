@@ -1,11 +1,11 @@
 //! Estimates for others: whole records, in order, to everybody who reads, and nobody is waited for.
 
-use meniscus::generic::Audit;
-use meniscus::host::publish::{Destination, FIELD_KIND, FieldFrame, Publisher};
-use meniscus::interval::Interval;
-use meniscus::output::Packet;
+use meniscus::latent::generic::Audit;
+use meniscus::runtime::output::Packet;
 use meniscus::runtime::{Estimate, Mode, Stages, Turn};
+use meniscus::uncertainty::error_model::Interval;
 use meniscus::units::Micros;
+use meniscus_service::publish::{Destination, FIELD_KIND, FieldFrame, Publisher};
 use std::io::{BufRead, BufReader};
 use std::net::UdpSocket;
 use std::os::unix::net::UnixStream;
@@ -154,7 +154,7 @@ fn a_destination_that_cannot_be_is_refused_with_a_remedy() {
 /// The Python client of the examples reads what is sent; skipped, saying so, where there is no Python.
 #[test]
 fn the_python_client_reads_it() {
-    let client = concat!(env!("CARGO_MANIFEST_DIR"), "/examples/client.py");
+    let client = concat!(env!("CARGO_MANIFEST_DIR"), "/../examples/client.py");
     if std::process::Command::new("python3").arg("--version").output().is_err() {
         println!("skipped: no python3 here");
         return;

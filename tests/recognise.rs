@@ -1,15 +1,14 @@
 //! The right liquid is named from what a camera sees of it, and none where it is not among those asked.
-#![cfg(feature = "studies")]
 
-use meniscus::frame::Stamp;
-use meniscus::host::bag::{Calibration, Image, McapWriter};
-use meniscus::host::recognise::Note;
-use meniscus::offline::recognise::{look, recognise};
-use meniscus::offline::recording::Recording;
-use meniscus::offline::scene::{Images, Liquid, Scene, SceneSettings};
 use meniscus::surface::{Settings, SurfaceProfile};
 use meniscus::units::Micros;
-use meniscus::uvc::Stream;
+use meniscus::usb::frame::Stamp;
+use meniscus::usb::uvc::Stream;
+use meniscus_bags::{Calibration, Image, McapWriter};
+use meniscus_data::recording::Recording;
+use meniscus_discover::identify::{look, recognise};
+use meniscus_service::identify::Note;
+use meniscus_virtual::render::{Images, Liquid, Scene, SceneSettings};
 use serde_json::Value;
 use std::fs;
 use std::ops::Range;
@@ -98,7 +97,7 @@ fn setup(path: &Path, radius_mm: f64) {
 
 /// Runs `meniscus recognise` from `folder`.
 fn command(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_meniscus"))
+    Command::new(env!("CARGO_BIN_EXE_meniscus-under-test"))
         .arg("recognise")
         .args(arguments)
         .current_dir(folder)
@@ -150,7 +149,7 @@ fn what_a_cameras_recording_lacks_is_told() {
     let folder = folder("refused");
     film(&folder.join("one.mcap"), 0..4);
     setup(&folder.join("other.toml"), 40.0);
-    let own = concat!(env!("CARGO_MANIFEST_DIR"), "/recordings/glycerine-unseen.safetensors");
+    let own = concat!(env!("CARGO_MANIFEST_DIR"), "/../recordings/glycerine-unseen.safetensors");
     let wrong: [(&[&str], &str); 5] = [
         (&["one.mcap"], "need --setup FILE.toml"),
         (&["one.mcap", "--setup", "none.toml"], "none.toml"),

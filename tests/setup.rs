@@ -1,19 +1,19 @@
 //! A glass of one's own: what was said of it against rendered images of it, the wizard's screen, and the file in use.
 #![allow(clippy::disallowed_methods, reason = "only storey 1 must compute the same bits on every platform")]
-#![cfg(feature = "studies")]
 
-use meniscus::frame::Stamp;
-use meniscus::host::bag::{self, Calibration, Image};
-use meniscus::host::camera::OutlineImage;
-use meniscus::host::files::AlignedBytes;
-use meniscus::host::setup::{Inspection, Pair, Portrait, Said, Setup, inspect};
-use meniscus::host::view::{Step, Wish, Wizard};
-use meniscus::model::Model;
-use meniscus::offline::scene::{Clutter, Images, Liquid as Seen, Scene, SceneSettings};
-use meniscus::offline::watching::sightings_of;
+use meniscus::blob::Model;
 use meniscus::surface::{Config, Liquid, Optics, Settings};
 use meniscus::units::Micros;
-use meniscus::uvc::Stream;
+use meniscus::usb::frame::Stamp;
+use meniscus::usb::uvc::Stream;
+use meniscus_bags as bag;
+use meniscus_bags::{Calibration, Image};
+use meniscus_platform::files::AlignedBytes;
+use meniscus_service::setup::{Inspection, Pair, Portrait, Said, Setup, inspect};
+use meniscus_ui::terminal::{Step, Wish, Wizard};
+use meniscus_usb::camera::OutlineImage;
+use meniscus_virtual::observe_recording::sightings_of;
+use meniscus_virtual::render::{Clutter, Images, Liquid as Seen, Scene, SceneSettings};
 use ratatui::Terminal;
 use ratatui::backend::TestBackend;
 use ratatui::crossterm::event::{KeyCode, KeyEvent};
@@ -104,7 +104,7 @@ fn the_file_brings_the_surface_to_where_it_is() {
     let setup = Setup::read(&path).expect("read back");
     assert_eq!(Some(&setup), seen.setup.as_ref());
     let higher = pairs(elsewhere, 10, -0.01, |_| 73.0);
-    let of = |settings| meniscus::host::setup::Rest::of(&higher, &Config::new(settings).expect("settings"));
+    let of = |settings| meniscus_service::setup::Rest::of(&higher, &Config::new(settings).expect("settings"));
     let with = of(setup.settings(Optics::default()));
     assert!((with.level_mm - 73.0).abs() < 0.3 && with.seen == 1.0, "{with:?}");
     let without = of(Settings::default());
@@ -182,7 +182,7 @@ fn a_cameras_recording_is_read_interval_by_interval() {
 
 #[test]
 fn a_setup_of_another_glass_is_refused_by_the_model() {
-    let bytes = AlignedBytes::copy(include_bytes!("../models/glycerine.blob"));
+    let bytes = AlignedBytes::copy(meniscus_shipped::MODEL);
     let header = Model::load(&bytes).expect("the shipped model").header;
     let setup = at_rest(SceneSettings::default(), SAID).setup.expect("a setup");
     let with = |glass: Said| Setup { glass, ..setup.clone() }.settings_for(&header, Optics::default());
@@ -281,7 +281,7 @@ fn paint(buffer: &ratatui::buffer::Buffer, path: &Path) {
     use plotters::prelude::{
         BitMapBackend, Color as _, IntoDrawingArea, IntoFont, RGBColor, Rectangle, Text,
     };
-    meniscus::host::view::plot::prepare_font();
+    meniscus_report::plot::prepare_font();
     let (wide, high) = (u32::from(buffer.area.width), u32::from(buffer.area.height));
     let area = BitMapBackend::new(path, (8 * wide, 16 * high)).into_drawing_area();
     area.fill(&RGBColor(24, 24, 24)).expect("drawn");
@@ -331,7 +331,7 @@ fn folder(name: &str) -> PathBuf {
 }
 
 fn meniscus(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_meniscus"))
+    Command::new(env!("CARGO_BIN_EXE_meniscus-under-test"))
         .args(arguments)
         .current_dir(folder)
         .output()

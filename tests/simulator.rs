@@ -2,14 +2,14 @@
 //!
 //! The frequency is measured at the spacing of the recordings, 5 mm; the other runs have 7 mm (about
 //! 800 particles), a quarter of the cost. The bounds are the measured errors, rounded up.
-#![cfg(feature = "studies")]
 #![allow(clippy::disallowed_methods, reason = "only storey 1 must compute the same bits on every platform")]
 
-use meniscus::offline::liquids::{Liquid, Rheology};
-use meniscus::offline::motion::Motion;
-use meniscus::offline::recording::{Glass, Recording, STATE, States};
-use meniscus::offline::sph::{Effects, Error, Setup, Simulator, record, relative_closure};
-use meniscus::offline::validate::{Mode, Tone, fit};
+use meniscus_data::effects::Effects;
+use meniscus_data::liquids::{Liquid, Rheology};
+use meniscus_data::motion::Motion;
+use meniscus_data::recording::{Glass, Recording, STATE, States};
+use meniscus_sph::validate::{Mode, Tone, fit};
+use meniscus_sph::{Error, Setup, Simulator, record, relative_closure};
 use std::path::PathBuf;
 
 const GLASS: Glass = Glass { radius_m: 0.035, fill_m: 0.07, rim_m: 0.11, taper: 0.0 };
@@ -137,13 +137,13 @@ fn jolted(viscosity: f64) -> Vec<u64> {
 
 #[test]
 fn vectors_of_any_width_change_no_bit() {
-    if meniscus::host::wide::words() != "SSE2, as any x86-64" {
+    if meniscus_platform::cpu_features::words() != "SSE2, as any x86-64" {
         return println!("skipped: not a build for any x86-64, or another test has widened already");
     }
     // With and without the friction of what is not smooth.
     let narrow = [0.001, 0.950].map(jolted);
-    meniscus::host::wide::widen();
-    if !meniscus::host::wide::words().starts_with("AVX2") {
+    meniscus_platform::cpu_features::widen();
+    if !meniscus_platform::cpu_features::words().starts_with("AVX2") {
         return println!("skipped: this processor has no AVX2, or MENISCUS_NARROW is set");
     }
     let wide = [0.001, 0.950].map(jolted);
@@ -178,7 +178,7 @@ fn a_glass_torn_away_is_refused_with_the_escape() {
 
 /// Runs `meniscus simulate` with `arguments` and `--out file`.
 fn command(arguments: &[&str], file: &Scratch) -> std::process::Output {
-    let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_meniscus"));
+    let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_meniscus-under-test"));
     command.arg("simulate").args(arguments).arg("--out").arg(&file.0);
     command.output().expect("the command starts")
 }
@@ -228,7 +228,8 @@ fn the_command_refuses_wrong_input_and_leaves_no_file() {
 
 #[test]
 fn the_shipped_recording_is_whole_and_states_its_error() {
-    let path = PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/recordings/glycerine-unseen.safetensors"));
+    let path =
+        PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../recordings/glycerine-unseen.safetensors"));
     let size = std::fs::metadata(&path).expect("the recording is there").len();
     assert!(size < 3_670_016, "{size} bytes are more than 3.5 MiB");
     let recording = Recording::load(&path).expect("the recording is read");

@@ -1,10 +1,9 @@
 //! A small study of the surface: the same scenes as `meniscus camera study`, fewer of them, of another seed.
 #![allow(clippy::disallowed_methods, reason = "only storey 1 must compute the same bits on every platform")]
-#![cfg(feature = "studies")]
 
-use meniscus::offline::study::conditions::Condition;
-use meniscus::offline::study::judge::{Judged, Row};
-use meniscus::offline::study::scenes;
+use meniscus_virtual::camera_study::conditions::Condition;
+use meniscus_virtual::camera_study::judge::{Judged, Row};
+use meniscus_virtual::camera_study::scenes;
 
 #[test]
 fn heights_lie_inside_their_intervals_and_nothing_is_made_up() {

@@ -1,14 +1,13 @@
 //! Rendered liquid of known shape through the extractor, compared with the truth.
 #![allow(clippy::disallowed_methods, reason = "only storey 1 must compute the same bits on every platform")]
-#![cfg(feature = "offline")]
 
 mod rendered;
 
-use meniscus::frame::{DepthFrame, OutlineFrame};
-use meniscus::offline::scene::{Images, Liquid as Seen, Scene, SceneSettings};
 use meniscus::surface::{Config, ConfigError, Liquid, NotSeen, Settings, State, SurfaceProfile, extract};
-use meniscus::uvc::{Assembler, Frame, Outcome, Pairer, Stream};
+use meniscus::usb::frame::{DepthFrame, OutlineFrame};
+use meniscus::usb::uvc::{Assembler, Frame, Outcome, Pairer, Stream};
 use meniscus_hil::{Camera, CameraSettings, FaultInjector, Shot, Source};
+use meniscus_virtual::render::{Images, Liquid as Seen, Scene, SceneSettings};
 use rendered::{Errors, Shape, curved, first_mode, flat, lent, read_back, sampled, swing, tilted};
 
 const FRAMES: u64 = 60;

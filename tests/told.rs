@@ -1,6 +1,5 @@
 //! The motion of the glass told by somebody else: `meniscus run --motion`.
 #![allow(clippy::disallowed_methods, reason = "only storey 1 must compute the same bits on every platform")]
-#![cfg(feature = "studies")]
 
 use serde_json::Value;
 use std::fs;
@@ -14,7 +13,7 @@ fn folder(name: &str) -> PathBuf {
 }
 
 fn meniscus(folder: &Path, arguments: &[&str]) -> Output {
-    let program = env!("CARGO_BIN_EXE_meniscus");
+    let program = env!("CARGO_BIN_EXE_meniscus-under-test");
     Command::new(program).args(arguments).current_dir(folder).output().expect("it starts")
 }
 

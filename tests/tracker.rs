@@ -6,10 +6,10 @@ mod glass;
 mod support;
 
 use glass::Ticks;
-use meniscus::model::Model;
+use meniscus::blob::Model;
 use meniscus::runtime::{COAST_LIMIT, Estimator, Eye, Mode, Tracker, Turn};
 use meniscus::surface::{Config, Settings};
-use meniscus::uvc::Stream;
+use meniscus::usb::uvc::Stream;
 use meniscus_hil::{Camera, CameraSettings, Payload, Shot, Source};
 
 /// A camera before a resting glass.

@@ -1,5 +1,4 @@
 //! Training end to end on an ideal slosh, and its networks against PyTorch.
-#![cfg(feature = "train")]
 #![allow(clippy::disallowed_methods, reason = "only storey 1 must compute the same bits on every platform")]
 
 mod slosh;
@@ -7,8 +6,9 @@ mod torch;
 #[path = "slosh/watch.rs"]
 mod watch;
 
-use meniscus::model::{Header, MAGIC};
-use meniscus::offline::train::{Checkpoints, Options, Schedule, TrainError, train};
+use meniscus::blob::{Header, MAGIC};
+use meniscus_learn::{Options, Schedule, TrainError, train};
+use meniscus_optim::progress::Checkpoints;
 use std::sync::atomic::AtomicBool;
 
 fn options(schedule: Schedule) -> Options {

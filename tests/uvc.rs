@@ -1,8 +1,7 @@
 //! Payloads of the simulated camera, healthy and damaged, through header, assembler and pairing.
 #![allow(clippy::disallowed_methods, reason = "only storey 1 must compute the same bits on every platform")]
-#![cfg(feature = "offline")]
 
-use meniscus::uvc::{Assembler, Cause, Header, HeaderError, Losses, Outcome, Pairer, Solitary, Timing};
+use meniscus::usb::uvc::{Assembler, Cause, Header, HeaderError, Losses, Outcome, Pairer, Solitary, Timing};
 use meniscus_hil::{
     Camera, CameraSettings, FaultInjector, FaultKind, FaultList, Image, Payload, Shot, Source, Stream, pack,
 };
@@ -48,9 +47,9 @@ fn run(faults: &str, shots: u64, seed: u64, whole: bool) -> Books {
     for shot in 0..shots {
         for payload in expose(&mut source, shot) {
             let (assembler, count, bytes, stream) = match payload.stream {
-                Stream::Depth => (&mut depth, &mut books.depth, 2, meniscus::uvc::Stream::Depth),
+                Stream::Depth => (&mut depth, &mut books.depth, 2, meniscus::usb::uvc::Stream::Depth),
                 Stream::Infrared | Stream::Colour => {
-                    (&mut infrared, &mut books.infrared, 1, meniscus::uvc::Stream::Outline)
+                    (&mut infrared, &mut books.infrared, 1, meniscus::usb::uvc::Stream::Outline)
                 }
             };
             let outcome =

@@ -8,18 +8,16 @@
 
 use core::hint::black_box;
 use core::panic::PanicInfo;
-use meniscus::d4xx::{self, Colour, Command, DepthTable, Identity, MESSAGE, Table};
-use meniscus::filters::{
-    Decimation, HoleFilling, LANES, Spatial, SpatialDisparity, Temporal, TemporalState, decimate, fill_holes,
-    to_depth, to_disparity,
-};
-use meniscus::model::Model;
-use meniscus::output::{OUTPUT_MAX, OUTPUT_VERSION, Packet};
+use meniscus::usb::d4xx;
+use meniscus::usb::d4xx::{Colour, Command, DepthTable, Identity, MESSAGE, Table};
+use meniscus::depth_filters::{Decimation, HoleFilling, LANES, Spatial, SpatialDisparity, Temporal, TemporalState, decimate, fill_holes, to_depth, to_disparity};
+use meniscus::blob::Model;
+use meniscus::runtime::output::{OUTPUT_MAX, OUTPUT_VERSION, Packet};
 use meniscus::runtime::{Clock, Estimator, Eye, Tracker, Turn};
 use meniscus::surface::{Config, Rectifier, Settings};
-use meniscus::uvc::descriptor::{check, interfaces};
-use meniscus::uvc::format::{input_header, video_modes};
-use meniscus::uvc::{ControlChange, Probe, Stream, Topology, extension_unit};
+use meniscus::usb::uvc::descriptor::{check, interfaces};
+use meniscus::usb::uvc::format::{input_header, video_modes};
+use meniscus::usb::uvc::{ControlChange, Probe, Stream, Topology, extension_unit};
 
 unsafe extern "C" {
     /// Defined nowhere.

@@ -1,7 +1,7 @@
 //! The named effects of a blob: what they are counted from, and what of them the camera sees.
 //!
 //! A blob lists effects by name and value; what they do to the step is worked out when it is loaded, by the formulas
-//! of [`crate::effects`], so that nothing but the list has to be believed. Effects of the liquid and of gravity act
+//! of [`crate::reduced::effects`], so that nothing but the list has to be believed. Effects of the liquid and of gravity act
 //! in the step ([`Slots`]), the others on what is measured:
 //!
 //! ```text
@@ -11,10 +11,10 @@
 
 use super::LoadError;
 use super::header::Header;
-use crate::effects::{Active, MOST, PARAMETERS, Port, Slot, View, find};
-use crate::generic::{LATENTS, ModeMap, Slots};
+use crate::latent::generic::{LATENTS, ModeMap, Slots};
 use crate::math::{sincos, sqrt};
-use crate::slosh::{Baseline, Cylinder, Model, Rheology};
+use crate::reduced::effects::{Active, MOST, PARAMETERS, Port, Slot, View, find};
+use crate::reduced::{Baseline, Cylinder, Model, Rheology};
 use crate::surface::{POINTS, SurfaceProfile, profile_abscissa};
 use heapless::{String, Vec};
 use nalgebra::SMatrix;

@@ -1,7 +1,7 @@
 //! Why a blob is refused, one sentence a cause.
 
 use super::{Tensor, VERSION};
-use crate::nn::Element;
+use crate::latent::nn::Element;
 use core::fmt;
 
 /// A blob that is not loaded. Whatever model ran before keeps running.

@@ -1,7 +1,7 @@
 //! The head of a weight blob, as `firmware-config/SPEC.md` specifies it byte by byte.
 
-use super::named::Named;
-use crate::nn::Element;
+use crate::blob::embedded_effects::Named;
+use crate::latent::nn::Element;
 use heapless::{String, Vec};
 use serde::{Deserialize, Serialize};
 
@@ -15,7 +15,7 @@ pub const MAX_SECTIONS: usize = 64;
 pub const VERSION: u32 = 3;
 
 /// The tensors of a model. Shapes are `[rows, columns]`, little-endian in the blob, `f32` or coarser
-/// ([`Element`]), packed in panels as [`crate::nn::packed_index`] says; a vector has one column. N latents, U ports, F features a frame, P profile points.
+/// ([`Element`]), packed in panels as [`crate::latent::nn::packed_index`] says; a vector has one column. N latents, U ports, F features a frame, P profile points.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Tensor {
     /// GRU layer `0..3`, input weights `[78, F or 26]`, gates stacked in the order r, z, n.
@@ -61,7 +61,7 @@ pub enum Tensor {
     /// Basis of the group, coefficients to SI units, `[numbers, rank]`; for e the first column is for the heat s in
     /// joules and each other for s times a coefficient.
     GroupBasis(u8),
-    /// A of [`crate::interval`]: the closed step linearised about rest `[N, N]`.
+    /// A of [`crate::uncertainty::error_model`]: the closed step linearised about rest `[N, N]`.
     Transition,
     /// Q: covariance of what the step misses, for a unit of w `[N, N]`.
     ProcessSpread,
@@ -77,7 +77,7 @@ pub enum Tensor {
     GroupMisfit,
     /// Floor of w, then k of the surface at three leads and of q, v, e, sigma, tau `[9]`; g behind them `[10]`.
     Reach,
-    /// A, B, e_a and e_v of [`crate::generic::ModeMap`] `[4, N]`, SI units; only where effects are named.
+    /// A, B, e_a and e_v of [`crate::latent::generic::ModeMap`] `[4, N]`, SI units; only where effects are named.
     ModeMap,
 }
 

@@ -1,14 +1,16 @@
 //! From bytes to a checked [`Model`]: the only constructor.
 
 use super::shapes::{SURFACE_GROUP, shape};
-use super::{Header, Lens, LoadError, MAGIC, MAX_SECTIONS, Named, Section, Tensor, VERSION, named};
-use crate::decoder::{Decoder, ENERGY_GROUP, Group};
-use crate::encoder::Encoder;
-use crate::generic::{Generic, LATENTS, Latent, ModeMap, Operators, Potential};
-use crate::interval::{SPREAD_OF, Spread, square_below, square_of, whitener};
-use crate::nn::{Dense, Element, Gru, Matrix, Vector, Weights, section_len};
-use crate::transverse::Transverse;
-use crate::window::Scale;
+use super::{Header, Lens, LoadError, MAGIC, MAX_SECTIONS, Named, Section, Tensor, VERSION};
+use crate::blob::embedded_effects as named;
+use crate::latent::decoder::{Decoder, ENERGY_GROUP, Group};
+use crate::latent::encoder::Encoder;
+use crate::latent::generic::{Generic, LATENTS, Latent, ModeMap, Operators, Potential};
+use crate::latent::linalg::{square_below, square_of, whitener};
+use crate::latent::nn::{Dense, Element, Gru, Matrix, Vector, Weights, section_len};
+use crate::latent::window::Scale;
+use crate::uncertainty::cross_axis::Transverse;
+use crate::uncertainty::error_model::{SPREAD_OF, Spread};
 use heapless::Vec;
 use nalgebra::SMatrix;
 

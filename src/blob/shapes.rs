@@ -1,13 +1,13 @@
 //! The shape that each tensor must have, given what the header says.
 
 use super::{Header, Tensor};
-use crate::decoder::{ENERGY_GROUP, GROUP_COMPONENTS, MAX_COEFFICIENTS, MAX_HEATED, MAX_TRUNK};
-use crate::encoder::{GRU_LAYERS, READINGS};
-use crate::generic::{LATENTS, MAX_HIDDEN};
-use crate::interval::{REACH, SPREAD_GROUPS};
-use crate::nn::HIDDEN;
+use crate::latent::decoder::{ENERGY_GROUP, GROUP_COMPONENTS, MAX_COEFFICIENTS, MAX_HEATED, MAX_TRUNK};
+use crate::latent::encoder::{GRU_LAYERS, READINGS};
+use crate::latent::generic::{LATENTS, MAX_HIDDEN};
+use crate::latent::nn::HIDDEN;
+use crate::latent::window::FEATURES;
 use crate::surface::POINTS;
-use crate::window::FEATURES;
+use crate::uncertainty::error_model::{REACH, SPREAD_GROUPS};
 
 /// What a dimension may be.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

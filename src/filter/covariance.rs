@@ -8,7 +8,7 @@
 //! what was foretold than its bound, |z - c.y| > b sqrt(s), is worth less: s grows to (z - c.y)^2 / b^2, so that it moves
 //! the estimate by no more than b deviations would (the bounded influence of Huber, Ann. Math. Stat. 35 (1964) 73).
 
-use crate::generic::LATENTS;
+use crate::latent::generic::LATENTS;
 use nalgebra::{SMatrix, SVector};
 
 /// Numbers of the filter: latents, the port value of the last three instants, speed and place of the glass, the

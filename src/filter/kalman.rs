@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! y = (x, u, u', u'', W, X, Y, Y')     latents; port value now and the two instants before; speed and place of the glass;
-//!                                      slosh across its line now and the instant before ([`crate::transverse`])
+//!                                      slosh across its line now and the instant before ([`crate::uncertainty::cross_axis`])
 //!
 //! x- = step(x, u)                      the exact step, its Jacobian about rest for the covariance
 //! u- = 1.4 u - 0.1 u' - 0.45 u'' + e   <e^2> = PUSH^2: how hands and robots move a glass, and no more is supposed of them
@@ -15,7 +15,7 @@
 //! encoder              x and u of the window,   2 b w R and READ^2
 //! ```
 //! an extended Kalman filter (Jazwinski, Stochastic Processes and Filtering Theory, 1970) with an unknown input as part of
-//! the state (Friedland, IEEE Trans. Automat. Control 14 (1969) 359); w, Q, R and d are those of [`crate::interval`]. It
+//! the state (Friedland, IEEE Trans. Automat. Control 14 (1969) 359); w, Q, R and d are those of [`crate::uncertainty::error_model`]. It
 //! learns how well the model suits the liquid: what the step misses counts a times, what the encoder misses b times, and
 //! both follow the surprise s, the mean of (z - c.y)^2 over its expectation, in every turn by a factor s^RATE (Mehra, IEEE
 //! Trans. Automat. Control 17 (1972) 693, has why innovations tell the covariances). Where nobody knows how the glass
@@ -26,17 +26,18 @@
 //! hand (seed 1401), and butter's, the evaluation's unseen one among them, where a larger LIVELY missed its target. The
 //! encoder's R counts twice because it has read the same heights.
 
-use super::belief::{ALL, Belief, Column, Measured, Wide};
-use super::estimator::PORT_LIMIT;
-use crate::discrepancy::LEAST_M2;
-use crate::generic::{LATENTS, Latent};
-use crate::interval::{Covariance, unknown};
+use crate::blob::Model;
+use crate::filter::covariance::{ALL, Belief, Column, Measured, Wide};
+use crate::latent::generic::{LATENTS, Latent};
 use crate::math::pow;
-use crate::model::Model;
 use crate::surface::SurfaceProfile;
-use crate::transverse::Aside;
+use crate::uncertainty::cross_axis::Aside;
+use crate::uncertainty::discrepancy::LEAST_M2;
+use crate::uncertainty::error_model::{Covariance, unknown};
 use nalgebra::{Matrix2, SMatrix};
 
+/// Largest glass acceleration that enters the port, as a multiple of the model's scale.
+pub const PORT_LIMIT: f64 = 20.0;
 /// What a push keeps of its last three values.
 const PUSHED: [f64; 3] = [1.4, -0.1, -0.45];
 
@@ -89,7 +90,7 @@ const Z: usize = LATENTS + 6;
 
 /// The filter's memory; the latents themselves are the state of the step.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Filter {
+pub(crate) struct Filter {
     belief: Belief,
     /// u, u', u''.
     push: [f64; 3],
@@ -122,13 +123,13 @@ impl Default for Filter {
 
 impl Filter {
     /// u, the port value of this instant, or of the step to come.
-    pub(super) fn push(&self) -> f64 {
+    pub(crate) fn push(&self) -> f64 {
         let [now, ..] = self.push;
         now
     }
 
     /// Y, and what is known of it.
-    pub(super) fn aside(&self, model: &Model<'_>) -> Aside {
+    pub(crate) fn aside(&self, model: &Model<'_>) -> Aside {
         let [yy, yz, zz] = [(Y, Y), (Y, Z), (Z, Z)].map(|(i, j)| 1e-6 * self.belief.at(i, j));
         Aside {
             stands_m: self.aside.map(|mm| 1e-3 * mm),
@@ -145,13 +146,13 @@ impl Filter {
     }
 
     /// Y, m.
-    pub(super) fn aside_m(&self) -> f64 {
+    pub(crate) fn aside_m(&self) -> f64 {
         let [now, _] = self.aside;
         1e-3 * now
     }
 
     /// What the intervals are made of.
-    pub(super) fn covariance(&self) -> Covariance {
+    pub(crate) fn covariance(&self) -> Covariance {
         Covariance {
             latents: SMatrix::from_fn(|i, j| self.belief.at(i, j)),
             push: self.belief.at(U, U),
@@ -160,7 +161,7 @@ impl Filter {
     }
 
     /// Forgets where the glass is.
-    pub(super) fn misplace(&mut self) {
+    pub(crate) fn misplace(&mut self) {
         self.glass = [0.0; 2];
         let [speed, place] = ANYWHERE;
         self.belief.set(W, speed * speed);
@@ -168,7 +169,7 @@ impl Filter {
     }
 
     /// Before the step: the place `x_m` of the glass in the frame behind it.
-    pub(super) fn place(&mut self, model: &Model<'_>, latent: &mut Latent, x_m: f64) {
+    pub(crate) fn place(&mut self, model: &Model<'_>, latent: &mut Latent, x_m: f64) {
         let (kick, [speed, place]) = (self.kick_mm(model), self.glass);
         let mut c = Column::zeros();
         for (index, value) in [(U, kick), (W, 1.0), (X, 1.0)] {
@@ -183,14 +184,14 @@ impl Filter {
     }
 
     /// Before or behind the step: the push `u` of this instant as an IMU or the robot tells it.
-    pub(super) fn told(&mut self, u: f64) {
+    pub(crate) fn told(&mut self, u: f64) {
         let [now, ..] = &mut self.push;
         *now = u;
         self.belief.set(U, TOLD * TOLD);
     }
 
     /// The step from a slosh of energy `slosh`, but for the latents themselves.
-    pub(super) fn predict(&mut self, model: &Model<'_>, slosh: f64) {
+    pub(crate) fn predict(&mut self, model: &Model<'_>, slosh: f64) {
         let kick = self.kick_mm(model);
         let transposed = self.transposed(model, kick);
         let missed = self.stray * model.spread.weight(slosh);
@@ -238,7 +239,7 @@ impl Filter {
 
     /// Takes the seen heights of `profile`, the surface of a slosh of energy `slosh`; `settled` says whether a and b
     /// may follow. Whether it came to something finite: if not, all is forgotten.
-    pub(super) fn heights(
+    pub(crate) fn heights(
         &mut self,
         model: &Model<'_>,
         latent: &mut Latent,
@@ -282,7 +283,7 @@ impl Filter {
     }
 
     /// Takes what the encoder read, behind the heights; else as [`Self::heights`].
-    pub(super) fn reading(
+    pub(crate) fn reading(
         &mut self,
         model: &Model<'_>,
         latent: &mut Latent,

@@ -2,8 +2,8 @@
 
 use super::evidence::{Calibration, Evidence, Miss};
 use super::posterior::{Verdict, posterior};
-use super::sight::slope;
-use super::tone::{Swing, Tone};
+use crate::identify::oscillation::{Swing, Tone};
+use crate::identify::slope::slope;
 use crate::surface::SurfaceProfile;
 use crate::units::FRAME_INTERVAL_S;
 

@@ -20,13 +20,13 @@
 //! | `posterior` | from sums to probabilities, `none of these` among them |
 
 mod evidence;
-mod known;
+mod known_liquid;
+mod oscillation;
 mod posterior;
-mod sight;
-mod tone;
+mod slope;
 
 pub use evidence::{Calibration, Evidence, Miss};
-pub use known::{Known, Recogniser, SETTLE, Trail};
+pub use known_liquid::{Known, Recogniser, SETTLE, Trail};
+pub use oscillation::{Swing, Tone};
 pub use posterior::{Verdict, posterior};
-pub use sight::{Slope, slope};
-pub use tone::{Swing, Tone};
+pub use slope::{Slope, slope};

@@ -6,7 +6,7 @@
 //! ```
 //! s is the height of the mode at the wall, X the place of the glass. Written in y the motion enters by its place and
 //! needs no second difference, which would be noise. The decay has three parts: what is the same at any height, what a
-//! yield stress adds where little moves (by equivalent linearisation it falls as 1/A: `crate::slosh`), and what waves
+//! yield stress adds where little moves (by equivalent linearisation it falls as 1/A: `crate::reduced`), and what waves
 //! lose that steepen or break. Frequencies fall with the square of the height (Miles 1976; Bauerlein and
 //! Avila 2021).
 

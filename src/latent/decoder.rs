@@ -10,8 +10,8 @@
 //! F u is the inertial part of the pressure: it follows the acceleration of the glass at once and is
 //! no state of the liquid, so no latent carries it. The bases are the linear last layers of the autoencoder (proper orthogonal modes folded in).
 
-use crate::generic::LATENTS;
-use crate::nn::{Dense, Matrix, Vector, Weights, relu};
+use crate::latent::generic::LATENTS;
+use crate::latent::nn::{Dense, Matrix, Vector, Weights, relu};
 use crate::surface::POINTS;
 
 /// Hidden units of a trunk layer that the decoder has room for (paper: 200).

@@ -3,9 +3,9 @@
 //! Beside the latents the head reads off the port value of this instant: the second difference of
 //! the glass position is one frame old, and the inertial pressure follows the acceleration at once.
 
-use crate::generic::LATENTS;
-use crate::nn::{Gru, HIDDEN, Matrix, Vector};
-use crate::window::Row;
+use crate::latent::generic::LATENTS;
+use crate::latent::nn::{Gru, HIDDEN, Matrix, Vector};
+use crate::latent::window::Row;
 
 /// GRU layers, one above the other (paper: 3).
 pub const GRU_LAYERS: usize = 3;

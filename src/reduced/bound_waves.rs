@@ -7,15 +7,15 @@
 //! (p + 1) G of (0,n),      (p + 1 - 4p/(p + 3)) G of (2,n)
 //! ```
 
-use super::couple::Coupling;
-use super::layer::{Rheology, resistance, viscosities};
 use super::model::{Baseline, MIDDLING_M_S, Ready, discrete, line_rubs, memory, stores};
 use super::modes::{Cylinder, Mode, RADIAL, Wave};
-use super::rim::Rim;
-use super::second::{Riding, SecondOrder};
-use super::table::BySpeed;
-use crate::effects::{Active, Branch, Port, Relax};
 use crate::math::{ln, sqrt, tan};
+use crate::reduced::boundary_layer::{Rheology, resistance, viscosities};
+use crate::reduced::contact_line_friction::Rim;
+use crate::reduced::coupling::Coupling;
+use crate::reduced::effects::{Active, Branch, Port, Relax};
+use crate::reduced::second_order::{Riding, SecondOrder};
+use crate::reduced::speed_table::BySpeed;
 use crate::units::GRAVITY_M_S2;
 use core::f64::consts::PI;
 

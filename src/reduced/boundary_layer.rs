@@ -134,7 +134,7 @@ fn layer_depth(viscosity_m2_s: f64, w: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::slosh::Wave;
+    use crate::reduced::Wave;
     use crate::units::GRAVITY_M_S2;
 
     fn damping(liquid: &Rheology, density: f64, radius_m: f64, depth_m: f64, speed: f64) -> f64 {

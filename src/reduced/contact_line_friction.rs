@@ -10,8 +10,8 @@
 //! has no end of its reach.
 
 use super::modes::RADIAL;
-use super::second::SECOND;
 use crate::math::{sincos, sqrt};
+use crate::reduced::second_order::SECOND;
 use core::f64::consts::TAU;
 
 /// Sectors of the wall.

@@ -77,7 +77,7 @@ impl Coupling {
 mod tests {
     use super::*;
     use crate::math::bessel_j;
-    use crate::slosh::{Cylinder, Mode};
+    use crate::reduced::{Cylinder, Mode};
     use core::f64::consts::PI;
 
     #[test]

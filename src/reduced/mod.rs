@@ -24,25 +24,26 @@
 //!
 //! Waves of azimuthal order one come in two directions, along x and y of the glass.
 
-mod couple;
+mod bound_waves;
+mod boundary_layer;
+mod contact_line_friction;
+mod coupling;
+pub mod effects;
 mod field;
-mod layer;
 mod model;
 mod modes;
-mod riding;
-mod rim;
-mod second;
+mod second_order;
+mod speed_table;
 mod step;
-mod table;
 #[cfg(test)]
 mod tests;
 
-pub use couple::Coupling;
+pub use boundary_layer::{Rheology, friction};
+pub use contact_line_friction::{Rim, SECTORS};
+pub use coupling::Coupling;
 pub use field::{surface, velocity, wall_harmonics};
-pub use layer::{Rheology, friction};
 pub use model::{Baseline, Model};
 pub use modes::{Cylinder, Mode, RADIAL, Wave};
-pub use rim::{Rim, SECTORS};
-pub use second::{First, Riding, SECOND, Second, SecondOrder};
+pub use second_order::{First, Riding, SECOND, Second, SecondOrder};
+pub use speed_table::BySpeed;
 pub use step::{Books, Push, State, step};
-pub use table::BySpeed;

@@ -1,12 +1,12 @@
 //! A glass of liquid with its effects: every coefficient that a step needs.
 
-use super::layer::{Rheology, friction};
 use super::modes::{Cylinder, Mode, RADIAL, Wave};
-use super::riding::{Beside, second_order};
-use super::second::SecondOrder;
-use super::table::{BySpeed, SLOWEST_M_S};
-use crate::effects::{Active, Branch, MOST, Port, Slot, View};
 use crate::math::{sqrt, tan};
+use crate::reduced::bound_waves::{Beside, second_order};
+use crate::reduced::boundary_layer::{Rheology, friction};
+use crate::reduced::effects::{Active, Branch, MOST, Port, Slot, View};
+use crate::reduced::second_order::SecondOrder;
+use crate::reduced::speed_table::{BySpeed, SLOWEST_M_S};
 use crate::units::GRAVITY_M_S2;
 use heapless::Vec;
 

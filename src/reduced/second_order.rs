@@ -16,10 +16,10 @@
 //! potential of the first mode changes. A camera that is rolled shows the same surface at rest and not this.
 
 use super::modes::RADIAL;
-use super::rim::{Rim, SECTORS};
-use super::table::BySpeed;
-use crate::effects::Branch;
 use crate::math::sqrt;
+use crate::reduced::contact_line_friction::{Rim, SECTORS};
+use crate::reduced::effects::Branch;
+use crate::reduced::speed_table::BySpeed;
 
 /// Shapes of second-order waves: (0,n), (2,n) along cos 2 theta, (2,n) along sin 2 theta.
 pub const SECOND: usize = 3;

@@ -14,9 +14,9 @@
 
 use super::model::Model;
 use super::modes::RADIAL;
-use super::second::{First, Second};
-use crate::effects::Relax;
 use crate::math::sqrt;
+use crate::reduced::effects::Relax;
+use crate::reduced::second_order::{First, Second};
 
 /// Repetitions where something depends on the state after the step.
 const REPEATS: usize = 20;

@@ -4,8 +4,8 @@
 extern crate std;
 
 use super::{Coupling, Mode, Model, Push, State, Wave, step};
-use crate::effects::tests::{DT, GLASS, active, model};
-use crate::effects::{Active, Slot};
+use crate::reduced::effects::tests::{DT, GLASS, active, model};
+use crate::reduced::effects::{Active, Slot};
 use crate::units::GRAVITY_M_S2;
 use std::vec::Vec;
 use std::{assert, assert_eq, panic};

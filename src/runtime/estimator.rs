@@ -5,17 +5,15 @@
 use super::budget::{Clock, DEADLINE_US, Lap, Stages, field_start_us};
 use super::memory::Memory;
 use super::mode::Mode;
-use crate::decoder::Selection;
-use crate::discrepancy::Discrepancy;
-use crate::generic::{Audit, LATENTS, Outcome};
-use crate::health::count;
-use crate::interval::Interval;
-use crate::model::Model;
+use crate::blob::Model;
+use crate::filter::PORT_LIMIT;
+use crate::latent::decoder::Selection;
+use crate::latent::generic::{Audit, LATENTS, Outcome};
+use crate::runtime::health::count;
 use crate::surface::{POINTS, SurfaceProfile};
+use crate::uncertainty::discrepancy::Discrepancy;
+use crate::uncertainty::error_model::Interval;
 use serde::{Deserialize, Serialize};
-
-/// Largest glass acceleration that enters the port, as a multiple of the model's scale.
-pub const PORT_LIMIT: f64 = 20.0;
 
 /// Points of a profile that must be seen for it to be a measurement: two thirds of 21.
 pub const POINTS_NEEDED: usize = 14;
@@ -125,7 +123,7 @@ impl<'m> Estimator<'m> {
     /// seen. `surface_us` is what the way from the image to the profile has taken of this turn.
     ///
     /// The field goes into `field` ([`Self::field_len`] numbers, SI units; with any other length
-    /// it is left out) unless the turn is late ([`field_shed`](crate::health::Health::field_shed)) or halted ([`Mode::Halted`]).
+    /// it is left out) unless the turn is late ([`field_shed`](crate::runtime::health::Health::field_shed)) or halted ([`Mode::Halted`]).
     pub fn turn<C: Clock>(
         &self,
         memory: &mut Memory,

@@ -6,8 +6,8 @@
 //! a glass that does move would add.
 
 use super::memory::Memory;
-use crate::generic::{LATENTS, State};
-use crate::model::Model;
+use crate::blob::Model;
+use crate::latent::generic::{LATENTS, State};
 use crate::surface::POINTS;
 
 /// The surface some turns from now.

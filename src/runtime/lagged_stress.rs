@@ -9,8 +9,8 @@
 //! IMU or a robot's command tells the acceleration there is nothing to wait for.
 
 use super::estimator::Estimate;
-use crate::decoder::{STRESS_GROUP, Selection};
-use crate::model::Model;
+use crate::blob::Model;
+use crate::latent::decoder::{STRESS_GROUP, Selection};
 
 /// Sigma of the frame of `before`, Pa, three numbers a tracer, from the estimate `now` of the next frame; gives how many
 /// numbers of `out` were written.

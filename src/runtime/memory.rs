@@ -1,13 +1,13 @@
 //! What changes from turn to turn, and the mode that it leads to.
 
 use super::estimator::Drive;
-use super::filter::Filter;
 use super::mode::Mode;
 use super::motion::{CARRY_FRAMES, Motion};
-use crate::generic::{Latent, State};
-use crate::health::{Health, count};
+use crate::filter::Filter;
+use crate::latent::generic::{Latent, State};
+use crate::latent::window::Window;
+use crate::runtime::health::{Health, count};
 use crate::surface::SurfaceProfile;
-use crate::window::Window;
 
 /// What the estimator remembers from turn to turn.
 #[derive(Clone, Debug, Default)]
@@ -35,7 +35,7 @@ impl Memory {
     }
 
     /// Y: how high the liquid stands, at the nearest point of the glass, by its slosh across the line, m
-    /// ([`crate::transverse`]).
+    /// ([`crate::uncertainty::cross_axis`]).
     #[must_use]
     pub fn aside_m(&self) -> f64 {
         self.filter.aside_m()

@@ -55,10 +55,10 @@ impl Packet {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::generic::{Audit, LATENTS};
-    use crate::interval::Interval;
+    use crate::latent::generic::{Audit, LATENTS};
     use crate::runtime::{Mode, Stages};
     use crate::surface::POINTS;
+    use crate::uncertainty::error_model::Interval;
 
     fn packet() -> Packet {
         let estimate = Estimate {

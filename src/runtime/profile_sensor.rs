@@ -1,9 +1,9 @@
 //! The eye: payloads of two streams in, one profile an instant out.
 
 use super::budget::Clock;
-use crate::frame::{DepthFrame, OutlineFrame, Stamp};
 use crate::surface::{self, NotSeen, OutlineAssembler, Rectifier, SurfaceProfile, extract};
-use crate::uvc::{Assembler, Losses, Outcome, Pairer, Solitary, Stream};
+use crate::usb::frame::{DepthFrame, OutlineFrame, Stamp};
+use crate::usb::uvc::{Assembler, Losses, Outcome, Pairer, Solitary, Stream};
 
 /// The camera's frame interval, microseconds.
 const INTERVAL_US: u32 = 16_667;

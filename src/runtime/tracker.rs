@@ -5,14 +5,14 @@
 
 use super::budget::Clock;
 use super::estimator::{Drive, Estimate, Estimator};
-use super::eye::{Eye, Sight};
 use super::memory::Memory;
 use super::mode::COAST_LIMIT;
-use crate::frame::Stamp;
-use crate::health::count;
+use crate::runtime::health::count;
+use crate::runtime::profile_sensor::{Eye, Sight};
 use crate::surface::{NotSeen, SurfaceProfile};
 use crate::units::Micros;
-use crate::uvc::Stream;
+use crate::usb::frame::Stamp;
+use crate::usb::uvc::Stream;
 
 /// Frame interval, microseconds.
 const INTERVAL_US: u64 = 16_667;

@@ -2,7 +2,7 @@
 
 use super::deproject::Camera;
 use super::optics::{Intrinsics, Optics};
-use crate::frame::Stamp;
+use crate::usb::frame::Stamp;
 
 /// Widest region of interest in pixels: the bound of every fixed array of columns.
 pub const MAX_COLUMNS: usize = 256;

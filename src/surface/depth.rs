@@ -26,8 +26,8 @@ use super::deproject::Ray;
 use super::extract::{NotSeen, Tally};
 use super::resample::median_error;
 use super::trace::{Edge, EdgePoint, NEIGHBOURS};
-use crate::frame::DepthFrame;
 use crate::math::median;
+use crate::usb::frame::DepthFrame;
 use heapless::Vec;
 
 /// Columns on either side of the window, its rows, and the rows between the edge and its first one.

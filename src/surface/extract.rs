@@ -9,7 +9,7 @@ use super::profile::SurfaceProfile;
 use super::region::{Grey, Region};
 use super::resample::{Points, resample};
 use super::trace::{Edge, trace};
-use crate::frame::{DepthFrame, OutlineFrame, Stamp};
+use crate::usb::frame::{DepthFrame, OutlineFrame, Stamp};
 use heapless::Vec;
 use serde::{Deserialize, Serialize};
 

@@ -2,8 +2,8 @@
 
 use super::rectify::Rectifier;
 use super::region::Region;
-use crate::frame::Stamp;
-use crate::uvc::{Assembler, Losses, Outcome};
+use crate::usb::frame::Stamp;
+use crate::usb::uvc::{Assembler, Losses, Outcome};
 
 /// Joins the payloads of the outline's stream: Y8 as it comes, or YUY2 [rectified](Rectifier) into a second buffer.
 #[derive(Debug)]

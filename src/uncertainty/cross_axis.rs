@@ -10,7 +10,7 @@
 //! A(n), the slope of the surface after one unit of the port, is read off the model's own linearised step, and the
 //! numbers k1, k2 of Y(n+1) = k1 Y(n) + k2 Y(n-1) + f are those that foretell it best.
 
-use crate::generic::{LATENTS, Latent};
+use crate::latent::generic::{LATENTS, Latent};
 use crate::math::sqrt;
 use crate::surface::{POINTS, SurfaceProfile, profile_abscissa};
 use nalgebra::{Matrix2, SMatrix};

@@ -8,15 +8,15 @@
 //! e^ = s (z - S(x)),      s = w d / (w d + r),      <(e - e^)^2> = (1 - s) w d
 //! ```
 //! (the discrepancy of a model: Kennedy and O'Hagan, J. R. Stat. Soc. B 63 (2001) 425; w, d and r are those of
-//! [`crate::interval`]). The filter counts e as noise, so that the latents do not run after what they cannot say; here it is put
+//! [`crate::uncertainty::error_model`]). The filter counts e as noise, so that the latents do not run after what they cannot say; here it is put
 //! back on the surface. It is a view of the surface and no more: no part of the field moves with it, nothing is foretold from
 //! it, and where a height was not seen there is none. A model on its own liquid has next to none either.
 
-use crate::interval::Spread;
 use crate::surface::{POINTS, SurfaceProfile};
+use crate::uncertainty::error_model::Spread;
 
 /// Least variance of a measured height, m2: that of 0.1 mm.
-pub(crate) const LEAST_M2: f64 = 1e-8;
+pub const LEAST_M2: f64 = 1e-8;
 
 /// s of every height; 0 where it was not seen.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -60,7 +60,7 @@ impl Discrepancy {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::interval::tests::spread;
+    use crate::uncertainty::error_model::tests::spread;
     use crate::units::Micros;
 
     fn profile() -> SurfaceProfile {

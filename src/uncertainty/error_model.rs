@@ -7,16 +7,16 @@
 //! ```
 //! A is the closed step linearised about rest, Q the covariance of what the step misses, R that of what the encoder
 //! misses, d what the decoder misses, each for a unit of w = floor + H(x): a livelier slosh is known less well; g is what is
-//! missed of a surface at rest, which no slosh explains, y what a slosh across the line adds ([`crate::transverse`]), s the share
-//! of w d that a measured height takes back ([`crate::discrepancy`]); a is what the filter has found of late of how well the step
+//! missed of a surface at rest, which no slosh explains, y what a slosh across the line adds ([`crate::uncertainty::cross_axis`]), s the share
+//! of w d that a measured height takes back ([`crate::uncertainty::discrepancy`]); a is what the filter has found of late of how well the step
 //! suits the liquid. The errors are neither white nor Gaussian, so P only says how they spread over points and time; the size is put right by k, the 90 % quantile of |error| / half found on
 //! recordings held out (split conformal: Lei et al., J. Am. Stat. Assoc. 113 (2018) 1094).
 
-use crate::discrepancy::Discrepancy;
-use crate::generic::{Generic, LATENTS, Latent};
+use crate::latent::generic::{Generic, LATENTS, Latent};
+use crate::latent::nn::Vector;
 use crate::math::sqrt;
-use crate::nn::{Matrix, Vector};
 use crate::surface::POINTS;
+use crate::uncertainty::discrepancy::Discrepancy;
 use nalgebra::SMatrix;
 
 /// A matrix on latent space.
@@ -85,47 +85,6 @@ pub struct Covariance {
 #[must_use]
 pub(crate) fn unknown() -> Square {
     Square::identity() * (2.0 / LATENTS as f64)
-}
-
-/// M^(-1/2) of a covariance `m`, lower triangular: D^(-1/2) L^-1 of M = L D L^T, by the elimination that makes D of M made on
-/// the identity too; what is zero but for rounding counts as a little more. Zeros, which say nothing, of what is no
-/// covariance.
-#[must_use]
-pub(crate) fn whitener(m: &Square) -> Square {
-    let rounding = 1e-6 * m.trace() / LATENTS as f64;
-    // Columns are rows, as M is symmetric.
-    let mut rows = (m + Square::identity() * rounding).data.0;
-    let mut white = Square::identity().data.0;
-    let (mut rest, mut rest_white, mut column) = (&mut rows[..], &mut white[..], 0);
-    while let (Some((first, below)), Some((first_white, below_white))) =
-        (rest.split_first_mut(), rest_white.split_first_mut())
-    {
-        let pivot = first.get(column).copied().unwrap_or(0.0);
-        if !(pivot > 0.0 && pivot.is_finite()) {
-            return Square::zeros();
-        }
-        for (row, row_white) in below.iter_mut().zip(below_white.iter_mut()) {
-            let share = row.get(column).copied().unwrap_or(0.0) / pivot;
-            row.iter_mut().zip(first.iter()).for_each(|(m, f)| *m -= share * f);
-            row_white.iter_mut().zip(first_white.iter()).for_each(|(w, f)| *w -= share * f);
-        }
-        first_white.iter_mut().for_each(|w| *w /= sqrt(pivot));
-        (rest, rest_white, column) = (below, below_white, column + 1);
-    }
-    let white = Square::from_fn(|i, j| white.get(i).and_then(|row| row.get(j)).copied().unwrap_or(0.0));
-    if white.iter().all(|w| w.is_finite()) { white } else { Square::zeros() }
-}
-
-/// The matrix whose entries `of` gives.
-#[must_use]
-pub fn square_of(of: &Matrix<'_>) -> Square {
-    square_below(of, 0)
-}
-
-/// The matrix whose entries `of` gives from row `first` on.
-#[must_use]
-pub fn square_below(of: &Matrix<'_>, first: usize) -> Square {
-    Square::from_fn(|i, j| f64::from(of.at(first.saturating_add(i), j)))
 }
 
 impl Spread<'_> {
@@ -235,7 +194,6 @@ impl Spread<'_> {
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
-    use crate::math::pow;
 
     const NOTHING: (&[f64; POINTS], &Discrepancy) = (&[0.0; POINTS], &Discrepancy::NONE);
 
@@ -280,15 +238,6 @@ pub(crate) mod tests {
             assert!((fine - 2.0 * sqrt(w * 1e-8) as f32).abs() < 1e-9);
             assert!((coarse - 2.0 * sqrt(w * 1e-8 + 9e-8) as f32).abs() < 1e-9);
         }
-    }
-
-    /// W M W^T = 1; of what is no covariance nothing is believed.
-    #[test]
-    fn whitened_errors_are_independent() {
-        let m = Square::from_fn(|i, j| pow(0.5, i.abs_diff(j) as f64) * ((i + 1) * (j + 1)) as f64);
-        let w = whitener(&m);
-        assert!((w * m * w.transpose() - Square::identity()).norm() < 1e-4);
-        assert_eq!(whitener(&-m), Square::zeros());
     }
 
     /// Without a measurement an estimate is worth less from turn to turn, and k is the measured one at its lead.

@@ -1,11 +1,11 @@
 //! Small recordings, made without the reader's code.
 
 use image::{ExtendedColorType, ImageEncoder, codecs::png::PngEncoder};
-use meniscus::frame::Stamp;
-use meniscus::host::bag::{Calibration, Image};
-use meniscus::host::camera::OutlineImage;
 use meniscus::units::Micros;
-use meniscus::uvc::Stream;
+use meniscus::usb::frame::Stamp;
+use meniscus::usb::uvc::Stream;
+use meniscus_bags::{Calibration, Image};
+use meniscus_usb::camera::OutlineImage;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 

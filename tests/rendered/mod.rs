@@ -1,10 +1,10 @@
 //! Liquid of known analytic shape, rendered, and the errors of what is read back.
 
-use meniscus::frame::{DepthFrame, OutlineFrame, Stamp};
-use meniscus::offline::recording::{Glass, Lattice, WALL_POINTS, wall_azimuth};
-use meniscus::offline::scene::{Images, Liquid, Scene, SceneSettings};
 use meniscus::surface::{Config, POINTS, Settings, State, SurfaceProfile, Tally, extract, profile_abscissa};
 use meniscus::units::Micros;
+use meniscus::usb::frame::{DepthFrame, OutlineFrame, Stamp};
+use meniscus_data::recording::{Glass, Lattice, WALL_POINTS, wall_azimuth};
+use meniscus_virtual::render::{Images, Liquid, Scene, SceneSettings};
 
 pub(crate) const GLASS: Glass = Glass { radius_m: 0.035, fill_m: 0.070, rim_m: 0.110, taper: 0.0 };
 

@@ -4,12 +4,13 @@
 //! phi_n = J1(e_n r / R) cos(theta) cosh(k_n z) / cosh(k_n h), J1'(e_n) = 0, k_n = e_n / R;
 //! eta_n' = k tanh(k h) phi_n, phi_n' = -g eta_n - a c_n - 2 zeta omega phi_n, x = sum c_n J1 cos.
 
-use meniscus::offline::recording::{
-    COLUMNS, EnergyBook, GROUP_COMPONENTS, Glass, LAYERS, Lattice, Provenance, Recording, STATE, States,
-    TRACERS, WALL_POINTS, group_range, wall_azimuth,
-};
+use meniscus::latent::decoder::GROUP_COMPONENTS;
 use meniscus::surface::{POINTS, profile_abscissa};
 use meniscus::units::{FRAME_INTERVAL_S, GRAVITY_M_S2};
+use meniscus_data::recording::{
+    COLUMNS, EnergyBook, Glass, LAYERS, Lattice, Provenance, Recording, STATE, States, TRACERS, WALL_POINTS,
+    group_range, wall_azimuth,
+};
 
 const GLASS: Glass = Glass { radius_m: 0.035, fill_m: 0.07, rim_m: 0.11, taper: 0.0 };
 const DENSITY: f64 = 1260.0;

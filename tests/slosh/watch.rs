@@ -1,11 +1,11 @@
 //! The camera side at work on a recording: the blob is loaded and turned frame by frame.
 
-use meniscus::generic::LATENTS;
-use meniscus::model::Model;
-use meniscus::offline::recording::Recording;
+use meniscus::blob::Model;
+use meniscus::latent::generic::LATENTS;
 use meniscus::runtime::{Clock, Estimator, Memory};
 use meniscus::surface::{POINTS, SurfaceProfile};
 use meniscus::units::Micros;
+use meniscus_data::recording::Recording;
 
 /// No time passes.
 struct Still;

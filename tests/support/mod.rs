@@ -1,8 +1,8 @@
 //! A weight blob of random numbers: everything that no training has touched.
 
-use meniscus::host::files::AlignedBytes;
-use meniscus::model::{Header, Tensor};
-use meniscus::offline::export::{Part, blob};
+use meniscus::blob::{Header, Tensor};
+use meniscus_data::blob_file::write::{Part, blob};
+use meniscus_platform::files::AlignedBytes;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 

@@ -18,7 +18,7 @@ impl Run {
     /// `meniscus run --view` with more `arguments`.
     pub(crate) fn start(arguments: &[&str]) -> Self {
         let out: PathBuf = Path::new(env!("CARGO_TARGET_TMPDIR")).join("page");
-        let mut child = Command::new(env!("CARGO_BIN_EXE_meniscus"))
+        let mut child = Command::new(env!("CARGO_BIN_EXE_meniscus-under-test"))
             .args(["run", "--view", "--out"])
             .arg(&out)
             .args(arguments)

@@ -1,11 +1,11 @@
 //! Made-up recordings for discovery.
 
-use meniscus::effects::{Active, find};
-use meniscus::offline::discover::calibrate::Calibration;
-use meniscus::offline::discover::predict::Known;
-use meniscus::offline::discover::record::Record;
-use meniscus::offline::discover::study::courses::Course;
-use meniscus::offline::discover::study::made_up_with;
+use meniscus::reduced::effects::{Active, find};
+use meniscus_discover::calibrate::Calibration;
+use meniscus_discover::predict::Known;
+use meniscus_discover::record::Record;
+use meniscus_discover::study::made_up_with;
+use meniscus_discover::study::motion_plans::Course;
 
 pub(crate) const KNOWN: Known =
     Known { radius_m: 0.035, fill_m: 0.07, density_kg_m3: 1261.0, viscosity_pa_s: 0.2, told: [1.0; 2] };

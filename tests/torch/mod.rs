@@ -4,8 +4,8 @@
 //! tests say so and pass.
 
 use burn::tensor::{Device, Tensor, TensorData};
-use meniscus::offline::train::nets::{encoder, perceptron};
-use meniscus::offline::train::weights::{Matrix, leaves, numbers, scalar};
+use meniscus_optim::nets::{encoder, perceptron};
+use meniscus_optim::weights::{Matrix, leaves, numbers, scalar};
 use npyz::NpyFile;
 use npyz::npz::NpzArchive;
 use safetensors::SafeTensors;

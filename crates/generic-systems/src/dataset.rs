@@ -12,7 +12,6 @@
 //! All but `Z` and `dt` may be absent. A variable that never changes along a trajectory is taken for a parameter.
 
 use super::form::Kinds;
-use crate::offline::prelude::*;
 use nalgebra::{DMatrix, DVector};
 use npyz::npz::NpzArchive;
 use npyz::{DType, NpyFile, Order, TypeChar};

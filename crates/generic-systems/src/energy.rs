@@ -10,7 +10,6 @@
 //! in place of his correction. E need not be convex: a pendulum's is not.
 
 use super::form::Form;
-use crate::offline::prelude::*;
 use nalgebra::{DMatrix, DVector};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;

@@ -32,7 +32,6 @@
 use super::energy::{Energy, Passage};
 use super::form::Form;
 use super::operators::{Operators, Said};
-use crate::offline::prelude::*;
 use nalgebra::{DMatrix, DVector};
 use rand_chacha::ChaCha8Rng;
 
@@ -333,7 +332,7 @@ impl Exact {
             let heat = (self.energy(x) - self.energy(&end)).max(0.0);
             let d = flow.factors.iter().fold(&flow.skew * 0.0, |sum, c| sum + c * c.transpose());
             let slopes = [one(1.0, &flow.g), one(1.0, &(&flow.g * 0.0)), one(heat, &(&end - x))];
-            let operators = crate::offline::train::laws::full(&flow.skew, &d, &flow.g);
+            let operators = meniscus_optim::laws::full(&flow.skew, &d, &flow.g);
             return Turn { x: end, heat, slopes, operators, held };
         }
         let total = |x: &DVector<f64>| self.form.kinds.entropies.iter().map(|&i| x[i]).sum::<f64>();

@@ -12,8 +12,7 @@
 //! moves.
 
 use super::dataset::{Dataset, Frame};
-use crate::offline::prelude::*;
-use crate::offline::train::weights::Matrix;
+use meniscus_optim::weights::Matrix;
 use nalgebra::{DMatrix, DVector};
 
 /// e: lengths below its root, in the spread of the points, are seen as that.

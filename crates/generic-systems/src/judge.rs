@@ -5,10 +5,9 @@ use super::exact::Exact;
 use super::form::Kinds;
 use super::published::Published;
 use super::soft::Soft;
-use crate::offline::prelude::*;
-use crate::offline::train::laws::Laws;
-use crate::offline::train::weights::{Matrix, constants, numbers};
 use burn::tensor::{Device, Tensor};
+use meniscus_optim::laws::Laws;
+use meniscus_optim::weights::{Matrix, constants, numbers};
 use nalgebra::{DMatrix, DVector};
 
 /// A net that is judged.

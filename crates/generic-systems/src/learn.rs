@@ -9,11 +9,10 @@
 //! A modulus for all but small misses, for the reason in [`super::squares`], whose turns are the exact net's.
 
 use super::soft::Soft;
-use crate::offline::prelude::*;
-use crate::offline::train::descent::Descent;
-use crate::offline::train::progress::{Session, annealed};
-use crate::offline::train::weights::{Matrix, leaves, scalar};
 use burn::tensor::{Device, Tensor, TensorData};
+use meniscus_optim::descent::Descent;
+use meniscus_optim::progress::{Session, annealed};
+use meniscus_optim::weights::{Matrix, leaves, scalar};
 use nalgebra::DVector;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;

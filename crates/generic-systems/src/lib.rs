@@ -27,14 +27,13 @@ pub use learn::Schedule;
 pub use published::{Published, Said};
 pub use report::{checks, markdown, rollouts_png};
 
-use super::progress::{Checkpoints, Curve, Session};
-use super::weights::Matrix;
-use crate::offline::prelude::*;
 use dataset::Frame;
 use exact::Exact;
 use form::Form;
 use judge::Judged;
 use learn::{Lessons, learn};
+use meniscus_optim::progress::{Checkpoints, Curve, Session};
+use meniscus_optim::weights::Matrix;
 use nalgebra::DVector;
 use safetensors::tensor::{Dtype, TensorView, serialize};
 use soft::Soft;
@@ -125,7 +124,8 @@ pub fn train(
     let soft = Soft::new(&form);
     let soft_error = |w: &[Matrix]| lessons.validate(|x, count| soft.roll_out(w, x, count));
     let best = |train: &dyn Fn(u64) -> (Vec<Matrix>, f64)| {
-        let tries = (0..options.schedule.seeds).map(|k| train(super::encoder::derive_seed(options.seed, k)));
+        let tries =
+            (0..options.schedule.seeds).map(|k| train(meniscus_optim::seed::derive_seed(options.seed, k)));
         tries.min_by(|a, b| a.1.total_cmp(&b.1)).map(|(weights, _)| weights).unwrap_or_default()
     };
     let weights = best(&|seed| squares::learn(&form, &lessons, seed, options.schedule, &session));
@@ -195,7 +195,7 @@ fn lessons(data: &Dataset, frame: &Frame) -> Lessons {
 
 /// What tells a training from another: its data, its seed and its schedule.
 fn fingerprint(data: &Dataset, options: &Options) -> u32 {
-    let mut digest = crate::model::CRC.digest();
+    let mut digest = meniscus::blob::CRC.digest();
     for z in data.paths.iter().flatten() {
         z.iter().for_each(|v| digest.update(&v.to_le_bytes()));
     }

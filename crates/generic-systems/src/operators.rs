@@ -5,7 +5,6 @@
 //! ```
 
 use super::form::Form;
-use crate::offline::prelude::*;
 use nalgebra::{DMatrix, DVector};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;

@@ -7,7 +7,6 @@
 //! stores them, ReLU between the layers, `mean`, `std`, `L`, `M` and `dt`; A comes before B, row by row.
 
 use super::dataset::{Archive, DatasetError};
-use crate::offline::prelude::*;
 use nalgebra::{DMatrix, DVector};
 use std::path::Path;
 

@@ -2,9 +2,8 @@
 
 use super::Outcome;
 use super::judge::Figures;
-use crate::host::checks::Check;
-use crate::host::view::plot::{BLUE, FONT, GREY, ORANGE, PURPLE, PictureError, legend, prepare_font};
-use crate::offline::prelude::*;
+use meniscus_report::checks::Check;
+use meniscus_report::plot::{BLUE, FONT, GREY, ORANGE, PURPLE, PictureError, legend, prepare_font};
 use plotters::prelude::*;
 use std::fmt::Write;
 use std::path::Path;

@@ -6,10 +6,9 @@
 //! (Hernandez et al., J. Comput. Phys. 426 (2021) 109950, with e and s said outright as in the liquid's soft net.)
 
 use super::form::Form;
-use crate::offline::prelude::*;
-use crate::offline::train::nets::perceptron;
-use crate::offline::train::weights::{Matrix, constants, numbers};
 use burn::tensor::{Device, Tensor};
+use meniscus_optim::nets::perceptron;
+use meniscus_optim::weights::{Matrix, constants, numbers};
 use nalgebra::{DMatrix, DVector};
 use rand_chacha::ChaCha8Rng;
 

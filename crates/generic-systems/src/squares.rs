@@ -16,10 +16,9 @@
 use super::exact::Exact;
 use super::form::Form;
 use super::learn::{Lessons, Schedule};
-use crate::offline::prelude::*;
-use crate::offline::train::descent::Descent;
-use crate::offline::train::progress::Session;
-use crate::offline::train::weights::Matrix;
+use meniscus_optim::descent::Descent;
+use meniscus_optim::progress::Session;
+use meniscus_optim::weights::Matrix;
 use nalgebra::{DMatrix, DVector};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;

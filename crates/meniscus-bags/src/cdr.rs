@@ -1,8 +1,6 @@
 //! Numbers and texts one after the other, as ROS writes them: packed (ROS 1) or aligned to their size (ROS 2,
 //! CDR little-endian behind four bytes).
 
-use crate::host::prelude::*;
-
 /// Bytes yet to be read.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Fields<'b> {

@@ -1,6 +1,5 @@
 //! Why a recording cannot be read or written.
 
-use crate::host::prelude::*;
 use std::fmt;
 use std::io;
 use std::path::PathBuf;

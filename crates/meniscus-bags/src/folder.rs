@@ -5,13 +5,12 @@
 //! the simulated camera.
 
 use super::{BagError, Calibration, Image, Recording};
-use crate::frame::Stamp;
-use crate::host::files::write_whole;
-use crate::host::prelude::*;
-use crate::units::Micros;
-use crate::uvc::Stream;
 use image::codecs::png::{PngDecoder, PngEncoder};
 use image::{ColorType, ExtendedColorType, ImageDecoder, ImageEncoder, ImageError};
+use meniscus::units::Micros;
+use meniscus::usb::frame::Stamp;
+use meniscus::usb::uvc::Stream;
+use meniscus_platform::files::write_whole;
 use std::fmt::Write;
 use std::io::Cursor;
 use std::path::{Path, PathBuf};

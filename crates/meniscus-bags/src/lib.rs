@@ -26,11 +26,10 @@ pub use folder::FolderWriter;
 pub use mcap_write::McapWriter;
 pub use profiles::{ProfileError, profiles_from_csv, profiles_to_csv};
 
-use crate::frame::Stamp;
-use crate::host::camera::OutlineImage;
-use crate::host::prelude::*;
-use crate::surface::{Intrinsics, Optics};
-use crate::uvc::Stream;
+use meniscus::surface::{Intrinsics, Optics};
+use meniscus::usb::frame::Stamp;
+use meniscus::usb::uvc::Stream;
+use meniscus_usb::camera::OutlineImage;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
@@ -49,7 +48,7 @@ pub struct Calibration {
     pub baseline_m: f32,
     /// Which camera, in words.
     pub camera: String,
-    /// Which image the outline's is: infrared, or the luma of colour as [`Rectifier`](crate::surface::Rectifier) gives it.
+    /// Which image the outline's is: infrared, or the luma of colour as [`Rectifier`](meniscus::surface::Rectifier) gives it.
     #[serde(default)]
     pub outline: OutlineImage,
     /// Where the lens of the depth image stands as seen from that of the outline: right, down, forward, metres.

@@ -3,12 +3,11 @@
 use super::mcap_write::{DEPTH_TOPIC, METADATA, OUTLINE_TOPICS};
 use super::schema::RawImage;
 use super::{BagError, Calibration, Image, Recording, image_bytes};
-use crate::frame::Stamp;
-use crate::host::prelude::*;
-use crate::units::Micros;
-use crate::uvc::Stream;
 use mcap::records::Record;
 use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
+use meniscus::units::Micros;
+use meniscus::usb::frame::Stamp;
+use meniscus::usb::uvc::Stream;
 use prost::Message;
 use std::collections::BTreeMap;
 use std::fs::File;

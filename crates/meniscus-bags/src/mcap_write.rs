@@ -3,11 +3,10 @@
 
 use super::schema::{CAMERA_CALIBRATION, CameraCalibration, RAW_IMAGE, RawImage, descriptors, timestamp};
 use super::{BagError, Calibration, Image, image_bytes};
-use crate::host::camera::OutlineImage;
-use crate::host::prelude::*;
-use crate::uvc::Stream;
 use mcap::records::{MessageHeader, Metadata};
 use mcap::{Compression, WriteOptions, Writer};
+use meniscus::usb::uvc::Stream;
+use meniscus_usb::camera::OutlineImage;
 use prost::Message;
 use std::collections::BTreeMap;
 use std::fs::File;

@@ -2,9 +2,8 @@
 //!
 //! `sequence,captured_us,glass_x_m,z0_m..z20_m,s0_m..s20_m`, heights and their standard deviations.
 
-use crate::host::prelude::*;
-use crate::surface::{POINTS, SurfaceProfile};
-use crate::units::Micros;
+use meniscus::surface::{POINTS, SurfaceProfile};
+use meniscus::units::Micros;
 use std::fmt::Write;
 
 /// A line that is no profile.

@@ -7,11 +7,10 @@
 
 use super::cdr::Fields;
 use super::{BagError, Calibration, Image, Recording, image_bytes};
-use crate::frame::Stamp;
-use crate::host::camera::OutlineImage;
-use crate::host::prelude::*;
-use crate::units::Micros;
-use crate::uvc::Stream;
+use meniscus::units::Micros;
+use meniscus::usb::frame::Stamp;
+use meniscus::usb::uvc::Stream;
+use meniscus_usb::camera::OutlineImage;
 use std::collections::{BTreeMap, VecDeque};
 use std::fs::File;
 use std::io::{BufReader, ErrorKind, Read};

@@ -1,7 +1,6 @@
 //! The messages of an MCAP recording, in protobuf, with their descriptors: Foxglove's `RawImage` and
 //! `CameraCalibration`. A file carries the descriptors, so any reader of MCAP can take it apart.
 
-use crate::host::prelude::*;
 use prost::Message;
 use prost_types::field_descriptor_proto::{Label, Type};
 use prost_types::{DescriptorProto, FieldDescriptorProto, FileDescriptorProto, FileDescriptorSet, Timestamp};

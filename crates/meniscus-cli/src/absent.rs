@@ -61,7 +61,7 @@ macro_rules! studying {
 pub(crate) use learning_verbs::{correct, evaluate, generic, train};
 #[cfg(not(feature = "studies"))]
 pub(crate) use studying_verbs::{
-    adopt, bench, camera, deadline, discover, people, quantize, recognise, record, render, setup, simulate,
+    bench, camera, deadline, discover, insert, people, quantize, recognise, record, render, setup, simulate,
 };
 
 #[cfg(not(feature = "train"))]
@@ -81,7 +81,7 @@ mod studying_verbs {
     studying!(record, "Record a camera, or turn one recording into another");
     studying!(people, "Look into what people see of a run");
     studying!(render, "Make pictures and films of a recording");
-    studying!(adopt, "Put a named effect into a model");
+    studying!(insert, "Put a named effect into a model");
     studying!(quantize, "The same model in fewer bytes");
     studying!(recognise, "Say which known liquid moves in a recording");
     studying!(bench, "How fast and how large everything is here");

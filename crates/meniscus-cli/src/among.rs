@@ -1,7 +1,6 @@
 //! The liquids that verbs ask about: those in the program, notes, and folders of notes.
 
-use super::shipped;
-use meniscus::host::recognise::{Note, NoteError};
+use meniscus_service::identify::{Note, NoteError};
 use std::path::Path;
 
 /// The notes that `paths` name, all of one glass of this radius and fill (m).
@@ -9,7 +8,7 @@ pub(super) fn among(paths: &[String], glass: (f64, f64)) -> Result<Vec<Note>, No
     let mut notes = Vec::new();
     for path in paths {
         if path == "shipped" {
-            for (name, text) in shipped::LIQUIDS {
+            for (name, text) in meniscus_shipped::LIQUIDS {
                 notes.push(Note::parse(Path::new(name), text)?);
             }
         } else {

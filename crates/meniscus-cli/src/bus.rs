@@ -1,19 +1,18 @@
 //! Which bus a command works on: the machine's own, or one with a simulated camera.
 
-#[cfg(feature = "studies")]
-use super::shipped;
 use anyhow::anyhow;
-use meniscus::host::camera::CameraError;
-use meniscus::host::usb::Machine;
 #[cfg(feature = "studies")]
-use meniscus::offline::recording::Recording;
-#[cfg(feature = "studies")]
-use meniscus::offline::scene::SceneSettings;
-#[cfg(feature = "studies")]
-use meniscus::offline::usb::RecordedGlass;
-use meniscus::offline::usb::SimulatedBus;
+use meniscus_data::recording::Recording;
 use meniscus_hil::FaultList;
 use meniscus_hil::device::{Device, Scenery, TROUBLES, TestCard, Trouble};
+#[cfg(feature = "studies")]
+use meniscus_usb::camera::CameraError;
+use meniscus_usb::transport::Machine;
+#[cfg(feature = "studies")]
+use meniscus_virtual::render::SceneSettings;
+#[cfg(feature = "studies")]
+use meniscus_virtual::usb::RecordedGlass;
+use meniscus_virtual::usb::SimulatedBus;
 #[cfg(feature = "studies")]
 use std::path::Path;
 
@@ -42,7 +41,7 @@ pub(crate) fn simulated(trouble_name: &str) -> anyhow::Result<SimulatedBus> {
 #[cfg(feature = "studies")]
 /// A simulated camera before the glass of the shipped recording at rest, in real time.
 pub(crate) fn resting(trouble_name: &str) -> anyhow::Result<SimulatedBus> {
-    let recording = Recording::from_bytes(Path::new("the shipped recording"), shipped::RECORDING)?;
+    let recording = Recording::from_bytes(Path::new("the shipped recording"), meniscus_shipped::RECORDING)?;
     let glass = RecordedGlass::new(recording, SceneSettings::default()).resting();
     let device = Device::new(Box::new(glass), trouble(trouble_name)?, FaultList::default(), 1);
     Ok(SimulatedBus::new(device).in_real_time())
@@ -51,7 +50,7 @@ pub(crate) fn resting(trouble_name: &str) -> anyhow::Result<SimulatedBus> {
 #[cfg(feature = "studies")]
 /// A simulated camera before the shipped recording, in real time.
 pub(crate) fn recorded(trouble_name: &str) -> anyhow::Result<SimulatedBus> {
-    let recording = Recording::from_bytes(Path::new("the shipped recording"), shipped::RECORDING)?;
+    let recording = Recording::from_bytes(Path::new("the shipped recording"), meniscus_shipped::RECORDING)?;
     let glass = RecordedGlass::new(recording, SceneSettings::default());
     let device = Device::new(Box::new(glass), trouble(trouble_name)?, FaultList::default(), 1);
     Ok(SimulatedBus::new(device).in_real_time())

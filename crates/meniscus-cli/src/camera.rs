@@ -2,10 +2,11 @@
 
 use anyhow::Context;
 use indicatif::{ProgressBar, ProgressStyle};
-use meniscus::host::checks::table;
-use meniscus::host::files::write_whole;
-use meniscus::offline::study::judge::Row;
-use meniscus::offline::study::{self, SEED, errors_png, faults, html, markdown, scenes_png};
+use meniscus_platform::files::write_whole;
+use meniscus_report::checks::table;
+use meniscus_virtual::camera_study as study;
+use meniscus_virtual::camera_study::judge::Row;
+use meniscus_virtual::camera_study::{SEED, errors_png, faults, html, markdown, scenes_png};
 use serde_json::json;
 use std::path::PathBuf;
 

@@ -1,19 +1,18 @@
 //! `meniscus correct`: a model learns another liquid from recordings of its free surface.
 
 use anyhow::{Context, ensure};
-use meniscus::host::checks::{Check, table};
-use meniscus::host::files::write_whole;
-use meniscus::model::Model;
-use meniscus::offline::recording::Recording;
-use meniscus::offline::scene::SceneSettings;
-use meniscus::offline::train::correct::{Correction, Sightings, correct};
-use meniscus::offline::watching::sightings;
+use meniscus::blob::Model;
+use meniscus_data::recording::Recording;
+use meniscus_learn::correct::{Correction, Sightings, correct};
+use meniscus_platform::files::write_whole;
+use meniscus_report::checks::{Check, table};
+use meniscus_virtual::observe_recording::sightings;
+use meniscus_virtual::render::SceneSettings;
 use std::path::{Path, PathBuf};
 
 use super::filmed::{all_filmed, by_camera};
 use super::glass;
 use super::inputs::{file, level, recordings};
-use super::shipped;
 use super::stop::watched;
 
 /// Correct a model by what a camera saw of another liquid: the free surface, and nothing else.
@@ -86,7 +85,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let bytes = file(&arguments.model)?;
     let model = Model::load(&bytes).with_context(|| format!("the model {} is refused", arguments.model))?;
     let source = if arguments.source.is_empty() {
-        vec![Recording::from_bytes(Path::new("the shipped recording"), shipped::RECORDING)?]
+        vec![Recording::from_bytes(Path::new("the shipped recording"), meniscus_shipped::RECORDING)?]
     } else {
         recordings(&arguments.source, "", level)?
     };

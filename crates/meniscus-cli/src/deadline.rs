@@ -1,19 +1,16 @@
 //! `meniscus deadline`: minutes of turns at a camera's pace, idle and beside a load.
 
 use super::inputs::file;
-use super::shipped;
 use super::stop::watched;
 use anyhow::{Context, ensure};
 use indicatif::{ProgressBar, ProgressStyle};
-use meniscus::host::checks::table;
-use meniscus::host::files::write_whole;
-use meniscus::model::Model;
-use meniscus::offline::deadline::{
-    Film, Load, Outcome, Run, checks, latencies_png, markdown, run as perform,
-};
-use meniscus::offline::recording::Recording;
-use meniscus::offline::scene::SceneSettings;
+use meniscus::blob::Model;
 use meniscus::surface::{Config, Settings};
+use meniscus_data::recording::Recording;
+use meniscus_platform::files::write_whole;
+use meniscus_report::checks::table;
+use meniscus_timing::deadline::{Film, Load, Outcome, Run, checks, latencies_png, markdown, run as perform};
+use meniscus_virtual::render::SceneSettings;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
@@ -67,7 +64,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let runs = runs(arguments)?;
     let bytes = file(&arguments.model)?;
     let model = Model::load(&bytes).with_context(|| format!("the model {} is refused", arguments.model))?;
-    let recording = Recording::from_bytes(Path::new("the shipped recording"), shipped::RECORDING)?;
+    let recording = Recording::from_bytes(Path::new("the shipped recording"), meniscus_shipped::RECORDING)?;
     let header = &model.header;
     let settings = Settings::for_glass(header.radius_m, header.fill_m, header.rim_m);
     let page = arguments.out.join("deadline.md");

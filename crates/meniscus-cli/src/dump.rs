@@ -2,8 +2,8 @@
 
 use super::bus;
 use anyhow::{Context, bail};
-use meniscus::host::camera::{Settings, dump};
-use meniscus::host::files::write_whole;
+use meniscus_platform::files::write_whole;
+use meniscus_usb::camera::{Settings, dump};
 use std::path::PathBuf;
 
 /// Write down what the camera says at its first connection.

@@ -4,9 +4,9 @@ use super::inputs::file;
 use super::stop::watched;
 use anyhow::{Context, ensure};
 use indicatif::{ProgressBar, ProgressStyle};
-use meniscus::host::checks::table;
-use meniscus::host::files::write_whole;
-use meniscus::offline::evaluate::{COURSES, Watch, checks, curves_png, html, markdown, peaks_png, study};
+use meniscus_learn::evaluate::{COURSES, Watch, checks, curves_png, html, markdown, peaks_png, study};
+use meniscus_platform::files::write_whole;
+use meniscus_report::checks::table;
 use std::path::PathBuf;
 
 /// Hold a model against liquids that it was not trained on, before and after correction.

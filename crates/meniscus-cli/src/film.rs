@@ -1,16 +1,15 @@
 //! `meniscus camera film`: what the simulated camera will show in the rig, and the same run in process.
 
 use super::inputs::file;
-use super::shipped;
 use anyhow::{Context, ensure};
-use meniscus::model::Model;
-use meniscus::offline::baseline::linear_with_motion;
-use meniscus::offline::recording::{GROUP_NAMES, Recording};
-use meniscus::offline::scene::SceneSettings;
-use meniscus::offline::score::score;
-use meniscus::offline::usb::film;
+use meniscus::blob::Model;
 use meniscus::units::Micros;
+use meniscus_data::recording::{GROUP_NAMES, Recording};
 use meniscus_hil::device::FIRST_SHOT_US;
+use meniscus_score::baseline::linear_with_motion;
+use meniscus_score::score::score;
+use meniscus_virtual::render::SceneSettings;
+use meniscus_virtual::usb::film;
 use serde_json::{Value, json};
 use std::fs::{self, File};
 use std::io::{BufWriter, Write};
@@ -44,7 +43,7 @@ pub(crate) struct Film {
 /// Runs the verb.
 pub(crate) fn run(arguments: &Film) -> anyhow::Result<()> {
     let recording = match arguments.source.as_str() {
-        "shipped" => Recording::from_bytes(Path::new("the shipped recording"), shipped::RECORDING)?,
+        "shipped" => Recording::from_bytes(Path::new("the shipped recording"), meniscus_shipped::RECORDING)?,
         path => Recording::load(Path::new(path))?,
     };
     let frames = arguments.frames as usize;

@@ -2,11 +2,12 @@
 
 use super::glass::same_outline;
 use anyhow::{Context, ensure};
-use meniscus::host::bag::{self, Calibration};
-use meniscus::host::camera::OutlineImage;
-use meniscus::host::setup::Setup;
-use meniscus::offline::watching::sightings_of;
 use meniscus::surface::{Config, Settings, SurfaceProfile};
+use meniscus_bags as bag;
+use meniscus_bags::Calibration;
+use meniscus_service::setup::Setup;
+use meniscus_usb::camera::OutlineImage;
+use meniscus_virtual::observe_recording::sightings_of;
 use std::path::{Path, PathBuf};
 
 /// What was seen in each frame interval.

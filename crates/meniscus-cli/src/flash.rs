@@ -1,10 +1,10 @@
 //! `meniscus flash`: a model to a board, so that whatever happens a whole one boots.
 
+use super::inputs;
 use super::profile::Profile;
-use super::{inputs, shipped};
 use anyhow::{Context, bail};
-use meniscus::host::flash::{Folder, boot, flash, rehearse, sibling};
-use meniscus::model::Model;
+use meniscus::blob::Model;
+use meniscus_service::flash::{Folder, boot, flash, rehearse, sibling};
 use serde_json::json;
 use std::path::PathBuf;
 
@@ -78,7 +78,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
 }
 
 fn rehearsal(blob: &[u8], cuts: u32, as_json: bool) -> anyhow::Result<()> {
-    let done = rehearse([shipped::MODEL, &sibling(blob)], cuts, 1);
+    let done = rehearse([meniscus_shipped::MODEL, &sibling(blob)], cuts, 1);
     if as_json {
         let report = json!({
             "command": "meniscus flash", "version": env!("CARGO_PKG_VERSION"), "new_boots": done.new,

@@ -2,12 +2,13 @@
 
 use super::stop::watched;
 use anyhow::{Context, ensure};
-use meniscus::host::checks::table;
-use meniscus::host::files::write_whole;
-use meniscus::offline::train::closed::{
+use generic_systems::{
     Dataset, Kinds, Options, Outcome, Published, Schedule, checks, markdown, rollouts_png, train,
 };
-use meniscus::offline::train::{Checkpoints, curves_png};
+use meniscus_learn::curves_png;
+use meniscus_optim::progress::Checkpoints;
+use meniscus_platform::files::write_whole;
+use meniscus_report::checks::table;
 use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 use std::time::Instant;

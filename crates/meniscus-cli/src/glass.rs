@@ -2,10 +2,10 @@
 
 #[cfg(feature = "bags")]
 use anyhow::ensure;
-use meniscus::host::camera::OutlineImage;
-use meniscus::host::setup::{Misfit, Setup};
-use meniscus::model::Header;
+use meniscus::blob::Header;
 use meniscus::surface::{Optics, Settings};
+use meniscus_service::setup::{Misfit, Setup};
+use meniscus_usb::camera::OutlineImage;
 use std::path::Path;
 
 /// The reader's settings for a model's glass before a camera of these optics: with a setup its view, without one that of

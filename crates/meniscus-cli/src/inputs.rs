@@ -1,13 +1,12 @@
 //! What several verbs read: models and recordings.
 
 use super::profile::Profile;
-use super::shipped;
 #[cfg(feature = "studies")]
 use anyhow::Context;
 use anyhow::ensure;
-use meniscus::host::files::AlignedBytes;
-use meniscus::host::flash::{Folder, boot};
-use meniscus::offline::recording::Recording;
+use meniscus_data::recording::Recording;
+use meniscus_platform::files::AlignedBytes;
+use meniscus_service::flash::{Folder, boot};
 use std::path::Path;
 #[cfg(feature = "studies")]
 use std::path::PathBuf;
@@ -29,7 +28,7 @@ pub(super) fn blob(model: &str, profile: Option<&Path>) -> anyhow::Result<Aligne
 /// The bytes of a model, the one in the program (`shipped`) or a file.
 pub(super) fn file(model: &str) -> anyhow::Result<AlignedBytes> {
     if model == "shipped" {
-        return Ok(AlignedBytes::copy(shipped::MODEL));
+        return Ok(AlignedBytes::copy(meniscus_shipped::MODEL));
     }
     Ok(AlignedBytes::read(Path::new(model))?)
 }

@@ -2,14 +2,14 @@
 
 use super::inputs::file;
 use anyhow::{Context, anyhow, bail, ensure};
-use meniscus::effects::{Active, find};
-use meniscus::host::files::{AlignedBytes, write_whole};
-use meniscus::model::Model;
-use meniscus::offline::adopt::latent::roll_out;
-use meniscus::offline::adopt::{Adopted, adopt, resistance};
-use meniscus::offline::discover::gap::left_m;
-use meniscus::offline::discover::load::load;
-use meniscus::offline::liquids::Liquid;
+use meniscus::blob::Model;
+use meniscus::reduced::effects::{Active, find};
+use meniscus_data::liquids::Liquid;
+use meniscus_discover::gap::left_m;
+use meniscus_discover::insert::latent::roll_out;
+use meniscus_discover::insert::{Adopted, adopt, resistance};
+use meniscus_discover::load::load;
+use meniscus_platform::files::{AlignedBytes, write_whole};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 

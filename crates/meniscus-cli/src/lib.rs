@@ -1,19 +1,68 @@
-//! The `meniscus` command.
-#![allow(clippy::disallowed_methods, reason = "only storey 1 must compute the same bits on every platform")]
+//! The `meniscus` command: one file or folder a verb.
 
-mod cli;
+#[cfg(not(feature = "train"))]
+mod absent;
+mod among;
+#[cfg(feature = "studies")]
+mod bench;
+mod bus;
+#[cfg(feature = "studies")]
+mod camera;
+#[cfg(feature = "train")]
+mod correct;
+#[cfg(feature = "studies")]
+mod deadline;
+#[cfg(feature = "studies")]
+mod discover;
+mod doctor;
+mod dump;
+#[cfg(feature = "train")]
+mod evaluate;
+#[cfg(feature = "studies")]
+mod film;
+#[cfg(feature = "studies")]
+mod filmed;
+mod flash;
+#[cfg(feature = "train")]
+mod generic;
+mod glass;
+mod inputs;
+#[cfg(feature = "studies")]
+mod insert;
+mod manual;
+#[cfg(feature = "studies")]
+mod people;
+mod profile;
+#[cfg(feature = "studies")]
+mod quantize;
+#[cfg(feature = "studies")]
+mod recognise;
+#[cfg(feature = "studies")]
+mod record;
+#[cfg(feature = "studies")]
+mod render;
+mod run;
+#[cfg(feature = "studies")]
+mod setup;
+#[cfg(feature = "studies")]
+mod simulate;
+#[cfg(feature = "studies")]
+mod stop;
+#[cfg(feature = "train")]
+mod train;
+#[cfg(not(feature = "studies"))]
+use absent::{
+    bench, camera, deadline, discover, insert, people, quantize, recognise, record, render, setup, simulate,
+};
+#[cfg(not(feature = "train"))]
+use absent::{correct, evaluate, generic, train};
 
 use clap::{CommandFactory, Parser, Subcommand};
-use meniscus::host::allocations::CountingAllocator;
 use std::process::ExitCode;
-
-/// Counts what the worker allocates in a turn: nothing.
-#[global_allocator]
-static ALLOCATOR: CountingAllocator = CountingAllocator;
 
 /// Watches the free surface of a sloshing liquid through a depth camera and knows the whole liquid.
 #[derive(Parser)]
-#[command(version, max_term_width = 100)]
+#[command(name = "meniscus", bin_name = "meniscus", version, max_term_width = 100)]
 struct Arguments {
     #[command(subcommand)]
     command: Command,
@@ -21,27 +70,27 @@ struct Arguments {
 
 #[derive(Subcommand)]
 enum Command {
-    Run(Box<cli::run::Arguments>),
-    Simulate(cli::simulate::Arguments),
-    Train(cli::train::Arguments),
-    Correct(cli::correct::Arguments),
-    Evaluate(cli::evaluate::Arguments),
-    Generic(cli::generic::Arguments),
-    Discover(cli::discover::Arguments),
-    Setup(cli::setup::Arguments),
-    Doctor(cli::doctor::Arguments),
-    Dump(cli::dump::Arguments),
-    Flash(cli::flash::Arguments),
-    Camera(cli::camera::Arguments),
-    Record(cli::record::Arguments),
-    People(cli::people::Arguments),
-    Render(cli::render::Arguments),
-    Adopt(cli::adopt::Arguments),
-    Quantize(cli::quantize::Arguments),
-    Recognise(cli::recognise::Arguments),
-    Bench(cli::bench::Arguments),
-    Deadline(cli::deadline::Arguments),
-    Manual(cli::manual::Arguments),
+    Run(Box<run::Arguments>),
+    Simulate(simulate::Arguments),
+    Train(train::Arguments),
+    Correct(correct::Arguments),
+    Evaluate(evaluate::Arguments),
+    Generic(generic::Arguments),
+    Discover(discover::Arguments),
+    Setup(setup::Arguments),
+    Doctor(doctor::Arguments),
+    Dump(dump::Arguments),
+    Flash(flash::Arguments),
+    Camera(camera::Arguments),
+    Record(record::Arguments),
+    People(people::Arguments),
+    Render(render::Arguments),
+    Adopt(insert::Arguments),
+    Quantize(quantize::Arguments),
+    Recognise(recognise::Arguments),
+    Bench(bench::Arguments),
+    Deadline(deadline::Arguments),
+    Manual(manual::Arguments),
 }
 
 /// Exit status of a program that a broken pipe has ended, as the shell tells it: 128 and the signal's number.
@@ -59,31 +108,32 @@ fn end_with_the_reader() {
     }));
 }
 
-fn main() -> ExitCode {
+/// Runs the command that the arguments of the process name, and returns its exit status.
+pub fn main() -> ExitCode {
     end_with_the_reader();
-    meniscus::host::wide::widen();
+    meniscus_platform::cpu_features::widen();
     let done = match Arguments::parse().command {
-        Command::Run(arguments) => cli::run::run(&arguments),
-        Command::Simulate(arguments) => cli::simulate::run(&arguments),
-        Command::Train(arguments) => cli::train::run(&arguments),
-        Command::Correct(arguments) => cli::correct::run(&arguments),
-        Command::Evaluate(arguments) => cli::evaluate::run(&arguments),
-        Command::Generic(arguments) => cli::generic::run(&arguments),
-        Command::Discover(arguments) => cli::discover::run(&arguments),
-        Command::Setup(arguments) => cli::setup::run(&arguments),
-        Command::Doctor(arguments) => cli::doctor::run(&arguments),
-        Command::Dump(arguments) => cli::dump::run(&arguments),
-        Command::Flash(arguments) => cli::flash::run(&arguments),
-        Command::Camera(arguments) => cli::camera::run(&arguments),
-        Command::Record(arguments) => cli::record::run(&arguments),
-        Command::People(arguments) => cli::people::run(&arguments),
-        Command::Render(arguments) => cli::render::run(&arguments),
-        Command::Adopt(arguments) => cli::adopt::run(&arguments),
-        Command::Quantize(arguments) => cli::quantize::run(&arguments),
-        Command::Recognise(arguments) => cli::recognise::run(&arguments),
-        Command::Bench(arguments) => cli::bench::run(&arguments),
-        Command::Deadline(arguments) => cli::deadline::run(&arguments),
-        Command::Manual(arguments) => cli::manual::run(&arguments, Arguments::command()),
+        Command::Run(arguments) => run::run(&arguments),
+        Command::Simulate(arguments) => simulate::run(&arguments),
+        Command::Train(arguments) => train::run(&arguments),
+        Command::Correct(arguments) => correct::run(&arguments),
+        Command::Evaluate(arguments) => evaluate::run(&arguments),
+        Command::Generic(arguments) => generic::run(&arguments),
+        Command::Discover(arguments) => discover::run(&arguments),
+        Command::Setup(arguments) => setup::run(&arguments),
+        Command::Doctor(arguments) => doctor::run(&arguments),
+        Command::Dump(arguments) => dump::run(&arguments),
+        Command::Flash(arguments) => flash::run(&arguments),
+        Command::Camera(arguments) => camera::run(&arguments),
+        Command::Record(arguments) => record::run(&arguments),
+        Command::People(arguments) => people::run(&arguments),
+        Command::Render(arguments) => render::run(&arguments),
+        Command::Adopt(arguments) => insert::run(&arguments),
+        Command::Quantize(arguments) => quantize::run(&arguments),
+        Command::Recognise(arguments) => recognise::run(&arguments),
+        Command::Bench(arguments) => bench::run(&arguments),
+        Command::Deadline(arguments) => deadline::run(&arguments),
+        Command::Manual(arguments) => manual::run(&arguments, Arguments::command()),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,

@@ -4,7 +4,7 @@ use anyhow::Context;
 use clap::{Command, ValueEnum};
 use clap_complete::Shell;
 use clap_mangen::Man;
-use meniscus::host::files::write_whole;
+use meniscus_platform::files::write_whole;
 use std::path::{Path, PathBuf};
 
 /// Write man pages and completions for the shells.

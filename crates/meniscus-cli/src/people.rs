@@ -3,15 +3,15 @@
 mod clean_clone;
 mod recognition;
 
-use super::{inputs, shipped};
+use super::inputs;
 use anyhow::ensure;
 use indicatif::{ProgressBar, ProgressStyle};
-use meniscus::host::checks::{Check, table};
-use meniscus::model::Model;
-use meniscus::offline::recording::Recording;
-use meniscus::offline::scene::SceneSettings;
-use meniscus::offline::viewers::study;
+use meniscus::blob::Model;
 use meniscus::surface::{Config, Settings};
+use meniscus_data::recording::Recording;
+use meniscus_report::checks::{Check, table};
+use meniscus_timing::viewers::study;
+use meniscus_virtual::render::SceneSettings;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 
@@ -90,7 +90,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     }
     let bytes = inputs::file("shipped")?;
     let model = Model::load(&bytes)?;
-    let recording = Recording::from_bytes(Path::new("the shipped recording"), shipped::RECORDING)?;
+    let recording = Recording::from_bytes(Path::new("the shipped recording"), meniscus_shipped::RECORDING)?;
     let header = &model.header;
     let settings = Settings::for_glass(header.radius_m, header.fill_m, header.rim_m);
     let scene = SceneSettings { camera: settings, ..SceneSettings::default() };

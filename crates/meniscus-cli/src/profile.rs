@@ -1,7 +1,7 @@
 //! A board's profile: one TOML file that says what is particular of it.
 
 use anyhow::{Context, ensure};
-use meniscus::host::flash::PublicKey;
+use meniscus_service::flash::PublicKey;
 use serde::Deserialize;
 use std::path::{Path, PathBuf};
 

@@ -1,23 +1,22 @@
 //! `meniscus quantize`: a model in fewer bytes, with what that costs in accuracy.
 
 use super::inputs::file;
-use super::shipped;
 use anyhow::{Context, ensure};
 use indicatif::ProgressBar;
-use meniscus::host::checks::{Check, table};
-use meniscus::host::files::{AlignedBytes, write_whole};
-use meniscus::host::live::Logged;
-use meniscus::model::Model;
-use meniscus::nn::Element;
-use meniscus::offline::baseline::linear_with_motion;
-use meniscus::offline::camera::START;
-use meniscus::offline::quantize::{added, quantize};
-use meniscus::offline::recording::{GROUP_NAMES, Recording, STATE};
-use meniscus::offline::scene::SceneSettings;
-use meniscus::offline::score::{Score, score};
-use meniscus::offline::watching::{sightings, turns};
+use meniscus::blob::Model;
+use meniscus::latent::nn::Element;
 use meniscus::runtime::{Estimate, Mode};
 use meniscus::surface::Settings;
+use meniscus_data::blob_file::quantize::{added, quantize};
+use meniscus_data::recording::{GROUP_NAMES, Recording, STATE};
+use meniscus_platform::files::{AlignedBytes, write_whole};
+use meniscus_report::checks::{Check, table};
+use meniscus_score::baseline::linear_with_motion;
+use meniscus_score::score::{Score, score};
+use meniscus_service::live::Logged;
+use meniscus_virtual::camera::START;
+use meniscus_virtual::observe_recording::{sightings, turns};
+use meniscus_virtual::render::SceneSettings;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -81,7 +80,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let bytes = file(&arguments.model)?;
     let model = Model::load(&bytes).with_context(|| format!("the model {} is refused", arguments.model))?;
     let recording = match arguments.source.as_str() {
-        "shipped" => Recording::from_bytes(Path::new("the shipped recording"), shipped::RECORDING)?,
+        "shipped" => Recording::from_bytes(Path::new("the shipped recording"), meniscus_shipped::RECORDING)?,
         path => Recording::load(Path::new(path))?,
     };
     ensure!(

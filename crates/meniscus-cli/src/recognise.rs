@@ -6,8 +6,8 @@ use super::among::among;
 use super::filmed::{Sightings, all_filmed, by_camera, setup};
 use super::inputs::level;
 use anyhow::{Context, ensure};
-use meniscus::host::recognise::{Note, Standing};
-use meniscus::offline::recognise::{look, picture, recognise};
+use meniscus_discover::identify::{look, picture, recognise};
+use meniscus_service::identify::{Note, Standing};
 use serde_json::json;
 use std::path::{Path, PathBuf};
 

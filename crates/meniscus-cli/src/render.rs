@@ -1,15 +1,15 @@
 //! `meniscus render`: a recording as a film and a picture.
 
-use super::{inputs, shipped};
+use super::inputs;
 use anyhow::{Context, ensure};
 use indicatif::{ProgressBar, ProgressStyle};
-use meniscus::host::files::write_whole;
-use meniscus::model::Model;
-use meniscus::offline::film::{Film, SIZE, animation};
-use meniscus::offline::recording::Recording;
-use meniscus::offline::scene::SceneSettings;
+use meniscus::blob::Model;
 use meniscus::surface::Settings;
 use meniscus::units::FRAME_INTERVAL_S;
+use meniscus_data::recording::Recording;
+use meniscus_platform::files::write_whole;
+use meniscus_score::film::{Film, SIZE, animation};
+use meniscus_virtual::render::SceneSettings;
 use std::path::{Path, PathBuf};
 
 /// Frames of a recording a second.
@@ -57,7 +57,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         "--rate {rate} is no whole part of {RATE}: take 10, 12, 15, 20, 30 or 60"
     );
     let recording = match arguments.recording.as_str() {
-        "shipped" => Recording::from_bytes(Path::new("the shipped recording"), shipped::RECORDING)?,
+        "shipped" => Recording::from_bytes(Path::new("the shipped recording"), meniscus_shipped::RECORDING)?,
         file => Recording::load(Path::new(file))?,
     };
     inputs::check_level(&recording, &arguments.recording)?;

@@ -6,13 +6,13 @@ mod validate;
 
 use anyhow::{Context, bail};
 use indicatif::{ProgressBar, ProgressStyle};
-use meniscus::offline::experiment::{Experiment, GLASS};
-use meniscus::offline::liquids::Liquid;
-use meniscus::offline::motion::Motion;
-use meniscus::offline::recording::{Recording, States};
-use meniscus::offline::sph::{Particles, Setup, Simulator, record_particles, relative_closure};
-use meniscus::offline::validate::Stopwatch;
 use meniscus::units::FRAME_INTERVAL_S;
+use meniscus_data::liquids::Liquid;
+use meniscus_data::motion::Motion;
+use meniscus_data::recording::{Recording, States};
+use meniscus_data::scene_file::{Experiment, GLASS};
+use meniscus_sph::validate::Stopwatch;
+use meniscus_sph::{Particles, Setup, Simulator, record_particles, relative_closure};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
 

@@ -1,15 +1,16 @@
 //! `meniscus train`: from recordings to a weight blob.
 
-mod repeat;
+mod multi_seed;
 
 use super::inputs::{plain, recordings};
 use super::stop::watched;
 use anyhow::Context;
-use meniscus::host::checks::table;
-use meniscus::host::files::write_whole;
-use meniscus::offline::evaluate::unseen;
-use meniscus::offline::recording::Recording;
-use meniscus::offline::train::{Checkpoints, Options, Schedule, Trained, curves_png, measured_again, train};
+use meniscus_data::recording::Recording;
+use meniscus_learn::evaluate::unseen;
+use meniscus_learn::{Options, Schedule, Trained, curves_png, measured_again, train};
+use meniscus_optim::progress::Checkpoints;
+use meniscus_platform::files::write_whole;
+use meniscus_report::checks::table;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
@@ -86,7 +87,7 @@ pub(crate) fn run(args: &Arguments) -> anyhow::Result<()> {
     };
     let folder = beside(&args.out, ".training");
     let report = if args.repeat > 1 {
-        repeat::run(args, &data, &folder, stop)?
+        multi_seed::run(args, &data, &folder, stop)?
     } else {
         let trained = once(args, &data, args.seed, &folder, stop)?;
         let picture = write(args, &trained)?;

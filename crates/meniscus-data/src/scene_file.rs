@@ -18,9 +18,8 @@
 //! ```
 //! Everything may lack; paths are those of the folder where the command runs.
 
-use crate::offline::prelude::*;
-use crate::offline::recording::Glass;
-use crate::offline::sph::{EffectError, Effects};
+use crate::effects::{EffectError, Effects};
+use crate::recording::Glass;
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};

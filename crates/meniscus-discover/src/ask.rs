@@ -6,11 +6,10 @@ use super::fit::Fitted;
 use super::predict::SHARED;
 use super::problem::Problem;
 use super::record::{Channel, Record};
-use super::study::courses::{Kind, courses};
-use super::tables::drive_of;
 use super::verdict::Verdict;
-use crate::offline::motion::Motion;
-use crate::offline::prelude::*;
+use crate::motion_table::drive_of;
+use crate::study::motion_plans::{Kind, courses};
+use meniscus_data::motion::Motion;
 use nalgebra::{DMatrix, DVector};
 
 /// Separation (signal over noise) from which a record decides: gains of 20 are then usual.
@@ -70,7 +69,7 @@ pub fn ask(problem: &Problem, calibration: &Calibration, verdict: &Verdict) -> O
 }
 
 /// A recording like `like` of a motion that was not made: every number seen, none known.
-fn foretold(like: &Record, course: &super::study::courses::Course) -> Option<Record> {
+fn foretold(like: &Record, course: &crate::study::motion_plans::Course) -> Option<Record> {
     let motion = Motion::sampled(&course.samples())?;
     let frames = (course.seconds / like.interval_s) as usize;
     let channels = like.channels.iter();

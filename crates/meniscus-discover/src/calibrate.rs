@@ -1,14 +1,13 @@
 //! Reference first: what the reduced model is off by in recordings of a liquid that is known.
 
 use super::fit::fit;
-use super::kept::Kept;
-use super::left::Left;
 use super::noise::{Noise, rest_noise};
 use super::offsets::Offsets;
 use super::predict::{Known, SHARED, predict};
 use super::problem::Problem;
 use super::record::{Quantity, Record};
-use crate::offline::prelude::*;
+use crate::fit_cache::Kept;
+use crate::reference_residual::Left;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 

@@ -5,8 +5,7 @@ use super::problem::Problem;
 use super::rank::{Candidate, rank};
 use super::thresholds::Thresholds;
 use super::verdict::{APART, TWINS, Verdict};
-use crate::effects::{Active, Entry, find};
-use crate::offline::prelude::*;
+use meniscus::reduced::effects::{Active, Entry, find};
 
 /// What a second effect has to gain as a part of the first one's gain: where it may only be making up for the
 /// formula of the first, and where it is geometry beside something in the liquid.

@@ -2,7 +2,6 @@
 
 use super::calibrate::Calibration;
 use super::record::Record;
-use crate::offline::prelude::*;
 use nalgebra::{DMatrix, DVector};
 
 /// Memory from frame to frame of what a formula is off by.

@@ -3,8 +3,7 @@
 use super::localise::Cell;
 use super::verdict::Decision;
 use super::workflow::Discovery;
-use crate::host::view::plot::{BLUE, GREY, ORANGE};
-use crate::offline::prelude::*;
+use meniscus_report::plot::{BLUE, GREY, ORANGE};
 use plotters::style::RGBColor;
 use std::fmt::Write;
 

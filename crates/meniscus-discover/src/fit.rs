@@ -1,9 +1,8 @@
 //! Fits: the baseline's numbers and an effect's parameters, by damped Gauss-Newton on whitened residuals.
 
-use super::kept::Name;
 use super::problem::Problem;
-use crate::effects::{Active, Entry, PARAMETERS, Parameter};
-use crate::offline::prelude::*;
+use crate::fit_cache::Name;
+use meniscus::reduced::effects::{Active, Entry, PARAMETERS, Parameter};
 use nalgebra::{DMatrix, DVector};
 
 /// Most repetitions of a fit.

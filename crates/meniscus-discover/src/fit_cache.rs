@@ -4,9 +4,8 @@
 //! derivatives) is computed anew. Its name is a digest of the recordings, of what they are weighed with, of
 //! where the fit starts and of the version of the rules.
 
-use crate::host::files::write_whole;
-use crate::offline::prelude::*;
 use crc::{CRC_64_ECMA_182, Crc, Digest};
+use meniscus_platform::files::write_whole;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 

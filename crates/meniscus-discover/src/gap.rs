@@ -6,8 +6,7 @@ use super::predict::{Known, SHARED, predict};
 use super::problem::Problem;
 use super::record::{Quantity, Record};
 use super::verdict::Verdict;
-use crate::effects::Active;
-use crate::offline::prelude::*;
+use meniscus::reduced::effects::Active;
 use nalgebra::{DMatrix, DVector};
 
 /// Error on the sealed recording, m, noise subtracted.

@@ -4,10 +4,9 @@ use super::ask::ENOUGH;
 use super::drawings::{disagreement, likeness, ranking};
 use super::verdict::{APART, Decision, TWINS};
 use super::workflow::Discovery;
-use crate::host::report::{Chart, Mark, Report, Series};
-use crate::host::view::plot::PictureError;
-use crate::offline::adopt::Closed;
-use crate::offline::prelude::*;
+use crate::insert::Closed;
+use meniscus_report::html::{Chart, Mark, Report, Series};
+use meniscus_report::plot::PictureError;
 
 /// The page, which `command` makes again; `closed` are the other models that the effect was put into.
 ///

@@ -10,8 +10,7 @@
 
 use super::predict::Known;
 use super::record::{Channel, Drive, Quantity, Record};
-use super::tables::{moved, peaks, poses, profiles};
-use crate::offline::prelude::*;
+use crate::motion_table::{moved, peaks, poses, profiles};
 use serde::Deserialize;
 use std::path::Path;
 

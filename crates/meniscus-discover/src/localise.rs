@@ -8,7 +8,6 @@
 use super::fit::Fitted;
 use super::predict::{SHARED, predict};
 use super::problem::Problem;
-use crate::offline::prelude::*;
 
 /// One cell of the map.
 #[derive(Clone, Debug)]

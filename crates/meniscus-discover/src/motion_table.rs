@@ -1,10 +1,9 @@
 //! The tables of a folder of recordings: profiles, peak heights, motions, poses.
 
 use super::record::{Channel, Drive, Quantity, channels};
-use crate::host::bag::profiles_from_csv;
-use crate::offline::motion::Motion;
-use crate::offline::prelude::*;
-use crate::units::{FRAME_INTERVAL_S, GRAVITY_M_S2};
+use meniscus::units::{FRAME_INTERVAL_S, GRAVITY_M_S2};
+use meniscus_bags::profiles_from_csv;
+use meniscus_data::motion::Motion;
 use std::path::Path;
 
 /// Samples of a drive a second.

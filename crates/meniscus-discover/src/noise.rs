@@ -1,7 +1,6 @@
 //! Noise of a camera's numbers, from the frames in which the glass rests.
 
 use super::record::{Quantity, Record};
-use crate::offline::prelude::*;
 use std::collections::BTreeMap;
 
 /// Noise of one channel.

@@ -14,7 +14,6 @@ use super::calibrate::Group;
 use super::fit::Fitted;
 use super::problem::Problem;
 use super::record::{Channel, Quantity, Record};
-use crate::offline::prelude::*;
 use nalgebra::DVector;
 use std::collections::BTreeMap;
 

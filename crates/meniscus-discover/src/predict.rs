@@ -1,10 +1,9 @@
 //! What the reduced model expects a recording to show.
 
 use super::record::{Quantity, Record, mean_bow};
-use crate::effects::Active;
-use crate::offline::prelude::*;
-use crate::slosh::{Baseline, Cylinder, Model, Push, Rheology, State, step, wall_harmonics};
-use crate::surface::{POINTS, profile_abscissa};
+use meniscus::reduced::effects::Active;
+use meniscus::reduced::{Baseline, Cylinder, Model, Push, Rheology, State, step, wall_harmonics};
+use meniscus::surface::{POINTS, profile_abscissa};
 
 /// Steps in a frame; the discrete oscillators keep their frequency at any number.
 const STEPS: usize = 2;

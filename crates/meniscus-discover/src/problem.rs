@@ -17,11 +17,10 @@
 
 use super::calibrate::Calibration;
 use super::covariance::{MEMORY, Ready, prepare, whitening};
-use super::kept::{Kept, Name};
 use super::predict::{Known, SHARED, predict};
 use super::record::{Quantity, Record};
-use crate::effects::Active;
-use crate::offline::prelude::*;
+use crate::fit_cache::{Kept, Name};
+use meniscus::reduced::effects::Active;
 use nalgebra::DVector;
 use std::sync::Arc;
 

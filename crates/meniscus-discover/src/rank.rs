@@ -2,8 +2,7 @@
 
 use super::fit::{Fitted, fit_beside, free_of, search};
 use super::problem::Problem;
-use crate::effects::{Active, Entry};
-use crate::offline::prelude::*;
+use meniscus::reduced::effects::{Active, Entry};
 use nalgebra::DVector;
 use rayon::prelude::*;
 

@@ -7,8 +7,7 @@
 //! ```
 //! by least squares over the points that were seen. A peak height is one number.
 
-use crate::offline::prelude::*;
-use crate::surface::{POINTS, SurfaceProfile, profile_abscissa};
+use meniscus::surface::{POINTS, SurfaceProfile, profile_abscissa};
 use nalgebra::{SMatrix, SVector};
 
 /// What a number a frame is.

@@ -5,7 +5,6 @@
 //! stated motion may be wrong, and that it is must not cost the references.
 
 use super::record::{Quantity, Record};
-use crate::offline::prelude::*;
 
 /// Most by which a glass may be seen later or earlier than that of the references, s, and larger or smaller.
 const MOST_LATE_S: f64 = 0.12;
@@ -124,11 +123,11 @@ impl Left {
 #[cfg(test)]
 mod tests {
     use super::super::record::{Channel, Record};
-    use super::super::study::courses::Course;
-    use super::super::tables::drive_of;
     use super::*;
-    use crate::offline::motion::Motion;
-    use crate::units::FRAME_INTERVAL_S;
+    use crate::motion_table::drive_of;
+    use crate::study::motion_plans::Course;
+    use meniscus::units::FRAME_INTERVAL_S;
+    use meniscus_data::motion::Motion;
 
     /// A recording of a jolt of `strength` whose glass is seen `late_s` later and `scale` larger.
     fn record(strength: f64, late_s: f64, scale: f64) -> Record {

@@ -2,9 +2,8 @@
 
 use super::predict::Known;
 use super::workflow::Discovery;
-use crate::effects::Active;
-use crate::offline::adopt::Closed;
-use crate::offline::prelude::*;
+use crate::insert::Closed;
+use meniscus::reduced::effects::Active;
 use serde_json::{Value, json};
 use std::fmt::Write;
 
@@ -20,7 +19,7 @@ pub fn verdict_json(discovery: &Discovery, closed: &[Closed]) -> Value {
         "verdict": verdict.decision.word(),
         "sentence": verdict.sentence(),
         "names": verdict.names,
-        "class": verdict.class.map(crate::effects::Class::words),
+        "class": verdict.class.map(meniscus::reduced::effects::Class::words),
         "misfit_without": verdict.plain.chi2(verdict.count),
         "misfit_with": verdict.chi2,
         "inclusion": verdict.inclusion,

@@ -8,8 +8,7 @@ use super::problem::Problem;
 use super::rank::{Candidate, rank};
 use super::record::Quantity;
 use super::thresholds::Thresholds;
-use crate::effects::{Class, Entry, find};
-use crate::offline::prelude::*;
+use meniscus::reduced::effects::{Class, Entry, find};
 
 /// Gain over the second, in another class.
 pub const APART: f64 = 10.0;

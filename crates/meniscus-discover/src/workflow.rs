@@ -4,15 +4,14 @@ use super::ask::{Question, ask};
 use super::calibrate::{Calibration, Group};
 use super::evidence::isolability;
 use super::gap::{Gap, gap};
-use super::kept::Kept;
 use super::localise::{Cell, localise};
 use super::predict::Known;
 use super::problem::Problem;
 use super::record::Record;
 use super::thresholds::Thresholds;
 use super::verdict::{Decision, Verdict, decide};
-use crate::effects::{Entry, LIBRARY};
-use crate::offline::prelude::*;
+use crate::fit_cache::Kept;
+use meniscus::reduced::effects::{Entry, LIBRARY};
 use std::sync::Arc;
 
 /// How a discovery is made.

@@ -4,14 +4,14 @@
 //! POD. Both halves are zero at zero, so that rest is x = 0 and decodes to rest exactly.
 
 use super::dataset::{Frame, Sequence};
-use super::descent::Descent;
-use super::generic::{LATENTS, Latent, Square};
-use super::nets::perceptron;
 use super::noise::normal;
-use super::progress::{Session, annealed};
-use super::weights::{Matrix, constants, leaves, numbers, scalar};
-use crate::offline::prelude::*;
+use crate::reference_step::Square;
 use burn::tensor::{Device, Tensor, TensorData};
+use meniscus::latent::generic::{LATENTS, Latent};
+use meniscus_optim::descent::Descent;
+use meniscus_optim::nets::perceptron;
+use meniscus_optim::progress::{Session, annealed};
+use meniscus_optim::weights::{Matrix, constants, leaves, numbers, scalar};
 use nalgebra::{DMatrix, SymmetricEigen};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;

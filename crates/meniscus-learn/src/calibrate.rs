@@ -14,20 +14,19 @@
 use super::measure::percent;
 use super::ratios::{Ratios, quantile, ratios_by_recording, share};
 use super::spread::{REST, UNIT};
-use crate::host::checks::Check;
-use crate::host::files::AlignedBytes;
-use crate::interval::{LEADS, REACH};
-use crate::model::{LoadError, Model};
-use crate::offline::baseline::linear_with_motion;
-use crate::offline::camera::START;
-use crate::offline::prelude::*;
-use crate::offline::recording::{GROUP_NAMES, Recording};
-use crate::offline::scene::SceneSettings;
-use crate::offline::score::score;
-use crate::offline::watching::{DISPARITY_RMS_PX, sightings, turns};
-use crate::runtime::Mode;
-use crate::surface::{ConfigError, SurfaceProfile};
-use crate::units::FRAME_INTERVAL_S;
+use meniscus::blob::{LoadError, Model};
+use meniscus::runtime::Mode;
+use meniscus::surface::{ConfigError, SurfaceProfile};
+use meniscus::uncertainty::error_model::{LEADS, REACH};
+use meniscus::units::FRAME_INTERVAL_S;
+use meniscus_data::recording::{GROUP_NAMES, Recording};
+use meniscus_platform::files::AlignedBytes;
+use meniscus_report::checks::Check;
+use meniscus_score::baseline::linear_with_motion;
+use meniscus_score::score::score;
+use meniscus_virtual::camera::START;
+use meniscus_virtual::observe_recording::{DISPARITY_RMS_PX, sightings, turns};
+use meniscus_virtual::render::SceneSettings;
 
 /// Recordings from which on a quantile over all of them is believed.
 const MANY: usize = 10;

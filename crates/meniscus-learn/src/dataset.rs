@@ -5,10 +5,9 @@
 use super::TrainError;
 use super::pod::Basis;
 use super::snapshots::{IN_STATE, decompose, fluctuation, mean_rest, pick, rest_of};
-use crate::offline::prelude::*;
-use crate::offline::recording::{Recording, STATE, group_range};
-use crate::surface::POINTS;
-use crate::units::FRAME_INTERVAL_S;
+use meniscus::surface::POINTS;
+use meniscus::units::FRAME_INTERVAL_S;
+use meniscus_data::recording::{Recording, STATE, group_range};
 
 /// Groups that the decoder trunk gives coefficients of, in trunk order.
 pub(super) const TRUNK: [&str; 5] = ["q", "v", "sigma", "tau", "surface"];

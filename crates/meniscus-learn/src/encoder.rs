@@ -1,17 +1,20 @@
 //! The encoder: three GRU layers from a window of noisy profiles and accelerations to the latents.
 
 use super::dataset::{Frame, Sequence};
-use super::descent::Descent;
-use super::generic::{LATENTS, Latent, Square};
-use super::nets::{self, CELLS, LAYERS};
-use super::noise::{FEATURES, Noise, Seen, WINDOW};
-use super::progress::{Session, annealed};
-use super::weights::{Matrix, constants, leaves, numbers, scalar};
-use crate::encoder::READINGS;
-use crate::offline::prelude::*;
+use super::noise::{Noise, Seen};
+use crate::reference_step::Square;
 use burn::tensor::{Device, Tensor, TensorData};
+use meniscus::latent::encoder::GRU_LAYERS as LAYERS;
+use meniscus::latent::encoder::READINGS;
+use meniscus::latent::generic::{LATENTS, Latent};
+use meniscus::latent::nn::HIDDEN as CELLS;
+use meniscus::latent::window::{FEATURES, WINDOW};
+use meniscus_optim::descent::Descent;
+use meniscus_optim::nets;
+use meniscus_optim::progress::{Session, annealed};
+use meniscus_optim::weights::{Matrix, constants, leaves, numbers, scalar};
+use rand::SeedableRng;
 use rand::seq::SliceRandom;
-use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 /// The stage, as bars, curves and checkpoints name it.
@@ -191,12 +194,4 @@ fn windows<'a>(ends: impl Iterator<Item = (&'a Seen, usize)>, device: &Device) -
         count += 1;
     }
     frames.into_iter().map(|f| Tensor::from_data(TensorData::new(f, [count, FEATURES]), device)).collect()
-}
-
-/// A seed for one stage out of the seed of the run.
-#[must_use]
-pub(super) fn derive_seed(seed: u64, stage: u64) -> u64 {
-    let mut rng = ChaCha8Rng::seed_from_u64(seed);
-    rng.set_stream(stage);
-    rng.random()
 }

@@ -1,9 +1,8 @@
 //! Why training ends without a model.
 
-use crate::model::LoadError;
-use crate::offline::export::ExportError;
-use crate::offline::prelude::*;
-use crate::surface::ConfigError;
+use meniscus::blob::LoadError;
+use meniscus::surface::ConfigError;
+use meniscus_data::blob_file::write::ExportError;
 
 /// Why there is no model.
 #[derive(Clone, Debug)]

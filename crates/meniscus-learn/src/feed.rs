@@ -6,7 +6,6 @@
 
 use super::TrainError;
 use super::dataset::{SIGMA, SURFACE, Sequence};
-use crate::offline::prelude::*;
 use nalgebra::{Cholesky, DMatrix, DVector};
 use std::ops::Range;
 
@@ -49,7 +48,7 @@ pub(super) fn through(training: &[Sequence], ranges: &[Range<usize>]) -> Result<
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::offline::train::noise::normal;
+    use crate::noise::normal;
     use rand::SeedableRng;
     use rand_chacha::ChaCha8Rng;
 

@@ -3,9 +3,9 @@
 //! ([`super::correct`]); the camera side has a gain of its own in every turn (`runtime::filter`).
 
 use super::TrainError;
-use super::generic::{Dynamics, Latent, Square};
-use crate::offline::prelude::*;
-use crate::units::FRAME_INTERVAL_S;
+use crate::reference_step::{Dynamics, Square};
+use meniscus::latent::generic::Latent;
+use meniscus::units::FRAME_INTERVAL_S;
 
 /// What a filter gets, and the truth to judge it by.
 #[derive(Clone, Debug)]
@@ -90,9 +90,9 @@ pub(super) fn settle(dynamics: &Dynamics, gain: Square) -> Square {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::offline::train::generic::LATENTS;
-    use crate::offline::train::generic::tests::random;
-    use crate::offline::train::noise::normal;
+    use crate::noise::normal;
+    use crate::reference_step::tests::random;
+    use meniscus::latent::generic::LATENTS;
 
     /// With noise of one size on y and on the port, the filter beats both the encoder and the model.
     #[test]

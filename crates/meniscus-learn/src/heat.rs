@@ -9,13 +9,12 @@
 //! Fitted alone, `p_0` misses 10 to 12 % of the change of e in glycerine, its true heat known; what this misses with the true
 //! heat and latents is a row of the training's report. The pattern ages as the heat mixes, which nothing here follows.
 
-use super::generic::{LATENTS, Latent};
 use super::side::Side;
 use super::snapshots::{fluctuation, rest_of};
-use super::weights::Matrix;
-use crate::decoder::{ENERGY_GROUP, MAX_HEATED};
-use crate::offline::prelude::*;
-use crate::offline::recording::{Recording, STATE, TRACERS, group_range};
+use meniscus::latent::decoder::{ENERGY_GROUP, MAX_HEATED};
+use meniscus::latent::generic::{LATENTS, Latent};
+use meniscus_data::recording::{Recording, STATE, TRACERS, group_range};
+use meniscus_optim::weights::Matrix;
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
 /// Frames between two that are learnt from: neighbours tell the same.

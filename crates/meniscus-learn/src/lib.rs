@@ -10,27 +10,24 @@
 
 mod autoencoder;
 mod calibrate;
-pub mod closed;
 pub mod correct;
 mod curves;
 mod dataset;
-mod descent;
 mod encoder;
 mod error;
+pub mod evaluate;
 mod feed;
 mod filter;
-mod generic;
 mod heat;
 mod laws;
 mod linear;
 mod measure;
-pub mod nets;
 mod noise;
 mod parts;
 mod pod;
 mod precondition;
-mod progress;
 mod ratios;
+mod reference_step;
 mod report;
 mod rollout;
 pub mod seeds;
@@ -41,31 +38,31 @@ mod sparse;
 mod spread;
 mod unrolled;
 mod warm;
-pub mod weights;
 
 pub use curves::curves_png;
-pub use descent::LookAt;
 pub use error::TrainError;
-pub(in crate::offline) use noise::normal;
-pub use progress::{Checkpoints, Curve};
+pub(crate) use noise::normal;
 
-use super::export::{self, Part};
-use super::import;
-use super::recording::Recording;
-use crate::host::checks::Check;
-use crate::host::files::AlignedBytes;
-use crate::interval::REACH;
-use crate::model::{Header, Tensor};
-use crate::offline::prelude::*;
-use crate::units::FRAME_INTERVAL_S;
+use crate::reference_step::{Dynamics, Square};
 use autoencoder::Autoencoder;
 use dataset::Frame;
-use encoder::{Cost, Encoder, derive_seed};
-use generic::{Dynamics, Square};
+use encoder::{Cost, Encoder};
 use heat::Heat;
 use linear::Linear;
+use meniscus::blob::{Header, Tensor};
+use meniscus::uncertainty::error_model::REACH;
+use meniscus::units::FRAME_INTERVAL_S;
+
+use meniscus_data::blob_file::{
+    read,
+    write::{self, Part},
+};
+use meniscus_data::recording::Recording;
+use meniscus_optim::progress::{Checkpoints, Curve, Session};
+use meniscus_optim::seed::derive_seed;
+use meniscus_platform::files::AlignedBytes;
+use meniscus_report::checks::Check;
 use noise::Noise;
-use progress::Session;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use side::Side;
@@ -239,7 +236,7 @@ pub fn train(
     let header = Header {
         liquid: fit(&first.provenance.liquid),
         provenance: fit(&options.command),
-        particles: super::recording::TRACERS as u32,
+        particles: meniscus_data::recording::TRACERS as u32,
         dt_s: FRAME_INTERVAL_S,
         radius_m: first.glass.radius_m,
         fill_m: first.glass.fill_m,
@@ -268,7 +265,7 @@ pub fn measured_again(blob: &[u8], validation: &[Recording], seed: u64) -> Resul
     if validation.is_empty() {
         return Err(TrainError::NoRecording);
     }
-    let (header, mut parts) = import::parts(&AlignedBytes::copy(blob))?;
+    let (header, mut parts) = read::parts(&AlignedBytes::copy(blob))?;
     for part in parts.iter_mut().filter(|part| part.tensor == Tensor::Reach) {
         // The first number is the floor of w; g comes behind the factors.
         part.values.truncate(1);
@@ -290,7 +287,7 @@ fn finish(
     let looks = |times, stage| calibrate::looks(validation, times, derive_seed(seed, stage));
     // One draw of the noise makes the factors, another tells what they hold and what the errors are.
     let (measured, judged) = (looks(1.0, 3)?, looks(1.0, 4)?);
-    let unit = export::blob(header.clone(), &parts)?;
+    let unit = write::blob(header.clone(), &parts)?;
     let asked = ("estimate, camera noise", ASKED);
     let (mut checks, slosh_rel) = calibrate::errors(&unit, &judged, asked)?;
     let worse = ("estimate, three times the noise", [None; 5]);
@@ -299,7 +296,7 @@ fn finish(
     for part in parts.iter_mut().filter(|part| part.tensor == Tensor::Reach) {
         part.values.iter_mut().skip(REACH).for_each(|g| *g = grain);
     }
-    let unit = export::blob(header.clone(), &parts)?;
+    let unit = write::blob(header.clone(), &parts)?;
     let calibrate::Reach { k: reach, left_out } = calibrate::reach(&unit, &measured)?;
     for part in parts.iter_mut().filter(|part| part.tensor == Tensor::Reach) {
         part.values.iter_mut().skip(1).zip(reach).for_each(|(k, reach)| *k = reach);
@@ -307,14 +304,14 @@ fn finish(
     checks.push(Check::told("interval: rest missed by", 1e3 * f64::from(grain), "mm"));
     checks.extend(left_out);
     header.validation_slosh_rel = slosh_rel as f32;
-    let blob = export::blob(header, &parts)?;
+    let blob = write::blob(header, &parts)?;
     checks.extend(calibrate::held(&blob, &judged)?);
     Ok(Trained { blob, checks, curves: Vec::new(), slosh_rel })
 }
 
 /// What tells a training from another: its data, its seed and its schedule.
 fn fingerprint(training: &[Recording], validation: &[Recording], options: &Options) -> u32 {
-    let mut digest = crate::model::CRC.digest();
+    let mut digest = meniscus::blob::CRC.digest();
     for recording in training.iter().chain(validation) {
         recording.profile_m.iter().for_each(|height| digest.update(&height.to_le_bytes()));
     }

@@ -1,10 +1,10 @@
 //! The best linear map from frame to frame under known motion: a baseline, and where the dynamics start.
 
 use super::TrainError;
-use super::generic::{LATENTS, Latent, Square};
 use super::rollout::validate;
-use crate::offline::prelude::*;
-use crate::units::FRAME_INTERVAL_S;
+use crate::reference_step::Square;
+use meniscus::latent::generic::{LATENTS, Latent};
+use meniscus::units::FRAME_INTERVAL_S;
 use nalgebra::{Cholesky, DMatrix, DVector};
 
 /// What one step is explained by: the state and the port.

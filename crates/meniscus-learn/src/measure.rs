@@ -4,9 +4,8 @@
 //! already scores 2 %.
 
 use super::dataset::{Frame, SURFACE, Sequence, TRUNK};
-use crate::host::checks::Check;
-use crate::offline::prelude::*;
-use crate::surface::POINTS;
+use meniscus::surface::POINTS;
+use meniscus_report::checks::Check;
 
 /// A figure in per cent, held against `target` where there is one.
 #[must_use]

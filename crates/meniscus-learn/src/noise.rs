@@ -4,9 +4,8 @@
 //! noise and the glass acceleration it stays at 12 %. So every window of training is a noisy one.
 
 use super::dataset::{Frame, Sequence, known_acceleration};
-use crate::offline::prelude::*;
-use crate::surface::{POINTS, profile_abscissa};
-pub(super) use crate::window::{FEATURES, WINDOW};
+pub(super) use meniscus::latent::window::{FEATURES, WINDOW};
+use meniscus::surface::{POINTS, profile_abscissa};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
@@ -144,7 +143,7 @@ impl Seen {
 }
 
 /// A standard normal number (Box and Muller 1958).
-pub(in crate::offline) fn normal(rng: &mut ChaCha8Rng) -> f64 {
+pub(crate) fn normal(rng: &mut ChaCha8Rng) -> f64 {
     let radius = (-2.0 * (1.0 - rng.random::<f64>()).ln()).sqrt();
     radius * (std::f64::consts::TAU * rng.random::<f64>()).cos()
 }

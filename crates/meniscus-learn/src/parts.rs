@@ -2,13 +2,13 @@
 
 use super::Model;
 use super::dataset::{SIGMA, TRUNK};
-use super::generic::{Dynamics, LATENTS, Square};
-use super::nets::LAYERS;
-use super::weights::Matrix;
-use crate::model::Tensor;
-use crate::offline::export::Part;
-use crate::offline::prelude::*;
-use crate::offline::recording::{TRACERS, group_range};
+use crate::reference_step::{Dynamics, Square};
+use meniscus::blob::Tensor;
+use meniscus::latent::encoder::GRU_LAYERS as LAYERS;
+use meniscus::latent::generic::LATENTS;
+use meniscus_data::blob_file::write::Part;
+use meniscus_data::recording::{TRACERS, group_range};
+use meniscus_optim::weights::Matrix;
 
 fn part(tensor: Tensor, matrix: &Matrix) -> Part {
     Part { tensor, rows: matrix.rows, columns: matrix.columns, values: matrix.values.clone() }

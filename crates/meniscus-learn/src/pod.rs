@@ -1,7 +1,6 @@
 //! Truncated proper orthogonal decomposition of each field group, by the method of snapshots
 //! (Sirovich 1987): the T x T matrix of inner products instead of the 6402 x 6402 covariance.
 
-use crate::offline::prelude::*;
 use nalgebra::{DMatrix, SymmetricEigen};
 
 /// How many modes a group may have, and when fewer do.

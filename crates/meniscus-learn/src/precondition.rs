@@ -1,9 +1,9 @@
 //! The preconditioner of the blob: the constant matrix with which the implicit step converges best on
 //! what the liquid does. It costs or saves iterations and changes no law.
 
-use super::generic::{Dynamics, Latent, Square};
 use super::linear::Path;
-use crate::offline::prelude::*;
+use crate::reference_step::{Dynamics, Square};
+use meniscus::latent::generic::Latent;
 
 /// Iterations that the run time gives it, before it takes Newton's.
 const ITERATIONS: usize = 12;
@@ -53,8 +53,8 @@ pub(super) fn best(dynamics: &Dynamics, paths: &[Path]) -> Square {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::offline::train::generic::tests::random;
-    use crate::offline::train::noise::normal;
+    use crate::noise::normal;
+    use crate::reference_step::tests::random;
 
     #[test]
     fn the_best_leaves_less_than_none() {

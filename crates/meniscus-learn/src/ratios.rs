@@ -1,14 +1,13 @@
 //! Errors over half-widths: how far the truth lies from an estimate, in units of what its interval says.
 
 use super::calibrate::Look;
-use crate::host::files::AlignedBytes;
-use crate::interval::LEADS;
-use crate::model::{LoadError, Model};
-use crate::offline::prelude::*;
-use crate::offline::recording::{GROUP_NAMES, Recording, STATE, group_range};
-use crate::offline::score::field_of;
-use crate::offline::watching::turns_with;
-use crate::runtime::{Drive, Estimate, Forecast, Memory, Mode};
+use meniscus::blob::{LoadError, Model};
+use meniscus::runtime::{Drive, Estimate, Forecast, Memory, Mode};
+use meniscus::uncertainty::error_model::LEADS;
+use meniscus_data::recording::{GROUP_NAMES, Recording, STATE, group_range};
+use meniscus_platform::files::AlignedBytes;
+use meniscus_score::score::field_of;
+use meniscus_virtual::observe_recording::turns_with;
 
 /// Share of the truth that an interval is to hold.
 pub(super) const HELD: f64 = 0.9;

@@ -4,9 +4,8 @@
 //! E(x, s) = H(x) + s, S = s, x' = (L - D) grad H + B u, with L skew and D = C C^T >= 0 constant, so
 //! that L_full grad S = 0 and M_full grad E = 0 hold for every weight.
 
-pub(super) use crate::generic::{LATENTS, Latent};
-use crate::offline::prelude::*;
-use crate::units::FRAME_INTERVAL_S;
+pub(super) use meniscus::latent::generic::{LATENTS, Latent};
+use meniscus::units::FRAME_INTERVAL_S;
 use nalgebra::{DMatrix, DVector, SMatrix};
 
 /// Ridges of H.
@@ -52,7 +51,7 @@ fn bent(a: f64) -> f64 {
 
 impl Dynamics {
     /// H(x) = |K x|^2 / 2 + sum w^2 d^2 / (B (A B + 1 + a b)), d = W x, a = d + b, A = p(a), B = p(b): convex, as
-    /// [`crate::generic::Potential`] says.
+    /// [`meniscus::latent::generic::Potential`] says.
     #[must_use]
     pub(super) fn energy(&self, x: &Latent) -> f64 {
         let along = &self.inner * x;
@@ -204,12 +203,12 @@ impl Dynamics {
 #[cfg(test)]
 pub(super) mod tests {
     use super::*;
-    use crate::offline::train::noise::normal;
+    use crate::noise::normal;
     use rand::SeedableRng;
     use rand_chacha::ChaCha8Rng;
 
     /// Dynamics with random weights of a liquid's order of magnitude.
-    pub(in crate::offline::train) fn random(seed: u64) -> (Dynamics, ChaCha8Rng) {
+    pub(crate) fn random(seed: u64) -> (Dynamics, ChaCha8Rng) {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let mut square = |scale: f64| Square::from_fn(|_, _| scale * normal(&mut rng));
         let (raw, friction, linear) = (square(8.0), square(0.8).lower_triangle(), square(0.3));

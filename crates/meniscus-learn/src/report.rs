@@ -3,12 +3,11 @@
 use super::Model;
 use super::dataset::TRUNK;
 use super::filter::Track;
-use super::generic::Latent;
 use super::measure::{Errors, percent, persistence};
 use super::rollout::HORIZON;
 use super::side::Side;
-use crate::host::checks::Check;
-use crate::offline::prelude::*;
+use meniscus::latent::generic::Latent;
+use meniscus_report::checks::Check;
 
 /// Asked of a part: nothing.
 const OPEN: [Option<f64>; 5] = [None; 5];

@@ -3,15 +3,15 @@
 //! One-step training is erratic for every variant; ten and more steps are not. What is unrolled is the
 //! step that runs, so its weights need no allowance for another integrator.
 
-use super::descent::Descent;
-use super::generic::{Dynamics, LATENTS, Latent, Square};
 use super::linear::Path;
 use super::precondition::typical;
-use super::progress::{Session, annealed};
 use super::unrolled::{Operators, dynamics_of, weights_of};
-use super::weights::{Matrix, leaves, scalar};
-use crate::offline::prelude::*;
+use crate::reference_step::{Dynamics, Square};
 use burn::tensor::{Device, Tensor, TensorData};
+use meniscus::latent::generic::{LATENTS, Latent};
+use meniscus_optim::descent::Descent;
+use meniscus_optim::progress::{Session, annealed};
+use meniscus_optim::weights::{Matrix, leaves, scalar};
 use nalgebra::DMatrix;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;

@@ -1,7 +1,6 @@
 //! One training from several seeds: what of a figure is the method's, and what is chance.
 
-use crate::host::checks::Check;
-use crate::offline::prelude::*;
+use meniscus_report::checks::Check;
 use std::fmt::Write;
 
 /// One figure over the seeds.

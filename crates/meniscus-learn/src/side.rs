@@ -4,10 +4,9 @@ use super::autoencoder::Autoencoder;
 use super::dataset::{Frame, Sequence, known_acceleration};
 use super::encoder::{Encoder, Lesson};
 use super::filter::Track;
-use super::generic::Latent;
 use super::linear::Path;
 use super::noise::{Noise, Seen};
-use crate::offline::prelude::*;
+use meniscus::latent::generic::Latent;
 use rand_chacha::ChaCha8Rng;
 
 /// One side of the split, as the stages need it.

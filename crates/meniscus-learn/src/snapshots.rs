@@ -2,9 +2,9 @@
 
 use super::dataset::SURFACE;
 use super::pod::{Basis, Truncation};
-use crate::offline::prelude::*;
-use crate::offline::recording::{GROUP_COMPONENTS, Recording, STATE, TRACERS, group_range};
-use crate::surface::POINTS;
+use meniscus::latent::decoder::GROUP_COMPONENTS;
+use meniscus::surface::POINTS;
+use meniscus_data::recording::{Recording, STATE, TRACERS, group_range};
 use nalgebra::DMatrix;
 
 /// Index in a recording's state of each trunk group but the surface.

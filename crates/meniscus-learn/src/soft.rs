@@ -8,18 +8,19 @@
 //! It sees the same trajectories, port, batches and horizons as the exact step, and is judged by the same
 //! roll-outs. e is the gradient of nothing, so that its energy is what its own e says along the way.
 
-use super::descent::Descent;
-use super::generic::{Dynamics, LATENTS, Latent, Square};
-use super::laws::{self, Laws};
+use super::laws;
 use super::linear::Path;
-use super::nets::perceptron;
-use super::progress::{Session, annealed};
 use super::rollout::{BATCH, Open, draw, open_loop, validate};
-use super::weights::{Matrix, constants, leaves, numbers, scalar};
-use crate::host::checks::Check;
-use crate::offline::prelude::*;
-use crate::units::FRAME_INTERVAL_S;
+use crate::reference_step::{Dynamics, Square};
 use burn::tensor::{Device, Tensor, TensorData};
+use meniscus::latent::generic::{LATENTS, Latent};
+use meniscus::units::FRAME_INTERVAL_S;
+use meniscus_optim::descent::Descent;
+use meniscus_optim::laws::Laws;
+use meniscus_optim::nets::perceptron;
+use meniscus_optim::progress::{Session, annealed};
+use meniscus_optim::weights::{Matrix, constants, leaves, numbers, scalar};
+use meniscus_report::checks::Check;
 use nalgebra::DMatrix;
 use rand_chacha::ChaCha8Rng;
 

@@ -1,4 +1,4 @@
-//! What the blob says of its own errors; [`crate::interval`] has the mathematics.
+//! What the blob says of its own errors; [`meniscus::uncertainty::error_model`] has the mathematics.
 //!
 //! Covariances come from the tracks that the gain was fitted on, the misfit of the decoder from what it
 //! makes of true latents, and the factors k from runs of the finished blob behind the rendered camera.
@@ -6,18 +6,18 @@
 use super::Model;
 use super::dataset::{Frame, SURFACE, Sequence};
 use super::filter::Track;
-use super::generic::{Dynamics, LATENTS, Latent, Square};
 use super::side::Side;
-use crate::generic::MAX_HIDDEN;
-use crate::interval::{LEADS, REACH, SPREAD_GROUPS};
-use crate::model::Tensor;
-use crate::offline::export::Part;
-use crate::offline::prelude::*;
-use crate::surface::POINTS;
-use crate::units::FRAME_INTERVAL_S;
-use crate::window::WINDOW;
+use crate::reference_step::{Dynamics, Square};
+use meniscus::blob::Tensor;
+use meniscus::latent::generic::MAX_HIDDEN;
+use meniscus::latent::generic::{LATENTS, Latent};
+use meniscus::latent::window::WINDOW;
+use meniscus::surface::POINTS;
+use meniscus::uncertainty::error_model::{LEADS, REACH, SPREAD_GROUPS};
+use meniscus::units::FRAME_INTERVAL_S;
+use meniscus_data::blob_file::write::Part;
 
-const _: () = assert!(super::generic::HIDDEN <= MAX_HIDDEN);
+const _: () = assert!(crate::reference_step::HIDDEN <= MAX_HIDDEN);
 
 /// How far from rest a slope is taken, in units of H: half of what a lively slosh has.
 const SLOPE_AT: f64 = 0.5;

@@ -5,11 +5,11 @@
 //! suffice. At the solution b* of b = b - P miss(b; w), one more correction has the derivative -P dmiss/dw, and k of
 //! them have sum_(j<k) (1 - P J)^j of it, which goes to the implicit derivative J^-1 dmiss/dw as k grows.
 
-use super::generic::{Dynamics, LATENTS, Latent, Square};
-use super::weights::{Matrix, scalar};
-use crate::offline::prelude::*;
-use crate::units::FRAME_INTERVAL_S;
+use crate::reference_step::{Dynamics, Square};
 use burn::tensor::{Device, Tensor};
+use meniscus::latent::generic::{LATENTS, Latent};
+use meniscus::units::FRAME_INTERVAL_S;
+use meniscus_optim::weights::{Matrix, scalar};
 use nalgebra::DMatrix;
 
 /// Corrections at the solution through which the gradient flows.
@@ -189,9 +189,9 @@ pub(super) fn rounded(dynamics: &Dynamics) -> Dynamics {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::offline::train::generic::tests::random;
-    use crate::offline::train::noise::normal;
-    use crate::offline::train::weights::{constants, numbers};
+    use crate::noise::normal;
+    use crate::reference_step::tests::random;
+    use meniscus_optim::weights::{constants, numbers};
 
     /// The unrolled step in single precision is the exact step, and keeps the books of energy.
     #[test]

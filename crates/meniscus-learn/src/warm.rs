@@ -1,12 +1,12 @@
 //! Warm start of the GENERIC operators from a linear fit; a cold start was far behind after 300 steps.
 
 use super::TrainError;
-use super::generic::{Dynamics, HIDDEN, LATENTS, Latent, Square};
 use super::linear::{Linear, Path, cayley};
 use super::rollout::validate;
-use super::weights::Matrix;
-use crate::offline::prelude::*;
-use crate::units::FRAME_INTERVAL_S;
+use crate::reference_step::{Dynamics, HIDDEN, Square};
+use meniscus::latent::generic::{LATENTS, Latent};
+use meniscus::units::FRAME_INTERVAL_S;
+use meniscus_optim::weights::Matrix;
 use nalgebra::{Cholesky, DMatrix, DVector, SymmetricEigen};
 use rand_chacha::ChaCha8Rng;
 
@@ -137,8 +137,8 @@ pub(super) fn start(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::offline::train::generic::tests::random;
-    use crate::offline::train::noise::normal;
+    use crate::noise::normal;
+    use crate::reference_step::tests::random;
 
     /// A stable generator with known parts, split with a wrong idea of its energy.
     #[test]

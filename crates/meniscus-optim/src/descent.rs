@@ -4,11 +4,10 @@
 //! What a step draws follows from the seed and the number of the step alone, so that a resumed run is the
 //! same run.
 
-use super::encoder::derive_seed;
 use super::progress::{Bar, Session};
 use super::weights::{Adam, Matrix};
-use crate::host::files::write_whole;
-use crate::offline::prelude::*;
+use crate::seed::derive_seed;
+use meniscus_platform::files::write_whole;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
@@ -23,7 +22,7 @@ pub type LookAt = (u32, f64, f64);
 
 /// An optimisation.
 #[derive(Debug)]
-pub(super) struct Descent {
+pub struct Descent {
     state: State,
     file: Option<PathBuf>,
     fingerprint: u32,
@@ -44,7 +43,7 @@ struct State {
 impl Descent {
     /// From `weights`, whose validation error is `least`; or from where `stage` stood when it was broken off.
     #[must_use]
-    pub(super) fn new(stage: &str, weights: Vec<Matrix>, least: f64, session: &Session<'_>) -> Self {
+    pub fn new(stage: &str, weights: Vec<Matrix>, least: f64, session: &Session<'_>) -> Self {
         let file = session.folder().map(|folder| folder.join(format!("{stage}.postcard")));
         let fingerprint = session.fingerprint();
         let broken_off = file.as_ref().filter(|_| session.resumes()).and_then(|file| {
@@ -67,30 +66,30 @@ impl Descent {
 
     /// Steps that have been done.
     #[must_use]
-    pub(super) fn done(&self) -> usize {
+    pub fn done(&self) -> usize {
         self.state.done
     }
 
     /// The weights as they stand.
     #[must_use]
-    pub(super) fn weights(&self) -> &[Matrix] {
+    pub fn weights(&self) -> &[Matrix] {
         &self.state.weights
     }
 
     /// What step `step` draws from.
     #[must_use]
-    pub(super) fn draws(seed: u64, step: usize) -> ChaCha8Rng {
+    pub fn draws(seed: u64, step: usize) -> ChaCha8Rng {
         ChaCha8Rng::seed_from_u64(derive_seed(seed, step as u64))
     }
 
     /// Weights and Adam, for a step.
-    pub(super) fn parts(&mut self) -> (&mut Vec<Matrix>, &mut Adam) {
+    pub fn parts(&mut self) -> (&mut Vec<Matrix>, &mut Adam) {
         (&mut self.state.weights, &mut self.state.adam)
     }
 
     /// Takes a look after `done` steps: keeps the weights if they are the best so far, shows and notes the
     /// errors, and writes a checkpoint when it is time or the user asks to stop. Says whether to stop.
-    pub(super) fn look(
+    pub fn look(
         &mut self,
         done: usize,
         (training, validation): (f64, f64),
@@ -124,7 +123,7 @@ impl Descent {
 
     /// The best weights and their validation error; the curve goes to the session under `stage`.
     #[must_use]
-    pub(super) fn end(mut self, stage: &str, session: &Session<'_>) -> (Vec<Matrix>, f64) {
+    pub fn end(mut self, stage: &str, session: &Session<'_>) -> (Vec<Matrix>, f64) {
         // A stage that is done stays done when a later one is broken off.
         self.save(session);
         session.note(stage, self.state.curve);

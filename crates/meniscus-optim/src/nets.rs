@@ -1,11 +1,10 @@
 //! The layers, as functions of burn tensors: linear, perceptron, GRU. Weights are stored as PyTorch
 //! and the blob store them, `[outputs, inputs]`; a bias is one row.
 
-pub use crate::encoder::GRU_LAYERS as LAYERS;
-pub use crate::nn::HIDDEN as CELLS;
-use crate::offline::prelude::*;
 use burn::tensor::Tensor;
 use burn::tensor::activation::{relu, sigmoid};
+pub use meniscus::latent::encoder::GRU_LAYERS as LAYERS;
+pub use meniscus::latent::nn::HIDDEN as CELLS;
 
 /// y = x W^T + b for every row of `x`.
 #[must_use]

@@ -1,7 +1,6 @@
 //! What the user sees while training runs, how it is asked to stop, and where it goes on from.
 
 use super::descent::LookAt;
-use crate::offline::prelude::*;
 use indicatif::{MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
@@ -27,7 +26,7 @@ pub struct Checkpoints {
 
 /// One run of the trainer: its bars, the flag that Ctrl-C raises, its checkpoints and curves.
 #[derive(Debug)]
-pub(super) struct Session<'a> {
+pub struct Session<'a> {
     bars: MultiProgress,
     stop: &'a AtomicBool,
     checkpoints: Option<Checkpoints>,
@@ -37,12 +36,12 @@ pub(super) struct Session<'a> {
 
 /// The bar of one stage.
 #[derive(Debug)]
-pub(super) struct Bar(ProgressBar);
+pub struct Bar(ProgressBar);
 
 impl<'a> Session<'a> {
     /// Bars on the terminal unless `quiet`; `stop` ends a stage at its next look.
     #[must_use]
-    pub(super) fn new(quiet: bool, stop: &'a AtomicBool) -> Self {
+    pub fn new(quiet: bool, stop: &'a AtomicBool) -> Self {
         let target = if quiet { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() };
         let bars = MultiProgress::with_draw_target(target);
         Self { bars, stop, checkpoints: None, fingerprint: 0, curves: Mutex::new(Vec::new()) }
@@ -50,7 +49,7 @@ impl<'a> Session<'a> {
 
     /// The same with checkpoints, which only a training of the same `fingerprint` goes on from.
     #[must_use]
-    pub(super) fn kept(mut self, checkpoints: Option<Checkpoints>, fingerprint: u32) -> Self {
+    pub fn kept(mut self, checkpoints: Option<Checkpoints>, fingerprint: u32) -> Self {
         (self.checkpoints, self.fingerprint) = (checkpoints, fingerprint);
         self
     }
@@ -72,7 +71,7 @@ impl<'a> Session<'a> {
 
     /// Whether someone asked to stop.
     #[must_use]
-    pub(super) fn stopped(&self) -> bool {
+    pub fn stopped(&self) -> bool {
         self.stop.load(Ordering::Relaxed)
     }
 
@@ -90,7 +89,7 @@ impl<'a> Session<'a> {
     }
 
     /// All curves, by stage.
-    pub(super) fn curves(self) -> Vec<Curve> {
+    pub fn curves(self) -> Vec<Curve> {
         let mut curves = self.curves.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);
         curves.sort_by(|a, b| a.stage.cmp(&b.stage));
         curves
@@ -98,7 +97,7 @@ impl<'a> Session<'a> {
 
     /// The bar of a stage of `length` steps.
     #[must_use]
-    pub(super) fn bar(&self, stage: &str, length: usize) -> Bar {
+    pub fn bar(&self, stage: &str, length: usize) -> Bar {
         let bar = self.bars.add(ProgressBar::new(length as u64));
         let style = ProgressStyle::with_template("{prefix:14} [{bar:32}] {pos}/{len} {msg} {eta} left");
         bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()).progress_chars("=> "));
@@ -109,7 +108,7 @@ impl<'a> Session<'a> {
 
 impl Bar {
     /// Shows `done` steps with the relative errors on training and validation data.
-    pub(super) fn show(&self, done: usize, training: f64, validation: f64) {
+    pub fn show(&self, done: usize, training: f64, validation: f64) {
         self.0.set_message(format!(
             "training {:.2} %, validation {:.2} %",
             100.0 * training,
@@ -119,14 +118,14 @@ impl Bar {
     }
 
     /// Leaves the last line standing.
-    pub(super) fn finish(&self) {
+    pub fn finish(&self) {
         self.0.abandon();
     }
 }
 
 /// Learning rate that falls from `first` to a fiftieth of it along half a cosine.
 #[must_use]
-pub(super) fn annealed(first: f64, step: usize, steps: usize) -> f64 {
+pub fn annealed(first: f64, step: usize, steps: usize) -> f64 {
     let way = step as f64 / steps.max(1) as f64;
     first * (0.02 + 0.98 * 0.5 * (1.0 + (std::f64::consts::PI * way).cos()))
 }

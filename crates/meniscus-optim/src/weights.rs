@@ -3,7 +3,6 @@
 //! A network is a function of a slice of burn tensors; its weights live here between two steps. A
 //! checkpoint is a clone, freezing is not listing, and export needs no conversion.
 
-use crate::offline::prelude::*;
 use burn::tensor::{Device, Gradients, Tensor, TensorData};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;

@@ -3,7 +3,6 @@
 //! The one file of `unsafe` for this need: a global allocator can only be written with it.
 #![allow(unsafe_code, reason = "GlobalAlloc is an unsafe trait; the argument stands at the impl")]
 
-use crate::host::prelude::*;
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 

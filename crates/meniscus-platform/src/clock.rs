@@ -1,7 +1,6 @@
 //! The board's monotonic clock, as storey 1 wants it.
 
-use crate::host::prelude::*;
-use crate::runtime::Clock;
+use meniscus::runtime::Clock;
 use std::time::Instant;
 
 /// Microseconds since it was made.

@@ -4,8 +4,7 @@
     reason = "the promise that AVX2 is there can only be given here; the argument stands at the call"
 )]
 
-use crate::host::prelude::*;
-use crate::nn;
+use meniscus::latent::nn;
 
 /// Lets the kernels use AVX2 where processor and system have it; call it once, at the start. Results are the same
 /// to the bit with and without. `MENISCUS_NARROW` in the environment leaves them as any x86-64 runs them.

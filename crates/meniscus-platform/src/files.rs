@@ -1,7 +1,6 @@
 //! Files: written beside and renamed, read into memory that weights can be read in place from.
 
-use crate::host::large_pages::{LARGE_PAGE, ask_for};
-use crate::host::prelude::*;
+use crate::large_pages::{LARGE_PAGE, ask_for};
 use std::fmt;
 use std::fs;
 use std::io::{self, Write};

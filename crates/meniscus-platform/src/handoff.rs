@@ -7,7 +7,6 @@
 //! The newest value wins: what the worker has while nobody asks is never copied. The value stays in its place, so
 //! one with room inside allocates nothing.
 
-use crate::host::prelude::*;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, OnceLock, PoisonError};
 use std::thread::Thread;

@@ -4,7 +4,6 @@
 //! costs it a walk through the page table, on a virtual machine through two. Of 2 MiB it is ten.
 #![allow(unsafe_code, reason = "the system is told about memory by address; the argument stands at the call")]
 
-use crate::host::prelude::*;
 use rustix::mm::{Advice, madvise};
 
 /// Bytes of a large page on x86-64, and on 64-bit Arm with pages of 4 KiB. Where it is another, less is gained.

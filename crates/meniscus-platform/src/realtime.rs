@@ -1,6 +1,5 @@
 //! Rights to run in real time: what this user may do, and the attempt to do it.
 
-use crate::host::prelude::*;
 use rustix::mm::{MlockAllFlags, mlockall};
 use rustix::process::{Resource, getrlimit};
 use rustix::thread::{CpuSet, sched_getaffinity, sched_setaffinity};

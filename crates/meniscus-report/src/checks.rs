@@ -1,6 +1,5 @@
 //! The form in which every verifying command answers: one JSON object with a `checks` array.
 
-use crate::host::prelude::*;
 use serde::Serialize;
 
 /// What a measured value is held against.

@@ -1,7 +1,6 @@
 //! What every picture shares: the font, which comes with the program, and the colours, which the
 //! colour-blind can tell apart.
 
-use crate::host::prelude::*;
 use plotters::chart::{ChartContext, SeriesLabelPosition};
 use plotters::coord::CoordTranslate;
 use plotters::drawing::DrawingAreaErrorKind;
@@ -11,7 +10,7 @@ use std::sync::Once;
 
 /// Why a picture could not be drawn or written.
 #[derive(Debug)]
-pub struct PictureError(pub(crate) String);
+pub struct PictureError(pub String);
 
 impl std::fmt::Display for PictureError {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {

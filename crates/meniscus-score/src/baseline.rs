@@ -8,9 +8,8 @@
 //! which it is judged, with the true acceleration. It sees no surface and needs no camera; it is
 //! flattered twice, by the true motion and by being fitted in place, so that beating it means something.
 
-use super::recording::Recording;
-use crate::offline::prelude::*;
-use crate::surface::POINTS;
+use meniscus::surface::POINTS;
+use meniscus_data::recording::Recording;
 use nalgebra::{Cholesky, DMatrix};
 
 /// Frames that the response reaches back: 0.75 s, five times the decay time of glycerine.
@@ -43,7 +42,7 @@ pub fn linear_with_motion(recording: &Recording) -> Vec<f32> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::offline::recording::{EnergyBook, Glass, Provenance, States};
+    use meniscus_data::recording::{EnergyBook, Glass, Provenance, States};
 
     /// A recording whose surface is exactly a linear response to its motion.
     fn recording(acceleration: Vec<f64>, answer: impl Fn(usize) -> f64) -> Recording {

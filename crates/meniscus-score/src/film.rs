@@ -2,19 +2,18 @@
 //! liquid, before a correction and after it, and the error as time goes on (the paper's figures 6 to 8, moving).
 
 use super::baseline::linear_with_motion;
-use super::camera::START;
-use super::panels::{camera, slice};
-use super::recording::{Lattice, Recording, STATE};
-use super::scene::{Images, Liquid, Scene, SceneSettings};
 use super::score::{Score, field_of, score};
-use super::watching::{sightings, turns};
-use crate::host::live::Logged;
-use crate::host::view::picture::{Curve, Picture};
-use crate::host::view::plot::PictureError;
-use crate::model::Model;
-use crate::offline::prelude::*;
-use crate::surface::{Config, ConfigError};
-use crate::units::FRAME_INTERVAL_S;
+use meniscus::blob::Model;
+use meniscus::surface::{Config, ConfigError};
+use meniscus::units::FRAME_INTERVAL_S;
+use meniscus_data::recording::{Lattice, Recording, STATE};
+use meniscus_report::plot::PictureError;
+use meniscus_service::live::Logged;
+use meniscus_ui::figure_parts::{camera, slice};
+use meniscus_ui::picture::{Curve, Picture};
+use meniscus_virtual::camera::START;
+use meniscus_virtual::observe_recording::{sightings, turns};
+use meniscus_virtual::render::{Images, Liquid, Scene, SceneSettings};
 
 /// Width and height of a film, pixels.
 pub const SIZE: (u32, u32) = (1200, 760);

@@ -7,14 +7,13 @@
 //! ```
 //! The paper's relative error flatters: a flat surface already scores about 2 % mean.
 
-use super::recording::{GROUP_NAMES, Recording, STATE, group_range};
-use crate::decoder::STRESS_GROUP;
-use crate::host::live::Logged;
-use crate::model::Model;
-use crate::offline::prelude::*;
-use crate::runtime::{Estimate, Mode, sigma_before};
-use crate::surface::POINTS;
-use crate::units::{FRAME_INTERVAL_S, Micros};
+use meniscus::blob::Model;
+use meniscus::latent::decoder::STRESS_GROUP;
+use meniscus::runtime::{Estimate, Mode, sigma_before};
+use meniscus::surface::POINTS;
+use meniscus::units::{FRAME_INTERVAL_S, Micros};
+use meniscus_data::recording::{GROUP_NAMES, Recording, STATE, frame_of, group_range};
+use meniscus_service::live::Logged;
 
 /// Sums behind one slosh-relative error, with the mean and the maximum of the error of the height.
 #[derive(Clone, Copy, Debug, Default)]
@@ -99,12 +98,6 @@ pub struct Score {
     pub field_held: [Held; 5],
     /// Seconds and mean error of the height, of the estimate and of the linear model.
     pub curves: [Vec<(f64, f64)>; 2],
-}
-
-/// Position of a turn in its recording; `start` is the capture time of frame 0.
-#[must_use]
-pub fn frame_of(time: Micros, start: Micros) -> usize {
-    (time.since(start) as f64 * 1e-6 / FRAME_INTERVAL_S).round() as usize
 }
 
 /// Scores the turns of a run on `recording`; turns that had no estimate to give do not count.

@@ -13,9 +13,8 @@
 //! Times of the wire are those of arrival. A frame of the device time `d` arrives at `d + o` at the earliest, and `o`
 //! is followed as the least that was seen (rising by 100 ppm, more than two clocks part); the told lag is taken off.
 
-use crate::host::prelude::*;
-use crate::runtime::Drive;
-use crate::units::{FRAME_INTERVAL_S, Micros};
+use meniscus::runtime::Drive;
+use meniscus::units::{FRAME_INTERVAL_S, Micros};
 use std::collections::VecDeque;
 use std::net::{SocketAddr, UdpSocket};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};

@@ -1,35 +1,33 @@
 //! What the worker hands over to those who show a run (the live page, Foxglove): the newest wins, and nobody is waited for.
 
-use crate::host::handoff::Handoff;
-use crate::host::live::Logged;
-use crate::host::prelude::*;
-use crate::runtime::{DEADLINE_US, Memory};
+use crate::live::Logged;
+use meniscus::runtime::{DEADLINE_US, Memory};
+use meniscus_platform::handoff::Handoff;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
-use std::vec::Vec;
 
 /// How long whoever shows a run waits for a turn before it looks whether the run has ended.
-pub(in crate::host) const PATIENCE: Duration = Duration::from_millis(100);
+pub const PATIENCE: Duration = Duration::from_millis(100);
 
 /// Time between two images.
 const IMAGE_EVERY: Duration = Duration::from_millis(100);
 
 /// One turn with all that is shown of it.
 #[derive(Clone, Debug, Default)]
-pub(in crate::host) struct Look {
+pub struct Look {
     /// The turn.
-    pub(in crate::host) logged: Option<Logged>,
+    pub logged: Option<Logged>,
     /// What the estimator remembers after it: a forecast starts there.
-    pub(in crate::host) memory: Memory,
+    pub memory: Memory,
     /// Turns so far that ended more than a frame interval after their last payload's arrival.
-    pub(in crate::host) late: u64,
+    pub late: u64,
     /// Set by whoever shows it: the next frame's image is wanted.
-    pub(in crate::host) image_wanted: bool,
+    pub image_wanted: bool,
     /// The left infrared image, Y8, and the turn that it belongs to.
-    pub(in crate::host) infrared: Vec<u8>,
+    pub infrared: Vec<u8>,
     /// The image's turn; `None` until there is one.
-    pub(in crate::host) image_of: Option<Logged>,
+    pub image_of: Option<Logged>,
 }
 
 impl Look {
@@ -57,14 +55,14 @@ pub struct Outlet {
 
 impl Outlet {
     /// An outlet for images of `pixels` pixels.
-    pub(in crate::host) fn new(pixels: usize) -> Self {
+    pub fn new(pixels: usize) -> Self {
         let look = Look { infrared: vec![0; pixels], ..Look::default() };
         Self { handoff: Arc::new(Handoff::new(look)), late: Arc::default() }
     }
 
     /// The newest turn, for the one thread that shows it: asked for, and waited for [`PATIENCE`] at most. An image comes
     /// with it every tenth of a second; `image_due` is when the next one does.
-    pub(in crate::host) fn take(&self, image_due: &mut Instant) -> Option<(Look, Logged)> {
+    pub fn take(&self, image_due: &mut Instant) -> Option<(Look, Logged)> {
         self.handoff.ask();
         if !self.handoff.wait(PATIENCE) {
             return None;

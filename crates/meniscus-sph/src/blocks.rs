@@ -5,8 +5,7 @@
 //! alone, and what a particle gets is added in the order of its list: vectors of any width give the same bits.
 
 use super::state::Particle;
-use crate::nn::{Kernel as Work, widest};
-use crate::offline::prelude::*;
+use meniscus::latent::nn::{Kernel as Work, widest};
 use std::ops::Range;
 
 /// Most neighbours that are computed at once; a longer row is taken in pieces.

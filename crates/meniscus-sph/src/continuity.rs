@@ -15,7 +15,6 @@ use super::kernel::Kernel;
 use super::moments::Symmetric;
 use super::neighbours::Neighbours;
 use super::state::Particle;
-use crate::offline::prelude::*;
 
 /// Strength of the density diffusion, delta.
 pub(super) const DELTA: f64 = 0.1;

@@ -13,11 +13,10 @@
 //! 1 part in 100 at a flat surface, where the least eigenvalue of `N` is about a half.
 //!
 //! What they cost: such a density follows the flow and no longer the places of the particles, and has to be called back to
-//! them ([`super::places`]).
+//! them ([`crate::positions`]).
 
 use super::moments::{Seen, Symmetric};
 use super::state::Particle;
-use crate::offline::prelude::*;
 use nalgebra::Matrix3;
 
 /// `E`.
@@ -116,8 +115,8 @@ mod tests {
     use super::super::state::Fluid;
     use super::super::walls::Walls;
     use super::*;
-    use crate::offline::motion::Kinematics;
-    use crate::offline::recording::Glass;
+    use meniscus_data::motion::Kinematics;
+    use meniscus_data::recording::Glass;
 
     const GLASS: Glass = Glass { radius_m: 9.0, fill_m: 7.0, rim_m: 9.0, taper: 0.0 };
 

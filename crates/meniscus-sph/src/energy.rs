@@ -11,8 +11,7 @@
 //! with `f` the body force of `frame` and `g0` its value while the glass rests.
 
 use super::Simulator;
-use crate::offline::prelude::*;
-use crate::offline::recording::EnergyBook;
+use meniscus_data::recording::EnergyBook;
 
 impl Simulator {
     /// Potential energy of gravity and of weak compression, J, from the bottom and the rest density.

@@ -10,12 +10,11 @@ use super::kernel::Kernel;
 use super::moments::Moments;
 use super::momentum::Momentum;
 use super::neighbours::{CHUNKS, Neighbours};
-use super::places::Places;
 use super::smooth::{Gradients, NOISE};
 use super::state::{Fluid, Particle};
 use super::walls::Walls;
-use crate::offline::prelude::*;
-use crate::offline::recording::Glass;
+use crate::positions::Places;
+use meniscus_data::recording::Glass;
 
 /// The largest `c_i`: a lone drop has hardly a neighbour.
 const LARGEST_C: f64 = 3.0;

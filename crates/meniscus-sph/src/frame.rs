@@ -12,8 +12,8 @@
 //! f_z = -(g + A_z) cos theta - A_x sin theta + theta'' x + theta'^2 z + 2 theta' v_x
 //! ```
 
-use crate::offline::motion::Kinematics;
-use crate::units::GRAVITY_M_S2;
+use meniscus::units::GRAVITY_M_S2;
+use meniscus_data::motion::Kinematics;
 
 /// The body force of one instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -77,7 +77,6 @@ impl Body {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::offline::prelude::*;
 
     /// A free particle, seen from a glass in any motion, must fall as it does in the room.
     #[test]

@@ -6,8 +6,6 @@
 //! ```
 //! (Wendland 1995; Dehnen and Aly 2012 for its freedom from pairing.) `F` needs no division by `r`.
 
-use crate::offline::prelude::*;
-
 /// Smoothing length in units of the particle spacing; 1.4 gives about 92 neighbours.
 pub(crate) const SMOOTHING: f64 = 1.4;
 

@@ -50,12 +50,12 @@
 //! Corrected only near the surface, with the unit matrix in the bulk, the first mode is 2 % faster: the bulk's own correction
 //! of 1 % counts. Shifting was not tried.
 //!
-//! [`viscous_mode`]: crate::offline::validate::viscous_mode
+//! [`viscous_mode`]: crate::validate::viscous_mode
 
 mod blocks;
 mod continuity;
 mod corrected;
-mod effects;
+pub(crate) mod effects;
 mod energy;
 mod forces;
 mod frame;
@@ -65,7 +65,7 @@ mod momentum;
 mod neighbours;
 mod packing;
 mod particles;
-mod places;
+mod positions;
 mod record;
 mod settle;
 mod setup;
@@ -74,22 +74,22 @@ mod state;
 mod step;
 mod surface;
 mod tracers;
+pub mod validate;
 mod walls;
 
-pub use effects::{EFFECTS, Effect, EffectError, Effects};
 pub use energy::{closure, relative_closure};
 pub use particles::Particles;
 pub use record::{record, record_particles, record_surfaces};
 pub use setup::{Error, Setup};
 
-use crate::offline::liquids::Liquid;
-use crate::offline::motion::Kinematics;
-use crate::offline::prelude::*;
-use crate::offline::recording::Glass;
-use crate::units::GRAVITY_M_S2;
-use effects::Acting;
+use effects::{Acting, motion_with};
 use forces::Forces;
 use frame::Body;
+use meniscus::units::GRAVITY_M_S2;
+use meniscus_data::effects::Effects;
+use meniscus_data::liquids::Liquid;
+use meniscus_data::motion::Kinematics;
+use meniscus_data::recording::Glass;
 use neighbours::Neighbours;
 use packing::{Packing, fitting_spacing};
 use setup::{SOUND_M_S, check, kernel, longest_step};
@@ -135,7 +135,7 @@ impl Simulator {
         let setup = &setup.resolved();
         check(setup)?;
         let Setup { glass, liquid, effects, .. } = setup.clone();
-        let body = Body::of(&effects.place(Kinematics::default()));
+        let body = Body::of(&motion_with(&effects, Kinematics::default()));
         let spacing_m = fitting_spacing(&glass, setup.spacing_m);
         let kernel = kernel(setup);
         let packing = Packing::liquid(&glass, spacing_m, setup.seed);

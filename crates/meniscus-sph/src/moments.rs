@@ -7,14 +7,13 @@
 //! places     s_i =  sum_j m_j W                          m_i = -sum_j m_j W x              (itself among them)
 //! ```
 //! [`super::corrected`] makes exact gradients of `N`, [`super::smooth`] the smooth part of the velocity of `R` and `N`,
-//! [`super::places`] a density of `s` and `m`.
+//! [`crate::positions`] a density of `s` and `m`.
 
 use super::forces::pair;
 use super::kernel::Kernel;
 use super::neighbours::{CHUNKS, Neighbours};
 use super::state::{Fluid, Particle};
 use super::walls::Walls;
-use crate::offline::prelude::*;
 
 /// How long the sums hold, s: a seventieth of the first mode of the glass of the recordings.
 const HOLD_S: f64 = 0.004;

@@ -19,7 +19,6 @@ use super::neighbours::Neighbours;
 use super::smooth::{Gradients, share};
 use super::state::Particle;
 use super::walls::Walls;
-use crate::offline::prelude::*;
 
 /// The factor of the viscous pair force in three dimensions, 2 (d + 2).
 const K: f64 = 10.0;

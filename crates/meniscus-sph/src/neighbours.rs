@@ -7,7 +7,6 @@
 
 use super::blocks::{PairSum, add_rows};
 use super::state::Particle;
-use crate::offline::prelude::*;
 use rayon::prelude::*;
 use std::ops::Range;
 

@@ -4,8 +4,7 @@
 //! particle owns the same volume to within 2 %; layers are turned against each other by the golden
 //! angle so that no columns of particles stand on top of one another.
 
-use crate::offline::prelude::*;
-use crate::offline::recording::Glass;
+use meniscus_data::recording::Glass;
 
 /// Layers of wall particles: the support 2.8 dx of the kernel, rounded up.
 const WALL_LAYERS: usize = 3;

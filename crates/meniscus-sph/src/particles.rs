@@ -5,8 +5,7 @@
 //! all `f32`, and `mass_kg` `[particles]`. They are the states at the frames, not filtered in time.
 
 use super::Simulator;
-use crate::host::files::{FileError, write_whole};
-use crate::offline::prelude::*;
+use meniscus_platform::files::{FileError, write_whole};
 use safetensors::tensor::{Dtype, TensorView};
 use std::path::Path;
 

@@ -19,7 +19,6 @@
 
 use super::moments::Seen;
 use super::state::Fluid;
-use crate::offline::prelude::*;
 use nalgebra::{Matrix3, Vector3};
 
 /// Time in which the density follows, s: a third of the first mode of the glass of the recordings. 0.2 and 0.05 give the

@@ -8,10 +8,9 @@
 use super::surface::{COEFFICIENTS, Coefficients, SurfaceFinder};
 use super::tracers::sample;
 use super::{Error, Setup, Simulator};
-use crate::offline::motion::Motion;
-use crate::offline::prelude::*;
-use crate::offline::recording::{COLUMNS, LAYERS, Lattice, Provenance, Recording, STATE, States, TRACERS};
-use crate::units::FRAME_INTERVAL_S;
+use meniscus::units::FRAME_INTERVAL_S;
+use meniscus_data::motion::Motion;
+use meniscus_data::recording::{COLUMNS, LAYERS, Lattice, Provenance, Recording, STATE, States, TRACERS};
 use std::collections::VecDeque;
 
 /// Samples in a frame.

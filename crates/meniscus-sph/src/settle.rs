@@ -1,9 +1,8 @@
 //! Settling: the ring packing relaxes under gravity and strong friction before time starts.
 
-use super::effects::Acting;
 use super::{Error, Simulator};
-use crate::offline::motion::Kinematics;
-use crate::offline::prelude::*;
+use crate::effects::Acting;
+use meniscus_data::motion::Kinematics;
 
 /// Length of each phase of settling, s: still, shaken, still.
 const PHASES_S: [f64; 3] = [0.2, 0.3, 1.0];

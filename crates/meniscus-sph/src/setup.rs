@@ -1,11 +1,11 @@
 //! What is simulated, and whether it can be: the glass, the liquid, the spacing, and the step that they allow.
 
-use super::effects::Effects;
+use super::effects::{self, glass_with, liquid_with, rise_m, slip_m};
 use super::kernel::{Kernel, SMOOTHING};
 use super::packing::fitting_spacing;
-use crate::offline::liquids::Liquid;
-use crate::offline::prelude::*;
-use crate::offline::recording::Glass;
+use meniscus_data::effects::Effects;
+use meniscus_data::liquids::Liquid;
+use meniscus_data::recording::Glass;
 
 /// Numerical speed of sound, m/s: ten times the fastest flow, so that density varies by about 1 %.
 pub(super) const SOUND_M_S: f64 = 7.0;
@@ -88,9 +88,9 @@ impl Setup {
     pub fn resolved(&self) -> Self {
         let effects = self.effects.over(self.liquid.effects);
         Self {
-            glass: effects.glass(self.glass),
-            liquid: effects.liquid(&self.liquid),
-            no_slip: self.no_slip && effects.slip_m().is_finite(),
+            glass: glass_with(&effects, self.glass),
+            liquid: liquid_with(&effects, &self.liquid),
+            no_slip: self.no_slip && slip_m(&effects).is_finite(),
             effects,
             ..*self
         }
@@ -117,7 +117,7 @@ pub(super) fn longest_step(kernel: &Kernel, setup: &Setup) -> f64 {
     let density = setup.liquid.density_kg_m3;
     let nu = setup.liquid.rheology.largest() / density;
     let viscous = if nu > 0.0 { VISCOUS * kernel.h * kernel.h / nu } else { f64::INFINITY };
-    let effects = setup.effects.longest_step(&setup.glass, density);
+    let effects = effects::longest_step(&setup.effects, &setup.glass, density);
     viscous.min(COURANT * kernel.h / SOUND_M_S).min(effects)
 }
 
@@ -138,7 +138,7 @@ pub(super) fn check(setup: &Setup) -> Result<(), Error> {
             "a taper of {taper} is out of range: -0.2 to 0.2, and a radius of 0.005 to 0.2 m at the rim"
         )));
     }
-    let rise_m = setup.effects.rise_m(&setup.glass);
+    let rise_m = rise_m(&setup.effects, &setup.glass);
     if fill_m + rise_m > rim_m || rise_m > fill_m {
         return Err(Error::Setup(format!(
             "the surface at rest of an inclined glass would stand {:.1} mm above and below the fill of {:.1} mm: it \

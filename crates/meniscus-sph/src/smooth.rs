@@ -14,7 +14,6 @@
 use super::blocks::dot;
 use super::corrected::times;
 use super::moments::{Seen, Symmetric};
-use crate::offline::prelude::*;
 use nalgebra::Matrix3;
 
 /// Viscosity of what is not smooth in units of `h c0`.

@@ -1,7 +1,5 @@
 //! What the simulator keeps of the liquid. Its images in the walls are of the same type (see `walls`).
 
-use crate::offline::prelude::*;
-
 /// What a neighbour must know of a particle: one cache line.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(align(64))]

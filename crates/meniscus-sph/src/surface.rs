@@ -12,9 +12,8 @@
 
 use super::state::Particle;
 use super::{Error, Simulator};
-use crate::offline::prelude::*;
-use crate::offline::recording::{COLUMNS, Lattice, WALL_POINTS, wall_azimuth};
-use crate::surface::{POINTS, profile_abscissa};
+use meniscus::surface::{POINTS, profile_abscissa};
+use meniscus_data::recording::{COLUMNS, Lattice, WALL_POINTS, wall_azimuth};
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 

@@ -9,8 +9,8 @@
 
 use super::Simulator;
 use super::surface::Nearby;
-use crate::offline::prelude::*;
-use crate::offline::recording::{COLUMNS, GROUP_COMPONENTS, LAYERS, Lattice, TRACERS};
+use meniscus::latent::decoder::GROUP_COMPONENTS;
+use meniscus_data::recording::{COLUMNS, LAYERS, Lattice, TRACERS};
 use nalgebra::{Matrix4, SMatrix};
 use rayon::prelude::*;
 
@@ -109,11 +109,12 @@ fn stresses(simulator: &Simulator, solved: &SMatrix<f64, 4, 5>, inverse: f64) ->
 
 #[cfg(test)]
 mod tests {
+    use super::super::Setup;
     use super::super::surface::SurfaceFinder;
-    use super::super::{Effects, Setup};
     use super::*;
-    use crate::offline::liquids::{Liquid, Rheology};
-    use crate::offline::recording::Glass;
+    use meniscus_data::effects::Effects;
+    use meniscus_data::liquids::{Liquid, Rheology};
+    use meniscus_data::recording::Glass;
 
     #[test]
     fn a_linear_flow_comes_back_with_its_stresses() {

@@ -29,14 +29,13 @@
 //! than a slosh rubs too much.
 
 use super::corrected::mirrored;
-use super::effects::stick;
 use super::frame::Body;
 use super::moments::Symmetric;
 use super::state::{Fluid, Particle};
-use crate::offline::prelude::*;
-use crate::offline::recording::Glass;
-use crate::slosh::{Cylinder, Mode, Wave};
-use crate::units::GRAVITY_M_S2;
+use crate::effects::stick;
+use meniscus::reduced::{Cylinder, Mode, Wave};
+use meniscus::units::GRAVITY_M_S2;
+use meniscus_data::recording::Glass;
 use rayon::prelude::*;
 
 /// Without viscosity there is no layer, and what this bounds is multiplied by nothing.

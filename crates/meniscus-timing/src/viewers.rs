@@ -4,19 +4,18 @@
 //! rounds (without, with, with, without), so that every turn has its like with the same content on both sides, and a
 //! machine that grows slower or faster meanwhile favours neither.
 
-use super::camera::{PAYLOAD_ROOM, SimulatedCamera};
-use super::recording::Recording;
-use super::repeat::BACK;
-use super::scene::SceneSettings;
-use crate::host::checks::Check;
-use crate::host::link::link;
-use crate::host::live::{Log, Logged, Outlets, Still, Watch, watch};
-use crate::host::page::{Page, PageError};
-use crate::model::Model;
-use crate::offline::prelude::*;
-use crate::runtime::DEADLINE_US;
-use crate::runtime::Estimator;
-use crate::surface::Config;
+use meniscus::blob::Model;
+use meniscus::runtime::DEADLINE_US;
+use meniscus::runtime::Estimator;
+use meniscus::surface::Config;
+use meniscus_data::recording::Recording;
+use meniscus_report::checks::Check;
+use meniscus_service::live::{Log, Logged, Outlets, Still, Watch, watch};
+use meniscus_ui::page::{Page, PageError};
+use meniscus_usb::link::link;
+use meniscus_virtual::camera::{PAYLOAD_ROOM, SimulatedCamera};
+use meniscus_virtual::looped_recording::BACK;
+use meniscus_virtual::render::SceneSettings;
 use std::net::{Ipv4Addr, SocketAddr, TcpStream};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};

@@ -1,10 +1,9 @@
 //! What pictures and films of a run show of it: the camera's image, and a slice through the glass.
 
-use super::recording::{LAYERS, Lattice, Recording, TRACERS, group_range};
-use crate::host::view::picture::{CameraImage, Slice};
-use crate::offline::prelude::*;
-use crate::runtime::Turn;
-use crate::surface::{Config, profile_abscissa};
+use crate::picture::{CameraImage, Slice};
+use meniscus::runtime::Turn;
+use meniscus::surface::{Config, profile_abscissa};
+use meniscus_data::recording::{LAYERS, Lattice, Recording, TRACERS, group_range};
 
 /// Half the thickness of the slice through the middle of the glass, in units of the radius.
 const SLICE: f64 = 0.12;

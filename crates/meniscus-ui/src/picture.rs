@@ -1,8 +1,7 @@
 //! The picture at the end of a run: what the camera saw, what the model says is inside, what was
 //! inside, and how far the two were apart.
 
-use super::plot::{BLUE, FONT, GREEN, GREY, ORANGE, PURPLE, PictureError, prepare_font};
-use crate::host::prelude::*;
+use meniscus_report::plot::{BLUE, FONT, GREEN, GREY, ORANGE, PURPLE, PictureError, prepare_font};
 use plotters::prelude::*;
 use plotters::style::colors::colormaps::{ColorMap, ViridisRGB};
 

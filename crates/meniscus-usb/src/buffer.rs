@@ -1,7 +1,5 @@
 //! The buffer of one payload: allocated once, filled by the bus in place, handed on without a copy.
 
-use crate::host::prelude::*;
-
 /// Bytes on the heap, whose place never changes, and how many of them are filled.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Buffer {

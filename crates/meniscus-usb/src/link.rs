@@ -4,9 +4,8 @@
 //! Nothing is allocated once the link stands. When the worker is so late that no buffer is spare,
 //! the payload is dropped and counted: the newest data waits for nobody's old data.
 
-use crate::host::buffer::Buffer;
-use crate::host::prelude::*;
-use crate::uvc::Stream;
+use crate::buffer::Buffer;
+use meniscus::usb::uvc::Stream;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TryRecvError, sync_channel};

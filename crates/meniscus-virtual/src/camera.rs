@@ -1,16 +1,15 @@
 //! The simulated camera in process: a recording, rendered and packed into USB payloads at 60 Hz.
 //!
-//! It stands where the USB camera will stand, at the far end of the [`link`](crate::host::link), and
+//! It stands where the USB camera will stand, at the far end of the [`link`](meniscus_usb::link), and
 //! everything behind the link is the real reader.
 
-use super::recording::Recording;
-use super::repeat::repeated;
-use super::scene::{Images, Liquid, Scene, SceneSettings};
-use crate::host::link::CameraEnd;
-use crate::offline::prelude::*;
-use crate::units::Micros;
-use crate::uvc::Stream;
+use crate::looped_recording::repeated;
+use crate::render::{Images, Liquid, Scene, SceneSettings};
+use meniscus::units::Micros;
+use meniscus::usb::uvc::Stream;
+use meniscus_data::recording::Recording;
 use meniscus_hil::{Camera, CameraSettings, FaultInjector, FaultList, Payload, Shot, Source};
+use meniscus_usb::link::CameraEnd;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 

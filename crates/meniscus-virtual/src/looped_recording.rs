@@ -4,8 +4,8 @@
 //! along `10 s^3 - 15 s^4 + 6 s^5` in two seconds the shipped recording's glass is accelerated by 0.04 m/s2 at
 //! most, under which a liquid at rest would lean by 0.15 mm.
 
-use super::recording::Recording;
-use super::scene::Liquid;
+use crate::render::Liquid;
+use meniscus_data::recording::Recording;
 
 /// Frames in which the glass is carried back: two seconds. A round is the recording's frames and these.
 pub const BACK: usize = 120;
@@ -42,12 +42,11 @@ fn place(recording: &Recording, shot: u64) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::offline::prelude::*;
     use std::path::Path;
 
     #[test]
     fn the_glass_comes_back_without_a_jump() {
-        let bytes = include_bytes!("../../recordings/glycerine-unseen.safetensors");
+        let bytes = meniscus_shipped::RECORDING;
         let recording = Recording::from_bytes(Path::new("shipped"), bytes).expect("it is sound");
         let round = (recording.frames() + BACK) as u64;
         let place = |shot| repeated(&recording, shot).glass_m[0];

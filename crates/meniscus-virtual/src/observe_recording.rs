@@ -7,20 +7,21 @@
 //! correction may see: the free surface and the place of the glass.
 
 use super::camera::{START, SimulatedCamera};
-use super::recording::Recording;
 #[cfg(feature = "bags")]
 use super::replay::payload;
-use super::scene::SceneSettings;
-use super::score::frame_of;
+use crate::render::SceneSettings;
+use meniscus::blob::Model;
+use meniscus::runtime::{Clock, Drive, Estimate, Estimator, Eye, Memory, Turn};
+use meniscus::surface::{Config, ConfigError, SurfaceProfile};
+use meniscus::units::{FRAME_INTERVAL_S, Micros};
 #[cfg(feature = "bags")]
-use crate::host::bag::{self, BagError};
-use crate::host::live::Logged;
-use crate::model::Model;
-use crate::offline::prelude::*;
-use crate::runtime::{Clock, Drive, Estimate, Estimator, Eye, Memory, Turn};
-use crate::surface::{Config, ConfigError, SurfaceProfile};
-use crate::units::{FRAME_INTERVAL_S, Micros};
+use meniscus_bags as bag;
+#[cfg(feature = "bags")]
+use meniscus_bags::BagError;
+use meniscus_data::recording::Recording;
+use meniscus_data::recording::frame_of;
 use meniscus_hil::FaultList;
+use meniscus_service::live::Logged;
 use std::time::Instant;
 
 /// Noise of the disparity that makes 2 mm of depth at 0.4 m, pixels rms: `s = dz f B / z^2`.
@@ -101,9 +102,9 @@ pub fn sightings_of(
 pub fn perfect(recording: &Recording) -> Vec<Option<SurfaceProfile>> {
     let profile = |frame: usize| {
         let mut profile = SurfaceProfile {
-            height_m: [0.0; crate::surface::POINTS],
-            variance_m2: [0.0; crate::surface::POINTS],
-            valid: [true; crate::surface::POINTS],
+            height_m: [0.0; meniscus::surface::POINTS],
+            variance_m2: [0.0; meniscus::surface::POINTS],
+            valid: [true; meniscus::surface::POINTS],
             glass_x_m: Some(recording.glass_x_m[frame] as f32),
             sequence: frame as u32,
             captured: time_of(frame),

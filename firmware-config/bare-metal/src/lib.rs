@@ -10,11 +10,11 @@
 
 use core::fmt::{self, Write};
 use crc::{CRC_64_XZ, Crc};
-use meniscus::model::Model;
-use meniscus::output::{OUTPUT_MAX, OUTPUT_VERSION, Packet};
+use meniscus::blob::Model;
+use meniscus::runtime::output::{OUTPUT_MAX, OUTPUT_VERSION, Packet};
 use meniscus::runtime::{Clock, Estimator, Eye, Tracker, Turn};
 use meniscus::surface::{Config, Intrinsics, Settings};
-use meniscus::uvc::Stream;
+use meniscus::usb::uvc::Stream;
 
 /// Pixels of an image.
 pub const PIXELS: usize = 640 * 480;

@@ -51,7 +51,7 @@ fn triangle(entries: &[f32], below: usize) -> Square {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::generic::{LATENTS, Latent};
+    use crate::latent::generic::{LATENTS, Latent};
     use nalgebra::{DMatrix, SymmetricEigen};
 
     /// A deterministic set of triangles without structure.

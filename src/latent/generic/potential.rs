@@ -13,8 +13,8 @@
 
 use super::newton::Square;
 use super::{LATENTS, Latent};
+use crate::latent::nn::{Matrix, Vector};
 use crate::math::sqrt;
-use crate::nn::{Matrix, Vector};
 
 /// Ridges of H that the step has room for.
 pub const MAX_HIDDEN: usize = 64;

@@ -32,10 +32,10 @@
 
 use super::newton::Square;
 use super::{Latent, Operators};
-use crate::effects::Relax;
-use crate::interval::whitener;
+use crate::latent::linalg::whitener;
 use crate::math::sqrt;
-use crate::slosh::{BySpeed, Model};
+use crate::reduced::effects::Relax;
+use crate::reduced::{BySpeed, Model};
 
 /// What may remember: the liquid and the contact line.
 pub const MEMORIES: usize = 2;

@@ -20,7 +20,7 @@
 use super::newton::Square;
 use super::slots::{Flow, MEMORIES, Slots};
 use super::{Audit, Latent, Operators, Outcome, Potential, Seen, newton};
-use crate::nn::Matrix;
+use crate::latent::nn::Matrix;
 use nalgebra::SMatrix;
 
 /// Iterations with the constant preconditioner, a tenth of the work of Newton's.

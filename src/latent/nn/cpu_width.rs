@@ -35,13 +35,13 @@ pub fn is_wide() -> bool {
 
 /// A piece of work that gains from wide vectors. `run` has to be `#[inline(always)]`, or it is compiled once,
 /// for the narrow ones. `WIDE` is whether it is compiled for AVX2.
-pub(crate) trait Kernel {
+pub trait Kernel {
     fn run<const WIDE: bool>(self);
 }
 
 /// Runs `kernel` as compiled for the widest vectors that are allowed.
 #[inline]
-pub(crate) fn widest(kernel: impl Kernel) {
+pub fn widest(kernel: impl Kernel) {
     #[cfg(target_arch = "x86_64")]
     if is_wide() {
         // SAFETY: whoever set `WIDE` promised that AVX2 is there.

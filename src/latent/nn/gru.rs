@@ -8,8 +8,8 @@
 //! ```
 //! Cho et al. 2014, in the variant of PyTorch's `torch.nn.GRU` (the reset gate acts after the product).
 
-use super::width::{Kernel, widest};
 use super::{Vector, Weights};
+use crate::latent::nn::cpu_width::{Kernel, widest};
 use crate::math::{sigmoidf, tanhf};
 
 /// Units of a layer (paper: 26).

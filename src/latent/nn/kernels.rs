@@ -4,7 +4,7 @@
 //! and products both find room, and a half without rows is left out.
 
 use super::matrix::PANEL;
-use super::width::{Kernel, ahead};
+use crate::latent::nn::cpu_width::{Kernel, ahead};
 
 /// Rows of half a panel.
 pub(super) const HALF: usize = PANEL / 2;

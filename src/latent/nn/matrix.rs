@@ -5,7 +5,7 @@
 //! zeros to a whole panel. A vector is a matrix of one column: its elements lie one after another.
 
 use super::kernels;
-use super::width::widest;
+use crate::latent::nn::cpu_width::widest;
 use core::num::NonZeroUsize;
 
 /// Rows of a panel: eight SSE, four AVX2 or two AVX-512 registers of accumulators.

@@ -5,22 +5,21 @@
 //! What may be stored coarser (GRU, decoder trunk, bases) is a [`Weights`]: `f32`, `bf16` or `i8`. A coarser
 //! model can therefore be less accurate, and cannot break a law.
 
-mod byte;
+mod cpu_width;
 mod dense;
-mod element;
+mod dtype;
 mod gru;
+mod int8;
 mod kernels;
 mod matrix;
 mod weights;
-mod width;
 
+#[cfg(target_arch = "x86_64")]
+pub use cpu_width::allow_avx2;
+pub use cpu_width::is_wide;
+pub use cpu_width::{Kernel, widest};
 pub use dense::{Dense, relu};
-pub use element::{Element, bf16_of, f32_of};
+pub use dtype::{Element, bf16_of, f32_of};
 pub use gru::{Gru, HIDDEN};
 pub use matrix::{Matrix, PANEL, Vector, packed_index, packed_len};
 pub use weights::{Weights, bf16_index, section_len};
-#[cfg(target_arch = "x86_64")]
-pub use width::allow_avx2;
-pub use width::is_wide;
-#[cfg(feature = "studies")]
-pub(crate) use width::{Kernel, widest};

@@ -8,11 +8,11 @@
 //! i8     as f32, behind one f32 scale a row (rows padded to a multiple of 32)
 //! ```
 
-use super::byte::Bytes;
-use super::element::{Element, f32_of};
 use super::kernels::{self, HALF};
 use super::matrix::{Matrix, PANEL, packed_len};
-use super::width::widest;
+use crate::latent::nn::cpu_width::widest;
+use crate::latent::nn::dtype::{Element, f32_of};
+use crate::latent::nn::int8::Bytes;
 
 /// Where element (`row`, `column`) of a bf16 matrix lies.
 #[must_use]
@@ -167,7 +167,7 @@ impl<'m> Weights<'m> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::nn::{bf16_of, packed_index};
+    use crate::latent::nn::{bf16_of, packed_index};
 
     const ROWS: usize = 40;
     const COLUMNS: usize = 3;

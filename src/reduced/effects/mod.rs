@@ -40,7 +40,7 @@ mod yield_stress;
 #[cfg(test)]
 pub(crate) mod tests;
 
-use crate::slosh::{Cylinder, Mode, Rheology};
+use crate::reduced::{Cylinder, Mode, Rheology};
 
 /// Most parameters of an effect.
 pub const PARAMETERS: usize = 2;

@@ -5,7 +5,7 @@
 extern crate std;
 
 use super::*;
-use crate::slosh::{Baseline, Model, Push, Rheology, State, step};
+use crate::reduced::{Baseline, Model, Push, Rheology, State, step};
 use crate::units::GRAVITY_M_S2;
 use std::vec::Vec;
 use std::{assert, assert_eq, println};
@@ -138,7 +138,7 @@ fn dry_friction_takes_the_same_height_from_every_half_cycle() {
     let force = 0.05;
     let model = model(1e-7, &[active("contact_line", [force, 5e-5])]);
     let extremes = decay(&model, 0.012, 1.2);
-    let mode = Mode::new(&GLASS, crate::slosh::Wave::First(0));
+    let mode = Mode::new(&GLASS, crate::reduced::Wave::First(0));
     let wanted = 2.0 * 4.0 * GLASS.radius_m * force / (mode.mass_kg * mode.square(GRAVITY_M_S2));
     let lost: Vec<f64> = extremes.windows(2).take(5).map(|w| w[0].1 - w[1].1).collect();
     println!("{lost:?} for {wanted}");
@@ -163,7 +163,7 @@ fn stiffness_effects_raise_the_frequency_by_their_law() {
     let wanted = 0.1 * k * k / (2.0 * GLASS.density_kg_m3 * GRAVITY_M_S2);
     assert!((tension / wanted - 1.0).abs() < 0.03, "{tension} for {wanted}");
     // dw/w = pi R k_c/(2 m w^2).
-    let mode = Mode::new(&GLASS, crate::slosh::Wave::First(0));
+    let mode = Mode::new(&GLASS, crate::reduced::Wave::First(0));
     let pinned = w(&[active("pinned_line", [5.0, 0.0])]) / plain - 1.0;
     let wanted =
         std::f64::consts::PI * GLASS.radius_m * 5.0 / (2.0 * mode.mass_kg * mode.square(GRAVITY_M_S2));

@@ -1,5 +1,5 @@
 //! Slip at the wall: `u = b du/dn` (Navier 1823); the layer's impedance over `1 + (1 + i) b/delta`, see
-//! [`friction`](crate::slosh::friction).
+//! [`friction`](crate::reduced::friction).
 
 use super::{Class, Entry, Parameter, Slot};
 

@@ -19,7 +19,7 @@
 use super::intrinsics::{CalibrationError, sound};
 use super::table::Table;
 use crate::surface::ColourLens;
-use crate::uvc::bytes::{f32_at, u16_at};
+use crate::usb::uvc::bytes::{f32_at, u16_at};
 
 /// Id of the colour table.
 pub const COLOUR: u16 = 32;

@@ -9,7 +9,7 @@
 //! The camera's default is 1 mm; at 0.4 m the sensor's own step is 0.26 mm, so 0.1 mm is asked for.
 
 use super::monitor::{Command, MonitorError, opcode};
-use crate::uvc::bytes::put;
+use crate::usb::uvc::bytes::put;
 
 /// The unit of a camera whose advanced mode is off.
 pub const DEFAULT_DEPTH_UNIT_UM: u32 = 1000;

@@ -11,7 +11,7 @@
 use super::monitor::{Command, opcode};
 use super::table::Table;
 use crate::surface::Intrinsics;
-use crate::uvc::bytes::{f32_at, u16_at};
+use crate::usb::uvc::bytes::{f32_at, u16_at};
 
 /// Bytes of an item of the list.
 const ITEM: usize = 20;

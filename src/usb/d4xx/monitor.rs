@@ -10,7 +10,7 @@
 //!
 //! Command and answer are a pair: nobody else may use the control between the two.
 
-use crate::uvc::bytes::{put, u32_at};
+use crate::usb::uvc::bytes::{put, u32_at};
 
 /// Bytes of a message, either way.
 pub const MESSAGE: usize = 1024;

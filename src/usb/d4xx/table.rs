@@ -9,7 +9,7 @@
 //! | 12 | 4 | CRC-32 (IEEE 802.3) of all bytes behind the header |
 
 use super::monitor::{Command, opcode};
-use crate::uvc::bytes::{u16_at, u32_at};
+use crate::usb::uvc::bytes::{u16_at, u32_at};
 
 /// Id of the depth coefficients.
 pub const COEFFICIENTS: u16 = 25;

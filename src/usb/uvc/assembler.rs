@@ -8,7 +8,7 @@
 use super::continuity::Continuity;
 use super::header::Header;
 use super::losses::{Cause, Losses};
-use crate::frame::Stamp;
+use crate::usb::frame::Stamp;
 
 /// A whole frame, its pixels in place.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -54,7 +54,7 @@ impl Open {
 /// Joins the payloads of one stream in a buffer of the caller's.
 ///
 /// ```
-/// use meniscus::uvc::{Assembler, Outcome};
+/// use crate::usb::uvc::{Assembler, Outcome};
 ///
 /// let mut buffer = [0; 4];
 /// let mut assembler = Assembler::new(&mut buffer);

@@ -6,8 +6,8 @@
 use super::header::Header;
 use super::losses::{Cause, Losses};
 use super::metadata::Timing;
-use crate::frame::Stamp;
 use crate::units::Micros;
+use crate::usb::frame::Stamp;
 
 /// A frame that is older than the last one by less than this came late, microseconds.
 const LATE_US: u32 = 1_000_000;

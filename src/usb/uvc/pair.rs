@@ -3,7 +3,7 @@
 //! The two streams have counters of their own, which may differ by a constant; the time is the key.
 //! Frames stay in the caller's buffers, only stamps are handled here.
 
-use crate::frame::Stamp;
+use crate::usb::frame::Stamp;
 use serde::{Deserialize, Serialize};
 
 /// Which image stream a frame belongs to.

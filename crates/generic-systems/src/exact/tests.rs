@@ -1,8 +1,8 @@
 //! The laws of the exact net for tame and hostile weights; its slopes against differences.
 
 use super::*;
-use crate::offline::train::closed::dataset::{Dataset, Frame};
-use crate::offline::train::closed::form::Kinds;
+use crate::dataset::{Dataset, Frame};
+use crate::form::Kinds;
 use rand::{RngExt, SeedableRng};
 
 /// Two bodies in a plane with two entropies, or five plain variables of which the last never moves.

@@ -1,13 +1,13 @@
 //! The table of `meniscus bench`, as text, as JSON and as a page.
 
-use meniscus::host::checks::Check;
-use meniscus::host::report::{Chart, Mark, Report as Page, Series};
-use meniscus::host::view::plot::PictureError;
-use meniscus::host::wide;
-use meniscus::offline::bench::Times;
-use meniscus::offline::bench::turn::Turns;
-use meniscus::offline::recording::GROUP_NAMES;
 use meniscus::runtime::DEADLINE_US;
+use meniscus_data::recording::GROUP_NAMES;
+use meniscus_platform::cpu_features as wide;
+use meniscus_report::checks::Check;
+use meniscus_report::html::{Chart, Mark, Report as Page, Series};
+use meniscus_report::plot::PictureError;
+use meniscus_timing::bench::Times;
+use meniscus_timing::bench::turn::Turns;
 use serde_json::{Value, json};
 use std::fmt::Write;
 

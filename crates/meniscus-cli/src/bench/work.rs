@@ -1,18 +1,18 @@
 //! Fixed work without a clock, a function a stage: what benches/instructions counts.
 
 use anyhow::Context;
-use meniscus::generic::{LATENTS, State};
-use meniscus::model::Model;
-use meniscus::nn::Element;
-use meniscus::offline::bench::chain::{Chain, Packed};
-use meniscus::offline::bench::networks::Networks;
-use meniscus::offline::bench::turn::{Payloads, payloads};
-use meniscus::offline::recording::Recording;
-use meniscus::offline::scene::SceneSettings;
-use meniscus::offline::watching::NoClock;
+use meniscus::blob::Model;
+use meniscus::latent::generic::{LATENTS, State};
+use meniscus::latent::nn::Element;
+use meniscus::latent::window::{FEATURES, WINDOW};
 use meniscus::runtime::{Estimator, Eye, Tracker};
 use meniscus::surface::{Config, Settings};
-use meniscus::window::{FEATURES, WINDOW};
+use meniscus_data::recording::Recording;
+use meniscus_timing::bench::chain::{Chain, Packed};
+use meniscus_timing::bench::networks::Networks;
+use meniscus_timing::bench::turn::{Payloads, payloads};
+use meniscus_virtual::observe_recording::NoClock;
+use meniscus_virtual::render::SceneSettings;
 use std::hint::black_box;
 
 /// Frames that the turn is counted on: a window and as many again.

@@ -1,17 +1,17 @@
 //! What was named, put into the flashed model and into the simulator, and what of the gap each closes.
 
 use anyhow::{Context, anyhow, ensure};
-use meniscus::effects::Active;
-use meniscus::host::files::AlignedBytes;
-use meniscus::model::Model;
-use meniscus::offline::adopt::latent::roll_out;
-use meniscus::offline::adopt::simulated::{Resolution, simulate};
-use meniscus::offline::adopt::{Closed, adopt};
-use meniscus::offline::discover::gap::gap_to;
-use meniscus::offline::discover::predict::Known;
-use meniscus::offline::discover::record::Record;
-use meniscus::offline::discover::workflow::Discovery;
-use meniscus::slosh::Rheology;
+use meniscus::blob::Model;
+use meniscus::reduced::Rheology;
+use meniscus::reduced::effects::Active;
+use meniscus_discover::gap::gap_to;
+use meniscus_discover::insert::latent::roll_out;
+use meniscus_discover::insert::simulated::{Resolution, simulate};
+use meniscus_discover::insert::{Closed, adopt};
+use meniscus_discover::predict::Known;
+use meniscus_discover::record::Record;
+use meniscus_discover::workflow::Discovery;
+use meniscus_platform::files::AlignedBytes;
 
 /// By how much radius and fill of a model may differ from those of the recordings.
 const SAME: f64 = 0.01;

@@ -3,16 +3,16 @@
 use super::super::stop::watched;
 use anyhow::anyhow;
 use indicatif::{ProgressBar, ProgressStyle};
-use meniscus::host::checks::{Check, table};
-use meniscus::host::files::write_whole;
-use meniscus::offline::discover::study::bench::Places;
-use meniscus::offline::discover::study::measured::ask_measured;
-use meniscus::offline::discover::study::page::markdown;
-use meniscus::offline::discover::study::pictures::{confusion_png, detection_png};
-use meniscus::offline::discover::study::run::{Course, judge_all};
-use meniscus::offline::discover::study::tally::{Beside, Study, checks};
-use meniscus::offline::discover::study::{long_discovery_s, reference_coverage, simulate};
-use meniscus::offline::discover::workflow::Settings;
+use meniscus_discover::study::bench::Places;
+use meniscus_discover::study::measured::ask_measured;
+use meniscus_discover::study::page::markdown;
+use meniscus_discover::study::pictures::{confusion_png, detection_png};
+use meniscus_discover::study::run::{Course, judge_all};
+use meniscus_discover::study::tally::{Beside, Study, checks};
+use meniscus_discover::study::{long_discovery_s, reference_coverage, simulate};
+use meniscus_discover::workflow::Settings;
+use meniscus_platform::files::write_whole;
+use meniscus_report::checks::{Check, table};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 

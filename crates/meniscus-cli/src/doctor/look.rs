@@ -1,9 +1,9 @@
 //! The look at the camera: connected to, and its frames counted.
 
-use meniscus::host::buffer::Buffer;
-use meniscus::host::camera::{CameraError, CameraHealth, Connected, Note, Session, Settings, Sink};
-use meniscus::host::usb::Transport;
-use meniscus::uvc::Stream;
+use meniscus::usb::uvc::Stream;
+use meniscus_usb::buffer::Buffer;
+use meniscus_usb::camera::{CameraError, CameraHealth, Connected, Note, Session, Settings, Sink};
+use meniscus_usb::transport::Transport;
 use std::time::{Duration, Instant};
 
 /// How long frames are counted.

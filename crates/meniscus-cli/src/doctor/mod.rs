@@ -7,10 +7,10 @@ use anyhow::bail;
 use indicatif::ProgressBar;
 pub(crate) use look::Camera;
 use look::look;
-use meniscus::host::camera::{CameraError, Connected, Settings};
-use meniscus::host::checks::{Check, table};
-use meniscus::host::realtime;
-use meniscus::host::usb::Speed;
+use meniscus_platform::realtime;
+use meniscus_report::checks::{Check, table};
+use meniscus_usb::camera::{CameraError, Connected, Settings};
+use meniscus_usb::transport::Speed;
 use serde_json::{Value, json};
 use std::time::Duration;
 

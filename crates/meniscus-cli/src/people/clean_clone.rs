@@ -5,7 +5,7 @@
 //! ```
 
 use anyhow::{Context, bail, ensure};
-use meniscus::host::checks::Check;
+use meniscus_report::checks::Check;
 use serde_json::Value;
 use std::io::{BufRead, BufReader, Read};
 use std::net::TcpStream;

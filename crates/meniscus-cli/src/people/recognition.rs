@@ -1,11 +1,11 @@
 //! `meniscus people study --recognition`: how often the right liquid is named.
 
-use crate::cli::among::among;
-use crate::cli::inputs::level;
+use crate::among::among;
+use crate::inputs::level;
 use anyhow::{Context, ensure};
 use indicatif::{ProgressBar, ProgressStyle};
-use meniscus::offline::recognise::{Study, Unseen, look, study};
-use meniscus::offline::watching::DISPARITY_RMS_PX;
+use meniscus_discover::identify::{Study, Unseen, look, study};
+use meniscus_virtual::observe_recording::DISPARITY_RMS_PX;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 
@@ -64,7 +64,7 @@ fn files(folder: &Path) -> anyhow::Result<Vec<PathBuf>> {
 
 /// For a script.
 pub(super) fn json(study: &Study) -> Value {
-    let case = |case: &meniscus::offline::recognise::Case| json!({ "liquid": case.liquid, "motion": case.motion, "said": case.standing });
+    let case = |case: &meniscus_discover::identify::Case| json!({ "liquid": case.liquid, "motion": case.motion, "said": case.standing });
     json!({
         "command": "meniscus people study --recognition",
         "version": env!("CARGO_PKG_VERSION"),

@@ -1,13 +1,13 @@
 //! `meniscus recognise learn`: a liquid becomes known.
 
 use super::Noise;
-use crate::cli::filmed::{Sightings, all_filmed, by_camera, setup};
-use crate::cli::inputs::{level, recordings};
+use crate::filmed::{Sightings, all_filmed, by_camera, setup};
+use crate::inputs::{level, recordings};
 use anyhow::ensure;
-use meniscus::host::checks::{Check, table};
-use meniscus::host::files::write_whole;
-use meniscus::host::recognise::Note;
-use meniscus::offline::recognise::{learn, look};
+use meniscus_discover::identify::{learn, look};
+use meniscus_platform::files::write_whole;
+use meniscus_report::checks::{Check, table};
+use meniscus_service::identify::Note;
 use serde_json::json;
 use std::path::PathBuf;
 

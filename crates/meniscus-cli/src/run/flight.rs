@@ -1,8 +1,8 @@
 //! Keeps what the flight recorder hands on: a table of the last ten seconds for each missed deadline.
 
 use super::turns;
-use meniscus::host::files::write_whole;
-use meniscus::host::live::Flight;
+use meniscus_platform::files::write_whole;
+use meniscus_service::live::Flight;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;

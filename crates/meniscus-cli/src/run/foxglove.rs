@@ -5,7 +5,7 @@ use std::net::SocketAddr;
 use std::path::PathBuf;
 
 #[cfg(feature = "foxglove")]
-pub(super) use meniscus::host::foxglove::Foxglove;
+pub(super) use meniscus_ui::foxglove::Foxglove;
 
 /// What a person says about Foxglove.
 #[derive(clap::Args)]
@@ -52,11 +52,11 @@ pub(super) enum Foxglove {}
 
 #[cfg(not(feature = "foxglove"))]
 impl Foxglove {
-    pub(super) fn outlet(&self) -> &meniscus::host::look::Outlet {
+    pub(super) fn outlet(&self) -> &meniscus_service::snapshot::Outlet {
         match *self {}
     }
 
-    pub(super) fn compose(&self, _: &meniscus::model::Model<'_>) {
+    pub(super) fn compose(&self, _: &meniscus::blob::Model<'_>) {
         match *self {}
     }
 

@@ -1,24 +1,25 @@
 //! Camera, worker and whoever looks on, at work together.
 
 use super::foxglove::Foxglove;
+use super::motion_source;
 use super::published::Published;
-use super::{Arguments, flight, page, service, told, turns};
-use crate::cli::among::among;
+use super::{Arguments, flight, page, service, turns};
+use crate::among::among;
 use anyhow::{Context, ensure};
 use indicatif::{ProgressBar, ProgressStyle};
-use meniscus::decoder::Selection;
-use meniscus::host::files::write_whole;
-use meniscus::host::link::WorkerEnd;
-use meniscus::host::live::{Flight, Log, Outlets, Still, Watch, watch};
-use meniscus::host::page::Page;
-use meniscus::host::realtime::Granted;
-use meniscus::host::recognise::{Standing, channel};
-use meniscus::host::view::{Caption, Dashboard};
-use meniscus::model::Model;
-use meniscus::offline::recording::GROUP_NAMES;
+use meniscus::blob::Model;
+use meniscus::latent::decoder::Selection;
 use meniscus::runtime::Estimator;
 use meniscus::surface::{Config, Rectifier};
 use meniscus::units::FRAME_INTERVAL_S;
+use meniscus_data::recording::GROUP_NAMES;
+use meniscus_platform::files::write_whole;
+use meniscus_platform::realtime::Granted;
+use meniscus_service::identify::{Standing, channel};
+use meniscus_service::live::{Flight, Log, Outlets, Still, Watch, watch};
+use meniscus_ui::page::Page;
+use meniscus_ui::terminal::{Caption, Dashboard};
+use meniscus_usb::link::WorkerEnd;
 use std::io::IsTerminal;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -45,7 +46,7 @@ pub(super) fn live(
     let glass = (model.header.radius_m, model.header.fill_m);
     let notes = among(&arguments.among, glass)?;
     let (outlet, feed) = channel();
-    let told = told::told(arguments, Duration::from_secs_f64(frames as f64 * FRAME_INTERVAL_S))?;
+    let told = motion_source::told(arguments, Duration::from_secs_f64(frames as f64 * FRAME_INTERVAL_S))?;
     let shared = Arc::new(Watch { patient: arguments.patient, rectifier, told, ..Watch::default() });
     let interrupted = Arc::clone(&shared);
     ctrlc::set_handler(move || interrupted.stop.store(true, Ordering::Relaxed))

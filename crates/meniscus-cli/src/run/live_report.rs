@@ -4,13 +4,13 @@ use super::Arguments;
 use super::report::{
     energy_drift, entropy_falls, late, motion, motion_line, stage_medians, stages, target, turn_us,
 };
-use crate::cli::doctor::{describe, one_line};
-use meniscus::host::camera::{CameraHealth, Connected, Note};
-use meniscus::host::checks::{Check, table};
-use meniscus::host::live::Log;
-use meniscus::offline::recording::GROUP_NAMES;
-use meniscus::offline::score::Score;
+use crate::doctor::{describe, one_line};
 use meniscus::runtime::DEADLINE_US;
+use meniscus_data::recording::GROUP_NAMES;
+use meniscus_report::checks::{Check, table};
+use meniscus_score::score::Score;
+use meniscus_service::live::Log;
+use meniscus_usb::camera::{CameraHealth, Connected, Note};
 use serde_json::{Value, json};
 use std::fmt::Write;
 

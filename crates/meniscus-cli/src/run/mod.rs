@@ -4,34 +4,33 @@ mod flight;
 mod foxglove;
 mod live;
 mod live_report;
+mod motion_source;
 mod page;
 mod published;
 #[cfg(feature = "bags")]
 mod replay;
 mod report;
 mod service;
-mod told;
 mod turns;
 mod usb;
 mod view;
 
-use crate::cli::glass;
-use crate::cli::inputs::{blob, check_level};
-use crate::cli::shipped;
+use crate::glass;
+use crate::inputs::{blob, check_level};
 use anyhow::{Context, bail, ensure};
 use foxglove::FoxgloveArguments;
 use live::live;
-use meniscus::host::files::write_whole;
-use meniscus::host::link::link;
-use meniscus::host::live::Still;
-use meniscus::host::publish::Destination;
-use meniscus::model::Model;
-use meniscus::offline::camera::{PAYLOAD_ROOM, SimulatedCamera};
-use meniscus::offline::recording::Recording;
-use meniscus::offline::scene::SceneSettings;
+use meniscus::blob::Model;
 use meniscus::surface::{Config, Settings};
 use meniscus::units::FRAME_INTERVAL_S;
+use meniscus_data::recording::Recording;
 use meniscus_hil::FaultList;
+use meniscus_platform::files::write_whole;
+use meniscus_service::live::Still;
+use meniscus_service::publish::Destination;
+use meniscus_usb::link::link;
+use meniscus_virtual::camera::{PAYLOAD_ROOM, SimulatedCamera};
+use meniscus_virtual::render::SceneSettings;
 use page::PageArguments;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
@@ -247,7 +246,7 @@ fn frames(seconds: f64) -> anyhow::Result<usize> {
 /// The recording that the camera looks at.
 fn recording(source: &str) -> anyhow::Result<Recording> {
     if source == "shipped" {
-        return Ok(Recording::from_bytes(Path::new("the shipped recording"), shipped::RECORDING)?);
+        return Ok(Recording::from_bytes(Path::new("the shipped recording"), meniscus_shipped::RECORDING)?);
     }
     let recording = Recording::load(Path::new(source))?;
     check_level(&recording, &source)?;
@@ -271,7 +270,7 @@ fn settings(model: &Model<'_>, recording: &Recording) -> anyhow::Result<Settings
             );
         }
     }
-    if model.field_len() != meniscus::offline::recording::STATE {
+    if model.field_len() != meniscus_data::recording::STATE {
         bail!("the model has {} tracers, recordings have 2134", model.header.particles);
     }
     Ok(Settings::for_glass(header.radius_m, header.fill_m, header.rim_m))

@@ -2,7 +2,7 @@
 
 use super::Arguments;
 use anyhow::{Context, ensure};
-use meniscus::host::told::Told;
+use meniscus_service::commanded_motion::Told;
 use std::net::ToSocketAddrs;
 use std::time::Duration;
 
@@ -34,7 +34,7 @@ fn by_table(_: &Arguments, source: &str, _: Duration) -> anyhow::Result<Told> {
 
 #[cfg(feature = "studies")]
 fn by_table(arguments: &Arguments, source: &str, length: Duration) -> anyhow::Result<Told> {
-    use meniscus::offline::motion::Motion;
+    use meniscus_data::motion::Motion;
 
     /// Steps of a table that are looked at before it is believed, a second.
     const LOOKS_HZ: f64 = 50.0;
@@ -61,7 +61,7 @@ fn by_table(arguments: &Arguments, source: &str, length: Duration) -> anyhow::Re
 
 /// The motion that the simulated camera's recording was made with.
 #[cfg(feature = "studies")]
-fn of_recording(arguments: &Arguments) -> anyhow::Result<meniscus::offline::motion::Motion> {
+fn of_recording(arguments: &Arguments) -> anyhow::Result<meniscus_data::motion::Motion> {
     let source = match arguments.source.as_str() {
         name if name.starts_with("simulated-usb") => "shipped",
         name @ ("usb" | "replay") => {
@@ -72,5 +72,5 @@ fn of_recording(arguments: &Arguments) -> anyhow::Result<meniscus::offline::moti
     let recording = super::recording(source)?;
     let places: Vec<(f64, f64)> =
         (0..).map(|frame| f64::from(frame) / 60.0).zip(recording.glass_x_m.iter().copied()).collect();
-    meniscus::offline::motion::Motion::sampled(&places).context("the recording has no motion")
+    meniscus_data::motion::Motion::sampled(&places).context("the recording has no motion")
 }

@@ -1,8 +1,8 @@
 //! `--view`: the live page, as long as the run lasts.
 
-use meniscus::host::page::{ADDRESS, Page, Token};
-use meniscus::model::Model;
+use meniscus::blob::Model;
 use meniscus::surface::Config;
+use meniscus_ui::page::{ADDRESS, Page, Token};
 use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicU64, Ordering};

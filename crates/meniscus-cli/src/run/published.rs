@@ -1,8 +1,8 @@
 //! `--publish`: estimates for others, as long as the run lasts.
 
 use super::Arguments;
-use meniscus::host::publish::{Outlet, Publisher};
-use meniscus::model::Model;
+use meniscus::blob::Model;
+use meniscus_service::publish::{Outlet, Publisher};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 

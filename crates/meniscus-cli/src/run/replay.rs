@@ -2,17 +2,17 @@
 
 use super::live_report::LiveReport;
 use super::{Arguments, BUFFERS, live};
-use crate::cli::glass;
+use crate::glass;
 use anyhow::{Context, bail};
-use meniscus::host::bag;
-use meniscus::host::camera::CameraHealth;
-use meniscus::host::files::write_whole;
-use meniscus::host::link::link;
-use meniscus::host::live::Still;
-use meniscus::model::Model;
-use meniscus::offline::replay::play;
+use meniscus::blob::Model;
 use meniscus::surface::Config;
 use meniscus::units::FRAME_INTERVAL_S;
+use meniscus_bags as bag;
+use meniscus_platform::files::write_whole;
+use meniscus_service::live::Still;
+use meniscus_usb::camera::CameraHealth;
+use meniscus_usb::link::link;
+use meniscus_virtual::replay::play;
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 

@@ -3,14 +3,14 @@
 use super::Arguments;
 use anyhow::bail;
 use hdrhistogram::Histogram;
-use meniscus::host::checks::{Check, table};
-use meniscus::host::live::{Log, Logged};
-use meniscus::model::Model;
-use meniscus::offline::baseline::linear_with_motion;
-use meniscus::offline::camera::START;
-use meniscus::offline::recording::{GROUP_NAMES, Recording};
-use meniscus::offline::score::{Score, score};
+use meniscus::blob::Model;
 use meniscus::runtime::{DEADLINE_US, Mode, Stages};
+use meniscus_data::recording::{GROUP_NAMES, Recording};
+use meniscus_report::checks::{Check, table};
+use meniscus_score::baseline::linear_with_motion;
+use meniscus_score::score::{Score, score};
+use meniscus_service::live::{Log, Logged};
+use meniscus_virtual::camera::START;
 use serde_json::{Value, json};
 use std::fmt::Write;
 
@@ -23,9 +23,9 @@ pub(super) mod target {
     /// Relative L2 of q displacement and of v.
     pub(super) const FIELD: f64 = 0.20;
     /// dE - work of a step, in units of the energy scale.
-    pub(in crate::cli::run) const ENERGY_DRIFT: f64 = 1e-6;
+    pub(crate) const ENERGY_DRIFT: f64 = 1e-6;
     /// Median of a turn on two server cores, microseconds.
-    pub(in crate::cli::run) const TURN_US: f64 = 3000.0;
+    pub(crate) const TURN_US: f64 = 3000.0;
 }
 
 /// Everything measured of a run.
@@ -236,14 +236,14 @@ pub(super) fn stages(log: &Log) -> Value {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use meniscus::model::Model;
-    use meniscus::offline::watching;
+    use meniscus::blob::Model;
+    use meniscus_virtual::observe_recording;
 
     #[test]
     fn a_long_turn_is_told_as_long() {
-        let bytes = meniscus::host::files::AlignedBytes::copy(crate::cli::shipped::MODEL);
+        let bytes = meniscus_platform::files::AlignedBytes::copy(meniscus_shipped::MODEL);
         let model = Model::load(&bytes).expect("the shipped model");
-        let mut log = Log { turns: watching::turns(&model, &[None, None, None]), ..Log::default() };
+        let mut log = Log { turns: observe_recording::turns(&model, &[None, None, None]), ..Log::default() };
         for (logged, us) in log.turns.iter_mut().zip([400, 5_000, 90_000]) {
             logged.turn_us = us;
         }

@@ -4,8 +4,8 @@
 //! watchdog is told that the program is alive only while the worker takes turns: with a camera that has gone
 //! it goes on taking them, in the mode halted; a worker that hangs is started anew by systemd.
 
-use meniscus::host::live::Watch;
 use meniscus::runtime::Mode;
+use meniscus_service::live::Watch;
 use std::os::linux::net::SocketAddrExt;
 use std::os::unix::net::{SocketAddr, UnixDatagram};
 use std::time::{Duration, Instant};

@@ -1,7 +1,7 @@
 //! The turns of a run as a table.
 
-use meniscus::host::live::Logged;
 use meniscus::runtime::{Mode, Stages};
+use meniscus_service::live::Logged;
 use std::fmt::Write;
 use std::time::{Instant, SystemTime, UNIX_EPOCH};
 

@@ -1,15 +1,16 @@
 //! The picture of a run, from its log, its still and the truth.
 
-use meniscus::host::live::{Log, Still};
-use meniscus::host::view::picture::{Curve, Picture};
-use meniscus::host::view::plot::PictureError;
-use meniscus::model::Model;
-use meniscus::offline::camera::START;
-use meniscus::offline::panels::{camera, slice};
-use meniscus::offline::recording::{Lattice, Recording, STATE};
-use meniscus::offline::repeat::frame_shown;
-use meniscus::offline::score::{Score, field_of, frame_of};
+use meniscus::blob::Model;
 use meniscus::surface::Config;
+use meniscus_data::recording::frame_of;
+use meniscus_data::recording::{Lattice, Recording, STATE};
+use meniscus_report::plot::PictureError;
+use meniscus_score::score::{Score, field_of};
+use meniscus_service::live::{Log, Still};
+use meniscus_ui::figure_parts::{camera, slice};
+use meniscus_ui::picture::{Curve, Picture};
+use meniscus_virtual::camera::START;
+use meniscus_virtual::looped_recording::frame_shown;
 
 /// Draws the highest crest of the run as PNG bytes; `None` for a run that never tracked.
 ///

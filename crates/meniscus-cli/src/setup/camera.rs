@@ -1,16 +1,17 @@
 //! The camera that sits before the glass: on a bus, its newest images kept; or a recording, whose first ones are.
 
 use super::Job;
-use crate::cli::doctor::{Camera, one_line};
+use crate::doctor::{Camera, one_line};
 use anyhow::ensure;
 use indicatif::ProgressBar;
-use meniscus::host::bag::{self, Image};
-use meniscus::host::camera::{LinkSink, OutlineImage, Session, Settings};
-use meniscus::host::link::{Received, WorkerEnd, link};
-use meniscus::host::setup::{Gather, Pair, Recent};
-use meniscus::host::usb::Transport;
 use meniscus::surface::{Optics, OutlineAssembler, Rectifier};
-use meniscus::uvc::Stream;
+use meniscus::usb::uvc::Stream;
+use meniscus_bags as bag;
+use meniscus_bags::Image;
+use meniscus_service::setup::{Gather, Pair, Recent};
+use meniscus_usb::camera::{LinkSink, OutlineImage, Session, Settings};
+use meniscus_usb::link::{Received, WorkerEnd, link};
+use meniscus_usb::transport::Transport;
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};

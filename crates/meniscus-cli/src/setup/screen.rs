@@ -2,9 +2,9 @@
 
 use super::Job;
 use super::camera::{Scene, Sitting};
-use meniscus::host::setup::{Finding, Inspection, Portrait, Said};
-use meniscus::host::view::{Step, Wish, Wizard};
 use meniscus::surface::Config;
+use meniscus_service::setup::{Finding, Inspection, Portrait, Said};
+use meniscus_ui::terminal::{Step, Wish, Wizard};
 use ratatui::crossterm::event::{self, Event, KeyEventKind};
 use std::time::{Duration, Instant};
 

@@ -3,12 +3,12 @@
 use anyhow::{Context, bail};
 use image::{ImageEncoder, codecs::png::PngEncoder};
 use indicatif::{ProgressBar, ProgressStyle};
-use meniscus::host::files::write_whole;
-use meniscus::offline::motion::Motion;
-use meniscus::offline::recording::Recording;
-use meniscus::offline::scene::{Images, Liquid, Scene, SceneSettings};
-use meniscus::offline::sph::Setup;
 use meniscus::units::FRAME_INTERVAL_S;
+use meniscus_data::motion::Motion;
+use meniscus_data::recording::Recording;
+use meniscus_platform::files::write_whole;
+use meniscus_sph::Setup;
+use meniscus_virtual::render::{Images, Liquid, Scene, SceneSettings};
 use std::fmt::Write as _;
 use std::path::Path;
 

@@ -1,8 +1,8 @@
 //! `meniscus simulate --list`: what there is to choose from.
 
-use meniscus::offline::liquids::{Liquid, known};
-use meniscus::offline::motion::KINDS;
-use meniscus::offline::sph::EFFECTS;
+use meniscus_data::effects::EFFECTS;
+use meniscus_data::liquids::{Liquid, known};
+use meniscus_data::motion::KINDS;
 
 /// Prints liquids, motions and effects.
 pub(super) fn print() -> anyhow::Result<()> {

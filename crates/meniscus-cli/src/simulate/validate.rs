@@ -2,9 +2,9 @@
 
 use anyhow::Context;
 use indicatif::{ProgressBar, ProgressStyle};
-use meniscus::host::checks::table;
-use meniscus::host::files::write_whole;
-use meniscus::offline::validate::{decay_png, html, markdown, validate, work};
+use meniscus_platform::files::write_whole;
+use meniscus_report::checks::table;
+use meniscus_sph::validate::{decay_png, html, markdown, validate, work};
 use std::path::PathBuf;
 
 /// Hold the simulator against theory: frequencies, decays, noise, energy, escapes, cost.

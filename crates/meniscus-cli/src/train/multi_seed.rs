@@ -1,10 +1,10 @@
 //! `meniscus train --repeat N`: the same training from N seeds, and what of its figures is chance.
 
 use super::{Arguments, Data, beside, command, once, write};
-use meniscus::host::checks::table;
-use meniscus::host::files::write_whole;
-use meniscus::offline::train::Trained;
-use meniscus::offline::train::seeds::{markdown, over_seeds};
+use meniscus_learn::Trained;
+use meniscus_learn::seeds::{markdown, over_seeds};
+use meniscus_platform::files::write_whole;
+use meniscus_report::checks::table;
 use serde_json::{Value, json};
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};

@@ -14,14 +14,13 @@
 //! so that c' takes the place of c in T, F, W3 and b3. r is the smallest rank whose largest error over the frames
 //! stays within the budget times the range of the group (largest minus smallest number over the frames).
 
-use super::export::{ExportError, Part, stored};
-use super::import::parts;
-use super::recording::GROUP_NAMES;
-use crate::decoder::{Coefficients, ENERGY_GROUP};
-use crate::model::{LoadError, Model, Tensor};
-use crate::nn::Element;
-use crate::offline::prelude::*;
-use crate::runtime::Estimate;
+use crate::blob_file::read::parts;
+use crate::blob_file::write::{ExportError, Part, stored};
+use crate::recording::GROUP_NAMES;
+use meniscus::blob::{LoadError, Model, Tensor};
+use meniscus::latent::decoder::{Coefficients, ENERGY_GROUP};
+use meniscus::latent::nn::Element;
+use meniscus::runtime::Estimate;
 use nalgebra::{DMatrix, SymmetricEigen};
 
 /// Groups that have a basis of their own to cut: q, v, sigma, tau.

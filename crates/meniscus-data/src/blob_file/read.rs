@@ -1,9 +1,8 @@
-//! A weight blob taken apart again: the way back from [`super::export`].
+//! A weight blob taken apart again: the way back from [`crate::blob_file::write`].
 
-use super::export::Part;
-use crate::model::{Header, LoadError, Model, Section};
-use crate::nn::{Weights, section_len};
-use crate::offline::prelude::*;
+use crate::blob_file::write::Part;
+use meniscus::blob::{Header, LoadError, Model, Section};
+use meniscus::latent::nn::{Weights, section_len};
 
 /// The header of `blob` and all of its tensors, unpacked, in blob order.
 ///
@@ -30,14 +29,14 @@ fn unpack(blob: &[u8], section: &Section) -> Part {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::host::files::AlignedBytes;
+    use meniscus_platform::files::AlignedBytes;
 
     #[test]
     fn the_shipped_blob_comes_back_bit_for_bit() {
-        let shipped = include_bytes!("../../models/glycerine.blob");
+        let shipped = meniscus_shipped::MODEL;
         let blob = AlignedBytes::copy(shipped);
         let (header, parts) = parts(&blob).expect("the shipped blob is good");
-        let again = super::super::export::blob(header, &parts).expect("its tensors are good");
+        let again = crate::blob_file::write::blob(header, &parts).expect("its tensors are good");
         assert!(again == shipped, "{} bytes for {}", again.len(), shipped.len());
     }
 }

@@ -1,4 +1,4 @@
-//! Writes a weight blob, the mirror image of what [`crate::model`] checks and reads.
+//! Writes a weight blob, the mirror image of what [`meniscus::blob`] checks and reads.
 //!
 //! ```text
 //! 0   magic "MENISCUS"
@@ -10,9 +10,8 @@
 //! ..  tensors, packed in panels, each at a multiple of 64, zeros between; all little-endian
 //! ```
 
-use crate::model::{ALIGNMENT, CRC, Header, MAGIC, MAX_SECTIONS, PREFIX_LEN, Section, Tensor, VERSION};
-use crate::nn::{Element, bf16_index, bf16_of, packed_index, packed_len, section_len};
-use crate::offline::prelude::*;
+use meniscus::blob::{ALIGNMENT, CRC, Header, MAGIC, MAX_SECTIONS, PREFIX_LEN, Section, Tensor, VERSION};
+use meniscus::latent::nn::{Element, bf16_index, bf16_of, packed_index, packed_len, section_len};
 
 /// One tensor to write.
 #[derive(Clone, Debug)]

@@ -9,24 +9,23 @@ mod rheology;
 
 pub use rheology::{Rheology, SHEAR_RATE_SCALE};
 
-use crate::offline::prelude::*;
-use crate::offline::sph::{EffectError, Effects};
+use crate::effects::{EffectError, Effects};
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// The files compiled in, by the name that the command line uses.
 const KNOWN: [(&str, &str); 10] = [
-    ("glycerine", include_str!("../../../liquids/glycerine.toml")),
-    ("water", include_str!("../../../liquids/water.toml")),
-    ("blood", include_str!("../../../liquids/blood.toml")),
-    ("butter", include_str!("../../../liquids/butter.toml")),
-    ("honey", include_str!("../../../liquids/honey.toml")),
-    ("beer", include_str!("../../../liquids/beer.toml")),
-    ("gazpacho", include_str!("../../../liquids/gazpacho.toml")),
-    ("chocolate", include_str!("../../../liquids/chocolate.toml")),
-    ("mayonnaise", include_str!("../../../liquids/mayonnaise.toml")),
-    ("ketchup", include_str!("../../../liquids/ketchup.toml")),
+    ("glycerine", include_str!("../../liquids/glycerine.toml")),
+    ("water", include_str!("../../liquids/water.toml")),
+    ("blood", include_str!("../../liquids/blood.toml")),
+    ("butter", include_str!("../../liquids/butter.toml")),
+    ("honey", include_str!("../../liquids/honey.toml")),
+    ("beer", include_str!("../../liquids/beer.toml")),
+    ("gazpacho", include_str!("../../liquids/gazpacho.toml")),
+    ("chocolate", include_str!("../../liquids/chocolate.toml")),
+    ("mayonnaise", include_str!("../../liquids/mayonnaise.toml")),
+    ("ketchup", include_str!("../../liquids/ketchup.toml")),
 ];
 
 /// A liquid at 20 degrees Celsius unless its file says otherwise.
@@ -195,7 +194,7 @@ mod tests {
 
     #[test]
     fn wrong_files_are_refused_with_the_reason() {
-        let good = include_str!("../../../liquids/glycerine.toml");
+        let good = include_str!("../../liquids/glycerine.toml");
         let refusal = |text: &str| format!("{}", Liquid::parse("x", text).expect_err("must be refused"));
         assert!(refusal(&good.replace("0.950", "-0.950")).contains("viscosity = -0.95"));
         assert!(refusal(&good.replace("0.950", "nan")).contains("NaN"));

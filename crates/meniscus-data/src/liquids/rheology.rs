@@ -8,8 +8,6 @@
 //! what is left of the growth towards zero rate, because the explicit step shrinks as `1/mu`. An
 //! "unyielded" liquid thus creeps at `tau / mu_max` instead of standing still.
 
-use crate::offline::prelude::*;
-
 /// Cap of the viscosity where a file gives none, Pa s.
 pub(super) const LARGEST: f64 = 20.0;
 

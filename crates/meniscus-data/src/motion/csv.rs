@@ -10,7 +10,6 @@
 
 use super::kinematics::Channel;
 use super::{MotionError, Pivoted, spline};
-use crate::offline::prelude::*;
 use std::path::Path;
 
 /// Longest gap between two samples, s: a longer one would leave the acceleration to invention.

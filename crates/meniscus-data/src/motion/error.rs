@@ -1,7 +1,6 @@
 //! Why a motion could not be had.
 
 use super::{KINDS, SCALES, SHORTEST_S};
-use crate::offline::prelude::*;
 use std::path::PathBuf;
 
 /// Why a motion could not be had.

@@ -1,7 +1,5 @@
 //! The motion of a rigid glass at one instant, inclined in the x-z plane alone, and the polynomials it is made of.
 
-use crate::offline::prelude::*;
-
 /// How the glass moves at one instant.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Kinematics {

@@ -16,7 +16,6 @@ mod waves;
 pub use error::MotionError;
 pub use kinematics::Kinematics;
 
-use crate::offline::prelude::*;
 use kinematics::{Channel, Piece};
 use std::path::PathBuf;
 

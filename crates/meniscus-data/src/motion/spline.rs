@@ -2,7 +2,6 @@
 //! acceleration is continuous and exact.
 
 use super::Piece;
-use crate::offline::prelude::*;
 
 /// The clamped cubic spline (zero velocity at both ends) through `(time, position)` samples with
 /// rising times, followed by rest at the last position. Needs two samples or more.

@@ -1,7 +1,6 @@
 //! Random sequences of smooth strokes.
 
 use super::{Piece, REACH_M, REST_S, STRONGEST_M_S2};
-use crate::offline::prelude::*;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 

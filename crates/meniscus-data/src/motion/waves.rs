@@ -1,7 +1,6 @@
 //! Scripted waves: sweeps, jolts and random motions, sampled finely and joined by a spline.
 
 use super::{Piece, REACH_M, REST_S, STRONGEST_M_S2, spline};
-use crate::offline::prelude::*;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use std::f64::consts::TAU;

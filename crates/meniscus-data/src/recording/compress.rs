@@ -11,9 +11,9 @@
 //! own small size; coefficients in half precision of the largest of their mode. The error that is
 //! stated is measured after all rounding.
 
-use super::{GROUP_COMPONENTS, Recording, STATE, States, group_range};
-use crate::offline::prelude::*;
+use super::{Recording, STATE, States, group_range};
 use half::f16;
+use meniscus::latent::decoder::GROUP_COMPONENTS;
 use nalgebra::{DMatrix, SymmetricEigen};
 
 /// Rest state plus, for each group, `coefficients x modes`, truncated at a stated relative error.

@@ -1,7 +1,6 @@
 //! The tracer lattice: 194 vertical columns in rings, 11 tracers each, 2134 in all.
 
 use super::Glass;
-use crate::offline::prelude::*;
 
 /// Columns in each ring, from the axis outwards; the numbers grow with the radius so that every
 /// column stands for about the same area (2134 = 194 x 11).

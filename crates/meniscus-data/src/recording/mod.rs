@@ -13,10 +13,10 @@ pub use store::StoreError;
 
 /// Numbers of one tracer in each field group: position, velocity, specific internal energy, normal
 /// stresses (xx, yy, zz), shear stresses (xy, yz, zx); the camera side decodes the same.
-pub use crate::decoder::GROUP_COMPONENTS;
+pub use meniscus::latent::decoder::GROUP_COMPONENTS;
 
-use crate::offline::prelude::*;
-use crate::surface::POINTS;
+use meniscus::surface::POINTS;
+use meniscus::units::{FRAME_INTERVAL_S, Micros};
 use serde::{Deserialize, Serialize};
 
 /// Names of the field groups, in file order.
@@ -180,4 +180,10 @@ impl Recording {
     pub fn profile(&self, frame: usize) -> &[f32] {
         &self.profile_m[frame * POINTS..(frame + 1) * POINTS]
     }
+}
+
+/// Position of a turn in its recording; `start` is the capture time of frame 0.
+#[must_use]
+pub fn frame_of(time: Micros, start: Micros) -> usize {
+    (time.since(start) as f64 * 1e-6 / FRAME_INTERVAL_S).round() as usize
 }

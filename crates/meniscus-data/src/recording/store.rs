@@ -18,10 +18,9 @@ use super::{
     COLUMNS, EnergyBook, Factored, GROUP_NAMES, Glass, Provenance, Recording, STATE, States, WALL_POINTS,
     group_range,
 };
-use crate::host::files::write_whole;
-use crate::offline::prelude::*;
-use crate::surface::POINTS;
 use half::f16;
+use meniscus::surface::POINTS;
+use meniscus_platform::files::write_whole;
 use safetensors::tensor::{Dtype, SafeTensors, TensorView};
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};

@@ -13,8 +13,7 @@
 //! liquid, so that only the livelier half of a recording is used.
 
 use super::fit::{Seen, fit};
-use crate::offline::prelude::*;
-use crate::recognise::{Calibration, Known, Miss, Recogniser, Tone, Trail};
+use meniscus::identify::{Calibration, Known, Miss, Recogniser, Tone, Trail};
 
 /// Frames that the livelier half of a recording must hold: a second.
 const FEWEST: usize = 60;

@@ -7,10 +7,9 @@
 //! f is the oscillator as it runs beside a camera, its weak pull towards s included; J by differences. Three starts, a
 //! thin liquid, a thick one and one that creeps, and the best of the three.
 
-use crate::offline::prelude::*;
-use crate::recognise::{Calibration, Known, Recogniser, Tone, Trail, slope};
-use crate::surface::SurfaceProfile;
-use crate::units::GRAVITY_M_S2;
+use meniscus::identify::{Calibration, Known, Recogniser, Tone, Trail, slope};
+use meniscus::surface::SurfaceProfile;
+use meniscus::units::GRAVITY_M_S2;
 use nalgebra::{DVector, SMatrix, SVector};
 
 /// Numbers of a tone.
@@ -127,20 +126,15 @@ fn descend(p: Six, residual: &impl Fn(&Six) -> DVector<f64>, within: impl Fn(Six
 #[cfg(test)]
 pub(super) mod tests {
     use super::*;
-    use crate::recognise::Swing;
-    use crate::surface::{POINTS, profile_abscissa};
-    use crate::units::Micros;
+    use meniscus::identify::Swing;
+    use meniscus::surface::{POINTS, profile_abscissa};
+    use meniscus::units::Micros;
     use rand::{RngExt, SeedableRng};
     use rand_chacha::ChaCha8Rng;
 
     /// What a perfect camera would see of a liquid with this tone in a glass that goes to and fro, with `noise_m` on
     /// every height and its frequency `off` by that share.
-    pub(in crate::offline::recognise) fn played(
-        of: Tone,
-        noise_m: f64,
-        off: f64,
-        seed: u64,
-    ) -> Vec<Option<SurfaceProfile>> {
+    pub(crate) fn played(of: Tone, noise_m: f64, off: f64, seed: u64) -> Vec<Option<SurfaceProfile>> {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let mut noise = || {
             let sum: f64 = (0..12).map(|_| rng.random::<f64>()).sum();
@@ -171,7 +165,7 @@ pub(super) mod tests {
         (0..240).map(&mut frame).collect()
     }
 
-    pub(in crate::offline::recognise) const THIN: Tone =
+    pub(crate) const THIN: Tone =
         Tone { frequency: 22.4, decay: 0.8, yielding: 0.0, breaking: 0.1, softening: 0.02, lever: 1.5 };
 
     #[test]

@@ -1,18 +1,16 @@
 //! What each liquid foretold of one recording, and what was believed meanwhile, as a picture.
 
 use super::study::recognise;
-use crate::host::recognise::{MOST, Note, Standing};
-use crate::host::view::plot::{
+use meniscus::identify::slope;
+use meniscus::surface::SurfaceProfile;
+use meniscus::units::FRAME_INTERVAL_S;
+use meniscus_report::plot::{
     BLUE, FONT, GREEN, GREY, ORANGE, PURPLE, PictureError, SKY, VERMILION, legend, prepare_font,
 };
-use crate::offline::prelude::*;
-use crate::recognise::slope;
-use crate::surface::SurfaceProfile;
-use crate::units::FRAME_INTERVAL_S;
+use meniscus_service::identify::{MOST, Note, Standing};
 use plotters::coord::Shift;
 use plotters::prelude::*;
 use std::path::Path;
-use std::string::String;
 
 /// Width and height, pixels.
 const SIZE: (u32, u32) = (1200, 760);

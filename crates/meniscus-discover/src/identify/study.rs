@@ -1,16 +1,14 @@
 //! How often the right liquid is named, over recordings that nothing was learnt from.
 
-use crate::host::checks::Check;
-use crate::host::recognise::{MOST, Note, Standing, split};
-use crate::offline::prelude::*;
-use crate::offline::recording::Recording;
-use crate::offline::scene::SceneSettings;
-use crate::offline::watching::sightings;
-use crate::recognise::{Recogniser, Trail};
-use crate::surface::{ConfigError, Settings, SurfaceProfile};
+use meniscus::identify::{Recogniser, Trail};
+use meniscus::surface::{ConfigError, Settings, SurfaceProfile};
+use meniscus_data::recording::Recording;
+use meniscus_report::checks::Check;
+use meniscus_service::identify::{MOST, Note, Standing, split};
+use meniscus_virtual::observe_recording::sightings;
+use meniscus_virtual::render::SceneSettings;
 use std::collections::BTreeMap;
 use std::fmt::Write;
-use std::string::String;
 
 /// A recording that is to be named.
 #[derive(Debug)]

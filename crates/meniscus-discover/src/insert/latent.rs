@@ -1,10 +1,9 @@
 //! A recording of a discovery as the flashed model rolls it out from rest, its motion known and nothing measured.
 
-use crate::generic::{LATENTS, State};
-use crate::model::Model;
-use crate::offline::discover::record::{Quantity, Record, parts};
-use crate::offline::prelude::*;
-use crate::surface::POINTS;
+use crate::record::{Quantity, Record, parts};
+use meniscus::blob::Model;
+use meniscus::latent::generic::{LATENTS, State};
+use meniscus::surface::POINTS;
 
 /// Each channel of `record` as `model` foretells it, m. `lag_s` is how much later the recording was seen than its
 /// times say. The port gets the acceleration that the places of the glass in the last three frames tell, as in

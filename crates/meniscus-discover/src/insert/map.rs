@@ -13,10 +13,9 @@
 //! needed. The latents are many and the mode is two numbers: a ridge of a millionth of their mean square keeps the map
 //! from using directions that hardly move.
 
-use crate::generic::{LATENTS, Latent, ModeMap, State};
-use crate::model::Model;
-use crate::offline::discover::record::parts;
-use crate::offline::prelude::*;
+use crate::record::parts;
+use meniscus::blob::Model;
+use meniscus::latent::generic::{LATENTS, Latent, ModeMap, State};
 use nalgebra::{SMatrix, SVector};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;

@@ -7,7 +7,7 @@
 //! | `simulated` | the same recording, simulated again with the effect |
 //!
 //! [`adopt`] writes the list of effects into a blob; what they do to the step is worked out by whoever loads it, see
-//! [`crate::generic::Slots`].
+//! [`meniscus::latent::generic::Slots`].
 
 pub mod latent;
 mod map;
@@ -15,15 +15,14 @@ pub mod simulated;
 
 pub use map::{MapError, Mapped, map};
 
-use super::export::{ExportError, Part, stored};
-use super::import::parts;
-use crate::effects::{Active, MOST};
-use crate::generic::{LATENTS, ModeMap};
-use crate::host::files::AlignedBytes;
-use crate::model::{LoadError, Model, Named, NamedEffect, Tensor};
-use crate::nn::Element;
-use crate::offline::prelude::*;
-use crate::slosh::Rheology;
+use meniscus::blob::{LoadError, Model, Named, NamedEffect, Tensor};
+use meniscus::latent::generic::{LATENTS, ModeMap};
+use meniscus::latent::nn::Element;
+use meniscus::reduced::Rheology;
+use meniscus::reduced::effects::{Active, MOST};
+use meniscus_data::blob_file::read::parts;
+use meniscus_data::blob_file::write::{ExportError, Part, stored};
+use meniscus_platform::files::AlignedBytes;
 
 /// Why no effect was added.
 #[derive(Clone, Debug, PartialEq)]
@@ -64,7 +63,7 @@ pub struct Closed {
 
 /// How a liquid of the simulator resists, in the letters of the reduced model.
 #[must_use]
-pub fn resistance(rheology: &super::liquids::Rheology) -> Rheology {
+pub fn resistance(rheology: &meniscus_data::liquids::Rheology) -> Rheology {
     Rheology {
         index: rheology.index,
         yield_pa: rheology.yield_stress,

@@ -1,20 +1,21 @@
 //! A recording of a discovery simulated again, with the effects that were found.
 //!
 //! The simulator carries what happens in the liquid, fill, inclination and lift; how the glass is moved beyond what is
-//! said, and how it is looked at, is put in around it, as the formulas of [`crate::effects`] have it.
+//! said, and how it is looked at, is put in around it, as the formulas of [`meniscus::reduced::effects`] have it.
 
-use crate::effects::{Active, Slot};
-use crate::model::Lens;
-use crate::offline::discover::predict::Known;
-use crate::offline::discover::record::{Quantity, Record, parts};
-use crate::offline::discover::report::carried;
-use crate::offline::liquids::{Liquid, Rheology};
-use crate::offline::motion::Motion;
-use crate::offline::prelude::*;
-use crate::offline::recording::Glass;
-use crate::offline::sph::{Effects, Setup, record_surfaces};
-use crate::slosh::{self, Baseline, Cylinder, Model};
-use crate::surface::POINTS;
+use crate::predict::Known;
+use crate::record::{Quantity, Record, parts};
+use crate::report::carried;
+use meniscus::blob::Lens;
+use meniscus::reduced as slosh;
+use meniscus::reduced::effects::{Active, Slot};
+use meniscus::reduced::{Baseline, Cylinder, Model};
+use meniscus::surface::POINTS;
+use meniscus_data::effects::Effects;
+use meniscus_data::liquids::{Liquid, Rheology};
+use meniscus_data::motion::Motion;
+use meniscus_data::recording::Glass;
+use meniscus_sph::{Setup, record_surfaces};
 
 /// How it is simulated.
 #[derive(Clone, Copy, Debug, PartialEq)]

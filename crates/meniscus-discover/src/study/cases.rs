@@ -1,8 +1,7 @@
 //! What the study hides, and the clean glasses that it is held against.
 
-use super::courses::Kind;
 use super::truth::Truth;
-use crate::offline::prelude::*;
+use crate::study::motion_plans::Kind;
 
 /// Viscosity of the liquid that effects are hidden in, Pa s: 1.6e-4 m2/s, well above the simulator's own.
 pub const VISCOSITY_PA_S: f64 = 0.2;

@@ -3,8 +3,7 @@
 
 use super::super::fit::{fit, fit_beside, search};
 use super::super::problem::Problem;
-use crate::effects::{Active, find};
-use crate::offline::prelude::*;
+use meniscus::reduced::effects::{Active, find};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;

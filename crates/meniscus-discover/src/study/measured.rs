@@ -4,12 +4,11 @@
 use super::super::calibrate::Group;
 use super::super::predict::{Known, SHARED, predict};
 use super::super::record::Record;
-use super::super::tables::{peaks, poses};
 use super::super::thresholds::Thresholds;
 use super::super::verdict::Decision;
 use super::super::workflow::{Discovery, Settings, discover};
-use crate::effects::Active;
-use crate::offline::prelude::*;
+use crate::motion_table::{peaks, poses};
+use meniscus::reduced::effects::Active;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::path::Path;

@@ -2,9 +2,9 @@
 
 pub mod bench;
 pub mod cases;
-pub mod courses;
 pub mod coverage;
 pub mod measured;
+pub mod motion_plans;
 pub mod page;
 pub mod pictures;
 pub mod plans;
@@ -18,12 +18,11 @@ use super::load::load;
 use super::predict::{Known, predict};
 use super::problem::Problem;
 use super::record::{Channel, Quantity, Record};
-use super::tables::drive_of;
 use super::thresholds::Thresholds;
 use super::workflow::{Settings, discover, split};
-use crate::offline::motion::Motion;
-use crate::offline::prelude::*;
-use courses::Course;
+use crate::motion_table::drive_of;
+use crate::study::motion_plans::Course;
+use meniscus_data::motion::Motion;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use std::path::Path;
@@ -108,7 +107,7 @@ pub fn made_up_with(
     known: &Known,
     course: &Course,
     theta: &[f64],
-    active: &[crate::effects::Active],
+    active: &[meniscus::reduced::effects::Active],
     noise_m: f64,
     seed: u64,
 ) -> Option<Record> {
@@ -116,10 +115,10 @@ pub fn made_up_with(
     let kinds = [Quantity::Level, Quantity::Slope, Quantity::Bow, Quantity::Place];
     let mut record = Record {
         name: name.into(),
-        interval_s: crate::units::FRAME_INTERVAL_S,
+        interval_s: meniscus::units::FRAME_INTERVAL_S,
         channels: kinds.map(|quantity| Channel { quantity, value: vec![None; course.frames()] }).to_vec(),
         drive: drive_of(&motion, course.seconds),
-        rest_frames: (course.jolts[0].start_s / crate::units::FRAME_INTERVAL_S) as usize,
+        rest_frames: (course.jolts[0].start_s / meniscus::units::FRAME_INTERVAL_S) as usize,
     };
     let expected = predict(&record, known, theta, 0.0, active);
     let mut random = ChaCha8Rng::seed_from_u64(seed);
@@ -147,7 +146,7 @@ pub fn long_discovery_s() -> Result<f64, String> {
         told: [1.0; 2],
     };
     let theta = Calibration::blind(&[], 0.0).mean;
-    let make = |known: &Known, seed: u64, active: &[crate::effects::Active]| -> Vec<Record> {
+    let make = |known: &Known, seed: u64, active: &[meniscus::reduced::effects::Active]| -> Vec<Record> {
         let courses = [0.6, 1.2, 2.2, 1.7].map(|a| Course::jolt(0.28, a, 10.0));
         let all = courses.iter().enumerate();
         all.filter_map(|(i, c)| made_up_with("long", known, c, &theta, active, 1e-4, seed + i as u64))
@@ -159,8 +158,8 @@ pub fn long_discovery_s() -> Result<f64, String> {
         groups.push(Group::new(known, make(&known, 10 * i as u64, &[]), None)?);
     }
     let references: Vec<&Group> = groups.iter().collect();
-    let entry = crate::effects::find("yield_stress").ok_or("no yield stress in the library")?;
-    let records = make(&known, 99, &[crate::effects::Active { entry, values: [1.0, 0.0] }]);
+    let entry = meniscus::reduced::effects::find("yield_stress").ok_or("no yield stress in the library")?;
+    let records = make(&known, 99, &[meniscus::reduced::effects::Active { entry, values: [1.0, 0.0] }]);
     let begun = Instant::now();
     discover(&records, known, &references, &Thresholds::default(), &Settings::default())?;
     Ok(begun.elapsed().as_secs_f64())

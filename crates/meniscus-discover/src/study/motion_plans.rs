@@ -8,8 +8,7 @@
 //! glass of radius 35 mm. Six recordings belong to a course: two to fit, one to choose, one sealed;
 //! more are asked for one by one.
 
-use crate::offline::prelude::*;
-use crate::units::FRAME_INTERVAL_S;
+use meniscus::units::FRAME_INTERVAL_S;
 use std::f64::consts::TAU;
 use std::fmt::Write;
 

@@ -4,8 +4,7 @@ use super::bench::Judged;
 use super::plans::{Answer, Family};
 use super::run::Line;
 use super::tally::{Study, class_right, right};
-use crate::host::checks::Check;
-use crate::offline::prelude::*;
+use meniscus_report::checks::Check;
 use std::fmt::Write;
 
 /// The families in the order of the page.

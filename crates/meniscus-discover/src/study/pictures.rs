@@ -4,11 +4,8 @@ use super::cases::{HIDDEN, SIZES};
 use super::plans::Family;
 use super::run::Line;
 use super::tally::{Study, right};
-use crate::effects::{Class, find};
-use crate::host::view::plot::{
-    BLUE, FONT, GREEN, GREY, ORANGE, PURPLE, PictureError, VERMILION, prepare_font,
-};
-use crate::offline::prelude::*;
+use meniscus::reduced::effects::{Class, find};
+use meniscus_report::plot::{BLUE, FONT, GREEN, GREY, ORANGE, PURPLE, PictureError, VERMILION, prepare_font};
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 use std::path::Path;

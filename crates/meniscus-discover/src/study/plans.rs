@@ -11,11 +11,10 @@
 //! ```
 
 use super::cases::{HIDDEN, HIDDEN_PACKINGS, Hidden, PAIRS, SIZES, VISCOSITY_PA_S, clean};
-use super::courses::Kind;
 use super::trial::Trial;
 use super::truth::Truth;
-use crate::effects::{Entry, LIBRARY};
-use crate::offline::prelude::*;
+use crate::study::motion_plans::Kind;
+use meniscus::reduced::effects::{Entry, LIBRARY};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 

@@ -5,14 +5,12 @@
 
 use super::bench::{Bench, Judged, Places, judge};
 use super::cases::{HIDDEN, HIDDEN_PACKINGS, Hidden, clean};
-use super::courses::Kind;
 use super::plans::{Answer, Family, Plan, plans, twins};
 use super::trial::Trial;
-use crate::host::files::write_whole;
-use crate::offline::prelude::*;
+use crate::study::motion_plans::Kind;
+use meniscus_platform::files::write_whole;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
-use std::string::ToString;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// A trial with its answer.

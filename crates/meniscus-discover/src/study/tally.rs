@@ -4,9 +4,8 @@ use super::bench::Judged;
 use super::measured::Told;
 use super::plans::{Answer, Family};
 use super::run::Line;
-use crate::effects::find;
-use crate::host::checks::Check;
-use crate::offline::prelude::*;
+use meniscus::reduced::effects::find;
+use meniscus_report::checks::Check;
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
 

@@ -3,18 +3,17 @@
 //! What the simulator does not carry, the study's hands put in: views act on the profiles, actuation on
 //! the stated motion.
 
-use super::courses::courses;
 use super::truth::{DENSITY_KG_M3, Truth};
-use crate::host::bag::{profiles_from_csv, profiles_to_csv};
-use crate::host::files::write_whole;
-use crate::offline::camera::START;
-use crate::offline::experiment::GLASS;
-use crate::offline::prelude::*;
-use crate::offline::scene::SceneSettings;
-use crate::offline::score::frame_of;
-use crate::offline::watching::sightings;
-use crate::surface::{SurfaceProfile, profile_abscissa};
-use crate::units::FRAME_INTERVAL_S;
+use crate::study::motion_plans::courses;
+use meniscus::surface::{SurfaceProfile, profile_abscissa};
+use meniscus::units::FRAME_INTERVAL_S;
+use meniscus_bags::{profiles_from_csv, profiles_to_csv};
+use meniscus_data::recording::frame_of;
+use meniscus_data::scene_file::GLASS;
+use meniscus_platform::files::write_whole;
+use meniscus_virtual::camera::START;
+use meniscus_virtual::observe_recording::sightings;
+use meniscus_virtual::render::SceneSettings;
 use rayon::prelude::*;
 use std::fmt::Write;
 use std::path::Path;

@@ -3,15 +3,15 @@
 //! A file of the cache is named after a digest of what made it, so that nothing about the effect can be
 //! read from it, and a study that is run again simulates only what is missing.
 
-use super::courses::{Kind, courses};
-use crate::host::files::write_whole;
-use crate::offline::experiment::GLASS;
-use crate::offline::liquids::{Liquid, Rheology};
-use crate::offline::motion::Motion;
-use crate::offline::prelude::*;
-use crate::offline::recording::{Recording, States};
-use crate::offline::sph::{Effects, Setup, record_surfaces};
+use crate::study::motion_plans::{Kind, courses};
 use crc::{CRC_64_ECMA_182, Crc};
+use meniscus_data::effects::Effects;
+use meniscus_data::liquids::{Liquid, Rheology};
+use meniscus_data::motion::Motion;
+use meniscus_data::recording::{Recording, States};
+use meniscus_data::scene_file::GLASS;
+use meniscus_platform::files::write_whole;
+use meniscus_sph::{Setup, record_surfaces};
 use safetensors::tensor::{Dtype, SafeTensors, TensorView};
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};

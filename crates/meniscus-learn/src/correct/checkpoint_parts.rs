@@ -1,20 +1,22 @@
 //! A blob taken apart into what a correction changes and what it does not, and put together again.
 
-use super::lesson::Lesson;
-use super::misses::Misses;
-use super::student::{DYNAMICS, GAIN, GRU, HEAD, Surface};
 use super::{Correction, Sightings};
-use crate::encoder::GRU_LAYERS;
-use crate::model::{Header, Model, Tensor as Name};
-use crate::offline::export::{self, Part};
-use crate::offline::import;
-use crate::offline::prelude::*;
-use crate::offline::train::filter::settle;
-use crate::offline::train::generic::{Dynamics, LATENTS, Latent, Square};
-use crate::offline::train::spread::transition;
-use crate::offline::train::unrolled::{dynamics_of, rounded, weights_of};
-use crate::offline::train::weights::Matrix;
-use crate::offline::train::{TrainError, fit, parts};
+use crate::correct::residual_covariance::Misses;
+use crate::correct::trainable_model::{DYNAMICS, GAIN, GRU, HEAD, Surface};
+use crate::correct::training_window::Lesson;
+use crate::filter::settle;
+use crate::reference_step::{Dynamics, Square};
+use crate::spread::transition;
+use crate::unrolled::{dynamics_of, rounded, weights_of};
+use crate::{TrainError, fit, parts};
+use meniscus::blob::{Header, Model, Tensor as Name};
+use meniscus::latent::encoder::GRU_LAYERS;
+use meniscus::latent::generic::{LATENTS, Latent};
+use meniscus_data::blob_file::{
+    read,
+    write::{self, Part},
+};
+use meniscus_optim::weights::Matrix;
 
 /// A blob taken apart into what a correction changes and what it does not.
 pub(super) struct Pupil {
@@ -27,7 +29,7 @@ pub(super) struct Pupil {
     pub(super) misses: Misses,
     /// The floor of w.
     floor: f64,
-    scale: crate::window::Scale,
+    scale: meniscus::latent::window::Scale,
     /// What Adam changes, in the order of `student`.
     pub(super) weights: Vec<Matrix>,
 }
@@ -38,7 +40,7 @@ impl Pupil {
     /// # Errors
     /// [`TrainError`], when it is refused.
     pub(super) fn new(blob: &[u8]) -> Result<Self, TrainError> {
-        let (header, parts) = import::parts(blob)?;
+        let (header, parts) = read::parts(blob)?;
         if header.named.is_some() {
             return Err(TrainError::Named);
         }
@@ -125,7 +127,7 @@ impl Pupil {
         let mut header = self.header.clone();
         header.liquid = fit(&how.liquid);
         header.provenance = fit(&format!("{}; before: {}", how.command, self.header.provenance));
-        Ok(export::blob(header, &parts)?)
+        Ok(write::blob(header, &parts)?)
     }
 }
 

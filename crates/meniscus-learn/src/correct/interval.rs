@@ -8,15 +8,14 @@
 //! nothing but the surface has been seen of the new liquid.
 
 use super::Sightings;
-use crate::host::files::AlignedBytes;
-use crate::interval::REACH;
-use crate::model::{Model, Tensor};
-use crate::offline::prelude::*;
-use crate::offline::train::TrainError;
-use crate::offline::train::ratios::HELD;
-use crate::offline::watching::turns;
-use crate::offline::{export, import};
-use crate::runtime::Mode;
+use crate::TrainError;
+use crate::ratios::HELD;
+use meniscus::blob::{Model, Tensor};
+use meniscus::runtime::Mode;
+use meniscus::uncertainty::error_model::REACH;
+use meniscus_data::blob_file::{read, write};
+use meniscus_platform::files::AlignedBytes;
+use meniscus_virtual::observe_recording::turns;
 
 /// Largest c.
 const WIDEST: f32 = 20.0;
@@ -45,10 +44,10 @@ pub(super) fn rescaled(blob: &[u8], held: &[Sightings], from: usize) -> Result<V
     }
     let at = ((factors.len() as f64 * HELD).ceil() as usize).clamp(1, factors.len()) - 1;
     let (_, factor, _) = factors.select_nth_unstable_by(at, f32::total_cmp);
-    let (header, mut parts) = import::parts(&aligned)?;
+    let (header, mut parts) = read::parts(&aligned)?;
     for part in parts.iter_mut().filter(|part| part.tensor == Tensor::Reach) {
         // The first number is the floor of w.
         part.values.iter_mut().take(REACH).skip(1).for_each(|k| *k *= factor.clamp(1.0, WIDEST));
     }
-    Ok(export::blob(header, &parts)?)
+    Ok(write::blob(header, &parts)?)
 }

@@ -3,13 +3,12 @@
 //! With two recordings or more the last is held out; of a single one its last part.
 
 use super::Sightings;
-use crate::model::Model;
-use crate::offline::prelude::*;
-use crate::offline::score::SurfaceError;
-use crate::offline::train::TrainError;
-use crate::offline::watching::turns_with;
-use crate::runtime::{Drive, Estimate, Forecast, Memory, Mode, Motion};
-use crate::surface::SurfaceProfile;
+use crate::TrainError;
+use meniscus::blob::Model;
+use meniscus::runtime::{Drive, Estimate, Forecast, Memory, Mode, Motion};
+use meniscus::surface::SurfaceProfile;
+use meniscus_score::score::SurfaceError;
+use meniscus_virtual::observe_recording::turns_with;
 
 /// Frames that are foretold to judge a model: 0.25 s.
 pub(super) const AHEAD: usize = 15;
@@ -51,7 +50,7 @@ pub(super) fn split(recordings: &[Sightings]) -> Result<(Side, Side), TrainError
 
 /// Slosh-relative error of what the latents say, `ahead` frames ahead under the motion that the camera saw, against the surface
 /// that it then measured, over the points that were seen from frame `from` on. What the decoder misses is left out
-/// ([`crate::discrepancy`]): it was taken from these very heights.
+/// ([`meniscus::uncertainty::discrepancy`]): it was taken from these very heights.
 pub(super) fn error(model: &Model<'_>, recordings: &[Sightings], from: usize, ahead: usize) -> f64 {
     let mut sums = SurfaceError::default();
     let rest = model.decoder.surface.rest;

@@ -18,39 +18,38 @@
 //! A camera has seen only so strong a slosh. Small sloshes are linear, so that the recordings are also learnt
 //! from stretched, heights and way of the glass by the same factor, each error counted over that factor.
 //!
-//! A hand does not keep to a line; what stands across it by the model's own estimate (`crate::transverse`) is taken off the
+//! A hand does not keep to a line; what stands across it by the model's own estimate (`meniscus::uncertainty::cross_axis`) is taken off the
 //! heights first.
 //!
 //! The intervals of the new blob are as much wider as the held-out surface asks for (`interval`).
 //!
 //! The laws need no guard: they hold for any weights, and the gain is pulled back until its loop is stable.
 
+mod checkpoint_parts;
 mod interval;
 mod judge;
-mod lesson;
-mod misses;
-mod pupil;
-mod student;
+mod residual_covariance;
+mod trainable_model;
+mod training_window;
 
 use super::TrainError;
-use super::generic::Latent;
-use super::progress::{Session, annealed};
 use super::unrolled::dynamics_of;
-use super::weights::{Adam, leaves, scalar};
-use crate::host::files::AlignedBytes;
-use crate::model::{LoadError, Model};
-use crate::offline::prelude::*;
-use crate::offline::watching::turns_with;
-use crate::runtime::Drive;
-use crate::surface::SurfaceProfile;
+use crate::correct::checkpoint_parts::Pupil;
+use crate::correct::trainable_model::{Batch, DYNAMICS, FLIGHT, Flights, HORIZON, Student};
+use crate::correct::training_window::Lesson;
 use burn::tensor::{Device, Tensor};
 use judge::{AHEAD, error, split};
-use lesson::Lesson;
-use pupil::Pupil;
+use meniscus::blob::{LoadError, Model};
+use meniscus::latent::generic::Latent;
+use meniscus::runtime::Drive;
+use meniscus::surface::SurfaceProfile;
+use meniscus_optim::progress::{Session, annealed};
+use meniscus_optim::weights::{Adam, leaves, scalar};
+use meniscus_platform::files::AlignedBytes;
+use meniscus_virtual::observe_recording::turns_with;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use std::sync::atomic::AtomicBool;
-use student::{Batch, DYNAMICS, FLIGHT, Flights, HORIZON, Student};
 
 /// Roll-outs of one step: of the new liquid, of the same stretched, of the source liquid.
 const BATCH: [usize; 3] = [40, 16, 16];
@@ -258,7 +257,7 @@ fn stretched(seen: &Sightings, factor: f32, rest: &[f32]) -> Sightings {
 
 /// Starts of `count` roll-outs of `frames` as (lesson, frame): anywhere after the first window, of two draws the livelier.
 fn draw(lessons: &[&Lesson], count: usize, frames: usize, rng: &mut ChaCha8Rng) -> Vec<(usize, usize)> {
-    const FIRST: usize = crate::window::WINDOW - 1;
+    const FIRST: usize = meniscus::latent::window::WINDOW - 1;
     let room = |lesson: &Lesson| lesson.frames().saturating_sub(FIRST + frames + 1);
     let total: usize = lessons.iter().map(|lesson| room(lesson)).sum();
     if total == 0 {
@@ -275,7 +274,8 @@ fn draw(lessons: &[&Lesson], count: usize, frames: usize, rng: &mut ChaCha8Rng) 
         (0, FIRST)
     };
     let life = |&(i, n): &(usize, usize)| {
-        let heights = &lessons[i].height[n * crate::surface::POINTS..(n + frames) * crate::surface::POINTS];
+        let heights =
+            &lessons[i].height[n * meniscus::surface::POINTS..(n + frames) * meniscus::surface::POINTS];
         heights.iter().map(|h| h * h).sum::<f32>()
     };
     let livelier = |_| {

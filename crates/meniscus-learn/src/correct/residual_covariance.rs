@@ -5,26 +5,26 @@
 //! Q    = K C + (1 - K) Q_0 tr C / tr Q_0,      C = < c c^T > / < w >
 //! d_i  = < (z_i - S_i(x^))^2 - rho r_i > / < w >,    rho = < (z - S(x^))^2 / r > where w is least
 //! ```
-//! with the w, Q, d and r of [`crate::interval`], and Q_0 those of the source. Where a filter's covariances are right, what the
+//! with the w, Q, d and r of [`meniscus::uncertainty::error_model`], and Q_0 those of the source. Where a filter's covariances are right, what the
 //! measurements add to the state tells the covariance of what the step misses (Mehra, IEEE Trans. Automat. Control 17 (1972)
 //! 693); what the measurements do not reach keeps a share of what the source missed there. A profile states its variance with
 //! care, 1 / rho times too large, and a decoder misses little of a surface near rest: what the liquid in motion stands off
-//! by more than that is what its shapes have that the latents have not ([`crate::discrepancy`]). A glass is round, so that a
+//! by more than that is what its shapes have that the latents have not ([`meniscus::uncertainty::discrepancy`]). A glass is round, so that a
 //! point and its mirror image miss alike.
 //!
 //! A blob states Q / rho and d / rho, because only their ratio to the stated r matters to the filter, and the k of heights
 //! sqrt(rho) times, because the filter's P is then 1 / rho too large.
 
-use super::lesson::Lesson;
-use super::student::Surface;
-use crate::discrepancy::LEAST_M2;
-use crate::interval::LEADS;
-use crate::model::Tensor;
-use crate::offline::export::Part;
-use crate::offline::prelude::*;
-use crate::offline::train::generic::{Dynamics, Latent, Square};
-use crate::surface::POINTS;
-use crate::window::WINDOW;
+use crate::correct::trainable_model::Surface;
+use crate::correct::training_window::Lesson;
+use crate::reference_step::{Dynamics, Square};
+use meniscus::blob::Tensor;
+use meniscus::latent::generic::Latent;
+use meniscus::latent::window::WINDOW;
+use meniscus::surface::POINTS;
+use meniscus::uncertainty::discrepancy::LEAST_M2;
+use meniscus::uncertainty::error_model::LEADS;
+use meniscus_data::blob_file::write::Part;
 
 /// K; chosen, as the next, on recordings of butter and water that a correction learns from.
 const MEASURED: f64 = 0.9;
@@ -146,11 +146,11 @@ fn rho(frames: &mut [Frame]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::host::files::AlignedBytes;
-    use crate::offline::train::correct::pupil::Pupil;
-    use crate::offline::train::correct::student::DYNAMICS;
-    use crate::offline::train::noise::normal;
-    use crate::offline::train::unrolled::dynamics_of;
+    use crate::correct::checkpoint_parts::Pupil;
+    use crate::correct::trainable_model::DYNAMICS;
+    use crate::noise::normal;
+    use crate::unrolled::dynamics_of;
+    use meniscus_platform::files::AlignedBytes;
     use rand::SeedableRng;
     use rand_chacha::ChaCha8Rng;
 
@@ -158,7 +158,7 @@ mod tests {
     /// that the profiles state twice the noise that they have (rho = 0.25).
     #[test]
     fn what_is_hidden_is_measured() {
-        let blob = AlignedBytes::copy(include_bytes!("../../../../models/glycerine.blob"));
+        let blob = AlignedBytes::copy(meniscus_shipped::MODEL);
         let pupil = Pupil::new(&blob).expect("the shipped model");
         let dynamics = dynamics_of(&pupil.weights[DYNAMICS]);
         let mut rng = ChaCha8Rng::seed_from_u64(5);
@@ -199,7 +199,7 @@ mod tests {
     /// Of nothing nothing is learnt.
     #[test]
     fn without_frames_the_source_stays() {
-        let blob = AlignedBytes::copy(include_bytes!("../../../../models/glycerine.blob"));
+        let blob = AlignedBytes::copy(meniscus_shipped::MODEL);
         let pupil = Pupil::new(&blob).expect("the shipped model");
         let dynamics = dynamics_of(&pupil.weights[DYNAMICS]);
         assert_eq!(pupil.misses.measured(&dynamics, (&pupil.surface, 0.01), &[], &[]), pupil.misses);

@@ -14,20 +14,20 @@
 //! degeneracy conditions L grad S = 0 and M grad E = 0 hold for every weight, so that the loss needs no term for them (the
 //! paper adds one, for the wrong pair).
 
-use super::lesson::Lesson;
-use crate::decoder::MAX_TRUNK;
-use crate::generic::LATENTS;
-use crate::model::Tensor as Name;
-use crate::nn::HIDDEN;
-use crate::offline::export::Part;
-use crate::offline::prelude::*;
-use crate::offline::train::generic::{Latent, Square};
-use crate::offline::train::nets::{gru_layer, linear, perceptron};
-use crate::offline::train::unrolled::Operators;
-use crate::offline::train::weights::{Matrix, numbers};
-use crate::surface::POINTS;
-use crate::window::WINDOW;
+use crate::correct::training_window::Lesson;
+use crate::reference_step::Square;
+use crate::unrolled::Operators;
 use burn::tensor::{Device, Tensor, TensorData};
+use meniscus::blob::Tensor as Name;
+use meniscus::latent::decoder::MAX_TRUNK;
+use meniscus::latent::generic::LATENTS;
+use meniscus::latent::generic::Latent;
+use meniscus::latent::nn::HIDDEN;
+use meniscus::latent::window::WINDOW;
+use meniscus::surface::POINTS;
+use meniscus_data::blob_file::write::Part;
+use meniscus_optim::nets::{gru_layer, linear, perceptron};
+use meniscus_optim::weights::{Matrix, numbers};
 
 /// Frames of one lesson's roll-out: 0.2 s, most of a period.
 pub(super) const HORIZON: usize = 12;
@@ -40,7 +40,7 @@ pub(super) const FLIGHT: usize = 30;
 pub(super) const GRU: std::ops::Range<usize> = 0..4;
 /// The head.
 pub(super) const HEAD: std::ops::Range<usize> = 4..6;
-/// The dynamics, in the order of [`crate::offline::train::unrolled::weights_of`].
+/// The dynamics, in the order of [`crate::unrolled::weights_of`].
 pub(super) const DYNAMICS: std::ops::Range<usize> = 6..13;
 /// The gain.
 pub(super) const GAIN: usize = 13;

@@ -1,15 +1,15 @@
 //! What a correction learns from: windows of profiles as the camera side forms them, and the profile
 //! that was measured at each of their ends.
 
-use crate::encoder::GRU_LAYERS;
-use crate::nn::HIDDEN;
-use crate::offline::prelude::*;
-use crate::offline::train::nets::gru_layer;
-use crate::offline::train::weights::{Matrix, constants, numbers};
-use crate::runtime::{Motion, POINTS_NEEDED, PORT_LIMIT};
-use crate::surface::{POINTS, SurfaceProfile};
-use crate::window::{FEATURES, Row, Scale, WINDOW};
 use burn::tensor::{Device, Tensor, TensorData};
+use meniscus::filter::PORT_LIMIT;
+use meniscus::latent::encoder::GRU_LAYERS;
+use meniscus::latent::nn::HIDDEN;
+use meniscus::latent::window::{FEATURES, Row, Scale, WINDOW};
+use meniscus::runtime::{Motion, POINTS_NEEDED};
+use meniscus::surface::{POINTS, SurfaceProfile};
+use meniscus_optim::nets::gru_layer;
+use meniscus_optim::weights::{Matrix, constants, numbers};
 
 /// One recording of the free surface, ready to learn from.
 #[derive(Clone, Debug)]

@@ -1,10 +1,9 @@
 //! The study as one HTML file.
 
 use super::{Result as Outcome, Study};
-use crate::host::checks::Check;
-use crate::host::report::{Chart, Mark, Report, Series};
-use crate::host::view::plot::PictureError;
-use crate::offline::prelude::*;
+use meniscus_report::checks::Check;
+use meniscus_report::html::{Chart, Mark, Report, Series};
+use meniscus_report::plot::PictureError;
 
 /// The report: table of the liquids, error over time of each, checks.
 ///

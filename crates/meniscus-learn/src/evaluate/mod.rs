@@ -5,40 +5,40 @@
 //!   unseen  --model A-->  before          learnt --correct--> model B;   unseen --model B--> after
 //! ```
 //! Learning sees profiles and places of the glass alone; the truth judges. Errors are those of
-//! [`super::score`]; the depth noise is 2 mm.
+//! [`meniscus_score::score`]; the depth noise is 2 mm.
 
-mod courses;
 mod html;
 mod motion;
+mod motion_plans;
 mod plots;
 mod report;
 mod trial;
 mod unseen;
 
-pub use courses::{COURSES, Course};
 pub use html::html;
 pub use motion::{Source, sources};
+pub use motion_plans::{COURSES, Course};
 pub use plots::{curves_png, peaks_png};
 pub use report::{checks, markdown};
 pub use trial::{Peak, Trial, trial};
 pub use unseen::unseen;
 
-use super::experiment::GLASS;
-use super::liquids::Liquid;
-use super::motion::{Motion, MotionError};
-use super::recording::{Recording, StoreError};
-use super::scene::SceneSettings;
-use super::score::SurfaceError;
-use super::sph::{Effects, Setup, record};
-use super::train::TrainError;
-use super::train::correct::{Corrected, Correction, Sightings, correct};
-use super::watching::{DISPARITY_RMS_PX, sightings, turns};
-use crate::host::files::AlignedBytes;
-use crate::model::{LoadError, Model};
-use crate::offline::prelude::*;
-use crate::runtime::Mode;
-use crate::surface::ConfigError;
-use crate::units::FRAME_INTERVAL_S;
+use crate::TrainError;
+use crate::correct::{Corrected, Correction, Sightings, correct};
+use meniscus::blob::{LoadError, Model};
+use meniscus::runtime::Mode;
+use meniscus::surface::ConfigError;
+use meniscus::units::FRAME_INTERVAL_S;
+use meniscus_data::effects::Effects;
+use meniscus_data::liquids::Liquid;
+use meniscus_data::motion::{Motion, MotionError};
+use meniscus_data::recording::{Recording, StoreError};
+use meniscus_data::scene_file::GLASS;
+use meniscus_platform::files::AlignedBytes;
+use meniscus_score::score::SurfaceError;
+use meniscus_sph::{Setup, record};
+use meniscus_virtual::observe_recording::{DISPARITY_RMS_PX, sightings, turns};
+use meniscus_virtual::render::SceneSettings;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 

@@ -4,18 +4,17 @@
 //! glass, from an IMU, from the robot's command, and without any; and a fifth time as an oracle knows it that is a
 //! frame late.
 
-use crate::model::Model;
-use crate::offline::baseline::linear_with_motion;
-use crate::offline::camera::START;
-use crate::offline::motion::{Motion, MotionError};
-use crate::offline::prelude::*;
-use crate::offline::recording::Recording;
-use crate::offline::score::{Score, score};
-use crate::offline::train::correct::Sightings;
-use crate::offline::train::normal;
-use crate::offline::watching::turns_with;
-use crate::runtime::Drive;
-use crate::units::FRAME_INTERVAL_S;
+use crate::correct::Sightings;
+use crate::normal;
+use meniscus::blob::Model;
+use meniscus::runtime::Drive;
+use meniscus::units::FRAME_INTERVAL_S;
+use meniscus_data::motion::{Motion, MotionError};
+use meniscus_data::recording::Recording;
+use meniscus_score::baseline::linear_with_motion;
+use meniscus_score::score::{Score, score};
+use meniscus_virtual::camera::START;
+use meniscus_virtual::observe_recording::turns_with;
 use nalgebra::{DMatrix, DVector};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;

@@ -1,8 +1,7 @@
 //! The study as pictures: error over time before and after, and the crests.
 
 use super::Result as Outcome;
-use crate::host::view::plot::{BLUE, FONT, GREY, ORANGE, PictureError, legend, prepare_font};
-use crate::offline::prelude::*;
+use meniscus_report::plot::{BLUE, FONT, GREY, ORANGE, PictureError, legend, prepare_font};
 use plotters::coord::Shift;
 use plotters::prelude::*;
 use std::path::Path;

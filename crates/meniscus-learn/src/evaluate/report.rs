@@ -2,9 +2,8 @@
 
 use super::unseen::{BLIND, TARGET, errors};
 use super::{Result as Outcome, SOURCE, Study, Trial, percent};
-use crate::host::checks::Check;
-use crate::offline::prelude::*;
-use crate::offline::recording::GROUP_NAMES;
+use meniscus_data::recording::GROUP_NAMES;
+use meniscus_report::checks::Check;
 use std::fmt::Write;
 
 /// Every figure of the study.

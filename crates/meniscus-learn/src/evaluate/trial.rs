@@ -1,17 +1,16 @@
 //! One model on one recording: errors, crests, laws, forecasts.
 
 use super::motion::delayed;
-use crate::host::live::Logged;
-use crate::model::Model;
-use crate::offline::baseline::linear_with_motion;
-use crate::offline::camera::START;
-use crate::offline::prelude::*;
-use crate::offline::recording::Recording;
-use crate::offline::score::{Held, Score, SurfaceError, score};
-use crate::offline::train::correct::Sightings;
-use crate::offline::watching::turns_with;
-use crate::runtime::{Crest, Drive, Forecast, Memory, Mode};
-use crate::units::FRAME_INTERVAL_S;
+use crate::correct::Sightings;
+use meniscus::blob::Model;
+use meniscus::runtime::{Crest, Drive, Forecast, Memory, Mode};
+use meniscus::units::FRAME_INTERVAL_S;
+use meniscus_data::recording::Recording;
+use meniscus_score::baseline::linear_with_motion;
+use meniscus_score::score::{Held, Score, SurfaceError, score};
+use meniscus_service::live::Logged;
+use meniscus_virtual::camera::START;
+use meniscus_virtual::observe_recording::turns_with;
 
 /// A crest counts from this height over the fill, m.
 const CREST_M: f64 = 0.003;

@@ -1,11 +1,10 @@
 //! A model on one recording of its own liquid that nothing was chosen by.
 
 use super::{EvaluateError, Trial, look, percent, sources, trial};
-use crate::host::checks::Check;
-use crate::host::files::AlignedBytes;
-use crate::model::Model;
-use crate::offline::prelude::*;
-use crate::offline::recording::{GROUP_NAMES, Recording};
+use meniscus::blob::Model;
+use meniscus_data::recording::{GROUP_NAMES, Recording};
+use meniscus_platform::files::AlignedBytes;
+use meniscus_report::checks::Check;
 
 /// Largest slosh-relative error of the source liquid, its surface and its groups q, v, e, sigma, tau, %.
 pub(super) const TARGET: (f64, [f64; 5]) = (8.0, [6.0, 7.0, 5.0, 9.0, 8.0]);

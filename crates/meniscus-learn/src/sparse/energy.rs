@@ -3,8 +3,7 @@
 use super::super::pod::{Basis, Truncation};
 use super::super::snapshots::{fluctuation, pick, rest_of};
 use super::net::{Net, Rows};
-use crate::offline::prelude::*;
-use crate::offline::recording::{Recording, STATE, group_range};
+use meniscus_data::recording::{Recording, STATE, group_range};
 use nalgebra::DMatrix;
 
 /// A basis of the change of the internal energy since rest, and the scale of its coefficients.

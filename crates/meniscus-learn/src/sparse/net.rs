@@ -1,11 +1,10 @@
 //! One sparse autoencoder: a perceptron down to a bottleneck and one up again, and which latents are worth keeping.
 
-use super::super::descent::Descent;
-use super::super::nets::perceptron;
-use super::super::progress::{Session, annealed};
-use super::super::weights::{Matrix, constants, leaves, numbers, scalar};
-use crate::offline::prelude::*;
 use burn::tensor::{Device, Tensor, TensorData};
+use meniscus_optim::descent::Descent;
+use meniscus_optim::nets::perceptron;
+use meniscus_optim::progress::{Session, annealed};
+use meniscus_optim::weights::{Matrix, constants, leaves, numbers, scalar};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 

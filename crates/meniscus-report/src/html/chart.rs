@@ -1,7 +1,6 @@
 //! A plot as SVG.
 
-use crate::host::prelude::*;
-use crate::host::view::plot::{BLUE, FONT, GREEN, GREY, ORANGE, PURPLE, PictureError, prepare_font};
+use crate::plot::{BLUE, FONT, GREEN, GREY, ORANGE, PURPLE, PictureError, prepare_font};
 use plotters::prelude::*;
 
 /// Width and height, pixels.

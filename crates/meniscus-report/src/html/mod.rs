@@ -7,9 +7,8 @@ mod chart;
 
 pub use chart::{Chart, Mark, Series};
 
-use crate::host::checks::Check;
-use crate::host::prelude::*;
-use crate::host::view::plot::PictureError;
+use crate::checks::Check;
+use crate::plot::PictureError;
 use std::fmt::Write;
 
 const STYLE: &str = "body{font:16px/1.5 sans-serif;max-width:60em;margin:2em auto;padding:0 1em;color:#222}\

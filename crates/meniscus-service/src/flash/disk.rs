@@ -1,6 +1,5 @@
 //! The few things that flashing does to a disk, one by one, so that the power can be cut between any two.
 
-use crate::host::prelude::*;
 use std::fs::{self, File};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};

@@ -13,14 +13,13 @@
 //! one; [`rehearse`] cuts the power at every step, with what was not synced lost, torn or there in part.
 
 mod disk;
-mod rehearsal;
+mod power_loss;
 mod signature;
 
-use crate::host::files::AlignedBytes;
-use crate::host::prelude::*;
-use crate::model::{LoadError, Model};
 pub use disk::{Disk, Folder};
-pub use rehearsal::{Rehearsed, rehearse, sibling};
+use meniscus::blob::{LoadError, Model};
+use meniscus_platform::files::AlignedBytes;
+pub use power_loss::{Rehearsed, rehearse, sibling};
 pub use signature::{PublicKey, SIGNATURE};
 use std::fmt;
 use std::io;

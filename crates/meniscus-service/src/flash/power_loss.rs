@@ -5,8 +5,7 @@
 //! change is kept or lost by itself.
 
 use super::{Disk, boot, check, flash};
-use crate::host::prelude::*;
-use crate::model::{CRC, PREFIX_LEN};
+use meniscus::blob::{CRC, PREFIX_LEN};
 use std::collections::BTreeMap;
 use std::io;
 

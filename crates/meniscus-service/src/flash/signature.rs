@@ -1,7 +1,6 @@
 //! Ed25519 signatures of blobs (RFC 8032, over the whole file).
 
 use super::FlashError;
-use crate::host::prelude::*;
 use ed25519_dalek::{Signature, VerifyingKey};
 
 /// Bytes of a signature.

@@ -1,7 +1,7 @@
 use super::*;
 use ed25519_dalek::{Signer, SigningKey};
 
-const MODEL: &[u8] = include_bytes!("../../../models/glycerine.blob");
+const MODEL: &[u8] = meniscus_shipped::MODEL;
 
 fn folder(name: &str) -> Folder {
     let path = std::env::temp_dir().join(format!("meniscus-flash-{name}-{}", std::process::id()));
@@ -72,6 +72,6 @@ fn two_hundred_power_cuts_leave_a_blob_that_boots() {
 /// The rehearsal can fail: a disk that says it synced and did not is found out.
 #[test]
 fn a_disk_that_does_not_sync_is_found_out() {
-    let done = rehearsal::rehearse_on(rehearsal::Forgetful::careless(), [MODEL, &sibling(MODEL)], 50, 1);
+    let done = power_loss::rehearse_on(power_loss::Forgetful::careless(), [MODEL, &sibling(MODEL)], 50, 1);
     assert!(done.survived < 50 && done.first_failure.is_some(), "{done:?}");
 }

@@ -1,12 +1,11 @@
 //! From the worker to the thread that recognises.
 
 use super::{MOST, Note, Standing, split};
-use crate::host::live::Watch;
-use crate::host::prelude::*;
-use crate::recognise::{Recogniser, Trail};
-use crate::runtime::Turn;
-use crate::surface::SurfaceProfile;
-use crate::units::Micros;
+use crate::live::Watch;
+use meniscus::identify::{Recogniser, Trail};
+use meniscus::runtime::Turn;
+use meniscus::surface::SurfaceProfile;
+use meniscus::units::Micros;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
 use std::time::Duration;

@@ -1,7 +1,7 @@
 //! Which liquid is it, beside a run and without a cost to the turn.
 //!
 //! ```text
-//! worker --Outlet::offer (never waits)--> queue of profiles --> a thread of its own: crate::recognise --> Watch
+//! worker --Outlet::offer (never waits)--> queue of profiles --> a thread of its own: meniscus::identify --> Watch
 //! ```
 //! The turn hands on what it saw, 21 heights, and goes its way. The thread holds them against every known liquid; what
 //! it had no time for is left out, counted, and to the liquids a frame that nobody saw.

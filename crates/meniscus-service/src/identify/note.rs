@@ -1,11 +1,9 @@
 //! What is kept of a liquid: a note, `NAME.liquid.json`, of its first mode in a glass.
 
-use crate::host::files::FileError;
-use crate::host::prelude::*;
-use crate::recognise::{Calibration, Known, Tone};
+use meniscus::identify::{Calibration, Known, Tone};
+use meniscus_platform::files::FileError;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
-use std::string::String;
 
 /// Version of the note that is written and read.
 const VERSION: u32 = 1;
@@ -200,7 +198,7 @@ impl Note {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::host::files::write_whole;
+    use meniscus_platform::files::write_whole;
 
     fn note(liquid: &str) -> Note {
         let tone =

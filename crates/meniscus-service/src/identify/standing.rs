@@ -1,10 +1,8 @@
 //! How things stand: the most probable liquid, and every probability.
 
 use super::MOST;
-use crate::host::prelude::*;
-use crate::recognise::{Recogniser, Trail};
+use meniscus::identify::{Recogniser, Trail};
 use serde::Serialize;
-use std::string::String;
 
 /// Probabilities after some profiles.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]

@@ -5,9 +5,8 @@
 //! record is counted as lost, and the worker goes on.
 
 use super::log::Logged;
-use crate::host::handoff::Handoff;
-use crate::host::prelude::*;
-use crate::runtime::DEADLINE_US;
+use meniscus::runtime::DEADLINE_US;
+use meniscus_platform::handoff::Handoff;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 

@@ -1,10 +1,9 @@
 //! The log of a run: every turn with what it cost, in memory that was there before the first frame.
 
-use crate::health::Health;
-use crate::host::prelude::*;
-use crate::host::recognise::Standing;
-use crate::runtime::Turn;
-use crate::uvc::{Losses, Solitary};
+use crate::identify::Standing;
+use meniscus::runtime::Turn;
+use meniscus::runtime::health::Health;
+use meniscus::usb::uvc::{Losses, Solitary};
 use std::time::Instant;
 
 /// One turn and what it cost.

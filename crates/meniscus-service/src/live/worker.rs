@@ -1,17 +1,18 @@
 //! The worker's loop: receive, turn, log, show; it blocks on nothing but the camera.
 
-use super::flight::{Flight, Ring};
 use super::log::{Log, Logged};
-use crate::host::allocations::allocations_of_this_thread;
-use crate::host::clock::Monotonic;
-use crate::host::link::{Delivery, Received, WorkerEnd};
-use crate::host::look;
-use crate::host::prelude::*;
-use crate::host::publish;
-use crate::host::recognise::{self, Standing};
-use crate::host::told::Told;
-use crate::runtime::{Estimator, Eye, Tracker, Turn};
-use crate::surface::{self, Rectifier};
+use crate::commanded_motion::Told;
+use crate::identify as recognise;
+use crate::identify::Standing;
+use crate::live::flight_recorder::{Flight, Ring};
+use crate::publish;
+use crate::snapshot as look;
+use meniscus::runtime::{Estimator, Eye, Tracker, Turn};
+use meniscus::surface;
+use meniscus::surface::Rectifier;
+use meniscus_platform::allocations::allocations_of_this_thread;
+use meniscus_platform::clock::Monotonic;
+use meniscus_usb::link::{Delivery, Received, WorkerEnd};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};

@@ -1,9 +1,7 @@
 //! Where estimates go, as a person writes it: `unix:PATH`, `udp:HOST:PORT`, `serial:DEVICE[@BAUD]`.
 
-use crate::host::prelude::*;
 use std::net::{SocketAddr, ToSocketAddrs};
 use std::path::PathBuf;
-use std::string::String;
 
 /// Speed of a serial line that is not told: what adapters and boards all reach.
 const BAUD: u32 = 921_600;

@@ -15,11 +15,10 @@ mod targets;
 
 pub use destination::{Destination, DestinationError};
 
-use crate::host::handoff::Handoff;
-use crate::host::prelude::*;
-use crate::output::{OUTPUT_VERSION, Packet};
-use crate::runtime::Turn;
-use crate::units::Micros;
+use meniscus::runtime::Turn;
+use meniscus::runtime::output::{OUTPUT_VERSION, Packet};
+use meniscus::units::Micros;
+use meniscus_platform::handoff::Handoff;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};

@@ -1,8 +1,6 @@
 //! One reader of a byte stream, who may be slow: whole records or nothing.
 
-use crate::host::prelude::*;
 use std::io::{ErrorKind, Write};
-use std::vec::Vec;
 
 /// What came of a record.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

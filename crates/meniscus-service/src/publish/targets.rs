@@ -2,7 +2,6 @@
 
 use super::stream::{Fate, Stream};
 use super::{Counters, Destination, DestinationError};
-use crate::host::prelude::*;
 use rustix::fs::{OFlags, fcntl_setfl};
 use rustix::termios::{OptionalActions, tcgetattr, tcsetattr};
 use serde::Serialize;
@@ -12,11 +11,9 @@ use std::net::{SocketAddr, UdpSocket};
 use std::os::unix::fs::PermissionsExt;
 use std::os::unix::net::{UnixListener, UnixStream};
 use std::path::{Path, PathBuf};
-use std::string::ToString;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
-use std::vec::Vec;
 
 /// How long the last records may take to leave when the run is over.
 const FAREWELL: Duration = Duration::from_millis(200);

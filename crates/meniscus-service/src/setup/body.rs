@@ -4,8 +4,7 @@
 //! class has background of the other on both sides; rows on rows whose runs have the same ends are the body.
 
 use super::portrait::Portrait;
-use crate::host::prelude::*;
-use crate::surface::Liquid;
+use meniscus::surface::Liquid;
 
 /// Least difference of a row's two classes that is looked at, grey levels: well above noise and dots.
 const LEAST_CONTRAST: f32 = 14.0;

@@ -1,11 +1,10 @@
 //! The settings file: TOML, written whole, checked when it is read.
 
-use super::said::Said;
-use crate::host::camera::OutlineImage;
-use crate::host::files::{FileError, write_whole};
-use crate::host::prelude::*;
-use crate::model::Header;
-use crate::surface::{Config, ConfigError, Liquid, MAX_COLUMNS, Optics, Settings};
+use crate::setup::measured_glass::Said;
+use meniscus::blob::Header;
+use meniscus::surface::{Config, ConfigError, Liquid, MAX_COLUMNS, Optics, Settings};
+use meniscus_platform::files::{FileError, write_whole};
+use meniscus_usb::camera::OutlineImage;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::path::{Path, PathBuf};

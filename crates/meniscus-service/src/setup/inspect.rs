@@ -5,12 +5,11 @@ use super::file::{Look, Setup, Tone, View};
 use super::portrait::{Pair, Portrait};
 use super::remedy;
 use super::rest::Rest;
-use super::said::Said;
 use super::survey::{Blind, Survey};
-use crate::host::camera::OutlineImage;
-use crate::host::checks::Check;
-use crate::host::prelude::*;
-use crate::surface::{Liquid, Optics, Settings};
+use crate::setup::measured_glass::Said;
+use meniscus::surface::{Liquid, Optics, Settings};
+use meniscus_report::checks::Check;
+use meniscus_usb::camera::OutlineImage;
 
 /// Radius: this many mm or this share of it, the larger.
 const RADIUS_MM: f64 = 1.5;

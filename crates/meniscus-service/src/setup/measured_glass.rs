@@ -1,6 +1,5 @@
 //! What a person has measured of the glass.
 
-use crate::host::prelude::*;
 use serde::{Deserialize, Serialize};
 
 /// Name, least and greatest value of each measure, mm; in the order of [`Said::values`].

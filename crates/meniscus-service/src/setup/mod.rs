@@ -15,16 +15,16 @@
 mod body;
 mod file;
 mod inspect;
+mod measured_glass;
 mod portrait;
 mod remedy;
 mod rest;
-mod said;
 mod survey;
 
 pub use body::Body;
 pub use file::{Misfit, Setup, SetupError};
 pub use inspect::{Finding, Inspection, inspect};
+pub use measured_glass::{RANGES, Said};
 pub use portrait::{Gather, Pair, Portrait, Recent};
 pub use rest::Rest;
-pub use said::{RANGES, Said};
 pub use survey::{Blind, Survey};

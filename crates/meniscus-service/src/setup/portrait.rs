@@ -1,9 +1,8 @@
 //! Pairs of images as they come, and the mean of some of them: a portrait of a glass that stands still.
 
-use crate::frame::{DepthFrame, OutlineFrame, Stamp};
-use crate::host::prelude::*;
-use crate::surface::{Intrinsics, Optics, OutlineAssembler, Region};
-use crate::uvc::{Assembler, Outcome, Pairer, Stream};
+use meniscus::surface::{Intrinsics, Optics, OutlineAssembler, Region};
+use meniscus::usb::frame::{DepthFrame, OutlineFrame, Stamp};
+use meniscus::usb::uvc::{Assembler, Outcome, Pairer, Stream};
 use std::collections::VecDeque;
 use std::time::Instant;
 

@@ -1,8 +1,7 @@
 //! The surface at rest, as the reader of a run sees it with the measured settings.
 
 use super::portrait::Pair;
-use crate::host::prelude::*;
-use crate::surface::{Config, NotSeen, POINTS, State, SurfaceProfile, extract, profile_abscissa};
+use meniscus::surface::{Config, NotSeen, POINTS, State, SurfaceProfile, extract, profile_abscissa};
 
 /// What the extractor makes of pairs of a resting glass; lengths in millimetres.
 #[derive(Clone, Debug, PartialEq)]

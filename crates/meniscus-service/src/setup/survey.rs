@@ -18,8 +18,7 @@
 
 use super::body::{Body, median};
 use super::portrait::Portrait;
-use crate::host::prelude::*;
-use crate::surface::Intrinsics;
+use meniscus::surface::Intrinsics;
 
 /// Half width of the strip whose depth is taken for that of the facing wall, as a share of half the body: there it is
 /// at most 0.5 % of the radius farther than on the axis.

@@ -3,14 +3,13 @@
 use super::super::kernel::Kernel;
 use super::super::neighbours::Neighbours;
 use super::super::state::{Fluid, Particle};
-use super::Effects;
 use super::columns::{Coefficients, Columns, DEGREE};
 use super::contact_line::{ContactLine, EDGE, SECTORS, Wall};
 use super::foam::Foam;
 use super::surface_tension::Tension;
 use super::viscoelastic::Maxwell;
-use crate::offline::prelude::*;
-use crate::offline::recording::Glass;
+use meniscus_data::effects::Effects;
+use meniscus_data::recording::Glass;
 
 /// Highest wave number that the polynomials of the surface resolve, times the radius.
 const FINEST: f64 = 10.0;
@@ -90,18 +89,16 @@ pub(crate) struct Acting {
     maxwell: Option<Maxwell>,
 }
 
-impl Effects {
-    /// The longest step that the acting effects allow, s: surface waves of the finest resolved length
-    /// must not move by more than half a radian.
-    pub(crate) fn longest_step(&self, glass: &Glass, density: f64) -> f64 {
-        let k = FINEST / glass.radius_at(glass.fill_m);
-        let tension = self.surface_tension.unwrap_or(0.0) * k.powi(3) / density;
-        let reach = self.contact_line_reach.unwrap_or(5e-4);
-        // A spring k_c along the wall, as a part of the stiffness rho g of the surface: 2 k_c/(rho g R).
-        let spring = 2.0 * self.contact_line.unwrap_or(0.0) / reach / (density * glass.radius_m) * k;
-        let rate = (tension + spring).sqrt();
-        if rate > 0.0 { 0.5 / rate } else { f64::INFINITY }
-    }
+/// The longest step that the acting effects allow, s: surface waves of the finest resolved length
+/// must not move by more than half a radian.
+pub(crate) fn longest_step(effects: &Effects, glass: &Glass, density: f64) -> f64 {
+    let k = FINEST / glass.radius_at(glass.fill_m);
+    let tension = effects.surface_tension.unwrap_or(0.0) * k.powi(3) / density;
+    let reach = effects.contact_line_reach.unwrap_or(5e-4);
+    // A spring k_c along the wall, as a part of the stiffness rho g of the surface: 2 k_c/(rho g R).
+    let spring = 2.0 * effects.contact_line.unwrap_or(0.0) / reach / (density * glass.radius_m) * k;
+    let rate = (tension + spring).sqrt();
+    if rate > 0.0 { 0.5 / rate } else { f64::INFINITY }
 }
 
 impl Acting {
@@ -195,9 +192,9 @@ fn warm(heat_j: f64, around: &Surroundings<'_>, fluid: &mut Fluid) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::offline::liquids::{Liquid, Rheology};
-    use crate::offline::sph::{Setup, Simulator};
-    use crate::offline::validate::Mode;
+    use crate::validate::Mode;
+    use crate::{Setup, Simulator};
+    use meniscus_data::liquids::{Liquid, Rheology};
 
     #[test]
     fn the_line_moves_with_the_mode() {

@@ -19,7 +19,6 @@
 //! which stiff friction needs for its implicit step. Higher degrees see more of the grain than of waves.
 
 use super::super::state::{Fluid, Particle};
-use crate::offline::prelude::*;
 use nalgebra::{DMatrix, SMatrix, SVector};
 use rayon::prelude::*;
 

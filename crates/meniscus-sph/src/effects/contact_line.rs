@@ -16,7 +16,6 @@
 //! ```
 
 use super::columns::{COUNT, Coefficients, Square, basis};
-use crate::offline::prelude::*;
 
 /// Degree of the polynomials by which the wall holds the surface. Without surface tension a surface gives
 /// way under a line of force without bound as the line gets sharper; to a force of one or three periods around
@@ -137,7 +136,7 @@ mod tests {
     use super::super::super::state::{Fluid, Particle};
     use super::super::columns::Columns;
     use super::*;
-    use crate::math::bessel_j;
+    use meniscus::math::bessel_j;
 
     #[test]
     fn the_line_springs_then_slides_and_never_makes_energy() {

@@ -6,25 +6,23 @@
 //! The potential energy is that of this constant force, which therefore does no work in the books; the
 //! surface at rest has the slope `tan theta`.
 
-use super::Effects;
-use crate::offline::motion::Kinematics;
-use crate::offline::recording::Glass;
+use meniscus_data::effects::Effects;
+use meniscus_data::motion::Kinematics;
+use meniscus_data::recording::Glass;
 
-impl Effects {
-    /// `glass` with the fill that the effects give it.
-    pub(crate) fn glass(&self, glass: Glass) -> Glass {
-        Glass { fill_m: self.fill.unwrap_or(glass.fill_m), ..glass }
-    }
+/// `glass` with the fill that the effects give it.
+pub(crate) fn glass_with(effects: &Effects, glass: Glass) -> Glass {
+    Glass { fill_m: effects.fill.unwrap_or(glass.fill_m), ..glass }
+}
 
-    /// `motion` of the glass with what is constant added.
-    pub(crate) fn place(&self, mut motion: Kinematics) -> Kinematics {
-        motion.tilt_rad += self.container_tilt.unwrap_or(0.0);
-        motion.acceleration_m_s2[2] += self.vertical_acceleration.unwrap_or(0.0);
-        motion
-    }
+/// `motion` of the glass with what is constant added.
+pub(crate) fn motion_with(effects: &Effects, mut motion: Kinematics) -> Kinematics {
+    motion.tilt_rad += effects.container_tilt.unwrap_or(0.0);
+    motion.acceleration_m_s2[2] += effects.vertical_acceleration.unwrap_or(0.0);
+    motion
+}
 
-    /// How high the surface at rest stands above the fill on the wall, m.
-    pub(crate) fn rise_m(&self, glass: &Glass) -> f64 {
-        glass.radius_at(glass.fill_m) * self.container_tilt.unwrap_or(0.0).tan().abs()
-    }
+/// How high the surface at rest stands above the fill on the wall, m.
+pub(crate) fn rise_m(effects: &Effects, glass: &Glass) -> f64 {
+    glass.radius_at(glass.fill_m) * effects.container_tilt.unwrap_or(0.0).tan().abs()
 }

@@ -8,8 +8,7 @@
 //! exact for products of the polynomials.
 
 use super::columns::{COUNT, Coefficients, Value, basis};
-use crate::offline::prelude::*;
-use crate::offline::validate::gauss;
+use crate::validate::gauss;
 
 /// Nodes along the radius and around.
 const NODES: (usize, usize) = (8, 16);

@@ -24,9 +24,8 @@
 use super::super::forces::completion;
 use super::super::neighbours::{CHUNKS, distance2};
 use super::super::state::Fluid;
-use super::Surroundings;
 use super::wall_slip::stick;
-use crate::offline::prelude::*;
+use crate::effects::Surroundings;
 use nalgebra::Matrix3;
 use rayon::prelude::*;
 

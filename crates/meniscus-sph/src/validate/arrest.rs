@@ -9,9 +9,8 @@
 
 use super::ring::{GLASS, setup};
 use super::theory::Mode;
-use crate::offline::liquids::Rheology;
-use crate::offline::prelude::*;
-use crate::offline::sph::{Error, Simulator};
+use crate::{Error, Simulator};
+use meniscus_data::liquids::Rheology;
 
 /// The liquid that is to stop; its viscosity is capped at 20 Pa s.
 pub(super) const PLASTIC: Rheology =

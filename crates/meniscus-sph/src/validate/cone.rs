@@ -7,9 +7,8 @@
 //! (Moiseev and Rumyantsev 1968, the variational form of sloshing.) The quadrature stretches Gauss's nodes to the wall.
 
 use super::jet::{Jet, gauss, legendre};
-use crate::offline::prelude::*;
-use crate::offline::recording::Glass;
-use crate::units::GRAVITY_M_S2;
+use meniscus::units::GRAVITY_M_S2;
+use meniscus_data::recording::Glass;
 use nalgebra::DMatrix;
 use std::f64::consts::TAU;
 

@@ -1,6 +1,5 @@
 //! What a computation costs in processor time.
 
-use crate::offline::prelude::*;
 use std::time::Instant;
 
 /// Measures from its start.

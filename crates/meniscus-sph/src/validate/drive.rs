@@ -3,11 +3,11 @@
 use super::fit::{Fit, fit};
 use super::ring::{GLASS, momentum, setup};
 use super::theory::{Mode, Tone};
-use crate::offline::liquids::{Liquid, Rheology};
-use crate::offline::prelude::*;
-use crate::offline::recording::EnergyBook;
-use crate::offline::sph::{Effects, Error, Setup, Simulator, relative_closure};
-use crate::units::FRAME_INTERVAL_S;
+use crate::{Error, Setup, Simulator, relative_closure};
+use meniscus::units::FRAME_INTERVAL_S;
+use meniscus_data::effects::Effects;
+use meniscus_data::liquids::{Liquid, Rheology};
+use meniscus_data::recording::EnergyBook;
 use std::f64::consts::PI;
 
 /// Length (s) and acceleration (m/s2) of the push that starts the second mode: half a sine, short
@@ -45,7 +45,7 @@ pub(super) fn second_mode(
 /// What the books fail to close by over `seconds` of slosh in glycerine under `strokes:7`, per cent
 /// of the largest slosh energy; books at 60 Hz.
 pub(super) fn energy_closure(setup: &Setup, seconds: f64, mut watch: impl FnMut(f64)) -> Result<f64, Error> {
-    let motion = crate::offline::motion::Motion::parse("strokes:7", seconds)
+    let motion = meniscus_data::motion::Motion::parse("strokes:7", seconds)
         .map_err(|error| Error::Setup(format!("{error}")))?;
     let mut simulator = Simulator::new(setup)?;
     let steps = simulator.divide(FRAME_INTERVAL_S);

@@ -22,10 +22,10 @@ use super::ring::{GLASS, GLYCERINE, momentum, setup};
 use super::theory::{Mode, Tone};
 use super::viscous::{Linear, linear_mode};
 use super::wall_force::{foaming, rubbed, sliding, sprung};
-use crate::offline::liquids::Rheology;
-use crate::offline::prelude::*;
-use crate::offline::sph::{EFFECTS, Effects, Error, Setup, Simulator};
-use crate::units::GRAVITY_M_S2;
+use crate::{Error, Setup, Simulator};
+use meniscus::units::GRAVITY_M_S2;
+use meniscus_data::effects::{EFFECTS, Effects};
+use meniscus_data::liquids::Rheology;
 use std::f64::consts::PI;
 
 /// A measured figure beside that of theory.

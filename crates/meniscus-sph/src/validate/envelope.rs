@@ -14,10 +14,9 @@
 
 use super::theory::{Mode, Tone};
 use super::viscous::{COARSE, Problem, Viscosity};
-use crate::offline::liquids::Rheology;
-use crate::offline::prelude::*;
-use crate::offline::recording::Glass;
-use crate::units::GRAVITY_M_S2;
+use meniscus::units::GRAVITY_M_S2;
+use meniscus_data::liquids::Rheology;
+use meniscus_data::recording::Glass;
 use nalgebra::Complex;
 use std::f64::consts::{PI, TAU};
 

@@ -4,7 +4,6 @@
 //! decay of the one sought are then moved until the misfit no longer falls (pattern search).
 
 use super::theory::Tone;
-use crate::offline::prelude::*;
 use nalgebra::{DMatrix, DVector};
 use std::f64::consts::TAU;
 

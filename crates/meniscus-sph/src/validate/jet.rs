@@ -1,6 +1,5 @@
 //! A function of one variable at a point with its first two derivatives, and the Legendre polynomials.
 
-use crate::offline::prelude::*;
 use std::ops::{Add, Mul, Sub};
 
 /// Value, first and second derivative at one point.
@@ -62,7 +61,7 @@ pub(super) fn legendre(x: Jet, count: usize) -> Vec<Jet> {
 }
 
 /// Nodes and weights of Gauss and Legendre on `[0, length]`, exact to the degree `2 count - 1`.
-pub(in crate::offline) fn gauss(count: usize, length: f64) -> Vec<(f64, f64)> {
+pub(crate) fn gauss(count: usize, length: f64) -> Vec<(f64, f64)> {
     let node = |i: usize| {
         let mut x = (std::f64::consts::PI * (i as f64 + 0.75) / (count as f64 + 0.5)).cos();
         let mut slope = 1.0;

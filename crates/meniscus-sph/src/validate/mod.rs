@@ -42,17 +42,17 @@ pub use cost::Stopwatch;
 pub use effects::{Held, effect};
 pub use envelope::Envelope;
 pub use fit::{Fit, fit};
-pub(in crate::offline) use jet::gauss;
+pub(crate) use jet::gauss;
 pub use plots::decay_png;
 pub use report::{html, markdown};
 pub use ring::Ringing;
 pub use theory::{Mode, Tone};
 pub use viscous::{Linear, linear_mode, viscous_mode};
 
-use crate::host::checks::Check;
-use crate::offline::liquids::Rheology;
-use crate::offline::prelude::*;
-use crate::offline::sph::{EFFECTS, Error};
+use crate::Error;
+use meniscus_data::effects::EFFECTS;
+use meniscus_data::liquids::Rheology;
+use meniscus_report::checks::Check;
 use ring::{GLASS, GLYCERINE, ring, setup};
 
 /// Spacing of the recordings, m.

@@ -2,8 +2,7 @@
 
 use super::fit::fit;
 use super::{Fit, Ringing};
-use crate::host::view::plot::{BLUE, FONT, GREY, ORANGE, PictureError, prepare_font};
-use crate::offline::prelude::*;
+use meniscus_report::plot::{BLUE, FONT, GREY, ORANGE, PictureError, prepare_font};
 use plotters::prelude::*;
 use std::path::Path;
 

@@ -2,9 +2,8 @@
 
 use super::Outcome;
 use super::plots::expected;
-use crate::host::report::{Chart, Mark, Report, Series};
-use crate::host::view::plot::PictureError;
-use crate::offline::prelude::*;
+use meniscus_report::html::{Chart, Mark, Report, Series};
+use meniscus_report::plot::PictureError;
 
 /// The page: program and machine, the table, and the decays with their pictures, whose files are
 /// named `picture(index)`.
@@ -114,8 +113,8 @@ fn machine() -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::host::checks::Check;
-    use crate::offline::validate::{Fit, Ringing, Tone};
+    use crate::validate::{Fit, Ringing, Tone};
+    use meniscus_report::checks::Check;
 
     #[test]
     fn the_page_says_what_was_missed_and_by_how_much() {

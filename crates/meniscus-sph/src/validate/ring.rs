@@ -8,10 +8,10 @@ use super::cost::Stopwatch;
 use super::fit::{Fit, fit};
 use super::theory::{Mode, Tone};
 use super::viscous::viscous_mode;
-use crate::offline::liquids::{Liquid, Rheology};
-use crate::offline::prelude::*;
-use crate::offline::recording::Glass;
-use crate::offline::sph::{Effects, Error, Setup, Simulator};
+use crate::{Error, Setup, Simulator};
+use meniscus_data::effects::Effects;
+use meniscus_data::liquids::{Liquid, Rheology};
+use meniscus_data::recording::Glass;
 
 /// The glass of every case.
 pub(super) const GLASS: Glass = Glass { radius_m: 0.035, fill_m: 0.07, rim_m: 0.11, taper: 0.0 };

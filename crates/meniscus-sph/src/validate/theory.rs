@@ -8,9 +8,8 @@
 //! The decay is the work of the boundary layers of wall and bottom (Case and Parkinson 1957) and of
 //! the bulk, for a contact line that slides freely. It holds while the layer is thin.
 
-use crate::offline::prelude::*;
-use crate::offline::recording::Glass;
-use crate::units::GRAVITY_M_S2;
+use meniscus::units::GRAVITY_M_S2;
+use meniscus_data::recording::Glass;
 use std::f64::consts::TAU;
 
 /// The first two zeros of J1'.

@@ -27,9 +27,8 @@
 
 use super::jet::{Jet, gauss, legendre};
 use super::theory::{Mode, Tone};
-use crate::offline::prelude::*;
-use crate::offline::recording::Glass;
-use crate::units::GRAVITY_M_S2;
+use meniscus::units::GRAVITY_M_S2;
+use meniscus_data::recording::Glass;
 use nalgebra::{Complex, DMatrix, DVector};
 use std::f64::consts::TAU;
 

@@ -17,9 +17,8 @@
 
 use super::jet::gauss;
 use super::ring::{GLASS, GLYCERINE};
-use crate::math::bessel_j;
-use crate::offline::prelude::*;
-use crate::units::GRAVITY_M_S2;
+use meniscus::math::bessel_j;
+use meniscus::units::GRAVITY_M_S2;
 use nalgebra::{DMatrix, Matrix2, Vector2};
 use std::f64::consts::{PI, TAU};
 

@@ -1,11 +1,10 @@
 //! The paper's chain on the camera side's kernels: window to full field, nothing allocated.
 
 use super::networks::{DEALT, DT, FIELD, Layer, Networks, WINDOW};
-use crate::host::files::AlignedBytes;
-use crate::model::Tensor;
-use crate::nn::{Dense, Element, Gru, HIDDEN, Weights, relu, section_len};
-use crate::offline::export::{Part, pack};
-use crate::offline::prelude::*;
+use meniscus::blob::Tensor;
+use meniscus::latent::nn::{Dense, Element, Gru, HIDDEN, Weights, relu, section_len};
+use meniscus_data::blob_file::write::{Part, pack};
+use meniscus_platform::files::AlignedBytes;
 
 /// Widest layer but the last ones.
 const ROOM: usize = 256;

@@ -9,7 +9,6 @@
 
 use super::chain::Chain;
 use super::networks::{Layer, Networks};
-use crate::offline::prelude::*;
 use nalgebra::{DMatrix, SymmetricEigen};
 
 /// Windows that the directions are found on, and those that the rank is chosen by.

@@ -11,7 +11,6 @@ pub mod peers;
 pub mod runtime;
 pub mod turn;
 
-use crate::offline::prelude::*;
 use std::hint::black_box;
 use std::time::Instant;
 
@@ -79,7 +78,7 @@ mod tests {
     use super::factor::factored;
     use super::networks::Networks;
     use super::*;
-    use crate::nn::Element;
+    use meniscus::latent::nn::Element;
 
     #[test]
     fn coarser_chains_stay_near_the_plain_one() {

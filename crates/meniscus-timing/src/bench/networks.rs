@@ -8,11 +8,9 @@
 //! of each are linear, ReLU between. The 13 latents are dealt out 3, 3, 1, 3, 3; the rest of each bottleneck is
 //! zero, as truncated latents are.
 
-use crate::offline::prelude::*;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use safetensors::tensor::{Dtype, TensorView};
-use std::string::ToString;
 
 /// Frames of a window, and numbers of a frame (21 points, position and height).
 pub const WINDOW: (usize, usize) = (16, 42);

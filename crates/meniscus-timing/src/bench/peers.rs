@@ -8,11 +8,9 @@
 //! ```
 
 use super::Times;
-use crate::offline::prelude::*;
 use std::io::{self, BufRead, BufReader, Write};
 use std::path::Path;
 use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
-use std::string::ToString;
 
 /// The peers' program at work; it ends with this.
 #[derive(Debug)]

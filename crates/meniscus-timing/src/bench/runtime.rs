@@ -5,19 +5,17 @@
 //! rank 120, 200, 1, 200, 200 (19 MB in f32).
 
 use super::turn::Payloads;
-use crate::host::clock::Monotonic;
-use crate::host::files::AlignedBytes;
-use crate::model::{LoadError, Model, Tensor};
-use crate::offline::export::{Part, blob};
-use crate::offline::import::parts;
-use crate::offline::prelude::*;
-use crate::runtime::{Estimator, Eye, Mode, Tracker};
-use crate::surface::{Config, Settings};
-use crate::uvc::Stream;
+use meniscus::blob::{LoadError, Model, Tensor};
+use meniscus::runtime::{Estimator, Eye, Mode, Tracker};
+use meniscus::surface::{Config, Settings};
+use meniscus::usb::uvc::Stream;
+use meniscus_data::blob_file::read::parts;
+use meniscus_data::blob_file::write::{Part, blob};
+use meniscus_platform::clock::Monotonic;
+use meniscus_platform::files::AlignedBytes;
 use std::fs::File;
 use std::io::{self, BufReader, Read};
 use std::path::Path;
-use std::string::ToString;
 use std::time::{Duration, Instant};
 
 /// Ranks of q, v, e, sigma, tau and the surface in the paper-size blob.

@@ -1,17 +1,16 @@
 //! The whole turn, from the payload that completes a pair of images to the field, as the worker takes it.
 
 use super::{Times, read_once};
-use crate::host::allocations::allocations_of_this_thread;
-use crate::host::clock::Monotonic;
-use crate::model::Model;
-use crate::offline::camera::SimulatedCamera;
-use crate::offline::prelude::*;
-use crate::offline::recording::Recording;
-use crate::offline::scene::SceneSettings;
-use crate::runtime::{Estimator, Eye, Mode, Stages, Tracker};
-use crate::surface::{Config, ConfigError};
-use crate::uvc::Stream;
+use meniscus::blob::Model;
+use meniscus::runtime::{Estimator, Eye, Mode, Stages, Tracker};
+use meniscus::surface::{Config, ConfigError};
+use meniscus::usb::uvc::Stream;
+use meniscus_data::recording::Recording;
 use meniscus_hil::FaultList;
+use meniscus_platform::allocations::allocations_of_this_thread;
+use meniscus_platform::clock::Monotonic;
+use meniscus_virtual::camera::SimulatedCamera;
+use meniscus_virtual::render::SceneSettings;
 use std::collections::BTreeMap;
 use std::hint::black_box;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -73,7 +72,7 @@ impl Turns {
 /// [`ConfigError`], when glass or camera cannot be.
 pub fn turns(
     model: &Model<'_>,
-    config: crate::surface::Settings,
+    config: meniscus::surface::Settings,
     payloads: &Payloads,
     passes: usize,
     cold: bool,

@@ -2,7 +2,6 @@
 //!
 //! Each counts its own work, so that a load that did nothing does not pass for one.
 
-use crate::offline::prelude::*;
 use std::fs::File;
 use std::hint::black_box;
 use std::io::{self, Write};

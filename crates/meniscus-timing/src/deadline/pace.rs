@@ -1,14 +1,13 @@
 //! A camera of any pace: images that were rendered before, packed and handed over a frame every 1/rate s.
 
-use crate::host::link::CameraEnd;
-use crate::host::realtime::become_realtime;
-use crate::offline::camera::START;
-use crate::offline::prelude::*;
-use crate::offline::recording::Recording;
-use crate::offline::repeat::{BACK, repeated};
-use crate::offline::scene::{Images, Scene, SceneSettings};
-use crate::uvc::Stream;
+use meniscus::usb::uvc::Stream;
+use meniscus_data::recording::Recording;
 use meniscus_hil::{Camera, CameraSettings, Shot, Source};
+use meniscus_platform::realtime::become_realtime;
+use meniscus_usb::link::CameraEnd;
+use meniscus_virtual::camera::START;
+use meniscus_virtual::looped_recording::{BACK, repeated};
+use meniscus_virtual::render::{Images, Scene, SceneSettings};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 

@@ -1,11 +1,9 @@
 //! Latencies of all runs in one picture, out to the rarest.
 
 use super::{Outcome, Tally};
-use crate::host::view::plot::{BLUE, FONT, GREEN, ORANGE, PURPLE, PictureError, prepare_font};
-use crate::offline::prelude::*;
+use meniscus_report::plot::{BLUE, FONT, GREEN, ORANGE, PURPLE, PictureError, prepare_font};
 use plotters::prelude::*;
 use std::path::Path;
-use std::string::ToString;
 
 /// Width and height, pixels.
 const SIZE: (u32, u32) = (1400, 800);

@@ -1,8 +1,7 @@
 //! The study as checks and as a page.
 
 use super::Outcome;
-use crate::host::checks::{Check, table};
-use crate::offline::prelude::*;
+use meniscus_report::checks::{Check, table};
 
 /// Misses that a page shows of each run, the longest first.
 const SHOWN: usize = 12;

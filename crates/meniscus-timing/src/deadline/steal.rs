@@ -1,6 +1,5 @@
 //! Time that the host of a virtual machine gave to somebody else, as the kernel tells it, ten times a second.
 
-use crate::offline::prelude::*;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 

@@ -2,10 +2,9 @@
 
 use super::pace::{Film, Handed};
 use super::steal::Steal;
-use crate::host::live::{Log, Logged};
-use crate::offline::prelude::*;
-use crate::runtime::Stages;
 use hdrhistogram::Histogram;
+use meniscus::runtime::Stages;
+use meniscus_service::live::{Log, Logged};
 
 /// Longest time that is told apart, microseconds: a minute.
 const LONGEST_US: u64 = 60_000_000;
@@ -145,17 +144,17 @@ fn micros(time: std::time::Duration) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::frame::Stamp;
-    use crate::model::Model;
-    use crate::runtime::{Estimator, Memory, Turn};
-    use crate::units::Micros;
+    use meniscus::blob::Model;
+    use meniscus::runtime::{Estimator, Memory, Turn};
+    use meniscus::units::Micros;
+    use meniscus::usb::frame::Stamp;
     use std::time::{Duration, Instant};
 
     /// A turn that was handed over 100 us after it was due and took 400 us, but for the given delay.
     fn logged(shot: &Handed, frame: usize, delay_us: u64) -> Logged {
-        let bytes = crate::host::files::AlignedBytes::copy(include_bytes!("../../../models/glycerine.blob"));
+        let bytes = meniscus_platform::files::AlignedBytes::copy(meniscus_shipped::MODEL);
         let model = Model::load(&bytes).expect("the shipped model");
-        let mut clock = crate::host::clock::Monotonic::start();
+        let mut clock = meniscus_platform::clock::Monotonic::start();
         let estimate = Estimator::new(&model).turn(&mut Memory::default(), None, 0, &mut clock, &mut []);
         let captured = Micros(Film::captured_us(frame));
         let stamp = Some(Stamp { sequence: frame as u32, captured });

@@ -1,12 +1,10 @@
 //! The camera as Foxglove gets it: the left infrared image as JPEG, and what the lens makes of a point.
 
 use super::name;
-use crate::host::prelude::*;
-use crate::surface::Config;
 use ::foxglove::messages::{CameraCalibration, CompressedImage, Timestamp};
 use image::codecs::jpeg::JpegEncoder;
 use image::{ExtendedColorType, ImageEncoder};
-use std::vec::Vec;
+use meniscus::surface::Config;
 
 /// The camera's frame: x to the right of the image, y down, z away from the camera.
 pub(super) const FRAME: &str = "camera";

@@ -1,16 +1,13 @@
 //! The estimate itself, as JSON with its schema: what has no well-known message.
 
 use super::Shared;
-use crate::host::live::Logged;
-use crate::host::look::Look;
-use crate::host::prelude::*;
-use crate::model::Model;
-use crate::runtime::{Forecast, Mode};
 use ::foxglove::{FoxgloveError, RawChannel, Schema};
+use meniscus::blob::Model;
+use meniscus::runtime::{Forecast, Mode};
+use meniscus_service::live::Logged;
+use meniscus_service::snapshot::Look;
 use serde_json::{Value, json};
-use std::string::{String, ToString};
 use std::sync::Arc;
-use std::vec::Vec;
 
 /// Name of the schema.
 const SCHEMA: &str = "meniscus.Estimate";
@@ -104,14 +101,14 @@ fn mode(mode: Mode) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::host::clock::Monotonic;
-    use crate::host::files::AlignedBytes;
-    use crate::runtime::{Estimator, Memory, Turn};
-    use crate::units::Micros;
+    use meniscus::runtime::{Estimator, Memory, Turn};
+    use meniscus::units::Micros;
+    use meniscus_platform::clock::Monotonic;
+    use meniscus_platform::files::AlignedBytes;
 
     #[test]
     fn a_message_is_what_its_schema_says() {
-        let bytes = AlignedBytes::copy(include_bytes!("../../../models/glycerine.blob"));
+        let bytes = AlignedBytes::copy(meniscus_shipped::MODEL);
         let model = Model::load(&bytes).expect("the shipped model");
         let mut memory = Memory::default();
         let estimate = Estimator::new(&model).turn(&mut memory, None, 0, &mut Monotonic::start(), &mut []);

@@ -10,16 +10,14 @@ mod estimate;
 mod scene;
 mod topics;
 
-use crate::host::look::{Outlet, PATIENCE};
-use crate::host::prelude::*;
-use crate::model::Model;
-use crate::surface::Config;
 use ::foxglove::{Context, FoxgloveError, McapWriteOptions, McapWriterHandle, WebSocketServerHandle};
+use meniscus::blob::Model;
+use meniscus::surface::Config;
+use meniscus_service::snapshot::{Outlet, PATIENCE};
 use std::fs::File;
 use std::io::{self, BufWriter};
 use std::net::{Ipv4Addr, SocketAddr};
 use std::path::{Path, PathBuf};
-use std::string::{String, ToString};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
@@ -197,7 +195,7 @@ impl Foxglove {
 type Shared = Arc<Context>;
 
 /// Time of a turn as every message of it carries it: the camera's, ns.
-fn nanoseconds(logged: &crate::host::live::Logged) -> u64 {
+fn nanoseconds(logged: &meniscus_service::live::Logged) -> u64 {
     logged.turn.time.0.saturating_mul(1000)
 }
 

@@ -4,18 +4,16 @@
 //! camera, z up from the inner bottom; `glass`, the same carried along with the glass; `camera`.
 
 use super::{camera, name};
-use crate::decoder::GROUP_COMPONENTS;
-use crate::host::live::Logged;
-use crate::host::prelude::*;
-use crate::model::Model;
-use crate::surface::{Config, profile_abscissa};
 use ::foxglove::messages::line_primitive::Type as LineType;
 use ::foxglove::messages::packed_element_field::NumericType;
 use ::foxglove::messages::{
     Color, CylinderPrimitive, FrameTransform, LinePrimitive, PackedElementField, Point3, PointCloud, Pose,
     Quaternion, SceneEntity, SceneUpdate, SpherePrimitive, Timestamp, Vector3,
 };
-use std::vec::Vec;
+use meniscus::blob::Model;
+use meniscus::latent::decoder::GROUP_COMPONENTS;
+use meniscus::surface::{Config, profile_abscissa};
+use meniscus_service::live::Logged;
 
 const WORLD: &str = "world";
 const GLASS: &str = "glass";
@@ -161,7 +159,7 @@ fn here([x, y, z]: [f64; 3]) -> Pose {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::surface::Settings;
+    use meniscus::surface::Settings;
 
     fn rotated(by: &Quaternion, [x, y, z]: [f64; 3]) -> [f64; 3] {
         // A turn about x alone.

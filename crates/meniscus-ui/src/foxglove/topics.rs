@@ -1,16 +1,15 @@
 //! The topics, and one turn on all of them.
 
 use super::{Shared, camera, estimate, nanoseconds, scene};
-use crate::host::live::Logged;
-use crate::host::look::Look;
-use crate::host::prelude::*;
-use crate::model::Model;
-use crate::runtime::Mode;
-use crate::surface::Config;
 use ::foxglove::messages::{
     CameraCalibration, CompressedImage, FrameTransform, PointCloud, SceneUpdate, Timestamp,
 };
 use ::foxglove::{Channel, PartialMetadata, RawChannel};
+use meniscus::blob::Model;
+use meniscus::runtime::Mode;
+use meniscus::surface::Config;
+use meniscus_service::live::Logged;
+use meniscus_service::snapshot::Look;
 use std::sync::Arc;
 
 /// A channel for each topic.

@@ -6,14 +6,11 @@
 //! Sixteen bits keep each number of a basis to 1.5e-5 of its largest, a hundredth of what the estimate may be off.
 
 use super::frame::{AHEAD, NUMBERS, PROFILES};
-use crate::decoder::GROUP_COMPONENTS;
-use crate::host::prelude::*;
-use crate::model::Model;
-use crate::runtime::DEADLINE_US;
-use crate::surface::{POINTS, profile_abscissa};
+use meniscus::blob::Model;
+use meniscus::latent::decoder::GROUP_COMPONENTS;
+use meniscus::runtime::DEADLINE_US;
+use meniscus::surface::{POINTS, profile_abscissa};
 use serde_json::json;
-use std::string::ToString;
-use std::vec::Vec;
 
 /// Names of the field groups, with their units.
 const GROUPS: [(&str, &str); 5] = [("q", "m"), ("v", "m/s"), ("e", "J/kg"), ("sigma", "Pa"), ("tau", "Pa")];

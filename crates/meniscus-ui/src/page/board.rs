@@ -1,6 +1,5 @@
 //! The newest frame and image, for every viewer; whoever comes late finds the newest and none of the old.
 
-use crate::host::prelude::*;
 use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 use std::sync::{Condvar, Mutex, PoisonError};
 use std::time::{Duration, Instant};

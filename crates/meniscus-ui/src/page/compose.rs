@@ -3,12 +3,11 @@
 use super::board::{Board, Numbered};
 use super::frame::{AHEAD, Facts, frame};
 use super::image::Window;
-use crate::host::look::Outlet;
-use crate::host::prelude::*;
-use crate::model::Model;
-use crate::runtime::{Crest, Forecast};
-use crate::surface::Config;
-use crate::units::Micros;
+use meniscus::blob::Model;
+use meniscus::runtime::{Crest, Forecast};
+use meniscus::surface::Config;
+use meniscus::units::Micros;
+use meniscus_service::snapshot::Outlet;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 

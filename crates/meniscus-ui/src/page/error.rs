@@ -1,9 +1,7 @@
 //! Why there is no page.
 
-use crate::host::prelude::*;
 use std::io::ErrorKind;
 use std::net::SocketAddr;
-use std::string::String;
 
 /// What is wrong, and what to do.
 #[derive(Clone, Debug, PartialEq, Eq)]

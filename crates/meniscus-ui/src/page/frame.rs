@@ -3,14 +3,12 @@
 //! The full field does not travel: it is linear in the decoder's coefficients, so the page gets the bases once
 //! ([`super::bases`]) and then, turn after turn, some hundred coefficients instead of 27742 numbers.
 
-use crate::decoder::ENERGY_GROUP;
-use crate::host::live::Logged;
-use crate::host::look::Look;
-use crate::host::prelude::*;
-use crate::model::Model;
-use crate::runtime::{Crest, Forecast, Mode};
-use crate::surface::{POINTS, SurfaceProfile};
-use std::vec::Vec;
+use meniscus::blob::Model;
+use meniscus::latent::decoder::ENERGY_GROUP;
+use meniscus::runtime::{Crest, Forecast, Mode};
+use meniscus::surface::{POINTS, SurfaceProfile};
+use meniscus_service::live::Logged;
+use meniscus_service::snapshot::Look;
 
 /// First byte of a frame.
 pub(super) const FRAME: u8 = 1;

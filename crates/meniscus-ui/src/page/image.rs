@@ -1,12 +1,10 @@
 //! The camera's image as the page gets it: the part around the glass as JPEG, with the traced surface's pixels.
 
-use crate::host::look::Look;
-use crate::host::prelude::*;
-use crate::runtime::Mode;
-use crate::surface::{Config, profile_abscissa};
 use image::codecs::jpeg::JpegEncoder;
 use image::{ExtendedColorType, ImageEncoder};
-use std::vec::Vec;
+use meniscus::runtime::Mode;
+use meniscus::surface::{Config, profile_abscissa};
+use meniscus_service::snapshot::Look;
 
 /// First byte of an image.
 const IMAGE: u8 = 2;

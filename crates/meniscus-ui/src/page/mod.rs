@@ -19,19 +19,17 @@ mod server;
 mod token;
 mod viewer;
 
-pub use crate::host::look::Outlet;
 pub use board::Counters;
 pub use error::PageError;
+pub use meniscus_service::snapshot::Outlet;
 pub use server::VIEWERS_MAX;
 pub use token::Token;
 
-use crate::host::prelude::*;
-use crate::model::Model;
-use crate::surface::Config;
 use board::Board;
+use meniscus::blob::Model;
+use meniscus::surface::Config;
 use server::Server;
 use std::net::{IpAddr, Ipv4Addr, SocketAddr, UdpSocket};
-use std::string::String;
 use std::sync::Arc;
 
 /// Where the page is unless told otherwise.

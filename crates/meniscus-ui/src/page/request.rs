@@ -2,11 +2,9 @@
 
 use super::Token;
 use super::assets::{ASSETS, Asset, INDEX};
-use crate::host::prelude::*;
 use std::io::{ErrorKind, Read};
 use std::net::IpAddr;
 use std::time::{Duration, Instant};
-use std::vec::Vec;
 use tungstenite::handshake::machine::TryParse;
 use tungstenite::handshake::server::Request;
 use tungstenite::http::StatusCode;

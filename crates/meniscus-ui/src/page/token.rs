@@ -1,9 +1,7 @@
 //! The word that opens the page to those who come from another machine.
 
 use super::PageError;
-use crate::host::prelude::*;
 use std::path::Path;
-use std::string::String;
 use subtle::ConstantTimeEq;
 
 /// Letters of a token: those that stand in an address as they are, 32 of them, so that five bits of a random

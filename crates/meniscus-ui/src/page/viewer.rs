@@ -7,11 +7,9 @@
 //! A viewer that is slow, or far, gets fewer frames and always new ones: what it has no room for is never queued.
 
 use super::board::Board;
-use crate::host::prelude::*;
 use std::net::TcpStream;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
-use std::vec::Vec;
 use tungstenite::protocol::frame::coding::CloseCode;
 use tungstenite::protocol::{CloseFrame, Role, WebSocketConfig};
 use tungstenite::{Bytes, Message, WebSocket};

@@ -1,9 +1,8 @@
 //! The live dashboard in a terminal: surface, modes, stage times, energy and entropy.
 
-use crate::host::live::{Logged, Watch};
-use crate::host::prelude::*;
-use crate::runtime::{DEADLINE_US, Mode};
-use crate::surface::profile_abscissa;
+use meniscus::runtime::{DEADLINE_US, Mode};
+use meniscus::surface::profile_abscissa;
+use meniscus_service::live::{Logged, Watch};
 use ratatui::Frame;
 use ratatui::crossterm::event::{self, Event, KeyCode, KeyEvent, KeyModifiers};
 use ratatui::layout::{Constraint, Layout, Rect};
@@ -13,7 +12,6 @@ use ratatui::text::{Line, Span};
 use ratatui::widgets::{Axis, Block, Chart, Dataset, GraphType, Paragraph, Sparkline, Wrap};
 use std::collections::VecDeque;
 use std::io;
-use std::string::String;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 

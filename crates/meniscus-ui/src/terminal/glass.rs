@@ -1,7 +1,6 @@
 //! The camera's picture of a glass in a terminal, two pixels a character, with what was found drawn over it.
 
-use crate::host::prelude::*;
-use crate::host::setup::{Body, Portrait};
+use meniscus_service::setup::{Body, Portrait};
 use ratatui::buffer::Buffer;
 use ratatui::layout::Rect;
 use ratatui::style::Color;

@@ -2,8 +2,6 @@
 
 mod dashboard;
 mod glass;
-pub mod picture;
-pub mod plot;
 mod wizard;
 
 pub use dashboard::{Caption, Dashboard};

@@ -3,9 +3,8 @@
 //! The wizard knows nothing of cameras: it is given what was seen, takes keys, and says what it wishes.
 
 use super::glass::{GlassPicture, Layer};
-use crate::host::prelude::*;
-use crate::host::setup::{Finding, Inspection, Portrait, RANGES, Said};
-use crate::surface::{Config, POINTS, profile_abscissa};
+use meniscus::surface::{Config, POINTS, profile_abscissa};
+use meniscus_service::setup::{Finding, Inspection, Portrait, RANGES, Said};
 use ratatui::Frame;
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 use ratatui::layout::{Constraint, Layout, Rect};

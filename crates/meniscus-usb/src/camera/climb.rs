@@ -7,9 +7,8 @@ use super::negotiate::negotiate;
 use super::recovery::Rung;
 use super::session::{Session, TICK};
 use super::sink::Sink;
-use crate::d4xx::{Command, opcode};
-use crate::host::prelude::*;
-use crate::host::usb::{Status, Transport, UsbError};
+use crate::transport::{Status, Transport, UsbError};
+use meniscus::usb::d4xx::{Command, opcode};
 use std::time::Duration;
 
 /// Longest time for a cancelled queue to come back.

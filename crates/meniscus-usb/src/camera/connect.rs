@@ -5,15 +5,15 @@ use super::monitor::{REQUEST, ask, payload, set, set_colour};
 use super::negotiate::negotiate;
 use super::plan::Plan;
 use super::settings::{OutlineImage, SIZE, SIZE_USB2, Settings};
-use crate::d4xx::{
-    self, AUTO_EXPOSURE, COEFFICIENTS, COLOUR, CalibrationError, Colour, DEFAULT_DEPTH_UNIT_UM, DepthTable,
+use crate::transport::{Listed, Speed, Transport, UsbError};
+use meniscus::surface::{Intrinsics, Optics, Rectifier};
+use meniscus::usb::d4xx;
+use meniscus::usb::d4xx::{
+    AUTO_EXPOSURE, COEFFICIENTS, COLOUR, CalibrationError, Colour, DEFAULT_DEPTH_UNIT_UM, DepthTable,
     EXPOSURE, EXPOSURE_BY_CAMERA, EXPOSURE_MODE, EXPOSURE_PRIORITY, Firmware, Identity, LASER_POWER, Product,
     Table,
 };
-use crate::host::prelude::*;
-use crate::host::usb::{Listed, Speed, Transport, UsbError};
-use crate::surface::{Intrinsics, Optics, Rectifier};
-use crate::uvc::request::Setup;
+use meniscus::usb::uvc::request::Setup;
 use std::time::Duration;
 
 /// Tries to connect, and the first pause between two; each pause is twice the one before, 4.5 s together: a

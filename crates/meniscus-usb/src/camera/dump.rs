@@ -17,11 +17,10 @@ use super::error::CameraError;
 use super::session::Session;
 use super::settings::Settings;
 use super::sink::{Note, Sink};
-use crate::host::buffer::Buffer;
-use crate::host::prelude::*;
-use crate::host::usb::{Completion, Listed, NotQueued, Pipe, Transport, UsbError};
-use crate::uvc::Stream;
-use crate::uvc::request::Setup;
+use crate::buffer::Buffer;
+use crate::transport::{Completion, Listed, NotQueued, Pipe, Transport, UsbError};
+use meniscus::usb::uvc::Stream;
+use meniscus::usb::uvc::request::Setup;
 use serde::{Deserialize, Serialize};
 use std::time::Duration;
 
@@ -237,7 +236,6 @@ impl<T: Transport> Transport for Witness<'_, T> {
 
 /// Bytes as two digits each.
 mod hexadecimal {
-    use crate::host::prelude::*;
     use serde::de::{Deserialize, Deserializer, Error};
     use serde::ser::Serializer;
 

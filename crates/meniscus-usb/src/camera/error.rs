@@ -1,10 +1,9 @@
 //! Why there is no camera, in words, each with what to do about it.
 
-use crate::d4xx::{CalibrationError, Firmware, MonitorError, TableError};
-use crate::host::prelude::*;
-use crate::host::usb::UsbError;
-use crate::uvc::ProbeError;
-use crate::uvc::descriptor::DescriptorError;
+use crate::transport::UsbError;
+use meniscus::usb::d4xx::{CalibrationError, Firmware, MonitorError, TableError};
+use meniscus::usb::uvc::ProbeError;
+use meniscus::usb::uvc::descriptor::DescriptorError;
 
 /// Why a session cannot begin, or had to end.
 #[derive(Clone, Debug, PartialEq)]

@@ -1,10 +1,9 @@
 //! Counters of the camera's transfers and of what was done about trouble.
 
-use crate::host::prelude::*;
 use serde::Serialize;
 
 /// Everything that went another way than a whole frame in a transfer. What is wrong inside of
-/// payloads is counted behind, in [`crate::uvc::Losses`].
+/// payloads is counted behind, in [`meniscus::usb::uvc::Losses`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct CameraHealth {
     /// Transfers that brought bytes.

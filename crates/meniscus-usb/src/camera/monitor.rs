@@ -2,10 +2,9 @@
 
 use super::error::CameraError;
 use super::plan::Plan;
-use crate::d4xx::{Command, HARDWARE_MONITOR, MESSAGE, MonitorError};
-use crate::host::prelude::*;
-use crate::host::usb::{Transport, UsbError};
-use crate::uvc::request::Setup;
+use crate::transport::{Transport, UsbError};
+use meniscus::usb::d4xx::{Command, HARDWARE_MONITOR, MESSAGE, MonitorError};
+use meniscus::usb::uvc::request::Setup;
 use std::time::Duration;
 
 /// Longest time of one control request.

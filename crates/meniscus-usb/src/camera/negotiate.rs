@@ -3,10 +3,9 @@
 use super::error::CameraError;
 use super::monitor::REQUEST;
 use super::plan::{Plan, StreamPlan};
-use crate::host::prelude::*;
-use crate::host::usb::{Transport, UsbError};
-use crate::uvc::request::{COMMIT, PROBE, Setup};
-use crate::uvc::{PROBE_MAX, Probe, ProbeError};
+use crate::transport::{Transport, UsbError};
+use meniscus::usb::uvc::request::{COMMIT, PROBE, Setup};
+use meniscus::usb::uvc::{PROBE_MAX, Probe, ProbeError};
 
 /// Agrees with the camera on both streams.
 pub(super) fn negotiate(transport: &mut impl Transport, plan: &Plan) -> Result<(), CameraError> {

@@ -2,11 +2,11 @@
 
 use super::error::CameraError;
 use super::settings::{OutlineImage, RATE_HZ};
-use crate::d4xx::UNIT_GUID;
-use crate::host::prelude::*;
-use crate::uvc::descriptor::{self, Interface, VIDEO_CONTROL};
-use crate::uvc::format::{PixelFormat, video_modes};
-use crate::uvc::{Stream, Topology, extension_unit, probe_length};
+use meniscus::usb::d4xx::UNIT_GUID;
+use meniscus::usb::uvc::descriptor;
+use meniscus::usb::uvc::descriptor::{Interface, VIDEO_CONTROL};
+use meniscus::usb::uvc::format::{PixelFormat, video_modes};
+use meniscus::usb::uvc::{Stream, Topology, extension_unit, probe_length};
 
 /// Transfer types of endpoints.
 const BULK: u8 = 2;
@@ -148,7 +148,7 @@ fn stream(
 ) -> Result<StreamPlan, CameraError> {
     for interface in own {
         let fits = |mode: &_| {
-            let mode: &crate::uvc::format::VideoMode<'_> = mode;
+            let mode: &meniscus::usb::uvc::format::VideoMode<'_> = mode;
             mode.pixels == pixels && (mode.width, mode.height) == size && mode.interval_of(RATE_HZ).is_some()
         };
         let Some(mode) = video_modes(interface).find(fits) else { continue };

@@ -1,7 +1,6 @@
 //! The pulse of a stream: when it last brought a whole new frame.
 
-use crate::host::prelude::*;
-use crate::uvc::Header;
+use meniscus::usb::uvc::Header;
 use std::time::Duration;
 
 /// A time stamp that is older than the last one by less than this repeats or comes late, microseconds.

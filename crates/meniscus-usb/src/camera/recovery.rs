@@ -1,8 +1,7 @@
 //! The ladder of recovery: a state machine that decides, and does nothing itself.
 
-use crate::d4xx::DeviceError;
-use crate::host::prelude::*;
-use crate::host::usb::UsbError;
+use crate::transport::UsbError;
+use meniscus::usb::d4xx::DeviceError;
 use std::time::Duration;
 
 /// Frames on every stream for this long end the climb.

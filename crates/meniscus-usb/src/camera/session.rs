@@ -12,11 +12,10 @@ use super::pulse::{Pulse, Verdict};
 use super::recovery::{Ladder, Step, Trouble};
 use super::settings::Settings;
 use super::sink::{Note, Sink};
-use crate::d4xx::{DeviceError, ERROR};
-use crate::host::buffer::Buffer;
-use crate::host::prelude::*;
-use crate::host::usb::{Completion, Pipe, Status, Transport, UsbError};
-use crate::uvc::ControlChange;
+use crate::buffer::Buffer;
+use crate::transport::{Completion, Pipe, Status, Transport, UsbError};
+use meniscus::usb::d4xx::{DeviceError, ERROR};
+use meniscus::usb::uvc::ControlChange;
 use std::time::Duration;
 
 /// Transfers in flight, a stream.

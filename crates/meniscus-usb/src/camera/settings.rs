@@ -1,6 +1,5 @@
 //! What is wanted of the camera.
 
-use crate::host::prelude::*;
 use std::time::Duration;
 
 /// Image rate, Hz.

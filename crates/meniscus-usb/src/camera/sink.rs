@@ -1,10 +1,9 @@
 //! Where payloads go, and what the session tells beside them.
 
 use super::recovery::{Rung, Trouble};
-use crate::host::buffer::Buffer;
-use crate::host::link::CameraEnd;
-use crate::host::prelude::*;
-use crate::uvc::Stream;
+use crate::buffer::Buffer;
+use crate::link::CameraEnd;
+use meniscus::usb::uvc::Stream;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;

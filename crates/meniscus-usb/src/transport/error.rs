@@ -1,7 +1,5 @@
 //! What the bus can answer, in words.
 
-use crate::host::prelude::*;
-
 /// A call that failed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum UsbError {

@@ -5,9 +5,8 @@
 
 use super::transfers::Slot;
 use super::{Completion, Listed, NotQueued, Pipe, Speed, Transport, UsbError};
-use crate::host::buffer::Buffer;
-use crate::host::prelude::*;
-use crate::uvc::request::Setup;
+use crate::buffer::Buffer;
+use meniscus::usb::uvc::request::Setup;
 use rusb::{Context, Device, DeviceHandle, UsbContext};
 use std::sync::Arc;
 use std::time::{Duration, Instant};

@@ -11,11 +11,10 @@ mod error;
 mod machine;
 mod transfers;
 
-use crate::host::buffer::Buffer;
-use crate::host::prelude::*;
-use crate::uvc::request::Setup;
+use crate::buffer::Buffer;
 pub use error::{Status, UsbError};
 pub use machine::Machine;
+use meniscus::usb::uvc::request::Setup;
 use std::time::Duration;
 
 /// How fast a device is connected.

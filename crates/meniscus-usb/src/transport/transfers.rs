@@ -21,8 +21,7 @@
 use super::error::{Status, UsbError};
 use super::machine::usb_error;
 use super::{NotQueued, Pipe};
-use crate::host::buffer::Buffer;
-use crate::host::prelude::*;
+use crate::buffer::Buffer;
 use rusb::ffi::{self, constants};
 use rusb::{Context, DeviceHandle};
 use std::mem::ManuallyDrop;

@@ -1,10 +1,9 @@
 //! The scenes of the study: a seeded set over liquids, distances, tilts, and one condition each.
 
-use crate::offline::prelude::*;
-use crate::offline::recording::Glass;
-use crate::offline::recording::{Lattice, WALL_POINTS, wall_azimuth};
-use crate::offline::scene::{Clutter, Finger, Glare, SceneSettings};
-use crate::surface::{Liquid, POINTS, Settings, profile_abscissa};
+use crate::render::{Clutter, Finger, Glare, SceneSettings};
+use meniscus::surface::{Liquid, POINTS, Settings, profile_abscissa};
+use meniscus_data::recording::Glass;
+use meniscus_data::recording::{Lattice, WALL_POINTS, wall_azimuth};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 

@@ -1,8 +1,8 @@
 //! What must come of each trouble of the simulated camera: one line a trouble.
 
 use super::faults::Must::{self, GiveUp, Recover, Refuse, Stream as Streams};
-use crate::host::camera::Rung;
-use crate::uvc::Losses;
+use meniscus::usb::uvc::Losses;
+use meniscus_usb::camera::Rung;
 
 /// One line a trouble.
 pub const TABLE: &[(&str, Must)] = &[

@@ -2,14 +2,13 @@
 //! stated recovery or the stated words, none may hang, and no stale frame may come out as a fresh one.
 
 pub use super::fault_table::TABLE;
-use crate::host::buffer::Buffer;
-use crate::host::camera::{CameraError, CameraHealth, Note, OutlineImage, Rung, Session, Settings, Sink};
-use crate::host::usb::Transport;
-use crate::offline::prelude::*;
-use crate::offline::usb::SimulatedBus;
-use crate::uvc::{Assembler, Losses, Outcome, Pairer, Stream};
+use crate::usb::SimulatedBus;
+use meniscus::usb::uvc::{Assembler, Losses, Outcome, Pairer, Stream};
 use meniscus_hil::FaultList;
 use meniscus_hil::device::{Device, TestCard, Trouble};
+use meniscus_usb::buffer::Buffer;
+use meniscus_usb::camera::{CameraError, CameraHealth, Note, OutlineImage, Rung, Session, Settings, Sink};
+use meniscus_usb::transport::Transport;
 
 /// What must come of a trouble.
 #[derive(Clone, Copy, Debug)]

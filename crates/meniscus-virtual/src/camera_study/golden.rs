@@ -3,12 +3,11 @@
 //! The folder has a `manifest.json` (file, shape, type, note) and plain little-endian arrays. A file is
 //! compared if its name tells which filter made it; of the others it is told that they are not covered.
 
-use crate::filters::{
+use meniscus::depth_filters::{
     Decimation, HoleFilling, LANES, Spatial, SpatialDisparity, decimate, disparity_factor, fill_holes,
     to_depth, to_disparity,
 };
-use crate::host::files::FileError;
-use crate::offline::prelude::*;
+use meniscus_platform::files::FileError;
 use serde::Deserialize;
 use std::path::{Path, PathBuf};
 

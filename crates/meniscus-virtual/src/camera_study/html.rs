@@ -2,9 +2,8 @@
 
 use super::Outcome;
 use super::conditions::Condition;
-use crate::host::report::{Chart, Mark, Report, Series};
-use crate::host::view::plot::PictureError;
-use crate::offline::prelude::*;
+use meniscus_report::html::{Chart, Mark, Report, Series};
+use meniscus_report::plot::PictureError;
 
 /// Columns of the table.
 const HEAD: [&str; 11] = [

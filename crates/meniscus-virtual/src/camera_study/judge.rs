@@ -1,11 +1,10 @@
 //! Errors of profiles against the truth, gathered by group.
 
 use super::conditions::{CLUTTERED_FROM, Case, Condition, FRAMES};
-use crate::frame::{DepthFrame, OutlineFrame, Stamp};
-use crate::offline::prelude::*;
-use crate::offline::scene::{Clutter, Images, Liquid, Scene};
-use crate::surface::{Config, ConfigError, NotSeen, POINTS, State, SurfaceProfile, extract};
-use crate::units::Micros;
+use crate::render::{Clutter, Images, Liquid, Scene};
+use meniscus::surface::{Config, ConfigError, NotSeen, POINTS, State, SurfaceProfile, extract};
+use meniscus::units::Micros;
+use meniscus::usb::frame::{DepthFrame, OutlineFrame, Stamp};
 
 /// One point that was seen.
 #[derive(Clone, Copy, Debug, PartialEq)]

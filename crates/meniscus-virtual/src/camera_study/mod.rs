@@ -10,7 +10,7 @@
 //! smear of stereo matching at steps in depth are in no figure.
 
 pub mod conditions;
-mod fault_table;
+pub mod fault_table;
 pub mod faults;
 pub mod golden;
 mod html;
@@ -23,13 +23,12 @@ pub use html::html;
 pub use page::markdown;
 pub use plots::{PlotError, errors_png, scenes_png};
 
-use crate::host::camera::OutlineImage;
-use crate::host::checks::Check;
-use crate::offline::prelude::*;
-use crate::surface::ConfigError;
 use conditions::{Case, Condition, DISTANCES_M, LOOKS};
 use golden::{Golden, GoldenError};
 use judge::{Judged, Row, judge};
+use meniscus::surface::ConfigError;
+use meniscus_report::checks::Check;
+use meniscus_usb::camera::OutlineImage;
 use rayon::prelude::*;
 
 /// Seed of the scenes that are judged.

@@ -2,8 +2,7 @@
 
 use super::Outcome;
 use super::judge::Row;
-use crate::host::checks::table;
-use crate::offline::prelude::*;
+use meniscus_report::checks::table;
 
 /// Markdown: the table, the checks, what is not covered.
 #[must_use]

@@ -2,9 +2,8 @@
 
 use super::conditions::{Condition, DISTANCES_M, LOOKS};
 use super::judge::Judged;
-use crate::host::view::plot::{BLUE, FONT, GREY, ORANGE, PURPLE, prepare_font};
-use crate::offline::prelude::*;
-use crate::surface::{Config, POINTS, profile_abscissa};
+use meniscus::surface::{Config, POINTS, profile_abscissa};
+use meniscus_report::plot::{BLUE, FONT, GREY, ORANGE, PURPLE, prepare_font};
 use plotters::prelude::*;
 use std::path::Path;
 

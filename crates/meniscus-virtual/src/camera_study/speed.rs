@@ -1,12 +1,11 @@
 //! How long the camera's side takes on this machine, now: medians, of the processor as it is loaded.
 
-use crate::filters::{LANES, Spatial};
-use crate::frame::{DepthFrame, OutlineFrame};
-use crate::offline::prelude::*;
-use crate::offline::recording::{COLUMNS, WALL_POINTS};
-use crate::offline::scene::{Images, Liquid, Scene, SceneSettings};
-use crate::surface::{Config, State, extract};
-use crate::uvc::{Assembler, Outcome};
+use crate::render::{Images, Liquid, Scene, SceneSettings};
+use meniscus::depth_filters::{LANES, Spatial};
+use meniscus::surface::{Config, State, extract};
+use meniscus::usb::frame::{DepthFrame, OutlineFrame};
+use meniscus::usb::uvc::{Assembler, Outcome};
+use meniscus_data::recording::{COLUMNS, WALL_POINTS};
 use meniscus_hil::{Camera, CameraSettings, Shot, Source};
 use std::hint::black_box;
 use std::time::Instant;

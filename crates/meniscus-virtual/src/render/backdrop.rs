@@ -3,8 +3,7 @@
 use super::noise::{Noise, mix};
 use super::view::View;
 use super::{SceneSettings, depth, infrared};
-use crate::offline::prelude::*;
-use crate::surface::Liquid;
+use meniscus::surface::Liquid;
 
 /// The wall behind, metres beyond the glass axis.
 const WALL_Y_M: f64 = 0.35;

@@ -6,7 +6,6 @@ use super::noise::{Noise, mix};
 use super::outline::Outline;
 use super::view::View;
 use super::{SceneSettings, Window};
-use crate::offline::prelude::*;
 
 /// Steps of disparity in a pixel.
 const STEPS: f32 = 32.0;

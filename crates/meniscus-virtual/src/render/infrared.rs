@@ -6,7 +6,6 @@ use super::noise::{Noise, mix};
 use super::outline::Outline;
 use super::view::View;
 use super::{SceneSettings, Window};
-use crate::offline::prelude::*;
 
 /// Pixels on either side that the lens blur reaches.
 const BLUR_REACH: usize = 3;

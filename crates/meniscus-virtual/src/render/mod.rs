@@ -22,12 +22,11 @@ mod outline;
 mod shape;
 mod view;
 
-use crate::offline::prelude::*;
-use crate::offline::recording::{Glass, Recording, WALL_POINTS};
-use crate::surface::Settings;
 use backdrop::Backdrop;
 use clutter::Overlay;
 pub use clutter::{Clutter, Finger, Glare};
+use meniscus::surface::Settings;
+use meniscus_data::recording::{Glass, Recording, WALL_POINTS};
 use noise::{Noise, mix};
 use outline::Outline;
 use shape::Shape;

@@ -1,6 +1,5 @@
 //! Randomness that is fast and replays: a table of normal numbers, read from hashed places.
 
-use crate::offline::prelude::*;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 

@@ -8,7 +8,6 @@
 use super::shape::Shape;
 use super::view::View;
 use super::{SceneSettings, Window};
-use crate::offline::prelude::*;
 
 /// Points of the contact line that are projected.
 const CONTACT_POINTS: usize = 241;

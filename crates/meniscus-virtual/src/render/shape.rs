@@ -1,7 +1,6 @@
 //! The height of the liquid anywhere in the glass, from the contact line and the lattice columns.
 
-use crate::offline::prelude::*;
-use crate::offline::recording::{COLUMNS, Glass, Lattice, WALL_POINTS};
+use meniscus_data::recording::{COLUMNS, Glass, Lattice, WALL_POINTS};
 use std::f64::consts::TAU;
 
 /// One ring of lattice columns.
@@ -83,7 +82,7 @@ impl Ring {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::offline::recording::wall_azimuth;
+    use meniscus_data::recording::wall_azimuth;
 
     #[test]
     fn a_tilted_plane_is_met_everywhere() {

@@ -2,8 +2,7 @@
 //! reader's `surface::deproject` on purpose.
 
 use super::{SceneSettings, Window};
-use crate::offline::prelude::*;
-use crate::offline::recording::Glass;
+use meniscus_data::recording::Glass;
 
 /// Columns on either side of the image centre that the glass and its stereo shadow can reach, at this focal length or
 /// a shorter one; at a longer one as many more.

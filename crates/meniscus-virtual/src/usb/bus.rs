@@ -3,11 +3,10 @@
 //! In virtual time nothing sleeps: waiting moves the clock. In real time the same events happen when
 //! their time has come, so that a program can run on it.
 
-use crate::host::buffer::Buffer;
-use crate::host::usb::{Completion, Listed, NotQueued, Pipe, Speed, Status, Transport, UsbError};
-use crate::offline::prelude::*;
-use crate::uvc::request::Setup;
+use meniscus::usb::uvc::request::Setup;
 use meniscus_hil::device::{Device, Ending, Reply, Trouble};
+use meniscus_usb::buffer::Buffer;
+use meniscus_usb::transport::{Completion, Listed, NotQueued, Pipe, Speed, Status, Transport, UsbError};
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 

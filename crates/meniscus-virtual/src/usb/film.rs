@@ -4,19 +4,19 @@
 //! The film holds shots of 640x480, depth then infrared, with nothing between them.
 
 use super::{RecordedGlass, SimulatedBus};
-use crate::host::buffer::Buffer;
-use crate::host::camera::{CameraError, Note, Session, Settings, Sink};
-use crate::host::live::Logged;
-use crate::model::Model;
-use crate::offline::prelude::*;
-use crate::offline::recording::Recording;
-use crate::offline::scene::SceneSettings;
-use crate::offline::watching::NoClock;
-use crate::runtime::{Estimator, Eye, Tracker};
-use crate::surface::{self, Config, ConfigError};
-use crate::uvc::Stream;
+use crate::observe_recording::NoClock;
+use crate::render::SceneSettings;
+use meniscus::blob::Model;
+use meniscus::runtime::{Estimator, Eye, Tracker};
+use meniscus::surface;
+use meniscus::surface::{Config, ConfigError};
+use meniscus::usb::uvc::Stream;
+use meniscus_data::recording::Recording;
 use meniscus_hil::FaultList;
 use meniscus_hil::device::{Device, Scenery};
+use meniscus_service::live::Logged;
+use meniscus_usb::buffer::Buffer;
+use meniscus_usb::camera::{CameraError, Note, Session, Settings, Sink};
 use std::fmt;
 use std::io::{self, Write};
 use std::sync::{Arc, Mutex, PoisonError};

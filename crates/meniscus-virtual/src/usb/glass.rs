@@ -1,10 +1,9 @@
 //! A recorded glass before the simulated USB camera, rendered shot by shot.
 
-use crate::offline::prelude::*;
-use crate::offline::recording::Recording;
-use crate::offline::repeat::repeated;
-use crate::offline::scene::{Images, Liquid, Scene, SceneSettings};
-use crate::surface::Intrinsics;
+use crate::looped_recording::repeated;
+use crate::render::{Images, Liquid, Scene, SceneSettings};
+use meniscus::surface::Intrinsics;
+use meniscus_data::recording::Recording;
 use meniscus_hil::device::{
     COLOUR_INTRINSICS, COLOUR_LENS_M, COLOUR_PITCH_RAD, INTRINSICS, INTRINSICS_SMALL, Scenery,
 };

@@ -1,10 +1,9 @@
 //! From a dump to a camera that says the same.
 
 use super::SimulatedBus;
-use crate::host::camera::{Dump, DumpedFrame};
-use crate::host::usb::Speed;
-use crate::offline::prelude::*;
 use meniscus_hil::device::{Device, Replay, Said};
+use meniscus_usb::camera::{Dump, DumpedFrame};
+use meniscus_usb::transport::Speed;
 
 /// A bus in virtual time with a camera that says what a dump says.
 #[must_use]

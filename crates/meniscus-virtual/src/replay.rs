@@ -3,11 +3,10 @@
 //! Everything behind the link is the real reader. The pace is that of the recorded times; a gap longer than
 //! a second is played as one of a second.
 
-use crate::host::bag::{BagError, Image, Recording};
-use crate::host::link::CameraEnd;
-use crate::offline::prelude::*;
-use crate::uvc::Stream;
+use meniscus::usb::uvc::Stream;
+use meniscus_bags::{BagError, Image, Recording};
 use meniscus_hil::{Image as Pixels, Stamp, pack};
+use meniscus_usb::link::CameraEnd;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 

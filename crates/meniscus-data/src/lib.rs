@@ -1,0 +1,8 @@
+//! Files that simulator, training and discovery share: recordings, liquids, motions, effects, scenes and weight blobs.
+
+pub mod blob_file;
+pub mod effects;
+pub mod liquids;
+pub mod motion;
+pub mod recording;
+pub mod scene_file;

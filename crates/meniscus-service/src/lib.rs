@@ -1,0 +1,9 @@
+//! The running estimator on a host: worker, snapshots for viewers, publishing, commanded motion, set-up of a glass, flash slots.
+
+pub mod commanded_motion;
+pub mod flash;
+pub mod identify;
+pub mod live;
+pub mod publish;
+pub mod setup;
+pub mod snapshot;

@@ -1,0 +1,5 @@
+//! How fast the running estimator is: speed against named peers, deadlines beside loads, and viewers of the live page.
+
+pub mod bench;
+pub mod deadline;
+pub mod viewers;
