@@ -154,7 +154,7 @@ fn a_bad_model_is_refused_with_its_reason() {
     refused(&run("nowhere.blob"), &["nowhere.blob", "cannot read"]);
 
     let sound =
-        fs::read(Path::new(env!("CARGO_MANIFEST_DIR")).join("models/glycerine.blob")).expect("shipped");
+        fs::read(Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../models/glycerine.blob"))).expect("shipped");
     fs::write(folder.join("cut.blob"), &sound[..sound.len() / 2]).expect("written");
     refused(&run("cut.blob"), &["cut.blob", "cut short"]);
 

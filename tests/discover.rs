@@ -139,7 +139,7 @@ fn an_effect_at_the_end_of_its_range_is_no_name() {
 
 #[test]
 fn the_inclination_of_measured_water_is_found() {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data/antisloshing");
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/data/antisloshing");
     if !folder.join("heights").is_dir() {
         println!("skipped: {} is not there", folder.display());
         return;

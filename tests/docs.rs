@@ -5,11 +5,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// Verbs whose flags a build without training does not know; their sources do.
-const OF_TRAINING: [&str; 4] = ["train", "correct", "evaluate", "generic"];
-
 fn root() -> &'static Path {
-    Path::new(env!("CARGO_MANIFEST_DIR"))
+    Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/.."))
 }
 
 /// README.md and every page below docs/.
@@ -139,7 +136,6 @@ impl Helps {
             words.get(1).filter(|word| word.starts_with(|c: char| c.is_ascii_lowercase())).filter(listed);
         let help = match second {
             Some(second) => self.of(&[verb, second]).unwrap_or_default().to_owned(),
-            None if OF_TRAINING.contains(verb) && !cfg!(feature = "train") => source_flags(verb),
             None => help,
         };
         let known: BTreeSet<&str> = help.split(|c: char| !(c.is_ascii_alphanumeric() || c == '-')).collect();
@@ -148,14 +144,6 @@ impl Helps {
             flags.map(|word| word.split('=').next().unwrap_or(word)).find(|flag| !known.contains(flag))?;
         Some(format!("'meniscus {verb}' has no {unknown}"))
     }
-}
-
-/// The fields of a verb's arguments, spelt as flags.
-fn source_flags(verb: &str) -> String {
-    let source = fs::read_to_string(root().join(format!("src/cli/{verb}.rs"))).expect("the verb's source");
-    let field =
-        |line: &str| line.trim().split(": ").next().map(|name| format!("--{}", name.replace('_', "-")));
-    source.lines().filter(|line| line.starts_with("    ")).filter_map(field).collect::<Vec<_>>().join(" ")
 }
 
 #[test]
@@ -218,7 +206,7 @@ fn the_short_way_is_told_and_is_a_command_of_this_program() {
     for page in ["README.md", "docs/page.md"] {
         assert!(commands(&read(page)).iter().any(|command| command == "cargo view"), "{page}");
     }
-    assert!(read("src/cli/people/clean_clone.rs").contains("const COMMAND: &str = \"cargo view\";"));
+    assert!(read("crates/meniscus-cli/src/people/clean_clone.rs").contains("const COMMAND: &str = \"cargo view\";"));
     let config = read(".cargo/config.toml");
     let command = format!("cargo {}", alias(&config).expect("the alias"));
     let words = words(&command).expect("a command of this program");

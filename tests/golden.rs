@@ -18,7 +18,7 @@ const TOLERANCE: f64 = 1e-5;
 const BATCH: usize = 64;
 
 fn golden(name: &str) -> Option<PathBuf> {
-    let path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../shared/data/torch-golden").join(name);
+    let path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../shared/data/torch-golden").join(name);
     if !path.exists() {
         println!("skipped: {} is absent", path.display());
         return None;

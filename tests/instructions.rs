@@ -16,7 +16,7 @@ const TOLERANCE: f64 = 0.10;
 const TIMES: u64 = 2;
 
 fn table_path() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("benches/instructions.toml")
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../benches/instructions.toml")
 }
 
 /// Instructions of a run of each function whose name begins with `stage_`.

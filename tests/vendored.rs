@@ -5,7 +5,7 @@ use std::path::Path;
 use std::process::Command;
 
 /// The committed folder: package.json and its lock, which holds the package's checksum.
-const VENDOR: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../src/host/page/assets/vendor");
+const VENDOR: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../crates/meniscus-ui/src/page/assets/vendor");
 
 /// Committed files and where the package has them.
 const FILES: [(&str, &str); 2] =

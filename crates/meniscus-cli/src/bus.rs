@@ -5,7 +5,6 @@ use anyhow::anyhow;
 use meniscus_data::recording::Recording;
 use meniscus_hil::FaultList;
 use meniscus_hil::device::{Device, Scenery, TROUBLES, TestCard, Trouble};
-#[cfg(feature = "studies")]
 use meniscus_usb::camera::CameraError;
 use meniscus_usb::transport::Machine;
 #[cfg(feature = "studies")]

@@ -64,7 +64,7 @@ pub struct Golden {
 /// Where the frames lie, if they are there: beside the project.
 #[must_use]
 pub fn folder() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data/depth-filters")
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data/depth-filters")
 }
 
 impl Golden {
