@@ -5,7 +5,7 @@
 //! filter on a 640x480 frame with 15 % holes, 0.7 ms for its hole filling, on another server core of the
 //! same class. A ratio across machines is a rough one; the targets have room for that.
 //!
-//! `cargo bench --bench camera`
+//! `cargo bench -p meniscus-benches --bench camera`
 #![allow(clippy::disallowed_methods, reason = "only storey 1 must compute the same bits on every platform")]
 
 use meniscus::depth_filters::{HoleFilling, LANES, Spatial, SpatialDisparity, fill_holes, to_disparity};

@@ -1,6 +1,6 @@
 //! The turn behind the profile, stage by stage, beside the bound of reading the weights once.
 //!
-//! `cargo bench --bench turn`. The figure to look at is a stage over the bound of the same run: times
+//! `cargo bench -p meniscus-benches --bench turn`. The figure to look at is a stage over the bound of the same run: times
 //! alone say as much about the machine's other guests.
 #![allow(clippy::disallowed_methods, reason = "only storey 1 must compute the same bits on every platform")]
 

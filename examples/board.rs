@@ -9,7 +9,7 @@
 //! (`firmware-config/src/main.rs` is that program with the proof that it links; `firmware-config/bare-metal` runs it
 //! on a Cortex-M7). `main` stands for the USB driver of the board: it plays two seconds of the simulated camera.
 //!
-//! `cargo run --release --example board`
+//! `cargo run --release -p meniscus-examples --example board`
 #![no_std]
 
 extern crate std;

@@ -2,7 +2,7 @@
 //!
 //! ```sh
 //! cargo run --release -- run --publish unix:/tmp/meniscus.sock &
-//! cargo run --release --example client -- /tmp/meniscus.sock
+//! cargo run --release -p meniscus-examples --example client -- /tmp/meniscus.sock
 //! ```
 
 use meniscus::runtime::output::{OUTPUT_VERSION, Packet};

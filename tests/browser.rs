@@ -1,8 +1,8 @@
 //! The live page in a headless Chromium: it draws, and it says what is old or lost.
 //!
 //! ```sh
-//! cargo test --release --test browser                                   # skipped, with a word, without Chromium
-//! MENISCUS_PAGE_PICTURE=docs/page.png cargo test --release --test browser draws    # the picture of the documentation
+//! cargo test --release -p meniscus-tests --test browser                                   # skipped, with a word, without Chromium
+//! MENISCUS_PAGE_PICTURE=docs/page.png cargo test --release -p meniscus-tests --test browser draws    # the picture of the documentation
 //! ```
 
 #[path = "support/chromium.rs"]

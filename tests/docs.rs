@@ -235,7 +235,7 @@ fn the_checks_can_fail() {
     assert!(wrong("meniscus correct --recordigns x").is_some());
     assert!(wrong("meniscus rnu").is_some_and(|what| what.contains("no verb")));
     assert_eq!(words("hil/run gate"), None);
-    assert_eq!(words("cargo run --release --example see -- a"), None);
+    assert_eq!(words("cargo run --release -p meniscus-examples --example see -- a"), None);
     assert!(makes("MENISCUS_PAGE_PICTURE=docs/page.png cargo test --release") && makes("meniscus render"));
     assert!(!makes("cargo test --release") && !makes("meniscus") && !makes("src/lib.rs"));
 }
