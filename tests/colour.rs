@@ -25,7 +25,7 @@ use std::process::Command;
 const FRAMES: u32 = 240;
 
 fn recording() -> Recording {
-    let path = Path::new("recordings/glycerine-unseen.safetensors");
+    let path = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../recordings/glycerine-unseen.safetensors"));
     Recording::load(path).expect("the shipped recording")
 }
 

@@ -17,13 +17,17 @@ use std::process::{Command, Output};
 
 /// The liquids that come with the program.
 fn shipped() -> Vec<Note> {
-    Note::all_of(Path::new("models/liquids")).expect("the shipped notes")
+    Note::all_of(Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../models/liquids")))
+        .expect("the shipped notes")
 }
 
 /// What the camera sees of the shipped recording, which no note was learnt from.
 fn glycerine() -> (Vec<Option<SurfaceProfile>>, f64) {
-    let recording =
-        Recording::load(Path::new("recordings/glycerine-unseen.safetensors")).expect("it is shipped");
+    let recording = Recording::load(Path::new(concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/../recordings/glycerine-unseen.safetensors"
+    )))
+    .expect("it is shipped");
     let motion = &recording.provenance.motion;
     assert!(shipped().iter().all(|note| note.liquid != "glycerine" || !note.recordings.contains(motion)));
     (look(&recording, 0.24, 5).expect("the shipped glass"), recording.glass.fill_m)
@@ -62,8 +66,11 @@ fn what_is_believed_begins_even_and_grows() {
 
 /// Films `frames` of the shipped recording into a file as a camera writes them.
 fn film(path: &Path, frames: Range<usize>) {
-    let recording =
-        Recording::load(Path::new("recordings/glycerine-unseen.safetensors")).expect("it is shipped");
+    let recording = Recording::load(Path::new(concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/../recordings/glycerine-unseen.safetensors"
+    )))
+    .expect("it is shipped");
     let settings = SceneSettings { disparity_rms_px: 0.24, seed: 5, ..SceneSettings::of(&recording.glass) };
     let calibration = Calibration::of(&settings.camera.optics(), 0.05, "a rendered D435");
     let mut writer = McapWriter::create(path, &calibration).expect("a file");
