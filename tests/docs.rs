@@ -157,6 +157,46 @@ fn every_link_leads_somewhere() {
     assert!(dead.is_empty(), "{dead:#?}");
 }
 
+/// Paths of sources between backticks, from the root of the repository.
+fn sources(text: &str) -> Vec<&str> {
+    let spans = text.split('`').skip(1).step_by(2);
+    let starts = [
+        "src/",
+        "crates/",
+        "tests/",
+        "benches/",
+        "examples/",
+        "hil/",
+        "firmware-config/",
+        "liquids/",
+        "models/",
+    ];
+    spans
+        .filter(|span| starts.iter().any(|start| span.starts_with(start)) && !span.contains([' ', '*', '{']))
+        .collect()
+}
+
+#[test]
+fn every_source_that_a_page_names_exists() {
+    let mut gone = Vec::new();
+    let mut all = pages();
+    for name in ["ARCHITECTURE.md", "CONTRIBUTING.md", "firmware-config/SPEC.md"] {
+        let path = root().join(name);
+        let text = fs::read_to_string(&path).expect(name);
+        all.push((path, text));
+    }
+    for (page, text) in &all {
+        let missing = sources(text).into_iter().filter(|source| {
+            // The table of crates names files below their crate; `src/` of a row is checked by `cargo xtask house`.
+            !(source.starts_with("src/") && page.ends_with("ARCHITECTURE.md"))
+                && !root().join(source).exists()
+        });
+        gone.extend(missing.map(|source| format!("{}: {source}", page.display())));
+    }
+    assert!(gone.is_empty(), "{gone:#?}");
+    assert_eq!(sources("`src/a.rs` `meniscus run` `crates/b c`"), ["src/a.rs"]);
+}
+
 #[test]
 fn every_picture_has_a_page_that_names_the_command_that_makes_it() {
     let mut bare = Vec::new();

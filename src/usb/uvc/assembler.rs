@@ -54,7 +54,7 @@ impl Open {
 /// Joins the payloads of one stream in a buffer of the caller's.
 ///
 /// ```
-/// use crate::usb::uvc::{Assembler, Outcome};
+/// use meniscus::usb::uvc::{Assembler, Outcome};
 ///
 /// let mut buffer = [0; 4];
 /// let mut assembler = Assembler::new(&mut buffer);
