@@ -47,7 +47,7 @@ pub use effects::{Held, effect};
 pub use envelope::Envelope;
 pub use fit::{Fit, fit};
 pub use plots::decay_png;
-pub use report::{html, markdown};
+pub use report::report;
 pub use ring::Ringing;
 pub use theory::{Mode, Tone};
 pub use viscous::{Linear, linear_mode, viscous_mode};
