@@ -16,6 +16,7 @@
 use super::exact::Exact;
 use super::form::Form;
 use super::learn::{Lessons, Schedule};
+use meniscus_numerics::least_squares::{Damping, NormalEquations};
 use meniscus_optim::descent::Descent;
 use meniscus_optim::progress::Session;
 use meniscus_optim::weights::Matrix;
@@ -32,8 +33,18 @@ const NUMBERS: [usize; 2] = [6_000, 5_000];
 /// Turns between two looks.
 const LOOK: usize = 5;
 
-/// Dampings that are tried in a turn, each four times the last.
-const TRIES: usize = 8;
+/// Rule of the damping; `first` is that of the roll-outs, whose curvature the single steps have shown. `scaled_floor` lets
+/// the damping hold a weight that the pieces do not depend on.
+const DAMPING: Damping = Damping {
+    first: 1e-2,
+    shrink: 3.0,
+    grow: 4.0,
+    least: 1e-9,
+    most: 1e9,
+    scaled_floor: 1e-9,
+    floor: 0.0,
+    trials: 8,
+};
 
 /// What is kept of the curvature of earlier turns, at most: so many turns count as one.
 const MEMORY: f64 = 0.9;
@@ -217,24 +228,29 @@ pub(super) fn learn(
     {
         let stage = format!("{name} {:04x}", seed & 0xffff);
         if at == 1 {
-            best.0[1].values[0] = 1e-2;
+            best.0[1].values[0] = DAMPING.first as f32;
         }
         let mut descent = Descent::new(&stage, best.0, best.1, session);
         let bar = session.bar(&stage, *turns);
-        let mut memory = DMatrix::zeros(fresh.len(), fresh.len());
+        let mut search = Search {
+            weights: DVector::zeros(fresh.len()),
+            damping: DAMPING.first,
+            memory: DMatrix::zeros(fresh.len(), fresh.len()),
+        };
         for turn in descent.done()..*turns {
             let mut rng = Descent::draws(seed ^ at as u64, turn);
             let ahead = if at == 0 { 1 } else { schedule.horizon(turn).clamp(2, longest) };
             let pieces = draw(lessons, ahead, NUMBERS[at], &mut rng);
-            let mut w = descent.weights()[0].to_f64().row(0).transpose();
-            let mut damping = f64::from(descent.weights()[1].values[0]);
-            let error = step(&training, (&mut w, &mut damping, &mut memory), pieces, SMALL[at]);
-            memory *= (turn as f64 / (turn + 3) as f64).min(MEMORY);
+            // A checkpoint keeps both as f32: a training that goes on begins with the same numbers.
+            search.weights = descent.weights()[0].to_f64().row(0).transpose();
+            search.damping = f64::from(descent.weights()[1].values[0]);
+            let error = step(&training, &mut search, pieces, SMALL[at]);
+            search.memory *= (turn as f64 / (turn + 3) as f64).min(MEMORY);
             let weights = descent.parts().0;
-            weights[0] = row(w.as_slice());
-            weights[1].values[0] = damping as f32;
+            weights[0] = row(search.weights.as_slice());
+            weights[1].values[0] = search.damping as f32;
             if turn % LOOK == LOOK - 1 || turn + 1 == *turns || session.stopped() {
-                let net = Exact::new(form, w.as_slice());
+                let net = Exact::new(form, search.weights.as_slice());
                 let errors = (error.sqrt(), lessons.validate(|x, count| net.roll_out(x, count)));
                 if descent.look(turn + 1, errors, &bar, session) {
                     break;
@@ -251,35 +267,36 @@ pub(super) fn learn(
     best
 }
 
-/// One turn: the step that lowers the cost on the same pieces, with less damping each time that it does. The pieces are
-/// too few to tell every weight, so that a step is held back where earlier pieces were sure, as a Kalman filter with
-/// forgetting holds it: `memory` is their J^T W J. Returns the cost.
-fn step(
-    training: &Training<'_>,
-    (w, damping, memory): (&mut DVector<f64>, &mut f64, &mut DMatrix<f64>),
-    pieces: Vec<Piece<'_>>,
-    small: f64,
-) -> f64 {
-    let Some(Normal { matrix, side, pieces }) = training.normal(w, pieces, small) else {
+/// What the search carries from turn to turn.
+struct Search {
+    weights: DVector<f64>,
+    /// The damping that the next turn begins with.
+    damping: f64,
+    /// `J^T W J` of this turn and of earlier ones, as far as they are not forgotten.
+    memory: DMatrix<f64>,
+}
+
+/// One turn: a step that lowers the cost on the same pieces. The pieces are too few to determine every weight, so that a
+/// step is held back where earlier pieces were sure, as a Kalman filter with forgetting holds it: the matrix of the normal
+/// equations is [`Search::memory`], their gradient that of the present pieces. Returns the cost.
+fn step(training: &Training<'_>, search: &mut Search, pieces: Vec<Piece<'_>>, small: f64) -> f64 {
+    let Some(Normal { matrix, side, pieces }) = training.normal(&search.weights, pieces, small) else {
         return f64::INFINITY;
     };
-    let before = training.cost(w, &pieces, small);
-    *memory += matrix;
-    for _ in 0..TRIES {
-        let mut damped = memory.clone();
-        for i in 0..w.len() {
-            damped[(i, i)] += *damping * (memory[(i, i)] + 1e-9);
+    let before = training.cost(&search.weights, &pieces, small);
+    search.memory += matrix;
+    let Search { weights, damping, memory } = search;
+    let equations = NormalEquations { matrix: memory, gradient: &side, cost: before };
+    let attempt = |step: &DVector<f64>| {
+        let next = &*weights - step;
+        let cost = training.cost(&next, &pieces, small);
+        (next, cost)
+    };
+    match DAMPING.step(damping, equations, attempt) {
+        Some((next, after)) => {
+            *weights = next;
+            after
         }
-        if let Some(cholesky) = damped.cholesky() {
-            let next = &*w - cholesky.solve(&side);
-            let after = training.cost(&next, &pieces, small);
-            if after < before {
-                *w = next;
-                *damping = (*damping / 3.0).max(1e-9);
-                return after;
-            }
-        }
-        *damping = (*damping * 4.0).min(1e9);
+        None => before,
     }
-    before
 }

@@ -103,7 +103,9 @@ pub(super) fn png(bytes: &[u8], stream: Stream, size: (u32, u32)) -> Result<Vec<
     Ok(pixels)
 }
 
-fn encoded(pixels: &[u8], stream: Stream, (width, height): (u32, u32)) -> Result<Vec<u8>, ImageError> {
+/// Returns `pixels` of an image `size` (width, height) as PNG.
+fn encoded(pixels: &[u8], stream: Stream, size: (u32, u32)) -> Result<Vec<u8>, ImageError> {
+    let (width, height) = size;
     let mut bytes = Vec::new();
     let encoder = PngEncoder::new(&mut bytes);
     if stream == Stream::Depth {

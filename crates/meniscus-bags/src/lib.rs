@@ -51,13 +51,13 @@ pub struct Calibration {
     /// Which image the outline's is: infrared, or the luma of colour as [`Rectifier`](meniscus::surface::Rectifier) gives it.
     #[serde(default)]
     pub outline: OutlineImage,
-    /// Where the lens of the depth image stands as seen from that of the outline: right, down, forward, metres.
+    /// Position of the depth lens as seen from that of the outline: right, down, forward, metres.
     #[serde(default)]
     pub depth_lens_m: [f32; 3],
 }
 
 impl Calibration {
-    /// What the surface has to know of the camera.
+    /// Returns the optics that the surface extraction needs.
     #[must_use]
     pub fn optics(&self) -> Optics {
         let ([fx, fy], [ppx, ppy]) = (self.focal_px, self.centre_px);

@@ -66,7 +66,7 @@ pub(super) fn open(path: &Path) -> Result<Recording, BagError> {
     Ok(Recording { calibration, images: Box::new(reader) })
 }
 
-/// What a topic is about.
+/// Content of a topic.
 #[derive(Clone, Copy, Debug)]
 enum Topic {
     Image(Stream),

@@ -58,23 +58,26 @@ pub(super) fn timestamp(us: u64) -> Timestamp {
 
 /// The descriptors of both messages, encoded.
 pub(super) fn descriptors() -> Vec<u8> {
-    let stamp = ("timestamp", 1, Type::Message);
-    let size = [("width", 2, Type::Fixed32), ("height", 3, Type::Fixed32)];
+    let stamp = Field { name: "timestamp", number: 1, kind: Type::Message };
+    let size = [
+        Field { name: "width", number: 2, kind: Type::Fixed32 },
+        Field { name: "height", number: 3, kind: Type::Fixed32 },
+    ];
     let image = [
-        ("encoding", 4, Type::String),
-        ("step", 5, Type::Fixed32),
-        ("data", 6, Type::Bytes),
-        ("frame_id", 7, Type::String),
+        Field { name: "encoding", number: 4, kind: Type::String },
+        Field { name: "step", number: 5, kind: Type::Fixed32 },
+        Field { name: "data", number: 6, kind: Type::Bytes },
+        Field { name: "frame_id", number: 7, kind: Type::String },
     ];
     let camera = [
-        ("distortion_model", 4, Type::String),
-        ("D", 5, Type::Double),
-        ("K", 6, Type::Double),
-        ("R", 7, Type::Double),
-        ("P", 8, Type::Double),
-        ("frame_id", 9, Type::String),
+        Field { name: "distortion_model", number: 4, kind: Type::String },
+        Field { name: "D", number: 5, kind: Type::Double },
+        Field { name: "K", number: 6, kind: Type::Double },
+        Field { name: "R", number: 7, kind: Type::Double },
+        Field { name: "P", number: 8, kind: Type::Double },
+        Field { name: "frame_id", number: 9, kind: Type::String },
     ];
-    let message = |name: &str, own: &[(&str, i32, Type)]| DescriptorProto {
+    let message = |name: &str, own: &[Field]| DescriptorProto {
         name: Some(name.into()),
         field: std::iter::once(&stamp).chain(&size).chain(own).map(|field| described(*field)).collect(),
         ..DescriptorProto::default()
@@ -92,7 +95,10 @@ pub(super) fn descriptors() -> Vec<u8> {
         package: Some("google.protobuf".into()),
         message_type: vec![DescriptorProto {
             name: Some("Timestamp".into()),
-            field: vec![described(("seconds", 1, Type::Int64)), described(("nanos", 2, Type::Int32))],
+            field: vec![
+                described(Field { name: "seconds", number: 1, kind: Type::Int64 }),
+                described(Field { name: "nanos", number: 2, kind: Type::Int32 }),
+            ],
             ..DescriptorProto::default()
         }],
         syntax: Some("proto3".into()),
@@ -101,8 +107,17 @@ pub(super) fn descriptors() -> Vec<u8> {
     FileDescriptorSet { file: vec![time, own] }.encode_to_vec()
 }
 
-/// A field: the only messages are times, the only lists are of doubles.
-fn described((name, number, kind): (&str, i32, Type)) -> FieldDescriptorProto {
+/// A field of a message.
+#[derive(Clone, Copy)]
+struct Field {
+    name: &'static str,
+    number: i32,
+    kind: Type,
+}
+
+/// Returns the descriptor of a field: the only messages are times, the only lists are of doubles.
+fn described(field: Field) -> FieldDescriptorProto {
+    let Field { name, number, kind } = field;
     let label = if kind == Type::Double { Label::Repeated } else { Label::Optional };
     FieldDescriptorProto {
         name: Some(name.into()),

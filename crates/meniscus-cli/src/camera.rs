@@ -3,10 +3,8 @@
 use anyhow::Context;
 use indicatif::{ProgressBar, ProgressStyle};
 use meniscus_platform::files::write_whole;
-use meniscus_report::checks::table;
 use meniscus_virtual::camera_study as study;
-use meniscus_virtual::camera_study::judge::Row;
-use meniscus_virtual::camera_study::{SEED, errors_png, faults, html, markdown, scenes_png};
+use meniscus_virtual::camera_study::{SEED, errors_png, faults, report, scenes_png};
 use serde_json::json;
 use std::path::PathBuf;
 
@@ -74,8 +72,9 @@ fn study_camera(arguments: &Study) -> anyhow::Result<()> {
     let outcome = study::study(*seed, *scenes as usize, || bar.inc(1))?;
     bar.finish_and_clear();
     let command = format!("meniscus camera study --scenes {scenes} --seed {seed}");
-    write_whole(&page, markdown(&outcome, &command).as_bytes())?;
-    write_whole(&out.join("study.html"), html(&outcome, &command)?.as_bytes())?;
+    let report = report(&outcome, &command)?;
+    write_whole(&page, report.markdown().as_bytes())?;
+    write_whole(&out.join("study.html"), report.html().as_bytes())?;
     errors_png(&outcome.scenes, &out.join("errors.png"))?;
     scenes_png(&outcome.scenes, &out.join("scenes.png"))?;
     let not_covered = match &outcome.golden {
@@ -95,11 +94,7 @@ fn study_camera(arguments: &Study) -> anyhow::Result<()> {
         });
         println!("{}", serde_json::to_string_pretty(&object)?);
     } else {
-        println!("{}", Row::HEAD);
-        outcome.rows.iter().for_each(|row| println!("{}", row.line()));
-        print!("{}", table(&outcome.checks));
-        not_covered.iter().for_each(|frame| println!("reference frames not compared: {frame}"));
-        outcome.unrecovered.iter().for_each(|trouble| println!("not as it must be: {trouble}"));
+        println!("{}", report.text());
         println!("written: {}, the same as study.html, and two pictures beside it", page.display());
     }
     if *check && !outcome.checks.iter().all(|check| check.ok) {

@@ -8,6 +8,7 @@ use super::problem::Problem;
 use super::record::{Quantity, Record};
 use crate::fit_cache::Kept;
 use crate::reference_residual::Left;
+use meniscus_numerics::statistics::rms;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -230,9 +231,4 @@ fn moving(record: &Record, quantity: Quantity) -> impl Iterator<Item = f64> + '_
     let of = move |c: &&super::record::Channel| c.quantity == quantity;
     let skip = record.rest_frames;
     record.channels.iter().filter(of).flat_map(move |c| c.value.iter().skip(skip).flatten().copied())
-}
-
-fn rms(values: impl Iterator<Item = f64>) -> f64 {
-    let (sum, count) = values.fold((0.0, 0.0), |(s, n), x| (s + x * x, n + 1.0));
-    (sum / f64::max(count, 1.0)).sqrt()
 }

@@ -1,15 +1,28 @@
-//! Fits: the baseline's numbers and an effect's parameters, by damped Gauss-Newton on whitened residuals.
+//! Fits of the baseline's numbers and of an effect's parameters, by damped Gauss-Newton steps on whitened residuals
+//! ([`meniscus_numerics::least_squares`]).
 
 use super::problem::Problem;
 use crate::fit_cache::Name;
 use meniscus::reduced::effects::{Active, Entry, PARAMETERS, Parameter};
+use meniscus_numerics::least_squares::{Damping, Model, Settings, Stop, minimise};
 use nalgebra::{DMatrix, DVector};
 
-/// Most repetitions of a fit.
-const REPEATS: usize = 12;
-
-/// A fit ends when the cost falls by less.
-const ENOUGH: f64 = 0.02;
+/// The search of a fit. Residuals are whitened, so that a gain of 0.02 moves no parameter by more than a seventh of its
+/// standard deviation; `floor` is for an effect that does nothing at its present value.
+const SEARCH: Settings = Settings {
+    iterations: 12,
+    stop: Stop::Gain(0.02),
+    damping: Damping {
+        first: 1e-3,
+        shrink: 5.0,
+        grow: 10.0,
+        least: 1e-9,
+        most: f64::INFINITY,
+        scaled_floor: 0.0,
+        floor: 1e-12,
+        trials: 5,
+    },
+};
 
 /// One parameter that is free: of which effect, and which.
 pub type Free = (usize, usize);
@@ -96,59 +109,63 @@ pub fn fit(problem: &Problem, start: &[f64], active: &[Active], free: &[Free]) -
     fitted
 }
 
-/// Damped Gauss-Newton from `start`.
+/// A problem as a function of theta, followed by the free parameters of the effects.
+struct Unknowns<'a> {
+    problem: &'a Problem,
+    active: &'a [Active],
+    free: &'a [Free],
+    /// Numbers in theta.
+    thetas: usize,
+}
+
+impl Unknowns<'_> {
+    fn point(&self, theta: &[f64]) -> DVector<f64> {
+        let values = self.free.iter().map(|(effect, which)| self.active[*effect].values[*which]);
+        DVector::from_iterator(theta.len() + self.free.len(), theta.iter().copied().chain(values))
+    }
+
+    fn parts(&self, point: &DVector<f64>) -> (Vec<f64>, Vec<Active>) {
+        let (theta, values) = point.as_slice().split_at(self.thetas);
+        let mut active = self.active.to_vec();
+        for ((effect, which), value) in self.free.iter().zip(values) {
+            active[*effect].values[*which] = *value;
+        }
+        (theta.to_vec(), active)
+    }
+}
+
+impl Model for Unknowns<'_> {
+    fn residual(&self, point: &DVector<f64>) -> DVector<f64> {
+        let (theta, active) = self.parts(point);
+        self.problem.residual(&theta, &active)
+    }
+
+    fn jacobian(&self, point: &DVector<f64>, residual: &DVector<f64>) -> DMatrix<f64> {
+        let (theta, active) = self.parts(point);
+        derivatives(self.problem, &theta, &active, self.free, residual, None)
+    }
+
+    /// An effect's parameter stays in its range; theta has none, its prior holds it.
+    fn within_bounds(&self, mut point: DVector<f64>) -> DVector<f64> {
+        for ((effect, which), value) in self.free.iter().zip(point.iter_mut().skip(self.thetas)) {
+            let (least, largest) = self.active[*effect].entry.parameters[*which].range;
+            *value = value.clamp(least, largest);
+        }
+        point
+    }
+}
+
+/// Least squares from `start`.
 fn descend(problem: &Problem, start: &[f64], active: &[Active], free: &[Free]) -> Fitted {
-    let mut theta = start.to_vec();
-    let mut active = active.to_vec();
-    let mut residual = problem.residual(&theta, &active);
-    let mut jacobian = derivatives(problem, &theta, &active, free, &residual, None);
-    let mut damping = 1e-3;
-    for _ in 0..REPEATS {
-        let square = jacobian.transpose() * &jacobian;
-        let slope = jacobian.transpose() * &residual;
-        let cost = residual.norm_squared();
-        let mut gained = 0.0;
-        for _ in 0..5 {
-            let mut damped = square.clone();
-            for i in 0..damped.nrows() {
-                damped[(i, i)] *= 1.0 + damping;
-                damped[(i, i)] += 1e-12;
-            }
-            let Some(step) = damped.cholesky().map(|factor| factor.solve(&slope)) else { break };
-            let (t, a) = moved(&theta, &active, free, &step);
-            let tried = problem.residual(&t, &a);
-            let new = tried.norm_squared();
-            if new < cost {
-                (theta, active, residual, gained) = (t, a, tried, cost - new);
-                damping = (0.2 * damping).max(1e-9);
-                break;
-            }
-            damping *= 10.0;
-        }
-        if gained == 0.0 {
-            break;
-        }
-        jacobian = derivatives(problem, &theta, &active, free, &residual, None);
-        if gained < ENOUGH {
-            break;
-        }
-    }
-    Fitted { cost: residual.norm_squared(), theta, active, free: free.to_vec(), residual, jacobian }
+    let unknowns = Unknowns { problem, active, free, thetas: start.len() };
+    let found = minimise(&unknowns, unknowns.point(start), &SEARCH);
+    let jacobian = found.jacobian.unwrap_or_else(|| unknowns.jacobian(&found.parameters, &found.residual));
+    let (theta, active) = unknowns.parts(&found.parameters);
+    Fitted { theta, active, free: free.to_vec(), cost: found.cost, residual: found.residual, jacobian }
 }
 
-/// Theta and effects after a step down the slope, inside every range.
-fn moved(theta: &[f64], active: &[Active], free: &[Free], step: &DVector<f64>) -> (Vec<f64>, Vec<Active>) {
-    let theta: Vec<f64> = theta.iter().zip(step.iter()).map(|(t, s)| t - s).collect();
-    let mut active = active.to_vec();
-    for (i, (effect, which)) in free.iter().enumerate() {
-        let (least, largest) = active[*effect].entry.parameters[*which].range;
-        let value = &mut active[*effect].values[*which];
-        *value = (*value - step[theta.len() + i]).clamp(least, largest);
-    }
-    (theta, active)
-}
-
-/// Derivatives of the residual by differences; `only_theta` leaves out the effects.
+/// Derivatives of the residual by theta and the free parameters, by differences; those by theta are taken from `reuse`
+/// where it is given.
 #[must_use]
 pub fn derivatives(
     problem: &Problem,
@@ -173,6 +190,7 @@ pub fn derivatives(
         let parameter = &active[*effect].entry.parameters[*which];
         let value = active[*effect].values[*which];
         let mut h = 0.02 * parameter.typical;
+        // Beyond its range an effect need not have a meaning.
         if value + h > parameter.range.1 {
             h = -h;
         }

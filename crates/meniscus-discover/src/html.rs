@@ -5,8 +5,8 @@ use super::drawings::{disagreement, likeness, ranking};
 use super::verdict::{APART, Decision, TWINS};
 use super::workflow::Discovery;
 use crate::insert::Closed;
-use meniscus_report::html::{Chart, Mark, Report, Series};
 use meniscus_report::plot::PictureError;
+use meniscus_report::{Chart, Mark, Report, Series};
 
 /// The page, which `command` makes again; `closed` are the other models that the effect was put into.
 ///

@@ -22,9 +22,9 @@ use super::rank::Candidate;
 use super::record::Quantity;
 use super::workflow::{Settings, split};
 use meniscus::reduced::effects::Entry;
+use meniscus_numerics::statistics::{f_exceeded, mean, student_t_exceeded, variance};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
-use std::f64::consts::PI;
 
 /// Gain in BIC over none from which an effect is believed at all.
 pub const CERTAIN: f64 = 10.0;
@@ -166,34 +166,13 @@ pub fn limits(shown: &[&Shown], settings: &Settings) -> Thresholds {
 pub fn bound(falls: &[f64], parameters: usize, chance: f64) -> f64 {
     let (n, p) = (falls.len() as f64, parameters.max(1) as f64);
     let phi = (falls.iter().sum::<f64>() / (n * p)).max(1.0);
-    let f = if parameters < 2 { student(0.5 * chance, n).powi(2) } else { n * (chance.powf(-1.0 / n) - 1.0) };
-    p * phi * f
+    p * phi * f_exceeded(chance, parameters.max(1), n * p)
 }
 
 /// What one more of `values` exceeds with probability `chance`, were they normal.
 fn next(values: &[f64], chance: f64) -> f64 {
     let n = values.len() as f64;
-    let mean = values.iter().sum::<f64>() / n;
-    let spread = values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / (n - 1.0);
-    mean + student(chance, n - 1.0) * (spread * (1.0 + 1.0 / n)).sqrt()
-}
-
-/// What Student's t of `n` degrees of freedom exceeds with probability `chance`: with `t = sqrt(n) cot u` the
-/// density of u is `sin^(n-1) u` on 0 to pi.
-fn student(chance: f64, n: f64) -> f64 {
-    const STEPS: usize = 100_000;
-    let h = PI / STEPS as f64;
-    let density = |i: usize| ((i as f64 + 0.5) * h).sin().powf(n - 1.0);
-    let wanted = chance * (0..STEPS).map(density).sum::<f64>();
-    let mut sum = 0.0;
-    for i in 0..STEPS {
-        let here = density(i);
-        if sum + here >= wanted {
-            return n.sqrt() / ((i as f64 + (wanted - sum) / here) * h).tan();
-        }
-        sum += here;
-    }
-    0.0
+    mean(values) + student_t_exceeded(chance, n - 1.0) * (variance(values) * (1.0 + 1.0 / n)).sqrt()
 }
 
 #[cfg(test)]
@@ -202,12 +181,8 @@ mod tests {
 
     #[test]
     fn the_tails_are_those_of_the_tables() {
-        // Student's t: 4.541 and 2.998 of 1 % and 5 % twice over; F(2, 8) of 1 %: 8.649.
-        for (chance, n, table) in
-            [(0.01, 3.0, 4.541), (0.005, 3.0, 5.841), (0.01, 10.0, 2.764), (0.0005, 6.0, 5.959)]
-        {
-            assert!((student(chance, n) - table).abs() < 2e-3, "{}", student(chance, n));
-        }
+        // F(1, 6) of 1 %: 13.745; F(2, 8) of 1 %: 8.649.
+        assert!((bound(&[1.0; 6], 1, 0.01) - 13.745).abs() < 2e-3);
         assert!((bound(&[2.0; 4], 2, 0.01) / 2.0 - 8.649).abs() < 2e-3);
         // Clean glasses that show less than chance does not lower the bound below chance's own.
         assert_eq!(bound(&[0.0; 6], 1, 0.01), bound(&[1.0; 6], 1, 0.01));
@@ -216,12 +191,10 @@ mod tests {
 
     #[test]
     fn one_more_exceeds_its_bound_as_often_as_it_says() {
-        use rand::{RngExt, SeedableRng};
+        use meniscus_numerics::random::normal;
+        use rand::SeedableRng;
         let mut random = rand_chacha::ChaCha8Rng::seed_from_u64(3);
-        let mut square = || {
-            let (a, b): (f64, f64) = (random.random(), random.random());
-            7.0 * -2.0 * (1.0 - a).ln() * (2.0 * PI * b).cos().powi(2)
-        };
+        let mut square = || 7.0 * normal(&mut random).powi(2);
         let chance = 0.05;
         const TRIALS: usize = 2000;
         let over = (0..TRIALS).filter(|_| {
@@ -231,7 +204,7 @@ mod tests {
             next > phi * 5.591
         });
         // t of 7 degrees at 2.5 % is 2.3646, squared 5.591.
-        assert!((student(0.5 * chance, 7.0).powi(2) - 5.591).abs() < 2e-3);
+        assert!((f_exceeded(chance, 1, 7.0) - 5.591).abs() < 2e-3);
         let share = over.count() as f64 / TRIALS as f64;
         assert!((share - chance).abs() < 0.015, "{share}");
     }

@@ -6,6 +6,7 @@
 use super::dataset::{Frame, Sequence, known_acceleration};
 pub(super) use meniscus::latent::window::{FEATURES, WINDOW};
 use meniscus::surface::{POINTS, profile_abscissa};
+pub(crate) use meniscus_numerics::random::normal;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
@@ -140,10 +141,4 @@ impl Seen {
     pub(super) fn port(&self, n: usize) -> f64 {
         f64::from(self.features[(n + 1) * FEATURES - 1])
     }
-}
-
-/// A standard normal number (Box and Muller 1958).
-pub(crate) fn normal(rng: &mut ChaCha8Rng) -> f64 {
-    let radius = (-2.0 * (1.0 - rng.random::<f64>()).ln()).sqrt();
-    radius * (std::f64::consts::TAU * rng.random::<f64>()).cos()
 }

@@ -5,6 +5,7 @@ use meniscus::blob::{LoadError, Model};
 use meniscus::runtime::{Drive, Estimate, Forecast, Memory, Mode};
 use meniscus::uncertainty::error_model::LEADS;
 use meniscus_data::recording::{GROUP_NAMES, Recording, STATE, group_range};
+use meniscus_numerics::statistics;
 use meniscus_platform::files::AlignedBytes;
 use meniscus_score::score::field_of;
 use meniscus_virtual::observe_recording::turns_with;
@@ -31,13 +32,9 @@ fn add(ratios: &mut Vec<f32>, truth: &[f32], said: &[f32], half: impl Iterator<I
 }
 
 /// The number that a share [`HELD`] of `ratios` does not exceed; one of none, or where it is not finite.
-pub(super) fn quantile(mut ratios: Vec<f32>) -> f32 {
-    if ratios.is_empty() {
-        return 1.0;
-    }
-    let at = ((ratios.len() as f64 * HELD).ceil() as usize).clamp(1, ratios.len()) - 1;
-    let (_, k, _) = ratios.select_nth_unstable_by(at, f32::total_cmp);
-    if k.is_finite() { k.max(f32::MIN_POSITIVE) } else { 1.0 }
+pub(super) fn quantile(ratios: Vec<f32>) -> f32 {
+    let k = statistics::quantile(ratios, HELD).filter(|k| k.is_finite());
+    k.map_or(1.0, |k| k.max(f32::MIN_POSITIVE))
 }
 
 /// Share of `ratios` up to `k`, %.

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-/// What a measured value is held against.
+/// Target of a measured value.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Target {
     AtMost(f64),
@@ -81,7 +81,7 @@ impl Check {
         Self::new(name.into(), value, self.unit, self.against)
     }
 
-    /// How bad `value` is in this place: the larger the worse. Of a figure without a target the larger one counts
+    /// Returns a measure of how bad `value` is: the larger the worse. Of a figure without a target the larger one counts
     /// as the worse, as most are errors.
     #[must_use]
     pub fn badness(&self, value: f64) -> f64 {

@@ -14,7 +14,7 @@ pub(super) const BLOCK: usize = 64;
 /// A number of each neighbour.
 pub(super) type Column = [f64; BLOCK];
 
-/// Places and velocities, volumes and pressures of neighbours.
+/// Positions and velocities, volumes and pressures of neighbours.
 pub(super) struct Near {
     x: [Column; 3],
     v: [Column; 3],

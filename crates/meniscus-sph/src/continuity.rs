@@ -1,25 +1,24 @@
-//! How fast densities change: the continuity equation with its diffusion, and how complete a particle's neighbourhood is.
+//! Rates of density: the continuity equation with its diffusion, and how complete a particle's neighbourhood is.
 //!
 //! With `x = x_i - x_j`, `v = v_i - v_j`, `V = m/rho`, `grad W = F x`:
 //! ```text
-//! continuity   rho_i' = rho_i tr(L_i sum_j V_j F x (x) v)  +  sum_j V_j D_ij  +  what `places` calls back,
+//! continuity   rho_i' = rho_i tr(L_i sum_j V_j F x (x) v)  +  sum_j V_j D_ij  +  what `positions` calls back,
 //! diffusion    D_ij = -2 delta h c0 F [ (p_j - p_i) - rho0 g.(x_j - x_i) ] / c0^2
 //! surface      3/c_i = -sum_j V_j F r^2
 //! ```
 //! (diffusion: Fourtakas et al. 2019, Computers & Fluids 190, 346; `L`: [`super::corrected`]). Images in the walls do not diffuse.
 
 use super::blocks::{BLOCK, Column, Near, PairSum, add, dot, gather, put, row, scatter, sum};
-use super::corrected::{strain, trace};
 use super::frame::Body;
 use super::kernel::Kernel;
-use super::moments::Symmetric;
 use super::neighbours::Neighbours;
 use super::state::Particle;
+use super::tensor::{Symmetric, strain, trace};
 
 /// Strength of the density diffusion, delta.
 pub(super) const DELTA: f64 = 0.1;
 
-/// What the sums read.
+/// Inputs of the sums.
 pub(super) struct Continuity<'a> {
     pub(super) kernel: Kernel,
     pub(super) lists: &'a Neighbours,
@@ -44,7 +43,7 @@ pub(super) struct Columns {
     near: Near,
     /// `L` of the neighbours.
     matrix: [Column; 6],
-    /// What presses on the surface above them, Pa.
+    /// Pressure on the surface above them, Pa.
     above: Column,
     mine: [Column; 3],
     theirs: [Column; 3],
@@ -79,7 +78,7 @@ impl Continuity<'_> {
         sum(mine, at.len())
     }
 
-    /// What the images `at` give particle `i`.
+    /// Contribution of the images `at` to particle `i`.
     #[inline(always)]
     fn wall(&self, i: usize, at: &[u32], columns: &mut Columns) -> Rate {
         let (a, l) = (&self.particle[i], &self.matrix[i]);

@@ -12,57 +12,16 @@
 //! still exchange energy exactly. `E` keeps `L` finite where neighbours are few: 1 for a lone drop, and `N^-1` to
 //! 1 part in 100 at a flat surface, where the least eigenvalue of `N` is about a half.
 //!
-//! What they cost: such a density follows the flow and no longer the places of the particles, and has to be called back to
+//! What they cost: such a density follows the flow and no longer the positions of the particles, and has to be called back to
 //! them ([`crate::positions`]).
 
-use super::moments::{Seen, Symmetric};
+use super::moments::Seen;
 use super::state::Particle;
+use super::tensor::{Symmetric, UNIT};
 use nalgebra::Matrix3;
 
 /// `E`.
 const SOFT: f64 = 0.2;
-
-/// The unit matrix.
-const UNIT: Symmetric = [1.0, 0.0, 0.0, 1.0, 0.0, 1.0];
-
-/// `m x`.
-#[inline(always)]
-pub(super) fn times(m: &Symmetric, x: &[f64; 3]) -> [f64; 3] {
-    [
-        m[0] * x[0] + m[1] * x[1] + m[2] * x[2],
-        m[1] * x[0] + m[3] * x[1] + m[4] * x[2],
-        m[2] * x[0] + m[4] * x[1] + m[5] * x[2],
-    ]
-}
-
-/// `f v (x) x`, made symmetric and with its off-diagonal parts twice, as the sum with a symmetric matrix wants it.
-#[inline(always)]
-pub(super) fn strain(f: f64, d: &[f64; 3], v: &[f64; 3]) -> Symmetric {
-    let [x, y, z] = [f * d[0], f * d[1], f * d[2]];
-    let [u, v, w] = *v;
-    [u * x, u * y + v * x, u * z + w * x, v * y, v * z + w * y, w * z]
-}
-
-/// `tr(L t)` with `t` of [`strain`].
-#[inline(always)]
-pub(super) fn trace(l: &Symmetric, t: &Symmetric) -> f64 {
-    (l[0] * t[0] + l[1] * t[1] + l[2] * t[2]) + (l[3] * t[3] + l[4] * t[4] + l[5] * t[5])
-}
-
-/// `R m R` with `R = 1 - 2 n n^T`, what a mirror of normal `n` makes of `m`.
-pub(super) fn mirrored(m: &Symmetric, n: &[f64; 3]) -> Symmetric {
-    let y = times(m, n);
-    let along = 2.0 * (n[0] * y[0] + n[1] * y[1] + n[2] * y[2]);
-    let taken = |i: usize, j: usize| 2.0 * (n[i] * y[j] + y[i] * n[j] - along * n[i] * n[j]);
-    [
-        m[0] - taken(0, 0),
-        m[1] - taken(0, 1),
-        m[2] - taken(0, 2),
-        m[3] - taken(1, 1),
-        m[4] - taken(1, 2),
-        m[5] - taken(2, 2),
-    ]
-}
 
 /// The matrices `L`, and what the pressure makes of them.
 #[derive(Clone, Debug)]
@@ -111,7 +70,7 @@ mod tests {
     use super::super::forces::Forces;
     use super::super::frame::Body;
     use super::super::kernel::Kernel;
-    use super::super::neighbours::Neighbours;
+    use super::super::neighbours::{Box3, Neighbours};
     use super::super::state::Fluid;
     use super::super::walls::Walls;
     use super::*;
@@ -120,7 +79,7 @@ mod tests {
 
     const GLASS: Glass = Glass { radius_m: 9.0, fill_m: 7.0, rim_m: 9.0, taper: 0.0 };
 
-    /// A block of 7^3 particles with uneven places that move with `flow` and have the pressure `p`, and its sums.
+    /// A block of 7^3 particles with uneven positions that move with `flow` and have the pressure `p`, and its sums.
     fn block(flow: impl Fn([f64; 3]) -> [f64; 3], p: impl Fn(usize) -> f64) -> (Fluid, Forces) {
         let particle = (0..343_usize).map(|k| {
             let place = [k % 7, k / 7 % 7, k / 49].map(|n| n as f64);
@@ -135,7 +94,7 @@ mod tests {
             acceleration: vec![[0.0; 3]; 343],
             heat: vec![0.0; 343],
         };
-        let lists = Neighbours::new(&fluid.particle, &[], ([-1.0; 3], [8.0; 3]), 2.8, 0.1);
+        let lists = Neighbours::new(&fluid.particle, &[], Box3 { low: [-1.0; 3], high: [8.0; 3] }, 2.8, 0.1);
         let mut forces = Forces::new(Kernel::new(1.4), 7.0, 1.0, 343);
         let mut walls = Walls::default();
         forces.forces(&lists, &fluid, &mut walls, &GLASS, 1e-4);
@@ -178,17 +137,5 @@ mod tests {
         assert!(largest < 3.6, "{largest}");
         let half = inverse(&[0.5, 0.0, 0.0, 1.0, 0.0, 1.0]);
         assert!((half[0] / 2.0 - 1.0).abs() < 0.015 && (half[3] - 1.0).abs() < 1e-12, "{half:?}");
-    }
-
-    #[test]
-    fn a_mirror_at_45_degrees_exchanges_two_axes_and_two_mirrors_none() {
-        let half = 0.5_f64.sqrt();
-        let m = [1.0, 0.5, -0.2, 2.0, 0.7, 3.0];
-        let seen = mirrored(&m, &[half, half, 0.0]);
-        let known = [2.0, 0.5, -0.7, 1.0, 0.2, 3.0];
-        assert!(seen.iter().zip(known).all(|(a, b)| (a - b).abs() < 1e-12), "{seen:?}");
-        let n = [0.6, 0.0, 0.8];
-        let back = mirrored(&mirrored(&m, &n), &n);
-        assert!(back.iter().zip(m).all(|(a, b)| (a - b).abs() < 1e-12), "{back:?}");
     }
 }

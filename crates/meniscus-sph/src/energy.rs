@@ -41,7 +41,7 @@ impl Simulator {
     }
 }
 
-/// What the books fail to close by, J.
+/// Returns the closure error of the energy balance, J.
 #[must_use]
 pub fn closure(book: &EnergyBook) -> f64 {
     book.kinetic + book.potential + book.internal - book.work

@@ -11,9 +11,9 @@ use super::moments::Moments;
 use super::momentum::Momentum;
 use super::neighbours::{CHUNKS, Neighbours};
 use super::smooth::{Gradients, NOISE};
-use super::state::{Fluid, Particle};
+use super::state::Fluid;
 use super::walls::Walls;
-use crate::positions::Places;
+use crate::positions::PositionDensity;
 use meniscus_data::recording::Glass;
 
 /// The largest `c_i`: a lone drop has hardly a neighbour.
@@ -36,23 +36,14 @@ pub(crate) struct Forces {
     moments: Moments,
     gradients: Gradients,
     corrected: Corrected,
-    /// What calls densities back to the places.
-    pub(super) places: Places,
+    /// Density of the positions, and its recall.
+    pub(super) position_density: PositionDensity,
     /// `c_i mu_i`, Pa s.
     drag: Vec<f64>,
     /// Volume strain rate 1/s, diffusive density rate kg/m3/s, and `3/c_i`.
     pub(crate) rate: Vec<[f64; 3]>,
     /// Force N (3), dissipated power W, squared shear rate 1/s2.
     pub(crate) force: Vec<[f64; 5]>,
-}
-
-/// Separation and its square, relative velocity along it.
-#[inline]
-pub(crate) fn pair(a: &Particle, b: &Particle) -> ([f64; 3], f64, f64) {
-    let d = [a.x[0] - b.x[0], a.x[1] - b.x[1], a.x[2] - b.x[2]];
-    let r2 = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
-    let dot = (a.v[0] - b.v[0]) * d[0] + (a.v[1] - b.v[1]) * d[1] + (a.v[2] - b.v[2]) * d[2];
-    (d, r2, dot)
 }
 
 /// `c_i` from `-sum_j V_j F r^2`.
@@ -73,7 +64,7 @@ impl Forces {
             moments: Moments::new(particles),
             gradients: Gradients::new(particles),
             corrected: Corrected::new(particles),
-            places: Places::new(particles),
+            position_density: PositionDensity::new(particles),
             drag: vec![0.0; particles],
             rate: vec![[0.0, 0.0, 3.0]; particles],
             force: vec![[0.0; 5]; particles],
@@ -94,7 +85,7 @@ impl Forces {
             diffusion: -2.0 * DELTA * self.kernel.h / self.sound,
         };
         lists.sum(&mut self.rate_buffers, &mut self.rate, &pairs);
-        for (rate, recall) in self.rate.iter_mut().zip(&self.places.recall) {
+        for (rate, recall) in self.rate.iter_mut().zip(&self.position_density.recall) {
             rate[1] += recall;
         }
     }
@@ -108,7 +99,7 @@ impl Forces {
         self.moments.form(&kernel, lists, liquid, walls, |p| rest + p / sound2);
         let seen = self.moments.seen();
         self.corrected.update(seen.clone());
-        self.places.update(seen.clone(), kernel.h, liquid);
+        self.position_density.update(seen.clone(), kernel.h, liquid);
         if jitters {
             self.gradients.update(seen);
         }

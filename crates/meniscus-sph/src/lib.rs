@@ -21,7 +21,7 @@
 //! divergence of a flow that grows with height lacks the neighbours above the surface, which alone made the second mode 12 %
 //! too slow (a linear theory of the sums, layers of particles smooth along the wave, has -18.4, -11.3 and -6.1 % at 7, 5 and
 //! 3.5 mm; measured were -19.5, -11.9 and -6.6 %) and wasted most of what was wasted. **The density is called back to the
-//! places of the particles** (`places`), without which a thin liquid under corrected gradients stirs itself from rest. **The
+//! positions of the particles** (`positions`), without which a thin liquid under corrected gradients stirs itself from rest. **The
 //! wall rubs as a Stokes layer does** (`walls`), also where the layer is thinner than the spacing.
 //!
 //! What was tried at 5 mm, in this order; a row keeps what stands above it unless it says otherwise:
@@ -43,7 +43,7 @@
 //! | twice the speed of sound (not kept) | -0.07 %, 3.7e-5 | | |
 //! | density from two moments of the kernel (not kept) | 7 mm: +1.7 to +9 %, 1.7e-4 to 6e-4 | | |
 //! | corrected gradients (not kept alone) | -0.7 %, 2.5e-5; stirs itself to 72 mm/s | -2.1 %, +2.7 % | |
-//! | the same, density called back (`places`) | -0.40 %, 2.8e-6 | -2.4 %, +3.6 % | +0.3 %, -0.8 % |
+//! | the same, density called back (`positions`) | -0.40 %, 2.8e-6 | -2.4 %, +3.6 % | +0.3 %, -0.8 % |
 //! | steps 0.8 for 0.45, corrections formed every 4 ms | -0.46 %, 2.6e-6 | -2.3 %, +3.9 % | |
 //! | Stokes layers behind the wall (`walls`) | -0.39 %, 2.6e-6 | -1.9 %, -1.3 % | |
 //!
@@ -73,6 +73,7 @@ mod smooth;
 mod state;
 mod step;
 mod surface;
+mod tensor;
 mod tracers;
 pub mod validate;
 mod walls;
@@ -90,7 +91,7 @@ use meniscus_data::effects::Effects;
 use meniscus_data::liquids::Liquid;
 use meniscus_data::motion::Kinematics;
 use meniscus_data::recording::Glass;
-use neighbours::Neighbours;
+use neighbours::{Box3, Neighbours};
 use packing::{Packing, fitting_spacing};
 use setup::{SOUND_M_S, check, kernel, longest_step};
 use state::{Fluid, Particle};
@@ -110,7 +111,7 @@ pub struct Simulator {
     no_slip: bool,
     fluid: Fluid,
     walls: Walls,
-    /// Places and volumes of the glass around the liquid, for the finder of the surface.
+    /// Positions and volumes of the glass around the liquid, for the finder of the surface.
     shell: Packing,
     lists: Neighbours,
     forces: Forces,
@@ -158,8 +159,8 @@ impl Simulator {
         }
         let support = 2.0 * kernel.h;
         let edge = glass.radius_m.max(glass.radius_at(glass.rim_m)) + support;
-        let bounds = ([-edge, -edge, -support], [edge, edge, glass.rim_m + support]);
-        let lists = Neighbours::new(&fluid.particle, &[], bounds, support, SKIN * spacing_m);
+        let space = Box3 { low: [-edge, -edge, -support], high: [edge, edge, glass.rim_m + support] };
+        let lists = Neighbours::new(&fluid.particle, &[], space, support, SKIN * spacing_m);
         let forces = Forces::new(kernel, SOUND_M_S, rest, fluid.mass.len());
         let longest_step = setup.step_s.unwrap_or_else(|| longest_step(&kernel, setup));
         let mut simulator = Self {

@@ -1,25 +1,22 @@
-//! What a particle sees around it: sums over its neighbours that change as slowly as the flow does, so that they are
+//! Moments of the neighbourhood of a particle: sums over its neighbours that change as slowly as the flow does, so that they are
 //! formed every few milliseconds and hold until the next time.
 //!
 //! With `x = x_i - x_j`, `v = v_i - v_j`, `V = m/rho`, `grad W = F x`:
 //! ```text
 //! velocity   R_i = -sum_j V_j F v (x) x        moments   N_i = -sum_j V_j F x (x) x        (1 in the bulk)
-//! places     s_i =  sum_j m_j W                          m_i = -sum_j m_j W x              (itself among them)
+//! positions  s_i =  sum_j m_j W                          m_i = -sum_j m_j W x              (itself among them)
 //! ```
 //! [`super::corrected`] makes exact gradients of `N`, [`super::smooth`] the smooth part of the velocity of `R` and `N`,
 //! [`crate::positions`] a density of `s` and `m`.
 
-use super::forces::pair;
 use super::kernel::Kernel;
 use super::neighbours::{CHUNKS, Neighbours};
-use super::state::{Fluid, Particle};
+use super::state::{Fluid, Particle, pair};
+use super::tensor::Symmetric;
 use super::walls::Walls;
 
-/// How long the sums hold, s: a seventieth of the first mode of the glass of the recordings.
+/// Lifetime of the sums, s: a seventieth of the first mode of the glass of the recordings.
 const HOLD_S: f64 = 0.004;
-
-/// A symmetric matrix: xx, xy, xz, yy, yz, zz.
-pub(crate) type Symmetric = [f64; 6];
 
 /// The sums of one particle, with the minus signs still to come: `R` (9, rows by component of the velocity), `N` (6), `s`
 /// kg/m3, `m` (3) kg/m2.
@@ -58,11 +55,24 @@ pub(crate) struct Moments {
     sums: Vec<[f64; 19]>,
 }
 
-/// What a neighbour of mass `mass` kg and volume `volume` m3 at the separation `d` with the relative velocity `v` adds, `f`
-/// and `w` the slope and the value of the kernel.
+/// A neighbour in the sums of a particle.
+#[derive(Clone, Copy)]
+struct Term {
+    /// Volume of the neighbour, m3.
+    volume: f64,
+    /// Its mass, kg.
+    mass: f64,
+    /// Slope `F` of the kernel at its distance.
+    slope: f64,
+    /// Value `W` of the kernel there.
+    value: f64,
+}
+
+/// Adds `term` at the separation `d` with the relative velocity `v`.
 #[inline]
-fn add(sums: &mut [f64; 19], (volume, mass): (f64, f64), (f, w): (f64, f64), d: &[f64; 3], v: &[f64; 3]) {
-    let u = volume * f;
+fn add(sums: &mut [f64; 19], term: Term, d: &[f64; 3], v: &[f64; 3]) {
+    let Term { volume, mass, slope, value } = term;
+    let u = volume * slope;
     for (row, v) in sums[..9].chunks_exact_mut(3).zip(v) {
         let uv = u * v;
         for (s, d) in row.iter_mut().zip(d) {
@@ -74,9 +84,9 @@ fn add(sums: &mut [f64; 19], (volume, mass): (f64, f64), (f, w): (f64, f64), d: 
     for (s, m) in sums[9..15].iter_mut().zip(moments) {
         *s += m;
     }
-    sums[15] += mass * w;
+    sums[15] += mass * value;
     for (s, d) in sums[16..].iter_mut().zip(d) {
-        *s += mass * w * d;
+        *s += mass * value * d;
     }
 }
 
@@ -119,15 +129,27 @@ impl Moments {
                 let j = j as usize;
                 let b = &particle[j];
                 let (d, r2, _) = pair(a, b);
-                let (at, v) = ((kernel.slope(r2), kernel.value(r2)), difference(a, b));
-                add(&mut own, (b.volume, mass[j]), at, &d, &v);
-                add(&mut out[j], (a.volume, mass[i]), at, &d.map(|d| -d), &v.map(|v| -v));
+                let v = difference(a, b);
+                let term = Term {
+                    volume: b.volume,
+                    mass: mass[j],
+                    slope: kernel.slope(r2),
+                    value: kernel.value(r2),
+                };
+                add(&mut own, term, &d, &v);
+                let term = Term { volume: a.volume, mass: mass[i], ..term };
+                add(&mut out[j], term, &d.map(|d| -d), &v.map(|v| -v));
             }
             for &w in lists.wall.row(i) {
                 let b = &walls.image[w as usize];
                 let (d, r2, _) = pair(a, b);
-                let at = (kernel.slope(r2), kernel.value(r2));
-                add(&mut own, (b.volume, b.volume * image_density(b.p)), at, &d, &difference(a, b));
+                let term = Term {
+                    volume: b.volume,
+                    mass: b.volume * image_density(b.p),
+                    slope: kernel.slope(r2),
+                    value: kernel.value(r2),
+                };
+                add(&mut own, term, &d, &difference(a, b));
             }
             for (o, s) in out[i].iter_mut().zip(own) {
                 *o += s;

@@ -1,4 +1,4 @@
-//! What pushes and rubs: the momentum equation, the heat of its friction and the rate of shear.
+//! Pressure and friction: the momentum equation, the heat of its friction and the rate of shear.
 //!
 //! With `x = x_i - x_j`, `v = v_i - v_j`, `V = m/rho`, `grad W = F x`, `s = (v.x)/(r^2 + 0.01 h^2)`:
 //! ```text
@@ -12,18 +12,17 @@
 //! correction. The friction of what is not smooth is that of [`super::smooth`].
 
 use super::blocks::{BLOCK, Column, Near, PairSum, add, dot, gather, gather_numbers, put, row, scatter, sum};
-use super::corrected::times;
 use super::kernel::Kernel;
-use super::moments::Symmetric;
 use super::neighbours::Neighbours;
 use super::smooth::{Gradients, share};
 use super::state::Particle;
+use super::tensor::{Symmetric, times};
 use super::walls::Walls;
 
 /// The factor of the viscous pair force in three dimensions, 2 (d + 2).
 const K: f64 = 10.0;
 
-/// What the sums read.
+/// Inputs of the sums.
 pub(super) struct Momentum<'a> {
     pub(super) kernel: Kernel,
     pub(super) lists: &'a Neighbours,
@@ -52,7 +51,7 @@ pub(super) struct Columns {
     drag: Column,
     /// Symmetric velocity gradients of the neighbours, 1/s.
     gradient: [Column; 6],
-    /// What rubs against the jitter, Pa; zero where nobody needs it.
+    /// Stress against the jitter, Pa; zero where it is not needed.
     jitter: Column,
     /// Velocities of images as friction sees them, m/s.
     rubbing: [Column; 3],
@@ -111,7 +110,7 @@ impl Momentum<'_> {
         }
     }
 
-    /// What the images `at` give particle `i`.
+    /// Contribution of the images `at` to particle `i`.
     #[inline(always)]
     fn wall(&self, i: usize, at: &[u32], columns: &mut Columns) -> Push {
         let (a, p, drag) = (&self.particle[i], &self.pressure[i], self.drag[i]);

@@ -61,6 +61,15 @@ impl Rows {
     }
 }
 
+/// A box along the axes.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Box3 {
+    /// Least coordinates, m.
+    pub(crate) low: [f64; 3],
+    /// Largest coordinates, m.
+    pub(crate) high: [f64; 3],
+}
+
 /// A grid of cubic cells over a box.
 #[derive(Clone, Debug)]
 struct Grid {
@@ -71,7 +80,8 @@ struct Grid {
 }
 
 impl Grid {
-    fn new(low: [f64; 3], high: [f64; 3], edge: f64) -> Self {
+    fn new(space: Box3, edge: f64) -> Self {
+        let Box3 { low, high } = space;
         let cells = std::array::from_fn(|d| ((high[d] - low[d]) / edge).floor() as usize + 1);
         Self { origin: low, inverse: 1.0 / edge, cells, rows: Rows::default() }
     }
@@ -130,12 +140,12 @@ pub(crate) struct Neighbours {
 }
 
 impl Neighbours {
-    /// Lists for `particles` and the images `wall` in the box from `low` to `high`, good for the radius
+    /// Lists for `particles` and the images `wall` in `space`, good for the radius
     /// `support` plus `skin`.
     pub(crate) fn new(
         particles: &[Particle],
         wall: &[Particle],
-        (low, high): ([f64; 3], [f64; 3]),
+        space: Box3,
         support: f64,
         skin: f64,
     ) -> Self {
@@ -149,8 +159,8 @@ impl Neighbours {
             reach2: reach * reach,
             wall_reach2: wall_reach * wall_reach,
             allowed2: 0.25 * skin * skin,
-            grid: Grid::new(low, high, reach),
-            wall_grid: Grid::new(low, high, wall_reach),
+            grid: Grid::new(space, reach),
+            wall_grid: Grid::new(space, wall_reach),
             built_at: Vec::new(),
         };
         lists.rebuild(particles, wall);

@@ -1,4 +1,4 @@
-//! Where the particles start: concentric rings in layers, and rings of wall particles around them.
+//! Initial positions of the particles: concentric rings in layers, and rings of wall particles around them.
 //!
 //! Ring `j` lies at radius `(j + 1/2) dx` with `round(2 pi (j + 1/2))` particles, so that every
 //! particle owns the same volume to within 2 %; layers are turned against each other by the golden

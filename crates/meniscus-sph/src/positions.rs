@@ -1,8 +1,8 @@
-//! The density that the places of the particles have, and how the density of the flow is called back to it.
+//! The density that the positions of the particles have, and how the density of the flow is called back to it.
 //!
 //! Gradients that are exact at a free surface ([`super::corrected`]) leave nothing that ties the density to where the
 //! particles are: what has come too close below the surface is as heavy as it is close, sinks, and a thin liquid stirs itself
-//! from rest (0.1 Pa s to 72 mm/s in 0.65 s). So the density follows slowly what the places say:
+//! from rest (0.1 Pa s to 72 mm/s in 0.65 s). So the density follows slowly what the positions say:
 //! ```text
 //! rho_i' = ... + (q_i - rho_i)/TAU         q_i = c(mu_i) s_i f(mu_i/h)         mu_i = |m_i|/s_i
 //! ```
@@ -13,7 +13,7 @@
 //! u = 1 - d/2h:   w = 21/2h (u^5 - 3/2 u^6 + 4/7 u^7),   C = 1 - 21 (u^6/6 - 3/14 u^7 + u^8/14),
 //!                 Q = 42h (u^6/6 - 5/14 u^7 + 29/112 u^8 - 4/63 u^9)
 //! ```
-//! for the kernel of [`super::kernel`]: two sums of the places tell the depth and the density, with neither a surface that
+//! for the kernel of [`super::kernel`]: two sums of the positions tell the depth and the density, with neither a surface that
 //! would have to be found nor a neighbour that lacks. What particles in layers differ from a continuum, up to 4 %, is in
 //! `c`, a parabola fitted to the liquid that settles; it calls nothing from where it rests.
 
@@ -51,7 +51,7 @@ impl Law {
         self.c[0] + mu * (self.c[1] + mu * self.c[2])
     }
 
-    /// The law that fits the ratios of densities to what the places say, `(mu/h, ratio)`; `None` where they determine none.
+    /// The law that fits the ratios of densities to what the positions say, `(mu/h, ratio)`; `None` where they determine none.
     fn fit(ratios: impl Iterator<Item = (f64, f64)>) -> Option<Self> {
         let (mut normal, mut right, mut up_to) = (Matrix3::zeros(), Vector3::zeros(), 0.0_f64);
         for (mu, ratio) in ratios {
@@ -67,18 +67,18 @@ impl Law {
 
 /// The call back of every particle.
 #[derive(Clone, Debug)]
-pub(crate) struct Places {
+pub(crate) struct PositionDensity {
     /// `(mu/h, f)` in order.
     table: Vec<(f64, f64)>,
     law: Law,
     settled: bool,
     /// `mu/h` and `s f` of every particle.
     found: Vec<(f64, f64)>,
-    /// What to add to the rate of density, kg/m3/s.
+    /// Addition to the rate of density, kg/m3/s.
     pub(super) recall: Vec<f64>,
 }
 
-impl Places {
+impl PositionDensity {
     /// For `particles` particles that settle.
     pub(crate) fn new(particles: usize) -> Self {
         Self {
@@ -125,7 +125,7 @@ impl Places {
 mod tests {
     use super::super::kernel::Kernel;
     use super::super::moments::Moments;
-    use super::super::neighbours::Neighbours;
+    use super::super::neighbours::{Box3, Neighbours};
     use super::super::state::Particle;
     use super::super::walls::Walls;
     use super::*;
@@ -174,7 +174,7 @@ mod tests {
             acceleration: vec![[0.0; 3]; n],
             heat: vec![0.0; n],
         };
-        let lists = Neighbours::new(&fluid.particle, &[], ([-1.0; 3], [12.0; 3]), 2.8, 0.1);
+        let lists = Neighbours::new(&fluid.particle, &[], Box3 { low: [-1.0; 3], high: [12.0; 3] }, 2.8, 0.1);
         let mut moments = Moments::new(n);
         moments.form(&Kernel::new(1.4), &lists, &fluid, &Walls::default(), |_| 1.0);
         let seen = moments.seen().collect();
@@ -182,30 +182,30 @@ mod tests {
     }
 
     #[test]
-    fn the_places_tell_their_density_at_any_depth() {
+    fn the_positions_tell_their_density_at_any_depth() {
         for pressed in [1.0, 1.1] {
-            let places = Places::new(0);
+            let positions = PositionDensity::new(0);
             let (_, seen) = block(pressed);
             for layer in 0..9 {
                 let seen = seen[121 * layer + 60];
-                let found = seen.density() * places.completion(seen.offset() / 1.4);
+                let found = seen.density() * positions.completion(seen.offset() / 1.4);
                 assert!((found / pressed - 1.0).abs() < 0.06, "layer {layer}: {found} for {pressed}");
             }
         }
     }
 
     #[test]
-    fn a_density_is_called_to_the_places_and_not_where_it_rests() {
+    fn a_density_is_called_to_the_positions_and_not_where_it_rests() {
         let (mut fluid, seen) = block(1.0);
-        let mut places = Places::new(seen.len());
-        places.update(seen.iter().copied(), 1.4, &fluid);
+        let mut positions = PositionDensity::new(seen.len());
+        positions.update(seen.iter().copied(), 1.4, &fluid);
         let middle = 121 * 4 + 60;
-        assert!(places.recall[middle].abs() < 0.01 / TAU_S, "{}", places.recall[middle]);
-        places.settle();
-        let before = places.recall[middle];
+        assert!(positions.recall[middle].abs() < 0.01 / TAU_S, "{}", positions.recall[middle]);
+        positions.settle();
+        let before = positions.recall[middle];
         fluid.density[middle] = 0.98;
-        places.update(seen.iter().copied(), 1.4, &fluid);
-        let called = places.recall[middle] - before;
+        positions.update(seen.iter().copied(), 1.4, &fluid);
+        let called = positions.recall[middle] - before;
         assert!((called - 0.02 / TAU_S).abs() < 1e-9, "{called}");
     }
 }

@@ -57,7 +57,7 @@ impl Simulator {
             p.v = [0.0; 3];
         }
         self.fluid.heat.fill(0.0);
-        self.forces.places.settle();
+        self.forces.position_density.settle();
         self.time = 0.0;
         self.work = 0.0;
         self.rest_energy = self.potential();

@@ -1,4 +1,4 @@
-//! What is simulated, and whether it can be: the glass, the liquid, the spacing, and the step that they allow.
+//! Set-up of a simulation and its limits: the glass, the liquid, the spacing, and the step that they allow.
 
 use super::effects::{self, glass_with, liquid_with, rise_m, slip_m};
 use super::kernel::{Kernel, SMOOTHING};
@@ -25,11 +25,11 @@ pub enum Error {
     Escaped {
         /// The first of them.
         particle: usize,
-        /// Where it was, m.
+        /// Its position, m.
         position_m: [f64; 3],
         /// When, s.
         time_s: f64,
-        /// How many left at that time.
+        /// Number of particles outside at that time.
         count: usize,
     },
     /// A position is no longer a finite number.
@@ -63,7 +63,7 @@ impl std::fmt::Display for Error {
 
 impl std::error::Error for Error {}
 
-/// What is simulated, without the motion.
+/// Set-up of a simulation, without the motion.
 #[derive(Clone, Debug)]
 pub struct Setup {
     /// The glass and its fill.

@@ -1,4 +1,4 @@
-//! What is smooth of the velocity: its gradient at every particle, so that only the rest is rubbed.
+//! Smooth part of the velocity: its gradient at every particle, so that only the rest is rubbed.
 //!
 //! A liquid of little viscosity keeps the jitter of its particles for ever. A friction that acts on
 //! what neighbours do not share of a linear velocity takes the jitter and leaves the flow:
@@ -12,8 +12,8 @@
 //! from 5.3 to 2.0 mm/s, the decay of the first mode from 0.27 to 0.25 per second.
 
 use super::blocks::dot;
-use super::corrected::times;
-use super::moments::{Seen, Symmetric};
+use super::moments::Seen;
+use super::tensor::{Symmetric, times};
 use nalgebra::Matrix3;
 
 /// Viscosity of what is not smooth in units of `h c0`.
@@ -60,10 +60,10 @@ pub(super) fn share(a: &Symmetric, b: &Symmetric, d: &[f64; 3]) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::super::forces::pair;
     use super::super::kernel::Kernel;
     use super::super::moments::Moments;
-    use super::super::neighbours::Neighbours;
+    use super::super::neighbours::{Box3, Neighbours};
+    use super::super::state::pair;
     use super::super::state::{Fluid, Particle};
     use super::super::walls::Walls;
     use super::*;
@@ -74,7 +74,7 @@ mod tests {
         let g = [[0.3, -0.2, 0.5], [0.1, 0.4, -0.6], [-0.7, 0.2, 0.1]];
         let mut particles = Vec::new();
         for k in 0..343_i32 {
-            // A lattice of 7^3 with uneven places.
+            // A lattice of 7^3 with uneven positions.
             let place = [k % 7, k / 7 % 7, k / 49].map(f64::from);
             let x: [f64; 3] =
                 std::array::from_fn(|d| place[d] + 0.2 * (f64::from(k) * (1.7 + d as f64)).sin());
@@ -91,7 +91,7 @@ mod tests {
             heat: vec![0.0; n],
         };
         let particles = &fluid.particle;
-        let lists = Neighbours::new(particles, &[], ([-1.0; 3], [8.0; 3]), 2.8, 0.1);
+        let lists = Neighbours::new(particles, &[], Box3 { low: [-1.0; 3], high: [8.0; 3] }, 2.8, 0.1);
         let mut gradients = Gradients::new(n);
         let mut moments = Moments::new(n);
         moments.form(&kernel, &lists, &fluid, &Walls::default(), |_| 1.0);

@@ -1,6 +1,6 @@
-//! What the simulator keeps of the liquid. Its images in the walls are of the same type (see `walls`).
+//! State of the liquid. Its images in the walls are of the same type (see `walls`).
 
-/// What a neighbour must know of a particle: one cache line.
+/// Particle as its neighbours need it: one cache line.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(align(64))]
 pub(crate) struct Particle {
@@ -29,4 +29,13 @@ pub(crate) struct Fluid {
     pub(crate) acceleration: Vec<[f64; 3]>,
     /// Specific heat gained since the start, J/kg.
     pub(crate) heat: Vec<f64>,
+}
+
+/// Returns the separation `a.x - b.x`, its square, and its product with the relative velocity.
+#[inline]
+pub(crate) fn pair(a: &Particle, b: &Particle) -> ([f64; 3], f64, f64) {
+    let d = [a.x[0] - b.x[0], a.x[1] - b.x[1], a.x[2] - b.x[2]];
+    let r2 = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
+    let dot = (a.v[0] - b.v[0]) * d[0] + (a.v[1] - b.v[1]) * d[1] + (a.v[2] - b.v[2]) * d[2];
+    (d, r2, dot)
 }

@@ -37,7 +37,7 @@ pub(crate) struct SurfaceFinder {
     /// Farthest that a tracer stands from its column, squared after adding the support, m2.
     reach2: f64,
     /// Columns of the lattice, then the points of the contact line.
-    places: Vec<[f64; 2]>,
+    positions: Vec<[f64; 2]>,
     /// Half the part of the kernel that lies inside the glass, at each place.
     threshold: Vec<f64>,
     /// From heights to coefficients.
@@ -53,24 +53,24 @@ impl SurfaceFinder {
     pub(crate) fn new(simulator: &Simulator) -> Result<Self, Error> {
         let glass = simulator.glass;
         let radius_m = glass.radius_at(glass.fill_m);
-        let mut places = Lattice::new(&glass).columns;
-        places.extend((0..WALL_POINTS).map(|k| {
+        let mut positions = Lattice::new(&glass).columns;
+        positions.extend((0..WALL_POINTS).map(|k| {
             let (sin, cos) = wall_azimuth(k).sin_cos();
             [radius_m * cos, radius_m * sin]
         }));
-        let threshold = places.iter().map(|place| 0.5 * inside(simulator, place)).collect();
-        let rows: Vec<Coefficients> = places.iter().map(|p| basis(p, radius_m)).collect();
-        let matrix = DMatrix::from_fn(places.len(), COEFFICIENTS, |r, c| rows[r][c]);
+        let threshold = positions.iter().map(|place| 0.5 * inside(simulator, place)).collect();
+        let rows: Vec<Coefficients> = positions.iter().map(|p| basis(p, radius_m)).collect();
+        let matrix = DMatrix::from_fn(positions.len(), COEFFICIENTS, |r, c| rows[r][c]);
         let fit = matrix
             .pseudo_inverse(1e-9)
             .map_err(|why| Error::Setup(format!("the surface cannot be fitted over these columns: {why}")))?;
         let support2 = simulator.forces.kernel.support2;
         let lean = glass.taper.abs() * glass.rim_m;
         let reach2 = if glass.is_cylinder() { support2 } else { (support2.sqrt() + lean).powi(2) };
-        let mut finder = Self { radius_m, reach2, places, threshold, fit, offset_m: 0.0 };
+        let mut finder = Self { radius_m, reach2, positions, threshold, fit, offset_m: 0.0 };
         let nearby = finder.nearby(simulator);
         let rest = finder.coefficients(simulator, &nearby);
-        let columns = &finder.places[..COLUMNS];
+        let columns = &finder.positions[..COLUMNS];
         let mean = columns.iter().map(|p| finder.height(&rest, p)).sum::<f64>() / COLUMNS as f64;
         finder.offset_m = glass.fill_m - mean;
         Ok(finder)
@@ -79,7 +79,7 @@ impl SurfaceFinder {
     /// The particles within the support of the kernel around every place and its tracers, horizontally.
     pub(crate) fn nearby(&self, simulator: &Simulator) -> Vec<Nearby> {
         let reach2 = self.reach2;
-        self.places
+        self.positions
             .par_iter()
             .map(|place| {
                 let near = |p: &Particle| {
@@ -114,7 +114,7 @@ impl SurfaceFinder {
 
     /// Heights over the columns of the lattice, then along the contact line.
     pub(crate) fn heights(&self, fitted: &Coefficients) -> (Vec<f32>, Vec<f32>) {
-        let all: Vec<f32> = self.places.iter().map(|p| self.height(fitted, p) as f32).collect();
+        let all: Vec<f32> = self.positions.iter().map(|p| self.height(fitted, p) as f32).collect();
         (all[..COLUMNS].to_vec(), all[COLUMNS..].to_vec())
     }
 

@@ -28,10 +28,9 @@
 //! glycerine has -5.4 %, with `-2 v` +3.9 %, and 1 mPa s, by the formula, an eighth of its friction. What flows steadily for longer
 //! than a slosh rubs too much.
 
-use super::corrected::mirrored;
 use super::frame::Body;
-use super::moments::Symmetric;
 use super::state::{Fluid, Particle};
+use super::tensor::{Symmetric, mirrored};
 use crate::effects::stick;
 use meniscus::reduced::{Cylinder, Mode, Wave};
 use meniscus::units::GRAVITY_M_S2;
@@ -41,14 +40,14 @@ use rayon::prelude::*;
 /// Without viscosity there is no layer, and what this bounds is multiplied by nothing.
 const LAYERS: f64 = 1e6;
 
-/// What the velocity behind a wall is of that before it, turned round, at a distance of so many `layers`.
+/// Returns `f`, the velocity behind a wall over that before it with its sign changed, at a distance of so many `layers`.
 fn behind(layers: f64) -> f64 {
-    // What blows up has densities below zero and no number here: it is for the check of the places to tell.
+    // What blows up has densities below zero and no number here: it is for the check of the positions to tell.
     let layers = if layers > 1e-6 { layers.min(LAYERS) } else { 1e-6 };
     2.0 * layers / -(-layers).exp_m1() - 1.0
 }
 
-/// Whose image, and in which walls.
+/// Original of an image, and the walls that mirror it.
 #[derive(Clone, Copy, Debug)]
 struct Origin {
     particle: u32,

@@ -9,6 +9,7 @@ use meniscus::runtime::DEADLINE_US;
 use meniscus::runtime::Estimator;
 use meniscus::surface::Config;
 use meniscus_data::recording::Recording;
+use meniscus_numerics::statistics::quantile;
 use meniscus_report::checks::Check;
 use meniscus_service::live::{Log, Logged, Outlets, Still, Watch, watch};
 use meniscus_ui::page::{Page, PageError};
@@ -33,7 +34,7 @@ const RATE: u8 = 60;
 /// What was measured.
 #[derive(Clone, Debug, Default)]
 pub struct Viewers {
-    /// Times of the turns without and with viewers, microseconds, sorted.
+    /// Times of the turns without and with viewers, microseconds.
     pub turn_us: [Vec<u64>; 2],
     /// Turns that ended more than a frame interval after their payload, without and with viewers.
     pub late: [u64; 2],
@@ -138,19 +139,17 @@ impl Viewers {
             let mut times: Vec<u64> = within.clone().map(|logged| logged.turn_us).collect();
             self.late[usize::from(*looked)] +=
                 within.filter(|logged| logged.latency_us > DEADLINE_US).count() as u64;
-            times.sort_unstable();
-            medians[usize::from(*looked)].push(quantile(&times, 0.5));
+            medians[usize::from(*looked)].push(quantile_us(&times, 0.5));
             self.turn_us[usize::from(*looked)].append(&mut times);
         }
         let [without, with] = medians;
         self.changes = without.iter().zip(with).map(|(without, with)| with / without - 1.0).collect();
-        self.turn_us.iter_mut().for_each(|times| times.sort_unstable());
     }
 
     /// Change of the median turn by the viewers, as a share of it.
     #[must_use]
     pub fn change(&self) -> f64 {
-        quantile(&self.turn_us[1], 0.5) / quantile(&self.turn_us[0], 0.5) - 1.0
+        quantile_us(&self.turn_us[1], 0.5) / quantile_us(&self.turn_us[0], 0.5) - 1.0
     }
 
     /// What travels to one viewer, Mbit/s.
@@ -168,7 +167,7 @@ impl Viewers {
     /// Everything as checks; the targets are those of the page.
     #[must_use]
     pub fn checks(&self) -> Vec<Check> {
-        let of = |looked: usize, part: f64| quantile(&self.turn_us[looked], part);
+        let of = |looked: usize, part: f64| quantile_us(&self.turn_us[looked], part);
         vec![
             Check::at_most("viewers_turn_change", self.change(), "1", 0.02),
             Check::at_most("page_mbit_s", self.mbit_s(), "Mbit/s", 2.0),
@@ -185,8 +184,7 @@ impl Viewers {
     }
 }
 
-/// The number below which `part` of the sorted `times` lie; NaN of none.
-fn quantile(times: &[u64], part: f64) -> f64 {
-    let index = (part * times.len().saturating_sub(1) as f64).round() as usize;
-    times.get(index).map_or(f64::NAN, |&time| time as f64)
+/// The quantile of times in whole microseconds; NaN of none.
+fn quantile_us(times: &[u64], share: f64) -> f64 {
+    quantile(times.iter().copied(), share).map_or(f64::NAN, |time| time as f64)
 }

@@ -1,4 +1,4 @@
-//! What a simulated camera saw of a recording, frame by frame and without waiting for real time.
+//! Observations of a recording by a simulated camera, frame by frame and without waiting for real time.
 //!
 //! ```text
 //! recording --renderer--> Z16 + Y8 --wire--> payloads --runtime::Eye--> profile (or "not seen")

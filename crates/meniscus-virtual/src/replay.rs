@@ -40,9 +40,11 @@ pub fn play(recording: Recording, seconds: f64, end: &CameraEnd, stop: &AtomicBo
     Ok(played)
 }
 
-/// The payload that a camera would have sent, its exposure taken as an instant.
+/// Returns the payload that a camera would have sent for an image of `size` (width, height), its exposure taken as an
+/// instant.
 #[must_use]
-pub fn payload(image: &Image, (width, height): (u32, u32)) -> Vec<u8> {
+pub fn payload(image: &Image, size: (u32, u32)) -> Vec<u8> {
+    let (width, height) = size;
     let (us, counter) = (image.stamp.captured.0, image.stamp.sequence);
     let stamp = Stamp {
         fid: counter % 2 == 1,

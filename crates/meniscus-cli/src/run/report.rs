@@ -6,6 +6,7 @@ use hdrhistogram::Histogram;
 use meniscus::blob::Model;
 use meniscus::runtime::{DEADLINE_US, Mode, Stages};
 use meniscus_data::recording::{GROUP_NAMES, Recording};
+use meniscus_numerics::statistics;
 use meniscus_report::checks::{Check, table};
 use meniscus_score::baseline::linear_with_motion;
 use meniscus_score::score::{Score, score};
@@ -215,9 +216,7 @@ pub(super) fn entropy_falls(log: &Log) -> usize {
 pub(super) fn stage_medians(log: &Log) -> [(&'static str, u64); 5] {
     let tracking = || log.turns.iter().map(|l| &l.turn.estimate).filter(|e| e.mode == Mode::Tracking);
     let median = |stage: fn(&Stages) -> u64| {
-        let mut times: Vec<u64> = tracking().map(|estimate| stage(&estimate.stages)).collect();
-        times.sort_unstable();
-        times.get(times.len() / 2).copied().unwrap_or(0)
+        statistics::median(tracking().map(|estimate| stage(&estimate.stages))).unwrap_or(0)
     };
     [
         ("surface", median(|stages| stages.surface_us)),

@@ -4,7 +4,7 @@ use anyhow::Context;
 use indicatif::{ProgressBar, ProgressStyle};
 use meniscus_platform::files::write_whole;
 use meniscus_report::checks::table;
-use meniscus_sph::validate::{decay_png, html, markdown, validate, work};
+use meniscus_sph::validate::{decay_png, report, validate, work};
 use std::path::PathBuf;
 
 /// Hold the simulator against theory: frequencies, decays, noise, energy, escapes, cost.
@@ -45,12 +45,12 @@ pub(super) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         decay_png(ringing, &out.join(picture(index)))?;
     }
     let command = if *quick { "meniscus simulate validate --quick" } else { "meniscus simulate validate" };
-    write_whole(&out.join("validate.html"), html(&outcome, command)?.as_bytes())?;
+    let report = report(&outcome, command, picture)?;
+    write_whole(&out.join("validate.html"), report.html().as_bytes())?;
     let page = out.join("validate.md");
-    std::fs::write(&page, markdown(&outcome, command, picture))
-        .with_context(|| format!("cannot write {}", page.display()))?;
+    std::fs::write(&page, report.markdown()).with_context(|| format!("cannot write {}", page.display()))?;
     if *json {
-        println!("{}", serde_json::json!({ "checks": outcome.checks }));
+        println!("{}", report.json());
     } else {
         print!("{}", table(&outcome.checks));
         println!("written: {} and {} pictures beside it", page.display(), outcome.ringings.len());

@@ -67,7 +67,7 @@ pub fn element_of(to: Element, tensor: Tensor) -> Element {
     }
 }
 
-/// What came out.
+/// Result of a quantisation.
 #[derive(Clone, Debug)]
 pub struct Quantized {
     /// The blob.
@@ -174,7 +174,7 @@ fn turn_trunk(all: &mut [Part], turned: &[(usize, DMatrix<f64>)]) {
     }
 }
 
-/// What a coarser model adds to the error of a group.
+/// Error that a coarser model adds to a group.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Added {
     /// Root mean square of the difference, as a share of the group's range.

@@ -1,6 +1,6 @@
 //! The motion of a rigid glass at one instant, inclined in the x-z plane alone, and the polynomials it is made of.
 
-/// How the glass moves at one instant.
+/// Motion of the glass at one instant.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Kinematics {
     /// Acceleration of the pivot in the room: along x, away from the camera, upwards, m/s2.

@@ -1,4 +1,4 @@
-//! How the glass is moved: along x, away from the camera, upwards and by inclination about a pivot, from rest to rest,
+//! Motion of the glass: along x, away from the camera, upwards and by inclination about a pivot, from rest to rest,
 //! place and acceleration exact at any time.
 //!
 //! Every motion is a chain of polynomials in time, so that position and acceleration belong to one
@@ -32,7 +32,7 @@ pub const STRONGEST_M_S2: f64 = 3.5;
 /// accelerated by up to 0.6 m/s2.
 const TILT_RAD_PER_M: f64 = 2.5;
 
-/// How far a hand that means to go straight along x leaves the line, for a unit of the way: a guess, 6 mm at most.
+/// Sideways deviation of a hand that moves along x, per unit of travel: a guess, 6 mm at most.
 const OUT_OF_LINE: f64 = 0.1;
 
 /// Least and largest part of its way that a motion may be scaled to: a fifth more than any model is trained on, to see what

@@ -25,7 +25,7 @@ pub struct Factored {
     pub coefficients: [Vec<f32>; 5],
     /// Rank x numbers of the group, row-major, one matrix a group; the largest of a mode is 1.
     pub modes: [Vec<f32>; 5],
-    /// How many leading modes of a group are half-precision numbers; the others are multiples of 1/127.
+    /// Leading modes of each group that are half-precision numbers; the others are multiples of 1/127.
     pub strong: [usize; 5],
     /// Relative L2 error of the truncation over the recording, by group, of the fluctuation about
     /// the reference.

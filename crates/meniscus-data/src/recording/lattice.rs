@@ -25,7 +25,7 @@ pub fn wall_azimuth(index: usize) -> f64 {
     std::f64::consts::TAU * index as f64 / WALL_POINTS as f64
 }
 
-/// Where the columns stand, and how a column is stretched to its free surface.
+/// Positions of the columns, and the stretch of a column to its free surface.
 #[derive(Clone, Debug)]
 pub struct Lattice {
     /// `(x, y)` of each column where it meets the surface at rest, in the frame of the glass, metres. In a

@@ -67,7 +67,7 @@ impl Glass {
     }
 }
 
-/// What made a recording, enough to make it again.
+/// Origin of a recording, enough to make it again.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Provenance {
     /// Liquid name as in its file.
@@ -121,7 +121,7 @@ pub enum States {
 pub struct Recording {
     /// The glass.
     pub glass: Glass,
-    /// What made it.
+    /// Its origin.
     pub provenance: Provenance,
     /// Position of the glass along `x`, metres, in the room.
     pub glass_x_m: Vec<f64>,

@@ -25,7 +25,7 @@ use safetensors::tensor::{Dtype, SafeTensors, TensorView};
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
-/// What the metadata call this format.
+/// Name of this format in the metadata.
 const FORMAT: &str = "meniscus recording 1";
 
 /// Why a recording could not be read or written.

@@ -14,6 +14,7 @@
 
 use super::fit::{Seen, fit};
 use meniscus::identify::{Calibration, Known, Miss, Recogniser, Tone, Trail};
+use meniscus_numerics::statistics::{mean, median, variance};
 
 /// Frames that the livelier half of a recording must hold: a second.
 const FEWEST: usize = 60;
@@ -91,9 +92,7 @@ fn misses(tone: Tone, seen: &Seen, fill_m: f64) -> Vec<Miss> {
 
 /// Those of `misses` whose wave is not below the median, in order of time.
 fn livelier_half(mut misses: Vec<Miss>) -> Vec<Miss> {
-    let mut waves: Vec<f64> = misses.iter().map(|miss| miss.wave_m2).collect();
-    waves.sort_by(f64::total_cmp);
-    let Some(&median) = waves.get(waves.len() / 2) else { return misses };
+    let Some(median) = median(misses.iter().map(|miss| miss.wave_m2)) else { return misses };
     misses.retain(|miss| miss.wave_m2 >= median);
     misses
 }
@@ -128,7 +127,8 @@ fn calibration(all: &[Vec<Miss>]) -> Calibration {
 /// g of one series of q.
 fn numbers(q: &[f64]) -> f64 {
     let (mean, spread) = (mean(q), variance(q));
-    if spread <= 0.0 {
+    // The variance of one number is none.
+    if spread.is_nan() || spread <= 0.0 {
         return NUMBERS.1;
     }
     let correlation = |lag: usize| {
@@ -139,26 +139,12 @@ fn numbers(q: &[f64]) -> f64 {
     2.0 * mean * mean / (spread * (1.0 + 2.0 * positive.sum::<f64>()))
 }
 
-fn mean(of: &[f64]) -> f64 {
-    of.iter().sum::<f64>() / of.len().max(1) as f64
-}
-
-fn variance(of: &[f64]) -> f64 {
-    let middle = mean(of);
-    of.iter().map(|v| (v - middle) * (v - middle)).sum::<f64>() / (of.len().max(2) - 1) as f64
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use rand::{RngExt, SeedableRng};
+    use meniscus_numerics::random::normal;
+    use rand::SeedableRng;
     use rand_chacha::ChaCha8Rng;
-    use std::f64::consts::TAU;
-
-    fn normal(rng: &mut ChaCha8Rng) -> f64 {
-        let (u, v): (f64, f64) = (rng.random(), rng.random());
-        (-2.0 * (1.0 - u).ln()).sqrt() * (TAU * v).cos()
-    }
 
     /// Misses of a scale and a scatter that are known.
     fn drawn(scale: f64, scatter: f64, recordings: usize, long: usize, seed: u64) -> Vec<Vec<Miss>> {

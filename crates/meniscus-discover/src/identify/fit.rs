@@ -2,32 +2,41 @@
 //!
 //! ```text
 //! sum over recordings of |s - f(p)|^2 / |s|^2  ->  least,     p within bounds
-//! (J^T J + lambda diag J^T J) d = -J^T r                        (Levenberg 1944, Marquardt 1963)
 //! ```
-//! f is the oscillator as it runs beside a camera, its weak pull towards s included; J by differences. Three starts, a
-//! thin liquid, a thick one and one that creeps, and the best of the three.
+//! solved by [`meniscus_numerics::least_squares`]. f is the oscillator as it runs beside a camera, its weak pull towards s
+//! included; J by differences. Three starts, a low-viscosity liquid, a high-viscosity one and one that creeps, and the
+//! best of the three.
 
 use meniscus::identify::{Calibration, Known, Recogniser, Tone, Trail, slope};
 use meniscus::surface::SurfaceProfile;
 use meniscus::units::GRAVITY_M_S2;
-use nalgebra::{DVector, SMatrix, SVector};
-
-/// Numbers of a tone.
-const SIX: usize = 6;
+use meniscus_numerics::least_squares::{Damping, Model, Settings, Stop, forward_differences, minimise};
+use nalgebra::{DMatrix, DVector};
 
 /// Decays that the search begins at, 1/s.
 const STARTS: [f64; 3] = [0.5, 8.0, 80.0];
 
-/// Rounds of one search.
-const ROUNDS: usize = 14;
-
-/// A round that gains less than this share ends the search.
-const GAIN: f64 = 1e-4;
+/// One search; `floor` is for a number that does nothing at its present value.
+const SEARCH: Settings = Settings {
+    iterations: 14,
+    stop: Stop::GainShare(1e-4),
+    damping: Damping {
+        first: 1e-2,
+        shrink: 3.0,
+        grow: 4.0,
+        least: 0.0,
+        most: f64::INFINITY,
+        scaled_floor: 0.0,
+        floor: 1e-12,
+        trials: 8,
+    },
+};
 
 /// The first zero of J_1'.
 const XI: f64 = 1.841_183_781_340_659;
 
-type Six = SVector<f64, SIX>;
+/// The six numbers of a tone, in the order of [`tone`].
+type Six = DVector<f64>;
 
 /// What a camera saw, frame by frame.
 pub(super) type Seen = [Option<SurfaceProfile>];
@@ -63,64 +72,53 @@ fn weight(seen: &Seen, fill_m: f64) -> f64 {
     1.0 / square.sqrt().max(1e-6)
 }
 
-/// The tone that foretells `recordings` best, of a liquid in a glass of this radius and fill (m).
-#[must_use]
-pub fn fit(recordings: &[&Seen], (radius_m, fill_m): (f64, f64)) -> Tone {
-    let weights: Vec<f64> = recordings.iter().map(|seen| weight(seen, fill_m)).collect();
-    let residual = |p: &Six| -> DVector<f64> {
-        let weighted = recordings.iter().zip(&weights);
-        let all =
-            weighted.flat_map(|(seen, w)| misses(tone(p), seen, fill_m).into_iter().map(move |r| w * r));
-        DVector::from_iterator(recordings.iter().map(|seen| seen.len()).sum(), all)
-    };
-    let plain = inviscid(radius_m, fill_m);
-    let low = Six::from([0.4 * plain, 0.01, 0.0, 0.0, -0.1, 0.1]);
-    let high = Six::from([4.0 * plain, 300.0, 100.0, 20.0, 0.2, 5.0]);
-    let search = |decay: f64| {
-        let start = Six::from([plain, decay, 0.1, 0.05, 0.02, 1.4]);
-        descend(start, &residual, |p| p.zip_map(&low, f64::max).zip_map(&high, f64::min))
-    };
-    let found = STARTS.map(search);
-    let best = found.iter().min_by(|a, b| a.1.total_cmp(&b.1));
-    best.map_or(tone(&low), |(p, _)| tone(p))
+/// Recordings as a function of the six numbers.
+struct Recordings<'a> {
+    seen: &'a [&'a Seen],
+    weights: Vec<f64>,
+    fill_m: f64,
+    low: Six,
+    high: Six,
 }
 
-/// Marquardt's search from `p`; where it ended, and the sum of squares there.
-fn descend(p: Six, residual: &impl Fn(&Six) -> DVector<f64>, within: impl Fn(Six) -> Six) -> (Six, f64) {
-    let (mut p, mut r) = (p, residual(&p));
-    let mut lambda = 1e-2;
-    for _ in 0..ROUNDS {
-        let widths = Six::from([0.01 * p[0], 0.03 * p[1].max(0.3), 0.05, 0.05, 0.003, 0.02]);
-        let column = |k: usize| {
-            let mut aside = p;
-            aside[k] += widths[k];
-            (residual(&aside) - &r) / widths[k]
-        };
-        let columns: Vec<DVector<f64>> = (0..SIX).map(column).collect();
-        let normal = SMatrix::<f64, SIX, SIX>::from_fn(|i, j| columns[i].dot(&columns[j]));
-        let slope = Six::from_fn(|i, _| columns[i].dot(&r));
-        let square = r.norm_squared();
-        let mut better = None;
-        for _ in 0..8 {
-            let mut damped = normal;
-            (0..SIX).for_each(|i| damped[(i, i)] += lambda * normal[(i, i)] + 1e-12);
-            let next = damped.cholesky().map(|factor| within(p - factor.solve(&slope)));
-            let tried = next.map(|next| (next, residual(&next)));
-            better = tried.filter(|(_, tried)| tried.norm_squared() < square);
-            if better.is_some() {
-                lambda /= 3.0;
-                break;
-            }
-            lambda *= 4.0;
-        }
-        let Some((next, tried)) = better else { break };
-        (p, r) = (next, tried);
-        if r.norm_squared() > (1.0 - GAIN) * square {
-            break;
-        }
+impl Model for Recordings<'_> {
+    fn residual(&self, p: &Six) -> DVector<f64> {
+        let weighted = self.seen.iter().zip(&self.weights);
+        let all =
+            weighted.flat_map(|(seen, w)| misses(tone(p), seen, self.fill_m).into_iter().map(move |r| w * r));
+        DVector::from_iterator(self.seen.iter().map(|seen| seen.len()).sum(), all)
     }
-    let square = r.norm_squared();
-    (p, square)
+
+    fn jacobian(&self, p: &Six, residual: &DVector<f64>) -> DMatrix<f64> {
+        // A share of what a number is where it spans decades, else of what a tone usually has.
+        let widths =
+            DVector::from_column_slice(&[0.01 * p[0], 0.03 * p[1].max(0.3), 0.05, 0.05, 0.003, 0.02]);
+        forward_differences(p, residual, &widths, |p| self.residual(p))
+    }
+
+    fn within_bounds(&self, p: Six) -> Six {
+        p.zip_map(&self.low, f64::max).zip_map(&self.high, f64::min)
+    }
+}
+
+/// Fits the tone that predicts `recordings` best, of a liquid in a glass of this radius and fill, m.
+#[must_use]
+pub fn fit(recordings: &[&Seen], glass: (f64, f64)) -> Tone {
+    let (radius_m, fill_m) = glass;
+    let plain = inviscid(radius_m, fill_m);
+    let model = Recordings {
+        seen: recordings,
+        weights: recordings.iter().map(|seen| weight(seen, fill_m)).collect(),
+        fill_m,
+        low: DVector::from_column_slice(&[0.4 * plain, 0.01, 0.0, 0.0, -0.1, 0.1]),
+        high: DVector::from_column_slice(&[4.0 * plain, 300.0, 100.0, 20.0, 0.2, 5.0]),
+    };
+    let search = |decay: f64| {
+        minimise(&model, DVector::from_column_slice(&[plain, decay, 0.1, 0.05, 0.02, 1.4]), &SEARCH)
+    };
+    let found = STARTS.map(search);
+    let best = found.iter().min_by(|a, b| a.cost.total_cmp(&b.cost));
+    best.map_or(tone(&model.low), |best| tone(&best.parameters))
 }
 
 #[cfg(test)]

@@ -4,7 +4,7 @@
 use super::super::fit::{fit, fit_beside, search};
 use super::super::problem::Problem;
 use meniscus::reduced::effects::{Active, find};
-use rand::{RngExt, SeedableRng};
+use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
@@ -29,11 +29,7 @@ pub fn coverage(problem: &Problem, trials: usize, seed: u64) -> f64 {
 
 fn one(problem: &Problem, n: usize, seed: u64) -> bool {
     let mut random = ChaCha8Rng::seed_from_u64(seed.wrapping_mul(0x9e37_79b9).wrapping_add(n as u64));
-    // Box and Muller.
-    let mut normal = move || {
-        let (a, b): (f64, f64) = (random.random(), random.random());
-        (-2.0 * (1.0 - a).ln()).sqrt() * (std::f64::consts::TAU * b).cos()
-    };
+    let mut normal = move || meniscus_numerics::random::normal(&mut random);
     let Some(entry) = find(DRAWN[n % DRAWN.len()]) else { return false };
     let parameter = &entry.parameters[0];
     let theta: Vec<f64> =

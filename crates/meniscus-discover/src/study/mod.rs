@@ -23,7 +23,8 @@ use super::workflow::{Settings, discover, split};
 use crate::motion_table::drive_of;
 use crate::study::motion_plans::Course;
 use meniscus_data::motion::Motion;
-use rand::{RngExt, SeedableRng};
+use meniscus_numerics::random::normal;
+use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -122,12 +123,8 @@ pub fn made_up_with(
     };
     let expected = predict(&record, known, theta, 0.0, active);
     let mut random = ChaCha8Rng::seed_from_u64(seed);
-    let mut normal = || {
-        let (a, b): (f64, f64) = (random.random(), random.random());
-        (-2.0 * (1.0 - a).ln()).sqrt() * (std::f64::consts::TAU * b).cos()
-    };
     for (channel, expected) in record.channels.iter_mut().zip(expected) {
-        channel.value = expected.iter().map(|z| Some(z + noise_m * normal())).collect();
+        channel.value = expected.iter().map(|z| Some(z + noise_m * normal(&mut random))).collect();
     }
     Some(record)
 }

@@ -14,6 +14,7 @@ use meniscus::blob::{Model, Tensor};
 use meniscus::runtime::Mode;
 use meniscus::uncertainty::error_model::REACH;
 use meniscus_data::blob_file::{read, write};
+use meniscus_numerics::statistics::quantile;
 use meniscus_platform::files::AlignedBytes;
 use meniscus_virtual::observe_recording::turns;
 
@@ -39,11 +40,7 @@ pub(super) fn rescaled(blob: &[u8], held: &[Sightings], from: usize) -> Result<V
             }
         }
     }
-    if factors.is_empty() {
-        return Ok(blob.to_vec());
-    }
-    let at = ((factors.len() as f64 * HELD).ceil() as usize).clamp(1, factors.len()) - 1;
-    let (_, factor, _) = factors.select_nth_unstable_by(at, f32::total_cmp);
+    let Some(factor) = quantile(factors, HELD) else { return Ok(blob.to_vec()) };
     let (header, mut parts) = read::parts(&aligned)?;
     for part in parts.iter_mut().filter(|part| part.tensor == Tensor::Reach) {
         // The first number is the floor of w.

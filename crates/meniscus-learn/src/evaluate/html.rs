@@ -2,8 +2,8 @@
 
 use super::{Result as Outcome, Study};
 use meniscus_report::checks::Check;
-use meniscus_report::html::{Chart, Mark, Report, Series};
 use meniscus_report::plot::PictureError;
+use meniscus_report::{Chart, Mark, Report, Series};
 
 /// The report: table of the liquids, error over time of each, checks.
 ///

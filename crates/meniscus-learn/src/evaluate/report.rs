@@ -3,6 +3,7 @@
 use super::unseen::{BLIND, TARGET, errors};
 use super::{Result as Outcome, SOURCE, Study, Trial, percent};
 use meniscus_data::recording::GROUP_NAMES;
+use meniscus_numerics::statistics::median;
 use meniscus_report::checks::Check;
 use std::fmt::Write;
 
@@ -56,7 +57,7 @@ pub fn checks(study: &Study) -> Vec<Check> {
         ));
     }
     let crests = &source.crests_ahead;
-    let off = |errors: &[f64]| median(errors.iter().map(|e| e.abs()).collect());
+    let off = |errors: &[f64]| median(errors.iter().map(|e| e.abs())).unwrap_or(f64::NAN);
     checks.push(Check::told("crest_ahead_height", 1e3 * off(&crests.height_m), "mm"));
     checks.push(Check::told("crest_ahead_time", 1e3 * off(&crests.time_s), "ms"));
     checks.push(Check::told("crest_ahead_coverage", percent(crests.held.share()), "%"));
@@ -128,7 +129,9 @@ pub fn markdown(study: &Study, checks: &[Check], command: &str) -> String {
             if trial.peaks.is_empty() {
                 return String::from("none");
             }
-            let of = |f: fn(&super::Peak) -> f64| median(trial.peaks.iter().map(|p| f(p).abs()).collect());
+            let of = |f: fn(&super::Peak) -> f64| {
+                median(trial.peaks.iter().map(|p| f(p).abs())).unwrap_or(f64::NAN)
+            };
             format!("{:.2}, {:.0}", 1e3 * of(|p| p.height_error_m), 1e3 * of(|p| p.time_error_s))
         };
         // Writing to a string cannot fail.
@@ -157,9 +160,4 @@ pub fn markdown(study: &Study, checks: &[Check], command: &str) -> String {
             writeln!(page, "| {} | {value} | {} | {} | {verdict} |", check.name, check.unit, check.target);
     }
     page
-}
-
-fn median(mut values: Vec<f64>) -> f64 {
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
 }

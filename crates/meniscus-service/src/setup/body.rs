@@ -5,6 +5,7 @@
 
 use super::portrait::Portrait;
 use meniscus::surface::Liquid;
+use meniscus_numerics::statistics::median;
 
 /// Least difference of a row's two classes that is looked at, grey levels: well above noise and dots.
 const LEAST_CONTRAST: f32 = 14.0;
@@ -45,7 +46,7 @@ impl Body {
         if rows.len() < LEAST_ROWS {
             return None;
         }
-        let median = |value: &dyn Fn(&Row) -> f32| median(rows.iter().map(value).collect());
+        let median = |value: &dyn Fn(&Row) -> f32| median(rows.iter().map(value));
         let (inside, outside) = (median(&|row| row.means[0])?, median(&|row| row.means[1])?);
         let sides: Vec<_> = rows.iter().filter_map(|row| Some((row.row, row.sides(portrait)?))).collect();
         let (first, last) = (rows.first()?, rows.last()?);
@@ -74,7 +75,7 @@ impl Body {
         let columns = ((axis - 0.8 * half) as usize)..=((axis + 0.8 * half) as usize);
         let top: Vec<_> = columns.filter_map(|column| Some((column, edge(column, true)?))).collect();
         let near = (axis as usize).saturating_sub(3)..=axis as usize + 3;
-        let foot = self::median(near.filter_map(|column| edge(column, false)).collect());
+        let foot = meniscus_numerics::statistics::median(near.filter_map(|column| edge(column, false)));
         Some(Self { liquid, sides, top, foot, contrast: (outside - inside).abs() })
     }
 
@@ -88,7 +89,7 @@ impl Body {
     /// Width between the sides, median over the rows, pixels.
     #[must_use]
     pub fn width_px(&self) -> f32 {
-        median(self.sides.iter().map(|(_, [left, right])| right - left).collect()).unwrap_or(0.0)
+        median(self.sides.iter().map(|(_, [left, right])| right - left)).unwrap_or(0.0)
     }
 }
 
@@ -186,10 +187,4 @@ fn classes(greys: &[f32]) -> Option<(f32, f32)> {
         }
     }
     best.map(|(_, dark, bright)| (dark, bright))
-}
-
-/// The median; `None` of nothing.
-pub(super) fn median(mut values: Vec<f32>) -> Option<f32> {
-    values.sort_by(f32::total_cmp);
-    values.get(values.len() / 2).copied()
 }

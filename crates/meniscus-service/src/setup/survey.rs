@@ -16,9 +16,10 @@
 //!
 //! and a point of the facing wall in row `v` lies `Y (sin p - b cos p) / (cos p + b sin p)` above the camera.
 
-use super::body::{Body, median};
+use super::body::Body;
 use super::portrait::Portrait;
 use meniscus::surface::Intrinsics;
+use meniscus_numerics::statistics::median;
 
 /// Half width of the strip whose depth is taken for that of the facing wall, as a share of half the body: there it is
 /// at most 0.5 % of the radius farther than on the axis.
@@ -72,7 +73,7 @@ impl Survey {
         if share < 0.5 || wall.rows.len() < LEAST_ROWS {
             return Err(Blind::NoDepth(share));
         }
-        let depths = |rows: &[(usize, f32)]| median(rows.iter().map(|(_, depth_m)| *depth_m).collect());
+        let depths = |rows: &[(usize, f32)]| median(rows.iter().map(|(_, depth_m)| *depth_m));
         // The upper half of the body: near the foot the table before it is as near as the glass.
         let upper = wall.rows.get(..wall.rows.len() / 2).unwrap_or_default();
         if let (Some(front), Some(back)) = (depths(upper), beside(portrait, body))
@@ -90,8 +91,7 @@ impl Survey {
             let a = f64::from(column - lens.ppx) / f64::from(lens.fx);
             (a / (cos + b(row as f64) * sin)) as f32
         };
-        let side =
-            |end: usize| median(body.sides.iter().map(|(row, ends)| tangent(ends[end], *row)).collect());
+        let side = |end: usize| median(body.sides.iter().map(|(row, ends)| tangent(ends[end], *row)));
         let [left, right] = [side(0), side(1)].map(|t| t.map_or(f64::NAN, |t| f64::from(t).atan()));
         let (middle, half) = (0.5 * (left + right), 0.5 * (right - left));
         let bearing = middle.tan();
@@ -101,7 +101,7 @@ impl Survey {
         let height = |row: f32| y_m * (sin - b(row.into()) * cos) / (cos + b(row.into()) * sin);
         let axis_column = f64::from(lens.ppx) + f64::from(lens.fx) * bearing;
         let near = |(column, _): &&(usize, f32)| (*column as f64 - axis_column).abs() < 6.0;
-        let rest = body.top.iter().filter(near).map(|(_, row)| *row).collect();
+        let rest = body.top.iter().filter(near).map(|(_, row)| *row);
         let top_m = median(rest).or_else(|| body.top.first().map(|(_, row)| *row)).map_or(f64::NAN, height);
         let fill_m = body.foot.map(|foot| top_m - height(foot));
         let depth_share = f64::from(share);
@@ -157,7 +157,7 @@ fn line(points: &[(f64, f64)]) -> Option<(f64, f64)> {
     };
     let (at_0, slope) = fit(points)?;
     let off = |(x, y): &(f64, f64)| (y - at_0 - slope * x).abs();
-    let deviation = 1.4826 * f64::from(median(points.iter().map(|point| off(point) as f32).collect())?);
+    let deviation = 1.4826 * f64::from(median(points.iter().map(|point| off(point) as f32))?);
     let near: Vec<(f64, f64)> =
         points.iter().copied().filter(|point| off(point) <= OUTLIER * deviation.max(1e-9)).collect();
     if near.len() < LEAST_ROWS { Some((at_0, slope)) } else { fit(&near) }

@@ -8,7 +8,7 @@
 //! exact for products of the polynomials.
 
 use super::columns::{COUNT, Coefficients, Value, basis};
-use crate::validate::gauss;
+use meniscus_numerics::quadrature::gauss_legendre;
 
 /// Nodes along the radius and around.
 const NODES: (usize, usize) = (8, 16);
@@ -25,7 +25,7 @@ impl Tension {
     /// A tension of `sigma` N/m in a circle of radius `radius_m`.
     pub(super) fn new(sigma: f64, radius_m: f64) -> Self {
         let mut nodes = Vec::with_capacity(NODES.0 * NODES.1);
-        for (r, over_r) in gauss(NODES.0, radius_m) {
+        for (r, over_r) in gauss_legendre(NODES.0, radius_m) {
             for k in 0..NODES.1 {
                 let turn = std::f64::consts::TAU / NODES.1 as f64;
                 let (sin, cos) = (turn * k as f64).sin_cos();

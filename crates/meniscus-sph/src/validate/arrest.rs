@@ -25,7 +25,7 @@ pub(super) const START_M_S: f64 = 0.05;
 /// Part of the first speed below which the liquid counts as standing.
 const STANDING: f64 = 0.03;
 
-/// How the two liquids came to rest.
+/// Arrest of the one liquid and creep of the other.
 #[derive(Clone, Debug)]
 pub(super) struct Arrest {
     /// When the plastic liquid first stood for good, s; not a number if it never did.

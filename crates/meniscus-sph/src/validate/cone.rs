@@ -6,9 +6,10 @@
 //! ```
 //! (Moiseev and Rumyantsev 1968, the variational form of sloshing.) The quadrature stretches Gauss's nodes to the wall.
 
-use super::jet::{Jet, gauss, legendre};
+use super::jet::{Jet, legendre};
 use meniscus::units::GRAVITY_M_S2;
 use meniscus_data::recording::Glass;
+use meniscus_numerics::quadrature::gauss_legendre;
 use nalgebra::DMatrix;
 use std::f64::consts::TAU;
 
@@ -35,8 +36,8 @@ pub fn cone_hz(glass: &Glass) -> f64 {
         let products = |[p, dp]: [f64; 2]| along_z.iter().map(move |Jet([q, dq, _])| [p * q, dp * q, p * dq]);
         along_r.flat_map(|p| products(p).collect::<Vec<_>>()).collect()
     };
-    for (z, over_z) in gauss(NODES, h) {
-        for (r, over_r) in gauss(NODES, glass.radius_at(z)) {
+    for (z, over_z) in gauss_legendre(NODES, h) {
+        for (r, over_r) in gauss_legendre(NODES, glass.radius_at(z)) {
             let functions = all(r, z);
             for (i, a) in functions.iter().enumerate() {
                 for (j, b) in functions.iter().enumerate() {
@@ -46,7 +47,7 @@ pub fn cone_hz(glass: &Glass) -> f64 {
             }
         }
     }
-    for (r, over_r) in gauss(NODES, glass.radius_at(h)) {
+    for (r, over_r) in gauss_legendre(NODES, glass.radius_at(h)) {
         let functions = all(r, h);
         for (i, a) in functions.iter().enumerate() {
             for (j, b) in functions.iter().enumerate() {

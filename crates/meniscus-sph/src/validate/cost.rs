@@ -1,4 +1,4 @@
-//! What a computation costs in processor time.
+//! Processor time of a computation.
 
 use std::time::Instant;
 

@@ -1,9 +1,14 @@
 //! A damped oscillation fitted to a series, beside others that are already known.
 //!
-//! For given frequencies and decays the amplitudes follow by linear least squares; frequency and
-//! decay of the one sought are then moved until the misfit no longer falls (pattern search).
+//! ```text
+//! |y - A(f, d) c|^2  ->  least in f and d,      c = (A^T A)^-1 A^T y
+//! ```
+//! For given frequencies and decays the amplitudes c follow by linear least squares, so that frequency and decay of the
+//! one sought are the only parameters of the nonlinear search (variable projection: Golub and Pereyra, SIAM J. Numer.
+//! Anal. 10 (1973) 413).
 
 use super::theory::Tone;
+use meniscus_numerics::least_squares::{Model, Settings, forward_differences, minimise};
 use nalgebra::{DMatrix, DVector};
 use std::f64::consts::TAU;
 
@@ -31,42 +36,60 @@ fn wave(tone: &Tone, time_s: f64) -> [f64; 2] {
     [envelope * c, envelope * s]
 }
 
-/// Squared misfit and amplitudes of `tones` in `series` (times in s, values).
-fn amplitudes(series: &[(f64, f64)], tones: &[Tone]) -> Option<(f64, DVector<f64>)> {
+/// Amplitudes of `tones` in `series` by linear least squares, and what they leave of it; `None` where the series does
+/// not determine them.
+fn projected(series: &[(f64, f64)], tones: &[Tone]) -> Option<(DVector<f64>, DVector<f64>)> {
     let size = 2 * tones.len();
-    let mut normal = DMatrix::zeros(size, size);
-    let mut right = DVector::zeros(size);
-    let mut square = 0.0;
-    for &(t, y) in series {
-        let row = DVector::from_iterator(size, tones.iter().flat_map(|tone| wave(tone, t)));
-        normal.ger(1.0, &row, &row, 1.0);
-        right.axpy(y, &row, 1.0);
-        square += y * y;
-    }
-    let found = normal.cholesky()?.solve(&right);
-    Some((square - right.dot(&found), found))
+    let waves = DMatrix::from_row_iterator(
+        series.len(),
+        size,
+        series.iter().flat_map(|(t, _)| tones.iter().flat_map(move |tone| wave(tone, *t))),
+    );
+    let values = DVector::from_iterator(series.len(), series.iter().map(|(_, value)| *value));
+    let amplitudes = waves.tr_mul(&waves).cholesky()?.solve(&waves.tr_mul(&values));
+    let residual = values - waves * &amplitudes;
+    Some((amplitudes, residual))
 }
 
-/// The oscillation near `guess` in `series`, beside the oscillations `known`; `None` where the series
-/// does not determine it.
+/// The series as a function of frequency and decay of the tone that is sought.
+struct Series<'a> {
+    points: &'a [(f64, f64)],
+    known: &'a [Tone],
+    /// Widths of the differences: frequency in Hz, decay in 1/s.
+    widths: DVector<f64>,
+}
+
+impl Series<'_> {
+    fn projected(&self, tone: Tone) -> Option<(DVector<f64>, DVector<f64>)> {
+        let tones: Vec<_> = std::iter::once(tone).chain(self.known.iter().copied()).collect();
+        projected(self.points, &tones)
+    }
+}
+
+impl Model for Series<'_> {
+    fn residual(&self, parameters: &DVector<f64>) -> DVector<f64> {
+        let tone = Tone { hz: parameters[0], decay: parameters[1] };
+        // A tone that the series does not determine is no better than any other: the solver turns away from it.
+        let undetermined = || DVector::from_element(self.points.len(), f64::NAN);
+        self.projected(tone).map_or_else(undetermined, |(_, residual)| residual)
+    }
+
+    fn jacobian(&self, parameters: &DVector<f64>, residual: &DVector<f64>) -> DMatrix<f64> {
+        forward_differences(parameters, residual, &self.widths, |p| self.residual(p))
+    }
+}
+
+/// Fits the oscillation near `guess` to `series` (times in s, values), beside the oscillations `known`; `None` where the
+/// series does not determine it.
 #[must_use]
 pub fn fit(series: &[(f64, f64)], guess: Tone, known: &[Tone]) -> Option<Fit> {
-    let with = |tone: Tone| {
-        let tones: Vec<_> = std::iter::once(tone).chain(known.iter().copied()).collect();
-        amplitudes(series, &tones)
-    };
-    let (mut tone, mut best) = (guess, with(guess)?);
-    let (mut hz, mut decay) = (0.05 * guess.hz, 1.0);
-    while hz > 1e-5 * guess.hz {
-        let moves = [(hz, 0.0), (-hz, 0.0), (0.0, decay), (0.0, -decay)];
-        let tried = moves.map(|(h, d)| Tone { hz: tone.hz + h, decay: tone.decay + d });
-        let found = tried.into_iter().filter_map(|t| with(t).map(|fit| (t, fit)));
-        match found.min_by(|a, b| a.1.0.total_cmp(&b.1.0)) {
-            Some((better, fit)) if fit.0 < best.0 => (tone, best) = (better, fit),
-            _ => (hz, decay) = (0.5 * hz, 0.5 * decay),
-        }
-    }
-    Some(Fit { tone, amplitude: [best.1[0], best.1[1]] })
+    let widths = DVector::from_column_slice(&[1e-6 * guess.hz, 1e-5]);
+    let model = Series { points: series, known, widths };
+    model.projected(guess)?;
+    let found = minimise(&model, DVector::from_column_slice(&[guess.hz, guess.decay]), &Settings::default());
+    let tone = Tone { hz: found.parameters[0], decay: found.parameters[1] };
+    let (amplitudes, _) = model.projected(tone)?;
+    Some(Fit { tone, amplitude: [amplitudes[0], amplitudes[1]] })
 }
 
 #[cfg(test)]

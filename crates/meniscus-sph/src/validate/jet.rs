@@ -60,34 +60,16 @@ pub(super) fn legendre(x: Jet, count: usize) -> Vec<Jet> {
     all
 }
 
-/// Nodes and weights of Gauss and Legendre on `[0, length]`, exact to the degree `2 count - 1`.
-pub(crate) fn gauss(count: usize, length: f64) -> Vec<(f64, f64)> {
-    let node = |i: usize| {
-        let mut x = (std::f64::consts::PI * (i as f64 + 0.75) / (count as f64 + 0.5)).cos();
-        let mut slope = 1.0;
-        // Newton from the usual first guess converges in four turns.
-        for _ in 0..8 {
-            let Jet([p, dp, _]) = legendre(Jet::variable(x), count + 1)[count];
-            (x, slope) = (x - p / dp, dp);
-        }
-        let weight = 2.0 / ((1.0 - x * x) * slope * slope);
-        (0.5 * length * (1.0 + x), 0.5 * length * weight)
-    };
-    (0..count).map(node).collect()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
-    fn products_differentiate_and_quadrature_is_exact() {
+    fn products_and_polynomials_have_their_derivatives() {
         let x = Jet::variable(0.3);
         let Jet([p, dp, ddp]) = legendre(x, 4)[3];
         assert!((p - 0.5 * (5.0 * 0.027 - 0.9)).abs() < 1e-15);
         assert!((dp - 0.5 * (15.0 * 0.09 - 3.0)).abs() < 1e-15 && (ddp - 15.0 * 0.3).abs() < 1e-14);
         assert_eq!(x - Jet::constant(0.3), Jet([0.0, 1.0, 0.0]));
-        let ninth: f64 = gauss(5, 2.0).iter().map(|(x, w)| w * x.powi(9)).sum();
-        assert!((ninth - 102.4).abs() < 1e-11, "{ninth}");
     }
 }

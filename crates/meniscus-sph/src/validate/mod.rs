@@ -25,14 +25,18 @@
 mod arrest;
 mod cone;
 mod cost;
-mod drive;
+mod determinism;
 mod effects;
+mod energy_closure;
 mod envelope;
+mod escapes;
 mod fit;
 mod jet;
 mod plots;
 mod report;
+mod rest_noise;
 mod ring;
+mod second_mode;
 mod theory;
 mod viscous;
 mod wall_force;
@@ -42,9 +46,8 @@ pub use cost::Stopwatch;
 pub use effects::{Held, effect};
 pub use envelope::Envelope;
 pub use fit::{Fit, fit};
-pub(crate) use jet::gauss;
 pub use plots::decay_png;
-pub use report::{html, markdown};
+pub use report::report;
 pub use ring::Ringing;
 pub use theory::{Mode, Tone};
 pub use viscous::{Linear, linear_mode, viscous_mode};
@@ -67,7 +70,7 @@ const COARSE_M: f64 = 0.007;
 /// Largest deviation of an effect from its theory, per cent.
 const EFFECT_TARGET: f64 = 15.0;
 
-/// What was measured.
+/// Results of the validation.
 #[derive(Clone, Debug, Default)]
 pub struct Outcome {
     /// The table.
@@ -90,7 +93,7 @@ const WORK: [f64; 26] = [
     15.0, 15.0, 30.0, 12.0, 12.0, 6.0, 15.0, 15.0,
 ];
 
-/// How many of them are quick.
+/// Number of quick cases.
 const QUICK: usize = 4;
 
 /// Tells how much of the work is done, case by case.
@@ -142,7 +145,7 @@ fn quick_rows<W: FnMut(f64, &str)>(progress: &mut Progress<W>, out: &mut Outcome
     let slips = progress
         .case("glycerine, free slip", |w| ring("glycerine, free slip", mu, STANDARD_M, false, 0.8, w))?;
     let stirred = setup(Rheology::newtonian(mu), STANDARD_M, true);
-    let closure = progress.case("energy", |w| drive::energy_closure(&stirred, 2.0, w))?;
+    let closure = progress.case("energy", |w| energy_closure::energy_closure(&stirred, 2.0, w))?;
     out.checks.extend([
         Check::at_most("mode1_frequency_error", free.frequency_error().abs(), "%", 1.0),
         Check::at_most("glycerine_noslip_frequency_error", stuck.frequency_error().abs(), "%", 2.0),
@@ -157,15 +160,15 @@ fn quick_rows<W: FnMut(f64, &str)>(progress: &mut Progress<W>, out: &mut Outcome
     Ok(())
 }
 
-/// What takes longer.
+/// Runs the cases that take longer.
 fn slow_rows<W: FnMut(f64, &str)>(progress: &mut Progress<W>, out: &mut Outcome) -> Result<(), Error> {
     let fine = progress.case("fine", |w| ring("no viscosity, 3.5 mm", 0.0, FINE_M, true, 0.8, w))?;
     let thin = progress.case("thin", |w| ring("1 mPa s, no slip", 1e-3, STANDARD_M, true, 1.0, w))?;
-    let noise = progress.case("rest", |w| drive::rest_noise(STANDARD_M, 0.5, w))?;
-    let escaped = progress.case("escapes", |w| drive::escapes(STANDARD_M, 0.3, 1.0, w))?;
-    let second = progress.case("second mode", |w| drive::second_mode(STANDARD_M, 1.0, w))?;
-    let second_fine = progress.case("second mode, fine", |w| drive::second_mode(FINE_M, 1.0, w))?;
-    let same = progress.case("threads", |_| drive::same_bits(COARSE_M))?;
+    let noise = progress.case("rest", |w| rest_noise::rest_noise(STANDARD_M, 0.5, w))?;
+    let escaped = progress.case("escapes", |w| escapes::escapes(STANDARD_M, 0.3, 1.0, w))?;
+    let second = progress.case("second mode", |w| second_mode::second_mode(STANDARD_M, 1.0, w))?;
+    let second_fine = progress.case("second mode, fine", |w| second_mode::second_mode(FINE_M, 1.0, w))?;
+    let same = progress.case("threads", |_| determinism::same_bits(COARSE_M))?;
     let stopped = progress.case("yield stress", |w| arrest::arrest(COARSE_M, 1.0, w))?;
     let hz = Mode::second(GLASS).hz();
     let off = |second: Option<Fit>| second.map_or(f64::NAN, |fit| 100.0 * (fit.tone.hz / hz - 1.0).abs());

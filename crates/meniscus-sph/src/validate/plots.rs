@@ -9,7 +9,7 @@ use std::path::Path;
 /// Width and height, pixels.
 const SIZE: (u32, u32) = (1200, 600);
 
-/// What theory expects of `ringing`: it fixes frequency and decay; amplitude and phase are those that suit the series best.
+/// Returns the oscillation that theory predicts for `ringing`: theory fixes frequency and decay; amplitude and phase are those that suit the series best.
 pub(super) fn expected(ringing: &Ringing) -> Fit {
     let near = fit(&ringing.series, ringing.theory, &[]);
     Fit { tone: ringing.theory, amplitude: near.map_or(ringing.fit.amplitude, |near| near.amplitude) }

@@ -22,19 +22,19 @@ pub(super) const GLYCERINE: (f64, f64) = (1261.0, 0.950);
 /// Speed of the mode at the top of the wall when it starts, m/s.
 const START_M_S: f64 = 0.05;
 
-/// Where the fit begins, s.
+/// Start of the fit, s.
 const FORMED_S: f64 = 0.05;
 
 /// One mode that rang out.
 #[derive(Clone, Debug)]
 pub struct Ringing {
-    /// What rang, for the title of its picture.
+    /// Name of the case, for the title of its picture.
     pub name: String,
     /// Times (s) and modal momenta as parts of the first.
     pub series: Vec<(f64, f64)>,
     /// The oscillation fitted to them.
     pub fit: Fit,
-    /// What theory says.
+    /// The tone of linear theory.
     pub theory: Tone,
     /// Processor time for each simulated second.
     pub cost: f64,

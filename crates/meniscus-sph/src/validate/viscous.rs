@@ -25,10 +25,11 @@
 //! The root nearest to the boundary-layer formula is found by inverse iteration with a Rayleigh
 //! quotient. All numbers are made without dimension by `R` and `sqrt(g/R)`.
 
-use super::jet::{Jet, gauss, legendre};
+use super::jet::{Jet, legendre};
 use super::theory::{Mode, Tone};
 use meniscus::units::GRAVITY_M_S2;
 use meniscus_data::recording::Glass;
+use meniscus_numerics::quadrature::gauss_legendre;
 use nalgebra::{Complex, DMatrix, DVector};
 use std::f64::consts::TAU;
 
@@ -39,7 +40,7 @@ const FINE: Resolution = Resolution { degrees: (14, 19), nodes: 42 };
 /// The same for fields that are integrated many times over; frequencies agree with the fine ones to 0.1 %.
 pub(super) const COARSE: Resolution = Resolution { degrees: (9, 12), nodes: 28 };
 
-/// How finely the velocity is resolved.
+/// Resolution of the velocity.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Resolution {
     degrees: (usize, usize),
@@ -159,7 +160,7 @@ impl Problem {
         let Resolution { degrees, nodes } = resolution;
         let no_slip = slip == 0.0;
         let size = 2 * degrees.0 * degrees.1;
-        let (radii, heights) = (gauss(nodes, 1.0), gauss(nodes, h));
+        let (radii, heights) = (gauss_legendre(nodes, 1.0), gauss_legendre(nodes, h));
         let mut velocity = DMatrix::zeros(3 * nodes * nodes, size);
         let mut strain = DMatrix::zeros(6 * nodes * nodes, size);
         let mut weights = Vec::with_capacity(nodes * nodes);

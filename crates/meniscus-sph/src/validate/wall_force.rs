@@ -15,10 +15,10 @@
 //! With b_n = 1 the first mode would feel ever less with the number of modes, because a surface without tension gives way
 //! under a line of force without bound; with the fit a spring has settled to 1 part in 2000 at [`MODES`] modes.
 
-use super::jet::gauss;
 use super::ring::{GLASS, GLYCERINE};
 use meniscus::math::bessel_j;
 use meniscus::units::GRAVITY_M_S2;
+use meniscus_numerics::quadrature::gauss_legendre;
 use nalgebra::{DMatrix, Matrix2, Vector2};
 use std::f64::consts::{PI, TAU};
 
@@ -56,7 +56,7 @@ fn zero_of_slope(order: i32, mut x: f64) -> f64 {
 /// The modes of azimuthal number `order`, 1 or 3, by frequency.
 fn waves(order: i32) -> [Wave; MODES] {
     let m = f64::from(order);
-    let nodes = gauss(48, 1.0);
+    let nodes = gauss_legendre(48, 1.0);
     // Near the first zero (Abramowitz and Stegun 9.5.16); the others follow a little more than pi apart.
     let mut near = m + 0.81 * m.cbrt();
     std::array::from_fn(|n| {

@@ -11,6 +11,7 @@ pub mod peers;
 pub mod runtime;
 pub mod turn;
 
+use meniscus_numerics::statistics::quantile;
 use std::hint::black_box;
 use std::time::Instant;
 
@@ -31,10 +32,7 @@ impl Times {
     /// The time that a share of the calls stayed within, microseconds; NaN of no calls.
     #[must_use]
     pub fn quantile_us(&self, share: f64) -> f64 {
-        let mut sorted = self.0.clone();
-        sorted.sort_unstable();
-        let last = sorted.len().saturating_sub(1) as f64;
-        sorted.get((share * last).round() as usize).map_or(f64::NAN, |ns| *ns as f64 / 1e3)
+        quantile(self.0.iter().copied(), share).map_or(f64::NAN, |ns| ns as f64 / 1e3)
     }
 
     /// The median, microseconds.

@@ -25,7 +25,7 @@ pub const FRAMES: u64 = 6;
 /// Frame with which the clutter comes.
 pub const CLUTTERED_FROM: u64 = 2;
 
-/// What a scene is about.
+/// Condition under which a scene is seen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Condition {
     /// The camera's own noise, 5 % holes.
@@ -87,7 +87,7 @@ impl Condition {
 /// One scene and its truth.
 #[derive(Clone, Debug)]
 pub struct Case {
-    /// What it is about.
+    /// Its condition.
     pub condition: Condition,
     /// Index into [`LOOKS`].
     pub look: usize,
@@ -107,6 +107,44 @@ pub struct Case {
     speed_m: f64,
 }
 
+/// Draws a finger in the glass.
+fn finger(within: &mut impl FnMut(f64, f64) -> f64) -> Finger {
+    Finger {
+        height_m: within(0.02, 0.085),
+        radius_m: within(0.006, 0.009),
+        tip: within(-0.6, 0.8),
+        before_m: within(0.010, 0.030),
+        from_right: within(0.0, 1.0) < 0.5,
+    }
+}
+
+/// Puts what `condition` disturbs into nominal `settings`; `within` draws uniformly between two bounds.
+fn disturb(settings: &mut SceneSettings, condition: Condition, within: &mut impl FnMut(f64, f64) -> f64) {
+    match condition {
+        Condition::Nominal => {}
+        Condition::DoubleNoise => {
+            settings.disparity_rms_px *= 2.0;
+            settings.grey_rms *= 2.0;
+        }
+        Condition::Holes => settings.hole_share = within(0.10, 0.30),
+        Condition::Foam => {
+            let from = within(-1.0, 0.3);
+            settings.clutter.foam_m = within(0.001, 0.004);
+            settings.clutter.foam_span = [from, from + within(0.4, 1.2)];
+        }
+        Condition::Glare => {
+            let (across, width_px) = (within(-0.7, 0.7), within(1.0, 2.5));
+            settings.clutter.glare = Some(Glare { across, width_px });
+        }
+        Condition::Finger => settings.clutter.finger = Some(finger(within)),
+        Condition::NoLiquid => {
+            settings.glass_present = within(0.0, 1.0) < 0.6;
+            let finger = (within(0.0, 1.0) < 0.4).then(|| finger(within));
+            settings.clutter = Clutter { clear: within(0.85, 1.0), finger, ..Clutter::default() };
+        }
+    }
+}
+
 impl Case {
     /// Scene `index` of the set of `seed`.
     #[must_use]
@@ -123,44 +161,14 @@ impl Case {
             liquid,
             ..Settings::default()
         };
-        let nominal = SceneSettings::default();
         let mut settings = SceneSettings {
             camera,
             tone: Some(tone),
             mirror,
             seed: seed.wrapping_mul(1_000_003).wrapping_add(index as u64),
-            ..nominal
+            ..SceneSettings::default()
         };
-        let finger = |within: &mut dyn FnMut(f64, f64) -> f64| Finger {
-            height_m: within(0.02, 0.085),
-            radius_m: within(0.006, 0.009),
-            tip: within(-0.6, 0.8),
-            before_m: within(0.010, 0.030),
-            from_right: within(0.0, 1.0) < 0.5,
-        };
-        match condition {
-            Condition::Nominal => {}
-            Condition::DoubleNoise => {
-                settings.disparity_rms_px = 2.0 * nominal.disparity_rms_px;
-                settings.grey_rms = 2.0 * nominal.grey_rms;
-            }
-            Condition::Holes => settings.hole_share = within(0.10, 0.30),
-            Condition::Foam => {
-                let from = within(-1.0, 0.3);
-                settings.clutter.foam_m = within(0.001, 0.004);
-                settings.clutter.foam_span = [from, from + within(0.4, 1.2)];
-            }
-            Condition::Glare => {
-                let (across, width_px) = (within(-0.7, 0.7), within(1.0, 2.5));
-                settings.clutter.glare = Some(Glare { across, width_px });
-            }
-            Condition::Finger => settings.clutter.finger = Some(finger(&mut within)),
-            Condition::NoLiquid => {
-                settings.glass_present = within(0.0, 1.0) < 0.6;
-                let finger = (within(0.0, 1.0) < 0.4).then(|| finger(&mut within));
-                settings.clutter = Clutter { clear: within(0.85, 1.0), finger, ..Clutter::default() };
-            }
-        }
+        disturb(&mut settings, condition, &mut within);
         let shape = Sloshing {
             first_m: within(-0.010, 0.010),
             azimuth: within(0.0, std::f64::consts::TAU),

@@ -1,4 +1,4 @@
-//! What must come of each trouble of the simulated camera: one line a trouble.
+//! Required outcome of each fault of the simulated camera, one line a fault.
 
 use super::faults::Must::{self, GiveUp, Recover, Refuse, Stream as Streams};
 use meniscus::usb::uvc::Losses;

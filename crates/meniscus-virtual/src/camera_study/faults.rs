@@ -10,7 +10,7 @@ use meniscus_usb::buffer::Buffer;
 use meniscus_usb::camera::{CameraError, CameraHealth, Note, OutlineImage, Rung, Session, Settings, Sink};
 use meniscus_usb::transport::Transport;
 
-/// What must come of a trouble.
+/// Required outcome of a fault.
 #[derive(Clone, Copy, Debug)]
 pub enum Must {
     /// No session, and these words.
@@ -23,12 +23,12 @@ pub enum Must {
     GiveUp(&'static [&'static str]),
 }
 
-/// What a run has counted.
+/// Counts of a run.
 #[derive(Clone, Copy, Debug)]
 pub struct Books {
     /// The session's counters.
     pub health: CameraHealth,
-    /// What the assemblers lost, depth then outline.
+    /// Losses of the assemblers, depth then outline.
     pub losses: [Losses; 2],
     /// The depth unit that holds.
     pub depth_unit_um: u32,
@@ -59,7 +59,7 @@ pub struct Reader {
     pub pairs: u32,
     wanted: u32,
     patience: u32,
-    /// What happened to the camera.
+    /// Events of the camera.
     pub notes: Vec<Note>,
     /// The first thing that must never happen, if it did.
     pub wrong: Option<String>,
@@ -83,7 +83,7 @@ impl Reader {
         }
     }
 
-    /// What the assemblers lost, depth then outline.
+    /// Losses of the assemblers, depth then outline.
     #[must_use]
     pub fn losses(&self) -> [Losses; 2] {
         [self.assemblers[0].0.losses(), self.assemblers[1].0.losses()]

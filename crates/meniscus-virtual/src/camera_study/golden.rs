@@ -61,7 +61,7 @@ pub struct Golden {
     entries: Vec<Entry>,
 }
 
-/// Where the frames lie, if they are there: beside the project.
+/// Returns the folder of the frames, if they are there: beside the project.
 #[must_use]
 pub fn folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data/depth-filters")
@@ -127,7 +127,7 @@ fn read(path: &Path) -> Result<Vec<u8>, GoldenError> {
         .map_err(|cause| GoldenError::File(FileError { path: path.into(), doing: "read", cause }))
 }
 
-/// What the filter of that name makes of an image, as bytes.
+/// Returns an image after the filter of that name, as bytes.
 fn make(filter: &str, mut image: Vec<u16>, width: usize) -> Option<Vec<u8>> {
     let height = image.len() / width;
     let done = match filter {

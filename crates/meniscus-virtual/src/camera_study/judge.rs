@@ -5,6 +5,7 @@ use crate::render::{Clutter, Images, Liquid, Scene};
 use meniscus::surface::{Config, ConfigError, NotSeen, POINTS, State, SurfaceProfile, extract};
 use meniscus::units::Micros;
 use meniscus::usb::frame::{DepthFrame, OutlineFrame, Stamp};
+use meniscus_numerics::statistics::quantile;
 
 /// One point that was seen.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -15,7 +16,7 @@ pub struct Point {
     pub half_mm: f64,
 }
 
-/// What came of a scene.
+/// Profiles of a scene beside the truth.
 #[derive(Clone, Debug)]
 pub struct Judged {
     /// The scene.
@@ -106,9 +107,8 @@ impl Row {
         let points: Vec<Point> = scenes.iter().flat_map(|judged| judged.points.iter().copied()).collect();
         let profiles = scenes.iter().map(|judged| judged.profiles).sum();
         let mean = |of: &dyn Fn(&Point) -> f64| points.iter().map(of).sum::<f64>() / points.len() as f64;
-        let mut sizes: Vec<f64> = points.iter().map(|point| point.error_mm.abs()).collect();
-        sizes.sort_by(f64::total_cmp);
-        let at = |share: f64| sizes.get((share * sizes.len() as f64) as usize).or(sizes.last()).copied();
+        let at =
+            |share: f64| quantile(points.iter().map(|point| point.error_mm.abs()), share).unwrap_or(f64::NAN);
         Self {
             group,
             name: name.into(),
@@ -118,25 +118,41 @@ impl Row {
             points_seen: points.len() as f64 / (f64::from(profiles) * POINTS as f64),
             rms_mm: mean(&|point| point.error_mm * point.error_mm).sqrt(),
             bias_mm: mean(&|point| point.error_mm),
-            p95_mm: at(0.95).unwrap_or(f64::NAN),
-            worst_mm: at(1.0).unwrap_or(f64::NAN),
+            p95_mm: at(0.95),
+            worst_mm: at(1.0),
             coverage: mean(&|point| f64::from(u8::from(point.error_mm.abs() <= point.half_mm))),
             half_mm: mean(&|point| point.half_mm),
         }
     }
 
-    /// Headings of [`Row::line`].
-    pub const HEAD: &'static str = "| | | scenes | frames | profiles | points seen | rms mm | bias mm | 95 % mm | worst mm | inside | +- mm |";
+    /// Headings of [`Row::cells`].
+    pub const HEAD: [&'static str; 12] = [
+        "scenes of",
+        "which",
+        "scenes",
+        "frames",
+        "profiles",
+        "points seen",
+        "rms, mm",
+        "bias, mm",
+        "95 %, mm",
+        "worst, mm",
+        "inside",
+        "+- mm",
+    ];
 
-    /// The row in a page.
+    /// Returns the row in words and figures.
     #[must_use]
-    pub fn line(&self) -> String {
-        let Self { group, name, scenes, frames, profiles, .. } = self;
+    pub fn cells(&self) -> Vec<String> {
         let number = |value: f64, decimals: usize| {
             if value.is_finite() { format!("{value:.decimals$}") } else { "-".into() }
         };
-        format!(
-            "| {group} | {name} | {scenes} | {frames} | {profiles} | {} | {} | {} | {} | {} | {} | {} |",
+        vec![
+            self.group.into(),
+            self.name.clone(),
+            self.scenes.to_string(),
+            self.frames.to_string(),
+            self.profiles.to_string(),
             number(self.points_seen, 3),
             number(self.rms_mm, 3),
             number(self.bias_mm, 3),
@@ -144,6 +160,6 @@ impl Row {
             number(self.worst_mm, 2),
             number(self.coverage, 3),
             number(self.half_mm, 3),
-        )
+        ]
     }
 }

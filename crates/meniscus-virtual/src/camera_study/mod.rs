@@ -1,7 +1,7 @@
 //! The study of the camera's side: how far the surface can be trusted, condition by condition.
 //!
 //! ```text
-//! conditions --render, extract--> judge --> rows and checks --> page, pictures
+//! conditions --render, extract--> judge --> rows and checks --> report, pictures
 //! faults: the fault table through the session        golden: filters beside the library's frames
 //! ```
 //!
@@ -13,15 +13,13 @@ pub mod conditions;
 pub mod fault_table;
 pub mod faults;
 pub mod golden;
-mod html;
 pub mod judge;
-mod page;
 mod plots;
+mod report;
 mod speed;
 
-pub use html::html;
-pub use page::markdown;
-pub use plots::{PlotError, errors_png, scenes_png};
+pub use plots::{errors_png, scenes_png};
+pub use report::report;
 
 use conditions::{Case, Condition, DISTANCES_M, LOOKS};
 use golden::{Golden, GoldenError};
@@ -65,7 +63,7 @@ impl std::fmt::Display for StudyError {
 
 impl std::error::Error for StudyError {}
 
-/// What the study found.
+/// Results of the study.
 #[derive(Clone, Debug)]
 pub struct Outcome {
     /// The table.

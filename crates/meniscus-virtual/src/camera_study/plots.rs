@@ -3,7 +3,7 @@
 use super::conditions::{Condition, DISTANCES_M, LOOKS};
 use super::judge::Judged;
 use meniscus::surface::{Config, POINTS, profile_abscissa};
-use meniscus_report::plot::{BLUE, FONT, GREY, ORANGE, PURPLE, prepare_font};
+use meniscus_report::plot::{BLUE, FONT, GREY, ORANGE, PURPLE, PictureError, prepare_font};
 use plotters::prelude::*;
 use std::path::Path;
 
@@ -13,29 +13,11 @@ const SIZE: (u32, u32) = (1400, 800);
 const SHEET: (usize, usize) = (5, 4);
 const TILE: (usize, usize) = (280, 280);
 
-/// Why a picture could not be written.
-#[derive(Debug)]
-pub struct PlotError(String);
-
-impl std::fmt::Display for PlotError {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "a picture of the study cannot be written: {}", self.0)
-    }
-}
-
-impl std::error::Error for PlotError {}
-
-impl<E: std::error::Error + Send + Sync> From<DrawingAreaErrorKind<E>> for PlotError {
-    fn from(error: DrawingAreaErrorKind<E>) -> Self {
-        Self(error.to_string())
-    }
-}
-
 /// Writes every point's error by condition, with the stated interval's mean.
 ///
 /// # Errors
-/// [`PlotError`].
-pub fn errors_png(scenes: &[Judged], path: &Path) -> Result<(), PlotError> {
+/// [`PictureError`].
+pub fn errors_png(scenes: &[Judged], path: &Path) -> Result<(), PictureError> {
     prepare_font();
     let area = BitMapBackend::new(path, SIZE).into_drawing_area();
     area.fill(&WHITE)?;
@@ -86,8 +68,8 @@ pub fn errors_png(scenes: &[Judged], path: &Path) -> Result<(), PlotError> {
 /// Writes the last frames of some scenes with what was measured in them and what is true.
 ///
 /// # Errors
-/// [`PlotError`].
-pub fn scenes_png(scenes: &[Judged], path: &Path) -> Result<(), PlotError> {
+/// [`PictureError`].
+pub fn scenes_png(scenes: &[Judged], path: &Path) -> Result<(), PictureError> {
     prepare_font();
     let size = ((SHEET.0 * TILE.0) as u32, (SHEET.1 * TILE.1) as u32);
     let area = BitMapBackend::new(path, size).into_drawing_area();
@@ -110,7 +92,7 @@ pub fn scenes_png(scenes: &[Judged], path: &Path) -> Result<(), PlotError> {
 fn draw_scene<DB: DrawingBackend>(
     judged: &Judged,
     tile: &DrawingArea<DB, plotters::coord::Shift>,
-) -> Result<(), PlotError>
+) -> Result<(), PictureError>
 where
     DB::ErrorType: 'static,
 {

@@ -1,4 +1,4 @@
-//! How long the camera's side takes on this machine, now: medians, of the processor as it is loaded.
+//! Time that the camera side takes on this machine: medians, with the processor as it is loaded.
 
 use crate::render::{Images, Liquid, Scene, SceneSettings};
 use meniscus::depth_filters::{LANES, Spatial};
@@ -7,6 +7,7 @@ use meniscus::usb::frame::{DepthFrame, OutlineFrame};
 use meniscus::usb::uvc::{Assembler, Outcome};
 use meniscus_data::recording::{COLUMNS, WALL_POINTS};
 use meniscus_hil::{Camera, CameraSettings, Shot, Source};
+use meniscus_numerics::statistics::median;
 use std::hint::black_box;
 use std::time::Instant;
 
@@ -16,9 +17,7 @@ const FRAMES: u64 = 60;
 /// Median of the seconds of each of `FRAMES` tries; a try gives the moment at which its work began, and
 /// ends with it.
 fn median_s(mut one: impl FnMut(u64) -> Instant) -> f64 {
-    let mut times: Vec<f64> = (0..FRAMES).map(|frame| one(frame).elapsed().as_secs_f64()).collect();
-    times.sort_by(f64::total_cmp);
-    times[times.len() / 2]
+    median((0..FRAMES).map(|frame| one(frame).elapsed().as_secs_f64())).unwrap_or(f64::NAN)
 }
 
 fn rendered(scene: &mut Scene, images: &mut Images, frame: u64) {

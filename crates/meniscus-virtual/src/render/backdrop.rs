@@ -1,4 +1,4 @@
-//! What stands still: wall, table, vignetting, the projector's dots; rendered once.
+//! Still parts of the scene: wall, table, vignetting, the projector's dots; rendered once.
 
 use super::noise::{Noise, mix};
 use super::view::View;
@@ -44,7 +44,7 @@ pub(super) struct Backdrop {
     pub(super) disparity: Vec<f32>,
     /// Projector dots, 0 to 1.
     pub(super) dots: Vec<f32>,
-    /// What the lens leaves of the light.
+    /// Share of the light that the lens passes.
     pub(super) vignette: Vec<f32>,
     /// The finished background as bytes.
     pub(super) infrared: Vec<u8>,

@@ -1,4 +1,4 @@
-//! What disturbs the view: foam, a highlight on the glass, a finger before it, a liquid that is clear.
+//! Disturbances of the view: foam, a highlight on the glass, a finger before it, a liquid that is clear.
 
 use super::noise::mix;
 use super::outline::Outline;
@@ -21,7 +21,7 @@ pub struct Finger {
     pub height_m: f64,
     /// Radius, metres.
     pub radius_m: f64,
-    /// How far its tip reaches, in radii of the glass from the axis; it comes from the left.
+    /// Reach of its tip, in radii of the glass from the axis; it comes from the left.
     pub tip: f64,
     /// Distance of its middle before the glass, metres.
     pub before_m: f64,
@@ -43,7 +43,7 @@ pub struct Glare {
 pub struct Clutter {
     /// Height of foam on the liquid, metres.
     pub foam_m: f64,
-    /// Where foam is, across the silhouette, -1 to 1.
+    /// Span of the foam across the silhouette, -1 to 1.
     pub foam_span: [f64; 2],
     /// A highlight.
     pub glare: Option<Glare>,

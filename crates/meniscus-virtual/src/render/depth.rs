@@ -5,7 +5,7 @@ use super::clutter::Overlay;
 use super::noise::{Noise, mix};
 use super::outline::Outline;
 use super::view::View;
-use super::{SceneSettings, Window};
+use super::{SceneSettings, Subject, Window};
 
 /// Steps of disparity in a pixel.
 const STEPS: f32 = 32.0;
@@ -38,12 +38,13 @@ impl Painter {
         settings: &SceneSettings,
         view: &View,
         backdrop: &Backdrop,
-        (outline, overlay): (Option<&Outline>, &Overlay),
+        subject: Subject<'_>,
         noise: &Noise,
         seed: u64,
         out: &mut [u8],
     ) {
         let Window { left, right, top, .. } = self.window;
+        let Subject { outline, overlay } = subject;
         let width = right - left;
         for (row, disparity) in self.disparity.chunks_exact_mut(width).enumerate() {
             let line = (top + row) * view.width;
@@ -152,7 +153,7 @@ fn draw_row(
     }
 }
 
-/// What the camera reports: disparity with noise, in steps, turned into depth units; 0 without a disparity.
+/// Returns the reading of the camera: disparity with noise, in steps, turned into depth units; 0 without a disparity.
 pub(super) fn measure(settings: &SceneSettings, view: &View, disparity: f32, noise: f32) -> u16 {
     if disparity <= 0.0 {
         return 0;

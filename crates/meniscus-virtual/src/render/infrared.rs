@@ -5,7 +5,7 @@ use super::clutter::Overlay;
 use super::noise::{Noise, mix};
 use super::outline::Outline;
 use super::view::View;
-use super::{SceneSettings, Window};
+use super::{SceneSettings, Subject, Window};
 
 /// Pixels on either side that the lens blur reaches.
 const BLUR_REACH: usize = 3;
@@ -40,12 +40,12 @@ impl Painter {
         settings: &SceneSettings,
         view: &View,
         backdrop: &Backdrop,
-        (outline, overlay): (Option<&Outline>, &Overlay),
+        subject: Subject<'_>,
         noise: &Noise,
         seed: u64,
         out: &mut [u8],
     ) {
-        self.draw(settings, view, backdrop, outline, overlay);
+        self.draw(settings, view, backdrop, subject.outline, subject.overlay);
         self.blur();
         let Window { left, right, top, .. } = self.window;
         for (row, blurred) in self.blurred.chunks_exact(right - left).enumerate() {

@@ -1,4 +1,4 @@
-//! What a D435 would see: a glass of opaque liquid on a table before a wall, rendered to Z16 and Y8.
+//! Rendered images of a D435: a glass of opaque liquid on a table before a wall, rendered to Z16 and Y8.
 //!
 //! Edges are analytic: the coverage of a pixel follows from the outline of the liquid in closed
 //! form, so a sub-pixel truth exists. On top come the lens blur, shading, vignetting, the projector's
@@ -32,6 +32,14 @@ use outline::Outline;
 use shape::Shape;
 use view::View;
 
+/// Parts of the scene that change from frame to frame.
+#[derive(Clone, Copy)]
+struct Subject<'a> {
+    /// The glass with its liquid, where it is there.
+    outline: Option<&'a Outline>,
+    overlay: &'a Overlay,
+}
+
 /// The scene's looks and faults beside the camera's geometry.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SceneSettings {
@@ -54,7 +62,7 @@ pub struct SceneSettings {
     pub mirror: f64,
     /// Tone of the liquid seen head-on, grey levels; by the liquid's look if not given.
     pub tone: Option<f64>,
-    /// What disturbs the view.
+    /// Disturbances of the view.
     pub clutter: Clutter,
     /// Whether there is a glass with liquid at all.
     pub glass_present: bool,
@@ -221,8 +229,8 @@ impl Scene {
         let (settings, backdrop, noise) = (&self.settings, &self.backdrop, &self.noise);
         let radius_m = settings.camera.radius_m.into();
         let overlay = Overlay::new(&view, settings.clutter, axis_m, radius_m, seed);
-        let seen = (outline.as_ref(), &overlay);
-        self.infrared.paint(settings, &view, backdrop, seen, noise, seed, &mut out.infrared);
-        self.depth.paint(settings, &view, backdrop, seen, noise, seed, &mut out.depth);
+        let subject = Subject { outline: outline.as_ref(), overlay: &overlay };
+        self.infrared.paint(settings, &view, backdrop, subject, noise, seed, &mut out.infrared);
+        self.depth.paint(settings, &view, backdrop, subject, noise, seed, &mut out.depth);
     }
 }

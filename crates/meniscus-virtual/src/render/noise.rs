@@ -1,6 +1,7 @@
 //! Randomness that is fast and replays: a table of normal numbers, read from hashed places.
 
-use rand::{RngExt, SeedableRng};
+use meniscus_numerics::random::normal;
+use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
 /// Numbers in the table.
@@ -21,14 +22,10 @@ pub(super) struct Noise {
 }
 
 impl Noise {
-    /// Box and Muller: `sqrt(-2 ln a) cos(2 pi b)` of uniform `a`, `b`.
+    /// The table that belongs to `seed`.
     pub(super) fn new(seed: u64) -> Self {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
-        let mut normal = || {
-            let (a, b): (f64, f64) = (random.random(), random.random());
-            ((-2.0 * (1.0 - a).ln()).sqrt() * (std::f64::consts::TAU * b).cos()) as f32
-        };
-        Self { table: (0..TABLE).map(|_| normal()).collect() }
+        Self { table: (0..TABLE).map(|_| normal(&mut random) as f32).collect() }
     }
 
     /// `length` normal numbers that belong to `seed`, at most a quarter of the table.

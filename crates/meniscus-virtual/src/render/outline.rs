@@ -16,7 +16,7 @@ const PARTS: usize = 4;
 /// Points along the chord behind a pixel column.
 const CHORD: usize = 14;
 
-/// What lies behind one pixel column.
+/// Scene behind one pixel column.
 #[derive(Clone, Debug, Default)]
 struct Column {
     /// Row of the contact line in the middle of each part of the column.

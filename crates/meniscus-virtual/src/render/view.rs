@@ -59,7 +59,7 @@ impl View {
         Self { distance_m: self.distance_m + away_m, ..*self }
     }
 
-    /// Where the camera sees the point `(x, y, z)` of the room; the room's origin is the glass's at X = 0.
+    /// Returns the image of the point `(x, y, z)` of the room; the room's origin is the glass's at X = 0.
     pub(super) fn project(&self, [x, y, z]: [f64; 3]) -> Projected {
         let (away, up) = (y + self.distance_m, z - self.height_m);
         let depth = away * self.cos + up * self.sin;

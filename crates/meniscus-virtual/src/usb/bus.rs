@@ -10,7 +10,7 @@ use meniscus_usb::transport::{Completion, Listed, NotQueued, Pipe, Speed, Status
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 
-/// Where the camera is plugged in.
+/// Port of the camera.
 const PORT: &str = "2-1";
 /// Time of a control request that is answered.
 const CONTROL: Duration = Duration::from_micros(100);

@@ -43,8 +43,9 @@ impl RecordedGlass {
         Self { rests: true, ..self }
     }
 
-    /// Settings for images of this size.
-    fn sized(&self, (width, height): (u16, u16)) -> SceneSettings {
+    /// Settings for images of this size (width, height).
+    fn sized(&self, size: (u16, u16)) -> SceneSettings {
+        let (width, height) = size;
         let [fx, fy, ppx, ppy] = if width == 640 { INTRINSICS } else { INTRINSICS_SMALL };
         let mut settings = self.settings;
         settings.camera.intrinsics =

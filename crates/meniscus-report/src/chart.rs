@@ -8,7 +8,7 @@ const SIZE: (u32, u32) = (900, 320);
 /// Colours by number; the first is for what is only there to compare with.
 const COLOURS: [RGBColor; 5] = [GREY, BLUE, ORANGE, GREEN, PURPLE];
 
-/// How points are drawn.
+/// Mark of a point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Mark {
     /// A line through them, in their order.
@@ -24,7 +24,7 @@ pub struct Series<'s> {
     pub name: &'s str,
     /// Points; those that are not finite are left out.
     pub points: &'s [(f64, f64)],
-    /// How they are drawn.
+    /// Their mark.
     pub mark: Mark,
     /// Grey, blue, orange, green, purple, and so on again.
     pub colour: usize,
@@ -33,21 +33,21 @@ pub struct Series<'s> {
 /// A plot.
 #[derive(Clone, Copy, Debug)]
 pub struct Chart<'s> {
-    /// What it shows, below it.
+    /// Caption below it.
     pub caption: &'s str,
-    /// What stands along the bottom, with its unit.
+    /// Label of the abscissa, with its unit.
     pub x: &'s str,
-    /// What stands along the side, with its unit.
+    /// Label of the ordinate, with its unit.
     pub y: &'s str,
-    /// What is drawn, the last on top.
+    /// Series, the last on top.
     pub series: &'s [Series<'s>],
 }
 
 impl Chart<'_> {
     /// On the right, where the last points are not.
-    fn legend(&self, (low, high): (f64, f64)) -> SeriesLabelPosition {
+    fn legend(&self, y: (f64, f64)) -> SeriesLabelPosition {
         let ends = self.series.iter().filter_map(|series| series.points.last());
-        let upper = ends.clone().filter(|point| point.1 > 0.5 * (low + high)).count();
+        let upper = ends.clone().filter(|point| point.1 > 0.5 * (y.0 + y.1)).count();
         if 2 * upper > ends.count() {
             SeriesLabelPosition::LowerRight
         } else {
