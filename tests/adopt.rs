@@ -4,7 +4,6 @@
 use meniscus::blob::{LoadError, Model};
 use meniscus::latent::generic::{Latent, State};
 use meniscus::latent::nn::Element;
-use meniscus::reduced::Rheology;
 use meniscus::reduced::effects::{Active, find};
 use meniscus::surface::{SurfaceProfile, profile_abscissa};
 use meniscus::units::GRAVITY_M_S2;
@@ -14,7 +13,7 @@ use meniscus_data::blob_file::write::stored;
 use meniscus_data::liquids::Liquid;
 use meniscus_data::recording::Recording;
 use meniscus_data::scene_file::GLASS;
-use meniscus_discover::insert::{AdoptError, adopt, resistance};
+use meniscus_discover::insert::{InsertError, TrainedLiquid, insert, resistance};
 use meniscus_platform::files::AlignedBytes;
 use meniscus_sph::validate::{Linear, linear_mode};
 use meniscus_virtual::observe_recording::{perfect, turns};
@@ -22,9 +21,9 @@ use std::path::Path;
 
 const SHIPPED: &[u8] = meniscus_shipped::MODEL;
 
-fn glycerine() -> (f64, Rheology) {
+fn glycerine() -> TrainedLiquid {
     let liquid = Liquid::load("glycerine").expect("a known liquid");
-    (liquid.density_kg_m3, resistance(&liquid.rheology))
+    TrainedLiquid { density_kg_m3: liquid.density_kg_m3, rheology: resistance(&liquid.rheology) }
 }
 
 fn active(name: &str, value: f64) -> Active {
@@ -37,9 +36,9 @@ fn active(name: &str, value: f64) -> Active {
 /// The shipped model with `effects`.
 fn with(effects: &[(&str, f64)]) -> AlignedBytes {
     let effects: Vec<Active> = effects.iter().map(|(name, value)| active(name, *value)).collect();
-    let adopted = adopt(&AlignedBytes::copy(SHIPPED), glycerine(), &effects).expect("adopted");
-    assert!(adopted.mapped.explained.iter().all(|share| *share > 0.99), "{:?}", adopted.mapped.explained);
-    AlignedBytes::copy(&adopted.blob)
+    let inserted = insert(&AlignedBytes::copy(SHIPPED), glycerine(), &effects).expect("inserted");
+    assert!(inserted.mapped.explained.iter().all(|share| *share > 0.99), "{:?}", inserted.mapped.explained);
+    AlignedBytes::copy(&inserted.blob)
 }
 
 /// Damping and frequency of the first mode of `model`, 1/s: the step's Jacobian at rest has the eigenvalue
@@ -68,8 +67,8 @@ fn tone(model: &Model<'_>) -> (f64, f64) {
 /// The first mode of glycerine with `change`, by the Ritz solution of the linearised Navier-Stokes equations, which
 /// nothing in the model knows: damping and frequency, 1/s.
 fn ritz(change: impl Fn(&mut Linear)) -> (f64, f64) {
-    let (density_kg_m3, liquid) = glycerine();
-    let mut linear = Linear { nu: liquid.consistency / density_kg_m3, slip_m: 0.0, memory: None };
+    let TrainedLiquid { density_kg_m3, rheology } = glycerine();
+    let mut linear = Linear { nu: rheology.consistency / density_kg_m3, slip_m: 0.0, memory: None };
     change(&mut linear);
     let found = linear_mode(&GLASS, &linear).expect("it oscillates");
     (found.decay, std::f64::consts::TAU * found.hz)
@@ -86,7 +85,7 @@ fn damping_and_frequency_change_as_the_equations_have_it() {
     );
     assert!((base.0 / theory.0 - 1.0).abs() < 0.1 && (base.1 / theory.1 - 1.0).abs() < 0.03);
     let of = |effects: &[(&str, f64)]| tone(&Model::load(&with(effects)).expect("a model"));
-    let nu = glycerine().1.consistency / glycerine().0;
+    let nu = glycerine().rheology.consistency / glycerine().density_kg_m3;
     for (effect, value, theirs) in [
         ("viscosity", 0.63, ritz(|l| l.nu = 0.63 * nu)),
         ("viscosity", 0.8, ritz(|l| l.nu = 0.8 * nu)),
@@ -101,7 +100,7 @@ fn damping_and_frequency_change_as_the_equations_have_it() {
     let k = 1.841_183_781 / GLASS.radius_m;
     let stiffer = |more: f64| (1.0 + more / (GRAVITY_M_S2 * k)).sqrt() - 1.0;
     for (effect, value, wanted) in [
-        ("surface_tension", 0.5, stiffer(0.5 * k.powi(3) / glycerine().0)),
+        ("surface_tension", 0.5, stiffer(0.5 * k.powi(3) / glycerine().density_kg_m3)),
         ("vertical_acceleration", 2.0, stiffer(2.0 * k)),
         ("vertical_acceleration", -2.0, stiffer(-2.0 * k)),
     ] {
@@ -188,22 +187,22 @@ fn a_camera_that_is_off_gives_the_latents_of_one_that_is_not() {
 fn what_has_no_place_or_no_sense_is_refused_by_name() {
     let shipped = AlignedBytes::copy(SHIPPED);
     let refused = |name: &str, value: f64| {
-        let error = adopt(&shipped, glycerine(), &[active(name, value)]).expect_err("refused");
+        let error = insert(&shipped, glycerine(), &[active(name, value)]).expect_err("refused");
         println!("{error}");
         error
     };
     for name in ["camera_latency", "actuation_delay", "detuning", "swirl"] {
-        let AdoptError::Load(LoadError::EffectPlace { effect, .. }) = refused(name, 0.1) else {
+        let InsertError::Load(LoadError::EffectPlace { effect, .. }) = refused(name, 0.1) else {
             panic!("{name} is refused for another reason");
         };
         assert_eq!(effect, name);
     }
     assert!(matches!(
         refused("viscosity", f64::NAN),
-        AdoptError::Load(LoadError::EffectValue { effect: "viscosity", .. })
+        InsertError::Load(LoadError::EffectValue { effect: "viscosity", .. })
     ));
     let many = vec![active("viscosity", 0.9); 5];
-    assert_eq!(adopt(&shipped, glycerine(), &many).expect_err("too many"), AdoptError::Many(5));
+    assert_eq!(insert(&shipped, glycerine(), &many).expect_err("too many"), InsertError::Many(5));
     let (mut header, all) = parts(&with(&[("viscosity", 0.9)])).expect("a good blob");
     let named = header.named.as_mut().expect("it names one");
     named.effects[0].name = "magic".try_into().expect("short");
@@ -219,7 +218,60 @@ fn effects_outlast_quantisation_and_can_be_taken_out() {
     let named =
         |bytes: &AlignedBytes| Model::load(bytes).expect("a model").header.named.map(|n| n.effects.len());
     assert_eq!(named(&coarse), Some(1));
-    let bare = adopt(&blob, glycerine(), &[]).expect("adopted");
+    let bare = insert(&blob, glycerine(), &[]).expect("inserted");
     assert_eq!(named(&AlignedBytes::copy(&bare.blob)), None);
     assert!(bare.blob == SHIPPED, "the shipped model comes back to the byte");
+}
+
+/// A blob of before the one list of effects stores the factor of a viscosity beside the liquid that it is counted from.
+#[test]
+fn an_old_blob_keeps_its_meaning() {
+    let blob = with(&[("viscosity", 0.8), ("fill", 0.002)]);
+    let model = Model::load(&blob).expect("a model");
+    let named = model.header.named.as_ref().expect("it names two");
+    assert_eq!(named.effects.iter().map(|effect| effect.values[0]).collect::<Vec<_>>(), [0.8, 0.002]);
+    let stated = named.stated(model.header.fill_m);
+    let values = named.effects.iter().map(|effect| {
+        let entry = find(&effect.name).expect("in the list");
+        Active { entry, values: effect.values }.stated_values(&stated)[0].expect("it has a value")
+    });
+    let values: Vec<f64> = values.collect();
+    assert!((values[0] - 0.76).abs() < 1e-12 && (values[1] - 0.072).abs() < 1e-12, "{values:?}");
+}
+
+/// `NAME=VALUE` of the command means the SI value, under both names of the verb.
+#[test]
+fn the_command_takes_si_values_and_refuses_old_excesses() {
+    let folder = std::env::temp_dir().join(format!("meniscus-insert-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).expect("a folder");
+    let out = folder.join("new.blob");
+    let run = |verb: &str, effects: &[&str]| {
+        let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_meniscus-under-test"));
+        command.arg(verb).arg("--out").arg(&out);
+        effects.iter().for_each(|effect| {
+            command.args(["--effect", effect]);
+        });
+        command.output().expect("the command starts")
+    };
+    for verb in ["insert", "adopt"] {
+        let done = run(verb, &["viscosity=0.76", "fill=0.072"]);
+        assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+        let bytes = AlignedBytes::read(&out).expect("a blob");
+        let named = Model::load(&bytes).expect("a model").header.named.expect("it names two");
+        let stored: Vec<_> = named.effects.iter().map(|e| (e.name.as_str(), e.values[0])).collect();
+        assert_eq!((stored[0].0, stored[1].0), ("viscosity", "fill"));
+        assert!((stored[0].1 - 0.8).abs() < 1e-12 && (stored[1].1 - 0.002).abs() < 1e-12, "{stored:?}");
+        std::fs::remove_file(&out).expect("it was written");
+    }
+    for (effect, why) in [
+        ("fill=0.002", "fill = 0.002 m is out of range: 0.005 to 0.3 m (height of the liquid at rest"),
+        ("viscosity=9", "viscosity = 9 Pa s^n is out of range: 0.19 to 4.75 Pa s^n in the reduced model"),
+        ("ghosts=1", "no effect is called 'ghosts'"),
+        ("foam=1,2", "foam has 1 parameter(s), and 2 values are given"),
+    ] {
+        let refused = run("insert", &[effect]);
+        let said = String::from_utf8_lossy(&refused.stderr).into_owned();
+        assert!(!refused.status.success() && said.contains(why) && !out.exists(), "{effect}: {said}");
+    }
+    std::fs::remove_dir_all(&folder).expect("it was made");
 }

@@ -5,7 +5,7 @@ mod slosh;
 
 use meniscus::blob::Model;
 use meniscus_data::recording::Recording;
-use meniscus_discover::insert::adopt;
+use meniscus_discover::insert::{TrainedLiquid, insert};
 use meniscus_learn::TrainError;
 use meniscus_learn::correct::{Correction, Sightings, correct};
 use meniscus_platform::files::AlignedBytes;
@@ -76,8 +76,9 @@ fn too_little_is_refused() {
     assert!(matches!(refused, TrainError::NoMotion), "{refused}");
     let effect = meniscus::reduced::effects::find("viscosity").expect("in the library");
     let thinner = meniscus::reduced::effects::Active { entry: effect, values: [0.8, 0.0] };
-    let glycerine = meniscus::reduced::Rheology::newtonian(0.95);
-    let named = adopt(&AlignedBytes::copy(SHIPPED), (1261.0, glycerine), &[thinner]).expect("adopted");
+    let rheology = meniscus::reduced::Rheology::newtonian(0.95);
+    let glycerine = TrainedLiquid { density_kg_m3: 1261.0, rheology };
+    let named = insert(&AlignedBytes::copy(SHIPPED), glycerine, &[thinner]).expect("inserted");
     let named = AlignedBytes::copy(&named.blob);
     let refused = correct(&named, &other(), &[], &how, &AtomicBool::new(false)).expect_err("effects");
     assert!(matches!(refused, TrainError::Named), "{refused}");

@@ -5,6 +5,7 @@
 mod shaken;
 
 use meniscus::blob::Model;
+use meniscus::reduced::effects::EffectKind;
 use meniscus::surface::{POINTS, SurfaceProfile, profile_abscissa};
 use meniscus::units::Micros;
 use meniscus_bags::profiles_to_csv;
@@ -124,7 +125,8 @@ fn the_command_leaves_a_verdict_a_page_and_a_scene_that_the_simulator_reads() {
     assert!(page.contains("meniscus discover --recordings"), "what made it");
     let scene =
         meniscus_data::scene_file::Experiment::load(&scratch.path("out/scene.toml")).expect("a scene");
-    assert!(scene.effects.yield_stress.is_some_and(|pa| (pa - 2.0).abs() < 0.3), "{:?}", scene.effects);
+    let pa = scene.effects.value(EffectKind::YieldStress);
+    assert!(pa.is_some_and(|pa| (pa - 2.0).abs() < 0.3), "{:?}", scene.effects);
 }
 
 #[test]

@@ -3,6 +3,7 @@
 //! errors, rounded up: contact line -24 %, foam's strength -44 %; an effect that does nothing is 100 % off.
 #![allow(clippy::disallowed_methods, reason = "only storey 1 must compute the same bits on every platform")]
 
+use meniscus::reduced::effects::find;
 use meniscus_data::effects::Effects;
 use meniscus_data::liquids::{Liquid, known};
 use meniscus_data::motion::Motion;
@@ -34,7 +35,8 @@ fn hold(name: &str, percent: f64) {
 
 /// The same at another spacing.
 fn hold_at(spacing_m: f64, name: &str, percent: f64) {
-    let held = effect(name, spacing_m).expect("the case runs to its end");
+    let law = find(name).and_then(|effect| effect.simulator.law()).expect("the simulator carries it");
+    let held = effect(law, spacing_m).expect("the case runs to its end");
     assert!(!held.is_empty(), "{name} has no case");
     for held in held {
         println!("{name}: {} {} for {}, {:+.1} %", held.what, held.measured, held.theory, held.error());
@@ -251,7 +253,9 @@ fn command(arguments: &[&str]) -> Output {
 fn the_command_lists_and_takes_a_scene_to_images() {
     let listed = command(&["--list"]);
     let text = String::from_utf8_lossy(&listed.stdout);
-    for part in ["honey", "tilts", "surface_tension", "0 to 2 N/m", "Lamb 1932"] {
+    for part in
+        ["honey", "tilts", "surface_tension", "0 to 2 N/m", "Lamb 1932", "pinned_line", "camera_pitch"]
+    {
         assert!(listed.status.success() && text.contains(part), "{part} is missing in {text}");
     }
     let folder = Scratch::new("scene");
@@ -308,6 +312,12 @@ fn the_command_refuses_scenes_that_cannot_be() {
         ("[glass]\nfill_m = 0.2", &[], "rim from the fill"),
         ("liquid = 'treacle'", &[], "no liquid is called 'treacle'"),
         ("", &["--effect", "ghosts=1"], "no effect is called 'ghosts'"),
+        ("", &["--effect", "camera_pitch=0.03"], "camera_pitch is not simulated"),
+        (
+            "",
+            &["--effect", "fill=0.002"],
+            "fill = 0.002 m is out of range: 0.005 to 0.3 m (height of the liquid",
+        ),
         ("step_us = 5000.0", &[], "would blow up"),
         ("[glass]\ntaper = 0.1", &["--camera", "x"], "upright cylinders only"),
     ] {

@@ -13,19 +13,22 @@ use super::LoadError;
 use super::header::Header;
 use crate::latent::generic::{LATENTS, ModeMap, Slots};
 use crate::math::{sincos, sqrt};
-use crate::reduced::effects::{Active, MOST, PARAMETERS, Port, Slot, View, find};
+use crate::reduced::effects::{Active, MOST, PARAMETERS, Port, Slot, Stated, View, find};
 use crate::reduced::{Baseline, Cylinder, Model, Rheology};
 use crate::surface::{POINTS, SurfaceProfile, profile_abscissa};
 use heapless::{String, Vec};
 use nalgebra::SMatrix;
 use serde::{Deserialize, Serialize};
 
-/// One effect with the values of its parameters, those that it has not being zero.
+/// One effect with the coordinates of its parameters in the reduced model; those that it does not have are zero.
+///
+/// A viscosity is stored as the factor over [`Named::liquid`], a fill as the excess over the header's: the blob holds both,
+/// so [`Named::stated`] gives the SI values back.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct NamedEffect {
-    /// Its name in the library.
+    /// Its name in the list of effects.
     pub name: String<32>,
-    /// Its values.
+    /// Its coordinates.
     pub values: [f64; PARAMETERS],
 }
 
@@ -38,6 +41,14 @@ pub struct Named {
     pub liquid: Rheology,
     /// What it lacks.
     pub effects: Vec<NamedEffect, MOST>,
+}
+
+impl Named {
+    /// Returns the liquid and the fill that the coordinates are counted from, in a model of the fill `fill_m`.
+    #[must_use]
+    pub fn stated(&self, fill_m: f64) -> Stated {
+        Stated { consistency_pa_sn: self.liquid.consistency, fill_m }
+    }
 }
 
 /// What of a profile is not the wave's.
@@ -128,7 +139,11 @@ pub(super) fn apply(
         for (parameter, &value) in entry.parameters.iter().zip(&effect.values) {
             let (least, largest) = parameter.range;
             if !(least <= value && value <= largest) {
-                return Err(LoadError::EffectValue { effect: entry.name, parameter: parameter.name, value });
+                return Err(LoadError::EffectValue {
+                    effect: entry.name,
+                    parameter: parameter.coordinate_name(),
+                    value,
+                });
             }
         }
         let one = Active { entry, values: effect.values };

@@ -156,7 +156,7 @@ impl fmt::Display for LoadError {
             }
             Self::ModeMap => write!(
                 f,
-                "the blob's map of the first mode contradicts itself; put the effects in again with `meniscus adopt`"
+                "the blob's map of the first mode contradicts itself; put the effects in again with `meniscus insert`"
             ),
             Self::Spread { tensor } => write!(
                 f,

@@ -92,9 +92,17 @@ pub fn friction(mode: &Mode, w: f64, speed: f64, liquid: &Rheology, glass: &Cyli
     resistance(mode, w, viscosities(mode, w, speed, liquid, glass.density_kg_m3), liquid, glass)
 }
 
-/// Kinematic viscosities (m2/s) in the bulk and in the layer at the wall that a `mode` of amplitude `speed` (m/s)
-/// and frequency `w` (1/s) gives the liquid.
-pub(super) fn viscosities(mode: &Mode, w: f64, speed: f64, liquid: &Rheology, density: f64) -> [f64; 2] {
+/// Kinematic viscosities that a mode gives the liquid, m2/s.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Viscosities {
+    /// In the bulk.
+    bulk: f64,
+    /// In the layer at the wall.
+    wall: f64,
+}
+
+/// Returns the viscosities that a `mode` of amplitude `speed` (m/s) and frequency `w` (1/s) gives the liquid.
+pub(super) fn viscosities(mode: &Mode, w: f64, speed: f64, liquid: &Rheology, density: f64) -> Viscosities {
     let bulk = liquid.equivalent(speed * mode.k * core::f64::consts::SQRT_2 * BULK_PLACE) / density;
     let mut wall = bulk;
     if !liquid.is_linear() {
@@ -104,17 +112,18 @@ pub(super) fn viscosities(mode: &Mode, w: f64, speed: f64, liquid: &Rheology, de
             wall = liquid.equivalent(speed * LAYER_PLACE / layer_depth(wall, w)) / density;
         }
     }
-    [bulk, wall]
+    Viscosities { bulk, wall }
 }
 
 /// [`friction`] where the viscosities are given: those that a stronger wave gives the liquid, for one that rides on it.
 pub(super) fn resistance(
     mode: &Mode,
     w: f64,
-    [bulk, wall]: [f64; 2],
+    viscosities: Viscosities,
     liquid: &Rheology,
     glass: &Cylinder,
 ) -> (f64, f64) {
+    let Viscosities { bulk, wall } = viscosities;
     let (k, kh) = (mode.k, mode.k * glass.depth_m);
     let around = f64::from(mode.order * mode.order) / (mode.xi * mode.xi);
     let side = (1.0 + around) / (1.0 - around);

@@ -39,6 +39,15 @@ struct Sector {
     gives: f64,
 }
 
+/// The contact line as the first mode drags it, along x and y.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Dragged {
+    /// Speed of the liquid at the wall, m/s.
+    pub(super) speed: [f64; 2],
+    /// Deflection of the line, m.
+    pub(super) held: [f64; 2],
+}
+
 /// The sectors during a step.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Sliding([Sector; SECTORS]);
@@ -60,9 +69,10 @@ impl Rim {
         }
     }
 
-    /// The sectors during a step of `dt` in which the first mode moves the wall's liquid by `speed` (m/s), where the
-    /// line is caught by `held` (m) of it and by `caught` of the waves.
-    pub(super) fn slide(&self, dt: f64, caught: &[f64; SECTORS], [speed, held]: [&[f64; 2]; 2]) -> Sliding {
+    /// Returns the sectors during a step of `dt` beside the first mode `first`, where the other waves deflect the line by
+    /// `caught` (m).
+    pub(super) fn slide(&self, dt: f64, caught: &[f64; SECTORS], first: &Dragged) -> Sliding {
+        let Dragged { speed, held } = first;
         let mut sectors = [Sector::default(); SECTORS];
         let way = |pair: &[f64; 2], [cos, sin]: [f64; 2]| pair[0] * cos + pair[1] * sin;
         let whole = sqrt(held[0] * held[0] + held[1] * held[1]);
@@ -136,7 +146,9 @@ mod tests {
         let mut rates = [[0.0; RADIAL]; SECOND];
         rates[0][0] = way / (1000.0 * DT);
         for _ in 0..1000 {
-            rim().slide(DT, &caught, [&[speed, 0.0], &[held, 0.0]]).finish(&mut caught, &rates);
+            rim()
+                .slide(DT, &caught, &Dragged { speed: [speed, 0.0], held: [held, 0.0] })
+                .finish(&mut caught, &rates);
         }
         caught
     }
@@ -146,7 +158,7 @@ mod tests {
         let caught = caught_by(1e-5, 0.0, 0.0);
         assert!(caught.iter().all(|z| (z / 1e-5 - 1.0).abs() < 1e-9), "{caught:?}");
         // 2 pi R f/reach on the ring, and nothing on the saddles.
-        let sliding = rim().slide(DT, &caught, [&[0.0; 2], &[0.0; 2]]);
+        let sliding = rim().slide(DT, &caught, &Dragged { speed: [0.0; 2], held: [0.0; 2] });
         let still = [[0.0; RADIAL]; SECOND];
         let [ring, saddle] = [0, 1].map(|j| rim().square[j][0] * sliding.pull(j, 0.0, &still)[0]);
         assert!((ring / (TAU * 0.035 * 60.0 / 0.044 * 1e-5) - 1.0).abs() < 1e-9, "{ring}");
@@ -164,7 +176,9 @@ mod tests {
         let steps = (5e-4 / 0.1 / DT) as usize;
         for _ in 0..steps {
             let still = [[0.0; RADIAL]; SECOND];
-            rim().slide(DT, &caught, [&[0.1, 0.0], &[5e-4, 0.0]]).finish(&mut caught, &still);
+            rim()
+                .slide(DT, &caught, &Dragged { speed: [0.1, 0.0], held: [5e-4, 0.0] })
+                .finish(&mut caught, &still);
         }
         let cos = (TAU / 32.0).cos();
         assert!((caught[0] / (1e-5 * (-cos).exp()) - 1.0).abs() < 1e-3, "{}", caught[0]);

@@ -51,7 +51,8 @@ pub fn wall_harmonics(model: &Model, state: &State, push: &[f64; 2]) -> [f64; 5]
 
 /// Velocity of the liquid at `(x, y, z)` in the glass, z from the bottom, m/s: first order.
 #[must_use]
-pub fn velocity(model: &Model, state: &State, [x, y, z]: [f64; 3]) -> [f64; 3] {
+pub fn velocity(model: &Model, state: &State, point_m: [f64; 3]) -> [f64; 3] {
+    let [x, y, z] = point_m;
     let r = sqrt(x * x + y * y).max(1e-9);
     let (cos, sin) = (x / r, y / r);
     let mut out = [0.0; 3];

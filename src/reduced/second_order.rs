@@ -17,7 +17,7 @@
 
 use super::modes::RADIAL;
 use crate::math::sqrt;
-use crate::reduced::contact_line_friction::{Rim, SECTORS};
+use crate::reduced::contact_line_friction::{Dragged, Rim, SECTORS};
 use crate::reduced::effects::Branch;
 use crate::reduced::speed_table::BySpeed;
 
@@ -106,8 +106,8 @@ impl SecondOrder {
         let amplitude = sqrt(rates[0] + first.square * heights[0]);
         let [ring, saddle] = &self.waves;
         let kinds = [ring, saddle, saddle];
-        let sliding =
-            self.rim.as_ref().map(|rim| (rim, rim.slide(dt, &state.caught, [&first.speed, &first.held])));
+        let dragged = Dragged { speed: first.speed, held: first.held };
+        let sliding = self.rim.as_ref().map(|rim| (rim, rim.slide(dt, &state.caught, &dragged)));
         let mut middle = state.rate;
         // Along the line the waves move one another a little.
         let repeats = if sliding.is_some() { 2 } else { 1 };

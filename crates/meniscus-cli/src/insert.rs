@@ -1,32 +1,34 @@
-//! `meniscus adopt`: put named effects into a flashed model.
+//! `meniscus insert`: insert effects into a flashed model.
 
 use super::inputs::file;
 use anyhow::{Context, anyhow, bail, ensure};
 use meniscus::blob::Model;
-use meniscus::reduced::effects::{Active, find};
+use meniscus::reduced::effects::{Active, Effect, Stated, find};
+use meniscus_data::effects::Effects;
 use meniscus_data::liquids::Liquid;
 use meniscus_discover::gap::left_m;
 use meniscus_discover::insert::latent::roll_out;
-use meniscus_discover::insert::{Adopted, adopt, resistance};
+use meniscus_discover::insert::{Inserted, TrainedLiquid, insert, resistance};
 use meniscus_discover::load::load;
 use meniscus_platform::files::{AlignedBytes, write_whole};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 
-/// Put named effects into a flashed model: what the liquid in the glass has that the one it was trained on has not.
+/// Insert effects into a flashed model: physical differences between the liquid in the glass and the one it was trained on.
 ///
-/// The weights stay as they are. The blob gets a list of effects with their values, and whoever loads it works out what
-/// they do: to the energy, the friction and the memory of the step, whose laws stay exact for any value, and to what
-/// the camera sees. Effects that a model had are replaced; with none given they are taken out.
+/// The weights stay as they are. The blob gets a list of effects with their values. Whoever loads it derives the changes of
+/// energy, friction and relaxation in the step, whose laws stay exact for any value, and the corrections of the camera's
+/// profile. Effects that the model had are replaced; without any they are removed.
 ///
-/// Effects and their parameters are those of `meniscus discover`; the first parameter is enough. Latency, delay,
-/// detuning and swirl have no place in a flashed model, and the command says why.
+/// --effect NAME=VALUE takes the same names, SI values and units as `meniscus simulate` and scene files:
+/// `viscosity=0.8` is 0.8 Pa s, `fill=0.072` a height of 72 mm. `meniscus simulate --list` shows them all. The first
+/// parameter is enough. Latency, delay, detuning and swirl cannot be inserted, and the command says why.
 ///
 /// With --recordings, a folder as `meniscus discover` reads it, every recording is rolled out from rest with its motion
 /// known, before and after.
 #[derive(clap::Args, Debug)]
 #[command(
-    after_help = "Examples:\n  meniscus adopt --effect yield_stress=3 --out yields.blob\n  meniscus adopt --model mine.blob --verdict found/verdict.json --out better.blob\n  meniscus adopt --effect viscosity=0.8 --effect camera_slope=0.03 --recordings mine --out new.blob --json"
+    after_help = "Examples:\n  meniscus insert --effect yield_stress=3 --out yields.blob\n  meniscus insert --model mine.blob --verdict found/verdict.json --out better.blob\n  meniscus insert --effect viscosity=0.8 --effect camera_slope=0.03 --recordings mine --out new.blob --json"
 )]
 pub(crate) struct Arguments {
     /// The model: the one in the program (shipped) or a blob file.
@@ -35,7 +37,7 @@ pub(crate) struct Arguments {
     /// An effect with the values of its parameters; give it several times for several effects.
     #[arg(long, value_name = "NAME=VALUE[,VALUE]")]
     effect: Vec<String>,
-    /// Take effects and values from what a discovery wrote.
+    /// Take effects and values from the verdict.json of a discovery.
     #[arg(long, value_name = "FILE", conflicts_with = "effect")]
     verdict: Option<PathBuf>,
     /// The liquid that the model was trained on, by name or file; the one that its header names, unless given.
@@ -54,82 +56,80 @@ pub(crate) struct Arguments {
 
 /// Runs the verb.
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
-    let effects = match &arguments.verdict {
-        Some(path) => of_verdict(path)?,
-        None => arguments.effect.iter().map(|text| spelled(text)).collect::<anyhow::Result<_>>()?,
-    };
     let bytes = file(&arguments.model)?;
     let model = Model::load(&bytes).with_context(|| format!("the model {} is refused", arguments.model))?;
     let name = arguments.liquid.as_deref().unwrap_or(&model.header.liquid);
     let liquid = Liquid::load(name).with_context(|| {
         format!("the model was trained on '{}': say with --liquid which that is", model.header.liquid)
     })?;
-    let Adopted { blob, mapped } =
-        adopt(&bytes, (liquid.density_kg_m3, resistance(&liquid.rheology)), &effects)?;
+    let rheology = resistance(&liquid.rheology);
+    let stated = Stated { consistency_pa_sn: rheology.consistency, fill_m: model.header.fill_m };
+    let effects = match &arguments.verdict {
+        Some(path) => of_verdict(path, &stated)?,
+        None => spelled(&arguments.effect)?
+            .active(&stated)
+            .with_context(|| format!("a model of {name}, filled to {} m", stated.fill_m))?,
+    };
+    let trained = TrainedLiquid { density_kg_m3: liquid.density_kg_m3, rheology };
+    let Inserted { blob, mapped } = insert(&bytes, trained, &effects)?;
     let aligned = AlignedBytes::copy(&blob);
     let new = Model::load(&aligned).context("the new blob does not load")?;
     let tried = arguments.recordings.as_deref().map(|path| tried(path, &model, &new)).transpose()?;
     write_whole(&arguments.out, &blob)?;
-    let rows = tried.unwrap_or_default();
-    if arguments.json {
-        let row = |(name, before, after): &(String, f64, f64)| json!({ "recording": name, "before_mm": before, "after_mm": after });
-        let list: Vec<Value> =
-            effects.iter().map(|e| json!({ "effect": e.entry.name, "values": e.values })).collect();
-        let object = json!({
-            "effects": list, "explained": mapped.explained, "recordings": rows.iter().map(row).collect::<Vec<_>>(),
-            "written": arguments.out,
-        });
-        println!("{object}");
-        return Ok(());
-    }
-    println!(
-        "the latents explain {:.2} % of the first mode's height and {:.2} % of its rate",
-        100.0 * mapped.explained[0],
-        100.0 * mapped.explained[1]
-    );
-    for (name, before, after) in rows {
-        println!("  {name}: {before:.3} mm before, {after:.3} mm after");
-    }
-    println!("written: {} with {} effect(s)", arguments.out.display(), effects.len());
+    report(arguments, &effects, &stated, mapped.explained, &tried.unwrap_or_default());
     Ok(())
 }
 
-/// The effect that `text` spells.
-fn spelled(text: &str) -> anyhow::Result<Active> {
-    let (name, values) =
-        text.split_once('=').ok_or_else(|| anyhow!("--effect {text}: it is spelled NAME=VALUE"))?;
-    let numbers: Result<Vec<f64>, _> = values.split(',').map(|v| v.trim().parse()).collect();
-    active(name.trim(), &numbers.with_context(|| format!("--effect {text}: '{values}' is no number"))?)
+/// One recording, rolled out by both models.
+struct Tried {
+    name: String,
+    before_mm: f64,
+    after_mm: f64,
 }
 
-/// The effect `name` with its first values; the others are typical.
-fn active(name: &str, given: &[f64]) -> anyhow::Result<Active> {
-    let entry =
-        find(name).ok_or_else(|| anyhow!("no effect is called '{name}'; `meniscus discover` names them"))?;
-    let parameters = entry.parameters;
-    ensure!(
-        (1..=parameters.len()).contains(&given.len()),
-        "{name} has {} parameter(s) and not {}",
-        parameters.len(),
-        given.len()
-    );
-    let mut values = entry.neutral();
-    for (i, (slot, parameter)) in values.iter_mut().zip(parameters).enumerate() {
-        let Some(&value) = given.get(i) else { continue };
-        let (least, largest) = parameter.range;
-        ensure!(
-            least <= value && value <= largest,
-            "{name}: {} = {value} {} is out of range: {least} to {largest}",
-            parameter.name,
-            parameter.unit
-        );
-        *slot = value;
+/// Prints what was written.
+fn report(arguments: &Arguments, effects: &[Active], stated: &Stated, explained: [f64; 2], rows: &[Tried]) {
+    if arguments.json {
+        let row = |row: &Tried| json!({ "recording": row.name, "before_mm": row.before_mm, "after_mm": row.after_mm });
+        let one = |active: &Active| {
+            let values: Vec<f64> = active.stated_values(stated).into_iter().flatten().collect();
+            json!({ "effect": active.entry.name, "values": values })
+        };
+        let object = json!({
+            "effects": effects.iter().map(one).collect::<Vec<Value>>(), "explained": explained,
+            "recordings": rows.iter().map(row).collect::<Vec<_>>(), "written": arguments.out,
+        });
+        println!("{object}");
+        return;
     }
-    Ok(Active { entry, values })
+    println!(
+        "the latents explain {:.2} % of the first mode's height and {:.2} % of its rate",
+        100.0 * explained[0],
+        100.0 * explained[1]
+    );
+    for active in effects {
+        let values = active.entry.parameters.iter().zip(active.stated_values(stated).into_iter().flatten());
+        for (parameter, value) in values {
+            println!("  {} = {value} {}", parameter.spelling, parameter.unit);
+        }
+    }
+    for Tried { name, before_mm, after_mm } in rows {
+        println!("  {name}: {before_mm:.3} mm before, {after_mm:.3} mm after");
+    }
+    println!("written: {} with {} effect(s)", arguments.out.display(), effects.len());
 }
 
-/// The effects of a verdict.json, at their fitted values.
-fn of_verdict(path: &Path) -> anyhow::Result<Vec<Active>> {
+/// The effects that `texts` spell.
+fn spelled(texts: &[String]) -> anyhow::Result<Effects> {
+    let mut effects = Effects::default();
+    for text in texts {
+        effects.parse(text).with_context(|| format!("--effect {text}"))?;
+    }
+    Ok(effects)
+}
+
+/// The effects of a verdict.json, at their fitted values, counted from `stated`.
+fn of_verdict(path: &Path, stated: &Stated) -> anyhow::Result<Vec<Active>> {
     let text = std::fs::read_to_string(path).with_context(|| format!("cannot read {}", path.display()))?;
     let json: Value =
         serde_json::from_str(&text).with_context(|| format!("{} is not JSON", path.display()))?;
@@ -150,21 +150,32 @@ fn of_verdict(path: &Path) -> anyhow::Result<Vec<Active>> {
         };
         let entry =
             find(effect).ok_or_else(|| anyhow!("{}: no effect is called '{effect}'", path.display()))?;
-        let place = entry.parameters.iter().position(|p| p.name == which);
-        let place =
-            place.ok_or_else(|| anyhow!("{}: {effect} has no parameter '{which}'", path.display()))?;
-        if !out.iter().any(|active| active.entry.name == effect) {
+        let (place, coordinate) = coordinate(entry, which, value, stated)
+            .with_context(|| format!("{}: {effect} has no parameter '{which}'", path.display()))?;
+        if !out.iter().any(|active| active.entry.kind == entry.kind) {
             out.push(Active { entry, values: entry.neutral() });
         }
-        if let Some(active) = out.iter_mut().find(|active| active.entry.name == effect) {
-            active.values[place] = value;
+        if let Some(active) = out.iter_mut().find(|active| active.entry.kind == entry.kind) {
+            active.values[place] = coordinate;
         }
     }
     Ok(out)
 }
 
-/// Name, error before and after, mm, of every recording in the folder at `path`.
-fn tried(path: &Path, before: &Model<'_>, after: &Model<'_>) -> anyhow::Result<Vec<(String, f64, f64)>> {
+/// Place and coordinate of the parameter `which` of `effect` at `value`. Verdicts of before the one list of effects name
+/// the coordinate itself: the factor of a viscosity, the excess of a fill.
+fn coordinate(effect: &Effect, which: &str, value: f64, stated: &Stated) -> Option<(usize, f64)> {
+    effect.parameters.iter().enumerate().find_map(|(place, parameter)| {
+        if parameter.name == which {
+            Some((place, parameter.to_coordinate(value, stated)))
+        } else {
+            (parameter.coordinate_name() == which).then_some((place, value))
+        }
+    })
+}
+
+/// Errors of every recording in the folder at `path`, before and after.
+fn tried(path: &Path, before: &Model<'_>, after: &Model<'_>) -> anyhow::Result<Vec<Tried>> {
     let folder = load(path).map_err(|why| anyhow!(why))?;
     folder.left_out.iter().for_each(|why| eprintln!("left out: {why}"));
     let mut rows = Vec::new();
@@ -173,7 +184,40 @@ fn tried(path: &Path, before: &Model<'_>, after: &Model<'_>) -> anyhow::Result<V
             let expected = roll_out(model, record, 0.0).map_err(|why| anyhow!(why))?;
             Ok(1e3 * left_m(record, &expected))
         };
-        rows.push((record.name.clone(), left(before)?, left(after)?));
+        rows.push(Tried { name: record.name.clone(), before_mm: left(before)?, after_mm: left(after)? });
     }
     Ok(rows)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const STATED: Stated = Stated { consistency_pa_sn: 0.95, fill_m: 0.07 };
+
+    fn read(parameters: &str) -> anyhow::Result<Vec<Active>> {
+        let path = std::env::temp_dir().join(format!("meniscus-verdict-{}.json", std::process::id()));
+        std::fs::write(&path, format!("{{\"verdict\":\"named\",\"parameters\":[{parameters}]}}"))?;
+        let read = of_verdict(&path, &STATED);
+        std::fs::remove_file(&path)?;
+        read
+    }
+
+    /// An old verdict names the coordinate, a new one the SI value; both are the same effect.
+    #[test]
+    fn old_verdicts_keep_their_meaning() -> anyhow::Result<()> {
+        let one = |effect: &str, parameter: &str, value: f64| -> anyhow::Result<f64> {
+            let text = json!({ "effect": effect, "parameter": parameter, "value": value }).to_string();
+            Ok(read(&text)?[0].values[0])
+        };
+        let near = |a: f64, b: f64| (a - b).abs() < 1e-12;
+        assert!(
+            near(one("viscosity", "factor", 0.8)?, 0.8) && near(one("viscosity", "consistency", 0.76)?, 0.8)
+        );
+        assert!(near(one("fill", "excess", 0.002)?, 0.002) && near(one("fill", "height", 0.072)?, 0.002));
+        assert!(near(one("yield_stress", "stress", 3.0)?, 3.0));
+        let unknown = one("yield_stress", "factor", 3.0).expect_err("it has no factor");
+        assert!(format!("{unknown:#}").contains("yield_stress has no parameter 'factor'"), "{unknown:#}");
+        Ok(())
+    }
 }

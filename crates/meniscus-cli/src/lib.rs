@@ -85,7 +85,8 @@ enum Command {
     Record(record::Arguments),
     People(people::Arguments),
     Render(render::Arguments),
-    Adopt(insert::Arguments),
+    #[command(alias = "adopt")]
+    Insert(insert::Arguments),
     Quantize(quantize::Arguments),
     Recognise(recognise::Arguments),
     Bench(bench::Arguments),
@@ -128,7 +129,7 @@ pub fn main() -> ExitCode {
         Command::Record(arguments) => record::run(&arguments),
         Command::People(arguments) => people::run(&arguments),
         Command::Render(arguments) => render::run(&arguments),
-        Command::Adopt(arguments) => insert::run(&arguments),
+        Command::Insert(arguments) => insert::run(&arguments),
         Command::Quantize(arguments) => quantize::run(&arguments),
         Command::Recognise(arguments) => recognise::run(&arguments),
         Command::Bench(arguments) => bench::run(&arguments),

@@ -38,8 +38,9 @@ use std::sync::{Arc, Mutex};
 ///               samples, joined by cubic splines; a line '# pivot_m = X, Z' says what the glass is
 ///               inclined about
 ///
-/// Effects change the liquid or the glass by name (--effect surface_tension=0.063); --list shows them
-/// all with units, ranges and sources, beside the liquids and motions. A scene file (--scene) holds
+/// Effects change the liquid or the glass by name (--effect surface_tension=0.063). A value is in SI
+/// units and means the same here, in scene files, in `meniscus insert` and in `meniscus discover`;
+/// --list shows them all with units, ranges and sources, beside the liquids and motions. A scene file (--scene) holds
 /// glass, liquid, motion and effects together; what the command line says goes before it.
 ///
 /// Numbers to expect at the spacing of 5 mm: 8 s of processor time to settle and 5 to 8 s for each second
@@ -82,7 +83,7 @@ struct Wanted {
     #[arg(long)]
     motion: Vec<String>,
     /// Switch on an effect; give it several times for several effects.
-    #[arg(long, value_name = "NAME=VALUE")]
+    #[arg(long, value_name = "NAME=VALUE[,VALUE]")]
     effect: Vec<String>,
     /// Show liquids, motions and effects, and do nothing else.
     #[arg(long)]
@@ -142,8 +143,9 @@ fn make(arguments: &Wanted) -> anyhow::Result<()> {
     let scene = arguments.scene.as_deref().map(Experiment::load).transpose()?.unwrap_or_default();
     let mut effects = scene.effects;
     for effect in &arguments.effect {
-        effects.parse(effect)?;
+        effects.parse(effect).with_context(|| format!("--effect {effect}"))?;
     }
+    effects.require_simulated()?;
     let name = arguments.liquid.as_deref().or(scene.liquid.as_deref()).unwrap_or("glycerine");
     let fine = arguments.fine.then_some(FINE_MM);
     let mut setup = Setup {

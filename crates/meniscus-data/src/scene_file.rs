@@ -12,9 +12,11 @@
 //! rim_m = 0.110
 //! taper = 0.05
 //!
-//! [effects]                              # as `meniscus simulate --list` has them
+//! [effects]                              # SI values, as `meniscus simulate --list` has them
 //! surface_tension = 0.055
 //! wall_slip = { value = 0.001, source = "a guess" }
+//! contact_line = 0.02
+//! contact_line_reach = 0.0005            # a second parameter
 //! ```
 //! Everything may lack; paths are those of the folder where the command runs.
 
@@ -51,7 +53,7 @@ pub enum ExperimentError {
     Io(PathBuf, std::io::Error),
     /// The text is not a scene.
     Malformed(PathBuf, String),
-    /// An effect is unknown or out of range.
+    /// An effect is unknown, out of range or not simulated.
     Effect(PathBuf, EffectError),
 }
 
@@ -104,7 +106,7 @@ impl Experiment {
     /// The scene in the file at `path`.
     ///
     /// # Errors
-    /// When it cannot be read, is not a scene, or names an effect that is unknown or out of range. Whether
+    /// When it cannot be read, is not a scene, or names an effect that is unknown, out of range or not simulated. Whether
     /// glass, liquid and motion can be simulated is for those to say.
     pub fn load(path: &Path) -> Result<Self, ExperimentError> {
         let text = std::fs::read_to_string(path).map_err(|e| ExperimentError::Io(path.into(), e))?;
@@ -123,6 +125,7 @@ impl Experiment {
             let (Number::Plain(value) | Number::Sourced { value, .. }) = number;
             effects.set(&name, value).map_err(|e| ExperimentError::Effect(origin.into(), e))?;
         }
+        effects.require_simulated().map_err(|e| ExperimentError::Effect(origin.into(), e))?;
         let glass = file.glass.map(|g| Glass {
             radius_m: g.radius_m.unwrap_or(GLASS.radius_m),
             fill_m: g.fill_m.unwrap_or(GLASS.fill_m),
@@ -143,6 +146,7 @@ impl Experiment {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use meniscus::reduced::effects::EffectKind;
 
     #[test]
     fn a_scene_is_read_and_nonsense_refused() {
@@ -150,10 +154,35 @@ mod tests {
         let text = "liquid = 'honey'\n[glass]\ntaper = 0.05\n[effects]\nfoam = 0.1\nwall_slip = { value = inf, source = 'x' }";
         let scene = parse(text).expect("a scene");
         assert_eq!(scene.glass, Some(Glass { taper: 0.05, ..GLASS }));
-        assert_eq!((scene.effects.foam, scene.effects.wall_slip), (Some(0.1), Some(f64::INFINITY)));
+        let value = |kind| scene.effects.value(kind);
+        assert_eq!((value(EffectKind::Foam), value(EffectKind::WallSlip)), (Some(0.1), Some(f64::INFINITY)));
         let refusal = |text: &str| format!("{}", parse(text).expect_err(text));
         assert!(refusal("colour = 3").contains("s.toml is not a scene"));
         assert!(refusal("[effects]\nviscosity = -1").contains("s.toml: effect viscosity = -1"));
         assert!(refusal("[effects]\nghosts = 1").contains("no effect is called 'ghosts'"));
+        let camera = refusal("[effects]\ncamera_pitch = 0.03");
+        assert!(camera.contains("s.toml: effect camera_pitch is not simulated"), "{camera}");
+    }
+
+    /// Scene files of before the one list of effects: the same names, units and meaning.
+    #[test]
+    fn an_old_scene_file_keeps_its_meaning() {
+        let text = "[effects]\nviscosity = 0.6\nfill = 0.05\ncontact_line = 0.3\ncontact_line_reach = 0.02\n\
+                    viscoelastic = 10.0\nviscoelastic_time = 0.05\nyield_stress = 500.0";
+        let scene = Experiment::parse(Path::new("s.toml"), text).expect("a scene");
+        let on: Vec<_> =
+            scene.effects.on().into_iter().map(|(p, value)| (p.spelling, value, p.unit)).collect();
+        assert_eq!(
+            on,
+            [
+                ("viscosity", 0.6, "Pa s^n"),
+                ("yield_stress", 500.0, "Pa"),
+                ("contact_line", 0.3, "N/m"),
+                ("contact_line_reach", 0.02, "m"),
+                ("viscoelastic", 10.0, "Pa"),
+                ("viscoelastic_time", 0.05, "s"),
+                ("fill", 0.05, "m"),
+            ]
+        );
     }
 }

@@ -3,8 +3,8 @@
 
 use super::problem::Problem;
 use crate::fit_cache::Name;
-use meniscus::reduced::effects::{Active, Entry, PARAMETERS, Parameter};
 use meniscus_numerics::least_squares::{Damping, Model, Settings, Stop, minimise};
+use meniscus::reduced::effects::{Active, Entry, FreeParameters, PARAMETERS, Parameter, Recorded};
 use nalgebra::{DMatrix, DVector};
 
 /// The search of a fit. Residuals are whitened, so that a gain of 0.02 moves no parameter by more than a seventh of its
@@ -71,11 +71,11 @@ pub fn free_of(problem: &Problem, entry: &'static Entry) -> Vec<usize> {
     let holds = |which: usize| {
         problem.known.told[which] < 1.0 && problem.records().any(|record| record.drive.holds()[which])
     };
-    match entry.name {
-        "container_tilt" => vec![usize::from(holds(0))],
-        "vertical_acceleration" => vec![usize::from(holds(1))],
-        "contact_line" => vec![0],
-        _ => (0..entry.parameters.len()).collect(),
+    match entry.free {
+        FreeParameters::All => (0..entry.parameters.len()).collect(),
+        FreeParameters::First => vec![0],
+        FreeParameters::FirstOrRecorded(Recorded::Inclination) => vec![usize::from(holds(0))],
+        FreeParameters::FirstOrRecorded(Recorded::Lift) => vec![usize::from(holds(1))],
     }
 }
 

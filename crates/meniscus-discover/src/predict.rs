@@ -1,7 +1,7 @@
 //! What the reduced model expects a recording to show.
 
 use super::record::{Quantity, Record, mean_bow};
-use meniscus::reduced::effects::Active;
+use meniscus::reduced::effects::{Active, Stated};
 use meniscus::reduced::{Baseline, Cylinder, Model, Push, Rheology, State, step, wall_harmonics};
 use meniscus::surface::{POINTS, profile_abscissa};
 
@@ -39,6 +39,14 @@ pub struct Known {
     pub viscosity_pa_s: f64,
     /// Part of the recorded inclination and of the recorded vertical acceleration that the model is told.
     pub told: [f64; 2],
+}
+
+impl Known {
+    /// Returns the liquid and fill that coordinates of effects are counted from.
+    #[must_use]
+    pub fn stated(&self) -> Stated {
+        Stated { consistency_pa_sn: self.viscosity_pa_s, fill_m: self.fill_m }
+    }
 }
 
 /// The baseline that the first numbers of `theta` stand for.

@@ -3,7 +3,7 @@
 use super::predict::Known;
 use super::workflow::Discovery;
 use crate::insert::Closed;
-use meniscus::reduced::effects::Active;
+use meniscus_data::effects::Effects;
 use serde_json::{Value, json};
 use std::fmt::Write;
 
@@ -56,42 +56,21 @@ pub fn verdict_json(discovery: &Discovery, closed: &[Closed]) -> Value {
     })
 }
 
-/// How the simulator is told of `active`, in the glass and liquid of `known`; none where it does not carry it.
-#[must_use]
-pub fn carried(active: &Active, known: &Known) -> Option<Vec<(&'static str, f64)>> {
-    let [first, second] = active.values;
-    Some(match active.entry.name {
-        "viscosity" => vec![("viscosity", known.viscosity_pa_s * first)],
-        "fill" => vec![("fill", known.fill_m + first)],
-        "contact_line" => vec![("contact_line", first), ("contact_line_reach", second)],
-        "pinned_line" => vec![("contact_line", 0.02 * first), ("contact_line_reach", 0.02)],
-        "viscoelastic" => vec![("viscoelastic", first), ("viscoelastic_time", second)],
-        name @ ("wall_slip"
-        | "shear_thinning"
-        | "yield_stress"
-        | "foam"
-        | "surface_tension"
-        | "container_tilt"
-        | "vertical_acceleration") => vec![(name, first)],
-        _ => return None,
-    })
-}
-
-/// The scene file with the effects that the simulator carries, each with its source; what it does not
-/// carry stands as a comment.
+/// Returns the scene file with the effects that the simulator carries, each with its source; an effect that it does not
+/// carry becomes a comment.
 #[must_use]
 pub fn scene_toml(discovery: &Discovery, known: &Known) -> String {
     let mut text =
         format!("# {}\n# Written by `meniscus discover`.\n\n[effects]\n", discovery.verdict.sentence());
     for active in &discovery.verdict.chosen.active {
-        let lines = carried(active, known);
-        if lines.is_none() {
-            // Writing into a string cannot fail.
-            let (name, value) = (active.entry.name, active.values[0]);
-            let _ = writeln!(text, "# {name} = {value}: a view or an actuation, which no liquid carries");
+        let mut carried = Effects::default();
+        // Writing into a string cannot fail.
+        if let Err(error) = carried.set_simulated(active, &known.stated()) {
+            let _ = writeln!(text, "# {} = {}: {error}", active.entry.name, active.values[0]);
         }
-        for (name, value) in lines.unwrap_or_default() {
-            let _ = writeln!(text, "{name} = {{ value = {value:.6}, source = \"meniscus discover\" }}");
+        for (parameter, value) in carried.on() {
+            let spelling = parameter.spelling;
+            let _ = writeln!(text, "{spelling} = {{ value = {value:.6}, source = \"meniscus discover\" }}");
         }
     }
     text

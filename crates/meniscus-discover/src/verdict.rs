@@ -233,10 +233,10 @@ fn edges(fitted: &Fitted) -> Vec<String> {
         (value <= least + near.min(1e-9) || value >= largest - near).then(|| {
             format!(
                 "the {} of {} stands at the end of its range of {least} to {largest}{}{}",
-                parameter.name,
+                parameter.coordinate_name(),
                 active.entry.name,
-                if parameter.unit == "1" { "" } else { " " },
-                parameter.unit.trim_start_matches('1')
+                if parameter.coordinate_unit() == "1" { "" } else { " " },
+                parameter.coordinate_unit().trim_start_matches('1')
             )
         })
     };

@@ -11,7 +11,7 @@ use super::record::Record;
 use super::thresholds::Thresholds;
 use super::verdict::{Decision, Verdict, decide};
 use crate::fit_cache::Kept;
-use meniscus::reduced::effects::{Entry, LIBRARY};
+use meniscus::reduced::effects::{Entry, LIBRARY, Stated};
 use std::sync::Arc;
 
 /// How a discovery is made.
@@ -42,12 +42,14 @@ pub struct Estimate {
     pub effect: &'static str,
     /// Parameter.
     pub parameter: &'static str,
-    /// Unit.
+    /// Unit of the SI value.
     pub unit: &'static str,
-    /// Value.
+    /// SI value, as `--effect` takes it.
     pub value: f64,
-    /// Interval that should hold the truth in 90 % of cases.
+    /// Interval that should hold the truth in 90 % of cases, SI.
     pub interval: (f64, f64),
+    /// Coordinate in the reduced model, and its interval.
+    pub coordinate: (f64, (f64, f64)),
 }
 
 /// Everything about one discovery.
@@ -123,7 +125,7 @@ pub fn discover(
     let names = settings.library.iter().map(|entry| entry.name).collect();
     let question =
         (verdict.decision == Decision::Tied).then(|| ask(&problem, &calibration, &verdict)).flatten();
-    let estimates = estimates(&verdict);
+    let estimates = estimates(&verdict, &known.stated());
     let mut curves = Vec::new();
     let gap = match &sealed {
         Some(sealed) => {
@@ -148,10 +150,10 @@ pub fn discover(
     })
 }
 
-/// Values of the chosen effects with 90 % intervals: the curvature of the posterior, widened by the
+/// Returns the values of the chosen effects, counted from `stated`, with 90 % intervals: the curvature of the posterior, widened by the
 /// misfit that is left.
 #[must_use]
-pub fn estimates(verdict: &Verdict) -> Vec<Estimate> {
+pub fn estimates(verdict: &Verdict, stated: &Stated) -> Vec<Estimate> {
     let fitted = &verdict.chosen;
     let covariance = fitted.covariance();
     let widen = verdict.chi2.max(1.0).sqrt();
@@ -163,12 +165,15 @@ pub fn estimates(verdict: &Verdict) -> Vec<Estimate> {
         let deviation = covariance.as_ref().map_or(f64::INFINITY, |c| c[(place, place)].max(0.0).sqrt());
         let half = 1.645 * widen * deviation;
         let (least, largest) = parameter.range;
+        let interval = ((value - half).max(least), (value + half).min(largest));
+        let si = |coordinate: f64| parameter.to_value(coordinate, stated);
         Estimate {
             effect: active.entry.name,
             parameter: parameter.name,
             unit: parameter.unit,
-            value,
-            interval: ((value - half).max(least), (value + half).min(largest)),
+            value: si(value),
+            interval: (si(interval.0), si(interval.1)),
+            coordinate: (value, interval),
         }
     };
     fitted.free.iter().enumerate().map(one).collect()

@@ -40,7 +40,7 @@ impl std::fmt::Display for TrainError {
             }
             Self::Named => write!(
                 f,
-                "the model names effects, and a correction would learn over them: take them out first (`meniscus adopt` \
+                "the model names effects, and a correction would learn over them: take them out first (`meniscus insert` \
                  without any), or leave the model as it is"
             ),
             Self::Blob(error) => write!(f, "{error}"),

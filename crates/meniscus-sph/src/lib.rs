@@ -83,11 +83,10 @@ pub use particles::Particles;
 pub use record::{record, record_particles, record_surfaces};
 pub use setup::{Error, Setup};
 
-use effects::{Acting, motion_with};
+use effects::{Acting, Laws, motion_with};
 use forces::Forces;
 use frame::Body;
 use meniscus::units::GRAVITY_M_S2;
-use meniscus_data::effects::Effects;
 use meniscus_data::liquids::Liquid;
 use meniscus_data::motion::Kinematics;
 use meniscus_data::recording::Glass;
@@ -105,7 +104,7 @@ const SKIN: f64 = 0.15;
 pub struct Simulator {
     glass: Glass,
     liquid: Liquid,
-    effects: Effects,
+    laws: Laws,
     acting: Acting,
     spacing_m: f64,
     no_slip: bool,
@@ -136,7 +135,8 @@ impl Simulator {
         let setup = &setup.resolved();
         check(setup)?;
         let Setup { glass, liquid, effects, .. } = setup.clone();
-        let body = Body::of(&motion_with(&effects, Kinematics::default()));
+        let laws = Laws::of(&effects);
+        let body = Body::of(&motion_with(&laws, Kinematics::default()));
         let spacing_m = fitting_spacing(&glass, setup.spacing_m);
         let kernel = kernel(setup);
         let packing = Packing::liquid(&glass, spacing_m, setup.seed);
@@ -168,7 +168,7 @@ impl Simulator {
             longest_step,
             glass,
             liquid,
-            effects,
+            laws,
             acting: Acting::default(),
             spacing_m,
             no_slip: setup.no_slip,

@@ -8,6 +8,7 @@
 use super::surface::{COEFFICIENTS, Coefficients, SurfaceFinder};
 use super::tracers::sample;
 use super::{Error, Setup, Simulator};
+use meniscus::reduced::effects::EffectKind;
 use meniscus::units::FRAME_INTERVAL_S;
 use meniscus_data::motion::Motion;
 use meniscus_data::recording::{COLUMNS, LAYERS, Lattice, Provenance, Recording, STATE, States, TRACERS};
@@ -150,7 +151,7 @@ fn begin(setup: &Setup, motion: &Motion, frames: usize, command: &str) -> Record
                 .effects
                 .on()
                 .into_iter()
-                .map(|(effect, value)| (effect.name.into(), value))
+                .map(|(parameter, value)| (parameter.spelling.into(), value))
                 .collect(),
         },
         glass_x_m: (0..frames).map(|n| motion.position(time(n))).collect(),
@@ -158,7 +159,7 @@ fn begin(setup: &Setup, motion: &Motion, frames: usize, command: &str) -> Record
         glass_y_m: (0..frames).map(|n| motion.away(time(n))).collect(),
         glass_z_m: (0..frames).map(|n| motion.height(time(n))).collect(),
         tilt_rad: (0..frames)
-            .map(|n| motion.tilt(time(n)) + setup.effects.container_tilt.unwrap_or(0.0))
+            .map(|n| motion.tilt(time(n)) + setup.effects.value(EffectKind::ContainerTilt).unwrap_or(0.0))
             .collect(),
         column_m: Vec::new(),
         wall_m: Vec::new(),

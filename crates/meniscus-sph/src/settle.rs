@@ -62,7 +62,7 @@ impl Simulator {
         self.work = 0.0;
         self.rest_energy = self.potential();
         let rest_density = self.forces.rest_density;
-        self.acting = Acting::on(&self.effects, &self.glass, rest_density, &self.fluid)
+        self.acting = Acting::on(&self.laws, &self.glass, rest_density, &self.fluid)
             .ok_or_else(|| Error::Setup("the surface of this glass cannot carry the effects on it".into()))?;
         self.accelerate(&Kinematics::default());
         Ok(())

@@ -1,6 +1,6 @@
 //! Set-up of a simulation and its limits: the glass, the liquid, the spacing, and the step that they allow.
 
-use super::effects::{self, glass_with, liquid_with, rise_m, slip_m};
+use super::effects::{self, Laws, glass_with, liquid_with, rise_m};
 use super::kernel::{Kernel, SMOOTHING};
 use super::packing::fitting_spacing;
 use meniscus_data::effects::Effects;
@@ -87,10 +87,11 @@ impl Setup {
     #[must_use]
     pub fn resolved(&self) -> Self {
         let effects = self.effects.over(self.liquid.effects);
+        let laws = Laws::of(&effects);
         Self {
-            glass: glass_with(&effects, self.glass),
-            liquid: liquid_with(&effects, &self.liquid),
-            no_slip: self.no_slip && slip_m(&effects).is_finite(),
+            glass: glass_with(&laws, self.glass),
+            liquid: liquid_with(&laws, &self.liquid),
+            no_slip: self.no_slip && laws.slip_m.is_finite(),
             effects,
             ..*self
         }
@@ -117,12 +118,13 @@ pub(super) fn longest_step(kernel: &Kernel, setup: &Setup) -> f64 {
     let density = setup.liquid.density_kg_m3;
     let nu = setup.liquid.rheology.largest() / density;
     let viscous = if nu > 0.0 { VISCOUS * kernel.h * kernel.h / nu } else { f64::INFINITY };
-    let effects = effects::longest_step(&setup.effects, &setup.glass, density);
+    let effects = effects::longest_step(&Laws::of(&setup.effects), &setup.glass, density);
     viscous.min(COURANT * kernel.h / SOUND_M_S).min(effects)
 }
 
 /// Whether a resolved setup can be simulated.
 pub(super) fn check(setup: &Setup) -> Result<(), Error> {
+    setup.effects.require_simulated().map_err(|error| Error::Setup(format!("{error}")))?;
     let Glass { radius_m, fill_m, rim_m, taper } = setup.glass;
     if !(0.005..=0.2).contains(&radius_m)
         || !(0.005..=0.3).contains(&fill_m)
@@ -138,7 +140,7 @@ pub(super) fn check(setup: &Setup) -> Result<(), Error> {
             "a taper of {taper} is out of range: -0.2 to 0.2, and a radius of 0.005 to 0.2 m at the rim"
         )));
     }
-    let rise_m = rise_m(&setup.effects, &setup.glass);
+    let rise_m = rise_m(&Laws::of(&setup.effects), &setup.glass);
     if fill_m + rise_m > rim_m || rise_m > fill_m {
         return Err(Error::Setup(format!(
             "the surface at rest of an inclined glass would stand {:.1} mm above and below the fill of {:.1} mm: it \

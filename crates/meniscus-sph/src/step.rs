@@ -8,7 +8,7 @@
 //! (Monaghan 2005; Adami et al. 2012.) Density lives where the velocity is half a step away, so
 //! sound is integrated by a leap-frog and neither grows nor decays by the scheme itself.
 
-use super::effects::{Surroundings, motion_with, slip_m};
+use super::effects::{Surroundings, motion_with};
 use super::frame::Body;
 use super::neighbours::IMAGE_SKIN;
 use super::state::Fluid;
@@ -35,7 +35,7 @@ impl Simulator {
         hold(&self.glass, self.spacing_m, &mut self.fluid);
         self.drift();
         self.refresh_lists()?;
-        let middle = Body::of(&motion_with(&self.effects, motion(self.time + 0.5 * dt)));
+        let middle = Body::of(&motion_with(&self.laws, motion(self.time + 0.5 * dt)));
         self.reflect(&middle);
         self.forces.density_rates(&self.lists, &self.fluid, &self.walls, &middle);
         self.densify();
@@ -50,7 +50,7 @@ impl Simulator {
 
     /// Forces and accelerations at the present time, for a glass under `motion`.
     pub(crate) fn accelerate(&mut self, motion: &Kinematics) {
-        self.body = Body::of(&motion_with(&self.effects, *motion));
+        self.body = Body::of(&motion_with(&self.laws, *motion));
         self.acting.press(&self.fluid, &mut self.forces.pressed);
         self.reflect(&self.body.clone());
         let slip_m = self.slip_m();
@@ -98,7 +98,7 @@ impl Simulator {
 
     /// Slip length at the walls, m.
     fn slip_m(&self) -> f64 {
-        if self.no_slip { slip_m(&self.effects) } else { f64::INFINITY }
+        if self.no_slip { self.laws.slip_m } else { f64::INFINITY }
     }
 
     /// Lists who has an image in the walls, makes the images and lists the neighbours.

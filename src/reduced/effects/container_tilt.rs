@@ -3,23 +3,32 @@
 //! the two apart, because in a glass that leans it carries waves of other shapes along (`slosh::SecondOrder`).
 //! Beside it the part of the recorded inclination that the model was not told of, which acts as a push.
 
-use super::{Class, Entry, Parameter, Slot};
+use super::{
+    Class, Effect, EffectKind, FreeParameters, Law, Parameter, Recorded, Reference, Simulator, Slot,
+};
 
-pub(super) const ENTRY: Entry = Entry {
+pub(super) const EFFECT: Effect = Effect {
+    kind: EffectKind::ContainerTilt,
     name: "container_tilt",
     class: Class::View,
     parameters: &[
         Parameter {
             name: "angle",
+            spelling: "container_tilt",
             unit: "rad",
+            reference: Reference::Absolute,
+            admissible: (-0.35, 0.35),
             neutral: 0.0,
             range: (-0.35, 0.35),
             typical: 0.03,
-            meaning: "constant inclination towards +x",
+            meaning: "constant inclination of the glass towards +x",
         },
         Parameter {
             name: "share",
+            spelling: "container_tilt_share",
             unit: "1",
+            reference: Reference::Absolute,
+            admissible: (-0.2, 1.5),
             neutral: 0.0,
             range: (-0.2, 1.5),
             typical: 0.5,
@@ -32,4 +41,8 @@ pub(super) const ENTRY: Entry = Entry {
         port.tilt_rad += angle;
         port.tilt_share += share;
     }),
+    simulator: Simulator::Law(Law::ContainerTilt),
+    free: FreeParameters::FirstOrRecorded(Recorded::Inclination),
+    twin: None,
+    trial: Some(|size| 0.035 * size),
 };

@@ -1,14 +1,18 @@
 //! Amplitude detuning beyond the baseline's: `w = w1 (1 - kappa A^2/R^2)`, a Duffing term in the energy
 //! (Bauerlein and Avila 2021; deep vessels soften, shallow ones harden).
 
-use super::{Class, Entry, First, Parameter, Slot};
+use super::{Class, Effect, EffectKind, First, FreeParameters, Parameter, Reference, Simulator, Slot};
 
-pub(super) const ENTRY: Entry = Entry {
+pub(super) const EFFECT: Effect = Effect {
+    kind: EffectKind::Detuning,
     name: "detuning",
     class: Class::Shape,
     parameters: &[Parameter {
         name: "softening",
+        spelling: "detuning",
         unit: "1",
+        reference: Reference::Absolute,
+        admissible: (-1.0, 1.0),
         neutral: 0.0,
         range: (-1.0, 1.0),
         typical: 0.1,
@@ -17,4 +21,8 @@ pub(super) const ENTRY: Entry = Entry {
     about: "the frequency depends on the amplitude",
     source: "Bauerlein and Avila 2021",
     slot: Slot::First(|[softening, _]| First { softening: *softening, coupling: 0.0 }),
+    simulator: Simulator::Absent("its waves detune by the equations of motion, not by a number"),
+    free: FreeParameters::All,
+    twin: None,
+    trial: None,
 };

@@ -5,23 +5,27 @@
 //! ```
 //! and the amplitude ends in a finite time (Viola et al. 2016; Sauret et al. 2015).
 
-use super::{Class, Entry, Parameter, Slot};
+use super::{Class, Effect, EffectKind, FreeParameters, Law, Parameter, Reference, Simulator, Slot};
 use crate::math::pow;
 use core::f64::consts::TAU;
 
 /// Mean of `|cos|^(5/3)` over a circle.
 const MEAN: f64 = 0.535_594;
 
-pub(super) const ENTRY: Entry = Entry {
+pub(super) const EFFECT: Effect = Effect {
+    kind: EffectKind::Foam,
     name: "foam",
     class: Class::AmplitudeDamping,
     parameters: &[Parameter {
         name: "strength",
+        spelling: "foam",
         unit: "N/m (s/m)^(2/3)",
+        reference: Reference::Absolute,
+        admissible: (0.0, 20.0),
         neutral: 0.0,
         range: (0.0, 20.0),
         typical: 0.03,
-        meaning: "coefficient beta of the foam's friction on the wall",
+        meaning: "coefficient beta of the force per length beta |v|^(2/3) of foam on the wall",
     }],
     about: "foam rubs on the wall",
     source: "Bretherton 1961; Viola et al. 2016; Sauret et al. 2015",
@@ -29,6 +33,10 @@ pub(super) const ENTRY: Entry = Entry {
         let rim = glass.radius_m * TAU * MEAN;
         strength * pow(speed.max(1e-4), -1.0 / 3.0) * 2.0 * MEAN * rim
     }),
+    simulator: Simulator::Law(Law::Foam),
+    free: FreeParameters::All,
+    twin: None,
+    trial: Some(|size| 0.1 * size),
 };
 
 #[cfg(test)]

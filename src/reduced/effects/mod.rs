@@ -1,19 +1,31 @@
-//! Named effects: what may be missing between the plain liquid and the measured one.
+//! The list of effects: physical differences between the plain liquid and a measured one.
 //!
-//! Each effect has a file with its slot, its parameters with units and range, and its formula with the
-//! source; adding one is that file and a line in [`LIBRARY`]. The slot says where it may act, and by that
-//! the laws stay exact whatever the parameters are:
+//! Each effect has one file with one [`Effect`]: name, parameters with SI unit, range and source, and the answer to every
+//! consumer. Adding one is that file, its `mod` line and its line in the list below. The build then fails until each
+//! consumer that matches [`EffectKind`] or [`Law`] has answered.
+//!
+//! | field | consumer |
+//! |---|---|
+//! | [`Effect::slot`] | the reduced model, discovery, the flashed model |
+//! | [`Effect::simulator`] | the particle simulator and its validation |
+//! | [`Effect::free`], [`Effect::twin`] | fits and verdicts of discovery |
+//! | [`Effect::trial`] | hidden trials of the discovery study |
+//!
+//! `NAME=VALUE` has one meaning on every command line and in every file: the SI value of the parameter. The reduced model
+//! counts some parameters from the stated glass and liquid; [`Parameter::to_coordinate`] is the only place that converts.
+//! A weight blob stores coordinates beside the liquid and fill that they are counted from.
+//!
+//! The slot says where an effect may act, and by that the laws of thermodynamics stay exact for any parameters:
 //!
 //! | slot | enters as | type |
 //! |---|---|---|
 //! | [`Slot::Stiffness`], [`Slot::First`] | energy | E |
 //! | [`Slot::Liquid`], [`Slot::Line`] | friction G >= 0 | M |
 //! | [`Slot::Memory`], [`Slot::Catch`] | an inner variable with energy and friction | E and M |
-//! | [`Slot::Port`] | what the moved glass does to the liquid | port |
-//! | [`Slot::View`], [`Slot::Vessel`] | what is measured, never the state; the fill | view |
+//! | [`Slot::Port`] | change of the glass's motion before it drives the liquid | port |
+//! | [`Slot::View`], [`Slot::Vessel`] | change of the measurement, never of the state; the fill | view |
 //!
-//! A friction below zero cannot be said in these slots: energy that seems to come from nowhere has to be a
-//! port or a view.
+//! These slots admit no negative friction: energy that seems to come from nowhere has to be a port or a view.
 
 mod actuation_delay;
 mod actuation_gain;
@@ -22,12 +34,16 @@ mod camera_pitch;
 mod camera_slope;
 mod contact_line;
 mod container_tilt;
+mod definition;
 mod depth_scale;
 mod detuning;
 mod fill;
 mod foam;
+mod parameter;
 mod pinned_line;
 mod shear_thinning;
+mod simulator;
+mod slot;
 mod surface_film;
 mod surface_tension;
 mod swirl;
@@ -38,242 +54,112 @@ mod wall_slip;
 mod yield_stress;
 
 #[cfg(test)]
+mod parameter_tests;
+#[cfg(test)]
 pub(crate) mod tests;
 
-use crate::reduced::{Cylinder, Mode, Rheology};
+pub use definition::{Active, Class, Effect, FreeParameters, MOST, PARAMETERS, Recorded, Values};
+pub use parameter::{Limit, Parameter, Reference, Stated, ValueError};
+pub use simulator::{Law, Simulator};
+pub use slot::{Branch, First, Port, Relax, Slot, View};
 
-/// Most parameters of an effect.
-pub const PARAMETERS: usize = 2;
+/// The name of [`Effect`] in signatures that predate it.
+pub use definition::Effect as Entry;
 
-/// Most effects at once in a model.
-pub const MOST: usize = 4;
+/// Makes the enum, the list and the way from one to the other, so that they cannot disagree.
+macro_rules! list {
+    ($($(#[$doc:meta])* $kind:ident = $file:ident,)*) => {
+        /// Identity of an effect, for exhaustive matches.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+        pub enum EffectKind {
+            $($(#[$doc])* $kind,)*
+        }
 
-/// Values of an effect's parameters; those that it does not have are zero.
-pub type Values = [f64; PARAMETERS];
+        impl EffectKind {
+            /// Every kind, in the order of [`LIBRARY`].
+            pub const ALL: [Self; Self::COUNT] = [$(Self::$kind,)*];
 
-/// Every effect.
-pub static LIBRARY: [Entry; 21] = [
-    viscosity::ENTRY,
-    wall_slip::ENTRY,
-    surface_film::ENTRY,
-    shear_thinning::ENTRY,
-    yield_stress::ENTRY,
-    contact_line::ENTRY,
-    foam::ENTRY,
-    surface_tension::ENTRY,
-    pinned_line::ENTRY,
-    viscoelastic::ENTRY,
-    detuning::ENTRY,
-    swirl::ENTRY,
-    container_tilt::ENTRY,
-    vertical_acceleration::ENTRY,
-    actuation_gain::ENTRY,
-    actuation_delay::ENTRY,
-    fill::ENTRY,
-    camera_latency::ENTRY,
-    depth_scale::ENTRY,
-    camera_pitch::ENTRY,
-    camera_slope::ENTRY,
-];
+            /// Number of effects.
+            pub const COUNT: usize = [$(Self::$kind),*].len();
 
-/// The effect called `name`.
+            /// Returns the definition.
+            #[must_use]
+            pub fn effect(self) -> &'static Effect {
+                match self {
+                    $(Self::$kind => &LIBRARY[Self::$kind as usize],)*
+                }
+            }
+        }
+
+        /// Every effect.
+        pub static LIBRARY: [Effect; EffectKind::COUNT] = [$($file::EFFECT,)*];
+    };
+}
+
+list! {
+    /// Viscosity.
+    Viscosity = viscosity,
+    /// Slip at the wall.
+    WallSlip = wall_slip,
+    /// Film on the surface.
+    SurfaceFilm = surface_film,
+    /// Flow index.
+    ShearThinning = shear_thinning,
+    /// Yield stress.
+    YieldStress = yield_stress,
+    /// Sliding contact line.
+    ContactLine = contact_line,
+    /// Foam on the wall.
+    Foam = foam,
+    /// Surface tension.
+    SurfaceTension = surface_tension,
+    /// Pinned contact line.
+    PinnedLine = pinned_line,
+    /// Viscoelastic relaxation.
+    Viscoelastic = viscoelastic,
+    /// Amplitude detuning.
+    Detuning = detuning,
+    /// Coupling of the two directions.
+    Swirl = swirl,
+    /// Inclined glass.
+    ContainerTilt = container_tilt,
+    /// Vertical acceleration.
+    VerticalAcceleration = vertical_acceleration,
+    /// Gain of the glass's motion.
+    ActuationGain = actuation_gain,
+    /// Delay of the glass's motion.
+    ActuationDelay = actuation_delay,
+    /// Height of the liquid at rest.
+    Fill = fill,
+    /// Latency of the camera.
+    CameraLatency = camera_latency,
+    /// Scale of the camera's lengths.
+    DepthScale = depth_scale,
+    /// Pitch of the camera.
+    CameraPitch = camera_pitch,
+    /// Roll of the camera.
+    CameraSlope = camera_slope,
+}
+
+impl EffectKind {
+    /// Returns the name on the command line and in files.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        self.effect().name
+    }
+}
+
+/// Returns the effect called `name`.
 #[must_use]
-pub fn find(name: &str) -> Option<&'static Entry> {
+pub fn find(name: &str) -> Option<&'static Effect> {
     LIBRARY.iter().find(|entry| entry.name == name)
 }
 
-/// What can be told apart before the name can.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub enum Class {
-    /// How it is looked at, how it stands and how much of it there is.
-    View,
-    /// When things happen: clocks.
-    Timing,
-    /// How it is moved.
-    Actuation,
-    /// What pulls the surface back.
-    Stiffness,
-    /// Damping that is the same at every amplitude.
-    Damping,
-    /// Damping that depends on the amplitude.
-    AmplitudeDamping,
-    /// Shape of the wave and coupling of its directions.
-    Shape,
-}
-
-impl Class {
-    /// In words.
-    #[must_use]
-    pub fn words(self) -> &'static str {
-        match self {
-            Self::View => "view and stand",
-            Self::Timing => "timing",
-            Self::Actuation => "actuation",
-            Self::Stiffness => "stiffness",
-            Self::Damping => "linear damping",
-            Self::AmplitudeDamping => "amplitude-dependent damping",
-            Self::Shape => "shape",
-        }
-    }
-
-    /// Whether it is something that happens in the liquid, and not how that is looked at, timed or moved.
-    #[must_use]
-    pub fn in_liquid(self) -> bool {
-        !matches!(self, Self::View | Self::Timing | Self::Actuation)
-    }
-}
-
-/// One parameter.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Parameter {
-    /// Name.
-    pub name: &'static str,
-    /// Unit.
-    pub unit: &'static str,
-    /// Value at which the effect is not there.
-    pub neutral: f64,
-    /// Least and largest physical value.
-    pub range: (f64, f64),
-    /// A size that matters: where fits start from, on either side of the neutral value.
-    pub typical: f64,
-    /// What it is in words.
-    pub meaning: &'static str,
-}
-
-/// A stored energy with friction: `z' = v - r z`, energy `k z^2/2`.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Branch {
-    /// Stiffness k, N/m; 0 is no branch.
-    pub stiffness: f64,
-    /// Relaxation r.
-    pub relax: Relax,
-}
-
-/// How an inner variable forgets.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub enum Relax {
-    /// It does not.
-    #[default]
-    Never,
-    /// With a time (s): `r = 1/lambda`.
-    Time(f64),
-    /// With a way (m): `r = |v|/reach`, dry friction with a spring before it.
-    Path(f64),
-}
-
-/// Shape of the first mode's energy.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct First {
-    /// Softening kappa, `w = w1 (1 - kappa A^2/R^2)`.
-    pub softening: f64,
-    /// Coupling of x and y, in units of the mode's stiffness.
-    pub coupling: f64,
-}
-
-/// What the glass's motion becomes before it drives the liquid.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Port {
-    /// Factor on what the glass is said to do.
-    pub gain: f64,
-    /// How much later it does it, s.
-    pub delay_s: f64,
-    /// Constant inclination towards +x, rad.
-    pub tilt_rad: f64,
-    /// Part of the recorded inclination that is felt, beside that of the baseline.
-    pub tilt_share: f64,
-    /// Constant acceleration upwards, m/s2.
-    pub lift_m_s2: f64,
-    /// Part of the recorded vertical acceleration that is felt, beside that of the baseline.
-    pub lift_share: f64,
-}
-
-impl Default for Port {
-    fn default() -> Self {
-        Self { gain: 1.0, delay_s: 0.0, tilt_rad: 0.0, tilt_share: 0.0, lift_m_s2: 0.0, lift_share: 0.0 }
-    }
-}
-
-/// What the surface becomes before it is measured.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct View {
-    /// How much later the picture is than its time says, s.
-    pub latency_s: f64,
-    /// Factor on every length.
-    pub scale: f64,
-    /// Pitch of the camera that is not known of, rad.
-    pub pitch_rad: f64,
-    /// Roll of the camera that is not known of, rad.
-    pub slope_rad: f64,
-}
-
-impl Default for View {
-    fn default() -> Self {
-        Self { latency_s: 0.0, scale: 1.0, pitch_rad: 0.0, slope_rad: 0.0 }
-    }
-}
-
-/// Where an effect acts.
-#[derive(Clone, Copy, Debug)]
-pub enum Slot {
-    /// Energy: stiffness that a mode gains, N/m.
-    Stiffness(fn(&Values, &Mode, &Cylinder) -> f64),
-    /// Energy of the first mode.
-    First(fn(&Values) -> First),
-    /// Friction of the liquid.
-    Liquid(fn(&Values, &mut Rheology)),
-    /// Friction along the contact line, N s/m, at an amplitude of its speed (m/s).
-    Line(fn(&Values, f64, &Cylinder) -> f64),
-    /// An inner variable of each mode.
-    Memory(fn(&Values, &Mode, &Cylinder) -> Branch),
-    /// An inner variable of the contact line.
-    Catch(fn(&Values, &Cylinder) -> Branch),
-    /// The port.
-    Port(fn(&Values, &mut Port)),
-    /// The view.
-    View(fn(&Values, &mut View)),
-    /// The fill.
-    Vessel(fn(&Values, &mut Cylinder)),
-}
-
-/// One line of the library.
-#[derive(Clone, Copy, Debug)]
-pub struct Entry {
-    /// Name.
-    pub name: &'static str,
-    /// Class.
-    pub class: Class,
-    /// Its parameters, at most [`PARAMETERS`].
-    pub parameters: &'static [Parameter],
-    /// In a sentence.
-    pub about: &'static str,
-    /// Source of the formula.
-    pub source: &'static str,
-    /// Where it acts.
-    pub slot: Slot,
-}
-
-impl Entry {
-    /// Whether it is geometry, how the liquid is looked at, timed, stood and moved, whose formula is exact. A
-    /// fill is not: beside the level it changes the waves.
-    #[must_use]
-    pub fn is_geometry(&self) -> bool {
-        matches!(self.slot, Slot::Port(_) | Slot::View(_)) && !self.class.in_liquid()
-    }
-
-    /// The values at which the effect is not there.
-    #[must_use]
-    pub fn neutral(&self) -> Values {
-        let mut values = [0.0; PARAMETERS];
-        values.iter_mut().zip(self.parameters).for_each(|(value, parameter)| *value = parameter.neutral);
-        values
-    }
-}
-
-/// An effect with its values.
-#[derive(Clone, Copy, Debug)]
-pub struct Active {
-    /// Which.
-    pub entry: &'static Entry,
-    /// Its values.
-    pub values: Values,
+/// Returns the effect and the index of its parameter that `spelling` names: `NAME` or `NAME_PARAMETER`.
+#[must_use]
+pub fn find_parameter(spelling: &str) -> Option<(&'static Effect, usize)> {
+    LIBRARY.iter().find_map(|effect| {
+        let which = effect.parameters.iter().position(|parameter| parameter.spelling == spelling)?;
+        Some((effect, which))
+    })
 }

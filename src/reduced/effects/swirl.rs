@@ -2,14 +2,18 @@
 //! not quite round splits the frequency by `c w/2` either way, and the wave turns out of the plane and
 //! back in `2 pi/(c w)` (Faltinsen and Timokha 2009; Marcotte, Gallaire and Bongarzone 2023).
 
-use super::{Class, Entry, First, Parameter, Slot};
+use super::{Class, Effect, EffectKind, First, FreeParameters, Parameter, Reference, Simulator, Slot};
 
-pub(super) const ENTRY: Entry = Entry {
+pub(super) const EFFECT: Effect = Effect {
+    kind: EffectKind::Swirl,
     name: "swirl",
     class: Class::Shape,
     parameters: &[Parameter {
         name: "coupling",
+        spelling: "swirl",
         unit: "1",
+        reference: Reference::Absolute,
+        admissible: (0.0, 0.5),
         neutral: 0.0,
         range: (0.0, 0.5),
         typical: 0.04,
@@ -18,4 +22,10 @@ pub(super) const ENTRY: Entry = Entry {
     about: "the wave turns out of the plane",
     source: "Faltinsen and Timokha 2009; Marcotte, Gallaire and Bongarzone 2023",
     slot: Slot::First(|[coupling, _]| First { softening: 0.0, coupling: *coupling }),
+    simulator: Simulator::Absent(
+        "its glass is round, and its waves turn by the equations of motion, not by a number",
+    ),
+    free: FreeParameters::All,
+    twin: None,
+    trial: None,
 };

@@ -5,7 +5,7 @@
 extern crate std;
 
 use super::*;
-use crate::reduced::{Baseline, Model, Push, Rheology, State, step};
+use crate::reduced::{Baseline, Cylinder, Mode, Model, Push, Rheology, State, step};
 use crate::units::GRAVITY_M_S2;
 use std::vec::Vec;
 use std::{assert, assert_eq, println};

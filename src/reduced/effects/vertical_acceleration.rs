@@ -2,23 +2,32 @@
 //! of the recorded vertical acceleration that the model was not told of. It acts where the glass's motion
 //! does, but what it changes is what pulls the surface back.
 
-use super::{Class, Entry, Parameter, Slot};
+use super::{
+    Class, Effect, EffectKind, FreeParameters, Law, Parameter, Recorded, Reference, Simulator, Slot,
+};
 
-pub(super) const ENTRY: Entry = Entry {
+pub(super) const EFFECT: Effect = Effect {
+    kind: EffectKind::VerticalAcceleration,
     name: "vertical_acceleration",
     class: Class::Stiffness,
     parameters: &[
         Parameter {
             name: "lift",
+            spelling: "vertical_acceleration",
             unit: "m/s2",
+            reference: Reference::Absolute,
+            admissible: (-5.0, 20.0),
             neutral: 0.0,
             range: (-5.0, 20.0),
             typical: 0.3,
-            meaning: "constant acceleration upwards",
+            meaning: "constant upward acceleration of the glass",
         },
         Parameter {
             name: "share",
+            spelling: "vertical_acceleration_share",
             unit: "1",
+            reference: Reference::Absolute,
+            admissible: (-0.2, 1.5),
             neutral: 0.0,
             range: (-0.2, 1.5),
             typical: 0.5,
@@ -31,4 +40,8 @@ pub(super) const ENTRY: Entry = Entry {
         port.lift_m_s2 += lift;
         port.lift_share += share;
     }),
+    simulator: Simulator::Law(Law::VerticalAcceleration),
+    free: FreeParameters::FirstOrRecorded(Recorded::Lift),
+    twin: None,
+    trial: Some(|size| 0.5 * size),
 };

@@ -7,27 +7,36 @@
 //! `q = 2 G k^2/(rho w^2)` (Maxwell 1867; Bird, Armstrong and Hassager 1987). A memory much shorter than a radian of the
 //! slosh, x << 1, is a viscosity G lambda and is to be called that: the range of lambda begins at 0.02 s.
 
-use super::{Branch, Class, Entry, Parameter, Relax, Slot};
+use super::{
+    Branch, Class, Effect, EffectKind, FreeParameters, Law, Parameter, Reference, Relax, Simulator, Slot,
+};
 
-pub(super) const ENTRY: Entry = Entry {
+pub(super) const EFFECT: Effect = Effect {
+    kind: EffectKind::Viscoelastic,
     name: "viscoelastic",
     class: Class::Stiffness,
     parameters: &[
         Parameter {
             name: "modulus",
+            spelling: "viscoelastic",
             unit: "Pa",
+            reference: Reference::Absolute,
+            admissible: (0.0, 500.0),
             neutral: 0.0,
             range: (0.0, 200.0),
             typical: 3.0,
-            meaning: "modulus G",
+            meaning: "modulus G of a Maxwell stress beside the viscous one",
         },
         Parameter {
             name: "time",
+            spelling: "viscoelastic_time",
             unit: "s",
+            reference: Reference::Absolute,
+            admissible: (1e-3, 100.0),
             neutral: 0.05,
             range: (0.02, 1.0),
             typical: 0.03,
-            meaning: "relaxation time lambda",
+            meaning: "relaxation time lambda of that stress; 0.05 unless given",
         },
     ],
     about: "the liquid remembers its strain",
@@ -36,4 +45,8 @@ pub(super) const ENTRY: Entry = Entry {
         stiffness: 4.0 * mode.mass_kg * modulus * mode.k * mode.k / glass.density_kg_m3,
         relax: Relax::Time(*time),
     }),
+    simulator: Simulator::Law(Law::Viscoelastic),
+    free: FreeParameters::All,
+    twin: None,
+    trial: Some(|size| 5.0 * size),
 };

@@ -7,7 +7,7 @@ use meniscus::reduced::effects::Active;
 use meniscus_discover::gap::gap_to;
 use meniscus_discover::insert::latent::roll_out;
 use meniscus_discover::insert::simulated::{Resolution, simulate};
-use meniscus_discover::insert::{Closed, adopt};
+use meniscus_discover::insert::{Closed, TrainedLiquid, insert};
 use meniscus_discover::predict::Known;
 use meniscus_discover::record::Record;
 use meniscus_discover::workflow::Discovery;
@@ -39,8 +39,11 @@ pub(super) fn flashed(
     found: &Discovery,
     sealed: Option<&Record>,
 ) -> anyhow::Result<(Vec<u8>, Option<Closed>)> {
-    let liquid = Rheology::newtonian(known.viscosity_pa_s);
-    let blob = adopt(bytes, (known.density_kg_m3, liquid), &found.verdict.chosen.active)?.blob;
+    let liquid = TrainedLiquid {
+        density_kg_m3: known.density_kg_m3,
+        rheology: Rheology::newtonian(known.viscosity_pa_s),
+    };
+    let blob = insert(bytes, liquid, &found.verdict.chosen.active)?.blob;
     let Some((record, noise)) = sealed.zip(found.gap.map(|gap| gap.noise)) else { return Ok((blob, None)) };
     let aligned = AlignedBytes::copy(&blob);
     let left = |bytes: &[u8]| -> anyhow::Result<f64> {

@@ -3,6 +3,7 @@
 use anyhow::{Context, bail};
 use image::{ImageEncoder, codecs::png::PngEncoder};
 use indicatif::{ProgressBar, ProgressStyle};
+use meniscus::reduced::effects::EffectKind;
 use meniscus::units::FRAME_INTERVAL_S;
 use meniscus_data::motion::Motion;
 use meniscus_data::recording::Recording;
@@ -19,7 +20,7 @@ pub(super) fn check(setup: &Setup, motion: &Motion, seconds: f64) -> anyhow::Res
     }
     let still = |t: f64| motion.height(t) == 0.0 && motion.tilt(t) == 0.0;
     let frames = (seconds / FRAME_INTERVAL_S) as usize;
-    let upright = setup.resolved().effects.container_tilt.unwrap_or(0.0) == 0.0;
+    let upright = setup.resolved().effects.value(EffectKind::ContainerTilt).unwrap_or(0.0) == 0.0;
     if !upright || !(0..=frames).all(|n| still(n as f64 * FRAME_INTERVAL_S)) {
         bail!("--camera shows glasses that stand upright and move along x only, and this one does not");
     }

@@ -1,6 +1,6 @@
-//! `meniscus simulate --list`: what there is to choose from.
+//! `meniscus simulate --list`: liquids, motions and effects.
 
-use meniscus_data::effects::EFFECTS;
+use meniscus::reduced::effects::{LIBRARY, Simulator};
 use meniscus_data::liquids::{Liquid, known};
 use meniscus_data::motion::KINDS;
 
@@ -24,12 +24,33 @@ pub(super) fn print() -> anyhow::Result<()> {
     for (kind, what) in KINDS {
         println!("  {kind:12} {what}");
     }
-    println!("\nEFFECTS (--effect NAME=VALUE)");
-    for effect in EFFECTS {
-        let (least, largest) = effect.range;
-        println!("  {:22} {least} to {largest} {}", effect.name, effect.unit);
-        println!("  {:22} {}", "", effect.meaning);
+    effects();
+    Ok(())
+}
+
+/// Prints the effects with their parameters, first those that the simulator carries.
+fn effects() {
+    println!(
+        "\nEFFECTS (--effect NAME=VALUE; the same names, values and units in scene files, `insert` and `discover`)"
+    );
+    for effect in &LIBRARY {
+        let Simulator::Law(law) = effect.simulator else { continue };
+        for parameter in effect.parameters.iter().take(law.parameters()) {
+            let (least, largest) = parameter.admissible;
+            println!("  {:22} {least} to {largest} {}", parameter.spelling, parameter.unit);
+            println!("  {:22} {}", "", parameter.meaning);
+        }
         println!("  {:22} source: {}", "", effect.source);
     }
-    Ok(())
+    println!("\nEFFECTS THAT ARE NOT SIMULATED (for `insert` and `discover`)");
+    for effect in &LIBRARY {
+        let Simulator::Absent(why) = effect.simulator else { continue };
+        for parameter in effect.parameters {
+            let (least, largest) = parameter.admissible;
+            println!("  {:22} {least} to {largest} {}", parameter.spelling, parameter.unit);
+            println!("  {:22} {}", "", parameter.meaning);
+        }
+        println!("  {:22} not simulated: {why}", "");
+        println!("  {:22} source: {}", "", effect.source);
+    }
 }

@@ -50,7 +50,7 @@ pub enum LiquidError {
     Io(PathBuf, std::io::Error),
     /// The text is not a liquid.
     Malformed(String, String),
-    /// An effect in the file is unknown or out of range.
+    /// An effect in the file is unknown, out of range or not simulated.
     Effect(String, EffectError),
     /// A number is out of its range.
     Range {
@@ -175,6 +175,7 @@ impl Liquid {
         for (name, number) in file.effects {
             effects.set(&name, number.value).map_err(|e| LiquidError::Effect(file.name.clone(), e))?;
         }
+        effects.require_simulated().map_err(|e| LiquidError::Effect(file.name.clone(), e))?;
         Ok(Self { name: file.name, density_kg_m3: file.density_kg_m3.value, rheology, effects })
     }
 }
@@ -182,6 +183,7 @@ impl Liquid {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use meniscus::reduced::effects::EffectKind;
 
     #[test]
     fn every_known_liquid_loads() {
@@ -201,13 +203,20 @@ mod tests {
         assert!(refusal(&format!("{good}\ncolour = 3\n")).contains("colour"));
         let effect = "[effects]\nsurface_tension = { value = 0.063, source = \"x\" }\n";
         let liquid = Liquid::parse("x", &format!("{good}\n{effect}")).expect("effects belong to a liquid");
-        assert_eq!(liquid.effects.surface_tension, Some(0.063));
+        assert_eq!(liquid.effects.value(EffectKind::SurfaceTension), Some(0.063));
         assert!(
             refusal(&format!("{good}\n{}", effect.replace("0.063", "-1"))).contains("surface_tension = -1")
         );
         assert!(
             refusal(&format!("{good}\n{}", effect.replace("_tension", ""))).contains("no effect is called")
         );
+        let camera = refusal(&format!("{good}\n{}", effect.replace("surface_tension", "camera_pitch")));
+        assert!(camera.contains("camera_pitch is not simulated"), "{camera}");
+        // A liquid file of before the one list of effects: the reach beside its line.
+        let line = effect.replace("surface_tension", "contact_line");
+        let reach = "contact_line_reach = { value = 0.001, source = \"x\" }\n";
+        let liquid = Liquid::parse("x", &format!("{good}\n{line}{reach}")).expect("a liquid");
+        assert_eq!(liquid.effects.values(EffectKind::ContactLine), [Some(0.063), Some(0.001)]);
         let unknown = format!("{}", Liquid::load("treacle").expect_err("is not known"));
         assert!(unknown.contains("glycerine, water"), "{unknown}");
     }

@@ -1,12 +1,12 @@
-//! Adding a named effect to the models that a discovery did not fit: the flashed one, and the simulator.
+//! Insertion of effects into the models that a discovery did not fit: the flashed model and the simulator.
 //!
-//! | file | what |
+//! | file | purpose |
 //! |---|---|
-//! | `map` | what the first mode does in latent space, fitted to decoded roll-outs |
+//! | `map` | the first mode in latent space, fitted to decoded roll-outs |
 //! | `latent` | a recording as the flashed model rolls it out, its motion known |
 //! | `simulated` | the same recording, simulated again with the effect |
 //!
-//! [`adopt`] writes the list of effects into a blob; what they do to the step is worked out by whoever loads it, see
+//! [`insert`] writes the list of effects into a blob. The loader derives from it the changes of the step, see
 //! [`meniscus::latent::generic::Slots`].
 
 pub mod latent;
@@ -24,9 +24,9 @@ use meniscus_data::blob_file::read::parts;
 use meniscus_data::blob_file::write::{ExportError, Part, stored};
 use meniscus_platform::files::AlignedBytes;
 
-/// Why no effect was added.
+/// Reason why no effect was inserted.
 #[derive(Clone, Debug, PartialEq)]
-pub enum AdoptError {
+pub enum InsertError {
     /// The model is refused, or refuses the effects.
     Load(LoadError),
     /// The new blob could not be written down.
@@ -37,7 +37,7 @@ pub enum AdoptError {
     Many(usize),
 }
 
-impl std::fmt::Display for AdoptError {
+impl std::fmt::Display for InsertError {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Self::Load(error) => write!(f, "{error}"),
@@ -48,7 +48,7 @@ impl std::fmt::Display for AdoptError {
     }
 }
 
-impl std::error::Error for AdoptError {}
+impl std::error::Error for InsertError {}
 
 /// One model on the sealed recording, m, noise subtracted.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -61,7 +61,7 @@ pub struct Closed {
     pub effect_m: f64,
 }
 
-/// How a liquid of the simulator resists, in the letters of the reduced model.
+/// Returns the rheology of a liquid of the simulator for the reduced model.
 #[must_use]
 pub fn resistance(rheology: &meniscus_data::liquids::Rheology) -> Rheology {
     Rheology {
@@ -71,49 +71,55 @@ pub fn resistance(rheology: &meniscus_data::liquids::Rheology) -> Rheology {
     }
 }
 
+/// Liquid that a model was trained on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TrainedLiquid {
+    /// Density, kg/m3.
+    pub density_kg_m3: f64,
+    /// Rheology.
+    pub rheology: Rheology,
+}
+
 /// A model with effects.
 #[derive(Clone, Debug)]
-pub struct Adopted {
+pub struct Inserted {
     /// The blob.
     pub blob: Vec<u8>,
     /// How well the latents follow the first mode.
     pub mapped: Mapped,
 }
 
-/// `blob`, trained on a liquid of `density_kg_m3` that resists as `liquid`, with `effects`; those that it had are
-/// replaced, by none if there are none. It must lie as in flash, on a boundary of 64 bytes.
+/// Returns `blob`, trained on `liquid`, with `effects` instead of those that it had; an empty list removes them. The blob
+/// must lie as in flash, on a boundary of 64 bytes.
 ///
 /// # Errors
-/// [`AdoptError`].
-pub fn adopt(
-    blob: &[u8],
-    (density_kg_m3, liquid): (f64, Rheology),
-    effects: &[Active],
-) -> Result<Adopted, AdoptError> {
-    let (mut header, mut all) = parts(blob).map_err(AdoptError::Load)?;
+/// [`InsertError`].
+pub fn insert(blob: &[u8], liquid: TrainedLiquid, effects: &[Active]) -> Result<Inserted, InsertError> {
+    let TrainedLiquid { density_kg_m3, rheology } = liquid;
+    let (mut header, mut all) = parts(blob).map_err(InsertError::Load)?;
     let elements: Vec<(Tensor, Element)> = header.sections.iter().map(|s| (s.tensor, s.element)).collect();
     let element = |tensor| elements.iter().find(|(t, _)| *t == tensor).map_or(Element::F32, |(_, e)| *e);
     // The map is the plain model's, whatever it held before.
     header.named = None;
     all.retain(|part| part.tensor != Tensor::ModeMap);
-    let plain = stored(header.clone(), &all, element).map_err(AdoptError::Export)?;
+    let plain = stored(header.clone(), &all, element).map_err(InsertError::Export)?;
     let plain = AlignedBytes::copy(&plain);
-    let mapped = map(&Model::load(&plain).map_err(AdoptError::Load)?).map_err(AdoptError::Map)?;
+    let mapped = map(&Model::load(&plain).map_err(InsertError::Load)?).map_err(InsertError::Map)?;
     if effects.is_empty() {
-        return Ok(Adopted { blob: plain.to_vec(), mapped });
+        return Ok(Inserted { blob: plain.to_vec(), mapped });
     }
     let mut list = heapless::Vec::<NamedEffect, MOST>::new();
     for effect in effects {
-        let name = effect.entry.name.try_into().map_err(|_| AdoptError::Export(ExportError::Header))?;
+        let name = effect.entry.name.try_into().map_err(|_| InsertError::Export(ExportError::Header))?;
         list.push(NamedEffect { name, values: effect.values })
-            .map_err(|_| AdoptError::Many(effects.len()))?;
+            .map_err(|_| InsertError::Many(effects.len()))?;
     }
-    header.named = Some(Named { density_kg_m3, liquid, effects: list });
+    header.named = Some(Named { density_kg_m3, liquid: rheology, effects: list });
     let ModeMap { height, rate, along_height, along_rate } = mapped.map;
     let rows = [height, rate, along_height, along_rate];
     let values: Vec<f32> = rows.iter().flat_map(|row| row.iter().map(|x| *x as f32)).collect();
     all.push(Part { tensor: Tensor::ModeMap, rows: rows.len(), columns: LATENTS, values });
-    let blob = stored(header, &all, element).map_err(AdoptError::Export)?;
-    Model::load(&AlignedBytes::copy(&blob)).map_err(AdoptError::Load)?;
-    Ok(Adopted { blob, mapped })
+    let blob = stored(header, &all, element).map_err(InsertError::Export)?;
+    Model::load(&AlignedBytes::copy(&blob)).map_err(InsertError::Load)?;
+    Ok(Inserted { blob, mapped })
 }

@@ -5,10 +5,9 @@
 
 use crate::predict::Known;
 use crate::record::{Quantity, Record, parts};
-use crate::report::carried;
 use meniscus::blob::Lens;
 use meniscus::reduced as slosh;
-use meniscus::reduced::effects::{Active, Slot};
+use meniscus::reduced::effects::{Active, Simulator, Slot};
 use meniscus::reduced::{Baseline, Cylinder, Model};
 use meniscus::surface::POINTS;
 use meniscus_data::effects::Effects;
@@ -46,14 +45,10 @@ pub fn simulate(
     }
     let mut inside = Effects::default();
     for effect in effects {
-        match (carried(effect, known), effect.entry.slot) {
-            (Some(lines), _) => {
-                for (name, value) in lines {
-                    inside.set(name, value).map_err(|error| format!("{error}"))?;
-                }
-            }
-            (None, Slot::Port(_) | Slot::View(_)) => {}
-            (None, _) => return Err(format!("the simulator does not carry {}", effect.entry.name)),
+        match (effect.entry.simulator, effect.entry.slot) {
+            // These are put in around the simulator, below.
+            (Simulator::Absent(_), Slot::Port(_) | Slot::View(_)) => {}
+            _ => inside.set_simulated(effect, &known.stated()).map_err(|error| format!("{error}"))?,
         }
     }
     let vessel =

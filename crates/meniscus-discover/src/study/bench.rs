@@ -180,7 +180,10 @@ fn judged(found: &Discovery, oracle_mm: Option<f64>, seconds: f64) -> Judged {
         best: verdict.ranking.first().map(|best| (best.names.join(" + "), best.gain)),
         names: names.into_iter().map(String::from).collect(),
         misfit: [verdict.plain.chi2(verdict.count), verdict.chi2],
-        estimate: found.estimates.first().map(|e| (e.effect.into(), e.value, e.interval.0, e.interval.1)),
+        estimate: found.estimates.first().map(|e| {
+            let (value, (least, largest)) = e.coordinate;
+            (e.effect.into(), value, least, largest)
+        }),
         gap_mm: found.gap.map(|g| [g.untouched, g.refitted, g.black_box, g.effect].map(|m| 1e3 * m)),
         oracle_mm,
         asked: found.question.as_ref().map(|q| q.course),

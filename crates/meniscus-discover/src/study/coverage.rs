@@ -3,34 +3,59 @@
 
 use super::super::fit::{fit, fit_beside, search};
 use super::super::problem::Problem;
-use meniscus::reduced::effects::{Active, find};
+use meniscus::reduced::effects::{Active, Effect, EffectKind, LIBRARY};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
-/// Effects whose first parameter is drawn.
-const DRAWN: [&str; 8] = [
-    "viscosity",
-    "wall_slip",
-    "yield_stress",
-    "foam",
-    "surface_tension",
-    "actuation_gain",
-    "camera_pitch",
-    "camera_latency",
-];
+/// Place of an effect in the cycle of draws; `None` is not drawn. Drawn are effects of every class whose fit is smooth
+/// over their usual sizes.
+fn place(kind: EffectKind) -> Option<usize> {
+    match kind {
+        EffectKind::Viscosity => Some(0),
+        EffectKind::WallSlip => Some(1),
+        EffectKind::YieldStress => Some(2),
+        EffectKind::Foam => Some(3),
+        EffectKind::SurfaceTension => Some(4),
+        EffectKind::ActuationGain => Some(5),
+        EffectKind::CameraPitch => Some(6),
+        EffectKind::CameraLatency => Some(7),
+        EffectKind::SurfaceFilm
+        | EffectKind::ShearThinning
+        | EffectKind::ContactLine
+        | EffectKind::PinnedLine
+        | EffectKind::Viscoelastic
+        | EffectKind::Detuning
+        | EffectKind::Swirl
+        | EffectKind::ContainerTilt
+        | EffectKind::VerticalAcceleration
+        | EffectKind::ActuationDelay
+        | EffectKind::Fill
+        | EffectKind::DepthScale
+        | EffectKind::CameraSlope => None,
+    }
+}
+
+/// The effects whose first parameter is drawn, in the order of the cycle.
+fn drawn() -> Vec<&'static Effect> {
+    let mut all: Vec<_> = LIBRARY.iter().filter_map(|effect| Some((place(effect.kind)?, effect))).collect();
+    all.sort_by_key(|(place, _)| *place);
+    all.into_iter().map(|(_, effect)| effect).collect()
+}
 
 /// Share of `trials` draws in which the 90 % interval of the effect's parameter held the truth.
 #[must_use]
 pub fn coverage(problem: &Problem, trials: usize, seed: u64) -> f64 {
-    let held: usize = (0..trials).into_par_iter().map(|n| usize::from(one(problem, n, seed))).sum();
+    let drawn = drawn();
+    let trial = |n: usize| usize::from(one(problem, drawn[n % drawn.len()], n, seed));
+    let held: usize = (0..trials).into_par_iter().map(trial).sum();
     held as f64 / trials.max(1) as f64
 }
 
-fn one(problem: &Problem, n: usize, seed: u64) -> bool {
+/// Whether the interval of `entry` holds the truth in draw `n`.
+fn one(problem: &Problem, entry: &'static Effect, n: usize, seed: u64) -> bool {
     let mut random = ChaCha8Rng::seed_from_u64(seed.wrapping_mul(0x9e37_79b9).wrapping_add(n as u64));
     let mut normal = move || meniscus_numerics::random::normal(&mut random);
-    let Some(entry) = find(DRAWN[n % DRAWN.len()]) else { return false };
     let parameter = &entry.parameters[0];
     let theta: Vec<f64> =
         problem.mean.iter().zip(&problem.deviation).map(|(m, s)| m + s * normal()).collect();
@@ -44,4 +69,15 @@ fn one(problem: &Problem, n: usize, seed: u64) -> bool {
     let place = fitted.theta.len();
     let deviation = fitted.covariance().map_or(f64::INFINITY, |c| c[(place, place)].max(0.0).sqrt());
     (fitted.active[0].values[0] - truth).abs() <= 1.645 * deviation
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_cycle_has_no_gap() {
+        let places: Vec<_> = drawn().into_iter().filter_map(|effect| place(effect.kind)).collect();
+        assert_eq!(places, (0..places.len()).collect::<Vec<_>>());
+    }
 }

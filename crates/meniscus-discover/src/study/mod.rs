@@ -155,7 +155,7 @@ pub fn long_discovery_s() -> Result<f64, String> {
         groups.push(Group::new(known, make(&known, 10 * i as u64, &[]), None)?);
     }
     let references: Vec<&Group> = groups.iter().collect();
-    let entry = meniscus::reduced::effects::find("yield_stress").ok_or("no yield stress in the library")?;
+    let entry = meniscus::reduced::effects::EffectKind::YieldStress.effect();
     let records = make(&known, 99, &[meniscus::reduced::effects::Active { entry, values: [1.0, 0.0] }]);
     let begun = Instant::now();
     discover(&records, known, &references, &Thresholds::default(), &Settings::default())?;

@@ -1,10 +1,10 @@
 //! Pictures of the study: the confusion matrix and the curves of detection.
 
-use super::cases::{HIDDEN, SIZES};
+use super::cases::{Hidden, SIZES, hidden};
 use super::plans::Family;
 use super::run::Line;
 use super::tally::{Study, right};
-use meniscus::reduced::effects::{Class, find};
+use meniscus::reduced::effects::Class;
 use meniscus_report::plot::{BLUE, FONT, GREEN, GREY, ORANGE, PURPLE, PictureError, VERMILION, prepare_font};
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
@@ -16,7 +16,7 @@ use std::path::Path;
 /// [`PictureError`], when the file cannot be written.
 pub fn confusion_png(study: &Study, path: &Path) -> Result<(), PictureError> {
     prepare_font();
-    let names: Vec<&str> = HIDDEN.iter().map(|h| h.name).collect();
+    let names: Vec<&str> = hidden().map(|h| h.effect.name).collect();
     let extra = ["another", "unknown", "none"];
     let (cell, left, top) = (36, 230, 210);
     let columns = names.len() + extra.len();
@@ -109,10 +109,10 @@ pub fn detection_png(study: &Study, path: &Path) -> Result<(), PictureError> {
     let mut sizes = SIZES;
     sizes.sort_by(f64::total_cmp);
     let mut ends = Vec::new();
-    for hidden in &HIDDEN {
-        let colour = find(hidden.name).map_or(BLACK, |entry| colour_of(entry.class));
+    for Hidden { effect, .. } in hidden() {
+        let colour = colour_of(effect.class);
         let of = |size: &f64| {
-            let mine = |(a, _): &&Line| a.size == *size && a.effects[0].0 == hidden.name;
+            let mine = |(a, _): &&Line| a.size == *size && a.effects[0].0 == effect.name;
             let (a, j) = study.of(Family::Hidden).find(mine)?;
             Some((*size, j.gain.clamp(GAINS.0, GAINS.1), right(a, j)))
         };
@@ -122,7 +122,7 @@ pub fn detection_png(study: &Study, path: &Path) -> Result<(), PictureError> {
             let style = if *named { colour.filled() } else { colour.stroke_width(2) };
             chart.draw_series([Circle::new((*x, *y), 6, style)])?;
         }
-        ends.extend(points.last().map(|(x, y, _)| (hidden.name, colour, (*x, *y))));
+        ends.extend(points.last().map(|(x, y, _)| (effect.name, colour, (*x, *y))));
     }
     // From the top down, each label below the one above it.
     ends.sort_by(|a, b| b.2.1.total_cmp(&a.2.1));

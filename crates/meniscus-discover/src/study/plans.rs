@@ -10,11 +10,11 @@
 //! asked     hidden at reference size and tied, with the recordings that the workflow asked for
 //! ```
 
-use super::cases::{HIDDEN, HIDDEN_PACKINGS, Hidden, PAIRS, SIZES, VISCOSITY_PA_S, clean};
-use super::trial::Trial;
+use super::cases::{HIDDEN_PACKINGS, Hidden, PAIRS, SIZES, VISCOSITY_PA_S, clean, hidden};
+use super::trial::{Hand, Trial};
 use super::truth::Truth;
 use crate::study::motion_plans::Kind;
-use meniscus::reduced::effects::{Entry, LIBRARY};
+use meniscus::reduced::effects::{Entry, LIBRARY, find};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
@@ -94,13 +94,13 @@ impl Plan {
     }
 }
 
-/// Everything that shares its slot with the effect so exactly that no recording here parts them.
+/// Returns the effect called `name` and the one that no recording here distinguishes from it; nothing where there is
+/// none.
 #[must_use]
-pub fn twins(name: &str) -> &'static [&'static str] {
-    match name {
-        "camera_latency" | "actuation_delay" => &["camera_latency", "actuation_delay"],
-        _ => &[],
-    }
+pub fn twins(name: &str) -> Vec<&'static str> {
+    let effect = find(name);
+    let twin = effect.and_then(|effect| effect.twin).map(|twin| twin.name());
+    effect.map(|effect| effect.name).zip(twin).map_or_else(Vec::new, |(one, other)| vec![one, other])
 }
 
 /// The trials but for those that are asked for: `cleans` clean ones.
@@ -109,7 +109,7 @@ pub fn plans(cleans: usize, seed: u64) -> Vec<Plan> {
     let [known, fresh] = HIDDEN_PACKINGS;
     let all = || LIBRARY.iter().collect::<Vec<_>>();
     let reference =
-        |family: Family, packing: u64| HIDDEN.iter().map(move |h| one(h, 1.0, packing, family, all(), seed));
+        |family: Family, packing: u64| hidden().map(move |h| one(&h, 1.0, packing, family, all(), seed));
     let glasses: Vec<(Option<usize>, Truth)> = KINDS.into_iter().flat_map(tested).collect();
     let blank = |number: usize, family: Family, noise: f64| {
         let (leave_out, truth) = &glasses[number % glasses.len()];
@@ -132,24 +132,23 @@ pub fn plans(cleans: usize, seed: u64) -> Vec<Plan> {
     out.extend(reference(Family::Hidden, known));
     out.extend((once..cleans.min(60)).map(|n| blank(n, Family::Clean, 1.0)));
     out.extend(reference(Family::Fresh, fresh));
-    let without = |h: &Hidden| {
-        let lacks = |e: &&'static Entry| e.name != h.name && !twins(h.name).contains(&e.name);
-        one(h, 1.0, known, Family::Without, LIBRARY.iter().filter(lacks).collect(), seed)
+    let without = |h: Hidden| {
+        let lacks = |e: &&'static Entry| e.kind != h.effect.kind && h.effect.twin != Some(e.kind);
+        one(&h, 1.0, known, Family::Without, LIBRARY.iter().filter(lacks).collect(), seed)
     };
-    out.extend(HIDDEN.iter().map(without));
+    out.extend(hidden().map(without));
     out.extend((0..once).map(|n| blank(n, Family::Noise, if n % 2 == 0 { 1.5 } else { 1.0 / 1.5 })));
-    let of = |name: &str| HIDDEN.iter().find(|h| h.name == name);
     for (a, b) in PAIRS {
-        if let (Some(a), Some(b)) = (of(a), of(b)) {
-            let mut plan = one(a, 1.0, known, Family::Pair, all(), seed);
-            plan.trial.hands.push((b.name, b.value(1.0)));
-            plan.answer.effects.push((b.name.into(), b.value(1.0)));
+        if let (Some(a), Some(b)) = (Hidden::of(a), Hidden::of(b)) {
+            let mut plan = one(&a, 1.0, known, Family::Pair, all(), seed);
+            plan.trial.hands.push(Hand { effect: b.effect, value: b.value(1.0) });
+            plan.answer.effects.push((b.effect.name.into(), b.value(1.0)));
             out.push(plan);
         }
     }
     out.extend((cleans.min(60).max(once)..cleans).map(|n| blank(n, Family::Clean, 1.0)));
     for size in SIZES.into_iter().skip(1) {
-        out.extend(HIDDEN.iter().map(|h| one(h, size, known, Family::Hidden, all(), seed)));
+        out.extend(hidden().map(|h| one(&h, size, known, Family::Hidden, all(), seed)));
     }
     out
 }
@@ -159,7 +158,7 @@ pub fn plans(cleans: usize, seed: u64) -> Vec<Plan> {
 fn tested(kind: Kind) -> Vec<(Option<usize>, Truth)> {
     let mut out: Vec<_> = clean(kind).into_iter().enumerate().map(|(i, truth)| (Some(i), truth)).collect();
     if kind == Kind::Single {
-        let by_hand = HIDDEN.iter().find(|h| h.simulator.is_none());
+        let by_hand = hidden().find(|h| !h.is_simulated());
         out.extend(HIDDEN_PACKINGS.into_iter().filter_map(|p| Some((None, by_hand?.truth(1.0, p, kind)))));
     }
     out
@@ -175,12 +174,13 @@ fn one(
     seed: u64,
 ) -> Plan {
     let value = hidden.value(size);
-    let hands = if hidden.simulator.is_none() { vec![(hidden.name, value)] } else { vec![] };
+    let hand = Hand { effect: hidden.effect, value };
+    let hands = if hidden.is_simulated() { vec![] } else { vec![hand] };
     let truth = hidden.truth(size, packing, Kind::Single);
     Plan {
         answer: Answer {
             family,
-            effects: vec![(hidden.name.into(), value)],
+            effects: vec![(hidden.effect.name.into(), value)],
             size,
             glass: format!("packing {packing}"),
         },

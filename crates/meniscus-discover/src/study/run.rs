@@ -4,7 +4,7 @@
 //! Every judged trial leaves a file in `judged/`; a study that is run again judges only what is missing.
 
 use super::bench::{Bench, Judged, Places, judge};
-use super::cases::{HIDDEN, HIDDEN_PACKINGS, Hidden, clean};
+use super::cases::{HIDDEN_PACKINGS, Hidden, clean, hidden};
 use super::plans::{Answer, Family, Plan, plans, twins};
 use super::trial::Trial;
 use crate::study::motion_plans::Kind;
@@ -107,14 +107,16 @@ fn asked(
         .iter()
         .filter(|(a, j)| a.family == Family::Hidden && a.size == 1.0 && j.verdict == "tied")
         .filter(|(a, j)| !j.names.iter().all(|name| twins(&a.effects[0].0).contains(&name.as_str())))
-        .filter_map(|(a, j)| Some((*HIDDEN.iter().find(|h| h.name == a.effects[0].0)?, j.asked?)))
+        .filter_map(|(a, j)| Some((hidden().find(|h| h.effect.name == a.effects[0].0)?, j.asked?)))
         .collect();
     let mut bench = None;
     let mut out = Vec::new();
     for (number, (hidden, course)) in open.iter().enumerate() {
         told("answering what was asked", number, open.len());
         let tied = |p: &&Plan| {
-            p.answer.family == Family::Hidden && p.answer.size == 1.0 && p.answer.effects[0].0 == hidden.name
+            p.answer.family == Family::Hidden
+                && p.answer.size == 1.0
+                && p.answer.effects[0].0 == hidden.effect.name
         };
         let Some(mut plan) = plans.iter().find(tied).cloned() else { continue };
         plan.answer.family = Family::Asked;

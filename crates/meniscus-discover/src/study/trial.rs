@@ -5,6 +5,7 @@
 
 use super::truth::{DENSITY_KG_M3, Truth};
 use crate::study::motion_plans::courses;
+use meniscus::reduced::effects::{Effect, Port, Slot, View};
 use meniscus::surface::{SurfaceProfile, profile_abscissa};
 use meniscus::units::FRAME_INTERVAL_S;
 use meniscus_bags::{profiles_from_csv, profiles_to_csv};
@@ -18,8 +19,35 @@ use rayon::prelude::*;
 use std::fmt::Write;
 use std::path::Path;
 
-/// An effect that the hands put in, with its value in the unit of the library.
-pub type Hand = (&'static str, f64);
+/// An effect that the study puts into profiles or motion itself.
+#[derive(Clone, Copy)]
+pub struct Hand {
+    /// The effect.
+    pub effect: &'static Effect,
+    /// Its first coordinate in the reduced model.
+    pub value: f64,
+}
+
+impl PartialEq for Hand {
+    fn eq(&self, other: &Self) -> bool {
+        (self.effect.kind, self.value) == (other.effect.kind, other.value)
+    }
+}
+
+impl std::fmt::Debug for Hand {
+    /// Writes name and value, which go into the digest of a plan.
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_tuple("").field(&self.effect.name).field(&self.value).finish()
+    }
+}
+
+/// Changes that the study makes to profiles and to the stated motion.
+#[derive(Clone, Copy, Debug, Default)]
+struct Faults {
+    view: View,
+    /// Gain of the stated motion and its delay, s.
+    port: Port,
+}
 
 /// What one trial is made of.
 #[derive(Clone, Debug, PartialEq)]
@@ -41,6 +69,7 @@ impl Trial {
     /// # Errors
     /// In words, when the cache lacks a recording or a file cannot be written.
     pub fn write(&self, path: &Path, cache: &Path, wanted: &[usize], first: u8) -> Result<(), String> {
+        let faults = self.faults()?;
         let file = |name: String, text: &str| {
             write_whole(&path.join(name), text.as_bytes()).map_err(|error| format!("{error}"))
         };
@@ -54,8 +83,9 @@ impl Trial {
         wanted.par_iter().enumerate().try_for_each(|(place, course)| {
             let name = char::from(first + place as u8);
             let seen = self.seen(cache, *course)?;
-            file(format!("{name}.profile.csv"), &profiles_to_csv(&self.viewed(&seen)))?;
-            file(format!("{name}.motion.csv"), &self.stated(&courses(self.truth.kind)[*course].samples()))
+            file(format!("{name}.profile.csv"), &profiles_to_csv(&viewed(&seen, &faults.view)))?;
+            let samples = courses(self.truth.kind)[*course].samples();
+            file(format!("{name}.motion.csv"), &stated(&samples, &faults.port))
         })
     }
 
@@ -82,39 +112,90 @@ impl Trial {
         Ok(seen)
     }
 
-    /// The profiles as a camera with the hidden faults gives them.
-    fn viewed(&self, seen: &[Option<SurfaceProfile>]) -> Vec<SurfaceProfile> {
-        let value = |name: &str, or: f64| self.hands.iter().find(|(n, _)| *n == name).map_or(or, |(_, v)| *v);
-        let late = (value("camera_latency", 0.0) / FRAME_INTERVAL_S).round() as usize;
-        let (scale, pitch, slope) =
-            (value("depth_scale", 1.0), value("camera_pitch", 0.0), value("camera_slope", 0.0));
-        let mut out = Vec::new();
-        for n in 0..seen.len() {
-            let Some(mut profile) = seen[n.saturating_sub(late)] else { continue };
-            profile.sequence = n as u32;
-            profile.captured.0 = START.0 + (n as f64 * FRAME_INTERVAL_S * 1e6).round() as u64;
-            profile.glass_x_m = profile.glass_x_m.map(|x| (scale * f64::from(x)) as f32);
-            for (i, z) in profile.height_m.iter_mut().enumerate() {
-                let s = profile_abscissa(i);
-                let bow = pitch * GLASS.radius_m * (1.0 - (1.0 - s * s).sqrt());
-                *z = (scale * f64::from(*z) + bow + slope.tan() * GLASS.radius_m * s) as f32;
+    /// The changes that the hands make.
+    ///
+    /// # Errors
+    /// In words, for an effect that acts in the liquid or on the glass, which only the simulator carries.
+    fn faults(&self) -> Result<Faults, String> {
+        let mut faults = Faults::default();
+        for Hand { effect, value } in &self.hands {
+            let mut values = effect.neutral();
+            values[0] = *value;
+            match effect.slot {
+                Slot::View(change) => change(&values, &mut faults.view),
+                Slot::Port(change) => change(&values, &mut faults.port),
+                Slot::Stiffness(_)
+                | Slot::First(_)
+                | Slot::Liquid(_)
+                | Slot::Line(_)
+                | Slot::Memory(_)
+                | Slot::Catch(_)
+                | Slot::Vessel(_) => return Err(format!("{} acts in the liquid: simulate it", effect.name)),
             }
-            out.push(profile);
         }
-        out
+        let Port { gain, delay_s, .. } = faults.port;
+        if faults.port != (Port { gain, delay_s, ..Port::default() }) {
+            return Err("an inclination or a lift acts on the glass: simulate it".into());
+        }
+        Ok(faults)
     }
+}
 
-    /// The motion file that the workflow is given for a glass that went through `samples`.
-    fn stated(&self, samples: &[(f64, f64)]) -> String {
-        let value = |name: &str, or: f64| self.hands.iter().find(|(n, _)| *n == name).map_or(or, |(_, v)| *v);
-        let (gain, delay) = (value("actuation_gain", 1.0), value("actuation_delay", 0.0));
-        let mut text = String::from("t,x_m\n");
-        for (t, x) in samples {
-            if t - delay >= -1e-9 {
-                // Writing into a string cannot fail.
-                let _ = writeln!(text, "{:.6},{:.9}", t - delay, x / gain);
-            }
+/// The profiles as a camera with the faults `view` gives them.
+fn viewed(seen: &[Option<SurfaceProfile>], view: &View) -> Vec<SurfaceProfile> {
+    let View { latency_s, scale, pitch_rad: pitch, slope_rad: slope } = *view;
+    let late = (latency_s / FRAME_INTERVAL_S).round() as usize;
+    let mut out = Vec::new();
+    for n in 0..seen.len() {
+        let Some(mut profile) = seen[n.saturating_sub(late)] else { continue };
+        profile.sequence = n as u32;
+        profile.captured.0 = START.0 + (n as f64 * FRAME_INTERVAL_S * 1e6).round() as u64;
+        profile.glass_x_m = profile.glass_x_m.map(|x| (scale * f64::from(x)) as f32);
+        for (i, z) in profile.height_m.iter_mut().enumerate() {
+            let s = profile_abscissa(i);
+            let bow = pitch * GLASS.radius_m * (1.0 - (1.0 - s * s).sqrt());
+            *z = (scale * f64::from(*z) + bow + slope.tan() * GLASS.radius_m * s) as f32;
         }
-        text
+        out.push(profile);
+    }
+    out
+}
+
+/// The motion file that the workflow is given for a glass that went through `samples`.
+fn stated(samples: &[(f64, f64)], port: &Port) -> String {
+    let (gain, delay) = (port.gain, port.delay_s);
+    let mut text = String::from("t,x_m\n");
+    for (t, x) in samples {
+        if t - delay >= -1e-9 {
+            // Writing into a string cannot fail.
+            let _ = writeln!(text, "{:.6},{:.9}", t - delay, x / gain);
+        }
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::study::cases::hidden;
+    use crate::study::motion_plans::Kind;
+    use meniscus::reduced::effects::EffectKind;
+
+    #[test]
+    fn every_hidden_effect_that_the_simulator_lacks_is_put_in_by_hand() {
+        let trial = |hands: Vec<Hand>| {
+            let truth = hidden().next().expect("one is hidden").truth(1.0, 7, Kind::Single);
+            Trial { truth, hands, stated_viscosity_pa_s: 0.2, seed: 1 }
+        };
+        for hidden in hidden().filter(|hidden| !hidden.is_simulated()) {
+            let hand = Hand { effect: hidden.effect, value: hidden.value(1.0) };
+            let Faults { view, port } = trial(vec![hand]).faults().expect("it can be put in");
+            assert!(view != View::default() || port != Port::default(), "{hand:?} changes nothing");
+        }
+        let foam = Hand { effect: EffectKind::Foam.effect(), value: 0.1 };
+        assert_eq!(format!("{foam:?}"), "(\"foam\", 0.1)");
+        assert!(trial(vec![foam]).faults().expect_err("in the liquid").contains("foam acts in the liquid"));
+        let tilt = Hand { effect: EffectKind::ContainerTilt.effect(), value: 0.1 };
+        assert!(trial(vec![tilt]).faults().is_err());
     }
 }

@@ -5,6 +5,7 @@
 
 use crate::study::motion_plans::{Kind, courses};
 use crc::{CRC_64_ECMA_182, Crc};
+use meniscus::reduced::effects::{EffectKind, Slot};
 use meniscus_data::effects::Effects;
 use meniscus_data::liquids::{Liquid, Rheology};
 use meniscus_data::motion::Motion;
@@ -30,7 +31,7 @@ pub struct Truth {
     /// Seed of the packing.
     pub packing: u64,
     /// Effects that the simulator has switched on.
-    pub effects: Vec<(&'static str, f64)>,
+    pub effects: Effects,
     /// What it is taken through.
     pub kind: Kind,
 }
@@ -40,7 +41,8 @@ impl Truth {
     #[must_use]
     pub fn digest(&self) -> String {
         // Raised where the simulator makes another recording of the same truth: 2, how its wall knows the surface.
-        let edge = self.effects.iter().any(|(name, _)| matches!(*name, "contact_line" | "foam"));
+        let mut on = EffectKind::ALL.into_iter().filter(|kind| self.effects.value(*kind).is_some());
+        let edge = on.any(|kind| matches!(kind.effect().slot, Slot::Catch(_) | Slot::Line(_)));
         let made = if edge { 2 } else { 1 };
         let text = format!("{made} {SPACING_M} {GLASS:?} {self:?} {:?}", courses(self.kind));
         format!("{:016x}", Crc::<u64>::new(&CRC_64_ECMA_182).checksum(text.as_bytes()))
@@ -64,10 +66,6 @@ impl Truth {
         if self.is_there(cache) {
             return Ok(());
         }
-        let mut effects = Effects::default();
-        for (name, value) in &self.effects {
-            effects.set(name, *value).map_err(|error| format!("{error}"))?;
-        }
         let liquid = Liquid {
             name: "study".into(),
             density_kg_m3: DENSITY_KG_M3,
@@ -80,7 +78,7 @@ impl Truth {
             spacing_m: SPACING_M,
             seed: self.packing,
             no_slip: true,
-            effects,
+            effects: self.effects,
             step_s: None,
         };
         let mut wanted = Vec::new();

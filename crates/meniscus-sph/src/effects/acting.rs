@@ -6,9 +6,9 @@ use super::super::state::{Fluid, Particle};
 use super::columns::{Coefficients, Columns, DEGREE};
 use super::contact_line::{ContactLine, EDGE, SECTORS, Wall};
 use super::foam::Foam;
+use super::laws::Laws;
 use super::surface_tension::Tension;
 use super::viscoelastic::Maxwell;
-use meniscus_data::effects::Effects;
 use meniscus_data::recording::Glass;
 
 /// Highest wave number that the polynomials of the surface resolve, times the radius.
@@ -91,23 +91,21 @@ pub(crate) struct Acting {
 
 /// The longest step that the acting effects allow, s: surface waves of the finest resolved length
 /// must not move by more than half a radian.
-pub(crate) fn longest_step(effects: &Effects, glass: &Glass, density: f64) -> f64 {
+pub(crate) fn longest_step(laws: &Laws, glass: &Glass, density: f64) -> f64 {
     let k = FINEST / glass.radius_at(glass.fill_m);
-    let tension = effects.surface_tension.unwrap_or(0.0) * k.powi(3) / density;
-    let reach = effects.contact_line_reach.unwrap_or(5e-4);
+    let tension = laws.tension_n_m.unwrap_or(0.0) * k.powi(3) / density;
     // A spring k_c along the wall, as a part of the stiffness rho g of the surface: 2 k_c/(rho g R).
-    let spring = 2.0 * effects.contact_line.unwrap_or(0.0) / reach / (density * glass.radius_m) * k;
+    let spring =
+        laws.line.map_or(0.0, |line| 2.0 * line.force_n_m / line.reach_m / (density * glass.radius_m) * k);
     let rate = (tension + spring).sqrt();
     if rate > 0.0 { 0.5 / rate } else { f64::INFINITY }
 }
 
 impl Acting {
     /// The effects that act on a liquid at rest; `None` where the surface cannot be resolved.
-    pub(crate) fn on(effects: &Effects, glass: &Glass, rest_density: f64, fluid: &Fluid) -> Option<Self> {
-        let Effects { surface_tension, contact_line, foam, viscoelastic, .. } = *effects;
-        let strong = |value: Option<f64>| value.filter(|v| *v > 0.0);
-        let (tension, line, foam) = (strong(surface_tension), strong(contact_line), strong(foam));
-        let surface = if tension.or(line).or(foam).is_some() {
+    pub(crate) fn on(laws: &Laws, glass: &Glass, rest_density: f64, fluid: &Fluid) -> Option<Self> {
+        let Laws { tension_n_m: tension, line, foam, relaxation, .. } = *laws;
+        let surface = if tension.is_some() || line.is_some() || foam.is_some() {
             let radius_m = glass.radius_at(glass.fill_m);
             let columns = |degree| Columns::new(radius_m, rest_density, fluid, degree);
             Some(Surface {
@@ -115,7 +113,7 @@ impl Acting {
                 edge: columns(EDGE)?,
                 wall: Wall::new(radius_m),
                 tension: tension.map(|sigma| Tension::new(sigma, radius_m)),
-                line: line.map(|force| ContactLine::new(force, effects.contact_line_reach)),
+                line: line.map(ContactLine::new),
                 foam: foam.map(|beta| Foam { beta }),
                 area_j: 0.0,
                 held: [0.0; SECTORS],
@@ -123,8 +121,7 @@ impl Acting {
         } else {
             None
         };
-        let maxwell =
-            strong(viscoelastic).map(|g| Maxwell::new(g, effects.viscoelastic_time, fluid.mass.len()));
+        let maxwell = relaxation.map(|relaxation| Maxwell::new(relaxation, fluid.mass.len()));
         Some(Self { surface, maxwell })
     }
 
@@ -194,13 +191,15 @@ mod tests {
     use super::*;
     use crate::validate::Mode;
     use crate::{Setup, Simulator};
+    use meniscus::reduced::effects::EffectKind;
+    use meniscus_data::effects::Effects;
     use meniscus_data::liquids::{Liquid, Rheology};
 
     #[test]
     fn the_line_moves_with_the_mode() {
         let glass = Glass { radius_m: 0.035, fill_m: 0.07, rim_m: 0.11, taper: 0.0 };
         let rheology = Rheology::newtonian(0.1);
-        let effects = Effects { foam: Some(1.0), ..Effects::default() };
+        let effects = Effects::default().with(EffectKind::Foam, 1.0);
         let liquid = Liquid { name: "x".into(), density_kg_m3: 1261.0, rheology, effects };
         let setup = Setup { glass, liquid, spacing_m: 0.007, seed: 0, no_slip: false, effects, step_s: None };
         let mut simulator = Simulator::new(&setup).expect("the glass settles");

@@ -16,6 +16,7 @@
 //! ```
 
 use super::columns::{COUNT, Coefficients, Square, basis};
+use super::laws::Line;
 
 /// Degree of the polynomials by which the wall holds the surface. Without surface tension a surface gives
 /// way under a line of force without bound as the line gets sharper; to a force of one or three periods around
@@ -26,9 +27,6 @@ pub(super) const EDGE: usize = 4;
 
 /// Sectors of the wall.
 pub(super) const SECTORS: usize = 32;
-
-/// How far the line gives way where the effect does not say, m.
-const REACH_M: f64 = 0.0005;
 
 /// The polynomials' values along the wall, one row a sector.
 #[derive(Clone, Debug)]
@@ -103,10 +101,10 @@ pub(super) struct ContactLine {
 }
 
 impl ContactLine {
-    /// A line that slides at `force` N/m, after `reach_m` where that is given.
-    pub(super) fn new(force: f64, reach_m: Option<f64>) -> Self {
-        let reach_m = reach_m.unwrap_or(REACH_M);
-        Self { stiffness: force / reach_m, reach_m, z: [0.0; SECTORS] }
+    /// A line at rest that obeys `line`.
+    pub(super) fn new(line: Line) -> Self {
+        let Line { force_n_m, reach_m } = line;
+        Self { stiffness: force_n_m / reach_m, reach_m, z: [0.0; SECTORS] }
     }
 
     /// Force per length as `bias + slope v` after a step `dt`, with the sliding at velocities `v`.
@@ -140,7 +138,7 @@ mod tests {
 
     #[test]
     fn the_line_springs_then_slides_and_never_makes_energy() {
-        let mut line = ContactLine::new(0.05, Some(1e-3));
+        let mut line = ContactLine::new(Line { force_n_m: 0.05, reach_m: 1e-3 });
         let (dt, length) = (1e-3, 0.01);
         let mut heat = 0.0;
         for step in 0..4000 {
@@ -158,7 +156,7 @@ mod tests {
         let whole = 0.05 * path * length * SECTORS as f64;
         assert!((0.4..1.0).contains(&(heat / whole)), "{heat} J of {whole}");
         // A push of a tenth of the reach: the spring takes it.
-        let line = ContactLine::new(0.05, Some(1e-3));
+        let line = ContactLine::new(Line { force_n_m: 0.05, reach_m: 1e-3 });
         let [bias, slope] = line.law(1e-3, &[0.1; SECTORS])[0];
         assert!((bias + slope * 0.1 - 50.0 * 1e-4 / 1.1).abs() < 1e-12);
     }

@@ -1,26 +1,28 @@
-//! Effects by name: what a liquid or a glass may have beside the plain case, each switched on by one
-//! number. Without any of them the simulator computes the same bits as if this folder did not exist.
+//! Laws of the effects that the simulator carries. Without any of them it computes the same bits as if this folder did
+//! not exist.
 //!
 //! | file | effects | where they act |
 //! |---|---|---|
+//! | `laws` | (all) | from the list of effects to the simulator's numbers |
 //! | `rheology` | viscosity, shear_thinning, yield_stress | the liquid's stress |
 //! | `wall_slip` | wall_slip | friction at the wall |
 //! | `columns` | (shared by the next three) | heights of the surface as sums over particles |
 //! | `surface_tension` | surface_tension | stored energy of the surface's area |
-//! | `contact_line` | contact_line, contact_line_reach | spring and friction along the wall |
+//! | `contact_line` | contact_line, pinned_line | spring and friction along the wall |
 //! | `foam` | foam | friction along the wall |
-//! | `viscoelastic` | viscoelastic, viscoelastic_time | a stress on every particle |
+//! | `viscoelastic` | viscoelastic | a stress on every particle |
 //! | `glass` | container_tilt, vertical_acceleration, fill | body force and fill |
 //!
 //! Books: what an effect stores (area, spring, elastic stress) counts into the potential energy, what
-//! it dissipates becomes heat of the particles where it acts. Another effect is a line in
-//! [`EFFECTS`](meniscus_data::effects::EFFECTS), a field in [`Effects`](meniscus_data::effects::Effects) and its file.
+//! it dissipates becomes heat of the particles where it acts. Another effect is a [`Law`](meniscus::reduced::effects::Law)
+//! in the list of effects, its arm in `laws` and in [`validate`](crate::validate), and its file.
 
 pub(crate) mod acting;
 mod columns;
 mod contact_line;
 mod foam;
 mod glass;
+mod laws;
 mod rheology;
 mod surface_tension;
 mod viscoelastic;
@@ -28,5 +30,6 @@ pub(crate) mod wall_slip;
 
 pub(crate) use acting::{Acting, Surroundings, longest_step};
 pub(crate) use glass::{glass_with, motion_with, rise_m};
+pub(crate) use laws::Laws;
 pub(crate) use rheology::liquid_with;
-pub(crate) use wall_slip::{slip_m, stick};
+pub(crate) use wall_slip::stick;

@@ -4,17 +4,17 @@
 //! ```
 //! and keep the others. A liquid that was Newtonian gets the usual cap of the viscosity.
 
-use meniscus_data::effects::Effects;
+use super::Laws;
 use meniscus_data::liquids::{Liquid, Rheology};
 
 /// `liquid` with the stress that the effects give it.
-pub(crate) fn liquid_with(effects: &Effects, liquid: &Liquid) -> Liquid {
+pub(crate) fn liquid_with(laws: &Laws, liquid: &Liquid) -> Liquid {
     let old = liquid.rheology;
-    let consistency = effects.viscosity.unwrap_or(old.consistency);
+    let consistency = laws.consistency.unwrap_or(old.consistency);
     let rheology = Rheology {
         consistency,
-        index: effects.shear_thinning.unwrap_or(old.index),
-        yield_stress: effects.yield_stress.unwrap_or(old.yield_stress),
+        index: laws.index.unwrap_or(old.index),
+        yield_stress: laws.yield_stress_pa.unwrap_or(old.yield_stress),
         largest: if old.is_newtonian() { Rheology::newtonian(consistency).largest } else { old.largest },
     };
     Liquid { rheology, ..liquid.clone() }
@@ -27,12 +27,12 @@ mod tests {
     #[test]
     fn each_number_is_replaced_alone() {
         let liquid = Liquid::load("glycerine").expect("a known liquid");
-        assert_eq!(liquid_with(&Effects::default(), &liquid), liquid);
-        let effects = Effects { yield_stress: Some(2.0), ..Effects::default() };
-        let Rheology { consistency, index, yield_stress, largest } = liquid_with(&effects, &liquid).rheology;
+        assert_eq!(liquid_with(&Laws::default(), &liquid), liquid);
+        let laws = Laws { yield_stress_pa: Some(2.0), ..Laws::default() };
+        let Rheology { consistency, index, yield_stress, largest } = liquid_with(&laws, &liquid).rheology;
         assert_eq!((consistency, index, yield_stress, largest), (0.95, 1.0, 2.0, 20.0));
         let ketchup = Liquid::load("ketchup").expect("a known liquid");
-        let thick = liquid_with(&Effects { viscosity: Some(1.0), ..Effects::default() }, &ketchup).rheology;
+        let thick = liquid_with(&Laws { consistency: Some(1.0), ..Laws::default() }, &ketchup).rheology;
         assert_eq!(thick, Rheology { consistency: 1.0, ..ketchup.rheology });
     }
 }

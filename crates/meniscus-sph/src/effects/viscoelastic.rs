@@ -24,13 +24,11 @@
 use super::super::forces::completion;
 use super::super::neighbours::{CHUNKS, distance2};
 use super::super::state::Fluid;
+use super::laws::Relaxation;
 use super::wall_slip::stick;
 use crate::effects::Surroundings;
 use nalgebra::Matrix3;
 use rayon::prelude::*;
-
-/// Relaxation time where the effect does not say, s.
-const TIME_S: f64 = 0.05;
 
 /// The Maxwell branch.
 #[derive(Clone, Debug)]
@@ -45,11 +43,12 @@ pub(super) struct Maxwell {
 }
 
 impl Maxwell {
-    /// A branch of modulus `modulus` Pa without stress.
-    pub(super) fn new(modulus: f64, time_s: Option<f64>, particles: usize) -> Self {
+    /// A branch without stress that obeys `relaxation`.
+    pub(super) fn new(relaxation: Relaxation, particles: usize) -> Self {
+        let Relaxation { modulus_pa: modulus, time_s } = relaxation;
         Self {
             modulus,
-            time_s: time_s.unwrap_or(TIME_S),
+            time_s,
             stress: vec![Matrix3::zeros(); particles],
             gradient: vec![[0.0; 9]; particles],
             gradient_buffers: vec![Vec::new(); CHUNKS],

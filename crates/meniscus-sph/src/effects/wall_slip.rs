@@ -11,15 +11,8 @@
 //! does (see `walls`). `stick` is 1 at b = 0 and 0 at b = infinity. All of the friction's power becomes heat:
 //! what the liquid loses by sliding is dissipated at the wall.
 
-use meniscus_data::effects::Effects;
-
 /// A particle is never taken nearer to the wall than this, m.
 const NEAREST_M: f64 = 1e-4;
-
-/// The slip length where the wall of `Setup` sticks, m.
-pub(crate) fn slip_m(effects: &Effects) -> f64 {
-    effects.wall_slip.unwrap_or(0.0)
-}
 
 /// The share by which liquid at the distance `y_m` sticks to a wall with the slip length `slip_m`.
 pub(crate) fn stick(slip_m: f64, y_m: f64) -> f64 {

@@ -7,9 +7,9 @@
 //! | wall_slip | decay at b = 5 mm | Ritz solution with Navier's condition |
 //! | surface_tension | w^2 with it over w^2 without | `1 + sigma k^2/(rho g)` |
 //! | contact_line | speed lost in a period of dry friction | the modes under that force ([`super::wall_force`]) |
-//! | contact_line_reach | w^2 with the spring over w^2 without | the modes, coupled by the spring |
+//! | pinned_line | w^2 with the spring over w^2 without | the modes, coupled by the spring |
 //! | foam | exponent p of `V' ~ V^p` and decay, from two speeds | the modes under that force |
-//! | viscoelastic, viscoelastic_time | frequency and decay | Ritz solution with complex viscosity |
+//! | viscoelastic | frequency and decay | Ritz solution with complex viscosity |
 //! | container_tilt | slope of the surface at rest | `tan theta` |
 //! | vertical_acceleration | w^2 with it over w^2 without | `1 + a/g` |
 //! | fill | w^2 over w^2 at another fill | `tanh k h` |
@@ -23,8 +23,9 @@ use super::theory::{Mode, Tone};
 use super::viscous::{Linear, linear_mode};
 use super::wall_force::{foaming, rubbed, sliding, sprung};
 use crate::{Error, Setup, Simulator};
+use meniscus::reduced::effects::Law;
 use meniscus::units::GRAVITY_M_S2;
-use meniscus_data::effects::{EFFECTS, Effects};
+use meniscus_data::effects::Effects;
 use meniscus_data::liquids::Rheology;
 use std::f64::consts::PI;
 
@@ -108,75 +109,88 @@ fn stiffening(spacing_m: f64, speed_m_s: f64, effects: Effects, theory: f64) -> 
     Ok([(with.hz / plain.hz).powi(2) - 1.0, theory - 1.0])
 }
 
-/// Holds the effect called `name` against its theory at `spacing_m`; an empty list for a name unknown.
+/// Holds `law` against theory at `spacing_m`. Every law of the list has a case here, or this does not compile.
 ///
 /// # Errors
 /// When a case cannot be simulated to its end.
-pub fn effect(name: &str, spacing_m: f64) -> Result<Vec<Held>, Error> {
-    let mut effects = Effects::default();
-    let mut on = |name: &str, value: f64| {
-        effects.set(name, value).map_err(|error| Error::Setup(format!("{error}")))?;
+pub fn effect(law: Law, spacing_m: f64) -> Result<Vec<Held>, Error> {
+    let on = |texts: &[&str]| {
+        let mut effects = Effects::default();
+        texts
+            .iter()
+            .try_for_each(|text| effects.parse(text))
+            .map_err(|error| Error::Setup(format!("{error}")))?;
         Ok::<_, Error>(effects)
     };
     let (density, mu) = GLYCERINE;
     let glycerine = |effects| Setup { effects, ..setup(Rheology::newtonian(mu), spacing_m, true) };
     let k = Mode::first(GLASS).wave_number();
     let one = |what, [measured, theory]: [f64; 2]| vec![Held { what, measured, theory }];
-    Ok(match name {
-        "viscosity" => linear(&glycerine(on(name, 0.6)?), 0.6, Some(0.0), None)?,
-        "wall_slip" => linear(&glycerine(on(name, 0.005)?), mu, Some(0.005), None)?,
-        "viscoelastic" | "viscoelastic_time" => {
-            on("viscoelastic_time", 0.05)?;
-            linear(&glycerine(on("viscoelastic", 10.0)?), mu, None, Some((10.0, 0.05)))?
+    let stiffer =
+        |what, effects, theory| Ok::<_, Error>(one(what, stiffening(spacing_m, 0.1, effects, theory)?));
+    match law {
+        Law::Viscosity => {
+            let theory = Theory { viscosity: 0.6, slip_m: 0.0, memory: None };
+            linear(&glycerine(on(&["viscosity=0.6"])?), theory)
         }
-        "shear_thinning" => {
-            on("viscosity", 1.2)?;
-            envelopes(&glycerine(on(name, 0.5)?))?
+        Law::WallSlip => {
+            let theory = Theory { viscosity: mu, slip_m: 0.005, memory: None };
+            linear(&glycerine(on(&["wall_slip=0.005"])?), theory)
         }
-        "yield_stress" => {
-            on("viscosity", 0.5)?;
-            envelopes(&glycerine(on(name, 0.4)?))?
+        Law::Viscoelastic => {
+            let theory = Theory { viscosity: mu, slip_m: 0.0, memory: Some((10.0, 0.05)) };
+            linear(&glycerine(on(&["viscoelastic=10,0.05"])?), theory)
         }
-        "surface_tension" => {
+        Law::ShearThinning => envelopes(&glycerine(on(&["viscosity=1.2", "shear_thinning=0.5"])?)),
+        Law::YieldStress => envelopes(&glycerine(on(&["viscosity=0.5", "yield_stress=0.4"])?)),
+        Law::SurfaceTension => {
             let theory = 1.0 + k * k / (density * GRAVITY_M_S2);
-            one("w^2 ratio at 1 N/m", stiffening(spacing_m, 0.1, on(name, 1.0)?, theory)?)
+            stiffer("w^2 ratio at 1 N/m", on(&["surface_tension=1"])?, theory)
         }
-        "contact_line_reach" => {
-            on(name, 0.02)?;
-            let theory = sprung(15.0);
-            one("w^2 ratio at 15 N/m2", stiffening(spacing_m, 0.1, on("contact_line", 0.3)?, theory)?)
+        Law::PinnedLine => stiffer("w^2 ratio at 15 N/m2", on(&["pinned_line=15"])?, sprung(15.0)),
+        Law::ContactLine => {
+            let line = Sliding { force_n_m: 0.02, reach_m: 1e-4 };
+            friction(spacing_m, on(&["contact_line=0.02,0.0001"])?, line)
         }
-        "contact_line" => {
-            on("contact_line_reach", 1e-4)?;
-            friction(spacing_m, on(name, 0.02)?)?
-        }
-        "foam" => foam(spacing_m, on(name, 0.15)?)?,
-        "container_tilt" => one("slope at rest", slope(spacing_m, on(name, 0.1)?, 0.1)?),
-        "vertical_acceleration" => {
+        Law::Foam => foam(spacing_m, on(&["foam=0.15"])?, 0.15),
+        Law::ContainerTilt => Ok(one("slope at rest", slope(spacing_m, on(&["container_tilt=0.1"])?, 0.1)?)),
+        Law::VerticalAcceleration => {
             let theory = 1.0 + 3.0 / GRAVITY_M_S2;
-            one("w^2 ratio at 3 m/s2", stiffening(spacing_m, 0.1, on(name, 3.0)?, theory)?)
+            stiffer("w^2 ratio at 3 m/s2", on(&["vertical_acceleration=3"])?, theory)
         }
-        "fill" => {
+        Law::Fill => {
             let theory = (k * 0.03).tanh() / (k * GLASS.fill_m).tanh();
-            one("w^2 ratio, 30 mm", stiffening(spacing_m, 0.1, on(name, 0.03)?, theory)?)
+            stiffer("w^2 ratio, 30 mm", on(&["fill=0.03"])?, theory)
         }
-        _ => {
-            debug_assert!(EFFECTS.iter().all(|effect| effect.name != name), "{name} has no case");
-            Vec::new()
-        }
-    })
+    }
 }
 
-/// Decay and, with memory, frequency of a liquid that is linear.
-fn linear(
-    setup: &Setup,
+/// Liquid of the linear theory.
+#[derive(Clone, Copy, Debug)]
+struct Theory {
+    /// Viscosity, Pa s.
     viscosity: f64,
-    slip_m: Option<f64>,
+    /// Slip length, m.
+    slip_m: f64,
+    /// Modulus (Pa) and relaxation time (s) of a Maxwell stress.
     memory: Option<(f64, f64)>,
-) -> Result<Vec<Held>, Error> {
+}
+
+/// Line that slides.
+#[derive(Clone, Copy, Debug)]
+struct Sliding {
+    /// Force per length, N/m.
+    force_n_m: f64,
+    /// Deflection at which it slides, m.
+    reach_m: f64,
+}
+
+/// Decay and, with relaxation, frequency of a liquid that is linear.
+fn linear(setup: &Setup, liquid: Theory) -> Result<Vec<Held>, Error> {
+    let Theory { viscosity, slip_m, memory } = liquid;
     let liquid = |memory: Option<(f64, f64)>| Linear {
         nu: viscosity / GLYCERINE.0,
-        slip_m: slip_m.unwrap_or(0.0),
+        slip_m,
         memory: memory.map(|(modulus, time)| (modulus / GLYCERINE.0, time)),
     };
     let missing = || Error::Setup("the linear theory finds no oscillation".into());
@@ -226,7 +240,7 @@ fn envelopes(setup: &Setup) -> Result<Vec<Held>, Error> {
 }
 
 /// Speed lost in a period under a sliding contact line, from the run's own decay without it.
-fn friction(spacing_m: f64, effects: Effects) -> Result<Vec<Held>, Error> {
+fn friction(spacing_m: f64, effects: Effects, line: Sliding) -> Result<Vec<Held>, Error> {
     const SPEED_M_S: f64 = 0.12;
     let hz = Mode::first(GLASS).hz();
     let (start, span) = (FORMED_S + 0.5 / hz, 1.0 / hz);
@@ -234,18 +248,17 @@ fn friction(spacing_m: f64, effects: Effects) -> Result<Vec<Held>, Error> {
     let plain = Run::new(&calm(spacing_m, Effects::default()), SPEED_M_S, end + 0.6 / hz)?;
     let gamma = (plain.amplitude(start)? / plain.amplitude(end)?).ln() / span;
     let run = Run::new(&calm(spacing_m, effects), SPEED_M_S, end + 0.6 / hz)?;
-    let line = sliding(effects.contact_line.unwrap_or(0.0), effects.contact_line_reach.unwrap_or(f64::NAN));
+    let line = sliding(line.force_n_m, line.reach_m);
     let theory = Run { series: rubbed(SPEED_M_S, gamma, end + 0.6 / hz, line) };
     let lost = |run: &Run| Ok::<_, Error>(SPEED_M_S * (run.amplitude(start)? - run.amplitude(end)?));
     Ok(vec![Held { what: "speed lost, m/s", measured: lost(&run)?, theory: lost(&theory)? }])
 }
 
 /// Exponent of the envelope under foam and its strength, from two speeds.
-fn foam(spacing_m: f64, effects: Effects) -> Result<Vec<Held>, Error> {
+fn foam(spacing_m: f64, effects: Effects, beta: f64) -> Result<Vec<Held>, Error> {
     let hz = Mode::first(GLASS).hz();
     let (start, span) = (FORMED_S + 0.5 / hz, 1.0 / hz);
     let end = start + span;
-    let beta = effects.foam.unwrap_or(0.0);
     // Decay and the speed that it belongs to.
     let decay = |run: &Run, speed: f64| {
         let (first, last) = (run.amplitude(start)?, run.amplitude(end)?);

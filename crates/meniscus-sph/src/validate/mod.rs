@@ -53,7 +53,7 @@ pub use theory::{Mode, Tone};
 pub use viscous::{Linear, linear_mode, viscous_mode};
 
 use crate::Error;
-use meniscus_data::effects::EFFECTS;
+use meniscus::reduced::effects::LIBRARY;
 use meniscus_data::liquids::Rheology;
 use meniscus_report::checks::Check;
 use ring::{GLASS, GLYCERINE, ring, setup};
@@ -192,8 +192,9 @@ fn slow_rows<W: FnMut(f64, &str)>(progress: &mut Progress<W>, out: &mut Outcome)
     })?;
     out.checks.push(Check::told("herschel_bulkley_law_ends", end, "s"));
     out.checks.push(row("herschel_bulkley_envelope", &held));
-    for effect in EFFECTS {
-        let held = progress.case(effect.name, |_| effects::effect(effect.name, STANDARD_M))?;
+    for effect in &LIBRARY {
+        let Some(law) = effect.simulator.law() else { continue };
+        let held = progress.case(effect.name, |_| effects::effect(law, STANDARD_M))?;
         out.checks.push(row(&format!("effect_{}", effect.name), &held));
         out.held.extend(held.into_iter().map(|held| (effect.name, held)));
     }
