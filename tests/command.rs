@@ -153,8 +153,8 @@ fn a_bad_model_is_refused_with_its_reason() {
     let run = |model: &str| meniscus(&folder, &["run", "--model", model, "--json"]);
     refused(&run("nowhere.blob"), &["nowhere.blob", "cannot read"]);
 
-    let sound =
-        fs::read(Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../models/glycerine.blob"))).expect("shipped");
+    let sound = fs::read(Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../models/glycerine.blob")))
+        .expect("shipped");
     fs::write(folder.join("cut.blob"), &sound[..sound.len() / 2]).expect("written");
     refused(&run("cut.blob"), &["cut.blob", "cut short"]);
 
@@ -166,7 +166,7 @@ fn a_bad_model_is_refused_with_its_reason() {
     let mut newer = sound;
     newer[8] = 7;
     fs::write(folder.join("newer.blob"), &newer).expect("written");
-    refused(&run("newer.blob"), &["version 7", "version 3"]);
+    refused(&run("newer.blob"), &["version 7", "versions 3 to 4"]);
 
     fs::write(folder.join("text.blob"), "not a blob, though long enough to be one").expect("written");
     refused(&run("text.blob"), &["not a weight blob"]);

@@ -21,12 +21,11 @@
 //! Trans. Automat. Control 17 (1972) 693, has why innovations tell the covariances). Where nobody knows how the glass
 //! moves, its place is not taken, and the encoder, which was trained on windows that hold the motion, is not asked.
 //!
-//! What stands in capitals was chosen on the two validation recordings of the shipped model, on recordings of water,
-//! butter and blood that a correction learns from; ASIDE and LIVELY on one of glycerine moved along a line, one moved as by a
-//! hand (seed 1401), and butter's, the evaluation's unseen one among them, where a larger LIVELY missed its target. The
-//! encoder's R counts twice because it has read the same heights.
+//! The weights of u-, and everything that stands in capitals, are fields of the [`FilterConfig`] in the blob, where their
+//! units and their derivation stand: PUSH `input_noise_std`, ASIDE `lateral_noise_std`, LIVELY `lateral_noise_share`, READ
+//! `encoder_input_std`, RATE `adaptation_rate`; the 2 before R is `encoder_noise_factor`.
 
-use crate::blob::Model;
+use crate::blob::{FilterConfig, Model, ScaleBounds};
 use crate::filter::covariance::{ALL, Belief, Column, Measured, Wide};
 use crate::latent::generic::{LATENTS, Latent};
 use crate::math::pow;
@@ -38,48 +37,8 @@ use nalgebra::{Matrix2, SMatrix};
 
 /// Largest glass acceleration that enters the port, as a multiple of the model's scale.
 pub const PORT_LIMIT: f64 = 20.0;
-/// What a push keeps of its last three values.
-const PUSHED: [f64; 3] = [1.4, -0.1, -0.45];
-
-/// Deviation of what comes new to it in a turn, in units of the port, as are the next three.
-const PUSH: f64 = 0.12;
-
-/// Deviation of a push of which nothing is known.
-const ANY_PUSH: f64 = 0.7;
-
-/// Deviation of a push that an IMU or a robot tells.
-const TOLD: f64 = 0.05;
-
-/// Deviation of the push that the encoder reads.
-const READ: f64 = 0.1;
-
-/// Deviation of the tracked place of the glass, mm: 0.007 behind the rendered camera.
-const PLACE_MM: f64 = 0.01;
-
-/// Deviations of a speed, mm a frame, and of a place, mm, of which nothing is known.
-const ANYWHERE: [f64; 2] = [100.0, 1000.0];
-
-/// Deviation of what comes new to the slosh across the line in a turn: in units of the port.
-const ASIDE: f64 = 0.003;
-
-/// And as a share of that slosh.
-const LIVELY: f64 = 0.05;
-
-/// Deviation of the slosh across the line of which nothing is known, mm.
-const ANY_ASIDE_MM: f64 = 1.0;
-
 /// Least variance of what the encoder reads, in its own deviations: of a blob that claims to know.
 const LEAST_READ: f64 = 1e-6;
-
-/// Deviations from what was foretold up to which a height or a reading, and a place, are believed in full.
-const BOUND: [f64; 2] = [5.0, 30.0];
-
-/// How much of its surprise a turn lets through to a and b.
-const RATE: f64 = 0.1;
-
-/// Bounds of a, and of b.
-const STRAY: [f64; 2] = [0.3, 30.0];
-const DOUBT: [f64; 2] = [1.0, 1000.0];
 
 /// Where u, W, X, Y and Y' stand behind the latents.
 const U: usize = LATENTS;
@@ -102,26 +61,48 @@ pub(crate) struct Filter {
     stray: f64,
     /// b.
     doubt: f64,
+    /// Whether the prior is that of the model in use.
+    primed: bool,
 }
 
 impl Default for Filter {
+    /// Returns the reference prior; [`Self::prime`] puts that of the model in its place.
     fn default() -> Self {
-        let still = unknown();
-        let mut belief = Belief::new(Wide::from_fn(|i, j| still.get((i, j)).copied().unwrap_or(0.0)));
-        for index in U..W {
-            belief.set(index, ANY_PUSH * ANY_PUSH);
-        }
-        for index in Y..ALL {
-            belief.set(index, ANY_ASIDE_MM * ANY_ASIDE_MM);
-        }
-        let mut filter =
-            Self { belief, push: [0.0; 3], glass: [0.0; 2], aside: [0.0; 2], stray: 1.0, doubt: 1.0 };
-        filter.misplace();
-        filter
+        Self { primed: false, ..Self::new(&FilterConfig::REFERENCE) }
     }
 }
 
 impl Filter {
+    /// Returns the prior: nothing is known of liquid, input and glass.
+    pub(crate) fn new(config: &FilterConfig) -> Self {
+        let still = unknown();
+        let mut belief = Belief::new(Wide::from_fn(|i, j| still.get((i, j)).copied().unwrap_or(0.0)));
+        for index in U..W {
+            belief.set(index, config.input_prior_std * config.input_prior_std);
+        }
+        for index in Y..ALL {
+            belief.set(index, config.lateral_prior_mm * config.lateral_prior_mm);
+        }
+        let mut filter = Self {
+            belief,
+            push: [0.0; 3],
+            glass: [0.0; 2],
+            aside: [0.0; 2],
+            stray: 1.0,
+            doubt: 1.0,
+            primed: true,
+        };
+        filter.misplace(config);
+        filter
+    }
+
+    /// Takes the prior of the model in use, once before the first turn: a memory is made without a model.
+    pub(crate) fn prime(&mut self, config: &FilterConfig) {
+        if !self.primed {
+            *self = Self::new(config);
+        }
+    }
+
     /// u, the port value of this instant, or of the step to come.
     pub(crate) fn push(&self) -> f64 {
         let [now, ..] = self.push;
@@ -141,8 +122,9 @@ impl Filter {
 
     /// <f^2>, mm2.
     fn pushed_aside(&self, model: &Model<'_>) -> f64 {
-        let (least, [now, before]) = (ASIDE * 1e3 * model.transverse.kick_m, self.aside);
-        least * least + LIVELY * LIVELY * (now * now + before * before)
+        let FilterConfig { lateral_noise_std, lateral_noise_share: share, .. } = model.header.filter;
+        let (least, [now, before]) = (lateral_noise_std * 1e3 * model.transverse.kick_m, self.aside);
+        least * least + share * share * (now * now + before * before)
     }
 
     /// Y, m.
@@ -161,11 +143,11 @@ impl Filter {
     }
 
     /// Forgets where the glass is.
-    pub(crate) fn misplace(&mut self) {
+    pub(crate) fn misplace(&mut self, config: &FilterConfig) {
         self.glass = [0.0; 2];
-        let [speed, place] = ANYWHERE;
-        self.belief.set(W, speed * speed);
-        self.belief.set(X, place * place);
+        let (travel, position) = (config.travel_prior_mm, config.position_prior_mm);
+        self.belief.set(W, travel * travel);
+        self.belief.set(X, position * position);
     }
 
     /// Before the step: the place `x_m` of the glass in the frame behind it.
@@ -178,16 +160,16 @@ impl Filter {
             }
         }
         let miss = 1e3 * x_m - (place + speed + kick * self.push());
-        let [_, bound] = BOUND;
-        let (moved, _) = self.belief.take(&c, Measured { miss, noise: PLACE_MM * PLACE_MM, bound });
+        let FilterConfig { position_noise_mm: noise, position_gate: bound, .. } = model.header.filter;
+        let (moved, _) = self.belief.take(&c, Measured { miss, noise: noise * noise, bound });
         self.shift(latent, &moved);
     }
 
     /// Before or behind the step: the push `u` of this instant as an IMU or the robot tells it.
-    pub(crate) fn told(&mut self, u: f64) {
+    pub(crate) fn told(&mut self, config: &FilterConfig, u: f64) {
         let [now, ..] = &mut self.push;
         *now = u;
-        self.belief.set(U, TOLD * TOLD);
+        self.belief.set(U, config.measured_input_std * config.measured_input_std);
     }
 
     /// The step from a slosh of energy `slosh`, but for the latents themselves.
@@ -196,9 +178,10 @@ impl Filter {
         let transposed = self.transposed(model, kick);
         let missed = self.stray * model.spread.weight(slosh);
         let aside = self.pushed_aside(model);
+        let config = &model.header.filter;
         let noise = |i: usize, j: usize| match model.spread.process.get((i, j)) {
             Some(q) if i < LATENTS => missed * q,
-            _ if i == U && j == U => PUSH * PUSH,
+            _ if i == U && j == U => config.input_noise_std * config.input_noise_std,
             _ if i == Y && j == Y => aside,
             _ => 0.0,
         };
@@ -207,7 +190,7 @@ impl Filter {
         let speed = speed + kick * self.push();
         self.glass = [speed, place + speed];
         let [now, before, _] = self.push;
-        let next = PUSHED.iter().zip(self.push).map(|(c, u)| c * u).sum();
+        let next = config.input_recursion.iter().zip(self.push).map(|(c, u)| c * u).sum();
         self.push = [next, now, before];
         self.aside = model.transverse.next(self.aside);
     }
@@ -215,12 +198,13 @@ impl Filter {
     /// G^T: an entry for each number behind the step (column) and before it (row).
     fn transposed(&self, model: &Model<'_>, kick: f64) -> Wide {
         let port = model.generic.port * model.generic.dt_s;
+        let weights = &model.header.filter.input_recursion;
         Wide::from_fn(|before, behind| match (behind, before) {
             _ if behind < LATENTS && before < LATENTS => {
                 model.spread.transition.get((behind, before)).copied().unwrap_or(0.0)
             }
             (_, U) if behind < LATENTS => port.get(behind).copied().unwrap_or(0.0),
-            (U, _) => before.checked_sub(U).and_then(|k| PUSHED.get(k)).copied().unwrap_or(0.0),
+            (U, _) => before.checked_sub(U).and_then(|k| weights.get(k)).copied().unwrap_or(0.0),
             (W | X, U) => kick,
             (W, W) | (X, W | X) => 1.0,
             (Y, Y..) => {
@@ -246,7 +230,7 @@ impl Filter {
         profile: &SurfaceProfile,
         (slosh, settled): (f64, bool),
     ) -> bool {
-        let (spread, decoder) = (&model.spread, &model.decoder);
+        let (spread, decoder, config) = (&model.spread, &model.decoder, &model.header.filter);
         let x: [f64; LATENTS] = (*latent).into();
         let x = x.map(|x| x as f32);
         let said = decoder.surface(&decoder.coefficients(&x, self.push() as f32));
@@ -270,16 +254,16 @@ impl Filter {
             });
             let miss = f64::from(*z) - f64::from(*said) - across * y - c.dot(&moved);
             let noise = f64::from(*variance).max(LEAST_M2) + (w * f64::from(*d)).max(0.0);
-            let [bound, _] = BOUND;
+            let bound = config.innovation_gate;
             let (step, of_one) = self.belief.take(&c, Measured { miss, noise, bound });
             moved += step;
             surprise += of_one;
             seen += 1.0;
         }
         if settled && seen > 0.0 {
-            self.stray = follow(self.stray, surprise / seen, STRAY);
+            self.stray = follow(self.stray, surprise / seen, config, config.process_noise_scale);
         }
-        self.accept(latent, &moved)
+        self.accept(config, latent, &moved)
     }
 
     /// Takes what the encoder read, behind the heights; else as [`Self::heights`].
@@ -290,11 +274,11 @@ impl Filter {
         (read, port): (&Latent, f64),
         (slosh, settled): (f64, bool),
     ) -> bool {
-        let whiten = &model.spread.reading;
-        let noise = (2.0 * self.doubt * model.spread.weight(slosh)).max(LEAST_READ);
+        let (whiten, config) = (&model.spread.reading, &model.header.filter);
+        let noise = (config.encoder_noise_factor * self.doubt * model.spread.weight(slosh)).max(LEAST_READ);
         let innovation = whiten * (read - *latent);
         let (mut moved, mut surprise) = (Column::zeros(), 0.0);
-        let [bound, _] = BOUND;
+        let bound = config.innovation_gate;
         for (row, miss) in whiten.row_iter().zip(innovation.iter()) {
             let c = Column::from_fn(|i, _| row.get(i).copied().unwrap_or(0.0));
             let (step, of_one) = self.belief.take(&c, Measured { miss: miss - c.dot(&moved), noise, bound });
@@ -303,21 +287,25 @@ impl Filter {
         }
         let c = Column::from_fn(|i, _| f64::from(u8::from(i == U)));
         let miss = port - self.push() - c.dot(&moved);
-        moved += self.belief.take(&c, Measured { miss, noise: READ * READ, bound }).0;
+        moved += self
+            .belief
+            .take(&c, Measured { miss, noise: config.encoder_input_std * config.encoder_input_std, bound })
+            .0;
         if settled {
-            self.doubt = follow(self.doubt, surprise / LATENTS as f64, DOUBT);
+            let of_one = surprise / LATENTS as f64;
+            self.doubt = follow(self.doubt, of_one, config, config.measurement_noise_scale);
         }
-        self.accept(latent, &moved)
+        self.accept(config, latent, &moved)
     }
 
     /// Moves the estimate, unless that is no number: then all is forgotten.
-    fn accept(&mut self, latent: &mut Latent, moved: &Column) -> bool {
+    fn accept(&mut self, config: &FilterConfig, latent: &mut Latent, moved: &Column) -> bool {
         let finite = moved.iter().all(|v| v.is_finite()) && self.belief.is_finite();
         if finite {
             self.shift(latent, moved);
         } else {
             // A hostile blob, or a height that is no number.
-            *self = Self::default();
+            *self = Self::new(config);
         }
         finite
     }
@@ -333,8 +321,9 @@ impl Filter {
 }
 
 /// `factor` moved by `surprise`, one where the covariances are right, within its bounds.
-fn follow(factor: f64, surprise: f64, [least, most]: [f64; 2]) -> f64 {
-    (factor * pow(surprise.max(f64::MIN_POSITIVE), RATE)).max(least).min(most)
+fn follow(factor: f64, surprise: f64, config: &FilterConfig, bounds: ScaleBounds) -> f64 {
+    let moved = factor * pow(surprise.max(f64::MIN_POSITIVE), config.adaptation_rate);
+    moved.max(bounds.min).min(bounds.max)
 }
 
 const _: () = assert!(Z + 1 == ALL);

@@ -148,6 +148,7 @@ impl<'m> Estimator<'m> {
         let mut lap = Lap::start(clock);
         let mut stages = Stages { surface_us, ..Stages::default() };
         count(&mut memory.health.turns);
+        memory.filter.prime(&self.model.header.filter);
         let lens = self.model.lens.as_ref();
         let straight = lens.zip(profile).map(|(lens, profile)| lens.straighten(profile));
         let profile = straight.as_ref().or(profile);
@@ -162,7 +163,7 @@ impl<'m> Estimator<'m> {
         let predicted = self.slosh(memory);
         if let Drive::Known { now, .. } = drive {
             let now = self.clip(memory, now) / scale;
-            memory.filter.told(now);
+            memory.filter.told(&self.model.header.filter, now);
         }
         stages.predict_us = lap.lap_us();
 
@@ -185,7 +186,7 @@ impl<'m> Estimator<'m> {
         }
         let port = memory.filter.push();
         stages.encode_us = lap.lap_us();
-        memory.settle(tracked);
+        memory.settle(&self.model.header.filter, tracked);
         let slosh = self.slosh(memory);
         let joules = self.model.header.energy_scale_j;
         let latent: [f64; LATENTS] = memory.state.latent.into();
@@ -263,13 +264,13 @@ impl<'m> Estimator<'m> {
             }
             (Drive::Known { before, .. }, _) => before,
             (Drive::Unknown, _) => {
-                filter.misplace();
+                filter.misplace(&self.model.header.filter);
                 scale * filter.push()
             }
         };
         let clipped = self.clip(memory, acceleration);
         if let Drive::Known { .. } = drive {
-            memory.filter.told(clipped / scale);
+            memory.filter.told(&self.model.header.filter, clipped / scale);
         }
         clipped
     }

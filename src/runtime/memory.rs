@@ -3,6 +3,7 @@
 use super::estimator::Drive;
 use super::mode::Mode;
 use super::motion::{CARRY_FRAMES, Motion};
+use crate::blob::FilterConfig;
 use crate::filter::Filter;
 use crate::latent::generic::{Latent, State};
 use crate::latent::window::Window;
@@ -42,7 +43,7 @@ impl Memory {
     }
 
     /// Moves to the mode of this turn and counts it.
-    pub(super) fn settle(&mut self, measured: bool) {
+    pub(super) fn settle(&mut self, config: &FilterConfig, measured: bool) {
         self.missed = if measured { 0 } else { self.missed.saturating_add(1) };
         let next = self.mode.next(measured, self.missed);
         if next == Mode::Halted && self.mode != Mode::Halted {
@@ -51,7 +52,7 @@ impl Memory {
             self.motion = Motion::default();
             self.state.latent = Latent::zeros();
             self.state.held = Default::default();
-            self.filter = Filter::default();
+            self.filter = Filter::new(config);
         }
         self.mode = next;
         count(match next {

@@ -49,7 +49,7 @@ use dataset::Frame;
 use encoder::{Cost, Encoder};
 use heat::Heat;
 use linear::Linear;
-use meniscus::blob::{Header, Tensor};
+use meniscus::blob::{FilterConfig, Header, KnownGroups, Tensor};
 use meniscus::uncertainty::error_model::REACH;
 use meniscus::units::FRAME_INTERVAL_S;
 
@@ -247,6 +247,9 @@ pub fn train(
         validation_slosh_rel: 0.0,
         sections: heapless::Vec::new(),
         named: None,
+        model_version: 1,
+        known: KnownGroups::ALL,
+        filter: FilterConfig::REFERENCE,
     };
     let parts = [parts::parts(&model), spread.parts(&spread::UNIT)].concat();
     let finished = finish(header, parts, validation, options.seed)?;
@@ -265,7 +268,8 @@ pub fn measured_again(blob: &[u8], validation: &[Recording], seed: u64) -> Resul
     if validation.is_empty() {
         return Err(TrainError::NoRecording);
     }
-    let (header, mut parts) = read::parts(&AlignedBytes::copy(blob))?;
+    let (mut header, mut parts) = read::parts(&AlignedBytes::copy(blob))?;
+    header.model_version = header.model_version.saturating_add(1);
     for part in parts.iter_mut().filter(|part| part.tensor == Tensor::Reach) {
         // The first number is the floor of w; g comes behind the factors.
         part.values.truncate(1);

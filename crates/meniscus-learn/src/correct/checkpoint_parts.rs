@@ -126,6 +126,7 @@ impl Pupil {
         misses.put(&mut parts);
         let mut header = self.header.clone();
         header.liquid = fit(&how.liquid);
+        header.model_version = header.model_version.saturating_add(1);
         header.provenance = fit(&format!("{}; before: {}", how.command, self.header.provenance));
         Ok(write::blob(header, &parts)?)
     }
