@@ -9,7 +9,7 @@ use meniscus::blob::{
 };
 use meniscus::latent::decoder::Selection;
 use meniscus::latent::nn::Element;
-use meniscus::runtime::{Estimate, Estimator, Memory};
+use meniscus::runtime::{Estimate, Estimator, Memory, TurnInput};
 use meniscus::surface::{POINTS, SurfaceProfile};
 use meniscus::units::Micros;
 use meniscus_data::blob_file::quantize::quantize;
@@ -122,7 +122,7 @@ fn settled(filter: FilterConfig) -> [f64; 13] {
     };
     let (estimator, mut memory) = (Estimator::new(&model), Memory::default());
     let mut clock = Monotonic::start();
-    let turns = (0..20).map(|_| estimator.turn(&mut memory, Some(&profile), 0, &mut clock, &mut []));
+    let turns = (0..20).map(|_| estimator.turn(&mut memory, TurnInput::seen(&profile), &mut clock, &mut []));
     turns.last().expect("20 turns").latent
 }
 
@@ -319,8 +319,12 @@ fn the_pattern_of_the_heat_moves_with_its_coefficients_and_one_column_stands_sti
 fn cutting_the_bases_leaves_the_internal_energy_alone() {
     let bytes = support::random_blob(1, 0.1);
     let model = Model::load(&bytes).expect("sound");
-    let still =
-        Estimator::new(&model).turn(&mut Memory::default(), None, 0, &mut Monotonic::start(), &mut []);
+    let still = Estimator::new(&model).turn(
+        &mut Memory::default(),
+        TurnInput::default(),
+        &mut Monotonic::start(),
+        &mut [],
+    );
     let wave = |n: usize| {
         let mut estimate = still;
         estimate.latent = std::array::from_fn(|k| (0.3 * (n * (k + 1)) as f64).sin());

@@ -10,8 +10,9 @@ use crate::latent::generic::{Generic, LATENTS, Latent, ModeMap, Operators, Poten
 use crate::latent::linalg::{square_below, square_of, whitener};
 use crate::latent::nn::{Dense, Element, Gru, Matrix, Vector, Weights, section_len};
 use crate::latent::window::Scale;
-use crate::uncertainty::cross_axis::Transverse;
-use crate::uncertainty::error_model::{SPREAD_OF, Spread};
+use crate::uncertainty::cross_axis::CrossAxisMode;
+use crate::uncertainty::error_factors::ErrorFactors;
+use crate::uncertainty::error_model::{ErrorModel, SPREAD_OF};
 use nalgebra::SMatrix;
 
 /// Every tensor starts on such a boundary, counted from the start of the blob.
@@ -34,10 +35,10 @@ pub struct Model<'b> {
     pub generic: Generic<'b>,
     /// Latent and heat to field.
     pub decoder: Decoder<'b>,
-    /// What the model knows of its own errors.
-    pub spread: Spread<'b>,
-    /// The slosh across the line along which the glass is moved.
-    pub transverse: Transverse,
+    /// Errors of the model.
+    pub error_model: ErrorModel<'b>,
+    /// Slosh across the line along which the glass is moved.
+    pub cross_axis: CrossAxisMode,
     /// What of a profile is not the wave's, where effects are named.
     pub lens: Option<Lens>,
 }
@@ -57,9 +58,10 @@ impl<'b> Model<'b> {
         let decoder = store.decoder()?;
         // Only corrections use it, but what cannot be corrected is no whole blob.
         store.matrix(Tensor::Gain)?;
-        let spread = store.spread(&decoder)?;
-        let transverse = Transverse::of(generic.port * generic.dt_s, &spread.transition, &spread.surface);
-        Ok(Self { encoder, generic, decoder, spread, transverse, lens, header })
+        let error_model = store.error_model(&decoder)?;
+        let kick = generic.port * generic.dt_s;
+        let cross_axis = CrossAxisMode::of(kick, &error_model.transition, &error_model.surface);
+        Ok(Self { encoder, generic, decoder, error_model, cross_axis, lens, header })
     }
 
     /// Numbers in the full field: 13 a tracer.
@@ -213,9 +215,9 @@ impl<'b> Store<'b, '_> {
         Ok(lens)
     }
 
-    fn spread(&self, decoder: &Decoder<'_>) -> Result<Spread<'b>, LoadError> {
+    fn error_model(&self, decoder: &Decoder<'_>) -> Result<ErrorModel<'b>, LoadError> {
         let (surface, groups) = (self.matrix(Tensor::SurfaceSlope)?, self.matrix(Tensor::GroupSlope)?);
-        Ok(Spread {
+        Ok(ErrorModel {
             transition: square_of(&self.matrix(Tensor::Transition)?),
             process: self.covariance(Tensor::ProcessSpread)?.0,
             reading: self.covariance(Tensor::ReadingSpread)?.1,
@@ -224,8 +226,17 @@ impl<'b> Store<'b, '_> {
             pushed: SPREAD_OF.map(|group| decoder.pushed_square(group)),
             surface_misfit: self.variances(Tensor::SurfaceMisfit)?,
             group_misfit: self.variances(Tensor::GroupMisfit)?,
-            reach: self.variances(Tensor::Reach)?,
+            factors: self.factors()?,
         })
+    }
+
+    /// The factors of the intervals, of which none is below zero.
+    fn factors(&self) -> Result<ErrorFactors, LoadError> {
+        let tensor = Tensor::Reach;
+        let numbers = self.vector(tensor)?;
+        let found = (numbers.len() as u32, 1);
+        let factors = ErrorFactors::from_tensor(numbers).ok_or(LoadError::Shape { tensor, found })?;
+        if factors.none_negative() { Ok(factors) } else { Err(LoadError::Spread { tensor }) }
     }
 
     /// A matrix that is symmetric and has no negative direction, but for rounding, and its whitener.

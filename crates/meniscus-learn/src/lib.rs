@@ -50,11 +50,11 @@ use encoder::{Cost, Encoder};
 use heat::Heat;
 use linear::Linear;
 use meniscus::blob::{FilterConfig, Header, KnownGroups, Tensor};
-use meniscus::uncertainty::error_model::REACH;
+use meniscus::uncertainty::error_factors::ErrorFactors;
 use meniscus::units::FRAME_INTERVAL_S;
 
 use meniscus_data::blob_file::{
-    read,
+    factors, read,
     write::{self, Part},
 };
 use meniscus_data::recording::Recording;
@@ -251,7 +251,7 @@ pub fn train(
         known: KnownGroups::ALL,
         filter: FilterConfig::REFERENCE,
     };
-    let parts = [parts::parts(&model), spread.parts(&spread::UNIT)].concat();
+    let parts = [parts::parts(&model), spread.parts()].concat();
     let finished = finish(header, parts, validation, options.seed)?;
     checks.extend(soft.iter().flat_map(|soft| soft.checks(&model.dynamics, &held.paths, &metric)));
     checks.extend(sparse.iter().flat_map(|five| five.checks(&model.frame, validation, &held.sequences)));
@@ -270,13 +270,7 @@ pub fn measured_again(blob: &[u8], validation: &[Recording], seed: u64) -> Resul
     }
     let (mut header, mut parts) = read::parts(&AlignedBytes::copy(blob))?;
     header.model_version = header.model_version.saturating_add(1);
-    for part in parts.iter_mut().filter(|part| part.tensor == Tensor::Reach) {
-        // The first number is the floor of w; g comes behind the factors.
-        part.values.truncate(1);
-        part.values.extend(spread::UNIT);
-        part.values.push(0.0);
-        part.rows = part.values.len();
-    }
+    factors::change(&mut parts, |of| *of = ErrorFactors::uncalibrated(of.weight_floor));
     finish(header, parts, validation, seed)
 }
 
@@ -297,14 +291,10 @@ fn finish(
     let worse = ("estimate, three times the noise", [None; 5]);
     checks.extend(calibrate::errors(&unit, &looks(3.0, 4)?, worse)?.0);
     let grain = calibrate::grain(&unit, &measured)?;
-    for part in parts.iter_mut().filter(|part| part.tensor == Tensor::Reach) {
-        part.values.iter_mut().skip(REACH).for_each(|g| *g = grain);
-    }
+    factors::change(&mut parts, |of| of.rest_noise_std_m = grain);
     let unit = write::blob(header.clone(), &parts)?;
     let calibrate::Reach { k: reach, left_out } = calibrate::reach(&unit, &measured)?;
-    for part in parts.iter_mut().filter(|part| part.tensor == Tensor::Reach) {
-        part.values.iter_mut().skip(1).zip(reach).for_each(|(k, reach)| *k = reach);
-    }
+    factors::change(&mut parts, |of| of.quantiles_mut().zip(reach).for_each(|(k, reach)| *k = reach));
     checks.push(Check::told("interval: rest missed by", 1e3 * f64::from(grain), "mm"));
     checks.extend(left_out);
     header.validation_slosh_rel = slosh_rel as f32;
