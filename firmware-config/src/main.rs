@@ -8,13 +8,16 @@
 
 use core::hint::black_box;
 use core::panic::PanicInfo;
-use meniscus::usb::d4xx;
-use meniscus::usb::d4xx::{Colour, Command, DepthTable, Identity, MESSAGE, Table};
-use meniscus::depth_filters::{Decimation, HoleFilling, LANES, Spatial, SpatialDisparity, Temporal, TemporalState, decimate, fill_holes, to_depth, to_disparity};
 use meniscus::blob::Model;
+use meniscus::depth_filters::{
+    Decimation, HoleFilling, LANES, Spatial, SpatialDisparity, Temporal, TemporalState, decimate, fill_holes,
+    to_depth, to_disparity,
+};
 use meniscus::runtime::output::{OUTPUT_MAX, OUTPUT_VERSION, Packet};
 use meniscus::runtime::{Clock, Estimator, Eye, InputSource, Tracker, Turn};
 use meniscus::surface::{Config, Rectifier, Settings};
+use meniscus::usb::d4xx;
+use meniscus::usb::d4xx::{Colour, Command, DepthTable, Identity, MESSAGE, Table};
 use meniscus::usb::uvc::descriptor::{check, interfaces};
 use meniscus::usb::uvc::format::{input_header, video_modes};
 use meniscus::usb::uvc::{ControlChange, Probe, Stream, Topology, extension_unit};
@@ -65,7 +68,9 @@ pub extern "C" fn _start() -> ! {
             loop {
                 let payload: &[u8] = black_box(&[]);
                 let stream = black_box(Stream::Depth);
-                tracker.accept(stream, payload, InputSource::tracked, &mut clock, field, |turn, field| send(turn, field));
+                tracker.accept(stream, payload, InputSource::tracked, &mut clock, field, |turn, field| {
+                    send(turn, field)
+                });
                 black_box(tracker.silence(InputSource::tracked, &mut clock, field));
             }
         }

@@ -49,7 +49,7 @@ use dataset::Frame;
 use encoder::{Cost, Encoder};
 use heat::Heat;
 use linear::Linear;
-use meniscus::blob::{FilterConfig, Header, KnownGroups, Tensor};
+use meniscus::blob::{FilterConfig, Header, KnownGroups};
 use meniscus::uncertainty::error_factors::ErrorFactors;
 use meniscus::units::FRAME_INTERVAL_S;
 
