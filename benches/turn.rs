@@ -8,7 +8,7 @@ use criterion::{Criterion, criterion_group, criterion_main};
 use meniscus::blob::Model;
 use meniscus::latent::generic::{LATENTS, State};
 use meniscus::latent::window::{FEATURES, WINDOW};
-use meniscus::runtime::{Estimator, Memory};
+use meniscus::runtime::{Estimator, Memory, TurnInput};
 use meniscus::surface::{POINTS, SurfaceProfile};
 use meniscus::units::Micros;
 use meniscus_platform::clock::Monotonic;
@@ -64,7 +64,7 @@ fn turn(criterion: &mut Criterion) {
         let (mut memory, mut clock, mut frame) = (Memory::default(), Monotonic::start(), 0);
         bencher.iter(|| {
             frame += 1;
-            estimator.turn(&mut memory, Some(&profile(frame)), 0, &mut clock, &mut field)
+            estimator.turn(&mut memory, TurnInput::seen(&profile(frame)), &mut clock, &mut field)
         });
     });
     group.finish();

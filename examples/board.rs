@@ -25,7 +25,7 @@ use std::{print, println, vec};
 /// What a board runs.
 mod board {
     use meniscus::blob::{LoadError, Model};
-    use meniscus::runtime::{Clock, Estimator, Eye, Tracker, Turn};
+    use meniscus::runtime::{Clock, Estimator, Eye, InputSource, Tracker, Turn};
     use meniscus::surface::Config;
     use meniscus::usb::uvc::Stream;
 
@@ -66,7 +66,9 @@ mod board {
         let eye = Eye::new(config, room.depth, room.infrared);
         let mut tracker = Tracker::new(Estimator::new(model), eye);
         while let Some((stream, payload)) = next() {
-            tracker.accept(stream, payload, &mut NoClock, room.field, |turn, field| done(turn, field));
+            tracker.accept(stream, payload, InputSource::tracked, &mut NoClock, room.field, |turn, field| {
+                done(turn, field)
+            });
         }
     }
 }

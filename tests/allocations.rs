@@ -6,7 +6,7 @@ mod glass;
 mod support;
 
 use meniscus::blob::Model;
-use meniscus::runtime::{Estimator, Eye, Mode, Tracker};
+use meniscus::runtime::{Estimator, Eye, InputSource, Mode, Tracker};
 use meniscus::surface::{Config, Settings};
 use meniscus::usb::uvc::Stream;
 use meniscus_hil::{Camera, CameraSettings, FaultInjector, FaultList, Shot, Source};
@@ -38,10 +38,17 @@ fn ten_thousand_turns_allocate_nothing() {
                 meniscus_hil::Stream::Depth => Stream::Depth,
                 meniscus_hil::Stream::Infrared | meniscus_hil::Stream::Colour => Stream::Outline,
             };
-            tracker.accept(stream, &payload.bytes, &mut clock, &mut field, |turn, _| {
-                turns += 1;
-                tracked += u32::from(turn.estimate.mode == Mode::Tracking);
-            });
+            tracker.accept(
+                stream,
+                &payload.bytes,
+                InputSource::tracked,
+                &mut clock,
+                &mut field,
+                |turn, _| {
+                    turns += 1;
+                    tracked += u32::from(turn.estimate.mode == Mode::Tracking);
+                },
+            );
         }
         allocations += allocations_of_this_thread() - before;
         if turns >= 10_000 {

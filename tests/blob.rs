@@ -3,10 +3,15 @@
 
 mod support;
 
-use meniscus::blob::{CRC, LoadError, Model, PREFIX_LEN, Tensor};
+use meniscus::blob::{
+    CRC, Extension, FieldGroup, FilterConfig, Header, KnownGroups, LoadError, Model, OLDEST_VERSION,
+    PREFIX_LEN, Tensor, VERSION,
+};
 use meniscus::latent::decoder::Selection;
 use meniscus::latent::nn::Element;
-use meniscus::runtime::{Estimate, Estimator, Memory};
+use meniscus::runtime::{Estimate, Estimator, Memory, TurnInput};
+use meniscus::surface::{POINTS, SurfaceProfile};
+use meniscus::units::Micros;
 use meniscus_data::blob_file::quantize::quantize;
 use meniscus_data::blob_file::write::{Part, blob, stored};
 use meniscus_platform::clock::Monotonic;
@@ -72,6 +77,80 @@ fn another_version_says_which() {
     bytes[8] = 9;
     assert_eq!(refusal(&bytes), LoadError::Version { found: 9 });
     assert!(refusal(&bytes).to_string().contains("version 9"));
+}
+
+/// The blob of `header` in format version 3: without its extension.
+fn in_version_3(header: Header) -> Vec<u8> {
+    let mut bytes = blob(header.clone(), &support::parts(1, 0.1)).expect("a blob");
+    let mut buffer = [0; 512];
+    let extension = postcard::to_slice(&header.extension(), &mut buffer).expect("room").len();
+    // The tensors stay where they are; the zeros between header and tensors take the place of the extension.
+    let head = u32::from_le_bytes(bytes[12..16].try_into().expect("four bytes")) as usize;
+    bytes[PREFIX_LEN + head - extension..PREFIX_LEN + head].fill(0);
+    bytes[8..12].copy_from_slice(&OLDEST_VERSION.to_le_bytes());
+    bytes[12..16].copy_from_slice(&((head - extension) as u32).to_le_bytes());
+    sealed(bytes)
+}
+
+#[test]
+fn a_blob_of_version_3_loads_with_the_reference_settings() {
+    let header = Header { model_version: 9, known: KnownGroups::NONE, ..support::header() };
+    let bytes = AlignedBytes::copy(&in_version_3(header));
+    let model = Model::load(&bytes).expect("version 3 is still read");
+    assert_eq!(model.header.extension(), Extension::default());
+    assert_eq!(model.header.known, KnownGroups::ALL);
+    assert_eq!(model.header.filter, FilterConfig::REFERENCE);
+    assert_eq!(model.header.model_version, 0);
+}
+
+/// Latents after 20 turns of one tilted profile under the filter settings `filter`.
+fn settled(filter: FilterConfig) -> [f64; 13] {
+    let known = KnownGroups::NONE.with(FieldGroup::Surface);
+    let header = Header { model_version: 41, known, filter, ..support::header() };
+    let bytes = AlignedBytes::copy(&blob(header, &support::parts(1, 0.1)).expect("a blob"));
+    assert_eq!(bytes[8], VERSION as u8);
+    let model = Model::load(&bytes).expect("a sound blob");
+    assert_eq!((model.header.model_version, model.header.known), (41, known));
+    assert_eq!(model.header.filter, filter);
+    let profile = SurfaceProfile {
+        height_m: std::array::from_fn(|i| 0.07 + 1e-3 * (i as f32 - 10.0)),
+        variance_m2: [1e-8; POINTS],
+        valid: [true; POINTS],
+        glass_x_m: Some(0.0),
+        sequence: 0,
+        captured: Micros(0),
+    };
+    let (estimator, mut memory) = (Estimator::new(&model), Memory::default());
+    let mut clock = Monotonic::start();
+    let turns = (0..20).map(|_| estimator.turn(&mut memory, TurnInput::seen(&profile), &mut clock, &mut []));
+    turns.last().expect("20 turns").latent
+}
+
+/// The settings travel in the blob and the filter works by them: a wider prior of the cross-axis slosh, and a smaller
+/// noise of the input, each lead to another estimate.
+#[test]
+fn a_new_blob_carries_the_settings_that_the_filter_works_by() {
+    let reference = settled(FilterConfig::REFERENCE);
+    assert_eq!(settled(FilterConfig::REFERENCE), reference, "the same settings, the same bits");
+    for other in [
+        FilterConfig { lateral_prior_mm: 50.0, ..FilterConfig::REFERENCE },
+        FilterConfig { input_noise_std: 0.01, ..FilterConfig::REFERENCE },
+        FilterConfig { innovation_gate: 0.5, ..FilterConfig::REFERENCE },
+    ] {
+        assert_ne!(settled(other), reference, "{other:?}");
+    }
+}
+
+#[test]
+fn settings_that_no_filter_can_have_are_refused_by_name() {
+    let hostile = |filter: FilterConfig| {
+        let header = Header { filter, ..support::header() };
+        refusal(&blob(header, &support::parts(1, 0.1)).expect("a blob"))
+    };
+    let error = hostile(FilterConfig { input_noise_std: f64::NAN, ..FilterConfig::REFERENCE });
+    assert!(matches!(error, LoadError::HeaderValue { field: "filter.input_noise_std", .. }), "{error}");
+    let error = hostile(FilterConfig { position_gate: -30.0, ..FilterConfig::REFERENCE });
+    assert!(error.to_string().contains("filter.position_gate is -30"), "{error}");
 }
 
 #[test]
@@ -240,8 +319,12 @@ fn the_pattern_of_the_heat_moves_with_its_coefficients_and_one_column_stands_sti
 fn cutting_the_bases_leaves_the_internal_energy_alone() {
     let bytes = support::random_blob(1, 0.1);
     let model = Model::load(&bytes).expect("sound");
-    let still =
-        Estimator::new(&model).turn(&mut Memory::default(), None, 0, &mut Monotonic::start(), &mut []);
+    let still = Estimator::new(&model).turn(
+        &mut Memory::default(),
+        TurnInput::default(),
+        &mut Monotonic::start(),
+        &mut [],
+    );
     let wave = |n: usize| {
         let mut estimate = still;
         estimate.latent = std::array::from_fn(|k| (0.3 * (n * (k + 1)) as f64).sin());

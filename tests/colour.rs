@@ -89,7 +89,7 @@ fn sights(outline: OutlineImage) -> (Vec<Sight>, Connected) {
     let config = Config::new(place.seen_by(connected.optics())).expect("sound");
     let (mut depth, mut grey, mut colour) = (vec![0; 614_400], vec![0; 307_200], vec![0; 614_400]);
     let mut eye = match connected.rectifier() {
-        Some(rectifier) => Eye::in_colour(config, &mut depth, rectifier, (&mut colour, &mut grey)),
+        Some(rectifier) => Eye::in_colour(config, &mut depth, rectifier, &mut colour, &mut grey),
         None => Eye::new(config, &mut depth, &mut grey),
     };
     let mut sights = Vec::new();
@@ -148,7 +148,7 @@ fn the_place_of_the_lens_is_what_makes_it_so() {
     let config = Config::new(surface::Settings::default().seen_by(optics)).expect("sound");
     let (mut depth, mut grey, mut colour) = (vec![0; 614_400], vec![0; 307_200], vec![0; 614_400]);
     let rectifier = connected.rectifier().expect("in colour");
-    let mut eye = Eye::in_colour(config, &mut depth, rectifier, (&mut colour, &mut grey));
+    let mut eye = Eye::in_colour(config, &mut depth, rectifier, &mut colour, &mut grey);
     let mut seen = 0;
     stream(session, 30, |stream, payload| {
         let sight = eye.accept(stream, payload, &mut NoClock);

@@ -166,7 +166,7 @@ fn a_bad_model_is_refused_with_its_reason() {
     let mut newer = sound;
     newer[8] = 7;
     fs::write(folder.join("newer.blob"), &newer).expect("written");
-    refused(&run("newer.blob"), &["version 7", "version 3"]);
+    refused(&run("newer.blob"), &["version 7", "versions 3 to 4"]);
 
     fs::write(folder.join("text.blob"), "not a blob, though long enough to be one").expect("written");
     refused(&run("text.blob"), &["not a weight blob"]);

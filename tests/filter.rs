@@ -3,7 +3,7 @@
 #![allow(clippy::disallowed_methods, reason = "only storey 1 must compute the same bits on every platform")]
 
 use meniscus::blob::Model;
-use meniscus::runtime::{Drive, Mode};
+use meniscus::runtime::{InputSource, Mode};
 use meniscus::surface::{POINTS, SurfaceProfile};
 use meniscus_data::recording::{GROUP_NAMES, Recording};
 use meniscus_platform::files::AlignedBytes;
@@ -34,7 +34,7 @@ fn without_the_motion_the_heights_alone_tell_the_liquid() {
     let bytes = AlignedBytes::copy(meniscus_shipped::MODEL);
     let model = Model::load(&bytes).expect("the shipped model");
     let linear = linear_with_motion(&recording);
-    let with = |drive: Drive, seen: &[Option<SurfaceProfile>]| {
+    let with = |drive: InputSource, seen: &[Option<SurfaceProfile>]| {
         let turns = turns_with(&model, seen, |_| drive, |_, _, _| {});
         for logged in &turns {
             let estimate = &logged.turn.estimate;
@@ -52,8 +52,8 @@ fn without_the_motion_the_heights_alone_tell_the_liquid() {
         }
         score
     };
-    let tracked = with(Drive::Seen, &seen);
-    let blind = with(Drive::Unknown, &seen);
+    let tracked = with(InputSource::Tracked, &seen);
+    let blind = with(InputSource::Unobserved, &seen);
     // The next frame tells the acceleration that sigma follows at once.
     println!("sigma: {:.3}, a frame late {:.3}", tracked.field[3], tracked.late_sigma);
     assert!(tracked.late_sigma < 0.6 * tracked.field[3], "{} {}", tracked.late_sigma, tracked.field[3]);
@@ -63,7 +63,7 @@ fn without_the_motion_the_heights_alone_tell_the_liquid() {
     // A camera that loses the sides of the glass on the way comes to the same.
     let mut lost = seen.clone();
     lost.iter_mut().flatten().skip(120).for_each(|profile| profile.glass_x_m = None);
-    let lost = with(Drive::Seen, &lost);
+    let lost = with(InputSource::Tracked, &lost);
     assert!(lost.estimate.slosh_rel() <= 0.15 && lost.field[1] <= 0.2, "{:?}", lost.field);
 }
 
@@ -78,7 +78,7 @@ fn followed(
     turns_with(
         model,
         seen,
-        |_| Drive::Seen,
+        |_| InputSource::Tracked,
         |frame, _, estimate| {
             if frame < 60 {
                 return;
@@ -158,7 +158,7 @@ fn a_glass_that_leaves_its_line_is_followed() {
     let recording = shipped();
     let bytes = AlignedBytes::copy(meniscus_shipped::MODEL);
     let model = Model::load(&bytes).expect("the shipped model");
-    let mode = model.transverse;
+    let mode = model.cross_axis;
     let straight = perfect(&recording);
     let (mut seen, mut y) = (straight.clone(), [0.0_f64; 2]);
     let mut tops = Vec::new();
@@ -172,7 +172,7 @@ fn a_glass_that_leaves_its_line_is_followed() {
     let highest = tops.iter().copied().fold(0.0, f64::max);
     assert!(highest > 1e-3 && highest < 2e-3, "{highest}");
     let heat = |seen: &[Option<SurfaceProfile>]| {
-        let turns = turns_with(&model, seen, |_| Drive::Seen, |_, _, _| {});
+        let turns = turns_with(&model, seen, |_| InputSource::Tracked, |_, _, _| {});
         turns.last().map_or(f64::NAN, |logged| logged.turn.estimate.heat_j)
     };
     let (due, found) = (heat(&straight), heat(&seen));
@@ -199,7 +199,7 @@ fn a_height_that_is_no_number_is_refused_and_forgotten() {
     let turns = turns_with(
         &model,
         &seen,
-        |_| Drive::Unknown,
+        |_| InputSource::Unobserved,
         |_, memory, _| refused = memory.health.measurement_refused,
     );
     let mode = |frame: usize| turns[frame].turn.estimate.mode;
@@ -216,14 +216,14 @@ fn a_motion_that_is_told_no_more_leaves_nothing_behind() {
     let seen = filmed(&recording);
     let bytes = AlignedBytes::copy(meniscus_shipped::MODEL);
     let model = Model::load(&bytes).expect("the shipped model");
-    let surfaces = |drive: &dyn Fn(usize) -> Drive| -> Vec<[f32; POINTS]> {
+    let surfaces = |drive: &dyn Fn(usize) -> InputSource| -> Vec<[f32; POINTS]> {
         let turns = turns_with(&model, &seen, drive, |_, _, _| {});
         turns.iter().map(|logged| logged.turn.estimate.surface_m).collect()
     };
     let a = |n: usize| recording.acceleration_m_s2[n] + 0.3;
-    let told = |n: usize| Drive::Known { before: a(n.saturating_sub(1)), now: a(n) };
-    let tracked = surfaces(&|_| Drive::Seen);
-    let switched = surfaces(&|n| if n < 240 { told(n) } else { Drive::Seen });
+    let told = |n: usize| InputSource::Measured { before: a(n.saturating_sub(1)), now: a(n) };
+    let tracked = surfaces(&|_| InputSource::Tracked);
+    let switched = surfaces(&|n| if n < 240 { told(n) } else { InputSource::Tracked });
     let apart = |frames: std::ops::Range<usize>| {
         let pairs = tracked[frames.clone()].iter().flatten().zip(switched[frames].iter().flatten());
         1e3 * pairs.map(|(one, other)| (one - other).abs()).fold(0.0, f32::max)

@@ -3,7 +3,7 @@
 #![allow(clippy::disallowed_methods, reason = "only storey 1 must compute the same bits on every platform")]
 
 use meniscus::blob::Model;
-use meniscus::runtime::{Crest, Drive, Forecast, Mode};
+use meniscus::runtime::{Crest, Forecast, InputSource, Mode};
 use meniscus_data::recording::Recording;
 use meniscus_platform::files::AlignedBytes;
 use meniscus_virtual::observe_recording::{perfect, turns_with};
@@ -41,7 +41,7 @@ fn a_crest_says_how_far_it_may_be_off() {
     turns_with(
         &model,
         &perfect(&recording),
-        |_| Drive::Seen,
+        |_| InputSource::Tracked,
         |frame, memory, estimate| {
             if estimate.mode != Mode::Tracking || frame + WITHIN >= recording.frames() || frame % 3 > 0 {
                 return;

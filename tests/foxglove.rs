@@ -2,7 +2,7 @@
 #![allow(clippy::disallowed_methods, reason = "only storey 1 must compute the same bits on every platform")]
 
 use meniscus::blob::Model;
-use meniscus::runtime::{Estimator, Memory, Turn};
+use meniscus::runtime::{Estimator, Memory, Turn, TurnInput};
 use meniscus::surface::{Config, Settings, SurfaceProfile};
 use meniscus::units::Micros;
 use meniscus_platform::files::AlignedBytes;
@@ -49,7 +49,7 @@ fn turn(model: &Model<'_>, memory: &mut Memory, field: &mut [f32], number: u64) 
     let (variance_m2, valid) = ([1e-7; 21], [true; 21]);
     let profile =
         SurfaceProfile { height_m, variance_m2, valid, glass_x_m: Some(0.01), sequence: 0, captured };
-    let estimate = Estimator::new(model).turn(memory, Some(&profile), 0, &mut NoClock, field);
+    let estimate = Estimator::new(model).turn(memory, TurnInput::seen(&profile), &mut NoClock, field);
     let stamp = Some(meniscus::usb::frame::Stamp { sequence: number as u32, captured });
     let turn = Turn { time: captured, stamp, sight: Some(Ok(profile)), estimate };
     Logged { turn, ended: Instant::now(), latency_us: 900, turn_us: 800, allocations: 0 }

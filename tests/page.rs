@@ -7,7 +7,7 @@
 mod server;
 
 use meniscus::blob::Model;
-use meniscus::runtime::{Estimator, Memory, Turn};
+use meniscus::runtime::{Estimator, Memory, Turn, TurnInput};
 use meniscus::surface::{Config, SurfaceProfile};
 use meniscus::units::Micros;
 use meniscus_platform::files::AlignedBytes;
@@ -44,7 +44,7 @@ fn turn(model: &Model<'_>, memory: &mut Memory, field: &mut [f32], number: u64) 
     let (variance_m2, valid) = ([1e-7; 21], [true; 21]);
     let profile =
         SurfaceProfile { height_m, variance_m2, valid, glass_x_m: Some(0.0), sequence: 0, captured };
-    let estimate = Estimator::new(model).turn(memory, Some(&profile), 0, &mut NoClock, field);
+    let estimate = Estimator::new(model).turn(memory, TurnInput::seen(&profile), &mut NoClock, field);
     let turn = Turn { time: captured, stamp: None, sight: Some(Ok(profile)), estimate };
     Logged { turn, ended: Instant::now(), latency_us: 900, turn_us: 800, allocations: 0 }
 }

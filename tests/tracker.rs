@@ -7,7 +7,7 @@ mod support;
 
 use glass::Ticks;
 use meniscus::blob::Model;
-use meniscus::runtime::{COAST_LIMIT, Estimator, Eye, Mode, Tracker, Turn};
+use meniscus::runtime::{COAST_LIMIT, Estimator, Eye, InputSource, Mode, Tracker, Turn};
 use meniscus::surface::{Config, Settings};
 use meniscus::usb::uvc::Stream;
 use meniscus_hil::{Camera, CameraSettings, Payload, Shot, Source};
@@ -46,7 +46,8 @@ fn take(
             meniscus_hil::Stream::Depth => Stream::Depth,
             meniscus_hil::Stream::Infrared | meniscus_hil::Stream::Colour => Stream::Outline,
         };
-        tracker.accept(stream, &payload.bytes, clock, field, |turn, _| turns.push(*turn));
+        tracker
+            .accept(stream, &payload.bytes, InputSource::tracked, clock, field, |turn, _| turns.push(*turn));
     }
     turns
 }
@@ -65,7 +66,10 @@ fn with_tracker(test: impl FnOnce(&mut Tracker<'_, '_>, &mut Bench, &mut [f32]))
 fn it_fills_tracks_coasts_halts_and_comes_back() {
     with_tracker(|tracker, bench, field| {
         let mut clock = Ticks::every_us(1);
-        assert!(tracker.silence(&mut clock, field).is_none(), "nothing to predict before the first frame");
+        assert!(
+            tracker.silence(InputSource::tracked, &mut clock, field).is_none(),
+            "nothing to predict before the first frame"
+        );
         for frame in 1..=20 {
             let turns = take(tracker, &bench.payloads(), &mut clock, field);
             let [turn] = turns.as_slice() else { panic!("one turn a frame, not {}", turns.len()) };
@@ -75,7 +79,7 @@ fn it_fills_tracks_coasts_halts_and_comes_back() {
         }
         for silent in 1..=COAST_LIMIT + 5 {
             bench.frame += 1;
-            let turn = tracker.silence(&mut clock, field).expect("a turn in silence");
+            let turn = tracker.silence(InputSource::tracked, &mut clock, field).expect("a turn in silence");
             let halted = silent > COAST_LIMIT;
             assert_eq!(turn.estimate.mode, if halted { Mode::Halted } else { Mode::Coasting }, "{silent}");
             assert_eq!(turn.estimate.field_fresh, !halted, "a halted estimate is never labelled fresh");

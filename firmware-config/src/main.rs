@@ -8,13 +8,16 @@
 
 use core::hint::black_box;
 use core::panic::PanicInfo;
+use meniscus::blob::Model;
+use meniscus::depth_filters::{
+    Decimation, HoleFilling, LANES, Spatial, SpatialDisparity, Temporal, TemporalState, decimate, fill_holes,
+    to_depth, to_disparity,
+};
+use meniscus::runtime::output::{OUTPUT_MAX, OUTPUT_VERSION, Packet};
+use meniscus::runtime::{Clock, Estimator, Eye, InputSource, Tracker, Turn};
+use meniscus::surface::{Config, Rectifier, Settings};
 use meniscus::usb::d4xx;
 use meniscus::usb::d4xx::{Colour, Command, DepthTable, Identity, MESSAGE, Table};
-use meniscus::depth_filters::{Decimation, HoleFilling, LANES, Spatial, SpatialDisparity, Temporal, TemporalState, decimate, fill_holes, to_depth, to_disparity};
-use meniscus::blob::Model;
-use meniscus::runtime::output::{OUTPUT_MAX, OUTPUT_VERSION, Packet};
-use meniscus::runtime::{Clock, Estimator, Eye, Tracker, Turn};
-use meniscus::surface::{Config, Rectifier, Settings};
 use meniscus::usb::uvc::descriptor::{check, interfaces};
 use meniscus::usb::uvc::format::{input_header, video_modes};
 use meniscus::usb::uvc::{ControlChange, Probe, Stream, Topology, extension_unit};
@@ -56,7 +59,7 @@ pub extern "C" fn _start() -> ! {
             let eye = match black_box(lens) {
                 Some(Colour { lens, .. }) => {
                     let rectifier = Rectifier::new(lens, config.settings().intrinsics);
-                    Eye::in_colour(config, depth, rectifier, (colour, grey))
+                    Eye::in_colour(config, depth, rectifier, colour, grey)
                 }
                 None => Eye::new(config, depth, grey),
             };
@@ -65,8 +68,10 @@ pub extern "C" fn _start() -> ! {
             loop {
                 let payload: &[u8] = black_box(&[]);
                 let stream = black_box(Stream::Depth);
-                tracker.accept(stream, payload, &mut clock, field, |turn, field| send(turn, field));
-                black_box(tracker.silence(&mut clock, field));
+                tracker.accept(stream, payload, InputSource::tracked, &mut clock, field, |turn, field| {
+                    send(turn, field)
+                });
+                black_box(tracker.silence(InputSource::tracked, &mut clock, field));
             }
         }
         refused => loop {

@@ -157,14 +157,14 @@ pub(super) fn apply(
         Cylinder { radius_m: header.radius_m, depth_m: header.fill_m, density_kg_m3: named.density_kg_m3 };
     let model = |active: &[Active]| Model::new(glass, *liquid, &Baseline::default(), active, header.dt_s);
     let (plain, with) = (model(&[]), model(&active));
-    let lens = Lens::new((header.radius_m, header.fill_m), &with);
+    let lens = Lens::new(header.radius_m, header.fill_m, &with);
     Ok((Slots::between(&plain, &with, map, header.energy_scale_j, hessian), lens))
 }
 
 impl Lens {
     /// The lens of a glass of this radius and stated fill (m) whose reduced model is `with`.
     #[must_use]
-    pub fn new((radius_m, fill_m): (f64, f64), with: &Model) -> Self {
+    pub fn new(radius_m: f64, fill_m: f64, with: &Model) -> Self {
         let (port, view) = (&with.port, &with.view);
         let tangent = |angle: f64| {
             let (sin, cos) = sincos(angle);

@@ -1,6 +1,6 @@
 //! Why a blob is refused, one sentence a cause.
 
-use super::{Tensor, VERSION};
+use super::{OLDEST_VERSION, Tensor, VERSION};
 use crate::latent::nn::Element;
 use core::fmt;
 
@@ -16,7 +16,7 @@ pub enum LoadError {
     },
     /// The first eight bytes are not those of a blob.
     NotABlob,
-    /// The format version is another than this build's.
+    /// The format version is none that this build reads.
     Version {
         /// Version in the blob.
         found: u32,
@@ -116,8 +116,8 @@ impl fmt::Display for LoadError {
             }
             Self::Version { found } => write!(
                 f,
-                "the blob has format version {found}, this program reads version {VERSION}; \
-                 export it again with a matching `meniscus train`"
+                "the blob has format version {found}, this program reads versions {OLDEST_VERSION} to {VERSION}; \
+                 train the model again with `meniscus train` of this program, or update the program"
             ),
             Self::Trailing { extra } => write!(f, "{extra} bytes follow the end of the blob"),
             Self::Checksum { stated, computed } => write!(
@@ -126,7 +126,7 @@ impl fmt::Display for LoadError {
             ),
             Self::Header => write!(f, "the header of the blob cannot be read"),
             Self::HeaderValue { field, value } => {
-                write!(f, "the header's {field} is {value}, which no glass or model can have")
+                write!(f, "the header's {field} is {value}, which no glass, filter or model can have")
             }
             Self::Misaligned => write!(f, "the blob must lie on a 64-byte boundary in memory"),
             Self::Section { tensor } => write!(f, "tensor {tensor:?} lies outside the blob"),

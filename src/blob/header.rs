@@ -1,6 +1,7 @@
 //! The head of a weight blob, as `firmware-config/SPEC.md` specifies it byte by byte.
 
 use crate::blob::embedded_effects::Named;
+use crate::blob::{FilterConfig, KnownGroups};
 use crate::latent::nn::Element;
 use heapless::{String, Vec};
 use serde::{Deserialize, Serialize};
@@ -11,8 +12,11 @@ pub const MAGIC: [u8; 8] = *b"MENISCUS";
 /// Tensors that a blob may list.
 pub const MAX_SECTIONS: usize = 64;
 
-/// Format version that this build reads and writes.
-pub const VERSION: u32 = 3;
+/// Format version that this build writes.
+pub const VERSION: u32 = 4;
+
+/// Oldest format version that this build reads. Version 3 has no [`Extension`]; its fields then have their defaults.
+pub const OLDEST_VERSION: u32 = 3;
 
 /// The tensors of a model. Shapes are `[rows, columns]`, little-endian in the blob, `f32` or coarser
 /// ([`Element`]), packed in panels as [`crate::latent::nn::packed_index`] says; a vector has one column. N latents, U ports, F features a frame, P profile points.
@@ -138,4 +142,33 @@ pub struct Header {
     /// with them.
     #[serde(skip)]
     pub named: Option<Named>,
+    /// Version of the model. Whatever makes a model from another one raises it; 0 where the format had none. Not part of
+    /// the header itself, as are the next two: they stand in the [`Extension`].
+    #[serde(skip)]
+    pub model_version: u64,
+    /// Field groups whose errors are known for this liquid.
+    #[serde(skip)]
+    pub known: KnownGroups,
+    /// Settings of the filter.
+    #[serde(skip)]
+    pub filter: FilterConfig,
+}
+
+/// Fields that stand directly behind the header from format version 4 on.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Extension {
+    /// See [`Header::model_version`].
+    pub model_version: u64,
+    /// See [`Header::known`].
+    pub known: KnownGroups,
+    /// See [`Header::filter`].
+    pub filter: FilterConfig,
+}
+
+impl Header {
+    /// Returns the fields that a writer puts behind the header.
+    #[must_use]
+    pub fn extension(&self) -> Extension {
+        Extension { model_version: self.model_version, known: self.known, filter: self.filter }
+    }
 }

@@ -1,7 +1,8 @@
 //! From bytes to a checked [`Model`]: the only constructor.
 
+use super::read_header::read_header;
 use super::shapes::{SURFACE_GROUP, shape};
-use super::{Header, Lens, LoadError, MAGIC, MAX_SECTIONS, Named, Section, Tensor, VERSION};
+use super::{Header, Lens, LoadError, Named, Section, Tensor};
 use crate::blob::embedded_effects as named;
 use crate::latent::decoder::{Decoder, ENERGY_GROUP, Group};
 use crate::latent::encoder::Encoder;
@@ -9,22 +10,16 @@ use crate::latent::generic::{Generic, LATENTS, Latent, ModeMap, Operators, Poten
 use crate::latent::linalg::{square_below, square_of, whitener};
 use crate::latent::nn::{Dense, Element, Gru, Matrix, Vector, Weights, section_len};
 use crate::latent::window::Scale;
-use crate::uncertainty::cross_axis::Transverse;
-use crate::uncertainty::error_model::{SPREAD_OF, Spread};
-use heapless::Vec;
+use crate::uncertainty::cross_axis::CrossAxisMode;
+use crate::uncertainty::error_factors::ErrorFactors;
+use crate::uncertainty::error_model::{ErrorModel, SPREAD_OF};
 use nalgebra::SMatrix;
-
-/// Bytes before the postcard header: magic, version, header length, total length, CRC-32.
-pub const PREFIX_LEN: usize = 24;
 
 /// Every tensor starts on such a boundary, counted from the start of the blob.
 pub const ALIGNMENT: usize = 64;
 
 /// How far a covariance may be from symmetric, relative.
 const ROUNDING: f64 = 1e-3;
-
-/// The checksum: CRC-32 of IEEE 802.3, over everything behind the prefix.
-pub const CRC: crc::Crc<u32> = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
 
 /// A matrix on latent space.
 type Square = SMatrix<f64, LATENTS, LATENTS>;
@@ -40,10 +35,10 @@ pub struct Model<'b> {
     pub generic: Generic<'b>,
     /// Latent and heat to field.
     pub decoder: Decoder<'b>,
-    /// What the model knows of its own errors.
-    pub spread: Spread<'b>,
-    /// The slosh across the line along which the glass is moved.
-    pub transverse: Transverse,
+    /// Errors of the model.
+    pub error_model: ErrorModel<'b>,
+    /// Slosh across the line along which the glass is moved.
+    pub cross_axis: CrossAxisMode,
     /// What of a profile is not the wave's, where effects are named.
     pub lens: Option<Lens>,
 }
@@ -57,16 +52,16 @@ impl<'b> Model<'b> {
     #[inline(never)]
     pub fn load(blob: &'b [u8]) -> Result<Self, LoadError> {
         let header = read_header(blob)?;
-        check_values(&header)?;
         let store = Store { blob, header: &header };
         let encoder = store.encoder()?;
         let (generic, lens) = store.generic()?;
         let decoder = store.decoder()?;
         // Only corrections use it, but what cannot be corrected is no whole blob.
         store.matrix(Tensor::Gain)?;
-        let spread = store.spread(&decoder)?;
-        let transverse = Transverse::of(generic.port * generic.dt_s, &spread.transition, &spread.surface);
-        Ok(Self { encoder, generic, decoder, spread, transverse, lens, header })
+        let error_model = store.error_model(&decoder)?;
+        let kick = generic.port * generic.dt_s;
+        let cross_axis = CrossAxisMode::of(kick, &error_model.transition, &error_model.surface);
+        Ok(Self { encoder, generic, decoder, error_model, cross_axis, lens, header })
     }
 
     /// Numbers in the full field: 13 a tracer.
@@ -84,85 +79,6 @@ impl<'b> Model<'b> {
             acceleration_m_s2: self.header.acceleration_scale,
         }
     }
-}
-
-/// The little-endian number at `offset`.
-fn word(blob: &[u8], offset: usize) -> Option<u32> {
-    let bytes = blob.get(offset..)?.first_chunk::<4>()?;
-    Some(u32::from_le_bytes(*bytes))
-}
-
-/// Checks prefix and checksum, and reads the header.
-fn read_header(blob: &[u8]) -> Result<Header, LoadError> {
-    let short = LoadError::Truncated { have: blob.len(), need: PREFIX_LEN };
-    let magic = blob.first_chunk::<8>().ok_or(short)?;
-    if *magic != MAGIC {
-        return Err(LoadError::NotABlob);
-    }
-    let version = word(blob, 8).ok_or(short)?;
-    if version != VERSION {
-        return Err(LoadError::Version { found: version });
-    }
-    let header_len = word(blob, 12).ok_or(short)? as usize;
-    let total = word(blob, 16).ok_or(short)? as usize;
-    let stated = word(blob, 20).ok_or(short)?;
-    if blob.len() < total {
-        return Err(LoadError::Truncated { have: blob.len(), need: total });
-    }
-    if blob.len() > total {
-        return Err(LoadError::Trailing { extra: blob.len() - total });
-    }
-    let body = blob.get(PREFIX_LEN..).ok_or(short)?;
-    let computed = CRC.checksum(body);
-    if computed != stated {
-        return Err(LoadError::Checksum { stated, computed });
-    }
-    let header = body.get(..header_len).ok_or(LoadError::Header)?;
-    let (mut header, rest): (Header, _) = postcard::take_from_bytes(header).map_err(|_| LoadError::Header)?;
-    // Behind it the elements, one a section, and behind them the named effects; without elements all are f32. The
-    // length in the prefix is outside of the checksum: it has to fit exactly.
-    if !rest.is_empty() {
-        let (elements, rest): (Vec<Element, MAX_SECTIONS>, _) =
-            postcard::take_from_bytes(rest).map_err(|_| LoadError::Header)?;
-        if !rest.is_empty() {
-            let (named, []): (Named, &[u8]) =
-                postcard::take_from_bytes(rest).map_err(|_| LoadError::Header)?
-            else {
-                return Err(LoadError::Header);
-            };
-            header.named = Some(named);
-        }
-        if elements.len() != header.sections.len() {
-            return Err(LoadError::Header);
-        }
-        for (section, element) in header.sections.iter_mut().zip(&elements) {
-            section.element = *element;
-        }
-    }
-    Ok(header)
-}
-
-/// Refuses numbers that no glass or model can have.
-fn check_values(header: &Header) -> Result<(), LoadError> {
-    let positive = [
-        ("particles", f64::from(header.particles)),
-        ("dt_s", header.dt_s),
-        ("radius_m", header.radius_m),
-        ("fill_m", header.fill_m),
-        ("rim_m", header.rim_m),
-        ("height_scale_m", f64::from(header.height_scale_m)),
-        ("acceleration_scale", f64::from(header.acceleration_scale)),
-        ("energy_scale_j", header.energy_scale_j),
-    ];
-    for (field, value) in positive {
-        if !(value.is_finite() && value > 0.0) {
-            return Err(LoadError::HeaderValue { field, value });
-        }
-    }
-    if header.rim_m < header.fill_m {
-        return Err(LoadError::HeaderValue { field: "rim_m (below the fill)", value: header.rim_m });
-    }
-    Ok(())
 }
 
 /// Access to the tensors by name, with every check on the way.
@@ -299,9 +215,9 @@ impl<'b> Store<'b, '_> {
         Ok(lens)
     }
 
-    fn spread(&self, decoder: &Decoder<'_>) -> Result<Spread<'b>, LoadError> {
+    fn error_model(&self, decoder: &Decoder<'_>) -> Result<ErrorModel<'b>, LoadError> {
         let (surface, groups) = (self.matrix(Tensor::SurfaceSlope)?, self.matrix(Tensor::GroupSlope)?);
-        Ok(Spread {
+        Ok(ErrorModel {
             transition: square_of(&self.matrix(Tensor::Transition)?),
             process: self.covariance(Tensor::ProcessSpread)?.0,
             reading: self.covariance(Tensor::ReadingSpread)?.1,
@@ -310,8 +226,17 @@ impl<'b> Store<'b, '_> {
             pushed: SPREAD_OF.map(|group| decoder.pushed_square(group)),
             surface_misfit: self.variances(Tensor::SurfaceMisfit)?,
             group_misfit: self.variances(Tensor::GroupMisfit)?,
-            reach: self.variances(Tensor::Reach)?,
+            factors: self.factors()?,
         })
+    }
+
+    /// The factors of the intervals, of which none is below zero.
+    fn factors(&self) -> Result<ErrorFactors, LoadError> {
+        let tensor = Tensor::Reach;
+        let numbers = self.vector(tensor)?;
+        let found = (numbers.len() as u32, 1);
+        let factors = ErrorFactors::from_tensor(numbers).ok_or(LoadError::Shape { tensor, found })?;
+        if factors.none_negative() { Ok(factors) } else { Err(LoadError::Spread { tensor }) }
     }
 
     /// A matrix that is symmetric and has no negative direction, but for rounding, and its whitener.

@@ -2,11 +2,17 @@
 
 mod embedded_effects;
 mod error;
+mod filter_config;
 mod header;
+mod known_groups;
 mod load;
+mod read_header;
 mod shapes;
 
 pub use embedded_effects::{Lens, Named, NamedEffect, no_place};
 pub use error::LoadError;
-pub use header::{Header, MAGIC, MAX_SECTIONS, Section, Tensor, VERSION};
-pub use load::{ALIGNMENT, CRC, Model, PREFIX_LEN};
+pub use filter_config::{FilterConfig, ScaleBounds};
+pub use header::{Extension, Header, MAGIC, MAX_SECTIONS, OLDEST_VERSION, Section, Tensor, VERSION};
+pub use known_groups::{FieldGroup, KnownGroups};
+pub use load::{ALIGNMENT, Model};
+pub use read_header::{CRC, PREFIX_LEN};

@@ -7,7 +7,8 @@ use crate::latent::generic::{LATENTS, MAX_HIDDEN};
 use crate::latent::nn::HIDDEN;
 use crate::latent::window::FEATURES;
 use crate::surface::POINTS;
-use crate::uncertainty::error_model::{REACH, SPREAD_GROUPS};
+use crate::uncertainty::error_factors::ErrorFactors;
+use crate::uncertainty::error_model::SPREAD_GROUPS;
 
 /// What a dimension may be.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -54,7 +55,7 @@ pub(super) fn shape(tensor: Tensor, header: &Header) -> Option<(Dim, Dim)> {
         Tensor::GroupSlope => (Is(SPREAD_GROUPS * LATENTS), Is(LATENTS)),
         Tensor::SurfaceMisfit => (Is(POINTS), Is(1)),
         Tensor::GroupMisfit => (Is(SPREAD_GROUPS), Is(1)),
-        Tensor::Reach => (OrOneMore(REACH), Is(1)),
+        Tensor::Reach => (OrOneMore(ErrorFactors::LEAST_NUMBERS), Is(1)),
         Tensor::ModeMap => (Is(4), Is(LATENTS)),
         Tensor::EnergyIn => (UpTo(MAX_HIDDEN), Is(LATENTS)),
         Tensor::EnergyBias | Tensor::EnergyWeight => (UpTo(MAX_HIDDEN), Is(1)),

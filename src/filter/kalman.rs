@@ -1,340 +1,218 @@
-//! The running estimate: what the camera saw corrects what the GENERIC step foretold.
+//! State and step of the filter: camera measurements correct what the GENERIC step predicted.
 //!
 //! ```text
-//! y = (x, u, u', u'', W, X, Y, Y')     latents; port value now and the two instants before; speed and place of the glass;
-//!                                      slosh across its line now and the instant before ([`crate::uncertainty::cross_axis`])
+//! y = (x, u, u', u'', W, X, Y, Y')     latents; input now and at the two instants before; travel in a turn and position of
+//!                                      the glass; cross-axis slosh now and the instant before ([`crate::uncertainty::cross_axis`])
 //!
 //! x- = step(x, u)                      the exact step, its Jacobian about rest for the covariance
 //! u- = 1.4 u - 0.1 u' - 0.45 u'' + e   <e^2> = PUSH^2: how hands and robots move a glass, and no more is supposed of them
-//! W- = W + dt^2 g u,  X- = X + W-      g the model's scale of acceleration: X is the place, its second difference g u
-//! Y- = k1 Y + k2 Y' + f                <f^2> = (ASIDE kick)^2 + LIVELY^2 (Y^2 + Y'^2): nobody tells when a hand leaves its
-//!                                      line, and one that has left it is believed to do so again
+//! W- = W + dt^2 g u,  X- = X + W-      g the model's scale of acceleration: X is the position, its second difference g u
+//! Y- = k1 Y + k2 Y' + f                <f^2> = (ASIDE kick)^2 + LIVELY^2 (Y^2 + Y'^2): no sensor reports when a hand leaves its
+//!                                      line, and one that has left it is assumed to do so again
 //!
-//! place of the glass   X     of this frame tells u of the one before, so it is taken before the step
-//! 21 heights           decode_i(x, u) + Y_i + e_i,    <e_i^2> = what the profile says of the point + w d_i
-//! encoder              x and u of the window,   2 b w R and READ^2
+//! position of the glass   X     of this frame determines u of the one before, so it is processed before the step
+//! 21 heights              decode_i(x, u) + Y_i + e_i,    <e_i^2> = the point's own variance + w d_i
+//! encoder                 x and u of the window,   2 b w R and READ^2
 //! ```
 //! an extended Kalman filter (Jazwinski, Stochastic Processes and Filtering Theory, 1970) with an unknown input as part of
-//! the state (Friedland, IEEE Trans. Automat. Control 14 (1969) 359); w, Q, R and d are those of [`crate::uncertainty::error_model`]. It
-//! learns how well the model suits the liquid: what the step misses counts a times, what the encoder misses b times, and
-//! both follow the surprise s, the mean of (z - c.y)^2 over its expectation, in every turn by a factor s^RATE (Mehra, IEEE
-//! Trans. Automat. Control 17 (1972) 693, has why innovations tell the covariances). Where nobody knows how the glass
-//! moves, its place is not taken, and the encoder, which was trained on windows that hold the motion, is not asked.
+//! the state (Friedland, IEEE Trans. Automat. Control 14 (1969) 359); w, Q, R and d are those of
+//! [`crate::uncertainty::error_model`]. It adapts to the liquid: the process noise Q counts a times, the encoder's R counts b
+//! times, and in every turn both follow the mean normalised innovation squared s by a factor s^RATE (Mehra, IEEE Trans.
+//! Automat. Control 17 (1972) 693, has why innovations determine the covariances). Where the motion of the glass is not
+//! observed, its position is not used, and neither is the encoder, which was trained on windows that hold the motion.
 //!
-//! What stands in capitals was chosen on the two validation recordings of the shipped model, on recordings of water,
-//! butter and blood that a correction learns from; ASIDE and LIVELY on one of glycerine moved along a line, one moved as by a
-//! hand (seed 1401), and butter's, the evaluation's unseen one among them, where a larger LIVELY missed its target. The
-//! encoder's R counts twice because it has read the same heights.
+//! The weights of u-, and everything in capitals, are fields of the [`FilterConfig`] in the blob, where their units and
+//! their derivation stand: PUSH `input_noise_std`, ASIDE `lateral_noise_std`, LIVELY `lateral_noise_share`, READ
+//! `encoder_input_std`, RATE `adaptation_rate`; the 2 before R is `encoder_noise_factor`.
 
-use crate::blob::Model;
-use crate::filter::covariance::{ALL, Belief, Column, Measured, Wide};
+use super::covariance::ErrorCovariance;
+use super::state::{STATES, StateIndex, StateMatrix, StateVector};
+use crate::blob::{FilterConfig, Model};
 use crate::latent::generic::{LATENTS, Latent};
-use crate::math::pow;
-use crate::surface::SurfaceProfile;
-use crate::uncertainty::cross_axis::Aside;
-use crate::uncertainty::discrepancy::LEAST_M2;
+use crate::uncertainty::cross_axis::LateralState;
 use crate::uncertainty::error_model::{Covariance, unknown};
 use nalgebra::{Matrix2, SMatrix};
 
 /// Largest glass acceleration that enters the port, as a multiple of the model's scale.
 pub const PORT_LIMIT: f64 = 20.0;
-/// What a push keeps of its last three values.
-const PUSHED: [f64; 3] = [1.4, -0.1, -0.45];
 
-/// Deviation of what comes new to it in a turn, in units of the port, as are the next three.
-const PUSH: f64 = 0.12;
-
-/// Deviation of a push of which nothing is known.
-const ANY_PUSH: f64 = 0.7;
-
-/// Deviation of a push that an IMU or a robot tells.
-const TOLD: f64 = 0.05;
-
-/// Deviation of the push that the encoder reads.
-const READ: f64 = 0.1;
-
-/// Deviation of the tracked place of the glass, mm: 0.007 behind the rendered camera.
-const PLACE_MM: f64 = 0.01;
-
-/// Deviations of a speed, mm a frame, and of a place, mm, of which nothing is known.
-const ANYWHERE: [f64; 2] = [100.0, 1000.0];
-
-/// Deviation of what comes new to the slosh across the line in a turn: in units of the port.
-const ASIDE: f64 = 0.003;
-
-/// And as a share of that slosh.
-const LIVELY: f64 = 0.05;
-
-/// Deviation of the slosh across the line of which nothing is known, mm.
-const ANY_ASIDE_MM: f64 = 1.0;
-
-/// Least variance of what the encoder reads, in its own deviations: of a blob that claims to know.
-const LEAST_READ: f64 = 1e-6;
-
-/// Deviations from what was foretold up to which a height or a reading, and a place, are believed in full.
-const BOUND: [f64; 2] = [5.0, 30.0];
-
-/// How much of its surprise a turn lets through to a and b.
-const RATE: f64 = 0.1;
-
-/// Bounds of a, and of b.
-const STRAY: [f64; 2] = [0.3, 30.0];
-const DOUBT: [f64; 2] = [1.0, 1000.0];
-
-/// Where u, W, X, Y and Y' stand behind the latents.
-const U: usize = LATENTS;
-const W: usize = LATENTS + 3;
-const X: usize = LATENTS + 4;
-const Y: usize = LATENTS + 5;
-const Z: usize = LATENTS + 6;
-
-/// The filter's memory; the latents themselves are the state of the step.
+/// Memory of the filter; the latents themselves are the state of the step.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Filter {
-    belief: Belief,
+    pub(super) covariance: ErrorCovariance,
     /// u, u', u''.
-    push: [f64; 3],
+    pub(super) input: [f64; 3],
     /// W and X, mm.
-    glass: [f64; 2],
+    pub(super) glass_mm: [f64; 2],
     /// Y, Y', mm.
-    aside: [f64; 2],
+    pub(super) lateral_mm: [f64; 2],
     /// a.
-    stray: f64,
+    pub(super) process_noise_scale: f64,
     /// b.
-    doubt: f64,
+    pub(super) measurement_noise_scale: f64,
+    /// Whether the prior is that of the model in use.
+    primed: bool,
 }
 
 impl Default for Filter {
+    /// Returns the reference prior; [`Self::prime`] replaces it by that of the model.
     fn default() -> Self {
-        let still = unknown();
-        let mut belief = Belief::new(Wide::from_fn(|i, j| still.get((i, j)).copied().unwrap_or(0.0)));
-        for index in U..W {
-            belief.set(index, ANY_PUSH * ANY_PUSH);
-        }
-        for index in Y..ALL {
-            belief.set(index, ANY_ASIDE_MM * ANY_ASIDE_MM);
-        }
-        let mut filter =
-            Self { belief, push: [0.0; 3], glass: [0.0; 2], aside: [0.0; 2], stray: 1.0, doubt: 1.0 };
-        filter.misplace();
-        filter
+        Self { primed: false, ..Self::new(&FilterConfig::REFERENCE) }
     }
 }
 
 impl Filter {
-    /// u, the port value of this instant, or of the step to come.
-    pub(crate) fn push(&self) -> f64 {
-        let [now, ..] = self.push;
+    /// Returns the prior: nothing is known of liquid, input and glass.
+    pub(crate) fn new(config: &FilterConfig) -> Self {
+        let latents = unknown();
+        let prior = StateMatrix::from_fn(|i, j| latents.get((i, j)).copied().unwrap_or(0.0));
+        let mut covariance = ErrorCovariance::new(prior);
+        let (input, lateral) = (config.input_prior_std, config.lateral_prior_mm);
+        for index in [StateIndex::Input, StateIndex::InputLag1, StateIndex::InputLag2] {
+            covariance.set_variance(index, input * input);
+        }
+        for index in [StateIndex::Lateral, StateIndex::LateralLag] {
+            covariance.set_variance(index, lateral * lateral);
+        }
+        let mut filter = Self {
+            covariance,
+            input: [0.0; 3],
+            glass_mm: [0.0; 2],
+            lateral_mm: [0.0; 2],
+            process_noise_scale: 1.0,
+            measurement_noise_scale: 1.0,
+            primed: true,
+        };
+        filter.reset_position(config);
+        filter
+    }
+
+    /// Replaces the reference prior by that of the model, once before the first turn: a memory is made without a model.
+    pub(crate) fn prime(&mut self, config: &FilterConfig) {
+        if !self.primed {
+            *self = Self::new(config);
+        }
+    }
+
+    /// u: the input of this instant, or of the step to come.
+    pub(crate) fn input(&self) -> f64 {
+        let [now, ..] = self.input;
         now
     }
 
-    /// Y, and what is known of it.
-    pub(crate) fn aside(&self, model: &Model<'_>) -> Aside {
-        let [yy, yz, zz] = [(Y, Y), (Y, Z), (Z, Z)].map(|(i, j)| 1e-6 * self.belief.at(i, j));
-        Aside {
-            stands_m: self.aside.map(|mm| 1e-3 * mm),
-            p: Matrix2::new(yy, yz, yz, zz),
-            shared: Latent::from_fn(|i, _| 1e-3 * self.belief.at(i, Y)),
-            pushed: 1e-6 * self.pushed_aside(model),
+    /// Y, m.
+    pub(crate) fn lateral_m(&self) -> f64 {
+        let [now, _] = self.lateral_mm;
+        1e-3 * now
+    }
+
+    /// Cross-axis slosh with its error, SI units.
+    pub(crate) fn lateral(&self, model: &Model<'_>) -> LateralState {
+        use StateIndex::{Lateral, LateralLag};
+        let [yy, yz, zz] = [(Lateral, Lateral), (Lateral, LateralLag), (LateralLag, LateralLag)]
+            .map(|(i, j)| 1e-6 * self.covariance.between(i, j));
+        LateralState {
+            amplitude_m: self.lateral_mm.map(|mm| 1e-3 * mm),
+            covariance: Matrix2::new(yy, yz, yz, zz),
+            latent_covariance: Latent::from_fn(|i, _| 1e-3 * self.covariance.at(i, Lateral.index())),
+            noise: 1e-6 * self.lateral_noise_mm2(model),
         }
     }
 
     /// <f^2>, mm2.
-    fn pushed_aside(&self, model: &Model<'_>) -> f64 {
-        let (least, [now, before]) = (ASIDE * 1e3 * model.transverse.kick_m, self.aside);
-        least * least + LIVELY * LIVELY * (now * now + before * before)
+    fn lateral_noise_mm2(&self, model: &Model<'_>) -> f64 {
+        let FilterConfig { lateral_noise_std, lateral_noise_share: share, .. } = model.header.filter;
+        let (least, [now, before]) = (lateral_noise_std * 1e3 * model.cross_axis.kick_m, self.lateral_mm);
+        least * least + share * share * (now * now + before * before)
     }
 
-    /// Y, m.
-    pub(crate) fn aside_m(&self) -> f64 {
-        let [now, _] = self.aside;
-        1e-3 * now
-    }
-
-    /// What the intervals are made of.
+    /// Error covariance as the intervals need it.
     pub(crate) fn covariance(&self) -> Covariance {
         Covariance {
-            latents: SMatrix::from_fn(|i, j| self.belief.at(i, j)),
-            push: self.belief.at(U, U),
-            stray: self.stray,
+            latents: SMatrix::from_fn(|i, j| self.covariance.at(i, j)),
+            input: self.covariance.between(StateIndex::Input, StateIndex::Input),
+            process_noise_scale: self.process_noise_scale,
         }
     }
 
-    /// Forgets where the glass is.
-    pub(crate) fn misplace(&mut self) {
-        self.glass = [0.0; 2];
-        let [speed, place] = ANYWHERE;
-        self.belief.set(W, speed * speed);
-        self.belief.set(X, place * place);
+    /// Forgets the position and the travel of the glass.
+    pub(crate) fn reset_position(&mut self, config: &FilterConfig) {
+        self.glass_mm = [0.0; 2];
+        let (travel, position) = (config.travel_prior_mm, config.position_prior_mm);
+        self.covariance.set_variance(StateIndex::GlassTravel, travel * travel);
+        self.covariance.set_variance(StateIndex::GlassPosition, position * position);
     }
 
-    /// Before the step: the place `x_m` of the glass in the frame behind it.
-    pub(crate) fn place(&mut self, model: &Model<'_>, latent: &mut Latent, x_m: f64) {
-        let (kick, [speed, place]) = (self.kick_mm(model), self.glass);
-        let mut c = Column::zeros();
-        for (index, value) in [(U, kick), (W, 1.0), (X, 1.0)] {
-            if let Some(slot) = c.get_mut(index) {
-                *slot = value;
-            }
-        }
-        let miss = 1e3 * x_m - (place + speed + kick * self.push());
-        let [_, bound] = BOUND;
-        let (moved, _) = self.belief.take(&c, Measured { miss, noise: PLACE_MM * PLACE_MM, bound });
-        self.shift(latent, &moved);
-    }
-
-    /// Before or behind the step: the push `u` of this instant as an IMU or the robot tells it.
-    pub(crate) fn told(&mut self, u: f64) {
-        let [now, ..] = &mut self.push;
+    /// Sets the input `u` of this instant to what an IMU or a robot states, before or behind the step.
+    pub(crate) fn set_known_input(&mut self, config: &FilterConfig, u: f64) {
+        let [now, ..] = &mut self.input;
         *now = u;
-        self.belief.set(U, TOLD * TOLD);
+        self.covariance
+            .set_variance(StateIndex::Input, config.measured_input_std * config.measured_input_std);
     }
 
-    /// The step from a slosh of energy `slosh`, but for the latents themselves.
-    pub(crate) fn predict(&mut self, model: &Model<'_>, slosh: f64) {
-        let kick = self.kick_mm(model);
-        let transposed = self.transposed(model, kick);
-        let missed = self.stray * model.spread.weight(slosh);
-        let aside = self.pushed_aside(model);
-        let noise = |i: usize, j: usize| match model.spread.process.get((i, j)) {
-            Some(q) if i < LATENTS => missed * q,
-            _ if i == U && j == U => PUSH * PUSH,
-            _ if i == Y && j == Y => aside,
+    /// Predicts everything but the latents, from a slosh of energy `latent_energy` in units of H.
+    pub(crate) fn predict(&mut self, model: &Model<'_>, latent_energy: f64) {
+        let config = &model.header.filter;
+        let gain = travel_gain_mm(model);
+        let transposed = transposed_transition(model, gain);
+        let process = self.process_noise_scale * model.error_model.weight(latent_energy);
+        let lateral = self.lateral_noise_mm2(model);
+        let (input_index, lateral_index) = (StateIndex::Input.index(), StateIndex::Lateral.index());
+        let noise = |i: usize, j: usize| match model.error_model.process.get((i, j)) {
+            Some(q) if i < LATENTS => process * q,
+            _ if i == input_index && j == input_index => config.input_noise_std * config.input_noise_std,
+            _ if i == lateral_index && j == lateral_index => lateral,
             _ => 0.0,
         };
-        self.belief.step(&transposed, noise);
-        let [speed, place] = self.glass;
-        let speed = speed + kick * self.push();
-        self.glass = [speed, place + speed];
-        let [now, before, _] = self.push;
-        let next = PUSHED.iter().zip(self.push).map(|(c, u)| c * u).sum();
-        self.push = [next, now, before];
-        self.aside = model.transverse.next(self.aside);
+        self.covariance.step(&transposed, noise);
+        let [travel, position] = self.glass_mm;
+        let travel = travel + gain * self.input();
+        self.glass_mm = [travel, position + travel];
+        let [now, before, _] = self.input;
+        let next = config.input_recursion.iter().zip(self.input).map(|(c, u)| c * u).sum();
+        self.input = [next, now, before];
+        self.lateral_mm = model.cross_axis.next(self.lateral_mm);
     }
 
-    /// G^T: an entry for each number behind the step (column) and before it (row).
-    fn transposed(&self, model: &Model<'_>, kick: f64) -> Wide {
-        let port = model.generic.port * model.generic.dt_s;
-        Wide::from_fn(|before, behind| match (behind, before) {
-            _ if behind < LATENTS && before < LATENTS => {
-                model.spread.transition.get((behind, before)).copied().unwrap_or(0.0)
-            }
-            (_, U) if behind < LATENTS => port.get(behind).copied().unwrap_or(0.0),
-            (U, _) => before.checked_sub(U).and_then(|k| PUSHED.get(k)).copied().unwrap_or(0.0),
-            (W | X, U) => kick,
-            (W, W) | (X, W | X) => 1.0,
-            (Y, Y..) => {
-                before.checked_sub(Y).and_then(|k| model.transverse.keeps.get(k)).copied().unwrap_or(0.0)
-            }
-            (Z, Y) => 1.0,
-            _ if behind > U && behind < W && before + 1 == behind => 1.0,
-            _ => 0.0,
-        })
-    }
-
-    /// dt^2 g, mm: what a unit of the port adds to W.
-    fn kick_mm(&self, model: &Model<'_>) -> f64 {
-        1e3 * model.generic.dt_s * model.generic.dt_s * f64::from(model.header.acceleration_scale)
-    }
-
-    /// Takes the seen heights of `profile`, the surface of a slosh of energy `slosh`; `settled` says whether a and b
-    /// may follow. Whether it came to something finite: if not, all is forgotten.
-    pub(crate) fn heights(
-        &mut self,
-        model: &Model<'_>,
-        latent: &mut Latent,
-        profile: &SurfaceProfile,
-        (slosh, settled): (f64, bool),
-    ) -> bool {
-        let (spread, decoder) = (&model.spread, &model.decoder);
-        let x: [f64; LATENTS] = (*latent).into();
-        let x = x.map(|x| x as f32);
-        let said = decoder.surface(&decoder.coefficients(&x, self.push() as f32));
-        let (slopes, pushed) = (decoder.surface_slope(&x), decoder.pushed());
-        let w = spread.weight(slosh);
-        let (mut moved, mut surprise, mut seen) = (Column::zeros(), 0.0, 0.0);
-        let points = profile.height_m.iter().zip(&profile.variance_m2).zip(&profile.valid);
-        let aside = model.transverse.shape.map(|shape| 1e-3 * shape);
-        let [y, _] = self.aside;
-        let known = said.iter().zip(&pushed).zip(spread.surface_misfit).zip(&aside);
-        for (point, (((z, variance), valid), (((said, f), d), across))) in points.zip(known).enumerate() {
-            if !valid {
-                continue;
-            }
-            let slope = |i: usize| slopes.get(i).and_then(|s| s.get(point));
-            let c = Column::from_fn(|i, _| match slope(i) {
-                Some(slope) => f64::from(*slope),
-                None if i == U => f64::from(*f),
-                None if i == Y => *across,
-                None => 0.0,
-            });
-            let miss = f64::from(*z) - f64::from(*said) - across * y - c.dot(&moved);
-            let noise = f64::from(*variance).max(LEAST_M2) + (w * f64::from(*d)).max(0.0);
-            let [bound, _] = BOUND;
-            let (step, of_one) = self.belief.take(&c, Measured { miss, noise, bound });
-            moved += step;
-            surprise += of_one;
-            seen += 1.0;
-        }
-        if settled && seen > 0.0 {
-            self.stray = follow(self.stray, surprise / seen, STRAY);
-        }
-        self.accept(latent, &moved)
-    }
-
-    /// Takes what the encoder read, behind the heights; else as [`Self::heights`].
-    pub(crate) fn reading(
-        &mut self,
-        model: &Model<'_>,
-        latent: &mut Latent,
-        (read, port): (&Latent, f64),
-        (slosh, settled): (f64, bool),
-    ) -> bool {
-        let whiten = &model.spread.reading;
-        let noise = (2.0 * self.doubt * model.spread.weight(slosh)).max(LEAST_READ);
-        let innovation = whiten * (read - *latent);
-        let (mut moved, mut surprise) = (Column::zeros(), 0.0);
-        let [bound, _] = BOUND;
-        for (row, miss) in whiten.row_iter().zip(innovation.iter()) {
-            let c = Column::from_fn(|i, _| row.get(i).copied().unwrap_or(0.0));
-            let (step, of_one) = self.belief.take(&c, Measured { miss: miss - c.dot(&moved), noise, bound });
-            moved += step;
-            surprise += of_one;
-        }
-        let c = Column::from_fn(|i, _| f64::from(u8::from(i == U)));
-        let miss = port - self.push() - c.dot(&moved);
-        moved += self.belief.take(&c, Measured { miss, noise: READ * READ, bound }).0;
-        if settled {
-            self.doubt = follow(self.doubt, surprise / LATENTS as f64, DOUBT);
-        }
-        self.accept(latent, &moved)
-    }
-
-    /// Moves the estimate, unless that is no number: then all is forgotten.
-    fn accept(&mut self, latent: &mut Latent, moved: &Column) -> bool {
-        let finite = moved.iter().all(|v| v.is_finite()) && self.belief.is_finite();
-        if finite {
-            self.shift(latent, moved);
-        } else {
-            // A hostile blob, or a height that is no number.
-            *self = Self::default();
-        }
-        finite
-    }
-
-    fn shift(&mut self, latent: &mut Latent, moved: &Column) {
+    /// Adds a correction to the estimate; inputs stay within [`PORT_LIMIT`].
+    pub(super) fn shift(&mut self, latent: &mut Latent, moved: &StateVector) {
         let mut moved = moved.iter();
-        let here = latent.iter_mut().chain(&mut self.push).chain(&mut self.glass).chain(&mut self.aside);
-        here.zip(&mut moved).for_each(|(y, step)| *y += step);
-        for u in &mut self.push {
+        let state =
+            latent.iter_mut().chain(&mut self.input).chain(&mut self.glass_mm).chain(&mut self.lateral_mm);
+        state.zip(&mut moved).for_each(|(y, step)| *y += step);
+        for u in &mut self.input {
             *u = u.clamp(-PORT_LIMIT, PORT_LIMIT);
         }
     }
 }
 
-/// `factor` moved by `surprise`, one where the covariances are right, within its bounds.
-fn follow(factor: f64, surprise: f64, [least, most]: [f64; 2]) -> f64 {
-    (factor * pow(surprise.max(f64::MIN_POSITIVE), RATE)).max(least).min(most)
+/// dt^2 g, mm: what a unit of the input adds to the travel W.
+pub(super) fn travel_gain_mm(model: &Model<'_>) -> f64 {
+    1e3 * model.generic.dt_s * model.generic.dt_s * f64::from(model.header.acceleration_scale)
 }
 
-const _: () = assert!(Z + 1 == ALL);
+/// G^T: an entry for each number behind the step (column) and before it (row).
+fn transposed_transition(model: &Model<'_>, travel_gain: f64) -> StateMatrix {
+    use StateIndex::{GlassPosition, GlassTravel, Input, InputLag1, InputLag2, Lateral, LateralLag};
+    let port = model.generic.port * model.generic.dt_s;
+    let [u0, u1, u2] = model.header.filter.input_recursion;
+    let [k1, k2] = model.cross_axis.keeps;
+    StateMatrix::from_fn(|before, behind| match (StateIndex::at(behind), StateIndex::at(before)) {
+        (None, None) => model.error_model.transition.get((behind, before)).copied().unwrap_or(0.0),
+        (None, Some(Input)) => port.get(behind).copied().unwrap_or(0.0),
+        (Some(Input), Some(Input)) => u0,
+        (Some(Input), Some(InputLag1)) => u1,
+        (Some(Input), Some(InputLag2)) => u2,
+        (Some(GlassTravel | GlassPosition), Some(Input)) => travel_gain,
+        (Some(Lateral), Some(Lateral)) => k1,
+        (Some(Lateral), Some(LateralLag)) => k2,
+        (Some(InputLag1), Some(Input)) | (Some(InputLag2), Some(InputLag1)) => 1.0,
+        (Some(GlassTravel | GlassPosition), Some(GlassTravel)) => 1.0,
+        (Some(GlassPosition), Some(GlassPosition)) => 1.0,
+        (Some(LateralLag), Some(Lateral)) => 1.0,
+        _ => 0.0,
+    })
+}
+
+const _: () = assert!(STATES == LATENTS + 3 + 2 + 2, "`Filter::shift` chains all numbers of the state");

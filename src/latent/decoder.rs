@@ -90,6 +90,12 @@ pub struct Decoder<'m> {
     pub surface: Group<'m>,
 }
 
+/// Hidden layers of the trunk behind their ReLU; a unit is silent where it is not above zero.
+pub(super) struct Hidden {
+    pub(super) first: [f32; MAX_TRUNK],
+    pub(super) second: [f32; MAX_TRUNK],
+}
+
 /// Coefficients of every group, a step of the decoder that both outputs share.
 pub type Coefficients = [f32; MAX_COEFFICIENTS];
 
@@ -97,15 +103,25 @@ impl Decoder<'_> {
     /// c of a latent `x` and the port value `u` of the same instant.
     #[must_use]
     pub fn coefficients(&self, x: &[f32; LATENTS], u: f32) -> Coefficients {
+        self.coefficients_behind(&self.hidden(x), x, u)
+    }
+
+    /// Values of both hidden layers of the trunk at a latent `x`.
+    pub(super) fn hidden(&self, x: &[f32; LATENTS]) -> Hidden {
+        let [one, two, _] = &self.trunk;
+        let mut hidden = Hidden { first: [0.0; MAX_TRUNK], second: [0.0; MAX_TRUNK] };
+        one.apply(x, &mut hidden.first);
+        relu(&mut hidden.first);
+        two.apply(&hidden.first, &mut hidden.second);
+        relu(&mut hidden.second);
+        hidden
+    }
+
+    /// [`Self::coefficients`] from the hidden layers at `x`.
+    pub(super) fn coefficients_behind(&self, hidden: &Hidden, x: &[f32; LATENTS], u: f32) -> Coefficients {
         let mut c = [0.0; MAX_COEFFICIENTS];
-        let [one, two, three] = &self.trunk;
-        let mut first = [0.0; MAX_TRUNK];
-        one.apply(x, &mut first);
-        relu(&mut first);
-        let mut second = [0.0; MAX_TRUNK];
-        two.apply(&first, &mut second);
-        relu(&mut second);
-        three.apply(&second, &mut c);
+        let [_, _, three] = &self.trunk;
+        three.apply(&hidden.second, &mut c);
         self.linear.accumulate(x, &mut c);
         for (c, f) in c.iter_mut().zip(self.port) {
             *c += f * u;
@@ -121,37 +137,6 @@ impl Decoder<'_> {
         heights
     }
 
-    /// dz / dx of the 21 heights at a latent `x`, one row a latent, m: the slope of the piece of the trunk that `x` lies on.
-    #[must_use]
-    pub fn surface_slope(&self, x: &[f32; LATENTS]) -> [[f32; POINTS]; LATENTS] {
-        let [one, two, three] = &self.trunk;
-        let (mut first, mut second) = ([0.0; MAX_TRUNK], [0.0; MAX_TRUNK]);
-        one.apply(x, &mut first);
-        relu(&mut first);
-        two.apply(&first, &mut second);
-        // Of the last layer the surface's rows alone.
-        let (last, before) = three.weights.from_row(self.surface.first);
-        let mut slopes = [[0.0; POINTS]; LATENTS];
-        for (latent, slope) in slopes.iter_mut().enumerate() {
-            let mut along = [0.0; LATENTS];
-            if let Some(slot) = along.get_mut(latent) {
-                *slot = 1.0;
-            }
-            let (mut inner, mut outer, mut c) = ([0.0; MAX_TRUNK], [0.0; MAX_TRUNK], [0.0; MAX_COEFFICIENTS]);
-            one.weights.accumulate(&along, &mut inner);
-            bend(&mut inner, &first);
-            two.weights.accumulate(&inner, &mut outer);
-            bend(&mut outer, &second);
-            last.accumulate(&outer, &mut c);
-            let c = c.get_mut(before..).unwrap_or_default();
-            for (row, c) in (self.surface.first..self.linear.rows()).zip(c.iter_mut()) {
-                *c += self.linear.at(row, latent);
-            }
-            self.surface.basis.accumulate(c, slope);
-        }
-        slopes
-    }
-
     /// Mean square of what a unit of the port adds at once to a number of group `index`, SI units squared: the modes are
     /// orthonormal.
     #[must_use]
@@ -160,14 +145,6 @@ impl Decoder<'_> {
         let port = self.port.iter().skip(group.first).take(group.basis.columns());
         let square: f64 = port.map(|&f| f64::from(f) * f64::from(f)).sum();
         square / (group.rest.len().max(1) as f64)
-    }
-
-    /// By how much a unit of the port raises each of the 21 heights at once, m.
-    #[must_use]
-    pub fn pushed(&self) -> [f32; POINTS] {
-        let mut heights = [0.0; POINTS];
-        self.surface.basis.accumulate(self.port.get(self.surface.first..).unwrap_or_default(), &mut heights);
-        heights
     }
 
     /// What the basis of e is multiplied by, (s, s c_e) with s = `heat_j` in joules; zeros behind its columns.
@@ -213,15 +190,6 @@ impl Decoder<'_> {
     pub fn part_len(&self, selection: Selection) -> usize {
         let chosen = self.groups.iter().enumerate().filter(|(index, _)| selection.holds(*index));
         chosen.map(|(_, group)| group.rest.len()).sum()
-    }
-}
-
-/// The slope of relu behind sums `at`: nothing passes where these are not positive.
-fn bend(slope: &mut [f32], at: &[f32]) {
-    for (slope, at) in slope.iter_mut().zip(at) {
-        if *at <= 0.0 {
-            *slope = 0.0;
-        }
     }
 }
 

@@ -4,5 +4,6 @@ pub mod decoder;
 pub mod encoder;
 pub mod generic;
 pub(crate) mod linalg;
+pub mod linearisation;
 pub mod nn;
 pub mod window;

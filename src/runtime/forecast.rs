@@ -1,4 +1,4 @@
-//! Where the surface goes next, how far that may be off, and when it stands highest.
+//! Forecasts of the surface with their half-widths, and its next crest.
 //!
 //! The GENERIC step is repeated from the present estimate without a measurement, under the accelerations that are
 //! planned for the glass. Where no plan reaches, nobody knows what the hand or the robot will do, and the glass is
@@ -9,6 +9,7 @@ use super::memory::Memory;
 use crate::blob::Model;
 use crate::latent::generic::{LATENTS, State};
 use crate::surface::POINTS;
+use crate::uncertainty::error_model::Horizon;
 
 /// The surface some turns from now.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -32,12 +33,12 @@ pub struct Crest {
     pub spills: bool,
 }
 
-/// The decoder's surface of `state` with a slosh of `aside_m` across the line, m.
-fn surface(model: &Model<'_>, state: &State, aside_m: f64) -> [f32; POINTS] {
+/// The decoder's surface of `state` with a cross-axis slosh of amplitude `lateral_m`, m.
+fn surface(model: &Model<'_>, state: &State, lateral_m: f64) -> [f32; POINTS] {
     let latent: [f64; LATENTS] = state.latent.into();
     let coefficients = model.decoder.coefficients(&latent.map(|x| x as f32), 0.0);
     let mut surface_m = model.decoder.surface(&coefficients);
-    model.transverse.raise(&mut surface_m, aside_m);
+    model.cross_axis.raise(&mut surface_m, lateral_m);
     if let Some(lens) = &model.lens {
         lens.raise(&mut surface_m);
     }
@@ -51,32 +52,31 @@ fn port(model: &Model<'_>, plan: &[f64], ahead: usize) -> f64 {
     gain * planned / f64::from(model.header.acceleration_scale)
 }
 
-/// Half-widths of the surface `frames` turns after what `memory` holds, when the motion of the glass is planned for the first
-/// `planned` of them, m.
-fn half_m(model: &Model<'_>, memory: &Memory, frames: usize, planned: usize) -> [f32; POINTS] {
-    let mut aside = memory.filter.aside(model);
-    for _ in 0..frames {
-        model.transverse.step(&mut aside);
+/// Half-widths of the surface at `horizon` after what `memory` holds, m.
+fn half_m(model: &Model<'_>, memory: &Memory, horizon: Horizon) -> [f32; POINTS] {
+    let mut lateral = memory.filter.lateral(model);
+    for _ in 0..horizon.frames {
+        model.cross_axis.step(&mut lateral);
     }
-    let raised = model.transverse.variance(&aside, &model.spread.surface);
-    let slosh = model.generic.potential.value(&memory.state.latent);
+    let lateral = model.cross_axis.variance(&lateral, &model.error_model.surface);
+    let latent_energy = model.generic.potential.value(&memory.state.latent);
     let covariance = memory.filter.covariance();
-    model.spread.ahead(covariance, &model.generic, slosh, &raised, (frames, planned))
+    model.error_model.ahead(&covariance, &model.generic, latent_energy, &lateral, horizon)
 }
 
 impl Forecast {
     /// The surface `frames` turns after what `memory` holds. `plan` has the accelerations along x of the turns to
-    /// come, m/s2, the next one first, each as `before` of [`super::Drive::Known`]; an empty one plans nothing.
+    /// come, m/s2, the next one first, each as `before` of [`super::InputSource::Measured`]; an empty one plans nothing.
     #[must_use]
     pub fn new(model: &Model<'_>, memory: &Memory, frames: usize, plan: &[f64]) -> Self {
-        let (mut state, mut aside) = (memory.state, memory.filter.aside(model).stands_m);
+        let (mut state, mut lateral) = (memory.state, memory.filter.lateral(model).amplitude_m);
         for ahead in 0..frames {
             model.generic.step(&mut state, port(model, plan, ahead));
-            aside = model.transverse.next(aside);
+            lateral = model.cross_axis.next(lateral);
         }
-        let [aside_m, _] = aside;
-        let half_m = half_m(model, memory, frames, plan.len());
-        Self { surface_m: surface(model, &state, aside_m), half_m }
+        let [lateral_m, _] = lateral;
+        let half_m = half_m(model, memory, Horizon { frames, planned: plan.len() });
+        Self { surface_m: surface(model, &state, lateral_m), half_m }
     }
 }
 
@@ -93,18 +93,19 @@ impl Crest {
             let points = heights.iter().copied().enumerate();
             points.fold((0, f32::NEG_INFINITY), |best, point| if point.1 > best.1 { point } else { best })
         };
-        let (mut state, mut aside) = (memory.state, memory.filter.aside(model).stands_m);
-        let [aside_m, _] = aside;
-        let mut last = highest(&surface(model, &state, aside_m));
+        let (mut state, mut lateral) = (memory.state, memory.filter.lateral(model).amplitude_m);
+        let [lateral_m, _] = lateral;
+        let mut last = highest(&surface(model, &state, lateral_m));
         let mut rose = false;
         for ahead in 0..frames {
             model.generic.step(&mut state, port(model, plan, ahead));
-            aside = model.transverse.next(aside);
-            let [aside_m, _] = aside;
-            let now = highest(&surface(model, &state, aside_m));
+            lateral = model.cross_axis.next(lateral);
+            let [lateral_m, _] = lateral;
+            let now = highest(&surface(model, &state, lateral_m));
             if rose && now.1 < last.1 {
                 let lead = if plan.len() < ahead { frames } else { ahead };
-                let half_m = half_m(model, memory, lead, plan.len()).get(last.0).copied().unwrap_or(0.0);
+                let horizon = Horizon { frames: lead, planned: plan.len() };
+                let half_m = half_m(model, memory, horizon).get(last.0).copied().unwrap_or(0.0);
                 let spills = f64::from(last.1 + half_m) >= model.header.rim_m;
                 return Some(Self { frames: ahead, height_m: last.1, half_m, spills });
             }

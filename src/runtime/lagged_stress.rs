@@ -1,6 +1,6 @@
-//! What a frame tells of the one before it.
+//! One-step smoothing of sigma: a frame puts the stresses of the one before it right.
 //!
-//! The place of the glass tells its acceleration a frame late (three places make a second difference), and the inertial part
+//! The position of the glass gives its acceleration a frame late (three positions make a second difference), and the inertial part
 //! of sigma follows the acceleration at once. Who can wait for a frame has half of the error:
 //! ```text
 //! sigma(t - dt) = decode(x(t - dt), u(t - dt) as the frame at t tells it)
@@ -8,7 +8,7 @@
 //! Behind a camera alone sigma of the shipped recording misses by 19 %, a frame late by 9 % (`meniscus run --patient`). Where an
 //! IMU or a robot's command tells the acceleration there is nothing to wait for.
 
-use super::estimator::Estimate;
+use super::estimate::Estimate;
 use crate::blob::Model;
 use crate::latent::decoder::{STRESS_GROUP, Selection};
 

@@ -1,15 +1,16 @@
-//! What changes from turn to turn, and the mode that it leads to.
+//! State of the estimator from turn to turn, and the mode that it leads to.
 
-use super::estimator::Drive;
 use super::mode::Mode;
 use super::motion::{CARRY_FRAMES, Motion};
+use super::turn_input::InputSource;
+use crate::blob::FilterConfig;
 use crate::filter::Filter;
 use crate::latent::generic::{Latent, State};
 use crate::latent::window::Window;
 use crate::runtime::health::{Health, count};
 use crate::surface::SurfaceProfile;
 
-/// What the estimator remembers from turn to turn.
+/// State of the estimator from turn to turn. One memory belongs to one model.
 #[derive(Clone, Debug, Default)]
 pub struct Memory {
     pub(super) window: Window,
@@ -25,33 +26,40 @@ pub struct Memory {
 }
 
 impl Memory {
-    /// `drive`, or nothing known where the sides of the glass have not been seen for longer than an acceleration is
-    /// carried on.
-    pub(super) fn known(&mut self, drive: Drive, profile: Option<&SurfaceProfile>) -> Drive {
+    /// Returns `source`, or [`InputSource::Unobserved`] where the sides of the glass have not been seen for longer than an
+    /// acceleration is carried on.
+    pub(super) fn resolve_source(
+        &mut self,
+        source: InputSource,
+        profile: Option<&SurfaceProfile>,
+    ) -> InputSource {
         if let Some(profile) = profile {
             self.unseen = if profile.glass_x_m.is_some() { 0 } else { self.unseen.saturating_add(1) };
         }
-        if drive == Drive::Seen && self.unseen > CARRY_FRAMES { Drive::Unknown } else { drive }
+        if source == InputSource::Tracked && self.unseen > CARRY_FRAMES {
+            return InputSource::Unobserved;
+        }
+        source
     }
 
-    /// Y: how high the liquid stands, at the nearest point of the glass, by its slosh across the line, m
+    /// Y: amplitude of the cross-axis slosh, at the point of the glass nearest to the camera, m
     /// ([`crate::uncertainty::cross_axis`]).
     #[must_use]
-    pub fn aside_m(&self) -> f64 {
-        self.filter.aside_m()
+    pub fn lateral_m(&self) -> f64 {
+        self.filter.lateral_m()
     }
 
     /// Moves to the mode of this turn and counts it.
-    pub(super) fn settle(&mut self, measured: bool) {
+    pub(super) fn update_mode(&mut self, config: &FilterConfig, measured: bool) {
         self.missed = if measured { 0 } else { self.missed.saturating_add(1) };
         let next = self.mode.next(measured, self.missed);
         if next == Mode::Halted && self.mode != Mode::Halted {
-            // What comes back after a long gap has nothing to do with what was.
+            // After a long gap the liquid has nothing to do with the state that was left.
             self.window.clear();
             self.motion = Motion::default();
             self.state.latent = Latent::zeros();
             self.state.held = Default::default();
-            self.filter = Filter::default();
+            self.filter = Filter::new(config);
         }
         self.mode = next;
         count(match next {

@@ -1,7 +1,20 @@
-//! The 60 Hz turn: observe, predict, correct, decode, inside a budget, in a mode that says what the
-//! estimate is worth.
+//! The 60 Hz turn: predict, correct, decode, inside a budget, in a mode that says how valid the estimate is.
+//!
+//! | file | purpose |
+//! |---|---|
+//! | `turn_input`, `estimate` | input and result of a turn |
+//! | `estimator` | the turn as a list of its stages |
+//! | `predict`, `correct`, `decode` | the stages |
+//! | `memory`, `motion`, `mode`, [`health`] | state from turn to turn |
+//! | `budget` | deadline and times of the stages |
+//! | `profile_sensor`, `tracker` | payloads to profiles, and to turns |
+//! | `forecast`, `lagged_stress` | surface ahead, stresses one frame late |
+//! | [`output`] | bytes of an estimate |
 
 mod budget;
+mod correct;
+mod decode;
+mod estimate;
 mod estimator;
 mod forecast;
 pub mod health;
@@ -10,11 +23,14 @@ mod memory;
 mod mode;
 mod motion;
 pub mod output;
+mod predict;
 mod profile_sensor;
 mod tracker;
+mod turn_input;
 
 pub use budget::{Clock, DEADLINE_US, Stages};
-pub use estimator::{Drive, Estimate, Estimator, POINTS_NEEDED};
+pub use estimate::Estimate;
+pub use estimator::{Estimator, POINTS_NEEDED};
 pub use forecast::{Crest, Forecast};
 pub use lagged_stress::sigma_before;
 pub use memory::Memory;
@@ -22,3 +38,4 @@ pub use mode::{COAST_LIMIT, Mode};
 pub use motion::Motion;
 pub use profile_sensor::{Eye, Sight};
 pub use tracker::{Tracker, Turn};
+pub use turn_input::{InputSource, TurnInput};

@@ -42,7 +42,8 @@ impl<'b> Eye<'b> {
         config: surface::Config,
         depth: &'b mut [u8],
         rectifier: Rectifier,
-        (colour, grey): (&'b mut [u8], &'b mut [u8]),
+        colour: &'b mut [u8],
+        grey: &'b mut [u8],
     ) -> Self {
         Self::with(config, depth, OutlineAssembler::colour(rectifier, colour, grey))
     }

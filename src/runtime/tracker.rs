@@ -4,9 +4,11 @@
 //! been taken is stale and is not used. Time is the camera's; its frame counter may skip or restart.
 
 use super::budget::Clock;
-use super::estimator::{Drive, Estimate, Estimator};
+use super::estimate::Estimate;
+use super::estimator::Estimator;
 use super::memory::Memory;
 use super::mode::COAST_LIMIT;
+use super::turn_input::{InputSource, TurnInput};
 use crate::runtime::health::count;
 use crate::runtime::profile_sensor::{Eye, Sight};
 use crate::surface::{NotSeen, SurfaceProfile};
@@ -53,24 +55,13 @@ impl<'m, 'b> Tracker<'m, 'b> {
     }
 
     /// Takes one payload. Every turn that it leads to goes to `turn`, with the full field if that
-    /// is fresh: one for each frame that is missing before it, then its own.
+    /// is fresh: one for each frame that is missing before it, then its own. `source` gives the motion of the glass at the
+    /// instant of each turn; [`InputSource::tracked`] where the camera alone knows it.
     pub fn accept<C: Clock>(
         &mut self,
         stream: Stream,
         payload: &[u8],
-        clock: &mut C,
-        field: &mut [f32],
-        turn: impl FnMut(&Turn, &[f32]),
-    ) {
-        self.accept_driven(stream, payload, |_| Drive::Seen, clock, field, turn);
-    }
-
-    /// [`Self::accept`] with the motion of the glass from `drive`, which is asked for the instant of each turn.
-    pub fn accept_driven<C: Clock>(
-        &mut self,
-        stream: Stream,
-        payload: &[u8],
-        drive: impl Fn(Micros) -> Drive,
+        source: impl Fn(Micros) -> InputSource,
         clock: &mut C,
         field: &mut [f32],
         mut turn: impl FnMut(&Turn, &[f32]),
@@ -82,31 +73,28 @@ impl<'m, 'b> Tracker<'m, 'b> {
         for ago in (1..=missing.min(u64::from(COAST_LIMIT) + 1)).rev() {
             count(&mut self.memory.health.frames_missing);
             let time = Micros(time.0.saturating_sub(ago.saturating_mul(INTERVAL_US)));
-            let estimate = self.estimator.driven(&mut self.memory, None, drive(time), 0, clock, &mut []);
+            let input = TurnInput { source: source(time), ..TurnInput::default() };
+            let estimate = self.estimator.turn(&mut self.memory, input, clock, &mut []);
             turn(&Turn { time, stamp: None, sight: None, estimate }, &[]);
         }
         self.now = Some(time);
-        let estimate = self.seen(&sight, drive(time), clock, field);
+        let estimate = self.seen(&sight, source(time), clock, field);
         turn(&Turn { time, stamp: Some(sight.stamp), sight: Some(sight.profile), estimate }, field);
     }
 
     /// Takes a turn without a frame: call it when an interval has passed in silence. Before the
-    /// first frame there is nothing to predict, and `None` comes back.
-    pub fn silence<C: Clock>(&mut self, clock: &mut C, field: &mut [f32]) -> Option<Turn> {
-        self.silence_driven(|_| Drive::Seen, clock, field)
-    }
-
-    /// [`Self::silence`] with the motion of the glass from `drive`.
-    pub fn silence_driven<C: Clock>(
+    /// first frame there is nothing to predict, and `None` comes back. `source` is that of [`Self::accept`].
+    pub fn silence<C: Clock>(
         &mut self,
-        drive: impl Fn(Micros) -> Drive,
+        source: impl Fn(Micros) -> InputSource,
         clock: &mut C,
         field: &mut [f32],
     ) -> Option<Turn> {
         let time = Micros(self.now?.0.saturating_add(INTERVAL_US));
         self.now = Some(time);
         count(&mut self.memory.health.frames_missing);
-        let estimate = self.estimator.driven(&mut self.memory, None, drive(time), 0, clock, field);
+        let input = TurnInput { source: source(time), ..TurnInput::default() };
+        let estimate = self.estimator.turn(&mut self.memory, input, clock, field);
         Some(Turn { time, stamp: None, sight: None, estimate })
     }
 
@@ -128,11 +116,18 @@ impl<'m, 'b> Tracker<'m, 'b> {
     }
 
     /// The turn of a frame.
-    fn seen<C: Clock>(&mut self, sight: &Sight, drive: Drive, clock: &mut C, field: &mut [f32]) -> Estimate {
+    fn seen<C: Clock>(
+        &mut self,
+        sight: &Sight,
+        source: InputSource,
+        clock: &mut C,
+        field: &mut [f32],
+    ) -> Estimate {
         if sight.profile.is_err() {
             count(&mut self.memory.health.not_seen);
         }
         let profile = sight.profile.as_ref().ok();
-        self.estimator.driven(&mut self.memory, profile, drive, sight.surface_us, clock, field)
+        let input = TurnInput { profile, source, surface_us: sight.surface_us };
+        self.estimator.turn(&mut self.memory, input, clock, field)
     }
 }

@@ -1,14 +1,14 @@
-//! The slosh across the line that the model was trained on.
+//! Cross-axis mode: slosh across the line along which the model was trained.
 //!
-//! A glass is round, so what the liquid does away from the camera and back it does as along x: the first antisymmetric
-//! mode, J1(1.84 r / R) times cosine or sine of the azimuth (Ibrahim, Liquid Sloshing Dynamics, 2005), rings alike in both,
-//! and on the wall that faces the camera, y = -R sqrt(1 - s^2), it stands as
+//! A glass is round, so the liquid moves towards the camera and back as it moves along x: the first antisymmetric
+//! mode, J1(1.84 r / R) times cosine or sine of the azimuth (Ibrahim, Liquid Sloshing Dynamics, 2005), rings alike in both.
+//! On the wall that faces the camera, y = -R sqrt(1 - s^2), it stands as
 //!
 //! ```text
 //! along x: z - h = A s        across it: z - h = Y sqrt(1 - s^2),     s = x / R
 //! ```
 //! A(n), the slope of the surface after one unit of the port, is read off the model's own linearised step, and the
-//! numbers k1, k2 of Y(n+1) = k1 Y(n) + k2 Y(n-1) + f are those that foretell it best.
+//! numbers k1, k2 of Y(n+1) = k1 Y(n) + k2 Y(n-1) + f are those that predict it best.
 
 use crate::latent::generic::{LATENTS, Latent};
 use crate::math::sqrt;
@@ -18,12 +18,12 @@ use nalgebra::{Matrix2, SMatrix};
 /// Turns after which the higher modes of a response have died out.
 const SETTLED: usize = 8;
 
-/// Turns behind them that are foretold: half a second, nearly two periods of the first mode of the trained glass (3.6 Hz).
+/// Turns behind them that are predicted: half a second, nearly two periods of the first mode of the trained glass (3.6 Hz).
 const TURNS: usize = 30;
 
 /// The first mode across the line.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Transverse {
+pub struct CrossAxisMode {
     /// sqrt(1 - s^2) at the profile's points.
     pub shape: [f64; POINTS],
     /// k1, k2.
@@ -32,20 +32,20 @@ pub struct Transverse {
     pub kick_m: f64,
 }
 
-/// What is known of Y at an instant, and of how well it is known.
+/// Cross-axis amplitude at an instant, with its error.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Aside {
+pub(crate) struct LateralState {
     /// Y now and the turn before, m.
-    pub(crate) stands_m: [f64; 2],
+    pub(crate) amplitude_m: [f64; 2],
     /// Covariance of their errors, m2.
-    pub(crate) p: Matrix2<f64>,
+    pub(crate) covariance: Matrix2<f64>,
     /// Covariance of the error of Y with those of the latents, m.
-    pub(crate) shared: Latent,
+    pub(crate) latent_covariance: Latent,
     /// <f^2>, m2.
-    pub(crate) pushed: f64,
+    pub(crate) noise: f64,
 }
 
-impl Transverse {
+impl CrossAxisMode {
     /// The mode of a model whose latents move by `kick` (`B dt`) under one unit of the port and by `transition` in a turn
     /// about rest, and whose surface moves with them by `surface`, m; one that forgets at once where no mode dies out.
     pub(crate) fn of(
@@ -81,41 +81,46 @@ impl Transverse {
         Self { shape, keeps, kick_m }
     }
 
-    /// Adds a slosh of `aside_m` across the line to a surface, m.
-    pub fn raise(&self, surface_m: &mut [f32; POINTS], aside_m: f64) {
-        surface_m.iter_mut().zip(self.shape).for_each(|(z, shape)| *z += (aside_m * shape) as f32);
+    /// Adds a cross-axis slosh of amplitude `lateral_m` to a surface, m.
+    pub fn raise(&self, surface_m: &mut [f32; POINTS], lateral_m: f64) {
+        surface_m.iter_mut().zip(self.shape).for_each(|(z, shape)| *z += (lateral_m * shape) as f32);
     }
 
-    /// `profile` without a slosh of `aside_m` across the line, m.
+    /// Returns `profile` without a cross-axis slosh of amplitude `lateral_m`, m.
     #[must_use]
-    pub fn in_line(&self, profile: &SurfaceProfile, aside_m: f64) -> SurfaceProfile {
+    pub fn in_line(&self, profile: &SurfaceProfile, lateral_m: f64) -> SurfaceProfile {
         let mut out = *profile;
-        self.raise(&mut out.height_m, -aside_m);
+        self.raise(&mut out.height_m, -lateral_m);
         out
     }
 
-    /// Y of the next turn and of this one, from this one and the one before.
+    /// Returns Y of the next turn and of this one, from `amplitudes` of this one and the one before.
     #[must_use]
-    pub fn next(&self, [now, before]: [f64; 2]) -> [f64; 2] {
-        let [k1, k2] = self.keeps;
+    pub fn next(&self, amplitudes: [f64; 2]) -> [f64; 2] {
+        let ([now, before], [k1, k2]) = (amplitudes, self.keeps);
         [k1 * now + k2 * before, now]
     }
 
-    /// A turn without a measurement; what is known of the latents beside it is no longer shared.
-    pub(crate) fn step(&self, aside: &mut Aside) {
-        aside.stands_m = self.next(aside.stands_m);
+    /// Moves `state` by a turn without a measurement; its error no longer goes with that of the latents.
+    pub(crate) fn step(&self, state: &mut LateralState) {
+        state.amplitude_m = self.next(state.amplitude_m);
         let [k1, k2] = self.keeps;
         let keeps = Matrix2::new(k1, k2, 1.0, 0.0);
-        aside.p = keeps * aside.p * keeps.transpose() + Matrix2::new(aside.pushed, 0.0, 0.0, 0.0);
-        aside.shared = Latent::zeros();
+        let noise = Matrix2::new(state.noise, 0.0, 0.0, 0.0);
+        state.covariance = keeps * state.covariance * keeps.transpose() + noise;
+        state.latent_covariance = Latent::zeros();
     }
 
-    /// What Y adds to the variance of the heights whose slopes along the latents are `surface`, m2.
-    pub(crate) fn variance(&self, aside: &Aside, surface: &SMatrix<f64, LATENTS, POINTS>) -> [f64; POINTS] {
-        let own = aside.p.get((0, 0)).copied().unwrap_or(0.0);
+    /// Returns the part of Y in the variance of the heights whose slopes along the latents are `surface`, m2.
+    pub(crate) fn variance(
+        &self,
+        state: &LateralState,
+        surface: &SMatrix<f64, LATENTS, POINTS>,
+    ) -> [f64; POINTS] {
+        let own = state.covariance.get((0, 0)).copied().unwrap_or(0.0);
         let mut out = [0.0; POINTS];
         for ((out, shape), row) in out.iter_mut().zip(self.shape).zip(surface.column_iter()) {
-            *out = shape * (shape * own + 2.0 * row.dot(&aside.shared));
+            *out = shape * (shape * own + 2.0 * row.dot(&state.latent_covariance));
         }
         out
     }
@@ -138,7 +143,7 @@ mod tests {
     use crate::math::{exp, sincos};
 
     /// Two latents turn and decay as z = exp((-b + i w) n); the first is the slope.
-    fn ringing(decay: f64, turn: f64) -> Transverse {
+    fn ringing(decay: f64, turn: f64) -> CrossAxisMode {
         let (sin, cos) = sincos(turn);
         let rho = exp(-decay);
         let transition = SMatrix::from_fn(|i, j| match (i, j) {
@@ -149,7 +154,7 @@ mod tests {
         });
         let surface = SMatrix::from_fn(|i, point| if i == 0 { profile_abscissa(point) } else { 0.0 });
         let kick = Latent::from_fn(|i, _| if i == 1 { 1e-3 } else { 0.0 });
-        Transverse::of(kick, &transition, &surface)
+        CrossAxisMode::of(kick, &transition, &surface)
     }
 
     #[test]
@@ -166,7 +171,7 @@ mod tests {
     #[test]
     fn what_would_ring_ever_louder_or_not_at_all_is_forgotten() {
         assert_eq!(ringing(-0.01, 0.35).keeps, [0.0; 2]);
-        let still = Transverse::of(Latent::zeros(), &SMatrix::identity(), &SMatrix::zeros());
+        let still = CrossAxisMode::of(Latent::zeros(), &SMatrix::identity(), &SMatrix::zeros());
         assert_eq!((still.keeps, still.kick_m), ([0.0; 2], 0.0));
     }
 
@@ -177,15 +182,19 @@ mod tests {
         let mut surface = [0.07; POINTS];
         mode.raise(&mut surface, 2e-3);
         assert!((surface[10] - 0.072).abs() < 1e-6 && surface[0] < 0.0710);
-        let mut aside =
-            Aside { stands_m: [2e-3; 2], p: Matrix2::zeros(), shared: Latent::zeros(), pushed: 1e-10 };
+        let mut aside = LateralState {
+            amplitude_m: [2e-3; 2],
+            covariance: Matrix2::zeros(),
+            latent_covariance: Latent::zeros(),
+            noise: 1e-10,
+        };
         let mut last = 0.0;
         for _ in 0..200 {
             mode.step(&mut aside);
-            let own = aside.p.m11;
+            let own = aside.covariance.m11;
             assert!(own >= last * (1.0 - 1e-9), "{own} after {last}");
             last = own;
         }
-        assert!(aside.stands_m[0].abs() < 1e-6 && last < 1e-8, "{aside:?}");
+        assert!(aside.amplitude_m[0].abs() < 1e-6 && last < 1e-8, "{aside:?}");
     }
 }

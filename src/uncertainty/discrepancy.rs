@@ -1,19 +1,19 @@
-//! What the decoder misses of the heights that were seen.
+//! Discrepancy of the decoder's surface from the heights that were seen.
 //!
 //! A liquid that the model was not trained on stands in shapes that thirteen latents do not decode to. With S the decoder's
-//! surface, e what it misses of a height, and z what the camera measured of it,
+//! surface, e its error at a height, and z the camera's measurement of that height,
 //!
 //! ```text
 //! z = S(x) + e + noise,   <e^2> = w d,   <noise^2> = r
 //! e^ = s (z - S(x)),      s = w d / (w d + r),      <(e - e^)^2> = (1 - s) w d
 //! ```
 //! (the discrepancy of a model: Kennedy and O'Hagan, J. R. Stat. Soc. B 63 (2001) 425; w, d and r are those of
-//! [`crate::uncertainty::error_model`]). The filter counts e as noise, so that the latents do not run after what they cannot say; here it is put
-//! back on the surface. It is a view of the surface and no more: no part of the field moves with it, nothing is foretold from
-//! it, and where a height was not seen there is none. A model on its own liquid has next to none either.
+//! [`crate::uncertainty::error_model`]). The filter counts e as noise, so that the latents do not run after what they cannot say; here it is added
+//! to the surface. It changes the surface alone: no part of the field moves with it, no forecast uses it, and where a height
+//! was not seen there is none. A model on its own liquid has next to none either.
 
 use crate::surface::{POINTS, SurfaceProfile};
-use crate::uncertainty::error_model::Spread;
+use crate::uncertainty::error_model::ErrorModel;
 
 /// Least variance of a measured height, m2: that of 0.1 mm.
 pub const LEAST_M2: f64 = 1e-8;
@@ -26,21 +26,21 @@ impl Discrepancy {
     /// Of no measurement.
     pub const NONE: Self = Self([0.0; POINTS]);
 
-    /// Of what `profile` has seen, under a slosh of energy `slosh`, in units of H.
+    /// Returns s of the heights in `profile`, under a slosh of energy `latent_energy` in units of H.
     #[must_use]
-    pub fn of(spread: &Spread<'_>, profile: &SurfaceProfile, slosh: f64) -> Self {
-        let (w, mut shares) = (spread.weight(slosh), [0.0; POINTS]);
-        let points = profile.valid.iter().zip(&profile.variance_m2).zip(spread.surface_misfit);
+    pub fn of(errors: &ErrorModel<'_>, profile: &SurfaceProfile, latent_energy: f64) -> Self {
+        let (w, mut shares) = (errors.weight(latent_energy), [0.0; POINTS]);
+        let points = profile.valid.iter().zip(&profile.variance_m2).zip(errors.surface_misfit);
         for (share, ((valid, variance), d)) in shares.iter_mut().zip(points) {
             let (missed, noise) = ((w * f64::from(*d)).max(0.0), f64::from(*variance).max(LEAST_M2));
             let of_both = missed / (missed + noise);
-            // A hostile blob may miss infinitely much.
+            // The misfit may overflow in a hostile blob.
             *share = if *valid && of_both.is_finite() { of_both } else { 0.0 };
         }
         Self(shares)
     }
 
-    /// Puts e^ on the decoder's surface.
+    /// Adds e^ to the decoder's surface.
     pub fn put_back(&self, surface_m: &mut [f32; POINTS], profile: &SurfaceProfile) {
         let points = self.0.iter().zip(&profile.height_m);
         for (z, (share, measured)) in surface_m.iter_mut().zip(points) {
@@ -51,7 +51,7 @@ impl Discrepancy {
         }
     }
 
-    /// 1 - s: what is left of w d at every height.
+    /// 1 - s: remaining share of w d at every height.
     pub(crate) fn left(&self) -> [f64; POINTS] {
         self.0.map(|share| 1.0 - share)
     }
@@ -60,7 +60,7 @@ impl Discrepancy {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::uncertainty::error_model::tests::spread;
+    use crate::uncertainty::error_model::tests::error_model;
     use crate::units::Micros;
 
     fn profile() -> SurfaceProfile {
@@ -81,8 +81,8 @@ mod tests {
     /// d = 1e-8 m2 under w = 4 is as much as the noise: half of what was missed comes back, and half of its variance is left.
     #[test]
     fn what_is_as_large_as_the_noise_comes_back_by_half() {
-        let (spread, profile) = (spread(), profile());
-        let shares = Discrepancy::of(&spread, &profile, 4.0 - spread.weight(0.0));
+        let (errors, profile) = (error_model(), profile());
+        let shares = Discrepancy::of(&errors, &profile, 4.0 - errors.weight(0.0));
         let mut surface_m = [0.070; POINTS];
         shares.put_back(&mut surface_m, &profile);
         assert!((surface_m[7] - 0.071).abs() < 1e-6, "{}", surface_m[7]);
@@ -94,9 +94,9 @@ mod tests {
     /// alone, w d, and than the measurement alone, r.
     #[test]
     fn what_is_left_is_as_much_as_is_said() {
-        let (spread, mut profile) = (spread(), profile());
+        let (errors, mut profile) = (error_model(), profile());
         profile.variance_m2 = [9e-8; POINTS];
-        let shares = Discrepancy::of(&spread, &profile, 4.0 - spread.weight(0.0));
+        let shares = Discrepancy::of(&errors, &profile, 4.0 - errors.weight(0.0));
         let mut bits = 1_u64;
         let mut draw = || {
             // The sum of twelve uniform numbers is near a Gaussian of deviation one.
@@ -124,9 +124,9 @@ mod tests {
     /// What a hostile blob says is not believed.
     #[test]
     fn what_is_no_number_comes_back_nowhere() {
-        let spread = Spread { surface_misfit: &[f32::INFINITY; POINTS], ..spread() };
+        let errors = ErrorModel { surface_misfit: &[f32::INFINITY; POINTS], ..error_model() };
         let mut surface_m = [0.070; POINTS];
-        Discrepancy::of(&spread, &profile(), 1.0).put_back(&mut surface_m, &profile());
+        Discrepancy::of(&errors, &profile(), 1.0).put_back(&mut surface_m, &profile());
         assert_eq!(surface_m, [0.070; POINTS]);
     }
 }

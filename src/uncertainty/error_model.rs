@@ -1,39 +1,40 @@
-//! How far an estimate may be off: half-widths that hold nine times out of ten, from the covariance P of the error that
-//! the filter carries (`runtime::filter`).
+//! Half-widths of an estimate that hold nine times out of ten, from the error covariance P of the filter
+//! (`crate::filter`).
 //!
 //! ```text
 //! half = k sqrt(J P J^T + y + (1 - s) w d + g^2)     of a height; of a field group without y, s and g, the mean over its numbers
 //! P-   = A P A^T + a w Q + m dt^2 B B^T      of a forecast, turn by turn; m = 1 where the motion is not planned, else 0
 //! ```
-//! A is the closed step linearised about rest, Q the covariance of what the step misses, R that of what the encoder
-//! misses, d what the decoder misses, each for a unit of w = floor + H(x): a livelier slosh is known less well; g is what is
-//! missed of a surface at rest, which no slosh explains, y what a slosh across the line adds ([`crate::uncertainty::cross_axis`]), s the share
-//! of w d that a measured height takes back ([`crate::uncertainty::discrepancy`]); a is what the filter has found of late of how well the step
-//! suits the liquid. The errors are neither white nor Gaussian, so P only says how they spread over points and time; the size is put right by k, the 90 % quantile of |error| / half found on
-//! recordings held out (split conformal: Lei et al., J. Am. Stat. Assoc. 113 (2018) 1094).
+//! A is the closed step linearised about rest. Q is the covariance of the step's error, R that of the encoder's, d the
+//! variance of the decoder's, each for a unit of w = floor + H(x): a livelier slosh is known less well. g is the error at a
+//! surface at rest, which no slosh explains. y is the part of a cross-axis slosh ([`crate::uncertainty::cross_axis`]), s the
+//! share of w d that a measured height puts right ([`crate::uncertainty::discrepancy`]), a the process noise scale of the
+//! filter. The errors are neither white nor Gaussian, so P gives only their distribution over points and time. Their size
+//! comes from k ([`ErrorFactors`]), the 90 % quantile of |error| / half on held-out recordings (split conformal: Lei et al.,
+//! J. Am. Stat. Assoc. 113 (2018) 1094).
 
 use crate::latent::generic::{Generic, LATENTS, Latent};
 use crate::latent::nn::Vector;
 use crate::math::sqrt;
 use crate::surface::POINTS;
 use crate::uncertainty::discrepancy::Discrepancy;
+use crate::uncertainty::error_factors::ErrorFactors;
 use nalgebra::SMatrix;
 
-/// A matrix on latent space.
+/// Matrix on latent space.
 type Square = SMatrix<f64, LATENTS, LATENTS>;
 
 /// Groups with a covariance of their own: q, v, sigma, tau.
 pub const SPREAD_GROUPS: usize = 4;
 
-/// Their places among the groups of the decoder.
+/// Positions of these groups among those of the decoder.
 pub(crate) const SPREAD_OF: [usize; SPREAD_GROUPS] = [0, 1, 3, 4];
+
+/// Position of the internal energy among the groups of the decoder.
+const ENERGY: usize = 2;
 
 /// Turns ahead for which a forecast's interval has been measured: now, 0.25 s, 0.5 s.
 pub const LEADS: [usize; 3] = [0, 15, 30];
-
-/// Numbers of the reach: the floor of w, k of the surface at each of [`LEADS`], k of q, v, e, sigma, tau. Behind them may stand
-/// g, m; blobs from before it have none.
-pub const REACH: usize = 1 + LEADS.len() + 5;
 
 /// Heat below which the internal energy counts as not yet known, in units of H.
 const HEAT_FLOOR: f64 = 0.02;
@@ -47,161 +48,207 @@ pub struct Interval {
     pub field: [f32; 5],
 }
 
-/// What a blob knows of its own errors, read in place.
+/// Errors of a model as its blob states them, read in place.
 #[derive(Clone, Debug)]
-pub struct Spread<'m> {
+pub struct ErrorModel<'m> {
     /// A.
     pub transition: Square,
     /// Q.
     pub process: Square,
-    /// R^(-1/2): what the encoder reads, and misses, in these coordinates has independent errors of one.
+    /// R^(-1/2): in these coordinates the encoder's errors are independent and of variance one.
     pub reading: Square,
     /// J of the surface, a column a point `[LATENTS, POINTS]`, m.
     pub surface: SMatrix<f64, LATENTS, POINTS>,
     /// J^T J of one number of q, v, sigma and tau, SI units.
     pub groups: [Square; SPREAD_GROUPS],
-    /// What a unit of the port adds at once to one number of q, v, sigma and tau, mean square, SI units squared.
+    /// Mean square of what a unit of the port adds at once to one number of q, v, sigma and tau, SI units squared.
     pub pushed: [f64; SPREAD_GROUPS],
     /// d of the 21 heights, m2.
     pub surface_misfit: Vector<'m>,
     /// d of q, v, sigma, tau, SI units squared.
     pub group_misfit: Vector<'m>,
-    /// floor and k, [`REACH`] numbers, and perhaps g.
-    pub reach: Vector<'m>,
+    /// Floor of w, k and g.
+    pub factors: ErrorFactors,
 }
 
-/// What the filter knows of its own errors.
+/// Errors of the filter's state.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Covariance {
     /// P of the latents.
     pub(crate) latents: Square,
-    /// Variance of the port value of this instant.
-    pub(crate) push: f64,
-    /// How many times Q the step has been found to miss of late.
-    pub(crate) stray: f64,
+    /// Variance of the input of this instant.
+    pub(crate) input: f64,
+    /// Factor on Q that the filter has found of late.
+    pub(crate) process_noise_scale: f64,
 }
 
-/// P before the first reading, when nothing is known: a slosh of H = 1, spread over all latents.
+/// State of an estimate, as its interval depends on it.
+#[derive(Clone, Copy, Debug)]
+pub struct IntervalInput<'a> {
+    /// Error covariance.
+    pub covariance: &'a Covariance,
+    /// y: variance that a cross-axis slosh adds to each height, m2.
+    pub lateral_variance_m2: &'a [f64; POINTS],
+    /// s of each height.
+    pub discrepancy: &'a Discrepancy,
+    /// H(x).
+    pub latent_energy: f64,
+    /// Heat, in units of H.
+    pub heat: f64,
+    /// Joules of one unit of H.
+    pub energy_scale_j: f64,
+}
+
+/// Reach of a forecast.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Horizon {
+    /// Turns ahead.
+    pub frames: usize,
+    /// Turns for which the motion of the glass is planned.
+    pub planned: usize,
+}
+
+/// Returns P before the first reading, when nothing is known: a slosh of H = 1, spread over all latents.
 #[must_use]
 pub(crate) fn unknown() -> Square {
     Square::identity() * (2.0 / LATENTS as f64)
 }
 
-impl Spread<'_> {
-    /// w of a slosh of energy `slosh`, in units of H.
-    pub(crate) fn weight(&self, slosh: f64) -> f64 {
-        self.number(0) + slosh
+/// Variances of the heights but for those of the latents.
+#[derive(Clone, Copy)]
+struct HeightErrors<'a> {
+    /// y, m2.
+    lateral_variance_m2: &'a [f64; POINTS],
+    /// s.
+    discrepancy: &'a Discrepancy,
+    /// w.
+    weight: f64,
+}
+
+impl ErrorModel<'_> {
+    /// Returns w of a slosh of energy `latent_energy`, in units of H.
+    pub(crate) fn weight(&self, latent_energy: f64) -> f64 {
+        f64::from(self.factors.weight_floor) + latent_energy
     }
 
-    /// Number `index` of the reach; a blob that has been loaded has them all but perhaps g, which then is zero.
-    fn number(&self, index: usize) -> f64 {
-        self.reach.get(index).copied().map_or(0.0, f64::from)
-    }
-
-    /// P- of a forecast's turn in which the step misses `missed` times Q; `planned` says whether the motion of the glass is.
-    fn predict(&self, p: &mut Square, generic: &Generic<'_>, missed: f64, planned: bool) {
+    /// P- of a forecast's turn in which the step's error is `missed` times Q, under the motion of `glass`.
+    fn predict(&self, p: &mut Square, generic: &Generic<'_>, missed: f64, glass: Glass) {
         let mut next = self.transition * *p * self.transition.transpose() + self.process * missed;
-        if !planned {
+        if glass == Glass::Free {
             let kick = generic.port * generic.dt_s;
             next += kick * kick.transpose();
         }
-        // A hostile blob may drive it anywhere; what is not finite says as much as knowing nothing.
+        // A hostile blob may drive it anywhere: a P that is not finite says as much as knowing nothing.
         *p = if next.iter().all(|v| v.is_finite()) { next } else { unknown() };
     }
 
-    /// The half-widths of an estimate with error covariance `p`, slosh energy and heat in units of H,
-    /// `joules` to one of them; `raised` is what a slosh across the line adds to the variance of the heights, m2, `taken` what
-    /// the measured heights take back of what the decoder misses.
+    /// Returns the half-widths of an estimate.
     #[must_use]
-    pub fn interval(
-        &self,
-        p: &Covariance,
-        (raised, taken): (&[f64; POINTS], &Discrepancy),
-        slosh: f64,
-        heat: f64,
-        joules: f64,
-    ) -> Interval {
-        let w = self.weight(slosh);
+    pub fn interval(&self, of: &IntervalInput<'_>) -> Interval {
+        let IntervalInput { covariance: p, lateral_variance_m2, discrepancy, .. } = *of;
+        let weight = self.weight(of.latent_energy);
+        let [surface_k, ..] = self.factors.surface.map(f64::from);
         let mut field = [0.0; 5];
         let groups = self.groups.iter().zip(self.pushed).zip(SPREAD_OF).zip(self.group_misfit);
         for (((group, pushed), slot), d) in groups {
             let trace: f64 = group.iter().zip(p.latents.iter()).map(|(j, v)| j * v).sum();
+            let variance = trace + pushed * p.input + weight * f64::from(*d);
             if let Some(half) = field.get_mut(slot) {
-                *half = self.half(1 + LEADS.len() + slot, trace + pushed * p.push + w * f64::from(*d));
+                *half = (self.field_factor(slot) * sqrt(variance.max(0.0))) as f32;
             }
         }
-        let energy = self.number(1 + LEADS.len() + 2) * joules * (heat + HEAT_FLOOR);
-        if let Some(half) = field.get_mut(2) {
+        let energy = self.field_factor(ENERGY) * of.energy_scale_j * (of.heat + HEAT_FLOOR);
+        if let Some(half) = field.get_mut(ENERGY) {
             *half = energy as f32;
         }
-        Interval { surface_m: self.heights(&p.latents, (raised, taken), w, self.number(1)), field }
+        let errors = HeightErrors { lateral_variance_m2, discrepancy, weight };
+        Interval { surface_m: self.heights(&p.latents, errors, surface_k), field }
     }
 
-    /// Half-widths of the surface `frames` turns after an estimate, m, when the motion of the glass is known for the
-    /// first `planned` of them. With a plan for all, k is that of the present; else it goes straight between the leads
-    /// that were measured, for which nobody knew how the glass moves on, and stays beyond the last.
+    /// Returns the half-widths of the surface at `horizon` after an estimate, m. With a plan for all of its turns, k is
+    /// that of the present. Else k goes straight between the measured leads, for which the motion was not planned either,
+    /// and stays beyond the last.
     #[must_use]
     pub fn ahead(
         &self,
-        p: Covariance,
+        covariance: &Covariance,
         generic: &Generic<'_>,
-        slosh: f64,
-        raised: &[f64; POINTS],
-        (frames, planned): (usize, usize),
+        latent_energy: f64,
+        lateral_variance_m2: &[f64; POINTS],
+        horizon: Horizon,
     ) -> [f32; POINTS] {
-        let missed = p.stray * self.weight(slosh);
-        let mut p = p.latents;
+        let Horizon { frames, planned } = horizon;
+        let weight = self.weight(latent_energy);
+        let missed = covariance.process_noise_scale * weight;
+        let mut p = covariance.latents;
         for ahead in 0..frames {
-            self.predict(&mut p, generic, missed, ahead < planned);
+            let glass = if ahead < planned { Glass::Planned } else { Glass::Free };
+            self.predict(&mut p, generic, missed, glass);
         }
         let unplanned = if planned < frames { frames } else { 0 };
-        let mut k = self.number(1);
-        for (index, pair) in LEADS.array_windows::<2>().enumerate() {
-            let [from, to] = *pair;
-            let way = unplanned.saturating_sub(from).min(to.saturating_sub(from)) as f64;
-            let length = to.saturating_sub(from).max(1) as f64;
-            k += way / length * (self.number(index + 2) - self.number(index + 1));
-        }
-        self.heights(&p, (raised, &Discrepancy::NONE), self.weight(slosh), k)
+        let errors = HeightErrors { lateral_variance_m2, discrepancy: &Discrepancy::NONE, weight };
+        self.heights(&p, errors, self.surface_factor(unplanned))
     }
 
-    /// k sqrt(J P J^T + y + (1 - s) w d + g^2) of each height; `raised` is y, `taken` s.
-    fn heights(
-        &self,
-        p: &Square,
-        (raised, taken): (&[f64; POINTS], &Discrepancy),
-        w: f64,
-        k: f64,
-    ) -> [f32; POINTS] {
+    /// k of the surface `unplanned` turns ahead, between the measured leads.
+    fn surface_factor(&self, unplanned: usize) -> f64 {
+        let factors = self.factors.surface.map(f64::from);
+        let [mut k, ..] = factors;
+        for (lead, factor) in LEADS.array_windows::<2>().zip(factors.array_windows::<2>()) {
+            let ([from, to], [near, far]) = (*lead, *factor);
+            let way = unplanned.saturating_sub(from).min(to.saturating_sub(from)) as f64;
+            let length = to.saturating_sub(from).max(1) as f64;
+            k += way / length * (far - near);
+        }
+        k
+    }
+
+    /// k sqrt(J P J^T + y + (1 - s) w d + g^2) of each height.
+    fn heights(&self, p: &Square, errors: HeightErrors<'_>, k: f64) -> [f32; POINTS] {
         let mut half = [0.0; POINTS];
-        let grain = self.number(REACH);
-        let misfits = self.surface_misfit.iter().zip(taken.left()).zip(raised);
-        for ((half, ((d, left), raised)), row) in half.iter_mut().zip(misfits).zip(self.surface.column_iter())
+        let at_rest = f64::from(self.factors.rest_noise_std_m);
+        let misfits = self.surface_misfit.iter().zip(errors.discrepancy.left());
+        let others = misfits.zip(errors.lateral_variance_m2);
+        for ((half, ((d, left), lateral)), row) in half.iter_mut().zip(others).zip(self.surface.column_iter())
         {
             let row: Latent = row.into_owned();
-            let variance = row.dot(&(p * row)) + raised + left * w * f64::from(*d) + grain * grain;
+            let variance =
+                row.dot(&(p * row)) + lateral + left * errors.weight * f64::from(*d) + at_rest * at_rest;
             *half = (k * sqrt(variance.max(0.0))) as f32;
         }
         half
     }
 
-    /// k of number `index` times the root of `variance`.
-    fn half(&self, index: usize, variance: f64) -> f32 {
-        (self.number(index) * sqrt(variance.max(0.0))) as f32
+    /// k of the field group at `slot`.
+    fn field_factor(&self, slot: usize) -> f64 {
+        self.factors.field.get(slot).copied().map_or(0.0, f64::from)
     }
+}
+
+/// Motion of the glass in a turn of a forecast.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Glass {
+    /// As a plan says.
+    Planned,
+    /// Of a hand or a robot that nobody asked.
+    Free,
 }
 
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
 
-    const NOTHING: (&[f64; POINTS], &Discrepancy) = (&[0.0; POINTS], &Discrepancy::NONE);
+    const FACTORS: ErrorFactors =
+        ErrorFactors { weight_floor: 0.1, surface: [2.0, 4.0, 3.0], field: [1.0; 5], rest_noise_std_m: 0.0 };
 
-    const REACHES: [f32; REACH] = [0.1, 2.0, 4.0, 3.0, 1.0, 1.0, 1.0, 1.0, 1.0];
+    /// Errors of heights that nothing but latents and decoder add to.
+    fn plain(weight: f64) -> HeightErrors<'static> {
+        HeightErrors { lateral_variance_m2: &[0.0; POINTS], discrepancy: &Discrepancy::NONE, weight }
+    }
 
     /// J of one for the first latent at every point, nothing else.
-    pub(crate) fn spread() -> Spread<'static> {
-        Spread {
+    pub(crate) fn error_model() -> ErrorModel<'static> {
+        ErrorModel {
             transition: Square::identity() * 0.9,
             process: Square::identity() * 0.01,
             reading: Square::identity(),
@@ -210,50 +257,64 @@ pub(crate) mod tests {
             pushed: [0.0, 9.0, 0.0, 0.0],
             surface_misfit: &[1e-8; POINTS],
             group_misfit: &[4.0; SPREAD_GROUPS],
-            reach: &REACHES,
+            factors: FACTORS,
         }
     }
 
-    /// A height counts latents and decoder, a number of the field the port value too.
+    /// A height counts latents and decoder, a number of the field the input too.
     #[test]
     fn half_widths_add_up_what_is_not_known() {
-        let spread = spread();
-        let p = Covariance { latents: Square::identity() * 0.04, push: 0.25, stray: 1.0 };
-        let slosh = 0.9;
-        let interval = spread.interval(&p, NOTHING, slosh, 0.0, 0.01);
+        let covariance =
+            Covariance { latents: Square::identity() * 0.04, input: 0.25, process_noise_scale: 1.0 };
+        let interval = error_model().interval(&IntervalInput {
+            covariance: &covariance,
+            lateral_variance_m2: &[0.0; POINTS],
+            discrepancy: &Discrepancy::NONE,
+            latent_energy: 0.9,
+            heat: 0.0,
+            energy_scale_j: 0.01,
+        });
         let half = 2.0 * sqrt(1e-4 * 0.04 + 1e-8);
         assert!((f64::from(interval.surface_m[7]) - half).abs() < 1e-8);
         assert!((f64::from(interval.field[0]) - 2.0).abs() < 1e-6, "the misfit alone: sqrt(4 w)");
         assert!((f64::from(interval.field[1]) - sqrt(9.0 * 0.25 + 4.0)).abs() < 1e-6);
+        assert!((f64::from(interval.field[2]) - 0.01 * HEAT_FLOOR).abs() < 1e-9, "no heat: the floor alone");
     }
 
-    /// What a surface at rest is missed by counts at rest as in a slosh, and not at all where a blob says nothing of it.
+    /// The error at a surface at rest counts at rest as in a slosh, and not at all where a blob states none.
     #[test]
-    fn grain_is_there_at_rest_too() {
-        const GRAINY: [f32; REACH + 1] = [0.1, 2.0, 4.0, 3.0, 1.0, 1.0, 1.0, 1.0, 1.0, 3e-4];
-        let (plain, nothing) = (spread(), Square::zeros());
-        let grainy = Spread { reach: &GRAINY, ..plain.clone() };
+    fn the_error_at_rest_is_there_at_rest_too() {
+        let (fine, nothing) = (error_model(), Square::zeros());
+        let noisy =
+            ErrorModel { factors: ErrorFactors { rest_noise_std_m: 3e-4, ..FACTORS }, ..fine.clone() };
         for w in [0.0, 1.0] {
-            let [fine, coarse] = [&plain, &grainy].map(|of| of.heights(&nothing, NOTHING, w, 2.0)[3]);
-            assert!((fine - 2.0 * sqrt(w * 1e-8) as f32).abs() < 1e-9);
-            assert!((coarse - 2.0 * sqrt(w * 1e-8 + 9e-8) as f32).abs() < 1e-9);
+            let [without, with] = [&fine, &noisy].map(|of| of.heights(&nothing, plain(w), 2.0)[3]);
+            assert!((without - 2.0 * sqrt(w * 1e-8) as f32).abs() < 1e-9);
+            assert!((with - 2.0 * sqrt(w * 1e-8 + 9e-8) as f32).abs() < 1e-9);
         }
     }
 
-    /// Without a measurement an estimate is worth less from turn to turn, and k is the measured one at its lead.
+    /// Without a measurement an estimate is worth less from turn to turn.
     #[test]
     fn forecasts_widen() {
-        let spread = spread();
+        let errors = error_model();
         let mut p = Square::identity() * 1e-4;
         let mut last = 0.0;
         for _ in 0..10 {
-            p = spread.transition * p * spread.transition.transpose() + spread.process * 0.5;
-            let half = spread.heights(&p, NOTHING, 0.5, 2.0)[0];
+            p = errors.transition * p * errors.transition.transpose() + errors.process * 0.5;
+            let half = errors.heights(&p, plain(0.5), 2.0)[0];
             assert!(half > last, "{half} after {last}");
             last = half;
         }
-        let now = spread.heights(&p, NOTHING, 0.1, spread.number(1))[4];
-        let twice = spread.heights(&p, NOTHING, 0.1, spread.number(2))[4];
-        assert!((twice / now - 2.0).abs() < 1e-6);
+    }
+
+    /// k is the measured one at each lead, goes straight between two, and stays beyond the last.
+    #[test]
+    fn factors_go_straight_between_the_leads() {
+        let errors = error_model();
+        for (turns, due) in [(0, 2.0), (15, 4.0), (30, 3.0), (60, 3.0), (9, 3.2), (20, 4.0 - 1.0 / 3.0)] {
+            let k = errors.surface_factor(turns);
+            assert!((k - due).abs() < 1e-12, "{turns}: {k} for {due}");
+        }
     }
 }

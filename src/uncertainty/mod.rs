@@ -1,5 +1,13 @@
-//! How far an estimate may be off: error model with its intervals, model discrepancy, and the cross-axis mode.
+//! Uncertainty of an estimate: error model with its intervals, model discrepancy, and the cross-axis mode.
+//!
+//! | file | purpose |
+//! |---|---|
+//! | `error_model` | covariances of a blob, and the half-widths that follow from the filter's covariance |
+//! | `error_factors` | conformal factors of the half-widths |
+//! | `discrepancy` | share of the decoder's misfit that measured heights put right |
+//! | `cross_axis` | first mode across the line along which the glass is moved |
 
 pub mod cross_axis;
 pub mod discrepancy;
+pub mod error_factors;
 pub mod error_model;

@@ -2,7 +2,7 @@
 
 use meniscus::blob::Model;
 use meniscus::latent::generic::LATENTS;
-use meniscus::runtime::{Clock, Estimator, Memory};
+use meniscus::runtime::{Clock, Estimator, Memory, TurnInput};
 use meniscus::surface::{POINTS, SurfaceProfile};
 use meniscus::units::Micros;
 use meniscus_data::recording::Recording;
@@ -51,7 +51,7 @@ pub(crate) fn watch(blob: &[u8], recording: &Recording) -> Watched {
             sequence: frame as u32,
             captured: Micros(frame as u64 * 16_667),
         };
-        let estimate = estimator.turn(&mut memory, Some(&profile), 0, &mut Still, &mut []);
+        let estimate = estimator.turn(&mut memory, TurnInput::seen(&profile), &mut Still, &mut []);
         for ((z, said), z0) in truth.iter().zip(estimate.surface_m).zip(recording.profile(0)) {
             miss += f64::from(z - said).powi(2);
             size += f64::from(z - z0).powi(2);

@@ -1,6 +1,6 @@
 //! A weight blob of random numbers: everything that no training has touched.
 
-use meniscus::blob::{Header, Tensor};
+use meniscus::blob::{FilterConfig, Header, KnownGroups, Tensor};
 use meniscus_data::blob_file::write::{Part, blob};
 use meniscus_platform::files::AlignedBytes;
 use rand::{RngExt, SeedableRng};
@@ -25,6 +25,9 @@ pub(crate) fn header() -> Header {
         validation_slosh_rel: 1.0,
         sections: heapless::Vec::new(),
         named: None,
+        model_version: 1,
+        known: KnownGroups::ALL,
+        filter: FilterConfig::REFERENCE,
     }
 }
 

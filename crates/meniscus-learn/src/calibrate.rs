@@ -13,11 +13,12 @@
 
 use super::measure::percent;
 use super::ratios::{Ratios, quantile, ratios_by_recording, share};
-use super::spread::{REST, UNIT};
+use super::spread::REST;
 use meniscus::blob::{LoadError, Model};
 use meniscus::runtime::Mode;
 use meniscus::surface::{ConfigError, SurfaceProfile};
-use meniscus::uncertainty::error_model::{LEADS, REACH};
+use meniscus::uncertainty::error_factors::FIELD_GROUPS;
+use meniscus::uncertainty::error_model::LEADS;
 use meniscus::units::FRAME_INTERVAL_S;
 use meniscus_data::recording::{GROUP_NAMES, Recording};
 use meniscus_platform::files::AlignedBytes;
@@ -104,10 +105,13 @@ pub(super) fn grain(blob: &[u8], looks: &[Look<'_>]) -> Result<f32, LoadError> {
     Ok((square / count.max(1.0)).max(0.0).sqrt() as f32)
 }
 
+/// k of the surface at each lead and of q, v, e, sigma, tau.
+type Factors = [f32; LEADS.len() + FIELD_GROUPS];
+
 /// What [`reach`] has found.
 pub(super) struct Reach {
     /// k of the surface at each lead and of q, v, e, sigma, tau.
-    pub(super) k: [f32; REACH - 1],
+    pub(super) k: Factors,
     /// What a recording's heights of the present are held by the k of all others: least and mean; of [`MANY`] recordings.
     pub(super) left_out: Vec<Check>,
 }
@@ -117,10 +121,10 @@ pub(super) struct Reach {
 /// # Errors
 /// [`LoadError`], when the blob is refused.
 pub(super) fn reach(blob: &[u8], looks: &[Look<'_>]) -> Result<Reach, LoadError> {
-    let mut k = if looks.is_empty() { UNIT } else { [0.0_f32; REACH - 1] };
+    let mut k = [if looks.is_empty() { 1.0_f32 } else { 0.0 }; LEADS.len() + FIELD_GROUPS];
     let by_recording = ratios_by_recording(blob, looks)?;
     let left_out = left_out(&by_recording);
-    let mut together: [Vec<f32>; REACH - 1] = Default::default();
+    let mut together: [Vec<f32>; LEADS.len() + FIELD_GROUPS] = Default::default();
     for of_one in by_recording {
         let all = of_one.surface.into_iter().chain(of_one.field);
         for (index, ((k, together), ratios)) in k.iter_mut().zip(&mut together).zip(all).enumerate() {

@@ -49,12 +49,12 @@ use dataset::Frame;
 use encoder::{Cost, Encoder};
 use heat::Heat;
 use linear::Linear;
-use meniscus::blob::{Header, Tensor};
-use meniscus::uncertainty::error_model::REACH;
+use meniscus::blob::{FilterConfig, Header, KnownGroups};
+use meniscus::uncertainty::error_factors::ErrorFactors;
 use meniscus::units::FRAME_INTERVAL_S;
 
 use meniscus_data::blob_file::{
-    read,
+    factors, read,
     write::{self, Part},
 };
 use meniscus_data::recording::Recording;
@@ -247,8 +247,11 @@ pub fn train(
         validation_slosh_rel: 0.0,
         sections: heapless::Vec::new(),
         named: None,
+        model_version: 1,
+        known: KnownGroups::ALL,
+        filter: FilterConfig::REFERENCE,
     };
-    let parts = [parts::parts(&model), spread.parts(&spread::UNIT)].concat();
+    let parts = [parts::parts(&model), spread.parts()].concat();
     let finished = finish(header, parts, validation, options.seed)?;
     checks.extend(soft.iter().flat_map(|soft| soft.checks(&model.dynamics, &held.paths, &metric)));
     checks.extend(sparse.iter().flat_map(|five| five.checks(&model.frame, validation, &held.sequences)));
@@ -265,14 +268,9 @@ pub fn measured_again(blob: &[u8], validation: &[Recording], seed: u64) -> Resul
     if validation.is_empty() {
         return Err(TrainError::NoRecording);
     }
-    let (header, mut parts) = read::parts(&AlignedBytes::copy(blob))?;
-    for part in parts.iter_mut().filter(|part| part.tensor == Tensor::Reach) {
-        // The first number is the floor of w; g comes behind the factors.
-        part.values.truncate(1);
-        part.values.extend(spread::UNIT);
-        part.values.push(0.0);
-        part.rows = part.values.len();
-    }
+    let (mut header, mut parts) = read::parts(&AlignedBytes::copy(blob))?;
+    header.model_version = header.model_version.saturating_add(1);
+    factors::change(&mut parts, |of| *of = ErrorFactors::uncalibrated(of.weight_floor));
     finish(header, parts, validation, seed)
 }
 
@@ -293,14 +291,10 @@ fn finish(
     let worse = ("estimate, three times the noise", [None; 5]);
     checks.extend(calibrate::errors(&unit, &looks(3.0, 4)?, worse)?.0);
     let grain = calibrate::grain(&unit, &measured)?;
-    for part in parts.iter_mut().filter(|part| part.tensor == Tensor::Reach) {
-        part.values.iter_mut().skip(REACH).for_each(|g| *g = grain);
-    }
+    factors::change(&mut parts, |of| of.rest_noise_std_m = grain);
     let unit = write::blob(header.clone(), &parts)?;
     let calibrate::Reach { k: reach, left_out } = calibrate::reach(&unit, &measured)?;
-    for part in parts.iter_mut().filter(|part| part.tensor == Tensor::Reach) {
-        part.values.iter_mut().skip(1).zip(reach).for_each(|(k, reach)| *k = reach);
-    }
+    factors::change(&mut parts, |of| of.quantiles_mut().zip(reach).for_each(|(k, reach)| *k = reach));
     checks.push(Check::told("interval: rest missed by", 1e3 * f64::from(grain), "mm"));
     checks.extend(left_out);
     header.validation_slosh_rel = slosh_rel as f32;

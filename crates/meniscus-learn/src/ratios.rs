@@ -2,7 +2,7 @@
 
 use super::calibrate::Look;
 use meniscus::blob::{LoadError, Model};
-use meniscus::runtime::{Drive, Estimate, Forecast, Memory, Mode};
+use meniscus::runtime::{Estimate, Forecast, InputSource, Memory, Mode};
 use meniscus::uncertainty::error_model::LEADS;
 use meniscus_data::recording::{GROUP_NAMES, Recording, STATE, group_range};
 use meniscus_numerics::statistics;
@@ -52,7 +52,7 @@ pub(super) fn ratios_by_recording(blob: &[u8], looks: &[Look<'_>]) -> Result<Vec
         turns_with(
             &model,
             seen,
-            |_| Drive::Seen,
+            |_| InputSource::Tracked,
             |frame, memory, estimate| {
                 if estimate.mode == Mode::Tracking {
                     ratios.take(&model, recording, frame, memory, estimate);

@@ -13,8 +13,10 @@ use meniscus::latent::generic::MAX_HIDDEN;
 use meniscus::latent::generic::{LATENTS, Latent};
 use meniscus::latent::window::WINDOW;
 use meniscus::surface::POINTS;
-use meniscus::uncertainty::error_model::{LEADS, REACH, SPREAD_GROUPS};
+use meniscus::uncertainty::error_factors::ErrorFactors;
+use meniscus::uncertainty::error_model::SPREAD_GROUPS;
 use meniscus::units::FRAME_INTERVAL_S;
+use meniscus_data::blob_file::factors;
 use meniscus_data::blob_file::write::Part;
 
 const _: () = assert!(crate::reference_step::HIDDEN <= MAX_HIDDEN);
@@ -110,18 +112,15 @@ impl Spread {
         Self { transition, process, reading, surface, groups, surface_misfit, group_misfit, floor }
     }
 
-    /// The tensors with every k as it stands in `reach`, and no g.
+    /// Returns the tensors, with the factors of a blob that is not calibrated.
     #[must_use]
-    pub(super) fn parts(&self, reach: &[f32; REACH - 1]) -> Vec<Part> {
+    pub(super) fn parts(&self) -> Vec<Part> {
         let part =
             |tensor, rows, columns, values: &[f32]| Part { tensor, rows, columns, values: values.to_vec() };
         let square = |tensor, m: &Square| {
             let values: Vec<f32> = m.transpose().iter().map(|&v| v as f32).collect();
             part(tensor, LATENTS, LATENTS, &values)
         };
-        let mut numbers = vec![self.floor as f32];
-        numbers.extend(reach);
-        numbers.push(0.0);
         vec![
             square(Tensor::Transition, &self.transition),
             square(Tensor::ProcessSpread, &self.process),
@@ -130,7 +129,7 @@ impl Spread {
             part(Tensor::GroupSlope, SPREAD_GROUPS * LATENTS, LATENTS, &self.groups),
             part(Tensor::SurfaceMisfit, POINTS, 1, &self.surface_misfit),
             part(Tensor::GroupMisfit, SPREAD_GROUPS, 1, &self.group_misfit),
-            part(Tensor::Reach, REACH + 1, 1, &numbers),
+            factors::part(&ErrorFactors::uncalibrated(self.floor as f32)),
         ]
     }
 }
@@ -196,6 +195,3 @@ fn add_misfit(
         *height += f64::from(miss).powi(2);
     }
 }
-
-/// k of one for everything: what a blob has before it is calibrated.
-pub(super) const UNIT: [f32; REACH - 1] = [1.0; LEADS.len() + 5];

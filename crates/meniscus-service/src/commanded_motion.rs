@@ -13,7 +13,7 @@
 //! Times of the wire are those of arrival. A frame of the device time `d` arrives at `d + o` at the earliest, and `o`
 //! is followed as the least that was seen (rising by 100 ppm, more than two clocks part); the told lag is taken off.
 
-use meniscus::runtime::Drive;
+use meniscus::runtime::InputSource;
 use meniscus::units::{FRAME_INTERVAL_S, Micros};
 use std::collections::VecDeque;
 use std::net::{SocketAddr, UdpSocket};
@@ -149,9 +149,9 @@ impl Told {
         (self.counters.told.load(Ordering::Relaxed), self.counters.untold.load(Ordering::Relaxed))
     }
 
-    /// The motion of the turn at `at`, whose frame arrived then; of nobody, and where nothing was told, [`Drive::Seen`].
-    pub(super) fn drive(told: Option<&Self>, at: Micros, arrived: Instant) -> Drive {
-        let Some(told) = told else { return Drive::Seen };
+    /// The motion of the turn at `at`, whose frame arrived then; of nobody, and where nothing was told, [`InputSource::Tracked`].
+    pub(super) fn drive(told: Option<&Self>, at: Micros, arrived: Instant) -> InputSource {
+        let Some(told) = told else { return InputSource::Tracked };
         // Whoever holds it is putting a sample in; a turn waits for nobody.
         let drive = told.inner.try_lock().ok().and_then(|mut inner| inner.drive(at, arrived));
         let counter = if drive.is_some() { &told.counters.told } else { &told.counters.untold };
@@ -167,7 +167,7 @@ impl Drop for Told {
 }
 
 impl Inner {
-    fn drive(&mut self, at: Micros, arrived: Instant) -> Option<Drive> {
+    fn drive(&mut self, at: Micros, arrived: Instant) -> Option<InputSource> {
         let device_s = at.0 as f64 * 1e-6;
         let time_s = match &mut self.source {
             Source::Table(first) => {
@@ -184,7 +184,7 @@ impl Inner {
             }
         };
         let before = self.samples.around(time_s - FRAME_INTERVAL_S)?;
-        Some(Drive::Known { before, now: self.samples.now(time_s)? })
+        Some(InputSource::Measured { before, now: self.samples.now(time_s)? })
     }
 }
 
@@ -231,7 +231,7 @@ mod tests {
         let _first = Told::drive(Some(&told), at(5.0), arrived);
         for n in 1..100 {
             let t = f64::from(n) * FRAME_INTERVAL_S;
-            let Drive::Known { before, now } = Told::drive(Some(&told), at(5.0 + t), arrived) else {
+            let InputSource::Measured { before, now } = Told::drive(Some(&told), at(5.0 + t), arrived) else {
                 std::panic!("nothing is told at {t}")
             };
             let h = FRAME_INTERVAL_S;
@@ -239,8 +239,8 @@ mod tests {
             assert!((before - places).abs() < 5e-3, "{t}: {before} {places}");
             assert!((now - acceleration(t)).abs() < 1e-3, "{t}: {now}");
         }
-        assert_eq!(Told::drive(Some(&told), at(5.0 + 2.1), arrived), Drive::Seen, "behind its end");
-        assert_eq!(Told::drive(None, at(1.0), arrived), Drive::Seen);
+        assert_eq!(Told::drive(Some(&told), at(5.0 + 2.1), arrived), InputSource::Tracked, "behind its end");
+        assert_eq!(Told::drive(None, at(1.0), arrived), InputSource::Tracked);
         assert_eq!(told.counters.untold.load(Ordering::Relaxed), 1);
     }
 
@@ -265,7 +265,7 @@ mod tests {
             let drive = Told::drive(Some(&told), at(1234.5 + t), arrived);
             // The first frames teach the least distance of the clocks.
             if n > 15 {
-                let Drive::Known { now, .. } = drive else { std::panic!("frame {n}: {drive:?}") };
+                let InputSource::Measured { now, .. } = drive else { std::panic!("frame {n}: {drive:?}") };
                 worst = worst.max((now - acceleration(t)).abs());
                 asked += 1;
             }
@@ -273,7 +273,7 @@ mod tests {
         assert!(asked > 40 && worst < 0.05, "{worst}");
         // Silence: the edges of the glass tell again.
         let late = begun + Duration::from_secs_f64(1.5);
-        assert_eq!(Told::drive(Some(&told), at(1234.5 + 1.492), late), Drive::Seen);
+        assert_eq!(Told::drive(Some(&told), at(1234.5 + 1.492), late), InputSource::Tracked);
     }
 
     #[test]

@@ -11,7 +11,7 @@ use super::camera::{START, SimulatedCamera};
 use super::replay::payload;
 use crate::render::SceneSettings;
 use meniscus::blob::Model;
-use meniscus::runtime::{Clock, Drive, Estimate, Estimator, Eye, Memory, Turn};
+use meniscus::runtime::{Clock, Estimate, Estimator, Eye, InputSource, Memory, Turn, TurnInput};
 use meniscus::surface::{Config, ConfigError, SurfaceProfile};
 use meniscus::units::{FRAME_INTERVAL_S, Micros};
 #[cfg(feature = "bags")]
@@ -118,7 +118,7 @@ pub fn perfect(recording: &Recording) -> Vec<Option<SurfaceProfile>> {
 /// The turns of `model` over `seen`, as a run would log them.
 #[must_use]
 pub fn turns(model: &Model<'_>, seen: &[Option<SurfaceProfile>]) -> Vec<Logged> {
-    turns_with(model, seen, |_| Drive::Seen, |_, _, _| {})
+    turns_with(model, seen, |_| InputSource::Tracked, |_, _, _| {})
 }
 
 /// The same with the motion of each frame from `drive`; after each turn `look` gets its frame, what the
@@ -126,14 +126,14 @@ pub fn turns(model: &Model<'_>, seen: &[Option<SurfaceProfile>]) -> Vec<Logged> 
 pub fn turns_with(
     model: &Model<'_>,
     seen: &[Option<SurfaceProfile>],
-    drive: impl Fn(usize) -> Drive,
+    drive: impl Fn(usize) -> InputSource,
     mut look: impl FnMut(usize, &Memory, &Estimate),
 ) -> Vec<Logged> {
     let estimator = Estimator::new(model);
     let mut memory = Memory::default();
     let turn = |(frame, profile): (usize, &Option<SurfaceProfile>)| {
-        let estimate =
-            estimator.driven(&mut memory, profile.as_ref(), drive(frame), 0, &mut NoClock, &mut []);
+        let input = TurnInput { profile: profile.as_ref(), source: drive(frame), surface_us: 0 };
+        let estimate = estimator.turn(&mut memory, input, &mut NoClock, &mut []);
         look(frame, &memory, &estimate);
         let turn = Turn { time: time_of(frame), stamp: None, sight: profile.map(Ok), estimate };
         Logged { turn, ended: Instant::now(), latency_us: 0, turn_us: 0, allocations: 0 }

@@ -12,7 +12,7 @@ use core::fmt::{self, Write};
 use crc::{CRC_64_XZ, Crc};
 use meniscus::blob::Model;
 use meniscus::runtime::output::{OUTPUT_MAX, OUTPUT_VERSION, Packet};
-use meniscus::runtime::{Clock, Estimator, Eye, Tracker, Turn};
+use meniscus::runtime::{Clock, Estimator, Eye, InputSource, Tracker, Turn};
 use meniscus::surface::{Config, Intrinsics, Settings};
 use meniscus::usb::uvc::Stream;
 
@@ -133,7 +133,7 @@ fn turns(place: &mut impl Place, model: &Model<'_>, room: &mut Room) -> Result<D
         let before = place.instructions();
         // What the telling costs is no part of the turn.
         let (turns, mut told) = (done.turns, 0);
-        tracker.accept(stream, payload, &mut NoClock, field, |turn, field| {
+        tracker.accept(stream, payload, InputSource::tracked, &mut NoClock, field, |turn, field| {
             done.turns += 1;
             let before = place.instructions();
             tell(place, done.turns, turn, field);

@@ -5,7 +5,7 @@ use meniscus::blob::Model;
 use meniscus::latent::generic::{LATENTS, State};
 use meniscus::latent::nn::Element;
 use meniscus::latent::window::{FEATURES, WINDOW};
-use meniscus::runtime::{Estimator, Eye, Tracker};
+use meniscus::runtime::{Estimator, Eye, InputSource, Tracker};
 use meniscus::surface::{Config, Settings};
 use meniscus_data::recording::Recording;
 use meniscus_timing::bench::chain::{Chain, Packed};
@@ -82,7 +82,7 @@ fn stage_turns(model: &Model<'_>, config: Config, frames: &Payloads, field: &mut
     let eye = Eye::new(config, &mut depth, &mut infrared);
     let mut tracker = Tracker::new(Estimator::new(model), eye);
     for (stream, payload) in frames {
-        tracker.accept(*stream, payload, &mut NoClock, field, |turn, _| {
+        tracker.accept(*stream, payload, InputSource::tracked, &mut NoClock, field, |turn, _| {
             black_box(turn);
         });
     }

@@ -6,7 +6,7 @@
 //! 12  length of the header, u32
 //! 16  length of the blob, u32
 //! 20  CRC-32 (IEEE 802.3) of bytes 24 to the end, u32
-//! 24  header, postcard; behind it the elements, if any tensor is not f32 or effects are named; then these
+//! 24  header and extension, postcard; behind them the elements, if any tensor is not f32 or effects are named; then these
 //! ..  tensors, packed in panels, each at a multiple of 64, zeros between; all little-endian
 //! ```
 
@@ -118,7 +118,8 @@ fn place(
 
 fn encode(header: &Header) -> Result<Vec<u8>, ExportError> {
     let mut buffer = vec![0; 8192];
-    let used = postcard::to_slice(header, &mut buffer).map_err(|_| ExportError::Header)?.len();
+    let extended = (header, header.extension());
+    let used = postcard::to_slice(&extended, &mut buffer).map_err(|_| ExportError::Header)?.len();
     buffer.truncate(used);
     if header.named.is_some() || header.sections.iter().any(|section| section.element != Element::F32) {
         let elements: heapless::Vec<Element, MAX_SECTIONS> =
@@ -183,6 +184,7 @@ pub fn pack(part: &Part, element: Element, out: &mut [u8]) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use meniscus::blob::{Extension, FilterConfig, KnownGroups};
 
     fn header() -> Header {
         Header {
@@ -199,6 +201,9 @@ mod tests {
             validation_slosh_rel: 0.1,
             sections: heapless::Vec::new(),
             named: None,
+            model_version: 7,
+            known: KnownGroups::ALL,
+            filter: FilterConfig::REFERENCE,
         }
     }
 
@@ -220,7 +225,9 @@ mod tests {
         assert_eq!(word(&bytes, 16) as usize, bytes.len());
         assert_eq!(word(&bytes, 20), CRC.checksum(&bytes[24..]));
         let head = &bytes[24..24 + word(&bytes, 12) as usize];
-        let (read, rest): (Header, _) = postcard::take_from_bytes(head).expect("a header");
+        let ((read, extension), rest): ((Header, Extension), _) =
+            postcard::take_from_bytes(head).expect("a header");
+        assert_eq!(extension, Extension { model_version: 7, ..Extension::default() });
         assert!(rest.is_empty(), "the header is as long as it says");
         assert_eq!(read.sections.len(), parts.len());
         let mut end = 24 + head.len();

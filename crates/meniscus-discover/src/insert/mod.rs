@@ -101,6 +101,7 @@ pub fn insert(blob: &[u8], liquid: TrainedLiquid, effects: &[Active]) -> Result<
     let element = |tensor| elements.iter().find(|(t, _)| *t == tensor).map_or(Element::F32, |(_, e)| *e);
     // The map is the plain model's, whatever it held before.
     header.named = None;
+    header.model_version = header.model_version.saturating_add(1);
     all.retain(|part| part.tensor != Tensor::ModeMap);
     let plain = stored(header.clone(), &all, element).map_err(InsertError::Export)?;
     let plain = AlignedBytes::copy(&plain);

@@ -56,7 +56,7 @@ pub fn simulate(
     let resists = slosh::Rheology::newtonian(known.viscosity_pa_s);
     let reduced = Model::new(vessel, resists, &Baseline::default(), effects, record.interval_s);
     let (port, view) = (reduced.port, reduced.view);
-    let lens = Lens::new((known.radius_m, known.fill_m), &reduced);
+    let lens = Lens::new(known.radius_m, known.fill_m, &reduced);
     let shift = lag_s + port.delay_s + view.latency_s;
     let (dt, frames) = (record.interval_s, record.frames());
     let samples: Vec<(f64, f64)> = (0..=4 * (frames + 60))

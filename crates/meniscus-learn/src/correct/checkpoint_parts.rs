@@ -13,7 +13,7 @@ use meniscus::blob::{Header, Model, Tensor as Name};
 use meniscus::latent::encoder::GRU_LAYERS;
 use meniscus::latent::generic::{LATENTS, Latent};
 use meniscus_data::blob_file::{
-    read,
+    factors, read,
     write::{self, Part},
 };
 use meniscus_optim::weights::Matrix;
@@ -67,7 +67,7 @@ impl Pupil {
         weights.push(matrix(Name::Gain)?);
         let surface = Surface::new(&parts).ok_or(missing.clone())?;
         let misses = Misses::stated(&numbers(Name::ProcessSpread)?, &numbers(Name::SurfaceMisfit)?);
-        let floor = numbers(Name::Reach)?.first().copied().unwrap_or_default();
+        let floor = f64::from(factors::of(&parts).ok_or(missing.clone())?.weight_floor);
         Ok(Self { header, frozen, surface, misses, floor, scale, weights, parts })
     }
 
@@ -126,6 +126,7 @@ impl Pupil {
         misses.put(&mut parts);
         let mut header = self.header.clone();
         header.liquid = fit(&how.liquid);
+        header.model_version = header.model_version.saturating_add(1);
         header.provenance = fit(&format!("{}; before: {}", how.command, self.header.provenance));
         Ok(write::blob(header, &parts)?)
     }

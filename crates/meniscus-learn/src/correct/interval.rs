@@ -10,11 +10,11 @@
 use super::Sightings;
 use crate::TrainError;
 use crate::ratios::HELD;
-use meniscus::blob::{Model, Tensor};
+use meniscus::blob::Model;
 use meniscus::runtime::Mode;
-use meniscus::uncertainty::error_model::REACH;
-use meniscus_data::blob_file::{read, write};
+
 use meniscus_numerics::statistics::quantile;
+use meniscus_data::blob_file::{factors, read, write};
 use meniscus_platform::files::AlignedBytes;
 use meniscus_virtual::observe_recording::turns;
 
@@ -28,7 +28,7 @@ const WIDEST: f32 = 20.0;
 pub(super) fn rescaled(blob: &[u8], held: &[Sightings], from: usize) -> Result<Vec<u8>, TrainError> {
     let aligned = AlignedBytes::copy(blob);
     let model = Model::load(&aligned)?;
-    let mut factors = Vec::new();
+    let mut ratios = Vec::new();
     for seen in held {
         for (logged, profile) in turns(&model, seen).iter().zip(seen).skip(from) {
             let estimate = &logged.turn.estimate;
@@ -36,15 +36,13 @@ pub(super) fn rescaled(blob: &[u8], held: &[Sightings], from: usize) -> Result<V
             for point in (0..profile.valid.len()).filter(|&point| profile.valid[point]) {
                 let miss = (profile.height_m[point] - estimate.surface_m[point]).abs();
                 // The factor at which this point is just held.
-                factors.push(miss / estimate.interval.surface_m[point].max(f32::MIN_POSITIVE));
+                ratios.push(miss / estimate.interval.surface_m[point].max(f32::MIN_POSITIVE));
             }
         }
     }
-    let Some(factor) = quantile(factors, HELD) else { return Ok(blob.to_vec()) };
+    let Some(factor) = quantile(ratios, HELD) else { return Ok(blob.to_vec()) };
     let (header, mut parts) = read::parts(&aligned)?;
-    for part in parts.iter_mut().filter(|part| part.tensor == Tensor::Reach) {
-        // The first number is the floor of w.
-        part.values.iter_mut().take(REACH).skip(1).for_each(|k| *k *= factor.clamp(1.0, WIDEST));
-    }
+    let wider = factor.clamp(1.0, WIDEST);
+    factors::change(&mut parts, |of| of.quantiles_mut().for_each(|k| *k *= wider));
     Ok(write::blob(header, &parts)?)
 }

@@ -5,7 +5,7 @@
 use super::Sightings;
 use crate::TrainError;
 use meniscus::blob::Model;
-use meniscus::runtime::{Drive, Estimate, Forecast, Memory, Mode, Motion};
+use meniscus::runtime::{Estimate, Forecast, InputSource, Memory, Mode, Motion};
 use meniscus::surface::SurfaceProfile;
 use meniscus_score::score::SurfaceError;
 use meniscus_virtual::observe_recording::turns_with;
@@ -73,7 +73,7 @@ pub(super) fn error(model: &Model<'_>, recordings: &[Sightings], from: usize, ah
                 }
             }
         };
-        turns_with(model, seen, |_| Drive::Seen, look);
+        turns_with(model, seen, |_| InputSource::Tracked, look);
     }
     let error = sums.slosh_rel();
     if error.is_finite() { error } else { f64::INFINITY }

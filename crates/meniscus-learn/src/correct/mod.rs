@@ -41,7 +41,7 @@ use burn::tensor::{Device, Tensor};
 use judge::{AHEAD, error, split};
 use meniscus::blob::{LoadError, Model};
 use meniscus::latent::generic::Latent;
-use meniscus::runtime::Drive;
+use meniscus::runtime::InputSource;
 use meniscus::surface::SurfaceProfile;
 use meniscus_optim::progress::{Session, annealed};
 use meniscus_optim::weights::{Adam, leaves, scalar};
@@ -222,7 +222,7 @@ pub fn correct(
 /// Where the running filter of `model` stood at every frame of `seen`.
 fn stood(model: &Model<'_>, seen: &Sightings) -> Vec<Latent> {
     let mut latents = Vec::with_capacity(seen.len());
-    turns_with(model, seen, |_| Drive::Seen, |_, _, estimate| latents.push(estimate.latent.into()));
+    turns_with(model, seen, |_| InputSource::Tracked, |_, _, estimate| latents.push(estimate.latent.into()));
     latents
 }
 
@@ -232,10 +232,10 @@ fn in_line(model: &Model<'_>, seen: &Sightings) -> Sightings {
     turns_with(
         model,
         seen,
-        |_| Drive::Seen,
+        |_| InputSource::Tracked,
         |frame, memory, _| {
             if let Some(Some(profile)) = out.get_mut(frame) {
-                *profile = model.transverse.in_line(profile, memory.aside_m());
+                *profile = model.cross_axis.in_line(profile, memory.lateral_m());
             }
         },
     );

@@ -23,7 +23,7 @@ use meniscus::latent::generic::Latent;
 use meniscus::latent::window::WINDOW;
 use meniscus::surface::POINTS;
 use meniscus::uncertainty::discrepancy::LEAST_M2;
-use meniscus::uncertainty::error_model::LEADS;
+use meniscus_data::blob_file::factors;
 use meniscus_data::blob_file::write::Part;
 
 /// K; chosen, as the next, on recordings of butter and water that a correction learns from.
@@ -59,7 +59,7 @@ impl Misses {
 
     /// Puts them in the place of what a blob's `parts` state.
     pub(super) fn put(&self, parts: &mut [Part]) {
-        for part in parts {
+        for part in parts.iter_mut() {
             match part.tensor {
                 Tensor::ProcessSpread => {
                     let rows = self.process.transpose();
@@ -68,14 +68,11 @@ impl Misses {
                 Tensor::SurfaceMisfit => {
                     part.values = self.heights.iter().map(|d| (d / self.rho) as f32).collect();
                 }
-                Tensor::Reach => {
-                    // Behind the floor of w.
-                    let of_heights = part.values.iter_mut().skip(1).take(LEADS.len());
-                    of_heights.for_each(|k| *k *= self.rho.sqrt() as f32);
-                }
                 _ => {}
             }
         }
+        let care = self.rho.sqrt() as f32;
+        factors::change(parts, |of| of.surface.iter_mut().for_each(|k| *k *= care));
     }
 
     /// Those of `lessons` under `dynamics`, whose liquid `stood` as the filter says; `self` are the source's.

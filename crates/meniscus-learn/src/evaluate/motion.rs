@@ -7,7 +7,7 @@
 use crate::correct::Sightings;
 use crate::normal;
 use meniscus::blob::Model;
-use meniscus::runtime::Drive;
+use meniscus::runtime::InputSource;
 use meniscus::units::FRAME_INTERVAL_S;
 use meniscus_data::motion::{Motion, MotionError};
 use meniscus_data::recording::Recording;
@@ -41,15 +41,15 @@ pub fn sources(model: &Model<'_>, recording: &Recording, seen: &Sightings, seed:
         |of: &[f64]| -> Vec<f64> { of.iter().map(|a| a + IMU.1 + IMU.0 * normal(&mut rng)).collect() };
     let imu = (noisy(&before), noisy(now));
     let linear = linear_with_motion(recording);
-    let one = |name, drive: &dyn Fn(usize) -> Drive| {
+    let one = |name, drive: &dyn Fn(usize) -> InputSource| {
         let turns = turns_with(model, seen, drive, |_, _, _| {});
         Source { name, score: score(model, recording, &linear, &turns, START) }
     };
     vec![
-        one("tracked", &|_| Drive::Seen),
-        one("imu", &|n| Drive::Known { before: imu.0[n], now: imu.1[n] }),
-        one("command", &|n| Drive::Known { before: before[n], now: now[n] }),
-        one("none", &|_| Drive::Unknown),
+        one("tracked", &|_| InputSource::Tracked),
+        one("imu", &|n| InputSource::Measured { before: imu.0[n], now: imu.1[n] }),
+        one("command", &|n| InputSource::Measured { before: before[n], now: now[n] }),
+        one("none", &|_| InputSource::Unobserved),
     ]
 }
 
@@ -78,7 +78,8 @@ pub(super) fn oracle(
     let missed = (missed / truth.iter().map(|a| a * a).sum::<f64>()).sqrt();
     let before = delayed(&recording.glass_x_m);
     let linear = linear_with_motion(recording);
-    let turns = turns_with(model, seen, |n| Drive::Known { before: before[n], now: known[n] }, |_, _, _| {});
+    let turns =
+        turns_with(model, seen, |n| InputSource::Measured { before: before[n], now: known[n] }, |_, _, _| {});
     let score = score(model, recording, &linear, &turns, START);
     Ok((Source { name: "oracle", score }, missed))
 }

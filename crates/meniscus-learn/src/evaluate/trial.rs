@@ -3,7 +3,7 @@
 use super::motion::delayed;
 use crate::correct::Sightings;
 use meniscus::blob::Model;
-use meniscus::runtime::{Crest, Drive, Forecast, Memory, Mode};
+use meniscus::runtime::{Crest, Forecast, InputSource, Memory, Mode};
 use meniscus::units::FRAME_INTERVAL_S;
 use meniscus_data::recording::Recording;
 use meniscus_score::baseline::linear_with_motion;
@@ -81,7 +81,7 @@ pub fn trial(model: &Model<'_>, recording: &Recording, seen: &Sightings) -> Tria
     let turns = turns_with(
         model,
         seen,
-        |_| Drive::Seen,
+        |_| InputSource::Tracked,
         |frame, memory, estimate| {
             if estimate.mode != Mode::Tracking {
                 return;

@@ -85,7 +85,7 @@ pub fn watch(
     let mut colour = vec![0; watch.rectifier.as_ref().map_or(0, Rectifier::colour_bytes)];
     let mut field = vec![0.0; estimator.field_len()];
     let eye = match watch.rectifier {
-        Some(rectifier) => Eye::in_colour(config, &mut depth, rectifier, (&mut colour, &mut grey)),
+        Some(rectifier) => Eye::in_colour(config, &mut depth, rectifier, &mut colour, &mut grey),
         None => Eye::new(config, &mut depth, &mut grey),
     };
     let mut tracker = Tracker::new(estimator, eye);
@@ -101,7 +101,7 @@ pub fn watch(
                 let started = Instant::now();
                 let before = allocations_of_this_thread();
                 let drive = |at| Told::drive(watch.told.as_ref(), at, started);
-                let turn = tracker.silence_driven(drive, &mut clock, &mut field);
+                let turn = tracker.silence(drive, &mut clock, &mut field);
                 let (allocations, turn_us) = (allocations_of_this_thread() - before, micros_since(started));
                 next_turn += INTERVAL;
                 if let Some(turn) = turn {
@@ -152,7 +152,7 @@ fn take(
     let mut last = None;
     let arrived = delivery.arrived;
     let drive = |at| Told::drive(watch.told.as_ref(), at, arrived);
-    tracker.accept_driven(delivery.stream, &delivery.payload, drive, clock, field, |turn, field| {
+    tracker.accept(delivery.stream, &delivery.payload, drive, clock, field, |turn, field| {
         let allocations = allocations_of_this_thread() - before;
         let (latency_us, turn_us) = (micros_since(arrived), micros_since(started));
         let logged = Logged { turn: *turn, ended: Instant::now(), latency_us, turn_us, allocations };

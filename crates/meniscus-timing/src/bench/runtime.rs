@@ -6,7 +6,7 @@
 
 use super::turn::Payloads;
 use meniscus::blob::{LoadError, Model, Tensor};
-use meniscus::runtime::{Estimator, Eye, Mode, Tracker};
+use meniscus::runtime::{Estimator, Eye, InputSource, Mode, Tracker};
 use meniscus::surface::{Config, Settings};
 use meniscus::usb::uvc::Stream;
 use meniscus_data::blob_file::read::parts;
@@ -102,7 +102,7 @@ pub fn serve(blob: &Path, payloads: &Path, started: Instant) -> io::Result<Needs
         file.read_exact(&mut payload)?;
         let stream = if stream == 1 { Stream::Outline } else { Stream::Depth };
         let mut turned = false;
-        tracker.accept(stream, &payload, &mut clock, &mut field, |turn, _| {
+        tracker.accept(stream, &payload, InputSource::tracked, &mut clock, &mut field, |turn, _| {
             turned = true;
             if turn.estimate.mode == Mode::Tracking {
                 done = Some(Instant::now());

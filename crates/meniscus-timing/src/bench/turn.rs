@@ -2,7 +2,7 @@
 
 use super::{Times, read_once};
 use meniscus::blob::Model;
-use meniscus::runtime::{Estimator, Eye, Mode, Stages, Tracker};
+use meniscus::runtime::{Estimator, Eye, InputSource, Mode, Stages, Tracker};
 use meniscus::surface::{Config, ConfigError};
 use meniscus::usb::uvc::Stream;
 use meniscus_data::recording::Recording;
@@ -102,7 +102,7 @@ pub fn turns(
             let before = allocations_of_this_thread();
             let start = Instant::now();
             let mut taken = None;
-            tracker.accept(*stream, payload, &mut clock, &mut field, |turn, _| {
+            tracker.accept(*stream, payload, InputSource::tracked, &mut clock, &mut field, |turn, _| {
                 taken = Some((start.elapsed(), turn.estimate));
             });
             let allocations = allocations_of_this_thread() - before;

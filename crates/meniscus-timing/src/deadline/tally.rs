@@ -145,7 +145,7 @@ fn micros(time: std::time::Duration) -> u64 {
 mod tests {
     use super::*;
     use meniscus::blob::Model;
-    use meniscus::runtime::{Estimator, Memory, Turn};
+    use meniscus::runtime::{Estimator, Memory, Turn, TurnInput};
     use meniscus::units::Micros;
     use meniscus::usb::frame::Stamp;
     use std::time::{Duration, Instant};
@@ -155,7 +155,8 @@ mod tests {
         let bytes = meniscus_platform::files::AlignedBytes::copy(meniscus_shipped::MODEL);
         let model = Model::load(&bytes).expect("the shipped model");
         let mut clock = meniscus_platform::clock::Monotonic::start();
-        let estimate = Estimator::new(&model).turn(&mut Memory::default(), None, 0, &mut clock, &mut []);
+        let estimate =
+            Estimator::new(&model).turn(&mut Memory::default(), TurnInput::default(), &mut clock, &mut []);
         let captured = Micros(Film::captured_us(frame));
         let stamp = Some(Stamp { sequence: frame as u32, captured });
         Logged {

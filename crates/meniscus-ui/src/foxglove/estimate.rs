@@ -101,7 +101,7 @@ fn mode(mode: Mode) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use meniscus::runtime::{Estimator, Memory, Turn};
+    use meniscus::runtime::{Estimator, Memory, Turn, TurnInput};
     use meniscus::units::Micros;
     use meniscus_platform::clock::Monotonic;
     use meniscus_platform::files::AlignedBytes;
@@ -111,7 +111,8 @@ mod tests {
         let bytes = AlignedBytes::copy(meniscus_shipped::MODEL);
         let model = Model::load(&bytes).expect("the shipped model");
         let mut memory = Memory::default();
-        let estimate = Estimator::new(&model).turn(&mut memory, None, 0, &mut Monotonic::start(), &mut []);
+        let estimate =
+            Estimator::new(&model).turn(&mut memory, TurnInput::default(), &mut Monotonic::start(), &mut []);
         let turn = Turn { time: Micros(1), stamp: None, sight: None, estimate };
         let ended = std::time::Instant::now();
         let logged = Logged { turn, ended, latency_us: 5, turn_us: 4, allocations: 0 };

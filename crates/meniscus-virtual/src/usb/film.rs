@@ -7,7 +7,7 @@ use super::{RecordedGlass, SimulatedBus};
 use crate::observe_recording::NoClock;
 use crate::render::SceneSettings;
 use meniscus::blob::Model;
-use meniscus::runtime::{Estimator, Eye, Tracker};
+use meniscus::runtime::{Estimator, Eye, InputSource, Tracker};
 use meniscus::surface;
 use meniscus::surface::{Config, ConfigError};
 use meniscus::usb::uvc::Stream;
@@ -87,10 +87,17 @@ impl Sink for Direct<'_, '_> {
 
     fn deliver(&mut self, stream: Stream, payload: Buffer) -> bool {
         let turns = &mut self.turns;
-        self.tracker.accept(stream, &payload, &mut NoClock, &mut self.field, |turn, _| {
-            let ended = Instant::now();
-            turns.push(Logged { turn: *turn, ended, latency_us: 0, turn_us: 0, allocations: 0 });
-        });
+        self.tracker.accept(
+            stream,
+            &payload,
+            InputSource::tracked,
+            &mut NoClock,
+            &mut self.field,
+            |turn, _| {
+                let ended = Instant::now();
+                turns.push(Logged { turn: *turn, ended, latency_us: 0, turn_us: 0, allocations: 0 });
+            },
+        );
         self.spare.push(payload);
         true
     }

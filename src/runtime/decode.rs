@@ -1,0 +1,102 @@
+//! Last stages of a turn: decode, intervals, field, audit. The surface is decoded once, at the corrected state.
+
+use super::budget::{Clock, Lap, Stages, field_start_us};
+use super::estimate::Estimate;
+use super::estimator::Estimator;
+use super::memory::Memory;
+use super::mode::Mode;
+use super::predict::Prior;
+use crate::latent::decoder::{Coefficients, Selection};
+use crate::latent::generic::LATENTS;
+use crate::runtime::health::count;
+use crate::surface::{POINTS, SurfaceProfile};
+use crate::uncertainty::discrepancy::Discrepancy;
+use crate::uncertainty::error_model::{Interval, IntervalInput};
+
+/// Corrected state of a turn, decoded.
+pub(super) struct Posterior {
+    latent: [f64; LATENTS],
+    energy: f64,
+    input: f64,
+    coefficients: Coefficients,
+    surface_m: [f32; POINTS],
+    discrepancy: Discrepancy,
+}
+
+impl Estimator<'_> {
+    /// Decodes the corrected state, and adds to its surface what the decoder cannot say.
+    pub(super) fn decode(&self, memory: &Memory, measured: Option<&SurfaceProfile>) -> Posterior {
+        let (decoder, input) = (&self.model.decoder, memory.filter.input());
+        let energy = self.latent_energy(memory);
+        let latent: [f64; LATENTS] = memory.state.latent.into();
+        let coefficients = decoder.coefficients(&latent.map(|x| x as f32), input as f32);
+        let mut surface_m = decoder.surface(&coefficients);
+        self.model.cross_axis.raise(&mut surface_m, memory.filter.lateral_m());
+        let mut discrepancy = Discrepancy::NONE;
+        if let Some(profile) = measured {
+            discrepancy = Discrepancy::of(&self.model.error_model, profile, energy);
+            discrepancy.put_back(&mut surface_m, profile);
+        }
+        if let Some(lens) = &self.model.lens {
+            lens.raise(&mut surface_m);
+        }
+        Posterior { latent, energy, input, coefficients, surface_m, discrepancy }
+    }
+
+    /// Returns the half-widths of the corrected state.
+    pub(super) fn interval(&self, memory: &Memory, posterior: &Posterior) -> Interval {
+        let errors = &self.model.error_model;
+        let lateral = memory.filter.lateral(self.model);
+        errors.interval(&IntervalInput {
+            covariance: &memory.filter.covariance(),
+            lateral_variance_m2: &self.model.cross_axis.variance(&lateral, &errors.surface),
+            discrepancy: &posterior.discrepancy,
+            latent_energy: posterior.energy,
+            heat: memory.state.heat,
+            energy_scale_j: self.model.header.energy_scale_j,
+        })
+    }
+
+    /// Writes the full field if it is wanted, valid and in time. Returns whether it was written.
+    pub(super) fn write_field<C: Clock>(
+        &self,
+        memory: &mut Memory,
+        posterior: &Posterior,
+        lap: &Lap<'_, C>,
+        stages: &Stages,
+        field: &mut [f32],
+    ) -> bool {
+        let wanted = self.groups != Selection::NONE && field.len() == self.field_len();
+        if memory.mode == Mode::Halted || !wanted {
+            return false;
+        }
+        if lap.elapsed_us().saturating_add(stages.surface_us) > field_start_us(self.deadline_us) {
+            count(&mut memory.health.field_shed);
+            return false;
+        }
+        let heat_j = self.model.header.energy_scale_j * memory.state.heat;
+        self.model.decoder.part(self.groups, &posterior.coefficients, heat_j as f32, field);
+        true
+    }
+
+    /// Closes the books of the turn: the estimate but for interval, field and times.
+    pub(super) fn audit(&self, memory: &Memory, prior: &Prior, posterior: &Posterior) -> Estimate {
+        let joules = self.model.header.energy_scale_j;
+        // Two corrections change H: by the position of the glass before the step, by heights and encoder behind it.
+        let corrected = posterior.energy - prior.energy + prior.energy_placed - prior.energy_before;
+        Estimate {
+            mode: memory.mode,
+            latent: posterior.latent,
+            surface_m: posterior.surface_m,
+            interval: Interval::default(),
+            acceleration_m_s2: (self.acceleration_scale() * prior.input) as f32,
+            port: posterior.input as f32,
+            slosh_j: joules * posterior.energy,
+            heat_j: joules * memory.state.heat,
+            corrected_j: joules * corrected,
+            audit: prior.audit,
+            field_fresh: false,
+            stages: Stages::default(),
+        }
+    }
+}

@@ -1,0 +1,37 @@
+//! Estimate of a turn, beside the full field in the caller's buffer.
+
+use super::budget::Stages;
+use super::mode::Mode;
+use crate::latent::generic::{Audit, LATENTS};
+use crate::surface::POINTS;
+use crate::uncertainty::error_model::Interval;
+use serde::{Deserialize, Serialize};
+
+/// Result of a turn. `firmware-config/SPEC.md` has its bytes.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Estimate {
+    /// Validity of the estimate.
+    pub mode: Mode,
+    /// x after the correction.
+    pub latent: [f64; LATENTS],
+    /// The 21 heights of the surface, metres above the inner bottom.
+    pub surface_m: [f32; POINTS],
+    /// Half-widths of heights and field that hold nine times out of ten.
+    pub interval: Interval,
+    /// Acceleration of the glass that entered the port, m/s2.
+    pub acceleration_m_s2: f32,
+    /// Input of this instant that the decoder used: read off the window, or the one above.
+    pub port: f32,
+    /// H(x): slosh energy, joules.
+    pub slosh_j: f64,
+    /// s: heat since the start, joules.
+    pub heat_j: f64,
+    /// Change of H by the correction with the measurement, joules; not part of the laws' books.
+    pub corrected_j: f64,
+    /// Books of the predicting step, in units of H.
+    pub audit: Audit,
+    /// Whether the full field was written this turn.
+    pub field_fresh: bool,
+    /// Time of each stage.
+    pub stages: Stages,
+}
