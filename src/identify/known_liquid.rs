@@ -1,9 +1,9 @@
 //! A known liquid on a glass, and several of them on the same one.
 
 use super::evidence::{Calibration, Evidence, Miss};
+use super::oscillation::{Change, Swing, Tone};
 use super::posterior::{Verdict, posterior};
-use crate::identify::oscillation::{Swing, Tone};
-use crate::identify::slope::slope;
+use super::slope::slope;
 use crate::surface::SurfaceProfile;
 use crate::units::FRAME_INTERVAL_S;
 
@@ -113,9 +113,10 @@ impl<'k> Recogniser<'k> {
         for (known, course) in self.known.iter().zip(&mut trail.courses) {
             let speed = (place - from) / (f64::from(ago) * FRAME_INTERVAL_S);
             if begun {
-                course.swing = known.tone.caught((before_m, read.height_m), ago, speed);
+                course.swing =
+                    known.tone.caught(Change { from_m: before_m, to_m: read.height_m }, ago, speed);
             } else {
-                known.tone.advance(&mut course.swing, (from, place), ago);
+                known.tone.advance(&mut course.swing, Change { from_m: from, to_m: place }, ago);
             }
             let wave_m2 = known.tone.amplitude2_m2(&course.swing, speed);
             course.wave_m2 += (MEMORY * f64::from(ago)).min(1.0) * (wave_m2 - course.wave_m2);
@@ -213,7 +214,7 @@ mod tests {
         let mut swing = Swing::default();
         (0..240_u32).map(move |n| {
             if n > 0 {
-                tone.advance(&mut swing, (place(n - 1), place(n)), 1);
+                tone.advance(&mut swing, Change { from_m: place(n - 1), to_m: place(n) }, 1);
             }
             let ripple = |i: usize| 2e-4 * (f64::from((n * 37 + i as u32 * 101) % 64) / 32.0 - 1.0);
             let height = |i: usize| (FILL_M + swing.height_m * profile_abscissa(i) + ripple(i)) as f32;

@@ -171,7 +171,7 @@ impl Look<'_> {
     }
 
     /// `z - w` of a depth pixel `raw`; `None` in a hole and beside the glass.
-    fn residual(&self, (column, row): (usize, usize), raw: u16) -> Option<f32> {
+    fn residual(&self, column: usize, row: usize, raw: u16) -> Option<f32> {
         self.along(self.config.depth_camera.ray(column as f32, row as f32), raw)
     }
 
@@ -222,7 +222,7 @@ impl Look<'_> {
         for row in edge.saturating_add(1)..edge.saturating_add(1 + THICKEST) {
             let residual = self.in_depth(point.column, row).and_then(|(column, row)| {
                 let raw = z16_row(self.depth, row, column, column.saturating_add(1)).next()?;
-                self.residual((column, row), raw)
+                self.residual(column, row, raw)
             });
             match residual.map(|r| r - offset_m) {
                 Some(residual) if residual > limit_m => {

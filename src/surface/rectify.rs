@@ -117,7 +117,7 @@ impl Rectifier {
         let (own, other) = (&self.lens.intrinsics, &self.to);
         let (across, down) = (quarter(own.fx, other.fx), quarter(own.fy, other.fy));
         for pixel in pixels {
-            *pixel = self.mean(yuy2, (u as i32, v as i32), (across, down)).unwrap_or(0);
+            *pixel = self.mean(yuy2, Footprint { u: u as i32, v: v as i32, across, down }).unwrap_or(0);
             u += du;
             v += dv;
         }
@@ -125,7 +125,8 @@ impl Rectifier {
 
     /// Mean of the luma at four places around one, each bilinear: places are in parts of a pixel. `None` where one
     /// of them lies outside of the image.
-    fn mean(&self, yuy2: &[u8], (u, v): (i32, i32), (across, down): (i32, i32)) -> Option<u8> {
+    fn mean(&self, yuy2: &[u8], footprint: Footprint) -> Option<u8> {
+        let Footprint { u, v, across, down } = footprint;
         let Intrinsics { width, height, .. } = self.lens.intrinsics;
         let (column, columns) = taps(u, across)?;
         let (row, rows) = taps(v, down)?;
@@ -142,6 +143,15 @@ impl Rectifier {
         // Two places along each axis, each of whose weights make PARTS.
         Some(((sum + 2 * PARTS * PARTS) / (4 * PARTS * PARTS)) as u8)
     }
+}
+
+/// Centre of a grey pixel in the colour image, and the distances of its four places from it, in parts of a pixel.
+#[derive(Clone, Copy)]
+struct Footprint {
+    u: i32,
+    v: i32,
+    across: i32,
+    down: i32,
 }
 
 /// The first of three pixels along an axis, and the sum of the weights that they have for two places, `half` before

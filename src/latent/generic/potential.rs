@@ -63,7 +63,7 @@ impl Potential<'_> {
     #[must_use]
     pub fn gradient(&self, x: &Latent) -> Latent {
         let seen = self.see(x);
-        self.discrete_gradient((x, &seen), (x, &seen))
+        self.discrete_gradient(x, &seen, x, &seen)
     }
 
     /// dH(x, y), the mean of grad H along the straight way from `x` to `y` (Harten, Lax and van Leer 1983), each with
@@ -73,7 +73,7 @@ impl Potential<'_> {
     ///
     /// The mean is exact, so that dH . (y - x) = H(y) - H(x), and nothing is divided by |y - x|.
     #[must_use]
-    pub fn discrete_gradient(&self, (x, from): (&Latent, &Seen), (y, to): (&Latent, &Seen)) -> Latent {
+    pub fn discrete_gradient(&self, x: &Latent, from: &Seen, y: &Latent, to: &Seen) -> Latent {
         let middle = self.bend(&((x + y) * 0.5));
         let mut kx = [0.0; LATENTS];
         self.linear.accumulate_f64(middle.as_slice(), &mut kx);

@@ -139,13 +139,13 @@ impl Generic<'_> {
         let mut gradient = Latent::zeros();
         while iterations < MAX_ITERATIONS {
             iterations += 1;
-            gradient = self.potential.discrete_gradient((a, &from), (&b, &to));
+            gradient = self.potential.discrete_gradient(a, &from, &b, &to);
             let residual = b - a - (flow.matrix * gradient - flow.pull) * self.dt_s;
             if residual.dot(&residual) <= TOLERANCE * scale {
                 outcome = Outcome::Solved;
                 break;
             }
-            b -= self.correction(&residual, iterations, &flow.matrix, (&from, &to));
+            b -= self.correction(&residual, iterations, &flow.matrix, &from, &to);
             to = self.potential.see(&b);
         }
         let remembered = self.slots.as_ref().map(|slots| slots.remember(held, &gradient, speed, self.dt_s));
@@ -162,7 +162,7 @@ impl Generic<'_> {
 
     /// What the `turn`-th iteration takes from the end that left `residual`: the constant matrix while there is hope in
     /// it, then Newton's.
-    fn correction(&self, residual: &Latent, turn: u32, flow: &Square, (from, to): (&Seen, &Seen)) -> Latent {
+    fn correction(&self, residual: &Latent, turn: u32, flow: &Square, from: &Seen, to: &Seen) -> Latent {
         if turn > CHEAP_ITERATIONS || self.slots.is_some() {
             let stiffness = self.potential.stiffness(from, to);
             return newton::correction(&stiffness, flow, self.dt_s, residual);

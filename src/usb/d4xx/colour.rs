@@ -45,11 +45,12 @@ pub struct Colour {
     pub depth_lens_m: [f32; 3],
 }
 
-/// The colour lens by table 32, for images of a size.
+/// The colour lens by table 32, for images of a size, width and height in pixels.
 ///
 /// # Errors
 /// [`CalibrationError`] when the table is too short or holds nonsense.
-pub fn colour(table: &Table<'_>, (width, height): (u16, u16)) -> Result<Colour, CalibrationError> {
+pub fn colour(table: &Table<'_>, size: (u16, u16)) -> Result<Colour, CalibrationError> {
+    let (width, height) = size;
     let short = CalibrationError::Size { width, height };
     let number = |at: usize, k: usize| f32_at(table.bytes, at + 4 * k).ok_or(short);
     let [mut k00, mut k02, mut k11, mut k12] =

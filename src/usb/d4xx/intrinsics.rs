@@ -93,25 +93,27 @@ pub mod recommended {
     /// The command.
     pub const COMMAND: Command<'static> = LIST;
 
-    /// The item of an image size.
+    /// The item of an image size, width and height in pixels.
     ///
     /// # Errors
     /// [`CalibrationError`] when the list lacks the size or holds nonsense for it.
-    pub fn read(payload: &[u8], (width, height): (u16, u16)) -> Result<Intrinsics, CalibrationError> {
-        let size = |item: &&[u8]| u16_at(item, 0) == Some(width) && u16_at(item, 2) == Some(height);
-        let item = payload.chunks_exact(ITEM).find(size);
+    pub fn read(payload: &[u8], size: (u16, u16)) -> Result<Intrinsics, CalibrationError> {
+        let (width, height) = size;
+        let has_size = |item: &&[u8]| u16_at(item, 0) == Some(width) && u16_at(item, 2) == Some(height);
+        let item = payload.chunks_exact(ITEM).find(has_size);
         let values = item.and_then(|item| four(item, 4));
         sound(values.ok_or(CalibrationError::Size { width, height })?, width, height)
     }
 }
 
-/// The intrinsics of an image size by the slots of table 25.
+/// The intrinsics of an image size, width and height in pixels, by the slots of table 25.
 ///
 /// # Errors
 /// [`CalibrationError`] when the table has no slot for it or nonsense in it.
-pub fn coefficients(table: &Table<'_>, (width, height): (u16, u16)) -> Result<Intrinsics, CalibrationError> {
+pub fn coefficients(table: &Table<'_>, size: (u16, u16)) -> Result<Intrinsics, CalibrationError> {
+    let (width, height) = size;
     let unknown = CalibrationError::Size { width, height };
-    let slot = SIZES.iter().position(|size| *size == (width, height)).ok_or(unknown)?;
+    let slot = SIZES.iter().position(|listed| *listed == size).ok_or(unknown)?;
     let values = four(table.bytes, SLOTS.0 + slot * SLOTS.1).ok_or(unknown)?;
     let [fx, fy, ppx, ppy] = values;
     if fx == fy && ppx == ppy {

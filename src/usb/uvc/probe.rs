@@ -102,10 +102,11 @@ impl Probe {
         Ok(Self { bytes, length: wanted })
     }
 
-    /// The same record asking for a mode: the interval is to be kept (bmHint 1), and both sizes are
+    /// The same record asking for a mode, format and frame index: the interval is to be kept (bmHint 1), and both sizes are
     /// left to the camera.
     #[must_use]
-    pub fn ask(mut self, (format, frame): (u8, u8), interval: u32) -> Self {
+    pub fn ask(mut self, mode: (u8, u8), interval: u32) -> Self {
+        let (format, frame) = mode;
         put(&mut self.bytes, 0, &[1, 0, format, frame]);
         put(&mut self.bytes, 4, &interval.to_le_bytes());
         put(&mut self.bytes, 18, &[0; 8]);

@@ -7,7 +7,7 @@
 //! f is the oscillator as it runs beside a camera, its weak pull towards s included; J by differences. Three starts, a
 //! thin liquid, a thick one and one that creeps, and the best of the three.
 
-use meniscus::identify::{Calibration, Known, Recogniser, Tone, Trail, slope};
+use meniscus::identify::{Calibration, Change, Known, Recogniser, Tone, Trail, slope};
 use meniscus::surface::SurfaceProfile;
 use meniscus::units::GRAVITY_M_S2;
 use nalgebra::{DVector, SMatrix, SVector};
@@ -150,7 +150,7 @@ pub(super) mod tests {
         let mut swing = Swing::default();
         let mut frame = |n: usize| {
             if n > 0 {
-                bent.advance(&mut swing, (place(n - 1), place(n)), 1);
+                bent.advance(&mut swing, Change { from_m: place(n - 1), to_m: place(n) }, 1);
             }
             let height = |i: usize| (0.07 + swing.height_m * profile_abscissa(i) + noise()) as f32;
             Some(SurfaceProfile {
