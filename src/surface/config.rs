@@ -1,8 +1,9 @@
 //! What is constant: camera, its place, the glass, the liquid's look; checked once.
 
 use super::deproject::Camera;
-use super::optics::{Intrinsics, Optics};
+use super::optics::Optics;
 use crate::usb::frame::Stamp;
+use crate::usb::lens::Intrinsics;
 
 /// Widest region of interest in pixels: the bound of every fixed array of columns.
 pub const MAX_COLUMNS: usize = 256;

@@ -9,8 +9,8 @@
 //! ```
 
 use super::config::Settings;
-use super::optics::Intrinsics;
 use crate::math::{sincosf, sqrtf};
+use crate::usb::lens::Intrinsics;
 
 /// Intrinsics and place of the camera, with the sine and cosine of the pitch.
 #[derive(Clone, Copy, Debug)]

@@ -18,8 +18,8 @@
 //! as a larger pixel of a camera would be: the colour lens has the longer focal length, and edges that are sampled
 //! more coarsely than they are sharp cannot be placed to a tenth of a pixel.
 
-use super::optics::Intrinsics;
 use super::region::Region;
+use crate::usb::lens::{ColourLens, Intrinsics};
 
 /// Pixels from one exact place to the next: with fx' = 612 and k1 = 0.2 the straight line between them is off by 0.02
 /// pixel at most.
@@ -28,34 +28,6 @@ const STEP: usize = 8;
 const PARTS: u32 = 256;
 /// Bytes of a YUY2 pixel; the luma is the first.
 const BYTES: usize = 2;
-
-/// The lens of the colour image.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ColourLens {
-    /// Of the colour image.
-    pub intrinsics: Intrinsics,
-    /// k1, k2, p1, p2, k3.
-    pub distortion: [f32; 5],
-    /// Rows of `Q`, which turns directions from the axes of the depth image to those of the colour image.
-    pub rotation: [[f32; 3]; 3],
-}
-
-impl ColourLens {
-    /// Where the lens sees the direction `(a, b, 1)` of the depth image's axes, pixels.
-    #[must_use]
-    pub fn pixel_of(&self, a: f32, b: f32) -> (f32, f32) {
-        let [k1, k2, p1, p2, k3] = self.distortion;
-        let [x, y, z] = self.rotation.map(|[r0, r1, r2]| r0 * a + r1 * b + r2);
-        let (x, y) = (x / z, y / z);
-        let r2 = x * x + y * y;
-        let f = 1.0 + r2 * (k1 + r2 * (k2 + r2 * k3));
-        let (x, y) = (x * f, y * f);
-        let across = x + 2.0 * p1 * x * y + p2 * (r2 + 2.0 * x * x);
-        let down = y + 2.0 * p2 * x * y + p1 * (r2 + 2.0 * y * y);
-        let lens = &self.intrinsics;
-        (lens.fx * across + lens.ppx, lens.fy * down + lens.ppy)
-    }
-}
 
 /// Makes grey images of colour images.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -18,7 +18,7 @@
 
 use super::intrinsics::{CalibrationError, sound};
 use super::table::Table;
-use crate::surface::ColourLens;
+use crate::usb::lens::ColourLens;
 use crate::usb::uvc::bytes::{f32_at, u16_at};
 
 /// Id of the colour table.

@@ -10,7 +10,7 @@
 
 use super::monitor::{Command, opcode};
 use super::table::Table;
-use crate::surface::Intrinsics;
+use crate::usb::lens::Intrinsics;
 use crate::usb::uvc::bytes::{f32_at, u16_at};
 
 /// Bytes of an item of the list.

@@ -12,7 +12,7 @@
 
 use super::metadata::Blocks;
 
-/// Header length and flags, the part that every payload must have.
+/// PayloadHeader length and flags, the part that every payload must have.
 const FIXED: usize = 2;
 /// Bytes of the presentation time stamp.
 const PTS: usize = 4;
@@ -66,14 +66,14 @@ impl core::error::Error for HeaderError {}
 
 /// A checked payload header; it exists only if every field that its flags announce lies inside it.
 #[derive(Clone, Copy, Debug)]
-pub struct Header<'a> {
+pub struct PayloadHeader<'a> {
     flags: u8,
     pts: Option<u32>,
     source_clock: Option<(u32, u16)>,
     metadata: &'a [u8],
 }
 
-impl<'a> Header<'a> {
+impl<'a> PayloadHeader<'a> {
     /// Splits a payload into its header and its pixels.
     ///
     /// # Errors

@@ -4,7 +4,7 @@
 //! carry `version: u32, flags: u32` first in the body; a field without its flag bit has no value.
 //! Source: Microsoft's UVC metadata extension; the Linux kernel's `V4L2_META_FMT_D4XX`.
 
-use super::header::{Header, le_u32};
+use super::header::{PayloadHeader, le_u32};
 
 /// Bytes of id and size.
 const BLOCK_HEADER: usize = 8;
@@ -66,7 +66,7 @@ pub struct Timing {
 impl Timing {
     /// The capture timing in a header's metadata, all `None` if there is none.
     #[must_use]
-    pub fn of(header: &Header<'_>) -> Self {
+    pub fn of(header: &PayloadHeader<'_>) -> Self {
         let block = header.blocks().find(|block| block.id == CAPTURE_TIMING);
         block.map(|block| Self::parse(block.body)).unwrap_or_default()
     }
