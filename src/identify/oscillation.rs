@@ -45,7 +45,7 @@ pub struct Tone {
     pub lever: f64,
 }
 
-/// Where a mode is.
+/// State of a mode.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Swing {
     /// s: height at the wall, m.
@@ -65,6 +65,18 @@ pub struct Change {
 
 impl Tone {
     /// Advances `swing` by `frames` frame intervals of an evenly moving glass, whose position is `glass`.
+    ///
+    /// ```
+    /// use meniscus::identify::{Change, Swing, Tone};
+    ///
+    /// let water =
+    ///     Tone { frequency: 22.5, decay: 0.5, yielding: 0.0, breaking: 0.0, softening: 0.0, lever: 1.5 };
+    /// // Two seconds in a glass at rest: the wave has lost most of its height, exp(-2 s 0.5/s).
+    /// let mut swing = Swing { height_m: 1e-3, rate_m_s: 0.0 };
+    /// water.advance(&mut swing, Change::default(), 120);
+    /// let amplitude = water.amplitude2_m2(&swing, 0.0).sqrt();
+    /// assert!((amplitude / 1e-3 - (-1.0_f64).exp()).abs() < 0.02);
+    /// ```
     pub fn advance(&self, swing: &mut Swing, glass: Change, frames: u32) {
         let Change { from_m, to_m } = glass;
         let steps = frames.max(1).saturating_mul(STEPS);

@@ -27,7 +27,7 @@ const WORST: f64 = 20.0;
 /// Standard deviations of ln kappa to each side that the integral of a known liquid takes in.
 const REACH: f64 = 4.0;
 
-/// What the evidence says beside the probabilities.
+/// Result of a recognition beside the probabilities.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Verdict {
     /// The most probable liquid; nothing where `none` is more probable than each.
@@ -76,6 +76,22 @@ fn unknown(evidence: &Evidence, numbers: f64) -> f64 {
 
 /// The probabilities of the liquids whose calibrations and sums are `rivals`, into `probabilities` (as many), and what
 /// else there is to say. Without any evidence all are equal.
+///
+/// ```
+/// use meniscus::identify::{Calibration, Evidence, posterior};
+///
+/// let usual = Calibration { scale: 0.1, scatter: 0.2, numbers: 0.5 };
+/// // One liquid has residuals of the expected size, the other four times as large.
+/// let sums = [1.0, 4.0].map(|kappa: f64| {
+///     let mut evidence = Evidence::default();
+///     (0..80).for_each(|_| evidence.add(kappa * kappa * 1e-6, 1e-6));
+///     evidence
+/// });
+/// let mut probabilities = [0.0; 2];
+/// let verdict = posterior(sums.iter().map(|sum| (&usual, sum)), &mut probabilities);
+/// assert_eq!(verdict.best, Some(0));
+/// assert!((probabilities.iter().sum::<f64>() + verdict.none - 1.0).abs() < 1e-12);
+/// ```
 pub fn posterior<'e>(
     rivals: impl Iterator<Item = (&'e Calibration, &'e Evidence)> + Clone,
     probabilities: &mut [f64],

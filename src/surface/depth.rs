@@ -64,18 +64,18 @@ pub(super) struct Sample {
     pub(super) x_m: f32,
     /// Height above the inner bottom, metres.
     pub(super) z_m: f32,
-    /// By how much the height changes with the depth: the ray's rise.
+    /// Change of the height with the depth: the ray's rise.
     pub(super) rise: f32,
     /// Variance of its own beside the edge's and the depth's noise, square metres.
     pub(super) own_m2: f32,
-    /// By how much it was lowered already, metres.
+    /// Distance by which it was lowered already, metres.
     pub(super) lowered_m: f32,
 }
 
 /// The edge in space, `x` rising.
 pub(super) type Samples = Vec<Sample, MAX_COLUMNS>;
 
-/// What the depth image says of the wall.
+/// Readings of the wall in the depth image.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Wall {
     /// `r0`, metres.

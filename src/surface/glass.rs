@@ -37,7 +37,7 @@ pub(super) struct Body {
     sides: [bool; 2],
     /// Row to which the columns belong.
     row: f32,
-    /// Where the axis is about, metres.
+    /// Approximate position of the axis, metres.
     near_m: f32,
 }
 

@@ -1,4 +1,4 @@
-//! What a camera tells of itself: intrinsics, depth unit, the lenses of its images.
+//! Optics that a camera reports: intrinsics, depth unit, the lenses of its images.
 
 use super::config::Settings;
 use crate::usb::lens::Intrinsics;
@@ -11,7 +11,7 @@ pub struct Optics {
     pub intrinsics: Intrinsics,
     /// Metres in one unit of the depth image.
     pub depth_unit_m: f32,
-    /// Where the lens of the depth image stands, as seen from that of the outline image: right, down, forward, metres.
+    /// Position of the depth lens relative to that of the outline image: right, down, forward, metres.
     pub depth_lens_m: [f32; 3],
 }
 

@@ -30,6 +30,20 @@ const PARTS: u32 = 256;
 const BYTES: usize = 2;
 
 /// Makes grey images of colour images.
+///
+/// ```
+/// use meniscus::surface::{ColourLens, Intrinsics, Rectifier, Region};
+///
+/// // A colour lens like the depth lens, straight and without distortion.
+/// let lens = Intrinsics { width: 16, height: 16, fx: 20.0, fy: 20.0, ppx: 7.5, ppy: 7.5 };
+/// let rotation = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+/// let rectifier = Rectifier::new(ColourLens { intrinsics: lens, distortion: [0.0; 5], rotation }, lens);
+///
+/// let yuy2 = vec![90; rectifier.colour_bytes()];
+/// let mut grey = vec![0; rectifier.grey_bytes()];
+/// rectifier.rectify(&yuy2, &mut grey, Region::whole((16, 16)));
+/// assert_eq!(grey[8 * 16 + 8], 90);
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rectifier {
     lens: ColourLens,

@@ -4,6 +4,12 @@ use super::config::{Config, MAX_COLUMNS};
 use super::edge::SPAN;
 
 /// A rectangle of pixels, ends exclusive.
+///
+/// ```
+/// use meniscus::surface::Region;
+///
+/// assert_eq!(Region::whole((640, 480)), Region { left: 0, right: 640, top: 0, bottom: 480 });
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Region {
     /// First column.

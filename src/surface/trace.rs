@@ -34,7 +34,7 @@ pub(super) type Edge = Vec<EdgePoint, MAX_COLUMNS>;
 
 /// A band over the edge brighter than the background by this share of the step is foam.
 const OVERSHOOT: f32 = 0.2;
-/// What foam adds to the variance of an edge, square pixels.
+/// Variance that foam adds to an edge, square pixels.
 const FOAM_PX2: f32 = 0.09;
 
 /// Traces the edge of every column of the body; columns without a clear edge are left out.

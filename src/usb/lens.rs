@@ -29,7 +29,7 @@ pub struct ColourLens {
 }
 
 impl ColourLens {
-    /// Where the lens sees the direction `(a, b, 1)` of the depth image's axes, pixels.
+    /// Returns the pixel at which the lens sees the direction `(a, b, 1)` of the depth image's axes.
     #[must_use]
     pub fn pixel_of(&self, a: f32, b: f32) -> (f32, f32) {
         let [k1, k2, p1, p2, k3] = self.distortion;

@@ -19,7 +19,7 @@ pub struct Frame<'a> {
     pub stamp: Stamp,
 }
 
-/// What a payload led to.
+/// Outcome of a payload.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Outcome<'a> {
     /// More payloads of this frame are to come.
@@ -44,7 +44,7 @@ impl Open {
         Self { fid: header.frame_id(), pts: header.pts(), stamp, filled: 0 }
     }
 
-    /// Whether a payload belongs to this frame. All payloads of a frame carry the same time; without
+    /// Returns whether a payload belongs to this frame. All payloads of a frame carry the same time; without
     /// that, the frame after the next one, which has the same identifier, could be taken for the rest.
     fn goes_on(&self, header: &PayloadHeader<'_>) -> bool {
         self.fid == header.frame_id() && (self.pts == header.pts() || header.pts().is_none())
@@ -54,7 +54,7 @@ impl Open {
 /// Joins the payloads of one stream in a buffer of the caller's.
 ///
 /// ```
-/// use crate::usb::uvc::{Assembler, Outcome};
+/// use meniscus::usb::uvc::{Assembler, Outcome};
 ///
 /// let mut buffer = [0; 4];
 /// let mut assembler = Assembler::new(&mut buffer);

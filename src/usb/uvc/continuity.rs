@@ -12,7 +12,7 @@ use crate::usb::frame::Stamp;
 /// A frame that is older than the last one by less than this came late, microseconds.
 const LATE_US: u32 = 1_000_000;
 
-/// What is remembered of the last frame whose header could be read.
+/// Memory of the last frame whose header could be read.
 #[derive(Clone, Copy, Debug)]
 struct Last {
     fid: bool,
