@@ -4,66 +4,119 @@
 //! would take the platform's own library once `std` is linked.
 
 /// Square root, correctly rounded on every platform.
+///
+/// ```
+/// assert_eq!(meniscus::math::sqrt(2.25), 1.5);
+/// ```
 #[must_use]
 pub fn sqrt(x: f64) -> f64 {
     libm::sqrt(x)
 }
 
 /// Exponential.
+///
+/// ```
+/// assert_eq!(meniscus::math::exp(0.0), 1.0);
+/// ```
 #[must_use]
 pub fn exp(x: f64) -> f64 {
     libm::exp(x)
 }
 
 /// Natural logarithm.
+///
+/// ```
+/// assert_eq!(meniscus::math::ln(1.0), 0.0);
+/// ```
 #[must_use]
 pub fn ln(x: f64) -> f64 {
     libm::log(x)
 }
 
 /// `x` to the power `y`.
+///
+/// ```
+/// assert_eq!(meniscus::math::pow(2.0, -3.0), 0.125);
+/// ```
 #[must_use]
 pub fn pow(x: f64, y: f64) -> f64 {
     libm::pow(x, y)
 }
 
 /// Tangent of an angle in radians.
+///
+/// ```
+/// let angle = core::f64::consts::FRAC_PI_4;
+/// assert!((meniscus::math::tan(angle) - 1.0).abs() < 1e-15);
+/// ```
 #[must_use]
 pub fn tan(x: f64) -> f64 {
     libm::tan(x)
 }
 
 /// Sine and cosine of an angle in radians, in double precision.
+///
+/// ```
+/// let (sine, cosine) = meniscus::math::sincos(0.3);
+/// assert!((sine * sine + cosine * cosine - 1.0).abs() < 1e-15);
+/// ```
 #[must_use]
 pub fn sincos(x: f64) -> (f64, f64) {
     libm::sincos(x)
 }
 
 /// Hyperbolic sine.
+///
+/// ```
+/// use meniscus::math::{cosh, sinh};
+///
+/// assert!((cosh(1.2) * cosh(1.2) - sinh(1.2) * sinh(1.2) - 1.0).abs() < 1e-14);
+/// ```
 #[must_use]
 pub fn sinh(x: f64) -> f64 {
     libm::sinh(x)
 }
 
 /// Hyperbolic cosine.
+///
+/// ```
+/// assert_eq!(meniscus::math::cosh(0.0), 1.0);
+/// ```
 #[must_use]
 pub fn cosh(x: f64) -> f64 {
     libm::cosh(x)
 }
 
 /// Hyperbolic tangent in double precision.
+///
+/// ```
+/// // Frequency of deep water: tanh(k h) is 1 to the last bit.
+/// assert_eq!(meniscus::math::tanh(20.0), 1.0);
+/// ```
 #[must_use]
 pub fn tanh(x: f64) -> f64 {
     libm::tanh(x)
 }
 
 /// Bessel function of the first kind and whole order.
+///
+/// ```
+/// // The first zero of J_1' gives the first sloshing mode of a cylinder: there J_0(x) = J_1(x) / x.
+/// use meniscus::math::bessel_j;
+///
+/// let x = 1.841_183_781_340_659_3;
+/// assert!((bessel_j(0, x) - bessel_j(1, x) / x).abs() < 1e-12);
+/// ```
 #[must_use]
 pub fn bessel_j(order: i32, x: f64) -> f64 {
     libm::jn(order, x)
 }
 
 /// Square root in single precision, correctly rounded on every platform.
+///
+/// ```
+/// assert_eq!(meniscus::math::sqrtf(0.25), 0.5);
+/// ```
 #[must_use]
 pub fn sqrtf(x: f32) -> f32 {
     libm::sqrtf(x)
@@ -74,6 +127,11 @@ pub fn sqrtf(x: f32) -> f32 {
 ///
 /// `x = n ln 2 + r`, `|r| <= ln 2 / 2`, `e^x = 2^n (1 + r + r^2 / 2! + ... + r^7 / 7!)`; what is left out is below
 /// r^8 / 8! = 5e-9.
+///
+/// ```
+/// assert!((meniscus::math::expf(1.0) - core::f32::consts::E).abs() < 1e-6);
+/// assert!(meniscus::math::expf(-1000.0) > 0.0, "limited to e^-87");
+/// ```
 #[inline(always)]
 #[must_use]
 pub fn expf(x: f32) -> f32 {
@@ -95,6 +153,10 @@ pub fn expf(x: f32) -> f32 {
 }
 
 /// Hyperbolic tangent, 1 - 2 / (e^2x + 1), within 3e-7.
+///
+/// ```
+/// assert!((meniscus::math::tanhf(0.5) - 0.462_117_16).abs() < 3e-7);
+/// ```
 #[inline(always)]
 #[must_use]
 pub fn tanhf(x: f32) -> f32 {
@@ -102,6 +164,10 @@ pub fn tanhf(x: f32) -> f32 {
 }
 
 /// The logistic function 1 / (1 + e^-x).
+///
+/// ```
+/// assert_eq!(meniscus::math::sigmoidf(0.0), 0.5);
+/// ```
 #[inline(always)]
 #[must_use]
 pub fn sigmoidf(x: f32) -> f32 {
@@ -109,6 +175,10 @@ pub fn sigmoidf(x: f32) -> f32 {
 }
 
 /// Sine and cosine of an angle in radians.
+///
+/// ```
+/// assert_eq!(meniscus::math::sincosf(0.0), (0.0, 1.0));
+/// ```
 #[must_use]
 pub fn sincosf(x: f32) -> (f32, f32) {
     libm::sincosf(x)
@@ -118,6 +188,13 @@ pub fn sincosf(x: f32) -> (f32, f32) {
 ///
 /// It halves the range of values instead of sorting: the sort of `core` keeps a path that panics,
 /// and the lists here are short. NaN counts as the largest value.
+///
+/// ```
+/// use meniscus::math::median;
+///
+/// assert_eq!(median([3.0, f32::NAN, 1.0].into_iter()), Some(3.0));
+/// assert_eq!(median(core::iter::empty()), None);
+/// ```
 #[must_use]
 pub fn median(numbers: impl Iterator<Item = f32> + Clone) -> Option<f32> {
     let (mut keys, mut count) = ([u32::MAX; MEDIAN_ROOM], 0_usize);

@@ -3,6 +3,14 @@
 use serde::{Deserialize, Serialize};
 
 /// A device time in microseconds, unwrapped from the camera's 32-bit clock; never a host clock.
+///
+/// ```
+/// use meniscus::units::Micros;
+///
+/// let (first, second) = (Micros(1_000), Micros(17_667));
+/// assert_eq!(second.since(first), 16_667);
+/// assert_eq!(first.since(second), 0);
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct Micros(pub u64);
 

@@ -1,7 +1,9 @@
 //! Payloads of the simulated camera, healthy and damaged, through header, assembler and pairing.
 #![allow(clippy::disallowed_methods, reason = "only storey 1 must compute the same bits on every platform")]
 
-use meniscus::usb::uvc::{Assembler, Cause, Header, HeaderError, Losses, Outcome, Pairer, Solitary, Timing};
+use meniscus::usb::uvc::{
+    Assembler, Cause, HeaderError, Losses, Outcome, Pairer, PayloadHeader, Solitary, Timing,
+};
 use meniscus_hil::{
     Camera, CameraSettings, FaultInjector, FaultKind, FaultList, Image, Payload, Shot, Source, Stream, pack,
 };
@@ -215,7 +217,7 @@ fn the_header_reads_what_the_camera_wrote() {
         interval_us: 16_667,
     };
     let bytes = pack(&stamp, &Image { pixels: &[1, 2, 3], width: 3, height: 1, format: 1 });
-    let (header, pixels) = Header::split(&bytes).expect("a healthy header");
+    let (header, pixels) = PayloadHeader::split(&bytes).expect("a healthy header");
     assert_eq!(pixels, [1, 2, 3]);
     assert_eq!((header.frame_id(), header.end_of_frame(), header.end_of_header()), (true, true, true));
     assert_eq!((header.error(), header.still_image()), (false, false));
@@ -239,10 +241,10 @@ fn a_field_without_its_flag_has_no_value_and_a_block_of_size_zero_ends_the_walk(
     };
     let mut bytes = pack(&stamp, &Image { pixels: &[0], width: 1, height: 1, format: 0 });
     bytes[12 + 12] = 0b10;
-    let timing = Timing::of(&Header::split(&bytes).expect("still sound").0);
+    let timing = Timing::of(&PayloadHeader::split(&bytes).expect("still sound").0);
     assert_eq!((timing.counter, timing.sensor_us, timing.exposure_us), (None, Some(1), None));
     bytes[12 + 4] = 0;
-    assert_eq!(Header::split(&bytes).expect("still sound").0.blocks().count(), 0);
+    assert_eq!(PayloadHeader::split(&bytes).expect("still sound").0.blocks().count(), 0);
 }
 
 #[test]
@@ -255,7 +257,7 @@ fn impossible_header_lengths_are_named() {
         (&[2], HeaderError::BeyondPayload { length: 2, payload: 1 }),
     ];
     for (bytes, error) in table {
-        assert_eq!(Header::split(bytes).err(), Some(error));
+        assert_eq!(PayloadHeader::split(bytes).err(), Some(error));
     }
 }
 
@@ -283,7 +285,7 @@ fn random_bytes_never_panic_and_never_give_a_wrong_size() {
             assert_eq!(frame.pixels.len(), 48);
             frames += 1;
         }
-        if let Ok((header, _)) = Header::split(&payload) {
+        if let Ok((header, _)) = PayloadHeader::split(&payload) {
             assert!(header.blocks().count() <= 10);
         }
     }

@@ -11,6 +11,13 @@ use super::{SizeError, check, rows, rows_mut};
 const MEDIAN: usize = 9;
 
 /// A factor and the image it belongs to.
+///
+/// ```
+/// use meniscus::depth_filters::Decimation;
+///
+/// // 213 x 160 blocks, padded to multiples of four.
+/// assert_eq!(Decimation::new(3, (640, 480)).output_size(), (216, 160));
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Decimation {
     factor: usize,
@@ -33,6 +40,17 @@ impl Decimation {
 }
 
 /// Writes the smaller image to `out`.
+///
+/// ```
+/// use meniscus::depth_filters::{Decimation, decimate};
+///
+/// let settings = Decimation::new(2, (2, 2));
+/// let mut out = [0; 16];
+/// // The median of the valid pixels, the lower middle of an even count; the rest is padding.
+/// decimate(settings, &[900, 0, 910, 905], &mut out)?;
+/// assert_eq!((out[0], out[1]), (905, 0));
+/// # Ok::<(), meniscus::depth_filters::SizeError>(())
+/// ```
 ///
 /// # Errors
 /// [`SizeError`] if an image has not its size; nothing is changed then.

@@ -8,12 +8,29 @@
 use super::{SizeError, check};
 
 /// The factor.
+///
+/// ```
+/// use meniscus::depth_filters::disparity_factor;
+///
+/// // A baseline of 50 mm and 384 pixels: 400 mm away the disparity is 48 pixels, in parts of 1/32.
+/// let factor = disparity_factor(0.05, 384.0, 0.001);
+/// assert!((factor / 400.0 / 32.0 - 48.0).abs() < 1e-3);
+/// ```
 #[must_use]
 pub fn disparity_factor(baseline_m: f32, fx_px: f32, depth_unit_m: f32) -> f32 {
     baseline_m * fx_px * 32.0 / depth_unit_m
 }
 
 /// Writes disparities to `out`.
+///
+/// ```
+/// use meniscus::depth_filters::to_disparity;
+///
+/// let mut disparity = [0.0; 2];
+/// to_disparity(&[400, 0], 800.0, &mut disparity)?;
+/// assert_eq!(disparity, [2.0, 0.0]);
+/// # Ok::<(), meniscus::depth_filters::SizeError>(())
+/// ```
 ///
 /// # Errors
 /// [`SizeError`] if the sizes differ.
@@ -26,6 +43,15 @@ pub fn to_disparity(depth: &[u16], factor: f32, out: &mut [f32]) -> Result<(), S
 }
 
 /// Writes depths to `out`.
+///
+/// ```
+/// use meniscus::depth_filters::to_depth;
+///
+/// let mut depth = [0; 2];
+/// to_depth(&[2.0, 0.0], 800.0, &mut depth)?;
+/// assert_eq!(depth, [400, 0]);
+/// # Ok::<(), meniscus::depth_filters::SizeError>(())
+/// ```
 ///
 /// # Errors
 /// [`SizeError`] if the sizes differ.

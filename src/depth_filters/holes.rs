@@ -13,7 +13,7 @@
 use super::lanes::pair;
 use super::{SizeError, check, rows_mut};
 
-/// Which neighbour a hole takes.
+/// Neighbour whose depth a hole takes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum HoleFilling {
     /// The left one.
@@ -26,6 +26,15 @@ pub enum HoleFilling {
 }
 
 /// Fills the holes of an image of rows of `width`.
+///
+/// ```
+/// use meniscus::depth_filters::{HoleFilling, fill_holes};
+///
+/// let mut image = [400, 0, 402, 0];
+/// fill_holes(&mut image, 4, HoleFilling::Left)?;
+/// assert_eq!(image, [400, 400, 402, 402]);
+/// # Ok::<(), meniscus::depth_filters::SizeError>(())
+/// ```
 ///
 /// # Errors
 /// [`SizeError`] if the image is no whole number of rows.

@@ -35,7 +35,7 @@ pub use threshold::threshold;
 /// A buffer has not the size that the image asks for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SizeError {
-    /// What the buffer is for.
+    /// Purpose of the buffer.
     pub buffer: &'static str,
     /// Elements it has.
     pub has: usize,

@@ -50,6 +50,17 @@ impl Spatial {
     /// Filters an image of rows of `width` in place; `room` takes [`LANES`] rows and must have `width`
     /// elements or more.
     ///
+    /// ```
+    /// use meniscus::depth_filters::{LANES, Spatial};
+    ///
+    /// // A step of more than `delta` stays, a smaller one is smoothed.
+    /// let mut image = [400, 400, 404, 404, 900, 900];
+    /// let mut room = [[0; LANES]; 6];
+    /// Spatial::default().apply(&mut image, 6, &mut room)?;
+    /// assert!(image[1] > 400 && image[2] < 404 && image[4] == 900, "{image:?}");
+    /// # Ok::<(), meniscus::depth_filters::SizeError>(())
+    /// ```
+    ///
     /// # Errors
     /// [`SizeError`] if the room is too small or the image no whole number of rows; nothing is changed then.
     pub fn apply(&self, image: &mut [u16], width: usize, room: &mut [[u16; LANES]]) -> Result<(), SizeError> {

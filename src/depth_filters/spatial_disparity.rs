@@ -53,6 +53,16 @@ impl SpatialDisparity {
     /// Filters an image of rows of `width` in place; `room` takes [`LANES`] rows and must have `width`
     /// elements or more.
     ///
+    /// ```
+    /// use meniscus::depth_filters::{LANES, SpatialDisparity};
+    ///
+    /// let mut image = [40.0, 40.0, 44.0, 44.0, 400.0, 400.0];
+    /// let mut room = [[0.0; LANES]; 6];
+    /// SpatialDisparity::default().apply(&mut image, 6, &mut room)?;
+    /// assert!(image[1] > 40.0 && image[2] < 44.0 && image[4] == 400.0, "{image:?}");
+    /// # Ok::<(), meniscus::depth_filters::SizeError>(())
+    /// ```
+    ///
     /// # Errors
     /// [`SizeError`] if the room is too small or the image no whole number of rows; nothing is changed then.
     pub fn apply(&self, image: &mut [f32], width: usize, room: &mut [[f32; LANES]]) -> Result<(), SizeError> {

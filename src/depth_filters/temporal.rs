@@ -14,7 +14,7 @@
 
 use super::{SizeError, check};
 
-/// How often a pixel must have been seen for its last value to stand in for a hole.
+/// Number of valid frames after which the last value of a pixel stands in for a hole.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Persistence {
     /// Never.
@@ -39,7 +39,7 @@ pub enum Persistence {
 }
 
 impl Persistence {
-    /// Whether `seen`, newest frame in the highest bit, is enough.
+    /// Returns whether `seen`, newest frame in the highest bit, is enough.
     fn holds(self, seen: u8) -> bool {
         let of = |frames: u32, least: u32| (seen >> (8 - frames)).count_ones() >= least;
         match self {
@@ -63,7 +63,7 @@ pub struct Temporal {
     pub alpha: f32,
     /// Differences below this are smoothed, depth units, 1 to 100.
     pub delta: u16,
-    /// What a hole needs.
+    /// Condition for filling a hole.
     pub persistence: Persistence,
 }
 
@@ -74,6 +74,21 @@ impl Default for Temporal {
 }
 
 /// The filter's memory, in the caller's buffers: last values and histories, zero at the start.
+///
+/// ```
+/// use meniscus::depth_filters::{Temporal, TemporalState};
+///
+/// let (mut last, mut history) = ([0; 1], [0; 1]);
+/// let mut state = TemporalState::new(&mut last, &mut history);
+/// let filter = Temporal::default();
+/// let mut frame = [400];
+/// filter.apply(&mut frame, &mut state)?;
+/// frame = [410];
+/// filter.apply(&mut frame, &mut state)?;
+/// // 0.4 of the new value and 0.6 of the old one.
+/// assert_eq!(frame, [404]);
+/// # Ok::<(), meniscus::depth_filters::SizeError>(())
+/// ```
 #[derive(Debug)]
 pub struct TemporalState<'b> {
     last: &'b mut [u16],

@@ -1,4 +1,4 @@
-//! What is summed of each frame, and what a liquid's oscillator is known to miss.
+//! Sums over frames, and the residual statistics of a liquid's oscillator.
 
 use crate::math::ln;
 use serde::{Deserialize, Serialize};
@@ -13,7 +13,7 @@ const REST_M2: f64 = 1e-6;
 /// Most that one profile may speak against a liquid, in squared misses: a hand before the glass says nothing of it.
 const MOST: f64 = 400.0;
 
-/// What a liquid's oscillator misses on recordings of that liquid that it was not fitted to.
+/// Residual statistics of a liquid's oscillator on recordings of that liquid that it was not fitted to.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Calibration {
     /// a: miss over the height of the wave.
@@ -24,7 +24,7 @@ pub struct Calibration {
     pub numbers: f64,
 }
 
-/// What was missed in one frame.
+/// Residual of one frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Miss {
     /// s - f, m.
@@ -36,6 +36,19 @@ pub struct Miss {
 }
 
 /// The sums of one liquid.
+///
+/// ```
+/// use meniscus::identify::{Calibration, Evidence, Miss};
+///
+/// let usual = Calibration { scale: 0.1, scatter: 0.2, numbers: 0.5 };
+/// let due_m2 = usual.variance_m2(&Miss { miss_m: 0.0, noise_m2: 1e-8, wave_m2: 9e-6 });
+/// assert!((due_m2 - 1.1e-7).abs() < 1e-12);
+///
+/// // Residuals of the expected size are more likely under a factor of one than under a factor of e.
+/// let mut evidence = Evidence::default();
+/// (0..60).for_each(|_| evidence.add(due_m2, due_m2));
+/// assert!(evidence.ln_likelihood(0.5, 0.0) > evidence.ln_likelihood(0.5, 1.0));
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Evidence {
     /// Profiles that counted.

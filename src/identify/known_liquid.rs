@@ -1,9 +1,9 @@
 //! A known liquid on a glass, and several of them on the same one.
 
 use super::evidence::{Calibration, Evidence, Miss};
+use super::oscillation::{Change, Swing, Tone};
 use super::posterior::{Verdict, posterior};
-use crate::identify::oscillation::{Swing, Tone};
-use crate::identify::slope::slope;
+use super::slope::slope;
 use crate::surface::SurfaceProfile;
 use crate::units::FRAME_INTERVAL_S;
 
@@ -32,11 +32,11 @@ const MEMORY: f64 = 1.0 / 60.0;
 pub struct Known {
     /// Its first mode.
     pub tone: Tone,
-    /// What that misses.
+    /// Residual statistics of that mode.
     pub calibration: Calibration,
 }
 
-/// What one liquid remembers from frame to frame.
+/// State of one liquid from frame to frame.
 #[derive(Clone, Copy, Debug, Default)]
 struct Course {
     swing: Swing,
@@ -45,7 +45,7 @@ struct Course {
     missed: Option<Miss>,
 }
 
-/// What is remembered from frame to frame, for at most `N` liquids.
+/// State from frame to frame, for at most `N` liquids.
 #[derive(Clone, Debug)]
 pub struct Trail<const N: usize> {
     courses: [Course; N],
@@ -71,6 +71,40 @@ impl<const N: usize> Default for Trail<N> {
 }
 
 /// Several liquids and a glass.
+///
+/// ```
+/// use meniscus::identify::{Calibration, Change, Known, Recogniser, Swing, Tone, Trail};
+/// use meniscus::surface::{POINTS, SurfaceProfile, profile_abscissa};
+/// use meniscus::units::Micros;
+///
+/// let calibration = Calibration { scale: 0.05, scatter: 0.3, numbers: 0.2 };
+/// let known = [0.5, 8.0].map(|decay| {
+///     let tone = Tone { frequency: 22.5, decay, yielding: 0.0, breaking: 0.0, softening: 0.0, lever: 1.5 };
+///     Known { tone, calibration }
+/// });
+///
+/// // The first liquid, kicked by a jump of its glass.
+/// let recogniser = Recogniser::new(&known, 0.07);
+/// let mut trail = Trail::<2>::default();
+/// let (mut swing, mut position_m) = (Swing::default(), 0.0);
+/// for sequence in 0..180 {
+///     let next_m = if sequence < 20 { 0.0 } else { 0.01 };
+///     known[0].tone.advance(&mut swing, Change { from_m: position_m, to_m: next_m }, 1);
+///     position_m = next_m;
+///     let height = |i| (0.07 + swing.height_m * profile_abscissa(i)) as f32;
+///     let profile = SurfaceProfile {
+///         height_m: core::array::from_fn(height),
+///         variance_m2: [1e-8; POINTS],
+///         valid: [true; POINTS],
+///         glass_x_m: Some(position_m as f32),
+///         sequence,
+///         captured: Micros(0),
+///     };
+///     recogniser.turn(&mut trail, Some(&profile));
+/// }
+/// let mut probabilities = [0.0; 2];
+/// assert_eq!(recogniser.verdict(&trail, &mut probabilities).best, Some(0));
+/// ```
 #[derive(Clone, Copy, Debug)]
 pub struct Recogniser<'k> {
     known: &'k [Known],
@@ -113,9 +147,10 @@ impl<'k> Recogniser<'k> {
         for (known, course) in self.known.iter().zip(&mut trail.courses) {
             let speed = (place - from) / (f64::from(ago) * FRAME_INTERVAL_S);
             if begun {
-                course.swing = known.tone.caught((before_m, read.height_m), ago, speed);
+                course.swing =
+                    known.tone.caught(Change { from_m: before_m, to_m: read.height_m }, ago, speed);
             } else {
-                known.tone.advance(&mut course.swing, (from, place), ago);
+                known.tone.advance(&mut course.swing, Change { from_m: from, to_m: place }, ago);
             }
             let wave_m2 = known.tone.amplitude2_m2(&course.swing, speed);
             course.wave_m2 += (MEMORY * f64::from(ago)).min(1.0) * (wave_m2 - course.wave_m2);
@@ -160,13 +195,13 @@ impl<const N: usize> Trail<N> {
         self.settled |= self.followed >= SETTLE || self.resting >= RESTS;
     }
 
-    /// What liquid `index` missed in the last frame; nothing where nothing was seen, or the start still shows.
+    /// Returns the residual of liquid `index` in the last frame; none where nothing was seen, or the start still shows.
     #[must_use]
     pub fn missed(&self, index: usize) -> Option<Miss> {
         self.courses.get(index)?.missed
     }
 
-    /// Where liquid `index` has the first mode, m, the last reading taken in.
+    /// Returns the height of the first mode that liquid `index` predicts, m, the last reading included.
     #[must_use]
     pub fn height_m(&self, index: usize) -> Option<f64> {
         Some(self.courses.get(index)?.swing.height_m)
@@ -213,7 +248,7 @@ mod tests {
         let mut swing = Swing::default();
         (0..240_u32).map(move |n| {
             if n > 0 {
-                tone.advance(&mut swing, (place(n - 1), place(n)), 1);
+                tone.advance(&mut swing, Change { from_m: place(n - 1), to_m: place(n) }, 1);
             }
             let ripple = |i: usize| 2e-4 * (f64::from((n * 37 + i as u32 * 101) % 64) / 32.0 - 1.0);
             let height = |i: usize| (FILL_M + swing.height_m * profile_abscissa(i) + ripple(i)) as f32;

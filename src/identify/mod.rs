@@ -27,6 +27,6 @@ mod slope;
 
 pub use evidence::{Calibration, Evidence, Miss};
 pub use known_liquid::{Known, Recogniser, SETTLE, Trail};
-pub use oscillation::{Swing, Tone};
+pub use oscillation::{Change, Swing, Tone};
 pub use posterior::{Verdict, posterior};
 pub use slope::{Slope, slope};

@@ -45,7 +45,7 @@ pub struct Tone {
     pub lever: f64,
 }
 
-/// Where a mode is.
+/// State of a mode.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Swing {
     /// s: height at the wall, m.
@@ -54,9 +54,31 @@ pub struct Swing {
     pub rate_m_s: f64,
 }
 
+/// Even change of a position or of a height over some frames, metres.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Change {
+    /// Value at the first frame.
+    pub from_m: f64,
+    /// Value at the last frame.
+    pub to_m: f64,
+}
+
 impl Tone {
-    /// Advances `swing` by `frames` frame intervals while the glass goes evenly from `from_m` to `to_m`.
-    pub fn advance(&self, swing: &mut Swing, (from_m, to_m): (f64, f64), frames: u32) {
+    /// Advances `swing` by `frames` frame intervals of an evenly moving glass, whose position is `glass`.
+    ///
+    /// ```
+    /// use meniscus::identify::{Change, Swing, Tone};
+    ///
+    /// let water =
+    ///     Tone { frequency: 22.5, decay: 0.5, yielding: 0.0, breaking: 0.0, softening: 0.0, lever: 1.5 };
+    /// // Two seconds in a glass at rest: the wave has lost most of its height, exp(-2 s 0.5/s).
+    /// let mut swing = Swing { height_m: 1e-3, rate_m_s: 0.0 };
+    /// water.advance(&mut swing, Change::default(), 120);
+    /// let amplitude = water.amplitude2_m2(&swing, 0.0).sqrt();
+    /// assert!((amplitude / 1e-3 - (-1.0_f64).exp()).abs() < 0.02);
+    /// ```
+    pub fn advance(&self, swing: &mut Swing, glass: Change, frames: u32) {
+        let Change { from_m, to_m } = glass;
         let steps = frames.max(1).saturating_mul(STEPS);
         let dt = FRAME_INTERVAL_S / f64::from(STEPS);
         let way = (to_m - from_m) / f64::from(steps);
@@ -81,10 +103,11 @@ impl Tone {
         *swing = Swing { height_m: y - self.lever * to_m, rate_m_s: rate };
     }
 
-    /// A swing that went from one height to another (m) within `frames`, in a glass at `speed_m_s`: the rate is that of
-    /// the middle, and half the way more of what w^2 does to it.
+    /// Swing whose height changed by `height` within `frames`, in a glass at `speed_m_s`: the rate is that of the middle
+    /// of the change, advanced to its end by the acceleration w^2 s.
     #[must_use]
-    pub fn caught(&self, (from_m, to_m): (f64, f64), frames: u32, speed_m_s: f64) -> Swing {
+    pub fn caught(&self, height: Change, frames: u32, speed_m_s: f64) -> Swing {
+        let Change { from_m, to_m } = height;
         let time_s = f64::from(frames.max(1)) * FRAME_INTERVAL_S;
         let middle = (to_m - from_m) / time_s;
         let bent = 0.25 * time_s * self.frequency * self.frequency * (from_m + to_m);
@@ -109,7 +132,7 @@ mod tests {
 
     fn rung(tone: &Tone, frames: u32) -> Swing {
         let mut swing = Swing { height_m: 1e-3, rate_m_s: 0.0 };
-        tone.advance(&mut swing, (0.01, 0.01), frames);
+        tone.advance(&mut swing, Change { from_m: 0.01, to_m: 0.01 }, frames);
         swing
     }
 
@@ -128,7 +151,7 @@ mod tests {
         let thick = Tone { decay: 20.0, ..WATER };
         let place = |frame: u32| 0.5 * 2.0 * (f64::from(frame) / 60.0) * (f64::from(frame) / 60.0);
         let mut swing = Swing::default();
-        (0..120).for_each(|n| thick.advance(&mut swing, (place(n), place(n + 1)), 1));
+        (0..120).for_each(|n| thick.advance(&mut swing, Change { from_m: place(n), to_m: place(n + 1) }, 1));
         let due = -1.5 * 2.0 / (22.5 * 22.5);
         // The glass goes evenly between frames, and the corners of its way push 3 % more; a fitted lever takes that in.
         assert!((swing.height_m / due - 1.0).abs() < 0.05, "{} for {due}", swing.height_m);
@@ -137,10 +160,10 @@ mod tests {
     #[test]
     fn a_gap_ends_where_its_frames_would_have() {
         let (mut whole, mut parts) = (rung(&WATER, 10), rung(&WATER, 10));
-        WATER.advance(&mut whole, (0.0, 0.004), 4);
+        WATER.advance(&mut whole, Change { from_m: 0.0, to_m: 0.004 }, 4);
         (0..4).for_each(|n| {
             let at = |n: u32| 0.001 * f64::from(n);
-            WATER.advance(&mut parts, (at(n), at(n + 1)), 1);
+            WATER.advance(&mut parts, Change { from_m: at(n), to_m: at(n + 1) }, 1);
         });
         assert!((whole.height_m - parts.height_m).abs() < 1e-9, "{whole:?} {parts:?}");
     }
@@ -150,7 +173,7 @@ mod tests {
         let yields = Tone { yielding: 30.0, ..WATER };
         let after = |height_m: f64| {
             let mut swing = Swing { height_m, rate_m_s: 0.0 };
-            yields.advance(&mut swing, (0.0, 0.0), 17);
+            yields.advance(&mut swing, Change { from_m: 0.0, to_m: 0.0 }, 17);
             crate::math::sqrt(yields.amplitude2_m2(&swing, 0.0)) / height_m
         };
         assert!(after(1e-4) < 0.6 * after(1e-2), "{} {}", after(1e-4), after(1e-2));

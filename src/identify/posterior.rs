@@ -16,6 +16,7 @@
 
 use super::evidence::{Calibration, Evidence};
 use crate::math::{exp, ln};
+use core::ops::Range;
 
 /// Places of ln kappa at which the integrals are taken, by the midpoint rule.
 const PLACES: u32 = 64;
@@ -26,7 +27,7 @@ const WORST: f64 = 20.0;
 /// Standard deviations of ln kappa to each side that the integral of a known liquid takes in.
 const REACH: f64 = 4.0;
 
-/// What the evidence says beside the probabilities.
+/// Result of a recognition beside the probabilities.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Verdict {
     /// The most probable liquid; nothing where `none` is more probable than each.
@@ -37,9 +38,10 @@ pub struct Verdict {
     pub profiles: u32,
 }
 
-/// The mean over `ln kappa` at the middles of [`PLACES`] equal parts of `from..to` of the likelihood times `weight`, as
+/// The mean over `ln kappa` at the middles of [`PLACES`] equal parts of `range` of the likelihood times `weight`, as
 /// a logarithm.
-fn ln_mean(evidence: &Evidence, numbers: f64, (from, to): (f64, f64), weight: impl Fn(f64) -> f64) -> f64 {
+fn ln_mean(evidence: &Evidence, numbers: f64, range: Range<f64>, weight: impl Fn(f64) -> f64) -> f64 {
+    let Range { start: from, end: to } = range;
     let place = |i: u32| from + (to - from) * (f64::from(i) + 0.5) / f64::from(PLACES);
     let at = |i: u32| evidence.ln_likelihood(numbers, place(i)) + weight(place(i));
     ln_sum((0..PLACES).map(at)) - ln(f64::from(PLACES))
@@ -59,7 +61,7 @@ fn known(evidence: &Evidence, numbers: f64, scatter: f64) -> f64 {
     let s = scatter.max(1e-3);
     // N(ln kappa; 0, s) times the width of the interval, so that a mean is an integral; what lies outside is 6e-5.
     let constant = ln(2.0 * REACH / sqrt_tau());
-    ln_mean(evidence, numbers, (-REACH * s, REACH * s), |t| constant - 0.5 * t * t / (s * s))
+    ln_mean(evidence, numbers, -REACH * s..REACH * s, |t| constant - 0.5 * t * t / (s * s))
 }
 
 /// sqrt(2 pi).
@@ -69,11 +71,27 @@ fn sqrt_tau() -> f64 {
 
 /// ln of the part of p(z | none) that rests on one of the liquids.
 fn unknown(evidence: &Evidence, numbers: f64) -> f64 {
-    ln_mean(evidence, numbers, (0.0, ln(WORST)), |_| 0.0)
+    ln_mean(evidence, numbers, 0.0..ln(WORST), |_| 0.0)
 }
 
 /// The probabilities of the liquids whose calibrations and sums are `rivals`, into `probabilities` (as many), and what
 /// else there is to say. Without any evidence all are equal.
+///
+/// ```
+/// use meniscus::identify::{Calibration, Evidence, posterior};
+///
+/// let usual = Calibration { scale: 0.1, scatter: 0.2, numbers: 0.5 };
+/// // One liquid has residuals of the expected size, the other four times as large.
+/// let sums = [1.0, 4.0].map(|kappa: f64| {
+///     let mut evidence = Evidence::default();
+///     (0..80).for_each(|_| evidence.add(kappa * kappa * 1e-6, 1e-6));
+///     evidence
+/// });
+/// let mut probabilities = [0.0; 2];
+/// let verdict = posterior(sums.iter().map(|sum| (&usual, sum)), &mut probabilities);
+/// assert_eq!(verdict.best, Some(0));
+/// assert!((probabilities.iter().sum::<f64>() + verdict.none - 1.0).abs() < 1e-12);
+/// ```
 pub fn posterior<'e>(
     rivals: impl Iterator<Item = (&'e Calibration, &'e Evidence)> + Clone,
     probabilities: &mut [f64],

@@ -19,6 +19,23 @@ pub struct Slope {
 }
 
 /// The first mode in `profile` of a liquid that rests at `fill_m`; nothing where too little was seen.
+///
+/// ```
+/// use meniscus::identify::slope;
+/// use meniscus::surface::{POINTS, SurfaceProfile, profile_abscissa};
+/// use meniscus::units::Micros;
+///
+/// let tilted = SurfaceProfile {
+///     height_m: core::array::from_fn(|i| (0.07 + 0.004 * profile_abscissa(i)) as f32),
+///     variance_m2: [1e-8; POINTS],
+///     valid: [true; POINTS],
+///     glass_x_m: Some(0.0),
+///     sequence: 0,
+///     captured: Micros(0),
+/// };
+/// let found = slope(&tilted, 0.07).unwrap();
+/// assert!((found.height_m - 0.004).abs() < 1e-7);
+/// ```
 #[must_use]
 pub fn slope(profile: &SurfaceProfile, fill_m: f64) -> Option<Slope> {
     if profile.seen() < crate::runtime::POINTS_NEEDED {

@@ -32,7 +32,7 @@ pub const ENERGY_GROUP: usize = 2;
 /// Position of the normal stresses sigma among the groups.
 pub const STRESS_GROUP: usize = 3;
 
-/// Which groups of the field are wanted. The surface is always decoded.
+/// Selection of field groups. The surface is always decoded.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Selection([bool; 5]);
 
@@ -51,7 +51,7 @@ impl Selection {
         self
     }
 
-    /// Whether group `index` is wanted.
+    /// Returns whether group `index` is selected.
     #[must_use]
     pub fn holds(self, index: usize) -> bool {
         self.0.get(index).copied().unwrap_or(false)
@@ -76,6 +76,27 @@ pub struct Group<'m> {
 }
 
 /// Weights of the decoder, read in place.
+///
+/// ```
+/// # #[repr(align(64))]
+/// # struct Aligned<T: ?Sized>(T);
+/// # static BLOB: &Aligned<[u8]> =
+/// #     &Aligned(*include_bytes!(concat!(env!("CARGO_MANIFEST_DIR"), "/models/glycerine.blob")));
+/// let model = meniscus::blob::Model::load(&BLOB.0)?;
+/// use meniscus::latent::decoder::Selection;
+/// use meniscus::latent::generic::LATENTS;
+///
+/// // The surface at rest is flat at the fill height.
+/// let coefficients = model.decoder.coefficients(&[0.0; LATENTS], 0.0);
+/// let heights = model.decoder.surface(&coefficients);
+/// assert!(heights.iter().all(|z| (f64::from(*z) - model.header.fill_m).abs() < 2e-3), "{heights:?}");
+///
+/// // Velocity and shear stress of all tracers, and nothing else.
+/// let wanted = Selection::NONE.with(1).with(4);
+/// let mut part = vec![0.0; model.decoder.part_len(wanted)];
+/// assert_eq!(model.decoder.part(wanted, &coefficients, 0.0, &mut part), part.len());
+/// # Ok::<(), meniscus::blob::LoadError>(())
+/// ```
 #[derive(Clone, Copy, Debug)]
 pub struct Decoder<'m> {
     /// T, `[coefficients, LATENTS]`.
@@ -147,7 +168,7 @@ impl Decoder<'_> {
         square / (group.rest.len().max(1) as f64)
     }
 
-    /// What the basis of e is multiplied by, (s, s c_e) with s = `heat_j` in joules; zeros behind its columns.
+    /// Returns the multipliers of the basis of e, (s, s c_e) with s = `heat_j` in joules; zeros behind its columns.
     #[must_use]
     pub fn heated(&self, c: &Coefficients, heat_j: f32) -> [f32; MAX_HEATED] {
         let [_, _, e, ..] = &self.groups;

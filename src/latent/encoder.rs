@@ -26,6 +26,22 @@ pub struct Encoder<'m> {
 
 impl Encoder<'_> {
     /// Reads the latents and the port value off a window, from zero memory, oldest row first.
+    ///
+    /// ```
+    /// # #[repr(align(64))]
+    /// # struct Aligned<T: ?Sized>(T);
+    /// # static BLOB: &Aligned<[u8]> =
+    /// #     &Aligned(*include_bytes!(concat!(env!("CARGO_MANIFEST_DIR"), "/models/glycerine.blob")));
+    /// let model = meniscus::blob::Model::load(&BLOB.0)?;
+    /// use meniscus::latent::window::{FEATURES, WINDOW};
+    ///
+    /// // Sixteen frames of a surface at rest, every point seen.
+    /// let mut row = [0.0; FEATURES];
+    /// row.iter_mut().skip(1).step_by(2).for_each(|seen| *seen = 1.0);
+    /// let readings = model.encoder.encode([row; WINDOW].iter());
+    /// assert!(readings.iter().all(|reading| reading.abs() < 0.5), "{readings:?}");
+    /// # Ok::<(), meniscus::blob::LoadError>(())
+    /// ```
     #[must_use]
     pub fn encode<'r>(&self, rows: impl Iterator<Item = &'r Row>) -> [f32; READINGS] {
         let mut memory = [[0.0; HIDDEN]; GRU_LAYERS];

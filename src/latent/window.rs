@@ -17,7 +17,7 @@ pub const FEATURES: usize = 2 * POINTS + 1;
 /// One frame as the encoder reads it.
 pub type Row = [f32; FEATURES];
 
-/// How metres and metres per second squared become numbers of order one; from the blob.
+/// Scales that turn metres and metres per second squared into numbers of order one; from the blob.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Scale {
     /// Height of the surface at rest, m.
@@ -30,6 +30,15 @@ pub struct Scale {
 
 impl Scale {
     /// The row of a frame: its profile (if the surface was seen) and the glass acceleration.
+    ///
+    /// ```
+    /// use meniscus::latent::window::Scale;
+    ///
+    /// let scale = Scale { fill_m: 0.07, height_m: 0.01, acceleration_m_s2: 2.0 };
+    /// // A lost frame: no point was seen, the acceleration is known.
+    /// let row = scale.row(None, 1.0);
+    /// assert_eq!((row[0], row[1], row[42]), (0.0, 0.0, 0.5));
+    /// ```
     #[must_use]
     pub fn row(&self, profile: Option<&SurfaceProfile>, acceleration_m_s2: f32) -> Row {
         let mut row = [0.0; FEATURES];
@@ -49,6 +58,19 @@ impl Scale {
 }
 
 /// Ring of the last [`WINDOW`] rows.
+///
+/// ```
+/// use meniscus::latent::window::{FEATURES, WINDOW, Window};
+///
+/// let mut window = Window::new();
+/// for frame in 0..20 {
+///     window.push([frame as f32; FEATURES]);
+/// }
+/// // The oldest four of twenty rows fell out.
+/// assert!(window.is_full());
+/// assert_eq!(window.rows().next().map(|row| row[0]), Some(4.0));
+/// assert_eq!(window.rows().count(), WINDOW);
+/// ```
 #[derive(Clone, Debug, Default)]
 pub struct Window {
     rows: Deque<Row, WINDOW>,
@@ -70,7 +92,7 @@ impl Window {
         let _room = self.rows.push_back(row);
     }
 
-    /// Whether it holds [`WINDOW`] rows, seen or not.
+    /// Returns whether it holds [`WINDOW`] rows, seen or not.
     #[must_use]
     pub fn is_full(&self) -> bool {
         self.rows.is_full()

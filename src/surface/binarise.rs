@@ -49,7 +49,7 @@ impl Threshold {
         best.map(|(_, dark, bright)| Self { level: 0.5 * (dark + bright), contrast: bright - dark, liquid })
     }
 
-    /// Whether a pixel belongs to the liquid.
+    /// Returns whether a pixel belongs to the liquid.
     pub(super) fn is_liquid(&self, grey: u8) -> bool {
         match self.liquid {
             Liquid::Dark => f32::from(grey) < self.level,

@@ -1,13 +1,14 @@
-//! What is constant: camera, its place, the glass, the liquid's look; checked once.
+//! Constant settings: camera, its position, glass and tone of the liquid; checked once.
 
 use super::deproject::Camera;
-use super::optics::{Intrinsics, Optics};
+use super::optics::Optics;
 use crate::usb::frame::Stamp;
+use crate::usb::lens::Intrinsics;
 
 /// Widest region of interest in pixels: the bound of every fixed array of columns.
 pub const MAX_COLUMNS: usize = 256;
 
-/// How the liquid looks before its background.
+/// Tone of the liquid relative to its background.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Liquid {
     /// Darker than the background.
@@ -17,11 +18,22 @@ pub enum Liquid {
 }
 
 /// The settings, unchecked; [`Settings::default`] is a D435 in front of the 35 mm glass.
+///
+/// ```
+/// use meniscus::surface::{Config, ConfigError, Settings};
+///
+/// // Inner radius 35 mm, filled to 70 mm, rim at 110 mm.
+/// let settings = Settings::for_glass(0.035, 0.070, 0.110);
+/// assert!(Config::new(settings).is_ok());
+///
+/// let overfull = Settings { fill_m: 0.12, ..settings };
+/// assert_eq!(Config::new(overfull).err(), Some(ConfigError::FillAboveRim(0.12, 0.11)));
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
     /// Intrinsics of both images.
     pub intrinsics: Intrinsics,
-    /// Where the lens of the depth image stands, as seen from the lens of the outline image: right, down, forward
+    /// Position of the depth lens relative to the lens of the outline image: right, down, forward
     /// along its axes, metres; zero where the outline is the left infrared image's, which is taken by the same lens.
     pub depth_lens_m: [f32; 3],
     /// Height of the camera above the inner bottom of the glass, metres.
@@ -43,7 +55,7 @@ pub struct Settings {
     pub region_half_width_px: usize,
     /// Columns looked at on either side of the image centre while the glass is not tracked.
     pub search_half_width_px: usize,
-    /// How the liquid looks.
+    /// Tone of the liquid.
     pub liquid: Liquid,
     /// Least difference between liquid and background, grey levels.
     pub least_contrast: f32,
@@ -63,7 +75,7 @@ impl Settings {
         Self { intrinsics, depth_unit_m, depth_lens_m, ..self }
     }
 
-    /// What the camera itself tells of it.
+    /// Returns the part that the camera reports.
     #[must_use]
     pub fn optics(&self) -> Optics {
         let Self { intrinsics, depth_unit_m, depth_lens_m, .. } = *self;
@@ -98,7 +110,7 @@ impl Default for Settings {
     }
 }
 
-/// Why settings cannot be used.
+/// Fault of the settings.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ConfigError {
     /// The named setting must be a finite number above zero.
@@ -146,6 +158,17 @@ impl core::fmt::Display for ConfigError {
 impl core::error::Error for ConfigError {}
 
 /// Checked settings with what follows from them.
+///
+/// ```
+/// use meniscus::surface::{Config, Settings};
+///
+/// let config = Config::new(Settings::default())?;
+/// // The middle of the surface on the wall that faces the camera lies above the middle of the image.
+/// let point = config.wall_point(0.0, config.settings().fill_m);
+/// let (column, row) = config.pixel_of(point);
+/// assert!((column - 319.48).abs() < 1e-3 && row < 236.35);
+/// # Ok::<(), meniscus::surface::ConfigError>(())
+/// ```
 #[derive(Clone, Copy, Debug)]
 pub struct Config {
     pub(super) settings: Settings,
@@ -241,7 +264,7 @@ impl Config {
         self.camera.pixel_of(x, y + self.settings.camera_distance_m, z)
     }
 
-    /// Where a profile point lies on the wall that faces the camera of a glass at the middle of the
+    /// Returns the position of a profile point on the wall that faces the camera of a glass at the middle of the
     /// range; `abscissa` in units of the inner radius, as [`super::profile_abscissa`] gives it.
     #[must_use]
     pub fn wall_point(&self, abscissa: f32, height_m: f32) -> [f32; 3] {

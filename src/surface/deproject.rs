@@ -9,8 +9,8 @@
 //! ```
 
 use super::config::Settings;
-use super::optics::Intrinsics;
 use crate::math::{sincosf, sqrtf};
+use crate::usb::lens::Intrinsics;
 
 /// Intrinsics and place of the camera, with the sine and cosine of the pitch.
 #[derive(Clone, Copy, Debug)]
@@ -23,7 +23,7 @@ pub(super) struct Camera {
     cos: f32,
 }
 
-/// Where a pixel looks: the ray's components per metre of depth.
+/// Direction in which a pixel looks: the ray's components per metre of depth.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Ray {
     /// To the right.
@@ -89,7 +89,7 @@ impl Camera {
         self.level(v).to_the_right(self.across(u))
     }
 
-    /// How far to the right column `u` looks.
+    /// Returns how far to the right column `u` looks.
     pub(super) fn across(&self, u: f32) -> f32 {
         (u - self.lens.ppx) / self.lens.fx
     }

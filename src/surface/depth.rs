@@ -64,18 +64,18 @@ pub(super) struct Sample {
     pub(super) x_m: f32,
     /// Height above the inner bottom, metres.
     pub(super) z_m: f32,
-    /// By how much the height changes with the depth: the ray's rise.
+    /// Change of the height with the depth: the ray's rise.
     pub(super) rise: f32,
     /// Variance of its own beside the edge's and the depth's noise, square metres.
     pub(super) own_m2: f32,
-    /// By how much it was lowered already, metres.
+    /// Distance by which it was lowered already, metres.
     pub(super) lowered_m: f32,
 }
 
 /// The edge in space, `x` rising.
 pub(super) type Samples = Vec<Sample, MAX_COLUMNS>;
 
-/// What the depth image says of the wall.
+/// Readings of the wall in the depth image.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Wall {
     /// `r0`, metres.
@@ -171,7 +171,7 @@ impl Look<'_> {
     }
 
     /// `z - w` of a depth pixel `raw`; `None` in a hole and beside the glass.
-    fn residual(&self, (column, row): (usize, usize), raw: u16) -> Option<f32> {
+    fn residual(&self, column: usize, row: usize, raw: u16) -> Option<f32> {
         self.along(self.config.depth_camera.ray(column as f32, row as f32), raw)
     }
 
@@ -222,7 +222,7 @@ impl Look<'_> {
         for row in edge.saturating_add(1)..edge.saturating_add(1 + THICKEST) {
             let residual = self.in_depth(point.column, row).and_then(|(column, row)| {
                 let raw = z16_row(self.depth, row, column, column.saturating_add(1)).next()?;
-                self.residual((column, row), raw)
+                self.residual(column, row, raw)
             });
             match residual.map(|r| r - offset_m) {
                 Some(residual) if residual > limit_m => {

@@ -19,7 +19,7 @@ pub(super) const SPAN: usize = INSIDE + WINDOW + OUTSIDE;
 /// Pixels of a profile on the inner side of the coarse edge.
 pub(super) const REACH: usize = INSIDE + WINDOW / 2;
 
-/// How the tone inside goes on towards the edge.
+/// Continuation of the inner tone towards the edge.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Tone {
     /// As the mean of the inner pixels.

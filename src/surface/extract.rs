@@ -18,7 +18,7 @@ const LEAST_COLUMNS: usize = 20;
 /// Rows between the lowest edge point and the rows that place the glass.
 const CLEARANCE_ROWS: usize = 4;
 
-/// Why no profile came out of a pair of images.
+/// Reason for a pair of images without a profile.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NotSeen {
     /// An image has not the size or the number of bytes of the configuration.
@@ -53,7 +53,7 @@ impl core::fmt::Display for NotSeen {
 
 impl core::error::Error for NotSeen {}
 
-/// What the stages did, summed over all frames. The counters saturate.
+/// Counters of the stages over all frames. They saturate.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Tally {
     /// Profiles that came out.
@@ -71,6 +71,17 @@ pub struct Tally {
 }
 
 /// Memory between frames, and the room in which the stages work (about 6 kB; no allocation).
+///
+/// ```
+/// use meniscus::surface::{Config, Settings, State};
+///
+/// let config = Config::new(Settings::default())?;
+/// let state = State::new();
+/// // Before the glass is found the whole search range is looked at, and no more.
+/// let region = state.region(&config);
+/// assert!(region.left > 0 && region.right < 640 && region.top < region.bottom);
+/// # Ok::<(), meniscus::surface::ConfigError>(())
+/// ```
 #[derive(Clone, Debug, Default)]
 pub struct State {
     axis_m: Option<f32>,
@@ -88,7 +99,7 @@ impl State {
         Self { axis_m: None, edge: Vec::new(), samples: Vec::new(), tally, offset_m: None }
     }
 
-    /// How much farther the wall of the glass was measured than the settings say, in the last frame
+    /// Returns the measured distance of the wall less the one in the settings, in the last frame
     /// that gave a profile, metres; a lasting value means that the camera stands elsewhere.
     #[must_use]
     pub fn wall_offset_m(&self) -> Option<f32> {
@@ -101,7 +112,7 @@ impl State {
         Region::around(config, self.axis_m).with_rim(config.image_size())
     }
 
-    /// What the stages did so far.
+    /// Returns the counters of the stages.
     #[must_use]
     pub fn tally(&self) -> Tally {
         self.tally
@@ -110,6 +121,24 @@ impl State {
 
 /// Extracts the profile from a pair of images of one instant. Time and number are
 /// [`Config::stamp_of`] the pair.
+///
+/// ```
+/// use meniscus::surface::{Config, NotSeen, Settings, State, extract};
+/// use meniscus::usb::frame::{DepthFrame, OutlineFrame, Stamp};
+///
+/// let config = Config::new(Settings::default())?;
+/// let (width, height) = config.image_size();
+/// let (depth, outline) = (vec![0; 2 * width * height], vec![128; width * height]);
+/// let stamp = Stamp::default();
+/// let depth = DepthFrame { bytes: &depth, width, height, stamp };
+/// let outline = OutlineFrame { bytes: &outline, width, height, stamp };
+///
+/// // A grey wall without a glass gives no profile, and the reason.
+/// let mut state = State::new();
+/// assert_eq!(extract(&config, &mut state, depth, outline), Err(NotSeen::NoContrast));
+/// assert_eq!(state.tally().not_seen, 1);
+/// # Ok::<(), meniscus::surface::ConfigError>(())
+/// ```
 ///
 /// # Errors
 /// [`NotSeen`] says which stage found nothing; the glass is then searched in the whole range again.

@@ -37,7 +37,7 @@ pub(super) struct Body {
     sides: [bool; 2],
     /// Row to which the columns belong.
     row: f32,
-    /// Where the axis is about, metres.
+    /// Approximate position of the axis, metres.
     near_m: f32,
 }
 
@@ -87,14 +87,15 @@ pub(super) fn find(
     (sides[0] || sides[1]).then_some(Body { left, right, sides, row, near_m })
 }
 
-/// Position of the glass axis in metres, from the rows `top..bottom`, all of which hold liquid.
+/// Position of the glass axis in metres, from rows (first, behind the last) that all hold liquid.
 pub(super) fn axis(
     config: &Config,
     image: Grey<'_>,
     body: Body,
-    (top, bottom): (usize, usize),
+    rows: (usize, usize),
     least: f32,
 ) -> Option<f32> {
+    let (top, bottom) = rows;
     let mut axes: Vec<f32, MAX_ROWS> = Vec::new();
     for row in top..bottom {
         if let Some(axis) = row_axis(config, image, body, row, least) {

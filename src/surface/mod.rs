@@ -29,10 +29,11 @@ mod region;
 mod resample;
 mod trace;
 
+pub use crate::usb::lens::{ColourLens, Intrinsics};
 pub use config::{Config, ConfigError, Liquid, MAX_COLUMNS, Settings};
 pub use extract::{NotSeen, State, Tally, extract};
-pub use optics::{Intrinsics, Optics};
+pub use optics::Optics;
 pub use outline::OutlineAssembler;
 pub use profile::{POINTS, PROFILE_HALF_SPAN, SurfaceProfile, profile_abscissa};
-pub use rectify::{ColourLens, Rectifier};
+pub use rectify::Rectifier;
 pub use region::Region;

@@ -6,6 +6,17 @@ use crate::usb::frame::Stamp;
 use crate::usb::uvc::{Assembler, Losses, Outcome};
 
 /// Joins the payloads of the outline's stream: Y8 as it comes, or YUY2 [rectified](Rectifier) into a second buffer.
+///
+/// ```
+/// use meniscus::surface::{OutlineAssembler, Region};
+///
+/// let mut buffer = [0; 4];
+/// let mut outline = OutlineAssembler::infrared(&mut buffer);
+/// // Length 6, flags PTS | EOF, PTS = 1000 us, an image of 2 x 2.
+/// let stamp = outline.push(&[6, 0b110, 0xe8, 3, 0, 0, 1, 2, 3, 4], Region::whole((2, 2)));
+/// assert_eq!(stamp.map(|stamp| stamp.captured.0), Some(1000));
+/// assert_eq!(outline.pixels(), [1, 2, 3, 4]);
+/// ```
 #[derive(Debug)]
 pub struct OutlineAssembler<'b> {
     assembler: Assembler<'b>,

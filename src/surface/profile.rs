@@ -1,4 +1,4 @@
-//! The surface profile: what the camera knows of the liquid at one instant.
+//! Surface profile: heights of the liquid at one instant, as the camera measures them.
 
 use crate::math::sqrtf;
 use crate::units::Micros;
@@ -11,6 +11,13 @@ pub const POINTS: usize = 21;
 pub const PROFILE_HALF_SPAN: f64 = 0.9;
 
 /// `x` of profile point `index` in units of the inner radius R, in the frame of the glass.
+///
+/// ```
+/// use meniscus::surface::{POINTS, profile_abscissa};
+///
+/// assert_eq!(profile_abscissa(0), -0.9);
+/// assert!(profile_abscissa(POINTS / 2).abs() < 1e-12);
+/// ```
 #[must_use]
 pub fn profile_abscissa(index: usize) -> f64 {
     PROFILE_HALF_SPAN * (2.0 * index as f64 / (POINTS - 1) as f64 - 1.0)

@@ -18,8 +18,8 @@
 //! as a larger pixel of a camera would be: the colour lens has the longer focal length, and edges that are sampled
 //! more coarsely than they are sharp cannot be placed to a tenth of a pixel.
 
-use super::optics::Intrinsics;
 use super::region::Region;
+use crate::usb::lens::{ColourLens, Intrinsics};
 
 /// Pixels from one exact place to the next: with fx' = 612 and k1 = 0.2 the straight line between them is off by 0.02
 /// pixel at most.
@@ -29,35 +29,21 @@ const PARTS: u32 = 256;
 /// Bytes of a YUY2 pixel; the luma is the first.
 const BYTES: usize = 2;
 
-/// The lens of the colour image.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ColourLens {
-    /// Of the colour image.
-    pub intrinsics: Intrinsics,
-    /// k1, k2, p1, p2, k3.
-    pub distortion: [f32; 5],
-    /// Rows of `Q`, which turns directions from the axes of the depth image to those of the colour image.
-    pub rotation: [[f32; 3]; 3],
-}
-
-impl ColourLens {
-    /// Where the lens sees the direction `(a, b, 1)` of the depth image's axes, pixels.
-    #[must_use]
-    pub fn pixel_of(&self, a: f32, b: f32) -> (f32, f32) {
-        let [k1, k2, p1, p2, k3] = self.distortion;
-        let [x, y, z] = self.rotation.map(|[r0, r1, r2]| r0 * a + r1 * b + r2);
-        let (x, y) = (x / z, y / z);
-        let r2 = x * x + y * y;
-        let f = 1.0 + r2 * (k1 + r2 * (k2 + r2 * k3));
-        let (x, y) = (x * f, y * f);
-        let across = x + 2.0 * p1 * x * y + p2 * (r2 + 2.0 * x * x);
-        let down = y + 2.0 * p2 * x * y + p1 * (r2 + 2.0 * y * y);
-        let lens = &self.intrinsics;
-        (lens.fx * across + lens.ppx, lens.fy * down + lens.ppy)
-    }
-}
-
 /// Makes grey images of colour images.
+///
+/// ```
+/// use meniscus::surface::{ColourLens, Intrinsics, Rectifier, Region};
+///
+/// // A colour lens like the depth lens, straight and without distortion.
+/// let lens = Intrinsics { width: 16, height: 16, fx: 20.0, fy: 20.0, ppx: 7.5, ppy: 7.5 };
+/// let rotation = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+/// let rectifier = Rectifier::new(ColourLens { intrinsics: lens, distortion: [0.0; 5], rotation }, lens);
+///
+/// let yuy2 = vec![90; rectifier.colour_bytes()];
+/// let mut grey = vec![0; rectifier.grey_bytes()];
+/// rectifier.rectify(&yuy2, &mut grey, Region::whole((16, 16)));
+/// assert_eq!(grey[8 * 16 + 8], 90);
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rectifier {
     lens: ColourLens,
@@ -117,7 +103,7 @@ impl Rectifier {
         let (own, other) = (&self.lens.intrinsics, &self.to);
         let (across, down) = (quarter(own.fx, other.fx), quarter(own.fy, other.fy));
         for pixel in pixels {
-            *pixel = self.mean(yuy2, (u as i32, v as i32), (across, down)).unwrap_or(0);
+            *pixel = self.mean(yuy2, Footprint { u: u as i32, v: v as i32, across, down }).unwrap_or(0);
             u += du;
             v += dv;
         }
@@ -125,7 +111,8 @@ impl Rectifier {
 
     /// Mean of the luma at four places around one, each bilinear: places are in parts of a pixel. `None` where one
     /// of them lies outside of the image.
-    fn mean(&self, yuy2: &[u8], (u, v): (i32, i32), (across, down): (i32, i32)) -> Option<u8> {
+    fn mean(&self, yuy2: &[u8], footprint: Footprint) -> Option<u8> {
+        let Footprint { u, v, across, down } = footprint;
         let Intrinsics { width, height, .. } = self.lens.intrinsics;
         let (column, columns) = taps(u, across)?;
         let (row, rows) = taps(v, down)?;
@@ -142,6 +129,15 @@ impl Rectifier {
         // Two places along each axis, each of whose weights make PARTS.
         Some(((sum + 2 * PARTS * PARTS) / (4 * PARTS * PARTS)) as u8)
     }
+}
+
+/// Centre of a grey pixel in the colour image, and the distances of its four places from it, in parts of a pixel.
+#[derive(Clone, Copy)]
+struct Footprint {
+    u: i32,
+    v: i32,
+    across: i32,
+    down: i32,
 }
 
 /// The first of three pixels along an axis, and the sum of the weights that they have for two places, `half` before

@@ -4,6 +4,12 @@ use super::config::{Config, MAX_COLUMNS};
 use super::edge::SPAN;
 
 /// A rectangle of pixels, ends exclusive.
+///
+/// ```
+/// use meniscus::surface::Region;
+///
+/// assert_eq!(Region::whole((640, 480)), Region { left: 0, right: 640, top: 0, bottom: 480 });
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Region {
     /// First column.
@@ -17,14 +23,16 @@ pub struct Region {
 }
 
 impl Region {
-    /// All of an image.
+    /// All of an image of a size, width and height in pixels.
     #[must_use]
-    pub const fn whole((width, height): (usize, usize)) -> Self {
+    pub const fn whole(size: (usize, usize)) -> Self {
+        let (width, height) = size;
         Self { left: 0, right: width, top: 0, bottom: height }
     }
 
     /// With the pixels beyond it that place an edge at its rim.
-    pub(super) fn with_rim(self, (width, height): (usize, usize)) -> Self {
+    pub(super) fn with_rim(self, size: (usize, usize)) -> Self {
+        let (width, height) = size;
         Self {
             left: self.left.saturating_sub(SPAN),
             right: self.right.saturating_add(SPAN).min(width),

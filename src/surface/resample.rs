@@ -29,7 +29,7 @@ const LEAST_SAMPLES: usize = 3;
 /// Usual scatter of a column's edge, pixels, and how many samples it counts for.
 const EDGE_PX: f32 = 0.10;
 const EDGE_COUNT: f32 = 4.0;
-/// What is left of the biases.
+/// Remaining bias.
 const BIAS_PX: f32 = 0.08;
 const BIAS_M: f32 = 5e-5;
 /// An outlier is farther from the line than this many robust standard deviations, and than this many pixels.

@@ -34,7 +34,7 @@ pub(super) type Edge = Vec<EdgePoint, MAX_COLUMNS>;
 
 /// A band over the edge brighter than the background by this share of the step is foam.
 const OVERSHOOT: f32 = 0.2;
-/// What foam adds to the variance of an edge, square pixels.
+/// Variance that foam adds to an edge, square pixels.
 const FOAM_PX2: f32 = 0.09;
 
 /// Traces the edge of every column of the body; columns without a clear edge are left out.
@@ -49,7 +49,7 @@ pub(super) fn trace(
     let mut crossings = Crossings::new();
     let noise = noise(image, body, config.foot_rows);
     for column in (body.left..=body.right).take(MAX_COLUMNS) {
-        if let Some(crossing) = column_edge(config, image, column, threshold, (least, noise)) {
+        if let Some(crossing) = column_edge(config, image, column, threshold, least, noise) {
             // One point a column, and no more columns than the list holds.
             let _ = crossings.push(crossing);
         }
@@ -73,7 +73,8 @@ fn column_edge(
     image: Grey<'_>,
     column: usize,
     threshold: &Threshold,
-    (least, noise): (f32, f32),
+    least: f32,
+    noise: f32,
 ) -> Option<Crossing> {
     let (top, _) = config.rows;
     let mut ending = 0;
@@ -125,7 +126,8 @@ fn flatten_foam(profile: &mut [f32; SPAN]) -> f32 {
 
 /// Standard deviation of the pixels in the foot, from the differences of neighbours in a column:
 /// the median of `|d|` is 0.954 of it.
-fn noise(image: Grey<'_>, body: Body, (top, bottom): (usize, usize)) -> f32 {
+fn noise(image: Grey<'_>, body: Body, rows: (usize, usize)) -> f32 {
+    let (top, bottom) = rows;
     let row = top + bottom.saturating_sub(top) / 2;
     let differences = (body.left..=body.right).filter_map(|column| {
         let [one, other] = [image.at(column, row)?, image.at(column, row + 1)?].map(f32::from);

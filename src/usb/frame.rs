@@ -2,7 +2,7 @@
 
 use crate::units::Micros;
 
-/// What is known of a frame beside its pixels.
+/// Number and time of a frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Stamp {
     /// The camera's own frame counter; a gap is a lost frame.

@@ -2,4 +2,5 @@
 
 pub mod d4xx;
 pub mod frame;
+pub mod lens;
 pub mod uvc;

@@ -1,3 +1,54 @@
-//! Checks of the project.
+//! `cargo xtask`: checks of the project that are more than one cargo command.
+//!
+//! | verb | purpose |
+//! |---|---|
+//! | `quick` | format, lints and unit tests of the crates that an edit touched |
+//! | `ci` | everything that hosted CI runs |
+//! | `nightly` | steps that take hours, with a log |
+//! | `house` | measures of the architecture, with targets |
+//! | `package` | archives of the published crates |
 
-fn main() {}
+mod ci;
+mod house;
+mod nightly;
+mod package;
+mod process;
+mod quick;
+mod workspace;
+
+use anyhow::Result;
+use clap::{Parser, Subcommand};
+use std::process::ExitCode;
+
+/// Checks of the project that are more than one cargo command.
+#[derive(Parser)]
+#[command(name = "cargo xtask", bin_name = "cargo xtask")]
+struct Arguments {
+    #[command(subcommand)]
+    verb: Verb,
+}
+
+#[derive(Subcommand)]
+enum Verb {
+    /// Format, lints and unit tests of the crates that changed against HEAD.
+    Quick(quick::Options),
+    /// All of CI: `.ci/run`.
+    Ci,
+    /// Steps that take hours, logged to docs/nightly/DATE.log.
+    Nightly(nightly::Options),
+    /// Measures of the architecture; fails if one misses its target.
+    House(house::Options),
+    /// Archives of all published crates, checked for their files and metadata.
+    Package(package::Options),
+}
+
+fn main() -> Result<ExitCode> {
+    let passed = match Arguments::parse().verb {
+        Verb::Quick(options) => quick::run(&options)?,
+        Verb::Ci => ci::run()?,
+        Verb::Nightly(options) => nightly::run(&options)?,
+        Verb::House(options) => house::run(&options)?,
+        Verb::Package(options) => package::run(&options)?,
+    };
+    Ok(if passed { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+}

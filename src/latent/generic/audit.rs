@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-/// How the closed step came to its end.
+/// Outcome of the closed step.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Outcome {
     /// The implicit equation was solved to its tolerance.
@@ -27,6 +27,6 @@ pub struct Audit {
     pub energy_residual: f64,
     /// Iterations of the implicit equation.
     pub iterations: u32,
-    /// How the closed step ended.
+    /// Outcome of the closed step.
     pub outcome: Outcome,
 }

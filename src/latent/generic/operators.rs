@@ -4,6 +4,16 @@
 use super::newton::Square;
 
 /// L and D of a model.
+///
+/// ```
+/// use meniscus::latent::generic::Operators;
+///
+/// let operators = Operators::from_triangles(&[0.5], &[2.0]);
+/// // L is skew, D = C C^T.
+/// assert_eq!((operators.skew[(1, 0)], operators.skew[(0, 1)]), (0.5, -0.5));
+/// assert_eq!(operators.friction[(0, 0)], 4.0);
+/// assert_eq!(operators.difference()[(0, 0)], -4.0);
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Operators {
     /// L = -L^T: reversible motion.

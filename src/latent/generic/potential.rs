@@ -20,6 +20,24 @@ use crate::math::sqrt;
 pub const MAX_HIDDEN: usize = 64;
 
 /// Weights of the energy, read in place.
+///
+/// ```
+/// # #[repr(align(64))]
+/// # struct Aligned<T: ?Sized>(T);
+/// # static BLOB: &Aligned<[u8]> =
+/// #     &Aligned(*include_bytes!(concat!(env!("CARGO_MANIFEST_DIR"), "/models/glycerine.blob")));
+/// let model = meniscus::blob::Model::load(&BLOB.0)?;
+/// use meniscus::latent::generic::Latent;
+///
+/// let energy = &model.generic.potential;
+/// let (x, y) = (Latent::repeat(0.1), Latent::repeat(-0.2));
+/// // The discrete gradient keeps the difference of energies exactly.
+/// let mean = energy.discrete_gradient(&x, &energy.see(&x), &y, &energy.see(&y));
+/// let difference = energy.value(&y) - energy.value(&x);
+/// assert!((mean.dot(&(y - x)) - difference).abs() < 1e-9 * difference.abs());
+/// assert_eq!(energy.value(&Latent::zeros()), 0.0);
+/// # Ok::<(), meniscus::blob::LoadError>(())
+/// ```
 #[derive(Clone, Copy, Debug)]
 pub struct Potential<'m> {
     /// K, `[LATENTS, LATENTS]`.
@@ -63,7 +81,7 @@ impl Potential<'_> {
     #[must_use]
     pub fn gradient(&self, x: &Latent) -> Latent {
         let seen = self.see(x);
-        self.discrete_gradient((x, &seen), (x, &seen))
+        self.discrete_gradient(x, &seen, x, &seen)
     }
 
     /// dH(x, y), the mean of grad H along the straight way from `x` to `y` (Harten, Lax and van Leer 1983), each with
@@ -73,7 +91,7 @@ impl Potential<'_> {
     ///
     /// The mean is exact, so that dH . (y - x) = H(y) - H(x), and nothing is divided by |y - x|.
     #[must_use]
-    pub fn discrete_gradient(&self, (x, from): (&Latent, &Seen), (y, to): (&Latent, &Seen)) -> Latent {
+    pub fn discrete_gradient(&self, x: &Latent, from: &Seen, y: &Latent, to: &Seen) -> Latent {
         let middle = self.bend(&((x + y) * 0.5));
         let mut kx = [0.0; LATENTS];
         self.linear.accumulate_f64(middle.as_slice(), &mut kx);

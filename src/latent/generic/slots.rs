@@ -37,10 +37,20 @@ use crate::math::sqrt;
 use crate::reduced::effects::Relax;
 use crate::reduced::{BySpeed, Model};
 
-/// What may remember: the liquid and the contact line.
+/// Number of memory variables: viscoelastic relaxation and contact line.
 pub const MEMORIES: usize = 2;
 
 /// A of the height and B of the rate of the first mode, and the directions that belong to them.
+///
+/// ```
+/// use meniscus::latent::generic::{Latent, ModeMap};
+///
+/// let unit = |i: usize| Latent::from_fn(|row, _| f64::from(u8::from(row == i)));
+/// // Latent 0 is the height of the first mode, latent 1 its rate.
+/// assert!(ModeMap::new([unit(0), unit(1), unit(0), unit(1)]).is_some());
+/// // A direction that does not belong to its row is refused.
+/// assert!(ModeMap::new([unit(0), unit(1), unit(2), unit(1)]).is_none());
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ModeMap {
     /// A, m for each unit of x.
@@ -53,7 +63,7 @@ pub struct ModeMap {
     pub along_rate: Latent,
 }
 
-/// By how much the directions of a map may miss what they have to be.
+/// Tolerance for the bi-orthogonality of the mode map.
 const SLACK: f64 = 1e-3;
 
 impl ModeMap {
@@ -79,6 +89,21 @@ struct Memory {
 }
 
 /// The effects of a model, ready for steps.
+///
+/// ```
+/// use meniscus::latent::generic::{LATENTS, Latent, ModeMap, Slots};
+/// use meniscus::reduced::{Baseline, Cylinder, Model, Rheology};
+///
+/// let unit = |i: usize| Latent::from_fn(|row, _| f64::from(u8::from(row == i)));
+/// let map = ModeMap::new([unit(0), unit(1), unit(0), unit(1)]).unwrap();
+/// let glass = Cylinder { radius_m: 0.035, depth_m: 0.07, density_kg_m3: 1261.0 };
+/// let plain = Model::new(glass, Rheology::newtonian(0.2), &Baseline::default(), &[], 1.0 / 60.0);
+/// // Without effects the energy is not bent.
+/// let identity = nalgebra::SMatrix::<f64, LATENTS, LATENTS>::identity();
+/// let slots = Slots::between(&plain, &plain, map, 1e-3, &identity);
+/// assert_eq!(*slots.bend(), identity);
+/// assert_eq!(slots.rate(&unit(1)), 1.0);
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Slots {
     map: ModeMap,
@@ -105,7 +130,7 @@ pub(super) struct Flow {
 }
 
 impl Slots {
-    /// What lies between the reduced models `plain` and `with` effects, for a step whose H is in units of `joules` and has
+    /// Returns the difference between the reduced models `plain` and `with` effects, for a step whose H is in units of `joules` and has
     /// the second derivative `hessian` at rest.
     #[must_use]
     pub fn between(plain: &Model, with: &Model, map: ModeMap, joules: f64, hessian: &Square) -> Self {
@@ -141,7 +166,7 @@ impl Slots {
         self.map.rate.dot(x)
     }
 
-    /// Whether a memory relaxes by its way, so that r has to be found with the step.
+    /// Returns whether a memory relaxes with the path length, so that r has to be solved for with the step.
     #[must_use]
     pub(super) fn slides(&self) -> bool {
         self.memories.iter().any(|m| m.stiffness > 0.0 && matches!(m.relax, Relax::Path(_)))

@@ -43,6 +43,23 @@ const NUDGE: f64 = 1e-9;
 const MAX_NUDGES: u32 = 4;
 
 /// A trained GENERIC model.
+///
+/// ```
+/// # #[repr(align(64))]
+/// # struct Aligned<T: ?Sized>(T);
+/// # static BLOB: &Aligned<[u8]> =
+/// #     &Aligned(*include_bytes!(concat!(env!("CARGO_MANIFEST_DIR"), "/models/glycerine.blob")));
+/// let model = meniscus::blob::Model::load(&BLOB.0)?;
+/// use meniscus::latent::generic::{Latent, State};
+///
+/// let mut state = State { latent: Latent::repeat(0.3), ..State::default() };
+/// let before = model.generic.energy(&state);
+/// // A glass that stands still does no work: the energy stays, and what motion loses becomes heat.
+/// let audit = model.generic.step(&mut state, 0.0);
+/// assert!(audit.heat >= 0.0);
+/// assert!((model.generic.energy(&state) - before).abs() < 1e-9 * before);
+/// # Ok::<(), meniscus::blob::LoadError>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct Generic<'m> {
     /// H.
@@ -66,7 +83,7 @@ pub struct State {
     pub latent: Latent,
     /// s, in units of H.
     pub heat: f64,
-    /// What the memories of named effects hold, m.
+    /// Memory variables of the embedded effects, m.
     pub held: [f64; MEMORIES],
 }
 
@@ -139,13 +156,13 @@ impl Generic<'_> {
         let mut gradient = Latent::zeros();
         while iterations < MAX_ITERATIONS {
             iterations += 1;
-            gradient = self.potential.discrete_gradient((a, &from), (&b, &to));
+            gradient = self.potential.discrete_gradient(a, &from, &b, &to);
             let residual = b - a - (flow.matrix * gradient - flow.pull) * self.dt_s;
             if residual.dot(&residual) <= TOLERANCE * scale {
                 outcome = Outcome::Solved;
                 break;
             }
-            b -= self.correction(&residual, iterations, &flow.matrix, (&from, &to));
+            b -= self.correction(&residual, iterations, &flow.matrix, &from, &to);
             to = self.potential.see(&b);
         }
         let remembered = self.slots.as_ref().map(|slots| slots.remember(held, &gradient, speed, self.dt_s));
@@ -160,9 +177,9 @@ impl Generic<'_> {
         }
     }
 
-    /// What the `turn`-th iteration takes from the end that left `residual`: the constant matrix while there is hope in
+    /// Returns the correction of the `turn`-th iteration for `residual`: by the constant matrix while there is hope in
     /// it, then Newton's.
-    fn correction(&self, residual: &Latent, turn: u32, flow: &Square, (from, to): (&Seen, &Seen)) -> Latent {
+    fn correction(&self, residual: &Latent, turn: u32, flow: &Square, from: &Seen, to: &Seen) -> Latent {
         if turn > CHEAP_ITERATIONS || self.slots.is_some() {
             let stiffness = self.potential.stiffness(from, to);
             return newton::correction(&stiffness, flow, self.dt_s, residual);

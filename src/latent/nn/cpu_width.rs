@@ -1,4 +1,4 @@
-//! How wide the vectors are that the kernels are compiled for.
+//! Width of the vectors that the kernels are compiled for.
 //!
 //! The build is for any x86-64 (128 bit). A host that has found out that its processor has AVX2 says so once,
 //! and the same Rust runs as compiled for 256 bit. Rows lie across the vector and each row is summed in its
@@ -17,6 +17,15 @@ static WIDE: AtomicBool = AtomicBool::new(false);
 
 /// Lets the kernels run as compiled for AVX2, from now on and for all threads.
 ///
+/// ```
+/// #[cfg(target_arch = "x86_64")]
+/// if std::arch::is_x86_feature_detected!("avx2") {
+///     // SAFETY: detected in the line above.
+///     unsafe { meniscus::latent::nn::allow_avx2() };
+///     assert!(meniscus::latent::nn::is_wide());
+/// }
+/// ```
+///
 /// # Safety
 /// The processor, and its operating system, must have AVX2.
 #[cfg(target_arch = "x86_64")]
@@ -24,7 +33,12 @@ pub unsafe fn allow_avx2() {
     WIDE.store(true, Ordering::Relaxed);
 }
 
-/// Whether [`allow_avx2`] was called.
+/// Returns whether [`allow_avx2`] was called.
+///
+/// ```
+/// // Narrow until the host calls `allow_avx2`.
+/// assert!(!meniscus::latent::nn::is_wide());
+/// ```
 #[must_use]
 pub fn is_wide() -> bool {
     #[cfg(target_arch = "x86_64")]
@@ -36,10 +50,28 @@ pub fn is_wide() -> bool {
 /// A piece of work that gains from wide vectors. `run` has to be `#[inline(always)]`, or it is compiled once,
 /// for the narrow ones. `WIDE` is whether it is compiled for AVX2.
 pub trait Kernel {
+    /// Runs the work, compiled for AVX2 if `WIDE`.
     fn run<const WIDE: bool>(self);
 }
 
 /// Runs `kernel` as compiled for the widest vectors that are allowed.
+///
+/// ```
+/// use meniscus::latent::nn::{Kernel, widest};
+///
+/// struct Scale<'a>(&'a mut [f32]);
+///
+/// impl Kernel for Scale<'_> {
+///     #[inline(always)]
+///     fn run<const WIDE: bool>(self) {
+///         self.0.iter_mut().for_each(|x| *x *= 2.0);
+///     }
+/// }
+///
+/// let mut numbers = [1.0, 2.0, 3.0];
+/// widest(Scale(&mut numbers));
+/// assert_eq!(numbers, [2.0, 4.0, 6.0]);
+/// ```
 #[inline]
 pub fn widest(kernel: impl Kernel) {
     #[cfg(target_arch = "x86_64")]

@@ -1,4 +1,4 @@
-//! In what a weight is stored.
+//! Storage formats of weights.
 //!
 //! ```text
 //! f32    4 bytes   as trained
@@ -9,7 +9,7 @@
 
 use serde::{Deserialize, Serialize};
 
-/// In what the weights of a tensor are stored.
+/// Storage format of the weights of a tensor.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Element {
     /// Single precision.
@@ -33,6 +33,14 @@ impl core::fmt::Display for Element {
 
 /// The bf16 nearest to a finite `x`, to even where two are as near. A number that would round up to
 /// infinity stays the largest.
+///
+/// ```
+/// use meniscus::latent::nn::{bf16_of, f32_of};
+///
+/// assert_eq!(f32_of(bf16_of(1.5)), 1.5);
+/// // Eight bits of mantissa: a tie is rounded to even.
+/// assert_eq!(f32_of(bf16_of(1.0 + 1.0 / 256.0)), 1.0);
+/// ```
 #[must_use]
 pub fn bf16_of(x: f32) -> u16 {
     const LARGEST: u32 = 0x7F7F;
@@ -43,6 +51,10 @@ pub fn bf16_of(x: f32) -> u16 {
 }
 
 /// The f32 that a bf16 is the upper half of.
+///
+/// ```
+/// assert_eq!(meniscus::latent::nn::f32_of(0x3f80), 1.0);
+/// ```
 #[must_use]
 pub fn f32_of(x: u16) -> f32 {
     f32::from_bits(u32::from(x) << 16)

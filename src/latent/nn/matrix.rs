@@ -11,13 +11,28 @@ use core::num::NonZeroUsize;
 /// Rows of a panel: eight SSE, four AVX2 or two AVX-512 registers of accumulators.
 pub const PANEL: usize = 32;
 
-/// Where element (`row`, `column`) of a packed matrix lies.
+/// Returns the index of element (`row`, `column`) of a packed matrix.
+///
+/// ```
+/// use meniscus::latent::nn::packed_index;
+///
+/// // Rows 0 to 31 of column 0 come first, then those of column 1; row 32 opens the next panel.
+/// assert_eq!(packed_index(3, 1, 2), 35);
+/// assert_eq!(packed_index(32, 0, 2), 64);
+/// ```
 #[must_use]
 pub const fn packed_index(row: usize, column: usize, columns: usize) -> usize {
     ((row / PANEL) * columns + column) * PANEL + row % PANEL
 }
 
 /// Numbers that a packed matrix occupies, padding included; `None` on overflow.
+///
+/// ```
+/// use meniscus::latent::nn::packed_len;
+///
+/// assert_eq!(packed_len(40, 3), Some(2 * 3 * 32));
+/// assert_eq!(packed_len(usize::MAX, usize::MAX), None);
+/// ```
 #[must_use]
 pub const fn packed_len(rows: usize, columns: usize) -> Option<usize> {
     match rows.div_ceil(PANEL).checked_mul(columns) {
@@ -27,6 +42,21 @@ pub const fn packed_len(rows: usize, columns: usize) -> Option<usize> {
 }
 
 /// A matrix in the blob, read in place.
+///
+/// ```
+/// use meniscus::latent::nn::{Matrix, PANEL, packed_index};
+///
+/// // W = [[1, 2], [3, 4]], packed.
+/// let mut packed = [0.0; 2 * PANEL];
+/// for (row, column, value) in [(0, 0, 1.0), (0, 1, 2.0), (1, 0, 3.0), (1, 1, 4.0)] {
+///     packed[packed_index(row, column, 2)] = value;
+/// }
+/// let matrix = Matrix::new(&packed, 2, 2).unwrap();
+/// let mut y = [0.5, 0.5];
+/// matrix.accumulate(&[1.0, -1.0], &mut y);
+/// assert_eq!(y, [-0.5, -0.5]);
+/// assert!(Matrix::new(&packed, 2, 3).is_none(), "the length does not fit");
+/// ```
 #[derive(Clone, Copy, Debug)]
 pub struct Matrix<'m> {
     /// One entry a panel and column, panel after panel.

@@ -14,13 +14,29 @@ use crate::latent::nn::cpu_width::widest;
 use crate::latent::nn::dtype::{Element, f32_of};
 use crate::latent::nn::int8::Bytes;
 
-/// Where element (`row`, `column`) of a bf16 matrix lies.
+/// Returns the index of element (`row`, `column`) of a bf16 matrix.
+///
+/// ```
+/// use meniscus::latent::nn::bf16_index;
+///
+/// // Rows 0 and 16 share a 32-bit word.
+/// assert_eq!((bf16_index(0, 0, 1), bf16_index(16, 0, 1), bf16_index(1, 0, 1)), (0, 1, 2));
+/// ```
 #[must_use]
 pub const fn bf16_index(row: usize, column: usize, columns: usize) -> usize {
     ((row / PANEL) * columns + column) * PANEL + 2 * (row % HALF) + (row % PANEL) / HALF
 }
 
 /// Bytes that a matrix occupies in a blob; `None` on overflow.
+///
+/// ```
+/// use meniscus::latent::nn::{Element, section_len};
+///
+/// assert_eq!(section_len(Element::F32, 40, 3), Some(768));
+/// assert_eq!(section_len(Element::Bf16, 40, 3), Some(384));
+/// // A byte a weight and an f32 scale a row, both padded to 64 rows.
+/// assert_eq!(section_len(Element::I8, 40, 3), Some(64 * 4 + 192));
+/// ```
 #[must_use]
 pub fn section_len(element: Element, rows: usize, columns: usize) -> Option<usize> {
     let numbers = packed_len(rows, columns)?;
@@ -32,6 +48,23 @@ pub fn section_len(element: Element, rows: usize, columns: usize) -> Option<usiz
 }
 
 /// A matrix in the blob, in one of the elements.
+///
+/// ```
+/// use meniscus::latent::nn::{Element, Weights, bf16_index, bf16_of};
+///
+/// // W = (1.5, -2) in bf16, on a boundary of four bytes.
+/// #[repr(align(4))]
+/// struct Aligned([u8; 128]);
+/// let mut bytes = Aligned([0; 128]);
+/// for (column, value) in [1.5, -2.0].into_iter().enumerate() {
+///     let at = 2 * bf16_index(0, column, 2);
+///     bytes.0[at..at + 2].copy_from_slice(&bf16_of(value).to_le_bytes());
+/// }
+/// let weights = Weights::new(Element::Bf16, &bytes.0, 1, 2).unwrap();
+/// let mut y = [0.0];
+/// weights.accumulate(&[2.0, 1.0], &mut y);
+/// assert_eq!((y, weights.at(0, 1)), ([1.0], -2.0));
+/// ```
 #[derive(Clone, Copy, Debug)]
 pub struct Weights<'m> {
     stored: Stored<'m>,
@@ -77,7 +110,7 @@ impl<'m> Weights<'m> {
         Some(Self { stored, rows, columns })
     }
 
-    /// In what the weights are stored.
+    /// Returns the storage format of the weights.
     #[must_use]
     pub fn element(&self) -> Element {
         match self.stored {

@@ -18,7 +18,7 @@
 
 use super::intrinsics::{CalibrationError, sound};
 use super::table::Table;
-use crate::surface::ColourLens;
+use crate::usb::lens::ColourLens;
 use crate::usb::uvc::bytes::{f32_at, u16_at};
 
 /// Id of the colour table.
@@ -40,16 +40,35 @@ const ALIGNED: f32 = 0.9986;
 pub struct Colour {
     /// Its optics, and how it is turned.
     pub lens: ColourLens,
-    /// Where the lens of the depth image stands, as seen from it: right, down, forward along the axes of the depth
+    /// Position of the depth lens relative to it: right, down, forward along the axes of the depth
     /// image, metres.
     pub depth_lens_m: [f32; 3],
 }
 
-/// The colour lens by table 32, for images of a size.
+/// The colour lens by table 32, for images of a size, width and height in pixels.
+///
+/// ```
+/// use meniscus::usb::d4xx::{Table, colour};
+///
+/// let mut bytes = [0; 256];
+/// let mut write = |at: usize, values: &[f32]| {
+///     for (k, value) in values.iter().enumerate() {
+///         bytes[at + 4 * k..at + 4 * k + 4].copy_from_slice(&value.to_le_bytes());
+///     }
+/// };
+/// write(16, &[1.435, 0.0, 0.006, 0.0, 2.544, 0.02, 0.0, 0.0, 1.0]);
+/// write(184, &[1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]);
+/// write(220, &[14.8, 0.2, -0.4]);
+/// let colour = colour(&Table { bytes: &bytes }, (640, 480))?;
+/// assert!((colour.lens.intrinsics.fy - 610.56).abs() < 1e-3);
+/// assert!((colour.depth_lens_m[0] - 0.0148).abs() < 1e-6);
+/// # Ok::<(), meniscus::usb::d4xx::CalibrationError>(())
+/// ```
 ///
 /// # Errors
 /// [`CalibrationError`] when the table is too short or holds nonsense.
-pub fn colour(table: &Table<'_>, (width, height): (u16, u16)) -> Result<Colour, CalibrationError> {
+pub fn colour(table: &Table<'_>, size: (u16, u16)) -> Result<Colour, CalibrationError> {
+    let (width, height) = size;
     let short = CalibrationError::Size { width, height };
     let number = |at: usize, k: usize| f32_at(table.bytes, at + 4 * k).ok_or(short);
     let [mut k00, mut k02, mut k11, mut k12] =

@@ -26,7 +26,7 @@ impl DeviceError {
         matches!(self.0, 22..=24)
     }
 
-    /// What it means.
+    /// Returns its meaning in words.
     #[must_use]
     pub fn meaning(self) -> &'static str {
         match self.0 {

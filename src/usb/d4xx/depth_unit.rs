@@ -18,6 +18,20 @@ pub const DEFAULT_DEPTH_UNIT_UM: u32 = 1000;
 const GROUP: u32 = 9;
 
 /// The table.
+///
+/// ```
+/// use meniscus::usb::d4xx::{DepthTable, MESSAGE, MonitorError};
+///
+/// let mut answer = [0; MESSAGE];
+/// answer[0] = 0x2c;
+/// answer[4..8].copy_from_slice(&1000_u32.to_le_bytes());
+/// answer[MESSAGE - 4] = 20;
+/// let table = DepthTable::read(&answer)?;
+/// assert_eq!(table.unit_um(), 1000);
+/// // Asks for 0.1 mm and leaves the rest as it is.
+/// assert_eq!(table.with_unit_um(100).set().data[..4], [100, 0, 0, 0]);
+/// # Ok::<(), MonitorError>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct DepthTable {
     bytes: [u8; 20],

@@ -35,6 +35,20 @@ impl core::fmt::Display for Serial {
 }
 
 /// The device information.
+///
+/// ```
+/// use meniscus::usb::d4xx::{Firmware, Identity, MESSAGE, MonitorError};
+///
+/// let mut answer = [0; MESSAGE];
+/// answer[0] = 0x10;
+/// // Behind the echo, the firmware lies backwards.
+/// answer[4 + 12..4 + 16].copy_from_slice(&[100, 0, 16, 5]);
+/// answer[MESSAGE - 4] = 240;
+/// let identity = Identity::read(&answer)?;
+/// assert_eq!(identity.firmware, Firmware([5, 16, 0, 100]));
+/// assert!(identity.firmware > Firmware::OLDEST);
+/// # Ok::<(), MonitorError>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Identity {
     /// Version of the firmware.

@@ -10,12 +10,12 @@
 
 use super::monitor::{Command, opcode};
 use super::table::Table;
-use crate::surface::Intrinsics;
+use crate::usb::lens::Intrinsics;
 use crate::usb::uvc::bytes::{f32_at, u16_at};
 
 /// Bytes of an item of the list.
 const ITEM: usize = 20;
-/// Where the slots begin, and the bytes of one.
+/// Offset of the first slot, and the bytes of one.
 const SLOTS: (usize, usize) = (256, 16);
 /// Sizes of the slots that this program can use, by slot.
 const SIZES: [(u16, u16); 10] = [
@@ -31,7 +31,7 @@ const SIZES: [(u16, u16); 10] = [
     (960, 540),
 ];
 
-/// Why there are no intrinsics.
+/// Fault of a calibration.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum CalibrationError {
     /// Neither list nor table knows the size.
@@ -93,25 +93,52 @@ pub mod recommended {
     /// The command.
     pub const COMMAND: Command<'static> = LIST;
 
-    /// The item of an image size.
+    /// The item of an image size, width and height in pixels.
+    ///
+    /// ```
+    /// use meniscus::usb::d4xx::recommended;
+    ///
+    /// let mut list = [0; 20];
+    /// list[..4].copy_from_slice(&[0x80, 2, 0xe0, 1]);
+    /// for (k, value) in [384.2_f32, 384.2, 319.5, 236.4].into_iter().enumerate() {
+    ///     list[4 + 4 * k..8 + 4 * k].copy_from_slice(&value.to_le_bytes());
+    /// }
+    /// assert_eq!(recommended::read(&list, (640, 480)).map(|lens| lens.ppy), Ok(236.4));
+    /// assert!(recommended::read(&list, (848, 480)).is_err());
+    /// ```
     ///
     /// # Errors
     /// [`CalibrationError`] when the list lacks the size or holds nonsense for it.
-    pub fn read(payload: &[u8], (width, height): (u16, u16)) -> Result<Intrinsics, CalibrationError> {
-        let size = |item: &&[u8]| u16_at(item, 0) == Some(width) && u16_at(item, 2) == Some(height);
-        let item = payload.chunks_exact(ITEM).find(size);
+    pub fn read(payload: &[u8], size: (u16, u16)) -> Result<Intrinsics, CalibrationError> {
+        let (width, height) = size;
+        let has_size = |item: &&[u8]| u16_at(item, 0) == Some(width) && u16_at(item, 2) == Some(height);
+        let item = payload.chunks_exact(ITEM).find(has_size);
         let values = item.and_then(|item| four(item, 4));
         sound(values.ok_or(CalibrationError::Size { width, height })?, width, height)
     }
 }
 
-/// The intrinsics of an image size by the slots of table 25.
+/// The intrinsics of an image size, width and height in pixels, by the slots of table 25.
+///
+/// ```
+/// use meniscus::usb::d4xx::{Table, coefficients};
+///
+/// // Slot 2 is that of 640 x 480.
+/// let mut bytes = [0; 512];
+/// for (k, value) in [384.2_f32, 384.2, 319.5, 236.4].into_iter().enumerate() {
+///     bytes[288 + 4 * k..292 + 4 * k].copy_from_slice(&value.to_le_bytes());
+/// }
+/// let table = Table { bytes: &bytes };
+/// assert_eq!(coefficients(&table, (640, 480)).map(|lens| lens.fx), Ok(384.2));
+/// assert!(coefficients(&table, (256, 144)).is_err());
+/// ```
 ///
 /// # Errors
 /// [`CalibrationError`] when the table has no slot for it or nonsense in it.
-pub fn coefficients(table: &Table<'_>, (width, height): (u16, u16)) -> Result<Intrinsics, CalibrationError> {
+pub fn coefficients(table: &Table<'_>, size: (u16, u16)) -> Result<Intrinsics, CalibrationError> {
+    let (width, height) = size;
     let unknown = CalibrationError::Size { width, height };
-    let slot = SIZES.iter().position(|size| *size == (width, height)).ok_or(unknown)?;
+    let slot = SIZES.iter().position(|listed| *listed == size).ok_or(unknown)?;
     let values = four(table.bytes, SLOTS.0 + slot * SLOTS.1).ok_or(unknown)?;
     let [fx, fy, ppx, ppy] = values;
     if fx == fy && ppx == ppy {
@@ -122,6 +149,15 @@ pub fn coefficients(table: &Table<'_>, (width, height): (u16, u16)) -> Result<In
 }
 
 /// The distance of the two imagers, millimetres, by table 25.
+///
+/// ```
+/// use meniscus::usb::d4xx::{CalibrationError, Table, baseline_mm};
+///
+/// let mut bytes = [0; 512];
+/// assert_eq!(baseline_mm(&Table { bytes: &bytes }), Err(CalibrationError::Baseline(0.0)));
+/// bytes[160..164].copy_from_slice(&(-50.1_f32).to_le_bytes());
+/// assert_eq!(baseline_mm(&Table { bytes: &bytes }), Ok(50.1));
+/// ```
 ///
 /// # Errors
 /// [`CalibrationError::Baseline`] when it is not between 10 and 200 mm.

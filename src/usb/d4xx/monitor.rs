@@ -31,24 +31,40 @@ pub mod opcode {
     pub const SET_ADV: u32 = 0x2b;
     /// Reads an advanced-mode group: group, then 0 for its value.
     pub const GET_ADV: u32 = 0x2c;
-    /// Whether the advanced mode is on.
+    /// State of the advanced mode: 0 is off.
     pub const UAMG: u32 = 0x30;
     /// Intrinsics of every resolution.
     pub const RECPARAMSGET: u32 = 0x7e;
 }
 
 /// A command.
+///
+/// ```
+/// use meniscus::usb::d4xx::{Command, MESSAGE, MonitorError, opcode};
+///
+/// let command = Command::new(opcode::GVD, [0; 4]);
+/// let mut message = [0; MESSAGE];
+/// command.write(&mut message);
+/// assert_eq!(message[..8], [20, 0, 0xab, 0xcd, 0x10, 0, 0, 0]);
+///
+/// // The answer echoes the opcode; its last four bytes are the length of the payload.
+/// let mut answer = [5; MESSAGE];
+/// answer[..4].copy_from_slice(&opcode::GVD.to_le_bytes());
+/// answer[MESSAGE - 4..].copy_from_slice(&3_u32.to_le_bytes());
+/// assert_eq!(command.answer(&answer, 3), Ok(&[5, 5, 5][..]));
+/// assert_eq!(command.answer(&answer, 4), Err(MonitorError::Payload { got: 3, needed: 4 }));
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Command<'a> {
-    /// What to do.
+    /// Operation, one of [`opcode`].
     pub opcode: u32,
-    /// With what.
+    /// Four parameters of the operation.
     pub parameters: [u32; 4],
     /// At most 1000 bytes.
     pub data: &'a [u8],
 }
 
-/// Why an answer is refused.
+/// Fault of an answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MonitorError {
     /// The message has not the 1024 bytes of every message.
@@ -57,7 +73,7 @@ pub enum MonitorError {
     PayloadLength(u32),
     /// The payload is shorter or longer than what this command answers.
     Payload {
-        /// What came.
+        /// Length of the payload.
         got: usize,
         /// The least that is needed.
         needed: usize,

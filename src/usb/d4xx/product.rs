@@ -1,4 +1,4 @@
-//! Which camera is it? Vendor and product number.
+//! Cameras by vendor and product number.
 
 /// Intel's vendor number.
 pub const VENDOR: u16 = 0x8086;
@@ -10,7 +10,7 @@ pub enum Product {
     D435,
     /// D435i: the same with a motion sensor.
     D435i,
-    /// What a D400 with old firmware calls itself on a USB 2 link.
+    /// D400 with old firmware on a USB 2 link.
     OldUsb2,
     /// A D400 whose firmware did not start: only an update helps it.
     Recovery,
@@ -18,6 +18,13 @@ pub enum Product {
 
 impl Product {
     /// By vendor and product number.
+    ///
+    /// ```
+    /// use meniscus::usb::d4xx::{Product, VENDOR};
+    ///
+    /// assert_eq!(Product::of(VENDOR, 0x0b07), Some(Product::D435));
+    /// assert_eq!(Product::of(VENDOR, 0x1234), None);
+    /// ```
     #[must_use]
     pub fn of(vendor: u16, product: u16) -> Option<Self> {
         match (vendor, product) {

@@ -17,21 +17,21 @@ pub const COEFFICIENTS: u16 = 25;
 const HEADER: usize = 16;
 const CRC: crc::Crc<u32> = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
 
-/// Why bytes are not a table.
+/// Fault of a calibration table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TableError {
     /// Fewer bytes than the header, or than the header says.
     Length {
-        /// What came.
+        /// Bytes of the payload.
         got: usize,
-        /// What is needed.
+        /// Bytes that are needed.
         needed: usize,
     },
     /// Another table.
     Id {
-        /// What came.
+        /// Id of the table.
         got: u16,
-        /// What was asked for.
+        /// Id in the request.
         wanted: u16,
     },
     /// The CRC does not fit.
@@ -61,6 +61,20 @@ impl core::fmt::Display for TableError {
 impl core::error::Error for TableError {}
 
 /// A table whose CRC fits.
+///
+/// ```
+/// use meniscus::usb::d4xx::{COEFFICIENTS, Table, TableError};
+///
+/// // Table 25 over the bytes "123456789", whose CRC-32 is 0xcbf43926.
+/// let mut payload = [0; 25];
+/// payload[..8].copy_from_slice(&[1, 0, 25, 0, 9, 0, 0, 0]);
+/// payload[12..16].copy_from_slice(&0xcbf4_3926_u32.to_le_bytes());
+/// payload[16..].copy_from_slice(b"123456789");
+/// assert!(Table::read(&payload, COEFFICIENTS).is_ok());
+///
+/// payload[20] ^= 1;
+/// assert!(matches!(Table::read(&payload, COEFFICIENTS), Err(TableError::Crc { .. })));
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Table<'a> {
     /// All of it, the header included: offsets count from its start.

@@ -6,7 +6,7 @@
 //! identifier although its time is new, is whole all the same: it comes out, and the oddity is booked.
 
 use super::continuity::Continuity;
-use super::header::Header;
+use super::header::PayloadHeader;
 use super::losses::{Cause, Losses};
 use crate::usb::frame::Stamp;
 
@@ -19,7 +19,7 @@ pub struct Frame<'a> {
     pub stamp: Stamp,
 }
 
-/// What a payload led to.
+/// Outcome of a payload.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Outcome<'a> {
     /// More payloads of this frame are to come.
@@ -40,13 +40,13 @@ struct Open {
 }
 
 impl Open {
-    fn new(header: &Header<'_>, stamp: Option<Stamp>) -> Self {
+    fn new(header: &PayloadHeader<'_>, stamp: Option<Stamp>) -> Self {
         Self { fid: header.frame_id(), pts: header.pts(), stamp, filled: 0 }
     }
 
-    /// Whether a payload belongs to this frame. All payloads of a frame carry the same time; without
+    /// Returns whether a payload belongs to this frame. All payloads of a frame carry the same time; without
     /// that, the frame after the next one, which has the same identifier, could be taken for the rest.
-    fn goes_on(&self, header: &Header<'_>) -> bool {
+    fn goes_on(&self, header: &PayloadHeader<'_>) -> bool {
         self.fid == header.frame_id() && (self.pts == header.pts() || header.pts().is_none())
     }
 }
@@ -162,8 +162,8 @@ impl<'b> Assembler<'b> {
 
     /// Splits and books what cannot be split. A payload without pixels belongs to no frame, unless
     /// it carries the end or the error of one.
-    fn read<'p>(&mut self, payload: &'p [u8]) -> Result<(Header<'p>, &'p [u8]), Cause> {
-        let cause = match Header::split(payload) {
+    fn read<'p>(&mut self, payload: &'p [u8]) -> Result<(PayloadHeader<'p>, &'p [u8]), Cause> {
+        let cause = match PayloadHeader::split(payload) {
             Ok((header, pixels)) if !pixels.is_empty() || header.error() => return Ok((header, pixels)),
             Ok((header, pixels)) if header.end_of_frame() && self.open.is_some() => {
                 return Ok((header, pixels));
@@ -183,12 +183,12 @@ impl<'b> Assembler<'b> {
     }
 
     /// Places a new frame in the order of frames.
-    fn begin(&mut self, header: &Header<'_>) -> Result<Stamp, Cause> {
+    fn begin(&mut self, header: &PayloadHeader<'_>) -> Result<Stamp, Cause> {
         self.continuity.place(header, &mut self.losses)
     }
 
     /// Books a lost frame; the rest of its payloads will be swallowed without a second count.
-    fn refuse(&mut self, header: &Header<'_>, cause: Cause) -> Outcome<'static> {
+    fn refuse(&mut self, header: &PayloadHeader<'_>, cause: Cause) -> Outcome<'static> {
         self.losses.book(cause);
         if !header.end_of_frame() {
             self.open = Some(Open::new(header, None));
@@ -196,7 +196,7 @@ impl<'b> Assembler<'b> {
         Outcome::Lost(cause)
     }
 
-    fn remark_eof(&mut self, header: &Header<'_>) {
+    fn remark_eof(&mut self, header: &PayloadHeader<'_>) {
         if !header.end_of_frame() {
             self.losses.eof_missing = self.losses.eof_missing.saturating_add(1);
         }

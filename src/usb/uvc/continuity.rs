@@ -3,7 +3,7 @@
 //! The counter tells how many frames never arrived, the PTS is unwrapped from 32 bits (71.6 minutes)
 //! to [`Micros`], the frame identifier is a cross-check that needs no metadata.
 
-use super::header::Header;
+use super::header::PayloadHeader;
 use super::losses::{Cause, Losses};
 use super::metadata::Timing;
 use crate::units::Micros;
@@ -12,7 +12,7 @@ use crate::usb::frame::Stamp;
 /// A frame that is older than the last one by less than this came late, microseconds.
 const LATE_US: u32 = 1_000_000;
 
-/// What is remembered of the last frame whose header could be read.
+/// Memory of the last frame whose header could be read.
 #[derive(Clone, Copy, Debug)]
 struct Last {
     fid: bool,
@@ -40,7 +40,7 @@ impl Continuity {
 
     /// Places a frame after the last one and gives its stamp. It is called once a frame, also for
     /// frames that turn out torn, so that their number is not counted a second time as a gap.
-    pub(super) fn place(&mut self, header: &Header<'_>, losses: &mut Losses) -> Result<Stamp, Cause> {
+    pub(super) fn place(&mut self, header: &PayloadHeader<'_>, losses: &mut Losses) -> Result<Stamp, Cause> {
         let timing = Timing::of(header);
         let Some(pts) = header.pts() else {
             self.lost_unidentified();
@@ -99,7 +99,14 @@ impl Continuity {
         self.clock_reset = !self.clock_reset;
     }
 
-    fn accept(&mut self, header: &Header<'_>, timing: &Timing, pts: u32, at: Micros, counter: u32) -> Stamp {
+    fn accept(
+        &mut self,
+        header: &PayloadHeader<'_>,
+        timing: &Timing,
+        pts: u32,
+        at: Micros,
+        counter: u32,
+    ) -> Stamp {
         self.last = Some(Last { fid: header.frame_id(), counter, pts, unwrapped: at });
         self.unidentified = 0;
         self.clock_reset = false;

@@ -11,23 +11,23 @@ const ENDPOINT: u8 = 0x05;
 const ASSOCIATION: u8 = 0x0b;
 const CLASS_INTERFACE: u8 = 0x24;
 
-/// Why bytes are not a row of descriptors.
+/// Fault in a row of descriptors.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DescriptorError {
     /// bLength is below 2, so the walk would never move on.
     Length {
         /// Offset of the descriptor.
         at: usize,
-        /// What bLength says.
+        /// Its bLength.
         length: usize,
     },
     /// bLength reaches beyond the end.
     BeyondEnd {
         /// Offset of the descriptor.
         at: usize,
-        /// What bLength says.
+        /// Its bLength.
         length: usize,
-        /// What is left.
+        /// Bytes that are left.
         left: usize,
     },
 }
@@ -71,6 +71,16 @@ impl<'a> Descriptor<'a> {
 }
 
 /// The walk.
+///
+/// ```
+/// use meniscus::usb::uvc::descriptor::{DescriptorError, Descriptors};
+///
+/// // One of two bytes, then one that claims to be nine long.
+/// let mut walk = Descriptors::new(&[2, 0x0b, 9, 4]);
+/// assert_eq!(walk.next().map(|d| d.map(|d| d.kind)), Some(Ok(0x0b)));
+/// assert_eq!(walk.next(), Some(Err(DescriptorError::BeyondEnd { at: 2, length: 9, left: 2 })));
+/// assert_eq!(walk.next(), None);
+/// ```
 #[derive(Clone, Debug)]
 pub struct Descriptors<'a> {
     rest: &'a [u8],
@@ -104,6 +114,13 @@ impl<'a> Iterator for Descriptors<'a> {
 }
 
 /// Checks that the walk reaches the end.
+///
+/// ```
+/// use meniscus::usb::uvc::descriptor::{DescriptorError, check};
+///
+/// assert_eq!(check(&[3, 4, 0, 2, 5]), Ok(()));
+/// assert_eq!(check(&[3, 4, 0, 0]), Err(DescriptorError::Length { at: 3, length: 0 }));
+/// ```
 ///
 /// # Errors
 /// [`DescriptorError`] of the first descriptor that cannot be one.
@@ -163,6 +180,19 @@ impl<'a> Interface<'a> {
 
 /// The interfaces of a configuration, in its order; the walk ends where the bytes are no descriptors,
 /// which [`check`] tells.
+///
+/// ```
+/// use meniscus::usb::uvc::descriptor::{VIDEO_CONTROL, interfaces};
+///
+/// const CONFIGURATION: [u8; 25] = [
+///     9, 2, 25, 0, 1, 1, 0, 0xc0, 55, // configuration
+///     9, 4, 0, 0, 1, 0x0e, 1, 0, 0, // interface 0: video control
+///     7, 5, 0x87, 3, 64, 0, 6, // its interrupt endpoint, IN
+/// ];
+/// let control = interfaces(&CONFIGURATION).find(|interface| interface.class == VIDEO_CONTROL);
+/// let interrupt = control.and_then(|interface| interface.input(3));
+/// assert_eq!(interrupt.map(|endpoint| (endpoint.address, endpoint.packet)), Some((0x87, 64)));
+/// ```
 pub fn interfaces(configuration: &[u8]) -> impl Iterator<Item = Interface<'_>> {
     let mut rest = configuration;
     core::iter::from_fn(move || {

@@ -21,7 +21,7 @@ const FRAME_FRAME_BASED: u8 = 0x11;
 /// Units of 100 ns in a second.
 const TICKS: u32 = 10_000_000;
 
-/// What the pixels are.
+/// Pixel format of a stream.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PixelFormat {
     /// Depth, 16 bits, 0 is "none". Its GUID is `Z16 ` or, in older firmware, D16 (0x50).
@@ -40,6 +40,14 @@ pub enum PixelFormat {
 
 impl PixelFormat {
     /// By the GUID as its 16 bytes stand on the wire.
+    ///
+    /// ```
+    /// use meniscus::usb::uvc::format::PixelFormat;
+    ///
+    /// let depth = *b"Z16 \0\0\x10\0\x80\0\0\xaa\0\x38\x9b\x71";
+    /// assert_eq!(PixelFormat::of(&depth), PixelFormat::Z16);
+    /// assert_eq!(PixelFormat::of(&[0; 16]), PixelFormat::Other);
+    /// ```
     #[must_use]
     pub fn of(guid: &[u8; 16]) -> Self {
         const TAIL: [u8; 12] = [0x00, 0x00, 0x10, 0x00, 0x80, 0x00, 0x00, 0xaa, 0x00, 0x38, 0x9b, 0x71];
@@ -73,7 +81,7 @@ pub struct VideoMode<'a> {
     pub format: u8,
     /// bFrameIndex.
     pub frame: u8,
-    /// What the pixels are.
+    /// Pixel format.
     pub pixels: PixelFormat,
     /// Pixels in a row.
     pub width: u16,
@@ -105,12 +113,29 @@ impl VideoMode<'_> {
 }
 
 /// Frames a second of an interval, rounded; 0 for an interval of 0.
+///
+/// ```
+/// use meniscus::usb::uvc::format::rate_of;
+///
+/// assert_eq!(rate_of(166_666), 60);
+/// assert_eq!(rate_of(0), 0);
+/// ```
 #[must_use]
 pub fn rate_of(interval: u32) -> u32 {
     TICKS.saturating_add(interval / 2).checked_div(interval).unwrap_or(0)
 }
 
 /// Endpoint and terminal of a streaming interface, by its input header.
+///
+/// ```
+/// use meniscus::usb::uvc::descriptor::{Interface, VIDEO_STREAMING};
+/// use meniscus::usb::uvc::format::input_header;
+///
+/// // bEndpointAddress stands at byte 6, bTerminalLink at byte 8.
+/// let extra = [13, 0x24, 1, 1, 0, 0, 0x82, 0, 5, 0, 0, 0, 0];
+/// let interface = Interface { number: 1, alternate: 0, class: VIDEO_STREAMING, extra: &extra };
+/// assert_eq!(input_header(&interface), Some((0x82, 5)));
+/// ```
 #[must_use]
 pub fn input_header(interface: &Interface<'_>) -> Option<(u8, u8)> {
     let (_, header) = interface.class_specific().find(|(subtype, _)| *subtype == INPUT_HEADER)?;
@@ -118,6 +143,25 @@ pub fn input_header(interface: &Interface<'_>) -> Option<(u8, u8)> {
 }
 
 /// Every image size of a streaming interface, in its order.
+///
+/// ```
+/// use meniscus::usb::uvc::descriptor::{Interface, VIDEO_STREAMING};
+/// use meniscus::usb::uvc::format::{PixelFormat, video_modes};
+///
+/// let mut extra = [0; 27 + 30];
+/// // Format 1: uncompressed, Z16.
+/// extra[..4].copy_from_slice(&[27, 0x24, 4, 1]);
+/// extra[5..21].copy_from_slice(b"Z16 \0\0\x10\0\x80\0\0\xaa\0\x38\x9b\x71");
+/// // Its frame 2: 640 x 480, one interval.
+/// extra[27..36].copy_from_slice(&[30, 0x24, 5, 2, 0, 0x80, 2, 0xe0, 1]);
+/// extra[27 + 25] = 1;
+/// extra[27 + 26..].copy_from_slice(&166_666_u32.to_le_bytes());
+/// let interface = Interface { number: 1, alternate: 0, class: VIDEO_STREAMING, extra: &extra };
+///
+/// let mode = video_modes(&interface).next().unwrap();
+/// assert_eq!((mode.width, mode.height, mode.pixels), (640, 480, PixelFormat::Z16));
+/// assert_eq!((mode.format, mode.frame, mode.interval_of(60)), (1, 2, Some(166_666)));
+/// ```
 pub fn video_modes<'a>(interface: &Interface<'a>) -> impl Iterator<Item = VideoMode<'a>> + use<'a> {
     let mut format = None;
     interface.class_specific().filter_map(move |(subtype, descriptor)| match subtype {

@@ -12,7 +12,7 @@
 
 use super::metadata::Blocks;
 
-/// Header length and flags, the part that every payload must have.
+/// PayloadHeader length and flags, the part that every payload must have.
 const FIXED: usize = 2;
 /// Bytes of the presentation time stamp.
 const PTS: usize = 4;
@@ -27,23 +27,23 @@ const STI: u8 = 1 << 5;
 const ERR: u8 = 1 << 6;
 const EOH: u8 = 1 << 7;
 
-/// Why bytes are not a payload.
+/// Fault of a payload header.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum HeaderError {
     /// The transfer brought no byte at all.
     Empty,
     /// The header says `length` bytes, fewer than the `needed` ones for the fields that its flags announce.
     TooShort {
-        /// What byte 0 says.
+        /// Length in byte 0.
         length: usize,
-        /// What the flags ask for.
+        /// Length that the flags need.
         needed: usize,
     },
     /// The header says `length` bytes, but the whole payload has only `payload`.
     BeyondPayload {
-        /// What byte 0 says.
+        /// Length in byte 0.
         length: usize,
-        /// What arrived.
+        /// Length of the payload.
         payload: usize,
     },
 }
@@ -66,15 +66,27 @@ impl core::error::Error for HeaderError {}
 
 /// A checked payload header; it exists only if every field that its flags announce lies inside it.
 #[derive(Clone, Copy, Debug)]
-pub struct Header<'a> {
+pub struct PayloadHeader<'a> {
     flags: u8,
     pts: Option<u32>,
     source_clock: Option<(u32, u16)>,
     metadata: &'a [u8],
 }
 
-impl<'a> Header<'a> {
+impl<'a> PayloadHeader<'a> {
     /// Splits a payload into its header and its pixels.
+    ///
+    /// ```
+    /// use meniscus::usb::uvc::{PayloadHeader, HeaderError};
+    ///
+    /// // Length 6, flags PTS | EOF, PTS = 1000 us, two pixels.
+    /// let (header, pixels) = PayloadHeader::split(&[6, 0b110, 0xe8, 3, 0, 0, 7, 8])?;
+    /// assert_eq!((header.pts(), header.end_of_frame(), pixels), (Some(1000), true, &[7, 8][..]));
+    ///
+    /// let refused = PayloadHeader::split(&[2, 0b100]).map(|_| ());
+    /// assert_eq!(refused, Err(HeaderError::TooShort { length: 2, needed: 6 }));
+    /// # Ok::<(), HeaderError>(())
+    /// ```
     ///
     /// # Errors
     /// [`HeaderError`] when the header length contradicts its flags or the payload.

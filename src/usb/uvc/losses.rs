@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Why a frame did not come out, or came out with a remark.
+/// Cause of a lost frame, or of a remark on a whole one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Cause {
     /// The payload had no byte, or a header and no pixel.

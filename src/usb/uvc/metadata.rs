@@ -4,7 +4,7 @@
 //! carry `version: u32, flags: u32` first in the body; a field without its flag bit has no value.
 //! Source: Microsoft's UVC metadata extension; the Linux kernel's `V4L2_META_FMT_D4XX`.
 
-use super::header::{Header, le_u32};
+use super::header::{PayloadHeader, le_u32};
 
 /// Bytes of id and size.
 const BLOCK_HEADER: usize = 8;
@@ -14,7 +14,7 @@ const CAPTURE_TIMING: u32 = 0x8000_0001;
 /// One metadata block.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Block<'a> {
-    /// What the block is.
+    /// Kind of the block.
     pub id: u32,
     /// Its bytes behind id and size.
     pub body: &'a [u8],
@@ -65,8 +65,23 @@ pub struct Timing {
 
 impl Timing {
     /// The capture timing in a header's metadata, all `None` if there is none.
+    ///
+    /// ```
+    /// use meniscus::usb::uvc::{PayloadHeader, Timing};
+    ///
+    /// let mut payload = [0; 2 + 8 + 12];
+    /// payload[0] = 22;
+    /// // Block 0x80000001 of 20 bytes: version, flags (only the counter is valid), counter 42.
+    /// payload[2..10].copy_from_slice(&[1, 0, 0, 0x80, 20, 0, 0, 0]);
+    /// payload[14] = 1;
+    /// payload[18] = 42;
+    /// let (header, _pixels) = PayloadHeader::split(&payload)?;
+    /// let timing = Timing::of(&header);
+    /// assert_eq!((timing.counter, timing.exposure_us), (Some(42), None));
+    /// # Ok::<(), meniscus::usb::uvc::HeaderError>(())
+    /// ```
     #[must_use]
-    pub fn of(header: &Header<'_>) -> Self {
+    pub fn of(header: &PayloadHeader<'_>) -> Self {
         let block = header.blocks().find(|block| block.id == CAPTURE_TIMING);
         block.map(|block| Self::parse(block.body)).unwrap_or_default()
     }

@@ -1,7 +1,7 @@
 //! USB Video Class 1.5: payload bytes to whole frames, or a counted loss.
 //!
 //! ```text
-//! payload --header--> Header + pixels --assembler--> Frame { pixels in place, Stamp } --pair--> depth and infrared of one instant
+//! payload --header--> PayloadHeader + pixels --assembler--> Frame { pixels in place, Stamp } --pair--> two images of one instant
 //!                        | metadata blocks              | continuity: FID, frame counter, PTS
 //!                        '--> Timing                    '--> Losses, one counter a cause
 //! ```
@@ -30,7 +30,7 @@ mod status;
 mod topology;
 
 pub use assembler::{Assembler, Frame, Outcome};
-pub use header::{Header, HeaderError};
+pub use header::{HeaderError, PayloadHeader};
 pub use losses::{Cause, Losses};
 pub use metadata::{Block, Blocks, Timing};
 pub use pair::{Pair, Pairer, Solitary, Stream};

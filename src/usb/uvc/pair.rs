@@ -6,7 +6,7 @@
 use crate::usb::frame::Stamp;
 use serde::{Deserialize, Serialize};
 
-/// Which image stream a frame belongs to.
+/// Image stream of a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stream {
     /// Z16.
@@ -34,6 +34,23 @@ pub struct Solitary {
 }
 
 /// Waits for partners.
+///
+/// ```
+/// use meniscus::units::Micros;
+/// use meniscus::usb::frame::Stamp;
+/// use meniscus::usb::uvc::{Pairer, Stream};
+///
+/// let stamp = |sequence, us| Stamp { sequence, captured: Micros(us) };
+/// let mut pairer = Pairer::new(16_667);
+/// assert_eq!(pairer.offer(Stream::Depth, stamp(1, 1_000)), None);
+/// let pair = pairer.offer(Stream::Outline, stamp(7, 1_200)).unwrap();
+/// assert_eq!((pair.depth.sequence, pair.outline.sequence), (1, 7));
+///
+/// // The partner of depth frame 2 is lost.
+/// pairer.offer(Stream::Depth, stamp(2, 17_667));
+/// pairer.offer(Stream::Depth, stamp(3, 34_334));
+/// assert_eq!(pairer.solitary().depth, 1);
+/// ```
 #[derive(Clone, Copy, Debug)]
 pub struct Pairer {
     tolerance_us: u64,

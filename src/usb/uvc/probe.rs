@@ -15,6 +15,12 @@ use super::bytes::{put, u32_at};
 pub const PROBE_MAX: usize = 48;
 
 /// Length of the record in a version of the class.
+///
+/// ```
+/// use meniscus::usb::uvc::probe_length;
+///
+/// assert_eq!([0x0100, 0x0110, 0x0150].map(probe_length), [26, 34, 48]);
+/// ```
 #[must_use]
 pub fn probe_length(version: u16) -> usize {
     match version {
@@ -24,14 +30,14 @@ pub fn probe_length(version: u16) -> usize {
     }
 }
 
-/// Why an answer is refused.
+/// Fault of a probe answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ProbeError {
     /// The answer has a length that no version of the class has, or not that of this camera's.
     Length {
-        /// What came.
+        /// Length of the answer.
         got: usize,
-        /// What this camera's version of the class has.
+        /// Length in this camera's version of the class.
         wanted: usize,
     },
     /// Another format or frame index.
@@ -82,6 +88,22 @@ impl core::fmt::Display for ProbeError {
 impl core::error::Error for ProbeError {}
 
 /// The record, with the fields of later versions kept as they came.
+///
+/// ```
+/// use meniscus::usb::uvc::{Probe, ProbeError};
+///
+/// // The camera offers a record; the host asks for format 1, frame 3 at 60 Hz.
+/// let asked = Probe::read(&[0; 34], 34)?.ask((1, 3), 166_666);
+/// let mut answer = [0; 34];
+/// answer.copy_from_slice(asked.bytes());
+/// answer[18..22].copy_from_slice(&614_400_u32.to_le_bytes());
+/// Probe::read(&answer, 34)?.agrees(&asked, 614_400)?;
+///
+/// answer[3] = 4;
+/// let refused = Probe::read(&answer, 34)?.agrees(&asked, 614_400);
+/// assert_eq!(refused, Err(ProbeError::Mode { got: (1, 4), wanted: (1, 3) }));
+/// # Ok::<(), ProbeError>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Probe {
     bytes: [u8; PROBE_MAX],
@@ -102,10 +124,11 @@ impl Probe {
         Ok(Self { bytes, length: wanted })
     }
 
-    /// The same record asking for a mode: the interval is to be kept (bmHint 1), and both sizes are
+    /// The same record asking for a mode, format and frame index: the interval is to be kept (bmHint 1), and both sizes are
     /// left to the camera.
     #[must_use]
-    pub fn ask(mut self, (format, frame): (u8, u8), interval: u32) -> Self {
+    pub fn ask(mut self, mode: (u8, u8), interval: u32) -> Self {
+        let (format, frame) = mode;
         put(&mut self.bytes, 0, &[1, 0, format, frame]);
         put(&mut self.bytes, 4, &interval.to_le_bytes());
         put(&mut self.bytes, 18, &[0; 8]);

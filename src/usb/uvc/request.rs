@@ -9,6 +9,15 @@
 //! Source: USB Video Class 1.5, section 4; USB 3.2, section 9.4.
 
 /// A setup packet.
+///
+/// ```
+/// use meniscus::usb::uvc::request::{PROBE, Setup};
+///
+/// // Selector 1 of extension unit 3 at interface 0: the hardware monitor of a D400.
+/// let setup = Setup::set_cur(1, 3, 0);
+/// assert_eq!((setup.request_type, setup.value, setup.index), (0x21, 0x0100, 0x0300));
+/// assert_eq!(Setup::get_max(PROBE, 0, 1).request, 0x83);
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Setup {
     /// bmRequestType: direction, kind, recipient.

@@ -16,7 +16,7 @@
 pub struct ControlChange {
     /// Unit or terminal.
     pub originator: u8,
-    /// Which of its controls.
+    /// Control of that unit.
     pub selector: u8,
     /// First byte of the new value.
     pub value: u8,
@@ -24,6 +24,14 @@ pub struct ControlChange {
 
 impl ControlChange {
     /// Reads a status packet; `None` for anything but the change of a control's value.
+    ///
+    /// ```
+    /// use meniscus::usb::uvc::ControlChange;
+    ///
+    /// let change = ControlChange::read(&[1, 3, 0, 7, 0, 23]).unwrap();
+    /// assert_eq!((change.originator, change.selector, change.value), (3, 7, 23));
+    /// assert_eq!(ControlChange::read(&[2, 1, 0, 1, 0, 0]), None);
+    /// ```
     #[must_use]
     pub fn read(packet: &[u8]) -> Option<Self> {
         match *packet {

@@ -19,7 +19,19 @@ const EXTENSION_UNIT: u8 = 0x06;
 /// wTerminalType of a camera.
 const CAMERA: u16 = 0x0201;
 
-/// What a control interface consists of.
+/// Parts of a video control interface.
+///
+/// ```
+/// use meniscus::usb::uvc::descriptor::{Interface, VIDEO_CONTROL};
+/// use meniscus::usb::uvc::Topology;
+///
+/// // Header of UVC 1.5 with one streaming interface, then processing unit 2.
+/// let extra = [13, 0x24, 1, 0x50, 1, 0, 0, 0, 0, 0, 0, 1, 1, 4, 0x24, 5, 2];
+/// let interface = Interface { number: 0, alternate: 0, class: VIDEO_CONTROL, extra: &extra };
+/// let topology = Topology::of(&interface).unwrap();
+/// assert_eq!((topology.version, topology.streaming), (0x0150, &[1][..]));
+/// assert_eq!((topology.camera, topology.processing), (None, Some(2)));
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Topology<'a> {
     /// bcdUVC: 0x0100, 0x0110 or 0x0150.
@@ -50,6 +62,17 @@ impl<'a> Topology<'a> {
 }
 
 /// The id of the extension unit with this GUID, as its bytes stand on the wire.
+///
+/// ```
+/// use meniscus::usb::uvc::descriptor::{Interface, VIDEO_CONTROL};
+/// use meniscus::usb::uvc::extension_unit;
+///
+/// let mut extra = [7; 20];
+/// extra[..4].copy_from_slice(&[20, 0x24, 6, 3]);
+/// let interface = Interface { number: 0, alternate: 0, class: VIDEO_CONTROL, extra: &extra };
+/// assert_eq!(extension_unit(&interface, &[7; 16]), Some(3));
+/// assert_eq!(extension_unit(&interface, &[8; 16]), None);
+/// ```
 #[must_use]
 pub fn extension_unit(interface: &Interface<'_>, guid: &[u8; 16]) -> Option<u8> {
     let mut units = interface.class_specific().filter(|(subtype, _)| *subtype == EXTENSION_UNIT);

@@ -7,7 +7,7 @@
 //! included; J by differences. Three starts, a low-viscosity liquid, a high-viscosity one and one that creeps, and the
 //! best of the three.
 
-use meniscus::identify::{Calibration, Known, Recogniser, Tone, Trail, slope};
+use meniscus::identify::{Calibration, Change, Known, Recogniser, Tone, Trail, slope};
 use meniscus::surface::SurfaceProfile;
 use meniscus::units::GRAVITY_M_S2;
 use meniscus_numerics::least_squares::{Damping, Model, Settings, Stop, forward_differences, minimise};
@@ -148,7 +148,7 @@ pub(super) mod tests {
         let mut swing = Swing::default();
         let mut frame = |n: usize| {
             if n > 0 {
-                bent.advance(&mut swing, (place(n - 1), place(n)), 1);
+                bent.advance(&mut swing, Change { from_m: place(n - 1), to_m: place(n) }, 1);
             }
             let height = |i: usize| (0.07 + swing.height_m * profile_abscissa(i) + noise()) as f32;
             Some(SurfaceProfile {

@@ -1,6 +1,6 @@
 //! The pulse of a stream: when it last brought a whole new frame.
 
-use meniscus::usb::uvc::Header;
+use meniscus::usb::uvc::PayloadHeader;
 use std::time::Duration;
 
 /// A time stamp that is older than the last one by less than this repeats or comes late, microseconds.
@@ -40,7 +40,7 @@ impl Pulse {
 
     /// Judges a payload of a stream whose frames have `frame_bytes`.
     pub(super) fn judge(&mut self, payload: &[u8], frame_bytes: usize, now: Duration) -> Verdict {
-        let Ok((header, pixels)) = Header::split(payload) else { return Verdict::Damaged };
+        let Ok((header, pixels)) = PayloadHeader::split(payload) else { return Verdict::Damaged };
         let Some(pts) = header.pts().filter(|_| !header.error()) else { return Verdict::Damaged };
         let before = match self.frame {
             Some((last, filled)) if last == pts => {

@@ -1,0 +1,70 @@
+//! `cargo xtask house`: measures of the architecture, each with a target.
+//!
+//! | measure | file |
+//! |---|---|
+//! | `crates`, `upward_imports` | `layers` |
+//! | `file_cycles_between_modules`, `file_cycles_inside_crates` | `imports`, `cycles` |
+//! | `largest_crate_share` | `shares` |
+//! | `tuple_parameters_per_10k`, `functions_over_80_lines` | `functions` |
+//! | `duplicate_public_type_names_in_a_crate` | `type_names` |
+//! | `rustdoc_examples` | `entry_points`, `examples` |
+//! | `largest_embedded_bytes` | `embedded` |
+//! | `rebuild_core_cpu_s`, `rebuild_cli_after_leaf_edit_cpu_s` | `rebuild` |
+
+mod cycles;
+mod embedded;
+mod entry_points;
+mod examples;
+mod functions;
+mod imports;
+mod layers;
+mod rebuild;
+mod report;
+mod shares;
+mod sources;
+mod type_names;
+
+use crate::workspace;
+use anyhow::Result;
+use clap::Args;
+use report::Check;
+
+/// Options of `cargo xtask house`.
+#[derive(Args)]
+pub(crate) struct Options {
+    /// One JSON object on standard output instead of the table.
+    #[arg(long)]
+    json: bool,
+    /// Measure what an edit costs, too: two release builds after the first, minutes.
+    #[arg(long)]
+    rebuild: bool,
+}
+
+/// Measures, prints, and returns whether every target was met.
+pub(crate) fn run(options: &Options) -> Result<bool> {
+    let checks = measure(options.rebuild)?;
+    if options.json {
+        println!("{}", report::json(&checks));
+    } else {
+        print!("{}", report::table(&checks));
+    }
+    Ok(checks.iter().all(Check::ok))
+}
+
+fn measure(rebuild: bool) -> Result<Vec<Check>> {
+    let root = workspace::root()?;
+    let packages = workspace::packages(&root)?;
+    let all = sources::read_all(&root, &packages)?;
+    let trees = sources::trees(&packages, &all);
+    let mut checks = vec![layers::crates(&root, &packages), layers::upward_imports(&packages)];
+    checks.extend(cycles::checks(&root, &trees));
+    checks.push(shares::check(&all));
+    checks.extend(functions::checks(&all));
+    checks.push(type_names::check(&root, &trees));
+    checks.push(examples::check(&root, &trees));
+    checks.push(embedded::check(&root, &all)?);
+    if rebuild {
+        checks.extend(rebuild::checks(&root)?);
+    }
+    Ok(checks)
+}
