@@ -153,8 +153,8 @@ fn a_bad_model_is_refused_with_its_reason() {
     let run = |model: &str| meniscus(&folder, &["run", "--model", model, "--json"]);
     refused(&run("nowhere.blob"), &["nowhere.blob", "cannot read"]);
 
-    let sound =
-        fs::read(Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../models/glycerine.blob"))).expect("shipped");
+    let sound = fs::read(Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../models/glycerine.blob")))
+        .expect("shipped");
     fs::write(folder.join("cut.blob"), &sound[..sound.len() / 2]).expect("written");
     refused(&run("cut.blob"), &["cut.blob", "cut short"]);
 

@@ -206,7 +206,10 @@ fn the_short_way_is_told_and_is_a_command_of_this_program() {
     for page in ["README.md", "docs/page.md"] {
         assert!(commands(&read(page)).iter().any(|command| command == "cargo view"), "{page}");
     }
-    assert!(read("crates/meniscus-cli/src/people/clean_clone.rs").contains("const COMMAND: &str = \"cargo view\";"));
+    assert!(
+        read("crates/meniscus-cli/src/people/clean_clone.rs")
+            .contains("const COMMAND: &str = \"cargo view\";")
+    );
     let config = read(".cargo/config.toml");
     let command = format!("cargo {}", alias(&config).expect("the alias"));
     let words = words(&command).expect("a command of this program");

@@ -107,7 +107,11 @@ fn the_core_has_no_vec_and_no_std() {
     drop(copy);
 
     let copy = Copy::new();
-    copy.break_at("src/latent/window.rs", "use heapless::Deque;", "use heapless::Deque;\nuse std::time::Instant;");
+    copy.break_at(
+        "src/latent/window.rs",
+        "use heapless::Deque;",
+        "use heapless::Deque;\nuse std::time::Instant;",
+    );
     refused(&copy.check(), "unlinked crate `std`");
     drop(copy);
 

@@ -301,7 +301,7 @@ fn finish(
     for part in parts.iter_mut().filter(|part| part.tensor == Tensor::Reach) {
         part.values.iter_mut().skip(1).zip(reach).for_each(|(k, reach)| *k = reach);
     }
-    checks.push(Check::told("interval: rest missed by", 1e3 * f64::from(grain), "mm"));
+    checks.push(Check::informational("interval: rest missed by", 1e3 * f64::from(grain), "mm"));
     checks.extend(left_out);
     header.validation_slosh_rel = slosh_rel as f32;
     let blob = write::blob(header, &parts)?;

@@ -172,15 +172,19 @@ impl Viewers {
         vec![
             Check::at_most("viewers_turn_change", self.change(), "1", 0.02),
             Check::at_most("page_mbit_s", self.mbit_s(), "Mbit/s", 2.0),
-            Check::told("page_frames_s", self.frames_s(), "Hz"),
-            Check::told("page_load_mb", self.load_bytes as f64 * 1e-6, "MB"),
-            Check::told("turns_with_a_frame", self.turn_us.iter().map(Vec::len).sum::<usize>() as f64, "1"),
-            Check::told("turn_us_median_alone", of(0, 0.5), "us"),
-            Check::told("turn_us_median_viewers", of(1, 0.5), "us"),
-            Check::told("turn_us_p99_alone", of(0, 0.99), "us"),
-            Check::told("turn_us_p99_viewers", of(1, 0.99), "us"),
-            Check::told("deadline_misses_alone", self.late[0] as f64, "1"),
-            Check::told("deadline_misses_viewers", self.late[1] as f64, "1"),
+            Check::informational("page_frames_s", self.frames_s(), "Hz"),
+            Check::informational("page_load_mb", self.load_bytes as f64 * 1e-6, "MB"),
+            Check::informational(
+                "turns_with_a_frame",
+                self.turn_us.iter().map(Vec::len).sum::<usize>() as f64,
+                "1",
+            ),
+            Check::informational("turn_us_median_alone", of(0, 0.5), "us"),
+            Check::informational("turn_us_median_viewers", of(1, 0.5), "us"),
+            Check::informational("turn_us_p99_alone", of(0, 0.99), "us"),
+            Check::informational("turn_us_p99_viewers", of(1, 0.99), "us"),
+            Check::informational("deadline_misses_alone", self.late[0] as f64, "1"),
+            Check::informational("deadline_misses_viewers", self.late[1] as f64, "1"),
         ]
     }
 }

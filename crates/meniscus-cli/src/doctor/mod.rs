@@ -152,7 +152,7 @@ pub(crate) fn camera_findings(camera: &Camera) -> Vec<(Check, String)> {
                 error.clone()
             },
         ),
-        (Check::told("transfers_damaged", lost as f64, "1"), String::new()),
+        (Check::informational("transfers_damaged", lost as f64, "1"), String::new()),
     ]
 }
 
@@ -197,7 +197,7 @@ fn priority_limit(granted: bool) -> Check {
     let (name, limit) =
         ("realtime_priority_limit", realtime::priority_limit().map_or(99.0, |limit| limit as f64));
     if granted {
-        Check::told(name, limit, "1")
+        Check::informational(name, limit, "1")
     } else {
         Check::at_least(name, limit, "1", realtime::PRIORITY.into())
     }

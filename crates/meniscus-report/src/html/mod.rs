@@ -139,7 +139,7 @@ mod tests {
         let mut report = Report::new("<script>", "meniscus x --y 'z'");
         report.heading("a & b");
         report.table(&["one", "two"], &[vec!["<td>".into(), "2".into()]]);
-        report.checks(&[Check::at_most("drift", 2.0, "mm", 1.0), Check::told("n", f64::NAN, "1")]);
+        report.checks(&[Check::at_most("drift", 2.0, "mm", 1.0), Check::informational("n", f64::NAN, "1")]);
         let curve =
             Series { name: "before <1>", points: &[(0.0, 1.0), (1.0, 3.0)], mark: Mark::Line, colour: 0 };
         let chart = Chart { caption: "c", x: "t, s", y: "error, %", series: &[curve] };

@@ -175,7 +175,7 @@ fn glass(
         ),
         finding(Check::exactly("opaque", opaque, "1", 1.0), lost),
         finding(Check::at_least("depth_share", share, "1", 0.5), lost),
-        finding(Check::told("offset_mm", offset_mm, "mm"), or_lost(remedy::OFFSET)),
+        finding(Check::informational("offset_mm", offset_mm, "mm"), or_lost(remedy::OFFSET)),
         finding(Check::at_least("room_beside_px", free_px, "px", 0.0), or_lost(remedy::OFFSET)),
         finding(
             Check::within(
