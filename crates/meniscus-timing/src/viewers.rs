@@ -10,7 +10,8 @@ use meniscus::runtime::Estimator;
 use meniscus::surface::Config;
 use meniscus_data::recording::Recording;
 use meniscus_report::checks::Check;
-use meniscus_service::live::{Log, Logged, Outlets, Still, Watch, watch};
+use meniscus_service::live::{Log, Logged, Worker};
+use meniscus_service::run::Viewer;
 use meniscus_ui::page::{Page, PageError};
 use meniscus_usb::link::link;
 use meniscus_virtual::camera::{PAYLOAD_ROOM, SimulatedCamera};
@@ -45,7 +46,16 @@ pub struct Viewers {
     pub changes: Vec<f64>,
 }
 
-/// Measures `pairs` pairs of rounds with `count` viewers; `each` is called after every round.
+/// Extent of the measurement.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ViewerPlan {
+    /// Pairs of rounds, one with viewers and one without.
+    pub pairs: usize,
+    /// Viewers at a time.
+    pub viewers: usize,
+}
+
+/// Measures by this plan; `each` is called after every round.
 ///
 /// # Errors
 /// [`PageError`], when no page can be opened.
@@ -54,25 +64,27 @@ pub fn study(
     recording: &Recording,
     scene: SceneSettings,
     config: Config,
-    (pairs, count): (usize, usize),
+    plan: ViewerPlan,
     each: impl Fn() + Sync,
 ) -> Result<Viewers, PageError> {
+    let ViewerPlan { pairs, viewers: count } = plan;
     let address = SocketAddr::from((Ipv4Addr::LOCALHOST, 0));
     let page = Page::open(model, config, "a measurement", address, None)?;
     let camera = SimulatedCamera::new(recording, scene, meniscus_hil::FaultList::default()).repeating();
     let round = Duration::from_secs_f64((recording.frames() + BACK) as f64 / 60.0);
     let turns = 2 * pairs * (recording.frames() + BACK) + 600;
-    let (shared, mut still) = (Watch::default(), Still::default());
+    let stop = AtomicBool::new(false);
     let (camera_end, worker_end) = link(BUFFERS, PAYLOAD_ROOM);
-    let outlets = Outlets { page: Some(page.outlet()), ..Outlets::default() };
     let mut measured = Viewers::default();
     std::thread::scope(|scope| {
-        let (page, shared, still) = (&page, &shared, &mut still);
-        scope.spawn(move || camera.play(usize::MAX, &camera_end, &shared.stop));
-        scope.spawn(move || page.compose(model));
-        let log = Log::with_room(turns);
-        let worker = scope
-            .spawn(move || watch(Estimator::new(model), config, &worker_end, shared, outlets, log, still));
+        let (page, stop) = (&page, &stop);
+        scope.spawn(move || camera.play(usize::MAX, &camera_end, stop));
+        scope.spawn(move || page.show(model));
+        let worker = scope.spawn(move || {
+            let (mut log, mut outlet) = (Log::with_room(turns), page.sink());
+            Worker::new(Estimator::new(model), config).run(&worker_end, stop, &mut [&mut outlet, &mut log]);
+            log
+        });
         let begun = Instant::now();
         let mut rounds = Vec::new();
         for number in 0..2 * pairs {
@@ -90,8 +102,8 @@ pub fn study(
             rounds.push((looked, end - round + SETTLE, end));
             each();
         }
-        shared.stop.store(true, Ordering::Relaxed);
-        page.close();
+        stop.store(true, Ordering::Relaxed);
+        page.end();
         if let Ok(log) = worker.join() {
             measured.take(&rounds, &log.turns);
         }

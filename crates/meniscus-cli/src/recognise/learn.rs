@@ -7,7 +7,7 @@ use anyhow::ensure;
 use meniscus_discover::identify::{learn, look};
 use meniscus_platform::files::write_whole;
 use meniscus_report::checks::{Check, table};
-use meniscus_service::identify::Note;
+use meniscus_service::identify::{GlassSize, Note};
 use serde_json::json;
 use std::path::PathBuf;
 
@@ -116,7 +116,8 @@ pub(super) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let parts: Vec<&[_]> = seen.iter().map(|seen| &seen[..]).collect();
     let known = learn(&parts, glass)?;
     let command = format!("meniscus recognise learn --noise-px {noise_px} --seed {seed}");
-    let note = Note::new(&liquid, glass, known, motions, &command);
+    let (radius_m, fill_m) = glass;
+    let note = Note::new(&liquid, GlassSize { radius_m, fill_m }, known, motions, &command);
     write_whole(&arguments.out, format!("{:#}\n", json!(note)).as_bytes())?;
     let tone = &known.tone;
     let checks = [

@@ -1,6 +1,7 @@
 //! The study as checks and as a page.
 
 use super::Outcome;
+use meniscus_platform::realtime::Priority;
 use meniscus_report::checks::{Check, table};
 
 /// Misses that a page shows of each run, the longest first.
@@ -16,7 +17,7 @@ fn of(outcome: &Outcome) -> Vec<Check> {
     let (run, tally) = (&outcome.run, &outcome.tally);
     let loads: Vec<&str> = run.loads.iter().map(|load| load.name()).collect();
     let beside = if loads.is_empty() { String::from("idle") } else { loads.join("_") };
-    let rights = if run.realtime { "" } else { "_ordinary" };
+    let rights = if run.priority == Priority::RealTime { "" } else { "_ordinary" };
     let name = |what: &str| format!("deadline_{}hz_{beside}{rights}_{what}", run.rate_hz);
     let missed = tally.missed() as f64;
     let ratio = tally.within_us(0.999) / tally.within_us(0.5);
