@@ -11,6 +11,15 @@ use meniscus::surface::{Config, Settings};
 use meniscus::usb::uvc::Stream;
 use meniscus_hil::{Camera, CameraSettings, FaultInjector, FaultList, Shot, Source};
 use meniscus_platform::allocations::{CountingAllocator, allocations_of_this_thread};
+use meniscus_service::identify::channel;
+use meniscus_service::live::{CrestImage, FlightRecorder, Log, Silence, Worker};
+use meniscus_service::publish::{Destination, Publisher};
+use meniscus_service::sink::{LatestTurn, TurnRecord, TurnSink};
+use meniscus_service::snapshot::SnapshotOutlet;
+use meniscus_usb::link::link;
+use std::net::UdpSocket;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
 
 #[global_allocator]
 static ALLOCATOR: CountingAllocator = CountingAllocator;
@@ -66,4 +75,77 @@ fn an_allocation_is_counted() {
     let before = allocations_of_this_thread();
     let boxed = std::hint::black_box(Box::new(1_u64));
     assert_eq!(allocations_of_this_thread() - before, *boxed);
+}
+
+/// A sink that breaks the contract: it allocates in every turn.
+struct Careless(Vec<Box<u64>>);
+
+impl TurnSink for Careless {
+    fn accept(&mut self, record: &TurnRecord<'_>) {
+        self.0.push(Box::new(record.logged.turn_us));
+    }
+}
+
+/// Runs a worker over `frames` frames of a camera that waits for it, and returns the log; `more` comes behind every
+/// sink of the library.
+fn worked(frames: u64, more: &mut dyn TurnSink) -> Log {
+    let bytes = support::random_blob(3, 0.1);
+    let model = Model::load(&bytes).expect("a sound blob");
+    let config = Config::new(Settings::default()).expect("sound");
+    let reader = UdpSocket::bind("127.0.0.1:0").expect("a port");
+    let destination = Destination::Udp(reader.local_addr().expect("an address"));
+    let (mut publish, publisher) =
+        Publisher::start(&[destination], 30.0, model.field_len()).expect("it opens");
+    let mut snapshots = SnapshotOutlet::new(640 * 480);
+    let viewer = snapshots.clone();
+    let (mut profiles, _feed) = channel();
+    let (recorder, latest, over) = (FlightRecorder::default(), LatestTurn::default(), AtomicBool::new(false));
+    recorder.open();
+    let (camera_end, worker_end) = link(8, 640 * 480 * 2 + 8192);
+    let log = std::thread::scope(|scope| {
+        scope.spawn(move || {
+            let mut camera = Camera::new(CameraSettings::default());
+            let (depth, infrared) = glass::images();
+            for frame in 0..frames {
+                for payload in camera.expose(&Shot::infrared(&depth, &infrared, 1_000_000 + frame * 16_667)) {
+                    let stream = match payload.stream {
+                        meniscus_hil::Stream::Depth => Stream::Depth,
+                        meniscus_hil::Stream::Infrared | meniscus_hil::Stream::Colour => Stream::Outline,
+                    };
+                    camera_end.send_patiently(stream, &payload.bytes);
+                }
+            }
+        });
+        let over = &over;
+        scope.spawn(move || {
+            let mut image_due = Instant::now();
+            let mut images = 0;
+            while !over.load(Ordering::Relaxed) {
+                images += usize::from(viewer.take(&mut image_due).is_some_and(|(s, _)| s.image_of.is_some()));
+            }
+            assert!(images > 0, "a viewer that gets no image proves little");
+        });
+        let mut log = Log::for_frames(frames as usize);
+        let (mut crest, mut ring, mut newest) = (CrestImage::new(0.07, 640 * 480), recorder.ring(), &latest);
+        let worker = Worker { silence: Silence::WaitOut, ..Worker::new(Estimator::new(&model), config) };
+        let mut sinks: [&mut dyn TurnSink; 8] =
+            [&mut publish, &mut snapshots, &mut profiles, &mut newest, &mut ring, &mut crest, &mut log, more];
+        worker.run(&worker_end, &AtomicBool::new(false), &mut sinks);
+        over.store(true, Ordering::Relaxed);
+        assert!(crest.turn.is_some() && latest.get().is_some());
+        log
+    });
+    drop(publish);
+    publisher.finish();
+    log
+}
+
+/// Sinks run in the worker's thread and keep its promise, whoever reads at their other end.
+#[test]
+fn no_sink_of_the_library_allocates_and_one_that_does_is_counted() {
+    let log = worked(600, &mut Log::with_room(0));
+    assert!(log.turns.len() >= 590, "{} turns", log.turns.len());
+    assert_eq!((log.sink_allocations, log.allocations()), (0, 0));
+    let log = worked(60, &mut Careless(Vec::new()));
+    assert!(log.sink_allocations >= log.turns.len() as u64, "{}", log.sink_allocations);
 }

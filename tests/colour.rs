@@ -12,7 +12,7 @@ use meniscus_bags::{Calibration, Image, McapWriter};
 use meniscus_data::recording::Recording;
 use meniscus_hil::FaultList;
 use meniscus_hil::device::{COLOUR_LENS_M, Device, FIRST_SHOT_US, Trouble};
-use meniscus_service::setup::{Gather, Inspection, Pair, Said, inspect};
+use meniscus_service::setup::{Gather, Inspection, MeasuredGlass, Pair, SetupOrigin, inspect};
 use meniscus_usb::buffer::Buffer;
 use meniscus_usb::camera::{CameraError, Connected, Note, OutlineImage, Session, Settings, Sink};
 use meniscus_virtual::observe_recording::{NoClock, sightings_of};
@@ -185,8 +185,13 @@ fn looked_at(outline: OutlineImage) -> (Inspection, Vec<Pair>, Connected) {
     let mut gather = Gather::new((640, 480), &mut depth, outline_of);
     let mut pairs = Vec::new();
     let connected = stream(session, 40, |stream, payload| pairs.extend(gather.take(stream, payload)));
-    let said = Said { radius_mm: 35.0, fill_mm: 70.0, rim_mm: 110.0 };
-    let inspection = inspect(&pairs, connected.optics(), said, (outline, "a camera", "a test"));
+    let said = MeasuredGlass { radius_mm: 35.0, fill_mm: 70.0, rim_mm: 110.0 };
+    let inspection = inspect(
+        &pairs,
+        connected.optics(),
+        said,
+        SetupOrigin { outline, camera: "a camera", made_by: "a test" },
+    );
     (inspection, pairs, connected)
 }
 

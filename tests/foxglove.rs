@@ -7,6 +7,8 @@ use meniscus::surface::{Config, Settings, SurfaceProfile};
 use meniscus::units::Micros;
 use meniscus_platform::files::AlignedBytes;
 use meniscus_service::live::Logged;
+use meniscus_service::run::Viewer;
+use meniscus_service::sink::{StateAfter, TurnRecord, TurnSink};
 use meniscus_ui::foxglove::{Error, Foxglove};
 use serde_json::{Value, json};
 use std::collections::{BTreeMap, BTreeSet};
@@ -63,15 +65,16 @@ fn with_turns(foxglove: &Foxglove, test: impl FnOnce() + Send) -> Duration {
     let model = Model::load(&bytes).expect("sound");
     let (over, image) = (AtomicBool::new(false), vec![90; 640 * 480]);
     std::thread::scope(|scope| {
-        scope.spawn(|| foxglove.compose(&model));
+        scope.spawn(|| foxglove.show(&model));
         let (over, image, model) = (&over, &image, &model);
         let worker = scope.spawn(move || {
             let (mut memory, mut field) = (Memory::default(), vec![0.0; model.field_len()]);
-            let (mut number, mut longest) = (0, Duration::ZERO);
+            let (mut number, mut longest, mut sink) = (0, Duration::ZERO, foxglove.sink());
             while !over.load(Ordering::Relaxed) {
                 let logged = turn(model, &mut memory, &mut field, number);
                 let begun = Instant::now();
-                foxglove.outlet().offer(&logged, &memory, image);
+                let after = Some(StateAfter { memory: &memory, outline: image });
+                sink.accept(&TurnRecord { logged: &logged, field: &field, after });
                 longest = longest.max(begun.elapsed());
                 number += 1;
                 std::thread::sleep(Duration::from_millis(4));

@@ -12,6 +12,8 @@ use meniscus::surface::{Config, SurfaceProfile};
 use meniscus::units::Micros;
 use meniscus_platform::files::AlignedBytes;
 use meniscus_service::live::Logged;
+use meniscus_service::run::Viewer;
+use meniscus_service::sink::{StateAfter, TurnRecord, TurnSink};
 use meniscus_ui::page::{Page, Token, VIEWERS_MAX};
 use serde_json::Value;
 use server::{ask, frame, taken, viewer};
@@ -58,17 +60,18 @@ fn with_page(token: Option<Token>, test: impl FnOnce(SocketAddr, &Page) + Send) 
     let (address, over) = (page.address(), AtomicBool::new(false));
     let image = vec![90; 640 * 480];
     std::thread::scope(|scope| {
-        scope.spawn(|| page.compose(&model));
+        scope.spawn(|| page.show(&model));
         let worker = scope.spawn(|| {
             let (mut memory, mut field) = (Memory::default(), vec![0.0; model.field_len()]);
-            let mut longest = Duration::ZERO;
+            let (mut longest, mut sink) = (Duration::ZERO, page.sink());
             for number in 0.. {
                 if over.load(Ordering::Relaxed) {
                     break;
                 }
                 let logged = turn(&model, &mut memory, &mut field, number);
                 let begun = Instant::now();
-                page.outlet().offer(&logged, &memory, &image);
+                let after = Some(StateAfter { memory: &memory, outline: &image });
+                sink.accept(&TurnRecord { logged: &logged, field: &field, after });
                 longest = longest.max(begun.elapsed());
                 std::thread::sleep(Duration::from_millis(4));
             }
@@ -76,7 +79,7 @@ fn with_page(token: Option<Token>, test: impl FnOnce(SocketAddr, &Page) + Send) 
         });
         let tested = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| test(address, &page)));
         over.store(true, Ordering::Relaxed);
-        page.close();
+        page.end();
         if let Err(failure) = tested {
             std::panic::resume_unwind(failure);
         }

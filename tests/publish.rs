@@ -5,13 +5,15 @@ use meniscus::runtime::output::Packet;
 use meniscus::runtime::{Estimate, Mode, Stages, Turn};
 use meniscus::uncertainty::error_model::Interval;
 use meniscus::units::Micros;
-use meniscus_service::publish::{Destination, FIELD_KIND, FieldFrame, Publisher};
+use meniscus_service::live::Logged;
+use meniscus_service::publish::{Destination, FIELD_KIND, FieldFrame, PublishOutlet, Publisher};
+use meniscus_service::sink::{TurnRecord, TurnSink};
 use std::io::{BufRead, BufReader};
 use std::net::UdpSocket;
 use std::os::unix::net::UnixStream;
 use std::path::PathBuf;
 use std::sync::atomic::Ordering;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 const FIELD: usize = 27_742;
 
@@ -31,6 +33,12 @@ fn turn(n: u64) -> Turn {
         stages: Stages::default(),
     };
     Turn { time: Micros(n), stamp: None, sight: None, estimate }
+}
+
+/// Hands turn `n` to the publisher, as the worker does.
+fn hand(outlet: &mut PublishOutlet, n: u64, field: &[f32]) {
+    let logged = Logged { turn: turn(n), ended: Instant::now(), latency_us: 0, turn_us: 0, allocations: 0 };
+    outlet.accept(&TurnRecord { logged: &logged, field, after: None });
 }
 
 fn socket(name: &str) -> PathBuf {
@@ -79,12 +87,12 @@ fn every_reader_gets_whole_records_in_order() {
     let udp = UdpSocket::bind("127.0.0.1:0").expect("a port");
     udp.set_read_timeout(Some(Duration::from_secs(20))).expect("a timeout");
     let there = [Destination::Unix(path.clone()), Destination::Udp(udp.local_addr().expect("an address"))];
-    let (outlet, publisher) = Publisher::start(&there, 0.0, FIELD).expect("both open");
+    let (mut outlet, publisher) = Publisher::start(&there, 0.0, FIELD).expect("both open");
     let mut reader = reader(&path);
     let mut datagram = [0; 2048];
     // The publisher lets a reader in before it sends the next record.
     for n in 1..=40 {
-        outlet.offer(&turn(n), &[]);
+        hand(&mut outlet, n, &[]);
         let length = udp.recv(&mut datagram).expect("a datagram in time");
         assert_eq!(Packet::read(&datagram[..length]).expect("a packet").time, Micros(n));
         let packet = Packet::read(&record(&mut reader).expect("a record")).expect("a packet");
@@ -104,19 +112,20 @@ fn every_reader_gets_whole_records_in_order() {
 #[test]
 fn a_slow_reader_holds_up_nobody() {
     let path = socket("slow");
-    let (outlet, publisher) =
+    let (mut outlet, publisher) =
         Publisher::start(&[Destination::Unix(path.clone())], 1000.0, FIELD).expect("it opens");
     let idle = UnixStream::connect(&path).expect("a reader");
     let mut busy = reader(&path);
     let field: Vec<f32> = (0..FIELD).map(|k| k as f32).collect();
     let (mut fields, mut last, mut n) = (0, 0, 0);
-    let slow = || outlet.counters.reader_slow.load(Ordering::Relaxed);
+    let counters = std::sync::Arc::clone(&outlet.counters);
+    let slow = || counters.reader_slow.load(Ordering::Relaxed);
     // Of how many turns a field is sent is up to the scheduler: go on until enough were, for as long as a hundred
     // times the turns that it takes on a machine that does nothing else.
     while slow() <= 100 || fields <= 10 {
         n += 1;
         assert!(n <= 40_000, "{} records had no room, {fields} fields came", slow());
-        outlet.offer(&turn(n), &field);
+        hand(&mut outlet, n, &field);
         // Read until this turn's record has come: fields lie between.
         while last < n {
             let bytes = record(&mut busy).expect("a record");
@@ -160,7 +169,7 @@ fn the_python_client_reads_it() {
         return;
     }
     let path = socket("python");
-    let (outlet, publisher) =
+    let (mut outlet, publisher) =
         Publisher::start(&[Destination::Unix(path.clone())], 0.0, FIELD).expect("it opens");
     let child = std::process::Command::new("python3")
         .args([client, &path.display().to_string(), "--count", "3"])
@@ -171,7 +180,7 @@ fn the_python_client_reads_it() {
     let mut child = child;
     while child.try_wait().expect("its state").is_none() && n < 2000 {
         n += 1;
-        outlet.offer(&turn(n), &[]);
+        hand(&mut outlet, n, &[]);
         std::thread::sleep(Duration::from_millis(10));
     }
     let output = child.wait_with_output().expect("its output");

@@ -9,7 +9,7 @@ use meniscus::usb::uvc::Stream;
 use meniscus_bags as bag;
 use meniscus_bags::{Calibration, Image};
 use meniscus_platform::files::AlignedBytes;
-use meniscus_service::setup::{Inspection, Pair, Portrait, Said, Setup, inspect};
+use meniscus_service::setup::{Inspection, MeasuredGlass, Pair, Portrait, Setup, SetupOrigin, inspect};
 use meniscus_ui::terminal::{Step, Wish, Wizard};
 use meniscus_usb::camera::OutlineImage;
 use meniscus_virtual::observe_recording::sightings_of;
@@ -24,7 +24,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
 /// The glass of the tests, as a person would say it.
-const SAID: Said = Said { radius_mm: 35.0, fill_mm: 70.0, rim_mm: 110.0 };
+const SAID: MeasuredGlass = MeasuredGlass { radius_mm: 35.0, fill_mm: 70.0, rim_mm: 110.0 };
 
 /// `count` pairs of a glass whose liquid stands at `height_mm` of a frame's number.
 fn pairs(settings: SceneSettings, count: u64, x_m: f64, height_mm: impl Fn(u64) -> f64) -> Vec<Pair> {
@@ -39,12 +39,14 @@ fn pairs(settings: SceneSettings, count: u64, x_m: f64, height_mm: impl Fn(u64) 
     (0..count).map(pair).collect()
 }
 
-fn look(pairs: &[Pair], said: Said) -> Inspection {
-    inspect(pairs, Optics::default(), said, (OutlineImage::Infrared, "a rendered camera", "a test"))
+fn look(pairs: &[Pair], said: MeasuredGlass) -> Inspection {
+    let outline = OutlineImage::Infrared;
+    let origin = SetupOrigin { outline, camera: "a rendered camera", made_by: "a test" };
+    inspect(pairs, Optics::default(), said, origin)
 }
 
 /// The same glass at rest, `count` times, under `settings`.
-fn at_rest(settings: SceneSettings, said: Said) -> Inspection {
+fn at_rest(settings: SceneSettings, said: MeasuredGlass) -> Inspection {
     look(&pairs(settings, 24, 0.004, |_| 70.0), said)
 }
 
@@ -115,10 +117,10 @@ fn the_file_brings_the_surface_to_where_it_is() {
 fn a_wrong_measure_is_named_with_what_to_do() {
     let glass = SceneSettings::default();
     for (said, name) in [
-        (Said { radius_mm: 31.0, ..SAID }, "radius_seen_mm"),
-        (Said { radius_mm: 38.0, ..SAID }, "radius_seen_mm"),
-        (Said { fill_mm: 60.0, ..SAID }, "fill_seen_mm"),
-        (Said { fill_mm: 79.0, ..SAID }, "fill_seen_mm"),
+        (MeasuredGlass { radius_mm: 31.0, ..SAID }, "radius_seen_mm"),
+        (MeasuredGlass { radius_mm: 38.0, ..SAID }, "radius_seen_mm"),
+        (MeasuredGlass { fill_mm: 60.0, ..SAID }, "fill_seen_mm"),
+        (MeasuredGlass { fill_mm: 79.0, ..SAID }, "fill_seen_mm"),
     ] {
         let seen = at_rest(glass, said);
         assert!(missed(&seen).contains(&name), "{said:?}: {:?}", missed(&seen));
@@ -128,8 +130,10 @@ fn a_wrong_measure_is_named_with_what_to_do() {
             "{remedies:?}"
         );
     }
-    assert!(Said { fill_mm: 110.0, ..SAID }.check().is_err_and(|what| what.contains("rim")));
-    assert!(Said { radius_mm: f64::NAN, ..SAID }.check().is_err_and(|what| what.contains("10 to 60")));
+    assert!(MeasuredGlass { fill_mm: 110.0, ..SAID }.check().is_err_and(|what| what.contains("rim")));
+    assert!(
+        MeasuredGlass { radius_mm: f64::NAN, ..SAID }.check().is_err_and(|what| what.contains("10 to 60"))
+    );
 }
 
 #[test]
@@ -185,15 +189,16 @@ fn a_setup_of_another_glass_is_refused_by_the_model() {
     let bytes = AlignedBytes::copy(meniscus_shipped::MODEL);
     let header = Model::load(&bytes).expect("the shipped model").header;
     let setup = at_rest(SceneSettings::default(), SAID).setup.expect("a setup");
-    let with = |glass: Said| Setup { glass, ..setup.clone() }.settings_for(&header, Optics::default());
-    let near =
-        with(Said { radius_mm: 35.4, fill_mm: 69.5, rim_mm: 105.0 }).expect("within what a person measures");
+    let with =
+        |glass: MeasuredGlass| Setup { glass, ..setup.clone() }.settings_for(&header, Optics::default());
+    let near = with(MeasuredGlass { radius_mm: 35.4, fill_mm: 69.5, rim_mm: 105.0 })
+        .expect("within what a person measures");
     assert!((near.radius_m, near.fill_m) == (0.035, 0.070), "the model's measures hold");
     assert!(
         (1e3 * f64::from(near.camera_height_m) - setup.view.height_mm - 0.5).abs() < 1e-3,
         "the camera moves"
     );
-    let far = with(Said { radius_mm: 30.0, ..SAID }).expect_err("another glass");
+    let far = with(MeasuredGlass { radius_mm: 30.0, ..SAID }).expect_err("another glass");
     assert!(far.to_string().contains("radius 35.0 mm, the setup says 30.0 mm"), "{far}");
 }
 
@@ -201,7 +206,8 @@ fn a_setup_of_another_glass_is_refused_by_the_model() {
 fn the_wizard_draws_what_is_seen_and_leads_on() {
     let images = pairs(SceneSettings::default(), 24, 0.0, |_| 70.0);
     let portrait = || Portrait::of(&images, &Optics::default()).expect("images");
-    let mut wizard = Wizard::new("a rendered camera".into(), Vec::new(), Said { radius_mm: 30.0, ..SAID });
+    let mut wizard =
+        Wizard::new("a rendered camera".into(), Vec::new(), MeasuredGlass { radius_mm: 30.0, ..SAID });
     let mut terminal = Terminal::new(TestBackend::new(140, 44)).expect("a terminal");
     let mut draw = |wizard: &Wizard| {
         terminal.draw(|frame| wizard.draw(frame)).expect("drawn");

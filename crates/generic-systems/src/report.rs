@@ -26,34 +26,34 @@ pub fn checks(outcome: &Outcome) -> Vec<Check> {
         let rollout = 100.0 * figures.rollout;
         checks.push(match published {
             Some(other) if exact => Check::at_most(name("rollout"), rollout, "%", 100.0 * other.rollout),
-            _ => Check::told(name("rollout"), rollout, "%"),
+            _ => Check::informational(name("rollout"), rollout, "%"),
         });
         for (k, &mse) in figures.mse.iter().enumerate() {
             let name = name(&format!("mse_{}", outcome.names[k]));
             checks.push(match published {
                 // What does not move is missed by nothing but rounding, by neither.
                 Some(other) if exact => Check::at_most(name, mse, "unit2", other.mse[k].max(1e-14)),
-                _ => Check::told(name, mse, "unit2"),
+                _ => Check::informational(name, mse, "unit2"),
             });
         }
         let falls = f64::from(figures.falls);
         checks.push(if exact {
             Check::exactly("entropy_falls", falls, "1", 0.0)
         } else {
-            Check::told(name("entropy_falls"), falls, "1")
+            Check::informational(name("entropy_falls"), falls, "1")
         });
         if let Some(falls) = figures.system_falls.map(f64::from) {
             checks.push(if exact {
                 Check::exactly("exact_system_entropy_falls", falls, "1", 0.0)
             } else {
-                Check::told(name("system_entropy_falls"), falls, "1")
+                Check::informational(name("system_entropy_falls"), falls, "1")
             });
         }
         for (what, figure) in ["energy_drift", "L_dS", "M_dE"].iter().zip(figures.laws) {
             checks.push(if exact {
                 Check::at_most(name(what), figure, "1", 1e-9)
             } else {
-                Check::told(name(what), figure, "1")
+                Check::informational(name(what), figure, "1")
             });
         }
         if exact {

@@ -1,10 +1,10 @@
 //! The liquids that verbs ask about: those in the program, notes, and folders of notes.
 
-use meniscus_service::identify::{Note, NoteError};
+use meniscus_service::identify::{GlassSize, Note, NoteError};
 use std::path::Path;
 
-/// The notes that `paths` name, all of one glass of this radius and fill (m).
-pub(super) fn among(paths: &[String], glass: (f64, f64)) -> Result<Vec<Note>, NoteError> {
+/// Returns the notes that `paths` name, all of this glass.
+pub(super) fn among(paths: &[String], glass: GlassSize) -> Result<Vec<Note>, NoteError> {
     let mut notes = Vec::new();
     for path in paths {
         if path == "shipped" {

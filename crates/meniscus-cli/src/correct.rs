@@ -132,11 +132,11 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let percent = |x: f64| 100.0 * x;
     let [held, source] = [corrected.held, corrected.source].map(|pair| pair.map(percent));
     let checks = [
-        Check::told("held_before_foretold", held[0], "%"),
+        Check::informational("held_before_foretold", held[0], "%"),
         Check::at_most("held_after_foretold", held[1], "%", held[0]),
-        Check::told("source_before_slosh", source[0], "%"),
+        Check::informational("source_before_slosh", source[0], "%"),
         Check::at_most("source_after_slosh", source[1], "%", source[0] + percent(arguments.forgetting)),
-        Check::told("refused_for_forgetting", corrected.refused as f64, "1"),
+        Check::informational("refused_for_forgetting", corrected.refused as f64, "1"),
     ];
     if arguments.json {
         println!(

@@ -8,8 +8,11 @@ use meniscus::blob::Model;
 use meniscus::surface::{Config, Settings};
 use meniscus_data::recording::Recording;
 use meniscus_platform::files::write_whole;
+use meniscus_platform::realtime::Priority;
 use meniscus_report::checks::table;
-use meniscus_timing::deadline::{Film, Load, Outcome, Run, checks, latencies_png, markdown, run as perform};
+use meniscus_timing::deadline::{
+    Bench, Film, Load, Outcome, Run, checks, latencies_png, markdown, run as perform,
+};
 use meniscus_virtual::render::SceneSettings;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
@@ -82,7 +85,9 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         bar.reset();
         bar.set_message(run.name());
         let told = |done| bar.set_position((1000.0 * done) as u64);
-        let outcome = perform(run, &model, Config::new(settings)?, &film, &arguments.out, stop, told);
+        let bench =
+            Bench { model: &model, config: Config::new(settings)?, film: &film, folder: &arguments.out };
+        let outcome = perform(run, &bench, stop, told);
         outcome.refused.iter().for_each(|line| bar.suspend(|| eprintln!("real time: {line}")));
         outcomes.push(outcome);
         // After each run: what was measured is not lost to what comes later.
@@ -160,7 +165,7 @@ fn runs(arguments: &Arguments) -> anyhow::Result<Vec<Run>> {
             rate_hz,
             seconds: 60.0 * minutes,
             loads: loads.clone(),
-            realtime: arguments.realtime,
+            priority: Priority::real_time_if(arguments.realtime),
         };
         runs.extend(loads.iter().map(run));
     }

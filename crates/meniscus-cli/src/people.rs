@@ -10,7 +10,7 @@ use meniscus::blob::Model;
 use meniscus::surface::{Config, Settings};
 use meniscus_data::recording::Recording;
 use meniscus_report::checks::{Check, table};
-use meniscus_timing::viewers::study;
+use meniscus_timing::viewers::{ViewerPlan, study};
 use meniscus_virtual::render::SceneSettings;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
@@ -97,8 +97,8 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let pairs = usize::from(rounds.div_ceil(2));
     let bar = ProgressBar::new(2 * pairs as u64);
     bar.set_style(ProgressStyle::with_template("rounds {wide_bar} {pos}/{len}, {eta} left")?);
-    let sizes = (pairs, usize::from(*viewers));
-    let measured = study(&model, &recording, scene, Config::new(settings)?, sizes, || bar.inc(1))?;
+    let plan = ViewerPlan { pairs, viewers: usize::from(*viewers) };
+    let measured = study(&model, &recording, scene, Config::new(settings)?, plan, || bar.inc(1))?;
     bar.finish_and_clear();
     let checks = measured.checks();
     let report = json!({

@@ -113,24 +113,32 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
 
     let percent = |score: &Score| 100.0 * score.estimate.slosh_rel();
     let mut checks = vec![
-        Check::told("bytes_before", bytes.len() as f64, "byte"),
-        Check::told("bytes_after", quantized.blob.len() as f64, "byte"),
-        Check::told("surface_before", percent(&before), "%"),
-        Check::told("surface_after", percent(&after), "%"),
+        Check::informational("bytes_before", bytes.len() as f64, "byte"),
+        Check::informational("bytes_after", quantized.blob.len() as f64, "byte"),
+        Check::informational("surface_before", percent(&before), "%"),
+        Check::informational("surface_after", percent(&after), "%"),
         Check::at_most("surface_added", percent(&after) - percent(&before), "%", SURFACE),
         Check::at_most("energy_drift_step", drift(&coarse_log), "H", 1e-6),
         Check::exactly("entropy_falls", falls(&coarse_log) as f64, "1", 0.0),
     ];
     for (group, name) in GROUP_NAMES.iter().enumerate() {
-        checks.push(Check::told(format!("field_error_{name}_before"), 100.0 * before.field[group], "%"));
-        checks.push(Check::told(format!("field_error_{name}_after"), 100.0 * after.field[group], "%"));
-        checks.push(Check::told(format!("added_rms_{name}"), 100.0 * added[group].rms, "%"));
+        checks.push(Check::informational(
+            format!("field_error_{name}_before"),
+            100.0 * before.field[group],
+            "%",
+        ));
+        checks.push(Check::informational(
+            format!("field_error_{name}_after"),
+            100.0 * after.field[group],
+            "%",
+        ));
+        checks.push(Check::informational(format!("added_rms_{name}"), 100.0 * added[group].rms, "%"));
         let most = 100.0 * added[group].most;
         checks.push(match arguments.rank_budget {
             Some(budget) if to_is_f32(arguments.to) => {
                 Check::at_most(format!("added_most_{name}"), most, "%", 100.0 * budget * 1.01)
             }
-            _ => Check::told(format!("added_most_{name}"), most, "%"),
+            _ => Check::informational(format!("added_most_{name}"), most, "%"),
         });
     }
     if arguments.json {

@@ -7,7 +7,7 @@ use super::filmed::{Sightings, all_filmed, by_camera, setup};
 use super::inputs::level;
 use anyhow::{Context, ensure};
 use meniscus_discover::identify::{look, picture, recognise};
-use meniscus_service::identify::{Note, Standing};
+use meniscus_service::identify::{GlassSize, Note, Standing};
 use serde_json::json;
 use std::path::{Path, PathBuf};
 
@@ -98,7 +98,7 @@ type Question = (Sightings, f64, Vec<Note>);
 fn simulated(path: &Path, asked: &Asked) -> anyhow::Result<Question> {
     let recording = level(path)?;
     let glass = &recording.glass;
-    let notes = among(&asked.among, (glass.radius_m, glass.fill_m))?;
+    let notes = among(&asked.among, GlassSize { radius_m: glass.radius_m, fill_m: glass.fill_m })?;
     let seen = look(&recording, asked.noise.noise_px, asked.noise.seed)
         .with_context(|| format!("{} cannot be looked at", path.display()))?;
     Ok((seen, glass.fill_m, notes))
@@ -108,7 +108,7 @@ fn simulated(path: &Path, asked: &Asked) -> anyhow::Result<Question> {
 fn filmed(path: &Path, asked: &Asked) -> anyhow::Result<Question> {
     let setup = setup(asked.setup.as_ref())?;
     let (radius_m, fill_m) = (1e-3 * setup.glass.radius_mm, 1e-3 * setup.glass.fill_mm);
-    let notes = among(&asked.among, (radius_m, fill_m))?;
+    let notes = among(&asked.among, GlassSize { radius_m, fill_m })?;
     let seen = by_camera(path, Some(setup.view.outline), |camera| Ok(setup.settings(camera.optics())))?;
     Ok((seen, fill_m, notes))
 }

@@ -11,7 +11,7 @@ use meniscus_bags::{BagError, Calibration, FolderWriter, Image, McapWriter, prof
 use meniscus_platform::files::write_whole;
 use meniscus_service::setup::Setup;
 use meniscus_usb::camera::{LinkSink, OutlineImage, Session, Settings};
-use meniscus_usb::link::{Received, link};
+use meniscus_usb::link::{Delivery, Received, WorkerEnd, link};
 use meniscus_usb::transport::Transport;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -186,6 +186,61 @@ fn from_recording(arguments: &Arguments) -> anyhow::Result<()> {
     torn.map_or(Ok(()), |error| Err(error.into()))
 }
 
+/// Both streams of a camera as whole images.
+struct ImageReader<'b> {
+    depth: Assembler<'b>,
+    outline: OutlineAssembler<'b>,
+    whole: Region,
+}
+
+impl ImageReader<'_> {
+    /// Returns the image that this payload completes, if it completes one.
+    fn take(&mut self, delivery: &Delivery) -> Option<Image> {
+        let stream = delivery.stream;
+        let (stamp, pixels) = match stream {
+            Stream::Depth => match self.depth.push(&delivery.payload) {
+                Outcome::Frame(frame) => (frame.stamp, self.depth.pixels()),
+                Outcome::Partial | Outcome::Lost(_) => return None,
+            },
+            Stream::Outline => {
+                let stamp = self.outline.push(&delivery.payload, self.whole)?;
+                (stamp, self.outline.pixels())
+            }
+        };
+        Some(Image { stream, stamp, pixels: pixels.to_vec() })
+    }
+}
+
+/// Writes every image until the camera has gone. A file that takes no more stops the camera.
+fn write_all(
+    end: &WorkerEnd,
+    reader: &mut ImageReader<'_>,
+    out: &mut Out,
+    stop: &AtomicBool,
+    bar: &ProgressBar,
+) -> Result<(), BagError> {
+    let (mut written, mut images) = (Ok(()), 0_u64);
+    loop {
+        match end.receive(Instant::now() + Duration::from_millis(100)) {
+            Received::Closed => return written,
+            Received::Silence => {}
+            Received::Payload(delivery) => {
+                // The buffers go round even after a failure: a camera that waits for one would not see `stop`.
+                if let (Some(image), Ok(())) = (reader.take(&delivery), &written) {
+                    written = out.write(&image);
+                    images += 1;
+                }
+                end.give_back(delivery.payload);
+            }
+        }
+        if written.is_err() {
+            stop.store(true, Ordering::Relaxed);
+        }
+        bar.set_position(bar.elapsed().as_millis().try_into().unwrap_or(u64::MAX));
+        bar.set_message(images.to_string());
+    }
+}
+
 fn from_camera(
     arguments: &Arguments,
     mut session: Session<impl Transport + Send>,
@@ -194,9 +249,9 @@ fn from_camera(
     let connected = session.connected().clone();
     let name = format!("{:?} {}", connected.product, connected.identity.serial);
     let rectifier = connected.rectifier();
-    let outline = if rectifier.is_some() { OutlineImage::Colour } else { OutlineImage::Infrared };
+    let beside = if rectifier.is_some() { OutlineImage::Colour } else { OutlineImage::Infrared };
     let calibration =
-        Calibration::of(&connected.optics(), connected.baseline_mm * 1e-3, name).with_outline(outline);
+        Calibration::of(&connected.optics(), connected.baseline_mm * 1e-3, name).with_outline(beside);
     let mut out = Out::create(arguments, &calibration)?;
     let (camera_end, worker_end) = link(BUFFERS, session.buffer_bytes());
     let (stop, notes) = (Arc::new(AtomicBool::new(false)), Mutex::new(Vec::new()));
@@ -206,65 +261,32 @@ fn from_camera(
     let until = Instant::now() + Duration::from_secs_f64(seconds);
     let bar = ProgressBar::new((1e3 * seconds) as u64);
     bar.set_style(ProgressStyle::with_template("recording {wide_bar} {msg} images, {eta} left")?);
-    let whole = Region::whole((connected.intrinsics.width, connected.intrinsics.height));
-    let pixels = connected.intrinsics.width * connected.intrinsics.height;
-    let (mut depth, mut grey) = (vec![0; 2 * pixels], vec![0; pixels]);
+    let size = (connected.intrinsics.width, connected.intrinsics.height);
+    let (mut depth, mut grey) = (vec![0; 2 * size.0 * size.1], vec![0; size.0 * size.1]);
     let mut colour = vec![0; rectifier.as_ref().map_or(0, Rectifier::colour_bytes)];
-    let mut depth = Assembler::new(&mut depth);
-    let mut outline = match rectifier {
+    let outline = match rectifier {
         Some(rectifier) => OutlineAssembler::colour(rectifier, &mut colour, &mut grey),
         None => OutlineAssembler::infrared(&mut grey),
     };
-    let mut images = 0_u64;
+    let mut reader = ImageReader { depth: Assembler::new(&mut depth), outline, whole: Region::whole(size) };
     let (ended, written) = std::thread::scope(|scope| {
         let (stop, notes) = (&*stop, &notes);
         let camera =
             scope.spawn(move || session.stream(&mut LinkSink { end: camera_end, stop, until, notes }));
-        let mut written = Ok(());
-        loop {
-            match worker_end.receive(Instant::now() + Duration::from_millis(100)) {
-                Received::Closed => break,
-                Received::Silence => {}
-                Received::Payload(delivery) => {
-                    let stream = delivery.stream;
-                    let frame = match stream {
-                        Stream::Depth => match depth.push(&delivery.payload) {
-                            Outcome::Frame(frame) => Some((frame.stamp, depth.pixels())),
-                            Outcome::Partial | Outcome::Lost(_) => None,
-                        },
-                        Stream::Outline => {
-                            outline.push(&delivery.payload, whole).map(|stamp| (stamp, outline.pixels()))
-                        }
-                    };
-                    if let (Some((stamp, pixels)), Ok(())) = (frame, &written) {
-                        let image = Image { stream, stamp, pixels: pixels.to_vec() };
-                        written = out.write(&image);
-                        images += 1;
-                    }
-                    worker_end.give_back(delivery.payload);
-                }
-            }
-            if written.is_err() {
-                stop.store(true, Ordering::Relaxed);
-            }
-            bar.set_position(bar.elapsed().as_millis().try_into().unwrap_or(u64::MAX));
-            bar.set_message(images.to_string());
-        }
+        let written = write_all(&worker_end, &mut reader, &mut out, stop, &bar);
         (camera.join(), written)
     });
     bar.finish_and_clear();
-    let losses = [depth.losses(), outline.losses()].map(|losses| losses.frames());
     notes.into_inner().unwrap_or_default().iter().for_each(|note| println!("camera: {note}"));
     // A file that could not take an image has not room for an index either.
     written?;
     let kept = out.finish()?;
-    let dropped = worker_end.dropped();
-    let beside = if rectifier.is_some() { "colour" } else { "infrared" };
     println!(
-        "{}: {kept}; lost: {} depth, {} {beside}, {dropped} payloads dropped",
+        "{}: {kept}; lost: {} depth, {} {beside}, {} payloads dropped",
         arguments.out.display(),
-        losses[0],
-        losses[1]
+        reader.depth.losses().frames(),
+        reader.outline.losses().frames(),
+        worker_end.dropped()
     );
     ended.map_err(|_| anyhow::anyhow!("the camera's thread stopped on an error of its own"))??;
     Ok(())

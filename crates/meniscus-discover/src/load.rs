@@ -9,7 +9,7 @@
 //! ```
 
 use super::predict::Known;
-use super::record::{Channel, Drive, Quantity, Record};
+use super::record::{Channel, InputSource, Quantity, Record};
 use crate::motion_table::{moved, peaks, poses, profiles};
 use serde::Deserialize;
 use std::path::Path;
@@ -181,7 +181,7 @@ fn recording(folder: &Path, name: &str, fill_m: f64) -> Result<Record, String> {
 }
 
 /// Refuses a recording in which the glass is seen to move at another time than its motion says.
-fn same_clock(name: &str, interval_s: f64, channels: &[Channel], drive: &Drive) -> Result<(), String> {
+fn same_clock(name: &str, interval_s: f64, channels: &[Channel], drive: &InputSource) -> Result<(), String> {
     let Some(place) = channels.iter().find(|channel| channel.quantity == Quantity::Place) else {
         return Ok(());
     };

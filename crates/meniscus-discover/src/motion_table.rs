@@ -1,6 +1,6 @@
 //! The tables of a folder of recordings: profiles, peak heights, motions, poses.
 
-use super::record::{Channel, Drive, Quantity, channels};
+use super::record::{Channel, InputSource, Quantity, channels};
 use meniscus::units::{FRAME_INTERVAL_S, GRAVITY_M_S2};
 use meniscus_bags::profiles_from_csv;
 use meniscus_data::motion::Motion;
@@ -56,7 +56,7 @@ pub(super) fn peaks(text: &str) -> Result<(f64, Vec<Channel>), String> {
 }
 
 /// The drive of a motion file, and how long it is.
-pub(super) fn moved(path: &Path, seconds: f64) -> Result<(Drive, f64), String> {
+pub(super) fn moved(path: &Path, seconds: f64) -> Result<(InputSource, f64), String> {
     let motion = Motion::parse(&path.to_string_lossy(), seconds).map_err(|error| format!("{error}"))?;
     let text = std::fs::read_to_string(path).map_err(|e| format!("{}: {e}", path.display()))?;
     let time = |line: &str| line.split(',').next().and_then(|t| t.trim().parse::<f64>().ok());
@@ -74,7 +74,7 @@ pub(super) fn moved(path: &Path, seconds: f64) -> Result<(Drive, f64), String> {
 
 /// The drive of `motion` over `seconds`.
 #[must_use]
-pub fn drive_of(motion: &Motion, seconds: f64) -> Drive {
+pub fn drive_of(motion: &Motion, seconds: f64) -> InputSource {
     let samples = (seconds * RATE_HZ).ceil() as usize + 2;
     let at = |n: usize| n as f64 / RATE_HZ;
     let of = |n: usize| {
@@ -85,7 +85,7 @@ pub fn drive_of(motion: &Motion, seconds: f64) -> Drive {
         ([-ax, -ay], [(GRAVITY_M_S2 + az) * sin - ax * (cos - 1.0), 0.0], az)
     };
     let all: Vec<_> = (0..samples).map(of).collect();
-    Drive {
+    InputSource {
         rate_hz: RATE_HZ,
         along_m_s2: all.iter().map(|a| a.0).collect(),
         tilted_m_s2: all.iter().map(|a| a.1).collect(),
@@ -99,7 +99,7 @@ pub fn drive_of(motion: &Motion, seconds: f64) -> Drive {
 /// With the axis n of the glass in the room and the specific force `f = -a - g e_z`, the liquid feels
 /// `f - (f.n) n` along its surface and `-f.n` across it. A turn of the glass about its axis leaves the
 /// liquid where it is.
-pub(super) fn poses(text: &str) -> Result<(Drive, f64), String> {
+pub(super) fn poses(text: &str) -> Result<(InputSource, f64), String> {
     let mut rows: Vec<[f64; 8]> = Vec::new();
     for (line, content) in text.lines().enumerate().map(|(i, l)| (i + 1, l.trim())) {
         if content.is_empty() {
@@ -132,7 +132,7 @@ pub(super) fn poses(text: &str) -> Result<(Drive, f64), String> {
         [2.0 * (x * z + w * y) / norm, 2.0 * (y * z - w * x) / norm, 1.0 - 2.0 * (x * x + y * y) / norm]
     };
     let samples = (length_s * RATE_HZ) as usize + 1;
-    let mut drive = Drive {
+    let mut drive = InputSource {
         rate_hz: RATE_HZ,
         along_m_s2: Vec::new(),
         tilted_m_s2: Vec::new(),

@@ -50,7 +50,7 @@ pub struct Channel {
 
 /// What the glass did, sampled evenly.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Drive {
+pub struct InputSource {
     /// Samples a second.
     pub rate_hz: f64,
     /// Specific force along x and y that an upright glass leaves, m/s2.
@@ -63,7 +63,7 @@ pub struct Drive {
     pub place_m: Vec<f64>,
 }
 
-impl Drive {
+impl InputSource {
     /// Values at `time_s`, between samples by a straight line: along, tilted, lift, place.
     #[must_use]
     pub fn at(&self, time_s: f64) -> ([f64; 2], [f64; 2], f64, f64) {
@@ -114,7 +114,7 @@ pub struct Record {
     /// What was measured.
     pub channels: Vec<Channel>,
     /// What the glass did.
-    pub drive: Drive,
+    pub drive: InputSource,
     /// Frames before the glass moves.
     pub rest_frames: usize,
 }

@@ -160,12 +160,12 @@ fn left_out(by_recording: &[Ratios]) -> Vec<Check> {
     let shares: Vec<f64> = shares.collect();
     let mean = shares.iter().sum::<f64>() / shares.len() as f64;
     vec![
-        Check::told(
+        Check::informational(
             "interval: surface held of a recording left out, least",
             shares.iter().copied().fold(100.0, f64::min),
             "%",
         ),
-        Check::told("interval: surface held of a recording left out, mean", mean, "%"),
+        Check::informational("interval: surface held of a recording left out, mean", mean, "%"),
     ]
 }
 
@@ -187,7 +187,7 @@ pub(super) fn held(blob: &[u8], looks: &[Look<'_>]) -> Result<Vec<Check>, LoadEr
     });
     let groups = GROUP_NAMES.iter().zip(&ratios.field);
     let groups = groups.map(|(name, ratios)| (format!("interval: {name} held"), share(ratios, 1.0)));
-    Ok(leads.chain(groups).map(|(name, share)| Check::told(name, share, "%")).collect())
+    Ok(leads.chain(groups).map(|(name, share)| Check::informational(name, share, "%")).collect())
 }
 
 #[cfg(test)]

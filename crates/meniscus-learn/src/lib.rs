@@ -295,7 +295,7 @@ fn finish(
     let unit = write::blob(header.clone(), &parts)?;
     let calibrate::Reach { k: reach, left_out } = calibrate::reach(&unit, &measured)?;
     factors::change(&mut parts, |of| of.quantiles_mut().zip(reach).for_each(|(k, reach)| *k = reach));
-    checks.push(Check::told("interval: rest missed by", 1e3 * f64::from(grain), "mm"));
+    checks.push(Check::informational("interval: rest missed by", 1e3 * f64::from(grain), "mm"));
     checks.extend(left_out);
     header.validation_slosh_rel = slosh_rel as f32;
     let blob = write::blob(header, &parts)?;

@@ -12,7 +12,7 @@ use meniscus_report::checks::Check;
 pub(super) fn percent(name: String, fraction: f64, target: Option<f64>) -> Check {
     match target {
         Some(limit) => Check::at_most(name, 100.0 * fraction, "%", limit),
-        None => Check::told(name, 100.0 * fraction, "%"),
+        None => Check::informational(name, 100.0 * fraction, "%"),
     }
 }
 

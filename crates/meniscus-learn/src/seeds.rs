@@ -47,7 +47,7 @@ impl Spread {
         let name = |what: &str| format!("{}_{what}", self.figure.name);
         [
             self.figure.with(name("mean"), self.mean),
-            Check::told(name("sd"), self.deviation, self.figure.unit),
+            Check::informational(name("sd"), self.deviation, self.figure.unit),
             self.figure.with(name("worst"), self.worst),
         ]
     }
@@ -111,7 +111,11 @@ mod tests {
     fn mean_deviation_and_worst() {
         let run = |error: f64, held: f64| {
             let surface = Check::at_most("surface", error, "%", 8.0);
-            vec![surface, Check::within("coverage", held, "%", 85.0, 95.0), Check::told("one", 1.0, "1")]
+            vec![
+                surface,
+                Check::within("coverage", held, "%", 85.0, 95.0),
+                Check::informational("one", 1.0, "1"),
+            ]
         };
         let mut runs = vec![run(4.0, 91.0), run(9.0, 84.0), run(5.0, 99.0)];
         runs[1].pop();

@@ -231,14 +231,14 @@ impl Soft {
     /// Roll-outs and laws of both steps on `paths`, side by side.
     #[must_use]
     pub(super) fn checks(&self, exact: &Dynamics, paths: &[Path], metric: &Square) -> Vec<Check> {
-        let percent = |name: &str, share: f64| Check::told(name, 100.0 * share, "%");
+        let percent = |name: &str, share: f64| Check::informational(name, 100.0 * share, "%");
         let (hard, soft) = (laws::of_exact(exact, paths), self.laws(paths));
         let mut checks = vec![
             percent("exact_rollout", validate(|x, u| exact.roll_out(x, u), paths, metric)),
             percent("soft_rollout", validate(|x, u| self.roll_out(x, u), paths, metric)),
             Check::exactly("entropy_falls", f64::from(hard.laws.falls()), "1", 0.0),
-            Check::told("soft_entropy_falls", f64::from(soft.falls()), "1"),
-            Check::told("steps_of_both", f64::from(soft.steps()), "1"),
+            Check::informational("soft_entropy_falls", f64::from(soft.falls()), "1"),
+            Check::informational("steps_of_both", f64::from(soft.steps()), "1"),
             Check::at_most("energy_drift_step", hard.drift, "H", 1e-6),
         ];
         checks.extend(hard.laws.checks("exact"));

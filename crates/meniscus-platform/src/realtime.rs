@@ -11,6 +11,24 @@ use thread_priority::unix::{
 /// Priority of the camera's thread, of 1 to 99: above ordinary work, below the kernel's own threads.
 pub const PRIORITY: u8 = 40;
 
+/// Scheduling of a thread.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Priority {
+    /// As any other thread.
+    #[default]
+    Normal,
+    /// SCHED_FIFO; for a worker also a core of its own and locked memory, as far as the system grants them.
+    RealTime,
+}
+
+impl Priority {
+    /// Returns real-time scheduling if it is `wanted`.
+    #[must_use]
+    pub fn real_time_if(wanted: bool) -> Self {
+        if wanted { Self::RealTime } else { Self::Normal }
+    }
+}
+
 /// Highest real-time priority that this user may take; `None` for no limit.
 #[must_use]
 pub fn priority_limit() -> Option<u64> {

@@ -9,7 +9,7 @@ enum Target {
     AtLeast(f64),
     Exactly(f64),
     Within(f64, f64),
-    Told,
+    Informational,
 }
 
 /// One measured value with its target; `ok` is computed from the two and from nothing else.
@@ -21,10 +21,10 @@ pub struct Check {
     pub value: Option<f64>,
     /// Unit of the value.
     pub unit: &'static str,
-    /// The target in words: `<= 0.25`, `= 0` or `told`.
+    /// The target in words: `<= 0.25` or `= 0`; `told` for an informational value, a word that scripts read.
     pub target: String,
-    /// Whether the value meets the target. A value that is only told is always ok, one that could not
-    /// be measured never.
+    /// Whether the value meets the target. An informational value is always ok, one that could not be measured
+    /// never.
     pub ok: bool,
     /// The target itself.
     #[serde(skip)]
@@ -58,8 +58,8 @@ impl Check {
 
     /// A value without a target, given for comparison.
     #[must_use]
-    pub fn told(name: impl Into<String>, value: f64, unit: &'static str) -> Self {
-        Self::new(name.into(), value, unit, Target::Told)
+    pub fn informational(name: impl Into<String>, value: f64, unit: &'static str) -> Self {
+        Self::new(name.into(), value, unit, Target::Informational)
     }
 
     fn new(name: String, value: f64, unit: &'static str, target: Target) -> Self {
@@ -69,7 +69,7 @@ impl Check {
             Target::AtLeast(limit) => (format!(">= {limit}"), value >= limit),
             Target::Exactly(wanted) => (format!("= {wanted}"), value == wanted),
             Target::Within(least, most) => (format!("{least} to {most}"), (least..=most).contains(&value)),
-            Target::Told => ("told".into(), true),
+            Target::Informational => ("told".into(), true),
         };
         let value = measured.then_some(value);
         Self { name, value, unit, target: words, ok: measured && met, against: target }
@@ -86,7 +86,7 @@ impl Check {
     #[must_use]
     pub fn badness(&self, value: f64) -> f64 {
         match self.against {
-            Target::AtMost(_) | Target::Told => value,
+            Target::AtMost(_) | Target::Informational => value,
             Target::AtLeast(_) => -value,
             Target::Exactly(wanted) => (value - wanted).abs(),
             Target::Within(least, most) => (value - 0.5 * (least + most)).abs(),
@@ -128,10 +128,10 @@ mod tests {
         assert!(!Check::at_most("a", 0.26, "", 0.25).ok);
         assert!(Check::at_least("a", 58.0, "", 58.0).ok && !Check::at_least("a", 57.9, "", 58.0).ok);
         assert!(!Check::exactly("a", 1.0, "", 0.0).ok);
-        assert!(Check::told("a", 1.0, "").ok);
+        assert!(Check::informational("a", 1.0, "").ok);
         let unmeasured = Check::at_most("a", f64::NAN, "", 1.0);
         assert!(!unmeasured.ok && unmeasured.value.is_none());
-        assert!(!Check::told("a", f64::INFINITY, "").ok);
+        assert!(!Check::informational("a", f64::INFINITY, "").ok);
     }
 
     #[test]

@@ -148,7 +148,7 @@ mod tests {
         report.prose("one | two");
         report.answer("it holds");
         report.table(&["one", "two|2"], &[vec!["<td>".into(), "2".into()]]);
-        report.checks(&[Check::at_most("drift", 2.0, "mm", 1.0), Check::told("n", f64::NAN, "1")]);
+        report.checks(&[Check::at_most("drift", 2.0, "mm", 1.0), Check::informational("n", f64::NAN, "1")]);
         let points = [(0.0, 1.0), (1.0, 3.0)];
         let series = [Series { name: "before <1>", points: &points, mark: Mark::Line, colour: 0 }];
         let chart = Chart { caption: "c", x: "t, s", y: "error, %", series: &series };

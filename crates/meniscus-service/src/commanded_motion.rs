@@ -1,17 +1,19 @@
-//! The motion of the glass as somebody else tells it: a table of its course, or an IMU or a robot over UDP.
+//! Commanded motion of the glass: a table of its course, or accelerations of an IMU or a robot over UDP.
 //!
-//! A turn at the instant `t` wants the acceleration of then and the one of a frame interval `h` before, as the places of
-//! three frames would tell it:
+//! A turn at the instant `t` needs the acceleration at `t` and the one a frame interval `h` earlier, as the positions of
+//! three frames would give it:
 //!
 //! ```text
 //! now = a(t)
 //! before = (X(t) - 2 X(t - h) + X(t - 2h)) / h^2 = 1/h int_{-h}^{h} (1 - |s| / h) a(t - h + s) ds
 //! ```
 //!
-//! Both are taken from samples `(t_k, a_k)`: now between the two nearest ones, before as their mean with these weights.
+//! Both are taken from samples `(t_k, a_k)`: `now` by interpolation between the two nearest ones, `before` as their
+//! mean with these weights.
 //!
-//! Times of the wire are those of arrival. A frame of the device time `d` arrives at `d + o` at the earliest, and `o`
-//! is followed as the least that was seen (rising by 100 ppm, more than two clocks part); the told lag is taken off.
+//! UDP samples carry their arrival time. A frame of device time `d` arrives at `d + o` at the earliest. The offset `o` is
+//! tracked as the smallest one observed, rising by 100 ppm, which is more than two clocks drift apart; the configured lag
+//! is subtracted.
 
 use meniscus::runtime::InputSource;
 use meniscus::units::{FRAME_INTERVAL_S, Micros};
@@ -21,17 +23,17 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
-/// Samples of a table, a second.
+/// Sampling rate of a table, Hz.
 const TABLE_HZ: f64 = 1000.0;
-/// Samples of the wire that are kept: a quarter of a second of 1 kHz.
+/// UDP samples that are kept: a quarter of a second at 1 kHz.
 const KEPT: usize = 256;
-/// The newest sample stands for what comes after it for so long, seconds; behind that the edges of the glass tell.
+/// Time for which the newest sample is extrapolated, seconds; after it the tracked position of the glass is used.
 const HOLD_S: f64 = 0.025;
-/// Largest acceleration that is one, m/s2: twenty times gravity.
+/// Largest acceleration that is accepted, m/s2: twenty times gravity.
 const LARGEST: f64 = 200.0;
-/// How much faster than this computer's a camera's clock is let run.
+/// Assumed drift of the camera's clock against this computer's, as a share.
 const DRIFT: f64 = 1e-4;
-/// Pause after which the listener looks whether it is still wanted.
+/// Interval at which the listener checks whether it is still wanted.
 const PAUSE: Duration = Duration::from_millis(100);
 
 /// Samples, oldest first: time in seconds, acceleration in m/s2.
@@ -62,12 +64,12 @@ impl Samples {
     }
 }
 
-/// Where the samples come from, and what is known of the two clocks.
+/// Origin of the samples, and the relation of the two clocks.
 #[derive(Debug)]
 enum Source {
-    /// Seconds since the first turn.
+    /// A table over the seconds since the first turn, with the time of that turn.
     Table(Option<Micros>),
-    /// Seconds since `begun`; the least seconds from a frame's device time to its arrival.
+    /// UDP samples over the seconds since `begun`, with the smallest offset from device time to arrival.
     Wire { begun: Instant, apart_s: Option<(f64, f64)>, lag_s: f64 },
 }
 
@@ -77,33 +79,42 @@ struct Inner {
     source: Source,
 }
 
-/// What became of it.
+/// Counters of a commanded motion.
 #[derive(Debug, Default)]
-pub struct Counters {
-    /// Turns whose motion was told.
-    pub told: AtomicU64,
-    /// Turns for which nothing was told: the edges of the glass told it.
-    pub untold: AtomicU64,
-    /// Datagrams that were no acceleration.
+pub struct MotionCounters {
+    /// Turns with a commanded motion.
+    pub commanded: AtomicU64,
+    /// Turns without a sample, which used the tracked position of the glass.
+    pub tracked: AtomicU64,
+    /// Datagrams that are not an acceleration.
     pub refused: AtomicU64,
 }
 
-/// Somebody who tells.
+/// Turns by the origin of their motion.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct MotionTurns {
+    /// Turns with a commanded motion.
+    pub commanded: u64,
+    /// Turns that used the tracked position of the glass.
+    pub tracked: u64,
+}
+
+/// A source of accelerations that the estimator takes instead of the tracked motion.
 #[derive(Debug)]
-pub struct Told {
+pub struct CommandedMotion {
     inner: Arc<Mutex<Inner>>,
-    /// What became of it.
-    pub counters: Arc<Counters>,
+    /// Its counters.
+    pub counters: Arc<MotionCounters>,
     ended: Arc<AtomicBool>,
 }
 
-impl Told {
+impl CommandedMotion {
     fn new(samples: Samples, source: Source) -> Self {
         let inner = Arc::new(Mutex::new(Inner { samples, source }));
         Self { inner, counters: Arc::default(), ended: Arc::default() }
     }
 
-    /// By a table: `acceleration` (m/s2) over the seconds since the first turn, for so many.
+    /// Returns a motion from a table: `acceleration` (m/s2) over the first `seconds` after the first turn.
     #[must_use]
     pub fn by_table(seconds: f64, acceleration: impl Fn(f64) -> f64) -> Self {
         // From two intervals before the first turn on, whose motion counts for it.
@@ -116,8 +127,8 @@ impl Told {
         )
     }
 
-    /// By datagrams at `address`, each a number in ASCII: the acceleration of the glass along x as it arrives, m/s2.
-    /// A frame arrives `lag_s` later behind the middle of its exposure than a datagram behind what it tells.
+    /// Returns a motion from datagrams at `address`, each one ASCII number: the acceleration of the glass along x, m/s2.
+    /// `lag_s` is the extra latency of camera frames over UDP samples.
     ///
     /// # Errors
     /// What the system says of the address.
@@ -125,10 +136,10 @@ impl Told {
         let socket = UdpSocket::bind(address)?;
         socket.set_read_timeout(Some(PAUSE))?;
         let begun = Instant::now();
-        let told =
+        let motion =
             Self::new(Samples(VecDeque::with_capacity(KEPT)), Source::Wire { begun, apart_s: None, lag_s });
         let (inner, counters, ended) =
-            (Arc::clone(&told.inner), Arc::clone(&told.counters), Arc::clone(&told.ended));
+            (Arc::clone(&motion.inner), Arc::clone(&motion.counters), Arc::clone(&motion.ended));
         std::thread::spawn(move || {
             let mut room = [0; 64];
             while !ended.load(Ordering::Relaxed) {
@@ -140,27 +151,28 @@ impl Told {
                 }
             }
         });
-        Ok(told)
+        Ok(motion)
     }
 
-    /// Turns whose motion was told, and turns for which nothing was.
+    /// Returns the number of turns with a commanded motion and without one.
     #[must_use]
-    pub fn turns(&self) -> (u64, u64) {
-        (self.counters.told.load(Ordering::Relaxed), self.counters.untold.load(Ordering::Relaxed))
+    pub fn turns(&self) -> MotionTurns {
+        let of = |counter: &AtomicU64| counter.load(Ordering::Relaxed);
+        MotionTurns { commanded: of(&self.counters.commanded), tracked: of(&self.counters.tracked) }
     }
 
-    /// The motion of the turn at `at`, whose frame arrived then; of nobody, and where nothing was told, [`InputSource::Tracked`].
-    pub(super) fn drive(told: Option<&Self>, at: Micros, arrived: Instant) -> InputSource {
-        let Some(told) = told else { return InputSource::Tracked };
-        // Whoever holds it is putting a sample in; a turn waits for nobody.
-        let drive = told.inner.try_lock().ok().and_then(|mut inner| inner.drive(at, arrived));
-        let counter = if drive.is_some() { &told.counters.told } else { &told.counters.untold };
+    /// Returns the motion of the turn at `at`, whose frame came at `arrived`; [`InputSource::Tracked`] without a sample.
+    pub(super) fn drive(&self, at: Micros, arrived: Instant) -> InputSource {
+        // The lock is held only while a sample is put in. The worker never waits for it: one turn without a commanded
+        // motion costs less than a late turn.
+        let drive = self.inner.try_lock().ok().and_then(|mut inner| inner.drive(at, arrived));
+        let counter = if drive.is_some() { &self.counters.commanded } else { &self.counters.tracked };
         counter.fetch_add(1, Ordering::Relaxed);
         drive.unwrap_or_default()
     }
 }
 
-impl Drop for Told {
+impl Drop for CommandedMotion {
     fn drop(&mut self) {
         self.ended.store(true, Ordering::Relaxed);
     }
@@ -225,32 +237,31 @@ mod tests {
     }
 
     #[test]
-    fn a_table_tells_what_three_places_would() {
-        let told = Told::by_table(2.0, acceleration);
+    fn a_table_gives_the_second_difference_of_three_positions() {
+        let motion = CommandedMotion::by_table(2.0, acceleration);
         let arrived = Instant::now();
-        let _first = Told::drive(Some(&told), at(5.0), arrived);
+        let _first = motion.drive(at(5.0), arrived);
         for n in 1..100 {
             let t = f64::from(n) * FRAME_INTERVAL_S;
-            let InputSource::Measured { before, now } = Told::drive(Some(&told), at(5.0 + t), arrived) else {
-                std::panic!("nothing is told at {t}")
+            let InputSource::Measured { before, now } = motion.drive(at(5.0 + t), arrived) else {
+                std::panic!("no motion at {t}")
             };
             let h = FRAME_INTERVAL_S;
             let places = (place(t) - 2.0 * place(t - h) + place(t - 2.0 * h)) / (h * h);
             assert!((before - places).abs() < 5e-3, "{t}: {before} {places}");
             assert!((now - acceleration(t)).abs() < 1e-3, "{t}: {now}");
         }
-        assert_eq!(Told::drive(Some(&told), at(5.0 + 2.1), arrived), InputSource::Tracked, "behind its end");
-        assert_eq!(Told::drive(None, at(1.0), arrived), InputSource::Tracked);
-        assert_eq!(told.counters.untold.load(Ordering::Relaxed), 1);
+        assert_eq!(motion.drive(at(5.0 + 2.1), arrived), InputSource::Tracked, "behind its end");
+        assert_eq!(motion.counters.tracked.load(Ordering::Relaxed), 1);
     }
 
     /// Datagrams as an IMU would send them, 500 a second, and frames that arrive 8 ms behind their exposure and a
     /// jitter later. The clocks are apart by any number.
     #[test]
-    fn a_wire_tells_the_same_behind_clocks_that_are_apart() {
+    fn udp_samples_give_the_same_across_unsynchronised_clocks() {
         let begun = Instant::now();
         let source = Source::Wire { begun, apart_s: None, lag_s: 0.008 };
-        let told = Told::new(Samples(VecDeque::with_capacity(KEPT)), source);
+        let motion = CommandedMotion::new(Samples(VecDeque::with_capacity(KEPT)), source);
         let (mut sent, mut worst, mut asked) = (0, 0.0_f64, 0);
         for n in 10..60 {
             let t = f64::from(n) * FRAME_INTERVAL_S;
@@ -258,11 +269,11 @@ mod tests {
             let arrived_s = t + 0.008 + jitter;
             while f64::from(sent) / 500.0 <= arrived_s {
                 let s = f64::from(sent) / 500.0;
-                push(&told.inner, (s, acceleration(s)));
+                push(&motion.inner, (s, acceleration(s)));
                 sent += 1;
             }
             let arrived = begun + Duration::from_secs_f64(arrived_s);
-            let drive = Told::drive(Some(&told), at(1234.5 + t), arrived);
+            let drive = motion.drive(at(1234.5 + t), arrived);
             // The first frames teach the least distance of the clocks.
             if n > 15 {
                 let InputSource::Measured { now, .. } = drive else { std::panic!("frame {n}: {drive:?}") };
@@ -271,15 +282,15 @@ mod tests {
             }
         }
         assert!(asked > 40 && worst < 0.05, "{worst}");
-        // Silence: the edges of the glass tell again.
+        // Silence: the tracked position is used again.
         let late = begun + Duration::from_secs_f64(1.5);
-        assert_eq!(Told::drive(Some(&told), at(1234.5 + 1.492), late), InputSource::Tracked);
+        assert_eq!(motion.drive(at(1234.5 + 1.492), late), InputSource::Tracked);
     }
 
     #[test]
-    fn a_datagram_is_a_number_or_is_counted() {
-        let told = Told::by_wire("127.0.0.1:0".parse().expect("an address"), 0.0);
-        assert!(told.is_ok());
+    fn a_datagram_is_a_finite_number_in_range() {
+        let motion = CommandedMotion::by_wire("127.0.0.1:0".parse().expect("an address"), 0.0);
+        assert!(motion.is_ok());
         assert_eq!(number(b" -1.25\n"), Some(-1.25));
         for wrong in [&b"nan"[..], b"inf", b"1e9", b"", b"1.0 2.0", &[0xff, 0xfe]] {
             assert_eq!(number(wrong), None, "{wrong:?}");

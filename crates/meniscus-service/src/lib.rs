@@ -1,9 +1,12 @@
 //! The running estimator on a host: worker, snapshots for viewers, publishing, commanded motion, set-up of a glass, flash slots.
 
+pub mod camera_facts;
 pub mod commanded_motion;
 pub mod flash;
 pub mod identify;
 pub mod live;
 pub mod publish;
+pub mod run;
 pub mod setup;
+pub mod sink;
 pub mod snapshot;

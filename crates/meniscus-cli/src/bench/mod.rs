@@ -18,7 +18,7 @@ use meniscus_timing::bench::factor::{factored, of_ranks};
 use meniscus_timing::bench::networks::{Layer, Networks};
 use meniscus_timing::bench::peers::Peers;
 use meniscus_timing::bench::runtime::{paper_size, payload_file, serve};
-use meniscus_timing::bench::turn::{Payloads, payloads, turns};
+use meniscus_timing::bench::turn::{Caches, Passes, Payloads, payloads, turns};
 use meniscus_timing::bench::{Times, differences, read_once};
 use meniscus_virtual::render::SceneSettings;
 use report::{Report, TRAINED, Variant};
@@ -117,9 +117,9 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let scene = SceneSettings { camera: settings, ..SceneSettings::default() };
     let frames = payloads(&recording, scene, FRAMES);
     bar.set_message("whole turns");
-    report.warm = turns(&model, settings, &frames, 25, false, stop)?;
+    report.warm = turns(&model, settings, &frames, Passes { count: 25, caches: Caches::Warm }, stop)?;
     bar.set_position(850);
-    report.cold = turns(&model, settings, &frames, 2, true, stop)?;
+    report.cold = turns(&model, settings, &frames, Passes { count: 2, caches: Caches::Cold }, stop)?;
     bar.set_message("a start with a paper-size blob");
     bar.set_position(950);
     if !stop.load(Ordering::Relaxed) {

@@ -70,14 +70,14 @@ impl Report {
         for (name, limit) in OVER_ORT {
             checks.push(Check::at_most(format!("chain_{name}_over_ort"), over_ort(name), "1", limit));
         }
-        checks.push(Check::told(format!("chain_{TRAINED}_over_ort"), over_ort(TRAINED), "1"));
+        checks.push(Check::informational(format!("chain_{TRAINED}_over_ort"), over_ort(TRAINED), "1"));
         let factored = self.ranks.iter().map(|(_, error)| *error).fold(0.0, f64::max);
         checks.push(Check::at_most("factored_added_error", 100.0 * factored, "%", 0.5));
         let turn = &self.warm.whole;
         checks.push(Check::at_most("turn_us_median", turn.median_us(), "us", 800.0));
-        checks.push(Check::told("turn_cold_us_median", self.cold.whole.median_us(), "us"));
+        checks.push(Check::informational("turn_cold_us_median", self.cold.whole.median_us(), "us"));
         checks.push(Check::at_most("p999_over_median", turn.quantile_us(0.999) / turn.median_us(), "1", 2.0));
-        checks.push(Check::told(
+        checks.push(Check::informational(
             "slowest_frame_over_median",
             self.warm.slowest_frame_us() / turn.median_us(),
             "1",
@@ -87,7 +87,7 @@ impl Report {
         let [resident, first, behind] = self.needs.unwrap_or([f64::NAN; 3]);
         checks.push(Check::at_most("rss_mib", resident, "MiB", 48.0));
         checks.push(Check::at_most("start_to_estimate_s", first, "s", 0.6));
-        checks.push(Check::told("start_behind_window_s", behind, "s"));
+        checks.push(Check::informational("start_behind_window_s", behind, "s"));
         checks
     }
 

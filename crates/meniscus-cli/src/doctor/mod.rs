@@ -9,7 +9,8 @@ pub(crate) use look::Camera;
 use look::look;
 use meniscus_platform::realtime;
 use meniscus_report::checks::{Check, table};
-use meniscus_usb::camera::{CameraError, Connected, Settings};
+use meniscus_service::camera_facts::{camera_json, camera_line};
+use meniscus_usb::camera::{CameraError, Settings};
 use meniscus_usb::transport::Speed;
 use serde_json::{Value, json};
 use std::time::Duration;
@@ -67,7 +68,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         let report = json!({
             "command": "meniscus doctor",
             "version": env!("CARGO_PKG_VERSION"),
-            "camera": camera.connected.as_ref().map(describe),
+            "camera": camera.connected.as_ref().map(camera_json),
             "camera_error": camera.error.as_ref().map(CameraError::to_string),
             "camera_health": camera.health,
             "remedies": remedies,
@@ -152,7 +153,7 @@ pub(crate) fn camera_findings(camera: &Camera) -> Vec<(Check, String)> {
                 error.clone()
             },
         ),
-        (Check::told("transfers_damaged", lost as f64, "1"), String::new()),
+        (Check::informational("transfers_damaged", lost as f64, "1"), String::new()),
     ]
 }
 
@@ -197,48 +198,15 @@ fn priority_limit(granted: bool) -> Check {
     let (name, limit) =
         ("realtime_priority_limit", realtime::priority_limit().map_or(99.0, |limit| limit as f64));
     if granted {
-        Check::told(name, limit, "1")
+        Check::informational(name, limit, "1")
     } else {
         Check::at_least(name, limit, "1", realtime::PRIORITY.into())
     }
 }
 
-/// The camera as JSON.
-pub(crate) fn describe(camera: &Connected) -> Value {
-    json!({
-        "product": camera.product.name(),
-        "port": camera.device.port,
-        "serial": camera.device.serial,
-        "optical_serial": camera.identity.serial.to_string(),
-        "firmware": camera.identity.firmware.to_string(),
-        "link": camera.device.speed.to_string(),
-        "size": [camera.size.0, camera.size.1],
-        "stepped_down": camera.stepped_down,
-        "intrinsics": { "fx": camera.intrinsics.fx, "fy": camera.intrinsics.fy,
-                        "ppx": camera.intrinsics.ppx, "ppy": camera.intrinsics.ppy },
-        "baseline_mm": camera.baseline_mm,
-        "advanced_mode": camera.advanced,
-        "depth_unit_um": camera.depth_unit_um,
-    })
-}
-
-/// The camera in one line.
-pub(crate) fn one_line(camera: &Connected) -> String {
-    let (width, height) = camera.size;
-    let stepped = if camera.stepped_down { ", stepped down because of the USB 2 link" } else { "" };
-    format!(
-        "{} {} at {}, firmware {}, {}: {width}x{height} at 60 Hz{stepped}",
-        camera.product.name(),
-        camera.identity.serial,
-        camera.device.port,
-        camera.identity.firmware,
-        camera.device.speed
-    )
-}
-
 /// For a person: the table, then what to do, each remedy once.
 fn text(camera: &Camera, findings: &[(Check, String)]) -> String {
-    let mut text = camera.connected.as_ref().map_or(String::new(), |camera| one_line(camera) + "\n");
+    let mut text = camera.connected.as_ref().map_or(String::new(), |camera| camera_line(camera) + "\n");
     let checks: Vec<Check> = findings.iter().map(|(check, _)| check.clone()).collect();
     text += &table(&checks);
     let mut told: Vec<&str> = Vec::new();

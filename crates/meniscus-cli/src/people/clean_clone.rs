@@ -163,14 +163,14 @@ impl Measured {
         let cores = std::thread::available_parallelism().map_or(f64::NAN, |cores| cores.get() as f64);
         let mut checks = vec![
             Check::at_most("clean_clone_to_view_s", all_s, "s", 180.0),
-            Check::told("clone_s", self.clone_s, "s"),
-            Check::told("build_and_start_s", self.build_and_start_s, "s"),
-            Check::told("page_to_move_s", self.first_move_s, "s"),
-            Check::told("cores", cores, "1"),
+            Check::informational("clone_s", self.clone_s, "s"),
+            Check::informational("build_and_start_s", self.build_and_start_s, "s"),
+            Check::informational("page_to_move_s", self.first_move_s, "s"),
+            Check::informational("cores", cores, "1"),
         ];
         for name in ["turn_us_median", "turn_us_p99", "deadline_misses", "surface_slosh_rel"] {
             let value = self.run.iter().find(|(own, _)| own == name).and_then(|(_, value)| *value);
-            checks.push(Check::told(name, value.unwrap_or(f64::NAN), unit(name)));
+            checks.push(Check::informational(name, value.unwrap_or(f64::NAN), unit(name)));
         }
         checks
     }

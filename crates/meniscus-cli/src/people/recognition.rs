@@ -5,6 +5,7 @@ use crate::inputs::level;
 use anyhow::{Context, ensure};
 use indicatif::{ProgressBar, ProgressStyle};
 use meniscus_discover::identify::{Study, Unseen, look, study};
+use meniscus_service::identify::GlassSize;
 use meniscus_virtual::observe_recording::DISPARITY_RMS_PX;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
@@ -19,7 +20,7 @@ pub(super) fn measure(folder: &Path, known: &[String], quiet: bool) -> anyhow::R
     for (seed, file) in (1..).zip(&files) {
         let recording = level(file)?;
         let (glass, made) = (&recording.glass, &recording.provenance);
-        notes = among(known, (glass.radius_m, glass.fill_m))?;
+        notes = among(known, GlassSize { radius_m: glass.radius_m, fill_m: glass.fill_m })?;
         let learnt = notes.iter().find(|note| note.liquid == made.liquid);
         ensure!(
             learnt.is_none_or(|note| !note.recordings.contains(&made.motion)),

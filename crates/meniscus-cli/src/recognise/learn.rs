@@ -7,7 +7,7 @@ use anyhow::ensure;
 use meniscus_discover::identify::{learn, look};
 use meniscus_platform::files::write_whole;
 use meniscus_report::checks::{Check, table};
-use meniscus_service::identify::Note;
+use meniscus_service::identify::{GlassSize, Note};
 use serde_json::json;
 use std::path::PathBuf;
 
@@ -116,19 +116,20 @@ pub(super) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let parts: Vec<&[_]> = seen.iter().map(|seen| &seen[..]).collect();
     let known = learn(&parts, glass)?;
     let command = format!("meniscus recognise learn --noise-px {noise_px} --seed {seed}");
-    let note = Note::new(&liquid, glass, known, motions, &command);
+    let (radius_m, fill_m) = glass;
+    let note = Note::new(&liquid, GlassSize { radius_m, fill_m }, known, motions, &command);
     write_whole(&arguments.out, format!("{:#}\n", json!(note)).as_bytes())?;
     let tone = &known.tone;
     let checks = [
-        Check::told("frequency", tone.frequency / std::f64::consts::TAU, "Hz"),
-        Check::told("decay", tone.decay, "1/s"),
-        Check::told("decay_of_yielding", tone.yielding, "1/s"),
-        Check::told("decay_at_10_mm", tone.breaking, "1/s"),
-        Check::told("softening_at_10_mm", tone.softening, "1"),
-        Check::told("lever", tone.lever, "1"),
-        Check::told("miss_of_the_wave", known.calibration.scale, "1"),
-        Check::told("miss_scatter", known.calibration.scatter, "1"),
-        Check::told("numbers_a_frame", known.calibration.numbers, "1"),
+        Check::informational("frequency", tone.frequency / std::f64::consts::TAU, "Hz"),
+        Check::informational("decay", tone.decay, "1/s"),
+        Check::informational("decay_of_yielding", tone.yielding, "1/s"),
+        Check::informational("decay_at_10_mm", tone.breaking, "1/s"),
+        Check::informational("softening_at_10_mm", tone.softening, "1"),
+        Check::informational("lever", tone.lever, "1"),
+        Check::informational("miss_of_the_wave", known.calibration.scale, "1"),
+        Check::informational("miss_scatter", known.calibration.scatter, "1"),
+        Check::informational("numbers_a_frame", known.calibration.numbers, "1"),
     ];
     if arguments.json {
         println!("{:#}", json!({ "note": arguments.out, "liquid": liquid, "checks": checks }));

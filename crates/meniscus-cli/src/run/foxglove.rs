@@ -1,5 +1,6 @@
 //! `--foxglove` and `--mcap`: the run for Foxglove, live and in a file.
 
+use super::config::FoxgloveConfig;
 use meniscus::surface::Config;
 use std::net::SocketAddr;
 use std::path::PathBuf;
@@ -7,7 +8,7 @@ use std::path::PathBuf;
 #[cfg(feature = "foxglove")]
 pub(super) use meniscus_ui::foxglove::Foxglove;
 
-/// What a person says about Foxglove.
+/// Flags of Foxglove.
 #[derive(clap::Args)]
 pub(super) struct FoxgloveArguments {
     /// Serve the run to Foxglove (Open connection, Foxglove WebSocket): tracers, surface, camera and estimate. Only this
@@ -20,64 +21,69 @@ pub(super) struct FoxgloveArguments {
     mcap: Option<PathBuf>,
 }
 
-#[cfg(feature = "foxglove")]
 impl FoxgloveArguments {
-    /// Opens server and file; `None` where neither was asked for.
-    pub(super) fn open(&self, config: Config) -> anyhow::Result<Option<Foxglove>> {
-        if self.foxglove.is_none() && self.mcap.is_none() {
-            return Ok(None);
-        }
-        let foxglove = Foxglove::open(config, self.foxglove, self.mcap.as_deref())?;
-        if let Some(port) = foxglove.port() {
-            eprintln!("Foxglove: open a connection to ws://127.0.0.1:{port}");
-        }
-        Ok(Some(foxglove))
-    }
-
-    /// Closes both and says what became of the turns.
-    pub(super) fn close(&self, foxglove: Foxglove) -> anyhow::Result<()> {
-        let books = foxglove.close()?;
-        let to = self.mcap.as_ref().map_or(String::new(), |path| format!(", written to {}", path.display()));
-        eprintln!(
-            "Foxglove: {} turns and {} images{to}; {} turns in between left out",
-            books.turns, books.images, books.left_out
-        );
-        Ok(())
+    /// Returns the configuration.
+    pub(super) fn config(&self) -> FoxgloveConfig {
+        FoxgloveConfig { address: self.foxglove, file: self.mcap.clone() }
     }
 }
 
-/// In a program without Foxglove there is none of these.
+/// Opens server and file; `None` where neither is wanted.
+#[cfg(feature = "foxglove")]
+pub(super) fn open(config: &FoxgloveConfig, reader: Config) -> anyhow::Result<Option<Foxglove>> {
+    if config.address.is_none() && config.file.is_none() {
+        return Ok(None);
+    }
+    let foxglove = Foxglove::open(reader, config.address, config.file.as_deref())?;
+    if let Some(port) = foxglove.port() {
+        eprintln!("Foxglove: open a connection to ws://127.0.0.1:{port}");
+    }
+    Ok(Some(foxglove))
+}
+
+/// Closes both and says what became of the turns.
+#[cfg(feature = "foxglove")]
+pub(super) fn close(config: &FoxgloveConfig, foxglove: Foxglove) -> anyhow::Result<()> {
+    let books = foxglove.close()?;
+    let to = config.file.as_ref().map_or(String::new(), |path| format!(", written to {}", path.display()));
+    eprintln!(
+        "Foxglove: {} turns and {} images{to}; {} turns in between left out",
+        books.turns, books.images, books.left_out
+    );
+    Ok(())
+}
+
+/// A program without Foxglove has none of these.
 #[cfg(not(feature = "foxglove"))]
 pub(super) enum Foxglove {}
 
 #[cfg(not(feature = "foxglove"))]
-impl Foxglove {
-    pub(super) fn outlet(&self) -> &meniscus_service::snapshot::Outlet {
+impl meniscus_service::run::Viewer for Foxglove {
+    fn sink(&self) -> meniscus_service::snapshot::SnapshotOutlet {
         match *self {}
     }
 
-    pub(super) fn compose(&self, _: &meniscus::blob::Model<'_>) {
+    fn show(&self, _: &meniscus::blob::Model<'_>) {
         match *self {}
     }
 
-    pub(super) fn end(&self) {
+    fn end(&self) {
         match *self {}
     }
 }
 
+/// Refuses Foxglove, with the remedy.
 #[cfg(not(feature = "foxglove"))]
-impl FoxgloveArguments {
-    /// Refuses what was asked for, with the remedy.
-    pub(super) fn open(&self, _: Config) -> anyhow::Result<Option<Foxglove>> {
-        anyhow::ensure!(
-            self.foxglove.is_none() && self.mcap.is_none(),
-            "this program was built without Foxglove; from the repository: cargo run --release --features foxglove -- \
-             run --foxglove"
-        );
-        Ok(None)
-    }
+pub(super) fn open(config: &FoxgloveConfig, _: Config) -> anyhow::Result<Option<Foxglove>> {
+    anyhow::ensure!(
+        config.address.is_none() && config.file.is_none(),
+        "this program was built without Foxglove; from the repository: cargo run --release --features foxglove -- \
+         run --foxglove"
+    );
+    Ok(None)
+}
 
-    pub(super) fn close(&self, foxglove: Foxglove) -> anyhow::Result<()> {
-        match foxglove {}
-    }
+#[cfg(not(feature = "foxglove"))]
+pub(super) fn close(_: &FoxgloveConfig, foxglove: Foxglove) -> anyhow::Result<()> {
+    match foxglove {}
 }

@@ -1,5 +1,6 @@
 //! `--view`: the live page, as long as the run lasts.
 
+use super::config::PageConfig;
 use meniscus::blob::Model;
 use meniscus::surface::Config;
 use meniscus_ui::page::{ADDRESS, Page, Token};
@@ -8,7 +9,7 @@ use std::path::PathBuf;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 
-/// What a person says about the page.
+/// Flags of the live page.
 #[derive(clap::Args)]
 pub(super) struct PageArguments {
     /// Show the run in a browser: prints the address of a live page that the program itself serves. A recording then
@@ -25,33 +26,35 @@ pub(super) struct PageArguments {
 }
 
 impl PageArguments {
-    /// Opens the page and says where; `None` without `--view`.
-    pub(super) fn open(
-        &self,
-        model: &Model<'_>,
-        config: Config,
-        title: &str,
-    ) -> anyhow::Result<Option<Page>> {
-        if !self.view {
-            return Ok(None);
-        }
-        let token = match &self.token_file {
-            Some(path) => Some(Token::from_file(path)?),
-            None if self.listen.ip().is_loopback() => None,
-            None => Some(Token::generate()?),
-        };
-        let page = Page::open(model, config, title, self.listen, token)?;
-        eprintln!("live page: {}", page.url());
-        if !page.address().ip().is_loopback() {
-            eprintln!("whoever has this whole address can watch; the way there is not encrypted");
-        }
-        eprintln!("Ctrl-C ends the run");
-        Ok(Some(page))
+    /// Returns the page's configuration; `None` without `--view`.
+    pub(super) fn config(&self) -> Option<PageConfig> {
+        self.view.then(|| PageConfig { listen: self.listen, token_file: self.token_file.clone() })
     }
 }
 
-/// Waits until the run has `finished`, where the page is what is looked at.
-pub(super) fn attend(finished: impl Fn() -> bool) {
+/// Opens the page and says where.
+pub(super) fn open(
+    config: &PageConfig,
+    model: &Model<'_>,
+    reader: Config,
+    title: &str,
+) -> anyhow::Result<Page> {
+    let token = match &config.token_file {
+        Some(path) => Some(Token::from_file(path)?),
+        None if config.listen.ip().is_loopback() => None,
+        None => Some(Token::generate()?),
+    };
+    let page = Page::open(model, reader, title, config.listen, token)?;
+    eprintln!("live page: {}", page.url());
+    if !page.address().ip().is_loopback() {
+        eprintln!("whoever has this whole address can watch; the way there is not encrypted");
+    }
+    eprintln!("Ctrl-C ends the run");
+    Ok(page)
+}
+
+/// Waits until the run has `finished`: the page shows it.
+pub(super) fn attend(finished: &dyn Fn() -> bool) {
     while !finished() {
         std::thread::sleep(Duration::from_millis(20));
     }

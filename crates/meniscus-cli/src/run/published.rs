@@ -1,31 +1,31 @@
-//! `--publish`: estimates for others, as long as the run lasts.
+//! `--publish`: estimates for other programs, as long as the run lasts.
 
-use super::Arguments;
+use super::config::Publishing;
 use meniscus::blob::Model;
-use meniscus_service::publish::{Outlet, Publisher};
+use meniscus_service::publish::{PublishOutlet, Publisher};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 /// The worker's end and the thread behind it.
 pub(super) struct Published {
-    outlet: Outlet,
+    outlet: PublishOutlet,
     publisher: Publisher,
 }
 
 impl Published {
-    /// Opens what `arguments` name; `None` if that is nothing.
-    pub(super) fn open(arguments: &Arguments, model: &Model<'_>) -> anyhow::Result<Option<Self>> {
-        if arguments.publish.is_empty() {
+    /// Opens the destinations; `None` if there are none.
+    pub(super) fn open(publishing: &Publishing, model: &Model<'_>) -> anyhow::Result<Option<Self>> {
+        let Publishing { destinations, field_hz } = publishing;
+        if destinations.is_empty() {
             return Ok(None);
         }
-        let (outlet, publisher) =
-            Publisher::start(&arguments.publish, arguments.field_hz, model.field_len())?;
+        let (outlet, publisher) = Publisher::start(destinations, *field_hz, model.field_len())?;
         Ok(Some(Self { outlet, publisher }))
     }
 
     /// The worker's end.
-    pub(super) fn outlet(&self) -> &Outlet {
-        &self.outlet
+    pub(super) fn outlet(&mut self) -> &mut PublishOutlet {
+        &mut self.outlet
     }
 
     /// Sends what is left and says what became of everything.

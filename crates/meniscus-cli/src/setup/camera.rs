@@ -1,13 +1,14 @@
 //! The camera that sits before the glass: on a bus, its newest images kept; or a recording, whose first ones are.
 
 use super::Job;
-use crate::doctor::{Camera, one_line};
+use crate::doctor::Camera;
 use anyhow::ensure;
 use indicatif::ProgressBar;
 use meniscus::surface::{Optics, OutlineAssembler, Rectifier};
 use meniscus::usb::uvc::Stream;
 use meniscus_bags as bag;
 use meniscus_bags::Image;
+use meniscus_service::camera_facts::camera_line;
 use meniscus_service::setup::{Gather, Pair, Recent};
 use meniscus_usb::camera::{LinkSink, OutlineImage, Session, Settings};
 use meniscus_usb::link::{Received, WorkerEnd, link};
@@ -118,7 +119,7 @@ pub(super) fn from_bus(transport: impl Transport + Send, job: &Job<'_>) -> anyho
     let scene = Scene {
         optics: connected.optics(),
         outline: job.arguments.outline,
-        name: one_line(&connected),
+        name: camera_line(&connected),
         recent: Mutex::new(Recent::with_room(job.pairs.min(KEPT))),
     };
     let transfers: usize = session.plan().streams.iter().map(|stream| 4 * stream.transfer_bytes()).sum();

@@ -9,7 +9,7 @@ use anyhow::{Context, bail};
 use camera::{Scene, Sitting, from_bus, from_recording};
 use meniscus::blob::Model;
 use meniscus_report::checks::{Check, table};
-use meniscus_service::setup::{Finding, Inspection, Said, Setup, inspect};
+use meniscus_service::setup::{Finding, Inspection, MeasuredGlass, Setup, SetupOrigin, inspect};
 use meniscus_usb::camera::OutlineImage;
 use serde_json::{Value, json};
 use std::io::IsTerminal;
@@ -82,7 +82,7 @@ pub(crate) struct Arguments {
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let fill_mm = arguments.fill_mm.unwrap_or(70.0);
     let rim_mm = arguments.rim_mm.unwrap_or(fill_mm + RIM_MM);
-    let said = Said { radius_mm: arguments.radius_mm.unwrap_or(35.0), fill_mm, rim_mm };
+    let said = MeasuredGlass { radius_mm: arguments.radius_mm.unwrap_or(35.0), fill_mm, rim_mm };
     said.check().map_err(|what| anyhow::anyhow!("{what}"))?;
     if !arguments.yes && !std::io::stdout().is_terminal() {
         bail!(
@@ -100,15 +100,16 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
 /// What is to be done, whatever the camera.
 struct Job<'a> {
     arguments: &'a Arguments,
-    said: Said,
+    said: MeasuredGlass,
     pairs: usize,
 }
 
 impl Job<'_> {
     /// The inspection of a scene under these measures.
-    fn inspect(&self, scene: &Scene, pairs: usize, said: Said) -> Inspection {
+    fn inspect(&self, scene: &Scene, pairs: usize, said: MeasuredGlass) -> Inspection {
         let made_by = format!("meniscus setup {}", env!("CARGO_PKG_VERSION"));
-        inspect(&scene.newest(pairs), scene.optics, said, (scene.outline, &scene.name, &made_by))
+        let origin = SetupOrigin { outline: scene.outline, camera: &scene.name, made_by: &made_by };
+        inspect(&scene.newest(pairs), scene.optics, said, origin)
     }
 
     /// The dialogue, or its answers, before a camera that is `sitting`.

@@ -3,7 +3,7 @@
 use super::Job;
 use super::camera::{Scene, Sitting};
 use meniscus::surface::Config;
-use meniscus_service::setup::{Finding, Inspection, Portrait, Said};
+use meniscus_service::setup::{Finding, Inspection, MeasuredGlass, Portrait};
 use meniscus_ui::terminal::{Step, Wish, Wizard};
 use ratatui::crossterm::event::{self, Event, KeyEventKind};
 use std::time::{Duration, Instant};
@@ -68,7 +68,7 @@ fn dialogue(
 }
 
 /// Shows the wizard the newest pairs.
-fn look(job: &Job<'_>, scene: &Scene, wizard: &mut Wizard, pairs: usize, said: Said) {
+fn look(job: &Job<'_>, scene: &Scene, wizard: &mut Wizard, pairs: usize, said: MeasuredGlass) {
     let inspection = job.inspect(scene, pairs, said);
     let Some(portrait) = Portrait::of(&scene.newest(pairs.min(GLANCED)), &scene.optics) else { return };
     let settings = inspection.setup.as_ref().map(|setup| setup.settings(scene.optics));

@@ -128,14 +128,14 @@ impl Study {
         vec![
             Check::at_least("recognition_accuracy", self.accuracy(), "1", 0.9),
             Check::at_least("unknown_refused", self.refused(), "1", 0.8),
-            Check::told("recognition_recordings", count(true), "1"),
-            Check::told("unknown_recordings", count(false), "1"),
-            Check::told(
+            Check::informational("recognition_recordings", count(true), "1"),
+            Check::informational("unknown_recordings", count(false), "1"),
+            Check::informational(
                 "refused_without_own",
                 by_liquid(self.without.iter(), |case| case.standing.liquid.is_none()),
                 "1",
             ),
-            Check::told("recognition_brier", brier / self.cases.len() as f64, "1"),
+            Check::informational("recognition_brier", brier / self.cases.len() as f64, "1"),
         ]
     }
 

@@ -165,17 +165,17 @@ pub fn checks(study: &Study) -> Vec<Check> {
     let longest = study.lines.iter().map(|(_, j)| j.seconds).fold(f64::NAN, f64::max);
     let mut out = vec![
         Check::at_least("class_right", share(all.class_right, all.stated), "share", 0.97),
-        Check::told("class_stated", share(all.stated, all.trials), "share"),
+        Check::informational("class_stated", share(all.stated, all.trials), "share"),
         Check::at_least("decided_share", share(all.right, all.trials), "share", 0.60),
-        Check::told("decided_share_fresh", share(fresh.right, fresh.trials), "share"),
+        Check::informational("decided_share_fresh", share(fresh.right, fresh.trials), "share"),
         Check::at_least("decided_share_after_asking", after, "share", 0.80),
         Check::at_least("right_of_decided", share(all.right, all.named), "share", 0.95),
-        Check::told("right_of_decided_fresh", share(fresh.right, fresh.named), "share"),
+        Check::informational("right_of_decided_fresh", share(fresh.right, fresh.named), "share"),
         Check::at_most("false_names", count(false_names, cleans), "trials", 1.0),
         Check::at_most("false_names_of_first_59", count(first, cleans), "trials", 0.0),
         Check::at_least("clean_trials", cleans as f64, "trials", 118.0),
         Check::at_least("clean_glasses", glasses.len() as f64, "glasses", 12.0),
-        Check::told("clean_none", share(none, cleans), "share"),
+        Check::informational("clean_none", share(none, cleans), "share"),
         Check::at_most("noise_false_names", count(noise_names, noises), "trials", 0.0),
         Check::exactly(
             "wrong_confident_out_of_library",
@@ -193,14 +193,14 @@ pub fn checks(study: &Study) -> Vec<Check> {
         Check::at_least("gap_shrink_median", finite_median(shrink), "share", 0.60),
         Check::at_most("gap_over_oracle", finite_median(over), "ratio", 1.25),
         Check::within("interval_coverage", beside.coverage.map_or(f64::NAN, |c| c.0), "share", 0.85, 0.95),
-        Check::told(
+        Check::informational(
             "interval_coverage_other_simulator",
             share(held.iter().filter(|h| **h).count(), held.len()),
             "share",
         ),
     ];
     out.extend(measured_checks(beside));
-    out.push(Check::told("seconds_per_short_discovery", longest, "s"));
+    out.push(Check::informational("seconds_per_short_discovery", longest, "s"));
     out.push(Check::at_most("seconds_per_discovery", beside.long_s.unwrap_or(f64::NAN), "s", 180.0));
     out
 }
@@ -213,9 +213,9 @@ fn measured_checks(beside: &Beside) -> Vec<Check> {
     let lifted = EffectKind::VerticalAcceleration.name();
     let free = |told: &Told| f64::from(u8::from(!told.names.iter().any(|name| name == lifted)));
     vec![
-        Check::told("antisloshing_tilt_before", means(tilt)[0], "mm"),
+        Check::informational("antisloshing_tilt_before", means(tilt)[0], "mm"),
         Check::at_most("antisloshing_tilt_after", means(tilt)[1], "mm", 3.5),
-        Check::told("antisloshing_vertical_before", means(vertical)[0], "mm"),
+        Check::informational("antisloshing_vertical_before", means(vertical)[0], "mm"),
         Check::at_most("antisloshing_vertical_after", means(vertical)[1], "mm", 4.0),
         Check::exactly("antisloshing_control_none", control.map_or(f64::NAN, free), "yes", 1.0),
     ]

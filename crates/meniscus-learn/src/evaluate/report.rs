@@ -15,8 +15,8 @@ pub fn checks(study: &Study) -> Vec<Check> {
     for Outcome { course, before, after, source, .. } in &study.results {
         let name = |what: &str| format!("{}_{what}", course.name);
         let surface = |trial: &Trial| trial.score.estimate;
-        checks.push(Check::told(name("before_max"), percent(surface(before).max), "%"));
-        checks.push(Check::told(name("before_mean"), percent(surface(before).mean()), "%"));
+        checks.push(Check::informational(name("before_max"), percent(surface(before).max), "%"));
+        checks.push(Check::informational(name("before_mean"), percent(surface(before).mean()), "%"));
         checks.push(Check::at_most(name("after_max"), percent(surface(after).max), "%", course.target[0]));
         checks.push(Check::at_most(
             name("after_mean"),
@@ -24,9 +24,9 @@ pub fn checks(study: &Study) -> Vec<Check> {
             "%",
             course.target[1],
         ));
-        checks.push(Check::told(name("before_slosh"), percent(surface(before).slosh_rel()), "%"));
-        checks.push(Check::told(name("after_slosh"), percent(surface(after).slosh_rel()), "%"));
-        checks.push(Check::told(
+        checks.push(Check::informational(name("before_slosh"), percent(surface(before).slosh_rel()), "%"));
+        checks.push(Check::informational(name("after_slosh"), percent(surface(after).slosh_rel()), "%"));
+        checks.push(Check::informational(
             name("persistence_slosh"),
             percent(after.score.persistence.slosh_rel()),
             "%",
@@ -34,7 +34,7 @@ pub fn checks(study: &Study) -> Vec<Check> {
         for (lead, name_of) in ["250ms", "500ms"].into_iter().enumerate() {
             for (when, trial) in [("before", before), ("after", after)] {
                 let planned = percent(trial.planned.forecast[lead]);
-                checks.push(Check::told(name(&format!("{when}_planned_{name_of}")), planned, "%"));
+                checks.push(Check::informational(name(&format!("{when}_planned_{name_of}")), planned, "%"));
             }
             let [said, still] = after.forecast[lead].map(percent);
             checks.push(Check::at_most(name(&format!("forecast_{name_of}")), said, "%", still));
@@ -45,7 +45,7 @@ pub fn checks(study: &Study) -> Vec<Check> {
     checks.extend(errors(SOURCE.0, source));
     checks.push(Check::within("interval_coverage", percent(source.score.held.share()), "%", 85.0, 95.0));
     for (group, held) in GROUP_NAMES.iter().zip(source.score.field_held) {
-        checks.push(Check::told(format!("interval_coverage_{group}"), percent(held.share()), "%"));
+        checks.push(Check::informational(format!("interval_coverage_{group}"), percent(held.share()), "%"));
     }
     for (lead, held) in ["250ms", "500ms"].iter().zip(source.forecast_held) {
         checks.push(Check::within(
@@ -58,29 +58,33 @@ pub fn checks(study: &Study) -> Vec<Check> {
     }
     let crests = &source.crests_ahead;
     let off = |errors: &[f64]| median(errors.iter().map(|e| e.abs())).unwrap_or(f64::NAN);
-    checks.push(Check::told("crest_ahead_height", 1e3 * off(&crests.height_m), "mm"));
-    checks.push(Check::told("crest_ahead_time", 1e3 * off(&crests.time_s), "ms"));
-    checks.push(Check::told("crest_ahead_coverage", percent(crests.held.share()), "%"));
+    checks.push(Check::informational("crest_ahead_height", 1e3 * off(&crests.height_m), "mm"));
+    checks.push(Check::informational("crest_ahead_time", 1e3 * off(&crests.time_s), "ms"));
+    checks.push(Check::informational("crest_ahead_coverage", percent(crests.held.share()), "%"));
     let planned = &source.planned;
     for ((name, said), held) in ["250ms", "500ms"].iter().zip(planned.forecast).zip(&planned.held) {
-        checks.push(Check::told(format!("forecast_planned_{name}"), percent(said), "%"));
-        checks.push(Check::told(format!("forecast_planned_{name}_coverage"), percent(held.share()), "%"));
+        checks.push(Check::informational(format!("forecast_planned_{name}"), percent(said), "%"));
+        checks.push(Check::informational(
+            format!("forecast_planned_{name}_coverage"),
+            percent(held.share()),
+            "%",
+        ));
     }
-    checks.push(Check::told("crest_planned_height", 1e3 * off(&planned.crests.height_m), "mm"));
-    checks.push(Check::told("crest_planned_time", 1e3 * off(&planned.crests.time_s), "ms"));
-    checks.push(Check::told("crest_planned_coverage", percent(planned.crests.held.share()), "%"));
+    checks.push(Check::informational("crest_planned_height", 1e3 * off(&planned.crests.height_m), "mm"));
+    checks.push(Check::informational("crest_planned_time", 1e3 * off(&planned.crests.time_s), "ms"));
+    checks.push(Check::informational("crest_planned_coverage", percent(planned.crests.held.share()), "%"));
     for Outcome { course, after, .. } in &study.results {
         let name = format!("{}_interval_coverage", course.name);
-        checks.push(Check::told(name, percent(after.score.held.share()), "%"));
+        checks.push(Check::informational(name, percent(after.score.held.share()), "%"));
     }
     let outside = &study.outside.score;
-    checks.push(Check::told("outside_slosh_rel", percent(outside.estimate.slosh_rel()), "%"));
-    checks.push(Check::told("outside_mean", percent(outside.estimate.mean()), "%"));
-    checks.push(Check::told("outside_max", percent(outside.estimate.max), "%"));
+    checks.push(Check::informational("outside_slosh_rel", percent(outside.estimate.slosh_rel()), "%"));
+    checks.push(Check::informational("outside_mean", percent(outside.estimate.mean()), "%"));
+    checks.push(Check::informational("outside_max", percent(outside.estimate.max), "%"));
     for (group, error) in GROUP_NAMES.iter().zip(outside.field) {
-        checks.push(Check::told(format!("outside_field_{group}"), percent(error), "%"));
+        checks.push(Check::informational(format!("outside_field_{group}"), percent(error), "%"));
     }
-    checks.push(Check::told("outside_interval_coverage", percent(outside.held.share()), "%"));
+    checks.push(Check::informational("outside_interval_coverage", percent(outside.held.share()), "%"));
     for one in &study.motion {
         let name = |what: &str| format!("motion_{}_{what}", one.name);
         let slosh = percent(one.score.estimate.slosh_rel());
@@ -89,13 +93,21 @@ pub fn checks(study: &Study) -> Vec<Check> {
         checks.push(Check::at_most(name("slosh_rel"), slosh, "%", of_slosh));
         checks.push(Check::at_most(name("field_v"), v, "%", of_v));
         for (group, k) in [("q", 0), ("e", 2), ("sigma", 3), ("tau", 4)] {
-            checks.push(Check::told(name(&format!("field_{group}")), percent(one.score.field[k]), "%"));
+            checks.push(Check::informational(
+                name(&format!("field_{group}")),
+                percent(one.score.field[k]),
+                "%",
+            ));
         }
     }
     for (track, missed) in ["true", "seen"].iter().zip(study.foretold) {
-        checks.push(Check::told(format!("acceleration_foretold_{track}_place"), percent(missed), "%"));
+        checks.push(Check::informational(
+            format!("acceleration_foretold_{track}_place"),
+            percent(missed),
+            "%",
+        ));
     }
-    checks.push(Check::told("acceleration_foretold_oracle", percent(study.oracle_missed), "%"));
+    checks.push(Check::informational("acceleration_foretold_oracle", percent(study.oracle_missed), "%"));
     let worst = study.results.iter().map(|result| forgotten(result.source));
     checks.push(Check::at_most("source_forgetting", worst.fold(0.0, f64::max), "%", 5.0));
     let trials = || study.results.iter().flat_map(|r| [&r.before, &r.after]).chain([source, &study.outside]);

@@ -156,8 +156,8 @@ impl Sparse {
         for ((plan, net), active) in PAPER.iter().zip(&self.nets).zip(&self.active) {
             let name =
                 |what: &str| format!("{STAGE}: latents of {} {what} of {}", plan.name, plan.bottleneck);
-            checks.push(Check::told(name("in use"), *active as f64, "1"));
-            checks.push(Check::told(name("kept"), f64::from(net.keep.iter().sum::<f32>()), "1"));
+            checks.push(Check::informational(name("in use"), *active as f64, "1"));
+            checks.push(Check::informational(name("kept"), f64::from(net.keep.iter().sum::<f32>()), "1"));
         }
         checks
     }

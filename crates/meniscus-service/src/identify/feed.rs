@@ -1,13 +1,13 @@
 //! From the worker to the thread that recognises.
 
 use super::{MOST, Note, Standing, split};
-use crate::live::Watch;
+use crate::sink::{TurnRecord, TurnSink};
 use meniscus::identify::{Recogniser, Trail};
-use meniscus::runtime::Turn;
 use meniscus::surface::SurfaceProfile;
 use meniscus::units::Micros;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
+use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 /// Profiles between worker and thread: two seconds.
@@ -27,64 +27,64 @@ const PATIENCE: Duration = Duration::from_millis(50);
 
 /// What is handed on of a turn.
 #[derive(Clone, Copy, Debug)]
-struct Seen {
+struct TurnProfile {
     time: Micros,
     profile: Option<SurfaceProfile>,
 }
 
 /// The worker's end.
 #[derive(Debug)]
-pub struct Outlet {
-    queue: SyncSender<Seen>,
-    left_out: AtomicU64,
+pub struct ProfileOutlet {
+    queue: SyncSender<TurnProfile>,
+    left_out: Arc<AtomicU64>,
 }
 
 /// The thread's end.
 #[derive(Debug)]
-pub struct Feed(Receiver<Seen>);
+pub struct ProfileFeed {
+    queue: Receiver<TurnProfile>,
+    left_out: Arc<AtomicU64>,
+}
 
 /// Both ends.
 #[must_use]
-pub fn channel() -> (Outlet, Feed) {
+pub fn channel() -> (ProfileOutlet, ProfileFeed) {
     let (queue, seen) = sync_channel(QUEUE);
-    (Outlet { queue, left_out: AtomicU64::new(0) }, Feed(seen))
+    let left_out = Arc::<AtomicU64>::default();
+    (ProfileOutlet { queue, left_out: Arc::clone(&left_out) }, ProfileFeed { queue: seen, left_out })
 }
 
-impl Outlet {
-    /// Hands a turn on. It never waits and allocates nothing: without room the turn is left out and counted.
-    pub fn offer(&self, turn: &Turn) {
+impl TurnSink for ProfileOutlet {
+    /// Queues the turn's profile: without room the turn is left out and counted.
+    fn accept(&mut self, record: &TurnRecord<'_>) {
+        let turn = &record.logged.turn;
         let profile = turn.sight.and_then(Result::ok);
-        if self.queue.try_send(Seen { time: turn.time, profile }).is_err() {
+        if self.queue.try_send(TurnProfile { time: turn.time, profile }).is_err() {
             self.left_out.fetch_add(1, Ordering::Relaxed);
         }
     }
-
-    /// Turns that there was no room for.
-    #[must_use]
-    pub fn left_out(&self) -> u64 {
-        self.left_out.load(Ordering::Relaxed)
-    }
 }
 
-impl Feed {
-    /// Recognises until the run has `ended` and the queue is empty; every few turns `watch` gets how things stand. Give
-    /// it a thread of its own.
+impl ProfileFeed {
+    /// Identifies the liquid until the run has `ended` and the queue is empty; `newest` gets the probabilities every few
+    /// turns. Give it a thread of its own.
     pub fn attend(
         self,
         notes: &[Note],
         fill_m: f64,
-        outlet: &Outlet,
-        watch: &Watch,
+        newest: &Mutex<Option<Standing>>,
         ended: &AtomicBool,
     ) -> Standing {
         let (names, known) = split(notes);
         let recogniser = Recogniser::new(&known, fill_m);
         let mut trail = Trail::<MOST>::default();
-        let stand = |trail: &Trail<MOST>| Standing::of(&names, &recogniser, trail, outlet.left_out());
+        let stand = |trail: &Trail<MOST>| {
+            Standing::of(&names, &recogniser, trail, self.left_out.load(Ordering::Relaxed))
+        };
         let (mut last, mut turns) = (None::<Micros>, 0_u32);
         loop {
             let over = ended.load(Ordering::Relaxed);
-            let seen = match self.0.recv_timeout(PATIENCE) {
+            let seen = match self.queue.recv_timeout(PATIENCE) {
                 Ok(seen) => seen,
                 Err(RecvTimeoutError::Timeout) if !over => continue,
                 Err(_) => break,
@@ -97,7 +97,7 @@ impl Feed {
             turns += 1;
             if turns.is_multiple_of(LOOK) {
                 let standing = stand(&trail);
-                if let Ok(mut place) = watch.recognised.lock() {
+                if let Ok(mut place) = newest.lock() {
                     *place = Some(standing);
                 }
             }

@@ -1,7 +1,7 @@
 //! Which liquid is it, beside a run and without a cost to the turn.
 //!
 //! ```text
-//! worker --Outlet::offer (never waits)--> queue of profiles --> a thread of its own: meniscus::identify --> Watch
+//! worker --ProfileOutlet (never waits)--> queue of profiles --> a thread of its own: meniscus::identify --> Standing
 //! ```
 //! The turn hands on what it saw, 21 heights, and goes its way. The thread holds them against every known liquid; what
 //! it had no time for is left out, counted, and to the liquids a frame that nobody saw.
@@ -10,6 +10,6 @@ mod feed;
 mod note;
 mod standing;
 
-pub use feed::{Feed, Outlet, channel};
-pub use note::{MOST, Note, NoteError, split};
+pub use feed::{ProfileFeed, ProfileOutlet, channel};
+pub use note::{GlassSize, MOST, Note, NoteError, split};
 pub use standing::Standing;

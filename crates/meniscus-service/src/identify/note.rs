@@ -1,4 +1,4 @@
-//! What is kept of a liquid: a note, `NAME.liquid.json`, of its first mode in a glass.
+//! Note of a liquid, `NAME.liquid.json`: its first mode in a glass.
 
 use meniscus::identify::{Calibration, Known, Tone};
 use meniscus_platform::files::FileError;
@@ -18,7 +18,16 @@ const ENDING: &str = ".liquid.json";
 /// for models. It moves the frequency by 1.4 %.
 const SAME_M: f64 = 1e-3;
 
-/// What is known of a liquid in a glass.
+/// Glass in which a liquid was learnt.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GlassSize {
+    /// Inner radius, m.
+    pub radius_m: f64,
+    /// Height of the liquid at rest, m.
+    pub fill_m: f64,
+}
+
+/// First mode of a liquid in a glass, with its calibration.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Note {
     /// Version of this format, 1.
@@ -97,13 +106,8 @@ pub fn split(notes: &[Note]) -> (Vec<String>, Vec<Known>) {
 impl Note {
     /// A note of what was learnt now.
     #[must_use]
-    pub fn new(
-        liquid: &str,
-        (radius_m, fill_m): (f64, f64),
-        known: Known,
-        recordings: Vec<String>,
-        command: &str,
-    ) -> Self {
+    pub fn new(liquid: &str, glass: GlassSize, known: Known, recordings: Vec<String>, command: &str) -> Self {
+        let GlassSize { radius_m, fill_m } = glass;
         let Known { tone, calibration } = known;
         let (liquid, command) = (liquid.into(), command.into());
         Self { version: VERSION, liquid, radius_m, fill_m, tone, calibration, recordings, command }
@@ -177,7 +181,7 @@ impl Note {
     ///
     /// # Errors
     /// [`NoteError`]: too many, one twice, or one of another glass.
-    pub fn agree(notes: &[Self], glass: (f64, f64)) -> Result<(), NoteError> {
+    pub fn agree(notes: &[Self], glass: GlassSize) -> Result<(), NoteError> {
         if notes.len() > MOST {
             return Err(NoteError::TooMany(notes.len()));
         }
@@ -185,9 +189,9 @@ impl Note {
             if notes.iter().take(index).any(|other| other.liquid == note.liquid) {
                 return Err(NoteError::Twice(note.liquid.clone()));
             }
-            let off = (note.radius_m - glass.0).abs().max((note.fill_m - glass.1).abs());
+            let off = (note.radius_m - glass.radius_m).abs().max((note.fill_m - glass.fill_m).abs());
             if off.is_nan() || off > SAME_M {
-                let (own, here) = ([note.radius_m, note.fill_m], [glass.0, glass.1]);
+                let (own, here) = ([note.radius_m, note.fill_m], [glass.radius_m, glass.fill_m]);
                 return Err(NoteError::OtherGlass(note.liquid.clone(), own, here));
             }
         }
@@ -200,11 +204,13 @@ mod tests {
     use super::*;
     use meniscus_platform::files::write_whole;
 
+    const GLASS: GlassSize = GlassSize { radius_m: 0.035, fill_m: 0.07 };
+
     fn note(liquid: &str) -> Note {
         let tone =
             Tone { frequency: 22.0, decay: 1.0, yielding: 0.0, breaking: 0.1, softening: 0.02, lever: 1.5 };
         let calibration = Calibration { scale: 0.1, scatter: 0.2, numbers: 0.1 };
-        Note::new(liquid, (0.035, 0.07), Known { tone, calibration }, Vec::new(), "by hand")
+        Note::new(liquid, GLASS, Known { tone, calibration }, Vec::new(), "by hand")
     }
 
     #[test]
@@ -234,8 +240,8 @@ mod tests {
 
     #[test]
     fn liquids_of_another_glass_or_named_twice_are_refused() {
-        let refused = |notes: &[Note]| format!("{}", Note::agree(notes, (0.035, 0.07)).expect_err("refused"));
-        assert!(Note::agree(&[note("a"), note("b")], (0.035, 0.07)).is_ok());
+        let refused = |notes: &[Note]| format!("{}", Note::agree(notes, GLASS).expect_err("refused"));
+        assert!(Note::agree(&[note("a"), note("b")], GLASS).is_ok());
         assert!(refused(&[note("a"), note("b"), note("a")]).contains("a is given twice"));
         let other = Note { radius_m: 0.04, ..note("a") };
         assert!(

@@ -5,6 +5,7 @@
 //! record is counted as lost, and the worker goes on.
 
 use super::log::Logged;
+use crate::sink::{RunCounters, TurnRecord, TurnSink};
 use meniscus::runtime::DEADLINE_US;
 use meniscus_platform::handoff::Handoff;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -16,20 +17,20 @@ pub const KEPT: usize = 600;
 /// Turns after a miss that belong to its record: half a second.
 const AFTER: usize = 30;
 
-/// Where a record goes from the worker to its keeper.
+/// The hand-over of a record from the worker to its keeper.
 #[derive(Debug)]
-pub struct Flight<T = Logged> {
+pub struct FlightRecorder<T = Logged> {
     place: Handoff<Vec<T>>,
     lost: AtomicU64,
 }
 
-impl<T> Default for Flight<T> {
+impl<T> Default for FlightRecorder<T> {
     fn default() -> Self {
         Self { place: Handoff::new(Vec::with_capacity(KEPT)), lost: AtomicU64::new(0) }
     }
 }
 
-impl<T> Flight<T> {
+impl<T> FlightRecorder<T> {
     /// The keeper's side: waits at most `patience` for a record and shows it to `keep`, oldest turn first. Only one
     /// thread may wait here.
     pub fn take<R>(&self, patience: Duration, keep: impl FnOnce(&[T]) -> R) -> Option<R> {
@@ -39,6 +40,15 @@ impl<T> Flight<T> {
         let kept = self.place.with(|turns| keep(turns));
         self.place.ask();
         Some(kept)
+    }
+
+    /// Returns the worker's side, with room for all that is kept.
+    #[must_use]
+    pub fn ring(&self) -> FlightRing<'_, T>
+    where
+        T: Copy,
+    {
+        FlightRing::new(self)
     }
 
     /// Tells the worker that a keeper is there.
@@ -53,23 +63,23 @@ impl<T> Flight<T> {
     }
 }
 
-/// The worker's side.
+/// The worker's side: a ring of the last turns.
 #[derive(Debug)]
-pub(super) struct Ring<'f, T = Logged> {
+pub struct FlightRing<'f, T = Logged> {
     turns: Vec<T>,
     next: usize,
     /// Turns until the record of a miss is complete.
     owed: Option<usize>,
-    flight: &'f Flight<T>,
+    flight: &'f FlightRecorder<T>,
 }
 
-impl<'f, T: Copy> Ring<'f, T> {
-    pub(super) fn new(flight: &'f Flight<T>) -> Self {
+impl<'f, T: Copy> FlightRing<'f, T> {
+    fn new(flight: &'f FlightRecorder<T>) -> Self {
         Self { turns: Vec::with_capacity(KEPT), next: 0, owed: None, flight }
     }
 
     /// Takes a turn in, the oldest out, and hands on a record that is complete.
-    pub(super) fn push(&mut self, turn: T, latency_us: u64) {
+    fn push(&mut self, turn: T, latency_us: u64) {
         if self.turns.len() < KEPT {
             self.turns.push(turn);
         } else if let Some(oldest) = self.turns.get_mut(self.next) {
@@ -90,7 +100,7 @@ impl<'f, T: Copy> Ring<'f, T> {
     }
 
     /// Also at the end of a run, when a record is owed and no more turns come.
-    pub(super) fn close(&mut self) {
+    fn close(&mut self) {
         if self.owed.take().is_some() {
             self.hand_on();
         }
@@ -110,21 +120,31 @@ impl<'f, T: Copy> Ring<'f, T> {
     }
 }
 
+impl TurnSink for FlightRing<'_> {
+    fn accept(&mut self, record: &TurnRecord<'_>) {
+        self.push(*record.logged, record.logged.latency_us);
+    }
+
+    fn finish(&mut self, _counters: &RunCounters) {
+        self.close();
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
     const NOW: Duration = Duration::ZERO;
 
-    fn turns(ring: &mut Ring<'_, usize>, numbers: std::ops::Range<usize>, late: usize) {
+    fn turns(ring: &mut FlightRing<'_, usize>, numbers: std::ops::Range<usize>, late: usize) {
         numbers.for_each(|n| ring.push(n, if n == late { DEADLINE_US + 1 } else { DEADLINE_US }));
     }
 
     #[test]
     fn a_record_has_ten_seconds_and_ends_half_a_second_after_the_miss() {
-        let flight = Flight::default();
+        let flight = FlightRecorder::default();
         flight.open();
-        let mut ring = Ring::new(&flight);
+        let mut ring = FlightRing::new(&flight);
         turns(&mut ring, 0..1000, usize::MAX);
         assert!(flight.take(NOW, |_| ()).is_none(), "no miss, no record");
         turns(&mut ring, 1000..1100, 1007);
@@ -134,9 +154,9 @@ mod tests {
 
     #[test]
     fn a_keeper_that_is_busy_loses_records_and_holds_up_nobody() {
-        let flight = Flight::default();
+        let flight = FlightRecorder::default();
         flight.open();
-        let mut ring = Ring::new(&flight);
+        let mut ring = FlightRing::new(&flight);
         turns(&mut ring, 0..50, 3);
         turns(&mut ring, 50..100, 60);
         assert_eq!(flight.lost(), 1);

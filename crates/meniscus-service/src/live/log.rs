@@ -1,12 +1,14 @@
-//! The log of a run: every turn with what it cost, in memory that was there before the first frame.
+//! The log of a run: every turn with its cost, in memory that was there before the first frame.
 
+use crate::commanded_motion::MotionTurns;
 use crate::identify::Standing;
+use crate::sink::{RunCounters, TurnRecord, TurnSink};
 use meniscus::runtime::Turn;
 use meniscus::runtime::health::Health;
 use meniscus::usb::uvc::{Losses, Solitary};
 use std::time::Instant;
 
-/// One turn and what it cost.
+/// One turn and its cost.
 #[derive(Clone, Copy, Debug)]
 pub struct Logged {
     /// The turn.
@@ -22,7 +24,7 @@ pub struct Logged {
     pub allocations: u64,
 }
 
-/// Everything that a run leaves behind.
+/// Turns and counters of a run.
 #[derive(Debug, Default)]
 pub struct Log {
     /// Turns, oldest first.
@@ -37,25 +39,67 @@ pub struct Log {
     pub solitary: Solitary,
     /// Payloads dropped because the worker was late.
     pub payloads_dropped: u64,
-    /// Turns whose motion was told by somebody, and turns for which nothing was; none where nobody was asked.
-    pub told: Option<(u64, u64)>,
-    /// Which liquid it was, where several models were asked.
+    /// Turns by the origin of their motion; `None` without a commanded motion.
+    pub motion: Option<MotionTurns>,
+    /// Allocations of the sinks in the worker's thread.
+    pub sink_allocations: u64,
+    /// Identified liquid, where several models were compared.
     pub recognised: Option<Standing>,
 }
 
 impl Log {
-    /// A log with room for `turns` turns.
+    /// Returns a log with room for `turns` turns.
     #[must_use]
     pub fn with_room(turns: usize) -> Self {
         Self { turns: Vec::with_capacity(turns), ..Self::default() }
     }
 
+    /// Returns a log with room for a turn a frame, for those that faults and silence add, and for a second more.
+    #[must_use]
+    pub fn for_frames(frames: usize) -> Self {
+        Self::with_room(frames + frames / 2 + 64)
+    }
+
+    /// Returns the allocations of the worker's thread during turns and in the sinks.
+    #[must_use]
+    pub fn allocations(&self) -> u64 {
+        self.turns.iter().map(|logged| logged.allocations).sum::<u64>() + self.sink_allocations
+    }
+}
+
+impl TurnSink for Log {
     /// Appends a turn, or counts that there was no room: the log never grows during a run.
-    pub(super) fn push(&mut self, logged: Logged) {
+    fn accept(&mut self, record: &TurnRecord<'_>) {
         if self.turns.len() < self.turns.capacity() {
-            self.turns.push(logged);
+            self.turns.push(*record.logged);
         } else {
             self.overflow += 1;
         }
+    }
+
+    fn finish(&mut self, counters: &RunCounters) {
+        self.health = counters.health;
+        self.losses = counters.losses;
+        self.solitary = counters.solitary;
+        self.payloads_dropped = counters.payloads_dropped;
+        self.motion = counters.motion;
+        self.sink_allocations = counters.sink_allocations;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sink::tests::logged;
+
+    #[test]
+    fn a_full_log_counts_and_does_not_grow() {
+        let mut log = Log::with_room(2);
+        let room = log.turns.capacity();
+        let turn = logged(1, 0);
+        for _ in 0..room + 3 {
+            log.accept(&TurnRecord { logged: &turn, field: &[], after: None });
+        }
+        assert_eq!((log.turns.len(), log.turns.capacity(), log.overflow), (room, room, 3));
     }
 }

@@ -1,9 +1,11 @@
-//! The worker: one thread that turns payloads into turns, and the log of what it did.
+//! The worker: one thread that turns payloads into turns, and the sinks that keep them.
 
+mod crest_image;
 mod flight_recorder;
 mod log;
 mod worker;
 
-pub use flight_recorder::{Flight, KEPT};
+pub use crest_image::CrestImage;
+pub use flight_recorder::{FlightRecorder, FlightRing, KEPT};
 pub use log::{Log, Logged};
-pub use worker::{Outlets, Still, Watch, watch};
+pub use worker::{Silence, Worker};

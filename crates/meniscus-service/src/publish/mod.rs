@@ -1,7 +1,7 @@
 //! Estimates for others, while the turn goes on: over a Unix socket, UDP or a serial line.
 //!
 //! ```text
-//! worker --Outlet::offer (never waits)--> queue --> publisher's thread --> unix sockets, UDP, serial
+//! worker --PublishOutlet (never waits)--> queue --> publisher's thread --> unix sockets, UDP, serial
 //!        '--copy of the field, when one is due and nobody holds the slot--^
 //! ```
 //! A record is what `firmware-config/SPEC.md` calls an output frame, or a field frame; its first byte says
@@ -15,7 +15,7 @@ mod targets;
 
 pub use destination::{Destination, DestinationError};
 
-use meniscus::runtime::Turn;
+use crate::sink::{TurnRecord, TurnSink};
 use meniscus::runtime::output::{OUTPUT_VERSION, Packet};
 use meniscus::units::Micros;
 use meniscus_platform::handoff::Handoff;
@@ -24,7 +24,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
-use targets::Targets;
+use targets::{Readers, Targets};
 
 /// First byte of a field frame.
 pub const FIELD_KIND: u8 = b'F';
@@ -46,9 +46,9 @@ pub struct FieldFrame {
     pub field: Vec<f32>,
 }
 
-/// What became of the records.
+/// Counters of the records.
 #[derive(Debug, Default)]
-pub struct Counters {
+pub struct PublishCounters {
     /// Records written, to each reader.
     pub sent: AtomicU64,
     /// Records that the publisher had no time for.
@@ -61,22 +61,23 @@ pub struct Counters {
 
 /// The worker's end.
 #[derive(Debug)]
-pub struct Outlet {
+pub struct PublishOutlet {
     queue: SyncSender<Packet>,
     slot: Arc<Handoff<FieldFrame>>,
     field_len: usize,
-    /// What became of the records.
-    pub counters: Arc<Counters>,
+    /// Counters of the records.
+    pub counters: Arc<PublishCounters>,
 }
 
-/// The publisher's thread; dropping its [`Outlet`] ends it.
+/// The publisher's thread; dropping its [`PublishOutlet`] ends it.
 #[derive(Debug)]
 pub struct Publisher(JoinHandle<()>);
 
-impl Outlet {
-    /// Hands a turn on. It never waits: without room the record is left out and counted; the field is
-    /// copied only when one is due and the publisher does not hold the slot.
-    pub fn offer(&self, turn: &Turn, field: &[f32]) {
+impl TurnSink for PublishOutlet {
+    /// Queues the turn's packet: without room the record is left out and counted. The field is copied only when one is
+    /// due and the publisher does not hold the slot.
+    fn accept(&mut self, record: &TurnRecord<'_>) {
+        let (turn, field) = (&record.logged.turn, record.field);
         let sequence = turn.stamp.map(|stamp| stamp.sequence);
         let packet = Packet { version: OUTPUT_VERSION, time: turn.time, sequence, estimate: turn.estimate };
         if self.queue.try_send(packet).is_err() {
@@ -101,8 +102,8 @@ impl Publisher {
         destinations: &[Destination],
         field_hz: f64,
         field_len: usize,
-    ) -> Result<(Outlet, Self), DestinationError> {
-        let counters = Arc::new(Counters::default());
+    ) -> Result<(PublishOutlet, Self), DestinationError> {
+        let counters = Arc::new(PublishCounters::default());
         let targets = Targets::open(destinations, Arc::clone(&counters))?;
         let (queue, records) = sync_channel(QUEUE);
         let empty = FieldFrame { kind: FIELD_KIND, time: Micros(0), field: vec![0.0; field_len] };
@@ -113,10 +114,10 @@ impl Publisher {
         let thread = thread.spawn(move || publish(targets, &records, &shared, every)).map_err(|error| {
             DestinationError::new("the publisher's thread", error.to_string(), "free memory")
         })?;
-        Ok((Outlet { queue, slot, field_len, counters }, Self(thread)))
+        Ok((PublishOutlet { queue, slot, field_len, counters }, Self(thread)))
     }
 
-    /// Waits until all that was handed over is out, or refused; the [`Outlet`] has to be gone.
+    /// Waits until all that was handed over is out, or refused; the [`PublishOutlet`] has to be gone.
     pub fn finish(self) {
         // A thread that panicked has said so; the run it belongs to is over.
         let _ = self.0.join();
@@ -136,14 +137,14 @@ fn publish(
         let record = records.recv_timeout(PATIENCE);
         targets.welcome();
         match record {
-            Ok(packet) => targets.send(&packet, false),
+            Ok(packet) => targets.send(&packet, Readers::All),
             Err(RecvTimeoutError::Timeout) => {}
             Err(RecvTimeoutError::Disconnected) => break,
         }
         let Some(every) = every else { continue };
         if asked && slot.answered() {
             asked = false;
-            slot.with(|frame| targets.send(frame, true));
+            slot.with(|frame| targets.send(frame, Readers::Sockets));
         }
         if !asked && Instant::now() >= due {
             due = (due + every).max(Instant::now());

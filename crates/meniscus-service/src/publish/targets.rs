@@ -1,7 +1,7 @@
 //! The open destinations and those who read there.
 
 use super::stream::{Fate, Stream};
-use super::{Counters, Destination, DestinationError};
+use super::{Destination, DestinationError, PublishCounters};
 use rustix::fs::{OFlags, fcntl_setfl};
 use rustix::termios::{OptionalActions, tcgetattr, tcsetattr};
 use serde::Serialize;
@@ -32,6 +32,15 @@ impl Drop for Door {
     }
 }
 
+/// Readers of a record.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Readers {
+    /// Unix sockets, UDP and serial lines.
+    All,
+    /// Unix sockets alone: a full field is too large for a datagram, and for a serial line at 60 Hz.
+    Sockets,
+}
+
 /// Everything that is open.
 #[derive(Debug)]
 pub(super) struct Targets {
@@ -39,7 +48,7 @@ pub(super) struct Targets {
     readers: Vec<Stream<UnixStream>>,
     datagrams: Vec<(UdpSocket, SocketAddr)>,
     lines: Vec<Stream<File>>,
-    counters: Arc<Counters>,
+    counters: Arc<PublishCounters>,
     buffer: Vec<u8>,
 }
 
@@ -47,7 +56,7 @@ impl Targets {
     /// Opens `destinations`.
     pub(super) fn open(
         destinations: &[Destination],
-        counters: Arc<Counters>,
+        counters: Arc<PublishCounters>,
     ) -> Result<Self, DestinationError> {
         let (doors, readers, datagrams, lines) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
         let mut targets = Self { doors, readers, datagrams, lines, counters, buffer: Vec::new() };
@@ -72,8 +81,8 @@ impl Targets {
         }
     }
 
-    /// Sends a record to everybody; a `large` one only to those on a Unix socket.
-    pub(super) fn send(&mut self, record: &impl Serialize, large: bool) {
+    /// Sends a record to its readers.
+    pub(super) fn send(&mut self, record: &impl Serialize, readers: Readers) {
         let Ok(plain) =
             postcard::serialize_with_flavor::<_, _, usize>(record, postcard::ser_flavors::Size::default())
         else {
@@ -81,7 +90,7 @@ impl Targets {
         };
         // COBS adds a byte in 254, one at the front and the zero at the end.
         self.buffer.resize(plain + plain / 254 + 3, 0);
-        if !large
+        if readers == Readers::All
             && !self.datagrams.is_empty()
             && let Ok(datagram) = postcard::to_slice(record, &mut self.buffer)
         {
@@ -105,7 +114,7 @@ impl Targets {
             fate != Fate::Gone
         };
         self.readers.retain_mut(|reader| kept(reader.send(stuffed)));
-        if !large {
+        if readers == Readers::All {
             self.lines.retain_mut(|line| kept(line.send(stuffed)));
         }
     }

@@ -6,6 +6,7 @@
 use super::portrait::Portrait;
 use meniscus::surface::Liquid;
 use meniscus_numerics::statistics::median;
+use std::ops::Range;
 
 /// Least difference of a row's two classes that is looked at, grey levels: well above noise and dots.
 const LEAST_CONTRAST: f32 = 14.0;
@@ -34,15 +35,15 @@ pub struct Body {
 }
 
 impl Body {
-    /// The tallest body of either look in the columns from `left` to before `right`.
-    pub(super) fn find(portrait: &Portrait, (left, right): (usize, usize)) -> Option<Self> {
-        let of = |liquid| Self::of_look(portrait, (left, right), liquid);
+    /// Returns the tallest body, dark or bright, in these columns.
+    pub(super) fn find(portrait: &Portrait, columns: &Range<usize>) -> Option<Self> {
+        let of = |liquid| Self::of_tone(portrait, columns, liquid);
         let tall = |body: &Self| body.sides.len();
         [of(Liquid::Dark), of(Liquid::Bright)].into_iter().flatten().max_by_key(tall)
     }
 
-    fn of_look(portrait: &Portrait, range: (usize, usize), liquid: Liquid) -> Option<Self> {
-        let rows = tallest(portrait, range, liquid);
+    fn of_tone(portrait: &Portrait, columns: &Range<usize>, liquid: Liquid) -> Option<Self> {
+        let rows = tallest(portrait, columns, liquid);
         if rows.len() < LEAST_ROWS {
             return None;
         }
@@ -117,10 +118,10 @@ impl Row {
 }
 
 /// The most rows on rows whose runs have the same ends.
-fn tallest(portrait: &Portrait, range: (usize, usize), liquid: Liquid) -> Vec<Row> {
+fn tallest(portrait: &Portrait, columns: &Range<usize>, liquid: Liquid) -> Vec<Row> {
     let (mut best, mut now): (Vec<Row>, Vec<Row>) = (Vec::new(), Vec::new());
     for row in 0..portrait.height {
-        let found = run(portrait, row, range, liquid);
+        let found = run(portrait, row, columns, liquid);
         let fits = |next: &Row| {
             now.last().is_some_and(|last| {
                 next.row - last.row <= 1 + GAP_ROWS
@@ -144,8 +145,8 @@ fn taller(a: Vec<Row>, b: Vec<Row>) -> Vec<Row> {
 }
 
 /// The widest run of the liquid's class in a row that has background on both sides.
-fn run(portrait: &Portrait, row: usize, (left, right): (usize, usize), liquid: Liquid) -> Option<Row> {
-    let greys: Vec<f32> = (left..right).map(|column| portrait.grey(column, row)).collect();
+fn run(portrait: &Portrait, row: usize, columns: &Range<usize>, liquid: Liquid) -> Option<Row> {
+    let greys: Vec<f32> = columns.clone().map(|column| portrait.grey(column, row)).collect();
     let (dark, bright) = classes(&greys).filter(|(dark, bright)| bright - dark >= LEAST_CONTRAST)?;
     let level = 0.5 * (dark + bright);
     let is_liquid = |grey: f32| (grey < level) == (liquid == Liquid::Dark);
@@ -165,8 +166,8 @@ fn run(portrait: &Portrait, row: usize, (left, right): (usize, usize), liquid: L
     let framed = first >= 2 && last + 3 <= greys.len();
     (framed && WIDTH.contains(&(last - first + 1))).then_some(Row {
         row,
-        first: left + first,
-        last: left + last,
+        first: columns.start + first,
+        last: columns.start + last,
         means,
     })
 }

@@ -1,6 +1,6 @@
 //! The settings file: TOML, written whole, checked when it is read.
 
-use crate::setup::measured_glass::Said;
+use crate::setup::measured_glass::MeasuredGlass;
 use meniscus::blob::Header;
 use meniscus::surface::{Config, ConfigError, Liquid, MAX_COLUMNS, Optics, Settings};
 use meniscus_platform::files::{FileError, write_whole};
@@ -14,24 +14,24 @@ const FITS_MM: f64 = 1.0;
 /// Columns that the glass may move between two frames, as in [`Settings::default`].
 const MOVE_PX: f32 = 30.0;
 
-/// Glass, look of the liquid and place of the camera.
+/// Glass, appearance of the liquid and position of the camera.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Setup {
     /// The command that wrote it, in words.
     pub made_by: String,
     /// Inner measures, by hand.
-    pub glass: Said,
-    /// The look, by the camera.
-    pub liquid: Look,
+    pub glass: MeasuredGlass,
+    /// Appearance, as the camera measured it.
+    pub liquid: LiquidAppearance,
     /// The place, by the camera.
     pub view: View,
 }
 
-/// How the liquid looks.
+/// Appearance of the liquid in the image of the outline.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Look {
+pub struct LiquidAppearance {
     /// Before its background: `dark` or `bright`.
     pub tone: Tone,
     /// Least difference from it that the reader takes for liquid, grey levels.
@@ -199,7 +199,7 @@ impl Setup {
             }
         }
         let mut fitted = self.clone();
-        fitted.glass = Said { radius_mm: model_mm[0], fill_mm: model_mm[1], ..self.glass };
+        fitted.glass = MeasuredGlass { radius_mm: model_mm[0], fill_mm: model_mm[1], ..self.glass };
         fitted.view.height_mm += model_mm[1] - own_mm[1];
         fitted.view.distance_mm += model_mm[0] - own_mm[0];
         Ok(fitted.settings(optics))

@@ -1,15 +1,15 @@
-//! What a person has measured of the glass.
+//! Measures of a glass as a person took them.
 
 use serde::{Deserialize, Serialize};
 
-/// Name, least and greatest value of each measure, mm; in the order of [`Said::values`].
+/// Name, least and greatest value of each measure, mm; in the order of [`MeasuredGlass::values`].
 pub const RANGES: [(&str, f64, f64); 3] =
     [("radius_mm", 10.0, 60.0), ("fill_mm", 15.0, 200.0), ("rim_mm", 20.0, 300.0)];
 
 /// Inner measures of a glass, millimetres.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Said {
+pub struct MeasuredGlass {
     /// Inner radius: half of what a calliper reads between the inner walls.
     pub radius_mm: f64,
     /// Height of the liquid at rest above the inner bottom.
@@ -18,7 +18,7 @@ pub struct Said {
     pub rim_mm: f64,
 }
 
-impl Said {
+impl MeasuredGlass {
     /// Radius, fill and rim, mm.
     #[must_use]
     pub fn values(&self) -> [f64; 3] {

@@ -23,8 +23,8 @@ mod survey;
 
 pub use body::Body;
 pub use file::{Misfit, Setup, SetupError};
-pub use inspect::{Finding, Inspection, inspect};
-pub use measured_glass::{RANGES, Said};
+pub use inspect::{Finding, Inspection, SetupOrigin, inspect};
+pub use measured_glass::{MeasuredGlass, RANGES};
 pub use portrait::{Gather, Pair, Portrait, Recent};
 pub use rest::Rest;
 pub use survey::{Blind, Survey};

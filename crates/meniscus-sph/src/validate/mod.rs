@@ -181,7 +181,7 @@ fn slow_rows<W: FnMut(f64, &str)>(progress: &mut Progress<W>, out: &mut Outcome)
         Check::at_most("mode2_frequency_error_fine", off(second_fine), "%", 2.0),
         Check::exactly("serial_parallel_identical", f64::from(u8::from(same)), "1", 1.0),
         Check::at_most("herschel_bulkley_arrest", stopped.plastic_s, "s", 0.7),
-        Check::told("newtonian_speed_after_arrest", stopped.newtonian, "1"),
+        Check::informational("newtonian_speed_after_arrest", stopped.newtonian, "1"),
     ]);
     out.ringings.extend([fine, thin]);
     // The law needs linear solutions alone; beside it the simulator's own arrest stands above.
@@ -190,7 +190,7 @@ fn slow_rows<W: FnMut(f64, &str)>(progress: &mut Progress<W>, out: &mut Outcome)
         let (_, end) = law.follow(&arrest::PLASTIC, arrest::START_M_S, 3.0);
         Ok((end.unwrap_or(f64::NAN), effects::herschel_bulkley(STANDARD_M)?))
     })?;
-    out.checks.push(Check::told("herschel_bulkley_law_ends", end, "s"));
+    out.checks.push(Check::informational("herschel_bulkley_law_ends", end, "s"));
     out.checks.push(row("herschel_bulkley_envelope", &held));
     for effect in &LIBRARY {
         let Some(law) = effect.simulator.law() else { continue };

@@ -65,8 +65,25 @@ impl Turns {
     }
 }
 
-/// Plays `payloads` `passes` times to a new tracker each, as fast as they are taken; `cold` empties the near caches
-/// before every turn. Ends early when `stop` is set.
+/// State of the near caches before a turn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Caches {
+    /// As the turn before left them.
+    Warm,
+    /// Emptied.
+    Cold,
+}
+
+/// Extent of a measurement.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Passes {
+    /// Times that the payloads are played, to a new tracker each.
+    pub count: usize,
+    /// State of the near caches before every turn.
+    pub caches: Caches,
+}
+
+/// Plays `payloads` as fast as they are taken. Ends early when `stop` is set.
 ///
 /// # Errors
 /// [`ConfigError`], when glass or camera cannot be.
@@ -74,24 +91,23 @@ pub fn turns(
     model: &Model<'_>,
     config: meniscus::surface::Settings,
     payloads: &Payloads,
-    passes: usize,
-    cold: bool,
+    passes: Passes,
     stop: &AtomicBool,
 ) -> Result<Turns, ConfigError> {
     let config = Config::new(config)?;
     let (width, height) = config.image_size();
     let (mut depth, mut infrared) = (vec![0; 2 * width * height], vec![0; width * height]);
     let mut field = vec![0.0; model.field_len()];
-    let evict = if cold { vec![1_u8; EVICTION] } else { Vec::new() };
+    let evict = if passes.caches == Caches::Cold { vec![1_u8; EVICTION] } else { Vec::new() };
     let mut clock = Monotonic::start();
-    let room = passes * payloads.len();
+    let room = passes.count * payloads.len();
     let mut all = Turns {
         whole: Times(Vec::with_capacity(room)),
         payloads: Vec::with_capacity(room),
         stages: Vec::with_capacity(room),
         ..Turns::default()
     };
-    for _ in 0..passes {
+    for _ in 0..passes.count {
         let eye = Eye::new(config, &mut depth, &mut infrared);
         let mut tracker = Tracker::new(Estimator::new(model), eye);
         for (index, (stream, payload)) in payloads.iter().enumerate() {

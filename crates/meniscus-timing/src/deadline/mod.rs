@@ -25,8 +25,8 @@ pub use tally::{Miss, Tally};
 use meniscus::blob::Model;
 use meniscus::runtime::Estimator;
 use meniscus::surface::Config;
-use meniscus_platform::realtime::Granted;
-use meniscus_service::live::{Log, Outlets, Still, Watch, watch};
+use meniscus_platform::realtime::{Granted, Priority};
+use meniscus_service::live::{Log, Worker};
 use meniscus_usb::link::link;
 use meniscus_virtual::camera::PAYLOAD_ROOM;
 use std::path::Path;
@@ -48,8 +48,8 @@ pub struct Run {
     pub seconds: f64,
     /// What else the machine has to do.
     pub loads: Vec<Load>,
-    /// Whether worker and camera ask for SCHED_FIFO, the worker for a core, and all memory is locked.
-    pub realtime: bool,
+    /// Scheduling of worker and camera.
+    pub priority: Priority,
 }
 
 impl Run {
@@ -70,7 +70,7 @@ impl Run {
     pub fn name(&self) -> String {
         let loads: Vec<&str> = self.loads.iter().map(|load| load.name()).collect();
         let loads = if loads.is_empty() { String::from("idle") } else { loads.join(" + ") };
-        let rights = if self.realtime { "" } else { ", no real-time rights" };
+        let rights = if self.priority == Priority::RealTime { "" } else { ", no real-time rights" };
         format!("{} Hz, {loads}{rights}", self.rate_hz)
     }
 }
@@ -90,42 +90,50 @@ pub struct Outcome {
     pub refused: Vec<String>,
 }
 
-/// Does one run; `told` is called ten times a second with the share that is done. Ends early when `stop` is set: the
-/// turns until then are counted.
-pub fn run(
-    run: &Run,
-    model: &Model<'_>,
-    config: Config,
-    film: &Film,
-    folder: &Path,
-    stop: &AtomicBool,
-    mut told: impl FnMut(f64),
-) -> Outcome {
+/// Everything that the runs of a study share.
+#[derive(Debug)]
+pub struct Bench<'b> {
+    /// The model.
+    pub model: &'b Model<'b>,
+    /// Reader of the images.
+    pub config: Config,
+    /// Images, rendered before.
+    pub film: &'b Film,
+    /// Folder that the load on the disk writes to.
+    pub folder: &'b Path,
+}
+
+/// Does one run; `progress` is called ten times a second with the share that is done. Ends early when `stop` is set:
+/// the turns until then are counted.
+pub fn run(run: &Run, bench: &Bench<'_>, stop: &AtomicBool, mut progress: impl FnMut(f64)) -> Outcome {
+    let Bench { model, config, film, folder } = *bench;
     let frames = run.frames();
     let estimator = Estimator::new(model).within(run.deadline_us());
     let (camera_end, worker_end) = link(BUFFERS, PAYLOAD_ROOM);
-    let (watching, mut still) = (Watch::default(), Still::default());
+    let halt = AtomicBool::new(false);
     // A turn a frame, and room for those that silence adds.
     let log = Log::with_room(frames + frames / 4 + 64);
     let (ended, mut pressed, mut steal) = (AtomicBool::new(false), Pressed::default(), Steal::default());
     let (mut refused, mut shots, mut turns) = (Vec::new(), Vec::new(), Log::default());
     std::thread::scope(|scope| {
-        let (watching, ended, still) = (&watching, &ended, &mut still);
+        let (halt, ended) = (&halt, &ended);
         let loads = scope.spawn(move || press(&run.loads, folder, ended));
         let samples = scope.spawn(move || Steal::watch(ended));
         let worker = scope.spawn(move || {
-            let refused = if run.realtime { Granted::ask().refusals() } else { Vec::new() };
-            (watch(estimator, config, &worker_end, watching, Outlets::default(), log, still), refused)
+            let refused =
+                if run.priority == Priority::RealTime { Granted::ask().refusals() } else { Vec::new() };
+            let mut log = log;
+            Worker::new(estimator, config).run(&worker_end, halt, &mut [&mut log]);
+            (log, refused)
         });
-        let camera =
-            scope.spawn(move || film.play(run.rate_hz, frames, run.realtime, &camera_end, &watching.stop));
+        let camera = scope.spawn(move || film.play(run.rate_hz, frames, run.priority, &camera_end, halt));
         let mut done = 0.0;
         while !camera.is_finished() {
             std::thread::sleep(Duration::from_millis(100));
             done += 0.1 / (run.seconds + SETTLE_S);
-            told(f64::min(done, 1.0));
+            progress(f64::min(done, 1.0));
             if stop.load(Ordering::Relaxed) {
-                watching.stop.store(true, Ordering::Relaxed);
+                halt.store(true, Ordering::Relaxed);
             }
         }
         // A thread that panicked has said so; its share of the outcome is empty.

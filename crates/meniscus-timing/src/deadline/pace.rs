@@ -3,7 +3,7 @@
 use meniscus::usb::uvc::Stream;
 use meniscus_data::recording::Recording;
 use meniscus_hil::{Camera, CameraSettings, Shot, Source};
-use meniscus_platform::realtime::become_realtime;
+use meniscus_platform::realtime::{Priority, become_realtime};
 use meniscus_usb::link::CameraEnd;
 use meniscus_virtual::camera::START;
 use meniscus_virtual::looped_recording::{BACK, repeated};
@@ -73,11 +73,11 @@ impl Film {
         &self,
         rate_hz: f64,
         frames: usize,
-        realtime: bool,
+        priority: Priority,
         end: &CameraEnd,
         stop: &AtomicBool,
     ) -> Vec<Handed> {
-        if realtime {
+        if priority == Priority::RealTime {
             // A refusal is told by the worker, which asks for the same.
             let _refused = become_realtime();
         }

@@ -1,6 +1,7 @@
 //! The study as checks and as a page.
 
 use super::Outcome;
+use meniscus_platform::realtime::Priority;
 use meniscus_report::checks::{Check, table};
 
 /// Misses that a page shows of each run, the longest first.
@@ -16,27 +17,27 @@ fn of(outcome: &Outcome) -> Vec<Check> {
     let (run, tally) = (&outcome.run, &outcome.tally);
     let loads: Vec<&str> = run.loads.iter().map(|load| load.name()).collect();
     let beside = if loads.is_empty() { String::from("idle") } else { loads.join("_") };
-    let rights = if run.realtime { "" } else { "_ordinary" };
+    let rights = if run.priority == Priority::RealTime { "" } else { "_ordinary" };
     let name = |what: &str| format!("deadline_{}hz_{beside}{rights}_{what}", run.rate_hz);
     let missed = tally.missed() as f64;
     let ratio = tally.within_us(0.999) / tally.within_us(0.5);
     let strict = run.rate_hz <= 60.0;
     vec![
-        Check::told(name("frames"), tally.frames as f64, "1"),
+        Check::informational(name("frames"), tally.frames as f64, "1"),
         if strict {
             Check::exactly(name("missed"), missed, "1", 0.0)
         } else {
-            Check::told(name("missed"), missed, "1")
+            Check::informational(name("missed"), missed, "1")
         },
-        Check::told(name("median"), tally.within_us(0.5), "us"),
+        Check::informational(name("median"), tally.within_us(0.5), "us"),
         if strict && run.loads.is_empty() {
             Check::at_most(name("p999_over_median"), ratio, "1", 2.0)
         } else {
-            Check::told(name("p999_over_median"), ratio, "1")
+            Check::informational(name("p999_over_median"), ratio, "1")
         },
-        Check::told(name("p99999"), tally.within_us(0.99999), "us"),
-        Check::told(name("largest"), tally.within_us(1.0), "us"),
-        Check::told(name("turn_largest"), tally.turn_us.max() as f64, "us"),
+        Check::informational(name("p99999"), tally.within_us(0.99999), "us"),
+        Check::informational(name("largest"), tally.within_us(1.0), "us"),
+        Check::informational(name("turn_largest"), tally.turn_us.max() as f64, "us"),
         Check::exactly(name("allocations"), tally.allocations as f64, "1", 0.0),
     ]
 }

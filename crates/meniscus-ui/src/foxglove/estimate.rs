@@ -5,7 +5,7 @@ use ::foxglove::{FoxgloveError, RawChannel, Schema};
 use meniscus::blob::Model;
 use meniscus::runtime::{Forecast, Mode};
 use meniscus_service::live::Logged;
-use meniscus_service::snapshot::Look;
+use meniscus_service::snapshot::TurnSnapshot;
 use serde_json::{Value, json};
 use std::sync::Arc;
 
@@ -63,14 +63,14 @@ fn schema() -> Value {
 }
 
 /// A turn.
-pub(super) fn message(model: &Model<'_>, look: &Look, logged: &Logged) -> String {
-    let (turn, estimate, health) = (&logged.turn, &logged.turn.estimate, &look.memory.health);
+pub(super) fn message(model: &Model<'_>, snapshot: &TurnSnapshot, logged: &Logged) -> String {
+    let (turn, estimate, health) = (&logged.turn, &logged.turn.estimate, &snapshot.memory.health);
     let measured = turn.sight.and_then(Result::ok).map(|profile| {
         let points = profile.height_m.into_iter().zip(profile.valid);
         points.map(|(z, valid)| valid.then_some(z)).collect::<Vec<_>>()
     });
     let known = estimate.mode != Mode::Halted;
-    let ahead = known.then(|| Forecast::new(model, &look.memory, AHEAD, &[]));
+    let ahead = known.then(|| Forecast::new(model, &snapshot.memory, AHEAD, &[]));
     json!({
         "mode": mode(estimate.mode),
         "slosh_energy": estimate.slosh_j,
@@ -81,7 +81,7 @@ pub(super) fn message(model: &Model<'_>, look: &Look, logged: &Logged) -> String
         "glass_acceleration": estimate.acceleration_m_s2,
         "turn": logged.turn_us,
         "latency": logged.latency_us,
-        "late_turns": look.late,
+        "late_turns": snapshot.late,
         "frames_missing": health.frames_missing,
         "field_left_out": health.field_shed,
         "estimated": if known { estimate.surface_m.to_vec() } else { Vec::new() },
@@ -116,8 +116,8 @@ mod tests {
         let turn = Turn { time: Micros(1), stamp: None, sight: None, estimate };
         let ended = std::time::Instant::now();
         let logged = Logged { turn, ended, latency_us: 5, turn_us: 4, allocations: 0 };
-        let look = Look { memory, ..Look::default() };
-        let message: Value = serde_json::from_str(&message(&model, &look, &logged)).expect("it is JSON");
+        let snapshot = TurnSnapshot { memory, ..TurnSnapshot::default() };
+        let message: Value = serde_json::from_str(&message(&model, &snapshot, &logged)).expect("it is JSON");
         let schema = schema();
         let properties = schema["properties"].as_object().expect("an object");
         let fields = message.as_object().expect("an object");

@@ -1,7 +1,7 @@
 //! A run for Foxglove: the same topics live over its WebSocket and in an MCAP file.
 //!
 //! ```text
-//! worker --Outlet::offer (never waits)--> hand-off --> a thread of its own --topics--> WebSocket clients, MCAP file
+//! worker --SnapshotOutlet (never waits)--> hand-off --> a thread of its own --topics--> WebSocket clients, MCAP file
 //! ```
 //! `docs/formats.md` has the topics. The protocol knows no password, so only this machine is answered.
 
@@ -13,7 +13,8 @@ mod topics;
 use ::foxglove::{Context, FoxgloveError, McapWriteOptions, McapWriterHandle, WebSocketServerHandle};
 use meniscus::blob::Model;
 use meniscus::surface::Config;
-use meniscus_service::snapshot::{Outlet, PATIENCE};
+use meniscus_service::run::Viewer;
+use meniscus_service::snapshot::{PATIENCE, SnapshotOutlet};
 use std::fs::File;
 use std::io::{self, BufWriter};
 use std::net::{Ipv4Addr, SocketAddr};
@@ -64,7 +65,7 @@ impl std::error::Error for Error {}
 
 /// Who is served: an open server, a growing file, or both.
 pub struct Foxglove {
-    outlet: Outlet,
+    outlet: SnapshotOutlet,
     topics: Topics,
     config: Config,
     server: Option<WebSocketServerHandle>,
@@ -123,7 +124,7 @@ impl Foxglove {
         };
         let (width, height) = config.image_size();
         Ok(Self {
-            outlet: Outlet::new(width * height),
+            outlet: SnapshotOutlet::new(width * height),
             topics: Topics::new(&context),
             config,
             server,
@@ -134,45 +135,10 @@ impl Foxglove {
         })
     }
 
-    /// The worker's end.
-    #[must_use]
-    pub fn outlet(&self) -> &Outlet {
-        &self.outlet
-    }
-
     /// The port that is listened at; `None` without a server.
     #[must_use]
     pub fn port(&self) -> Option<u16> {
         self.server.as_ref().map(WebSocketServerHandle::port)
-    }
-
-    /// Hands turns on until [`Self::end`]; give it a thread of its own. With a server and nobody connected nothing is
-    /// decoded.
-    pub fn compose(&self, model: &Model<'_>) {
-        let mut field = vec![0.0; model.field_len()];
-        let mut image_due = Instant::now();
-        let mut last_us = None;
-        while !self.closing.load(Ordering::Relaxed) {
-            if !self.topics.wanted() {
-                last_us = None;
-                std::thread::sleep(PATIENCE);
-                continue;
-            }
-            let Some((look, logged)) = self.outlet.take(&mut image_due) else { continue };
-            self.topics.log(model, &self.config, &look, &logged, &mut field);
-            let mut books = self.books.lock().unwrap_or_else(PoisonError::into_inner);
-            books.turns += 1;
-            books.images += u64::from(look.image_of.is_some());
-            let now_us = logged.turn.time.0;
-            let passed = last_us.map_or(1, |last| (now_us.saturating_sub(last) + 8_333) / 16_667);
-            books.left_out += passed.saturating_sub(1);
-            last_us = Some(now_us);
-        }
-    }
-
-    /// Ends [`Self::compose`].
-    pub fn end(&self) {
-        self.closing.store(true, Ordering::Relaxed);
     }
 
     /// Closes server and file; what became of the turns.
@@ -188,6 +154,39 @@ impl Foxglove {
             server.stop().wait_blocking();
         }
         Ok(*self.books.lock().unwrap_or_else(PoisonError::into_inner))
+    }
+}
+
+impl Viewer for Foxglove {
+    fn sink(&self) -> SnapshotOutlet {
+        self.outlet.clone()
+    }
+
+    /// Publishes the topics. With a server and nobody connected nothing is decoded.
+    fn show(&self, model: &Model<'_>) {
+        let mut field = vec![0.0; model.field_len()];
+        let mut image_due = Instant::now();
+        let mut last_us = None;
+        while !self.closing.load(Ordering::Relaxed) {
+            if !self.topics.wanted() {
+                last_us = None;
+                std::thread::sleep(PATIENCE);
+                continue;
+            }
+            let Some((snapshot, logged)) = self.outlet.take(&mut image_due) else { continue };
+            self.topics.log(model, &self.config, &snapshot, &logged, &mut field);
+            let mut books = self.books.lock().unwrap_or_else(PoisonError::into_inner);
+            books.turns += 1;
+            books.images += u64::from(snapshot.image_of.is_some());
+            let now_us = logged.turn.time.0;
+            let passed = last_us.map_or(1, |last| (now_us.saturating_sub(last) + 8_333) / 16_667);
+            books.left_out += passed.saturating_sub(1);
+            last_us = Some(now_us);
+        }
+    }
+
+    fn end(&self) {
+        self.closing.store(true, Ordering::Relaxed);
     }
 }
 

@@ -9,7 +9,7 @@ use meniscus::blob::Model;
 use meniscus::runtime::Mode;
 use meniscus::surface::Config;
 use meniscus_service::live::Logged;
-use meniscus_service::snapshot::Look;
+use meniscus_service::snapshot::TurnSnapshot;
 use std::sync::Arc;
 
 /// A channel for each topic.
@@ -50,7 +50,7 @@ impl Topics {
         &self,
         model: &Model<'_>,
         config: &Config,
-        look: &Look,
+        snapshot: &TurnSnapshot,
         logged: &Logged,
         field: &mut [f32],
     ) {
@@ -60,7 +60,7 @@ impl Topics {
         if let Some(channel) = &self.estimate
             && channel.has_sinks()
         {
-            channel.log_with_meta(estimate::message(model, look, logged).as_bytes(), meta);
+            channel.log_with_meta(estimate::message(model, snapshot, logged).as_bytes(), meta);
         }
         if let Some(transform) = scene::glass(logged, stamp)
             && self.glass.has_sinks()
@@ -80,7 +80,7 @@ impl Topics {
                 self.surface.log_with_meta(&scene::surface(model, config, logged, stamp), meta);
             }
         }
-        if let Some(image_of) = &look.image_of {
+        if let Some(image_of) = &snapshot.image_of {
             // With the images, so that who joins late learns it within a tenth of a second.
             let meta = PartialMetadata { log_time: Some(nanoseconds(image_of)) };
             let stamp = timestamp(nanoseconds(image_of));
@@ -91,7 +91,7 @@ impl Topics {
                 self.calibration.log_with_meta(&camera::calibration(config, stamp), meta);
             }
             if self.infrared.has_sinks()
-                && let Some(image) = camera::infrared(config, &look.infrared, stamp)
+                && let Some(image) = camera::infrared(config, &snapshot.infrared, stamp)
             {
                 self.infrared.log_with_meta(&image, meta);
             }

@@ -8,7 +8,7 @@ use meniscus::latent::decoder::ENERGY_GROUP;
 use meniscus::runtime::{Crest, Forecast, Mode};
 use meniscus::surface::{POINTS, SurfaceProfile};
 use meniscus_service::live::Logged;
-use meniscus_service::snapshot::Look;
+use meniscus_service::snapshot::TurnSnapshot;
 
 /// First byte of a frame.
 pub(super) const FRAME: u8 = 1;
@@ -35,8 +35,8 @@ const SEEN: u8 = 4;
 
 /// What a frame is made from.
 pub(super) struct Facts<'l> {
-    /// The look.
-    pub(super) look: &'l Look,
+    /// The snapshot.
+    pub(super) snapshot: &'l TurnSnapshot,
     /// Its turn.
     pub(super) logged: &'l Logged,
     /// Seconds, in the camera's time, since a frame came.
@@ -70,16 +70,16 @@ pub(super) const NUMBERS: [Number; 38] = [
     ("field_us", |f| f.logged.turn.estimate.stages.field_us as f64),
     ("turn_us", |f| f.logged.turn_us as f64),
     ("latency_us", |f| f.logged.latency_us as f64),
-    ("turns", |f| f.look.memory.health.turns as f64),
-    ("tracking", |f| f.look.memory.health.tracking as f64),
-    ("coasting", |f| f.look.memory.health.coasting as f64),
-    ("halted", |f| f.look.memory.health.halted as f64),
-    ("filling", |f| f.look.memory.health.filling as f64),
-    ("frames_missing", |f| f.look.memory.health.frames_missing as f64),
-    ("frames_stale", |f| f.look.memory.health.frames_stale as f64),
-    ("not_seen", |f| f.look.memory.health.not_seen as f64),
-    ("field_shed", |f| f.look.memory.health.field_shed as f64),
-    ("deadline_missed", |f| f.look.late as f64),
+    ("turns", |f| f.snapshot.memory.health.turns as f64),
+    ("tracking", |f| f.snapshot.memory.health.tracking as f64),
+    ("coasting", |f| f.snapshot.memory.health.coasting as f64),
+    ("halted", |f| f.snapshot.memory.health.halted as f64),
+    ("filling", |f| f.snapshot.memory.health.filling as f64),
+    ("frames_missing", |f| f.snapshot.memory.health.frames_missing as f64),
+    ("frames_stale", |f| f.snapshot.memory.health.frames_stale as f64),
+    ("not_seen", |f| f.snapshot.memory.health.not_seen as f64),
+    ("field_shed", |f| f.snapshot.memory.health.field_shed as f64),
+    ("deadline_missed", |f| f.snapshot.late as f64),
     ("q_half", |f| f64::from(f.logged.turn.estimate.interval.field[0])),
     ("v_half", |f| f64::from(f.logged.turn.estimate.interval.field[1])),
     ("e_half", |f| f64::from(f.logged.turn.estimate.interval.field[2])),

@@ -4,7 +4,7 @@ use image::codecs::jpeg::JpegEncoder;
 use image::{ExtendedColorType, ImageEncoder};
 use meniscus::runtime::Mode;
 use meniscus::surface::{Config, profile_abscissa};
-use meniscus_service::snapshot::Look;
+use meniscus_service::snapshot::TurnSnapshot;
 
 /// First byte of an image.
 const IMAGE: u8 = 2;
@@ -16,7 +16,16 @@ const QUALITY: u8 = 60;
 const BESIDE: f32 = 2.2;
 const ABOVE: usize = 12;
 
-/// Which part of the image is shown; it stays while the glass is in it, so that the glass moves and not the room.
+/// Extent of the glass, m.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct GlassExtent {
+    /// Inner radius.
+    pub(super) radius_m: f32,
+    /// Height of the rim above the inner bottom.
+    pub(super) rim_m: f32,
+}
+
+/// Part of the image that is shown; it stays while the glass is in it, so that the glass moves and not the room.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Window {
     left: usize,
@@ -48,11 +57,12 @@ impl Window {
     pub(super) fn image(
         &mut self,
         config: &Config,
-        (radius_m, rim_m): (f32, f32),
-        look: &Look,
+        glass: GlassExtent,
+        snapshot: &TurnSnapshot,
         number: u32,
     ) -> Option<Vec<u8>> {
-        let turn = &look.image_of?.turn;
+        let GlassExtent { radius_m, rim_m } = glass;
+        let turn = &snapshot.image_of?.turn;
         let profile = turn.sight.and_then(Result::ok);
         let glass_x_m = profile.and_then(|profile| profile.glass_x_m);
         let place = glass_x_m.unwrap_or(0.0);
@@ -73,18 +83,24 @@ impl Window {
                 estimated.extend(turn.estimate.surface_m.iter().enumerate().map(|(k, z)| pixel(k, *z)));
             }
         }
-        self.encode(config.image_size().0, look, number, [&traced, &estimated])
+        self.encode(config.image_size().0, snapshot, number, [&traced, &estimated])
     }
 
     /// Kind, number, time, size, the two lists of pixels, then the JPEG; everything little-endian.
-    fn encode(&self, across: usize, look: &Look, number: u32, points: [&[(f32, f32)]; 2]) -> Option<Vec<u8>> {
-        let rows = look.infrared.chunks_exact(across).skip(self.top).take(self.height);
+    fn encode(
+        &self,
+        across: usize,
+        snapshot: &TurnSnapshot,
+        number: u32,
+        points: [&[(f32, f32)]; 2],
+    ) -> Option<Vec<u8>> {
+        let rows = snapshot.infrared.chunks_exact(across).skip(self.top).take(self.height);
         let cut: Vec<u8> =
             rows.filter_map(|row| row.get(self.left..self.left + self.width)).flatten().copied().collect();
         let mut bytes = Vec::with_capacity(16 * 1024);
         bytes.extend_from_slice(&[IMAGE, 0, 0, 0]);
         bytes.extend_from_slice(&number.to_le_bytes());
-        bytes.extend_from_slice(&(look.image_of?.turn.time.0 as f64 * 1e-6).to_le_bytes());
+        bytes.extend_from_slice(&(snapshot.image_of?.turn.time.0 as f64 * 1e-6).to_le_bytes());
         for count in [self.width, self.height, points[0].len(), points[1].len()] {
             bytes.extend_from_slice(&u16::try_from(count).ok()?.to_le_bytes());
         }

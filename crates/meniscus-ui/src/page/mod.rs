@@ -1,7 +1,7 @@
 //! The live page: one page from the program itself, in any browser that can reach it.
 //!
 //! ```text
-//! worker --Outlet::offer (never waits)--> hand-off --> composer's thread --> board --> a thread for each viewer
+//! worker --SnapshotOutlet (never waits)--> hand-off --> composer's thread --> board --> a thread for each viewer
 //!          newest turn, estimator's memory, image      frames, forecasts, JPEG          newest frame, when taken
 //! ```
 //! Loopback needs no token; every other address does. Nothing is composed while nobody looks. The bytes are in
@@ -21,13 +21,14 @@ mod viewer;
 
 pub use board::Counters;
 pub use error::PageError;
-pub use meniscus_service::snapshot::Outlet;
 pub use server::VIEWERS_MAX;
 pub use token::Token;
 
 use board::Board;
 use meniscus::blob::Model;
 use meniscus::surface::Config;
+use meniscus_service::run::Viewer;
+use meniscus_service::snapshot::SnapshotOutlet;
 use server::Server;
 use std::net::{IpAddr, Ipv4Addr, SocketAddr, UdpSocket};
 use std::sync::Arc;
@@ -39,7 +40,7 @@ pub const ADDRESS: SocketAddr = SocketAddr::new(IpAddr::V4(Ipv4Addr::LOCALHOST),
 #[derive(Debug)]
 pub struct Page {
     server: Server,
-    outlet: Outlet,
+    outlet: SnapshotOutlet,
     board: Arc<Board>,
     config: Config,
     token: Option<Token>,
@@ -69,23 +70,7 @@ impl Page {
         let gate = request::Gate { token: token.clone() };
         let server = Server::start(address, gate, bases, Arc::clone(&board))?;
         let (width, height) = config.image_size();
-        Ok(Self { server, outlet: Outlet::new(width * height), board, config, token, load_bytes })
-    }
-
-    /// The worker's end.
-    #[must_use]
-    pub fn outlet(&self) -> &Outlet {
-        &self.outlet
-    }
-
-    /// The page's work; it returns when [`Self::close`] is called, so give it a thread of its own.
-    pub fn compose(&self, model: &Model<'_>) {
-        compose::compose(model, &self.config, &self.outlet, &self.board);
-    }
-
-    /// Tells every viewer that the run has ended, and ends [`Self::compose`].
-    pub fn close(&self) {
-        self.board.close();
+        Ok(Self { server, outlet: SnapshotOutlet::new(width * height), board, config, token, load_bytes })
     }
 
     /// Bytes that every viewer loads once, beside the page's own files.
@@ -117,6 +102,22 @@ impl Page {
             None => format!("http://{address}/"),
             Some(token) => format!("http://{address}/?token={}", token.reveal()),
         }
+    }
+}
+
+impl Viewer for Page {
+    fn sink(&self) -> SnapshotOutlet {
+        self.outlet.clone()
+    }
+
+    /// Composes frames and images for everybody who looks at the page.
+    fn show(&self, model: &Model<'_>) {
+        compose::compose(model, &self.config, &self.outlet, &self.board);
+    }
+
+    /// Tells every browser that the run has ended, too.
+    fn end(&self) {
+        self.board.close();
     }
 }
 

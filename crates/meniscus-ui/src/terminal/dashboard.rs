@@ -2,7 +2,8 @@
 
 use meniscus::runtime::{DEADLINE_US, Mode};
 use meniscus::surface::profile_abscissa;
-use meniscus_service::live::{Logged, Watch};
+use meniscus_service::live::Logged;
+use meniscus_service::run::RunState;
 use ratatui::Frame;
 use ratatui::crossterm::event::{self, Event, KeyCode, KeyEvent, KeyModifiers};
 use ratatui::layout::{Constraint, Layout, Rect};
@@ -64,13 +65,13 @@ impl Dashboard {
         }
     }
 
-    /// Shows the run until `finished` says so; `q`, Esc or Ctrl-C set `watch.stop`.
+    /// Shows the run until `finished` says so; `q`, Esc or Ctrl-C set `state.stop`.
     ///
     /// # Errors
     /// What the terminal said. It is put back as it was in every case.
-    pub fn run(mut self, watch: &Watch, finished: impl Fn() -> bool) -> io::Result<()> {
+    pub fn run(mut self, state: &RunState, finished: impl Fn() -> bool) -> io::Result<()> {
         let mut terminal = ratatui::try_init()?;
-        let shown = self.show(&mut terminal, watch, finished);
+        let shown = self.show(&mut terminal, state, finished);
         ratatui::restore();
         shown
     }
@@ -78,15 +79,15 @@ impl Dashboard {
     fn show(
         &mut self,
         terminal: &mut ratatui::DefaultTerminal,
-        watch: &Watch,
+        state: &RunState,
         finished: impl Fn() -> bool,
     ) -> io::Result<()> {
         while !finished() {
-            let last = watch.last.lock().map_or(None, |last| *last);
+            let last = state.latest.get();
             if let Some(logged) = &last {
                 self.remember(logged);
             }
-            if let Ok(Some(standing)) = watch.recognised.lock().as_deref() {
+            if let Ok(Some(standing)) = state.standing.lock().as_deref() {
                 self.liquid = standing.line();
             }
             terminal.draw(|frame| self.draw(frame, last.as_ref()))?;
@@ -94,7 +95,7 @@ impl Dashboard {
                 && let Event::Key(key) = event::read()?
                 && leaves(key)
             {
-                watch.stop.store(true, Ordering::Relaxed);
+                state.stop.store(true, Ordering::Relaxed);
             }
         }
         Ok(())

@@ -60,7 +60,8 @@ struct Place {
 }
 
 impl Place {
-    fn dot(&self, (u, v): (f32, f32)) -> Option<usize> {
+    /// Returns the index of the dot that shows the image pixel at column `u` and row `v`.
+    fn dot(&self, u: f32, v: f32) -> Option<usize> {
         let (x, y) = (((u - self.left) / self.step).floor(), ((v - self.top) / self.step).floor());
         let inside = x >= 0.0 && y >= 0.0 && (x as usize) < self.width && (y as usize) < self.rows;
         inside.then(|| y as usize * self.width + x as usize)
@@ -110,7 +111,7 @@ impl GlassPicture<'_> {
             }
         }
         let mut put = |at: (f32, f32), colour: Color| {
-            if let Some(dot) = place.dot(at).and_then(|dot| dots.get_mut(dot)) {
+            if let Some(dot) = place.dot(at.0, at.1).and_then(|dot| dots.get_mut(dot)) {
                 *dot = colour;
             }
         };

@@ -4,7 +4,7 @@
 
 use super::glass::{GlassPicture, Layer};
 use meniscus::surface::{Config, POINTS, profile_abscissa};
-use meniscus_service::setup::{Finding, Inspection, Portrait, RANGES, Said};
+use meniscus_service::setup::{Finding, Inspection, MeasuredGlass, Portrait, RANGES};
 use ratatui::Frame;
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 use ratatui::layout::{Constraint, Layout, Rect};
@@ -14,7 +14,7 @@ use ratatui::widgets::{Block, Paragraph, Wrap};
 
 /// Most characters of a measure.
 const DIGITS: usize = 6;
-/// Words of the measures, in the order of [`Said::values`].
+/// Words of the measures, in the order of [`MeasuredGlass::values`].
 const ASKED: [&str; 3] = ["inner radius", "fill", "rim"];
 
 /// The steps.
@@ -64,7 +64,7 @@ pub struct Wizard {
 impl Wizard {
     /// A wizard for the camera that `title` names and `camera` judges; `said` is offered for the measures.
     #[must_use]
-    pub fn new(title: String, camera: Vec<Finding>, said: Said) -> Self {
+    pub fn new(title: String, camera: Vec<Finding>, said: MeasuredGlass) -> Self {
         let entries = said.values().map(|value| format!("{value}"));
         let (step, layer) = (Step::Camera, Layer::Infrared);
         Self { title, camera, step, layer, entries, selected: 0, seen: None, waiting: true }
@@ -80,12 +80,12 @@ impl Wizard {
     ///
     /// # Errors
     /// In words, when an entry is no number or out of its range.
-    pub fn said(&self) -> Result<Said, String> {
+    pub fn said(&self) -> Result<MeasuredGlass, String> {
         let mut values = [0.0; 3];
         for ((value, entry), (name, ..)) in values.iter_mut().zip(&self.entries).zip(RANGES) {
             *value = entry.parse().map_err(|_| format!("{name}: '{entry}' is no number"))?;
         }
-        let said = Said::of(values);
+        let said = MeasuredGlass::of(values);
         said.check().map(|()| said)
     }
 

@@ -19,6 +19,15 @@ const RETURN: Duration = Duration::from_secs(10);
 /// Time that a reset port is given.
 const AFTER_RESET: Duration = Duration::from_millis(500);
 
+/// State of a camera on the bus.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Presence {
+    /// It is listed.
+    There,
+    /// It is not.
+    Gone,
+}
+
 impl<T: Transport> Session<T> {
     /// Takes a rung. Afterwards the transfers are queued, or the reason says why not.
     pub(super) fn climb(&mut self, rung: Rung, sink: &mut impl Sink) -> Result<(), CameraError> {
@@ -34,8 +43,8 @@ impl<T: Transport> Session<T> {
                 // Whether it was heard shows in the camera's leaving the bus.
                 let _heard = send(&mut self.transport, &self.plan, &Command::new(opcode::HWRST, [0; 4]));
                 self.close();
-                self.wait_for(false, LEAVE, sink)?;
-                self.wait_for(true, RETURN, sink)?;
+                self.wait_for(Presence::Gone, LEAVE, sink)?;
+                self.wait_for(Presence::There, RETURN, sink)?;
                 self.reopen()?;
             }
             Rung::Reset => {
@@ -109,17 +118,26 @@ impl<T: Transport> Session<T> {
         self.transport.reset()
     }
 
-    /// Waits until the camera is on the bus, or not.
-    fn wait_for(&mut self, there: bool, limit: Duration, sink: &mut impl Sink) -> Result<(), CameraError> {
+    /// Waits until the camera has left the bus, or is back on it.
+    fn wait_for(
+        &mut self,
+        wanted: Presence,
+        limit: Duration,
+        sink: &mut impl Sink,
+    ) -> Result<(), CameraError> {
         let deadline = self.transport.now() + limit;
         while sink.wanted() {
             let port = &self.connected.device.port;
             let listed = self.transport.list().unwrap_or_default();
-            if listed.iter().any(|device| device.port == *port) == there {
+            let there = listed.iter().any(|device| device.port == *port);
+            if there == (wanted == Presence::There) {
                 return Ok(());
             }
             if self.transport.now() >= deadline {
-                let doing = if there { "find the camera after its restart" } else { "restart the camera" };
+                let doing = match wanted {
+                    Presence::There => "find the camera after its restart",
+                    Presence::Gone => "restart the camera",
+                };
                 return Err(CameraError::Usb { doing, error: UsbError::Timeout });
             }
             self.transport.pause(LOOK);

@@ -1,30 +1,31 @@
-//! The picture of a run, from its log, its still and the truth.
+//! Picture of a run: its highest crest, estimated and true, and the errors over time.
 
+use crate::run_report::TruthReport;
+use crate::score::field_of;
 use meniscus::blob::Model;
 use meniscus::surface::Config;
 use meniscus_data::recording::frame_of;
 use meniscus_data::recording::{Lattice, Recording, STATE};
 use meniscus_report::plot::PictureError;
-use meniscus_score::score::{Score, field_of};
-use meniscus_service::live::{Log, Still};
+use meniscus_service::live::CrestImage;
 use meniscus_ui::figure_parts::{camera, slice};
 use meniscus_ui::picture::{Curve, Picture};
 use meniscus_virtual::camera::START;
 use meniscus_virtual::looped_recording::frame_shown;
 
-/// Draws the highest crest of the run as PNG bytes; `None` for a run that never tracked.
+/// Draws the highest crest of a run as PNG bytes; `None` for a run that never saw the liquid.
 ///
 /// # Errors
 /// [`PictureError`].
-pub(super) fn picture(
+pub fn picture(
     model: &Model<'_>,
     recording: &Recording,
     config: &Config,
-    log: &Log,
-    score: &Score,
-    still: &Still,
+    report: &TruthReport<'_>,
+    crest: &CrestImage,
 ) -> Result<Option<Vec<u8>>, PictureError> {
-    let Some(turn) = still.turn else { return Ok(None) };
+    let Some(turn) = crest.turn else { return Ok(None) };
+    let score = &report.score;
     // Behind the recording's end it has begun again (`--view`).
     let frame = frame_shown(recording, frame_of(turn.time, START) as u64);
     let (mut estimate, mut truth) = (vec![0.0; STATE], vec![0.0; STATE]);
@@ -40,12 +41,12 @@ pub(super) fn picture(
     let seconds = turn.time.since(START) as f64 * 1e-6;
     let picture = Picture {
         title: format!(
-            "{} at {seconds:.2} s, the highest crest of {} turns: surface off by {:.1} % of the slosh over the run",
+            "{} at {seconds:.2} s, the highest crest of {} turns: slosh-relative error {:.1} % over the run",
             recording.provenance.liquid,
-            log.turns.len(),
+            report.turns(),
             100.0 * score.estimate.slosh_rel()
         ),
-        camera: camera(config, recording, &still.infrared, &turn, frame),
+        camera: camera(config, recording, &crest.outline, &turn, frame),
         slices: vec![
             ("estimated".into(), slice(&lattice, recording, &estimate)),
             ("true".into(), slice(&lattice, recording, &truth)),

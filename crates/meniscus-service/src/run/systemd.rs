@@ -1,21 +1,21 @@
-//! The run as a service: what systemd is told, and what the journal.
+//! The run as a service: messages to systemd and to the journal.
 //!
 //! systemd's protocol (sd_notify): datagrams of `KEY=VALUE` lines to the socket that NOTIFY_SOCKET names. The unit's
-//! watchdog is told that the program is alive only while the worker takes turns: with a camera that has gone
+//! watchdog hears from the program only while the worker takes turns: with a camera that has gone
 //! it goes on taking them, in the mode halted; a worker that hangs is started anew by systemd.
 
+use super::RunState;
 use meniscus::runtime::Mode;
-use meniscus_service::live::Watch;
 use std::os::linux::net::SocketAddrExt;
 use std::os::unix::net::{SocketAddr, UnixDatagram};
 use std::time::{Duration, Instant};
 
-/// Pause between two looks at the worker.
+/// Interval at which the worker is observed.
 const LOOK: Duration = Duration::from_millis(100);
-/// Pause between two signs of life.
+/// Interval of the watchdog's messages.
 const ALIVE: Duration = Duration::from_secs(1);
 
-/// The way to systemd; none outside of a unit.
+/// Socket of systemd; `None` outside of a unit.
 struct Notify(Option<(UnixDatagram, SocketAddr)>);
 
 impl Notify {
@@ -29,40 +29,40 @@ impl Notify {
         Self(address.and_then(|address| Some((UnixDatagram::unbound().ok()?, address))))
     }
 
-    fn tell(&self, what: &str) {
+    fn send(&self, what: &str) {
         if let Some((socket, address)) = &self.0 {
             // A systemd that does not listen changes nothing here; its watchdog will say so.
-            let _told = socket.send_to_addr(what.as_bytes(), address);
+            let _sent = socket.send_to_addr(what.as_bytes(), address);
         }
     }
 }
 
-/// Attends the run until it has finished.
-pub(super) fn attend(watch: &Watch, finished: impl Fn() -> bool) {
+/// Reports the run to systemd until it has `finished`; every change of the mode goes to `say`, too.
+pub fn attend(state: &RunState, say: &dyn Fn(&str), finished: &dyn Fn() -> bool) {
     let notify = Notify::by_environment();
-    notify.tell("READY=1\nSTATUS=waiting for the first frame");
-    let (mut mode, mut time, mut told): (Option<Mode>, _, Option<Instant>) = (None, None, None);
+    notify.send("READY=1\nSTATUS=waiting for the first frame");
+    let (mut mode, mut time, mut sent): (Option<Mode>, _, Option<Instant>) = (None, None, None);
     while !finished() {
-        let last = watch.last.lock().ok().and_then(|last| *last);
-        if let Some(logged) = last {
+        let due = sent.is_none_or(|sent| sent.elapsed() >= ALIVE);
+        if let Some(logged) = state.latest.get() {
             let now = logged.turn.estimate.mode;
             if mode != Some(now) {
-                eprintln!("mode: {now:?}");
-                notify.tell(&format!("STATUS={now:?}"));
+                say(&format!("mode: {now:?}"));
+                notify.send(&format!("STATUS={now:?}"));
                 mode = Some(now);
             }
             let alive = time != Some(logged.turn.time);
             time = Some(logged.turn.time);
-            if alive && told.is_none_or(|told| told.elapsed() >= ALIVE) {
-                notify.tell("WATCHDOG=1");
-                told = Some(Instant::now());
+            if alive && due {
+                notify.send("WATCHDOG=1");
+                sent = Some(Instant::now());
             }
-        } else if told.is_none_or(|told| told.elapsed() >= ALIVE) {
+        } else if due {
             // Before the first frame there is no turn: the camera's session has its own patience.
-            notify.tell("WATCHDOG=1");
-            told = Some(Instant::now());
+            notify.send("WATCHDOG=1");
+            sent = Some(Instant::now());
         }
         std::thread::sleep(LOOK);
     }
-    notify.tell("STOPPING=1");
+    notify.send("STOPPING=1");
 }

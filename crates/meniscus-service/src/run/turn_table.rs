@@ -1,14 +1,15 @@
 //! The turns of a run as a table.
 
+use crate::live::Logged;
 use meniscus::runtime::{Mode, Stages};
-use meniscus_service::live::Logged;
 use std::fmt::Write;
 use std::time::{Instant, SystemTime, UNIX_EPOCH};
 
-/// One row a turn, oldest first. `wall_us` is the end of the turn by the machine's clock, microseconds since
+/// Returns one row a turn, oldest first. `wall_us` is the end of the turn by the machine's clock, microseconds since
 /// 1970; `camera_us` the middle of its exposure by the camera's; `sequence` its frame's number, empty where no
 /// frame came; `seen` whether the liquid was seen in it. The last columns are the stages of the turn.
-pub(super) fn csv(all: &[Logged]) -> String {
+#[must_use]
+pub fn csv(all: &[Logged]) -> String {
     let (now, wall) = (Instant::now(), SystemTime::now());
     let mut text = String::from(
         "wall_us,camera_us,sequence,mode,seen,latency_us,turn_us,surface_us,predict_us,encode_us,correct_us,field_us\n",

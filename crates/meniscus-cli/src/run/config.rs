@@ -1,0 +1,286 @@
+//! Configuration of a run: plain values, checked once at the door. Nothing behind it sees the flags.
+
+use super::Arguments;
+use super::motion_source::MotionSource;
+use super::source::{RecordingSource, Source};
+use anyhow::{Context, bail, ensure};
+use meniscus::latent::decoder::Selection;
+use meniscus::units::FRAME_INTERVAL_S;
+use meniscus_data::recording::GROUP_NAMES;
+use meniscus_platform::realtime::Priority;
+use meniscus_score::run_report::RunLabels;
+use meniscus_service::live::Silence;
+use meniscus_service::publish::Destination;
+use std::io::IsTerminal;
+use std::net::SocketAddr;
+use std::path::PathBuf;
+use std::time::Duration;
+
+/// Length of a run without --seconds, s.
+const SECONDS: f64 = 10.0;
+
+/// Everything that determines a run.
+#[derive(Clone, Debug)]
+pub(super) struct RunConfig {
+    /// Origin of the images.
+    pub(super) source: Source,
+    /// The source, as the user named it.
+    pub(super) source_name: String,
+    /// The model: `shipped`, a blob file or a folder of flash slots.
+    pub(super) model: String,
+    /// The board's profile, with the key that a flashed model must be signed with.
+    pub(super) profile: Option<PathBuf>,
+    /// Glass and position of the camera, as `meniscus setup` wrote them.
+    pub(super) setup: Option<PathBuf>,
+    /// Serial number of the only camera on a bus that is taken.
+    pub(super) serial: Option<String>,
+    /// Seed of the simulated camera's noise and faults.
+    pub(super) seed: u64,
+    /// Frames of the run; of an endless one, frames that the log has room for.
+    pub(super) frames: usize,
+    /// End of the run.
+    pub(super) end: RunEnd,
+    /// Folder for report, picture and flight records.
+    pub(super) out: PathBuf,
+    /// Table of every turn.
+    pub(super) turn_table: Option<PathBuf>,
+    /// Publishing to other programs.
+    pub(super) publishing: Publishing,
+    /// Groups of the field that are decoded.
+    pub(super) fields: Selection,
+    /// Reaction of the worker to a camera that sends nothing.
+    pub(super) silence: Silence,
+    /// Scheduling of the worker.
+    pub(super) priority: Priority,
+    /// Truth of a camera on a bus.
+    pub(super) truth: Option<RecordingSource>,
+    /// Liquids that are compared: `shipped`, notes and folders of notes.
+    pub(super) among: Vec<String>,
+    /// Commanded motion.
+    pub(super) motion: Option<MotionSource>,
+    /// The live page.
+    pub(super) page: Option<PageConfig>,
+    /// Foxglove.
+    pub(super) foxglove: FoxgloveConfig,
+    /// Foreground of the run.
+    pub(super) front: Front,
+    /// Form of the report on standard output.
+    pub(super) output: Output,
+    /// Consequence of a missed target.
+    pub(super) targets: Targets,
+}
+
+/// End of a run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum RunEnd {
+    /// After [`RunConfig::frames`] frames.
+    AfterFrames,
+    /// When a person or the system stops it.
+    WhenStopped,
+}
+
+/// Publishing to other programs.
+#[derive(Clone, Debug)]
+pub(super) struct Publishing {
+    /// Destinations; none, no publishing.
+    pub(super) destinations: Vec<Destination>,
+    /// Rate of the full field on Unix sockets, Hz; 0 for never.
+    pub(super) field_hz: f64,
+}
+
+/// Address and secret of the live page.
+#[derive(Clone, Debug)]
+pub(super) struct PageConfig {
+    /// Address to listen at.
+    pub(super) listen: SocketAddr,
+    /// File whose first line is the token.
+    pub(super) token_file: Option<PathBuf>,
+}
+
+/// Server and file for Foxglove.
+#[derive(Clone, Debug, Default)]
+pub(super) struct FoxgloveConfig {
+    /// Address of the WebSocket server.
+    pub(super) address: Option<SocketAddr>,
+    /// MCAP file.
+    pub(super) file: Option<PathBuf>,
+}
+
+/// Foreground of a run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Front {
+    /// Reports to systemd.
+    Service,
+    /// The live page has everything; the terminal waits.
+    Page,
+    /// Dashboard in the terminal.
+    Dashboard,
+    /// A bar with the time left.
+    Progress,
+}
+
+/// Form of the report on standard output.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Output {
+    /// A summary for a person.
+    Text,
+    /// One JSON object.
+    Json,
+}
+
+/// Consequence of a missed target.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Targets {
+    /// It is reported.
+    Reported,
+    /// The command fails.
+    Enforced,
+}
+
+impl RunConfig {
+    /// Returns the length of the run; of an endless one, that of its log.
+    pub(super) fn length(&self) -> Duration {
+        Duration::from_secs_f64(self.frames as f64 * FRAME_INTERVAL_S)
+    }
+
+    /// Returns the names under which the run is reported.
+    pub(super) fn labels(&self) -> RunLabels<'_> {
+        RunLabels { model: &self.model, source: &self.source_name, seed: self.seed }
+    }
+}
+
+impl TryFrom<&Arguments> for RunConfig {
+    type Error = anyhow::Error;
+
+    fn try_from(arguments: &Arguments) -> anyhow::Result<Self> {
+        let frames = frames(arguments.seconds.unwrap_or(SECONDS))?;
+        let source = Source::try_from(arguments)?;
+        if !source.is_bus() {
+            ensure!(!arguments.service, "--service is for a camera on a bus");
+            ensure!(
+                arguments.truth.is_none(),
+                "--truth is for a camera on a bus; a recording brings its own"
+            );
+        }
+        let endless = arguments.service || (arguments.page.view && arguments.seconds.is_none());
+        let front = if arguments.service {
+            Front::Service
+        } else if arguments.page.view {
+            Front::Page
+        } else if !arguments.json && std::io::stdout().is_terminal() {
+            Front::Dashboard
+        } else {
+            Front::Progress
+        };
+        let motion = arguments.motion.as_deref();
+        Ok(Self {
+            source,
+            source_name: arguments.source.clone(),
+            model: arguments.model.clone(),
+            profile: arguments.profile.clone(),
+            setup: arguments.setup.clone(),
+            serial: arguments.serial.clone(),
+            seed: arguments.seed,
+            frames,
+            end: if endless { RunEnd::WhenStopped } else { RunEnd::AfterFrames },
+            out: arguments.out.clone(),
+            turn_table: arguments.turns.clone(),
+            publishing: Publishing { destinations: arguments.publish.clone(), field_hz: arguments.field_hz },
+            fields: groups(&arguments.fields, arguments.field_hz)?,
+            silence: if arguments.patient { Silence::WaitOut } else { Silence::Bridge },
+            priority: Priority::real_time_if(arguments.realtime || arguments.service),
+            truth: arguments.truth.as_deref().map(RecordingSource::from),
+            among: arguments.among.clone(),
+            motion: motion.map(|source| MotionSource::parse(source, arguments.motion_lag_ms)).transpose()?,
+            page: arguments.page.config(),
+            foxglove: arguments.foxglove.config(),
+            front,
+            output: if arguments.json { Output::Json } else { Output::Text },
+            targets: if arguments.check { Targets::Enforced } else { Targets::Reported },
+        })
+    }
+}
+
+/// Returns the whole frames in `seconds`, at least a window and a second.
+fn frames(seconds: f64) -> anyhow::Result<usize> {
+    if !(1.5..=3600.0).contains(&seconds) {
+        bail!("--seconds {seconds} is out of range: 1.5 to 3600");
+    }
+    Ok((seconds / FRAME_INTERVAL_S).round() as usize)
+}
+
+/// Returns the groups that --fields names.
+fn groups(fields: &str, field_hz: f64) -> anyhow::Result<Selection> {
+    let groups = match fields {
+        "all" => return Ok(Selection::ALL),
+        "none" => Selection::NONE,
+        list => list.split(',').try_fold(Selection::NONE, |groups, name| {
+            let index = GROUP_NAMES.iter().position(|known| *known == name.trim());
+            let index = index.with_context(|| {
+                format!(
+                    "--fields knows no group '{name}': take of {}, or all, or none",
+                    GROUP_NAMES.join(", ")
+                )
+            })?;
+            anyhow::Ok(groups.with(index))
+        })?,
+    };
+    ensure!(
+        field_hz == 0.0 || groups == Selection::ALL,
+        "--field-hz hands on the full field, which --fields {fields} leaves out in part"
+    );
+    Ok(groups)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::Parser;
+
+    /// The flags as the program parses them.
+    #[derive(clap::Parser)]
+    struct Program {
+        #[command(flatten)]
+        arguments: Arguments,
+    }
+
+    fn config(words: &[&str]) -> anyhow::Result<RunConfig> {
+        let all = ["run"].iter().chain(words);
+        RunConfig::try_from(&Program::try_parse_from(all)?.arguments)
+    }
+
+    fn refusal(words: &[&str]) -> String {
+        config(words).map_or_else(|error| format!("{error:#}"), |_| format!("{words:?} is accepted"))
+    }
+
+    #[test]
+    fn flags_become_a_configuration() {
+        let plain = config(&["--json"]).expect("no flag is needed");
+        assert_eq!((plain.frames, plain.end, plain.front), (600, RunEnd::AfterFrames, Front::Progress));
+        assert!(matches!(&plain.source, Source::Rendered { recording: RecordingSource::Shipped, .. }));
+        assert_eq!(config(&["--view"]).expect("a page").end, RunEnd::WhenStopped);
+        assert_eq!(config(&["--view", "--seconds", "3"]).expect("a page").end, RunEnd::AfterFrames);
+        let service = config(&["--source", "usb", "--service"]).expect("a service");
+        assert_eq!((service.front, service.priority), (Front::Service, Priority::RealTime));
+        let simulated = config(&["--source", "simulated-usb:unplug"]).expect("a trouble by name");
+        assert!(matches!(simulated.source, Source::SimulatedUsb { trouble: Some(_), .. }));
+        assert_eq!(config(&["--patient"]).expect("patient").silence, Silence::WaitOut);
+    }
+
+    #[test]
+    fn contradictions_are_refused_before_anything_is_opened() {
+        for (words, why) in [
+            (&["--seconds", "1"][..], "out of range: 1.5 to 3600"),
+            (&["--service"], "--service is for a camera on a bus"),
+            (&["--truth", "shipped"], "a recording brings its own"),
+            (&["--source", "replay"], "--source replay needs the recording"),
+            (&["some.mcap"], "is taken with --source replay only"),
+            (&["--source", "simulated-usb:nonsense"], "no trouble is called `nonsense`"),
+            (&["--fields", "q,x"], "--fields knows no group 'x'"),
+            (&["--fields", "q", "--field-hz", "2"], "--field-hz hands on the full field"),
+            (&["--motion", "udp:nowhere"], "udp:HOST:PORT"),
+        ] {
+            assert!(refusal(words).contains(why), "{words:?}: {}", refusal(words));
+        }
+    }
+}

@@ -1,0 +1,35 @@
+//! Report of a run on standard output and in the --out folder.
+
+use super::config::{Output, RunConfig, Targets};
+use anyhow::{Context, ensure};
+use meniscus_platform::files::write_whole;
+use meniscus_report::checks::Check;
+use serde_json::Value;
+
+/// Name of the report in the --out folder.
+const REPORT: &str = "run.json";
+
+/// Makes the --out folder before the run: one that cannot be written would lose the report after it.
+pub(super) fn announce(config: &RunConfig) -> anyhow::Result<()> {
+    write_whole(&config.out.join(REPORT), b"{}\n").context("the --out folder cannot be used")
+}
+
+/// Writes the report into the --out folder and prints it in the form that was asked for.
+pub(super) fn print(config: &RunConfig, json: &Value, text: &str) -> anyhow::Result<()> {
+    let json = serde_json::to_string_pretty(json)?;
+    write_whole(&config.out.join(REPORT), format!("{json}\n").as_bytes())?;
+    match config.output {
+        Output::Json => println!("{json}"),
+        Output::Text => print!("{text}"),
+    }
+    Ok(())
+}
+
+impl RunConfig {
+    /// Fails if a check missed its target and that is to be enforced.
+    pub(super) fn judge(&self, checks: &[Check]) -> anyhow::Result<()> {
+        let met = self.targets == Targets::Reported || checks.iter().all(|check| check.ok);
+        ensure!(met, "a check missed its target");
+        Ok(())
+    }
+}

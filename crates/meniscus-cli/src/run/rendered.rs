@@ -1,0 +1,86 @@
+//! `meniscus run` before a recording of the simulator: a rendered camera, and the truth beside the estimate.
+
+use super::BUFFERS;
+use super::config::{RunConfig, RunEnd};
+use super::live::{ReadyCamera, live};
+use super::printed::{announce, print};
+use super::source::RecordingSource;
+use crate::glass;
+use anyhow::{Context, bail};
+use meniscus::blob::Model;
+use meniscus::surface::{Config, Settings};
+use meniscus_data::recording::Recording;
+use meniscus_hil::FaultList;
+use meniscus_platform::files::write_whole;
+use meniscus_score::run_picture::picture;
+use meniscus_score::run_report::TruthReport;
+use meniscus_service::live::Silence;
+use meniscus_usb::link::link;
+use meniscus_virtual::camera::{PAYLOAD_ROOM, SimulatedCamera};
+use meniscus_virtual::render::SceneSettings;
+use std::sync::atomic::AtomicBool;
+
+/// Runs with a rendered camera.
+pub(super) fn run(
+    config: &RunConfig,
+    model: &Model<'_>,
+    source: &RecordingSource,
+    faults: &FaultList,
+) -> anyhow::Result<()> {
+    let recording = source.load()?;
+    let settings = settings(model, &recording)?;
+    let reader = Config::new(glass::settings(config.setup.as_deref(), &model.header, settings.optics())?)?;
+    announce(config)?;
+    let scene = SceneSettings { camera: settings, seed: config.seed, ..SceneSettings::default() };
+    let mut camera = SimulatedCamera::new(&recording, scene, faults.clone());
+    if config.silence == Silence::WaitOut {
+        camera = camera.patient();
+    }
+    let mut shots = config.frames.min(recording.frames());
+    if config.page.is_some() {
+        camera = camera.repeating();
+        shots = if config.end == RunEnd::WhenStopped { usize::MAX } else { config.frames };
+    }
+    // The log has room for the first round, which is scored against the truth, and counts the rest.
+    let frames = shots.min(recording.frames());
+    let (camera_end, end) = link(BUFFERS, PAYLOAD_ROOM);
+    let ready = ReadyCamera { name: "simulated D435", reader, rectifier: None, frames, end };
+    let finished = live(config, model, ready, move |stop: &AtomicBool| {
+        camera.play(shots, &camera_end, stop);
+    })?;
+
+    let report = TruthReport::new(model, &recording, &finished.log)
+        .context("the run ended before the first turn: there is nothing to report")?;
+    let drawn = picture(model, &recording, &reader, &report, &finished.crest)?;
+    let path = config.out.join("run.png");
+    let mut text = report.text();
+    if let Some(png) = &drawn {
+        write_whole(&path, png)?;
+        text += &format!("picture: {}\n", path.display());
+    }
+    print(config, &report.json(&config.labels()), &text)?;
+    config.judge(&report.checks)
+}
+
+/// Returns the camera's settings for the model's glass; a recording of another glass is refused.
+fn settings(model: &Model<'_>, recording: &Recording) -> anyhow::Result<Settings> {
+    let (header, glass) = (&model.header, &recording.glass);
+    let pairs = [
+        ("radius", header.radius_m, glass.radius_m),
+        ("fill", header.fill_m, glass.fill_m),
+        ("rim", header.rim_m, glass.rim_m),
+    ];
+    for (name, model_m, recording_m) in pairs {
+        if (model_m - recording_m).abs() > 1e-4 {
+            let (model_mm, recording_mm) = (1e3 * model_m, 1e3 * recording_m);
+            bail!(
+                "the model was trained for a glass with {name} {model_mm:.1} mm, the recording has \
+                 {recording_mm:.1} mm: train a model for this glass, or choose another recording"
+            );
+        }
+    }
+    if model.field_len() != meniscus_data::recording::STATE {
+        bail!("the model has {} tracers, recordings have 2134", model.header.particles);
+    }
+    Ok(Settings::for_glass(header.radius_m, header.fill_m, header.rim_m))
+}

@@ -1,0 +1,87 @@
+//! Source of a run: the camera, or whatever stands for one.
+
+use super::Arguments;
+use crate::bus;
+use crate::inputs::check_level;
+use anyhow::{Result, bail};
+use meniscus_data::recording::Recording;
+use meniscus_hil::FaultList;
+use meniscus_hil::device::Trouble;
+use std::path::{Path, PathBuf};
+
+/// Origin of the images.
+#[derive(Clone, Debug)]
+pub(super) enum Source {
+    /// A rendered camera before a recording of the simulator.
+    Rendered { recording: RecordingSource, faults: FaultList },
+    /// A camera on this machine's bus.
+    Usb,
+    /// A simulated camera on a simulated bus, before the shipped recording.
+    SimulatedUsb { trouble: Option<Trouble>, faults: FaultList },
+    /// A camera's recording, played at its own pace.
+    Replay { file: PathBuf },
+}
+
+/// A recording of the simulator.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) enum RecordingSource {
+    /// The one in the program.
+    Shipped,
+    /// A file.
+    File(PathBuf),
+}
+
+impl Source {
+    /// Returns whether the camera is on a bus, so that it has to be connected and may be lost.
+    pub(super) fn is_bus(&self) -> bool {
+        matches!(self, Self::Usb | Self::SimulatedUsb { .. })
+    }
+}
+
+impl TryFrom<&Arguments> for Source {
+    type Error = anyhow::Error;
+
+    fn try_from(arguments: &Arguments) -> Result<Self> {
+        let faults = || arguments.faults.clone();
+        match arguments.source.split_once(':').unwrap_or((&arguments.source, "")) {
+            ("usb", "") => return Ok(Self::Usb),
+            ("simulated-usb", trouble) => {
+                return Ok(Self::SimulatedUsb { trouble: bus::trouble(trouble)?, faults: faults() });
+            }
+            _ => {}
+        }
+        match (&arguments.file, arguments.source == "replay") {
+            (Some(file), true) => Ok(Self::Replay { file: file.clone() }),
+            (None, true) => {
+                bail!("--source replay needs the recording: meniscus run --source replay FILE")
+            }
+            (Some(file), false) => bail!("{} is taken with --source replay only", file.display()),
+            (None, false) => {
+                let recording = RecordingSource::from(arguments.source.as_str());
+                Ok(Self::Rendered { recording, faults: faults() })
+            }
+        }
+    }
+}
+
+impl From<&str> for RecordingSource {
+    fn from(name: &str) -> Self {
+        if name == "shipped" { Self::Shipped } else { Self::File(name.into()) }
+    }
+}
+
+impl RecordingSource {
+    /// Returns the recording, of an upright glass on its table.
+    pub(super) fn load(&self) -> Result<Recording> {
+        match self {
+            Self::Shipped => {
+                Ok(Recording::from_bytes(Path::new("the shipped recording"), meniscus_shipped::RECORDING)?)
+            }
+            Self::File(path) => {
+                let recording = Recording::load(path)?;
+                check_level(&recording, &path.display())?;
+                Ok(recording)
+            }
+        }
+    }
+}

@@ -1,0 +1,120 @@
+//! Report of a run with a camera on a bus or a camera's recording: there is no truth unless one was named.
+
+use super::{RunLabels, checks_of, fields_json, liquid_line, surface_json};
+use crate::score::Score;
+use meniscus_report::checks::{Check, table};
+use meniscus_service::camera_facts::{camera_json, camera_line};
+use meniscus_service::live::Log;
+use meniscus_service::run::statistics::{
+    losses_json, modes_json, motion_json, motion_line, stages_json, stages_line,
+};
+use meniscus_usb::camera::{CameraHealth, Connected, Note};
+use serde_json::{Value, json};
+use std::fmt::Write;
+
+/// Measured figures of a run with a camera.
+#[derive(Debug)]
+pub struct CameraReport<'l> {
+    /// Turns and counters of the worker.
+    pub log: &'l Log,
+    /// The camera; a recording has none.
+    pub camera: Option<Connected>,
+    /// Its counters.
+    pub health: CameraHealth,
+    /// Its events.
+    pub notes: Vec<Note>,
+    /// Real-time priority of its thread, or the reason of the refusal; `None` if it was not wanted.
+    pub realtime: Option<Result<(), String>>,
+    /// Errors against the truth, where one is known.
+    pub score: Option<Score>,
+}
+
+impl CameraReport<'_> {
+    /// Returns the checks of a run without a truth.
+    #[must_use]
+    pub fn checks(&self) -> Vec<Check> {
+        checks_of(self.log)
+    }
+
+    /// Returns one JSON object.
+    #[must_use]
+    pub fn json(&self, labels: &RunLabels<'_>) -> Value {
+        let log = self.log;
+        let notes: Vec<String> = self.notes.iter().map(Note::to_string).collect();
+        json!({
+            "command": "meniscus run",
+            "version": env!("CARGO_PKG_VERSION"),
+            "model": labels.model,
+            "source": labels.source,
+            "camera": self.camera.as_ref().map(camera_json),
+            "camera_health": self.health,
+            "camera_notes": notes,
+            "realtime": self.realtime.as_ref().map(Result::is_ok),
+            "frames": log.turns.len(),
+            "stages_us_median": stages_json(log),
+            "modes": modes_json(log),
+            "health": log.health,
+            "truth": self.score.as_ref().map(scored),
+            "motion": motion_json(log),
+            "recognised": log.recognised,
+            "losses": losses_json(log),
+            "checks": self.checks(),
+        })
+    }
+
+    /// Returns the report for a person.
+    #[must_use]
+    pub fn text(&self) -> String {
+        let (log, health, mut text) = (self.log, &self.log.health, String::new());
+        // Writing into a string cannot fail.
+        if let Some(camera) = &self.camera {
+            let _ = writeln!(text, "{}", camera_line(camera));
+        }
+        let _ = writeln!(
+            text,
+            "{} turns: {} filling, {} tracking, {} coasting, {} halted; the liquid was not seen in {}",
+            log.turns.len(),
+            health.filling,
+            health.tracking,
+            health.coasting,
+            health.halted,
+            health.not_seen
+        );
+        text += &motion_line(log);
+        let (depth, outline) = (log.losses.0.frames(), log.losses.1.frames());
+        let colour = self.camera.as_ref().is_some_and(|camera| camera.colour.is_some());
+        let beside = if colour { "colour" } else { "infrared" };
+        let _ = writeln!(text, "frames lost: {depth} depth, {outline} {beside}");
+        if let Some(Err(reason)) = &self.realtime {
+            let _ = writeln!(
+                text,
+                "the camera's thread has no real-time priority ({reason}): see meniscus doctor"
+            );
+        }
+        for note in &self.notes {
+            let _ = writeln!(text, "camera: {note}");
+        }
+        text += &stages_line(log);
+        let _ = match &self.score {
+            None => writeln!(text, "no truth is known, so the estimate has no error figures"),
+            Some(score) => {
+                let [q, v, ..] = score.field.map(|error| 100.0 * error);
+                let slosh = 100.0 * score.estimate.slosh_rel();
+                writeln!(
+                    text,
+                    "errors against the truth: surface {slosh:.1} % (slosh-relative), q {q:.1} %, v {v:.1} %"
+                )
+            }
+        };
+        text + &liquid_line(log) + &table(&self.checks())
+    }
+}
+
+/// Returns the errors against the truth as JSON.
+fn scored(score: &Score) -> Value {
+    json!({
+        "frames_scored": score.frames,
+        "surface_error": surface_json(score),
+        "field_error": fields_json(score),
+    })
+}

@@ -1,0 +1,68 @@
+//! Reports of a run: measured figures beside their targets, as text and as JSON.
+
+mod camera;
+mod truth;
+
+pub use camera::CameraReport;
+pub use truth::TruthReport;
+
+use crate::score::Score;
+use meniscus::runtime::DEADLINE_US;
+use meniscus_data::recording::GROUP_NAMES;
+use meniscus_report::checks::Check;
+use meniscus_service::live::Log;
+use meniscus_service::run::statistics::{TurnTimes, energy_drift, entropy_falls, late};
+use serde_json::{Value, json};
+
+/// Targets of the first model, as the README states them.
+mod target {
+    /// |z - estimate| / |z - z_rest|.
+    pub(super) const SLOSH_REL: f64 = 0.25;
+    /// Mean and maximum of |z - estimate| / z.
+    pub(super) const SURFACE: (f64, f64) = (0.006, 0.04);
+    /// Relative L2 of q displacement and of v.
+    pub(super) const FIELD: f64 = 0.20;
+    /// dE - work of a step, in units of the energy scale.
+    pub(super) const ENERGY_DRIFT: f64 = 1e-6;
+    /// Median of a turn on two server cores, microseconds.
+    pub(super) const TURN_US: f64 = 3000.0;
+}
+
+/// Names under which a run is reported.
+#[derive(Clone, Copy, Debug)]
+pub struct RunLabels<'l> {
+    /// The model, as the user named it.
+    pub model: &'l str,
+    /// The source, as the user named it.
+    pub source: &'l str,
+    /// Seed of the simulated camera's noise and faults.
+    pub seed: u64,
+}
+
+/// Returns the checks of a run that need no truth: conservation laws, times, allocations.
+fn checks_of(log: &Log) -> Vec<Check> {
+    let times = TurnTimes::of(log);
+    vec![
+        Check::at_most("energy_drift_step", energy_drift(log), "H", target::ENERGY_DRIFT),
+        Check::exactly("entropy_falls", entropy_falls(log) as f64, "1", 0.0),
+        Check::exactly("deadline_misses", late(log).count() as f64, "1", 0.0),
+        Check::at_most("turn_us_median", times.median as f64, "us", target::TURN_US),
+        Check::at_most("turn_us_p99", times.p99 as f64, "us", DEADLINE_US as f64),
+        Check::exactly("allocations", log.allocations() as f64, "1", 0.0),
+    ]
+}
+
+/// Returns the errors of the field by group as JSON.
+fn fields_json(score: &Score) -> Value {
+    GROUP_NAMES.iter().zip(score.field).map(|(name, error)| ((*name).to_owned(), json!(error))).collect()
+}
+
+/// Returns the errors of the surface as JSON.
+fn surface_json(score: &Score) -> Value {
+    json!({ "mean": score.estimate.mean(), "max": score.estimate.max, "slosh_rel": score.estimate.slosh_rel() })
+}
+
+/// Returns the identified liquid as a line; empty where none was compared.
+fn liquid_line(log: &Log) -> String {
+    log.recognised.as_ref().map_or(String::new(), |standing| format!("liquid: {}\n", standing.line()))
+}

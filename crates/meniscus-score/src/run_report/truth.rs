@@ -1,0 +1,134 @@
+//! Report of a run before a recording: the estimate against the truth and the baselines.
+
+use super::{RunLabels, checks_of, fields_json, liquid_line, surface_json, target};
+use crate::baseline::linear_with_motion;
+use crate::score::{Score, score};
+use meniscus::blob::Model;
+use meniscus_data::recording::Recording;
+use meniscus_report::checks::{Check, table};
+use meniscus_service::live::Log;
+use meniscus_service::run::statistics::{
+    TurnTimes, energy_drift, entropy_falls, late, losses_json, modes_json, motion_json, motion_line,
+    stages_json, stages_line,
+};
+use meniscus_virtual::camera::START;
+use serde_json::{Value, json};
+use std::fmt::Write;
+
+/// Measured figures of a run with a known truth.
+#[derive(Debug)]
+pub struct TruthReport<'l> {
+    log: &'l Log,
+    liquid: String,
+    /// Errors against the truth of the recording.
+    pub score: Score,
+    /// The checks, in the order of the table.
+    pub checks: Vec<Check>,
+}
+
+impl<'l> TruthReport<'l> {
+    /// Scores the log against the recording that the camera showed; `None` for a log without turns.
+    #[must_use]
+    pub fn new(model: &Model<'_>, recording: &Recording, log: &'l Log) -> Option<Self> {
+        if log.turns.is_empty() {
+            return None;
+        }
+        let linear = linear_with_motion(recording);
+        let score = score(model, recording, &linear, &log.turns, START);
+        let mut checks = scored(&score);
+        checks.extend(checks_of(log));
+        Some(Self { log, liquid: recording.provenance.liquid.clone(), score, checks })
+    }
+
+    /// Returns the number of turns of the run.
+    #[must_use]
+    pub fn turns(&self) -> usize {
+        self.log.turns.len()
+    }
+
+    /// Returns one JSON object.
+    #[must_use]
+    pub fn json(&self, labels: &RunLabels<'_>) -> Value {
+        let (log, score, times) = (self.log, &self.score, TurnTimes::of(self.log));
+        json!({
+            "command": "meniscus run",
+            "version": env!("CARGO_PKG_VERSION"),
+            "liquid": self.liquid,
+            "model": labels.model,
+            "source": labels.source,
+            "seed": labels.seed,
+            "frames": log.turns.len(),
+            "frames_scored": score.frames,
+            "deadline_misses": late(log).count(),
+            "turn_us": { "median": times.median, "p99": times.p99, "max": times.max },
+            "stages_us_median": stages_json(log),
+            "surface_error": surface_json(score),
+            "baselines_slosh_rel": {
+                "flat": score.flat.slosh_rel(),
+                "persistence_one_frame": score.persistence.slosh_rel(),
+                "linear_with_motion": score.linear.slosh_rel(),
+            },
+            "field_error": fields_json(score),
+            "energy_drift": energy_drift(log),
+            "entropy_falls": entropy_falls(log),
+            "modes": modes_json(log),
+            "health": log.health,
+            "motion": motion_json(log),
+            "recognised": log.recognised,
+            "losses": losses_json(log),
+            "checks": self.checks,
+        })
+    }
+
+    /// Returns the report for a person.
+    #[must_use]
+    pub fn text(&self) -> String {
+        let (log, score, health) = (self.log, &self.score, &self.log.health);
+        let frames = log.turns.len();
+        let percent = |share: f64| 100.0 * share;
+        let mut text = String::new();
+        // Writing into a string cannot fail.
+        let _ = writeln!(
+            text,
+            "{} for {:.1} s: {frames} turns, {} of them scored",
+            self.liquid,
+            frames as f64 / 60.0,
+            score.frames
+        );
+        let _ = writeln!(
+            text,
+            "modes: {} filling, {} tracking, {} coasting, {} halted",
+            health.filling, health.tracking, health.coasting, health.halted
+        );
+        let _ = writeln!(
+            text,
+            "slosh-relative error of the surface: {:.1} % (flat surface 100 %, last frame {:.1} %, linear model with the \
+             true motion {:.1} %)",
+            percent(score.estimate.slosh_rel()),
+            percent(score.persistence.slosh_rel()),
+            percent(score.linear.slosh_rel())
+        );
+        text + &motion_line(log) + &stages_line(log) + &liquid_line(log) + &table(&self.checks)
+    }
+}
+
+/// Returns the checks against the truth.
+fn scored(score: &Score) -> Vec<Check> {
+    let (surface, [q, v, e, sigma, tau]) = (&score.estimate, score.field);
+    let (mean, max) = target::SURFACE;
+    vec![
+        Check::at_most("surface_slosh_rel", surface.slosh_rel(), "1", target::SLOSH_REL),
+        Check::informational("baseline_flat_slosh_rel", score.flat.slosh_rel(), "1"),
+        Check::informational("baseline_persistence_slosh_rel", score.persistence.slosh_rel(), "1"),
+        Check::informational("baseline_linear_slosh_rel", score.linear.slosh_rel(), "1"),
+        Check::at_most("surface_error_mean", surface.mean(), "1", mean),
+        Check::at_most("surface_error_max", surface.max, "1", max),
+        Check::informational("interval_coverage", score.held.share(), "1"),
+        Check::at_most("field_error_q", q, "1", target::FIELD),
+        Check::at_most("field_error_v", v, "1", target::FIELD),
+        Check::informational("field_error_e", e, "1"),
+        Check::informational("field_error_sigma", sigma, "1"),
+        Check::informational("field_error_sigma_frame_late", score.late_sigma, "1"),
+        Check::informational("field_error_tau", tau, "1"),
+    ]
+}
