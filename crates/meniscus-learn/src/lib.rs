@@ -8,47 +8,32 @@
 //! Networks train through burn (`nets`, `weights`); operators are fitted and judged in double precision
 //! (`generic`, `warm`, `filter`).
 
-mod autoencoder;
-mod calibrate;
+mod calibration;
 pub mod correct;
-mod curves;
-mod dataset;
-mod encoder;
+mod data;
 mod error;
 pub mod evaluate;
-mod feed;
-mod filter;
-mod heat;
-mod laws;
-mod linear;
-mod measure;
-mod noise;
-mod parts;
-mod pod;
-mod precondition;
-mod ratios;
-mod reference_step;
-mod report;
-mod rollout;
+mod learning_curves;
+mod networks;
+mod operators;
 pub mod seeds;
-mod side;
-mod snapshots;
-mod soft;
-mod sparse;
-mod spread;
-mod unrolled;
-mod warm;
 
-pub use curves::curves_png;
 pub use error::TrainError;
-pub(crate) use noise::normal;
+pub use learning_curves::curves_png;
 
-use crate::reference_step::{Dynamics, Square};
-use autoencoder::Autoencoder;
-use dataset::Frame;
-use encoder::{Cost, Encoder};
-use heat::Heat;
-use linear::Linear;
+use crate::calibration::error_model::{self as spread, Spread};
+use crate::calibration::{blob_parts as parts, intervals as calibrate, measure, validation_report as report};
+use crate::data::dataset::Frame;
+use crate::networks::autoencoder::Autoencoder;
+use crate::networks::encoded::Side;
+use crate::networks::encoder::{Cost, Encoder};
+use crate::networks::heat::Heat;
+use crate::networks::noise::Noise;
+use crate::networks::sparse::Sparse;
+use crate::operators::linear::Linear;
+use crate::operators::reference_step::{Dynamics, Square};
+use crate::operators::soft::Soft;
+use crate::operators::{filter, precondition, rollout, unrolled, warm};
 use meniscus::blob::{Header, Tensor};
 use meniscus::uncertainty::error_model::REACH;
 use meniscus::units::FRAME_INTERVAL_S;
@@ -62,13 +47,8 @@ use meniscus_optim::progress::{Checkpoints, Curve, Session};
 use meniscus_optim::seed::derive_seed;
 use meniscus_platform::files::AlignedBytes;
 use meniscus_report::checks::Check;
-use noise::Noise;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
-use side::Side;
-use soft::Soft;
-use sparse::Sparse;
-use spread::Spread;
 use std::sync::atomic::AtomicBool;
 
 /// How long to train.

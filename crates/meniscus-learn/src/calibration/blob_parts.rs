@@ -1,8 +1,8 @@
 //! A trained model as the tensors of a blob.
 
-use super::Model;
-use super::dataset::{SIGMA, TRUNK};
-use crate::reference_step::{Dynamics, Square};
+use crate::Model;
+use crate::data::dataset::{SIGMA, TRUNK};
+use crate::operators::reference_step::{Dynamics, Square};
 use meniscus::blob::Tensor;
 use meniscus::latent::encoder::GRU_LAYERS as LAYERS;
 use meniscus::latent::generic::LATENTS;
@@ -44,7 +44,7 @@ fn encoder(model: &Model) -> Vec<Part> {
 }
 
 /// The operators, the energy, the port and the preconditioner of the GENERIC step.
-pub(super) fn operators(d: &Dynamics, preconditioner: &Square) -> Vec<Part> {
+pub(crate) fn operators(d: &Dynamics, preconditioner: &Square) -> Vec<Part> {
     vec![
         triangle(Tensor::SkewLower, &d.skew, 1),
         triangle(Tensor::FrictionFactor, &d.friction, 0),
@@ -113,6 +113,6 @@ fn groups(model: &Model) -> Vec<Part> {
 
 /// All tensors of `model`, in the order of the format.
 #[must_use]
-pub(super) fn parts(model: &Model) -> Vec<Part> {
+pub(crate) fn parts(model: &Model) -> Vec<Part> {
     [encoder(model), dynamics(model), decoder(model), groups(model)].concat()
 }

@@ -3,11 +3,11 @@
 //! Covariances come from the tracks that the gain was fitted on, the misfit of the decoder from what it
 //! makes of true latents, and the factors k from runs of the finished blob behind the rendered camera.
 
-use super::Model;
-use super::dataset::{Frame, SURFACE, Sequence};
-use super::filter::Track;
-use super::side::Side;
-use crate::reference_step::{Dynamics, Square};
+use crate::Model;
+use crate::data::dataset::{Frame, SURFACE, Sequence};
+use crate::networks::encoded::Side;
+use crate::operators::filter::Track;
+use crate::operators::reference_step::{Dynamics, Square};
 use meniscus::blob::Tensor;
 use meniscus::latent::generic::MAX_HIDDEN;
 use meniscus::latent::generic::{LATENTS, Latent};
@@ -17,17 +17,17 @@ use meniscus::uncertainty::error_model::{LEADS, REACH, SPREAD_GROUPS};
 use meniscus::units::FRAME_INTERVAL_S;
 use meniscus_data::blob_file::write::Part;
 
-const _: () = assert!(crate::reference_step::HIDDEN <= MAX_HIDDEN);
+const _: () = assert!(crate::operators::reference_step::HIDDEN <= MAX_HIDDEN);
 
 /// How far from rest a slope is taken, in units of H: half of what a lively slosh has.
 const SLOPE_AT: f64 = 0.5;
 
 /// A slosh below this share of a lively one counts as rest.
-pub(super) const REST: f64 = 0.02;
+pub(crate) const REST: f64 = 0.02;
 
 /// Everything but the factors k.
 #[derive(Clone, Debug)]
-pub(super) struct Spread {
+pub(crate) struct Spread {
     transition: Square,
     process: Square,
     reading: Square,
@@ -42,7 +42,7 @@ pub(super) struct Spread {
 
 /// A = (1 - dt/2 F Q)^-1 (1 + dt/2 F Q): the closed step about rest, F = L - D, Q = grad^2 H(0).
 #[must_use]
-pub(super) fn transition(dynamics: &Dynamics) -> Square {
+pub(crate) fn transition(dynamics: &Dynamics) -> Square {
     let half = dynamics.flow() * dynamics.stiffness() * (0.5 * FRAME_INTERVAL_S);
     let identity = Square::identity();
     (identity - half).try_inverse().map_or(identity, |inverse| inverse * (identity + half))
@@ -81,7 +81,7 @@ fn floor(dynamics: &Dynamics, tracks: &[Track], metric: &Square) -> f64 {
 impl Spread {
     /// Measures everything on `tracks` and on the recordings of `held`.
     #[must_use]
-    pub(super) fn new(model: &Model, tracks: &[Track], held: &Side, metric: &Square) -> Self {
+    pub(crate) fn new(model: &Model, tracks: &[Track], held: &Side, metric: &Square) -> Self {
         let (dynamics, frame) = (&model.dynamics, &model.frame);
         let floor = floor(dynamics, tracks, metric);
         let w = |x: &Latent| floor + dynamics.energy(x);
@@ -112,7 +112,7 @@ impl Spread {
 
     /// The tensors with every k as it stands in `reach`, and no g.
     #[must_use]
-    pub(super) fn parts(&self, reach: &[f32; REACH - 1]) -> Vec<Part> {
+    pub(crate) fn parts(&self, reach: &[f32; REACH - 1]) -> Vec<Part> {
         let part =
             |tensor, rows, columns, values: &[f32]| Part { tensor, rows, columns, values: values.to_vec() };
         let square = |tensor, m: &Square| {
@@ -198,4 +198,4 @@ fn add_misfit(
 }
 
 /// k of one for everything: what a blob has before it is calibrated.
-pub(super) const UNIT: [f32; REACH - 1] = [1.0; LEADS.len() + 5];
+pub(crate) const UNIT: [f32; REACH - 1] = [1.0; LEADS.len() + 5];

@@ -11,9 +11,9 @@
 //! glass was moved on, and kinds of motion are few. The runs are those of the camera side behind the rendered camera, so that everything
 //! between glass and estimate is counted.
 
-use super::measure::percent;
-use super::ratios::{Ratios, quantile, ratios_by_recording, share};
-use super::spread::{REST, UNIT};
+use crate::calibration::error_model::{REST, UNIT};
+use crate::calibration::measure::percent;
+use crate::calibration::ratios::{Ratios, quantile, ratios_by_recording, share};
 use meniscus::blob::{LoadError, Model};
 use meniscus::runtime::Mode;
 use meniscus::surface::{ConfigError, SurfaceProfile};
@@ -32,13 +32,13 @@ use meniscus_virtual::render::SceneSettings;
 const MANY: usize = 10;
 
 /// A recording and what the camera saw of it.
-pub(super) type Look<'r> = (&'r Recording, Vec<Option<SurfaceProfile>>);
+pub(crate) type Look<'r> = (&'r Recording, Vec<Option<SurfaceProfile>>);
 
 /// What the camera sees of `recordings` with `times` the noise that estimates are judged by, 2 mm of depth.
 ///
 /// # Errors
 /// [`ConfigError`], when the glass of a recording cannot be looked at.
-pub(super) fn looks(recordings: &[Recording], times: f64, seed: u64) -> Result<Vec<Look<'_>>, ConfigError> {
+pub(crate) fn looks(recordings: &[Recording], times: f64, seed: u64) -> Result<Vec<Look<'_>>, ConfigError> {
     let disparity_rms_px = times * DISPARITY_RMS_PX;
     let mut all = Vec::new();
     for recording in recordings {
@@ -53,7 +53,7 @@ pub(super) fn looks(recordings: &[Recording], times: f64, seed: u64) -> Result<V
 ///
 /// # Errors
 /// [`LoadError`], when the blob is refused.
-pub(super) fn errors(
+pub(crate) fn errors(
     blob: &[u8],
     looks: &[Look<'_>],
     (name, targets): (&str, [Option<f64>; 5]),
@@ -82,7 +82,7 @@ pub(super) fn errors(
 ///
 /// # Errors
 /// [`LoadError`], when the blob is refused.
-pub(super) fn grain(blob: &[u8], looks: &[Look<'_>]) -> Result<f32, LoadError> {
+pub(crate) fn grain(blob: &[u8], looks: &[Look<'_>]) -> Result<f32, LoadError> {
     let blob = AlignedBytes::copy(blob);
     let model = Model::load(&blob)?;
     let (mut square, mut count) = (0.0, 0.0_f64);
@@ -105,18 +105,18 @@ pub(super) fn grain(blob: &[u8], looks: &[Look<'_>]) -> Result<f32, LoadError> {
 }
 
 /// What [`reach`] has found.
-pub(super) struct Reach {
+pub(crate) struct Reach {
     /// k of the surface at each lead and of q, v, e, sigma, tau.
-    pub(super) k: [f32; REACH - 1],
+    pub(crate) k: [f32; REACH - 1],
     /// What a recording's heights of the present are held by the k of all others: least and mean; of [`MANY`] recordings.
-    pub(super) left_out: Vec<Check>,
+    pub(crate) left_out: Vec<Check>,
 }
 
 /// The factors for the blob whose k are all one.
 ///
 /// # Errors
 /// [`LoadError`], when the blob is refused.
-pub(super) fn reach(blob: &[u8], looks: &[Look<'_>]) -> Result<Reach, LoadError> {
+pub(crate) fn reach(blob: &[u8], looks: &[Look<'_>]) -> Result<Reach, LoadError> {
     let mut k = if looks.is_empty() { UNIT } else { [0.0_f32; REACH - 1] };
     let by_recording = ratios_by_recording(blob, looks)?;
     let left_out = left_out(&by_recording);
@@ -169,7 +169,7 @@ fn left_out(by_recording: &[Ratios]) -> Vec<Check> {
 ///
 /// # Errors
 /// [`LoadError`], when the blob is refused.
-pub(super) fn held(blob: &[u8], looks: &[Look<'_>]) -> Result<Vec<Check>, LoadError> {
+pub(crate) fn held(blob: &[u8], looks: &[Look<'_>]) -> Result<Vec<Check>, LoadError> {
     let mut ratios = Ratios::default();
     for of_one in ratios_by_recording(blob, looks)? {
         ratios.surface.iter_mut().zip(of_one.surface).for_each(|(all, of_one)| all.extend(of_one));

@@ -3,13 +3,13 @@
 //! slosh-rel = |z - zhat| / |z - z_rest|. The error relative to the height flatters: a flat surface
 //! already scores 2 %.
 
-use super::dataset::{Frame, SURFACE, Sequence, TRUNK};
+use crate::data::dataset::{Frame, SURFACE, Sequence, TRUNK};
 use meniscus::surface::POINTS;
 use meniscus_report::checks::Check;
 
 /// A figure in per cent, held against `target` where there is one.
 #[must_use]
-pub(super) fn percent(name: String, fraction: f64, target: Option<f64>) -> Check {
+pub(crate) fn percent(name: String, fraction: f64, target: Option<f64>) -> Check {
     match target {
         Some(limit) => Check::at_most(name, 100.0 * fraction, "%", limit),
         None => Check::told(name, 100.0 * fraction, "%"),
@@ -18,7 +18,7 @@ pub(super) fn percent(name: String, fraction: f64, target: Option<f64>) -> Check
 
 /// Sums of squares of errors and of fluctuations, by trunk group.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Errors {
+pub(crate) struct Errors {
     miss: [f64; 5],
     size: [f64; 5],
 }
@@ -26,7 +26,7 @@ pub(super) struct Errors {
 impl Errors {
     /// Adds the frames from `from` on: one row of `coefficients` a frame, without the feed-through, and
     /// the port value that goes with it.
-    pub(super) fn add(
+    pub(crate) fn add(
         &mut self,
         frame: &Frame,
         sequence: &Sequence,
@@ -63,13 +63,13 @@ impl Errors {
 
     /// Relative error of a trunk group.
     #[must_use]
-    pub(super) fn relative(&self, group: usize) -> f64 {
+    pub(crate) fn relative(&self, group: usize) -> f64 {
         (self.miss[group] / self.size[group].max(f64::MIN_POSITIVE)).sqrt()
     }
 
     /// One check a group against `targets` in per cent, named `stage group`.
     #[must_use]
-    pub(super) fn checks(&self, stage: &str, targets: [Option<f64>; 5]) -> Vec<Check> {
+    pub(crate) fn checks(&self, stage: &str, targets: [Option<f64>; 5]) -> Vec<Check> {
         let check = |(group, target)| {
             let name = if group == SURFACE { "surface slosh-rel" } else { TRUNK[group] };
             percent(format!("{stage}: {name}"), self.relative(group), target)
@@ -89,7 +89,7 @@ fn surface(frame: &Frame, coefficients: &[f32]) -> Vec<f32> {
 
 /// Slosh-rel of saying that the next frame looks like this one.
 #[must_use]
-pub(super) fn persistence(sequences: &[Sequence]) -> f64 {
+pub(crate) fn persistence(sequences: &[Sequence]) -> f64 {
     let (mut miss, mut size) = (0.0, 0.0);
     for sequence in sequences {
         let rest = &sequence.profile_m[..POINTS];

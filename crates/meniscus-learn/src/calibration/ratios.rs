@@ -1,6 +1,6 @@
 //! Errors over half-widths: how far the truth lies from an estimate, in units of what its interval says.
 
-use super::calibrate::Look;
+use crate::calibration::intervals::Look;
 use meniscus::blob::{LoadError, Model};
 use meniscus::runtime::{Drive, Estimate, Forecast, Memory, Mode};
 use meniscus::uncertainty::error_model::LEADS;
@@ -10,16 +10,16 @@ use meniscus_score::score::field_of;
 use meniscus_virtual::observe_recording::turns_with;
 
 /// Share of the truth that an interval is to hold.
-pub(super) const HELD: f64 = 0.9;
+pub(crate) const HELD: f64 = 0.9;
 
 /// Every how many frames the full field is looked at: it is 27742 numbers.
 const FIELD_EVERY: usize = 3;
 
 /// Errors over half-widths.
 #[derive(Debug, Default)]
-pub(super) struct Ratios {
-    pub(super) surface: [Vec<f32>; LEADS.len()],
-    pub(super) field: [Vec<f32>; GROUP_NAMES.len()],
+pub(crate) struct Ratios {
+    pub(crate) surface: [Vec<f32>; LEADS.len()],
+    pub(crate) field: [Vec<f32>; GROUP_NAMES.len()],
 }
 
 /// Adds |truth - said| / half, number by number; an interval of nothing counts as missed.
@@ -31,7 +31,7 @@ fn add(ratios: &mut Vec<f32>, truth: &[f32], said: &[f32], half: impl Iterator<I
 }
 
 /// The number that a share [`HELD`] of `ratios` does not exceed; one of none, or where it is not finite.
-pub(super) fn quantile(mut ratios: Vec<f32>) -> f32 {
+pub(crate) fn quantile(mut ratios: Vec<f32>) -> f32 {
     if ratios.is_empty() {
         return 1.0;
     }
@@ -41,12 +41,12 @@ pub(super) fn quantile(mut ratios: Vec<f32>) -> f32 {
 }
 
 /// Share of `ratios` up to `k`, %.
-pub(super) fn share(ratios: &[f32], k: f32) -> f64 {
+pub(crate) fn share(ratios: &[f32], k: f32) -> f64 {
     100.0 * ratios.iter().filter(|&&r| r <= k).count() as f64 / ratios.len() as f64
 }
 
 /// Errors over half-widths of the turns of `blob` that tracked, by recording.
-pub(super) fn ratios_by_recording(blob: &[u8], looks: &[Look<'_>]) -> Result<Vec<Ratios>, LoadError> {
+pub(crate) fn ratios_by_recording(blob: &[u8], looks: &[Look<'_>]) -> Result<Vec<Ratios>, LoadError> {
     let blob = AlignedBytes::copy(blob);
     let model = Model::load(&blob)?;
     let mut all = Vec::new();

@@ -1,19 +1,19 @@
 //! The figures of a trained model on the validation recordings, baselines beside them.
 
-use super::Model;
-use super::dataset::TRUNK;
-use super::filter::Track;
-use super::measure::{Errors, percent, persistence};
-use super::rollout::HORIZON;
-use super::side::Side;
+use crate::Model;
+use crate::calibration::measure::{Errors, percent, persistence};
+use crate::data::dataset::TRUNK;
+use crate::networks::encoded::Side;
+use crate::operators::filter::Track;
+use crate::operators::rollout::HORIZON;
 use meniscus::latent::generic::Latent;
 use meniscus_report::checks::Check;
 
 /// Asked of a part: nothing.
 const OPEN: [Option<f64>; 5] = [None; 5];
 
-/// The figures of every part; those of the estimate are the blob's ([`super::calibrate`]).
-pub(super) fn checks(model: &Model, held: &Side, tracks: &[Track]) -> Vec<Check> {
+/// The figures of every part; those of the estimate are the blob's ([`crate::calibration::intervals`]).
+pub(crate) fn checks(model: &Model, held: &Side, tracks: &[Track]) -> Vec<Check> {
     let frame = &model.frame;
     let over = |latents: &dyn Fn(usize) -> Vec<Latent>, ports: &dyn Fn(usize) -> Vec<f64>| {
         let mut errors = Errors::default();

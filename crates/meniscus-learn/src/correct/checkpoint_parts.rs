@@ -1,14 +1,15 @@
 //! A blob taken apart into what a correction changes and what it does not, and put together again.
 
 use super::{Correction, Sightings};
+use crate::calibration::blob_parts as parts;
+use crate::calibration::error_model::transition;
 use crate::correct::residual_covariance::Misses;
 use crate::correct::trainable_model::{DYNAMICS, GAIN, GRU, HEAD, Surface};
 use crate::correct::training_window::Lesson;
-use crate::filter::settle;
-use crate::reference_step::{Dynamics, Square};
-use crate::spread::transition;
-use crate::unrolled::{dynamics_of, rounded, weights_of};
-use crate::{TrainError, fit, parts};
+use crate::operators::filter::settle;
+use crate::operators::reference_step::{Dynamics, Square};
+use crate::operators::unrolled::{dynamics_of, rounded, weights_of};
+use crate::{TrainError, fit};
 use meniscus::blob::{Header, Model, Tensor as Name};
 use meniscus::latent::encoder::GRU_LAYERS;
 use meniscus::latent::generic::{LATENTS, Latent};

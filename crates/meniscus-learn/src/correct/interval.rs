@@ -9,7 +9,7 @@
 
 use super::Sightings;
 use crate::TrainError;
-use crate::ratios::HELD;
+use crate::calibration::ratios::HELD;
 use meniscus::blob::{Model, Tensor};
 use meniscus::runtime::Mode;
 use meniscus::uncertainty::error_model::REACH;

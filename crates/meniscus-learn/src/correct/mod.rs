@@ -32,11 +32,11 @@ mod residual_covariance;
 mod trainable_model;
 mod training_window;
 
-use super::TrainError;
-use super::unrolled::dynamics_of;
+use crate::TrainError;
 use crate::correct::checkpoint_parts::Pupil;
 use crate::correct::trainable_model::{Batch, DYNAMICS, FLIGHT, Flights, HORIZON, Student};
 use crate::correct::training_window::Lesson;
+use crate::operators::unrolled::dynamics_of;
 use burn::tensor::{Device, Tensor};
 use judge::{AHEAD, error, split};
 use meniscus::blob::{LoadError, Model};

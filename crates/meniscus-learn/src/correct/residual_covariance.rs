@@ -17,7 +17,7 @@
 
 use crate::correct::trainable_model::Surface;
 use crate::correct::training_window::Lesson;
-use crate::reference_step::{Dynamics, Square};
+use crate::operators::reference_step::{Dynamics, Square};
 use meniscus::blob::Tensor;
 use meniscus::latent::generic::Latent;
 use meniscus::latent::window::WINDOW;
@@ -148,8 +148,8 @@ mod tests {
     use super::*;
     use crate::correct::checkpoint_parts::Pupil;
     use crate::correct::trainable_model::DYNAMICS;
-    use crate::noise::normal;
-    use crate::unrolled::dynamics_of;
+    use crate::networks::noise::normal;
+    use crate::operators::unrolled::dynamics_of;
     use meniscus_platform::files::AlignedBytes;
     use rand::SeedableRng;
     use rand_chacha::ChaCha8Rng;

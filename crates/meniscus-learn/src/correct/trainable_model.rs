@@ -15,8 +15,8 @@
 //! paper adds one, for the wrong pair).
 
 use crate::correct::training_window::Lesson;
-use crate::reference_step::Square;
-use crate::unrolled::Operators;
+use crate::operators::reference_step::Square;
+use crate::operators::unrolled::Operators;
 use burn::tensor::{Device, Tensor, TensorData};
 use meniscus::blob::Tensor as Name;
 use meniscus::latent::decoder::MAX_TRUNK;
@@ -40,7 +40,7 @@ pub(super) const FLIGHT: usize = 30;
 pub(super) const GRU: std::ops::Range<usize> = 0..4;
 /// The head.
 pub(super) const HEAD: std::ops::Range<usize> = 4..6;
-/// The dynamics, in the order of [`crate::unrolled::weights_of`].
+/// The dynamics, in the order of [`crate::operators::unrolled::weights_of`].
 pub(super) const DYNAMICS: std::ops::Range<usize> = 6..13;
 /// The gain.
 pub(super) const GAIN: usize = 13;

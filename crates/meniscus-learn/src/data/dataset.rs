@@ -2,70 +2,70 @@
 //! recording. Training and validation are split by recording; overlapping windows of one recording
 //! on both sides would leak.
 
-use super::TrainError;
-use super::pod::Basis;
-use super::snapshots::{IN_STATE, decompose, fluctuation, mean_rest, pick, rest_of};
+use crate::TrainError;
+use crate::data::pod::Basis;
+use crate::data::snapshots::{IN_STATE, decompose, fluctuation, mean_rest, pick, rest_of};
 use meniscus::surface::POINTS;
 use meniscus::units::FRAME_INTERVAL_S;
 use meniscus_data::recording::{Recording, STATE, group_range};
 
 /// Groups that the decoder trunk gives coefficients of, in trunk order.
-pub(super) const TRUNK: [&str; 5] = ["q", "v", "sigma", "tau", "surface"];
+pub(crate) const TRUNK: [&str; 5] = ["q", "v", "sigma", "tau", "surface"];
 
 /// The normal stresses among [`TRUNK`].
-pub(super) const SIGMA: usize = 2;
+pub(crate) const SIGMA: usize = 2;
 
 /// The surface among [`TRUNK`].
-pub(super) const SURFACE: usize = 4;
+pub(crate) const SURFACE: usize = 4;
 
 /// The bases and scales that all sequences share.
 #[derive(Debug)]
-pub(super) struct Frame {
+pub(crate) struct Frame {
     /// One basis for each group of [`TRUNK`].
-    pub(super) bases: Vec<Basis>,
+    pub(crate) bases: Vec<Basis>,
     /// Rest state, [`STATE`] numbers: the mean of the first frames of the training recordings.
-    pub(super) rest_state: Vec<f32>,
+    pub(crate) rest_state: Vec<f32>,
     /// Rest profile, metres.
-    pub(super) rest_profile: Vec<f32>,
+    pub(crate) rest_profile: Vec<f32>,
     /// F: what the coefficients owe to the port value of the same instant, SI units a unit of u.
-    pub(super) feed: Vec<f32>,
+    pub(crate) feed: Vec<f32>,
     /// Root mean square norm of each group's coefficients over the training frames.
-    pub(super) group_scale: [f32; 5],
+    pub(crate) group_scale: [f32; 5],
     /// Feature scale of heights, m.
-    pub(super) height_scale_m: f32,
+    pub(crate) height_scale_m: f32,
     /// Feature and port scale of accelerations, m/s2.
-    pub(super) acceleration_scale: f32,
+    pub(crate) acceleration_scale: f32,
     /// Mean kinetic plus potential energy over the moving training frames, J.
-    pub(super) energy_scale_j: f64,
+    pub(crate) energy_scale_j: f64,
     /// Height at rest, m.
-    pub(super) fill_m: f64,
+    pub(crate) fill_m: f64,
 }
 
 /// One recording, projected.
 #[derive(Clone, Debug)]
-pub(super) struct Sequence {
+pub(crate) struct Sequence {
     /// Frames x sum of ranks, SI units, without the feed-through of the port once it is known.
-    pub(super) coefficients: Vec<f32>,
+    pub(crate) coefficients: Vec<f32>,
     /// Squared norm of the fluctuation of each trunk group, frame by frame.
-    pub(super) norm2: Vec<[f32; 5]>,
+    pub(crate) norm2: Vec<[f32; 5]>,
     /// Frames x [`POINTS`], metres.
-    pub(super) profile_m: Vec<f32>,
+    pub(crate) profile_m: Vec<f32>,
     /// Acceleration of the glass at each frame over the scale.
-    pub(super) port: Vec<f64>,
+    pub(crate) port: Vec<f64>,
     /// Position of the glass, m.
-    pub(super) glass_x_m: Vec<f64>,
+    pub(crate) glass_x_m: Vec<f64>,
     /// Kinetic plus potential energy, J.
-    pub(super) energy_j: Vec<f64>,
+    pub(crate) energy_j: Vec<f64>,
     /// Heat since the first frame, J.
-    pub(super) heat_j: Vec<f64>,
+    pub(crate) heat_j: Vec<f64>,
     /// Work of the moving glass since the first frame, J.
-    pub(super) work_j: Vec<f64>,
+    pub(crate) work_j: Vec<f64>,
 }
 
 impl Sequence {
     /// Number of frames.
     #[must_use]
-    pub(super) fn frames(&self) -> usize {
+    pub(crate) fn frames(&self) -> usize {
         self.glass_x_m.len()
     }
 }
@@ -75,7 +75,7 @@ impl Frame {
     ///
     /// # Errors
     /// [`TrainError::NoMotion`] when nothing moves in them.
-    pub(super) fn new(training: &[Recording]) -> Result<Self, TrainError> {
+    pub(crate) fn new(training: &[Recording]) -> Result<Self, TrainError> {
         let first = training.first().ok_or(TrainError::NoRecording)?;
         let (rest_state, rest_profile) = mean_rest(training);
         let picked = pick(training);
@@ -107,13 +107,13 @@ impl Frame {
 
     /// Sum of the ranks.
     #[must_use]
-    pub(super) fn width(&self) -> usize {
+    pub(crate) fn width(&self) -> usize {
         self.bases.iter().map(Basis::rank).sum()
     }
 
     /// The range of each trunk group among the coefficients.
     #[must_use]
-    pub(super) fn ranges(&self) -> Vec<std::ops::Range<usize>> {
+    pub(crate) fn ranges(&self) -> Vec<std::ops::Range<usize>> {
         let mut start = 0;
         let range = |basis: &Basis| {
             let range = start..start + basis.rank();
@@ -125,7 +125,7 @@ impl Frame {
 
     /// Projects a recording on the bases.
     #[must_use]
-    pub(super) fn project(&self, recording: &Recording) -> Sequence {
+    pub(crate) fn project(&self, recording: &Recording) -> Sequence {
         let frames = recording.frames();
         let rest = rest_of(recording);
         let mut coefficients = Vec::with_capacity(frames * self.width());
@@ -159,12 +159,12 @@ impl Frame {
         }
     }
 
-    /// Finds F by regression over the training sequences; see [`super::feed`].
+    /// Finds F by regression over the training sequences; see [`crate::data::feed`].
     ///
     /// # Errors
     /// [`TrainError::Singular`] when they do not determine it.
-    pub(super) fn measure_feed(&mut self, training: &[Sequence]) -> Result<(), TrainError> {
-        self.feed = super::feed::through(training, &self.ranges())?;
+    pub(crate) fn measure_feed(&mut self, training: &[Sequence]) -> Result<(), TrainError> {
+        self.feed = crate::data::feed::through(training, &self.ranges())?;
         Ok(())
     }
 
@@ -172,20 +172,20 @@ impl Frame {
     /// relative error, averaged over the groups; it never
     /// counts for nothing.
     #[must_use]
-    pub(super) fn feed_cost(&self) -> f64 {
+    pub(crate) fn feed_cost(&self) -> f64 {
         let scaled = self.feed.iter().zip(self.coefficient_scale()).map(|(f, s)| f64::from(f / s).powi(2));
         (scaled.sum::<f64>() / 5.0).sqrt().max(0.05)
     }
 
     /// Takes the feed-through out of the coefficients of `sequence`.
-    pub(super) fn take_out_feed(&self, sequence: &mut Sequence) {
+    pub(crate) fn take_out_feed(&self, sequence: &mut Sequence) {
         for (row, &u) in sequence.coefficients.chunks_exact_mut(self.feed.len()).zip(&sequence.port) {
             row.iter_mut().zip(&self.feed).for_each(|(c, f)| *c -= f * u as f32);
         }
     }
 
     /// Takes the scales of the groups from the projected training sequences.
-    pub(super) fn measure_scales(&mut self, training: &[Sequence]) {
+    pub(crate) fn measure_scales(&mut self, training: &[Sequence]) {
         let (ranges, width) = (self.ranges(), self.width());
         let frames: usize = training.iter().map(Sequence::frames).sum();
         for (scale, range) in self.group_scale.iter_mut().zip(ranges) {
@@ -197,7 +197,7 @@ impl Frame {
 
     /// The scale of every coefficient: that of its group.
     #[must_use]
-    pub(super) fn coefficient_scale(&self) -> Vec<f32> {
+    pub(crate) fn coefficient_scale(&self) -> Vec<f32> {
         let repeated = |(basis, &scale): (&Basis, &f32)| vec![scale; basis.rank()];
         self.bases.iter().zip(&self.group_scale).flat_map(repeated).collect()
     }
@@ -206,7 +206,7 @@ impl Frame {
 /// The acceleration that is known at frame n, a_n = (X_n - 2 X_{n-1} + X_{n-2}) / dt^2 in m/s2; the
 /// glass stands still before the first frame.
 #[must_use]
-pub(super) fn known_acceleration(glass_x_m: &[f64]) -> Vec<f64> {
+pub(crate) fn known_acceleration(glass_x_m: &[f64]) -> Vec<f64> {
     let at = |n: usize, back: usize| glass_x_m[n.saturating_sub(back)];
     let second = |n| (at(n, 0) - 2.0 * at(n, 1) + at(n, 2)) / (FRAME_INTERVAL_S * FRAME_INTERVAL_S);
     (0..glass_x_m.len()).map(second).collect()

@@ -4,8 +4,8 @@
 //! extension) is no state of the liquid. Left among the inputs of the autoencoder it forces a latent to
 //! equal u(t), which the GENERIC step can only imitate by a kick that is dissipated within a frame.
 
-use super::TrainError;
-use super::dataset::{SIGMA, SURFACE, Sequence};
+use crate::TrainError;
+use crate::data::dataset::{SIGMA, SURFACE, Sequence};
 use nalgebra::{Cholesky, DMatrix, DVector};
 use std::ops::Range;
 
@@ -17,7 +17,7 @@ const RIDGE: f64 = 1e-3;
 ///
 /// # Errors
 /// [`TrainError::Singular`] when the sequences do not determine it.
-pub(super) fn through(training: &[Sequence], ranges: &[Range<usize>]) -> Result<Vec<f32>, TrainError> {
+pub(crate) fn through(training: &[Sequence], ranges: &[Range<usize>]) -> Result<Vec<f32>, TrainError> {
     let width = ranges.iter().map(|r| r.end).max().unwrap_or(0);
     let state: Vec<usize> = [0, 1, SURFACE].iter().flat_map(|&group| ranges[group].clone()).collect();
     let sigma = ranges[SIGMA].clone();
@@ -48,7 +48,7 @@ pub(super) fn through(training: &[Sequence], ranges: &[Range<usize>]) -> Result<
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::noise::normal;
+    use crate::networks::noise::normal;
     use rand::SeedableRng;
     use rand_chacha::ChaCha8Rng;
 

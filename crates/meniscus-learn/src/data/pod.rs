@@ -5,20 +5,20 @@ use nalgebra::{DMatrix, SymmetricEigen};
 
 /// How many modes a group may have, and when fewer do.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Truncation {
+pub(crate) struct Truncation {
     /// Most modes kept.
-    pub(super) most: usize,
+    pub(crate) most: usize,
     /// Relative L2 error that is good enough.
-    pub(super) tolerance: f64,
+    pub(crate) tolerance: f64,
 }
 
 /// An orthonormal basis of one group.
 #[derive(Clone, Debug)]
-pub(super) struct Basis {
+pub(crate) struct Basis {
     /// `width` x `rank`, column-major: one mode after the other.
-    pub(super) modes: DMatrix<f32>,
+    pub(crate) modes: DMatrix<f32>,
     /// Relative L2 error of the truncation over the snapshots.
-    pub(super) left_out: f64,
+    pub(crate) left_out: f64,
 }
 
 impl Basis {
@@ -27,7 +27,7 @@ impl Basis {
     /// With S = X V sqrt(l)^-1 and X^T X V = V l, the columns of S are orthonormal, and the first k
     /// leave out sqrt(sum_{i > k} l_i / sum l_i) of the norm.
     #[must_use]
-    pub(super) fn new(snapshots: &DMatrix<f32>, truncation: Truncation) -> Self {
+    pub(crate) fn new(snapshots: &DMatrix<f32>, truncation: Truncation) -> Self {
         let exact = snapshots.map(f64::from);
         let eigen = SymmetricEigen::new(exact.transpose() * exact);
         let mut order: Vec<usize> = (0..eigen.eigenvalues.len()).collect();
@@ -48,12 +48,12 @@ impl Basis {
 
     /// Number of modes.
     #[must_use]
-    pub(super) fn rank(&self) -> usize {
+    pub(crate) fn rank(&self) -> usize {
         self.modes.ncols()
     }
 
     /// Coefficients of `field`, appended to `out`: c = S^T f.
-    pub(super) fn project(&self, field: &[f32], out: &mut Vec<f32>) {
+    pub(crate) fn project(&self, field: &[f32], out: &mut Vec<f32>) {
         for mode in self.modes.column_iter() {
             out.push(mode.iter().zip(field).map(|(m, f)| m * f).sum());
         }

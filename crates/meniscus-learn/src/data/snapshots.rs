@@ -1,14 +1,14 @@
 //! What is drawn from whole recordings: rest, snapshots and their bases.
 
-use super::dataset::SURFACE;
-use super::pod::{Basis, Truncation};
+use crate::data::dataset::SURFACE;
+use crate::data::pod::{Basis, Truncation};
 use meniscus::latent::decoder::GROUP_COMPONENTS;
 use meniscus::surface::POINTS;
 use meniscus_data::recording::{Recording, STATE, TRACERS, group_range};
 use nalgebra::DMatrix;
 
 /// Index in a recording's state of each trunk group but the surface.
-pub(super) const IN_STATE: [usize; 4] = [0, 1, 3, 4];
+pub(crate) const IN_STATE: [usize; 4] = [0, 1, 3, 4];
 
 /// Ranks: by error, within what fits the blob (6402 numbers a mode).
 const TRUNCATION: [Truncation; 5] = [
@@ -23,20 +23,20 @@ const TRUNCATION: [Truncation; 5] = [
 const SNAPSHOTS: usize = 600;
 
 /// The first frame of a recording, where nothing has moved.
-pub(super) fn rest_of(recording: &Recording) -> Vec<f32> {
+pub(crate) fn rest_of(recording: &Recording) -> Vec<f32> {
     let mut rest = vec![0.0; STATE];
     recording.state(0, &mut rest);
     rest
 }
 
 /// What differs from rest in one frame.
-pub(super) fn fluctuation(recording: &Recording, frame: usize, rest: &[f32], out: &mut [f32]) {
+pub(crate) fn fluctuation(recording: &Recording, frame: usize, rest: &[f32], out: &mut [f32]) {
     recording.state(frame, out);
     out.iter_mut().zip(rest).for_each(|(f, r)| *f -= r);
 }
 
 /// Mean of the first frames: state and profile.
-pub(super) fn mean_rest(training: &[Recording]) -> (Vec<f32>, Vec<f32>) {
+pub(crate) fn mean_rest(training: &[Recording]) -> (Vec<f32>, Vec<f32>) {
     let share = 1.0 / training.len() as f32;
     let (mut state, mut profile) = (vec![0.0; STATE], vec![0.0; POINTS]);
     for recording in training {
@@ -47,7 +47,7 @@ pub(super) fn mean_rest(training: &[Recording]) -> (Vec<f32>, Vec<f32>) {
 }
 
 /// Up to [`SNAPSHOTS`] evenly spread frames in which the liquid moves, as (recording, frame).
-pub(super) fn pick(training: &[Recording]) -> Vec<(usize, usize)> {
+pub(crate) fn pick(training: &[Recording]) -> Vec<(usize, usize)> {
     let total = |r: &Recording, n: usize| r.energy[n].kinetic + r.energy[n].potential;
     let all = || training.iter().enumerate().flat_map(|(i, r)| (0..r.frames()).map(move |n| (i, n)));
     let most = all().map(|(i, n)| total(&training[i], n)).fold(0.0, f64::max);
@@ -57,7 +57,7 @@ pub(super) fn pick(training: &[Recording]) -> Vec<(usize, usize)> {
 }
 
 /// One basis for each trunk group from the picked frames.
-pub(super) fn decompose(training: &[Recording], picked: &[(usize, usize)]) -> Vec<Basis> {
+pub(crate) fn decompose(training: &[Recording], picked: &[(usize, usize)]) -> Vec<Basis> {
     let mut snapshots: Vec<DMatrix<f32>> =
         IN_STATE.iter().map(|&g| DMatrix::zeros(GROUP_COMPONENTS[g] * TRACERS, picked.len())).collect();
     snapshots.push(DMatrix::zeros(POINTS, picked.len()));

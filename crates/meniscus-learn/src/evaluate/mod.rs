@@ -8,16 +8,16 @@
 //! [`meniscus_score::score`]; the depth noise is 2 mm.
 
 mod html;
-mod motion;
 mod motion_plans;
+mod motion_sources;
 mod plots;
 mod report;
 mod trial;
 mod unseen;
 
 pub use html::html;
-pub use motion::{Source, sources};
 pub use motion_plans::{COURSES, Course};
+pub use motion_sources::{Source, sources};
 pub use plots::{curves_png, peaks_png};
 pub use report::{checks, markdown};
 pub use trial::{Peak, Trial, trial};
@@ -155,9 +155,9 @@ pub fn study(
     let source_seen = look(&unseen, seed)?;
     let source = trial(&model, &unseen, &source_seen);
     let mut motion = sources(&model, &unseen, &source_seen, seed);
-    let (oracle, oracle_missed) = motion::oracle(&model, &unseen, &source_seen)?;
+    let (oracle, oracle_missed) = motion_sources::oracle(&model, &unseen, &source_seen)?;
     motion.push(oracle);
-    let foretold = motion::foretold(&unseen, &source_seen);
+    let foretold = motion_sources::foretold(&unseen, &source_seen);
     let outside = had(SOURCE.0, OUTSIDE, watch)?;
     let outside = trial(&model, &outside, &look(&outside, seed)?);
     // What must not be forgotten is not what the source is judged by.

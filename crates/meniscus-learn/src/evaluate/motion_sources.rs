@@ -5,7 +5,7 @@
 //! frame late.
 
 use crate::correct::Sightings;
-use crate::normal;
+use crate::networks::noise::normal;
 use meniscus::blob::Model;
 use meniscus::runtime::Drive;
 use meniscus::units::FRAME_INTERVAL_S;

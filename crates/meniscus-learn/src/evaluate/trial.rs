@@ -1,6 +1,6 @@
 //! One model on one recording: errors, crests, laws, forecasts.
 
-use super::motion::delayed;
+use super::motion_sources::delayed;
 use crate::correct::Sightings;
 use meniscus::blob::Model;
 use meniscus::runtime::{Crest, Drive, Forecast, Memory, Mode};

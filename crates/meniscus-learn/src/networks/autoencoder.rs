@@ -3,9 +3,9 @@
 //! One net for all groups beat five separate ones clearly, with a linear skip that starts as the joint
 //! POD. Both halves are zero at zero, so that rest is x = 0 and decodes to rest exactly.
 
-use super::dataset::{Frame, Sequence};
-use super::noise::normal;
-use crate::reference_step::Square;
+use crate::data::dataset::{Frame, Sequence};
+use crate::networks::noise::normal;
+use crate::operators::reference_step::Square;
 use burn::tensor::{Device, Tensor, TensorData};
 use meniscus::latent::generic::{LATENTS, Latent};
 use meniscus_optim::descent::Descent;
@@ -38,7 +38,7 @@ const HALF: usize = 6;
 
 /// Both halves of the autoencoder, on coefficients divided by their group's scale.
 #[derive(Clone, Debug)]
-pub(super) struct Autoencoder {
+pub(crate) struct Autoencoder {
     /// Encoder half, then decoder half.
     weights: Vec<Matrix>,
 }
@@ -69,7 +69,7 @@ fn fresh_half(skip: Matrix, rng: &mut ChaCha8Rng) -> Vec<Matrix> {
 
 /// All frames of `sequences`, coefficients over their group's scale, row-major.
 #[must_use]
-pub(super) fn scaled(sequences: &[Sequence], frame: &Frame) -> Vec<f32> {
+pub(crate) fn scaled(sequences: &[Sequence], frame: &Frame) -> Vec<f32> {
     let scale = frame.coefficient_scale();
     let rows = sequences.iter().flat_map(|s| s.coefficients.chunks_exact(scale.len()));
     rows.flat_map(|row| row.iter().zip(&scale).map(|(c, s)| c / s)).collect()
@@ -98,7 +98,7 @@ impl Autoencoder {
 
     /// Trains on all frames of `training` and keeps what is best on `validation`.
     #[must_use]
-    pub(super) fn train(
+    pub(crate) fn train(
         frame: &Frame,
         training: &[Sequence],
         validation: &[Sequence],
@@ -153,7 +153,7 @@ impl Autoencoder {
 
     /// Latents of every frame of `sequence`.
     #[must_use]
-    pub(super) fn encode(&self, sequence: &Sequence, frame: &Frame) -> Vec<Latent> {
+    pub(crate) fn encode(&self, sequence: &Sequence, frame: &Frame) -> Vec<Latent> {
         let rows = scaled(std::slice::from_ref(sequence), frame);
         let z = Tensor::from_data(TensorData::new(rows, [sequence.frames(), frame.width()]), &Device::flex());
         let x = numbers(half(z, &constants(&self.weights[..HALF], &Device::flex())));
@@ -162,7 +162,7 @@ impl Autoencoder {
 
     /// Coefficients in SI units of every latent of `x`, row-major.
     #[must_use]
-    pub(super) fn decode(&self, x: &[Latent], frame: &Frame) -> Vec<f32> {
+    pub(crate) fn decode(&self, x: &[Latent], frame: &Frame) -> Vec<f32> {
         let rows: Vec<f32> = x.iter().flat_map(|x| x.iter().map(|&v| v as f32)).collect();
         let x = Tensor::from_data(TensorData::new(rows, [x.len(), LATENTS]), &Device::flex());
         let z = numbers(half(x, &constants(&self.weights[HALF..], &Device::flex())));
@@ -176,7 +176,7 @@ impl Autoencoder {
     ///
     /// With U the metric and <y y^T> = Q l Q^T for y = U x: x' = l^(-1/2) Q^T U x.
     #[must_use]
-    pub(super) fn whitened(&self, training: &[Sequence], frame: &Frame) -> Self {
+    pub(crate) fn whitened(&self, training: &[Sequence], frame: &Frame) -> Self {
         let u = self.metric();
         let latents: Vec<Latent> = training.iter().flat_map(|s| self.encode(s, frame)).collect();
         let spread: Square = latents.iter().map(|x| (u * x) * (u * x).transpose()).sum();
@@ -195,7 +195,7 @@ impl Autoencoder {
 
     /// The same autoencoder with the latents `forth` x in place of x; `back` is the way back.
     #[must_use]
-    pub(super) fn mapped(&self, forth: &Square, back: &Square) -> Self {
+    pub(crate) fn mapped(&self, forth: &Square, back: &Square) -> Self {
         let dynamic = |m: &Square| DMatrix::from_iterator(LATENTS, LATENTS, m.iter().copied());
         let mut weights = self.weights.clone();
         for into_latents in [0, HALF - 1] {
@@ -210,7 +210,7 @@ impl Autoencoder {
     /// U with |U dx|^2 = |T dx|^2 / 5: how much an error of the latents costs, as the mean over groups
     /// of the squared relative error, to first order.
     #[must_use]
-    pub(super) fn metric(&self) -> Square {
+    pub(crate) fn metric(&self) -> Square {
         let t = self.weights[HALF].to_f64();
         let cost = t.tr_mul(&t) / 5.0;
         // A latent that decodes to nothing must still be kept near zero, or it wanders.
@@ -222,7 +222,7 @@ impl Autoencoder {
     /// The decoder trunk in SI units as the blob wants it: T, then W and b of three layers, with the
     /// constant of the net at rest folded into b3.
     #[must_use]
-    pub(super) fn trunk(&self, frame: &Frame) -> Vec<Matrix> {
+    pub(crate) fn trunk(&self, frame: &Frame) -> Vec<Matrix> {
         let scale = frame.coefficient_scale();
         let in_si = |m: &Matrix| {
             let mut m = m.clone();

@@ -1,27 +1,27 @@
 //! The training or the validation recordings, as the stages need them.
 
-use super::autoencoder::Autoencoder;
-use super::dataset::{Frame, Sequence, known_acceleration};
-use super::encoder::{Encoder, Lesson};
-use super::filter::Track;
-use super::linear::Path;
-use super::noise::{Noise, Seen};
+use crate::data::dataset::{Frame, Sequence, known_acceleration};
+use crate::networks::autoencoder::Autoencoder;
+use crate::networks::encoder::{Encoder, Lesson};
+use crate::networks::noise::{Noise, Seen};
+use crate::operators::filter::Track;
+use crate::operators::linear::Path;
 use meniscus::latent::generic::Latent;
 use rand_chacha::ChaCha8Rng;
 
 /// One side of the split, as the stages need it.
-pub(super) struct Side {
+pub(crate) struct Side {
     /// What happened.
-    pub(super) sequences: Vec<Sequence>,
+    pub(crate) sequences: Vec<Sequence>,
     /// Latents of every frame.
-    pub(super) latents: Vec<Vec<Latent>>,
+    pub(crate) latents: Vec<Vec<Latent>>,
     /// The same as trajectories under the known port.
-    pub(super) paths: Vec<Path>,
+    pub(crate) paths: Vec<Path>,
 }
 
 impl Side {
     /// Encodes `sequences`.
-    pub(super) fn new(sequences: Vec<Sequence>, autoencoder: &Autoencoder, frame: &Frame) -> Self {
+    pub(crate) fn new(sequences: Vec<Sequence>, autoencoder: &Autoencoder, frame: &Frame) -> Self {
         let latents: Vec<_> = sequences.iter().map(|s| autoencoder.encode(s, frame)).collect();
         let path = |(s, x): (&Sequence, &Vec<Latent>)| {
             let scale = f64::from(frame.acceleration_scale);
@@ -34,13 +34,13 @@ impl Side {
     }
 
     /// What the encoder should say.
-    pub(super) fn lessons(&self) -> Vec<Lesson<'_>> {
+    pub(crate) fn lessons(&self) -> Vec<Lesson<'_>> {
         let lesson = |(sequence, latents)| Lesson { sequence, latents };
         self.sequences.iter().zip(self.latents.iter().map(Vec::as_slice)).map(lesson).collect()
     }
 
     /// What the camera and the encoder make of every sequence.
-    pub(super) fn tracks(
+    pub(crate) fn tracks(
         &self,
         frame: &Frame,
         encoder: &Encoder,

@@ -1,8 +1,8 @@
 //! The encoder: three GRU layers from a window of noisy profiles and accelerations to the latents.
 
-use super::dataset::{Frame, Sequence};
-use super::noise::{Noise, Seen};
-use crate::reference_step::Square;
+use crate::data::dataset::{Frame, Sequence};
+use crate::networks::noise::{Noise, Seen};
+use crate::operators::reference_step::Square;
 use burn::tensor::{Device, Tensor, TensorData};
 use meniscus::latent::encoder::GRU_LAYERS as LAYERS;
 use meniscus::latent::encoder::READINGS;
@@ -28,28 +28,28 @@ const LOOK: usize = 5;
 
 /// The weights of the encoder, four matrices a GRU layer, then the head and its bias.
 #[derive(Clone, Debug)]
-pub(super) struct Encoder {
+pub(crate) struct Encoder {
     /// W_i, W_h, b_i, b_h of each layer, then W and b of the head.
-    pub(super) weights: Vec<Matrix>,
+    pub(crate) weights: Vec<Matrix>,
 }
 
 /// What the encoder says of one frame: the latents, and the port value of that instant, which the glass
 /// position gives only a frame later.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Reading {
+pub(crate) struct Reading {
     /// Latents.
-    pub(super) latent: Latent,
+    pub(crate) latent: Latent,
     /// Port value.
-    pub(super) port: f64,
+    pub(crate) port: f64,
 }
 
 /// What an error of a reading costs: |U dx|^2 + w^2 du^2.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Cost {
+pub(crate) struct Cost {
     /// U.
-    pub(super) metric: Square,
+    pub(crate) metric: Square,
     /// w.
-    pub(super) port: f64,
+    pub(crate) port: f64,
 }
 
 impl Cost {
@@ -70,11 +70,11 @@ impl Cost {
 
 /// A sequence with what the encoder should say at each of its frames.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Lesson<'a> {
+pub(crate) struct Lesson<'a> {
     /// What happened.
-    pub(super) sequence: &'a Sequence,
+    pub(crate) sequence: &'a Sequence,
     /// The true latents.
-    pub(super) latents: &'a [Latent],
+    pub(crate) latents: &'a [Latent],
 }
 
 impl Encoder {
@@ -97,7 +97,7 @@ impl Encoder {
     /// Trains for `epochs`, every epoch with fresh noise, and keeps what is best on the validation
     /// recordings seen by [`Noise::CAMERA`]. `cost` weighs the errors.
     #[must_use]
-    pub(super) fn train(
+    pub(crate) fn train(
         frame: &Frame,
         training: &[Lesson<'_>],
         validation: &[Lesson<'_>],
@@ -172,7 +172,7 @@ impl Encoder {
 
     /// What the encoder says at every frame of `seen`.
     #[must_use]
-    pub(super) fn read(&self, seen: &Seen) -> Vec<Reading> {
+    pub(crate) fn read(&self, seen: &Seen) -> Vec<Reading> {
         let device = Device::flex();
         let frames = seen.features.len() / FEATURES;
         let inputs = windows((0..frames).map(|n| (seen, n)), &device);

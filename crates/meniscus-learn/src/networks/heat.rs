@@ -9,8 +9,8 @@
 //! Fitted alone, `p_0` misses 10 to 12 % of the change of e in glycerine, its true heat known; what this misses with the true
 //! heat and latents is a row of the training's report. The pattern ages as the heat mixes, which nothing here follows.
 
-use super::side::Side;
-use super::snapshots::{fluctuation, rest_of};
+use crate::data::snapshots::{fluctuation, rest_of};
+use crate::networks::encoded::Side;
 use meniscus::latent::decoder::{ENERGY_GROUP, MAX_HEATED};
 use meniscus::latent::generic::{LATENTS, Latent};
 use meniscus_data::recording::{Recording, STATE, TRACERS, group_range};
@@ -28,16 +28,16 @@ const LEFT_OUT: f64 = 0.004;
 
 /// The pattern of the internal energy.
 #[derive(Clone, Debug)]
-pub(super) struct Heat {
+pub(crate) struct Heat {
     /// `p_0` and `p_k`, `[TRACERS, 1 + rank]`, 1/kg.
-    pub(super) basis: Matrix,
+    pub(crate) basis: Matrix,
     /// A, `[rank, LATENTS]`.
-    pub(super) coefficients: Matrix,
+    pub(crate) coefficients: Matrix,
 }
 
 impl Heat {
     /// The pattern of `training`, whose latents are those of `seen`; zeros where no heat was made.
-    pub(super) fn fit(training: &[Recording], seen: &Side) -> Self {
+    pub(crate) fn fit(training: &[Recording], seen: &Side) -> Self {
         // With f = s (1, x): normal equations of e on f.
         let mut normal = DMatrix::<f64>::zeros(1 + LATENTS, 1 + LATENTS);
         let mut right = DMatrix::<f64>::zeros(1 + LATENTS, TRACERS);
@@ -96,7 +96,7 @@ impl Heat {
     }
 
     /// Relative L2 error of the change of e over `recordings`, whose latents and heat are those of `held`.
-    pub(super) fn missed(&self, recordings: &[Recording], held: &Side) -> f64 {
+    pub(crate) fn missed(&self, recordings: &[Recording], held: &Side) -> f64 {
         let (mut miss, mut size) = (0.0, 0.0);
         let mut field = vec![0.0; STATE];
         for ((recording, sequence), latents) in recordings.iter().zip(&held.sequences).zip(&held.latents) {

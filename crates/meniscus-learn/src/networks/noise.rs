@@ -3,8 +3,8 @@
 //! A network trained on perfect profiles goes from 8 to 48 % error at 2 mm of noise; trained with
 //! noise and the glass acceleration it stays at 12 %. So every window of training is a noisy one.
 
-use super::dataset::{Frame, Sequence, known_acceleration};
-pub(super) use meniscus::latent::window::{FEATURES, WINDOW};
+use crate::data::dataset::{Frame, Sequence, known_acceleration};
+pub(crate) use meniscus::latent::window::{FEATURES, WINDOW};
 use meniscus::surface::{POINTS, profile_abscissa};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
@@ -14,32 +14,32 @@ const BLOCK: usize = 40;
 
 /// Levels of noise, SI units and chances per frame or point.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Noise {
+pub(crate) struct Noise {
     /// Standard deviation of each point's height, m.
-    pub(super) white_m: f64,
+    pub(crate) white_m: f64,
     /// Standard deviation of each term of the smooth bias (level, tilt, bow), m.
-    pub(super) bias_m: f64,
+    pub(crate) bias_m: f64,
     /// Standard deviation of the tracked position of the glass, m.
-    pub(super) glass_m: f64,
+    pub(crate) glass_m: f64,
     /// Chance that a point is lost.
-    pub(super) drop: f64,
+    pub(crate) drop: f64,
     /// Chance that a frame has a contiguous run of lost points.
-    pub(super) run: f64,
+    pub(crate) run: f64,
     /// Chance that one to three frames are lost from here on.
-    pub(super) gap: f64,
+    pub(crate) gap: f64,
     /// Chance that the acceleration of a frame is unknown.
-    pub(super) unknown: f64,
+    pub(crate) unknown: f64,
 }
 
 impl Noise {
     /// The rendered D435 at 0.4 m as measured on recordings (0.09 to 0.13 mm a point, 0.007 to 0.011 mm
     /// of glass position): what reports and the filter's gain are measured with.
-    pub(super) const CAMERA: Self =
+    pub(crate) const CAMERA: Self =
         Self { white_m: 1.2e-4, bias_m: 1e-4, glass_m: 1e-5, drop: 0.01, run: 0.02, gap: 0.0, unknown: 0.0 };
 
     /// Levels for training, spread around the camera's; one block in fifteen is a bad one.
     #[must_use]
-    pub(super) fn draw(rng: &mut ChaCha8Rng) -> Self {
+    pub(crate) fn draw(rng: &mut ChaCha8Rng) -> Self {
         let bad = rng.random_bool(0.07);
         let mut between = |least: f64, most: f64| least * (most / least).powf(rng.random::<f64>());
         let (white_m, bias_m, glass_m) = (between(5e-5, 4e-4), between(5e-5, 2e-4), between(5e-6, 3e-5));
@@ -75,16 +75,16 @@ impl Bias {
 
 /// A sequence as the camera sees it.
 #[derive(Clone, Debug)]
-pub(super) struct Seen {
+pub(crate) struct Seen {
     /// Frames x [`FEATURES`].
-    pub(super) features: Vec<f32>,
+    pub(crate) features: Vec<f32>,
 }
 
 impl Seen {
     /// One pass of the camera over `sequence`; `fixed` or, without it, levels drawn anew every
     /// [`BLOCK`] frames.
     #[must_use]
-    pub(super) fn new(
+    pub(crate) fn new(
         sequence: &Sequence,
         frame: &Frame,
         fixed: Option<Noise>,
@@ -128,7 +128,7 @@ impl Seen {
 
     /// Features of the window that ends at `end`, oldest first; the frames before the first are the
     /// first again, at rest.
-    pub(super) fn window(&self, end: usize) -> impl Iterator<Item = &[f32]> {
+    pub(crate) fn window(&self, end: usize) -> impl Iterator<Item = &[f32]> {
         (0..WINDOW).map(move |k| {
             let n = (end + k + 1).saturating_sub(WINDOW);
             &self.features[n * FEATURES..(n + 1) * FEATURES]
@@ -137,7 +137,7 @@ impl Seen {
 
     /// The port u = a / scale at frame `n`.
     #[must_use]
-    pub(super) fn port(&self, n: usize) -> f64 {
+    pub(crate) fn port(&self, n: usize) -> f64 {
         f64::from(self.features[(n + 1) * FEATURES - 1])
     }
 }

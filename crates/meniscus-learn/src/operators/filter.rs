@@ -1,23 +1,23 @@
 //! A filter of constant gain, x+ = x- + G (y - x-), x- predicted by the exact GENERIC step, y read by the
 //! encoder: linear regression of the true innovation on the seen one, in closed loop. A correction learns through it
-//! ([`super::correct`]); the camera side has a gain of its own in every turn (`runtime::filter`).
+//! ([`crate::correct`]); the camera side has a gain of its own in every turn (`runtime::filter`).
 
-use super::TrainError;
-use crate::reference_step::{Dynamics, Square};
+use crate::TrainError;
+use crate::operators::reference_step::{Dynamics, Square};
 use meniscus::latent::generic::Latent;
 use meniscus::units::FRAME_INTERVAL_S;
 
 /// What a filter gets, and the truth to judge it by.
 #[derive(Clone, Debug)]
-pub(super) struct Track {
+pub(crate) struct Track {
     /// Latents as the encoder reads them.
-    pub(super) y: Vec<Latent>,
+    pub(crate) y: Vec<Latent>,
     /// Ports as the camera measures them.
-    pub(super) u: Vec<f64>,
+    pub(crate) u: Vec<f64>,
     /// Port values of each instant as the encoder reads them.
-    pub(super) port: Vec<f64>,
+    pub(crate) port: Vec<f64>,
     /// True latents.
-    pub(super) truth: Vec<Latent>,
+    pub(crate) truth: Vec<Latent>,
 }
 
 /// Rounds of regression; the innovation depends on the gain, and settles within a few.
@@ -25,7 +25,7 @@ const ROUNDS: usize = 8;
 
 /// Prediction and estimate at every frame of `track`, from rest.
 #[must_use]
-pub(super) fn run(dynamics: &Dynamics, gain: &Square, track: &Track) -> Vec<(Latent, Latent)> {
+pub(crate) fn run(dynamics: &Dynamics, gain: &Square, track: &Track) -> Vec<(Latent, Latent)> {
     let next = |x: &mut Latent, (y, &u): (&Latent, &f64)| {
         let predicted = dynamics.turn(x, u).x;
         *x = predicted + gain * (y - predicted);
@@ -41,7 +41,7 @@ pub(super) fn run(dynamics: &Dynamics, gain: &Square, track: &Track) -> Vec<(Lat
 ///
 /// # Errors
 /// [`TrainError::Singular`] when the innovations span nothing.
-pub(super) fn tune(dynamics: &Dynamics, tracks: &[Track], metric: &Square) -> Result<Square, TrainError> {
+pub(crate) fn tune(dynamics: &Dynamics, tracks: &[Track], metric: &Square) -> Result<Square, TrainError> {
     let active = active(tracks);
     let (mut gain, mut best, mut least) = (active, active, f64::INFINITY);
     for _ in 0..=ROUNDS {
@@ -77,7 +77,7 @@ fn active(tracks: &[Track]) -> Square {
 }
 
 /// Moves the gain towards 1, where the loop forgets at once, until the loop (1 - G) A about rest is stable.
-pub(super) fn settle(dynamics: &Dynamics, gain: Square) -> Square {
+pub(crate) fn settle(dynamics: &Dynamics, gain: Square) -> Square {
     let half = dynamics.flow() * dynamics.stiffness() * (0.5 * FRAME_INTERVAL_S);
     let identity = Square::identity();
     let a = (identity - half).try_inverse().map_or(identity, |inverse| inverse * (identity + half));
@@ -90,8 +90,8 @@ pub(super) fn settle(dynamics: &Dynamics, gain: Square) -> Square {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::noise::normal;
-    use crate::reference_step::tests::random;
+    use crate::networks::noise::normal;
+    use crate::operators::reference_step::tests::random;
     use meniscus::latent::generic::LATENTS;
 
     /// With noise of one size on y and on the port, the filter beats both the encoder and the model.

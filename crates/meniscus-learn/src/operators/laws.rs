@@ -1,24 +1,24 @@
 //! Measures of the two laws along the roll-outs of the exact step.
 
-use super::linear::Path;
-use super::rollout::{Open, open_loop};
-use crate::reference_step::{Dynamics, Square};
+use crate::operators::linear::Path;
+use crate::operators::reference_step::{Dynamics, Square};
+use crate::operators::rollout::{Open, open_loop};
 use meniscus::latent::generic::LATENTS;
 use meniscus::units::FRAME_INTERVAL_S;
 use meniscus_optim::laws::{Laws, full};
 use nalgebra::{DMatrix, DVector};
 
 /// The laws of the exact step, and its largest |(H + s)' - (H + s) - work| of a step, in units of H.
-pub(super) struct Exact {
+pub(crate) struct Exact {
     /// What is common to all steps.
-    pub(super) laws: Laws,
+    pub(crate) laws: Laws,
     /// In units of H.
-    pub(super) drift: f64,
+    pub(crate) drift: f64,
 }
 
 /// The laws of `dynamics` along the roll-outs of `paths`, with dE = (g, 1) and dS = (0, 1) for g = dH of the closed step.
 #[must_use]
-pub(super) fn of_exact(dynamics: &Dynamics, paths: &[Path]) -> Exact {
+pub(crate) fn of_exact(dynamics: &Dynamics, paths: &[Path]) -> Exact {
     const ALL: usize = LATENTS + 1;
     let of = |m: &Square| DMatrix::from_column_slice(LATENTS, LATENTS, m.as_slice());
     let (skew, d) = (of(&dynamics.skew), of(&(dynamics.friction * dynamics.friction.transpose())));
@@ -50,8 +50,8 @@ pub(super) fn of_exact(dynamics: &Dynamics, paths: &[Path]) -> Exact {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::noise::normal;
-    use crate::reference_step::tests::random;
+    use crate::networks::noise::normal;
+    use crate::operators::reference_step::tests::random;
 
     /// The exact step keeps both laws to rounding, and the same meter shows one that does not.
     #[test]

@@ -1,8 +1,8 @@
 //! The best linear map from frame to frame under known motion: a baseline, and where the dynamics start.
 
-use super::TrainError;
-use super::rollout::validate;
-use crate::reference_step::Square;
+use crate::TrainError;
+use crate::operators::reference_step::Square;
+use crate::operators::rollout::validate;
 use meniscus::latent::generic::{LATENTS, Latent};
 use meniscus::units::FRAME_INTERVAL_S;
 use nalgebra::{Cholesky, DMatrix, DVector};
@@ -12,24 +12,24 @@ const WIDTH: usize = LATENTS + 1;
 
 /// x_{n+1} = A x_n + b u_{n+1}.
 #[derive(Clone, Debug)]
-pub(super) struct Linear {
+pub(crate) struct Linear {
     /// A.
-    pub(super) a: Square,
+    pub(crate) a: Square,
     /// b.
-    pub(super) b: Latent,
+    pub(crate) b: Latent,
 }
 
 /// One observed trajectory: states, the port that led to each, energies in units of H.
 #[derive(Clone, Debug)]
-pub(super) struct Path {
+pub(crate) struct Path {
     /// States.
-    pub(super) x: Vec<Latent>,
+    pub(crate) x: Vec<Latent>,
     /// Ports; `u[n]` acts between frames n - 1 and n.
-    pub(super) u: Vec<f64>,
+    pub(crate) u: Vec<f64>,
     /// Kinetic plus potential energy over the energy scale.
-    pub(super) energy: Vec<f64>,
+    pub(crate) energy: Vec<f64>,
     /// Heat since the first frame over the energy scale.
-    pub(super) heat: Vec<f64>,
+    pub(crate) heat: Vec<f64>,
 }
 
 impl Linear {
@@ -42,7 +42,7 @@ impl Linear {
     ///
     /// # Errors
     /// [`TrainError::Singular`] when the paths do not determine it.
-    pub(super) fn fit(paths: &[Path], metric: &Square) -> Result<Self, TrainError> {
+    pub(crate) fn fit(paths: &[Path], metric: &Square) -> Result<Self, TrainError> {
         let (mut normal, mut mixed) =
             (DMatrix::<f64>::zeros(WIDTH, WIDTH), DMatrix::<f64>::zeros(WIDTH, LATENTS));
         for path in paths {
@@ -70,13 +70,13 @@ impl Linear {
 
     /// The same map of the states `forth` x; `back` is the way back.
     #[must_use]
-    pub(super) fn mapped(&self, forth: &Square, back: &Square) -> Self {
+    pub(crate) fn mapped(&self, forth: &Square, back: &Square) -> Self {
         Self { a: forth * self.a * back, b: forth * self.b }
     }
 
     /// The states after each of `ports`, from `x`.
     #[must_use]
-    pub(super) fn roll_out(&self, x: Latent, ports: &[f64]) -> Vec<Latent> {
+    pub(crate) fn roll_out(&self, x: Latent, ports: &[f64]) -> Vec<Latent> {
         let next = |x: &mut Latent, &u: &f64| {
             *x = self.a * *x + self.b * u;
             Some(*x)
@@ -91,7 +91,7 @@ impl Linear {
     ///
     /// # Errors
     /// [`TrainError::Singular`] when A has the eigenvalue -1.
-    pub(super) fn generator(&self) -> Result<(Square, Latent), TrainError> {
+    pub(crate) fn generator(&self) -> Result<(Square, Latent), TrainError> {
         let plus = self.a + Square::identity();
         let inverse = plus.try_inverse().ok_or(TrainError::Singular("the Cayley transform"))?;
         let rate = 2.0 / FRAME_INTERVAL_S;
@@ -100,7 +100,7 @@ impl Linear {
 }
 
 /// A = (1 - dt/2 M)^-1 (1 + dt/2 M), or rest where that is singular.
-pub(super) fn cayley(m: &Square) -> Square {
+pub(crate) fn cayley(m: &Square) -> Square {
     let half = m * (0.5 * FRAME_INTERVAL_S);
     let inverse = (Square::identity() - half).try_inverse();
     inverse.map_or_else(Square::zeros, |inverse| inverse * (Square::identity() + half))

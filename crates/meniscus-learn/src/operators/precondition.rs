@@ -1,8 +1,8 @@
 //! The preconditioner of the blob: the constant matrix with which the implicit step converges best on
 //! what the liquid does. It costs or saves iterations and changes no law.
 
-use super::linear::Path;
-use crate::reference_step::{Dynamics, Square};
+use crate::operators::linear::Path;
+use crate::operators::reference_step::{Dynamics, Square};
 use meniscus::latent::generic::Latent;
 
 /// Iterations that the run time gives it, before it takes Newton's.
@@ -26,7 +26,7 @@ fn mean_stiffness<'a>(
 
 /// P for the mean stiffness over `states`: good enough for training, where it is renewed as H changes.
 #[must_use]
-pub(super) fn typical<'a>(dynamics: &Dynamics, states: impl Iterator<Item = &'a Latent>) -> Square {
+pub(crate) fn typical<'a>(dynamics: &Dynamics, states: impl Iterator<Item = &'a Latent>) -> Square {
     let mean = mean_stiffness(dynamics, states.step_by(31).map(|x| (x, 1.0)));
     mean.map_or_else(|| dynamics.preconditioner(), |stiffness| dynamics.precondition(&stiffness))
 }
@@ -40,7 +40,7 @@ fn left_over(dynamics: &Dynamics, paths: &[Path], preconditioner: &Square) -> f6
 
 /// The P between that of rest and beyond that of lively states which leaves least.
 #[must_use]
-pub(super) fn best(dynamics: &Dynamics, paths: &[Path]) -> Square {
+pub(crate) fn best(dynamics: &Dynamics, paths: &[Path]) -> Square {
     let states = paths.iter().flat_map(|p| &p.x).step_by(STRIDE);
     let at_rest = dynamics.stiffness();
     let lively = mean_stiffness(dynamics, states.map(|x| (x, dynamics.energy(x)))).unwrap_or(at_rest);
@@ -53,8 +53,8 @@ pub(super) fn best(dynamics: &Dynamics, paths: &[Path]) -> Square {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::noise::normal;
-    use crate::reference_step::tests::random;
+    use crate::networks::noise::normal;
+    use crate::operators::reference_step::tests::random;
 
     #[test]
     fn the_best_leaves_less_than_none() {

@@ -4,44 +4,44 @@
 //! E(x, s) = H(x) + s, S = s, x' = (L - D) grad H + B u, with L skew and D = C C^T >= 0 constant, so
 //! that L_full grad S = 0 and M_full grad E = 0 hold for every weight.
 
-pub(super) use meniscus::latent::generic::{LATENTS, Latent};
+pub(crate) use meniscus::latent::generic::{LATENTS, Latent};
 use meniscus::units::FRAME_INTERVAL_S;
 use nalgebra::{DMatrix, DVector, SMatrix};
 
 /// Ridges of H.
-pub(super) const HIDDEN: usize = 64;
+pub(crate) const HIDDEN: usize = 64;
 
 /// A matrix on latent states.
-pub(super) type Square = SMatrix<f64, LATENTS, LATENTS>;
+pub(crate) type Square = SMatrix<f64, LATENTS, LATENTS>;
 
 /// H, L, D and B.
 #[derive(Clone, Debug)]
-pub(super) struct Dynamics {
+pub(crate) struct Dynamics {
     /// L, skew.
-    pub(super) skew: Square,
+    pub(crate) skew: Square,
     /// C, lower triangular, D = C C^T.
-    pub(super) friction: Square,
+    pub(crate) friction: Square,
     /// K.
-    pub(super) linear: Square,
+    pub(crate) linear: Square,
     /// W, [`HIDDEN`] x [`LATENTS`].
-    pub(super) inner: DMatrix<f64>,
+    pub(crate) inner: DMatrix<f64>,
     /// b.
-    pub(super) bias: DVector<f64>,
+    pub(crate) bias: DVector<f64>,
     /// w.
-    pub(super) weight: DVector<f64>,
+    pub(crate) weight: DVector<f64>,
     /// B.
-    pub(super) port: Latent,
+    pub(crate) port: Latent,
 }
 
 /// What one turn did.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Turn {
+pub(crate) struct Turn {
     /// The state after it.
-    pub(super) x: Latent,
+    pub(crate) x: Latent,
     /// Work of the port, in units of H.
-    pub(super) work: f64,
+    pub(crate) work: f64,
     /// Heat made, in units of H; never negative.
-    pub(super) heat: f64,
+    pub(crate) heat: f64,
 }
 
 /// p(a) = sqrt(1 + a^2).
@@ -53,7 +53,7 @@ impl Dynamics {
     /// H(x) = |K x|^2 / 2 + sum w^2 d^2 / (B (A B + 1 + a b)), d = W x, a = d + b, A = p(a), B = p(b): convex, as
     /// [`meniscus::latent::generic::Potential`] says.
     #[must_use]
-    pub(super) fn energy(&self, x: &Latent) -> f64 {
+    pub(crate) fn energy(&self, x: &Latent) -> f64 {
         let along = &self.inner * x;
         let ridges = along.iter().zip(&self.bias).zip(&self.weight);
         let bowed = ridges.map(|((d, b), w)| {
@@ -65,13 +65,13 @@ impl Dynamics {
 
     /// grad^2 H(0) = K^T K + W^T diag(w^2 / B^3) W.
     #[must_use]
-    pub(super) fn stiffness(&self) -> Square {
+    pub(crate) fn stiffness(&self) -> Square {
         self.stiffness_at(&Latent::zeros())
     }
 
     /// grad^2 H = K^T K + W^T diag(w^2 / A^3) W at `x`.
     #[must_use]
-    pub(super) fn stiffness_at(&self, x: &Latent) -> Square {
+    pub(crate) fn stiffness_at(&self, x: &Latent) -> Square {
         let inside = &self.inner * x + &self.bias;
         let curvature = inside.zip_map(&self.weight, |a, w| w * w / bent(a).powi(3));
         let ridges = self.inner.tr_mul(&(DMatrix::from_diagonal(&curvature) * &self.inner));
@@ -81,7 +81,7 @@ impl Dynamics {
     /// The same motion in the coordinates y = T x: L and D go as T L T^T, gradients as T^-T.
     ///
     /// `None` when T is singular.
-    pub(super) fn changed(&self, t: &Square) -> Option<Self> {
+    pub(crate) fn changed(&self, t: &Square) -> Option<Self> {
         let inverse = t.try_inverse()?;
         // C may be any root of D; the blob wants the lower triangular one: (T C)^T = Q R, C = R^T.
         let friction = (t * self.friction).transpose().qr().r().transpose();
@@ -98,19 +98,19 @@ impl Dynamics {
 
     /// L - D.
     #[must_use]
-    pub(super) fn flow(&self) -> Square {
+    pub(crate) fn flow(&self) -> Square {
         self.skew - self.friction * self.friction.transpose()
     }
 
     /// P = (I - dt/2 (L - D) grad^2 H(0))^-1, or the identity where that is singular.
     #[must_use]
-    pub(super) fn preconditioner(&self) -> Square {
+    pub(crate) fn preconditioner(&self) -> Square {
         self.precondition(&self.stiffness())
     }
 
     /// P for a stiffness.
     #[must_use]
-    pub(super) fn precondition(&self, stiffness: &Square) -> Square {
+    pub(crate) fn precondition(&self, stiffness: &Square) -> Square {
         let step = Square::identity() - self.flow() * stiffness * (0.5 * FRAME_INTERVAL_S);
         step.try_inverse().unwrap_or_else(Square::identity)
     }
@@ -118,7 +118,7 @@ impl Dynamics {
     /// dH(x, y) = K^T K (x + y) / 2 + W^T [w^2 ((a + a') / (A + A') - b / B)], the mean of grad H between its ends, so
     /// that dH . (y - x) = H(y) - H(x) exactly.
     #[must_use]
-    pub(super) fn discrete_gradient(&self, x: &Latent, y: &Latent) -> Latent {
+    pub(crate) fn discrete_gradient(&self, x: &Latent, y: &Latent) -> Latent {
         let (from, to) = (&self.inner * x + &self.bias, &self.inner * y + &self.bias);
         let slope = DVector::from_fn(HIDDEN, |i, _| {
             let (a, b, w) = (from[i] + to[i], self.bias[i], self.weight[i]);
@@ -148,7 +148,7 @@ impl Dynamics {
 
     /// One turn of dt by Strang splitting: half the port, the closed step by Newton's method, half the port.
     #[must_use]
-    pub(super) fn turn(&self, x: &Latent, u: f64) -> Turn {
+    pub(crate) fn turn(&self, x: &Latent, u: f64) -> Turn {
         const ITERATIONS: usize = 20;
         let kick = self.port * (0.5 * FRAME_INTERVAL_S * u);
         let flow = self.flow() * FRAME_INTERVAL_S;
@@ -173,7 +173,7 @@ impl Dynamics {
 
     /// What the last of `iterations` corrections of a turn still moved.
     #[must_use]
-    pub(super) fn residual(&self, x: &Latent, u: f64, preconditioner: &Square, iterations: usize) -> f64 {
+    pub(crate) fn residual(&self, x: &Latent, u: f64, preconditioner: &Square, iterations: usize) -> f64 {
         let before = x + self.port * (0.5 * FRAME_INTERVAL_S * u);
         let flow = self.flow() * FRAME_INTERVAL_S;
         let (mut after, mut moved) = (before, 0.0);
@@ -184,7 +184,7 @@ impl Dynamics {
     }
 
     /// The turns under `ports`, from `x`.
-    pub(super) fn turns(&self, x: Latent, ports: &[f64]) -> Vec<Turn> {
+    pub(crate) fn turns(&self, x: Latent, ports: &[f64]) -> Vec<Turn> {
         let next = |x: &mut Latent, &u: &f64| {
             let turn = self.turn(x, u);
             *x = turn.x;
@@ -195,15 +195,15 @@ impl Dynamics {
 
     /// The states after each of `ports`, from `x`.
     #[must_use]
-    pub(super) fn roll_out(&self, x: Latent, ports: &[f64]) -> Vec<Latent> {
+    pub(crate) fn roll_out(&self, x: Latent, ports: &[f64]) -> Vec<Latent> {
         self.turns(x, ports).into_iter().map(|turn| turn.x).collect()
     }
 }
 
 #[cfg(test)]
-pub(super) mod tests {
+pub(crate) mod tests {
     use super::*;
-    use crate::noise::normal;
+    use crate::networks::noise::normal;
     use rand::SeedableRng;
     use rand_chacha::ChaCha8Rng;
 

@@ -3,10 +3,10 @@
 //! One-step training is erratic for every variant; ten and more steps are not. What is unrolled is the
 //! step that runs, so its weights need no allowance for another integrator.
 
-use super::linear::Path;
-use super::precondition::typical;
-use super::unrolled::{Operators, dynamics_of, weights_of};
-use crate::reference_step::{Dynamics, Square};
+use crate::operators::linear::Path;
+use crate::operators::precondition::typical;
+use crate::operators::reference_step::{Dynamics, Square};
+use crate::operators::unrolled::{Operators, dynamics_of, weights_of};
 use burn::tensor::{Device, Tensor, TensorData};
 use meniscus::latent::generic::{LATENTS, Latent};
 use meniscus_optim::descent::Descent;
@@ -17,7 +17,7 @@ use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
 /// Roll-outs of one training step: at these sizes the cost is calls, not numbers.
-pub(super) const BATCH: usize = 128;
+pub(crate) const BATCH: usize = 128;
 
 /// Weight of the energy against the states in the loss, both relative to their mean square: what makes
 /// H the energy of the slosh and not just any function that falls.
@@ -27,7 +27,7 @@ const ENERGY_WEIGHT: f32 = 0.05;
 const HEAT_WEIGHT: f32 = 0.02;
 
 /// Turns of a validation roll-out: two seconds.
-pub(super) const HORIZON: usize = 120;
+pub(crate) const HORIZON: usize = 120;
 
 /// Steps between two looks at the validation recordings.
 const LOOK: usize = 25;
@@ -43,7 +43,7 @@ fn soft(miss: Tensor<2>) -> Tensor<1> {
 
 /// Relative error of roll-outs of up to [`HORIZON`] turns from true states, in `metric`.
 #[must_use]
-pub(super) fn validate(
+pub(crate) fn validate(
     roll_out: impl Fn(Latent, &[f64]) -> Vec<Latent>,
     paths: &[Path],
     metric: &Square,
@@ -59,17 +59,17 @@ pub(super) fn validate(
 }
 
 /// One roll-out to judge by: a true state, the ports after it, and where they truly led.
-pub(super) struct Open<'p> {
+pub(crate) struct Open<'p> {
     /// The true state.
-    pub(super) from: Latent,
+    pub(crate) from: Latent,
     /// Ports of the turns from there.
-    pub(super) ports: &'p [f64],
+    pub(crate) ports: &'p [f64],
     /// The true state after each.
-    pub(super) truth: &'p [Latent],
+    pub(crate) truth: &'p [Latent],
 }
 
 /// The roll-outs of up to [`HORIZON`] turns along `path`, each beginning in the middle of the one before.
-pub(super) fn open_loop(path: &Path) -> impl Iterator<Item = Open<'_>> {
+pub(crate) fn open_loop(path: &Path) -> impl Iterator<Item = Open<'_>> {
     (0..path.x.len().saturating_sub(HORIZON / 2)).step_by(HORIZON / 2).map(move |from| {
         let to = (from + 1 + HORIZON).min(path.x.len());
         Open { from: path.x[from], ports: &path.u[from + 1..to], truth: &path.x[from + 1..to] }
@@ -78,7 +78,7 @@ pub(super) fn open_loop(path: &Path) -> impl Iterator<Item = Open<'_>> {
 
 /// Trains `start` on `training` for `steps` steps and keeps what rolls out best on `validation`.
 #[must_use]
-pub(super) fn train(
+pub(crate) fn train(
     start: &Dynamics,
     (training, validation): (&[Path], &[Path]),
     metric: &Square,
@@ -146,7 +146,7 @@ pub(super) fn train(
 }
 
 /// Where [`BATCH`] roll-outs start, as (path, frame): anywhere, but of two draws the livelier.
-pub(super) fn draw(training: &[Path], horizon: usize, rng: &mut ChaCha8Rng) -> Vec<(usize, usize)> {
+pub(crate) fn draw(training: &[Path], horizon: usize, rng: &mut ChaCha8Rng) -> Vec<(usize, usize)> {
     let total: usize = training.iter().map(|p| p.x.len().saturating_sub(horizon + 1)).sum();
     let one = |rng: &mut ChaCha8Rng| {
         let mut n = rng.random_range(0..total.max(1));

@@ -8,10 +8,10 @@
 //! It sees the same trajectories, port, batches and horizons as the exact step, and is judged by the same
 //! roll-outs. e is the gradient of nothing, so that its energy is what its own e says along the way.
 
-use super::laws;
-use super::linear::Path;
-use super::rollout::{BATCH, Open, draw, open_loop, validate};
-use crate::reference_step::{Dynamics, Square};
+use crate::operators::laws;
+use crate::operators::linear::Path;
+use crate::operators::reference_step::{Dynamics, Square};
+use crate::operators::rollout::{BATCH, Open, draw, open_loop, validate};
 use burn::tensor::{Device, Tensor, TensorData};
 use meniscus::latent::generic::{LATENTS, Latent};
 use meniscus::units::FRAME_INTERVAL_S;
@@ -95,7 +95,7 @@ fn rate(x: Tensor<2>, weights: &[Tensor<2>], spread: &[Tensor<2>; 2]) -> [Tensor
 }
 
 /// A trained soft net: the weights of the perceptron, then B.
-pub(super) struct Soft {
+pub(crate) struct Soft {
     weights: Vec<Matrix>,
 }
 
@@ -115,7 +115,7 @@ impl Soft {
     /// Trains on `training` for `steps` steps and keeps what rolls out best on `validation`; B starts where
     /// that of `exact` ended.
     #[must_use]
-    pub(super) fn train(
+    pub(crate) fn train(
         exact: &Dynamics,
         (training, validation): (&[Path], &[Path]),
         metric: &Square,
@@ -201,7 +201,7 @@ impl Soft {
 
     /// The states after each of `ports`, from `x`.
     #[must_use]
-    pub(super) fn roll_out(&self, x: Latent, ports: &[f64]) -> Vec<Latent> {
+    pub(crate) fn roll_out(&self, x: Latent, ports: &[f64]) -> Vec<Latent> {
         let b = self.port();
         let next = |x: &mut Latent, &u: &f64| {
             *x += (self.say(x).rate() + b * u) * FRAME_INTERVAL_S;
@@ -230,7 +230,7 @@ impl Soft {
 
     /// Roll-outs and laws of both steps on `paths`, side by side.
     #[must_use]
-    pub(super) fn checks(&self, exact: &Dynamics, paths: &[Path], metric: &Square) -> Vec<Check> {
+    pub(crate) fn checks(&self, exact: &Dynamics, paths: &[Path], metric: &Square) -> Vec<Check> {
         let percent = |name: &str, share: f64| Check::told(name, 100.0 * share, "%");
         let (hard, soft) = (laws::of_exact(exact, paths), self.laws(paths));
         let mut checks = vec![

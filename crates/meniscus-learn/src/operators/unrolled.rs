@@ -5,7 +5,7 @@
 //! suffice. At the solution b* of b = b - P miss(b; w), one more correction has the derivative -P dmiss/dw, and k of
 //! them have sum_(j<k) (1 - P J)^j of it, which goes to the implicit derivative J^-1 dmiss/dw as k grows.
 
-use crate::reference_step::{Dynamics, Square};
+use crate::operators::reference_step::{Dynamics, Square};
 use burn::tensor::{Device, Tensor};
 use meniscus::latent::generic::{LATENTS, Latent};
 use meniscus::units::FRAME_INTERVAL_S;
@@ -23,7 +23,7 @@ const RATE: f64 = 30.0;
 
 /// The operators as tensors; states are rows, so every matrix acts from the right.
 #[derive(Clone)]
-pub(super) struct Operators {
+pub(crate) struct Operators {
     flow_t: Tensor<2>,
     linear_t: Tensor<2>,
     stiff: Tensor<2>,
@@ -38,7 +38,7 @@ pub(super) struct Operators {
 }
 
 /// L, C, K, W, b, w, B as the optimiser sees them.
-pub(super) fn weights_of(dynamics: &Dynamics) -> Vec<Matrix> {
+pub(crate) fn weights_of(dynamics: &Dynamics) -> Vec<Matrix> {
     let square = |m: &Square| Matrix::from_f64(&DMatrix::from_iterator(LATENTS, LATENTS, m.iter().copied()));
     let row = |values: &mut dyn Iterator<Item = f64>| {
         let values: Vec<f32> = values.map(|v| v as f32).collect();
@@ -56,7 +56,7 @@ pub(super) fn weights_of(dynamics: &Dynamics) -> Vec<Matrix> {
 }
 
 /// The way back from [`weights_of`].
-pub(super) fn dynamics_of(weights: &[Matrix]) -> Dynamics {
+pub(crate) fn dynamics_of(weights: &[Matrix]) -> Dynamics {
     let square = |m: &Matrix| Square::from_row_iterator(m.values.iter().map(|&v| f64::from(v)));
     let [skew, friction, linear, inner, bias, weight, port] = weights else {
         unreachable!("the dynamics have seven matrices")
@@ -76,7 +76,7 @@ pub(super) fn dynamics_of(weights: &[Matrix]) -> Dynamics {
 
 impl Operators {
     /// From the tensors of [`weights_of`]; the preconditioner is a constant, as in the blob.
-    pub(super) fn new(tensors: &[Tensor<2>], preconditioner: &Square, device: &Device) -> Self {
+    pub(crate) fn new(tensors: &[Tensor<2>], preconditioner: &Square, device: &Device) -> Self {
         let mask = |keep: fn(usize, usize) -> bool| {
             let values =
                 (0..LATENTS * LATENTS).map(|k| if keep(k / LATENTS, k % LATENTS) { 1.0 } else { 0.0 });
@@ -108,7 +108,7 @@ impl Operators {
     }
 
     /// H of every row, [`Dynamics::energy`] in tensors.
-    pub(super) fn energy(&self, x: Tensor<2>) -> Tensor<2> {
+    pub(crate) fn energy(&self, x: Tensor<2>) -> Tensor<2> {
         let [a, a_bent] = self.see(x.clone());
         let along = a.clone() - self.bias.clone();
         let below = a_bent * self.bent_bias.clone() + a * self.bias.clone() + 1.0;
@@ -126,7 +126,7 @@ impl Operators {
 
     /// The same numbers with no graph behind them.
     #[must_use]
-    pub(super) fn frozen(&self) -> Self {
+    pub(crate) fn frozen(&self) -> Self {
         let bare = |tensor: &Tensor<2>| tensor.clone().inner();
         Self {
             flow_t: bare(&self.flow_t),
@@ -162,7 +162,7 @@ impl Operators {
 
     /// One turn of every row under the ports `u` `[batch, 1]`, and the heat of each; [`Dynamics::turn`] in
     /// tensors. `frozen` is [`Self::frozen`] of the same operators.
-    pub(super) fn turn(&self, x: Tensor<2>, u: Tensor<2>, frozen: &Self) -> (Tensor<2>, Tensor<2>) {
+    pub(crate) fn turn(&self, x: Tensor<2>, u: Tensor<2>, frozen: &Self) -> (Tensor<2>, Tensor<2>) {
         let kick = u.matmul(self.port.clone());
         let a = x + kick.clone();
         let from = self.see(a.clone());
@@ -182,15 +182,15 @@ fn bent(a: Tensor<2>) -> Tensor<2> {
 
 /// The dynamics as single precision keeps them, and so the blob.
 #[must_use]
-pub(super) fn rounded(dynamics: &Dynamics) -> Dynamics {
+pub(crate) fn rounded(dynamics: &Dynamics) -> Dynamics {
     dynamics_of(&weights_of(dynamics))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::noise::normal;
-    use crate::reference_step::tests::random;
+    use crate::networks::noise::normal;
+    use crate::operators::reference_step::tests::random;
     use meniscus_optim::weights::{constants, numbers};
 
     /// The unrolled step in single precision is the exact step, and keeps the books of energy.

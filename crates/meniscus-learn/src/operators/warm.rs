@@ -1,9 +1,9 @@
 //! Warm start of the GENERIC operators from a linear fit; a cold start was far behind after 300 steps.
 
-use super::TrainError;
-use super::linear::{Linear, Path, cayley};
-use super::rollout::validate;
-use crate::reference_step::{Dynamics, HIDDEN, Square};
+use crate::TrainError;
+use crate::operators::linear::{Linear, Path, cayley};
+use crate::operators::reference_step::{Dynamics, HIDDEN, Square};
+use crate::operators::rollout::validate;
 use meniscus::latent::generic::{LATENTS, Latent};
 use meniscus::units::FRAME_INTERVAL_S;
 use meniscus_optim::weights::Matrix;
@@ -113,7 +113,7 @@ fn compromise(linear: &Linear, paths: &[Path], metric: &Square) -> Result<(Split
 ///
 /// # Errors
 /// [`TrainError::Singular`] when the paths do not determine a stable generator.
-pub(super) fn start(
+pub(crate) fn start(
     linear: &Linear,
     paths: &[Path],
     metric: &Square,
@@ -137,8 +137,8 @@ pub(super) fn start(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::noise::normal;
-    use crate::reference_step::tests::random;
+    use crate::networks::noise::normal;
+    use crate::operators::reference_step::tests::random;
 
     /// A stable generator with known parts, split with a wrong idea of its energy.
     #[test]

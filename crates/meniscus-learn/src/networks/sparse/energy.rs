@@ -1,8 +1,8 @@
 //! The internal energy as a group of its own: the shipped model carries it by the balance, the paper's nets decode it.
 
-use super::super::pod::{Basis, Truncation};
-use super::super::snapshots::{fluctuation, pick, rest_of};
 use super::net::{Net, Rows};
+use crate::data::pod::{Basis, Truncation};
+use crate::data::snapshots::{fluctuation, pick, rest_of};
 use meniscus_data::recording::{Recording, STATE, group_range};
 use nalgebra::DMatrix;
 

@@ -15,8 +15,8 @@
 mod energy;
 mod net;
 
-use super::dataset::{Frame, SURFACE, Sequence};
-use super::measure::{Errors, percent};
+use crate::calibration::measure::{Errors, percent};
+use crate::data::dataset::{Frame, SURFACE, Sequence};
 use energy::Energy;
 use meniscus::latent::generic::LATENTS;
 use meniscus_data::recording::Recording;
@@ -40,7 +40,7 @@ static PAPER: [Plan; 5] = [
 const SILENT: f32 = 0.1;
 
 /// The five.
-pub(super) struct Sparse {
+pub(crate) struct Sparse {
     nets: Vec<Net>,
     /// How many latents of each were switched on before any were cut off.
     active: Vec<usize>,
@@ -70,7 +70,7 @@ fn given_out(curves: &[Vec<f64>], all: usize) -> Vec<usize> {
 impl Sparse {
     /// Trains all five on the recordings, which are projected in `seen` and `held`.
     #[must_use]
-    pub(super) fn train(
+    pub(crate) fn train(
         frame: &Frame,
         (training, validation): (&[Recording], &[Recording]),
         (seen, held): (&[Sequence], &[Sequence]),
@@ -130,7 +130,7 @@ impl Sparse {
     /// Errors of what the five decode from their thirteen latents on the validation recordings, and how many each
     /// group used and kept.
     #[must_use]
-    pub(super) fn checks(&self, frame: &Frame, validation: &[Recording], held: &[Sequence]) -> Vec<Check> {
+    pub(crate) fn checks(&self, frame: &Frame, validation: &[Recording], held: &[Sequence]) -> Vec<Check> {
         let (scale, ranges, width) = (frame.coefficient_scale(), frame.ranges(), frame.width());
         let mut errors = Errors::default();
         for sequence in held {
