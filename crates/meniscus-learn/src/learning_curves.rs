@@ -19,7 +19,7 @@ pub fn curves_png(curves: &[Curve], path: &Path) -> Result<(), PictureError> {
     let area = BitMapBackend::new(path, (SIZE.0, SIZE.1 * rows as u32)).into_drawing_area();
     area.fill(&WHITE)?;
     for (curve, part) in curves.iter().zip(area.split_evenly((rows, 1))) {
-        let percent = |of: fn(&meniscus_optim::descent::LookAt) -> f64| {
+        let percent = |of: fn(&meniscus_optim::progress::LookAt) -> f64| {
             let points = curve.looks.iter().map(move |look| (f64::from(look.0), 100.0 * of(look)));
             points.filter(|point| point.1.is_finite() && point.1 > 0.0).collect::<Vec<_>>()
         };

@@ -35,7 +35,7 @@ pub(crate) fn of_exact(dynamics: &Dynamics, paths: &[Path]) -> Exact {
             let mut ds = DVector::zeros(ALL);
             ds[LATENTS] = 1.0;
             let moved = (after - before).iter().copied().chain([turn.heat]).collect::<Vec<_>>();
-            exact.laws.step((de.as_slice(), ds.as_slice()), &moved);
+            exact.laws.step(de.as_slice(), ds.as_slice(), &moved);
             exact.laws.reversible((&l * &ds).norm(), (&l * &de).norm());
             exact.laws.irreversible((&m * &de).norm(), (&m * &ds).norm());
             let e = |x, s: f64| dynamics.energy(x) + s;
@@ -69,7 +69,7 @@ mod tests {
         }
         assert!(exact.drift < 1e-11, "{}", exact.drift);
         let mut wrong = Laws::default();
-        wrong.step((&[1.0, 0.0], &[0.0, 1.0]), &[1.0, -1.0]);
+        wrong.step(&[1.0, 0.0], &[0.0, 1.0], &[1.0, -1.0]);
         wrong.reversible(1.0, 2.0);
         wrong.irreversible(3.0, 4.0);
         assert_eq!((wrong.falls(), wrong.steps()), (1, 1));

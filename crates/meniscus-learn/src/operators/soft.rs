@@ -219,7 +219,7 @@ impl Soft {
                 let said = self.say(&x);
                 let Said { skew, friction, energy, entropy } = &said;
                 let closed = said.rate() * FRAME_INTERVAL_S;
-                laws.step((energy.as_slice(), entropy.as_slice()), closed.as_slice());
+                laws.step(energy.as_slice(), entropy.as_slice(), closed.as_slice());
                 laws.reversible((skew * entropy).norm(), (skew * energy).norm());
                 laws.irreversible((friction * energy).norm(), (friction * entropy).norm());
                 x += closed + b * (u * FRAME_INTERVAL_S);
