@@ -7,7 +7,7 @@ use super::stop::watched;
 use anyhow::Context;
 use meniscus_data::recording::Recording;
 use meniscus_learn::evaluate::unseen;
-use meniscus_learn::{Options, Schedule, Trained, curves_png, measured_again, train};
+use meniscus_learn::{Hyperparameters, Options, Schedule, Trained, curves_png, measured_again, train};
 use meniscus_optim::progress::Checkpoints;
 use meniscus_platform::files::write_whole;
 use meniscus_report::checks::table;
@@ -91,7 +91,13 @@ pub(crate) fn run(args: &Arguments) -> anyhow::Result<()> {
     } else {
         let trained = once(args, &data, args.seed, &folder, stop)?;
         let picture = write(args, &trained)?;
-        serde_json::json!({ "bytes": trained.blob.len(), "curves": picture, "checks": trained.checks })
+        serde_json::json!({
+            "bytes": trained.blob.len(),
+            "curves": picture,
+            "checks": trained.checks,
+            "stages": trained.stages,
+            "hyperparameters": hyperparameters(args),
+        })
     };
     let broken_off = stop.load(Ordering::Relaxed);
     if !broken_off {
@@ -138,6 +144,11 @@ struct Data {
     test: Option<Recording>,
 }
 
+/// Hyperparameters of the training: the short schedule or the full one, and the values of the shipped models.
+fn hyperparameters(args: &Arguments) -> Hyperparameters {
+    Hyperparameters::with_schedule(if args.quick { Schedule::QUICK } else { Schedule::FULL })
+}
+
 /// One training from `seed` with its checkpoints in `folder`, and what the test recording says of it.
 fn once(
     args: &Arguments,
@@ -150,7 +161,7 @@ fn once(
         .with_context(|| format!("{}: no place for checkpoints", folder.display()))?;
     let options = Options {
         seed,
-        schedule: if args.quick { Schedule::QUICK } else { Schedule::FULL },
+        hyperparameters: hyperparameters(args),
         soft: args.soft,
         sparse: args.sparse,
         quiet: args.json,

@@ -1,4 +1,4 @@
-//! How a training went, as a picture: a row a stage, training and validation error over its steps.
+//! Learning curves as a picture: a row a stage, training and validation error over its steps.
 
 use meniscus_optim::progress::Curve;
 use meniscus_report::plot::{BLUE, FONT, ORANGE, PictureError, legend, prepare_font};

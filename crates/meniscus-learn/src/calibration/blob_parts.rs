@@ -1,7 +1,7 @@
 //! A trained model as the tensors of a blob.
 
-use crate::Model;
-use crate::data::dataset::{SIGMA, TRUNK};
+use crate::calibration::learnt_model::LearntModel;
+use crate::data::groups::{SIGMA, TRUNK};
 use crate::operators::reference_step::{Dynamics, Square};
 use meniscus::blob::Tensor;
 use meniscus::latent::encoder::GRU_LAYERS as LAYERS;
@@ -29,7 +29,7 @@ fn triangle(tensor: Tensor, m: &Square, shift: usize) -> Part {
     vector(tensor, entries.map(|ij| m[ij] as f32).collect())
 }
 
-fn encoder(model: &Model) -> Vec<Part> {
+fn encoder(model: &LearntModel) -> Vec<Part> {
     let (recurrent, head) = model.encoder.weights.split_at(4 * LAYERS);
     let mut parts = Vec::new();
     for (layer, weights) in (0..).zip(recurrent.chunks_exact(4)) {
@@ -57,13 +57,13 @@ pub(crate) fn operators(d: &Dynamics, preconditioner: &Square) -> Vec<Part> {
     ]
 }
 
-fn dynamics(model: &Model) -> Vec<Part> {
+fn dynamics(model: &LearntModel) -> Vec<Part> {
     let mut parts = operators(&model.dynamics, &model.preconditioner);
     parts.push(square(Tensor::Gain, &model.gain));
     parts
 }
 
-fn decoder(model: &Model) -> Vec<Part> {
+fn decoder(model: &LearntModel) -> Vec<Part> {
     let trunk = model.autoencoder.trunk(&model.frame);
     let mut parts =
         vec![part(Tensor::TrunkLinear, &trunk[0]), vector(Tensor::TrunkPort, model.frame.feed.clone())];
@@ -89,7 +89,7 @@ fn decoder(model: &Model) -> Vec<Part> {
 }
 
 /// Rest state and basis of each group, q, v, e, sigma, tau, surface.
-fn groups(model: &Model) -> Vec<Part> {
+fn groups(model: &LearntModel) -> Vec<Part> {
     const HEAT: u8 = 2;
     const BLOB: [u8; TRUNK.len()] = [0, 1, 3, 4, 5];
     let frame = &model.frame;
@@ -113,6 +113,6 @@ fn groups(model: &Model) -> Vec<Part> {
 
 /// All tensors of `model`, in the order of the format.
 #[must_use]
-pub(crate) fn parts(model: &Model) -> Vec<Part> {
+pub(crate) fn parts(model: &LearntModel) -> Vec<Part> {
     [encoder(model), dynamics(model), decoder(model), groups(model)].concat()
 }

@@ -1,12 +1,13 @@
-//! What the blob says of its own errors; [`meniscus::uncertainty::error_model`] has the mathematics.
+//! Error model of the blob, measured; [`meniscus::uncertainty::error_model`] has the mathematics.
 //!
 //! Covariances come from the tracks that the gain was fitted on, the misfit of the decoder from what it
 //! makes of true latents, and the factors k from runs of the finished blob behind the rendered camera.
 
-use crate::Model;
-use crate::data::dataset::{Frame, SURFACE, Sequence};
-use crate::networks::encoded::Side;
-use crate::operators::filter::Track;
+use crate::calibration::learnt_model::LearntModel;
+use crate::data::dataset::{Frame, Sequence};
+use crate::data::groups::SURFACE;
+use crate::data::trajectory::Track;
+use crate::networks::encoded::EncodedRecordings;
 use crate::operators::reference_step::{Dynamics, Square};
 use meniscus::blob::Tensor;
 use meniscus::latent::generic::MAX_HIDDEN;
@@ -19,7 +20,7 @@ use meniscus_data::blob_file::write::Part;
 
 const _: () = assert!(crate::operators::reference_step::HIDDEN <= MAX_HIDDEN);
 
-/// How far from rest a slope is taken, in units of H: half of what a lively slosh has.
+/// Distance from rest at which a slope is taken, in units of H: half of what a lively slosh has.
 const SLOPE_AT: f64 = 0.5;
 
 /// A slosh below this share of a lively one counts as rest.
@@ -27,7 +28,7 @@ pub(crate) const REST: f64 = 0.02;
 
 /// Everything but the factors k.
 #[derive(Clone, Debug)]
-pub(crate) struct Spread {
+pub(crate) struct MeasuredErrors {
     transition: Square,
     process: Square,
     reading: Square,
@@ -78,10 +79,15 @@ fn floor(dynamics: &Dynamics, tracks: &[Track], metric: &Square) -> f64 {
     (still / growth).clamp(1e-3, 10.0)
 }
 
-impl Spread {
+impl MeasuredErrors {
     /// Measures everything on `tracks` and on the recordings of `held`.
     #[must_use]
-    pub(crate) fn new(model: &Model, tracks: &[Track], held: &Side, metric: &Square) -> Self {
+    pub(crate) fn new(
+        model: &LearntModel,
+        tracks: &[Track],
+        held: &EncodedRecordings,
+        metric: &Square,
+    ) -> Self {
         let (dynamics, frame) = (&model.dynamics, &model.frame);
         let floor = floor(dynamics, tracks, metric);
         let w = |x: &Latent| floor + dynamics.energy(x);
@@ -110,9 +116,9 @@ impl Spread {
         Self { transition, process, reading, surface, groups, surface_misfit, group_misfit, floor }
     }
 
-    /// The tensors with every k as it stands in `reach`, and no g.
+    /// Returns the tensors, with every interval factor one and no rest noise.
     #[must_use]
-    pub(crate) fn parts(&self, reach: &[f32; REACH - 1]) -> Vec<Part> {
+    pub(crate) fn parts(&self) -> Vec<Part> {
         let part =
             |tensor, rows, columns, values: &[f32]| Part { tensor, rows, columns, values: values.to_vec() };
         let square = |tensor, m: &Square| {
@@ -120,7 +126,7 @@ impl Spread {
             part(tensor, LATENTS, LATENTS, &values)
         };
         let mut numbers = vec![self.floor as f32];
-        numbers.extend(reach);
+        numbers.extend(UNIT);
         numbers.push(0.0);
         vec![
             square(Tensor::Transition, &self.transition),
@@ -136,7 +142,7 @@ impl Spread {
 }
 
 /// Slope of the coefficients in each latent, SI units: the secant through two states of a lively slosh.
-fn slope(model: &Model) -> Vec<Vec<f64>> {
+fn slope(model: &LearntModel) -> Vec<Vec<f64>> {
     let stiffness = model.dynamics.stiffness();
     let aside = |latent: usize| {
         let mut x = Latent::zeros();
@@ -156,7 +162,7 @@ fn slope(model: &Model) -> Vec<Vec<f64>> {
 
 /// Variance of what the decoder makes of true latents, for a unit of w: of each height, and of one number
 /// of each group.
-fn misfit(model: &Model, held: &Side, w: &dyn Fn(&Latent) -> f64) -> (Vec<f32>, Vec<f32>) {
+fn misfit(model: &LearntModel, held: &EncodedRecordings, w: &dyn Fn(&Latent) -> f64) -> (Vec<f32>, Vec<f32>) {
     let frame = &model.frame;
     let (mut heights, mut groups, mut weight) = (vec![0.0; POINTS], vec![0.0; SPREAD_GROUPS], 0.0);
     for (sequence, latents) in held.sequences.iter().zip(&held.latents) {

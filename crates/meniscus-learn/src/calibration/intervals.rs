@@ -1,4 +1,4 @@
-//! What the intervals take from runs of a blob: g from one that has none, then the factors k from one with k = 1.
+//! Calibration of the intervals from runs of a blob: g from one that has none, then the factors k from one with k = 1.
 //!
 //! ```text
 //! g^2 = mean of (truth - estimate)^2 - half^2 over the heights while H < REST, nought at least
@@ -7,86 +7,77 @@
 //! (Split conformal prediction: Lei et al., J. Am. Stat. Assoc. 113 (2018) 1094.) What is exchangeable is the
 //! recording and not the number: errors of one slosh go together, so that a quantile over the numbers of two recordings held
 //! 82 % of a third. Of fewer than [`MANY`] recordings k is therefore the largest of their own quantiles, and of as many it is
-//! told what a recording has held by the k of all others. Of the forecasts it is the largest always: what they miss is how the
+//! reported what a recording has held by the k of all others. Of the forecasts it is the largest always: what they miss is how the
 //! glass was moved on, and kinds of motion are few. The runs are those of the camera side behind the rendered camera, so that everything
 //! between glass and estimate is counted.
 
+use crate::calibration::camera_views::CameraView;
 use crate::calibration::error_model::{REST, UNIT};
-use crate::calibration::measure::percent;
 use crate::calibration::ratios::{Ratios, quantile, ratios_by_recording, share};
+use crate::data::measure::percent;
 use meniscus::blob::{LoadError, Model};
 use meniscus::runtime::Mode;
-use meniscus::surface::{ConfigError, SurfaceProfile};
 use meniscus::uncertainty::error_model::{LEADS, REACH};
 use meniscus::units::FRAME_INTERVAL_S;
-use meniscus_data::recording::{GROUP_NAMES, Recording};
+use meniscus_data::recording::GROUP_NAMES;
 use meniscus_platform::files::AlignedBytes;
 use meniscus_report::checks::Check;
 use meniscus_score::baseline::linear_with_motion;
 use meniscus_score::score::score;
 use meniscus_virtual::camera::START;
-use meniscus_virtual::observe_recording::{DISPARITY_RMS_PX, sightings, turns};
-use meniscus_virtual::render::SceneSettings;
+use meniscus_virtual::observe_recording::turns;
 
 /// Recordings from which on a quantile over all of them is believed.
 const MANY: usize = 10;
 
-/// A recording and what the camera saw of it.
-pub(crate) type Look<'r> = (&'r Recording, Vec<Option<SurfaceProfile>>);
+/// Errors of an estimate over all recordings: q, v, sigma, tau and, relative to the slosh, the surface.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct EstimateErrors([f64; 5]);
 
-/// What the camera sees of `recordings` with `times` the noise that estimates are judged by, 2 mm of depth.
-///
-/// # Errors
-/// [`ConfigError`], when the glass of a recording cannot be looked at.
-pub(crate) fn looks(recordings: &[Recording], times: f64, seed: u64) -> Result<Vec<Look<'_>>, ConfigError> {
-    let disparity_rms_px = times * DISPARITY_RMS_PX;
-    let mut all = Vec::new();
-    for recording in recordings {
-        let scene = SceneSettings { disparity_rms_px, seed, ..SceneSettings::of(&recording.glass) };
-        all.push((recording, sightings(recording, scene)?));
+impl EstimateErrors {
+    /// Slosh-relative error of the surface.
+    pub(crate) fn surface(&self) -> f64 {
+        let [.., surface] = self.0;
+        surface
     }
-    Ok(all)
+
+    /// One check for each error, named `name: group`, against `targets` in per cent.
+    pub(crate) fn checks(&self, name: &str, targets: [Option<f64>; 5]) -> Vec<Check> {
+        let names = ["q", "v", "sigma", "tau", "surface slosh-rel"];
+        let all = names.iter().zip(self.0).zip(targets);
+        all.map(|((group, error), target)| percent(format!("{name}: {group}"), error, target)).collect()
+    }
 }
 
-/// Errors of surface and field of the estimates of `blob`, under `name`, and the slosh-relative error of the surface: the
-/// root of the mean square over the recordings.
+/// Errors of surface and field of the estimates of `blob`: roots of the mean squares over the recordings.
 ///
 /// # Errors
 /// [`LoadError`], when the blob is refused.
-pub(crate) fn errors(
-    blob: &[u8],
-    looks: &[Look<'_>],
-    (name, targets): (&str, [Option<f64>; 5]),
-) -> Result<(Vec<Check>, f64), LoadError> {
+pub(crate) fn errors(blob: &[u8], views: &[CameraView<'_>]) -> Result<EstimateErrors, LoadError> {
     let blob = AlignedBytes::copy(blob);
     let model = Model::load(&blob)?;
-    // q, v, sigma, tau, surface; the internal energy is nothing that a latent carries.
+    // The internal energy is left out: no latent carries it.
     let mut squares = [0.0; 5];
-    for (recording, seen) in looks {
+    for (recording, seen) in views {
         let linear = linear_with_motion(recording);
         let score = score(&model, recording, &linear, &turns(&model, seen), START);
         let [q, v, _, sigma, tau] = score.field;
         for (sum, error) in squares.iter_mut().zip([q, v, sigma, tau, score.estimate.slosh_rel()]) {
-            *sum += error * error / looks.len() as f64;
+            *sum += error * error / views.len() as f64;
         }
     }
-    let errors = squares.map(f64::sqrt);
-    let names = ["q", "v", "sigma", "tau", "surface slosh-rel"];
-    let checks = names.iter().zip(errors).zip(targets);
-    let checks = checks.map(|((group, error), target)| percent(format!("{name}: {group}"), error, target));
-    let [.., surface] = errors;
-    Ok((checks.collect(), surface))
+    Ok(EstimateErrors(squares.map(f64::sqrt)))
 }
 
-/// g, m, for the blob whose k are all one and which has no g.
+/// Returns the rest noise g in metres, for the blob whose k are all one and which has no g.
 ///
 /// # Errors
 /// [`LoadError`], when the blob is refused.
-pub(crate) fn grain(blob: &[u8], looks: &[Look<'_>]) -> Result<f32, LoadError> {
+pub(crate) fn rest_noise_m(blob: &[u8], views: &[CameraView<'_>]) -> Result<f32, LoadError> {
     let blob = AlignedBytes::copy(blob);
     let model = Model::load(&blob)?;
     let (mut square, mut count) = (0.0, 0.0_f64);
-    for (recording, seen) in looks {
+    for (recording, seen) in views {
         for (frame, logged) in turns(&model, seen).iter().enumerate() {
             let estimate = &logged.turn.estimate;
             if estimate.mode != Mode::Tracking
@@ -104,27 +95,27 @@ pub(crate) fn grain(blob: &[u8], looks: &[Look<'_>]) -> Result<f32, LoadError> {
     Ok((square / count.max(1.0)).max(0.0).sqrt() as f32)
 }
 
-/// What [`reach`] has found.
-pub(crate) struct Reach {
+/// Factors of all intervals, and their coverage of recordings left out.
+pub(crate) struct IntervalFactors {
     /// k of the surface at each lead and of q, v, e, sigma, tau.
     pub(crate) k: [f32; REACH - 1],
-    /// What a recording's heights of the present are held by the k of all others: least and mean; of [`MANY`] recordings.
+    /// Coverage of a recording's present heights by the k of all others, least and mean, of [`MANY`] recordings or more.
     pub(crate) left_out: Vec<Check>,
 }
 
-/// The factors for the blob whose k are all one.
+/// Returns the factors for the blob whose k are all one.
 ///
 /// # Errors
 /// [`LoadError`], when the blob is refused.
-pub(crate) fn reach(blob: &[u8], looks: &[Look<'_>]) -> Result<Reach, LoadError> {
-    let mut k = if looks.is_empty() { UNIT } else { [0.0_f32; REACH - 1] };
-    let by_recording = ratios_by_recording(blob, looks)?;
+pub(crate) fn interval_factors(blob: &[u8], views: &[CameraView<'_>]) -> Result<IntervalFactors, LoadError> {
+    let mut k = if views.is_empty() { UNIT } else { [0.0_f32; REACH - 1] };
+    let by_recording = ratios_by_recording(blob, views)?;
     let left_out = left_out(&by_recording);
     let mut together: [Vec<f32>; REACH - 1] = Default::default();
     for of_one in by_recording {
         let all = of_one.surface.into_iter().chain(of_one.field);
         for (index, ((k, together), ratios)) in k.iter_mut().zip(&mut together).zip(all).enumerate() {
-            if looks.len() < MANY || foretells(index) {
+            if views.len() < MANY || is_forecast(index) {
                 *k = k.max(quantile(ratios));
             } else {
                 together.extend(ratios);
@@ -134,11 +125,11 @@ pub(crate) fn reach(blob: &[u8], looks: &[Look<'_>]) -> Result<Reach, LoadError>
     for (k, ratios) in k.iter_mut().zip(together).filter(|(_, ratios)| !ratios.is_empty()) {
         *k = quantile(ratios);
     }
-    Ok(Reach { k, left_out })
+    Ok(IntervalFactors { k, left_out })
 }
 
 /// Whether the factor at `index` is that of a forecast.
-fn foretells(index: usize) -> bool {
+fn is_forecast(index: usize) -> bool {
     (1..LEADS.len()).contains(&index)
 }
 
@@ -165,13 +156,13 @@ fn left_out(by_recording: &[Ratios]) -> Vec<Check> {
     ]
 }
 
-/// Shares of the truth that the intervals of a finished blob hold.
+/// Returns the coverage of the intervals of a calibrated blob.
 ///
 /// # Errors
 /// [`LoadError`], when the blob is refused.
-pub(crate) fn held(blob: &[u8], looks: &[Look<'_>]) -> Result<Vec<Check>, LoadError> {
+pub(crate) fn coverage(blob: &[u8], views: &[CameraView<'_>]) -> Result<Vec<Check>, LoadError> {
     let mut ratios = Ratios::default();
-    for of_one in ratios_by_recording(blob, looks)? {
+    for of_one in ratios_by_recording(blob, views)? {
         ratios.surface.iter_mut().zip(of_one.surface).for_each(|(all, of_one)| all.extend(of_one));
         ratios.field.iter_mut().zip(of_one.field).for_each(|(all, of_one)| all.extend(of_one));
     }
@@ -206,6 +197,8 @@ mod tests {
         // Of 800 numbers up to 100 and 100 up to 200 nine in ten are at most 96, of 900 up to 100 at most 90.
         assert_eq!(least, Some(45.0));
         assert!((mean.unwrap_or_default() - (9.0 * 96.0 + 45.0) / 10.0).abs() < 1e-9, "{mean:?}");
-        assert!(foretells(1) && foretells(LEADS.len() - 1) && !foretells(0) && !foretells(LEADS.len()));
+        assert!(
+            is_forecast(1) && is_forecast(LEADS.len() - 1) && !is_forecast(0) && !is_forecast(LEADS.len())
+        );
     }
 }

@@ -1,6 +1,6 @@
 //! Errors over half-widths: how far the truth lies from an estimate, in units of what its interval says.
 
-use crate::calibration::intervals::Look;
+use crate::calibration::camera_views::CameraView;
 use meniscus::blob::{LoadError, Model};
 use meniscus::runtime::{Drive, Estimate, Forecast, Memory, Mode};
 use meniscus::uncertainty::error_model::LEADS;
@@ -46,11 +46,11 @@ pub(crate) fn share(ratios: &[f32], k: f32) -> f64 {
 }
 
 /// Errors over half-widths of the turns of `blob` that tracked, by recording.
-pub(crate) fn ratios_by_recording(blob: &[u8], looks: &[Look<'_>]) -> Result<Vec<Ratios>, LoadError> {
+pub(crate) fn ratios_by_recording(blob: &[u8], views: &[CameraView<'_>]) -> Result<Vec<Ratios>, LoadError> {
     let blob = AlignedBytes::copy(blob);
     let model = Model::load(&blob)?;
     let mut all = Vec::new();
-    for (recording, seen) in looks {
+    for (recording, seen) in views {
         let mut ratios = Ratios::default();
         turns_with(
             &model,

@@ -1,11 +1,11 @@
 //! The figures of a trained model on the validation recordings, baselines beside them.
 
-use crate::Model;
-use crate::calibration::measure::{Errors, percent, persistence};
-use crate::data::dataset::TRUNK;
-use crate::networks::encoded::Side;
-use crate::operators::filter::Track;
-use crate::operators::rollout::HORIZON;
+use crate::calibration::learnt_model::LearntModel;
+use crate::data::groups::TRUNK;
+use crate::data::measure::{GroupErrors, percent, persistence};
+use crate::data::trajectory::Track;
+use crate::networks::encoded::EncodedRecordings;
+use crate::operators::open_loop::HORIZON;
 use meniscus::latent::generic::Latent;
 use meniscus_report::checks::Check;
 
@@ -13,10 +13,10 @@ use meniscus_report::checks::Check;
 const OPEN: [Option<f64>; 5] = [None; 5];
 
 /// The figures of every part; those of the estimate are the blob's ([`crate::calibration::intervals`]).
-pub(crate) fn checks(model: &Model, held: &Side, tracks: &[Track]) -> Vec<Check> {
+pub(crate) fn checks(model: &LearntModel, held: &EncodedRecordings, tracks: &[Track]) -> Vec<Check> {
     let frame = &model.frame;
     let over = |latents: &dyn Fn(usize) -> Vec<Latent>, ports: &dyn Fn(usize) -> Vec<f64>| {
-        let mut errors = Errors::default();
+        let mut errors = GroupErrors::default();
         for (k, sequence) in held.sequences.iter().enumerate() {
             errors.add(frame, sequence, 0, &model.autoencoder.decode(&latents(k), frame), &ports(k));
         }
@@ -25,7 +25,7 @@ pub(crate) fn checks(model: &Model, held: &Side, tracks: &[Track]) -> Vec<Check>
     let (true_port, read_port) =
         (|k: usize| held.sequences[k].port.clone(), |k: usize| tracks[k].port.clone());
     let rolled = |roll_out: &dyn Fn(Latent, &[f64]) -> Vec<Latent>| {
-        let mut errors = Errors::default();
+        let mut errors = GroupErrors::default();
         for (sequence, path) in held.sequences.iter().zip(&held.paths) {
             for from in (0..sequence.frames().saturating_sub(HORIZON / 2)).step_by(HORIZON / 2) {
                 let to = (from + 1 + HORIZON).min(sequence.frames());
@@ -67,7 +67,7 @@ pub(crate) fn checks(model: &Model, held: &Side, tracks: &[Track]) -> Vec<Check>
 }
 
 /// Relative L2 error of H(x) against kinetic plus potential energy.
-fn books(model: &Model, held: &Side) -> f64 {
+fn books(model: &LearntModel, held: &EncodedRecordings) -> f64 {
     let pairs = held.paths.iter().flat_map(|p| p.x.iter().zip(&p.energy));
     let (miss, size) = pairs.fold((0.0, 0.0), |(miss, size), (x, &e)| {
         (miss + (model.dynamics.energy(x) - e).powi(2), size + e * e)
@@ -76,7 +76,7 @@ fn books(model: &Model, held: &Side) -> f64 {
 }
 
 /// Relative errors of the work and the heat of whole recordings, rolled out from rest with known motion.
-fn work_and_heat(model: &Model, held: &Side) -> [f64; 2] {
+fn work_and_heat(model: &LearntModel, held: &EncodedRecordings) -> [f64; 2] {
     let (mut said, mut due) = ([0.0; 2], [0.0; 2]);
     for (sequence, path) in held.sequences.iter().zip(&held.paths) {
         for turn in model.dynamics.turns(Latent::zeros(), &path.u) {

@@ -9,7 +9,8 @@ use crate::correct::training_window::Lesson;
 use crate::operators::filter::settle;
 use crate::operators::reference_step::{Dynamics, Square};
 use crate::operators::unrolled::{dynamics_of, rounded, weights_of};
-use crate::{TrainError, fit};
+use crate::TrainError;
+use crate::blob_text::fitting;
 use meniscus::blob::{Header, Model, Tensor as Name};
 use meniscus::latent::encoder::GRU_LAYERS;
 use meniscus::latent::generic::{LATENTS, Latent};
@@ -126,8 +127,8 @@ impl Pupil {
         put(Name::Transition, forward.iter().map(|&v| v as f32).collect());
         misses.put(&mut parts);
         let mut header = self.header.clone();
-        header.liquid = fit(&how.liquid);
-        header.provenance = fit(&format!("{}; before: {}", how.command, self.header.provenance));
+        header.liquid = fitting(&how.liquid);
+        header.provenance = fitting(&format!("{}; before: {}", how.command, self.header.provenance));
         Ok(write::blob(header, &parts)?)
     }
 }

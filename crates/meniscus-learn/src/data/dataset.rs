@@ -3,25 +3,18 @@
 //! on both sides would leak.
 
 use crate::TrainError;
+use crate::data::groups::IN_STATE;
 use crate::data::pod::Basis;
-use crate::data::snapshots::{IN_STATE, decompose, fluctuation, mean_rest, pick, rest_of};
+use crate::data::snapshots::{decompose, fluctuation, mean_rest, pick, rest_of};
+use crate::hyperparameters::PodParameters;
 use meniscus::surface::POINTS;
 use meniscus::units::FRAME_INTERVAL_S;
 use meniscus_data::recording::{Recording, STATE, group_range};
 
-/// Groups that the decoder trunk gives coefficients of, in trunk order.
-pub(crate) const TRUNK: [&str; 5] = ["q", "v", "sigma", "tau", "surface"];
-
-/// The normal stresses among [`TRUNK`].
-pub(crate) const SIGMA: usize = 2;
-
-/// The surface among [`TRUNK`].
-pub(crate) const SURFACE: usize = 4;
-
 /// The bases and scales that all sequences share.
 #[derive(Debug)]
 pub(crate) struct Frame {
-    /// One basis for each group of [`TRUNK`].
+    /// One basis for each group of [`TRUNK`](crate::data::groups::TRUNK).
     pub(crate) bases: Vec<Basis>,
     /// Rest state, [`STATE`] numbers: the mean of the first frames of the training recordings.
     pub(crate) rest_state: Vec<f32>,
@@ -75,14 +68,14 @@ impl Frame {
     ///
     /// # Errors
     /// [`TrainError::NoMotion`] when nothing moves in them.
-    pub(crate) fn new(training: &[Recording]) -> Result<Self, TrainError> {
+    pub(crate) fn new(training: &[Recording], parameters: &PodParameters) -> Result<Self, TrainError> {
         let first = training.first().ok_or(TrainError::NoRecording)?;
         let (rest_state, rest_profile) = mean_rest(training);
-        let picked = pick(training);
+        let picked = pick(training, parameters);
         if picked.is_empty() {
             return Err(TrainError::NoMotion);
         }
-        let bases = decompose(training, &picked);
+        let bases = decompose(training, &picked, parameters);
         let moving = |f: &dyn Fn(&Recording, usize) -> f64| {
             picked.iter().map(|&(r, n)| f(&training[r], n)).sum::<f64>() / picked.len() as f64
         };
@@ -159,16 +152,7 @@ impl Frame {
         }
     }
 
-    /// Finds F by regression over the training sequences; see [`crate::data::feed`].
-    ///
-    /// # Errors
-    /// [`TrainError::Singular`] when they do not determine it.
-    pub(crate) fn measure_feed(&mut self, training: &[Sequence]) -> Result<(), TrainError> {
-        self.feed = crate::data::feed::through(training, &self.ranges())?;
-        Ok(())
-    }
-
-    /// What an error of one in the port value costs, as the autoencoder counts errors: by the squared
+    /// Cost of an error of one in the port value, as the autoencoder counts errors: by the squared
     /// relative error, averaged over the groups; it never
     /// counts for nothing.
     #[must_use]

@@ -5,7 +5,8 @@
 //! equal u(t), which the GENERIC step can only imitate by a kick that is dissipated within a frame.
 
 use crate::TrainError;
-use crate::data::dataset::{SIGMA, SURFACE, Sequence};
+use crate::data::dataset::Sequence;
+use crate::data::groups::{SIGMA, SURFACE};
 use nalgebra::{Cholesky, DMatrix, DVector};
 use std::ops::Range;
 

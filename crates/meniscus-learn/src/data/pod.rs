@@ -3,7 +3,7 @@
 
 use nalgebra::{DMatrix, SymmetricEigen};
 
-/// How many modes a group may have, and when fewer do.
+/// Largest number of modes of a group, and the error at which fewer are enough.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Truncation {
     /// Most modes kept.

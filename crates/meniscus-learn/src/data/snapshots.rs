@@ -1,26 +1,12 @@
-//! What is drawn from whole recordings: rest, snapshots and their bases.
+//! Rest, snapshots and bases of whole recordings.
 
-use crate::data::dataset::SURFACE;
+use crate::data::groups::{IN_STATE, SURFACE};
 use crate::data::pod::{Basis, Truncation};
+use crate::hyperparameters::PodParameters;
 use meniscus::latent::decoder::GROUP_COMPONENTS;
 use meniscus::surface::POINTS;
 use meniscus_data::recording::{Recording, STATE, TRACERS, group_range};
 use nalgebra::DMatrix;
-
-/// Index in a recording's state of each trunk group but the surface.
-pub(crate) const IN_STATE: [usize; 4] = [0, 1, 3, 4];
-
-/// Ranks: by error, within what fits the blob (6402 numbers a mode).
-const TRUNCATION: [Truncation; 5] = [
-    Truncation { most: 12, tolerance: 1e-3 },
-    Truncation { most: 24, tolerance: 1e-3 },
-    Truncation { most: 24, tolerance: 1e-3 },
-    Truncation { most: 24, tolerance: 1e-3 },
-    Truncation { most: 8, tolerance: 1e-3 },
-];
-
-/// Most snapshots of one decomposition: the eigenproblem costs the cube of it.
-const SNAPSHOTS: usize = 600;
 
 /// The first frame of a recording, where nothing has moved.
 pub(crate) fn rest_of(recording: &Recording) -> Vec<f32> {
@@ -29,7 +15,7 @@ pub(crate) fn rest_of(recording: &Recording) -> Vec<f32> {
     rest
 }
 
-/// What differs from rest in one frame.
+/// Writes the difference of one frame from rest into `out`.
 pub(crate) fn fluctuation(recording: &Recording, frame: usize, rest: &[f32], out: &mut [f32]) {
     recording.state(frame, out);
     out.iter_mut().zip(rest).for_each(|(f, r)| *f -= r);
@@ -46,18 +32,23 @@ pub(crate) fn mean_rest(training: &[Recording]) -> (Vec<f32>, Vec<f32>) {
     (state, profile)
 }
 
-/// Up to [`SNAPSHOTS`] evenly spread frames in which the liquid moves, as (recording, frame).
-pub(crate) fn pick(training: &[Recording]) -> Vec<(usize, usize)> {
+/// Evenly spread frames in which the liquid moves, as (recording, frame).
+pub(crate) fn pick(training: &[Recording], parameters: &PodParameters) -> Vec<(usize, usize)> {
     let total = |r: &Recording, n: usize| r.energy[n].kinetic + r.energy[n].potential;
     let all = || training.iter().enumerate().flat_map(|(i, r)| (0..r.frames()).map(move |n| (i, n)));
     let most = all().map(|(i, n)| total(&training[i], n)).fold(0.0, f64::max);
-    let moving: Vec<_> = all().filter(|&(i, n)| total(&training[i], n) > 1e-3 * most).collect();
-    let stride = moving.len().div_ceil(SNAPSHOTS).max(1);
+    let moving: Vec<_> =
+        all().filter(|&(i, n)| total(&training[i], n) > parameters.moving_energy_share * most).collect();
+    let stride = moving.len().div_ceil(parameters.max_snapshots).max(1);
     moving.into_iter().step_by(stride).collect()
 }
 
 /// One basis for each trunk group from the picked frames.
-pub(crate) fn decompose(training: &[Recording], picked: &[(usize, usize)]) -> Vec<Basis> {
+pub(crate) fn decompose(
+    training: &[Recording],
+    picked: &[(usize, usize)],
+    parameters: &PodParameters,
+) -> Vec<Basis> {
     let mut snapshots: Vec<DMatrix<f32>> =
         IN_STATE.iter().map(|&g| DMatrix::zeros(GROUP_COMPONENTS[g] * TRACERS, picked.len())).collect();
     snapshots.push(DMatrix::zeros(POINTS, picked.len()));
@@ -71,5 +62,7 @@ pub(crate) fn decompose(training: &[Recording], picked: &[(usize, usize)]) -> Ve
         let surface = training[r].profile(n).iter().zip(training[r].profile(0)).map(|(z, z0)| z - z0);
         snapshots[SURFACE].column_mut(column).iter_mut().zip(surface).for_each(|(s, z)| *s = z);
     }
-    snapshots.iter().zip(TRUNCATION).map(|(matrix, truncation)| Basis::new(matrix, truncation)).collect()
+    let tolerance = parameters.tolerance;
+    let pairs = snapshots.iter().zip(parameters.max_modes);
+    pairs.map(|(matrix, most)| Basis::new(matrix, Truncation { most, tolerance })).collect()
 }

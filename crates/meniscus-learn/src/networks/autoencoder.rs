@@ -4,34 +4,22 @@
 //! POD. Both halves are zero at zero, so that rest is x = 0 and decodes to rest exactly.
 
 use crate::data::dataset::{Frame, Sequence};
+use crate::hyperparameters::AutoencoderParameters;
 use crate::networks::noise::normal;
 use crate::operators::reference_step::Square;
+use crate::stage::{Stage, StageRun, TrainingSplit};
 use burn::tensor::{Device, Tensor, TensorData};
 use meniscus::latent::generic::{LATENTS, Latent};
 use meniscus_optim::descent::Descent;
 use meniscus_optim::nets::perceptron;
-use meniscus_optim::progress::{Session, annealed};
+use meniscus_optim::progress::{annealed, looks_at};
 use meniscus_optim::weights::{Matrix, constants, leaves, numbers, scalar};
 use nalgebra::{DMatrix, SymmetricEigen};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-/// The stage, as bars, curves and checkpoints name it.
-const STAGE: &str = "autoencoder";
-
 /// Width of the hidden layers.
 const HIDDEN: usize = 64;
-
-/// Snapshots of one training step.
-const BATCH: usize = 256;
-
-/// Noise on the latents in training, in units of their standard deviation: a filter never knows them
-/// exactly, so the decoder must be smooth.
-const SMOOTHING: f64 = 0.02;
-
-/// A latent whose share in the decoded coefficients is smaller than this, relative to the strongest, is
-/// noise.
-const SILENT: f64 = 1e-3;
 
 /// Matrices of one half: the skip, then W1, b1, W2, b2, W3.
 const HALF: usize = 6;
@@ -96,40 +84,42 @@ impl Autoencoder {
         Self { weights }
     }
 
-    /// Trains on all frames of `training` and keeps what is best on `validation`.
+    /// Trains on all frames of the training sequences and keeps the weights that are best on the others.
     #[must_use]
     pub(crate) fn train(
         frame: &Frame,
-        training: &[Sequence],
-        validation: &[Sequence],
-        steps: usize,
-        seed: u64,
-        session: &Session<'_>,
+        data: &TrainingSplit<'_, [Sequence]>,
+        parameters: &AutoencoderParameters,
+        run: StageRun<'_>,
     ) -> Self {
+        let StageRun { steps, seed, session } = run;
+        let batch_size = parameters.batch;
+        let stage = Stage::Autoencoder.info().name;
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let (width, device) = (frame.width(), Device::flex().autodiff());
-        let (rows, held) = (scaled(training, frame), scaled(validation, frame));
+        let (rows, held) = (scaled(data.training, frame), scaled(data.validation, frame));
         let count = rows.len() / width;
         let start = Self::from_joint_pod(&rows, width, &mut rng);
         let least = f64::from(start.loss(&held, width)).sqrt();
-        let mut descent = Descent::new(STAGE, start.weights, least, session);
-        let bar = session.bar(STAGE, steps);
+        let mut descent = Descent::new(stage, start.weights, least, session);
+        let bar = session.bar(stage, steps);
         for step in descent.done()..steps {
             let mut rng = Descent::draws(seed, step);
-            let batch: Vec<f32> = (0..BATCH)
+            let batch: Vec<f32> = (0..batch_size)
                 .map(|_| rng.random_range(0..count))
                 .flat_map(|n| rows[n * width..(n + 1) * width].iter().copied())
                 .collect();
-            let jitter = (0..BATCH * LATENTS).map(|_| (SMOOTHING * normal(&mut rng)) as f32).collect();
-            let z = Tensor::from_data(TensorData::new(batch, [BATCH, width]), &device);
-            let jitter = Tensor::from_data(TensorData::new(jitter, [BATCH, LATENTS]), &device);
+            let noise = parameters.latent_noise;
+            let jitter = (0..batch_size * LATENTS).map(|_| (noise * normal(&mut rng)) as f32).collect();
+            let z = Tensor::from_data(TensorData::new(batch, [batch_size, width]), &device);
+            let jitter = Tensor::from_data(TensorData::new(jitter, [batch_size, LATENTS]), &device);
             let tensors = leaves(descent.weights(), &device);
             let (encoder, decoder) = tensors.split_at(HALF);
             let again = half(half(z.clone(), encoder) + jitter, decoder);
-            let loss = (again - z).square().sum() / (5 * BATCH) as f32;
+            let loss = (again - z).square().sum() / (5 * batch_size) as f32;
             let (weights, adam) = descent.parts();
-            adam.step(weights, &tensors, loss.backward(), annealed(2e-3, step, steps));
-            if step % 100 == 99 || step + 1 == steps {
+            adam.step(weights, &tensors, loss.backward(), annealed(parameters.learning_rate, step, steps));
+            if looks_at(step, parameters.validate_every, steps) {
                 let now = Self { weights: descent.weights().to_vec() }.loss(&held, width);
                 let errors = (f64::from(scalar(loss)).sqrt(), f64::from(now).sqrt());
                 if descent.look(step + 1, errors, &bar, session) {
@@ -138,7 +128,7 @@ impl Autoencoder {
             }
         }
         bar.finish();
-        Self { weights: descent.end(STAGE, session).0 }
+        Self { weights: descent.end(stage, session).0 }
     }
 
     /// Mean over groups of the squared relative error on `rows`.
@@ -176,7 +166,7 @@ impl Autoencoder {
     ///
     /// With U the metric and <y y^T> = Q l Q^T for y = U x: x' = l^(-1/2) Q^T U x.
     #[must_use]
-    pub(crate) fn whitened(&self, training: &[Sequence], frame: &Frame) -> Self {
+    pub(crate) fn whitened(&self, training: &[Sequence], frame: &Frame, silent_share: f64) -> Self {
         let u = self.metric();
         let latents: Vec<Latent> = training.iter().flat_map(|s| self.encode(s, frame)).collect();
         let spread: Square = latents.iter().map(|x| (u * x) * (u * x).transpose()).sum();
@@ -184,7 +174,8 @@ impl Autoencoder {
         let mut order: Vec<usize> = (0..LATENTS).collect();
         order.sort_by(|&a, &b| eigen.eigenvalues[b].total_cmp(&eigen.eigenvalues[a]));
         let deviation = |k: usize| eigen.eigenvalues[order[k]].max(0.0).sqrt();
-        let inverse = |k: usize| if deviation(k) > SILENT * deviation(0) { 1.0 / deviation(k) } else { 0.0 };
+        let inverse =
+            |k: usize| if deviation(k) > silent_share * deviation(0) { 1.0 / deviation(k) } else { 0.0 };
         let turn = Square::from_fn(|i, k| eigen.eigenvectors[(i, order[k])]);
         let forth = Square::from_fn(|k, i| if k == i { inverse(k) } else { 0.0 }) * turn.transpose() * u;
         let back = u.try_inverse().unwrap_or_else(Square::identity)

@@ -1,17 +1,16 @@
-//! The training or the validation recordings, as the stages need them.
+//! Training or validation recordings, encoded as the stages need them.
 
 use crate::data::dataset::{Frame, Sequence, known_acceleration};
+use crate::data::trajectory::{Path, Track};
 use crate::networks::autoencoder::Autoencoder;
-use crate::networks::encoder::{Encoder, Lesson};
+use crate::networks::encoder::{Encoder, LabelledSequence};
 use crate::networks::noise::{Noise, Seen};
-use crate::operators::filter::Track;
-use crate::operators::linear::Path;
 use meniscus::latent::generic::Latent;
 use rand_chacha::ChaCha8Rng;
 
-/// One side of the split, as the stages need it.
-pub(crate) struct Side {
-    /// What happened.
+/// Recordings of one side of the split, with their latents.
+pub(crate) struct EncodedRecordings {
+    /// Projected recordings.
     pub(crate) sequences: Vec<Sequence>,
     /// Latents of every frame.
     pub(crate) latents: Vec<Vec<Latent>>,
@@ -19,7 +18,7 @@ pub(crate) struct Side {
     pub(crate) paths: Vec<Path>,
 }
 
-impl Side {
+impl EncodedRecordings {
     /// Encodes `sequences`.
     pub(crate) fn new(sequences: Vec<Sequence>, autoencoder: &Autoencoder, frame: &Frame) -> Self {
         let latents: Vec<_> = sequences.iter().map(|s| autoencoder.encode(s, frame)).collect();
@@ -33,13 +32,13 @@ impl Side {
         Self { sequences, latents, paths }
     }
 
-    /// What the encoder should say.
-    pub(crate) fn lessons(&self) -> Vec<Lesson<'_>> {
-        let lesson = |(sequence, latents)| Lesson { sequence, latents };
-        self.sequences.iter().zip(self.latents.iter().map(Vec::as_slice)).map(lesson).collect()
+    /// Returns the sequences with the latents that the encoder has to give.
+    pub(crate) fn labelled(&self) -> Vec<LabelledSequence<'_>> {
+        let labelled_sequence = |(sequence, latents)| LabelledSequence { sequence, latents };
+        self.sequences.iter().zip(self.latents.iter().map(Vec::as_slice)).map(labelled_sequence).collect()
     }
 
-    /// What the camera and the encoder make of every sequence.
+    /// Returns the readings of the encoder on every sequence, behind a camera with `noise`.
     pub(crate) fn tracks(
         &self,
         frame: &Frame,

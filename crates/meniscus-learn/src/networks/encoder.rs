@@ -1,8 +1,10 @@
 //! The encoder: three GRU layers from a window of noisy profiles and accelerations to the latents.
 
 use crate::data::dataset::{Frame, Sequence};
+use crate::hyperparameters::EncoderParameters;
 use crate::networks::noise::{Noise, Seen};
 use crate::operators::reference_step::Square;
+use crate::stage::{Stage, StageRun, TrainingSplit};
 use burn::tensor::{Device, Tensor, TensorData};
 use meniscus::latent::encoder::GRU_LAYERS as LAYERS;
 use meniscus::latent::encoder::READINGS;
@@ -11,20 +13,11 @@ use meniscus::latent::nn::HIDDEN as CELLS;
 use meniscus::latent::window::{FEATURES, WINDOW};
 use meniscus_optim::descent::Descent;
 use meniscus_optim::nets;
-use meniscus_optim::progress::{Session, annealed};
+use meniscus_optim::progress::{annealed, looks_at};
 use meniscus_optim::weights::{Matrix, constants, leaves, numbers, scalar};
 use rand::SeedableRng;
 use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
-
-/// The stage, as bars, curves and checkpoints name it.
-const STAGE: &str = "encoder";
-
-/// Windows of one training step.
-const BATCH: usize = 128;
-
-/// Epochs between two looks at the validation recordings.
-const LOOK: usize = 5;
 
 /// The weights of the encoder, four matrices a GRU layer, then the head and its bias.
 #[derive(Clone, Debug)]
@@ -33,7 +26,7 @@ pub(crate) struct Encoder {
     pub(crate) weights: Vec<Matrix>,
 }
 
-/// What the encoder says of one frame: the latents, and the port value of that instant, which the glass
+/// Reading of one frame: the latents, and the port value of that instant, which the glass
 /// position gives only a frame later.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Reading {
@@ -43,7 +36,7 @@ pub(crate) struct Reading {
     pub(crate) port: f64,
 }
 
-/// What an error of a reading costs: |U dx|^2 + w^2 du^2.
+/// Cost of an error of a reading: |U dx|^2 + w^2 du^2.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Cost {
     /// U.
@@ -68,10 +61,10 @@ impl Cost {
     }
 }
 
-/// A sequence with what the encoder should say at each of its frames.
+/// Sequence with the latents that the encoder has to give at each of its frames.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Lesson<'a> {
-    /// What happened.
+pub(crate) struct LabelledSequence<'a> {
+    /// Projected recording.
     pub(crate) sequence: &'a Sequence,
     /// The true latents.
     pub(crate) latents: &'a [Latent],
@@ -94,17 +87,19 @@ impl Encoder {
         Self { weights }
     }
 
-    /// Trains for `epochs`, every epoch with fresh noise, and keeps what is best on the validation
+    /// Trains for the epochs of `run`, every epoch with fresh noise, and keeps what is best on the validation
     /// recordings seen by [`Noise::CAMERA`]. `cost` weighs the errors.
     #[must_use]
     pub(crate) fn train(
         frame: &Frame,
-        training: &[Lesson<'_>],
-        validation: &[Lesson<'_>],
+        data: &TrainingSplit<'_, [LabelledSequence<'_>]>,
         cost: &Cost,
-        (epochs, seed): (usize, u64),
-        session: &Session<'_>,
+        parameters: &EncoderParameters,
+        run: StageRun<'_>,
     ) -> Self {
+        let StageRun { steps: epochs, seed, session } = run;
+        let TrainingSplit { training, validation } = *data;
+        let stage = Stage::Encoder.info().name;
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let device = Device::flex().autodiff();
         let start = Self::fresh(&mut rng);
@@ -113,11 +108,11 @@ impl Encoder {
         let order: Vec<(usize, usize)> = training
             .iter()
             .enumerate()
-            .flat_map(|(i, lesson)| (0..lesson.sequence.frames()).map(move |n| (i, n)))
+            .flat_map(|(i, labelled_sequence)| (0..labelled_sequence.sequence.frames()).map(move |n| (i, n)))
             .collect();
         let cost_t = cost.matrix().tensor(&device);
-        let mut descent = Descent::new(STAGE, start.weights, f64::INFINITY, session);
-        let bar = session.bar(STAGE, epochs);
+        let mut descent = Descent::new(stage, start.weights, f64::INFINITY, session);
+        let bar = session.bar(stage, epochs);
         for epoch in descent.done()..epochs {
             let mut rng = Descent::draws(seed, epoch);
             let mut order = order.clone();
@@ -125,11 +120,14 @@ impl Encoder {
                 training.iter().map(|l| Seen::new(l.sequence, frame, None, &mut rng)).collect();
             order.shuffle(&mut rng);
             let mut total = 0.0;
-            for batch in order.chunks(BATCH) {
+            for batch in order.chunks(parameters.batch) {
                 let ends = batch.iter().map(|&(i, n)| (&seen[i], n));
                 let due = |&(i, n): &(usize, usize)| {
-                    let lesson: &Lesson<'_> = &training[i];
-                    let all = lesson.latents[n].iter().copied().chain([lesson.sequence.port[n]]);
+                    let labelled_sequence: &LabelledSequence<'_> = &training[i];
+                    let all = labelled_sequence.latents[n]
+                        .iter()
+                        .copied()
+                        .chain([labelled_sequence.sequence.port[n]]);
                     all.map(|v| v as f32).collect::<Vec<f32>>()
                 };
                 let target: Vec<f32> = batch.iter().flat_map(due).collect();
@@ -141,9 +139,9 @@ impl Encoder {
                 let grads = loss.backward();
                 total += scalar(loss) * batch.len() as f32;
                 let (weights, adam) = descent.parts();
-                adam.step(weights, &tensors, grads, annealed(4e-3, epoch, epochs));
+                adam.step(weights, &tensors, grads, annealed(parameters.learning_rate, epoch, epochs));
             }
-            if epoch % LOOK == LOOK - 1 || epoch + 1 == epochs {
+            if looks_at(epoch, parameters.validate_every, epochs) {
                 let now = Self { weights: descent.weights().to_vec() };
                 let error = now.error(&held, validation, cost).sqrt();
                 let errors = (f64::from(total / order.len() as f32).sqrt(), error);
@@ -153,15 +151,15 @@ impl Encoder {
             }
         }
         bar.finish();
-        Self { weights: descent.end(STAGE, session).0 }
+        Self { weights: descent.end(stage, session).0 }
     }
 
-    /// Mean cost over all frames of `lessons`.
-    fn error(&self, seen: &[Seen], lessons: &[Lesson<'_>], cost: &Cost) -> f64 {
+    /// Mean cost over all frames of `labelled`.
+    fn error(&self, seen: &[Seen], labelled: &[LabelledSequence<'_>], cost: &Cost) -> f64 {
         let (mut sum, mut count) = (0.0, 0);
-        for (seen, lesson) in seen.iter().zip(lessons) {
+        for (seen, labelled_sequence) in seen.iter().zip(labelled) {
             for ((said, truth), &port) in
-                self.read(seen).iter().zip(lesson.latents).zip(&lesson.sequence.port)
+                self.read(seen).iter().zip(labelled_sequence.latents).zip(&labelled_sequence.sequence.port)
             {
                 sum += cost.of(said, truth, port);
                 count += 1;
@@ -170,7 +168,7 @@ impl Encoder {
         sum / f64::from(count.max(1))
     }
 
-    /// What the encoder says at every frame of `seen`.
+    /// Returns the readings at every frame of `seen`.
     #[must_use]
     pub(crate) fn read(&self, seen: &Seen) -> Vec<Reading> {
         let device = Device::flex();

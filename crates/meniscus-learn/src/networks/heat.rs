@@ -10,21 +10,13 @@
 //! heat and latents is a row of the training's report. The pattern ages as the heat mixes, which nothing here follows.
 
 use crate::data::snapshots::{fluctuation, rest_of};
-use crate::networks::encoded::Side;
+use crate::hyperparameters::HeatParameters;
+use crate::networks::encoded::EncodedRecordings;
 use meniscus::latent::decoder::{ENERGY_GROUP, MAX_HEATED};
 use meniscus::latent::generic::{LATENTS, Latent};
 use meniscus_data::recording::{Recording, STATE, TRACERS, group_range};
 use meniscus_optim::weights::Matrix;
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
-
-/// Frames between two that are learnt from: neighbours tell the same.
-const STRIDE: usize = 4;
-
-/// What is added to the squares of x, as a share of that of the heat: a latent that is silent gets no pattern.
-const RIDGE: f64 = 1e-4;
-
-/// Share of the squares of `s P x` that may be left out.
-const LEFT_OUT: f64 = 0.004;
 
 /// The pattern of the internal energy.
 #[derive(Clone, Debug)]
@@ -37,14 +29,14 @@ pub(crate) struct Heat {
 
 impl Heat {
     /// The pattern of `training`, whose latents are those of `seen`; zeros where no heat was made.
-    pub(crate) fn fit(training: &[Recording], seen: &Side) -> Self {
+    pub(crate) fn fit(training: &[Recording], seen: &EncodedRecordings, parameters: &HeatParameters) -> Self {
         // With f = s (1, x): normal equations of e on f.
         let mut normal = DMatrix::<f64>::zeros(1 + LATENTS, 1 + LATENTS);
         let mut right = DMatrix::<f64>::zeros(1 + LATENTS, TRACERS);
         let mut field = vec![0.0; STATE];
         for ((recording, sequence), latents) in training.iter().zip(&seen.sequences).zip(&seen.latents) {
             let rest = rest_of(recording);
-            for (frame, x) in latents.iter().enumerate().step_by(STRIDE) {
+            for (frame, x) in latents.iter().enumerate().step_by(parameters.stride) {
                 let s = sequence.heat_j[frame];
                 let f = DMatrix::from_fn(1 + LATENTS, 1, |k, _| if k == 0 { s } else { s * x[k - 1] });
                 fluctuation(recording, frame, &rest, &mut field);
@@ -53,14 +45,14 @@ impl Heat {
                 right.ger(1.0, &f.column(0), &DMatrix::from_iterator(TRACERS, 1, e).column(0), 1.0);
             }
         }
-        Self::solve(&normal, &right)
+        Self::solve(&normal, &right, parameters)
     }
 
     /// From the normal equations `normal p = right`.
-    fn solve(normal: &DMatrix<f64>, right: &DMatrix<f64>) -> Self {
+    fn solve(normal: &DMatrix<f64>, right: &DMatrix<f64>, parameters: &HeatParameters) -> Self {
         let mut damped = normal.clone();
         for k in 1..=LATENTS {
-            damped[(k, k)] += RIDGE * normal[(0, 0)];
+            damped[(k, k)] += parameters.ridge * normal[(0, 0)];
         }
         let Some(p) = damped.cholesky().map(|cholesky| cholesky.solve(right)) else {
             return Self { basis: Matrix::zeros(right.ncols(), 1), coefficients: Matrix::zeros(0, LATENTS) };
@@ -80,7 +72,7 @@ impl Heat {
         let mut order: Vec<usize> = (0..LATENTS).collect();
         order.sort_by(|&a, &b| along.eigenvalues[b].total_cmp(&along.eigenvalues[a]));
         let left = |rank: usize| order[rank..].iter().map(|&k| along.eigenvalues[k].max(0.0)).sum::<f64>();
-        let enough = |rank: &usize| left(*rank) <= LEFT_OUT * left(0);
+        let enough = |rank: &usize| left(*rank) <= parameters.left_out * left(0);
         let rank = (0..MAX_HEATED - 1).find(enough).unwrap_or(MAX_HEATED - 1);
         let u = DMatrix::from_fn(LATENTS, rank, |i, k| along.eigenvectors[(i, order[k])]);
         let mut basis = u.tr_mul(&weighed).insert_row(0, 0.0);
@@ -96,7 +88,7 @@ impl Heat {
     }
 
     /// Relative L2 error of the change of e over `recordings`, whose latents and heat are those of `held`.
-    pub(crate) fn missed(&self, recordings: &[Recording], held: &Side) -> f64 {
+    pub(crate) fn missed(&self, recordings: &[Recording], held: &EncodedRecordings) -> f64 {
         let (mut miss, mut size) = (0.0, 0.0);
         let mut field = vec![0.0; STATE];
         for ((recording, sequence), latents) in recordings.iter().zip(&held.sequences).zip(&held.latents) {
@@ -138,7 +130,7 @@ mod tests {
             normal += &f * f.transpose();
             right += &f * DMatrix::from_fn(1, 40, |_, n| truth(s, &x, n));
         }
-        let heat = Heat::solve(&normal, &right);
+        let heat = Heat::solve(&normal, &right, &HeatParameters::default());
         assert_eq!((heat.basis.columns, heat.coefficients.rows), (3, 2));
         let (s, x) = (1.7, latent(777));
         let said = heat.at(s, &x);
@@ -154,7 +146,7 @@ mod tests {
     #[test]
     fn without_heat_there_is_no_pattern() {
         let (normal, right) = (DMatrix::zeros(1 + LATENTS, 1 + LATENTS), DMatrix::zeros(1 + LATENTS, 4));
-        let heat = Heat::solve(&normal, &right);
+        let heat = Heat::solve(&normal, &right, &HeatParameters::default());
         assert_eq!((heat.basis.columns, heat.coefficients.rows), (1, 0));
         assert!(heat.basis.values.iter().all(|p| *p == 0.0));
     }

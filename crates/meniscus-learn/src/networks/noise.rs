@@ -1,4 +1,4 @@
-//! What the camera does to a perfect profile: height noise, lost points, a jittering glass edge.
+//! Camera noise on a perfect profile: height noise, lost points, a jittering glass edge.
 //!
 //! A network trained on perfect profiles goes from 8 to 48 % error at 2 mm of noise; trained with
 //! noise and the glass acceleration it stays at 12 %. So every window of training is a noisy one.

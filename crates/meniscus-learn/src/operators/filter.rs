@@ -3,25 +3,11 @@
 //! ([`crate::correct`]); the camera side has a gain of its own in every turn (`runtime::filter`).
 
 use crate::TrainError;
+use crate::data::trajectory::Track;
+use crate::hyperparameters::FilterParameters;
 use crate::operators::reference_step::{Dynamics, Square};
 use meniscus::latent::generic::Latent;
 use meniscus::units::FRAME_INTERVAL_S;
-
-/// What a filter gets, and the truth to judge it by.
-#[derive(Clone, Debug)]
-pub(crate) struct Track {
-    /// Latents as the encoder reads them.
-    pub(crate) y: Vec<Latent>,
-    /// Ports as the camera measures them.
-    pub(crate) u: Vec<f64>,
-    /// Port values of each instant as the encoder reads them.
-    pub(crate) port: Vec<f64>,
-    /// True latents.
-    pub(crate) truth: Vec<Latent>,
-}
-
-/// Rounds of regression; the innovation depends on the gain, and settles within a few.
-const ROUNDS: usize = 8;
 
 /// Prediction and estimate at every frame of `track`, from rest.
 #[must_use]
@@ -41,10 +27,15 @@ pub(crate) fn run(dynamics: &Dynamics, gain: &Square, track: &Track) -> Vec<(Lat
 ///
 /// # Errors
 /// [`TrainError::Singular`] when the innovations span nothing.
-pub(crate) fn tune(dynamics: &Dynamics, tracks: &[Track], metric: &Square) -> Result<Square, TrainError> {
+pub(crate) fn tune(
+    dynamics: &Dynamics,
+    tracks: &[Track],
+    metric: &Square,
+    parameters: &FilterParameters,
+) -> Result<Square, TrainError> {
     let active = active(tracks);
     let (mut gain, mut best, mut least) = (active, active, f64::INFINITY);
-    for _ in 0..=ROUNDS {
+    for _ in 0..=parameters.rounds {
         let (mut cross, mut spread, mut error) = (Square::zeros(), Square::zeros(), 0.0);
         for track in tracks {
             let states = run(dynamics, &gain, track);
@@ -106,7 +97,8 @@ mod tests {
         let u = ports.iter().map(|u| u + 0.3 * normal(&mut rng)).collect();
         let track = Track { y, u, port: Vec::new(), truth };
         let gain =
-            tune(&dynamics, std::slice::from_ref(&track), &Square::identity()).expect("a determined gain");
+            tune(&dynamics, std::slice::from_ref(&track), &Square::identity(), &FilterParameters::default())
+                .expect("a determined gain");
         let error = |g: &Square| {
             let states = run(&dynamics, g, &track);
             states.iter().zip(&track.truth).map(|((_, x), t)| (x - t).norm_squared()).sum::<f64>()

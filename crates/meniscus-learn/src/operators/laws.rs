@@ -1,16 +1,16 @@
 //! Measures of the two laws along the roll-outs of the exact step.
 
-use crate::operators::linear::Path;
+use crate::data::trajectory::Path;
+use crate::operators::open_loop::{Open, open_loop};
 use crate::operators::reference_step::{Dynamics, Square};
-use crate::operators::rollout::{Open, open_loop};
 use meniscus::latent::generic::LATENTS;
 use meniscus::units::FRAME_INTERVAL_S;
 use meniscus_optim::laws::{Laws, full};
 use nalgebra::{DMatrix, DVector};
 
 /// The laws of the exact step, and its largest |(H + s)' - (H + s) - work| of a step, in units of H.
-pub(crate) struct Exact {
-    /// What is common to all steps.
+pub(crate) struct ExactLaws {
+    /// Measures that every step has.
     pub(crate) laws: Laws,
     /// In units of H.
     pub(crate) drift: f64,
@@ -18,11 +18,11 @@ pub(crate) struct Exact {
 
 /// The laws of `dynamics` along the roll-outs of `paths`, with dE = (g, 1) and dS = (0, 1) for g = dH of the closed step.
 #[must_use]
-pub(crate) fn of_exact(dynamics: &Dynamics, paths: &[Path]) -> Exact {
+pub(crate) fn of_exact(dynamics: &Dynamics, paths: &[Path]) -> ExactLaws {
     const ALL: usize = LATENTS + 1;
     let of = |m: &Square| DMatrix::from_column_slice(LATENTS, LATENTS, m.as_slice());
     let (skew, d) = (of(&dynamics.skew), of(&(dynamics.friction * dynamics.friction.transpose())));
-    let mut exact = Exact { laws: Laws::default(), drift: 0.0 };
+    let mut exact = ExactLaws { laws: Laws::default(), drift: 0.0 };
     for Open { from, ports, .. } in paths.iter().flat_map(open_loop) {
         let (mut x, mut s) = (from, 0.0);
         for &u in ports {

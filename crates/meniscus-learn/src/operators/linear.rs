@@ -1,13 +1,14 @@
 //! The best linear map from frame to frame under known motion: a baseline, and where the dynamics start.
 
 use crate::TrainError;
+use crate::data::trajectory::Path;
+use crate::operators::open_loop::validate;
 use crate::operators::reference_step::Square;
-use crate::operators::rollout::validate;
 use meniscus::latent::generic::{LATENTS, Latent};
 use meniscus::units::FRAME_INTERVAL_S;
 use nalgebra::{Cholesky, DMatrix, DVector};
 
-/// What one step is explained by: the state and the port.
+/// Regressors of one step: the state and the port.
 const WIDTH: usize = LATENTS + 1;
 
 /// x_{n+1} = A x_n + b u_{n+1}.
@@ -17,19 +18,6 @@ pub(crate) struct Linear {
     pub(crate) a: Square,
     /// b.
     pub(crate) b: Latent,
-}
-
-/// One observed trajectory: states, the port that led to each, energies in units of H.
-#[derive(Clone, Debug)]
-pub(crate) struct Path {
-    /// States.
-    pub(crate) x: Vec<Latent>,
-    /// Ports; `u[n]` acts between frames n - 1 and n.
-    pub(crate) u: Vec<f64>,
-    /// Kinetic plus potential energy over the energy scale.
-    pub(crate) energy: Vec<f64>,
-    /// Heat since the first frame over the energy scale.
-    pub(crate) heat: Vec<f64>,
 }
 
 impl Linear {

@@ -3,6 +3,7 @@
 pub(crate) mod filter;
 pub(crate) mod laws;
 pub(crate) mod linear;
+pub(crate) mod open_loop;
 pub(crate) mod precondition;
 pub(crate) mod reference_step;
 pub(crate) mod rollout;

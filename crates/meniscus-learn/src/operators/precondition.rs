@@ -1,7 +1,7 @@
 //! The preconditioner of the blob: the constant matrix with which the implicit step converges best on
 //! what the liquid does. It costs or saves iterations and changes no law.
 
-use crate::operators::linear::Path;
+use crate::data::trajectory::Path;
 use crate::operators::reference_step::{Dynamics, Square};
 use meniscus::latent::generic::Latent;
 

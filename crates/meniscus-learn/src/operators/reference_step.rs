@@ -33,7 +33,7 @@ pub(crate) struct Dynamics {
     pub(crate) port: Latent,
 }
 
-/// What one turn did.
+/// Result of one turn.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Turn {
     /// The state after it.
@@ -171,7 +171,7 @@ impl Dynamics {
         Turn { x: end, work: (h1 - h0) + (h3 - h2), heat: h1 - h2 }
     }
 
-    /// What the last of `iterations` corrections of a turn still moved.
+    /// Returns the length of the last of `iterations` corrections of a turn.
     #[must_use]
     pub(crate) fn residual(&self, x: &Latent, u: f64, preconditioner: &Square, iterations: usize) -> f64 {
         let before = x + self.port * (0.5 * FRAME_INTERVAL_S * u);

@@ -2,23 +2,26 @@
 //!
 //! ```text
 //! net(x) = (L, C, e, s);   x1 = x + dt [ L e + M s + B u ],   L skew, M = C C^T, e for dE/dx, s for dS/dx
-//! loss   = |x1 - x|^2 over a roll-out + PENALTY ( |M e|^2 + |L s|^2 )      L s = 0 and M e = 0 only so far
+//! loss   = |x1 - x|^2 over a roll-out + weight ( |M e|^2 + |L s|^2 )      L s = 0 and M e = 0 only so far
 //! ```
 //! (Hernandez et al., J. Comput. Phys. 426 (2021) 109950, with the pair of conditions the right way round.)
 //! It sees the same trajectories, port, batches and horizons as the exact step, and is judged by the same
 //! roll-outs. e is the gradient of nothing, so that its energy is what its own e says along the way.
 
+use crate::data::trajectory::Path;
+use crate::hyperparameters::Hyperparameters;
 use crate::operators::laws;
-use crate::operators::linear::Path;
+use crate::operators::open_loop::{Open, open_loop, validate};
 use crate::operators::reference_step::{Dynamics, Square};
-use crate::operators::rollout::{BATCH, Open, draw, open_loop, validate};
+use crate::operators::rollout::draw;
+use crate::stage::{Stage, StageRun, TrainingSplit};
 use burn::tensor::{Device, Tensor, TensorData};
 use meniscus::latent::generic::{LATENTS, Latent};
 use meniscus::units::FRAME_INTERVAL_S;
 use meniscus_optim::descent::Descent;
 use meniscus_optim::laws::Laws;
 use meniscus_optim::nets::perceptron;
-use meniscus_optim::progress::{Session, annealed};
+use meniscus_optim::progress::{annealed, looks_at};
 use meniscus_optim::weights::{Matrix, constants, leaves, numbers, scalar};
 use meniscus_report::checks::Check;
 use nalgebra::DMatrix;
@@ -30,21 +33,18 @@ const OUTPUTS: usize = LATENTS * (LATENTS - 1) / 2 + LATENTS * (LATENTS + 1) / 2
 /// Width of the three hidden layers. The paper has thirteen of 195, which cost a hundred times as much.
 const WIDTH: usize = 96;
 
-/// Weight of the degeneracy in the loss, against a relative error of the states of one.
-const PENALTY: f32 = 1e-2;
-
 /// Operators are rates, 1/s; the net gives them in this unit.
 const RATE: f32 = 30.0;
 
-/// What the net says of one state.
-struct Said {
+/// Output of the net at one state.
+struct StateOperators {
     skew: Square,
     friction: Square,
     energy: Latent,
     entropy: Latent,
 }
 
-impl Said {
+impl StateOperators {
     /// L e + M s.
     fn rate(&self) -> Latent {
         self.skew * self.energy + self.friction * self.entropy
@@ -112,17 +112,21 @@ impl Soft {
         weights
     }
 
-    /// Trains on `training` for `steps` steps and keeps what rolls out best on `validation`; B starts where
-    /// that of `exact` ended.
+    /// Trains on the training paths and keeps the weights that roll out best on the others; B starts where that of
+    /// `exact` ended.
     #[must_use]
     pub(crate) fn train(
         exact: &Dynamics,
-        (training, validation): (&[Path], &[Path]),
+        data: &TrainingSplit<'_, [Path]>,
         metric: &Square,
-        (steps, seed): (usize, u64),
-        session: &Session<'_>,
+        parameters: &Hyperparameters,
+        run: StageRun<'_>,
     ) -> Self {
-        const STAGE: &str = "soft";
+        let StageRun { steps, seed, session } = run;
+        let TrainingSplit { training, validation } = *data;
+        // As many roll-outs a step as the exact net learns from.
+        let (batch, parameters) = (parameters.rollout.batch, &parameters.soft);
+        let stage = Stage::Soft.info().name;
         let device = Device::flex().autodiff();
         let metric_t =
             Matrix::from_f64(&DMatrix::from_fn(LATENTS, LATENTS, |i, j| metric[(j, i)])).tensor(&device);
@@ -134,16 +138,16 @@ impl Soft {
             let soft = Self { weights: weights.to_vec() };
             validate(|x, u| soft.roll_out(x, u), validation, metric)
         };
-        let mut descent = Descent::new(STAGE, start, f64::INFINITY, session);
-        let bar = session.bar(STAGE, steps);
+        let mut descent = Descent::new(stage, start, f64::INFINITY, session);
+        let bar = session.bar(stage, steps);
         for step in descent.done()..steps {
             let mut rng = Descent::draws(seed, step);
-            let horizon = [4, 8, 16][3 * step / steps];
-            let starts = draw(training, horizon, &mut rng);
+            let horizon = parameters.horizons[3 * step / steps];
+            let starts = draw(training, batch, horizon, &mut rng);
             let column = |f: &dyn Fn(&Path, usize) -> Vec<f32>, k: usize| {
                 let rows: Vec<f32> = starts.iter().flat_map(|&(p, n)| f(&training[p], n + k)).collect();
-                let width = rows.len() / BATCH;
-                Tensor::<2>::from_data(TensorData::new(rows, [BATCH, width]), &device)
+                let width = rows.len() / batch;
+                Tensor::<2>::from_data(TensorData::new(rows, [batch, width]), &device)
             };
             let state = |k| column(&|p, n| p.x[n].iter().map(|&v| v as f32).collect(), k);
             let tensors = leaves(descent.weights(), &device);
@@ -155,14 +159,15 @@ impl Soft {
                 let kick = column(&|p, n| vec![p.u[n] as f32], k).matmul(port[0].clone()) * RATE;
                 x = x + (flow + kick) * FRAME_INTERVAL_S as f32;
                 let miss = (x.clone() - state(k)).matmul(metric_t.clone()).square().sum() * size.recip();
-                let degenerate = (m_e.square().sum() + l_s.square().sum()) * (PENALTY / (RATE * RATE));
-                let part = (miss + degenerate) * (1.0 / (horizon * BATCH) as f32);
+                let degenerate = (m_e.square().sum() + l_s.square().sum())
+                    * (parameters.degeneracy_weight / (RATE * RATE));
+                let part = (miss + degenerate) * (1.0 / (horizon * batch) as f32);
                 loss = Some(loss.map_or(part.clone(), |sum| sum + part));
             }
             let Some(loss) = loss else { break };
             let (weights, adam) = descent.parts();
-            adam.step(weights, &tensors, loss.backward(), annealed(2e-3, step, steps));
-            if step % 25 == 24 || step + 1 == steps {
+            adam.step(weights, &tensors, loss.backward(), annealed(parameters.learning_rate, step, steps));
+            if looks_at(step, parameters.validate_every, steps) {
                 let errors = (f64::from(scalar(loss)).sqrt(), check(descent.weights()));
                 if descent.look(step + 1, errors, &bar, session) {
                     break;
@@ -170,11 +175,11 @@ impl Soft {
             }
         }
         bar.finish();
-        Self { weights: descent.end(STAGE, session).0 }
+        Self { weights: descent.end(stage, session).0 }
     }
 
-    /// What the net says of `x`.
-    fn say(&self, x: &Latent) -> Said {
+    /// Output of the net at `x`.
+    fn say(&self, x: &Latent) -> StateOperators {
         let device = Device::flex();
         let row = Matrix::new(1, LATENTS, x.iter().map(|&v| v as f32).collect()).tensor(&device);
         let said = numbers(perceptron(row, &constants(&self.weights[..8], &device), |layer| layer < 3));
@@ -186,7 +191,7 @@ impl Soft {
         let c =
             Square::from_fn(|i, j| if i >= j { f64::from(said[lower + i * (i + 1) / 2 + j]) } else { 0.0 });
         let column = |from: usize| Latent::from_fn(|i, _| f64::from(said[from + i]));
-        Said {
+        StateOperators {
             skew,
             friction: c * c.transpose() * f64::from(RATE),
             energy: column(lower + triangle),
@@ -217,7 +222,7 @@ impl Soft {
             let mut x = from;
             for &u in ports {
                 let said = self.say(&x);
-                let Said { skew, friction, energy, entropy } = &said;
+                let StateOperators { skew, friction, energy, entropy } = &said;
                 let closed = said.rate() * FRAME_INTERVAL_S;
                 laws.step(energy.as_slice(), entropy.as_slice(), closed.as_slice());
                 laws.reversible((skew * entropy).norm(), (skew * energy).norm());
@@ -261,7 +266,7 @@ mod tests {
         let x = Latent::from_fn(|i, _| 0.3 * (i as f64 + 1.0).sin());
         let row = Matrix::new(1, LATENTS, x.iter().map(|&v| v as f32).collect()).tensor(&device);
         let [flow, m_e, l_s] = rate(row, &constants(&soft.weights[..8], &device), &spreads(&device));
-        let Said { skew, friction, energy, entropy } = soft.say(&x);
+        let StateOperators { skew, friction, energy, entropy } = soft.say(&x);
         assert!((skew + skew.transpose()).norm() < 1e-9, "L is skew");
         for (tensor, due) in
             [(flow, skew * energy + friction * entropy), (m_e, friction * energy), (l_s, skew * entropy)]

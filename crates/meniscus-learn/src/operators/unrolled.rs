@@ -15,8 +15,11 @@ use nalgebra::DMatrix;
 /// Corrections at the solution through which the gradient flows.
 const CORRECTIONS: usize = 2;
 
-/// Corrections after which the solution is taken as it is, and the largest change, in latents, at which it stands.
-const SOLVE: (usize, f32) = (12, 1e-4);
+/// Corrections after which the solution is taken as it is.
+const SOLVER_CORRECTIONS: usize = 12;
+
+/// Largest change, in latents, at which the solution stands.
+const SOLVED: f32 = 1e-4;
 
 /// Rates are counted in this, 1/s, so that every weight is of order one and one learning rate fits all.
 const RATE: f64 = 30.0;
@@ -117,7 +120,7 @@ impl Operators {
     }
 
     /// dH of every row, [`Dynamics::discrete_gradient`] in tensors.
-    fn discrete_gradient(&self, (x, from): (&Tensor<2>, &[Tensor<2>; 2]), y: &Tensor<2>) -> Tensor<2> {
+    fn discrete_gradient(&self, x: &Tensor<2>, from: &[Tensor<2>; 2], y: &Tensor<2>) -> Tensor<2> {
         let to = self.see(y.clone());
         let [a, bent] = [0, 1].map(|k| from[k].clone() + to[k].clone());
         let slope = (a / bent - self.bias.clone() / self.bent_bias.clone()) * self.weight.clone();
@@ -141,19 +144,19 @@ impl Operators {
         }
     }
 
-    /// What one correction of the closed step takes from `b`, P (b - a - dt (L - D) dH(a, b)).
+    /// Correction that the closed step subtracts from `b`, P (b - a - dt (L - D) dH(a, b)).
     fn correction(&self, a: &Tensor<2>, from: &[Tensor<2>; 2], b: &Tensor<2>) -> Tensor<2> {
-        let gradient = self.discrete_gradient((a, from), b);
+        let gradient = self.discrete_gradient(a, from, b);
         (b.clone() - a.clone() - gradient.matmul(self.flow_t.clone())).matmul(self.preconditioner_t.clone())
     }
 
     /// The end of the closed step of every row of `a`, for operators without a graph.
     fn solve(&self, a: &Tensor<2>) -> Tensor<2> {
         let (mut b, from) = (a.clone(), self.see(a.clone()));
-        for _ in 0..SOLVE.0 {
+        for _ in 0..SOLVER_CORRECTIONS {
             let change = self.correction(a, &from, &b);
             b = b - change.clone();
-            if scalar(change.abs().max()) < SOLVE.1 {
+            if scalar(change.abs().max()) < SOLVED {
                 break;
             }
         }

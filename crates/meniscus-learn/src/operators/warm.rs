@@ -1,17 +1,16 @@
 //! Warm start of the GENERIC operators from a linear fit; a cold start was far behind after 300 steps.
 
 use crate::TrainError;
-use crate::operators::linear::{Linear, Path, cayley};
+use crate::data::trajectory::Path;
+use crate::hyperparameters::WarmStartParameters;
+use crate::operators::linear::{Linear, cayley};
+use crate::operators::open_loop::validate;
 use crate::operators::reference_step::{Dynamics, HIDDEN, Square};
-use crate::operators::rollout::validate;
 use meniscus::latent::generic::{LATENTS, Latent};
 use meniscus::units::FRAME_INTERVAL_S;
 use meniscus_optim::weights::Matrix;
 use nalgebra::{Cholesky, DMatrix, DVector, SymmetricEigen};
 use rand_chacha::ChaCha8Rng;
-
-/// Weight of the relative error of the energy against that of the roll-outs in choosing a split.
-const BOOKS: f64 = 0.3;
 
 /// Q of the physical energy, E = x^T Q x / 2, by weighted ridge regression; it may come out indefinite.
 fn regress_energy(paths: &[Path]) -> Square {
@@ -85,7 +84,12 @@ fn split(m: &Square, energy: &Square, share: f64) -> Option<Split> {
 }
 
 /// The split that is the best compromise between motion and books over `paths`.
-fn compromise(linear: &Linear, paths: &[Path], metric: &Square) -> Result<(Split, Latent), TrainError> {
+fn compromise(
+    linear: &Linear,
+    paths: &[Path],
+    metric: &Square,
+    parameters: &WarmStartParameters,
+) -> Result<(Split, Latent), TrainError> {
     let (m, port) = linear.generator()?;
     let energy = regress_energy(paths);
     let size: f64 = paths.iter().flat_map(|p| &p.energy).map(|e| e * e).sum();
@@ -96,14 +100,14 @@ fn compromise(linear: &Linear, paths: &[Path], metric: &Square) -> Result<(Split
         let all = paths.iter().flat_map(|p| p.x.iter().zip(&p.energy));
         let books =
             all.map(|(x, e)| (0.5 * (split.linear * x).norm_squared() - e).powi(2)).sum::<f64>() / size;
-        validate(|x, u| fit.roll_out(x, u), paths, metric) + BOOKS * books.sqrt()
+        validate(|x, u| fit.roll_out(x, u), paths, metric) + parameters.energy_error_weight * books.sqrt()
     };
     // A direction of no energy cannot drive one that has some, so every latent is given energy in
     // proportion to its share in the decoded fields; how much is a trade as well. Both H and |U x|^2
     // have a mean of about one.
     let grounded = |floor: f64| raise(&energy, 1e-6) + metric.transpose() * metric * (2.0 * floor);
-    let floors = [0.01, 0.03, 0.1, 0.2];
-    let shares = [0.0, 0.01, 0.03, 0.1, 0.3, 1.0];
+    let floors = &parameters.grounding;
+    let shares = parameters.lyapunov_shares;
     let all = floors.iter().flat_map(|&floor| shares.map(|share| split(&m, &grounded(floor), share)));
     let best = all.flatten().map(|s| (judge(&s), s)).min_by(|a, b| a.0.total_cmp(&b.0));
     best.map(|(_, split)| (split, port)).ok_or(TrainError::Singular("the split of the generator"))
@@ -117,9 +121,10 @@ pub(crate) fn start(
     linear: &Linear,
     paths: &[Path],
     metric: &Square,
+    parameters: &WarmStartParameters,
     rng: &mut ChaCha8Rng,
 ) -> Result<Dynamics, TrainError> {
-    let (Split { skew, friction, linear }, port) = compromise(linear, paths, metric)?;
+    let (Split { skew, friction, linear }, port) = compromise(linear, paths, metric, parameters)?;
     let bound = 1.0 / (LATENTS as f64).sqrt();
     Ok(Dynamics {
         skew,

@@ -3,6 +3,7 @@
 use super::net::{Net, Rows};
 use crate::data::pod::{Basis, Truncation};
 use crate::data::snapshots::{fluctuation, pick, rest_of};
+use crate::hyperparameters::PodParameters;
 use meniscus_data::recording::{Recording, STATE, group_range};
 use nalgebra::DMatrix;
 
@@ -14,8 +15,8 @@ pub(super) struct Energy {
 
 impl Energy {
     /// From the frames in which the liquid moves.
-    pub(super) fn new(training: &[Recording]) -> Self {
-        let picked = pick(training);
+    pub(super) fn new(training: &[Recording], parameters: &PodParameters) -> Self {
+        let picked = pick(training, parameters);
         let rests: Vec<Vec<f32>> = training.iter().map(rest_of).collect();
         let mut snapshots = DMatrix::zeros(group_range(2).len(), picked.len());
         let mut field = vec![0.0; STATE];

@@ -15,39 +15,38 @@
 mod energy;
 mod net;
 
-use crate::calibration::measure::{Errors, percent};
-use crate::data::dataset::{Frame, SURFACE, Sequence};
+use crate::data::dataset::{Frame, Sequence};
+use crate::data::groups::SURFACE;
+use crate::data::measure::{GroupErrors, percent};
+use crate::hyperparameters::{Hyperparameters, SparseParameters};
+use crate::stage::{StageRun, TrainingSplit};
 use energy::Energy;
 use meniscus::latent::generic::LATENTS;
 use meniscus_data::recording::Recording;
-use meniscus_optim::progress::Session;
 use meniscus_optim::seed::derive_seed;
 use meniscus_report::checks::Check;
-use net::{LAMBDA, Net, Plan, Rows};
+use net::{Net, NetShape, Rows};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
 /// The paper's five.
-static PAPER: [Plan; 5] = [
-    Plan { name: "q", trunk: Some(0), hidden: (120, 2), bottleneck: 20 },
-    Plan { name: "v", trunk: Some(1), hidden: (200, 4), bottleneck: 20 },
-    Plan { name: "e", trunk: None, hidden: (40, 3), bottleneck: 10 },
-    Plan { name: "sigma", trunk: Some(2), hidden: (200, 3), bottleneck: 20 },
-    Plan { name: "tau", trunk: Some(3), hidden: (200, 3), bottleneck: 20 },
+static PAPER: [NetShape; 5] = [
+    NetShape { name: "q", trunk: Some(0), hidden_width: 120, hidden_layers: 2, bottleneck: 20 },
+    NetShape { name: "v", trunk: Some(1), hidden_width: 200, hidden_layers: 4, bottleneck: 20 },
+    NetShape { name: "e", trunk: None, hidden_width: 40, hidden_layers: 3, bottleneck: 10 },
+    NetShape { name: "sigma", trunk: Some(2), hidden_width: 200, hidden_layers: 3, bottleneck: 20 },
+    NetShape { name: "tau", trunk: Some(3), hidden_width: 200, hidden_layers: 3, bottleneck: 20 },
 ];
-
-/// A latent whose deviation is smaller than this part of the largest of its group is switched off.
-const SILENT: f32 = 0.1;
 
 /// The five.
 pub(crate) struct Sparse {
     nets: Vec<Net>,
-    /// How many latents of each were switched on before any were cut off.
+    /// Latents of each that were in use before any were cut off.
     active: Vec<usize>,
     energy: Energy,
 }
 
-/// How many latents each group gets of `all`, by the curves of their errors: one by one to where the error falls
+/// Number of latents that each group gets of `all`, by the curves of their errors: one by one to where the error falls
 /// most a latent, over as many latents as that takes.
 fn given_out(curves: &[Vec<f64>], all: usize) -> Vec<usize> {
     let mut given = vec![0; curves.len()];
@@ -67,61 +66,70 @@ fn given_out(curves: &[Vec<f64>], all: usize) -> Vec<usize> {
     }
 }
 
+/// A net with the rows that it is trained on and chosen by.
+struct Trainee {
+    shape: &'static NetShape,
+    net: Net,
+    training: Rows,
+    validation: Rows,
+}
+
+impl Trainee {
+    /// Trains the net in the stage `stage`.
+    fn train(&mut self, stage: &str, l1_weight: f32, parameters: &SparseParameters, run: StageRun<'_>) {
+        let data = TrainingSplit { training: &self.training, validation: &self.validation };
+        self.net.train(stage, &data, l1_weight, parameters, run);
+    }
+}
+
+/// Recordings and their projections, from which the rows of every net are taken.
+pub(crate) struct SparseData<'a> {
+    /// Bases and scales.
+    pub(crate) frame: &'a Frame,
+    /// Recordings, for the internal energy.
+    pub(crate) recordings: TrainingSplit<'a, [Recording]>,
+    /// Projected recordings, for every other group.
+    pub(crate) sequences: TrainingSplit<'a, [Sequence]>,
+}
+
 impl Sparse {
-    /// Trains all five on the recordings, which are projected in `seen` and `held`.
+    /// Trains all five, cuts them down to the latents of the joint one, and trains them on without the penalty.
     #[must_use]
-    pub(crate) fn train(
-        frame: &Frame,
-        (training, validation): (&[Recording], &[Recording]),
-        (seen, held): (&[Sequence], &[Sequence]),
-        (steps, seed): (usize, u64),
-        session: &Session<'_>,
-    ) -> Self {
-        let energy = Energy::new(training);
-        let rows = |plan: &Plan, recordings: &[Recording], sequences: &[Sequence]| match plan.trunk {
-            Some(group) => trunk_rows(frame, group, sequences),
+    pub(crate) fn train(data: &SparseData<'_>, parameters: &Hyperparameters, run: StageRun<'_>) -> Self {
+        let energy = Energy::new(data.recordings.training, &parameters.pod);
+        let parameters = &parameters.sparse;
+        let rows = |shape: &NetShape, recordings: &[Recording], sequences: &[Sequence]| match shape.trunk {
+            Some(group) => trunk_rows(data.frame, group, sequences),
             None => energy.rows(recordings),
         };
         // Two threads inside of one net gain nothing; nets side by side do.
-        let trained: Vec<_> = std::thread::scope(|scope| {
-            let one = |(i, plan): (usize, &'static Plan)| {
-                let (rows, held) = (rows(plan, training, seen), rows(plan, validation, held));
+        let trained: Vec<Trainee> = std::thread::scope(|scope| {
+            let one = |(i, shape): (usize, &'static NetShape)| {
+                let training = rows(shape, data.recordings.training, data.sequences.training);
+                let validation = rows(shape, data.recordings.validation, data.sequences.validation);
                 scope.spawn(move || {
-                    let seed = derive_seed(seed, i as u64);
-                    let mut net = Net::fresh(plan, rows.width, &mut ChaCha8Rng::seed_from_u64(seed));
-                    let stage = format!("sparse {}", plan.name);
-                    net.train(&stage, (&rows, &held), LAMBDA, (steps, seed), session);
-                    (net, rows, held)
+                    let seed = derive_seed(run.seed, i as u64);
+                    let net = Net::fresh(shape, training.width, &mut ChaCha8Rng::seed_from_u64(seed));
+                    let mut one = Trainee { shape, net, training, validation };
+                    let stage = format!("sparse {}", shape.name);
+                    one.train(&stage, parameters.l1_weight, parameters, StageRun { seed, ..run });
+                    one
                 })
             };
             let threads: Vec<_> = PAPER.iter().enumerate().map(one).collect();
             threads.into_iter().map(|thread| thread.join().expect("a net's thread ends")).collect()
         });
-        let (mut nets, mut active, mut orders, mut curves) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
-        for (mut net, rows, held) in trained {
-            let deviation = net.measure(&rows);
-            let most = deviation.iter().copied().fold(0.0, f32::max);
-            active.push(deviation.iter().filter(|d| **d > SILENT * most).count());
-            let (order, curve) = net.ordered(&rows);
-            orders.push(order);
-            curves.push(curve);
-            nets.push((net, rows, held));
-        }
-        let given = given_out(&curves, LATENTS);
-        for (((net, ..), order), count) in nets.iter_mut().zip(&orders).zip(given) {
-            net.keep =
-                (0..net.keep.len()).map(|l| f32::from(u8::from(order[..count].contains(&l)))).collect();
-        }
+        let (cut, active) = cut_down(trained, parameters);
         let nets = std::thread::scope(|scope| {
-            let one = |(i, (mut net, rows, held)): (usize, (Net, Rows, Rows))| {
+            let one = |(i, mut one): (usize, Trainee)| {
                 scope.spawn(move || {
-                    let stage = format!("sparse {}, cut", PAPER[i].name);
-                    let plan = (steps / 2, derive_seed(seed, 16 + i as u64));
-                    net.train(&stage, (&rows, &held), 0.0, plan, session);
-                    net
+                    let stage = format!("sparse {}, cut", one.shape.name);
+                    let seed = derive_seed(run.seed, 16 + i as u64);
+                    one.train(&stage, 0.0, parameters, StageRun { steps: run.steps / 2, seed, ..run });
+                    one.net
                 })
             };
-            let threads: Vec<_> = nets.into_iter().enumerate().map(one).collect();
+            let threads: Vec<_> = cut.into_iter().enumerate().map(one).collect();
             threads.into_iter().map(|thread| thread.join().expect("a net's thread ends")).collect()
         });
         Self { nets, active, energy }
@@ -132,11 +140,11 @@ impl Sparse {
     #[must_use]
     pub(crate) fn checks(&self, frame: &Frame, validation: &[Recording], held: &[Sequence]) -> Vec<Check> {
         let (scale, ranges, width) = (frame.coefficient_scale(), frame.ranges(), frame.width());
-        let mut errors = Errors::default();
+        let mut errors = GroupErrors::default();
         for sequence in held {
             let mut coefficients = vec![0.0; sequence.frames() * width];
-            for (plan, net) in PAPER.iter().zip(&self.nets) {
-                let Some(group) = plan.trunk else { continue };
+            for (shape, net) in PAPER.iter().zip(&self.nets) {
+                let Some(group) = shape.trunk else { continue };
                 let rows = trunk_rows(frame, group, std::slice::from_ref(sequence));
                 let [again, _] = net.run(&rows);
                 for (n, row) in again.chunks_exact(rows.width).enumerate() {
@@ -149,18 +157,37 @@ impl Sparse {
         }
         const STAGE: &str = "five sparse autoencoders";
         let mut checks = errors.checks(STAGE, [None; 5]);
-        for (plan, net) in PAPER.iter().zip(&self.nets).filter(|(plan, _)| plan.trunk.is_none()) {
+        for (shape, net) in PAPER.iter().zip(&self.nets).filter(|(shape, _)| shape.trunk.is_none()) {
             let error = self.energy.error(net, validation);
-            checks.push(percent(format!("{STAGE}: {}", plan.name), error, None));
+            checks.push(percent(format!("{STAGE}: {}", shape.name), error, None));
         }
-        for ((plan, net), active) in PAPER.iter().zip(&self.nets).zip(&self.active) {
+        for ((shape, net), active) in PAPER.iter().zip(&self.nets).zip(&self.active) {
             let name =
-                |what: &str| format!("{STAGE}: latents of {} {what} of {}", plan.name, plan.bottleneck);
+                |what: &str| format!("{STAGE}: latents of {} {what} of {}", shape.name, shape.bottleneck);
             checks.push(Check::told(name("in use"), *active as f64, "1"));
             checks.push(Check::told(name("kept"), f64::from(net.keep.iter().sum::<f32>()), "1"));
         }
         checks
     }
+}
+
+/// Holds all but [`LATENTS`] latents of `trained` at their means; returns with them how many each had in use before.
+fn cut_down(mut trained: Vec<Trainee>, parameters: &SparseParameters) -> (Vec<Trainee>, Vec<usize>) {
+    let (mut active, mut orders, mut curves) = (Vec::new(), Vec::new(), Vec::new());
+    for Trainee { net, training, .. } in &mut trained {
+        let deviation = net.measure(training);
+        let most = deviation.iter().copied().fold(0.0, f32::max);
+        active.push(deviation.iter().filter(|d| **d > parameters.silent_share * most).count());
+        let (order, curve) = net.ordered(training);
+        orders.push(order);
+        curves.push(curve);
+    }
+    let given = given_out(&curves, LATENTS);
+    for ((Trainee { net, .. }, order), count) in trained.iter_mut().zip(&orders).zip(given) {
+        let kept = &order[..count];
+        net.keep = (0..net.keep.len()).map(|l| f32::from(u8::from(kept.contains(&l)))).collect();
+    }
+    (trained, active)
 }
 
 /// The coefficients that go with trunk group `group`: the surface goes with the positions.

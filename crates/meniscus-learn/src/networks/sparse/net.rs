@@ -1,30 +1,28 @@
 //! One sparse autoencoder: a perceptron down to a bottleneck and one up again, and which latents are worth keeping.
 
+use crate::hyperparameters::SparseParameters;
+use crate::stage::{StageRun, TrainingSplit};
 use burn::tensor::{Device, Tensor, TensorData};
 use meniscus_optim::descent::Descent;
 use meniscus_optim::nets::perceptron;
-use meniscus_optim::progress::{Session, annealed};
+use meniscus_optim::progress::{annealed, looks_at};
 use meniscus_optim::weights::{Matrix, constants, leaves, numbers, scalar};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
 /// One of the paper's autoencoders.
-pub(super) struct Plan {
+pub(super) struct NetShape {
     /// Group.
     pub(super) name: &'static str,
     /// Its place among the trunk groups; none of the internal energy, which the trunk does not decode.
     pub(super) trunk: Option<usize>,
-    /// Width of a hidden layer, and how many there are.
-    pub(super) hidden: (usize, usize),
+    /// Width of a hidden layer.
+    pub(super) hidden_width: usize,
+    /// Hidden layers of a half.
+    pub(super) hidden_layers: usize,
     /// Width of the bottleneck.
     pub(super) bottleneck: usize,
 }
-
-/// Weight of the L1 norm of the bottleneck.
-pub(super) const LAMBDA: f32 = 3e-3;
-
-/// Snapshots of one training step.
-const BATCH: usize = 256;
 
 /// Rows of one group, divided by their scale.
 #[derive(Clone, Debug)]
@@ -60,10 +58,10 @@ fn half(x: Tensor<2>, weights: &[Tensor<2>], depth: usize) -> Tensor<2> {
 }
 
 impl Net {
-    pub(super) fn fresh(plan: &Plan, width: usize, rng: &mut ChaCha8Rng) -> Self {
-        let (hidden, depth) = plan.hidden;
+    pub(super) fn fresh(shape: &NetShape, width: usize, rng: &mut ChaCha8Rng) -> Self {
+        let (hidden, depth) = (shape.hidden_width, shape.hidden_layers);
         let mut weights = Vec::new();
-        for (from, to) in [(width, plan.bottleneck), (plan.bottleneck, width)] {
+        for (from, to) in [(width, shape.bottleneck), (shape.bottleneck, width)] {
             for layer in 0..=depth {
                 let inputs = if layer == 0 { from } else { hidden };
                 let outputs = if layer == depth { to } else { hidden };
@@ -72,7 +70,7 @@ impl Net {
                 weights.push(Matrix::uniform(1, outputs, bound, rng));
             }
         }
-        Self { weights, depth, keep: vec![1.0; plan.bottleneck], mean: vec![0.0; plan.bottleneck] }
+        Self { weights, depth, keep: vec![1.0; shape.bottleneck], mean: vec![0.0; shape.bottleneck] }
     }
 
     /// z^ and x of every row of `z`.
@@ -101,32 +99,36 @@ impl Net {
         again.iter().zip(&rows.values).map(square).sum::<f64>() / rows.count() as f64
     }
 
-    /// Trains for `steps` with the weight `lambda` of the L1 norm. Without it what is best on `held` is kept, under it
-    /// the last: the best would be the least sparse.
+    /// Trains with the given weight of the L1 norm. Without it the weights that are best on the validation rows are kept,
+    /// under it the last: the best would be the least sparse.
     pub(super) fn train(
         &mut self,
         stage: &str,
-        (rows, held): (&Rows, &Rows),
-        lambda: f32,
-        (steps, seed): (usize, u64),
-        session: &Session<'_>,
+        data: &TrainingSplit<'_, Rows>,
+        l1_weight: f32,
+        parameters: &SparseParameters,
+        run: StageRun<'_>,
     ) {
+        let StageRun { steps, seed, session } = run;
+        let TrainingSplit { training: rows, validation } = *data;
+        let batch = parameters.batch;
         let device = Device::flex().autodiff();
-        let mut descent = Descent::new(stage, self.weights.clone(), self.error(held).sqrt(), session);
+        let mut descent = Descent::new(stage, self.weights.clone(), self.error(validation).sqrt(), session);
         let bar = session.bar(stage, steps);
         for step in descent.done()..steps {
             let mut rng = Descent::draws(seed, step);
-            let drawn = (0..BATCH).map(|_| rng.random_range(0..rows.count()) * rows.width);
+            let drawn = (0..batch).map(|_| rng.random_range(0..rows.count()) * rows.width);
             let values = drawn.flat_map(|at| rows.values[at..at + rows.width].iter().copied()).collect();
             let z = Rows { values, width: rows.width }.tensor(&device);
             let tensors = leaves(descent.weights(), &device);
             let [again, x] = self.through(z.clone(), &tensors);
-            let miss = (again - z).square().sum() / BATCH as f32;
-            let loss = miss.clone() + x.abs().sum() * (lambda / BATCH as f32);
+            let miss = (again - z).square().sum() / batch as f32;
+            let loss = miss.clone() + x.abs().sum() * (l1_weight / batch as f32);
             let (weights, adam) = descent.parts();
-            adam.step(weights, &tensors, loss.backward(), annealed(2e-3, step, steps));
-            if step % 100 == 99 || step + 1 == steps {
-                let now = Self { weights: descent.weights().to_vec(), ..self.clone() }.error(held).sqrt();
+            adam.step(weights, &tensors, loss.backward(), annealed(parameters.learning_rate, step, steps));
+            if looks_at(step, parameters.validate_every, steps) {
+                let now =
+                    Self { weights: descent.weights().to_vec(), ..self.clone() }.error(validation).sqrt();
                 if descent.look(step + 1, (f64::from(scalar(miss)).sqrt(), now), &bar, session) {
                     break;
                 }
@@ -135,7 +137,7 @@ impl Net {
         bar.finish();
         let last = descent.weights().to_vec();
         let (best, _) = descent.end(stage, session);
-        self.weights = if lambda > 0.0 { last } else { best };
+        self.weights = if l1_weight > 0.0 { last } else { best };
     }
 
     /// Deviation of each latent over `rows`; their means are kept for those that will be cut off.
@@ -166,6 +168,7 @@ impl Net {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use meniscus_optim::progress::Session;
     use rand::SeedableRng;
 
     #[test]
@@ -181,11 +184,14 @@ mod tests {
             Rows { values, width: 6 }
         };
         let (seen, held) = (rows(400), rows(100));
-        let plan = Plan { name: "six", trunk: None, hidden: (24, 2), bottleneck: 6 };
+        let shape = NetShape { name: "six", trunk: None, hidden_width: 24, hidden_layers: 2, bottleneck: 6 };
+        let parameters = SparseParameters::default();
         let stop = std::sync::atomic::AtomicBool::new(false);
         let session = Session::new(true, &stop);
-        let mut net = Net::fresh(&plan, 6, &mut ChaCha8Rng::seed_from_u64(5));
-        net.train("six", (&seen, &held), 3e-2, (600, 6), &session);
+        let mut net = Net::fresh(&shape, 6, &mut ChaCha8Rng::seed_from_u64(5));
+        let data = TrainingSplit { training: &seen, validation: &held };
+        let run = |steps, seed| StageRun { steps, seed, session: &session };
+        net.train("six", &data, 3e-2, &parameters, run(600, 6));
         net.measure(&seen);
         let (order, curve) = net.ordered(&seen);
         // Two would do; the penalty knows no corners of a plane and leaves a third. The other three do nothing.
@@ -195,7 +201,7 @@ mod tests {
         );
         net.keep = (0..6).map(|l| f32::from(u8::from(order[..2].contains(&l)))).collect();
         let before = net.error(&held);
-        net.train("six, cut", (&seen, &held), 0.0, (400, 7), &session);
+        net.train("six, cut", &data, 0.0, &parameters, run(400, 7));
         assert!(net.error(&held) <= before && net.error(&held) < 5e-3, "{}", net.error(&held));
     }
 }

@@ -3,7 +3,8 @@
 //! slosh-rel = |z - zhat| / |z - z_rest|. The error relative to the height flatters: a flat surface
 //! already scores 2 %.
 
-use crate::data::dataset::{Frame, SURFACE, Sequence, TRUNK};
+use crate::data::dataset::{Frame, Sequence};
+use crate::data::groups::{SURFACE, TRUNK};
 use meniscus::surface::POINTS;
 use meniscus_report::checks::Check;
 
@@ -18,12 +19,12 @@ pub(crate) fn percent(name: String, fraction: f64, target: Option<f64>) -> Check
 
 /// Sums of squares of errors and of fluctuations, by trunk group.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Errors {
+pub(crate) struct GroupErrors {
     miss: [f64; 5],
     size: [f64; 5],
 }
 
-impl Errors {
+impl GroupErrors {
     /// Adds the frames from `from` on: one row of `coefficients` a frame, without the feed-through, and
     /// the port value that goes with it.
     pub(crate) fn add(
