@@ -1,6 +1,6 @@
 //! The study as one HTML file.
 
-use super::{Result as Outcome, Study};
+use super::{LiquidResult, Study};
 use meniscus_report::checks::Check;
 use meniscus_report::html::{Chart, Mark, Report, Series};
 use meniscus_report::plot::PictureError;
@@ -18,7 +18,7 @@ pub fn html(study: &Study, checks: &[Check], command: &str) -> Result<String, Pi
          recordings; the others are moved as by a hand, a tenth of the way out of line, and learnt from one.",
     );
     let percent = |x: f64| format!("{:.2}", 100.0 * x);
-    let row = |one: &Outcome| -> Vec<String> {
+    let row = |one: &LiquidResult| -> Vec<String> {
         let [before, after] = [&one.before, &one.after].map(|trial| &trial.score.estimate);
         let foretold = [&one.before, &one.after].map(|trial| trial.planned.forecast[0]);
         let pairs = [

@@ -1,4 +1,4 @@
-//! What it is worth to know how the glass moves, and from where.
+//! Value of knowing the motion of the glass, by its source.
 //!
 //! The same recording, seen by the same camera, is estimated four times: with the motion off the edges of the
 //! glass, from an IMU, from the robot's command, and without any; and a fifth time as an oracle knows it that is a
@@ -20,12 +20,15 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
 /// Noise of the IMU, m/s2 rms at 60 Hz: 0.03 m/s2 is 120 ug/sqrt(Hz) over 60 Hz, a common MEMS part on a hand
-/// that trembles, and its offset, which turns into a steady slope.
-const IMU: (f64, f64) = (0.03, 0.02);
+/// that trembles. The offset turns into a steady slope.
+const IMU_NOISE_RMS: f64 = 0.03;
+
+/// Offset of the IMU, m/s2.
+const IMU_OFFSET: f64 = 0.02;
 
 /// Where the motion comes from, and what the estimate is then worth.
 #[derive(Clone, Debug)]
-pub struct Source {
+pub struct MotionSource {
     /// `tracked`, `imu`, `command`, `none`, or `oracle`.
     pub name: &'static str,
     /// Errors of surface and field.
@@ -34,16 +37,17 @@ pub struct Source {
 
 /// The four sources on one recording.
 #[must_use]
-pub fn sources(model: &Model<'_>, recording: &Recording, seen: &Sightings, seed: u64) -> Vec<Source> {
+pub fn sources(model: &Model<'_>, recording: &Recording, seen: &Sightings, seed: u64) -> Vec<MotionSource> {
     let (before, now) = (delayed(&recording.glass_x_m), &recording.acceleration_m_s2);
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
-    let mut noisy =
-        |of: &[f64]| -> Vec<f64> { of.iter().map(|a| a + IMU.1 + IMU.0 * normal(&mut rng)).collect() };
+    let mut noisy = |of: &[f64]| -> Vec<f64> {
+        of.iter().map(|a| a + IMU_OFFSET + IMU_NOISE_RMS * normal(&mut rng)).collect()
+    };
     let imu = (noisy(&before), noisy(now));
     let linear = linear_with_motion(recording);
     let one = |name, drive: &dyn Fn(usize) -> Drive| {
         let turns = turns_with(model, seen, drive, |_, _, _| {});
-        Source { name, score: score(model, recording, &linear, &turns, START) }
+        MotionSource { name, score: score(model, recording, &linear, &turns, START) }
     };
     vec![
         one("tracked", &|_| Drive::Seen),
@@ -69,7 +73,7 @@ pub(super) fn oracle(
     model: &Model<'_>,
     recording: &Recording,
     seen: &Sightings,
-) -> Result<(Source, f64), MotionError> {
+) -> Result<(MotionSource, f64), MotionError> {
     let spelling = &recording.provenance.motion;
     let motion = Motion::parse(spelling, recording.frames() as f64 * FRAME_INTERVAL_S)?;
     let truth = &recording.acceleration_m_s2;
@@ -80,7 +84,7 @@ pub(super) fn oracle(
     let linear = linear_with_motion(recording);
     let turns = turns_with(model, seen, |n| Drive::Known { before: before[n], now: known[n] }, |_, _, _| {});
     let score = score(model, recording, &linear, &turns, START);
-    Ok((Source { name: "oracle", score }, missed))
+    Ok((MotionSource { name: "oracle", score }, missed))
 }
 
 /// The accelerations of parts of the motion that began a frame before or earlier, 0 of others.

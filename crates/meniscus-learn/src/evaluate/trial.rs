@@ -24,9 +24,9 @@ const AHEAD: [usize; 2] = [15, 30];
 /// One crest: the highest point of the profile passes a maximum in time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Peak {
-    /// When it truly stood, s.
+    /// True time, s.
     pub time_s: f64,
-    /// How high it truly stood over the fill, m.
+    /// True height over the fill, m.
     pub height_m: f64,
     /// Estimated height less the true one, m.
     pub height_error_m: f64,
@@ -38,7 +38,7 @@ pub struct Peak {
 const CREST_EVERY: usize = 3;
 const CREST_WITHIN: usize = 30;
 
-/// How a model did on a recording.
+/// Figures of a model on a recording.
 #[derive(Clone, Debug)]
 pub struct Trial {
     /// Errors of surface and field.
@@ -88,7 +88,7 @@ pub fn trial(model: &Model<'_>, recording: &Recording, seen: &Sightings) -> Tria
             }
             let plan = motion.get(frame + 1..).unwrap_or_default();
             for (all, plan) in [(&mut ahead, &[][..]), (&mut planned, plan)] {
-                all.iter_mut().for_each(|ahead| ahead.take(model, memory, (recording, frame), plan));
+                all.iter_mut().for_each(|ahead| ahead.take(model, memory, recording, frame, plan));
             }
             if frame.is_multiple_of(CREST_EVERY) {
                 let next = |plan| Crest::next(model, memory, CREST_WITHIN, plan);
@@ -167,7 +167,8 @@ impl Ahead {
         &mut self,
         model: &Model<'_>,
         memory: &Memory,
-        (recording, frame): (&Recording, usize),
+        recording: &Recording,
+        frame: usize,
         plan: &[f64],
     ) {
         if frame + self.frames >= recording.frames() {

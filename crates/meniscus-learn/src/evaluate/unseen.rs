@@ -30,7 +30,7 @@ pub(super) fn errors(liquid: &str, trial: &Trial) -> Vec<Check> {
         .collect()
 }
 
-/// What `blob` makes of `recording` through the simulated camera (depth noise 2 mm, drawn from `seed`), with the
+/// Figures of `blob` on `recording` through the simulated camera (depth noise 2 mm, drawn from `seed`), with the
 /// motion tracked by the camera and, as `motion_none`, without any.
 ///
 /// # Errors
