@@ -20,13 +20,13 @@ use super::stop::watched;
 /// The last GRU layer, the operators and the energy of the GENERIC step and a gain between the two learn by
 /// Adam; decoder and lower layers stay. Energy and entropy keep their laws whatever is learnt.
 ///
-/// The last recording is held out (of a single one its last three tenths), and what foretells it best, 0.25 s ahead under the
-/// motion that was seen, stays: the estimate itself follows the heights of any liquid. A candidate that has become worse on
+/// The last recording is held out (of a single one its last three tenths). The candidate that forecasts it best, 0.25 s
+/// ahead under the tracked motion, is kept: the estimate itself follows the heights of any liquid. A candidate that has become worse on
 /// the source liquid by more than --forgetting is refused.
 ///
 /// Recordings of the simulator are seen through the simulated camera; learning uses no truth that they may hold. A
 /// camera's own recordings (.mcap, .bag, .db3, or a folder with frames.csv) are read as `run --source replay` reads
-/// them, with --setup for the place of the camera. One correction is of one kind.
+/// them, with --setup for the position of the camera. One correction is of one kind.
 #[derive(clap::Args, Debug)]
 #[command(
     after_help = "Examples:\n  meniscus correct --recordings one.mcap two.mcap --setup glass.toml --out mine.blob\n  meniscus simulate --liquid water --motion strokes:1 --motion strokes:2 --seconds 4 --out water\n  meniscus correct --recordings water --out water.blob"
@@ -38,7 +38,7 @@ pub(crate) struct Arguments {
     /// Recordings of the new liquid: files, or a folder, which stands for all of its *.safetensors; or a camera's.
     #[arg(long, required = true, num_args = 1.., value_name = "DIR_OR_FILES")]
     recordings: Vec<PathBuf>,
-    /// The glass and the place of the camera, as `meniscus setup` has written them, for a camera's recordings.
+    /// The glass and the position of the camera, as `meniscus setup` has written them, for a camera's recordings.
     #[arg(long, value_name = "FILE.toml")]
     setup: Option<PathBuf>,
     /// Recordings of the model's own liquid, to guard against forgetting; by default the one in the program.

@@ -41,7 +41,7 @@ fn spread(figure: &Check, runs: &[Vec<Check>]) -> Option<SeedSpread> {
 }
 
 impl SeedSpread {
-    /// The three as checks: NAME_mean and NAME_worst against the figure's target, NAME_sd told.
+    /// The three as checks: NAME_mean and NAME_worst against the figure's target, NAME_sd for information.
     #[must_use]
     pub fn checks(&self) -> [Check; 3] {
         let name = |what: &str| format!("{}_{what}", self.figure.name);

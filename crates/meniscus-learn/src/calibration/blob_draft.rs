@@ -109,3 +109,30 @@ impl BlobDraft {
         Ok(CalibratedBlob { blob, checks, slosh_rel: estimate.surface(), stages })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use meniscus::blob::Model;
+    use meniscus_data::blob_file::read;
+    use meniscus_platform::files::AlignedBytes;
+
+    /// The draft of a calibrated blob keeps the floor of w, has no calibration left, and is a blob.
+    #[test]
+    fn a_draft_has_no_calibration() {
+        let (header, parts) =
+            read::parts(&AlignedBytes::copy(meniscus_shipped::MODEL)).expect("the shipped model");
+        let factors = |parts: &[Part]| {
+            let part = parts.iter().find(|part| part.tensor == Tensor::Reach).expect("its error factors");
+            part.values.clone()
+        };
+        let shipped = factors(&parts);
+        let draft = BlobDraft::new(header, parts);
+        let drafted = factors(&draft.parts);
+        assert_eq!(drafted[0], shipped[0], "the floor of w");
+        assert!(drafted[1..REACH].iter().all(|k| *k == 1.0) && drafted[REACH..] == [0.0], "{drafted:?}");
+        assert_ne!(drafted[1..REACH], shipped[1..REACH]);
+        let bytes = AlignedBytes::copy(&draft.bytes().expect("finite numbers"));
+        assert!(Model::load(&bytes).is_ok());
+    }
+}

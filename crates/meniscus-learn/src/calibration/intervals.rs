@@ -190,10 +190,10 @@ mod tests {
             ratios
         };
         let mut all: Vec<_> = (1..MANY).map(|_| one(1.0)).collect();
-        assert!(left_out(&all).is_empty(), "of nine nothing is told");
+        assert!(left_out(&all).is_empty(), "nine recordings are too few");
         all.push(one(2.0));
-        let told = left_out(&all);
-        let [least, mean] = [0, 1].map(|index| told[index].value);
+        let shares = left_out(&all);
+        let [least, mean] = [0, 1].map(|index| shares[index].value);
         // Of 800 numbers up to 100 and 100 up to 200 nine in ten are at most 96, of 900 up to 100 at most 90.
         assert_eq!(least, Some(45.0));
         assert!((mean.unwrap_or_default() - (9.0 * 96.0 + 45.0) / 10.0).abs() < 1e-9, "{mean:?}");

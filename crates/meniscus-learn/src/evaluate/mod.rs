@@ -128,9 +128,9 @@ pub struct Study {
     pub motion: Vec<MotionSource>,
     /// Relative error of the best linear forecast of the acceleration, from the true position of the glass and from the
     /// tracked one.
-    pub foretold: [f64; 2],
+    pub acceleration_forecast: [f64; 2],
     /// Relative error of an oracle that is a frame late.
-    pub oracle_missed: f64,
+    pub oracle_error: f64,
     /// The liquids.
     pub results: Vec<LiquidResult>,
 }
@@ -156,9 +156,9 @@ pub fn study(
     let source_seen = look(&unseen, seed)?;
     let source = trial(&model, &unseen, &source_seen);
     let mut motion = sources(&model, &unseen, &source_seen, seed);
-    let (oracle, oracle_missed) = motion_sources::oracle(&model, &unseen, &source_seen)?;
+    let (oracle, oracle_error) = motion_sources::oracle(&model, &unseen, &source_seen)?;
     motion.push(oracle);
-    let foretold = motion_sources::foretold(&unseen, &source_seen);
+    let acceleration_forecast = motion_sources::forecast_errors(&unseen, &source_seen);
     let outside = had(SOURCE.0, OUTSIDE, watch)?;
     let outside = trial(&model, &outside, &look(&outside, seed)?);
     // What must not be forgotten is not what the source is judged by.
@@ -194,7 +194,7 @@ pub fn study(
         let after = trial(&new, &unseen, &seen);
         results.push(LiquidResult { course, before, after, corrected, source: [known, knows(&new)] });
     }
-    Ok(Study { source, outside, motion, foretold, oracle_missed, results })
+    Ok(Study { source, outside, motion, acceleration_forecast, oracle_error, results })
 }
 
 /// Slosh-relative error of the surface that `model` estimates of `recording`.

@@ -109,7 +109,7 @@ const PAST: usize = 5;
 /// ```
 /// Its c are fitted on the very recording, so that no linear rule of as many values does better on it: the place of the glass up to a frame
 /// tells its acceleration up to the frame before, and the inertial part of sigma follows that of the frame.
-pub(super) fn foretold(recording: &Recording, seen: &Sightings) -> [f64; 2] {
+pub(super) fn forecast_errors(recording: &Recording, seen: &Sightings) -> [f64; 2] {
     let tracked: Vec<Option<f64>> =
         seen.iter().map(|profile| profile.and_then(|p| p.glass_x_m).map(f64::from)).collect();
     let whole: Vec<Option<f64>> = recording.glass_x_m.iter().copied().map(Some).collect();
@@ -118,11 +118,11 @@ pub(super) fn foretold(recording: &Recording, seen: &Sightings) -> [f64; 2] {
 
 /// The error of one of them; NaN where fewer frames than coefficients have a past.
 fn missed(place: &[Option<f64>], acceleration: &[f64]) -> f64 {
-    let told = |n: usize| {
+    let tracked = |n: usize| {
         let [before, at, after] = [n.checked_sub(1)?, n, n + 1].map(|n| place.get(n).copied().flatten());
         Some((after? - 2.0 * at? + before?) / (FRAME_INTERVAL_S * FRAME_INTERVAL_S))
     };
-    let past = |n: usize| -> Option<Vec<f64>> { (1..=PAST).map(|k| told(n.checked_sub(k)?)).collect() };
+    let past = |n: usize| -> Option<Vec<f64>> { (1..=PAST).map(|k| tracked(n.checked_sub(k)?)).collect() };
     let rows: Vec<(Vec<f64>, f64)> =
         acceleration.iter().enumerate().filter_map(|(n, a)| Some((past(n)?, *a))).collect();
     if rows.len() <= PAST {
@@ -158,7 +158,7 @@ mod tests {
         assert!(parts > 3 && unknown == parts, "{unknown} of {parts}");
     }
 
-    /// A sine is foretold from two values; a push out of nothing from none.
+    /// A sine is forecast from two values; an impulse out of rest from none.
     #[test]
     fn what_a_track_can_tell_is_told() {
         let place: Vec<Option<f64>> = (0..200).map(|n| Some(0.01 * (0.2 * f64::from(n)).sin())).collect();

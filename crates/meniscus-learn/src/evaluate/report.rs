@@ -112,10 +112,10 @@ fn motion_sources(checks: &mut Vec<Check>, study: &Study) {
             checks.push(Check::told(name(&format!("field_{group}")), percent(one.score.field[k]), "%"));
         }
     }
-    for (track, missed) in ["true", "seen"].iter().zip(study.foretold) {
+    for (track, missed) in ["true", "seen"].iter().zip(study.acceleration_forecast) {
         checks.push(Check::told(format!("acceleration_foretold_{track}_place"), percent(missed), "%"));
     }
-    checks.push(Check::told("acceleration_foretold_oracle", percent(study.oracle_missed), "%"));
+    checks.push(Check::told("acceleration_foretold_oracle", percent(study.oracle_error), "%"));
 }
 
 /// Forgetting, entropy and energy over the whole study.
@@ -136,13 +136,13 @@ pub fn markdown(study: &Study, checks: &[Check], command: &str) -> String {
     let mut page = format!(
         "# Correction from the free surface\n\n`{command}`, meniscus {}.\n\nErrors on recordings that nothing was \
          chosen by, depth noise 2 mm. max and mean: |z - estimate| / z; slosh: |z - estimate| / |z - rest|, a flat \
-         surface scores 100 %. Foretold: the slosh 0.25 s ahead, the motion of the glass planned, which tells how well the \
+         surface scores 100 %. Forecast: the slosh 0.25 s ahead, the motion of the glass planned, which tells how well the \
          model knows the liquid; the estimate follows the heights of any. Crests: median absolute error of height and \
          time. Water, butter and blood are moved along a line and learnt from four recordings; the others are moved as by a \
          hand, a tenth of the way out of line, and learnt from one.\n\n",
         env!("CARGO_PKG_VERSION")
     );
-    page += "| liquid | max before, after, % | mean before, after, % | slosh before, after, % | foretold before, after, % | \
+    page += "| liquid | max before, after, % | mean before, after, % | slosh before, after, % | forecast before, after, % | \
              one frame ago, % | crests, mm and ms before | after |\n|---|---|---|---|---|---|---|---|\n";
     for LiquidResult { course, before, after, .. } in &study.results {
         let (a, b) = (&before.score.estimate, &after.score.estimate);

@@ -49,7 +49,7 @@ pub struct Trial {
     pub entropy_falls: usize,
     /// Largest residue of the energy in a step, in units of H.
     pub energy_drift: f64,
-    /// Errors of the next crest as it was foretold, and how often it lay within its interval.
+    /// Errors of the forecasts of the next crest, and their coverage.
     pub crests_ahead: CrestsAhead,
     /// Slosh-relative error of the forecasts of `AHEAD`, and of the present surface in their place.
     pub forecast: [[f64; 2]; 2],
@@ -115,16 +115,16 @@ pub fn trial(model: &Model<'_>, recording: &Recording, seen: &Sightings) -> Tria
     }
 }
 
-/// The next crest, foretold and true.
+/// Next crest, forecast and true.
 #[derive(Clone, Debug, Default)]
 pub struct CrestsAhead {
-    /// Foretold less true height, m.
+    /// Forecast less true height, m.
     pub height_m: Vec<f64>,
-    /// Foretold less true time, s.
+    /// Forecast less true time, s.
     pub time_s: Vec<f64>,
     /// Whether the true height lay within the interval.
     pub held: Held,
-    /// Crests that came and were not foretold.
+    /// Crests that came and were not forecast.
     pub missed: usize,
 }
 

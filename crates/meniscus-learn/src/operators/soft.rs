@@ -1,11 +1,11 @@
-//! The paper's way beside ours: a structure-preserving net whose degeneracy is only asked for by the loss.
+//! Structure-preserving net of the paper, for comparison: its degeneracy is a penalty in the loss alone.
 //!
 //! ```text
 //! net(x) = (L, C, e, s);   x1 = x + dt [ L e + M s + B u ],   L skew, M = C C^T, e for dE/dx, s for dS/dx
 //! loss   = |x1 - x|^2 over a roll-out + weight ( |M e|^2 + |L s|^2 )      L s = 0 and M e = 0 only so far
 //! ```
 //! (Hernandez et al., J. Comput. Phys. 426 (2021) 109950, with the pair of conditions the right way round.)
-//! It sees the same trajectories, port, batches and horizons as the exact step, and is judged by the same
+//! It learns from the same trajectories, port, batches and horizons as the exact step, and is judged by the same
 //! roll-outs. e is the gradient of nothing, so that its energy is what its own e says along the way.
 
 use crate::data::trajectory::Path;

@@ -117,3 +117,31 @@ pub fn stages(options: &Options) -> Vec<Stage> {
     all.extend([Stage::Calibration, Stage::Evaluation]);
     all
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::hyperparameters::Schedule;
+    use std::collections::BTreeSet;
+
+    /// Every stage has a name of its own, so that no checkpoint or record takes another's place.
+    #[test]
+    fn stages_have_distinct_names() {
+        let schedule = Schedule { seeds: 3, ..Schedule::QUICK };
+        let mut options = Options {
+            seed: 5,
+            hyperparameters: Hyperparameters::with_schedule(schedule),
+            soft: true,
+            sparse: true,
+            quiet: true,
+            command: String::new(),
+            checkpoints: None,
+        };
+        let all = stages(&options);
+        let names: BTreeSet<String> = all.iter().map(|stage| stage.label(options.seed)).collect();
+        assert_eq!((all.len(), names.len()), (12, 12), "{names:?}");
+        assert_eq!(all.iter().filter(|stage| matches!(stage, Stage::Rollout(_))).count(), 3);
+        (options.soft, options.sparse) = (false, false);
+        assert_eq!(stages(&options).len(), 10);
+    }
+}

@@ -1,4 +1,4 @@
-//! The paper's way beside ours: five sparse autoencoders, one a field group, cut down to thirteen latents in all.
+//! Sparse autoencoders of the paper, for comparison: five, one a field group, cut down to thirteen latents in all.
 //!
 //! ```text
 //! x = E(z), z^ = D(x)      perceptrons of the paper's depths and widths, linear at the ends, ReLU between
