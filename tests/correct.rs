@@ -7,7 +7,7 @@ use meniscus::blob::Model;
 use meniscus_data::recording::Recording;
 use meniscus_discover::insert::{TrainedLiquid, insert};
 use meniscus_learn::TrainError;
-use meniscus_learn::correct::{Correction, Sightings, correct};
+use meniscus_learn::correct::{Correction, CorrectionParameters, Sightings, correct};
 use meniscus_platform::files::AlignedBytes;
 use meniscus_virtual::observe_recording::{perfect, turns};
 use std::path::Path;
@@ -30,7 +30,8 @@ fn other() -> [Sightings; 2] {
 fn another_liquid_is_learnt_and_the_laws_stay() {
     let own = perfect(&own());
     let [learnt, held] = other();
-    let how = Correction { steps: 200, forgetting: 0.05, quiet: true, ..Correction::default() };
+    let parameters = CorrectionParameters { steps: 200, forgetting: 0.05, ..CorrectionParameters::default() };
+    let how = Correction { parameters, quiet: true, ..Correction::default() };
     let go = |how: &Correction| {
         correct(
             SHIPPED,
@@ -62,13 +63,15 @@ fn another_liquid_is_learnt_and_the_laws_stay() {
     }
 
     // Nothing may be forgotten at all: then nothing may be learnt that costs anything.
-    let strict = go(&Correction { steps: 20, forgetting: -1.0, ..how });
+    let parameters = CorrectionParameters { steps: 20, forgetting: -1.0, ..how.parameters };
+    let strict = go(&Correction { parameters, ..how });
     assert!(strict.blob == SHIPPED, "the blob comes back to the byte");
 }
 
 #[test]
 fn too_little_is_refused() {
-    let how = Correction { steps: 1, quiet: true, ..Correction::default() };
+    let parameters = CorrectionParameters { steps: 1, ..CorrectionParameters::default() };
+    let how = Correction { parameters, quiet: true, ..Correction::default() };
     let refused = correct(SHIPPED, &[], &[], &how, &AtomicBool::new(false)).expect_err("no recording");
     assert!(matches!(refused, TrainError::NoRecording), "{refused}");
     let short: Sightings = perfect(&slosh::recording(20, 0.012, 1));

@@ -7,14 +7,14 @@ mod torch;
 mod watch;
 
 use meniscus::blob::{Header, MAGIC};
-use meniscus_learn::{Options, Schedule, TrainError, train};
+use meniscus_learn::{Hyperparameters, Options, Schedule, TrainError, train};
 use meniscus_optim::progress::Checkpoints;
 use std::sync::atomic::AtomicBool;
 
 fn options(schedule: Schedule) -> Options {
     Options {
         seed: 1,
-        schedule,
+        hyperparameters: Hyperparameters::with_schedule(schedule),
         soft: true,
         sparse: true,
         quiet: true,

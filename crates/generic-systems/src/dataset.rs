@@ -103,7 +103,8 @@ impl Archive {
     pub(super) fn matrix(
         &mut self,
         name: &str,
-        (rows, columns): (usize, usize),
+        rows: usize,
+        columns: usize,
     ) -> Result<Option<DMatrix<f64>>, DatasetError> {
         let Some((values, shape)) = self.find(name)? else { return Ok(None) };
         if shape != [rows, columns] {
@@ -211,12 +212,12 @@ impl Dataset {
             );
             return Err(DatasetError::Few(path.into(), what));
         }
-        let skew = archive.matrix("L", (variables, variables))?;
+        let skew = archive.matrix("L", variables, variables)?;
         if let Some(l) = skew.as_ref().filter(|l| (*l + l.transpose()).amax() > 1e-9 * l.amax()) {
             let worst = (l + l.transpose()).amax();
             return Err(archive.refuse("L", format!("not skew: L + L^T reaches {worst}")));
         }
-        let friction = archive.matrix("M", (variables, variables))?;
+        let friction = archive.matrix("M", variables, variables)?;
         let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
         Ok(Self { name, dt_s, paths, training, test, skew, friction })
     }

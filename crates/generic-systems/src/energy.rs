@@ -123,7 +123,7 @@ impl Energy {
             |u: &DVector<f64>| DVector::from_fn(u.len(), |j, _| (1.0 - s[j] * u[j] / bow(u[j])) / sum[j]);
         let bends = [s.clone(), slope(&u), slope(&v)];
         let [a, b] = [form.span(x), form.span(y)];
-        let squares = |k: usize| (a.row(k).norm_squared(), b.row(k).norm_squared());
+        let squares = |k: usize| [a.row(k).norm_squared(), b.row(k).norm_squared()];
         Passage {
             middle: (&ends[0] + &ends[1]) * 0.5,
             secants: DVector::from_fn(a.nrows(), |k, _| 2.0 * form.secant(k, squares(k))),

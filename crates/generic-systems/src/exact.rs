@@ -76,11 +76,11 @@ struct Flow {
     value: DVector<f64>,
 }
 
-/// What one step did.
+/// Result of one step.
 pub(super) struct Turn {
     /// x1.
     pub(super) x: DVector<f64>,
-    /// What the entropy rose by; never negative.
+    /// Rise of the entropy; never negative.
     pub(super) heat: f64,
     /// dE, dS and the whole step, with the appended entropy last where there is one.
     pub(super) slopes: [DVector<f64>; 3],
@@ -90,7 +90,7 @@ pub(super) struct Turn {
     pub(super) held: bool,
 }
 
-/// What a small change of x, of y and of every weight changes the flow by; the last `[weight, variable]`.
+/// Derivatives of the flow by x, by y and by every weight; the last `[weight, variable]`.
 pub(super) struct Tangent {
     pub(super) from: DMatrix<f64>,
     pub(super) to: DMatrix<f64>,
@@ -185,7 +185,7 @@ impl Exact {
         Flow { way, said, g, skew, factors, value }
     }
 
-    /// What `along` . flow rises by with every weight.
+    /// Derivatives of `along` . flow by every weight.
     fn pull(&self, flow: &Flow, along: &DVector<f64>, out: &mut [f64]) {
         let g = &flow.g;
         let mut back = flow.skew.tr_mul(along);

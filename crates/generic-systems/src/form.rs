@@ -1,4 +1,4 @@
-//! What is known of a system before anything is learnt, and what its energy sees of a state.
+//! Knowledge of a system before anything is learnt, and the features of a state that its energy depends on.
 //!
 //! In scaled coordinates x = T (z - mean) and a step for the unit of time, L becomes dt T L T^T.
 //!
@@ -18,7 +18,7 @@ use nalgebra::{DMatrix, DVector};
 /// e: lengths below its root, in the spread of the points, are seen as that.
 const LEAST: f64 = 1e-7;
 
-/// What the variables of a state are; numbers count from zero. All empty: plain variables, of unknown entropy.
+/// Kinds of the variables of a state; numbers count from zero. All empty: plain variables, of unknown entropy.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Kinds {
     /// Coordinates of every point.
@@ -30,7 +30,7 @@ pub struct Kinds {
 }
 
 impl Kinds {
-    /// What is wrong with them for states of `n` variables, if anything.
+    /// Returns the fault of the kinds for states of `n` variables, if there is one.
     #[must_use]
     pub fn fault(&self, n: usize) -> Option<String> {
         let all: Vec<usize> =
@@ -50,7 +50,7 @@ impl Kinds {
             .then(|| "every point needs its momentum, of as many coordinates".into())
     }
 
-    /// What is wrong with them for the L of `data`, if anything: reversible motion makes no entropy.
+    /// Returns the conflict of the kinds with the L of `data`, if there is one: reversible motion makes no entropy.
     #[must_use]
     pub fn clash(&self, data: &Dataset) -> Option<String> {
         let c = DVector::from_fn(data.variables(), |i, _| f64::from(u8::from(self.entropies.contains(&i))));
@@ -156,13 +156,14 @@ impl Form {
         DVector::from_iterator(self.seen(), lengths.chain(self.plain.iter().map(|&i| x[i])))
     }
 
-    /// What a length's number in f changes by from `from` to `to`, of the change of its square; exact for every two
+    /// Change of a length's number in f from `from` to `to`, of the change of its square; exact for every two
     /// states:
     ///
     /// ```text
     /// (ln b - ln a) / (2 d (b - a)) = artanh(z) / (z (a + b) d),   z = (b - a) / (b + a)
     /// ```
-    pub(super) fn secant(&self, k: usize, (from, to): (f64, f64)) -> f64 {
+    pub(super) fn secant(&self, k: usize, ends: [f64; 2]) -> f64 {
+        let [from, to] = ends;
         let (a, b) = (from + LEAST, to + LEAST);
         let z = (b - a) / (b + a);
         let s = z * z;

@@ -17,7 +17,7 @@ pub(super) enum Judged<'a> {
     Soft(&'a Frame, &'a Soft, Vec<Matrix>),
 }
 
-/// What a net made of the trajectories that judge.
+/// Figures of a net on the test trajectories.
 #[derive(Clone, Debug)]
 pub struct Figures {
     /// `published`, `soft` or `exact`.
@@ -47,7 +47,7 @@ pub struct Figures {
     pub drift: f64,
 }
 
-/// What the energy of the exact net did.
+/// Energy balance of the exact net.
 #[derive(Default)]
 struct Books {
     /// Largest change of the energy of the whole in a step.
@@ -86,7 +86,7 @@ impl Judged<'_> {
         books: &mut Books,
     ) -> Vec<DVector<f64>> {
         let slices = |e: &DVector<f64>, s: &DVector<f64>, dz: &DVector<f64>, laws: &mut Laws| {
-            laws.step((e.as_slice(), s.as_slice()), dz.as_slice());
+            laws.step(e.as_slice(), s.as_slice(), dz.as_slice());
         };
         let said =
             |laws: &mut Laws, (l, m): (&DMatrix<f64>, &DMatrix<f64>), e: &DVector<f64>, s: &DVector<f64>| {

@@ -1,4 +1,4 @@
-//! What both nets learn from and are chosen by, and the descent of the soft one: single steps between true states
+//! Trajectories that both nets learn from and are chosen by, and the descent of the soft one: single steps between true states
 //! first, then roll-outs of growing length.
 //!
 //! Every look rolls out the trajectories that choose, whole, and the best look stays.
@@ -11,17 +11,23 @@
 use super::soft::Soft;
 use burn::tensor::{Device, Tensor, TensorData};
 use meniscus_optim::descent::Descent;
-use meniscus_optim::progress::{Session, annealed};
+use meniscus_optim::progress::{Session, annealed, looks_at};
 use meniscus_optim::weights::{Matrix, leaves, scalar};
 use nalgebra::DVector;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
-/// Pairs of states of one step of the first stage, and roll-outs of one of the second.
-const BATCH: (usize, usize) = (512, 64);
+/// Pairs of states of one step of the first stage.
+const STEP_BATCH: usize = 512;
 
-/// Steps between two looks, in either stage.
-const LOOK: (usize, usize) = (500, 50);
+/// Roll-outs of one step of the second stage.
+const ROLLOUT_BATCH: usize = 64;
+
+/// Steps between two looks of the first stage.
+const STEP_LOOK: usize = 500;
+
+/// Steps between two looks of the second stage.
+const ROLLOUT_LOOK: usize = 50;
 
 /// Weight of what a step owes to the laws, against its relative error.
 const PENALTY: f32 = 1e-2;
@@ -35,7 +41,7 @@ const HORIZONS: [usize; 4] = [8, 16, 32, 48];
 /// Steps of roll-outs by which the exact net is put right, in turn; the last is cut to what there is.
 const AHEAD: [usize; 4] = [8, 24, 72, usize::MAX];
 
-/// How long to train.
+/// Length of a training.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Schedule {
     /// Turns of the exact net on single steps.
@@ -55,7 +61,7 @@ impl Schedule {
     /// A minute or two.
     pub const QUICK: Self = Self { steps: 20, rollouts: 8, soft: [3000, 60], seeds: 1 };
 
-    /// How long the roll-outs of turn `turn` are.
+    /// Length of the roll-outs of turn `turn`.
     pub(super) fn horizon(&self, turn: usize) -> usize {
         AHEAD[AHEAD.len() * turn / self.rollouts.max(turn + 1)]
     }
@@ -112,81 +118,109 @@ fn modulus(miss: Tensor<2>) -> Tensor<1> {
     ((miss.square() + SMALL * SMALL).sqrt() - SMALL).sum()
 }
 
-/// Trains `net` from `seed`; `check` is the error by which looks are chosen. Returns the best weights and theirs.
-pub(super) fn learn(
-    net: &Soft,
-    lessons: &Lessons,
-    seed: u64,
-    schedule: Schedule,
-    check: &dyn Fn(&[Matrix]) -> f64,
-    session: &Session<'_>,
-) -> (Vec<Matrix>, f64) {
-    let device = Device::flex().autodiff();
-    let fresh = net.fresh(&mut Descent::draws(seed, usize::MAX));
-    let inverse: Vec<f32> = lessons.stride.iter().map(|s| (1.0 / s) as f32).collect();
-    let weigh = Matrix::new(1, inverse.len(), inverse).tensor(&device);
-    let inverse: Vec<f32> = lessons.spread.iter().map(|s| (1.0 / s) as f32).collect();
-    let spreads = Matrix::new(1, inverse.len(), inverse).tensor(&device);
-    let width = lessons.stride.len() as f32;
+/// Inputs of the descent of the soft net.
+#[derive(Clone, Copy)]
+pub(super) struct SoftDescent<'a> {
+    /// Net that is trained.
+    pub(super) net: &'a Soft,
+    /// Trajectories to learn from.
+    pub(super) lessons: &'a Lessons,
+    /// Seed of everything that is drawn.
+    pub(super) seed: u64,
+    /// Steps of both stages.
+    pub(super) schedule: Schedule,
+    /// Error by which the best look is chosen.
+    pub(super) check: &'a dyn Fn(&[Matrix]) -> f64,
+    /// Bars, stop flag and checkpoints.
+    pub(super) session: &'a Session<'a>,
+}
 
-    let stage = format!("soft steps {:04x}", seed & 0xffff);
-    let mut descent = Descent::new(&stage, fresh, f64::INFINITY, session);
-    let bar = session.bar(&stage, schedule.soft[0]);
-    for step in descent.done()..schedule.soft[0] {
-        if session.stopped() {
-            break;
-        }
-        let mut rng = Descent::draws(seed, step);
-        let from = lessons.draw(BATCH.0, 1, &mut rng);
-        let to: Vec<_> = from.iter().map(|&(p, n)| (p, n + 1)).collect();
-        let tensors = leaves(descent.weights(), &device);
-        let (miss, owed) = net.miss(&tensors, lessons.rows(&from, &device), lessons.rows(&to, &device));
-        let weighed = modulus(miss * weigh.clone()) * (1.0 / width);
-        let loss = (weighed + owed.sum() * PENALTY) * (1.0 / BATCH.0 as f32);
-        let (weights, adam) = descent.parts();
-        adam.step(weights, &tensors, loss.clone().backward(), annealed(4e-3, step, schedule.soft[0]));
-        if step % LOOK.0 == LOOK.0 - 1 || step + 1 == schedule.soft[0] {
-            let errors = (f64::from(scalar(loss)), check(descent.weights()));
-            if descent.look(step + 1, errors, &bar, session) {
+/// Inverse scales of the variables as one row.
+fn inverse_scales(scales: &[f64], device: &Device) -> Tensor<2> {
+    let inverse: Vec<f32> = scales.iter().map(|s| (1.0 / s) as f32).collect();
+    Matrix::new(1, inverse.len(), inverse).tensor(device)
+}
+
+impl SoftDescent<'_> {
+    /// Trains on single steps, then on roll-outs; returns the best weights and their error.
+    pub(super) fn learn(&self) -> (Vec<Matrix>, f64) {
+        let device = Device::flex().autodiff();
+        let fresh = self.net.fresh(&mut Descent::draws(self.seed, usize::MAX));
+        let (weights, least) = self.single_steps(fresh, &device);
+        self.rollouts(weights, least, &device)
+    }
+
+    /// First stage: single steps between true states.
+    fn single_steps(&self, fresh: Vec<Matrix>, device: &Device) -> (Vec<Matrix>, f64) {
+        let Self { net, lessons, seed, schedule, check, session } = *self;
+        let steps = schedule.soft[0];
+        let weigh = inverse_scales(&lessons.stride, device);
+        let width = lessons.stride.len() as f32;
+        let stage = format!("soft steps {:04x}", seed & 0xffff);
+        let mut descent = Descent::new(&stage, fresh, f64::INFINITY, session);
+        let bar = session.bar(&stage, steps);
+        for step in descent.done()..steps {
+            if session.stopped() {
                 break;
             }
-        }
-    }
-    bar.finish();
-    let (weights, least) = descent.end(&stage, session);
-
-    let stage = format!("soft roll-outs {:04x}", seed & 0xffff);
-    let mut descent = Descent::new(&stage, weights, least, session);
-    let bar = session.bar(&stage, schedule.soft[1]);
-    let longest = lessons.training.iter().map(Vec::len).min().unwrap_or(2) - 1;
-    for step in descent.done()..schedule.soft[1] {
-        if session.stopped() {
-            break;
-        }
-        let mut rng = Descent::draws(seed ^ 1, step);
-        let horizon = HORIZONS[HORIZONS.len() * step / schedule.soft[1]].min(longest);
-        let from = lessons.draw(BATCH.1, horizon, &mut rng);
-        let tensors = leaves(descent.weights(), &device);
-        let mut x = lessons.rows(&from, &device);
-        let mut loss = Tensor::<1>::zeros([1], &device);
-        for k in 1..=horizon {
-            let (next, owed) = net.turn(&tensors, x);
-            let due: Vec<_> = from.iter().map(|&(p, n)| (p, n + k)).collect();
-            let miss =
-                modulus((next.clone() - lessons.rows(&due, &device)) * spreads.clone()) * (1.0 / width);
-            loss = loss + miss + owed.sum() * (PENALTY * 1e-2);
-            x = next;
-        }
-        let loss = loss * (1.0 / (horizon * BATCH.1) as f32);
-        let (weights, adam) = descent.parts();
-        adam.step(weights, &tensors, loss.clone().backward(), annealed(5e-4, step, schedule.soft[1]));
-        if step % LOOK.1 == LOOK.1 - 1 || step + 1 == schedule.soft[1] {
-            let errors = (f64::from(scalar(loss)), check(descent.weights()));
-            if descent.look(step + 1, errors, &bar, session) {
-                break;
+            let mut rng = Descent::draws(seed, step);
+            let from = lessons.draw(STEP_BATCH, 1, &mut rng);
+            let to: Vec<_> = from.iter().map(|&(p, n)| (p, n + 1)).collect();
+            let tensors = leaves(descent.weights(), device);
+            let (miss, owed) = net.miss(&tensors, lessons.rows(&from, device), lessons.rows(&to, device));
+            let weighed = modulus(miss * weigh.clone()) * (1.0 / width);
+            let loss = (weighed + owed.sum() * PENALTY) * (1.0 / STEP_BATCH as f32);
+            let (weights, adam) = descent.parts();
+            adam.step(weights, &tensors, loss.clone().backward(), annealed(4e-3, step, steps));
+            if looks_at(step, STEP_LOOK, steps) {
+                let errors = (f64::from(scalar(loss)), check(descent.weights()));
+                if descent.look(step + 1, errors, &bar, session) {
+                    break;
+                }
             }
         }
+        bar.finish();
+        descent.end(&stage, session)
     }
-    bar.finish();
-    descent.end(&stage, session)
+
+    /// Second stage: roll-outs of growing length, from `weights` with the error `least`.
+    fn rollouts(&self, weights: Vec<Matrix>, least: f64, device: &Device) -> (Vec<Matrix>, f64) {
+        let Self { net, lessons, seed, schedule, check, session } = *self;
+        let steps = schedule.soft[1];
+        let spreads = inverse_scales(&lessons.spread, device);
+        let width = lessons.stride.len() as f32;
+        let stage = format!("soft roll-outs {:04x}", seed & 0xffff);
+        let mut descent = Descent::new(&stage, weights, least, session);
+        let bar = session.bar(&stage, steps);
+        let longest = lessons.training.iter().map(Vec::len).min().unwrap_or(2) - 1;
+        for step in descent.done()..steps {
+            if session.stopped() {
+                break;
+            }
+            let mut rng = Descent::draws(seed ^ 1, step);
+            let horizon = HORIZONS[HORIZONS.len() * step / steps].min(longest);
+            let from = lessons.draw(ROLLOUT_BATCH, horizon, &mut rng);
+            let tensors = leaves(descent.weights(), device);
+            let mut x = lessons.rows(&from, device);
+            let mut loss = Tensor::<1>::zeros([1], device);
+            for k in 1..=horizon {
+                let (next, owed) = net.turn(&tensors, x);
+                let due: Vec<_> = from.iter().map(|&(p, n)| (p, n + k)).collect();
+                let miss = modulus((next.clone() - lessons.rows(&due, device)) * spreads.clone());
+                loss = loss + miss * (1.0 / width) + owed.sum() * (PENALTY * 1e-2);
+                x = next;
+            }
+            let loss = loss * (1.0 / (horizon * ROLLOUT_BATCH) as f32);
+            let (weights, adam) = descent.parts();
+            adam.step(weights, &tensors, loss.clone().backward(), annealed(5e-4, step, steps));
+            if looks_at(step, ROLLOUT_LOOK, steps) {
+                let errors = (f64::from(scalar(loss)), check(descent.weights()));
+                if descent.look(step + 1, errors, &bar, session) {
+                    break;
+                }
+            }
+        }
+        bar.finish();
+        descent.end(&stage, session)
+    }
 }

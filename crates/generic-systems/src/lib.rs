@@ -1,12 +1,12 @@
-//! Any closed system from its trajectories: the exact net and the soft one, beside a published net's weights.
+//! Networks of GENERIC form for any closed system, learnt from its trajectories: exact, soft, and published weights.
 //!
 //! ```text
 //! npz --dataset--> states --form--> what is known --squares--> exact (energy, operators)
 //!                                                 --learn----> soft
 //!                                   exact, soft, published --judge--> figures --report--> page
 //! ```
-//! This is the trainer of the glass without the glass: no camera, no port, the state itself in place of latents. It
-//! holds the two forms of GENERIC against each other on data that others have published.
+//! There is no camera, no port and no latent: the network sees the state itself. [`train`] is the entry point. It compares
+//! the two forms of GENERIC on data sets that others have published.
 
 mod dataset;
 mod energy;
@@ -31,7 +31,7 @@ use dataset::Frame;
 use exact::Exact;
 use form::Form;
 use judge::Judged;
-use learn::{Lessons, learn};
+use learn::{Lessons, SoftDescent};
 use meniscus_optim::progress::{Checkpoints, Curve, Session};
 use meniscus_optim::weights::Matrix;
 use nalgebra::DVector;
@@ -42,14 +42,14 @@ use std::sync::atomic::AtomicBool;
 /// Of the trajectories that are learnt from, every so manieth is held back to choose by.
 const CHOOSING: usize = 8;
 
-/// What to train and how.
+/// Inputs of a training beside its data.
 #[derive(Clone, Debug)]
 pub struct Options {
     /// Seed of everything that is drawn.
     pub seed: u64,
-    /// How long.
+    /// Length of the training.
     pub schedule: Schedule,
-    /// What the variables are.
+    /// Kinds of the variables.
     pub kinds: Kinds,
     /// Whether L is learnt although the file says one.
     pub loose: bool,
@@ -61,14 +61,14 @@ pub struct Options {
     pub checkpoints: Option<Checkpoints>,
 }
 
-/// What came out.
+/// Trained networks and their figures.
 #[derive(Clone, Debug)]
 pub struct Outcome {
     /// The trajectories.
     pub data: Dataset,
     /// Names of the variables.
     pub names: Vec<String>,
-    /// Which of them move.
+    /// Whether each of them moves.
     pub moving: Vec<bool>,
     /// The nets, the published one first, the exact one last.
     pub figures: Vec<Figures>,
@@ -76,7 +76,7 @@ pub struct Outcome {
     pub weights: Vec<(&'static str, Matrix)>,
     /// mean and scale of the states: x = (z - mean) / scale.
     pub frame: [Vec<f64>; 2],
-    /// How the stages learnt.
+    /// Errors of every stage over its steps.
     pub curves: Vec<Curve>,
 }
 
@@ -84,7 +84,7 @@ impl Outcome {
     /// The exact net as a safetensors file: its weights by name, `mean` and `scale` of the states, all float32.
     ///
     /// # Errors
-    /// What the format says; with names as they are it does not.
+    /// [`safetensors::SafeTensorError`] of the format; with these names there is none.
     pub fn safetensors(&self) -> Result<Vec<u8>, safetensors::SafeTensorError> {
         let row = |v: &Vec<f64>| Matrix::new(1, v.len(), v.iter().map(|&v| v as f32).collect());
         let frame = ["mean", "scale"].into_iter().zip(self.frame.iter().map(row));
@@ -129,9 +129,15 @@ pub fn train(
         tries.min_by(|a, b| a.1.total_cmp(&b.1)).map(|(weights, _)| weights).unwrap_or_default()
     };
     let weights = best(&|seed| squares::learn(&form, &lessons, seed, options.schedule, &session));
-    let soft_weights = options
-        .soft
-        .then(|| best(&|seed| learn(&soft, &lessons, seed, options.schedule, &soft_error, &session)));
+    let soft_descent = |seed| SoftDescent {
+        net: &soft,
+        lessons: &lessons,
+        seed,
+        schedule: options.schedule,
+        check: &soft_error,
+        session: &session,
+    };
+    let soft_weights = options.soft.then(|| best(&|seed| soft_descent(seed).learn()));
     let row: Vec<f64> = weights.iter().flat_map(|m| &m.values).map(|&v| f64::from(v)).collect();
 
     let mut judged: Vec<Judged<'_>> = published.map(Judged::Published).into_iter().collect();
@@ -193,7 +199,7 @@ fn lessons(data: &Dataset, frame: &Frame) -> Lessons {
     }
 }
 
-/// What tells a training from another: its data, its seed and its schedule.
+/// Digest of the data, the seed and the schedule: a checkpoint goes on in the training that wrote it alone.
 fn fingerprint(data: &Dataset, options: &Options) -> u32 {
     let mut digest = meniscus::blob::CRC.digest();
     for z in data.paths.iter().flatten() {

@@ -1,4 +1,4 @@
-//! What is learnt of L and of friction: a perceptron of what the energy sees, tanh after either hidden layer.
+//! Learnt parts of L and of friction: a perceptron of the features of the energy, tanh after either hidden layer.
 //!
 //! ```text
 //! (l, c) = V3 tanh(V2 tanh(V1 f + c1) + c2) + c3         f halfway along the step
@@ -18,7 +18,7 @@ pub(super) struct Operators {
     layers: [(DMatrix<f64>, DVector<f64>); 3],
 }
 
-/// What it says of one state, with its hidden layers.
+/// Output at one state, with the hidden layers.
 pub(super) struct Said {
     hidden: [DVector<f64>; 2],
     /// l and c.

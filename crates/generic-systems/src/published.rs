@@ -24,7 +24,7 @@ pub struct Published {
     pub(super) dt_s: f64,
 }
 
-/// What the net says of one state.
+/// Output of the net at one state.
 #[derive(Clone, Debug)]
 pub struct Said {
     /// DE.
@@ -70,7 +70,7 @@ impl Published {
             return Err(archive.refuse("std", format!("{n} positive numbers are due")));
         }
         let mut square = |name: &str| -> Result<DMatrix<f64>, DatasetError> {
-            let found = archive.matrix(name, (n, n))?;
+            let found = archive.matrix(name, n, n)?;
             found.ok_or_else(|| DatasetError::Missing(path.into(), name.into()))
         };
         let (skew, friction) = (square("L")?, square("M")?);
@@ -83,7 +83,7 @@ impl Published {
         self.mean.len()
     }
 
-    /// What the net says of the scaled state `z`.
+    /// Output of the net at the scaled state `z`.
     #[must_use]
     pub fn say(&self, z: &DVector<f64>) -> Said {
         let (n, last) = (z.len(), self.layers.len() - 1);

@@ -134,7 +134,7 @@ pub fn rollouts_png(outcome: &Outcome, path: &Path) -> Result<(), PictureError> 
     };
     let errors: Vec<Line<'_>> =
         outcome.figures.iter().map(|f| (over_time(f), colour(f.name), f.name)).collect();
-    panel(&panels[0], ("error of all test trajectories", "relative, %"), &errors, true)?;
+    panel(&panels[0], "error of all test trajectories", "relative, %", &errors, true)?;
     let Some(&first) = outcome.data.test.first() else { return Ok(area.present()?) };
     for (&k, area) in shown.iter().zip(&panels[1..]) {
         let of = |path: &[nalgebra::DVector<f64>]| {
@@ -142,14 +142,15 @@ pub fn rollouts_png(outcome: &Outcome, path: &Path) -> Result<(), PictureError> 
         };
         let mut lines: Vec<Line<'_>> = vec![(of(&outcome.data.paths[first]), GREY, "truth")];
         lines.extend(outcome.figures.iter().map(|f| (of(&f.paths[0]), colour(f.name), f.name)));
-        panel(area, (&format!("trajectory {first}"), &outcome.names[k]), &lines, false)?;
+        panel(area, &format!("trajectory {first}"), &outcome.names[k], &lines, false)?;
     }
     Ok(area.present()?)
 }
 
 fn panel(
     area: &DrawingArea<BitMapBackend<'_>, plotters::coord::Shift>,
-    (title, y): (&str, &str),
+    title: &str,
+    y: &str,
     lines: &[Line<'_>],
     named: bool,
 ) -> Result<(), PictureError> {

@@ -95,7 +95,7 @@ impl Soft {
         layers(&[n, wide, wide, wide, 2 * n + lower + triangle], rng)
     }
 
-    /// What the step from `x` misses of `y`, and what it owes to the laws, a number a row.
+    /// Error of the step from `x` against `y`, and the violation of the laws, a number a row.
     pub(super) fn miss(&self, w: &[Tensor<2>], x: Tensor<2>, y: Tensor<2>) -> (Tensor<2>, Tensor<2>) {
         let (end, owed) = self.turn(w, x);
         (y - end, owed)

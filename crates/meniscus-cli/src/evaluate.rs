@@ -9,7 +9,7 @@ use meniscus_platform::files::write_whole;
 use meniscus_report::checks::table;
 use std::path::PathBuf;
 
-/// Hold a model against liquids that it was not trained on, before and after correction.
+/// Evaluate a model on liquids that it was not trained on, before and after correction.
 ///
 /// For each liquid the model sees a recording through the simulated camera (depth noise 2 mm), is corrected
 /// by other recordings' free surfaces, and sees the first one again. Water, butter and blood are moved

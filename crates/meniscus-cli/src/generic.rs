@@ -1,4 +1,4 @@
-//! `meniscus generic`: a closed system from its trajectories, exact and soft side by side.
+//! `meniscus generic`: networks of a closed system from its trajectories, exact and soft side by side.
 
 use super::stop::watched;
 use anyhow::{Context, ensure};
@@ -35,8 +35,8 @@ use std::time::Instant;
 ///     --points q1x,q1y:q2x,q2y --momenta p1x,p1y:p2x,p2y --entropies s1,s2
 ///
 /// One in eight of the trajectories that are learnt from is held back to choose by. With --soft a net whose laws are
-/// only asked for by its loss learns the same; --weights replays a published net (W0, b0, .., mean, std, L, M, dt)
-/// and holds the exact one against it.
+/// a penalty in its loss alone learns the same; --weights replays a published net (W0, b0, .., mean, std, L, M, dt)
+/// and compares the exact one with it.
 ///
 /// Into --out go report.md, rollouts.png, learnt.png, and net.safetensors: the exact net's weights by name
 /// (docs/formats.md). Ctrl-C ends every stage with its best so far; --resume goes on from there.
@@ -64,7 +64,7 @@ pub(crate) struct Arguments {
     /// Learn L beyond what the file says of it
     #[arg(long)]
     learn_l: bool,
-    /// Also train a net whose laws are only asked for by its loss
+    /// Also train a net whose laws are a penalty in its loss alone
     #[arg(long)]
     soft: bool,
     /// A short schedule, about a minute, to see whether the file will do

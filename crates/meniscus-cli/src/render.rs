@@ -93,13 +93,13 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
 
     let bar = ProgressBar::new(frames.len() as u64);
     bar.set_style(ProgressStyle::with_template("frames {wide_bar} {pos}/{len}, {eta} left")?);
-    let moving = animation((frames.len(), rate), arguments.width, |k| {
+    let moving = animation(frames.len(), rate, arguments.width, |k| {
         bar.inc(1);
         film.frame(frames[k], SIZE)
     })?;
     bar.finish_and_clear();
     let still = film.crest();
-    let crest = animation((1, rate), SIZE.0, |_| film.frame(still, SIZE))?;
+    let crest = animation(1, rate, SIZE.0, |_| film.frame(still, SIZE))?;
     for (name, bytes) in [("film.png", moving), ("crest.png", crest)] {
         let path = arguments.out.join(name);
         write_whole(&path, &bytes)?;

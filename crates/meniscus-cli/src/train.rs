@@ -7,7 +7,7 @@ use super::stop::watched;
 use anyhow::Context;
 use meniscus_data::recording::Recording;
 use meniscus_learn::evaluate::unseen;
-use meniscus_learn::{Options, Schedule, Trained, curves_png, measured_again, train};
+use meniscus_learn::{Hyperparameters, Options, Schedule, Trained, curves_png, measured_again, train};
 use meniscus_optim::progress::Checkpoints;
 use meniscus_platform::files::write_whole;
 use meniscus_report::checks::table;
@@ -15,22 +15,23 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
-/// Learns a liquid from recordings and writes the weight blob that the camera side runs.
+/// Trains a model of a liquid on recordings and writes the weight blob that the camera side runs.
 ///
-/// Five parts are learnt, in this order: a basis of every field (POD), a joint autoencoder down to
-/// thirteen latents, the GRU that reads the latents from noisy surface profiles, the GENERIC step that
-/// carries them through time, and what the two miss, by which the filter joins them. Every choice is made on
-/// the validation recordings; --test names a recording that neither has seen, for figures that nothing was chosen by.
+/// The stages are, in this order: a basis of every field (POD), a joint autoencoder down to thirteen latents, a GRU encoder
+/// that reads the latents from noisy surface profiles, the GENERIC step that predicts them, and the error model by which the
+/// filter joins the two. Every choice is made on the validation recordings. --test names a held-out recording for figures
+/// that nothing was chosen by.
 ///
 /// Errors are relative to the slosh itself (slosh-rel = |z - zhat| / |z - z_rest|): a surface that is
-/// called flat scores 100 %. Ctrl-C ends every part with its best so far and keeps checkpoints beside the
-/// blob; a second one gives up. The errors of every part over its steps go to a picture beside the blob.
+/// called flat scores 100 %. Ctrl-C ends every stage with its best so far and keeps checkpoints beside the
+/// blob; a second one gives up. The errors of every stage over its steps go to a picture beside the blob. --json also gives
+/// the seed, the metric and the checkpoint of every stage, and all hyperparameters.
 ///
-/// --repeat 5 trains five times from five seeds, writes the blob that did best on the validation recordings, and tells
-/// of every figure the mean, the standard deviation and the worst; the table goes beside the blob as FILE.md.
+/// --repeat 5 trains five times from five seeds and writes the blob that did best on the validation recordings. A table
+/// with the mean, the standard deviation and the worst of every figure goes beside the blob as FILE.md.
 ///
-/// --intervals-of BLOB trains nothing: it measures again, on the recordings of --validate, what the estimates of BLOB miss
-/// and how wide their intervals must be, and writes it to --out with that.
+/// --intervals-of BLOB trains nothing: it measures the errors and the intervals of BLOB again on the recordings of
+/// --validate, and writes the blob with them to --out.
 #[derive(clap::Args, Debug)]
 pub(crate) struct Arguments {
     /// Recordings to learn from: files, or a folder, which stands for its train-*.safetensors
@@ -48,17 +49,17 @@ pub(crate) struct Arguments {
     /// Seed of everything that is drawn; the same seed and recordings give the same blob
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// Also train the paper's net, whose laws are only asked for by its loss, and report both side by side
+    /// Also train the paper's net, whose laws are a penalty in its loss alone, and report both side by side
     #[arg(long)]
     soft: bool,
     /// Also train the paper's five sparse autoencoders, one a field group, and report what each keeps of thirteen
     /// latents beside the joint one
     #[arg(long)]
     sparse: bool,
-    /// A recording that nothing is learnt from or chosen by: the camera looks at it, and the model is held against it
+    /// A held-out recording: the rendered camera films it, and the model is compared with its truth
     #[arg(long, value_name = "FILE")]
     test: Option<PathBuf>,
-    /// Train from this many seeds, --seed and those after it, and tell mean and spread of every figure
+    /// Train from this many seeds, --seed and those after it, and report mean and spread of every figure
     #[arg(long, default_value_t = 1, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=100))]
     repeat: u64,
     /// Train nothing, but measure the intervals of this blob again on the recordings of --validate
@@ -91,7 +92,13 @@ pub(crate) fn run(args: &Arguments) -> anyhow::Result<()> {
     } else {
         let trained = once(args, &data, args.seed, &folder, stop)?;
         let picture = write(args, &trained)?;
-        serde_json::json!({ "bytes": trained.blob.len(), "curves": picture, "checks": trained.checks })
+        serde_json::json!({
+            "bytes": trained.blob.len(),
+            "curves": picture,
+            "checks": trained.checks,
+            "stages": trained.stages,
+            "hyperparameters": hyperparameters(args),
+        })
     };
     let broken_off = stop.load(Ordering::Relaxed);
     if !broken_off {
@@ -131,14 +138,19 @@ fn intervals(args: &Arguments, blob: &Path) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// What is learnt from, chosen by, and neither.
+/// Training, validation and held-out recordings.
 struct Data {
     training: Vec<Recording>,
     validation: Vec<Recording>,
     test: Option<Recording>,
 }
 
-/// One training from `seed` with its checkpoints in `folder`, and what the test recording says of it.
+/// Hyperparameters of the training: the short schedule or the full one, and the values of the shipped models.
+fn hyperparameters(args: &Arguments) -> Hyperparameters {
+    Hyperparameters::with_schedule(if args.quick { Schedule::QUICK } else { Schedule::FULL })
+}
+
+/// One training from `seed` with its checkpoints in `folder`, and its figures on the test recording.
 fn once(
     args: &Arguments,
     data: &Data,
@@ -150,7 +162,7 @@ fn once(
         .with_context(|| format!("{}: no place for checkpoints", folder.display()))?;
     let options = Options {
         seed,
-        schedule: if args.quick { Schedule::QUICK } else { Schedule::FULL },
+        hyperparameters: hyperparameters(args),
         soft: args.soft,
         sparse: args.sparse,
         quiet: args.json,
@@ -172,7 +184,7 @@ fn write(args: &Arguments, trained: &Trained) -> anyhow::Result<PathBuf> {
     curves_png(&trained.curves, &picture)?;
     if !args.json {
         print!("{}", table(&trained.checks));
-        println!("{}: how it learnt", picture.display());
+        println!("{}: learning curves", picture.display());
     }
     Ok(picture)
 }

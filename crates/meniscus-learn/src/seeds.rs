@@ -5,7 +5,7 @@ use std::fmt::Write;
 
 /// One figure over the seeds.
 #[derive(Clone, Debug)]
-pub struct Spread {
+pub struct SeedSpread {
     /// The figure as the first seed gave it: its name, unit and target.
     pub figure: Check,
     /// Its value from every seed; NaN where it could not be measured.
@@ -20,13 +20,13 @@ pub struct Spread {
 
 /// Every figure of `runs`, one run a seed, that all of them have, in the order of the first.
 #[must_use]
-pub fn over_seeds(runs: &[Vec<Check>]) -> Vec<Spread> {
+pub fn over_seeds(runs: &[Vec<Check>]) -> Vec<SeedSpread> {
     let first = runs.first().map(Vec::as_slice).unwrap_or_default();
     first.iter().filter_map(|figure| spread(figure, runs)).collect()
 }
 
 /// mean = sum x / n,  deviation^2 = sum (x - mean)^2 / (n - 1)
-fn spread(figure: &Check, runs: &[Vec<Check>]) -> Option<Spread> {
+fn spread(figure: &Check, runs: &[Vec<Check>]) -> Option<SeedSpread> {
     let of = |run: &Vec<Check>| run.iter().find(|check| check.name == figure.name).cloned();
     let same: Vec<Check> = runs.iter().map(of).collect::<Option<_>>()?;
     let values: Vec<f64> = same.iter().map(|check| check.value.unwrap_or(f64::NAN)).collect();
@@ -37,11 +37,11 @@ fn spread(figure: &Check, runs: &[Vec<Check>]) -> Option<Spread> {
     let bad = |x: f64| if x.is_nan() { f64::INFINITY } else { figure.badness(x) };
     let worst = values.iter().copied().max_by(|a, b| bad(*a).total_cmp(&bad(*b)))?;
     let deviation = (square / (n - 1.0).max(1.0)).sqrt();
-    Some(Spread { figure: figure.clone(), values, mean, deviation, worst })
+    Some(SeedSpread { figure: figure.clone(), values, mean, deviation, worst })
 }
 
-impl Spread {
-    /// The three as checks: NAME_mean and NAME_worst against the figure's target, NAME_sd told.
+impl SeedSpread {
+    /// The three as checks: NAME_mean and NAME_worst against the figure's target, NAME_sd for information.
     #[must_use]
     pub fn checks(&self) -> [Check; 3] {
         let name = |what: &str| format!("{}_{what}", self.figure.name);
@@ -55,7 +55,7 @@ impl Spread {
 
 /// The table of `spreads` in Markdown, a column a seed; `command` made them.
 #[must_use]
-pub fn markdown(spreads: &[Spread], seeds: &[u64], command: &str) -> String {
+pub fn markdown(spreads: &[SeedSpread], seeds: &[u64], command: &str) -> String {
     let mut page = format!(
         "`{command}`, meniscus {}.\n\nOf every figure the mean over {} seeds, its standard deviation, the worst, and \
          what each seed gave. MISSED: the worst misses the target.\n\n| figure | unit | target | mean | deviation | \

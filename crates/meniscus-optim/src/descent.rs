@@ -1,10 +1,10 @@
 //! One optimisation from its first step to its last: weights, Adam, the best so far, the curve, and the file
 //! from which all of it goes on after a break.
 //!
-//! What a step draws follows from the seed and the number of the step alone, so that a resumed run is the
+//! The random numbers of a step follow from the seed and the number of the step alone, so that a resumed run is the
 //! same run.
 
-use super::progress::{Bar, Session};
+use super::progress::{Bar, LookAt, Session};
 use super::weights::{Adam, Matrix};
 use crate::seed::derive_seed;
 use meniscus_platform::files::write_whole;
@@ -17,9 +17,6 @@ use std::time::{Duration, Instant};
 /// Time between two checkpoints.
 const EVERY: Duration = Duration::from_secs(10);
 
-/// One look: the step, and the relative errors on training and validation data.
-pub type LookAt = (u32, f64, f64);
-
 /// An optimisation.
 #[derive(Debug)]
 pub struct Descent {
@@ -29,7 +26,7 @@ pub struct Descent {
     saved: Instant,
 }
 
-/// What a checkpoint holds.
+/// Content of a checkpoint.
 #[derive(Debug, Serialize, Deserialize)]
 struct State {
     done: usize,
@@ -76,7 +73,7 @@ impl Descent {
         &self.state.weights
     }
 
-    /// What step `step` draws from.
+    /// Random numbers of step `step`.
     #[must_use]
     pub fn draws(seed: u64, step: usize) -> ChaCha8Rng {
         ChaCha8Rng::seed_from_u64(derive_seed(seed, step as u64))
@@ -87,16 +84,11 @@ impl Descent {
         (&mut self.state.weights, &mut self.state.adam)
     }
 
-    /// Takes a look after `done` steps: keeps the weights if they are the best so far, shows and notes the
-    /// errors, and writes a checkpoint when it is time or the user asks to stop. Says whether to stop.
-    pub fn look(
-        &mut self,
-        done: usize,
-        (training, validation): (f64, f64),
-        bar: &Bar,
-        session: &Session<'_>,
-    ) -> bool {
-        let state = &mut self.state;
+    /// Takes the relative errors on training and validation data after `done` steps: keeps the weights if they are the
+    /// best so far, shows and notes the errors, and writes a checkpoint when it is time or the user asks to stop.
+    /// Returns whether to stop.
+    pub fn look(&mut self, done: usize, errors: (f64, f64), bar: &Bar, session: &Session<'_>) -> bool {
+        let ((training, validation), state) = (errors, &mut self.state);
         state.done = done;
         if validation < state.least {
             (state.best, state.least) = (state.weights.clone(), validation);

@@ -1,4 +1,4 @@
-//! What steps do to the two laws, in numbers that mean the same for every step of GENERIC form.
+//! Measures of the two laws over steps, in numbers that mean the same for every step of GENERIC form.
 //!
 //! ```text
 //! drift = |dE . dz| / (|dE| |dz|)     dz: what a closed step does to the whole state; 0 where energy is kept
@@ -29,7 +29,7 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
 
 impl Laws {
     /// Takes a closed step by `dz` where energy and entropy change by `de` and `ds` a unit.
-    pub fn step(&mut self, (de, ds): (&[f64], &[f64]), dz: &[f64]) {
+    pub fn step(&mut self, de: &[f64], ds: &[f64], dz: &[f64]) {
         let size = (dot(de, de) * dot(dz, dz)).sqrt().max(f64::MIN_POSITIVE);
         self.drift += (dot(de, dz) / size).powi(2);
         self.falls += u32::from(dot(ds, dz) < 0.0);

@@ -1,12 +1,14 @@
-//! What the user sees while training runs, how it is asked to stop, and where it goes on from.
+//! Session of a training: bars and curves, the stop flag, the folder of the checkpoints.
 
-use super::descent::LookAt;
 use indicatif::{MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// The errors of a stage as it learnt.
+/// One look at a stage: the step, and the relative errors on training and validation data.
+pub type LookAt = (u32, f64, f64);
+
+/// Errors of a stage over its steps.
 #[derive(Clone, Debug)]
 pub struct Curve {
     /// The stage.
@@ -64,7 +66,7 @@ impl<'a> Session<'a> {
         self.checkpoints.as_ref().is_some_and(|kept| kept.resume)
     }
 
-    /// What tells this training from another.
+    /// Digest that distinguishes this training from another.
     pub(super) fn fingerprint(&self) -> u32 {
         self.fingerprint
     }
@@ -121,6 +123,12 @@ impl Bar {
     pub fn finish(&self) {
         self.0.abandon();
     }
+}
+
+/// Whether the weights are validated after `step` of `steps`: every `every` steps, and after the last.
+#[must_use]
+pub fn looks_at(step: usize, every: usize, steps: usize) -> bool {
+    step % every == every - 1 || step + 1 == steps
 }
 
 /// Learning rate that falls from `first` to a fiftieth of it along half a cosine.

@@ -157,7 +157,8 @@ impl<'r, 'm> Film<'r, 'm> {
 /// # Errors
 /// [`FilmError`], of a frame or of the file.
 pub fn animation(
-    (count, rate): (usize, u16),
+    count: usize,
+    rate: u16,
     width: u32,
     mut frame: impl FnMut(usize) -> Result<Vec<u8>, FilmError>,
 ) -> Result<Vec<u8>, FilmError> {
@@ -205,7 +206,7 @@ mod tests {
     #[test]
     fn an_animation_has_its_frames_and_their_time() {
         let frame = |k: usize| Ok(vec![40 * k as u8; (3 * SIZE.0 * SIZE.1) as usize]);
-        let bytes = animation((3, 20), SIZE.0, frame).expect("three frames");
+        let bytes = animation(3, 20, SIZE.0, frame).expect("three frames");
         let mut reader = png::Decoder::new(std::io::Cursor::new(&bytes)).read_info().expect("a PNG");
         assert_eq!(reader.info().animation_control().map(|control| control.num_frames), Some(3));
         let mut pixels = vec![0; (3 * SIZE.0 * SIZE.1) as usize];
@@ -220,7 +221,7 @@ mod tests {
     #[test]
     fn a_narrow_film_keeps_colours_and_proportion() {
         let frame = |_: usize| Ok([17, 119, 255].repeat((SIZE.0 * SIZE.1) as usize));
-        let bytes = animation((2, 10), 600, frame).expect("two frames");
+        let bytes = animation(2, 10, 600, frame).expect("two frames");
         let mut reader = png::Decoder::new(std::io::Cursor::new(&bytes)).read_info().expect("a PNG");
         assert_eq!((reader.info().width, reader.info().height), (600, 380));
         let mut pixels = vec![0; 3 * 600 * 380];

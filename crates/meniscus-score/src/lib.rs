@@ -1,4 +1,11 @@
-//! Errors of a run against the recording that it watched, the baselines beside them, the report of a run, and a film.
+//! Errors of a run against the recording that it watched, with baselines beside them, the report of a run, and a film.
+//!
+//! ```text
+//! recording --camera, turns--> estimates --score--> Score (surface, field, coverage)
+//!    '--------baseline--> flat surface, last frame, linear model with the true motion
+//!    '--------film--> animated PNG of estimate and truth
+//! ```
+//! [`score::score`] is the entry point; [`baseline::linear_with_motion`] gives it the linear baseline.
 
 pub mod baseline;
 pub mod film;

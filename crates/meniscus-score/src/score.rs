@@ -1,4 +1,4 @@
-//! How far a run was from the truth of its recording, beside what trivial estimates would score.
+//! Errors of a run against the truth of its recording, beside those of trivial estimates.
 //!
 //! ```text
 //! slosh-rel  = |z - estimate| / |z - z_rest|     norms over points and frames; a flat surface scores 1
@@ -52,7 +52,7 @@ impl SurfaceError {
     }
 }
 
-/// How often the truth lay within an interval.
+/// Count of the truths that lay within an interval.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Held {
     inside: u64,
@@ -145,7 +145,7 @@ pub fn score(
         score.linear.add(truth, driven, rest_m);
         sums.add(model, recording, frame, estimate);
         if let Some((_, before)) = before.filter(|(earlier, _)| earlier + 1 == frame) {
-            sums.add_late(model, recording, frame - 1, (before, estimate));
+            sums.add_late(model, recording, frame - 1, before, estimate);
         }
         before = Some((frame, estimate));
         score.frames += 1;
@@ -206,7 +206,8 @@ impl FieldSums {
         model: &Model<'_>,
         recording: &Recording,
         frame: usize,
-        (before, now): (&Estimate, &Estimate),
+        before: &Estimate,
+        now: &Estimate,
     ) {
         let range = group_range(STRESS_GROUP);
         recording.state(frame, &mut self.truth);

@@ -109,7 +109,7 @@ fn slopes_are_exact_along_every_passage() {
     assert!((&once - &twice).norm() < 1e-12 * (1.0 + once.norm()));
 }
 
-/// What training is told of every weight is what the flow does.
+/// The derivatives by every weight are those of the flow.
 #[test]
 fn pulls_are_slopes_of_the_flow() {
     for bodies in [true, false] {

@@ -1,6 +1,6 @@
 //! `meniscus train --repeat N`: the same training from N seeds, and what of its figures is chance.
 
-use super::{Arguments, Data, beside, command, once, write};
+use super::{Arguments, Data, beside, command, hyperparameters, once, write};
 use meniscus_learn::Trained;
 use meniscus_learn::seeds::{markdown, over_seeds};
 use meniscus_platform::files::write_whole;
@@ -54,5 +54,7 @@ pub(super) fn run(args: &Arguments, data: &Data, folder: &Path, stop: &AtomicBoo
         "best_seed": seeds[best],
         "checks": checks,
         "seeds": by_seed,
+        "stages": runs[best].stages,
+        "hyperparameters": hyperparameters(args),
     }))
 }

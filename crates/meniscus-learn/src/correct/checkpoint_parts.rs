@@ -1,14 +1,18 @@
-//! A blob taken apart into what a correction changes and what it does not, and put together again.
+//! Blob taken apart into trainable weights and the rest, and put together again.
 
 use super::{Correction, Sightings};
-use crate::correct::residual_covariance::Misses;
-use crate::correct::trainable_model::{DYNAMICS, GAIN, GRU, HEAD, Surface};
-use crate::correct::training_window::Lesson;
-use crate::filter::settle;
-use crate::reference_step::{Dynamics, Square};
-use crate::spread::transition;
-use crate::unrolled::{dynamics_of, rounded, weights_of};
-use crate::{TrainError, fit, parts};
+use crate::TrainError;
+use crate::blob_text::fitting;
+use crate::calibration::blob_parts as parts;
+use crate::calibration::error_model::transition;
+use crate::correct::parameters::ResidualParameters;
+use crate::correct::residual_covariance::{FilterRun, ResidualCovariance};
+use crate::correct::surface_decoder::SurfaceDecoder;
+use crate::correct::trainable_model::{DYNAMICS, GAIN, GRU, HEAD};
+use crate::correct::training_window::TrainingWindow;
+use crate::operators::filter::settle;
+use crate::operators::reference_step::{Dynamics, Square};
+use crate::operators::unrolled::{dynamics_of, rounded, weights_of};
 use meniscus::blob::{Header, Model, Tensor as Name};
 use meniscus::latent::encoder::GRU_LAYERS;
 use meniscus::latent::generic::{LATENTS, Latent};
@@ -18,23 +22,23 @@ use meniscus_data::blob_file::{
 };
 use meniscus_optim::weights::Matrix;
 
-/// A blob taken apart into what a correction changes and what it does not.
-pub(super) struct Pupil {
+/// Blob taken apart into the weights that a correction changes and the rest.
+pub(super) struct CheckpointParts {
     header: Header,
     parts: Vec<Part>,
     frozen: Vec<Matrix>,
     /// The surface of the decoder.
-    pub(super) surface: Surface,
-    /// What step and decoder miss of the source liquid.
-    pub(super) misses: Misses,
+    pub(super) surface: SurfaceDecoder,
+    /// Residuals of step and decoder on the source liquid.
+    pub(super) residuals: ResidualCovariance,
     /// The floor of w.
     floor: f64,
     scale: meniscus::latent::window::Scale,
-    /// What Adam changes, in the order of `student`.
+    /// Weights that Adam changes, in the order of `trainable_model`.
     pub(super) weights: Vec<Matrix>,
 }
 
-impl Pupil {
+impl CheckpointParts {
     /// Takes `blob` apart.
     ///
     /// # Errors
@@ -65,35 +69,37 @@ impl Pupil {
             |name: Name| part(name).map(|p| p.values.iter().map(|&v| f64::from(v)).collect::<Vec<_>>());
         weights.extend(weights_of(&dynamics_from(&numbers, &matrix)?));
         weights.push(matrix(Name::Gain)?);
-        let surface = Surface::new(&parts).ok_or(missing.clone())?;
-        let misses = Misses::stated(&numbers(Name::ProcessSpread)?, &numbers(Name::SurfaceMisfit)?);
+        let surface = SurfaceDecoder::new(&parts).ok_or(missing.clone())?;
+        let residuals =
+            ResidualCovariance::stated(&numbers(Name::ProcessSpread)?, &numbers(Name::SurfaceMisfit)?);
         let floor = f64::from(factors::of(&parts).ok_or(missing.clone())?.weight_floor);
-        Ok(Self { header, frozen, surface, misses, floor, scale, weights, parts })
+        Ok(Self { header, frozen, surface, residuals, floor, scale, weights, parts })
     }
 
-    /// The lesson of a recording.
-    pub(super) fn lesson(&self, seen: &Sightings) -> Lesson {
-        Lesson::new(seen, &self.scale, &self.surface.rest, &self.frozen)
+    /// Training window of a recording.
+    pub(super) fn window(&self, seen: &Sightings) -> TrainingWindow {
+        TrainingWindow::new(seen, &self.scale, &self.surface.rest, &self.frozen)
     }
 
-    /// What step and decoder miss of `lessons` under `weights`, where the filter `stood` there.
-    pub(super) fn missed(&self, weights: &[Matrix], lessons: &[Lesson], stood: &[Vec<Latent>]) -> Misses {
-        self.misses.measured(
-            &rounded(&dynamics_of(&weights[DYNAMICS])),
-            (&self.surface, self.floor),
-            lessons,
-            stood,
-        )
+    /// Residuals of step and decoder under `weights` over `run`.
+    pub(super) fn measured_residuals(
+        &self,
+        weights: &[Matrix],
+        run: &FilterRun<'_>,
+        parameters: &ResidualParameters,
+    ) -> ResidualCovariance {
+        let dynamics = rounded(&dynamics_of(&weights[DYNAMICS]));
+        self.residuals.measured(&dynamics, &self.surface, self.floor, run, parameters)
     }
 
-    /// The blob with `weights` and `misses` in the place of what was there.
+    /// The blob with `weights` and `residuals` in the place of what was there.
     ///
     /// # Errors
     /// [`TrainError`], when a weight is not finite.
     pub(super) fn blob(
         &self,
         weights: &[Matrix],
-        misses: &Misses,
+        residuals: &ResidualCovariance,
         how: &Correction,
     ) -> Result<Vec<u8>, TrainError> {
         let mut parts = self.parts.clone();
@@ -123,11 +129,11 @@ impl Pupil {
         put(Name::Gain, gain.transpose().iter().map(|&v| v as f32).collect());
         let forward = transition(&dynamics).transpose();
         put(Name::Transition, forward.iter().map(|&v| v as f32).collect());
-        misses.put(&mut parts);
+        residuals.put(&mut parts);
         let mut header = self.header.clone();
-        header.liquid = fit(&how.liquid);
+        header.liquid = fitting(&how.liquid);
         header.model_version = header.model_version.saturating_add(1);
-        header.provenance = fit(&format!("{}; before: {}", how.command, self.header.provenance));
+        header.provenance = fitting(&format!("{}; before: {}", how.command, self.header.provenance));
         Ok(write::blob(header, &parts)?)
     }
 }

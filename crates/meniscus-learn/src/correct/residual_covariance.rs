@@ -1,4 +1,4 @@
-//! What the step and the decoder miss of the new liquid, from where the running filter stood.
+//! Residual covariance of step and decoder on the new liquid, from the states of the running filter.
 //!
 //! ```text
 //! c_n  = x^_n - step(x^_(n-1), u_n)            what the measurements of a frame moved the latents by
@@ -6,18 +6,19 @@
 //! d_i  = < (z_i - S_i(x^))^2 - rho r_i > / < w >,    rho = < (z - S(x^))^2 / r > where w is least
 //! ```
 //! with the w, Q, d and r of [`meniscus::uncertainty::error_model`], and Q_0 those of the source. Where a filter's covariances are right, what the
-//! measurements add to the state tells the covariance of what the step misses (Mehra, IEEE Trans. Automat. Control 17 (1972)
+//! measurements add to the state tells the covariance of the step's error (Mehra, IEEE Trans. Automat. Control 17 (1972)
 //! 693); what the measurements do not reach keeps a share of what the source missed there. A profile states its variance with
-//! care, 1 / rho times too large, and a decoder misses little of a surface near rest: what the liquid in motion stands off
+//! care, 1 / rho times too large, and a decoder has little error in a surface near rest: what the liquid in motion stands off
 //! by more than that is what its shapes have that the latents have not ([`meniscus::uncertainty::discrepancy`]). A glass is round, so that a
 //! point and its mirror image miss alike.
 //!
 //! A blob states Q / rho and d / rho, because only their ratio to the stated r matters to the filter, and the k of heights
 //! sqrt(rho) times, because the filter's P is then 1 / rho too large.
 
-use crate::correct::trainable_model::Surface;
-use crate::correct::training_window::Lesson;
-use crate::reference_step::{Dynamics, Square};
+use crate::correct::parameters::ResidualParameters;
+use crate::correct::surface_decoder::SurfaceDecoder;
+use crate::correct::training_window::TrainingWindow;
+use crate::operators::reference_step::{Dynamics, Square};
 use meniscus::blob::Tensor;
 use meniscus::latent::generic::Latent;
 use meniscus::latent::window::WINDOW;
@@ -26,24 +27,24 @@ use meniscus::uncertainty::discrepancy::LEAST_M2;
 use meniscus_data::blob_file::factors;
 use meniscus_data::blob_file::write::Part;
 
-/// K; chosen, as the next, on recordings of butter and water that a correction learns from.
-const MEASURED: f64 = 0.9;
-
-/// Share of the frames, those of least w, that rho is measured on.
-const STILL: f64 = 0.2;
-
-/// Bounds of rho.
-const CARE: [f64; 2] = [0.05, 1.0];
+/// Windows with the state of the running filter at each of their frames.
+#[derive(Clone, Copy)]
+pub(super) struct FilterRun<'a> {
+    /// Windows, one a recording.
+    pub(super) windows: &'a [TrainingWindow],
+    /// States, frame by frame, of the same recordings.
+    pub(super) states: &'a [Vec<Latent>],
+}
 
 /// Q, d and rho.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Misses {
+pub(super) struct ResidualCovariance {
     process: Square,
     heights: [f64; POINTS],
     rho: f64,
 }
 
-impl Misses {
+impl ResidualCovariance {
     /// As the source's blob states them: Q row by row, and d.
     pub(super) fn stated(process: &[f64], heights: &[f64]) -> Self {
         let mut of_points = [0.0; POINTS];
@@ -53,7 +54,7 @@ impl Misses {
 
     /// Q with the d and the rho of `other`: the filter that the next ones are measured on follows the heights as closely as
     /// the source's, or each would miss more than the last.
-    pub(super) fn following_like(&self, other: &Self) -> Self {
+    pub(super) fn with_heights_of(&self, other: &Self) -> Self {
         Self { process: self.process, ..*other }
     }
 
@@ -75,21 +76,27 @@ impl Misses {
         factors::change(parts, |of| of.surface.iter_mut().for_each(|k| *k *= care));
     }
 
-    /// Those of `lessons` under `dynamics`, whose liquid `stood` as the filter says; `self` are the source's.
+    /// Residuals over `run` under `dynamics`; `self` are the source's.
     pub(super) fn measured(
         &self,
         dynamics: &Dynamics,
-        (surface, floor): (&Surface, f64),
-        lessons: &[Lesson],
-        stood: &[Vec<Latent>],
+        surface: &SurfaceDecoder,
+        floor: f64,
+        run: &FilterRun<'_>,
+        parameters: &ResidualParameters,
     ) -> Self {
         let (mut frames, mut moved) = (Vec::new(), Square::zeros());
-        for (lesson, stood) in lessons.iter().zip(stood) {
-            let said = surface.heights(stood);
-            for n in WINDOW + 1..lesson.frames().min(stood.len()) {
-                let c = stood[n] - dynamics.turn(&stood[n - 1], f64::from(lesson.u[n])).x;
+        for (window, filter_states) in run.windows.iter().zip(run.states) {
+            let said = surface.heights(filter_states);
+            for n in WINDOW + 1..window.frames().min(filter_states.len()) {
+                let c = filter_states[n] - dynamics.turn(&filter_states[n - 1], f64::from(window.u[n])).x;
                 moved += c * c.transpose();
-                frames.push(Frame::new(lesson, &said, n, floor + dynamics.energy(&stood[n])));
+                frames.push(FrameResiduals::new(
+                    window,
+                    &said,
+                    n,
+                    floor + dynamics.energy(&filter_states[n]),
+                ));
             }
         }
         let weight: f64 = frames.iter().map(|frame| frame.w).sum();
@@ -98,7 +105,8 @@ impl Misses {
         if !(size > 0.0 && size.is_finite()) {
             return *self;
         }
-        let rho = rho(&mut frames);
+        let rho = rho(&mut frames, parameters);
+        let measured = parameters.measured_share;
         let misfit = |point: usize| {
             let pair = [point, POINTS - 1 - point];
             let points = || frames.iter().flat_map(|f| pair.map(|point| (f.w, f.points[point])));
@@ -108,75 +116,81 @@ impl Misses {
         };
         let mut heights = self.heights;
         heights.iter_mut().enumerate().for_each(|(point, d)| *d = d.max(misfit(point)));
-        Self { process: moved * MEASURED + self.process * ((1.0 - MEASURED) * size), heights, rho }
+        Self { process: moved * measured + self.process * ((1.0 - measured) * size), heights, rho }
     }
 }
 
 /// w of a frame, and (z - S)^2 and r of every height that was seen in it.
-struct Frame {
+struct FrameResiduals {
     w: f64,
     points: [Option<[f64; 2]>; POINTS],
 }
 
-impl Frame {
-    /// Frame `n` of `lesson`, where the decoder has `said` all heights over rest.
-    fn new(lesson: &Lesson, said: &[f32], n: usize, w: f64) -> Self {
+impl FrameResiduals {
+    /// Residuals of frame `n` of `window`, where the decoder has `said` all heights over rest.
+    fn new(window: &TrainingWindow, said: &[f32], n: usize, w: f64) -> Self {
         let point = |point: usize| {
             let at = n * POINTS + point;
-            let off = f64::from(lesson.height[at] - said[at]);
-            (lesson.seen[at] > 0.0).then_some([off * off, f64::from(lesson.noise[at]).max(LEAST_M2)])
+            let off = f64::from(window.height[at] - said[at]);
+            (window.seen[at] > 0.0).then_some([off * off, f64::from(window.noise[at]).max(LEAST_M2)])
         };
         Self { w, points: std::array::from_fn(point) }
     }
 }
 
 /// rho of `frames`, which it puts in the order of their w.
-fn rho(frames: &mut [Frame]) -> f64 {
+fn rho(frames: &mut [FrameResiduals], parameters: &ResidualParameters) -> f64 {
     frames.sort_by(|a, b| a.w.total_cmp(&b.w));
-    let still = &frames[..(STILL * frames.len() as f64) as usize];
+    let still = &frames[..(parameters.still_share * frames.len() as f64) as usize];
     let points = || still.iter().flat_map(|frame| frame.points.iter().flatten());
     let (sum, count) = (points().map(|[square, r]| square / r).sum::<f64>(), points().count());
-    let [least, most] = CARE;
+    let [least, most] = parameters.noise_ratio_bounds;
     if count == 0 { most } else { (sum / count as f64).clamp(least, most) }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::correct::checkpoint_parts::Pupil;
+    use crate::correct::checkpoint_parts::CheckpointParts;
     use crate::correct::trainable_model::DYNAMICS;
-    use crate::noise::normal;
-    use crate::unrolled::dynamics_of;
+    use crate::networks::noise::normal;
+    use crate::operators::unrolled::dynamics_of;
     use meniscus_platform::files::AlignedBytes;
     use rand::SeedableRng;
     use rand_chacha::ChaCha8Rng;
 
-    /// What was hidden in a liquid's motion and heights is found: how the step misses, in which places the decoder does, and
+    /// Residuals of `run` under the weights of `parts`.
+    fn measured(parts: &CheckpointParts, floor: f64, run: &FilterRun<'_>) -> ResidualCovariance {
+        let dynamics = dynamics_of(&parts.weights[DYNAMICS]);
+        parts.residuals.measured(&dynamics, &parts.surface, floor, run, &ResidualParameters::default())
+    }
+
+    /// Residuals hidden in a liquid's motion and heights are found: those of the step, the places of the decoder's, and
     /// that the profiles state twice the noise that they have (rho = 0.25).
     #[test]
     fn what_is_hidden_is_measured() {
         let blob = AlignedBytes::copy(meniscus_shipped::MODEL);
-        let pupil = Pupil::new(&blob).expect("the shipped model");
-        let dynamics = dynamics_of(&pupil.weights[DYNAMICS]);
+        let parts = CheckpointParts::new(&blob).expect("the shipped model");
+        let dynamics = dynamics_of(&parts.weights[DYNAMICS]);
         let mut rng = ChaCha8Rng::seed_from_u64(5);
         let (frames, r, floor) = (3000, 1e-6_f64, 0.01);
-        let (mut x, mut stood) = (Latent::zeros(), Vec::new());
+        let (mut x, mut filter_states) = (Latent::zeros(), Vec::new());
         for n in 0..frames {
             // Lively for three quarters of the time; the second latent is missed three times as far as any other.
             let life = if n % 1000 < 250 { 1e-3 } else { 0.1 };
             let miss = Latent::from_fn(|i, _| life * normal(&mut rng) * if i == 1 { 3.0 } else { 1.0 });
             x = if n % 1000 == 0 { miss } else { dynamics.turn(&x, 0.0).x + miss };
-            stood.push(x);
+            filter_states.push(x);
         }
-        let said = pupil.surface.heights(&stood);
+        let said = parts.surface.heights(&filter_states);
         let misfit = |point: usize| if (3..=17).contains(&point) { 1e-8 } else { 4e-6 };
         let height = (0..frames * POINTS).map(|at| {
-            let w = floor + dynamics.energy(&stood[at / POINTS]);
+            let w = floor + dynamics.energy(&filter_states[at / POINTS]);
             let off =
                 (0.25 * r).sqrt() * normal(&mut rng) + (w * misfit(at % POINTS)).sqrt() * normal(&mut rng);
             said[at] + off as f32
         });
-        let lesson = Lesson {
+        let window = TrainingWindow {
             u: vec![0.0; frames],
             height: height.collect(),
             seen: vec![1.0; frames * POINTS],
@@ -184,7 +198,7 @@ mod tests {
             read: vec![1.0; frames],
             hidden: vec![],
         };
-        let found = pupil.misses.measured(&dynamics, (&pupil.surface, floor), &[lesson], &[stood]);
+        let found = measured(&parts, floor, &FilterRun { windows: &[window], states: &[filter_states] });
         assert!((found.rho - 0.25).abs() < 0.03, "rho {}", found.rho);
         assert!((found.heights[1] / 4e-6 - 1.0).abs() < 0.15, "{:?}", found.heights);
         assert!(found.heights[10] < 1e-7, "{:?}", found.heights);
@@ -197,8 +211,7 @@ mod tests {
     #[test]
     fn without_frames_the_source_stays() {
         let blob = AlignedBytes::copy(meniscus_shipped::MODEL);
-        let pupil = Pupil::new(&blob).expect("the shipped model");
-        let dynamics = dynamics_of(&pupil.weights[DYNAMICS]);
-        assert_eq!(pupil.misses.measured(&dynamics, (&pupil.surface, 0.01), &[], &[]), pupil.misses);
+        let parts = CheckpointParts::new(&blob).expect("the shipped model");
+        assert_eq!(measured(&parts, 0.01, &FilterRun { windows: &[], states: &[] }), parts.residuals);
     }
 }

@@ -1,5 +1,4 @@
-//! What a correction learns from: windows of profiles as the camera side forms them, and the profile
-//! that was measured at each of their ends.
+//! Training windows of a correction: profiles as the camera side forms them, and the profile measured at the end of each.
 
 use burn::tensor::{Device, Tensor, TensorData};
 use meniscus::filter::PORT_LIMIT;
@@ -13,23 +12,23 @@ use meniscus_optim::weights::{Matrix, constants, numbers};
 
 /// One recording of the free surface, ready to learn from.
 #[derive(Clone, Debug)]
-pub(super) struct Lesson {
+pub(super) struct TrainingWindow {
     /// Port value of every frame.
     pub(super) u: Vec<f32>,
     /// Heights over rest, m, frame by frame, [`POINTS`] each; 0 where not seen.
     pub(super) height: Vec<f32>,
-    /// What an error of a height counts: 1 where it was seen, 0 where not, less where it was stretched.
+    /// Weight of an error of a height: 1 where it was seen, 0 where not, less where it was stretched.
     pub(super) seen: Vec<f32>,
     /// Variance that the profile states of each height, m2; 0 where not seen.
     pub(super) noise: Vec<f32>,
     /// 1 where the encoder has a reading: a usable profile at the end of a full window.
     pub(super) read: Vec<f32>,
-    /// What the frozen layers say over the window that ends at each frame: `WINDOW x HIDDEN` each.
+    /// Hidden states of the frozen layers over the window that ends at each frame: `WINDOW x HIDDEN` each.
     pub(super) hidden: Vec<f32>,
 }
 
-impl Lesson {
-    /// The lesson of `profiles`; `frozen` are the weights of all GRU layers but the last.
+impl TrainingWindow {
+    /// The window of `profiles`; `frozen` are the weights of all GRU layers but the last.
     pub(super) fn new(
         profiles: &[Option<SurfaceProfile>],
         scale: &Scale,
@@ -76,7 +75,7 @@ impl Lesson {
         sum / count.max(f32::MIN_POSITIVE)
     }
 
-    /// The frames from `from` to `to` (excluded) as a lesson of their own.
+    /// The frames from `from` to `to` (excluded) as a window of their own.
     pub(super) fn part(&self, from: usize, to: usize) -> Self {
         let cut = |all: &[f32], width: usize| all[from * width..to * width].to_vec();
         Self {

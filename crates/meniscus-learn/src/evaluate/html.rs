@@ -1,6 +1,6 @@
 //! The study as one HTML file.
 
-use super::{Result as Outcome, Study};
+use super::{LiquidResult, Study};
 use meniscus_report::checks::Check;
 use meniscus_report::plot::PictureError;
 use meniscus_report::{Chart, Mark, Report, Series};
@@ -13,19 +13,19 @@ pub fn html(study: &Study, checks: &[Check], command: &str) -> Result<String, Pi
     let mut report = Report::new("Correction from the free surface", command);
     report.prose(
         "Errors on recordings that nothing was chosen by, depth noise 2 mm, before and after correction. max and mean: \
-         of the height; slosh: of its distance from rest, where a flat surface scores 100 %; foretold: the slosh 0.25 s \
+         of the height; slosh: of its distance from rest, where a flat surface scores 100 %; forecast: the slosh 0.25 s \
          ahead, the motion of the glass planned. Water, butter and blood are moved along a line and learnt from four \
          recordings; the others are moved as by a hand, a tenth of the way out of line, and learnt from one.",
     );
     let percent = |x: f64| format!("{:.2}", 100.0 * x);
-    let row = |one: &Outcome| -> Vec<String> {
+    let row = |one: &LiquidResult| -> Vec<String> {
         let [before, after] = [&one.before, &one.after].map(|trial| &trial.score.estimate);
-        let foretold = [&one.before, &one.after].map(|trial| trial.planned.forecast[0]);
+        let forecast = [&one.before, &one.after].map(|trial| trial.planned.forecast[0]);
         let pairs = [
             [before.max, after.max],
             [before.mean(), after.mean()],
             [before.slosh_rel(), after.slosh_rel()],
-            foretold,
+            forecast,
         ];
         let name = String::from(one.course.name);
         std::iter::once(name).chain(pairs.into_iter().flatten().map(percent)).collect()
@@ -39,7 +39,7 @@ pub fn html(study: &Study, checks: &[Check], command: &str) -> Result<String, Pi
             "after",
             "slosh before, %",
             "after",
-            "foretold before, %",
+            "forecast before, %",
             "after",
         ],
         &study.results.iter().map(row).collect::<Vec<_>>(),

@@ -8,16 +8,16 @@
 //! [`meniscus_score::score`]; the depth noise is 2 mm.
 
 mod html;
-mod motion;
 mod motion_plans;
+mod motion_sources;
 mod plots;
 mod report;
 mod trial;
 mod unseen;
 
 pub use html::html;
-pub use motion::{Source, sources};
 pub use motion_plans::{COURSES, Course};
+pub use motion_sources::{MotionSource, sources};
 pub use plots::{curves_png, peaks_png};
 pub use report::{checks, markdown};
 pub use trial::{Peak, Trial, trial};
@@ -94,7 +94,7 @@ macro_rules! from {
 }
 from!(StoreError => Recording, LoadError => Model, ConfigError => Camera, MotionError => Motion, TrainError => Correction);
 
-/// What the study does, told as it goes: what, and how much of it is done.
+/// Observer of a running study: the present task and the share of it that is done.
 pub trait Watch {
     /// `done` of 1 of `what`.
     fn tell(&mut self, what: &str, done: f64);
@@ -104,14 +104,14 @@ pub trait Watch {
 
 /// One liquid, before and after.
 #[derive(Clone, Debug)]
-pub struct Result {
+pub struct LiquidResult {
     /// The liquid.
     pub course: Course,
     /// The model as it was.
     pub before: Trial,
     /// The corrected model.
     pub after: Trial,
-    /// How the correction went.
+    /// Record of the correction.
     pub corrected: Corrected,
     /// Slosh-relative error, before and after, on the recording of the source liquid that was not to be forgotten.
     pub source: [f64; 2],
@@ -125,13 +125,14 @@ pub struct Study {
     /// The source liquid moved a fifth further and harder than any recording that a model is trained on.
     pub outside: Trial,
     /// The source liquid within that range, with the motion of the glass from elsewhere.
-    pub motion: Vec<Source>,
-    /// What the best linear forecast of the acceleration misses, from the true place of the glass and from the tracked one.
-    pub foretold: [f64; 2],
-    /// What an oracle misses of it.
-    pub oracle_missed: f64,
+    pub motion: Vec<MotionSource>,
+    /// Relative error of the best linear forecast of the acceleration, from the true position of the glass and from the
+    /// tracked one.
+    pub acceleration_forecast: [f64; 2],
+    /// Relative error of an oracle that is a frame late.
+    pub oracle_error: f64,
     /// The liquids.
-    pub results: Vec<Result>,
+    pub results: Vec<LiquidResult>,
 }
 
 /// Runs the study with the model in `blob` on the recordings in `folder`, which are simulated there where
@@ -146,7 +147,7 @@ pub fn study(
     seed: u64,
     stop: &AtomicBool,
     watch: &mut dyn Watch,
-) -> std::result::Result<Study, EvaluateError> {
+) -> Result<Study, EvaluateError> {
     let aligned = AlignedBytes::copy(blob);
     let model = Model::load(&aligned)?;
     let had = |liquid: &str, motion: &str, watch: &mut dyn Watch| obtain(folder, liquid, motion, watch);
@@ -155,9 +156,9 @@ pub fn study(
     let source_seen = look(&unseen, seed)?;
     let source = trial(&model, &unseen, &source_seen);
     let mut motion = sources(&model, &unseen, &source_seen, seed);
-    let (oracle, oracle_missed) = motion::oracle(&model, &unseen, &source_seen)?;
+    let (oracle, oracle_error) = motion_sources::oracle(&model, &unseen, &source_seen)?;
     motion.push(oracle);
-    let foretold = motion::foretold(&unseen, &source_seen);
+    let acceleration_forecast = motion_sources::forecast_errors(&unseen, &source_seen);
     let outside = had(SOURCE.0, OUTSIDE, watch)?;
     let outside = trial(&model, &outside, &look(&outside, seed)?);
     // What must not be forgotten is not what the source is judged by.
@@ -191,9 +192,9 @@ pub fn study(
         let new = AlignedBytes::copy(&corrected.blob);
         let new = Model::load(&new)?;
         let after = trial(&new, &unseen, &seen);
-        results.push(Result { course, before, after, corrected, source: [known, knows(&new)] });
+        results.push(LiquidResult { course, before, after, corrected, source: [known, knows(&new)] });
     }
-    Ok(Study { source, outside, motion, foretold, oracle_missed, results })
+    Ok(Study { source, outside, motion, acceleration_forecast, oracle_error, results })
 }
 
 /// Slosh-relative error of the surface that `model` estimates of `recording`.
@@ -213,8 +214,8 @@ fn percent(x: f64) -> f64 {
     100.0 * x
 }
 
-/// What the camera saw of `recording`.
-fn look(recording: &Recording, seed: u64) -> std::result::Result<Sightings, EvaluateError> {
+/// Returns the profiles that the camera saw of `recording`.
+fn look(recording: &Recording, seed: u64) -> Result<Sightings, EvaluateError> {
     let scene =
         SceneSettings { disparity_rms_px: DISPARITY_RMS_PX, seed, ..SceneSettings::of(&recording.glass) };
     Ok(sightings(recording, scene)?)
@@ -226,7 +227,7 @@ fn obtain(
     liquid: &str,
     motion: &str,
     watch: &mut dyn Watch,
-) -> std::result::Result<Recording, EvaluateError> {
+) -> Result<Recording, EvaluateError> {
     let path: PathBuf = folder.join(liquid).join(format!("{}.safetensors", motion.replace(':', "-")));
     if path.exists() {
         return Ok(Recording::load(&path)?);

@@ -3,7 +3,7 @@
 /// One liquid of the study.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Course {
-    /// What the study calls it.
+    /// Name in the study.
     pub name: &'static str,
     /// Its name among the liquids.
     pub liquid: &'static str,

@@ -1,6 +1,6 @@
 //! The study as pictures: error over time before and after, and the crests.
 
-use super::Result as Outcome;
+use super::LiquidResult;
 use meniscus_report::plot::{BLUE, FONT, GREY, ORANGE, PictureError, legend, prepare_font};
 use plotters::coord::Shift;
 use plotters::prelude::*;
@@ -32,7 +32,7 @@ fn draw(
 ///
 /// # Errors
 /// [`PictureError`], when the file cannot be written.
-pub fn curves_png(results: &[Outcome], path: &Path) -> Result<(), PictureError> {
+pub fn curves_png(results: &[LiquidResult], path: &Path) -> Result<(), PictureError> {
     draw(path, results.len(), |row, area| {
         let Some(result) = results.get(row) else { return Ok(()) };
         let curves = [&result.before.score.curves[0], &result.after.score.curves[0]];
@@ -60,7 +60,7 @@ pub fn curves_png(results: &[Outcome], path: &Path) -> Result<(), PictureError> 
 ///
 /// # Errors
 /// [`PictureError`], when the file cannot be written.
-pub fn peaks_png(results: &[Outcome], path: &Path) -> Result<(), PictureError> {
+pub fn peaks_png(results: &[LiquidResult], path: &Path) -> Result<(), PictureError> {
     draw(path, results.len(), |row, area| {
         let Some(result) = results.get(row) else { return Ok(()) };
         let peaks = [&result.before.peaks, &result.after.peaks];

@@ -1,7 +1,7 @@
-//! The study as checks and as a page.
+//! Study as checks and as a Markdown page.
 
 use super::unseen::{BLIND, TARGET, errors};
-use super::{Result as Outcome, SOURCE, Study, Trial, percent};
+use super::{LiquidResult, SOURCE, Study, Trial, percent};
 use meniscus_data::recording::GROUP_NAMES;
 use meniscus_numerics::statistics::median;
 use meniscus_report::checks::Check;
@@ -11,37 +11,54 @@ use std::fmt::Write;
 #[must_use]
 pub fn checks(study: &Study) -> Vec<Check> {
     let mut checks = Vec::new();
-    let forgotten = |[before, after]: [f64; 2]| percent(after - before);
-    for Outcome { course, before, after, source, .. } in &study.results {
-        let name = |what: &str| format!("{}_{what}", course.name);
-        let surface = |trial: &Trial| trial.score.estimate;
-        checks.push(Check::informational(name("before_max"), percent(surface(before).max), "%"));
-        checks.push(Check::informational(name("before_mean"), percent(surface(before).mean()), "%"));
-        checks.push(Check::at_most(name("after_max"), percent(surface(after).max), "%", course.target[0]));
-        checks.push(Check::at_most(
-            name("after_mean"),
-            percent(surface(after).mean()),
-            "%",
-            course.target[1],
-        ));
-        checks.push(Check::informational(name("before_slosh"), percent(surface(before).slosh_rel()), "%"));
-        checks.push(Check::informational(name("after_slosh"), percent(surface(after).slosh_rel()), "%"));
-        checks.push(Check::informational(
-            name("persistence_slosh"),
-            percent(after.score.persistence.slosh_rel()),
-            "%",
-        ));
-        for (lead, name_of) in ["250ms", "500ms"].into_iter().enumerate() {
-            for (when, trial) in [("before", before), ("after", after)] {
-                let planned = percent(trial.planned.forecast[lead]);
-                checks.push(Check::informational(name(&format!("{when}_planned_{name_of}")), planned, "%"));
-            }
-            let [said, still] = after.forecast[lead].map(percent);
-            checks.push(Check::at_most(name(&format!("forecast_{name_of}")), said, "%", still));
-        }
-        checks.push(Check::at_most(name("source_forgetting"), forgotten(*source), "%", 5.0));
+    for result in &study.results {
+        liquid(&mut checks, result);
     }
-    let source = &study.source;
+    source_liquid(&mut checks, &study.source);
+    for LiquidResult { course, after, .. } in &study.results {
+        let name = format!("{}_interval_coverage", course.name);
+        checks.push(Check::informational(name, percent(after.score.held.share()), "%"));
+    }
+    outside_range(&mut checks, &study.outside);
+    motion_sources(&mut checks, study);
+    laws(&mut checks, study);
+    for (name, [said, still]) in ["forecast_250ms", "forecast_500ms"].iter().zip(study.source.forecast) {
+        checks.push(Check::at_most(*name, percent(said), "%", percent(still)));
+    }
+    checks
+}
+
+/// Growth of the error on the source recordings, percentage points.
+fn forgotten(errors: [f64; 2]) -> f64 {
+    let [before, after] = errors;
+    percent(after - before)
+}
+
+/// Figures of one liquid before and after correction.
+fn liquid(checks: &mut Vec<Check>, result: &LiquidResult) {
+    let LiquidResult { course, before, after, source, .. } = result;
+    let name = |what: &str| format!("{}_{what}", course.name);
+    let surface = |trial: &Trial| trial.score.estimate;
+    checks.push(Check::informational(name("before_max"), percent(surface(before).max), "%"));
+    checks.push(Check::informational(name("before_mean"), percent(surface(before).mean()), "%"));
+    checks.push(Check::at_most(name("after_max"), percent(surface(after).max), "%", course.target[0]));
+    checks.push(Check::at_most(name("after_mean"), percent(surface(after).mean()), "%", course.target[1]));
+    checks.push(Check::informational(name("before_slosh"), percent(surface(before).slosh_rel()), "%"));
+    checks.push(Check::informational(name("after_slosh"), percent(surface(after).slosh_rel()), "%"));
+    checks.push(Check::informational(name("persistence_slosh"), percent(after.score.persistence.slosh_rel()), "%"));
+    for (lead, name_of) in ["250ms", "500ms"].into_iter().enumerate() {
+        for (when, trial) in [("before", before), ("after", after)] {
+            let planned = percent(trial.planned.forecast[lead]);
+            checks.push(Check::informational(name(&format!("{when}_planned_{name_of}")), planned, "%"));
+        }
+        let [said, still] = after.forecast[lead].map(percent);
+        checks.push(Check::at_most(name(&format!("forecast_{name_of}")), said, "%", still));
+    }
+    checks.push(Check::at_most(name("source_forgetting"), forgotten(*source), "%", 5.0));
+}
+
+/// Figures of the source liquid: errors, coverage, forecasts and crests.
+fn source_liquid(checks: &mut Vec<Check>, source: &Trial) {
     checks.extend(errors(SOURCE.0, source));
     checks.push(Check::within("interval_coverage", percent(source.score.held.share()), "%", 85.0, 95.0));
     for (group, held) in GROUP_NAMES.iter().zip(source.score.field_held) {
@@ -73,11 +90,11 @@ pub fn checks(study: &Study) -> Vec<Check> {
     checks.push(Check::informational("crest_planned_height", 1e3 * off(&planned.crests.height_m), "mm"));
     checks.push(Check::informational("crest_planned_time", 1e3 * off(&planned.crests.time_s), "ms"));
     checks.push(Check::informational("crest_planned_coverage", percent(planned.crests.held.share()), "%"));
-    for Outcome { course, after, .. } in &study.results {
-        let name = format!("{}_interval_coverage", course.name);
-        checks.push(Check::informational(name, percent(after.score.held.share()), "%"));
-    }
-    let outside = &study.outside.score;
+}
+
+/// Figures of the source liquid moved further and harder than any training recording.
+fn outside_range(checks: &mut Vec<Check>, outside: &Trial) {
+    let outside = &outside.score;
     checks.push(Check::informational("outside_slosh_rel", percent(outside.estimate.slosh_rel()), "%"));
     checks.push(Check::informational("outside_mean", percent(outside.estimate.mean()), "%"));
     checks.push(Check::informational("outside_max", percent(outside.estimate.max), "%"));
@@ -85,6 +102,10 @@ pub fn checks(study: &Study) -> Vec<Check> {
         checks.push(Check::informational(format!("outside_field_{group}"), percent(error), "%"));
     }
     checks.push(Check::informational("outside_interval_coverage", percent(outside.held.share()), "%"));
+}
+
+/// Figures of the estimate with the motion from each source, and of the forecasts of the acceleration.
+fn motion_sources(checks: &mut Vec<Check>, study: &Study) {
     for one in &study.motion {
         let name = |what: &str| format!("motion_{}_{what}", one.name);
         let slosh = percent(one.score.estimate.slosh_rel());
@@ -100,25 +121,22 @@ pub fn checks(study: &Study) -> Vec<Check> {
             ));
         }
     }
-    for (track, missed) in ["true", "seen"].iter().zip(study.foretold) {
-        checks.push(Check::informational(
-            format!("acceleration_foretold_{track}_place"),
-            percent(missed),
-            "%",
-        ));
+    for (track, missed) in ["true", "seen"].iter().zip(study.acceleration_forecast) {
+        checks.push(Check::informational(format!("acceleration_foretold_{track}_place"), percent(missed), "%"));
     }
-    checks.push(Check::informational("acceleration_foretold_oracle", percent(study.oracle_missed), "%"));
+    checks.push(Check::informational("acceleration_foretold_oracle", percent(study.oracle_error), "%"));
+}
+
+/// Forgetting, entropy and energy over the whole study.
+fn laws(checks: &mut Vec<Check>, study: &Study) {
     let worst = study.results.iter().map(|result| forgotten(result.source));
     checks.push(Check::at_most("source_forgetting", worst.fold(0.0, f64::max), "%", 5.0));
-    let trials = || study.results.iter().flat_map(|r| [&r.before, &r.after]).chain([source, &study.outside]);
+    let trials =
+        || study.results.iter().flat_map(|r| [&r.before, &r.after]).chain([&study.source, &study.outside]);
     let falls: usize = trials().map(|t| t.entropy_falls).sum();
     checks.push(Check::exactly("entropy_falls", falls as f64, "1", 0.0));
     let drift = trials().map(|t| t.energy_drift).fold(0.0, f64::max);
     checks.push(Check::at_most("energy_drift_step", drift, "H", 1e-6));
-    for (name, [said, still]) in ["forecast_250ms", "forecast_500ms"].iter().zip(source.forecast) {
-        checks.push(Check::at_most(*name, percent(said), "%", percent(still)));
-    }
-    checks
 }
 
 /// The page: a table of liquids, crests, the checks, and the names of the pictures beside it.
@@ -127,15 +145,15 @@ pub fn markdown(study: &Study, checks: &[Check], command: &str) -> String {
     let mut page = format!(
         "# Correction from the free surface\n\n`{command}`, meniscus {}.\n\nErrors on recordings that nothing was \
          chosen by, depth noise 2 mm. max and mean: |z - estimate| / z; slosh: |z - estimate| / |z - rest|, a flat \
-         surface scores 100 %. Foretold: the slosh 0.25 s ahead, the motion of the glass planned, which tells how well the \
+         surface scores 100 %. Forecast: the slosh 0.25 s ahead, the motion of the glass planned, which tells how well the \
          model knows the liquid; the estimate follows the heights of any. Crests: median absolute error of height and \
          time. Water, butter and blood are moved along a line and learnt from four recordings; the others are moved as by a \
          hand, a tenth of the way out of line, and learnt from one.\n\n",
         env!("CARGO_PKG_VERSION")
     );
-    page += "| liquid | max before, after, % | mean before, after, % | slosh before, after, % | foretold before, after, % | \
+    page += "| liquid | max before, after, % | mean before, after, % | slosh before, after, % | forecast before, after, % | \
              one frame ago, % | crests, mm and ms before | after |\n|---|---|---|---|---|---|---|---|\n";
-    for Outcome { course, before, after, .. } in &study.results {
+    for LiquidResult { course, before, after, .. } in &study.results {
         let (a, b) = (&before.score.estimate, &after.score.estimate);
         let crest = |trial: &Trial| {
             if trial.peaks.is_empty() {

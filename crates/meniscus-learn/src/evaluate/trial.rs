@@ -1,6 +1,6 @@
 //! One model on one recording: errors, crests, laws, forecasts.
 
-use super::motion::delayed;
+use super::motion_sources::delayed;
 use crate::correct::Sightings;
 use meniscus::blob::Model;
 use meniscus::runtime::{Crest, Forecast, InputSource, Memory, Mode};
@@ -24,9 +24,9 @@ const AHEAD: [usize; 2] = [15, 30];
 /// One crest: the highest point of the profile passes a maximum in time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Peak {
-    /// When it truly stood, s.
+    /// True time, s.
     pub time_s: f64,
-    /// How high it truly stood over the fill, m.
+    /// True height over the fill, m.
     pub height_m: f64,
     /// Estimated height less the true one, m.
     pub height_error_m: f64,
@@ -38,7 +38,7 @@ pub struct Peak {
 const CREST_EVERY: usize = 3;
 const CREST_WITHIN: usize = 30;
 
-/// How a model did on a recording.
+/// Figures of a model on a recording.
 #[derive(Clone, Debug)]
 pub struct Trial {
     /// Errors of surface and field.
@@ -49,7 +49,7 @@ pub struct Trial {
     pub entropy_falls: usize,
     /// Largest residue of the energy in a step, in units of H.
     pub energy_drift: f64,
-    /// Errors of the next crest as it was foretold, and how often it lay within its interval.
+    /// Errors of the forecasts of the next crest, and their coverage.
     pub crests_ahead: CrestsAhead,
     /// Slosh-relative error of the forecasts of `AHEAD`, and of the present surface in their place.
     pub forecast: [[f64; 2]; 2],
@@ -88,7 +88,7 @@ pub fn trial(model: &Model<'_>, recording: &Recording, seen: &Sightings) -> Tria
             }
             let plan = motion.get(frame + 1..).unwrap_or_default();
             for (all, plan) in [(&mut ahead, &[][..]), (&mut planned, plan)] {
-                all.iter_mut().for_each(|ahead| ahead.take(model, memory, (recording, frame), plan));
+                all.iter_mut().for_each(|ahead| ahead.take(model, memory, recording, frame, plan));
             }
             if frame.is_multiple_of(CREST_EVERY) {
                 let next = |plan| Crest::next(model, memory, CREST_WITHIN, plan);
@@ -115,16 +115,16 @@ pub fn trial(model: &Model<'_>, recording: &Recording, seen: &Sightings) -> Tria
     }
 }
 
-/// The next crest, foretold and true.
+/// Next crest, forecast and true.
 #[derive(Clone, Debug, Default)]
 pub struct CrestsAhead {
-    /// Foretold less true height, m.
+    /// Forecast less true height, m.
     pub height_m: Vec<f64>,
-    /// Foretold less true time, s.
+    /// Forecast less true time, s.
     pub time_s: Vec<f64>,
     /// Whether the true height lay within the interval.
     pub held: Held,
-    /// Crests that came and were not foretold.
+    /// Crests that came and were not forecast.
     pub missed: usize,
 }
 
@@ -167,7 +167,8 @@ impl Ahead {
         &mut self,
         model: &Model<'_>,
         memory: &Memory,
-        (recording, frame): (&Recording, usize),
+        recording: &Recording,
+        frame: usize,
         plan: &[f64],
     ) {
         if frame + self.frames >= recording.frames() {

@@ -22,19 +22,15 @@ pub(super) fn errors(liquid: &str, trial: &Trial) -> Vec<Check> {
     let field = field.map(|((group, error), target)| {
         Check::at_most(format!("{liquid}_field_{group}"), percent(error), "%", target)
     });
-    // A frame later the camera has told the acceleration that sigma follows; beside the target of the present.
-    let late = Check::informational(
-        format!("{liquid}_field_sigma_frame_late"),
-        percent(trial.score.late_sigma),
-        "%",
-    );
+    // A frame later the camera has measured the acceleration that sigma follows; beside the target of the present.
+    let late = Check::informational(format!("{liquid}_field_sigma_frame_late"), percent(trial.score.late_sigma), "%");
     std::iter::once(Check::at_most(format!("{liquid}_slosh_rel"), slosh, "%", TARGET.0))
         .chain(field)
         .chain([late])
         .collect()
 }
 
-/// What `blob` makes of `recording` through the simulated camera (depth noise 2 mm, drawn from `seed`), with the
+/// Figures of `blob` on `recording` through the simulated camera (depth noise 2 mm, drawn from `seed`), with the
 /// motion tracked by the camera and, as `motion_none`, without any.
 ///
 /// # Errors

@@ -61,7 +61,7 @@ impl<'m> Worker<'m> {
         let (mut depth, mut grey) = (vec![0; 2 * width * height], vec![0; width * height]);
         let mut colour = vec![0; self.rectifier.as_ref().map_or(0, Rectifier::colour_bytes)];
         let eye = match self.rectifier {
-            Some(rectifier) => Eye::in_colour(self.config, &mut depth, rectifier, (&mut colour, &mut grey)),
+            Some(rectifier) => Eye::in_colour(self.config, &mut depth, rectifier, &mut colour, &mut grey),
             None => Eye::new(self.config, &mut depth, &mut grey),
         };
         let field = vec![0.0; self.estimator.field_len()];

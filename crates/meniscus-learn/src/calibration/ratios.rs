@@ -1,0 +1,109 @@
+//! Errors over half-widths: how far the truth lies from an estimate, in units of what its interval says.
+
+use crate::calibration::camera_views::CameraView;
+use meniscus::blob::{LoadError, Model};
+use meniscus::runtime::{Estimate, Forecast, InputSource, Memory, Mode};
+use meniscus::uncertainty::error_model::LEADS;
+use meniscus_data::recording::{GROUP_NAMES, Recording, STATE, group_range};
+use meniscus_numerics::statistics;
+use meniscus_platform::files::AlignedBytes;
+use meniscus_score::score::field_of;
+use meniscus_virtual::observe_recording::turns_with;
+
+/// Share of the truth that an interval is to hold.
+pub(crate) const HELD: f64 = 0.9;
+
+/// Every how many frames the full field is looked at: it is 27742 numbers.
+const FIELD_EVERY: usize = 3;
+
+/// Errors over half-widths.
+#[derive(Debug, Default)]
+pub(crate) struct Ratios {
+    pub(crate) surface: [Vec<f32>; LEADS.len()],
+    pub(crate) field: [Vec<f32>; GROUP_NAMES.len()],
+}
+
+/// Adds |truth - said| / half, number by number; an interval of nothing counts as missed.
+fn add(ratios: &mut Vec<f32>, truth: &[f32], said: &[f32], half: impl Iterator<Item = f32>) {
+    let ratio = |((t, s), half): ((&f32, &f32), f32)| {
+        if half > 0.0 { (t - s).abs() / half } else { f32::INFINITY }
+    };
+    ratios.extend(truth.iter().zip(said).zip(half).map(ratio));
+}
+
+/// The number that a share [`HELD`] of `ratios` does not exceed; one of none, or where it is not finite.
+pub(crate) fn quantile(ratios: Vec<f32>) -> f32 {
+    let k = statistics::quantile(ratios, HELD).filter(|k| k.is_finite());
+    k.map_or(1.0, |k| k.max(f32::MIN_POSITIVE))
+}
+
+/// Share of `ratios` up to `k`, %.
+pub(crate) fn share(ratios: &[f32], k: f32) -> f64 {
+    100.0 * ratios.iter().filter(|&&r| r <= k).count() as f64 / ratios.len() as f64
+}
+
+/// Errors over half-widths of the turns of `blob` that tracked, by recording.
+pub(crate) fn ratios_by_recording(blob: &[u8], views: &[CameraView<'_>]) -> Result<Vec<Ratios>, LoadError> {
+    let blob = AlignedBytes::copy(blob);
+    let model = Model::load(&blob)?;
+    let mut all = Vec::new();
+    for (recording, seen) in views {
+        let mut ratios = Ratios::default();
+        turns_with(
+            &model,
+            seen,
+            |_| InputSource::Tracked,
+            |frame, memory, estimate| {
+                if estimate.mode == Mode::Tracking {
+                    ratios.take(&model, recording, frame, memory, estimate);
+                }
+            },
+        );
+        all.push(ratios);
+    }
+    Ok(all)
+}
+
+impl Ratios {
+    fn take(
+        &mut self,
+        model: &Model<'_>,
+        recording: &Recording,
+        frame: usize,
+        memory: &Memory,
+        estimate: &Estimate,
+    ) {
+        for (&lead, ratios) in LEADS.iter().zip(&mut self.surface) {
+            if frame + lead < recording.frames() {
+                let said = Forecast::new(model, memory, lead, &[]);
+                // The present surface knows the port, a forecast does not.
+                let said_m = if lead == 0 { &estimate.surface_m } else { &said.surface_m };
+                add(ratios, recording.profile(frame + lead), said_m, said.half_m.into_iter());
+            }
+        }
+        if !frame.is_multiple_of(FIELD_EVERY) {
+            return;
+        }
+        let (mut truth, mut said) = (vec![0.0; STATE], vec![0.0; STATE]);
+        recording.state(frame, &mut truth);
+        field_of(model, estimate, &mut said);
+        for (group, ratios) in self.field.iter_mut().enumerate() {
+            let range = group_range(group);
+            let half = std::iter::repeat_n(estimate.interval.field[group], range.len());
+            add(ratios, &truth[range.clone()], &said[range], half);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn quantile_holds_nine_of_ten() {
+        let ratios: Vec<f32> = (1..=100).rev().map(|k| k as f32).collect();
+        assert_eq!(quantile(ratios), 90.0);
+        assert_eq!(quantile(vec![f32::INFINITY; 4]), 1.0);
+        assert_eq!(quantile(Vec::new()), 1.0);
+    }
+}
