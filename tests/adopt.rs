@@ -95,19 +95,36 @@ fn damping_and_frequency_change_as_the_equations_have_it() {
         println!("{effect} {value}: damping {found:.3} of the plain, theory {wanted:.3}");
         assert!((found / wanted - 1.0).abs() < 0.15, "{effect} {value}: {found} for {wanted}");
     }
-    // Gravity and tension pull the frequency up by the square root of what they add, friction apart. In liquid as thick as
-    // this the latents follow by half of it (docs/discovery says how that is in a thinner one).
-    let k = 1.841_183_781 / GLASS.radius_m;
-    let stiffer = |more: f64| (1.0 + more / (GRAVITY_M_S2 * k)).sqrt() - 1.0;
-    for (effect, value, wanted) in [
-        ("surface_tension", 0.5, stiffer(0.5 * k.powi(3) / glycerine().density_kg_m3)),
-        ("vertical_acceleration", 2.0, stiffer(2.0 * k)),
-        ("vertical_acceleration", -2.0, stiffer(-2.0 * k)),
+    // In this liquid the latents follow a stiffness by less than the equations ask (docs/discovery says how it is in a
+    // less viscous one). The last column is the share measured with this model; another one has to be a decision.
+    let mut off = vec![];
+    for (effect, value, stiffness, share) in [
+        ("surface_tension", 0.5, 1.0 + 0.5 * WAVENUMBER.powi(2) / (glycerine().density_kg_m3 * GRAVITY_M_S2), 0.81),
+        ("vertical_acceleration", 2.0, 1.0 + 2.0 / GRAVITY_M_S2, 0.82),
+        ("vertical_acceleration", -2.0, 1.0 - 2.0 / GRAVITY_M_S2, 0.85),
     ] {
         let found = of(&[(effect, value)]).1 / base.1 - 1.0;
-        println!("{effect} {value}: frequency up by {found:.4}, theory without friction {wanted:.4}");
-        assert!((0.35..1.1).contains(&(found / wanted)), "{effect}: {found} for {wanted}");
+        let wanted = stiffer(stiffness) / theory.1 - 1.0;
+        let follows = found / wanted;
+        println!("{effect} {value}: frequency changes by {found:.4}, theory {wanted:.4}, share {follows:.3}");
+        if (follows - share).abs() > SHARE_MARGIN {
+            off.push(format!("{effect} {value}: share {follows:.3} of the shift, not {share}"));
+        }
     }
+    assert!(off.is_empty(), "{off:?}");
+}
+
+/// Wavenumber of the first mode, 1/m: the first zero of J_1' over the radius.
+const WAVENUMBER: f64 = 1.841_183_781 / GLASS.radius_m;
+
+/// Margin of the share of a frequency shift that the latents follow. The shift of an effect that does nothing, or acts
+/// twice, lies far outside.
+const SHARE_MARGIN: f64 = 0.1;
+
+/// Frequency of the first mode with `stiffness` times gravity, 1/s. In units of 1 / sqrt(stiffness) of the time, that is
+/// gravity as it is and a viscosity of 1 / sqrt(stiffness). Tension adds sigma k^2 / rho to gravity on the first mode.
+fn stiffer(stiffness: f64) -> f64 {
+    stiffness.sqrt() * ritz(|linear| linear.nu /= stiffness.sqrt()).1
 }
 
 #[test]
@@ -149,7 +166,7 @@ fn a_yield_stress_holds_a_small_push_better_than_a_large_one() {
     assert!(speeds.is_sorted(), "{speeds:?}");
 }
 
-/// What the camera sees wrongly is put right before the encoder reads it.
+/// Errors of the camera are corrected before the encoder reads the heights.
 #[test]
 fn a_camera_that_is_off_gives_the_latents_of_one_that_is_not() {
     let path = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../recordings/glycerine-unseen.safetensors"));

@@ -1,12 +1,14 @@
 //! The live page in a headless Chromium: it draws, and it says what is old or lost.
 //!
 //! ```sh
-//! cargo test --release -p meniscus-tests --test browser                                   # skipped, with a word, without Chromium
+//! cargo test --release -p meniscus-tests --test browser                                   # without Chromium: skipped, a failure in CI
 //! MENISCUS_PAGE_PICTURE=docs/page.png cargo test --release -p meniscus-tests --test browser draws    # the picture of the documentation
 //! ```
 
 #[path = "support/chromium.rs"]
 mod chromium;
+#[path = "support/optional.rs"]
+mod optional;
 #[path = "support/server.rs"]
 #[allow(dead_code, reason = "each test takes what it needs of it")]
 mod server;

@@ -1,5 +1,5 @@
-//! Discovery on made-up recordings (the reduced model with noise, seconds) and on measured water where its data
-//! are there. `meniscus discover study` holds it against another simulator.
+//! Discovery on made-up recordings (the reduced model with noise, seconds) and on measured water
+//! (`fixtures/antisloshing`). `meniscus discover study` holds it against another simulator.
 #![allow(clippy::disallowed_methods, reason = "only storey 1 must compute the same bits on every platform")]
 
 #[path = "support/shaken.rs"]
@@ -139,12 +139,8 @@ fn an_effect_at_the_end_of_its_range_is_no_name() {
 
 #[test]
 fn the_inclination_of_measured_water_is_found() {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/data/antisloshing");
-    if !folder.join("heights").is_dir() {
-        println!("skipped: {} is not there", folder.display());
-        return;
-    }
-    let asked = ask_measured(&folder, &Settings::default(), 14.0, 1).expect("it is judged");
+    let folder = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/fixtures/antisloshing"));
+    let asked = ask_measured(folder, &Settings::default(), 14.0, 1).expect("it is judged");
     let [before, after] = asked[0].told.means_mm();
     println!(
         "{}: {} {before:.2} mm before, {after:.2} mm after",

@@ -1,27 +1,28 @@
 //! The depth filters against frames that the reference library has filtered, bit for bit.
 //!
-//! Read in place from `../shared/data/depth-filters`; skipped with a message where that is absent. Not
-//! covered there, and held against their description in unit tests only: temporal, threshold, decimation
-//! by other than 2, disparity holes, spatial settings other than the default and hole mode 2. The
-//! aligned frame (`d2c_glass_2591.bin`) is not compared: the folder lacks the calibration it belongs to.
+//! The frames lie in `fixtures/depth-filters`, made from synthetic images by the script beside them: all filters,
+//! each with its defaults and with the ends of its settings.
 #![allow(clippy::disallowed_methods, reason = "only storey 1 must compute the same bits on every platform")]
 
 use meniscus::depth_filters::{HoleFilling, LANES, Spatial, SpatialDisparity, fill_holes};
 use meniscus_virtual::camera_study::golden::{Golden, folder};
 
+/// Cases that `fixtures/depth-filters/make.py` writes.
+const CASES: usize = 56;
+
 #[test]
 fn every_filtered_frame_is_the_librarys() {
-    let Some(golden) = Golden::open(&folder()).expect("sound where it is there") else {
-        eprintln!("skipped: {} is not there", folder().display());
-        return;
-    };
-    let compared = golden.compare().expect("frames of the stated sizes");
-    let (covered, uncovered): (Vec<_>, Vec<_>) = compared.iter().partition(|frame| frame.different.is_some());
-    for frame in &compared {
-        println!("{:32} {:?}", frame.file, frame.different);
+    let golden = Golden::open(&folder()).expect("the committed manifest");
+    let compared = golden.compare().expect("the committed frames");
+    let unequal: Vec<_> = compared.iter().filter(|case| case.different > 0).collect();
+    assert!(unequal.is_empty(), "{unequal:?}");
+    assert_eq!(compared.len(), CASES);
+    for filter in
+        ["hole_filling", "spatial", "spatial_disparity", "disparity", "decimation", "temporal", "threshold"]
+    {
+        let of = |case: &str| case[3..].rsplit_once('_').is_some_and(|(name, _)| name == filter);
+        assert!(compared.iter().any(|compared| of(&compared.case)), "no case of {filter}");
     }
-    assert!(covered.iter().all(|frame| frame.different == Some(0)), "{covered:?}");
-    assert_eq!((covered.len(), uncovered.len()), (15, 1), "only the aligned frame is not covered");
 }
 
 /// The plain form of the spatial filter, pixel by pixel as its description says it, for the settings that

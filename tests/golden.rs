@@ -1,44 +1,39 @@
 //! The paper-size networks on the camera side's layers, against PyTorch's numbers.
 //!
-//! The data lie beside the repository in `../shared/data/torch-golden`; where they are absent the
-//! tests say so and pass.
+//! `fixtures/torch/make.py` made the numbers; weights and inputs are drawn from the same seeds here and there.
 #![allow(clippy::disallowed_methods, reason = "only storey 1 must compute the same bits on every platform")]
 
 use meniscus::latent::nn::{Gru, HIDDEN, Matrix, packed_index, packed_len};
 use nalgebra::{SMatrix, SVector};
-use npyz::NpyFile;
-use npyz::npz::NpzArchive;
-use safetensors::SafeTensors;
-use std::path::PathBuf;
+use seeded::{BATCH, Seeded};
+
+#[path = "torch/seeded.rs"]
+mod seeded;
 
 /// Relative difference that single precision in another order of summation explains.
 const TOLERANCE: f64 = 1e-5;
 
-/// Samples in a batch.
-const BATCH: usize = 64;
+/// Distance in the decoded positions of the entries that the correction's loss compares.
+const SURFACE_STRIDE: usize = 152;
 
-fn golden(name: &str) -> Option<PathBuf> {
-    let path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../shared/data/torch-golden").join(name);
-    if !path.exists() {
-        println!("skipped: {} is absent", path.display());
-        return None;
-    }
-    Some(path)
-}
+/// Layers over the seeded weights.
+struct Networks(Seeded);
 
-/// Weights and inputs.
-struct Weights(Vec<u8>);
-
-impl Weights {
-    fn open() -> Option<Self> {
-        Some(Self(std::fs::read(golden("bench.safetensors")?).expect("readable")))
+impl Networks {
+    fn open() -> Self {
+        Self(Seeded::open())
     }
 
     fn tensor(&self, name: &str) -> (Vec<f32>, Vec<usize>) {
-        let file = SafeTensors::deserialize(&self.0).expect("a safetensors file");
-        let view = file.tensor(name).expect(name);
-        let numbers = view.data().as_chunks::<4>().0.iter().map(|b| f32::from_le_bytes(*b)).collect();
-        (numbers, view.shape().to_vec())
+        self.0.tensor(name)
+    }
+
+    /// Fails if `ours` is not PyTorch's array of that name.
+    fn assert_equal(&self, ours: &[f32], name: &str) {
+        let theirs = self.0.reference(name);
+        let error = seeded::difference(ours.iter().map(|&x| f64::from(x)), &theirs);
+        println!("{name}: relative difference {error:.1e}");
+        assert!(error < TOLERANCE, "{name} differs from PyTorch by {error:e}");
     }
 
     /// A matrix packed as the blob packs it, with its rows and columns.
@@ -99,25 +94,6 @@ fn relu(x: &mut [f32]) {
     x.iter_mut().for_each(|x| *x = x.max(0.0));
 }
 
-/// PyTorch's outputs.
-fn reference(name: &str) -> Vec<f64> {
-    let mut archive =
-        NpzArchive::open(golden("bench_ref.npz").expect("checked before")).expect("an npz file");
-    let file: NpyFile<_> = archive.by_name(name).expect(name).expect(name);
-    match file.dtype().num_bytes() {
-        Some(8) => file.into_vec::<f64>().expect(name),
-        _ => file.into_vec::<f32>().expect(name).into_iter().map(f64::from).collect(),
-    }
-}
-
-/// Relative L2 difference.
-fn difference(ours: &[f32], theirs: &[f64]) -> f64 {
-    assert_eq!(ours.len(), theirs.len());
-    let square = |sum: f64, x: f64| sum + x * x;
-    let error = ours.iter().zip(theirs).map(|(a, b)| f64::from(*a) - b).fold(0.0, square);
-    (error / theirs.iter().copied().fold(0.0, square)).sqrt()
-}
-
 /// M DE, L DS and x1 of the paper's soft step.
 fn soft_step(x: &[f32], out: &[f32]) -> [Vec<f32>; 3] {
     const N: usize = 13;
@@ -143,68 +119,68 @@ fn soft_step(x: &[f32], out: &[f32]) -> [Vec<f32>; 3] {
 
 #[test]
 fn gru_agrees() {
-    let Some(weights) = Weights::open() else { return };
-    let windows = weights.tensor("x.gru").0;
-    let ours: Vec<f32> = windows.chunks(16 * 42).flat_map(|window| weights.gru(window)).collect();
-    let error = difference(&ours, &reference("gru.y"));
-    assert!(error < TOLERANCE, "GRU differs from PyTorch by {error:e}");
+    let networks = Networks::open();
+    let windows = networks.tensor("x.gru").0;
+    let ours: Vec<f32> = windows.chunks(16 * 42).flat_map(|window| networks.gru(window)).collect();
+    networks.assert_equal(&ours, "gru.y");
 }
 
 #[test]
 fn spnn_trunk_and_soft_step_agree() {
-    let Some(weights) = Weights::open() else { return };
+    let networks = Networks::open();
     let mut ours = [vec![], vec![], vec![]];
-    for x in weights.tensor("x.sp").0.chunks(13) {
-        for (all, part) in ours.iter_mut().zip(soft_step(x, &weights.spnn(x))) {
+    for x in networks.tensor("x.sp").0.chunks(13) {
+        for (all, part) in ours.iter_mut().zip(soft_step(x, &networks.spnn(x))) {
             all.extend(part);
         }
     }
     for (ours, name) in ours.iter().zip(["sp.MDE", "sp.LDS", "sp.x1"]) {
-        let error = difference(ours, &reference(name));
-        assert!(error < TOLERANCE, "{name} differs from PyTorch by {error:e}");
+        networks.assert_equal(ours, name);
     }
 }
 
 #[test]
 fn velocity_decoder_agrees() {
-    let Some(weights) = Weights::open() else { return };
+    let networks = Networks::open();
     let mut ours = Vec::new();
-    for z in reference("ae.z").chunks(20) {
+    for z in networks.0.reference("ae.z").chunks(20) {
         let mut y: Vec<f32> = z.iter().map(|&z| z as f32).collect();
         for k in 0..5 {
-            y = weights.layer(&format!("ae.d{k}"), &y);
+            y = networks.layer(&format!("ae.d{k}"), &y);
             if (1..4).contains(&k) {
                 relu(&mut y);
             }
         }
         ours.extend_from_slice(&y[..16]);
     }
-    let error = difference(&ours, &reference("ae.xhat_first16"));
-    assert!(error < TOLERANCE, "the decoder differs from PyTorch by {error:e}");
+    networks.assert_equal(&ours, "ae.xhat_first16");
 }
 
 /// Window -> GRU -> SPNN step -> position decoder, through the loss of the paper's correction.
 #[test]
 fn whole_chain_agrees() {
-    let Some(weights) = Weights::open() else { return };
-    let (windows, targets, index) =
-        (weights.tensor("x.gru").0, weights.tensor("y.cor").0, weights.tensor("idx").0);
+    let networks = Networks::open();
+    let (windows, targets) = (networks.tensor("x.gru").0, networks.tensor("y.cor").0);
     let (mut surface, mut mde, mut lds) = (0.0, 0.0, 0.0);
+    let mut decoded = vec![];
     let mean_square = |v: &[f32]| v.iter().map(|&w| f64::from(w).powi(2)).sum::<f64>() / v.len() as f64;
     for (window, target) in windows.chunks(16 * 42).zip(targets.chunks(42)) {
-        let x = weights.gru(window);
-        let [m, l, x1] = soft_step(&x, &weights.spnn(&x));
+        let x = networks.gru(window);
+        let [m, l, x1] = soft_step(&x, &networks.spnn(&x));
         let mut latent = [0.0; 20];
         latent[..3].copy_from_slice(&x1[..3]);
-        let mut hidden = weights.layer("qd.1", &weights.layer("qd.0", &latent));
+        let mut hidden = networks.layer("qd.1", &networks.layer("qd.0", &latent));
         relu(&mut hidden);
-        let q = weights.layer("qd.2", &hidden);
-        let errors: Vec<f32> = index.iter().zip(target).map(|(&i, t)| q[i as usize] - t).collect();
+        let q = networks.layer("qd.2", &hidden);
+        let seen: Vec<f32> = q.iter().copied().step_by(SURFACE_STRIDE).take(target.len()).collect();
+        let errors: Vec<f32> = seen.iter().zip(target).map(|(q, t)| q - t).collect();
+        decoded.extend(seen);
         surface += mean_square(&errors) / BATCH as f64;
         mde += mean_square(&m) / BATCH as f64;
         lds += mean_square(&l) / BATCH as f64;
     }
     let ours = 2e3 * surface + mde + lds;
-    let theirs = reference("cor.loss")[0];
+    networks.assert_equal(&decoded, "cor.surface");
+    let theirs = networks.0.reference("cor.loss")[0];
     assert!((ours / theirs - 1.0).abs() < TOLERANCE, "loss {ours}, PyTorch {theirs}");
 }

@@ -1,5 +1,8 @@
 //! Estimates for others: whole records, in order, to everybody who reads, and nobody is waited for.
 
+#[path = "support/optional.rs"]
+mod optional;
+
 use meniscus::latent::generic::Audit;
 use meniscus::runtime::output::Packet;
 use meniscus::runtime::{Estimate, Mode, Stages, Turn};
@@ -160,13 +163,12 @@ fn a_destination_that_cannot_be_is_refused_with_a_remedy() {
     assert!(message.contains("name a serial device"), "{message}");
 }
 
-/// The Python client of the examples reads what is sent; skipped, saying so, where there is no Python.
+/// The Python client of the examples reads the published estimates; skipped without Python, which fails in CI.
 #[test]
 fn the_python_client_reads_it() {
     let client = concat!(env!("CARGO_MANIFEST_DIR"), "/../examples/client.py");
     if std::process::Command::new("python3").arg("--version").output().is_err() {
-        println!("skipped: no python3 here");
-        return;
+        return optional::skip("python3 is not there");
     }
     let path = socket("python");
     let (mut outlet, publisher) =

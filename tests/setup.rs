@@ -1,6 +1,9 @@
 //! A glass of one's own: what was said of it against rendered images of it, the wizard's screen, and the file in use.
 #![allow(clippy::disallowed_methods, reason = "only storey 1 must compute the same bits on every platform")]
 
+#[path = "support/optional.rs"]
+mod optional;
+
 use meniscus::blob::Model;
 use meniscus::surface::{Config, Liquid, Optics, Settings};
 use meniscus::units::Micros;
@@ -359,15 +362,22 @@ fn a_script_sets_up_and_a_run_takes_the_file() {
     assert!(!wrong.status.success() && !folder.join("glass.toml").exists(), "nothing is written");
     assert!(json(&wrong)["remedies"]["radius_seen_mm"].is_string());
 
-    let right = with(&["--radius-mm", "35", "--fill-mm", "70", "--rim-mm", "110"]);
+    // A machine that other programs load may fall below 60 Hz for some seconds: then once more.
+    let attempt = || with(&["--radius-mm", "35", "--fill-mm", "70", "--rim-mm", "110"]);
+    let mut right = attempt();
+    for _ in 0..2 {
+        if right.status.success() {
+            break;
+        }
+        right = attempt();
+    }
     let report = json(&right);
     let checks = report["checks"].as_array().expect("checks");
-    // A machine that is shared may not reach 60 Hz; everything else is of the glass.
+    // The rate is the machine's; everything else is of the glass.
     let late = |check: &&Value| check["ok"] == false && check["name"] != "frame_rate_hz";
     assert_eq!(checks.iter().filter(late).count(), 0, "{report:#}");
     if !right.status.success() {
-        println!("not further: {report:#}");
-        return;
+        return optional::skip(&format!("this machine does not reach the camera's 60 Hz: {report:#}"));
     }
     assert_eq!(report["model"]["fits"], true);
     let run = meniscus(&folder, &["run", "--patient", "--seconds", "3", "--setup", "glass.toml", "--json"]);

@@ -14,7 +14,7 @@ cross() {
 # The program, the guest's side, and the judge, which runs on this machine.
 build_guest() {
   mkdir -p "$work"
-  cross --bin meniscus
+  cross -p meniscus-cli --bin meniscus
   cross -p meniscus-hil --bin meniscus-hil-guest
   cargo build --locked --release -p meniscus-hil --bin meniscus-hil-gate
   # The film is as old as the program that made it: the same program again does not make it anew.

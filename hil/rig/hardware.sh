@@ -4,7 +4,7 @@
 hardware() {
   local json=""
   for word in "$@"; do [ "$word" != --json ] || json=1; done
-  cargo build --locked --release --bin meniscus
+  cargo build --locked --release -p meniscus-cli --bin meniscus
   local program=$target/release/meniscus at=$work/hardware passed=0 lines=()
   mkdir -p "$at"
   local names=(doctor record stream)

@@ -3,7 +3,7 @@
 # package [DIR] [BOARD]: meniscus_VERSION_arm64.deb with the profile of BOARD (raspberry-pi-5 by default).
 package() {
   local into=${1:-$work/package} version
-  cross --bin meniscus
+  cross -p meniscus-cli --bin meniscus
   version=$(sed -n 's/^version = "\(.*\)"/\1/p' Cargo.toml | head -1)
   local file=$into/meniscus_${version}_arm64.deb
   pack "$file" "$version" "${2:-raspberry-pi-5}"

@@ -67,7 +67,7 @@ pub struct CameraSettings {
     pub exposure_us: u32,
     /// From the end of the exposure to the end of the transfer, microseconds.
     pub transfer_us: u32,
-    /// How much the frame counter of the image beside it is ahead of the depth one.
+    /// Lead of the other image's frame counter over that of depth.
     pub counter_offset: u32,
 }
 

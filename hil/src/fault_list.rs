@@ -4,7 +4,7 @@
 use core::fmt;
 use core::str::FromStr;
 
-/// What can go wrong with a frame. All but [`FaultKind::Gap`] strike one payload of a stream.
+/// Fault of a frame. All but [`FaultKind::Gap`] strike one payload of a stream.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FaultKind {
     /// The payload never arrives.
@@ -84,7 +84,7 @@ pub enum When {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct FaultList(pub Vec<(FaultKind, When)>);
 
-/// Why a text is not a fault list.
+/// Error of a text that is not a fault list.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum ParseFaultError {
     /// An entry is neither `name:share` nor `name@shot`.

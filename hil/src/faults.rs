@@ -6,7 +6,7 @@ use crate::payload::{COUNTER_AT, EOF, ERR, FID, FLAGS_AT, HEADER_LENGTH};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-/// How much later a late payload arrives: more than two frame intervals.
+/// Delay of a late payload: more than two frame intervals.
 const LATE_US: u64 = 40_000;
 /// Payloads of a split frame.
 const PARTS: usize = 4;

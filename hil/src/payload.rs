@@ -37,7 +37,7 @@ pub struct Image<'a> {
     pub format: u16,
 }
 
-/// What the header says of a frame.
+/// Frame data of a payload header.
 #[derive(Clone, Copy, Debug)]
 pub struct Stamp {
     /// Frame identifier, toggles from frame to frame.

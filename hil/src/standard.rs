@@ -1,4 +1,4 @@
-//! What every USB device answers, whatever it is: device descriptor, strings, capabilities, configuration.
+//! Standard requests of any USB device: device descriptor, strings, capabilities, configuration.
 //!
 //! The kernel asks these while it enumerates. They are not handed to the simulated device, whose troubles
 //! are those that a program meets behind the kernel.

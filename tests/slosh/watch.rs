@@ -16,11 +16,11 @@ impl Clock for Still {
     }
 }
 
-/// What came out of one recording.
+/// Figures of one recording.
 pub(crate) struct Watched {
     /// |z - zhat| / |z - z_rest| over points and time.
     pub(crate) slosh_rel: f64,
-    /// How far the decoded rest is from the recording's, m.
+    /// Distance of the decoded rest from the recording's, m.
     pub(crate) at_rest_m: f64,
     /// Heat at the end, J.
     pub(crate) heat_j: f64,

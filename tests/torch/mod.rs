@@ -1,69 +1,27 @@
 //! The layers that training uses against PyTorch's losses and gradients, from the same weights.
 //!
-//! The data lie beside the repository in `../shared/data/torch-golden`; where they are absent the
-//! tests say so and pass.
+//! `fixtures/torch/make.py` made the numbers; weights and inputs are drawn from the same seeds here and there.
 
 use burn::tensor::{Device, Tensor, TensorData};
 use meniscus_optim::nets::{encoder, perceptron};
 use meniscus_optim::weights::{Matrix, leaves, numbers, scalar};
-use npyz::NpyFile;
-use npyz::npz::NpzArchive;
-use safetensors::SafeTensors;
-use std::path::PathBuf;
+use seeded::{BATCH, Seeded, difference};
+
+mod seeded;
 
 /// Relative difference that single precision in another order of summation explains.
 const TOLERANCE: f64 = 1e-4;
 
-const BATCH: usize = 64;
-
-fn golden(name: &str) -> Option<PathBuf> {
-    let path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../shared/data/torch-golden").join(name);
-    if !path.exists() {
-        println!("skipped: {} is absent", path.display());
-        return None;
-    }
-    Some(path)
-}
-
-struct Golden {
-    weights: Vec<u8>,
-    reference: PathBuf,
-}
+struct Golden(Seeded);
 
 impl Golden {
-    fn open() -> Option<Self> {
-        let weights = std::fs::read(golden("bench.safetensors")?).expect("readable");
-        Some(Self { weights, reference: golden("bench_ref.npz")? })
-    }
-
     /// A tensor as a matrix: all but its first dimension are columns, a vector is one row.
     fn matrix(&self, name: &str) -> Matrix {
-        let file = SafeTensors::deserialize(&self.weights).expect("a safetensors file");
-        let view = file.tensor(name).expect(name);
-        let numbers: Vec<f32> =
-            view.data().as_chunks::<4>().0.iter().map(|b| f32::from_le_bytes(*b)).collect();
-        let rows = if view.shape().len() == 1 { 1 } else { view.shape()[0] };
+        let (numbers, shape) = self.0.tensor(name);
+        let rows = if shape.len() == 1 { 1 } else { shape[0] };
         let columns = numbers.len() / rows;
         Matrix::new(rows, columns, numbers)
     }
-
-    /// The numbers of one array of the reference.
-    fn array(&self, name: &str) -> Vec<f64> {
-        let mut archive = NpzArchive::open(&self.reference).expect("an npz file");
-        let file: NpyFile<_> = archive.by_name(name).expect(name).expect(name);
-        match file.dtype().num_bytes() {
-            Some(8) => file.into_vec::<f64>().expect(name),
-            _ => file.into_vec::<f32>().expect(name).into_iter().map(f64::from).collect(),
-        }
-    }
-}
-
-fn norm(values: impl IntoIterator<Item = f64>) -> f64 {
-    values.into_iter().map(|v| v * v).sum::<f64>().sqrt()
-}
-
-fn assert_near(ours: f64, torch: f64, what: &str) {
-    assert!((ours - torch).abs() <= TOLERANCE * torch.abs(), "{what}: {ours} here, {torch} in PyTorch");
 }
 
 /// Compares the loss and the gradients of the named weights.
@@ -76,19 +34,21 @@ fn compare(
     wanted: &[&str],
 ) {
     let mut grads = loss.backward();
-    assert_near(f64::from(scalar(loss)), golden.array(&format!("{net}.loss"))[0], net);
+    let (ours, torchs) = (f64::from(scalar(loss)), golden.0.reference(&format!("{net}.loss"))[0]);
+    assert!((ours / torchs - 1.0).abs() < TOLERANCE, "{net}: loss {ours} here, {torchs} in PyTorch");
     for name in wanted {
         let index = names.iter().position(|n| n == name).expect(name);
-        let ours = norm(
-            numbers(tensors[index].grad_remove(&mut grads).expect("a gradient")).into_iter().map(f64::from),
-        );
-        assert_near(ours, norm(golden.array(&format!("{net}.grad.{name}"))), name);
+        let ours = numbers(tensors[index].grad_remove(&mut grads).expect("a gradient"));
+        let torchs = golden.0.reference(&format!("{net}.grad.{name}"));
+        let error = difference(ours.into_iter().map(f64::from), &torchs);
+        println!("gradient of {name}: relative difference {error:.1e}");
+        assert!(error < TOLERANCE, "the gradient of {name} differs from PyTorch's by {error:e}");
     }
 }
 
 #[test]
 fn encoder_loss_and_gradients_are_pytorchs() {
-    let Some(golden) = Golden::open() else { return };
+    let golden = Golden(Seeded::open());
     let device = Device::flex().autodiff();
     let parts = ["wih", "whh", "bih", "bhh"];
     let mut names: Vec<String> =
@@ -108,7 +68,7 @@ fn encoder_loss_and_gradients_are_pytorchs() {
 
 #[test]
 fn autoencoder_loss_and_gradients_are_pytorchs() {
-    let Some(golden) = Golden::open() else { return };
+    let golden = Golden(Seeded::open());
     let device = Device::flex().autodiff();
     let names: Vec<String> = ["e", "d"]
         .iter()

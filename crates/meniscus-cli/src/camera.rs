@@ -28,7 +28,7 @@ enum Verb {
 /// without liquid, in which no profile may come out. The stated interval of a point must hold 95 % of them.
 ///
 /// Then every line of the fault table goes through the camera session in virtual time, the depth filters
-/// are held against frames of the reference library (where those are there), and two stages are timed.
+/// are held against frames of the reference library, and two stages are timed.
 ///
 /// Everything is rendered: refraction by the glass and the meniscus on its wall are in no figure.
 #[derive(clap::Args)]
@@ -46,6 +46,9 @@ struct Study {
     /// Folder for study.html (the report, one file), study.md, errors.png and scenes.png; it is made if it is not there.
     #[arg(long, default_value = "out/camera", value_name = "DIR")]
     out: PathBuf,
+    /// Folder of the depth filters' reference frames (manifest.json, frames.npz) instead of the repository's.
+    #[arg(long, value_name = "DIR")]
+    reference: Option<PathBuf>,
     /// One JSON object on standard output instead of the table.
     #[arg(long)]
     json: bool,
@@ -63,13 +66,13 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
 }
 
 fn study_camera(arguments: &Study) -> anyhow::Result<()> {
-    let Study { scenes, seed, out, json, check } = arguments;
+    let Study { scenes, seed, out, reference, json, check } = arguments;
     let page = out.join("study.md");
     // Told before the work, not after it.
     write_whole(&page, b"\n").context("the --out folder cannot be used")?;
     let bar = ProgressBar::new(u64::from(*scenes) + faults::TABLE.len() as u64);
     bar.set_style(ProgressStyle::with_template("scenes and faults {wide_bar} {pos}/{len}, {eta} left")?);
-    let outcome = study::study(*seed, *scenes as usize, || bar.inc(1))?;
+    let outcome = study::study(*seed, *scenes as usize, reference.as_deref(), || bar.inc(1))?;
     bar.finish_and_clear();
     let command = format!("meniscus camera study --scenes {scenes} --seed {seed}");
     let report = report(&outcome, &command)?;
@@ -77,10 +80,7 @@ fn study_camera(arguments: &Study) -> anyhow::Result<()> {
     write_whole(&out.join("study.html"), report.html().as_bytes())?;
     errors_png(&outcome.scenes, &out.join("errors.png"))?;
     scenes_png(&outcome.scenes, &out.join("scenes.png"))?;
-    let not_covered = match &outcome.golden {
-        Ok(frames) => frames.iter().filter(|f| f.different.is_none()).map(|f| f.file.clone()).collect(),
-        Err(why) => vec![why.clone()],
-    };
+    let not_compared: Vec<&String> = outcome.golden.as_ref().err().into_iter().collect();
     if *json {
         let object = json!({
             "command": "meniscus camera study",
@@ -88,13 +88,14 @@ fn study_camera(arguments: &Study) -> anyhow::Result<()> {
             "scenes": scenes,
             "seed": seed,
             "rows": outcome.rows,
-            "golden_not_covered": not_covered,
+            "golden_not_covered": not_compared,
             "faults_unrecovered": outcome.unrecovered,
             "checks": outcome.checks,
         });
         println!("{}", serde_json::to_string_pretty(&object)?);
     } else {
         println!("{}", report.text());
+        not_compared.iter().for_each(|why| println!("reference frames not compared: {why}"));
         println!("written: {}, the same as study.html, and two pictures beside it", page.display());
     }
     if *check && !outcome.checks.iter().all(|check| check.ok) {

@@ -39,7 +39,7 @@ pub(super) fn configuration(usb2: bool, trouble: Option<Trouble>) -> Vec<u8> {
     let interrupt = trouble != Some(Trouble::InterruptDead);
     interface(&mut out, 0, u8::from(interrupt), 1);
     let unit = if trouble == Some(Trouble::NoUnit) { [0x11; 16] } else { DEPTH_UNIT };
-    control(&mut out, &[1, 2], [1, 2, 3], &unit);
+    control(&mut out, &[1, 2], &Units { terminal: 1, processing: 2, extension: 3 }, &unit);
     if interrupt {
         endpoint(&mut out, 0x87, 3, 64, usb2);
         out.extend([5, 0x25, 3, 64, 0]);
@@ -54,7 +54,8 @@ pub(super) fn configuration(usb2: bool, trouble: Option<Trouble>) -> Vec<u8> {
     streaming(&mut out, 2, 0x83, usb2, &[(grey, 8), (*b"Y8I ", 16)], &modes);
     association(&mut out, 3, 2);
     interface(&mut out, 3, 0, 1);
-    control(&mut out, &[COLOUR_STREAMING], [COLOUR_TERMINAL, 7, 8], &COLOUR_UNIT);
+    let units = Units { terminal: COLOUR_TERMINAL, processing: 7, extension: 8 };
+    control(&mut out, &[COLOUR_STREAMING], &units, &COLOUR_UNIT);
     colour(&mut out, usb2);
     let length = (out.len() + 9) as u16;
     let [low, high] = length.to_le_bytes();
@@ -86,8 +87,16 @@ fn endpoint(out: &mut Vec<u8>, address: u8, kind: u8, packet: u16, usb2: bool) {
     }
 }
 
+/// Identifiers of the units of a control interface.
+struct Units {
+    terminal: u8,
+    processing: u8,
+    extension: u8,
+}
+
 /// Header, camera terminal, processing unit, extension unit, output terminal.
-fn control(out: &mut Vec<u8>, streams: &[u8], [terminal, processing, extension]: [u8; 3], guid: &[u8; 16]) {
+fn control(out: &mut Vec<u8>, streams: &[u8], units: &Units, guid: &[u8; 16]) {
+    let &Units { terminal, processing, extension } = units;
     let mut units = Vec::new();
     units.extend([18, 0x24, 2, terminal, 0x01, 0x02, 0, 0, 0, 0, 0, 0, 0, 0, 3, 0, 0, 0]);
     units.extend([13, 0x24, 5, processing, terminal, 0, 0, 3, 0xff, 0x17, 0, 0, 0]);

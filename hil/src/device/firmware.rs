@@ -11,10 +11,10 @@ pub const INTRINSICS_SMALL: [f32; 4] = [240.13, 240.13, 239.6, 132.9];
 pub const COLOUR_INTRINSICS: [f32; 4] = [612.4, 610.6, 322.1, 244.7];
 /// Where the colour lens stands as seen from the depth lens: right, down, forward, metres.
 pub const COLOUR_LENS_M: [f32; 3] = [-0.0148, 0.0002, 0.0003];
-/// By how much the colour lens looks up, as seen from the depth lens, radians.
+/// Pitch of the colour lens against the depth lens, upwards, radians.
 pub const COLOUR_PITCH_RAD: f32 = 0.004;
 
-/// What the monitor remembers.
+/// State of the hardware monitor.
 #[derive(Clone, Debug)]
 pub(super) struct Firmware {
     trouble: Option<Trouble>,
@@ -23,7 +23,7 @@ pub(super) struct Firmware {
     refusals: u32,
 }
 
-/// What a command leads to.
+/// Result of a command.
 pub(super) enum Heard {
     Command,
     Restart,

@@ -16,7 +16,7 @@ mod stream;
 mod trouble;
 
 pub use firmware::{COLOUR_INTRINSICS, COLOUR_LENS_M, COLOUR_PITCH_RAD, INTRINSICS, INTRINSICS_SMALL};
-pub use replay::{Replay, Said};
+pub use replay::{ControlExchange, Replay};
 pub use scenery::{Film, Scenery, TestCard};
 pub use trouble::{At, Back, Cure, Ending, TROUBLES, Trouble};
 
@@ -42,7 +42,7 @@ const SHOT_US: [u64; 3] = [16_667, 16_667, 16_666];
 /// Device time of the middle of the first exposure, microseconds.
 pub const FIRST_SHOT_US: u64 = 1_000_000;
 
-/// How the device looks from the bus.
+/// State of the device as the bus shows it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Seen {
     /// idVendor.
@@ -70,7 +70,7 @@ pub enum Reply {
     Gone,
 }
 
-/// What a queued read meets.
+/// Outcome of a queued read.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Event {
     /// Its endpoint.
@@ -95,7 +95,7 @@ pub struct Device {
     trouble: Option<Trouble>,
     life: Life,
     struck_us: u64,
-    /// How often the trouble may still strike.
+    /// Remaining strikes of the trouble.
     left: u32,
     firmware: Firmware,
     replay: Option<Replay>,
@@ -185,7 +185,7 @@ impl Device {
         device
     }
 
-    /// What the bus shows of it, if it is there.
+    /// Returns the device's state on the bus; `None` while it is unplugged.
     #[must_use]
     pub fn seen(&self, now_us: u64) -> Option<Seen> {
         if self.is_away(now_us) {
@@ -269,7 +269,7 @@ impl Device {
         }
     }
 
-    /// What a restart forgets.
+    /// Clears the state that a restart loses.
     fn forget(&mut self) {
         self.probes.clear();
         self.committed.clear();

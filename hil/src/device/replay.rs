@@ -1,4 +1,4 @@
-//! What another camera said, said again.
+//! Control answers and payload headers recorded from another camera.
 
 use super::Reply;
 use crate::camera::Stream;
@@ -7,7 +7,7 @@ use std::collections::HashMap;
 
 /// One control request and its answer.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Said {
+pub struct ControlExchange {
     /// Setup packet without its length.
     pub setup: [u8; 6],
     /// Bytes sent.
@@ -31,7 +31,7 @@ pub struct Replay {
     pub usb2: bool,
     /// Headers of the first payloads, depth and infrared.
     pub headers: [Vec<Vec<u8>>; 2],
-    answers: Vec<(Said, Vec<u8>)>,
+    answers: Vec<(ControlExchange, Vec<u8>)>,
     sent: HashMap<[u8; 4], Vec<u8>>,
     /// The answer behind the last one that was given: the same question may have another answer later.
     next: usize,
@@ -41,7 +41,7 @@ impl Replay {
     /// Takes requests in the order in which they were made. What an answer means depends on what was
     /// sent to the same control before, as for the hardware monitor.
     #[must_use]
-    pub fn saying(mut self, said: Vec<Said>) -> Self {
+    pub fn saying(mut self, said: Vec<ControlExchange>) -> Self {
         let mut sent: HashMap<[u8; 4], Vec<u8>> = HashMap::new();
         for said in said {
             let control = control_of(said.setup);

@@ -1,4 +1,4 @@
-//! What stands before the simulated camera.
+//! Scenes in front of the simulated camera.
 
 use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom};
@@ -24,8 +24,8 @@ pub struct TestCard {
 }
 
 impl Scenery for TestCard {
-    fn look(&mut self, shot: u64, (width, height): (u16, u16)) -> (&[u8], &[u8]) {
-        let pixels = usize::from(width) * usize::from(height);
+    fn look(&mut self, shot: u64, size: (u16, u16)) -> (&[u8], &[u8]) {
+        let pixels = usize::from(size.0) * usize::from(size.1);
         self.card.clear();
         self.card.resize(2 * pixels, 0);
         let number = (shot as u16).to_le_bytes();
@@ -58,7 +58,7 @@ impl Film {
     /// Opens a film.
     ///
     /// # Errors
-    /// What the system says, and [`io::ErrorKind::InvalidData`] when the file does not hold whole shots.
+    /// The system's error, and [`io::ErrorKind::InvalidData`] when the file does not hold whole shots.
     pub fn open(path: &Path) -> io::Result<Self> {
         let file = File::open(path)?;
         let bytes = file.metadata()?.len();
@@ -84,7 +84,8 @@ impl Film {
     }
 
     /// The middle of the images.
-    fn crop(&mut self, (width, height): (usize, usize)) {
+    fn crop(&mut self, size: (usize, usize)) {
+        let (width, height) = size;
         let (left, top) = ((FILM.0 - width) / 2, (FILM.1 - height) / 2);
         self.cut.clear();
         for (start, bytes) in [(0, 2), (FILM.0 * FILM.1 * 2, 1)] {
@@ -97,9 +98,9 @@ impl Film {
 }
 
 impl Scenery for Film {
-    fn look(&mut self, shot: u64, (width, height): (u16, u16)) -> (&[u8], &[u8]) {
+    fn look(&mut self, shot: u64, size: (u16, u16)) -> (&[u8], &[u8]) {
         self.read(shot);
-        let size = (usize::from(width).min(FILM.0), usize::from(height).min(FILM.1));
+        let size = (usize::from(size.0).min(FILM.0), usize::from(size.1).min(FILM.1));
         if size == FILM {
             return self.whole.split_at(FILM.0 * FILM.1 * 2);
         }

@@ -5,7 +5,7 @@
 
 use crate::fault_list::FaultKind;
 
-/// What ends a trouble, from the weakest action to the strongest.
+/// Action that ends a trouble, from the weakest action to the strongest.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Cure {
     /// CLEAR_FEATURE(ENDPOINT_HALT).
@@ -52,7 +52,7 @@ pub enum Back {
     Recovery,
 }
 
-/// How a transfer ends otherwise than with bytes.
+/// Failure of a transfer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Ending {
     /// Damaged on the wire.
@@ -67,7 +67,7 @@ pub enum Ending {
     Cancelled,
 }
 
-/// What goes wrong.
+/// Misbehaviour of the device.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[allow(missing_docs, reason = "each is described in TROUBLES")]
 pub enum Trouble {

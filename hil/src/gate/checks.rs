@@ -2,42 +2,45 @@
 
 use serde_json::{Value, json};
 
-/// Name, value, unit, target, and whether it is met.
+/// A value with its target.
 #[derive(Clone, Debug)]
-pub(crate) struct Check(
-    pub(crate) String,
-    pub(crate) f64,
-    pub(crate) String,
-    pub(crate) String,
-    pub(crate) bool,
-);
-
-pub(crate) fn check(name: &str, value: f64, unit: &str, target: &str, ok: bool) -> Check {
-    Check(name.into(), value, unit.into(), target.into(), ok)
+pub(crate) struct Check {
+    pub(crate) name: String,
+    pub(crate) value: f64,
+    pub(crate) unit: String,
+    pub(crate) target: String,
+    /// Whether the target is met.
+    pub(crate) ok: bool,
 }
 
-/// Something that has to be so: 1 when it is.
+/// Returns a check whose verdict is known.
+pub(crate) fn check(name: &str, value: f64, unit: &str, target: &str, ok: bool) -> Check {
+    Check { name: name.into(), value, unit: unit.into(), target: target.into(), ok }
+}
+
+/// Returns the check of a condition: its value is 1 where the condition holds.
 pub(crate) fn must(name: &str, so: bool) -> Check {
     check(name, f64::from(u8::from(so)), "1", "= 1", so)
 }
 
-/// A value that may not be above a limit; one that is no number misses.
+/// Returns the check of a value that may not be above a limit; NaN misses it.
 pub(crate) fn at_most(name: &str, value: f64, unit: &str, limit: f64) -> Check {
     check(name, value, unit, &format!("<= {limit}"), value <= limit)
 }
 
-/// The array `checks` of a report.
+/// Returns the array `checks` of a report.
 pub(crate) fn json(checks: &[Check]) -> Value {
-    let one = |Check(name, value, unit, target, ok): &Check| {
+    let one = |check: &Check| {
+        let Check { name, value, unit, target, ok } = check;
         let value = value.is_finite().then_some(*value);
         json!({ "name": name, "value": value, "unit": unit, "target": target, "ok": ok })
     };
     checks.iter().map(one).collect()
 }
 
-/// A line each.
+/// Prints a line for each check.
 pub(crate) fn print(checks: &[Check]) {
-    for Check(name, value, unit, target, ok) in checks {
+    for Check { name, value, unit, target, ok } in checks {
         println!("{name:<30} {value:>12.4} {unit:<3} {target:<18} {}", if *ok { "ok" } else { "MISSED" });
     }
 }

@@ -10,7 +10,7 @@ const RUNGS: [&str; 5] = ["requeue", "renegotiate", "restart", "reset", "re-plug
 /// Time from a re-attachment to the first tracked frame, seconds.
 pub(crate) const REATTACH_S: f64 = 1.5;
 
-/// What is wrong; empty when all is as it must be.
+/// Deviations from the required outcome; empty where there are none.
 pub(crate) type Wrong = Vec<String>;
 
 /// A value by its path, `a.b.c`.
@@ -70,6 +70,37 @@ impl Judge<'_> {
                 self.wrong.extend(counted.map(|(name, count)| format!("{path}.{name} is {count}")));
             }
         }
+    }
+
+    /// The kernel has the camera with all of its interfaces, at this speed.
+    fn enumerated(&mut self, speed: &str) {
+        self.is("enumerated.speed_mbit", speed);
+        self.is("enumerated.interfaces", 5);
+        self.is("enumerated.product", "0b07");
+        self.within("enumerated_s", 0.0, 1.0);
+    }
+
+    /// `meniscus doctor` met its checks and read the calibration of the simulated camera.
+    fn examined(&mut self) {
+        for check in ["camera_found", "camera_permitted", "link_usb3", "calibration_read", "depth_unit_um"] {
+            self.is(&format!("checks.{check}.ok"), true);
+        }
+        self.is("exit", 0);
+        self.is("checks.frame_rate_hz.ok", true);
+        self.is("checks.realtime_granted.ok", true);
+        self.is("camera.depth_unit_um", 100);
+        self.within("camera.intrinsics.fx", 384.20, 384.22);
+        self.within("camera.intrinsics.ppy", 236.34, 236.36);
+        self.within("camera.baseline_mm", 50.05, 50.07);
+    }
+
+    /// The service manager was notified in time, and often enough.
+    fn served(&mut self, seconds: f64) {
+        self.is("exit", 0);
+        self.within("notified.ready_s", 0.0, seconds);
+        self.within("notified.tracking_s", 0.0, seconds);
+        self.within("notified.longest_silence_s", 0.0, 2.0);
+        self.within("notified.signs_of_life", 2.0, 100.0);
     }
 
     /// A run that ended well, tracking, with no turn late, stale or allocating.
@@ -132,26 +163,8 @@ pub(crate) fn judge(scenario: &Scenario, facts: &Value, film: &Value) -> Wrong {
     }
     judge.is("kernel_complaints", Vec::<Value>::new());
     match scenario.must {
-        Must::Enumerate(speed) => {
-            judge.is("enumerated.speed_mbit", speed);
-            judge.is("enumerated.interfaces", 5);
-            judge.is("enumerated.product", "0b07");
-            judge.within("enumerated_s", 0.0, 1.0);
-        }
-        Must::Doctor => {
-            for check in
-                ["camera_found", "camera_permitted", "link_usb3", "calibration_read", "depth_unit_um"]
-            {
-                judge.is(&format!("checks.{check}.ok"), true);
-            }
-            judge.is("exit", 0);
-            judge.is("checks.frame_rate_hz.ok", true);
-            judge.is("checks.realtime_granted.ok", true);
-            judge.is("camera.depth_unit_um", 100);
-            judge.within("camera.intrinsics.fx", 384.20, 384.22);
-            judge.within("camera.intrinsics.ppy", 236.34, 236.36);
-            judge.within("camera.baseline_mm", 50.05, 50.07);
-        }
+        Must::Enumerate(speed) => judge.enumerated(speed),
+        Must::Doctor => judge.examined(),
         Must::Record => {
             judge.is("exit", 0);
             // Half of the images without any compression.
@@ -180,13 +193,7 @@ pub(crate) fn judge(scenario: &Scenario, facts: &Value, film: &Value) -> Wrong {
             judge.recovered(rung);
             judge.reattached();
         }
-        Must::Service(seconds) => {
-            judge.is("exit", 0);
-            judge.within("notified.ready_s", 0.0, seconds);
-            judge.within("notified.tracking_s", 0.0, seconds);
-            judge.within("notified.longest_silence_s", 0.0, 2.0);
-            judge.within("notified.signs_of_life", 2.0, 100.0);
-        }
+        Must::Service(seconds) => judge.served(seconds),
         Must::Flash => {
             judge.healthy();
             // The run outlasts both flashes.

@@ -4,7 +4,7 @@ use super::Failure;
 use serde_json::Value;
 use std::path::Path;
 
-/// What the guest's lines of facts begin with.
+/// Prefix of the guest's lines of facts.
 const MARK: &str = "HIL ";
 
 /// One boot.
@@ -42,7 +42,7 @@ impl Log {
     }
 }
 
-/// What has to be taken away from and added to `old` to get `new`, by the longest common lines.
+/// Returns the lines to remove from and to add to `old` to get `new`, by the longest common subsequence.
 pub(crate) fn difference<'t>(old: &[&'t str], new: &[&'t str]) -> Vec<String> {
     let (n, m) = (old.len(), new.len());
     let mut common = vec![vec![0_u32; m + 1]; n + 1];

@@ -93,7 +93,7 @@ fn main() -> ExitCode {
     }
 }
 
-/// What everything before took, seconds.
+/// Returns the wall time of everything before, seconds.
 fn wall_s(words: &[&str]) -> f64 {
     let wall = words.iter().find_map(|word| word.strip_prefix("--wall="));
     wall.and_then(|wall| wall.parse().ok()).unwrap_or(f64::NAN)

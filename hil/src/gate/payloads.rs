@@ -7,7 +7,7 @@ use std::fs::File;
 use std::io::{BufWriter, Write};
 use std::path::Path;
 
-/// What happens to the wire: a lost, a torn and an erroneous frame, a skipped number, a frame that comes twice.
+/// Faults of the wire: a lost, a torn and an erroneous frame, a skipped number, a frame that comes twice.
 const FAULTS: &str = "drop@30,tear@40,err@50,gap@55,duplicate@60,length2@65";
 
 /// Writes the payloads of the first `frames` shots: stream and length as little-endian words, then the bytes.

@@ -16,19 +16,19 @@ fn checks_of(report: &Path) -> Result<Vec<Check>, Failure> {
     let text = |value: &Value| value.as_str().unwrap_or_default().to_owned();
     let read = |c: &Value| {
         let value = number(c, "value");
-        Check(text(&c["name"]), value, text(&c["unit"]), text(&c["target"]), c["ok"] == true)
+        check(&text(&c["name"]), value, &text(&c["unit"]), &text(&c["target"]), c["ok"] == true)
     };
     Ok(checks.filter(|check| check["name"] != "wall_s").map(read).collect())
 }
 
-/// How the verdict is given.
+/// Options of the verdict.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Wanted<'w> {
     /// One JSON object instead of a table.
     pub(crate) json: bool,
     /// Write the golden log anew.
     pub(crate) bless: bool,
-    /// What everything before took, seconds.
+    /// Wall time of everything before, seconds.
     pub(crate) wall_s: f64,
     /// Reports of other commands whose checks belong to the gate's.
     pub(crate) with: &'w [&'w Path],
@@ -57,7 +57,7 @@ pub(crate) fn judge(logs: [&Path; 2], film: &Path, golden: &Path, wanted: Wanted
         checks.extend(checks_of(report)?);
     }
     // Told with its target, and no verdict: it is the machine's, which others may use, and not the program's.
-    let passed = checks.iter().all(|check| check.4);
+    let passed = checks.iter().all(|check| check.ok);
     checks.push(check("wall_s", wanted.wall_s, "s", "<= 600", wanted.wall_s <= 600.0));
     if wanted.json {
         println!("{}", serde_json::to_string_pretty(&object(&verdicts, &first, &checks))?);

@@ -1,6 +1,6 @@
 //! The scenarios of the gate, in the order of their dependence, and what must come of each.
 
-/// What must come of a scenario.
+/// Required outcome of a scenario.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Must {
     /// All five interfaces at this speed, in Mbit/s.
@@ -38,7 +38,7 @@ pub(crate) struct Scenario {
     pub(crate) chapter: u8,
     /// For the guest: `NAME[:TROUBLE[:SECONDS]]`.
     pub(crate) plan: &'static str,
-    /// What must come of it.
+    /// Its required outcome.
     pub(crate) must: Must,
 }
 

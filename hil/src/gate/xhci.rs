@@ -19,7 +19,7 @@ use std::path::Path;
 use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
 use std::time::{Duration, Instant};
 
-/// What the guest says before the name of a plan, and at its end.
+/// Words of the guest before the name of a plan, and at its end.
 const PLUG: &str = "HIL-PLUG ";
 const UNPLUG: &str = "HIL-UNPLUG";
 
@@ -133,7 +133,7 @@ fn told(counts: Counts) -> Value {
 pub(crate) fn judge(log: &Path, json: bool, wall_s: f64) -> Result<bool, Failure> {
     let log = Log::read(log)?;
     let mut checks = of(&log);
-    let passed = checks.iter().all(|check| check.4);
+    let passed = checks.iter().all(|check| check.ok);
     checks.push(check("wall_s", wall_s, "s", "told", true));
     if json {
         let told: Vec<Value> =
@@ -193,6 +193,6 @@ mod tests {
 
     #[test]
     fn nothing_passes_on_an_empty_log() {
-        assert!(of(&Log::default()).iter().all(|check| !check.4));
+        assert!(of(&Log::default()).iter().all(|check| !check.ok));
     }
 }

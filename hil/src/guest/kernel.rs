@@ -1,4 +1,4 @@
-//! What the guest's kernel shows: the camera in sysfs, and whether anything went wrong in the kernel itself.
+//! Facts of the guest's kernel: the camera in sysfs, and the kernel's own complaints.
 
 use serde_json::{Value, json};
 use std::fs;

@@ -12,7 +12,7 @@ pub(crate) const OUT: &str = "/tmp/out";
 /// Its table of turns.
 pub(crate) const TURNS: &str = "/tmp/turns.csv";
 
-/// What a child left behind.
+/// Exit status and output of a child process.
 #[derive(Clone, Debug)]
 pub(crate) struct Ran {
     /// Exit status; -1 for a signal.

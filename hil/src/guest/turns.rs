@@ -30,7 +30,7 @@ fn us(time: SystemTime) -> u64 {
     time.duration_since(UNIX_EPOCH).map_or(0, |time| u64::try_from(time.as_micros()).unwrap_or(u64::MAX))
 }
 
-/// What the table says.
+/// Figures of the table.
 ///
 /// | key | meaning |
 /// |---|---|

@@ -9,19 +9,19 @@ use std::io::{self, Write};
 use std::os::unix::net::UnixStream;
 use std::time::{Duration, Instant};
 
-/// What QEMU asks.
+/// Request from QEMU.
 #[derive(Clone, Debug)]
 pub struct Request(Message);
 
 /// Reads the next request; blocks until there is one.
 ///
 /// # Errors
-/// What the socket says, and [`io::ErrorKind::InvalidData`] for what is no message.
+/// The socket's error, and [`io::ErrorKind::InvalidData`] for what is no message.
 pub fn read(link: &mut UnixStream) -> io::Result<Request> {
     Message::read(link).map(Request)
 }
 
-/// What a camera has met between its plug and now.
+/// Counts of bus events since the camera was plugged in.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counts {
     /// Times it was on the bus.
@@ -76,7 +76,7 @@ impl Redirected {
     /// Greets QEMU.
     ///
     /// # Errors
-    /// What the socket says.
+    /// The socket's error.
     pub fn new(mut link: UnixStream) -> io::Result<Self> {
         link.write_all(&Message::hello().bytes())?;
         Ok(Self {
@@ -103,7 +103,7 @@ impl Redirected {
     /// Takes it out.
     ///
     /// # Errors
-    /// What the socket says.
+    /// The socket's error.
     pub fn unplug(&mut self) -> io::Result<Counts> {
         self.device = None;
         self.pump()?;
@@ -129,7 +129,7 @@ impl Redirected {
     /// Plugs, unplugs and payloads that are due.
     ///
     /// # Errors
-    /// What the socket says.
+    /// The socket's error.
     pub fn pump(&mut self) -> io::Result<()> {
         let now_us = self.now_us();
         let seen = self.device.as_ref().and_then(|device| device.seen(now_us));
@@ -205,7 +205,7 @@ impl Redirected {
     /// Takes a request of QEMU's.
     ///
     /// # Errors
-    /// What the socket says.
+    /// The socket's error.
     pub fn take(&mut self, Request(message): Request) -> io::Result<()> {
         let (number, first) = (message.number, message.byte(0));
         let answer = |kind, body: &[u8]| Message::new(kind, number, body.to_vec());

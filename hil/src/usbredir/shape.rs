@@ -1,4 +1,4 @@
-//! What QEMU is told of the device before the guest sees it: speed, interfaces, endpoints.
+//! Description of the device for QEMU, before the guest sees it: speed, interfaces, endpoints.
 
 use super::wire::{Message, kind};
 use crate::device::Seen;

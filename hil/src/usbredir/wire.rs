@@ -30,7 +30,7 @@ pub(super) mod kind {
     pub(crate) const INTERRUPT: u32 = 103;
 }
 
-/// How a request ended.
+/// Status of a request.
 pub(super) mod status {
     pub(crate) const SUCCESS: u8 = 0;
     pub(crate) const CANCELLED: u8 = 1;
@@ -40,7 +40,7 @@ pub(super) mod status {
     pub(crate) const BABBLE: u8 = 6;
 }
 
-/// What this side can do: the device's version in the connection, an answer to a disconnection, packet sizes of the
+/// Capabilities of this side: the device's version in the connection, an answer to a disconnection, packet sizes of the
 /// endpoints, numbers of 64 bits, bulk lengths of 32 bits. Without the last three QEMU allows no SuperSpeed.
 const CAPABILITIES: u32 = 1 << 1 | 1 << 3 | 1 << 4 | 1 << 5 | 1 << 6;
 /// Longest message that is taken.

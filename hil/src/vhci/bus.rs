@@ -24,7 +24,7 @@ pub struct Sent {
     pub read: bool,
 }
 
-/// What the camera's side has seen, independent of the reader.
+/// Observations of the camera's side, independent of the reader.
 #[derive(Clone, Debug, Default)]
 pub struct Witness {
     /// Payloads in the order of their time.

@@ -52,7 +52,7 @@ impl Plugged {
         Ok(Self { shared, clock: Some(clock) })
     }
 
-    /// What has been seen so far.
+    /// Returns the observations so far.
     #[must_use]
     pub fn witness(&self) -> Witness {
         self.shared.bus().witness.clone()

@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 const CONTROLLER: &str = "/sys/devices/platform/vhci_hcd.0";
 /// Bus 1, device 2: any name that is not 0.
 const DEVICE: u32 = 65538;
-/// What `status` shows of a free port.
+/// Status code of a free port.
 const FREE: u32 = 4;
 /// Time that a port has to become free after its device has left.
 const LIMIT: Duration = Duration::from_secs(3);

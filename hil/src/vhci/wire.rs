@@ -12,7 +12,7 @@
 /// Bytes of a header.
 pub(super) const HEADER: usize = 48;
 
-/// What the kernel sends.
+/// Message from the kernel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Command {
     /// A request block.

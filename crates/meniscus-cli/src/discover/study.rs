@@ -37,9 +37,9 @@ pub(crate) struct Arguments {
     /// Folder for the page, the pictures and the trials.
     #[arg(long, default_value = "out/discover", value_name = "DIR")]
     out: PathBuf,
-    /// Folder of the measured water; skipped where it is not there.
-    #[arg(long, default_value = "../shared/data/antisloshing", value_name = "DIR")]
-    measured: PathBuf,
+    /// Folder of measured water: heights/ and motions/ as in tests/fixtures/antisloshing; left out without it.
+    #[arg(long, value_name = "DIR")]
+    measured: Option<PathBuf>,
     /// Clean trials.
     #[arg(long, default_value_t = 118)]
     clean: usize,
@@ -142,14 +142,13 @@ fn beside(
     if stop.load(Ordering::Relaxed) {
         return Ok(());
     }
-    if arguments.measured.join("heights").is_dir() {
+    if let Some(folder) = &arguments.measured {
         bar.set_message("measured water");
-        let asked =
-            ask_measured(&arguments.measured, &Settings::default(), 14.0, 4).map_err(|why| anyhow!(why))?;
+        let asked = ask_measured(folder, &Settings::default(), 14.0, 4).map_err(|why| anyhow!(why))?;
         study.beside.measured = Some(asked.into_iter().map(|asked| asked.told).collect());
         keep(&study.beside)?;
     } else {
-        bar.suspend(|| eprintln!("skipped: no measured water in {}", arguments.measured.display()));
+        bar.suspend(|| eprintln!("measured water is left out: --measured names no folder"));
     }
     Ok(())
 }

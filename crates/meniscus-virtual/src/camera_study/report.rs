@@ -28,13 +28,8 @@ pub fn report(outcome: &Outcome, command: &str) -> Result<Report, PictureError> 
     report.picture("errors.png", "errors by condition");
     report.picture("scenes.png", "scenes");
     report.checks(&outcome.checks);
-    match &outcome.golden {
-        Ok(frames) => {
-            for frame in frames.iter().filter(|frame| frame.different.is_none()) {
-                report.prose(&format!("Not covered by any filter: {}.", frame.file));
-            }
-        }
-        Err(why) => report.prose(&format!("{why}.")),
+    if let Err(why) = &outcome.golden {
+        report.prose(&format!("{why}."));
     }
     for trouble in &outcome.unrecovered {
         report.prose(&format!("Not as it must be: {trouble}"));

@@ -1,7 +1,7 @@
 //! From a dump to a camera that says the same.
 
 use super::SimulatedBus;
-use meniscus_hil::device::{Device, Replay, Said};
+use meniscus_hil::device::{ControlExchange, Device, Replay};
 use meniscus_usb::camera::{Dump, DumpedFrame};
 use meniscus_usb::transport::Speed;
 
@@ -10,7 +10,7 @@ use meniscus_usb::transport::Speed;
 pub fn replay(dump: &Dump) -> SimulatedBus {
     let said = dump.controls.iter().map(|control| {
         let ([value, selector], [index, unit]) = (control.value.to_le_bytes(), control.index.to_le_bytes());
-        Said {
+        ControlExchange {
             setup: [control.request_type, control.request, value, selector, index, unit],
             sent: control.sent.clone(),
             answer: control.answer.clone(),

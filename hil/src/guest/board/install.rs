@@ -1,7 +1,7 @@
 //! The first boot: a person installs the package on a board that does not have it, and then things go wrong.
 
 use super::service::{self, SLOTS, UNIT};
-use super::system::{self, Said, run, up_s, wait};
+use super::system::{self, ProgramOutput, run, up_s, wait};
 use super::{Board, Facts, Step};
 use serde_json::json;
 use std::error::Error;
@@ -35,14 +35,14 @@ pub(super) const STEPS: &[Step] = &[
 ];
 
 /// A word of a step that has to be there.
-fn done(said: &Said, what: &str) -> Result<(), Box<dyn Error>> {
+fn done(said: &ProgramOutput, what: &str) -> Result<(), Box<dyn Error>> {
     match said.exit {
         0 => Ok(()),
         _ => Err(format!("{what}: {}", said.facts()).into()),
     }
 }
 
-fn signal(which: &str, pid: &str) -> std::io::Result<Said> {
+fn signal(which: &str, pid: &str) -> std::io::Result<ProgramOutput> {
     run(&["busybox", "kill", which, pid])
 }
 
@@ -182,7 +182,7 @@ fn upgrade(_: &mut Board) -> Facts {
                "enabled": service::properties()?.get("UnitFileState") }))
 }
 
-/// Who has switched the service off keeps it off through an upgrade: what dpkg runs behind the new files.
+/// A service that was switched off stays off through an upgrade: the package's script behind the new files.
 fn disabled(_: &mut Board) -> Facts {
     const POSTINST: &str = "/var/lib/dpkg/info/meniscus.postinst";
     done(&run(&["systemctl", "disable", "--now", UNIT])?, "disable")?;
@@ -194,7 +194,7 @@ fn disabled(_: &mut Board) -> Facts {
     Ok(json!({ "enabled": enabled, "active": active }))
 }
 
-/// How the board is left, to be held against what the next boot finds.
+/// State of the board at the end, for comparison with the next boot.
 fn left(_: &mut Board) -> Facts {
     let failed = run(&["systemctl", "list-units", "--failed", "--plain", "--no-legend"])?.out;
     Ok(

@@ -38,9 +38,9 @@ pub(super) fn tracking(old: &str, seconds: u64) -> Result<String, Box<dyn std::e
 pub(super) struct Line {
     /// When, seconds since the kernel's first moment.
     pub(super) at_s: f64,
-    /// Whose.
+    /// Process that wrote it.
     pub(super) pid: String,
-    /// What.
+    /// The text.
     pub(super) text: String,
 }
 
@@ -49,7 +49,7 @@ pub(super) fn journal() -> io::Result<Vec<Line>> {
     lines(&["--namespace=meniscus"])
 }
 
-/// What systemd itself wrote about the unit.
+/// Lines of systemd itself about the unit.
 pub(super) fn about() -> io::Result<Vec<Line>> {
     lines(&["--unit", UNIT, "_PID=1"])
 }
@@ -71,7 +71,7 @@ pub(super) fn tracked_at(pid: &str) -> Option<f64> {
     journal.iter().find(|line| line.pid == pid && line.text == "mode: Tracking").map(|line| line.at_s)
 }
 
-/// How often the service was started anew by systemd.
+/// Number of restarts by systemd.
 pub(super) fn restarts() -> u64 {
     let count = properties().ok().and_then(|all| all.get("NRestarts")?.parse().ok());
     count.unwrap_or(u64::MAX)

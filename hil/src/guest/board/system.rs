@@ -12,8 +12,8 @@ use std::time::{Duration, Instant};
 /// Pause between two looks.
 const LOOK: Duration = Duration::from_millis(200);
 
-/// What a program said.
-pub(super) struct Said {
+/// Exit status and output of a program.
+pub(super) struct ProgramOutput {
     /// Exit status; -1 for a signal.
     pub(super) exit: i32,
     /// Standard output.
@@ -22,7 +22,7 @@ pub(super) struct Said {
     pub(super) err: String,
 }
 
-impl Said {
+impl ProgramOutput {
     /// For the facts: the status, and the last words when it is not 0.
     pub(super) fn facts(&self) -> Value {
         let last = |text: &str| text.lines().rev().take(4).collect::<Vec<_>>().join(" | ");
@@ -34,13 +34,17 @@ impl Said {
 }
 
 /// Runs a program as root at the board's prompt.
-pub(super) fn run(words: &[&str]) -> io::Result<Said> {
+pub(super) fn run(words: &[&str]) -> io::Result<ProgramOutput> {
     let (program, arguments) = words.split_first().ok_or(io::ErrorKind::InvalidInput)?;
     let mut command = Command::new(program);
     command.args(arguments).stdin(Stdio::null()).env("PATH", "/usr/sbin:/usr/bin").env("LC_ALL", "C");
     let done = command.env("DEBIAN_FRONTEND", "noninteractive").output()?;
     let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).trim().to_owned();
-    Ok(Said { exit: done.status.code().unwrap_or(-1), out: text(&done.stdout), err: text(&done.stderr) })
+    Ok(ProgramOutput {
+        exit: done.status.code().unwrap_or(-1),
+        out: text(&done.stdout),
+        err: text(&done.stderr),
+    })
 }
 
 /// `KEY=VALUE` lines of `systemctl show`.
