@@ -8,10 +8,11 @@ mod shaken;
 use meniscus::reduced::effects::{Class, LIBRARY, find};
 use meniscus_discover::calibrate::Group;
 use meniscus_discover::predict::Known;
+use meniscus_discover::settings::Settings;
 use meniscus_discover::study::measured::ask_measured;
 use meniscus_discover::thresholds::{Thresholds, thresholds};
 use meniscus_discover::verdict::Decision;
-use meniscus_discover::workflow::{Discovery, Settings, discover};
+use meniscus_discover::workflow::{Discovery, discover};
 use shaken::{KNOWN, glass};
 use std::path::Path;
 
@@ -55,7 +56,7 @@ fn what_is_hidden_is_named_and_its_interval_holds_it() {
         assert!((estimate.value - value).abs() < 0.15 * value.abs().min(1.0), "{estimate:?}");
         let gap = found.gap.expect("four recordings, one sealed");
         assert!(gap.effect < 0.4 * gap.untouched, "{gap:?}");
-        assert_eq!(found.sealed.as_deref(), Some("d"));
+        assert_eq!(found.split.held_out.as_ref().map(|record| record.name.as_str()), Some("d"));
     }
 }
 

@@ -12,9 +12,6 @@ use crate::study::motion_plans::{Kind, courses};
 use meniscus_data::motion::Motion;
 use nalgebra::{DMatrix, DVector};
 
-/// Separation (signal over noise) from which a record decides: gains of 20 are then usual.
-pub const ENOUGH: f64 = 5.0;
-
 /// What to record.
 #[derive(Clone, Debug)]
 pub struct Question {

@@ -6,6 +6,7 @@ use super::offsets::Offsets;
 use super::predict::{Known, SHARED, predict};
 use super::problem::Problem;
 use super::record::{Quantity, Record};
+use super::split::Split;
 use crate::fit_cache::Kept;
 use crate::reference_residual::Left;
 use std::collections::BTreeMap;
@@ -18,6 +19,8 @@ pub struct Group {
     pub known: Known,
     /// The recordings.
     pub records: Vec<Record>,
+    /// The same as they are split when another group judges this one.
+    pub split: Split,
     /// The baseline's numbers and lags that fit them best.
     theta: Vec<f64>,
     /// What these leave, by recording, channel and frame, m.
@@ -50,7 +53,8 @@ impl Group {
             residuals(record, &predict(record, &known, &theta, theta[SHARED + which], &[]))
         };
         let left = records.iter().enumerate().map(one).collect();
-        Ok(Self { known, records, theta, left })
+        let split = Split::of(&records);
+        Ok(Self { known, records, split, theta, left })
     }
 }
 

@@ -1,16 +1,13 @@
 //! Which effect is said, or which two: each has to lower the cost by more than clean glasses let it.
 
+use super::decision_rules::DecisionRules;
 use super::fit::{Fitted, fit_beside};
 use super::problem::Problem;
 use super::rank::{Candidate, rank};
+use super::settings::Settings;
 use super::thresholds::Thresholds;
-use super::verdict::{APART, TWINS, Verdict};
+use super::verdict::Verdict;
 use meniscus::reduced::effects::{Active, Entry, find};
-
-/// What a second effect has to gain as a part of the first one's gain: where it may only be making up for the
-/// formula of the first, and where it is geometry beside something in the liquid.
-const RELATED: f64 = 0.3;
-const UNRELATED: f64 = 0.05;
 
 /// What is said, and what it has to be told apart from.
 pub(super) struct Choice {
@@ -39,28 +36,29 @@ pub(super) fn believed(problem: &Problem, ranking: &[Candidate], limits: &Thresh
 /// more than clean glasses let it; where only the second does, the second alone.
 pub(super) fn choose(
     problem: &Problem,
-    library: &[&'static Entry],
     limits: &Thresholds,
+    settings: &Settings,
     verdict: &mut Verdict,
     place: usize,
 ) -> Option<Choice> {
     let none = verdict.plain.bic(verdict.count);
     let best = verdict.ranking[place].clone();
     let single = best.fitted.clone()?;
-    verdict.pairs = rank(problem, &single, library, none);
+    verdict.pairs = rank(problem, &single, &settings.library, none);
     let alone = Choice { fitted: single.clone(), rivals: verdict.ranking[place..].to_vec(), two: false };
     let Some(first) = verdict.pairs.iter().position(|pair| limits.clears(pair)) else { return Some(alone) };
     let pair = verdict.pairs[first].clone();
     let Some(both) = &pair.fitted else { return Some(alone) };
-    let part = part_of_first(&pair.names);
-    if pair.gain - best.gain <= limits.gain.max(APART).max(part * best.gain) {
+    let entries: Vec<&Entry> = pair.names.iter().filter_map(|name| find(name)).collect();
+    let share = settings.rules.second_share(&entries);
+    if pair.gain - best.gain <= limits.gain.max(settings.rules.min_gap_other_class).max(share * best.gain) {
         return Some(alone);
     }
     let second = both.active.last()?;
     let fitted = fit_beside(problem, &verdict.plain, second.entry, second);
     if fitted.cost - both.cost >= limits.of(best.last()) {
         let mut rivals = verdict.pairs[first..].to_vec();
-        rivals.extend(stand_ins(problem, &verdict.ranking, &best, second, none));
+        rivals.extend(stand_ins(problem, &settings.rules, &verdict.ranking, &best, second, none));
         return Some(Choice { fitted: both.clone(), rivals, two: true });
     }
     let name = second.entry.name;
@@ -80,6 +78,7 @@ pub(super) fn choose(
 /// told apart from the first.
 fn stand_ins(
     problem: &Problem,
+    rules: &DecisionRules,
     ranking: &[Candidate],
     first: &Candidate,
     second: &Active,
@@ -97,21 +96,11 @@ fn stand_ins(
         })
     };
     let near = |other: &&Candidate| {
-        other.last() != first.last() && other.last() != second.entry.name && first.gain - other.gain < TWINS
+        other.last() != first.last()
+            && other.last() != second.entry.name
+            && first.gain - other.gain < rules.min_gap_same_class
     };
     ranking.iter().filter(near).filter_map(pair).collect()
-}
-
-/// What the second of `names` has to gain as a part of the gain of the first. Where the first is geometry, what
-/// it leaves is no fault of its formula, so the second's own bound is enough; two of one class are near twins.
-fn part_of_first(names: &[&'static str]) -> f64 {
-    let entries: Vec<&Entry> = names.iter().filter_map(|name| find(name)).collect();
-    match entries.as_slice() {
-        [first, second] if first.class == second.class => RELATED,
-        [first, ..] if first.is_geometry() => 0.0,
-        [_, second] if !second.is_geometry() => RELATED,
-        _ => UNRELATED,
-    }
 }
 
 /// Whether `active`, if they are two, can be believed together: one happens in the liquid, the other is geometry,

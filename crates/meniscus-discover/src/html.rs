@@ -1,8 +1,7 @@
 //! The page of a discovery, on the report that every command shares.
 
-use super::ask::ENOUGH;
 use super::drawings::{disagreement, likeness, ranking};
-use super::verdict::{APART, Decision, TWINS};
+use super::verdict::Decision;
 use super::workflow::Discovery;
 use crate::insert::Closed;
 use meniscus_report::html::{Chart, Mark, Report, Series};
@@ -18,8 +17,8 @@ pub fn page(discovery: &Discovery, closed: &[Closed], command: &str) -> Result<S
     report.answer(&verdict.sentence());
     report.prose(&format!(
         "Fitted: {}. Sealed: {}. References: {} glasses of a known liquid{}.",
-        discovery.fitted.join(", "),
-        discovery.sealed.as_deref().unwrap_or("none (fewer than four recordings)"),
+        discovery.split.fitted.iter().map(|r| r.name.as_str()).collect::<Vec<_>>().join(", "),
+        discovery.split.held_out.as_ref().map_or("none (fewer than four recordings)", |r| r.name.as_str()),
         discovery.calibration.groups,
         if discovery.calibration.groups < 2 { "; the verdict is much weaker without them" } else { "" }
     ));
@@ -50,9 +49,11 @@ fn ranked(report: &mut Report, discovery: &Discovery) {
     };
     report.prose(&format!(
         "Gain in BIC over no effect. Believed from {:.0} and from what clean glasses show of the same effect; the second \
-         has to stay {APART:.0} behind, {TWINS:.0} in the same class.{firmness} Misfit {:.2} without, {:.2} with; at most \
+         has to stay {:.0} behind, {:.0} in the same class.{firmness} Misfit {:.2} without, {:.2} with; at most \
          {:.2} beside an effect, {:.2} where none is believed.",
         discovery.limits.gain,
+        discovery.rules.min_gap_other_class,
+        discovery.rules.min_gap_same_class,
         verdict.plain.chi2(verdict.count),
         verdict.chi2,
         discovery.limits.chi2,
@@ -125,9 +126,9 @@ fn question(report: &mut Report, discovery: &Discovery) {
     let [one, two] = &question.between;
     report.prose(&if question.hopeful() {
         format!(
-            "Record {}: it parts {one} from {two} by {:.1} times the noise ({ENOUGH} is enough); it costs {:.0} s and nothing \
+            "Record {}: it parts {one} from {two} by {:.1} times the noise ({} is enough); it costs {:.0} s and nothing \
              else. Looked at:",
-            question.motion, question.separation, question.seconds
+            question.motion, question.separation, discovery.rules.decisive_separation, question.seconds
         )
     } else {
         format!("No motion that was looked at parts {one} from {two}: to these recordings both do the same. Looked at:")
@@ -166,7 +167,7 @@ fn matrix(report: &mut Report, discovery: &Discovery) {
         .flat_map(|i| (0..i).map(move |j| (i, j)))
         .filter(|(i, j)| {
             let apart = length[*i].min(length[*j]) * (1.0 - cosines[*i][*j].powi(2)).max(0.0).sqrt();
-            apart < ENOUGH
+            apart < discovery.rules.decisive_separation
         })
         .map(|(i, j)| format!("{} ~ {}", names[j], names[i]))
         .collect();

@@ -17,25 +17,13 @@
 
 use super::calibrate::Calibration;
 use super::covariance::{MEMORY, Ready, prepare, whitening};
+use super::decision_rules::DecisionRules;
 use super::predict::{Known, SHARED, predict};
 use super::record::{Quantity, Record};
 use crate::fit_cache::{Kept, Name};
 use meniscus::reduced::effects::Active;
 use nalgebra::DVector;
 use std::sync::Arc;
-
-/// Part of a correction by which the formula of what happens in the liquid may be off: wall laws, constitutive
-/// laws and the shape of a steep wave are idealised, and a fill changes the waves.
-const TRUST_LIQUID: f64 = 0.25;
-
-/// The same of how it is looked at, timed and moved: geometry, whose formulas are exact; what is left is that
-/// the references speak of another size of the motion.
-const TRUST_GEOMETRY: f64 = 0.05;
-
-/// Part of the correction by `active` in which it is not trusted.
-fn distrust(active: &[Active]) -> f64 {
-    if active.iter().all(|active| active.entry.is_geometry()) { TRUST_GEOMETRY } else { TRUST_LIQUID }
-}
 
 /// Recordings with a prior and covariances.
 #[derive(Clone, Debug)]
@@ -168,9 +156,9 @@ impl Problem {
     ///
     /// # Errors
     /// In words, when a covariance cannot be factored.
-    pub fn trusting(&self, theta: &[f64], active: &[Active]) -> Result<Self, String> {
+    pub fn trusting(&self, theta: &[f64], active: &[Active], rules: &DecisionRules) -> Result<Self, String> {
         let mut out = self.clone();
-        let part = distrust(active);
+        let part = rules.formula_error(active);
         for (which, ready) in out.ready.iter_mut().enumerate() {
             let record = &ready.record;
             let before = predict(record, &self.known, &self.mean, self.mean[SHARED + which], &[]);

@@ -31,8 +31,8 @@ pub fn verdict_json(discovery: &Discovery, closed: &[Closed]) -> Value {
             "misfit_of_none": discovery.limits.clean_chi2, "fall": discovery.limits.bound,
         },
         "references": discovery.calibration.groups,
-        "recordings": discovery.fitted,
-        "sealed": discovery.sealed,
+        "recordings": discovery.split.fitted.iter().map(|r| &r.name).collect::<Vec<_>>(),
+        "sealed": discovery.split.held_out.as_ref().map(|r| &r.name),
         "parameters": discovery.estimates.iter().map(|e| json!({
             "effect": e.effect, "parameter": e.parameter, "unit": e.unit, "value": e.value,
             "interval_90": [e.interval.0, e.interval.1],

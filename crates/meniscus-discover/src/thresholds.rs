@@ -15,28 +15,17 @@
 //! what stands off at rest has that of an effect with one parameter.
 
 use super::calibrate::{Calibration, Group};
+use super::decision_rules::DecisionRules;
 use super::fit::{fit, fit_beside, free_of, search};
 use super::offsets::{Offset, stands_off};
 use super::problem::Problem;
 use super::rank::Candidate;
 use super::record::Quantity;
-use super::workflow::{Settings, split};
+use super::settings::Settings;
 use meniscus::reduced::effects::Entry;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
-
-/// Gain in BIC over none from which an effect is believed at all.
-pub const CERTAIN: f64 = 10.0;
-
-/// Chance of a name for a clean glass, all effects together.
-const FALSE_NAME: f64 = 0.01;
-
-/// Least threshold of the misfit a number beside an effect, and where references are too few to say.
-const LEAST_MISFIT: f64 = 1.25;
-
-/// Least square of what stands off at rest where references are too few to say: that of six of them.
-const UNSEEN_OFFSET: f64 = 41.0;
 
 /// Thresholds that the references set.
 #[derive(Clone, Debug, PartialEq)]
@@ -51,21 +40,30 @@ pub struct Thresholds {
     pub bound: BTreeMap<&'static str, f64>,
     /// Largest square of what stands off at rest, in units of its variance.
     pub offset: BTreeMap<Quantity, f64>,
+    /// The same where the references do not say.
+    pub unseen_offset: f64,
 }
 
 impl Default for Thresholds {
     fn default() -> Self {
-        Self {
-            gain: CERTAIN,
-            chi2: LEAST_MISFIT,
-            clean_chi2: LEAST_MISFIT,
-            bound: BTreeMap::new(),
-            offset: BTreeMap::new(),
-        }
+        Self::without_references(&DecisionRules::default())
     }
 }
 
 impl Thresholds {
+    /// Returns the thresholds that `rules` set before any reference.
+    #[must_use]
+    pub fn without_references(rules: &DecisionRules) -> Self {
+        Self {
+            gain: rules.min_gain,
+            chi2: rules.min_misfit_limit,
+            clean_chi2: rules.min_misfit_limit,
+            unseen_offset: rules.unseen_offset_limit,
+            bound: BTreeMap::new(),
+            offset: BTreeMap::new(),
+        }
+    }
+
     /// By how much the effect called `name` has to lower the cost.
     #[must_use]
     pub fn of(&self, name: &str) -> f64 {
@@ -81,7 +79,8 @@ impl Thresholds {
     /// What of `offsets` is beyond what clean glasses show, the furthest, and how much it is, m.
     #[must_use]
     pub fn beyond(&self, offsets: &[Offset]) -> Option<(Quantity, f64)> {
-        let over = |o: &&Offset| o.square / self.offset.get(&o.quantity).copied().unwrap_or(UNSEEN_OFFSET);
+        let over =
+            |o: &&Offset| o.square / self.offset.get(&o.quantity).copied().unwrap_or(self.unseen_offset);
         let most = offsets.iter().max_by(|a, b| over(a).total_cmp(&over(b)))?;
         (over(&most) > 1.0).then_some((most.quantity, most.m))
     }
@@ -117,10 +116,10 @@ pub fn shown(groups: &[&Group], settings: &Settings) -> Result<Vec<Shown>, Strin
     let one = |(index, group): (usize, &&Group)| {
         let others: Vec<&Group> =
             groups.iter().enumerate().filter(|(i, _)| *i != index).map(|(_, g)| *g).collect();
-        let (records, _) = split(&group.records);
-        let calibration = Calibration::from(&others, &records, settings.own_clocks_s);
+        let records = &group.split.fitted;
+        let calibration = Calibration::from(&others, records, settings.own_clocks_s);
         let problem =
-            Problem::new(&records, group.known, &calibration, settings.noise)?.keeping(&settings.kept);
+            Problem::new(records, group.known, &calibration, settings.noise)?.keeping(&settings.kept);
         let plain = fit(&problem, &problem.mean, &[], &[]);
         let fall = |entry: &&'static Entry| {
             let (_, from, _) = search(&problem, &plain, entry);
@@ -139,22 +138,23 @@ pub fn shown(groups: &[&Group], settings: &Settings) -> Result<Vec<Shown>, Strin
 /// Thresholds from what references showed; twice the gain is asked for where they are too few to say.
 #[must_use]
 pub fn limits(shown: &[&Shown], settings: &Settings) -> Thresholds {
-    let mut limits = Thresholds::default();
+    let rules = &settings.rules;
+    let mut limits = Thresholds::without_references(rules);
     let Some(first) = shown.first().filter(|_| shown.len() > 2) else {
-        limits.gain *= 2.0;
+        limits.gain *= rules.few_references_factor;
         return limits;
     };
-    let chance = FALSE_NAME / settings.library.len().max(1) as f64;
+    let chance = rules.false_name_rate / settings.library.len().max(1) as f64;
     for ((i, entry), parameters) in settings.library.iter().enumerate().zip(&first.parameters) {
         let falls: Vec<f64> = shown.iter().map(|one| one.fall[i]).collect();
         limits.bound.insert(entry.name, bound(&falls, *parameters, chance));
     }
     let misfits: Vec<f64> = shown.iter().map(|one| one.chi2.ln()).collect();
-    limits.clean_chi2 = next(&misfits, FALSE_NAME).exp();
+    limits.clean_chi2 = next(&misfits, rules.false_name_rate).exp();
     limits.chi2 = limits.chi2.max(limits.clean_chi2);
     for (i, offset) in first.offsets.iter().enumerate() {
         let squares: Vec<f64> = shown.iter().filter_map(|one| one.offsets.get(i)).map(|o| o.square).collect();
-        let limit = bound(&squares, 1, FALSE_NAME / first.offsets.len() as f64);
+        let limit = bound(&squares, 1, rules.false_name_rate / first.offsets.len() as f64);
         limits.offset.insert(offset.quantity, limit);
     }
     limits

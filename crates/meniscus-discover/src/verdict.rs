@@ -7,17 +7,9 @@ use super::offsets::stands_off;
 use super::problem::Problem;
 use super::rank::{Candidate, rank};
 use super::record::Quantity;
+use super::settings::Settings;
 use super::thresholds::Thresholds;
-use meniscus::reduced::effects::{Class, Entry, find};
-
-/// Gain over the second, in another class.
-pub const APART: f64 = 10.0;
-
-/// Gain over the second, in the same class: near twins.
-pub const TWINS: f64 = 20.0;
-
-/// Share of bootstrap draws that the winner has to win.
-const INCLUSION: f64 = 0.9;
+use meniscus::reduced::effects::{Class, find};
 
 /// What was decided.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -134,9 +126,10 @@ impl Verdict {
     }
 }
 
-/// Ranks the effects of `library` on `problem` and decides.
+/// Ranks the effects of the library on `problem` and decides.
 #[must_use]
-pub fn decide(problem: &Problem, library: &[&'static Entry], limits: &Thresholds, seed: u64) -> Verdict {
+pub fn decide(problem: &Problem, limits: &Thresholds, settings: &Settings) -> Verdict {
+    let Settings { library, rules, .. } = settings;
     let count = problem.count();
     let plain = fit(problem, &problem.mean, &[], &[]);
     let first = plain.clone();
@@ -144,7 +137,7 @@ pub fn decide(problem: &Problem, library: &[&'static Entry], limits: &Thresholds
     // Formulas are not exact: the correction that the best one makes says by how much. Under that
     // covariance everything is fitted again.
     let best = believed(problem, &ranking, limits).and_then(|place| ranking[place].fitted.clone());
-    let trusting = best.and_then(|best| problem.trusting(&best.theta, &best.active).ok());
+    let trusting = best.and_then(|best| problem.trusting(&best.theta, &best.active, rules).ok());
     let (problem, plain, ranking) = match &trusting {
         Some(problem) => {
             let plain = fit(problem, &plain.theta, &[], &[]);
@@ -180,13 +173,13 @@ pub fn decide(problem: &Problem, library: &[&'static Entry], limits: &Thresholds
         }
         return verdict;
     };
-    let Some(choice) = choose(problem, library, limits, &mut verdict, place) else { return verdict };
-    judge(problem, limits, &mut verdict, choice, seed);
+    let Some(choice) = choose(problem, limits, settings, &mut verdict, place) else { return verdict };
+    judge(problem, limits, settings, &mut verdict, choice);
     verdict
 }
 
 /// Whether the choice is a name, a tie or unknown.
-fn judge(problem: &Problem, limits: &Thresholds, verdict: &mut Verdict, choice: Choice, seed: u64) {
+fn judge(problem: &Problem, limits: &Thresholds, settings: &Settings, verdict: &mut Verdict, choice: Choice) {
     let Choice { fitted, rivals, two } = choice;
     verdict.chosen = fitted;
     verdict.names.clone_from(&rivals[0].names);
@@ -194,17 +187,19 @@ fn judge(problem: &Problem, limits: &Thresholds, verdict: &mut Verdict, choice: 
     verdict.chi2 = verdict.chosen.chi2(verdict.count);
     verdict.stands_off = limits.beyond(&stands_off(problem, &verdict.chosen));
     (verdict.held_out, verdict.foretold) = held_out(problem, &verdict.plain, &verdict.chosen);
-    verdict.inclusion = inclusion(problem, &rivals, &verdict.plain, seed);
+    verdict.inclusion = inclusion(problem, &rivals, &verdict.plain, settings.seed);
     let class_of = |candidate: &Candidate| find(candidate.last()).map(|entry| entry.class);
     let class = class_of(&rivals[0]);
-    let apart =
-        |rival: &&Candidate| verdict.gain - rival.gain < if class_of(rival) == class { TWINS } else { APART };
-    let near: Vec<&Candidate> = rivals.iter().filter(apart).collect();
+    let close =
+        |rival: &&Candidate| verdict.gain - rival.gain < settings.rules.min_gap(class_of(rival) == class);
+    let near: Vec<&Candidate> = rivals.iter().filter(close).collect();
     let same_class = near.iter().all(|rival| class_of(rival) == class);
     let chosen = &verdict.chosen;
     verdict.edges = edges(chosen);
     verdict.class = class.filter(|_| same_class && !two);
-    let borne_out = verdict.inclusion >= INCLUSION && verdict.foretold > 0.0 && verdict.edges.is_empty();
+    let borne_out = verdict.inclusion >= settings.rules.min_inclusion
+        && verdict.foretold > 0.0
+        && verdict.edges.is_empty();
     let leaves = verdict.chi2 > limits.chi2 || verdict.stands_off.is_some();
     verdict.makeshift = two && !leaves && !stand_apart(&verdict.chosen.active);
     verdict.decision = if leaves || verdict.makeshift {

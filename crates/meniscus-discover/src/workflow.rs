@@ -2,39 +2,17 @@
 
 use super::ask::{Question, ask};
 use super::calibrate::{Calibration, Group};
+use super::decision_rules::DecisionRules;
 use super::evidence::isolability;
 use super::gap::{Gap, gap};
 use super::localise::{Cell, localise};
 use super::predict::Known;
 use super::problem::Problem;
 use super::record::Record;
+use super::settings::Settings;
+use super::split::Split;
 use super::thresholds::Thresholds;
 use super::verdict::{Decision, Verdict, decide};
-use crate::fit_cache::Kept;
-use meniscus::reduced::effects::{Entry, LIBRARY};
-use std::sync::Arc;
-
-/// How a discovery is made.
-#[derive(Clone, Debug)]
-pub struct Settings {
-    /// Effects that may be named.
-    pub library: Vec<&'static Entry>,
-    /// Seed of the bootstrap.
-    pub seed: u64,
-    /// Factor on the noise that rest frames show; 1 unless it is to be misjudged.
-    pub noise: f64,
-    /// Deviation of each recording's own clock, s, where it has one.
-    pub own_clocks_s: Option<f64>,
-    /// Where fits are kept, so that an interrupted discovery goes on.
-    pub kept: Option<Arc<Kept>>,
-}
-
-impl Default for Settings {
-    fn default() -> Self {
-        Self { library: LIBRARY.iter().collect(), seed: 1, noise: 1.0, own_clocks_s: None, kept: None }
-    }
-}
-
 /// A parameter with its interval.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Estimate {
@@ -55,10 +33,12 @@ pub struct Estimate {
 pub struct Discovery {
     /// The decision and what led to it.
     pub verdict: Verdict,
-    /// Names of the recordings that were fitted, and of the sealed one.
-    pub fitted: Vec<String>,
-    /// Name of the sealed one.
-    pub sealed: Option<String>,
+    /// The recordings that were fitted, and the one that was held out.
+    pub split: Split,
+    /// Glass and liquid as stated.
+    pub known: Known,
+    /// Constants of the decision.
+    pub rules: DecisionRules,
     /// What the references taught.
     pub calibration: Calibration,
     /// Thresholds that were used.
@@ -75,24 +55,6 @@ pub struct Discovery {
     pub question: Option<Question>,
     /// Curves of the sealed recording: time, measured, untouched, with the effect (slope or peak, m).
     pub curves: Vec<[f64; 4]>,
-}
-
-/// The recordings to fit and the sealed one: of four or more, the second strongest stays sealed, so that
-/// it lies inside of what was fitted.
-#[must_use]
-pub fn split(records: &[Record]) -> (Vec<Record>, Option<Record>) {
-    if records.len() < 4 {
-        return (records.to_vec(), None);
-    }
-    let strength = |record: &Record| {
-        record.drive.along_m_s2.iter().flatten().map(|a| a * a).sum::<f64>()
-            / record.drive.along_m_s2.len() as f64
-    };
-    let mut order: Vec<usize> = (0..records.len()).collect();
-    order.sort_by(|a, b| strength(&records[*b]).total_cmp(&strength(&records[*a])));
-    let sealed = order[1];
-    let kept = records.iter().enumerate().filter(|(i, _)| *i != sealed).map(|(_, r)| r.clone()).collect();
-    (kept, Some(records[sealed].clone()))
 }
 
 /// One discovery on `records` of a liquid of which `known` is said, against `groups` of references.
@@ -113,21 +75,21 @@ pub fn discover(
             records.len()
         ));
     }
-    let (fit, sealed) = split(records);
-    let calibration = Calibration::from(groups, &fit, settings.own_clocks_s);
-    let problem = Problem::new(&fit, known, &calibration, settings.noise)?.keeping(&settings.kept);
-    let verdict = decide(&problem, &settings.library, limits, settings.seed);
+    let split = Split::of(records);
+    let calibration = Calibration::from(groups, &split.fitted, settings.own_clocks_s);
+    let problem = Problem::new(&split.fitted, known, &calibration, settings.noise)?.keeping(&settings.kept);
+    let verdict = decide(&problem, limits, settings);
     // Both speak of the problem as it was before formulas were distrusted, so the fit must be that one's.
     let map = localise(&problem, &verdict.first);
     let (length, cosines) = isolability(&problem, &verdict.first, &settings.library);
     let names = settings.library.iter().map(|entry| entry.name).collect();
     let question =
         (verdict.decision == Decision::Tied).then(|| ask(&problem, &calibration, &verdict)).flatten();
-    let estimates = estimates(&verdict);
+    let estimates = estimates(&verdict, &settings.rules);
     let mut curves = Vec::new();
-    let gap = match &sealed {
-        Some(sealed) => {
-            let (gap, drawn) = gap(sealed, known, &calibration, &problem, &verdict, settings.noise)?;
+    let gap = match &split.held_out {
+        Some(held_out) => {
+            let (gap, drawn) = gap(held_out, known, &calibration, &problem, &verdict, settings.noise)?;
             curves = drawn;
             Some(gap)
         }
@@ -135,8 +97,9 @@ pub fn discover(
     };
     Ok(Discovery {
         verdict,
-        fitted: fit.iter().map(|r| r.name.clone()).collect(),
-        sealed: sealed.map(|r| r.name),
+        split,
+        known,
+        rules: settings.rules,
         calibration,
         limits: limits.clone(),
         map,
@@ -151,7 +114,7 @@ pub fn discover(
 /// Values of the chosen effects with 90 % intervals: the curvature of the posterior, widened by the
 /// misfit that is left.
 #[must_use]
-pub fn estimates(verdict: &Verdict) -> Vec<Estimate> {
+pub fn estimates(verdict: &Verdict, rules: &DecisionRules) -> Vec<Estimate> {
     let fitted = &verdict.chosen;
     let covariance = fitted.covariance();
     let widen = verdict.chi2.max(1.0).sqrt();
@@ -161,7 +124,7 @@ pub fn estimates(verdict: &Verdict) -> Vec<Estimate> {
         let value = active.values[*which];
         let place = fitted.theta.len() + i;
         let deviation = covariance.as_ref().map_or(f64::INFINITY, |c| c[(place, place)].max(0.0).sqrt());
-        let half = 1.645 * widen * deviation;
+        let half = rules.interval_deviations * widen * deviation;
         let (least, largest) = parameter.range;
         Estimate {
             effect: active.entry.name,

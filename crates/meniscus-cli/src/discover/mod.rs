@@ -15,9 +15,10 @@ use meniscus_discover::insert::Closed;
 use meniscus_discover::insert::simulated::Resolution;
 use meniscus_discover::load::{Folder, load};
 use meniscus_discover::report::{scene_toml, verdict_json};
+use meniscus_discover::settings::Settings;
 use meniscus_discover::thresholds::thresholds;
 use meniscus_discover::verdict::Decision;
-use meniscus_discover::workflow::{Discovery, Settings, discover, split};
+use meniscus_discover::workflow::{Discovery, discover};
 use meniscus_platform::files::write_whole;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -237,7 +238,7 @@ fn others(arguments: &Wanted, folder: &Folder, found: &Discovery) -> anyhow::Res
         }
         return Ok(closed);
     }
-    let sealed = split(&folder.records).1;
+    let sealed = &found.split.held_out;
     if let Some(path) = &arguments.model {
         let bytes = file(path)?;
         let model = Model::load(&bytes).with_context(|| format!("the model {path} is refused"))?;

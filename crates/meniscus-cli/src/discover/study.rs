@@ -3,6 +3,7 @@
 use super::super::stop::watched;
 use anyhow::anyhow;
 use indicatif::{ProgressBar, ProgressStyle};
+use meniscus_discover::settings::Settings;
 use meniscus_discover::study::bench::Places;
 use meniscus_discover::study::measured::ask_measured;
 use meniscus_discover::study::page::markdown;
@@ -10,7 +11,6 @@ use meniscus_discover::study::pictures::{confusion_png, detection_png};
 use meniscus_discover::study::run::{Course, judge_all};
 use meniscus_discover::study::tally::{Beside, Study, checks};
 use meniscus_discover::study::{long_discovery_s, reference_coverage, simulate};
-use meniscus_discover::workflow::Settings;
 use meniscus_platform::files::write_whole;
 use meniscus_report::checks::{Check, table};
 use std::path::{Path, PathBuf};

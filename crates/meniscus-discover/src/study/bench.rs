@@ -4,12 +4,11 @@ use super::super::calibrate::Group;
 use super::super::fit::fit;
 use super::super::gap::gap_of;
 use super::super::load::load;
-use super::super::predict::Known;
 use super::super::problem::Problem;
-use super::super::record::Record;
+use super::super::settings::Settings;
 use super::super::thresholds::{Shown, Thresholds, limits, shown};
 use super::super::verdict::Decision;
-use super::super::workflow::{Discovery, Settings, discover, split};
+use super::super::workflow::{Discovery, discover};
 use super::cases::clean;
 use super::plans::Plan;
 use super::trial::Trial;
@@ -164,7 +163,7 @@ pub fn judge(
     let begun = Instant::now();
     let found = discover(&folder.records, folder.known, &groups, &limits, &settings)?;
     let seconds = begun.elapsed().as_secs_f64();
-    let oracle = oracle_mm(plan, &found, &folder.records, folder.known)?;
+    let oracle = oracle_mm(plan, &found)?;
     Ok(judged(&found, oracle, seconds))
 }
 
@@ -189,12 +188,7 @@ fn judged(found: &Discovery, oracle_mm: Option<f64>, seconds: f64) -> Judged {
 }
 
 /// The gap of the oracle, mm: the true effect at its true size in the reduced model, nuisances fitted.
-fn oracle_mm(
-    plan: &Plan,
-    found: &Discovery,
-    records: &[Record],
-    known: Known,
-) -> Result<Option<f64>, String> {
+fn oracle_mm(plan: &Plan, found: &Discovery) -> Result<Option<f64>, String> {
     if plan.answer.effects.is_empty() {
         return Ok(None);
     }
@@ -205,10 +199,9 @@ fn oracle_mm(
         values[0] = *value;
         active.push(Active { entry, values });
     }
-    let (fitted, sealed) = split(records);
-    let Some(sealed) = sealed else { return Ok(None) };
-    let problem = Problem::new(&fitted, known, &found.calibration, plan.noise)?;
-    let trusting = problem.trusting(&problem.mean, &active)?;
+    let Some(held_out) = &found.split.held_out else { return Ok(None) };
+    let problem = Problem::new(&found.split.fitted, found.known, &found.calibration, plan.noise)?;
+    let trusting = problem.trusting(&problem.mean, &active, &found.rules)?;
     let fitted = fit(&trusting, &problem.mean, &active, &[]);
-    Ok(Some(1e3 * gap_of(&sealed, known, &found.calibration, &fitted, plan.noise)?))
+    Ok(Some(1e3 * gap_of(held_out, found.known, &found.calibration, &fitted, plan.noise)?))
 }

@@ -4,9 +4,10 @@
 use super::super::calibrate::Group;
 use super::super::predict::{Known, SHARED, predict};
 use super::super::record::Record;
+use super::super::settings::Settings;
 use super::super::thresholds::Thresholds;
 use super::super::verdict::Decision;
-use super::super::workflow::{Discovery, Settings, discover};
+use super::super::workflow::{Discovery, discover};
 use crate::motion_table::{peaks, poses};
 use meniscus::reduced::effects::Active;
 use rayon::prelude::*;

@@ -18,8 +18,9 @@ use super::load::load;
 use super::predict::{Known, predict};
 use super::problem::Problem;
 use super::record::{Channel, Quantity, Record};
+use super::settings::Settings;
 use super::thresholds::Thresholds;
-use super::workflow::{Settings, discover, split};
+use super::workflow::discover;
 use crate::motion_table::drive_of;
 use crate::study::motion_plans::Course;
 use meniscus_data::motion::Motion;
@@ -81,9 +82,9 @@ pub fn reference_coverage(out: &Path, seed: u64) -> Result<Option<(f64, usize)>,
         groups.push(Group::new(folder.known, folder.records, None)?);
     }
     let Some((first, others)) = groups.split_first() else { return Ok(None) };
-    let (records, _) = split(&first.records);
+    let records = &first.split.fitted;
     let others: Vec<&Group> = others.iter().collect();
-    let problem = Problem::new(&records, first.known, &Calibration::from(&others, &records, None), 1.0)?;
+    let problem = Problem::new(records, first.known, &Calibration::from(&others, records, None), 1.0)?;
     Ok(Some((coverage::coverage(&problem, DRAWS, seed), DRAWS)))
 }
 
