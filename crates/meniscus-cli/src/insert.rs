@@ -165,7 +165,7 @@ fn of_verdict(path: &Path) -> anyhow::Result<Vec<Active>> {
 
 /// Name, error before and after, mm, of every recording in the folder at `path`.
 fn tried(path: &Path, before: &Model<'_>, after: &Model<'_>) -> anyhow::Result<Vec<(String, f64, f64)>> {
-    let folder = load(path).map_err(|why| anyhow!(why))?;
+    let folder = load(path)?;
     folder.left_out.iter().for_each(|why| eprintln!("left out: {why}"));
     let mut rows = Vec::new();
     for record in &folder.records {

@@ -1,7 +1,7 @@
 //! Settings of a discovery.
 
 use super::decision_rules::DecisionRules;
-use crate::fit_cache::Kept;
+use super::fit_cache::FitCache;
 use meniscus::reduced::effects::{Entry, LIBRARY};
 use std::sync::Arc;
 
@@ -18,8 +18,8 @@ pub struct Settings {
     pub noise: f64,
     /// Standard deviation of each recording's own clock, s, where it has one.
     pub own_clocks_s: Option<f64>,
-    /// Where fits are kept, so that an interrupted discovery goes on.
-    pub kept: Option<Arc<Kept>>,
+    /// Cache of fits, with which an interrupted discovery goes on.
+    pub cache: Option<Arc<FitCache>>,
 }
 
 impl Default for Settings {
@@ -30,7 +30,7 @@ impl Default for Settings {
             seed: 1,
             noise: 1.0,
             own_clocks_s: None,
-            kept: None,
+            cache: None,
         }
     }
 }

@@ -1,138 +1,134 @@
-//! The steps in order: split, calibrate, detect, localise, screen, rank, decide, ask, add, and the gap.
+//! Workflow of a discovery: calibrate, decide, localise, suggest, measure the gap, insert.
+//!
+//! [`Discovery::run`] is the whole of it. [`discover`] judges recordings against references that are fitted already,
+//! which the study needs for many trials with the same references.
 
-use super::ask::{Question, ask};
-use super::calibrate::{Calibration, Group};
-use super::decision_rules::DecisionRules;
+use super::calibrate::Calibration;
+use super::decide::decide;
+use super::error::{DiscoverError, ProblemError};
 use super::evidence::isolability;
-use super::gap::{Gap, gap};
-use super::localise::{Cell, localise};
+use super::findings::{Findings, estimates};
+use super::fit_cache::FitCounts;
+use super::gap::gap;
+use super::group::Group;
+use super::inputs::Inputs;
+use super::insertion::{Insertion, insert};
+use super::localise::localise;
 use super::predict::Known;
 use super::problem::Problem;
+use super::progress::{Progress, Stage};
 use super::record::Record;
 use super::settings::Settings;
 use super::split::Split;
-use super::thresholds::Thresholds;
-use super::verdict::{Decision, Verdict, decide};
-/// A parameter with its interval.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Estimate {
-    /// Effect.
-    pub effect: &'static str,
-    /// Parameter.
-    pub parameter: &'static str,
-    /// Unit.
-    pub unit: &'static str,
-    /// Value.
-    pub value: f64,
-    /// Interval that should hold the truth in 90 % of cases.
-    pub interval: (f64, f64),
-}
+use super::suggest::suggest;
+use super::thresholds::{Thresholds, thresholds};
+use super::verdict::Verdict;
 
-/// Everything about one discovery.
+/// Standard deviation of a recording's own clock where the setup says that it has one, s.
+const OWN_CLOCK_S: f64 = 0.02;
+
+/// Report of a discovery.
 #[derive(Clone, Debug)]
-pub struct Discovery {
-    /// The decision and what led to it.
-    pub verdict: Verdict,
-    /// The recordings that were fitted, and the one that was held out.
-    pub split: Split,
-    /// Glass and liquid as stated.
-    pub known: Known,
-    /// Constants of the decision.
-    pub rules: DecisionRules,
-    /// What the references taught.
-    pub calibration: Calibration,
-    /// Thresholds that were used.
-    pub limits: Thresholds,
-    /// Where the model without an effect disagrees.
-    pub map: Vec<Cell>,
-    /// Names, signal over noise, cosines of the signatures on these recordings.
-    pub isolability: (Vec<&'static str>, Vec<f64>, Vec<Vec<f64>>),
-    /// Parameters of the chosen fit.
-    pub estimates: Vec<Estimate>,
-    /// Errors on the sealed recording.
-    pub gap: Option<Gap>,
-    /// The motion that would tell the leading candidates apart.
-    pub question: Option<Question>,
-    /// Curves of the sealed recording: time, measured, untouched, with the effect (slope or peak, m).
-    pub curves: Vec<[f64; 4]>,
+pub struct Report {
+    /// What the recordings show.
+    pub findings: Findings,
+    /// The effects in other models.
+    pub insertion: Insertion,
+    /// Use of the cache of fits; zeros without a cache.
+    pub fits: FitCounts,
 }
 
-/// One discovery on `records` of a liquid of which `known` is said, against `groups` of references.
+/// Search for the effect that is missing between simulation and measurement.
+#[derive(Clone, Copy, Debug)]
+pub struct Discovery;
+
+impl Discovery {
+    /// Runs all stages on `inputs` and returns the report.
+    ///
+    /// # Errors
+    /// [`DiscoverError`], when recordings are too few or cannot be fitted, or a model is refused.
+    ///
+    /// # Example
+    /// ```no_run
+    /// use meniscus_discover::inputs::Inputs;
+    /// use meniscus_discover::load::{load, load_references};
+    /// use meniscus_discover::progress::Silent;
+    /// use meniscus_discover::workflow::Discovery;
+    /// use std::path::Path;
+    ///
+    /// # fn main() -> Result<(), meniscus_discover::error::DiscoverError> {
+    /// let mut inputs = Inputs::new(load(Path::new("mine"))?);
+    /// inputs.references = load_references(Path::new("known"))?;
+    /// let report = Discovery::run(&inputs, &Silent)?;
+    /// println!("{}", report.findings.assessment.verdict.sentence());
+    /// # Ok(())
+    /// # }
+    /// ```
+    pub fn run(inputs: &Inputs, progress: &dyn Progress) -> Result<Report, DiscoverError> {
+        inputs.check()?;
+        let mut settings = inputs.settings.clone();
+        if inputs.recordings.own_clocks {
+            settings.own_clocks_s = settings.own_clocks_s.or(Some(OWN_CLOCK_S));
+        }
+        progress.begins(Stage::FitReferences);
+        let groups = inputs
+            .references
+            .iter()
+            .map(|set| Group::cached(set.known, set.records.clone(), settings.own_clocks_s, &settings.cache));
+        let groups = groups.collect::<Result<Vec<Group>, ProblemError>>()?;
+        let references: Vec<&Group> = groups.iter().collect();
+        progress.begins(Stage::SetThresholds);
+        let limits = thresholds(&references, &settings)?;
+        progress.begins(Stage::Decide);
+        let recordings = &inputs.recordings;
+        let findings = discover(&recordings.records, recordings.known, &references, &limits, &settings)?;
+        let fits = settings.cache.as_ref().map_or(FitCounts::default(), |cache| cache.counts());
+        let insertion = insert(inputs, &findings, progress)?;
+        Ok(Report { findings, insertion, fits })
+    }
+}
+
+/// Judges `records` of a liquid with the stated properties `known` against `groups` of references and their `limits`.
 ///
 /// # Errors
-/// In words, when recordings are too few or cannot be fitted.
+/// [`DiscoverError`], when recordings are too few or cannot be fitted.
 pub fn discover(
     records: &[Record],
     known: Known,
     groups: &[&Group],
     limits: &Thresholds,
     settings: &Settings,
-) -> Result<Discovery, String> {
+) -> Result<Findings, DiscoverError> {
     if records.len() < 2 {
-        return Err(format!(
-            "{} recording is too few: with one shake all kinds of damping look the same; give three of different \
-             strength, or more",
-            records.len()
-        ));
+        return Err(DiscoverError::TooFewRecordings { count: records.len() });
     }
     let split = Split::of(records);
     let calibration = Calibration::from(groups, &split.fitted, settings.own_clocks_s);
-    let problem = Problem::new(&split.fitted, known, &calibration, settings.noise)?.keeping(&settings.kept);
-    let verdict = decide(&problem, limits, settings);
-    // Both speak of the problem as it was before formulas were distrusted, so the fit must be that one's.
-    let map = localise(&problem, &verdict.first);
-    let (length, cosines) = isolability(&problem, &verdict.first, &settings.library);
-    let names = settings.library.iter().map(|entry| entry.name).collect();
-    let question =
-        (verdict.decision == Decision::Tied).then(|| ask(&problem, &calibration, &verdict)).flatten();
-    let estimates = estimates(&verdict, &settings.rules);
-    let mut curves = Vec::new();
+    let problem =
+        Problem::new(&split.fitted, known, &calibration, settings.noise)?.with_cache(&settings.cache);
+    let assessment = decide(&problem, limits, settings);
+    // Both need the fit made before the model error of a formula was added.
+    let map = localise(&problem, &assessment.search.first);
+    let isolability = isolability(&problem, &assessment.search.first, &settings.library);
+    let suggestion = match assessment.verdict {
+        Verdict::Ambiguous(_) => suggest(&problem, &calibration, &assessment),
+        _ => None,
+    };
     let gap = match &split.held_out {
-        Some(held_out) => {
-            let (gap, drawn) = gap(held_out, known, &calibration, &problem, &verdict, settings.noise)?;
-            curves = drawn;
-            Some(gap)
-        }
+        Some(held_out) => Some(gap(held_out, &calibration, &problem, &assessment, settings.noise)?),
         None => None,
     };
-    Ok(Discovery {
-        verdict,
-        split,
+    Ok(Findings {
         known,
-        rules: settings.rules,
+        estimates: estimates(&assessment, &settings.rules),
+        split,
         calibration,
         limits: limits.clone(),
+        rules: settings.rules,
+        assessment,
         map,
-        isolability: (names, length, cosines),
-        estimates,
+        isolability,
         gap,
-        question,
-        curves,
+        suggestion,
     })
-}
-
-/// Values of the chosen effects with 90 % intervals: the curvature of the posterior, widened by the
-/// misfit that is left.
-#[must_use]
-pub fn estimates(verdict: &Verdict, rules: &DecisionRules) -> Vec<Estimate> {
-    let fitted = &verdict.chosen;
-    let covariance = fitted.covariance();
-    let widen = verdict.chi2.max(1.0).sqrt();
-    let one = |(i, (effect, which)): (usize, &(usize, usize))| {
-        let active = &fitted.active[*effect];
-        let parameter = &active.entry.parameters[*which];
-        let value = active.values[*which];
-        let place = fitted.theta.len() + i;
-        let deviation = covariance.as_ref().map_or(f64::INFINITY, |c| c[(place, place)].max(0.0).sqrt());
-        let half = rules.interval_deviations * widen * deviation;
-        let (least, largest) = parameter.range;
-        Estimate {
-            effect: active.entry.name,
-            parameter: parameter.name,
-            unit: parameter.unit,
-            value,
-            interval: ((value - half).max(least), (value + half).min(largest)),
-        }
-    };
-    fitted.free.iter().enumerate().map(one).collect()
 }

@@ -50,17 +50,6 @@ impl std::fmt::Display for AdoptError {
 
 impl std::error::Error for AdoptError {}
 
-/// One model on the sealed recording, m, noise subtracted.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Closed {
-    /// Which, in words.
-    pub model: &'static str,
-    /// As it was.
-    pub untouched_m: f64,
-    /// With the effect.
-    pub effect_m: f64,
-}
-
 /// How a liquid of the simulator resists, in the letters of the reduced model.
 #[must_use]
 pub fn resistance(rheology: &meniscus_data::liquids::Rheology) -> Rheology {

@@ -1,7 +1,7 @@
 //! What the study showed: the checks.
 
 use super::bench::Judged;
-use super::measured::Told;
+use super::measured::MeasuredResult;
 use super::plans::{Answer, Family};
 use super::run::Line;
 use meniscus::reduced::effects::find;
@@ -24,7 +24,7 @@ pub struct Study {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Beside {
     /// Measured water, where the data are there.
-    pub measured: Option<Vec<Told>>,
+    pub measured: Option<Vec<MeasuredResult>>,
     /// Share of intervals that held the truth, of draws from the model itself, and how many were drawn.
     pub coverage: Option<(f64, usize)>,
     /// Seconds of one discovery on three recordings of 10 s.
@@ -201,8 +201,10 @@ pub fn checks(study: &Study) -> Vec<Check> {
     ];
     let measured = beside.measured.as_deref().unwrap_or_default();
     let [tilt, vertical, control] = [0, 1, 2].map(|i| measured.get(i));
-    let means = |told: Option<&Told>| told.map_or([f64::NAN; 2], Told::means_mm);
-    let free = |told: &Told| f64::from(u8::from(!told.names.iter().any(|n| n == "vertical_acceleration")));
+    let means = |result: Option<&MeasuredResult>| result.map_or([f64::NAN; 2], MeasuredResult::means_mm);
+    let free = |result: &MeasuredResult| {
+        f64::from(u8::from(!result.names.iter().any(|n| n == "vertical_acceleration")))
+    };
     out.push(Check::told("antisloshing_tilt_before", means(tilt)[0], "mm"));
     out.push(Check::at_most("antisloshing_tilt_after", means(tilt)[1], "mm", 3.5));
     out.push(Check::told("antisloshing_vertical_before", means(vertical)[0], "mm"));
