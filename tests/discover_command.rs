@@ -12,9 +12,10 @@ use meniscus_bags::profiles_to_csv;
 use meniscus_discover::load::load;
 use meniscus_discover::predict::Known;
 use meniscus_discover::record::{Record, mean_bow};
+use meniscus_discover::settings::Settings;
 use meniscus_discover::study::motion_plans::Course;
 use meniscus_discover::thresholds::Thresholds;
-use meniscus_discover::workflow::{Settings, discover};
+use meniscus_discover::workflow::discover;
 use meniscus_platform::files::AlignedBytes;
 use shaken::{KNOWN, glass};
 use std::path::{Path, PathBuf};
@@ -133,7 +134,10 @@ fn the_command_leaves_a_verdict_a_page_and_a_scene_that_the_simulator_reads() {
 fn bad_folders_are_refused_with_what_is_wrong_and_the_rest_is_kept() {
     let scratch = Scratch::new("bad");
     let refusal = |why: &str| {
-        let said = load(&scratch.0).map(|folder| folder.left_out.join("; ")).unwrap_or_else(|why| why);
+        let said = match load(&scratch.0) {
+            Ok(set) => set.left_out.iter().map(ToString::to_string).collect::<Vec<_>>().join("; "),
+            Err(error) => error.to_string(),
+        };
         assert!(said.contains(why), "'{why}' is not in: {said}");
     };
     refusal("setup.toml");
@@ -187,7 +191,7 @@ fn bad_folders_are_refused_with_what_is_wrong_and_the_rest_is_kept() {
     refusal("a.motion.csv");
     assert_eq!(load(&scratch.0).expect("three are left").records.len(), 3);
     let few = discover(&records[..1], KNOWN, &[], &Thresholds::default(), &Settings::default());
-    assert!(few.expect_err("one shake").contains("1 recording is too few"));
+    assert!(few.expect_err("one shake").to_string().contains("1 recording is too few"));
 }
 
 #[test]

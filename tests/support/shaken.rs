@@ -7,11 +7,16 @@ use meniscus_discover::record::Record;
 use meniscus_discover::study::made_up_with;
 use meniscus_discover::study::motion_plans::Course;
 
-pub(crate) const KNOWN: Known =
-    Known { radius_m: 0.035, fill_m: 0.07, density_kg_m3: 1261.0, viscosity_pa_s: 0.2, told: [1.0; 2] };
+pub(crate) const KNOWN: Known = Known {
+    radius_m: 0.035,
+    fill_m: 0.07,
+    density_kg_m3: 1261.0,
+    viscosity_pa_s: 0.2,
+    motion_share: [1.0; 2],
+};
 const NOISE_M: f64 = 1e-4;
 
-/// Four recordings of jolts of 2.2 s; the third strongest is sealed by the workflow.
+/// Four recordings of jolts of 2.2 s; the second strongest is held out by the workflow.
 pub(crate) fn glass(known: &Known, effects: &[(&str, f64)], seed: u64) -> Vec<Record> {
     let theta = Calibration::blind(&[], 0.0).mean;
     let active: Vec<Active> = effects

@@ -162,8 +162,8 @@ fn of_verdict(path: &Path, stated: &Stated) -> anyhow::Result<Vec<Active>> {
     Ok(out)
 }
 
-/// Place and coordinate of the parameter `which` of `effect` at `value`. Verdicts of before the one list of effects name
-/// the coordinate itself: the factor of a viscosity, the excess of a fill.
+/// Returns the place and coordinate of the parameter `which` of `effect` at `value`. Verdicts of before the one list of
+/// effects name the coordinate itself: the factor of a viscosity, the excess of a fill.
 fn coordinate(effect: &Effect, which: &str, value: f64, stated: &Stated) -> Option<(usize, f64)> {
     effect.parameters.iter().enumerate().find_map(|(place, parameter)| {
         if parameter.name == which {
@@ -174,9 +174,9 @@ fn coordinate(effect: &Effect, which: &str, value: f64, stated: &Stated) -> Opti
     })
 }
 
-/// Errors of every recording in the folder at `path`, before and after.
+/// Returns the errors of every recording in the folder at `path`, before and after.
 fn tried(path: &Path, before: &Model<'_>, after: &Model<'_>) -> anyhow::Result<Vec<Tried>> {
-    let folder = load(path).map_err(|why| anyhow!(why))?;
+    let folder = load(path)?;
     folder.left_out.iter().for_each(|why| eprintln!("left out: {why}"));
     let mut rows = Vec::new();
     for record in &folder.records {

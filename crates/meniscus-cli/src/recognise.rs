@@ -1,4 +1,4 @@
-//! `meniscus recognise`: which liquid is it, and how a liquid becomes known.
+//! `meniscus recognise`: identification of the liquid, and learning of a new one.
 
 mod learn;
 
@@ -11,10 +11,10 @@ use meniscus_service::identify::{GlassSize, Note, Standing};
 use serde_json::json;
 use std::path::{Path, PathBuf};
 
-/// Say which known liquid moves in a recording, with a probability, and "none of these".
+/// Identify the liquid of a recording among known ones, with a probability each and one for "none of these".
 ///
-/// Each known liquid is an oscillator with six numbers of its own, driven by the glass as it was seen to move; the one
-/// that foretells the surface best is the liquid. What none of them foretells as well as its own is none of them.
+/// Each known liquid is an oscillator with six numbers of its own, driven by the tracked motion of the glass. The one
+/// that predicts the surface best is reported. If none predicts it as well as its own recordings, none is.
 /// Recordings of the simulator are seen through the simulated camera. A camera's own (.mcap, .bag, .db3, or a folder with
 /// frames.csv) need --setup, as `meniscus setup` has written it: the glass and the place of the camera. `meniscus run
 /// --among` does the same beside a live camera.
@@ -53,7 +53,7 @@ struct Asked {
     /// Known liquids: those in the program (shipped), a note, or a folder of notes; may be repeated.
     #[arg(long, default_value = "shipped", value_name = "shipped|FILE|DIR")]
     among: Vec<String>,
-    /// Draw what each liquid foretold of the last recording, and what was believed meanwhile.
+    /// Draw the prediction of each liquid for the last recording, and the probabilities over time.
     #[arg(long, value_name = "FILE.png")]
     picture: Option<PathBuf>,
     #[command(flatten)]
@@ -91,26 +91,33 @@ impl Noise {
     }
 }
 
-/// What is to be named: what was seen, the height of the liquid at rest (m), and the liquids that are asked.
-type Question = (Sightings, f64, Vec<Note>);
+/// Recording whose liquid is to be identified.
+struct Question {
+    /// Profiles, frame by frame.
+    seen: Sightings,
+    /// Height of the liquid at rest, m.
+    fill_m: f64,
+    /// Known liquids.
+    notes: Vec<Note>,
+}
 
-/// A recording of the simulator, through its camera.
+/// Reads a recording of the simulator through its camera.
 fn simulated(path: &Path, asked: &Asked) -> anyhow::Result<Question> {
     let recording = level(path)?;
     let glass = &recording.glass;
     let notes = among(&asked.among, GlassSize { radius_m: glass.radius_m, fill_m: glass.fill_m })?;
     let seen = look(&recording, asked.noise.noise_px, asked.noise.seed)
         .with_context(|| format!("{} cannot be looked at", path.display()))?;
-    Ok((seen, glass.fill_m, notes))
+    Ok(Question { seen, fill_m: glass.fill_m, notes })
 }
 
-/// A camera's own recording.
+/// Reads a camera's own recording.
 fn filmed(path: &Path, asked: &Asked) -> anyhow::Result<Question> {
     let setup = setup(asked.setup.as_ref())?;
     let (radius_m, fill_m) = (1e-3 * setup.glass.radius_mm, 1e-3 * setup.glass.fill_mm);
     let notes = among(&asked.among, GlassSize { radius_m, fill_m })?;
     let seen = by_camera(path, Some(setup.view.outline), |camera| Ok(setup.settings(camera.optics())))?;
-    Ok((seen, fill_m, notes))
+    Ok(Question { seen, fill_m, notes })
 }
 
 fn ask(asked: &Asked) -> anyhow::Result<()> {
@@ -123,7 +130,7 @@ fn ask(asked: &Asked) -> anyhow::Result<()> {
     let mut said: Vec<(String, Standing)> = Vec::new();
     for (which, path) in asked.recordings.iter().enumerate() {
         let question = if by_camera { filmed(path, asked) } else { simulated(path, asked) };
-        let (seen, fill_m, notes) = question?;
+        let Question { seen, fill_m, notes } = question?;
         let drawn = asked.picture.as_ref().filter(|_| which + 1 == asked.recordings.len());
         let standing = match drawn {
             None => recognise(&notes, fill_m, &seen, |_, _, _| {}),

@@ -1,11 +1,15 @@
-//! One recording with the covariance of what the baseline cannot be, channel by channel.
+//! One recording with the covariance of the baseline's error, channel by channel.
 
 use super::calibrate::Calibration;
+use super::error::ProblemError;
 use super::record::Record;
 use nalgebra::{DMatrix, DVector};
 
-/// Memory from frame to frame of what a formula is off by.
+/// Correlation from frame to frame of a formula's error.
 pub(super) const MEMORY: f64 = 0.9;
+
+/// Fewest numbers that a recording has to hold.
+const LEAST_NUMBERS: usize = 50;
 
 /// One recording, ready to be compared.
 #[derive(Clone, Debug)]
@@ -13,21 +17,21 @@ pub(super) struct Ready {
     pub(super) record: Record,
     /// The covariance C of each channel, m2, in the order of the index.
     pub(super) covariance: Vec<DMatrix<f64>>,
-    /// Channel and frame of each number that was seen.
+    /// Channel and frame of each number that was measured.
     pub(super) index: Vec<(usize, usize)>,
-    /// What was measured less `rbar`, m.
+    /// Measured value less `rbar`, m.
     pub(super) target: DVector<f64>,
     /// Inverse of the lower Cholesky factor of each.
     pub(super) whiten: Vec<DMatrix<f64>>,
 }
 
-/// `record`, one of `beside` of the same glass, ready to be compared.
+/// Prepares `record`, one of `beside` of the same glass.
 pub(super) fn prepare(
     record: &Record,
     beside: usize,
     calibration: &Calibration,
     noise: f64,
-) -> Result<Ready, String> {
+) -> Result<Ready, ProblemError> {
     let matched = calibration.matched(record);
     let mut index = Vec::new();
     let mut target = Vec::new();
@@ -40,12 +44,12 @@ pub(super) fn prepare(
             }
         }
     }
-    if index.len() < 50 {
-        return Err(format!(
-            "{}: only {} numbers were seen; give a longer recording",
-            record.name,
-            index.len()
-        ));
+    if index.len() < LEAST_NUMBERS {
+        return Err(ProblemError::TooFewNumbers {
+            recording: record.name.clone(),
+            numbers: index.len(),
+            least: LEAST_NUMBERS,
+        });
     }
     let references = matched.as_ref().map_or(0, |m| m.scatter.len());
     let more = if references > 0 { 1.0 + 1.0 / references as f64 } else { 1.0 };
@@ -78,7 +82,7 @@ pub(super) fn prepare(
             let slope = |f: usize| at(&matched.mean, f + 1) - at(&matched.mean, f.saturating_sub(1));
             add(&slope, (0.003 / (2.0 * record.interval_s)).powi(2));
         }
-        whiten.push(whitening(&covariance, &record.name)?);
+        whiten.push(whitening(&covariance, record, c)?);
         covariances.push(covariance);
     }
     Ok(Ready {
@@ -90,15 +94,17 @@ pub(super) fn prepare(
     })
 }
 
-/// Inverse of the lower Cholesky factor.
-pub(super) fn whitening(covariance: &DMatrix<f64>, name: &str) -> Result<DMatrix<f64>, String> {
+/// Returns the inverse of the lower Cholesky factor of the covariance of one channel.
+pub(super) fn whitening(
+    covariance: &DMatrix<f64>,
+    record: &Record,
+    channel: usize,
+) -> Result<DMatrix<f64>, ProblemError> {
     let n = covariance.nrows();
-    let factor = covariance
-        .clone()
-        .cholesky()
-        .ok_or_else(|| format!("{name}: the covariance of its residuals cannot be factored"))?;
-    factor
-        .l()
-        .solve_lower_triangular(&DMatrix::identity(n, n))
-        .ok_or_else(|| format!("{name}: the covariance of its residuals is singular"))
+    let factor = covariance.clone().cholesky();
+    let inverse = factor.and_then(|factor| factor.l().solve_lower_triangular(&DMatrix::identity(n, n)));
+    inverse.ok_or_else(|| ProblemError::Covariance {
+        recording: record.name.clone(),
+        channel: record.channels[channel].quantity.words(),
+    })
 }

@@ -1,8 +1,8 @@
-//! Drawings of a discovery that no plot is made for: bars with what they have to reach, and two matrices.
+//! Drawings of a discovery: bars of gains with their thresholds, and two matrices.
 
+use super::findings::Findings;
 use super::localise::Cell;
-use super::verdict::Decision;
-use super::workflow::Discovery;
+use super::verdict::Verdict;
 use meniscus_report::plot::{BLUE, GREY, ORANGE};
 use plotters::style::RGBColor;
 use std::fmt::Write;
@@ -15,25 +15,26 @@ const BARS: f64 = 285.0;
 /// Side of a square of the matrices.
 const CELL: usize = 24;
 
-/// Single effects and pairs by gain, with what each has to reach.
-pub(super) fn ranking(discovery: &Discovery) -> String {
-    let verdict = &discovery.verdict;
-    let lines: Vec<_> = verdict
+/// Returns the bars of single effects and pairs by gain, with the gain that each has to reach.
+pub(super) fn ranking(findings: &Findings) -> String {
+    let (verdict, search) = (&findings.assessment.verdict, &findings.assessment.search);
+    let lines: Vec<_> = search
         .ranking
         .iter()
         .take(8)
-        .chain(verdict.pairs.iter().take(3))
-        .map(|line| (line, line.gain - line.fall + discovery.limits.of(line.last())))
+        .chain(search.pairs.iter().take(3))
+        .map(|line| (line, line.gain - line.fall + findings.limits.of(line.last())))
         .collect();
     let most = lines.iter().map(|(line, needed)| line.gain.max(*needed)).fold(1.0, f64::max);
     let mut out = opened(800, ROW * lines.len(), 14);
     for (i, (line, needed)) in lines.iter().enumerate() {
         let (y, width) = (ROW * i, LONGEST * (line.gain / most).max(0.0));
         let tick = BARS + LONGEST * (needed / most).max(0.0);
-        let said = match verdict.decision {
-            Decision::None => false,
-            Decision::Tied => line.names.iter().all(|name| verdict.names.contains(name)),
-            Decision::Named | Decision::Unknown => line.names == verdict.names,
+        let names = verdict.names();
+        let claimed = match verdict {
+            Verdict::None { .. } => false,
+            Verdict::Ambiguous(_) => line.names.iter().all(|name| names.contains(name)),
+            Verdict::Identified(_) | Verdict::Unknown(_) => line.names == names,
         };
         // Writing into a string cannot fail.
         let _ = writeln!(
@@ -44,7 +45,7 @@ pub(super) fn ranking(discovery: &Discovery) -> String {
             y + 17,
             line.names.join(" + "),
             y + 3,
-            mixed(if said { BLUE } else { GREY }, 1.0),
+            mixed(if claimed { BLUE } else { GREY }, 1.0),
             y + 1,
             y + 23,
             mixed(ORANGE, 1.0),
@@ -56,7 +57,7 @@ pub(super) fn ranking(discovery: &Discovery) -> String {
     out + "</svg>"
 }
 
-/// Misfit by channel and window, darker from one upwards.
+/// Returns the misfit by channel and window, darker from one upwards.
 pub(super) fn disagreement(map: &[Cell]) -> String {
     let once = |name: &dyn Fn(&Cell) -> &'static str| {
         let mut names: Vec<&'static str> = Vec::new();
@@ -98,7 +99,7 @@ pub(super) fn disagreement(map: &[Cell]) -> String {
     out + "</svg>"
 }
 
-/// Cosines of the signatures, with their lengths beside the names.
+/// Returns the cosines of the signatures, with their lengths beside the names.
 pub(super) fn likeness(names: &[&'static str], length: &[f64], cosines: &[Vec<f64>]) -> String {
     let side = 190 + CELL * names.len();
     // The last name leans out over the last column.
@@ -126,8 +127,9 @@ fn opened(width: usize, height: usize, letters: usize) -> String {
     format!("<svg viewBox=\"0 0 {width} {height}\" width=\"{width}\" font-size=\"{letters}\">\n")
 }
 
-/// The colour `part` of the way from white to `colour`.
-fn mixed(RGBColor(r, g, b): RGBColor, part: f64) -> String {
+/// Returns white mixed with `part` of `colour`.
+fn mixed(colour: RGBColor, part: f64) -> String {
+    let RGBColor(r, g, b) = colour;
     let [r, g, b] = [r, g, b].map(|to| part.mul_add(f64::from(to) - 255.0, 255.0));
     format!("rgb({r:.0},{g:.0},{b:.0})")
 }

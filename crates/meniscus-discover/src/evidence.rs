@@ -1,19 +1,24 @@
-//! How firmly a verdict stands: the bootstrap, recordings left out, and what recordings can tell apart.
+//! Evidence for a verdict: bootstrap, cross-validation by recording, and isolability of the effects.
 
 use super::fit::{Fitted, derivatives, fit, free_of};
 use super::predict::SHARED;
 use super::problem::Problem;
 use super::rank::Candidate;
+use super::verdict::HeldOutScore;
 use meniscus::reduced::effects::{Active, Entry};
 use nalgebra::DVector;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
-/// Frames of a block of the bootstrap.
+/// Draws of the bootstrap.
+const DRAWS: usize = 200;
+
+/// Frames of a block of the bootstrap: a fifth of a second at 60 Hz.
 const BLOCK: usize = 12;
 
-/// Share of draws of blocks in which the first of `rivals` keeps the lead over the others and over none.
+/// Returns the share of bootstrap draws of blocks in which the first of `rivals` stays ahead of the others and of no
+/// effect.
 #[must_use]
 pub fn inclusion(problem: &Problem, rivals: &[Candidate], plain: &Fitted, seed: u64) -> f64 {
     let places = problem.places();
@@ -37,7 +42,6 @@ pub fn inclusion(problem: &Problem, rivals: &[Candidate], plain: &Fitted, seed: 
     }
     all[0].1 = plain.residual.rows_range(problem.count()..).norm_squared();
     let mut random = ChaCha8Rng::seed_from_u64(seed);
-    const DRAWS: usize = 200;
     let mut won = 0;
     for _ in 0..DRAWS {
         let drawn: Vec<usize> = (0..names.len()).map(|_| random.random_range(0..names.len())).collect();
@@ -48,34 +52,46 @@ pub fn inclusion(problem: &Problem, rivals: &[Candidate], plain: &Fitted, seed: 
     won as f64 / DRAWS as f64
 }
 
-/// Recordings that are foretold better with the effects when the fit does not see them, and all, and by how
-/// much together, in units of minus twice the log score: each is left out in turn and everything fitted anew,
-/// because a strong effect is no straight line in its parameters.
+/// Scores `chosen` against `plain` on recordings that the fits do not see.
+///
+/// Each recording is left out in turn and everything is fitted again, because a strong effect is not linear in its
+/// parameters.
 #[must_use]
-pub fn held_out(problem: &Problem, plain: &Fitted, chosen: &Fitted) -> ((usize, usize), f64) {
-    let all = problem.counts().len();
-    let gained = |which: usize| {
+pub fn cross_validate(problem: &Problem, plain: &Fitted, chosen: &Fitted) -> HeldOutScore {
+    let recordings = problem.counts().len();
+    let improvement = |which: usize| {
         let others = problem.without(which);
         let score = |fitted: &Fitted| {
             let mut start = fitted.theta.clone();
             start.remove(SHARED + which);
             let without = fit(&others, &start, &fitted.active, &fitted.free);
-            problem.foretold(which, &without.theta, &without.active)
+            problem.held_out_misfit(which, &without.theta, &without.active)
         };
         score(plain) - score(chosen)
     };
-    let gains: Vec<f64> = (0..all).into_par_iter().map(gained).collect();
-    ((gains.iter().filter(|gained| **gained > 0.0).count(), all), gains.iter().sum())
+    let improvements: Vec<f64> = (0..recordings).into_par_iter().map(improvement).collect();
+    HeldOutScore {
+        better: improvements.iter().filter(|gained| **gained > 0.0).count(),
+        recordings,
+        improvement: improvements.iter().sum(),
+    }
 }
 
-/// Signatures of the effects of `library` at their typical size, with what the baseline can do taken out:
-/// length (signal over noise) and cosines.
+/// Signatures of effects on these recordings: what they could distinguish.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Isolability {
+    /// Names of the effects.
+    pub names: Vec<&'static str>,
+    /// Length of each signature, signal over noise.
+    pub lengths: Vec<f64>,
+    /// Cosines between the signatures.
+    pub cosines: Vec<Vec<f64>>,
+}
+
+/// Returns the signatures of the effects of `library` at their typical size, without the part that the baseline can
+/// reproduce.
 #[must_use]
-pub fn isolability(
-    problem: &Problem,
-    plain: &Fitted,
-    library: &[&'static Entry],
-) -> (Vec<f64>, Vec<Vec<f64>>) {
+pub fn isolability(problem: &Problem, plain: &Fitted, library: &[&'static Entry]) -> Isolability {
     let jacobian = derivatives(problem, &plain.theta, &[], &[], &plain.residual, Some(&plain.jacobian));
     let basis = jacobian.qr().q();
     let signatures: Vec<DVector<f64>> = library
@@ -91,8 +107,9 @@ pub fn isolability(
             change - &basis * part
         })
         .collect();
-    let length: Vec<f64> = signatures.iter().map(|s| s.norm()).collect();
+    let lengths: Vec<f64> = signatures.iter().map(|s| s.norm()).collect();
     let cosine = |a: &DVector<f64>, b: &DVector<f64>| a.dot(b) / (a.norm() * b.norm()).max(1e-12);
-    let matrix = signatures.iter().map(|a| signatures.iter().map(|b| cosine(a, b)).collect()).collect();
-    (length, matrix)
+    let cosines = signatures.iter().map(|a| signatures.iter().map(|b| cosine(a, b)).collect()).collect();
+    let names = library.iter().map(|entry| entry.name).collect();
+    Isolability { names, lengths, cosines }
 }

@@ -2,7 +2,7 @@
 //! ([`meniscus_numerics::least_squares`]).
 
 use super::problem::Problem;
-use crate::fit_cache::Name;
+use crate::fit_cache::CacheKey;
 use meniscus_numerics::least_squares::{Damping, Model, Settings, Stop, minimise};
 use meniscus::reduced::effects::{Active, Entry, FreeParameters, PARAMETERS, Parameter, Recorded};
 use nalgebra::{DMatrix, DVector};
@@ -65,11 +65,11 @@ impl Fitted {
 }
 
 /// The free parameters of `entry` for these recordings: a contact line's reach is a property of the wall
-/// and stays, the recorded inclination or lift is taken where there is one that the model was not told of.
+/// and stays, the recorded inclination or lift is taken where there is one that does not enter the model yet.
 #[must_use]
 pub fn free_of(problem: &Problem, entry: &'static Entry) -> Vec<usize> {
     let holds = |which: usize| {
-        problem.known.told[which] < 1.0 && problem.records().any(|record| record.drive.holds()[which])
+        problem.known.motion_share[which] < 1.0 && problem.records().any(|record| record.drive.holds()[which])
     };
     match entry.free {
         FreeParameters::All => (0..entry.parameters.len()).collect(),
@@ -83,16 +83,16 @@ pub fn free_of(problem: &Problem, entry: &'static Entry) -> Vec<usize> {
 /// same way before is taken from where the problem keeps its fits.
 #[must_use]
 pub fn fit(problem: &Problem, start: &[f64], active: &[Active], free: &[Free]) -> Fitted {
-    let Some((kept, mine)) = problem.kept() else { return descend(problem, start, active, free) };
-    let mut name = Name::new();
-    name.say(&format!("{mine:x} {free:?}"));
-    name.add(start);
+    let Some((cache, mine)) = problem.cache() else { return descend(problem, start, active, free) };
+    let mut key = CacheKey::new();
+    key.add_word(&format!("{mine:x} {free:?}"));
+    key.add(start);
     for effect in active {
-        name.say(effect.entry.name);
-        name.add(effect.values);
+        key.add_word(effect.entry.name);
+        key.add(effect.values);
     }
-    let name = name.done();
-    if let Some(found) = kept.take(name, start.len() + free.len()) {
+    let key = key.finish();
+    if let Some(found) = cache.get(key, start.len() + free.len()) {
         let (theta, values) = found.split_at(start.len());
         let mut active = active.to_vec();
         for ((effect, which), value) in free.iter().zip(values) {
@@ -105,7 +105,7 @@ pub fn fit(problem: &Problem, start: &[f64], active: &[Active], free: &[Free]) -
     }
     let fitted = descend(problem, start, active, free);
     let values = free.iter().map(|(effect, which)| fitted.active[*effect].values[*which]);
-    kept.keep(name, &fitted.theta.iter().copied().chain(values).collect::<Vec<_>>());
+    cache.put(key, &fitted.theta.iter().copied().chain(values).collect::<Vec<_>>());
     fitted
 }
 

@@ -1,29 +1,28 @@
-//! Fits that were made are not made again: each is a small file named after everything that went into it.
+//! Cache of fits on disk: each is a small file named after a digest of all its inputs.
 //!
-//! A file holds the fitted numbers as little-endian doubles; what follows from them (residuals,
-//! derivatives) is computed anew. Its name is a digest of the recordings, of what they are weighed with, of
-//! where the fit starts and of the version of the rules.
+//! A file holds the fitted numbers as little-endian doubles; residuals and derivatives are computed again from them. The
+//! digest covers the recordings, their whitening, the start of the fit and the version of the rules.
 
 use crc::{CRC_64_ECMA_182, Crc, Digest};
 use meniscus_platform::files::write_whole;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// Raised when a fit comes out otherwise than it did.
+/// Version of the fits, raised when the same inputs give another result.
 const VERSION: f64 = 1.0;
 
 static CRC: Crc<u64> = Crc::<u64>::new(&CRC_64_ECMA_182);
 
-/// A digest in the making.
-pub struct Name(Digest<'static, u64>);
+/// Digest of the inputs of a fit.
+pub struct CacheKey(Digest<'static, u64>);
 
-impl Name {
-    /// One that holds the version.
+impl CacheKey {
+    /// Starts a digest that holds the version.
     #[must_use]
     pub fn new() -> Self {
-        let mut name = Self(CRC.digest());
-        name.add([VERSION]);
-        name
+        let mut key = Self(CRC.digest());
+        key.add([VERSION]);
+        key
     }
 
     /// Adds numbers.
@@ -32,66 +31,117 @@ impl Name {
     }
 
     /// Adds a word.
-    pub fn say(&mut self, word: &str) {
+    pub fn add_word(&mut self, word: &str) {
         self.0.update(word.as_bytes());
         self.0.update(&[0]);
     }
 
-    /// The digest.
+    /// Returns the digest.
     #[must_use]
-    pub fn done(self) -> u64 {
+    pub fn finish(self) -> u64 {
         self.0.finalize()
     }
 }
 
-impl Default for Name {
+impl Default for CacheKey {
     fn default() -> Self {
         Self::new()
     }
 }
 
-/// A folder of fits.
-#[derive(Debug)]
-pub struct Kept {
-    folder: PathBuf,
-    taken: AtomicUsize,
-    made: AtomicUsize,
-    lost: AtomicUsize,
+/// Use of a cache so far.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct FitCounts {
+    /// Fits that were read from the cache.
+    pub reused: usize,
+    /// Fits that were computed.
+    pub computed: usize,
+    /// Computed fits that could not be written.
+    pub unwritten: usize,
 }
 
-impl Kept {
-    /// Fits in `folder`, which is made with the first of them.
+/// Folder of fits.
+#[derive(Debug)]
+pub struct FitCache {
+    folder: PathBuf,
+    reused: AtomicUsize,
+    computed: AtomicUsize,
+    unwritten: AtomicUsize,
+}
+
+impl FitCache {
+    /// Opens the cache in `folder`, which is created with the first fit.
     #[must_use]
     pub fn new(folder: &Path) -> Self {
         let zero = || AtomicUsize::new(0);
-        Self { folder: folder.into(), taken: zero(), made: zero(), lost: zero() }
+        Self { folder: folder.into(), reused: zero(), computed: zero(), unwritten: zero() }
     }
 
-    fn path(&self, name: u64) -> PathBuf {
-        self.folder.join(format!("{name:016x}.fit"))
-    }
-
-    /// The `count` numbers under `name`; none where they are not there or not whole.
+    /// Returns the folder.
     #[must_use]
-    pub fn take(&self, name: u64, count: usize) -> Option<Vec<f64>> {
-        let bytes = std::fs::read(self.path(name)).ok()?;
+    pub fn folder(&self) -> &Path {
+        &self.folder
+    }
+
+    fn path(&self, key: u64) -> PathBuf {
+        self.folder.join(format!("{key:016x}.fit"))
+    }
+
+    /// Returns the `count` numbers under `key`; none where the file is missing or incomplete.
+    #[must_use]
+    pub fn get(&self, key: u64, count: usize) -> Option<Vec<f64>> {
+        let bytes = std::fs::read(self.path(key)).ok()?;
         let values: Vec<f64> = bytes.as_chunks::<8>().0.iter().map(|b| f64::from_le_bytes(*b)).collect();
         let whole = bytes.len() == 8 * count && values.iter().all(|v| v.is_finite());
-        self.taken.fetch_add(usize::from(whole), Ordering::Relaxed);
+        self.reused.fetch_add(usize::from(whole), Ordering::Relaxed);
         whole.then_some(values)
     }
 
-    /// Keeps `values` under `name`. One that cannot be written is counted and costs a fit the next time.
-    pub fn keep(&self, name: u64, values: &[f64]) {
+    /// Writes `values` under `key`. A fit that cannot be written is counted, and computed again the next time.
+    pub fn put(&self, key: u64, values: &[f64]) {
         let bytes: Vec<u8> = values.iter().flat_map(|v| v.to_le_bytes()).collect();
-        let lost = write_whole(&self.path(name), &bytes).is_err();
-        self.made.fetch_add(1, Ordering::Relaxed);
-        self.lost.fetch_add(usize::from(lost), Ordering::Relaxed);
+        let unwritten = write_whole(&self.path(key), &bytes).is_err();
+        self.computed.fetch_add(1, Ordering::Relaxed);
+        self.unwritten.fetch_add(usize::from(unwritten), Ordering::Relaxed);
     }
 
-    /// How many fits were taken from the folder, made, and could not be written.
+    /// Returns how the cache was used so far.
     #[must_use]
-    pub fn counts(&self) -> [usize; 3] {
-        [&self.taken, &self.made, &self.lost].map(|count| count.load(Ordering::Relaxed))
+    pub fn counts(&self) -> FitCounts {
+        let [reused, computed, unwritten] =
+            [&self.reused, &self.computed, &self.unwritten].map(|count| count.load(Ordering::Relaxed));
+        FitCounts { reused, computed, unwritten }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_fit_is_found_again_and_one_that_was_cut_short_is_not() {
+        let folder = std::env::temp_dir().join(format!("meniscus-fit-cache-{}", std::process::id()));
+        let cache = FitCache::new(&folder);
+        assert_eq!(cache.get(7, 2), None);
+        cache.put(7, &[1.5, -2.0]);
+        assert_eq!(cache.get(7, 2), Some(vec![1.5, -2.0]));
+        assert_eq!(cache.get(7, 3), None, "another count");
+        std::fs::write(cache.path(7), [0; 5]).expect("written");
+        assert_eq!(cache.get(7, 2), None, "cut short");
+        assert_eq!(cache.counts(), FitCounts { reused: 1, computed: 1, unwritten: 0 });
+        std::fs::remove_dir_all(&folder).expect("removed");
+    }
+
+    #[test]
+    fn words_and_numbers_change_the_key() {
+        let key = |word: &str, number: f64| {
+            let mut key = CacheKey::new();
+            key.add_word(word);
+            key.add([number]);
+            key.finish()
+        };
+        assert_eq!(key("foam", 1.0), key("foam", 1.0));
+        assert_ne!(key("foam", 1.0), key("fill", 1.0));
+        assert_ne!(key("foam", 1.0), key("foam", 1.5));
     }
 }

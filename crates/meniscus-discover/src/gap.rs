@@ -1,30 +1,34 @@
-//! The gap on the sealed recording: what each model leaves of it, noise subtracted.
+//! Gap on the held-out recording: error of each model on it, noise subtracted.
 
+use super::assessment::Assessment;
 use super::calibrate::Calibration;
+use super::error::ProblemError;
 use super::fit::Fitted;
 use super::predict::{Known, SHARED, predict};
 use super::problem::Problem;
-use super::record::{Quantity, Record};
-use super::verdict::Verdict;
+use super::record::{Channel, Quantity, Record};
 use meniscus::reduced::effects::Active;
 use nalgebra::{DMatrix, DVector};
 
-/// Error on the sealed recording, m, noise subtracted.
+/// Standard deviation of the lag from which each recording has a clock of its own, s.
+const OWN_CLOCK_DEVIATION_S: f64 = 0.01;
+
+/// Errors of the surface on the held-out recording, m, noise subtracted.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Gap {
-    /// The calibrated model as it was.
+    /// Calibrated model as it was.
     pub untouched: f64,
-    /// With the nuisances fitted again.
+    /// Model with its nuisances fitted again.
     pub refitted: f64,
-    /// With the nuisances and a free linear correction.
+    /// Model with its nuisances and a free linear correction.
     pub black_box: f64,
-    /// With the effect.
+    /// Model with the effect.
     pub effect: f64,
     /// Noise that was subtracted.
     pub noise: f64,
 }
 
-/// Weight of a channel in the error of the surface: mean square of its shape over the profile.
+/// Returns the weight of a channel in the error of the surface: mean square of its shape over the profile.
 fn weight(quantity: Quantity) -> f64 {
     match quantity {
         Quantity::Level | Quantity::Peak => 1.0,
@@ -34,11 +38,11 @@ fn weight(quantity: Quantity) -> f64 {
     }
 }
 
-/// What `theta` and `active` leave of the sealed recording: mean square of the surface's error, m2.
+/// Returns the mean square error of the surface on the held-out recording, m2.
 fn error(problem: &Problem, theta: &[f64], active: &[Active]) -> f64 {
     let record = problem.records().next().cloned();
     let Some(record) = record else { return f64::NAN };
-    let left = problem.left(0, theta, active);
+    let left = problem.residual_m(0, theta, active);
     let mut sum = 0.0;
     let frames = record.frames() as f64;
     for ((_, c, f), e) in problem.places().iter().zip(left) {
@@ -49,95 +53,111 @@ fn error(problem: &Problem, theta: &[f64], active: &[Active]) -> f64 {
     sum / (frames - record.rest_frames as f64)
 }
 
-/// What `expected`, channel by channel (m), leaves of `record` behind its rest: root mean square over the surface, m.
+/// Returns the root mean square error of `expected` (m, by channel) over the surface of `record` after its rest, m.
 #[must_use]
 pub fn left_m(record: &Record, expected: &[Vec<f64>]) -> f64 {
     let mut sum = 0.0;
-    for (channel, said) in record.channels.iter().zip(expected) {
-        let seen = channel.value.iter().zip(said).skip(record.rest_frames);
-        let squares: Vec<f64> = seen.filter_map(|(z, said)| z.map(|z| (z - said).powi(2))).collect();
+    for (channel, series) in record.channels.iter().zip(expected) {
+        let seen = channel.value.iter().zip(series).skip(record.rest_frames);
+        let squares: Vec<f64> = seen.filter_map(|(z, expected)| z.map(|z| (z - expected).powi(2))).collect();
         sum += weight(channel.quantity) * squares.iter().sum::<f64>() / squares.len().max(1) as f64;
     }
     sum.sqrt()
 }
 
-/// The same with the noise of `noise_m` subtracted.
+/// Returns the same error with the noise of `noise_m` subtracted, m.
 #[must_use]
 pub fn gap_to(record: &Record, expected: &[Vec<f64>], noise_m: f64) -> f64 {
     (left_m(record, expected).powi(2) - noise_m * noise_m).max(0.0).sqrt()
 }
 
-/// Errors on the sealed recording; the lag is that of the prior, or, where clocks are the recordings' own,
-/// fitted for each model on the sealed recording. With them the curves of the sealed recording: time (s),
-/// measured, untouched and with the effect (slope or peak, m).
+/// Gap with the curves that show it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MeasuredGap {
+    /// Errors.
+    pub gap: Gap,
+    /// Curves of the slope, or of the peak: time (s), measured, untouched and with the effect (m).
+    pub curves: Vec<[f64; 4]>,
+}
+
+/// Returns the gap on the held-out recording.
+///
+/// The lag is that of the prior. Where each recording has a clock of its own, it is fitted for each model on the
+/// held-out recording.
 ///
 /// # Errors
-/// In words, when the sealed recording cannot be used.
+/// [`ProblemError`], when the held-out recording cannot be used.
 pub fn gap(
-    sealed: &Record,
-    known: Known,
+    held_out: &Record,
     calibration: &Calibration,
     problem: &Problem,
-    verdict: &Verdict,
+    assessment: &Assessment,
     noise: f64,
-) -> Result<(Gap, Vec<[f64; 4]>), String> {
-    let one = Problem::new(std::slice::from_ref(sealed), known, calibration, noise)?;
-    let shared = |fitted: &Fitted| {
-        let mut theta = fitted.theta[..SHARED].to_vec();
-        theta.push(calibration.lag_s);
-        theta
-    };
-    let own = |theta: Vec<f64>, active: &[Active]| {
-        if calibration.lag_deviation_s < 0.01 {
-            return theta;
-        }
-        let at = |lag: f64| {
-            let mut tried = theta.clone();
-            tried[SHARED] = lag;
-            (error(&one, &tried, active), tried)
-        };
-        let lags = (-60..=60).map(|i| f64::from(i) * 0.01);
-        lags.map(at).min_by(|a, b| a.0.total_cmp(&b.0)).map_or(theta.clone(), |best| best.1)
-    };
-    let spread: f64 = sealed
-        .channels
-        .iter()
-        .map(|c| weight(c.quantity) * calibration.noise_of(c.quantity).sigma_m.powi(2))
-        .sum();
-    let after = |square: f64| (square - spread).max(0.0).sqrt();
-    let untouched = own(one.mean.clone(), &[]);
-    let plain = own(shared(&verdict.plain), &[]);
-    let chosen = own(shared(&verdict.chosen), &verdict.chosen.active);
-    let active = &verdict.chosen.active;
+) -> Result<MeasuredGap, ProblemError> {
+    let one = Problem::new(std::slice::from_ref(held_out), problem.known, calibration, noise)?;
+    let (plain_fit, chosen_fit) = (&assessment.search.plain, assessment.chosen());
+    let untouched = own_lag(&one, calibration, one.mean.clone(), &[]);
+    let plain = own_lag(&one, calibration, shared(plain_fit, calibration), &[]);
+    let chosen = own_lag(&one, calibration, shared(chosen_fit, calibration), &chosen_fit.active);
+    let active = &chosen_fit.active;
+    let noise_m2 = noise_m2(held_out, calibration);
+    let after = |square: f64| (square - noise_m2).max(0.0).sqrt();
     let gap = Gap {
         untouched: after(error(&one, &untouched, &[])),
         refitted: after(error(&one, &plain, &[])),
-        black_box: after(black_box(problem, &verdict.plain, &one, &plain)),
+        black_box: after(black_box(problem, plain_fit, &one, &plain)),
         effect: after(error(&one, &chosen, active)),
-        noise: spread.sqrt(),
+        noise: noise_m2.sqrt(),
     };
-    let c = sealed
+    let c = held_out
         .channels
         .iter()
         .position(|c| matches!(c.quantity, Quantity::Slope | Quantity::Peak))
         .unwrap_or(0);
-    let lag = SHARED;
-    let before = predict(sealed, &known, &untouched, untouched[lag], &[]);
-    let with = predict(sealed, &known, &chosen, chosen[lag], active);
-    let mean = calibration.matched(sealed).map(|left| left.mean[c].clone()).unwrap_or_default();
-    let curves = (0..sealed.frames())
+    let before = predict(held_out, &problem.known, &untouched, untouched[SHARED], &[]);
+    let with = predict(held_out, &problem.known, &chosen, chosen[SHARED], active);
+    let mean = calibration.matched(held_out).map(|known| known.mean[c].clone()).unwrap_or_default();
+    let curves = (0..held_out.frames())
         .map(|f| {
             let more = mean.get(f).copied().unwrap_or(0.0);
-            let seen = sealed.channels[c].value[f].unwrap_or(f64::NAN);
-            [f as f64 * sealed.interval_s, seen, before[c][f] + more, with[c][f] + more]
+            let seen = held_out.channels[c].value[f].unwrap_or(f64::NAN);
+            [f as f64 * held_out.interval_s, seen, before[c][f] + more, with[c][f] + more]
         })
         .collect();
-    Ok((gap, curves))
+    Ok(MeasuredGap { gap, curves })
 }
 
-/// A correction without a name: in each channel the residual is fitted by ridge regression on the expected
-/// values of the last frames, on the recordings that were fitted; mean square that it leaves of the
-/// sealed one, m2.
+/// Returns the shared numbers of `fitted` with the lag of the prior.
+fn shared(fitted: &Fitted, calibration: &Calibration) -> Vec<f64> {
+    let mut theta = fitted.theta[..SHARED].to_vec();
+    theta.push(calibration.lag_s);
+    theta
+}
+
+/// Returns `theta` with the lag that fits the held-out recording best, where it has a clock of its own.
+fn own_lag(one: &Problem, calibration: &Calibration, theta: Vec<f64>, active: &[Active]) -> Vec<f64> {
+    if calibration.lag_deviation_s < OWN_CLOCK_DEVIATION_S {
+        return theta;
+    }
+    let at = |lag: f64| {
+        let mut tried = theta.clone();
+        tried[SHARED] = lag;
+        (error(one, &tried, active), tried)
+    };
+    let lags = (-60..=60).map(|i| f64::from(i) * 0.01);
+    lags.map(at).min_by(|a, b| a.0.total_cmp(&b.0)).map_or(theta.clone(), |best| best.1)
+}
+
+/// Returns the mean square noise of the surface of `record`, m2.
+fn noise_m2(record: &Record, calibration: &Calibration) -> f64 {
+    let of_channel = |c: &Channel| weight(c.quantity) * calibration.noise_of(c.quantity).sigma_m.powi(2);
+    record.channels.iter().map(of_channel).sum()
+}
+
+/// Returns the mean square error on the held-out recording with a correction without a name, m2.
+///
+/// In each channel the residual is fitted by ridge regression on the expected values of the last frames, on the
+/// recordings that were fitted.
 fn black_box(problem: &Problem, plain: &Fitted, one: &Problem, theta: &[f64]) -> f64 {
     const PAST: usize = 6;
     let features = |expected: &[Vec<f64>], c: usize, f: usize| -> Vec<f64> {
@@ -152,7 +172,7 @@ fn black_box(problem: &Problem, plain: &Fitted, one: &Problem, theta: &[f64]) ->
         let mut right = DVector::<f64>::zeros(PAST + 2);
         for (which, record) in problem.records().enumerate() {
             let expected = predict(record, &problem.known, &plain.theta, plain.theta[lag + which], &[]);
-            let left = problem.left(which, &plain.theta, &[]);
+            let left = problem.residual_m(which, &plain.theta, &[]);
             let mine = problem.places().into_iter().filter(|(r, ..)| *r == which);
             for ((_, channel, f), e) in mine.zip(left) {
                 if channel == c {
@@ -168,7 +188,7 @@ fn black_box(problem: &Problem, plain: &Fitted, one: &Problem, theta: &[f64]) ->
     let Some(record) = one.records().next() else { return f64::NAN };
     let expected = predict(record, &one.known, theta, theta[lag], &[]);
     let mut sum = 0.0;
-    for ((_, c, f), e) in one.places().iter().zip(one.left(0, theta, &[])) {
+    for ((_, c, f), e) in one.places().iter().zip(one.residual_m(0, theta, &[])) {
         if *f >= record.rest_frames {
             let x = DVector::from_vec(features(&expected, *c, *f));
             sum += weight(record.channels[*c].quantity) * (e - x.dot(&weights[*c])).powi(2);
@@ -177,24 +197,18 @@ fn black_box(problem: &Problem, plain: &Fitted, one: &Problem, theta: &[f64]) ->
     sum / (record.frames() - record.rest_frames) as f64
 }
 
-/// Error of one fit on `sealed`, m, noise subtracted.
+/// Returns the error of one fit on `held_out`, m, noise subtracted.
 ///
 /// # Errors
-/// In words, when the sealed recording cannot be used.
+/// [`ProblemError`], when the held-out recording cannot be used.
 pub fn gap_of(
-    sealed: &Record,
+    held_out: &Record,
     known: Known,
     calibration: &Calibration,
     fitted: &Fitted,
     noise: f64,
-) -> Result<f64, String> {
-    let one = Problem::new(std::slice::from_ref(sealed), known, calibration, noise)?;
-    let mut theta = fitted.theta[..SHARED].to_vec();
-    theta.push(calibration.lag_s);
-    let spread: f64 = sealed
-        .channels
-        .iter()
-        .map(|c| weight(c.quantity) * calibration.noise_of(c.quantity).sigma_m.powi(2))
-        .sum();
-    Ok((error(&one, &theta, &fitted.active) - spread).max(0.0).sqrt())
+) -> Result<f64, ProblemError> {
+    let one = Problem::new(std::slice::from_ref(held_out), known, calibration, noise)?;
+    let theta = shared(fitted, calibration);
+    Ok((error(&one, &theta, &fitted.active) - noise_m2(held_out, calibration)).max(0.0).sqrt())
 }

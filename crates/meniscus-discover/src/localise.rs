@@ -1,4 +1,4 @@
-//! Where the model without an effect disagrees: by channel, window of time, and phase.
+//! Map of the discrepancy of the model without an effect: by channel, window of time, and phase.
 //!
 //! Whitened residuals of a right model have the mean square one, so in a cell of n numbers
 //! `(sum r^2 - n)/sqrt(2 n)` is about normal; p values are those of the largest of all cells (Sidak). In
@@ -9,28 +9,28 @@ use super::fit::Fitted;
 use super::predict::{SHARED, predict};
 use super::problem::Problem;
 
-/// One cell of the map.
+/// Cell of the map.
 #[derive(Clone, Debug)]
 pub struct Cell {
     /// Channel.
     pub channel: &'static str,
     /// Window: rest, forced, large decay, small decay.
     pub window: &'static str,
-    /// Numbers in it.
+    /// Numbers in the cell.
     pub count: usize,
     /// Mean square of the whitened residual.
     pub chi2: f64,
-    /// Probability of so large a one anywhere by chance.
+    /// Probability that any cell reaches this misfit by chance.
     pub p: f64,
     /// Root mean square of the residual, m.
     pub rms_m: f64,
-    /// Part in phase with the expected wave, and in quadrature.
+    /// Share in phase with the expected wave, and in quadrature.
     pub phase: [f64; 2],
 }
 
 const WINDOWS: [&str; 4] = ["rest", "forced", "large decay", "small decay"];
 
-/// The map of `plain` on `problem`.
+/// Returns the map of `plain` on `problem`.
 #[must_use]
 pub fn localise(problem: &Problem, plain: &Fitted) -> Vec<Cell> {
     let records: Vec<_> = problem.records().collect();
@@ -60,7 +60,7 @@ pub fn localise(problem: &Problem, plain: &Fitted) -> Vec<Cell> {
     for (which, count) in problem.counts().iter().enumerate() {
         let expected =
             predict(records[which], &problem.known, &plain.theta, plain.theta[SHARED + which], &[]);
-        let left = problem.left(which, &plain.theta, &[]);
+        let left = problem.residual_m(which, &plain.theta, &[]);
         for (i, e) in left.iter().enumerate() {
             let (_, c, f) = places[first + i];
             let name = records[which].channels[c].quantity.words();

@@ -1,9 +1,9 @@
-//! Noise of a camera's numbers, from the frames in which the glass rests.
+//! Measurement noise, estimated from the frames in which the glass rests.
 
 use super::record::{Quantity, Record};
 use std::collections::BTreeMap;
 
-/// Noise of one channel.
+/// Measurement noise of one channel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Noise {
     /// Standard deviation, m.
@@ -12,7 +12,7 @@ pub struct Noise {
     pub memory: f64,
 }
 
-/// Noise from the frames before the glass moves: spread and correlation from frame to frame, pooled.
+/// Returns the noise by channel before the glass moves: spread and correlation from frame to frame, pooled.
 #[must_use]
 pub fn rest_noise(records: &[Record]) -> BTreeMap<Quantity, Noise> {
     let mut sums: BTreeMap<Quantity, [f64; 4]> = BTreeMap::new();
@@ -32,7 +32,7 @@ pub fn rest_noise(records: &[Record]) -> BTreeMap<Quantity, Noise> {
     }
     let noise = |[square, count, product, pairs]: [f64; 4]| {
         let variance = (square / count).max(1e-12);
-        // Few frames say little about correlation: drawn towards a third.
+        // Few frames determine a correlation badly, so it is drawn towards 0.3 with the weight of 30 pairs.
         let memory = (product / pairs / variance * pairs + 0.3 * 30.0) / (pairs + 30.0);
         Noise { sigma_m: variance.sqrt().max(2e-5), memory: memory.clamp(0.0, 0.9) }
     };

@@ -1,4 +1,4 @@
-//! What level, slope, bow and place may be off by for reasons that are no effect.
+//! Nuisance offsets of level, slope, bow and position, and their variances.
 //!
 //! The fill is poured, the glass is put down and the camera is put up once for all recordings of a glass, so an
 //! offset belongs to the glass. With variance b of the glasses and w of the recordings of one glass, R
@@ -10,14 +10,11 @@
 //! (one-way analysis of variance). References that were made with more care than the glass that is judged show
 //! too little: a fill is stated to a quarter of a millimetre, and a table is level to three thousandths.
 
-use super::calibrate::Group;
-use super::fit::Fitted;
-use super::problem::Problem;
+use super::group::Group;
 use super::record::{Channel, Quantity, Record};
-use nalgebra::DVector;
 use std::collections::BTreeMap;
 
-/// Deviation of glasses and of the recordings of one glass before references say, m.
+/// Returns the standard deviations of glasses and of the recordings of one glass without references, m.
 fn unseen_m(quantity: Quantity) -> [f64; 2] {
     match quantity {
         Quantity::Level => [LEAST_LEVEL_M, 2e-4],
@@ -28,21 +25,21 @@ fn unseen_m(quantity: Quantity) -> [f64; 2] {
     }
 }
 
-/// What a stated fill may be off by, m.
+/// Smallest standard deviation of a stated fill, m.
 const LEAST_LEVEL_M: f64 = 2.5e-4;
 
-/// What a glass of 35 mm radius on a table leans by, m at the wall.
+/// Smallest standard deviation of the slope: the lean of a glass of 35 mm radius on a table, m at the wall.
 const LEAST_SLOPE_M: f64 = 1e-4;
 
-/// Least deviation of anything else, m.
+/// Smallest standard deviation of any other offset, m.
 const LEAST_M: f64 = 2e-5;
 
-/// Variances of offsets as references show them: of glasses, and of the recordings of one, m2.
+/// Variances of offsets learnt from references: of glasses, and of the recordings of one glass, m2.
 #[derive(Clone, Debug, Default)]
 pub struct Offsets(BTreeMap<Quantity, [f64; 2]>);
 
 impl Offsets {
-    /// What `groups` show in their rest frames; nothing where there are fewer than three.
+    /// Returns the variances that the rest frames of `groups` show; none where there are fewer than three groups.
     #[must_use]
     pub fn of(groups: &[&Group]) -> Self {
         let mut out = BTreeMap::new();
@@ -86,44 +83,7 @@ impl Offsets {
     }
 }
 
-/// A constant that a fit leaves of one channel.
-#[derive(Clone, Copy, Debug)]
-pub struct Offset {
-    /// Of what.
-    pub quantity: Quantity,
-    /// How much, m.
-    pub m: f64,
-    /// Its square in units of its variance.
-    pub square: f64,
-}
-
-/// The constants that `fitted` leaves of level, slope and bow in all recordings together: with the whitened
-/// residual r and the whitened constant u, `d = u.r/u.u` and `d^2/var d = (u.r)^2/u.u`. A sum over all numbers
-/// hides them: an offset of twelve deviations raises the mean square of 1600 numbers by a tenth.
-#[must_use]
-pub fn stands_off(problem: &Problem, fitted: &Fitted) -> Vec<Offset> {
-    let mut sums: BTreeMap<Quantity, [f64; 2]> = BTreeMap::new();
-    let mut begun = 0;
-    for ready in &problem.ready {
-        let mut local = 0;
-        for whiten in &ready.whiten {
-            let n = whiten.nrows();
-            let u = whiten * DVector::from_element(n, 1.0);
-            let sum = sums.entry(ready.record.channels[ready.index[local].0].quantity).or_default();
-            sum[0] += u.dot(&fitted.residual.rows(begun + local, n));
-            sum[1] += u.norm_squared();
-            local += n;
-        }
-        begun += local;
-    }
-    let one = |quantity: Quantity| {
-        let [along, square] = *sums.get(&quantity)?;
-        Some(Offset { quantity, m: along / square, square: along * along / square })
-    };
-    [Quantity::Level, Quantity::Slope, Quantity::Bow].into_iter().filter_map(one).collect()
-}
-
-/// Mean of a channel over the frames before the glass moves, m.
+/// Returns the mean of a channel over the frames before the glass moves, m.
 fn rest_m(record: &Record, quantity: Quantity) -> Option<f64> {
     let of = |channel: &&Channel| channel.quantity == quantity;
     let channel = record.channels.iter().find(of)?;

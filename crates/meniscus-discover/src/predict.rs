@@ -1,4 +1,4 @@
-//! What the reduced model expects a recording to show.
+//! Prediction of a recording by the reduced model.
 
 use super::record::{Quantity, Record, mean_bow};
 use meniscus::reduced::effects::{Active, Stated};
@@ -26,7 +26,7 @@ pub const NAMES: [&str; SHARED] = [
     "q of (2,1)",
 ];
 
-/// What is known before a recording is looked at.
+/// Glass and liquid as stated, before a recording is evaluated.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Known {
     /// Inner radius of the glass, m.
@@ -37,8 +37,8 @@ pub struct Known {
     pub density_kg_m3: f64,
     /// Viscosity, Pa s.
     pub viscosity_pa_s: f64,
-    /// Part of the recorded inclination and of the recorded vertical acceleration that the model is told.
-    pub told: [f64; 2],
+    /// Share of the recorded inclination, and of the recorded vertical acceleration, that enters the model.
+    pub motion_share: [f64; 2],
 }
 
 impl Known {
@@ -49,7 +49,7 @@ impl Known {
     }
 }
 
-/// The baseline that the first numbers of `theta` stand for.
+/// Returns the baseline whose numbers are the first of `theta`.
 #[must_use]
 pub fn baseline(theta: &[f64]) -> Baseline {
     let [f1, f2, d1, d2, l1, l2, softening, p0, q0, p2, q2] = std::array::from_fn(|i| theta[i]);
@@ -62,7 +62,7 @@ pub fn baseline(theta: &[f64]) -> Baseline {
     }
 }
 
-/// What each channel of `record` should show, m; `lag_s` is how much later it was seen than its time says.
+/// Returns the expected channels of `record`, m; `lag_s` is the delay of its frames against their time stamps.
 #[must_use]
 pub fn predict(
     record: &Record,
@@ -80,10 +80,10 @@ pub fn predict(
     let shift = port.delay_s + view.latency_s + lag_s;
     let push_at = |time: f64| {
         let (along, tilted, lift, _) = record.drive.at(time - shift);
-        let share = known.told[0] + port.tilt_share;
+        let share = known.motion_share[0] + port.tilt_share;
         Push {
             along_m_s2: [0, 1].map(|d| port.gain * along[d] + share * tilted[d]),
-            lift_m_s2: (known.told[1] + port.lift_share) * lift + port.lift_m_s2,
+            lift_m_s2: (known.motion_share[1] + port.lift_share) * lift + port.lift_m_s2,
         }
     };
     let mut state = model.rest(&push_at(0.0));
@@ -122,13 +122,13 @@ pub fn predict(
     out
 }
 
-/// Mean and bow of `1 - sqrt(1 - s^2)` over the points of a profile.
+/// Returns mean and bow of `1 - sqrt(1 - s^2)` over the points of a profile.
 fn pitch_parts() -> [f64; 2] {
     let shape = |i: usize| (i, 1.0 - (1.0 - profile_abscissa(i).powi(2)).sqrt());
     super::record::parts((0..POINTS).map(shape)).map_or([0.0; 2], |[mean, _, bow, _]| [mean, bow])
 }
 
-/// Highest point along the wall of a surface with these harmonics, m.
+/// Returns the highest point along the wall of a surface with these harmonics, m.
 fn highest(wall: &[f64; 5]) -> f64 {
     let at = |angle: f64| {
         let (sin, cos) = angle.sin_cos();
@@ -138,7 +138,7 @@ fn highest(wall: &[f64; 5]) -> f64 {
             + wall[3] * (cos * cos - sin * sin)
             + wall[4] * 2.0 * sin * cos
     };
-    // The first harmonic's crest, then Newton's way uphill by halving steps.
+    // The first harmonic's crest, then uphill by halving steps.
     let mut best = wall[2].atan2(wall[1]);
     let mut height = at(best);
     let mut reach = 0.6;

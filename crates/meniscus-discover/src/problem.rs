@@ -1,67 +1,54 @@
-//! What is fitted: recordings, what the baseline may be, and the covariance of what it cannot be.
+//! Least-squares problem of a discovery: recordings, prior of the baseline, covariance of its error.
 //!
 //! ```text
 //! y = f(theta, effects) + rbar + e,     e ~ N(0, C),     theta ~ N(prior)
 //! C = noise (1 + 1/G) + sum_g d_g d_g^T/(G - 1) + variants of rbar + offsets
 //! ```
-//! `rbar` is the mean and `d_g` the scatter of what the references leave in the same motion; the variants
-//! are rbar itself, its slope in time and its ramp over the recording, because a liquid with an effect is
-//! not quite where the references are. Offsets (level, slope, bow, place of the glass) are integrated out,
-//! as large as [`Calibration::offset_m2`] says.
-//! Once a correction is made, C gains a process of a part of that correction, channel by channel, with a
-//! memory of ten frames: an effect's formula is not exact either, and the more it changes the less what is
-//! left may be held against it ([`Problem::trusting`]). A quarter for what happens in the liquid, a twentieth
-//! for how it is looked at and moved, which is geometry.
-//! Residuals are whitened by the exact Cholesky factor of C, recording by recording and channel by channel:
-//! what is left of one channel says nothing of another's.
+//! `rbar` is the mean and `d_g` the scatter of the references' residuals in the same motion; the variants are rbar
+//! itself, its slope in time and its ramp over the recording, because a liquid with an effect does not follow the
+//! references exactly. Offsets (level, slope, bow, position of the glass) are integrated out with the variance
+//! [`Calibration::offset_m2`].
+//! After a correction, C gains a process of a share of that correction, channel by channel, with a memory of ten frames:
+//! the formula of an effect is not exact either ([`Problem::with_formula_error`]).
+//! Residuals are whitened by the exact Cholesky factor of C, recording by recording and channel by channel. Channels
+//! are treated as independent.
 
 use super::calibrate::Calibration;
 use super::covariance::{MEMORY, Ready, prepare, whitening};
+use super::decision_rules::DecisionRules;
+use super::error::ProblemError;
 use super::predict::{Known, SHARED, predict};
 use super::record::{Quantity, Record};
-use crate::fit_cache::{Kept, Name};
+use crate::fit_cache::{CacheKey, FitCache};
 use meniscus::reduced::effects::Active;
 use nalgebra::DVector;
 use std::sync::Arc;
 
-/// Part of a correction by which the formula of what happens in the liquid may be off: wall laws, constitutive
-/// laws and the shape of a steep wave are idealised, and a fill changes the waves.
-const TRUST_LIQUID: f64 = 0.25;
-
-/// The same of how it is looked at, timed and moved: geometry, whose formulas are exact; what is left is that
-/// the references speak of another size of the motion.
-const TRUST_GEOMETRY: f64 = 0.05;
-
-/// Part of the correction by `active` in which it is not trusted.
-fn distrust(active: &[Active]) -> f64 {
-    if active.iter().all(|active| active.entry.is_geometry()) { TRUST_GEOMETRY } else { TRUST_LIQUID }
-}
-
 /// Recordings with a prior and covariances.
 #[derive(Clone, Debug)]
 pub struct Problem {
-    /// What is known of glass and liquid.
+    /// Glass and liquid as stated.
     pub known: Known,
     /// Mean of the prior: shared numbers, then a lag for each recording.
     pub mean: Vec<f64>,
     /// Its standard deviations.
     pub deviation: Vec<f64>,
     pub(super) ready: Vec<Ready>,
-    /// Where fits are kept, and the digest of all of the above.
-    kept: Option<(Arc<Kept>, u64)>,
+    /// Cache of fits, and the digest of all of the above.
+    cache: Option<(Arc<FitCache>, u64)>,
 }
 
 impl Problem {
-    /// Puts `records` against `calibration`; `noise` is a factor on the noise that rest frames show.
+    /// Compares `records` with `calibration`; `noise` is a factor on the noise of the rest frames.
     ///
     /// # Errors
-    /// In words, when a covariance cannot be factored or nothing was seen.
+    /// [`ProblemError`], when a covariance cannot be factored or too little was measured.
     pub fn new(
         records: &[Record],
         known: Known,
         calibration: &Calibration,
         noise: f64,
-    ) -> Result<Self, String> {
+    ) -> Result<Self, ProblemError> {
         let (mut mean, mut deviation) = (calibration.mean.to_vec(), calibration.deviation.to_vec());
         let mut ready = Vec::new();
         for record in records {
@@ -69,76 +56,78 @@ impl Problem {
             deviation.push(calibration.lag_deviation_s);
             ready.push(prepare(record, records.len(), calibration, noise)?);
         }
-        Ok(Self { known, mean, deviation, ready, kept: None })
+        Ok(Self { known, mean, deviation, ready, cache: None })
     }
 
-    /// The same problem with its fits in `kept`, if there is one.
+    /// Returns the same problem with its fits in `cache`, if there is one.
     #[must_use]
-    pub fn keeping(mut self, kept: &Option<Arc<Kept>>) -> Self {
-        self.kept = kept.as_ref().map(|kept| (kept.clone(), self.digest()));
+    pub fn with_cache(mut self, cache: &Option<Arc<FitCache>>) -> Self {
+        self.cache = cache.as_ref().map(|cache| (cache.clone(), self.digest()));
         self
     }
 
-    /// Where fits are kept, and this problem's digest.
+    /// Returns the cache of fits and this problem's digest.
     #[must_use]
-    pub fn kept(&self) -> Option<(&Kept, u64)> {
-        self.kept.as_ref().map(|(kept, mine)| (kept.as_ref(), *mine))
+    pub fn cache(&self) -> Option<(&FitCache, u64)> {
+        self.cache.as_ref().map(|(cache, mine)| (cache.as_ref(), *mine))
     }
 
-    /// A digest of everything that a fit depends on.
+    /// Returns a digest of everything that a fit depends on.
     fn digest(&self) -> u64 {
-        let mut name = Name::new();
-        let Known { radius_m, fill_m, density_kg_m3, viscosity_pa_s, told: [tilt, lift] } = self.known;
-        name.add([radius_m, fill_m, density_kg_m3, viscosity_pa_s, tilt, lift]);
-        name.add(self.mean.iter().chain(&self.deviation));
+        let mut key = CacheKey::new();
+        let Known { radius_m, fill_m, density_kg_m3, viscosity_pa_s, motion_share: [tilt, lift] } =
+            self.known;
+        key.add([radius_m, fill_m, density_kg_m3, viscosity_pa_s, tilt, lift]);
+        key.add(self.mean.iter().chain(&self.deviation));
         for ready in &self.ready {
             let drive = &ready.record.drive;
-            name.add([ready.record.interval_s, drive.rate_hz]);
-            name.add(drive.along_m_s2.iter().chain(&drive.tilted_m_s2).flatten());
-            name.add(drive.lift_m_s2.iter().chain(&drive.place_m));
-            name.add(ready.index.iter().flat_map(|(c, f)| [*c as f64, *f as f64]));
-            name.add(ready.target.iter());
-            ready.whiten.iter().for_each(|whiten| name.add(whiten.iter()));
+            key.add([ready.record.interval_s, drive.rate_hz]);
+            key.add(drive.along_m_s2.iter().chain(&drive.tilted_m_s2).flatten());
+            key.add(drive.lift_m_s2.iter().chain(&drive.place_m));
+            key.add(ready.index.iter().flat_map(|(c, f)| [*c as f64, *f as f64]));
+            key.add(ready.target.iter());
+            ready.whiten.iter().for_each(|whiten| key.add(whiten.iter()));
         }
-        name.done()
+        key.finish()
     }
 
-    /// The recordings.
+    /// Returns the recordings.
     pub fn records(&self) -> impl Iterator<Item = &Record> {
         self.ready.iter().map(|ready| &ready.record)
     }
 
-    /// Numbers that were seen.
+    /// Returns how many numbers were measured.
     #[must_use]
     pub fn count(&self) -> usize {
         self.ready.iter().map(|ready| ready.index.len()).sum()
     }
 
-    /// Numbers that were seen, recording by recording.
+    /// Returns how many numbers were measured, recording by recording.
     #[must_use]
     pub fn counts(&self) -> Vec<usize> {
         self.ready.iter().map(|ready| ready.index.len()).collect()
     }
 
-    /// Where a whitened number belongs: recording, channel, frame.
+    /// Returns recording, channel and frame of each whitened number.
     #[must_use]
     pub fn places(&self) -> Vec<(usize, usize, usize)> {
-        let of = |(r, ready): (usize, &Ready)| ready.index.iter().map(move |(c, f)| (r, *c, *f)).collect();
-        self.ready.iter().enumerate().map(of).collect::<Vec<Vec<_>>>().concat()
+        let of_recording =
+            |(r, ready): (usize, &Ready)| ready.index.iter().map(move |(c, f)| (r, *c, *f)).collect();
+        self.ready.iter().enumerate().map(of_recording).collect::<Vec<Vec<_>>>().concat()
     }
 
-    /// What is left of recording `which`, m, before whitening.
+    /// Returns the residual of recording `which` before whitening, m.
     #[must_use]
-    pub fn left(&self, which: usize, theta: &[f64], active: &[Active]) -> Vec<f64> {
+    pub fn residual_m(&self, which: usize, theta: &[f64], active: &[Active]) -> Vec<f64> {
         let ready = &self.ready[which];
         let expected = predict(&ready.record, &self.known, theta, theta[SHARED + which], active);
         let one = |((c, f), y): (&(usize, usize), &f64)| y - expected[*c][*f];
         ready.index.iter().zip(ready.target.iter()).map(one).collect()
     }
 
-    /// The same, whitened.
+    /// Returns the whitened residual of recording `which`.
     fn whitened(&self, which: usize, theta: &[f64], active: &[Active]) -> Vec<f64> {
-        let left = self.left(which, theta, active);
+        let left = self.residual_m(which, theta, active);
         let mut all = Vec::with_capacity(left.len());
         let mut first = 0;
         for whiten in &self.ready[which].whiten {
@@ -149,8 +138,9 @@ impl Problem {
         all
     }
 
-    /// Whitened residuals of all recordings, then those of the prior: `|.|^2` is minus twice the
-    /// logarithm of the posterior but for a constant.
+    /// Returns the whitened residuals of all recordings, then those of the prior.
+    ///
+    /// Their squared norm is minus twice the logarithm of the posterior, up to a constant.
     #[must_use]
     pub fn residual(&self, theta: &[f64], active: &[Active]) -> DVector<f64> {
         let mut all: Vec<f64> = Vec::with_capacity(self.count() + theta.len());
@@ -163,14 +153,20 @@ impl Problem {
         DVector::from_vec(all)
     }
 
-    /// The same problem where `theta` and `active` are a correction of the baseline that is trusted but for a
-    /// part of what it changes.
+    /// Returns the same problem with the model error of the formulas of `active` added to its covariances.
+    ///
+    /// The error is a share of what `theta` and `active` change of the baseline's prediction.
     ///
     /// # Errors
-    /// In words, when a covariance cannot be factored.
-    pub fn trusting(&self, theta: &[f64], active: &[Active]) -> Result<Self, String> {
+    /// [`ProblemError`], when a covariance cannot be factored.
+    pub fn with_formula_error(
+        &self,
+        theta: &[f64],
+        active: &[Active],
+        rules: &DecisionRules,
+    ) -> Result<Self, ProblemError> {
         let mut out = self.clone();
-        let part = distrust(active);
+        let share = rules.formula_error(active);
         for (which, ready) in out.ready.iter_mut().enumerate() {
             let record = &ready.record;
             let before = predict(record, &self.known, &self.mean, self.mean[SHARED + which], &[]);
@@ -189,43 +185,44 @@ impl Problem {
                     for j in 0..n {
                         for i in 0..n {
                             let apart = index[i].1.abs_diff(index[j].1) as i32;
-                            covariance[(i, j)] += part * part * change[channel] * MEMORY.powi(apart);
+                            covariance[(i, j)] += share * share * change[channel] * MEMORY.powi(apart);
                         }
                     }
-                    *whiten = whitening(covariance, &record.name)?;
+                    *whiten = whitening(covariance, record, channel)?;
                 }
                 first += n;
             }
         }
-        let kept = out.kept.take().map(|(kept, _)| kept);
-        Ok(out.keeping(&kept))
+        let cache = out.cache.take().map(|(cache, _)| cache);
+        Ok(out.with_cache(&cache))
     }
 
-    /// The same problem without recording `which`, and so without its lag.
+    /// Returns the same problem without recording `which` and its lag.
     #[must_use]
     pub fn without(&self, which: usize) -> Self {
-        let mut out = Self { kept: None, ..self.clone() };
+        let mut out = Self { cache: None, ..self.clone() };
         out.ready.remove(which);
         out.mean.remove(SHARED + which);
         out.deviation.remove(SHARED + which);
-        out.keeping(&self.kept.as_ref().map(|(kept, _)| kept.clone()))
+        out.with_cache(&self.cache.as_ref().map(|(cache, _)| cache.clone()))
     }
 
-    /// Whitened misfit `|.|^2` of recording `which` where everything but its lag, which is taken at its mean,
-    /// was learnt without it: `theta` and `active` are those of [`Self::without`].
+    /// Returns the squared norm of the whitened residual of recording `which`, which was predicted without it.
+    ///
+    /// `theta` and `active` were fitted to [`Self::without`]; the recording's lag is taken at its prior mean.
     #[must_use]
-    pub fn foretold(&self, which: usize, theta: &[f64], active: &[Active]) -> f64 {
+    pub fn held_out_misfit(&self, which: usize, theta: &[f64], active: &[Active]) -> f64 {
         let mut theta = theta.to_vec();
         theta.insert(SHARED + which, self.mean[SHARED + which]);
         let whitened = self.whitened(which, &theta, active);
         whitened.iter().map(|r| r * r).sum()
     }
 
-    /// The same problem with data drawn from the model: `theta` and `active` are the truth, errors are drawn
-    /// from the covariances.
+    /// Returns the same problem with data drawn from the model: `theta` and `active` are the truth, errors are drawn from
+    /// the covariances.
     #[must_use]
     pub fn redraw(&self, theta: &[f64], active: &[Active], mut normal: impl FnMut() -> f64) -> Self {
-        let mut out = Self { kept: None, ..self.clone() };
+        let mut out = Self { cache: None, ..self.clone() };
         for (which, ready) in out.ready.iter_mut().enumerate() {
             let expected = predict(&ready.record, &self.known, theta, theta[SHARED + which], active);
             let n = ready.index.len();

@@ -1,4 +1,4 @@
-//! Candidates in order: every effect searched for, the best of them fitted.
+//! Ranking of the candidates: a coarse search for every effect, a full fit of the best.
 
 use super::fit::{Fitted, fit_beside, free_of, search};
 use super::problem::Problem;
@@ -9,31 +9,30 @@ use rayon::prelude::*;
 /// Candidates that are fitted in full after the coarse search.
 const FINALISTS: usize = 6;
 
-/// One line of the ranking.
+/// Candidate of the ranking.
 #[derive(Clone, Debug)]
 pub struct Candidate {
     /// Names of its effects.
     pub names: Vec<&'static str>,
     /// Gain in BIC over none.
     pub gain: f64,
-    /// By how much the last of its effects lowers the cost beside the others.
+    /// Decrease of the cost by the last of its effects beside the others.
     pub fall: f64,
-    /// The fit; none where the coarse search was enough to leave it behind.
+    /// Full fit; none where the coarse search left it behind.
     pub fitted: Option<Fitted>,
-    /// What the coarse search left, whitened.
+    /// Whitened residual of the coarse search.
     pub signature: DVector<f64>,
 }
 
 impl Candidate {
-    /// Name of its last effect.
+    /// Returns the name of its last effect.
     #[must_use]
     pub fn last(&self) -> &'static str {
         self.names.last().copied().unwrap_or("")
     }
 }
 
-/// Every effect of `library` beside those of `base`, best first: all by the coarse search, the best of
-/// them fitted in full. `plain` is the criterion without any effect.
+/// Returns every effect of `library` beside those of `base`, best first; `plain` is the criterion without any effect.
 #[must_use]
 pub fn rank(problem: &Problem, base: &Fitted, library: &[&'static Entry], plain: f64) -> Vec<Candidate> {
     let count = problem.count();
@@ -57,7 +56,7 @@ pub fn rank(problem: &Problem, base: &Fitted, library: &[&'static Entry], plain:
         candidate.fall = base.cost - fitted.cost;
         candidate.fitted = Some(fitted);
     });
-    // What was not fitted in full stays behind what was.
+    // Gains of the coarse search are less exact, so candidates without a full fit stay behind.
     found.sort_by(|a, b| {
         let fitted = b.0.fitted.is_some().cmp(&a.0.fitted.is_some());
         fitted.then(b.0.gain.total_cmp(&a.0.gain))

@@ -1,4 +1,4 @@
-//! A recording as discovery sees it: a few numbers a frame, and what the glass did.
+//! Recording as discovery uses it: a few numbers per frame, and the motion of the glass.
 //!
 //! All waves of one azimuthal order look alike on the wall, so a profile holds a handful of numbers: with
 //! s = x/R over the seen points,
@@ -10,7 +10,7 @@
 use meniscus::surface::{POINTS, SurfaceProfile, profile_abscissa};
 use nalgebra::{SMatrix, SVector};
 
-/// What a number a frame is.
+/// Meaning of a number that is measured in each frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Quantity {
     /// Mean height of the profile over the stated fill, m.
@@ -19,14 +19,14 @@ pub enum Quantity {
     Slope,
     /// Its curvature, m.
     Bow,
-    /// Place of the glass along x from where it started, m.
+    /// Position of the glass along x, from its start, m.
     Place,
     /// Height of the highest point of the surface over rest, m.
     Peak,
 }
 
 impl Quantity {
-    /// In words.
+    /// Returns the channel's name in words.
     #[must_use]
     pub fn words(self) -> &'static str {
         match self {
@@ -39,32 +39,32 @@ impl Quantity {
     }
 }
 
-/// One number a frame.
+/// Series of one number per frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Channel {
-    /// What it is.
+    /// Meaning of the number.
     pub quantity: Quantity,
-    /// Its values, m; `None` where it was not seen.
+    /// Values, m; `None` where it was not measured.
     pub value: Vec<Option<f64>>,
 }
 
-/// What the glass did, sampled evenly.
+/// Motion of the glass, sampled evenly.
 #[derive(Clone, Debug, PartialEq)]
-pub struct InputSource {
-    /// Samples a second.
+pub struct Drive {
+    /// Samples per second.
     pub rate_hz: f64,
-    /// Specific force along x and y that an upright glass leaves, m/s2.
+    /// Specific force along x and y in an upright glass, m/s2.
     pub along_m_s2: Vec<[f64; 2]>,
-    /// What the recorded inclination adds to it, m/s2.
+    /// Additional force by the recorded inclination, m/s2.
     pub tilted_m_s2: Vec<[f64; 2]>,
     /// Recorded acceleration upwards, m/s2.
     pub lift_m_s2: Vec<f64>,
-    /// Place along x, m.
+    /// Position along x, m.
     pub place_m: Vec<f64>,
 }
 
-impl InputSource {
-    /// Values at `time_s`, between samples by a straight line: along, tilted, lift, place.
+impl Drive {
+    /// Returns the values at `time_s` by linear interpolation: along, tilted, lift, position.
     #[must_use]
     pub fn at(&self, time_s: f64) -> ([f64; 2], [f64; 2], f64, f64) {
         let place = (time_s * self.rate_hz).clamp(0.0, (self.along_m_s2.len() - 1) as f64);
@@ -80,20 +80,20 @@ impl InputSource {
         )
     }
 
-    /// Whether an inclination, and whether a vertical acceleration, was recorded at all.
+    /// Returns whether an inclination, and whether a vertical acceleration, was recorded at all.
     #[must_use]
     pub fn holds(&self) -> [bool; 2] {
         let tilt = self.tilted_m_s2.iter().flatten().any(|a| a.abs() > 0.02);
         [tilt, self.lift_m_s2.iter().any(|a| a.abs() > 0.02)]
     }
 
-    /// Whether the glass moves in a plane.
+    /// Returns whether the glass moves in a plane.
     #[must_use]
     pub fn is_planar(&self) -> bool {
         self.along_m_s2.iter().chain(&self.tilted_m_s2).all(|a| a[1] == 0.0)
     }
 
-    /// Whether two drives are the same motion, to a hundredth of their strength.
+    /// Returns whether two drives are the same motion, to a hundredth of their strength.
     #[must_use]
     pub fn same(&self, other: &Self) -> bool {
         let strength = self.along_m_s2.iter().flatten().fold(0.05_f64, |m, a| m.max(a.abs()));
@@ -107,33 +107,33 @@ impl InputSource {
 /// One recording.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Record {
-    /// Its name, for people.
+    /// Name, for people.
     pub name: String,
     /// Seconds between frames.
     pub interval_s: f64,
-    /// What was measured.
+    /// Measured channels.
     pub channels: Vec<Channel>,
-    /// What the glass did.
-    pub drive: InputSource,
+    /// Motion of the glass.
+    pub drive: Drive,
     /// Frames before the glass moves.
     pub rest_frames: usize,
 }
 
 impl Record {
-    /// Number of frames.
+    /// Returns the number of frames.
     #[must_use]
     pub fn frames(&self) -> usize {
         self.channels.first().map_or(0, |channel| channel.value.len())
     }
 }
 
-/// Mean of T2 over the points of a whole profile.
+/// Returns the mean of T2 over the points of a whole profile.
 #[must_use]
 pub fn mean_bow() -> f64 {
     (0..POINTS).map(|i| 2.0 * profile_abscissa(i).powi(2) - 1.0).sum::<f64>() / POINTS as f64
 }
 
-/// Level, slope, bow and cubic part of `heights` over the points of a whole profile.
+/// Returns level, slope, bow and cubic part of `heights` over the points of a whole profile.
 #[must_use]
 pub fn parts(heights: impl Iterator<Item = (usize, f64)>) -> Option<[f64; 4]> {
     let mean = mean_bow();
@@ -153,7 +153,7 @@ pub fn parts(heights: impl Iterator<Item = (usize, f64)>) -> Option<[f64; 4]> {
     square.cholesky().map(|factor| factor.solve(&right).into())
 }
 
-/// The channels of a recording of profiles, `None` where there was none; `fill_m` is the stated fill.
+/// Returns the channels of a recording of profiles, `None` where a frame has none; `fill_m` is the stated fill.
 #[must_use]
 pub fn channels(profiles: &[Option<SurfaceProfile>], fill_m: f64) -> Vec<Channel> {
     let reduce = |profile: &Option<SurfaceProfile>| {

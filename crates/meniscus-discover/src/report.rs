@@ -1,71 +1,20 @@
-//! What a discovery leaves behind beside its page: JSON, and the scene file that holds the effect.
+//! Scene file of a discovery: the effects that the simulator carries.
 
-use super::predict::Known;
-use super::workflow::Discovery;
-use crate::insert::Closed;
+use super::findings::Findings;
 use meniscus_data::effects::Effects;
-use serde_json::{Value, json};
 use std::fmt::Write;
 
-/// The discovery as JSON; `closed` are the other models that the effect was put into.
+/// Returns the scene file with the effects that the simulator carries, each with its source; the others stand in it as
+/// comments.
 #[must_use]
-pub fn verdict_json(discovery: &Discovery, closed: &[Closed]) -> Value {
-    let verdict = &discovery.verdict;
-    let line = |c: &super::rank::Candidate| {
-        let values: Vec<Value> = c.fitted.iter().flat_map(|f| &f.active).map(|a| json!(a.values)).collect();
-        json!({ "effects": c.names, "gain": c.gain, "fall": c.fall, "fitted_in_full": c.fitted.is_some(), "values": values })
-    };
-    json!({
-        "verdict": verdict.decision.word(),
-        "sentence": verdict.sentence(),
-        "names": verdict.names,
-        "class": verdict.class.map(meniscus::reduced::effects::Class::words),
-        "misfit_without": verdict.plain.chi2(verdict.count),
-        "misfit_with": verdict.chi2,
-        "inclusion": verdict.inclusion,
-        "stands_off": verdict.stands_off.map(|(quantity, m)| json!({ "channel": quantity.words(), "mm": 1e3 * m })),
-        "out_of_range": verdict.edges,
-        "held_out_better": [verdict.held_out.0, verdict.held_out.1],
-        "thresholds": {
-            "gain": discovery.limits.gain, "misfit": discovery.limits.chi2,
-            "misfit_of_none": discovery.limits.clean_chi2, "fall": discovery.limits.bound,
-        },
-        "references": discovery.calibration.groups,
-        "recordings": discovery.fitted,
-        "sealed": discovery.sealed,
-        "parameters": discovery.estimates.iter().map(|e| json!({
-            "effect": e.effect, "parameter": e.parameter, "unit": e.unit, "value": e.value,
-            "interval_90": [e.interval.0, e.interval.1],
-        })).collect::<Vec<_>>(),
-        "gap_mm": discovery.gap.map(|g| json!({
-            "untouched": 1e3 * g.untouched, "refitted": 1e3 * g.refitted, "black_box": 1e3 * g.black_box,
-            "effect": 1e3 * g.effect, "noise_subtracted": 1e3 * g.noise,
-        })),
-        "other_models": closed.iter().map(|c| json!({
-            "model": c.model, "untouched_mm": 1e3 * c.untouched_m, "effect_mm": 1e3 * c.effect_m,
-        })).collect::<Vec<_>>(),
-        "ask": discovery.question.as_ref().map(|q| json!({
-            "record": q.motion, "between": q.between, "separation": q.separation, "seconds": q.seconds,
-        })),
-        "ranking": verdict.ranking.iter().map(line).collect::<Vec<_>>(),
-        "pairs": verdict.pairs.iter().take(6).map(line).collect::<Vec<_>>(),
-        "map": discovery.map.iter().map(|c| json!({
-            "channel": c.channel, "window": c.window, "misfit": c.chi2, "p": c.p, "rms_mm": 1e3 * c.rms_m,
-            "in_phase": c.phase[0], "in_quadrature": c.phase[1],
-        })).collect::<Vec<_>>(),
-    })
-}
-
-/// Returns the scene file with the effects that the simulator carries, each with its source; an effect that it does not
-/// carry becomes a comment.
-#[must_use]
-pub fn scene_toml(discovery: &Discovery, known: &Known) -> String {
+pub fn scene_toml(findings: &Findings) -> String {
+    let assessment = &findings.assessment;
     let mut text =
-        format!("# {}\n# Written by `meniscus discover`.\n\n[effects]\n", discovery.verdict.sentence());
-    for active in &discovery.verdict.chosen.active {
+        format!("# {}\n# Written by `meniscus discover`.\n\n[effects]\n", assessment.verdict.sentence());
+    for active in &assessment.chosen().active {
         let mut carried = Effects::default();
         // Writing into a string cannot fail.
-        if let Err(error) = carried.set_simulated(active, &known.stated()) {
+        if let Err(error) = carried.set_simulated(active, &findings.known.stated()) {
             let _ = writeln!(text, "# {} = {}: {error}", active.entry.name, active.values[0]);
         }
         for (parameter, value) in carried.on() {

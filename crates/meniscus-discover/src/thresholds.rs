@@ -1,4 +1,4 @@
-//! Thresholds from the references: what clean glasses show is not believed.
+//! Thresholds learnt from the references: what clean glasses show is not significant.
 //!
 //! Each reference is judged by the others. Effect e lowers its cost (minus twice the logarithm of the
 //! likelihood) by T_e although nothing is hidden. Were the model exact, T_e would be chi-squared with its p
@@ -12,31 +12,23 @@
 //! Hahn and Meeker 1991, 4.) The fewer the references, the higher the bound: with K = 21 it is 22 phi of
 //! twelve, 41 phi of six and 340 phi of three. F(1, n) is Student's t squared; the upper tail of F(2, 2n)
 //! is `(1 + x/n)^-n`. The misfit has the bound of a normal ln(chi2/n), `m + t s sqrt(1 + 1/n)`; the square of
-//! what stands off at rest has that of an effect with one parameter.
+//! an offset at rest has that of an effect with one parameter.
 
-use super::calibrate::{Calibration, Group};
+use super::calibrate::Calibration;
+use super::decision_rules::DecisionRules;
+use super::error::ProblemError;
 use super::fit::{fit, fit_beside, free_of, search};
-use super::offsets::{Offset, stands_off};
+use super::group::Group;
 use super::problem::Problem;
 use super::rank::Candidate;
 use super::record::Quantity;
-use super::workflow::{Settings, split};
+use super::rest_offset::{Offset, rest_offsets};
+use super::settings::Settings;
+use super::verdict::RestOffset;
 use meniscus::reduced::effects::Entry;
 use meniscus_numerics::statistics::{f_exceeded, mean, student_t_exceeded, variance};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
-
-/// Gain in BIC over none from which an effect is believed at all.
-pub const CERTAIN: f64 = 10.0;
-
-/// Chance of a name for a clean glass, all effects together.
-const FALSE_NAME: f64 = 0.01;
-
-/// Least threshold of the misfit a number beside an effect, and where references are too few to say.
-const LEAST_MISFIT: f64 = 1.25;
-
-/// Least square of what stands off at rest where references are too few to say: that of six of them.
-const UNSEEN_OFFSET: f64 = 41.0;
 
 /// Thresholds that the references set.
 #[derive(Clone, Debug, PartialEq)]
@@ -45,82 +37,92 @@ pub struct Thresholds {
     pub gain: f64,
     /// Largest misfit a number beside an effect, whose formula is not exact.
     pub chi2: f64,
-    /// The same where no effect is believed: what clean glasses show.
+    /// The same where no effect is significant: what clean glasses show.
     pub clean_chi2: f64,
-    /// By how much each effect has to lower the cost, beside what else is there; 0 where nothing is said.
+    /// Decrease of the cost that each effect has to reach beside the other effects; 0 where it is not given.
     pub bound: BTreeMap<&'static str, f64>,
-    /// Largest square of what stands off at rest, in units of its variance.
+    /// Largest square of an offset at rest, in units of its variance.
     pub offset: BTreeMap<Quantity, f64>,
+    /// The same without references.
+    pub unseen_offset: f64,
 }
 
 impl Default for Thresholds {
     fn default() -> Self {
-        Self {
-            gain: CERTAIN,
-            chi2: LEAST_MISFIT,
-            clean_chi2: LEAST_MISFIT,
-            bound: BTreeMap::new(),
-            offset: BTreeMap::new(),
-        }
+        Self::without_references(&DecisionRules::default())
     }
 }
 
 impl Thresholds {
-    /// By how much the effect called `name` has to lower the cost.
+    /// Returns the thresholds that `rules` set before any reference.
+    #[must_use]
+    pub fn without_references(rules: &DecisionRules) -> Self {
+        Self {
+            gain: rules.min_gain,
+            chi2: rules.min_misfit_limit,
+            clean_chi2: rules.min_misfit_limit,
+            unseen_offset: rules.unseen_offset_limit,
+            bound: BTreeMap::new(),
+            offset: BTreeMap::new(),
+        }
+    }
+
+    /// Returns by how much the effect called `name` has to lower the cost.
     #[must_use]
     pub fn of(&self, name: &str) -> f64 {
         self.bound.get(name).copied().unwrap_or(0.0)
     }
 
-    /// Whether the last effect of `candidate` lowers the cost by more than a clean glass lets it.
+    /// Returns whether the last effect of `candidate` lowers the cost by more than a clean glass lets it.
     #[must_use]
     pub fn clears(&self, candidate: &Candidate) -> bool {
         candidate.fitted.is_some() && candidate.fall >= self.of(candidate.last())
     }
 
-    /// What of `offsets` is beyond what clean glasses show, the furthest, and how much it is, m.
+    /// Returns the offset that exceeds those of clean glasses most; none where all are within them.
     #[must_use]
-    pub fn beyond(&self, offsets: &[Offset]) -> Option<(Quantity, f64)> {
-        let over = |o: &&Offset| o.square / self.offset.get(&o.quantity).copied().unwrap_or(UNSEEN_OFFSET);
+    pub fn beyond(&self, offsets: &[Offset]) -> Option<RestOffset> {
+        let over =
+            |o: &&Offset| o.square / self.offset.get(&o.quantity).copied().unwrap_or(self.unseen_offset);
         let most = offsets.iter().max_by(|a, b| over(a).total_cmp(&over(b)))?;
-        (over(&most) > 1.0).then_some((most.quantity, most.m))
+        (over(&most) > 1.0).then_some(RestOffset { quantity: most.quantity, m: most.m })
     }
 }
 
-/// What one reference showed when the others judged it.
+/// Result of one reference when the others judge it.
 #[derive(Clone, Debug)]
 pub struct Shown {
-    /// By how much each effect of the library lowers its cost.
+    /// Decrease of the cost by each effect of the library.
     fall: Vec<f64>,
     /// Free parameters of each.
     parameters: Vec<usize>,
     /// Misfit a number without any effect.
     chi2: f64,
-    /// What stands off at rest without any effect.
+    /// Offsets at rest without any effect.
     offsets: Vec<Offset>,
 }
 
-/// Thresholds that `groups` of references set: each in turn is judged by the others.
+/// Returns the thresholds that `groups` of references set: each in turn is judged by the others.
 ///
 /// # Errors
-/// In words, when a reference cannot be fitted.
-pub fn thresholds(groups: &[&Group], settings: &Settings) -> Result<Thresholds, String> {
+/// [`ProblemError`], when a reference cannot be fitted.
+pub fn thresholds(groups: &[&Group], settings: &Settings) -> Result<Thresholds, ProblemError> {
     let shown = shown(groups, settings)?;
     Ok(limits(&shown.iter().collect::<Vec<_>>(), settings))
 }
 
-/// What each of `groups` shows when the others judge it.
+/// Returns what each of `groups` shows when the others judge it.
 ///
 /// # Errors
-/// In words, when a reference cannot be fitted.
-pub fn shown(groups: &[&Group], settings: &Settings) -> Result<Vec<Shown>, String> {
+/// [`ProblemError`], when a reference cannot be fitted.
+pub fn shown(groups: &[&Group], settings: &Settings) -> Result<Vec<Shown>, ProblemError> {
     let one = |(index, group): (usize, &&Group)| {
         let others: Vec<&Group> =
             groups.iter().enumerate().filter(|(i, _)| *i != index).map(|(_, g)| *g).collect();
-        let (records, _) = split(&group.records);
-        let calibration = Calibration::from(&others, &records, settings.own_clocks_s);
+        let records = &group.split.fitted;
+        let calibration = Calibration::from(&others, records, settings.own_clocks_s);
         let problem =
-            Problem::new(&records, group.known, &calibration, settings.noise)?.keeping(&settings.kept);
+            Problem::new(records, group.known, &calibration, settings.noise)?.with_cache(&settings.cache);
         let plain = fit(&problem, &problem.mean, &[], &[]);
         let fall = |entry: &&'static Entry| {
             let (_, from, _) = search(&problem, &plain, entry);
@@ -130,37 +132,38 @@ pub fn shown(groups: &[&Group], settings: &Settings) -> Result<Vec<Shown>, Strin
             fall: settings.library.par_iter().map(fall).collect(),
             parameters: settings.library.iter().map(|entry| free_of(&problem, entry).len()).collect(),
             chi2: plain.chi2(problem.count()),
-            offsets: stands_off(&problem, &plain),
+            offsets: rest_offsets(&problem, &plain),
         })
     };
     groups.iter().enumerate().map(one).collect()
 }
 
-/// Thresholds from what references showed; twice the gain is asked for where they are too few to say.
+/// Returns the thresholds from what references showed; with fewer than three of them the gain is raised instead.
 #[must_use]
 pub fn limits(shown: &[&Shown], settings: &Settings) -> Thresholds {
-    let mut limits = Thresholds::default();
+    let rules = &settings.rules;
+    let mut limits = Thresholds::without_references(rules);
     let Some(first) = shown.first().filter(|_| shown.len() > 2) else {
-        limits.gain *= 2.0;
+        limits.gain *= rules.few_references_factor;
         return limits;
     };
-    let chance = FALSE_NAME / settings.library.len().max(1) as f64;
+    let chance = rules.false_name_rate / settings.library.len().max(1) as f64;
     for ((i, entry), parameters) in settings.library.iter().enumerate().zip(&first.parameters) {
         let falls: Vec<f64> = shown.iter().map(|one| one.fall[i]).collect();
         limits.bound.insert(entry.name, bound(&falls, *parameters, chance));
     }
     let misfits: Vec<f64> = shown.iter().map(|one| one.chi2.ln()).collect();
-    limits.clean_chi2 = next(&misfits, FALSE_NAME).exp();
+    limits.clean_chi2 = next(&misfits, rules.false_name_rate).exp();
     limits.chi2 = limits.chi2.max(limits.clean_chi2);
     for (i, offset) in first.offsets.iter().enumerate() {
         let squares: Vec<f64> = shown.iter().filter_map(|one| one.offsets.get(i)).map(|o| o.square).collect();
-        let limit = bound(&squares, 1, FALSE_NAME / first.offsets.len() as f64);
+        let limit = bound(&squares, 1, rules.false_name_rate / first.offsets.len() as f64);
         limits.offset.insert(offset.quantity, limit);
     }
     limits
 }
 
-/// What T of an effect with `parameters` exceeds in one more clean glass with probability `chance`, after
+/// Returns the bound that T of an effect with `parameters` exceeds in one more clean glass with probability `chance`, after
 /// references that showed `falls`.
 #[must_use]
 pub fn bound(falls: &[f64], parameters: usize, chance: f64) -> f64 {
@@ -169,7 +172,7 @@ pub fn bound(falls: &[f64], parameters: usize, chance: f64) -> f64 {
     p * phi * f_exceeded(chance, parameters.max(1), n * p)
 }
 
-/// What one more of `values` exceeds with probability `chance`, were they normal.
+/// Returns the bound that one more of `values` exceeds with probability `chance`, were they normal.
 fn next(values: &[f64], chance: f64) -> f64 {
     let n = values.len() as f64;
     mean(values) + student_t_exceeded(chance, n - 1.0) * (variance(values) * (1.0 + 1.0 / n)).sqrt()

@@ -1,244 +1,266 @@
-//! The decision: none, named, tied or unknown; the class before the name.
+//! Verdict of a discovery: none, identified, ambiguous or unknown, each with its evidence.
 
-use super::choose::{Choice, believed, choose, stand_apart};
-use super::evidence::{held_out, inclusion};
-use super::fit::{Fitted, fit};
-use super::offsets::stands_off;
-use super::problem::Problem;
-use super::rank::{Candidate, rank};
+use super::fit::Fitted;
 use super::record::Quantity;
-use super::thresholds::Thresholds;
-use meniscus::reduced::effects::{Class, Entry, find};
+use meniscus::reduced::effects::{Class, find};
 
-/// Gain over the second, in another class.
-pub const APART: f64 = 10.0;
-
-/// Gain over the second, in the same class: near twins.
-pub const TWINS: f64 = 20.0;
-
-/// Share of bootstrap draws that the winner has to win.
-const INCLUSION: f64 = 0.9;
-
-/// What was decided.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Decision {
-    /// Nothing is missing.
-    None,
-    /// One effect (or two) is missing, and this is its name.
-    Named,
-    /// Something of this class is missing, or one of a few effects.
-    Tied,
-    /// Something is missing that no effect of the library explains.
-    Unknown,
+/// Constant offset of one channel that a fit leaves and clean glasses do not show.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RestOffset {
+    /// Channel.
+    pub quantity: Quantity,
+    /// Offset, m.
+    pub m: f64,
 }
 
-impl Decision {
-    /// In a word.
-    #[must_use]
-    pub fn word(self) -> &'static str {
-        match self {
-            Self::None => "none",
-            Self::Named => "named",
-            Self::Tied => "tied",
-            Self::Unknown => "unknown",
-        }
-    }
+/// Score of a fit on recordings that it did not see, each left out in turn.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct HeldOutScore {
+    /// Recordings that are predicted better with the effects than without.
+    pub better: usize,
+    /// Recordings that were left out.
+    pub recordings: usize,
+    /// Improvement over all of them, in units of minus twice the logarithmic score.
+    pub improvement: f64,
 }
 
-/// Everything that came out.
+/// Effects that explain the discrepancy best, with the evidence for them.
 #[derive(Clone, Debug)]
-pub struct Verdict {
-    /// The decision.
-    pub decision: Decision,
-    /// Names: the effect (or the two) if named, those that cannot be told apart if tied.
+pub struct Claim {
+    /// Names of the effects; of an ambiguous verdict also those of the rivals that are not distinguished.
     pub names: Vec<&'static str>,
-    /// Whether two effects that explain it together may be making up for one that the library lacks.
-    pub makeshift: bool,
-    /// Where the rest stands off by more than clean glasses do, and by how much, m.
-    pub stands_off: Option<(Quantity, f64)>,
-    /// The class, where one is certain.
+    /// Class of the effect, where all rivals that are not distinguished are of that class.
     pub class: Option<Class>,
-    /// Single effects, best first.
-    pub ranking: Vec<Candidate>,
-    /// Pairs with the best single effect, best first.
-    pub pairs: Vec<Candidate>,
-    /// The fit without any effect, before formulas were distrusted.
-    pub first: Fitted,
-    /// The fit without any effect.
-    pub plain: Fitted,
-    /// The chosen fit.
-    pub chosen: Fitted,
-    /// Gain in BIC over none of the chosen fit; of the best where nothing is believed.
+    /// Fit with the effects.
+    pub fitted: Fitted,
+    /// Gain in BIC over no effect.
     pub gain: f64,
-    /// Share of bootstrap draws that the winner won.
+    /// Misfit per number of the fit.
+    pub misfit: f64,
+    /// Share of bootstrap draws in which the effects stay ahead of their rivals.
     pub inclusion: f64,
-    /// Misfit a number of the chosen fit.
-    pub chi2: f64,
-    /// Numbers that were seen.
-    pub count: usize,
-    /// Recordings whose held-out score the effect improves, of all.
-    pub held_out: (usize, usize),
-    /// What stands at the end of its range in the chosen fit.
-    pub edges: Vec<String>,
-    /// By how much it improves the held-out score of all together, in units of minus twice the log score.
-    pub foretold: f64,
+    /// Score on recordings that the fit did not see.
+    pub held_out: HeldOutScore,
+    /// Parameters at the end of their range, in words.
+    pub range_ends: Vec<String>,
+}
+
+/// Outcome of a discovery.
+#[derive(Clone, Debug)]
+pub enum Verdict {
+    /// Nothing is missing.
+    None {
+        /// Misfit per number without an effect.
+        misfit: f64,
+        /// Largest gain in BIC of an effect that is not significant.
+        best_gain: f64,
+    },
+    /// One effect, or two, are missing, and these are their names.
+    Identified(Box<Claim>),
+    /// Something is missing, and several effects explain it equally well, or one without sufficient support.
+    Ambiguous(Box<Claim>),
+    /// Something is missing that the library does not explain.
+    Unknown(Unknown),
+}
+
+/// Reason of an `unknown` verdict.
+#[derive(Clone, Debug)]
+pub enum Unknown {
+    /// No effect is significant, and the model without one leaves more than clean glasses show.
+    NoSignificantEffect {
+        /// Misfit per number without an effect.
+        misfit: f64,
+        /// Largest gain in BIC of an effect that is not significant.
+        best_gain: f64,
+        /// Offset at rest beyond that of clean glasses.
+        rest_offset: Option<RestOffset>,
+    },
+    /// The best explanation leaves more than clean glasses show.
+    Unexplained {
+        /// Best explanation.
+        nearest: Box<Claim>,
+        /// Offset at rest beyond that of clean glasses.
+        rest_offset: Option<RestOffset>,
+    },
+    /// Two effects explain it together, but may stand for one that the library lacks.
+    PossiblyConfounded(Box<Claim>),
 }
 
 impl Verdict {
-    /// The decision in a sentence.
+    /// Returns the verdict in one word, as the JSON report spells it.
+    #[must_use]
+    pub fn word(&self) -> &'static str {
+        match self {
+            Self::None { .. } => "none",
+            Self::Identified(_) => "named",
+            Self::Ambiguous(_) => "tied",
+            Self::Unknown(_) => "unknown",
+        }
+    }
+
+    /// Returns the effects that explain the discrepancy best, where any is significant.
+    #[must_use]
+    pub fn claim(&self) -> Option<&Claim> {
+        match self {
+            Self::Identified(claim)
+            | Self::Ambiguous(claim)
+            | Self::Unknown(
+                Unknown::Unexplained { nearest: claim, .. } | Unknown::PossiblyConfounded(claim),
+            ) => Some(claim.as_ref()),
+            Self::None { .. } | Self::Unknown(Unknown::NoSignificantEffect { .. }) => None,
+        }
+    }
+
+    /// Returns the names of the claim; empty without one.
+    #[must_use]
+    pub fn names(&self) -> &[&'static str] {
+        self.claim().map_or(&[], |claim| &claim.names)
+    }
+
+    /// Returns the class of the claim, where one is certain.
+    #[must_use]
+    pub fn class(&self) -> Option<Class> {
+        self.claim().and_then(|claim| claim.class)
+    }
+
+    /// Returns the gain in BIC over no effect of the claim, or of the best effect where none is significant.
+    #[must_use]
+    pub fn gain(&self) -> f64 {
+        match self {
+            Self::None { best_gain, .. } | Self::Unknown(Unknown::NoSignificantEffect { best_gain, .. }) => {
+                *best_gain
+            }
+            _ => self.claim().map_or(0.0, |claim| claim.gain),
+        }
+    }
+
+    /// Returns the misfit per number of the claim, or of the model without an effect where there is no claim.
+    #[must_use]
+    pub fn misfit(&self) -> f64 {
+        match self {
+            Self::None { misfit, .. } | Self::Unknown(Unknown::NoSignificantEffect { misfit, .. }) => *misfit,
+            _ => self.claim().map_or(f64::NAN, |claim| claim.misfit),
+        }
+    }
+
+    /// Returns the offset at rest beyond that of clean glasses.
+    #[must_use]
+    pub fn rest_offset(&self) -> Option<RestOffset> {
+        match self {
+            Self::Unknown(
+                Unknown::NoSignificantEffect { rest_offset, .. } | Unknown::Unexplained { rest_offset, .. },
+            ) => *rest_offset,
+            _ => None,
+        }
+    }
+
+    /// Returns the verdict in a sentence.
     #[must_use]
     pub fn sentence(&self) -> String {
-        let about = |name: &str| find(name).map_or("", |entry| entry.about);
-        let class = self.class.map_or(String::new(), |class| format!(" (class: {})", class.words()));
-        let gain = self.gain;
-        let edges = if self.edges.is_empty() {
-            String::new()
-        } else {
-            format!(" Not to be trusted: {}.", self.edges.join("; "))
-        };
-        match self.decision {
-            Decision::None => {
-                "Nothing is missing: the model explains these recordings as well as it explains its \
-                               references."
-                    .into()
+        let names = self.names();
+        let gain = self.gain();
+        match self {
+            Self::None { .. } => String::from(
+                "Nothing is missing: the model explains these recordings as well as it explains its references.",
+            ),
+            Self::Identified(_) => {
+                let about = |name: &str| find(name).map_or("", |entry| entry.about);
+                let each: Vec<String> =
+                    names.iter().map(|name| format!("{name}, that is, {}", about(name))).collect();
+                format!("Missing is {} (gain {gain:.0} over nothing).", each.join("; and "))
             }
-            Decision::Named => {
-                let told: Vec<String> =
-                    self.names.iter().map(|name| format!("{name}, that is, {}", about(name))).collect();
-                format!("Missing is {} (gain {gain:.0} over nothing).", told.join("; and "))
-            }
-            Decision::Tied => format!(
-                "Something is missing{class}, and these recordings do not {} (gain {gain:.0} over nothing).{edges}",
-                match self.names.as_slice() {
+            Self::Ambiguous(claim) => {
+                let class = claim.class.map_or(String::new(), |class| format!(" (class: {})", class.words()));
+                let open = match names {
                     [one] => format!("bear out that it is {one}"),
                     names => format!("tell {} apart", names.join(", ")),
-                }
-            ),
-            Decision::Unknown if self.makeshift => format!(
+                };
+                let ends = self.caution();
+                format!(
+                    "Something is missing{class}, and these recordings do not {open} (gain {gain:.0} over nothing).{ends}"
+                )
+            }
+            Self::Unknown(Unknown::PossiblyConfounded(_)) => format!(
                 "Something is missing that no single effect of the library explains: {} do it together (gain \
-                 {gain:.0} over nothing), but so may one that the library lacks.{edges}",
-                self.names.join(" and ")
+                 {gain:.0} over nothing), but so may one that the library lacks.{}",
+                names.join(" and "),
+                self.caution()
             ),
-            Decision::Unknown => format!(
+            Self::Unknown(_) => format!(
                 "Something is missing that the library does not explain: the best of it leaves a misfit of {:.2}; \
-                 nearest is {}.{}{edges}",
-                self.chi2,
-                if self.names.is_empty() { "nothing".into() } else { self.names.join(" + ") },
-                self.stands_off.map_or(String::new(), |(quantity, m)| format!(
+                 nearest is {}.{}{}",
+                self.misfit(),
+                if names.is_empty() { "nothing".into() } else { names.join(" + ") },
+                self.rest_offset().map_or(String::new(), |offset| format!(
                     " At rest the {} stands off by {:.2} mm.",
-                    quantity.words(),
-                    1e3 * m
-                ))
+                    offset.quantity.words(),
+                    1e3 * offset.m
+                )),
+                self.caution()
             ),
         }
     }
+
+    /// Returns a sentence about parameters at the end of their range; empty where there is none.
+    fn caution(&self) -> String {
+        let ends = self.claim().map_or(&[][..], |claim| &claim.range_ends);
+        if ends.is_empty() { String::new() } else { format!(" Not to be trusted: {}.", ends.join("; ")) }
+    }
 }
 
-/// Ranks the effects of `library` on `problem` and decides.
-#[must_use]
-pub fn decide(problem: &Problem, library: &[&'static Entry], limits: &Thresholds, seed: u64) -> Verdict {
-    let count = problem.count();
-    let plain = fit(problem, &problem.mean, &[], &[]);
-    let first = plain.clone();
-    let ranking = rank(problem, &plain, library, plain.bic(count));
-    // Formulas are not exact: the correction that the best one makes says by how much. Under that
-    // covariance everything is fitted again.
-    let best = believed(problem, &ranking, limits).and_then(|place| ranking[place].fitted.clone());
-    let trusting = best.and_then(|best| problem.trusting(&best.theta, &best.active).ok());
-    let (problem, plain, ranking) = match &trusting {
-        Some(problem) => {
-            let plain = fit(problem, &plain.theta, &[], &[]);
-            let ranking = rank(problem, &plain, library, plain.bic(count));
-            (problem, plain, ranking)
-        }
-        None => (problem, plain, ranking),
-    };
-    let mut verdict = Verdict {
-        decision: Decision::None,
-        names: Vec::new(),
-        makeshift: false,
-        stands_off: None,
-        class: None,
-        chi2: plain.chi2(count),
-        chosen: plain.clone(),
-        gain: ranking.first().map_or(0.0, |best| best.gain),
-        first,
-        plain,
-        ranking,
-        pairs: Vec::new(),
-        inclusion: 0.0,
-        count,
-        held_out: (0, 0),
-        edges: Vec::new(),
-        foretold: 0.0,
-    };
-    verdict.stands_off = limits.beyond(&stands_off(problem, &verdict.plain));
-    let Some(place) = believed(problem, &verdict.ranking, limits) else {
-        // Nothing of the library helps; something may be missing all the same.
-        if verdict.chi2 > limits.clean_chi2 || verdict.stands_off.is_some() {
-            verdict.decision = Decision::Unknown;
-        }
-        return verdict;
-    };
-    let Some(choice) = choose(problem, library, limits, &mut verdict, place) else { return verdict };
-    judge(problem, limits, &mut verdict, choice, seed);
-    verdict
-}
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::{DMatrix, DVector};
 
-/// Whether the choice is a name, a tie or unknown.
-fn judge(problem: &Problem, limits: &Thresholds, verdict: &mut Verdict, choice: Choice, seed: u64) {
-    let Choice { fitted, rivals, two } = choice;
-    verdict.chosen = fitted;
-    verdict.names.clone_from(&rivals[0].names);
-    verdict.gain = rivals[0].gain;
-    verdict.chi2 = verdict.chosen.chi2(verdict.count);
-    verdict.stands_off = limits.beyond(&stands_off(problem, &verdict.chosen));
-    (verdict.held_out, verdict.foretold) = held_out(problem, &verdict.plain, &verdict.chosen);
-    verdict.inclusion = inclusion(problem, &rivals, &verdict.plain, seed);
-    let class_of = |candidate: &Candidate| find(candidate.last()).map(|entry| entry.class);
-    let class = class_of(&rivals[0]);
-    let apart =
-        |rival: &&Candidate| verdict.gain - rival.gain < if class_of(rival) == class { TWINS } else { APART };
-    let near: Vec<&Candidate> = rivals.iter().filter(apart).collect();
-    let same_class = near.iter().all(|rival| class_of(rival) == class);
-    let chosen = &verdict.chosen;
-    verdict.edges = edges(chosen);
-    verdict.class = class.filter(|_| same_class && !two);
-    let borne_out = verdict.inclusion >= INCLUSION && verdict.foretold > 0.0 && verdict.edges.is_empty();
-    let leaves = verdict.chi2 > limits.chi2 || verdict.stands_off.is_some();
-    verdict.makeshift = two && !leaves && !stand_apart(&verdict.chosen.active);
-    verdict.decision = if leaves || verdict.makeshift {
-        Decision::Unknown
-    } else if near.len() == 1 && borne_out {
-        Decision::Named
-    } else {
-        let mut names: Vec<&'static str> = Vec::new();
-        for name in near.iter().flat_map(|rival| &rival.names) {
-            if !names.contains(name) {
-                names.push(name);
-            }
-        }
-        verdict.names = names;
-        Decision::Tied
-    };
-}
-
-/// The free parameters of `fitted` that stand at the end of their range.
-fn edges(fitted: &Fitted) -> Vec<String> {
-    let edge = |(effect, which): &(usize, usize)| {
-        let active = &fitted.active[*effect];
-        let (parameter, value) = (&active.entry.parameters[*which], active.values[*which]);
-        let (least, largest) = parameter.range;
-        let near = 1e-6 * (largest - least);
-        (value <= least + near.min(1e-9) || value >= largest - near).then(|| {
-            format!(
-                "the {} of {} stands at the end of its range of {least} to {largest}{}{}",
-                parameter.coordinate_name(),
-                active.entry.name,
-                if parameter.coordinate_unit() == "1" { "" } else { " " },
-                parameter.coordinate_unit().trim_start_matches('1')
-            )
+    fn claim(names: &[&'static str], range_ends: &[&str]) -> Box<Claim> {
+        let fitted = Fitted {
+            theta: Vec::new(),
+            active: Vec::new(),
+            free: Vec::new(),
+            cost: 0.0,
+            residual: DVector::zeros(0),
+            jacobian: DMatrix::zeros(0, 0),
+        };
+        Box::new(Claim {
+            names: names.to_vec(),
+            class: Some(Class::Timing),
+            fitted,
+            gain: 120.0,
+            misfit: 1.5,
+            inclusion: 0.7,
+            held_out: HeldOutScore { better: 2, recordings: 3, improvement: 4.0 },
+            range_ends: range_ends.iter().map(|end| String::from(*end)).collect(),
         })
-    };
-    fitted.free.iter().filter_map(edge).collect()
+    }
+
+    #[test]
+    fn each_verdict_has_the_word_of_the_file_format_and_its_evidence() {
+        let none = Verdict::None { misfit: 1.1, best_gain: 6.0 };
+        assert_eq!((none.word(), none.names().len(), none.gain(), none.misfit()), ("none", 0, 6.0, 1.1));
+        let identified = Verdict::Identified(claim(&["foam"], &[]));
+        assert_eq!((identified.word(), identified.names()), ("named", &["foam"][..]));
+        assert_eq!((identified.gain(), identified.misfit()), (120.0, 1.5));
+        let ambiguous = Verdict::Ambiguous(claim(&["camera_latency", "actuation_delay"], &[]));
+        assert_eq!((ambiguous.word(), ambiguous.class()), ("tied", Some(Class::Timing)));
+        let confounded = Verdict::Unknown(Unknown::PossiblyConfounded(claim(&["foam", "fill"], &[])));
+        assert_eq!((confounded.word(), confounded.rest_offset()), ("unknown", None));
+    }
+
+    #[test]
+    fn the_sentence_holds_what_is_open() {
+        let ambiguous = Verdict::Ambiguous(claim(&["camera_latency", "actuation_delay"], &[]));
+        let sentence = ambiguous.sentence();
+        assert!(sentence.contains("(class: timing)"), "{sentence}");
+        assert!(sentence.contains("tell camera_latency, actuation_delay apart (gain 120 over"), "{sentence}");
+        let rest_offset = Some(RestOffset { quantity: Quantity::Bow, m: 5e-4 });
+        let nearest = claim(&["foam"], &["the depth of foam stands at the end of its range"]);
+        let unknown = Verdict::Unknown(Unknown::Unexplained { nearest, rest_offset });
+        let sentence = unknown.sentence();
+        assert!(sentence.contains("a misfit of 1.50; nearest is foam."), "{sentence}");
+        assert!(sentence.contains("At rest the bow stands off by 0.50 mm."), "{sentence}");
+        assert!(sentence.ends_with("Not to be trusted: the depth of foam stands at the end of its range."));
+        let empty = Unknown::NoSignificantEffect { misfit: 1.4, best_gain: 3.0, rest_offset };
+        assert!(Verdict::Unknown(empty).sentence().contains("nearest is nothing."));
+    }
 }

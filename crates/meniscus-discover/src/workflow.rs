@@ -1,180 +1,134 @@
-//! The steps in order: split, calibrate, detect, localise, screen, rank, decide, ask, add, and the gap.
+//! Workflow of a discovery: calibrate, decide, localise, suggest, measure the gap, insert.
+//!
+//! [`Discovery::run`] is the whole of it. [`discover`] judges recordings against references that are fitted already,
+//! which the study needs for many trials with the same references.
 
-use super::ask::{Question, ask};
-use super::calibrate::{Calibration, Group};
+use super::calibrate::Calibration;
+use super::decide::decide;
+use super::error::{DiscoverError, ProblemError};
 use super::evidence::isolability;
-use super::gap::{Gap, gap};
-use super::localise::{Cell, localise};
+use super::findings::{Findings, estimates};
+use super::fit_cache::FitCounts;
+use super::gap::gap;
+use super::group::Group;
+use super::inputs::Inputs;
+use super::insertion::{Insertion, insert};
+use super::localise::localise;
 use super::predict::Known;
 use super::problem::Problem;
+use super::progress::{Progress, Stage};
 use super::record::Record;
-use super::thresholds::Thresholds;
-use super::verdict::{Decision, Verdict, decide};
-use crate::fit_cache::Kept;
-use meniscus::reduced::effects::{Entry, LIBRARY, Stated};
-use std::sync::Arc;
+use super::settings::Settings;
+use super::split::Split;
+use super::suggest::suggest;
+use super::thresholds::{Thresholds, thresholds};
+use super::verdict::Verdict;
 
-/// How a discovery is made.
+/// Standard deviation of a recording's own clock where the setup says that it has one, s.
+const OWN_CLOCK_S: f64 = 0.02;
+
+/// Report of a discovery.
 #[derive(Clone, Debug)]
-pub struct Settings {
-    /// Effects that may be named.
-    pub library: Vec<&'static Entry>,
-    /// Seed of the bootstrap.
-    pub seed: u64,
-    /// Factor on the noise that rest frames show; 1 unless it is to be misjudged.
-    pub noise: f64,
-    /// Deviation of each recording's own clock, s, where it has one.
-    pub own_clocks_s: Option<f64>,
-    /// Where fits are kept, so that an interrupted discovery goes on.
-    pub kept: Option<Arc<Kept>>,
+pub struct Report {
+    /// What the recordings show.
+    pub findings: Findings,
+    /// The effects in other models.
+    pub insertion: Insertion,
+    /// Use of the cache of fits; zeros without a cache.
+    pub fits: FitCounts,
 }
 
-impl Default for Settings {
-    fn default() -> Self {
-        Self { library: LIBRARY.iter().collect(), seed: 1, noise: 1.0, own_clocks_s: None, kept: None }
+/// Search for the effect that is missing between simulation and measurement.
+#[derive(Clone, Copy, Debug)]
+pub struct Discovery;
+
+impl Discovery {
+    /// Runs all stages on `inputs` and returns the report.
+    ///
+    /// # Errors
+    /// [`DiscoverError`], when recordings are too few or cannot be fitted, or a model is refused.
+    ///
+    /// # Example
+    /// ```no_run
+    /// use meniscus_discover::inputs::Inputs;
+    /// use meniscus_discover::load::{load, load_references};
+    /// use meniscus_discover::progress::Silent;
+    /// use meniscus_discover::workflow::Discovery;
+    /// use std::path::Path;
+    ///
+    /// # fn main() -> Result<(), meniscus_discover::error::DiscoverError> {
+    /// let mut inputs = Inputs::new(load(Path::new("mine"))?);
+    /// inputs.references = load_references(Path::new("known"))?;
+    /// let report = Discovery::run(&inputs, &Silent)?;
+    /// println!("{}", report.findings.assessment.verdict.sentence());
+    /// # Ok(())
+    /// # }
+    /// ```
+    pub fn run(inputs: &Inputs, progress: &dyn Progress) -> Result<Report, DiscoverError> {
+        inputs.check()?;
+        let mut settings = inputs.settings.clone();
+        if inputs.recordings.own_clocks {
+            settings.own_clocks_s = settings.own_clocks_s.or(Some(OWN_CLOCK_S));
+        }
+        progress.begins(Stage::FitReferences);
+        let groups = inputs
+            .references
+            .iter()
+            .map(|set| Group::cached(set.known, set.records.clone(), settings.own_clocks_s, &settings.cache));
+        let groups = groups.collect::<Result<Vec<Group>, ProblemError>>()?;
+        let references: Vec<&Group> = groups.iter().collect();
+        progress.begins(Stage::SetThresholds);
+        let limits = thresholds(&references, &settings)?;
+        progress.begins(Stage::Decide);
+        let recordings = &inputs.recordings;
+        let findings = discover(&recordings.records, recordings.known, &references, &limits, &settings)?;
+        let fits = settings.cache.as_ref().map_or(FitCounts::default(), |cache| cache.counts());
+        let insertion = insert(inputs, &findings, progress)?;
+        Ok(Report { findings, insertion, fits })
     }
 }
 
-/// A parameter with its interval.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Estimate {
-    /// Effect.
-    pub effect: &'static str,
-    /// Parameter.
-    pub parameter: &'static str,
-    /// Unit of the SI value.
-    pub unit: &'static str,
-    /// SI value, as `--effect` takes it.
-    pub value: f64,
-    /// Interval that should hold the truth in 90 % of cases, SI.
-    pub interval: (f64, f64),
-    /// Coordinate in the reduced model, and its interval.
-    pub coordinate: (f64, (f64, f64)),
-}
-
-/// Everything about one discovery.
-#[derive(Clone, Debug)]
-pub struct Discovery {
-    /// The decision and what led to it.
-    pub verdict: Verdict,
-    /// Names of the recordings that were fitted, and of the sealed one.
-    pub fitted: Vec<String>,
-    /// Name of the sealed one.
-    pub sealed: Option<String>,
-    /// What the references taught.
-    pub calibration: Calibration,
-    /// Thresholds that were used.
-    pub limits: Thresholds,
-    /// Where the model without an effect disagrees.
-    pub map: Vec<Cell>,
-    /// Names, signal over noise, cosines of the signatures on these recordings.
-    pub isolability: (Vec<&'static str>, Vec<f64>, Vec<Vec<f64>>),
-    /// Parameters of the chosen fit.
-    pub estimates: Vec<Estimate>,
-    /// Errors on the sealed recording.
-    pub gap: Option<Gap>,
-    /// The motion that would tell the leading candidates apart.
-    pub question: Option<Question>,
-    /// Curves of the sealed recording: time, measured, untouched, with the effect (slope or peak, m).
-    pub curves: Vec<[f64; 4]>,
-}
-
-/// The recordings to fit and the sealed one: of four or more, the second strongest stays sealed, so that
-/// it lies inside of what was fitted.
-#[must_use]
-pub fn split(records: &[Record]) -> (Vec<Record>, Option<Record>) {
-    if records.len() < 4 {
-        return (records.to_vec(), None);
-    }
-    let strength = |record: &Record| {
-        record.drive.along_m_s2.iter().flatten().map(|a| a * a).sum::<f64>()
-            / record.drive.along_m_s2.len() as f64
-    };
-    let mut order: Vec<usize> = (0..records.len()).collect();
-    order.sort_by(|a, b| strength(&records[*b]).total_cmp(&strength(&records[*a])));
-    let sealed = order[1];
-    let kept = records.iter().enumerate().filter(|(i, _)| *i != sealed).map(|(_, r)| r.clone()).collect();
-    (kept, Some(records[sealed].clone()))
-}
-
-/// One discovery on `records` of a liquid of which `known` is said, against `groups` of references.
+/// Judges `records` of a liquid with the stated properties `known` against `groups` of references and their `limits`.
 ///
 /// # Errors
-/// In words, when recordings are too few or cannot be fitted.
+/// [`DiscoverError`], when recordings are too few or cannot be fitted.
 pub fn discover(
     records: &[Record],
     known: Known,
     groups: &[&Group],
     limits: &Thresholds,
     settings: &Settings,
-) -> Result<Discovery, String> {
+) -> Result<Findings, DiscoverError> {
     if records.len() < 2 {
-        return Err(format!(
-            "{} recording is too few: with one shake all kinds of damping look the same; give three of different \
-             strength, or more",
-            records.len()
-        ));
+        return Err(DiscoverError::TooFewRecordings { count: records.len() });
     }
-    let (fit, sealed) = split(records);
-    let calibration = Calibration::from(groups, &fit, settings.own_clocks_s);
-    let problem = Problem::new(&fit, known, &calibration, settings.noise)?.keeping(&settings.kept);
-    let verdict = decide(&problem, &settings.library, limits, settings.seed);
-    // Both speak of the problem as it was before formulas were distrusted, so the fit must be that one's.
-    let map = localise(&problem, &verdict.first);
-    let (length, cosines) = isolability(&problem, &verdict.first, &settings.library);
-    let names = settings.library.iter().map(|entry| entry.name).collect();
-    let question =
-        (verdict.decision == Decision::Tied).then(|| ask(&problem, &calibration, &verdict)).flatten();
-    let estimates = estimates(&verdict, &known.stated());
-    let mut curves = Vec::new();
-    let gap = match &sealed {
-        Some(sealed) => {
-            let (gap, drawn) = gap(sealed, known, &calibration, &problem, &verdict, settings.noise)?;
-            curves = drawn;
-            Some(gap)
-        }
+    let split = Split::of(records);
+    let calibration = Calibration::from(groups, &split.fitted, settings.own_clocks_s);
+    let problem =
+        Problem::new(&split.fitted, known, &calibration, settings.noise)?.with_cache(&settings.cache);
+    let assessment = decide(&problem, limits, settings);
+    // Both need the fit made before the model error of a formula was added.
+    let map = localise(&problem, &assessment.search.first);
+    let isolability = isolability(&problem, &assessment.search.first, &settings.library);
+    let suggestion = match assessment.verdict {
+        Verdict::Ambiguous(_) => suggest(&problem, &calibration, &assessment),
+        _ => None,
+    };
+    let gap = match &split.held_out {
+        Some(held_out) => Some(gap(held_out, &calibration, &problem, &assessment, settings.noise)?),
         None => None,
     };
-    Ok(Discovery {
-        verdict,
-        fitted: fit.iter().map(|r| r.name.clone()).collect(),
-        sealed: sealed.map(|r| r.name),
+    Ok(Findings {
+        known,
+        estimates: estimates(&assessment, &settings.rules, &known.stated()),
+        split,
         calibration,
         limits: limits.clone(),
+        rules: settings.rules,
+        assessment,
         map,
-        isolability: (names, length, cosines),
-        estimates,
+        isolability,
         gap,
-        question,
-        curves,
+        suggestion,
     })
-}
-
-/// Returns the values of the chosen effects, counted from `stated`, with 90 % intervals: the curvature of the posterior, widened by the
-/// misfit that is left.
-#[must_use]
-pub fn estimates(verdict: &Verdict, stated: &Stated) -> Vec<Estimate> {
-    let fitted = &verdict.chosen;
-    let covariance = fitted.covariance();
-    let widen = verdict.chi2.max(1.0).sqrt();
-    let one = |(i, (effect, which)): (usize, &(usize, usize))| {
-        let active = &fitted.active[*effect];
-        let parameter = &active.entry.parameters[*which];
-        let value = active.values[*which];
-        let place = fitted.theta.len() + i;
-        let deviation = covariance.as_ref().map_or(f64::INFINITY, |c| c[(place, place)].max(0.0).sqrt());
-        let half = 1.645 * widen * deviation;
-        let (least, largest) = parameter.range;
-        let interval = ((value - half).max(least), (value + half).min(largest));
-        let si = |coordinate: f64| parameter.to_value(coordinate, stated);
-        Estimate {
-            effect: active.entry.name,
-            parameter: parameter.name,
-            unit: parameter.unit,
-            value: si(value),
-            interval: (si(interval.0), si(interval.1)),
-            coordinate: (value, interval),
-        }
-    };
-    fitted.free.iter().enumerate().map(one).collect()
 }

@@ -1,46 +1,40 @@
 //! `meniscus discover`: name the effect that is missing between simulation and measurement.
 
-mod added;
 mod study;
 
 use super::inputs::file;
-use anyhow::{Context, anyhow, bail, ensure};
+use anyhow::{Context, bail};
 use indicatif::{ProgressBar, ProgressStyle};
-use meniscus::blob::Model;
-use meniscus::reduced::effects::{Entry, LIBRARY, find};
-use meniscus_discover::calibrate::Group;
-use meniscus_discover::fit_cache::Kept;
+use meniscus_discover::fit_cache::FitCache;
 use meniscus_discover::html::page;
-use meniscus_discover::insert::Closed;
+use meniscus_discover::inputs::{Inputs, library};
 use meniscus_discover::insert::simulated::Resolution;
-use meniscus_discover::load::{Folder, load};
-use meniscus_discover::report::{scene_toml, verdict_json};
-use meniscus_discover::thresholds::thresholds;
-use meniscus_discover::verdict::Decision;
-use meniscus_discover::workflow::{Discovery, Settings, discover, split};
+use meniscus_discover::insertion::FLASHED;
+use meniscus_discover::load::{load, load_references};
+use meniscus_discover::progress::{Progress, Stage};
+use meniscus_discover::report::scene_toml;
+use meniscus_discover::settings::Settings;
+use meniscus_discover::verdict_json::verdict_json;
+use meniscus_discover::workflow::{Discovery, Report};
 use meniscus_platform::files::write_whole;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
 
-/// Deviation of a recording's own clock where a setup says that it has one, s.
-const OWN_CLOCK_S: f64 = 0.02;
-
-/// Name what is missing between simulation and measurement, with evidence, or say honestly that it is unknown.
+/// Identify the effect that is missing between simulation and measurement, with evidence, or report it as unknown.
 ///
 /// --recordings is a folder with setup.toml and, for each recording, NAME.profile.csv (or NAME.peak.csv) and
-/// NAME.motion.csv (or NAME.pose.csv); docs/formats.md describes them. Of four recordings or more one stays
-/// sealed and is only used to measure the gap.
+/// NAME.motion.csv (or NAME.pose.csv); docs/formats.md describes them. Of four recordings or more one is
+/// held out and only used to measure the gap.
 ///
 /// --reference is such a folder of a KNOWN liquid in the same glass and motions, or a folder of such folders,
-/// simulated or measured, at two viscosities or more: they say what the plain model is off by anyway.
+/// simulated or measured, at two viscosities or more. They show the error of the plain model.
 /// Without them the verdict is much weaker.
 ///
 /// Into --out go report.html, verdict.json and scene.toml (the effect, for `meniscus simulate --scene`). With --model
-/// the effect is put into a flashed model too, and with --simulate into the simulator; the report says what of the gap
-/// each closes on the sealed recording. Every
-/// fit is kept in --out/fits as soon as it is made: the same command on the same recordings goes on where it
-/// was interrupted, and one with a recording more makes only what that changes.
+/// the effect is inserted into a flashed model too, and with --simulate into the simulator; the report gives the gap
+/// that each closes on the held-out recording. Every fit is kept in --out/fits as soon as it is made: the same command
+/// on the same recordings goes on where it was interrupted, and a further recording needs only the fits that it changes.
 #[derive(clap::Args)]
 #[command(
     verbatim_doc_comment,
@@ -74,16 +68,16 @@ struct Wanted {
     /// Folder for the report; it is made if it is not there.
     #[arg(long, default_value = "out/discovery", value_name = "DIR")]
     out: PathBuf,
-    /// The flashed model of this glass and liquid, shipped or a blob: what is named goes into it, as model.blob in --out.
+    /// The flashed model of this glass and liquid, shipped or a blob; with the effects it is written as model.blob in --out.
     #[arg(long, value_name = "shipped|FILE")]
     model: Option<String>,
-    /// Simulate the sealed recording again, as it was said to be and with what is named: a minute each.
+    /// Simulate the held-out recording without and with the effects; a minute each.
     #[arg(long)]
     simulate: bool,
     /// Spacing of the particles of --simulate, mm.
     #[arg(long, default_value_t = 7.0, value_name = "MM", requires = "simulate")]
     spacing_mm: f64,
-    /// Only these effects may be named, separated by commas.
+    /// Effects that may be named, separated by commas; all of them by default.
     #[arg(long, value_delimiter = ',', value_name = "NAME")]
     library: Vec<String>,
     /// Seed of the bootstrap.
@@ -103,169 +97,124 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     }
 }
 
-/// The effects called `names`, all where there is none.
-fn library(names: &[String]) -> anyhow::Result<Vec<&'static Entry>> {
-    if names.is_empty() {
-        return Ok(LIBRARY.iter().collect());
+/// Bar that shows the stages of a discovery.
+struct Bar(ProgressBar);
+
+impl Bar {
+    /// Returns a bar that is hidden for `--json`.
+    fn new(arguments: &Wanted) -> anyhow::Result<Self> {
+        let steps = 4 + u64::from(arguments.model.is_some()) + u64::from(arguments.simulate);
+        let bar = if arguments.json { ProgressBar::hidden() } else { ProgressBar::new(steps) };
+        bar.set_style(ProgressStyle::with_template("{msg:40} {wide_bar} {pos}/{len}, {eta} left")?);
+        bar.enable_steady_tick(Duration::from_millis(200));
+        bar.set_message("reading the recordings");
+        Ok(Self(bar))
     }
-    let known = || LIBRARY.iter().map(|entry| entry.name).collect::<Vec<_>>().join(", ");
-    let one = |name: &String| {
-        find(name.trim()).ok_or_else(|| anyhow!("no effect is called '{name}': take {}", known()))
+
+    /// Prints `text` to standard error above the bar.
+    fn print(&self, text: &str) {
+        self.0.suspend(|| eprintln!("{text}"));
+    }
+}
+
+impl Progress for Bar {
+    fn begins(&self, stage: Stage) {
+        self.0.inc(1);
+        self.0.set_message(match stage {
+            Stage::FitReferences => "fitting the references",
+            Stage::SetThresholds => "judging the references by one another",
+            Stage::Decide => "ranking the effects",
+            Stage::InsertIntoModel => "inserting the effects into the model",
+            Stage::Simulate => "simulating the held-out recording twice",
+        });
+    }
+}
+
+/// Reads what the flags name.
+fn inputs(arguments: &Wanted, cache: &Arc<FitCache>, bar: &Bar) -> anyhow::Result<Inputs> {
+    let mut inputs = Inputs::new(load(&arguments.recordings)?);
+    inputs.settings = Settings {
+        library: library(&arguments.library)?,
+        seed: arguments.seed,
+        cache: Some(cache.clone()),
+        ..Settings::default()
     };
-    names.iter().map(one).collect()
+    if arguments.simulate {
+        inputs.simulation = Some(Resolution { spacing_m: 1e-3 * arguments.spacing_mm, seed: arguments.seed });
+        inputs.check()?;
+    }
+    match &arguments.reference {
+        Some(path) => inputs.references = load_references(path)?,
+        None => {
+            bar.print("without --reference the model's own error counts as an effect: a weak verdict");
+        }
+    }
+    let left_out = inputs.references.iter().flat_map(|set| &set.left_out);
+    for reason in inputs.recordings.left_out.iter().chain(left_out) {
+        bar.print(&format!("left out: {reason}"));
+    }
+    if let Some(model) = &arguments.model {
+        inputs.model = Some(file(model)?);
+    }
+    Ok(inputs)
 }
 
-/// The groups of references in `path`.
-fn references(path: &Path, settings: &Settings) -> anyhow::Result<Vec<Group>> {
-    let mut folders = Vec::new();
-    if path.join("setup.toml").exists() {
-        folders.push(path.to_owned());
-    } else {
-        let inside = std::fs::read_dir(path).with_context(|| format!("cannot read {}", path.display()))?;
-        folders.extend(
-            inside.filter_map(|e| e.ok().map(|e| e.path())).filter(|p| p.join("setup.toml").exists()),
-        );
-        folders.sort();
-    }
-    if folders.is_empty() {
-        bail!(
-            "{}: no setup.toml in it, nor in a folder of it; docs/formats.md says what it holds",
-            path.display()
-        );
-    }
-    let mut groups = Vec::new();
-    for folder in folders {
-        let folder = load(&folder).map_err(|why| anyhow!(why))?;
-        folder.left_out.iter().for_each(|why| eprintln!("left out: {why}"));
-        let group = Group::keeping(folder.known, folder.records, settings.own_clocks_s, &settings.kept);
-        groups.push(group.map_err(|why| anyhow!(why))?);
-    }
-    Ok(groups)
-}
-
-/// Says on Ctrl-C what is kept, and ends.
-fn watch(kept: &Arc<Kept>) -> anyhow::Result<()> {
-    let kept = kept.clone();
+/// Prints on Ctrl-C how many fits are kept, and ends.
+fn watch(cache: &Arc<FitCache>) -> anyhow::Result<()> {
+    let cache = cache.clone();
     ctrlc::set_handler(move || {
-        let [taken, made, _] = kept.counts();
-        eprintln!("\ninterrupted: {} fits are kept; the same command goes on from there", taken + made);
+        let fits = cache.counts();
+        eprintln!(
+            "\ninterrupted: {} fits are kept; the same command goes on from there",
+            fits.reused + fits.computed
+        );
         std::process::exit(130);
     })
     .context("Ctrl-C cannot be watched")
 }
 
-/// One discovery.
+/// Runs one discovery.
 fn one(arguments: &Wanted) -> anyhow::Result<()> {
-    let bar = if arguments.json { ProgressBar::hidden() } else { ProgressBar::new(4) };
-    bar.set_style(ProgressStyle::with_template("{msg:40} {wide_bar} {pos}/{len}, {eta} left")?);
-    bar.enable_steady_tick(Duration::from_millis(200));
-    bar.set_message("reading the recordings");
-    let folder = load(&arguments.recordings).map_err(|why| anyhow!(why))?;
-    for why in &folder.left_out {
-        bar.suspend(|| eprintln!("left out: {why}"));
+    let bar = Bar::new(arguments)?;
+    let cache = Arc::new(FitCache::new(&arguments.out.join("fits")));
+    let inputs = inputs(arguments, &cache, &bar)?;
+    watch(&cache)?;
+    let report = Discovery::run(&inputs, &bar)?;
+    bar.0.finish_and_clear();
+    warn(arguments, &report, &cache);
+    let json = verdict_json(&report);
+    let write = |name: &str, bytes: &[u8]| write_whole(&arguments.out.join(name), bytes);
+    if let Some(blob) = &report.insertion.blob {
+        write("model.blob", blob)?;
     }
-    let widest_mm = 250.0 * folder.known.radius_m;
-    ensure!(
-        (1.5..=widest_mm).contains(&arguments.spacing_mm),
-        "--spacing-mm {} is out of range: 1.5 to a quarter of the radius, {widest_mm:.2}",
-        arguments.spacing_mm
-    );
-    let kept = Arc::new(Kept::new(&arguments.out.join("fits")));
-    watch(&kept)?;
-    let mut settings =
-        Settings { library: library(&arguments.library)?, seed: arguments.seed, ..Settings::default() };
-    settings.own_clocks_s = folder.own_clocks.then_some(OWN_CLOCK_S);
-    settings.kept = Some(kept.clone());
-    bar.inc(1);
-    bar.set_message("fitting the references");
-    let groups = match &arguments.reference {
-        Some(path) => references(path, &settings)?,
-        None => {
-            bar.suspend(|| {
-                eprintln!("without --reference the model's own error counts as an effect: a weak verdict");
-            });
-            Vec::new()
-        }
-    };
-    let references: Vec<&Group> = groups.iter().collect();
-    bar.inc(1);
-    bar.set_message("judging the references by one another");
-    let limits = thresholds(&references, &settings).map_err(|why| anyhow!(why))?;
-    bar.inc(1);
-    bar.set_message("ranking the effects");
-    let found = discover(&folder.records, folder.known, &references, &limits, &settings)
-        .map_err(|why| anyhow!(why))?;
-    bar.finish_and_clear();
-    let [taken, made, lost] = kept.counts();
-    if lost > 0 {
-        eprintln!("{lost} fits could not be kept in {}", arguments.out.join("fits").display());
-    }
-    let closed = others(arguments, &folder, &found)?;
-    let mut json = verdict_json(&found, &closed);
-    json["fits"] = serde_json::json!({ "taken": taken, "made": made });
-    let write = |name: &str, text: &str| write_whole(&arguments.out.join(name), text.as_bytes());
-    write("report.html", &page(&found, &closed, &command(arguments))?)?;
-    write("verdict.json", &format!("{json:#}"))?;
-    write("scene.toml", &scene_toml(&found, &folder.known))?;
+    write("report.html", page(&report, &command(arguments))?.as_bytes())?;
+    write("verdict.json", format!("{json:#}").as_bytes())?;
+    write("scene.toml", scene_toml(&report.findings).as_bytes())?;
     if arguments.json {
         println!("{json}");
         return Ok(());
     }
-    say(&found);
-    for c in &closed {
-        println!(
-            "  {}: {:.3} mm untouched, {:.3} mm with the effect",
-            c.model,
-            1e3 * c.untouched_m,
-            1e3 * c.effect_m
-        );
-    }
-    if taken > 0 {
-        println!("fits: {taken} taken from an earlier run, {made} made");
-    }
+    print(&report);
     println!("written: {}", arguments.out.display());
     Ok(())
 }
 
-/// The effect in the models that `arguments` ask for; model.blob is written here.
-fn others(arguments: &Wanted, folder: &Folder, found: &Discovery) -> anyhow::Result<Vec<Closed>> {
-    let mut closed = Vec::new();
-    let named = matches!(found.verdict.decision, Decision::Named | Decision::Tied);
-    if !named {
-        if arguments.model.is_some() || arguments.simulate {
-            eprintln!("nothing was named, so nothing was put into another model");
-        }
-        return Ok(closed);
+/// Prints to standard error what could not be done.
+fn warn(arguments: &Wanted, report: &Report, cache: &FitCache) {
+    if report.fits.unwritten > 0 {
+        eprintln!("{} fits could not be kept in {}", report.fits.unwritten, cache.folder().display());
     }
-    let sealed = split(&folder.records).1;
-    if let Some(path) = &arguments.model {
-        let bytes = file(path)?;
-        let model = Model::load(&bytes).with_context(|| format!("the model {path} is refused"))?;
-        added::same_glass(&model, &folder.known)?;
-        match added::flashed(&bytes, &folder.known, found, sealed.as_ref()) {
-            Ok((blob, one)) => {
-                write_whole(&arguments.out.join("model.blob"), &blob)?;
-                closed.extend(one);
-            }
-            Err(why) => eprintln!("not put into {path}: {why:#}"),
-        }
+    if report.insertion.nothing_to_insert {
+        eprintln!("no effect was identified, so nothing was inserted into another model");
     }
-    if let Some(record) = sealed.as_ref().filter(|_| arguments.simulate) {
-        let spacing_m = 1e-3 * arguments.spacing_mm;
-        let bar = if arguments.json { ProgressBar::hidden() } else { ProgressBar::new_spinner() };
-        bar.enable_steady_tick(Duration::from_millis(200));
-        bar.set_message("simulating the sealed recording twice");
-        let resolution = Resolution { spacing_m, seed: arguments.seed };
-        match added::simulated(&folder.known, found, record, resolution) {
-            Ok(one) => closed.push(one),
-            Err(why) => eprintln!("not simulated again: {why:#}"),
-        }
-        bar.finish_and_clear();
+    for skipped in &report.insertion.skipped {
+        let file = arguments.model.as_deref().filter(|_| skipped.model == FLASHED);
+        let file = file.map_or(String::new(), |file| format!(" ({file})"));
+        eprintln!("not inserted into {}{file}: {}", skipped.model, skipped.reason);
     }
-    Ok(closed)
 }
 
-/// The command that makes the report again.
+/// Returns the command that makes the report again.
 fn command(arguments: &Wanted) -> String {
     let mut out = format!("meniscus discover --recordings {}", arguments.recordings.display());
     if let Some(reference) = &arguments.reference {
@@ -283,34 +232,46 @@ fn command(arguments: &Wanted) -> String {
     out + &format!(" --seed {} --out {}", arguments.seed, arguments.out.display())
 }
 
-/// The verdict on standard output.
-fn say(found: &Discovery) {
-    println!("{}", found.verdict.sentence());
-    for e in &found.estimates {
+/// Prints the report to standard output.
+fn print(report: &Report) {
+    let findings = &report.findings;
+    println!("{}", findings.assessment.verdict.sentence());
+    for e in &findings.estimates {
         println!(
             "  {} {}: {:.4} {} (90 %: {:.4} to {:.4})",
             e.effect, e.parameter, e.value, e.unit, e.interval.0, e.interval.1
         );
     }
-    if let Some(gap) = found.gap {
+    if let Some(gap) = findings.gap.as_ref().map(|measured| measured.gap) {
         println!(
-            "  sealed recording: {:.3} mm untouched, {:.3} mm with nuisances fitted again, {:.3} mm with a black box, {:.3} mm \
-             with the effect",
+            "  held-out recording: {:.3} mm untouched, {:.3} mm with nuisances fitted again, {:.3} mm with a black box, \
+             {:.3} mm with the effect",
             1e3 * gap.untouched,
             1e3 * gap.refitted,
             1e3 * gap.black_box,
             1e3 * gap.effect
         );
     }
-    if let Some(question) = &found.question {
-        let [one, two] = &question.between;
-        if question.hopeful() {
+    if let Some(suggestion) = &findings.suggestion {
+        let [one, two] = &suggestion.between;
+        if suggestion.hopeful() {
             println!(
-                "  to settle it, record {}: {:.1} times the noise",
-                question.motion, question.separation
+                "  to decide, record {}: it separates them by {:.1} times the noise",
+                suggestion.motion, suggestion.separation
             );
         } else {
-            println!("  no motion that was looked at parts {one} from {two}");
+            println!("  no motion that was considered separates {one} from {two}");
         }
+    }
+    for closed in &report.insertion.closed {
+        println!(
+            "  {}: {:.3} mm untouched, {:.3} mm with the effect",
+            closed.model,
+            1e3 * closed.untouched_m,
+            1e3 * closed.effect_m
+        );
+    }
+    if report.fits.reused > 0 {
+        println!("fits: {} taken from an earlier run, {} made", report.fits.reused, report.fits.computed);
     }
 }

@@ -1,16 +1,15 @@
 //! `meniscus discover study`: hidden effects, clean glasses, measured water.
 
 use super::super::stop::watched;
-use anyhow::anyhow;
 use indicatif::{ProgressBar, ProgressStyle};
+use meniscus_discover::settings::Settings;
 use meniscus_discover::study::bench::Places;
-use meniscus_discover::study::measured::ask_measured;
+use meniscus_discover::study::measured::judge_measured;
 use meniscus_discover::study::page::markdown;
 use meniscus_discover::study::pictures::{confusion_png, detection_png};
 use meniscus_discover::study::run::{Course, judge_all};
 use meniscus_discover::study::tally::{Beside, Study, checks};
 use meniscus_discover::study::{long_discovery_s, reference_coverage, simulate};
-use meniscus_discover::workflow::Settings;
 use meniscus_platform::files::write_whole;
 use meniscus_report::checks::{Check, table};
 use std::path::{Path, PathBuf};
@@ -70,11 +69,11 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     bar.set_style(ProgressStyle::with_template("{msg:24} {wide_bar} {pos}/{len}, {eta} left")?);
     if !arguments.simulated && !arguments.report_only {
         bar.set_message("simulating glasses");
-        let told = |done: usize, all: usize| {
+        let simulated = |done: usize, all: usize| {
             bar.set_length(all as u64);
             bar.set_position(done as u64);
         };
-        simulate(&arguments.cache, stop, told).map_err(|why| anyhow!(why))?;
+        simulate(&arguments.cache, stop, simulated)?;
         bar.reset();
     }
     if arguments.simulate_only {
@@ -82,13 +81,13 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         return Ok(());
     }
     let places = Places { cache: arguments.cache.clone(), out: arguments.out.clone() };
-    let told = |what: &str, done: usize, all: usize| {
-        bar.set_message(String::from(what));
+    let progress = |work: &str, done: usize, all: usize| {
+        bar.set_message(String::from(work));
         bar.set_length(all as u64);
         bar.set_position(done as u64);
     };
     let course = Course { cleans: arguments.clean, seed: arguments.seed, judges: !arguments.report_only };
-    let (lines, planned) = judge_all(&places, course, stop, &told).map_err(|why| anyhow!(why))?;
+    let (lines, planned) = judge_all(&places, course, stop, &progress)?;
     let mut study = Study { lines, planned, beside: beside_before(&arguments.out) };
     if !arguments.report_only && !arguments.trials_only {
         // Kept after each part, so that an interruption leaves what there is.
@@ -97,7 +96,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     }
     bar.finish_and_clear();
     if stop.load(Ordering::Relaxed) {
-        eprintln!("interrupted: the page tells of what is judged; the same command goes on from there");
+        eprintln!("interrupted: the page holds what is judged; the same command goes on from there");
     }
     let checks = write(arguments, &study)?;
     if arguments.json {
@@ -131,21 +130,21 @@ fn beside(
         return Ok(());
     }
     bar.set_message("recordings of 10 s");
-    study.beside.long_s = long_discovery_s().map_err(|why| anyhow!(why))?.into();
+    study.beside.long_s = long_discovery_s()?.into();
     keep(&study.beside)?;
     if stop.load(Ordering::Relaxed) {
         return Ok(());
     }
     bar.set_message("intervals");
-    study.beside.coverage = reference_coverage(&places.out, arguments.seed).map_err(|why| anyhow!(why))?;
+    study.beside.coverage = reference_coverage(&places.out, arguments.seed)?;
     keep(&study.beside)?;
     if stop.load(Ordering::Relaxed) {
         return Ok(());
     }
     if let Some(folder) = &arguments.measured {
         bar.set_message("measured water");
-        let asked = ask_measured(folder, &Settings::default(), 14.0, 4).map_err(|why| anyhow!(why))?;
-        study.beside.measured = Some(asked.into_iter().map(|asked| asked.told).collect());
+        let cases = judge_measured(folder, &Settings::default(), 14.0, 4)?;
+        study.beside.measured = Some(cases.into_iter().map(|case| case.result).collect());
         keep(&study.beside)?;
     } else {
         bar.suspend(|| eprintln!("measured water is left out: --measured names no folder"));

@@ -1,4 +1,4 @@
-//! `meniscus recognise learn`: a liquid becomes known.
+//! `meniscus recognise learn`: learning of a liquid from recordings.
 
 use super::Noise;
 use crate::filmed::{Sightings, all_filmed, by_camera, setup};
@@ -14,8 +14,8 @@ use std::path::PathBuf;
 /// Make a liquid known, from two recordings of it or more.
 ///
 /// Six numbers of its first mode are fitted to what the camera saw of all recordings: frequency, three parts of the
-/// decay, softening, lever. What they miss comes from fits that leave out one recording after the other. Two recordings
-/// say little of how recordings differ; four are better, some of them lively.
+/// decay, softening, lever. Their error comes from fits that leave out one recording after the other. Two recordings show
+/// little of how recordings differ; four are better, some of them with large waves.
 ///
 /// A camera's own recordings (.mcap, .bag, .db3, or a folder with frames.csv) need --setup, as `meniscus setup` has
 /// written it.
@@ -33,7 +33,7 @@ pub(super) struct Arguments {
     /// Where the note goes, NAME.liquid.json.
     #[arg(long, value_name = "FILE.liquid.json")]
     out: PathBuf,
-    /// Name of the liquid; that of the recordings, or of the note where a camera does not say, unless told.
+    /// Name of the liquid; by default that of the recordings, or of the note for a camera's recordings.
     #[arg(long)]
     liquid: Option<String>,
     #[command(flatten)]
@@ -43,7 +43,7 @@ pub(super) struct Arguments {
     json: bool,
 }
 
-/// What is learnt from.
+/// Recordings that a liquid is learnt from.
 struct Lesson {
     liquid: String,
     /// Inner radius, and height of the liquid at rest, m.
@@ -52,7 +52,7 @@ struct Lesson {
     seen: Vec<Sightings>,
 }
 
-/// Recordings of the simulator, through its camera.
+/// Reads recordings of the simulator through their camera.
 fn simulated(arguments: &Arguments) -> anyhow::Result<Lesson> {
     let all = recordings(&arguments.recordings, "", level)?;
     let Some(first) = all.first() else { anyhow::bail!("no recording is given") };
@@ -78,7 +78,7 @@ fn simulated(arguments: &Arguments) -> anyhow::Result<Lesson> {
     })
 }
 
-/// A camera's recordings of the liquid `name`: files are all that is known of their motions.
+/// Reads a camera's recordings of the liquid `name`; their files stand for their motions.
 fn filmed(arguments: &Arguments, name: &str) -> anyhow::Result<Lesson> {
     let setup = setup(arguments.setup.as_ref())?;
     let look = |path: &PathBuf| {

@@ -1,4 +1,4 @@
-//! A liquid learnt from recordings of it: its tone, and what that misses on recordings that it was not fitted to.
+//! Learning of a liquid: its tone, and the error of that tone on recordings that it was not fitted to.
 //!
 //! ```text
 //! for each recording r: tone fitted to the others, held against r          (leave one out)
@@ -22,13 +22,13 @@ const FEWEST: usize = 60;
 /// s_0 and its weight in recordings: few can agree by chance. Five liquids of the simulator have 0.23 to 0.79.
 const USUAL: (f64, f64) = (0.4, 3.0);
 
-/// Bounds of a. Two recordings that are foretold better than to 2 % have shown nothing of what the next may bring.
+/// Bounds of a. Two recordings that are predicted to 2 % do not show how well the next one will be.
 const SCALES: (f64, f64) = (0.02, 10.0);
 
 /// Bounds of g.
 const NUMBERS: (f64, f64) = (0.01, 1.0);
 
-/// Why a liquid cannot be learnt.
+/// Reason for which a liquid cannot be learnt.
 #[derive(Clone, Debug, PartialEq)]
 pub enum LearnError {
     /// Fewer than two recordings.
@@ -57,7 +57,7 @@ impl std::fmt::Display for LearnError {
 
 impl std::error::Error for LearnError {}
 
-/// What is known of a liquid after `recordings` of it, in a glass of this radius and fill (m).
+/// Learns a liquid from `recordings` of it, in a glass of this radius and fill (m).
 ///
 /// # Errors
 /// [`LearnError`].
@@ -78,7 +78,7 @@ pub fn learn(recordings: &[&Seen], glass: (f64, f64)) -> Result<Known, LearnErro
     Ok(Known { tone: fit(recordings, glass), calibration: calibration(&missed) })
 }
 
-/// What `tone` misses over `seen`, in order of time.
+/// Returns the errors of `tone` over `seen`, in order of time.
 fn misses(tone: Tone, seen: &Seen, fill_m: f64) -> Vec<Miss> {
     let known = [Known { tone, calibration: Calibration { scale: 1.0, scatter: 1.0, numbers: 1.0 } }];
     let recogniser = Recogniser::new(&known, fill_m);

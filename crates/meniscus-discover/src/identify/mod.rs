@@ -1,6 +1,6 @@
-//! Which liquid is it, offline: the first mode of a liquid from recordings of it, and how often the right one is named.
+//! Identification of the liquid, offline: learning the first mode of a liquid, and how often the right one is identified.
 //!
-//! The way is that of a run: recording, rendered camera, profiles, [`meniscus::identify`]; only the clock is missing.
+//! The path is that of a run: recording, rendered camera, profiles, [`meniscus::identify`]. Only the clock is missing.
 
 mod calibrate;
 mod fit;

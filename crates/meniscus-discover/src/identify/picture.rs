@@ -1,4 +1,4 @@
-//! What each liquid foretold of one recording, and what was believed meanwhile, as a picture.
+//! Picture of one recording: the prediction of each liquid, and its probability over time.
 
 use super::study::recognise;
 use meniscus::identify::slope;
@@ -18,14 +18,14 @@ const SIZE: (u32, u32) = (1200, 760);
 /// Colours of the liquids, in their order; a seventh and further ones begin again.
 const COLOURS: [RGBColor; 6] = [BLUE, ORANGE, GREEN, PURPLE, VERMILION, SKY];
 
-/// A curve of the picture.
+/// Curve of the picture.
 struct Curve {
     name: String,
     colour: RGBColor,
     points: Vec<(f64, f64)>,
 }
 
-/// Draws `seen` with what `notes` say of it as a PNG file, and gives what they said at the end.
+/// Draws `seen` with the predictions of `notes` as a PNG file, and returns their verdict.
 ///
 /// # Errors
 /// [`PictureError`], when the file cannot be written.
@@ -38,12 +38,12 @@ pub fn picture(
 ) -> Result<Standing, PictureError> {
     let time = |frame: usize| frame as f64 * FRAME_INTERVAL_S;
     let mut waves: Vec<Vec<(f64, f64)>> = vec![Vec::new(); notes.len()];
-    let mut believed: Vec<Vec<(f64, f64)>> = vec![Vec::new(); notes.len() + 1];
+    let mut probability: Vec<Vec<(f64, f64)>> = vec![Vec::new(); notes.len() + 1];
     let standing = recognise(notes, fill_m, seen, |frame, trail, recogniser| {
         let mut probabilities = [0.0; MOST];
         let room = &mut probabilities[..notes.len()];
         let verdict = recogniser.verdict(trail, room);
-        for (curve, p) in believed.iter_mut().zip(room.iter().chain([&verdict.none])) {
+        for (curve, p) in probability.iter_mut().zip(room.iter().chain([&verdict.none])) {
             curve.push((time(frame), *p));
         }
         for (index, wave) in waves.iter_mut().enumerate() {
@@ -67,21 +67,31 @@ pub fn picture(
     let area = BitMapBackend::new(path, SIZE).into_drawing_area();
     area.fill(&WHITE)?;
     let (upper, lower) = area.split_vertically(440);
-    let end = time(seen.len());
+    let end_s = time(seen.len());
     let top = 1.3 * measured.iter().map(|(_, s)| s.abs()).fold(1.0, f64::max);
-    let truth = Some(measured);
-    draw(&upper, title, (end, -top..top), "height of the first mode, mm", &curves(waves), truth.as_deref())?;
-    draw(&lower, "", (end, 0.0..1.05), "probability", &curves(believed), None)?;
+    let heights = Axes { end_s, range: -top..top, unit: "height of the first mode, mm" };
+    draw(&upper, title, &heights, &curves(waves), Some(&measured))?;
+    let probabilities = Axes { end_s, range: 0.0..1.05, unit: "probability" };
+    draw(&lower, "", &probabilities, &curves(probability), None)?;
     area.present()?;
     Ok(standing)
 }
 
-/// One half of the picture.
+/// Axes of one half of the picture.
+struct Axes {
+    /// Length of the recording, s.
+    end_s: f64,
+    /// Range of the vertical axis.
+    range: std::ops::Range<f64>,
+    /// Name and unit of the vertical axis.
+    unit: &'static str,
+}
+
+/// Draws one half of the picture.
 fn draw(
     area: &DrawingArea<BitMapBackend<'_>, Shift>,
     title: &str,
-    (end, range): (f64, std::ops::Range<f64>),
-    unit: &str,
+    axes: &Axes,
     curves: &[Curve],
     measured: Option<&[(f64, f64)]>,
 ) -> Result<(), PictureError> {
@@ -91,8 +101,8 @@ fn draw(
         builder.caption(title, (FONT, 20));
     }
     // Room beside the curves for their names.
-    let mut chart = builder.build_cartesian_2d(0.0..1.22 * end, range)?;
-    chart.configure_mesh().x_desc("time, s").y_desc(unit).label_style((FONT, 14)).draw()?;
+    let mut chart = builder.build_cartesian_2d(0.0..1.22 * axes.end_s, axes.range.clone())?;
+    chart.configure_mesh().x_desc("time, s").y_desc(axes.unit).label_style((FONT, 14)).draw()?;
     if let Some(points) = measured {
         let dots = points.iter().map(|p| Circle::new(*p, 2, BLACK.filled()));
         chart

@@ -1,4 +1,4 @@
-//! How often the right liquid is named, over recordings that nothing was learnt from.
+//! Share of recordings whose liquid is identified correctly; nothing is learnt from them.
 
 use meniscus::identify::{Recogniser, Trail};
 use meniscus::surface::{ConfigError, Settings, SurfaceProfile};
@@ -10,7 +10,7 @@ use meniscus_virtual::render::SceneSettings;
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
-/// A recording that is to be named.
+/// Recording whose liquid is to be identified.
 #[derive(Debug)]
 pub struct Unseen {
     /// Its liquid, in truth.
@@ -19,22 +19,22 @@ pub struct Unseen {
     pub motion: String,
     /// Height of the liquid at rest, m.
     pub fill_m: f64,
-    /// What the camera saw.
+    /// Profiles of the camera.
     pub seen: Vec<Option<SurfaceProfile>>,
 }
 
-/// What was said of one.
+/// Verdict on one recording.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Case {
     /// The liquid in truth.
     pub liquid: String,
     /// Its motion.
     pub motion: String,
-    /// What was said.
+    /// Verdict.
     pub standing: Standing,
 }
 
-/// What was said of all.
+/// Verdicts on all recordings.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Study {
     /// Liquids that were learnt.
@@ -45,7 +45,7 @@ pub struct Study {
     pub without: Vec<Case>,
 }
 
-/// `recording` as a camera sees it whose disparity has this noise, pixels rms.
+/// Renders `recording` for a camera whose disparity has this noise, pixels rms.
 ///
 /// # Errors
 /// [`ConfigError`], when its glass cannot be looked at.
@@ -59,7 +59,9 @@ pub fn look(
     sightings(recording, SceneSettings { camera, disparity_rms_px, seed, ..SceneSettings::default() })
 }
 
-/// What `notes` say of `seen`, in a glass where the liquid rests at `fill_m`; after every frame `each` gets the trail.
+/// Returns the verdict of `notes` on `seen`, in a glass where the liquid rests at `fill_m`.
+///
+/// After every frame `each` gets the trail.
 pub fn recognise(
     notes: &[Note],
     fill_m: f64,
@@ -76,7 +78,7 @@ pub fn recognise(
     Standing::of(&names, &recogniser, &trail, 0)
 }
 
-/// What `notes` say of every one of `unseen`, and without the note of its own liquid.
+/// Returns the verdict of `notes` on each of `unseen`, with and without the note of its own liquid.
 #[must_use]
 pub fn study(notes: &[Note], unseen: &[Unseen]) -> Study {
     let ask = |notes: &[Note], one: &Unseen| Case {
@@ -98,25 +100,25 @@ pub fn study(notes: &[Note], unseen: &[Unseen]) -> Study {
 }
 
 impl Study {
-    /// The recordings of liquids that were learnt, or of those that were not.
+    /// Returns the recordings of liquids that were learnt, or of those that were not.
     fn of(&self, known: bool) -> impl Iterator<Item = &Case> {
         self.cases.iter().filter(move |case| self.names.contains(&case.liquid) == known)
     }
 
-    /// Share of the recordings of known liquids that were named right, each liquid counted alike however many
+    /// Returns the share of the recordings of known liquids that were identified correctly, each liquid counted alike however many
     /// recordings there are of it; NaN of none.
     #[must_use]
     pub fn accuracy(&self) -> f64 {
         by_liquid(self.of(true), |case| case.standing.liquid.as_ref() == Some(&case.liquid))
     }
 
-    /// Share of the recordings of unknown liquids of which no liquid was named, counted in the same way.
+    /// Returns the share of the recordings of unknown liquids for which no liquid was identified, counted in the same way.
     #[must_use]
     pub fn refused(&self) -> f64 {
         by_liquid(self.of(false), |case| case.standing.liquid.is_none())
     }
 
-    /// The two figures with their targets, and how sure the answers were.
+    /// Returns the two figures with their targets, and the Brier score of the answers.
     #[must_use]
     pub fn checks(&self) -> Vec<Check> {
         let right = |case: &Case| {
@@ -139,7 +141,7 @@ impl Study {
         ]
     }
 
-    /// Who was taken for whom, a line a liquid, for a person.
+    /// Returns the confusion table, one line per liquid.
     #[must_use]
     pub fn confusion(&self) -> String {
         let mut liquids: Vec<&String> = self.names.iter().collect();
@@ -171,7 +173,7 @@ impl Study {
     }
 }
 
-/// The mean over liquids of the share of `of` that is `so`; NaN of none.
+/// Returns the mean over liquids of the share of `of` that is `so`; NaN without a case.
 fn by_liquid<'c>(of: impl Iterator<Item = &'c Case>, so: impl Fn(&Case) -> bool) -> f64 {
     let mut sums: BTreeMap<&str, (f64, f64)> = BTreeMap::new();
     for case in of {

@@ -50,17 +50,6 @@ impl std::fmt::Display for InsertError {
 
 impl std::error::Error for InsertError {}
 
-/// One model on the sealed recording, m, noise subtracted.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Closed {
-    /// Which, in words.
-    pub model: &'static str,
-    /// As it was.
-    pub untouched_m: f64,
-    /// With the effect.
-    pub effect_m: f64,
-}
-
 /// Returns the rheology of a liquid of the simulator for the reduced model.
 #[must_use]
 pub fn resistance(rheology: &meniscus_data::liquids::Rheology) -> Rheology {

@@ -1,16 +1,16 @@
 //! Judging one trial: references and their thresholds, the workflow, and what only the answer can add.
 
-use super::super::calibrate::Group;
+use super::super::findings::Findings;
 use super::super::fit::fit;
 use super::super::gap::gap_of;
+use super::super::group::Group;
 use super::super::load::load;
-use super::super::predict::Known;
 use super::super::problem::Problem;
-use super::super::record::Record;
+use super::super::settings::Settings;
 use super::super::thresholds::{Shown, Thresholds, limits, shown};
-use super::super::verdict::Decision;
-use super::super::workflow::{Discovery, Settings, discover, split};
+use super::super::workflow::discover;
 use super::cases::clean;
+use super::error::StudyError;
 use super::plans::Plan;
 use super::trial::Trial;
 use super::truth::Truth;
@@ -21,7 +21,7 @@ use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 use std::time::Instant;
 
-/// Where the study works.
+/// Folders of the study.
 #[derive(Clone, Debug)]
 pub struct Places {
     /// Simulated glasses.
@@ -30,7 +30,7 @@ pub struct Places {
     pub out: PathBuf,
 }
 
-/// What the workflow said of a trial.
+/// Verdict of the workflow on a trial.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Judged {
     /// none, named, tied or unknown.
@@ -39,9 +39,9 @@ pub struct Judged {
     pub names: Vec<String>,
     /// Class.
     pub class: Option<String>,
-    /// Gain in BIC over none of what was said.
+    /// Gain in BIC over no effect.
     pub gain: f64,
-    /// By how much the first name had to lower the cost; none where no name was said.
+    /// Decrease of the cost that the first name had to reach; none without a name.
     pub bound: Option<f64>,
     /// Best effect of the ranking and its gain.
     pub best: Option<(String, f64)>,
@@ -53,9 +53,9 @@ pub struct Judged {
     pub gap_mm: Option<[f64; 4]>,
     /// Gap with the true value, mm; none where nothing is hidden.
     pub oracle_mm: Option<f64>,
-    /// Which motion was asked for.
+    /// Index of the motion that was suggested.
     pub asked: Option<usize>,
-    /// How long the discovery took, s.
+    /// Duration of the discovery, s.
     pub seconds: f64,
 }
 
@@ -75,22 +75,22 @@ type Part = (Truth, Vec<usize>, u8);
 pub type More<'a> = Option<(&'a Trial, &'a [usize])>;
 
 impl Bench {
-    /// The references of `kind`.
+    /// Returns the references of `kind`.
     ///
     /// # Errors
-    /// In words, when one is not in the cache or cannot be fitted.
-    pub fn new(places: &Places, kind: Kind) -> Result<Self, String> {
+    /// [`StudyError`], when one is not in the cache or cannot be fitted.
+    pub fn new(places: &Places, kind: Kind) -> Result<Self, StudyError> {
         let count = courses(kind).len();
         let every: Vec<usize> = (0..count).collect();
         let parts = |truth: &Truth| vec![(truth.clone(), every.clone(), b'a')];
         Self::of(places, &format!("{kind:?}").to_lowercase(), 9000, clean(kind), &parts)
     }
 
-    /// The references of trials that got what they asked for: the single jolts, and all that may be asked.
+    /// Returns the references of trials with suggested recordings: the single jolts, and all that may be suggested.
     ///
     /// # Errors
-    /// In words, when one is not in the cache or cannot be fitted.
-    pub fn with_asked(places: &Places) -> Result<Self, String> {
+    /// [`StudyError`], when one is not in the cache or cannot be fitted.
+    pub fn with_asked(places: &Places) -> Result<Self, StudyError> {
         let parts = |truth: &Truth| {
             let single = Truth { kind: Kind::Single, ..truth.clone() };
             vec![(single, vec![0, 1, 2, 3], b'a'), (truth.clone(), vec![0, 1, 2], b'e')]
@@ -104,7 +104,7 @@ impl Bench {
         seed: u64,
         glasses: Vec<Truth>,
         parts: &dyn Fn(&Truth) -> Vec<Part>,
-    ) -> Result<Self, String> {
+    ) -> Result<Self, StudyError> {
         let mut groups = Vec::new();
         for (index, truth) in glasses.iter().enumerate() {
             let path = places.out.join(format!("references/{word}-{index}"));
@@ -114,9 +114,9 @@ impl Bench {
                     let stated_viscosity_pa_s = truth.viscosity_pa_s;
                     let seed = seed + index as u64;
                     let trial = Trial { truth, hands: vec![], stated_viscosity_pa_s, seed };
-                    trial.write(&path, &places.cache, &wanted, first)?;
+                    trial.write(&path, &places.cache, &wanted, first).map_err(StudyError::trial)?;
                 }
-                write_whole(&mark, b"").map_err(|error| format!("{error}"))?;
+                write_whole(&mark, b"")?;
             }
             let folder = load(&path)?;
             groups.push(Group::new(folder.known, folder.records, None)?);
@@ -125,7 +125,7 @@ impl Bench {
         Ok(Self { groups, shown })
     }
 
-    /// The references but for `leave_out`, and the thresholds that they set.
+    /// Returns the references except `leave_out`, and the thresholds that they set.
     fn against(&self, leave_out: Option<usize>) -> (Vec<&Group>, Thresholds) {
         let kept = self.groups.iter().zip(&self.shown).enumerate().filter(|(i, _)| Some(*i) != leave_out);
         let (groups, shown): (Vec<&Group>, Vec<&Shown>) = kept.map(|(_, both)| both).unzip();
@@ -137,14 +137,14 @@ impl Bench {
 /// workflow judge it, and adds what only the answer can add: the oracle's gap.
 ///
 /// # Errors
-/// In words, when a recording is not in the cache, a file cannot be written or a fit fails.
+/// [`StudyError`], when a recording is not in the cache, a file cannot be written or a fit fails.
 pub fn judge(
     places: &Places,
     plan: &Plan,
     bench: &Bench,
     name: &str,
     more: More<'_>,
-) -> Result<Judged, String> {
+) -> Result<Judged, StudyError> {
     let path = places.out.join("trials").join(name);
     // What another study left under this name is another trial; what this one left is not rendered again.
     let made = format!("{:?} {} {more:?}", plan.trial, plan.trial.truth.digest());
@@ -152,11 +152,11 @@ pub fn judge(
     let mark = path.join("made");
     if std::fs::read_to_string(&mark).ok().as_deref() != Some(&made) {
         let _gone = std::fs::remove_dir_all(&path);
-        plan.trial.write(&path, &places.cache, &[0, 1, 2, 3], b'a')?;
+        plan.trial.write(&path, &places.cache, &[0, 1, 2, 3], b'a').map_err(StudyError::trial)?;
         if let Some((trial, wanted)) = more {
-            trial.write(&path, &places.cache, wanted, b'e')?;
+            trial.write(&path, &places.cache, wanted, b'e').map_err(StudyError::trial)?;
         }
-        write_whole(&mark, made.as_bytes()).map_err(|error| format!("{error}"))?;
+        write_whole(&mark, made.as_bytes())?;
     }
     let folder = load(&path)?;
     let settings = Settings { library: plan.library.clone(), noise: plan.noise, ..Settings::default() };
@@ -164,40 +164,38 @@ pub fn judge(
     let begun = Instant::now();
     let found = discover(&folder.records, folder.known, &groups, &limits, &settings)?;
     let seconds = begun.elapsed().as_secs_f64();
-    let oracle = oracle_mm(plan, &found, &folder.records, folder.known)?;
+    let oracle = oracle_mm(plan, &found)?;
     Ok(judged(&found, oracle, seconds))
 }
 
-fn judged(found: &Discovery, oracle_mm: Option<f64>, seconds: f64) -> Judged {
-    let verdict = &found.verdict;
-    let said = verdict.decision != Decision::None;
-    let names: Vec<&'static str> = if said { verdict.names.clone() } else { vec![] };
+fn judged(found: &Findings, oracle_mm: Option<f64>, seconds: f64) -> Judged {
+    let (verdict, search) = (&found.assessment.verdict, &found.assessment.search);
+    let names = verdict.names();
     Judged {
-        verdict: verdict.decision.word().into(),
-        class: verdict.class.filter(|_| said).map(|class| class.words().into()),
-        gain: verdict.gain,
+        verdict: verdict.word().into(),
+        class: verdict.class().map(|class| class.words().into()),
+        gain: verdict.gain(),
         bound: names.first().map(|name| found.limits.of(name)),
-        best: verdict.ranking.first().map(|best| (best.names.join(" + "), best.gain)),
-        names: names.into_iter().map(String::from).collect(),
-        misfit: [verdict.plain.chi2(verdict.count), verdict.chi2],
+        best: search.ranking.first().map(|best| (best.names.join(" + "), best.gain)),
+        names: names.iter().map(|name| String::from(*name)).collect(),
+        misfit: [search.plain.chi2(search.count), verdict.misfit()],
         estimate: found.estimates.first().map(|e| {
             let (value, (least, largest)) = e.coordinate;
             (e.effect.into(), value, least, largest)
         }),
-        gap_mm: found.gap.map(|g| [g.untouched, g.refitted, g.black_box, g.effect].map(|m| 1e3 * m)),
+        gap_mm: found
+            .gap
+            .as_ref()
+            .map(|g| g.gap)
+            .map(|g| [g.untouched, g.refitted, g.black_box, g.effect].map(|m| 1e3 * m)),
         oracle_mm,
-        asked: found.question.as_ref().map(|q| q.course),
+        asked: found.suggestion.as_ref().map(|q| q.course),
         seconds,
     }
 }
 
-/// The gap of the oracle, mm: the true effect at its true size in the reduced model, nuisances fitted.
-fn oracle_mm(
-    plan: &Plan,
-    found: &Discovery,
-    records: &[Record],
-    known: Known,
-) -> Result<Option<f64>, String> {
+/// Returns the gap of the oracle, mm: the true effect at its true size in the reduced model, nuisances fitted.
+fn oracle_mm(plan: &Plan, found: &Findings) -> Result<Option<f64>, StudyError> {
     if plan.answer.effects.is_empty() {
         return Ok(None);
     }
@@ -208,10 +206,9 @@ fn oracle_mm(
         values[0] = *value;
         active.push(Active { entry, values });
     }
-    let (fitted, sealed) = split(records);
-    let Some(sealed) = sealed else { return Ok(None) };
-    let problem = Problem::new(&fitted, known, &found.calibration, plan.noise)?;
-    let trusting = problem.trusting(&problem.mean, &active)?;
-    let fitted = fit(&trusting, &problem.mean, &active, &[]);
-    Ok(Some(1e3 * gap_of(&sealed, known, &found.calibration, &fitted, plan.noise)?))
+    let Some(held_out) = &found.split.held_out else { return Ok(None) };
+    let problem = Problem::new(&found.split.fitted, found.known, &found.calibration, plan.noise)?;
+    let inflated = problem.with_formula_error(&problem.mean, &active, &found.rules)?;
+    let fitted = fit(&inflated, &problem.mean, &active, &[]);
+    Ok(Some(1e3 * gap_of(held_out, found.known, &found.calibration, &fitted, plan.noise)?))
 }

@@ -3,7 +3,9 @@
 pub mod bench;
 pub mod cases;
 pub mod coverage;
+pub mod error;
 pub mod measured;
+mod measured_runs;
 pub mod motion_plans;
 pub mod page;
 pub mod pictures;
@@ -13,15 +15,19 @@ pub mod tally;
 pub mod trial;
 pub mod truth;
 
-use super::calibrate::{Calibration, Group};
+use super::calibrate::Calibration;
+use super::group::Group;
 use super::load::load;
 use super::predict::{Known, predict};
 use super::problem::Problem;
 use super::record::{Channel, Quantity, Record};
+use super::settings::Settings;
 use super::thresholds::Thresholds;
-use super::workflow::{Settings, discover, split};
+use super::workflow::discover;
 use crate::motion_table::drive_of;
+use crate::study::error::StudyError;
 use crate::study::motion_plans::Course;
+use meniscus::reduced::effects::{Active, EffectKind};
 use meniscus_data::motion::Motion;
 use meniscus_numerics::random::normal;
 use rand::SeedableRng;
@@ -33,11 +39,15 @@ use std::time::Instant;
 /// Draws of the test of intervals.
 const DRAWS: usize = 160;
 
-/// Simulates every glass of the study that is not in `cache`, one a processor; tells `done` of each.
+/// Simulates every glass of the study that is not in `cache`, one per processor; `done` gets how many of how many are done.
 ///
 /// # Errors
-/// In words, the first simulation that fails; those that are done stay.
-pub fn simulate(cache: &Path, stop: &AtomicBool, done: impl Fn(usize, usize) + Sync) -> Result<(), String> {
+/// [`StudyError`] of the first simulation that fails; those that are done stay.
+pub fn simulate(
+    cache: &Path,
+    stop: &AtomicBool,
+    done: impl Fn(usize, usize) + Sync,
+) -> Result<(), StudyError> {
     let missing: Vec<_> = cases::truths().into_iter().filter(|truth| !truth.is_there(cache)).collect();
     let count = std::sync::atomic::AtomicUsize::new(0);
     done(0, missing.len());
@@ -46,32 +56,33 @@ pub fn simulate(cache: &Path, stop: &AtomicBool, done: impl Fn(usize, usize) + S
     // for its parts would take up the rest of the list meanwhile.
     let next = std::sync::atomic::AtomicUsize::new(0);
     let failed = AtomicBool::new(false);
-    let work = || -> Result<(), String> {
-        let alone = rayon::ThreadPoolBuilder::new().num_threads(1).build().map_err(|e| format!("{e}"))?;
+    let work = || -> Result<(), StudyError> {
+        let alone = rayon::ThreadPoolBuilder::new().num_threads(1).build().map_err(StudyError::Pool)?;
         while let Some(truth) = missing.get(next.fetch_add(1, Ordering::Relaxed)) {
             if stop.load(Ordering::Relaxed) || failed.load(Ordering::Relaxed) {
                 return Ok(());
             }
-            alone.install(|| truth.make(cache)).inspect_err(|_| failed.store(true, Ordering::Relaxed))?;
+            let made = alone.install(|| truth.make(cache));
+            made.inspect_err(|_| failed.store(true, Ordering::Relaxed)).map_err(StudyError::trial)?;
             done(1 + count.fetch_add(1, Ordering::Relaxed), missing.len());
         }
         Ok(())
     };
     std::thread::scope(|scope| {
         let workers: Vec<_> = (0..rayon::current_num_threads()).map(|_| scope.spawn(work)).collect();
-        let ended = |worker: std::thread::ScopedJoinHandle<'_, Result<(), String>>| {
-            worker.join().unwrap_or_else(|_| Err("a simulation ended in a panic".into()))
+        let ended = |worker: std::thread::ScopedJoinHandle<'_, Result<(), StudyError>>| {
+            worker.join().unwrap_or(Err(StudyError::Panic))
         };
         workers.into_iter().try_for_each(ended)
     })
 }
 
-/// Share of 90 % intervals that hold the truth, of draws from the model as the references under `out`
-/// calibrate it; and how many were drawn.
+/// Returns the coverage of 90 % intervals by draws from the model as the references under `out` calibrate it, and the
+/// number of draws; none where there are no references.
 ///
 /// # Errors
-/// In words, when a reference cannot be used.
-pub fn reference_coverage(out: &Path, seed: u64) -> Result<Option<(f64, usize)>, String> {
+/// [`StudyError`], when a reference cannot be used.
+pub fn reference_coverage(out: &Path, seed: u64) -> Result<Option<(f64, usize)>, StudyError> {
     let mut groups = Vec::new();
     for index in 0.. {
         let path = out.join(format!("references/single-{index}"));
@@ -82,13 +93,13 @@ pub fn reference_coverage(out: &Path, seed: u64) -> Result<Option<(f64, usize)>,
         groups.push(Group::new(folder.known, folder.records, None)?);
     }
     let Some((first, others)) = groups.split_first() else { return Ok(None) };
-    let (records, _) = split(&first.records);
+    let records = &first.split.fitted;
     let others: Vec<&Group> = others.iter().collect();
-    let problem = Problem::new(&records, first.known, &Calibration::from(&others, &records, None), 1.0)?;
+    let problem = Problem::new(records, first.known, &Calibration::from(&others, records, None), 1.0)?;
     Ok(Some((coverage::coverage(&problem, DRAWS, seed), DRAWS)))
 }
 
-/// What `known` shows under `course` by the reduced model itself, with white noise of `noise_m`.
+/// Returns a recording of `course` by the reduced model itself, with white noise of `noise_m`.
 #[must_use]
 pub fn made_up(
     name: &str,
@@ -101,14 +112,14 @@ pub fn made_up(
     made_up_with(name, known, course, theta, &[], noise_m, seed)
 }
 
-/// The same with effects.
+/// Returns the same with effects.
 #[must_use]
 pub fn made_up_with(
     name: &str,
     known: &Known,
     course: &Course,
     theta: &[f64],
-    active: &[meniscus::reduced::effects::Active],
+    active: &[Active],
     noise_m: f64,
     seed: u64,
 ) -> Option<Record> {
@@ -129,21 +140,22 @@ pub fn made_up_with(
     Some(record)
 }
 
-/// Seconds of one discovery on three recordings of 10 s (and a sealed one), with three references at
-/// hand; made up, because the time does not depend on what they show.
+/// Returns the seconds of one discovery on three recordings of 10 s and a held-out one, with three references.
+///
+/// The recordings are made up, because the time does not depend on what they show.
 ///
 /// # Errors
-/// In words, when it fails.
-pub fn long_discovery_s() -> Result<f64, String> {
+/// [`StudyError`], when it fails.
+pub fn long_discovery_s() -> Result<f64, StudyError> {
     let known = Known {
         radius_m: 0.035,
         fill_m: 0.07,
         density_kg_m3: truth::DENSITY_KG_M3,
         viscosity_pa_s: cases::VISCOSITY_PA_S,
-        told: [1.0; 2],
+        motion_share: [1.0; 2],
     };
     let theta = Calibration::blind(&[], 0.0).mean;
-    let make = |known: &Known, seed: u64, active: &[meniscus::reduced::effects::Active]| -> Vec<Record> {
+    let make = |known: &Known, seed: u64, active: &[Active]| -> Vec<Record> {
         let courses = [0.6, 1.2, 2.2, 1.7].map(|a| Course::jolt(0.28, a, 10.0));
         let all = courses.iter().enumerate();
         all.filter_map(|(i, c)| made_up_with("long", known, c, &theta, active, 1e-4, seed + i as u64))
@@ -155,8 +167,8 @@ pub fn long_discovery_s() -> Result<f64, String> {
         groups.push(Group::new(known, make(&known, 10 * i as u64, &[]), None)?);
     }
     let references: Vec<&Group> = groups.iter().collect();
-    let entry = meniscus::reduced::effects::EffectKind::YieldStress.effect();
-    let records = make(&known, 99, &[meniscus::reduced::effects::Active { entry, values: [1.0, 0.0] }]);
+    let entry = EffectKind::YieldStress.effect();
+    let records = make(&known, 99, &[Active { entry, values: [1.0, 0.0] }]);
     let begun = Instant::now();
     discover(&records, known, &references, &Thresholds::default(), &Settings::default())?;
     Ok(begun.elapsed().as_secs_f64())

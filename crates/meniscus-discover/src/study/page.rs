@@ -1,4 +1,4 @@
-//! The page of the study: checks, then every trial.
+//! Page of the study: checks, then every trial.
 
 use super::bench::Judged;
 use super::plans::{Answer, Family};
@@ -11,14 +11,14 @@ use std::fmt::Write;
 const TITLES: [(Family, &str); 7] = [
     (Family::Hidden, "One effect hidden"),
     (Family::Fresh, "One effect hidden, in a glass that was not looked at while rules were made"),
-    (Family::Asked, "What was tied, with the recordings that were asked for"),
-    (Family::Without, "The truth taken out of the library"),
+    (Family::Asked, "Ambiguous trials with the recordings that were suggested"),
+    (Family::Without, "The true effect taken out of the library"),
     (Family::Pair, "Two effects at once"),
     (Family::Clean, "Nothing hidden"),
     (Family::Noise, "Nothing hidden, noise misjudged by half"),
 ];
 
-/// The page that `command` makes of `study`.
+/// Returns the page of `study`, which `command` makes again.
 #[must_use]
 pub fn markdown(study: &Study, checks: &[Check], command: &str) -> String {
     let mut out = format!("# The study of discovery\n\nMade by `{command}`.");
@@ -66,14 +66,14 @@ pub fn markdown(study: &Study, checks: &[Check], command: &str) -> String {
             row(&mut out, answer, judged);
         }
     }
-    for told in study.beside.measured.iter().flatten() {
-        let [before, after] = told.means_mm();
+    for result in study.beside.measured.iter().flatten() {
+        let [before, after] = result.means_mm();
         let _ = writeln!(
             out,
             "\n## Measured water: {}\n\n{} Mean error {before:.2} mm before, {after:.2} mm after.\n\n| run | before, mm | after, mm |\n|---|---|---|",
-            told.title, told.sentence
+            result.title, result.sentence
         );
-        for (name, before, after) in &told.runs {
+        for (name, before, after) in &result.runs {
             let _ = writeln!(out, "| {name} | {:.2} | {:.2} |", 1e3 * before, 1e3 * after);
         }
     }

@@ -10,7 +10,7 @@ use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 use std::path::Path;
 
-/// The confusion matrix at reference size: rows are the truth, columns what came first.
+/// Draws the confusion matrix at reference size: rows are the truth, columns what came first.
 ///
 /// # Errors
 /// [`PictureError`], when the file cannot be written.
@@ -63,13 +63,13 @@ pub fn confusion_png(study: &Study, path: &Path) -> Result<(), PictureError> {
     Ok(())
 }
 
-/// Ends of the axis of gains: from what is believed at all to beyond a gross error of scale.
+/// Ends of the axis of gains: from the smallest significant gain to beyond a gross error of scale.
 const GAINS: (f64, f64) = (10.0, 1e6);
 
 /// Least ratio of the gains at which two labels stand, so that neither covers the other.
 const LABELS_APART: f64 = 1.33;
 
-/// A colour a class; the lines of a class are told apart by their labels.
+/// Returns the colour of a class; labels distinguish the lines of one class.
 fn colour_of(class: Class) -> RGBColor {
     match class {
         Class::View => BLUE,
@@ -82,7 +82,7 @@ fn colour_of(class: Class) -> RGBColor {
     }
 }
 
-/// Gain over none against size, one curve an effect.
+/// Draws the gain over no effect against size, one curve per effect.
 ///
 /// # Errors
 /// [`PictureError`], when the file cannot be written.

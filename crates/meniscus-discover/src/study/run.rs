@@ -1,10 +1,12 @@
-//! The study: trials written as neutral folders, judged by the workflow, held against the answers after.
+//! Course of the study: trials are written as neutral folders, judged by the workflow, and compared with the answers
+//! afterwards.
 //!
 //! A trial's answer lies in `answers.json`, which only this file writes and only [`super::tally`] reads.
 //! Every judged trial leaves a file in `judged/`; a study that is run again judges only what is missing.
 
 use super::bench::{Bench, Judged, Places, judge};
 use super::cases::{HIDDEN_PACKINGS, Hidden, clean, hidden};
+use super::error::StudyError;
 use super::plans::{Answer, Family, Plan, plans, twins};
 use super::trial::Trial;
 use crate::study::motion_plans::Kind;
@@ -16,7 +18,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 /// A trial with its answer.
 pub type Line = (Answer, Judged);
 
-/// How the trials are gone through.
+/// Choices of one run of the study.
 #[derive(Clone, Copy, Debug)]
 pub struct Course {
     /// Clean trials.
@@ -27,21 +29,22 @@ pub struct Course {
     pub judges: bool,
 }
 
-/// What was judged, and how many trials each family is planned to have.
+/// Judged trials, and the number of trials that each family is planned to have.
 pub type Gone = (Vec<Line>, BTreeMap<Family, usize>);
 
-/// Makes and judges the trials whose glasses are there; where `stop` is set or `course` judges nothing, only
-/// what was judged before is gathered. `told` gets what is being done, how many are done and how many there
-/// are.
+/// Makes and judges the trials whose glasses are there.
+///
+/// Where `stop` is set or `course` judges nothing, only earlier results are gathered. `progress` gets the work, how much
+/// of it is done and how much there is.
 ///
 /// # Errors
-/// In words; what was judged stays.
+/// [`StudyError`]; what was judged stays.
 pub fn judge_all(
     places: &Places,
     course: Course,
     stop: &AtomicBool,
-    told: &dyn Fn(&str, usize, usize),
-) -> Result<Gone, String> {
+    progress: &dyn Fn(&str, usize, usize),
+) -> Result<Gone, StudyError> {
     let plans = plans(course.cleans, course.seed);
     let mut planned: BTreeMap<Family, usize> = BTreeMap::new();
     let mut benches: BTreeMap<Kind, Bench> = BTreeMap::new();
@@ -49,7 +52,7 @@ pub fn judge_all(
     let mut out = Vec::new();
     for (number, plan) in plans.iter().enumerate() {
         *planned.entry(plan.answer.family).or_default() += 1;
-        told("judging trials", number, plans.len());
+        progress("judging trials", number, plans.len());
         let name = format!("t{number:03}");
         answers.insert(name.clone(), plan.answer.clone());
         if let Some(judged) = judged_before(places, plan) {
@@ -70,11 +73,12 @@ pub fn judge_all(
         out.push((plan.answer.clone(), judged));
     }
     let judges = course.judges && !stop.load(Ordering::Relaxed);
-    let asked = asked(places, &plans, &out, &mut answers, judges, stop, told)?;
-    planned.insert(Family::Asked, asked.1);
-    out.extend(asked.0);
-    let text = serde_json::to_string_pretty(&answers).map_err(|error| format!("{error}"))?;
-    write_whole(&places.out.join("answers.json"), text.as_bytes()).map_err(|error| format!("{error}"))?;
+    let followed = Suggested { places, plans: &plans, judges, stop, progress };
+    let (lines, open) = followed.judge(&out, &mut answers)?;
+    planned.insert(Family::Asked, open);
+    out.extend(lines);
+    let text = serde_json::to_string_pretty(&answers).map_err(StudyError::Json)?;
+    write_whole(&places.out.join("answers.json"), text.as_bytes())?;
     Ok((out, planned))
 }
 
@@ -86,60 +90,74 @@ fn judged_before(places: &Places, plan: &Plan) -> Option<Judged> {
     serde_json::from_slice(&std::fs::read(file(places, plan)).ok()?).ok()
 }
 
-fn keep(places: &Places, plan: &Plan, judged: &Judged) -> Result<(), String> {
-    let text = serde_json::to_string_pretty(judged).map_err(|error| error.to_string())?;
-    write_whole(&file(places, plan), text.as_bytes()).map_err(|error| error.to_string())
+fn keep(places: &Places, plan: &Plan, judged: &Judged) -> Result<(), StudyError> {
+    let text = serde_json::to_string_pretty(judged).map_err(StudyError::Json)?;
+    Ok(write_whole(&file(places, plan), text.as_bytes())?)
 }
 
-/// Gives the workflow what it asked for, where an effect at reference size was tied: the recording that it
-/// wanted most and the next in the list, with references in the same motions. Returns what was judged, and
-/// how many are open.
-fn asked(
-    places: &Places,
-    plans: &[Plan],
-    lines: &[Line],
-    answers: &mut BTreeMap<String, Answer>,
+/// Trials with the recordings that the workflow suggested.
+struct Suggested<'a> {
+    places: &'a Places,
+    plans: &'a [Plan],
+    /// Whether anything is judged that was not judged yet.
     judges: bool,
-    stop: &AtomicBool,
-    told: &dyn Fn(&str, usize, usize),
-) -> Result<(Vec<Line>, usize), String> {
-    let open: Vec<(Hidden, usize)> = lines
+    stop: &'a AtomicBool,
+    progress: &'a dyn Fn(&str, usize, usize),
+}
+
+impl Suggested<'_> {
+    /// Judges each effect at reference size that was ambiguous again, with the suggested recording and the next in the
+    /// list, and with references in the same motions. Returns the judged trials and how many there should be.
+    fn judge(
+        &self,
+        lines: &[Line],
+        answers: &mut BTreeMap<String, Answer>,
+    ) -> Result<(Vec<Line>, usize), StudyError> {
+        let Self { places, plans, .. } = *self;
+        let open = ambiguous(lines);
+        let mut bench = None;
+        let mut out = Vec::new();
+        for (number, (hidden, course)) in open.iter().enumerate() {
+            (self.progress)("answering what was asked", number, open.len());
+            let mine = |p: &&Plan| {
+                p.answer.family == Family::Hidden
+                    && p.answer.size == 1.0
+                    && p.answer.effects[0].0 == hidden.effect.name
+            };
+            let Some(mut plan) = plans.iter().find(mine).cloned() else { continue };
+            plan.answer.family = Family::Asked;
+            let name = format!("a{number:03}");
+            answers.insert(name.clone(), plan.answer.clone());
+            if let Some(judged) = judged_before(places, &plan) {
+                out.push((plan.answer, judged));
+                continue;
+            }
+            let ready = clean(Kind::Asked).iter().all(|truth| truth.is_there(&places.cache));
+            if !self.judges || !ready || self.stop.load(Ordering::Relaxed) {
+                continue;
+            }
+            let truth = hidden.truth(1.0, HIDDEN_PACKINGS[0], Kind::Asked);
+            truth.make(&places.cache).map_err(StudyError::trial)?;
+            let more = Trial { truth, ..plan.trial.clone() };
+            let bench = match &mut bench {
+                Some(bench) => bench,
+                none => none.insert(Bench::with_asked(places)?),
+            };
+            let judged = judge(places, &plan, bench, &name, Some((&more, &[*course, (*course + 1) % 3])))?;
+            keep(places, &plan, &judged)?;
+            out.push((plan.answer, judged));
+        }
+        Ok((out, open.len()))
+    }
+}
+
+/// Returns the hidden effects at reference size whose verdict was ambiguous beyond exact twins, each with the index of
+/// the suggested motion.
+fn ambiguous(lines: &[Line]) -> Vec<(Hidden, usize)> {
+    lines
         .iter()
         .filter(|(a, j)| a.family == Family::Hidden && a.size == 1.0 && j.verdict == "tied")
         .filter(|(a, j)| !j.names.iter().all(|name| twins(&a.effects[0].0).contains(&name.as_str())))
         .filter_map(|(a, j)| Some((hidden().find(|h| h.effect.name == a.effects[0].0)?, j.asked?)))
-        .collect();
-    let mut bench = None;
-    let mut out = Vec::new();
-    for (number, (hidden, course)) in open.iter().enumerate() {
-        told("answering what was asked", number, open.len());
-        let tied = |p: &&Plan| {
-            p.answer.family == Family::Hidden
-                && p.answer.size == 1.0
-                && p.answer.effects[0].0 == hidden.effect.name
-        };
-        let Some(mut plan) = plans.iter().find(tied).cloned() else { continue };
-        plan.answer.family = Family::Asked;
-        let name = format!("a{number:03}");
-        answers.insert(name.clone(), plan.answer.clone());
-        if let Some(judged) = judged_before(places, &plan) {
-            out.push((plan.answer, judged));
-            continue;
-        }
-        let ready = clean(Kind::Asked).iter().all(|truth| truth.is_there(&places.cache));
-        if !judges || !ready || stop.load(Ordering::Relaxed) {
-            continue;
-        }
-        let truth = hidden.truth(1.0, HIDDEN_PACKINGS[0], Kind::Asked);
-        truth.make(&places.cache)?;
-        let more = Trial { truth, ..plan.trial.clone() };
-        let bench = match &mut bench {
-            Some(bench) => bench,
-            none => none.insert(Bench::with_asked(places)?),
-        };
-        let judged = judge(places, &plan, bench, &name, Some((&more, &[*course, (*course + 1) % 3])))?;
-        keep(places, &plan, &judged)?;
-        out.push((plan.answer, judged));
-    }
-    Ok((out, open.len()))
+        .collect()
 }

@@ -1,7 +1,7 @@
 //! What the study showed: the checks.
 
 use super::bench::Judged;
-use super::measured::Told;
+use super::measured::MeasuredResult;
 use super::plans::{Answer, Family};
 use super::run::Line;
 use meniscus_numerics::statistics::median;
@@ -25,7 +25,7 @@ pub struct Study {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Beside {
     /// Measured water, where the data are there.
-    pub measured: Option<Vec<Told>>,
+    pub measured: Option<Vec<MeasuredResult>>,
     /// Share of intervals that held the truth, of draws from the model itself, and how many were drawn.
     pub coverage: Option<(f64, usize)>,
     /// Seconds of one discovery on three recordings of 10 s.
@@ -209,9 +209,9 @@ pub fn checks(study: &Study) -> Vec<Check> {
 fn measured_checks(beside: &Beside) -> Vec<Check> {
     let measured = beside.measured.as_deref().unwrap_or_default();
     let [tilt, vertical, control] = [0, 1, 2].map(|i| measured.get(i));
-    let means = |told: Option<&Told>| told.map_or([f64::NAN; 2], Told::means_mm);
+    let means = |told: Option<&MeasuredResult>| told.map_or([f64::NAN; 2], MeasuredResult::means_mm);
     let lifted = EffectKind::VerticalAcceleration.name();
-    let free = |told: &Told| f64::from(u8::from(!told.names.iter().any(|name| name == lifted)));
+    let free = |told: &MeasuredResult| f64::from(u8::from(!told.names.iter().any(|name| name == lifted)));
     vec![
         Check::informational("antisloshing_tilt_before", means(tilt)[0], "mm"),
         Check::at_most("antisloshing_tilt_after", means(tilt)[1], "mm", 3.5),

@@ -1,80 +1,91 @@
-//! Which recording would tell the leading candidates apart: what each foretells of motions that were not
-//! made, in units of the noise, after the baseline has done its best to hide the difference.
+//! Suggested recording: the motion whose predictions by the leading candidates differ most, in units of the noise, after
+//! the baseline is fitted to the difference.
 
+use super::assessment::Assessment;
 use super::calibrate::Calibration;
 use super::fit::Fitted;
 use super::predict::SHARED;
 use super::problem::Problem;
 use super::record::{Channel, Record};
-use super::verdict::Verdict;
 use crate::motion_table::drive_of;
-use crate::study::motion_plans::{Kind, courses};
+use crate::study::motion_plans::{Course, Kind, courses};
 use meniscus_data::motion::Motion;
 use nalgebra::{DMatrix, DVector};
 
-/// Separation (signal over noise) from which a record decides: gains of 20 are then usual.
-pub const ENOUGH: f64 = 5.0;
-
-/// What to record.
-#[derive(Clone, Debug)]
-pub struct Question {
-    /// In words.
-    pub motion: String,
-    /// Which of the motions that may be asked for.
+/// Separation of two candidates by one motion.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Separation {
+    /// Index of the motion among those that may be suggested.
     pub course: usize,
-    /// The two candidates that it should part.
-    pub between: [String; 2],
-    /// How far it would part them, signal over noise.
+    /// Motion, in words.
+    pub motion: String,
+    /// Separation, signal over noise.
     pub separation: f64,
-    /// The same for every motion that was looked at.
-    pub all: Vec<(String, f64)>,
     /// Length of the recording, s.
     pub seconds: f64,
 }
 
-impl Question {
-    /// Whether its record could part them at all: exact twins are parted by nothing.
+/// Suggested recording.
+#[derive(Clone, Debug)]
+pub struct Suggestion {
+    /// Motion, in words.
+    pub motion: String,
+    /// Index of the motion among those that may be suggested.
+    pub course: usize,
+    /// The two candidates that it distinguishes.
+    pub between: [String; 2],
+    /// Separation of the candidates, signal over noise.
+    pub separation: f64,
+    /// Every motion that was considered.
+    pub considered: Vec<Separation>,
+    /// Length of the recording, s.
+    pub seconds: f64,
+}
+
+impl Suggestion {
+    /// Returns whether the recording could distinguish the candidates at all; nothing distinguishes exact twins.
     #[must_use]
     pub fn hopeful(&self) -> bool {
         self.separation >= 1.0
     }
 }
 
-/// The motion that parts the best two candidates most, where there are two that were fitted.
+/// Returns the motion that separates the best two fitted candidates most; none where fewer than two were fitted.
 #[must_use]
-pub fn ask(problem: &Problem, calibration: &Calibration, verdict: &Verdict) -> Option<Question> {
-    let rivals = if verdict.chosen.active.len() > 1 { &verdict.pairs } else { &verdict.ranking };
+pub fn suggest(problem: &Problem, calibration: &Calibration, assessment: &Assessment) -> Option<Suggestion> {
+    let search = &assessment.search;
+    let rivals = if assessment.chosen().active.len() > 1 { &search.pairs } else { &search.ranking };
     let fitted: Vec<_> = rivals.iter().filter_map(|r| r.fitted.as_ref().map(|f| (r, f))).take(2).collect();
     let [(one, a), (two, b)] = fitted.as_slice() else { return None };
-    let mut all = Vec::new();
+    let mut considered = Vec::new();
     for (number, course) in courses(Kind::Asked).iter().enumerate() {
         let jolt = course.jolts[0];
         let motion = format!(
             "a jolt of {:.2} s and {:.1} m/s2, {:.0} s in all",
             jolt.period_s, jolt.strength_m_s2, course.seconds
         );
-        let record = foretold(problem.records().next()?, course)?;
-        let parted = separation(&record, problem, calibration, a, b)?;
-        all.push((number, motion, parted, course.seconds));
+        let record = planned(problem.records().next()?, course)?;
+        let separation = separation(&record, problem, calibration, [a, b])?;
+        considered.push(Separation { course: number, motion, separation, seconds: course.seconds });
     }
-    let best = all.iter().max_by(|x, y| x.2.total_cmp(&y.2))?;
-    Some(Question {
-        motion: best.1.clone(),
-        course: best.0,
+    let best = considered.iter().max_by(|x, y| x.separation.total_cmp(&y.separation))?.clone();
+    Some(Suggestion {
+        motion: best.motion,
+        course: best.course,
         between: [one.names.join(" + "), two.names.join(" + ")],
-        separation: best.2,
-        seconds: best.3,
-        all: all.iter().map(|(_, motion, parted, _)| (motion.clone(), *parted)).collect(),
+        separation: best.separation,
+        seconds: best.seconds,
+        considered,
     })
 }
 
-/// A recording like `like` of a motion that was not made: every number seen, none known.
-fn foretold(like: &Record, course: &crate::study::motion_plans::Course) -> Option<Record> {
+/// Returns a recording like `like` of a motion that was not made: every number is measured, none is known.
+fn planned(like: &Record, course: &Course) -> Option<Record> {
     let motion = Motion::sampled(&course.samples())?;
     let frames = (course.seconds / like.interval_s) as usize;
     let channels = like.channels.iter();
     Some(Record {
-        name: "foretold".into(),
+        name: "planned".into(),
         interval_s: like.interval_s,
         channels: channels
             .map(|c| Channel { quantity: c.quantity, value: vec![Some(0.0); frames] })
@@ -84,14 +95,14 @@ fn foretold(like: &Record, course: &crate::study::motion_plans::Course) -> Optio
     })
 }
 
-/// `|(1 - Q Q^T) W (f_a - f_b)|` with the basis Q of what the baseline can do.
+/// Returns `|(1 - Q Q^T) W (f_a - f_b)|` with the basis Q of what the baseline can reproduce.
 fn separation(
     record: &Record,
     problem: &Problem,
     calibration: &Calibration,
-    a: &Fitted,
-    b: &Fitted,
+    rivals: [&Fitted; 2],
 ) -> Option<f64> {
+    let [a, b] = rivals;
     let one = Problem::new(std::slice::from_ref(record), problem.known, calibration, 1.0).ok()?;
     let theta = |fitted: &Fitted| {
         let mut theta = fitted.theta[..SHARED].to_vec();

@@ -1,0 +1,36 @@
+//! Progress of a discovery, reported to the caller.
+
+/// Stage of a discovery, in the order in which they run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stage {
+    /// The baseline is fitted to the references.
+    FitReferences,
+    /// Each reference is judged by the others, which sets the thresholds.
+    SetThresholds,
+    /// The effects are ranked and the verdict is decided.
+    Decide,
+    /// The effects are inserted into the flashed model.
+    InsertIntoModel,
+    /// The held-out recording is simulated twice, without and with the effects.
+    Simulate,
+}
+
+/// Observer of a discovery. The library itself prints nothing.
+pub trait Progress {
+    /// Is called when `stage` begins; a stage that is not needed is left out.
+    fn begins(&self, stage: Stage);
+}
+
+/// Observer that ignores everything.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Silent;
+
+impl Progress for Silent {
+    fn begins(&self, _stage: Stage) {}
+}
+
+impl<F: Fn(Stage)> Progress for F {
+    fn begins(&self, stage: Stage) {
+        self(stage);
+    }
+}
