@@ -6,7 +6,6 @@
 //! same class. A ratio across machines is a rough one; the targets have room for that.
 //!
 //! `cargo bench -p meniscus-benches --bench camera`
-#![allow(clippy::disallowed_methods, reason = "only storey 1 must compute the same bits on every platform")]
 
 use meniscus::depth_filters::{HoleFilling, LANES, Spatial, SpatialDisparity, fill_holes, to_disparity};
 use meniscus::surface::{ColourLens, Config, Intrinsics, Rectifier, State, extract};

@@ -2,7 +2,6 @@
 //!
 //! `cargo bench -p meniscus-benches --bench turn`. The figure to look at is a stage over the bound of the same run: times
 //! alone say as much about the machine's other guests.
-#![allow(clippy::disallowed_methods, reason = "only storey 1 must compute the same bits on every platform")]
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use meniscus::blob::Model;

@@ -1,7 +1,6 @@
 //! What the camera makes of recordings: renders each frame, reads it back, prints the errors.
 //!
 //! `cargo run --release -p meniscus-examples --example see -- [camera-height-mm] RECORDING...`
-#![allow(clippy::disallowed_methods, reason = "only storey 1 must compute the same bits on every platform")]
 
 use meniscus::surface::{Config, State, extract};
 use meniscus::units::FRAME_INTERVAL_S;

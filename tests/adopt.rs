@@ -1,5 +1,4 @@
 //! Named effects in the shipped model: what they do is what the reduced model's theory says, and no more.
-#![allow(clippy::disallowed_methods, reason = "only storey 1 must compute the same bits on every platform")]
 
 use meniscus::blob::{LoadError, Model};
 use meniscus::latent::generic::{Latent, State};
@@ -99,7 +98,12 @@ fn damping_and_frequency_change_as_the_equations_have_it() {
     // less viscous one). The last column is the share measured with this model; another one has to be a decision.
     let mut off = vec![];
     for (effect, value, stiffness, share) in [
-        ("surface_tension", 0.5, 1.0 + 0.5 * WAVENUMBER.powi(2) / (glycerine().density_kg_m3 * GRAVITY_M_S2), 0.81),
+        (
+            "surface_tension",
+            0.5,
+            1.0 + 0.5 * WAVENUMBER.powi(2) / (glycerine().density_kg_m3 * GRAVITY_M_S2),
+            0.81,
+        ),
         ("vertical_acceleration", 2.0, 1.0 + 2.0 / GRAVITY_M_S2, 0.82),
         ("vertical_acceleration", -2.0, 1.0 - 2.0 / GRAVITY_M_S2, 0.85),
     ] {

@@ -3,7 +3,6 @@
 //! The bags here are made by small writers of this file, after the formats' descriptions; no file of a
 //! physical camera has been read. (Bags that librealsense's own wheels 2.56.5 and 2.59.1 recorded from a
 //! software device were read once, bit for bit; they are not kept here.)
-#![allow(clippy::disallowed_methods, reason = "only storey 1 must compute the same bits on every platform")]
 
 mod recordings;
 

@@ -1,7 +1,6 @@
 //! Every trouble of the simulated camera, driven through the session in virtual time: each ends in the
 //! stated recovery or the stated words, none hangs, and no stale frame comes out as a fresh one.
 //! The driver and its table are those of `meniscus camera study`.
-#![allow(clippy::disallowed_methods, reason = "only storey 1 must compute the same bits on every platform")]
 
 use meniscus::usb::uvc::{Losses, Stream};
 use meniscus_hil::device::{TROUBLES, Trouble};

@@ -1,6 +1,5 @@
 //! Closed systems that the tests simulate, learnt from their trajectories, and the replay of a net in the published
 //! form. `docs/evaluation/published.md` names the commands that compare with the published nets themselves.
-#![allow(clippy::disallowed_methods, reason = "only storey 1 must compute the same bits on every platform")]
 
 #[path = "closed/baselines.rs"]
 mod baselines;

@@ -1,6 +1,5 @@
 //! The outline in the colour image, over the simulated USB camera and in virtual time: its lens stands 15 mm beside
 //! that of the depth image, looks a quarter of a degree higher, and has a focal length of its own.
-#![allow(clippy::disallowed_methods, reason = "only storey 1 must compute the same bits on every platform")]
 
 use meniscus::runtime::{Eye, Sight};
 use meniscus::surface::{self, Config, OutlineAssembler, POINTS};

@@ -1,5 +1,4 @@
 //! The shipped model learns another liquid from its free surface, and keeps the laws.
-#![allow(clippy::disallowed_methods, reason = "only storey 1 must compute the same bits on every platform")]
 
 mod slosh;
 

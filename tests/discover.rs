@@ -1,6 +1,5 @@
 //! Discovery on made-up recordings (the reduced model with noise, seconds) and on measured water
 //! (`fixtures/antisloshing`). `meniscus discover study` holds it against another simulator.
-#![allow(clippy::disallowed_methods, reason = "only storey 1 must compute the same bits on every platform")]
 
 #[path = "support/shaken.rs"]
 mod shaken;

@@ -1,5 +1,4 @@
 //! Discovery through the command and on folders with faults; what is kept of an interrupted one.
-#![allow(clippy::disallowed_methods, reason = "only storey 1 must compute the same bits on every platform")]
 
 #[path = "support/shaken.rs"]
 mod shaken;

@@ -1,7 +1,6 @@
 //! Effects, motions and glasses of the simulator against theory, coarsely: 8.75 mm (about 420 particles), and 7 mm where the
 //! surface's edge matters. `meniscus simulate validate` holds every effect at 5 mm. The bounds are the measured
 //! errors, rounded up: contact line -24 %, foam's strength -44 %; an effect that does nothing is 100 % off.
-#![allow(clippy::disallowed_methods, reason = "only storey 1 must compute the same bits on every platform")]
 
 use meniscus::reduced::effects::find;
 use meniscus_data::effects::Effects;

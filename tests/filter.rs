@@ -1,6 +1,5 @@
 //! The filter on the shipped model and its unseen recording: with and without any knowledge of how the glass moves, with
 //! points that are far off, on a liquid that the model does not know.
-#![allow(clippy::disallowed_methods, reason = "only storey 1 must compute the same bits on every platform")]
 
 use meniscus::blob::Model;
 use meniscus::runtime::{InputSource, Mode};

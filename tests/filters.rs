@@ -2,7 +2,6 @@
 //!
 //! The frames lie in `fixtures/depth-filters`, made from synthetic images by the script beside them: all filters,
 //! each with its defaults and with the ends of its settings.
-#![allow(clippy::disallowed_methods, reason = "only storey 1 must compute the same bits on every platform")]
 
 use meniscus::depth_filters::{HoleFilling, LANES, Spatial, SpatialDisparity, fill_holes};
 use meniscus_virtual::camera_study::golden::{Golden, folder};

@@ -1,6 +1,5 @@
 //! The next crest on the shipped model and its unseen recording: where it is said to stand, how far it may be off, and
 //! whether it may pass the rim.
-#![allow(clippy::disallowed_methods, reason = "only storey 1 must compute the same bits on every platform")]
 
 use meniscus::blob::Model;
 use meniscus::runtime::{Crest, Forecast, InputSource, Mode};

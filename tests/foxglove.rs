@@ -1,5 +1,4 @@
 //! Foxglove's topics, as a client on its WebSocket and a reader of the file get them.
-#![allow(clippy::disallowed_methods, reason = "only storey 1 must compute the same bits on every platform")]
 
 use meniscus::blob::Model;
 use meniscus::runtime::{Estimator, Memory, Turn, TurnInput};

@@ -3,7 +3,6 @@
 //! Each target starts from sound bytes (of the simulated camera, the shipped model, the shipped
 //! recording), so that a mutation gets past the first check. `MENISCUS_FUZZ=1000000 cargo test --release
 //! --test fuzz` runs longer; a failing case is shrunk and kept by proptest in `tests/fuzz.regressions`.
-#![allow(clippy::disallowed_methods, reason = "only storey 1 must compute the same bits on every platform")]
 
 mod recordings;
 

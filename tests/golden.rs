@@ -1,7 +1,6 @@
 //! The paper-size networks on the camera side's layers, against PyTorch's numbers.
 //!
 //! `fixtures/torch/make.py` made the numbers; weights and inputs are drawn from the same seeds here and there.
-#![allow(clippy::disallowed_methods, reason = "only storey 1 must compute the same bits on every platform")]
 
 use meniscus::latent::nn::{Gru, HIDDEN, Matrix, packed_index, packed_len};
 use nalgebra::{SMatrix, SVector};

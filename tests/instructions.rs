@@ -4,7 +4,6 @@
 //! The count is callgrind's, with the kernels as any x86-64 runs them; there is no table for another kind of processor.
 //! Without valgrind the test is skipped, which fails in CI. `MENISCUS_INSTRUCTIONS=write` writes the table anew.
 #![cfg(target_arch = "x86_64")]
-#![allow(clippy::disallowed_methods, reason = "only storey 1 must compute the same bits on every platform")]
 
 #[path = "support/optional.rs"]
 mod optional;

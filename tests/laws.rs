@@ -1,5 +1,4 @@
 //! The laws hold for any blob: random weights, mild and hostile, under random motion.
-#![allow(clippy::disallowed_methods, reason = "only storey 1 must compute the same bits on every platform")]
 
 mod support;
 

@@ -1,6 +1,5 @@
 //! The live page without a browser: who is let in, what travels, and that nobody is waited for.
 //! `tests/browser.rs` looks at it with one.
-#![allow(clippy::disallowed_methods, reason = "only storey 1 must compute the same bits on every platform")]
 
 #[path = "support/server.rs"]
 #[allow(dead_code, reason = "each test takes what it needs of it")]

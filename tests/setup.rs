@@ -1,5 +1,4 @@
 //! A glass of one's own: what was said of it against rendered images of it, the wizard's screen, and the file in use.
-#![allow(clippy::disallowed_methods, reason = "only storey 1 must compute the same bits on every platform")]
 
 #[path = "support/optional.rs"]
 mod optional;

@@ -2,7 +2,6 @@
 //!
 //! The frequency is measured at the spacing of the recordings, 5 mm; the other runs have 7 mm (about
 //! 800 particles), a quarter of the cost. The bounds are the measured errors, rounded up.
-#![allow(clippy::disallowed_methods, reason = "only storey 1 must compute the same bits on every platform")]
 
 #[cfg(target_arch = "x86_64")]
 #[path = "support/optional.rs"]

@@ -1,5 +1,4 @@
 //! The motion of the glass told by somebody else: `meniscus run --motion`.
-#![allow(clippy::disallowed_methods, reason = "only storey 1 must compute the same bits on every platform")]
 
 use serde_json::Value;
 use std::fs;

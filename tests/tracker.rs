@@ -1,5 +1,4 @@
 //! The modes of the turn: what an estimate is worth, whatever the camera and the clock do.
-#![allow(clippy::disallowed_methods, reason = "only storey 1 must compute the same bits on every platform")]
 
 #[path = "support/glass.rs"]
 mod glass;

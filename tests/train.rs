@@ -1,5 +1,4 @@
 //! Training end to end on an ideal slosh, and its networks against PyTorch.
-#![allow(clippy::disallowed_methods, reason = "only storey 1 must compute the same bits on every platform")]
 
 mod slosh;
 mod torch;

@@ -1,5 +1,4 @@
 //! Payloads of the simulated camera, healthy and damaged, through header, assembler and pairing.
-#![allow(clippy::disallowed_methods, reason = "only storey 1 must compute the same bits on every platform")]
 
 use meniscus::usb::uvc::{
     Assembler, Cause, HeaderError, Losses, Outcome, Pairer, PayloadHeader, Solitary, Timing,

@@ -3,8 +3,8 @@
 
 use super::problem::Problem;
 use crate::fit_cache::CacheKey;
-use meniscus_numerics::least_squares::{Damping, Model, Settings, Stop, minimise};
 use meniscus::reduced::effects::{Active, Entry, FreeParameters, PARAMETERS, Parameter, Recorded};
+use meniscus_numerics::least_squares::{Damping, Model, Settings, Stop, minimise};
 use nalgebra::{DMatrix, DVector};
 
 /// The search of a fit. Residuals are whitened, so that a gain of 0.02 moves no parameter by more than a seventh of its

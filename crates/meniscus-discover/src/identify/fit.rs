@@ -7,7 +7,7 @@
 //! included; J by differences. Three starts, a low-viscosity liquid, a high-viscosity one and one that creeps, and the
 //! best of the three.
 
-use meniscus::identify::{Calibration, Change, Known, Recogniser, Tone, Trail, slope};
+use meniscus::identify::{Calibration, Known, Recogniser, Tone, Trail, slope};
 use meniscus::surface::SurfaceProfile;
 use meniscus::units::GRAVITY_M_S2;
 use meniscus_numerics::least_squares::{Damping, Model, Settings, Stop, forward_differences, minimise};
@@ -124,7 +124,7 @@ pub fn fit(recordings: &[&Seen], glass: (f64, f64)) -> Tone {
 #[cfg(test)]
 pub(super) mod tests {
     use super::*;
-    use meniscus::identify::Swing;
+    use meniscus::identify::{Change, Swing};
     use meniscus::surface::{POINTS, profile_abscissa};
     use meniscus::units::Micros;
     use rand::{RngExt, SeedableRng};

@@ -13,8 +13,8 @@ use crate::correct::judge::Subset;
 use meniscus::blob::Model;
 use meniscus::runtime::Mode;
 
-use meniscus_numerics::statistics::quantile;
 use meniscus_data::blob_file::{factors, read, write};
+use meniscus_numerics::statistics::quantile;
 use meniscus_platform::files::AlignedBytes;
 use meniscus_virtual::observe_recording::turns;
 

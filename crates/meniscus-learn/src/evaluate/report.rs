@@ -45,7 +45,11 @@ fn liquid(checks: &mut Vec<Check>, result: &LiquidResult) {
     checks.push(Check::at_most(name("after_mean"), percent(surface(after).mean()), "%", course.target[1]));
     checks.push(Check::informational(name("before_slosh"), percent(surface(before).slosh_rel()), "%"));
     checks.push(Check::informational(name("after_slosh"), percent(surface(after).slosh_rel()), "%"));
-    checks.push(Check::informational(name("persistence_slosh"), percent(after.score.persistence.slosh_rel()), "%"));
+    checks.push(Check::informational(
+        name("persistence_slosh"),
+        percent(after.score.persistence.slosh_rel()),
+        "%",
+    ));
     for (lead, name_of) in ["250ms", "500ms"].into_iter().enumerate() {
         for (when, trial) in [("before", before), ("after", after)] {
             let planned = percent(trial.planned.forecast[lead]);
@@ -122,7 +126,11 @@ fn motion_sources(checks: &mut Vec<Check>, study: &Study) {
         }
     }
     for (track, missed) in ["true", "seen"].iter().zip(study.acceleration_forecast) {
-        checks.push(Check::informational(format!("acceleration_foretold_{track}_place"), percent(missed), "%"));
+        checks.push(Check::informational(
+            format!("acceleration_foretold_{track}_place"),
+            percent(missed),
+            "%",
+        ));
     }
     checks.push(Check::informational("acceleration_foretold_oracle", percent(study.oracle_error), "%"));
 }

@@ -23,7 +23,11 @@ pub(super) fn errors(liquid: &str, trial: &Trial) -> Vec<Check> {
         Check::at_most(format!("{liquid}_field_{group}"), percent(error), "%", target)
     });
     // A frame later the camera has measured the acceleration that sigma follows; beside the target of the present.
-    let late = Check::informational(format!("{liquid}_field_sigma_frame_late"), percent(trial.score.late_sigma), "%");
+    let late = Check::informational(
+        format!("{liquid}_field_sigma_frame_late"),
+        percent(trial.score.late_sigma),
+        "%",
+    );
     std::iter::once(Check::at_most(format!("{liquid}_slosh_rel"), slosh, "%", TARGET.0))
         .chain(field)
         .chain([late])

@@ -3,7 +3,7 @@
 use super::log::Logged;
 use crate::commanded_motion::CommandedMotion;
 use crate::sink::{RunCounters, StateAfter, TurnRecord, TurnSink};
-use meniscus::runtime::{COAST_LIMIT, InputSource, Estimator, Eye, Tracker};
+use meniscus::runtime::{COAST_LIMIT, Estimator, Eye, InputSource, Tracker};
 use meniscus::surface::{Config, Rectifier};
 use meniscus_platform::allocations::allocations_of_this_thread;
 use meniscus_platform::clock::Monotonic;
