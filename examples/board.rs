@@ -67,7 +67,7 @@ mod board {
         let mut tracker = Tracker::new(Estimator::new(model), eye);
         while let Some((stream, payload)) = next() {
             tracker.accept(stream, payload, InputSource::tracked, &mut NoClock, room.field, |turn, field| {
-                done(turn, field)
+                done(turn, field);
             });
         }
     }

@@ -95,7 +95,7 @@ impl TurnSink for &LatestTurn {
 pub(crate) mod tests {
     use super::*;
     use meniscus::blob::Model;
-    use meniscus::runtime::{Estimator, Turn};
+    use meniscus::runtime::{Estimator, Turn, TurnInput};
     use meniscus::units::Micros;
     use meniscus_platform::clock::Monotonic;
     use meniscus_platform::files::AlignedBytes;
@@ -106,7 +106,8 @@ pub(crate) mod tests {
         let bytes = AlignedBytes::copy(meniscus_shipped::MODEL);
         let model = Model::load(&bytes).expect("the shipped model");
         let mut memory = Memory::default();
-        let estimate = Estimator::new(&model).turn(&mut memory, None, 0, &mut Monotonic::start(), &mut []);
+        let estimate =
+            Estimator::new(&model).turn(&mut memory, TurnInput::default(), &mut Monotonic::start(), &mut []);
         let turn = Turn { time: Micros(time), stamp: None, sight: None, estimate };
         Logged { turn, ended: Instant::now(), latency_us, turn_us: latency_us, allocations: 0 }
     }

@@ -7,7 +7,7 @@ use std::path::Path;
 /// The layers, lowest first. A package depends only on packages of lower layers.
 const LAYERS: &[&[&str]] = &[
     &["meniscus", "meniscus-hil", "meniscus-shipped"],
-    &["meniscus-platform", "meniscus-report", "meniscus-usb"],
+    &["meniscus-numerics", "meniscus-platform", "meniscus-report", "meniscus-usb"],
     &["meniscus-bags", "meniscus-data", "meniscus-optim", "meniscus-service"],
     &["generic-systems", "meniscus-sph", "meniscus-ui", "meniscus-virtual"],
     &["meniscus-score", "meniscus-timing"],
