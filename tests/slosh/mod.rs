@@ -8,7 +8,7 @@ use meniscus::latent::decoder::GROUP_COMPONENTS;
 use meniscus::surface::{POINTS, profile_abscissa};
 use meniscus::units::{FRAME_INTERVAL_S, GRAVITY_M_S2};
 use meniscus_data::recording::{
-    COLUMNS, EnergyBook, Glass, LAYERS, Lattice, Provenance, Recording, STATE, States, TRACERS, WALL_POINTS,
+    EnergyBook, Glass, LAYERS, Lattice, Provenance, Recording, STATE, States, TRACERS, WALL_POINTS,
     group_range, wall_azimuth,
 };
 
@@ -89,26 +89,124 @@ fn motion(frames: usize, stroke_m: f64, seed: u64) -> Vec<f64> {
         .collect()
 }
 
+/// Potential, its gradient and its Hessian (xx, yy, zz, xy, yz, zx) of one mode at one tracer.
+type Pattern = (f64, [f64; 3], [f64; 6]);
+
+/// Motion of the two modes, with heat and work since the start.
+#[derive(Default)]
+struct Motion {
+    eta: [f64; 2],
+    phi: [f64; 2],
+    heat: f64,
+    work: f64,
+}
+
+impl Motion {
+    /// Integrates one frame interval in small parts, while the acceleration goes linearly from `before` to `after`.
+    fn advance(&mut self, modes: &[Mode; 2], before: f64, after: f64) {
+        const PARTS: usize = 40;
+        for part in 0..PARTS {
+            let dt = FRAME_INTERVAL_S / PARTS as f64;
+            let now = before + (after - before) * (part as f64 + 0.5) / PARTS as f64;
+            for (k, m) in modes.iter().enumerate() {
+                let friction = 2.0 * DAMPING * m.omega;
+                self.phi[k] += dt * (-GRAVITY_M_S2 * self.eta[k] - now * m.drive - friction * self.phi[k]);
+                self.eta[k] += dt * m.lift * self.phi[k];
+                let weight = DENSITY * m.norm * m.lift * self.phi[k] * dt;
+                self.heat += weight * friction * self.phi[k];
+                self.work -= weight * now * m.drive;
+            }
+        }
+    }
+
+    /// Height of the surface over (x, y), m.
+    fn surface(&self, modes: &[Mode; 2], x: f64, y: f64) -> f64 {
+        modes.iter().zip(self.eta).map(|(m, e)| e * m.potential([x, y, GLASS.fill_m])).sum::<f64>()
+            + GLASS.fill_m
+    }
+
+    /// Energies of the two modes together.
+    fn energy(&self, modes: &[Mode; 2]) -> EnergyBook {
+        let sum = |f: &dyn Fn(&Mode, usize) -> f64| {
+            modes.iter().enumerate().map(|(k, m)| 0.5 * DENSITY * m.norm * f(m, k)).sum::<f64>()
+        };
+        EnergyBook {
+            kinetic: sum(&|m, k| m.lift * self.phi[k] * self.phi[k]),
+            potential: sum(&|_, k| GRAVITY_M_S2 * self.eta[k] * self.eta[k]),
+            internal: self.heat,
+            work: self.work,
+        }
+    }
+
+    /// Full state on the tracers of `lattice` under the acceleration `a`.
+    fn state(&self, modes: &[Mode; 2], lattice: &Lattice, patterns: &[Vec<Pattern>], a: f64) -> Vec<f32> {
+        let mass = DENSITY * std::f64::consts::PI * GLASS.radius_m.powi(2) * GLASS.fill_m;
+        let mut state = vec![0.0_f32; STATE];
+        for i in 0..TRACERS {
+            let column = i / LAYERS;
+            let [x, _, z] = lattice.tracer(column, i % LAYERS, GLASS.fill_m);
+            let [cx, cy] = lattice.columns[column];
+            let place = lattice.tracer(column, i % LAYERS, self.surface(modes, cx, cy));
+            let (mut velocity, mut normal, mut shear) = ([0.0; 3], [0.0; 3], [0.0; 3]);
+            // -p = rho (phi' + a x) without its hydrostatic part; stress = -p + 2 mu grad grad phi.
+            let mut tension = DENSITY * a * x - DENSITY * GRAVITY_M_S2 * (GLASS.fill_m - z);
+            for (k, m) in modes.iter().enumerate() {
+                let (potential, gradient, hessian) = &patterns[k][i];
+                let rate = -GRAVITY_M_S2 * self.eta[k] - a * m.drive - 2.0 * DAMPING * m.omega * self.phi[k];
+                tension += DENSITY * rate * potential;
+                for axis in 0..3 {
+                    velocity[axis] += self.phi[k] * gradient[axis];
+                    normal[axis] += 2.0 * VISCOSITY * self.phi[k] * hessian[axis];
+                    shear[axis] += 2.0 * VISCOSITY * self.phi[k] * hessian[3 + axis];
+                }
+            }
+            normal.iter_mut().for_each(|s| *s += tension);
+            let values: [&[f64]; 5] = [&place, &velocity, &[self.heat / mass], &normal, &shear];
+            for (group, values) in values.into_iter().enumerate() {
+                let start = group_range(group).start + i * GROUP_COMPONENTS[group];
+                state[start..].iter_mut().zip(values).for_each(|(s, v)| *s = *v as f32);
+            }
+        }
+        state
+    }
+}
+
 /// A recording of `frames` frames.
 pub(crate) fn recording(frames: usize, stroke_m: f64, seed: u64) -> Recording {
     let modes = ZEROS.map(Mode::new);
     let lattice = Lattice::new(&GLASS);
-    let tracers: Vec<[f64; 3]> = (0..COLUMNS)
-        .flat_map(|c| (0..LAYERS).map(move |l| (c, l)))
-        .map(|(c, l)| lattice.tracer(c, l, GLASS.fill_m))
-        .collect();
-    let patterns: Vec<_> = modes
-        .iter()
-        .map(|m| tracers.iter().map(|&p| (m.potential(p), m.gradient(p), m.hessian(p))).collect::<Vec<_>>())
-        .collect();
+    let tracers: Vec<[f64; 3]> =
+        (0..TRACERS).map(|i| lattice.tracer(i / LAYERS, i % LAYERS, GLASS.fill_m)).collect();
+    let pattern = |m: &Mode| tracers.iter().map(|&p| (m.potential(p), m.gradient(p), m.hessian(p))).collect();
+    let patterns: Vec<Vec<Pattern>> = modes.iter().map(pattern).collect();
     let glass_x_m = motion(frames, stroke_m, seed);
     let at = |n: isize| glass_x_m[n.clamp(0, frames as isize - 1) as usize];
     let acceleration_m_s2: Vec<f64> = (0..frames as isize)
         .map(|n| (at(n + 1) - 2.0 * at(n) + at(n - 1)) / FRAME_INTERVAL_S.powi(2))
         .collect();
+    let mut out = still(frames, stroke_m, seed);
+    let mut full = Vec::with_capacity(frames * STATE);
+    let mut liquid = Motion::default();
+    for (n, &a) in acceleration_m_s2.iter().enumerate() {
+        if n > 0 {
+            liquid.advance(&modes, acceleration_m_s2[n - 1], a);
+        }
+        out.column_m.extend(lattice.columns.iter().map(|c| liquid.surface(&modes, c[0], c[1]) as f32));
+        let wall = |angle: f64| {
+            liquid.surface(&modes, GLASS.radius_m * angle.cos(), GLASS.radius_m * angle.sin()) as f32
+        };
+        out.wall_m.extend((0..WALL_POINTS).map(|k| wall(wall_azimuth(k))));
+        out.profile_m.extend((0..POINTS).map(|k| wall(-profile_abscissa(k).acos())));
+        out.energy.push(liquid.energy(&modes));
+        full.extend_from_slice(&liquid.state(&modes, &lattice, &patterns, a));
+    }
+    assert_eq!(full.len(), frames * TRACERS * 13);
+    Recording { glass_x_m, acceleration_m_s2, states: States::Full(full), ..out }
+}
 
-    let mass = DENSITY * std::f64::consts::PI * GLASS.radius_m.powi(2) * GLASS.fill_m;
-    let mut out = Recording {
+/// A recording of `frames` frames without any motion or state yet.
+fn still(frames: usize, stroke_m: f64, seed: u64) -> Recording {
+    Recording {
         glass: GLASS,
         provenance: Provenance {
             liquid: String::from("ideal"),
@@ -120,8 +218,8 @@ pub(crate) fn recording(frames: usize, stroke_m: f64, seed: u64) -> Recording {
             pivot_m: [0.0; 2],
             effects: Vec::new(),
         },
-        glass_x_m: glass_x_m.clone(),
-        acceleration_m_s2: acceleration_m_s2.clone(),
+        glass_x_m: vec![0.0; frames],
+        acceleration_m_s2: vec![0.0; frames],
         glass_y_m: vec![0.0; frames],
         glass_z_m: vec![0.0; frames],
         tilt_rad: vec![0.0; frames],
@@ -130,71 +228,5 @@ pub(crate) fn recording(frames: usize, stroke_m: f64, seed: u64) -> Recording {
         profile_m: Vec::new(),
         energy: Vec::new(),
         states: States::Full(Vec::new()),
-    };
-    let mut full = Vec::with_capacity(frames * STATE);
-    let (mut eta, mut phi, mut heat, mut work) = ([0.0; 2], [0.0; 2], 0.0, 0.0);
-    for (n, &a) in acceleration_m_s2.iter().enumerate() {
-        // Between frames n - 1 and n the acceleration goes linearly from one to the other.
-        let before = if n == 0 { a } else { acceleration_m_s2[n - 1] };
-        const PARTS: usize = 40;
-        for part in 0..if n == 0 { 0 } else { PARTS } {
-            let (dt, now) =
-                (FRAME_INTERVAL_S / PARTS as f64, before + (a - before) * (part as f64 + 0.5) / PARTS as f64);
-            for (k, m) in modes.iter().enumerate() {
-                let friction = 2.0 * DAMPING * m.omega;
-                phi[k] += dt * (-GRAVITY_M_S2 * eta[k] - now * m.drive - friction * phi[k]);
-                eta[k] += dt * m.lift * phi[k];
-                let weight = DENSITY * m.norm * m.lift * phi[k] * dt;
-                heat += weight * friction * phi[k];
-                work -= weight * now * m.drive;
-            }
-        }
-        let surface = |x: f64, y: f64| -> f64 {
-            modes.iter().zip(eta).map(|(m, e)| e * m.potential([x, y, GLASS.fill_m])).sum::<f64>()
-                + GLASS.fill_m
-        };
-        out.column_m.extend(lattice.columns.iter().map(|c| surface(c[0], c[1]) as f32));
-        let wall = |angle: f64| surface(GLASS.radius_m * angle.cos(), GLASS.radius_m * angle.sin()) as f32;
-        out.wall_m.extend((0..WALL_POINTS).map(|k| wall(wall_azimuth(k))));
-        out.profile_m.extend((0..POINTS).map(|k| wall(-profile_abscissa(k).acos())));
-        let energy = |f: &dyn Fn(&Mode, usize) -> f64| {
-            modes.iter().enumerate().map(|(k, m)| 0.5 * DENSITY * m.norm * f(m, k)).sum::<f64>()
-        };
-        out.energy.push(EnergyBook {
-            kinetic: energy(&|m, k| m.lift * phi[k] * phi[k]),
-            potential: energy(&|_, k| GRAVITY_M_S2 * eta[k] * eta[k]),
-            internal: heat,
-            work,
-        });
-
-        let mut state = vec![0.0_f32; STATE];
-        for (i, &[x, _, z]) in tracers.iter().enumerate() {
-            let column = i / LAYERS;
-            let [cx, cy] = lattice.columns[column];
-            let place = lattice.tracer(column, i % LAYERS, surface(cx, cy));
-            let (mut velocity, mut normal, mut shear) = ([0.0; 3], [0.0; 3], [0.0; 3]);
-            // -p = rho (phi' + a x) without its hydrostatic part; stress = -p + 2 mu grad grad phi.
-            let mut tension = DENSITY * a * x - DENSITY * GRAVITY_M_S2 * (GLASS.fill_m - z);
-            for (k, m) in modes.iter().enumerate() {
-                let (potential, gradient, hessian) = &patterns[k][i];
-                let rate = -GRAVITY_M_S2 * eta[k] - a * m.drive - 2.0 * DAMPING * m.omega * phi[k];
-                tension += DENSITY * rate * potential;
-                for axis in 0..3 {
-                    velocity[axis] += phi[k] * gradient[axis];
-                    normal[axis] += 2.0 * VISCOSITY * phi[k] * hessian[axis];
-                    shear[axis] += 2.0 * VISCOSITY * phi[k] * hessian[3 + axis];
-                }
-            }
-            normal.iter_mut().for_each(|s| *s += tension);
-            let values: [&[f64]; 5] = [&place, &velocity, &[heat / mass], &normal, &shear];
-            for (group, values) in values.into_iter().enumerate() {
-                let start = group_range(group).start + i * GROUP_COMPONENTS[group];
-                state[start..].iter_mut().zip(values).for_each(|(s, v)| *s = *v as f32);
-            }
-        }
-        full.extend_from_slice(&state);
     }
-    assert_eq!(full.len(), frames * TRACERS * 13);
-    out.states = States::Full(full);
-    out
 }

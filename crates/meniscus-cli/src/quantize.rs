@@ -7,7 +7,7 @@ use meniscus::blob::Model;
 use meniscus::latent::nn::Element;
 use meniscus::runtime::{Estimate, Mode};
 use meniscus::surface::Settings;
-use meniscus_data::blob_file::quantize::{added, quantize};
+use meniscus_data::blob_file::quantize::{Added, Quantized, added, quantize};
 use meniscus_data::recording::{GROUP_NAMES, Recording, STATE};
 use meniscus_platform::files::{AlignedBytes, write_whole};
 use meniscus_report::checks::{Check, table};
@@ -111,42 +111,59 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     bar.finish_and_clear();
     write_whole(&arguments.out, &quantized.blob)?;
 
+    let outcome = Outcome { bytes: bytes.len(), quantized, before, after, added, coarse_log };
+    print(arguments, to, &outcome)
+}
+
+/// Both models on the recording, and the new blob.
+struct Outcome {
+    /// Length of the old blob.
+    bytes: usize,
+    quantized: Quantized,
+    before: Score,
+    after: Score,
+    added: [Added; 5],
+    /// Turns of the new model.
+    coarse_log: Vec<Logged>,
+}
+
+/// Figures of the new model beside those of the old one.
+fn checks(arguments: &Arguments, outcome: &Outcome) -> Vec<Check> {
+    let Outcome { bytes, quantized, before, after, added, coarse_log } = outcome;
     let percent = |score: &Score| 100.0 * score.estimate.slosh_rel();
     let mut checks = vec![
-        Check::informational("bytes_before", bytes.len() as f64, "byte"),
+        Check::informational("bytes_before", *bytes as f64, "byte"),
         Check::informational("bytes_after", quantized.blob.len() as f64, "byte"),
-        Check::informational("surface_before", percent(&before), "%"),
-        Check::informational("surface_after", percent(&after), "%"),
-        Check::at_most("surface_added", percent(&after) - percent(&before), "%", SURFACE),
-        Check::at_most("energy_drift_step", drift(&coarse_log), "H", 1e-6),
-        Check::exactly("entropy_falls", falls(&coarse_log) as f64, "1", 0.0),
+        Check::informational("surface_before", percent(before), "%"),
+        Check::informational("surface_after", percent(after), "%"),
+        Check::at_most("surface_added", percent(after) - percent(before), "%", SURFACE),
+        Check::at_most("energy_drift_step", drift(coarse_log), "H", 1e-6),
+        Check::exactly("entropy_falls", falls(coarse_log) as f64, "1", 0.0),
     ];
     for (group, name) in GROUP_NAMES.iter().enumerate() {
-        checks.push(Check::informational(
-            format!("field_error_{name}_before"),
-            100.0 * before.field[group],
-            "%",
-        ));
-        checks.push(Check::informational(
-            format!("field_error_{name}_after"),
-            100.0 * after.field[group],
-            "%",
-        ));
-        checks.push(Check::informational(format!("added_rms_{name}"), 100.0 * added[group].rms, "%"));
+        let informational = |what: String, value: f64| Check::informational(what, value, "%");
+        checks.push(informational(format!("field_error_{name}_before"), 100.0 * before.field[group]));
+        checks.push(informational(format!("field_error_{name}_after"), 100.0 * after.field[group]));
+        checks.push(informational(format!("added_rms_{name}"), 100.0 * added[group].rms));
         let most = 100.0 * added[group].most;
         checks.push(match arguments.rank_budget {
             Some(budget) if to_is_f32(arguments.to) => {
                 Check::at_most(format!("added_most_{name}"), most, "%", 100.0 * budget * 1.01)
             }
-            _ => Check::informational(format!("added_most_{name}"), most, "%"),
+            _ => informational(format!("added_most_{name}"), most),
         });
     }
+    checks
+}
+
+/// Prints the figures, as JSON or as a table.
+fn print(arguments: &Arguments, to: Element, outcome: &Outcome) -> anyhow::Result<()> {
+    let checks = checks(arguments, outcome);
+    let Outcome { quantized, before, after, added, .. } = outcome;
     if arguments.json {
         let ranks = quantized.ranks.map(|(was, is)| [was, is]);
-        println!(
-            "{:#}",
-            serde_json::json!({ "blob": arguments.out, "to": to, "ranks": ranks, "checks": checks })
-        );
+        let object = serde_json::json!({ "blob": arguments.out, "to": to, "ranks": ranks, "checks": checks });
+        println!("{object:#}");
         return Ok(());
     }
     println!("group   rank        error against the truth       added, of the group's range");

@@ -117,7 +117,7 @@ mod tests {
         let rules = DecisionRules::default();
         let share = |first: &str, second: &str| {
             let entries = [first, second].map(|name| find(name).expect("in the library"));
-            rules.second_share(&entries.map(|entry| entry))
+            rules.second_share(&entries)
         };
         assert_eq!(share("camera_pitch", "camera_slope"), 0.3, "one class");
         assert_eq!(share("actuation_gain", "yield_stress"), 0.0, "geometry first");
