@@ -2,10 +2,10 @@
 //!
 //! ```toml
 //! [dependencies]
-//! meniscus = { path = "../meniscus", default-features = false }    # storey 1 alone
+//! meniscus = { path = "../meniscus", default-features = false }    # the core alone
 //! ```
 //!
-//! Everything in `board` uses `core` and the library's first storey, so that it goes onto a microcontroller as it stands
+//! Everything in `board` uses `core` and the core, so that it goes onto a microcontroller as it stands
 //! (`firmware-config/src/main.rs` is that program with the proof that it links; `firmware-config/bare-metal` runs it
 //! on a Cortex-M7). `main` stands for the USB driver of the board: it plays two seconds of the simulated camera.
 //!

@@ -1,4 +1,4 @@
-//! No start files and no C library: what storey 1 needs beyond `core`, the linker must miss.
+//! No start files and no C library: what the core needs beyond `core`, the linker must miss.
 
 fn main() {
     for arg in ["-nostartfiles", "-static", "-lc", "-Wl,--gc-sections"] {

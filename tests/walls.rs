@@ -141,5 +141,5 @@ fn the_camera_side_links_without_a_panic() {
         "        let mut row = [0.0; FEATURES];\n",
         "        let mut row = [0.0; FEATURES];\n        row[core::hint::black_box(7)] = 1.0;\n",
     );
-    refused(&copy.link(), "a_panic_path_is_left_in_storey_1");
+    refused(&copy.link(), "a_panic_path_is_left_in_the_core");
 }

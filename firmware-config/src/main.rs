@@ -1,8 +1,8 @@
-//! Link proof: storey 1 from blob to field, in a program that has no allocator to link against, and
+//! Link proof: the core from blob to field, in a program that has no allocator to link against, and
 //! whose panic handler needs a symbol that does not exist.
 //!
 //! If anything on the way allocates, the linker misses `__rust_alloc`. If any path can panic, the
-//! handler stays in the program and the linker misses `a_panic_path_is_left_in_storey_1`.
+//! handler stays in the program and the linker misses `a_panic_path_is_left_in_the_core`.
 #![no_std]
 #![no_main]
 
@@ -24,13 +24,13 @@ use meniscus::usb::uvc::{ControlChange, Probe, Stream, Topology, extension_unit}
 
 unsafe extern "C" {
     /// Defined nowhere.
-    safe fn a_panic_path_is_left_in_storey_1() -> !;
+    safe fn a_panic_path_is_left_in_the_core() -> !;
 }
 
 /// Reached by no path of a program that links.
 #[panic_handler]
 fn panic(_: &PanicInfo<'_>) -> ! {
-    a_panic_path_is_left_in_storey_1()
+    a_panic_path_is_left_in_the_core()
 }
 
 /// A clock as a board would have it: a counter.

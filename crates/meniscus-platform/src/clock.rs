@@ -1,4 +1,4 @@
-//! The board's monotonic clock, as storey 1 wants it.
+//! Monotonic clock of the host, for the stage times of the core.
 
 use meniscus::runtime::Clock;
 use std::time::Instant;

@@ -1,4 +1,4 @@
-//! Tells storey 1 how wide this processor's vectors are.
+//! Tells the core how wide the vectors of this processor are.
 #![allow(
     unsafe_code,
     reason = "the promise that AVX2 is there can only be given here; the argument stands at the call"

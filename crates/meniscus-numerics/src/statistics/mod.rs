@@ -23,6 +23,9 @@ pub fn mean(values: &[f64]) -> f64 {
 /// ```
 #[must_use]
 pub fn variance(values: &[f64]) -> f64 {
+    if values.len() < 2 {
+        return f64::NAN;
+    }
     let mean = mean(values);
     values.iter().map(|x| (x - mean) * (x - mean)).sum::<f64>() / (values.len() as f64 - 1.0)
 }
