@@ -139,10 +139,10 @@ impl Motion {
     }
 
     /// Full state on the tracers of `lattice` under the acceleration `a`.
-    fn state(&self, modes: &[Mode; 2], lattice: &Lattice, patterns: &[Vec<Pattern>], a: f64) -> Vec<f32> {
+    fn state(&self, modes: &[Mode; 2], lattice: &Lattice, patterns: &[[Pattern; 2]], a: f64) -> Vec<f32> {
         let mass = DENSITY * std::f64::consts::PI * GLASS.radius_m.powi(2) * GLASS.fill_m;
         let mut state = vec![0.0_f32; STATE];
-        for i in 0..TRACERS {
+        for (i, pattern) in patterns.iter().enumerate() {
             let column = i / LAYERS;
             let [x, _, z] = lattice.tracer(column, i % LAYERS, GLASS.fill_m);
             let [cx, cy] = lattice.columns[column];
@@ -150,8 +150,7 @@ impl Motion {
             let (mut velocity, mut normal, mut shear) = ([0.0; 3], [0.0; 3], [0.0; 3]);
             // -p = rho (phi' + a x) without its hydrostatic part; stress = -p + 2 mu grad grad phi.
             let mut tension = DENSITY * a * x - DENSITY * GRAVITY_M_S2 * (GLASS.fill_m - z);
-            for (k, m) in modes.iter().enumerate() {
-                let (potential, gradient, hessian) = &patterns[k][i];
+            for (k, (m, (potential, gradient, hessian))) in modes.iter().zip(pattern).enumerate() {
                 let rate = -GRAVITY_M_S2 * self.eta[k] - a * m.drive - 2.0 * DAMPING * m.omega * self.phi[k];
                 tension += DENSITY * rate * potential;
                 for axis in 0..3 {
@@ -177,8 +176,9 @@ pub(crate) fn recording(frames: usize, stroke_m: f64, seed: u64) -> Recording {
     let lattice = Lattice::new(&GLASS);
     let tracers: Vec<[f64; 3]> =
         (0..TRACERS).map(|i| lattice.tracer(i / LAYERS, i % LAYERS, GLASS.fill_m)).collect();
-    let pattern = |m: &Mode| tracers.iter().map(|&p| (m.potential(p), m.gradient(p), m.hessian(p))).collect();
-    let patterns: Vec<Vec<Pattern>> = modes.iter().map(pattern).collect();
+    let pattern =
+        |&p: &[f64; 3]| [0, 1].map(|k| (modes[k].potential(p), modes[k].gradient(p), modes[k].hessian(p)));
+    let patterns: Vec<[Pattern; 2]> = tracers.iter().map(pattern).collect();
     let glass_x_m = motion(frames, stroke_m, seed);
     let at = |n: isize| glass_x_m[n.clamp(0, frames as isize - 1) as usize];
     let acceleration_m_s2: Vec<f64> = (0..frames as isize)
