@@ -12,7 +12,9 @@ import socket
 import struct
 
 MODES = ["filling", "tracking", "coasting", "halted"]
-OUTPUT_VERSION = 2
+GROUPS = ["q", "v", "e", "sigma", "tau", "surface"]
+LATENTS = 13
+OUTPUT_VERSION = 3
 
 
 def unstuff(data):
@@ -50,17 +52,26 @@ class Reader:
 
 
 def estimate(record):
-    """The front of an output frame: time, mode, latents, heights and their half-widths."""
+    """The front of a packet: times, model, mode, latents with their covariance, heights with their half-widths."""
     reader = Reader(record)
     reader.at = 1
-    time_us = reader.varint()
-    sequence = reader.varint() if reader.varint() else None
-    mode = MODES[reader.varint()]
-    latent = reader.floats("d", 13)
-    surface_m = reader.floats("f", 21)
-    half_m = reader.floats("f", 21)
-    return {"time_us": time_us, "sequence": sequence, "mode": mode, "latent": latent,
-            "surface_m": surface_m, "half_m": half_m}
+    said = {"number": reader.varint(), "camera_us": reader.varint()}
+    said["sequence"] = reader.varint() if reader.varint() else None
+    said["host"] = None
+    if reader.varint():
+        said["host"] = {"unix_ns": reader.varint(), "std_ns": reader.varint(), "latency_us": reader.varint()}
+    said["model_version"] = reader.varint()
+    known = reader.varint()
+    said["known"] = [name for bit, name in enumerate(GROUPS) if known >> bit & 1]
+    said["mode"] = MODES[reader.varint()]
+    said["latent"] = reader.floats("d", LATENTS)
+    # The lower triangle of a symmetric matrix, row by row.
+    packed = reader.floats("f", LATENTS * (LATENTS + 1) // 2)
+    said["covariance"] = [[packed[max(i, j) * (max(i, j) + 1) // 2 + min(i, j)] for j in range(LATENTS)]
+                          for i in range(LATENTS)]
+    said["surface_m"] = reader.floats("f", 21)
+    said["half_m"] = reader.floats("f", 21)
+    return said
 
 
 def records(path):
@@ -84,8 +95,13 @@ def main():
             continue  # a field frame
         said = estimate(record)
         highest = max(range(21), key=lambda point: said["surface_m"][point])
-        print(f"{said['time_us'] / 1e6:9.3f} s {said['mode']:8} highest {1e3 * said['surface_m'][highest]:.1f} mm "
-              f"+- {1e3 * said['half_m'][highest]:.1f} mm", flush=True)
+        line = (f"{said['number']:6} {said['camera_us'] / 1e6:9.3f} s {said['mode']:8} "
+                f"highest {1e3 * said['surface_m'][highest]:.1f} mm +- {1e3 * said['half_m'][highest]:.1f} mm")
+        if said["host"]:
+            line += f", {said['host']['latency_us'] / 1e3:.1f} ms after mid-exposure"
+        if "surface" not in said["known"]:
+            line += ", of another liquid"
+        print(line, flush=True)
         printed += 1
         if printed == arguments.count:
             return

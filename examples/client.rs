@@ -23,8 +23,12 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             let highest =
                 points.max_by(|a, b| a.0.total_cmp(b.0)).map_or((0.0, 0.0), |(z, half)| (*z, *half));
             let seconds = packet.time.0 as f64 * 1e-6;
+            let latency = packet.host.map_or(String::new(), |host| {
+                format!(", {:.1} ms after mid-exposure", 1e-3 * host.latency_us as f64)
+            });
             println!(
-                "{seconds:9.3} s {:?} highest {:.1} mm +- {:.1} mm",
+                "{:6} {seconds:9.3} s {:?} highest {:.1} mm +- {:.1} mm{latency}",
+                packet.number,
                 estimate.mode,
                 1e3 * highest.0,
                 1e3 * highest.1

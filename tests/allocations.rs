@@ -94,7 +94,7 @@ fn worked(frames: u64, more: &mut dyn TurnSink) -> Log {
     let reader = UdpSocket::bind("127.0.0.1:0").expect("a port");
     let destination = Destination::Udp(reader.local_addr().expect("an address"));
     let (mut publish, publisher) =
-        Publisher::start(&[destination], 30.0, model.field_len()).expect("it opens");
+        Publisher::start(&[destination], &model.header, 30.0, model.field_len()).expect("it opens");
     let mut snapshots = SnapshotOutlet::new(640 * 480);
     let viewer = snapshots.clone();
     let (mut profiles, _feed) = channel();

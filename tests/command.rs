@@ -2,12 +2,16 @@
 //! is what is asked about. A machine that is shared may stand still for a tenth of a second at any moment, and a
 //! camera does not wait for that; so errors are held against their targets with a camera that does (`--patient`).
 
+use meniscus::blob::KnownGroups;
+use meniscus::runtime::output::HostTime;
+use meniscus_data::recording::EstimateRecording;
+use nalgebra::DMatrix;
 use serde_json::Value;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::sync::Mutex;
-use std::time::{Duration, Instant};
+use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 /// One run at a time: each is a real-time program.
 static ONE: Mutex<()> = Mutex::new(());
@@ -114,7 +118,10 @@ fn in_real_time_the_laws_hold_whatever_else_the_machine_does() {
     const TIMELESS: [&str; 3] = ["energy_drift_step", "entropy_falls", "allocations"];
     let folder = folder("real-time");
     let begun = Instant::now();
-    let report = json(&meniscus(&folder, &["run", "--seconds", "5", "--json"]));
+    let wall_ns = || SystemTime::now().duration_since(UNIX_EPOCH).expect("after 1970").as_nanos() as u64;
+    let started_ns = wall_ns();
+    let report =
+        json(&meniscus(&folder, &["run", "--seconds", "5", "--json", "--estimates", "run.safetensors"]));
     assert!(begun.elapsed() >= Duration::from_millis(4900), "sixty frames a second, and no more");
     for check in report["checks"].as_array().expect("an array of checks") {
         let name = check["name"].as_str().expect("a name");
@@ -125,6 +132,28 @@ fn in_real_time_the_laws_hold_whatever_else_the_machine_does() {
     let modes = ["filling", "tracking", "coasting", "halted"].map(|mode| count(&format!("/modes/{mode}")));
     assert_eq!(modes.iter().sum::<u64>(), count("/frames"), "every turn has one mode");
     assert!(modes[1] > 50, "{}", report["modes"]);
+
+    let estimates = EstimateRecording::load(&folder.join("run.safetensors")).expect("a file of estimates");
+    assert_eq!(estimates.turns() as u64, count("/frames"));
+    assert!(estimates.number.iter().copied().eq(0..count("/frames")), "numbers without gaps");
+    assert_eq!(estimates.known, KnownGroups::ALL, "the shipped model was trained on its own liquid");
+    let host: Vec<HostTime> = estimates.host.iter().copied().map(|host| host.expect("a host time")).collect();
+    let first_ns = host[0].unix_ns;
+    for (host, camera_us) in host.iter().zip(&estimates.camera_us) {
+        // The wall clock may be set during a test, but not by a second.
+        assert!((started_ns - 1_000_000_000..wall_ns() + 1_000_000_000).contains(&host.unix_ns), "{host:?}");
+        assert!(host.std_ns > 5_000_000, "the latency of the camera is not known: {host:?}");
+        let apart_ns = (host.unix_ns - first_ns) as f64 - 1e3 * (camera_us - estimates.camera_us[0]) as f64;
+        // Both clocks are this machine's here: the map may only learn its least delay in the first frames.
+        assert!(apart_ns.abs() < 2e7, "frame at {camera_us} us is {apart_ns} ns off");
+    }
+    for packed in estimates.covariance.chunks_exact(91) {
+        let covariance = DMatrix::from_fn(13, 13, |i, j| {
+            let (row, column) = (i.max(j), i.min(j));
+            f64::from(packed[row * (row + 1) / 2 + column])
+        });
+        assert!(covariance.cholesky().is_some(), "a covariance is positive definite");
+    }
 }
 
 #[test]
@@ -193,7 +222,11 @@ fn an_output_folder_that_cannot_be_written_is_told_before_the_run() {
     let started = Instant::now();
     let output = meniscus(&folder, &["run", "--seconds", "10", "--out", "taken/inside"]);
     refused(&output, &["--out", "taken/inside"]);
-    assert!(started.elapsed().as_secs() < 5, "it must not run for ten seconds first");
+    for flag in ["--estimates", "--turns"] {
+        let output = meniscus(&folder, &["run", "--seconds", "10", flag, "taken/inside"]);
+        refused(&output, &["cannot make the folder of", "taken/inside"]);
+    }
+    assert!(started.elapsed().as_secs() < 9, "it must not run for ten seconds first");
     assert_eq!(fs::read_to_string(folder.join("taken")).expect("kept").len(), 40);
 }
 

@@ -5,9 +5,9 @@ use meniscus::runtime::{Estimator, Memory, Turn, TurnInput};
 use meniscus::surface::{Config, Settings, SurfaceProfile};
 use meniscus::units::Micros;
 use meniscus_platform::files::AlignedBytes;
-use meniscus_service::live::Logged;
 use meniscus_service::run::Viewer;
 use meniscus_service::sink::{StateAfter, TurnRecord, TurnSink};
+use meniscus_service::timed_turn::TimedTurn;
 use meniscus_ui::foxglove::{Error, Foxglove};
 use serde_json::{Value, json};
 use std::collections::{BTreeMap, BTreeSet};
@@ -43,7 +43,7 @@ fn config() -> Config {
 }
 
 /// A turn of the estimator on a leaning surface that the camera has seen.
-fn turn(model: &Model<'_>, memory: &mut Memory, field: &mut [f32], number: u64) -> Logged {
+fn turn(model: &Model<'_>, memory: &mut Memory, field: &mut [f32], number: u64) -> TimedTurn {
     let lean = 0.0004 * (number as f32 / 5.0).sin();
     let height_m = std::array::from_fn(|index| 0.07 + lean * (index as f32 - 10.0));
     let captured = Micros(1_000_000 + number * 16_667);
@@ -53,7 +53,7 @@ fn turn(model: &Model<'_>, memory: &mut Memory, field: &mut [f32], number: u64) 
     let estimate = Estimator::new(model).turn(memory, TurnInput::seen(&profile), &mut NoClock, field);
     let stamp = Some(meniscus::usb::frame::Stamp { sequence: number as u32, captured });
     let turn = Turn { time: captured, stamp, sight: Some(Ok(profile)), estimate };
-    Logged { turn, ended: Instant::now(), latency_us: 900, turn_us: 800, allocations: 0 }
+    TimedTurn { latency_us: 900, turn_us: 800, ..TimedTurn::untimed(turn) }
 }
 
 /// Runs `test` beside a worker that offers a turn every four milliseconds; gives the longest hand-over.

@@ -10,9 +10,9 @@ use meniscus::runtime::{Estimator, Memory, Turn, TurnInput};
 use meniscus::surface::{Config, SurfaceProfile};
 use meniscus::units::Micros;
 use meniscus_platform::files::AlignedBytes;
-use meniscus_service::live::Logged;
 use meniscus_service::run::Viewer;
 use meniscus_service::sink::{StateAfter, TurnRecord, TurnSink};
+use meniscus_service::timed_turn::TimedTurn;
 use meniscus_ui::page::{Page, Token, VIEWERS_MAX};
 use serde_json::Value;
 use server::{ask, frame, taken, viewer};
@@ -36,7 +36,7 @@ fn blob() -> AlignedBytes {
 }
 
 /// A turn of the estimator on a leaning surface, and its full field.
-fn turn(model: &Model<'_>, memory: &mut Memory, field: &mut [f32], number: u64) -> Logged {
+fn turn(model: &Model<'_>, memory: &mut Memory, field: &mut [f32], number: u64) -> TimedTurn {
     let mut height_m = [0.0; 21];
     for (index, height) in height_m.iter_mut().enumerate() {
         *height = 0.07 + 0.0004 * (index as f32 - 10.0) * (number as f32 / 5.0).sin();
@@ -47,7 +47,7 @@ fn turn(model: &Model<'_>, memory: &mut Memory, field: &mut [f32], number: u64) 
         SurfaceProfile { height_m, variance_m2, valid, glass_x_m: Some(0.0), sequence: 0, captured };
     let estimate = Estimator::new(model).turn(memory, TurnInput::seen(&profile), &mut NoClock, field);
     let turn = Turn { time: captured, stamp: None, sight: Some(Ok(profile)), estimate };
-    Logged { turn, ended: Instant::now(), latency_us: 900, turn_us: 800, allocations: 0 }
+    TimedTurn { latency_us: 900, turn_us: 800, ..TimedTurn::untimed(turn) }
 }
 
 /// Runs `test` against an open page that is fed a turn every four milliseconds; gives the longest hand-over.

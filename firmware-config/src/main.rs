@@ -13,8 +13,8 @@ use meniscus::depth_filters::{
     Decimation, HoleFilling, LANES, Spatial, SpatialDisparity, Temporal, TemporalState, decimate, fill_holes,
     to_depth, to_disparity,
 };
-use meniscus::runtime::output::{OUTPUT_MAX, OUTPUT_VERSION, Packet};
-use meniscus::runtime::{Clock, Estimator, Eye, InputSource, Tracker, Turn};
+use meniscus::runtime::output::{OUTPUT_MAX, Packet};
+use meniscus::runtime::{Clock, Estimator, Eye, InputSource, Tracker};
 use meniscus::surface::{Config, Rectifier, Settings};
 use meniscus::usb::d4xx;
 use meniscus::usb::d4xx::{Colour, Command, DepthTable, Identity, MESSAGE, Table};
@@ -65,11 +65,13 @@ pub extern "C" fn _start() -> ! {
             };
             let mut tracker = Tracker::new(Estimator::new(&model), eye);
             let field: &mut [f32] = black_box(&mut numbers);
+            let mut number = 0_u64;
             loop {
                 let payload: &[u8] = black_box(&[]);
                 let stream = black_box(Stream::Depth);
                 tracker.accept(stream, payload, InputSource::tracked, &mut clock, field, |turn, field| {
-                    send(turn, field)
+                    send(&Packet::of(turn, number, &model.header), field);
+                    number = number.wrapping_add(1);
                 });
                 black_box(tracker.silence(InputSource::tracked, &mut clock, field));
             }
@@ -81,14 +83,8 @@ pub extern "C" fn _start() -> ! {
 }
 
 /// What leaves the board.
-fn send(turn: &Turn, field: &[f32]) {
+fn send(packet: &Packet, field: &[f32]) {
     let mut buffer = [0; OUTPUT_MAX];
-    let packet = Packet {
-        version: OUTPUT_VERSION,
-        time: turn.time,
-        sequence: turn.stamp.map(|stamp| stamp.sequence),
-        estimate: turn.estimate,
-    };
     let _sent = black_box(packet.write(&mut buffer).is_ok());
     black_box(field);
 }

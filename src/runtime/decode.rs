@@ -12,6 +12,7 @@ use crate::runtime::health::count;
 use crate::surface::{POINTS, SurfaceProfile};
 use crate::uncertainty::discrepancy::Discrepancy;
 use crate::uncertainty::error_model::{Interval, IntervalInput};
+use crate::uncertainty::latent_covariance::LatentCovariance;
 
 /// Corrected state of a turn, decoded.
 pub(super) struct Posterior {
@@ -87,6 +88,7 @@ impl Estimator<'_> {
         Estimate {
             mode: memory.mode,
             latent: posterior.latent,
+            covariance: LatentCovariance::of(&memory.filter.covariance().latents),
             surface_m: posterior.surface_m,
             interval: Interval::default(),
             acceleration_m_s2: (self.acceleration_scale() * prior.input) as f32,

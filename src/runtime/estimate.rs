@@ -5,6 +5,7 @@ use super::mode::Mode;
 use crate::latent::generic::{Audit, LATENTS};
 use crate::surface::POINTS;
 use crate::uncertainty::error_model::Interval;
+use crate::uncertainty::latent_covariance::LatentCovariance;
 use serde::{Deserialize, Serialize};
 
 /// Result of a turn. `firmware-config/SPEC.md` has its bytes.
@@ -14,6 +15,8 @@ pub struct Estimate {
     pub mode: Mode,
     /// x after the correction.
     pub latent: [f64; LATENTS],
+    /// P: error covariance of x after the correction.
+    pub covariance: LatentCovariance,
     /// The 21 heights of the surface, metres above the inner bottom.
     pub surface_m: [f32; POINTS],
     /// Half-widths of heights and field that hold nine times out of ten.

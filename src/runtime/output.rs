@@ -1,40 +1,102 @@
-//! What leaves the camera side: one postcard frame a turn. `firmware-config/SPEC.md` has the bytes.
+//! Output packet of a turn: one postcard record. `firmware-config/SPEC.md` has the bytes.
 
-use crate::runtime::Estimate;
+use crate::blob::{Header, KnownGroups};
+use crate::runtime::{Estimate, Turn};
 use crate::units::Micros;
 use serde::{Deserialize, Serialize};
 
-/// First byte of every frame: the version of this format.
-pub const OUTPUT_VERSION: u8 = 2;
+/// First byte of every packet: the version of this format.
+pub const OUTPUT_VERSION: u8 = 3;
 
-/// Bytes that a frame can take at most: 13 latents, 21 heights, the half-widths of both, the books and
-/// the stage times, each at its longest.
-pub const OUTPUT_MAX: usize = 640;
+/// Largest packet, bytes: every variable-length number at its longest.
+pub const OUTPUT_MAX: usize = 848;
 
-/// One frame of output.
+/// One packet of output.
+///
+/// ```
+/// # #[repr(C, align(64))]
+/// # struct Aligned<T: ?Sized>(T);
+/// # static BLOB: &Aligned<[u8]> =
+/// #     &Aligned(*include_bytes!(concat!(env!("CARGO_MANIFEST_DIR"), "/models/glycerine.blob")));
+/// # struct NoClock;
+/// # impl meniscus::runtime::Clock for NoClock {
+/// #     fn now_us(&mut self) -> u64 { 0 }
+/// # }
+/// use meniscus::blob::Model;
+/// use meniscus::runtime::output::{OUTPUT_MAX, Packet};
+/// use meniscus::runtime::{Estimator, Memory, Turn, TurnInput};
+/// use meniscus::units::Micros;
+///
+/// let model = Model::load(&BLOB.0)?;
+/// let mut memory = Memory::default();
+/// let estimate = Estimator::new(&model).turn(&mut memory, TurnInput::default(), &mut NoClock, &mut []);
+/// let turn = Turn { time: Micros(16_667), stamp: None, sight: None, estimate };
+///
+/// // The seventh packet of this run, from a board that has no clock beside the camera's.
+/// let packet = Packet::of(&turn, 6, &model.header);
+/// let mut buffer = [0; OUTPUT_MAX];
+/// let bytes = packet.write(&mut buffer).expect("OUTPUT_MAX is enough");
+/// assert_eq!(Packet::read(bytes), Ok(packet));
+/// assert!(packet.host.is_none() && packet.sequence.is_none());
+/// # Ok::<(), meniscus::blob::LoadError>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Packet {
     /// [`OUTPUT_VERSION`].
     pub version: u8,
-    /// Instant of the turn, in the camera's time.
+    /// Number of the packet since the start of the run, from 0 without gaps: a gap at a reader is a lost packet.
+    pub number: u64,
+    /// Instant of the turn on the camera's clock.
     pub time: Micros,
-    /// The camera's frame counter; `None` where the frame was lost.
+    /// Frame counter of the camera; `None` where the frame was lost.
     pub sequence: Option<u32>,
-    /// What the turn knows.
+    /// The same instant on the host's clock; `None` on a board without a clock of its own.
+    pub host: Option<HostTime>,
+    /// Version of the model, from the blob: it grows with every correction.
+    pub model_version: u64,
+    /// Field groups that the model is valid for. The others belong to another liquid.
+    pub known: KnownGroups,
+    /// Result of the turn.
     pub estimate: Estimate,
 }
 
-/// The frame cannot be written or read.
+/// An instant of the camera on the host's clock.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct HostTime {
+    /// Nanoseconds since 1970-01-01 00:00 UTC.
+    pub unix_ns: u64,
+    /// Standard deviation of `unix_ns`, nanoseconds: what is not known of the offset between the two clocks.
+    pub std_ns: u64,
+    /// Time from this instant to the hand-over of the packet, microseconds.
+    pub latency_us: u64,
+}
+
+/// Refusal to write or read a packet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum OutputError {
-    /// The buffer is shorter than the frame; [`OUTPUT_MAX`] bytes always do.
+    /// The buffer is shorter than the packet; [`OUTPUT_MAX`] bytes are always enough.
     BufferTooSmall,
-    /// The bytes are not a frame of this version.
+    /// The bytes are not a packet of this version.
     Malformed,
 }
 
 impl Packet {
-    /// Writes the frame to the front of `buffer` and gives the part written.
+    /// Returns packet `number` of a run for `turn` with the model of `header`, without host time.
+    #[must_use]
+    pub fn of(turn: &Turn, number: u64, header: &Header) -> Self {
+        Self {
+            version: OUTPUT_VERSION,
+            number,
+            time: turn.time,
+            sequence: turn.stamp.map(|stamp| stamp.sequence),
+            host: None,
+            model_version: header.model_version,
+            known: header.known,
+            estimate: turn.estimate,
+        }
+    }
+
+    /// Writes the packet to the front of `buffer`. Returns the written part.
     ///
     /// # Errors
     /// [`OutputError::BufferTooSmall`].
@@ -42,13 +104,16 @@ impl Packet {
         postcard::to_slice(self, buffer).map(|part| &*part).map_err(|_| OutputError::BufferTooSmall)
     }
 
-    /// Reads a frame.
+    /// Returns the packet in `bytes`.
     ///
     /// # Errors
     /// [`OutputError::Malformed`].
     pub fn read(bytes: &[u8]) -> Result<Self, OutputError> {
-        let packet: Self = postcard::from_bytes(bytes).map_err(|_| OutputError::Malformed)?;
-        (packet.version == OUTPUT_VERSION).then_some(packet).ok_or(OutputError::Malformed)
+        // The first byte is checked first: another version has another layout behind it.
+        if bytes.first() != Some(&OUTPUT_VERSION) {
+            return Err(OutputError::Malformed);
+        }
+        postcard::from_bytes(bytes).map_err(|_| OutputError::Malformed)
     }
 }
 
@@ -59,11 +124,14 @@ mod tests {
     use crate::runtime::{Mode, Stages};
     use crate::surface::POINTS;
     use crate::uncertainty::error_model::Interval;
+    use crate::uncertainty::latent_covariance::LatentCovariance;
 
+    /// A packet whose variable-length numbers all have their longest form.
     fn packet() -> Packet {
         let estimate = Estimate {
             mode: Mode::Tracking,
             latent: [-1.25e300; LATENTS],
+            covariance: LatentCovariance::from_fn(|row, column| (row + column) as f32),
             surface_m: [0.07; POINTS],
             interval: Interval::default(),
             acceleration_m_s2: 1.0,
@@ -73,16 +141,32 @@ mod tests {
             corrected_j: -1e-6,
             audit: Audit { iterations: u32::MAX, ..Audit::default() },
             field_fresh: true,
-            stages: Stages { surface_us: u64::MAX, predict_us: u64::MAX, ..Stages::default() },
+            stages: Stages {
+                surface_us: u64::MAX,
+                predict_us: u64::MAX,
+                encode_us: u64::MAX,
+                correct_us: u64::MAX,
+                field_us: u64::MAX,
+            },
         };
-        Packet { version: OUTPUT_VERSION, time: Micros(u64::MAX), sequence: Some(u32::MAX), estimate }
+        Packet {
+            version: OUTPUT_VERSION,
+            number: u64::MAX,
+            time: Micros(u64::MAX),
+            sequence: Some(u32::MAX),
+            host: Some(HostTime { unix_ns: u64::MAX, std_ns: u64::MAX, latency_us: u64::MAX }),
+            model_version: u64::MAX,
+            known: KnownGroups::ALL,
+            estimate,
+        }
     }
 
     #[test]
-    fn frames_come_back_and_fit() {
+    fn packets_come_back_and_the_largest_fits() {
         let mut buffer = [0; OUTPUT_MAX];
         let bytes = packet().write(&mut buffer).expect("OUTPUT_MAX is enough");
         assert_eq!(bytes.first(), Some(&OUTPUT_VERSION));
+        assert!(bytes.len() + 16 > OUTPUT_MAX, "the room is close to the {} bytes needed", bytes.len());
         assert_eq!(Packet::read(bytes), Ok(packet()));
         assert_eq!(Packet::read(&bytes[..bytes.len() - 1]), Err(OutputError::Malformed));
         let mut short = [0; 64];
@@ -95,5 +179,6 @@ mod tests {
         let mut bytes = packet().write(&mut buffer).expect("fits").to_vec();
         bytes[0] = OUTPUT_VERSION + 1;
         assert_eq!(Packet::read(&bytes), Err(OutputError::Malformed));
+        assert_eq!(Packet::read(&[]), Err(OutputError::Malformed));
     }
 }

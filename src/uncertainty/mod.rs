@@ -5,9 +5,11 @@
 //! | `error_model` | covariances of a blob, and the half-widths that follow from the filter's covariance |
 //! | `error_factors` | conformal factors of the half-widths |
 //! | `discrepancy` | share of the decoder's misfit that measured heights put right |
+//! | `latent_covariance` | error covariance of the reduced state as it leaves the estimator |
 //! | `cross_axis` | first mode across the line along which the glass is moved |
 
 pub mod cross_axis;
 pub mod discrepancy;
 pub mod error_factors;
 pub mod error_model;
+pub mod latent_covariance;

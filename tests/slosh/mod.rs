@@ -4,6 +4,7 @@
 //! phi_n = J1(e_n r / R) cos(theta) cosh(k_n z) / cosh(k_n h), J1'(e_n) = 0, k_n = e_n / R;
 //! eta_n' = k tanh(k h) phi_n, phi_n' = -g eta_n - a c_n - 2 zeta omega phi_n, x = sum c_n J1 cos.
 
+use meniscus::blob::KnownGroups;
 use meniscus::latent::decoder::GROUP_COMPONENTS;
 use meniscus::surface::{POINTS, profile_abscissa};
 use meniscus::units::{FRAME_INTERVAL_S, GRAVITY_M_S2};
@@ -228,5 +229,6 @@ fn still(frames: usize, stroke_m: f64, seed: u64) -> Recording {
         profile_m: Vec::new(),
         energy: Vec::new(),
         states: States::Full(Vec::new()),
+        known: KnownGroups::ALL,
     }
 }

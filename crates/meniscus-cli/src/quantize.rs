@@ -13,7 +13,7 @@ use meniscus_platform::files::{AlignedBytes, write_whole};
 use meniscus_report::checks::{Check, table};
 use meniscus_score::baseline::linear_with_motion;
 use meniscus_score::score::{Score, score};
-use meniscus_service::live::Logged;
+use meniscus_service::timed_turn::TimedTurn;
 use meniscus_virtual::camera::START;
 use meniscus_virtual::observe_recording::{sightings, turns};
 use meniscus_virtual::render::SceneSettings;
@@ -124,7 +124,7 @@ struct Outcome {
     after: Score,
     added: [Added; 5],
     /// Turns of the new model.
-    coarse_log: Vec<Logged>,
+    coarse_log: Vec<TimedTurn>,
 }
 
 /// Figures of the new model beside those of the old one.
@@ -188,12 +188,12 @@ fn to_is_f32(to: To) -> bool {
 }
 
 /// Largest |dE - work| of a step, in units of the energy scale.
-fn drift(log: &[Logged]) -> f64 {
+fn drift(log: &[TimedTurn]) -> f64 {
     log.iter().map(|logged| logged.turn.estimate.audit.energy_residual.abs()).fold(0.0, f64::max)
 }
 
 /// Turns after which there was less heat than before.
-fn falls(log: &[Logged]) -> usize {
-    let heat = |logged: &Logged| logged.turn.estimate.heat_j;
+fn falls(log: &[TimedTurn]) -> usize {
+    let heat = |logged: &TimedTurn| logged.turn.estimate.heat_j;
     log.windows(2).filter(|pair| heat(&pair[1]) < heat(&pair[0])).count()
 }

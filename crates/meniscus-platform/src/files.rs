@@ -55,6 +55,23 @@ pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), FileError> {
     })
 }
 
+/// Checks before the work that [`write_whole`] will be able to write `path`: makes its folder, and a file beside it that is
+/// removed again. What lies at `path` stays.
+///
+/// # Errors
+/// [`FileError`]: the folder cannot be made or written to, or `path` is a folder.
+pub fn check_writable(path: &Path) -> Result<(), FileError> {
+    if path.is_dir() {
+        let cause = io::Error::new(io::ErrorKind::IsADirectory, "it is a folder; name a file in it");
+        return Err(FileError { path: path.into(), doing: "write", cause });
+    }
+    let mut beside = path.as_os_str().to_owned();
+    beside.push(".trial");
+    let beside = PathBuf::from(beside);
+    write_whole(&beside, b"").map_err(|error| FileError { path: path.into(), ..error })?;
+    fs::remove_file(&beside).map_err(|cause| FileError { path: beside, doing: "remove", cause })
+}
+
 /// The bytes of a file, starting on a 64-byte boundary, as a blob has to; many of them on one of large pages.
 #[derive(Debug)]
 pub struct AlignedBytes {
@@ -118,6 +135,24 @@ mod tests {
             assert_eq!(bytes.as_ptr().align_offset(boundary), 0);
         }
         assert_eq!(fs::read_dir(path.parent().expect("a folder")).expect("listed").count(), 1);
+    }
+
+    #[test]
+    fn a_path_is_checked_without_touching_what_is_there() {
+        let there = folder("checked").join("there");
+        write_whole(&there, b"old").expect("writable");
+        check_writable(&there).expect("it can be replaced");
+        check_writable(&folder("checked").join("new/file")).expect("its folder can be made");
+        assert_eq!(fs::read(&there).expect("still there"), b"old");
+        assert_eq!(
+            fs::read_dir(folder("checked")).expect("listed").count(),
+            2,
+            "the file and the folder `new`"
+        );
+        let why = check_writable(&folder("checked")).expect_err("a folder").to_string();
+        assert!(why.contains("name a file in it"), "{why}");
+        let why = check_writable(&there.join("below")).expect_err("below a file").to_string();
+        assert!(why.starts_with("cannot make the folder of"), "{why}");
     }
 
     #[test]

@@ -42,6 +42,7 @@ pub fn linear_with_motion(recording: &Recording) -> Vec<f32> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use meniscus::blob::{FieldGroup, KnownGroups};
     use meniscus_data::recording::{EnergyBook, Glass, Provenance, States};
 
     /// A recording whose surface is exactly a linear response to its motion.
@@ -70,6 +71,7 @@ mod tests {
             profile_m: profile,
             energy: vec![EnergyBook::default(); frames],
             states: States::Full(vec![]),
+            known: KnownGroups::NONE.with(FieldGroup::Surface),
         }
     }
 

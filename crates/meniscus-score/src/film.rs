@@ -8,7 +8,7 @@ use meniscus::surface::{Config, ConfigError};
 use meniscus::units::FRAME_INTERVAL_S;
 use meniscus_data::recording::{Lattice, Recording, STATE};
 use meniscus_report::plot::PictureError;
-use meniscus_service::live::Logged;
+use meniscus_service::timed_turn::TimedTurn;
 use meniscus_ui::figure_parts::{camera, slice};
 use meniscus_ui::picture::{Curve, Picture};
 use meniscus_virtual::camera::START;
@@ -48,7 +48,7 @@ impl From<PictureError> for FilmError {
 struct Watched<'m> {
     name: &'m str,
     model: &'m Model<'m>,
-    turns: Vec<Logged>,
+    turns: Vec<TimedTurn>,
     score: Score,
 }
 

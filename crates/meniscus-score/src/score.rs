@@ -13,7 +13,7 @@ use meniscus::runtime::{Estimate, Mode, sigma_before};
 use meniscus::surface::POINTS;
 use meniscus::units::{FRAME_INTERVAL_S, Micros};
 use meniscus_data::recording::{GROUP_NAMES, Recording, STATE, frame_of, group_range};
-use meniscus_service::live::Logged;
+use meniscus_service::timed_turn::TimedTurn;
 
 /// Sums behind one slosh-relative error, with the mean and the maximum of the error of the height.
 #[derive(Clone, Copy, Debug, Default)]
@@ -106,7 +106,7 @@ pub fn score(
     model: &Model<'_>,
     recording: &Recording,
     linear: &[f32],
-    turns: &[Logged],
+    turns: &[TimedTurn],
     start: Micros,
 ) -> Score {
     let mut score = Score {

@@ -11,10 +11,10 @@
 //! Both are taken from samples `(t_k, a_k)`: `now` by interpolation between the two nearest ones, `before` as their
 //! mean with these weights.
 //!
-//! UDP samples carry their arrival time. A frame of device time `d` arrives at `d + o` at the earliest. The offset `o` is
-//! tracked as the smallest one observed, rising by 100 ppm, which is more than two clocks drift apart; the configured lag
-//! is subtracted.
+//! UDP samples carry their arrival time. A frame is placed among them at the earliest time at which it can arrive
+//! ([`ClockMap`]), less the configured lag.
 
+use crate::clock_map::ClockMap;
 use meniscus::runtime::InputSource;
 use meniscus::units::{FRAME_INTERVAL_S, Micros};
 use std::collections::VecDeque;
@@ -31,8 +31,6 @@ const KEPT: usize = 256;
 const HOLD_S: f64 = 0.025;
 /// Largest acceleration that is accepted, m/s2: twenty times gravity.
 const LARGEST: f64 = 200.0;
-/// Assumed drift of the camera's clock against this computer's, as a share.
-const DRIFT: f64 = 1e-4;
 /// Interval at which the listener checks whether it is still wanted.
 const PAUSE: Duration = Duration::from_millis(100);
 
@@ -69,8 +67,8 @@ impl Samples {
 enum Source {
     /// A table over the seconds since the first turn, with the time of that turn.
     Table(Option<Micros>),
-    /// UDP samples over the seconds since `begun`, with the smallest offset from device time to arrival.
-    Wire { begun: Instant, apart_s: Option<(f64, f64)>, lag_s: f64 },
+    /// UDP samples over the seconds of the clock map.
+    Wire { clock: ClockMap, lag_s: f64 },
 }
 
 #[derive(Debug)]
@@ -135,16 +133,15 @@ impl CommandedMotion {
     pub fn by_wire(address: SocketAddr, lag_s: f64) -> std::io::Result<Self> {
         let socket = UdpSocket::bind(address)?;
         socket.set_read_timeout(Some(PAUSE))?;
-        let begun = Instant::now();
-        let motion =
-            Self::new(Samples(VecDeque::with_capacity(KEPT)), Source::Wire { begun, apart_s: None, lag_s });
+        let clock = ClockMap::new();
+        let motion = Self::new(Samples(VecDeque::with_capacity(KEPT)), Source::Wire { clock, lag_s });
         let (inner, counters, ended) =
             (Arc::clone(&motion.inner), Arc::clone(&motion.counters), Arc::clone(&motion.ended));
         std::thread::spawn(move || {
             let mut room = [0; 64];
             while !ended.load(Ordering::Relaxed) {
                 let Ok(length) = socket.recv(&mut room) else { continue };
-                let arrived_s = begun.elapsed().as_secs_f64();
+                let arrived_s = clock.seconds(Instant::now());
                 match number(room.get(..length).unwrap_or(&[])) {
                     Some(acceleration) => push(&inner, (arrived_s, acceleration)),
                     None => _ = counters.refused.fetch_add(1, Ordering::Relaxed),
@@ -180,19 +177,14 @@ impl Drop for CommandedMotion {
 
 impl Inner {
     fn drive(&mut self, at: Micros, arrived: Instant) -> Option<InputSource> {
-        let device_s = at.0 as f64 * 1e-6;
         let time_s = match &mut self.source {
             Source::Table(first) => {
                 let first = *first.get_or_insert(at);
-                device_s - first.0 as f64 * 1e-6
+                at.0 as f64 * 1e-6 - first.0 as f64 * 1e-6
             }
-            Source::Wire { begun, apart_s, lag_s } => {
-                let now_s = arrived.saturating_duration_since(*begun).as_secs_f64();
-                let seen_s = now_s - device_s;
-                let least_s =
-                    apart_s.map_or(seen_s, |(least, then)| seen_s.min(least + DRIFT * (now_s - then)));
-                *apart_s = Some((least_s, now_s));
-                device_s + least_s - *lag_s
+            Source::Wire { clock, lag_s } => {
+                clock.observe(at, arrived);
+                clock.earliest_arrival_s(at)? - *lag_s
             }
         };
         let before = self.samples.around(time_s - FRAME_INTERVAL_S)?;
@@ -260,7 +252,7 @@ mod tests {
     #[test]
     fn udp_samples_give_the_same_across_unsynchronised_clocks() {
         let begun = Instant::now();
-        let source = Source::Wire { begun, apart_s: None, lag_s: 0.008 };
+        let source = Source::Wire { clock: ClockMap::starting_at(begun), lag_s: 0.008 };
         let motion = CommandedMotion::new(Samples(VecDeque::with_capacity(KEPT)), source);
         let (mut sent, mut worst, mut asked) = (0, 0.0_f64, 0);
         for n in 10..60 {

@@ -1,6 +1,7 @@
 //! The running estimator on a host: worker, snapshots for viewers, publishing, commanded motion, set-up of a glass, flash slots.
 
 pub mod camera_facts;
+pub mod clock_map;
 pub mod commanded_motion;
 pub mod flash;
 pub mod identify;
@@ -10,3 +11,4 @@ pub mod run;
 pub mod setup;
 pub mod sink;
 pub mod snapshot;
+pub mod timed_turn;

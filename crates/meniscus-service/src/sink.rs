@@ -10,7 +10,7 @@
 //! The worker knows the trait and none of its implementations.
 
 use crate::commanded_motion::MotionTurns;
-use crate::live::Logged;
+use crate::timed_turn::TimedTurn;
 use meniscus::runtime::Memory;
 use meniscus::runtime::health::Health;
 use meniscus::usb::uvc::{Losses, Solitary};
@@ -20,7 +20,7 @@ use std::sync::{Mutex, PoisonError};
 #[derive(Clone, Copy, Debug)]
 pub struct TurnRecord<'t> {
     /// The turn and its cost.
-    pub logged: &'t Logged,
+    pub logged: &'t TimedTurn,
     /// Full field. It is of this turn only where `logged.turn.estimate.field_fresh` says so; empty in a turn for a frame
     /// that never came while a later one is already there.
     pub field: &'t [f32],
@@ -71,12 +71,12 @@ pub trait TurnSink: Send {
 
 /// The newest turn, for a thread that polls it: the dashboard, the service's watchdog.
 #[derive(Debug, Default)]
-pub struct LatestTurn(Mutex<Option<Logged>>);
+pub struct LatestTurn(Mutex<Option<TimedTurn>>);
 
 impl LatestTurn {
     /// Returns the newest turn; `None` before the first.
     #[must_use]
-    pub fn get(&self) -> Option<Logged> {
+    pub fn get(&self) -> Option<TimedTurn> {
         // A plain copy under the lock: there is nothing that a panic could leave half done.
         *self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -92,30 +92,15 @@ impl TurnSink for &LatestTurn {
 }
 
 #[cfg(test)]
-pub(crate) mod tests {
+mod tests {
     use super::*;
-    use meniscus::blob::Model;
-    use meniscus::runtime::{Estimator, Turn, TurnInput};
+    use crate::timed_turn::tests::timed_turn;
     use meniscus::units::Micros;
-    use meniscus_platform::clock::Monotonic;
-    use meniscus_platform::files::AlignedBytes;
-    use std::time::Instant;
-
-    /// A turn without a frame at `time`, with this latency.
-    pub(crate) fn logged(time: u64, latency_us: u64) -> Logged {
-        let bytes = AlignedBytes::copy(meniscus_shipped::MODEL);
-        let model = Model::load(&bytes).expect("the shipped model");
-        let mut memory = Memory::default();
-        let estimate =
-            Estimator::new(&model).turn(&mut memory, TurnInput::default(), &mut Monotonic::start(), &mut []);
-        let turn = Turn { time: Micros(time), stamp: None, sight: None, estimate };
-        Logged { turn, ended: Instant::now(), latency_us, turn_us: latency_us, allocations: 0 }
-    }
 
     #[test]
     fn the_latest_turn_is_the_last_one_and_a_reader_is_not_waited_for() {
         let latest = LatestTurn::default();
-        let (mut sink, first, second) = (&latest, logged(1, 0), logged(2, 0));
+        let (mut sink, first, second) = (&latest, timed_turn(1, 0), timed_turn(2, 0));
         sink.accept(&TurnRecord { logged: &first, field: &[], after: None });
         let reader = latest.0.lock().expect("nobody has panicked");
         // A blocking lock would never come back from here.

@@ -1,7 +1,7 @@
 //! Snapshots of turns for viewers (the live page, Foxglove): the newest wins, and no viewer is waited for.
 
-use crate::live::Logged;
 use crate::sink::{StateAfter, TurnRecord, TurnSink};
+use crate::timed_turn::TimedTurn;
 use meniscus::runtime::{DEADLINE_US, Memory};
 use meniscus_platform::handoff::Handoff;
 use std::sync::Arc;
@@ -18,7 +18,7 @@ const IMAGE_EVERY: Duration = Duration::from_millis(100);
 #[derive(Clone, Debug, Default)]
 pub struct TurnSnapshot {
     /// The turn.
-    pub logged: Option<Logged>,
+    pub logged: Option<TimedTurn>,
     /// What the estimator remembers after it: a forecast starts there.
     pub memory: Memory,
     /// Turns so far that ended more than a frame interval after their last payload's arrival.
@@ -28,7 +28,7 @@ pub struct TurnSnapshot {
     /// The left infrared image, Y8, and the turn that it belongs to.
     pub infrared: Vec<u8>,
     /// The image's turn; `None` until there is one.
-    pub image_of: Option<Logged>,
+    pub image_of: Option<TimedTurn>,
 }
 
 impl TurnSnapshot {
@@ -62,7 +62,7 @@ impl SnapshotOutlet {
 
     /// The newest turn, for the one thread that shows it: asked for, and waited for [`PATIENCE`] at most. An image comes
     /// with it every tenth of a second; `image_due` is when the next one does.
-    pub fn take(&self, image_due: &mut Instant) -> Option<(TurnSnapshot, Logged)> {
+    pub fn take(&self, image_due: &mut Instant) -> Option<(TurnSnapshot, TimedTurn)> {
         self.handoff.ask();
         if !self.handoff.wait(PATIENCE) {
             return None;

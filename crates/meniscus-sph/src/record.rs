@@ -8,6 +8,7 @@
 use super::surface::{COEFFICIENTS, Coefficients, SurfaceFinder};
 use super::tracers::sample;
 use super::{Error, Setup, Simulator};
+use meniscus::blob::KnownGroups;
 use meniscus::reduced::effects::EffectKind;
 use meniscus::units::FRAME_INTERVAL_S;
 use meniscus_data::motion::Motion;
@@ -166,6 +167,7 @@ fn begin(setup: &Setup, motion: &Motion, frames: usize, command: &str) -> Record
         profile_m: Vec::new(),
         energy: Vec::new(),
         states: States::Full(Vec::new()),
+        known: KnownGroups::ALL,
     }
 }
 

@@ -11,8 +11,9 @@ use meniscus::surface::Config;
 use meniscus_data::recording::Recording;
 use meniscus_numerics::statistics::quantile;
 use meniscus_report::checks::Check;
-use meniscus_service::live::{Log, Logged, Worker};
+use meniscus_service::live::{Log, Worker};
 use meniscus_service::run::Viewer;
+use meniscus_service::timed_turn::TimedTurn;
 use meniscus_ui::page::{Page, PageError};
 use meniscus_usb::link::link;
 use meniscus_virtual::camera::{PAYLOAD_ROOM, SimulatedCamera};
@@ -142,11 +143,12 @@ fn view(address: SocketAddr, gone: &AtomicBool) -> Option<(f64, f64)> {
 
 impl Viewers {
     /// Sorts the turns into the rounds that they ended in.
-    fn take(&mut self, rounds: &[(bool, Instant, Instant)], turns: &[Logged]) {
+    fn take(&mut self, rounds: &[(bool, Instant, Instant)], turns: &[TimedTurn]) {
         let mut medians: [Vec<f64>; 2] = [vec![], vec![]];
         for (looked, from, to) in rounds {
             // Turns without a frame cost a third: a machine that starves the camera must not look quick.
-            let like = |logged: &&Logged| logged.turn.stamp.is_some() && (*from..*to).contains(&logged.ended);
+            let like =
+                |logged: &&TimedTurn| logged.turn.stamp.is_some() && (*from..*to).contains(&logged.ended);
             let within = turns.iter().filter(like);
             let mut times: Vec<u64> = within.clone().map(|logged| logged.turn_us).collect();
             self.late[usize::from(*looked)] +=

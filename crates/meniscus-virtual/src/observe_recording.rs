@@ -21,8 +21,7 @@ use meniscus_bags::BagError;
 use meniscus_data::recording::Recording;
 use meniscus_data::recording::frame_of;
 use meniscus_hil::FaultList;
-use meniscus_service::live::Logged;
-use std::time::Instant;
+use meniscus_service::timed_turn::TimedTurn;
 
 /// Noise of the disparity that makes 2 mm of depth at 0.4 m, pixels rms: `s = dz f B / z^2`.
 pub const DISPARITY_RMS_PX: f64 = 0.24;
@@ -117,7 +116,7 @@ pub fn perfect(recording: &Recording) -> Vec<Option<SurfaceProfile>> {
 
 /// The turns of `model` over `seen`, as a run would log them.
 #[must_use]
-pub fn turns(model: &Model<'_>, seen: &[Option<SurfaceProfile>]) -> Vec<Logged> {
+pub fn turns(model: &Model<'_>, seen: &[Option<SurfaceProfile>]) -> Vec<TimedTurn> {
     turns_with(model, seen, |_| InputSource::Tracked, |_, _, _| {})
 }
 
@@ -128,7 +127,7 @@ pub fn turns_with(
     seen: &[Option<SurfaceProfile>],
     drive: impl Fn(usize) -> InputSource,
     mut look: impl FnMut(usize, &Memory, &Estimate),
-) -> Vec<Logged> {
+) -> Vec<TimedTurn> {
     let estimator = Estimator::new(model);
     let mut memory = Memory::default();
     let turn = |(frame, profile): (usize, &Option<SurfaceProfile>)| {
@@ -136,7 +135,7 @@ pub fn turns_with(
         let estimate = estimator.turn(&mut memory, input, &mut NoClock, &mut []);
         look(frame, &memory, &estimate);
         let turn = Turn { time: time_of(frame), stamp: None, sight: profile.map(Ok), estimate };
-        Logged { turn, ended: Instant::now(), latency_us: 0, turn_us: 0, allocations: 0 }
+        TimedTurn::untimed(turn)
     };
     seen.iter().enumerate().map(turn).collect()
 }

@@ -11,8 +11,8 @@
 use core::fmt::{self, Write};
 use crc::{CRC_64_XZ, Crc};
 use meniscus::blob::Model;
-use meniscus::runtime::output::{OUTPUT_MAX, OUTPUT_VERSION, Packet};
-use meniscus::runtime::{Clock, Estimator, Eye, InputSource, Tracker, Turn};
+use meniscus::runtime::output::{OUTPUT_MAX, Packet};
+use meniscus::runtime::{Clock, Estimator, Eye, InputSource, Tracker};
 use meniscus::surface::{Config, Intrinsics, Settings};
 use meniscus::usb::uvc::Stream;
 
@@ -136,7 +136,8 @@ fn turns(place: &mut impl Place, model: &Model<'_>, room: &mut Room) -> Result<D
         tracker.accept(stream, payload, InputSource::tracked, &mut NoClock, field, |turn, field| {
             done.turns += 1;
             let before = place.instructions();
-            tell(place, done.turns, turn, field);
+            let packet = Packet::of(turn, u64::from(done.turns), header);
+            tell(place, done.turns, &packet, field);
             told += place.instructions().saturating_sub(before);
         });
         if done.turns > turns {
@@ -153,20 +154,14 @@ fn turns(place: &mut impl Place, model: &Model<'_>, room: &mut Room) -> Result<D
 }
 
 /// The line of a turn.
-fn tell(place: &mut impl Place, number: u32, turn: &Turn, field: &[f32]) {
+fn tell(place: &mut impl Place, number: u32, packet: &Packet, field: &[f32]) {
     const CRC: Crc<u64> = Crc::<u64>::new(&CRC_64_XZ);
     let mut buffer = [0; OUTPUT_MAX];
-    let packet = Packet {
-        version: OUTPUT_VERSION,
-        time: turn.time,
-        sequence: turn.stamp.map(|stamp| stamp.sequence),
-        estimate: turn.estimate,
-    };
-    let packet = packet.write(&mut buffer).map_or(0, |bytes| CRC.checksum(bytes));
+    let crc = packet.write(&mut buffer).map_or(0, |bytes| CRC.checksum(bytes));
     let mut bits = CRC.digest();
     field.iter().for_each(|value| bits.update(&value.to_le_bytes()));
-    let mode = turn.estimate.mode;
-    place.line(format_args!("turn {number} {mode:?} packet {packet:016x} field {:016x}", bits.finalize()));
+    let mode = packet.estimate.mode;
+    place.line(format_args!("turn {number} {mode:?} packet {crc:016x} field {:016x}", bits.finalize()));
 }
 
 /// A line in memory that is there already; what does not fit is cut.

@@ -44,6 +44,8 @@ pub(super) struct RunConfig {
     pub(super) out: PathBuf,
     /// Table of every turn.
     pub(super) turn_table: Option<PathBuf>,
+    /// File of every estimate.
+    pub(super) estimates: Option<PathBuf>,
     /// Publishing to other programs.
     pub(super) publishing: Publishing,
     /// Groups of the field that are decoded.
@@ -185,6 +187,7 @@ impl TryFrom<&Arguments> for RunConfig {
             end: if endless { RunEnd::WhenStopped } else { RunEnd::AfterFrames },
             out: arguments.out.clone(),
             turn_table: arguments.turns.clone(),
+            estimates: arguments.estimates.clone(),
             publishing: Publishing { destinations: arguments.publish.clone(), field_hz: arguments.field_hz },
             fields: groups(&arguments.fields, arguments.field_hz)?,
             silence: if arguments.patient { Silence::WaitOut } else { Silence::Bridge },

@@ -9,10 +9,12 @@ use anyhow::Context;
 use indicatif::{ProgressBar, ProgressStyle};
 use meniscus::blob::Model;
 use meniscus::runtime::Estimator;
+use meniscus::runtime::output::Packet;
 use meniscus::surface::{Config, Rectifier};
-use meniscus_platform::files::write_whole;
+use meniscus_data::recording::EstimateRecording;
+use meniscus_platform::files::{check_writable, write_whole};
 use meniscus_service::identify::GlassSize;
-use meniscus_service::live::Worker;
+use meniscus_service::live::{Log, Worker};
 use meniscus_service::run::{Finished, LiveRun, RunState, Viewer, attend_service, turn_table};
 use meniscus_ui::page::Page;
 use meniscus_ui::terminal::{Caption, Dashboard};
@@ -49,6 +51,8 @@ pub(super) fn live(
     camera: ReadyCamera<'_>,
     play: impl FnOnce(&AtomicBool) + Send,
 ) -> anyhow::Result<Finished> {
+    // A run whose files cannot be written should not start.
+    config.turn_table.iter().chain(&config.estimates).try_for_each(|path| check_writable(path))?;
     let title = format!("{}, {}, model {}", model.header.liquid, camera.name, config.model);
     let mut outputs = Outputs::open(config, model, camera.reader, &title)?;
     let (radius_m, fill_m) = (model.header.radius_m, model.header.fill_m);
@@ -92,6 +96,9 @@ pub(super) fn live(
     if let Some(path) = &config.turn_table {
         write_whole(path, turn_table(&finished.log.turns).as_bytes())?;
     }
+    if let Some(path) = &config.estimates {
+        estimates(&finished.log, model).save(path)?;
+    }
     Ok(finished)
 }
 
@@ -119,6 +126,16 @@ impl Outputs {
         }
         Ok(())
     }
+}
+
+/// Returns the estimates of a run for a file.
+fn estimates(log: &Log, model: &Model<'_>) -> EstimateRecording {
+    let numbered = (0..).zip(&log.turns);
+    let packets: Vec<Packet> = numbered
+        .map(|(number, timed)| Packet { host: timed.host, ..Packet::of(&timed.turn, number, &model.header) })
+        .collect();
+    let command: Vec<String> = std::env::args().collect();
+    EstimateRecording::of(&packets, &command.join(" "))
 }
 
 /// Messages of a run, on standard error.

@@ -60,7 +60,7 @@ const BUFFERS: usize = 8;
 #[derive(clap::Args)]
 #[command(
     verbatim_doc_comment,
-    after_help = "Examples:\n  meniscus run\n  meniscus run --seconds 10 --json\n  meniscus run --patient --json\n  meniscus run --faults drop:0.05,late:0.02 --out /tmp/faulty\n  meniscus run --view\n  meniscus run --view --listen 0.0.0.0:8060\n  meniscus run --foxglove --mcap run.mcap\n  meniscus run --among shipped\n  meniscus run --motion truth\n  meniscus run --source usb --motion udp:0.0.0.0:9000\n  meniscus run --source usb\n  meniscus run --source simulated-usb:unplug --seconds 8\n  meniscus run --source replay try.mcap"
+    after_help = "Examples:\n  meniscus run\n  meniscus run --seconds 10 --json\n  meniscus run --patient --json\n  meniscus run --faults drop:0.05,late:0.02 --out /tmp/faulty\n  meniscus run --view\n  meniscus run --view --listen 0.0.0.0:8060\n  meniscus run --foxglove --mcap run.mcap\n  meniscus run --estimates run.safetensors\n  meniscus run --among shipped\n  meniscus run --motion truth\n  meniscus run --source usb --motion udp:0.0.0.0:9000\n  meniscus run --source usb\n  meniscus run --source simulated-usb:unplug --seconds 8\n  meniscus run --source replay try.mcap"
 )]
 pub(crate) struct Arguments {
     /// Length of the run, s: 10 by default, with --view until Ctrl-C. Without --view it ends with the recording at the
@@ -110,6 +110,10 @@ pub(crate) struct Arguments {
     /// Also write every turn as a row of this table: wall clock, camera clock, frame, mode, times.
     #[arg(long, value_name = "FILE.csv")]
     turns: Option<PathBuf>,
+    /// Also write every estimate into this file: times on both clocks, reduced state with its covariance, surface,
+    /// intervals, energy. The format is in firmware-config/SPEC.md.
+    #[arg(long, value_name = "FILE.safetensors")]
+    estimates: Option<PathBuf>,
     /// The simulated camera waits for the worker and not for the clock: nothing is late, however busy the machine, so
     /// that the errors are the same everywhere; times then tell nothing of a camera's 60 Hz.
     #[arg(long, conflicts_with_all = ["view", "service"])]
@@ -120,7 +124,7 @@ pub(crate) struct Arguments {
     realtime: bool,
     /// Run until it is stopped (SIGTERM, Ctrl-C), as a service: tells systemd that it is ready and alive, and standard
     /// error every change of the mode. For --source usb; --seconds is not used.
-    #[arg(long, conflicts_with_all = ["seconds", "truth", "turns"])]
+    #[arg(long, conflicts_with_all = ["seconds", "truth", "turns", "estimates"])]
     service: bool,
     /// Score a run with a camera on a bus against the truth of this recording: for a simulated camera that shows it from
     /// the first frame on.

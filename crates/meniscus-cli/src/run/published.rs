@@ -19,7 +19,8 @@ impl Published {
         if destinations.is_empty() {
             return Ok(None);
         }
-        let (outlet, publisher) = Publisher::start(destinations, *field_hz, model.field_len())?;
+        let (outlet, publisher) =
+            Publisher::start(destinations, &model.header, *field_hz, model.field_len())?;
         Ok(Some(Self { outlet, publisher }))
     }
 

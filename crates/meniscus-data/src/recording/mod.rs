@@ -4,10 +4,14 @@
 //! not on the simulator's particles, which mix during a slosh (1.9 mm rms drift in 3 s).
 
 mod compress;
+mod estimates;
+mod groups;
 mod lattice;
 mod store;
+mod tensors;
 
 pub use compress::Factored;
+pub use estimates::EstimateRecording;
 pub use lattice::{COLUMNS, LAYERS, Lattice, TRACERS, WALL_POINTS, wall_azimuth};
 pub use store::StoreError;
 
@@ -15,6 +19,7 @@ pub use store::StoreError;
 /// stresses (xx, yy, zz), shear stresses (xy, yz, zx); the camera side decodes the same.
 pub use meniscus::latent::decoder::GROUP_COMPONENTS;
 
+use meniscus::blob::KnownGroups;
 use meniscus::surface::POINTS;
 use meniscus::units::{FRAME_INTERVAL_S, Micros};
 use serde::{Deserialize, Serialize};
@@ -143,6 +148,8 @@ pub struct Recording {
     pub energy: Vec<EnergyBook>,
     /// Full states.
     pub states: States,
+    /// Groups of the states that are of this liquid; the numbers of the others mean nothing.
+    pub known: KnownGroups,
 }
 
 impl Recording {

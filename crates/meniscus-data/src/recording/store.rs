@@ -12,21 +12,26 @@
 //! | `q.coefficients`, `q.scale`, ... | F16 N x r, F32 r | by group: coefficients, their largest by mode |
 //! | `q.strong`, `q.weak`, ... | F16 s x width, I8 (r - s) x width | modes; weak ones in steps of 1/127 |
 //!
-//! Metadata: `format` = `meniscus recording 1`, `glass` and `provenance` as JSON.
+//! Metadata: `format` = `meniscus recording 2`; `glass`, `provenance` and `known` as JSON. `known` lists the groups of the
+//! state that are of this liquid, `["q", "v", "e", "sigma", "tau", "surface"]` in a simulation. Version 1 had no `known`.
 
+use super::groups::{groups, names};
+use super::tensors::{FileText, Tensor, f16s, f32s, f64s, rows, serialize, typed};
 use super::{
     COLUMNS, EnergyBook, Factored, GROUP_NAMES, Glass, Provenance, Recording, STATE, States, WALL_POINTS,
     group_range,
 };
-use half::f16;
+use meniscus::blob::KnownGroups;
 use meniscus::surface::POINTS;
 use meniscus_platform::files::write_whole;
-use safetensors::tensor::{Dtype, SafeTensors, TensorView};
+use safetensors::tensor::{Dtype, SafeTensors};
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 /// Name of this format in the metadata.
-const FORMAT: &str = "meniscus recording 1";
+const FORMAT: &str = "meniscus recording 2";
+/// Name of the format without `known`, which is read too.
+const FORMAT_1: &str = "meniscus recording 1";
 
 /// Why a recording could not be read or written.
 #[derive(Debug)]
@@ -47,37 +52,6 @@ impl std::fmt::Display for StoreError {
 }
 
 impl std::error::Error for StoreError {}
-
-/// A tensor on its way to the file.
-struct Tensor {
-    name: String,
-    dtype: Dtype,
-    shape: Vec<usize>,
-    bytes: Vec<u8>,
-}
-
-impl Tensor {
-    fn f64(name: &str, shape: &[usize], values: impl Iterator<Item = f64>) -> Self {
-        let bytes = values.flat_map(f64::to_le_bytes).collect();
-        Self { name: name.into(), dtype: Dtype::F64, shape: shape.to_vec(), bytes }
-    }
-
-    fn f32(name: &str, shape: &[usize], values: &[f32]) -> Self {
-        let bytes = values.iter().flat_map(|v| v.to_le_bytes()).collect();
-        Self { name: name.into(), dtype: Dtype::F32, shape: shape.to_vec(), bytes }
-    }
-
-    fn f16(name: &str, shape: &[usize], values: &[f32]) -> Self {
-        let bytes = values.iter().flat_map(|v| f16::from_f32(*v).to_le_bytes()).collect();
-        Self { name: name.into(), dtype: Dtype::F16, shape: shape.to_vec(), bytes }
-    }
-
-    /// Values between -1 and 1 in steps of 1/127.
-    fn i8(name: &str, shape: &[usize], values: &[f32]) -> Self {
-        let bytes = values.iter().flat_map(|v| ((127.0 * v).round() as i8).to_le_bytes()).collect();
-        Self { name: name.into(), dtype: Dtype::I8, shape: shape.to_vec(), bytes }
-    }
-}
 
 impl Recording {
     /// Writes the recording to `path`, whole or not at all.
@@ -109,16 +83,11 @@ impl Recording {
     fn to_bytes(&self) -> Result<Vec<u8>, String> {
         let metadata = HashMap::from([
             ("format".to_owned(), FORMAT.to_owned()),
+            ("known".to_owned(), serde_json::to_string(&names(self.known)).map_err(|e| format!("{e}"))?),
             ("glass".to_owned(), serde_json::to_string(&self.glass).map_err(|e| format!("{e}"))?),
             ("provenance".to_owned(), serde_json::to_string(&self.provenance).map_err(|e| format!("{e}"))?),
         ]);
-        let tensors = self.tensors();
-        let mut views = Vec::with_capacity(tensors.len());
-        for t in &tensors {
-            let view = TensorView::new(t.dtype, t.shape.clone(), &t.bytes);
-            views.push((t.name.as_str(), view.map_err(|e| format!("{}: {e}", t.name))?));
-        }
-        safetensors::serialize(views, Some(metadata)).map_err(|e| format!("{e}"))
+        serialize(&self.tensors(), metadata)
     }
 
     fn tensors(&self) -> Vec<Tensor> {
@@ -172,16 +141,19 @@ fn group_tensors(factored: &Factored, group: usize, name: &str, n: usize) -> [Te
 
 /// The recording in the bytes of a file.
 fn parse(bytes: &[u8]) -> Result<Recording, String> {
-    let (_, header) = SafeTensors::read_metadata(bytes).map_err(|e| format!("{e}"))?;
+    let text = FileText::read(bytes)?;
     let file = SafeTensors::deserialize(bytes).map_err(|e| format!("{e}"))?;
-    let metadata = header.metadata().as_ref().ok_or("it has no metadata")?;
-    let text = |key: &str| metadata.get(key).ok_or(format!("its metadata lack '{key}'"));
-    if text("format")? != FORMAT {
-        return Err(format!("its format is '{}', expected '{FORMAT}'", text("format")?));
-    }
-    let glass: Glass = serde_json::from_str(text("glass")?).map_err(|e| format!("glass: {e}"))?;
+    let known = match text.get("format")? {
+        // Every recording of version 1 is of a simulator that knows its whole liquid.
+        FORMAT_1 => KnownGroups::ALL,
+        FORMAT => groups(text.get("known")?)?,
+        other => {
+            return Err(format!("its format is '{other}'; this program reads '{FORMAT}' and '{FORMAT_1}'"));
+        }
+    };
+    let glass: Glass = serde_json::from_str(text.get("glass")?).map_err(|e| format!("glass: {e}"))?;
     let provenance: Provenance =
-        serde_json::from_str(text("provenance")?).map_err(|e| format!("provenance: {e}"))?;
+        serde_json::from_str(text.get("provenance")?).map_err(|e| format!("provenance: {e}"))?;
     let glass_x_m = f64s(&file, "glass_x_m", None)?;
     let n = glass_x_m.len();
     let states = if file.tensor("state").is_ok() {
@@ -211,6 +183,7 @@ fn parse(bytes: &[u8]) -> Result<Recording, String> {
             .map(|b| EnergyBook { kinetic: b[0], potential: b[1], internal: b[2], work: b[3] })
             .collect(),
         states,
+        known,
     })
 }
 
@@ -239,44 +212,4 @@ fn factored(file: &SafeTensors<'_>, frames: usize) -> Result<Factored, String> {
         (out.modes[group], out.coefficients[group], out.strong[group]) = (modes, coefficients, strong);
     }
     Ok(out)
-}
-
-/// The bytes of tensor `name` after its type and shape are checked; without a shape: one axis.
-fn typed<'a>(
-    file: &SafeTensors<'a>,
-    name: &str,
-    dtype: Dtype,
-    shape: Option<&[usize]>,
-) -> Result<&'a [u8], String> {
-    let view = file.tensor(name).map_err(|_| format!("it has no tensor '{name}'"))?;
-    let fits = shape.map_or(view.shape().len() == 1, |s| s == view.shape());
-    if view.dtype() != dtype || !fits {
-        return Err(format!(
-            "'{name}' is {:?} {:?}, expected {dtype:?} {shape:?}",
-            view.dtype(),
-            view.shape()
-        ));
-    }
-    Ok(view.data())
-}
-
-/// Length of the first axis of tensor `name`, 0 where there is none.
-fn rows(file: &SafeTensors<'_>, name: &str) -> usize {
-    file.tensor(name).ok().and_then(|view| view.shape().first().copied()).unwrap_or(0)
-}
-
-fn f16s(file: &SafeTensors<'_>, name: &str, shape: &[usize]) -> Result<Vec<f32>, String> {
-    let bytes = typed(file, name, Dtype::F16, Some(shape))?;
-    Ok(bytes.chunks_exact(2).map(|b| f16::from_le_bytes([b[0], b[1]]).to_f32()).collect())
-}
-
-fn f32s(file: &SafeTensors<'_>, name: &str, shape: Option<&[usize]>) -> Result<Vec<f32>, String> {
-    let bytes = typed(file, name, Dtype::F32, shape)?;
-    Ok(bytes.chunks_exact(4).map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]])).collect())
-}
-
-fn f64s(file: &SafeTensors<'_>, name: &str, shape: Option<&[usize]>) -> Result<Vec<f64>, String> {
-    let bytes = typed(file, name, Dtype::F64, shape)?;
-    let number = |b: &[u8]| f64::from_le_bytes([b[0], b[1], b[2], b[3], b[4], b[5], b[6], b[7]]);
-    Ok(bytes.chunks_exact(8).map(number).collect())
 }

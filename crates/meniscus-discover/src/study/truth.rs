@@ -5,6 +5,7 @@
 
 use crate::study::motion_plans::{Kind, courses};
 use crc::{CRC_64_ECMA_182, Crc};
+use meniscus::blob::{FieldGroup, KnownGroups};
 use meniscus::reduced::effects::{EffectKind, Slot};
 use meniscus_data::effects::Effects;
 use meniscus_data::liquids::{Liquid, Rheology};
@@ -163,5 +164,6 @@ fn read(bytes: &[u8]) -> Result<Recording, String> {
         profile_m: floats("profile_m")?,
         energy: Vec::new(),
         states: States::Full(Vec::new()),
+        known: KnownGroups::NONE.with(FieldGroup::Surface),
     })
 }

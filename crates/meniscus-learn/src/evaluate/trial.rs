@@ -8,7 +8,7 @@ use meniscus::units::FRAME_INTERVAL_S;
 use meniscus_data::recording::Recording;
 use meniscus_score::baseline::linear_with_motion;
 use meniscus_score::score::{Held, Score, SurfaceError, score};
-use meniscus_service::live::Logged;
+use meniscus_service::timed_turn::TimedTurn;
 use meniscus_virtual::camera::START;
 use meniscus_virtual::observe_recording::turns_with;
 
@@ -187,7 +187,7 @@ fn crest(profile: &[f32], fill_m: f64) -> f64 {
     profile.iter().map(|&z| f64::from(z) - fill_m).fold(f64::NEG_INFINITY, f64::max)
 }
 
-fn peaks(recording: &Recording, turns: &[Logged]) -> Vec<Peak> {
+fn peaks(recording: &Recording, turns: &[TimedTurn]) -> Vec<Peak> {
     let fill_m = recording.glass.fill_m;
     let truth: Vec<f64> = (0..recording.frames()).map(|n| crest(recording.profile(n), fill_m)).collect();
     let said: Vec<f64> = turns.iter().map(|l| crest(&l.turn.estimate.surface_m, fill_m)).collect();

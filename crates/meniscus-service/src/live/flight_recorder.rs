@@ -4,8 +4,8 @@
 //! missed its deadline it offers the ring to whoever keeps records; if they are still busy with the one before, the
 //! record is counted as lost, and the worker goes on.
 
-use super::log::Logged;
 use crate::sink::{RunCounters, TurnRecord, TurnSink};
+use crate::timed_turn::TimedTurn;
 use meniscus::runtime::DEADLINE_US;
 use meniscus_platform::handoff::Handoff;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -19,7 +19,7 @@ const AFTER: usize = 30;
 
 /// The hand-over of a record from the worker to its keeper.
 #[derive(Debug)]
-pub struct FlightRecorder<T = Logged> {
+pub struct FlightRecorder<T = TimedTurn> {
     place: Handoff<Vec<T>>,
     lost: AtomicU64,
 }
@@ -65,7 +65,7 @@ impl<T> FlightRecorder<T> {
 
 /// The worker's side: a ring of the last turns.
 #[derive(Debug)]
-pub struct FlightRing<'f, T = Logged> {
+pub struct FlightRing<'f, T = TimedTurn> {
     turns: Vec<T>,
     next: usize,
     /// Turns until the record of a miss is complete.

@@ -3,32 +3,15 @@
 use crate::commanded_motion::MotionTurns;
 use crate::identify::Standing;
 use crate::sink::{RunCounters, TurnRecord, TurnSink};
-use meniscus::runtime::Turn;
+use crate::timed_turn::TimedTurn;
 use meniscus::runtime::health::Health;
 use meniscus::usb::uvc::{Losses, Solitary};
-use std::time::Instant;
-
-/// One turn and its cost.
-#[derive(Clone, Copy, Debug)]
-pub struct Logged {
-    /// The turn.
-    pub turn: Turn,
-    /// When it ended.
-    pub ended: Instant,
-    /// From the arrival of its last payload to its end, microseconds; the time of the turn itself
-    /// where there was no payload.
-    pub latency_us: u64,
-    /// From handing the payload to the assembler to the end of the turn, microseconds.
-    pub turn_us: u64,
-    /// Allocations of the worker between the two.
-    pub allocations: u64,
-}
 
 /// Turns and counters of a run.
 #[derive(Debug, Default)]
 pub struct Log {
     /// Turns, oldest first.
-    pub turns: Vec<Logged>,
+    pub turns: Vec<TimedTurn>,
     /// Turns that found no room.
     pub overflow: u64,
     /// Counters of the estimator.
@@ -90,13 +73,13 @@ impl TurnSink for Log {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::sink::tests::logged;
+    use crate::timed_turn::tests::timed_turn;
 
     #[test]
     fn a_full_log_counts_and_does_not_grow() {
         let mut log = Log::with_room(2);
         let room = log.turns.capacity();
-        let turn = logged(1, 0);
+        let turn = timed_turn(1, 0);
         for _ in 0..room + 3 {
             log.accept(&TurnRecord { logged: &turn, field: &[], after: None });
         }

@@ -7,5 +7,5 @@ mod worker;
 
 pub use crest_image::CrestImage;
 pub use flight_recorder::{FlightRecorder, FlightRing, KEPT};
-pub use log::{Log, Logged};
+pub use log::Log;
 pub use worker::{Silence, Worker};

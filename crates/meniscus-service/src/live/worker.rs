@@ -1,8 +1,9 @@
 //! The worker's loop: receive, turn, hand on. It blocks on nothing but the camera.
 
-use super::log::Logged;
+use crate::clock_map::ClockMap;
 use crate::commanded_motion::CommandedMotion;
 use crate::sink::{RunCounters, StateAfter, TurnRecord, TurnSink};
+use crate::timed_turn::TimedTurn;
 use meniscus::runtime::{COAST_LIMIT, Estimator, Eye, InputSource, Tracker};
 use meniscus::surface::{Config, Rectifier};
 use meniscus_platform::allocations::allocations_of_this_thread;
@@ -67,7 +68,8 @@ impl<'m> Worker<'m> {
         let field = vec![0.0; self.estimator.field_len()];
         let tracker = Tracker::new(self.estimator, eye);
         let (clock, batch) = (Monotonic::start(), Vec::with_capacity(MOST_TURNS));
-        let mut turns = Turns { tracker, clock, field, motion: self.motion.as_ref(), batch };
+        let motion = self.motion.as_ref();
+        let mut turns = Turns { tracker, clock, clock_map: ClockMap::new(), field, motion, batch };
         let patience = match self.silence {
             Silence::Bridge => PATIENCE,
             Silence::WaitOut => LONG,
@@ -108,10 +110,11 @@ impl<'m> Worker<'m> {
 struct Turns<'w, 'm, 'b> {
     tracker: Tracker<'m, 'b>,
     clock: Monotonic,
+    clock_map: ClockMap,
     field: Vec<f32>,
     motion: Option<&'w CommandedMotion>,
     /// Turns that the sinks have not had yet. It never grows: the tracker bounds the turns of a payload.
-    batch: Vec<Logged>,
+    batch: Vec<TimedTurn>,
 }
 
 impl Turns<'_, '_, '_> {
@@ -125,7 +128,8 @@ impl Turns<'_, '_, '_> {
         let (allocations, turn_us) = (allocations_of_this_thread() - before, micros_since(started));
         if let Some(turn) = turn {
             let ended = Instant::now();
-            self.batch.push(Logged { turn, ended, latency_us: turn_us, turn_us, allocations });
+            let host = self.clock_map.host_time(turn.time);
+            self.batch.push(TimedTurn { turn, host, ended, latency_us: turn_us, turn_us, allocations });
         }
     }
 
@@ -133,13 +137,17 @@ impl Turns<'_, '_, '_> {
     fn take_payload(&mut self, delivery: &Delivery) {
         let started = Instant::now();
         let before = allocations_of_this_thread();
-        let Self { tracker, clock, field, motion, batch } = self;
+        let Self { tracker, clock, clock_map, field, motion, batch } = self;
         let arrived = delivery.arrived;
         let drive = |at| motion.map_or(InputSource::Tracked, |motion| motion.drive(at, arrived));
         tracker.accept(delivery.stream, &delivery.payload, drive, clock, field, |turn, _| {
             let allocations = allocations_of_this_thread() - before;
             let (latency_us, turn_us) = (micros_since(arrived), micros_since(started));
-            batch.push(Logged { turn: *turn, ended: Instant::now(), latency_us, turn_us, allocations });
+            if turn.stamp.is_some() {
+                clock_map.observe(turn.time, arrived);
+            }
+            let (host, ended) = (clock_map.host_time(turn.time), Instant::now());
+            batch.push(TimedTurn { turn: *turn, host, ended, latency_us, turn_us, allocations });
         });
     }
 

@@ -16,7 +16,9 @@ mod targets;
 pub use destination::{Destination, DestinationError};
 
 use crate::sink::{TurnRecord, TurnSink};
-use meniscus::runtime::output::{OUTPUT_VERSION, Packet};
+use meniscus::blob::{FieldGroup, Header, KnownGroups};
+use meniscus::latent::decoder::GROUP_COMPONENTS;
+use meniscus::runtime::output::{HostTime, Packet};
 use meniscus::units::Micros;
 use meniscus_platform::handoff::Handoff;
 use std::sync::Arc;
@@ -26,8 +28,8 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 use targets::{Readers, Targets};
 
-/// First byte of a field frame.
-pub const FIELD_KIND: u8 = b'F';
+/// First byte of a field frame. `F` was a frame without number, host time and groups.
+pub const FIELD_KIND: u8 = b'G';
 
 /// Records between worker and publisher: a second.
 const QUEUE: usize = 64;
@@ -35,14 +37,20 @@ const QUEUE: usize = 64;
 /// How long the publisher waits for a record before it looks for new readers.
 const PATIENCE: Duration = Duration::from_millis(50);
 
-/// The full field, as it goes out.
+/// Field of a turn, as it goes out.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct FieldFrame {
     /// [`FIELD_KIND`].
     pub kind: u8,
-    /// Instant of its turn, in the camera's time.
+    /// Number of the packet of the same turn.
+    pub number: u64,
+    /// Instant of its turn on the camera's clock.
     pub time: Micros,
-    /// q, v, e, sigma, tau of every tracer, group after group, SI units.
+    /// The same instant on the host's clock.
+    pub host: Option<HostTime>,
+    /// Groups that `field` has. A group that the model is not valid for is left out.
+    pub groups: KnownGroups,
+    /// q, v, e, sigma, tau of every tracer as far as `groups` has them, group after group, SI units.
     pub field: Vec<f32>,
 }
 
@@ -64,7 +72,10 @@ pub struct PublishCounters {
 pub struct PublishOutlet {
     queue: SyncSender<Packet>,
     slot: Arc<Handoff<FieldFrame>>,
+    header: Header,
     field_len: usize,
+    /// Number of the next packet.
+    number: u64,
     /// Counters of the records.
     pub counters: Arc<PublishCounters>,
 }
@@ -77,36 +88,73 @@ impl TurnSink for PublishOutlet {
     /// Queues the turn's packet: without room the record is left out and counted. The field is copied only when one is
     /// due and the publisher does not hold the slot.
     fn accept(&mut self, record: &TurnRecord<'_>) {
-        let (turn, field) = (&record.logged.turn, record.field);
-        let sequence = turn.stamp.map(|stamp| stamp.sequence);
-        let packet = Packet { version: OUTPUT_VERSION, time: turn.time, sequence, estimate: turn.estimate };
+        let (timed, field) = (record.logged, record.field);
+        let packet = Packet { host: timed.host, ..Packet::of(&timed.turn, self.number, &self.header) };
+        // A packet that is left out keeps its number: the gap tells readers of it.
+        self.number += 1;
         if self.queue.try_send(packet).is_err() {
             self.counters.queue_full.fetch_add(1, Ordering::Relaxed);
         }
-        if turn.estimate.field_fresh && field.len() == self.field_len {
+        if timed.turn.estimate.field_fresh && field.len() == self.field_len {
             self.slot.offer(|frame| {
-                frame.time = turn.time;
-                frame.field.copy_from_slice(field);
+                (frame.number, frame.time, frame.host) = (packet.number, packet.time, packet.host);
+                copy_groups(field, frame.groups, &mut frame.field);
             });
         }
     }
 }
 
+/// Numbers of one tracer in all groups.
+const TRACER: usize = {
+    let [q, v, e, sigma, tau] = GROUP_COMPONENTS;
+    q + v + e + sigma + tau
+};
+
+/// Returns the share of a full field of `field_len` numbers that `groups` has.
+fn groups_len(field_len: usize, groups: KnownGroups) -> usize {
+    let tracers = field_len / TRACER;
+    let sizes = FieldGroup::ALL.into_iter().zip(GROUP_COMPONENTS);
+    sizes.filter(|(group, _)| groups.contains(*group)).map(|(_, components)| tracers * components).sum()
+}
+
+/// Copies the groups of a full field that `groups` has, one behind the other.
+fn copy_groups(field: &[f32], groups: KnownGroups, out: &mut [f32]) {
+    let tracers = field.len() / TRACER;
+    let (mut rest, mut room) = (field, out);
+    for (group, components) in FieldGroup::ALL.into_iter().zip(GROUP_COMPONENTS) {
+        let (part, behind) = rest.split_at(tracers * components);
+        rest = behind;
+        if groups.contains(group) {
+            let (place, left) = room.split_at_mut(part.len());
+            place.copy_from_slice(part);
+            room = left;
+        }
+    }
+}
+
 impl Publisher {
-    /// Opens `destinations` and starts to publish; the full field goes `field_hz` times a second to those
-    /// who read a Unix socket, never if that is 0. `field_len` is its length.
+    /// Opens `destinations` and starts to publish estimates of the model of `header`. The field goes `field_hz` times a
+    /// second to those who read a Unix socket, never if that is 0; `field_len` is the length of the full one.
     ///
     /// # Errors
     /// What is wrong with the first destination that cannot be opened, and what to do.
     pub fn start(
         destinations: &[Destination],
+        header: &Header,
         field_hz: f64,
         field_len: usize,
     ) -> Result<(PublishOutlet, Self), DestinationError> {
         let counters = Arc::new(PublishCounters::default());
         let targets = Targets::open(destinations, Arc::clone(&counters))?;
         let (queue, records) = sync_channel(QUEUE);
-        let empty = FieldFrame { kind: FIELD_KIND, time: Micros(0), field: vec![0.0; field_len] };
+        let empty = FieldFrame {
+            kind: FIELD_KIND,
+            number: 0,
+            time: Micros(0),
+            host: None,
+            groups: header.known,
+            field: vec![0.0; groups_len(field_len, header.known)],
+        };
         let slot = Arc::new(Handoff::new(empty));
         let shared = Arc::clone(&slot);
         let every = (field_hz > 0.0).then(|| Duration::from_secs_f64(1.0 / field_hz));
@@ -114,7 +162,8 @@ impl Publisher {
         let thread = thread.spawn(move || publish(targets, &records, &shared, every)).map_err(|error| {
             DestinationError::new("the publisher's thread", error.to_string(), "free memory")
         })?;
-        Ok((PublishOutlet { queue, slot, field_len, counters }, Self(thread)))
+        let outlet = PublishOutlet { queue, slot, header: header.clone(), field_len, number: 0, counters };
+        Ok((outlet, Self(thread)))
     }
 
     /// Waits until all that was handed over is out, or refused; the [`PublishOutlet`] has to be gone.
@@ -153,4 +202,24 @@ fn publish(
         }
     }
     targets.flush();
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn groups_that_the_model_is_not_valid_for_are_left_out() {
+        // Two tracers: six numbers of q, six of v, two of e, six of sigma, six of tau.
+        let field: Vec<f32> = (0..2 * TRACER).map(|number| number as f32).collect();
+        let groups = KnownGroups::NONE
+            .with(FieldGroup::Velocity)
+            .with(FieldGroup::ShearStress)
+            .with(FieldGroup::Surface);
+        let mut part = vec![-1.0; groups_len(field.len(), groups)];
+        copy_groups(&field, groups, &mut part);
+        assert_eq!(part, [6.0, 7.0, 8.0, 9.0, 10.0, 11.0, 20.0, 21.0, 22.0, 23.0, 24.0, 25.0]);
+        assert_eq!(groups_len(field.len(), KnownGroups::ALL), field.len());
+        assert_eq!(groups_len(field.len(), KnownGroups::NONE), 0);
+    }
 }

@@ -1,6 +1,7 @@
 //! Statistics of a run that need no truth: times, conservation laws, late turns.
 
-use crate::live::{Log, Logged};
+use crate::live::Log;
+use crate::timed_turn::TimedTurn;
 use meniscus::runtime::{DEADLINE_US, Mode, Stages};
 use serde_json::{Value, json};
 
@@ -30,7 +31,7 @@ impl TurnTimes {
 }
 
 /// Returns the turns that ended more than a frame interval after their last payload had come.
-pub fn late(log: &Log) -> impl Iterator<Item = &Logged> {
+pub fn late(log: &Log) -> impl Iterator<Item = &TimedTurn> {
     log.turns.iter().filter(|logged| logged.latency_us > DEADLINE_US)
 }
 
@@ -44,7 +45,7 @@ pub fn energy_drift(log: &Log) -> f64 {
 /// Returns the number of turns after which there was less heat than before.
 #[must_use]
 pub fn entropy_falls(log: &Log) -> usize {
-    let heat = |logged: &Logged| logged.turn.estimate.heat_j;
+    let heat = |logged: &TimedTurn| logged.turn.estimate.heat_j;
     log.turns.windows(2).filter(|pair| heat(&pair[1]) < heat(&pair[0])).count()
 }
 
@@ -112,14 +113,14 @@ pub fn modes_json(log: &Log) -> Value {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::sink::tests::logged;
+    use crate::timed_turn::tests::timed_turn;
 
     #[test]
     fn quantiles_are_those_of_the_sorted_times() {
-        let turns = [90_000, 400, 5_000].map(|us| logged(0, us)).to_vec();
+        let turns = [90_000, 400, 5_000].map(|us| timed_turn(0, us)).to_vec();
         let times = TurnTimes::of(&Log { turns, ..Log::default() });
         assert_eq!(times, TurnTimes { median: 5_000, p99: 90_000, max: 90_000 });
-        let turns = (1..=200).map(|us| logged(0, us)).collect();
+        let turns = (1..=200).map(|us| timed_turn(0, us)).collect();
         let times = TurnTimes::of(&Log { turns, ..Log::default() });
         assert_eq!(times, TurnTimes { median: 100, p99: 198, max: 200 });
         assert_eq!(TurnTimes::of(&Log::default()), TurnTimes::default());
@@ -127,7 +128,7 @@ mod tests {
 
     #[test]
     fn a_turn_is_late_after_the_deadline_and_not_on_it() {
-        let turns = [DEADLINE_US, DEADLINE_US + 1].map(|us| logged(0, us)).to_vec();
+        let turns = [DEADLINE_US, DEADLINE_US + 1].map(|us| timed_turn(0, us)).to_vec();
         assert_eq!(late(&Log { turns, ..Log::default() }).count(), 1);
     }
 }

@@ -4,7 +4,8 @@ use super::pace::{Film, Handed};
 use super::steal::Steal;
 use hdrhistogram::Histogram;
 use meniscus::runtime::Stages;
-use meniscus_service::live::{Log, Logged};
+use meniscus_service::live::Log;
+use meniscus_service::timed_turn::TimedTurn;
 
 /// Longest time that is told apart, microseconds: a minute.
 const LONGEST_US: u64 = 60_000_000;
@@ -74,7 +75,7 @@ impl Tally {
     #[must_use]
     pub fn new(shots: &[Handed], log: &Log, settled: usize, deadline_us: u64, steal: &Steal) -> Self {
         let histogram = || Histogram::new_with_bounds(1, LONGEST_US, 3).expect("bounds that are in order");
-        let mut turns: Vec<Option<&Logged>> = vec![None; shots.len()];
+        let mut turns: Vec<Option<&TimedTurn>> = vec![None; shots.len()];
         for logged in &log.turns {
             let Some(stamp) = logged.turn.stamp else { continue };
             if let Some(slot) = turns.get_mut(Film::frame_at(stamp.captured.0)) {
@@ -151,7 +152,7 @@ mod tests {
     use std::time::{Duration, Instant};
 
     /// A turn that was handed over 100 us after it was due and took 400 us, but for the given delay.
-    fn logged(shot: &Handed, frame: usize, delay_us: u64) -> Logged {
+    fn logged(shot: &Handed, frame: usize, delay_us: u64) -> TimedTurn {
         let bytes = meniscus_platform::files::AlignedBytes::copy(meniscus_shipped::MODEL);
         let model = Model::load(&bytes).expect("the shipped model");
         let mut clock = meniscus_platform::clock::Monotonic::start();
@@ -159,12 +160,12 @@ mod tests {
             Estimator::new(&model).turn(&mut Memory::default(), TurnInput::default(), &mut clock, &mut []);
         let captured = Micros(Film::captured_us(frame));
         let stamp = Some(Stamp { sequence: frame as u32, captured });
-        Logged {
-            turn: Turn { time: captured, stamp, sight: None, estimate },
+        let turn = Turn { time: captured, stamp, sight: None, estimate };
+        TimedTurn {
             ended: shot.sent + Duration::from_micros(400 + delay_us),
             latency_us: 400 + delay_us,
             turn_us: 400,
-            allocations: 0,
+            ..TimedTurn::untimed(turn)
         }
     }
 

@@ -4,8 +4,8 @@ use super::Shared;
 use ::foxglove::{FoxgloveError, RawChannel, Schema};
 use meniscus::blob::Model;
 use meniscus::runtime::{Forecast, Mode};
-use meniscus_service::live::Logged;
 use meniscus_service::snapshot::TurnSnapshot;
+use meniscus_service::timed_turn::TimedTurn;
 use serde_json::{Value, json};
 use std::sync::Arc;
 
@@ -63,7 +63,7 @@ fn schema() -> Value {
 }
 
 /// A turn.
-pub(super) fn message(model: &Model<'_>, snapshot: &TurnSnapshot, logged: &Logged) -> String {
+pub(super) fn message(model: &Model<'_>, snapshot: &TurnSnapshot, logged: &TimedTurn) -> String {
     let (turn, estimate, health) = (&logged.turn, &logged.turn.estimate, &snapshot.memory.health);
     let measured = turn.sight.and_then(Result::ok).map(|profile| {
         let points = profile.height_m.into_iter().zip(profile.valid);
@@ -114,8 +114,7 @@ mod tests {
         let estimate =
             Estimator::new(&model).turn(&mut memory, TurnInput::default(), &mut Monotonic::start(), &mut []);
         let turn = Turn { time: Micros(1), stamp: None, sight: None, estimate };
-        let ended = std::time::Instant::now();
-        let logged = Logged { turn, ended, latency_us: 5, turn_us: 4, allocations: 0 };
+        let logged = TimedTurn { latency_us: 5, turn_us: 4, ..TimedTurn::untimed(turn) };
         let snapshot = TurnSnapshot { memory, ..TurnSnapshot::default() };
         let message: Value = serde_json::from_str(&message(&model, &snapshot, &logged)).expect("it is JSON");
         let schema = schema();

@@ -194,7 +194,7 @@ impl Viewer for Foxglove {
 type Shared = Arc<Context>;
 
 /// Time of a turn as every message of it carries it: the camera's, ns.
-fn nanoseconds(logged: &meniscus_service::live::Logged) -> u64 {
+fn nanoseconds(logged: &meniscus_service::timed_turn::TimedTurn) -> u64 {
     logged.turn.time.0.saturating_mul(1000)
 }
 

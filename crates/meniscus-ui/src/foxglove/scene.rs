@@ -13,7 +13,7 @@ use ::foxglove::messages::{
 use meniscus::blob::Model;
 use meniscus::latent::decoder::GROUP_COMPONENTS;
 use meniscus::surface::{Config, profile_abscissa};
-use meniscus_service::live::Logged;
+use meniscus_service::timed_turn::TimedTurn;
 
 const WORLD: &str = "world";
 const GLASS: &str = "glass";
@@ -31,7 +31,7 @@ const MEASURED: Color = Color { r: 0.902, g: 0.624, b: 0.0, a: 1.0 };
 const WALL: Color = Color { r: 0.7, g: 0.8, b: 0.9, a: 0.15 };
 
 /// Where the glass is; `None` where its edges were not found: a place that nobody knows is not claimed.
-pub(super) fn glass(logged: &Logged, stamp: Timestamp) -> Option<FrameTransform> {
+pub(super) fn glass(logged: &TimedTurn, stamp: Timestamp) -> Option<FrameTransform> {
     let x = logged.turn.sight?.ok()?.glass_x_m?;
     Some(FrameTransform {
         timestamp: Some(stamp),
@@ -91,7 +91,12 @@ pub(super) fn tracers(count: usize, field: &[f32], stamp: Timestamp) -> PointClo
 }
 
 /// The glass, the estimated edge of the liquid on its wall with its interval, and the measured points.
-pub(super) fn surface(model: &Model<'_>, config: &Config, logged: &Logged, stamp: Timestamp) -> SceneUpdate {
+pub(super) fn surface(
+    model: &Model<'_>,
+    config: &Config,
+    logged: &TimedTurn,
+    stamp: Timestamp,
+) -> SceneUpdate {
     let (header, estimate) = (&model.header, &logged.turn.estimate);
     let on_wall = |point: usize, z: f32| {
         let [x, y, z] = config.wall_point(profile_abscissa(point) as f32, z).map(f64::from);

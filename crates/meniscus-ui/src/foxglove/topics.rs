@@ -8,8 +8,8 @@ use ::foxglove::{Channel, PartialMetadata, RawChannel};
 use meniscus::blob::Model;
 use meniscus::runtime::Mode;
 use meniscus::surface::Config;
-use meniscus_service::live::Logged;
 use meniscus_service::snapshot::TurnSnapshot;
+use meniscus_service::timed_turn::TimedTurn;
 use std::sync::Arc;
 
 /// A channel for each topic.
@@ -51,7 +51,7 @@ impl Topics {
         model: &Model<'_>,
         config: &Config,
         snapshot: &TurnSnapshot,
-        logged: &Logged,
+        logged: &TimedTurn,
         field: &mut [f32],
     ) {
         let meta = PartialMetadata { log_time: Some(nanoseconds(logged)) };

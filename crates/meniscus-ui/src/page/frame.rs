@@ -7,8 +7,8 @@ use meniscus::blob::Model;
 use meniscus::latent::decoder::ENERGY_GROUP;
 use meniscus::runtime::{Crest, Forecast, Mode};
 use meniscus::surface::{POINTS, SurfaceProfile};
-use meniscus_service::live::Logged;
 use meniscus_service::snapshot::TurnSnapshot;
+use meniscus_service::timed_turn::TimedTurn;
 
 /// First byte of a frame.
 pub(super) const FRAME: u8 = 1;
@@ -38,7 +38,7 @@ pub(super) struct Facts<'l> {
     /// The snapshot.
     pub(super) snapshot: &'l TurnSnapshot,
     /// Its turn.
-    pub(super) logged: &'l Logged,
+    pub(super) logged: &'l TimedTurn,
     /// Seconds, in the camera's time, since a frame came.
     pub(super) unseen_s: f64,
     /// Who looks at the page, and frames that they had no room for.

@@ -2,8 +2,8 @@
 
 use meniscus::runtime::{DEADLINE_US, Mode};
 use meniscus::surface::profile_abscissa;
-use meniscus_service::live::Logged;
 use meniscus_service::run::RunState;
+use meniscus_service::timed_turn::TimedTurn;
 use ratatui::Frame;
 use ratatui::crossterm::event::{self, Event, KeyCode, KeyEvent, KeyModifiers};
 use ratatui::layout::{Constraint, Layout, Rect};
@@ -101,7 +101,7 @@ impl Dashboard {
         Ok(())
     }
 
-    fn remember(&mut self, logged: &Logged) {
+    fn remember(&mut self, logged: &TimedTurn) {
         let estimate = &logged.turn.estimate;
         let micro = |joules: f64| (joules.max(0.0) * 1e6) as u64;
         self.missed += u64::from(logged.latency_us > DEADLINE_US);
@@ -110,7 +110,7 @@ impl Dashboard {
         push(&mut self.heat_uj, micro(estimate.heat_j));
     }
 
-    fn draw(&self, frame: &mut Frame<'_>, last: Option<&Logged>) {
+    fn draw(&self, frame: &mut Frame<'_>, last: Option<&TimedTurn>) {
         let rows = Layout::vertical([Constraint::Length(3), Constraint::Min(10), Constraint::Length(6)]);
         let [head, middle, foot] = rows.areas(frame.area());
         frame.render_widget(self.headline(last), head);
@@ -134,7 +134,7 @@ impl Dashboard {
         }
     }
 
-    fn headline(&self, last: Option<&Logged>) -> Paragraph<'_> {
+    fn headline(&self, last: Option<&TimedTurn>) -> Paragraph<'_> {
         let mode = last.map_or(Mode::Filling, |logged| logged.turn.estimate.mode);
         let colour = match mode {
             Mode::Tracking => Color::Green,
@@ -152,7 +152,7 @@ impl Dashboard {
         Paragraph::new(line).block(Block::bordered().title(" meniscus "))
     }
 
-    fn draw_surface(&self, frame: &mut Frame<'_>, area: Rect, last: Option<&Logged>) {
+    fn draw_surface(&self, frame: &mut Frame<'_>, area: Rect, last: Option<&TimedTurn>) {
         let (radius_mm, fill_mm) = (1e3 * self.caption.radius_m, 1e3 * self.caption.fill_m);
         let x = |index: usize| radius_mm * profile_abscissa(index);
         let points = |heights: &[f32], keep: &dyn Fn(usize) -> bool| -> Vec<(f64, f64)> {
@@ -179,7 +179,7 @@ impl Dashboard {
         frame.render_widget(chart, area);
     }
 
-    fn numbers(&self, last: Option<&Logged>) -> Paragraph<'_> {
+    fn numbers(&self, last: Option<&TimedTurn>) -> Paragraph<'_> {
         let block = Block::bordered().title(" turn ");
         let Some(logged) = last else {
             return Paragraph::new("waiting for the first frame").block(block);

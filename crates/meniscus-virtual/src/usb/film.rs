@@ -14,13 +14,12 @@ use meniscus::usb::uvc::Stream;
 use meniscus_data::recording::Recording;
 use meniscus_hil::FaultList;
 use meniscus_hil::device::{Device, Scenery};
-use meniscus_service::live::Logged;
+use meniscus_service::timed_turn::TimedTurn;
 use meniscus_usb::buffer::Buffer;
 use meniscus_usb::camera::{CameraError, Note, Session, Settings, Sink};
 use std::fmt;
 use std::io::{self, Write};
 use std::sync::{Arc, Mutex, PoisonError};
-use std::time::Instant;
 
 /// Why there is no film.
 #[derive(Debug)]
@@ -71,7 +70,7 @@ impl<W: Write + Send> Scenery for Filming<W> {
 struct Direct<'m, 'b> {
     tracker: Tracker<'m, 'b>,
     field: Vec<f32>,
-    turns: Vec<Logged>,
+    turns: Vec<TimedTurn>,
     frames: usize,
     spare: Vec<Buffer>,
 }
@@ -94,8 +93,7 @@ impl Sink for Direct<'_, '_> {
             &mut NoClock,
             &mut self.field,
             |turn, _| {
-                let ended = Instant::now();
-                turns.push(Logged { turn: *turn, ended, latency_us: 0, turn_us: 0, allocations: 0 });
+                turns.push(TimedTurn::untimed(*turn));
             },
         );
         self.spare.push(payload);
@@ -118,7 +116,7 @@ pub fn film<W: Write + Send + 'static>(
     settings: SceneSettings,
     frames: usize,
     film: W,
-) -> Result<(Vec<Logged>, W), FilmError> {
+) -> Result<(Vec<TimedTurn>, W), FilmError> {
     let glass = RecordedGlass::new(recording, settings);
     let film = Arc::new(Mutex::new(Ok(film)));
     let filming = Filming { glass, frames: frames as u64, film: Arc::clone(&film) };
