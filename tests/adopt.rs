@@ -1,7 +1,7 @@
 //! Named effects in the shipped model: what they do is what the reduced model's theory says, and no more.
 
 use meniscus::blob::{LoadError, Model};
-use meniscus::latent::generic::{Latent, State};
+use meniscus::latent::generic::{Latent, LatentState};
 use meniscus::latent::nn::Element;
 use meniscus::reduced::effects::{Active, find};
 use meniscus::surface::{SurfaceProfile, profile_abscissa};
@@ -47,7 +47,7 @@ fn tone(model: &Model<'_>) -> (f64, f64) {
     let mut jacobian = nalgebra::DMatrix::<f64>::zeros(13, 13);
     for k in 0..13 {
         let ends = [-SMALL, SMALL].map(|x| {
-            let mut state = State::default();
+            let mut state = LatentState::default();
             state.latent[k] = x;
             model.generic.step(&mut state, 0.0);
             state.latent
@@ -136,7 +136,7 @@ fn neutral_effects_change_nothing() {
     let plain = AlignedBytes::copy(SHIPPED);
     let neutral = with(&[("viscosity", 1.0), ("fill", 0.0), ("camera_slope", 0.0)]);
     let (plain, neutral) = (Model::load(&plain).expect("a model"), Model::load(&neutral).expect("a model"));
-    let (mut a, mut b) = (State::default(), State::default());
+    let (mut a, mut b) = (LatentState::default(), LatentState::default());
     for n in 0..200 {
         let push = (0.3 * f64::from(n)).sin();
         plain.generic.step(&mut a, push);
@@ -153,7 +153,7 @@ fn a_yield_stress_holds_a_small_push_better_than_a_large_one() {
     let blob = with(&[("yield_stress", 20.0)]);
     let model = Model::load(&blob).expect("a model");
     let fastest = |strength: f64| {
-        let mut state = State::default();
+        let mut state = LatentState::default();
         let heights = (0..60).map(|n| {
             model.generic.step(&mut state, if n < 6 { strength } else { 0.0 });
             let latent: [f64; 13] = state.latent.into();

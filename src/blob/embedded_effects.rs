@@ -14,7 +14,7 @@ use super::header::Header;
 use crate::latent::generic::{LATENTS, ModeMap, Slots};
 use crate::math::{sincos, sqrt};
 use crate::reduced::effects::{Active, MOST, PARAMETERS, Port, Slot, Stated, View, find};
-use crate::reduced::{Baseline, Cylinder, Model, Rheology};
+use crate::reduced::{Baseline, Cylinder, ReducedModel, Rheology};
 use crate::surface::{POINTS, SurfaceProfile, profile_abscissa};
 use heapless::{String, Vec};
 use nalgebra::SMatrix;
@@ -155,7 +155,8 @@ pub(super) fn apply(
     }
     let glass =
         Cylinder { radius_m: header.radius_m, depth_m: header.fill_m, density_kg_m3: named.density_kg_m3 };
-    let model = |active: &[Active]| Model::new(glass, *liquid, &Baseline::default(), active, header.dt_s);
+    let model =
+        |active: &[Active]| ReducedModel::new(glass, *liquid, &Baseline::default(), active, header.dt_s);
     let (plain, with) = (model(&[]), model(&active));
     let lens = Lens::new(header.radius_m, header.fill_m, &with);
     Ok((Slots::between(&plain, &with, map, header.energy_scale_j, hessian), lens))
@@ -164,7 +165,7 @@ pub(super) fn apply(
 impl Lens {
     /// The lens of a glass of this radius and stated fill (m) whose reduced model is `with`.
     #[must_use]
-    pub fn new(radius_m: f64, fill_m: f64, with: &Model) -> Self {
+    pub fn new(radius_m: f64, fill_m: f64, with: &ReducedModel) -> Self {
         let (port, view) = (&with.port, &with.view);
         let tangent = |angle: f64| {
             let (sin, cos) = sincos(angle);

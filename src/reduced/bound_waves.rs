@@ -8,7 +8,7 @@
 //! ```
 
 use super::model::{Baseline, MIDDLING_M_S, Ready, discrete, line_rubs, memory, stores};
-use super::modes::{Cylinder, Mode, RADIAL, Wave};
+use super::modes::{Cylinder, RADIAL, SloshMode, Wave};
 use crate::math::{ln, sqrt, tan};
 use crate::reduced::boundary_layer::{Rheology, resistance, viscosities};
 use crate::reduced::contact_line_friction::Rim;
@@ -62,7 +62,7 @@ pub(super) fn second_order(
 /// One wave, driven as theory without viscosity says.
 fn riding(wave: Wave, glass: &Cylinder, liquid: &Rheology, active: &[Active], beside: &Beside<'_>) -> Riding {
     let Beside { port, first, dt, .. } = *beside;
-    let mode = Mode::new(glass, wave);
+    let mode = SloshMode::new(glass, wave);
     let coupling = Coupling::with(wave);
     let kappa = [first.mode.steepness, mode.steepness];
     let stored = stores(&mode, glass, active) / mode.mass_kg;
@@ -105,6 +105,6 @@ fn rim(glass: &Cylinder, line: &Branch, waves: [[Wave; RADIAL]; 2]) -> Option<Ri
         Relax::Path(reach_m) => (line.stiffness / (4.0 * glass.radius_m), reach_m),
         Relax::Time(_) => return None,
     };
-    let mass_kg = waves.map(|row| row.map(|wave| Mode::new(glass, wave).mass_kg));
+    let mass_kg = waves.map(|row| row.map(|wave| SloshMode::new(glass, wave).mass_kg));
     (spring > 0.0).then(|| Rim::new(spring, reach_m, glass.radius_m, mass_kg))
 }

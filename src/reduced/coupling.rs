@@ -77,7 +77,7 @@ impl Coupling {
 mod tests {
     use super::*;
     use crate::math::bessel_j;
-    use crate::reduced::{Cylinder, Mode};
+    use crate::reduced::{Cylinder, SloshMode};
     use core::f64::consts::PI;
 
     #[test]
@@ -109,7 +109,7 @@ mod tests {
                 ];
                 sums.iter_mut().zip(parts).for_each(|(sum, part)| *sum += part / f64::from(RINGS));
             }
-            let area = Mode::new(&glass, wave).area_m2;
+            let area = SloshMode::new(&glass, wave).area_m2;
             let Coupling { lean, own, flow } = Coupling::with(wave);
             for (sum, stated) in sums.iter().zip([lean[0], lean[1], own[0], own[1], flow]) {
                 assert!((sum / area - stated).abs() < 1e-5, "{wave:?}: {} for {stated}", sum / area);

@@ -5,15 +5,15 @@
 //! Phi = sum v_n cosh(kz)/(k sinh kh) phi_n(r) cos theta,   velocity = grad Phi,   z from the bottom
 //! ```
 
-use super::model::Model;
-use super::modes::{Mode, RADIAL, Wave};
-use super::step::State;
+use super::model::ReducedModel;
+use super::modes::{RADIAL, SloshMode, Wave};
+use super::step::ReducedState;
 use crate::math::{bessel_j, cosh, sinh, sqrt};
 
 /// Height of the surface over rest at `(x, y)` in the glass, m; `push` is the specific force along x and
 /// y, which the modes left out follow at once.
 #[must_use]
-pub fn surface(model: &Model, state: &State, push: &[f64; 2], x: f64, y: f64) -> f64 {
+pub fn surface(model: &ReducedModel, state: &ReducedState, push: &[f64; 2], x: f64, y: f64) -> f64 {
     let r = sqrt(x * x + y * y).max(1e-12);
     let (cos, sin) = (x / r, y / r);
     let mut height = 0.0;
@@ -42,7 +42,7 @@ pub fn surface(model: &Model, state: &State, push: &[f64; 2], x: f64, y: f64) ->
 
 /// Heights along the wall as harmonics of the azimuth, m: mean, cos, sin, cos 2, sin 2.
 #[must_use]
-pub fn wall_harmonics(model: &Model, state: &State, push: &[f64; 2]) -> [f64; 5] {
+pub fn wall_harmonics(model: &ReducedModel, state: &ReducedState, push: &[f64; 2]) -> [f64; 5] {
     let at_once = model.left_out_m() / crate::units::GRAVITY_M_S2;
     let [mean, cos2, sin2] = state.second.height.map(|row| row.iter().sum());
     let along = |d: usize| state.height[d].iter().sum::<f64>();
@@ -51,13 +51,13 @@ pub fn wall_harmonics(model: &Model, state: &State, push: &[f64; 2]) -> [f64; 5]
 
 /// Velocity of the liquid at `(x, y, z)` in the glass, z from the bottom, m/s: first order.
 #[must_use]
-pub fn velocity(model: &Model, state: &State, point_m: [f64; 3]) -> [f64; 3] {
+pub fn velocity(model: &ReducedModel, state: &ReducedState, point_m: [f64; 3]) -> [f64; 3] {
     let [x, y, z] = point_m;
     let r = sqrt(x * x + y * y).max(1e-9);
     let (cos, sin) = (x / r, y / r);
     let mut out = [0.0; 3];
     for (i, ready) in model.modes.iter().enumerate() {
-        let Mode { k, xi, .. } = ready.mode;
+        let SloshMode { k, xi, .. } = ready.mode;
         let wall = bessel_j(1, xi);
         let over = bessel_j(1, k * r) / (k * r);
         let slope = bessel_j(0, k * r) - over;

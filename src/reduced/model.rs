@@ -1,6 +1,6 @@
 //! A glass of liquid with its effects: every coefficient that a step needs.
 
-use super::modes::{Cylinder, Mode, RADIAL, Wave};
+use super::modes::{Cylinder, RADIAL, SloshMode, Wave};
 use crate::math::{sqrt, tan};
 use crate::reduced::bound_waves::{Beside, second_order};
 use crate::reduced::boundary_layer::{Rheology, friction};
@@ -45,7 +45,7 @@ impl Default for Baseline {
 /// One mode (1,n), ready for steps.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Ready {
-    pub(super) mode: Mode,
+    pub(super) mode: SloshMode,
     /// Stiffness of the discrete oscillator, N/m.
     pub(super) stiffness: f64,
     /// Force for each m/s2 of push, kg.
@@ -62,7 +62,7 @@ pub(super) struct Ready {
 
 /// A glass of liquid with its effects, for steps of one length.
 #[derive(Clone, Debug)]
-pub struct Model {
+pub struct ReducedModel {
     /// Glass and liquid at rest, with the effects on them.
     pub glass: Cylinder,
     /// What the glass's motion becomes before it drives the liquid.
@@ -82,7 +82,7 @@ pub struct Model {
     pub(super) rubbing: Vec<Active, MOST>,
 }
 
-impl Model {
+impl ReducedModel {
     /// The model of `glass` filled with `liquid` under `baseline` with the effects `active`, for steps of
     /// `dt` seconds; at most [`MOST`] effects act, further ones are left out.
     #[must_use]
@@ -177,7 +177,7 @@ impl Model {
 }
 
 /// Stiffness that `mode` gains by what the effects `active` store, N/m.
-pub(super) fn stores(mode: &Mode, glass: &Cylinder, active: &[Active]) -> f64 {
+pub(super) fn stores(mode: &SloshMode, glass: &Cylinder, active: &[Active]) -> f64 {
     let one = |effect: &Active| match effect.entry.slot {
         Slot::Stiffness(extra) => extra(&effect.values, mode, glass),
         _ => 0.0,
@@ -202,7 +202,7 @@ pub(super) fn discrete(w: f64, dt: f64) -> f64 {
 }
 
 /// What the liquid remembers of `mode`.
-pub(super) fn memory(active: &[Active], mode: &Mode, glass: &Cylinder) -> Branch {
+pub(super) fn memory(active: &[Active], mode: &SloshMode, glass: &Cylinder) -> Branch {
     let one = |effect: &Active| match effect.entry.slot {
         Slot::Memory(branch) => Some(branch(&effect.values, mode, glass)),
         _ => None,
@@ -219,7 +219,7 @@ fn ready(
     active: &[Active],
     dt: f64,
 ) -> Ready {
-    let mode = Mode::new(glass, Wave::First(n));
+    let mode = SloshMode::new(glass, Wave::First(n));
     let of = |values: &[f64; RADIAL], or: f64| values.get(n).copied().unwrap_or(or);
     let plain = mode.square(GRAVITY_M_S2);
     let shifted = sqrt((plain + stores(&mode, glass, active) / mode.mass_kg).max(0.01 * plain))

@@ -58,7 +58,7 @@ impl Wave {
 
 /// One mode of a filled cylinder.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Mode {
+pub struct SloshMode {
     /// Azimuthal order m.
     pub order: i32,
     /// Zero xi.
@@ -75,7 +75,7 @@ pub struct Mode {
     pub lever_m: f64,
 }
 
-impl Mode {
+impl SloshMode {
     /// The mode of shape `wave` in `glass`.
     #[must_use]
     pub fn new(glass: &Cylinder, wave: Wave) -> Self {
@@ -118,16 +118,16 @@ mod tests {
     #[test]
     fn the_first_frequency_is_that_of_the_measured_cylinder() {
         // R = 49 mm, h = 78 mm: 3.047 Hz by theory, 3.00 to 3.04 measured.
-        let mode = Mode::new(&GLASS, Wave::First(0));
+        let mode = SloshMode::new(&GLASS, Wave::First(0));
         let hz = mode.square(GRAVITY_M_S2).sqrt() / (2.0 * PI);
         assert!((hz - 3.047).abs() < 1e-3, "{hz} Hz");
-        assert!((Mode::new(&GLASS, Wave::Ring(0)).lever_m).abs() < 1e-300);
+        assert!((SloshMode::new(&GLASS, Wave::Ring(0)).lever_m).abs() < 1e-300);
     }
 
     #[test]
     fn area_and_lever_are_the_integrals_that_they_stand_for() {
         for n in 0..RADIAL {
-            let mode = Mode::new(&GLASS, Wave::First(n));
+            let mode = SloshMode::new(&GLASS, Wave::First(n));
             let (rings, r_m) = (4000, GLASS.radius_m);
             let (mut square, mut along) = (0.0, 0.0);
             for i in 0..rings {

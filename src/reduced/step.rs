@@ -12,7 +12,7 @@
 //! [`Books::residue_j`]. Along the wall all modes move as one, `u = sum v_n`: friction and catch there are
 //! of rank one and solved in closed form.
 
-use super::model::Model;
+use super::model::ReducedModel;
 use super::modes::RADIAL;
 use crate::math::sqrt;
 use crate::reduced::effects::Relax;
@@ -26,7 +26,7 @@ const SETTLED_M_S: f64 = 1e-15;
 
 /// Where the liquid is; directions x and y, then modes.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct State {
+pub struct ReducedState {
     /// Heights at the wall, m.
     pub height: [[f64; RADIAL]; 2],
     /// Their rates, m/s.
@@ -61,10 +61,10 @@ pub struct Books {
     pub residue_j: f64,
 }
 
-impl Model {
+impl ReducedModel {
     /// Energy of `state` without its heat, J.
     #[must_use]
-    pub fn energy(&self, state: &State) -> f64 {
+    pub fn energy(&self, state: &ReducedState) -> f64 {
         let mut energy = 0.0;
         let directions = state.height.iter().zip(&state.rate).zip(state.memory.iter().zip(&state.caught));
         for ((height, rate), (memory, caught)) in directions {
@@ -83,8 +83,8 @@ impl Model {
 
     /// The liquid at rest under a steady push: `K a = Q`, mode by mode.
     #[must_use]
-    pub fn rest(&self, push: &Push) -> State {
-        let mut state = State::default();
+    pub fn rest(&self, push: &Push) -> ReducedState {
+        let mut state = ReducedState::default();
         for (height, along) in state.height.iter_mut().zip(push.along_m_s2) {
             for (a, ready) in height.iter_mut().zip(&self.modes) {
                 *a = ready.push_kg * along / (ready.stiffness + ready.lift_kg_m * push.lift_m_s2);
@@ -101,7 +101,7 @@ impl Model {
 }
 
 /// Advances `state` by one step under `push`.
-pub fn step(model: &Model, state: &mut State, push: &Push) -> Books {
+pub fn step(model: &ReducedModel, state: &mut ReducedState, push: &Push) -> Books {
     let (dt, before) = (model.dt, *state);
     // A wave along x that nothing turns stays there.
     let flat = |pair: &[[f64; RADIAL]; 2]| pair[1] == [0.0; RADIAL];
@@ -175,7 +175,12 @@ fn wall_speed(rate: &[[f64; RADIAL]; 2]) -> f64 {
 }
 
 /// Friction of each mode and along the wall at `state`, N s/m.
-fn resist(model: &Model, state: &State, friction: &mut [[f64; RADIAL]; 2], rubbing: &mut [f64; 2]) {
+fn resist(
+    model: &ReducedModel,
+    state: &ReducedState,
+    friction: &mut [[f64; RADIAL]; 2],
+    rubbing: &mut [f64; 2],
+) {
     for (i, ready) in model.modes.iter().enumerate() {
         let amplitude = |d: usize| {
             let (a, v) = (state.height[d].get(i).copied(), state.rate[d].get(i).copied());
@@ -198,8 +203,8 @@ fn resist(model: &Model, state: &State, friction: &mut [[f64; RADIAL]; 2], rubbi
 
 /// For each mode of direction `d`: the forces that do not depend on its rate, and one over what does.
 fn row(
-    model: &Model,
-    before: &State,
+    model: &ReducedModel,
+    before: &ReducedState,
     d: usize,
     push: &Push,
     friction: &[[f64; RADIAL]; 2],
@@ -229,9 +234,9 @@ fn row(
 /// Moves direction `d` to the end of the step; returns heat and work, J.
 #[allow(clippy::too_many_arguments, reason = "everything that one direction of a step is made of")]
 fn finish(
-    model: &Model,
-    state: &mut State,
-    before: &State,
+    model: &ReducedModel,
+    state: &mut ReducedState,
+    before: &ReducedState,
     d: usize,
     middle: &[[f64; RADIAL]; 2],
     friction: &[[f64; RADIAL]; 2],

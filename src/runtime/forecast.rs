@@ -7,7 +7,7 @@
 
 use super::memory::Memory;
 use crate::blob::Model;
-use crate::latent::generic::{LATENTS, State};
+use crate::latent::generic::{LATENTS, LatentState};
 use crate::surface::POINTS;
 use crate::uncertainty::error_model::Horizon;
 
@@ -34,7 +34,7 @@ pub struct Crest {
 }
 
 /// The decoder's surface of `state` with a cross-axis slosh of amplitude `lateral_m`, m.
-fn surface(model: &Model<'_>, state: &State, lateral_m: f64) -> [f32; POINTS] {
+fn surface(model: &Model<'_>, state: &LatentState, lateral_m: f64) -> [f32; POINTS] {
     let latent: [f64; LATENTS] = state.latent.into();
     let coefficients = model.decoder.coefficients(&latent.map(|x| x as f32), 0.0);
     let mut surface_m = model.decoder.surface(&coefficients);

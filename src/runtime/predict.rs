@@ -4,7 +4,7 @@ use super::estimator::{Estimator, POINTS_NEEDED};
 use super::memory::Memory;
 use super::turn_input::{InputSource, TurnInput};
 use crate::filter::PORT_LIMIT;
-use crate::latent::generic::{Audit, Outcome};
+use crate::latent::generic::{Audit, StepOutcome};
 use crate::runtime::health::count;
 use crate::surface::SurfaceProfile;
 
@@ -59,10 +59,10 @@ impl Estimator<'_> {
         memory.filter.predict(self.model, energy_placed);
         let audit = self.model.generic.step(&mut memory.state, input);
         match audit.outcome {
-            Outcome::Solved => {}
-            Outcome::Unconverged => count(&mut memory.health.step_unconverged),
-            Outcome::Backtracked => count(&mut memory.health.step_backtracked),
-            Outcome::Held => count(&mut memory.health.step_held),
+            StepOutcome::Solved => {}
+            StepOutcome::Unconverged => count(&mut memory.health.step_unconverged),
+            StepOutcome::Backtracked => count(&mut memory.health.step_backtracked),
+            StepOutcome::Held => count(&mut memory.health.step_held),
         }
         let energy = self.latent_energy(memory);
         if let InputSource::Measured { now, .. } = observation.source {

@@ -3,7 +3,7 @@
 use super::budget::Clock;
 use crate::surface::{self, NotSeen, OutlineAssembler, Rectifier, SurfaceProfile, extract};
 use crate::usb::frame::{DepthFrame, OutlineFrame, Stamp};
-use crate::usb::uvc::{Assembler, Losses, Outcome, Pairer, Solitary, Stream};
+use crate::usb::uvc::{Assembler, AssemblyOutcome, Losses, Pairer, Solitary, Stream};
 
 /// The camera's frame interval, microseconds.
 const INTERVAL_US: u32 = 16_667;
@@ -26,7 +26,7 @@ pub struct Eye<'b> {
     depth: Assembler<'b>,
     outline: OutlineAssembler<'b>,
     pairer: Pairer,
-    state: surface::State,
+    state: surface::ExtractionState,
 }
 
 impl<'b> Eye<'b> {
@@ -54,7 +54,7 @@ impl<'b> Eye<'b> {
             depth: Assembler::new(depth),
             outline,
             pairer: Pairer::new(INTERVAL_US),
-            state: surface::State::new(),
+            state: surface::ExtractionState::new(),
         }
     }
 
@@ -80,8 +80,8 @@ impl<'b> Eye<'b> {
     pub fn accept<C: Clock>(&mut self, stream: Stream, payload: &[u8], clock: &mut C) -> Option<Sight> {
         let frame = match stream {
             Stream::Depth => match self.depth.push(payload) {
-                Outcome::Frame(frame) => frame.stamp,
-                Outcome::Partial | Outcome::Lost(_) => return None,
+                AssemblyOutcome::Frame(frame) => frame.stamp,
+                AssemblyOutcome::Partial | AssemblyOutcome::Lost(_) => return None,
             },
             Stream::Outline => self.outline.push(payload, self.state.region(&self.config))?,
         };

@@ -73,17 +73,17 @@ pub struct Tally {
 /// Memory between frames, and the room in which the stages work (about 6 kB; no allocation).
 ///
 /// ```
-/// use meniscus::surface::{Config, Settings, State};
+/// use meniscus::surface::{Config, Settings, ExtractionState};
 ///
 /// let config = Config::new(Settings::default())?;
-/// let state = State::new();
+/// let state = ExtractionState::new();
 /// // Before the glass is found the whole search range is looked at, and no more.
 /// let region = state.region(&config);
 /// assert!(region.left > 0 && region.right < 640 && region.top < region.bottom);
 /// # Ok::<(), meniscus::surface::ConfigError>(())
 /// ```
 #[derive(Clone, Debug, Default)]
-pub struct State {
+pub struct ExtractionState {
     axis_m: Option<f32>,
     edge: Edge,
     samples: Samples,
@@ -91,7 +91,7 @@ pub struct State {
     offset_m: Option<f32>,
 }
 
-impl State {
+impl ExtractionState {
     /// Nothing seen yet.
     #[must_use]
     pub const fn new() -> Self {
@@ -123,7 +123,7 @@ impl State {
 /// [`Config::stamp_of`] the pair.
 ///
 /// ```
-/// use meniscus::surface::{Config, NotSeen, Settings, State, extract};
+/// use meniscus::surface::{Config, NotSeen, Settings, ExtractionState, extract};
 /// use meniscus::usb::frame::{DepthFrame, OutlineFrame, Stamp};
 ///
 /// let config = Config::new(Settings::default())?;
@@ -134,7 +134,7 @@ impl State {
 /// let outline = OutlineFrame { bytes: &outline, width, height, stamp };
 ///
 /// // A grey wall without a glass gives no profile, and the reason.
-/// let mut state = State::new();
+/// let mut state = ExtractionState::new();
 /// assert_eq!(extract(&config, &mut state, depth, outline), Err(NotSeen::NoContrast));
 /// assert_eq!(state.tally().not_seen, 1);
 /// # Ok::<(), meniscus::surface::ConfigError>(())
@@ -144,7 +144,7 @@ impl State {
 /// [`NotSeen`] says which stage found nothing; the glass is then searched in the whole range again.
 pub fn extract(
     config: &Config,
-    state: &mut State,
+    state: &mut ExtractionState,
     depth: DepthFrame<'_>,
     outline: OutlineFrame<'_>,
 ) -> Result<SurfaceProfile, NotSeen> {
@@ -165,7 +165,7 @@ pub fn extract(
 
 fn attempt(
     config: &Config,
-    state: &mut State,
+    state: &mut ExtractionState,
     depth: DepthFrame<'_>,
     outline: OutlineFrame<'_>,
 ) -> Result<SurfaceProfile, NotSeen> {

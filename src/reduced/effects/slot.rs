@@ -1,7 +1,7 @@
 //! Slots: the places in the reduced model where an effect may act.
 
 use super::Values;
-use crate::reduced::{Cylinder, Mode, Rheology};
+use crate::reduced::{Cylinder, Rheology, SloshMode};
 
 /// A stored energy with friction: `z' = v - r z`, energy `k z^2/2`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -79,7 +79,7 @@ impl Default for View {
 #[derive(Clone, Copy, Debug)]
 pub enum Slot {
     /// Energy: stiffness that a mode gains, N/m.
-    Stiffness(fn(&Values, &Mode, &Cylinder) -> f64),
+    Stiffness(fn(&Values, &SloshMode, &Cylinder) -> f64),
     /// Energy of the first mode.
     First(fn(&Values) -> First),
     /// Friction of the liquid.
@@ -87,7 +87,7 @@ pub enum Slot {
     /// Friction along the contact line, N s/m, at an amplitude of its speed (m/s).
     Line(fn(&Values, f64, &Cylinder) -> f64),
     /// An inner variable of each mode.
-    Memory(fn(&Values, &Mode, &Cylinder) -> Branch),
+    Memory(fn(&Values, &SloshMode, &Cylinder) -> Branch),
     /// An inner variable of the contact line.
     Catch(fn(&Values, &Cylinder) -> Branch),
     /// The port.

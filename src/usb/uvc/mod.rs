@@ -29,7 +29,7 @@ pub mod request;
 mod status;
 mod topology;
 
-pub use assembler::{Assembler, Frame, Outcome};
+pub use assembler::{Assembler, AssemblyOutcome, Frame};
 pub use header::{HeaderError, PayloadHeader};
 pub use losses::{Cause, Losses};
 pub use metadata::{Block, Blocks, Timing};

@@ -2,7 +2,7 @@
 
 use anyhow::Context;
 use meniscus::blob::Model;
-use meniscus::latent::generic::{LATENTS, State};
+use meniscus::latent::generic::{LATENTS, LatentState};
 use meniscus::latent::nn::Element;
 use meniscus::latent::window::{FEATURES, WINDOW};
 use meniscus::runtime::{Estimator, Eye, InputSource, Tracker};
@@ -59,7 +59,7 @@ fn stage_encode(model: &Model<'_>) {
 /// Sixty time steps from rest under a stroke.
 #[inline(never)]
 fn stage_step(model: &Model<'_>) {
-    let mut state = State::default();
+    let mut state = LatentState::default();
     for frame in 0..60 {
         model.generic.step(&mut state, f64::sin(0.36 * f64::from(frame)));
     }

@@ -2,7 +2,7 @@
 
 use crate::record::{Quantity, Record, parts};
 use meniscus::blob::Model;
-use meniscus::latent::generic::{LATENTS, State};
+use meniscus::latent::generic::{LATENTS, LatentState};
 use meniscus::surface::POINTS;
 
 /// Each channel of `record` as `model` foretells it, m. `lag_s` is how much later the recording was seen than its
@@ -33,7 +33,7 @@ pub fn roll_out(model: &Model<'_>, record: &Record, lag_s: f64) -> Result<Vec<Ve
     let place = |frame: f64| gain * record.drive.at(frame * dt - lag_s).3;
     let scale = dt * dt * f64::from(model.header.acceleration_scale);
     let push = |middle: f64| (place(middle + 1.0) - 2.0 * place(middle) + place(middle - 1.0)) / scale;
-    let mut state = State::default();
+    let mut state = LatentState::default();
     let mut out: Vec<Vec<f64>> =
         record.channels.iter().map(|_| Vec::with_capacity(record.frames())).collect();
     for frame in 0..record.frames() {

@@ -8,7 +8,7 @@ use crate::record::{Quantity, Record, parts};
 use meniscus::blob::Lens;
 use meniscus::reduced as slosh;
 use meniscus::reduced::effects::{Active, Simulator, Slot};
-use meniscus::reduced::{Baseline, Cylinder, Model};
+use meniscus::reduced::{Baseline, Cylinder, ReducedModel};
 use meniscus::surface::POINTS;
 use meniscus_data::effects::Effects;
 use meniscus_data::liquids::{Liquid, Rheology};
@@ -54,7 +54,7 @@ pub fn simulate(
     let vessel =
         Cylinder { radius_m: known.radius_m, depth_m: known.fill_m, density_kg_m3: known.density_kg_m3 };
     let resists = slosh::Rheology::newtonian(known.viscosity_pa_s);
-    let reduced = Model::new(vessel, resists, &Baseline::default(), effects, record.interval_s);
+    let reduced = ReducedModel::new(vessel, resists, &Baseline::default(), effects, record.interval_s);
     let (port, view) = (reduced.port, reduced.view);
     let lens = Lens::new(known.radius_m, known.fill_m, &reduced);
     let shift = lag_s + port.delay_s + view.latency_s;

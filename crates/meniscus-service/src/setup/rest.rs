@@ -1,7 +1,9 @@
 //! The surface at rest, as the reader of a run sees it with the measured settings.
 
 use super::portrait::Pair;
-use meniscus::surface::{Config, NotSeen, POINTS, State, SurfaceProfile, extract, profile_abscissa};
+use meniscus::surface::{
+    Config, ExtractionState, NotSeen, POINTS, SurfaceProfile, extract, profile_abscissa,
+};
 
 /// What the extractor makes of pairs of a resting glass; lengths in millimetres.
 #[derive(Clone, Debug, PartialEq)]
@@ -29,7 +31,7 @@ impl Rest {
     #[must_use]
     pub fn of(pairs: &[Pair], config: &Config) -> Self {
         let (width, height) = config.image_size();
-        let (mut state, mut why) = (State::new(), None);
+        let (mut state, mut why) = (ExtractionState::new(), None);
         let mut profiles: Vec<SurfaceProfile> = Vec::with_capacity(pairs.len());
         for pair in pairs {
             let (depth, infrared) = pair.frames(width, height);
