@@ -63,7 +63,7 @@ fn turn(criterion: &mut Criterion) {
         let (mut memory, mut clock, mut frame) = (Memory::default(), Monotonic::start(), 0);
         bencher.iter(|| {
             frame += 1;
-            estimator.turn(&mut memory, TurnInput::seen(&profile(frame)), &mut clock, &mut field)
+            estimator.turn(&mut memory, TurnInput::tracked(&profile(frame)), &mut clock, &mut field)
         });
     });
     group.finish();

@@ -213,7 +213,7 @@ fn what_has_no_place_or_no_sense_is_refused_by_name() {
         error
     };
     for name in ["camera_latency", "actuation_delay", "detuning", "swirl"] {
-        let InsertError::Load(LoadError::EffectPlace { effect, .. }) = refused(name, 0.1) else {
+        let InsertError::Load(LoadError::EffectNotEmbeddable { effect, .. }) = refused(name, 0.1) else {
             panic!("{name} is refused for another reason");
         };
         assert_eq!(effect, name);
@@ -225,7 +225,7 @@ fn what_has_no_place_or_no_sense_is_refused_by_name() {
     let many = vec![active("viscosity", 0.9); 5];
     assert_eq!(insert(&shipped, glycerine(), &many).expect_err("too many"), InsertError::Many(5));
     let (mut header, all) = parts(&with(&[("viscosity", 0.9)])).expect("a good blob");
-    let named = header.named.as_mut().expect("it names one");
+    let named = header.embedded.as_mut().expect("it names one");
     named.effects[0].name = "magic".try_into().expect("short");
     let bytes = AlignedBytes::copy(&stored(header, &all, |_| Element::F32).expect("a blob"));
     assert_eq!(Model::load(&bytes).expect_err("unknown"), LoadError::UnknownEffect { index: 0 });
@@ -237,7 +237,7 @@ fn effects_outlast_quantisation_and_can_be_taken_out() {
     let blob = with(&[("yield_stress", 3.0)]);
     let coarse = AlignedBytes::copy(&quantize(&blob, Element::Bf16, None, &[]).expect("quantised").blob);
     let named =
-        |bytes: &AlignedBytes| Model::load(bytes).expect("a model").header.named.map(|n| n.effects.len());
+        |bytes: &AlignedBytes| Model::load(bytes).expect("a model").header.embedded.map(|n| n.effects.len());
     assert_eq!(named(&coarse), Some(1));
     let bare = insert(&blob, glycerine(), &[]).expect("inserted");
     assert_eq!(named(&AlignedBytes::copy(&bare.blob)), None);
@@ -256,7 +256,7 @@ fn effects_outlast_quantisation_and_can_be_taken_out() {
 fn an_old_blob_keeps_its_meaning() {
     let blob = with(&[("viscosity", 0.8), ("fill", 0.002)]);
     let model = Model::load(&blob).expect("a model");
-    let named = model.header.named.as_ref().expect("it names two");
+    let named = model.header.embedded.as_ref().expect("it names two");
     assert_eq!(named.effects.iter().map(|effect| effect.values[0]).collect::<Vec<_>>(), [0.8, 0.002]);
     let stated = named.stated(model.header.fill_m);
     let values = named.effects.iter().map(|effect| {
@@ -285,7 +285,7 @@ fn the_command_takes_si_values_and_refuses_old_excesses() {
         let done = run(verb, &["viscosity=0.76", "fill=0.072"]);
         assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
         let bytes = AlignedBytes::read(&out).expect("a blob");
-        let named = Model::load(&bytes).expect("a model").header.named.expect("it names two");
+        let named = Model::load(&bytes).expect("a model").header.embedded.expect("it names two");
         let stored: Vec<_> = named.effects.iter().map(|e| (e.name.as_str(), e.values[0])).collect();
         assert_eq!((stored[0].0, stored[1].0), ("viscosity", "fill"));
         assert!((stored[0].1 - 0.8).abs() < 1e-12 && (stored[1].1 - 0.002).abs() < 1e-12, "{stored:?}");

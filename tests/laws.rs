@@ -2,7 +2,7 @@
 
 mod support;
 
-use meniscus::blob::{Model, Named, NamedEffect, Tensor};
+use meniscus::blob::{EmbeddedEffect, EmbeddedEffects, Model, Tensor};
 use meniscus::latent::generic::{LatentState, StepOutcome};
 use meniscus::reduced::Rheology;
 use meniscus::reduced::effects::find;
@@ -88,9 +88,9 @@ fn with_effects(seed: u64, size: f32) -> AlignedBytes {
                 *value = least + (largest - least) * random.random::<f64>().powi(3);
             }
         }
-        NamedEffect { name: (*name).try_into().expect("short"), values }
+        EmbeddedEffect { name: (*name).try_into().expect("short"), values }
     });
-    header.named = Some(Named {
+    header.embedded = Some(EmbeddedEffects {
         density_kg_m3: 1261.0,
         liquid: Rheology::newtonian(consistency),
         effects: named.collect(),

@@ -45,8 +45,8 @@ fn turn(model: &Model<'_>, memory: &mut Memory, field: &mut [f32], number: u64) 
     let (variance_m2, valid) = ([1e-7; 21], [true; 21]);
     let profile =
         SurfaceProfile { height_m, variance_m2, valid, glass_x_m: Some(0.0), sequence: 0, captured };
-    let estimate = Estimator::new(model).turn(memory, TurnInput::seen(&profile), &mut NoClock, field);
-    let turn = Turn { time: captured, stamp: None, sight: Some(Ok(profile)), estimate };
+    let estimate = Estimator::new(model).turn(memory, TurnInput::tracked(&profile), &mut NoClock, field);
+    let turn = Turn { time: captured, stamp: None, profile: Some(Ok(profile)), estimate };
     Logged { turn, ended: Instant::now(), latency_us: 900, turn_us: 800, allocations: 0 }
 }
 

@@ -35,7 +35,7 @@ fn turn(n: u64) -> Turn {
         field_fresh: true,
         stages: Stages::default(),
     };
-    Turn { time: Micros(n), stamp: None, sight: None, estimate }
+    Turn { time: Micros(n), stamp: None, profile: None, estimate }
 }
 
 /// Hands turn `n` to the publisher, as the worker does.

@@ -1,6 +1,6 @@
 //! The head of a weight blob, as `firmware-config/SPEC.md` specifies it byte by byte.
 
-use crate::blob::embedded_effects::Named;
+use crate::blob::embedded_effects::EmbeddedEffects;
 use crate::blob::{FilterConfig, KnownGroups};
 use crate::latent::nn::Element;
 use heapless::{String, Vec};
@@ -138,10 +138,10 @@ pub struct Header {
     pub validation_slosh_rel: f32,
     /// The tensors, in blob order.
     pub sections: Vec<Section, MAX_SECTIONS>,
-    /// Named effects. Not part of the header itself: they stand behind the list of elements, which has to be there
+    /// EmbeddedEffects effects. Not part of the header itself: they stand behind the list of elements, which has to be there
     /// with them.
     #[serde(skip)]
-    pub named: Option<Named>,
+    pub embedded: Option<EmbeddedEffects>,
     /// Version of the model. Whatever makes a model from another one raises it; 0 where the format had none. Not part of
     /// the header itself, as are the next two: they stand in the [`Extension`].
     #[serde(skip)]

@@ -9,7 +9,7 @@ mod load;
 mod read_header;
 mod shapes;
 
-pub use embedded_effects::{Lens, Named, NamedEffect, no_place};
+pub use embedded_effects::{EmbeddedEffect, EmbeddedEffects, ObservationModel, embedding_obstacle};
 pub use error::LoadError;
 pub use filter_config::{FilterConfig, ScaleBounds};
 pub use header::{Extension, Header, MAGIC, MAX_SECTIONS, OLDEST_VERSION, Section, Tensor, VERSION};

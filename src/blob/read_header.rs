@@ -1,6 +1,6 @@
 //! Prefix and header of a blob, from bytes to checked values.
 
-use super::{Extension, Header, LoadError, MAGIC, MAX_SECTIONS, Named, OLDEST_VERSION, VERSION};
+use super::{EmbeddedEffects, Extension, Header, LoadError, MAGIC, MAX_SECTIONS, OLDEST_VERSION, VERSION};
 use crate::latent::nn::Element;
 use heapless::Vec;
 use serde::Deserialize;
@@ -89,8 +89,8 @@ fn read_lists(header: &mut Header, bytes: &[u8]) -> Result<(), LoadError> {
     }
     let (elements, rest) = take::<Vec<Element, MAX_SECTIONS>>(bytes)?;
     if !rest.is_empty() {
-        let (named, []) = take::<Named>(rest)? else { return Err(LoadError::Header) };
-        header.named = Some(named);
+        let (named, []) = take::<EmbeddedEffects>(rest)? else { return Err(LoadError::Header) };
+        header.embedded = Some(named);
     }
     if elements.len() != header.sections.len() {
         return Err(LoadError::Header);

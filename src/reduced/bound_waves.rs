@@ -11,16 +11,16 @@ use super::model::{Baseline, MIDDLING_M_S, Ready, discrete, line_rubs, memory, s
 use super::modes::{Cylinder, RADIAL, SloshMode, Wave};
 use crate::math::{ln, sqrt, tan};
 use crate::reduced::boundary_layer::{Rheology, resistance, viscosities};
-use crate::reduced::contact_line_friction::Rim;
+use crate::reduced::contact_line_friction::ContactLineFriction;
 use crate::reduced::coupling::Coupling;
 use crate::reduced::effects::{Active, Branch, Port, Relax};
-use crate::reduced::second_order::{Riding, SecondOrder};
-use crate::reduced::speed_table::BySpeed;
+use crate::reduced::second_order::{BoundWave, BoundWaves};
+use crate::reduced::speed_table::SpeedTable;
 use crate::units::GRAVITY_M_S2;
 use core::f64::consts::PI;
 
 /// What acts on these waves and is known already.
-pub(super) struct Beside<'a> {
+pub(super) struct FirstModeContext<'a> {
     /// What the motion of the glass becomes.
     pub(super) port: &'a Port,
     /// What catches the contact line.
@@ -37,8 +37,8 @@ pub(super) fn second_order(
     liquid: &Rheology,
     baseline: &Baseline,
     active: &[Active],
-    beside: &Beside<'_>,
-) -> SecondOrder {
+    beside: &FirstModeContext<'_>,
+) -> BoundWaves {
     let [ring, saddle] = baseline.drive;
     let rings: [Wave; RADIAL] = core::array::from_fn(Wave::Ring);
     let saddles: [Wave; RADIAL] = core::array::from_fn(Wave::Saddle);
@@ -51,7 +51,7 @@ pub(super) fn second_order(
         }
         riding
     };
-    SecondOrder {
+    BoundWaves {
         waves: [rings.map(ride), saddles.map(ride)],
         radius_m: glass.radius_m,
         steepness: beside.first.mode.steepness,
@@ -60,8 +60,14 @@ pub(super) fn second_order(
 }
 
 /// One wave, driven as theory without viscosity says.
-fn riding(wave: Wave, glass: &Cylinder, liquid: &Rheology, active: &[Active], beside: &Beside<'_>) -> Riding {
-    let Beside { port, first, dt, .. } = *beside;
+fn riding(
+    wave: Wave,
+    glass: &Cylinder,
+    liquid: &Rheology,
+    active: &[Active],
+    beside: &FirstModeContext<'_>,
+) -> BoundWave {
+    let FirstModeContext { port, first, dt, .. } = *beside;
     let mode = SloshMode::new(glass, wave);
     let coupling = Coupling::with(wave);
     let kappa = [first.mode.steepness, mode.steepness];
@@ -82,13 +88,13 @@ fn riding(wave: Wave, glass: &Cylinder, liquid: &Rheology, active: &[Active], be
     };
     let w = (free - layers(MIDDLING_M_S).1).max(0.1 * free);
     let branch = memory(active, &mode, glass);
-    Riding {
+    BoundWave {
         square: w * w,
         discrete: discrete(w, dt),
         damping: if liquid.is_linear() && !foamed {
-            BySpeed::constant(damping(MIDDLING_M_S))
+            SpeedTable::constant(damping(MIDDLING_M_S))
         } else {
-            BySpeed::new(damping)
+            SpeedTable::new(damping)
         },
         drive: coupling.drive(kappa, glass.radius_m),
         carried: coupling.own(kappa, glass.radius_m),
@@ -99,12 +105,12 @@ fn riding(wave: Wave, glass: &Cylinder, liquid: &Rheology, active: &[Active], be
 
 /// The contact line beside `waves`: of a spring k_c along the wall the `line` has the stiffness `pi R k_c` if it holds,
 /// `4 R k_c` if it slides.
-fn rim(glass: &Cylinder, line: &Branch, waves: [[Wave; RADIAL]; 2]) -> Option<Rim> {
+fn rim(glass: &Cylinder, line: &Branch, waves: [[Wave; RADIAL]; 2]) -> Option<ContactLineFriction> {
     let (spring, reach_m) = match line.relax {
         Relax::Never => (line.stiffness / (PI * glass.radius_m), f64::INFINITY),
         Relax::Path(reach_m) => (line.stiffness / (4.0 * glass.radius_m), reach_m),
         Relax::Time(_) => return None,
     };
     let mass_kg = waves.map(|row| row.map(|wave| SloshMode::new(glass, wave).mass_kg));
-    (spring > 0.0).then(|| Rim::new(spring, reach_m, glass.radius_m, mass_kg))
+    (spring > 0.0).then(|| ContactLineFriction::new(spring, reach_m, glass.radius_m, mass_kg))
 }

@@ -9,7 +9,7 @@
 //! s_j'' + w_j^2 s_j = C_j (v1^2/kappa_1 + a1 psi1') - D_j kappa_j v1^2/kappa_1^2,      psi1' = v1'/kappa_1
 //! ```
 //! and a wave that nothing but gravity turns has `psi1' = -w1^2 a1/kappa_1`, so that `p = R (C - D kappa_j/kappa_1)/kappa_1` and
-//! `q = -R C/kappa_1` in the letters of [`super::SecondOrder`].
+//! `q = -R C/kappa_1` in the letters of [`super::BoundWaves`].
 
 use super::modes::{RADIAL, Wave};
 

@@ -22,7 +22,7 @@ pub fn surface(model: &ReducedModel, state: &ReducedState, push: &[f64; 2], x: f
         let pair = state.height[0].get(i).zip(state.height[1].get(i));
         height += pair.map_or(0.0, |(a, b)| shape * (a * cos + b * sin));
     }
-    let share = r / model.glass.radius_m * model.left_out_m() / crate::units::GRAVITY_M_S2;
+    let share = r / model.glass.radius_m * model.residual_lever_m() / crate::units::GRAVITY_M_S2;
     height += share * (push[0] * cos + push[1] * sin);
     let [ring, along, across] = &state.second.height;
     let turned = [1.0, cos * cos - sin * sin, 2.0 * sin * cos];
@@ -43,7 +43,7 @@ pub fn surface(model: &ReducedModel, state: &ReducedState, push: &[f64; 2], x: f
 /// Heights along the wall as harmonics of the azimuth, m: mean, cos, sin, cos 2, sin 2.
 #[must_use]
 pub fn wall_harmonics(model: &ReducedModel, state: &ReducedState, push: &[f64; 2]) -> [f64; 5] {
-    let at_once = model.left_out_m() / crate::units::GRAVITY_M_S2;
+    let at_once = model.residual_lever_m() / crate::units::GRAVITY_M_S2;
     let [mean, cos2, sin2] = state.second.height.map(|row| row.iter().sum());
     let along = |d: usize| state.height[d].iter().sum::<f64>();
     [mean, along(0) + at_once * push[0], along(1) + at_once * push[1], cos2, sin2]

@@ -39,11 +39,11 @@ mod step;
 mod tests;
 
 pub use boundary_layer::{Rheology, friction};
-pub use contact_line_friction::{Rim, SECTORS};
+pub use contact_line_friction::{ContactLineFriction, SECTORS};
 pub use coupling::Coupling;
 pub use field::{surface, velocity, wall_harmonics};
 pub use model::{Baseline, ReducedModel};
 pub use modes::{Cylinder, RADIAL, SloshMode, Wave};
-pub use second_order::{First, Riding, SECOND, Second, SecondOrder};
-pub use speed_table::BySpeed;
-pub use step::{Books, Push, ReducedState, step};
+pub use second_order::{BOUND_WAVE_SHAPES, BoundWave, BoundWaveState, BoundWaves, FirstModeMotion};
+pub use speed_table::SpeedTable;
+pub use step::{EnergyBalance, Forcing, ReducedState, step};

@@ -2,11 +2,11 @@
 
 use super::modes::{Cylinder, RADIAL, SloshMode, Wave};
 use crate::math::{sqrt, tan};
-use crate::reduced::bound_waves::{Beside, second_order};
+use crate::reduced::bound_waves::{FirstModeContext, second_order};
 use crate::reduced::boundary_layer::{Rheology, friction};
 use crate::reduced::effects::{Active, Branch, MOST, Port, Slot, View};
-use crate::reduced::second_order::SecondOrder;
-use crate::reduced::speed_table::{BySpeed, SLOWEST_M_S};
+use crate::reduced::second_order::BoundWaves;
+use crate::reduced::speed_table::{SLOWEST_M_S, SpeedTable};
 use crate::units::GRAVITY_M_S2;
 use heapless::Vec;
 
@@ -25,7 +25,7 @@ pub struct Baseline {
     pub lever: [f64; RADIAL],
     /// Softening kappa: `w = w1 (1 - kappa A^2/R^2)` at amplitude A (Bauerlein and Avila 2021).
     pub detuning: f64,
-    /// Coefficients p and q of (0,1) and (2,1), see [`SecondOrder`].
+    /// Coefficients p and q of (0,1) and (2,1), see [`BoundWaves`].
     pub drive: [[f64; 2]; 2],
 }
 
@@ -57,7 +57,7 @@ pub(super) struct Ready {
     /// Frequency without friction, 1/s.
     free: f64,
     /// Friction G by the amplitude of the rate, N s/m.
-    pub(super) friction: BySpeed,
+    pub(super) friction: SpeedTable,
 }
 
 /// A glass of liquid with its effects, for steps of one length.
@@ -71,7 +71,7 @@ pub struct ReducedModel {
     pub view: View,
     pub(super) dt: f64,
     pub(super) modes: [Ready; RADIAL],
-    pub(super) second: SecondOrder,
+    pub(super) second: BoundWaves,
     /// Quartic coefficient of the first mode's energy, N/m3.
     pub(super) quartic: f64,
     /// Coupling of its two directions, N/m.
@@ -98,7 +98,7 @@ impl ReducedModel {
                 Slot::View(change) => change(&effect.values, &mut view),
                 // More than fit are left out, as said above.
                 Slot::Line(_) => drop(rubbing.push(*effect)),
-                Slot::Stiffness(_) | Slot::First(_) | Slot::Memory(_) | Slot::Catch(_) => {}
+                Slot::Stiffness(_) | Slot::FirstMode(_) | Slot::Memory(_) | Slot::Catch(_) => {}
             }
         }
         let ready = |n: usize| ready(n, &glass, &liquid, baseline, active, dt);
@@ -111,7 +111,7 @@ impl ReducedModel {
         let mut line = Branch::default();
         for effect in active {
             match effect.entry.slot {
-                Slot::First(shape) => {
+                Slot::FirstMode(shape) => {
                     let shape = shape(&effect.values);
                     quartic += soften(shape.softening);
                     coupling += shape.coupling * stiffness;
@@ -125,7 +125,7 @@ impl ReducedModel {
             &liquid,
             baseline,
             active,
-            &Beside { port: &port, line: &line, first: &modes[0], dt },
+            &FirstModeContext { port: &port, line: &line, first: &modes[0], dt },
         );
         Self { glass, port, view, dt, modes, second, quartic, coupling, memory, line, rubbing }
     }
@@ -133,7 +133,7 @@ impl ReducedModel {
     /// Frequency (1/s) and damping gamma (1/s) of the mode (1,n) at small amplitude; none where there is
     /// no such mode.
     #[must_use]
-    pub fn tone(&self, n: usize) -> Option<(f64, f64)> {
+    pub fn frequency_and_damping(&self, n: usize) -> Option<(f64, f64)> {
         self.modes.get(n).map(|m| (m.w, m.friction.at(SLOWEST_M_S) / (2.0 * m.mode.mass_kg)))
     }
 
@@ -153,7 +153,7 @@ impl ReducedModel {
     /// Friction of the first mode at an amplitude of its rate (m/s), in the liquid and along the contact line,
     /// N s/m.
     #[must_use]
-    pub fn rubs(&self, speed: f64) -> f64 {
+    pub fn first_mode_friction(&self, speed: f64) -> f64 {
         self.modes[0].friction.at(speed) + self.line_rubs(speed)
     }
 
@@ -171,7 +171,7 @@ impl ReducedModel {
     /// The part of a static slope that the kept modes do not show, m for each unit of slope: the modes
     /// left out follow a push at once.
     #[must_use]
-    pub fn left_out_m(&self) -> f64 {
+    pub fn residual_lever_m(&self) -> f64 {
         self.glass.radius_m - self.modes.iter().map(|m| m.mode.lever_m).sum::<f64>()
     }
 }
@@ -237,6 +237,10 @@ fn ready(
         lift_kg_m: mode.mass_kg * mode.steepness * stretch,
         w,
         free: shifted,
-        friction: if liquid.is_linear() { BySpeed::constant(at(MIDDLING_M_S)) } else { BySpeed::new(at) },
+        friction: if liquid.is_linear() {
+            SpeedTable::constant(at(MIDDLING_M_S))
+        } else {
+            SpeedTable::new(at)
+        },
     }
 }

@@ -1,4 +1,4 @@
-//! Second-order waves: what a wave of the first mode carries with it at twice its frequency, and in a tilted
+//! BoundWaveState-order waves: what a wave of the first mode carries with it at twice its frequency, and in a tilted
 //! glass at its own.
 //!
 //! ```text
@@ -17,35 +17,35 @@
 
 use super::modes::RADIAL;
 use crate::math::sqrt;
-use crate::reduced::contact_line_friction::{Dragged, Rim, SECTORS};
+use crate::reduced::contact_line_friction::{ContactLineFriction, Dragged, SECTORS};
 use crate::reduced::effects::Branch;
-use crate::reduced::speed_table::BySpeed;
+use crate::reduced::speed_table::SpeedTable;
 
 /// Shapes of second-order waves: (0,n), (2,n) along cos 2 theta, (2,n) along sin 2 theta.
-pub const SECOND: usize = 3;
+pub const BOUND_WAVE_SHAPES: usize = 3;
 
 /// Where the second-order waves are, by shape and radial mode.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Second {
+pub struct BoundWaveState {
     /// Heights at the wall, m.
-    pub height: [[f64; RADIAL]; SECOND],
+    pub height: [[f64; RADIAL]; BOUND_WAVE_SHAPES],
     /// Their rates, m/s.
-    pub rate: [[f64; RADIAL]; SECOND],
+    pub rate: [[f64; RADIAL]; BOUND_WAVE_SHAPES],
     /// What the liquid's memory of each holds, m.
-    pub memory: [[f64; RADIAL]; SECOND],
+    pub memory: [[f64; RADIAL]; BOUND_WAVE_SHAPES],
     /// How far the contact line is caught by them, by sector of the wall, m.
     pub caught: [f64; SECTORS],
 }
 
 /// (0,n), or (2,n).
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Riding {
+pub struct BoundWave {
     /// Frequency squared, 1/s2.
     pub square: f64,
     /// That of the discrete oscillator which turns as fast, 1/s2.
     pub discrete: f64,
     /// Damping gamma (1/s) by the amplitude of the first mode, which sets how thick the liquid is.
-    pub damping: BySpeed,
+    pub damping: SpeedTable,
     /// Coefficients p and q of what the first mode drives.
     pub drive: [f64; 2],
     /// What the forces on the first mode drive: C, 1/m2.
@@ -58,20 +58,20 @@ pub struct Riding {
 
 /// The second-order waves of a glass.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SecondOrder {
+pub struct BoundWaves {
     /// (0,n) and (2,n).
-    pub waves: [[Riding; RADIAL]; 2],
+    pub waves: [[BoundWave; RADIAL]; 2],
     /// Radius R, m.
     pub radius_m: f64,
     /// Steepness of the first mode, 1/m.
     pub steepness: f64,
     /// The contact line, where it is held or slides.
-    pub rim: Option<Rim>,
+    pub rim: Option<ContactLineFriction>,
 }
 
 /// What the first mode does in the middle of a step.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct First {
+pub struct FirstModeMotion {
     /// Its frequency squared, 1/s2.
     pub square: f64,
     /// Heights along x and y, m.
@@ -86,22 +86,22 @@ pub struct First {
     pub held: [f64; 2],
 }
 
-impl First {
+impl FirstModeMotion {
     /// `p` along `q`, in the three shapes.
-    fn products(p: [f64; 2], q: [f64; 2]) -> [f64; SECOND] {
+    fn products(p: [f64; 2], q: [f64; 2]) -> [f64; BOUND_WAVE_SHAPES] {
         let ([px, py], [qx, qy]) = (p, q);
         [px * qx + py * qy, px * qx - py * qy, px * qy + py * qx]
     }
 }
 
-impl SecondOrder {
+impl BoundWaves {
     /// Advances `state` by `dt` seconds beside the first mode.
-    pub fn advance(&self, state: &mut Second, dt: f64, first: &First) {
-        let First { height, rate, turns, .. } = *first;
-        let rates = First::products(rate, rate);
-        let heights = First::products(height, height);
+    pub fn advance(&self, state: &mut BoundWaveState, dt: f64, first: &FirstModeMotion) {
+        let FirstModeMotion { height, rate, turns, .. } = *first;
+        let rates = FirstModeMotion::products(rate, rate);
+        let heights = FirstModeMotion::products(height, height);
         let gravity = first.square / self.steepness;
-        let forced = First::products(height, [0, 1].map(|d| turns[d] + gravity * height[d]));
+        let forced = FirstModeMotion::products(height, [0, 1].map(|d| turns[d] + gravity * height[d]));
         let leans = [turns[0], turns[0], turns[1]];
         let amplitude = sqrt(rates[0] + first.square * heights[0]);
         let [ring, saddle] = &self.waves;
@@ -113,9 +113,9 @@ impl SecondOrder {
         let repeats = if sliding.is_some() { 2 } else { 1 };
         for _ in 0..repeats {
             for (j, waves) in kinds.iter().enumerate() {
-                let by = |values: &[f64; SECOND]| values.get(j).copied().unwrap_or(0.0);
+                let by = |values: &[f64; BOUND_WAVE_SHAPES]| values.get(j).copied().unwrap_or(0.0);
                 for (n, wave) in waves.iter().enumerate() {
-                    let of = |values: &[[f64; RADIAL]; SECOND]| {
+                    let of = |values: &[[f64; RADIAL]; BOUND_WAVE_SHAPES]| {
                         values.get(j).and_then(|row| row.get(n)).copied().unwrap_or(0.0)
                     };
                     let [p, q] = wave.drive;
@@ -161,18 +161,18 @@ mod tests {
 
     #[test]
     fn a_steady_push_lifts_the_wave_to_its_static_height_and_a_planar_wave_drives_no_sine() {
-        let wave = |square: f64, q: f64| Riding {
+        let wave = |square: f64, q: f64| BoundWave {
             square,
             discrete: square,
-            damping: BySpeed::constant(5.0),
+            damping: SpeedTable::constant(5.0),
             drive: [0.0, q],
             carried: 0.0,
             lean: 0.0,
             memory: Branch::default(),
         };
         let waves = [[wave(900.0, 0.5); RADIAL], [wave(700.0, -0.25); RADIAL]];
-        let order = SecondOrder { waves, radius_m: 0.035, steepness: 52.0, rim: None };
-        let first = First {
+        let order = BoundWaves { waves, radius_m: 0.035, steepness: 52.0, rim: None };
+        let first = FirstModeMotion {
             square: 500.0,
             height: [0.01, 0.0],
             rate: [0.0; 2],
@@ -180,7 +180,7 @@ mod tests {
             speed: [0.0; 2],
             held: [0.0; 2],
         };
-        let mut waves = Second::default();
+        let mut waves = BoundWaveState::default();
         for _ in 0..4000 {
             order.advance(&mut waves, 1.0 / 240.0, &first);
         }
@@ -191,18 +191,18 @@ mod tests {
 
     #[test]
     fn what_holds_the_first_mode_up_lifts_the_waves_that_its_height_carries() {
-        let wave = Riding {
+        let wave = BoundWave {
             square: 900.0,
             discrete: 900.0,
-            damping: BySpeed::constant(5.0),
+            damping: SpeedTable::constant(5.0),
             drive: [0.0; 2],
             carried: 30.0,
             lean: 0.0,
             memory: Branch::default(),
         };
-        let order = SecondOrder { waves: [[wave; RADIAL]; 2], radius_m: 0.035, steepness: 50.0, rim: None };
+        let order = BoundWaves { waves: [[wave; RADIAL]; 2], radius_m: 0.035, steepness: 50.0, rim: None };
         let settled = |turns: f64| {
-            let first = First {
+            let first = FirstModeMotion {
                 square: 500.0,
                 height: [0.0, 0.01],
                 rate: [0.0; 2],
@@ -210,7 +210,7 @@ mod tests {
                 speed: [0.0; 2],
                 held: [0.0; 2],
             };
-            let mut waves = Second::default();
+            let mut waves = BoundWaveState::default();
             for _ in 0..4000 {
                 order.advance(&mut waves, 1.0 / 240.0, &first);
             }

@@ -9,13 +9,13 @@ const FASTEST_M_S: f64 = 3.0;
 
 /// The table. Below its slowest speed and above its fastest it is constant.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct BySpeed {
+pub struct SpeedTable {
     values: [f64; SPEEDS],
     /// Whether all of them are the same.
     constant: bool,
 }
 
-impl BySpeed {
+impl SpeedTable {
     /// `of` at every speed of the table (m/s).
     #[must_use]
     pub fn new(of: impl Fn(f64) -> f64) -> Self {
@@ -51,13 +51,13 @@ mod tests {
 
     #[test]
     fn between_its_speeds_it_follows_a_power_and_beyond_them_it_stays() {
-        let table = BySpeed::new(|v| libm::pow(v, -1.0 / 3.0));
+        let table = SpeedTable::new(|v| libm::pow(v, -1.0 / 3.0));
         for speed in [2e-4, 0.013, 0.4, 2.9] {
             let wanted = libm::pow(speed, -1.0 / 3.0);
             assert!((table.at(speed) / wanted - 1.0).abs() < 0.006, "{speed}: {}", table.at(speed));
         }
         assert_eq!(table.at(0.0), table.at(SLOWEST_M_S));
         assert_eq!(table.at(9.0), table.at(FASTEST_M_S));
-        assert_eq!(BySpeed::constant(2.5).at(0.3), 2.5);
+        assert_eq!(SpeedTable::constant(2.5).at(0.3), 2.5);
     }
 }

@@ -9,14 +9,14 @@
 //! with a and z in the middle too. The chord of the quartic energy is exact (Gonzalez 1996), so
 //! `E1 - E0 = dt Q.v` whatever G(s) >= 0 and r(s) >= 0 are: friction is taken at the state before the
 //! step, and what depends on the state after it is found by a few repetitions, whose remainder is in
-//! [`Books::residue_j`]. Along the wall all modes move as one, `u = sum v_n`: friction and catch there are
+//! [`EnergyBalance::residue_j`]. Along the wall all modes move as one, `u = sum v_n`: friction and catch there are
 //! of rank one and solved in closed form.
 
 use super::model::ReducedModel;
 use super::modes::RADIAL;
 use crate::math::sqrt;
 use crate::reduced::effects::Relax;
-use crate::reduced::second_order::{First, Second};
+use crate::reduced::second_order::{BoundWaveState, FirstModeMotion};
 
 /// Repetitions where something depends on the state after the step.
 const REPEATS: usize = 20;
@@ -35,15 +35,15 @@ pub struct ReducedState {
     pub memory: [[f64; RADIAL]; 2],
     /// How far the contact line is caught, m.
     pub caught: [f64; 2],
-    /// Second-order waves.
-    pub second: Second,
+    /// BoundWaveState-order waves.
+    pub second: BoundWaveState,
     /// Heat since the start, J.
     pub heat_j: f64,
 }
 
 /// What the moved glass does to the liquid during a step.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Push {
+pub struct Forcing {
     /// Specific force on the liquid along x and y of the glass, m/s2: minus the acceleration of the glass.
     pub along_m_s2: [f64; 2],
     /// Acceleration of the glass upwards, m/s2.
@@ -52,7 +52,7 @@ pub struct Push {
 
 /// The books of one step, J.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Books {
+pub struct EnergyBalance {
     /// Work of the port.
     pub work_j: f64,
     /// Heat that was made; never negative.
@@ -83,7 +83,7 @@ impl ReducedModel {
 
     /// The liquid at rest under a steady push: `K a = Q`, mode by mode.
     #[must_use]
-    pub fn rest(&self, push: &Push) -> ReducedState {
+    pub fn rest(&self, push: &Forcing) -> ReducedState {
         let mut state = ReducedState::default();
         for (height, along) in state.height.iter_mut().zip(push.along_m_s2) {
             for (a, ready) in height.iter_mut().zip(&self.modes) {
@@ -101,7 +101,7 @@ impl ReducedModel {
 }
 
 /// Advances `state` by one step under `push`.
-pub fn step(model: &ReducedModel, state: &mut ReducedState, push: &Push) -> Books {
+pub fn step(model: &ReducedModel, state: &mut ReducedState, push: &Forcing) -> EnergyBalance {
     let (dt, before) = (model.dt, *state);
     // A wave along x that nothing turns stays there.
     let flat = |pair: &[[f64; RADIAL]; 2]| pair[1] == [0.0; RADIAL];
@@ -115,7 +115,7 @@ pub fn step(model: &ReducedModel, state: &mut ReducedState, push: &Push) -> Book
     let mut friction = [[0.0; RADIAL]; 2];
     let mut rubbing = [0.0; 2];
     resist(model, &before, &mut friction, &mut rubbing);
-    let mut books = Books::default();
+    let mut books = EnergyBalance::default();
     let mut middle = before.rate;
     for _ in 0..model.repeats() {
         let last = middle;
@@ -154,7 +154,7 @@ pub fn step(model: &ReducedModel, state: &mut ReducedState, push: &Push) -> Book
         books.work_j += heat.1;
     }
     let (w, steepness) = (model.modes[0].w, model.modes[0].mode.steepness);
-    let first = First {
+    let first = FirstModeMotion {
         square: w * w,
         height: [0, 1].map(|d| 0.5 * (before.height[d][0] + state.height[d][0])),
         rate: [middle[0][0], middle[1][0]],
@@ -206,7 +206,7 @@ fn row(
     model: &ReducedModel,
     before: &ReducedState,
     d: usize,
-    push: &Push,
+    push: &Forcing,
     friction: &[[f64; RADIAL]; 2],
     chord: f64,
     across: [f64; 2],
@@ -242,7 +242,7 @@ fn finish(
     friction: &[[f64; RADIAL]; 2],
     rubbing: &[f64; 2],
     slip: f64,
-    push: &Push,
+    push: &Forcing,
 ) -> (f64, f64) {
     let dt = model.dt;
     let (mut heat, mut work, mut u) = (0.0, 0.0, 0.0);

@@ -3,7 +3,7 @@
 
 extern crate std;
 
-use super::{Coupling, Push, ReducedModel, ReducedState, SloshMode, Wave, step};
+use super::{Coupling, Forcing, ReducedModel, ReducedState, SloshMode, Wave, step};
 use crate::reduced::effects::tests::{DT, GLASS, active, model};
 use crate::reduced::effects::{Active, Slot};
 use crate::units::GRAVITY_M_S2;
@@ -16,7 +16,7 @@ fn ring_frequency(model: &ReducedModel) -> f64 {
     state.second.height[0][0] = 1e-3;
     let (mut last, mut crossings) = (1e-3, Vec::new());
     for n in 1..480 {
-        step(model, &mut state, &Push::default());
+        step(model, &mut state, &Forcing::default());
         let here = state.second.height[0][0];
         if last * here < 0.0 {
             crossings.push((f64::from(n) - here / (here - last)) * DT);
@@ -72,7 +72,7 @@ fn what_the_first_mode_makes_of_a_thinning_liquid_the_waves_beside_it_feel() {
             state.height[0][0] = first;
             state.second.height[0][0] = ring;
             for _ in 0..120 {
-                step(&model, &mut state, &Push::default());
+                step(&model, &mut state, &Forcing::default());
             }
             let rate = state.second.rate[0][0] / (GRAVITY_M_S2 * 109.0).sqrt();
             (state.second.height[0][0], rate)
@@ -96,9 +96,10 @@ fn foam_rubs_on_a_small_ring_by_five_thirds_of_what_it_rubs_on_the_first_mode() 
             let mut state = ReducedState::default();
             (state.height[0][0], state.second.height[0][0]) = (1e-2, small);
             for _ in 0..240 {
-                step(&model, &mut state, &Push::default());
+                step(&model, &mut state, &Forcing::default());
                 let (a, v) = (state.height[0][0], state.rate[0][0]);
-                let speed = (v * v + model.tone(0).expect("a first mode").0.powi(2) * a * a).sqrt();
+                let speed =
+                    (v * v + model.frequency_and_damping(0).expect("a first mode").0.powi(2) * a * a).sqrt();
                 lost += 0.5 * DT * law(&foam.values, speed, &GLASS) / (2.0 * ring.mass_kg);
             }
             [state.second.height[0][0], state.second.rate[0][0] / ring.square(GRAVITY_M_S2).sqrt()]
@@ -120,7 +121,7 @@ fn a_wave_along_a_lean_carries_a_saddle_at_its_own_frequency_and_a_rolled_camera
         let mut state = ReducedState::default();
         state.height[0][0] = height;
         for _ in 0..STEPS {
-            step(&model, &mut state, &Push::default());
+            step(&model, &mut state, &Forcing::default());
         }
         state.second.height[1][0]
     };

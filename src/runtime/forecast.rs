@@ -17,7 +17,7 @@ pub struct Forecast {
     /// The 21 heights, metres above the inner bottom.
     pub surface_m: [f32; POINTS],
     /// Half-widths that hold nine times out of ten, m.
-    pub half_m: [f32; POINTS],
+    pub half_width_m: [f32; POINTS],
 }
 
 /// The highest that the surface will stand next.
@@ -28,7 +28,7 @@ pub struct Crest {
     /// Height of the highest point, metres above the inner bottom.
     pub height_m: f32,
     /// Half-width that holds nine times out of ten, m.
-    pub half_m: f32,
+    pub half_width_m: f32,
     /// Whether the liquid may pass the rim: the crest with its half-width reaches it.
     pub spills: bool,
 }
@@ -38,9 +38,9 @@ fn surface(model: &Model<'_>, state: &LatentState, lateral_m: f64) -> [f32; POIN
     let latent: [f64; LATENTS] = state.latent.into();
     let coefficients = model.decoder.coefficients(&latent.map(|x| x as f32), 0.0);
     let mut surface_m = model.decoder.surface(&coefficients);
-    model.cross_axis.raise(&mut surface_m, lateral_m);
-    if let Some(lens) = &model.lens {
-        lens.raise(&mut surface_m);
+    model.cross_axis.add_to(&mut surface_m, lateral_m);
+    if let Some(observation_model) = &model.observation_model {
+        observation_model.add_offset(&mut surface_m);
     }
     surface_m
 }
@@ -48,12 +48,12 @@ fn surface(model: &Model<'_>, state: &LatentState, lateral_m: f64) -> [f32; POIN
 /// The port value of turn `ahead` of `plan`, m/s2; zero behind its end and for what is no number.
 fn port(model: &Model<'_>, plan: &[f64], ahead: usize) -> f64 {
     let planned = plan.get(ahead).copied().filter(|a| a.is_finite()).unwrap_or(0.0);
-    let gain = model.lens.as_ref().map_or(1.0, |lens| lens.gain);
+    let gain = model.observation_model.as_ref().map_or(1.0, |observation_model| observation_model.gain);
     gain * planned / f64::from(model.header.acceleration_scale)
 }
 
 /// Half-widths of the surface at `horizon` after what `memory` holds, m.
-fn half_m(model: &Model<'_>, memory: &Memory, horizon: Horizon) -> [f32; POINTS] {
+fn half_width_m(model: &Model<'_>, memory: &Memory, horizon: Horizon) -> [f32; POINTS] {
     let mut lateral = memory.filter.lateral(model);
     for _ in 0..horizon.frames {
         model.cross_axis.step(&mut lateral);
@@ -75,8 +75,8 @@ impl Forecast {
             lateral = model.cross_axis.next(lateral);
         }
         let [lateral_m, _] = lateral;
-        let half_m = half_m(model, memory, Horizon { frames, planned: plan.len() });
-        Self { surface_m: surface(model, &state, lateral_m), half_m }
+        let half_width_m = half_width_m(model, memory, Horizon { frames, planned: plan.len() });
+        Self { surface_m: surface(model, &state, lateral_m), half_width_m }
     }
 }
 
@@ -105,9 +105,9 @@ impl Crest {
             if rose && now.1 < last.1 {
                 let lead = if plan.len() < ahead { frames } else { ahead };
                 let horizon = Horizon { frames: lead, planned: plan.len() };
-                let half_m = half_m(model, memory, horizon).get(last.0).copied().unwrap_or(0.0);
-                let spills = f64::from(last.1 + half_m) >= model.header.rim_m;
-                return Some(Self { frames: ahead, height_m: last.1, half_m, spills });
+                let half_width_m = half_width_m(model, memory, horizon).get(last.0).copied().unwrap_or(0.0);
+                let spills = f64::from(last.1 + half_width_m) >= model.header.rim_m;
+                return Some(Self { frames: ahead, height_m: last.1, half_width_m, spills });
             }
             rose = now.1 > last.1;
             last = now;

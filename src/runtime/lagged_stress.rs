@@ -14,7 +14,7 @@ use crate::latent::decoder::{STRESS_GROUP, Selection};
 
 /// Sigma of the frame of `before`, Pa, three numbers a tracer, from the estimate `now` of the next frame; gives how many
 /// numbers of `out` were written.
-pub fn sigma_before(model: &Model<'_>, before: &Estimate, now: &Estimate, out: &mut [f32]) -> usize {
+pub fn smoothed_stress(model: &Model<'_>, before: &Estimate, now: &Estimate, out: &mut [f32]) -> usize {
     let latent = before.latent.map(|x| x as f32);
     let port = now.acceleration_m_s2 / model.header.acceleration_scale;
     let coefficients = model.decoder.coefficients(&latent, port);

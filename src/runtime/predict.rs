@@ -41,12 +41,13 @@ pub(super) struct Prior {
 impl Estimator<'_> {
     /// Frees the profile of what the observation model adds, and decides where the motion of the glass comes from.
     pub(super) fn resolve_input(&self, memory: &mut Memory, input: &TurnInput<'_>) -> Observation {
-        let lens = self.model.lens.as_ref();
-        let profile = match (lens, input.profile) {
-            (Some(lens), Some(profile)) => Some(lens.straighten(profile)),
+        let observation_model = self.model.observation_model.as_ref();
+        let profile = match (observation_model, input.profile) {
+            (Some(observation_model), Some(profile)) => Some(observation_model.to_model(profile)),
             (_, profile) => profile.copied(),
         };
-        let source = lens.map_or(input.source, |lens| input.source.scaled(lens.gain));
+        let source = observation_model
+            .map_or(input.source, |observation_model| input.source.scaled(observation_model.gain));
         let source = memory.resolve_source(source, profile.as_ref());
         Observation { profile, source }
     }

@@ -10,7 +10,7 @@ const INTERVAL_US: u32 = 16_667;
 
 /// What the eye saw at one instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Sight {
+pub struct FrameObservation {
     /// Number of the depth frame, and the time at which the outline was taken: of infrared the same instant.
     pub stamp: Stamp,
     /// The profile, or why there is none.
@@ -21,7 +21,7 @@ pub struct Sight {
 
 /// Assembles, pairs and extracts; buffers are the caller's.
 #[derive(Debug)]
-pub struct Eye<'b> {
+pub struct ProfileSensor<'b> {
     config: surface::Config,
     depth: Assembler<'b>,
     outline: OutlineAssembler<'b>,
@@ -29,7 +29,7 @@ pub struct Eye<'b> {
     state: surface::ExtractionState,
 }
 
-impl<'b> Eye<'b> {
+impl<'b> ProfileSensor<'b> {
     /// An eye whose frames have exactly the lengths of the buffers (two bytes a depth pixel).
     #[must_use]
     pub fn new(config: surface::Config, depth: &'b mut [u8], infrared: &'b mut [u8]) -> Self {
@@ -38,7 +38,7 @@ impl<'b> Eye<'b> {
 
     /// An eye that traces the outline in the colour image; the buffers of [`OutlineAssembler::colour`].
     #[must_use]
-    pub fn in_colour(
+    pub fn with_colour(
         config: surface::Config,
         depth: &'b mut [u8],
         rectifier: Rectifier,
@@ -77,7 +77,12 @@ impl<'b> Eye<'b> {
     }
 
     /// Takes one payload; gives what was seen if it completes a pair of images.
-    pub fn accept<C: Clock>(&mut self, stream: Stream, payload: &[u8], clock: &mut C) -> Option<Sight> {
+    pub fn accept<C: Clock>(
+        &mut self,
+        stream: Stream,
+        payload: &[u8],
+        clock: &mut C,
+    ) -> Option<FrameObservation> {
         let frame = match stream {
             Stream::Depth => match self.depth.push(payload) {
                 AssemblyOutcome::Frame(frame) => frame.stamp,
@@ -93,6 +98,6 @@ impl<'b> Eye<'b> {
         let outline = OutlineFrame { bytes: self.outline.pixels(), width, height, stamp: pair.outline };
         let profile = extract(&self.config, &mut self.state, depth, outline);
         let surface_us = clock.now_us().saturating_sub(start_us);
-        Some(Sight { stamp, profile, surface_us })
+        Some(FrameObservation { stamp, profile, surface_us })
     }
 }

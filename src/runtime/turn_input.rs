@@ -56,9 +56,9 @@ pub struct TurnInput<'p> {
 }
 
 impl<'p> TurnInput<'p> {
-    /// Returns the input of a turn with a frame whose glass is tracked.
+    /// Returns the input of a turn with a frame in which the glass is tracked.
     #[must_use]
-    pub fn seen(profile: &'p SurfaceProfile) -> Self {
+    pub fn tracked(profile: &'p SurfaceProfile) -> Self {
         Self { profile: Some(profile), ..Self::default() }
     }
 }

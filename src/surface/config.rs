@@ -70,7 +70,7 @@ impl Settings {
 
     /// The same before a camera of other optics.
     #[must_use]
-    pub fn seen_by(self, optics: Optics) -> Self {
+    pub fn with_optics(self, optics: Optics) -> Self {
         let Optics { intrinsics, depth_unit_m, depth_lens_m } = optics;
         Self { intrinsics, depth_unit_m, depth_lens_m, ..self }
     }

@@ -88,7 +88,7 @@ impl Out {
             Some("csv") => {
                 let settings = match setup {
                     Some(setup) => Setup::read(setup)?.settings(calibration.optics()),
-                    None => surface::Settings::default().seen_by(calibration.optics()),
+                    None => surface::Settings::default().with_optics(calibration.optics()),
                 };
                 let config = Config::new(settings).context("the recording's camera cannot see the glass")?;
                 let (path, state) = (path.clone(), ExtractionState::new());

@@ -3,7 +3,7 @@
 use super::record::{Quantity, Record, mean_bow};
 use meniscus::reduced::effects::{Active, Stated};
 use meniscus::reduced::{
-    Baseline, Cylinder, Push, ReducedModel, ReducedState, Rheology, step, wall_harmonics,
+    Baseline, Cylinder, Forcing, ReducedModel, ReducedState, Rheology, step, wall_harmonics,
 };
 use meniscus::surface::{POINTS, profile_abscissa};
 
@@ -83,7 +83,7 @@ pub fn predict(
     let push_at = |time: f64| {
         let (along, tilted, lift, _) = record.drive.at(time - shift);
         let share = known.motion_share[0] + port.tilt_share;
-        Push {
+        Forcing {
             along_m_s2: [0, 1].map(|d| port.gain * along[d] + share * tilted[d]),
             lift_m_s2: (known.motion_share[1] + port.lift_share) * lift + port.lift_m_s2,
         }

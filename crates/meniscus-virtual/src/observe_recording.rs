@@ -1,7 +1,7 @@
 //! Observations of a recording by a simulated camera, frame by frame and without waiting for real time.
 //!
 //! ```text
-//! recording --renderer--> Z16 + Y8 --wire--> payloads --runtime::Eye--> profile (or "not seen")
+//! recording --renderer--> Z16 + Y8 --wire--> payloads --runtime::ProfileSensor--> profile (or "not seen")
 //! ```
 //! The way is that of `meniscus run`; only the clock is missing. What comes out is all that a
 //! correction may see: the free surface and the place of the glass.
@@ -11,7 +11,7 @@ use super::camera::{START, SimulatedCamera};
 use super::replay::payload;
 use crate::render::SceneSettings;
 use meniscus::blob::Model;
-use meniscus::runtime::{Clock, Estimate, Estimator, Eye, InputSource, Memory, Turn, TurnInput};
+use meniscus::runtime::{Clock, Estimate, Estimator, InputSource, Memory, ProfileSensor, Turn, TurnInput};
 use meniscus::surface::{Config, ConfigError, SurfaceProfile};
 use meniscus::units::{FRAME_INTERVAL_S, Micros};
 #[cfg(feature = "bags")]
@@ -53,13 +53,13 @@ pub fn sightings(
     let config = Config::new(scene.camera)?;
     let (width, height) = config.image_size();
     let (mut depth, mut infrared) = (vec![0; 2 * width * height], vec![0; width * height]);
-    let mut eye = Eye::new(config, &mut depth, &mut infrared);
+    let mut sensor = ProfileSensor::new(config, &mut depth, &mut infrared);
     let mut seen = vec![None; recording.frames()];
     SimulatedCamera::new(recording, scene, FaultList::default()).send_all(|stream, payload| {
-        if let Some(sight) = eye.accept(stream, payload, &mut NoClock)
-            && let Some(place) = seen.get_mut(frame_of(sight.stamp.captured, START))
+        if let Some(observation) = sensor.accept(stream, payload, &mut NoClock)
+            && let Some(place) = seen.get_mut(frame_of(observation.stamp.captured, START))
         {
-            *place = sight.profile.ok();
+            *place = observation.profile.ok();
         }
     });
     Ok(seen)
@@ -78,12 +78,14 @@ pub fn sightings_of(
     let size = recording.calibration.size;
     let (width, height) = config.image_size();
     let (mut depth, mut infrared) = (vec![0; 2 * width * height], vec![0; width * height]);
-    let mut eye = Eye::new(config, &mut depth, &mut infrared);
+    let mut sensor = ProfileSensor::new(config, &mut depth, &mut infrared);
     let (mut seen, mut first) = (Vec::new(), None);
     for image in recording.images {
         let image = image?;
-        let Some(sight) = eye.accept(image.stream, &payload(&image, size), &mut NoClock) else { continue };
-        let captured = sight.stamp.captured;
+        let Some(observation) = sensor.accept(image.stream, &payload(&image, size), &mut NoClock) else {
+            continue;
+        };
+        let captured = observation.stamp.captured;
         let since_s = captured.since(*first.get_or_insert(captured)) as f64 * 1e-6;
         let frame = (since_s / FRAME_INTERVAL_S).round() as usize;
         if frame >= LONGEST {
@@ -92,7 +94,7 @@ pub fn sightings_of(
         if frame >= seen.len() {
             seen.resize(frame + 1, None);
         }
-        seen[frame] = sight.profile.ok();
+        seen[frame] = observation.profile.ok();
     }
     Ok(seen)
 }
@@ -135,7 +137,7 @@ pub fn turns_with(
         let input = TurnInput { profile: profile.as_ref(), source: drive(frame), surface_us: 0 };
         let estimate = estimator.turn(&mut memory, input, &mut NoClock, &mut []);
         look(frame, &memory, &estimate);
-        let turn = Turn { time: time_of(frame), stamp: None, sight: profile.map(Ok), estimate };
+        let turn = Turn { time: time_of(frame), stamp: None, profile: profile.map(Ok), estimate };
         Logged { turn, ended: Instant::now(), latency_us: 0, turn_us: 0, allocations: 0 }
     };
     seen.iter().enumerate().map(turn).collect()

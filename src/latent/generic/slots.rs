@@ -35,7 +35,7 @@ use super::{Latent, Operators};
 use crate::latent::linalg::whitener;
 use crate::math::sqrt;
 use crate::reduced::effects::Relax;
-use crate::reduced::{BySpeed, ReducedModel};
+use crate::reduced::{ReducedModel, SpeedTable};
 
 /// Number of memory variables: viscoelastic relaxation and contact line.
 pub const MEMORIES: usize = 2;
@@ -110,7 +110,7 @@ pub struct Slots {
     /// S.
     bend: Square,
     /// (G1 m)/(G m1).
-    friction: BySpeed,
+    friction: SpeedTable,
     /// H''.
     hessian: Square,
     /// w, 1/s.
@@ -143,7 +143,7 @@ impl Slots {
         let (w, w1) = (plain.frequency(), with.frequency());
         // A mass that changes, as by the fill, changes both energies alike: only their ratio moves the wave.
         let bend = Square::identity() + map.along_height * map.height.transpose() * (w1 / w - 1.0);
-        let rate = |model: &ReducedModel, speed: f64| model.rubs(speed) / model.mass_kg();
+        let rate = |model: &ReducedModel, speed: f64| model.first_mode_friction(speed) / model.mass_kg();
         let ratio = |speed: f64| rate(with, speed) / rate(plain, speed).max(f64::MIN_POSITIVE);
         // The latent's own mass, near that of the reduced model, which its spring constants are scaled to.
         let mass_kg = joules * map.along_rate.dot(&(hessian * map.along_rate));
@@ -151,7 +151,7 @@ impl Slots {
         Self {
             map,
             bend,
-            friction: BySpeed::new(ratio),
+            friction: SpeedTable::new(ratio),
             hessian: *hessian,
             frequency: w1,
             memories: with.branches().map(|b| Memory { stiffness: own * b.stiffness, relax: b.relax }),

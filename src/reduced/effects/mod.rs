@@ -19,7 +19,7 @@
 //!
 //! | slot | enters as | type |
 //! |---|---|---|
-//! | [`Slot::Stiffness`], [`Slot::First`] | energy | E |
+//! | [`Slot::Stiffness`], [`Slot::FirstMode`] | energy | E |
 //! | [`Slot::Liquid`], [`Slot::Line`] | friction G >= 0 | M |
 //! | [`Slot::Memory`], [`Slot::Catch`] | an inner variable with energy and friction | E and M |
 //! | [`Slot::Port`] | change of the glass's motion before it drives the liquid | port |
@@ -61,7 +61,7 @@ pub(crate) mod tests;
 pub use definition::{Active, Class, Effect, FreeParameters, MOST, PARAMETERS, Recorded, Values};
 pub use parameter::{Limit, Parameter, Reference, Stated, ValueError};
 pub use simulator::{Law, Simulator};
-pub use slot::{Branch, First, Port, Relax, Slot, View};
+pub use slot::{Branch, FirstModeEnergy, Port, Relax, Slot, View};
 
 /// The name of [`Effect`] in signatures that predate it.
 pub use definition::Effect as Entry;

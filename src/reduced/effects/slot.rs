@@ -26,7 +26,7 @@ pub enum Relax {
 
 /// Shape of the first mode's energy.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct First {
+pub struct FirstModeEnergy {
     /// Softening kappa, `w = w1 (1 - kappa A^2/R^2)`.
     pub softening: f64,
     /// Coupling of x and y, in units of the mode's stiffness.
@@ -81,7 +81,7 @@ pub enum Slot {
     /// Energy: stiffness that a mode gains, N/m.
     Stiffness(fn(&Values, &SloshMode, &Cylinder) -> f64),
     /// Energy of the first mode.
-    First(fn(&Values) -> First),
+    FirstMode(fn(&Values) -> FirstModeEnergy),
     /// Friction of the liquid.
     Liquid(fn(&Values, &mut Rheology)),
     /// Friction along the contact line, N s/m, at an amplitude of its speed (m/s).

@@ -5,7 +5,7 @@ use meniscus::blob::Model;
 use meniscus::latent::generic::{LATENTS, LatentState};
 use meniscus::latent::nn::Element;
 use meniscus::latent::window::{FEATURES, WINDOW};
-use meniscus::runtime::{Estimator, Eye, InputSource, Tracker};
+use meniscus::runtime::{Estimator, InputSource, ProfileSensor, Tracker};
 use meniscus::surface::{Config, Settings};
 use meniscus_data::recording::Recording;
 use meniscus_timing::bench::chain::{Chain, Packed};
@@ -79,8 +79,8 @@ fn stage_field(model: &Model<'_>, field: &mut [f32]) {
 fn stage_turns(model: &Model<'_>, config: Config, frames: &Payloads, field: &mut [f32]) {
     let (width, height) = config.image_size();
     let (mut depth, mut infrared) = (vec![0; 2 * width * height], vec![0; width * height]);
-    let eye = Eye::new(config, &mut depth, &mut infrared);
-    let mut tracker = Tracker::new(Estimator::new(model), eye);
+    let sensor = ProfileSensor::new(config, &mut depth, &mut infrared);
+    let mut tracker = Tracker::new(Estimator::new(model), sensor);
     for (stream, payload) in frames {
         tracker.accept(*stream, payload, InputSource::tracked, &mut NoClock, field, |turn, _| {
             black_box(turn);

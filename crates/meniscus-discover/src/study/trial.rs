@@ -125,7 +125,7 @@ impl Trial {
                 Slot::View(change) => change(&values, &mut faults.view),
                 Slot::Port(change) => change(&values, &mut faults.port),
                 Slot::Stiffness(_)
-                | Slot::First(_)
+                | Slot::FirstMode(_)
                 | Slot::Liquid(_)
                 | Slot::Line(_)
                 | Slot::Memory(_)

@@ -160,7 +160,7 @@ mod tests {
         let captured = Micros(Film::captured_us(frame));
         let stamp = Some(Stamp { sequence: frame as u32, captured });
         Logged {
-            turn: Turn { time: captured, stamp, sight: None, estimate },
+            turn: Turn { time: captured, stamp, profile: None, estimate },
             ended: shot.sent + Duration::from_micros(400 + delay_us),
             latency_us: 400 + delay_us,
             turn_us: 400,
