@@ -3,7 +3,7 @@
 mod rendered;
 
 use meniscus::surface::{
-    Config, ConfigError, ExtractionState, Liquid, NotSeen, Settings, SurfaceProfile, extract,
+    Config, ConfigError, ExtractionError, ExtractionState, Liquid, Settings, SurfaceProfile, extract,
 };
 use meniscus::usb::frame::{DepthFrame, OutlineFrame};
 use meniscus::usb::uvc::{Assembler, AssemblyOutcome, Frame, Pairer, Stream};
@@ -96,7 +96,7 @@ fn render_at(settings: SceneSettings, glass_m: [f64; 2]) -> Images {
     images
 }
 
-fn see(settings: &Settings, images: &Images) -> Result<SurfaceProfile, NotSeen> {
+fn see(settings: &Settings, images: &Images) -> Result<SurfaceProfile, ExtractionError> {
     let (depth, infrared) = lent(settings, images, 3);
     extract(&Config::new(*settings).expect("sound"), &mut ExtractionState::new(), depth, infrared)
 }
@@ -124,14 +124,14 @@ fn what_is_not_there_is_not_seen() {
     let empty = render(SceneSettings { glass_present: false, ..settings });
     assert!(see(&settings.camera, &empty).is_err());
     let grey = Images { infrared: vec![128; empty.infrared.len()], ..empty.clone() };
-    assert_eq!(see(&settings.camera, &grey), Err(NotSeen::NoContrast));
+    assert_eq!(see(&settings.camera, &grey), Err(ExtractionError::NoContrast));
     // A bright liquid for a reader that expects a dark one, and the other way round.
     let bright = Settings { liquid: Liquid::Bright, ..settings.camera };
     assert!(see(&settings.camera, &render(SceneSettings { camera: bright, ..settings })).is_err());
     assert!(see(&bright, &render(settings)).is_err());
     // The liquid is seen, but nothing says how far it is.
     let blind = Images { depth: vec![0; empty.depth.len()], ..render(settings) };
-    assert_eq!(see(&settings.camera, &blind), Err(NotSeen::NoDepth));
+    assert_eq!(see(&settings.camera, &blind), Err(ExtractionError::NoDepth));
 }
 
 #[test]
@@ -149,7 +149,7 @@ fn a_camera_that_stands_elsewhere_is_measured_and_beyond_a_limit_refused() {
         let measured_m = told(0.40 + error_m).expect("near enough").expect("a profile came out");
         assert!((measured_m + error_m).abs() < 0.0005, "{error_m} {measured_m}");
     }
-    assert_eq!(told(0.42), Err(NotSeen::WallElsewhere));
+    assert_eq!(told(0.42), Err(ExtractionError::WallElsewhere));
 }
 
 #[test]
@@ -159,9 +159,12 @@ fn images_of_a_wrong_size_are_refused() {
     let (depth, infrared) = lent(&settings.camera, &images, 0);
     let config = Config::new(settings.camera).expect("sound");
     let short = OutlineFrame { bytes: &images.infrared[1..], ..infrared };
-    assert_eq!(extract(&config, &mut ExtractionState::new(), depth, short), Err(NotSeen::WrongSize));
+    assert_eq!(extract(&config, &mut ExtractionState::new(), depth, short), Err(ExtractionError::WrongSize));
     let narrow = DepthFrame { width: 320, ..depth };
-    assert_eq!(extract(&config, &mut ExtractionState::new(), narrow, infrared), Err(NotSeen::WrongSize));
+    assert_eq!(
+        extract(&config, &mut ExtractionState::new(), narrow, infrared),
+        Err(ExtractionError::WrongSize)
+    );
 }
 
 #[test]

@@ -19,7 +19,7 @@ pub(super) struct Observation {
 impl Observation {
     /// The profile, if enough of its points were seen.
     pub(super) fn measurement(&self) -> Option<&SurfaceProfile> {
-        self.profile.as_ref().filter(|profile| profile.seen() >= POINTS_NEEDED)
+        self.profile.as_ref().filter(|profile| profile.valid_points() >= POINTS_NEEDED)
     }
 }
 

@@ -1,7 +1,7 @@
 //! The eye: payloads of two streams in, one profile an instant out.
 
 use super::budget::Clock;
-use crate::surface::{self, NotSeen, OutlineAssembler, Rectifier, SurfaceProfile, extract};
+use crate::surface::{self, ExtractionError, OutlineAssembler, Rectifier, SurfaceProfile, extract};
 use crate::usb::frame::{DepthFrame, OutlineFrame, Stamp};
 use crate::usb::uvc::{Assembler, AssemblyOutcome, Losses, Pairer, Solitary, Stream};
 
@@ -14,7 +14,7 @@ pub struct FrameObservation {
     /// Number of the depth frame, and the time at which the outline was taken: of infrared the same instant.
     pub stamp: Stamp,
     /// The profile, or why there is none.
-    pub profile: Result<SurfaceProfile, NotSeen>,
+    pub profile: Result<SurfaceProfile, ExtractionError>,
     /// Time from whole images to profile, microseconds.
     pub surface_us: u64,
 }

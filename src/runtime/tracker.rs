@@ -11,7 +11,7 @@ use super::mode::COAST_LIMIT;
 use super::turn_input::{InputSource, TurnInput};
 use crate::runtime::health::count;
 use crate::runtime::profile_sensor::{FrameObservation, ProfileSensor};
-use crate::surface::{NotSeen, SurfaceProfile};
+use crate::surface::{ExtractionError, SurfaceProfile};
 use crate::units::Micros;
 use crate::usb::frame::Stamp;
 use crate::usb::uvc::Stream;
@@ -30,7 +30,7 @@ pub struct Turn {
     /// Stamp of the frame, if one came.
     pub stamp: Option<Stamp>,
     /// Profile of the frame, or the reason that there is none; `None` without a frame.
-    pub profile: Option<Result<SurfaceProfile, NotSeen>>,
+    pub profile: Option<Result<SurfaceProfile, ExtractionError>>,
     /// What is known.
     pub estimate: Estimate,
 }

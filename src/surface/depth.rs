@@ -23,7 +23,7 @@
 
 use super::config::{Config, MAX_COLUMNS};
 use super::deproject::Ray;
-use super::extract::{NotSeen, Tally};
+use super::extract::{ExtractionError, Tally};
 use super::resample::median_error;
 use super::trace::{Edge, EdgePoint, NEIGHBOURS};
 use crate::math::median;
@@ -92,7 +92,7 @@ pub(super) fn place(
     edge: &Edge,
     samples: &mut Samples,
     tally: &mut Tally,
-) -> Result<Wall, NotSeen> {
+) -> Result<Wall, ExtractionError> {
     samples.clear();
     let apart = config.settings.depth_lens_m;
     let look = Look { config, depth, axis_m, depth_axis_m: axis_m - apart[0], apart };
@@ -104,9 +104,9 @@ pub(super) fn place(
         let _ = residuals.push(look.window(point.column, deep.min(foot)));
     }
     let measured = residuals.iter().copied().flatten();
-    let offset_m = median(measured.clone()).ok_or(NotSeen::NoDepth)?;
+    let offset_m = median(measured.clone()).ok_or(ExtractionError::NoDepth)?;
     if offset_m.abs() > PLACE_TOLERANCE_M {
-        return Err(NotSeen::WallElsewhere);
+        return Err(ExtractionError::WallElsewhere);
     }
     let deviation_m = median(measured.clone().map(|r| (r - offset_m).abs())).unwrap_or(0.0);
     let count = measured.count();

@@ -20,7 +20,7 @@ const CLEARANCE_ROWS: usize = 4;
 
 /// Reason for a pair of images without a profile.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum NotSeen {
+pub enum ExtractionError {
     /// An image has not the size or the number of bytes of the configuration.
     WrongSize,
     /// The expected glass lies outside of the image.
@@ -37,7 +37,7 @@ pub enum NotSeen {
     WallElsewhere,
 }
 
-impl core::fmt::Display for NotSeen {
+impl core::fmt::Display for ExtractionError {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         f.write_str(match self {
             Self::WrongSize => "an image has not the configured size",
@@ -51,7 +51,7 @@ impl core::fmt::Display for NotSeen {
     }
 }
 
-impl core::error::Error for NotSeen {}
+impl core::error::Error for ExtractionError {}
 
 /// Counters of the stages over all frames. They saturate.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -123,7 +123,7 @@ impl ExtractionState {
 /// [`Config::stamp_of`] the pair.
 ///
 /// ```
-/// use meniscus::surface::{Config, NotSeen, Settings, ExtractionState, extract};
+/// use meniscus::surface::{Config, ExtractionError, Settings, ExtractionState, extract};
 /// use meniscus::usb::frame::{DepthFrame, OutlineFrame, Stamp};
 ///
 /// let config = Config::new(Settings::default())?;
@@ -135,19 +135,19 @@ impl ExtractionState {
 ///
 /// // A grey wall without a glass gives no profile, and the reason.
 /// let mut state = ExtractionState::new();
-/// assert_eq!(extract(&config, &mut state, depth, outline), Err(NotSeen::NoContrast));
+/// assert_eq!(extract(&config, &mut state, depth, outline), Err(ExtractionError::NoContrast));
 /// assert_eq!(state.tally().not_seen, 1);
 /// # Ok::<(), meniscus::surface::ConfigError>(())
 /// ```
 ///
 /// # Errors
-/// [`NotSeen`] says which stage found nothing; the glass is then searched in the whole range again.
+/// [`ExtractionError`] says which stage found nothing; the glass is then searched in the whole range again.
 pub fn extract(
     config: &Config,
     state: &mut ExtractionState,
     depth: DepthFrame<'_>,
     outline: OutlineFrame<'_>,
-) -> Result<SurfaceProfile, NotSeen> {
+) -> Result<SurfaceProfile, ExtractionError> {
     let profile = attempt(config, state, depth, outline);
     let counter = match profile {
         Ok(profile) => {
@@ -168,7 +168,7 @@ fn attempt(
     state: &mut ExtractionState,
     depth: DepthFrame<'_>,
     outline: OutlineFrame<'_>,
-) -> Result<SurfaceProfile, NotSeen> {
+) -> Result<SurfaceProfile, ExtractionError> {
     let lens = &config.settings.intrinsics;
     let pixels = lens.width.saturating_mul(lens.height);
     let sizes = [depth.width, outline.width, depth.height, outline.height];
@@ -176,37 +176,38 @@ fn attempt(
         || outline.bytes.len() != pixels
         || depth.bytes.len() != pixels.saturating_mul(2)
     {
-        return Err(NotSeen::WrongSize);
+        return Err(ExtractionError::WrongSize);
     }
     let image = Grey { bytes: outline.bytes, width: outline.width };
     let region = Region::around(config, state.axis_m);
     if region.left >= region.right || region.top >= region.bottom {
-        return Err(NotSeen::RegionEmpty);
+        return Err(ExtractionError::RegionEmpty);
     }
     let threshold = Threshold::of(image, region, config.settings.liquid)
         .filter(|threshold| threshold.contrast >= config.settings.least_contrast)
-        .ok_or(NotSeen::NoContrast)?;
+        .ok_or(ExtractionError::NoContrast)?;
     // An edge must have half the contrast of the classes to be one.
     let least = 0.5 * threshold.contrast;
 
-    let body = glass::find(config, image, region, &threshold, state.axis_m).ok_or(NotSeen::GlassNotFound)?;
+    let body =
+        glass::find(config, image, region, &threshold, state.axis_m).ok_or(ExtractionError::GlassNotFound)?;
     trace(config, image, body, &threshold, least, &mut state.edge);
     if state.edge.len() < LEAST_COLUMNS {
-        return Err(NotSeen::TooFewColumns);
+        return Err(ExtractionError::TooFewColumns);
     }
     let lowest = state.edge.iter().map(|point| point.row).fold(0.0, f32::max) as usize;
     let rows = (lowest.saturating_add(CLEARANCE_ROWS), config.foot_rows.1);
-    let axis_m = glass::axis(config, image, body, rows, least).ok_or(NotSeen::GlassNotFound)?;
+    let axis_m = glass::axis(config, image, body, rows, least).ok_or(ExtractionError::GlassNotFound)?;
 
     let wall = place(config, depth, axis_m, &state.edge, &mut state.samples, &mut state.tally)?;
     if state.samples.len() < LEAST_COLUMNS {
-        return Err(NotSeen::TooFewColumns);
+        return Err(ExtractionError::TooFewColumns);
     }
     hidden::allow(config, &mut state.samples);
     state.offset_m = Some(wall.offset_m);
     let Points { height_m, variance_m2, valid } = resample(config, &state.samples, wall.scatter_m);
     if !valid.contains(&true) {
-        return Err(NotSeen::TooFewColumns);
+        return Err(ExtractionError::TooFewColumns);
     }
     let Stamp { sequence, captured } = config.stamp_of(depth.stamp, outline.stamp);
     Ok(SurfaceProfile { height_m, variance_m2, valid, glass_x_m: Some(axis_m), sequence, captured })

@@ -31,7 +31,7 @@ mod trace;
 
 pub use crate::usb::lens::{ColourLens, Intrinsics};
 pub use config::{Config, ConfigError, Liquid, MAX_COLUMNS, Settings};
-pub use extract::{ExtractionState, NotSeen, Tally, extract};
+pub use extract::{ExtractionError, ExtractionState, Tally, extract};
 pub use optics::Optics;
 pub use outline::OutlineAssembler;
 pub use profile::{POINTS, PROFILE_HALF_SPAN, SurfaceProfile, profile_abscissa};

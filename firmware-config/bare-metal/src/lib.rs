@@ -12,7 +12,7 @@ use core::fmt::{self, Write};
 use crc::{CRC_64_XZ, Crc};
 use meniscus::blob::Model;
 use meniscus::runtime::output::{OUTPUT_MAX, OUTPUT_VERSION, Packet};
-use meniscus::runtime::{Clock, Estimator, ProfileSensor, InputSource, Tracker, Turn};
+use meniscus::runtime::{Clock, Estimator, InputSource, ProfileSensor, Tracker, Turn};
 use meniscus::surface::{Config, Intrinsics, Settings};
 use meniscus::usb::uvc::Stream;
 

@@ -22,7 +22,7 @@ mod step;
 
 pub use audit::{Audit, StepOutcome};
 pub use operators::Operators;
-pub use potential::{MAX_HIDDEN, Potential, Seen};
+pub use potential::{MAX_HIDDEN, Potential, RidgeState};
 pub use slots::{MEMORIES, ModeMap, Slots};
 pub use step::{Generic, LatentState};
 

@@ -19,7 +19,7 @@
 
 use super::newton::Square;
 use super::slots::{Flow, MEMORIES, Slots};
-use super::{Audit, Latent, Operators, Potential, Seen, StepOutcome, newton};
+use super::{Audit, Latent, Operators, Potential, RidgeState, StepOutcome, newton};
 use crate::latent::nn::Matrix;
 use nalgebra::SMatrix;
 
@@ -149,7 +149,7 @@ impl Generic<'_> {
     fn closed_step(&self, a: &Latent, held: &[f64; MEMORIES], flow: &Flow, speed: f64) -> Closed {
         let energy_start = self.potential.value(a);
         let scale = a.dot(a);
-        let from = self.potential.see(a);
+        let from = self.potential.ridges(a);
         let (mut b, mut to) = (*a, from);
         let mut outcome = StepOutcome::Unconverged;
         let mut iterations = 0;
@@ -163,7 +163,7 @@ impl Generic<'_> {
                 break;
             }
             b -= self.correction(&residual, iterations, &flow.matrix, &from, &to);
-            to = self.potential.see(&b);
+            to = self.potential.ridges(&b);
         }
         let remembered = self.slots.as_ref().map(|slots| slots.remember(held, &gradient, speed, self.dt_s));
         let (after, heat) = remembered.unwrap_or((*held, 0.0));
@@ -179,7 +179,14 @@ impl Generic<'_> {
 
     /// Returns the correction of the `turn`-th iteration for `residual`: by the constant matrix while there is hope in
     /// it, then Newton's.
-    fn correction(&self, residual: &Latent, turn: u32, flow: &Square, from: &Seen, to: &Seen) -> Latent {
+    fn correction(
+        &self,
+        residual: &Latent,
+        turn: u32,
+        flow: &Square,
+        from: &RidgeState,
+        to: &RidgeState,
+    ) -> Latent {
         if turn > CHEAP_ITERATIONS || self.slots.is_some() {
             let stiffness = self.potential.stiffness(from, to);
             return newton::correction(&stiffness, flow, self.dt_s, residual);

@@ -58,7 +58,7 @@ pub(super) const NUMBERS: [Number; 38] = [
     ("heat_j", |f| f.logged.turn.estimate.heat_j),
     ("acceleration_m_s2", |f| f64::from(f.logged.turn.estimate.acceleration_m_s2)),
     ("glass_x_m", |f| seen(f).and_then(|p| p.glass_x_m).map_or(f64::NAN, f64::from)),
-    ("points_seen", |f| seen(f).map_or(0.0, |p| p.seen() as f64)),
+    ("points_seen", |f| seen(f).map_or(0.0, |p| p.valid_points() as f64)),
     ("unseen_s", |f| f.unseen_s),
     ("energy_residual", |f| f.logged.turn.estimate.audit.energy_residual),
     ("step_heat", |f| f.logged.turn.estimate.audit.heat),

@@ -188,7 +188,7 @@ impl Dashboard {
         let stages = &estimate.stages;
         let widest = estimate.interval.surface_m.iter().copied().fold(0.0, f32::max);
         let seen = match &turn.profile {
-            Some(Ok(profile)) => format!("{} of {} points", profile.seen(), profile.valid.len()),
+            Some(Ok(profile)) => format!("{} of {} points", profile.valid_points(), profile.valid.len()),
             Some(Err(reason)) => format!("not seen: {reason}"),
             None => "no frame".into(),
         };

@@ -2,7 +2,9 @@
 
 use super::conditions::{CLUTTERED_FROM, Case, Condition, FRAMES};
 use crate::render::{Clutter, Images, Liquid, Scene};
-use meniscus::surface::{Config, ConfigError, ExtractionState, NotSeen, POINTS, SurfaceProfile, extract};
+use meniscus::surface::{
+    Config, ConfigError, ExtractionError, ExtractionState, POINTS, SurfaceProfile, extract,
+};
 use meniscus::units::Micros;
 use meniscus::usb::frame::{DepthFrame, OutlineFrame, Stamp};
 use meniscus_numerics::statistics::quantile;
@@ -26,7 +28,7 @@ pub struct Judged {
     /// All points seen.
     pub points: Vec<Point>,
     /// Why the last frame without a profile had none.
-    pub not_seen: Option<NotSeen>,
+    pub not_seen: Option<ExtractionError>,
     /// The last frame, for a look.
     pub last: (Vec<u8>, Option<SurfaceProfile>),
 }
