@@ -73,7 +73,7 @@ pub enum LoadError {
         /// Place in its list.
         index: usize,
     },
-    /// A value of a named effect lies outside of its range.
+    /// A value of an embedded effect lies outside of its range.
     EffectValue {
         /// The effect.
         effect: &'static str,
@@ -82,7 +82,7 @@ pub enum LoadError {
         /// Its value.
         value: f64,
     },
-    /// A named effect has no place in a flashed model.
+    /// An effect of the list cannot be embedded in a model.
     EffectNotEmbeddable {
         /// The effect.
         effect: &'static str,

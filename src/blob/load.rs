@@ -1,9 +1,9 @@
 //! From bytes to a checked [`Model`]: the only constructor.
 
+use super::embed::embed;
 use super::read_header::read_header;
 use super::shapes::{SURFACE_GROUP, shape};
 use super::{EmbeddedEffects, Header, LoadError, ObservationModel, Section, Tensor};
-use crate::blob::embedded_effects as named;
 use crate::latent::decoder::{Decoder, ENERGY_GROUP, Group};
 use crate::latent::encoder::Encoder;
 use crate::latent::generic::{Generic, LATENTS, Latent, ModeMap, Operators, Potential};
@@ -39,7 +39,7 @@ pub struct Model<'b> {
     pub error_model: ErrorModel<'b>,
     /// Slosh across the line along which the glass is moved.
     pub cross_axis: CrossAxisMode,
-    /// What of a profile is not the wave's, where effects are named.
+    /// Effects of camera, fill and inclination on a profile; `None` without embedded effects.
     pub observation_model: Option<ObservationModel>,
 }
 
@@ -174,7 +174,7 @@ impl<'b> Store<'b, '_> {
         })
     }
 
-    /// The step, with the named effects in it and what they do to profiles.
+    /// The step, with the embedded effects in it and what they do to profiles.
     fn generic(&self) -> Result<(Generic<'b>, Option<ObservationModel>), LoadError> {
         let inward = self.matrix(Tensor::EnergyIn)?;
         let potential = Potential {
@@ -198,22 +198,22 @@ impl<'b> Store<'b, '_> {
             slots: None,
         };
         let observation_model = match &self.header.embedded {
-            Some(named) => Some(self.add_effects(&mut generic, named)?),
+            Some(embedded) => Some(self.add_effects(&mut generic, embedded)?),
             None => None,
         };
         Ok((generic, observation_model))
     }
 
-    /// Puts the `named` effects into `generic`, and gives what they do to profiles.
+    /// Puts the `embedded` effects into `generic`, and returns their observation model.
     fn add_effects(
         &self,
         generic: &mut Generic<'b>,
-        named: &EmbeddedEffects,
+        embedded: &EmbeddedEffects,
     ) -> Result<ObservationModel, LoadError> {
         let rows = self.matrix(Tensor::ModeMap)?;
         let row = |index: usize| Latent::from_fn(|latent, _| f64::from(rows.at(index, latent)));
         let map = ModeMap::new([row(0), row(1), row(2), row(3)]).ok_or(LoadError::ModeMap)?;
-        let (slots, observation_model) = named::apply(self.header, named, map, &generic.potential.hessian())?;
+        let (slots, observation_model) = embed(self.header, embedded, map, &generic.potential.hessian())?;
         generic.potential.bend = Some(*slots.bend());
         generic.slots = Some(slots);
         Ok(observation_model)
