@@ -6,7 +6,7 @@ mod optional;
 use meniscus::latent::generic::Audit;
 use meniscus::runtime::output::Packet;
 use meniscus::runtime::{Estimate, Mode, Stages, Turn};
-use meniscus::uncertainty::error_model::Interval;
+use meniscus::uncertainty::intervals::Interval;
 use meniscus::units::Micros;
 use meniscus_service::live::Logged;
 use meniscus_service::publish::{Destination, FIELD_KIND, FieldFrame, PublishOutlet, Publisher};

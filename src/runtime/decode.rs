@@ -11,7 +11,7 @@ use crate::latent::generic::LATENTS;
 use crate::runtime::health::count;
 use crate::surface::{POINTS, SurfaceProfile};
 use crate::uncertainty::discrepancy::Discrepancy;
-use crate::uncertainty::error_model::{Interval, IntervalInput};
+use crate::uncertainty::intervals::{Interval, IntervalInput};
 
 /// Corrected state of a turn, decoded.
 pub(super) struct Posterior {

@@ -9,7 +9,7 @@ use super::memory::Memory;
 use crate::blob::Model;
 use crate::latent::generic::{LATENTS, LatentState};
 use crate::surface::POINTS;
-use crate::uncertainty::error_model::Horizon;
+use crate::uncertainty::intervals::Horizon;
 
 /// The surface some turns from now.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -58,7 +58,7 @@ mod tests {
     use crate::latent::generic::{Audit, LATENTS};
     use crate::runtime::{Mode, Stages};
     use crate::surface::POINTS;
-    use crate::uncertainty::error_model::Interval;
+    use crate::uncertainty::intervals::Interval;
 
     fn packet() -> Packet {
         let estimate = Estimate {

@@ -23,9 +23,9 @@
 
 use super::config::{Config, MAX_COLUMNS};
 use super::deproject::Ray;
-use super::extract::{ExtractionError, Tally};
+use super::edge_points::{Edge, EdgePoint, NEIGHBOURS, Sample, Samples};
+use super::outcome::{ExtractionError, Tally};
 use super::resample::median_error;
-use super::trace::{Edge, EdgePoint, NEIGHBOURS};
 use crate::math::median;
 use crate::usb::frame::DepthFrame;
 use heapless::Vec;
@@ -56,24 +56,6 @@ const BORDER_SHARE: f32 = 0.15;
 const PLACE_TOLERANCE_M: f32 = 0.015;
 /// Columns whose windows tell the same: the window's width and the reach of the matching.
 const GROUP: f32 = 8.0;
-
-/// A point of the edge in space.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Sample {
-    /// `x` from the glass axis, metres.
-    pub(super) x_m: f32,
-    /// Height above the inner bottom, metres.
-    pub(super) z_m: f32,
-    /// Change of the height with the depth: the ray's rise.
-    pub(super) rise: f32,
-    /// Variance of its own beside the edge's and the depth's noise, square metres.
-    pub(super) own_m2: f32,
-    /// Distance by which it was lowered already, metres.
-    pub(super) lowered_m: f32,
-}
-
-/// The edge in space, `x` rising.
-pub(super) type Samples = Vec<Sample, MAX_COLUMNS>;
 
 /// Readings of the wall in the depth image.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -3,7 +3,7 @@
 use crate::calibration::camera_views::CameraView;
 use meniscus::blob::{LoadError, Model};
 use meniscus::runtime::{Estimate, Forecast, InputSource, Memory, Mode};
-use meniscus::uncertainty::error_model::LEADS;
+use meniscus::uncertainty::error_factors::LEADS;
 use meniscus_data::recording::{GROUP_NAMES, Recording, STATE, group_range};
 use meniscus_numerics::statistics;
 use meniscus_platform::files::AlignedBytes;
