@@ -1,4 +1,4 @@
-//! What a contact line that is held, or slides under the first mode, does to the waves that ride on it.
+//! Action of a contact line, held or sliding under the first mode, on the second-order waves.
 //!
 //! Dry friction does not add up: where the first mode drags the line along, a small wave beside it finds a line that
 //! is already sliding. Dahl's law, `z' = v - |v| z/reach`, about the first mode's way, sector by sector of the wall:
@@ -9,15 +9,14 @@
 //! so the line is stiff where the first mode turns round, or stands still, and lets go in between. One that never slides
 //! has no end of its reach.
 
-use super::modes::RADIAL;
+use super::modes::{BOUND_WAVE_SHAPES, RADIAL};
 use crate::math::{sincos, sqrt};
-use crate::reduced::second_order::BOUND_WAVE_SHAPES;
 use core::f64::consts::TAU;
 
 /// Sectors of the wall.
 pub const SECTORS: usize = 16;
 
-/// The line along the wall.
+/// Contact line along the wall, in sectors.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ContactLineFriction {
     /// Spring of one sector over the mass of each (0,n) and (2,n), 1/s2.

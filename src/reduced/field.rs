@@ -24,7 +24,7 @@ pub fn surface(model: &ReducedModel, state: &ReducedState, push: &[f64; 2], x: f
     }
     let share = r / model.glass.radius_m * model.residual_lever_m() / crate::units::GRAVITY_M_S2;
     height += share * (push[0] * cos + push[1] * sin);
-    let [ring, along, across] = &state.second.height;
+    let [ring, along, across] = &state.bound_waves.height;
     let turned = [1.0, cos * cos - sin * sin, 2.0 * sin * cos];
     for n in 0..RADIAL {
         for (wave, heights, turn) in [
@@ -44,7 +44,7 @@ pub fn surface(model: &ReducedModel, state: &ReducedState, push: &[f64; 2], x: f
 #[must_use]
 pub fn wall_harmonics(model: &ReducedModel, state: &ReducedState, push: &[f64; 2]) -> [f64; 5] {
     let at_once = model.residual_lever_m() / crate::units::GRAVITY_M_S2;
-    let [mean, cos2, sin2] = state.second.height.map(|row| row.iter().sum());
+    let [mean, cos2, sin2] = state.bound_waves.height.map(|row| row.iter().sum());
     let along = |d: usize| state.height[d].iter().sum::<f64>();
     [mean, along(0) + at_once * push[0], along(1) + at_once * push[1], cos2, sin2]
 }

@@ -14,6 +14,9 @@ use core::f64::consts::PI;
 /// Radial modes of each azimuthal order that are kept.
 pub const RADIAL: usize = 3;
 
+/// Shapes of second-order waves: (0,n), (2,n) along cos 2 theta, (2,n) along sin 2 theta.
+pub const BOUND_WAVE_SHAPES: usize = 3;
+
 /// The first zeros of J1'.
 const XI_1: [f64; RADIAL] = [1.841_183_781_340_659, 5.331_442_773_525_033, 8.536_316_366_346_286];
 

@@ -15,8 +15,7 @@
 use super::model::ReducedModel;
 use super::modes::RADIAL;
 use crate::math::sqrt;
-use crate::reduced::effects::Relax;
-use crate::reduced::second_order::{BoundWaveState, FirstModeMotion};
+use crate::reduced::bound_waves::{BoundWaveState, FirstModeMotion};
 
 /// Repetitions where something depends on the state after the step.
 const REPEATS: usize = 20;
@@ -24,7 +23,7 @@ const REPEATS: usize = 20;
 /// The repetitions end when no rate changes by more, m/s.
 const SETTLED_M_S: f64 = 1e-15;
 
-/// Where the liquid is; directions x and y, then modes.
+/// State of the liquid; directions x and y, then modes.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ReducedState {
     /// Heights at the wall, m.
@@ -35,13 +34,13 @@ pub struct ReducedState {
     pub memory: [[f64; RADIAL]; 2],
     /// How far the contact line is caught, m.
     pub caught: [f64; 2],
-    /// BoundWaveState-order waves.
-    pub second: BoundWaveState,
+    /// Second-order waves.
+    pub bound_waves: BoundWaveState,
     /// Heat since the start, J.
     pub heat_j: f64,
 }
 
-/// What the moved glass does to the liquid during a step.
+/// Forcing of the liquid by the moved glass during a step.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Forcing {
     /// Specific force on the liquid along x and y of the glass, m/s2: minus the acceleration of the glass.
@@ -50,7 +49,7 @@ pub struct Forcing {
     pub lift_m_s2: f64,
 }
 
-/// The books of one step, J.
+/// Energy balance of one step, J.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct EnergyBalance {
     /// Work of the port.
@@ -115,7 +114,7 @@ pub fn step(model: &ReducedModel, state: &mut ReducedState, push: &Forcing) -> E
     let mut friction = [[0.0; RADIAL]; 2];
     let mut rubbing = [0.0; 2];
     resist(model, &before, &mut friction, &mut rubbing);
-    let mut books = EnergyBalance::default();
+    let mut balance = EnergyBalance::default();
     let mut middle = before.rate;
     for _ in 0..model.repeats() {
         let last = middle;
@@ -150,8 +149,8 @@ pub fn step(model: &ReducedModel, state: &mut ReducedState, push: &Forcing) -> E
     let slip = model.line.relax.rate(wall_speed(&middle));
     for d in 0..directions {
         let heat = finish(model, state, &before, d, &middle, &friction, &rubbing, slip, push);
-        books.heat_j += heat.0;
-        books.work_j += heat.1;
+        balance.heat_j += heat.0;
+        balance.work_j += heat.1;
     }
     let (w, steepness) = (model.modes[0].w, model.modes[0].mode.steepness);
     let first = FirstModeMotion {
@@ -162,10 +161,10 @@ pub fn step(model: &ReducedModel, state: &mut ReducedState, push: &Forcing) -> E
         speed: [middle[0].iter().sum(), middle[1].iter().sum()],
         held: [0, 1].map(|d| 0.5 * (before.caught[d] + state.caught[d])),
     };
-    model.second.advance(&mut state.second, dt, &first);
-    state.heat_j += books.heat_j;
-    books.residue_j = model.energy(state) + books.heat_j - energy - books.work_j;
-    books
+    model.bound_waves.advance(&mut state.bound_waves, dt, &first);
+    state.heat_j += balance.heat_j;
+    balance.residue_j = model.energy(state) + balance.heat_j - energy - balance.work_j;
+    balance
 }
 
 /// Speed of the contact line, both directions together, m/s.
@@ -276,16 +275,4 @@ fn finish(
         heat += dt * (rub * u * u + model.line.stiffness * slip * held * held);
     }
     (heat, work)
-}
-
-impl Relax {
-    /// Rate of relaxation (1/s) while the wall's liquid moves with `speed` (m/s).
-    #[must_use]
-    pub fn rate(self, speed: f64) -> f64 {
-        match self {
-            Self::Never => 0.0,
-            Self::Time(lambda_s) => 1.0 / lambda_s.max(1e-6),
-            Self::Path(reach_m) => speed / reach_m.max(1e-9),
-        }
-    }
 }

@@ -13,11 +13,11 @@ use std::{assert, assert_eq, panic};
 /// Angular frequency (1/s) of the free ring wave (0,1), from its zero crossings.
 fn ring_frequency(model: &ReducedModel) -> f64 {
     let mut state = ReducedState::default();
-    state.second.height[0][0] = 1e-3;
+    state.bound_waves.height[0][0] = 1e-3;
     let (mut last, mut crossings) = (1e-3, Vec::new());
     for n in 1..480 {
         step(model, &mut state, &Forcing::default());
-        let here = state.second.height[0][0];
+        let here = state.bound_waves.height[0][0];
         if last * here < 0.0 {
             crossings.push((f64::from(n) - here / (here - last)) * DT);
         }
@@ -70,12 +70,12 @@ fn what_the_first_mode_makes_of_a_thinning_liquid_the_waves_beside_it_feel() {
         let after = |ring: f64| {
             let mut state = ReducedState::default();
             state.height[0][0] = first;
-            state.second.height[0][0] = ring;
+            state.bound_waves.height[0][0] = ring;
             for _ in 0..120 {
                 step(&model, &mut state, &Forcing::default());
             }
-            let rate = state.second.rate[0][0] / (GRAVITY_M_S2 * 109.0).sqrt();
-            (state.second.height[0][0], rate)
+            let rate = state.bound_waves.rate[0][0] / (GRAVITY_M_S2 * 109.0).sqrt();
+            (state.bound_waves.height[0][0], rate)
         };
         let (up, down) = (after(1e-4), after(-1e-4));
         (0.5 * (up.0 - down.0)).hypot(0.5 * (up.1 - down.1)) / 1e-4
@@ -94,7 +94,7 @@ fn foam_rubs_on_a_small_ring_by_five_thirds_of_what_it_rubs_on_the_first_mode() 
         let mut lost = 0.0;
         let mut after = |small: f64| {
             let mut state = ReducedState::default();
-            (state.height[0][0], state.second.height[0][0]) = (1e-2, small);
+            (state.height[0][0], state.bound_waves.height[0][0]) = (1e-2, small);
             for _ in 0..240 {
                 step(&model, &mut state, &Forcing::default());
                 let (a, v) = (state.height[0][0], state.rate[0][0]);
@@ -102,7 +102,7 @@ fn foam_rubs_on_a_small_ring_by_five_thirds_of_what_it_rubs_on_the_first_mode() 
                     (v * v + model.frequency_and_damping(0).expect("a first mode").0.powi(2) * a * a).sqrt();
                 lost += 0.5 * DT * law(&foam.values, speed, &GLASS) / (2.0 * ring.mass_kg);
             }
-            [state.second.height[0][0], state.second.rate[0][0] / ring.square(GRAVITY_M_S2).sqrt()]
+            [state.bound_waves.height[0][0], state.bound_waves.rate[0][0] / ring.square(GRAVITY_M_S2).sqrt()]
         };
         let (up, down) = (after(1e-4), after(-1e-4));
         ((up[0] - down[0]).hypot(up[1] - down[1]), lost)
@@ -123,7 +123,7 @@ fn a_wave_along_a_lean_carries_a_saddle_at_its_own_frequency_and_a_rolled_camera
         for _ in 0..STEPS {
             step(&model, &mut state, &Forcing::default());
         }
-        state.second.height[1][0]
+        state.bound_waves.height[1][0]
     };
     // What is odd in the amplitude is the lean's; what is even is the second order's.
     let odd = |name: &str| 0.5 * (saddle(name, 1e-2) - saddle(name, -1e-2));

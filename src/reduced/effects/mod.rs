@@ -58,8 +58,8 @@ mod parameter_tests;
 #[cfg(test)]
 pub(crate) mod tests;
 
-pub use definition::{Active, Class, Effect, FreeParameters, MOST, PARAMETERS, Recorded, Values};
-pub use parameter::{Limit, Parameter, Reference, Stated, ValueError};
+pub use definition::{Active, Class, Effect, FreeParameters, MOST, Recorded};
+pub use parameter::{Limit, PARAMETERS, Parameter, Reference, Stated, ValueError, Values};
 pub use simulator::{Law, Simulator};
 pub use slot::{Branch, FirstModeEnergy, Port, Relax, Slot, View};
 

@@ -1,6 +1,6 @@
 //! Slots: the places in the reduced model where an effect may act.
 
-use super::Values;
+use super::parameter::Values;
 use crate::reduced::{Cylinder, Rheology, SloshMode};
 
 /// A stored energy with friction: `z' = v - r z`, energy `k z^2/2`.
@@ -22,6 +22,18 @@ pub enum Relax {
     Time(f64),
     /// Over a path (m): `r = |v|/reach`, dry friction with a spring before it.
     Path(f64),
+}
+
+impl Relax {
+    /// Rate of relaxation (1/s) while the wall's liquid moves with `speed` (m/s).
+    #[must_use]
+    pub fn rate(self, speed: f64) -> f64 {
+        match self {
+            Self::Never => 0.0,
+            Self::Time(lambda_s) => 1.0 / lambda_s.max(1e-6),
+            Self::Path(reach_m) => speed / reach_m.max(1e-9),
+        }
+    }
 }
 
 /// Shape of the first mode's energy.
