@@ -13,8 +13,7 @@ use heapless::Vec;
 use nalgebra::SMatrix;
 
 /// Returns the reason that a blob cannot embed `effect`; `None` where it can.
-#[must_use]
-pub fn embedding_obstacle(effect: &Active) -> Option<&'static str> {
+fn embedding_obstacle(effect: &Active) -> Option<&'static str> {
     let (mut port, mut view) = (Port::default(), View::default());
     match effect.entry.slot {
         Slot::FirstMode(_) => {

@@ -12,7 +12,6 @@ mod observation_model;
 mod read_header;
 mod shapes;
 
-pub use embed::embedding_obstacle;
 pub use embedded_effects::{EmbeddedEffect, EmbeddedEffects};
 pub use error::LoadError;
 pub use filter_config::{FilterConfig, ScaleBounds};

@@ -13,7 +13,7 @@ pub struct Baseline {
     pub lever: [f64; RADIAL],
     /// Softening kappa: `w = w1 (1 - kappa A^2/R^2)` at amplitude A (Bauerlein and Avila 2021).
     pub detuning: f64,
-    /// Coefficients p and q of (0,1) and (2,1), see [`BoundWaves`].
+    /// Coefficients p and q of the second-order waves (0,1) and (2,1): their forcing is `(p v1^2 + q w1^2 a1^2)/R`.
     pub drive: [[f64; 2]; 2],
 }
 

@@ -5,7 +5,7 @@
 //! s'' + 2 gamma s' + w^2 s = (p v1^2 + q w1^2 a1^2)/R + C a1 (v1' + w1^2 a1)/kappa1 + B t v1'/kappa1
 //! ```
 //! for s of (0,n) and (2,n). The quadratic terms of the surface conditions have this form for a standing wave (Miles
-//! 1976); [`super::Coupling`] says what they are without viscosity. Of (0,1) and (2,1) p and q belong to the baseline and
+//! 1976); `coupling.rs` says what they are without viscosity. Of (0,1) and (2,1) p and q belong to the baseline and
 //! are calibrated; `v1' + w1^2 a1` is what push, friction and the contact line do to the first mode, which the product
 //! of height and potential feels at once. These waves ride along: their energy is of fourth order in the amplitude and
 //! is left out of the books. With waves along x and y, `a1^2` is `ax^2 + ay^2` for (0,n), and `ax^2 - ay^2` and `2 ax ay`
@@ -36,7 +36,7 @@ pub struct BoundWaveState {
 
 /// Coefficients of one second-order wave (0,n) or (2,n).
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct BoundWave {
+pub(super) struct BoundWave {
     /// Frequency squared, 1/s2.
     pub square: f64,
     /// That of the discrete oscillator which turns as fast, 1/s2.
@@ -55,7 +55,7 @@ pub struct BoundWave {
 
 /// The second-order waves of a glass.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct BoundWaves {
+pub(super) struct BoundWaves {
     /// (0,n) and (2,n).
     pub waves: [[BoundWave; RADIAL]; 2],
     /// Radius R, m.
@@ -68,7 +68,7 @@ pub struct BoundWaves {
 
 /// Motion of the first mode in the middle of a step.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct FirstModeMotion {
+pub(super) struct FirstModeMotion {
     /// Its frequency squared, 1/s2.
     pub square: f64,
     /// Heights along x and y, m.
@@ -93,7 +93,7 @@ impl FirstModeMotion {
 
 impl BoundWaves {
     /// Advances `state` by `dt` seconds beside the first mode.
-    pub fn advance(&self, state: &mut BoundWaveState, dt: f64, first: &FirstModeMotion) {
+    pub(super) fn advance(&self, state: &mut BoundWaveState, dt: f64, first: &FirstModeMotion) {
         let FirstModeMotion { height, rate, turns, .. } = *first;
         let rates = FirstModeMotion::products(rate, rate);
         let heights = FirstModeMotion::products(height, height);

@@ -88,7 +88,13 @@ fn loss(p: f64) -> f64 {
 /// Damping gamma (1/s) and lowering of the frequency (1/s) of `mode` at amplitude `speed` (m/s) and
 /// frequency `w` (1/s), in `glass`.
 #[must_use]
-pub fn friction(mode: &SloshMode, w: f64, speed: f64, liquid: &Rheology, glass: &Cylinder) -> (f64, f64) {
+pub(super) fn friction(
+    mode: &SloshMode,
+    w: f64,
+    speed: f64,
+    liquid: &Rheology,
+    glass: &Cylinder,
+) -> (f64, f64) {
     resistance(mode, w, viscosities(mode, w, speed, liquid, glass.density_kg_m3), liquid, glass)
 }
 

@@ -18,7 +18,7 @@ pub const SECTORS: usize = 16;
 
 /// Contact line along the wall, in sectors.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ContactLineFriction {
+pub(super) struct ContactLineFriction {
     /// Spring of one sector over the mass of each (0,n) and (2,n), 1/s2.
     pub square: [[f64; RADIAL]; 2],
     /// How far the line gives way before it slides, m.
@@ -55,7 +55,7 @@ impl ContactLineFriction {
     /// A line whose spring along the wall is `spring` N/m2 and which slides after `reach_m`, in a glass of
     /// `radius_m`, beside waves of `mass_kg`.
     #[must_use]
-    pub fn new(spring: f64, reach_m: f64, radius_m: f64, mass_kg: [[f64; RADIAL]; 2]) -> Self {
+    pub(super) fn new(spring: f64, reach_m: f64, radius_m: f64, mass_kg: [[f64; RADIAL]; 2]) -> Self {
         let width = TAU / SECTORS as f64;
         let turn = core::array::from_fn(|i| {
             let (sin, cos) = sincos(width * (i as f64 + 0.5));

@@ -44,12 +44,11 @@ mod step;
 mod tests;
 
 pub use baseline::Baseline;
-pub use bound_waves::{BoundWave, BoundWaveState, BoundWaves, FirstModeMotion};
-pub use boundary_layer::{Rheology, friction};
-pub use contact_line_friction::{ContactLineFriction, SECTORS};
-pub use coupling::Coupling;
+pub use bound_waves::BoundWaveState;
+pub use boundary_layer::Rheology;
+pub use contact_line_friction::SECTORS;
 pub use field::{surface, velocity, wall_harmonics};
 pub use model::ReducedModel;
 pub use modes::{BOUND_WAVE_SHAPES, Cylinder, RADIAL, SloshMode, Wave};
-pub use speed_table::SpeedTable;
+pub(crate) use speed_table::SpeedTable;
 pub use step::{EnergyBalance, Forcing, ReducedState, step};

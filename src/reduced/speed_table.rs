@@ -9,7 +9,7 @@ const FASTEST_M_S: f64 = 3.0;
 
 /// The table. Below its slowest speed and above its fastest it is constant.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SpeedTable {
+pub(crate) struct SpeedTable {
     values: [f64; SPEEDS],
     /// Whether all of them are the same.
     constant: bool,
@@ -18,7 +18,7 @@ pub struct SpeedTable {
 impl SpeedTable {
     /// `of` at every speed of the table (m/s).
     #[must_use]
-    pub fn new(of: impl Fn(f64) -> f64) -> Self {
+    pub(crate) fn new(of: impl Fn(f64) -> f64) -> Self {
         let step = ln(FASTEST_M_S / SLOWEST_M_S) / (SPEEDS - 1) as f64;
         let values = core::array::from_fn(|i| of(SLOWEST_M_S * exp(step * i as f64)));
         Self { values, constant: false }
@@ -26,13 +26,13 @@ impl SpeedTable {
 
     /// The same number at every speed.
     #[must_use]
-    pub fn constant(value: f64) -> Self {
+    pub(crate) fn constant(value: f64) -> Self {
         Self { values: [value; SPEEDS], constant: true }
     }
 
     /// The number at `speed` (m/s).
     #[must_use]
-    pub fn at(&self, speed: f64) -> f64 {
+    pub(crate) fn at(&self, speed: f64) -> f64 {
         let last = self.values.last().copied().unwrap_or(0.0);
         if self.constant {
             return last;

@@ -3,7 +3,8 @@
 
 extern crate std;
 
-use super::{Coupling, Forcing, ReducedModel, ReducedState, SloshMode, Wave, step};
+use super::coupling::Coupling;
+use super::{Forcing, ReducedModel, ReducedState, SloshMode, Wave, step};
 use crate::reduced::effects::tests::{DT, GLASS, active, model};
 use crate::reduced::effects::{Active, Slot};
 use crate::units::GRAVITY_M_S2;
