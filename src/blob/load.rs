@@ -25,6 +25,23 @@ const ROUNDING: f64 = 1e-3;
 type Square = SMatrix<f64, LATENTS, LATENTS>;
 
 /// A blob that has passed every check; its weights are read in place.
+///
+/// ```
+/// # #[repr(align(64))]
+/// # struct Aligned<T: ?Sized>(T);
+/// # static BLOB: &Aligned<[u8]> =
+/// #     &Aligned(*include_bytes!(concat!(env!("CARGO_MANIFEST_DIR"), "/models/glycerine.blob")));
+/// use meniscus::blob::{LoadError, Model};
+///
+/// let model = Model::load(&BLOB.0)?;
+/// // Thirteen numbers a tracer: position, velocity, internal energy, normal and shear stresses.
+/// assert_eq!(model.field_len(), 13 * model.header.particles as usize);
+/// assert!(model.header.fill_m < model.header.rim_m);
+/// // A blob that was cut short is refused.
+/// let refused = Model::load(&BLOB.0[..1000]).err();
+/// assert_eq!(refused, Some(LoadError::Truncated { have: 1000, need: BLOB.0.len() }));
+/// # Ok::<(), LoadError>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct Model<'b> {
     /// What the blob says of itself.

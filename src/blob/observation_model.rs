@@ -10,6 +10,37 @@ use crate::reduced::ReducedModel;
 use crate::surface::{POINTS, SurfaceProfile, profile_abscissa};
 
 /// Camera and fill effects on a profile.
+///
+/// ```
+/// use meniscus::blob::ObservationModel;
+/// use meniscus::reduced::effects::{EffectKind, Stated};
+/// use meniscus::reduced::{Baseline, Cylinder, ReducedModel, Rheology};
+/// use meniscus::surface::{POINTS, SurfaceProfile};
+/// use meniscus::units::Micros;
+///
+/// let glass = Cylinder { radius_m: 0.035, depth_m: 0.07, density_kg_m3: 1261.0 };
+/// let glycerine = Rheology::newtonian(0.95);
+/// let stated = Stated { consistency_pa_sn: 0.95, fill_m: 0.07 };
+/// // The camera measures every length 2 % too long.
+/// let scale = EffectKind::DepthScale.effect().active(&[Some(1.02), None], &stated)?;
+/// let reduced = ReducedModel::new(glass, glycerine, &Baseline::default(), &[scale], 1.0 / 60.0);
+/// let observation_model = ObservationModel::new(0.035, 0.07, &reduced);
+///
+/// let height_m = observation_model.to_measured(&[0.07; POINTS]);
+/// assert!((height_m[10] - 1.02 * 0.07).abs() < 1e-6);
+/// let measured = SurfaceProfile {
+///     height_m,
+///     variance_m2: [1e-8; POINTS],
+///     valid: [true; POINTS],
+///     glass_x_m: Some(0.102),
+///     sequence: 0,
+///     captured: Micros(0),
+/// };
+/// let corrected = observation_model.to_model(&measured);
+/// assert!((corrected.height_m[10] - 0.07).abs() < 1e-6);
+/// assert!((corrected.glass_x_m.unwrap() - 0.1).abs() < 1e-6);
+/// # Ok::<(), meniscus::reduced::effects::ValueError>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct ObservationModel {
     /// f.

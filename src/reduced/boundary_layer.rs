@@ -36,6 +36,17 @@ const LAYER_PLACE: f64 = 0.6;
 const LEAST_RATE: f64 = 0.02;
 
 /// How the liquid resists.
+///
+/// ```
+/// use meniscus::reduced::Rheology;
+///
+/// // A Newtonian liquid has one viscosity at every rate of shear.
+/// assert_eq!(Rheology::newtonian(0.95).equivalent(7.0), 0.95);
+/// // A shear-thinning liquid of flow index 0.5 has half of it at four times the rate.
+/// let thinning = Rheology { index: 0.5, ..Rheology::newtonian(0.95) };
+/// assert!((thinning.equivalent(40.0) / thinning.equivalent(10.0) - 0.5).abs() < 1e-9);
+/// assert!(!thinning.is_linear());
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Rheology {
     /// Consistency K, Pa s^n.

@@ -12,6 +12,20 @@ use crate::math::{bessel_j, cosh, sinh, sqrt};
 
 /// Height of the surface over rest at `(x, y)` in the glass, m; `push` is the specific force along x and
 /// y, which the modes left out follow at once.
+///
+/// ```
+/// use meniscus::reduced::{Baseline, Cylinder, ReducedModel, ReducedState, Rheology, surface};
+///
+/// let glass = Cylinder { radius_m: 0.035, depth_m: 0.07, density_kg_m3: 1261.0 };
+/// let glycerine = Rheology::newtonian(0.95);
+/// let model = ReducedModel::new(glass, glycerine, &Baseline::default(), &[], 1.0 / 60.0);
+/// // The first mode along x, 5 mm high at the wall: up on one side, down on the other.
+/// let mut state = ReducedState::default();
+/// state.height[0][0] = 0.005;
+/// let at = |x: f64| surface(&model, &state, &[0.0; 2], x, 0.0);
+/// assert!((at(0.035) - 0.005).abs() < 1e-9 && (at(-0.035) + 0.005).abs() < 1e-9);
+/// assert!(at(0.0).abs() < 1e-9);
+/// ```
 #[must_use]
 pub fn surface(model: &ReducedModel, state: &ReducedState, push: &[f64; 2], x: f64, y: f64) -> f64 {
     let r = sqrt(x * x + y * y).max(1e-12);
@@ -41,6 +55,20 @@ pub fn surface(model: &ReducedModel, state: &ReducedState, push: &[f64; 2], x: f
 }
 
 /// Heights along the wall as harmonics of the azimuth, m: mean, cos, sin, cos 2, sin 2.
+///
+/// ```
+/// use meniscus::reduced::{Baseline, Cylinder, ReducedModel, ReducedState, Rheology, wall_harmonics};
+///
+/// let glass = Cylinder { radius_m: 0.035, depth_m: 0.07, density_kg_m3: 1261.0 };
+/// let glycerine = Rheology::newtonian(0.95);
+/// let model = ReducedModel::new(glass, glycerine, &Baseline::default(), &[], 1.0 / 60.0);
+/// let mut state = ReducedState::default();
+/// state.height[1] = [0.005, -0.001, 0.0];
+/// // Along the wall all radial modes add up; a wave along y has the azimuth's sine.
+/// let [mean, cos, sin, cos2, sin2] = wall_harmonics(&model, &state, &[0.0; 2]);
+/// assert!((sin - 0.004).abs() < 1e-12);
+/// assert_eq!([mean, cos, cos2, sin2], [0.0; 4]);
+/// ```
 #[must_use]
 pub fn wall_harmonics(model: &ReducedModel, state: &ReducedState, push: &[f64; 2]) -> [f64; 5] {
     let at_once = model.residual_lever_m() / crate::units::GRAVITY_M_S2;
@@ -50,6 +78,21 @@ pub fn wall_harmonics(model: &ReducedModel, state: &ReducedState, push: &[f64; 2
 }
 
 /// Velocity of the liquid at `(x, y, z)` in the glass, z from the bottom, m/s: first order.
+///
+/// ```
+/// use meniscus::reduced::{Baseline, Cylinder, ReducedModel, ReducedState, Rheology, velocity};
+///
+/// let glass = Cylinder { radius_m: 0.035, depth_m: 0.07, density_kg_m3: 1261.0 };
+/// let glycerine = Rheology::newtonian(0.95);
+/// let model = ReducedModel::new(glass, glycerine, &Baseline::default(), &[], 1.0 / 60.0);
+/// let mut state = ReducedState::default();
+/// state.rate[0][0] = 0.1;
+/// // At the wall the surface rises as fast as the liquid below it; at the bottom nothing moves up or down.
+/// let [_, _, up] = velocity(&model, &state, [0.035, 0.0, 0.07]);
+/// assert!((up - 0.1).abs() < 1e-9);
+/// let [along, _, up] = velocity(&model, &state, [0.01, 0.0, 0.0]);
+/// assert!(along > 0.0 && up == 0.0);
+/// ```
 #[must_use]
 pub fn velocity(model: &ReducedModel, state: &ReducedState, point_m: [f64; 3]) -> [f64; 3] {
     let [x, y, z] = point_m;

@@ -12,6 +12,28 @@ use crate::reduced::speed_table::SLOWEST_M_S;
 use heapless::Vec;
 
 /// A glass of liquid with its effects, for steps of one length.
+///
+/// ```
+/// use meniscus::reduced::{Baseline, Cylinder, Forcing, ReducedModel, ReducedState, Rheology, step};
+///
+/// let glass = Cylinder { radius_m: 0.035, depth_m: 0.07, density_kg_m3: 998.0 };
+/// let water = Rheology::newtonian(1.0e-3);
+/// let model = ReducedModel::new(glass, water, &Baseline::default(), &[], 1.0 / 240.0);
+/// // The first mode of this glass has 3.6 Hz.
+/// let hz = model.frequency() / core::f64::consts::TAU;
+/// assert!((hz - 3.61).abs() < 0.01, "{hz}");
+///
+/// // A free slosh: all energy that the waves lose becomes heat.
+/// let mut state = ReducedState::default();
+/// state.height[0][0] = 0.005;
+/// let before = model.energy(&state);
+/// for _ in 0..240 {
+///     let balance = step(&model, &mut state, &Forcing::default());
+///     assert!(balance.heat_j >= 0.0 && balance.work_j == 0.0);
+/// }
+/// assert!(model.energy(&state) < before);
+/// assert!((model.energy(&state) + state.heat_j - before).abs() < 1e-12);
+/// ```
 #[derive(Clone, Debug)]
 pub struct ReducedModel {
     /// Glass and liquid at rest, with the effects on them.

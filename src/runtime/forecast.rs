@@ -12,6 +12,25 @@ use crate::surface::POINTS;
 use crate::uncertainty::intervals::Horizon;
 
 /// The surface some turns from now.
+///
+/// ```
+/// # #[repr(align(64))]
+/// # struct Aligned<T: ?Sized>(T);
+/// # static BLOB: &Aligned<[u8]> =
+/// #     &Aligned(*include_bytes!(concat!(env!("CARGO_MANIFEST_DIR"), "/models/glycerine.blob")));
+/// let model = meniscus::blob::Model::load(&BLOB.0)?;
+/// use meniscus::runtime::{Forecast, Memory};
+///
+/// // A liquid at rest, and a robot that accelerates its glass by 1 m/s2 for a tenth of a second.
+/// let (memory, plan) = (Memory::default(), [1.0; 6]);
+/// let (rest, moved) = (Forecast::new(&model, &memory, 6, &[]), Forecast::new(&model, &memory, 6, &plan));
+/// assert!((rest.surface_m[0] - rest.surface_m[20]).abs() < 1e-3);
+/// // The liquid stays behind: it rises at the side that the glass comes from.
+/// assert!(moved.surface_m[0] > moved.surface_m[20] + 1e-3);
+/// // Without a plan the motion of the glass is unknown, and the interval is wider.
+/// assert!(rest.half_width_m[0] > moved.half_width_m[0]);
+/// # Ok::<(), meniscus::blob::LoadError>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Forecast {
     /// The 21 heights, metres above the inner bottom.
@@ -21,6 +40,23 @@ pub struct Forecast {
 }
 
 /// The highest that the surface will stand next.
+///
+/// ```
+/// # #[repr(align(64))]
+/// # struct Aligned<T: ?Sized>(T);
+/// # static BLOB: &Aligned<[u8]> =
+/// #     &Aligned(*include_bytes!(concat!(env!("CARGO_MANIFEST_DIR"), "/models/glycerine.blob")));
+/// let model = meniscus::blob::Model::load(&BLOB.0)?;
+/// use meniscus::runtime::{Crest, Memory};
+///
+/// // From rest, under 1 m/s2 for a tenth of a second, and then without acceleration.
+/// let (memory, mut plan) = (Memory::default(), [0.0; 30]);
+/// plan[..6].fill(1.0);
+/// let crest = Crest::next(&model, &memory, 30, &plan).expect("the surface rises and falls");
+/// assert!(f64::from(crest.height_m) > model.header.fill_m && crest.frames < 30);
+/// assert_eq!(crest.spills, f64::from(crest.height_m + crest.half_width_m) >= model.header.rim_m);
+/// # Ok::<(), meniscus::blob::LoadError>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Crest {
     /// Turns from now.

@@ -12,6 +12,32 @@ pub const OUTPUT_VERSION: u8 = 2;
 pub const OUTPUT_MAX: usize = 640;
 
 /// One frame of output.
+///
+/// ```
+/// # #[repr(align(64))]
+/// # struct Aligned<T: ?Sized>(T);
+/// # static BLOB: &Aligned<[u8]> =
+/// #     &Aligned(*include_bytes!(concat!(env!("CARGO_MANIFEST_DIR"), "/models/glycerine.blob")));
+/// # struct NoClock;
+/// # impl meniscus::runtime::Clock for NoClock {
+/// #     fn now_us(&mut self) -> u64 {
+/// #         0
+/// #     }
+/// # }
+/// # let model = meniscus::blob::Model::load(&BLOB.0)?;
+/// use meniscus::runtime::output::{OUTPUT_MAX, OUTPUT_VERSION, OutputError, Packet};
+/// use meniscus::runtime::{Estimator, Memory, TurnInput};
+/// use meniscus::units::Micros;
+///
+/// let mut memory = Memory::default();
+/// let estimate = Estimator::new(&model).turn(&mut memory, TurnInput::default(), &mut NoClock, &mut []);
+/// let packet = Packet { version: OUTPUT_VERSION, time: Micros(16_667), sequence: None, estimate };
+/// let mut buffer = [0; OUTPUT_MAX];
+/// let bytes = packet.write(&mut buffer).expect("OUTPUT_MAX is enough");
+/// assert_eq!(Packet::read(bytes), Ok(packet));
+/// assert_eq!(Packet::read(&bytes[1..]), Err(OutputError::Malformed));
+/// # Ok::<(), meniscus::blob::LoadError>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Packet {
     /// [`OUTPUT_VERSION`].

@@ -20,6 +20,30 @@ pub struct FrameObservation {
 }
 
 /// Assembles, pairs and extracts; buffers are the caller's.
+///
+/// ```
+/// # struct NoClock;
+/// # impl meniscus::runtime::Clock for NoClock {
+/// #     fn now_us(&mut self) -> u64 {
+/// #         0
+/// #     }
+/// # }
+/// use meniscus::runtime::ProfileSensor;
+/// use meniscus::surface::{Config, ExtractionError, Settings};
+/// use meniscus::usb::uvc::Stream;
+///
+/// let (mut depth, mut infrared) = (vec![0; 640 * 480 * 2], vec![0; 640 * 480]);
+/// let config = Config::new(Settings::default())?;
+/// let mut sensor = ProfileSensor::new(config, &mut depth, &mut infrared);
+/// // A whole image in one payload: header of 6 bytes, PTS = 1000 us, then grey pixels.
+/// let payload = |bytes: usize| [&[6, 0b110, 0xe8, 3, 0, 0][..], &vec![128; bytes]].concat();
+/// assert!(sensor.accept(Stream::Depth, &payload(640 * 480 * 2), &mut NoClock).is_none());
+/// // The second image completes the pair, and a grey wall has no liquid's edge.
+/// let observation = sensor.accept(Stream::Outline, &payload(640 * 480), &mut NoClock).unwrap();
+/// assert_eq!(observation.stamp.captured.0, 1000);
+/// assert_eq!(observation.profile, Err(ExtractionError::NoContrast));
+/// # Ok::<(), meniscus::surface::ConfigError>(())
+/// ```
 #[derive(Debug)]
 pub struct ProfileSensor<'b> {
     config: surface::Config,

@@ -36,6 +36,44 @@ pub struct Turn {
 }
 
 /// Profile sensor, estimator and their memory.
+///
+/// ```
+/// # #[repr(align(64))]
+/// # struct Aligned<T: ?Sized>(T);
+/// # static BLOB: &Aligned<[u8]> =
+/// #     &Aligned(*include_bytes!(concat!(env!("CARGO_MANIFEST_DIR"), "/models/glycerine.blob")));
+/// # struct NoClock;
+/// # impl meniscus::runtime::Clock for NoClock {
+/// #     fn now_us(&mut self) -> u64 {
+/// #         0
+/// #     }
+/// # }
+/// # let model = meniscus::blob::Model::load(&BLOB.0)?;
+/// use meniscus::runtime::{Estimator, InputSource, ProfileSensor, Tracker};
+/// use meniscus::surface::{Config, Settings};
+/// use meniscus::usb::uvc::Stream;
+///
+/// let (mut depth, mut infrared) = (vec![0; 640 * 480 * 2], vec![0; 640 * 480]);
+/// let config = Config::new(Settings::default()).expect("a D435 before the glass");
+/// let sensor = ProfileSensor::new(config, &mut depth, &mut infrared);
+/// let mut tracker = Tracker::new(Estimator::new(&model), sensor);
+///
+/// // Two pairs of images, three frame intervals apart: two frames were lost between them.
+/// let mut times_us = Vec::new();
+/// for (number, captured_us) in [1_000_000_u32, 1_050_001].into_iter().enumerate() {
+///     // The lowest bit of the flags toggles from frame to frame.
+///     let head = [&[6, 0b110 | number as u8][..], &captured_us.to_le_bytes()].concat();
+///     for (stream, bytes) in [(Stream::Depth, 640 * 480 * 2), (Stream::Outline, 640 * 480)] {
+///         let payload = [&head[..], &vec![128; bytes]].concat();
+///         tracker.accept(stream, &payload, InputSource::tracked, &mut NoClock, &mut [], |turn, _| {
+///             times_us.push(turn.time.0);
+///         });
+///     }
+/// }
+/// assert_eq!(times_us, [1_000_000, 1_016_667, 1_033_334, 1_050_001]);
+/// assert_eq!((tracker.memory.health.turns, tracker.memory.health.frames_missing), (4, 2));
+/// # Ok::<(), meniscus::blob::LoadError>(())
+/// ```
 #[derive(Debug)]
 pub struct Tracker<'m, 'b> {
     estimator: Estimator<'m>,

@@ -4,6 +4,15 @@ use crate::surface::SurfaceProfile;
 use crate::units::Micros;
 
 /// Source of the motion of the glass.
+///
+/// ```
+/// use meniscus::runtime::InputSource;
+/// use meniscus::units::Micros;
+///
+/// // The callback for a set-up without an IMU: the camera tracks the glass at every instant.
+/// assert_eq!(InputSource::tracked(Micros(0)), InputSource::Tracked);
+/// assert_eq!(InputSource::default(), InputSource::Tracked);
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum InputSource {
     /// Edges of the glass in the profile; while these are not seen, as [`Self::Unobserved`].

@@ -19,6 +19,36 @@ use crate::uncertainty::error_model::ErrorModel;
 pub const LEAST_M2: f64 = 1e-8;
 
 /// s of every height; 0 where it was not seen.
+///
+/// ```
+/// # #[repr(align(64))]
+/// # struct Aligned<T: ?Sized>(T);
+/// # static BLOB: &Aligned<[u8]> =
+/// #     &Aligned(*include_bytes!(concat!(env!("CARGO_MANIFEST_DIR"), "/models/glycerine.blob")));
+/// let model = meniscus::blob::Model::load(&BLOB.0)?;
+/// use meniscus::surface::{POINTS, SurfaceProfile};
+/// use meniscus::uncertainty::discrepancy::Discrepancy;
+/// use meniscus::units::Micros;
+///
+/// // The decoder says 70 mm, the camera 72 mm; one point is not valid.
+/// let mut valid = [true; POINTS];
+/// valid[3] = false;
+/// let profile = SurfaceProfile {
+///     height_m: [0.072; POINTS],
+///     variance_m2: [1e-8; POINTS],
+///     valid,
+///     glass_x_m: None,
+///     sequence: 0,
+///     captured: Micros(0),
+/// };
+/// let discrepancy = Discrepancy::of(&model.error_model, &profile, 1.0);
+/// let mut surface_m = [0.070; POINTS];
+/// discrepancy.add_to(&mut surface_m, &profile);
+/// // The estimate moves towards the measurement, and stays where there is none.
+/// assert!(surface_m[10] > 0.070 && surface_m[10] < 0.072);
+/// assert_eq!(surface_m[3], 0.070);
+/// # Ok::<(), meniscus::blob::LoadError>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Discrepancy([f64; POINTS]);
 

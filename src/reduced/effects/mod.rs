@@ -150,12 +150,28 @@ impl EffectKind {
 }
 
 /// Returns the effect called `name`.
+///
+/// ```
+/// use meniscus::reduced::effects::{EffectKind, find};
+///
+/// assert_eq!(find("viscosity").map(|effect| effect.kind), Some(EffectKind::Viscosity));
+/// assert!(find("viscosty").is_none());
+/// ```
 #[must_use]
 pub fn find(name: &str) -> Option<&'static Effect> {
     LIBRARY.iter().find(|entry| entry.name == name)
 }
 
 /// Returns the effect and the index of its parameter that `spelling` names: `NAME` or `NAME_PARAMETER`.
+///
+/// ```
+/// use meniscus::reduced::effects::find_parameter;
+///
+/// // The second parameter of the contact line is spelled with the effect before it.
+/// let (effect, index) = find_parameter("contact_line_reach").unwrap();
+/// assert_eq!((effect.name, index), ("contact_line", 1));
+/// assert_eq!(effect.parameters[index].unit, "m");
+/// ```
 #[must_use]
 pub fn find_parameter(spelling: &str) -> Option<(&'static Effect, usize)> {
     LIBRARY.iter().find_map(|effect| {
