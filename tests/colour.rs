@@ -93,7 +93,7 @@ fn observations(outline: OutlineImage) -> (Vec<FrameObservation>, Connected) {
     };
     let mut observations = Vec::new();
     stream(session, FRAMES, |stream, payload| {
-        observations.extend(sensor.accept(stream, payload, &mut NoClock))
+        observations.extend(sensor.accept(stream, payload, &mut NoClock));
     });
     assert_eq!((sensor.losses().1.frames(), sensor.solitary().infrared), (0, 0));
     (observations, connected)
