@@ -8,9 +8,9 @@
 //! `cargo bench -p meniscus-benches --bench camera`
 
 use meniscus::depth_filters::{HoleFilling, LANES, Spatial, SpatialDisparity, fill_holes, to_disparity};
-use meniscus::surface::{ColourLens, Config, Intrinsics, Rectifier, State, extract};
+use meniscus::surface::{ColourLens, Config, ExtractionState, Intrinsics, Rectifier, extract};
 use meniscus::usb::frame::{DepthFrame, OutlineFrame, Stamp};
-use meniscus::usb::uvc::{Assembler, Outcome};
+use meniscus::usb::uvc::{Assembler, AssemblyOutcome};
 use meniscus_data::recording::{COLUMNS, WALL_POINTS, wall_azimuth};
 use meniscus_hil::{Camera, CameraSettings, Shot, Source, Stream};
 use meniscus_virtual::render::{Images, Liquid, Scene, SceneSettings};
@@ -85,7 +85,8 @@ fn main() {
     let settings = SceneSettings::default();
     let config = Config::new(settings.camera).expect("the default settings are sound");
     let (width, height) = config.image_size();
-    let (mut scene, mut images, mut state) = (Scene::new(settings), Images::new(&settings), State::new());
+    let (mut scene, mut images, mut state) =
+        (Scene::new(settings), Images::new(&settings), ExtractionState::new());
     let mut camera = Camera::new(CameraSettings::default());
     let mut room = vec![0; 2 * width * height];
     let mut spare = room.clone();
@@ -106,22 +107,22 @@ fn main() {
         let shot = Shot::infrared(&images.depth, &images.infrared, 1_000 + frame * 16_667);
         let payloads = pack.time(|| camera.expose(&shot));
         let payload = payloads.iter().find(|p| p.stream == Stream::Depth).expect("a healthy camera");
-        let seen = push.time(|| matches!(assembler.push(&payload.bytes), Outcome::Frame(_)));
+        let seen = push.time(|| matches!(assembler.push(&payload.bytes), AssemblyOutcome::Frame(_)));
         assert!(seen, "frame {frame}");
         let mut in_place = Assembler::new(&mut spare);
-        assert!(whole.time(|| matches!(in_place.whole(&payload.bytes), Outcome::Frame(_))));
+        assert!(whole.time(|| matches!(in_place.whole(&payload.bytes), AssemblyOutcome::Frame(_))));
         let stamp = Stamp::default();
         let depth = DepthFrame { bytes: &images.depth, width, height, stamp };
         let infrared = OutlineFrame { bytes: &images.infrared, width, height, stamp };
         let profile = tracked.time(|| extract(&config, &mut state, depth, infrared));
         assert!(profile.is_ok(), "frame {frame}: {profile:?}");
         let profile = roi.time(|| {
-            let Outcome::Frame(frame) = reader.whole(&payload.bytes) else { return None };
+            let AssemblyOutcome::Frame(frame) = reader.whole(&payload.bytes) else { return None };
             let depth = DepthFrame { bytes: frame.pixels, width, height, stamp: frame.stamp };
             extract(&config, &mut state, depth, infrared).ok()
         });
         assert!(profile.is_some(), "frame {frame}");
-        assert!(lost.time(|| extract(&config, &mut State::new(), depth, infrared)).is_ok());
+        assert!(lost.time(|| extract(&config, &mut ExtractionState::new(), depth, infrared)).is_ok());
     }
     for (name, stage) in [
         ("render a pair", render),

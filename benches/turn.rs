@@ -5,7 +5,7 @@
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use meniscus::blob::Model;
-use meniscus::latent::generic::{LATENTS, State};
+use meniscus::latent::generic::{LATENTS, LatentState};
 use meniscus::latent::window::{FEATURES, WINDOW};
 use meniscus::runtime::{Estimator, Memory, TurnInput};
 use meniscus::surface::{POINTS, SurfaceProfile};
@@ -44,7 +44,7 @@ fn turn(criterion: &mut Criterion) {
         bencher.iter(|| model.encoder.encode(black_box(&rows).iter()));
     });
     group.bench_function("predict: one GENERIC step", |bencher| {
-        let mut state = State::default();
+        let mut state = LatentState::default();
         let mut frame = 0.0;
         bencher.iter(|| {
             frame += 1.0;
@@ -63,7 +63,7 @@ fn turn(criterion: &mut Criterion) {
         let (mut memory, mut clock, mut frame) = (Memory::default(), Monotonic::start(), 0);
         bencher.iter(|| {
             frame += 1;
-            estimator.turn(&mut memory, TurnInput::seen(&profile(frame)), &mut clock, &mut field)
+            estimator.turn(&mut memory, TurnInput::tracked(&profile(frame)), &mut clock, &mut field)
         });
     });
     group.finish();

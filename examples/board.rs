@@ -25,7 +25,7 @@ use std::{print, println, vec};
 /// What a board runs.
 mod board {
     use meniscus::blob::{LoadError, Model};
-    use meniscus::runtime::{Clock, Estimator, Eye, InputSource, Tracker, Turn};
+    use meniscus::runtime::{Clock, Estimator, InputSource, ProfileSensor, Tracker, Turn};
     use meniscus::surface::Config;
     use meniscus::usb::uvc::Stream;
 
@@ -63,8 +63,8 @@ mod board {
         mut next: impl FnMut() -> Option<(Stream, &'p [u8])>,
         mut done: impl FnMut(&Turn, &[f32]),
     ) {
-        let eye = Eye::new(config, room.depth, room.infrared);
-        let mut tracker = Tracker::new(Estimator::new(model), eye);
+        let sensor = ProfileSensor::new(config, room.depth, room.infrared);
+        let mut tracker = Tracker::new(Estimator::new(model), sensor);
         while let Some((stream, payload)) = next() {
             tracker.accept(stream, payload, InputSource::tracked, &mut NoClock, room.field, |turn, field| {
                 done(turn, field);

@@ -2,7 +2,7 @@
 //!
 //! `cargo run --release -p meniscus-examples --example see -- [camera-height-mm] RECORDING...`
 
-use meniscus::surface::{Config, State, extract};
+use meniscus::surface::{Config, ExtractionState, extract};
 use meniscus::units::FRAME_INTERVAL_S;
 use meniscus::usb::frame::{DepthFrame, OutlineFrame, Stamp};
 use meniscus_data::recording::Recording;
@@ -31,7 +31,8 @@ fn see(path: &Path, settings: SceneSettings) -> Result<(), Box<dyn std::error::E
     let recording = Recording::load(path)?;
     let config = Config::new(settings.camera)?;
     let (width, height) = config.image_size();
-    let (mut scene, mut images, mut state) = (Scene::new(settings), Images::new(&settings), State::new());
+    let (mut scene, mut images, mut state) =
+        (Scene::new(settings), Images::new(&settings), ExtractionState::new());
     let (mut errors_mm, mut axis_mm) = (Vec::new(), Vec::new());
     let mut lost = 0;
     for frame in 0..recording.frames() {

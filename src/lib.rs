@@ -33,7 +33,7 @@
 //!
 //! # Rules
 //!
-//! 1. Weights are `&self`, memory is `&mut State`, results go into the caller's buffer.
+//! 1. Weights are `&self`, memory is `&mut` state, results go into the caller's buffer.
 //! 2. Bytes are checked once, in [`usb`] and in [`blob`]; after that nothing can be malformed.
 //! 3. Clock, randomness and I/O are arguments. Time comes from the frame.
 //! 4. Units go in types across modules, in name suffixes (`_m`, `_us`) locally.

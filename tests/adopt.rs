@@ -1,7 +1,7 @@
 //! Named effects in the shipped model: what they do is what the reduced model's theory says, and no more.
 
 use meniscus::blob::{LoadError, Model};
-use meniscus::latent::generic::{Latent, State};
+use meniscus::latent::generic::{Latent, LatentState};
 use meniscus::latent::nn::Element;
 use meniscus::reduced::effects::{Active, find};
 use meniscus::surface::{SurfaceProfile, profile_abscissa};
@@ -47,7 +47,7 @@ fn tone(model: &Model<'_>) -> (f64, f64) {
     let mut jacobian = nalgebra::DMatrix::<f64>::zeros(13, 13);
     for k in 0..13 {
         let ends = [-SMALL, SMALL].map(|x| {
-            let mut state = State::default();
+            let mut state = LatentState::default();
             state.latent[k] = x;
             model.generic.step(&mut state, 0.0);
             state.latent
@@ -136,7 +136,7 @@ fn neutral_effects_change_nothing() {
     let plain = AlignedBytes::copy(SHIPPED);
     let neutral = with(&[("viscosity", 1.0), ("fill", 0.0), ("camera_slope", 0.0)]);
     let (plain, neutral) = (Model::load(&plain).expect("a model"), Model::load(&neutral).expect("a model"));
-    let (mut a, mut b) = (State::default(), State::default());
+    let (mut a, mut b) = (LatentState::default(), LatentState::default());
     for n in 0..200 {
         let push = (0.3 * f64::from(n)).sin();
         plain.generic.step(&mut a, push);
@@ -153,7 +153,7 @@ fn a_yield_stress_holds_a_small_push_better_than_a_large_one() {
     let blob = with(&[("yield_stress", 20.0)]);
     let model = Model::load(&blob).expect("a model");
     let fastest = |strength: f64| {
-        let mut state = State::default();
+        let mut state = LatentState::default();
         let heights = (0..60).map(|n| {
             model.generic.step(&mut state, if n < 6 { strength } else { 0.0 });
             let latent: [f64; 13] = state.latent.into();
@@ -213,7 +213,7 @@ fn what_has_no_place_or_no_sense_is_refused_by_name() {
         error
     };
     for name in ["camera_latency", "actuation_delay", "detuning", "swirl"] {
-        let InsertError::Load(LoadError::EffectPlace { effect, .. }) = refused(name, 0.1) else {
+        let InsertError::Load(LoadError::EffectNotEmbeddable { effect, .. }) = refused(name, 0.1) else {
             panic!("{name} is refused for another reason");
         };
         assert_eq!(effect, name);
@@ -225,7 +225,7 @@ fn what_has_no_place_or_no_sense_is_refused_by_name() {
     let many = vec![active("viscosity", 0.9); 5];
     assert_eq!(insert(&shipped, glycerine(), &many).expect_err("too many"), InsertError::Many(5));
     let (mut header, all) = parts(&with(&[("viscosity", 0.9)])).expect("a good blob");
-    let named = header.named.as_mut().expect("it names one");
+    let named = header.embedded.as_mut().expect("it names one");
     named.effects[0].name = "magic".try_into().expect("short");
     let bytes = AlignedBytes::copy(&stored(header, &all, |_| Element::F32).expect("a blob"));
     assert_eq!(Model::load(&bytes).expect_err("unknown"), LoadError::UnknownEffect { index: 0 });
@@ -237,7 +237,7 @@ fn effects_outlast_quantisation_and_can_be_taken_out() {
     let blob = with(&[("yield_stress", 3.0)]);
     let coarse = AlignedBytes::copy(&quantize(&blob, Element::Bf16, None, &[]).expect("quantised").blob);
     let named =
-        |bytes: &AlignedBytes| Model::load(bytes).expect("a model").header.named.map(|n| n.effects.len());
+        |bytes: &AlignedBytes| Model::load(bytes).expect("a model").header.embedded.map(|n| n.effects.len());
     assert_eq!(named(&coarse), Some(1));
     let bare = insert(&blob, glycerine(), &[]).expect("inserted");
     assert_eq!(named(&AlignedBytes::copy(&bare.blob)), None);
@@ -256,7 +256,7 @@ fn effects_outlast_quantisation_and_can_be_taken_out() {
 fn an_old_blob_keeps_its_meaning() {
     let blob = with(&[("viscosity", 0.8), ("fill", 0.002)]);
     let model = Model::load(&blob).expect("a model");
-    let named = model.header.named.as_ref().expect("it names two");
+    let named = model.header.embedded.as_ref().expect("it names two");
     assert_eq!(named.effects.iter().map(|effect| effect.values[0]).collect::<Vec<_>>(), [0.8, 0.002]);
     let stated = named.stated(model.header.fill_m);
     let values = named.effects.iter().map(|effect| {
@@ -285,7 +285,7 @@ fn the_command_takes_si_values_and_refuses_old_excesses() {
         let done = run(verb, &["viscosity=0.76", "fill=0.072"]);
         assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
         let bytes = AlignedBytes::read(&out).expect("a blob");
-        let named = Model::load(&bytes).expect("a model").header.named.expect("it names two");
+        let named = Model::load(&bytes).expect("a model").header.embedded.expect("it names two");
         let stored: Vec<_> = named.effects.iter().map(|e| (e.name.as_str(), e.values[0])).collect();
         assert_eq!((stored[0].0, stored[1].0), ("viscosity", "fill"));
         assert!((stored[0].1 - 0.8).abs() < 1e-12 && (stored[1].1 - 0.002).abs() < 1e-12, "{stored:?}");

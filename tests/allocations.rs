@@ -5,7 +5,7 @@ mod glass;
 mod support;
 
 use meniscus::blob::Model;
-use meniscus::runtime::{Estimator, Eye, InputSource, Mode, Tracker};
+use meniscus::runtime::{Estimator, InputSource, Mode, ProfileSensor, Tracker};
 use meniscus::surface::{Config, Settings};
 use meniscus::usb::uvc::Stream;
 use meniscus_hil::{Camera, CameraSettings, FaultInjector, FaultList, Shot, Source};
@@ -29,8 +29,12 @@ fn ten_thousand_turns_allocate_nothing() {
     let model = Model::load(&bytes).expect("a sound blob");
     let mut field = vec![0.0; model.field_len()];
     let (mut depth_room, mut infrared_room) = (vec![0; 640 * 480 * 2], vec![0; 640 * 480]);
-    let eye = Eye::new(Config::new(Settings::default()).expect("sound"), &mut depth_room, &mut infrared_room);
-    let mut tracker = Tracker::new(Estimator::new(&model), eye);
+    let sensor = ProfileSensor::new(
+        Config::new(Settings::default()).expect("sound"),
+        &mut depth_room,
+        &mut infrared_room,
+    );
+    let mut tracker = Tracker::new(Estimator::new(&model), sensor);
 
     let faults: FaultList =
         "drop:0.02,tear:0.02,split:0.02,length2:0.01,duplicate:0.02".parse().expect("known");

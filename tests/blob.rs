@@ -121,7 +121,8 @@ fn settled(filter: FilterConfig) -> [f64; 13] {
     };
     let (estimator, mut memory) = (Estimator::new(&model), Memory::default());
     let mut clock = Monotonic::start();
-    let turns = (0..20).map(|_| estimator.turn(&mut memory, TurnInput::seen(&profile), &mut clock, &mut []));
+    let turns =
+        (0..20).map(|_| estimator.turn(&mut memory, TurnInput::tracked(&profile), &mut clock, &mut []));
     turns.last().expect("20 turns").latent
 }
 
@@ -182,7 +183,7 @@ fn errors_that_cannot_be_are_refused() {
         let mut parts = support::parts(1, 0.1);
         parts.iter_mut().filter(|part| part.tensor == tensor).for_each(|part| spoil(&mut part.values));
         let error = refusal(&blob(support::header(), &parts).expect("a blob"));
-        assert_eq!(error, LoadError::Spread { tensor });
+        assert_eq!(error, LoadError::NotACovariance { tensor });
         assert!(error.to_string().contains("--intervals-of"), "{error}");
     }
 }

@@ -1,20 +1,21 @@
 //! The outline in the colour image, over the simulated USB camera and in virtual time: its lens stands 15 mm beside
 //! that of the depth image, looks a quarter of a degree higher, and has a focal length of its own.
 
-use meniscus::runtime::{Eye, Sight};
+use meniscus::runtime::{FrameObservation, ProfileSensor};
 use meniscus::surface::{self, Config, OutlineAssembler, POINTS};
 use meniscus::units::Micros;
 use meniscus::usb::frame::Stamp;
 use meniscus::usb::uvc::Stream;
 use meniscus_bags as bag;
+use meniscus_bags::observe_images;
 use meniscus_bags::{Calibration, Image, McapWriter};
 use meniscus_data::recording::Recording;
 use meniscus_hil::FaultList;
 use meniscus_hil::device::{COLOUR_LENS_M, Device, FIRST_SHOT_US, Trouble};
+use meniscus_platform::clock::NoClock;
 use meniscus_service::setup::{Gather, Inspection, MeasuredGlass, Pair, SetupOrigin, inspect};
 use meniscus_usb::buffer::Buffer;
 use meniscus_usb::camera::{CameraError, Connected, Note, OutlineImage, Session, Settings, Sink};
-use meniscus_virtual::observe_recording::{NoClock, sightings_of};
 use meniscus_virtual::render::SceneSettings;
 use meniscus_virtual::usb::{RecordedGlass, SimulatedBus};
 use std::path::Path;
@@ -72,8 +73,8 @@ fn stream(mut session: Session<SimulatedBus>, frames: u32, take: impl FnMut(Stre
     session.connected().clone()
 }
 
-/// What an eye sees of the recording through this image.
-fn sights(outline: OutlineImage) -> (Vec<Sight>, Connected) {
+/// What an sensor sees of the recording through this image.
+fn observations(outline: OutlineImage) -> (Vec<FrameObservation>, Connected) {
     let session =
         session(RecordedGlass::new(recording(), SceneSettings::default()), outline, None).expect("connected");
     let connected = session.connected().clone();
@@ -85,26 +86,28 @@ fn sights(outline: OutlineImage) -> (Vec<Sight>, Connected) {
         camera_distance_m: place.camera_distance_m - forward,
         ..place
     };
-    let config = Config::new(place.seen_by(connected.optics())).expect("sound");
+    let config = Config::new(place.with_optics(connected.optics())).expect("sound");
     let (mut depth, mut grey, mut colour) = (vec![0; 614_400], vec![0; 307_200], vec![0; 614_400]);
-    let mut eye = match connected.rectifier() {
-        Some(rectifier) => Eye::in_colour(config, &mut depth, rectifier, &mut colour, &mut grey),
-        None => Eye::new(config, &mut depth, &mut grey),
+    let mut sensor = match connected.rectifier() {
+        Some(rectifier) => ProfileSensor::with_colour(config, &mut depth, rectifier, &mut colour, &mut grey),
+        None => ProfileSensor::new(config, &mut depth, &mut grey),
     };
-    let mut sights = Vec::new();
-    stream(session, FRAMES, |stream, payload| sights.extend(eye.accept(stream, payload, &mut NoClock)));
-    assert_eq!((eye.losses().1.frames(), eye.solitary().infrared), (0, 0));
-    (sights, connected)
+    let mut observations = Vec::new();
+    stream(session, FRAMES, |stream, payload| {
+        observations.extend(sensor.accept(stream, payload, &mut NoClock));
+    });
+    assert_eq!((sensor.losses().1.frames(), sensor.solitary().infrared), (0, 0));
+    (observations, connected)
 }
 
 /// Root mean square of the heights' errors and of the track's, mm; the track's mean is its origin.
-fn errors(sights: &[Sight]) -> (f64, f64, f64) {
+fn errors(observations: &[FrameObservation]) -> (f64, f64, f64) {
     let truth = recording();
     let (mut squares, mut points) = (0.0, 0.0);
     let mut track = Vec::new();
-    for sight in sights {
-        let frame = ((sight.stamp.captured.0 - FIRST_SHOT_US) as f64 * 6e-5).round() as usize;
-        let profile = sight.profile.unwrap_or_else(|why| panic!("frame {frame}: {why}"));
+    for observation in observations {
+        let frame = ((observation.stamp.captured.0 - FIRST_SHOT_US) as f64 * 6e-5).round() as usize;
+        let profile = observation.profile.unwrap_or_else(|why| panic!("frame {frame}: {why}"));
         for i in (0..POINTS).filter(|i| profile.valid[*i]) {
             squares += f64::from(profile.height_m[i] - truth.profile(frame)[i]).powi(2);
             points += 1.0;
@@ -113,14 +116,18 @@ fn errors(sights: &[Sight]) -> (f64, f64, f64) {
     }
     let mean = track.iter().sum::<f64>() / track.len() as f64;
     let scatter = (track.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / track.len() as f64).sqrt();
-    assert!(points > 0.97 * (sights.len() * POINTS) as f64, "{points} points of {} frames", sights.len());
+    assert!(
+        points > 0.97 * (observations.len() * POINTS) as f64,
+        "{points} points of {} frames",
+        observations.len()
+    );
     (1e3 * (squares / points).sqrt(), 1e3 * scatter, 1e3 * mean)
 }
 
 #[test]
 fn the_surface_is_as_good_in_colour_as_in_infrared() {
-    let (infrared, _) = sights(OutlineImage::Infrared);
-    let (colour, connected) = sights(OutlineImage::Colour);
+    let (infrared, _) = observations(OutlineImage::Infrared);
+    let (colour, connected) = observations(OutlineImage::Colour);
     assert_eq!((infrared.len(), colour.len()), (FRAMES as usize, FRAMES as usize));
     let [infrared, colour] = [errors(&infrared), errors(&colour)];
     println!(
@@ -144,15 +151,15 @@ fn the_place_of_the_lens_is_what_makes_it_so() {
             .expect("connected");
     let connected = session.connected().clone();
     let optics = surface::Optics { depth_lens_m: [-0.0148, 0.0, 0.0], ..connected.optics() };
-    let config = Config::new(surface::Settings::default().seen_by(optics)).expect("sound");
+    let config = Config::new(surface::Settings::default().with_optics(optics)).expect("sound");
     let (mut depth, mut grey, mut colour) = (vec![0; 614_400], vec![0; 307_200], vec![0; 614_400]);
     let rectifier = connected.rectifier().expect("in colour");
-    let mut eye = Eye::in_colour(config, &mut depth, rectifier, &mut colour, &mut grey);
+    let mut sensor = ProfileSensor::with_colour(config, &mut depth, rectifier, &mut colour, &mut grey);
     let mut seen = 0;
     stream(session, 30, |stream, payload| {
-        let sight = eye.accept(stream, payload, &mut NoClock);
-        let points = sight
-            .and_then(|sight| sight.profile.ok())
+        let observation = sensor.accept(stream, payload, &mut NoClock);
+        let points = observation
+            .and_then(|observation| observation.profile.ok())
             .map(|profile| profile.valid.iter().filter(|v| **v).count());
         seen += points.unwrap_or(0);
     });
@@ -222,7 +229,7 @@ fn a_glass_is_set_up_in_colour_and_its_recording_is_read_with_that_setup() {
     let read = bag::open(&path).expect("opened");
     assert_eq!(read.calibration, calibration);
     let config = Config::new(setup.settings(read.calibration.optics())).expect("sound");
-    let sightings = sightings_of(read, config).expect("whole");
+    let sightings = observe_images(read, config).expect("whole");
     let level = |profile: &surface::SurfaceProfile| profile.height_m.iter().sum::<f32>() / POINTS as f32;
     let levels: Vec<f32> = sightings.iter().flatten().map(level).collect();
     assert!(levels.len() >= 38 && levels.iter().all(|z| (z - 0.070).abs() < 5e-4), "{levels:?}");

@@ -175,7 +175,7 @@ fn the_whole_workflow_is_one_call_that_reports_its_stages() {
     assert!(matches!(verdict, Verdict::Identified(_)), "{}", verdict.sentence());
     let blob = AlignedBytes::copy(report.insertion.blob.as_deref().expect("a model with the effect"));
     let model = Model::load(&blob).expect("a sound blob");
-    assert_eq!(model.header.named.expect("it names the effect").effects[0].name, "yield_stress");
+    assert_eq!(model.header.embedded.expect("it names the effect").effects[0].name, "yield_stress");
     let [closed] = report.insertion.closed.as_slice() else { panic!("one model: {:?}", report.insertion) };
     assert!(closed.untouched_m.is_finite() && closed.effect_m != closed.untouched_m, "{closed:?}");
     // A spacing that does not fit the glass is refused before anything is fitted.

@@ -7,7 +7,7 @@ use meniscus::blob::Model;
 use meniscus::reduced::effects::EffectKind;
 use meniscus::surface::{POINTS, SurfaceProfile, profile_abscissa};
 use meniscus::units::Micros;
-use meniscus_bags::profiles_to_csv;
+use meniscus_data::profiles::profiles_to_csv;
 use meniscus_discover::load::load;
 use meniscus_discover::predict::Known;
 use meniscus_discover::record::{Record, mean_bow};
@@ -115,7 +115,7 @@ fn the_command_leaves_a_verdict_a_page_and_a_scene_that_the_simulator_reads() {
     // The simulator starts from the very liquid that was said, so the effect has to bring it nearer.
     assert!(others[1]["effect_mm"].as_f64() < others[1]["untouched_mm"].as_f64());
     let bytes = AlignedBytes::read(&scratch.path("out/model.blob")).expect("a blob");
-    let named = Model::load(&bytes).expect("a sound blob").header.named.expect("it names the effect");
+    let named = Model::load(&bytes).expect("a sound blob").header.embedded.expect("it names the effect");
     assert_eq!(named.effects[0].name, "yield_stress");
     let page = std::fs::read_to_string(scratch.path("out/report.html")).expect("a page");
     assert!(page.contains("the flashed model") && page.contains("the simulator"));

@@ -165,7 +165,7 @@ fn a_glass_that_leaves_its_line_is_followed() {
         let push = if frame % 150 > 90 && frame % 150 < 105 { 0.15 * mode.kick_m } else { 0.0 };
         y = mode.next(y);
         y[0] += push;
-        mode.raise(&mut profile.as_mut().expect("a profile").height_m, y[0]);
+        mode.add_to(&mut profile.as_mut().expect("a profile").height_m, y[0]);
         tops.push(y[0]);
     }
     let highest = tops.iter().copied().fold(0.0, f64::max);

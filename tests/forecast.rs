@@ -50,8 +50,8 @@ fn a_crest_says_how_far_it_may_be_off() {
                 let then = Forecast::new(&model, memory, planned.frames, plan);
                 let (point, height_m) = highest(&then.surface_m);
                 assert_eq!(
-                    (planned.height_m, planned.half_m),
-                    (height_m, then.half_m[point]),
+                    (planned.height_m, planned.half_width_m),
+                    (height_m, then.half_width_m[point]),
                     "frame {frame}"
                 );
             }
@@ -59,13 +59,16 @@ fn a_crest_says_how_far_it_may_be_off() {
             let (point, height_m) = highest(&Forecast::new(&model, memory, crest.frames, &[]).surface_m);
             assert_eq!(crest.height_m, height_m, "frame {frame}");
             let last = Forecast::new(&model, memory, WITHIN, &[]);
-            assert_eq!(crest.half_m, last.half_m[point], "a push may bring another one up to the last frame");
-            assert_eq!(crest.spills, f64::from(crest.height_m + crest.half_m) >= model.header.rim_m);
+            assert_eq!(
+                crest.half_width_m, last.half_width_m[point],
+                "a push may bring another one up to the last frame"
+            );
+            assert_eq!(crest.spills, f64::from(crest.height_m + crest.half_width_m) >= model.header.rim_m);
             looks += 1;
             warned += usize::from(crest.spills);
             if let Some(n) = (frame + 1..frame + WITHIN).find(|n| counts(*n)) {
                 came += 1;
-                held += usize::from((tops[n] - crest.height_m).abs() <= crest.half_m);
+                held += usize::from((tops[n] - crest.height_m).abs() <= crest.half_width_m);
             }
         },
     );

@@ -4,6 +4,7 @@ use meniscus::blob::Model;
 use meniscus::runtime::{Estimator, Memory, Turn, TurnInput};
 use meniscus::surface::{Config, Settings, SurfaceProfile};
 use meniscus::units::Micros;
+use meniscus_platform::clock::NoClock;
 use meniscus_platform::files::AlignedBytes;
 use meniscus_service::run::Viewer;
 use meniscus_service::sink::{StateAfter, TurnRecord, TurnSink};
@@ -30,14 +31,6 @@ const TOPICS: [(&str, &str); 6] = [
     ("/tf", "foxglove.FrameTransform"),
 ];
 
-struct NoClock;
-
-impl meniscus::runtime::Clock for NoClock {
-    fn now_us(&mut self) -> u64 {
-        0
-    }
-}
-
 fn config() -> Config {
     Config::new(Settings::default()).expect("sound")
 }
@@ -50,9 +43,9 @@ fn turn(model: &Model<'_>, memory: &mut Memory, field: &mut [f32], number: u64) 
     let (variance_m2, valid) = ([1e-7; 21], [true; 21]);
     let profile =
         SurfaceProfile { height_m, variance_m2, valid, glass_x_m: Some(0.01), sequence: 0, captured };
-    let estimate = Estimator::new(model).turn(memory, TurnInput::seen(&profile), &mut NoClock, field);
+    let estimate = Estimator::new(model).turn(memory, TurnInput::tracked(&profile), &mut NoClock, field);
     let stamp = Some(meniscus::usb::frame::Stamp { sequence: number as u32, captured });
-    let turn = Turn { time: captured, stamp, sight: Some(Ok(profile)), estimate };
+    let turn = Turn { time: captured, stamp, profile: Some(Ok(profile)), estimate };
     TimedTurn { latency_us: 900, turn_us: 800, ..TimedTurn::untimed(turn) }
 }
 

@@ -13,8 +13,9 @@ use meniscus::usb::d4xx;
 use meniscus::usb::d4xx::{Command, DepthTable, Identity, Table};
 use meniscus::usb::uvc::descriptor::{Descriptors, check, interfaces};
 use meniscus::usb::uvc::format::video_modes;
-use meniscus::usb::uvc::{Assembler, ControlChange, Outcome, Probe, Topology};
-use meniscus_bags::{McapWriter, open, profiles_from_csv, profiles_to_csv};
+use meniscus::usb::uvc::{Assembler, AssemblyOutcome, ControlChange, Probe, Topology};
+use meniscus_bags::{McapWriter, open};
+use meniscus_data::profiles::{profiles_from_csv, profiles_to_csv};
 use meniscus_data::recording::Recording;
 use meniscus_hil::device::{Device, Reply, TestCard};
 use meniscus_hil::{FaultList, Image, Stamp, pack};
@@ -136,7 +137,7 @@ proptest! {
         for (shot, edits) in &all {
             let bytes = edited(&payload(*shot), edits);
             let outcome = if whole { assembler.whole(&bytes) } else { assembler.push(&bytes) };
-            if let Outcome::Frame(frame) = outcome {
+            if let AssemblyOutcome::Frame(frame) = outcome {
                 prop_assert_eq!(frame.pixels.len(), 64);
                 out += 1;
             }

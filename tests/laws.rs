@@ -2,8 +2,8 @@
 
 mod support;
 
-use meniscus::blob::{Model, Named, NamedEffect, Tensor};
-use meniscus::latent::generic::{Outcome, State};
+use meniscus::blob::{EmbeddedEffect, EmbeddedEffects, Model, Tensor};
+use meniscus::latent::generic::{LatentState, StepOutcome};
 use meniscus::reduced::Rheology;
 use meniscus::reduced::effects::find;
 use meniscus_data::blob_file::write::{Part, blob};
@@ -28,7 +28,7 @@ fn walk(size: f32, steps: usize, make: impl Fn(u64, f32) -> AlignedBytes) -> usi
         let bytes = make(seed, size);
         let model = Model::load(&bytes).expect("a sound blob");
         let mut random = ChaCha8Rng::seed_from_u64(seed);
-        let mut state = State::default();
+        let mut state = LatentState::default();
         for step in 0..steps / BLOBS as usize {
             let before = state;
             let energy_before = model.generic.energy(&before);
@@ -42,7 +42,7 @@ fn walk(size: f32, steps: usize, make: impl Fn(u64, f32) -> AlignedBytes) -> usi
             let scale = energy_before.abs() + energy_after.abs() + audit.work.abs();
             let residual = (energy_after - energy_before - audit.work).abs();
             assert!(residual <= ROUNDING * scale, "energy is off by {residual:e} of {scale:e}: {}", at());
-            unsolved += usize::from(audit.outcome != Outcome::Solved);
+            unsolved += usize::from(audit.outcome != StepOutcome::Solved);
         }
     }
     unsolved
@@ -88,9 +88,9 @@ fn with_effects(seed: u64, size: f32) -> AlignedBytes {
                 *value = least + (largest - least) * random.random::<f64>().powi(3);
             }
         }
-        NamedEffect { name: (*name).try_into().expect("short"), values }
+        EmbeddedEffect { name: (*name).try_into().expect("short"), values }
     });
-    header.named = Some(Named {
+    header.embedded = Some(EmbeddedEffects {
         density_kg_m3: 1261.0,
         liquid: Rheology::newtonian(consistency),
         effects: named.collect(),
@@ -123,7 +123,7 @@ fn without_friction_nothing_is_lost() {
     let bytes = blob(support::header(), &parts).expect("the parts fit a blob");
     let bytes = AlignedBytes::copy(&bytes);
     let model = Model::load(&bytes).expect("a sound blob");
-    let mut state = State::default();
+    let mut state = LatentState::default();
     model.generic.step(&mut state, 3.0);
     let start = model.generic.energy(&state);
     assert!(start > 0.0);
@@ -131,7 +131,7 @@ fn without_friction_nothing_is_lost() {
     for _ in 0..10_000 {
         let before = state.latent;
         let audit = model.generic.step(&mut state, 0.0);
-        assert_ne!(audit.outcome, Outcome::Backtracked, "{audit:?}");
+        assert_ne!(audit.outcome, StepOutcome::Backtracked, "{audit:?}");
         moved += (state.latent - before).norm();
     }
     assert!((model.generic.energy(&state) / start - 1.0).abs() < 1e-10);

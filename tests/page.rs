@@ -9,6 +9,7 @@ use meniscus::blob::Model;
 use meniscus::runtime::{Estimator, Memory, Turn, TurnInput};
 use meniscus::surface::{Config, SurfaceProfile};
 use meniscus::units::Micros;
+use meniscus_platform::clock::NoClock;
 use meniscus_platform::files::AlignedBytes;
 use meniscus_service::run::Viewer;
 use meniscus_service::sink::{StateAfter, TurnRecord, TurnSink};
@@ -21,14 +22,6 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 const LOOPBACK: ([u8; 4], u16) = ([127, 0, 0, 1], 0);
-
-struct NoClock;
-
-impl meniscus::runtime::Clock for NoClock {
-    fn now_us(&mut self) -> u64 {
-        0
-    }
-}
 
 fn blob() -> AlignedBytes {
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../models/glycerine.blob");
@@ -45,8 +38,8 @@ fn turn(model: &Model<'_>, memory: &mut Memory, field: &mut [f32], number: u64) 
     let (variance_m2, valid) = ([1e-7; 21], [true; 21]);
     let profile =
         SurfaceProfile { height_m, variance_m2, valid, glass_x_m: Some(0.0), sequence: 0, captured };
-    let estimate = Estimator::new(model).turn(memory, TurnInput::seen(&profile), &mut NoClock, field);
-    let turn = Turn { time: captured, stamp: None, sight: Some(Ok(profile)), estimate };
+    let estimate = Estimator::new(model).turn(memory, TurnInput::tracked(&profile), &mut NoClock, field);
+    let turn = Turn { time: captured, stamp: None, profile: Some(Ok(profile)), estimate };
     TimedTurn { latency_us: 900, turn_us: 800, ..TimedTurn::untimed(turn) }
 }
 

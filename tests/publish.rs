@@ -7,7 +7,7 @@ use meniscus::blob::{FieldGroup, Header, KnownGroups, Model};
 use meniscus::latent::generic::Audit;
 use meniscus::runtime::output::{HostTime, Packet};
 use meniscus::runtime::{Estimate, Mode, Stages, Turn};
-use meniscus::uncertainty::error_model::Interval;
+use meniscus::uncertainty::intervals::Interval;
 use meniscus::uncertainty::latent_covariance::LatentCovariance;
 use meniscus::units::Micros;
 use meniscus_platform::files::AlignedBytes;
@@ -50,7 +50,7 @@ fn turn(n: u64) -> Turn {
         field_fresh: true,
         stages: Stages::default(),
     };
-    Turn { time: Micros(n), stamp: None, sight: None, estimate }
+    Turn { time: Micros(n), stamp: None, profile: None, estimate }
 }
 
 /// Hands turn `n` to the publisher, as the worker does.

@@ -9,12 +9,12 @@ use meniscus::units::Micros;
 use meniscus::usb::frame::Stamp;
 use meniscus::usb::uvc::Stream;
 use meniscus_bags as bag;
+use meniscus_bags::observe_images;
 use meniscus_bags::{Calibration, Image};
 use meniscus_platform::files::AlignedBytes;
 use meniscus_service::setup::{Inspection, MeasuredGlass, Pair, Portrait, Setup, SetupOrigin, inspect};
 use meniscus_ui::terminal::{Step, Wish, Wizard};
 use meniscus_usb::camera::OutlineImage;
-use meniscus_virtual::observe_recording::sightings_of;
 use meniscus_virtual::render::{Clutter, Images, Liquid as Seen, Scene, SceneSettings};
 use ratatui::Terminal;
 use ratatui::backend::TestBackend;
@@ -181,7 +181,7 @@ fn a_cameras_recording_is_read_interval_by_interval() {
     let calibration = Calibration::of(&Optics::default(), 0.05, "a rendered camera");
     let recording = bag::Recording { calibration, images: Box::new(images.into_iter()) };
     let config = Config::new(Settings::default()).expect("settings");
-    let seen = sightings_of(recording, config).expect("whole");
+    let seen = observe_images(recording, config).expect("whole");
     let empty: Vec<usize> = (0..seen.len()).filter(|frame| seen[*frame].is_none()).collect();
     assert_eq!((seen.len(), empty), (16, vec![7]));
 }

@@ -2,9 +2,11 @@
 
 mod rendered;
 
-use meniscus::surface::{Config, ConfigError, Liquid, NotSeen, Settings, State, SurfaceProfile, extract};
+use meniscus::surface::{
+    Config, ConfigError, ExtractionError, ExtractionState, Liquid, Settings, SurfaceProfile, extract,
+};
 use meniscus::usb::frame::{DepthFrame, OutlineFrame};
-use meniscus::usb::uvc::{Assembler, Frame, Outcome, Pairer, Stream};
+use meniscus::usb::uvc::{Assembler, AssemblyOutcome, Frame, Pairer, Stream};
 use meniscus_hil::{Camera, CameraSettings, FaultInjector, Shot, Source};
 use meniscus_virtual::render::{Images, Liquid as Seen, Scene, SceneSettings};
 use rendered::{Errors, Shape, curved, first_mode, flat, lent, read_back, sampled, swing, tilted};
@@ -94,9 +96,9 @@ fn render_at(settings: SceneSettings, glass_m: [f64; 2]) -> Images {
     images
 }
 
-fn see(settings: &Settings, images: &Images) -> Result<SurfaceProfile, NotSeen> {
+fn see(settings: &Settings, images: &Images) -> Result<SurfaceProfile, ExtractionError> {
     let (depth, infrared) = lent(settings, images, 3);
-    extract(&Config::new(*settings).expect("sound"), &mut State::new(), depth, infrared)
+    extract(&Config::new(*settings).expect("sound"), &mut ExtractionState::new(), depth, infrared)
 }
 
 /// The wall of the glass in the middle of the image goes with it, to the steps of the disparity; the room stays.
@@ -122,14 +124,14 @@ fn what_is_not_there_is_not_seen() {
     let empty = render(SceneSettings { glass_present: false, ..settings });
     assert!(see(&settings.camera, &empty).is_err());
     let grey = Images { infrared: vec![128; empty.infrared.len()], ..empty.clone() };
-    assert_eq!(see(&settings.camera, &grey), Err(NotSeen::NoContrast));
+    assert_eq!(see(&settings.camera, &grey), Err(ExtractionError::NoContrast));
     // A bright liquid for a reader that expects a dark one, and the other way round.
     let bright = Settings { liquid: Liquid::Bright, ..settings.camera };
     assert!(see(&settings.camera, &render(SceneSettings { camera: bright, ..settings })).is_err());
     assert!(see(&bright, &render(settings)).is_err());
     // The liquid is seen, but nothing says how far it is.
     let blind = Images { depth: vec![0; empty.depth.len()], ..render(settings) };
-    assert_eq!(see(&settings.camera, &blind), Err(NotSeen::NoDepth));
+    assert_eq!(see(&settings.camera, &blind), Err(ExtractionError::NoDepth));
 }
 
 #[test]
@@ -139,7 +141,7 @@ fn a_camera_that_stands_elsewhere_is_measured_and_beyond_a_limit_refused() {
     let told = |camera_distance_m| {
         let camera = Settings { camera_distance_m, ..settings.camera };
         let (depth, infrared) = lent(&camera, &images, 3);
-        let mut state = State::new();
+        let mut state = ExtractionState::new();
         extract(&Config::new(camera).expect("sound"), &mut state, depth, infrared)
             .map(|_| state.wall_offset_m())
     };
@@ -147,7 +149,7 @@ fn a_camera_that_stands_elsewhere_is_measured_and_beyond_a_limit_refused() {
         let measured_m = told(0.40 + error_m).expect("near enough").expect("a profile came out");
         assert!((measured_m + error_m).abs() < 0.0005, "{error_m} {measured_m}");
     }
-    assert_eq!(told(0.42), Err(NotSeen::WallElsewhere));
+    assert_eq!(told(0.42), Err(ExtractionError::WallElsewhere));
 }
 
 #[test]
@@ -157,9 +159,12 @@ fn images_of_a_wrong_size_are_refused() {
     let (depth, infrared) = lent(&settings.camera, &images, 0);
     let config = Config::new(settings.camera).expect("sound");
     let short = OutlineFrame { bytes: &images.infrared[1..], ..infrared };
-    assert_eq!(extract(&config, &mut State::new(), depth, short), Err(NotSeen::WrongSize));
+    assert_eq!(extract(&config, &mut ExtractionState::new(), depth, short), Err(ExtractionError::WrongSize));
     let narrow = DepthFrame { width: 320, ..depth };
-    assert_eq!(extract(&config, &mut State::new(), narrow, infrared), Err(NotSeen::WrongSize));
+    assert_eq!(
+        extract(&config, &mut ExtractionState::new(), narrow, infrared),
+        Err(ExtractionError::WrongSize)
+    );
 }
 
 #[test]
@@ -184,7 +189,7 @@ fn settings_that_cannot_work_are_named() {
 fn random_images_never_panic() {
     let settings = Settings::default();
     let config = Config::new(settings).expect("sound");
-    let mut state = State::new();
+    let mut state = ExtractionState::new();
     let mut images = render(SceneSettings::default());
     let mut random = 0x2545_f491_4f6c_dd1d_u64;
     for round in 0..200 {
@@ -218,7 +223,8 @@ fn from_pixels_over_the_wire_to_profiles() {
     let (width, height) = (settings.camera.intrinsics.width, settings.camera.intrinsics.height);
     let config = Config::new(settings.camera).expect("sound");
     let surface = sampled(first_mode, 0.006);
-    let (mut scene, mut images, mut state) = (Scene::new(settings), Images::new(&settings), State::new());
+    let (mut scene, mut images, mut state) =
+        (Scene::new(settings), Images::new(&settings), ExtractionState::new());
     let faults = "tear@7,drop@11,noinfrared@13,err@17,duplicate@19,split@23".parse().expect("well formed");
     let mut source = FaultInjector::new(Camera::new(CameraSettings::default()), faults, 5);
     let (mut depth_room, mut infrared_room) = (vec![0; 2 * width * height], vec![0; width * height]);
@@ -237,7 +243,7 @@ fn from_pixels_over_the_wire_to_profiles() {
                     (infrared.push(&payload.bytes), &mut infrared_kept, Stream::Outline)
                 }
             };
-            let Outcome::Frame(Frame { pixels, stamp }) = outcome else {
+            let AssemblyOutcome::Frame(Frame { pixels, stamp }) = outcome else {
                 continue;
             };
             kept.copy_from_slice(pixels);

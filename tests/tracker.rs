@@ -6,7 +6,7 @@ mod support;
 
 use glass::Ticks;
 use meniscus::blob::Model;
-use meniscus::runtime::{COAST_LIMIT, Estimator, Eye, InputSource, Mode, Tracker, Turn};
+use meniscus::runtime::{COAST_LIMIT, Estimator, InputSource, Mode, ProfileSensor, Tracker, Turn};
 use meniscus::surface::{Config, Settings};
 use meniscus::usb::uvc::Stream;
 use meniscus_hil::{Camera, CameraSettings, Payload, Shot, Source};
@@ -56,9 +56,10 @@ fn with_tracker(test: impl FnOnce(&mut Tracker<'_, '_>, &mut Bench, &mut [f32]))
     let bytes = support::random_blob(3, 0.1);
     let model = Model::load(&bytes).expect("a sound blob");
     let (mut depth, mut infrared) = (vec![0; 640 * 480 * 2], vec![0; 640 * 480]);
-    let eye = Eye::new(Config::new(Settings::default()).expect("sound"), &mut depth, &mut infrared);
+    let sensor =
+        ProfileSensor::new(Config::new(Settings::default()).expect("sound"), &mut depth, &mut infrared);
     let mut field = vec![0.0; model.field_len()];
-    test(&mut Tracker::new(Estimator::new(&model), eye), &mut Bench::new(), &mut field);
+    test(&mut Tracker::new(Estimator::new(&model), sensor), &mut Bench::new(), &mut field);
 }
 
 #[test]
@@ -144,7 +145,7 @@ fn a_camera_that_sees_no_liquid_lets_the_estimate_coast() {
         }
         bench.images.1.fill(180);
         let turns = take(tracker, &bench.payloads(), &mut clock, field);
-        assert!(matches!(turns[0].sight, Some(Err(_))), "{:?}", turns[0].sight);
+        assert!(matches!(turns[0].profile, Some(Err(_))), "{:?}", turns[0].profile);
         assert_eq!(turns[0].estimate.mode, Mode::Coasting);
         assert_eq!(tracker.memory.health.not_seen, 1);
     });

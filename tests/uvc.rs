@@ -1,7 +1,7 @@
 //! Payloads of the simulated camera, healthy and damaged, through header, assembler and pairing.
 
 use meniscus::usb::uvc::{
-    Assembler, Cause, HeaderError, Losses, Outcome, Pairer, PayloadHeader, Solitary, Timing,
+    Assembler, AssemblyOutcome, Cause, HeaderError, Losses, Pairer, PayloadHeader, Solitary, Timing,
 };
 use meniscus_hil::{
     Camera, CameraSettings, FaultInjector, FaultKind, FaultList, Image, Payload, Shot, Source, Stream, pack,
@@ -55,7 +55,7 @@ fn run(faults: &str, shots: u64, seed: u64, whole: bool) -> Books {
             };
             let outcome =
                 if whole { assembler.whole(&payload.bytes) } else { assembler.push(&payload.bytes) };
-            if let Outcome::Frame(frame) = outcome {
+            if let AssemblyOutcome::Frame(frame) = outcome {
                 let shot = (frame.stamp.captured.0 - 1_000_000) / INTERVAL_US;
                 assert_eq!(frame.stamp.captured.0, 1_000_000 + shot * INTERVAL_US, "mid-exposure");
                 assert_eq!(frame.pixels, pixels(shot, bytes), "torn or foreign pixels in shot {shot}");
@@ -157,11 +157,11 @@ fn small(fid: bool, end: bool, pts: u32, pixels: &[u8]) -> Vec<u8> {
 fn a_frame_without_its_middle_or_its_end_is_lost() {
     let mut buffer = [0; 4];
     let mut assembler = Assembler::new(&mut buffer);
-    assert_eq!(assembler.push(&small(false, false, 10, &[1, 2])), Outcome::Partial);
-    assert_eq!(assembler.push(&small(false, true, 10, &[4])), Outcome::Lost(Cause::ShortFrame));
-    assert_eq!(assembler.push(&small(true, false, 20, &[1, 2])), Outcome::Partial);
+    assert_eq!(assembler.push(&small(false, false, 10, &[1, 2])), AssemblyOutcome::Partial);
+    assert_eq!(assembler.push(&small(false, true, 10, &[4])), AssemblyOutcome::Lost(Cause::ShortFrame));
+    assert_eq!(assembler.push(&small(true, false, 20, &[1, 2])), AssemblyOutcome::Partial);
     let next = assembler.push(&small(false, true, 30, &[5, 6, 7, 8]));
-    assert!(matches!(next, Outcome::Frame(frame) if frame.pixels == [5, 6, 7, 8]), "{next:?}");
+    assert!(matches!(next, AssemblyOutcome::Frame(frame) if frame.pixels == [5, 6, 7, 8]), "{next:?}");
     let lost = assembler.losses();
     assert_eq!((lost.short_frame, lost.frame_unended, lost.frames()), (1, 1, 2));
 }
@@ -170,10 +170,13 @@ fn a_frame_without_its_middle_or_its_end_is_lost() {
 fn the_rest_of_a_refused_frame_is_swallowed() {
     let mut buffer = [0; 4];
     let mut assembler = Assembler::new(&mut buffer);
-    assert_eq!(assembler.push(&small(false, false, 10, &[0; 5])), Outcome::Lost(Cause::OverlongFrame));
-    assert_eq!(assembler.push(&small(false, false, 10, &[0; 2])), Outcome::Partial);
-    assert_eq!(assembler.push(&small(false, true, 10, &[0; 2])), Outcome::Partial);
-    assert!(matches!(assembler.push(&small(true, true, 20, &[0; 4])), Outcome::Frame(_)));
+    assert_eq!(
+        assembler.push(&small(false, false, 10, &[0; 5])),
+        AssemblyOutcome::Lost(Cause::OverlongFrame)
+    );
+    assert_eq!(assembler.push(&small(false, false, 10, &[0; 2])), AssemblyOutcome::Partial);
+    assert_eq!(assembler.push(&small(false, true, 10, &[0; 2])), AssemblyOutcome::Partial);
+    assert!(matches!(assembler.push(&small(true, true, 20, &[0; 4])), AssemblyOutcome::Frame(_)));
     assert_eq!(assembler.losses().frames(), 1);
 }
 
@@ -182,7 +185,7 @@ fn time_goes_on_over_the_wrap_of_the_clock_and_after_its_reset() {
     let mut buffer = [0; 1];
     let mut assembler = Assembler::new(&mut buffer);
     let mut time = |pts, fid| match assembler.push(&small(fid, true, pts, &[0])) {
-        Outcome::Frame(frame) => Some(frame.stamp.captured.0),
+        AssemblyOutcome::Frame(frame) => Some(frame.stamp.captured.0),
         _ => None,
     };
     let start = u64::from(u32::MAX) - 9_999;
@@ -201,7 +204,7 @@ fn time_goes_on_over_the_wrap_of_the_clock_and_after_its_reset() {
 fn a_payload_without_a_time_is_no_frame() {
     let mut buffer = [0; 1];
     let mut assembler = Assembler::new(&mut buffer);
-    assert_eq!(assembler.push(&[2, 0b10, 7]), Outcome::Lost(Cause::PtsMissing));
+    assert_eq!(assembler.push(&[2, 0b10, 7]), AssemblyOutcome::Lost(Cause::PtsMissing));
     assert_eq!(assembler.losses().pts_missing, 1);
 }
 
@@ -280,7 +283,7 @@ fn random_bytes_never_panic_and_never_give_a_wrong_size() {
             *first = (draw() % 40) as u8;
         }
         let outcome = if draw() % 4 == 0 { assembler.whole(&payload) } else { assembler.push(&payload) };
-        if let Outcome::Frame(frame) = outcome {
+        if let AssemblyOutcome::Frame(frame) = outcome {
             assert_eq!(frame.pixels.len(), 48);
             frames += 1;
         }

@@ -14,7 +14,7 @@ use meniscus::depth_filters::{
     to_depth, to_disparity,
 };
 use meniscus::runtime::output::{OUTPUT_MAX, Packet};
-use meniscus::runtime::{Clock, Estimator, Eye, InputSource, Tracker};
+use meniscus::runtime::{Clock, Estimator, InputSource, ProfileSensor, Tracker};
 use meniscus::surface::{Config, Rectifier, Settings};
 use meniscus::usb::d4xx;
 use meniscus::usb::d4xx::{Colour, Command, DepthTable, Identity, MESSAGE, Table};
@@ -56,14 +56,14 @@ pub extern "C" fn _start() -> ! {
         (Ok(model), Ok(config)) => {
             let (depth, colour, grey): (&mut [u8], &mut [u8], &mut [u8]) =
                 (black_box(&mut depth), black_box(&mut colour), black_box(&mut grey));
-            let eye = match black_box(lens) {
+            let sensor = match black_box(lens) {
                 Some(Colour { lens, .. }) => {
                     let rectifier = Rectifier::new(lens, config.settings().intrinsics);
-                    Eye::in_colour(config, depth, rectifier, colour, grey)
+                    ProfileSensor::with_colour(config, depth, rectifier, colour, grey)
                 }
-                None => Eye::new(config, depth, grey),
+                None => ProfileSensor::new(config, depth, grey),
             };
-            let mut tracker = Tracker::new(Estimator::new(&model), eye);
+            let mut tracker = Tracker::new(Estimator::new(&model), sensor);
             let field: &mut [f32] = black_box(&mut numbers);
             let mut number = 0_u64;
             loop {

@@ -73,7 +73,7 @@ pub enum LoadError {
         /// Place in its list.
         index: usize,
     },
-    /// A value of a named effect lies outside of its range.
+    /// A value of an embedded effect lies outside of its range.
     EffectValue {
         /// The effect.
         effect: &'static str,
@@ -82,8 +82,8 @@ pub enum LoadError {
         /// Its value.
         value: f64,
     },
-    /// A named effect has no place in a flashed model.
-    EffectPlace {
+    /// An effect of the list cannot be embedded in a model.
+    EffectNotEmbeddable {
         /// The effect.
         effect: &'static str,
         /// Why.
@@ -92,7 +92,7 @@ pub enum LoadError {
     /// The directions of the map of the first mode are not those of its rows.
     ModeMap,
     /// What the blob says of its own errors cannot be: a matrix that is no covariance, a variance or a factor below zero.
-    Spread {
+    NotACovariance {
         /// Which tensor.
         tensor: Tensor,
     },
@@ -151,14 +151,14 @@ impl fmt::Display for LoadError {
                     "the blob says {parameter} = {value} of the effect {effect}, which lies out of its range"
                 )
             }
-            Self::EffectPlace { effect, why } => {
+            Self::EffectNotEmbeddable { effect, why } => {
                 write!(f, "the effect {effect} has no place in a flashed model: {why}")
             }
             Self::ModeMap => write!(
                 f,
                 "the blob's map of the first mode contradicts itself; put the effects in again with `meniscus insert`"
             ),
-            Self::Spread { tensor } => write!(
+            Self::NotACovariance { tensor } => write!(
                 f,
                 "tensor {tensor:?}, which says how far the model may be off, is no covariance or has numbers below zero; \
                  measure it again with `meniscus train --intervals-of`"

@@ -1,9 +1,9 @@
 //! From bytes to a checked [`Model`]: the only constructor.
 
+use super::embed::embed;
 use super::read_header::read_header;
 use super::shapes::{SURFACE_GROUP, shape};
-use super::{Header, Lens, LoadError, Named, Section, Tensor};
-use crate::blob::embedded_effects as named;
+use super::{EmbeddedEffects, Header, LoadError, ObservationModel, Section, Tensor};
 use crate::latent::decoder::{Decoder, ENERGY_GROUP, Group};
 use crate::latent::encoder::Encoder;
 use crate::latent::generic::{Generic, LATENTS, Latent, ModeMap, Operators, Potential};
@@ -25,6 +25,23 @@ const ROUNDING: f64 = 1e-3;
 type Square = SMatrix<f64, LATENTS, LATENTS>;
 
 /// A blob that has passed every check; its weights are read in place.
+///
+/// ```
+/// # #[repr(align(64))]
+/// # struct Aligned<T: ?Sized>(T);
+/// # static BLOB: &Aligned<[u8]> =
+/// #     &Aligned(*include_bytes!(concat!(env!("CARGO_MANIFEST_DIR"), "/models/glycerine.blob")));
+/// use meniscus::blob::{LoadError, Model};
+///
+/// let model = Model::load(&BLOB.0)?;
+/// // Thirteen numbers a tracer: position, velocity, internal energy, normal and shear stresses.
+/// assert_eq!(model.field_len(), 13 * model.header.particles as usize);
+/// assert!(model.header.fill_m < model.header.rim_m);
+/// // A blob that was cut short is refused.
+/// let refused = Model::load(&BLOB.0[..1000]).err();
+/// assert_eq!(refused, Some(LoadError::Truncated { have: 1000, need: BLOB.0.len() }));
+/// # Ok::<(), LoadError>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct Model<'b> {
     /// What the blob says of itself.
@@ -39,8 +56,8 @@ pub struct Model<'b> {
     pub error_model: ErrorModel<'b>,
     /// Slosh across the line along which the glass is moved.
     pub cross_axis: CrossAxisMode,
-    /// What of a profile is not the wave's, where effects are named.
-    pub lens: Option<Lens>,
+    /// Effects of camera, fill and inclination on a profile; `None` without embedded effects.
+    pub observation_model: Option<ObservationModel>,
 }
 
 impl<'b> Model<'b> {
@@ -54,14 +71,14 @@ impl<'b> Model<'b> {
         let header = read_header(blob)?;
         let store = Store { blob, header: &header };
         let encoder = store.encoder()?;
-        let (generic, lens) = store.generic()?;
+        let (generic, observation_model) = store.generic()?;
         let decoder = store.decoder()?;
         // Only corrections use it, but what cannot be corrected is no whole blob.
         store.matrix(Tensor::Gain)?;
         let error_model = store.error_model(&decoder)?;
         let kick = generic.port * generic.dt_s;
         let cross_axis = CrossAxisMode::of(kick, &error_model.transition, &error_model.surface);
-        Ok(Self { encoder, generic, decoder, error_model, cross_axis, lens, header })
+        Ok(Self { encoder, generic, decoder, error_model, cross_axis, observation_model, header })
     }
 
     /// Numbers in the full field: 13 a tracer.
@@ -174,8 +191,8 @@ impl<'b> Store<'b, '_> {
         })
     }
 
-    /// The step, with the named effects in it and what they do to profiles.
-    fn generic(&self) -> Result<(Generic<'b>, Option<Lens>), LoadError> {
+    /// The step, with the embedded effects in it and what they do to profiles.
+    fn generic(&self) -> Result<(Generic<'b>, Option<ObservationModel>), LoadError> {
         let inward = self.matrix(Tensor::EnergyIn)?;
         let potential = Potential {
             linear: self.matrix(Tensor::EnergyLinear)?,
@@ -197,22 +214,26 @@ impl<'b> Store<'b, '_> {
             dt_s: self.header.dt_s,
             slots: None,
         };
-        let lens = match &self.header.named {
-            Some(named) => Some(self.add_effects(&mut generic, named)?),
+        let observation_model = match &self.header.embedded {
+            Some(embedded) => Some(self.add_effects(&mut generic, embedded)?),
             None => None,
         };
-        Ok((generic, lens))
+        Ok((generic, observation_model))
     }
 
-    /// Puts the `named` effects into `generic`, and gives what they do to profiles.
-    fn add_effects(&self, generic: &mut Generic<'b>, named: &Named) -> Result<Lens, LoadError> {
+    /// Puts the `embedded` effects into `generic`, and returns their observation model.
+    fn add_effects(
+        &self,
+        generic: &mut Generic<'b>,
+        embedded: &EmbeddedEffects,
+    ) -> Result<ObservationModel, LoadError> {
         let rows = self.matrix(Tensor::ModeMap)?;
         let row = |index: usize| Latent::from_fn(|latent, _| f64::from(rows.at(index, latent)));
         let map = ModeMap::new([row(0), row(1), row(2), row(3)]).ok_or(LoadError::ModeMap)?;
-        let (slots, lens) = named::apply(self.header, named, map, &generic.potential.hessian())?;
+        let (slots, observation_model) = embed(self.header, embedded, map, &generic.potential.hessian())?;
         generic.potential.bend = Some(*slots.bend());
         generic.slots = Some(slots);
-        Ok(lens)
+        Ok(observation_model)
     }
 
     fn error_model(&self, decoder: &Decoder<'_>) -> Result<ErrorModel<'b>, LoadError> {
@@ -236,7 +257,7 @@ impl<'b> Store<'b, '_> {
         let numbers = self.vector(tensor)?;
         let found = (numbers.len() as u32, 1);
         let factors = ErrorFactors::from_tensor(numbers).ok_or(LoadError::Shape { tensor, found })?;
-        if factors.none_negative() { Ok(factors) } else { Err(LoadError::Spread { tensor }) }
+        if factors.none_negative() { Ok(factors) } else { Err(LoadError::NotACovariance { tensor }) }
     }
 
     /// A matrix that is symmetric and has no negative direction, but for rounding, and its whitener.
@@ -248,14 +269,14 @@ impl<'b> Store<'b, '_> {
         let skew = largest(&(m - m.transpose())) > ROUNDING * size;
         // What has no size says nothing, and is believed.
         let negative = size > 0.0 && largest(&white) <= 0.0;
-        if skew || negative { Err(LoadError::Spread { tensor }) } else { Ok((m, white)) }
+        if skew || negative { Err(LoadError::NotACovariance { tensor }) } else { Ok((m, white)) }
     }
 
     /// Numbers of which none is below zero.
     fn variances(&self, tensor: Tensor) -> Result<Vector<'b>, LoadError> {
         let numbers = self.vector(tensor)?;
         if numbers.iter().any(|number| *number < 0.0) {
-            Err(LoadError::Spread { tensor })
+            Err(LoadError::NotACovariance { tensor })
         } else {
             Ok(numbers)
         }

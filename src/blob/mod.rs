@@ -1,18 +1,23 @@
 //! The weight blob: checked once, read in place ever after. `firmware-config/SPEC.md` has the bytes.
 
+mod embed;
 mod embedded_effects;
 mod error;
 mod filter_config;
+mod format;
 mod header;
 mod known_groups;
 mod load;
+mod observation_model;
 mod read_header;
 mod shapes;
 
-pub use embedded_effects::{Lens, Named, NamedEffect, no_place};
+pub use embedded_effects::{EmbeddedEffect, EmbeddedEffects};
 pub use error::LoadError;
 pub use filter_config::{FilterConfig, ScaleBounds};
-pub use header::{Extension, Header, MAGIC, MAX_SECTIONS, OLDEST_VERSION, Section, Tensor, VERSION};
+pub use format::{MAGIC, MAX_SECTIONS, OLDEST_VERSION, Section, Tensor, VERSION};
+pub use header::{Extension, Header};
 pub use known_groups::{FieldGroup, KnownGroups};
 pub use load::{ALIGNMENT, Model};
+pub use observation_model::ObservationModel;
 pub use read_header::{CRC, PREFIX_LEN};

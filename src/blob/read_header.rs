@@ -1,6 +1,6 @@
 //! Prefix and header of a blob, from bytes to checked values.
 
-use super::{Extension, Header, LoadError, MAGIC, MAX_SECTIONS, Named, OLDEST_VERSION, VERSION};
+use super::{EmbeddedEffects, Extension, Header, LoadError, MAGIC, MAX_SECTIONS, OLDEST_VERSION, VERSION};
 use crate::latent::nn::Element;
 use heapless::Vec;
 use serde::Deserialize;
@@ -81,7 +81,7 @@ fn read_extension<'b>(header: &mut Header, bytes: &'b [u8]) -> Result<&'b [u8], 
     Ok(rest)
 }
 
-/// Reads the optional lists: the elements, one a section, and behind them the named effects. Without elements all
+/// Reads the optional lists: the elements, one a section, and behind them the embedded effects. Without elements all
 /// tensors are f32. The length in the prefix is outside of the checksum, so the lists have to end where the header does.
 fn read_lists(header: &mut Header, bytes: &[u8]) -> Result<(), LoadError> {
     if bytes.is_empty() {
@@ -89,8 +89,8 @@ fn read_lists(header: &mut Header, bytes: &[u8]) -> Result<(), LoadError> {
     }
     let (elements, rest) = take::<Vec<Element, MAX_SECTIONS>>(bytes)?;
     if !rest.is_empty() {
-        let (named, []) = take::<Named>(rest)? else { return Err(LoadError::Header) };
-        header.named = Some(named);
+        let (embedded, []) = take::<EmbeddedEffects>(rest)? else { return Err(LoadError::Header) };
+        header.embedded = Some(embedded);
     }
     if elements.len() != header.sections.len() {
         return Err(LoadError::Header);

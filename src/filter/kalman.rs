@@ -197,7 +197,7 @@ fn transposed_transition(model: &Model<'_>, travel_gain: f64) -> StateMatrix {
     use StateIndex::{GlassPosition, GlassTravel, Input, InputLag1, InputLag2, Lateral, LateralLag};
     let port = model.generic.port * model.generic.dt_s;
     let [u0, u1, u2] = model.header.filter.input_recursion;
-    let [k1, k2] = model.cross_axis.keeps;
+    let [k1, k2] = model.cross_axis.recursion;
     StateMatrix::from_fn(|before, behind| match (StateIndex::at(behind), StateIndex::at(before)) {
         (None, None) => model.error_model.transition.get((behind, before)).copied().unwrap_or(0.0),
         (None, Some(Input)) => port.get(behind).copied().unwrap_or(0.0),

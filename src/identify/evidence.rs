@@ -10,15 +10,15 @@ const LEAST_M2: f64 = 1e-8;
 /// A_r^2: the wave that even a liquid at rest is taken to have, m2.
 const REST_M2: f64 = 1e-6;
 
-/// Most that one profile may speak against a liquid, in squared misses: a hand before the glass says nothing of it.
+/// Most that one profile may speak against a liquid, in squared residuals: a hand before the glass says nothing of it.
 const MOST: f64 = 400.0;
 
 /// Residual statistics of a liquid's oscillator on recordings of that liquid that it was not fitted to.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Calibration {
-    /// a: miss over the height of the wave.
+    /// a: residual over the height of the wave.
     pub scale: f64,
-    /// s: scatter of ln kappa from recording to recording, where kappa is the miss over what `scale` says.
+    /// s: scatter of ln kappa from recording to recording, where kappa is the residual over what `scale` says.
     pub scatter: f64,
     /// g: independent numbers that one profile is worth. Errors of one slosh go together.
     pub numbers: f64,
@@ -26,9 +26,9 @@ pub struct Calibration {
 
 /// Residual of one frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Miss {
+pub struct FrameResidual {
     /// s - f, m.
-    pub miss_m: f64,
+    pub residual_m: f64,
     /// Variance of s itself, m2.
     pub noise_m2: f64,
     /// Mean of A^2 over the last second, m2.
@@ -38,10 +38,10 @@ pub struct Miss {
 /// The sums of one liquid.
 ///
 /// ```
-/// use meniscus::identify::{Calibration, Evidence, Miss};
+/// use meniscus::identify::{Calibration, Evidence, FrameResidual};
 ///
 /// let usual = Calibration { scale: 0.1, scatter: 0.2, numbers: 0.5 };
-/// let due_m2 = usual.variance_m2(&Miss { miss_m: 0.0, noise_m2: 1e-8, wave_m2: 9e-6 });
+/// let due_m2 = usual.variance_m2(&FrameResidual { residual_m: 0.0, noise_m2: 1e-8, wave_m2: 9e-6 });
 /// assert!((due_m2 - 1.1e-7).abs() < 1e-12);
 ///
 /// // Residuals of the expected size are more likely under a factor of one than under a factor of e.
@@ -62,15 +62,15 @@ pub struct Evidence {
 impl Calibration {
     /// S, m2.
     #[must_use]
-    pub fn variance_m2(&self, miss: &Miss) -> f64 {
-        miss.noise_m2.max(LEAST_M2) + self.scale * self.scale * (REST_M2 + miss.wave_m2)
+    pub fn variance_m2(&self, residual: &FrameResidual) -> f64 {
+        residual.noise_m2.max(LEAST_M2) + self.scale * self.scale * (REST_M2 + residual.wave_m2)
     }
 }
 
 impl Evidence {
-    /// Takes a miss whose square was `miss_m2`, where `variance_m2` was due.
-    pub fn add(&mut self, miss_m2: f64, variance_m2: f64) {
-        let square = miss_m2 / variance_m2;
+    /// Adds a residual whose square was `residual_m2`, where `variance_m2` was due.
+    pub fn add(&mut self, residual_m2: f64, variance_m2: f64) {
+        let square = residual_m2 / variance_m2;
         self.profiles = self.profiles.saturating_add(1);
         // What is no number is an oscillator that has run away.
         self.square += if square < MOST { square } else { MOST };

@@ -1,6 +1,6 @@
 //! A known liquid on a glass, and several of them on the same one.
 
-use super::evidence::{Calibration, Evidence, Miss};
+use super::evidence::{Calibration, Evidence, FrameResidual};
 use super::oscillation::{Change, Swing, Tone};
 use super::posterior::{Verdict, posterior};
 use super::slope::slope;
@@ -15,7 +15,7 @@ const PULL: f64 = 0.03;
 const MOVED_M: f64 = 1e-3;
 
 /// Frames after a start in the midst of a slosh before they count.
-pub const SETTLE: u32 = 60;
+pub const SETTLING_FRAMES: u32 = 60;
 
 /// Slope and way of the glass in a frame, m, below which both rest; after so many frames the rest is believed.
 const RESTING_M: f64 = 5e-4;
@@ -29,7 +29,7 @@ const MEMORY: f64 = 1.0 / 60.0;
 
 /// A liquid that was seen before.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Known {
+pub struct KnownLiquid {
     /// Its first mode.
     pub tone: Tone,
     /// Residual statistics of that mode.
@@ -42,7 +42,7 @@ struct Course {
     swing: Swing,
     wave_m2: f64,
     evidence: Evidence,
-    missed: Option<Miss>,
+    residual: Option<FrameResidual>,
 }
 
 /// State from frame to frame, for at most `N` liquids.
@@ -73,14 +73,14 @@ impl<const N: usize> Default for Trail<N> {
 /// Several liquids and a glass.
 ///
 /// ```
-/// use meniscus::identify::{Calibration, Change, Known, Recogniser, Swing, Tone, Trail};
+/// use meniscus::identify::{Calibration, Change, KnownLiquid, Recogniser, Swing, Tone, Trail};
 /// use meniscus::surface::{POINTS, SurfaceProfile, profile_abscissa};
 /// use meniscus::units::Micros;
 ///
 /// let calibration = Calibration { scale: 0.05, scatter: 0.3, numbers: 0.2 };
 /// let known = [0.5, 8.0].map(|decay| {
 ///     let tone = Tone { frequency: 22.5, decay, yielding: 0.0, breaking: 0.0, softening: 0.0, lever: 1.5 };
-///     Known { tone, calibration }
+///     KnownLiquid { tone, calibration }
 /// });
 ///
 /// // The first liquid, kicked by a jump of its glass.
@@ -107,7 +107,7 @@ impl<const N: usize> Default for Trail<N> {
 /// ```
 #[derive(Clone, Copy, Debug)]
 pub struct Recogniser<'k> {
-    known: &'k [Known],
+    known: &'k [KnownLiquid],
     fill_m: f64,
 }
 
@@ -115,7 +115,7 @@ impl<'k> Recogniser<'k> {
     /// A recogniser of these liquids, in a glass where they rest at `fill_m`. A trail has to have room for all; what
     /// has none is not asked.
     #[must_use]
-    pub fn new(known: &'k [Known], fill_m: f64) -> Self {
+    pub fn new(known: &'k [KnownLiquid], fill_m: f64) -> Self {
         Self { known, fill_m }
     }
 
@@ -125,7 +125,7 @@ impl<'k> Recogniser<'k> {
     /// lean towards any of them.
     pub fn turn<const N: usize>(&self, trail: &mut Trail<N>, profile: Option<&SurfaceProfile>) {
         for course in &mut trail.courses {
-            course.missed = None;
+            course.residual = None;
         }
         trail.ago = trail.ago.saturating_add(1);
         let read = profile.and_then(|profile| {
@@ -155,15 +155,17 @@ impl<'k> Recogniser<'k> {
             let wave_m2 = known.tone.amplitude2_m2(&course.swing, speed);
             course.wave_m2 += (MEMORY * f64::from(ago)).min(1.0) * (wave_m2 - course.wave_m2);
             moved |= course.wave_m2 > MOVED_M * MOVED_M;
-            let miss_m = read.height_m - course.swing.height_m;
+            let residual_m = read.height_m - course.swing.height_m;
             let (noise_m2, wave_m2) = (read.variance_m2, course.wave_m2);
-            course.missed = Some(Miss { miss_m, noise_m2, wave_m2 });
-            course.swing.height_m += PULL * miss_m;
+            course.residual = Some(FrameResidual { residual_m, noise_m2, wave_m2 });
+            course.swing.height_m += PULL * residual_m;
         }
         for (known, course) in self.known.iter().zip(&mut trail.courses) {
-            course.missed = course.missed.filter(|_| trail.settled);
-            if let Some(miss) = course.missed.filter(|_| moved) {
-                course.evidence.add(miss.miss_m * miss.miss_m, known.calibration.variance_m2(&miss));
+            course.residual = course.residual.filter(|_| trail.settled);
+            if let Some(residual) = course.residual.filter(|_| moved) {
+                course
+                    .evidence
+                    .add(residual.residual_m * residual.residual_m, known.calibration.variance_m2(&residual));
             }
         }
     }
@@ -192,13 +194,13 @@ impl<const N: usize> Trail<N> {
         self.followed = self.followed.saturating_add(frames);
         let rests = height_m.abs() < RESTING_M && way_m.abs() < RESTING_M;
         self.resting = if rests { self.resting.saturating_add(1) } else { 0 };
-        self.settled |= self.followed >= SETTLE || self.resting >= RESTS;
+        self.settled |= self.followed >= SETTLING_FRAMES || self.resting >= RESTS;
     }
 
     /// Returns the residual of liquid `index` in the last frame; none where nothing was seen, or the start still shows.
     #[must_use]
-    pub fn missed(&self, index: usize) -> Option<Miss> {
-        self.courses.get(index)?.missed
+    pub fn residual(&self, index: usize) -> Option<FrameResidual> {
+        self.courses.get(index)?.residual
     }
 
     /// Returns the height of the first mode that liquid `index` predicts, m, the last reading included.
@@ -225,12 +227,12 @@ mod tests {
         Tone { frequency: 22.5, decay: 0.5, yielding: 0.0, breaking: 0.1, softening: 0.02, lever: 1.5 };
     const USUAL: Calibration = Calibration { scale: 0.05, scatter: 0.3, numbers: 0.2 };
 
-    fn known(decay: f64) -> Known {
-        Known { tone: Tone { decay, ..THIN }, calibration: USUAL }
+    fn known(decay: f64) -> KnownLiquid {
+        KnownLiquid { tone: Tone { decay, ..THIN }, calibration: USUAL }
     }
 
     /// Water, a liquid of twice its decay and more, and two thick ones.
-    fn four() -> [Known; 4] {
+    fn four() -> [KnownLiquid; 4] {
         [0.5, 1.3, 8.0, 60.0].map(known)
     }
 
@@ -264,7 +266,7 @@ mod tests {
     }
 
     /// What `known` say of the frames that `keep` keeps.
-    fn said(known: &[Known], tone: Tone, keep: impl Fn(u32) -> bool) -> (Verdict, [f64; 4]) {
+    fn said(known: &[KnownLiquid], tone: Tone, keep: impl Fn(u32) -> bool) -> (Verdict, [f64; 4]) {
         let recogniser = Recogniser::new(known, FILL_M);
         let mut trail = Trail::<4>::default();
         for profile in seen(tone) {
@@ -302,7 +304,7 @@ mod tests {
     fn a_start_in_the_midst_of_a_slosh_settles_first() {
         let (verdict, p) = said(&four(), four()[1].tone, |n| n > 70);
         assert_eq!(verdict.best, Some(1), "{p:?} {verdict:?}");
-        assert!(verdict.profiles <= 169 - SETTLE, "{verdict:?}");
+        assert!(verdict.profiles <= 169 - SETTLING_FRAMES, "{verdict:?}");
     }
 
     #[test]

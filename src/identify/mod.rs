@@ -25,8 +25,8 @@ mod oscillation;
 mod posterior;
 mod slope;
 
-pub use evidence::{Calibration, Evidence, Miss};
-pub use known_liquid::{Known, Recogniser, SETTLE, Trail};
+pub use evidence::{Calibration, Evidence, FrameResidual};
+pub use known_liquid::{KnownLiquid, Recogniser, SETTLING_FRAMES, Trail};
 pub use oscillation::{Change, Swing, Tone};
 pub use posterior::{Verdict, posterior};
 pub use slope::{Slope, slope};

@@ -38,7 +38,7 @@ pub struct Slope {
 /// ```
 #[must_use]
 pub fn slope(profile: &SurfaceProfile, fill_m: f64) -> Option<Slope> {
-    if profile.seen() < crate::runtime::POINTS_NEEDED {
+    if profile.valid_points() < crate::runtime::POINTS_NEEDED {
         return None;
     }
     let points = profile.height_m.iter().zip(&profile.variance_m2).zip(&profile.valid).enumerate();

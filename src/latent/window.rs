@@ -98,9 +98,9 @@ impl Window {
         self.rows.is_full()
     }
 
-    /// Rows in which the surface was seen.
+    /// Returns the number of rows in which the surface was measured.
     #[must_use]
-    pub fn seen(&self) -> usize {
+    pub fn measured_rows(&self) -> usize {
         let seen = |row: &&Row| row.iter().skip(1).step_by(2).any(|&valid| valid > 0.0);
         self.rows.iter().filter(seen).count()
     }
@@ -130,11 +130,11 @@ mod tests {
         let firsts: heapless::Vec<f32, WINDOW> = window.rows().map(|row| row[0]).collect();
         assert_eq!(firsts.first(), Some(&4.0));
         assert_eq!(firsts.last(), Some(&19.0));
-        assert_eq!(window.seen(), WINDOW);
+        assert_eq!(window.measured_rows(), WINDOW);
         window.push([0.0; FEATURES]);
-        assert_eq!(window.seen(), WINDOW - 1);
+        assert_eq!(window.measured_rows(), WINDOW - 1);
         window.clear();
-        assert_eq!((window.seen(), window.rows().count()), (0, 0));
+        assert_eq!((window.measured_rows(), window.rows().count()), (0, 0));
     }
 
     #[test]

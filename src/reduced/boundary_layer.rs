@@ -22,7 +22,7 @@
 //! with r = v k sqrt(2) s_b in the bulk and r = v s_w/delta, delta = sqrt(2 nu/w), in the layer, where v
 //! is the amplitude `sqrt(v^2 + w^2 a^2)` of the rate at the wall and the s are means over the places.
 
-use super::modes::{Cylinder, Mode};
+use super::modes::{Cylinder, SloshMode};
 use crate::math::{pow, sincos, sinh, sqrt, tanh};
 
 /// Mean of the bulk's rate of shear where it is lost, over `sqrt(2) k v`; half of the loss lies within
@@ -36,6 +36,17 @@ const LAYER_PLACE: f64 = 0.6;
 const LEAST_RATE: f64 = 0.02;
 
 /// How the liquid resists.
+///
+/// ```
+/// use meniscus::reduced::Rheology;
+///
+/// // A Newtonian liquid has one viscosity at every rate of shear.
+/// assert_eq!(Rheology::newtonian(0.95).equivalent(7.0), 0.95);
+/// // A shear-thinning liquid of flow index 0.5 has half of it at four times the rate.
+/// let thinning = Rheology { index: 0.5, ..Rheology::newtonian(0.95) };
+/// assert!((thinning.equivalent(40.0) / thinning.equivalent(10.0) - 0.5).abs() < 1e-9);
+/// assert!(!thinning.is_linear());
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Rheology {
     /// Consistency K, Pa s^n.
@@ -88,7 +99,13 @@ fn loss(p: f64) -> f64 {
 /// Damping gamma (1/s) and lowering of the frequency (1/s) of `mode` at amplitude `speed` (m/s) and
 /// frequency `w` (1/s), in `glass`.
 #[must_use]
-pub fn friction(mode: &Mode, w: f64, speed: f64, liquid: &Rheology, glass: &Cylinder) -> (f64, f64) {
+pub(super) fn friction(
+    mode: &SloshMode,
+    w: f64,
+    speed: f64,
+    liquid: &Rheology,
+    glass: &Cylinder,
+) -> (f64, f64) {
     resistance(mode, w, viscosities(mode, w, speed, liquid, glass.density_kg_m3), liquid, glass)
 }
 
@@ -102,7 +119,13 @@ pub(super) struct Viscosities {
 }
 
 /// Returns the viscosities that a `mode` of amplitude `speed` (m/s) and frequency `w` (1/s) gives the liquid.
-pub(super) fn viscosities(mode: &Mode, w: f64, speed: f64, liquid: &Rheology, density: f64) -> Viscosities {
+pub(super) fn viscosities(
+    mode: &SloshMode,
+    w: f64,
+    speed: f64,
+    liquid: &Rheology,
+    density: f64,
+) -> Viscosities {
     let bulk = liquid.equivalent(speed * mode.k * core::f64::consts::SQRT_2 * BULK_PLACE) / density;
     let mut wall = bulk;
     if !liquid.is_linear() {
@@ -117,7 +140,7 @@ pub(super) fn viscosities(mode: &Mode, w: f64, speed: f64, liquid: &Rheology, de
 
 /// [`friction`] where the viscosities are given: those that a stronger wave gives the liquid, for one that rides on it.
 pub(super) fn resistance(
-    mode: &Mode,
+    mode: &SloshMode,
     w: f64,
     viscosities: Viscosities,
     liquid: &Rheology,
@@ -148,7 +171,7 @@ mod tests {
 
     fn damping(liquid: &Rheology, density: f64, radius_m: f64, depth_m: f64, speed: f64) -> f64 {
         let glass = Cylinder { radius_m, depth_m, density_kg_m3: density };
-        let mode = Mode::new(&glass, Wave::First(0));
+        let mode = SloshMode::new(&glass, Wave::First(0));
         let w = sqrt(mode.square(GRAVITY_M_S2));
         friction(&mode, w, speed, liquid, &glass).0 / w
     }
@@ -166,7 +189,7 @@ mod tests {
     #[test]
     fn a_wall_that_slips_freely_leaves_the_bulk_alone() {
         let glass = Cylinder { radius_m: 0.035, depth_m: 0.07, density_kg_m3: 1261.0 };
-        let mode = Mode::new(&glass, Wave::First(0));
+        let mode = SloshMode::new(&glass, Wave::First(0));
         let w = sqrt(mode.square(GRAVITY_M_S2));
         let of = |slip_m: f64| {
             let liquid = Rheology { slip_m, ..Rheology::newtonian(0.2) };

@@ -1,4 +1,4 @@
-//! What a contact line that is held, or slides under the first mode, does to the waves that ride on it.
+//! Action of a contact line, held or sliding under the first mode, on the second-order waves.
 //!
 //! Dry friction does not add up: where the first mode drags the line along, a small wave beside it finds a line that
 //! is already sliding. Dahl's law, `z' = v - |v| z/reach`, about the first mode's way, sector by sector of the wall:
@@ -9,17 +9,16 @@
 //! so the line is stiff where the first mode turns round, or stands still, and lets go in between. One that never slides
 //! has no end of its reach.
 
-use super::modes::RADIAL;
+use super::modes::{BOUND_WAVE_SHAPES, RADIAL};
 use crate::math::{sincos, sqrt};
-use crate::reduced::second_order::SECOND;
 use core::f64::consts::TAU;
 
 /// Sectors of the wall.
 pub const SECTORS: usize = 16;
 
-/// The line along the wall.
+/// Contact line along the wall, in sectors.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Rim {
+pub(super) struct ContactLineFriction {
     /// Spring of one sector over the mass of each (0,n) and (2,n), 1/s2.
     pub square: [[f64; RADIAL]; 2],
     /// How far the line gives way before it slides, m.
@@ -32,7 +31,7 @@ pub struct Rim {
 #[derive(Clone, Copy, Debug, Default)]
 struct Sector {
     /// Shapes of the waves here.
-    shape: [f64; SECOND],
+    shape: [f64; BOUND_WAVE_SHAPES],
     /// How far the line is caught in the middle of the step without what the waves move, m.
     caught: f64,
     /// How much of their way catches it more, s.
@@ -52,11 +51,11 @@ pub(super) struct Dragged {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Sliding([Sector; SECTORS]);
 
-impl Rim {
+impl ContactLineFriction {
     /// A line whose spring along the wall is `spring` N/m2 and which slides after `reach_m`, in a glass of
     /// `radius_m`, beside waves of `mass_kg`.
     #[must_use]
-    pub fn new(spring: f64, reach_m: f64, radius_m: f64, mass_kg: [[f64; RADIAL]; 2]) -> Self {
+    pub(super) fn new(spring: f64, reach_m: f64, radius_m: f64, mass_kg: [[f64; RADIAL]; 2]) -> Self {
         let width = TAU / SECTORS as f64;
         let turn = core::array::from_fn(|i| {
             let (sin, cos) = sincos(width * (i as f64 + 0.5));
@@ -95,7 +94,7 @@ impl Rim {
 impl Sliding {
     /// Pull on a wave of shape `j` by sectors of one unit of spring, without what it does by its `own` rate, and what its
     /// own rate adds; `rates` of all waves in the middle of the step, m/s.
-    pub(super) fn pull(&self, j: usize, own: f64, rates: &[[f64; RADIAL]; SECOND]) -> [f64; 2] {
+    pub(super) fn pull(&self, j: usize, own: f64, rates: &[[f64; RADIAL]; BOUND_WAVE_SHAPES]) -> [f64; 2] {
         let mut sum = [0.0; 2];
         let mut all = totals(rates);
         all.iter_mut().skip(j).take(1).for_each(|rate| *rate -= own);
@@ -108,7 +107,7 @@ impl Sliding {
     }
 
     /// Moves what is `caught` to the end of the step at the `rates` of its middle.
-    pub(super) fn finish(&self, caught: &mut [f64; SECTORS], rates: &[[f64; RADIAL]; SECOND]) {
+    pub(super) fn finish(&self, caught: &mut [f64; SECTORS], rates: &[[f64; RADIAL]; BOUND_WAVE_SHAPES]) {
         let all = totals(rates);
         for (caught, sector) in caught.iter_mut().zip(&self.0) {
             *caught = 2.0 * (sector.caught + sector.gives * sector.moved(&all)) - *caught;
@@ -118,13 +117,13 @@ impl Sliding {
 
 impl Sector {
     /// Rate of the waves here that have the rates `all` in each shape, m/s.
-    fn moved(&self, all: &[f64; SECOND]) -> f64 {
+    fn moved(&self, all: &[f64; BOUND_WAVE_SHAPES]) -> f64 {
         self.shape.iter().zip(all).map(|(shape, rate)| shape * rate).sum()
     }
 }
 
 /// Rates at the wall in each shape, m/s.
-fn totals(rates: &[[f64; RADIAL]; SECOND]) -> [f64; SECOND] {
+fn totals(rates: &[[f64; RADIAL]; BOUND_WAVE_SHAPES]) -> [f64; BOUND_WAVE_SHAPES] {
     rates.map(|row| row.iter().sum())
 }
 
@@ -135,15 +134,15 @@ mod tests {
 
     const DT: f64 = 1e-4;
 
-    fn rim() -> Rim {
-        Rim::new(60.0, 5e-4, 0.035, [[0.044; RADIAL], [0.02; RADIAL]])
+    fn rim() -> ContactLineFriction {
+        ContactLineFriction::new(60.0, 5e-4, 0.035, [[0.044; RADIAL], [0.02; RADIAL]])
     }
 
     /// What is caught all round after the ring has moved by `way` m beside a first mode at `speed` m/s that has
     /// caught the line by `held` m.
     fn caught_by(way: f64, speed: f64, held: f64) -> [f64; SECTORS] {
         let mut caught = [0.0; SECTORS];
-        let mut rates = [[0.0; RADIAL]; SECOND];
+        let mut rates = [[0.0; RADIAL]; BOUND_WAVE_SHAPES];
         rates[0][0] = way / (1000.0 * DT);
         for _ in 0..1000 {
             rim()
@@ -159,7 +158,7 @@ mod tests {
         assert!(caught.iter().all(|z| (z / 1e-5 - 1.0).abs() < 1e-9), "{caught:?}");
         // 2 pi R f/reach on the ring, and nothing on the saddles.
         let sliding = rim().slide(DT, &caught, &Dragged { speed: [0.0; 2], held: [0.0; 2] });
-        let still = [[0.0; RADIAL]; SECOND];
+        let still = [[0.0; RADIAL]; BOUND_WAVE_SHAPES];
         let [ring, saddle] = [0, 1].map(|j| rim().square[j][0] * sliding.pull(j, 0.0, &still)[0]);
         assert!((ring / (TAU * 0.035 * 60.0 / 0.044 * 1e-5) - 1.0).abs() < 1e-9, "{ring}");
         assert!(saddle.abs() < 1e-9 * ring, "{saddle}");
@@ -175,7 +174,7 @@ mod tests {
         let mut caught = [1e-5; SECTORS];
         let steps = (5e-4 / 0.1 / DT) as usize;
         for _ in 0..steps {
-            let still = [[0.0; RADIAL]; SECOND];
+            let still = [[0.0; RADIAL]; BOUND_WAVE_SHAPES];
             rim()
                 .slide(DT, &caught, &Dragged { speed: [0.1, 0.0], held: [5e-4, 0.0] })
                 .finish(&mut caught, &still);

@@ -9,13 +9,13 @@
 //! s_j'' + w_j^2 s_j = C_j (v1^2/kappa_1 + a1 psi1') - D_j kappa_j v1^2/kappa_1^2,      psi1' = v1'/kappa_1
 //! ```
 //! and a wave that nothing but gravity turns has `psi1' = -w1^2 a1/kappa_1`, so that `p = R (C - D kappa_j/kappa_1)/kappa_1` and
-//! `q = -R C/kappa_1` in the letters of [`super::SecondOrder`].
+//! `q = -R C/kappa_1` in the letters of `bound_waves.rs`.
 
 use super::modes::{RADIAL, Wave};
 
 /// Integrals over the surface of a glass of radius one, where the shapes phi are one at the wall.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Coupling {
+pub(super) struct Coupling {
     /// `int x grad phi_1.grad phi_j/N_j` and `int x phi_1 phi_j/N_j`.
     lean: [f64; 2],
     /// `int phi_1 grad phi_1.grad phi_j/N_j` and `int phi_1^2 phi_j/N_j`.
@@ -41,7 +41,7 @@ const COUPLINGS: [[Coupling; RADIAL]; 2] = [
 impl Coupling {
     /// Of the first mode with `wave`; with a wave (1,n), which it does not push, nothing.
     #[must_use]
-    pub fn with(wave: Wave) -> Self {
+    pub(super) fn with(wave: Wave) -> Self {
         let of = |kind: usize, n: usize| COUPLINGS.get(kind).and_then(|all| all.get(n)).copied();
         match wave {
             Wave::First(_) => None,
@@ -53,19 +53,19 @@ impl Coupling {
 
     /// B of a lean, 1/m: between waves of steepness `kappa` (1/m), first and driven, in a glass of `radius_m`.
     #[must_use]
-    pub fn lean(&self, kappa: [f64; 2], radius_m: f64) -> f64 {
+    pub(super) fn lean(&self, kappa: [f64; 2], radius_m: f64) -> f64 {
         self.lean[0] / radius_m - kappa[0] * kappa[1] * self.lean[1] * radius_m
     }
 
     /// C of the wave's own height, 1/m2.
     #[must_use]
-    pub fn own(&self, kappa: [f64; 2], radius_m: f64) -> f64 {
+    pub(super) fn own(&self, kappa: [f64; 2], radius_m: f64) -> f64 {
         self.own[0] / (radius_m * radius_m) - kappa[0] * kappa[1] * self.own[1]
     }
 
     /// Coefficients p and q of a wave that nothing but gravity turns.
     #[must_use]
-    pub fn drive(&self, kappa: [f64; 2], radius_m: f64) -> [f64; 2] {
+    pub(super) fn drive(&self, kappa: [f64; 2], radius_m: f64) -> [f64; 2] {
         let own = self.own(kappa, radius_m);
         let flow = 0.5 * (self.flow / (radius_m * radius_m) - kappa[0] * kappa[0] * self.own[1]);
         [radius_m * (own - flow * kappa[1] / kappa[0]) / kappa[0], -radius_m * own / kappa[0]]
@@ -77,7 +77,7 @@ impl Coupling {
 mod tests {
     use super::*;
     use crate::math::bessel_j;
-    use crate::reduced::{Cylinder, Mode};
+    use crate::reduced::{Cylinder, SloshMode};
     use core::f64::consts::PI;
 
     #[test]
@@ -109,7 +109,7 @@ mod tests {
                 ];
                 sums.iter_mut().zip(parts).for_each(|(sum, part)| *sum += part / f64::from(RINGS));
             }
-            let area = Mode::new(&glass, wave).area_m2;
+            let area = SloshMode::new(&glass, wave).area_m2;
             let Coupling { lean, own, flow } = Coupling::with(wave);
             for (sum, stated) in sums.iter().zip([lean[0], lean[1], own[0], own[1], flow]) {
                 assert!((sum / area - stated).abs() < 1e-5, "{wave:?}: {} for {stated}", sum / area);

@@ -9,41 +9,46 @@
 //! `f` is the specific force along the surface that the moved glass leaves to the liquid: the port. One
 //! step is implicit in the middle, so energy is exact against the port's work and entropy cannot fall.
 //!
-//! | file | what |
+//! | file | purpose |
 //! |---|---|
-//! | `modes` | wave numbers, masses, frequencies, forcing of the modes (1,n), (0,1), (2,1) |
-//! | `layer` | friction of boundary layers, film and bulk, for any generalised Newtonian liquid |
-//! | `table` | a number that depends on the amplitude |
-//! | `model` | modes and effects together: the coefficients of a step |
+//! | `modes` | wave numbers, masses, frequencies and forcing of the modes (1,n), (0,n), (2,n) |
+//! | `boundary_layer` | friction of boundary layers, film and bulk, for any generalised Newtonian liquid |
+//! | `speed_table` | a number that depends on the amplitude of a speed |
+//! | `baseline` | calibration of the plain model |
+//! | [`effects`] | physical differences from the plain liquid |
+//! | `mode_coefficients` | coefficients of a mode (1,n) under the effects |
+//! | `coupling` | forcing of another wave by the first mode |
+//! | `contact_line_friction` | action of a held or sliding contact line on the second-order waves |
+//! | `bound_waves` | second-order waves and their step |
+//! | `bound_wave_coefficients` | coefficients of the second-order waves under the effects |
+//! | `model` | modes, second order and effects together |
 //! | `step` | one step in time |
-//! | `couple` | what the first mode makes of another wave |
-//! | `riding` | the waves of second order in a glass with its effects |
-//! | `second` | the second-order waves that ride on the first mode |
-//! | `rim` | what a held or sliding contact line does to those |
-//! | `field` | from the modes to surface and velocity anywhere: potential flow |
+//! | `field` | surface and velocity anywhere: potential flow |
 //!
 //! Waves of azimuthal order one come in two directions, along x and y of the glass.
 
+mod baseline;
+mod bound_wave_coefficients;
 mod bound_waves;
 mod boundary_layer;
 mod contact_line_friction;
 mod coupling;
 pub mod effects;
 mod field;
+mod mode_coefficients;
 mod model;
 mod modes;
-mod second_order;
 mod speed_table;
 mod step;
 #[cfg(test)]
 mod tests;
 
-pub use boundary_layer::{Rheology, friction};
-pub use contact_line_friction::{Rim, SECTORS};
-pub use coupling::Coupling;
+pub use baseline::Baseline;
+pub use bound_waves::BoundWaveState;
+pub use boundary_layer::Rheology;
+pub use contact_line_friction::SECTORS;
 pub use field::{surface, velocity, wall_harmonics};
-pub use model::{Baseline, Model};
-pub use modes::{Cylinder, Mode, RADIAL, Wave};
-pub use second_order::{First, Riding, SECOND, Second, SecondOrder};
-pub use speed_table::BySpeed;
-pub use step::{Books, Push, State, step};
+pub use model::ReducedModel;
+pub use modes::{BOUND_WAVE_SHAPES, Cylinder, RADIAL, SloshMode, Wave};
+pub(crate) use speed_table::SpeedTable;
+pub use step::{EnergyBalance, Forcing, ReducedState, step};

@@ -1,77 +1,50 @@
 //! A glass of liquid with its effects: every coefficient that a step needs.
 
-use super::modes::{Cylinder, Mode, RADIAL, Wave};
-use crate::math::{sqrt, tan};
-use crate::reduced::bound_waves::{Beside, second_order};
-use crate::reduced::boundary_layer::{Rheology, friction};
+use super::baseline::Baseline;
+use super::mode_coefficients::{ModeCoefficients, coefficients, line_rubs, memory};
+use super::modes::{Cylinder, RADIAL};
+use crate::math::sqrt;
+use crate::reduced::bound_wave_coefficients::{FirstModeContext, bound_waves};
+use crate::reduced::bound_waves::BoundWaves;
+use crate::reduced::boundary_layer::Rheology;
 use crate::reduced::effects::{Active, Branch, MOST, Port, Slot, View};
-use crate::reduced::second_order::SecondOrder;
-use crate::reduced::speed_table::{BySpeed, SLOWEST_M_S};
-use crate::units::GRAVITY_M_S2;
+use crate::reduced::speed_table::SLOWEST_M_S;
 use heapless::Vec;
 
-/// Speed at the wall at which the layer's lowering of the frequency is taken, m/s: a middling slosh.
-pub(super) const MIDDLING_M_S: f64 = 0.1;
-
-/// What the plain model is allowed to be off by, and what its second order is; calibrated on reference
-/// recordings of a known liquid.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Baseline {
-    /// Relative offsets of the frequencies of the modes (1,n).
-    pub frequency: [f64; RADIAL],
-    /// Factors on the damping of the modes (1,n).
-    pub damping: [f64; RADIAL],
-    /// Factors on the forcing of the modes (1,n).
-    pub lever: [f64; RADIAL],
-    /// Softening kappa: `w = w1 (1 - kappa A^2/R^2)` at amplitude A (Bauerlein and Avila 2021).
-    pub detuning: f64,
-    /// Coefficients p and q of (0,1) and (2,1), see [`SecondOrder`].
-    pub drive: [[f64; 2]; 2],
-}
-
-impl Default for Baseline {
-    /// Linear theory; the second order of an inviscid standing wave is of the order of one half.
-    fn default() -> Self {
-        Self {
-            frequency: [0.0; RADIAL],
-            damping: [1.0; RADIAL],
-            lever: [1.0; RADIAL],
-            detuning: 0.0,
-            drive: [[0.5, -0.5], [0.5, -0.5]],
-        }
-    }
-}
-
-/// One mode (1,n), ready for steps.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Ready {
-    pub(super) mode: Mode,
-    /// Stiffness of the discrete oscillator, N/m.
-    pub(super) stiffness: f64,
-    /// Force for each m/s2 of push, kg.
-    pub(super) push_kg: f64,
-    /// Stiffness for each m/s2 of lift, kg/m.
-    pub(super) lift_kg_m: f64,
-    /// Frequency, 1/s.
-    pub(super) w: f64,
-    /// Frequency without friction, 1/s.
-    free: f64,
-    /// Friction G by the amplitude of the rate, N s/m.
-    pub(super) friction: BySpeed,
-}
-
 /// A glass of liquid with its effects, for steps of one length.
+///
+/// ```
+/// use meniscus::reduced::{Baseline, Cylinder, Forcing, ReducedModel, ReducedState, Rheology, step};
+///
+/// let glass = Cylinder { radius_m: 0.035, depth_m: 0.07, density_kg_m3: 998.0 };
+/// let water = Rheology::newtonian(1.0e-3);
+/// let model = ReducedModel::new(glass, water, &Baseline::default(), &[], 1.0 / 240.0);
+/// // The first mode of this glass has 3.6 Hz.
+/// let hz = model.frequency() / core::f64::consts::TAU;
+/// assert!((hz - 3.61).abs() < 0.01, "{hz}");
+///
+/// // A free slosh: all energy that the waves lose becomes heat.
+/// let mut state = ReducedState::default();
+/// state.height[0][0] = 0.005;
+/// let before = model.energy(&state);
+/// for _ in 0..240 {
+///     let balance = step(&model, &mut state, &Forcing::default());
+///     assert!(balance.heat_j >= 0.0 && balance.work_j == 0.0);
+/// }
+/// assert!(model.energy(&state) < before);
+/// assert!((model.energy(&state) + state.heat_j - before).abs() < 1e-12);
+/// ```
 #[derive(Clone, Debug)]
-pub struct Model {
+pub struct ReducedModel {
     /// Glass and liquid at rest, with the effects on them.
     pub glass: Cylinder,
-    /// What the glass's motion becomes before it drives the liquid.
+    /// Changes to the glass's motion before it drives the liquid.
     pub port: Port,
-    /// What the surface becomes before it is measured.
+    /// Changes to the surface before it is measured.
     pub view: View,
     pub(super) dt: f64,
-    pub(super) modes: [Ready; RADIAL],
-    pub(super) second: SecondOrder,
+    pub(super) modes: [ModeCoefficients; RADIAL],
+    pub(super) bound_waves: BoundWaves,
     /// Quartic coefficient of the first mode's energy, N/m3.
     pub(super) quartic: f64,
     /// Coupling of its two directions, N/m.
@@ -82,7 +55,7 @@ pub struct Model {
     pub(super) rubbing: Vec<Active, MOST>,
 }
 
-impl Model {
+impl ReducedModel {
     /// The model of `glass` filled with `liquid` under `baseline` with the effects `active`, for steps of
     /// `dt` seconds; at most [`MOST`] effects act, further ones are left out.
     #[must_use]
@@ -98,11 +71,11 @@ impl Model {
                 Slot::View(change) => change(&effect.values, &mut view),
                 // More than fit are left out, as said above.
                 Slot::Line(_) => drop(rubbing.push(*effect)),
-                Slot::Stiffness(_) | Slot::First(_) | Slot::Memory(_) | Slot::Catch(_) => {}
+                Slot::Stiffness(_) | Slot::FirstMode(_) | Slot::Memory(_) | Slot::Catch(_) => {}
             }
         }
-        let ready = |n: usize| ready(n, &glass, &liquid, baseline, active, dt);
-        let modes: [Ready; RADIAL] = core::array::from_fn(ready);
+        let of_mode = |n: usize| coefficients(n, &glass, &liquid, baseline, active, dt);
+        let modes: [ModeCoefficients; RADIAL] = core::array::from_fn(of_mode);
         let stiffness = modes.first().map_or(0.0, |m| m.stiffness);
         // A^2 = a^2 of a Duffing oscillator: w = w0 (1 + 3 alpha A^2/(8 w0^2)), energy m alpha a^4/4.
         let soften = |kappa: f64| -8.0 / 3.0 * kappa * stiffness / (glass.radius_m * glass.radius_m);
@@ -111,7 +84,7 @@ impl Model {
         let mut line = Branch::default();
         for effect in active {
             match effect.entry.slot {
-                Slot::First(shape) => {
+                Slot::FirstMode(shape) => {
                     let shape = shape(&effect.values);
                     quartic += soften(shape.softening);
                     coupling += shape.coupling * stiffness;
@@ -120,20 +93,20 @@ impl Model {
                 _ => {}
             }
         }
-        let second = second_order(
+        let bound_waves = bound_waves(
             &glass,
             &liquid,
             baseline,
             active,
-            &Beside { port: &port, line: &line, first: &modes[0], dt },
+            &FirstModeContext { port: &port, line: &line, first: &modes[0], dt },
         );
-        Self { glass, port, view, dt, modes, second, quartic, coupling, memory, line, rubbing }
+        Self { glass, port, view, dt, modes, bound_waves, quartic, coupling, memory, line, rubbing }
     }
 
     /// Frequency (1/s) and damping gamma (1/s) of the mode (1,n) at small amplitude; none where there is
     /// no such mode.
     #[must_use]
-    pub fn tone(&self, n: usize) -> Option<(f64, f64)> {
+    pub fn frequency_and_damping(&self, n: usize) -> Option<(f64, f64)> {
         self.modes.get(n).map(|m| (m.w, m.friction.at(SLOWEST_M_S) / (2.0 * m.mode.mass_kg)))
     }
 
@@ -153,7 +126,7 @@ impl Model {
     /// Friction of the first mode at an amplitude of its rate (m/s), in the liquid and along the contact line,
     /// N s/m.
     #[must_use]
-    pub fn rubs(&self, speed: f64) -> f64 {
+    pub fn first_mode_friction(&self, speed: f64) -> f64 {
         self.modes[0].friction.at(speed) + self.line_rubs(speed)
     }
 
@@ -162,81 +135,16 @@ impl Model {
         line_rubs(&self.rubbing, speed, &self.glass)
     }
 
-    /// What remembers the first mode's way: in the liquid, and at the contact line. A stiffness of zero is none.
+    /// Returns the inner variables of the first mode: of the liquid, and of the contact line. A stiffness of zero is none.
     #[must_use]
     pub fn branches(&self) -> [Branch; 2] {
         [self.memory[0], self.line]
     }
 
-    /// The part of a static slope that the kept modes do not show, m for each unit of slope: the modes
+    /// Returns the part of a static slope that the kept modes do not show, m for each unit of slope: the modes
     /// left out follow a push at once.
     #[must_use]
-    pub fn left_out_m(&self) -> f64 {
+    pub fn residual_lever_m(&self) -> f64 {
         self.glass.radius_m - self.modes.iter().map(|m| m.mode.lever_m).sum::<f64>()
-    }
-}
-
-/// Stiffness that `mode` gains by what the effects `active` store, N/m.
-pub(super) fn stores(mode: &Mode, glass: &Cylinder, active: &[Active]) -> f64 {
-    let one = |effect: &Active| match effect.entry.slot {
-        Slot::Stiffness(extra) => extra(&effect.values, mode, glass),
-        _ => 0.0,
-    };
-    active.iter().map(one).sum()
-}
-
-/// Friction of the effects `active` along the contact line at an amplitude of its speed (m/s), N s/m.
-pub(super) fn line_rubs(active: &[Active], speed: f64, glass: &Cylinder) -> f64 {
-    let one = |effect: &Active| match effect.entry.slot {
-        Slot::Line(law) => law(&effect.values, speed, glass),
-        _ => 0.0,
-    };
-    active.iter().map(one).sum()
-}
-
-/// Frequency squared (1/s2) of the discrete oscillator that turns by `w dt` a step of `dt`: it turns by
-/// `2 atan(w' dt/2)`, so `w' = (2/dt) tan(w dt/2)`.
-pub(super) fn discrete(w: f64, dt: f64) -> f64 {
-    let root = 2.0 / dt * tan((0.5 * w * dt).min(1.5));
-    root * root
-}
-
-/// What the liquid remembers of `mode`.
-pub(super) fn memory(active: &[Active], mode: &Mode, glass: &Cylinder) -> Branch {
-    let one = |effect: &Active| match effect.entry.slot {
-        Slot::Memory(branch) => Some(branch(&effect.values, mode, glass)),
-        _ => None,
-    };
-    active.iter().filter_map(one).next_back().unwrap_or_default()
-}
-
-/// The mode (1,n) under all that acts on it.
-fn ready(
-    n: usize,
-    glass: &Cylinder,
-    liquid: &Rheology,
-    baseline: &Baseline,
-    active: &[Active],
-    dt: f64,
-) -> Ready {
-    let mode = Mode::new(glass, Wave::First(n));
-    let of = |values: &[f64; RADIAL], or: f64| values.get(n).copied().unwrap_or(or);
-    let plain = mode.square(GRAVITY_M_S2);
-    let shifted = sqrt((plain + stores(&mode, glass, active) / mode.mass_kg).max(0.01 * plain))
-        * (1.0 + of(&baseline.frequency, 0.0));
-    let rub = |speed: f64| friction(&mode, shifted, speed, liquid, glass);
-    let factor = of(&baseline.damping, 1.0).max(0.0);
-    let w = (shifted - rub(MIDDLING_M_S).1).max(0.1 * shifted);
-    let square = discrete(w, dt);
-    let stretch = square / (w * w);
-    let at = |speed: f64| 2.0 * mode.mass_kg * factor * rub(speed).0;
-    Ready {
-        mode,
-        stiffness: mode.mass_kg * square,
-        push_kg: mode.mass_kg * mode.steepness * stretch * mode.lever_m * of(&baseline.lever, 1.0),
-        lift_kg_m: mode.mass_kg * mode.steepness * stretch,
-        w,
-        free: shifted,
-        friction: if liquid.is_linear() { BySpeed::constant(at(MIDDLING_M_S)) } else { BySpeed::new(at) },
     }
 }

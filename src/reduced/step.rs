@@ -9,14 +9,13 @@
 //! with a and z in the middle too. The chord of the quartic energy is exact (Gonzalez 1996), so
 //! `E1 - E0 = dt Q.v` whatever G(s) >= 0 and r(s) >= 0 are: friction is taken at the state before the
 //! step, and what depends on the state after it is found by a few repetitions, whose remainder is in
-//! [`Books::residue_j`]. Along the wall all modes move as one, `u = sum v_n`: friction and catch there are
+//! [`EnergyBalance::residue_j`]. Along the wall all modes move as one, `u = sum v_n`: friction and catch there are
 //! of rank one and solved in closed form.
 
-use super::model::Model;
+use super::model::ReducedModel;
 use super::modes::RADIAL;
 use crate::math::sqrt;
-use crate::reduced::effects::Relax;
-use crate::reduced::second_order::{First, Second};
+use crate::reduced::bound_waves::{BoundWaveState, FirstModeMotion};
 
 /// Repetitions where something depends on the state after the step.
 const REPEATS: usize = 20;
@@ -24,9 +23,9 @@ const REPEATS: usize = 20;
 /// The repetitions end when no rate changes by more, m/s.
 const SETTLED_M_S: f64 = 1e-15;
 
-/// Where the liquid is; directions x and y, then modes.
+/// State of the liquid; directions x and y, then modes.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct State {
+pub struct ReducedState {
     /// Heights at the wall, m.
     pub height: [[f64; RADIAL]; 2],
     /// Their rates, m/s.
@@ -36,23 +35,23 @@ pub struct State {
     /// How far the contact line is caught, m.
     pub caught: [f64; 2],
     /// Second-order waves.
-    pub second: Second,
+    pub bound_waves: BoundWaveState,
     /// Heat since the start, J.
     pub heat_j: f64,
 }
 
-/// What the moved glass does to the liquid during a step.
+/// Forcing of the liquid by the moved glass during a step.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Push {
+pub struct Forcing {
     /// Specific force on the liquid along x and y of the glass, m/s2: minus the acceleration of the glass.
     pub along_m_s2: [f64; 2],
     /// Acceleration of the glass upwards, m/s2.
     pub lift_m_s2: f64,
 }
 
-/// The books of one step, J.
+/// Energy balance of one step, J.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Books {
+pub struct EnergyBalance {
     /// Work of the port.
     pub work_j: f64,
     /// Heat that was made; never negative.
@@ -61,10 +60,10 @@ pub struct Books {
     pub residue_j: f64,
 }
 
-impl Model {
+impl ReducedModel {
     /// Energy of `state` without its heat, J.
     #[must_use]
-    pub fn energy(&self, state: &State) -> f64 {
+    pub fn energy(&self, state: &ReducedState) -> f64 {
         let mut energy = 0.0;
         let directions = state.height.iter().zip(&state.rate).zip(state.memory.iter().zip(&state.caught));
         for ((height, rate), (memory, caught)) in directions {
@@ -83,8 +82,8 @@ impl Model {
 
     /// The liquid at rest under a steady push: `K a = Q`, mode by mode.
     #[must_use]
-    pub fn rest(&self, push: &Push) -> State {
-        let mut state = State::default();
+    pub fn rest(&self, push: &Forcing) -> ReducedState {
+        let mut state = ReducedState::default();
         for (height, along) in state.height.iter_mut().zip(push.along_m_s2) {
             for (a, ready) in height.iter_mut().zip(&self.modes) {
                 *a = ready.push_kg * along / (ready.stiffness + ready.lift_kg_m * push.lift_m_s2);
@@ -101,7 +100,7 @@ impl Model {
 }
 
 /// Advances `state` by one step under `push`.
-pub fn step(model: &Model, state: &mut State, push: &Push) -> Books {
+pub fn step(model: &ReducedModel, state: &mut ReducedState, push: &Forcing) -> EnergyBalance {
     let (dt, before) = (model.dt, *state);
     // A wave along x that nothing turns stays there.
     let flat = |pair: &[[f64; RADIAL]; 2]| pair[1] == [0.0; RADIAL];
@@ -115,7 +114,7 @@ pub fn step(model: &Model, state: &mut State, push: &Push) -> Books {
     let mut friction = [[0.0; RADIAL]; 2];
     let mut rubbing = [0.0; 2];
     resist(model, &before, &mut friction, &mut rubbing);
-    let mut books = Books::default();
+    let mut balance = EnergyBalance::default();
     let mut middle = before.rate;
     for _ in 0..model.repeats() {
         let last = middle;
@@ -150,11 +149,11 @@ pub fn step(model: &Model, state: &mut State, push: &Push) -> Books {
     let slip = model.line.relax.rate(wall_speed(&middle));
     for d in 0..directions {
         let heat = finish(model, state, &before, d, &middle, &friction, &rubbing, slip, push);
-        books.heat_j += heat.0;
-        books.work_j += heat.1;
+        balance.heat_j += heat.0;
+        balance.work_j += heat.1;
     }
     let (w, steepness) = (model.modes[0].w, model.modes[0].mode.steepness);
-    let first = First {
+    let first = FirstModeMotion {
         square: w * w,
         height: [0, 1].map(|d| 0.5 * (before.height[d][0] + state.height[d][0])),
         rate: [middle[0][0], middle[1][0]],
@@ -162,10 +161,10 @@ pub fn step(model: &Model, state: &mut State, push: &Push) -> Books {
         speed: [middle[0].iter().sum(), middle[1].iter().sum()],
         held: [0, 1].map(|d| 0.5 * (before.caught[d] + state.caught[d])),
     };
-    model.second.advance(&mut state.second, dt, &first);
-    state.heat_j += books.heat_j;
-    books.residue_j = model.energy(state) + books.heat_j - energy - books.work_j;
-    books
+    model.bound_waves.advance(&mut state.bound_waves, dt, &first);
+    state.heat_j += balance.heat_j;
+    balance.residue_j = model.energy(state) + balance.heat_j - energy - balance.work_j;
+    balance
 }
 
 /// Speed of the contact line, both directions together, m/s.
@@ -175,7 +174,12 @@ fn wall_speed(rate: &[[f64; RADIAL]; 2]) -> f64 {
 }
 
 /// Friction of each mode and along the wall at `state`, N s/m.
-fn resist(model: &Model, state: &State, friction: &mut [[f64; RADIAL]; 2], rubbing: &mut [f64; 2]) {
+fn resist(
+    model: &ReducedModel,
+    state: &ReducedState,
+    friction: &mut [[f64; RADIAL]; 2],
+    rubbing: &mut [f64; 2],
+) {
     for (i, ready) in model.modes.iter().enumerate() {
         let amplitude = |d: usize| {
             let (a, v) = (state.height[d].get(i).copied(), state.rate[d].get(i).copied());
@@ -198,10 +202,10 @@ fn resist(model: &Model, state: &State, friction: &mut [[f64; RADIAL]; 2], rubbi
 
 /// For each mode of direction `d`: the forces that do not depend on its rate, and one over what does.
 fn row(
-    model: &Model,
-    before: &State,
+    model: &ReducedModel,
+    before: &ReducedState,
     d: usize,
-    push: &Push,
+    push: &Forcing,
     friction: &[[f64; RADIAL]; 2],
     chord: f64,
     across: [f64; 2],
@@ -229,15 +233,15 @@ fn row(
 /// Moves direction `d` to the end of the step; returns heat and work, J.
 #[allow(clippy::too_many_arguments, reason = "everything that one direction of a step is made of")]
 fn finish(
-    model: &Model,
-    state: &mut State,
-    before: &State,
+    model: &ReducedModel,
+    state: &mut ReducedState,
+    before: &ReducedState,
     d: usize,
     middle: &[[f64; RADIAL]; 2],
     friction: &[[f64; RADIAL]; 2],
     rubbing: &[f64; 2],
     slip: f64,
-    push: &Push,
+    push: &Forcing,
 ) -> (f64, f64) {
     let dt = model.dt;
     let (mut heat, mut work, mut u) = (0.0, 0.0, 0.0);
@@ -271,16 +275,4 @@ fn finish(
         heat += dt * (rub * u * u + model.line.stiffness * slip * held * held);
     }
     (heat, work)
-}
-
-impl Relax {
-    /// Rate of relaxation (1/s) while the wall's liquid moves with `speed` (m/s).
-    #[must_use]
-    pub fn rate(self, speed: f64) -> f64 {
-        match self {
-            Self::Never => 0.0,
-            Self::Time(lambda_s) => 1.0 / lambda_s.max(1e-6),
-            Self::Path(reach_m) => speed / reach_m.max(1e-9),
-        }
-    }
 }

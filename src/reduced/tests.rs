@@ -3,7 +3,8 @@
 
 extern crate std;
 
-use super::{Coupling, Mode, Model, Push, State, Wave, step};
+use super::coupling::Coupling;
+use super::{Forcing, ReducedModel, ReducedState, SloshMode, Wave, step};
 use crate::reduced::effects::tests::{DT, GLASS, active, model};
 use crate::reduced::effects::{Active, Slot};
 use crate::units::GRAVITY_M_S2;
@@ -11,13 +12,13 @@ use std::vec::Vec;
 use std::{assert, assert_eq, panic};
 
 /// Angular frequency (1/s) of the free ring wave (0,1), from its zero crossings.
-fn ring_frequency(model: &Model) -> f64 {
-    let mut state = State::default();
-    state.second.height[0][0] = 1e-3;
+fn ring_frequency(model: &ReducedModel) -> f64 {
+    let mut state = ReducedState::default();
+    state.bound_waves.height[0][0] = 1e-3;
     let (mut last, mut crossings) = (1e-3, Vec::new());
     for n in 1..480 {
-        step(model, &mut state, &Push::default());
-        let here = state.second.height[0][0];
+        step(model, &mut state, &Forcing::default());
+        let here = state.bound_waves.height[0][0];
         if last * here < 0.0 {
             crossings.push((f64::from(n) - here / (here - last)) * DT);
         }
@@ -30,13 +31,13 @@ fn ring_frequency(model: &Model) -> f64 {
 fn what_pulls_the_surface_back_pulls_the_waves_of_second_order_back_too() {
     let liquid = 1e-7;
     let plain = ring_frequency(&model(liquid, &[]));
-    let ring = Mode::new(&GLASS, Wave::Ring(0));
+    let ring = SloshMode::new(&GLASS, Wave::Ring(0));
     assert!((plain / ring.square(GRAVITY_M_S2).sqrt() - 1.0).abs() < 1e-3, "{plain}");
     // w^2 = (g k + sigma k^3/rho) tanh kh, and (g + a) for g.
     let k = ring.k;
     let tension = 1.0 + 0.2 * k * k / (1261.0 * GRAVITY_M_S2);
     // A held line pulls all rings as one: sum s_n/(w^2 - w_n^2) = 1, s_n = 2 pi R k_c/m_n; between the first two.
-    let rings = [0, 1, 2].map(|n| Mode::new(&GLASS, Wave::Ring(n)));
+    let rings = [0, 1, 2].map(|n| SloshMode::new(&GLASS, Wave::Ring(n)));
     let squares = rings.map(|mode| mode.square(GRAVITY_M_S2));
     let springs = rings.map(|mode| 2.0 * std::f64::consts::PI * GLASS.radius_m * 20.0 / mode.mass_kg);
     let (mut low, mut high) = (squares[0], squares[1]);
@@ -68,14 +69,14 @@ fn what_the_first_mode_makes_of_a_thinning_liquid_the_waves_beside_it_feel() {
     let left = |index: f64, first: f64| {
         let model = model(0.2, &[active("shear_thinning", [index, 0.0])]);
         let after = |ring: f64| {
-            let mut state = State::default();
+            let mut state = ReducedState::default();
             state.height[0][0] = first;
-            state.second.height[0][0] = ring;
+            state.bound_waves.height[0][0] = ring;
             for _ in 0..120 {
-                step(&model, &mut state, &Push::default());
+                step(&model, &mut state, &Forcing::default());
             }
-            let rate = state.second.rate[0][0] / (GRAVITY_M_S2 * 109.0).sqrt();
-            (state.second.height[0][0], rate)
+            let rate = state.bound_waves.rate[0][0] / (GRAVITY_M_S2 * 109.0).sqrt();
+            (state.bound_waves.height[0][0], rate)
         };
         let (up, down) = (after(1e-4), after(-1e-4));
         (0.5 * (up.0 - down.0)).hypot(0.5 * (up.1 - down.1)) / 1e-4
@@ -87,21 +88,22 @@ fn what_the_first_mode_makes_of_a_thinning_liquid_the_waves_beside_it_feel() {
 #[test]
 fn foam_rubs_on_a_small_ring_by_five_thirds_of_what_it_rubs_on_the_first_mode() {
     let foam = active("foam", [0.1, 0.0]);
-    let ring = Mode::new(&GLASS, Wave::Ring(0));
+    let ring = SloshMode::new(&GLASS, Wave::Ring(0));
     let Slot::Line(law) = foam.entry.slot else { panic!("foam acts along the line") };
     let left = |effects: &[Active]| {
         let model = model(0.02, effects);
         let mut lost = 0.0;
         let mut after = |small: f64| {
-            let mut state = State::default();
-            (state.height[0][0], state.second.height[0][0]) = (1e-2, small);
+            let mut state = ReducedState::default();
+            (state.height[0][0], state.bound_waves.height[0][0]) = (1e-2, small);
             for _ in 0..240 {
-                step(&model, &mut state, &Push::default());
+                step(&model, &mut state, &Forcing::default());
                 let (a, v) = (state.height[0][0], state.rate[0][0]);
-                let speed = (v * v + model.tone(0).expect("a first mode").0.powi(2) * a * a).sqrt();
+                let speed =
+                    (v * v + model.frequency_and_damping(0).expect("a first mode").0.powi(2) * a * a).sqrt();
                 lost += 0.5 * DT * law(&foam.values, speed, &GLASS) / (2.0 * ring.mass_kg);
             }
-            [state.second.height[0][0], state.second.rate[0][0] / ring.square(GRAVITY_M_S2).sqrt()]
+            [state.bound_waves.height[0][0], state.bound_waves.rate[0][0] / ring.square(GRAVITY_M_S2).sqrt()]
         };
         let (up, down) = (after(1e-4), after(-1e-4));
         ((up[0] - down[0]).hypot(up[1] - down[1]), lost)
@@ -117,17 +119,17 @@ fn a_wave_along_a_lean_carries_a_saddle_at_its_own_frequency_and_a_rolled_camera
     const STEPS: u32 = 40;
     let saddle = |name: &str, height: f64| {
         let model = model(1e-7, &[active(name, [0.035, 0.0])]);
-        let mut state = State::default();
+        let mut state = ReducedState::default();
         state.height[0][0] = height;
         for _ in 0..STEPS {
-            step(&model, &mut state, &Push::default());
+            step(&model, &mut state, &Forcing::default());
         }
-        state.second.height[1][0]
+        state.bound_waves.height[1][0]
     };
     // What is odd in the amplitude is the lean's; what is even is the second order's.
     let odd = |name: &str| 0.5 * (saddle(name, 1e-2) - saddle(name, -1e-2));
     // s'' + w2^2 s = -g B t a cos w1 t from rest: s = -g B t a (cos w1 t - cos w2 t)/(w2^2 - w1^2).
-    let modes = [Wave::First(0), Wave::Saddle(0)].map(|wave| Mode::new(&GLASS, wave));
+    let modes = [Wave::First(0), Wave::Saddle(0)].map(|wave| SloshMode::new(&GLASS, wave));
     let squares = modes.map(|mode| mode.square(GRAVITY_M_S2));
     let [one, two] = squares.map(|square| (square.sqrt() * f64::from(STEPS) * DT).cos());
     let kappa = modes.map(|mode| mode.steepness);

@@ -57,10 +57,11 @@ impl Estimator<'_> {
     ) -> bool {
         // The encoder was trained on a glass that keeps to its line.
         let in_line =
-            measured.map(|profile| self.model.cross_axis.in_line(profile, memory.filter.lateral_m()));
+            measured.map(|profile| self.model.cross_axis.without(profile, memory.filter.lateral_m()));
         let row = self.model.scale().row(in_line.as_ref(), prior.acceleration_m_s2 as f32);
         memory.window.push(row);
-        let tracked = measured.is_some() && memory.window.is_full() && memory.window.seen() >= ROWS_NEEDED;
+        let tracked =
+            measured.is_some() && memory.window.is_full() && memory.window.measured_rows() >= ROWS_NEEDED;
         // Its windows hold the motion, so that without one its reading means nothing.
         if tracked && observation.source != InputSource::Unobserved && !self.update_reading(memory, prior) {
             count(&mut memory.health.measurement_refused);

@@ -11,7 +11,7 @@ use crate::latent::generic::LATENTS;
 use crate::runtime::health::count;
 use crate::surface::{POINTS, SurfaceProfile};
 use crate::uncertainty::discrepancy::Discrepancy;
-use crate::uncertainty::error_model::{Interval, IntervalInput};
+use crate::uncertainty::intervals::{Interval, IntervalInput};
 use crate::uncertainty::latent_covariance::LatentCovariance;
 
 /// Corrected state of a turn, decoded.
@@ -32,14 +32,14 @@ impl Estimator<'_> {
         let latent: [f64; LATENTS] = memory.state.latent.into();
         let coefficients = decoder.coefficients(&latent.map(|x| x as f32), input as f32);
         let mut surface_m = decoder.surface(&coefficients);
-        self.model.cross_axis.raise(&mut surface_m, memory.filter.lateral_m());
+        self.model.cross_axis.add_to(&mut surface_m, memory.filter.lateral_m());
         let mut discrepancy = Discrepancy::NONE;
         if let Some(profile) = measured {
             discrepancy = Discrepancy::of(&self.model.error_model, profile, energy);
-            discrepancy.put_back(&mut surface_m, profile);
+            discrepancy.add_to(&mut surface_m, profile);
         }
-        if let Some(lens) = &self.model.lens {
-            lens.raise(&mut surface_m);
+        if let Some(observation_model) = &self.model.observation_model {
+            observation_model.add_offset(&mut surface_m);
         }
         Posterior { latent, energy, input, coefficients, surface_m, discrepancy }
     }

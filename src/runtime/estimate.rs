@@ -4,7 +4,7 @@ use super::budget::Stages;
 use super::mode::Mode;
 use crate::latent::generic::{Audit, LATENTS};
 use crate::surface::POINTS;
-use crate::uncertainty::error_model::Interval;
+use crate::uncertainty::intervals::Interval;
 use crate::uncertainty::latent_covariance::LatentCovariance;
 use serde::{Deserialize, Serialize};
 

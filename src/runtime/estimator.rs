@@ -48,7 +48,7 @@ pub const POINTS_NEEDED: usize = 14;
 ///     captured: Micros(0),
 /// };
 /// for _ in 0..20 {
-///     estimator.turn(&mut memory, TurnInput::seen(&profile), &mut NoClock, &mut field);
+///     estimator.turn(&mut memory, TurnInput::tracked(&profile), &mut NoClock, &mut field);
 /// }
 /// // Then the camera fails, while an IMU reports a push.
 /// let source = InputSource::Measured { before: 0.5, now: 0.5 };

@@ -40,6 +40,6 @@ pub struct Health {
 }
 
 /// Adds one to a counter; a counter that is full stays full.
-pub fn count(counter: &mut u64) {
+pub(super) fn count(counter: &mut u64) {
     *counter = counter.saturating_add(1);
 }

@@ -14,7 +14,36 @@ use crate::latent::decoder::{STRESS_GROUP, Selection};
 
 /// Sigma of the frame of `before`, Pa, three numbers a tracer, from the estimate `now` of the next frame; gives how many
 /// numbers of `out` were written.
-pub fn sigma_before(model: &Model<'_>, before: &Estimate, now: &Estimate, out: &mut [f32]) -> usize {
+///
+/// ```
+/// # #[repr(align(64))]
+/// # struct Aligned<T: ?Sized>(T);
+/// # static BLOB: &Aligned<[u8]> =
+/// #     &Aligned(*include_bytes!(concat!(env!("CARGO_MANIFEST_DIR"), "/models/glycerine.blob")));
+/// # struct NoClock;
+/// # impl meniscus::runtime::Clock for NoClock {
+/// #     fn now_us(&mut self) -> u64 {
+/// #         0
+/// #     }
+/// # }
+/// let model = meniscus::blob::Model::load(&BLOB.0)?;
+/// use meniscus::runtime::{Estimator, InputSource, Memory, TurnInput, smoothed_stress};
+///
+/// let (estimator, mut memory) = (Estimator::new(&model), Memory::default());
+/// let mut turn = |before: f64, now: f64| {
+///     let source = InputSource::Measured { before, now };
+///     estimator.turn(&mut memory, TurnInput { source, ..TurnInput::default() }, &mut NoClock, &mut [])
+/// };
+/// let (first, second) = (turn(0.0, 0.0), turn(1.0, 1.0));
+/// // Three normal stresses a tracer, from the acceleration that the next turn reports.
+/// let mut sigma_pa = vec![0.0; 3 * model.header.particles as usize];
+/// assert_eq!(smoothed_stress(&model, &first, &second, &mut sigma_pa), sigma_pa.len());
+/// let mut unaccelerated_pa = sigma_pa.clone();
+/// smoothed_stress(&model, &first, &first, &mut unaccelerated_pa);
+/// assert_ne!(sigma_pa, unaccelerated_pa);
+/// # Ok::<(), meniscus::blob::LoadError>(())
+/// ```
+pub fn smoothed_stress(model: &Model<'_>, before: &Estimate, now: &Estimate, out: &mut [f32]) -> usize {
     let latent = before.latent.map(|x| x as f32);
     let port = now.acceleration_m_s2 / model.header.acceleration_scale;
     let coefficients = model.decoder.coefficients(&latent, port);

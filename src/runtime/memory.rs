@@ -5,7 +5,7 @@ use super::motion::{CARRY_FRAMES, Motion};
 use super::turn_input::InputSource;
 use crate::blob::FilterConfig;
 use crate::filter::Filter;
-use crate::latent::generic::{Latent, State};
+use crate::latent::generic::{Latent, LatentState};
 use crate::latent::window::Window;
 use crate::runtime::health::{Health, count};
 use crate::surface::SurfaceProfile;
@@ -14,7 +14,7 @@ use crate::surface::SurfaceProfile;
 #[derive(Clone, Debug, Default)]
 pub struct Memory {
     pub(super) window: Window,
-    pub(super) state: State,
+    pub(super) state: LatentState,
     pub(super) filter: Filter,
     pub(super) motion: Motion,
     /// Profiles since the sides of the glass were seen.

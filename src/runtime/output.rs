@@ -30,7 +30,7 @@ pub const OUTPUT_MAX: usize = 848;
 /// let model = Model::load(&BLOB.0)?;
 /// let mut memory = Memory::default();
 /// let estimate = Estimator::new(&model).turn(&mut memory, TurnInput::default(), &mut NoClock, &mut []);
-/// let turn = Turn { time: Micros(16_667), stamp: None, sight: None, estimate };
+/// let turn = Turn { time: Micros(16_667), stamp: None, profile: None, estimate };
 ///
 /// // The seventh packet of this run, from a board that has no clock beside the camera's.
 /// let packet = Packet::of(&turn, 6, &model.header);
@@ -123,7 +123,7 @@ mod tests {
     use crate::latent::generic::{Audit, LATENTS};
     use crate::runtime::{Mode, Stages};
     use crate::surface::POINTS;
-    use crate::uncertainty::error_model::Interval;
+    use crate::uncertainty::intervals::Interval;
     use crate::uncertainty::latent_covariance::LatentCovariance;
 
     /// A packet whose variable-length numbers all have their longest form.

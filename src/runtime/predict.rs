@@ -4,7 +4,7 @@ use super::estimator::{Estimator, POINTS_NEEDED};
 use super::memory::Memory;
 use super::turn_input::{InputSource, TurnInput};
 use crate::filter::PORT_LIMIT;
-use crate::latent::generic::{Audit, Outcome};
+use crate::latent::generic::{Audit, StepOutcome};
 use crate::runtime::health::count;
 use crate::surface::SurfaceProfile;
 
@@ -19,7 +19,7 @@ pub(super) struct Observation {
 impl Observation {
     /// The profile, if enough of its points were seen.
     pub(super) fn measurement(&self) -> Option<&SurfaceProfile> {
-        self.profile.as_ref().filter(|profile| profile.seen() >= POINTS_NEEDED)
+        self.profile.as_ref().filter(|profile| profile.valid_points() >= POINTS_NEEDED)
     }
 }
 
@@ -41,12 +41,13 @@ pub(super) struct Prior {
 impl Estimator<'_> {
     /// Frees the profile of what the observation model adds, and decides where the motion of the glass comes from.
     pub(super) fn resolve_input(&self, memory: &mut Memory, input: &TurnInput<'_>) -> Observation {
-        let lens = self.model.lens.as_ref();
-        let profile = match (lens, input.profile) {
-            (Some(lens), Some(profile)) => Some(lens.straighten(profile)),
+        let observation_model = self.model.observation_model.as_ref();
+        let profile = match (observation_model, input.profile) {
+            (Some(observation_model), Some(profile)) => Some(observation_model.to_model(profile)),
             (_, profile) => profile.copied(),
         };
-        let source = lens.map_or(input.source, |lens| input.source.scaled(lens.gain));
+        let source = observation_model
+            .map_or(input.source, |observation_model| input.source.scaled(observation_model.gain));
         let source = memory.resolve_source(source, profile.as_ref());
         Observation { profile, source }
     }
@@ -59,10 +60,10 @@ impl Estimator<'_> {
         memory.filter.predict(self.model, energy_placed);
         let audit = self.model.generic.step(&mut memory.state, input);
         match audit.outcome {
-            Outcome::Solved => {}
-            Outcome::Unconverged => count(&mut memory.health.step_unconverged),
-            Outcome::Backtracked => count(&mut memory.health.step_backtracked),
-            Outcome::Held => count(&mut memory.health.step_held),
+            StepOutcome::Solved => {}
+            StepOutcome::Unconverged => count(&mut memory.health.step_unconverged),
+            StepOutcome::Backtracked => count(&mut memory.health.step_backtracked),
+            StepOutcome::Held => count(&mut memory.health.step_held),
         }
         let energy = self.latent_energy(memory);
         if let InputSource::Measured { now, .. } = observation.source {

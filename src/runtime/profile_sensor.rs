@@ -1,35 +1,59 @@
 //! The eye: payloads of two streams in, one profile an instant out.
 
 use super::budget::Clock;
-use crate::surface::{self, NotSeen, OutlineAssembler, Rectifier, SurfaceProfile, extract};
+use crate::surface::{self, ExtractionError, OutlineAssembler, Rectifier, SurfaceProfile, extract};
 use crate::usb::frame::{DepthFrame, OutlineFrame, Stamp};
-use crate::usb::uvc::{Assembler, Losses, Outcome, Pairer, Solitary, Stream};
+use crate::usb::uvc::{Assembler, AssemblyOutcome, Losses, Pairer, Solitary, Stream};
 
 /// The camera's frame interval, microseconds.
 const INTERVAL_US: u32 = 16_667;
 
 /// What the eye saw at one instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Sight {
+pub struct FrameObservation {
     /// Number of the depth frame, and the time at which the outline was taken: of infrared the same instant.
     pub stamp: Stamp,
     /// The profile, or why there is none.
-    pub profile: Result<SurfaceProfile, NotSeen>,
+    pub profile: Result<SurfaceProfile, ExtractionError>,
     /// Time from whole images to profile, microseconds.
     pub surface_us: u64,
 }
 
 /// Assembles, pairs and extracts; buffers are the caller's.
+///
+/// ```
+/// # struct NoClock;
+/// # impl meniscus::runtime::Clock for NoClock {
+/// #     fn now_us(&mut self) -> u64 {
+/// #         0
+/// #     }
+/// # }
+/// use meniscus::runtime::ProfileSensor;
+/// use meniscus::surface::{Config, ExtractionError, Settings};
+/// use meniscus::usb::uvc::Stream;
+///
+/// let (mut depth, mut infrared) = (vec![0; 640 * 480 * 2], vec![0; 640 * 480]);
+/// let config = Config::new(Settings::default())?;
+/// let mut sensor = ProfileSensor::new(config, &mut depth, &mut infrared);
+/// // A whole image in one payload: header of 6 bytes, PTS = 1000 us, then grey pixels.
+/// let payload = |bytes: usize| [&[6, 0b110, 0xe8, 3, 0, 0][..], &vec![128; bytes]].concat();
+/// assert!(sensor.accept(Stream::Depth, &payload(640 * 480 * 2), &mut NoClock).is_none());
+/// // The second image completes the pair, and a grey wall has no liquid's edge.
+/// let observation = sensor.accept(Stream::Outline, &payload(640 * 480), &mut NoClock).unwrap();
+/// assert_eq!(observation.stamp.captured.0, 1000);
+/// assert_eq!(observation.profile, Err(ExtractionError::NoContrast));
+/// # Ok::<(), meniscus::surface::ConfigError>(())
+/// ```
 #[derive(Debug)]
-pub struct Eye<'b> {
+pub struct ProfileSensor<'b> {
     config: surface::Config,
     depth: Assembler<'b>,
     outline: OutlineAssembler<'b>,
     pairer: Pairer,
-    state: surface::State,
+    state: surface::ExtractionState,
 }
 
-impl<'b> Eye<'b> {
+impl<'b> ProfileSensor<'b> {
     /// An eye whose frames have exactly the lengths of the buffers (two bytes a depth pixel).
     #[must_use]
     pub fn new(config: surface::Config, depth: &'b mut [u8], infrared: &'b mut [u8]) -> Self {
@@ -38,7 +62,7 @@ impl<'b> Eye<'b> {
 
     /// An eye that traces the outline in the colour image; the buffers of [`OutlineAssembler::colour`].
     #[must_use]
-    pub fn in_colour(
+    pub fn with_colour(
         config: surface::Config,
         depth: &'b mut [u8],
         rectifier: Rectifier,
@@ -54,7 +78,7 @@ impl<'b> Eye<'b> {
             depth: Assembler::new(depth),
             outline,
             pairer: Pairer::new(INTERVAL_US),
-            state: surface::State::new(),
+            state: surface::ExtractionState::new(),
         }
     }
 
@@ -77,11 +101,16 @@ impl<'b> Eye<'b> {
     }
 
     /// Takes one payload; gives what was seen if it completes a pair of images.
-    pub fn accept<C: Clock>(&mut self, stream: Stream, payload: &[u8], clock: &mut C) -> Option<Sight> {
+    pub fn accept<C: Clock>(
+        &mut self,
+        stream: Stream,
+        payload: &[u8],
+        clock: &mut C,
+    ) -> Option<FrameObservation> {
         let frame = match stream {
             Stream::Depth => match self.depth.push(payload) {
-                Outcome::Frame(frame) => frame.stamp,
-                Outcome::Partial | Outcome::Lost(_) => return None,
+                AssemblyOutcome::Frame(frame) => frame.stamp,
+                AssemblyOutcome::Partial | AssemblyOutcome::Lost(_) => return None,
             },
             Stream::Outline => self.outline.push(payload, self.state.region(&self.config))?,
         };
@@ -93,6 +122,6 @@ impl<'b> Eye<'b> {
         let outline = OutlineFrame { bytes: self.outline.pixels(), width, height, stamp: pair.outline };
         let profile = extract(&self.config, &mut self.state, depth, outline);
         let surface_us = clock.now_us().saturating_sub(start_us);
-        Some(Sight { stamp, profile, surface_us })
+        Some(FrameObservation { stamp, profile, surface_us })
     }
 }

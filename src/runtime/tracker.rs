@@ -10,8 +10,8 @@ use super::memory::Memory;
 use super::mode::COAST_LIMIT;
 use super::turn_input::{InputSource, TurnInput};
 use crate::runtime::health::count;
-use crate::runtime::profile_sensor::{Eye, Sight};
-use crate::surface::{NotSeen, SurfaceProfile};
+use crate::runtime::profile_sensor::{FrameObservation, ProfileSensor};
+use crate::surface::{ExtractionError, SurfaceProfile};
 use crate::units::Micros;
 use crate::usb::frame::Stamp;
 use crate::usb::uvc::Stream;
@@ -29,18 +29,56 @@ pub struct Turn {
     pub time: Micros,
     /// Stamp of the frame, if one came.
     pub stamp: Option<Stamp>,
-    /// What was seen; `None` without a frame.
-    pub sight: Option<Result<SurfaceProfile, NotSeen>>,
+    /// Profile of the frame, or the reason that there is none; `None` without a frame.
+    pub profile: Option<Result<SurfaceProfile, ExtractionError>>,
     /// What is known.
     pub estimate: Estimate,
 }
 
-/// Eye, estimator and their memory.
+/// Profile sensor, estimator and their memory.
+///
+/// ```
+/// # #[repr(align(64))]
+/// # struct Aligned<T: ?Sized>(T);
+/// # static BLOB: &Aligned<[u8]> =
+/// #     &Aligned(*include_bytes!(concat!(env!("CARGO_MANIFEST_DIR"), "/models/glycerine.blob")));
+/// # struct NoClock;
+/// # impl meniscus::runtime::Clock for NoClock {
+/// #     fn now_us(&mut self) -> u64 {
+/// #         0
+/// #     }
+/// # }
+/// # let model = meniscus::blob::Model::load(&BLOB.0)?;
+/// use meniscus::runtime::{Estimator, InputSource, ProfileSensor, Tracker};
+/// use meniscus::surface::{Config, Settings};
+/// use meniscus::usb::uvc::Stream;
+///
+/// let (mut depth, mut infrared) = (vec![0; 640 * 480 * 2], vec![0; 640 * 480]);
+/// let config = Config::new(Settings::default()).expect("a D435 before the glass");
+/// let sensor = ProfileSensor::new(config, &mut depth, &mut infrared);
+/// let mut tracker = Tracker::new(Estimator::new(&model), sensor);
+///
+/// // Two pairs of images, three frame intervals apart: two frames were lost between them.
+/// let mut times_us = Vec::new();
+/// for (number, captured_us) in [1_000_000_u32, 1_050_001].into_iter().enumerate() {
+///     // The lowest bit of the flags toggles from frame to frame.
+///     let head = [&[6, 0b110 | number as u8][..], &captured_us.to_le_bytes()].concat();
+///     for (stream, bytes) in [(Stream::Depth, 640 * 480 * 2), (Stream::Outline, 640 * 480)] {
+///         let payload = [&head[..], &vec![128; bytes]].concat();
+///         tracker.accept(stream, &payload, InputSource::tracked, &mut NoClock, &mut [], |turn, _| {
+///             times_us.push(turn.time.0);
+///         });
+///     }
+/// }
+/// assert_eq!(times_us, [1_000_000, 1_016_667, 1_033_334, 1_050_001]);
+/// assert_eq!((tracker.memory.health.turns, tracker.memory.health.frames_missing), (4, 2));
+/// # Ok::<(), meniscus::blob::LoadError>(())
+/// ```
 #[derive(Debug)]
 pub struct Tracker<'m, 'b> {
     estimator: Estimator<'m>,
     /// Payloads to profiles.
-    pub eye: Eye<'b>,
+    pub sensor: ProfileSensor<'b>,
     /// What the estimator remembers, with its counters.
     pub memory: Memory,
     now: Option<Micros>,
@@ -50,8 +88,8 @@ pub struct Tracker<'m, 'b> {
 impl<'m, 'b> Tracker<'m, 'b> {
     /// A tracker that has seen nothing yet.
     #[must_use]
-    pub fn new(estimator: Estimator<'m>, eye: Eye<'b>) -> Self {
-        Self { estimator, eye, memory: Memory::default(), now: None, stale: 0 }
+    pub fn new(estimator: Estimator<'m>, sensor: ProfileSensor<'b>) -> Self {
+        Self { estimator, sensor, memory: Memory::default(), now: None, stale: 0 }
     }
 
     /// Takes one payload. Every turn that it leads to goes to `turn`, with the full field if that
@@ -66,8 +104,8 @@ impl<'m, 'b> Tracker<'m, 'b> {
         field: &mut [f32],
         mut turn: impl FnMut(&Turn, &[f32]),
     ) {
-        let Some(sight) = self.eye.accept(stream, payload, clock) else { return };
-        let time = sight.stamp.captured;
+        let Some(observation) = self.sensor.accept(stream, payload, clock) else { return };
+        let time = observation.stamp.captured;
         let Some(missing) = self.missing_before(time) else { return };
         // Beyond the limit the estimate has halted, and one more turn changes nothing.
         for ago in (1..=missing.min(u64::from(COAST_LIMIT) + 1)).rev() {
@@ -75,11 +113,14 @@ impl<'m, 'b> Tracker<'m, 'b> {
             let time = Micros(time.0.saturating_sub(ago.saturating_mul(INTERVAL_US)));
             let input = TurnInput { source: source(time), ..TurnInput::default() };
             let estimate = self.estimator.turn(&mut self.memory, input, clock, &mut []);
-            turn(&Turn { time, stamp: None, sight: None, estimate }, &[]);
+            turn(&Turn { time, stamp: None, profile: None, estimate }, &[]);
         }
         self.now = Some(time);
-        let estimate = self.seen(&sight, source(time), clock, field);
-        turn(&Turn { time, stamp: Some(sight.stamp), sight: Some(sight.profile), estimate }, field);
+        let estimate = self.seen(&observation, source(time), clock, field);
+        turn(
+            &Turn { time, stamp: Some(observation.stamp), profile: Some(observation.profile), estimate },
+            field,
+        );
     }
 
     /// Takes a turn without a frame: call it when an interval has passed in silence. Before the
@@ -95,7 +136,7 @@ impl<'m, 'b> Tracker<'m, 'b> {
         count(&mut self.memory.health.frames_missing);
         let input = TurnInput { source: source(time), ..TurnInput::default() };
         let estimate = self.estimator.turn(&mut self.memory, input, clock, field);
-        Some(Turn { time, stamp: None, sight: None, estimate })
+        Some(Turn { time, stamp: None, profile: None, estimate })
     }
 
     /// Frame intervals without a turn before `time`; `None` if its turn has been taken already.
@@ -118,16 +159,16 @@ impl<'m, 'b> Tracker<'m, 'b> {
     /// The turn of a frame.
     fn seen<C: Clock>(
         &mut self,
-        sight: &Sight,
+        observation: &FrameObservation,
         source: InputSource,
         clock: &mut C,
         field: &mut [f32],
     ) -> Estimate {
-        if sight.profile.is_err() {
+        if observation.profile.is_err() {
             count(&mut self.memory.health.not_seen);
         }
-        let profile = sight.profile.as_ref().ok();
-        let input = TurnInput { profile, source, surface_us: sight.surface_us };
+        let profile = observation.profile.as_ref().ok();
+        let input = TurnInput { profile, source, surface_us: observation.surface_us };
         self.estimator.turn(&mut self.memory, input, clock, field)
     }
 }

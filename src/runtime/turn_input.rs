@@ -4,6 +4,15 @@ use crate::surface::SurfaceProfile;
 use crate::units::Micros;
 
 /// Source of the motion of the glass.
+///
+/// ```
+/// use meniscus::runtime::InputSource;
+/// use meniscus::units::Micros;
+///
+/// // The callback for a set-up without an IMU: the camera tracks the glass at every instant.
+/// assert_eq!(InputSource::tracked(Micros(0)), InputSource::Tracked);
+/// assert_eq!(InputSource::default(), InputSource::Tracked);
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum InputSource {
     /// Edges of the glass in the profile; while these are not seen, as [`Self::Unobserved`].
@@ -56,9 +65,9 @@ pub struct TurnInput<'p> {
 }
 
 impl<'p> TurnInput<'p> {
-    /// Returns the input of a turn with a frame whose glass is tracked.
+    /// Returns the input of a turn with a frame in which the glass is tracked.
     #[must_use]
-    pub fn seen(profile: &'p SurfaceProfile) -> Self {
+    pub fn tracked(profile: &'p SurfaceProfile) -> Self {
         Self { profile: Some(profile), ..Self::default() }
     }
 }

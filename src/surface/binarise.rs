@@ -2,8 +2,8 @@
 //!
 //! Source: N. Otsu, A threshold selection method from gray-level histograms, IEEE Trans. SMC 9 (1979).
 
-use super::config::Liquid;
 use super::region::{Grey, Region};
+use super::settings::Liquid;
 
 /// The threshold between two classes of pixels.
 #[derive(Clone, Copy, Debug, PartialEq)]

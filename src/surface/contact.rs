@@ -17,8 +17,8 @@
 //! of the edge; bands below a pixel and a half stay, in part, unnoticed.
 
 use super::config::MAX_COLUMNS;
+use super::edge_points::{Edge, EdgePoint, NEIGHBOURS};
 use super::region::Grey;
-use super::trace::{Edge, EdgePoint, NEIGHBOURS};
 use crate::math::{median, sqrtf};
 use heapless::Vec;
 

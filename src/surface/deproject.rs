@@ -8,7 +8,7 @@
 //! x = a Z                     y + D = Z (cos p + b sin p)   z - H = Z (sin p - b cos p)
 //! ```
 
-use super::config::Settings;
+use super::settings::Settings;
 use crate::math::{sincosf, sqrtf};
 use crate::usb::lens::Intrinsics;
 

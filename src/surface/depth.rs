@@ -23,9 +23,9 @@
 
 use super::config::{Config, MAX_COLUMNS};
 use super::deproject::Ray;
-use super::extract::{NotSeen, Tally};
+use super::edge_points::{Edge, EdgePoint, NEIGHBOURS, Sample, Samples};
+use super::outcome::{ExtractionError, Tally};
 use super::resample::median_error;
-use super::trace::{Edge, EdgePoint, NEIGHBOURS};
 use crate::math::median;
 use crate::usb::frame::DepthFrame;
 use heapless::Vec;
@@ -57,24 +57,6 @@ const PLACE_TOLERANCE_M: f32 = 0.015;
 /// Columns whose windows tell the same: the window's width and the reach of the matching.
 const GROUP: f32 = 8.0;
 
-/// A point of the edge in space.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Sample {
-    /// `x` from the glass axis, metres.
-    pub(super) x_m: f32,
-    /// Height above the inner bottom, metres.
-    pub(super) z_m: f32,
-    /// Change of the height with the depth: the ray's rise.
-    pub(super) rise: f32,
-    /// Variance of its own beside the edge's and the depth's noise, square metres.
-    pub(super) own_m2: f32,
-    /// Distance by which it was lowered already, metres.
-    pub(super) lowered_m: f32,
-}
-
-/// The edge in space, `x` rising.
-pub(super) type Samples = Vec<Sample, MAX_COLUMNS>;
-
 /// Readings of the wall in the depth image.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Wall {
@@ -92,7 +74,7 @@ pub(super) fn place(
     edge: &Edge,
     samples: &mut Samples,
     tally: &mut Tally,
-) -> Result<Wall, NotSeen> {
+) -> Result<Wall, ExtractionError> {
     samples.clear();
     let apart = config.settings.depth_lens_m;
     let look = Look { config, depth, axis_m, depth_axis_m: axis_m - apart[0], apart };
@@ -104,9 +86,9 @@ pub(super) fn place(
         let _ = residuals.push(look.window(point.column, deep.min(foot)));
     }
     let measured = residuals.iter().copied().flatten();
-    let offset_m = median(measured.clone()).ok_or(NotSeen::NoDepth)?;
+    let offset_m = median(measured.clone()).ok_or(ExtractionError::NoDepth)?;
     if offset_m.abs() > PLACE_TOLERANCE_M {
-        return Err(NotSeen::WallElsewhere);
+        return Err(ExtractionError::WallElsewhere);
     }
     let deviation_m = median(measured.clone().map(|r| (r - offset_m).abs())).unwrap_or(0.0);
     let count = measured.count();

@@ -2,88 +2,37 @@
 
 use super::binarise::Threshold;
 use super::config::Config;
-use super::depth::{Samples, place};
+use super::depth::place;
+use super::edge_points::{Edge, Samples};
 use super::glass;
 use super::hidden;
+use super::outcome::{ExtractionError, Tally};
 use super::profile::SurfaceProfile;
 use super::region::{Grey, Region};
 use super::resample::{Points, resample};
-use super::trace::{Edge, trace};
+use super::trace::trace;
 use crate::usb::frame::{DepthFrame, OutlineFrame, Stamp};
 use heapless::Vec;
-use serde::{Deserialize, Serialize};
 
 /// Fewest edge points that make a profile.
 const LEAST_COLUMNS: usize = 20;
 /// Rows between the lowest edge point and the rows that place the glass.
 const CLEARANCE_ROWS: usize = 4;
 
-/// Reason for a pair of images without a profile.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum NotSeen {
-    /// An image has not the size or the number of bytes of the configuration.
-    WrongSize,
-    /// The expected glass lies outside of the image.
-    RegionEmpty,
-    /// Liquid and background differ too little.
-    NoContrast,
-    /// No body of liquid as wide as the glass was found, or its edges disagree.
-    GlassNotFound,
-    /// Too few columns show the liquid's edge.
-    TooFewColumns,
-    /// The depth image is empty along the edge.
-    NoDepth,
-    /// The liquid's wall is more than 15 mm from where the settings put it.
-    WallElsewhere,
-}
-
-impl core::fmt::Display for NotSeen {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        f.write_str(match self {
-            Self::WrongSize => "an image has not the configured size",
-            Self::RegionEmpty => "the expected glass lies outside of the image",
-            Self::NoContrast => "liquid and background differ too little",
-            Self::GlassNotFound => "no body of liquid as wide as the glass was found",
-            Self::TooFewColumns => "too few columns show the liquid's edge",
-            Self::NoDepth => "the depth image is empty along the liquid's edge",
-            Self::WallElsewhere => "the liquid is not where the settings say: check the camera's distance",
-        })
-    }
-}
-
-impl core::error::Error for NotSeen {}
-
-/// Counters of the stages over all frames. They saturate.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Tally {
-    /// Profiles that came out.
-    pub profiles: u32,
-    /// Pairs of images without a profile.
-    pub not_seen: u32,
-    /// Edge points whose depth was a hole.
-    pub holes: u32,
-    /// Edge points dropped because their depth is not that of the wall facing the camera.
-    pub not_the_wall: u32,
-    /// Edge points dropped because something nearer than the glass stands above them.
-    pub covered: u32,
-    /// Edge points moved down because the depth image shows liquid behind the contact line below them.
-    pub behind: u32,
-}
-
 /// Memory between frames, and the room in which the stages work (about 6 kB; no allocation).
 ///
 /// ```
-/// use meniscus::surface::{Config, Settings, State};
+/// use meniscus::surface::{Config, Settings, ExtractionState};
 ///
 /// let config = Config::new(Settings::default())?;
-/// let state = State::new();
+/// let state = ExtractionState::new();
 /// // Before the glass is found the whole search range is looked at, and no more.
 /// let region = state.region(&config);
 /// assert!(region.left > 0 && region.right < 640 && region.top < region.bottom);
 /// # Ok::<(), meniscus::surface::ConfigError>(())
 /// ```
 #[derive(Clone, Debug, Default)]
-pub struct State {
+pub struct ExtractionState {
     axis_m: Option<f32>,
     edge: Edge,
     samples: Samples,
@@ -91,7 +40,7 @@ pub struct State {
     offset_m: Option<f32>,
 }
 
-impl State {
+impl ExtractionState {
     /// Nothing seen yet.
     #[must_use]
     pub const fn new() -> Self {
@@ -123,7 +72,7 @@ impl State {
 /// [`Config::stamp_of`] the pair.
 ///
 /// ```
-/// use meniscus::surface::{Config, NotSeen, Settings, State, extract};
+/// use meniscus::surface::{Config, ExtractionError, Settings, ExtractionState, extract};
 /// use meniscus::usb::frame::{DepthFrame, OutlineFrame, Stamp};
 ///
 /// let config = Config::new(Settings::default())?;
@@ -134,20 +83,20 @@ impl State {
 /// let outline = OutlineFrame { bytes: &outline, width, height, stamp };
 ///
 /// // A grey wall without a glass gives no profile, and the reason.
-/// let mut state = State::new();
-/// assert_eq!(extract(&config, &mut state, depth, outline), Err(NotSeen::NoContrast));
+/// let mut state = ExtractionState::new();
+/// assert_eq!(extract(&config, &mut state, depth, outline), Err(ExtractionError::NoContrast));
 /// assert_eq!(state.tally().not_seen, 1);
 /// # Ok::<(), meniscus::surface::ConfigError>(())
 /// ```
 ///
 /// # Errors
-/// [`NotSeen`] says which stage found nothing; the glass is then searched in the whole range again.
+/// [`ExtractionError`] says which stage found nothing; the glass is then searched in the whole range again.
 pub fn extract(
     config: &Config,
-    state: &mut State,
+    state: &mut ExtractionState,
     depth: DepthFrame<'_>,
     outline: OutlineFrame<'_>,
-) -> Result<SurfaceProfile, NotSeen> {
+) -> Result<SurfaceProfile, ExtractionError> {
     let profile = attempt(config, state, depth, outline);
     let counter = match profile {
         Ok(profile) => {
@@ -165,10 +114,10 @@ pub fn extract(
 
 fn attempt(
     config: &Config,
-    state: &mut State,
+    state: &mut ExtractionState,
     depth: DepthFrame<'_>,
     outline: OutlineFrame<'_>,
-) -> Result<SurfaceProfile, NotSeen> {
+) -> Result<SurfaceProfile, ExtractionError> {
     let lens = &config.settings.intrinsics;
     let pixels = lens.width.saturating_mul(lens.height);
     let sizes = [depth.width, outline.width, depth.height, outline.height];
@@ -176,37 +125,38 @@ fn attempt(
         || outline.bytes.len() != pixels
         || depth.bytes.len() != pixels.saturating_mul(2)
     {
-        return Err(NotSeen::WrongSize);
+        return Err(ExtractionError::WrongSize);
     }
     let image = Grey { bytes: outline.bytes, width: outline.width };
     let region = Region::around(config, state.axis_m);
     if region.left >= region.right || region.top >= region.bottom {
-        return Err(NotSeen::RegionEmpty);
+        return Err(ExtractionError::RegionEmpty);
     }
     let threshold = Threshold::of(image, region, config.settings.liquid)
         .filter(|threshold| threshold.contrast >= config.settings.least_contrast)
-        .ok_or(NotSeen::NoContrast)?;
+        .ok_or(ExtractionError::NoContrast)?;
     // An edge must have half the contrast of the classes to be one.
     let least = 0.5 * threshold.contrast;
 
-    let body = glass::find(config, image, region, &threshold, state.axis_m).ok_or(NotSeen::GlassNotFound)?;
+    let body =
+        glass::find(config, image, region, &threshold, state.axis_m).ok_or(ExtractionError::GlassNotFound)?;
     trace(config, image, body, &threshold, least, &mut state.edge);
     if state.edge.len() < LEAST_COLUMNS {
-        return Err(NotSeen::TooFewColumns);
+        return Err(ExtractionError::TooFewColumns);
     }
     let lowest = state.edge.iter().map(|point| point.row).fold(0.0, f32::max) as usize;
     let rows = (lowest.saturating_add(CLEARANCE_ROWS), config.foot_rows.1);
-    let axis_m = glass::axis(config, image, body, rows, least).ok_or(NotSeen::GlassNotFound)?;
+    let axis_m = glass::axis(config, image, body, rows, least).ok_or(ExtractionError::GlassNotFound)?;
 
     let wall = place(config, depth, axis_m, &state.edge, &mut state.samples, &mut state.tally)?;
     if state.samples.len() < LEAST_COLUMNS {
-        return Err(NotSeen::TooFewColumns);
+        return Err(ExtractionError::TooFewColumns);
     }
     hidden::allow(config, &mut state.samples);
     state.offset_m = Some(wall.offset_m);
     let Points { height_m, variance_m2, valid } = resample(config, &state.samples, wall.scatter_m);
     if !valid.contains(&true) {
-        return Err(NotSeen::TooFewColumns);
+        return Err(ExtractionError::TooFewColumns);
     }
     let Stamp { sequence, captured } = config.stamp_of(depth.stamp, outline.stamp);
     Ok(SurfaceProfile { height_m, variance_m2, valid, glass_x_m: Some(axis_m), sequence, captured })

@@ -12,7 +12,7 @@
 //! The height is lowered by [`USUAL`] of what may be hidden, and [`DOUBT`] of it is a standard deviation.
 
 use super::config::Config;
-use super::depth::{Sample, Samples};
+use super::edge_points::{Sample, Samples};
 use crate::math::sqrtf;
 
 /// Points along the line of sight through the glass.

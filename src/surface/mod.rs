@@ -9,7 +9,7 @@
 //! The outline is traced in the left infrared image, or in the colour image, of which [`Rectifier`] makes a grey one as
 //! if a lens like that of the depth image stood in the colour lens' place. The liquid must be opaque in that light. The camera stands slightly below the rest surface,
 //! so the upper edge of the liquid in the image is its contact line on the wall that faces the camera.
-//! Only the region around the glass is touched. [`Config`] is checked once and constant, [`State`]
+//! Only the region around the glass is touched. [`Config`] is checked once and constant, [`ExtractionState`]
 //! remembers where the glass was and counts what the stages did.
 
 mod binarise;
@@ -18,22 +18,27 @@ mod contact;
 mod deproject;
 mod depth;
 mod edge;
+mod edge_points;
 mod extract;
 mod glass;
 mod hidden;
 mod optics;
+mod outcome;
 mod outline;
 mod profile;
 mod rectify;
 mod region;
 mod resample;
+mod settings;
 mod trace;
 
 pub use crate::usb::lens::{ColourLens, Intrinsics};
-pub use config::{Config, ConfigError, Liquid, MAX_COLUMNS, Settings};
-pub use extract::{NotSeen, State, Tally, extract};
+pub use config::{Config, ConfigError, MAX_COLUMNS};
+pub use extract::{ExtractionState, extract};
 pub use optics::Optics;
+pub use outcome::{ExtractionError, Tally};
 pub use outline::OutlineAssembler;
 pub use profile::{POINTS, PROFILE_HALF_SPAN, SurfaceProfile, profile_abscissa};
 pub use rectify::Rectifier;
 pub use region::Region;
+pub use settings::{Liquid, Settings};

@@ -1,9 +1,8 @@
 //! Optics that a camera reports: intrinsics, depth unit, the lenses of its images.
 
-use super::config::Settings;
 use crate::usb::lens::Intrinsics;
 
-/// The camera's part of the [`Settings`]; those of its default are a D435's with the outline in infrared.
+/// The camera's part of the [`Settings`](super::Settings); those of its default are a D435's with the outline in infrared.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Optics {
     /// Of the depth image, and of the outline's: the infrared one is taken by the same lens, the colour one is
@@ -17,6 +16,8 @@ pub struct Optics {
 
 impl Default for Optics {
     fn default() -> Self {
-        Settings::default().optics()
+        let intrinsics =
+            Intrinsics { width: 640, height: 480, fx: 384.21, fy: 384.21, ppx: 319.48, ppy: 236.35 };
+        Self { intrinsics, depth_unit_m: 1e-4, depth_lens_m: [0.0; 3] }
     }
 }

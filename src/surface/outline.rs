@@ -3,7 +3,7 @@
 use super::rectify::Rectifier;
 use super::region::Region;
 use crate::usb::frame::Stamp;
-use crate::usb::uvc::{Assembler, Losses, Outcome};
+use crate::usb::uvc::{Assembler, AssemblyOutcome, Losses};
 
 /// Joins the payloads of the outline's stream: Y8 as it comes, or YUY2 [rectified](Rectifier) into a second buffer.
 ///
@@ -40,7 +40,7 @@ impl<'b> OutlineAssembler<'b> {
     /// Takes a payload; the stamp of the frame that it ended, whose grey image is then in [`pixels`](Self::pixels):
     /// of infrared all of it, of colour `region`.
     pub fn push(&mut self, payload: &[u8], region: Region) -> Option<Stamp> {
-        let Outcome::Frame(frame) = self.assembler.push(payload) else { return None };
+        let AssemblyOutcome::Frame(frame) = self.assembler.push(payload) else { return None };
         let stamp = frame.stamp;
         if let Some((rectifier, grey)) = &mut self.colour {
             rectifier.rectify(frame.pixels, grey, region);

@@ -55,9 +55,9 @@ impl SurfaceProfile {
         self.variance_m2.get(index).filter(|_| seen).map(|variance| INTERVAL * sqrtf(*variance))
     }
 
-    /// Number of points that were seen.
+    /// Returns the number of valid points.
     #[must_use]
-    pub fn seen(&self) -> usize {
+    pub fn valid_points(&self) -> usize {
         self.valid.iter().filter(|&&v| v).count()
     }
 }

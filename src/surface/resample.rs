@@ -17,7 +17,7 @@
 //!   calibrated on rendered scenes.
 
 use super::config::Config;
-use super::depth::Sample;
+use super::edge_points::Sample;
 use super::profile::{POINTS, profile_abscissa};
 use crate::math::{median, sqrtf};
 

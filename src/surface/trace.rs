@@ -4,33 +4,16 @@ use super::binarise::Threshold;
 use super::config::{Config, MAX_COLUMNS};
 use super::contact::{Crossing, Crossings, lower, onset};
 use super::edge::{REACH, SPAN, Tone, inside_pixels};
+use super::edge_points::{Edge, NEIGHBOURS};
 use super::glass::Body;
 use super::region::Grey;
 use crate::math::median;
-use heapless::Vec;
 
 /// Background pixels in a row that end the liquid; fewer are speckle.
 const ENDING: usize = 3;
-/// Columns on either side that vote on whether a column is an outlier.
-pub(super) const NEIGHBOURS: usize = 3;
 /// A row farther from the neighbours' median than this is an outlier, pixels. The steepest surface
 /// that fits into the glass rises by 3 pixels a column, and a slope moves no median.
 const ROW_TOLERANCE_PX: f32 = 1.5;
-
-/// One point of the edge in the image.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct EdgePoint {
-    pub(super) column: usize,
-    /// Sub-pixel row; whole numbers are pixel centres.
-    pub(super) row: f32,
-    /// Variance beside the usual scatter, square pixels: what foam and bands add.
-    pub(super) own_px2: f32,
-    /// Rows by which it was moved down to the onset of a band.
-    pub(super) moved_px: f32,
-}
-
-/// The edge, at most one point a column, columns rising.
-pub(super) type Edge = Vec<EdgePoint, MAX_COLUMNS>;
 
 /// A band over the edge brighter than the background by this share of the step is foam.
 const OVERSHOOT: f32 = 0.2;

@@ -27,7 +27,7 @@ pub struct CrossAxisMode {
     /// sqrt(1 - s^2) at the profile's points.
     pub shape: [f64; POINTS],
     /// k1, k2.
-    pub keeps: [f64; 2],
+    pub recursion: [f64; 2],
     /// Largest A after one unit of the port, m.
     pub kick_m: f64,
 }
@@ -77,37 +77,37 @@ impl CrossAxisMode {
         let (k1, k2) = ((r * u - q * v) / determinant, (p * v - q * u) / determinant);
         // The conditions of Jury for a recursion of second order that dies out; false of what is no number.
         let dies_out = k2 > -1.0 && k1.abs() < 1.0 - k2 && kick_m.is_finite();
-        let (keeps, kick_m) = if dies_out { ([k1, k2], kick_m) } else { ([0.0; 2], 0.0) };
-        Self { shape, keeps, kick_m }
+        let (recursion, kick_m) = if dies_out { ([k1, k2], kick_m) } else { ([0.0; 2], 0.0) };
+        Self { shape, recursion, kick_m }
     }
 
     /// Adds a cross-axis slosh of amplitude `lateral_m` to a surface, m.
-    pub fn raise(&self, surface_m: &mut [f32; POINTS], lateral_m: f64) {
+    pub fn add_to(&self, surface_m: &mut [f32; POINTS], lateral_m: f64) {
         surface_m.iter_mut().zip(self.shape).for_each(|(z, shape)| *z += (lateral_m * shape) as f32);
     }
 
     /// Returns `profile` without a cross-axis slosh of amplitude `lateral_m`, m.
     #[must_use]
-    pub fn in_line(&self, profile: &SurfaceProfile, lateral_m: f64) -> SurfaceProfile {
+    pub fn without(&self, profile: &SurfaceProfile, lateral_m: f64) -> SurfaceProfile {
         let mut out = *profile;
-        self.raise(&mut out.height_m, -lateral_m);
+        self.add_to(&mut out.height_m, -lateral_m);
         out
     }
 
     /// Returns Y of the next turn and of this one, from `amplitudes` of this one and the one before.
     #[must_use]
     pub fn next(&self, amplitudes: [f64; 2]) -> [f64; 2] {
-        let ([now, before], [k1, k2]) = (amplitudes, self.keeps);
+        let ([now, before], [k1, k2]) = (amplitudes, self.recursion);
         [k1 * now + k2 * before, now]
     }
 
     /// Moves `state` by a turn without a measurement; its error no longer goes with that of the latents.
     pub(crate) fn step(&self, state: &mut LateralState) {
         state.amplitude_m = self.next(state.amplitude_m);
-        let [k1, k2] = self.keeps;
-        let keeps = Matrix2::new(k1, k2, 1.0, 0.0);
+        let [k1, k2] = self.recursion;
+        let recursion = Matrix2::new(k1, k2, 1.0, 0.0);
         let noise = Matrix2::new(state.noise, 0.0, 0.0, 0.0);
-        state.covariance = keeps * state.covariance * keeps.transpose() + noise;
+        state.covariance = recursion * state.covariance * recursion.transpose() + noise;
         state.latent_covariance = Latent::zeros();
     }
 
@@ -161,7 +161,7 @@ mod tests {
     fn the_mode_across_rings_as_the_one_along() {
         let (decay, turn) = (0.08, 0.35);
         let mode = ringing(decay, turn);
-        let [k1, k2] = mode.keeps;
+        let [k1, k2] = mode.recursion;
         assert!((k1 - 2.0 * exp(-decay) * sincos(turn).1).abs() < 1e-9, "{k1}");
         assert!((k2 + exp(-2.0 * decay)).abs() < 1e-9, "{k2}");
         assert!(mode.kick_m > 0.5e-3 && mode.kick_m < 1e-3);
@@ -170,9 +170,9 @@ mod tests {
 
     #[test]
     fn what_would_ring_ever_louder_or_not_at_all_is_forgotten() {
-        assert_eq!(ringing(-0.01, 0.35).keeps, [0.0; 2]);
+        assert_eq!(ringing(-0.01, 0.35).recursion, [0.0; 2]);
         let still = CrossAxisMode::of(Latent::zeros(), &SMatrix::identity(), &SMatrix::zeros());
-        assert_eq!((still.keeps, still.kick_m), ([0.0; 2], 0.0));
+        assert_eq!((still.recursion, still.kick_m), ([0.0; 2], 0.0));
     }
 
     /// What is put on a profile is taken off again, and a free slosh across dies out while its variance settles.
@@ -180,7 +180,7 @@ mod tests {
     fn it_is_taken_off_and_dies_out() {
         let mode = ringing(0.08, 0.35);
         let mut surface = [0.07; POINTS];
-        mode.raise(&mut surface, 2e-3);
+        mode.add_to(&mut surface, 2e-3);
         assert!((surface[10] - 0.072).abs() < 1e-6 && surface[0] < 0.0710);
         let mut aside = LateralState {
             amplitude_m: [2e-3; 2],

@@ -19,6 +19,36 @@ use crate::uncertainty::error_model::ErrorModel;
 pub const LEAST_M2: f64 = 1e-8;
 
 /// s of every height; 0 where it was not seen.
+///
+/// ```
+/// # #[repr(align(64))]
+/// # struct Aligned<T: ?Sized>(T);
+/// # static BLOB: &Aligned<[u8]> =
+/// #     &Aligned(*include_bytes!(concat!(env!("CARGO_MANIFEST_DIR"), "/models/glycerine.blob")));
+/// let model = meniscus::blob::Model::load(&BLOB.0)?;
+/// use meniscus::surface::{POINTS, SurfaceProfile};
+/// use meniscus::uncertainty::discrepancy::Discrepancy;
+/// use meniscus::units::Micros;
+///
+/// // The decoder says 70 mm, the camera 72 mm; one point is not valid.
+/// let mut valid = [true; POINTS];
+/// valid[3] = false;
+/// let profile = SurfaceProfile {
+///     height_m: [0.072; POINTS],
+///     variance_m2: [1e-8; POINTS],
+///     valid,
+///     glass_x_m: None,
+///     sequence: 0,
+///     captured: Micros(0),
+/// };
+/// let discrepancy = Discrepancy::of(&model.error_model, &profile, 1.0);
+/// let mut surface_m = [0.070; POINTS];
+/// discrepancy.add_to(&mut surface_m, &profile);
+/// // The estimate moves towards the measurement, and stays where there is none.
+/// assert!(surface_m[10] > 0.070 && surface_m[10] < 0.072);
+/// assert_eq!(surface_m[3], 0.070);
+/// # Ok::<(), meniscus::blob::LoadError>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Discrepancy([f64; POINTS]);
 
@@ -41,7 +71,7 @@ impl Discrepancy {
     }
 
     /// Adds e^ to the decoder's surface.
-    pub fn put_back(&self, surface_m: &mut [f32; POINTS], profile: &SurfaceProfile) {
+    pub fn add_to(&self, surface_m: &mut [f32; POINTS], profile: &SurfaceProfile) {
         let points = self.0.iter().zip(&profile.height_m);
         for (z, (share, measured)) in surface_m.iter_mut().zip(points) {
             // A height that was not seen need not be a number.
@@ -84,7 +114,7 @@ mod tests {
         let (errors, profile) = (error_model(), profile());
         let shares = Discrepancy::of(&errors, &profile, 4.0 - errors.weight(0.0));
         let mut surface_m = [0.070; POINTS];
-        shares.put_back(&mut surface_m, &profile);
+        shares.add_to(&mut surface_m, &profile);
         assert!((surface_m[7] - 0.071).abs() < 1e-6, "{}", surface_m[7]);
         assert!((shares.left()[7] - 0.5).abs() < 1e-6);
         assert_eq!((surface_m[3], shares.left()[3]), (0.070, 1.0), "a height that was not seen");
@@ -112,7 +142,7 @@ mod tests {
             let (e, noise) = (2e-4 * draw(), 3e-4 * draw());
             profile.height_m[7] = (0.070 + e + noise) as f32;
             let mut surface_m = [0.070; POINTS];
-            shares.put_back(&mut surface_m, &profile);
+            shares.add_to(&mut surface_m, &profile);
             let off = f64::from(surface_m[7]) - (0.070 + e);
             left += off * off / f64::from(turns);
         }
@@ -126,7 +156,7 @@ mod tests {
     fn what_is_no_number_comes_back_nowhere() {
         let errors = ErrorModel { surface_misfit: &[f32::INFINITY; POINTS], ..error_model() };
         let mut surface_m = [0.070; POINTS];
-        Discrepancy::of(&errors, &profile(), 1.0).put_back(&mut surface_m, &profile());
+        Discrepancy::of(&errors, &profile(), 1.0).add_to(&mut surface_m, &profile());
         assert_eq!(surface_m, [0.070; POINTS]);
     }
 }

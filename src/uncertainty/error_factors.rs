@@ -1,6 +1,7 @@
 //! Conformal factors of a blob, and the one place that knows their order in the tensor `Reach`.
 
-use crate::uncertainty::error_model::LEADS;
+/// Turns ahead for which a forecast's interval has been measured: now, 0.25 s, 0.5 s.
+pub const LEADS: [usize; 3] = [0, 15, 30];
 
 /// Groups of the field with a factor: q, v, e, sigma, tau.
 pub const FIELD_GROUPS: usize = 5;

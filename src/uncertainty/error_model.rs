@@ -1,23 +1,15 @@
-//! Half-widths of an estimate that hold nine times out of ten, from the error covariance P of the filter
-//! (`crate::filter`).
+//! Error model of a blob: covariances of the step, the encoder and the decoder.
 //!
 //! ```text
-//! half = k sqrt(J P J^T + y + (1 - s) w d + g^2)     of a height; of a field group without y, s and g, the mean over its numbers
-//! P-   = A P A^T + a w Q + m dt^2 B B^T      of a forecast, turn by turn; m = 1 where the motion is not planned, else 0
+//! <step error^2> = w Q,   <encoder error^2> = w R,   <decoder error^2> = w d,      w = floor + H(x)
 //! ```
-//! A is the closed step linearised about rest. Q is the covariance of the step's error, R that of the encoder's, d the
-//! variance of the decoder's, each for a unit of w = floor + H(x): a livelier slosh is known less well. g is the error at a
-//! surface at rest, which no slosh explains. y is the part of a cross-axis slosh ([`crate::uncertainty::cross_axis`]), s the
-//! share of w d that a measured height puts right ([`crate::uncertainty::discrepancy`]), a the process noise scale of the
-//! filter. The errors are neither white nor Gaussian, so P gives only their distribution over points and time. Their size
-//! comes from k ([`ErrorFactors`]), the 90 % quantile of |error| / half on held-out recordings (split conformal: Lei et al.,
-//! J. Am. Stat. Assoc. 113 (2018) 1094).
+//! Each is stated for a unit of w: the larger the slosh, the larger the errors. A is the closed step linearised about
+//! rest, J the slope of a height or of a number of a field group in the latents.
+//! [`Interval`](super::intervals::Interval) follows from these and from the covariance of the filter.
 
-use crate::latent::generic::{Generic, LATENTS, Latent};
+use crate::latent::generic::LATENTS;
 use crate::latent::nn::Vector;
-use crate::math::sqrt;
 use crate::surface::POINTS;
-use crate::uncertainty::discrepancy::Discrepancy;
 use crate::uncertainty::error_factors::ErrorFactors;
 use nalgebra::SMatrix;
 
@@ -29,24 +21,6 @@ pub const SPREAD_GROUPS: usize = 4;
 
 /// Positions of these groups among those of the decoder.
 pub(crate) const SPREAD_OF: [usize; SPREAD_GROUPS] = [0, 1, 3, 4];
-
-/// Position of the internal energy among the groups of the decoder.
-const ENERGY: usize = 2;
-
-/// Turns ahead for which a forecast's interval has been measured: now, 0.25 s, 0.5 s.
-pub const LEADS: [usize; 3] = [0, 15, 30];
-
-/// Heat below which the internal energy counts as not yet known, in units of H.
-const HEAT_FLOOR: f64 = 0.02;
-
-/// Half-widths that hold nine times out of ten.
-#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
-pub struct Interval {
-    /// Of each of the 21 heights, m.
-    pub surface_m: [f32; POINTS],
-    /// Of any one number of q (m), v (m/s), e (J/kg), sigma and tau (Pa).
-    pub field: [f32; 5],
-}
 
 /// Errors of a model as its blob states them, read in place.
 #[derive(Clone, Debug)]
@@ -82,47 +56,10 @@ pub struct Covariance {
     pub(crate) process_noise_scale: f64,
 }
 
-/// State of an estimate, as its interval depends on it.
-#[derive(Clone, Copy, Debug)]
-pub struct IntervalInput<'a> {
-    /// Error covariance.
-    pub covariance: &'a Covariance,
-    /// y: variance that a cross-axis slosh adds to each height, m2.
-    pub lateral_variance_m2: &'a [f64; POINTS],
-    /// s of each height.
-    pub discrepancy: &'a Discrepancy,
-    /// H(x).
-    pub latent_energy: f64,
-    /// Heat, in units of H.
-    pub heat: f64,
-    /// Joules of one unit of H.
-    pub energy_scale_j: f64,
-}
-
-/// Reach of a forecast.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Horizon {
-    /// Turns ahead.
-    pub frames: usize,
-    /// Turns for which the motion of the glass is planned.
-    pub planned: usize,
-}
-
 /// Returns P before the first reading, when nothing is known: a slosh of H = 1, spread over all latents.
 #[must_use]
 pub(crate) fn unknown() -> Square {
     Square::identity() * (2.0 / LATENTS as f64)
-}
-
-/// Variances of the heights but for those of the latents.
-#[derive(Clone, Copy)]
-struct HeightErrors<'a> {
-    /// y, m2.
-    lateral_variance_m2: &'a [f64; POINTS],
-    /// s.
-    discrepancy: &'a Discrepancy,
-    /// w.
-    weight: f64,
 }
 
 impl ErrorModel<'_> {
@@ -130,108 +67,6 @@ impl ErrorModel<'_> {
     pub(crate) fn weight(&self, latent_energy: f64) -> f64 {
         f64::from(self.factors.weight_floor) + latent_energy
     }
-
-    /// P- of a forecast's turn in which the step's error is `missed` times Q, under the motion of `glass`.
-    fn predict(&self, p: &mut Square, generic: &Generic<'_>, missed: f64, glass: Glass) {
-        let mut next = self.transition * *p * self.transition.transpose() + self.process * missed;
-        if glass == Glass::Free {
-            let kick = generic.port * generic.dt_s;
-            next += kick * kick.transpose();
-        }
-        // A hostile blob may drive it anywhere: a P that is not finite says as much as knowing nothing.
-        *p = if next.iter().all(|v| v.is_finite()) { next } else { unknown() };
-    }
-
-    /// Returns the half-widths of an estimate.
-    #[must_use]
-    pub fn interval(&self, of: &IntervalInput<'_>) -> Interval {
-        let IntervalInput { covariance: p, lateral_variance_m2, discrepancy, .. } = *of;
-        let weight = self.weight(of.latent_energy);
-        let [surface_k, ..] = self.factors.surface.map(f64::from);
-        let mut field = [0.0; 5];
-        let groups = self.groups.iter().zip(self.pushed).zip(SPREAD_OF).zip(self.group_misfit);
-        for (((group, pushed), slot), d) in groups {
-            let trace: f64 = group.iter().zip(p.latents.iter()).map(|(j, v)| j * v).sum();
-            let variance = trace + pushed * p.input + weight * f64::from(*d);
-            if let Some(half) = field.get_mut(slot) {
-                *half = (self.field_factor(slot) * sqrt(variance.max(0.0))) as f32;
-            }
-        }
-        let energy = self.field_factor(ENERGY) * of.energy_scale_j * (of.heat + HEAT_FLOOR);
-        if let Some(half) = field.get_mut(ENERGY) {
-            *half = energy as f32;
-        }
-        let errors = HeightErrors { lateral_variance_m2, discrepancy, weight };
-        Interval { surface_m: self.heights(&p.latents, errors, surface_k), field }
-    }
-
-    /// Returns the half-widths of the surface at `horizon` after an estimate, m. With a plan for all of its turns, k is
-    /// that of the present. Else k goes straight between the measured leads, for which the motion was not planned either,
-    /// and stays beyond the last.
-    #[must_use]
-    pub fn ahead(
-        &self,
-        covariance: &Covariance,
-        generic: &Generic<'_>,
-        latent_energy: f64,
-        lateral_variance_m2: &[f64; POINTS],
-        horizon: Horizon,
-    ) -> [f32; POINTS] {
-        let Horizon { frames, planned } = horizon;
-        let weight = self.weight(latent_energy);
-        let missed = covariance.process_noise_scale * weight;
-        let mut p = covariance.latents;
-        for ahead in 0..frames {
-            let glass = if ahead < planned { Glass::Planned } else { Glass::Free };
-            self.predict(&mut p, generic, missed, glass);
-        }
-        let unplanned = if planned < frames { frames } else { 0 };
-        let errors = HeightErrors { lateral_variance_m2, discrepancy: &Discrepancy::NONE, weight };
-        self.heights(&p, errors, self.surface_factor(unplanned))
-    }
-
-    /// k of the surface `unplanned` turns ahead, between the measured leads.
-    fn surface_factor(&self, unplanned: usize) -> f64 {
-        let factors = self.factors.surface.map(f64::from);
-        let [mut k, ..] = factors;
-        for (lead, factor) in LEADS.array_windows::<2>().zip(factors.array_windows::<2>()) {
-            let ([from, to], [near, far]) = (*lead, *factor);
-            let way = unplanned.saturating_sub(from).min(to.saturating_sub(from)) as f64;
-            let length = to.saturating_sub(from).max(1) as f64;
-            k += way / length * (far - near);
-        }
-        k
-    }
-
-    /// k sqrt(J P J^T + y + (1 - s) w d + g^2) of each height.
-    fn heights(&self, p: &Square, errors: HeightErrors<'_>, k: f64) -> [f32; POINTS] {
-        let mut half = [0.0; POINTS];
-        let at_rest = f64::from(self.factors.rest_noise_std_m);
-        let misfits = self.surface_misfit.iter().zip(errors.discrepancy.left());
-        let others = misfits.zip(errors.lateral_variance_m2);
-        for ((half, ((d, left), lateral)), row) in half.iter_mut().zip(others).zip(self.surface.column_iter())
-        {
-            let row: Latent = row.into_owned();
-            let variance =
-                row.dot(&(p * row)) + lateral + left * errors.weight * f64::from(*d) + at_rest * at_rest;
-            *half = (k * sqrt(variance.max(0.0))) as f32;
-        }
-        half
-    }
-
-    /// k of the field group at `slot`.
-    fn field_factor(&self, slot: usize) -> f64 {
-        self.factors.field.get(slot).copied().map_or(0.0, f64::from)
-    }
-}
-
-/// Motion of the glass in a turn of a forecast.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Glass {
-    /// As a plan says.
-    Planned,
-    /// Of a hand or a robot that nobody asked.
-    Free,
 }
 
 #[cfg(test)]
@@ -240,11 +75,6 @@ pub(crate) mod tests {
 
     const FACTORS: ErrorFactors =
         ErrorFactors { weight_floor: 0.1, surface: [2.0, 4.0, 3.0], field: [1.0; 5], rest_noise_std_m: 0.0 };
-
-    /// Errors of heights that nothing but latents and decoder add to.
-    fn plain(weight: f64) -> HeightErrors<'static> {
-        HeightErrors { lateral_variance_m2: &[0.0; POINTS], discrepancy: &Discrepancy::NONE, weight }
-    }
 
     /// J of one for the first latent at every point, nothing else.
     pub(crate) fn error_model() -> ErrorModel<'static> {
@@ -258,63 +88,6 @@ pub(crate) mod tests {
             surface_misfit: &[1e-8; POINTS],
             group_misfit: &[4.0; SPREAD_GROUPS],
             factors: FACTORS,
-        }
-    }
-
-    /// A height counts latents and decoder, a number of the field the input too.
-    #[test]
-    fn half_widths_add_up_what_is_not_known() {
-        let covariance =
-            Covariance { latents: Square::identity() * 0.04, input: 0.25, process_noise_scale: 1.0 };
-        let interval = error_model().interval(&IntervalInput {
-            covariance: &covariance,
-            lateral_variance_m2: &[0.0; POINTS],
-            discrepancy: &Discrepancy::NONE,
-            latent_energy: 0.9,
-            heat: 0.0,
-            energy_scale_j: 0.01,
-        });
-        let half = 2.0 * sqrt(1e-4 * 0.04 + 1e-8);
-        assert!((f64::from(interval.surface_m[7]) - half).abs() < 1e-8);
-        assert!((f64::from(interval.field[0]) - 2.0).abs() < 1e-6, "the misfit alone: sqrt(4 w)");
-        assert!((f64::from(interval.field[1]) - sqrt(9.0 * 0.25 + 4.0)).abs() < 1e-6);
-        assert!((f64::from(interval.field[2]) - 0.01 * HEAT_FLOOR).abs() < 1e-9, "no heat: the floor alone");
-    }
-
-    /// The error at a surface at rest counts at rest as in a slosh, and not at all where a blob states none.
-    #[test]
-    fn the_error_at_rest_is_there_at_rest_too() {
-        let (fine, nothing) = (error_model(), Square::zeros());
-        let noisy =
-            ErrorModel { factors: ErrorFactors { rest_noise_std_m: 3e-4, ..FACTORS }, ..fine.clone() };
-        for w in [0.0, 1.0] {
-            let [without, with] = [&fine, &noisy].map(|of| of.heights(&nothing, plain(w), 2.0)[3]);
-            assert!((without - 2.0 * sqrt(w * 1e-8) as f32).abs() < 1e-9);
-            assert!((with - 2.0 * sqrt(w * 1e-8 + 9e-8) as f32).abs() < 1e-9);
-        }
-    }
-
-    /// Without a measurement an estimate is worth less from turn to turn.
-    #[test]
-    fn forecasts_widen() {
-        let errors = error_model();
-        let mut p = Square::identity() * 1e-4;
-        let mut last = 0.0;
-        for _ in 0..10 {
-            p = errors.transition * p * errors.transition.transpose() + errors.process * 0.5;
-            let half = errors.heights(&p, plain(0.5), 2.0)[0];
-            assert!(half > last, "{half} after {last}");
-            last = half;
-        }
-    }
-
-    /// k is the measured one at each lead, goes straight between two, and stays beyond the last.
-    #[test]
-    fn factors_go_straight_between_the_leads() {
-        let errors = error_model();
-        for (turns, due) in [(0, 2.0), (15, 4.0), (30, 3.0), (60, 3.0), (9, 3.2), (20, 4.0 - 1.0 / 3.0)] {
-            let k = errors.surface_factor(turns);
-            assert!((k - due).abs() < 1e-12, "{turns}: {k} for {due}");
         }
     }
 }

@@ -2,7 +2,8 @@
 //!
 //! | file | purpose |
 //! |---|---|
-//! | `error_model` | covariances of a blob, and the half-widths that follow from the filter's covariance |
+//! | `error_model` | covariances of a blob |
+//! | `intervals` | half-widths that follow from these and the filter's covariance |
 //! | `error_factors` | conformal factors of the half-widths |
 //! | `discrepancy` | share of the decoder's misfit that measured heights put right |
 //! | `latent_covariance` | error covariance of the reduced state as it leaves the estimator |
@@ -12,4 +13,5 @@ pub mod cross_axis;
 pub mod discrepancy;
 pub mod error_factors;
 pub mod error_model;
+pub mod intervals;
 pub mod latent_covariance;

@@ -1,6 +1,8 @@
 //! Liquid of known analytic shape, rendered, and the errors of what is read back.
 
-use meniscus::surface::{Config, POINTS, Settings, State, SurfaceProfile, Tally, extract, profile_abscissa};
+use meniscus::surface::{
+    Config, ExtractionState, POINTS, Settings, SurfaceProfile, Tally, extract, profile_abscissa,
+};
 use meniscus::units::Micros;
 use meniscus::usb::frame::{DepthFrame, OutlineFrame, Stamp};
 use meniscus_data::recording::{Glass, Lattice, WALL_POINTS, wall_azimuth};
@@ -155,7 +157,8 @@ pub(crate) fn read_back(
     frames: u64,
 ) -> (Errors, Tally) {
     let config = Config::new(settings.camera).expect("the settings are sound");
-    let (mut state, mut scene, mut images) = (State::new(), Scene::new(settings), Images::new(&settings));
+    let (mut state, mut scene, mut images) =
+        (ExtractionState::new(), Scene::new(settings), Images::new(&settings));
     let surface = sampled(shape, amplitude);
     let mut errors = Errors::default();
     for frame in 0..frames {

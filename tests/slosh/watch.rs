@@ -51,7 +51,7 @@ pub(crate) fn watch(blob: &[u8], recording: &Recording) -> Watched {
             sequence: frame as u32,
             captured: Micros(frame as u64 * 16_667),
         };
-        let estimate = estimator.turn(&mut memory, TurnInput::seen(&profile), &mut Still, &mut []);
+        let estimate = estimator.turn(&mut memory, TurnInput::tracked(&profile), &mut Still, &mut []);
         for ((z, said), z0) in truth.iter().zip(estimate.surface_m).zip(recording.profile(0)) {
             miss += f64::from(z - said).powi(2);
             size += f64::from(z - z0).powi(2);

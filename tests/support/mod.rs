@@ -24,7 +24,7 @@ pub(crate) fn header() -> Header {
         energy_scale_j: 0.01,
         validation_slosh_rel: 1.0,
         sections: heapless::Vec::new(),
-        named: None,
+        embedded: None,
         model_version: 1,
         known: KnownGroups::ALL,
         filter: FilterConfig::REFERENCE,

@@ -9,6 +9,8 @@
 //! | a folder | `frames.csv`, 16-bit PNG depth, 8-bit PNG infrared, `camera.json` | yes | yes |
 //!
 //! `docs/formats.md` describes them. Images come one by one, so a recording may be larger than the memory.
+//! [`play`] puts one in the camera's place, and [`observe_images`] reads its profiles without waiting for real time.
+//!
 //! A file that ends too early gives every whole image before its end and then [`BagError::Torn`].
 
 mod cdr;
@@ -17,14 +19,16 @@ mod error;
 mod folder;
 mod mcap_read;
 mod mcap_write;
-mod profiles;
+mod observe;
+mod replay;
 mod ros1;
 mod schema;
 
 pub use error::BagError;
 pub use folder::FolderWriter;
 pub use mcap_write::McapWriter;
-pub use profiles::{ProfileError, profiles_from_csv, profiles_to_csv};
+pub use observe::observe_images;
+pub use replay::{payload, play};
 
 use meniscus::surface::{Intrinsics, Optics};
 use meniscus::usb::frame::Stamp;

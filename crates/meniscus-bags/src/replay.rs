@@ -3,8 +3,8 @@
 //! Everything behind the link is the real reader. The pace is that of the recorded times; a gap longer than
 //! a second is played as one of a second.
 
+use crate::{BagError, Image, Recording};
 use meniscus::usb::uvc::Stream;
-use meniscus_bags::{BagError, Image, Recording};
 use meniscus_hil::{Image as Pixels, Stamp, pack};
 use meniscus_usb::link::CameraEnd;
 use std::sync::atomic::{AtomicBool, Ordering};

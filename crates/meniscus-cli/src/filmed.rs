@@ -5,9 +5,9 @@ use anyhow::{Context, ensure};
 use meniscus::surface::{Config, Settings, SurfaceProfile};
 use meniscus_bags as bag;
 use meniscus_bags::Calibration;
+use meniscus_bags::observe_images;
 use meniscus_service::setup::Setup;
 use meniscus_usb::camera::OutlineImage;
-use meniscus_virtual::observe_recording::sightings_of;
 use std::path::{Path, PathBuf};
 
 /// What was seen in each frame interval.
@@ -43,7 +43,7 @@ pub(super) fn by_camera(
     same_outline(outline, path, recording.calibration.outline)?;
     let config = Config::new(settings(&recording.calibration)?)
         .with_context(|| format!("the camera of {} cannot see that glass", path.display()))?;
-    let seen = sightings_of(recording, config)?;
+    let seen = observe_images(recording, config)?;
     let count = seen.iter().flatten().count();
     ensure!(
         2 * count > seen.len(),

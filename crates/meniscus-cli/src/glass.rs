@@ -12,7 +12,7 @@ use std::path::Path;
 /// [`Settings::for_glass`].
 pub(super) fn settings(setup: Option<&Path>, header: &Header, optics: Optics) -> anyhow::Result<Settings> {
     let Some(path) = setup else {
-        return Ok(Settings::for_glass(header.radius_m, header.fill_m, header.rim_m).seen_by(optics));
+        return Ok(Settings::for_glass(header.radius_m, header.fill_m, header.rim_m).with_optics(optics));
     };
     let fitted = Setup::read(path)?.settings_for(header, optics);
     fitted.map_err(|misfit: Misfit| anyhow::anyhow!("{}: {misfit}", path.display()))

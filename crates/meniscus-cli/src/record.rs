@@ -3,11 +3,14 @@
 use super::{bus, glass};
 use anyhow::{Context, bail, ensure};
 use indicatif::{ProgressBar, ProgressStyle};
-use meniscus::surface::{self, Config, OutlineAssembler, Rectifier, Region, State, SurfaceProfile, extract};
+use meniscus::surface::{
+    self, Config, ExtractionState, OutlineAssembler, Rectifier, Region, SurfaceProfile, extract,
+};
 use meniscus::usb::frame::{DepthFrame, OutlineFrame};
-use meniscus::usb::uvc::{Assembler, Outcome, Stream};
+use meniscus::usb::uvc::{Assembler, AssemblyOutcome, Stream};
 use meniscus_bags as bag;
-use meniscus_bags::{BagError, Calibration, FolderWriter, Image, McapWriter, profiles_to_csv};
+use meniscus_bags::{BagError, Calibration, FolderWriter, Image, McapWriter};
+use meniscus_data::profiles::profiles_to_csv;
 use meniscus_platform::files::write_whole;
 use meniscus_service::setup::Setup;
 use meniscus_usb::camera::{LinkSink, OutlineImage, Session, Settings};
@@ -68,7 +71,7 @@ enum Out {
 struct Profiles {
     path: PathBuf,
     config: Config,
-    state: State,
+    state: ExtractionState,
     depth: Option<Image>,
     profiles: Vec<SurfaceProfile>,
 }
@@ -86,10 +89,10 @@ impl Out {
             Some("csv") => {
                 let settings = match setup {
                     Some(setup) => Setup::read(setup)?.settings(calibration.optics()),
-                    None => surface::Settings::default().seen_by(calibration.optics()),
+                    None => surface::Settings::default().with_optics(calibration.optics()),
                 };
                 let config = Config::new(settings).context("the recording's camera cannot see the glass")?;
-                let (path, state) = (path.clone(), State::new());
+                let (path, state) = (path.clone(), ExtractionState::new());
                 Self::Profiles(Box::new(Profiles { path, config, state, depth: None, profiles: Vec::new() }))
             }
             None => Self::Folder(FolderWriter::create(path, calibration)?),
@@ -199,8 +202,8 @@ impl ImageReader<'_> {
         let stream = delivery.stream;
         let (stamp, pixels) = match stream {
             Stream::Depth => match self.depth.push(&delivery.payload) {
-                Outcome::Frame(frame) => (frame.stamp, self.depth.pixels()),
-                Outcome::Partial | Outcome::Lost(_) => return None,
+                AssemblyOutcome::Frame(frame) => (frame.stamp, self.depth.pixels()),
+                AssemblyOutcome::Partial | AssemblyOutcome::Lost(_) => return None,
             },
             Stream::Outline => {
                 let stamp = self.outline.push(&delivery.payload, self.whole)?;

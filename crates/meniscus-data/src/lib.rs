@@ -1,8 +1,9 @@
-//! Files that simulator, training and discovery share: recordings, liquids, motions, effects, scenes and weight blobs.
+//! Files that simulator, training and discovery share: recordings, profiles, liquids, motions, effects, scenes and weight blobs.
 
 pub mod blob_file;
 pub mod effects;
 pub mod liquids;
 pub mod motion;
+pub mod profiles;
 pub mod recording;
 pub mod scene_file;

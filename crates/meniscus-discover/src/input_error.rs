@@ -1,7 +1,7 @@
 //! Errors of recordings and of their tables.
 
-use meniscus_bags::ProfileError;
 use meniscus_data::motion::MotionError;
+use meniscus_data::profiles::ProfileError;
 use std::path::PathBuf;
 use thiserror::Error;
 

@@ -3,8 +3,8 @@
 use super::input_error::{RecordingError, TableError};
 use super::record::{Channel, Drive, Quantity, channels};
 use meniscus::units::{FRAME_INTERVAL_S, GRAVITY_M_S2};
-use meniscus_bags::profiles_from_csv;
 use meniscus_data::motion::Motion;
+use meniscus_data::profiles::profiles_from_csv;
 use std::path::Path;
 
 /// Samples of a drive per second.

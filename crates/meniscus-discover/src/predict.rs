@@ -2,7 +2,9 @@
 
 use super::record::{Quantity, Record, mean_bow};
 use meniscus::reduced::effects::{Active, Stated};
-use meniscus::reduced::{Baseline, Cylinder, Model, Push, Rheology, State, step, wall_harmonics};
+use meniscus::reduced::{
+    Baseline, Cylinder, Forcing, ReducedModel, ReducedState, Rheology, step, wall_harmonics,
+};
 use meniscus::surface::{POINTS, profile_abscissa};
 
 /// Steps in a frame; the discrete oscillators keep their frequency at any number.
@@ -75,13 +77,13 @@ pub fn predict(
         Cylinder { radius_m: known.radius_m, depth_m: known.fill_m, density_kg_m3: known.density_kg_m3 };
     let dt = record.interval_s / STEPS as f64;
     let liquid = Rheology::newtonian(known.viscosity_pa_s);
-    let model = Model::new(glass, liquid, &baseline(theta), active, dt);
+    let model = ReducedModel::new(glass, liquid, &baseline(theta), active, dt);
     let (port, view) = (model.port, model.view);
     let shift = port.delay_s + view.latency_s + lag_s;
     let push_at = |time: f64| {
         let (along, tilted, lift, _) = record.drive.at(time - shift);
         let share = known.motion_share[0] + port.tilt_share;
-        Push {
+        Forcing {
             along_m_s2: [0, 1].map(|d| port.gain * along[d] + share * tilted[d]),
             lift_m_s2: (known.motion_share[1] + port.lift_share) * lift + port.lift_m_s2,
         }
@@ -116,7 +118,7 @@ pub fn predict(
         }
         if state.height[0][0].is_nan() || state.height[0][0].abs() >= 10.0 {
             // Parameters far out of range: what follows would be infinite.
-            state = State::default();
+            state = ReducedState::default();
         }
     }
     out

@@ -9,7 +9,7 @@
 
 use meniscus::blob::Model;
 use meniscus::latent::decoder::STRESS_GROUP;
-use meniscus::runtime::{Estimate, Mode, sigma_before};
+use meniscus::runtime::{Estimate, Mode, smoothed_stress};
 use meniscus::surface::POINTS;
 use meniscus::units::{FRAME_INTERVAL_S, Micros};
 use meniscus_data::recording::{GROUP_NAMES, Recording, STATE, frame_of, group_range};
@@ -90,7 +90,7 @@ pub struct Score {
     pub linear: SurfaceError,
     /// Relative L2 error of the fluctuation of q, v, e, sigma, tau.
     pub field: [f64; 5],
-    /// Of sigma, one frame late (see [`sigma_before`]).
+    /// Of sigma, one frame late (see [`smoothed_stress`]).
     pub late_sigma: f64,
     /// Heights that lay within their interval.
     pub held: Held,
@@ -211,7 +211,7 @@ impl FieldSums {
     ) {
         let range = group_range(STRESS_GROUP);
         recording.state(frame, &mut self.truth);
-        sigma_before(model, before, now, &mut self.estimate[range.clone()]);
+        smoothed_stress(model, before, now, &mut self.estimate[range.clone()]);
         let truth = &self.truth[range.clone()];
         self.late[0] += distance_square(truth, &self.estimate[range.clone()]);
         self.late[1] += distance_square(truth, &self.rest[range]);

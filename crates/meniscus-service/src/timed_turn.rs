@@ -47,7 +47,7 @@ pub(crate) mod tests {
         let mut memory = Memory::default();
         let estimate =
             Estimator::new(&model).turn(&mut memory, TurnInput::default(), &mut Monotonic::start(), &mut []);
-        let turn = Turn { time: Micros(time), stamp: None, sight: None, estimate };
+        let turn = Turn { time: Micros(time), stamp: None, profile: None, estimate };
         TimedTurn { latency_us, turn_us: latency_us, ..TimedTurn::untimed(turn) }
     }
 }

@@ -32,7 +32,7 @@ use super::frame::Body;
 use super::state::{Fluid, Particle};
 use super::tensor::{Symmetric, mirrored};
 use crate::effects::stick;
-use meniscus::reduced::{Cylinder, Mode, Wave};
+use meniscus::reduced::{Cylinder, SloshMode, Wave};
 use meniscus::units::GRAVITY_M_S2;
 use meniscus_data::recording::Glass;
 use rayon::prelude::*;
@@ -158,7 +158,9 @@ impl Walls {
 fn first_mode(glass: &Glass) -> f64 {
     // The frequency does not depend on the density.
     let (radius_m, depth_m) = (glass.radius_at(glass.fill_m), glass.fill_m);
-    Mode::new(&Cylinder { radius_m, depth_m, density_kg_m3: 1.0 }, Wave::First(0)).square(GRAVITY_M_S2).sqrt()
+    SloshMode::new(&Cylinder { radius_m, depth_m, density_kg_m3: 1.0 }, Wave::First(0))
+        .square(GRAVITY_M_S2)
+        .sqrt()
 }
 
 /// Distance from the axis, m, and never nothing.

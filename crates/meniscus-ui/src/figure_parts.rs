@@ -24,7 +24,7 @@ pub fn camera<'s>(
         let [x, y, z] = config.wall_point(profile_abscissa(point) as f32, height);
         config.pixel_of([x + glass_x, y, z])
     };
-    let seen = turn.sight.and_then(Result::ok);
+    let seen = turn.profile.and_then(Result::ok);
     let glass_x = seen.and_then(|profile| profile.glass_x_m).unwrap_or(recording.glass_x_m[frame] as f32);
     let measured = seen.map_or(vec![], |profile| {
         let points = profile.height_m.iter().zip(profile.valid).enumerate();

@@ -1,44 +1,25 @@
 //! Observations of a recording by a simulated camera, frame by frame and without waiting for real time.
 //!
 //! ```text
-//! recording --renderer--> Z16 + Y8 --wire--> payloads --runtime::Eye--> profile (or "not seen")
+//! recording --renderer--> Z16 + Y8 --wire--> payloads --runtime::ProfileSensor--> profile (or "not seen")
 //! ```
 //! The way is that of `meniscus run`; only the clock is missing. What comes out is all that a
 //! correction may see: the free surface and the place of the glass.
 
 use super::camera::{START, SimulatedCamera};
-#[cfg(feature = "bags")]
-use super::replay::payload;
 use crate::render::SceneSettings;
 use meniscus::blob::Model;
-use meniscus::runtime::{Clock, Estimate, Estimator, Eye, InputSource, Memory, Turn, TurnInput};
+use meniscus::runtime::{Estimate, Estimator, InputSource, Memory, ProfileSensor, Turn, TurnInput};
 use meniscus::surface::{Config, ConfigError, SurfaceProfile};
 use meniscus::units::{FRAME_INTERVAL_S, Micros};
-#[cfg(feature = "bags")]
-use meniscus_bags as bag;
-#[cfg(feature = "bags")]
-use meniscus_bags::BagError;
 use meniscus_data::recording::Recording;
 use meniscus_data::recording::frame_of;
 use meniscus_hil::FaultList;
+use meniscus_platform::clock::NoClock;
 use meniscus_service::timed_turn::TimedTurn;
 
 /// Noise of the disparity that makes 2 mm of depth at 0.4 m, pixels rms: `s = dz f B / z^2`.
 pub const DISPARITY_RMS_PX: f64 = 0.24;
-
-/// Frames in an hour.
-#[cfg(feature = "bags")]
-const LONGEST: usize = 216_000;
-
-/// No time passes.
-#[derive(Clone, Copy, Debug)]
-pub struct NoClock;
-
-impl Clock for NoClock {
-    fn now_us(&mut self) -> u64 {
-        0
-    }
-}
 
 /// The profile of every frame of `recording` as a camera sees it under `scene`; `None` where there was
 /// no frame or no liquid was seen.
@@ -52,47 +33,15 @@ pub fn sightings(
     let config = Config::new(scene.camera)?;
     let (width, height) = config.image_size();
     let (mut depth, mut infrared) = (vec![0; 2 * width * height], vec![0; width * height]);
-    let mut eye = Eye::new(config, &mut depth, &mut infrared);
+    let mut sensor = ProfileSensor::new(config, &mut depth, &mut infrared);
     let mut seen = vec![None; recording.frames()];
     SimulatedCamera::new(recording, scene, FaultList::default()).send_all(|stream, payload| {
-        if let Some(sight) = eye.accept(stream, payload, &mut NoClock)
-            && let Some(place) = seen.get_mut(frame_of(sight.stamp.captured, START))
+        if let Some(observation) = sensor.accept(stream, payload, &mut NoClock)
+            && let Some(place) = seen.get_mut(frame_of(observation.stamp.captured, START))
         {
-            *place = sight.profile.ok();
+            *place = observation.profile.ok();
         }
     });
-    Ok(seen)
-}
-
-/// The profile of every frame interval of a camera's recording, from its first pair of images on; `None` where
-/// there was no pair or no liquid was seen. At most an hour is read.
-///
-/// # Errors
-/// [`BagError`], when the recording cannot be read to its end.
-#[cfg(feature = "bags")]
-pub fn sightings_of(
-    recording: bag::Recording,
-    config: Config,
-) -> Result<Vec<Option<SurfaceProfile>>, BagError> {
-    let size = recording.calibration.size;
-    let (width, height) = config.image_size();
-    let (mut depth, mut infrared) = (vec![0; 2 * width * height], vec![0; width * height]);
-    let mut eye = Eye::new(config, &mut depth, &mut infrared);
-    let (mut seen, mut first) = (Vec::new(), None);
-    for image in recording.images {
-        let image = image?;
-        let Some(sight) = eye.accept(image.stream, &payload(&image, size), &mut NoClock) else { continue };
-        let captured = sight.stamp.captured;
-        let since_s = captured.since(*first.get_or_insert(captured)) as f64 * 1e-6;
-        let frame = (since_s / FRAME_INTERVAL_S).round() as usize;
-        if frame >= LONGEST {
-            break;
-        }
-        if frame >= seen.len() {
-            seen.resize(frame + 1, None);
-        }
-        seen[frame] = sight.profile.ok();
-    }
     Ok(seen)
 }
 
@@ -134,7 +83,7 @@ pub fn turns_with(
         let input = TurnInput { profile: profile.as_ref(), source: drive(frame), surface_us: 0 };
         let estimate = estimator.turn(&mut memory, input, &mut NoClock, &mut []);
         look(frame, &memory, &estimate);
-        let turn = Turn { time: time_of(frame), stamp: None, sight: profile.map(Ok), estimate };
+        let turn = Turn { time: time_of(frame), stamp: None, profile: profile.map(Ok), estimate };
         TimedTurn::untimed(turn)
     };
     seen.iter().enumerate().map(turn).collect()

@@ -12,7 +12,7 @@ use core::fmt::{self, Write};
 use crc::{CRC_64_XZ, Crc};
 use meniscus::blob::Model;
 use meniscus::runtime::output::{OUTPUT_MAX, Packet};
-use meniscus::runtime::{Clock, Estimator, Eye, InputSource, Tracker};
+use meniscus::runtime::{Clock, Estimator, InputSource, ProfileSensor, Tracker};
 use meniscus::surface::{Config, Intrinsics, Settings};
 use meniscus::usb::uvc::Stream;
 
@@ -118,8 +118,8 @@ fn turns(place: &mut impl Place, model: &Model<'_>, room: &mut Room) -> Result<D
     })
     .map_err(|_| JobError::Glass)?;
     let field = room.field.get_mut(..model.field_len()).ok_or(JobError::Field)?;
-    let eye = Eye::new(config, &mut room.depth, &mut room.infrared);
-    let mut tracker = Tracker::new(Estimator::new(model), eye);
+    let sensor = ProfileSensor::new(config, &mut room.depth, &mut room.infrared);
+    let mut tracker = Tracker::new(Estimator::new(model), sensor);
     let mut done = Done::default();
     let mut head = [0; 8];
     while place.read(&mut head) {
@@ -146,7 +146,7 @@ fn turns(place: &mut impl Place, model: &Model<'_>, room: &mut Room) -> Result<D
             done.instructions.1 = done.instructions.1.max(spent);
         }
     }
-    let (depth, infrared) = tracker.eye.losses();
+    let (depth, infrared) = tracker.sensor.losses();
     let health = &tracker.memory.health;
     place.line(format_args!("health {health:?}"));
     place.line(format_args!("lost {} depth, {} infrared", depth.frames(), infrared.frames()));

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 /// Outcome of the closed step.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Outcome {
+pub enum StepOutcome {
     /// The implicit equation was solved to its tolerance.
     #[default]
     Solved,
@@ -28,5 +28,5 @@ pub struct Audit {
     /// Iterations of the implicit equation.
     pub iterations: u32,
     /// Outcome of the closed step.
-    pub outcome: Outcome,
+    pub outcome: StepOutcome,
 }

@@ -20,11 +20,11 @@ mod potential;
 mod slots;
 mod step;
 
-pub use audit::{Audit, Outcome};
+pub use audit::{Audit, StepOutcome};
 pub use operators::Operators;
-pub use potential::{MAX_HIDDEN, Potential, Seen};
+pub use potential::{MAX_HIDDEN, Potential, RidgeState};
 pub use slots::{MEMORIES, ModeMap, Slots};
-pub use step::{Generic, State};
+pub use step::{Generic, LatentState};
 
 /// Latent variables (paper: 13).
 pub const LATENTS: usize = 13;

@@ -32,7 +32,7 @@ pub const MAX_HIDDEN: usize = 64;
 /// let energy = &model.generic.potential;
 /// let (x, y) = (Latent::repeat(0.1), Latent::repeat(-0.2));
 /// // The discrete gradient keeps the difference of energies exactly.
-/// let mean = energy.discrete_gradient(&x, &energy.see(&x), &y, &energy.see(&y));
+/// let mean = energy.discrete_gradient(&x, &energy.ridges(&x), &y, &energy.ridges(&y));
 /// let difference = energy.value(&y) - energy.value(&x);
 /// assert!((mean.dot(&(y - x)) - difference).abs() < 1e-9 * difference.abs());
 /// assert_eq!(energy.value(&Latent::zeros()), 0.0);
@@ -52,9 +52,9 @@ pub struct Potential<'m> {
     pub bend: Option<Square>,
 }
 
-/// A state as the energy sees it: what a step needs of its fixed end again and again.
+/// Ridge terms of H at one state, which a step needs repeatedly at its fixed end.
 #[derive(Clone, Copy, Debug)]
-pub struct Seen {
+pub struct RidgeState {
     /// W S x.
     along: [f64; MAX_HIDDEN],
     /// p(W S x + b).
@@ -67,7 +67,7 @@ impl Potential<'_> {
     pub fn value(&self, x: &Latent) -> f64 {
         let mut kx = [0.0; LATENTS];
         self.linear.accumulate_f64(self.bend(x).as_slice(), &mut kx);
-        let Seen { along, bent } = self.see(x);
+        let RidgeState { along, bent } = self.ridges(x);
         let ridges = along.iter().zip(bent).zip(self.bias).zip(self.weight);
         let bowed = ridges.map(|(((&d, a_bent), &b), &w)| {
             let (b, w) = (f64::from(b), f64::from(w));
@@ -80,18 +80,18 @@ impl Potential<'_> {
     /// grad H(x).
     #[must_use]
     pub fn gradient(&self, x: &Latent) -> Latent {
-        let seen = self.see(x);
-        self.discrete_gradient(x, &seen, x, &seen)
+        let ridges = self.ridges(x);
+        self.discrete_gradient(x, &ridges, x, &ridges)
     }
 
     /// dH(x, y), the mean of grad H along the straight way from `x` to `y` (Harten, Lax and van Leer 1983), each with
-    /// what [`Self::see`] says of it:
+    /// its ridge terms ([`Self::ridges`]):
     ///
     /// dH = K^T K (x + y) / 2 + W^T [ w^2 ( (a + a') / (A + A') - b / B ) ]
     ///
     /// The mean is exact, so that dH . (y - x) = H(y) - H(x), and nothing is divided by |y - x|.
     #[must_use]
-    pub fn discrete_gradient(&self, x: &Latent, from: &Seen, y: &Latent, to: &Seen) -> Latent {
+    pub fn discrete_gradient(&self, x: &Latent, from: &RidgeState, y: &Latent, to: &RidgeState) -> Latent {
         let middle = self.bend(&((x + y) * 0.5));
         let mut kx = [0.0; LATENTS];
         self.linear.accumulate_f64(middle.as_slice(), &mut kx);
@@ -110,7 +110,7 @@ impl Potential<'_> {
 
     /// S of [`super::newton`]: how dH(x, y) changes with y.
     #[must_use]
-    pub(super) fn stiffness(&self, from: &Seen, to: &Seen) -> Square {
+    pub(super) fn stiffness(&self, from: &RidgeState, to: &RidgeState) -> Square {
         let mut stiffness = Square::zeros();
         let rank_one = |stiffness: &mut Square, row: &Latent, weight: f64| {
             *stiffness += row * (row * weight).transpose();
@@ -136,14 +136,14 @@ impl Potential<'_> {
     /// The second derivative of H at rest.
     #[must_use]
     pub fn hessian(&self) -> Square {
-        let rest = self.see(&Latent::zeros());
+        let rest = self.ridges(&Latent::zeros());
         // The discrete gradient moves half as much with one of its ends.
         self.stiffness(&rest, &rest) * 2.0
     }
 
-    /// `x` as the energy sees it.
+    /// Returns the ridge terms of H at `x`.
     #[must_use]
-    pub fn see(&self, x: &Latent) -> Seen {
+    pub fn ridges(&self, x: &Latent) -> RidgeState {
         let mut along = [0.0; MAX_HIDDEN];
         self.inward.accumulate_f64(self.bend(x).as_slice(), &mut along);
         let mut bent = [1.0; MAX_HIDDEN];
@@ -151,6 +151,6 @@ impl Potential<'_> {
             let a = d + f64::from(b);
             *bent = sqrt(1.0 + a * a);
         }
-        Seen { along, bent }
+        RidgeState { along, bent }
     }
 }

@@ -35,7 +35,7 @@ use super::{Latent, Operators};
 use crate::latent::linalg::whitener;
 use crate::math::sqrt;
 use crate::reduced::effects::Relax;
-use crate::reduced::{BySpeed, Model};
+use crate::reduced::{ReducedModel, SpeedTable};
 
 /// Number of memory variables: viscoelastic relaxation and contact line.
 pub const MEMORIES: usize = 2;
@@ -92,12 +92,12 @@ struct Memory {
 ///
 /// ```
 /// use meniscus::latent::generic::{LATENTS, Latent, ModeMap, Slots};
-/// use meniscus::reduced::{Baseline, Cylinder, Model, Rheology};
+/// use meniscus::reduced::{Baseline, Cylinder, ReducedModel, Rheology};
 ///
 /// let unit = |i: usize| Latent::from_fn(|row, _| f64::from(u8::from(row == i)));
 /// let map = ModeMap::new([unit(0), unit(1), unit(0), unit(1)]).unwrap();
 /// let glass = Cylinder { radius_m: 0.035, depth_m: 0.07, density_kg_m3: 1261.0 };
-/// let plain = Model::new(glass, Rheology::newtonian(0.2), &Baseline::default(), &[], 1.0 / 60.0);
+/// let plain = ReducedModel::new(glass, Rheology::newtonian(0.2), &Baseline::default(), &[], 1.0 / 60.0);
 /// // Without effects the energy is not bent.
 /// let identity = nalgebra::SMatrix::<f64, LATENTS, LATENTS>::identity();
 /// let slots = Slots::between(&plain, &plain, map, 1e-3, &identity);
@@ -110,7 +110,7 @@ pub struct Slots {
     /// S.
     bend: Square,
     /// (G1 m)/(G m1).
-    friction: BySpeed,
+    friction: SpeedTable,
     /// H''.
     hessian: Square,
     /// w, 1/s.
@@ -133,11 +133,17 @@ impl Slots {
     /// Returns the difference between the reduced models `plain` and `with` effects, for a step whose H is in units of `joules` and has
     /// the second derivative `hessian` at rest.
     #[must_use]
-    pub fn between(plain: &Model, with: &Model, map: ModeMap, joules: f64, hessian: &Square) -> Self {
+    pub fn between(
+        plain: &ReducedModel,
+        with: &ReducedModel,
+        map: ModeMap,
+        joules: f64,
+        hessian: &Square,
+    ) -> Self {
         let (w, w1) = (plain.frequency(), with.frequency());
         // A mass that changes, as by the fill, changes both energies alike: only their ratio moves the wave.
         let bend = Square::identity() + map.along_height * map.height.transpose() * (w1 / w - 1.0);
-        let rate = |model: &Model, speed: f64| model.rubs(speed) / model.mass_kg();
+        let rate = |model: &ReducedModel, speed: f64| model.first_mode_friction(speed) / model.mass_kg();
         let ratio = |speed: f64| rate(with, speed) / rate(plain, speed).max(f64::MIN_POSITIVE);
         // The latent's own mass, near that of the reduced model, which its spring constants are scaled to.
         let mass_kg = joules * map.along_rate.dot(&(hessian * map.along_rate));
@@ -145,7 +151,7 @@ impl Slots {
         Self {
             map,
             bend,
-            friction: BySpeed::new(ratio),
+            friction: SpeedTable::new(ratio),
             hessian: *hessian,
             frequency: w1,
             memories: with.branches().map(|b| Memory { stiffness: own * b.stiffness, relax: b.relax }),

@@ -19,7 +19,7 @@
 
 use super::newton::Square;
 use super::slots::{Flow, MEMORIES, Slots};
-use super::{Audit, Latent, Operators, Outcome, Potential, Seen, newton};
+use super::{Audit, Latent, Operators, Potential, RidgeState, StepOutcome, newton};
 use crate::latent::nn::Matrix;
 use nalgebra::SMatrix;
 
@@ -50,9 +50,9 @@ const MAX_NUDGES: u32 = 4;
 /// # static BLOB: &Aligned<[u8]> =
 /// #     &Aligned(*include_bytes!(concat!(env!("CARGO_MANIFEST_DIR"), "/models/glycerine.blob")));
 /// let model = meniscus::blob::Model::load(&BLOB.0)?;
-/// use meniscus::latent::generic::{Latent, State};
+/// use meniscus::latent::generic::{Latent, LatentState};
 ///
-/// let mut state = State { latent: Latent::repeat(0.3), ..State::default() };
+/// let mut state = LatentState { latent: Latent::repeat(0.3), ..LatentState::default() };
 /// let before = model.generic.energy(&state);
 /// // A glass that stands still does no work: the energy stays, and what motion loses becomes heat.
 /// let audit = model.generic.step(&mut state, 0.0);
@@ -78,7 +78,7 @@ pub struct Generic<'m> {
 
 /// The memory of the model.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct State {
+pub struct LatentState {
     /// x.
     pub latent: Latent,
     /// s, in units of H.
@@ -87,7 +87,7 @@ pub struct State {
     pub held: [f64; MEMORIES],
 }
 
-impl Default for State {
+impl Default for LatentState {
     /// Rest.
     fn default() -> Self {
         Self { latent: SMatrix::zeros(), heat: 0.0, held: [0.0; MEMORIES] }
@@ -97,7 +97,7 @@ impl Default for State {
 impl Generic<'_> {
     /// H(x) + s, with what memories hold.
     #[must_use]
-    pub fn energy(&self, state: &State) -> f64 {
+    pub fn energy(&self, state: &LatentState) -> f64 {
         self.potential.value(&state.latent) + state.heat + self.stored(&state.held)
     }
 
@@ -107,7 +107,7 @@ impl Generic<'_> {
     }
 
     /// Advances `state` by one time step under the port value `u`.
-    pub fn step(&self, state: &mut State, u: f64) -> Audit {
+    pub fn step(&self, state: &mut LatentState, u: f64) -> Audit {
         let half_kick = self.port * (0.5 * self.dt_s * u);
         let x = state.latent;
         let before = self.potential.value(&x);
@@ -118,11 +118,11 @@ impl Generic<'_> {
         let (held, kept) = (closed.held, self.stored(&closed.held) - self.stored(&state.held));
         let heat = closed.energy_start - closed.energy_end - kept;
         let work = (closed.energy_start - before) + (after - closed.energy_end);
-        let next = State { latent: x1, heat: state.heat + heat, held };
+        let next = LatentState { latent: x1, heat: state.heat + heat, held };
         let numbers = x1.iter().chain(&held);
         let finite = numbers.copied().all(f64::is_finite) && next.heat.is_finite() && work.is_finite();
         if !finite {
-            return Audit { iterations: closed.iterations, outcome: Outcome::Held, ..Audit::default() };
+            return Audit { iterations: closed.iterations, outcome: StepOutcome::Held, ..Audit::default() };
         }
         let energy_residual = ((after + next.heat) - (before + state.heat) + kept) - work;
         *state = next;
@@ -149,9 +149,9 @@ impl Generic<'_> {
     fn closed_step(&self, a: &Latent, held: &[f64; MEMORIES], flow: &Flow, speed: f64) -> Closed {
         let energy_start = self.potential.value(a);
         let scale = a.dot(a);
-        let from = self.potential.see(a);
+        let from = self.potential.ridges(a);
         let (mut b, mut to) = (*a, from);
-        let mut outcome = Outcome::Unconverged;
+        let mut outcome = StepOutcome::Unconverged;
         let mut iterations = 0;
         let mut gradient = Latent::zeros();
         while iterations < MAX_ITERATIONS {
@@ -159,11 +159,11 @@ impl Generic<'_> {
             gradient = self.potential.discrete_gradient(a, &from, &b, &to);
             let residual = b - a - (flow.matrix * gradient - flow.pull) * self.dt_s;
             if residual.dot(&residual) <= TOLERANCE * scale {
-                outcome = Outcome::Solved;
+                outcome = StepOutcome::Solved;
                 break;
             }
             b -= self.correction(&residual, iterations, &flow.matrix, &from, &to);
-            to = self.potential.see(&b);
+            to = self.potential.ridges(&b);
         }
         let remembered = self.slots.as_ref().map(|slots| slots.remember(held, &gradient, speed, self.dt_s));
         let (after, heat) = remembered.unwrap_or((*held, 0.0));
@@ -179,7 +179,14 @@ impl Generic<'_> {
 
     /// Returns the correction of the `turn`-th iteration for `residual`: by the constant matrix while there is hope in
     /// it, then Newton's.
-    fn correction(&self, residual: &Latent, turn: u32, flow: &Square, from: &Seen, to: &Seen) -> Latent {
+    fn correction(
+        &self,
+        residual: &Latent,
+        turn: u32,
+        flow: &Square,
+        from: &RidgeState,
+        to: &RidgeState,
+    ) -> Latent {
         if turn > CHEAP_ITERATIONS || self.slots.is_some() {
             let stiffness = self.potential.stiffness(from, to);
             return newton::correction(&stiffness, flow, self.dt_s, residual);
@@ -222,7 +229,7 @@ impl Generic<'_> {
         energy_start: f64,
         iterations: u32,
     ) -> Closed {
-        let (mut delta, outcome) = (end - a, Outcome::Backtracked);
+        let (mut delta, outcome) = (end - a, StepOutcome::Backtracked);
         for _ in 0..MAX_HALVINGS {
             delta *= 0.5;
             let end = a + delta;
@@ -242,5 +249,5 @@ struct Closed {
     energy_start: f64,
     energy_end: f64,
     iterations: u32,
-    outcome: Outcome,
+    outcome: StepOutcome,
 }

@@ -8,7 +8,7 @@
 //! order, so every processor gives the same bits.
 #![allow(unsafe_code, reason = "a function compiled for AVX2 is called; the argument stands at the call")]
 
-use super::matrix::PANEL;
+use super::packing::PANEL;
 
 /// Columns that a sum of 32 bits has room for: 512 * 128 * 32767 < 2^31.
 const MOST: usize = 512;

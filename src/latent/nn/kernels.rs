@@ -3,7 +3,7 @@
 //! Panels are summed in halves of 16 rows: four SSE registers of accumulators or two of AVX2, so that sums
 //! and products both find room, and a half without rows is left out.
 
-use super::matrix::PANEL;
+use super::packing::PANEL;
 use crate::latent::nn::cpu_width::{Kernel, ahead};
 
 /// Rows of half a panel.

@@ -1,45 +1,9 @@
-//! Matrices packed in panels of [`PANEL`] rows, so that one pass over the input fills a panel of
-//! outputs held in registers and the weights stream through once, in order.
-//!
-//! Element (i, j) of a matrix with `columns` columns lies at [`packed_index`]; rows are padded with
-//! zeros to a whole panel. A vector is a matrix of one column: its elements lie one after another.
+//! Matrices over packed weights ([`super::packing`]), read in place.
 
 use super::kernels;
+use super::packing::{PANEL, packed_len};
 use crate::latent::nn::cpu_width::widest;
 use core::num::NonZeroUsize;
-
-/// Rows of a panel: eight SSE, four AVX2 or two AVX-512 registers of accumulators.
-pub const PANEL: usize = 32;
-
-/// Returns the index of element (`row`, `column`) of a packed matrix.
-///
-/// ```
-/// use meniscus::latent::nn::packed_index;
-///
-/// // Rows 0 to 31 of column 0 come first, then those of column 1; row 32 opens the next panel.
-/// assert_eq!(packed_index(3, 1, 2), 35);
-/// assert_eq!(packed_index(32, 0, 2), 64);
-/// ```
-#[must_use]
-pub const fn packed_index(row: usize, column: usize, columns: usize) -> usize {
-    ((row / PANEL) * columns + column) * PANEL + row % PANEL
-}
-
-/// Numbers that a packed matrix occupies, padding included; `None` on overflow.
-///
-/// ```
-/// use meniscus::latent::nn::packed_len;
-///
-/// assert_eq!(packed_len(40, 3), Some(2 * 3 * 32));
-/// assert_eq!(packed_len(usize::MAX, usize::MAX), None);
-/// ```
-#[must_use]
-pub const fn packed_len(rows: usize, columns: usize) -> Option<usize> {
-    match rows.div_ceil(PANEL).checked_mul(columns) {
-        Some(panels) => panels.checked_mul(PANEL),
-        None => None,
-    }
-}
 
 /// A matrix in the blob, read in place.
 ///
@@ -150,6 +114,7 @@ pub type Vector<'m> = &'m [f32];
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::latent::nn::packed_index;
 
     /// A 40 x 3 matrix with element (i, j) = i + 100 j, so that every place is told apart.
     fn packed() -> [f32; 2 * 3 * PANEL] {

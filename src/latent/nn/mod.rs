@@ -12,6 +12,7 @@ mod gru;
 mod int8;
 mod kernels;
 mod matrix;
+mod packing;
 mod weights;
 
 #[cfg(target_arch = "x86_64")]
@@ -21,5 +22,6 @@ pub use cpu_width::{Kernel, widest};
 pub use dense::{Dense, relu};
 pub use dtype::{Element, bf16_of, f32_of};
 pub use gru::{Gru, HIDDEN};
-pub use matrix::{Matrix, PANEL, Vector, packed_index, packed_len};
+pub use matrix::{Matrix, Vector};
+pub use packing::{PANEL, packed_index, packed_len};
 pub use weights::{Weights, bf16_index, section_len};

@@ -9,7 +9,8 @@
 //! ```
 
 use super::kernels::{self, HALF};
-use super::matrix::{Matrix, PANEL, packed_len};
+use super::matrix::Matrix;
+use super::packing::{PANEL, packed_len};
 use crate::latent::nn::cpu_width::widest;
 use crate::latent::nn::dtype::{Element, f32_of};
 use crate::latent::nn::int8::Bytes;

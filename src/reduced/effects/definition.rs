@@ -1,17 +1,9 @@
 //! The definition of an effect: everything that any consumer asks of it.
 
-use super::{EffectKind, Parameter, Simulator, Slot};
-
-/// Most parameters of an effect.
-pub const PARAMETERS: usize = 2;
+use super::{EffectKind, Limit, PARAMETERS, Parameter, Simulator, Slot, Stated, ValueError, Values};
 
 /// Most effects at once in a model.
 pub const MOST: usize = 4;
-
-/// Coordinates of an effect's parameters in the reduced model; those that it does not have are zero.
-///
-/// A parameter's [`Reference`](super::Reference) converts between coordinate and SI value.
-pub type Values = [f64; PARAMETERS];
 
 /// Group of effects that can be distinguished before the single effect can.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -117,6 +109,30 @@ impl Effect {
         values.iter_mut().zip(self.parameters).for_each(|(value, parameter)| *value = parameter.neutral);
         values
     }
+
+    /// Returns the effect at the SI values `given`, counted from `stated`; a parameter that is not given is neutral.
+    ///
+    /// # Errors
+    /// [`ValueError`] when a value has no meaning, or the reduced model's formula does not hold for it.
+    pub fn active(
+        &'static self,
+        given: &[Option<f64>; PARAMETERS],
+        stated: &Stated,
+    ) -> Result<Active, ValueError> {
+        let mut values = self.neutral();
+        for ((slot, parameter), given) in values.iter_mut().zip(self.parameters).zip(given) {
+            let Some(value) = *given else { continue };
+            parameter.check(value)?;
+            let coordinate = parameter.to_coordinate(value, stated);
+            let (least, largest) = parameter.range;
+            if !(least <= coordinate && coordinate <= largest) {
+                let range = (parameter.to_value(least, stated), parameter.to_value(largest, stated));
+                return Err(parameter.refused(value, range, Limit::ReducedModel));
+            }
+            *slot = coordinate;
+        }
+        Ok(Active { entry: self, values })
+    }
 }
 
 /// An effect with its coordinates.
@@ -126,4 +142,16 @@ pub struct Active {
     pub entry: &'static Effect,
     /// Its coordinates in the reduced model.
     pub values: Values,
+}
+
+impl Active {
+    /// Returns the SI values, counted from `stated`; `None` for a parameter that the effect does not have.
+    #[must_use]
+    pub fn stated_values(&self, stated: &Stated) -> [Option<f64>; PARAMETERS] {
+        let mut out = [None; PARAMETERS];
+        for ((out, parameter), coordinate) in out.iter_mut().zip(self.entry.parameters).zip(&self.values) {
+            *out = Some(parameter.to_value(*coordinate, stated));
+        }
+        out
+    }
 }

@@ -1,7 +1,9 @@
 //! Amplitude detuning beyond the baseline's: `w = w1 (1 - kappa A^2/R^2)`, a Duffing term in the energy
 //! (Bauerlein and Avila 2021; deep vessels soften, shallow ones harden).
 
-use super::{Class, Effect, EffectKind, First, FreeParameters, Parameter, Reference, Simulator, Slot};
+use super::{
+    Class, Effect, EffectKind, FirstModeEnergy, FreeParameters, Parameter, Reference, Simulator, Slot,
+};
 
 pub(super) const EFFECT: Effect = Effect {
     kind: EffectKind::Detuning,
@@ -20,7 +22,7 @@ pub(super) const EFFECT: Effect = Effect {
     }],
     about: "the frequency depends on the amplitude",
     source: "Bauerlein and Avila 2021",
-    slot: Slot::First(|[softening, _]| First { softening: *softening, coupling: 0.0 }),
+    slot: Slot::FirstMode(|[softening, _]| FirstModeEnergy { softening: *softening, coupling: 0.0 }),
     simulator: Simulator::Absent("its waves detune by the equations of motion, not by a number"),
     free: FreeParameters::All,
     twin: None,

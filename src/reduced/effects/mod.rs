@@ -19,7 +19,7 @@
 //!
 //! | slot | enters as | type |
 //! |---|---|---|
-//! | [`Slot::Stiffness`], [`Slot::First`] | energy | E |
+//! | [`Slot::Stiffness`], [`Slot::FirstMode`] | energy | E |
 //! | [`Slot::Liquid`], [`Slot::Line`] | friction G >= 0 | M |
 //! | [`Slot::Memory`], [`Slot::Catch`] | an inner variable with energy and friction | E and M |
 //! | [`Slot::Port`] | change of the glass's motion before it drives the liquid | port |
@@ -58,10 +58,10 @@ mod parameter_tests;
 #[cfg(test)]
 pub(crate) mod tests;
 
-pub use definition::{Active, Class, Effect, FreeParameters, MOST, PARAMETERS, Recorded, Values};
-pub use parameter::{Limit, Parameter, Reference, Stated, ValueError};
+pub use definition::{Active, Class, Effect, FreeParameters, MOST, Recorded};
+pub use parameter::{Limit, PARAMETERS, Parameter, Reference, Stated, ValueError, Values};
 pub use simulator::{Law, Simulator};
-pub use slot::{Branch, First, Port, Relax, Slot, View};
+pub use slot::{Branch, FirstModeEnergy, Port, Relax, Slot, View};
 
 /// The name of [`Effect`] in signatures that predate it.
 pub use definition::Effect as Entry;
@@ -150,12 +150,28 @@ impl EffectKind {
 }
 
 /// Returns the effect called `name`.
+///
+/// ```
+/// use meniscus::reduced::effects::{EffectKind, find};
+///
+/// assert_eq!(find("viscosity").map(|effect| effect.kind), Some(EffectKind::Viscosity));
+/// assert!(find("viscosty").is_none());
+/// ```
 #[must_use]
 pub fn find(name: &str) -> Option<&'static Effect> {
     LIBRARY.iter().find(|entry| entry.name == name)
 }
 
 /// Returns the effect and the index of its parameter that `spelling` names: `NAME` or `NAME_PARAMETER`.
+///
+/// ```
+/// use meniscus::reduced::effects::find_parameter;
+///
+/// // The second parameter of the contact line is spelled with the effect before it.
+/// let (effect, index) = find_parameter("contact_line_reach").unwrap();
+/// assert_eq!((effect.name, index), ("contact_line", 1));
+/// assert_eq!(effect.parameters[index].unit, "m");
+/// ```
 #[must_use]
 pub fn find_parameter(spelling: &str) -> Option<(&'static Effect, usize)> {
     LIBRARY.iter().find_map(|effect| {

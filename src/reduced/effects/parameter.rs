@@ -1,4 +1,4 @@
-//! Parameters of effects: SI value for people and files, coordinate for the reduced model, and the way between.
+//! Parameters of effects: SI value for people and files, coordinate for the reduced model, and the conversion.
 //!
 //! A person states a value that can be measured: a viscosity in Pa s^n, a fill in m. The reduced model counts two of
 //! them from the glass and the liquid that it was given, because only that difference changes its step:
@@ -9,7 +9,13 @@
 //! all others    coordinate = value
 //! ```
 
-use super::{Active, Effect, PARAMETERS};
+/// Most parameters of an effect.
+pub const PARAMETERS: usize = 2;
+
+/// Coordinates of an effect's parameters in the reduced model; those that it does not have are zero.
+///
+/// A parameter's [`Reference`] converts between coordinate and SI value.
+pub type Values = [f64; PARAMETERS];
 
 /// Glass and liquid as stated: where relative coordinates are counted from.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -107,47 +113,9 @@ impl Parameter {
     }
 
     /// The error for `value` outside of `range`.
-    fn refused(&self, value: f64, range: (f64, f64), limit: Limit) -> ValueError {
+    pub(super) fn refused(&self, value: f64, range: (f64, f64), limit: Limit) -> ValueError {
         let Self { spelling, unit, meaning, .. } = *self;
         ValueError { spelling, unit, meaning, value, range, limit }
-    }
-}
-
-impl Effect {
-    /// Returns the effect at the SI values `given`, counted from `stated`; a parameter that is not given is neutral.
-    ///
-    /// # Errors
-    /// [`ValueError`] when a value has no meaning, or the reduced model's formula does not hold for it.
-    pub fn active(
-        &'static self,
-        given: &[Option<f64>; PARAMETERS],
-        stated: &Stated,
-    ) -> Result<Active, ValueError> {
-        let mut values = self.neutral();
-        for ((slot, parameter), given) in values.iter_mut().zip(self.parameters).zip(given) {
-            let Some(value) = *given else { continue };
-            parameter.check(value)?;
-            let coordinate = parameter.to_coordinate(value, stated);
-            let (least, largest) = parameter.range;
-            if !(least <= coordinate && coordinate <= largest) {
-                let range = (parameter.to_value(least, stated), parameter.to_value(largest, stated));
-                return Err(parameter.refused(value, range, Limit::ReducedModel));
-            }
-            *slot = coordinate;
-        }
-        Ok(Active { entry: self, values })
-    }
-}
-
-impl Active {
-    /// Returns the SI values, counted from `stated`; `None` for a parameter that the effect does not have.
-    #[must_use]
-    pub fn stated_values(&self, stated: &Stated) -> [Option<f64>; PARAMETERS] {
-        let mut out = [None; PARAMETERS];
-        for ((out, parameter), coordinate) in out.iter_mut().zip(self.entry.parameters).zip(&self.values) {
-            *out = Some(parameter.to_value(*coordinate, stated));
-        }
-        out
     }
 }
 

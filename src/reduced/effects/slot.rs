@@ -1,7 +1,7 @@
 //! Slots: the places in the reduced model where an effect may act.
 
-use super::Values;
-use crate::reduced::{Cylinder, Mode, Rheology};
+use super::parameter::Values;
+use crate::reduced::{Cylinder, Rheology, SloshMode};
 
 /// A stored energy with friction: `z' = v - r z`, energy `k z^2/2`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -24,9 +24,21 @@ pub enum Relax {
     Path(f64),
 }
 
+impl Relax {
+    /// Rate of relaxation (1/s) while the wall's liquid moves with `speed` (m/s).
+    #[must_use]
+    pub fn rate(self, speed: f64) -> f64 {
+        match self {
+            Self::Never => 0.0,
+            Self::Time(lambda_s) => 1.0 / lambda_s.max(1e-6),
+            Self::Path(reach_m) => speed / reach_m.max(1e-9),
+        }
+    }
+}
+
 /// Shape of the first mode's energy.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct First {
+pub struct FirstModeEnergy {
     /// Softening kappa, `w = w1 (1 - kappa A^2/R^2)`.
     pub softening: f64,
     /// Coupling of x and y, in units of the mode's stiffness.
@@ -79,15 +91,15 @@ impl Default for View {
 #[derive(Clone, Copy, Debug)]
 pub enum Slot {
     /// Energy: stiffness that a mode gains, N/m.
-    Stiffness(fn(&Values, &Mode, &Cylinder) -> f64),
+    Stiffness(fn(&Values, &SloshMode, &Cylinder) -> f64),
     /// Energy of the first mode.
-    First(fn(&Values) -> First),
+    FirstMode(fn(&Values) -> FirstModeEnergy),
     /// Friction of the liquid.
     Liquid(fn(&Values, &mut Rheology)),
     /// Friction along the contact line, N s/m, at an amplitude of its speed (m/s).
     Line(fn(&Values, f64, &Cylinder) -> f64),
     /// An inner variable of each mode.
-    Memory(fn(&Values, &Mode, &Cylinder) -> Branch),
+    Memory(fn(&Values, &SloshMode, &Cylinder) -> Branch),
     /// An inner variable of the contact line.
     Catch(fn(&Values, &Cylinder) -> Branch),
     /// The port.

@@ -2,7 +2,9 @@
 //! not quite round splits the frequency by `c w/2` either way, and the wave turns out of the plane and
 //! back in `2 pi/(c w)` (Faltinsen and Timokha 2009; Marcotte, Gallaire and Bongarzone 2023).
 
-use super::{Class, Effect, EffectKind, First, FreeParameters, Parameter, Reference, Simulator, Slot};
+use super::{
+    Class, Effect, EffectKind, FirstModeEnergy, FreeParameters, Parameter, Reference, Simulator, Slot,
+};
 
 pub(super) const EFFECT: Effect = Effect {
     kind: EffectKind::Swirl,
@@ -21,7 +23,7 @@ pub(super) const EFFECT: Effect = Effect {
     }],
     about: "the wave turns out of the plane",
     source: "Faltinsen and Timokha 2009; Marcotte, Gallaire and Bongarzone 2023",
-    slot: Slot::First(|[coupling, _]| First { softening: 0.0, coupling: *coupling }),
+    slot: Slot::FirstMode(|[coupling, _]| FirstModeEnergy { softening: 0.0, coupling: *coupling }),
     simulator: Simulator::Absent(
         "its glass is round, and its waves turn by the equations of motion, not by a number",
     ),

@@ -5,7 +5,7 @@
 extern crate std;
 
 use super::*;
-use crate::reduced::{Baseline, Cylinder, Mode, Model, Push, Rheology, State, step};
+use crate::reduced::{Baseline, Cylinder, Forcing, ReducedModel, ReducedState, Rheology, SloshMode, step};
 use crate::units::GRAVITY_M_S2;
 use std::vec::Vec;
 use std::{assert, assert_eq, println};
@@ -17,18 +17,18 @@ pub(crate) fn active(name: &str, values: Values) -> Active {
     Active { entry: find(name).expect("in the library"), values }
 }
 
-pub(crate) fn model(viscosity: f64, effects: &[Active]) -> Model {
-    Model::new(GLASS, Rheology::newtonian(viscosity), &Baseline::default(), effects, DT)
+pub(crate) fn model(viscosity: f64, effects: &[Active]) -> ReducedModel {
+    ReducedModel::new(GLASS, Rheology::newtonian(viscosity), &Baseline::default(), effects, DT)
 }
 
 /// Free decay from `a0` at the wall: (time, height) at the extremes of the first mode, and the books' worst.
-fn decay(model: &Model, a0: f64, seconds: f64) -> Vec<(f64, f64)> {
-    let mut state = State::default();
+fn decay(model: &ReducedModel, a0: f64, seconds: f64) -> Vec<(f64, f64)> {
+    let mut state = ReducedState::default();
     state.height[0][0] = a0;
     let mut extremes = Vec::new();
     let (mut before, mut here) = (a0, a0);
     for n in 1..=(seconds / DT) as usize {
-        step(model, &mut state, &Push::default());
+        step(model, &mut state, &Forcing::default());
         let next = state.height[0][0];
         if (here - before) * (next - here) <= 0.0 && here != before {
             // The vertex of the parabola through three points.
@@ -56,20 +56,20 @@ fn rate(extremes: &[(f64, f64)]) -> f64 {
 #[test]
 fn the_plain_liquid_has_the_frequency_and_the_damping_of_theory() {
     let model = model(0.2, &[]);
-    let (w, gamma) = model.tone(0).expect("a first mode");
+    let (w, gamma) = model.frequency_and_damping(0).expect("a first mode");
     let extremes = decay(&model, 1e-3, 2.0);
     let wanted = (w * w - gamma * gamma).sqrt();
     assert!((frequency(&extremes) / wanted - 1.0).abs() < 1e-3, "{} for {wanted}", frequency(&extremes));
     assert!((rate(&extremes) / gamma - 1.0).abs() < 5e-3, "{} for {gamma}", rate(&extremes));
     // Two steps a frame keep the frequency that 480 a second have.
-    let coarse = Model::new(GLASS, Rheology::newtonian(0.2), &Baseline::default(), &[], 1.0 / 120.0);
-    assert!((coarse.tone(0).expect("a first mode").0 / w - 1.0).abs() < 1e-12);
+    let coarse = ReducedModel::new(GLASS, Rheology::newtonian(0.2), &Baseline::default(), &[], 1.0 / 120.0);
+    assert!((coarse.frequency_and_damping(0).expect("a first mode").0 / w - 1.0).abs() < 1e-12);
 }
 
 #[test]
 fn energy_is_exact_against_the_port_and_entropy_never_falls_whatever_acts() {
     for entry in &LIBRARY {
-        // Beside any other one; the same effect twice is one that is out of its range.
+        // FirstModeContext any other one; the same effect twice is one that is out of its range.
         for other in LIBRARY.iter().filter(|other| other.name != entry.name) {
             let strong = |entry: &'static Entry| {
                 let mut values = entry.neutral();
@@ -79,11 +79,11 @@ fn energy_is_exact_against_the_port_and_entropy_never_falls_whatever_acts() {
                 Active { entry, values }
             };
             let model = model(0.05, &[strong(entry), strong(other)]);
-            let mut state = State::default();
+            let mut state = ReducedState::default();
             let mut scale = 1e-6_f64;
             for n in 0..400 {
                 let t = n as f64 * DT;
-                let push = Push {
+                let push = Forcing {
                     along_m_s2: [1.5 * (20.0 * t).sin(), 0.7 * (25.0 * t).cos()],
                     lift_m_s2: 3.0 * (11.0 * t).sin(),
                 };
@@ -109,7 +109,7 @@ fn viscosity_slip_and_film_change_the_rate_of_an_exponential_decay() {
     assert!((of("viscosity", 2.0) / rate(&decay(&model(0.4, &[]), 1e-3, 1.5)) - 1.0).abs() < 1e-9);
     assert!(of("wall_slip", 0.003) < 0.9 * plain);
     // An inextensible film: 1/2 sqrt(nu w/2) k coth kh.
-    let (w, _) = model(0.2, &[]).tone(0).expect("a first mode");
+    let (w, _) = model(0.2, &[]).frequency_and_damping(0).expect("a first mode");
     let k = 1.841_183_781_340_659 / GLASS.radius_m;
     let film = 0.5 * (0.2 / 1261.0 * w / 2.0_f64).sqrt() * k / (k * GLASS.depth_m).tanh();
     assert!(((of("surface_film", 1.0) - plain) / film - 1.0).abs() < 0.05);
@@ -138,7 +138,7 @@ fn dry_friction_takes_the_same_height_from_every_half_cycle() {
     let force = 0.05;
     let model = model(1e-7, &[active("contact_line", [force, 5e-5])]);
     let extremes = decay(&model, 0.012, 1.2);
-    let mode = Mode::new(&GLASS, crate::reduced::Wave::First(0));
+    let mode = SloshMode::new(&GLASS, crate::reduced::Wave::First(0));
     let wanted = 2.0 * 4.0 * GLASS.radius_m * force / (mode.mass_kg * mode.square(GRAVITY_M_S2));
     let lost: Vec<f64> = extremes.windows(2).take(5).map(|w| w[0].1 - w[1].1).collect();
     println!("{lost:?} for {wanted}");
@@ -163,7 +163,7 @@ fn stiffness_effects_raise_the_frequency_by_their_law() {
     let wanted = 0.1 * k * k / (2.0 * GLASS.density_kg_m3 * GRAVITY_M_S2);
     assert!((tension / wanted - 1.0).abs() < 0.03, "{tension} for {wanted}");
     // dw/w = pi R k_c/(2 m w^2).
-    let mode = Mode::new(&GLASS, crate::reduced::Wave::First(0));
+    let mode = SloshMode::new(&GLASS, crate::reduced::Wave::First(0));
     let pinned = w(&[active("pinned_line", [5.0, 0.0])]) / plain - 1.0;
     let wanted =
         std::f64::consts::PI * GLASS.radius_m * 5.0 / (2.0 * mode.mass_kg * mode.square(GRAVITY_M_S2));
@@ -194,14 +194,14 @@ fn detuning_lowers_the_frequency_with_the_square_of_the_amplitude() {
 fn swirl_turns_the_wave_out_of_the_plane_and_back() {
     let coupling = 0.05;
     let model = model(1e-7, &[active("swirl", [coupling, 0.0])]);
-    let (w, _) = model.tone(0).expect("a first mode");
-    let mut state = State::default();
+    let (w, _) = model.frequency_and_damping(0).expect("a first mode");
+    let mut state = ReducedState::default();
     state.height[0][0] = 0.005;
     // Half of the exchange: everything is in the other direction.
     let half = std::f64::consts::PI / (coupling * w);
     let mut across = 0.0_f64;
     for _ in 0..(half / DT) as usize {
-        step(&model, &mut state, &Push::default());
+        step(&model, &mut state, &Forcing::default());
         across = across.max(state.height[1][0].abs());
     }
     assert!((across / 0.005 - 1.0).abs() < 0.03, "{across}");

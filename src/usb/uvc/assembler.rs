@@ -19,9 +19,9 @@ pub struct Frame<'a> {
     pub stamp: Stamp,
 }
 
-/// Outcome of a payload.
+/// Result of one payload.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Outcome<'a> {
+pub enum AssemblyOutcome<'a> {
     /// More payloads of this frame are to come.
     Partial,
     /// The frame is whole.
@@ -54,14 +54,14 @@ impl Open {
 /// Joins the payloads of one stream in a buffer of the caller's.
 ///
 /// ```
-/// use meniscus::usb::uvc::{Assembler, Outcome};
+/// use meniscus::usb::uvc::{Assembler, AssemblyOutcome};
 ///
 /// let mut buffer = [0; 4];
 /// let mut assembler = Assembler::new(&mut buffer);
 /// // Length 6, flags PTS | EOF, PTS = 1000 us, four pixels.
 /// let payload = [6, 0b110, 0xe8, 3, 0, 0, 1, 2, 3, 4];
-/// assert!(matches!(assembler.push(&payload), Outcome::Frame(frame) if frame.pixels == [1, 2, 3, 4]));
-/// assert!(matches!(assembler.push(&payload[..9]), Outcome::Lost(_)));
+/// assert!(matches!(assembler.push(&payload), AssemblyOutcome::Frame(frame) if frame.pixels == [1, 2, 3, 4]));
+/// assert!(matches!(assembler.push(&payload[..9]), AssemblyOutcome::Lost(_)));
 /// ```
 #[derive(Debug)]
 pub struct Assembler<'b> {
@@ -92,10 +92,10 @@ impl<'b> Assembler<'b> {
 
     /// Takes the next payload and copies its pixels behind those of its frame. If it also shows that
     /// an earlier frame never ended, that loss is booked and the outcome speaks of this payload.
-    pub fn push(&mut self, payload: &[u8]) -> Outcome<'_> {
+    pub fn push(&mut self, payload: &[u8]) -> AssemblyOutcome<'_> {
         let (header, pixels) = match self.read(payload) {
             Ok(parts) => parts,
-            Err(cause) => return Outcome::Lost(cause),
+            Err(cause) => return AssemblyOutcome::Lost(cause),
         };
         let mut open = match self.open.take() {
             Some(open) if open.goes_on(&header) => open,
@@ -112,7 +112,7 @@ impl<'b> Assembler<'b> {
         let Some(stamp) = open.stamp else {
             // The rest of a frame that is booked as lost.
             self.open = Some(open).filter(|_| !header.end_of_frame());
-            return Outcome::Partial;
+            return AssemblyOutcome::Partial;
         };
         if header.error() {
             return self.refuse(&header, Cause::ErrorBit);
@@ -126,26 +126,26 @@ impl<'b> Assembler<'b> {
         open.filled = end;
         if end == self.buffer.len() {
             self.remark_eof(&header);
-            return Outcome::Frame(Frame { pixels: self.buffer, stamp });
+            return AssemblyOutcome::Frame(Frame { pixels: self.buffer, stamp });
         }
         if header.end_of_frame() {
             self.losses.book(Cause::ShortFrame);
-            return Outcome::Lost(Cause::ShortFrame);
+            return AssemblyOutcome::Lost(Cause::ShortFrame);
         }
         self.open = Some(open);
-        Outcome::Partial
+        AssemblyOutcome::Partial
     }
 
     /// Takes a payload that should be a whole frame, and lends its pixels where they lie, without a
     /// copy. A payload that is only a part of a frame is a short frame here.
-    pub fn whole<'p>(&mut self, payload: &'p [u8]) -> Outcome<'p> {
+    pub fn whole<'p>(&mut self, payload: &'p [u8]) -> AssemblyOutcome<'p> {
         let placed = self.read(payload).and_then(|(header, pixels)| {
             let stamp = self.begin(&header).inspect_err(|&cause| self.losses.book(cause))?;
             Ok((header, Frame { pixels, stamp }))
         });
         let (header, frame) = match placed {
             Ok(placed) => placed,
-            Err(cause) => return Outcome::Lost(cause),
+            Err(cause) => return AssemblyOutcome::Lost(cause),
         };
         let cause = match frame.pixels.len().cmp(&self.buffer.len()) {
             _ if header.error() => Cause::ErrorBit,
@@ -153,11 +153,11 @@ impl<'b> Assembler<'b> {
             core::cmp::Ordering::Greater => Cause::OverlongFrame,
             core::cmp::Ordering::Equal => {
                 self.remark_eof(&header);
-                return Outcome::Frame(frame);
+                return AssemblyOutcome::Frame(frame);
             }
         };
         self.losses.book(cause);
-        Outcome::Lost(cause)
+        AssemblyOutcome::Lost(cause)
     }
 
     /// Splits and books what cannot be split. A payload without pixels belongs to no frame, unless
@@ -188,12 +188,12 @@ impl<'b> Assembler<'b> {
     }
 
     /// Books a lost frame; the rest of its payloads will be swallowed without a second count.
-    fn refuse(&mut self, header: &PayloadHeader<'_>, cause: Cause) -> Outcome<'static> {
+    fn refuse(&mut self, header: &PayloadHeader<'_>, cause: Cause) -> AssemblyOutcome<'static> {
         self.losses.book(cause);
         if !header.end_of_frame() {
             self.open = Some(Open::new(header, None));
         }
-        Outcome::Lost(cause)
+        AssemblyOutcome::Lost(cause)
     }
 
     fn remark_eof(&mut self, header: &PayloadHeader<'_>) {

@@ -5,7 +5,7 @@
 
 use super::header::PayloadHeader;
 use super::losses::{Cause, Losses};
-use super::metadata::Timing;
+use super::timing::Timing;
 use crate::units::Micros;
 use crate::usb::frame::Stamp;
 

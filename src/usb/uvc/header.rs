@@ -10,9 +10,10 @@
 //!
 //! Source: USB Video Class 1.5, section 2.4.3.3.
 
+use super::bytes::{u16_at, u32_at};
 use super::metadata::Blocks;
 
-/// PayloadHeader length and flags, the part that every payload must have.
+/// Header length and flags, the part that every payload must have.
 const FIXED: usize = 2;
 /// Bytes of the presentation time stamp.
 const PTS: usize = 4;
@@ -102,9 +103,9 @@ impl<'a> PayloadHeader<'a> {
         let beyond = HeaderError::BeyondPayload { length, payload: payload.len() };
         let (header, pixels) = payload.split_at_checked(length).ok_or(beyond)?;
         // `needed <= length`, so neither of the two `get` can miss.
-        let pts = header.get(FIXED..FIXED + pts_bytes).and_then(le_u32);
+        let pts = header.get(FIXED..FIXED + pts_bytes).and_then(|bytes| u32_at(bytes, 0));
         let scr = header.get(FIXED + pts_bytes..needed).unwrap_or(&[]);
-        let source_clock = le_u32(scr).zip(scr.get(4..).and_then(le_u16));
+        let source_clock = u32_at(scr, 0).zip(u16_at(scr, 4));
         let metadata = header.get(needed..).unwrap_or(&[]);
         Ok((Self { flags, pts, source_clock, metadata }, pixels))
     }
@@ -156,14 +157,4 @@ impl<'a> PayloadHeader<'a> {
     pub fn blocks(&self) -> Blocks<'a> {
         Blocks::new(self.metadata)
     }
-}
-
-/// The first four bytes as a little-endian number.
-pub(super) fn le_u32(bytes: &[u8]) -> Option<u32> {
-    bytes.first_chunk().map(|b| u32::from_le_bytes(*b))
-}
-
-/// The first two bytes as a little-endian number.
-fn le_u16(bytes: &[u8]) -> Option<u16> {
-    bytes.first_chunk().map(|b| u16::from_le_bytes(*b))
 }

@@ -27,13 +27,15 @@ mod pair;
 mod probe;
 pub mod request;
 mod status;
+mod timing;
 mod topology;
 
-pub use assembler::{Assembler, Frame, Outcome};
+pub use assembler::{Assembler, AssemblyOutcome, Frame};
 pub use header::{HeaderError, PayloadHeader};
 pub use losses::{Cause, Losses};
-pub use metadata::{Block, Blocks, Timing};
+pub use metadata::{Block, Blocks};
 pub use pair::{Pair, Pairer, Solitary, Stream};
 pub use probe::{PROBE_MAX, Probe, ProbeError, probe_length};
 pub use status::ControlChange;
+pub use timing::Timing;
 pub use topology::{Topology, extension_unit};

@@ -2,16 +2,16 @@
 
 use anyhow::Context;
 use meniscus::blob::Model;
-use meniscus::latent::generic::{LATENTS, State};
+use meniscus::latent::generic::{LATENTS, LatentState};
 use meniscus::latent::nn::Element;
 use meniscus::latent::window::{FEATURES, WINDOW};
-use meniscus::runtime::{Estimator, Eye, InputSource, Tracker};
+use meniscus::runtime::{Estimator, InputSource, ProfileSensor, Tracker};
 use meniscus::surface::{Config, Settings};
 use meniscus_data::recording::Recording;
+use meniscus_platform::clock::NoClock;
 use meniscus_timing::bench::chain::{Chain, Packed};
 use meniscus_timing::bench::networks::Networks;
 use meniscus_timing::bench::turn::{Payloads, payloads};
-use meniscus_virtual::observe_recording::NoClock;
 use meniscus_virtual::render::SceneSettings;
 use std::hint::black_box;
 
@@ -59,7 +59,7 @@ fn stage_encode(model: &Model<'_>) {
 /// Sixty time steps from rest under a stroke.
 #[inline(never)]
 fn stage_step(model: &Model<'_>) {
-    let mut state = State::default();
+    let mut state = LatentState::default();
     for frame in 0..60 {
         model.generic.step(&mut state, f64::sin(0.36 * f64::from(frame)));
     }
@@ -79,8 +79,8 @@ fn stage_field(model: &Model<'_>, field: &mut [f32]) {
 fn stage_turns(model: &Model<'_>, config: Config, frames: &Payloads, field: &mut [f32]) {
     let (width, height) = config.image_size();
     let (mut depth, mut infrared) = (vec![0; 2 * width * height], vec![0; width * height]);
-    let eye = Eye::new(config, &mut depth, &mut infrared);
-    let mut tracker = Tracker::new(Estimator::new(model), eye);
+    let sensor = ProfileSensor::new(config, &mut depth, &mut infrared);
+    let mut tracker = Tracker::new(Estimator::new(model), sensor);
     for (stream, payload) in frames {
         tracker.accept(*stream, payload, InputSource::tracked, &mut NoClock, field, |turn, _| {
             black_box(turn);

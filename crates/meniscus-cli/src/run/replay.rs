@@ -9,10 +9,10 @@ use anyhow::{Context, ensure};
 use meniscus::blob::Model;
 use meniscus::surface::Config;
 use meniscus_bags as bag;
+use meniscus_bags::play;
 use meniscus_score::run_report::CameraReport;
 use meniscus_usb::camera::CameraHealth;
 use meniscus_usb::link::link;
-use meniscus_virtual::replay::play;
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 

@@ -121,13 +121,13 @@ fn encode(header: &Header) -> Result<Vec<u8>, ExportError> {
     let extended = (header, header.extension());
     let used = postcard::to_slice(&extended, &mut buffer).map_err(|_| ExportError::Header)?.len();
     buffer.truncate(used);
-    if header.named.is_some() || header.sections.iter().any(|section| section.element != Element::F32) {
+    if header.embedded.is_some() || header.sections.iter().any(|section| section.element != Element::F32) {
         let elements: heapless::Vec<Element, MAX_SECTIONS> =
             header.sections.iter().map(|section| section.element).collect();
         let mut list = [0; 2 * MAX_SECTIONS];
         buffer.extend_from_slice(postcard::to_slice(&elements, &mut list).map_err(|_| ExportError::Header)?);
     }
-    if let Some(named) = &header.named {
+    if let Some(named) = &header.embedded {
         let mut list = [0; 512];
         buffer.extend_from_slice(postcard::to_slice(named, &mut list).map_err(|_| ExportError::Header)?);
     }
@@ -200,7 +200,7 @@ mod tests {
             energy_scale_j: 0.01,
             validation_slosh_rel: 0.1,
             sections: heapless::Vec::new(),
-            named: None,
+            embedded: None,
             model_version: 7,
             known: KnownGroups::ALL,
             filter: FilterConfig::REFERENCE,

@@ -209,17 +209,10 @@ fn parse(bytes: &[u8]) -> Result<EstimateRecording, String> {
 mod tests {
     use super::*;
     use meniscus::blob::Model;
-    use meniscus::runtime::{Clock, Estimator, Memory, Turn, TurnInput};
+    use meniscus::runtime::{Estimator, Memory, Turn, TurnInput};
     use meniscus::units::Micros;
+    use meniscus_platform::clock::NoClock;
     use meniscus_platform::files::AlignedBytes;
-
-    struct NoClock;
-
-    impl Clock for NoClock {
-        fn now_us(&mut self) -> u64 {
-            0
-        }
-    }
 
     /// Packets of a run without frames; every second one has a host time.
     fn packets() -> Vec<Packet> {
@@ -228,7 +221,7 @@ mod tests {
         let (estimator, mut memory) = (Estimator::new(&model), Memory::default());
         let packet = |n: u64| {
             let estimate = estimator.turn(&mut memory, TurnInput::default(), &mut NoClock, &mut []);
-            let turn = Turn { time: Micros(16_667 * n), stamp: None, sight: None, estimate };
+            let turn = Turn { time: Micros(16_667 * n), stamp: None, profile: None, estimate };
             let host = (n % 2 == 1).then_some(HostTime { unix_ns: 5 + n, std_ns: 7, latency_us: 9 });
             Packet { host, ..Packet::of(&turn, n, &model.header) }
         };

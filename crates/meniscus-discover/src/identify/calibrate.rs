@@ -13,7 +13,7 @@
 //! liquid, so that only the livelier half of a recording is used.
 
 use super::fit::{Seen, fit};
-use meniscus::identify::{Calibration, Known, Miss, Recogniser, Tone, Trail};
+use meniscus::identify::{Calibration, FrameResidual, KnownLiquid, Recogniser, Tone, Trail};
 use meniscus_numerics::statistics::{mean, median, variance};
 
 /// Frames that the livelier half of a recording must hold: a second.
@@ -61,7 +61,7 @@ impl std::error::Error for LearnError {}
 ///
 /// # Errors
 /// [`LearnError`].
-pub fn learn(recordings: &[&Seen], glass: (f64, f64)) -> Result<Known, LearnError> {
+pub fn learn(recordings: &[&Seen], glass: (f64, f64)) -> Result<KnownLiquid, LearnError> {
     if recordings.len() < 2 {
         return Err(LearnError::TooFew(recordings.len()));
     }
@@ -75,33 +75,35 @@ pub fn learn(recordings: &[&Seen], glass: (f64, f64)) -> Result<Known, LearnErro
         }
         missed.push(lively);
     }
-    Ok(Known { tone: fit(recordings, glass), calibration: calibration(&missed) })
+    Ok(KnownLiquid { tone: fit(recordings, glass), calibration: calibration(&missed) })
 }
 
 /// Returns the errors of `tone` over `seen`, in order of time.
-fn misses(tone: Tone, seen: &Seen, fill_m: f64) -> Vec<Miss> {
-    let known = [Known { tone, calibration: Calibration { scale: 1.0, scatter: 1.0, numbers: 1.0 } }];
+fn misses(tone: Tone, seen: &Seen, fill_m: f64) -> Vec<FrameResidual> {
+    let known = [KnownLiquid { tone, calibration: Calibration { scale: 1.0, scatter: 1.0, numbers: 1.0 } }];
     let recogniser = Recogniser::new(&known, fill_m);
     let mut trail = Trail::<1>::default();
     let turn = |profile: &Option<_>| {
         recogniser.turn(&mut trail, profile.as_ref());
-        trail.missed(0)
+        trail.residual(0)
     };
     seen.iter().filter_map(turn).collect()
 }
 
 /// Those of `misses` whose wave is not below the median, in order of time.
-fn livelier_half(mut misses: Vec<Miss>) -> Vec<Miss> {
-    let Some(median) = median(misses.iter().map(|miss| miss.wave_m2)) else { return misses };
-    misses.retain(|miss| miss.wave_m2 >= median);
+fn livelier_half(mut misses: Vec<FrameResidual>) -> Vec<FrameResidual> {
+    let Some(median) = median(misses.iter().map(|residual| residual.wave_m2)) else { return misses };
+    misses.retain(|residual| residual.wave_m2 >= median);
     misses
 }
 
 /// a, s and g of recordings that each hold something.
-fn calibration(all: &[Vec<Miss>]) -> Calibration {
-    let squares = |scale: f64, of: &[Miss]| -> Vec<f64> {
+fn calibration(all: &[Vec<FrameResidual>]) -> Calibration {
+    let squares = |scale: f64, of: &[FrameResidual]| -> Vec<f64> {
         let calibration = Calibration { scale, scatter: 1.0, numbers: 1.0 };
-        of.iter().map(|miss| miss.miss_m * miss.miss_m / calibration.variance_m2(miss)).collect()
+        of.iter()
+            .map(|residual| residual.residual_m * residual.residual_m / calibration.variance_m2(residual))
+            .collect()
     };
     let ln_kappa = |scale: f64| -> Vec<f64> {
         all.iter().map(|of| 0.5 * mean(&squares(scale, of)).max(1e-12).ln()).collect()
@@ -147,17 +149,18 @@ mod tests {
     use rand_chacha::ChaCha8Rng;
 
     /// Misses of a scale and a scatter that are known.
-    fn drawn(scale: f64, scatter: f64, recordings: usize, long: usize, seed: u64) -> Vec<Vec<Miss>> {
+    fn drawn(scale: f64, scatter: f64, recordings: usize, long: usize, seed: u64) -> Vec<Vec<FrameResidual>> {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let mut one = || {
             let kappa = (scatter * normal(&mut rng)).exp();
-            let mut miss = |k: usize| {
-                let mut miss = Miss { miss_m: 0.0, noise_m2: 1e-8, wave_m2: 1e-5 * (1.0 + (k % 7) as f64) };
-                let due = Calibration { scale, scatter: 1.0, numbers: 1.0 }.variance_m2(&miss);
-                miss.miss_m = kappa * due.sqrt() * normal(&mut rng);
-                miss
+            let mut draw = |k: usize| {
+                let mut residual =
+                    FrameResidual { residual_m: 0.0, noise_m2: 1e-8, wave_m2: 1e-5 * (1.0 + (k % 7) as f64) };
+                let due = Calibration { scale, scatter: 1.0, numbers: 1.0 }.variance_m2(&residual);
+                residual.residual_m = kappa * due.sqrt() * normal(&mut rng);
+                residual
             };
-            (0..long).map(&mut miss).collect()
+            (0..long).map(&mut draw).collect()
         };
         (0..recordings).map(|_| one()).collect()
     }
@@ -181,8 +184,8 @@ mod tests {
     #[test]
     fn neighbours_that_go_together_are_worth_less() {
         let apart = drawn(0.1, 0.0, 4, 600, 3);
-        let five = |of: &Vec<Miss>| of.iter().flat_map(|miss| [*miss; 5]).collect();
-        let together: Vec<Vec<Miss>> = apart.iter().map(five).collect();
+        let five = |of: &Vec<FrameResidual>| of.iter().flat_map(|residual| [*residual; 5]).collect();
+        let together: Vec<Vec<FrameResidual>> = apart.iter().map(five).collect();
         let (one, each) = (calibration(&apart).numbers, calibration(&together).numbers);
         assert!((5.0 * each / one - 1.0).abs() < 0.4, "{each} of {one}");
     }

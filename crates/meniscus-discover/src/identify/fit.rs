@@ -7,7 +7,7 @@
 //! included; J by differences. Three starts, a low-viscosity liquid, a high-viscosity one and one that creeps, and the
 //! best of the three.
 
-use meniscus::identify::{Calibration, Known, Recogniser, Tone, Trail, slope};
+use meniscus::identify::{Calibration, KnownLiquid, Recogniser, Tone, Trail, slope};
 use meniscus::surface::SurfaceProfile;
 use meniscus::units::GRAVITY_M_S2;
 use meniscus_numerics::least_squares::{Damping, Model, Settings, Stop, forward_differences, minimise};
@@ -55,12 +55,12 @@ fn inviscid(radius_m: f64, fill_m: f64) -> f64 {
 /// s - f of every frame that was seen, under `tone`, m.
 fn misses(tone: Tone, seen: &Seen, fill_m: f64) -> Vec<f64> {
     // The sums are not used, so that the calibration does not matter.
-    let known = [Known { tone, calibration: Calibration { scale: 1.0, scatter: 1.0, numbers: 1.0 } }];
+    let known = [KnownLiquid { tone, calibration: Calibration { scale: 1.0, scatter: 1.0, numbers: 1.0 } }];
     let recogniser = Recogniser::new(&known, fill_m);
     let mut trail = Trail::<1>::default();
     let turn = |profile: &Option<SurfaceProfile>| {
         recogniser.turn(&mut trail, profile.as_ref());
-        trail.missed(0).map_or(0.0, |miss| miss.miss_m)
+        trail.residual(0).map_or(0.0, |residual| residual.residual_m)
     };
     seen.iter().map(turn).collect()
 }

@@ -2,7 +2,7 @@
 
 use crate::record::{Quantity, Record, parts};
 use meniscus::blob::Model;
-use meniscus::latent::generic::{LATENTS, State};
+use meniscus::latent::generic::{LATENTS, LatentState};
 use meniscus::surface::POINTS;
 
 /// Each channel of `record` as `model` foretells it, m. `lag_s` is how much later the recording was seen than its
@@ -29,11 +29,11 @@ pub fn roll_out(model: &Model<'_>, record: &Record, lag_s: f64) -> Result<Vec<Ve
     if record.channels.iter().any(|channel| channel.quantity == Quantity::Peak) {
         return Err(format!("{}: heights of a peak, where the model gives profiles", record.name));
     }
-    let gain = model.lens.as_ref().map_or(1.0, |lens| lens.gain);
+    let gain = model.observation_model.as_ref().map_or(1.0, |observation_model| observation_model.gain);
     let place = |frame: f64| gain * record.drive.at(frame * dt - lag_s).3;
     let scale = dt * dt * f64::from(model.header.acceleration_scale);
     let push = |middle: f64| (place(middle + 1.0) - 2.0 * place(middle) + place(middle - 1.0)) / scale;
-    let mut state = State::default();
+    let mut state = LatentState::default();
     let mut out: Vec<Vec<f64>> =
         record.channels.iter().map(|_| Vec::with_capacity(record.frames())).collect();
     for frame in 0..record.frames() {
@@ -59,9 +59,9 @@ pub fn roll_out(model: &Model<'_>, record: &Record, lag_s: f64) -> Result<Vec<Ve
 
 /// A surface of the model as the camera of its effects sees it.
 fn seen(model: &Model<'_>, mut surface: [f32; POINTS]) -> [f32; POINTS] {
-    if let Some(lens) = &model.lens {
-        lens.raise(&mut surface);
-        surface = lens.bend(&surface);
+    if let Some(observation_model) = &model.observation_model {
+        observation_model.add_offset(&mut surface);
+        surface = observation_model.to_measured(&surface);
     }
     surface
 }

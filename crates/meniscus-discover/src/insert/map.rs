@@ -15,7 +15,7 @@
 
 use crate::record::parts;
 use meniscus::blob::Model;
-use meniscus::latent::generic::{LATENTS, Latent, ModeMap, State};
+use meniscus::latent::generic::{LATENTS, Latent, LatentState, ModeMap};
 use nalgebra::{SMatrix, SVector};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -94,7 +94,7 @@ pub fn map(model: &Model<'_>) -> Result<Mapped, MapError> {
     let mut seen = Vec::with_capacity(ROLL_OUTS * FRAMES);
     for seed in 0..ROLL_OUTS as u64 {
         let push = jolts(seed, model.generic.dt_s);
-        let mut state = State::default();
+        let mut state = LatentState::default();
         for n in 0..FRAMES {
             model.generic.step(&mut state, push(n));
             let x = state.latent;

@@ -15,7 +15,7 @@ pub mod simulated;
 
 pub use map::{MapError, Mapped, map};
 
-use meniscus::blob::{LoadError, Model, Named, NamedEffect, Tensor};
+use meniscus::blob::{EmbeddedEffect, EmbeddedEffects, LoadError, Model, Tensor};
 use meniscus::latent::generic::{LATENTS, ModeMap};
 use meniscus::latent::nn::Element;
 use meniscus::reduced::Rheology;
@@ -89,7 +89,7 @@ pub fn insert(blob: &[u8], liquid: TrainedLiquid, effects: &[Active]) -> Result<
     let elements: Vec<(Tensor, Element)> = header.sections.iter().map(|s| (s.tensor, s.element)).collect();
     let element = |tensor| elements.iter().find(|(t, _)| *t == tensor).map_or(Element::F32, |(_, e)| *e);
     // The map is the plain model's, whatever it held before.
-    header.named = None;
+    header.embedded = None;
     header.model_version = header.model_version.saturating_add(1);
     all.retain(|part| part.tensor != Tensor::ModeMap);
     let plain = stored(header.clone(), &all, element).map_err(InsertError::Export)?;
@@ -98,13 +98,13 @@ pub fn insert(blob: &[u8], liquid: TrainedLiquid, effects: &[Active]) -> Result<
     if effects.is_empty() {
         return Ok(Inserted { blob: plain.to_vec(), mapped });
     }
-    let mut list = heapless::Vec::<NamedEffect, MOST>::new();
+    let mut list = heapless::Vec::<EmbeddedEffect, MOST>::new();
     for effect in effects {
         let name = effect.entry.name.try_into().map_err(|_| InsertError::Export(ExportError::Header))?;
-        list.push(NamedEffect { name, values: effect.values })
+        list.push(EmbeddedEffect { name, values: effect.values })
             .map_err(|_| InsertError::Many(effects.len()))?;
     }
-    header.named = Some(Named { density_kg_m3, liquid: rheology, effects: list });
+    header.embedded = Some(EmbeddedEffects { density_kg_m3, liquid: rheology, effects: list });
     let ModeMap { height, rate, along_height, along_rate } = mapped.map;
     let rows = [height, rate, along_height, along_rate];
     let values: Vec<f32> = rows.iter().flat_map(|row| row.iter().map(|x| *x as f32)).collect();

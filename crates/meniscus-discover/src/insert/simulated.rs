@@ -5,10 +5,10 @@
 
 use crate::predict::Known;
 use crate::record::{Quantity, Record, parts};
-use meniscus::blob::Lens;
+use meniscus::blob::ObservationModel;
 use meniscus::reduced as slosh;
 use meniscus::reduced::effects::{Active, Simulator, Slot};
-use meniscus::reduced::{Baseline, Cylinder, Model};
+use meniscus::reduced::{Baseline, Cylinder, ReducedModel};
 use meniscus::surface::POINTS;
 use meniscus_data::effects::Effects;
 use meniscus_data::liquids::{Liquid, Rheology};
@@ -54,9 +54,9 @@ pub fn simulate(
     let vessel =
         Cylinder { radius_m: known.radius_m, depth_m: known.fill_m, density_kg_m3: known.density_kg_m3 };
     let resists = slosh::Rheology::newtonian(known.viscosity_pa_s);
-    let reduced = Model::new(vessel, resists, &Baseline::default(), effects, record.interval_s);
+    let reduced = ReducedModel::new(vessel, resists, &Baseline::default(), effects, record.interval_s);
     let (port, view) = (reduced.port, reduced.view);
-    let lens = Lens::new(known.radius_m, known.fill_m, &reduced);
+    let observation_model = ObservationModel::new(known.radius_m, known.fill_m, &reduced);
     let shift = lag_s + port.delay_s + view.latency_s;
     let (dt, frames) = (record.interval_s, record.frames());
     let samples: Vec<(f64, f64)> = (0..=4 * (frames + 60))
@@ -89,7 +89,7 @@ pub fn simulate(
     for frame in 0..frames {
         let mut surface = [0.0; POINTS];
         surface.copy_from_slice(recording.profile(frame));
-        let surface = lens.bend(&surface);
+        let surface = observation_model.to_measured(&surface);
         let seen = |i: usize| f64::from(surface[i]) - known.fill_m;
         let [level, slope, bow, _] =
             parts((0..POINTS).map(|i| (i, seen(i)))).ok_or("the surface was not found")?;

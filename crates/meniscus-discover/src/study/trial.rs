@@ -8,7 +8,7 @@ use crate::study::motion_plans::courses;
 use meniscus::reduced::effects::{Effect, Port, Slot, View};
 use meniscus::surface::{SurfaceProfile, profile_abscissa};
 use meniscus::units::FRAME_INTERVAL_S;
-use meniscus_bags::{profiles_from_csv, profiles_to_csv};
+use meniscus_data::profiles::{profiles_from_csv, profiles_to_csv};
 use meniscus_data::recording::frame_of;
 use meniscus_data::scene_file::GLASS;
 use meniscus_platform::files::write_whole;
@@ -125,7 +125,7 @@ impl Trial {
                 Slot::View(change) => change(&values, &mut faults.view),
                 Slot::Port(change) => change(&values, &mut faults.port),
                 Slot::Stiffness(_)
-                | Slot::First(_)
+                | Slot::FirstMode(_)
                 | Slot::Liquid(_)
                 | Slot::Line(_)
                 | Slot::Memory(_)

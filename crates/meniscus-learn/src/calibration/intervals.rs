@@ -18,7 +18,7 @@ use crate::data::measure::percent;
 use meniscus::blob::{LoadError, Model};
 use meniscus::runtime::Mode;
 use meniscus::uncertainty::error_factors::FIELD_GROUPS;
-use meniscus::uncertainty::error_model::LEADS;
+use meniscus::uncertainty::error_factors::LEADS;
 use meniscus::units::FRAME_INTERVAL_S;
 use meniscus_data::recording::GROUP_NAMES;
 use meniscus_platform::files::AlignedBytes;

@@ -3,7 +3,7 @@
 use crate::calibration::camera_views::CameraView;
 use meniscus::blob::{LoadError, Model};
 use meniscus::runtime::{Estimate, Forecast, InputSource, Memory, Mode};
-use meniscus::uncertainty::error_model::LEADS;
+use meniscus::uncertainty::error_factors::LEADS;
 use meniscus_data::recording::{GROUP_NAMES, Recording, STATE, group_range};
 use meniscus_numerics::statistics;
 use meniscus_platform::files::AlignedBytes;
@@ -78,7 +78,7 @@ impl Ratios {
                 let said = Forecast::new(model, memory, lead, &[]);
                 // The present surface knows the port, a forecast does not.
                 let said_m = if lead == 0 { &estimate.surface_m } else { &said.surface_m };
-                add(ratios, recording.profile(frame + lead), said_m, said.half_m.into_iter());
+                add(ratios, recording.profile(frame + lead), said_m, said.half_width_m.into_iter());
             }
         }
         if !frame.is_multiple_of(FIELD_EVERY) {

@@ -45,7 +45,7 @@ impl CheckpointParts {
     /// [`TrainError`], when it is refused.
     pub(super) fn new(blob: &[u8]) -> Result<Self, TrainError> {
         let (header, parts) = read::parts(blob)?;
-        if header.named.is_some() {
+        if header.embedded.is_some() {
             return Err(TrainError::Named);
         }
         let scale = Model::load(blob)?.scale();

@@ -103,7 +103,7 @@ fn in_line(model: &Model<'_>, seen: &Sightings) -> Sightings {
         |_| InputSource::Tracked,
         |frame, memory, _| {
             if let Some(Some(profile)) = out.get_mut(frame) {
-                *profile = model.cross_axis.in_line(profile, memory.lateral_m());
+                *profile = model.cross_axis.without(profile, memory.lateral_m());
             }
         },
     );

@@ -42,7 +42,7 @@ impl TrainingWindow {
             let place = profile.and_then(|profile| profile.glass_x_m).map(f64::from);
             let limit = PORT_LIMIT * f64::from(scale.acceleration_m_s2);
             let acceleration = motion.update(place).clamp(-limit, limit) as f32;
-            let usable = profile.as_ref().filter(|profile| profile.seen() >= POINTS_NEEDED);
+            let usable = profile.as_ref().filter(|profile| profile.valid_points() >= POINTS_NEEDED);
             rows.push(scale.row(usable, acceleration));
             u.push(acceleration / scale.acceleration_m_s2);
             read.push(if usable.is_some() && frame + 1 >= WINDOW { 1.0 } else { 0.0 });

@@ -141,7 +141,7 @@ impl CrestsAhead {
         let height_m = f64::from(said.height_m) - fill_m;
         self.height_m.push(height_m - highest[n]);
         self.time_s.push((said.frames as f64 - (n - frame) as f64) * FRAME_INTERVAL_S);
-        self.held.add(&[highest[n] as f32], &[height_m as f32], &[said.half_m]);
+        self.held.add(&[highest[n] as f32], &[height_m as f32], &[said.half_width_m]);
     }
 }
 
@@ -178,7 +178,7 @@ impl Ahead {
         let said = Forecast::new(model, memory, self.frames, plan);
         self.moving.add(truth, &said.surface_m, recording.glass.fill_m);
         self.still.add(truth, recording.profile(frame), recording.glass.fill_m);
-        self.held.add(truth, &said.surface_m, &said.half_m);
+        self.held.add(truth, &said.surface_m, &said.half_width_m);
     }
 }
 

@@ -70,7 +70,7 @@ impl Pipeline<'_> {
             energy_scale_j: frame.energy_scale_j,
             validation_slosh_rel: 0.0,
             sections: heapless::Vec::new(),
-            named: None,
+            embedded: None,
             model_version: 1,
             known: KnownGroups::ALL,
             filter: FilterConfig::REFERENCE,

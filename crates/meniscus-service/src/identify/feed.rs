@@ -58,7 +58,7 @@ impl TurnSink for ProfileOutlet {
     /// Queues the turn's profile: without room the turn is left out and counted.
     fn accept(&mut self, record: &TurnRecord<'_>) {
         let turn = &record.logged.turn;
-        let profile = turn.sight.and_then(Result::ok);
+        let profile = turn.profile.and_then(Result::ok);
         if self.queue.try_send(TurnProfile { time: turn.time, profile }).is_err() {
             self.left_out.fetch_add(1, Ordering::Relaxed);
         }

@@ -1,6 +1,6 @@
 //! Note of a liquid, `NAME.liquid.json`: its first mode in a glass.
 
-use meniscus::identify::{Calibration, Known, Tone};
+use meniscus::identify::{Calibration, KnownLiquid, Tone};
 use meniscus_platform::files::FileError;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
@@ -98,17 +98,23 @@ impl std::error::Error for NoteError {}
 
 /// Names and what is known, apart.
 #[must_use]
-pub fn split(notes: &[Note]) -> (Vec<String>, Vec<Known>) {
-    let known = |note: &Note| Known { tone: note.tone, calibration: note.calibration };
+pub fn split(notes: &[Note]) -> (Vec<String>, Vec<KnownLiquid>) {
+    let known = |note: &Note| KnownLiquid { tone: note.tone, calibration: note.calibration };
     notes.iter().map(|note| (note.liquid.clone(), known(note))).unzip()
 }
 
 impl Note {
     /// A note of what was learnt now.
     #[must_use]
-    pub fn new(liquid: &str, glass: GlassSize, known: Known, recordings: Vec<String>, command: &str) -> Self {
+    pub fn new(
+        liquid: &str,
+        glass: GlassSize,
+        known: KnownLiquid,
+        recordings: Vec<String>,
+        command: &str,
+    ) -> Self {
         let GlassSize { radius_m, fill_m } = glass;
-        let Known { tone, calibration } = known;
+        let KnownLiquid { tone, calibration } = known;
         let (liquid, command) = (liquid.into(), command.into());
         Self { version: VERSION, liquid, radius_m, fill_m, tone, calibration, recordings, command }
     }
@@ -210,7 +216,7 @@ mod tests {
         let tone =
             Tone { frequency: 22.0, decay: 1.0, yielding: 0.0, breaking: 0.1, softening: 0.02, lever: 1.5 };
         let calibration = Calibration { scale: 0.1, scatter: 0.2, numbers: 0.1 };
-        Note::new(liquid, GLASS, Known { tone, calibration }, Vec::new(), "by hand")
+        Note::new(liquid, GLASS, KnownLiquid { tone, calibration }, Vec::new(), "by hand")
     }
 
     #[test]

@@ -26,7 +26,7 @@ impl CrestImage {
 impl TurnSink for CrestImage {
     fn accept(&mut self, record: &TurnRecord<'_>) {
         let turn = &record.logged.turn;
-        let (Some(after), Some(Ok(_))) = (record.after, turn.sight) else { return };
+        let (Some(after), Some(Ok(_))) = (record.after, turn.profile) else { return };
         let away = |z: &f32| (z - self.fill_m).abs();
         let crest_m = turn.estimate.surface_m.iter().map(away).fold(0.0, f32::max);
         if crest_m > self.crest_m && after.outline.len() == self.outline.len() {

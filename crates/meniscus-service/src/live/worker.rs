@@ -4,7 +4,7 @@ use crate::clock_map::ClockMap;
 use crate::commanded_motion::CommandedMotion;
 use crate::sink::{RunCounters, StateAfter, TurnRecord, TurnSink};
 use crate::timed_turn::TimedTurn;
-use meniscus::runtime::{COAST_LIMIT, Estimator, Eye, InputSource, Tracker};
+use meniscus::runtime::{COAST_LIMIT, Estimator, InputSource, ProfileSensor, Tracker};
 use meniscus::surface::{Config, Rectifier};
 use meniscus_platform::allocations::allocations_of_this_thread;
 use meniscus_platform::clock::Monotonic;
@@ -61,12 +61,14 @@ impl<'m> Worker<'m> {
         let (width, height) = self.config.image_size();
         let (mut depth, mut grey) = (vec![0; 2 * width * height], vec![0; width * height]);
         let mut colour = vec![0; self.rectifier.as_ref().map_or(0, Rectifier::colour_bytes)];
-        let eye = match self.rectifier {
-            Some(rectifier) => Eye::in_colour(self.config, &mut depth, rectifier, &mut colour, &mut grey),
-            None => Eye::new(self.config, &mut depth, &mut grey),
+        let sensor = match self.rectifier {
+            Some(rectifier) => {
+                ProfileSensor::with_colour(self.config, &mut depth, rectifier, &mut colour, &mut grey)
+            }
+            None => ProfileSensor::new(self.config, &mut depth, &mut grey),
         };
         let field = vec![0.0; self.estimator.field_len()];
-        let tracker = Tracker::new(self.estimator, eye);
+        let tracker = Tracker::new(self.estimator, sensor);
         let (clock, batch) = (Monotonic::start(), Vec::with_capacity(MOST_TURNS));
         let motion = self.motion.as_ref();
         let mut turns = Turns { tracker, clock, clock_map: ClockMap::new(), field, motion, batch };
@@ -96,8 +98,8 @@ impl<'m> Worker<'m> {
         }
         let counters = RunCounters {
             health: turns.tracker.memory.health,
-            losses: turns.tracker.eye.losses(),
-            solitary: turns.tracker.eye.solitary(),
+            losses: turns.tracker.sensor.losses(),
+            solitary: turns.tracker.sensor.solitary(),
             payloads_dropped: end.dropped(),
             motion: turns.motion.map(CommandedMotion::turns),
             sink_allocations,
@@ -158,7 +160,7 @@ impl Turns<'_, '_, '_> {
         for (index, logged) in self.batch.iter().enumerate() {
             // Field and memory are those of the newest turn; earlier ones stand for missing frames and have none.
             let after = (index == newest)
-                .then(|| StateAfter { memory: &self.tracker.memory, outline: self.tracker.eye.outline() });
+                .then(|| StateAfter { memory: &self.tracker.memory, outline: self.tracker.sensor.outline() });
             let field: &[f32] = if after.is_some() { &self.field } else { &[] };
             let record = TurnRecord { logged, field, after };
             sinks.iter_mut().for_each(|sink| sink.accept(&record));

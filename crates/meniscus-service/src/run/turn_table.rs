@@ -20,7 +20,7 @@ pub fn csv(all: &[TimedTurn]) -> String {
         let ended = wall - now.saturating_duration_since(logged.ended);
         let wall_us = ended.duration_since(UNIX_EPOCH).unwrap_or_default().as_micros();
         let sequence = turn.stamp.map_or(String::new(), |stamp| stamp.sequence.to_string());
-        let seen = u8::from(matches!(turn.sight, Some(Ok(_))));
+        let seen = u8::from(matches!(turn.profile, Some(Ok(_))));
         let mode = match turn.estimate.mode {
             Mode::Filling => "filling",
             Mode::Tracking => "tracking",

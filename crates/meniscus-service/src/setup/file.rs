@@ -180,7 +180,7 @@ impl Setup {
             least_contrast: self.liquid.least_contrast,
             ..Settings::default()
         }
-        .seen_by(optics)
+        .with_optics(optics)
     }
 
     /// The same for the glass of a model: where the two differ by less than a person can measure the model's measures

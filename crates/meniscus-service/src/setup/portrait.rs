@@ -2,7 +2,7 @@
 
 use meniscus::surface::{Intrinsics, Optics, OutlineAssembler, Region};
 use meniscus::usb::frame::{DepthFrame, OutlineFrame, Stamp};
-use meniscus::usb::uvc::{Assembler, Outcome, Pairer, Stream};
+use meniscus::usb::uvc::{Assembler, AssemblyOutcome, Pairer, Stream};
 use std::collections::VecDeque;
 use std::time::Instant;
 
@@ -100,8 +100,8 @@ impl<'b> Gather<'b> {
     pub fn take(&mut self, stream: Stream, payload: &[u8]) -> Option<Pair> {
         let stamp = match stream {
             Stream::Depth => match self.depth.push(payload) {
-                Outcome::Frame(frame) => frame.stamp,
-                Outcome::Partial | Outcome::Lost(_) => return None,
+                AssemblyOutcome::Frame(frame) => frame.stamp,
+                AssemblyOutcome::Partial | AssemblyOutcome::Lost(_) => return None,
             },
             Stream::Outline => self.outline.push(payload, Region::whole(self.size))?,
         };

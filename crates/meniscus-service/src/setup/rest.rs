@@ -1,7 +1,9 @@
 //! The surface at rest, as the reader of a run sees it with the measured settings.
 
 use super::portrait::Pair;
-use meniscus::surface::{Config, NotSeen, POINTS, State, SurfaceProfile, extract, profile_abscissa};
+use meniscus::surface::{
+    Config, ExtractionError, ExtractionState, POINTS, SurfaceProfile, extract, profile_abscissa,
+};
 
 /// What the extractor makes of pairs of a resting glass; lengths in millimetres.
 #[derive(Clone, Debug, PartialEq)]
@@ -21,7 +23,7 @@ pub struct Rest {
     /// Height of each point, mean over the pairs, metres; none where a point was never seen.
     pub height_m: [Option<f32>; POINTS],
     /// Why the last pair without a profile gave none.
-    pub why: Option<NotSeen>,
+    pub why: Option<ExtractionError>,
 }
 
 impl Rest {
@@ -29,7 +31,7 @@ impl Rest {
     #[must_use]
     pub fn of(pairs: &[Pair], config: &Config) -> Self {
         let (width, height) = config.image_size();
-        let (mut state, mut why) = (State::new(), None);
+        let (mut state, mut why) = (ExtractionState::new(), None);
         let mut profiles: Vec<SurfaceProfile> = Vec::with_capacity(pairs.len());
         for pair in pairs {
             let (depth, infrared) = pair.frames(width, height);
@@ -62,7 +64,7 @@ impl Rest {
         };
         let spreads: Vec<f64> = points.iter().filter_map(spread).collect();
         let all = profiles.len() * POINTS;
-        let valid: usize = profiles.iter().map(SurfaceProfile::seen).sum();
+        let valid: usize = profiles.iter().map(SurfaceProfile::valid_points).sum();
         Self {
             seen: profiles.len() as f64 / pairs.len().max(1) as f64,
             valid: if all == 0 { f64::NAN } else { valid as f64 / all as f64 },

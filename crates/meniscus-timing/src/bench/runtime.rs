@@ -6,7 +6,7 @@
 
 use super::turn::Payloads;
 use meniscus::blob::{LoadError, Model, Tensor};
-use meniscus::runtime::{Estimator, Eye, InputSource, Mode, Tracker};
+use meniscus::runtime::{Estimator, InputSource, Mode, ProfileSensor, Tracker};
 use meniscus::surface::{Config, Settings};
 use meniscus::usb::uvc::Stream;
 use meniscus_data::blob_file::read::parts;
@@ -89,8 +89,8 @@ pub fn serve(blob: &Path, payloads: &Path, started: Instant) -> io::Result<Needs
     let (width, height) = config.image_size();
     let (mut depth, mut infrared) = (vec![0; 2 * width * height], vec![0; width * height]);
     let mut field = vec![0.0; model.field_len()];
-    let eye = Eye::new(config, &mut depth, &mut infrared);
-    let mut tracker = Tracker::new(Estimator::new(&model), eye);
+    let sensor = ProfileSensor::new(config, &mut depth, &mut infrared);
+    let mut tracker = Tracker::new(Estimator::new(&model), sensor);
     let mut clock = Monotonic::start();
     let mut file = BufReader::new(File::open(payloads)?);
     let mut payload = Vec::new();

@@ -2,7 +2,7 @@
 
 use super::{Times, read_once};
 use meniscus::blob::Model;
-use meniscus::runtime::{Estimator, Eye, InputSource, Mode, Stages, Tracker};
+use meniscus::runtime::{Estimator, InputSource, Mode, ProfileSensor, Stages, Tracker};
 use meniscus::surface::{Config, ConfigError};
 use meniscus::usb::uvc::Stream;
 use meniscus_data::recording::Recording;
@@ -108,8 +108,8 @@ pub fn turns(
         ..Turns::default()
     };
     for _ in 0..passes.count {
-        let eye = Eye::new(config, &mut depth, &mut infrared);
-        let mut tracker = Tracker::new(Estimator::new(model), eye);
+        let sensor = ProfileSensor::new(config, &mut depth, &mut infrared);
+        let mut tracker = Tracker::new(Estimator::new(model), sensor);
         for (index, (stream, payload)) in payloads.iter().enumerate() {
             if stop.load(Ordering::Relaxed) {
                 return Ok(all);

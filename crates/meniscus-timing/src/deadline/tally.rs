@@ -160,7 +160,7 @@ mod tests {
             Estimator::new(&model).turn(&mut Memory::default(), TurnInput::default(), &mut clock, &mut []);
         let captured = Micros(Film::captured_us(frame));
         let stamp = Some(Stamp { sequence: frame as u32, captured });
-        let turn = Turn { time: captured, stamp, sight: None, estimate };
+        let turn = Turn { time: captured, stamp, profile: None, estimate };
         TimedTurn {
             ended: shot.sent + Duration::from_micros(400 + delay_us),
             latency_us: 400 + delay_us,

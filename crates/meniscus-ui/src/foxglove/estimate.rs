@@ -65,7 +65,7 @@ fn schema() -> Value {
 /// A turn.
 pub(super) fn message(model: &Model<'_>, snapshot: &TurnSnapshot, logged: &TimedTurn) -> String {
     let (turn, estimate, health) = (&logged.turn, &logged.turn.estimate, &snapshot.memory.health);
-    let measured = turn.sight.and_then(Result::ok).map(|profile| {
+    let measured = turn.profile.and_then(Result::ok).map(|profile| {
         let points = profile.height_m.into_iter().zip(profile.valid);
         points.map(|(z, valid)| valid.then_some(z)).collect::<Vec<_>>()
     });
@@ -88,7 +88,7 @@ pub(super) fn message(model: &Model<'_>, snapshot: &TurnSnapshot, logged: &Timed
         "estimated_half": if known { estimate.interval.surface_m.to_vec() } else { Vec::new() },
         "measured": measured.unwrap_or_default(),
         "ahead": ahead.map(|ahead| ahead.surface_m.to_vec()).unwrap_or_default(),
-        "ahead_half": ahead.map(|ahead| ahead.half_m.to_vec()).unwrap_or_default(),
+        "ahead_half": ahead.map(|ahead| ahead.half_width_m.to_vec()).unwrap_or_default(),
     })
     .to_string()
 }
@@ -113,7 +113,7 @@ mod tests {
         let mut memory = Memory::default();
         let estimate =
             Estimator::new(&model).turn(&mut memory, TurnInput::default(), &mut Monotonic::start(), &mut []);
-        let turn = Turn { time: Micros(1), stamp: None, sight: None, estimate };
+        let turn = Turn { time: Micros(1), stamp: None, profile: None, estimate };
         let logged = TimedTurn { latency_us: 5, turn_us: 4, ..TimedTurn::untimed(turn) };
         let snapshot = TurnSnapshot { memory, ..TurnSnapshot::default() };
         let message: Value = serde_json::from_str(&message(&model, &snapshot, &logged)).expect("it is JSON");

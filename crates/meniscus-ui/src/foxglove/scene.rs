@@ -32,7 +32,7 @@ const WALL: Color = Color { r: 0.7, g: 0.8, b: 0.9, a: 0.15 };
 
 /// Where the glass is; `None` where its edges were not found: a place that nobody knows is not claimed.
 pub(super) fn glass(logged: &TimedTurn, stamp: Timestamp) -> Option<FrameTransform> {
-    let x = logged.turn.sight?.ok()?.glass_x_m?;
+    let x = logged.turn.profile?.ok()?.glass_x_m?;
     Some(FrameTransform {
         timestamp: Some(stamp),
         parent_frame_id: name(WORLD),
@@ -117,7 +117,7 @@ pub(super) fn surface(
         color: Some(ESTIMATED),
         ..LinePrimitive::default()
     };
-    let measured = logged.turn.sight.and_then(Result::ok).map(|profile| {
+    let measured = logged.turn.profile.and_then(Result::ok).map(|profile| {
         let seen =
             profile.height_m.into_iter().zip(profile.valid).enumerate().filter(|(_, (_, valid))| *valid);
         let sphere = |(point, (z, _)): (usize, (f32, bool))| {

@@ -58,7 +58,7 @@ pub(super) const NUMBERS: [Number; 38] = [
     ("heat_j", |f| f.logged.turn.estimate.heat_j),
     ("acceleration_m_s2", |f| f64::from(f.logged.turn.estimate.acceleration_m_s2)),
     ("glass_x_m", |f| seen(f).and_then(|p| p.glass_x_m).map_or(f64::NAN, f64::from)),
-    ("points_seen", |f| seen(f).map_or(0.0, |p| p.seen() as f64)),
+    ("points_seen", |f| seen(f).map_or(0.0, |p| p.valid_points() as f64)),
     ("unseen_s", |f| f.unseen_s),
     ("energy_residual", |f| f.logged.turn.estimate.audit.energy_residual),
     ("step_heat", |f| f.logged.turn.estimate.audit.heat),
@@ -87,7 +87,7 @@ pub(super) const NUMBERS: [Number; 38] = [
     ("tau_half", |f| f64::from(f.logged.turn.estimate.interval.field[4])),
     ("crest_turns", |f| f.crest.map_or(f64::NAN, |crest| crest.frames as f64)),
     ("crest_m", |f| f.crest.map_or(f64::NAN, |crest| f64::from(crest.height_m))),
-    ("crest_half_m", |f| f.crest.map_or(f64::NAN, |crest| f64::from(crest.half_m))),
+    ("crest_half_m", |f| f.crest.map_or(f64::NAN, |crest| f64::from(crest.half_width_m))),
     ("crest_spills", |f| f.crest.map_or(0.0, |crest| f64::from(u8::from(crest.spills)))),
     ("viewers", |f| f.viewers.0 as f64),
     ("left_out", |f| f.viewers.1 as f64),
@@ -96,7 +96,7 @@ pub(super) const NUMBERS: [Number; 38] = [
 
 /// What was seen in the turn's frame.
 fn seen<'f>(facts: &'f Facts<'_>) -> Option<&'f SurfaceProfile> {
-    facts.logged.turn.sight.as_ref().and_then(|sight| sight.as_ref().ok())
+    facts.logged.turn.profile.as_ref().and_then(|sight| sight.as_ref().ok())
 }
 
 /// The bytes of frame `number`.
@@ -137,9 +137,9 @@ pub(super) fn frame(model: &Model<'_>, facts: &Facts<'_>, number: u32) -> Vec<u8
         &measured,
         &measured_half,
         &near.surface_m,
-        &near.half_m,
+        &near.half_width_m,
         &far.surface_m,
-        &far.half_m,
+        &far.half_width_m,
     ];
     let mut put = |number: f32| bytes.extend_from_slice(&number.to_le_bytes());
     profiles.into_iter().flatten().for_each(|&height| put(height));

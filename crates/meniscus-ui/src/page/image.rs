@@ -63,7 +63,7 @@ impl Window {
     ) -> Option<Vec<u8>> {
         let GlassExtent { radius_m, rim_m } = glass;
         let turn = &snapshot.image_of?.turn;
-        let profile = turn.sight.and_then(Result::ok);
+        let profile = turn.profile.and_then(Result::ok);
         let glass_x_m = profile.and_then(|profile| profile.glass_x_m);
         let place = glass_x_m.unwrap_or(0.0);
         if self.width == 0 || glass_x_m.is_some_and(|x| !self.shows(config, radius_m, x)) {

@@ -160,7 +160,7 @@ impl Dashboard {
             all.map(|(index, z)| (x(index), 1e3 * f64::from(*z))).collect()
         };
         let estimated = last.map_or(vec![], |logged| points(&logged.turn.estimate.surface_m, &|_| true));
-        let measured = match last.and_then(|logged| logged.turn.sight) {
+        let measured = match last.and_then(|logged| logged.turn.profile) {
             Some(Ok(profile)) => points(&profile.height_m, &|index| profile.valid[index]),
             _ => vec![],
         };
@@ -187,8 +187,8 @@ impl Dashboard {
         let (turn, estimate) = (&logged.turn, &logged.turn.estimate);
         let stages = &estimate.stages;
         let widest = estimate.interval.surface_m.iter().copied().fold(0.0, f32::max);
-        let seen = match &turn.sight {
-            Some(Ok(profile)) => format!("{} of {} points", profile.seen(), profile.valid.len()),
+        let seen = match &turn.profile {
+            Some(Ok(profile)) => format!("{} of {} points", profile.valid_points(), profile.valid.len()),
             Some(Err(reason)) => format!("not seen: {reason}"),
             None => "no frame".into(),
         };

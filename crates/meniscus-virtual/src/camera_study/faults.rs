@@ -3,7 +3,7 @@
 
 pub use super::fault_table::TABLE;
 use crate::usb::SimulatedBus;
-use meniscus::usb::uvc::{Assembler, Losses, Outcome, Pairer, Stream};
+use meniscus::usb::uvc::{Assembler, AssemblyOutcome, Losses, Pairer, Stream};
 use meniscus_hil::FaultList;
 use meniscus_hil::device::{Device, TestCard, Trouble};
 use meniscus_usb::buffer::Buffer;
@@ -92,7 +92,7 @@ impl Reader {
     /// Judges a payload.
     fn judge(&mut self, stream: Stream, payload: &[u8]) -> Result<(), String> {
         let (assembler, last, captured_us) = &mut self.assemblers[usize::from(stream == Stream::Outline)];
-        let Outcome::Frame(frame) = assembler.push(payload) else { return Ok(()) };
+        let AssemblyOutcome::Frame(frame) = assembler.push(payload) else { return Ok(()) };
         let number = [frame.pixels[0], frame.pixels[1]];
         if frame.pixels.chunks_exact(2).any(|pair| pair != number) {
             return Err(format!("{stream:?}: a frame of two shots"));

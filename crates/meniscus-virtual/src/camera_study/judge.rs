@@ -2,7 +2,9 @@
 
 use super::conditions::{CLUTTERED_FROM, Case, Condition, FRAMES};
 use crate::render::{Clutter, Images, Liquid, Scene};
-use meniscus::surface::{Config, ConfigError, NotSeen, POINTS, State, SurfaceProfile, extract};
+use meniscus::surface::{
+    Config, ConfigError, ExtractionError, ExtractionState, POINTS, SurfaceProfile, extract,
+};
 use meniscus::units::Micros;
 use meniscus::usb::frame::{DepthFrame, OutlineFrame, Stamp};
 use meniscus_numerics::statistics::quantile;
@@ -26,7 +28,7 @@ pub struct Judged {
     /// All points seen.
     pub points: Vec<Point>,
     /// Why the last frame without a profile had none.
-    pub not_seen: Option<NotSeen>,
+    pub not_seen: Option<ExtractionError>,
     /// The last frame, for a look.
     pub last: (Vec<u8>, Option<SurfaceProfile>),
 }
@@ -38,7 +40,8 @@ pub struct Judged {
 pub fn judge(case: Case) -> Result<Judged, ConfigError> {
     let settings = case.settings;
     let config = Config::new(settings.camera)?;
-    let (mut scene, mut images, mut state) = (Scene::new(settings), Images::new(&settings), State::new());
+    let (mut scene, mut images, mut state) =
+        (Scene::new(settings), Images::new(&settings), ExtractionState::new());
     let mut judged =
         Judged { case, profiles: 0, points: Vec::new(), not_seen: None, last: (Vec::new(), None) };
     let case = &judged.case;

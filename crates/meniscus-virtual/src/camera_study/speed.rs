@@ -2,9 +2,9 @@
 
 use crate::render::{Images, Liquid, Scene, SceneSettings};
 use meniscus::depth_filters::{LANES, Spatial};
-use meniscus::surface::{Config, State, extract};
+use meniscus::surface::{Config, ExtractionState, extract};
 use meniscus::usb::frame::{DepthFrame, OutlineFrame};
-use meniscus::usb::uvc::{Assembler, Outcome};
+use meniscus::usb::uvc::{Assembler, AssemblyOutcome};
 use meniscus_data::recording::{COLUMNS, WALL_POINTS};
 use meniscus_hil::{Camera, CameraSettings, Shot, Source};
 use meniscus_numerics::statistics::median;
@@ -32,7 +32,8 @@ pub(super) fn roi_path_us() -> f64 {
     let settings = SceneSettings::default();
     let Ok(config) = Config::new(settings.camera) else { return f64::NAN };
     let (width, height) = config.image_size();
-    let (mut scene, mut images, mut state) = (Scene::new(settings), Images::new(&settings), State::new());
+    let (mut scene, mut images, mut state) =
+        (Scene::new(settings), Images::new(&settings), ExtractionState::new());
     let mut room = vec![0; 2 * width * height];
     let (mut camera, mut assembler) = (Camera::new(CameraSettings::default()), Assembler::new(&mut room));
     let mut missed = false;
@@ -42,7 +43,7 @@ pub(super) fn roi_path_us() -> f64 {
         let payloads = camera.expose(&shot);
         let started = Instant::now();
         let seen = match assembler.whole(&payloads[0].bytes) {
-            Outcome::Frame(frame) => {
+            AssemblyOutcome::Frame(frame) => {
                 let depth = DepthFrame { bytes: frame.pixels, width, height, stamp: frame.stamp };
                 let infrared = OutlineFrame { bytes: &images.infrared, width, height, stamp: frame.stamp };
                 black_box(extract(&config, &mut state, depth, infrared)).is_ok()

@@ -4,16 +4,16 @@
 //! The film holds shots of 640x480, depth then infrared, with nothing between them.
 
 use super::{RecordedGlass, SimulatedBus};
-use crate::observe_recording::NoClock;
 use crate::render::SceneSettings;
 use meniscus::blob::Model;
-use meniscus::runtime::{Estimator, Eye, InputSource, Tracker};
+use meniscus::runtime::{Estimator, InputSource, ProfileSensor, Tracker};
 use meniscus::surface;
 use meniscus::surface::{Config, ConfigError};
 use meniscus::usb::uvc::Stream;
 use meniscus_data::recording::Recording;
 use meniscus_hil::FaultList;
 use meniscus_hil::device::{Device, Scenery};
+use meniscus_platform::clock::NoClock;
 use meniscus_service::timed_turn::TimedTurn;
 use meniscus_usb::buffer::Buffer;
 use meniscus_usb::camera::{CameraError, Note, Session, Settings, Sink};
@@ -126,11 +126,11 @@ pub fn film<W: Write + Send + 'static>(
     let connected = session.connected();
     let header = &model.header;
     let glass = surface::Settings::for_glass(header.radius_m, header.fill_m, header.rim_m);
-    let config = Config::new(glass.seen_by(connected.optics())).map_err(FilmError::Glass)?;
+    let config = Config::new(glass.with_optics(connected.optics())).map_err(FilmError::Glass)?;
     let (width, height) = config.image_size();
     let (mut depth, mut infrared) = (vec![0; 2 * width * height], vec![0; width * height]);
     let mut direct = Direct {
-        tracker: Tracker::new(Estimator::new(model), Eye::new(config, &mut depth, &mut infrared)),
+        tracker: Tracker::new(Estimator::new(model), ProfileSensor::new(config, &mut depth, &mut infrared)),
         field: vec![0.0; model.field_len()],
         turns: Vec::with_capacity(frames),
         frames,

@@ -1,0 +1,31 @@
+//! Calibration of the reduced model: offsets and factors of its modes, and its second order.
+
+use super::modes::RADIAL;
+
+/// Calibration of the plain model on reference recordings of a known liquid.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Baseline {
+    /// Relative offsets of the frequencies of the modes (1,n).
+    pub frequency: [f64; RADIAL],
+    /// Factors on the damping of the modes (1,n).
+    pub damping: [f64; RADIAL],
+    /// Factors on the forcing of the modes (1,n).
+    pub lever: [f64; RADIAL],
+    /// Softening kappa: `w = w1 (1 - kappa A^2/R^2)` at amplitude A (Bauerlein and Avila 2021).
+    pub detuning: f64,
+    /// Coefficients p and q of the second-order waves (0,1) and (2,1): their forcing is `(p v1^2 + q w1^2 a1^2)/R`.
+    pub drive: [[f64; 2]; 2],
+}
+
+impl Default for Baseline {
+    /// Linear theory; the second order of an inviscid standing wave is of the order of one half.
+    fn default() -> Self {
+        Self {
+            frequency: [0.0; RADIAL],
+            damping: [1.0; RADIAL],
+            lever: [1.0; RADIAL],
+            detuning: 0.0,
+            drive: [[0.5, -0.5], [0.5, -0.5]],
+        }
+    }
+}

@@ -1,0 +1,40 @@
+//! Points of the liquid's edge, in the image and in space.
+
+use super::config::MAX_COLUMNS;
+use heapless::Vec;
+
+/// Columns on either side that vote on whether a column is an outlier.
+pub(super) const NEIGHBOURS: usize = 3;
+
+/// One point of the edge in the image.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct EdgePoint {
+    pub(super) column: usize,
+    /// Sub-pixel row; whole numbers are pixel centres.
+    pub(super) row: f32,
+    /// Variance beside the usual scatter, square pixels: what foam and bands add.
+    pub(super) own_px2: f32,
+    /// Rows by which it was moved down to the onset of a band.
+    pub(super) moved_px: f32,
+}
+
+/// The edge, at most one point a column, columns rising.
+pub(super) type Edge = Vec<EdgePoint, MAX_COLUMNS>;
+
+/// A point of the edge in space.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Sample {
+    /// `x` from the glass axis, metres.
+    pub(super) x_m: f32,
+    /// Height above the inner bottom, metres.
+    pub(super) z_m: f32,
+    /// Change of the height with the depth: the ray's rise.
+    pub(super) rise: f32,
+    /// Variance of its own beside the edge's and the depth's noise, square metres.
+    pub(super) own_m2: f32,
+    /// Distance by which it was lowered already, metres.
+    pub(super) lowered_m: f32,
+}
+
+/// The edge in space, `x` rising.
+pub(super) type Samples = Vec<Sample, MAX_COLUMNS>;
