@@ -214,4 +214,15 @@ mod tests {
             assert_eq!(mine, plan.leave_out);
         }
     }
+
+    /// Judged trials and simulated glasses lie under these names on disk.
+    #[test]
+    fn trials_and_glasses_keep_their_digests() {
+        let of = |names: Vec<String>| {
+            crc::Crc::<u64>::new(&crc::CRC_64_ECMA_182).checksum(names.concat().as_bytes())
+        };
+        let trials = of(plans(118, 1).iter().map(Plan::digest).collect());
+        let glasses = of(crate::study::cases::truths().iter().map(Truth::digest).collect());
+        assert_eq!((trials, glasses), (6_921_090_122_369_150_216, 2_311_719_801_150_199_182));
+    }
 }
