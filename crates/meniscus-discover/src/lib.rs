@@ -54,6 +54,7 @@ pub mod insert;
 pub mod insertion;
 pub mod load;
 pub mod localise;
+pub mod motion_plan;
 pub mod motion_table;
 pub mod noise;
 pub mod offsets;

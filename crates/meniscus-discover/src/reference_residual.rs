@@ -127,15 +127,15 @@ mod tests {
     use super::super::record::{Channel, Record};
     use super::*;
     use crate::motion_table::drive_of;
-    use crate::study::motion_plans::Course;
+    use crate::motion_plan::MotionPlan;
     use meniscus::units::FRAME_INTERVAL_S;
     use meniscus_data::motion::Motion;
 
     /// A recording of a jolt of `strength` whose glass is seen `late_s` later and `scale` larger.
     fn record(strength: f64, late_s: f64, scale: f64) -> Record {
-        let course = Course::jolt(0.28, strength, 2.2);
-        let drive = drive_of(&Motion::sampled(&course.samples()).expect("a motion"), course.seconds);
-        let frames = course.frames();
+        let plan = MotionPlan::jolt(0.28, strength, 2.2);
+        let drive = drive_of(&Motion::sampled(&plan.samples()).expect("a motion"), plan.seconds);
+        let frames = plan.frames();
         let at = |n: usize| n as f64 * FRAME_INTERVAL_S;
         let place = (0..frames).map(|n| Some(scale * drive.at(at(n) - late_s).3)).collect();
         Record {
@@ -165,7 +165,7 @@ mod tests {
         }
         assert_eq!(left.alignment(&record(1.7, 0.0, 1.0)), None, "the next stronger jolt");
         let mut slow = record(1.25, 0.0, 1.0);
-        let other = Course::jolt(0.40, 1.25, 2.2);
+        let other = MotionPlan::jolt(0.40, 1.25, 2.2);
         let place = |n: usize| Some(other.position(n as f64 * FRAME_INTERVAL_S));
         slow.channels[0].value = (0..132).map(place).collect();
         assert_eq!(left.alignment(&slow), None, "a slower jolt");

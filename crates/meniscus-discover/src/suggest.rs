@@ -8,7 +8,7 @@ use super::predict::SHARED;
 use super::problem::Problem;
 use super::record::{Channel, Record};
 use crate::motion_table::drive_of;
-use crate::study::motion_plans::{Course, Kind, courses};
+use crate::motion_plan::MotionPlan;
 use meniscus_data::motion::Motion;
 use nalgebra::{DMatrix, DVector};
 
@@ -16,7 +16,7 @@ use nalgebra::{DMatrix, DVector};
 #[derive(Clone, Debug, PartialEq)]
 pub struct Separation {
     /// Index of the motion among those that may be suggested.
-    pub course: usize,
+    pub plan: usize,
     /// Motion, in words.
     pub motion: String,
     /// Separation, signal over noise.
@@ -31,7 +31,7 @@ pub struct Suggestion {
     /// Motion, in words.
     pub motion: String,
     /// Index of the motion among those that may be suggested.
-    pub course: usize,
+    pub plan: usize,
     /// The two candidates that it distinguishes.
     pub between: [String; 2],
     /// Separation of the candidates, signal over noise.
@@ -50,6 +50,14 @@ impl Suggestion {
     }
 }
 
+/// Returns the motions that may be suggested.
+#[must_use]
+pub fn suggestable() -> Vec<MotionPlan> {
+    [(0.28, 2.0, 4.4), (0.16, 3.0, 2.2), (0.28, 0.3, 2.2)]
+        .map(|(period, strength, seconds)| MotionPlan::jolt(period, strength, seconds))
+        .to_vec()
+}
+
 /// Returns the motion that separates the best two fitted candidates most; none where fewer than two were fitted.
 #[must_use]
 pub fn suggest(problem: &Problem, calibration: &Calibration, assessment: &Assessment) -> Option<Suggestion> {
@@ -58,20 +66,20 @@ pub fn suggest(problem: &Problem, calibration: &Calibration, assessment: &Assess
     let fitted: Vec<_> = rivals.iter().filter_map(|r| r.fitted.as_ref().map(|f| (r, f))).take(2).collect();
     let [(one, a), (two, b)] = fitted.as_slice() else { return None };
     let mut considered = Vec::new();
-    for (number, course) in courses(Kind::Asked).iter().enumerate() {
-        let jolt = course.jolts[0];
+    for (number, plan) in suggestable().iter().enumerate() {
+        let jolt = plan.jolts[0];
         let motion = format!(
             "a jolt of {:.2} s and {:.1} m/s2, {:.0} s in all",
-            jolt.period_s, jolt.strength_m_s2, course.seconds
+            jolt.period_s, jolt.strength_m_s2, plan.seconds
         );
-        let record = planned(problem.records().next()?, course)?;
+        let record = planned(problem.records().next()?, plan)?;
         let separation = separation(&record, problem, calibration, [a, b])?;
-        considered.push(Separation { course: number, motion, separation, seconds: course.seconds });
+        considered.push(Separation { plan: number, motion, separation, seconds: plan.seconds });
     }
     let best = considered.iter().max_by(|x, y| x.separation.total_cmp(&y.separation))?.clone();
     Some(Suggestion {
         motion: best.motion,
-        course: best.course,
+        plan: best.plan,
         between: [one.names.join(" + "), two.names.join(" + ")],
         separation: best.separation,
         seconds: best.seconds,
@@ -80,9 +88,9 @@ pub fn suggest(problem: &Problem, calibration: &Calibration, assessment: &Assess
 }
 
 /// Returns a recording like `like` of a motion that was not made: every number is measured, none is known.
-fn planned(like: &Record, course: &Course) -> Option<Record> {
-    let motion = Motion::sampled(&course.samples())?;
-    let frames = (course.seconds / like.interval_s) as usize;
+fn planned(like: &Record, plan: &MotionPlan) -> Option<Record> {
+    let motion = Motion::sampled(&plan.samples())?;
+    let frames = (plan.seconds / like.interval_s) as usize;
     let channels = like.channels.iter();
     Some(Record {
         name: "planned".into(),
@@ -90,8 +98,8 @@ fn planned(like: &Record, course: &Course) -> Option<Record> {
         channels: channels
             .map(|c| Channel { quantity: c.quantity, value: vec![Some(0.0); frames] })
             .collect(),
-        drive: drive_of(&motion, course.seconds),
-        rest_frames: (course.jolts[0].start_s / like.interval_s) as usize,
+        drive: drive_of(&motion, plan.seconds),
+        rest_frames: (plan.jolts[0].start_s / like.interval_s) as usize,
     })
 }
 

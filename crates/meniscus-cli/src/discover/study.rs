@@ -7,7 +7,7 @@ use meniscus_discover::study::bench::Places;
 use meniscus_discover::study::measured::judge_measured;
 use meniscus_discover::study::page::markdown;
 use meniscus_discover::study::pictures::{confusion_png, detection_png};
-use meniscus_discover::study::run::{Course, judge_all};
+use meniscus_discover::study::run::{RunOptions, judge_all};
 use meniscus_discover::study::tally::{Beside, Study, checks};
 use meniscus_discover::study::{long_discovery_s, reference_coverage, simulate};
 use meniscus_platform::files::write_whole;
@@ -86,8 +86,8 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         bar.set_length(all as u64);
         bar.set_position(done as u64);
     };
-    let course = Course { cleans: arguments.clean, seed: arguments.seed, judges: !arguments.report_only };
-    let (lines, planned) = judge_all(&places, course, stop, &progress)?;
+    let options = RunOptions { cleans: arguments.clean, seed: arguments.seed, judges: !arguments.report_only };
+    let (lines, planned) = judge_all(&places, options, stop, &progress)?;
     let mut study = Study { lines, planned, beside: beside_before(&arguments.out) };
     if !arguments.report_only && !arguments.trials_only {
         // Kept after each part, so that an interruption leaves what there is.

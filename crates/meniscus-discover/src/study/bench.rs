@@ -14,7 +14,7 @@ use super::error::StudyError;
 use super::plans::Plan;
 use super::trial::Trial;
 use super::truth::Truth;
-use crate::study::motion_plans::{Kind, courses};
+use crate::study::motions::{MotionKind, motions};
 use meniscus::reduced::effects::{Active, find};
 use meniscus_platform::files::write_whole;
 use serde::{Deserialize, Serialize};
@@ -59,7 +59,7 @@ pub struct Judged {
     pub seconds: f64,
 }
 
-/// References of one kind of course, with what each shows when the others judge it.
+/// References of one kind of motion, with what each shows when the others judge it.
 ///
 /// A tested glass that is itself a reference sets no threshold for itself and calibrates nothing that it is
 /// judged by; that it was among those that judged the other references makes their bounds, if anything, lower.
@@ -68,10 +68,10 @@ pub struct Bench {
     shown: Vec<Shown>,
 }
 
-/// A glass, which of its courses, and the letter that their names start from.
+/// A glass, which of its motions, and the letter that their names start from.
 type Part = (Truth, Vec<usize>, u8);
 
-/// Recordings of another kind of course that a trial gets beside its own: the glass, and which.
+/// Recordings of another kind of motion that a trial gets beside its own: the glass, and which.
 pub type More<'a> = Option<(&'a Trial, &'a [usize])>;
 
 impl Bench {
@@ -79,8 +79,8 @@ impl Bench {
     ///
     /// # Errors
     /// [`StudyError`], when one is not in the cache or cannot be fitted.
-    pub fn new(places: &Places, kind: Kind) -> Result<Self, StudyError> {
-        let count = courses(kind).len();
+    pub fn new(places: &Places, kind: MotionKind) -> Result<Self, StudyError> {
+        let count = motions(kind).len();
         let every: Vec<usize> = (0..count).collect();
         let parts = |truth: &Truth| vec![(truth.clone(), every.clone(), b'a')];
         Self::of(places, &format!("{kind:?}").to_lowercase(), 9000, clean(kind), &parts)
@@ -92,10 +92,10 @@ impl Bench {
     /// [`StudyError`], when one is not in the cache or cannot be fitted.
     pub fn with_asked(places: &Places) -> Result<Self, StudyError> {
         let parts = |truth: &Truth| {
-            let single = Truth { kind: Kind::Single, ..truth.clone() };
+            let single = Truth { kind: MotionKind::Single, ..truth.clone() };
             vec![(single, vec![0, 1, 2, 3], b'a'), (truth.clone(), vec![0, 1, 2], b'e')]
         };
-        Self::of(places, "both", 9500, clean(Kind::Asked), &parts)
+        Self::of(places, "both", 9500, clean(MotionKind::Asked), &parts)
     }
 
     fn of(
@@ -189,7 +189,7 @@ fn judged(found: &Findings, oracle_mm: Option<f64>, seconds: f64) -> Judged {
             .map(|g| g.gap)
             .map(|g| [g.untouched, g.refitted, g.black_box, g.effect].map(|m| 1e3 * m)),
         oracle_mm,
-        asked: found.suggestion.as_ref().map(|q| q.course),
+        asked: found.suggestion.as_ref().map(|q| q.plan),
         seconds,
     }
 }

@@ -6,7 +6,7 @@ pub mod coverage;
 pub mod error;
 pub mod measured;
 mod measured_runs;
-pub mod motion_plans;
+pub mod motions;
 pub mod page;
 pub mod pictures;
 pub mod plans;
@@ -26,7 +26,7 @@ use super::thresholds::Thresholds;
 use super::workflow::discover;
 use crate::motion_table::drive_of;
 use crate::study::error::StudyError;
-use crate::study::motion_plans::Course;
+use crate::motion_plan::MotionPlan;
 use meniscus::reduced::effects::{Active, EffectKind};
 use meniscus_data::motion::Motion;
 use meniscus_numerics::random::normal;
@@ -104,7 +104,7 @@ pub fn reference_coverage(out: &Path, seed: u64) -> Result<Option<(f64, usize)>,
 pub fn made_up(
     name: &str,
     known: &Known,
-    course: &Course,
+    course: &MotionPlan,
     theta: &[f64],
     noise_m: f64,
     seed: u64,
@@ -117,7 +117,7 @@ pub fn made_up(
 pub fn made_up_with(
     name: &str,
     known: &Known,
-    course: &Course,
+    course: &MotionPlan,
     theta: &[f64],
     active: &[Active],
     noise_m: f64,
@@ -156,7 +156,7 @@ pub fn long_discovery_s() -> Result<f64, StudyError> {
     };
     let theta = Calibration::blind(&[], 0.0).mean;
     let make = |known: &Known, seed: u64, active: &[Active]| -> Vec<Record> {
-        let courses = [0.6, 1.2, 2.2, 1.7].map(|a| Course::jolt(0.28, a, 10.0));
+        let courses = [0.6, 1.2, 2.2, 1.7].map(|a| MotionPlan::jolt(0.28, a, 10.0));
         let all = courses.iter().enumerate();
         all.filter_map(|(i, c)| made_up_with("long", known, c, &theta, active, 1e-4, seed + i as u64))
             .collect()

@@ -13,7 +13,7 @@
 use super::cases::{HIDDEN_PACKINGS, Hidden, PAIRS, SIZES, VISCOSITY_PA_S, clean, hidden};
 use super::trial::{Hand, Trial};
 use super::truth::Truth;
-use crate::study::motion_plans::Kind;
+use crate::study::motions::MotionKind;
 use meniscus::reduced::effects::{Entry, LIBRARY, find};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
@@ -22,7 +22,7 @@ use std::path::Path;
 const VERSION: u32 = 8;
 
 /// Clean glasses of each kind before anything else is tried, and of the rest.
-const KINDS: [Kind; 3] = [Kind::Single, Kind::Double, Kind::Slow];
+const KINDS: [MotionKind; 3] = [MotionKind::Single, MotionKind::Double, MotionKind::Slow];
 
 /// What a trial belongs to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
@@ -52,7 +52,7 @@ pub struct Answer {
     pub effects: Vec<(String, f64)>,
     /// Size of the effect in units of its reference size; 0 of none.
     pub size: f64,
-    /// Liquid, packing and course, for counting distinct ones.
+    /// Liquid, packing and motions, for counting distinct ones.
     pub glass: String,
 }
 
@@ -155,9 +155,9 @@ pub fn plans(cleans: usize, seed: u64) -> Vec<Plan> {
 
 /// The clean glasses of `kind` that are tested, with their place among the references: all of these, and of
 /// the single jolts the glasses that the hands put their effects in.
-fn tested(kind: Kind) -> Vec<(Option<usize>, Truth)> {
+fn tested(kind: MotionKind) -> Vec<(Option<usize>, Truth)> {
     let mut out: Vec<_> = clean(kind).into_iter().enumerate().map(|(i, truth)| (Some(i), truth)).collect();
-    if kind == Kind::Single {
+    if kind == MotionKind::Single {
         let by_hand = hidden().find(|h| !h.is_simulated());
         out.extend(HIDDEN_PACKINGS.into_iter().filter_map(|p| Some((None, by_hand?.truth(1.0, p, kind)))));
     }
@@ -176,7 +176,7 @@ fn one(
     let value = hidden.value(size);
     let hand = Hand { effect: hidden.effect, value };
     let hands = if hidden.is_simulated() { vec![] } else { vec![hand] };
-    let truth = hidden.truth(size, packing, Kind::Single);
+    let truth = hidden.truth(size, packing, MotionKind::Single);
     Plan {
         answer: Answer {
             family,

@@ -1,4 +1,4 @@
-//! Course of the study: trials are written as neutral folders, judged by the workflow, and compared with the answers
+//! MotionPlan of the study: trials are written as neutral folders, judged by the workflow, and compared with the answers
 //! afterwards.
 //!
 //! A trial's answer lies in `answers.json`, which only this file writes and only [`super::tally`] reads.
@@ -9,7 +9,7 @@ use super::cases::{HIDDEN_PACKINGS, Hidden, clean, hidden};
 use super::error::StudyError;
 use super::plans::{Answer, Family, Plan, plans, twins};
 use super::trial::Trial;
-use crate::study::motion_plans::Kind;
+use crate::study::motions::MotionKind;
 use meniscus_platform::files::write_whole;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -20,7 +20,7 @@ pub type Line = (Answer, Judged);
 
 /// Choices of one run of the study.
 #[derive(Clone, Copy, Debug)]
-pub struct Course {
+pub struct RunOptions {
     /// Clean trials.
     pub cleans: usize,
     /// Seed.
@@ -34,20 +34,20 @@ pub type Gone = (Vec<Line>, BTreeMap<Family, usize>);
 
 /// Makes and judges the trials whose glasses are there.
 ///
-/// Where `stop` is set or `course` judges nothing, only earlier results are gathered. `progress` gets the work, how much
+/// Where `stop` is set or `options` judge nothing, only earlier results are gathered. `progress` gets the work, how much
 /// of it is done and how much there is.
 ///
 /// # Errors
 /// [`StudyError`]; what was judged stays.
 pub fn judge_all(
     places: &Places,
-    course: Course,
+    options: RunOptions,
     stop: &AtomicBool,
     progress: &dyn Fn(&str, usize, usize),
 ) -> Result<Gone, StudyError> {
-    let plans = plans(course.cleans, course.seed);
+    let plans = plans(options.cleans, options.seed);
     let mut planned: BTreeMap<Family, usize> = BTreeMap::new();
-    let mut benches: BTreeMap<Kind, Bench> = BTreeMap::new();
+    let mut benches: BTreeMap<MotionKind, Bench> = BTreeMap::new();
     let mut answers: BTreeMap<String, Answer> = BTreeMap::new();
     let mut out = Vec::new();
     for (number, plan) in plans.iter().enumerate() {
@@ -61,7 +61,7 @@ pub fn judge_all(
         }
         let kind = plan.trial.truth.kind;
         let ready = plan.is_there(&places.cache) && clean(kind).iter().all(|t| t.is_there(&places.cache));
-        if !course.judges || !ready || stop.load(Ordering::Relaxed) {
+        if !options.judges || !ready || stop.load(Ordering::Relaxed) {
             continue;
         }
         if let std::collections::btree_map::Entry::Vacant(slot) = benches.entry(kind) {
@@ -72,7 +72,7 @@ pub fn judge_all(
         keep(places, plan, &judged)?;
         out.push((plan.answer.clone(), judged));
     }
-    let judges = course.judges && !stop.load(Ordering::Relaxed);
+    let judges = options.judges && !stop.load(Ordering::Relaxed);
     let followed = Suggested { places, plans: &plans, judges, stop, progress };
     let (lines, open) = followed.judge(&out, &mut answers)?;
     planned.insert(Family::Asked, open);
@@ -117,7 +117,7 @@ impl Suggested<'_> {
         let open = ambiguous(lines);
         let mut bench = None;
         let mut out = Vec::new();
-        for (number, (hidden, course)) in open.iter().enumerate() {
+        for (number, (hidden, motion)) in open.iter().enumerate() {
             (self.progress)("answering what was asked", number, open.len());
             let mine = |p: &&Plan| {
                 p.answer.family == Family::Hidden
@@ -132,18 +132,18 @@ impl Suggested<'_> {
                 out.push((plan.answer, judged));
                 continue;
             }
-            let ready = clean(Kind::Asked).iter().all(|truth| truth.is_there(&places.cache));
+            let ready = clean(MotionKind::Asked).iter().all(|truth| truth.is_there(&places.cache));
             if !self.judges || !ready || self.stop.load(Ordering::Relaxed) {
                 continue;
             }
-            let truth = hidden.truth(1.0, HIDDEN_PACKINGS[0], Kind::Asked);
+            let truth = hidden.truth(1.0, HIDDEN_PACKINGS[0], MotionKind::Asked);
             truth.make(&places.cache).map_err(StudyError::trial)?;
             let more = Trial { truth, ..plan.trial.clone() };
             let bench = match &mut bench {
                 Some(bench) => bench,
                 none => none.insert(Bench::with_asked(places)?),
             };
-            let judged = judge(places, &plan, bench, &name, Some((&more, &[*course, (*course + 1) % 3])))?;
+            let judged = judge(places, &plan, bench, &name, Some((&more, &[*motion, (*motion + 1) % 3])))?;
             keep(places, &plan, &judged)?;
             out.push((plan.answer, judged));
         }

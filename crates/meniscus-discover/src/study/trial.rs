@@ -4,7 +4,7 @@
 //! the stated motion.
 
 use super::truth::{DENSITY_KG_M3, Truth};
-use crate::study::motion_plans::courses;
+use crate::study::motions::motions;
 use meniscus::reduced::effects::{Effect, Port, Slot, View};
 use meniscus::surface::{SurfaceProfile, profile_abscissa};
 use meniscus::units::FRAME_INTERVAL_S;
@@ -63,7 +63,7 @@ pub struct Trial {
 }
 
 impl Trial {
-    /// Writes the folder at `path` with the courses `wanted`, named a, b, c, ... from `first` on; what is
+    /// Writes the folder at `path` with the motions `wanted`, named a, b, c, ... from `first` on; what is
     /// there already is kept.
     ///
     /// # Errors
@@ -80,22 +80,22 @@ impl Trial {
                 GLASS.radius_m, GLASS.fill_m, self.stated_viscosity_pa_s
             ),
         )?;
-        wanted.par_iter().enumerate().try_for_each(|(place, course)| {
+        wanted.par_iter().enumerate().try_for_each(|(place, motion)| {
             let name = char::from(first + place as u8);
-            let seen = self.seen(cache, *course)?;
+            let seen = self.seen(cache, *motion)?;
             file(format!("{name}.profile.csv"), &profiles_to_csv(&viewed(&seen, &faults.view)))?;
-            let samples = courses(self.truth.kind)[*course].samples();
+            let samples = motions(self.truth.kind)[*motion].samples();
             file(format!("{name}.motion.csv"), &stated(&samples, &faults.port))
         })
     }
 
-    /// What the camera saw of a course before any fault; kept beside the glasses, because many trials differ
+    /// What the camera saw of a motion before any fault; kept beside the glasses, because many trials differ
     /// only in what the hands put in.
-    fn seen(&self, cache: &Path, course: usize) -> Result<Vec<Option<SurfaceProfile>>, String> {
-        let seed = self.seed.wrapping_mul(1000).wrapping_add(course as u64);
-        let path = cache.join(format!("seen/{}-{course}-{seed}.csv", self.truth.digest()));
+    fn seen(&self, cache: &Path, motion: usize) -> Result<Vec<Option<SurfaceProfile>>, String> {
+        let seed = self.seed.wrapping_mul(1000).wrapping_add(motion as u64);
+        let path = cache.join(format!("seen/{}-{motion}-{seed}.csv", self.truth.digest()));
         if !path.exists() {
-            let recording = self.truth.recording(cache, course)?;
+            let recording = self.truth.recording(cache, motion)?;
             let scene = SceneSettings { seed, ..SceneSettings::default() };
             let seen = sightings(&recording, scene).map_err(|error| format!("{error:?}"))?;
             let seen: Vec<SurfaceProfile> = seen.into_iter().flatten().collect();
@@ -103,7 +103,7 @@ impl Trial {
         }
         let wrong = |why: String| format!("{}: {why}; remove it and run again", path.display());
         let text = std::fs::read_to_string(&path).map_err(|error| wrong(format!("{error}")))?;
-        let mut seen = vec![None; courses(self.truth.kind)[course].frames()];
+        let mut seen = vec![None; motions(self.truth.kind)[motion].frames()];
         for profile in profiles_from_csv(&text).map_err(|error| wrong(format!("{error}")))? {
             if let Some(place) = seen.get_mut(frame_of(profile.captured, START)) {
                 *place = Some(profile);
@@ -178,13 +178,13 @@ fn stated(samples: &[(f64, f64)], port: &Port) -> String {
 mod tests {
     use super::*;
     use crate::study::cases::hidden;
-    use crate::study::motion_plans::Kind;
+    use crate::study::motions::MotionKind;
     use meniscus::reduced::effects::EffectKind;
 
     #[test]
     fn every_hidden_effect_that_the_simulator_lacks_is_put_in_by_hand() {
         let trial = |hands: Vec<Hand>| {
-            let truth = hidden().next().expect("one is hidden").truth(1.0, 7, Kind::Single);
+            let truth = hidden().next().expect("one is hidden").truth(1.0, 7, MotionKind::Single);
             Trial { truth, hands, stated_viscosity_pa_s: 0.2, seed: 1 }
         };
         for hidden in hidden().filter(|hidden| !hidden.is_simulated()) {
