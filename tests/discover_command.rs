@@ -8,11 +8,11 @@ use meniscus::reduced::effects::EffectKind;
 use meniscus::surface::{POINTS, SurfaceProfile, profile_abscissa};
 use meniscus::units::Micros;
 use meniscus_bags::profiles_to_csv;
+use meniscus_discover::known::Known;
 use meniscus_discover::load::load;
-use meniscus_discover::predict::Known;
+use meniscus_discover::motion_plan::MotionPlan;
 use meniscus_discover::record::{Record, mean_bow};
 use meniscus_discover::settings::Settings;
-use meniscus_discover::motion_plan::MotionPlan;
 use meniscus_discover::thresholds::Thresholds;
 use meniscus_discover::workflow::discover;
 use meniscus_platform::files::AlignedBytes;
@@ -176,8 +176,7 @@ fn bad_folders_are_refused_with_what_is_wrong_and_the_rest_is_kept() {
         };
         plan.lines().skip(1).map(row).collect()
     };
-    std::fs::write(scratch.path("a.motion.csv"), plan.replacen(",0.000000000", ",nan", 1))
-        .expect("written");
+    std::fs::write(scratch.path("a.motion.csv"), plan.replacen(",0.000000000", ",nan", 1)).expect("written");
     refusal("is not finite");
     std::fs::write(scratch.path("a.motion.csv"), rows(1.7e9)).expect("written");
     refusal("it starts at 1700000000.00 s, after the end of the recording");

@@ -2,10 +2,10 @@
 
 use meniscus::reduced::effects::{Active, find};
 use meniscus_discover::calibrate::Calibration;
-use meniscus_discover::predict::Known;
-use meniscus_discover::record::Record;
-use meniscus_discover::study::made_up_with;
+use meniscus_discover::known::Known;
 use meniscus_discover::motion_plan::MotionPlan;
+use meniscus_discover::record::Record;
+use meniscus_discover::study::synthetic::synthetic_record;
 
 pub(crate) const KNOWN: Known = Known {
     radius_m: 0.035,
@@ -35,7 +35,7 @@ pub(crate) fn glass(known: &Known, effects: &[(&str, f64)], seed: u64) -> Vec<Re
         .enumerate()
         .map(|(i, (strength, name))| {
             let plan = MotionPlan::jolt(0.28, *strength, 2.2);
-            made_up_with(name, known, &plan, &theta, &active, NOISE_M, 100 * seed + i as u64)
+            synthetic_record(name, known, &plan, &theta, &active, NOISE_M, 100 * seed + i as u64)
                 .expect("a motion")
         })
         .collect()

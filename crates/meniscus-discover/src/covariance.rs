@@ -1,7 +1,7 @@
 //! One recording with the covariance of the baseline's error, channel by channel.
 
 use super::calibrate::Calibration;
-use super::error::ProblemError;
+use super::problem_error::ProblemError;
 use super::record::Record;
 use nalgebra::{DMatrix, DVector};
 

@@ -22,8 +22,10 @@ pub fn decide(problem: &Problem, limits: &Thresholds, settings: &Settings) -> As
     // Formulas are not exact: the correction that the best one makes says by how much. Under that
     // covariance everything is fitted again.
     let best = significant(problem, &ranking, limits);
-    let inflated =
-        best.and_then(|best| problem.with_formula_error(&best.fitted.theta, &best.fitted.active, rules).ok());
+    let inflated = best.and_then(|best| {
+        let Fitted { theta, active, .. } = &best.fitted;
+        problem.with_formula_error(theta, active, rules.formula_error(active)).ok()
+    });
     let (problem, plain, ranking) = match &inflated {
         Some(problem) => {
             let plain = fit(problem, &first.theta, &[], &[]);

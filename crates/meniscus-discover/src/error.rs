@@ -1,34 +1,10 @@
 //! Errors of a discovery.
 
 use super::input_error::LoadError;
+use super::insert::InsertError;
+use super::problem_error::ProblemError;
 use meniscus::reduced::effects::LIBRARY;
 use thiserror::Error;
-
-/// Reason for which recordings cannot be fitted.
-#[derive(Clone, Debug, PartialEq, Eq, Error)]
-pub enum ProblemError {
-    /// Too few numbers were measured.
-    #[error("{recording}: only {numbers} numbers were seen, {least} are needed; give a longer recording")]
-    TooFewNumbers {
-        /// Recording.
-        recording: String,
-        /// Numbers that were measured.
-        numbers: usize,
-        /// Fewest numbers.
-        least: usize,
-    },
-    /// A covariance is not positive definite.
-    #[error(
-        "{recording}: the covariance of its {channel} is not positive definite; look for values that are not finite in \
-         it and in the references, and leave the recording out"
-    )]
-    Covariance {
-        /// Recording.
-        recording: String,
-        /// Channel.
-        channel: &'static str,
-    },
-}
 
 /// Reason for which a discovery ends without a verdict.
 #[derive(Debug, Error)]
@@ -94,7 +70,7 @@ fn known_names() -> String {
 pub enum InsertionError {
     /// The flashed model has no room for the effects, or refuses them.
     #[error(transparent)]
-    Insert(#[from] crate::insert::InsertError),
+    Insert(#[from] InsertError),
     /// The model with the effects does not load.
     #[error("the model with the effects is refused: {0}")]
     Model(meniscus::blob::LoadError),

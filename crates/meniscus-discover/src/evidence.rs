@@ -1,12 +1,9 @@
-//! Evidence for a verdict: bootstrap, cross-validation by recording, and isolability of the effects.
+//! Evidence for a verdict: bootstrap, and cross-validation by recording.
 
-use super::fit::{Fitted, derivatives, fit, free_of};
+use super::fit::{Fitted, fit};
 use super::predict::SHARED;
 use super::problem::Problem;
 use super::rank::Candidate;
-use super::verdict::HeldOutScore;
-use meniscus::reduced::effects::{Active, Entry};
-use nalgebra::DVector;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
@@ -52,6 +49,17 @@ pub fn inclusion(problem: &Problem, rivals: &[Candidate], plain: &Fitted, seed: 
     won as f64 / DRAWS as f64
 }
 
+/// Score of a fit on recordings that it did not see, each left out in turn.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct HeldOutScore {
+    /// Recordings that are predicted better with the effects than without.
+    pub better: usize,
+    /// Recordings that were left out.
+    pub recordings: usize,
+    /// Improvement over all of them, in units of minus twice the logarithmic score.
+    pub improvement: f64,
+}
+
 /// Scores `chosen` against `plain` on recordings that the fits do not see.
 ///
 /// Each recording is left out in turn and everything is fitted again, because a strong effect is not linear in its
@@ -75,41 +83,4 @@ pub fn cross_validate(problem: &Problem, plain: &Fitted, chosen: &Fitted) -> Hel
         recordings,
         improvement: improvements.iter().sum(),
     }
-}
-
-/// Signatures of effects on these recordings: what they could distinguish.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Isolability {
-    /// Names of the effects.
-    pub names: Vec<&'static str>,
-    /// Length of each signature, signal over noise.
-    pub lengths: Vec<f64>,
-    /// Cosines between the signatures.
-    pub cosines: Vec<Vec<f64>>,
-}
-
-/// Returns the signatures of the effects of `library` at their typical size, without the part that the baseline can
-/// reproduce.
-#[must_use]
-pub fn isolability(problem: &Problem, plain: &Fitted, library: &[&'static Entry]) -> Isolability {
-    let jacobian = derivatives(problem, &plain.theta, &[], &[], &plain.residual, Some(&plain.jacobian));
-    let basis = jacobian.qr().q();
-    let signatures: Vec<DVector<f64>> = library
-        .par_iter()
-        .map(|entry| {
-            let mut values = entry.neutral();
-            let which = free_of(problem, entry)[0];
-            let parameter = &entry.parameters[which];
-            let up = parameter.neutral + parameter.typical;
-            values[which] = if up <= parameter.range.1 { up } else { parameter.neutral - parameter.typical };
-            let change = problem.residual(&plain.theta, &[Active { entry, values }]) - &plain.residual;
-            let part = basis.tr_mul(&change);
-            change - &basis * part
-        })
-        .collect();
-    let lengths: Vec<f64> = signatures.iter().map(|s| s.norm()).collect();
-    let cosine = |a: &DVector<f64>, b: &DVector<f64>| a.dot(b) / (a.norm() * b.norm()).max(1e-12);
-    let cosines = signatures.iter().map(|a| signatures.iter().map(|b| cosine(a, b)).collect()).collect();
-    let names = library.iter().map(|entry| entry.name).collect();
-    Isolability { names, lengths, cosines }
 }

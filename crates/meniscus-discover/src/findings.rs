@@ -3,10 +3,10 @@
 use super::assessment::Assessment;
 use super::calibrate::Calibration;
 use super::decision_rules::DecisionRules;
-use super::evidence::Isolability;
 use super::gap::MeasuredGap;
+use super::isolability::Isolability;
+use super::known::Known;
 use super::localise::Cell;
-use super::predict::Known;
 use super::split::Split;
 use super::suggest::Suggestion;
 use super::thresholds::Thresholds;

@@ -2,10 +2,11 @@
 
 use super::assessment::Assessment;
 use super::calibrate::Calibration;
-use super::error::ProblemError;
 use super::fit::Fitted;
-use super::predict::{Known, SHARED, predict};
+use super::known::Known;
+use super::predict::{SHARED, predict};
 use super::problem::Problem;
+use super::problem_error::ProblemError;
 use super::record::{Channel, Quantity, Record};
 use meniscus::reduced::effects::Active;
 use nalgebra::{DMatrix, DVector};

@@ -1,6 +1,6 @@
 //! Group of references: recordings of one known liquid in one glass.
 
-use super::predict::Known;
+use super::known::Known;
 use super::record::Record;
 use super::split::Split;
 

@@ -1,11 +1,12 @@
 //! Fit of the baseline to a group of references.
 
 use super::calibrate::{Calibration, LAG_S};
-use super::error::ProblemError;
 use super::fit::fit;
 use super::group::Group;
-use super::predict::{Known, SHARED, predict};
+use super::known::Known;
+use super::predict::{SHARED, predict};
 use super::problem::Problem;
+use super::problem_error::ProblemError;
 use super::record::{Channel, Record};
 use super::split::Split;
 use crate::fit_cache::FitCache;

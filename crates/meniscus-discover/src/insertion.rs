@@ -7,7 +7,7 @@ use super::inputs::Inputs;
 use super::insert::latent::roll_out;
 use super::insert::simulated::{Resolution, simulate};
 use super::insert::{self, TrainedLiquid};
-use super::predict::Known;
+use super::known::Known;
 use super::progress::{Progress, Stage};
 use super::record::Record;
 use super::verdict::Verdict;

@@ -9,7 +9,7 @@
 //! ```
 
 use super::input_error::{LoadError, RecordingError, TableError};
-use super::predict::Known;
+use super::known::Known;
 use super::record::{Channel, Drive, Quantity, Record};
 use crate::motion_table::{moved, peaks, poses, profiles};
 use serde::Deserialize;

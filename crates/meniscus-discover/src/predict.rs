@@ -1,7 +1,8 @@
 //! Prediction of a recording by the reduced model.
 
-use super::record::{Quantity, Record, mean_bow};
-use meniscus::reduced::effects::{Active, Stated};
+use super::known::Known;
+use super::record::{Quantity, Record, mean_bow, parts};
+use meniscus::reduced::effects::Active;
 use meniscus::reduced::{Baseline, Cylinder, Model, Push, Rheology, State, step, wall_harmonics};
 use meniscus::surface::{POINTS, profile_abscissa};
 
@@ -25,29 +26,6 @@ pub const NAMES: [&str; SHARED] = [
     "p of (2,1)",
     "q of (2,1)",
 ];
-
-/// Glass and liquid as stated, before a recording is evaluated.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Known {
-    /// Inner radius of the glass, m.
-    pub radius_m: f64,
-    /// Height of the liquid at rest, m.
-    pub fill_m: f64,
-    /// Density, kg/m3.
-    pub density_kg_m3: f64,
-    /// Viscosity, Pa s.
-    pub viscosity_pa_s: f64,
-    /// Share of the recorded inclination, and of the recorded vertical acceleration, that enters the model.
-    pub motion_share: [f64; 2],
-}
-
-impl Known {
-    /// Returns the liquid and fill that coordinates of effects are counted from.
-    #[must_use]
-    pub fn stated(&self) -> Stated {
-        Stated { consistency_pa_sn: self.viscosity_pa_s, fill_m: self.fill_m }
-    }
-}
 
 /// Returns the baseline whose numbers are the first of `theta`.
 #[must_use]
@@ -125,7 +103,7 @@ pub fn predict(
 /// Returns mean and bow of `1 - sqrt(1 - s^2)` over the points of a profile.
 fn pitch_parts() -> [f64; 2] {
     let shape = |i: usize| (i, 1.0 - (1.0 - profile_abscissa(i).powi(2)).sqrt());
-    super::record::parts((0..POINTS).map(shape)).map_or([0.0; 2], |[mean, _, bow, _]| [mean, bow])
+    parts((0..POINTS).map(shape)).map_or([0.0; 2], |[mean, _, bow, _]| [mean, bow])
 }
 
 /// Returns the highest point along the wall of a surface with these harmonics, m.

@@ -15,9 +15,9 @@
 
 use super::calibrate::Calibration;
 use super::covariance::{MEMORY, Ready, prepare, whitening};
-use super::decision_rules::DecisionRules;
-use super::error::ProblemError;
-use super::predict::{Known, SHARED, predict};
+use super::known::Known;
+use super::predict::{SHARED, predict};
+use super::problem_error::ProblemError;
 use super::record::{Quantity, Record};
 use crate::fit_cache::{CacheKey, FitCache};
 use meniscus::reduced::effects::Active;
@@ -155,7 +155,7 @@ impl Problem {
 
     /// Returns the same problem with the model error of the formulas of `active` added to its covariances.
     ///
-    /// The error is a share of what `theta` and `active` change of the baseline's prediction.
+    /// The error is `share` of what `theta` and `active` change of the baseline's prediction.
     ///
     /// # Errors
     /// [`ProblemError`], when a covariance cannot be factored.
@@ -163,10 +163,9 @@ impl Problem {
         &self,
         theta: &[f64],
         active: &[Active],
-        rules: &DecisionRules,
+        share: f64,
     ) -> Result<Self, ProblemError> {
         let mut out = self.clone();
-        let share = rules.formula_error(active);
         for (which, ready) in out.ready.iter_mut().enumerate() {
             let record = &ready.record;
             let before = predict(record, &self.known, &self.mean, self.mean[SHARED + which], &[]);

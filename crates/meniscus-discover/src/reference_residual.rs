@@ -126,8 +126,8 @@ impl ReferenceResidual {
 mod tests {
     use super::super::record::{Channel, Record};
     use super::*;
-    use crate::motion_table::drive_of;
     use crate::motion_plan::MotionPlan;
+    use crate::motion_table::drive_of;
     use meniscus::units::FRAME_INTERVAL_S;
     use meniscus_data::motion::Motion;
 

@@ -17,6 +17,15 @@ pub struct Offset {
     pub square: f64,
 }
 
+/// Constant offset of one channel that a fit leaves and clean glasses do not show.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RestOffset {
+    /// Channel.
+    pub quantity: Quantity,
+    /// Offset, m.
+    pub m: f64,
+}
+
 /// Returns the constants that `fitted` leaves of level, slope and bow in all recordings together.
 ///
 /// With the whitened residual r and the whitened constant u, `d = u.r/u.u` and `d^2/var d = (u.r)^2/u.u`. The misfit

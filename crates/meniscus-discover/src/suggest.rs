@@ -7,8 +7,8 @@ use super::fit::Fitted;
 use super::predict::SHARED;
 use super::problem::Problem;
 use super::record::{Channel, Record};
-use crate::motion_table::drive_of;
 use crate::motion_plan::MotionPlan;
+use crate::motion_table::drive_of;
 use meniscus_data::motion::Motion;
 use nalgebra::{DMatrix, DVector};
 

@@ -16,15 +16,14 @@
 
 use super::calibrate::Calibration;
 use super::decision_rules::DecisionRules;
-use super::error::ProblemError;
 use super::fit::{fit, fit_beside, free_of, search};
 use super::group::Group;
 use super::problem::Problem;
+use super::problem_error::ProblemError;
 use super::rank::Candidate;
 use super::record::Quantity;
-use super::rest_offset::{Offset, rest_offsets};
+use super::rest_offset::{Offset, RestOffset, rest_offsets};
 use super::settings::Settings;
-use super::verdict::RestOffset;
 use meniscus::reduced::effects::Entry;
 use meniscus_numerics::statistics::{f_exceeded, mean, student_t_exceeded, variance};
 use rayon::prelude::*;

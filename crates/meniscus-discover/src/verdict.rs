@@ -1,28 +1,9 @@
 //! Verdict of a discovery: none, identified, ambiguous or unknown, each with its evidence.
 
+use super::evidence::HeldOutScore;
 use super::fit::Fitted;
-use super::record::Quantity;
+use super::rest_offset::RestOffset;
 use meniscus::reduced::effects::{Class, find};
-
-/// Constant offset of one channel that a fit leaves and clean glasses do not show.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct RestOffset {
-    /// Channel.
-    pub quantity: Quantity,
-    /// Offset, m.
-    pub m: f64,
-}
-
-/// Score of a fit on recordings that it did not see, each left out in turn.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct HeldOutScore {
-    /// Recordings that are predicted better with the effects than without.
-    pub better: usize,
-    /// Recordings that were left out.
-    pub recordings: usize,
-    /// Improvement over all of them, in units of minus twice the logarithmic score.
-    pub improvement: f64,
-}
 
 /// Effects that explain the discrepancy best, with the evidence for them.
 #[derive(Clone, Debug)]
@@ -210,6 +191,7 @@ impl Verdict {
 
 #[cfg(test)]
 mod tests {
+    use super::super::record::Quantity;
     use super::*;
     use nalgebra::{DMatrix, DVector};
 

@@ -5,17 +5,18 @@
 
 use super::calibrate::Calibration;
 use super::decide::decide;
-use super::error::{DiscoverError, ProblemError};
-use super::evidence::isolability;
+use super::error::DiscoverError;
 use super::findings::{Findings, estimates};
 use super::fit_cache::FitCounts;
 use super::gap::gap;
 use super::group::Group;
 use super::inputs::Inputs;
 use super::insertion::{Insertion, insert};
+use super::isolability::isolability;
+use super::known::Known;
 use super::localise::localise;
-use super::predict::Known;
 use super::problem::Problem;
+use super::problem_error::ProblemError;
 use super::progress::{Progress, Stage};
 use super::record::Record;
 use super::settings::Settings;

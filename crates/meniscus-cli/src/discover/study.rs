@@ -4,12 +4,14 @@ use super::super::stop::watched;
 use indicatif::{ProgressBar, ProgressStyle};
 use meniscus_discover::settings::Settings;
 use meniscus_discover::study::bench::Places;
+use meniscus_discover::study::coverage::reference_coverage;
+use meniscus_discover::study::duration::long_discovery_s;
 use meniscus_discover::study::measured::judge_measured;
 use meniscus_discover::study::page::markdown;
 use meniscus_discover::study::pictures::{confusion_png, detection_png};
 use meniscus_discover::study::run::{RunOptions, judge_all};
+use meniscus_discover::study::simulate::simulate;
 use meniscus_discover::study::tally::{Beside, Study, checks};
-use meniscus_discover::study::{long_discovery_s, reference_coverage, simulate};
 use meniscus_platform::files::write_whole;
 use meniscus_report::checks::{Check, table};
 use std::path::{Path, PathBuf};
@@ -86,7 +88,8 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         bar.set_length(all as u64);
         bar.set_position(done as u64);
     };
-    let options = RunOptions { cleans: arguments.clean, seed: arguments.seed, judges: !arguments.report_only };
+    let options =
+        RunOptions { cleans: arguments.clean, seed: arguments.seed, judges: !arguments.report_only };
     let (lines, planned) = judge_all(&places, options, stop, &progress)?;
     let mut study = Study { lines, planned, beside: beside_before(&arguments.out) };
     if !arguments.report_only && !arguments.trials_only {

@@ -3,7 +3,7 @@
 //! The simulator carries what happens in the liquid, fill, inclination and lift; how the glass is moved beyond what is
 //! said, and how it is looked at, is put in around it, as the formulas of [`meniscus::reduced::effects`] have it.
 
-use crate::predict::Known;
+use crate::known::Known;
 use crate::record::{Quantity, Record, parts};
 use meniscus::blob::Lens;
 use meniscus::reduced as slosh;

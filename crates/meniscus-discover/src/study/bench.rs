@@ -208,7 +208,7 @@ fn oracle_mm(plan: &Plan, found: &Findings) -> Result<Option<f64>, StudyError> {
     }
     let Some(held_out) = &found.split.held_out else { return Ok(None) };
     let problem = Problem::new(&found.split.fitted, found.known, &found.calibration, plan.noise)?;
-    let inflated = problem.with_formula_error(&problem.mean, &active, &found.rules)?;
+    let inflated = problem.with_formula_error(&problem.mean, &active, found.rules.formula_error(&active))?;
     let fitted = fit(&inflated, &problem.mean, &active, &[]);
     Ok(Some(1e3 * gap_of(held_out, found.known, &found.calibration, &fitted, plan.noise)?))
 }

@@ -147,7 +147,11 @@ mod tests {
         assert_eq!(text(EffectKind::ContactLine), "[(\"contact_line\", 0.03)]");
         assert_eq!(text(EffectKind::CameraPitch), "[]");
         assert!(
-            hidden().all(|hidden| hidden.truth(1.0, 7, MotionKind::Single).effects.require_simulated().is_ok())
+            hidden().all(|hidden| hidden
+                .truth(1.0, 7, MotionKind::Single)
+                .effects
+                .require_simulated()
+                .is_ok())
         );
     }
 }

@@ -1,12 +1,42 @@
-//! Whether intervals hold the truth as often as they say: data drawn from the model itself, with effects
-//! drawn over their usual sizes, baseline and errors from prior and covariance (Talts et al. 2018).
+//! Coverage of intervals: data drawn from the model itself, with effects drawn over their usual sizes, baseline and
+//! errors from prior and covariance (Talts et al. 2018).
 
+use super::super::calibrate::Calibration;
 use super::super::fit::{fit, fit_beside, search};
+use super::super::group::Group;
+use super::super::load::load;
 use super::super::problem::Problem;
+use super::error::StudyError;
 use meniscus::reduced::effects::{Active, Effect, EffectKind, LIBRARY};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
+use std::path::Path;
+
+/// Draws of the test of intervals.
+const DRAWS: usize = 160;
+
+/// Returns the coverage of 90 % intervals by draws from the model as the references under `out` calibrate it, and the
+/// number of draws; none where there are no references.
+///
+/// # Errors
+/// [`StudyError`], when a reference cannot be used.
+pub fn reference_coverage(out: &Path, seed: u64) -> Result<Option<(f64, usize)>, StudyError> {
+    let mut groups = Vec::new();
+    for index in 0.. {
+        let path = out.join(format!("references/single-{index}"));
+        if !path.join("setup.toml").exists() {
+            break;
+        }
+        let folder = load(&path)?;
+        groups.push(Group::new(folder.known, folder.records, None)?);
+    }
+    let Some((first, others)) = groups.split_first() else { return Ok(None) };
+    let records = &first.split.fitted;
+    let others: Vec<&Group> = others.iter().collect();
+    let problem = Problem::new(records, first.known, &Calibration::from(&others, records, None), 1.0)?;
+    Ok(Some((coverage(&problem, DRAWS, seed), DRAWS)))
+}
 
 /// Place of an effect in the cycle of draws; `None` is not drawn. Drawn are effects of every class whose fit is smooth
 /// over their usual sizes.

@@ -1,7 +1,8 @@
 //! Errors of the study.
 
-use crate::error::{DiscoverError, ProblemError};
+use crate::error::DiscoverError;
 use crate::input_error::{LoadError, TableError};
+use crate::problem_error::ProblemError;
 use meniscus_platform::files::FileError;
 use std::path::PathBuf;
 use thiserror::Error;

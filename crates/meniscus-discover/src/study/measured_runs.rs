@@ -1,6 +1,7 @@
 //! Runs of the measured water: reading, alignment in time, and the error of a model on them.
 
-use super::super::predict::{Known, predict};
+use super::super::known::Known;
+use super::super::predict::predict;
 use super::super::record::Record;
 use super::error::StudyError;
 use crate::input_error::TableError;

@@ -46,9 +46,8 @@ mod tests {
         for kind in [MotionKind::Single, MotionKind::Double, MotionKind::Slow, MotionKind::Asked] {
             for plan in motions(kind) {
                 let h = 1e-4;
-                let second = |t: f64| {
-                    (plan.position(t + h) - 2.0 * plan.position(t) + plan.position(t - h)) / (h * h)
-                };
+                let second =
+                    |t: f64| (plan.position(t + h) - 2.0 * plan.position(t) + plan.position(t - h)) / (h * h);
                 assert!(second(0.3).abs() < 1e-6 && second(plan.seconds - 0.1).abs() < 1e-6);
                 let jolt = plan.jolts[0];
                 let quarter = second(jolt.start_s + 0.25 * jolt.period_s);
