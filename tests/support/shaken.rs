@@ -1,10 +1,10 @@
 //! Made-up recordings for discovery.
 
 use meniscus::reduced::effects::{Active, find};
-use meniscus_discover::calibrate::Calibration;
-use meniscus_discover::known::Known;
-use meniscus_discover::motion_plan::MotionPlan;
-use meniscus_discover::record::Record;
+use meniscus_discover::baseline::calibrate::Calibration;
+use meniscus_discover::recordings::known::Known;
+use meniscus_discover::recordings::motion_plan::MotionPlan;
+use meniscus_discover::recordings::record::Record;
 use meniscus_discover::study::synthetic::synthetic_record;
 
 pub(crate) const KNOWN: Known = Known {

@@ -2,7 +2,7 @@
 
 use super::super::stop::watched;
 use indicatif::{ProgressBar, ProgressStyle};
-use meniscus_discover::settings::Settings;
+use meniscus_discover::decision::settings::Settings;
 use meniscus_discover::study::bench::Places;
 use meniscus_discover::study::coverage::reference_coverage;
 use meniscus_discover::study::duration::long_discovery_s;

@@ -1,6 +1,6 @@
 //! A recording of a discovery as the flashed model rolls it out from rest, its motion known and nothing measured.
 
-use crate::record::{Quantity, Record, parts};
+use crate::recordings::record::{Quantity, Record, parts};
 use meniscus::blob::Model;
 use meniscus::latent::generic::{LATENTS, State};
 use meniscus::surface::POINTS;

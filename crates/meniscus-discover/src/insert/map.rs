@@ -13,7 +13,7 @@
 //! needed. The latents are many and the mode is two numbers: a ridge of a millionth of their mean square keeps the map
 //! from using directions that hardly move.
 
-use crate::record::parts;
+use crate::recordings::record::parts;
 use meniscus::blob::Model;
 use meniscus::latent::generic::{LATENTS, Latent, ModeMap, State};
 use nalgebra::{SMatrix, SVector};

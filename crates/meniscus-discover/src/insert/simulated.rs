@@ -3,8 +3,8 @@
 //! The simulator carries what happens in the liquid, fill, inclination and lift; how the glass is moved beyond what is
 //! said, and how it is looked at, is put in around it, as the formulas of [`meniscus::reduced::effects`] have it.
 
-use crate::known::Known;
-use crate::record::{Quantity, Record, parts};
+use crate::recordings::known::Known;
+use crate::recordings::record::{Quantity, Record, parts};
 use meniscus::blob::Lens;
 use meniscus::reduced as slosh;
 use meniscus::reduced::effects::{Active, Simulator, Slot};

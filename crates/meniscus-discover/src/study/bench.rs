@@ -1,20 +1,20 @@
 //! Judging one trial: references and their thresholds, the workflow, and what only the answer can add.
 
-use super::super::findings::Findings;
-use super::super::fit::fit;
-use super::super::gap::gap_of;
-use super::super::group::Group;
-use super::super::load::load;
-use super::super::problem::Problem;
-use super::super::settings::Settings;
-use super::super::thresholds::{Shown, Thresholds, limits, shown};
-use super::super::workflow::discover;
 use super::cases::clean;
 use super::error::StudyError;
 use super::plans::Plan;
 use super::trial::Trial;
 use super::truth::Truth;
+use crate::baseline::group::Group;
+use crate::decision::settings::Settings;
+use crate::decision::thresholds::{Shown, Thresholds, limits, shown};
+use crate::findings::Findings;
+use crate::findings::gap::gap_of;
+use crate::fitting::fit::fit;
+use crate::fitting::problem::Problem;
+use crate::recordings::load::load;
 use crate::study::motions::{MotionKind, motions};
+use crate::workflow::discover;
 use meniscus::reduced::effects::{Active, find};
 use meniscus_platform::files::write_whole;
 use serde::{Deserialize, Serialize};

@@ -1,12 +1,12 @@
 //! Coverage of intervals: data drawn from the model itself, with effects drawn over their usual sizes, baseline and
 //! errors from prior and covariance (Talts et al. 2018).
 
-use super::super::calibrate::Calibration;
-use super::super::fit::{fit, fit_beside, search};
-use super::super::group::Group;
-use super::super::load::load;
-use super::super::problem::Problem;
 use super::error::StudyError;
+use crate::baseline::calibrate::Calibration;
+use crate::baseline::group::Group;
+use crate::fitting::fit::{fit, fit_beside, search};
+use crate::fitting::problem::Problem;
+use crate::recordings::load::load;
 use meniscus::reduced::effects::{Active, Effect, EffectKind, LIBRARY};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;

@@ -1,17 +1,17 @@
 //! Duration of one discovery on recordings of 10 s.
 
-use super::super::calibrate::Calibration;
-use super::super::group::Group;
-use super::super::known::Known;
-use super::super::motion_plan::MotionPlan;
-use super::super::record::Record;
-use super::super::settings::Settings;
-use super::super::thresholds::Thresholds;
-use super::super::workflow::discover;
 use super::cases::VISCOSITY_PA_S;
 use super::error::StudyError;
 use super::synthetic::synthetic_record;
 use super::truth::DENSITY_KG_M3;
+use crate::baseline::calibrate::Calibration;
+use crate::baseline::group::Group;
+use crate::decision::settings::Settings;
+use crate::decision::thresholds::Thresholds;
+use crate::recordings::known::Known;
+use crate::recordings::motion_plan::MotionPlan;
+use crate::recordings::record::Record;
+use crate::workflow::discover;
 use meniscus::reduced::effects::{Active, EffectKind};
 use std::time::Instant;
 

@@ -1,8 +1,8 @@
 //! Errors of the study.
 
-use crate::error::DiscoverError;
-use crate::input_error::{LoadError, TableError};
-use crate::problem_error::ProblemError;
+use crate::fitting::error::ProblemError;
+use crate::recordings::error::{LoadError, TableError};
+use crate::workflow::error::DiscoverError;
 use meniscus_platform::files::FileError;
 use std::path::PathBuf;
 use thiserror::Error;

@@ -1,11 +1,11 @@
 //! Runs of the measured water: reading, alignment in time, and the error of a model on them.
 
-use super::super::known::Known;
-use super::super::predict::predict;
-use super::super::record::Record;
 use super::error::StudyError;
-use crate::input_error::TableError;
-use crate::motion_table::{peaks, poses};
+use crate::baseline::predict::predict;
+use crate::recordings::error::TableError;
+use crate::recordings::known::Known;
+use crate::recordings::record::Record;
+use crate::recordings::tables::{peaks, poses};
 use meniscus::reduced::effects::Active;
 use rayon::prelude::*;
 use std::path::Path;

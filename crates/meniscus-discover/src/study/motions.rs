@@ -2,8 +2,8 @@
 //!
 //! Four recordings belong to a glass: three are fitted and one is held out. Suggested ones are added one by one.
 
-use crate::motion_plan::{Jolt, MotionPlan, REST_S};
-use crate::suggest::suggestable;
+use crate::findings::suggest::suggestable;
+use crate::recordings::motion_plan::{Jolt, MotionPlan, REST_S};
 
 /// Sets of motions that a glass of liquid makes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]

@@ -1,10 +1,10 @@
 //! Recordings by the reduced model itself.
 
-use super::super::known::Known;
-use super::super::motion_plan::MotionPlan;
-use super::super::motion_table::drive_of;
-use super::super::predict::predict;
-use super::super::record::{Channel, Quantity, Record};
+use crate::baseline::predict::predict;
+use crate::recordings::known::Known;
+use crate::recordings::motion_plan::MotionPlan;
+use crate::recordings::record::{Channel, Quantity, Record};
+use crate::recordings::tables::drive_of;
 use meniscus::reduced::effects::Active;
 use meniscus::units::FRAME_INTERVAL_S;
 use meniscus_data::motion::Motion;
