@@ -3,7 +3,7 @@
 use super::super::stop::watched;
 use indicatif::{ProgressBar, ProgressStyle};
 use meniscus_discover::decision::settings::Settings;
-use meniscus_discover::study::bench::Places;
+use meniscus_discover::study::bench::StudyFolders;
 use meniscus_discover::study::coverage::reference_coverage;
 use meniscus_discover::study::duration::long_discovery_s;
 use meniscus_discover::study::measured::judge_measured;
@@ -11,7 +11,7 @@ use meniscus_discover::study::page::markdown;
 use meniscus_discover::study::pictures::{confusion_png, detection_png};
 use meniscus_discover::study::run::{RunOptions, judge_all};
 use meniscus_discover::study::simulate::simulate;
-use meniscus_discover::study::tally::{Beside, Study, checks};
+use meniscus_discover::study::tally::{Beside, StudyTally, checks};
 use meniscus_platform::files::write_whole;
 use meniscus_report::checks::{Check, table};
 use std::path::{Path, PathBuf};
@@ -82,7 +82,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         bar.finish_and_clear();
         return Ok(());
     }
-    let places = Places { cache: arguments.cache.clone(), out: arguments.out.clone() };
+    let places = StudyFolders { cache: arguments.cache.clone(), out: arguments.out.clone() };
     let progress = |work: &str, done: usize, all: usize| {
         bar.set_message(String::from(work));
         bar.set_length(all as u64);
@@ -91,7 +91,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let options =
         RunOptions { cleans: arguments.clean, seed: arguments.seed, judges: !arguments.report_only };
     let (lines, planned) = judge_all(&places, options, stop, &progress)?;
-    let mut study = Study { lines, planned, beside: beside_before(&arguments.out) };
+    let mut study = StudyTally { lines, planned, beside: beside_before(&arguments.out) };
     if !arguments.report_only && !arguments.trials_only {
         // Kept after each part, so that an interruption leaves what there is.
         write(arguments, &study)?;
@@ -120,8 +120,8 @@ fn beside_before(out: &Path) -> Beside {
 /// Measured water, intervals and long recordings, each kept when it is there.
 fn beside(
     arguments: &Arguments,
-    places: &Places,
-    study: &mut Study,
+    places: &StudyFolders,
+    study: &mut StudyTally,
     stop: &AtomicBool,
     bar: &ProgressBar,
 ) -> anyhow::Result<()> {
@@ -156,7 +156,7 @@ fn beside(
 }
 
 /// Writes page and pictures; returns the checks.
-fn write(arguments: &Arguments, study: &Study) -> anyhow::Result<Vec<Check>> {
+fn write(arguments: &Arguments, study: &StudyTally) -> anyhow::Result<Vec<Check>> {
     let checks = checks(study);
     let command = format!("meniscus discover study --clean {} --seed {}", arguments.clean, arguments.seed);
     write_whole(&arguments.out.join("study.md"), markdown(study, &checks, &command).as_bytes())?;

@@ -5,10 +5,10 @@ pub mod isolability;
 pub mod localise;
 pub mod suggest;
 
-use gap::MeasuredGap;
-use isolability::Isolability;
-use localise::Cell;
-use suggest::Suggestion;
+use self::gap::MeasuredGap;
+use self::isolability::Isolability;
+use self::localise::Cell;
+use self::suggest::Suggestion;
 use crate::baseline::calibrate::Calibration;
 use crate::decision::assessment::Assessment;
 use crate::decision::rules::DecisionRules;

@@ -36,7 +36,7 @@ pub struct Case {
 
 /// Verdicts on all recordings.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Study {
+pub struct IdentificationStudy {
     /// Liquids that were learnt.
     pub names: Vec<String>,
     /// The recordings.
@@ -80,7 +80,7 @@ pub fn recognise(
 
 /// Returns the verdict of `notes` on each of `unseen`, with and without the note of its own liquid.
 #[must_use]
-pub fn study(notes: &[Note], unseen: &[Unseen]) -> Study {
+pub fn study(notes: &[Note], unseen: &[Unseen]) -> IdentificationStudy {
     let ask = |notes: &[Note], one: &Unseen| Case {
         liquid: one.liquid.clone(),
         motion: one.motion.clone(),
@@ -92,14 +92,14 @@ pub fn study(notes: &[Note], unseen: &[Unseen]) -> Study {
         ask(&others, one)
     };
     let learnt = unseen.iter().filter(|one| names.contains(&one.liquid));
-    Study {
+    IdentificationStudy {
         cases: unseen.iter().map(|one| ask(notes, one)).collect(),
         without: learnt.map(|one| without(&one)).collect(),
         names,
     }
 }
 
-impl Study {
+impl IdentificationStudy {
     /// Returns the recordings of liquids that were learnt, or of those that were not.
     fn of(&self, known: bool) -> impl Iterator<Item = &Case> {
         self.cases.iter().filter(move |case| self.names.contains(&case.liquid) == known)
@@ -206,7 +206,7 @@ mod tests {
             case("tar", Some("honey")),
         ];
         let without = vec![case("water", None), case("honey", Some("water"))];
-        let study = Study { names, cases, without };
+        let study = IdentificationStudy { names, cases, without };
         let third = 0.5 * (0.5 + 1.0 / 3.0);
         assert_eq!((study.accuracy(), study.refused()), (third, 0.5), "liquids count alike");
         let text = study.confusion();

@@ -23,7 +23,7 @@ use std::time::Instant;
 
 /// Folders of the study.
 #[derive(Clone, Debug)]
-pub struct Places {
+pub struct StudyFolders {
     /// Simulated glasses.
     pub cache: PathBuf,
     /// Trials, answers and what was judged.
@@ -79,7 +79,7 @@ impl Bench {
     ///
     /// # Errors
     /// [`StudyError`], when one is not in the cache or cannot be fitted.
-    pub fn new(places: &Places, kind: MotionKind) -> Result<Self, StudyError> {
+    pub fn new(places: &StudyFolders, kind: MotionKind) -> Result<Self, StudyError> {
         let count = motions(kind).len();
         let every: Vec<usize> = (0..count).collect();
         let parts = |truth: &Truth| vec![(truth.clone(), every.clone(), b'a')];
@@ -90,7 +90,7 @@ impl Bench {
     ///
     /// # Errors
     /// [`StudyError`], when one is not in the cache or cannot be fitted.
-    pub fn with_asked(places: &Places) -> Result<Self, StudyError> {
+    pub fn with_asked(places: &StudyFolders) -> Result<Self, StudyError> {
         let parts = |truth: &Truth| {
             let single = Truth { kind: MotionKind::Single, ..truth.clone() };
             vec![(single, vec![0, 1, 2, 3], b'a'), (truth.clone(), vec![0, 1, 2], b'e')]
@@ -99,7 +99,7 @@ impl Bench {
     }
 
     fn of(
-        places: &Places,
+        places: &StudyFolders,
         word: &str,
         seed: u64,
         glasses: Vec<Truth>,
@@ -139,7 +139,7 @@ impl Bench {
 /// # Errors
 /// [`StudyError`], when a recording is not in the cache, a file cannot be written or a fit fails.
 pub fn judge(
-    places: &Places,
+    places: &StudyFolders,
     plan: &Plan,
     bench: &Bench,
     name: &str,

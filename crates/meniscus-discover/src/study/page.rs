@@ -2,8 +2,8 @@
 
 use super::bench::Judged;
 use super::plans::{Answer, Family};
-use super::run::Line;
-use super::tally::{Study, class_right, right};
+use super::run::JudgedTrial;
+use super::tally::{StudyTally, class_right, right};
 use meniscus_report::checks::Check;
 use std::fmt::Write;
 
@@ -20,7 +20,7 @@ const TITLES: [(Family, &str); 7] = [
 
 /// Returns the page of `study`, which `command` makes again.
 #[must_use]
-pub fn markdown(study: &Study, checks: &[Check], command: &str) -> String {
+pub fn markdown(study: &StudyTally, checks: &[Check], command: &str) -> String {
     let mut out = format!("# The study of discovery\n\nMade by `{command}`.");
     // Writing into a string cannot fail.
     if !study.is_whole() {
@@ -48,7 +48,7 @@ pub fn markdown(study: &Study, checks: &[Check], command: &str) -> String {
         out.push_str("\n![gain by size](detection.png)\n");
     }
     for (family, title) in TITLES {
-        let lines: Vec<&Line> = study.of(family).collect();
+        let lines: Vec<&JudgedTrial> = study.of(family).collect();
         if lines.is_empty() {
             continue;
         }
@@ -81,7 +81,7 @@ pub fn markdown(study: &Study, checks: &[Check], command: &str) -> String {
 }
 
 /// Trials with nothing hidden, one line a glass.
-fn blank(out: &mut String, lines: &[&Line]) {
+fn blank(out: &mut String, lines: &[&JudgedTrial]) {
     out.push_str("| glass | trials | none | tied | unknown | named | said | largest gain |\n|---|---|---|---|---|---|---|---|\n");
     let mut glasses: Vec<&str> = lines.iter().map(|(answer, _)| answer.glass.as_str()).collect();
     glasses.sort_unstable();

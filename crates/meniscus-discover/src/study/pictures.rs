@@ -2,8 +2,8 @@
 
 use super::cases::{Hidden, SIZES, hidden};
 use super::plans::Family;
-use super::run::Line;
-use super::tally::{Study, right};
+use super::run::JudgedTrial;
+use super::tally::{StudyTally, right};
 use meniscus::reduced::effects::Class;
 use meniscus_report::plot::{BLUE, FONT, GREEN, GREY, ORANGE, PURPLE, PictureError, VERMILION, prepare_font};
 use plotters::prelude::*;
@@ -14,7 +14,7 @@ use std::path::Path;
 ///
 /// # Errors
 /// [`PictureError`], when the file cannot be written.
-pub fn confusion_png(study: &Study, path: &Path) -> Result<(), PictureError> {
+pub fn confusion_png(study: &StudyTally, path: &Path) -> Result<(), PictureError> {
     prepare_font();
     let names: Vec<&str> = hidden().map(|h| h.effect.name).collect();
     let extra = ["another", "unknown", "none"];
@@ -86,7 +86,7 @@ fn colour_of(class: Class) -> RGBColor {
 ///
 /// # Errors
 /// [`PictureError`], when the file cannot be written.
-pub fn detection_png(study: &Study, path: &Path) -> Result<(), PictureError> {
+pub fn detection_png(study: &StudyTally, path: &Path) -> Result<(), PictureError> {
     prepare_font();
     let area = BitMapBackend::new(path, (1100, 700)).into_drawing_area();
     area.fill(&WHITE)?;
@@ -112,7 +112,7 @@ pub fn detection_png(study: &Study, path: &Path) -> Result<(), PictureError> {
     for Hidden { effect, .. } in hidden() {
         let colour = colour_of(effect.class);
         let of = |size: &f64| {
-            let mine = |(a, _): &&Line| a.size == *size && a.effects[0].0 == effect.name;
+            let mine = |(a, _): &&JudgedTrial| a.size == *size && a.effects[0].0 == effect.name;
             let (a, j) = study.of(Family::Hidden).find(mine)?;
             Some((*size, j.gain.clamp(GAINS.0, GAINS.1), right(a, j)))
         };

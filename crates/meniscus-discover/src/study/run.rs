@@ -4,7 +4,7 @@
 //! A trial's answer lies in `answers.json`, which only this file writes and only [`super::tally`] reads.
 //! Every judged trial leaves a file in `judged/`; a study that is run again judges only what is missing.
 
-use super::bench::{Bench, Judged, Places, judge};
+use super::bench::{Bench, Judged, StudyFolders, judge};
 use super::cases::{HIDDEN_PACKINGS, Hidden, clean, hidden};
 use super::error::StudyError;
 use super::plans::{Answer, Family, Plan, plans, twins};
@@ -16,7 +16,7 @@ use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// A trial with its answer.
-pub type Line = (Answer, Judged);
+pub type JudgedTrial = (Answer, Judged);
 
 /// Choices of one run of the study.
 #[derive(Clone, Copy, Debug)]
@@ -30,7 +30,7 @@ pub struct RunOptions {
 }
 
 /// Judged trials, and the number of trials that each family is planned to have.
-pub type Gone = (Vec<Line>, BTreeMap<Family, usize>);
+pub type JudgedTrials = (Vec<JudgedTrial>, BTreeMap<Family, usize>);
 
 /// Makes and judges the trials whose glasses are there.
 ///
@@ -40,11 +40,11 @@ pub type Gone = (Vec<Line>, BTreeMap<Family, usize>);
 /// # Errors
 /// [`StudyError`]; what was judged stays.
 pub fn judge_all(
-    places: &Places,
+    places: &StudyFolders,
     options: RunOptions,
     stop: &AtomicBool,
     progress: &dyn Fn(&str, usize, usize),
-) -> Result<Gone, StudyError> {
+) -> Result<JudgedTrials, StudyError> {
     let plans = plans(options.cleans, options.seed);
     let mut planned: BTreeMap<Family, usize> = BTreeMap::new();
     let mut benches: BTreeMap<MotionKind, Bench> = BTreeMap::new();
@@ -82,22 +82,22 @@ pub fn judge_all(
     Ok((out, planned))
 }
 
-fn file(places: &Places, plan: &Plan) -> PathBuf {
+fn file(places: &StudyFolders, plan: &Plan) -> PathBuf {
     places.out.join("judged").join(format!("{}.json", plan.digest()))
 }
 
-fn judged_before(places: &Places, plan: &Plan) -> Option<Judged> {
+fn judged_before(places: &StudyFolders, plan: &Plan) -> Option<Judged> {
     serde_json::from_slice(&std::fs::read(file(places, plan)).ok()?).ok()
 }
 
-fn keep(places: &Places, plan: &Plan, judged: &Judged) -> Result<(), StudyError> {
+fn keep(places: &StudyFolders, plan: &Plan, judged: &Judged) -> Result<(), StudyError> {
     let text = serde_json::to_string_pretty(judged).map_err(StudyError::Json)?;
     Ok(write_whole(&file(places, plan), text.as_bytes())?)
 }
 
 /// Trials with the recordings that the workflow suggested.
 struct Suggested<'a> {
-    places: &'a Places,
+    places: &'a StudyFolders,
     plans: &'a [Plan],
     /// Whether anything is judged that was not judged yet.
     judges: bool,
@@ -110,9 +110,9 @@ impl Suggested<'_> {
     /// list, and with references in the same motions. Returns the judged trials and how many there should be.
     fn judge(
         &self,
-        lines: &[Line],
+        lines: &[JudgedTrial],
         answers: &mut BTreeMap<String, Answer>,
-    ) -> Result<(Vec<Line>, usize), StudyError> {
+    ) -> Result<(Vec<JudgedTrial>, usize), StudyError> {
         let Self { places, plans, .. } = *self;
         let open = ambiguous(lines);
         let mut bench = None;
@@ -153,7 +153,7 @@ impl Suggested<'_> {
 
 /// Returns the hidden effects at reference size whose verdict was ambiguous beyond exact twins, each with the index of
 /// the suggested motion.
-fn ambiguous(lines: &[Line]) -> Vec<(Hidden, usize)> {
+fn ambiguous(lines: &[JudgedTrial]) -> Vec<(Hidden, usize)> {
     lines
         .iter()
         .filter(|(a, j)| a.family == Family::Hidden && a.size == 1.0 && j.verdict == "tied")

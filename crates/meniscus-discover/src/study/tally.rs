@@ -3,7 +3,7 @@
 use super::bench::Judged;
 use super::measured::MeasuredResult;
 use super::plans::{Answer, Family};
-use super::run::Line;
+use super::run::JudgedTrial;
 use meniscus::reduced::effects::{EffectKind, find};
 use meniscus_numerics::statistics::median;
 use meniscus_report::checks::Check;
@@ -12,9 +12,9 @@ use std::collections::{BTreeMap, BTreeSet};
 
 /// Everything that was measured.
 #[derive(Clone, Debug, Default)]
-pub struct Study {
+pub struct StudyTally {
     /// Trials.
-    pub lines: Vec<Line>,
+    pub lines: Vec<JudgedTrial>,
     /// How many trials each family is planned to have.
     pub planned: BTreeMap<Family, usize>,
     /// What is measured beside the trials.
@@ -32,14 +32,14 @@ pub struct Beside {
     pub long_s: Option<f64>,
 }
 
-impl Study {
+impl StudyTally {
     /// The trials of `family`.
-    pub fn of(&self, family: Family) -> impl Iterator<Item = &Line> {
+    pub fn of(&self, family: Family) -> impl Iterator<Item = &JudgedTrial> {
         self.lines.iter().filter(move |(answer, _)| answer.family == family)
     }
 
     /// The trials at reference size, those of fresh glasses too.
-    pub fn reference(&self) -> impl Iterator<Item = &Line> {
+    pub fn reference(&self) -> impl Iterator<Item = &JudgedTrial> {
         let hidden = self.of(Family::Hidden).filter(|(answer, _)| answer.size == 1.0);
         hidden.chain(self.of(Family::Fresh))
     }
@@ -97,7 +97,7 @@ struct Found {
 }
 
 impl Found {
-    fn of<'a>(lines: impl Iterator<Item = &'a Line>) -> Self {
+    fn of<'a>(lines: impl Iterator<Item = &'a JudgedTrial>) -> Self {
         let mut found = Self { trials: 0, stated: 0, class_right: 0, named: 0, right: 0 };
         for (answer, judged) in lines {
             let class = class_right(answer, judged);
@@ -112,8 +112,8 @@ impl Found {
 }
 
 /// Trials with a confident wrong class or name where the truth was not in the library.
-fn wrong_without(study: &Study) -> usize {
-    let wrong = |(answer, judged): &&Line| {
+fn wrong_without(study: &StudyTally) -> usize {
+    let wrong = |(answer, judged): &&JudgedTrial| {
         let named = judged.verdict == "named";
         let class = class_right(answer, judged);
         class == Some(false) || (named && class.is_none())
@@ -122,19 +122,19 @@ fn wrong_without(study: &Study) -> usize {
 }
 
 /// Trials that were answered with `unknown` or the class of the truth, which the library lacked.
-fn honest_without(study: &Study) -> usize {
-    let honest = |(a, j): &&Line| j.verdict == "unknown" || class_right(a, j) == Some(true);
+fn honest_without(study: &StudyTally) -> usize {
+    let honest = |(a, j): &&JudgedTrial| j.verdict == "unknown" || class_right(a, j) == Some(true);
     study.of(Family::Without).filter(honest).count()
 }
 
 /// The checks of the study.
 #[must_use]
-pub fn checks(study: &Study) -> Vec<Check> {
+pub fn checks(study: &StudyTally) -> Vec<Check> {
     let all = Found::of(study.reference());
     let fresh = Found::of(study.of(Family::Fresh));
     let looked_at = study.of(Family::Hidden).filter(|(answer, _)| answer.size == 1.0);
     let looked_at = Found::of(looked_at);
-    let asked: Vec<&Line> = study.of(Family::Asked).collect();
+    let asked: Vec<&JudgedTrial> = study.of(Family::Asked).collect();
     let after = looked_at.right + asked.iter().filter(|(a, j)| right(a, j)).count();
     let after = if asked.is_empty() { f64::NAN } else { share(after, looked_at.trials) };
     let names = |family: Family| {
@@ -150,13 +150,13 @@ pub fn checks(study: &Study) -> Vec<Check> {
     let glasses: BTreeSet<&String> = study.of(Family::Clean).map(|(answer, _)| &answer.glass).collect();
     let first = study.of(Family::Clean).take(59).filter(|(_, j)| j.verdict == "named").count();
     let none = study.of(Family::Clean).filter(|(_, j)| j.verdict == "none").count();
-    let pairs: Vec<&Line> = study.of(Family::Pair).collect();
+    let pairs: Vec<&JudgedTrial> = study.of(Family::Pair).collect();
     let honest = pairs.iter().filter(|(a, j)| found_both(a, j) || j.verdict == "unknown").count();
     let withouts = study.of(Family::Without).count();
-    let rights: Vec<&Line> = study.reference().filter(|(a, j)| right(a, j)).collect();
+    let rights: Vec<&JudgedTrial> = study.reference().filter(|(a, j)| right(a, j)).collect();
     let shrink = rights.iter().filter_map(|(_, j)| j.gap_mm).map(|g| 1.0 - g[3] / g[0]).collect();
     let over = rights.iter().filter_map(|(_, j)| Some(j.gap_mm?[3] / j.oracle_mm?)).collect();
-    let inside = |(answer, judged): &&&Line| {
+    let inside = |(answer, judged): &&&JudgedTrial| {
         let (_, _, least, largest) = judged.estimate.as_ref()?;
         Some((*least..=*largest).contains(&answer.effects[0].1))
     };

@@ -8,10 +8,10 @@ pub mod inputs;
 pub mod insertion;
 pub mod progress;
 
-use error::DiscoverError;
-use inputs::Inputs;
-use insertion::{Insertion, insert};
-use progress::{Progress, Stage};
+use self::error::DiscoverError;
+use self::inputs::Inputs;
+use self::insertion::{Insertion, insert};
+use self::progress::{Progress, Stage};
 use crate::baseline::calibrate::Calibration;
 use crate::baseline::group::Group;
 use crate::decision::decide::decide;
