@@ -7,13 +7,14 @@ use meniscus_discover::study::bench::StudyFolders;
 use meniscus_discover::study::coverage::reference_coverage;
 use meniscus_discover::study::duration::long_discovery_s;
 use meniscus_discover::study::measured::judge_measured;
-use meniscus_discover::study::page::markdown;
+use meniscus_discover::study::page::report;
 use meniscus_discover::study::pictures::{confusion_png, detection_png};
 use meniscus_discover::study::run::{RunOptions, judge_all};
 use meniscus_discover::study::simulate::simulate;
 use meniscus_discover::study::tally::{Beside, StudyTally, checks};
 use meniscus_platform::files::write_whole;
-use meniscus_report::checks::{Check, table};
+use meniscus_report::Report;
+use meniscus_report::checks::table;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -101,11 +102,11 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     if stop.load(Ordering::Relaxed) {
         eprintln!("interrupted: the page holds what is judged; the same command goes on from there");
     }
-    let checks = write(arguments, &study)?;
+    let report = write(arguments, &study)?;
     if arguments.json {
-        println!("{:#}", serde_json::json!({ "checks": checks }));
+        println!("{:#}", report.json());
     } else {
-        print!("{}", table(&checks));
+        print!("{}", table(&checks(&study)));
         println!("written: {}", arguments.out.display());
     }
     Ok(())
@@ -155,12 +156,12 @@ fn beside(
     Ok(())
 }
 
-/// Writes page and pictures; returns the checks.
-fn write(arguments: &Arguments, study: &StudyTally) -> anyhow::Result<Vec<Check>> {
-    let checks = checks(study);
+/// Writes page and pictures; returns the report.
+fn write(arguments: &Arguments, study: &StudyTally) -> anyhow::Result<Report> {
     let command = format!("meniscus discover study --clean {} --seed {}", arguments.clean, arguments.seed);
-    write_whole(&arguments.out.join("study.md"), markdown(study, &checks, &command).as_bytes())?;
+    let report = report(study, &command);
+    write_whole(&arguments.out.join("study.md"), report.markdown().as_bytes())?;
     confusion_png(study, &arguments.out.join("confusion.png"))?;
     detection_png(study, &arguments.out.join("detection.png"))?;
-    Ok(checks)
+    Ok(report)
 }
