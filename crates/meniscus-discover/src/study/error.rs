@@ -24,6 +24,14 @@ pub enum StudyError {
         /// Error of the operating system.
         cause: std::io::Error,
     },
+    /// The measured water lacks the runs of a question.
+    #[error("{}: no run in it is called {}...; take the whole data set, or ask fewer questions", .folder.display(), .starts.join("..., "))]
+    NoRuns {
+        /// Folder of the runs.
+        folder: PathBuf,
+        /// Beginnings of the names of the runs.
+        starts: Vec<String>,
+    },
     /// A table of the measured water has a fault.
     #[error("{run}: {fault}")]
     Table {
