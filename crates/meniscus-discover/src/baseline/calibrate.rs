@@ -153,7 +153,7 @@ impl Calibration {
     /// Returns the noise of a channel.
     #[must_use]
     pub fn noise_of(&self, quantity: Quantity) -> Noise {
-        self.noise.get(&quantity).copied().unwrap_or(Noise { sigma_m: 2e-4, memory: 0.3 })
+        self.noise.get(&quantity).copied().unwrap_or(Noise { sigma_m: 2e-4, correlation: 0.3 })
     }
 
     /// Returns the model error in a motion that no reference made, m.

@@ -9,7 +9,7 @@ pub struct Noise {
     /// Standard deviation, m.
     pub sigma_m: f64,
     /// Correlation from frame to frame of its slow part.
-    pub memory: f64,
+    pub correlation: f64,
 }
 
 /// Returns the noise by channel before the glass moves: spread and correlation from frame to frame, pooled.
@@ -33,8 +33,8 @@ pub fn rest_noise(records: &[Record]) -> BTreeMap<Quantity, Noise> {
     let noise = |[square, count, product, pairs]: [f64; 4]| {
         let variance = (square / count).max(1e-12);
         // Few frames determine a correlation badly, so it is drawn towards 0.3 with the weight of 30 pairs.
-        let memory = (product / pairs / variance * pairs + 0.3 * 30.0) / (pairs + 30.0);
-        Noise { sigma_m: variance.sqrt().max(2e-5), memory: memory.clamp(0.0, 0.9) }
+        let correlation = (product / pairs / variance * pairs + 0.3 * 30.0) / (pairs + 30.0);
+        Noise { sigma_m: variance.sqrt().max(2e-5), correlation: correlation.clamp(0.0, 0.9) }
     };
     sums.into_iter().map(|(quantity, sum)| (quantity, noise(sum))).collect()
 }

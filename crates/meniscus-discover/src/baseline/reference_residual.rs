@@ -131,7 +131,7 @@ mod tests {
     use meniscus::units::FRAME_INTERVAL_S;
     use meniscus_data::motion::Motion;
 
-    /// A recording of a jolt of `strength` whose glass is seen `late_s` later and `scale` larger.
+    /// A recording of a jolt of `strength` whose tracked glass moves `late_s` later and `scale` larger.
     fn record(strength: f64, late_s: f64, scale: f64) -> Record {
         let plan = MotionPlan::jolt(0.28, strength, 2.2);
         let drive = drive_of(&Motion::sampled(&plan.samples()).expect("a motion"), plan.seconds);
@@ -148,29 +148,29 @@ mod tests {
     }
 
     #[test]
-    fn a_glass_that_went_the_same_way_is_found_later_and_larger_and_another_way_is_not() {
+    fn a_glass_on_the_same_path_is_found_later_and_larger_and_one_on_another_path_is_not() {
         let series: Vec<f64> = (0..132).map(|f| (0.1 * f as f64).sin()).collect();
-        let left = ReferenceResidual {
+        let residual = ReferenceResidual {
             like: record(1.25, 0.0, 1.0),
             mean: vec![series.clone()],
             scatter: vec![vec![series]],
         };
         for (late_s, scale) in [(0.0, 1.0), (0.033, 1.0), (-0.033, 1.0), (0.0, 1.08), (0.05, 0.93)] {
-            let way = left.alignment(&record(1.25, late_s, scale)).expect("the same way");
-            assert!((way.late * FRAME_INTERVAL_S - late_s).abs() < 5e-4, "{way:?} for {late_s} s");
-            assert!((way.scale - scale).abs() < 2e-3, "{way:?} for {scale}");
-            let moved = left.aligned(way);
-            let wanted = way.scale * (0.1 * (60.0 - way.late)).sin();
+            let found = residual.alignment(&record(1.25, late_s, scale)).expect("the same path");
+            assert!((found.late * FRAME_INTERVAL_S - late_s).abs() < 5e-4, "{found:?} for {late_s} s");
+            assert!((found.scale - scale).abs() < 2e-3, "{found:?} for {scale}");
+            let moved = residual.aligned(found);
+            let wanted = found.scale * (0.1 * (60.0 - found.late)).sin();
             assert!((moved.mean[0][60] - wanted).abs() < 2e-3, "{} for {wanted}", moved.mean[0][60]);
         }
-        assert_eq!(left.alignment(&record(1.7, 0.0, 1.0)), None, "the next stronger jolt");
+        assert_eq!(residual.alignment(&record(1.7, 0.0, 1.0)), None, "the next stronger jolt");
         let mut slow = record(1.25, 0.0, 1.0);
         let other = MotionPlan::jolt(0.40, 1.25, 2.2);
         let place = |n: usize| Some(other.position(n as f64 * FRAME_INTERVAL_S));
         slow.channels[0].value = (0..132).map(place).collect();
-        assert_eq!(left.alignment(&slow), None, "a slower jolt");
+        assert_eq!(residual.alignment(&slow), None, "a slower jolt");
         let mut still = record(1.25, 0.0, 1.0);
         still.channels[0].value = vec![Some(0.0); 132];
-        assert_eq!(left.alignment(&still), None, "a glass that does not move");
+        assert_eq!(residual.alignment(&still), None, "a glass that does not move");
     }
 }

@@ -1,8 +1,8 @@
-//! Thresholds learnt from the references: what clean glasses show is not significant.
+//! Thresholds learnt from the references: an effect is significant beyond the gains of clean glasses.
 //!
 //! Each reference is judged by the others. Effect e lowers its cost (minus twice the logarithm of the
 //! likelihood) by T_e although nothing is hidden. Were the model exact, T_e would be chi-squared with its p
-//! free parameters; it is not, and what it is off by looks like some effects more than like others:
+//! free parameters. It is not, and its error resembles some effects more than others:
 //! ```text
 //! T_e ~ phi_e chi2_p,       phi_e = max(1, mean of T_e over n references / p)
 //! T_e of the next clean glass / (p phi_e) ~ F(p, n p)
@@ -110,7 +110,7 @@ pub fn thresholds(groups: &[&Group], settings: &Settings) -> Result<Thresholds, 
     Ok(limits(&shown.iter().collect::<Vec<_>>(), settings))
 }
 
-/// Returns what each of `groups` shows when the others judge it.
+/// Returns the result of each of `groups` when the others judge it.
 ///
 /// # Errors
 /// [`ProblemError`], when a reference cannot be fitted.

@@ -153,8 +153,8 @@ impl Verdict {
             Self::Ambiguous(claim) => {
                 let class = claim.class.map_or(String::new(), |class| format!(" (class: {})", class.words()));
                 let open = match names {
-                    [one] => format!("bear out that it is {one}"),
-                    names => format!("tell {} apart", names.join(", ")),
+                    [one] => format!("confirm that it is {one}"),
+                    names => format!("distinguish {}", names.join(", ")),
                 };
                 let ends = self.caution();
                 format!(
@@ -173,7 +173,7 @@ impl Verdict {
                 self.misfit(),
                 if names.is_empty() { "nothing".into() } else { names.join(" + ") },
                 self.rest_offset().map_or(String::new(), |offset| format!(
-                    " At rest the {} stands off by {:.2} mm.",
+                    " At rest the {} is offset by {:.2} mm.",
                     offset.quantity.words(),
                     1e3 * offset.m
                 )),
@@ -234,13 +234,16 @@ mod tests {
         let ambiguous = Verdict::Ambiguous(claim(&["camera_latency", "actuation_delay"], &[]));
         let sentence = ambiguous.sentence();
         assert!(sentence.contains("(class: timing)"), "{sentence}");
-        assert!(sentence.contains("tell camera_latency, actuation_delay apart (gain 120 over"), "{sentence}");
+        assert!(
+            sentence.contains("distinguish camera_latency, actuation_delay (gain 120 over"),
+            "{sentence}"
+        );
         let rest_offset = Some(RestOffset { quantity: Quantity::Bow, m: 5e-4 });
         let nearest = claim(&["foam"], &["the depth of foam stands at the end of its range"]);
         let unknown = Verdict::Unknown(Unknown::Unexplained { nearest, rest_offset });
         let sentence = unknown.sentence();
         assert!(sentence.contains("a misfit of 1.50; nearest is foam."), "{sentence}");
-        assert!(sentence.contains("At rest the bow stands off by 0.50 mm."), "{sentence}");
+        assert!(sentence.contains("At rest the bow is offset by 0.50 mm."), "{sentence}");
         assert!(sentence.ends_with("Not to be trusted: the depth of foam stands at the end of its range."));
         let empty = Unknown::NoSignificantEffect { misfit: 1.4, best_gain: 3.0, rest_offset };
         assert!(Verdict::Unknown(empty).sentence().contains("nearest is nothing."));

@@ -41,7 +41,7 @@ pub struct Findings {
     pub known: Known,
     /// Recordings that were fitted, and the one that was held out.
     pub split: Split,
-    /// What the references taught.
+    /// Calibration by the references.
     pub calibration: Calibration,
     /// Thresholds that were used.
     pub limits: Thresholds,

@@ -6,7 +6,7 @@ use crate::recordings::record::Record;
 use nalgebra::{DMatrix, DVector};
 
 /// Correlation from frame to frame of a formula's error.
-pub(super) const MEMORY: f64 = 0.9;
+pub(super) const CORRELATION: f64 = 0.9;
 
 /// Fewest numbers that a recording has to hold.
 const LEAST_NUMBERS: usize = 50;
@@ -64,7 +64,7 @@ pub(super) fn prepare(
         let mut covariance = DMatrix::from_fn(n, n, |i, j| {
             let apart = block[i].1.abs_diff(block[j].1) as i32;
             let white = if i == j { 0.3 * s2 + 1e-10 } else { 0.0 };
-            white + 0.7 * s2 * model.memory.powi(apart) + offset + misfit * MEMORY.powi(apart)
+            white + 0.7 * s2 * model.correlation.powi(apart) + offset + misfit * CORRELATION.powi(apart)
         });
         if let Some(matched) = &matched {
             let mut add = |of: &dyn Fn(usize) -> f64, weight: f64| {

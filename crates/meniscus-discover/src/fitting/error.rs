@@ -6,7 +6,7 @@ use thiserror::Error;
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum ProblemError {
     /// Too few numbers were measured.
-    #[error("{recording}: only {numbers} numbers were seen, {least} are needed; give a longer recording")]
+    #[error("{recording}: only {numbers} numbers were measured, {least} are needed; give a longer recording")]
     TooFewNumbers {
         /// Recording.
         recording: String,

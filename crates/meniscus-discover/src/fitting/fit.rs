@@ -24,7 +24,7 @@ const SEARCH: Settings = Settings {
     },
 };
 
-/// One parameter that is free: of which effect, and which.
+/// Index of an effect and of one of its parameters, which is free.
 pub type Free = (usize, usize);
 
 /// A fitted model.
@@ -34,9 +34,9 @@ pub struct Fitted {
     pub theta: Vec<f64>,
     /// The effects with their values.
     pub active: Vec<Active>,
-    /// Which parameters were free.
+    /// Parameters that were free.
     pub free: Vec<Free>,
-    /// `|whitened residual|^2` with the prior's part.
+    /// Squared norm of the whitened residual with the prior's part.
     pub cost: f64,
     /// The residual.
     pub residual: DVector<f64>,
@@ -45,26 +45,26 @@ pub struct Fitted {
 }
 
 impl Fitted {
-    /// Schwarz's criterion with a penalty for each free parameter of an effect, `cost + p ln n`.
+    /// Returns Schwarz's criterion with a penalty for each free parameter of an effect, `cost + p ln n`.
     #[must_use]
     pub fn bic(&self, count: usize) -> f64 {
         self.cost + self.free.len() as f64 * (count as f64).ln()
     }
 
-    /// Whitened misfit of the data alone for each number.
+    /// Returns the whitened misfit of the data alone for each number.
     #[must_use]
     pub fn chi2(&self, count: usize) -> f64 {
         self.residual.rows(0, count).norm_squared() / count as f64
     }
 
-    /// Covariance of theta and the free parameters, where it exists.
+    /// Returns the covariance of theta and the free parameters, where it exists.
     #[must_use]
     pub fn covariance(&self) -> Option<DMatrix<f64>> {
         (self.jacobian.transpose() * &self.jacobian).try_inverse()
     }
 }
 
-/// The free parameters of `entry` for these recordings: a contact line's reach is a property of the wall
+/// Returns the free parameters of `entry` for these recordings: a contact line's reach is a property of the wall
 /// and stays, the recorded inclination or lift is taken where there is one that does not enter the model yet.
 #[must_use]
 pub fn free_of(problem: &Problem, entry: &'static Entry) -> Vec<usize> {
@@ -79,8 +79,8 @@ pub fn free_of(problem: &Problem, entry: &'static Entry) -> Vec<usize> {
     }
 }
 
-/// Fits theta, from `start`, and the parameters `free` of `active`, from their values; what was fitted in the
-/// same way before is taken from where the problem keeps its fits.
+/// Fits theta, from `start`, and the parameters `free` of `active`, from their values; a fit with the
+/// same inputs is taken from the cache of the problem.
 #[must_use]
 pub fn fit(problem: &Problem, start: &[f64], active: &[Active], free: &[Free]) -> Fitted {
     let Some((cache, mine)) = problem.cache() else { return descend(problem, start, active, free) };
@@ -164,7 +164,7 @@ fn descend(problem: &Problem, start: &[f64], active: &[Active], free: &[Free]) -
     Fitted { theta, active, free: free.to_vec(), cost: found.cost, residual: found.residual, jacobian }
 }
 
-/// Derivatives of the residual by theta and the free parameters, by differences; those by theta are taken from `reuse`
+/// Returns the derivatives of the residual by theta and the free parameters, by differences; those by theta are taken from `reuse`
 /// where it is given.
 #[must_use]
 pub fn derivatives(
@@ -215,7 +215,7 @@ fn ladder(parameter: &Parameter) -> Vec<f64> {
     out
 }
 
-/// The best of a coarse search over an effect's parameters beside those of `base`, with theta free but
+/// Returns the best of a coarse search over an effect's parameters beside those of `base`, with theta free but
 /// only to first order: `|r|^2 - |Q^T r|^2` with the basis Q of what theta can do.
 #[must_use]
 pub fn search(problem: &Problem, base: &Fitted, entry: &'static Entry) -> (f64, Active, DVector<f64>) {

@@ -8,12 +8,12 @@
 //! itself, its slope in time and its ramp over the recording, because a liquid with an effect does not follow the
 //! references exactly. Offsets (level, slope, bow, position of the glass) are integrated out with the variance
 //! [`Calibration::offset_m2`].
-//! After a correction, C gains a process of a share of that correction, channel by channel, with a memory of ten frames:
+//! After a correction, C gains a process of a share of that correction, channel by channel, with a correlation time of ten frames:
 //! the formula of an effect is not exact either ([`Problem::with_formula_error`]).
 //! Residuals are whitened by the exact Cholesky factor of C, recording by recording and channel by channel. Channels
 //! are treated as independent.
 
-use super::covariance::{MEMORY, Ready, prepare, whitening};
+use super::covariance::{CORRELATION, Ready, prepare, whitening};
 use super::error::ProblemError;
 use super::fit_cache::{CacheKey, FitCache};
 use crate::baseline::calibrate::Calibration;
@@ -184,7 +184,7 @@ impl Problem {
                     for j in 0..n {
                         for i in 0..n {
                             let apart = index[i].1.abs_diff(index[j].1) as i32;
-                            covariance[(i, j)] += share * share * change[channel] * MEMORY.powi(apart);
+                            covariance[(i, j)] += share * share * change[channel] * CORRELATION.powi(apart);
                         }
                     }
                     *whiten = whitening(covariance, record, channel)?;

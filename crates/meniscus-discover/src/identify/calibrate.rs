@@ -171,7 +171,7 @@ mod tests {
     }
 
     #[test]
-    fn recordings_that_agree_by_chance_are_not_believed() {
+    fn recordings_that_agree_by_chance_do_not_narrow_the_scatter() {
         let found = calibration(&drawn(0.2, 0.0, 3, 400, 2));
         assert!((0.25..0.5).contains(&found.scatter), "{found:?}");
         let many = calibration(&drawn(0.2, 0.0, 100, 400, 4));

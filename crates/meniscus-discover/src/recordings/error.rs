@@ -126,7 +126,7 @@ pub enum RecordingError {
     },
     /// A channel is missing in most frames.
     #[error(
-        "{recording}: the {channel} was hardly ever seen: {seen} of {frames} frames hold it, a third is needed"
+        "{recording}: the {channel} is missing in most frames: {seen} of {frames} hold it, a third is needed"
     )]
     HardlySeen {
         /// Recording.
@@ -159,7 +159,7 @@ pub enum RecordingError {
     },
     /// The camera sees the glass move at another time than the motion file.
     #[error(
-        "{recording}: the glass is seen to move {:.2} s {} than its motion says: give both on the same clock, from the \
+        "{recording}: the camera shows the glass move {:.2} s {} than its motion file: give both on the same clock, from the \
          first frame on", .late_s.abs(), direction(.late_s)
     )]
     OtherClock {

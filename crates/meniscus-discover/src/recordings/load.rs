@@ -209,7 +209,7 @@ fn measured(recording: &str, channel: &Channel) -> Result<(), RecordingError> {
     Ok(())
 }
 
-/// Refuses a recording in which the glass is seen to move at another time than its motion says.
+/// Refuses a recording in which the tracked glass moves at another time than its motion file.
 fn same_clock(
     name: &str,
     interval_s: f64,

@@ -1,11 +1,11 @@
 //! Recording as discovery uses it: a few numbers per frame, and the motion of the glass.
 //!
 //! All waves of one azimuthal order look alike on the wall, so a profile holds a handful of numbers: with
-//! s = x/R over the seen points,
+//! s = x/R over the valid points,
 //! ```text
 //! z(s) - fill = level + slope s + bow (T2(s) - <T2>) + cubic part (not used),       T2 = 2 s^2 - 1
 //! ```
-//! by least squares over the points that were seen. A peak height is one number.
+//! by least squares over the valid points. A peak height is one number.
 
 use meniscus::surface::{POINTS, SurfaceProfile, profile_abscissa};
 use nalgebra::{SMatrix, SVector};

@@ -1,4 +1,4 @@
-//! Judging one trial: references and their thresholds, the workflow, and what only the answer can add.
+//! Judging one trial: references and their thresholds, the workflow, and the figures that need the answer.
 
 use super::cases::clean;
 use super::error::StudyError;
@@ -26,7 +26,7 @@ use std::time::Instant;
 pub struct StudyFolders {
     /// Simulated glasses.
     pub cache: PathBuf,
-    /// Trials, answers and what was judged.
+    /// Trials, answers and judged trials.
     pub out: PathBuf,
 }
 
@@ -54,12 +54,13 @@ pub struct Judged {
     /// Gap with the true value, mm; none where nothing is hidden.
     pub oracle_mm: Option<f64>,
     /// Index of the motion that was suggested.
-    pub asked: Option<usize>,
+    #[serde(rename = "asked")]
+    pub suggested: Option<usize>,
     /// Duration of the discovery, s.
     pub seconds: f64,
 }
 
-/// References of one kind of motion, with what each shows when the others judge it.
+/// References of one kind of motion, with the result of each when the others judge it.
 ///
 /// A tested glass that is itself a reference sets no threshold for itself and calibrates nothing that it is
 /// judged by; that it was among those that judged the other references makes their bounds, if anything, lower.
@@ -134,7 +135,7 @@ impl Bench {
 }
 
 /// Writes the trial of `plan` under a neutral `name` with the recordings of `more` beside it, lets the
-/// workflow judge it, and adds what only the answer can add: the oracle's gap.
+/// workflow judge it, and adds the gap of the oracle, which needs the answer.
 ///
 /// # Errors
 /// [`StudyError`], when a recording is not in the cache, a file cannot be written or a fit fails.
@@ -146,7 +147,7 @@ pub fn judge(
     more: More<'_>,
 ) -> Result<Judged, StudyError> {
     let path = places.out.join("trials").join(name);
-    // What another study left under this name is another trial; what this one left is not rendered again.
+    // Files of another study under this name belong to another trial; those of this one are not rendered again.
     let made = format!("{:?} {} {more:?}", plan.trial, plan.trial.truth.digest());
     let made = crc::Crc::<u64>::new(&crc::CRC_64_ECMA_182).checksum(made.as_bytes()).to_string();
     let mark = path.join("made");
@@ -189,7 +190,7 @@ fn judged(found: &Findings, oracle_mm: Option<f64>, seconds: f64) -> Judged {
             .map(|g| g.gap)
             .map(|g| [g.untouched, g.refitted, g.black_box, g.effect].map(|m| 1e3 * m)),
         oracle_mm,
-        asked: found.suggestion.as_ref().map(|q| q.plan),
+        suggested: found.suggestion.as_ref().map(|q| q.plan),
         seconds,
     }
 }

@@ -1,4 +1,4 @@
-//! What the study hides, and the clean glasses that it is held against.
+//! Effects that the study hides, and the clean glasses that serve as references.
 
 use super::truth::Truth;
 use crate::study::motions::MotionKind;
@@ -12,8 +12,8 @@ pub const VISCOSITY_PA_S: f64 = 0.2;
 /// Liquid and fill that hidden effects are counted from.
 const STATED: Stated = Stated { consistency_pa_sn: VISCOSITY_PA_S, fill_m: GLASS.fill_m };
 
-/// Packings of the glasses that effects are hidden in; no reference has them. While thresholds and rules
-/// were made, the first was looked at; the second was not.
+/// Packings of the glasses that effects are hidden in; no reference has them. Thresholds and rules
+/// were chosen while looking at the first; the second was held out.
 pub const HIDDEN_PACKINGS: [u64; 2] = [7, 37];
 
 /// The clean glasses of the single jolts: liquids and packings.
@@ -35,7 +35,7 @@ const SINGLE: [(f64, u64); 12] = [
 /// The clean glasses of the other motions.
 const OTHER: [(f64, u64); 6] = [(0.20, 0), (0.20, 1), (0.17, 3), (0.235, 5), (0.20, 2), (0.17, 4)];
 
-/// The clean glasses of a kind of motion: the references, and in the clean trials the tested ones too.
+/// Returns the clean glasses of a kind of motion: the references, and in the clean trials the tested ones too.
 #[must_use]
 pub fn clean(kind: MotionKind) -> Vec<Truth> {
     let glasses: &[(f64, u64)] = match kind {
@@ -51,7 +51,7 @@ pub fn clean(kind: MotionKind) -> Vec<Truth> {
     glasses.iter().map(one).collect()
 }
 
-/// An effect that the study hides.
+/// Effect that the study hides.
 #[derive(Clone, Copy, Debug)]
 pub struct Hidden {
     /// The effect.
@@ -110,7 +110,7 @@ pub const PAIRS: [(EffectKind, EffectKind); 6] = [
     (EffectKind::Foam, EffectKind::CameraLatency),
 ];
 
-/// Everything that is simulated before the study starts, the most needed first.
+/// Returns everything that is simulated before the study starts, the most needed first.
 #[must_use]
 pub fn truths() -> Vec<Truth> {
     let [known, fresh] = HIDDEN_PACKINGS;

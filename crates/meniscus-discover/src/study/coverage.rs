@@ -38,7 +38,7 @@ pub fn reference_coverage(out: &Path, seed: u64) -> Result<Option<(f64, usize)>,
     Ok(Some((coverage(&problem, DRAWS, seed), DRAWS)))
 }
 
-/// Place of an effect in the cycle of draws; `None` is not drawn. Drawn are effects of every class whose fit is smooth
+/// Returns the place of an effect in the cycle of draws; `None` is not drawn. Drawn are effects of every class whose fit is smooth
 /// over their usual sizes.
 fn place(kind: EffectKind) -> Option<usize> {
     match kind {
@@ -66,14 +66,14 @@ fn place(kind: EffectKind) -> Option<usize> {
     }
 }
 
-/// The effects whose first parameter is drawn, in the order of the cycle.
+/// Returns the effects whose first parameter is drawn, in the order of the cycle.
 fn drawn() -> Vec<&'static Effect> {
     let mut all: Vec<_> = LIBRARY.iter().filter_map(|effect| Some((place(effect.kind)?, effect))).collect();
     all.sort_by_key(|(place, _)| *place);
     all.into_iter().map(|(_, effect)| effect).collect()
 }
 
-/// Share of `trials` draws in which the 90 % interval of the effect's parameter held the truth.
+/// Returns the share of `trials` draws in which the 90 % interval of the effect's parameter held the truth.
 #[must_use]
 pub fn coverage(problem: &Problem, trials: usize, seed: u64) -> f64 {
     let drawn = drawn();
@@ -82,7 +82,7 @@ pub fn coverage(problem: &Problem, trials: usize, seed: u64) -> f64 {
     held as f64 / trials.max(1) as f64
 }
 
-/// Whether the interval of `entry` holds the truth in draw `n`.
+/// Returns whether the interval of `entry` holds the truth in draw `n`.
 fn one(problem: &Problem, entry: &'static Effect, n: usize, seed: u64) -> bool {
     let mut random = ChaCha8Rng::seed_from_u64(seed.wrapping_mul(0x9e37_79b9).wrapping_add(n as u64));
     let mut normal = move || meniscus_numerics::random::normal(&mut random);

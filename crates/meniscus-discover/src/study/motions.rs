@@ -10,11 +10,11 @@ use crate::recordings::motion_plan::{Jolt, MotionPlan, REST_S};
 pub enum MotionKind {
     /// One jolt at the first mode's period.
     Single,
-    /// A short jolt and a longer one the other way.
+    /// A short jolt and a longer one in the opposite direction.
     Double,
     /// One jolt half as long again.
     Slow,
-    /// The motions that a discovery may suggest.
+    /// The motions that a discovery may suggest; the name stands in digests and files.
     Asked,
 }
 

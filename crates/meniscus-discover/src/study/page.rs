@@ -10,7 +10,7 @@ use meniscus_report::Report;
 /// Families in the order of the page.
 const TITLES: [(Family, &str); 7] = [
     (Family::Hidden, "One effect hidden"),
-    (Family::Fresh, "One effect hidden, in a glass that was not looked at while rules were made"),
+    (Family::Fresh, "One effect hidden, in a glass that was held out while rules were made"),
     (Family::Asked, "Ambiguous trials with the recordings that were suggested"),
     (Family::Without, "The true effect taken out of the library"),
     (Family::Pair, "Two effects at once"),
@@ -161,7 +161,7 @@ mod tests {
             estimate: Some(("viscosity".into(), 1.296, 1.2537, 1.3382)),
             gap_mm: Some([0.29, 0.03, 0.02, 0.03]),
             oracle_mm: None,
-            asked: None,
+            suggested: None,
             seconds: 8.0,
         };
         (answer, judged)

@@ -10,7 +10,7 @@ use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 use std::path::Path;
 
-/// Draws the confusion matrix at reference size: rows are the truth, columns what came first.
+/// Draws the confusion matrix at reference size: rows are the truth, columns the verdict.
 ///
 /// # Errors
 /// [`PictureError`], when the file cannot be written.
@@ -48,8 +48,8 @@ pub fn confusion_png(study: &StudyTally, path: &Path) -> Result<(), PictureError
                 "none" => fill(&area, columns - 1, GREY.mix(1.0))?,
                 "unknown" => fill(&area, columns - 2, GREY.mix(1.0))?,
                 verdict => {
-                    for said in &judged.names {
-                        let j = names.iter().position(|n| n == said).unwrap_or(names.len());
+                    for name in &judged.names {
+                        let j = names.iter().position(|n| n == name).unwrap_or(names.len());
                         let colour = if verdict == "named" { BLUE.mix(1.0) } else { ORANGE.mix(0.6) };
                         fill(&area, j, colour)?;
                     }
@@ -57,7 +57,7 @@ pub fn confusion_png(study: &StudyTally, path: &Path) -> Result<(), PictureError
             }
         }
     }
-    let legend = "rows: hidden; columns: said. Blue named, orange tied, grey none or unknown.";
+    let legend = "rows: hidden; columns: verdict. Blue named, orange tied, grey none or unknown.";
     area.draw(&Text::new(legend, (12, size.1 as i32 - 36), text))?;
     area.present()?;
     Ok(())
@@ -92,7 +92,7 @@ pub fn detection_png(study: &StudyTally, path: &Path) -> Result<(), PictureError
     area.fill(&WHITE)?;
     let mut chart = ChartBuilder::on(&area)
         .caption(
-            "gain over none by size of what is hidden (filled: named right; a colour a class)",
+            "gain over none by size of the hidden effect (filled: named right; a colour a class)",
             (FONT, 22),
         )
         .margin(14)

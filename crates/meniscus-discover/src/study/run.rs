@@ -118,7 +118,7 @@ impl Suggested<'_> {
         let mut bench = None;
         let mut out = Vec::new();
         for (number, (hidden, motion)) in open.iter().enumerate() {
-            (self.progress)("answering what was asked", number, open.len());
+            (self.progress)("judging with suggestions", number, open.len());
             let mine = |p: &&Plan| {
                 p.answer.family == Family::Hidden
                     && p.answer.size == 1.0
@@ -158,6 +158,6 @@ fn ambiguous(lines: &[JudgedTrial]) -> Vec<(Hidden, usize)> {
         .iter()
         .filter(|(a, j)| a.family == Family::Hidden && a.size == 1.0 && j.verdict == "tied")
         .filter(|(a, j)| !j.names.iter().all(|name| twins(&a.effects[0].0).contains(&name.as_str())))
-        .filter_map(|(a, j)| Some((hidden().find(|h| h.effect.name == a.effects[0].0)?, j.asked?)))
+        .filter_map(|(a, j)| Some((hidden().find(|h| h.effect.name == a.effects[0].0)?, j.suggested?)))
         .collect()
 }

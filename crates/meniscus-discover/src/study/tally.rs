@@ -1,4 +1,4 @@
-//! What the study showed: the checks.
+//! Tally of the study and its checks.
 
 use super::bench::Judged;
 use super::measured::MeasuredResult;
@@ -10,18 +10,18 @@ use meniscus_report::checks::Check;
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Everything that was measured.
+/// Judged trials with everything that is measured beside them.
 #[derive(Clone, Debug, Default)]
 pub struct StudyTally {
     /// Trials.
     pub lines: Vec<JudgedTrial>,
-    /// How many trials each family is planned to have.
+    /// Number of trials that each family is planned to have.
     pub planned: BTreeMap<Family, usize>,
-    /// What is measured beside the trials.
+    /// Measurements beside the trials.
     pub beside: Beside,
 }
 
-/// What is measured beside the trials.
+/// Measurements beside the trials.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Beside {
     /// Measured water, where the data are there.
@@ -33,25 +33,25 @@ pub struct Beside {
 }
 
 impl StudyTally {
-    /// The trials of `family`.
+    /// Returns the trials of `family`.
     pub fn of(&self, family: Family) -> impl Iterator<Item = &JudgedTrial> {
         self.lines.iter().filter(move |(answer, _)| answer.family == family)
     }
 
-    /// The trials at reference size, those of fresh glasses too.
+    /// Returns the trials at reference size, those of fresh glasses too.
     pub fn reference(&self) -> impl Iterator<Item = &JudgedTrial> {
         let hidden = self.of(Family::Hidden).filter(|(answer, _)| answer.size == 1.0);
         hidden.chain(self.of(Family::Fresh))
     }
 
-    /// Whether every planned trial was judged.
+    /// Returns whether every planned trial was judged.
     #[must_use]
     pub fn is_whole(&self) -> bool {
         self.planned.iter().all(|(family, count)| self.of(*family).count() == *count)
     }
 }
 
-/// Whether a name was said, and it is the truth.
+/// Returns whether the verdict is `named` with the true effects.
 #[must_use]
 pub fn right(answer: &Answer, judged: &Judged) -> bool {
     judged.verdict == "named"
@@ -59,35 +59,35 @@ pub fn right(answer: &Answer, judged: &Judged) -> bool {
         && answer.effects.iter().all(|(name, _)| judged.names.contains(name))
 }
 
-/// Whether each of two effects is among those that are said, by name or in a tie.
+/// Returns whether each hidden effect is among the names of a `named` or `tied` verdict.
 fn found_both(answer: &Answer, judged: &Judged) -> bool {
     matches!(judged.verdict.as_str(), "named" | "tied")
         && answer.effects.iter().all(|(name, _)| judged.names.contains(name))
 }
 
-/// Whether something was said with confidence (a name, or a class) and the class is that of the truth.
+/// Returns whether the class of a `named` or `tied` verdict is that of the truth; none where no class is given.
 #[must_use]
 pub fn class_right(answer: &Answer, judged: &Judged) -> Option<bool> {
     let truth = answer.effects.first().and_then(|(name, _)| find(name)).map(|entry| entry.class.words())?;
-    let said = judged.class.as_deref()?;
-    matches!(judged.verdict.as_str(), "named" | "tied").then_some(said == truth)
+    let class = judged.class.as_deref()?;
+    matches!(judged.verdict.as_str(), "named" | "tied").then_some(class == truth)
 }
 
 fn share(hits: usize, of: usize) -> f64 {
     if of == 0 { f64::NAN } else { hits as f64 / of as f64 }
 }
 
-/// A count, not measured where nothing was tried.
+/// Returns a count, not measured where nothing was tried.
 fn count(hits: usize, of: usize) -> f64 {
     if of == 0 { f64::NAN } else { hits as f64 }
 }
 
-/// Median of those of `values` that could be measured.
+/// Returns the median of those of `values` that could be measured.
 fn finite_median(values: Vec<f64>) -> f64 {
     median(values.into_iter().filter(|v| v.is_finite())).unwrap_or(f64::NAN)
 }
 
-/// How well single effects were found in some trials.
+/// Counts of single effects that were found in some trials.
 struct Found {
     trials: usize,
     stated: usize,
@@ -111,7 +111,7 @@ impl Found {
     }
 }
 
-/// Trials with a confident wrong class or name where the truth was not in the library.
+/// Returns the number of trials with a confident wrong class or name where the truth was not in the library.
 fn wrong_without(study: &StudyTally) -> usize {
     let wrong = |(answer, judged): &&JudgedTrial| {
         let named = judged.verdict == "named";
@@ -121,13 +121,13 @@ fn wrong_without(study: &StudyTally) -> usize {
     study.of(Family::Without).filter(wrong).count()
 }
 
-/// Trials that were answered with `unknown` or the class of the truth, which the library lacked.
+/// Returns the number of trials that were answered with `unknown` or the class of the truth, which the library lacked.
 fn honest_without(study: &StudyTally) -> usize {
     let honest = |(a, j): &&JudgedTrial| j.verdict == "unknown" || class_right(a, j) == Some(true);
     study.of(Family::Without).filter(honest).count()
 }
 
-/// The checks of the study.
+/// Returns the checks of the study.
 #[must_use]
 pub fn checks(study: &StudyTally) -> Vec<Check> {
     let all = Found::of(study.reference());
@@ -205,13 +205,13 @@ pub fn checks(study: &StudyTally) -> Vec<Check> {
     out
 }
 
-/// The checks on measured water.
+/// Returns the checks on measured water.
 fn measured_checks(beside: &Beside) -> Vec<Check> {
     let measured = beside.measured.as_deref().unwrap_or_default();
     let [tilt, vertical, control] = [0, 1, 2].map(|i| measured.get(i));
-    let means = |told: Option<&MeasuredResult>| told.map_or([f64::NAN; 2], MeasuredResult::means_mm);
+    let means = |result: Option<&MeasuredResult>| result.map_or([f64::NAN; 2], MeasuredResult::means_mm);
     let lifted = EffectKind::VerticalAcceleration.name();
-    let free = |told: &MeasuredResult| f64::from(u8::from(!told.names.iter().any(|name| name == lifted)));
+    let free = |result: &MeasuredResult| f64::from(u8::from(!result.names.iter().any(|name| name == lifted)));
     vec![
         Check::informational("antisloshing_tilt_before", means(tilt)[0], "mm"),
         Check::at_most("antisloshing_tilt_after", means(tilt)[1], "mm", 3.5),

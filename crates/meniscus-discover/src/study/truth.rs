@@ -32,15 +32,15 @@ pub struct Truth {
     pub packing: u64,
     /// Effects that the simulator has switched on.
     pub effects: Effects,
-    /// What it is taken through.
+    /// Motions that it makes.
     pub kind: MotionKind,
 }
 
 impl Truth {
-    /// The digest that names the files of this glass.
+    /// Returns the digest that names the files of this glass.
     #[must_use]
     pub fn digest(&self) -> String {
-        // Raised where the simulator makes another recording of the same truth: 2, how its wall knows the surface.
+        // Raised where the simulator makes another recording of the same truth: 2, the contact of its wall with the surface.
         let mut on = EffectKind::ALL.into_iter().filter(|kind| self.effects.value(*kind).is_some());
         let edge = on.any(|kind| matches!(kind.effect().slot, Slot::Catch(_) | Slot::Line(_)));
         let made = if edge { 2 } else { 1 };
@@ -52,7 +52,7 @@ impl Truth {
         cache.join(format!("{}-{motion}.safetensors", self.digest()))
     }
 
-    /// Whether every motion of it is in the cache.
+    /// Returns whether every motion of it is in the cache.
     #[must_use]
     pub fn is_there(&self, cache: &Path) -> bool {
         (0..motions(self.kind).len()).all(|motion| self.path(cache, motion).exists())
@@ -100,7 +100,7 @@ impl Truth {
         Ok(())
     }
 
-    /// The recording of a motion, surface only, from the cache.
+    /// Returns the recording of a motion, surface only, from the cache.
     ///
     /// # Errors
     /// In words, when the file is not there or not whole.

@@ -36,7 +36,7 @@ const OWN_CLOCK_S: f64 = 0.02;
 /// Report of a discovery.
 #[derive(Clone, Debug)]
 pub struct Report {
-    /// What the recordings show.
+    /// Findings on the recordings.
     pub findings: Findings,
     /// The effects in other models.
     pub insertion: Insertion,
