@@ -4,7 +4,7 @@ use crate::among::among;
 use crate::inputs::level;
 use anyhow::{Context, ensure};
 use indicatif::{ProgressBar, ProgressStyle};
-use meniscus_discover::identify::{IdentificationStudy, Unseen, look, study};
+use meniscus_discover::identify::{IdentificationStudy, TestRecording, render_profiles, study};
 use meniscus_service::identify::GlassSize;
 use meniscus_virtual::observe_recording::DISPARITY_RMS_PX;
 use serde_json::{Value, json};
@@ -28,11 +28,11 @@ pub(super) fn measure(folder: &Path, known: &[String], quiet: bool) -> anyhow::R
             file.display(),
             made.liquid
         );
-        unseen.push(Unseen {
+        unseen.push(TestRecording {
             liquid: made.liquid.clone(),
             motion: made.motion.clone(),
             fill_m: glass.fill_m,
-            seen: look(&recording, DISPARITY_RMS_PX, seed)?,
+            profiles: render_profiles(&recording, DISPARITY_RMS_PX, seed)?,
         });
         bar.inc(1);
     }
