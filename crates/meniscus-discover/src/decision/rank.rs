@@ -1,7 +1,8 @@
 //! Ranking of the candidates: a coarse search for every effect, a full fit of the best.
 
-use crate::fitting::fit::{Fitted, fit_beside, free_of, search};
+use crate::fitting::fit::{Fitted, fit_beside, free_of};
 use crate::fitting::problem::Problem;
+use crate::fitting::search::search;
 use meniscus::reduced::effects::{Active, Entry};
 use nalgebra::DVector;
 use rayon::prelude::*;

@@ -7,3 +7,4 @@ pub mod fit_cache;
 mod group_fit;
 pub mod problem;
 pub mod rest_offset;
+pub mod search;

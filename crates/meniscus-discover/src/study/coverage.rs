@@ -4,8 +4,9 @@
 use super::error::StudyError;
 use crate::baseline::calibrate::Calibration;
 use crate::baseline::group::Group;
-use crate::fitting::fit::{fit, fit_beside, search};
+use crate::fitting::fit::{fit, fit_beside};
 use crate::fitting::problem::Problem;
+use crate::fitting::search::search;
 use crate::recordings::load::load;
 use meniscus::reduced::effects::{Active, Effect, EffectKind, LIBRARY};
 use rand::SeedableRng;
