@@ -8,7 +8,8 @@ mod recordings;
 
 use meniscus::surface::{POINTS, SurfaceProfile};
 use meniscus::units::Micros;
-use meniscus_bags::{BagError, FolderWriter, Image, McapWriter, open, profiles_from_csv, profiles_to_csv};
+use meniscus_bags::{BagError, FolderWriter, Image, McapWriter, open};
+use meniscus_data::profiles::{profiles_from_csv, profiles_to_csv};
 use recordings::{Fold, calibration, db3, images, ros1, scratch};
 use std::fs;
 

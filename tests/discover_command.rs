@@ -8,12 +8,12 @@ use meniscus::reduced::effects::EffectKind;
 use meniscus::surface::{POINTS, SurfaceProfile, profile_abscissa};
 use meniscus::units::Micros;
 use meniscus_data::profiles::profiles_to_csv;
-use meniscus_discover::load::load;
-use meniscus_discover::predict::Known;
-use meniscus_discover::record::{Record, mean_bow};
-use meniscus_discover::settings::Settings;
-use meniscus_discover::study::motion_plans::Course;
-use meniscus_discover::thresholds::Thresholds;
+use meniscus_discover::decision::settings::Settings;
+use meniscus_discover::decision::thresholds::Thresholds;
+use meniscus_discover::recordings::known::Known;
+use meniscus_discover::recordings::load::load;
+use meniscus_discover::recordings::motion_plan::MotionPlan;
+use meniscus_discover::recordings::record::{Record, mean_bow};
 use meniscus_discover::workflow::discover;
 use meniscus_platform::files::AlignedBytes;
 use shaken::{KNOWN, glass};
@@ -66,7 +66,7 @@ fn write(folder: &Path, records: &[Record], viscosity: f64) {
         let profiles: Vec<_> = (0..record.frames()).map(profile).collect();
         std::fs::write(folder.join(format!("{}.profile.csv", record.name)), profiles_to_csv(&profiles))
             .expect("written");
-        let motion = Course::jolt(0.28, strength, 2.2).csv();
+        let motion = MotionPlan::jolt(0.28, strength, 2.2).csv();
         std::fs::write(folder.join(format!("{}.motion.csv", record.name)), motion).expect("written");
     }
 }
@@ -147,7 +147,7 @@ fn bad_folders_are_refused_with_what_is_wrong_and_the_rest_is_kept() {
     assert_eq!(load(&scratch.0).expect("a folder").records.len(), 4);
     // A motion that ends while the glass moves.
     let motion: String =
-        Course::jolt(0.28, 0.6, 2.2).csv().lines().take(150).map(|line| format!("{line}\n")).collect();
+        MotionPlan::jolt(0.28, 0.6, 2.2).csv().lines().take(150).map(|line| format!("{line}\n")).collect();
     std::fs::write(scratch.path("a.motion.csv"), motion).expect("written");
     refusal("a: the motion ends at 0.59 s while the glass moves");
     // A glass that moves from the first frame.
@@ -164,20 +164,19 @@ fn bad_folders_are_refused_with_what_is_wrong_and_the_rest_is_kept() {
     // Constant heights.
     let flat: String = (0..100).map(|n| format!("{:.4},1.5\n", f64::from(n) / 60.0)).collect();
     std::fs::write(scratch.path("e.peak.csv"), flat).expect("written");
-    std::fs::write(scratch.path("e.motion.csv"), Course::jolt(0.28, 0.6, 2.2).csv()).expect("written");
+    std::fs::write(scratch.path("e.motion.csv"), MotionPlan::jolt(0.28, 0.6, 2.2).csv()).expect("written");
     refusal("e: the peak never changes");
     // A motion that says nothing, one on a clock that counts from elsewhere, and one that starts late.
     write(&scratch.0, &records, 0.2);
-    let course = Course::jolt(0.28, 0.6, 2.2).csv();
+    let plan = MotionPlan::jolt(0.28, 0.6, 2.2).csv();
     let rows = |late: f64| -> String {
         let row = |line: &str| {
             let (t, x) = line.split_once(',').expect("two columns");
             format!("{:.3},{x}\n", t.parse::<f64>().expect("a time") + late)
         };
-        course.lines().skip(1).map(row).collect()
+        plan.lines().skip(1).map(row).collect()
     };
-    std::fs::write(scratch.path("a.motion.csv"), course.replacen(",0.000000000", ",nan", 1))
-        .expect("written");
+    std::fs::write(scratch.path("a.motion.csv"), plan.replacen(",0.000000000", ",nan", 1)).expect("written");
     refusal("is not finite");
     std::fs::write(scratch.path("a.motion.csv"), rows(1.7e9)).expect("written");
     refusal("it starts at 1700000000.00 s, after the end of the recording");

@@ -6,7 +6,7 @@ use meniscus::usb::frame::Stamp;
 use meniscus::usb::uvc::Stream;
 use meniscus_bags::{Calibration, Image, McapWriter};
 use meniscus_data::recording::Recording;
-use meniscus_discover::identify::{look, recognise};
+use meniscus_discover::identify::{recognise, render_profiles};
 use meniscus_service::identify::Note;
 use meniscus_virtual::render::{Images, Liquid, Scene, SceneSettings};
 use serde_json::Value;
@@ -30,7 +30,7 @@ fn glycerine() -> (Vec<Option<SurfaceProfile>>, f64) {
     .expect("it is shipped");
     let motion = &recording.provenance.motion;
     assert!(shipped().iter().all(|note| note.liquid != "glycerine" || !note.recordings.contains(motion)));
-    (look(&recording, 0.24, 5).expect("the shipped glass"), recording.glass.fill_m)
+    (render_profiles(&recording, 0.24, 5).expect("the shipped glass"), recording.glass.fill_m)
 }
 
 #[test]

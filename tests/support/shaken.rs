@@ -1,11 +1,11 @@
 //! Made-up recordings for discovery.
 
 use meniscus::reduced::effects::{Active, find};
-use meniscus_discover::calibrate::Calibration;
-use meniscus_discover::predict::Known;
-use meniscus_discover::record::Record;
-use meniscus_discover::study::made_up_with;
-use meniscus_discover::study::motion_plans::Course;
+use meniscus_discover::baseline::calibrate::Calibration;
+use meniscus_discover::recordings::known::Known;
+use meniscus_discover::recordings::motion_plan::MotionPlan;
+use meniscus_discover::recordings::record::Record;
+use meniscus_discover::study::synthetic::synthetic_record;
 
 pub(crate) const KNOWN: Known = Known {
     radius_m: 0.035,
@@ -34,8 +34,8 @@ pub(crate) fn glass(known: &Known, effects: &[(&str, f64)], seed: u64) -> Vec<Re
         .zip(["a", "b", "c", "d"])
         .enumerate()
         .map(|(i, (strength, name))| {
-            let course = Course::jolt(0.28, *strength, 2.2);
-            made_up_with(name, known, &course, &theta, &active, NOISE_M, 100 * seed + i as u64)
+            let plan = MotionPlan::jolt(0.28, *strength, 2.2);
+            synthetic_record(name, known, &plan, &theta, &active, NOISE_M, 100 * seed + i as u64)
                 .expect("a motion")
         })
         .collect()

@@ -6,7 +6,7 @@ use super::among::among;
 use super::filmed::{Sightings, all_filmed, by_camera, setup};
 use super::inputs::level;
 use anyhow::{Context, ensure};
-use meniscus_discover::identify::{look, picture, recognise};
+use meniscus_discover::identify::{picture, recognise, render_profiles};
 use meniscus_service::identify::{GlassSize, Note, Standing};
 use serde_json::json;
 use std::path::{Path, PathBuf};
@@ -106,7 +106,7 @@ fn simulated(path: &Path, asked: &Asked) -> anyhow::Result<Question> {
     let recording = level(path)?;
     let glass = &recording.glass;
     let notes = among(&asked.among, GlassSize { radius_m: glass.radius_m, fill_m: glass.fill_m })?;
-    let seen = look(&recording, asked.noise.noise_px, asked.noise.seed)
+    let seen = render_profiles(&recording, asked.noise.noise_px, asked.noise.seed)
         .with_context(|| format!("{} cannot be looked at", path.display()))?;
     Ok(Question { seen, fill_m: glass.fill_m, notes })
 }

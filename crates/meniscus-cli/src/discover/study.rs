@@ -2,16 +2,19 @@
 
 use super::super::stop::watched;
 use indicatif::{ProgressBar, ProgressStyle};
-use meniscus_discover::settings::Settings;
-use meniscus_discover::study::bench::Places;
+use meniscus_discover::decision::settings::Settings;
+use meniscus_discover::study::bench::StudyFolders;
+use meniscus_discover::study::coverage::reference_coverage;
+use meniscus_discover::study::duration::long_discovery_s;
 use meniscus_discover::study::measured::judge_measured;
-use meniscus_discover::study::page::markdown;
+use meniscus_discover::study::page::report;
 use meniscus_discover::study::pictures::{confusion_png, detection_png};
-use meniscus_discover::study::run::{Course, judge_all};
-use meniscus_discover::study::tally::{Beside, Study, checks};
-use meniscus_discover::study::{long_discovery_s, reference_coverage, simulate};
+use meniscus_discover::study::run::{RunOptions, judge_all};
+use meniscus_discover::study::simulate::simulate;
+use meniscus_discover::study::tally::{Beside, StudyTally, checks};
 use meniscus_platform::files::write_whole;
-use meniscus_report::checks::{Check, table};
+use meniscus_report::Report;
+use meniscus_report::checks::table;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -80,15 +83,16 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         bar.finish_and_clear();
         return Ok(());
     }
-    let places = Places { cache: arguments.cache.clone(), out: arguments.out.clone() };
+    let places = StudyFolders { cache: arguments.cache.clone(), out: arguments.out.clone() };
     let progress = |work: &str, done: usize, all: usize| {
         bar.set_message(String::from(work));
         bar.set_length(all as u64);
         bar.set_position(done as u64);
     };
-    let course = Course { cleans: arguments.clean, seed: arguments.seed, judges: !arguments.report_only };
-    let (lines, planned) = judge_all(&places, course, stop, &progress)?;
-    let mut study = Study { lines, planned, beside: beside_before(&arguments.out) };
+    let options =
+        RunOptions { cleans: arguments.clean, seed: arguments.seed, judges: !arguments.report_only };
+    let (lines, planned) = judge_all(&places, options, stop, &progress)?;
+    let mut study = StudyTally { lines, planned, beside: beside_before(&arguments.out) };
     if !arguments.report_only && !arguments.trials_only {
         // Kept after each part, so that an interruption leaves what there is.
         write(arguments, &study)?;
@@ -98,11 +102,11 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     if stop.load(Ordering::Relaxed) {
         eprintln!("interrupted: the page holds what is judged; the same command goes on from there");
     }
-    let checks = write(arguments, &study)?;
+    let report = write(arguments, &study)?;
     if arguments.json {
-        println!("{:#}", serde_json::json!({ "checks": checks }));
+        println!("{:#}", report.json());
     } else {
-        print!("{}", table(&checks));
+        print!("{}", table(&checks(&study)));
         println!("written: {}", arguments.out.display());
     }
     Ok(())
@@ -117,8 +121,8 @@ fn beside_before(out: &Path) -> Beside {
 /// Measured water, intervals and long recordings, each kept when it is there.
 fn beside(
     arguments: &Arguments,
-    places: &Places,
-    study: &mut Study,
+    places: &StudyFolders,
+    study: &mut StudyTally,
     stop: &AtomicBool,
     bar: &ProgressBar,
 ) -> anyhow::Result<()> {
@@ -152,12 +156,12 @@ fn beside(
     Ok(())
 }
 
-/// Writes page and pictures; returns the checks.
-fn write(arguments: &Arguments, study: &Study) -> anyhow::Result<Vec<Check>> {
-    let checks = checks(study);
+/// Writes page and pictures; returns the report.
+fn write(arguments: &Arguments, study: &StudyTally) -> anyhow::Result<Report> {
     let command = format!("meniscus discover study --clean {} --seed {}", arguments.clean, arguments.seed);
-    write_whole(&arguments.out.join("study.md"), markdown(study, &checks, &command).as_bytes())?;
+    let report = report(study, &command);
+    write_whole(&arguments.out.join("study.md"), report.markdown().as_bytes())?;
     confusion_png(study, &arguments.out.join("confusion.png"))?;
     detection_png(study, &arguments.out.join("detection.png"))?;
-    Ok(checks)
+    Ok(report)
 }

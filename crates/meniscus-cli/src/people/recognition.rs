@@ -4,7 +4,7 @@ use crate::among::among;
 use crate::inputs::level;
 use anyhow::{Context, ensure};
 use indicatif::{ProgressBar, ProgressStyle};
-use meniscus_discover::identify::{Study, Unseen, look, study};
+use meniscus_discover::identify::{IdentificationStudy, TestRecording, render_profiles, study};
 use meniscus_service::identify::GlassSize;
 use meniscus_virtual::observe_recording::DISPARITY_RMS_PX;
 use serde_json::{Value, json};
@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 
 /// Every recording below `folder`, in the folders of their liquids, as the camera sees it with 2 mm of depth noise, held
 /// against the liquids `known`.
-pub(super) fn measure(folder: &Path, known: &[String], quiet: bool) -> anyhow::Result<Study> {
+pub(super) fn measure(folder: &Path, known: &[String], quiet: bool) -> anyhow::Result<IdentificationStudy> {
     let files = files(folder)?;
     let bar = if quiet { ProgressBar::hidden() } else { ProgressBar::new(files.len() as u64) };
     bar.set_style(ProgressStyle::with_template("the camera looks {wide_bar} {pos}/{len}, {eta} left")?);
@@ -28,11 +28,11 @@ pub(super) fn measure(folder: &Path, known: &[String], quiet: bool) -> anyhow::R
             file.display(),
             made.liquid
         );
-        unseen.push(Unseen {
+        unseen.push(TestRecording {
             liquid: made.liquid.clone(),
             motion: made.motion.clone(),
             fill_m: glass.fill_m,
-            seen: look(&recording, DISPARITY_RMS_PX, seed)?,
+            profiles: render_profiles(&recording, DISPARITY_RMS_PX, seed)?,
         });
         bar.inc(1);
     }
@@ -64,7 +64,7 @@ fn files(folder: &Path) -> anyhow::Result<Vec<PathBuf>> {
 }
 
 /// For a script.
-pub(super) fn json(study: &Study) -> Value {
+pub(super) fn json(study: &IdentificationStudy) -> Value {
     let case = |case: &meniscus_discover::identify::Case| json!({ "liquid": case.liquid, "motion": case.motion, "said": case.standing });
     json!({
         "command": "meniscus people study --recognition",
@@ -76,7 +76,7 @@ pub(super) fn json(study: &Study) -> Value {
 }
 
 /// For a person, without the checks.
-pub(super) fn text(study: &Study) -> String {
+pub(super) fn text(study: &IdentificationStudy) -> String {
     let lines: String = (study.cases.iter())
         .filter(|case| case.standing.liquid.as_ref() != Some(&case.liquid))
         .map(|case| format!("{}, {}: {}\n", case.liquid, case.motion, case.standing.line()))

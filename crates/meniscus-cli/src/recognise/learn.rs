@@ -4,7 +4,7 @@ use super::Noise;
 use crate::filmed::{Sightings, all_filmed, by_camera, setup};
 use crate::inputs::{level, recordings};
 use anyhow::ensure;
-use meniscus_discover::identify::{learn, look};
+use meniscus_discover::identify::{learn, render_profiles};
 use meniscus_platform::files::write_whole;
 use meniscus_report::checks::{Check, table};
 use meniscus_service::identify::{GlassSize, Note};
@@ -68,7 +68,7 @@ fn simulated(arguments: &Arguments) -> anyhow::Result<Lesson> {
             recording.glass == first.glass,
             "the recordings are of different glasses: one note is of one"
         );
-        seen.push(look(recording, arguments.noise.noise_px, own_seed)?);
+        seen.push(render_profiles(recording, arguments.noise.noise_px, own_seed)?);
     }
     Ok(Lesson {
         liquid: first.provenance.liquid.clone(),

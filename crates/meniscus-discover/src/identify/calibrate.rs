@@ -9,10 +9,10 @@
 //! A mean of n squares of which nu are independent scatters by `2/nu` of its square; that of a correlated series is
 //! wider by `1 + 2 sum rho` (Bayley and Hammersley, J. R. Stat. Soc. Suppl. 8 (1946) 184). What chance adds to the
 //! variance is taken off, and what few recordings agree on is drawn towards s_0 with the weight of three of them
-//! (scaled inverse chi-squared prior: Gelman et al., Bayesian Data Analysis, 2013, section 2.6). Rest tells nothing of a
+//! (scaled inverse chi-squared prior: Gelman et al., Bayesian Data Analysis, 2013, section 2.6). Rest shows nothing of a
 //! liquid, so that only the livelier half of a recording is used.
 
-use super::fit::{Seen, fit};
+use super::fit::{Profiles, fit};
 use meniscus::identify::{Calibration, FrameResidual, KnownLiquid, Recogniser, Tone, Trail};
 use meniscus_numerics::statistics::{mean, median, variance};
 
@@ -61,15 +61,19 @@ impl std::error::Error for LearnError {}
 ///
 /// # Errors
 /// [`LearnError`].
-pub fn learn(recordings: &[&Seen], glass: (f64, f64)) -> Result<KnownLiquid, LearnError> {
+pub fn learn(recordings: &[&Profiles], glass: (f64, f64)) -> Result<KnownLiquid, LearnError> {
     if recordings.len() < 2 {
         return Err(LearnError::TooFew(recordings.len()));
     }
     let mut missed = Vec::new();
-    for (which, seen) in recordings.iter().enumerate() {
-        let others: Vec<&Seen> =
-            recordings.iter().enumerate().filter(|(k, _)| *k != which).map(|(_, seen)| *seen).collect();
-        let lively = livelier_half(misses(fit(&others, glass), seen, glass.1));
+    for (which, profiles) in recordings.iter().enumerate() {
+        let others: Vec<&Profiles> = recordings
+            .iter()
+            .enumerate()
+            .filter(|(k, _)| *k != which)
+            .map(|(_, profiles)| *profiles)
+            .collect();
+        let lively = livelier_half(misses(fit(&others, glass), profiles, glass.1));
         if lively.len() < FEWEST {
             return Err(LearnError::TooShort(which, 2 * lively.len()));
         }
@@ -78,8 +82,8 @@ pub fn learn(recordings: &[&Seen], glass: (f64, f64)) -> Result<KnownLiquid, Lea
     Ok(KnownLiquid { tone: fit(recordings, glass), calibration: calibration(&missed) })
 }
 
-/// Returns the errors of `tone` over `seen`, in order of time.
-fn misses(tone: Tone, seen: &Seen, fill_m: f64) -> Vec<FrameResidual> {
+/// Returns the errors of `tone` over `profiles`, in order of time.
+fn misses(tone: Tone, profiles: &Profiles, fill_m: f64) -> Vec<FrameResidual> {
     let known = [KnownLiquid { tone, calibration: Calibration { scale: 1.0, scatter: 1.0, numbers: 1.0 } }];
     let recogniser = Recogniser::new(&known, fill_m);
     let mut trail = Trail::<1>::default();
@@ -87,17 +91,17 @@ fn misses(tone: Tone, seen: &Seen, fill_m: f64) -> Vec<FrameResidual> {
         recogniser.turn(&mut trail, profile.as_ref());
         trail.residual(0)
     };
-    seen.iter().filter_map(turn).collect()
+    profiles.iter().filter_map(turn).collect()
 }
 
-/// Those of `misses` whose wave is not below the median, in order of time.
+/// Returns those of `misses` whose wave is not below the median, in order of time.
 fn livelier_half(mut misses: Vec<FrameResidual>) -> Vec<FrameResidual> {
     let Some(median) = median(misses.iter().map(|residual| residual.wave_m2)) else { return misses };
     misses.retain(|residual| residual.wave_m2 >= median);
     misses
 }
 
-/// a, s and g of recordings that each hold something.
+/// Returns a, s and g of recordings that each hold something.
 fn calibration(all: &[Vec<FrameResidual>]) -> Calibration {
     let squares = |scale: f64, of: &[FrameResidual]| -> Vec<f64> {
         let calibration = Calibration { scale, scatter: 1.0, numbers: 1.0 };
@@ -174,7 +178,7 @@ mod tests {
     }
 
     #[test]
-    fn recordings_that_agree_by_chance_are_not_believed() {
+    fn recordings_that_agree_by_chance_do_not_narrow_the_scatter() {
         let found = calibration(&drawn(0.2, 0.0, 3, 400, 2));
         assert!((0.25..0.5).contains(&found.scatter), "{found:?}");
         let many = calibration(&drawn(0.2, 0.0, 100, 400, 4));

@@ -1,4 +1,4 @@
-//! The six numbers of a liquid from what a camera saw of it, by least squares over whole recordings.
+//! The six numbers of a liquid from its profiles, by least squares over whole recordings.
 //!
 //! ```text
 //! sum over recordings of |s - f(p)|^2 / |s|^2  ->  least,     p within bounds
@@ -38,22 +38,22 @@ const XI: f64 = 1.841_183_781_340_659;
 /// The six numbers of a tone, in the order of [`tone`].
 type Six = DVector<f64>;
 
-/// What a camera saw, frame by frame.
-pub(super) type Seen = [Option<SurfaceProfile>];
+/// Profiles of a recording, frame by frame.
+pub(super) type Profiles = [Option<SurfaceProfile>];
 
-/// The tone whose numbers are `p`.
+/// Returns the tone whose numbers are `p`.
 fn tone(p: &Six) -> Tone {
     Tone { frequency: p[0], decay: p[1], yielding: p[2], breaking: p[3], softening: p[4], lever: p[5] }
 }
 
-/// w of a liquid without friction: `w^2 = g k tanh kh`, `k = xi/R` (Lamb 1932, article 257).
+/// Returns w of a liquid without friction: `w^2 = g k tanh kh`, `k = xi/R` (Lamb 1932, article 257).
 fn inviscid(radius_m: f64, fill_m: f64) -> f64 {
     let k = XI / radius_m;
     (GRAVITY_M_S2 * k * (k * fill_m).tanh()).sqrt()
 }
 
-/// s - f of every frame that was seen, under `tone`, m.
-fn misses(tone: Tone, seen: &Seen, fill_m: f64) -> Vec<f64> {
+/// Returns s - f of every frame with a profile, under `tone`, m.
+fn misses(tone: Tone, profiles: &Profiles, fill_m: f64) -> Vec<f64> {
     // The sums are not used, so that the calibration does not matter.
     let known = [KnownLiquid { tone, calibration: Calibration { scale: 1.0, scatter: 1.0, numbers: 1.0 } }];
     let recogniser = Recogniser::new(&known, fill_m);
@@ -62,19 +62,19 @@ fn misses(tone: Tone, seen: &Seen, fill_m: f64) -> Vec<f64> {
         recogniser.turn(&mut trail, profile.as_ref());
         trail.residual(0).map_or(0.0, |residual| residual.residual_m)
     };
-    seen.iter().map(turn).collect()
+    profiles.iter().map(turn).collect()
 }
 
 /// Weight of a recording: one over the root of its sum of s^2.
-fn weight(seen: &Seen, fill_m: f64) -> f64 {
-    let slopes = seen.iter().flatten().filter_map(|profile| slope(profile, fill_m));
+fn weight(profiles: &Profiles, fill_m: f64) -> f64 {
+    let slopes = profiles.iter().flatten().filter_map(|profile| slope(profile, fill_m));
     let square: f64 = slopes.map(|s| s.height_m * s.height_m).sum();
     1.0 / square.sqrt().max(1e-6)
 }
 
 /// Recordings as a function of the six numbers.
 struct Recordings<'a> {
-    seen: &'a [&'a Seen],
+    profiles: &'a [&'a Profiles],
     weights: Vec<f64>,
     fill_m: f64,
     low: Six,
@@ -83,10 +83,10 @@ struct Recordings<'a> {
 
 impl Model for Recordings<'_> {
     fn residual(&self, p: &Six) -> DVector<f64> {
-        let weighted = self.seen.iter().zip(&self.weights);
-        let all =
-            weighted.flat_map(|(seen, w)| misses(tone(p), seen, self.fill_m).into_iter().map(move |r| w * r));
-        DVector::from_iterator(self.seen.iter().map(|seen| seen.len()).sum(), all)
+        let weighted = self.profiles.iter().zip(&self.weights);
+        let all = weighted
+            .flat_map(|(profiles, w)| misses(tone(p), profiles, self.fill_m).into_iter().map(move |r| w * r));
+        DVector::from_iterator(self.profiles.iter().map(|profiles| profiles.len()).sum(), all)
     }
 
     fn jacobian(&self, p: &Six, residual: &DVector<f64>) -> DMatrix<f64> {
@@ -103,12 +103,12 @@ impl Model for Recordings<'_> {
 
 /// Fits the tone that predicts `recordings` best, of a liquid in a glass of this radius and fill, m.
 #[must_use]
-pub fn fit(recordings: &[&Seen], glass: (f64, f64)) -> Tone {
+pub fn fit(recordings: &[&Profiles], glass: (f64, f64)) -> Tone {
     let (radius_m, fill_m) = glass;
     let plain = inviscid(radius_m, fill_m);
     let model = Recordings {
-        seen: recordings,
-        weights: recordings.iter().map(|seen| weight(seen, fill_m)).collect(),
+        profiles: recordings,
+        weights: recordings.iter().map(|profiles| weight(profiles, fill_m)).collect(),
         fill_m,
         low: DVector::from_column_slice(&[0.4 * plain, 0.01, 0.0, 0.0, -0.1, 0.1]),
         high: DVector::from_column_slice(&[4.0 * plain, 300.0, 100.0, 20.0, 0.2, 5.0]),
@@ -130,8 +130,8 @@ pub(super) mod tests {
     use rand::{RngExt, SeedableRng};
     use rand_chacha::ChaCha8Rng;
 
-    /// What a perfect camera would see of a liquid with this tone in a glass that goes to and fro, with `noise_m` on
-    /// every height and its frequency `off` by that share.
+    /// Returns the profiles of a liquid with this tone in a glass that goes to and fro, with `noise_m` on every height and
+    /// its frequency `off` by that share.
     pub(crate) fn played(of: Tone, noise_m: f64, off: f64, seed: u64) -> Vec<Option<SurfaceProfile>> {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let mut noise = || {
@@ -163,14 +163,14 @@ pub(super) mod tests {
         (0..240).map(&mut frame).collect()
     }
 
-    pub(crate) const THIN: Tone =
+    pub(crate) const LOW_VISCOSITY: Tone =
         Tone { frequency: 22.4, decay: 0.8, yielding: 0.0, breaking: 0.1, softening: 0.02, lever: 1.5 };
 
     #[test]
     fn the_numbers_of_a_tone_come_back() {
-        let truth = Tone { frequency: 21.5, decay: 2.2, lever: 1.42, ..THIN };
-        let seen: Vec<_> = (0..3).map(|k| played(truth, 2e-4, 0.0, k)).collect();
-        let all: Vec<&Seen> = seen.iter().map(|seen| &seen[..]).collect();
+        let truth = Tone { frequency: 21.5, decay: 2.2, lever: 1.42, ..LOW_VISCOSITY };
+        let profiles: Vec<_> = (0..3).map(|k| played(truth, 2e-4, 0.0, k)).collect();
+        let all: Vec<&Profiles> = profiles.iter().map(|profiles| &profiles[..]).collect();
         let found = fit(&all, (0.035, 0.07));
         assert!((found.frequency / truth.frequency - 1.0).abs() < 0.01, "{found:?}");
         assert!((found.lever / truth.lever - 1.0).abs() < 0.03, "{found:?}");

@@ -10,4 +10,4 @@ mod study;
 pub use calibrate::{LearnError, learn};
 pub use fit::fit;
 pub use picture::picture;
-pub use study::{Case, Study, Unseen, look, recognise, study};
+pub use study::{Case, IdentificationStudy, TestRecording, recognise, render_profiles, study};

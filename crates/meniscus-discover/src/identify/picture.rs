@@ -25,21 +25,21 @@ struct Curve {
     points: Vec<(f64, f64)>,
 }
 
-/// Draws `seen` with the predictions of `notes` as a PNG file, and returns their verdict.
+/// Draws `profiles` with the predictions of `notes` as a PNG file, and returns their verdict.
 ///
 /// # Errors
 /// [`PictureError`], when the file cannot be written.
 pub fn picture(
     notes: &[Note],
     fill_m: f64,
-    seen: &[Option<SurfaceProfile>],
+    profiles: &[Option<SurfaceProfile>],
     title: &str,
     path: &Path,
 ) -> Result<Standing, PictureError> {
     let time = |frame: usize| frame as f64 * FRAME_INTERVAL_S;
     let mut waves: Vec<Vec<(f64, f64)>> = vec![Vec::new(); notes.len()];
     let mut probability: Vec<Vec<(f64, f64)>> = vec![Vec::new(); notes.len() + 1];
-    let standing = recognise(notes, fill_m, seen, |frame, trail, recogniser| {
+    let standing = recognise(notes, fill_m, profiles, |frame, trail, recogniser| {
         let mut probabilities = [0.0; MOST];
         let room = &mut probabilities[..notes.len()];
         let verdict = recogniser.verdict(trail, room);
@@ -60,14 +60,14 @@ pub fn picture(
         };
         of.into_iter().enumerate().map(curve).collect()
     };
-    let measured: Vec<(f64, f64)> = (seen.iter().enumerate())
+    let measured: Vec<(f64, f64)> = (profiles.iter().enumerate())
         .filter_map(|(frame, profile)| Some((time(frame), 1e3 * slope(profile.as_ref()?, fill_m)?.height_m)))
         .collect();
     prepare_font();
     let area = BitMapBackend::new(path, SIZE).into_drawing_area();
     area.fill(&WHITE)?;
     let (upper, lower) = area.split_vertically(440);
-    let end_s = time(seen.len());
+    let end_s = time(profiles.len());
     let top = 1.3 * measured.iter().map(|(_, s)| s.abs()).fold(1.0, f64::max);
     let heights = Axes { end_s, range: -top..top, unit: "height of the first mode, mm" };
     draw(&upper, title, &heights, &curves(waves), Some(&measured))?;

@@ -12,7 +12,7 @@ use std::fmt::Write;
 
 /// Recording whose liquid is to be identified.
 #[derive(Debug)]
-pub struct Unseen {
+pub struct TestRecording {
     /// Its liquid, in truth.
     pub liquid: String,
     /// Its motion.
@@ -20,7 +20,7 @@ pub struct Unseen {
     /// Height of the liquid at rest, m.
     pub fill_m: f64,
     /// Profiles of the camera.
-    pub seen: Vec<Option<SurfaceProfile>>,
+    pub profiles: Vec<Option<SurfaceProfile>>,
 }
 
 /// Verdict on one recording.
@@ -36,20 +36,20 @@ pub struct Case {
 
 /// Verdicts on all recordings.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Study {
+pub struct IdentificationStudy {
     /// Liquids that were learnt.
     pub names: Vec<String>,
     /// The recordings.
     pub cases: Vec<Case>,
-    /// Those of learnt liquids once more, each asked of the others alone: its own liquid is unknown then.
+    /// Those of learnt liquids once more, judged by the other liquids alone: their own liquid is unknown then.
     pub without: Vec<Case>,
 }
 
 /// Renders `recording` for a camera whose disparity has this noise, pixels rms.
 ///
 /// # Errors
-/// [`ConfigError`], when its glass cannot be looked at.
-pub fn look(
+/// [`ConfigError`], when its glass cannot be rendered.
+pub fn render_profiles(
     recording: &Recording,
     disparity_rms_px: f64,
     seed: u64,
@@ -59,19 +59,19 @@ pub fn look(
     sightings(recording, SceneSettings { camera, disparity_rms_px, seed, ..SceneSettings::default() })
 }
 
-/// Returns the verdict of `notes` on `seen`, in a glass where the liquid rests at `fill_m`.
+/// Returns the verdict of `notes` on `profiles`, in a glass where the liquid rests at `fill_m`.
 ///
 /// After every frame `each` gets the trail.
 pub fn recognise(
     notes: &[Note],
     fill_m: f64,
-    seen: &[Option<SurfaceProfile>],
+    profiles: &[Option<SurfaceProfile>],
     mut each: impl FnMut(usize, &Trail<MOST>, &Recogniser<'_>),
 ) -> Standing {
     let (names, known) = split(notes);
     let recogniser = Recogniser::new(&known, fill_m);
     let mut trail = Trail::<MOST>::default();
-    for (frame, profile) in seen.iter().enumerate() {
+    for (frame, profile) in profiles.iter().enumerate() {
         recogniser.turn(&mut trail, profile.as_ref());
         each(frame, &trail, &recogniser);
     }
@@ -80,26 +80,26 @@ pub fn recognise(
 
 /// Returns the verdict of `notes` on each of `unseen`, with and without the note of its own liquid.
 #[must_use]
-pub fn study(notes: &[Note], unseen: &[Unseen]) -> Study {
-    let ask = |notes: &[Note], one: &Unseen| Case {
+pub fn study(notes: &[Note], unseen: &[TestRecording]) -> IdentificationStudy {
+    let judge = |notes: &[Note], one: &TestRecording| Case {
         liquid: one.liquid.clone(),
         motion: one.motion.clone(),
-        standing: recognise(notes, one.fill_m, &one.seen, |_, _, _| {}),
+        standing: recognise(notes, one.fill_m, &one.profiles, |_, _, _| {}),
     };
     let names = split(notes).0;
-    let without = |one: &&Unseen| {
+    let without = |one: &&TestRecording| {
         let others: Vec<Note> = notes.iter().filter(|note| note.liquid != one.liquid).cloned().collect();
-        ask(&others, one)
+        judge(&others, one)
     };
     let learnt = unseen.iter().filter(|one| names.contains(&one.liquid));
-    Study {
-        cases: unseen.iter().map(|one| ask(notes, one)).collect(),
+    IdentificationStudy {
+        cases: unseen.iter().map(|one| judge(notes, one)).collect(),
         without: learnt.map(|one| without(&one)).collect(),
         names,
     }
 }
 
-impl Study {
+impl IdentificationStudy {
     /// Returns the recordings of liquids that were learnt, or of those that were not.
     fn of(&self, known: bool) -> impl Iterator<Item = &Case> {
         self.cases.iter().filter(move |case| self.names.contains(&case.liquid) == known)
@@ -206,7 +206,7 @@ mod tests {
             case("tar", Some("honey")),
         ];
         let without = vec![case("water", None), case("honey", Some("water"))];
-        let study = Study { names, cases, without };
+        let study = IdentificationStudy { names, cases, without };
         let third = 0.5 * (0.5 + 1.0 / 3.0);
         assert_eq!((study.accuracy(), study.refused()), (third, 0.5), "liquids count alike");
         let text = study.confusion();

@@ -1,13 +1,14 @@
-//! A recording of a discovery as the flashed model rolls it out from rest, its motion known and nothing measured.
+//! Roll-out of a recording by the flashed model, from rest, with its motion and no measurement.
 
-use crate::record::{Quantity, Record, parts};
+use crate::recordings::record::{Quantity, Record, parts};
 use meniscus::blob::Model;
 use meniscus::latent::generic::{LATENTS, LatentState};
 use meniscus::surface::POINTS;
 
-/// Each channel of `record` as `model` foretells it, m. `lag_s` is how much later the recording was seen than its
-/// times say. The port gets the acceleration that the places of the glass in the last three frames tell, as in
-/// training, the decoder that of the instant.
+/// Returns each channel of `record` as `model` predicts it, m. `lag_s` is the delay of its frames against their times.
+///
+/// As in training, the port gets the acceleration from the positions of the glass in the last three frames, and the
+/// decoder that of the instant.
 ///
 /// # Errors
 /// In words, when the recording is of another kind than the model has: other frames, an inclination or a vertical
@@ -22,7 +23,7 @@ pub fn roll_out(model: &Model<'_>, record: &Record, lag_s: f64) -> Result<Vec<Ve
     }
     if record.drive.holds() != [false; 2] || !record.drive.is_planar() {
         return Err(format!(
-            "{}: the glass is inclined, lifted or moved across, which no latent knows",
+            "{}: the glass is inclined, lifted or moved across, which the latents do not represent",
             record.name
         ));
     }
@@ -32,16 +33,17 @@ pub fn roll_out(model: &Model<'_>, record: &Record, lag_s: f64) -> Result<Vec<Ve
     let gain = model.observation_model.as_ref().map_or(1.0, |observation_model| observation_model.gain);
     let place = |frame: f64| gain * record.drive.at(frame * dt - lag_s).3;
     let scale = dt * dt * f64::from(model.header.acceleration_scale);
-    let push = |middle: f64| (place(middle + 1.0) - 2.0 * place(middle) + place(middle - 1.0)) / scale;
+    let acceleration =
+        |middle: f64| (place(middle + 1.0) - 2.0 * place(middle) + place(middle - 1.0)) / scale;
     let mut state = LatentState::default();
     let mut out: Vec<Vec<f64>> =
         record.channels.iter().map(|_| Vec::with_capacity(record.frames())).collect();
     for frame in 0..record.frames() {
         let n = frame as f64;
-        model.generic.step(&mut state, push(n - 1.0));
+        model.generic.step(&mut state, acceleration(n - 1.0));
         let latent: [f64; LATENTS] = state.latent.into();
-        let coefficients = model.decoder.coefficients(&latent.map(|x| x as f32), push(n) as f32);
-        let surface = seen(model, model.decoder.surface(&coefficients));
+        let coefficients = model.decoder.coefficients(&latent.map(|x| x as f32), acceleration(n) as f32);
+        let surface = viewed(model, model.decoder.surface(&coefficients));
         let fill = model.header.fill_m;
         let [level, slope, bow, _] =
             parts(surface.iter().map(|z| f64::from(*z) - fill).enumerate()).unwrap_or([f64::NAN; 4]);
@@ -57,8 +59,8 @@ pub fn roll_out(model: &Model<'_>, record: &Record, lag_s: f64) -> Result<Vec<Ve
     Ok(out)
 }
 
-/// A surface of the model as the camera of its effects sees it.
-fn seen(model: &Model<'_>, mut surface: [f32; POINTS]) -> [f32; POINTS] {
+/// Returns a surface of the model with the effects of its camera.
+fn viewed(model: &Model<'_>, mut surface: [f32; POINTS]) -> [f32; POINTS] {
     if let Some(observation_model) = &model.observation_model {
         observation_model.add_offset(&mut surface);
         surface = observation_model.to_measured(&surface);

@@ -13,7 +13,7 @@
 //! needed. The latents are many and the mode is two numbers: a ridge of a millionth of their mean square keeps the map
 //! from using directions that hardly move.
 
-use crate::record::parts;
+use crate::recordings::record::parts;
 use meniscus::blob::Model;
 use meniscus::latent::generic::{LATENTS, Latent, LatentState, ModeMap};
 use nalgebra::{SMatrix, SVector};
@@ -30,7 +30,7 @@ const JOLTS: usize = 4;
 const STRENGTH: f64 = 2.0;
 const PERIOD_S: std::ops::Range<f64> = 0.15..0.6;
 
-/// The short step that tells the rate, s.
+/// Length of the closed step that gives the rate, s.
 const SHORT_S: f64 = 1e-3;
 
 /// Ridge, as a share of the mean square of a latent.
@@ -39,7 +39,7 @@ const RIDGE: f64 = 1e-6;
 /// Share of a and v that the map has to explain.
 const LEAST: f64 = 0.9;
 
-/// A map and how well it does.
+/// Map of the first mode with the share that it explains.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Mapped {
     /// A, B and their directions.
@@ -48,7 +48,7 @@ pub struct Mapped {
     pub explained: [f64; 2],
 }
 
-/// Why there is no map.
+/// Reason for which there is no map.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum MapError {
     /// The latents do not follow height or rate: shares explained.
@@ -63,13 +63,13 @@ impl std::fmt::Display for MapError {
             Self::Poor([a, v]) => write!(
                 f,
                 "a linear map of the model's latents explains {:.0} % of the first mode's height and {:.0} % of its rate, \
-                 and {:.0} % are needed to put an effect there: train the model longer",
+                 and {:.0} % are needed to insert an effect: train the model longer",
                 100.0 * a,
                 100.0 * v,
                 100.0 * LEAST
             ),
             Self::Degenerate => {
-                write!(f, "the model's latents do not tell the first mode's height from its rate")
+                write!(f, "the model's latents do not distinguish the first mode's height from its rate")
             }
         }
     }
@@ -77,7 +77,7 @@ impl std::fmt::Display for MapError {
 
 impl std::error::Error for MapError {}
 
-/// Fits the map of `model`.
+/// Fits the map of the first mode in the latents of `model`.
 ///
 /// # Errors
 /// [`MapError`].
@@ -91,19 +91,19 @@ pub fn map(model: &Model<'_>) -> Result<Mapped, MapError> {
     };
     let mut square = SMatrix::<f64, LATENTS, LATENTS>::zeros();
     let mut right = SMatrix::<f64, LATENTS, 2>::zeros();
-    let mut seen = Vec::with_capacity(ROLL_OUTS * FRAMES);
+    let mut pairs = Vec::with_capacity(ROLL_OUTS * FRAMES);
     for seed in 0..ROLL_OUTS as u64 {
-        let push = jolts(seed, model.generic.dt_s);
+        let input = jolts(seed, model.generic.dt_s);
         let mut state = LatentState::default();
         for n in 0..FRAMES {
-            model.generic.step(&mut state, push(n));
+            model.generic.step(&mut state, input(n));
             let x = state.latent;
             let mut after = state;
             short.step(&mut after, 0.0);
             let numbers = SVector::<f64, 2>::new(slope(&x), (slope(&after.latent) - slope(&x)) / SHORT_S);
             square += x * x.transpose();
             right += x * numbers.transpose();
-            seen.push((x, numbers));
+            pairs.push((x, numbers));
         }
     }
     let ridge = RIDGE * square.trace() / LATENTS as f64;
@@ -111,10 +111,10 @@ pub fn map(model: &Model<'_>) -> Result<Mapped, MapError> {
     let rows = factor.solve(&right);
     let mut left = [0.0; 2];
     let mut all = [0.0; 2];
-    for (x, numbers) in &seen {
-        let miss = numbers - rows.transpose() * x;
+    for (x, numbers) in &pairs {
+        let error = numbers - rows.transpose() * x;
         for k in 0..2 {
-            left[k] += miss[k] * miss[k];
+            left[k] += error[k] * error[k];
             all[k] += numbers[k] * numbers[k];
         }
     }

@@ -74,7 +74,7 @@ pub struct TrainedLiquid {
 pub struct Inserted {
     /// The blob.
     pub blob: Vec<u8>,
-    /// How well the latents follow the first mode.
+    /// Map of the first mode in latent space, and the share that it explains.
     pub mapped: Mapped,
 }
 

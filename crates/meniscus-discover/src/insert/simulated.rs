@@ -1,10 +1,10 @@
 //! A recording of a discovery simulated again, with the effects that were found.
 //!
-//! The simulator carries what happens in the liquid, fill, inclination and lift; how the glass is moved beyond what is
-//! said, and how it is looked at, is put in around it, as the formulas of [`meniscus::reduced::effects`] have it.
+//! The simulator carries effects of the liquid, fill, inclination and lift. Gain and delay of the commanded motion and
+//! the effects of the camera are applied around it, by the formulas of [`meniscus::reduced::effects`].
 
-use crate::predict::Known;
-use crate::record::{Quantity, Record, parts};
+use crate::recordings::known::Known;
+use crate::recordings::record::{Quantity, Record, parts};
 use meniscus::blob::ObservationModel;
 use meniscus::reduced as slosh;
 use meniscus::reduced::effects::{Active, Simulator, Slot};
@@ -16,7 +16,7 @@ use meniscus_data::motion::Motion;
 use meniscus_data::recording::Glass;
 use meniscus_sph::{Setup, record_surfaces};
 
-/// How it is simulated.
+/// Resolution of a simulation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Resolution {
     /// Spacing of the particles, m.
@@ -28,7 +28,7 @@ pub struct Resolution {
 /// Height of the rim over the fill: high enough for any slosh that a discovery can use, m.
 const ROOM_M: f64 = 0.05;
 
-/// Each channel of `record` as the simulator gives it for the glass and liquid of `known` with `effects`, m. `lag_s` as in
+/// Returns each channel of `record` by the simulator for the glass and liquid of `known` with `effects`, m. `lag_s` as in
 /// [`super::latent::roll_out`].
 ///
 /// # Errors
@@ -46,7 +46,7 @@ pub fn simulate(
     let mut inside = Effects::default();
     for effect in effects {
         match (effect.entry.simulator, effect.entry.slot) {
-            // These are put in around the simulator, below.
+            // These are applied around the simulator, below.
             (Simulator::Absent(_), Slot::Port(_) | Slot::View(_)) => {}
             _ => inside.set_simulated(effect, &known.stated()).map_err(|error| format!("{error}"))?,
         }
@@ -68,7 +68,7 @@ pub fn simulate(
     let glass =
         Glass { radius_m: known.radius_m, fill_m: known.fill_m, rim_m: known.fill_m + ROOM_M, taper: 0.0 };
     let liquid = Liquid {
-        name: "as it was said to be".into(),
+        name: "as stated".into(),
         density_kg_m3: known.density_kg_m3,
         rheology: Rheology::newtonian(known.viscosity_pa_s),
         effects: Effects::default(),
@@ -90,10 +90,10 @@ pub fn simulate(
         let mut surface = [0.0; POINTS];
         surface.copy_from_slice(recording.profile(frame));
         let surface = observation_model.to_measured(&surface);
-        let seen = |i: usize| f64::from(surface[i]) - known.fill_m;
+        let height = |i: usize| f64::from(surface[i]) - known.fill_m;
         let [level, slope, bow, _] =
-            parts((0..POINTS).map(|i| (i, seen(i)))).ok_or("the surface was not found")?;
-        let highest = (0..POINTS).map(seen).fold(f64::NEG_INFINITY, f64::max);
+            parts((0..POINTS).map(|i| (i, height(i)))).ok_or("the surface was not found")?;
+        let highest = (0..POINTS).map(height).fold(f64::NEG_INFINITY, f64::max);
         for (series, channel) in out.iter_mut().zip(&record.channels) {
             series.push(match channel.quantity {
                 Quantity::Level => level,

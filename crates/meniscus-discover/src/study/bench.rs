@@ -1,20 +1,20 @@
-//! Judging one trial: references and their thresholds, the workflow, and what only the answer can add.
+//! Judging one trial: references and their thresholds, the workflow, and the figures that need the answer.
 
-use super::super::findings::Findings;
-use super::super::fit::fit;
-use super::super::gap::gap_of;
-use super::super::group::Group;
-use super::super::load::load;
-use super::super::problem::Problem;
-use super::super::settings::Settings;
-use super::super::thresholds::{Shown, Thresholds, limits, shown};
-use super::super::workflow::discover;
 use super::cases::clean;
 use super::error::StudyError;
 use super::plans::Plan;
 use super::trial::Trial;
 use super::truth::Truth;
-use crate::study::motion_plans::{Kind, courses};
+use crate::baseline::group::Group;
+use crate::decision::settings::Settings;
+use crate::decision::thresholds::{Shown, Thresholds, limits, shown};
+use crate::findings::Findings;
+use crate::findings::gap::gap_of;
+use crate::fitting::fit::fit;
+use crate::fitting::problem::Problem;
+use crate::recordings::load::load;
+use crate::study::motions::{MotionKind, motions};
+use crate::workflow::discover;
 use meniscus::reduced::effects::{Active, find};
 use meniscus_platform::files::write_whole;
 use serde::{Deserialize, Serialize};
@@ -23,10 +23,10 @@ use std::time::Instant;
 
 /// Folders of the study.
 #[derive(Clone, Debug)]
-pub struct Places {
+pub struct StudyFolders {
     /// Simulated glasses.
     pub cache: PathBuf,
-    /// Trials, answers and what was judged.
+    /// Trials, answers and judged trials.
     pub out: PathBuf,
 }
 
@@ -54,12 +54,13 @@ pub struct Judged {
     /// Gap with the true value, mm; none where nothing is hidden.
     pub oracle_mm: Option<f64>,
     /// Index of the motion that was suggested.
-    pub asked: Option<usize>,
+    #[serde(rename = "asked")]
+    pub suggested: Option<usize>,
     /// Duration of the discovery, s.
     pub seconds: f64,
 }
 
-/// References of one kind of course, with what each shows when the others judge it.
+/// References of one kind of motion, with the result of each when the others judge it.
 ///
 /// A tested glass that is itself a reference sets no threshold for itself and calibrates nothing that it is
 /// judged by; that it was among those that judged the other references makes their bounds, if anything, lower.
@@ -68,10 +69,10 @@ pub struct Bench {
     shown: Vec<Shown>,
 }
 
-/// A glass, which of its courses, and the letter that their names start from.
+/// A glass, which of its motions, and the letter that their names start from.
 type Part = (Truth, Vec<usize>, u8);
 
-/// Recordings of another kind of course that a trial gets beside its own: the glass, and which.
+/// Recordings of another kind of motion that a trial gets beside its own: the glass, and which.
 pub type More<'a> = Option<(&'a Trial, &'a [usize])>;
 
 impl Bench {
@@ -79,8 +80,8 @@ impl Bench {
     ///
     /// # Errors
     /// [`StudyError`], when one is not in the cache or cannot be fitted.
-    pub fn new(places: &Places, kind: Kind) -> Result<Self, StudyError> {
-        let count = courses(kind).len();
+    pub fn new(places: &StudyFolders, kind: MotionKind) -> Result<Self, StudyError> {
+        let count = motions(kind).len();
         let every: Vec<usize> = (0..count).collect();
         let parts = |truth: &Truth| vec![(truth.clone(), every.clone(), b'a')];
         Self::of(places, &format!("{kind:?}").to_lowercase(), 9000, clean(kind), &parts)
@@ -90,16 +91,16 @@ impl Bench {
     ///
     /// # Errors
     /// [`StudyError`], when one is not in the cache or cannot be fitted.
-    pub fn with_asked(places: &Places) -> Result<Self, StudyError> {
+    pub fn with_asked(places: &StudyFolders) -> Result<Self, StudyError> {
         let parts = |truth: &Truth| {
-            let single = Truth { kind: Kind::Single, ..truth.clone() };
+            let single = Truth { kind: MotionKind::Single, ..truth.clone() };
             vec![(single, vec![0, 1, 2, 3], b'a'), (truth.clone(), vec![0, 1, 2], b'e')]
         };
-        Self::of(places, "both", 9500, clean(Kind::Asked), &parts)
+        Self::of(places, "both", 9500, clean(MotionKind::Asked), &parts)
     }
 
     fn of(
-        places: &Places,
+        places: &StudyFolders,
         word: &str,
         seed: u64,
         glasses: Vec<Truth>,
@@ -134,19 +135,19 @@ impl Bench {
 }
 
 /// Writes the trial of `plan` under a neutral `name` with the recordings of `more` beside it, lets the
-/// workflow judge it, and adds what only the answer can add: the oracle's gap.
+/// workflow judge it, and adds the gap of the oracle, which needs the answer.
 ///
 /// # Errors
 /// [`StudyError`], when a recording is not in the cache, a file cannot be written or a fit fails.
 pub fn judge(
-    places: &Places,
+    places: &StudyFolders,
     plan: &Plan,
     bench: &Bench,
     name: &str,
     more: More<'_>,
 ) -> Result<Judged, StudyError> {
     let path = places.out.join("trials").join(name);
-    // What another study left under this name is another trial; what this one left is not rendered again.
+    // Files of another study under this name belong to another trial; those of this one are not rendered again.
     let made = format!("{:?} {} {more:?}", plan.trial, plan.trial.truth.digest());
     let made = crc::Crc::<u64>::new(&crc::CRC_64_ECMA_182).checksum(made.as_bytes()).to_string();
     let mark = path.join("made");
@@ -189,7 +190,7 @@ fn judged(found: &Findings, oracle_mm: Option<f64>, seconds: f64) -> Judged {
             .map(|g| g.gap)
             .map(|g| [g.untouched, g.refitted, g.black_box, g.effect].map(|m| 1e3 * m)),
         oracle_mm,
-        asked: found.suggestion.as_ref().map(|q| q.course),
+        suggested: found.suggestion.as_ref().map(|q| q.plan),
         seconds,
     }
 }
@@ -208,7 +209,7 @@ fn oracle_mm(plan: &Plan, found: &Findings) -> Result<Option<f64>, StudyError> {
     }
     let Some(held_out) = &found.split.held_out else { return Ok(None) };
     let problem = Problem::new(&found.split.fitted, found.known, &found.calibration, plan.noise)?;
-    let inflated = problem.with_formula_error(&problem.mean, &active, &found.rules)?;
+    let inflated = problem.with_formula_error(&problem.mean, &active, found.rules.formula_error(&active))?;
     let fitted = fit(&inflated, &problem.mean, &active, &[]);
     Ok(Some(1e3 * gap_of(held_out, found.known, &found.calibration, &fitted, plan.noise)?))
 }

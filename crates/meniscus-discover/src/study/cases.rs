@@ -1,7 +1,7 @@
-//! What the study hides, and the clean glasses that it is held against.
+//! Effects that the study hides, and the clean glasses that serve as references.
 
 use super::truth::Truth;
-use crate::study::motion_plans::Kind;
+use crate::study::motions::MotionKind;
 use meniscus::reduced::effects::{Effect, EffectKind, LIBRARY, Stated};
 use meniscus_data::effects::Effects;
 use meniscus_data::scene_file::GLASS;
@@ -12,8 +12,8 @@ pub const VISCOSITY_PA_S: f64 = 0.2;
 /// Liquid and fill that hidden effects are counted from.
 const STATED: Stated = Stated { consistency_pa_sn: VISCOSITY_PA_S, fill_m: GLASS.fill_m };
 
-/// Packings of the glasses that effects are hidden in; no reference has them. While thresholds and rules
-/// were made, the first was looked at; the second was not.
+/// Packings of the glasses that effects are hidden in; no reference has them. Thresholds and rules
+/// were chosen while looking at the first; the second was held out.
 pub const HIDDEN_PACKINGS: [u64; 2] = [7, 37];
 
 /// The clean glasses of the single jolts: liquids and packings.
@@ -32,15 +32,15 @@ const SINGLE: [(f64, u64); 12] = [
     (0.20, 12),
 ];
 
-/// The clean glasses of the other courses.
+/// The clean glasses of the other motions.
 const OTHER: [(f64, u64); 6] = [(0.20, 0), (0.20, 1), (0.17, 3), (0.235, 5), (0.20, 2), (0.17, 4)];
 
-/// The clean glasses of a kind of course: the references, and in the clean trials the tested ones too.
+/// Returns the clean glasses of a kind of motion: the references, and in the clean trials the tested ones too.
 #[must_use]
-pub fn clean(kind: Kind) -> Vec<Truth> {
+pub fn clean(kind: MotionKind) -> Vec<Truth> {
     let glasses: &[(f64, u64)] = match kind {
-        Kind::Single | Kind::Asked => &SINGLE,
-        Kind::Double | Kind::Slow => &OTHER,
+        MotionKind::Single | MotionKind::Asked => &SINGLE,
+        MotionKind::Double | MotionKind::Slow => &OTHER,
     };
     let one = |glass: &(f64, u64)| Truth {
         viscosity_pa_s: glass.0,
@@ -51,7 +51,7 @@ pub fn clean(kind: Kind) -> Vec<Truth> {
     glasses.iter().map(one).collect()
 }
 
-/// An effect that the study hides.
+/// Effect that the study hides.
 #[derive(Clone, Copy, Debug)]
 pub struct Hidden {
     /// The effect.
@@ -91,7 +91,7 @@ impl Hidden {
     /// Returns the glass with this effect at `size`, of this `packing`, taken through `kind`; a clean one where the
     /// simulator does not carry it.
     #[must_use]
-    pub fn truth(&self, size: f64, packing: u64, kind: Kind) -> Truth {
+    pub fn truth(&self, size: f64, packing: u64, kind: MotionKind) -> Truth {
         let mut effects = Effects::default();
         if let Some(parameter) = self.effect.parameters.first().filter(|_| self.is_simulated()) {
             effects = effects.with(self.effect.kind, parameter.to_value(self.value(size), &STATED));
@@ -110,17 +110,17 @@ pub const PAIRS: [(EffectKind, EffectKind); 6] = [
     (EffectKind::Foam, EffectKind::CameraLatency),
 ];
 
-/// Everything that is simulated before the study starts, the most needed first.
+/// Returns everything that is simulated before the study starts, the most needed first.
 #[must_use]
 pub fn truths() -> Vec<Truth> {
     let [known, fresh] = HIDDEN_PACKINGS;
     let sized =
-        |size: f64, packing: u64| hidden().map(move |hidden| hidden.truth(size, packing, Kind::Single));
-    let mut all: Vec<Truth> = clean(Kind::Single);
+        |size: f64, packing: u64| hidden().map(move |hidden| hidden.truth(size, packing, MotionKind::Single));
+    let mut all: Vec<Truth> = clean(MotionKind::Single);
     all.extend(sized(1.0, known));
-    all.extend([Kind::Double, Kind::Slow].into_iter().flat_map(clean));
+    all.extend([MotionKind::Double, MotionKind::Slow].into_iter().flat_map(clean));
     all.extend(sized(1.0, fresh));
-    all.extend(clean(Kind::Asked));
+    all.extend(clean(MotionKind::Asked));
     all.extend(SIZES.into_iter().skip(1).flat_map(|size| sized(size, known)));
     let mut out: Vec<Truth> = Vec::new();
     for truth in all {
@@ -139,7 +139,7 @@ mod tests {
     #[test]
     fn hidden_glasses_keep_their_digest() {
         let text = |kind: EffectKind| {
-            let truth = Hidden::of(kind).expect("it is hidden").truth(1.0, 7, Kind::Single);
+            let truth = Hidden::of(kind).expect("it is hidden").truth(1.0, 7, MotionKind::Single);
             format!("{:?}", truth.effects)
         };
         assert_eq!(text(EffectKind::Viscosity), "[(\"viscosity\", 0.26)]");
@@ -147,7 +147,11 @@ mod tests {
         assert_eq!(text(EffectKind::ContactLine), "[(\"contact_line\", 0.03)]");
         assert_eq!(text(EffectKind::CameraPitch), "[]");
         assert!(
-            hidden().all(|hidden| hidden.truth(1.0, 7, Kind::Single).effects.require_simulated().is_ok())
+            hidden().all(|hidden| hidden
+                .truth(1.0, 7, MotionKind::Single)
+                .effects
+                .require_simulated()
+                .is_ok())
         );
     }
 }

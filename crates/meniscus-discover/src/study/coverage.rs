@@ -1,14 +1,45 @@
-//! Whether intervals hold the truth as often as they say: data drawn from the model itself, with effects
-//! drawn over their usual sizes, baseline and errors from prior and covariance (Talts et al. 2018).
+//! Coverage of intervals: data drawn from the model itself, with effects drawn over their usual sizes, baseline and
+//! errors from prior and covariance (Talts et al. 2018).
 
-use super::super::fit::{fit, fit_beside, search};
-use super::super::problem::Problem;
+use super::error::StudyError;
+use crate::baseline::calibrate::Calibration;
+use crate::baseline::group::Group;
+use crate::fitting::fit::{fit, fit_beside};
+use crate::fitting::problem::Problem;
+use crate::fitting::search::search;
+use crate::recordings::load::load;
 use meniscus::reduced::effects::{Active, Effect, EffectKind, LIBRARY};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
+use std::path::Path;
 
-/// Place of an effect in the cycle of draws; `None` is not drawn. Drawn are effects of every class whose fit is smooth
+/// Draws of the test of intervals.
+const DRAWS: usize = 160;
+
+/// Returns the coverage of 90 % intervals by draws from the model as the references under `out` calibrate it, and the
+/// number of draws; none where there are no references.
+///
+/// # Errors
+/// [`StudyError`], when a reference cannot be used.
+pub fn reference_coverage(out: &Path, seed: u64) -> Result<Option<(f64, usize)>, StudyError> {
+    let mut groups = Vec::new();
+    for index in 0.. {
+        let path = out.join(format!("references/single-{index}"));
+        if !path.join("setup.toml").exists() {
+            break;
+        }
+        let folder = load(&path)?;
+        groups.push(Group::new(folder.known, folder.records, None)?);
+    }
+    let Some((first, others)) = groups.split_first() else { return Ok(None) };
+    let records = &first.split.fitted;
+    let others: Vec<&Group> = others.iter().collect();
+    let problem = Problem::new(records, first.known, &Calibration::from(&others, records, None), 1.0)?;
+    Ok(Some((coverage(&problem, DRAWS, seed), DRAWS)))
+}
+
+/// Returns the place of an effect in the cycle of draws; `None` is not drawn. Drawn are effects of every class whose fit is smooth
 /// over their usual sizes.
 fn place(kind: EffectKind) -> Option<usize> {
     match kind {
@@ -36,14 +67,14 @@ fn place(kind: EffectKind) -> Option<usize> {
     }
 }
 
-/// The effects whose first parameter is drawn, in the order of the cycle.
+/// Returns the effects whose first parameter is drawn, in the order of the cycle.
 fn drawn() -> Vec<&'static Effect> {
     let mut all: Vec<_> = LIBRARY.iter().filter_map(|effect| Some((place(effect.kind)?, effect))).collect();
     all.sort_by_key(|(place, _)| *place);
     all.into_iter().map(|(_, effect)| effect).collect()
 }
 
-/// Share of `trials` draws in which the 90 % interval of the effect's parameter held the truth.
+/// Returns the share of `trials` draws in which the 90 % interval of the effect's parameter held the truth.
 #[must_use]
 pub fn coverage(problem: &Problem, trials: usize, seed: u64) -> f64 {
     let drawn = drawn();
@@ -52,7 +83,7 @@ pub fn coverage(problem: &Problem, trials: usize, seed: u64) -> f64 {
     held as f64 / trials.max(1) as f64
 }
 
-/// Whether the interval of `entry` holds the truth in draw `n`.
+/// Returns whether the interval of `entry` holds the truth in draw `n`.
 fn one(problem: &Problem, entry: &'static Effect, n: usize, seed: u64) -> bool {
     let mut random = ChaCha8Rng::seed_from_u64(seed.wrapping_mul(0x9e37_79b9).wrapping_add(n as u64));
     let mut normal = move || meniscus_numerics::random::normal(&mut random);

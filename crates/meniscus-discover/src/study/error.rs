@@ -1,7 +1,8 @@
 //! Errors of the study.
 
-use crate::error::{DiscoverError, ProblemError};
-use crate::input_error::{LoadError, TableError};
+use crate::fitting::error::ProblemError;
+use crate::recordings::error::{LoadError, TableError};
+use crate::workflow::error::DiscoverError;
 use meniscus_platform::files::FileError;
 use std::path::PathBuf;
 use thiserror::Error;
@@ -22,6 +23,14 @@ pub enum StudyError {
         path: PathBuf,
         /// Error of the operating system.
         cause: std::io::Error,
+    },
+    /// The measured water lacks the runs of a question.
+    #[error("{}: no run in it is called {}...; take the whole data set, or ask fewer questions", .folder.display(), .starts.join("..., "))]
+    NoRuns {
+        /// Folder of the runs.
+        folder: PathBuf,
+        /// Beginnings of the names of the runs.
+        starts: Vec<String>,
     },
     /// A table of the measured water has a fault.
     #[error("{run}: {fault}")]

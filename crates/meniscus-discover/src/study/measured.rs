@@ -1,16 +1,16 @@
 //! Measured water in a moved cylinder (Di Leva et al. 2022): a part of the recorded motion is withheld from the model and
 //! has to be found. The data are read in place and are no part of the project.
 
-use super::super::calibrate::Calibration;
-use super::super::findings::Findings;
-use super::super::group::Group;
-use super::super::predict::SHARED;
-use super::super::record::Record;
-use super::super::settings::Settings;
-use super::super::thresholds::Thresholds;
-use super::super::workflow::discover;
 use super::error::StudyError;
 use super::measured_runs::{Cut, aligned, best_rms, known, runs};
+use crate::baseline::calibrate::Calibration;
+use crate::baseline::group::Group;
+use crate::baseline::predict::SHARED;
+use crate::decision::settings::Settings;
+use crate::decision::thresholds::Thresholds;
+use crate::findings::Findings;
+use crate::recordings::record::Record;
+use crate::workflow::discover;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 

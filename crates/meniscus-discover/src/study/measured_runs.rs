@@ -1,10 +1,11 @@
 //! Runs of the measured water: reading, alignment in time, and the error of a model on them.
 
-use super::super::predict::{Known, predict};
-use super::super::record::Record;
 use super::error::StudyError;
-use crate::input_error::TableError;
-use crate::motion_table::{peaks, poses};
+use crate::baseline::predict::predict;
+use crate::recordings::error::TableError;
+use crate::recordings::known::Known;
+use crate::recordings::record::Record;
+use crate::recordings::tables::{peaks, poses};
 use meniscus::reduced::effects::Active;
 use rayon::prelude::*;
 use std::path::Path;
@@ -23,14 +24,18 @@ pub(super) struct Cut {
     pub(super) after_s: f64,
 }
 
-/// Reads the runs in `folder` whose names start with one of `starts`.
+/// Reads the runs in `folder` whose names start with one of `starts`; there is at least one.
 pub(super) fn runs(folder: &Path, starts: &[&str], cut: Cut) -> Result<Vec<Record>, StudyError> {
     let heights = folder.join("heights");
     let mut names: Vec<String> = std::fs::read_dir(&heights)
-        .map_err(|cause| StudyError::Read { path: heights, cause })?
+        .map_err(|cause| StudyError::Read { path: heights.clone(), cause })?
         .filter_map(|entry| entry.ok()?.file_name().into_string().ok())
         .filter(|name| starts.iter().any(|start| name.starts_with(start)))
         .collect();
+    if names.is_empty() {
+        let starts = starts.iter().map(|start| String::from(*start)).collect();
+        return Err(StudyError::NoRuns { folder: heights, starts });
+    }
     names.sort();
     names.iter().map(|name| run(folder, name, cut)).collect()
 }
@@ -118,4 +123,19 @@ fn rms(record: &Record, known: &Known, theta: &[f64], lag: f64, active: &[Active
 /// Returns the smallest error over the lag near the alignment, m.
 pub(super) fn best_rms(record: &Record, known: &Known, theta: &[f64], active: &[Active]) -> f64 {
     (-30..=30).map(|i| rms(record, known, theta, 0.01 * f64::from(i), active)).fold(f64::INFINITY, f64::min)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_set_without_the_runs_of_a_question_is_refused() {
+        let fixture = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/fixtures/antisloshing");
+        let cut = Cut { seconds: 14.0, after_s: 3.0 };
+        let count = |starts: &[&str]| runs(&fixture, starts, cut).map(|runs| runs.len());
+        assert_eq!(count(&["Tilt_LE", "Tilt_RD"]).expect("it has tilt runs"), 6);
+        let refused = count(&["LE_3D", "RD_3D", "TRD_3D"]).expect_err("it has no 3D runs").to_string();
+        assert!(refused.contains("no run in it is called LE_3D..., RD_3D..., TRD_3D..."), "{refused}");
+    }
 }

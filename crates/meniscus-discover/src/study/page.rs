@@ -1,16 +1,16 @@
 //! Page of the study: checks, then every trial.
 
 use super::bench::Judged;
+use super::measured::MeasuredResult;
 use super::plans::{Answer, Family};
-use super::run::Line;
-use super::tally::{Study, class_right, right};
-use meniscus_report::checks::Check;
-use std::fmt::Write;
+use super::run::JudgedTrial;
+use super::tally::{StudyTally, checks, class_right, right};
+use meniscus_report::Report;
 
-/// The families in the order of the page.
+/// Families in the order of the page.
 const TITLES: [(Family, &str); 7] = [
     (Family::Hidden, "One effect hidden"),
-    (Family::Fresh, "One effect hidden, in a glass that was not looked at while rules were made"),
+    (Family::Fresh, "One effect hidden, in a glass that was held out while rules were made"),
     (Family::Asked, "Ambiguous trials with the recordings that were suggested"),
     (Family::Without, "The true effect taken out of the library"),
     (Family::Pair, "Two effects at once"),
@@ -18,123 +18,174 @@ const TITLES: [(Family, &str); 7] = [
     (Family::Noise, "Nothing hidden, noise misjudged by half"),
 ];
 
-/// Returns the page of `study`, which `command` makes again.
+/// Columns of a table of trials in which something is hidden.
+const TRIAL: [&str; 15] = [
+    "truth",
+    "size",
+    "verdict",
+    "names",
+    "class",
+    "gain",
+    "gain needed",
+    "misfit without",
+    "misfit with",
+    "estimate (90 %)",
+    "gap untouched, mm",
+    "gap refitted, mm",
+    "gap black box, mm",
+    "gap effect, mm",
+    "gap oracle, mm",
+];
+
+/// Columns of a table of trials in which nothing is hidden.
+const CLEAN: [&str; 8] = ["glass", "trials", "none", "tied", "unknown", "named", "names", "largest gain"];
+
+/// Returns the report of `study`, which `command` makes again. The pictures `confusion.png` and `detection.png` lie beside
+/// it.
 #[must_use]
-pub fn markdown(study: &Study, checks: &[Check], command: &str) -> String {
-    let mut out = format!("# The study of discovery\n\nMade by `{command}`.");
-    // Writing into a string cannot fail.
+pub fn report(study: &StudyTally, command: &str) -> Report {
+    let mut report = Report::new("The study of discovery", command);
     if !study.is_whole() {
-        out.push_str(" **Not all planned trials are judged:**");
+        report.prose("Not all planned trials are judged yet.");
     }
-    out.push_str("\n\n| trials | judged | planned |\n|---|---|---|\n");
-    for (family, title) in TITLES {
-        let planned = study.planned.get(&family).copied().unwrap_or(0);
-        let _ = writeln!(out, "| {title} | {} | {planned} |", study.of(family).count());
-    }
-    out.push_str("\n| check | value | target | |\n|---|---|---|---|\n");
-    for check in checks {
-        let value = check.value.map_or("not measured".into(), |v| format!("{v:.3} {}", check.unit));
-        let mark = match (check.value, check.ok) {
-            (None, _) => "",
-            (_, true) => "met",
-            (_, false) => "**missed**",
-        };
-        let mark = if check.target == "told" { "" } else { mark };
-        let _ = writeln!(out, "| `{}` | {value} | {} | {mark} |", check.name, check.target);
-    }
-    out.push_str("\n![what was hidden and what was said](confusion.png)\n");
+    let planned = |family: Family| study.planned.get(&family).copied().unwrap_or(0);
+    let counts = TITLES.map(|(family, title)| {
+        vec![title.into(), format!("{}", study.of(family).count()), format!("{}", planned(family))]
+    });
+    report.table(&["trials", "judged", "planned"], &counts);
+    report.checks(&checks(study));
+    report.picture("confusion.png", "hidden effects and the verdicts on them");
     // Curves of one size are none.
     if study.of(Family::Hidden).any(|(answer, _)| answer.size != 1.0) {
-        out.push_str("\n![gain by size](detection.png)\n");
+        report.picture("detection.png", "gain by size of the hidden effect");
     }
     for (family, title) in TITLES {
-        let lines: Vec<&Line> = study.of(family).collect();
-        if lines.is_empty() {
+        let trials: Vec<&JudgedTrial> = study.of(family).collect();
+        if trials.is_empty() {
             continue;
         }
-        let planned = study.planned.get(&family).copied().unwrap_or(0);
-        let _ = writeln!(out, "\n## {title}\n\n{} of {planned} planned.\n", lines.len());
+        report.heading(title);
+        report.prose(&format!("{} of {} planned.", trials.len(), planned(family)));
         if matches!(family, Family::Clean | Family::Noise) {
-            blank(&mut out, &lines);
-            continue;
-        }
-        out.push_str(
-            "| truth | size | verdict | said | class | gain | needed | misfit without, with | estimate (90 %) | gap, mm: \
-             untouched, refitted, black box, effect, oracle |\n|---|---|---|---|---|---|---|---|---|---|\n",
-        );
-        for (answer, judged) in lines {
-            row(&mut out, answer, judged);
+            report.table(&CLEAN, &clean_rows(&trials));
+        } else {
+            let rows: Vec<_> = trials.iter().map(|(answer, judged)| trial_row(answer, judged)).collect();
+            report.table(&TRIAL, &rows);
         }
     }
-    for result in study.beside.measured.iter().flatten() {
-        let [before, after] = result.means_mm();
-        let _ = writeln!(
-            out,
-            "\n## Measured water: {}\n\n{} Mean error {before:.2} mm before, {after:.2} mm after.\n\n| run | before, mm | after, mm |\n|---|---|---|",
-            result.title, result.sentence
-        );
-        for (name, before, after) in &result.runs {
-            let _ = writeln!(out, "| {name} | {:.2} | {:.2} |", 1e3 * before, 1e3 * after);
-        }
-    }
-    out
+    study.beside.measured.iter().flatten().for_each(|result| measured(&mut report, result));
+    report
 }
 
-/// Trials with nothing hidden, one line a glass.
-fn blank(out: &mut String, lines: &[&Line]) {
-    out.push_str("| glass | trials | none | tied | unknown | named | said | largest gain |\n|---|---|---|---|---|---|---|---|\n");
-    let mut glasses: Vec<&str> = lines.iter().map(|(answer, _)| answer.glass.as_str()).collect();
+/// Adds the errors of the runs of measured water.
+fn measured(report: &mut Report, result: &MeasuredResult) {
+    let [before, after] = result.means_mm();
+    report.heading(&format!("Measured water: {}", result.title));
+    report.prose(&format!("{} Mean error {before:.2} mm before, {after:.2} mm after.", result.sentence));
+    let mm = |m: &f64| format!("{:.2}", 1e3 * m);
+    let rows: Vec<_> =
+        result.runs.iter().map(|(name, before, after)| vec![name.clone(), mm(before), mm(after)]).collect();
+    report.table(&["run", "before, mm", "after, mm"], &rows);
+}
+
+/// Returns the rows of trials with nothing hidden, one per glass.
+fn clean_rows(trials: &[&JudgedTrial]) -> Vec<Vec<String>> {
+    let mut glasses: Vec<&str> = trials.iter().map(|(answer, _)| answer.glass.as_str()).collect();
     glasses.sort_unstable();
     glasses.dedup();
-    for glass in glasses {
-        let mine: Vec<&Judged> = lines.iter().filter(|(a, _)| a.glass == glass).map(|(_, j)| j).collect();
-        let of = |word: &str| mine.iter().filter(|j| j.verdict == word).count();
-        let mut said: Vec<&str> =
+    let row = |glass: &str| {
+        let mine: Vec<&Judged> = trials.iter().filter(|(a, _)| a.glass == glass).map(|(_, j)| j).collect();
+        let of = |word: &str| format!("{}", mine.iter().filter(|j| j.verdict == word).count());
+        let mut names: Vec<&str> =
             mine.iter().filter(|j| j.verdict != "none").flat_map(|j| &j.names).map(String::as_str).collect();
-        said.sort_unstable();
-        said.dedup();
+        names.sort_unstable();
+        names.dedup();
         let most = mine.iter().filter_map(|j| j.best.as_ref()).max_by(|a, b| a.1.total_cmp(&b.1));
         let most = most.map_or(String::new(), |(name, gain)| format!("{gain:.0} ({name})"));
-        // Writing into a string cannot fail.
-        let _ = writeln!(
-            out,
-            "| {glass} | {} | {} | {} | {} | {} | {} | {most} |",
-            mine.len(),
-            of("none"),
-            of("tied"),
-            of("unknown"),
-            of("named"),
-            said.join(", ")
-        );
-    }
+        let count = format!("{}", mine.len());
+        let [none, tied, unknown, named] = ["none", "tied", "unknown", "named"].map(of);
+        vec![glass.into(), count, none, tied, unknown, named, names.join(", "), most]
+    };
+    glasses.into_iter().map(row).collect()
 }
 
-fn row(out: &mut String, answer: &Answer, judged: &Judged) {
+/// Returns the row of a trial with something hidden.
+fn trial_row(answer: &Answer, judged: &Judged) -> Vec<String> {
     let truth: Vec<String> =
         answer.effects.iter().map(|(name, value)| format!("{name} {value:.3}")).collect();
-    let estimate = judged
-        .estimate
-        .as_ref()
-        .map_or(String::new(), |(name, v, a, b)| format!("{name} {v:.4} ({a:.4} to {b:.4})"));
-    let gap = judged.gap_mm.map_or(String::new(), |g| g.map(|v| format!("{v:.2}")).join(", "));
-    let oracle = judged.oracle_mm.map_or(String::new(), |mm| format!(", {mm:.2}"));
-    let mark = match judged.verdict.as_str() {
-        _ if right(answer, judged) => "**named**",
+    let verdict = match judged.verdict.as_str() {
+        _ if right(answer, judged) => "named, right",
         "named" if class_right(answer, judged) == Some(true) => "named, of its class",
         "named" => "named, wrong",
         other => other,
     };
-    // Writing into a string cannot fail.
-    let _ = writeln!(
-        out,
-        "| {} | {} | {mark} | {} | {} | {:.0} | {} | {:.2}, {:.2} | {estimate} | {gap}{oracle} |",
+    let estimate = |(name, v, a, b): &(String, f64, f64, f64)| format!("{name} {v:.4} ({a:.4} to {b:.4})");
+    let mut row = vec![
         truth.join(" + "),
-        answer.size,
+        format!("{}", answer.size),
+        verdict.into(),
         judged.names.join(", "),
-        judged.class.as_deref().unwrap_or(""),
-        judged.gain,
+        judged.class.clone().unwrap_or_default(),
+        format!("{:.0}", judged.gain),
         judged.bound.map_or(String::new(), |bound| format!("{bound:.0}")),
-        judged.misfit[0],
-        judged.misfit[1]
-    );
+        format!("{:.2}", judged.misfit[0]),
+        format!("{:.2}", judged.misfit[1]),
+        judged.estimate.as_ref().map_or(String::new(), estimate),
+    ];
+    let mm = |mm: f64| format!("{mm:.2}");
+    row.extend(judged.gap_mm.map_or_else(|| [const { String::new() }; 4], |gap| gap.map(mm)));
+    row.push(judged.oracle_mm.map_or(String::new(), mm));
+    row
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::BTreeMap;
+
+    fn trial(family: Family, effects: &[(&str, f64)], verdict: &str, names: &[&str]) -> JudgedTrial {
+        let answer = Answer {
+            family,
+            effects: effects.iter().map(|(name, value)| (String::from(*name), *value)).collect(),
+            size: 1.0,
+            glass: "packing 7".into(),
+        };
+        let judged = Judged {
+            verdict: verdict.into(),
+            names: names.iter().map(|name| String::from(*name)).collect(),
+            class: None,
+            gain: 158.2,
+            bound: Some(35.0),
+            best: Some(("swirl".into(), 3.0)),
+            misfit: [0.44, 0.42],
+            estimate: Some(("viscosity".into(), 1.296, 1.2537, 1.3382)),
+            gap_mm: Some([0.29, 0.03, 0.02, 0.03]),
+            oracle_mm: None,
+            suggested: None,
+            seconds: 8.0,
+        };
+        (answer, judged)
+    }
+
+    #[test]
+    fn the_page_holds_every_trial_and_what_is_missing() {
+        let lines = vec![
+            trial(Family::Hidden, &[("viscosity", 1.3)], "named", &["viscosity"]),
+            trial(Family::Clean, &[], "none", &[]),
+        ];
+        let planned = BTreeMap::from([(Family::Hidden, 1), (Family::Clean, 2)]);
+        let study = StudyTally { lines, planned, ..StudyTally::default() };
+        let page = report(&study, "meniscus discover study").markdown();
+        for part in [
+            "Not all planned trials are judged yet.",
+            "| Nothing hidden | 1 | 2 |",
+            "| right_of_decided | 1.0000e0 | share | >= 0.95 | ok |",
+            "(confusion.png)",
+            "| viscosity 1.300 | 1 | named, right | viscosity |  | 158 | 35 | 0.44 | 0.42 | viscosity 1.2960 (1.2537 to 1.3382) | 0.29 | 0.03 | 0.02 | 0.03 |  |",
+            "| packing 7 | 1 | 1 | 0 | 0 | 0 |  | 3 (swirl) |",
+        ] {
+            assert!(page.contains(part), "{part} is missing in {page}");
+        }
+        assert!(!page.contains("detection.png"), "one size alone");
+    }
 }

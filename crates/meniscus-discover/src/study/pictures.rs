@@ -2,19 +2,19 @@
 
 use super::cases::{Hidden, SIZES, hidden};
 use super::plans::Family;
-use super::run::Line;
-use super::tally::{Study, right};
+use super::run::JudgedTrial;
+use super::tally::{StudyTally, right};
 use meniscus::reduced::effects::Class;
 use meniscus_report::plot::{BLUE, FONT, GREEN, GREY, ORANGE, PURPLE, PictureError, VERMILION, prepare_font};
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 use std::path::Path;
 
-/// Draws the confusion matrix at reference size: rows are the truth, columns what came first.
+/// Draws the confusion matrix at reference size: rows are the truth, columns the verdict.
 ///
 /// # Errors
 /// [`PictureError`], when the file cannot be written.
-pub fn confusion_png(study: &Study, path: &Path) -> Result<(), PictureError> {
+pub fn confusion_png(study: &StudyTally, path: &Path) -> Result<(), PictureError> {
     prepare_font();
     let names: Vec<&str> = hidden().map(|h| h.effect.name).collect();
     let extra = ["another", "unknown", "none"];
@@ -48,8 +48,8 @@ pub fn confusion_png(study: &Study, path: &Path) -> Result<(), PictureError> {
                 "none" => fill(&area, columns - 1, GREY.mix(1.0))?,
                 "unknown" => fill(&area, columns - 2, GREY.mix(1.0))?,
                 verdict => {
-                    for said in &judged.names {
-                        let j = names.iter().position(|n| n == said).unwrap_or(names.len());
+                    for name in &judged.names {
+                        let j = names.iter().position(|n| n == name).unwrap_or(names.len());
                         let colour = if verdict == "named" { BLUE.mix(1.0) } else { ORANGE.mix(0.6) };
                         fill(&area, j, colour)?;
                     }
@@ -57,7 +57,7 @@ pub fn confusion_png(study: &Study, path: &Path) -> Result<(), PictureError> {
             }
         }
     }
-    let legend = "rows: hidden; columns: said. Blue named, orange tied, grey none or unknown.";
+    let legend = "rows: hidden; columns: verdict. Blue named, orange tied, grey none or unknown.";
     area.draw(&Text::new(legend, (12, size.1 as i32 - 36), text))?;
     area.present()?;
     Ok(())
@@ -86,13 +86,13 @@ fn colour_of(class: Class) -> RGBColor {
 ///
 /// # Errors
 /// [`PictureError`], when the file cannot be written.
-pub fn detection_png(study: &Study, path: &Path) -> Result<(), PictureError> {
+pub fn detection_png(study: &StudyTally, path: &Path) -> Result<(), PictureError> {
     prepare_font();
     let area = BitMapBackend::new(path, (1100, 700)).into_drawing_area();
     area.fill(&WHITE)?;
     let mut chart = ChartBuilder::on(&area)
         .caption(
-            "gain over none by size of what is hidden (filled: named right; a colour a class)",
+            "gain over none by size of the hidden effect (filled: named right; a colour a class)",
             (FONT, 22),
         )
         .margin(14)
@@ -112,7 +112,7 @@ pub fn detection_png(study: &Study, path: &Path) -> Result<(), PictureError> {
     for Hidden { effect, .. } in hidden() {
         let colour = colour_of(effect.class);
         let of = |size: &f64| {
-            let mine = |(a, _): &&Line| a.size == *size && a.effects[0].0 == effect.name;
+            let mine = |(a, _): &&JudgedTrial| a.size == *size && a.effects[0].0 == effect.name;
             let (a, j) = study.of(Family::Hidden).find(mine)?;
             Some((*size, j.gain.clamp(GAINS.0, GAINS.1), right(a, j)))
         };

@@ -2,18 +2,18 @@
 //!
 //! ```text
 //! clean     nothing hidden; the tested glass is left out of its references and thresholds
-//! hidden    every effect that simulator or hands carry, at one, two and half its reference size
-//! fresh     the same at reference size in a packing that was not looked at while rules were made
+//! hidden    every effect that the simulator or the study applies, at one, two and half its reference size
+//! fresh     the same at reference size in a packing that was held out while rules were made
 //! without   the same at reference size, with the truth taken out of the library
 //! noise     clean with the noise misjudged by half
 //! pairs     two at once
-//! asked     hidden at reference size and tied, with the recordings that the workflow asked for
+//! asked     hidden at reference size and tied, with the recordings that the workflow suggested
 //! ```
 
 use super::cases::{HIDDEN_PACKINGS, Hidden, PAIRS, SIZES, VISCOSITY_PA_S, clean, hidden};
 use super::trial::{Hand, Trial};
 use super::truth::Truth;
-use crate::study::motion_plans::Kind;
+use crate::study::motions::MotionKind;
 use meniscus::reduced::effects::{Entry, LIBRARY, find};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
@@ -22,16 +22,16 @@ use std::path::Path;
 const VERSION: u32 = 8;
 
 /// Clean glasses of each kind before anything else is tried, and of the rest.
-const KINDS: [Kind; 3] = [Kind::Single, Kind::Double, Kind::Slow];
+const KINDS: [MotionKind; 3] = [MotionKind::Single, MotionKind::Double, MotionKind::Slow];
 
-/// What a trial belongs to.
+/// Group of trials with one purpose.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub enum Family {
     /// None.
     Clean,
     /// One effect.
     Hidden,
-    /// One effect, in a glass that was not looked at while rules were made.
+    /// One effect, in a glass that was held out while rules were made.
     Fresh,
     /// One effect that the library lacks.
     Without,
@@ -39,11 +39,11 @@ pub enum Family {
     Noise,
     /// Two effects.
     Pair,
-    /// One effect, with what was asked for.
+    /// One effect, with the suggested recordings; the name stands in digests and files.
     Asked,
 }
 
-/// The answer of a trial: what was truly hidden.
+/// Truth of a trial: the hidden effects.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Answer {
     /// Family.
@@ -52,27 +52,27 @@ pub struct Answer {
     pub effects: Vec<(String, f64)>,
     /// Size of the effect in units of its reference size; 0 of none.
     pub size: f64,
-    /// Liquid, packing and course, for counting distinct ones.
+    /// Liquid, packing and motions, for counting distinct ones.
     pub glass: String,
 }
 
 /// One trial to be made.
 #[derive(Clone, Debug)]
 pub struct Plan {
-    /// What is hidden.
+    /// Truth of the trial.
     pub answer: Answer,
-    /// What the workflow gets.
+    /// Input of the workflow.
     pub trial: Trial,
-    /// What may be named.
+    /// Effects that may be named.
     pub library: Vec<&'static Entry>,
     /// Factor on the noise.
     pub noise: f64,
-    /// Which clean glass is no reference here, because it is the tested one.
+    /// Index of the clean glass that is no reference here, because it is the tested one.
     pub leave_out: Option<usize>,
 }
 
 impl Plan {
-    /// A name for what is judged that changes with everything that goes into it.
+    /// Returns the name of the judged trial, a digest of everything that goes into it.
     #[must_use]
     pub fn digest(&self) -> String {
         let names: Vec<_> = self.library.iter().map(|entry| entry.name).collect();
@@ -87,7 +87,7 @@ impl Plan {
         format!("{:016x}", crc::Crc::<u64>::new(&crc::CRC_64_ECMA_182).checksum(text.as_bytes()))
     }
 
-    /// Whether its glass is in the cache.
+    /// Returns whether its glass is in the cache.
     #[must_use]
     pub fn is_there(&self, cache: &Path) -> bool {
         self.trial.truth.is_there(cache)
@@ -103,7 +103,7 @@ pub fn twins(name: &str) -> Vec<&'static str> {
     effect.map(|effect| effect.name).zip(twin).map_or_else(Vec::new, |(one, other)| vec![one, other])
 }
 
-/// The trials but for those that are asked for: `cleans` clean ones.
+/// Returns the trials except those with suggested recordings; `cleans` of them are clean.
 #[must_use]
 pub fn plans(cleans: usize, seed: u64) -> Vec<Plan> {
     let [known, fresh] = HIDDEN_PACKINGS;
@@ -153,18 +153,18 @@ pub fn plans(cleans: usize, seed: u64) -> Vec<Plan> {
     out
 }
 
-/// The clean glasses of `kind` that are tested, with their place among the references: all of these, and of
-/// the single jolts the glasses that the hands put their effects in.
-fn tested(kind: Kind) -> Vec<(Option<usize>, Truth)> {
+/// Returns the clean glasses of `kind` that are tested, with their place among the references: all of these, and of
+/// the single jolts the glasses to which the study applies effects itself.
+fn tested(kind: MotionKind) -> Vec<(Option<usize>, Truth)> {
     let mut out: Vec<_> = clean(kind).into_iter().enumerate().map(|(i, truth)| (Some(i), truth)).collect();
-    if kind == Kind::Single {
+    if kind == MotionKind::Single {
         let by_hand = hidden().find(|h| !h.is_simulated());
         out.extend(HIDDEN_PACKINGS.into_iter().filter_map(|p| Some((None, by_hand?.truth(1.0, p, kind)))));
     }
     out
 }
 
-/// `hidden` at `size` in the glass of this `packing`.
+/// Returns the trial of `hidden` at `size` in the glass of this `packing`.
 fn one(
     hidden: &Hidden,
     size: f64,
@@ -176,7 +176,7 @@ fn one(
     let value = hidden.value(size);
     let hand = Hand { effect: hidden.effect, value };
     let hands = if hidden.is_simulated() { vec![] } else { vec![hand] };
-    let truth = hidden.truth(size, packing, Kind::Single);
+    let truth = hidden.truth(size, packing, MotionKind::Single);
     Plan {
         answer: Answer {
             family,
@@ -213,5 +213,16 @@ mod tests {
             let mine = references.iter().position(|truth| *truth == plan.trial.truth);
             assert_eq!(mine, plan.leave_out);
         }
+    }
+
+    /// Judged trials and simulated glasses lie under these names on disk.
+    #[test]
+    fn trials_and_glasses_keep_their_digests() {
+        let of = |names: Vec<String>| {
+            crc::Crc::<u64>::new(&crc::CRC_64_ECMA_182).checksum(names.concat().as_bytes())
+        };
+        let trials = of(plans(118, 1).iter().map(Plan::digest).collect());
+        let glasses = of(crate::study::cases::truths().iter().map(Truth::digest).collect());
+        assert_eq!((trials, glasses), (6_921_090_122_369_150_216, 2_311_719_801_150_199_182));
     }
 }

@@ -1,26 +1,26 @@
-//! Course of the study: trials are written as neutral folders, judged by the workflow, and compared with the answers
+//! MotionPlan of the study: trials are written as neutral folders, judged by the workflow, and compared with the answers
 //! afterwards.
 //!
 //! A trial's answer lies in `answers.json`, which only this file writes and only [`super::tally`] reads.
 //! Every judged trial leaves a file in `judged/`; a study that is run again judges only what is missing.
 
-use super::bench::{Bench, Judged, Places, judge};
+use super::bench::{Bench, Judged, StudyFolders, judge};
 use super::cases::{HIDDEN_PACKINGS, Hidden, clean, hidden};
 use super::error::StudyError;
 use super::plans::{Answer, Family, Plan, plans, twins};
 use super::trial::Trial;
-use crate::study::motion_plans::Kind;
+use crate::study::motions::MotionKind;
 use meniscus_platform::files::write_whole;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// A trial with its answer.
-pub type Line = (Answer, Judged);
+pub type JudgedTrial = (Answer, Judged);
 
 /// Choices of one run of the study.
 #[derive(Clone, Copy, Debug)]
-pub struct Course {
+pub struct RunOptions {
     /// Clean trials.
     pub cleans: usize,
     /// Seed.
@@ -30,24 +30,24 @@ pub struct Course {
 }
 
 /// Judged trials, and the number of trials that each family is planned to have.
-pub type Gone = (Vec<Line>, BTreeMap<Family, usize>);
+pub type JudgedTrials = (Vec<JudgedTrial>, BTreeMap<Family, usize>);
 
 /// Makes and judges the trials whose glasses are there.
 ///
-/// Where `stop` is set or `course` judges nothing, only earlier results are gathered. `progress` gets the work, how much
+/// Where `stop` is set or `options` judge nothing, only earlier results are gathered. `progress` gets the work, how much
 /// of it is done and how much there is.
 ///
 /// # Errors
 /// [`StudyError`]; what was judged stays.
 pub fn judge_all(
-    places: &Places,
-    course: Course,
+    places: &StudyFolders,
+    options: RunOptions,
     stop: &AtomicBool,
     progress: &dyn Fn(&str, usize, usize),
-) -> Result<Gone, StudyError> {
-    let plans = plans(course.cleans, course.seed);
+) -> Result<JudgedTrials, StudyError> {
+    let plans = plans(options.cleans, options.seed);
     let mut planned: BTreeMap<Family, usize> = BTreeMap::new();
-    let mut benches: BTreeMap<Kind, Bench> = BTreeMap::new();
+    let mut benches: BTreeMap<MotionKind, Bench> = BTreeMap::new();
     let mut answers: BTreeMap<String, Answer> = BTreeMap::new();
     let mut out = Vec::new();
     for (number, plan) in plans.iter().enumerate() {
@@ -61,7 +61,7 @@ pub fn judge_all(
         }
         let kind = plan.trial.truth.kind;
         let ready = plan.is_there(&places.cache) && clean(kind).iter().all(|t| t.is_there(&places.cache));
-        if !course.judges || !ready || stop.load(Ordering::Relaxed) {
+        if !options.judges || !ready || stop.load(Ordering::Relaxed) {
             continue;
         }
         if let std::collections::btree_map::Entry::Vacant(slot) = benches.entry(kind) {
@@ -72,7 +72,7 @@ pub fn judge_all(
         keep(places, plan, &judged)?;
         out.push((plan.answer.clone(), judged));
     }
-    let judges = course.judges && !stop.load(Ordering::Relaxed);
+    let judges = options.judges && !stop.load(Ordering::Relaxed);
     let followed = Suggested { places, plans: &plans, judges, stop, progress };
     let (lines, open) = followed.judge(&out, &mut answers)?;
     planned.insert(Family::Asked, open);
@@ -82,22 +82,22 @@ pub fn judge_all(
     Ok((out, planned))
 }
 
-fn file(places: &Places, plan: &Plan) -> PathBuf {
+fn file(places: &StudyFolders, plan: &Plan) -> PathBuf {
     places.out.join("judged").join(format!("{}.json", plan.digest()))
 }
 
-fn judged_before(places: &Places, plan: &Plan) -> Option<Judged> {
+fn judged_before(places: &StudyFolders, plan: &Plan) -> Option<Judged> {
     serde_json::from_slice(&std::fs::read(file(places, plan)).ok()?).ok()
 }
 
-fn keep(places: &Places, plan: &Plan, judged: &Judged) -> Result<(), StudyError> {
+fn keep(places: &StudyFolders, plan: &Plan, judged: &Judged) -> Result<(), StudyError> {
     let text = serde_json::to_string_pretty(judged).map_err(StudyError::Json)?;
     Ok(write_whole(&file(places, plan), text.as_bytes())?)
 }
 
 /// Trials with the recordings that the workflow suggested.
 struct Suggested<'a> {
-    places: &'a Places,
+    places: &'a StudyFolders,
     plans: &'a [Plan],
     /// Whether anything is judged that was not judged yet.
     judges: bool,
@@ -110,15 +110,15 @@ impl Suggested<'_> {
     /// list, and with references in the same motions. Returns the judged trials and how many there should be.
     fn judge(
         &self,
-        lines: &[Line],
+        lines: &[JudgedTrial],
         answers: &mut BTreeMap<String, Answer>,
-    ) -> Result<(Vec<Line>, usize), StudyError> {
+    ) -> Result<(Vec<JudgedTrial>, usize), StudyError> {
         let Self { places, plans, .. } = *self;
         let open = ambiguous(lines);
         let mut bench = None;
         let mut out = Vec::new();
-        for (number, (hidden, course)) in open.iter().enumerate() {
-            (self.progress)("answering what was asked", number, open.len());
+        for (number, (hidden, motion)) in open.iter().enumerate() {
+            (self.progress)("judging with suggestions", number, open.len());
             let mine = |p: &&Plan| {
                 p.answer.family == Family::Hidden
                     && p.answer.size == 1.0
@@ -132,18 +132,18 @@ impl Suggested<'_> {
                 out.push((plan.answer, judged));
                 continue;
             }
-            let ready = clean(Kind::Asked).iter().all(|truth| truth.is_there(&places.cache));
+            let ready = clean(MotionKind::Asked).iter().all(|truth| truth.is_there(&places.cache));
             if !self.judges || !ready || self.stop.load(Ordering::Relaxed) {
                 continue;
             }
-            let truth = hidden.truth(1.0, HIDDEN_PACKINGS[0], Kind::Asked);
+            let truth = hidden.truth(1.0, HIDDEN_PACKINGS[0], MotionKind::Asked);
             truth.make(&places.cache).map_err(StudyError::trial)?;
             let more = Trial { truth, ..plan.trial.clone() };
             let bench = match &mut bench {
                 Some(bench) => bench,
                 none => none.insert(Bench::with_asked(places)?),
             };
-            let judged = judge(places, &plan, bench, &name, Some((&more, &[*course, (*course + 1) % 3])))?;
+            let judged = judge(places, &plan, bench, &name, Some((&more, &[*motion, (*motion + 1) % 3])))?;
             keep(places, &plan, &judged)?;
             out.push((plan.answer, judged));
         }
@@ -153,11 +153,11 @@ impl Suggested<'_> {
 
 /// Returns the hidden effects at reference size whose verdict was ambiguous beyond exact twins, each with the index of
 /// the suggested motion.
-fn ambiguous(lines: &[Line]) -> Vec<(Hidden, usize)> {
+fn ambiguous(lines: &[JudgedTrial]) -> Vec<(Hidden, usize)> {
     lines
         .iter()
         .filter(|(a, j)| a.family == Family::Hidden && a.size == 1.0 && j.verdict == "tied")
         .filter(|(a, j)| !j.names.iter().all(|name| twins(&a.effects[0].0).contains(&name.as_str())))
-        .filter_map(|(a, j)| Some((hidden().find(|h| h.effect.name == a.effects[0].0)?, j.asked?)))
+        .filter_map(|(a, j)| Some((hidden().find(|h| h.effect.name == a.effects[0].0)?, j.suggested?)))
         .collect()
 }

@@ -1,27 +1,27 @@
-//! What the study showed: the checks.
+//! Tally of the study and its checks.
 
 use super::bench::Judged;
 use super::measured::MeasuredResult;
 use super::plans::{Answer, Family};
-use super::run::Line;
+use super::run::JudgedTrial;
 use meniscus::reduced::effects::{EffectKind, find};
 use meniscus_numerics::statistics::median;
 use meniscus_report::checks::Check;
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Everything that was measured.
+/// Judged trials with everything that is measured beside them.
 #[derive(Clone, Debug, Default)]
-pub struct Study {
+pub struct StudyTally {
     /// Trials.
-    pub lines: Vec<Line>,
-    /// How many trials each family is planned to have.
+    pub lines: Vec<JudgedTrial>,
+    /// Number of trials that each family is planned to have.
     pub planned: BTreeMap<Family, usize>,
-    /// What is measured beside the trials.
+    /// Measurements beside the trials.
     pub beside: Beside,
 }
 
-/// What is measured beside the trials.
+/// Measurements beside the trials.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Beside {
     /// Measured water, where the data are there.
@@ -32,26 +32,26 @@ pub struct Beside {
     pub long_s: Option<f64>,
 }
 
-impl Study {
-    /// The trials of `family`.
-    pub fn of(&self, family: Family) -> impl Iterator<Item = &Line> {
+impl StudyTally {
+    /// Returns the trials of `family`.
+    pub fn of(&self, family: Family) -> impl Iterator<Item = &JudgedTrial> {
         self.lines.iter().filter(move |(answer, _)| answer.family == family)
     }
 
-    /// The trials at reference size, those of fresh glasses too.
-    pub fn reference(&self) -> impl Iterator<Item = &Line> {
+    /// Returns the trials at reference size, those of fresh glasses too.
+    pub fn reference(&self) -> impl Iterator<Item = &JudgedTrial> {
         let hidden = self.of(Family::Hidden).filter(|(answer, _)| answer.size == 1.0);
         hidden.chain(self.of(Family::Fresh))
     }
 
-    /// Whether every planned trial was judged.
+    /// Returns whether every planned trial was judged.
     #[must_use]
     pub fn is_whole(&self) -> bool {
         self.planned.iter().all(|(family, count)| self.of(*family).count() == *count)
     }
 }
 
-/// Whether a name was said, and it is the truth.
+/// Returns whether the verdict is `named` with the true effects.
 #[must_use]
 pub fn right(answer: &Answer, judged: &Judged) -> bool {
     judged.verdict == "named"
@@ -59,35 +59,35 @@ pub fn right(answer: &Answer, judged: &Judged) -> bool {
         && answer.effects.iter().all(|(name, _)| judged.names.contains(name))
 }
 
-/// Whether each of two effects is among those that are said, by name or in a tie.
+/// Returns whether each hidden effect is among the names of a `named` or `tied` verdict.
 fn found_both(answer: &Answer, judged: &Judged) -> bool {
     matches!(judged.verdict.as_str(), "named" | "tied")
         && answer.effects.iter().all(|(name, _)| judged.names.contains(name))
 }
 
-/// Whether something was said with confidence (a name, or a class) and the class is that of the truth.
+/// Returns whether the class of a `named` or `tied` verdict is that of the truth; none where no class is given.
 #[must_use]
 pub fn class_right(answer: &Answer, judged: &Judged) -> Option<bool> {
     let truth = answer.effects.first().and_then(|(name, _)| find(name)).map(|entry| entry.class.words())?;
-    let said = judged.class.as_deref()?;
-    matches!(judged.verdict.as_str(), "named" | "tied").then_some(said == truth)
+    let class = judged.class.as_deref()?;
+    matches!(judged.verdict.as_str(), "named" | "tied").then_some(class == truth)
 }
 
 fn share(hits: usize, of: usize) -> f64 {
     if of == 0 { f64::NAN } else { hits as f64 / of as f64 }
 }
 
-/// A count, not measured where nothing was tried.
+/// Returns a count, not measured where nothing was tried.
 fn count(hits: usize, of: usize) -> f64 {
     if of == 0 { f64::NAN } else { hits as f64 }
 }
 
-/// Median of those of `values` that could be measured.
+/// Returns the median of those of `values` that could be measured.
 fn finite_median(values: Vec<f64>) -> f64 {
     median(values.into_iter().filter(|v| v.is_finite())).unwrap_or(f64::NAN)
 }
 
-/// How well single effects were found in some trials.
+/// Counts of single effects that were found in some trials.
 struct Found {
     trials: usize,
     stated: usize,
@@ -97,7 +97,7 @@ struct Found {
 }
 
 impl Found {
-    fn of<'a>(lines: impl Iterator<Item = &'a Line>) -> Self {
+    fn of<'a>(lines: impl Iterator<Item = &'a JudgedTrial>) -> Self {
         let mut found = Self { trials: 0, stated: 0, class_right: 0, named: 0, right: 0 };
         for (answer, judged) in lines {
             let class = class_right(answer, judged);
@@ -111,9 +111,9 @@ impl Found {
     }
 }
 
-/// Trials with a confident wrong class or name where the truth was not in the library.
-fn wrong_without(study: &Study) -> usize {
-    let wrong = |(answer, judged): &&Line| {
+/// Returns the number of trials with a confident wrong class or name where the truth was not in the library.
+fn wrong_without(study: &StudyTally) -> usize {
+    let wrong = |(answer, judged): &&JudgedTrial| {
         let named = judged.verdict == "named";
         let class = class_right(answer, judged);
         class == Some(false) || (named && class.is_none())
@@ -121,20 +121,20 @@ fn wrong_without(study: &Study) -> usize {
     study.of(Family::Without).filter(wrong).count()
 }
 
-/// Trials that were answered with `unknown` or the class of the truth, which the library lacked.
-fn honest_without(study: &Study) -> usize {
-    let honest = |(a, j): &&Line| j.verdict == "unknown" || class_right(a, j) == Some(true);
+/// Returns the number of trials that were answered with `unknown` or the class of the truth, which the library lacked.
+fn honest_without(study: &StudyTally) -> usize {
+    let honest = |(a, j): &&JudgedTrial| j.verdict == "unknown" || class_right(a, j) == Some(true);
     study.of(Family::Without).filter(honest).count()
 }
 
-/// The checks of the study.
+/// Returns the checks of the study.
 #[must_use]
-pub fn checks(study: &Study) -> Vec<Check> {
+pub fn checks(study: &StudyTally) -> Vec<Check> {
     let all = Found::of(study.reference());
     let fresh = Found::of(study.of(Family::Fresh));
     let looked_at = study.of(Family::Hidden).filter(|(answer, _)| answer.size == 1.0);
     let looked_at = Found::of(looked_at);
-    let asked: Vec<&Line> = study.of(Family::Asked).collect();
+    let asked: Vec<&JudgedTrial> = study.of(Family::Asked).collect();
     let after = looked_at.right + asked.iter().filter(|(a, j)| right(a, j)).count();
     let after = if asked.is_empty() { f64::NAN } else { share(after, looked_at.trials) };
     let names = |family: Family| {
@@ -150,13 +150,13 @@ pub fn checks(study: &Study) -> Vec<Check> {
     let glasses: BTreeSet<&String> = study.of(Family::Clean).map(|(answer, _)| &answer.glass).collect();
     let first = study.of(Family::Clean).take(59).filter(|(_, j)| j.verdict == "named").count();
     let none = study.of(Family::Clean).filter(|(_, j)| j.verdict == "none").count();
-    let pairs: Vec<&Line> = study.of(Family::Pair).collect();
+    let pairs: Vec<&JudgedTrial> = study.of(Family::Pair).collect();
     let honest = pairs.iter().filter(|(a, j)| found_both(a, j) || j.verdict == "unknown").count();
     let withouts = study.of(Family::Without).count();
-    let rights: Vec<&Line> = study.reference().filter(|(a, j)| right(a, j)).collect();
+    let rights: Vec<&JudgedTrial> = study.reference().filter(|(a, j)| right(a, j)).collect();
     let shrink = rights.iter().filter_map(|(_, j)| j.gap_mm).map(|g| 1.0 - g[3] / g[0]).collect();
     let over = rights.iter().filter_map(|(_, j)| Some(j.gap_mm?[3] / j.oracle_mm?)).collect();
-    let inside = |(answer, judged): &&&Line| {
+    let inside = |(answer, judged): &&&JudgedTrial| {
         let (_, _, least, largest) = judged.estimate.as_ref()?;
         Some((*least..=*largest).contains(&answer.effects[0].1))
     };
@@ -205,13 +205,13 @@ pub fn checks(study: &Study) -> Vec<Check> {
     out
 }
 
-/// The checks on measured water.
+/// Returns the checks on measured water.
 fn measured_checks(beside: &Beside) -> Vec<Check> {
     let measured = beside.measured.as_deref().unwrap_or_default();
     let [tilt, vertical, control] = [0, 1, 2].map(|i| measured.get(i));
-    let means = |told: Option<&MeasuredResult>| told.map_or([f64::NAN; 2], MeasuredResult::means_mm);
+    let means = |result: Option<&MeasuredResult>| result.map_or([f64::NAN; 2], MeasuredResult::means_mm);
     let lifted = EffectKind::VerticalAcceleration.name();
-    let free = |told: &MeasuredResult| f64::from(u8::from(!told.names.iter().any(|name| name == lifted)));
+    let free = |result: &MeasuredResult| f64::from(u8::from(!result.names.iter().any(|name| name == lifted)));
     vec![
         Check::informational("antisloshing_tilt_before", means(tilt)[0], "mm"),
         Check::at_most("antisloshing_tilt_after", means(tilt)[1], "mm", 3.5),

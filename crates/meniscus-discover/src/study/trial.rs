@@ -1,10 +1,10 @@
 //! One trial as the workflow gets it: a folder of profiles and motions with a neutral name.
 //!
-//! What the simulator does not carry, the study's hands put in: views act on the profiles, actuation on
-//! the stated motion.
+//! Effects that the simulator does not carry are applied by the study: those of the camera to the profiles, those of the
+//! actuation to the stated motion.
 
 use super::truth::{DENSITY_KG_M3, Truth};
-use crate::study::motion_plans::courses;
+use crate::study::motions::motions;
 use meniscus::reduced::effects::{Effect, Port, Slot, View};
 use meniscus::surface::{SurfaceProfile, profile_abscissa};
 use meniscus::units::FRAME_INTERVAL_S;
@@ -19,7 +19,7 @@ use rayon::prelude::*;
 use std::fmt::Write;
 use std::path::Path;
 
-/// An effect that the study puts into profiles or motion itself.
+/// Effect that the study applies to profiles or motion itself.
 #[derive(Clone, Copy)]
 pub struct Hand {
     /// The effect.
@@ -49,22 +49,22 @@ struct Faults {
     port: Port,
 }
 
-/// What one trial is made of.
+/// Glass, effects and stated liquid of one trial.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Trial {
     /// The glass.
     pub truth: Truth,
-    /// What the hands put in.
+    /// Effects that the study applies itself.
     pub hands: Vec<Hand>,
-    /// Viscosity that the workflow is told, Pa s.
+    /// Viscosity stated to the workflow, Pa s.
     pub stated_viscosity_pa_s: f64,
     /// Seed of the camera's noise.
     pub seed: u64,
 }
 
 impl Trial {
-    /// Writes the folder at `path` with the courses `wanted`, named a, b, c, ... from `first` on; what is
-    /// there already is kept.
+    /// Writes the folder at `path` with the motions `wanted`, named a, b, c, ... from `first` on; files
+    /// that exist are kept.
     ///
     /// # Errors
     /// In words, when the cache lacks a recording or a file cannot be written.
@@ -80,22 +80,22 @@ impl Trial {
                 GLASS.radius_m, GLASS.fill_m, self.stated_viscosity_pa_s
             ),
         )?;
-        wanted.par_iter().enumerate().try_for_each(|(place, course)| {
+        wanted.par_iter().enumerate().try_for_each(|(place, motion)| {
             let name = char::from(first + place as u8);
-            let seen = self.seen(cache, *course)?;
+            let seen = self.profiles(cache, *motion)?;
             file(format!("{name}.profile.csv"), &profiles_to_csv(&viewed(&seen, &faults.view)))?;
-            let samples = courses(self.truth.kind)[*course].samples();
+            let samples = motions(self.truth.kind)[*motion].samples();
             file(format!("{name}.motion.csv"), &stated(&samples, &faults.port))
         })
     }
 
-    /// What the camera saw of a course before any fault; kept beside the glasses, because many trials differ
-    /// only in what the hands put in.
-    fn seen(&self, cache: &Path, course: usize) -> Result<Vec<Option<SurfaceProfile>>, String> {
-        let seed = self.seed.wrapping_mul(1000).wrapping_add(course as u64);
-        let path = cache.join(format!("seen/{}-{course}-{seed}.csv", self.truth.digest()));
+    /// Returns the profiles of a motion before any fault. They lie beside the glasses, because many trials differ only in
+    /// the effects that the study applies itself.
+    fn profiles(&self, cache: &Path, motion: usize) -> Result<Vec<Option<SurfaceProfile>>, String> {
+        let seed = self.seed.wrapping_mul(1000).wrapping_add(motion as u64);
+        let path = cache.join(format!("seen/{}-{motion}-{seed}.csv", self.truth.digest()));
         if !path.exists() {
-            let recording = self.truth.recording(cache, course)?;
+            let recording = self.truth.recording(cache, motion)?;
             let scene = SceneSettings { seed, ..SceneSettings::default() };
             let seen = sightings(&recording, scene).map_err(|error| format!("{error:?}"))?;
             let seen: Vec<SurfaceProfile> = seen.into_iter().flatten().collect();
@@ -103,7 +103,7 @@ impl Trial {
         }
         let wrong = |why: String| format!("{}: {why}; remove it and run again", path.display());
         let text = std::fs::read_to_string(&path).map_err(|error| wrong(format!("{error}")))?;
-        let mut seen = vec![None; courses(self.truth.kind)[course].frames()];
+        let mut seen = vec![None; motions(self.truth.kind)[motion].frames()];
         for profile in profiles_from_csv(&text).map_err(|error| wrong(format!("{error}")))? {
             if let Some(place) = seen.get_mut(frame_of(profile.captured, START)) {
                 *place = Some(profile);
@@ -112,7 +112,7 @@ impl Trial {
         Ok(seen)
     }
 
-    /// The changes that the hands make.
+    /// Returns the changes by the effects that the study applies itself.
     ///
     /// # Errors
     /// In words, for an effect that acts in the liquid or on the glass, which only the simulator carries.
@@ -141,7 +141,7 @@ impl Trial {
     }
 }
 
-/// The profiles as a camera with the faults `view` gives them.
+/// Returns the profiles of a camera with the faults `view`.
 fn viewed(seen: &[Option<SurfaceProfile>], view: &View) -> Vec<SurfaceProfile> {
     let View { latency_s, scale, pitch_rad: pitch, slope_rad: slope } = *view;
     let late = (latency_s / FRAME_INTERVAL_S).round() as usize;
@@ -161,7 +161,7 @@ fn viewed(seen: &[Option<SurfaceProfile>], view: &View) -> Vec<SurfaceProfile> {
     out
 }
 
-/// The motion file that the workflow is given for a glass that went through `samples`.
+/// Returns the motion file for the workflow of a glass on the path `samples`.
 fn stated(samples: &[(f64, f64)], port: &Port) -> String {
     let (gain, delay) = (port.gain, port.delay_s);
     let mut text = String::from("t,x_m\n");
@@ -178,13 +178,13 @@ fn stated(samples: &[(f64, f64)], port: &Port) -> String {
 mod tests {
     use super::*;
     use crate::study::cases::hidden;
-    use crate::study::motion_plans::Kind;
+    use crate::study::motions::MotionKind;
     use meniscus::reduced::effects::EffectKind;
 
     #[test]
     fn every_hidden_effect_that_the_simulator_lacks_is_put_in_by_hand() {
         let trial = |hands: Vec<Hand>| {
-            let truth = hidden().next().expect("one is hidden").truth(1.0, 7, Kind::Single);
+            let truth = hidden().next().expect("one is hidden").truth(1.0, 7, MotionKind::Single);
             Trial { truth, hands, stated_viscosity_pa_s: 0.2, seed: 1 }
         };
         for hidden in hidden().filter(|hidden| !hidden.is_simulated()) {

@@ -3,7 +3,7 @@
 //! A file of the cache is named after a digest of what made it, so that nothing about the effect can be
 //! read from it, and a study that is run again simulates only what is missing.
 
-use crate::study::motion_plans::{Kind, courses};
+use crate::study::motions::{MotionKind, motions};
 use crc::{CRC_64_ECMA_182, Crc};
 use meniscus::blob::{FieldGroup, KnownGroups};
 use meniscus::reduced::effects::{EffectKind, Slot};
@@ -33,30 +33,30 @@ pub struct Truth {
     pub packing: u64,
     /// Effects that the simulator has switched on.
     pub effects: Effects,
-    /// What it is taken through.
-    pub kind: Kind,
+    /// Motions that it makes.
+    pub kind: MotionKind,
 }
 
 impl Truth {
-    /// The digest that names the files of this glass.
+    /// Returns the digest that names the files of this glass.
     #[must_use]
     pub fn digest(&self) -> String {
-        // Raised where the simulator makes another recording of the same truth: 2, how its wall knows the surface.
+        // Raised where the simulator makes another recording of the same truth: 2, the contact of its wall with the surface.
         let mut on = EffectKind::ALL.into_iter().filter(|kind| self.effects.value(*kind).is_some());
         let edge = on.any(|kind| matches!(kind.effect().slot, Slot::Catch(_) | Slot::Line(_)));
         let made = if edge { 2 } else { 1 };
-        let text = format!("{made} {SPACING_M} {GLASS:?} {self:?} {:?}", courses(self.kind));
+        let text = format!("{made} {SPACING_M} {GLASS:?} {self:?} {:?}", motions(self.kind));
         format!("{:016x}", Crc::<u64>::new(&CRC_64_ECMA_182).checksum(text.as_bytes()))
     }
 
-    fn path(&self, cache: &Path, course: usize) -> PathBuf {
-        cache.join(format!("{}-{course}.safetensors", self.digest()))
+    fn path(&self, cache: &Path, motion: usize) -> PathBuf {
+        cache.join(format!("{}-{motion}.safetensors", self.digest()))
     }
 
-    /// Whether every course of it is in the cache.
+    /// Returns whether every motion of it is in the cache.
     #[must_use]
     pub fn is_there(&self, cache: &Path) -> bool {
-        (0..courses(self.kind).len()).all(|course| self.path(cache, course).exists())
+        (0..motions(self.kind).len()).all(|motion| self.path(cache, motion).exists())
     }
 
     /// Simulates what is not in the cache.
@@ -83,15 +83,15 @@ impl Truth {
             step_s: None,
         };
         let mut wanted = Vec::new();
-        for (number, course) in courses(self.kind).iter().enumerate() {
+        for (number, plan) in motions(self.kind).iter().enumerate() {
             let path = cache.join(format!("motion-{:?}-{number}.csv", self.kind).to_lowercase());
             // Several glasses are taken through the same motion at once.
             let mine = path.with_extension(format!("{}.csv", self.digest()));
-            write_whole(&mine, course.csv().as_bytes()).map_err(|error| format!("{error}"))?;
+            write_whole(&mine, plan.csv().as_bytes()).map_err(|error| format!("{error}"))?;
             let motion =
-                Motion::parse(&mine.to_string_lossy(), course.seconds).map_err(|error| format!("{error}"))?;
+                Motion::parse(&mine.to_string_lossy(), plan.seconds).map_err(|error| format!("{error}"))?;
             std::fs::rename(&mine, &path).map_err(|error| format!("{}: {error}", path.display()))?;
-            wanted.push((motion, course.frames(), String::from("meniscus discover study")));
+            wanted.push((motion, plan.frames(), String::from("meniscus discover study")));
         }
         let recordings = record_surfaces(&setup, &wanted)
             .map_err(|error| format!("{:?} could not be simulated: {error}", self.effects))?;
@@ -101,12 +101,12 @@ impl Truth {
         Ok(())
     }
 
-    /// The recording of a course, surface only, from the cache.
+    /// Returns the recording of a motion, surface only, from the cache.
     ///
     /// # Errors
     /// In words, when the file is not there or not whole.
-    pub fn recording(&self, cache: &Path, course: usize) -> Result<Recording, String> {
-        let path = self.path(cache, course);
+    pub fn recording(&self, cache: &Path, motion: usize) -> Result<Recording, String> {
+        let path = self.path(cache, motion);
         let bytes = std::fs::read(&path).map_err(|error| format!("{}: {error}", path.display()))?;
         read(&bytes).map_err(|why| format!("{}: {why}; remove it and run again", path.display()))
     }

@@ -1,0 +1,11 @@
+//! Baseline of a discovery: the reduced model without an effect, calibrated by references.
+//!
+//! Measured values less the baseline's prediction are the residuals in which an effect is sought. What references leave
+//! of them belongs to the baseline itself.
+
+pub mod calibrate;
+pub mod group;
+pub mod noise;
+pub mod offsets;
+pub mod predict;
+pub mod reference_residual;

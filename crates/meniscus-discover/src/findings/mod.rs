@@ -1,0 +1,92 @@
+//! Findings of a discovery: verdict, evidence, parameters, gap and suggested recording.
+
+pub mod gap;
+pub mod isolability;
+pub mod localise;
+pub mod suggest;
+
+use self::gap::MeasuredGap;
+use self::isolability::Isolability;
+use self::localise::Cell;
+use self::suggest::Suggestion;
+use crate::baseline::calibrate::Calibration;
+use crate::decision::assessment::Assessment;
+use crate::decision::rules::DecisionRules;
+use crate::decision::thresholds::Thresholds;
+use crate::recordings::known::Known;
+use crate::recordings::split::Split;
+use meniscus::reduced::effects::Stated;
+
+/// Parameter of an effect with its interval.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Estimate {
+    /// Effect.
+    pub effect: &'static str,
+    /// Parameter.
+    pub parameter: &'static str,
+    /// Unit of the SI value.
+    pub unit: &'static str,
+    /// SI value, as `--effect` takes it.
+    pub value: f64,
+    /// Interval that should hold the true value in 90 % of cases, SI.
+    pub interval: (f64, f64),
+    /// Coordinate in the reduced model, and its interval.
+    pub coordinate: (f64, (f64, f64)),
+}
+
+/// Everything that the recordings of one glass show.
+#[derive(Clone, Debug)]
+pub struct Findings {
+    /// Glass and liquid as stated.
+    pub known: Known,
+    /// Recordings that were fitted, and the one that was held out.
+    pub split: Split,
+    /// Calibration by the references.
+    pub calibration: Calibration,
+    /// Thresholds that were used.
+    pub limits: Thresholds,
+    /// Constants of the decision that were used.
+    pub rules: DecisionRules,
+    /// Verdict with the fits that led to it.
+    pub assessment: Assessment,
+    /// Discrepancy of the model without an effect.
+    pub map: Vec<Cell>,
+    /// Signatures of the effects on these recordings.
+    pub isolability: Isolability,
+    /// Parameters of the chosen fit.
+    pub estimates: Vec<Estimate>,
+    /// Errors on the held-out recording, where there is one.
+    pub gap: Option<MeasuredGap>,
+    /// Recording that would distinguish the leading candidates of an ambiguous verdict.
+    pub suggestion: Option<Suggestion>,
+}
+
+/// Returns the parameters of the chosen effects with their intervals; coordinates are counted from `stated`.
+///
+/// The half-width comes from the curvature of the posterior, widened by the square root of the misfit.
+#[must_use]
+pub fn estimates(assessment: &Assessment, rules: &DecisionRules, stated: &Stated) -> Vec<Estimate> {
+    let fitted = assessment.chosen();
+    let covariance = fitted.covariance();
+    let widen = assessment.verdict.misfit().max(1.0).sqrt();
+    let one = |(i, (effect, which)): (usize, &(usize, usize))| {
+        let active = &fitted.active[*effect];
+        let parameter = &active.entry.parameters[*which];
+        let value = active.values[*which];
+        let place = fitted.theta.len() + i;
+        let deviation = covariance.as_ref().map_or(f64::INFINITY, |c| c[(place, place)].max(0.0).sqrt());
+        let half = rules.interval_deviations * widen * deviation;
+        let (least, largest) = parameter.range;
+        let interval = ((value - half).max(least), (value + half).min(largest));
+        let si = |coordinate: f64| parameter.to_value(coordinate, stated);
+        Estimate {
+            effect: active.entry.name,
+            parameter: parameter.name,
+            unit: parameter.unit,
+            value: si(value),
+            interval: (si(interval.0), si(interval.1)),
+            coordinate: (value, interval),
+        }
+    };
+    fitted.free.iter().enumerate().map(one).collect()
+}

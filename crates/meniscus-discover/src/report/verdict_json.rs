@@ -1,0 +1,59 @@
+//! JSON of a discovery (`verdict.json`).
+
+use crate::decision::rank::Candidate;
+use crate::workflow::Report;
+use meniscus::reduced::effects::Class;
+use serde_json::{Value, json};
+
+/// Returns the report as one JSON object. Its keys and words are a file format and stay as they are.
+#[must_use]
+pub fn verdict_json(report: &Report) -> Value {
+    let Report { findings, insertion, fits } = report;
+    let (verdict, search) = (&findings.assessment.verdict, &findings.assessment.search);
+    let claim = verdict.claim();
+    let held_out = claim.map(|claim| claim.held_out);
+    let line = |c: &Candidate| {
+        let values: Vec<Value> = c.fitted.iter().flat_map(|f| &f.active).map(|a| json!(a.values)).collect();
+        json!({ "effects": c.names, "gain": c.gain, "fall": c.fall, "fitted_in_full": c.fitted.is_some(), "values": values })
+    };
+    json!({
+        "verdict": verdict.word(),
+        "sentence": verdict.sentence(),
+        "names": verdict.names(),
+        "class": verdict.class().map(Class::words),
+        "misfit_without": search.plain.chi2(search.count),
+        "misfit_with": verdict.misfit(),
+        "inclusion": claim.map_or(0.0, |claim| claim.inclusion),
+        "stands_off": verdict.rest_offset().map(|offset| json!({ "channel": offset.quantity.words(), "mm": 1e3 * offset.m })),
+        "out_of_range": claim.map_or(&[][..], |claim| &claim.range_ends),
+        "held_out_better": held_out.map_or([0, 0], |score| [score.better, score.recordings]),
+        "thresholds": {
+            "gain": findings.limits.gain, "misfit": findings.limits.chi2,
+            "misfit_of_none": findings.limits.clean_chi2, "fall": findings.limits.bound,
+        },
+        "references": findings.calibration.groups,
+        "recordings": findings.split.fitted.iter().map(|r| &r.name).collect::<Vec<_>>(),
+        "sealed": findings.split.held_out.as_ref().map(|r| &r.name),
+        "parameters": findings.estimates.iter().map(|e| json!({
+            "effect": e.effect, "parameter": e.parameter, "unit": e.unit, "value": e.value,
+            "interval_90": [e.interval.0, e.interval.1],
+        })).collect::<Vec<_>>(),
+        "gap_mm": findings.gap.as_ref().map(|g| g.gap).map(|g| json!({
+            "untouched": 1e3 * g.untouched, "refitted": 1e3 * g.refitted, "black_box": 1e3 * g.black_box,
+            "effect": 1e3 * g.effect, "noise_subtracted": 1e3 * g.noise,
+        })),
+        "other_models": insertion.closed.iter().map(|c| json!({
+            "model": c.model, "untouched_mm": 1e3 * c.untouched_m, "effect_mm": 1e3 * c.effect_m,
+        })).collect::<Vec<_>>(),
+        "ask": findings.suggestion.as_ref().map(|q| json!({
+            "record": q.motion, "between": q.between, "separation": q.separation, "seconds": q.seconds,
+        })),
+        "fits": { "taken": fits.reused, "made": fits.computed },
+        "ranking": search.ranking.iter().map(line).collect::<Vec<_>>(),
+        "pairs": search.pairs.iter().take(6).map(line).collect::<Vec<_>>(),
+        "map": findings.map.iter().map(|c| json!({
+            "channel": c.channel, "window": c.window, "misfit": c.chi2, "p": c.p, "rms_mm": 1e3 * c.rms_m,
+            "in_phase": c.phase[0], "in_quadrature": c.phase[1],
+        })).collect::<Vec<_>>(),
+    })
+}

@@ -1,0 +1,140 @@
+//! Workflow of a discovery: calibrate, decide, localise, suggest, measure the gap, insert.
+//!
+//! [`Discovery::run`] is the whole of it. [`discover`] judges recordings against references that are fitted already,
+//! which the study needs for many trials with the same references.
+
+pub mod error;
+pub mod inputs;
+pub mod insertion;
+pub mod progress;
+
+use self::error::DiscoverError;
+use self::inputs::Inputs;
+use self::insertion::{Insertion, insert};
+use self::progress::{Progress, Stage};
+use crate::baseline::calibrate::Calibration;
+use crate::baseline::group::Group;
+use crate::decision::decide::decide;
+use crate::decision::settings::Settings;
+use crate::decision::thresholds::{Thresholds, thresholds};
+use crate::decision::verdict::Verdict;
+use crate::findings::gap::gap;
+use crate::findings::isolability::isolability;
+use crate::findings::localise::localise;
+use crate::findings::suggest::suggest;
+use crate::findings::{Findings, estimates};
+use crate::fitting::error::ProblemError;
+use crate::fitting::fit_cache::FitCounts;
+use crate::fitting::problem::Problem;
+use crate::recordings::known::Known;
+use crate::recordings::record::Record;
+use crate::recordings::split::Split;
+
+/// Standard deviation of a recording's own clock where the setup says that it has one, s.
+const OWN_CLOCK_S: f64 = 0.02;
+
+/// Report of a discovery.
+#[derive(Clone, Debug)]
+pub struct Report {
+    /// Findings on the recordings.
+    pub findings: Findings,
+    /// The effects in other models.
+    pub insertion: Insertion,
+    /// Use of the cache of fits; zeros without a cache.
+    pub fits: FitCounts,
+}
+
+/// Search for the effect that is missing between simulation and measurement.
+#[derive(Clone, Copy, Debug)]
+pub struct Discovery;
+
+impl Discovery {
+    /// Runs all stages on `inputs` and returns the report.
+    ///
+    /// # Errors
+    /// [`DiscoverError`], when recordings are too few or cannot be fitted, or a model is refused.
+    ///
+    /// # Example
+    /// ```no_run
+    /// use meniscus_discover::workflow::inputs::Inputs;
+    /// use meniscus_discover::recordings::load::{load, load_references};
+    /// use meniscus_discover::workflow::progress::Silent;
+    /// use meniscus_discover::workflow::Discovery;
+    /// use std::path::Path;
+    ///
+    /// # fn main() -> Result<(), meniscus_discover::workflow::error::DiscoverError> {
+    /// let mut inputs = Inputs::new(load(Path::new("mine"))?);
+    /// inputs.references = load_references(Path::new("known"))?;
+    /// let report = Discovery::run(&inputs, &Silent)?;
+    /// println!("{}", report.findings.assessment.verdict.sentence());
+    /// # Ok(())
+    /// # }
+    /// ```
+    pub fn run(inputs: &Inputs, progress: &dyn Progress) -> Result<Report, DiscoverError> {
+        inputs.check()?;
+        let mut settings = inputs.settings.clone();
+        if inputs.recordings.own_clocks {
+            settings.own_clocks_s = settings.own_clocks_s.or(Some(OWN_CLOCK_S));
+        }
+        progress.begins(Stage::FitReferences);
+        let groups = inputs
+            .references
+            .iter()
+            .map(|set| Group::cached(set.known, set.records.clone(), settings.own_clocks_s, &settings.cache));
+        let groups = groups.collect::<Result<Vec<Group>, ProblemError>>()?;
+        let references: Vec<&Group> = groups.iter().collect();
+        progress.begins(Stage::SetThresholds);
+        let limits = thresholds(&references, &settings)?;
+        progress.begins(Stage::Decide);
+        let recordings = &inputs.recordings;
+        let findings = discover(&recordings.records, recordings.known, &references, &limits, &settings)?;
+        let fits = settings.cache.as_ref().map_or(FitCounts::default(), |cache| cache.counts());
+        let insertion = insert(inputs, &findings, progress)?;
+        Ok(Report { findings, insertion, fits })
+    }
+}
+
+/// Judges `records` of a liquid with the stated properties `known` against `groups` of references and their `limits`.
+///
+/// # Errors
+/// [`DiscoverError`], when recordings are too few or cannot be fitted.
+pub fn discover(
+    records: &[Record],
+    known: Known,
+    groups: &[&Group],
+    limits: &Thresholds,
+    settings: &Settings,
+) -> Result<Findings, DiscoverError> {
+    if records.len() < 2 {
+        return Err(DiscoverError::TooFewRecordings { count: records.len() });
+    }
+    let split = Split::of(records);
+    let calibration = Calibration::from(groups, &split.fitted, settings.own_clocks_s);
+    let problem =
+        Problem::new(&split.fitted, known, &calibration, settings.noise)?.with_cache(&settings.cache);
+    let assessment = decide(&problem, limits, settings);
+    // Both need the fit made before the model error of a formula was added.
+    let map = localise(&problem, &assessment.search.first);
+    let isolability = isolability(&problem, &assessment.search.first, &settings.library);
+    let suggestion = match assessment.verdict {
+        Verdict::Ambiguous(_) => suggest(&problem, &calibration, &assessment),
+        _ => None,
+    };
+    let gap = match &split.held_out {
+        Some(held_out) => Some(gap(held_out, &calibration, &problem, &assessment, settings.noise)?),
+        None => None,
+    };
+    Ok(Findings {
+        known,
+        estimates: estimates(&assessment, &settings.rules, &known.stated()),
+        split,
+        calibration,
+        limits: limits.clone(),
+        rules: settings.rules,
+        assessment,
+        map,
+        isolability,
+        gap,
+        suggestion,
+    })
+}
