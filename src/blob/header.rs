@@ -33,7 +33,7 @@ pub struct Header {
     pub validation_slosh_rel: f32,
     /// The tensors, in blob order.
     pub sections: Vec<Section, MAX_SECTIONS>,
-    /// EmbeddedEffects effects. Not part of the header itself: they stand behind the list of elements, which has to be there
+    /// Embedded effects. Not part of the header itself: they stand behind the list of elements, which has to be there
     /// with them.
     #[serde(skip)]
     pub embedded: Option<EmbeddedEffects>,
