@@ -52,35 +52,19 @@
 //!
 //! [`viscous_mode`]: crate::validate::viscous_mode
 
-mod blocks;
-mod continuity;
-mod corrected;
+mod corrections;
 pub(crate) mod effects;
-mod energy;
 mod forces;
 mod frame;
-mod kernel;
-mod moments;
-mod momentum;
-mod neighbours;
-mod packing;
+mod integration;
+mod output;
 mod particles;
-mod positions;
-mod record;
-mod settle;
 mod setup;
-mod smooth;
-mod state;
-mod step;
-mod surface;
-mod tensor;
-mod tracers;
 pub mod validate;
 mod walls;
 
-pub use energy::{closure, relative_closure};
-pub use particles::Particles;
-pub use record::{record, record_particles, record_surfaces};
+pub use integration::{closure, relative_closure};
+pub use output::{Particles, record, record_particles, record_surfaces};
 pub use setup::{Error, Setup};
 
 use effects::{Acting, Laws, motion_with};
@@ -90,10 +74,8 @@ use meniscus::units::GRAVITY_M_S2;
 use meniscus_data::liquids::Liquid;
 use meniscus_data::motion::Kinematics;
 use meniscus_data::recording::Glass;
-use neighbours::{Box3, Neighbours};
-use packing::{Packing, fitting_spacing};
-use setup::{SOUND_M_S, check, kernel, longest_step};
-use state::{Fluid, Particle};
+use particles::{Box3, Fluid, Neighbours, Particle};
+use setup::{Packing, SOUND_M_S, check, fitting_spacing, kernel, longest_step};
 use walls::Walls;
 
 /// Skin of the neighbour lists in units of the spacing.

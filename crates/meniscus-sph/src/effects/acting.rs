@@ -1,14 +1,12 @@
 //! The effects that act by forces of their own, with what they remember.
 
-use super::super::kernel::Kernel;
-use super::super::neighbours::Neighbours;
-use super::super::state::{Fluid, Particle};
 use super::columns::{Coefficients, Columns, DEGREE};
 use super::contact_line::{ContactLine, EDGE, SECTORS, Wall};
 use super::foam::Foam;
 use super::laws::Laws;
 use super::surface_tension::Tension;
 use super::viscoelastic::Maxwell;
+use crate::particles::{Fluid, Kernel, Neighbours, Particle};
 use meniscus_data::recording::Glass;
 
 /// Highest wave number that the polynomials of the surface resolve, times the radius.

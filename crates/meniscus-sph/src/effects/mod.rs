@@ -26,10 +26,8 @@ mod laws;
 mod rheology;
 mod surface_tension;
 mod viscoelastic;
-pub(crate) mod wall_slip;
 
 pub(crate) use acting::{Acting, Surroundings, longest_step};
 pub(crate) use glass::{glass_with, motion_with, rise_m};
 pub(crate) use laws::Laws;
 pub(crate) use rheology::liquid_with;
-pub(crate) use wall_slip::stick;

@@ -21,12 +21,11 @@
 //! ```
 //! and what the implicit step loses, `|dS|^2/(4 G)`, is booked as heat.
 
-use super::super::forces::completion;
-use super::super::neighbours::{CHUNKS, distance2};
-use super::super::state::Fluid;
 use super::laws::Relaxation;
-use super::wall_slip::stick;
 use crate::effects::Surroundings;
+use crate::forces::completion;
+use crate::particles::{CHUNKS, Fluid, distance2};
+use crate::walls::stick;
 use nalgebra::Matrix3;
 use rayon::prelude::*;
 

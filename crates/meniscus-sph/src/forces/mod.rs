@@ -1,20 +1,18 @@
-//! Rates of change of density and velocity, from the sums over pairs of [`super::continuity`] and [`super::momentum`].
+//! Rates of change of density and velocity, from the sums over pairs of [`continuity`] and [`momentum`].
 //!
 //! Pressure and continuity are conjugate, so the pairs exchange kinetic and compressive energy exactly. Walls are images
-//! ([`super::walls`]).
+//! ([`crate::walls`]).
 
-use super::continuity::{Continuity, DELTA};
-use super::corrected::Corrected;
-use super::frame::Body;
-use super::kernel::Kernel;
-use super::moments::Moments;
-use super::momentum::Momentum;
-use super::neighbours::{CHUNKS, Neighbours};
-use super::smooth::{Gradients, NOISE};
-use super::state::Fluid;
-use super::walls::Walls;
-use crate::positions::PositionDensity;
+mod continuity;
+mod momentum;
+
+use crate::corrections::{Corrected, Gradients, Moments, NOISE, PositionDensity};
+use crate::frame::Body;
+use crate::particles::{CHUNKS, Fluid, Kernel, Neighbours};
+use crate::walls::Walls;
+use continuity::{Continuity, DELTA};
 use meniscus_data::recording::Glass;
+use momentum::Momentum;
 
 /// The largest `c_i`: a lone drop has hardly a neighbour.
 const LARGEST_C: f64 = 3.0;

@@ -28,10 +28,10 @@
 //! glycerine has -5.4 %, with `-2 v` +3.9 %, and 1 mPa s, by the formula, an eighth of its friction. What flows steadily for longer
 //! than a slosh rubs too much.
 
-use super::frame::Body;
-use super::state::{Fluid, Particle};
-use super::tensor::{Symmetric, mirrored};
-use crate::effects::stick;
+use super::slip::stick;
+use crate::frame::Body;
+use crate::particles::tensor::{Symmetric, mirrored};
+use crate::particles::{Fluid, Particle};
 use meniscus::reduced::{Cylinder, Mode, Wave};
 use meniscus::units::GRAVITY_M_S2;
 use meniscus_data::recording::Glass;
@@ -83,7 +83,7 @@ impl Walls {
     }
 
     /// Makes the images of the present state under the body force `body` and what presses on the
-    /// surface (see [`super::forces::Forces::pressed`]).
+    /// surface (see [`Forces::pressed`](crate::forces::Forces::pressed)).
     pub(crate) fn reflect(&mut self, glass: &Glass, liquid: &Fluid, body: &Body, pressed: &[[f64; 3]]) {
         let images = self.image.par_iter_mut().zip(&self.origin).with_min_len(256);
         images.for_each(|(image, origin)| {
