@@ -6,16 +6,13 @@
 mod continuity;
 mod momentum;
 
-use crate::corrections::{Corrected, Gradients, Moments, NOISE, PositionDensity};
+use crate::corrections::{Corrected, Gradients, Moments, NOISE, PositionDensity, completion};
 use crate::frame::Body;
 use crate::particles::{CHUNKS, Fluid, Kernel, Neighbours};
 use crate::walls::Walls;
 use continuity::{Continuity, DELTA};
 use meniscus_data::recording::Glass;
 use momentum::Momentum;
-
-/// The largest `c_i`: a lone drop has hardly a neighbour.
-const LARGEST_C: f64 = 3.0;
 
 /// Constants and scratch memory of the sums.
 #[derive(Clone, Debug)]
@@ -42,11 +39,6 @@ pub(crate) struct Forces {
     pub(crate) rate: Vec<[f64; 3]>,
     /// Force N (3), dissipated power W, squared shear rate 1/s2.
     pub(crate) force: Vec<[f64; 5]>,
-}
-
-/// `c_i` from `-sum_j V_j F r^2`.
-pub(crate) fn completion(seen: f64) -> f64 {
-    (3.0 / seen).clamp(0.0, LARGEST_C)
 }
 
 impl Forces {
