@@ -5,7 +5,10 @@
 mod baselines;
 
 use baselines::{Linear, relative_error};
-use generic_systems::{Dataset, Kinds, Options, Outcome, Published, Schedule, checks, train};
+use generic_systems::{
+    Dataset, Kinds, Networks, Options, Outcome, ProgressBars, Published, ReversibleOperator, Schedule,
+    checks, train,
+};
 use nalgebra::DVector;
 use npyz::WriterBuilder;
 use npyz::npz::NpzWriter;
@@ -130,9 +133,9 @@ fn a_swing_with_friction_is_learnt() {
         seed: 1,
         schedule: Schedule { steps: 20, rollouts: 4, soft: [300, 10], seeds: 1 },
         kinds: Kinds::default(),
-        loose: false,
-        soft: true,
-        quiet: true,
+        reversible: ReversibleOperator::FromFile,
+        networks: Networks::ExactAndSoft,
+        progress: ProgressBars::Hidden,
         checkpoints: None,
     };
     let names = ["q", "p", "heat"].map(String::from).to_vec();

@@ -181,7 +181,7 @@ fn bad_folders_are_refused_with_what_is_wrong_and_the_rest_is_kept() {
     std::fs::write(scratch.path("a.motion.csv"), rows(1.7e9)).expect("written");
     refusal("it starts at 1700000000.00 s, after the end of the recording");
     std::fs::write(scratch.path("a.motion.csv"), rows(0.5)).expect("written");
-    refusal("a: the glass is seen to move 0.50 s earlier than its motion says");
+    refusal("a: the camera shows the glass move 0.50 s earlier than its motion file");
     let still: String = (0..600).map(|n| format!("{},0.0\n", 0.004 * f64::from(n))).collect();
     std::fs::write(scratch.path("a.motion.csv"), still).expect("written");
     refusal("a: the glass never moves");

@@ -11,52 +11,23 @@
 //! variables is seen as it is. What varies between trajectories but not along them stays a plain variable that nothing
 //! moves.
 
-use super::dataset::{Dataset, Frame};
+use super::dataset::Dataset;
+use super::frame::Frame;
+use super::kinds::Kinds;
 use meniscus_optim::weights::Matrix;
 use nalgebra::{DMatrix, DVector};
 
 /// e: lengths below its root, in the spread of the points, are seen as that.
 const LEAST: f64 = 1e-7;
 
-/// Kinds of the variables of a state; numbers count from zero. All empty: plain variables, of unknown entropy.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Kinds {
-    /// Coordinates of every point.
-    pub points: Vec<Vec<usize>>,
-    /// Its momentum, in the same order.
-    pub momenta: Vec<Vec<usize>>,
-    /// Variables whose sum is the entropy of the whole.
-    pub entropies: Vec<usize>,
-}
-
-impl Kinds {
-    /// Returns the fault of the kinds for states of `n` variables, if there is one.
-    #[must_use]
-    pub fn fault(&self, n: usize) -> Option<String> {
-        let all: Vec<usize> =
-            (self.points.iter().chain(&self.momenta).flatten().chain(&self.entropies)).copied().collect();
-        if let Some(k) = all.iter().find(|&&k| k >= n) {
-            return Some(format!("variable {} of {n}", k + 1));
-        }
-        if let Some(at) = (0..all.len()).find(|&i| all[..i].contains(&all[i])) {
-            return Some(format!("variable {} has two kinds", all[at] + 1));
-        }
-        let width = self.points.first().map_or(0, Vec::len);
-        if self.points.iter().any(|q| q.len() != width) {
-            return Some("points of different dimensions".into());
-        }
-        let same = |p: &Vec<Vec<usize>>| p.len() == self.points.len() && p.iter().all(|p| p.len() == width);
-        (!self.momenta.is_empty() && !same(&self.momenta))
-            .then(|| "every point needs its momentum, of as many coordinates".into())
-    }
-
-    /// Returns the conflict of the kinds with the L of `data`, if there is one: reversible motion makes no entropy.
-    #[must_use]
-    pub fn clash(&self, data: &Dataset) -> Option<String> {
-        let c = DVector::from_fn(data.variables(), |i, _| f64::from(u8::from(self.entropies.contains(&i))));
-        let moved = data.skew.as_ref().map_or(0.0, |l| (l * c).amax());
-        (moved > 1e-9).then(|| format!("array 'L' moves the sum of the entropies, by {moved}"))
-    }
+/// Source of the reversible operator L where the file has one; without one in the file it is learnt.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum ReversibleOperator {
+    /// The file's L as it is.
+    #[default]
+    FromFile,
+    /// A learnt part added to the file's L.
+    Learnt,
 }
 
 /// The known part.
@@ -84,8 +55,8 @@ pub(super) struct Form {
 }
 
 impl Form {
-    /// `loose`: L is learnt even where the file says one.
-    pub(super) fn new(data: &Dataset, frame: &Frame, kinds: &Kinds, loose: bool) -> Self {
+    /// Form of the system that `data` is from.
+    pub(super) fn new(data: &Dataset, frame: &Frame, kinds: &Kinds, reversible: ReversibleOperator) -> Self {
         let n = data.variables();
         let scaled = |m: &DMatrix<f64>| {
             DMatrix::from_fn(n, n, |i, j| data.dt_s * m[(i, j)] / (frame.scale[i] * frame.scale[j]))
@@ -94,7 +65,7 @@ impl Form {
         let rubs =
             |i: &usize| frame.moving[*i] && data.friction.as_ref().is_none_or(|m| m.row(*i).amax() > 0.0);
         let turns = |i: usize| frame.moving[i] && !kinds.entropies.contains(&i);
-        let learns = loose || data.skew.is_none();
+        let learns = reversible == ReversibleOperator::Learnt || data.skew.is_none();
         let pairs = (0..n).flat_map(|i| (0..i).map(move |j| (i, j)));
         let (count, mut rows) = (kinds.points.len(), Vec::new());
         for i in 0..count {

@@ -1,8 +1,9 @@
 //! Roll-outs of every net from the first state of each trajectory that judges, and what they do to the laws.
 
-use super::dataset::{Dataset, Frame};
+use super::dataset::Dataset;
 use super::exact::Exact;
-use super::form::Kinds;
+use super::frame::Frame;
+use super::kinds::Kinds;
 use super::published::Published;
 use super::soft::Soft;
 use burn::tensor::{Device, Tensor};

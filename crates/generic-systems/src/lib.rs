@@ -8,11 +8,14 @@
 //! There is no camera, no port and no latent: the network sees the state itself. [`train`] is the entry point. It compares
 //! the two forms of GENERIC on data sets that others have published.
 
+mod archive;
 mod dataset;
 mod energy;
 mod exact;
 mod form;
+mod frame;
 mod judge;
+mod kinds;
 mod learn;
 mod operators;
 mod published;
@@ -20,16 +23,18 @@ mod report;
 mod soft;
 mod squares;
 
-pub use dataset::{Dataset, DatasetError};
-pub use form::Kinds;
+pub use archive::DatasetError;
+pub use dataset::Dataset;
+pub use form::ReversibleOperator;
 pub use judge::Figures;
+pub use kinds::Kinds;
 pub use learn::Schedule;
 pub use published::{Published, Said};
 pub use report::{checks, markdown, rollouts_png};
 
-use dataset::Frame;
 use exact::Exact;
 use form::Form;
+use frame::Frame;
 use judge::Judged;
 use learn::{Lessons, SoftDescent};
 use meniscus_optim::progress::{Checkpoints, Curve, Session};
@@ -42,6 +47,26 @@ use std::sync::atomic::AtomicBool;
 /// Of the trajectories that are learnt from, every so manieth is held back to choose by.
 const CHOOSING: usize = 8;
 
+/// Networks that a training makes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Networks {
+    /// The exact net.
+    #[default]
+    Exact,
+    /// The exact net and, for comparison, the soft one.
+    ExactAndSoft,
+}
+
+/// Progress bars of a training on the terminal.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum ProgressBars {
+    /// One bar a stage.
+    #[default]
+    Shown,
+    /// No bars.
+    Hidden,
+}
+
 /// Inputs of a training beside its data.
 #[derive(Clone, Debug)]
 pub struct Options {
@@ -51,12 +76,12 @@ pub struct Options {
     pub schedule: Schedule,
     /// Kinds of the variables.
     pub kinds: Kinds,
-    /// Whether L is learnt although the file says one.
-    pub loose: bool,
-    /// Whether the soft net is trained too.
-    pub soft: bool,
-    /// No bars.
-    pub quiet: bool,
+    /// Source of L.
+    pub reversible: ReversibleOperator,
+    /// Networks to train.
+    pub networks: Networks,
+    /// Bars on the terminal.
+    pub progress: ProgressBars,
     /// Where checkpoints are kept; nowhere if `None`.
     pub checkpoints: Option<Checkpoints>,
 }
@@ -117,10 +142,10 @@ pub fn train(
     stop: &AtomicBool,
 ) -> Outcome {
     let frame = Frame::of(&data, &options.kinds);
-    let form = Form::new(&data, &frame, &options.kinds, options.loose);
+    let form = Form::new(&data, &frame, &options.kinds, options.reversible);
     let lessons = lessons(&data, &frame);
-    let session =
-        Session::new(options.quiet, stop).kept(options.checkpoints.clone(), fingerprint(&data, options));
+    let quiet = options.progress == ProgressBars::Hidden;
+    let session = Session::new(quiet, stop).kept(options.checkpoints.clone(), fingerprint(&data, options));
     let soft = Soft::new(&form);
     let soft_error = |w: &[Matrix]| lessons.validate(|x, count| soft.roll_out(w, x, count));
     let best = |train: &dyn Fn(u64) -> (Vec<Matrix>, f64)| {
@@ -137,7 +162,8 @@ pub fn train(
         check: &soft_error,
         session: &session,
     };
-    let soft_weights = options.soft.then(|| best(&|seed| soft_descent(seed).learn()));
+    let soft_weights =
+        (options.networks == Networks::ExactAndSoft).then(|| best(&|seed| soft_descent(seed).learn()));
     let row: Vec<f64> = weights.iter().flat_map(|m| &m.values).map(|&v| f64::from(v)).collect();
 
     let mut judged: Vec<Judged<'_>> = published.map(Judged::Published).into_iter().collect();
@@ -212,7 +238,7 @@ fn fingerprint(data: &Dataset, options: &Options) -> u32 {
             options.seed,
             options.schedule,
             options.kinds,
-            options.loose
+            options.reversible == ReversibleOperator::Learnt
         )
         .as_bytes(),
     );

@@ -6,7 +6,7 @@
 //! (Hernandez et al., J. Comput. Phys. 426 (2021) 109950.) The npz file holds W0, W1, .. and b0, b1, .. as PyTorch
 //! stores them, ReLU between the layers, `mean`, `std`, `L`, `M` and `dt`; A comes before B, row by row.
 
-use super::dataset::{Archive, DatasetError};
+use super::archive::{Archive, DatasetError};
 use nalgebra::{DMatrix, DVector};
 use std::path::Path;
 

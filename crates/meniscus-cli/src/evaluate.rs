@@ -4,7 +4,7 @@ use super::inputs::file;
 use super::stop::watched;
 use anyhow::{Context, ensure};
 use indicatif::{ProgressBar, ProgressStyle};
-use meniscus_learn::evaluate::{COURSES, Watch, checks, curves_png, html, markdown, peaks_png, study};
+use meniscus_learn::evaluate::{COURSES, Watch, checks, curves_png, peaks_png, report, study};
 use meniscus_platform::files::write_whole;
 use meniscus_report::checks::table;
 use std::path::PathBuf;
@@ -79,8 +79,9 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     watch.0.finish_and_clear();
     let checks = checks(&study);
     let command = format!("meniscus evaluate --model {} --seed {}", arguments.model, arguments.seed);
-    write_whole(&arguments.out.join("evaluate.md"), markdown(&study, &checks, &command).as_bytes())?;
-    write_whole(&arguments.out.join("evaluate.html"), html(&study, &checks, &command)?.as_bytes())?;
+    let report = report(&study, &checks, &command)?;
+    write_whole(&arguments.out.join("evaluate.md"), report.markdown().as_bytes())?;
+    write_whole(&arguments.out.join("evaluate.html"), report.html().as_bytes())?;
     for (draw, name) in [(curves_png as fn(&[_], &_) -> _, "curves.png"), (peaks_png, "peaks.png")] {
         draw(&study.results, &arguments.out.join(name))?;
     }
@@ -88,7 +89,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         write_whole(&arguments.out.join(format!("{}.blob", result.course.name)), &result.corrected.blob)?;
     }
     if arguments.json {
-        println!("{:#}", serde_json::json!({ "checks": checks }));
+        println!("{:#}", report.json());
     } else {
         print!("{}", table(&checks));
         println!("written: {}", arguments.out.display());

@@ -3,7 +3,8 @@
 use super::stop::watched;
 use anyhow::{Context, ensure};
 use generic_systems::{
-    Dataset, Kinds, Options, Outcome, Published, Schedule, checks, markdown, rollouts_png, train,
+    Dataset, Kinds, Networks, Options, Outcome, ProgressBars, Published, ReversibleOperator, Schedule,
+    checks, markdown, rollouts_png, train,
 };
 use meniscus_learn::curves_png;
 use meniscus_optim::progress::Checkpoints;
@@ -113,9 +114,9 @@ pub(crate) fn run(args: &Arguments) -> anyhow::Result<()> {
         seed: args.seed,
         schedule: if args.quick { Schedule::QUICK } else { Schedule::FULL },
         kinds,
-        loose: args.learn_l,
-        soft: args.soft,
-        quiet: args.json,
+        reversible: if args.learn_l { ReversibleOperator::Learnt } else { ReversibleOperator::FromFile },
+        networks: if args.soft { Networks::ExactAndSoft } else { Networks::Exact },
+        progress: if args.json { ProgressBars::Hidden } else { ProgressBars::Shown },
         checkpoints: Some(Checkpoints { folder: folder.clone(), resume: args.resume }),
     };
     let outcome = train(data, names, published.as_ref(), &options, stop);

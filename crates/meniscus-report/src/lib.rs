@@ -13,6 +13,7 @@
 //! assert_eq!(report.json()["checks"][0]["ok"], true);
 //! ```
 
+mod block;
 mod chart;
 pub mod checks;
 pub mod plot;

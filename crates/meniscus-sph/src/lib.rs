@@ -3,6 +3,21 @@
 //!
 //! The liquid is computed in the frame of the glass; the moving glass enters as a body force.
 //!
+//! Each layer imports those above it alone:
+//!
+//! | layer | content |
+//! |---|---|
+//! | `particles` | particles, kernel, neighbour lists, sums over pairs in a fixed order |
+//! | `frame` | body force in the frame of the moving glass |
+//! | `walls` | images of the liquid behind the walls, slip |
+//! | `corrections` | moments of a neighbourhood, and the gradients, velocities and densities corrected by them |
+//! | `forces` | continuity and momentum: rates of density and velocity |
+//! | `effects` | surface tension, contact line, foam, viscoelastic stress and the other effects |
+//! | `setup` | glass, liquid, spacing and step, and the packing that a simulation starts from |
+//! | [`Simulator`] and `integration` | the step, the settling, the books of energy |
+//! | `output` | surface, fields at tracers, recordings |
+//! | [`validate`] | comparison with theory |
+//!
 //! Measured by `meniscus simulate validate`: first mode from 0.05 m/s, fitted from 0.05 s to 1 s (without
 //! viscosity) or 0.8 s, against linear theory (inviscid dispersion; [`viscous_mode`] for a viscous liquid):
 //!
@@ -17,12 +32,12 @@
 //!
 //! The second mode, whose wave is 8 spacings long at 5 mm, is too slow by 7.9 % at 7 mm, 3.8 % at 5 mm and 1.8 % at 3.5 mm.
 //!
-//! Three things make this, each in its file. **Gradients are corrected up to the free surface** (`corrected`): the plain
+//! Three things make this, each in its file. **Gradients are corrected up to the free surface** (`corrections::corrected`): the plain
 //! divergence of a flow that grows with height lacks the neighbours above the surface, which alone made the second mode 12 %
 //! too slow (a linear theory of the sums, layers of particles smooth along the wave, has -18.4, -11.3 and -6.1 % at 7, 5 and
 //! 3.5 mm; measured were -19.5, -11.9 and -6.6 %) and wasted most of what was wasted. **The density is called back to the
-//! positions of the particles** (`positions`), without which a thin liquid under corrected gradients stirs itself from rest. **The
-//! wall rubs as a Stokes layer does** (`walls`), also where the layer is thinner than the spacing.
+//! positions of the particles** (`corrections::positions`), without which a thin liquid under corrected gradients stirs itself from rest. **The
+//! wall rubs as a Stokes layer does** (`walls::images`), also where the layer is thinner than the spacing.
 //!
 //! What was tried at 5 mm, in this order; a row keeps what stands above it unless it says otherwise:
 //!
@@ -52,35 +67,19 @@
 //!
 //! [`viscous_mode`]: crate::validate::viscous_mode
 
-mod blocks;
-mod continuity;
-mod corrected;
+mod corrections;
 pub(crate) mod effects;
-mod energy;
 mod forces;
 mod frame;
-mod kernel;
-mod moments;
-mod momentum;
-mod neighbours;
-mod packing;
+mod integration;
+mod output;
 mod particles;
-mod positions;
-mod record;
-mod settle;
 mod setup;
-mod smooth;
-mod state;
-mod step;
-mod surface;
-mod tensor;
-mod tracers;
 pub mod validate;
 mod walls;
 
-pub use energy::{closure, relative_closure};
-pub use particles::Particles;
-pub use record::{record, record_particles, record_surfaces};
+pub use integration::{closure, relative_closure};
+pub use output::{Particles, record, record_particles, record_surfaces};
 pub use setup::{Error, Setup};
 
 use effects::{Acting, Laws, motion_with};
@@ -90,10 +89,8 @@ use meniscus::units::GRAVITY_M_S2;
 use meniscus_data::liquids::Liquid;
 use meniscus_data::motion::Kinematics;
 use meniscus_data::recording::Glass;
-use neighbours::{Box3, Neighbours};
-use packing::{Packing, fitting_spacing};
-use setup::{SOUND_M_S, check, kernel, longest_step};
-use state::{Fluid, Particle};
+use particles::{Box3, Fluid, Neighbours, Particle};
+use setup::{Packing, SOUND_M_S, check, fitting_spacing, kernel, longest_step};
 use walls::Walls;
 
 /// Skin of the neighbour lists in units of the spacing.

@@ -1,13 +1,9 @@
 //! Control requests from the device's side: descriptors, clear-halt, hardware monitor, probe, commit.
 
+use super::descriptors::{self, COLOUR_CONTROL, COLOUR_STREAMING, COLOUR_TERMINAL};
 use super::firmware::Heard;
 use super::trouble::{At, Cure, Trouble};
-use super::{Device, Life, Reply, descriptors};
-
-/// Interfaces of the colour function, and its camera terminal.
-const COLOUR_CONTROL: u8 = 3;
-pub(super) const COLOUR_TERMINAL: u8 = 6;
-pub(super) const COLOUR_STREAMING: u8 = 4;
+use super::{Device, Life, Reply};
 
 impl Device {
     /// A control request: setup packet without its length, and the bytes sent.

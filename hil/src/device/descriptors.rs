@@ -1,7 +1,13 @@
 //! The configuration descriptor of a D435, byte by byte.
 
-use super::control::{COLOUR_STREAMING, COLOUR_TERMINAL};
 use super::trouble::Trouble;
+
+/// Number of the colour function's control interface.
+pub(super) const COLOUR_CONTROL: u8 = 3;
+/// Number of its streaming interface.
+pub(super) const COLOUR_STREAMING: u8 = 4;
+/// Its camera terminal.
+pub(super) const COLOUR_TERMINAL: u8 = 6;
 
 /// The code of a format that no reader knows.
 const UNKNOWN: [u8; 4] = *b"none";
@@ -52,8 +58,8 @@ pub(super) fn configuration(usb2: bool, trouble: Option<Trouble>) -> Vec<u8> {
     let grey = if trouble == Some(Trouble::NoInfrared) { UNKNOWN } else { *b"\x32\0\0\0" };
     streaming(&mut out, 1, 0x82, usb2, &[(depth, 16)], &modes);
     streaming(&mut out, 2, 0x83, usb2, &[(grey, 8), (*b"Y8I ", 16)], &modes);
-    association(&mut out, 3, 2);
-    interface(&mut out, 3, 0, 1);
+    association(&mut out, COLOUR_CONTROL, 2);
+    interface(&mut out, COLOUR_CONTROL, 0, 1);
     let units = Units { terminal: COLOUR_TERMINAL, processing: 7, extension: 8 };
     control(&mut out, &[COLOUR_STREAMING], &units, &COLOUR_UNIT);
     colour(&mut out, usb2);

@@ -1,6 +1,6 @@
 //! The streams from the device's side: shots at 60 Hz, their payloads under the device's trouble.
 
-use super::control::COLOUR_STREAMING;
+use super::descriptors::COLOUR_STREAMING;
 use super::trouble::{At, Back, Cure, Ending, Trouble};
 use super::{COLOUR, DEPTH, Device, Event, FIRST_SHOT_US, INFRARED, INTERRUPT, Life, STRIKE, shot_time_us};
 use crate::camera::{Payload, Shot, Source, Stream};

@@ -1,6 +1,8 @@
 //! The facts of a child's run, picked from its report.
 
 use super::program::Ran;
+use super::turns;
+use meniscus_hil::vhci::Witness;
 use serde_json::{Map, Value, json};
 
 /// Keys of the report that are handed on whole.
@@ -35,5 +37,13 @@ pub(crate) fn of(ran: &Ran) -> Map<String, Value> {
         })
         .collect();
     facts.insert("checks".into(), Value::Object(checks));
+    facts
+}
+
+/// The facts, with the table of turns held against what the camera's side has seen.
+pub(crate) fn with_turns(ran: &Ran, witness: &Witness) -> Map<String, Value> {
+    let mut facts = of(ran);
+    facts.insert("turns".into(), turns::judge(&ran.turns, witness));
+    facts.insert("attached".into(), json!(witness.attached.len()));
     facts
 }

@@ -1,8 +1,8 @@
 //! Scenarios of the machine around the camera: the service, a flash while it streams, and scarce memory, disk and
 //! processor.
 
+use super::facts;
 use super::program::{self, PROGRAM};
-use super::{facts, scenario};
 use meniscus_hil::vhci::Plugged;
 use serde_json::{Map, Value, json};
 use std::error::Error;
@@ -66,7 +66,7 @@ pub(crate) fn flash(plugged: &Plugged, seconds: f64) -> Done {
     let again = program::run(&["flash", "shipped", "--to", SLOTS, "--json"].map(str::to_owned))?;
     let streamed_on = child.try_wait()?.is_none();
     let ran = program::finish(child)?;
-    let mut facts = scenario::with_turns(&ran, &plugged.witness());
+    let mut facts = facts::with_turns(&ran, &plugged.witness());
     facts.insert("streamed_on".into(), streamed_on.into());
     facts.insert("slots".into(), json!([flashed.report["slot"], again.report["slot"]]));
     facts.insert("flashed".into(), json!([flashed.exit, again.exit]));
@@ -119,5 +119,5 @@ pub(crate) fn busy(plugged: &Plugged, seconds: f64) -> Done {
     spin.args(["sh", "-c", "while :; do :; done"]);
     let _spinning = Spinning(spin.spawn()?);
     let ran = program::run(&program::arguments(seconds, false))?;
-    Ok(scenario::with_turns(&ran, &plugged.witness()))
+    Ok(facts::with_turns(&ran, &plugged.witness()))
 }

@@ -1,11 +1,10 @@
 //! The scenarios, as what is done in the guest.
 
-use super::program::{self, Ran};
-use super::{facts, kernel, machine, turns};
+use super::{facts, kernel, machine, program};
 use meniscus_hil::FaultList;
 use meniscus_hil::device::{Device, Film, Scenery, TestCard, Trouble};
-use meniscus_hil::vhci::{Plugged, Witness};
-use serde_json::{Map, Value, json};
+use meniscus_hil::vhci::Plugged;
+use serde_json::{Map, Value};
 use std::error::Error;
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -101,12 +100,5 @@ fn record(plan: &Plan<'_>) -> Done {
 /// `meniscus run`, with what the camera's side has seen of it.
 fn run_program(plan: &Plan<'_>, plugged: &Plugged, truth: bool) -> Done {
     let ran = program::run(&program::arguments(plan.seconds(), truth))?;
-    Ok(with_turns(&ran, &plugged.witness()))
-}
-
-pub(crate) fn with_turns(ran: &Ran, witness: &Witness) -> Map<String, Value> {
-    let mut facts = facts::of(ran);
-    facts.insert("turns".into(), turns::judge(&ran.turns, witness));
-    facts.insert("attached".into(), json!(witness.attached.len()));
-    facts
+    Ok(facts::with_turns(&ran, &plugged.witness()))
 }

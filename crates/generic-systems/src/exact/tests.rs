@@ -1,8 +1,10 @@
 //! The laws of the exact net for tame and hostile weights; its slopes against differences.
 
 use super::*;
-use crate::dataset::{Dataset, Frame};
-use crate::form::Kinds;
+use crate::ReversibleOperator;
+use crate::dataset::Dataset;
+use crate::frame::Frame;
+use crate::kinds::Kinds;
 use rand::{RngExt, SeedableRng};
 
 /// Two bodies in a plane with two entropies, or five plain variables of which the last never moves.
@@ -39,7 +41,7 @@ fn random(seed: u64, factor: f64, bodies: bool) -> (Exact, Vec<f64>, ChaCha8Rng)
         friction: bodies.then_some(warm),
     };
     let frame = Frame::of(&data, &kinds);
-    let form = Form::new(&data, &frame, &kinds, false);
+    let form = Form::new(&data, &frame, &kinds, ReversibleOperator::FromFile);
     let mut w = Exact::fresh(&form, &mut rng);
     w.iter_mut().for_each(|v| *v *= factor);
     (Exact::new(&form, &w), w, rng)

@@ -7,7 +7,7 @@
 //! Learning sees profiles and places of the glass alone; the truth judges. Errors are those of
 //! [`meniscus_score::score`]; the depth noise is 2 mm.
 
-mod html;
+mod checks;
 mod motion_plans;
 mod motion_sources;
 mod plots;
@@ -15,11 +15,11 @@ mod report;
 mod trial;
 mod unseen;
 
-pub use html::html;
+pub use checks::checks;
 pub use motion_plans::{COURSES, Course};
 pub use motion_sources::{MotionSource, sources};
 pub use plots::{curves_png, peaks_png};
-pub use report::{checks, markdown};
+pub use report::report;
 pub use trial::{Peak, Trial, trial};
 pub use unseen::unseen;
 

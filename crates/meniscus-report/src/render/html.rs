@@ -3,8 +3,8 @@
 //! It reads on a screen and in print; lines differ in colour (Okabe and Ito 2008) and have their name in the legend.
 
 use super::value;
+use crate::block::{Block, Figure, Table};
 use crate::checks::Check;
-use crate::report::{Block, Figure, Table};
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 const STYLE: &str = "body{font:16px/1.5 sans-serif;max-width:60em;margin:2em auto;padding:0 1em;color:#222}\

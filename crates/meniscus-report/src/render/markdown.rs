@@ -1,8 +1,8 @@
 //! A report as Markdown, for a page of the documentation or a commit.
 
 use super::value;
+use crate::block::{Block, Figure};
 use crate::checks::Check;
-use crate::report::{Block, Figure};
 
 /// Returns the page.
 pub(crate) fn markdown(title: &str, command: &str, blocks: &[Block]) -> String {

@@ -1,7 +1,7 @@
 //! A report for a terminal.
 
+use crate::block::{Block, Figure, Table};
 use crate::checks;
-use crate::report::{Block, Figure, Table};
 
 /// Returns the report without its drawings.
 pub(crate) fn text(title: &str, command: &str, blocks: &[Block]) -> String {

@@ -1,37 +1,17 @@
 //! The effects that act by forces of their own, with what they remember.
 
-use super::super::kernel::Kernel;
-use super::super::neighbours::Neighbours;
-use super::super::state::{Fluid, Particle};
 use super::columns::{Coefficients, Columns, DEGREE};
 use super::contact_line::{ContactLine, EDGE, SECTORS, Wall};
 use super::foam::Foam;
 use super::laws::Laws;
 use super::surface_tension::Tension;
+use super::surroundings::Surroundings;
 use super::viscoelastic::Maxwell;
+use crate::particles::Fluid;
 use meniscus_data::recording::Glass;
 
 /// Highest wave number that the polynomials of the surface resolve, times the radius.
 const FINEST: f64 = 10.0;
-
-/// What the effects see of the simulator beside the liquid.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Surroundings<'a> {
-    /// The kernel.
-    pub(crate) kernel: &'a Kernel,
-    /// The lists of neighbours.
-    pub(crate) lists: &'a Neighbours,
-    /// The images in the walls.
-    pub(crate) images: &'a [Particle],
-    /// Slip length at the walls, m.
-    pub(crate) slip_m: f64,
-    /// What each particle sees of its neighbours, as in [`Forces::rate`](super::super::forces::Forces::rate).
-    pub(crate) rate: &'a [[f64; 3]],
-    /// The glass.
-    pub(crate) glass: &'a Glass,
-    /// Spacing of the particles, m.
-    pub(crate) spacing_m: f64,
-}
 
 /// What acts on the free surface.
 #[derive(Clone, Debug)]

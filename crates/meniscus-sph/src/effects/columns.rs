@@ -18,7 +18,7 @@
 //! ```
 //! which stiff friction needs for its implicit step. Higher degrees see more of the grain than of waves.
 
-use super::super::state::{Fluid, Particle};
+use crate::particles::{Fluid, Particle};
 use nalgebra::{DMatrix, SMatrix, SVector};
 use rayon::prelude::*;
 

@@ -131,9 +131,9 @@ impl ContactLine {
 
 #[cfg(test)]
 mod tests {
-    use super::super::super::state::{Fluid, Particle};
     use super::super::columns::Columns;
     use super::*;
+    use crate::particles::{Fluid, Particle};
     use meniscus::math::bessel_j;
 
     #[test]

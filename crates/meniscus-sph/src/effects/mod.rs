@@ -5,7 +5,7 @@
 //! |---|---|---|
 //! | `laws` | (all) | from the list of effects to the simulator's numbers |
 //! | `rheology` | viscosity, shear_thinning, yield_stress | the liquid's stress |
-//! | `wall_slip` | wall_slip | friction at the wall |
+//! | `walls::slip` | wall_slip | friction at the wall |
 //! | `columns` | (shared by the next three) | heights of the surface as sums over particles |
 //! | `surface_tension` | surface_tension | stored energy of the surface's area |
 //! | `contact_line` | contact_line, pinned_line | spring and friction along the wall |
@@ -25,11 +25,11 @@ mod glass;
 mod laws;
 mod rheology;
 mod surface_tension;
+mod surroundings;
 mod viscoelastic;
-pub(crate) mod wall_slip;
 
-pub(crate) use acting::{Acting, Surroundings, longest_step};
+pub(crate) use acting::{Acting, longest_step};
 pub(crate) use glass::{glass_with, motion_with, rise_m};
 pub(crate) use laws::Laws;
 pub(crate) use rheology::liquid_with;
-pub(crate) use wall_slip::stick;
+pub(crate) use surroundings::Surroundings;

@@ -13,20 +13,19 @@
 //! L_i = c_i sum_j V_j (v_j - v_i) (x) F x,     m_i a_i = sum_j V_i V_j (c_i S_i + c_j S_j) F x
 //! sum_i v_i.m_i a_i = -sum_i V_i S_i:L_i
 //! ```
-//! with `c_i` of `continuity`, which makes up for the neighbours that a free surface lacks,
+//! with `c_i` of `corrections::completion`, which makes up for the neighbours that a free surface lacks,
 //! so that the liquid loses exactly what the stress takes up. A partner in the wall has `v_w = -v_i` and
-//! `S_w = S_i`, times the `stick` of `wall_slip`. The relaxation is implicit:
+//! `S_w = S_i`, times the `stick` of `walls::slip`. The relaxation is implicit:
 //! ```text
 //! S <- [ S + dt (2 G D + W S - S W) ] / (1 + dt/lambda)
 //! ```
 //! and what the implicit step loses, `|dS|^2/(4 G)`, is booked as heat.
 
-use super::super::forces::completion;
-use super::super::neighbours::{CHUNKS, distance2};
-use super::super::state::Fluid;
 use super::laws::Relaxation;
-use super::wall_slip::stick;
-use crate::effects::Surroundings;
+use super::surroundings::Surroundings;
+use crate::corrections::completion;
+use crate::particles::{CHUNKS, Fluid, distance2};
+use crate::walls::stick;
 use nalgebra::Matrix3;
 use rayon::prelude::*;
 

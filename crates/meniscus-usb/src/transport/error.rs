@@ -1,4 +1,4 @@
-//! What the bus can answer, in words.
+//! Errors of the bus, and ends of queued transfers.
 
 /// A call that failed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

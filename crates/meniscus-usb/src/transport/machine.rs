@@ -3,6 +3,7 @@
 //! One context for the whole run and one handle for as long as the device is there; the kernel's video
 //! driver is detached at the claim and kept away by holding the interfaces.
 
+use super::libusb::usb_error;
 use super::transfers::Slot;
 use super::{Completion, Listed, NotQueued, Pipe, Speed, Transport, UsbError};
 use crate::buffer::Buffer;
@@ -170,23 +171,4 @@ fn listed(device: &Device<Context>) -> Option<Listed> {
     let serial = std::fs::read_to_string(format!("/sys/bus/usb/devices/{port}/serial")).ok();
     let serial = serial.map(|serial| serial.trim().to_owned());
     Some(Listed { port, vendor: descriptor.vendor_id(), product: descriptor.product_id(), serial, speed })
-}
-
-/// The same error in our words.
-pub(super) fn usb_error(error: rusb::Error) -> UsbError {
-    match error {
-        rusb::Error::NoDevice => UsbError::NoDevice,
-        rusb::Error::Access => UsbError::Access,
-        rusb::Error::Busy => UsbError::Busy,
-        rusb::Error::Pipe => UsbError::Stall,
-        rusb::Error::Timeout => UsbError::Timeout,
-        rusb::Error::Overflow => UsbError::Overflow,
-        rusb::Error::Io => UsbError::Io,
-        rusb::Error::NotFound => UsbError::NotFound,
-        rusb::Error::NoMem => UsbError::NoMemory,
-        rusb::Error::InvalidParam => UsbError::Other(-2),
-        rusb::Error::Interrupted => UsbError::Other(-10),
-        rusb::Error::NotSupported => UsbError::Other(-12),
-        rusb::Error::BadDescriptor | rusb::Error::Other => UsbError::Other(-99),
-    }
 }

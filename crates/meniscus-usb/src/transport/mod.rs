@@ -8,6 +8,7 @@
 //! The transport is also the session's clock, so that tests run in virtual time. Every call is bounded.
 
 mod error;
+mod libusb;
 mod machine;
 mod transfers;
 

@@ -19,10 +19,10 @@
 #![allow(unsafe_code, reason = "libusb's queued transfers are raw pointers; the argument stands above")]
 
 use super::error::{Status, UsbError};
-use super::machine::usb_error;
+use super::libusb::{transfer_status, usb_error_of};
 use super::{NotQueued, Pipe};
 use crate::buffer::Buffer;
-use rusb::ffi::{self, constants};
+use rusb::ffi;
 use rusb::{Context, DeviceHandle};
 use std::mem::ManuallyDrop;
 use std::ptr::NonNull;
@@ -96,7 +96,7 @@ impl Slot {
         }
         // It never was in flight: the flag says "ended", so that the slot frees what it has.
         slot.flag().0.store(u64::MAX, Ordering::Release);
-        Err(NotQueued { error: usb_error(rusb_error(answer)), buffer: slot.take_buffer() })
+        Err(NotQueued { error: usb_error_of(answer), buffer: slot.take_buffer() })
     }
 
     fn flag(&self) -> &Flag {
@@ -124,7 +124,7 @@ impl Slot {
             unsafe { ((*self.transfer.as_ptr()).status, (*self.transfer.as_ptr()).actual_length) };
         let mut buffer = self.take_buffer();
         buffer.set_filled(usize::try_from(length).unwrap_or(0));
-        Some((named(status), buffer))
+        Some((transfer_status(status), buffer))
     }
 
     /// The buffer of a transfer that has ended; an empty one if it has not, or the second time.
@@ -149,28 +149,5 @@ impl Drop for Slot {
             drop(Box::from_raw(self.flag.as_ptr()));
             ManuallyDrop::drop(&mut self.handle);
         }
-    }
-}
-
-fn named(status: i32) -> Status {
-    match status {
-        constants::LIBUSB_TRANSFER_COMPLETED => Status::Completed,
-        constants::LIBUSB_TRANSFER_TIMED_OUT => Status::TimedOut,
-        constants::LIBUSB_TRANSFER_CANCELLED => Status::Cancelled,
-        constants::LIBUSB_TRANSFER_STALL => Status::Stall,
-        constants::LIBUSB_TRANSFER_NO_DEVICE => Status::NoDevice,
-        constants::LIBUSB_TRANSFER_OVERFLOW => Status::Overflow,
-        _ => Status::Error,
-    }
-}
-
-fn rusb_error(number: i32) -> rusb::Error {
-    match number {
-        constants::LIBUSB_ERROR_NO_DEVICE => rusb::Error::NoDevice,
-        constants::LIBUSB_ERROR_BUSY => rusb::Error::Busy,
-        constants::LIBUSB_ERROR_NO_MEM => rusb::Error::NoMem,
-        constants::LIBUSB_ERROR_IO => rusb::Error::Io,
-        constants::LIBUSB_ERROR_NOT_FOUND => rusb::Error::NotFound,
-        _ => rusb::Error::Other,
     }
 }

@@ -1,8 +1,9 @@
 //! Still parts of the scene: wall, table, vignetting, the projector's dots; rendered once.
 
+use super::SceneSettings;
 use super::noise::{Noise, mix};
+use super::sensor::{expose, measure_depth};
 use super::view::View;
-use super::{SceneSettings, depth, infrared};
 use meniscus::surface::Liquid;
 
 /// The wall behind, metres beyond the glass axis.
@@ -95,8 +96,8 @@ impl Backdrop {
                 let at = v * view.width + u;
                 let lit =
                     self.grey[at] + self.dot(settings, u, v, view.width, self.disparity[at], self.grey[at]);
-                self.infrared[at] = infrared::expose(settings, lit * self.vignette[at], *white);
-                let raw = depth::measure(settings, view, self.disparity[at], correlated[at]);
+                self.infrared[at] = expose(settings, lit * self.vignette[at], *white);
+                let raw = measure_depth(settings, view, self.disparity[at], correlated[at]);
                 self.depth[2 * at..2 * at + 2].copy_from_slice(&raw.to_le_bytes());
             }
         }

@@ -4,11 +4,10 @@ use super::backdrop::Backdrop;
 use super::clutter::Overlay;
 use super::noise::{Noise, mix};
 use super::outline::Outline;
+use super::sensor::measure_depth;
 use super::view::View;
 use super::{SceneSettings, Subject, Window};
 
-/// Steps of disparity in a pixel.
-const STEPS: f32 = 32.0;
 /// Share of the pixels at an edge that are holes.
 const EDGE_HOLES: f64 = 0.5;
 /// Share of the pixels behind empty glass that are holes.
@@ -67,7 +66,7 @@ impl Painter {
             let start = 2 * ((top + row) * view.width + left);
             let pixels = out[start..start + 2 * width].chunks_exact_mut(2);
             for (pixel, (disparity, noise)) in pixels.zip(disparity.iter().zip(correlated)) {
-                pixel.copy_from_slice(&measure(settings, view, *disparity, *noise).to_le_bytes());
+                pixel.copy_from_slice(&measure_depth(settings, view, *disparity, *noise).to_le_bytes());
             }
         }
     }
@@ -151,17 +150,6 @@ fn draw_row(
             }
         }
     }
-}
-
-/// Returns the reading of the camera: disparity with noise, in steps, turned into depth units; 0 without a disparity.
-pub(super) fn measure(settings: &SceneSettings, view: &View, disparity: f32, noise: f32) -> u16 {
-    if disparity <= 0.0 {
-        return 0;
-    }
-    let noisy = disparity + settings.disparity_rms_px as f32 * noise;
-    let stepped = (noisy * STEPS).round() / STEPS;
-    (view.stereo as f32 / (stepped.max(1.0 / STEPS) * settings.camera.depth_unit_m)).round().min(65_535.0)
-        as u16
 }
 
 /// A number from 0 to 1 that belongs to `seed`.

@@ -4,6 +4,7 @@ use super::backdrop::{Backdrop, tones};
 use super::clutter::Overlay;
 use super::noise::{Noise, mix};
 use super::outline::Outline;
+use super::sensor::expose;
 use super::view::View;
 use super::{SceneSettings, Subject, Window};
 
@@ -148,10 +149,4 @@ fn draw_glass(
             *pixel += overlay.glare(u, sides) as f32;
         }
     }
-}
-
-/// A grey level with noise: half of the variance read noise, half photon noise at mid grey.
-pub(super) fn expose(settings: &SceneSettings, grey: f32, white: f32) -> u8 {
-    let variance = (settings.grey_rms * settings.grey_rms) as f32 * 0.5 * (1.0 + grey / 128.0);
-    (grey + white * variance.sqrt() + 0.5).clamp(0.0, 255.0) as u8
 }

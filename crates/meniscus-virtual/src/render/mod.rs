@@ -19,6 +19,7 @@ mod depth;
 mod infrared;
 mod noise;
 mod outline;
+mod sensor;
 mod shape;
 mod view;
 

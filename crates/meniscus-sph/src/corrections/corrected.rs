@@ -13,11 +13,11 @@
 //! 1 part in 100 at a flat surface, where the least eigenvalue of `N` is about a half.
 //!
 //! What they cost: such a density follows the flow and no longer the positions of the particles, and has to be called back to
-//! them ([`crate::positions`]).
+//! them ([`super::positions`]).
 
 use super::moments::Seen;
-use super::state::Particle;
-use super::tensor::{Symmetric, UNIT};
+use crate::particles::Particle;
+use crate::particles::tensor::{Symmetric, UNIT};
 use nalgebra::Matrix3;
 
 /// `E`.
@@ -27,9 +27,9 @@ const SOFT: f64 = 0.2;
 #[derive(Clone, Debug)]
 pub(crate) struct Corrected {
     /// `L` of every particle.
-    pub(super) l: Vec<Symmetric>,
+    pub(crate) l: Vec<Symmetric>,
     /// `p L` of every particle, Pa.
-    pub(super) pressure: Vec<Symmetric>,
+    pub(crate) pressure: Vec<Symmetric>,
 }
 
 /// `L` from `N`.
@@ -51,14 +51,14 @@ impl Corrected {
     }
 
     /// Takes `L` from what the particles see.
-    pub(super) fn update(&mut self, seen: impl Iterator<Item = Seen>) {
+    pub(crate) fn update(&mut self, seen: impl Iterator<Item = Seen>) {
         for (l, seen) in self.l.iter_mut().zip(seen) {
             *l = inverse(&seen.moments());
         }
     }
 
     /// Fills `pressure` from the present pressures.
-    pub(super) fn weigh(&mut self, particle: &[Particle]) {
+    pub(crate) fn weigh(&mut self, particle: &[Particle]) {
         for ((out, l), p) in self.pressure.iter_mut().zip(&self.l).zip(particle) {
             *out = l.map(|l| p.p * l);
         }
@@ -67,13 +67,11 @@ impl Corrected {
 
 #[cfg(test)]
 mod tests {
-    use super::super::forces::Forces;
-    use super::super::frame::Body;
-    use super::super::kernel::Kernel;
-    use super::super::neighbours::{Box3, Neighbours};
-    use super::super::state::Fluid;
-    use super::super::walls::Walls;
     use super::*;
+    use crate::forces::Forces;
+    use crate::frame::Body;
+    use crate::particles::{Box3, Fluid, Kernel, Neighbours};
+    use crate::walls::Walls;
     use meniscus_data::motion::Kinematics;
     use meniscus_data::recording::Glass;
 

@@ -10,7 +10,7 @@
 //! ```
 //! with `f` the body force of `frame` and `g0` its value while the glass rests.
 
-use super::Simulator;
+use crate::Simulator;
 use meniscus_data::recording::EnergyBook;
 
 impl Simulator {

@@ -4,7 +4,7 @@
 //! `position_m`, `velocity_m_s` `[frames, particles, 3]`, `pressure_pa`, `heat_j_kg` `[frames, particles]`,
 //! all `f32`, and `mass_kg` `[particles]`. They are the states at the frames, not filtered in time.
 
-use super::Simulator;
+use crate::Simulator;
 use meniscus_platform::files::{FileError, write_whole};
 use safetensors::tensor::{Dtype, TensorView};
 use std::path::Path;

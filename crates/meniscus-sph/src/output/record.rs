@@ -7,7 +7,7 @@
 
 use super::surface::{COEFFICIENTS, Coefficients, SurfaceFinder};
 use super::tracers::sample;
-use super::{Error, Setup, Simulator};
+use crate::{Error, Setup, Simulator};
 use meniscus::blob::KnownGroups;
 use meniscus::reduced::effects::EffectKind;
 use meniscus::units::FRAME_INTERVAL_S;

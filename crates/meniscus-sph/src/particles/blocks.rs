@@ -9,30 +9,30 @@ use meniscus::latent::nn::{Kernel as Work, widest};
 use std::ops::Range;
 
 /// Most neighbours that are computed at once; a longer row is taken in pieces.
-pub(super) const BLOCK: usize = 64;
+pub(crate) const BLOCK: usize = 64;
 
 /// A number of each neighbour.
-pub(super) type Column = [f64; BLOCK];
+pub(crate) type Column = [f64; BLOCK];
 
 /// Positions and velocities, volumes and pressures of neighbours.
-pub(super) struct Near {
+pub(crate) struct Near {
     x: [Column; 3],
     v: [Column; 3],
     /// Volumes, m3.
-    pub(super) volume: Column,
+    pub(crate) volume: Column,
     /// Pressures, Pa.
-    pub(super) p: Column,
+    pub(crate) p: Column,
 }
 
 impl Near {
     /// Columns without content.
-    pub(super) fn new() -> Self {
+    pub(crate) fn new() -> Self {
         Self { x: [[0.0; BLOCK]; 3], v: [[0.0; BLOCK]; 3], volume: [0.0; BLOCK], p: [0.0; BLOCK] }
     }
 
     /// Takes the particles `at` of `others`.
     #[inline(always)]
-    pub(super) fn gather(&mut self, others: &[Particle], at: &[u32]) {
+    pub(crate) fn gather(&mut self, others: &[Particle], at: &[u32]) {
         for (k, j) in at.iter().enumerate().take(BLOCK) {
             let b = &others[*j as usize];
             for c in 0..3 {
@@ -46,32 +46,32 @@ impl Near {
 
     /// `x_i - x_j`, m, for neighbour `k` of a particle at `x`.
     #[inline(always)]
-    pub(super) fn apart(&self, x: &[f64; 3], k: usize) -> [f64; 3] {
+    pub(crate) fn apart(&self, x: &[f64; 3], k: usize) -> [f64; 3] {
         [x[0] - self.x[0][k], x[1] - self.x[1][k], x[2] - self.x[2][k]]
     }
 
     /// `v_i - v_j`, m/s, for neighbour `k` of a particle with the velocity `v`.
     #[inline(always)]
-    pub(super) fn slower(&self, v: &[f64; 3], k: usize) -> [f64; 3] {
+    pub(crate) fn slower(&self, v: &[f64; 3], k: usize) -> [f64; 3] {
         [v[0] - self.v[0][k], v[1] - self.v[1][k], v[2] - self.v[2][k]]
     }
 
     /// `v_j` of neighbour `k`, m/s.
     #[inline(always)]
-    pub(super) fn velocity(&self, k: usize) -> [f64; 3] {
+    pub(crate) fn velocity(&self, k: usize) -> [f64; 3] {
         [self.v[0][k], self.v[1][k], self.v[2][k]]
     }
 }
 
 /// `a.b`.
 #[inline(always)]
-pub(super) fn dot(a: &[f64; 3], b: &[f64; 3]) -> f64 {
+pub(crate) fn dot(a: &[f64; 3], b: &[f64; 3]) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
 /// Takes the rows `at` of `table` into `columns`.
 #[inline(always)]
-pub(super) fn gather<const N: usize>(columns: &mut [Column; N], table: &[[f64; N]], at: &[u32]) {
+pub(crate) fn gather<const N: usize>(columns: &mut [Column; N], table: &[[f64; N]], at: &[u32]) {
     for (k, j) in at.iter().enumerate().take(BLOCK) {
         for (column, x) in columns.iter_mut().zip(&table[*j as usize]) {
             column[k] = *x;
@@ -81,7 +81,7 @@ pub(super) fn gather<const N: usize>(columns: &mut [Column; N], table: &[[f64; N
 
 /// Takes the numbers `at` of `table` into `column`.
 #[inline(always)]
-pub(super) fn gather_numbers(column: &mut Column, table: &[f64], at: &[u32]) {
+pub(crate) fn gather_numbers(column: &mut Column, table: &[f64], at: &[u32]) {
     for (x, j) in column.iter_mut().zip(at) {
         *x = table[*j as usize];
     }
@@ -89,7 +89,7 @@ pub(super) fn gather_numbers(column: &mut Column, table: &[f64], at: &[u32]) {
 
 /// Row `k` of `columns`.
 #[inline(always)]
-pub(super) fn row<const N: usize>(columns: &[Column; N], k: usize) -> [f64; N] {
+pub(crate) fn row<const N: usize>(columns: &[Column; N], k: usize) -> [f64; N] {
     let mut row = [0.0; N];
     for (x, column) in row.iter_mut().zip(columns) {
         *x = column[k];
@@ -99,7 +99,7 @@ pub(super) fn row<const N: usize>(columns: &[Column; N], k: usize) -> [f64; N] {
 
 /// Puts `numbers` into row `k` of `columns`.
 #[inline(always)]
-pub(super) fn put<const N: usize>(columns: &mut [Column; N], k: usize, numbers: [f64; N]) {
+pub(crate) fn put<const N: usize>(columns: &mut [Column; N], k: usize, numbers: [f64; N]) {
     for (column, x) in columns.iter_mut().zip(numbers) {
         column[k] = x;
     }
@@ -107,7 +107,7 @@ pub(super) fn put<const N: usize>(columns: &mut [Column; N], k: usize, numbers: 
 
 /// The sums of the first `rows` rows of `columns`, from the first on.
 #[inline(always)]
-pub(super) fn sum<const N: usize>(columns: &[Column; N], rows: usize) -> [f64; N] {
+pub(crate) fn sum<const N: usize>(columns: &[Column; N], rows: usize) -> [f64; N] {
     let mut sums = [0.0; N];
     for k in 0..rows.min(BLOCK) {
         add(&mut sums, &row(columns, k));
@@ -117,7 +117,7 @@ pub(super) fn sum<const N: usize>(columns: &[Column; N], rows: usize) -> [f64; N
 
 /// Adds the rows of `columns` to the rows `at` of `table`.
 #[inline(always)]
-pub(super) fn scatter<const N: usize>(columns: &[Column; N], at: &[u32], table: &mut [[f64; N]]) {
+pub(crate) fn scatter<const N: usize>(columns: &[Column; N], at: &[u32], table: &mut [[f64; N]]) {
     for (k, j) in at.iter().enumerate().take(BLOCK) {
         add(&mut table[*j as usize], &row(columns, k));
     }
@@ -125,14 +125,14 @@ pub(super) fn scatter<const N: usize>(columns: &[Column; N], at: &[u32], table: 
 
 /// `to += numbers`.
 #[inline(always)]
-pub(super) fn add<const N: usize>(to: &mut [f64; N], numbers: &[f64; N]) {
+pub(crate) fn add<const N: usize>(to: &mut [f64; N], numbers: &[f64; N]) {
     for (to, x) in to.iter_mut().zip(numbers) {
         *to += x;
     }
 }
 
 /// A sum over the pairs of [`super::neighbours`], `N` numbers for each particle.
-pub(super) trait PairSum<const N: usize>: Sync {
+pub(crate) trait PairSum<const N: usize>: Sync {
     /// Memory for the columns of one block.
     type Columns;
 
@@ -157,7 +157,7 @@ impl<const N: usize, F: Fn(usize, &mut [[f64; N]]) + Sync> PairSum<N> for F {
 }
 
 /// Adds to `out` what the particles of `chunk` and their partners get.
-pub(super) fn add_rows<const N: usize>(sum: &impl PairSum<N>, chunk: Range<usize>, out: &mut [[f64; N]]) {
+pub(crate) fn add_rows<const N: usize>(sum: &impl PairSum<N>, chunk: Range<usize>, out: &mut [[f64; N]]) {
     widest(Rows { sum, columns: sum.columns(), chunk, out });
 }
 

@@ -9,15 +9,15 @@
 //! Viscosity: Monaghan and Gingold 1983 with K = 2 (d + 2) = 10 (Violeau 2009). `c_i` is 1 in the bulk and about 2 at a free
 //! surface, where half of the neighbours are missing: without it the surface layer dissipates half of what it should
 //! (glycerine's first mode 7 % too little without walls' friction). The sum over an even function of direction needs no other
-//! correction. The friction of what is not smooth is that of [`super::smooth`].
+//! correction. The friction of what is not smooth is that of [`Gradients`].
 
-use super::blocks::{BLOCK, Column, Near, PairSum, add, dot, gather, gather_numbers, put, row, scatter, sum};
-use super::kernel::Kernel;
-use super::neighbours::Neighbours;
-use super::smooth::{Gradients, share};
-use super::state::Particle;
-use super::tensor::{Symmetric, times};
-use super::walls::Walls;
+use crate::corrections::{Gradients, share};
+use crate::particles::blocks::{
+    BLOCK, Column, Near, PairSum, add, dot, gather, gather_numbers, put, row, scatter, sum,
+};
+use crate::particles::tensor::{Symmetric, times};
+use crate::particles::{Kernel, Neighbours, Particle};
+use crate::walls::Walls;
 
 /// The factor of the viscous pair force in three dimensions, 2 (d + 2).
 const K: f64 = 10.0;

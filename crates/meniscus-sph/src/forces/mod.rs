@@ -1,23 +1,18 @@
-//! Rates of change of density and velocity, from the sums over pairs of [`super::continuity`] and [`super::momentum`].
+//! Rates of change of density and velocity, from the sums over pairs of [`continuity`] and [`momentum`].
 //!
 //! Pressure and continuity are conjugate, so the pairs exchange kinetic and compressive energy exactly. Walls are images
-//! ([`super::walls`]).
+//! ([`crate::walls`]).
 
-use super::continuity::{Continuity, DELTA};
-use super::corrected::Corrected;
-use super::frame::Body;
-use super::kernel::Kernel;
-use super::moments::Moments;
-use super::momentum::Momentum;
-use super::neighbours::{CHUNKS, Neighbours};
-use super::smooth::{Gradients, NOISE};
-use super::state::Fluid;
-use super::walls::Walls;
-use crate::positions::PositionDensity;
+mod continuity;
+mod momentum;
+
+use crate::corrections::{Corrected, Gradients, Moments, NOISE, PositionDensity, completion};
+use crate::frame::Body;
+use crate::particles::{CHUNKS, Fluid, Kernel, Neighbours};
+use crate::walls::Walls;
+use continuity::{Continuity, DELTA};
 use meniscus_data::recording::Glass;
-
-/// The largest `c_i`: a lone drop has hardly a neighbour.
-const LARGEST_C: f64 = 3.0;
+use momentum::Momentum;
 
 /// Constants and scratch memory of the sums.
 #[derive(Clone, Debug)]
@@ -44,11 +39,6 @@ pub(crate) struct Forces {
     pub(crate) rate: Vec<[f64; 3]>,
     /// Force N (3), dissipated power W, squared shear rate 1/s2.
     pub(crate) force: Vec<[f64; 5]>,
-}
-
-/// `c_i` from `-sum_j V_j F r^2`.
-pub(crate) fn completion(seen: f64) -> f64 {
-    (3.0 / seen).clamp(0.0, LARGEST_C)
 }
 
 impl Forces {

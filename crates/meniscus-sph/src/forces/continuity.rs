@@ -6,14 +6,12 @@
 //! diffusion    D_ij = -2 delta h c0 F [ (p_j - p_i) - rho0 g.(x_j - x_i) ] / c0^2
 //! surface      3/c_i = -sum_j V_j F r^2
 //! ```
-//! (diffusion: Fourtakas et al. 2019, Computers & Fluids 190, 346; `L`: [`super::corrected`]). Images in the walls do not diffuse.
+//! (diffusion: Fourtakas et al. 2019, Computers & Fluids 190, 346; `L`: [`Corrected`](crate::corrections::Corrected)). Images in the walls do not diffuse.
 
-use super::blocks::{BLOCK, Column, Near, PairSum, add, dot, gather, put, row, scatter, sum};
-use super::frame::Body;
-use super::kernel::Kernel;
-use super::neighbours::Neighbours;
-use super::state::Particle;
-use super::tensor::{Symmetric, strain, trace};
+use crate::frame::Body;
+use crate::particles::blocks::{BLOCK, Column, Near, PairSum, add, dot, gather, put, row, scatter, sum};
+use crate::particles::tensor::{Symmetric, strain, trace};
+use crate::particles::{Kernel, Neighbours, Particle};
 
 /// Strength of the density diffusion, delta.
 pub(super) const DELTA: f64 = 0.1;

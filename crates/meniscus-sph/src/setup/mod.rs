@@ -1,14 +1,17 @@
 //! Set-up of a simulation and its limits: the glass, the liquid, the spacing, and the step that they allow.
 
-use super::effects::{self, Laws, glass_with, liquid_with, rise_m};
-use super::kernel::{Kernel, SMOOTHING};
-use super::packing::fitting_spacing;
+mod packing;
+
+pub(crate) use packing::{Packing, fitting_spacing};
+
+use crate::effects::{self, Laws, glass_with, liquid_with, rise_m};
+use crate::particles::{Kernel, SMOOTHING};
 use meniscus_data::effects::Effects;
 use meniscus_data::liquids::Liquid;
 use meniscus_data::recording::Glass;
 
 /// Numerical speed of sound, m/s: ten times the fastest flow, so that density varies by about 1 %.
-pub(super) const SOUND_M_S: f64 = 7.0;
+pub(crate) const SOUND_M_S: f64 = 7.0;
 
 /// Courant number `c0 dt / h` of the longest step.
 const COURANT: f64 = 0.8;
@@ -109,12 +112,12 @@ impl Setup {
 }
 
 /// The kernel of a resolved setup.
-pub(super) fn kernel(setup: &Setup) -> Kernel {
+pub(crate) fn kernel(setup: &Setup) -> Kernel {
     Kernel::new(SMOOTHING * fitting_spacing(&setup.glass, setup.spacing_m))
 }
 
 /// The longest step allowed by sound, by viscosity and by the effects of a resolved setup, s.
-pub(super) fn longest_step(kernel: &Kernel, setup: &Setup) -> f64 {
+pub(crate) fn longest_step(kernel: &Kernel, setup: &Setup) -> f64 {
     let density = setup.liquid.density_kg_m3;
     let nu = setup.liquid.rheology.largest() / density;
     let viscous = if nu > 0.0 { VISCOUS * kernel.h * kernel.h / nu } else { f64::INFINITY };
@@ -123,7 +126,7 @@ pub(super) fn longest_step(kernel: &Kernel, setup: &Setup) -> f64 {
 }
 
 /// Whether a resolved setup can be simulated.
-pub(super) fn check(setup: &Setup) -> Result<(), Error> {
+pub(crate) fn check(setup: &Setup) -> Result<(), Error> {
     setup.effects.require_simulated().map_err(|error| Error::Setup(format!("{error}")))?;
     let Glass { radius_m, fill_m, rim_m, taper } = setup.glass;
     if !(0.005..=0.2).contains(&radius_m)

@@ -1,7 +1,7 @@
 //! Settling: the ring packing relaxes under gravity and strong friction before time starts.
 
-use super::{Error, Simulator};
 use crate::effects::Acting;
+use crate::{Error, Simulator};
 use meniscus_data::motion::Kinematics;
 
 /// Length of each phase of settling, s: still, shaken, still.

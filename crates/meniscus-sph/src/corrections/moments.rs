@@ -7,13 +7,11 @@
 //! positions  s_i =  sum_j m_j W                          m_i = -sum_j m_j W x              (itself among them)
 //! ```
 //! [`super::corrected`] makes exact gradients of `N`, [`super::smooth`] the smooth part of the velocity of `R` and `N`,
-//! [`crate::positions`] a density of `s` and `m`.
+//! [`super::positions`] a density of `s` and `m`.
 
-use super::kernel::Kernel;
-use super::neighbours::{CHUNKS, Neighbours};
-use super::state::{Fluid, Particle, pair};
-use super::tensor::Symmetric;
-use super::walls::Walls;
+use crate::particles::tensor::Symmetric;
+use crate::particles::{CHUNKS, Fluid, Kernel, Neighbours, Particle, pair};
+use crate::walls::Walls;
 
 /// Lifetime of the sums, s: a seventieth of the first mode of the glass of the recordings.
 const HOLD_S: f64 = 0.004;
@@ -21,26 +19,26 @@ const HOLD_S: f64 = 0.004;
 /// The sums of one particle, with the minus signs still to come: `R` (9, rows by component of the velocity), `N` (6), `s`
 /// kg/m3, `m` (3) kg/m2.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Seen(pub(super) [f64; 19]);
+pub(crate) struct Seen(pub(crate) [f64; 19]);
 
 impl Seen {
     /// `R`, 1/s, rows by component of the velocity.
-    pub(super) fn velocity(&self) -> [f64; 9] {
+    pub(crate) fn velocity(&self) -> [f64; 9] {
         std::array::from_fn(|k| -self.0[k])
     }
 
     /// `N`.
-    pub(super) fn moments(&self) -> Symmetric {
+    pub(crate) fn moments(&self) -> Symmetric {
         std::array::from_fn(|k| -self.0[9 + k])
     }
 
     /// `s`, kg/m3.
-    pub(super) fn density(&self) -> f64 {
+    pub(crate) fn density(&self) -> f64 {
         self.0[15]
     }
 
     /// `|m|/s`, m.
-    pub(super) fn offset(&self) -> f64 {
+    pub(crate) fn offset(&self) -> f64 {
         let [x, y, z] = [self.0[16], self.0[17], self.0[18]];
         (x * x + y * y + z * z).sqrt() / self.0[15]
     }
@@ -101,7 +99,7 @@ impl Moments {
     }
 
     /// Whether they are due after a further step of `dt` seconds.
-    pub(super) fn due(&mut self, dt: f64) -> bool {
+    pub(crate) fn due(&mut self, dt: f64) -> bool {
         self.due_s -= dt;
         // Half a step before is nearer than half a step after.
         let due = self.due_s < 0.5 * dt;
@@ -112,7 +110,7 @@ impl Moments {
     }
 
     /// Forms the sums of the present state; `image_density` gives the density of an image of a pressure.
-    pub(super) fn form(
+    pub(crate) fn form(
         &mut self,
         kernel: &Kernel,
         lists: &Neighbours,
@@ -158,7 +156,7 @@ impl Moments {
     }
 
     /// The sums as they were formed, one entry a particle.
-    pub(super) fn seen(&self) -> impl Iterator<Item = Seen> + Clone {
+    pub(crate) fn seen(&self) -> impl Iterator<Item = Seen> + Clone {
         self.sums.iter().map(|sums| Seen(*sums))
     }
 }

@@ -10,8 +10,8 @@
 //! show an overturning wave. A constant offset, measured at rest, puts the mean of the resting
 //! surface at the fill height.
 
-use super::state::Particle;
-use super::{Error, Simulator};
+use crate::particles::Particle;
+use crate::{Error, Simulator};
 use meniscus::surface::{POINTS, profile_abscissa};
 use meniscus_data::recording::{COLUMNS, Lattice, WALL_POINTS, wall_azimuth};
 use nalgebra::DMatrix;

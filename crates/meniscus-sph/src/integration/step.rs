@@ -8,12 +8,11 @@
 //! (Monaghan 2005; Adami et al. 2012.) Density lives where the velocity is half a step away, so
 //! sound is integrated by a leap-frog and neither grows nor decays by the scheme itself.
 
-use super::effects::{Surroundings, motion_with};
-use super::frame::Body;
-use super::neighbours::IMAGE_SKIN;
-use super::state::Fluid;
-use super::walls::hold;
-use super::{Error, SKIN, Simulator};
+use crate::effects::{Surroundings, motion_with};
+use crate::frame::Body;
+use crate::particles::{Fluid, IMAGE_SKIN};
+use crate::walls::hold;
+use crate::{Error, SKIN, Simulator};
 use meniscus_data::motion::Kinematics;
 
 impl Simulator {

@@ -11,9 +11,9 @@
 //! is added, so glycerine gets none. Measured without viscosity at 5 mm: the noise at rest falls
 //! from 5.3 to 2.0 mm/s, the decay of the first mode from 0.27 to 0.25 per second.
 
-use super::blocks::dot;
 use super::moments::Seen;
-use super::tensor::{Symmetric, times};
+use crate::particles::blocks::dot;
+use crate::particles::tensor::{Symmetric, times};
 use nalgebra::Matrix3;
 
 /// Viscosity of what is not smooth in units of `h c0`.
@@ -26,7 +26,7 @@ const SINGULAR: f64 = 0.02;
 #[derive(Clone, Debug)]
 pub(crate) struct Gradients {
     /// The symmetric part of `G` of every particle, 1/s; the other part turns, and does not change a distance.
-    pub(super) g: Vec<Symmetric>,
+    pub(crate) g: Vec<Symmetric>,
 }
 
 impl Gradients {
@@ -36,7 +36,7 @@ impl Gradients {
     }
 
     /// Takes the gradients from what the particles see.
-    pub(super) fn update(&mut self, seen: impl Iterator<Item = Seen>) {
+    pub(crate) fn update(&mut self, seen: impl Iterator<Item = Seen>) {
         for (g, seen) in self.g.iter_mut().zip(seen) {
             let [xx, xy, xz, yy, yz, zz] = seen.moments();
             let moments = Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz);
@@ -53,20 +53,17 @@ impl Gradients {
 
 /// The smooth part of `v.x` between two particles with the gradients `a` and `b` at the separation `d`.
 #[inline(always)]
-pub(super) fn share(a: &Symmetric, b: &Symmetric, d: &[f64; 3]) -> f64 {
+pub(crate) fn share(a: &Symmetric, b: &Symmetric, d: &[f64; 3]) -> f64 {
     let sum = [a[0] + b[0], a[1] + b[1], a[2] + b[2], a[3] + b[3], a[4] + b[4], a[5] + b[5]];
     0.5 * dot(&times(&sum, d), d)
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::kernel::Kernel;
-    use super::super::moments::Moments;
-    use super::super::neighbours::{Box3, Neighbours};
-    use super::super::state::pair;
-    use super::super::state::{Fluid, Particle};
-    use super::super::walls::Walls;
     use super::*;
+    use crate::corrections::Moments;
+    use crate::particles::{Box3, Fluid, Kernel, Neighbours, Particle, pair};
+    use crate::walls::Walls;
 
     #[test]
     fn a_linear_velocity_is_smooth_and_a_jitter_is_not() {

@@ -13,12 +13,12 @@
 //! u = 1 - d/2h:   w = 21/2h (u^5 - 3/2 u^6 + 4/7 u^7),   C = 1 - 21 (u^6/6 - 3/14 u^7 + u^8/14),
 //!                 Q = 42h (u^6/6 - 5/14 u^7 + 29/112 u^8 - 4/63 u^9)
 //! ```
-//! for the kernel of [`super::kernel`]: two sums of the positions tell the depth and the density, with neither a surface that
+//! for the kernel of [`Kernel`](crate::particles::Kernel): two sums of the positions tell the depth and the density, with neither a surface that
 //! would have to be found nor a neighbour that lacks. What particles in layers differ from a continuum, up to 4 %, is in
 //! `c`, a parabola fitted to the liquid that settles; it calls nothing from where it rests.
 
 use super::moments::Seen;
-use super::state::Fluid;
+use crate::particles::Fluid;
 use nalgebra::{Matrix3, Vector3};
 
 /// Time in which the density follows, s: a third of the first mode of the glass of the recordings. 0.2 and 0.05 give the
@@ -75,7 +75,7 @@ pub(crate) struct PositionDensity {
     /// `mu/h` and `s f` of every particle.
     found: Vec<(f64, f64)>,
     /// Addition to the rate of density, kg/m3/s.
-    pub(super) recall: Vec<f64>,
+    pub(crate) recall: Vec<f64>,
 }
 
 impl PositionDensity {
@@ -103,7 +103,7 @@ impl PositionDensity {
     }
 
     /// Finds anew what calls the densities of `liquid` back, from what the particles see with a kernel of length `h` m.
-    pub(super) fn update(&mut self, seen: impl Iterator<Item = Seen>, h: f64, liquid: &Fluid) {
+    pub(crate) fn update(&mut self, seen: impl Iterator<Item = Seen>, h: f64, liquid: &Fluid) {
         let mut found = std::mem::take(&mut self.found);
         for (found, seen) in found.iter_mut().zip(seen) {
             let mu = seen.offset() / h;
@@ -123,12 +123,10 @@ impl PositionDensity {
 
 #[cfg(test)]
 mod tests {
-    use super::super::kernel::Kernel;
-    use super::super::moments::Moments;
-    use super::super::neighbours::{Box3, Neighbours};
-    use super::super::state::Particle;
-    use super::super::walls::Walls;
     use super::*;
+    use crate::corrections::Moments;
+    use crate::particles::{Box3, Kernel, Neighbours, Particle};
+    use crate::walls::Walls;
 
     /// The kernel of h = 1 summed over a plane at the distance `z`.
     fn plane(z: f64) -> f64 {

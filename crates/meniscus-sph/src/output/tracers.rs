@@ -7,8 +7,8 @@
 //! sigma_ii = -p + 2 mu D_ii,   tau_ij = 2 mu D_ij
 //! ```
 
-use super::Simulator;
 use super::surface::Nearby;
+use crate::Simulator;
 use meniscus::latent::decoder::GROUP_COMPONENTS;
 use meniscus_data::recording::{COLUMNS, LAYERS, Lattice, TRACERS};
 use nalgebra::{Matrix4, SMatrix};
@@ -109,9 +109,9 @@ fn stresses(simulator: &Simulator, solved: &SMatrix<f64, 4, 5>, inverse: f64) ->
 
 #[cfg(test)]
 mod tests {
-    use super::super::Setup;
-    use super::super::surface::SurfaceFinder;
     use super::*;
+    use crate::Setup;
+    use crate::output::surface::SurfaceFinder;
     use meniscus_data::effects::Effects;
     use meniscus_data::liquids::{Liquid, Rheology};
     use meniscus_data::recording::Glass;

@@ -28,10 +28,10 @@
 //! glycerine has -5.4 %, with `-2 v` +3.9 %, and 1 mPa s, by the formula, an eighth of its friction. What flows steadily for longer
 //! than a slosh rubs too much.
 
-use super::frame::Body;
-use super::state::{Fluid, Particle};
-use super::tensor::{Symmetric, mirrored};
-use crate::effects::stick;
+use super::slip::stick;
+use crate::frame::Body;
+use crate::particles::tensor::{Symmetric, mirrored};
+use crate::particles::{Fluid, Particle};
 use meniscus::reduced::{Cylinder, SloshMode, Wave};
 use meniscus::units::GRAVITY_M_S2;
 use meniscus_data::recording::Glass;
@@ -83,7 +83,7 @@ impl Walls {
     }
 
     /// Makes the images of the present state under the body force `body` and what presses on the
-    /// surface (see [`super::forces::Forces::pressed`]).
+    /// surface (see [`Forces::pressed`](crate::forces::Forces::pressed)).
     pub(crate) fn reflect(&mut self, glass: &Glass, liquid: &Fluid, body: &Body, pressed: &[[f64; 3]]) {
         let images = self.image.par_iter_mut().zip(&self.origin).with_min_len(256);
         images.for_each(|(image, origin)| {
@@ -174,35 +174,6 @@ fn to_side(glass: &Glass, x: &[f64; 3]) -> (f64, [f64; 3]) {
     let length = (1.0 + glass.taper * glass.taper).sqrt();
     let y = (glass.radius_at(x[2]) - r) / length;
     (y, [x[0] / r / length, x[1] / r / length, -glass.taper / length])
-}
-
-/// A particle this near to the wall, in spacings, moves no nearer; in rest it keeps about one half.
-const NEAREST: f64 = 0.1;
-
-/// Takes from particles at the wall the velocity into it, and books its energy as heat. The pressure
-/// alone does this everywhere but in a thin splash, where there is too little of it.
-pub(crate) fn hold(glass: &Glass, spacing_m: f64, liquid: &mut Fluid) {
-    let bottom = NEAREST * spacing_m;
-    for (p, heat) in liquid.particle.iter_mut().zip(&mut liquid.heat) {
-        let radius = glass.radius_at(p.x[2]) - NEAREST * spacing_m;
-        let r2 = p.x[0] * p.x[0] + p.x[1] * p.x[1];
-        if r2 > radius * radius {
-            // Outwards from a cone r = r0 + taper z: (x, y, -taper r).
-            let down = glass.taper * r2.sqrt();
-            let n2 = r2 * (1.0 + glass.taper * glass.taper);
-            let outward = p.x[0] * p.v[0] + p.x[1] * p.v[1] - down * p.v[2];
-            if outward > 0.0 {
-                *heat += 0.5 * outward * outward / n2;
-                p.v[0] -= outward / n2 * p.x[0];
-                p.v[1] -= outward / n2 * p.x[1];
-                p.v[2] += outward / n2 * down;
-            }
-        }
-        if p.x[2] < bottom && p.v[2] < 0.0 {
-            *heat += 0.5 * p.v[2] * p.v[2];
-            p.v[2] = 0.0;
-        }
-    }
 }
 
 #[cfg(test)]

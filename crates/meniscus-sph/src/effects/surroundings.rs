@@ -1,0 +1,23 @@
+//! The simulator around the liquid: neighbours, walls and glass, lent to an effect that acts by a force of its own.
+
+use crate::particles::{Kernel, Neighbours, Particle};
+use meniscus_data::recording::Glass;
+
+/// The simulator around the liquid, as an effect needs it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Surroundings<'a> {
+    /// The kernel.
+    pub(crate) kernel: &'a Kernel,
+    /// The lists of neighbours.
+    pub(crate) lists: &'a Neighbours,
+    /// The images in the walls.
+    pub(crate) images: &'a [Particle],
+    /// Slip length at the walls, m.
+    pub(crate) slip_m: f64,
+    /// What each particle sees of its neighbours, as in [`Forces::rate`](crate::forces::Forces::rate).
+    pub(crate) rate: &'a [[f64; 3]],
+    /// The glass.
+    pub(crate) glass: &'a Glass,
+    /// Spacing of the particles, m.
+    pub(crate) spacing_m: f64,
+}

@@ -1,0 +1,7 @@
+//! Integration in time: the step, the settling before time starts, and the books of energy.
+
+mod energy;
+mod settle;
+mod step;
+
+pub use energy::{closure, relative_closure};

@@ -1,0 +1,9 @@
+//! Output of a simulation: the surface, fields at tracers, recordings, and files of particles.
+
+mod particles;
+mod record;
+mod surface;
+mod tracers;
+
+pub use particles::Particles;
+pub use record::{record, record_particles, record_surfaces};

@@ -1,0 +1,19 @@
+//! Particles, their kernel and their neighbours: the sums that everything else is made of.
+//!
+//! | file | content |
+//! |---|---|
+//! | `state` | position, velocity, volume, pressure of a particle; the liquid |
+//! | `kernel` | smoothing kernel and its slope |
+//! | `neighbours` | pairs within the support of the kernel, and sums over them in a fixed order |
+//! | `blocks` | neighbours of a particle side by side, for vector instructions |
+//! | `tensor` | symmetric tensors as six numbers |
+
+pub(crate) mod blocks;
+mod kernel;
+mod neighbours;
+mod state;
+pub(crate) mod tensor;
+
+pub(crate) use kernel::{Kernel, SMOOTHING};
+pub(crate) use neighbours::{Box3, CHUNKS, IMAGE_SKIN, Neighbours, distance2};
+pub(crate) use state::{Fluid, Particle, pair};
