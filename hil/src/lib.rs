@@ -16,7 +16,7 @@ mod fault_list;
 mod faults;
 mod payload;
 #[cfg(target_os = "linux")]
-mod standard;
+mod standard_requests;
 #[cfg(target_os = "linux")]
 pub mod usbredir;
 #[cfg(target_os = "linux")]

@@ -1,6 +1,6 @@
 //! From bytes to a checked [`Model`]: the only constructor.
 
-use super::embed::embed;
+use super::effect_embedding::embed;
 use super::read_header::read_header;
 use super::shapes::{SURFACE_GROUP, shape};
 use super::{EmbeddedEffects, Header, LoadError, ObservationModel, Section, Tensor};

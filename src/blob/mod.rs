@@ -1,6 +1,6 @@
 //! The weight blob: checked once, read in place ever after. `firmware-config/SPEC.md` has the bytes.
 
-mod embed;
+mod effect_embedding;
 mod embedded_effects;
 mod error;
 mod filter_config;

@@ -7,9 +7,9 @@
 mod board;
 mod facts;
 mod kernel;
-mod machine;
 mod program;
 mod scenario;
+mod service_scenarios;
 mod turns;
 mod xhci;
 

@@ -1,6 +1,6 @@
 //! The scenarios, as what is done in the guest.
 
-use super::{facts, kernel, machine, program};
+use super::{facts, kernel, program, service_scenarios};
 use meniscus_hil::FaultList;
 use meniscus_hil::device::{Device, Film, Scenery, TestCard, Trouble};
 use meniscus_hil::vhci::Plugged;
@@ -61,11 +61,11 @@ pub(crate) fn run(plan: &str, film: &Path) -> Done {
         "record" => record(&plan),
         "run" => run_program(&plan, &plugged, false),
         "track" => run_program(&plan, &plugged, true),
-        "service" => machine::service(plan.seconds()),
-        "flash" => machine::flash(&plugged, plan.seconds()),
-        "full-disk" => machine::full_disk(plan.seconds()),
-        "low-memory" => machine::low_memory(plan.seconds()),
-        "busy" => machine::busy(&plugged, plan.seconds()),
+        "service" => service_scenarios::service(plan.seconds()),
+        "flash" => service_scenarios::flash(&plugged, plan.seconds()),
+        "full-disk" => service_scenarios::full_disk(plan.seconds()),
+        "low-memory" => service_scenarios::low_memory(plan.seconds()),
+        "busy" => service_scenarios::busy(&plugged, plan.seconds()),
         other => Err(format!("no scenario is called `{other}`").into()),
     };
     let witness = plugged.unplug()?;

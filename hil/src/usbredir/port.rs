@@ -3,7 +3,7 @@
 use super::shape;
 use super::wire::{self, Control, Message, kind, status};
 use crate::device::{Device, Ending, Event, INTERRUPT, Reply};
-use crate::standard;
+use crate::standard_requests;
 use std::collections::VecDeque;
 use std::io::{self, Write};
 use std::os::unix::net::UnixStream;
@@ -280,7 +280,7 @@ impl Redirected {
         let Some(seen) = device.seen(now_us) else {
             return self.send(&control.answer(number, status::IO_ERROR, 0, &[]));
         };
-        let reply = match standard::answer(&seen, setup) {
+        let reply = match standard_requests::answer(&seen, setup) {
             Some(bytes) => Reply::Data(bytes),
             None if (of, request, high) == (0x80, 6, 2) && self.configuration == 0 => {
                 Reply::Data(device.enumerated(now_us))

@@ -2,7 +2,7 @@
 
 use super::wire::{self, Command, HEADER, status};
 use crate::device::{Device, Ending, Event, Reply};
-use crate::standard;
+use crate::standard_requests;
 use std::collections::VecDeque;
 use std::io::{self, Read, Write};
 use std::os::unix::net::UnixStream;
@@ -126,7 +126,7 @@ impl Bus {
                 return self.write(&wire::submitted(number, status::PROTOCOL, 0), &[]);
             }
         }
-        if let Some(bytes) = standard::answer(&seen, setup) {
+        if let Some(bytes) = standard_requests::answer(&seen, setup) {
             self.configured |= (request_type, request) == (0, 9);
             return self.answer(number, length, request_type, &bytes);
         }

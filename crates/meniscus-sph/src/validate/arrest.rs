@@ -7,7 +7,7 @@
 //! whose constant `c`, the yield stress, brings it to rest in finite time; with `c = 0` it never is.
 //! Here: `k = 0.5 Pa s^n, n = 0.5, tau0 = 3 Pa` against a Newtonian liquid of 0.25 Pa s.
 
-use super::ring::{GLASS, setup};
+use super::ring_down::{GLASS, setup};
 use super::theory::Mode;
 use crate::{Error, Simulator};
 use meniscus_data::liquids::Rheology;

@@ -1,6 +1,6 @@
 //! Equality of a run on one thread and on two, bit by bit.
 
-use super::ring::setup;
+use super::ring_down::setup;
 use crate::{Error, Simulator};
 use meniscus_data::liquids::Rheology;
 

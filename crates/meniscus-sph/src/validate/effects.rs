@@ -18,7 +18,7 @@
 
 use super::Envelope;
 use super::fit::{Fit, fit};
-use super::ring::{GLASS, GLYCERINE, momentum, setup};
+use super::ring_down::{GLASS, GLYCERINE, momentum, setup};
 use super::theory::{Mode, Tone};
 use super::viscous::{Linear, linear_mode};
 use super::wall_force::{foaming, rubbed, sliding, sprung};

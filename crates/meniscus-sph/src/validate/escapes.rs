@@ -1,6 +1,6 @@
 //! Particles that leave the glass after a violent start.
 
-use super::ring::GLASS;
+use super::ring_down::GLASS;
 use super::theory::Mode;
 use crate::{Error, Setup, Simulator};
 use meniscus_data::effects::Effects;

@@ -35,7 +35,7 @@ mod jet;
 mod plots;
 mod report;
 mod rest_noise;
-mod ring;
+mod ring_down;
 mod second_mode;
 mod theory;
 mod viscous;
@@ -48,7 +48,7 @@ pub use envelope::Envelope;
 pub use fit::{Fit, fit};
 pub use plots::decay_png;
 pub use report::report;
-pub use ring::Ringing;
+pub use ring_down::Ringing;
 pub use theory::{Mode, Tone};
 pub use viscous::{Linear, linear_mode, viscous_mode};
 
@@ -56,7 +56,7 @@ use crate::Error;
 use meniscus::reduced::effects::LIBRARY;
 use meniscus_data::liquids::Rheology;
 use meniscus_report::checks::Check;
-use ring::{GLASS, GLYCERINE, ring, setup};
+use ring_down::{GLASS, GLYCERINE, ring, setup};
 
 /// Spacing of the recordings, m.
 const STANDARD_M: f64 = 0.005;

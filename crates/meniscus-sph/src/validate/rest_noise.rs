@@ -1,6 +1,6 @@
 //! Speed of the particles of a liquid at rest.
 
-use super::ring::setup;
+use super::ring_down::setup;
 use crate::{Error, Simulator};
 use meniscus_data::liquids::Rheology;
 

@@ -1,7 +1,7 @@
 //! The second mode, excited by a short acceleration of the glass.
 
 use super::fit::{Fit, fit};
-use super::ring::{GLASS, momentum, setup};
+use super::ring_down::{GLASS, momentum, setup};
 use super::theory::{Mode, Tone};
 use crate::{Error, Simulator};
 use meniscus_data::liquids::Rheology;

@@ -15,7 +15,7 @@
 //! With b_n = 1 the first mode would feel ever less with the number of modes, because a surface without tension gives way
 //! under a line of force without bound; with the fit a spring has settled to 1 part in 2000 at [`MODES`] modes.
 
-use super::ring::{GLASS, GLYCERINE};
+use super::ring_down::{GLASS, GLYCERINE};
 use meniscus::math::bessel_j;
 use meniscus::units::GRAVITY_M_S2;
 use meniscus_numerics::quadrature::gauss_legendre;
