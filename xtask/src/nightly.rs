@@ -66,6 +66,7 @@ fn steps(root: &Path) -> Vec<Step> {
     vec![
         with_cargo("build", "build --release --locked -p meniscus-cli --features train,foxglove"),
         with_cargo("house", "xtask house --rebuild --json"),
+        with_cargo("package", "xtask package"),
         with_cargo("fuzz", "test --release --locked -p meniscus-tests --test fuzz")
             .with("MENISCUS_FUZZ", FUZZ_CASES),
         study("validate", "simulate validate --json --out out/nightly/validation"),
