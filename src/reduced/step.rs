@@ -30,9 +30,9 @@ pub struct ReducedState {
     pub height: [[f64; RADIAL]; 2],
     /// Their rates, m/s.
     pub rate: [[f64; RADIAL]; 2],
-    /// What the memory of each mode holds, m.
+    /// Inner variable of each mode, m.
     pub memory: [[f64; RADIAL]; 2],
-    /// How far the contact line is caught, m.
+    /// Deflection of the contact line, m.
     pub caught: [f64; 2],
     /// Second-order waves.
     pub bound_waves: BoundWaveState,
