@@ -265,7 +265,7 @@ mod tests {
         })
     }
 
-    /// What `known` say of the frames that `keep` keeps.
+    /// Returns the verdict of `known` on the frames that `keep` keeps.
     fn said(known: &[KnownLiquid], tone: Tone, keep: impl Fn(u32) -> bool) -> (Verdict, [f64; 4]) {
         let recogniser = Recogniser::new(known, FILL_M);
         let mut trail = Trail::<4>::default();

@@ -1,4 +1,4 @@
-//! How far the edge is, and whether it is the contact line: the depth image beside the wall.
+//! Distance of the edge, and whether it is the contact line: the depth image compared with the wall.
 //!
 //! The contact line lies on the wall that faces the camera, whose depth `w(u, v)` follows from the glass
 //! position. All comparisons are made in residuals `z - w`, in which the wall is flat:
@@ -52,7 +52,7 @@ const BORDER: (f32, f32) = (0.5, 2.5);
 /// Standard deviation of its border, as a share of a row and of its thickness.
 const BORDER_ROWS: f32 = 0.25;
 const BORDER_SHARE: f32 = 0.15;
-/// The camera is this near to where it is told to be, or the settings are wrong, metres.
+/// Largest error of the camera's stated distance, metres; beyond it the settings are wrong.
 const PLACE_TOLERANCE_M: f32 = 0.015;
 /// Columns whose windows tell the same: the window's width and the reach of the matching.
 const GROUP: f32 = 8.0;

@@ -8,7 +8,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
-/// How long whoever shows a run waits for a turn before it checks whether the run has ended.
+/// Time that a viewer waits for a turn before it checks whether the run has ended.
 pub const PATIENCE: Duration = Duration::from_millis(100);
 
 /// Time between two images.
@@ -19,7 +19,7 @@ const IMAGE_EVERY: Duration = Duration::from_millis(100);
 pub struct TurnSnapshot {
     /// The turn.
     pub logged: Option<TimedTurn>,
-    /// What the estimator remembers after it: a forecast starts there.
+    /// Memory of the estimator after the turn: a forecast starts there.
     pub memory: Memory,
     /// Turns so far that ended more than a frame interval after their last payload's arrival.
     pub late: u64,

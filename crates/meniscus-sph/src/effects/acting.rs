@@ -14,7 +14,7 @@ use meniscus_data::recording::Glass;
 /// Highest wave number that the polynomials of the surface resolve, times the radius.
 const FINEST: f64 = 10.0;
 
-/// What the effects see of the simulator beside the liquid.
+/// State of the simulator that the effects read beside the liquid.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Surroundings<'a> {
     /// The kernel.
@@ -25,7 +25,7 @@ pub(crate) struct Surroundings<'a> {
     pub(crate) images: &'a [Particle],
     /// Slip length at the walls, m.
     pub(crate) slip_m: f64,
-    /// What each particle sees of its neighbours, as in [`Forces::rate`](super::super::forces::Forces::rate).
+    /// Rates of each particle from its neighbours, as in [`Forces::rate`](super::super::forces::Forces::rate).
     pub(crate) rate: &'a [[f64; 3]],
     /// The glass.
     pub(crate) glass: &'a Glass,
@@ -33,7 +33,7 @@ pub(crate) struct Surroundings<'a> {
     pub(crate) spacing_m: f64,
 }
 
-/// What acts on the free surface.
+/// Effects on the free surface.
 #[derive(Clone, Debug)]
 struct Surface {
     columns: Columns,
@@ -158,7 +158,7 @@ impl Acting {
         }
     }
 
-    /// What the effects store, J.
+    /// Returns the energy stored by the effects, J.
     pub(crate) fn stored(&self, fluid: &Fluid) -> f64 {
         let surface = self.surface.as_ref().map_or(0.0, |surface| {
             let line = surface.line.as_ref().map_or(0.0, |line| line.stored(surface.wall.length_m));

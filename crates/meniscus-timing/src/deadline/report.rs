@@ -79,7 +79,7 @@ pub fn markdown(outcomes: &[Outcome], command: &str, machine: &str) -> String {
     page + &format!("\n```text\n{}```\n", table(&checks(outcomes)))
 }
 
-/// What the misses were and led to.
+/// Returns the section on missed deadlines: their number, stages and lost frames.
 fn misses(outcome: &Outcome) -> String {
     let tally = &outcome.tally;
     if tally.misses.is_empty() {
@@ -114,7 +114,7 @@ fn misses(outcome: &Outcome) -> String {
     text
 }
 
-/// What the loads did, and what was refused.
+/// Returns the section on the loads' work and the refused real-time rights.
 fn load(outcome: &Outcome) -> String {
     let (pressed, name) = (&outcome.pressed, outcome.run.name());
     let mut text = String::new();

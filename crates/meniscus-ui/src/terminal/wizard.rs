@@ -35,7 +35,7 @@ impl Step {
         [(Self::Camera, "camera"), (Self::Glass, "glass"), (Self::Measure, "measures"), (Self::Rest, "rest")];
 }
 
-/// What the person wants.
+/// Request of the person at the wizard.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Wish {
     /// Nothing that concerns others.
@@ -76,7 +76,7 @@ impl Wizard {
         self.step
     }
 
-    /// What the entries say.
+    /// Returns the measures of the glass in the entries.
     ///
     /// # Errors
     /// In words, when an entry is no number or out of its range.

@@ -1,4 +1,4 @@
-//! What the bus can answer, in words.
+//! Errors of the bus and ends of transfers, in words.
 
 /// A call that failed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -44,7 +44,7 @@ impl std::fmt::Display for UsbError {
 
 impl std::error::Error for UsbError {}
 
-/// How a queued transfer ended.
+/// End of a queued transfer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Status {
     /// It brought bytes.
