@@ -17,7 +17,7 @@ pub(super) struct ModeCoefficients {
     pub(super) mode: SloshMode,
     /// Stiffness of the discrete oscillator, N/m.
     pub(super) stiffness: f64,
-    /// Force for each m/s2 of push, kg.
+    /// Force for each m/s2 of acceleration input, kg.
     pub(super) push_kg: f64,
     /// Stiffness for each m/s2 of lift, kg/m.
     pub(super) lift_kg_m: f64,

@@ -19,7 +19,7 @@ use crate::usb::uvc::Stream;
 /// Frame interval, microseconds.
 const INTERVAL_US: u64 = 16_667;
 
-/// Stale frames in a row after which the camera's time is believed instead of ours.
+/// Stale frames in a row after which the camera's time replaces ours.
 const STALE_LIMIT: u32 = 3;
 
 /// One turn, as it is handed on.

@@ -4,7 +4,7 @@
 //! position. All comparisons are made in residuals `z - w`, in which the wall is flat:
 //!
 //! * far below each edge point, where only the front of the liquid can be, the median residual of a small
-//!   window; the median `r0` of all is how far the camera stands from where it is told to be, and every
+//!   window; the median `r0` of all is the error of the camera's stated distance, and every
 //!   point takes it: its depth is `w + r0`. A single window is noisier than the wall is uncertain;
 //! * the same window just below the edge far from `r0`: the edge is not the contact line there; the point is dropped
 //!   ([`Tally::not_the_wall`](super::Tally));

@@ -135,7 +135,7 @@ impl Training<'_> {
         if cost.is_finite() { cost } else { f64::INFINITY }
     }
 
-    /// J^T W J and J^T W m of the mean cost, and the cost; pieces that cannot be solved are left out and told.
+    /// Returns J^T W J and J^T W m of the mean cost, and the cost; pieces that cannot be solved are left out and returned.
     fn normal<'p>(&self, w: &DVector<f64>, pieces: Vec<Piece<'p>>, small: f64) -> Option<Normal<'p>> {
         let net = Exact::new(self.form, w.as_slice());
         let count = w.len();

@@ -60,8 +60,8 @@ impl SnapshotOutlet {
         Self { handoff: Arc::new(Handoff::new(snapshot)), late: Arc::default() }
     }
 
-    /// The newest turn, for the one thread that shows it: asked for, and waited for [`PATIENCE`] at most. An image comes
-    /// with it every tenth of a second; `image_due` is when the next one does.
+    /// Requests the newest turn, for the one thread that shows it, and waits [`PATIENCE`] at most. An image comes
+    /// with it every tenth of a second; `image_due` is the time of the next one.
     pub fn take(&self, image_due: &mut Instant) -> Option<(TurnSnapshot, TimedTurn)> {
         self.handoff.ask();
         if !self.handoff.wait(PATIENCE) {
@@ -82,7 +82,7 @@ impl SnapshotOutlet {
 }
 
 impl TurnSink for SnapshotOutlet {
-    /// Copies the turn only if somebody has asked for one.
+    /// Copies the turn only if a viewer has requested one.
     fn accept(&mut self, record: &TurnRecord<'_>) {
         let logged = record.logged;
         let missed = u64::from(logged.latency_us > DEADLINE_US);

@@ -42,7 +42,7 @@ struct Surface {
     tension: Option<Tension>,
     line: Option<ContactLine>,
     foam: Option<Foam>,
-    /// Stored energy of the area at the last push, J.
+    /// Stored energy of the area at the last call of the forces, J.
     area_j: f64,
     /// Force per length along the wall, N/m.
     held: [f64; SECTORS],

@@ -1,4 +1,4 @@
-//! The deadline, kept and proven: minutes of turns beside a load, every one of them in a histogram, every miss told.
+//! Deadline study: minutes of turns beside a load, each turn in a histogram, each missed deadline reported.
 //!
 //! ```text
 //! pace: images rendered before --a frame every 1/rate s--> link --> the worker of `meniscus run` --> log
@@ -84,7 +84,7 @@ pub struct Outcome {
     pub tally: Tally,
     /// Work of the loads.
     pub pressed: Pressed,
-    /// Share of the processors' time that the host of a virtual machine took; `None` where that is not told.
+    /// Share of the processors' time that the host of a virtual machine took; `None` where that is unknown.
     pub stolen: Option<f64>,
     /// Real-time rights that were requested and refused, in words.
     pub refused: Vec<String>,

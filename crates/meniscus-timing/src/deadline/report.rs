@@ -7,7 +7,7 @@ use meniscus_report::checks::{Check, table};
 /// Misses that a page shows of each run, the longest first.
 const SHOWN: usize = 12;
 
-/// The checks of all runs. At 60 Hz no frame may be missed; faster ones are told.
+/// Returns the checks of all runs. At 60 Hz no frame may be missed; faster runs are informational.
 #[must_use]
 pub fn checks(outcomes: &[Outcome]) -> Vec<Check> {
     outcomes.iter().flat_map(of).collect()

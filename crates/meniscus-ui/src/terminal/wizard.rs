@@ -268,7 +268,7 @@ fn before(step: Step) -> Step {
     }
 }
 
-/// The step at which a finding of the inspection is shown: those that hang on a measure where it is asked for.
+/// Returns the step at which a finding of the inspection is shown: at `Measure` if it depends on an entered measure.
 fn step_of(finding: &Finding) -> Step {
     match finding.check.name.as_str() {
         "radius_seen_mm" | "fill_seen_mm" | "camera_height_mm" => Step::Measure,

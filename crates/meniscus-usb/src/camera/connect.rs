@@ -218,7 +218,7 @@ fn calibrate(transport: &mut impl Transport, plan: &Plan) -> Result<(Intrinsics,
     Ok((intrinsics.map_err(CameraError::Calibration)?, baseline_mm))
 }
 
-/// Whether the advanced mode is on, and the depth unit that holds; asked for another one if it can be set.
+/// Returns whether the advanced mode is on, and the depth unit in force, after a request for another one if it can be set.
 fn depth_unit(
     transport: &mut impl Transport,
     plan: &Plan,

@@ -13,7 +13,7 @@ pub enum UsbError {
     Stall,
     /// No answer in time.
     Timeout,
-    /// The device sent more than was asked for.
+    /// The device sent more bytes than requested.
     Overflow,
     /// The transfer was damaged on the wire.
     Io,
