@@ -1,4 +1,4 @@
-//! What the camera side costs on one core: rendering, wire, extraction, the reference filters; median and
+//! Times of the camera side on one core: rendering, wire, extraction, the reference filters; median and
 //! worst of many frames.
 //!
 //! The filters are given as ratios to the reference library: 9.4 ms of processor time for its spatial

@@ -22,7 +22,7 @@ use std::error::Error;
 use std::path::Path;
 use std::{print, println, vec};
 
-/// What a board runs.
+/// Program of a board.
 mod board {
     use meniscus::blob::{LoadError, Model};
     use meniscus::runtime::{Clock, Estimator, InputSource, ProfileSensor, Tracker, Turn};

@@ -1,4 +1,4 @@
-//! What the camera makes of recordings: renders each frame, reads it back, prints the errors.
+//! Surface errors of the camera on recordings: renders each frame, reads it back, prints the errors.
 //!
 //! `cargo run --release -p meniscus-examples --example see -- [camera-height-mm] RECORDING...`
 

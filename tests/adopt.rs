@@ -146,8 +146,8 @@ fn neutral_effects_change_nothing() {
     }
 }
 
-/// Below the yield stress the liquid stands: behind a small push its surface moves on less than in proportion to a large
-/// one, and the less the smaller it was. A step that bounced from so much friction would not stand.
+/// Below the yield stress the liquid stands: after a small acceleration its surface moves on less than in proportion to a
+/// large one, and the less the smaller it was. A step that bounced from so much friction would not stand.
 #[test]
 fn a_yield_stress_holds_a_small_push_better_than_a_large_one() {
     let blob = with(&[("yield_stress", 20.0)]);

@@ -31,7 +31,7 @@ fn a_healthy_camera_is_read_without_a_loss() {
     assert!(reader.notes.is_empty() && reader.wrong.is_none());
 }
 
-/// One failure is told with its name, and all are tried.
+/// Each failure is reported with its name, and all are tried.
 #[test]
 fn every_trouble_ends_as_the_table_says() {
     let named: Vec<&str> = TABLE.iter().map(|(name, _)| *name).collect();

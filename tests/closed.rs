@@ -111,7 +111,7 @@ fn scratch(name: &str) -> PathBuf {
     folder.join(name)
 }
 
-/// Nothing of it is told: operators, energy and friction are learnt from states, and the laws hold to rounding.
+/// Nothing of it is given: operators, energy and friction are learnt from states, and the laws hold to rounding.
 #[test]
 fn a_swing_with_friction_is_learnt() {
     let path = scratch("swing.npz");

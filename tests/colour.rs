@@ -73,7 +73,7 @@ fn stream(mut session: Session<SimulatedBus>, frames: u32, take: impl FnMut(Stre
     session.connected().clone()
 }
 
-/// What an sensor sees of the recording through this image.
+/// Returns the observations of a sensor of the recording through this image.
 fn observations(outline: OutlineImage) -> (Vec<FrameObservation>, Connected) {
     let session =
         session(RecordedGlass::new(recording(), SceneSettings::default()), outline, None).expect("connected");
@@ -178,7 +178,7 @@ fn the_time_of_a_pair_is_that_of_the_outline() {
     assert_eq!(with([0.0148, 0.0, 0.0]), outline);
 }
 
-/// What the wizard finds of a glass at rest.
+/// Returns the wizard's inspection of a glass at rest.
 fn looked_at(outline: OutlineImage) -> (Inspection, Vec<Pair>, Connected) {
     let glass = RecordedGlass::new(recording(), SceneSettings::default()).resting();
     let session = session(glass, outline, None).expect("connected");

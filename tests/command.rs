@@ -112,7 +112,7 @@ fn image_size(path: &Path) -> (u32, u32) {
     (number(16), number(20))
 }
 
-/// What holds in real time on any machine: the camera's pace, the laws, no allocation, and a turn for every interval.
+/// Invariants of a real-time run on any machine: the camera's pace, the laws, no allocation, a turn for every interval.
 #[test]
 fn in_real_time_the_laws_hold_whatever_else_the_machine_does() {
     const TIMELESS: [&str; 3] = ["energy_drift_step", "entropy_falls", "allocations"];

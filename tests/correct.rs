@@ -20,7 +20,7 @@ fn own() -> Recording {
     Recording::load(path).expect("the shipped recording is good")
 }
 
-/// A thinner liquid in closed form: less damped than glycerine, and without its wall layers.
+/// A liquid of lower viscosity in closed form: less damped than glycerine, and without its wall layers.
 fn other() -> [Sightings; 2] {
     [1, 2].map(|seed| perfect(&slosh::recording(200, 0.012, seed)))
 }

@@ -56,7 +56,7 @@ fn links(text: &str) -> Vec<String> {
     targets.map(str::to_owned).collect()
 }
 
-/// What a relative link points at, if it is one.
+/// Returns the path behind a relative link; `None` for another link.
 fn target<'l>(page: &Path, link: &'l str) -> Option<(PathBuf, &'l str)> {
     let elsewhere = ["http://", "https://", "mailto:", "#"].iter().any(|start| link.starts_with(start));
     let path = link.split('#').next().unwrap_or(link);
@@ -107,7 +107,7 @@ fn makes(command: &str) -> bool {
     words(command).is_some_and(|words| !words.is_empty()) || command.contains("_PICTURE=")
 }
 
-/// What `meniscus ... --help` knows.
+/// Help texts of verbs, from `meniscus ... --help`.
 struct Helps(BTreeMap<Vec<String>, Option<String>>);
 
 impl Helps {
@@ -124,7 +124,7 @@ impl Helps {
         self.0.entry(key).or_insert_with(ask).as_deref()
     }
 
-    /// What is wrong with a command, if anything.
+    /// Returns the fault of a command, if it has one.
     fn wrong(&mut self, words: &[&str]) -> Option<String> {
         let verb = words.first().filter(|word| !word.starts_with('-'))?;
         let Some(help) = self.of(&[verb]).map(str::to_owned) else {
@@ -234,7 +234,7 @@ fn every_command_has_its_verb_and_its_flags() {
     assert!(count > 40, "only {count} commands were found");
 }
 
-/// What `cargo view` stands for.
+/// Returns the command behind the alias `cargo view`.
 fn alias(config: &str) -> Option<&str> {
     config.lines().find_map(|line| line.strip_prefix("view = \"")?.strip_suffix('"'))
 }

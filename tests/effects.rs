@@ -101,8 +101,8 @@ fn the_books_close_with_every_effect_and_under_every_motion() {
     }
 }
 
-/// A glass does not know which way it is moved: along y the surface does what it does along x, a quarter turn on. How the
-/// particles are packed knows, by a tenth of the slosh at this spacing.
+/// The direction of motion makes no difference: along y the surface does the same as along x, a quarter turn on. The
+/// packing of the particles makes one, of 10 % relative to the slosh amplitude at this spacing.
 #[test]
 fn a_glass_moved_away_from_the_camera_sloshes_as_one_moved_along_x() {
     let recorded = |column: &str| {

@@ -19,7 +19,7 @@ fn shipped() -> Recording {
     Recording::load(path).expect("the shipped recording is good")
 }
 
-/// What the simulated camera sees of it.
+/// Returns the profiles that the simulated camera sees of it.
 fn filmed(recording: &Recording) -> Vec<Option<SurfaceProfile>> {
     let scene =
         SceneSettings { disparity_rms_px: DISPARITY_RMS_PX, seed: 3, ..SceneSettings::of(&recording.glass) };

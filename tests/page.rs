@@ -128,7 +128,7 @@ fn without_the_token_there_is_nothing_and_no_token_only_on_loopback() {
     assert!(format!("{error}").contains("What to do: end it, or choose another port"), "{error}");
 }
 
-/// What the page decodes is what the turn wrote: rest + sum of c_j scale_j column_j, from the bytes that travel.
+/// The field that the page decodes is the one of the turn: rest + sum of c_j scale_j column_j, from the bytes sent.
 #[test]
 fn the_field_of_the_bytes_is_the_field_of_the_turn() {
     with_page(None, |address, _| {

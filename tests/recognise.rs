@@ -21,7 +21,7 @@ fn shipped() -> Vec<Note> {
         .expect("the shipped notes")
 }
 
-/// What the camera sees of the shipped recording, which no note was learnt from.
+/// Returns the camera's view of the shipped recording, which no note was learnt from.
 fn glycerine() -> (Vec<Option<SurfaceProfile>>, f64) {
     let recording = Recording::load(Path::new(concat!(
         env!("CARGO_MANIFEST_DIR"),
@@ -86,7 +86,7 @@ fn film(path: &Path, frames: Range<usize>) {
     writer.finish().expect("closed");
 }
 
-/// What `meniscus setup` writes of the glass of the shipped recording, had it this radius.
+/// Writes the setup file of a glass like that of the shipped recording with this radius.
 fn setup(path: &Path, radius_mm: f64) {
     let settings = Settings::default();
     assert_eq!(

@@ -164,7 +164,7 @@ fn no_glass_a_clear_liquid_and_one_that_moves_are_told_apart() {
     assert!(missed(&swinging).contains(&"rest_noise_mm"), "{:?}", missed(&swinging));
 }
 
-/// What `correct` learns from: one place a frame interval, empty where the camera brought nothing.
+/// Input of `correct`: one position for each frame interval, empty where the camera brought nothing.
 #[test]
 fn a_cameras_recording_is_read_interval_by_interval() {
     let shots = pairs(SceneSettings::default(), 16, 0.0, |_| 70.0);

@@ -36,7 +36,7 @@ fn profile_and_axis_are_within_their_bounds_at_nominal_noise() {
 }
 
 /// In a large first mode the liquid half-way to the axis stands higher than the contact line before
-/// it and shows above it by some pixels. It is told from the front by what it mirrors of the room.
+/// it and shows above it by some pixels. Its mirror image of the room distinguishes it from the front.
 #[test]
 fn the_contact_line_is_found_below_liquid_that_rises_behind_it() {
     let nominal = SceneSettings::default();

@@ -26,7 +26,7 @@ fn expose(source: &mut impl Source, shot: u64) -> Vec<Payload> {
     source.expose(&Shot::infrared(&depth, &infrared, 1_000_000 + shot * INTERVAL_US))
 }
 
-/// What came out of a run.
+/// Counts of a run.
 #[derive(Debug, Default, PartialEq)]
 struct Books {
     depth: u32,

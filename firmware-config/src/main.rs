@@ -82,15 +82,15 @@ pub extern "C" fn _start() -> ! {
     }
 }
 
-/// What leaves the board.
+/// Writes an estimate as the board would send it.
 fn send(packet: &Packet, field: &[f32]) {
     let mut buffer = [0; OUTPUT_MAX];
     let _sent = black_box(packet.write(&mut buffer).is_ok());
     black_box(field);
 }
 
-/// What stands before the stream: descriptors, probe, status packets, hardware monitor. The colour lens, if its table
-/// is sound.
+/// Reads everything ahead of the stream: descriptors, probe, status packets, hardware monitor. Returns the colour lens
+/// if its table is sound.
 fn connect(bytes: &[u8]) -> Option<Colour> {
     black_box(check(bytes).is_ok());
     for interface in interfaces(bytes) {

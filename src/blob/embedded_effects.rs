@@ -25,9 +25,9 @@ pub struct EmbeddedEffect {
 pub struct EmbeddedEffects {
     /// Density of that liquid, kg/m3.
     pub density_kg_m3: f64,
-    /// How it resists.
+    /// Rheology of that liquid.
     pub liquid: Rheology,
-    /// What it lacks.
+    /// Effects inserted into the model.
     pub effects: Vec<EmbeddedEffect, MOST>,
 }
 

@@ -91,7 +91,7 @@ pub enum LoadError {
     },
     /// The directions of the map of the first mode are not those of its rows.
     ModeMap,
-    /// What the blob says of its own errors cannot be: a matrix that is no covariance, a variance or a factor below zero.
+    /// The blob's error model is invalid: a matrix that is no covariance, a variance or a factor below zero.
     NotACovariance {
         /// Which tensor.
         tensor: Tensor,

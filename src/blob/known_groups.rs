@@ -40,7 +40,7 @@ impl FieldGroup {
 /// Set of the field groups whose errors are known for the blob's liquid, as a bit set.
 ///
 /// A model corrected from camera images alone has seen nothing but the surface of its liquid. Its other groups still come
-/// from the liquid that it was trained on, and a consumer has to tell the two apart.
+/// from the liquid that it was trained on, and a consumer has to distinguish the two.
 ///
 /// ```
 /// use meniscus::blob::{FieldGroup, KnownGroups};

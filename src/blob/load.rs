@@ -18,7 +18,7 @@ use nalgebra::SMatrix;
 /// Every tensor starts on such a boundary, counted from the start of the blob.
 pub const ALIGNMENT: usize = 64;
 
-/// How far a covariance may be from symmetric, relative.
+/// Largest relative asymmetry of a covariance.
 const ROUNDING: f64 = 1e-3;
 
 /// A matrix on latent space.
@@ -44,7 +44,7 @@ type Square = SMatrix<f64, LATENTS, LATENTS>;
 /// ```
 #[derive(Clone, Debug)]
 pub struct Model<'b> {
-    /// What the blob says of itself.
+    /// Header of the blob.
     pub header: Header,
     /// Window to latent.
     pub encoder: Encoder<'b>,

@@ -10,7 +10,7 @@ use crate::surface::POINTS;
 use crate::uncertainty::error_factors::ErrorFactors;
 use crate::uncertainty::error_model::SPREAD_GROUPS;
 
-/// What a dimension may be.
+/// Allowed sizes of a dimension.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Dim {
     /// Exactly this.

@@ -49,7 +49,7 @@ impl StateIndex {
         self as usize
     }
 
-    /// What stands at position `index`; `None` for a latent.
+    /// Returns the state at position `index`; `None` for a latent.
     pub(super) fn at(index: usize) -> Option<Self> {
         Self::ALL.get(index.checked_sub(LATENTS)?).copied()
     }

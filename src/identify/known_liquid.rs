@@ -8,16 +8,16 @@ use crate::surface::SurfaceProfile;
 use crate::units::FRAME_INTERVAL_S;
 
 /// Share of what a reading says that the oscillator takes over each frame: it forgets a wrong start in half a second,
-/// and foretells for about as long.
+/// and predicts for about as long.
 const PULL: f64 = 0.03;
 
-/// Height of a wave that some liquid has to foretell for a frame to count, m: a liquid at rest has no name.
+/// Height of a wave that some liquid has to predict for a frame to count, m: a liquid at rest has no name.
 const MOVED_M: f64 = 1e-3;
 
 /// Frames after a start in the midst of a slosh before they count.
 pub const SETTLING_FRAMES: u32 = 60;
 
-/// Slope and way of the glass in a frame, m, below which both rest; after so many frames the rest is believed.
+/// Slope and travel of the glass in a frame, m, below which both rest, and the number of such frames that make a rest.
 const RESTING_M: f64 = 5e-4;
 const RESTS: u32 = 8;
 
@@ -49,7 +49,7 @@ struct Course {
 #[derive(Clone, Debug)]
 pub struct Trail<const N: usize> {
     courses: [Course; N],
-    /// Place of the glass when it was last seen, m.
+    /// Position of the glass when it was last seen, m.
     place_m: Option<f64>,
     /// The slope then, m.
     height_m: f64,
@@ -121,7 +121,7 @@ impl<'k> Recogniser<'k> {
 
     /// One frame. Call it once a frame interval, with `None` where no frame came or no liquid was seen.
     ///
-    /// A frame counts if some liquid foretells a wave. That is known before the frame is read, so that choosing does not
+    /// A frame counts if some liquid predicts a wave. That is known before the frame is read, so that choosing does not
     /// lean towards any of them.
     pub fn turn<const N: usize>(&self, trail: &mut Trail<N>, profile: Option<&SurfaceProfile>) {
         for course in &mut trail.courses {
@@ -265,7 +265,7 @@ mod tests {
         })
     }
 
-    /// What `known` say of the frames that `keep` keeps.
+    /// Returns the verdict of `known` on the frames that `keep` keeps.
     fn said(known: &[KnownLiquid], tone: Tone, keep: impl Fn(u32) -> bool) -> (Verdict, [f64; 4]) {
         let recogniser = Recogniser::new(known, FILL_M);
         let mut trail = Trail::<4>::default();

@@ -1,10 +1,10 @@
-//! The first mode of a liquid in a moved glass, with the six numbers that tell one liquid from another.
+//! First mode of a liquid in a moved glass, with six numbers that distinguish liquids.
 //!
 //! ```text
 //! y = s + b X,     y'' = -2 gamma (y' - b X') - w^2 (1 - 2 kappa A^2/A_1^2) (y - b X)
 //! gamma(A) = gamma_0 + gamma_y / (1 + A/A_0) + gamma_b A^2/A_1^2,      A^2 = s^2 + s'^2/w^2
 //! ```
-//! s is the height of the mode at the wall, X the place of the glass. Written in y the motion enters by its place and
+//! s is the height of the mode at the wall, X the position of the glass. Written in y the motion enters by its position and
 //! needs no second difference, which would be noise. The decay has three parts: what is the same at any height, what a
 //! yield stress adds where little moves (by equivalent linearisation it falls as 1/A: `crate::reduced`), and what waves
 //! lose that steepen or break. Frequencies fall with the square of the height (Miles 1976; Bauerlein and
@@ -16,7 +16,7 @@ use serde::{Deserialize, Serialize};
 /// A_0: below this height a yield stress counts in full, m.
 const LOW_M: f64 = 1e-3;
 
-/// A_1: the height that kappa and gamma_b are told for, m.
+/// A_1: the height for which kappa and gamma_b are stated, m.
 const HIGH_M: f64 = 1e-2;
 
 /// Height beyond which softening and decay grow no more, m: nothing was fitted there.

@@ -10,8 +10,8 @@
 //! a fractional power keeps a likelihood that takes them for independent from being too sure (Miller and Dunson, J. Am.
 //! Stat. Assoc. 114 (2019) 1113; the number of independent ones of a series: Bayley and Hammersley, J. R. Stat. Soc.
 //! Suppl. 8 (1946) 184). That an oscillator misses more on one recording of its own liquid than on the next is the scatter s.
-//! `None` needs no threshold: it is a hypothesis that spreads its bet over all misses from what is due to twenty times
-//! as much, and wins where every liquid misses by so much more than its own scatter explains (Bayes factors: Kass and
+//! `None` needs no threshold: it is a hypothesis that spreads over all residuals from the expected one to twenty times
+//! as much, and wins where the residual of every liquid is larger than its own scatter explains (Bayes factors: Kass and
 //! Raftery, J. Am. Stat. Assoc. 90 (1995) 773).
 
 use super::evidence::{Calibration, Evidence};

@@ -28,9 +28,9 @@ pub struct BoundWaveState {
     pub height: [[f64; RADIAL]; BOUND_WAVE_SHAPES],
     /// Their rates, m/s.
     pub rate: [[f64; RADIAL]; BOUND_WAVE_SHAPES],
-    /// What the liquid's memory of each holds, m.
+    /// Inner variables of the liquid, m.
     pub memory: [[f64; RADIAL]; BOUND_WAVE_SHAPES],
-    /// How far the contact line is caught by them, by sector of the wall, m.
+    /// Deflection of the contact line by them, by sector of the wall, m.
     pub caught: [f64; SECTORS],
 }
 
@@ -39,17 +39,17 @@ pub struct BoundWaveState {
 pub(super) struct BoundWave {
     /// Frequency squared, 1/s2.
     pub square: f64,
-    /// That of the discrete oscillator which turns as fast, 1/s2.
+    /// Frequency squared of the discrete oscillator of the same period, 1/s2.
     pub discrete: f64,
     /// Damping gamma (1/s) by the amplitude of the first mode, which sets how thick the liquid is.
     pub damping: SpeedTable,
     /// Coefficients p and q of what the first mode drives.
     pub drive: [f64; 2],
-    /// What the forces on the first mode drive: C, 1/m2.
+    /// Coupling C to the forces on the first mode, 1/m2.
     pub carried: f64,
-    /// What a lean along x does: `B t`, 1/m.
+    /// Coupling `B t` to a lean along x, 1/m.
     pub lean: f64,
-    /// What the liquid remembers of it; stiffness over the mass, 1/s2.
+    /// Inner variable of the liquid; stiffness over the mass, 1/s2.
     pub memory: Branch,
 }
 
@@ -75,11 +75,11 @@ pub(super) struct FirstModeMotion {
     pub height: [f64; 2],
     /// Their rates, m/s.
     pub rate: [f64; 2],
-    /// How fast its potential changes, m2/s2.
+    /// Rate of change of its potential, m2/s2.
     pub turns: [f64; 2],
     /// Speed of the contact line, m/s.
     pub speed: [f64; 2],
-    /// How far it is caught, m.
+    /// Deflection of the contact line, m.
     pub held: [f64; 2],
 }
 

@@ -35,7 +35,7 @@ const LAYER_PLACE: f64 = 0.6;
 /// Least amplitude of a rate of shear, 1/s: below it a yield stress is a great viscosity.
 const LEAST_RATE: f64 = 0.02;
 
-/// How the liquid resists.
+/// Rheology of the liquid: shear stress as a function of the shear rate.
 ///
 /// ```
 /// use meniscus::reduced::Rheology;

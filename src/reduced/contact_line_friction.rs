@@ -21,7 +21,7 @@ pub const SECTORS: usize = 16;
 pub(super) struct ContactLineFriction {
     /// Spring of one sector over the mass of each (0,n) and (2,n), 1/s2.
     pub square: [[f64; RADIAL]; 2],
-    /// How far the line gives way before it slides, m.
+    /// Deflection of the contact line at which it slides, m.
     pub reach_m: f64,
     /// Cosine and sine of the middle of each sector.
     turn: [[f64; 2]; SECTORS],
@@ -32,9 +32,9 @@ pub(super) struct ContactLineFriction {
 struct Sector {
     /// Shapes of the waves here.
     shape: [f64; BOUND_WAVE_SHAPES],
-    /// How far the line is caught in the middle of the step without what the waves move, m.
+    /// Deflection in the middle of the step without the motion of the waves, m.
     caught: f64,
-    /// How much of their way catches it more, s.
+    /// Change of the deflection with the speed of the waves, s.
     gives: f64,
 }
 
@@ -138,8 +138,8 @@ mod tests {
         ContactLineFriction::new(60.0, 5e-4, 0.035, [[0.044; RADIAL], [0.02; RADIAL]])
     }
 
-    /// What is caught all round after the ring has moved by `way` m beside a first mode at `speed` m/s that has
-    /// caught the line by `held` m.
+    /// Returns the deflection of every sector after the ring has moved by `way` m beside a first mode at `speed` m/s
+    /// whose contact line is deflected by `held` m.
     fn caught_by(way: f64, speed: f64, held: f64) -> [f64; SECTORS] {
         let mut caught = [0.0; SECTORS];
         let mut rates = [[0.0; RADIAL]; BOUND_WAVE_SHAPES];

@@ -1,4 +1,4 @@
-//! What the first mode makes of another wave: by its own square, and where the glass leans.
+//! Coupling of the first mode to another wave: by its own square, and where the glass leans.
 //!
 //! The operator that takes the potential psi on the surface to its rising is `G0 + G1(eta)`, `G1 = -div(eta grad) - G0 eta G0`
 //! (Craig and Sulem 1993), and `psi' = -g eta - |grad psi|^2/2 + (G0 psi)^2/2` to second order (Zakharov 1968). Between

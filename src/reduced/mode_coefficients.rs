@@ -17,7 +17,7 @@ pub(super) struct ModeCoefficients {
     pub(super) mode: SloshMode,
     /// Stiffness of the discrete oscillator, N/m.
     pub(super) stiffness: f64,
-    /// Force for each m/s2 of push, kg.
+    /// Force for each m/s2 of acceleration input, kg.
     pub(super) push_kg: f64,
     /// Stiffness for each m/s2 of lift, kg/m.
     pub(super) lift_kg_m: f64,
@@ -29,7 +29,7 @@ pub(super) struct ModeCoefficients {
     pub(super) friction: SpeedTable,
 }
 
-/// Stiffness that `mode` gains by what the effects `active` store, N/m.
+/// Returns the stiffness that `mode` gains by what the effects `active` store, N/m.
 pub(super) fn stores(mode: &SloshMode, glass: &Cylinder, active: &[Active]) -> f64 {
     let one = |effect: &Active| match effect.entry.slot {
         Slot::Stiffness(extra) => extra(&effect.values, mode, glass),
@@ -54,7 +54,7 @@ pub(super) fn discrete(w: f64, dt: f64) -> f64 {
     root * root
 }
 
-/// What the liquid remembers of `mode`.
+/// Returns the inner variable of the liquid for `mode`.
 pub(super) fn memory(active: &[Active], mode: &SloshMode, glass: &Cylinder) -> Branch {
     let one = |effect: &Active| match effect.entry.slot {
         Slot::Memory(branch) => Some(branch(&effect.values, mode, glass)),
@@ -63,7 +63,7 @@ pub(super) fn memory(active: &[Active], mode: &SloshMode, glass: &Cylinder) -> B
     active.iter().filter_map(one).next_back().unwrap_or_default()
 }
 
-/// The mode (1,n) under all that acts on it.
+/// Returns the coefficients of the mode (1,n) under all that acts on it.
 pub(super) fn coefficients(
     n: usize,
     glass: &Cylinder,

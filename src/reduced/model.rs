@@ -142,7 +142,7 @@ impl ReducedModel {
     }
 
     /// Returns the part of a static slope that the kept modes do not show, m for each unit of slope: the modes
-    /// left out follow a push at once.
+    /// left out follow an acceleration at once.
     #[must_use]
     pub fn residual_lever_m(&self) -> f64 {
         self.glass.radius_m - self.modes.iter().map(|m| m.mode.lever_m).sum::<f64>()

@@ -30,9 +30,9 @@ pub struct ReducedState {
     pub height: [[f64; RADIAL]; 2],
     /// Their rates, m/s.
     pub rate: [[f64; RADIAL]; 2],
-    /// What the memory of each mode holds, m.
+    /// Inner variable of each mode, m.
     pub memory: [[f64; RADIAL]; 2],
-    /// How far the contact line is caught, m.
+    /// Deflection of the contact line, m.
     pub caught: [f64; 2],
     /// Second-order waves.
     pub bound_waves: BoundWaveState,
@@ -80,7 +80,7 @@ impl ReducedModel {
         energy + 0.25 * self.quartic * square * square + self.coupling * x * y
     }
 
-    /// The liquid at rest under a steady push: `K a = Q`, mode by mode.
+    /// Returns the liquid at rest under a constant acceleration: `K a = Q`, mode by mode.
     #[must_use]
     pub fn rest(&self, push: &Forcing) -> ReducedState {
         let mut state = ReducedState::default();
@@ -99,7 +99,7 @@ impl ReducedModel {
     }
 }
 
-/// Advances `state` by one step under `push`.
+/// Advances `state` by one step under the acceleration `push`.
 pub fn step(model: &ReducedModel, state: &mut ReducedState, push: &Forcing) -> EnergyBalance {
     let (dt, before) = (model.dt, *state);
     // A wave along x that nothing turns stays there.

@@ -117,11 +117,11 @@ impl Forecast {
 }
 
 impl Crest {
-    /// The first maximum over time of the highest point within `frames` turns after what `memory` holds,
-    /// `None` if the surface only sinks; `plan` as in [`Forecast::new`]. It costs a GENERIC step for each turn looked
+    /// Returns the first maximum over time of the highest point within `frames` turns after the state of `memory`,
+    /// `None` if the surface only sinks; `plan` as in [`Forecast::new`]. It takes one GENERIC step for each turn
     /// ahead.
     ///
-    /// Where the plan does not reach the crest, a push may bring another one at any time that was looked ahead, and the
+    /// Where the plan does not reach the crest, an acceleration may bring another one at any time of the horizon, and the
     /// half-width is that of the last.
     #[must_use]
     pub fn next(model: &Model<'_>, memory: &Memory, frames: usize, plan: &[f64]) -> Option<Self> {

@@ -1,12 +1,12 @@
 //! One-step smoothing of sigma: a frame puts the stresses of the one before it right.
 //!
 //! The position of the glass gives its acceleration a frame late (three positions make a second difference), and the inertial part
-//! of sigma follows the acceleration at once. Who can wait for a frame has half of the error:
+//! of sigma follows the acceleration at once. A user who can wait for a frame has half of the error:
 //! ```text
 //! sigma(t - dt) = decode(x(t - dt), u(t - dt) as the frame at t tells it)
 //! ```
-//! Behind a camera alone sigma of the shipped recording misses by 19 %, a frame late by 9 % (`meniscus run --patient`). Where an
-//! IMU or a robot's command tells the acceleration there is nothing to wait for.
+//! With a camera alone sigma of the shipped recording has an error of 19 %, a frame late of 9 % (`meniscus run --patient`).
+//! Where an IMU or a robot's command reports the acceleration there is nothing to wait for.
 
 use super::estimate::Estimate;
 use crate::blob::Model;

@@ -1,4 +1,4 @@
-//! What an estimate is worth.
+//! Mode of the estimator: filling, tracking, coasting or halted.
 
 use serde::{Deserialize, Serialize};
 

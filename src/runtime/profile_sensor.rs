@@ -8,7 +8,7 @@ use crate::usb::uvc::{Assembler, AssemblyOutcome, Losses, Pairer, Solitary, Stre
 /// The camera's frame interval, microseconds.
 const INTERVAL_US: u32 = 16_667;
 
-/// What the eye saw at one instant.
+/// Observation of one frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FrameObservation {
     /// Number of the depth frame, and the time at which the outline was taken: of infrared the same instant.
@@ -82,7 +82,7 @@ impl<'b> ProfileSensor<'b> {
         }
     }
 
-    /// What was lost on the way, depth then outline.
+    /// Returns the lost payloads and frames, depth then outline.
     #[must_use]
     pub fn losses(&self) -> (Losses, Losses) {
         (self.depth.losses(), self.outline.losses())

@@ -19,7 +19,7 @@ use crate::usb::uvc::Stream;
 /// Frame interval, microseconds.
 const INTERVAL_US: u64 = 16_667;
 
-/// Stale frames in a row after which the camera's time is believed instead of ours.
+/// Stale frames in a row after which the camera's time replaces ours.
 const STALE_LIMIT: u32 = 3;
 
 /// One turn, as it is handed on.
@@ -31,7 +31,7 @@ pub struct Turn {
     pub stamp: Option<Stamp>,
     /// Profile of the frame, or the reason that there is none; `None` without a frame.
     pub profile: Option<Result<SurfaceProfile, ExtractionError>>,
-    /// What is known.
+    /// Estimate of the liquid.
     pub estimate: Estimate,
 }
 
@@ -79,7 +79,7 @@ pub struct Tracker<'m, 'b> {
     estimator: Estimator<'m>,
     /// Payloads to profiles.
     pub sensor: ProfileSensor<'b>,
-    /// What the estimator remembers, with its counters.
+    /// Memory of the estimator, with its counters.
     pub memory: Memory,
     now: Option<Micros>,
     stale: u32,

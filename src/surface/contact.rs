@@ -127,7 +127,7 @@ pub(super) fn lower(crossings: &Crossings, edge: &mut Edge) {
     }
 }
 
-/// How much longer a blurred edge is along its column than across itself, `sqrt(1 + slope^2)`: the
+/// Returns the length of a blurred edge along its column over that across itself, `sqrt(1 + slope^2)`: the
 /// blur is round.
 fn slant(crossings: &Crossings, index: usize) -> f32 {
     let around = || crossings.iter().skip(index.saturating_sub(1)).take(3);

@@ -1,10 +1,10 @@
-//! How far the edge is, and whether it is the contact line: the depth image beside the wall.
+//! Distance of the edge, and whether it is the contact line: the depth image compared with the wall.
 //!
 //! The contact line lies on the wall that faces the camera, whose depth `w(u, v)` follows from the glass
 //! position. All comparisons are made in residuals `z - w`, in which the wall is flat:
 //!
 //! * far below each edge point, where only the front of the liquid can be, the median residual of a small
-//!   window; the median `r0` of all is how far the camera stands from where it is told to be, and every
+//!   window; the median `r0` of all is the error of the camera's stated distance, and every
 //!   point takes it: its depth is `w + r0`. A single window is noisier than the wall is uncertain;
 //! * the same window just below the edge far from `r0`: the edge is not the contact line there; the point is dropped
 //!   ([`Tally::not_the_wall`](super::Tally));
@@ -52,7 +52,7 @@ const BORDER: (f32, f32) = (0.5, 2.5);
 /// Standard deviation of its border, as a share of a row and of its thickness.
 const BORDER_ROWS: f32 = 0.25;
 const BORDER_SHARE: f32 = 0.15;
-/// The camera is this near to where it is told to be, or the settings are wrong, metres.
+/// Largest error of the camera's stated distance, metres; beyond it the settings are wrong.
 const PLACE_TOLERANCE_M: f32 = 0.015;
 /// Columns whose windows tell the same: the window's width and the reach of the matching.
 const GROUP: f32 = 8.0;

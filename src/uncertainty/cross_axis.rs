@@ -175,7 +175,7 @@ mod tests {
         assert_eq!((still.recursion, still.kick_m), ([0.0; 2], 0.0));
     }
 
-    /// What is put on a profile is taken off again, and a free slosh across dies out while its variance settles.
+    /// An addition to a profile is taken off again, and a free slosh across dies out while its variance settles.
     #[test]
     fn it_is_taken_off_and_dies_out() {
         let mode = ringing(0.08, 0.35);

@@ -151,7 +151,7 @@ mod tests {
         assert!(left < 0.9 * 4e-8);
     }
 
-    /// What a hostile blob says is not believed.
+    /// Values of a hostile blob that are not finite have no effect.
     #[test]
     fn what_is_no_number_comes_back_nowhere() {
         let errors = ErrorModel { surface_misfit: &[f32::INFINITY; POINTS], ..error_model() };

@@ -23,7 +23,7 @@ pub const COVARIANCE_ENTRIES: usize = LATENTS * (LATENTS + 1) / 2;
 pub struct LatentCovariance([f32; COVARIANCE_ENTRIES]);
 
 impl LatentCovariance {
-    /// Returns the covariance whose entry in `row` and `column` is `entry(row, column)`, asked for `column <= row`.
+    /// Returns the covariance whose entry in `row` and `column` is `entry(row, column)`, called with `column <= row`.
     #[must_use]
     pub fn from_fn(mut entry: impl FnMut(usize, usize) -> f32) -> Self {
         let mut packed = [0.0; COVARIANCE_ENTRIES];

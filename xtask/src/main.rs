@@ -6,14 +6,18 @@
 //! | `ci` | everything that hosted CI runs |
 //! | `nightly` | steps that take hours, with a log |
 //! | `house` | measures of the architecture, with targets |
+//! | `words` | measures of the language, with targets |
 //! | `package` | archives of the published crates |
 
+mod baseline;
 mod ci;
 mod house;
 mod nightly;
 mod package;
 mod process;
 mod quick;
+mod report;
+mod words;
 mod workspace;
 
 use anyhow::Result;
@@ -38,6 +42,8 @@ enum Verb {
     Nightly(nightly::Options),
     /// Measures of the architecture; fails if one misses its target.
     House(house::Options),
+    /// Measures of README, docs, help texts and doc comments; fails if one misses its target.
+    Words(words::Options),
     /// Archives of all published crates, checked for their files and metadata.
     Package(package::Options),
 }
@@ -48,6 +54,7 @@ fn main() -> Result<ExitCode> {
         Verb::Ci => ci::run()?,
         Verb::Nightly(options) => nightly::run(&options)?,
         Verb::House(options) => house::run(&options)?,
+        Verb::Words(options) => words::run(&options)?,
         Verb::Package(options) => package::run(&options)?,
     };
     Ok(if passed { ExitCode::SUCCESS } else { ExitCode::FAILURE })

@@ -17,7 +17,7 @@ use std::time::Instant;
 
 /// A library at work on the networks.
 trait Peer {
-    /// Window to field; the field is copied only where it is asked for.
+    /// Runs window to field; the field is copied only into `keep`.
     fn run(&mut self, window: &[f32], keep: Option<&mut Vec<f32>>) -> anyhow::Result<()>;
 }
 

@@ -16,8 +16,8 @@
 //! ```text
 //! x1 = x + L dE(x, x1) + sum_k w_k (w_k . c),    w_k = A_k dE(x, x1),    L, A_k skew, L c = 0
 //! ```
-//! dE . w_k = 0 as A_k is skew, so that E(x1) = E(x); S(x1) - S(x) = sum_k (w_k . c)^2 >= 0. Nothing is asked for by a
-//! loss and nothing is divided by. Two springs that exchange heat have one bracket, between their entropies: with
+//! dE . w_k = 0 as A_k is skew, so that E(x1) = E(x); S(x1) - S(x) = sum_k (w_k . c)^2 >= 0. No law depends on a
+//! loss, and nothing is divided by. Two springs that exchange heat have one bracket, between their entropies: with
 //! temperatures t = dE / ds it is heat conduction, s1' = k t2 (t2 - t1), s2' = k t1 (t1 - t2).
 //!
 //! Why this form: the published pendulum was integrated by a discrete gradient of its own (its angular momentum stays
@@ -51,7 +51,7 @@ const SOLVED: f64 = 1e-10;
 /// Largest rise of H, relative, that is rounding.
 const ROUNDING: f64 = 1e-11;
 
-/// Half of the way over which slopes are taken.
+/// Half of the distance over which slopes are taken.
 const REACH: f64 = 1e-6;
 
 /// An exact net.

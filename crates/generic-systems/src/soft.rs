@@ -1,4 +1,4 @@
-//! The soft net as burn tensors, many states at once: the laws are only asked for by its loss.
+//! The soft net as burn tensors, many states at once: only its loss enforces the laws.
 //!
 //! ```text
 //! (e, s, L and C where they are not known) = net(x),   x1 = x + L e + M s,   owed = |M e|^2 + |L s|^2

@@ -46,7 +46,7 @@ const DAMPING: Damping = Damping {
     trials: 8,
 };
 
-/// What is kept of the curvature of earlier turns, at most: so many turns count as one.
+/// Largest weight of the curvature of earlier turns (forgetting factor): so many turns count as one.
 const MEMORY: f64 = 0.9;
 
 /// Weight of the weights themselves, against the mean square miss.
@@ -55,7 +55,7 @@ const DECAY: f64 = 1e-10;
 /// A piece of a trajectory.
 type Piece<'a> = &'a [DVector<f64>];
 
-/// What a piece misses, in its units, and what every weight changes of that: `[weight, number]`.
+/// Residuals of a piece, in its units, and their derivatives by every weight: `[weight, number]`.
 struct Misses {
     misses: Vec<f64>,
     slopes: Option<DMatrix<f64>>,
@@ -70,7 +70,7 @@ struct Training<'a> {
 }
 
 impl Training<'_> {
-    /// What `piece` misses; `None` where a step of it cannot be solved.
+    /// Returns the residuals of `piece`; `None` where a step of it cannot be solved.
     fn misses(&self, net: &Exact, piece: Piece<'_>, weights: Option<usize>) -> Option<Misses> {
         if piece.len() == 2 {
             self.of_step(net, piece, weights)
@@ -135,7 +135,7 @@ impl Training<'_> {
         if cost.is_finite() { cost } else { f64::INFINITY }
     }
 
-    /// J^T W J and J^T W m of the mean cost, and the cost; pieces that cannot be solved are left out and told.
+    /// Returns J^T W J and J^T W m of the mean cost, and the cost; pieces that cannot be solved are left out and returned.
     fn normal<'p>(&self, w: &DVector<f64>, pieces: Vec<Piece<'p>>, small: f64) -> Option<Normal<'p>> {
         let net = Exact::new(self.form, w.as_slice());
         let count = w.len();
@@ -267,7 +267,7 @@ pub(super) fn learn(
     best
 }
 
-/// What the search carries from turn to turn.
+/// State of the search between turns.
 struct Search {
     weights: DVector<f64>,
     /// The damping that the next turn begins with.

@@ -4,7 +4,7 @@ use std::fmt;
 use std::io;
 use std::path::PathBuf;
 
-/// What is wrong with which file.
+/// Fault of a file, with its path.
 #[derive(Debug)]
 pub enum BagError {
     /// It is of no kind that can be read.
@@ -13,16 +13,16 @@ pub enum BagError {
     Io {
         /// The file.
         path: PathBuf,
-        /// What was being done.
+        /// Operation that failed.
         doing: &'static str,
-        /// What the system said.
+        /// Error of the system.
         cause: io::Error,
     },
     /// Its bytes are not what they should be.
     Damaged {
         /// The file.
         path: PathBuf,
-        /// What, and where.
+        /// Damage and its place in the file.
         why: String,
     },
     /// It ends too early, behind this many whole images.
@@ -36,7 +36,7 @@ pub enum BagError {
     Lacks {
         /// The file.
         path: PathBuf,
-        /// What it lacks.
+        /// Missing stream or description.
         what: &'static str,
     },
     /// Writing ended behind this many images, which are kept.

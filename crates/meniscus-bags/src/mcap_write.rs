@@ -128,7 +128,7 @@ impl McapWriter {
     }
 }
 
-/// What the format's library says of a file that cannot be written hides what the system said.
+/// Returns the error of a file that cannot be written. The message of the format's library hides that of the system.
 fn stopped(path: &Path, images: u64, why: &mcap::McapError) -> BagError {
     let why = match why {
         mcap::McapError::Io(system) if system.kind() == std::io::ErrorKind::StorageFull => {

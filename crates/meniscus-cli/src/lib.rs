@@ -94,6 +94,11 @@ enum Command {
     Manual(manual::Arguments),
 }
 
+/// Returns the definition of the command `meniscus`: its verbs, their flags and their help texts.
+pub fn command() -> clap::Command {
+    Arguments::command()
+}
+
 /// Exit status of a program that a broken pipe has ended, as the shell tells it: 128 and the signal's number.
 const PIPE_BROKE: i32 = 141;
 
@@ -134,7 +139,7 @@ pub fn main() -> ExitCode {
         Command::Recognise(arguments) => recognise::run(&arguments),
         Command::Bench(arguments) => bench::run(&arguments),
         Command::Deadline(arguments) => deadline::run(&arguments),
-        Command::Manual(arguments) => manual::run(&arguments, Arguments::command()),
+        Command::Manual(arguments) => manual::run(&arguments, command()),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,

@@ -11,7 +11,7 @@ use std::fmt::Write;
 pub struct ProfileError {
     /// Number of the line, from 1.
     pub line: usize,
-    /// What is wrong with it.
+    /// Fault of the line.
     pub why: String,
 }
 

@@ -29,7 +29,7 @@ use std::path::{Path, PathBuf};
 /// The glass of the recordings where a scene says nothing of it.
 pub const GLASS: Glass = Glass { radius_m: 0.035, fill_m: 0.070, rim_m: 0.110, taper: 0.0 };
 
-/// What a scene file says.
+/// Content of a scene file.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Experiment {
     /// The glass.

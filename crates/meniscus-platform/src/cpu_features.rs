@@ -16,7 +16,7 @@ pub fn widen() {
     }
 }
 
-/// What the kernels run as, in words.
+/// Returns the instruction set of the kernels, in words.
 #[must_use]
 pub fn words() -> &'static str {
     match (nn::is_wide(), cfg!(target_arch = "x86_64")) {

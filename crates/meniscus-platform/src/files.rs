@@ -11,9 +11,9 @@ use std::path::{Path, PathBuf};
 pub struct FileError {
     /// Which.
     pub path: PathBuf,
-    /// What was being done.
+    /// Operation that failed.
     pub doing: &'static str,
-    /// What the system said.
+    /// Error of the system.
     pub cause: io::Error,
 }
 

@@ -1,4 +1,4 @@
-//! What Meniscus needs of the operating system, each need in one file.
+//! Services of the operating system that Meniscus uses, one file each.
 
 pub mod allocations;
 pub mod clock;

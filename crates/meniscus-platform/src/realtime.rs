@@ -51,7 +51,7 @@ pub fn become_realtime() -> Result<(), String> {
     set_thread_priority_and_policy(thread_native_id(), priority, policy).map_err(|error| format!("{error}"))
 }
 
-/// What a thread that must keep a deadline asked for, and what it got.
+/// Real-time rights that a thread requested, each granted or refused.
 #[derive(Clone, Debug)]
 pub struct Granted {
     /// SCHED_FIFO at [`PRIORITY`].

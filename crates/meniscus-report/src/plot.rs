@@ -1,5 +1,5 @@
-//! What every picture shares: the font, which comes with the program, and the colours, which the
-//! colour-blind can tell apart.
+//! Font and colours of every picture. The font comes with the program; the colours are distinguishable to the
+//! colour-blind.
 
 use plotters::chart::{ChartContext, SeriesLabelPosition};
 use plotters::coord::CoordTranslate;

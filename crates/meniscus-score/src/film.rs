@@ -180,7 +180,7 @@ pub fn animation(
     Ok(bytes)
 }
 
-/// Grey levels between two that a smaller film tells apart: the camera's noise is what a film's bytes are spent on.
+/// Step between the grey levels of a smaller film: most of a film's bytes are the camera's noise.
 const LEVEL: u16 = 17;
 
 /// An RGB picture of [`SIZE`] as one of `size`, without jagged edges and in 16 levels of each colour.

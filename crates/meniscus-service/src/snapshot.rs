@@ -8,7 +8,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
-/// How long whoever shows a run waits for a turn before it checks whether the run has ended.
+/// Time that a viewer waits for a turn before it checks whether the run has ended.
 pub const PATIENCE: Duration = Duration::from_millis(100);
 
 /// Time between two images.
@@ -19,7 +19,7 @@ const IMAGE_EVERY: Duration = Duration::from_millis(100);
 pub struct TurnSnapshot {
     /// The turn.
     pub logged: Option<TimedTurn>,
-    /// What the estimator remembers after it: a forecast starts there.
+    /// Memory of the estimator after the turn: a forecast starts there.
     pub memory: Memory,
     /// Turns so far that ended more than a frame interval after their last payload's arrival.
     pub late: u64,
@@ -60,8 +60,8 @@ impl SnapshotOutlet {
         Self { handoff: Arc::new(Handoff::new(snapshot)), late: Arc::default() }
     }
 
-    /// The newest turn, for the one thread that shows it: asked for, and waited for [`PATIENCE`] at most. An image comes
-    /// with it every tenth of a second; `image_due` is when the next one does.
+    /// Requests the newest turn, for the one thread that shows it, and waits [`PATIENCE`] at most. An image comes
+    /// with it every tenth of a second; `image_due` is the time of the next one.
     pub fn take(&self, image_due: &mut Instant) -> Option<(TurnSnapshot, TimedTurn)> {
         self.handoff.ask();
         if !self.handoff.wait(PATIENCE) {
@@ -82,7 +82,7 @@ impl SnapshotOutlet {
 }
 
 impl TurnSink for SnapshotOutlet {
-    /// Copies the turn only if somebody has asked for one.
+    /// Copies the turn only if a viewer has requested one.
     fn accept(&mut self, record: &TurnRecord<'_>) {
         let logged = record.logged;
         let missed = u64::from(logged.latency_us > DEADLINE_US);

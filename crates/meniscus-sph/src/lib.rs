@@ -36,8 +36,8 @@
 //! divergence of a flow that grows with height lacks the neighbours above the surface, which alone made the second mode 12 %
 //! too slow (a linear theory of the sums, layers of particles smooth along the wave, has -18.4, -11.3 and -6.1 % at 7, 5 and
 //! 3.5 mm; measured were -19.5, -11.9 and -6.6 %) and wasted most of what was wasted. **The density is called back to the
-//! positions of the particles** (`corrections::positions`), without which a thin liquid under corrected gradients stirs itself from rest. **The
-//! wall rubs as a Stokes layer does** (`walls::images`), also where the layer is thinner than the spacing.
+//! positions of the particles** (`corrections::positions`), without which a low-viscosity liquid under corrected gradients
+//! moves from rest. **The wall rubs as a Stokes layer does** (`walls::images`), also where the layer is thinner than the spacing.
 //!
 //! What was tried at 5 mm, in this order; a row keeps what stands above it unless it says otherwise:
 //!

@@ -1,4 +1,4 @@
-//! How fast the running estimator is: speed against named peers, deadlines beside loads, and viewers of the live page.
+//! Timing of the running estimator: speed against named peers, deadlines beside loads, and viewers of the live page.
 
 pub mod bench;
 pub mod deadline;

@@ -1,4 +1,4 @@
-//! What viewers of the live page cost the turn, and what travels to each, measured on the whole way.
+//! Turn time with viewers of the live page, and bytes sent to each, measured end to end.
 //!
 //! The simulated camera plays its recording round after round in real time; viewers look in every second pair of
 //! rounds (without, with, with, without), so that every turn has its like with the same content on both sides, and a
@@ -33,7 +33,7 @@ const SETTLE: Duration = Duration::from_millis(500);
 /// Rate that the page asks for unless told otherwise, Hz.
 const RATE: u8 = 60;
 
-/// What was measured.
+/// Measured times and rates.
 #[derive(Clone, Debug, Default)]
 pub struct Viewers {
     /// Times of the turns without and with viewers, microseconds.
@@ -166,7 +166,7 @@ impl Viewers {
         quantile_us(&self.turn_us[1], 0.5) / quantile_us(&self.turn_us[0], 0.5) - 1.0
     }
 
-    /// What travels to one viewer, Mbit/s.
+    /// Returns the mean data rate to one viewer, Mbit/s.
     #[must_use]
     pub fn mbit_s(&self) -> f64 {
         8e-6 * self.rates.iter().map(|rate| rate.0).sum::<f64>() / self.rates.len() as f64

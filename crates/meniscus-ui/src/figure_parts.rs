@@ -1,4 +1,4 @@
-//! What pictures and films of a run show of it: the camera's image, and a slice through the glass.
+//! Parts of pictures and films of a run: the camera's image, and a slice through the glass.
 
 use crate::picture::{CameraImage, Slice};
 use meniscus::runtime::Turn;

@@ -51,7 +51,7 @@ pub struct Picture<'a> {
     pub camera: CameraImage<'a>,
     /// The estimated field, and the true one where it is known.
     pub slices: Vec<(String, Slice)>,
-    /// What the colour means, with its unit.
+    /// Quantity shown by the colour, with its unit.
     pub value: String,
     /// The value at the bright end of the colours; the largest in the slices if `None`.
     pub top: Option<f64>,

@@ -38,7 +38,7 @@ pub struct WorkerEnd {
     dropped: Arc<AtomicU64>,
 }
 
-/// What the worker found.
+/// Result of a receive.
 #[derive(Debug)]
 pub enum Received {
     /// A payload.

@@ -3,8 +3,8 @@
 //! ```text
 //! recording --renderer--> Z16 + Y8 --wire--> payloads --runtime::ProfileSensor--> profile (or "not seen")
 //! ```
-//! The way is that of `meniscus run`; only the clock is missing. What comes out is all that a
-//! correction may see: the free surface and the place of the glass.
+//! The path is that of `meniscus run`; only the clock is missing. The result is all that a
+//! correction may see: the free surface and the position of the glass.
 
 use super::camera::{START, SimulatedCamera};
 use crate::render::SceneSettings;
@@ -45,7 +45,7 @@ pub fn sightings(
     Ok(seen)
 }
 
-/// Profiles without a camera: every point seen, the place of the glass known.
+/// Returns profiles without a camera: every point seen, the position of the glass known.
 #[must_use]
 pub fn perfect(recording: &Recording) -> Vec<Option<SurfaceProfile>> {
     let profile = |frame: usize| {

@@ -23,7 +23,7 @@ pub const PAYLOAD: usize = 2 * PIXELS + 8192;
 /// Room for the full field of the shipped model.
 pub const FIELD: usize = 65_536;
 
-/// What the job needs of where it runs.
+/// Interface of the job to the machine that it runs on.
 pub trait Place {
     /// Fills `into` from the payload file; `false` at its end.
     fn read(&mut self, into: &mut [u8]) -> bool;
@@ -82,7 +82,7 @@ pub enum JobError {
     Payload,
 }
 
-/// What the job came to.
+/// Result of the job.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Done {
     /// Turns.

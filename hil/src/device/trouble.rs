@@ -59,7 +59,7 @@ pub enum Ending {
     Error,
     /// The endpoint is halted, until clear-halt.
     Stall,
-    /// More bytes than asked for.
+    /// More bytes than requested.
     Overflow,
     /// Its time is up.
     TimedOut,

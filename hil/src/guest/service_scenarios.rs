@@ -19,7 +19,7 @@ const SLOTS: &str = "/tmp/slots";
 /// Memory for USB transfers, MiB; 0 is no limit.
 const USBFS_MB: &str = "/sys/module/usbcore/parameters/usbfs_memory_mb";
 
-/// The program as a service under a systemd that only listens: what it is told, and when.
+/// The program as a service under a systemd that only listens: its notifications, with their times.
 pub(crate) fn service(seconds: f64) -> Done {
     let _old = std::fs::remove_file(NOTIFY);
     let socket = UnixDatagram::bind(NOTIFY)?;

@@ -1,4 +1,4 @@
-//! Scenarios with a camera outside of the guest, behind QEMU's host controller: the plug is asked for on the console.
+//! Scenarios with a camera outside of the guest, behind QEMU's host controller: the console requests the plug.
 
 use super::program;
 use super::{MARK, facts, kernel};

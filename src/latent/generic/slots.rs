@@ -79,7 +79,7 @@ impl ModeMap {
     }
 }
 
-/// One memory of the first mode.
+/// Maxwell branch of the first mode: a spring whose deflection relaxes.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Memory {
     /// k, N/m.
@@ -172,7 +172,7 @@ impl Slots {
         self.map.rate.dot(x)
     }
 
-    /// Returns whether a memory relaxes with the path length, so that r has to be solved for with the step.
+    /// Returns whether a branch relaxes with the path length, so that r has to be solved for with the step.
     #[must_use]
     pub(super) fn slides(&self) -> bool {
         self.memories.iter().any(|m| m.stiffness > 0.0 && matches!(m.relax, Relax::Path(_)))

@@ -129,8 +129,8 @@ impl Generic<'_> {
         Audit { work, heat, energy_residual, iterations: closed.iterations, outcome: closed.outcome }
     }
 
-    /// The step without the port from `a`, with what the effects do there. Where a memory relaxes by its way, r belongs
-    /// to the speed in the middle of the step, which a step with r at its start foretells.
+    /// Returns the step without the port from `a`, with the forces of the effects there. Where a branch relaxes by its path
+    /// length, r belongs to the speed in the middle of the step, which a step with r at its start predicts.
     fn relaxed(&self, a: &Latent, held: &[f64; MEMORIES]) -> Closed {
         let Some(slots) = &self.slots else {
             let flow = Flow { matrix: *self.operators.difference(), pull: Latent::zeros() };

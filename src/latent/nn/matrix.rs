@@ -116,7 +116,7 @@ mod tests {
     use super::*;
     use crate::latent::nn::packed_index;
 
-    /// A 40 x 3 matrix with element (i, j) = i + 100 j, so that every place is told apart.
+    /// A 40 x 3 matrix with element (i, j) = i + 100 j, so that every element is different.
     fn packed() -> [f32; 2 * 3 * PANEL] {
         let mut out = [0.0; 2 * 3 * PANEL];
         for i in 0..40 {

@@ -1,7 +1,7 @@
 //! An inclined glass: gravity leaves `g sin theta` along the surface. Under a constant angle the surface is
-//! level in the room and `tan theta` in the glass: at rest the same in a profile as a rolled camera. A wave tells
-//! the two apart, because in a glass that leans it carries waves of other shapes along (`reduced::bound_waves`).
-//! FirstModeContext it the part of the recorded inclination that the model was not told of, which acts as a push.
+//! level in the room and `tan theta` in the glass: at rest the same in a profile as a rolled camera. A wave
+//! distinguishes the two, because in a glass that leans it carries waves of other shapes along (`reduced::bound_waves`).
+//! Beside it the part of the recorded inclination that the model does not have yet, which acts as an acceleration input.
 
 use super::{
     Class, Effect, EffectKind, FreeParameters, Law, Parameter, Recorded, Reference, Simulator, Slot,

@@ -1,6 +1,6 @@
 //! Effective gravity: a glass that is accelerated upwards by a has `g + a`. A constant one, and the part
-//! of the recorded vertical acceleration that the model was not told of. It acts where the glass's motion
-//! does, but what it changes is what pulls the surface back.
+//! of the recorded vertical acceleration that the model does not have yet. It acts where the glass's motion
+//! does, but it changes the restoring force of the surface.
 
 use super::{
     Class, Effect, EffectKind, FreeParameters, Law, Parameter, Recorded, Reference, Simulator, Slot,

@@ -6,7 +6,7 @@
 //! | 4, 8 | i32 clamp, least and most |
 //! | 12, 16 | i32 disparity mode and shift |
 //!
-//! The camera's default is 1 mm; at 0.4 m the sensor's own step is 0.26 mm, so 0.1 mm is asked for.
+//! The camera's default is 1 mm; at 0.4 m the sensor's own step is 0.26 mm, so 0.1 mm is requested.
 
 use super::monitor::{Command, MonitorError, opcode};
 use crate::usb::uvc::bytes::put;

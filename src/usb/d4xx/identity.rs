@@ -1,4 +1,4 @@
-//! Who the camera is: the device information that the command GVD answers.
+//! Identity of the camera: the device information that the command GVD answers.
 //!
 //! | offset | field |
 //! |---|---|

@@ -44,14 +44,14 @@ pub enum ProbeError {
     Mode {
         /// Format and frame index of the answer.
         got: (u8, u8),
-        /// The ones asked for.
+        /// The requested ones.
         wanted: (u8, u8),
     },
     /// Another frame interval.
     Interval {
         /// Of the answer, 100 ns.
         got: u32,
-        /// Asked for, 100 ns.
+        /// Requested, 100 ns.
         wanted: u32,
     },
     /// Another frame size.

@@ -1,4 +1,4 @@
-//! Status packets of the interrupt endpoint: the camera pushes an error instead of being asked for it.
+//! Status packets of the interrupt endpoint: the camera pushes an error instead of being polled for it.
 //!
 //! | byte | field | value seen on a D400 |
 //! |---|---|---|

@@ -1,8 +1,9 @@
 //! Circles of imports: those that a top folder of a crate takes part in, and those between files.
 
 use super::imports::{Module, edges};
-use super::report::Check;
-use super::sources::{Tree, shown};
+use super::sources::Tree;
+use crate::report::Check;
+use crate::workspace::shown;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 

@@ -1,7 +1,8 @@
 //! Bytes that a crate embeds by `include_bytes!` and `include_str!`.
 
-use super::report::{Check, Target};
-use super::sources::{Source, shown};
+use super::sources::Source;
+use crate::report::{Check, Target};
+use crate::workspace::shown;
 use anyhow::{Context, Result};
 use std::path::{Path, PathBuf};
 use syn::visit::{self, Visit};

@@ -1,8 +1,8 @@
 //! Share of the core's entry points with a runnable example in their documentation.
 
 use super::entry_points::{self, EntryPoint};
-use super::report::{Check, Target};
 use super::sources::{Tree, place};
+use crate::report::{Check, Target};
 use std::path::Path;
 use syn::{Attribute, Expr, Lit, Meta};
 

@@ -1,8 +1,9 @@
 //! Long functions, and tuple patterns that hide how many parameters a function has.
 
-use super::report::{Check, Target};
-use super::sources::{Source, shown};
+use super::sources::Source;
+use crate::report::{Check, Target};
 use crate::workspace;
+use crate::workspace::shown;
 use std::path::Path;
 use syn::visit::{self, Visit};
 use syn::{Block, FnArg, Pat, Signature};

@@ -29,7 +29,7 @@ pub(super) fn edges(tree: &Tree<'_>) -> BTreeMap<Module, BTreeSet<Module>> {
     tree.modules.iter().map(imports).collect()
 }
 
-/// What a file makes reachable below its module.
+/// Names that a file makes reachable below its module.
 #[derive(Default)]
 struct Names {
     /// Items that stand in it.

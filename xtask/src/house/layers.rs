@@ -1,6 +1,6 @@
 //! Layer order of the crates, and the dependencies that break it.
 
-use super::report::{Check, Target};
+use crate::report::{Check, Target};
 use crate::workspace::Package;
 use std::path::Path;
 

@@ -1,7 +1,7 @@
 //! Processor time of a release build after an edit of one file.
 
-use super::report::{Check, Target};
 use crate::process::{Step, cargo};
+use crate::report::{Check, Target};
 use anyhow::{Context, Result, bail};
 use std::path::Path;
 use std::time::SystemTime;

@@ -1,7 +1,7 @@
 //! Share of the largest package in the repository's Rust lines.
 
-use super::report::{Check, Target};
 use super::sources::Source;
+use crate::report::{Check, Target};
 use std::collections::BTreeMap;
 
 /// Lines of the largest package over all lines; files outside the workspace count in the sum alone.

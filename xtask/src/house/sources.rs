@@ -1,6 +1,6 @@
 //! Rust files of the repository, parsed once, and the module trees that they form.
 
-use crate::workspace::{self, Package};
+use crate::workspace::{self, Package, shown};
 use anyhow::{Context, Result};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -72,11 +72,6 @@ fn module_path(folder: &Path, file: &Path) -> Option<Vec<String>> {
 /// A place in a file, for a message.
 pub(super) fn place(root: &Path, source: &Source, span: proc_macro2::Span) -> String {
     format!("{}:{}", shown(root, &source.path), span.start().line)
-}
-
-/// A path below the repository's folder.
-pub(super) fn shown(root: &Path, path: &Path) -> String {
-    path.strip_prefix(root).unwrap_or(path).display().to_string()
 }
 
 /// Whether attributes make an item part of tests alone.

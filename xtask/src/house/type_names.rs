@@ -1,7 +1,7 @@
 //! Public types of one crate that share a name.
 
-use super::report::Check;
 use super::sources::{Source, Tree, is_test, place};
+use crate::report::Check;
 use std::collections::BTreeMap;
 use std::path::Path;
 use syn::{Item, Visibility};

@@ -35,7 +35,7 @@ pub struct Liquid {
     pub name: String,
     /// Density, kg/m3.
     pub density_kg_m3: f64,
-    /// How stress follows the rate of shear.
+    /// Rheology: stress as a function of the shear rate.
     pub rheology: Rheology,
     /// Effects that belong to the liquid; those of a setup go before them.
     pub effects: Effects,
@@ -58,9 +58,9 @@ pub enum LiquidError {
         name: String,
         /// The field of the file.
         field: &'static str,
-        /// What stood there.
+        /// Value in the file.
         value: f64,
-        /// What may stand there.
+        /// Allowed range, in words.
         allowed: &'static str,
     },
 }

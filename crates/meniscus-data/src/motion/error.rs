@@ -16,7 +16,7 @@ pub enum MotionError {
         path: PathBuf,
         /// Line, from 1.
         line: usize,
-        /// What is wrong there.
+        /// Fault at that place.
         why: String,
     },
     /// The way would be scaled by this.

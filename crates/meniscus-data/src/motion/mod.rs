@@ -1,10 +1,10 @@
 //! Motion of the glass: along x, away from the camera, upwards and by inclination about a pivot, from rest to rest,
-//! place and acceleration exact at any time.
+//! position and acceleration exact at any time.
 //!
 //! Every motion is a chain of polynomials in time, so that position and acceleration belong to one
 //! another to the last bit. On the command line a motion is `kind:seed`, `kind:seedxSCALE` for one of
-//! SCALE times the way (thin liquids leave the glass at the full one; up to 1.2, which is more than models are trained on), or
-//! the path of a CSV file.
+//! SCALE times the travel (low-viscosity liquids leave the glass at the full one; up to 1.2, more than models are trained
+//! on), or the path of a CSV file.
 
 mod csv;
 mod error;

@@ -28,7 +28,7 @@ pub struct Estimate {
     pub unit: &'static str,
     /// SI value, as `--effect` takes it.
     pub value: f64,
-    /// Interval that should hold the true value in 90 % of cases, SI.
+    /// Interval with a nominal coverage of 90 %, SI.
     pub interval: (f64, f64),
     /// Coordinate in the reduced model, and its interval.
     pub coordinate: (f64, (f64, f64)),

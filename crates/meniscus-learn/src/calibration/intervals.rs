@@ -28,7 +28,7 @@ use meniscus_score::score::score;
 use meniscus_virtual::camera::START;
 use meniscus_virtual::observe_recording::turns;
 
-/// Recordings from which on a quantile over all of them is believed.
+/// Smallest number of recordings for a quantile over all of them.
 const MANY: usize = 10;
 
 /// Errors of an estimate over all recordings: q, v, sigma, tau and, relative to the slosh, the surface.

@@ -4,7 +4,7 @@
 //! recordings (simulated where they are missing) --rendered camera--> sightings
 //!   unseen  --model A-->  before          learnt --correct--> model B;   unseen --model B--> after
 //! ```
-//! Learning sees profiles and places of the glass alone; the truth judges. Errors are those of
+//! Learning sees profiles and positions of the glass alone; errors are against the truth, as of
 //! [`meniscus_score::score`]; the depth noise is 2 mm.
 
 mod checks;

@@ -99,17 +99,18 @@ fn known_since(motion: &Motion, truth: &[f64]) -> Vec<f64> {
     frames.map(known).collect()
 }
 
-/// Accelerations before this one that a linear forecast may use: the filter's own model of the push uses three.
+/// Accelerations before this one that a linear forecast may use: the filter's own model of the input uses three.
 const PAST: usize = 5;
 
-/// Error, relative, of the best linear forecast of the acceleration from the [`PAST`] values before it that the true place of
-/// the glass tells, and that the tracked place tells.
+/// Relative errors of the best linear forecast of the acceleration from the [`PAST`] values before it: by the true
+/// position of the glass, and by the tracked one.
 ///
 /// ```text
 /// min over c of |a_n - sum_k c_k a~_(n-k)| / |a_n|,    k = 1..PAST
 /// ```
-/// Its c are fitted on the very recording, so that no linear rule of as many values does better on it: the place of the glass up to a frame
-/// tells its acceleration up to the frame before, and the inertial part of sigma follows that of the frame.
+/// The c are fitted on the same recording, so that no linear rule of as many values does better on it. The position of
+/// the glass up to a frame determines its acceleration up to the frame before, and the inertial part of sigma follows that
+/// of the frame.
 pub(super) fn forecast_errors(recording: &Recording, seen: &Sightings) -> [f64; 2] {
     let tracked: Vec<Option<f64>> =
         seen.iter().map(|profile| profile.and_then(|p| p.glass_x_m).map(f64::from)).collect();

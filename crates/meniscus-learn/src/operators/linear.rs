@@ -25,7 +25,7 @@ impl Linear {
     /// the ridge that rolls out best.
     ///
     /// Normal stresses follow the acceleration at once, so the state nearly contains the port, and one
-    /// step cannot tell them apart: it extrapolates the motion instead of reading it. The ridge is on
+    /// step cannot distinguish them: it extrapolates the motion instead of reading it. The ridge is on
     /// the state alone, which leaves the explanation to the port, and roll-outs decide how strong.
     ///
     /// # Errors

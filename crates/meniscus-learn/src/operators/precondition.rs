@@ -1,5 +1,5 @@
 //! The preconditioner of the blob: the constant matrix with which the implicit step converges best on
-//! what the liquid does. It costs or saves iterations and changes no law.
+//! motions of the liquid. It changes the number of iterations and no law.
 
 use crate::data::trajectory::Path;
 use crate::operators::reference_step::{Dynamics, Square};

@@ -73,15 +73,15 @@ pub enum FlashError {
     Signature,
     /// The key is no ed25519 public key.
     Key(String),
-    /// What was read back is not what was written.
+    /// The bytes read back differ from those written.
     ReadBack(Slot),
     /// The folder could not be read or written.
     Disk {
-        /// What was being done.
+        /// Operation that failed.
         doing: &'static str,
         /// With which file.
         file: String,
-        /// What the system said.
+        /// Error of the system.
         cause: io::Error,
     },
     /// Neither slot holds a blob that may boot.

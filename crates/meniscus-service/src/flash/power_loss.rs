@@ -36,7 +36,7 @@ enum Change {
 /// The disk: files by number, and which name has which.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Forgetful {
-    /// What is in the file, and whether it is synced.
+    /// Bytes of each file, and whether they are synced.
     files: Vec<(Vec<u8>, bool)>,
     names: BTreeMap<String, usize>,
     synced_names: BTreeMap<String, usize>,
@@ -79,7 +79,7 @@ impl Forgetful {
         }
     }
 
-    /// What is found when the power comes back.
+    /// Restores the power: the synced state, a random part of the later changes, and noise in files that were not synced.
     fn come_back(&mut self, random: &mut Random) {
         let mut names = std::mem::take(&mut self.synced_names);
         for change in self.changes.drain(..) {
@@ -137,16 +137,16 @@ impl Disk for Forgetful {
     }
 }
 
-/// What a rehearsal came to.
+/// Result of a rehearsal of power cuts.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Rehearsed {
     /// Cuts.
     pub cuts: u32,
     /// Cuts behind which a whole, checked blob booted: the old one, or the new one.
     pub survived: u32,
-    /// How often the new one did.
+    /// Cuts behind which the new blob booted.
     pub new: u32,
-    /// How often the slot that boots was not the one that is named.
+    /// Cuts behind which another slot booted than the named one.
     pub fell_back: u32,
     /// The first failure, in words.
     pub first_failure: Option<String>,

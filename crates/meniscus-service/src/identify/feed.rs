@@ -22,10 +22,10 @@ const GAP: u64 = 61;
 /// Turns between two looks at how things stand.
 const LOOK: u32 = 10;
 
-/// How long the thread waits for a profile before it asks whether the run has ended.
+/// Time that the thread waits for a profile before it checks whether the run has ended.
 const PATIENCE: Duration = Duration::from_millis(50);
 
-/// What is handed on of a turn.
+/// Part of a turn that identification needs.
 #[derive(Clone, Copy, Debug)]
 struct TurnProfile {
     time: Micros,

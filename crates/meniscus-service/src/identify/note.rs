@@ -14,8 +14,8 @@ pub const MOST: usize = 16;
 /// End of a note's name.
 const ENDING: &str = ".liquid.json";
 
-/// How far measures of two glasses may differ to be the same, m: what a calliper and a ruler in a glass are good for, as
-/// for models. It moves the frequency by 1.4 %.
+/// Largest difference between the measures of two glasses that count as the same, m: the accuracy of a calliper and a
+/// ruler in a glass, as for models. It moves the frequency by 1.4 %.
 const SAME_M: f64 = 1e-3;
 
 /// Glass in which a liquid was learnt.
@@ -40,7 +40,7 @@ pub struct Note {
     pub fill_m: f64,
     /// Its first mode.
     pub tone: Tone,
-    /// What that misses.
+    /// Residual statistics of that mode.
     pub calibration: Calibration,
     /// The recordings that say so.
     pub recordings: Vec<String>,

@@ -1,4 +1,4 @@
-//! How things stand: the most probable liquid, and every probability.
+//! Present result of the identification: the most probable liquid, and every probability.
 
 use super::MOST;
 use meniscus::identify::{Recogniser, Trail};
@@ -20,7 +20,7 @@ pub struct Standing {
 }
 
 impl Standing {
-    /// What `recogniser` says after `trail`.
+    /// Returns the probabilities of `recogniser` after `trail`.
     #[must_use]
     pub fn of(names: &[String], recogniser: &Recogniser<'_>, trail: &Trail<MOST>, left_out: u64) -> Self {
         let mut probabilities = vec![0.0; names.len()];

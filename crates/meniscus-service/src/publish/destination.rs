@@ -17,7 +17,7 @@ pub enum Destination {
     Serial(PathBuf, u32),
 }
 
-/// What is wrong with a destination.
+/// Fault of a destination, its reason and a remedy.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct DestinationError {
     what: String,

@@ -34,7 +34,7 @@ pub const FIELD_KIND: u8 = b'G';
 /// Records between worker and publisher: a second.
 const QUEUE: usize = 64;
 
-/// How long the publisher waits for a record before it looks for new readers.
+/// Time that the publisher waits for a record before it looks for new readers.
 const PATIENCE: Duration = Duration::from_millis(50);
 
 /// Field of a turn, as it goes out.

@@ -2,7 +2,7 @@
 
 use std::io::{ErrorKind, Write};
 
-/// What came of a record.
+/// Outcome of sending a record.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Fate {
     /// It is written, or its rest waits.

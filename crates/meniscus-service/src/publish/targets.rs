@@ -15,7 +15,7 @@ use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
-/// How long the last records may take to leave when the run is over.
+/// Time that the last records may take to leave when the run is over.
 const FAREWELL: Duration = Duration::from_millis(200);
 
 /// A socket that others connect to; its file goes with it.

@@ -22,7 +22,7 @@ const BRIDGE: usize = 12;
 /// A body of liquid in an image, pixels.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Body {
-    /// How it looks before its background.
+    /// Grey levels of the liquid against its background.
     pub liquid: Liquid,
     /// Its rows with the sub-pixel columns of its left and its right side, rows rising.
     pub sides: Vec<(usize, [f32; 2])>,

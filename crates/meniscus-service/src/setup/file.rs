@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::path::{Path, PathBuf};
 
-/// How far a measure may be from the model's, mm: what a calliper and a ruler in a glass are good for.
+/// Largest difference of a measure from the model's, mm: the accuracy of a calliper and a ruler in a glass.
 const FITS_MM: f64 = 1.0;
 /// Columns that the glass may move between two frames, as in [`Settings::default`].
 const MOVE_PX: f32 = 30.0;

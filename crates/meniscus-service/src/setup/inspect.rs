@@ -55,7 +55,7 @@ impl Inspection {
         self.findings.iter().all(|finding| finding.check.ok)
     }
 
-    /// What to do: the remedies of what was measured and missed, or else of the first thing that could not be measured.
+    /// Returns the findings to remedy: those measured and missed, or else the first that could not be measured.
     #[must_use]
     pub fn remedies(&self) -> Vec<&Finding> {
         let missed = || self.findings.iter().filter(|finding| !finding.check.ok);
@@ -282,7 +282,7 @@ fn surface(rest: Option<&Rest>, said: MeasuredGlass, refused: Option<String>) ->
     ]
 }
 
-/// How far the radius seen may be from the said one, mm.
+/// Returns the largest difference between the measured and the stated radius, mm.
 fn tolerance(said: MeasuredGlass) -> f64 {
     RADIUS_MM.max(RADIUS_SHARE * said.radius_mm)
 }

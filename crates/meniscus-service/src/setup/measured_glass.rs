@@ -31,7 +31,7 @@ impl MeasuredGlass {
         Self { radius_mm, fill_mm, rim_mm }
     }
 
-    /// What cannot be, in words with what can.
+    /// Checks that every measure is in its range and the fill below the rim.
     ///
     /// # Errors
     /// The first measure that is out of its range, or a fill at the rim.

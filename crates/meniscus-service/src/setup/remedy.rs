@@ -1,4 +1,4 @@
-//! What to do about a check that was missed, in words for the person before the glass.
+//! Remedies of missed checks, in words for the person in front of the glass.
 
 pub(super) const NOTHING: &str = "no body of liquid stands out from its background in the middle third of the \
     image: put the glass before the middle of the camera, 30 to 60 cm away, with an even wall or card 20 cm or more \

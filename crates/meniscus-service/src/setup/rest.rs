@@ -5,7 +5,7 @@ use meniscus::surface::{
     Config, ExtractionError, ExtractionState, POINTS, SurfaceProfile, extract, profile_abscissa,
 };
 
-/// What the extractor makes of pairs of a resting glass; lengths in millimetres.
+/// Surface that the extractor finds in image pairs of a resting glass; lengths in millimetres.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Rest {
     /// Share of the pairs that gave a profile.
@@ -14,7 +14,7 @@ pub struct Rest {
     pub valid: f64,
     /// Mean height of the surface above the inner bottom.
     pub level_mm: f64,
-    /// How much higher the surface is at the right side of the glass than at the left one.
+    /// Height of the surface at the right side of the glass minus that at the left one.
     pub slope_mm: f64,
     /// Standard deviation of a point over the pairs, root mean square over the points.
     pub noise_mm: f64,

@@ -43,7 +43,7 @@ pub enum Blind {
     Transparent(f32, f32),
 }
 
-/// What the portrait tells; lengths in metres.
+/// Measures of camera and glass from a portrait; lengths in metres.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Survey {
     /// Horizontal distance of the camera from the facing wall.

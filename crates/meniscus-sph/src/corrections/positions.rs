@@ -1,8 +1,8 @@
-//! The density that the positions of the particles have, and how the density of the flow is called back to it.
+//! Density by the positions of the particles, and the relaxation of the flow's density towards it.
 //!
 //! Gradients that are exact at a free surface ([`super::corrected`]) leave nothing that ties the density to where the
-//! particles are: what has come too close below the surface is as heavy as it is close, sinks, and a thin liquid stirs itself
-//! from rest (0.1 Pa s to 72 mm/s in 0.65 s). So the density follows slowly what the positions say:
+//! particles are: particles too close below the surface are too heavy and sink, and a low-viscosity liquid moves
+//! from rest (0.1 Pa s to 72 mm/s in 0.65 s). So the density relaxes towards that of the positions:
 //! ```text
 //! rho_i' = ... + (q_i - rho_i)/TAU         q_i = c(mu_i) s_i f(mu_i/h)         mu_i = |m_i|/s_i
 //! ```
@@ -22,7 +22,7 @@ use crate::particles::Fluid;
 use nalgebra::{Matrix3, Vector3};
 
 /// Time in which the density follows, s: a third of the first mode of the glass of the recordings. 0.2 and 0.05 give the
-/// same frequencies and damping; 0.02 keeps more noise, and without any of it a thin liquid stirs itself.
+/// same frequencies and damping; 0.02 keeps more noise, and without any of it a low-viscosity liquid moves from rest.
 const TAU_S: f64 = 0.1;
 
 /// The largest part of the density that is called for; what is further off is a splash.

@@ -13,7 +13,7 @@ use meniscus_data::recording::Glass;
 /// Highest wave number that the polynomials of the surface resolve, times the radius.
 const FINEST: f64 = 10.0;
 
-/// What acts on the free surface.
+/// Effects on the free surface.
 #[derive(Clone, Debug)]
 struct Surface {
     columns: Columns,
@@ -22,7 +22,7 @@ struct Surface {
     tension: Option<Tension>,
     line: Option<ContactLine>,
     foam: Option<Foam>,
-    /// Stored energy of the area at the last push, J.
+    /// Stored energy of the area at the last call of the forces, J.
     area_j: f64,
     /// Force per length along the wall, N/m.
     held: [f64; SECTORS],
@@ -138,7 +138,7 @@ impl Acting {
         }
     }
 
-    /// What the effects store, J.
+    /// Returns the energy stored by the effects, J.
     pub(crate) fn stored(&self, fluid: &Fluid) -> f64 {
         let surface = self.surface.as_ref().map_or(0.0, |surface| {
             let line = surface.line.as_ref().map_or(0.0, |line| line.stored(surface.wall.length_m));

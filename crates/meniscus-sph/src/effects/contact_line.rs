@@ -53,8 +53,8 @@ impl Wall {
         std::array::from_fn(|s| self.values[s].dot(rate))
     }
 
-    /// The rates of the polynomials at which a wall with the forces per length `bias + slope v`, which oppose
-    /// `v`, is to be asked for its force over a step `dt`; `None` where there is no solution. With
+    /// Returns the rates of the polynomials at which to evaluate, over a step `dt`, the force of a wall with the forces
+    /// per length `bias + slope v`, which oppose `v`; `None` where there is no solution. With
     /// `X v = dt B q(slope v)` and `Y = dt B q(bias)`:
     /// ```text
     /// c'* = (1 + X + X^2)^-1 [ (1 + X) c' - X Y ]

@@ -22,7 +22,7 @@ pub(crate) fn motion_with(laws: &Laws, mut motion: Kinematics) -> Kinematics {
     motion
 }
 
-/// How high the surface at rest stands above the fill on the wall, m.
+/// Returns the largest height of the surface at rest above the fill on the wall, m.
 pub(crate) fn rise_m(laws: &Laws, glass: &Glass) -> f64 {
     glass.radius_at(glass.fill_m) * laws.tilt_rad.tan().abs()
 }

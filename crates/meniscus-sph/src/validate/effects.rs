@@ -32,11 +32,11 @@ use std::f64::consts::PI;
 /// A measured figure beside that of theory.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Held {
-    /// What was measured.
+    /// Name of the measured figure.
     pub what: &'static str,
     /// The measured value.
     pub measured: f64,
-    /// What theory says.
+    /// Value of the theory.
     pub theory: f64,
 }
 

@@ -15,7 +15,7 @@
 //! `rest_noise` is the largest root mean square speed in half a second of rest; `energy_closure` is
 //! glycerine under `strokes:7` for 2 s; `cpu_s_per_s` is the first case after settling, with all
 //! threads, so that a loaded machine adds to it; `escapes` is the first mode of water from 0.3 m/s for 1 s;
-//! `mode2_frequency_error` follows a push of the glass at the standard spacing, which has eight particles to that wave,
+//! `mode2_frequency_error` follows a stroke of the glass at the standard spacing, which has eight particles to that wave,
 //! `mode2_frequency_error_fine` at the fine one; `herschel_bulkley_arrest` is when the speed of a
 //! liquid with a yield stress stays below 3 % of its first, `herschel_bulkley_law_ends` when the law of
 //! [`Envelope`] no longer oscillates; `herschel_bulkley_envelope` is the largest deviation of the decay from

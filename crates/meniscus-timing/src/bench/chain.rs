@@ -163,7 +163,7 @@ impl Chain<'_> {
         }
     }
 
-    /// What the last layer of decoder `group` is given.
+    /// Returns the input of the last layer of decoder `group`.
     #[must_use]
     pub fn last_input(&self, group: usize, x: &[f32; 13]) -> [f32; ROOM] {
         let first: usize = DEALT[..group].iter().sum();

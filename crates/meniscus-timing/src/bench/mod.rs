@@ -1,5 +1,5 @@
-//! What `meniscus bench` measures: the paper's chain on this program's kernels and on its peers, the whole turn from
-//! payloads, and what a runtime with a paper-size blob needs.
+//! Measurements of `meniscus bench`: the paper's chain on this program's kernels and on its peers, the whole turn from
+//! payloads, and the memory and start-up time of a runtime with a paper-size blob.
 //!
 //! Everything that is divided by something else was measured in turns with it, round after round, so that what else
 //! the machine does falls on both.

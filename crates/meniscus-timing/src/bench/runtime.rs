@@ -64,7 +64,7 @@ pub fn payload_file(payloads: &Payloads) -> Vec<u8> {
     bytes
 }
 
-/// What the process of its own found out.
+/// Memory and start-up time, measured by a process of its own.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Needs {
     /// Most memory that was resident, MiB.

@@ -1,4 +1,4 @@
-//! What else the machine has to do: threads that keep processors, memory or a disk busy until they are told to end.
+//! Load on the machine: threads that keep processors, memory or a disk busy until a flag ends them.
 //!
 //! Each counts its own work, so that a load that did nothing does not pass for one.
 
@@ -44,7 +44,7 @@ impl Load {
     }
 }
 
-/// What the loads have done.
+/// Work that the loads have done.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Pressed {
     /// Threads that computed.

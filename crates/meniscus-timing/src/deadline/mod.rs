@@ -1,4 +1,4 @@
-//! The deadline, kept and proven: minutes of turns beside a load, every one of them in a histogram, every miss told.
+//! Deadline study: minutes of turns beside a load, each turn in a histogram, each missed deadline reported.
 //!
 //! ```text
 //! pace: images rendered before --a frame every 1/rate s--> link --> the worker of `meniscus run` --> log
@@ -46,7 +46,7 @@ pub struct Run {
     pub rate_hz: f64,
     /// Length, s.
     pub seconds: f64,
-    /// What else the machine has to do.
+    /// Loads that run meanwhile.
     pub loads: Vec<Load>,
     /// Scheduling of worker and camera.
     pub priority: Priority,
@@ -65,7 +65,7 @@ impl Run {
         ((self.seconds + SETTLE_S) * self.rate_hz).round() as usize
     }
 
-    /// What it is called in tables: `60 Hz, cpu + memory + disk`.
+    /// Returns the name of the run in tables: `60 Hz, cpu + memory + disk`.
     #[must_use]
     pub fn name(&self) -> String {
         let loads: Vec<&str> = self.loads.iter().map(|load| load.name()).collect();
@@ -75,18 +75,18 @@ impl Run {
     }
 }
 
-/// What came of a run.
+/// Result of a run.
 #[derive(Clone, Debug)]
 pub struct Outcome {
     /// The run.
     pub run: Run,
     /// Every turn.
     pub tally: Tally,
-    /// What the load has done.
+    /// Work of the loads.
     pub pressed: Pressed,
-    /// Share of the processors' time that the host of a virtual machine took; `None` where that is not told.
+    /// Share of the processors' time that the host of a virtual machine took; `None` where that is unknown.
     pub stolen: Option<f64>,
-    /// What real-time rights were asked for and refused, in words.
+    /// Real-time rights that were requested and refused, in words.
     pub refused: Vec<String>,
 }
 

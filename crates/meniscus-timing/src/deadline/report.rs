@@ -7,7 +7,7 @@ use meniscus_report::checks::{Check, table};
 /// Misses that a page shows of each run, the longest first.
 const SHOWN: usize = 12;
 
-/// The checks of all runs. At 60 Hz no frame may be missed; faster ones are told.
+/// Returns the checks of all runs. At 60 Hz no frame may be missed; faster runs are informational.
 #[must_use]
 pub fn checks(outcomes: &[Outcome]) -> Vec<Check> {
     outcomes.iter().flat_map(of).collect()
@@ -79,7 +79,7 @@ pub fn markdown(outcomes: &[Outcome], command: &str, machine: &str) -> String {
     page + &format!("\n```text\n{}```\n", table(&checks(outcomes)))
 }
 
-/// What the misses were and led to.
+/// Returns the section on missed deadlines: their number, stages and lost frames.
 fn misses(outcome: &Outcome) -> String {
     let tally = &outcome.tally;
     if tally.misses.is_empty() {
@@ -114,7 +114,7 @@ fn misses(outcome: &Outcome) -> String {
     text
 }
 
-/// What the loads did, and what was refused.
+/// Returns the section on the loads' work and the refused real-time rights.
 fn load(outcome: &Outcome) -> String {
     let (pressed, name) = (&outcome.pressed, outcome.run.name());
     let mut text = String::new();

@@ -7,7 +7,7 @@ use meniscus::runtime::Stages;
 use meniscus_service::live::Log;
 use meniscus_service::timed_turn::TimedTurn;
 
-/// Longest time that is told apart, microseconds: a minute.
+/// Longest time that the histogram distinguishes, microseconds: a minute.
 const LONGEST_US: u64 = 60_000_000;
 
 /// Time after a miss in which lost frames are counted to it, s.

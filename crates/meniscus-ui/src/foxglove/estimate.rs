@@ -48,7 +48,7 @@ pub(super) fn channel(context: &Shared) -> Result<Arc<RawChannel>, FoxgloveError
     context.channel_builder("/liquid/estimate").message_encoding("json").schema(schema).build_raw()
 }
 
-/// What a message is.
+/// Returns the JSON schema of a message.
 fn schema() -> Value {
     let mut properties = serde_json::Map::new();
     properties.insert("mode".into(), json!({ "type": "string", "enum": MODES.map(mode) }));

@@ -63,7 +63,7 @@ impl std::fmt::Display for Error {
 
 impl std::error::Error for Error {}
 
-/// Who is served: an open server, a growing file, or both.
+/// Foxglove outlet: an open server, a growing file, or both.
 pub struct Foxglove {
     outlet: SnapshotOutlet,
     topics: Topics,
@@ -75,7 +75,7 @@ pub struct Foxglove {
     _context: Shared,
 }
 
-/// What has become of the turns.
+/// Counts of turns and images.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Books {
     /// Turns that were handed on.
@@ -190,7 +190,7 @@ impl Viewer for Foxglove {
     }
 }
 
-/// What channels and sinks meet in; it lasts as long as [`Foxglove`] does.
+/// Context of channels and sinks; it lasts as long as [`Foxglove`] does.
 type Shared = Arc<Context>;
 
 /// Time of a turn as every message of it carries it: the camera's, ns.

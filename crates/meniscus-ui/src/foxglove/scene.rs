@@ -18,7 +18,7 @@ use meniscus_service::timed_turn::TimedTurn;
 const WORLD: &str = "world";
 const GLASS: &str = "glass";
 
-/// What a tracer carries in the cloud, all `f32`, SI units: place, velocity, speed, internal energy, pressure
+/// Fields of a tracer in the point cloud, all `f32`, SI units: position, velocity, speed, internal energy, pressure
 /// -tr(sigma)/3, and the size of the shear stress |tau|.
 const CARRIED: [&str; 10] = ["x", "y", "z", "vx", "vy", "vz", "speed", "e", "pressure", "shear"];
 

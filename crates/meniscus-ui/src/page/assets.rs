@@ -18,7 +18,7 @@ const SCRIPT: &str = "text/javascript; charset=utf-8";
 pub(super) const INDEX: Asset =
     Asset { path: "/", kind: "text/html; charset=utf-8", bytes: include_bytes!("assets/index.html") };
 
-/// What the page asks for.
+/// Files that the page loads.
 pub(super) const ASSETS: [Asset; 10] = [
     Asset { path: "/style.css", kind: "text/css; charset=utf-8", bytes: include_bytes!("assets/style.css") },
     Asset { path: "/page.js", kind: SCRIPT, bytes: include_bytes!("assets/page.js") },

@@ -1,4 +1,4 @@
-//! What a page has to know once: the glass, the names of the numbers, and the bases of the full field.
+//! Data that a page loads once: the glass, the names of the numbers, and the bases of the full field.
 //!
 //! ```text
 //! group = rest + sum_j c_j basis_j      basis_j = scale_j (whole numbers from -32767 to 32767)

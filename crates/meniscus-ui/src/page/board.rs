@@ -8,7 +8,7 @@ use tungstenite::Bytes;
 /// Bytes with the number of their turn; numbers rise.
 pub(super) type Numbered = (u32, Bytes);
 
-/// What the page's threads share.
+/// State shared by the page's threads.
 #[derive(Debug, Default)]
 pub(super) struct Board {
     shown: Mutex<Shown>,
@@ -17,11 +17,11 @@ pub(super) struct Board {
     pub(super) ended: AtomicBool,
     /// Those who look right now.
     pub(super) viewers: AtomicUsize,
-    /// What has become of the frames.
+    /// Counts of frames and viewers.
     pub(super) counters: Counters,
 }
 
-/// What has become of the frames and of those who wanted them.
+/// Counts of frames, requests and viewers.
 #[derive(Debug, Default)]
 pub struct Counters {
     /// Frames sent, to each viewer.

@@ -3,7 +3,7 @@
 use std::io::ErrorKind;
 use std::net::SocketAddr;
 
-/// What is wrong, and what to do.
+/// Fault, reason and remedy.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct PageError {
     what: String,

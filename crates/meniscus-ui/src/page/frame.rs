@@ -33,7 +33,7 @@ const FIELD_FRESH: u8 = 1;
 const FRAME_CAME: u8 = 2;
 const SEEN: u8 = 4;
 
-/// What a frame is made from.
+/// Inputs of a frame.
 pub(super) struct Facts<'l> {
     /// The snapshot.
     pub(super) snapshot: &'l TurnSnapshot,
@@ -41,7 +41,7 @@ pub(super) struct Facts<'l> {
     pub(super) logged: &'l TimedTurn,
     /// Seconds, in the camera's time, since a frame came.
     pub(super) unseen_s: f64,
-    /// Who looks at the page, and frames that they had no room for.
+    /// Viewers of the page, and frames that they had no room for.
     pub(super) viewers: (usize, u64),
     /// The next crest.
     pub(super) crest: Option<Crest>,
@@ -94,7 +94,7 @@ pub(super) const NUMBERS: [Number; 38] = [
     ("step_work", |f| f.logged.turn.estimate.audit.work),
 ];
 
-/// What was seen in the turn's frame.
+/// Returns the profile of the turn's frame, if there is one.
 fn seen<'f>(facts: &'f Facts<'_>) -> Option<&'f SurfaceProfile> {
     facts.logged.turn.profile.as_ref().and_then(|sight| sight.as_ref().ok())
 }

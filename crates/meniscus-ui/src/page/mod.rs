@@ -79,7 +79,7 @@ impl Page {
         self.load_bytes
     }
 
-    /// What has become of the frames.
+    /// Returns the counts of frames and viewers.
     #[must_use]
     pub fn counters(&self) -> &Counters {
         &self.board.counters
@@ -91,7 +91,7 @@ impl Page {
         self.server.address()
     }
 
-    /// What a person types into a browser, the token included.
+    /// Returns the address for a browser, the token included.
     #[must_use]
     pub fn url(&self) -> String {
         let mut address = self.address();

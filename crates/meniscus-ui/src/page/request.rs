@@ -55,7 +55,7 @@ impl Refusal {
         }
     }
 
-    /// What it is and what to do.
+    /// Returns the message of the refusal, with a remedy.
     pub(super) fn words(self) -> &'static str {
         match self {
             Self::Malformed => "This is no request that the page knows. Open its address in a browser.",
@@ -78,7 +78,7 @@ impl Refusal {
     }
 }
 
-/// What a request asks for.
+/// Resource that a request names.
 pub(super) enum Wanted {
     /// A file.
     File(Asset),
@@ -113,7 +113,7 @@ pub(super) fn read(stream: &mut impl Read) -> Result<(Request, Vec<u8>), Refusal
     }
 }
 
-/// Who is let in.
+/// Admission of requests, by token or by host name.
 #[derive(Clone, Debug)]
 pub(super) struct Gate {
     /// Without one, only this machine's own names are answered.
@@ -121,7 +121,7 @@ pub(super) struct Gate {
 }
 
 impl Gate {
-    /// What `request` gets.
+    /// Returns the resource of `request`, or the reason for a refusal.
     pub(super) fn admit(&self, request: Request) -> Result<Wanted, Refusal> {
         let header = |name: &str| request.headers().get(name).and_then(|value| value.to_str().ok());
         let path = request.uri().path();

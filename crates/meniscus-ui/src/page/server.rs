@@ -1,4 +1,4 @@
-//! Who knocks: one thread that lets in, one for each connection, and limits on all.
+//! HTTP listener: one acceptor thread, one thread per connection, with limits.
 
 use super::PageError;
 use super::assets::Asset;
@@ -24,7 +24,7 @@ const CONNECTIONS_MAX: usize = 64;
 /// Longest read or write.
 const PATIENCE: Duration = Duration::from_secs(5);
 
-/// How long the connections may take to end when the page closes.
+/// Time that the connections may take to end when the page closes.
 const FAREWELL: Duration = Duration::from_secs(1);
 
 /// Everything that a connection needs.

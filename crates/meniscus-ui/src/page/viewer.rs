@@ -20,7 +20,7 @@ const WINDOW: u32 = 3;
 /// Longest message of a viewer, bytes: its own have eight.
 const MESSAGE_MAX: usize = 64;
 
-/// How long the thread waits for a frame before it looks whether the page has closed.
+/// Time that the thread waits for a frame before it checks whether the page has closed.
 const PATIENCE: Duration = Duration::from_millis(500);
 
 /// Highest rate, Hz.

@@ -22,7 +22,7 @@ const REFRESH: Duration = Duration::from_millis(66);
 /// Values that the running curves show.
 const HISTORY: usize = 160;
 
-/// What does not change during a run.
+/// Texts that stay the same during a run.
 #[derive(Clone, Debug)]
 pub struct Caption {
     /// Liquid, model and source, for the first line.
@@ -31,7 +31,7 @@ pub struct Caption {
     pub fill_m: f64,
     /// Inner radius, m.
     pub radius_m: f64,
-    /// How long the run will take.
+    /// Length of the run.
     pub length: Duration,
 }
 

@@ -1,4 +1,4 @@
-//! What a person sees: the dashboard while it runs, the picture at the end, the wizard before it.
+//! Terminal views: the dashboard during a run, the picture at the end, the wizard before it.
 
 mod dashboard;
 mod glass;

@@ -35,7 +35,7 @@ impl Step {
         [(Self::Camera, "camera"), (Self::Glass, "glass"), (Self::Measure, "measures"), (Self::Rest, "rest")];
 }
 
-/// What the person wants.
+/// Request of the person at the wizard.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Wish {
     /// Nothing that concerns others.
@@ -76,7 +76,7 @@ impl Wizard {
         self.step
     }
 
-    /// What the entries say.
+    /// Returns the measures of the glass in the entries.
     ///
     /// # Errors
     /// In words, when an entry is no number or out of its range.
@@ -268,7 +268,7 @@ fn before(step: Step) -> Step {
     }
 }
 
-/// The step at which a finding of the inspection is shown: those that hang on a measure where it is asked for.
+/// Returns the step at which a finding of the inspection is shown: at `Measure` if it depends on an entered measure.
 fn step_of(finding: &Finding) -> Step {
     match finding.check.name.as_str() {
         "radius_seen_mm" | "fill_seen_mm" | "camera_height_mm" => Step::Measure,

@@ -1,4 +1,4 @@
-//! What each rung of the ladder does, every wait bounded.
+//! Actions of each rung of the recovery ladder, every wait bounded.
 
 use super::connect::{LOOK, establish, pause_or_return};
 use super::error::CameraError;

@@ -52,7 +52,7 @@ pub struct Connected {
 }
 
 impl Connected {
-    /// What the surface has to know of the camera.
+    /// Returns the optics that surface extraction needs.
     #[must_use]
     pub fn optics(&self) -> Optics {
         Optics {
@@ -62,7 +62,7 @@ impl Connected {
         }
     }
 
-    /// What makes the outline's image of the colour image, if that is streamed.
+    /// Returns the rectifier from the colour image to the outline's image, if colour is streamed.
     #[must_use]
     pub fn rectifier(&self) -> Option<Rectifier> {
         self.colour.map(|colour| Rectifier::new(colour.lens, self.intrinsics))
@@ -218,7 +218,7 @@ fn calibrate(transport: &mut impl Transport, plan: &Plan) -> Result<(Intrinsics,
     Ok((intrinsics.map_err(CameraError::Calibration)?, baseline_mm))
 }
 
-/// Whether the advanced mode is on, and the depth unit that holds; asked for another one if it can be set.
+/// Returns whether the advanced mode is on, and the depth unit in force, after a request for another one if it can be set.
 fn depth_unit(
     transport: &mut impl Transport,
     plan: &Plan,

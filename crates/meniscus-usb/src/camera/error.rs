@@ -37,9 +37,9 @@ pub enum CameraError {
     },
     /// The hardware monitor's answer is refused.
     Monitor {
-        /// What was asked for.
+        /// Quantity that was requested.
         asked: &'static str,
-        /// What is wrong with the answer.
+        /// Fault of the answer.
         error: MonitorError,
     },
     /// The calibration table is damaged.
@@ -50,21 +50,21 @@ pub enum CameraError {
     Probe {
         /// Depth, infrared or colour.
         stream: &'static str,
-        /// What differs.
+        /// Field that differs.
         error: ProbeError,
     },
     /// A call on the bus failed.
     Usb {
-        /// What was being done.
+        /// Operation that failed.
         doing: &'static str,
-        /// What the bus said.
+        /// Error of the bus.
         error: UsbError,
     },
     /// The frames did not come back in time.
     GaveUp {
         /// For how long it was tried.
         seconds: u64,
-        /// What the last try met.
+        /// Error of the last try.
         last: String,
     },
 }
@@ -80,7 +80,7 @@ impl CameraError {
         }
     }
 
-    /// What a person can do about it.
+    /// Returns the remedy for a person.
     #[must_use]
     pub fn remedy(&self) -> &'static str {
         match self {

@@ -14,7 +14,7 @@ pub struct CameraHealth {
     pub errors: u64,
     /// Transfers that met a halted endpoint.
     pub stalls: u64,
-    /// Transfers with more bytes than asked for.
+    /// Transfers with more bytes than requested.
     pub overflows: u64,
     /// Transfers that missed a time limit.
     pub timed_out: u64,

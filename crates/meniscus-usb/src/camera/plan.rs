@@ -17,7 +17,7 @@ const INTERRUPT: u8 = 3;
 pub struct StreamPlan {
     /// Which.
     pub stream: Stream,
-    /// What its pixels are.
+    /// Pixel format.
     pub pixels: PixelFormat,
     /// Its streaming interface.
     pub interface: u8,
@@ -55,7 +55,7 @@ fn name(pixels: PixelFormat) -> &'static str {
     }
 }
 
-/// What a camera has beside its depth function, if its colour image is wanted.
+/// Colour function of a camera, if its colour image is wanted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ColourPlan {
     /// Its control interface.

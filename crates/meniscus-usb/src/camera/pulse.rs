@@ -6,7 +6,7 @@ use std::time::Duration;
 /// A time stamp that is older than the last one by less than this repeats or comes late, microseconds.
 const LATE_US: u32 = 1_000_000;
 
-/// What a payload is.
+/// Class of a payload.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Verdict {
     /// It completes a new frame.

@@ -7,7 +7,7 @@ use std::time::Duration;
 /// Frames on every stream for this long end the climb.
 const HEALTHY: Duration = Duration::from_secs(1);
 
-/// What can be done.
+/// Rung of the recovery ladder, mildest first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Rung {
     /// Cancel, drain, clear-halt, queue again.
@@ -45,7 +45,7 @@ impl Rung {
     }
 }
 
-/// What went wrong.
+/// Trouble that starts or continues a recovery.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Trouble {
     /// No whole new frame on the named stream for too long.
@@ -78,7 +78,7 @@ impl std::fmt::Display for Trouble {
     }
 }
 
-/// What to do next.
+/// Next step of the recovery.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Step {
     /// Wait for the pause, then do this.

@@ -41,7 +41,7 @@ pub struct Session<T> {
     pub(super) connected: Connected,
     pub(super) plan: Plan,
     pulses: [Option<Pulse>; 2],
-    /// How long a stream without a frame since its start is waited for.
+    /// Longest time from the start of a stream to its first frame.
     pub(super) patience: Duration,
     pub(super) idle: Vec<Buffer>,
     interrupt_failures: u32,
@@ -76,7 +76,7 @@ impl<T: Transport> Session<T> {
         &self.connected
     }
 
-    /// What was planned for the streams.
+    /// Returns the plan of the streams.
     #[must_use]
     pub fn plan(&self) -> &Plan {
         &self.plan

@@ -1,4 +1,4 @@
-//! What is wanted of the camera.
+//! Requested settings of the camera.
 
 use std::time::Duration;
 
@@ -61,7 +61,7 @@ pub struct Settings {
     pub exposure_us: Option<u32>,
     /// Power of the laser, milliwatts, 0 to 360; `None` leaves it.
     pub laser_mw: Option<u16>,
-    /// How long the session tries to get frames back before it gives up.
+    /// Time that the session tries to get frames back before it gives up.
     pub patience: Duration,
 }
 

@@ -52,7 +52,7 @@ pub struct LinkSink<'a> {
     pub stop: &'a AtomicBool,
     /// When the run is over.
     pub until: Instant,
-    /// What happened, for the report; at most [`LinkSink::NOTES`].
+    /// Events for the report; at most [`LinkSink::NOTES`].
     pub notes: &'a Mutex<Vec<Note>>,
 }
 

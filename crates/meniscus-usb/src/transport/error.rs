@@ -13,7 +13,7 @@ pub enum UsbError {
     Stall,
     /// No answer in time.
     Timeout,
-    /// The device sent more than was asked for.
+    /// The device sent more bytes than requested.
     Overflow,
     /// The transfer was damaged on the wire.
     Io,
@@ -44,7 +44,7 @@ impl std::fmt::Display for UsbError {
 
 impl std::error::Error for UsbError {}
 
-/// How a queued transfer ended.
+/// End of a queued transfer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Status {
     /// It brought bytes.

@@ -18,7 +18,7 @@ pub use machine::Machine;
 use meniscus::usb::uvc::request::Setup;
 use std::time::Duration;
 
-/// How fast a device is connected.
+/// Link speed of a device.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Speed {
     /// Not known to the system.
@@ -71,7 +71,7 @@ pub enum Pipe {
 pub struct Completion {
     /// Its endpoint.
     pub endpoint: u8,
-    /// How it ended.
+    /// End of the transfer.
     pub status: Status,
     /// Its buffer, with what arrived.
     pub buffer: Buffer,

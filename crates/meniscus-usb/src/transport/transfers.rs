@@ -32,7 +32,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 /// The order in which transfers ended: counts up, never 0.
 static ENDED: AtomicU64 = AtomicU64::new(0);
 
-/// What the callback writes: 0 while in flight, then the number of the end.
+/// End of a transfer, written by the callback: 0 in flight, then the transfer's number in the order of ends.
 #[derive(Debug, Default)]
 struct Flag(AtomicU64);
 
@@ -116,7 +116,8 @@ impl Slot {
         let _answer = unsafe { ffi::libusb_cancel_transfer(self.transfer.as_ptr()) };
     }
 
-    /// How it ended, and its buffer with what arrived; `None`, with all of it leaked, if it has not ended.
+    /// Returns the end of the transfer and its buffer with the bytes received; `None`, with all of it leaked, if it has not
+    /// ended.
     pub(super) fn finish(mut self) -> Option<(Status, Buffer)> {
         self.end()?;
         // SAFETY: it has ended, so libusb writes to it no more (2).

@@ -95,7 +95,7 @@ pub struct Case {
     pub distance: usize,
     /// Tilt of the camera, degrees, positive upwards.
     pub tilt_deg: f64,
-    /// Everything the renderer is told, the clutter included.
+    /// All inputs of the renderer, the clutter included.
     pub settings: SceneSettings,
     /// Heights of the contact line and of the lattice columns, metres.
     pub wall_m: Vec<f32>,

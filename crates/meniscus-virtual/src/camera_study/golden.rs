@@ -34,7 +34,7 @@ pub enum GoldenError {
         path: PathBuf,
         /// The array.
         name: String,
-        /// What is wrong with it.
+        /// Fault of the file.
         why: String,
     },
 }

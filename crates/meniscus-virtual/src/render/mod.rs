@@ -44,7 +44,7 @@ struct Subject<'a> {
 /// The scene's looks and faults beside the camera's geometry.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SceneSettings {
-    /// Camera, its place, the glass and the liquid's look: what the reader is told, or not, if the
+    /// Camera, its position, the glass and the liquid's look: those of the reader, unless the
     /// reader's robustness against a wrong calibration is tested.
     pub camera: Settings,
     /// Baseline of the stereo pair, metres.

@@ -49,7 +49,7 @@ impl Board {
     }
 }
 
-/// Runs the steps of a phase, a line of facts each. A step that cannot be done is told; the next one is tried.
+/// Runs the steps of a phase, a line of facts each. A step that cannot be done is reported, and the next one is tried.
 pub(crate) fn run(phase: &str, film: &Path) -> ExitCode {
     let steps: &[Step] = match phase {
         "install" => install::STEPS,

@@ -8,7 +8,7 @@
 //! the decomposition leaves out is lost. The surface, which the paper reads off the positions, goes with
 //! them and counts for as much.
 //!
-//! Which latents stay is decided by the data. Those of a group are ordered by what it costs to hold them at their
+//! Which latents stay is decided by the data. Those of a group are ordered by the error of holding them at their
 //! mean; then the thirteen are given out one by one, each to the group whose relative error it lowers most
 //! (Nemhauser, Wolsey and Fisher 1978 on why greed does well). What stays is trained on without the penalty.
 

@@ -22,7 +22,7 @@ unsafe extern "C" {
     static _stack_start: u32;
 }
 
-/// What unused stack holds.
+/// Word that fills unused stack.
 const PAINT: u32 = 0x5afe_5afe;
 
 // Vector table; reset: floating point on (CPACR, full access to CP10 and CP11), stack painted, then the job.

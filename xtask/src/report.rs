@@ -1,4 +1,4 @@
-//! Checks of the house as a table and as JSON.
+//! Measured values with their targets, as a table and as JSON.
 
 use serde_json::{Value, json};
 use std::fmt::Write as _;
@@ -49,8 +49,17 @@ impl Check {
     }
 }
 
+/// Prints the checks on standard output, as a table or as JSON.
+pub(crate) fn print(checks: &[Check], as_json: bool) {
+    if as_json {
+        println!("{}", json(checks));
+    } else {
+        print!("{}", table(checks));
+    }
+}
+
 /// The checks as lines of text, the offenders below each that misses its target.
-pub(crate) fn table(checks: &[Check]) -> String {
+fn table(checks: &[Check]) -> String {
     let mut text = String::new();
     for check in checks {
         let verdict = if check.ok() { "ok" } else { "MISSED" };
@@ -66,7 +75,7 @@ pub(crate) fn table(checks: &[Check]) -> String {
 }
 
 /// The checks as one JSON object, in the form that all commands of the project print.
-pub(crate) fn json(checks: &[Check]) -> Value {
+fn json(checks: &[Check]) -> Value {
     let one = |check: &Check| {
         json!({"name": check.name, "value": check.value, "unit": check.unit, "target": check.target.text(),
                "ok": check.ok(), "offenders": if check.ok() { &[][..] } else { &check.offenders[..] }})
