@@ -94,6 +94,12 @@ enum Command {
     Manual(manual::Arguments),
 }
 
+/// Returns the whole command line, as `meniscus` parses it and `--help` shows it.
+#[must_use]
+pub fn command() -> clap::Command {
+    Arguments::command()
+}
+
 /// Exit status of a program that a broken pipe has ended, as the shell tells it: 128 and the signal's number.
 const PIPE_BROKE: i32 = 141;
 
@@ -134,7 +140,7 @@ pub fn main() -> ExitCode {
         Command::Recognise(arguments) => recognise::run(&arguments),
         Command::Bench(arguments) => bench::run(&arguments),
         Command::Deadline(arguments) => deadline::run(&arguments),
-        Command::Manual(arguments) => manual::run(&arguments, Arguments::command()),
+        Command::Manual(arguments) => manual::run(&arguments, command()),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,
