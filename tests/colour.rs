@@ -206,7 +206,7 @@ fn a_glass_is_set_up_in_colour_and_its_recording_is_read_with_that_setup() {
     let (inspection, ..) = looked_at(OutlineImage::Infrared);
     let infrared = inspection.setup.expect("seen in infrared").view;
     let (inspection, pairs, connected) = looked_at(OutlineImage::Colour);
-    let missed: Vec<_> = inspection.findings.iter().filter(|finding| !finding.check.ok).collect();
+    let missed: Vec<_> = inspection.findings.iter().filter(|finding| finding.check.missed()).collect();
     assert!(missed.is_empty(), "{missed:?}");
     let setup = inspection.setup.expect("seen");
     assert_eq!(setup.view.outline, OutlineImage::Colour);

@@ -192,10 +192,15 @@ pub fn markdown(study: &Study, checks: &[Check], command: &str) -> String {
     }
     page += "\n![error over time](curves.png)\n\n![crests](peaks.png)\n\n| check | value | unit | target | |\n|---|---|---|---|---|\n";
     for check in checks {
-        let verdict = if check.ok { "ok" } else { "MISSED" };
+        let verdict = check.verdict();
         let value = check.value.map_or(String::from("not measured"), |value| format!("{value:.3e}"));
-        let _ =
-            writeln!(page, "| {} | {value} | {} | {} | {verdict} |", check.name, check.unit, check.target);
+        let _ = writeln!(
+            page,
+            "| {} | {value} | {} | {} | {verdict} |",
+            check.name,
+            check.unit,
+            check.target_text()
+        );
     }
     page
 }
