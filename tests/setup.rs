@@ -54,7 +54,7 @@ fn at_rest(settings: SceneSettings, said: MeasuredGlass) -> Inspection {
 
 /// Names of the checks that were missed.
 fn missed(inspection: &Inspection) -> Vec<&str> {
-    let missed = inspection.findings.iter().filter(|finding| !finding.check.ok);
+    let missed = inspection.findings.iter().filter(|finding| finding.check.missed());
     missed.map(|finding| finding.check.name.as_str()).collect()
 }
 

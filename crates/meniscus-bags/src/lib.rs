@@ -35,6 +35,7 @@ use meniscus::usb::frame::Stamp;
 use meniscus::usb::uvc::Stream;
 use meniscus_usb::camera::OutlineImage;
 use serde::{Deserialize, Serialize};
+use std::io::Read;
 use std::path::Path;
 
 /// The camera behind a recording.
@@ -137,7 +138,7 @@ impl std::fmt::Debug for Recording {
     }
 }
 
-/// Opens a recording of any kind that can be read.
+/// Opens a recording of any kind that can be read, by its content, or by the ending of its name where it is damaged.
 ///
 /// # Errors
 /// [`BagError`], which names the file and what is wrong with it.
@@ -145,7 +146,15 @@ pub fn open(path: &Path) -> Result<Recording, BagError> {
     if path.is_dir() {
         return folder::open(path);
     }
+    let mut head = [0; 16];
+    let file = std::fs::File::open(path);
+    let mut file = file.map_err(|cause| BagError::Io { path: path.into(), doing: "read", cause })?;
+    // A file that is shorter than this is of no kind by its content.
+    let known = file.read_exact(&mut head).is_ok();
     match path.extension().and_then(|extension| extension.to_str()) {
+        _ if known && head.starts_with(b"\x89MCAP0\r\n") => mcap_read::open(path),
+        _ if known && head.starts_with(b"#ROSBAG V") => ros1::open(path),
+        _ if known && head.starts_with(b"SQLite format 3\0") => db3::open(path),
         Some("mcap") => mcap_read::open(path),
         Some("bag") => ros1::open(path),
         Some("db3") => db3::open(path),

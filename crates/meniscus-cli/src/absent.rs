@@ -7,12 +7,12 @@ macro_rules! absent {
             #[doc = $about]
             #[derive(clap::Args)]
             #[command(
-                about = concat!($about, " (not in this build: see its --help)"),
-                long_about = concat!(
-                    $about, ": not in this build.\n\nThis program was built without ", $without,
-                    ". From the repository, with the name of the command for NAME:\n\n  ", $built, " -- NAME --help"
-                )
-            )]
+                        about = concat!($about, " (not in this build)"),
+                        long_about = concat!(
+                            $about, ": not in this build.\n\nThis program was built without ", $without,
+                            ". From the repository:\n\n  ", $built, " -- ", stringify!($name), " --help"
+                        )
+                    )]
             pub(crate) struct Arguments {
                 /// Whatever the command would have been asked.
                 #[arg(trailing_var_arg = true, allow_hyphen_values = true, hide = true)]
@@ -66,24 +66,24 @@ pub(crate) use studying_verbs::{
 
 #[cfg(not(feature = "train"))]
 mod learning_verbs {
-    learning!(train, "Learn a liquid from recordings and write the weight blob");
-    learning!(correct, "Correct a model by what a camera saw of another liquid");
-    learning!(evaluate, "Hold a model against other liquids, before and after correction");
-    learning!(generic, "Learn any closed system from its trajectories, the laws kept exactly");
+    learning!(train, "Train a model of a liquid on recordings and write its weight blob");
+    learning!(correct, "Correct a model for another liquid from recordings of its surface");
+    learning!(evaluate, "Evaluate a model on other liquids, before and after correction");
+    learning!(generic, "Learn a closed system from trajectories, with exact thermodynamics");
 }
 
 #[cfg(not(feature = "studies"))]
 mod studying_verbs {
     studying!(simulate, "Simulate a moved glass of liquid and record it");
-    studying!(discover, "Name what recordings show and the model does not");
-    studying!(setup, "Set up a glass before a camera");
-    studying!(camera, "Look into the camera side");
-    studying!(record, "Record a camera, or turn one recording into another");
-    studying!(people, "Look into what people see of a run");
-    studying!(render, "Make pictures and films of a recording");
-    studying!(insert, "Put a named effect into a model");
-    studying!(quantize, "The same model in fewer bytes");
-    studying!(recognise, "Say which known liquid moves in a recording");
-    studying!(bench, "How fast and how large everything is here");
-    studying!(deadline, "Count the late turns of minutes");
+    studying!(discover, "Identify the effect that is missing between simulation and measurement");
+    studying!(setup, "Measure a glass before the camera and write it down");
+    studying!(camera, "Study the surface reader and the camera's faults");
+    studying!(record, "Record a camera's images, or convert a recording");
+    studying!(people, "Study viewers, identification and the first start");
+    studying!(render, "Draw a recording as a film: camera, estimate, truth and error");
+    studying!(insert, "Insert effects into a model: differences from the trained liquid");
+    studying!(quantize, "Store a model's weights in fewer bits and measure the added error");
+    studying!(recognise, "Identify the liquid of a recording among known ones");
+    studying!(bench, "Time the kernels, the turn and a start beside named peers");
+    studying!(deadline, "Count late turns over minutes, idle and under load");
 }

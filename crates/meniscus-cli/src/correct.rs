@@ -1,5 +1,6 @@
 //! `meniscus correct`: a model learns another liquid from recordings of its free surface.
 
+use super::outputs::Force;
 use anyhow::{Context, ensure};
 use meniscus::blob::{Header, Model};
 use meniscus_data::recording::Recording;
@@ -13,54 +14,57 @@ use std::path::{Path, PathBuf};
 use super::filmed::{all_filmed, by_camera};
 use super::glass;
 use super::inputs::{file, level, recordings};
-use super::stop::watched;
+use super::stop::{finish, watched_until};
 
-/// Correct a model by what a camera saw of another liquid: the free surface, and nothing else.
+/// Correct a model for another liquid from recordings of its surface.
 ///
-/// The last GRU layer, the operators and the energy of the GENERIC step and a gain between the two learn by
-/// Adam; decoder and lower layers stay. Energy and entropy keep their laws whatever is learnt.
+/// The last GRU layer, the operators and the energy of the GENERIC step and a gain between the two learn by Adam; decoder and
+/// lower layers stay. Energy and entropy keep their laws.
 ///
-/// The last recording is held out (of a single one its last three tenths). The candidate that forecasts it best, 0.25 s
-/// ahead under the tracked motion, is kept: the estimate itself follows the heights of any liquid. A candidate that has become worse on
-/// the source liquid by more than --forgetting is refused.
+/// The last recording is held out (of a single one its last three tenths). The candidate with the least error of the forecast
+/// 0.25 s ahead on it is kept. A candidate whose error on the model's own liquid grows by more than --forgetting is refused. If
+/// no candidate improves the forecast, no blob is written and the exit status is 1. Ctrl-C writes none either.
 ///
-/// Recordings of the simulator are seen through the simulated camera; learning uses no truth that they may hold. A
-/// camera's own recordings (.mcap, .bag, .db3, or a folder with frames.csv) are read as `run --source replay` reads
-/// them, with --setup for the position of the camera. One correction is of one kind.
+/// Recordings of the simulator are seen through the simulated camera. A camera's recordings (.mcap, .bag, .db3, or a folder with
+/// frames.csv) need --setup, which has the position of the camera. One correction takes one kind.
 #[derive(clap::Args, Debug)]
 #[command(
-    after_help = "Examples:\n  meniscus correct --recordings one.mcap two.mcap --setup glass.toml --out mine.blob\n  meniscus simulate --liquid water --motion strokes:1 --motion strokes:2 --seconds 4 --out water\n  meniscus correct --recordings water --out water.blob"
+    after_help = "Examples:\n  meniscus correct --recordings one.mcap two.mcap --setup glass.toml --out mine.blob\n  meniscus simulate --liquid water --motion strokes:1x0.25 \\\n    --motion strokes:2x0.25 --seconds 4 --out water\n  meniscus correct --recordings water --out water.blob"
 )]
 pub(crate) struct Arguments {
-    /// The model to correct: the one in the program (shipped) or a blob file.
-    #[arg(long, default_value = "shipped", value_name = "shipped|FILE")]
-    model: String,
-    /// Recordings of the new liquid: files, or a folder, which stands for all of its *.safetensors; or a camera's.
-    #[arg(long, required = true, num_args = 1.., value_name = "DIR_OR_FILES")]
+    /// Recordings of the new liquid: files, or a folder for all of its *.safetensors.
+    #[arg(long, required = true, num_args = 1.., value_name = "DIR_OR_FILES", help_heading = "Recordings")]
     recordings: Vec<PathBuf>,
-    /// The glass and the position of the camera, as `meniscus setup` has written them, for a camera's recordings.
-    #[arg(long, value_name = "FILE.toml")]
+    /// Glass and camera position, as `meniscus setup` wrote them, for a camera's recordings.
+    #[arg(long, value_name = "FILE.toml", help_heading = "Recordings")]
     setup: Option<PathBuf>,
-    /// Recordings of the model's own liquid, to guard against forgetting; by default the one in the program.
-    #[arg(long, num_args = 1.., value_name = "DIR_OR_FILES")]
+    /// Recordings of the model's own liquid, against forgetting [default: the one in the program].
+    #[arg(long, num_args = 1.., value_name = "DIR_OR_FILES", help_heading = "Recordings")]
     source: Vec<PathBuf>,
-    /// Where the corrected blob goes; it is written whole or not at all.
-    #[arg(long, value_name = "FILE")]
-    out: PathBuf,
-    /// Steps of Adam.
-    #[arg(long, default_value_t = 300)]
-    steps: usize,
-    /// By how much the slosh-relative error on the source recordings may grow (0.05 = 5 percentage points).
-    #[arg(long, default_value_t = 0.05)]
-    forgetting: f64,
-    /// Noise of the camera's disparity, pixels rms (0.08 is a D435, 0.24 makes 2 mm of depth at 0.4 m).
-    #[arg(long, default_value_t = 0.08)]
+    /// Noise of the simulated camera's disparity, pixels rms, 0 to 5.
+    ///
+    /// 0.08 is a D435, 0.24 makes 2 mm of depth at 0.4 m.
+    #[arg(long, default_value_t = 0.08, value_name = "PX", help_heading = "Recordings")]
     noise_px: f64,
-    /// Seed of everything that is drawn.
-    #[arg(long, default_value_t = 1)]
+    /// Model to correct: the one in the program (shipped) or a blob.
+    #[arg(long, default_value = "shipped", value_name = "shipped|FILE", help_heading = "Method")]
+    model: String,
+    /// Steps of Adam, 1 to 100000.
+    #[arg(long, default_value_t = 300, help_heading = "Method")]
+    steps: usize,
+    /// Largest growth of the slosh-relative error on the model's own liquid (0.05 = 5 points).
+    #[arg(long, default_value_t = 0.05, value_name = "SHARE", help_heading = "Method")]
+    forgetting: f64,
+    /// Seed of all random draws.
+    #[arg(long, default_value_t = 1, help_heading = "Method")]
     seed: u64,
-    /// The report as JSON on standard output.
-    #[arg(long)]
+    /// Corrected blob to write, whole or not at all.
+    #[arg(long, value_name = "FILE", help_heading = "Output")]
+    out: PathBuf,
+    #[command(flatten)]
+    force: Force,
+    /// Print one JSON object.
+    #[arg(long, help_heading = "Output")]
     json: bool,
 }
 
@@ -106,6 +110,11 @@ struct NewLiquid {
 /// Reads the recordings of the new liquid, those of a camera or those of the simulator.
 fn new_liquid(arguments: &Arguments, header: &Header) -> anyhow::Result<NewLiquid> {
     if all_filmed(&arguments.recordings)? {
+        // A standard position of the camera would make a worse model without a word.
+        ensure!(
+            arguments.setup.is_some(),
+            "a camera's recordings need --setup FILE.toml, which has the position of the camera: `meniscus setup` writes it"
+        );
         // Nobody says which liquid stood before the camera: the file's name does.
         let name = arguments.recordings.first().and_then(|path| path.file_stem()).unwrap_or_default();
         let name = name.to_string_lossy().into_owned();
@@ -126,7 +135,8 @@ fn new_liquid(arguments: &Arguments, header: &Header) -> anyhow::Result<NewLiqui
 /// Runs the verb.
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     within_range(arguments)?;
-    let stop = watched()?;
+    arguments.force.check(&arguments.out)?;
+    let stop = watched_until("nothing is learnt: no blob is written")?;
     let bytes = file(&arguments.model)?;
     let model = Model::load(&bytes).with_context(|| format!("the model {} is refused", arguments.model))?;
     let source = if arguments.source.is_empty() {
@@ -148,7 +158,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         quiet: arguments.json,
     };
     let corrected = correct(&bytes, &seen, &looks(arguments, &source, 1000)?, &how, stop)?;
-    write_whole(&arguments.out, &corrected.blob)?;
+    finish();
     let percent = |x: f64| 100.0 * x;
     let [held, source] = [corrected.held, corrected.source].map(|pair| pair.map(percent));
     let checks = [
@@ -158,19 +168,30 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         Check::at_most("source_after_slosh", source[1], "%", source[0] + percent(arguments.forgetting)),
         Check::informational("refused_for_forgetting", corrected.refused as f64, "1"),
     ];
+    let improved = corrected.held[1] < corrected.held[0];
     if arguments.json {
         println!(
             "{:#}",
             serde_json::json!({
-                "blob": arguments.out,
+                "blob": improved.then_some(&arguments.out),
                 "checks": checks,
                 "looks": corrected.looks,
                 "parameters": how.parameters,
             })
         );
-        return Ok(());
+    } else {
+        print!("{}", table(&checks));
     }
-    print!("{}", table(&checks));
-    println!("{}: {} bytes", arguments.out.display(), corrected.blob.len());
+    ensure!(
+        improved,
+        "nothing was learnt: no candidate forecasts the held-out recording better than {:.1} %, so no blob is written; \
+         record more, and livelier, motions{}",
+        held[0],
+        if corrected.refused > 0 { ", or allow a larger --forgetting" } else { "" }
+    );
+    write_whole(&arguments.out, &corrected.blob)?;
+    if !arguments.json {
+        println!("{}: {} bytes", arguments.out.display(), corrected.blob.len());
+    }
     Ok(())
 }

@@ -3,7 +3,7 @@
 use super::inputs::file;
 use super::stop::watched;
 use anyhow::{Context, ensure};
-use indicatif::{ProgressBar, ProgressStyle};
+use indicatif::ProgressBar;
 use meniscus::blob::Model;
 use meniscus::surface::{Config, Settings};
 use meniscus_data::recording::Recording;
@@ -25,40 +25,43 @@ const RATES_HZ: std::ops::RangeInclusive<f64> = 1.0..=2000.0;
 /// Longest run, minutes.
 const LONGEST_MIN: f64 = 240.0;
 
-/// Prove that the deadline is kept: minutes of turns, idle and beside a load, every one counted.
+/// Count late turns over minutes, idle and under load.
 ///
-/// The worker of `meniscus run` gets a frame at every interval of a clock, from images that were rendered before (0.7 GB
-/// of memory). A turn's time counts from when the frame's last payload was due, so that it holds the wait for a
-/// processor as well; it is late when the next frame was due before it ended.
+/// The worker of `meniscus run` gets a frame at every interval of a clock, from images that were rendered before (0.7 GB of
+/// memory). A turn's time counts from when the frame's last payload was due, so it includes the wait for a processor. A turn is
+/// late when the next frame was due before it ended.
 ///
-/// --rates RATE[:MINUTES],... gives the runs; each is done once for every --load. A rate above 60 Hz plays the same
-/// 60 Hz film faster: the model's step stays 1/60 s, the deadline becomes the interval, and what it tells is time alone.
+/// A rate above 60 Hz plays the same 60 Hz film faster: the model's step stays 1/60 s, and the deadline becomes the interval.
 ///
-/// With --realtime worker and camera ask for SCHED_FIFO, the worker for a core of its own, and memory is locked; what is
-/// refused is told. Into --out go deadline.md and deadline.png.
+/// With --realtime worker and camera ask for SCHED_FIFO, the worker for a core of its own, and memory is locked; refusals are
+/// reported. The --out folder gets deadline.md and deadline.png.
 #[derive(clap::Args, Debug)]
 #[command(
-    verbatim_doc_comment,
     after_help = "Examples:\n  meniscus deadline --realtime\n  meniscus deadline --rates 60:1 --load none\n  meniscus deadline --rates 60:10,90:1,300:1,1000:1 --realtime --json"
 )]
 pub(crate) struct Arguments {
-    /// The model: the one in the program (shipped) or a blob file.
-    #[arg(long, default_value = "shipped", value_name = "shipped|FILE")]
+    /// The model: the one in the program (shipped) or a blob.
+    #[arg(long, default_value = "shipped", value_name = "shipped|FILE", help_heading = "Method")]
     model: String,
-    /// Frames a second, each with its minutes (10 unless told).
-    #[arg(long, default_value = "60:10", value_name = "RATE[:MINUTES],...")]
+    /// Frame rates, Hz, 1 to 2000, each with its minutes (10 if not given).
+    #[arg(long, default_value = "60:10", value_name = "RATE[:MINUTES],...", help_heading = "Method")]
     rates: String,
-    /// What else the machine does, one run for each: none, or cpu, memory and disk joined by +.
-    #[arg(long, default_value = "none,cpu+memory+disk", value_name = "none|KINDS,...")]
+    /// Other work of the machine, one run for each: none, or cpu, memory, disk joined by +.
+    #[arg(
+        long,
+        default_value = "none,cpu+memory+disk",
+        value_name = "none|KINDS,...",
+        help_heading = "Method"
+    )]
     load: String,
     /// Ask for real-time rights.
-    #[arg(long)]
+    #[arg(long, help_heading = "Method")]
     realtime: bool,
     /// Folder for the report, and for the file that the disk's load writes.
-    #[arg(long, default_value = "deadline", value_name = "DIR")]
+    #[arg(long, default_value = "deadline", value_name = "DIR", help_heading = "Output")]
     out: PathBuf,
-    /// One JSON object on standard output.
-    #[arg(long)]
+    /// Print one JSON object.
+    #[arg(long, help_heading = "Output")]
     json: bool,
 }
 
@@ -74,7 +77,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     write_whole(&page, b"The study has not ended.\n").context("the --out folder cannot be used")?;
     let stop = watched()?;
     let bar = if arguments.json { ProgressBar::hidden() } else { ProgressBar::new(1000) };
-    bar.set_style(ProgressStyle::with_template("{msg:40} {wide_bar} {percent} %, {eta} left")?);
+    bar.set_style(crate::bars::style("{msg:40} {wide_bar} {percent} %, {left}")?);
     bar.enable_steady_tick(Duration::from_millis(500));
     bar.set_message("rendering the frames");
     let scene = SceneSettings { camera: settings, ..SceneSettings::default() };

@@ -2,35 +2,40 @@
 
 use super::bus;
 use anyhow::{Context, bail};
-use meniscus_platform::files::write_whole;
+use meniscus_platform::files::{check_writable, write_whole};
 use meniscus_usb::camera::{Settings, dump};
 use std::path::PathBuf;
 
-/// Write down what the camera says at its first connection.
+/// Write a camera's answers at its first connection, for a bug report.
 ///
-/// The file has the descriptors, every control request with its answer (identity, calibration, probe
-/// and commit) and the headers of the first ten frames of each stream, as JSON. A simulated camera can
-/// be built from it, so a dump of a camera that does not work is the best bug report. It has the
-/// camera's serial numbers in it, and no image.
+/// The JSON file has the descriptors, every control request with its answer (identity, calibration, probe and commit) and the
+/// headers of the first ten frames of each stream. It has the camera's serial numbers, and no image. A simulated camera can be
+/// built from it.
 #[derive(clap::Args)]
 #[command(
-    verbatim_doc_comment,
     after_help = "Examples:\n  meniscus dump --out camera.json\n  meniscus dump --simulated --out simulated.json"
 )]
 pub(crate) struct Arguments {
-    /// The file; it is replaced.
-    #[arg(long)]
-    out: PathBuf,
-    /// Ask the simulated camera instead, with a trouble by name or number.
-    #[arg(long, value_name = "TROUBLE", num_args = 0..=1, default_missing_value = "")]
+    /// Ask a simulated camera instead, with a trouble by name or number.
+    #[arg(
+        long,
+        value_name = "TROUBLE",
+        num_args = 0..=1,
+        default_missing_value = "",
+        help_heading = "Camera"
+    )]
     simulated: Option<String>,
-    /// Only the camera with this serial number (the one that USB shows).
-    #[arg(long)]
+    /// Serial number of the only camera that is taken, as USB shows it.
+    #[arg(long, help_heading = "Camera")]
     serial: Option<String>,
+    /// File to write; an old one is replaced.
+    #[arg(long, help_heading = "Output")]
+    out: PathBuf,
 }
 
 /// Runs the verb.
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
+    check_writable(&arguments.out)?;
     let settings = Settings { serial: arguments.serial.clone(), ..Settings::default() };
     let (dump, ended) = match &arguments.simulated {
         Some(trouble) => dump(bus::simulated(trouble)?, settings),

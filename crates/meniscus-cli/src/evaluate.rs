@@ -1,43 +1,47 @@
 //! `meniscus evaluate`: a model on liquids that it does not know, before and after correction.
 
 use super::inputs::file;
-use super::stop::watched;
-use anyhow::{Context, ensure};
-use indicatif::{ProgressBar, ProgressStyle};
+use super::outputs::check_folder;
+use super::stop::{finish, watched_until};
+use anyhow::ensure;
+use indicatif::ProgressBar;
 use meniscus_learn::evaluate::{COURSES, Watch, checks, curves_png, peaks_png, report, study};
 use meniscus_platform::files::write_whole;
 use meniscus_report::checks::table;
 use std::path::PathBuf;
 
-/// Evaluate a model on liquids that it was not trained on, before and after correction.
+/// Evaluate a model on other liquids, before and after correction.
 ///
-/// For each liquid the model sees a recording through the simulated camera (depth noise 2 mm), is corrected
-/// by other recordings' free surfaces, and sees the first one again. Water, butter and blood are moved
-/// along a line and learnt from four recordings of 4 s; beer, honey, gazpacho and water once more (water_by_hand)
-/// are moved as by a hand, a tenth of the way out of line, and learnt from one. Missing recordings are simulated
-/// into --recordings, about 25 s each on two processors, and stay there.
+/// For each liquid the model sees a recording through the simulated camera (depth noise 2 mm), is corrected by other recordings'
+/// surfaces, and sees the first one again. Water, butter and blood are moved along a line and learnt from four recordings of 4 s.
+/// Beer, honey, gazpacho and water once more (water_by_hand) are moved as by a hand, a tenth of the travel out of line, and
+/// learnt from one.
 ///
-/// Into --out go evaluate.html (the report, one file), evaluate.md, curves.png, peaks.png and each corrected blob. A missed target is reported,
-/// and is no error of the command.
+/// Missing recordings are simulated into --recordings, about 25 s each on two processors, and stay there. The --out folder gets
+/// evaluate.html, evaluate.md, curves.png, peaks.png and each corrected blob. A missed target is reported and does not fail the
+/// command. Ctrl-C writes no report.
 #[derive(clap::Args, Debug)]
+#[command(
+    after_help = "Examples:\n  meniscus evaluate --liquid beer\n  meniscus evaluate --model mine.blob --out mine-evaluation"
+)]
 pub(crate) struct Arguments {
-    /// The model: the one in the program (shipped) or a blob file.
-    #[arg(long, default_value = "shipped", value_name = "shipped|FILE")]
+    /// The model: the one in the program (shipped) or a blob.
+    #[arg(long, default_value = "shipped", value_name = "shipped|FILE", help_heading = "Input")]
     model: String,
     /// Folder of the recordings, LIQUID/KIND-SEED.safetensors.
-    #[arg(long, default_value = "data", value_name = "DIR")]
+    #[arg(long, default_value = "data", value_name = "DIR", help_heading = "Input")]
     recordings: PathBuf,
-    /// Folder for the report; it is made if it is not there.
-    #[arg(long, default_value = "evaluation", value_name = "DIR")]
-    out: PathBuf,
-    /// Only these liquids, by the study's names.
-    #[arg(long, value_name = "NAME")]
+    /// Only this liquid; may be repeated.
+    #[arg(long, value_name = "NAME", help_heading = "Input")]
     liquid: Vec<String>,
-    /// Seed of everything that is drawn.
-    #[arg(long, default_value_t = 1)]
+    /// Seed of all random draws.
+    #[arg(long, default_value_t = 1, help_heading = "Input")]
     seed: u64,
-    /// One JSON object on standard output.
-    #[arg(long)]
+    /// Folder for the report; it is made.
+    #[arg(long, default_value = "evaluation", value_name = "DIR", help_heading = "Output")]
+    out: PathBuf,
+    /// Print one JSON object.
+    #[arg(long, help_heading = "Output")]
     json: bool,
 }
 
@@ -60,7 +64,6 @@ impl Watch for Bar {
 
 /// Runs the verb.
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
-    let stop = watched()?;
     for name in &arguments.liquid {
         let known = COURSES.map(|course| course.name);
         ensure!(
@@ -70,13 +73,18 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         );
     }
     let bytes = file(&arguments.model)?;
-    std::fs::create_dir_all(&arguments.out)
-        .with_context(|| format!("cannot make the directory {}", arguments.out.display()))?;
+    check_folder(&arguments.out)?;
+    check_folder(&arguments.recordings)?;
+    let stop = watched_until(format!(
+        "no report is written; recordings that were simulated stay in {}",
+        arguments.recordings.display()
+    ))?;
     let bar = if arguments.json { ProgressBar::hidden() } else { ProgressBar::new(1000) };
-    bar.set_style(ProgressStyle::with_template("{msg:36} {wide_bar} {percent} %, {eta} left")?);
+    bar.set_style(crate::bars::style("{msg:36} {wide_bar} {percent} %, {left}")?);
     let mut watch = Bar(bar, arguments.json);
     let study = study(&bytes, &arguments.recordings, &arguments.liquid, arguments.seed, stop, &mut watch)?;
     watch.0.finish_and_clear();
+    finish();
     let checks = checks(&study);
     let command = format!("meniscus evaluate --model {} --seed {}", arguments.model, arguments.seed);
     let report = report(&study, &checks, &command)?;

@@ -6,6 +6,7 @@ use meniscus::blob::Model;
 use meniscus::units::Micros;
 use meniscus_data::recording::{GROUP_NAMES, Recording};
 use meniscus_hil::device::FIRST_SHOT_US;
+use meniscus_platform::files::check_writable;
 use meniscus_score::baseline::linear_with_motion;
 use meniscus_score::score::score;
 use meniscus_virtual::render::SceneSettings;
@@ -15,28 +16,29 @@ use std::fs::{self, File};
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
-/// Write what the simulated camera shows of a recording, for `hil/run`, and tell how well it is tracked.
+/// Write the simulated camera's images for the rig, and score them.
 ///
-/// The film holds images of 640x480 one after the other, Z16 depth then Y8 infrared: 921600 bytes a frame. The same
-/// frames go through the camera's session on a simulated bus in virtual time; the errors against the truth
-/// that come of it are what the rig's are held against.
+/// The film holds images of 640x480 one after the other, Z16 depth then Y8 infrared: 921600 bytes a frame. The same frames go
+/// through the camera's session on a simulated bus in virtual time. `hil/run` compares the rig's errors with the ones of this run.
 #[derive(clap::Args)]
-#[command(
-    verbatim_doc_comment,
-    after_help = "Examples:\n  meniscus camera film --frames 600 --out film.raw --json"
-)]
+#[command(after_help = "Examples:\n  meniscus camera film --frames 600 --out film.raw --json")]
 pub(crate) struct Film {
-    /// The recording in the program (shipped) or a recording file.
-    #[arg(long, default_value = "shipped", value_name = "shipped|FILE")]
+    /// Recording in the program (shipped) or a recording file.
+    #[arg(long, default_value = "shipped", value_name = "shipped|FILE", help_heading = "Input")]
     source: String,
-    /// Frames from the beginning of the recording.
-    #[arg(long, default_value_t = 600, value_parser = clap::value_parser!(u32).range(30..=36_000))]
+    /// Frames from the beginning of the recording, 30 to 36000.
+    #[arg(
+        long,
+        default_value_t = 600,
+        value_parser = clap::value_parser!(u32).range(30..=36_000),
+        help_heading = "Input"
+    )]
     frames: u32,
-    /// The film; a file that is there is replaced.
-    #[arg(long, value_name = "FILE")]
+    /// Film to write; an old one is replaced.
+    #[arg(long, value_name = "FILE", help_heading = "Output")]
     out: PathBuf,
-    /// One JSON object on standard output.
-    #[arg(long)]
+    /// Print one JSON object.
+    #[arg(long, help_heading = "Output")]
     json: bool,
 }
 
@@ -44,7 +46,7 @@ pub(crate) struct Film {
 pub(crate) fn run(arguments: &Film) -> anyhow::Result<()> {
     let recording = match arguments.source.as_str() {
         "shipped" => Recording::from_bytes(Path::new("the shipped recording"), meniscus_shipped::RECORDING)?,
-        path => Recording::load(Path::new(path))?,
+        path => super::inputs::recording(Path::new(path))?,
     };
     let frames = arguments.frames as usize;
     ensure!(
@@ -58,10 +60,18 @@ pub(crate) fn run(arguments: &Film) -> anyhow::Result<()> {
     let out = &arguments.out;
     // Beside it and renamed: a film that is there is a whole one.
     let beside = out.with_extension("part");
+    check_writable(out)?;
     let file = File::create(&beside).with_context(|| format!("cannot write {}", beside.display()))?;
-    let (turns, mut file) =
-        film(&model, recording.clone(), SceneSettings::default(), frames, BufWriter::new(file))?;
-    file.flush().and_then(|()| fs::rename(&beside, out)).context("the film cannot be written")?;
+    let filmed = film(&model, recording.clone(), SceneSettings::default(), frames, BufWriter::new(file));
+    let kept = filmed.map_err(anyhow::Error::from).and_then(|(turns, mut file)| {
+        file.flush().and_then(|()| fs::rename(&beside, out))?;
+        Ok(turns)
+    });
+    if kept.is_err() {
+        // A part of a film helps nobody; that it cannot be removed either adds nothing.
+        let _left = fs::remove_file(&beside);
+    }
+    let turns = kept.context("the film cannot be written")?;
     let linear = linear_with_motion(&recording);
     let score = score(&model, &recording, &linear, &turns, Micros(FIRST_SHOT_US));
     let fields: Value =

@@ -1,6 +1,7 @@
 //! A camera's own recordings, for the verbs that learn from a surface or name a liquid by it.
 
 use super::glass::same_outline;
+use super::kind::Kind;
 use anyhow::{Context, ensure};
 use meniscus::surface::{Config, Settings, SurfaceProfile};
 use meniscus_bags as bag;
@@ -16,7 +17,7 @@ pub(super) type Sightings = Vec<Option<SurfaceProfile>>;
 /// Whether `path` is a camera's recording: MCAP, a librealsense bag, or a folder of images with their times.
 fn is_filmed(path: &Path) -> bool {
     let extension = path.extension().and_then(|extension| extension.to_str());
-    matches!(extension, Some("mcap" | "bag" | "db3")) || path.join("frames.csv").exists()
+    matches!(extension, Some("mcap" | "bag" | "db3")) || Kind::of(path) == Some(Kind::Camera)
 }
 
 /// Whether all of `paths` are a camera's (and not one of them the simulator's).

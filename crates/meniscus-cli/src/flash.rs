@@ -8,42 +8,38 @@ use meniscus_service::flash::{Folder, boot, flash, rehearse, sibling};
 use serde_json::json;
 use std::path::PathBuf;
 
-/// Write a model to a board's two slots: checked, read back, switched in one step.
+/// Write a model to one of a board's two slots, safe against power loss.
 ///
-/// TARGET is the folder with the slots, on the board or where its disk is mounted. The slot that boots is never
-/// touched: the new model goes into the other one and is made the one that boots by a single rename; if it
-/// is found damaged at a start, the other slot boots. `meniscus run --model TARGET` starts what boots.
+/// TARGET is the folder with the slots, on the board or where its disk is mounted. The slot that boots stays as it is. The new
+/// model goes into the other slot, is read back, and is made the one that boots by a single rename. If it is damaged at a
+/// start, the other slot boots. `meniscus run --model TARGET` starts what boots.
 ///
 /// With a public key in the board's profile, a model without a valid signature is neither written nor started.
-/// A key and a signature are made with openssl:
-///   openssl genpkey -algorithm ed25519 -out key.pem
-///   openssl pkey -in key.pem -pubout -outform DER | tail -c 32 | xxd -p -c 32      (the profile's public_key)
-///   openssl pkeyutl -sign -rawin -inkey key.pem -in my.blob -out my.blob.sig
-///
-/// --rehearse N cuts the power N times at random steps on a simulated disk that loses what is not synced.
 #[derive(clap::Args)]
 #[command(
-    verbatim_doc_comment,
-    after_help = "Examples:\n  meniscus flash my.blob --to /var/lib/meniscus\n  meniscus flash my.blob --signature my.blob.sig --profile /etc/meniscus/board.toml\n  meniscus flash --rehearse 200 --json"
+    after_help = "Examples:\n  meniscus flash my.blob --to /var/lib/meniscus\n  meniscus flash my.blob --signature my.blob.sig \\\n    --profile /etc/meniscus/board.toml\n  meniscus flash --rehearse 200 --json",
+    after_long_help = "Key and signature are made with openssl:\n  openssl genpkey -algorithm ed25519 -out key.pem\n  openssl pkeyutl -sign -rawin -inkey key.pem -in my.blob -out my.blob.sig\nThe profile's public_key is printed by:\n  openssl pkey -in key.pem -pubout -outform DER | tail -c 32 | xxd -p -c 32"
 )]
 pub(crate) struct Arguments {
     /// The model: a blob file, or the one in the program (shipped).
     #[arg(value_name = "BLOB", required_unless_present = "rehearse")]
     blob: Option<String>,
-    /// The folder with the slots; by default the profile's.
-    #[arg(long, value_name = "TARGET")]
+    /// Folder with the slots [default: the profile's].
+    #[arg(long, value_name = "TARGET", help_heading = "Board")]
     to: Option<PathBuf>,
     /// The board's profile.
-    #[arg(long, value_name = "FILE.toml")]
+    #[arg(long, value_name = "FILE.toml", help_heading = "Board")]
     profile: Option<PathBuf>,
     /// The blob's ed25519 signature, 64 bytes.
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", help_heading = "Board")]
     signature: Option<PathBuf>,
-    /// Only rehearse, with this many power cuts.
-    #[arg(long, value_name = "N", conflicts_with_all = ["to", "profile", "signature"])]
+    /// Only cut the power this many times on a simulated disk.
+    ///
+    /// The cuts come at random steps, and the disk loses what was not synced.
+    #[arg(long, value_name = "N", conflicts_with_all = ["to", "profile", "signature"], help_heading = "Board")]
     rehearse: Option<u32>,
-    /// One JSON object on standard output.
-    #[arg(long)]
+    /// Print one JSON object.
+    #[arg(long, help_heading = "Output")]
     json: bool,
 }
 

@@ -14,74 +14,82 @@ use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 use std::time::Instant;
 
-/// Learn any closed system from its trajectories, so that the laws of thermodynamics hold exactly.
+/// Learn a closed system from trajectories, with exact thermodynamics.
 ///
-/// The form that carries the liquid, z' = L dE + M dS with energy kept and entropy rising for every weight, is
-/// learnt for whatever system DATASET holds: a pendulum with friction, a polymer in shear, a circuit that warms. The
-/// file is npz, as numpy.savez writes it:
+/// The form that carries the liquid, z' = L dE + M dS, keeps energy and never lowers entropy, whatever its weights are. Here it
+/// is learnt for any system: a pendulum with friction, a polymer in shear, a circuit that warms.
 ///
-///   Z                   [trajectory, variable, step], float32 or float64: the states
-///   dt                  time between two steps, s
-///   train_idx test_idx  which trajectories are learnt from and judged by (a fifth is drawn if absent)
-///   L                   [variable, variable], skew: the reversible operator, if known; else it is learnt
-///   M                   [variable, variable]: its rows that are not zero have friction; else all may
-///   t                   times; steps of Z beyond their count are not used
+/// --points and --momenta name the positions and momenta of bodies. The energy then depends on distances alone. --entropies names
+/// the variables whose sum is the entropy of the whole; without it an entropy is appended to the state.
 ///
-/// What is known of the variables makes the net better. --points and --momenta say which are positions and momenta of
-/// bodies: the energy then sees distances alone, as nothing in a closed system knows which way is up. --entropies says
-/// whose sum is the entropy of the whole; without it an entropy of its own is appended to the state. A pendulum of two
-/// warm springs:
+/// One in eight of the training trajectories is held back for validation. --soft also trains a net whose laws are only a penalty
+/// in the loss. --weights replays a published net (W0, b0, .., mean, std, L, M, dt) and compares the exact one with it.
 ///
-///   meniscus generic pendulum.npz --names q1x,q1y,q2x,q2y,p1x,p1y,p2x,p2y,s1,s2 \
-///     --points q1x,q1y:q2x,q2y --momenta p1x,p1y:p2x,p2y --entropies s1,s2
-///
-/// One in eight of the trajectories that are learnt from is held back to choose by. With --soft a net whose laws are
-/// a penalty in its loss alone learns the same; --weights replays a published net (W0, b0, .., mean, std, L, M, dt)
-/// and compares the exact one with it.
-///
-/// Into --out go report.md, rollouts.png, learnt.png, and net.safetensors: the exact net's weights by name
-/// (docs/formats.md). Ctrl-C ends every stage with its best so far; --resume goes on from there.
+/// The --out folder gets report.md, rollouts.png, learnt.png, and net.safetensors, the exact net's weights by name
+/// (docs/formats.md). Ctrl-C ends every stage with its best so far; --resume continues from there.
 #[derive(clap::Args, Debug)]
-#[command(verbatim_doc_comment)]
+#[command(
+    after_help = "Examples:\n  meniscus generic pendulum.npz --quick\n  meniscus generic pendulum.npz \\\n    --names q1x,q1y,q2x,q2y,p1x,p1y,p2x,p2y,s1,s2 \\\n    --points q1x,q1y:q2x,q2y --momenta p1x,p1y:p2x,p2y --entropies s1,s2",
+    after_long_help = "DATASET is an npz file, as numpy.savez writes it:\n  Z                   [trajectory, variable, step], float32 or float64: states\n  dt                  time between two steps, s\n  train_idx test_idx  trajectories for training and test [default: a fifth]\n  L                   [variable, variable], skew: the reversible operator\n                      [default: it is learnt]\n  M                   [variable, variable]: rows that are not zero have\n                      friction [default: all may]\n  t                   times; steps of Z beyond their count are not used"
+)]
 pub(crate) struct Arguments {
-    /// Trajectories, npz
+    /// Trajectories, npz.
     #[arg(value_name = "DATASET")]
     dataset: PathBuf,
-    /// A published net's weights, npz, to hold beside
-    #[arg(long, value_name = "FILE")]
+    /// Weights of a published net, npz, to compare with.
+    #[arg(long, value_name = "FILE", help_heading = "Input")]
     weights: Option<PathBuf>,
-    /// Names of the variables, by commas, in their order
-    #[arg(long, value_name = "A,B,..", value_delimiter = ',')]
+    /// Names of the variables in their order [default: z1,z2,..].
+    #[arg(long, value_name = "A,B,..", value_delimiter = ',', help_heading = "Variables")]
     names: Vec<String>,
-    /// Points, their coordinates by commas, points by colons: q1x,q1y:q2x,q2y. The energy then sees distances alone
-    #[arg(long, value_name = "A,B:C,D", default_value = "", hide_default_value = true)]
+    /// Positions: coordinates of a point by commas, points by colons.
+    #[arg(
+        long,
+        value_name = "A,B:C,D",
+        default_value = "",
+        hide_default_value = true,
+        help_heading = "Variables"
+    )]
     points: String,
-    /// Momenta of the points, in the same order
-    #[arg(long, value_name = "A,B:C,D", default_value = "", hide_default_value = true, requires = "points")]
+    /// Momenta of the points, in the same order.
+    #[arg(
+        long,
+        value_name = "A,B:C,D",
+        default_value = "",
+        hide_default_value = true,
+        requires = "points",
+        help_heading = "Variables"
+    )]
     momenta: String,
-    /// Variables whose sum is the entropy of the whole; without them an entropy is appended to the state
-    #[arg(long, value_name = "A,B,..", default_value = "", hide_default_value = true)]
+    /// Variables whose sum is the entropy of the whole.
+    #[arg(
+        long,
+        value_name = "A,B,..",
+        default_value = "",
+        hide_default_value = true,
+        help_heading = "Variables"
+    )]
     entropies: String,
-    /// Learn L beyond what the file says of it
-    #[arg(long)]
+    /// Learn L beyond what the file states.
+    #[arg(long, help_heading = "Method")]
     learn_l: bool,
-    /// Also train a net whose laws are a penalty in its loss alone
-    #[arg(long)]
+    /// Also train a net whose laws are only a penalty in the loss.
+    #[arg(long, help_heading = "Method")]
     soft: bool,
-    /// A short schedule, about a minute, to see whether the file will do
-    #[arg(long)]
+    /// A short schedule, about a minute.
+    #[arg(long, help_heading = "Method")]
     quick: bool,
-    /// Seed of everything that is drawn
-    #[arg(long, default_value_t = 1)]
+    /// Seed of all random draws.
+    #[arg(long, default_value_t = 1, help_heading = "Method")]
     seed: u64,
-    /// Folder for the report; it is made if it is not there
-    #[arg(long, default_value = "generic", value_name = "DIR")]
-    out: PathBuf,
-    /// Go on from the checkpoints of the same training that was broken off
-    #[arg(long)]
+    /// Continue from the checkpoints of the same training.
+    #[arg(long, help_heading = "Method")]
     resume: bool,
-    /// One JSON object on standard output
-    #[arg(long)]
+    /// Folder for the report; it is made.
+    #[arg(long, default_value = "generic", value_name = "DIR", help_heading = "Output")]
+    out: PathBuf,
+    /// Print one JSON object.
+    #[arg(long, help_heading = "Output")]
     json: bool,
 }
 

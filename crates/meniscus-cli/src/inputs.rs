@@ -1,9 +1,8 @@
 //! What several verbs read: models and recordings.
 
+use super::kind::{Kind, expect};
 use super::profile::Profile;
-#[cfg(feature = "studies")]
-use anyhow::Context;
-use anyhow::ensure;
+use anyhow::{Context, ensure};
 use meniscus_data::recording::Recording;
 use meniscus_platform::files::AlignedBytes;
 use meniscus_service::flash::{Folder, boot};
@@ -17,6 +16,7 @@ pub(super) fn blob(model: &str, profile: Option<&Path>) -> anyhow::Result<Aligne
     if !Path::new(model).is_dir() {
         return file(model);
     }
+    expect(Path::new(model), Kind::Slots, "a folder of `meniscus flash`")?;
     let key = profile.map(Profile::read).transpose()?.map(|profile| profile.key()).transpose()?.flatten();
     let booted = boot(&Folder::at(Path::new(model)), key.as_ref())?;
     if let Some(why) = &booted.fell_back {
@@ -30,7 +30,16 @@ pub(super) fn file(model: &str) -> anyhow::Result<AlignedBytes> {
     if model == "shipped" {
         return Ok(AlignedBytes::copy(meniscus_shipped::MODEL));
     }
-    Ok(AlignedBytes::read(Path::new(model))?)
+    let path = Path::new(model);
+    expect(path, Kind::Model, "a weight blob")?;
+    AlignedBytes::read(path)
+        .context("--model takes shipped, a blob of `meniscus train` or `correct`, or a folder of `flash`")
+}
+
+/// The recording of the simulator in `file`.
+pub(super) fn recording(file: &Path) -> anyhow::Result<Recording> {
+    expect(file, Kind::Simulated, "a recording of the simulator")?;
+    Ok(Recording::load(file)?)
 }
 
 #[cfg(feature = "studies")]
@@ -67,7 +76,7 @@ pub(super) fn plain(file: &Path) -> anyhow::Result<Recording> {
 #[cfg(feature = "studies")]
 /// The recording in `file`, of an upright cylinder on its table, as the rendered camera shows it.
 pub(super) fn level(file: &Path) -> anyhow::Result<Recording> {
-    let recording = Recording::load(file)?;
+    let recording = recording(file)?;
     check_level(&recording, &file.display())?;
     Ok(recording)
 }

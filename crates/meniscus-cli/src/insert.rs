@@ -1,6 +1,7 @@
 //! `meniscus insert`: insert effects into a flashed model.
 
 use super::inputs::file;
+use super::outputs::Force;
 use anyhow::{Context, anyhow, bail, ensure};
 use meniscus::blob::Model;
 use meniscus::reduced::effects::{Active, Effect, Stated, find};
@@ -14,48 +15,50 @@ use meniscus_platform::files::{AlignedBytes, write_whole};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 
-/// Insert effects into a flashed model: physical differences between the liquid in the glass and the one it was trained on.
+/// Insert effects into a model: differences from the trained liquid.
 ///
 /// The weights stay as they are. The blob gets a list of effects with their values. Whoever loads it derives the changes of
 /// energy, friction and relaxation in the step, whose laws stay exact for any value, and the corrections of the camera's
-/// profile. Effects that the model had are replaced; without any they are removed.
+/// profile. Old effects are replaced; without any they are removed.
 ///
-/// --effect NAME=VALUE takes the same names, SI values and units as `meniscus simulate` and scene files:
-/// `viscosity=0.8` is 0.8 Pa s, `fill=0.072` a height of 72 mm. `meniscus simulate --list` shows them all. The first
-/// parameter is enough. Latency, delay, detuning and swirl cannot be inserted, and the command says why.
-///
-/// With --recordings, a folder as `meniscus discover` reads it, every recording is rolled out from rest with its motion
-/// known, before and after.
+/// --effect NAME=VALUE takes the names, SI values and units of `meniscus simulate` and scene files: `viscosity=0.8` is 0.8 Pa s,
+/// `fill=0.072` a height of 72 mm. `meniscus simulate --list` shows them all. The first parameter is enough. Latency, delay,
+/// detuning and swirl cannot be inserted, and the command says why.
 #[derive(clap::Args, Debug)]
 #[command(
-    after_help = "Examples:\n  meniscus insert --effect yield_stress=3 --out yields.blob\n  meniscus insert --model mine.blob --verdict found/verdict.json --out better.blob\n  meniscus insert --effect viscosity=0.8 --effect camera_slope=0.03 --recordings mine --out new.blob --json"
+    after_help = "Examples:\n  meniscus insert --effect yield_stress=3 --out yields.blob\n  meniscus insert --verdict found/verdict.json --out better.blob\n  meniscus insert --effect viscosity=0.8 --effect camera_slope=0.03 \\\n    --recordings mine --out new.blob --json"
 )]
 pub(crate) struct Arguments {
-    /// The model: the one in the program (shipped) or a blob file.
-    #[arg(long, default_value = "shipped", value_name = "shipped|FILE")]
+    /// The model: the one in the program (shipped) or a blob.
+    #[arg(long, default_value = "shipped", value_name = "shipped|FILE", help_heading = "Input")]
     model: String,
-    /// An effect with the values of its parameters; give it several times for several effects.
-    #[arg(long, value_name = "NAME=VALUE[,VALUE]")]
+    /// Effect with the values of its parameters, SI units; may be repeated.
+    #[arg(long, value_name = "NAME=VALUE[,VALUE]", help_heading = "Input")]
     effect: Vec<String>,
-    /// Take effects and values from the verdict.json of a discovery.
-    #[arg(long, value_name = "FILE", conflicts_with = "effect")]
+    /// Verdict of `meniscus discover` to take the effects from.
+    #[arg(long, value_name = "FILE", conflicts_with = "effect", help_heading = "Input")]
     verdict: Option<PathBuf>,
-    /// The liquid that the model was trained on, by name or file; the one that its header names, unless given.
-    #[arg(long)]
+    /// Liquid that the model was trained on, by name or file [default: the blob's].
+    #[arg(long, value_name = "NAME|FILE", help_heading = "Input")]
     liquid: Option<String>,
-    /// Recordings to roll out before and after.
-    #[arg(long, value_name = "DIR")]
+    /// Folder of recordings, as for `meniscus discover`, to roll out before and after.
+    ///
+    /// Every recording is rolled out from rest with its motion known.
+    #[arg(long, value_name = "DIR", help_heading = "Input")]
     recordings: Option<PathBuf>,
-    /// Where the new blob goes; it is written whole or not at all.
-    #[arg(long, value_name = "FILE")]
+    /// Blob to write, whole or not at all.
+    #[arg(long, value_name = "FILE", help_heading = "Output")]
     out: PathBuf,
-    /// One JSON object on standard output.
-    #[arg(long)]
+    #[command(flatten)]
+    force: Force,
+    /// Print one JSON object.
+    #[arg(long, help_heading = "Output")]
     json: bool,
 }
 
 /// Runs the verb.
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
+    arguments.force.check(&arguments.out)?;
     let bytes = file(&arguments.model)?;
     let model = Model::load(&bytes).with_context(|| format!("the model {} is refused", arguments.model))?;
     let name = arguments.liquid.as_deref().unwrap_or(&model.header.liquid);

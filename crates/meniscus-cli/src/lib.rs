@@ -3,6 +3,7 @@
 #[cfg(not(feature = "train"))]
 mod absent;
 mod among;
+mod bars;
 #[cfg(feature = "studies")]
 mod bench;
 mod bus;
@@ -16,6 +17,7 @@ mod deadline;
 mod discover;
 mod doctor;
 mod dump;
+mod errors;
 #[cfg(feature = "train")]
 mod evaluate;
 #[cfg(feature = "studies")]
@@ -26,10 +28,13 @@ mod flash;
 #[cfg(feature = "train")]
 mod generic;
 mod glass;
+mod help;
 mod inputs;
 #[cfg(feature = "studies")]
 mod insert;
+mod kind;
 mod manual;
+mod outputs;
 #[cfg(feature = "studies")]
 mod people;
 mod profile;
@@ -57,10 +62,10 @@ use absent::{
 #[cfg(not(feature = "train"))]
 use absent::{correct, evaluate, generic, train};
 
-use clap::{CommandFactory, Parser, Subcommand};
+use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use std::process::ExitCode;
 
-/// Watches the free surface of a sloshing liquid through a depth camera and knows the whole liquid.
+/// Estimates the motion of a sloshing liquid in a glass from a depth camera's view of its surface.
 #[derive(Parser)]
 #[command(name = "meniscus", bin_name = "meniscus", version, max_term_width = 100)]
 struct Arguments {
@@ -94,9 +99,20 @@ enum Command {
     Manual(manual::Arguments),
 }
 
-/// Returns the definition of the command `meniscus`: its verbs, their flags and their help texts.
+/// Returns the whole command line, as `meniscus` parses it and `--help` shows it.
+#[must_use]
 pub fn command() -> clap::Command {
-    Arguments::command()
+    help::laid_out(Arguments::command())
+}
+
+/// Returns the arguments of the process; ends it where they ask for help or are wrong.
+fn arguments() -> Arguments {
+    if std::env::args_os().len() < 2 {
+        // A usage error, as any missing argument: a script that forgot the verb must not go on.
+        eprint!("{}", help::start());
+        std::process::exit(2);
+    }
+    Arguments::from_arg_matches(&command().get_matches()).unwrap_or_else(|error| error.exit())
 }
 
 /// Exit status of a program that a broken pipe has ended, as the shell tells it: 128 and the signal's number.
@@ -118,7 +134,7 @@ fn end_with_the_reader() {
 pub fn main() -> ExitCode {
     end_with_the_reader();
     meniscus_platform::cpu_features::widen();
-    let done = match Arguments::parse().command {
+    let done = match arguments().command {
         Command::Run(arguments) => run::run(&arguments),
         Command::Simulate(arguments) => simulate::run(&arguments),
         Command::Train(arguments) => train::run(&arguments),
@@ -141,12 +157,13 @@ pub fn main() -> ExitCode {
         Command::Deadline(arguments) => deadline::run(&arguments),
         Command::Manual(arguments) => manual::run(&arguments, command()),
     };
-    match done {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(error) => {
-            // One line, cause after cause; a backtrace helps nobody at a terminal.
-            eprintln!("error: {error:#}");
-            ExitCode::FAILURE
-        }
+    if let Err(error) = &done {
+        // One line, cause after cause; a backtrace helps nobody at a terminal.
+        eprintln!("error: {}", errors::line(error));
     }
+    #[cfg(feature = "studies")]
+    if stop::raised() {
+        return ExitCode::from(stop::INTERRUPTED);
+    }
+    if done.is_ok() { ExitCode::SUCCESS } else { ExitCode::FAILURE }
 }

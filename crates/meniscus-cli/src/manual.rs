@@ -9,15 +9,14 @@ use std::path::{Path, PathBuf};
 
 /// Write man pages and completions for the shells.
 ///
-/// Into --out go meniscus.1, a page for every verb (meniscus-run.1), and a file of completions for every shell.
+/// The --out folder gets meniscus.1, a page for every verb (meniscus-run.1), and a file of completions for every shell.
 #[derive(clap::Args)]
 #[command(
-    verbatim_doc_comment,
     after_help = "Examples:\n  meniscus manual --out /tmp/manual && man /tmp/manual/meniscus-run.1\n  meniscus manual --out /tmp/manual && . /tmp/manual/meniscus.bash"
 )]
 pub(crate) struct Arguments {
-    /// Folder for the files; it is made if it is not there.
-    #[arg(long, default_value = "manual", value_name = "DIR")]
+    /// Folder for the files; it is made.
+    #[arg(long, default_value = "manual", value_name = "DIR", help_heading = "Output")]
     out: PathBuf,
 }
 
@@ -43,15 +42,64 @@ pub(crate) fn run(arguments: &Arguments, mut program: Command) -> anyhow::Result
     Ok(())
 }
 
-/// The page of `command`, which has been built and so knows its whole name, and those of its verbs.
+/// Writes the page of `command`, which has been built and so knows its whole name, and those of its verbs.
 fn page(command: &Command, out: &Path, pages: &mut usize) -> anyhow::Result<()> {
-    let man = Man::new(command.clone());
-    let (name, mut text) = (man.get_filename(), Vec::new());
-    man.render(&mut text).with_context(|| format!("the page {name}"))?;
-    write_whole(&out.join(name), &text)?;
+    let name = Man::new(command.clone()).get_filename();
+    write_whole(&out.join(&name), &text(command).with_context(|| format!("the page {name}"))?)?;
     *pages += 1;
     for verb in command.get_subcommands().filter(|verb| verb.get_name() != "help") {
         page(verb, out, pages)?;
     }
     Ok(())
+}
+
+/// Returns the page of `command`. Its examples and its appendix keep their lines, which clap's own section would join.
+fn text(command: &Command) -> std::io::Result<Vec<u8>> {
+    let (man, mut text) = (Man::new(command.clone()), Vec::new());
+    man.render_title(&mut text)?;
+    man.render_name_section(&mut text)?;
+    man.render_synopsis_section(&mut text)?;
+    man.render_description_section(&mut text)?;
+    if let Some(examples) = command.get_after_help() {
+        literal(&mut text, "EXAMPLES", examples.to_string().lines().skip(1));
+    }
+    man.render_options_section(&mut text)?;
+    if command.has_subcommands() {
+        man.render_subcommands_section(&mut text)?;
+    }
+    if let Some(more) = command.get_after_long_help() {
+        literal(&mut text, "NOTES", more.to_string().lines());
+    }
+    if command.get_version().is_some() {
+        man.render_version_section(&mut text)?;
+    }
+    Ok(text)
+}
+
+/// Appends a section whose lines stay as they are.
+fn literal<'l>(text: &mut Vec<u8>, title: &str, lines: impl Iterator<Item = &'l str>) {
+    text.extend(format!(".SH {title}\n.nf\n").bytes());
+    for line in lines {
+        let line = line.trim_start().replace('\\', "\\e").replace('-', "\\-");
+        let guard = if line.starts_with(['.', '\'']) { "\\&" } else { "" };
+        text.extend(format!("{guard}{line}\n").bytes());
+    }
+    text.extend(b".fi\n");
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn a_page_has_every_example_on_a_line_of_its_own() {
+        let mut program = crate::Arguments::command();
+        program.build();
+        let run = program.find_subcommand("run").expect("a verb");
+        let page = String::from_utf8(text(run).expect("written")).expect("text");
+        assert!(page.contains(".SH EXAMPLES\n.nf\nmeniscus run\nmeniscus run \\-\\-view\n"), "{page}");
+        assert!(page.contains(".SH OPTIONS") && page.contains("Coasting"), "{page}");
+        assert!(!page.contains("meniscus run\n.PP"), "{page}");
+    }
 }

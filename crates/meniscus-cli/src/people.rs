@@ -5,7 +5,7 @@ mod recognition;
 
 use super::inputs;
 use anyhow::ensure;
-use indicatif::{ProgressBar, ProgressStyle};
+use indicatif::ProgressBar;
 use meniscus::blob::Model;
 use meniscus::surface::{Config, Settings};
 use meniscus_data::recording::Recording;
@@ -15,7 +15,7 @@ use meniscus_virtual::render::SceneSettings;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 
-/// Look into what people see of a run.
+/// Study viewers, identification and the first start.
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
     #[command(subcommand)]
@@ -27,44 +27,59 @@ enum Verb {
     Study(Study),
 }
 
-/// Measure what viewers of the live page cost the turn, and what travels to each.
+/// Measure how much viewers of the live page delay the turn.
 ///
-/// The main job runs in real time, round after round of the shipped recording (12 s each), in every second pair of
-/// rounds with viewers in this same process, which take every frame that they can get. The turn's median must
-/// not change by more than 2 %, and no viewer may need more than 2 Mbit/s. A busy machine makes the first a
-/// matter of chance: the rounds are in `rounds_change`.
+/// `run` goes in real time, round after round of the shipped recording (12 s each), in every second pair of rounds with viewers in
+/// this process, which take every frame. The turn's median must not change by more than 2 %, and no viewer may need more than
+/// 2 Mbit/s. On a busy machine the first depends on chance; `rounds_change` has each round.
 ///
-/// With --recognition the question is another one: how often `meniscus run --among` names the right liquid, over
-/// recordings that nothing was learnt from. With --clean-clone it is how long a newcomer waits from `git clone` to a liquid
-/// that moves on the page, the build included; crates are fetched before, which is not counted.
+/// --recognition measures instead how often `meniscus run --among` identifies the right liquid. --clean-clone measures the time
+/// from `git clone` to a moving liquid on the page, with the build and without the download of the crates.
 #[derive(clap::Args)]
 #[command(
-    verbatim_doc_comment,
     after_help = "Examples:\n  meniscus people study\n  meniscus people study --rounds 16 --json\n  meniscus people study --recognition unseen --json\n  meniscus people study --clean-clone ."
 )]
 struct Study {
-    /// Rounds, half of them with viewers.
-    #[arg(long, default_value_t = 8, value_parser = clap::value_parser!(u16).range(2..=200))]
+    /// Rounds, half of them with viewers, 2 to 200.
+    #[arg(
+        long,
+        default_value_t = 8,
+        value_parser = clap::value_parser!(u16).range(2..=200),
+        help_heading = "Method"
+    )]
     rounds: u16,
-    /// Viewers at a time.
-    #[arg(long, default_value_t = 4, value_parser = clap::value_parser!(u16).range(1..=16))]
+    /// Viewers at a time, 1 to 16.
+    #[arg(
+        long,
+        default_value_t = 4,
+        value_parser = clap::value_parser!(u16).range(1..=16),
+        help_heading = "Method"
+    )]
     viewers: u16,
-    /// Measure instead how often the right liquid is named, over the recordings DIR/LIQUID/*.safetensors; those of liquids
-    /// that are not known are to be refused.
-    #[arg(long, value_name = "DIR")]
+    /// Measure identification over the recordings DIR/LIQUID/*.safetensors instead.
+    ///
+    /// Recordings of liquids that are not known are to be refused.
+    #[arg(long, value_name = "DIR", help_heading = "Method")]
     recognition: Option<PathBuf>,
-    /// Measure instead the time from a clean clone of this repository (a folder or an address) to a moving liquid: about
-    /// 1 GB in the temporary folder, and some minutes of all cores.
-    #[arg(long, value_name = "REPOSITORY", conflicts_with = "recognition")]
+    /// Measure the time from a clone of this repository to a moving liquid instead.
+    ///
+    /// A folder or an address. Needs about 1 GB in the temporary folder, and some minutes of all cores.
+    #[arg(long, value_name = "REPOSITORY", conflicts_with = "recognition", help_heading = "Method")]
     clean_clone: Option<PathBuf>,
-    /// Known liquids, with --recognition: those in the program (shipped), a note, or a folder of notes; may be repeated.
-    #[arg(long, default_value = "shipped", value_name = "shipped|FILE|DIR", requires = "recognition")]
+    /// Known liquids, with --recognition: shipped, a note, or a folder of notes; may be repeated.
+    #[arg(
+        long,
+        default_value = "shipped",
+        value_name = "shipped|FILE|DIR",
+        requires = "recognition",
+        help_heading = "Method"
+    )]
     among: Vec<String>,
-    /// One JSON object on standard output instead of the table.
-    #[arg(long)]
+    /// Print one JSON object instead of the table.
+    #[arg(long, help_heading = "Output")]
     json: bool,
-    /// Fail (exit status 1) if any check misses its target.
-    #[arg(long)]
+    /// Exit with status 1 if a check misses its target.
+    #[arg(long, help_heading = "Output")]
     check: bool,
 }
 
@@ -96,7 +111,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let scene = SceneSettings { camera: settings, ..SceneSettings::default() };
     let pairs = usize::from(rounds.div_ceil(2));
     let bar = ProgressBar::new(2 * pairs as u64);
-    bar.set_style(ProgressStyle::with_template("rounds {wide_bar} {pos}/{len}, {eta} left")?);
+    bar.set_style(crate::bars::style("rounds {wide_bar} {pos}/{len}, {left}")?);
     let plan = ViewerPlan { pairs, viewers: usize::from(*viewers) };
     let measured = study(&model, &recording, scene, Config::new(settings)?, plan, || bar.inc(1))?;
     bar.finish_and_clear();
@@ -119,6 +134,6 @@ fn told(report: &Value, checks: &[Check], json: bool, check: bool) -> anyhow::Re
     } else {
         print!("{}", table(checks));
     }
-    ensure!(!check || checks.iter().all(|check| check.ok), "a check missed its target");
+    ensure!(!check || checks.iter().all(|check| !check.missed()), "a check missed its target");
     Ok(())
 }

@@ -1,6 +1,7 @@
 //! `meniscus quantize`: a model in fewer bytes, with what that costs in accuracy.
 
 use super::inputs::file;
+use super::outputs::Force;
 use anyhow::{Context, ensure};
 use indicatif::ProgressBar;
 use meniscus::blob::Model;
@@ -23,39 +24,40 @@ use std::time::Duration;
 /// By how much the error of the surface, of the slosh, may differ: 0.1 percentage point.
 const SURFACE: f64 = 0.1;
 
-/// Store a model's weights in fewer bits, and say what that costs.
+/// Store a model's weights in fewer bits and measure the added error.
 ///
-/// The GRU, the decoder's trunk and its bases go into bf16 or i8 (the GRU never below bf16); energy, operators,
-/// port, gain and intervals keep their f32 bits, so the laws hold exactly as before.
+/// The GRU, the decoder's trunk and its bases go into bf16 or i8 (the GRU never below bf16). Energy, operators, port, gain and
+/// intervals keep their f32 bits, so the laws hold exactly as before.
 ///
-/// With --rank-budget the bases are cut first: of each group the smallest rank is kept whose largest error over the
-/// recording stays within that share of the group's range (0.005 is half a per cent).
+/// With --rank-budget the bases are cut first. Each group keeps the smallest rank whose largest error over the recording stays
+/// within that share of the group's range (0.005 is half a per cent).
 ///
-/// Before and after, the model sees the recording through the simulated camera; the table has the error against the
-/// truth of both, and the difference of their fields over the same latents. A missed target is reported, and is
-/// no error of the command.
+/// Before and after, the model sees the recording through the simulated camera. The table has both errors against the truth, and
+/// the difference of both fields over the same latents. A missed target is reported and does not fail the command.
 #[derive(clap::Args, Debug)]
 #[command(
     after_help = "Examples:\n  meniscus quantize --to bf16 --out half.blob\n  meniscus quantize --to i8 --rank-budget 0.005 --out small.blob\n  meniscus run --model small.blob"
 )]
 pub(crate) struct Arguments {
-    /// The model: the one in the program (shipped) or a blob file.
-    #[arg(long, default_value = "shipped", value_name = "shipped|FILE")]
+    /// The model: the one in the program (shipped) or a blob.
+    #[arg(long, default_value = "shipped", value_name = "shipped|FILE", help_heading = "Input")]
     model: String,
-    /// In what the weights go.
-    #[arg(long, value_enum, value_name = "f32|bf16|i8")]
-    to: To,
-    /// Largest error that cutting the bases may add, as a share of each group's range.
-    #[arg(long, value_name = "SHARE")]
-    rank_budget: Option<f64>,
-    /// The recording that the errors are measured on: the one in the program (shipped) or a file.
-    #[arg(long, default_value = "shipped", value_name = "shipped|FILE")]
+    /// Recording that the errors are measured on: shipped or a file.
+    #[arg(long, default_value = "shipped", value_name = "shipped|FILE", help_heading = "Input")]
     source: String,
-    /// Where the new blob goes; it is written whole or not at all.
-    #[arg(long, value_name = "FILE")]
+    /// Type of the stored weights.
+    #[arg(long, value_enum, value_name = "f32|bf16|i8", help_heading = "Method")]
+    to: To,
+    /// Largest error by cutting the bases, as a share of each group's range, 1e-6 to 0.2.
+    #[arg(long, value_name = "SHARE", help_heading = "Method")]
+    rank_budget: Option<f64>,
+    /// Blob to write, whole or not at all.
+    #[arg(long, value_name = "FILE", help_heading = "Output")]
     out: PathBuf,
-    /// One JSON object on standard output.
-    #[arg(long)]
+    #[command(flatten)]
+    force: Force,
+    /// Print one JSON object.
+    #[arg(long, help_heading = "Output")]
     json: bool,
 }
 
@@ -81,13 +83,14 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let model = Model::load(&bytes).with_context(|| format!("the model {} is refused", arguments.model))?;
     let recording = match arguments.source.as_str() {
         "shipped" => Recording::from_bytes(Path::new("the shipped recording"), meniscus_shipped::RECORDING)?,
-        path => Recording::load(Path::new(path))?,
+        path => super::inputs::recording(Path::new(path))?,
     };
     ensure!(
         recording.is_plain() && model.field_len() == STATE,
         "{} and the model are not of the same glass: take an upright cylinder moved along x",
         arguments.source
     );
+    arguments.force.check(&arguments.out)?;
     let bar = if arguments.json { ProgressBar::hidden() } else { ProgressBar::new_spinner() };
     bar.enable_steady_tick(Duration::from_millis(100));
     bar.set_message("rendering the recording");
@@ -109,10 +112,15 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let after = score(&coarse, &recording, &linear, &coarse_log, START);
     let added = added(&model, &coarse, &tracked);
     bar.finish_and_clear();
-    write_whole(&arguments.out, &quantized.blob)?;
 
     let outcome = Outcome { bytes: bytes.len(), quantized, before, after, added, coarse_log };
-    print(arguments, to, &outcome)
+    // Figures first: a disk that has become full does not take them.
+    print(arguments, &outcome, to);
+    write_whole(&arguments.out, &outcome.quantized.blob)?;
+    if !arguments.json {
+        println!("{}: {} bytes, {to}", arguments.out.display(), outcome.quantized.blob.len());
+    }
+    Ok(())
 }
 
 /// Both models on the recording, and the new blob.
@@ -157,14 +165,14 @@ fn checks(arguments: &Arguments, outcome: &Outcome) -> Vec<Check> {
 }
 
 /// Prints the figures, as JSON or as a table.
-fn print(arguments: &Arguments, to: Element, outcome: &Outcome) -> anyhow::Result<()> {
+fn print(arguments: &Arguments, outcome: &Outcome, to: Element) {
     let checks = checks(arguments, outcome);
     let Outcome { quantized, before, after, added, .. } = outcome;
     if arguments.json {
         let ranks = quantized.ranks.map(|(was, is)| [was, is]);
         let object = serde_json::json!({ "blob": arguments.out, "to": to, "ranks": ranks, "checks": checks });
         println!("{object:#}");
-        return Ok(());
+        return;
     }
     println!("group   rank        error against the truth       added, of the group's range");
     for (group, name) in GROUP_NAMES.iter().enumerate() {
@@ -178,8 +186,6 @@ fn print(arguments: &Arguments, to: Element, outcome: &Outcome) -> anyhow::Resul
         );
     }
     print!("{}", table(&checks[..7]));
-    println!("{}: {} bytes, {to}", arguments.out.display(), quantized.blob.len());
-    Ok(())
 }
 
 /// Whether nothing but the rank changed.

@@ -7,27 +7,28 @@ use super::filmed::{Sightings, all_filmed, by_camera, setup};
 use super::inputs::level;
 use anyhow::{Context, ensure};
 use meniscus_discover::identify::{picture, recognise, render_profiles};
+use meniscus_platform::files::check_writable;
 use meniscus_service::identify::{GlassSize, Note, Standing};
 use serde_json::json;
 use std::path::{Path, PathBuf};
 
-/// Identify the liquid of a recording among known ones, with a probability each and one for "none of these".
+/// Identify the liquid of a recording among known ones.
 ///
-/// Each known liquid is an oscillator with six numbers of its own, driven by the tracked motion of the glass. The one
-/// that predicts the surface best is reported. If none predicts it as well as its own recordings, none is.
-/// Recordings of the simulator are seen through the simulated camera. A camera's own (.mcap, .bag, .db3, or a folder with
-/// frames.csv) need --setup, as `meniscus setup` has written it: the glass and the place of the camera. `meniscus run
-/// --among` does the same beside a live camera.
+/// Each known liquid gets a probability, and so does "none of these". A known liquid is an oscillator with six numbers of its own,
+/// driven by the tracked motion of the glass. The one that predicts the surface best is reported. If none predicts it as well as
+/// its own recordings, none is.
 ///
-/// The program knows water, butter, glycerine, gazpacho and honey as its simulator has them, in the glass of the
-/// recordings. `meniscus recognise learn` makes any liquid known, from two recordings of it or more.
+/// Recordings of the simulator are seen through the simulated camera. A camera's recordings (.mcap, .bag, .db3, or a folder with
+/// frames.csv) need --setup. `meniscus run --among` does the same beside a live camera.
 ///
-/// Blood and beer are water to it: the simulator's own viscosity hides what they differ by.
+/// The program knows water, butter, glycerine, gazpacho and honey, as simulated, in the glass of the recordings. `meniscus
+/// recognise learn` adds any liquid from two recordings of it or more. Blood and beer are taken for water: the numerical
+/// viscosity of the simulator hides their difference.
 #[derive(clap::Args)]
 #[command(
     args_conflicts_with_subcommands = true,
     subcommand_negates_reqs = true,
-    after_help = "Examples:\n  meniscus recognise recordings/glycerine-unseen.safetensors\n  meniscus recognise data/beer/strokes-1401x0.3.safetensors --picture beer.png\n  meniscus recognise one.mcap --setup glass.toml --among liquids\n  meniscus recognise learn --recordings mine --out liquids/mine.liquid.json\n  meniscus recognise try.safetensors --among liquids --among shipped"
+    after_help = "Examples:\n  meniscus recognise recordings/glycerine-unseen.safetensors\n  meniscus recognise strokes-1.safetensors --picture liquid.png\n  meniscus recognise one.mcap --setup glass.toml --among liquids\n  meniscus recognise learn --recordings mine --out liquids/mine.liquid.json\n  meniscus recognise try.safetensors --among liquids --among shipped"
 )]
 pub(crate) struct Arguments {
     #[command(subcommand)]
@@ -44,22 +45,22 @@ enum Verb {
 // No documentation here: clap would take it for that of the verb.
 #[derive(clap::Args)]
 struct Asked {
-    /// The recordings, all of the simulator or all of a camera.
+    /// Recordings, all of the simulator or all of a camera.
     #[arg(required = true, value_name = "RECORDING")]
     recordings: Vec<PathBuf>,
-    /// The glass and the place of the camera, as `meniscus setup` has written them, for a camera's recordings.
-    #[arg(long, value_name = "FILE.toml")]
+    /// Glass and camera position, as `meniscus setup` wrote them, for a camera's recordings.
+    #[arg(long, value_name = "FILE.toml", help_heading = "Input")]
     setup: Option<PathBuf>,
-    /// Known liquids: those in the program (shipped), a note, or a folder of notes; may be repeated.
-    #[arg(long, default_value = "shipped", value_name = "shipped|FILE|DIR")]
+    /// Known liquids: shipped, a note, or a folder of notes; may be repeated.
+    #[arg(long, default_value = "shipped", value_name = "shipped|FILE|DIR", help_heading = "Input")]
     among: Vec<String>,
-    /// Draw the prediction of each liquid for the last recording, and the probabilities over time.
-    #[arg(long, value_name = "FILE.png")]
-    picture: Option<PathBuf>,
     #[command(flatten)]
     noise: Noise,
-    /// One JSON object on standard output.
-    #[arg(long)]
+    /// Draw the predictions for the last recording and the probabilities over time.
+    #[arg(long, value_name = "FILE.png", help_heading = "Output")]
+    picture: Option<PathBuf>,
+    /// Print one JSON object.
+    #[arg(long, help_heading = "Output")]
     json: bool,
 }
 
@@ -74,11 +75,13 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
 // No documentation here either.
 #[derive(clap::Args)]
 struct Noise {
-    /// Noise of the simulated camera's disparity, pixels rms (0.08 is a D435, 0.24 makes 2 mm of depth at 0.4 m).
-    #[arg(long, default_value_t = 0.08)]
+    /// Noise of the simulated camera's disparity, pixels rms, 0 to 5.
+    ///
+    /// 0.08 is a D435, 0.24 makes 2 mm of depth at 0.4 m.
+    #[arg(long, default_value_t = 0.08, value_name = "PX", help_heading = "Input")]
     noise_px: f64,
     /// Seed of that noise.
-    #[arg(long, default_value_t = 1)]
+    #[arg(long, default_value_t = 1, help_heading = "Input")]
     seed: u64,
 }
 
@@ -122,6 +125,7 @@ fn filmed(path: &Path, asked: &Asked) -> anyhow::Result<Question> {
 
 fn ask(asked: &Asked) -> anyhow::Result<()> {
     asked.noise.check()?;
+    asked.picture.as_deref().map_or(Ok(()), check_writable)?;
     let by_camera = all_filmed(&asked.recordings)?;
     ensure!(
         by_camera || asked.setup.is_none(),

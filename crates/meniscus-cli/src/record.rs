@@ -1,5 +1,7 @@
 //! `meniscus record`: a camera, or another recording, into a file.
 
+use super::kind::{Kind, expect};
+use super::outputs::{Force, check_folder};
 use super::{bus, glass};
 use anyhow::{Context, bail, ensure};
 use indicatif::{ProgressBar, ProgressStyle};
@@ -24,40 +26,48 @@ use std::time::{Duration, Instant};
 /// Payload buffers between camera and file: half a second of both streams.
 const BUFFERS: usize = 64;
 
-/// Record a camera's depth and infrared images with their times, or turn one recording into another.
+/// Record a camera's images, or convert a recording.
 ///
-/// The file is MCAP, which Foxglove opens (docs/formats.md); with another ending of --out it is a folder of
-/// PNG images with their times (no ending), or the measured profiles as a table (.csv).
+/// Depth and outline images are written with their times. --out FILE.mcap is a file that Foxglove opens (docs/formats.md), a
+/// name without ending is a folder of PNG images, FILE.csv is a table of the measured surface profiles.
 ///
-/// The file grows chunk by chunk: what was recorded before a full disk, Ctrl-C or a pulled plug stays
-/// readable. One second is about 55 MB before compression.
-///
-/// A source that is a file is read instead of a camera: .mcap, a librealsense .bag or .db3, or a folder.
+/// The file grows chunk by chunk. What was recorded before a full disk, Ctrl-C or a pulled plug stays readable. One second is
+/// about 28 MB.
 #[derive(clap::Args)]
 #[command(
-    verbatim_doc_comment,
-    after_help = "Examples:\n  meniscus record --out run.mcap --seconds 30\n  meniscus record --source simulated-usb --seconds 3 --out try.mcap\n  meniscus record --source old.bag --out old.mcap\n  meniscus run --source replay try.mcap"
+    after_help = "Examples:\n  meniscus record --out run.mcap --seconds 30\n  meniscus record --source simulated-usb --seconds 3 --out try.mcap\n  meniscus record --source old.bag --out old.mcap\n  meniscus record --source try.mcap --setup glass.toml --out profiles.csv"
 )]
 pub(crate) struct Arguments {
-    /// The file or folder; a file that is there is replaced.
-    #[arg(long, value_name = "FILE.mcap|FOLDER|FILE.csv")]
-    out: PathBuf,
-    /// The camera on the bus, a simulated one (with a trouble by name or number), or a recording.
-    #[arg(long, default_value = "usb", value_name = "usb|simulated-usb[:TROUBLE]|FILE")]
+    /// Origin of the images: the camera on the bus, a simulated one, or a recording.
+    ///
+    /// simulated-usb takes a trouble by name or number. A recording is .mcap, a librealsense .bag or .db3, or a folder.
+    #[arg(
+        long,
+        default_value = "usb",
+        value_name = "usb|simulated-usb[:TROUBLE]|FILE",
+        help_heading = "Images"
+    )]
     source: String,
-    /// Length, s; of a recording all of it if not given, of a camera 10.
-    #[arg(long)]
+    /// Length, s: 10 for a camera, all of a recording by default.
+    #[arg(long, help_heading = "Images")]
     seconds: Option<f64>,
-    /// The image that is recorded beside the depth: the left infrared one, or the colour one's luma, rectified to the
-    /// depth image, for a liquid that is clear in the near infrared; by --setup if not given.
-    #[arg(long, value_name = "infrared|colour")]
+    /// Image that is recorded beside the depth [default: that of --setup, or infrared].
+    ///
+    /// infrared is the left infrared image. colour is the luma of the colour image, rectified to the depth image, for a
+    /// liquid that is clear in the near infrared.
+    #[arg(long, value_name = "infrared|colour", help_heading = "Images")]
     outline: Option<OutlineImage>,
-    /// Only the camera with this serial number (the one that USB shows).
-    #[arg(long)]
+    /// Serial number of the only camera that is taken, as USB shows it.
+    #[arg(long, help_heading = "Images")]
     serial: Option<String>,
-    /// The glass and the place of the camera, as `meniscus setup` has written them: for the profiles of --out FILE.csv.
-    #[arg(long, value_name = "FILE.toml")]
+    /// Glass and camera position, as `meniscus setup` wrote them, for --out FILE.csv.
+    #[arg(long, value_name = "FILE.toml", help_heading = "Images")]
     setup: Option<PathBuf>,
+    /// File or folder to write.
+    #[arg(long, value_name = "FILE.mcap|FOLDER|FILE.csv", help_heading = "Output")]
+    out: PathBuf,
+    #[command(flatten)]
+    force: Force,
 }
 
 /// Where images go.
@@ -144,6 +154,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     if !(0.1..=86_400.0).contains(&seconds) {
         bail!("--seconds {seconds} is out of range: 0.1 to 86400");
     }
+    check_out(arguments)?;
     let outline = match arguments.outline {
         Some(outline) => outline,
         None => glass::outline(arguments.setup.as_deref())?.unwrap_or_default(),
@@ -159,8 +170,22 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     }
 }
 
+/// Refuses an output that would be replaced or cannot be written.
+fn check_out(arguments: &Arguments) -> anyhow::Result<()> {
+    let Arguments { out, force, .. } = arguments;
+    match out.extension().and_then(|extension| extension.to_str()) {
+        Some("mcap" | "csv") => force.check(out),
+        Some(other) => bail!("--out ends in .{other}: .mcap, .csv or no ending (a folder) are written"),
+        None => {
+            force.check_absent(out)?;
+            check_folder(out)
+        }
+    }
+}
+
 fn from_recording(arguments: &Arguments) -> anyhow::Result<()> {
     let source = Path::new(&arguments.source);
+    expect(source, Kind::Camera, "a camera's recording")?;
     let recording = bag::open(source)?;
     let wanted =
         arguments.outline.map_or_else(|| glass::outline(arguments.setup.as_deref()), |one| Ok(Some(one)))?;
@@ -263,7 +288,7 @@ fn from_camera(
         .context("cannot watch for Ctrl-C")?;
     let until = Instant::now() + Duration::from_secs_f64(seconds);
     let bar = ProgressBar::new((1e3 * seconds) as u64);
-    bar.set_style(ProgressStyle::with_template("recording {wide_bar} {msg} images, {eta} left")?);
+    bar.set_style(crate::bars::style("recording {wide_bar} {msg} images, {left}")?);
     let size = (connected.intrinsics.width, connected.intrinsics.height);
     let (mut depth, mut grey) = (vec![0; 2 * size.0 * size.1], vec![0; size.0 * size.1]);
     let mut colour = vec![0; rectifier.as_ref().map_or(0, Rectifier::colour_bytes)];

@@ -1,8 +1,9 @@
 //! `meniscus render`: a recording as a film and a picture.
 
 use super::inputs;
+use super::outputs::check_folder;
 use anyhow::{Context, ensure};
-use indicatif::{ProgressBar, ProgressStyle};
+use indicatif::ProgressBar;
 use meniscus::blob::Model;
 use meniscus::surface::Settings;
 use meniscus::units::FRAME_INTERVAL_S;
@@ -15,37 +16,46 @@ use std::path::{Path, PathBuf};
 /// Frames of a recording a second.
 const RATE: u16 = 60;
 
-/// Draw a recording: what the camera sees, what the model says is inside, what is inside, and how far apart they are.
+/// Draw a recording as a film: camera, estimate, truth and error.
 ///
-/// The recording is seen through the simulated camera with its noise. Into --out go film.png, an animated PNG that
-/// any browser plays, and crest.png, its liveliest moment. With --corrected a second model stands beside the first, so
-/// that one sees what a correction was worth.
+/// The recording is seen through the simulated camera with its noise. The --out folder gets film.png, an animated PNG that any
+/// browser plays, and crest.png, its liveliest moment. --corrected puts a second model beside the first.
 #[derive(clap::Args)]
 #[command(
-    verbatim_doc_comment,
-    after_help = "Examples:\n  meniscus render\n  meniscus render beer/strokes-1401.safetensors --corrected beer.blob --out beer-film"
+    after_help = "Examples:\n  meniscus render\n  meniscus render beer/strokes-1401.safetensors \\\n    --corrected beer.blob --out beer-film"
 )]
 pub(crate) struct Arguments {
-    /// A recording of `meniscus simulate`, or the one in the program.
+    /// Recording of `meniscus simulate`, or the one in the program (shipped).
     #[arg(default_value = "shipped", value_name = "shipped|RECORDING")]
     recording: String,
-    /// The model: the one in the program (shipped) or a blob file.
-    #[arg(long, default_value = "shipped", value_name = "shipped|FILE")]
+    /// The model: the one in the program (shipped) or a blob.
+    #[arg(long, default_value = "shipped", value_name = "shipped|FILE", help_heading = "Input")]
     model: String,
-    /// Another model to stand beside it, as `meniscus correct` makes it.
-    #[arg(long, value_name = "FILE")]
+    /// Second model beside it, as `meniscus correct` makes it.
+    #[arg(long, value_name = "FILE", help_heading = "Input")]
     corrected: Option<PathBuf>,
-    /// Frames of the film a second: a whole part of 60.
-    #[arg(long, default_value_t = 20, value_parser = clap::value_parser!(u16).range(1..=60))]
-    rate: u16,
-    /// Width of the film, pixels: a narrow one has fewer colours and weighs a tenth.
-    #[arg(long, default_value_t = SIZE.0, value_name = "PIXELS", value_parser = clap::value_parser!(u32).range(300..=1200))]
-    width: u32,
-    /// No more than so many seconds from the beginning.
-    #[arg(long, value_name = "SECONDS")]
+    /// Length of the film from the beginning, s [default: all].
+    #[arg(long, value_name = "SECONDS", help_heading = "Film")]
     seconds: Option<f64>,
-    /// Folder for the files; it is made if it is not there.
-    #[arg(long, default_value = "out", value_name = "DIR")]
+    /// Frames of the film a second: a divisor of 60.
+    #[arg(
+        long,
+        default_value_t = 20,
+        value_parser = clap::value_parser!(u16).range(1..=60),
+        help_heading = "Film"
+    )]
+    rate: u16,
+    /// Width of the film, pixels, 300 to 1200; a narrow one has a tenth of the bytes.
+    #[arg(
+        long,
+        default_value_t = SIZE.0,
+        value_name = "PIXELS",
+        value_parser = clap::value_parser!(u32).range(300..=1200),
+        help_heading = "Film"
+    )]
+    width: u32,
+    /// Folder for the files; it is made.
+    #[arg(long, default_value = "out", value_name = "DIR", help_heading = "Output")]
     out: PathBuf,
 }
 
@@ -58,9 +68,10 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     );
     let recording = match arguments.recording.as_str() {
         "shipped" => Recording::from_bytes(Path::new("the shipped recording"), meniscus_shipped::RECORDING)?,
-        file => Recording::load(Path::new(file))?,
+        file => inputs::recording(Path::new(file))?,
     };
     inputs::check_level(&recording, &arguments.recording)?;
+    check_folder(&arguments.out)?;
     let bytes = inputs::file(&arguments.model)?;
     let model = Model::load(&bytes).with_context(|| format!("the model {} is refused", arguments.model))?;
     let corrected = arguments.corrected.as_ref().map(|path| path.display().to_string());
@@ -92,7 +103,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     ensure!(!frames.is_empty(), "--seconds {:?} leaves no frame", arguments.seconds);
 
     let bar = ProgressBar::new(frames.len() as u64);
-    bar.set_style(ProgressStyle::with_template("frames {wide_bar} {pos}/{len}, {eta} left")?);
+    bar.set_style(crate::bars::style("frames {wide_bar} {pos}/{len}, {left}")?);
     let moving = animation(frames.len(), rate, arguments.width, |k| {
         bar.inc(1);
         film.frame(frames[k], SIZE)

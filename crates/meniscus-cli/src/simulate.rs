@@ -4,13 +4,15 @@ mod camera;
 mod list;
 mod validate;
 
+use crate::outputs::{Force, check_folder};
 use anyhow::{Context, bail};
-use indicatif::{ProgressBar, ProgressStyle};
+use indicatif::ProgressBar;
 use meniscus::units::FRAME_INTERVAL_S;
 use meniscus_data::liquids::Liquid;
 use meniscus_data::motion::Motion;
 use meniscus_data::recording::{Recording, States};
 use meniscus_data::scene_file::{Experiment, GLASS};
+use meniscus_platform::files::finish_writes;
 use meniscus_sph::validate::Stopwatch;
 use meniscus_sph::{Particles, Setup, Simulator, record_particles, relative_closure};
 use std::path::{Path, PathBuf};
@@ -18,44 +20,23 @@ use std::sync::{Arc, Mutex};
 
 /// Simulate a moved glass of liquid and record it.
 ///
-/// The glass (inner radius 35 mm, filled to 70 mm, rim at 110 mm, unless a scene file says otherwise)
-/// is moved from rest to rest while the liquid inside is computed by smoothed particle hydrodynamics. The recording holds, at
-/// 60 Hz: the motion, the free surface, the edge that a camera would see, the energies, and the full
-/// state (position, velocity, heat, stresses) at 2134 tracers.
+/// The liquid is computed by smoothed particle hydrodynamics in a glass of 35 mm inner radius, filled to 70 mm, rim at 110 mm,
+/// unless a scene file says otherwise. The recording holds at 60 Hz: the motion, the free surface, the edge that a camera would
+/// see, the energies, and the state (position, velocity, heat, stresses) at 2134 tracers.
 ///
-/// A motion is spelled KIND:SEED, and the same spelling is the same motion for ever:
+/// An effect changes the liquid or the glass (--effect surface_tension=0.063). Values are in SI units and mean the same here, in
+/// scene files, in `meniscus insert` and in `meniscus discover`. --list shows liquids, motions and effects with units and ranges.
+/// A scene file holds glass, liquid, motion and effects together; the command line goes before it.
 ///
-///   strokes:7   smooth strokes of 20 to 60 mm with rests between them
-///   sweep:7     a sine whose frequency rises through the first slosh mode
-///   jolts:7     short half-sine pushes, each caught by an equal one the other way
-///   random:7    a random motion between 0.5 and 4.5 Hz
-///   hand:7      strokes, and a tenth as large ones away from the camera and back
-///   heave:7     smooth strokes upwards and downwards
-///   tilts:7     smooth inclinations about the middle of the bottom
-///   carry:7     strokes, heaves and inclinations at once
-///   still       no motion
-///   FILE.csv    a heading 't, x_m, y_m, z_m, tilt_rad' (or some of them; y is away from the camera) and
-///               samples, joined by cubic splines; a line '# pivot_m = X, Z' says what the glass is
-///               inclined about
-///
-/// Effects change the liquid or the glass by name (--effect surface_tension=0.063). A value is in SI
-/// units and means the same here, in scene files, in `meniscus insert` and in `meniscus discover`;
-/// --list shows them all with units, ranges and sources, beside the liquids and motions. A scene file (--scene) holds
-/// glass, liquid, motion and effects together; what the command line says goes before it.
-///
-/// Numbers to expect at the spacing of 5 mm: 8 s of processor time to settle and 5 to 8 s for each second
-/// of slosh. Glycerine's first mode is right to 2 % in frequency and decay, that of water to 1 %; the numerical
-/// viscosity is 2.6e-6 m2/s. The second mode is 4 % too slow, 2 % with --fine. Very
-/// stiff liquids take more, by the length of the step: chocolate 9, ketchup 11, mayonnaise 21 times.
+/// At the spacing of 5 mm it takes 8 s of processor time to settle and 5 to 8 s for each second of slosh. The first mode of
+/// glycerine has 2 % error in frequency and decay, that of water 1 %. The numerical viscosity is 2.6e-6 m2/s. The second mode is
+/// 4 % too slow, 2 % with --fine. High-viscosity liquids take longer: chocolate 9, ketchup 11, mayonnaise 21 times.
 #[derive(clap::Args)]
 #[command(
-    verbatim_doc_comment,
     allow_negative_numbers = true,
     args_conflicts_with_subcommands = true,
     subcommand_negates_reqs = true,
-    after_help = "Examples:\n  meniscus simulate --liquid glycerine --motion strokes:7 --seconds 6 --out strokes-7.safetensors\n  \
-                  meniscus simulate --motion jolts:1 --effect wall_slip=0.002 --camera images --out slip.safetensors\n  \
-                  meniscus simulate --list"
+    after_help = "Examples:\n  meniscus simulate --list\n  meniscus simulate --liquid glycerine --motion strokes:7 --out strokes-7.safetensors\n  meniscus simulate --motion table.csv --seconds 4 --out mine.safetensors\n  meniscus simulate --motion jolts:1 --effect wall_slip=0.002 \\\n    --camera images --out slip.safetensors"
 )]
 pub(crate) struct Arguments {
     #[command(subcommand)]
@@ -72,49 +53,61 @@ enum Verb {
 // No documentation here: clap would take it for that of the verb.
 #[derive(clap::Args)]
 struct Wanted {
-    /// A scene file: glass, liquid, motion and effects in TOML.
-    #[arg(long, value_name = "FILE")]
-    scene: Option<PathBuf>,
-    /// The liquid: glycerine, water, blood, butter, honey, beer, gazpacho, chocolate, mayonnaise,
-    /// ketchup, or the path of a liquid file; glycerine where neither this nor a scene says.
-    #[arg(long)]
-    liquid: Option<String>,
-    /// The motion, KIND:SEED or a CSV file; give it several times for several recordings.
-    #[arg(long)]
-    motion: Vec<String>,
-    /// Switch on an effect; give it several times for several effects.
-    #[arg(long, value_name = "NAME=VALUE[,VALUE]")]
-    effect: Vec<String>,
     /// Show liquids, motions and effects, and do nothing else.
-    #[arg(long)]
+    #[arg(long, help_heading = "Scene")]
     list: bool,
-    /// Length of each recording, s; the last fifth (at most 1 s) is free decay.
-    #[arg(long, default_value_t = 6.0)]
+    /// Scene file: glass, liquid, motion and effects in TOML.
+    #[arg(long, value_name = "FILE", help_heading = "Scene")]
+    scene: Option<PathBuf>,
+    /// Liquid by name or file [default: that of the scene, or glycerine].
+    ///
+    /// Names: glycerine, water, blood, butter, honey, beer, gazpacho, chocolate, mayonnaise, ketchup.
+    #[arg(long, value_name = "NAME|FILE", help_heading = "Scene")]
+    liquid: Option<String>,
+    #[arg(
+        long,
+        value_name = "KIND:SEED|FILE.csv",
+        help_heading = "Scene",
+        help = "Motion of the glass, from rest to rest; may be repeated",
+        long_help = "Motion of the glass, from rest to rest; may be repeated.\n\nThe same spelling is always the same motion. strokes:7x0.25 has a quarter of the travel.\n\n  strokes:7   smooth strokes of 20 to 60 mm with rests\n  sweep:7     a sine whose frequency rises through the first mode\n  jolts:7     short half-sine pushes, each caught by an opposite one\n  random:7    a random motion between 0.5 and 4.5 Hz\n  hand:7      strokes, and a tenth as large ones away from the camera\n  heave:7     smooth strokes upwards and downwards\n  tilts:7     smooth inclinations about the middle of the bottom\n  carry:7     strokes, heaves and inclinations at once\n  still       no motion\n\nFILE.csv has a heading 't, x_m, y_m, z_m, tilt_rad', or some of them; y is away from the camera. Other units: t_ms, x_mm, tilt_deg. Its samples are joined by cubic splines. A line '# pivot_m = X, Z' is the point that the glass is inclined about."
+    )]
+    motion: Vec<String>,
+    /// Effect to switch on, in SI units; may be repeated.
+    #[arg(long, value_name = "NAME=VALUE[,VALUE]", help_heading = "Scene")]
+    effect: Vec<String>,
+    /// Length of each recording, s, 0.1 to 600; the last fifth (at most 1 s) is free decay.
+    #[arg(long, default_value_t = 6.0, help_heading = "Scene")]
     seconds: f64,
-    /// The file to write; with several motions, the directory to write KIND-SEED.safetensors into.
-    #[arg(long, required_unless_present = "list")]
-    out: Option<PathBuf>,
-    /// Also write what the camera would see into DIR: 16-bit depth (steps of 0.1 mm) and 8-bit infrared as PNG, and the
-    /// times as frames.csv. With several motions, into a folder for each.
-    #[arg(long, value_name = "DIR")]
-    camera: Option<PathBuf>,
-    /// Also write the particles themselves at every frame, beside the recording as NAME.particles.safetensors.
-    #[arg(long)]
-    particles: bool,
-    /// Spacing of the particles, mm, 5 unless a scene says; half of it takes about 16 times as long.
-    #[arg(long)]
+    /// Spacing of the particles, mm [default: that of the scene, or 5].
+    ///
+    /// Half of it takes about 16 times as long.
+    #[arg(long, value_name = "MM", help_heading = "Method")]
     spacing_mm: Option<f64>,
-    /// A spacing of 3.5 mm: short waves twice as right for about four times the time.
-    #[arg(long, conflicts_with = "spacing_mm")]
+    /// A spacing of 3.5 mm: half the error of short waves for four times the time.
+    #[arg(long, conflicts_with = "spacing_mm", help_heading = "Method")]
     fine: bool,
-    /// Threads to use; the result is the same bit for bit for any number. 0 takes all processors.
-    #[arg(long, default_value_t = 0)]
+    /// Threads; 0 takes all processors. The result does not depend on it.
+    #[arg(long, default_value_t = 0, help_heading = "Method")]
     threads: usize,
-    /// Keep only as many modes of each field as hold its error below TOL (0.005 = 0.5 %).
-    #[arg(long, value_name = "TOL")]
+    /// File to write; with several motions, the folder for KIND-SEED.safetensors.
+    #[arg(long, required_unless_present = "list", help_heading = "Output")]
+    out: Option<PathBuf>,
+    #[command(flatten)]
+    force: Force,
+    /// Also write the camera's images into DIR.
+    ///
+    /// 16-bit depth (steps of 0.1 mm) and 8-bit infrared as PNG, and the times as frames.csv. With several motions, into a
+    /// folder for each.
+    #[arg(long, value_name = "DIR", help_heading = "Output")]
+    camera: Option<PathBuf>,
+    /// Also write the particles of every frame as NAME.particles.safetensors.
+    #[arg(long, help_heading = "Output")]
+    particles: bool,
+    /// Keep as few modes of each field as hold its error below TOL (0.005 = 0.5 %).
+    #[arg(long, value_name = "TOL", help_heading = "Output")]
     compact: Option<f64>,
-    /// Report on standard output as one JSON object a recording.
-    #[arg(long)]
+    /// Print one JSON object for each recording.
+    #[arg(long, help_heading = "Output")]
     json: bool,
 }
 
@@ -170,6 +163,14 @@ fn make(arguments: &Wanted) -> anyhow::Result<()> {
         }
         motions.push(motion);
     }
+    for motion in &motions {
+        let path = output(out, motion, motions.len())?;
+        arguments.force.check(&path)?;
+        if arguments.particles {
+            arguments.force.check(&path.with_extension("particles.safetensors"))?;
+        }
+    }
+    arguments.camera.as_deref().map_or(Ok(()), check_folder)?;
     rayon_threads(arguments.threads)?;
     let writing = stoppable()?;
     // As one of the threads that share the work: from outside, every sum of every step would wait for them to wake.
@@ -198,7 +199,7 @@ fn one(
     writing: &Mutex<()>,
 ) -> anyhow::Result<()> {
     let bar = ProgressBar::new(frames as u64);
-    bar.set_style(ProgressStyle::with_template("{prefix} {wide_bar} {pos}/{len} frames, {eta} left")?);
+    bar.set_style(crate::bars::style("{prefix} {wide_bar} {pos}/{len} frames, {left}")?);
     bar.set_prefix(motion.spelling.clone());
     let stopwatch = Stopwatch::start();
     let command = command(arguments, setup, motion);
@@ -278,7 +279,10 @@ fn stoppable() -> anyhow::Result<Arc<Mutex<()>>> {
     let lock = Arc::clone(&writing);
     let stop = move || {
         let _disk = lock.lock();
-        eprintln!("interrupted: the recording that was being simulated is not written");
+        finish_writes();
+        eprintln!(
+            "\ninterrupted: the recording that was being simulated is not written; earlier ones are kept"
+        );
         std::process::exit(130);
     };
     ctrlc::set_handler(stop).context("cannot watch for Ctrl-C")?;

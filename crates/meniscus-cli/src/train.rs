@@ -3,7 +3,8 @@
 mod multi_seed;
 
 use super::inputs::{plain, recordings};
-use super::stop::watched;
+use super::outputs::Force;
+use super::stop::{finish, watched_until};
 use anyhow::Context;
 use meniscus_data::recording::Recording;
 use meniscus_learn::evaluate::unseen;
@@ -12,71 +13,98 @@ use meniscus_optim::progress::Checkpoints;
 use meniscus_platform::files::write_whole;
 use meniscus_report::checks::table;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
-/// Trains a model of a liquid on recordings and writes the weight blob that the camera side runs.
+/// Train a model of a liquid on recordings and write its weight blob.
 ///
-/// The stages are, in this order: a basis of every field (POD), a joint autoencoder down to thirteen latents, a GRU encoder
-/// that reads the latents from noisy surface profiles, the GENERIC step that predicts them, and the error model by which the
-/// filter joins the two. Every choice is made on the validation recordings. --test names a held-out recording for figures
-/// that nothing was chosen by.
+/// Stages: a basis of every field (POD), a joint autoencoder down to thirteen latents, a GRU encoder that reads the latents from
+/// noisy surface profiles, the GENERIC step that predicts them, and the error model of the filter. Every choice is made on the
+/// validation recordings. --test names a held-out recording for figures that nothing was chosen by.
 ///
-/// Errors are relative to the slosh itself (slosh-rel = |z - zhat| / |z - z_rest|): a surface that is
-/// called flat scores 100 %. Ctrl-C ends every stage with its best so far and keeps checkpoints beside the
-/// blob; a second one gives up. The errors of every stage over its steps go to a picture beside the blob. --json also gives
-/// the seed, the metric and the checkpoint of every stage, and all hyperparameters.
+/// Errors are relative to the slosh amplitude: |z - z_estimated| / |z - z_rest|. A flat surface scores 100 %. The learning curves
+/// go to a picture beside the blob.
 ///
-/// --repeat 5 trains five times from five seeds and writes the blob that did best on the validation recordings. A table
-/// with the mean, the standard deviation and the worst of every figure goes beside the blob as FILE.md.
+/// Ctrl-C writes no blob. The checkpoints stay beside --out, and --resume continues from them.
 ///
-/// --intervals-of BLOB trains nothing: it measures the errors and the intervals of BLOB again on the recordings of
-/// --validate, and writes the blob with them to --out.
+/// --repeat 5 trains from five seeds and writes the blob with the least validation error. A table with mean, standard deviation
+/// and worst of every figure goes beside the blob as FILE.md.
 #[derive(clap::Args, Debug)]
+#[command(
+    after_help = "Examples:\n  meniscus train --recordings data --validate data --quick --out quick.blob\n  meniscus train --recordings data --validate data \\\n    --test held-out.safetensors --out mine.blob\n  meniscus train --recordings data --validate data --out mine.blob --resume\n  meniscus train --intervals-of mine.blob --validate data --out new.blob"
+)]
 pub(crate) struct Arguments {
-    /// Recordings to learn from: files, or a folder, which stands for its train-*.safetensors
-    #[arg(long, required_unless_present = "intervals_of", num_args = 1.., value_name = "DIR_OR_FILES")]
+    /// Training recordings: files, or a folder for its train-*.safetensors.
+    #[arg(
+        long,
+        required_unless_present = "intervals_of",
+        num_args = 1..,
+        value_name = "DIR_OR_FILES",
+        help_heading = "Recordings"
+    )]
     recordings: Vec<PathBuf>,
-    /// Recordings to choose by: files, or a folder, which stands for its val-*.safetensors
-    #[arg(long, required = true, num_args = 1.., value_name = "DIR_OR_FILES")]
+    /// Validation recordings: files, or a folder for its val-*.safetensors.
+    #[arg(long, required = true, num_args = 1.., value_name = "DIR_OR_FILES", help_heading = "Recordings")]
     validate: Vec<PathBuf>,
-    /// Where the blob goes; it is written whole or not at all
-    #[arg(long, value_name = "FILE")]
-    out: PathBuf,
-    /// A short schedule, a minute on two cores instead of six, to see whether the recordings will do
-    #[arg(long)]
-    quick: bool,
-    /// Seed of everything that is drawn; the same seed and recordings give the same blob
-    #[arg(long, default_value_t = 1)]
-    seed: u64,
-    /// Also train the paper's net, whose laws are a penalty in its loss alone, and report both side by side
-    #[arg(long)]
-    soft: bool,
-    /// Also train the paper's five sparse autoencoders, one a field group, and report what each keeps of thirteen
-    /// latents beside the joint one
-    #[arg(long)]
-    sparse: bool,
-    /// A held-out recording: the rendered camera films it, and the model is compared with its truth
-    #[arg(long, value_name = "FILE")]
+    /// Held-out recording that the model is compared with.
+    ///
+    /// The model sees it through the rendered camera.
+    #[arg(long, value_name = "FILE", help_heading = "Recordings")]
     test: Option<PathBuf>,
-    /// Train from this many seeds, --seed and those after it, and report mean and spread of every figure
-    #[arg(long, default_value_t = 1, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=100))]
+    /// A short schedule: a minute on two cores instead of six.
+    #[arg(long, help_heading = "Method")]
+    quick: bool,
+    /// Seed of all random draws; seed and recordings determine the blob.
+    #[arg(long, default_value_t = 1, help_heading = "Method")]
+    seed: u64,
+    /// Number of seeds to train from, --seed and those after it, 1 to 100.
+    #[arg(
+        long,
+        default_value_t = 1,
+        value_name = "N",
+        value_parser = clap::value_parser!(u64).range(1..=100),
+        help_heading = "Method"
+    )]
     repeat: u64,
-    /// Train nothing, but measure the intervals of this blob again on the recordings of --validate
-    #[arg(long, value_name = "BLOB", conflicts_with_all = ["recordings", "quick", "soft", "sparse", "test", "repeat", "resume"])]
+    /// Also train a net whose laws are only a penalty in the loss, and compare both.
+    #[arg(long, help_heading = "Method")]
+    soft: bool,
+    /// Also train five sparse autoencoders, one for each field group.
+    ///
+    /// The report compares what each keeps of thirteen latents with the joint one.
+    #[arg(long, help_heading = "Method")]
+    sparse: bool,
+    /// Train nothing: measure errors and intervals of BLOB again on --validate.
+    #[arg(
+        long,
+        value_name = "BLOB",
+        conflicts_with_all = ["recordings", "quick", "soft", "sparse", "test", "repeat", "resume"],
+        help_heading = "Method"
+    )]
     intervals_of: Option<PathBuf>,
-    /// Go on from the checkpoints of the same training that was broken off
-    #[arg(long)]
+    /// Continue from the checkpoints of the same training.
+    #[arg(long, help_heading = "Method")]
     resume: bool,
-    /// The report as JSON on standard output
-    #[arg(long)]
+    /// Blob to write, whole or not at all.
+    #[arg(long, value_name = "FILE", help_heading = "Output")]
+    out: PathBuf,
+    #[command(flatten)]
+    force: Force,
+    /// Print one JSON object, with metric, seed and hyperparameters.
+    #[arg(long, help_heading = "Output")]
     json: bool,
 }
 
 /// Runs the command.
 pub(crate) fn run(args: &Arguments) -> anyhow::Result<()> {
-    let stop = watched()?;
-
+    if !args.resume {
+        args.force.check(&args.out)?;
+    }
+    let folder = beside(&args.out, ".training");
+    let stop = watched_until(format!(
+        "no blob is written; checkpoints are kept in {}, and the same command with --resume continues from them",
+        folder.display()
+    ))?;
     let begun = Instant::now();
     if let Some(blob) = &args.intervals_of {
         return intervals(args, blob);
@@ -86,7 +114,6 @@ pub(crate) fn run(args: &Arguments) -> anyhow::Result<()> {
         validation: recordings(&args.validate, "val-", plain)?,
         test: args.test.as_deref().map(plain).transpose()?,
     };
-    let folder = beside(&args.out, ".training");
     let report = if args.repeat > 1 {
         multi_seed::run(args, &data, &folder, stop)?
     } else {
@@ -100,15 +127,11 @@ pub(crate) fn run(args: &Arguments) -> anyhow::Result<()> {
             "hyperparameters": hyperparameters(args),
         })
     };
-    let broken_off = stop.load(Ordering::Relaxed);
-    if !broken_off {
-        std::fs::remove_dir_all(&folder)
-            .with_context(|| format!("{} cannot be cleared", folder.display()))?;
-    }
+    std::fs::remove_dir_all(&folder).with_context(|| format!("{} cannot be cleared", folder.display()))?;
 
     let seconds = begun.elapsed().as_secs_f64();
     if args.json {
-        let mut all = serde_json::json!({ "blob": args.out, "seconds": seconds, "broken_off": broken_off });
+        let mut all = serde_json::json!({ "blob": args.out, "seconds": seconds, "broken_off": false });
         if let (Some(all), serde_json::Value::Object(report)) = (all.as_object_mut(), report) {
             all.extend(report);
         }
@@ -116,9 +139,6 @@ pub(crate) fn run(args: &Arguments) -> anyhow::Result<()> {
         return Ok(());
     }
     println!("{} after {seconds:.0} s", args.out.display());
-    if broken_off {
-        println!("broken off: this is the best so far; the same command with --resume goes on from here");
-    }
     Ok(())
 }
 
@@ -128,6 +148,7 @@ fn intervals(args: &Arguments, blob: &Path) -> anyhow::Result<()> {
     let validation = recordings(&args.validate, "val-", plain)?;
     let measured = measured_again(&bytes, &validation, args.seed)
         .with_context(|| format!("{}: its intervals cannot be measured", blob.display()))?;
+    finish();
     write_whole(&args.out, &measured.blob)?;
     if args.json {
         println!("{:#}", serde_json::json!({ "blob": args.out, "checks": measured.checks }));
@@ -179,6 +200,7 @@ fn once(
 
 /// Writes the blob and the picture of its curves, whose place is returned, and shows the checks to a person.
 fn write(args: &Arguments, trained: &Trained) -> anyhow::Result<PathBuf> {
+    finish();
     write_whole(&args.out, &trained.blob)?;
     let picture = beside(&args.out, ".png");
     curves_png(&trained.curves, &picture)?;

@@ -1,6 +1,9 @@
 //! Session of a training: bars and curves, the stop flag, the folder of the checkpoints.
 
-use indicatif::{MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
+use indicatif::{
+    HumanDuration, MultiProgress, ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle,
+};
+use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -34,6 +37,16 @@ pub struct Session<'a> {
     checkpoints: Option<Checkpoints>,
     fingerprint: u32,
     curves: Mutex<Vec<Curve>>,
+}
+
+/// Writes the time left, or that it is not known yet.
+fn left(state: &ProgressState, out: &mut dyn Write) {
+    // A terminal that is gone is no reason to stop.
+    let _shown = if state.pos() == 0 {
+        write!(out, "starting")
+    } else {
+        write!(out, "{} left", HumanDuration(state.eta()))
+    };
 }
 
 /// The bar of one stage.
@@ -101,8 +114,9 @@ impl<'a> Session<'a> {
     #[must_use]
     pub fn bar(&self, stage: &str, length: usize) -> Bar {
         let bar = self.bars.add(ProgressBar::new(length as u64));
-        let style = ProgressStyle::with_template("{prefix:14} [{bar:32}] {pos}/{len} {msg} {eta} left");
-        bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()).progress_chars("=> "));
+        let style = ProgressStyle::with_template("{prefix:14} [{bar:32}] {pos}/{len} {msg} {left}");
+        let style = style.unwrap_or_else(|_| ProgressStyle::default_bar()).with_key("left", left);
+        bar.set_style(style.progress_chars("=> "));
         bar.set_prefix(String::from(stage));
         Bar(bar)
     }

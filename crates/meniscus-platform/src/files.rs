@@ -5,6 +5,10 @@ use std::fmt;
 use std::fs;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
+use std::sync::{PoisonError, RwLock};
+
+/// Held for reading by every write, for writing by the end of a program that is interrupted.
+static WRITES: RwLock<()> = RwLock::new(());
 
 /// A file could not be read or written.
 #[derive(Debug)]
@@ -23,11 +27,8 @@ impl fmt::Display for FileError {
     }
 }
 
-impl std::error::Error for FileError {
-    fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
-        Some(&self.cause)
-    }
-}
+// What the system said stands in the message, so it is no source beside it.
+impl std::error::Error for FileError {}
 
 /// Writes `bytes` to `path` so that there is the old file or the new one, never a part: into a file
 /// beside it, synced, then renamed. The folder is made if it is not there.
@@ -36,6 +37,7 @@ impl std::error::Error for FileError {
 /// [`FileError`]; the file beside is removed then.
 pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), FileError> {
     let failed = |doing, cause| FileError { path: path.into(), doing, cause };
+    let _writing = WRITES.read().unwrap_or_else(PoisonError::into_inner);
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
     if let Some(folder) = folder {
         fs::create_dir_all(folder).map_err(|cause| failed("make the folder of", cause))?;
@@ -53,6 +55,11 @@ pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), FileError> {
         let _left = fs::remove_file(&beside);
         failed("write", cause)
     })
+}
+
+/// Waits until every [`write_whole`] under way has ended, and holds back all later ones: for a program that is about to end.
+pub fn finish_writes() {
+    std::mem::forget(WRITES.write().unwrap_or_else(PoisonError::into_inner));
 }
 
 /// Checks before the work that [`write_whole`] will be able to write `path`: makes its folder, and a file beside it that is

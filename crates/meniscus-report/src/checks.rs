@@ -23,9 +23,8 @@ pub struct Check {
     pub unit: &'static str,
     /// The target in words: `<= 0.25` or `= 0`; `told` for an informational value, a word that scripts read.
     pub target: String,
-    /// Whether the value meets the target. An informational value is always ok, one that could not be measured
-    /// never.
-    pub ok: bool,
+    /// Whether the value meets the target; none without a target. A value that could not be measured misses its target.
+    pub ok: Option<bool>,
     /// The target itself.
     #[serde(skip)]
     against: Target,
@@ -65,14 +64,51 @@ impl Check {
     fn new(name: String, value: f64, unit: &'static str, target: Target) -> Self {
         let measured = value.is_finite();
         let (words, met) = match target {
-            Target::AtMost(limit) => (format!("<= {limit}"), value <= limit),
-            Target::AtLeast(limit) => (format!(">= {limit}"), value >= limit),
-            Target::Exactly(wanted) => (format!("= {wanted}"), value == wanted),
-            Target::Within(least, most) => (format!("{least} to {most}"), (least..=most).contains(&value)),
-            Target::Informational => ("told".into(), true),
+            Target::AtMost(limit) => (format!("<= {limit}"), Some(value <= limit)),
+            Target::AtLeast(limit) => (format!(">= {limit}"), Some(value >= limit)),
+            Target::Exactly(wanted) => (format!("= {wanted}"), Some(value == wanted)),
+            Target::Within(least, most) => {
+                (format!("{least} to {most}"), Some((least..=most).contains(&value)))
+            }
+            Target::Informational => ("told".into(), None),
         };
         let value = measured.then_some(value);
-        Self { name, value, unit, target: words, ok: measured && met, against: target }
+        Self { name, value, unit, target: words, ok: met.map(|met| measured && met), against: target }
+    }
+
+    /// Whether the value misses its target; never without one.
+    #[must_use]
+    pub fn missed(&self) -> bool {
+        self.ok == Some(false)
+    }
+
+    /// Returns the verdict for a table: nothing without a target.
+    #[must_use]
+    pub fn verdict(&self) -> &'static str {
+        match self.ok {
+            Some(true) => "ok",
+            Some(false) => "MISSED",
+            None => "",
+        }
+    }
+
+    /// Returns the target for a person.
+    #[must_use]
+    pub fn target_text(&self) -> &str {
+        if self.ok.is_some() { &self.target } else { "informational" }
+    }
+
+    /// The same figure without a target.
+    #[must_use]
+    pub fn without_target(&self) -> Self {
+        Self::new(self.name.clone(), self.value.unwrap_or(f64::NAN), self.unit, Target::Informational)
+    }
+
+    /// Whether the value is a relative error above 1000 %, which says that the estimate means nothing.
+    fn absurd(&self) -> bool {
+        let value = self.value.unwrap_or(0.0).abs();
+        let error = ["error", "slosh", "miss"].iter().any(|word| self.name.contains(word));
+        error && (self.unit == "%" && value > 1000.0 || self.unit == "1" && value > 10.0)
     }
 
     /// The same figure with another value, held against the same target.
@@ -100,8 +136,15 @@ pub fn table(checks: &[Check]) -> String {
     let width = checks.iter().map(|check| check.name.len()).max().unwrap_or(0);
     let line = |check: &Check| {
         let value = check.value.map_or("not measured".into(), number);
-        let verdict = if check.ok { "ok" } else { "MISSED" };
-        format!("  {:width$}  {value:>12} {:<6} {:<12} {verdict}\n", check.name, check.unit, check.target)
+        let absurd = if check.absurd() { " above 1000 %: this estimate means nothing" } else { "" };
+        let line = format!(
+            "  {:width$}  {value:>12} {:<6} {:<13} {}{absurd}",
+            check.name,
+            check.unit,
+            check.target_text(),
+            check.verdict()
+        );
+        format!("{}\n", line.trim_end())
     };
     checks.iter().map(line).collect()
 }
@@ -124,14 +167,38 @@ mod tests {
 
     #[test]
     fn ok_follows_from_value_and_target() {
-        assert!(Check::at_most("a", 0.25, "", 0.25).ok);
-        assert!(!Check::at_most("a", 0.26, "", 0.25).ok);
-        assert!(Check::at_least("a", 58.0, "", 58.0).ok && !Check::at_least("a", 57.9, "", 58.0).ok);
-        assert!(!Check::exactly("a", 1.0, "", 0.0).ok);
-        assert!(Check::informational("a", 1.0, "").ok);
+        assert_eq!(Check::at_most("a", 0.25, "", 0.25).ok, Some(true));
+        assert!(Check::at_most("a", 0.26, "", 0.25).missed());
+        assert_eq!(Check::at_least("a", 58.0, "", 58.0).ok, Some(true));
+        assert!(Check::at_least("a", 57.9, "", 58.0).missed());
+        assert!(Check::exactly("a", 1.0, "", 0.0).missed());
         let unmeasured = Check::at_most("a", f64::NAN, "", 1.0);
-        assert!(!unmeasured.ok && unmeasured.value.is_none());
-        assert!(!Check::informational("a", f64::INFINITY, "").ok);
+        assert!(unmeasured.missed() && unmeasured.value.is_none());
+    }
+
+    #[test]
+    fn a_row_without_a_target_has_no_verdict() {
+        for value in [1.0, f64::INFINITY] {
+            let check = Check::informational("a", value, "");
+            assert!(check.ok.is_none() && !check.missed());
+            assert!(serde_json::to_value(&check).expect("JSON")["ok"].is_null());
+        }
+        let text = table(&[Check::informational("cost", 1.0, "s")]);
+        assert!(text.trim_end().ends_with("informational") && !text.contains("ok"), "{text}");
+        let late = Check::exactly("late", 3.0, "1", 0.0).without_target();
+        assert!(late.value == Some(3.0) && late.ok.is_none());
+    }
+
+    #[test]
+    fn an_absurd_error_is_marked() {
+        for (check, marked) in [
+            (Check::informational("field_error_tau", 616.8, "1"), true),
+            (Check::at_most("surface_slosh_rel", 2000.0, "%", 5.0), true),
+            (Check::informational("field_error_tau", 0.5, "1"), false),
+            (Check::informational("bytes_after", 1e6, "1"), false),
+        ] {
+            assert_eq!(table(&[check]).contains("means nothing"), marked);
+        }
     }
 
     #[test]

@@ -16,7 +16,7 @@ fn checks_of(report: &Path) -> Result<Vec<Check>, Failure> {
     let text = |value: &Value| value.as_str().unwrap_or_default().to_owned();
     let read = |c: &Value| {
         let value = number(c, "value");
-        check(&text(&c["name"]), value, &text(&c["unit"]), &text(&c["target"]), c["ok"] == true)
+        check(&text(&c["name"]), value, &text(&c["unit"]), &text(&c["target"]), c["ok"] != false)
     };
     Ok(checks.filter(|check| check["name"] != "wall_s").map(read).collect())
 }

@@ -6,12 +6,12 @@ mod work;
 use super::inputs::file;
 use super::stop::watched;
 use anyhow::{Context, ensure};
-use indicatif::{ProgressBar, ProgressStyle};
+use indicatif::ProgressBar;
 use meniscus::blob::Model;
 use meniscus::latent::nn::Element;
 use meniscus::surface::Settings;
 use meniscus_data::recording::Recording;
-use meniscus_platform::files::write_whole;
+use meniscus_platform::files::{check_writable, write_whole};
 use meniscus_report::checks::table;
 use meniscus_timing::bench::chain::{Chain, Packed};
 use meniscus_timing::bench::factor::{factored, of_ranks};
@@ -37,48 +37,46 @@ const CALLS: usize = 10;
 /// Frames of the recording that the turn is timed on.
 const FRAMES: usize = 120;
 
-/// Time the kernels, the whole turn and a start, beside named peers and the bound of reading the weights once.
+/// Time the kernels, the turn and a start beside named peers.
 ///
-/// The paper's networks (GRU 3 x 26 over 16 x 42, SPNN of 13 layers of 195, five decoders to 27742 numbers), with random
-/// weights by a seed, go from window to full field on one thread: in f32, bf16 and i8, and with factored last layers,
-/// once of the ranks that random weights need and once of those that --model has (its time alone: no error is told).
-/// The SPNN stays f32 in all, as do energy and operators in a real blob. Calls of all parties take turns, so a ratio
-/// means more than a time.
+/// Networks of a published size (GRU 3 x 26 over 16 x 42, SPNN of 13 layers of 195, five decoders to 27742 numbers) with random
+/// weights go from window to full field on one thread: in f32, bf16 and i8, and with factored last layers, once of the ranks that
+/// random weights need and once of those of --model (its time alone). The bound is the time to read the weights once. Calls of all
+/// parties alternate, so a ratio is more reliable than a time.
 ///
-/// The peers (ONNX Runtime, tract, candle) are a program of their own, which takes minutes to build:
-///   benches/peers/fetch && cargo build --release --manifest-path benches/peers/Cargo.toml
-///   ORT_DYLIB_PATH=... meniscus bench --peers benches/peers/target/release/meniscus-peers
-/// fetch prints the line to use. Without --peers the ratios are not measured, and that is said.
+/// The peers (ONNX Runtime, tract, candle) are a program of their own, which takes minutes to build. Without --peers the ratios
+/// are not measured.
 ///
-/// The whole turn is that of the worker, payload to field, with warm and with emptied caches. --count does fixed work
-/// without any clock, for counting instructions (benches/instructions).
+/// The turn is that of the worker, payload to field, with warm and with emptied caches.
 #[derive(clap::Args, Debug)]
 #[command(
-    verbatim_doc_comment,
-    after_help = "Examples:\n  meniscus bench\n  meniscus bench --json\n  meniscus bench --model small.blob --rounds 10"
+    after_help = "Examples:\n  meniscus bench\n  meniscus bench --json\n  meniscus bench --model small.blob --rounds 10",
+    after_long_help = "The peers are built and used so:\n  benches/peers/fetch\n  cargo build --release --manifest-path benches/peers/Cargo.toml\n  ORT_DYLIB_PATH=... meniscus bench --peers PROGRAM\nfetch prints the last line as it is on this machine."
 )]
 pub(crate) struct Arguments {
-    /// The model that the turn is timed with: the one in the program (shipped) or a blob file.
-    #[arg(long, default_value = "shipped", value_name = "shipped|FILE")]
+    /// Model that the turn is timed with: shipped or a blob.
+    #[arg(long, default_value = "shipped", value_name = "shipped|FILE", help_heading = "Method")]
     model: String,
     /// The peers' program.
-    #[arg(long, value_name = "PROGRAM")]
+    #[arg(long, value_name = "PROGRAM", help_heading = "Method")]
     peers: Option<PathBuf>,
-    /// Rounds of ten calls of every party.
-    #[arg(long, default_value_t = 30)]
+    /// Rounds of ten calls of every party, 1 to 10000.
+    #[arg(long, default_value_t = 30, help_heading = "Method")]
     rounds: usize,
     /// Seed of the networks' weights.
-    #[arg(long, default_value_t = 1)]
+    #[arg(long, default_value_t = 1, help_heading = "Method")]
     seed: u64,
-    /// Also write the report as one HTML file.
-    #[arg(long, value_name = "FILE.html")]
-    report: Option<PathBuf>,
-    /// One JSON object on standard output.
-    #[arg(long)]
-    json: bool,
-    /// Do the fixed work of every stage this many times, and nothing else.
-    #[arg(long, value_name = "TIMES", conflicts_with_all = ["peers", "json", "report"])]
+    /// Only do the fixed work of every stage this many times.
+    ///
+    /// Without any clock, for counting instructions (benches/instructions).
+    #[arg(long, value_name = "TIMES", conflicts_with_all = ["peers", "json", "report"], help_heading = "Method")]
     count: Option<u32>,
+    /// Also write the report as one HTML file.
+    #[arg(long, value_name = "FILE.html", help_heading = "Output")]
+    report: Option<PathBuf>,
+    /// Print one JSON object.
+    #[arg(long, help_heading = "Output")]
+    json: bool,
     /// Used by the command itself: serve a blob file on a payload file, in a process of its own.
     #[arg(long, hide = true, num_args = 2, value_names = ["BLOB", "PAYLOADS"])]
     serve: Option<Vec<PathBuf>>,
@@ -97,6 +95,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         "--rounds {} is out of range: 1 to 10000",
         arguments.rounds
     );
+    arguments.report.as_deref().map_or(Ok(()), check_writable)?;
     let bytes = file(&arguments.model)?;
     let model = Model::load(&bytes).with_context(|| format!("the model {} is refused", arguments.model))?;
     let recording = Recording::from_bytes(Path::new("the shipped recording"), meniscus_shipped::RECORDING)?;
@@ -107,7 +106,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     }
     let stop = watched()?;
     let bar = if arguments.json { ProgressBar::hidden() } else { ProgressBar::new(1000) };
-    bar.set_style(ProgressStyle::with_template("{msg:36} {wide_bar} {percent} %, {eta} left")?);
+    bar.set_style(crate::bars::style("{msg:36} {wide_bar} {percent} %, {left}")?);
     bar.enable_steady_tick(Duration::from_millis(200));
     let mut report = Report::default();
     let ranks = model.decoder.groups.map(|group| group.basis.columns());

@@ -3,8 +3,10 @@
 mod study;
 
 use super::inputs::file;
-use anyhow::{Context, bail};
-use indicatif::{ProgressBar, ProgressStyle};
+use super::outputs::check_folder;
+use super::stop::{finish, watched_until};
+use anyhow::bail;
+use indicatif::ProgressBar;
 use meniscus_discover::decision::settings::Settings;
 use meniscus_discover::fitting::fit_cache::FitCache;
 use meniscus_discover::insert::simulated::Resolution;
@@ -21,28 +23,24 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
 
-/// Identify the effect that is missing between simulation and measurement, with evidence, or report it as unknown.
+/// Identify the effect that is missing between simulation and measurement.
 ///
-/// --recordings is a folder with setup.toml and, for each recording, NAME.profile.csv (or NAME.peak.csv) and
-/// NAME.motion.csv (or NAME.pose.csv); docs/formats.md describes them. Of four recordings or more one is
-/// held out and only used to measure the gap.
+/// The verdict is an effect with its size and evidence, several ambiguous ones, none, or unknown. The motion must be measured
+/// apart from the camera, by a robot or an IMU. Sizes of effects at the wall can be off by a factor of two (docs/limits.md).
 ///
-/// --reference is such a folder of a KNOWN liquid in the same glass and motions, or a folder of such folders,
-/// simulated or measured, at two viscosities or more. They show the error of the plain model.
-/// Without them the verdict is much weaker.
+/// --recordings is a folder with setup.toml and, for each recording, NAME.profile.csv (or NAME.peak.csv) and NAME.motion.csv (or
+/// NAME.pose.csv), described in docs/formats.md. Of four recordings or more one is held out to measure the gap.
 ///
-/// Into --out go report.html, verdict.json and scene.toml (the effect, for `meniscus simulate --scene`). With --model
-/// the effect is inserted into a flashed model too, and with --simulate into the simulator; the report gives the gap
-/// that each closes on the held-out recording. Every fit is kept in --out/fits as soon as it is made: the same command
-/// on the same recordings goes on where it was interrupted, and a further recording needs only the fits that it changes.
+/// --reference is such a folder of a KNOWN liquid in the same glass and motions, or a folder of such folders, simulated or
+/// measured, at two viscosities or more. They show the error of the plain model. Without them the verdict is much weaker.
+///
+/// The --out folder gets report.html, verdict.json and scene.toml (the effect, for `meniscus simulate --scene`). Every fit is kept
+/// in --out/fits: after Ctrl-C the same command continues, and a further recording needs only the fits that it changes.
 #[derive(clap::Args)]
 #[command(
-    verbatim_doc_comment,
     args_conflicts_with_subcommands = true,
     subcommand_negates_reqs = true,
-    after_help = "Examples:\n  meniscus discover --recordings mine --reference known --out found\n  meniscus discover \
-                  --recordings mine --reference known --library viscosity,yield_stress --out found --json\n  meniscus \
-                  discover study --json"
+    after_help = "Examples:\n  meniscus discover --recordings mine --reference known --out found\n  meniscus discover --recordings mine --reference known \\\n    --library viscosity,yield_stress --out found --json\n  meniscus discover study --json"
 )]
 pub(crate) struct Arguments {
     #[command(subcommand)]
@@ -60,31 +58,33 @@ enum Verb {
 #[derive(clap::Args)]
 struct Wanted {
     /// Folder of the recordings.
-    #[arg(long, value_name = "DIR")]
+    #[arg(long, value_name = "DIR", help_heading = "Recordings")]
     recordings: PathBuf,
     /// Folder of recordings of a known liquid, or of such folders.
-    #[arg(long, value_name = "DIR")]
+    #[arg(long, value_name = "DIR", help_heading = "Recordings")]
     reference: Option<PathBuf>,
-    /// Folder for the report; it is made if it is not there.
-    #[arg(long, default_value = "out/discovery", value_name = "DIR")]
-    out: PathBuf,
-    /// The flashed model of this glass and liquid, shipped or a blob; with the effects it is written as model.blob in --out.
-    #[arg(long, value_name = "shipped|FILE")]
-    model: Option<String>,
-    /// Simulate the held-out recording without and with the effects; a minute each.
-    #[arg(long)]
-    simulate: bool,
-    /// Spacing of the particles of --simulate, mm.
-    #[arg(long, default_value_t = 7.0, value_name = "MM", requires = "simulate")]
-    spacing_mm: f64,
-    /// Effects that may be named, separated by commas; all of them by default.
-    #[arg(long, value_delimiter = ',', value_name = "NAME")]
+    /// Effects that may be identified, joined by commas [default: all].
+    #[arg(long, value_delimiter = ',', value_name = "NAME", help_heading = "Method")]
     library: Vec<String>,
     /// Seed of the bootstrap.
-    #[arg(long, default_value_t = 1)]
+    #[arg(long, default_value_t = 1, help_heading = "Method")]
     seed: u64,
-    /// One JSON object on standard output.
-    #[arg(long)]
+    /// Also insert the effects into a flashed model of this glass and liquid.
+    ///
+    /// The model with the effects is written as model.blob in --out.
+    #[arg(long, value_name = "shipped|FILE", help_heading = "Insertion")]
+    model: Option<String>,
+    /// Also simulate the held-out recording without and with the effects, a minute each.
+    #[arg(long, help_heading = "Insertion")]
+    simulate: bool,
+    /// Spacing of the particles of --simulate, mm.
+    #[arg(long, default_value_t = 7.0, value_name = "MM", requires = "simulate", help_heading = "Insertion")]
+    spacing_mm: f64,
+    /// Folder for the report; it is made.
+    #[arg(long, default_value = "out/discovery", value_name = "DIR", help_heading = "Output")]
+    out: PathBuf,
+    /// Print one JSON object.
+    #[arg(long, help_heading = "Output")]
     json: bool,
 }
 
@@ -105,7 +105,7 @@ impl Bar {
     fn new(arguments: &Wanted) -> anyhow::Result<Self> {
         let steps = 4 + u64::from(arguments.model.is_some()) + u64::from(arguments.simulate);
         let bar = if arguments.json { ProgressBar::hidden() } else { ProgressBar::new(steps) };
-        bar.set_style(ProgressStyle::with_template("{msg:40} {wide_bar} {pos}/{len}, {eta} left")?);
+        bar.set_style(crate::bars::style("{msg:40} {wide_bar} {pos}/{len}, {left}")?);
         bar.enable_steady_tick(Duration::from_millis(200));
         bar.set_message("reading the recordings");
         Ok(Self(bar))
@@ -159,28 +159,23 @@ fn inputs(arguments: &Wanted, cache: &Arc<FitCache>, bar: &Bar) -> anyhow::Resul
     Ok(inputs)
 }
 
-/// Prints on Ctrl-C how many fits are kept, and ends.
-fn watch(cache: &Arc<FitCache>) -> anyhow::Result<()> {
-    let cache = cache.clone();
-    ctrlc::set_handler(move || {
-        let fits = cache.counts();
-        eprintln!(
-            "\ninterrupted: {} fits are kept; the same command goes on from there",
-            fits.reused + fits.computed
-        );
-        std::process::exit(130);
-    })
-    .context("Ctrl-C cannot be watched")
-}
-
 /// Runs one discovery.
 fn one(arguments: &Wanted) -> anyhow::Result<()> {
+    check_folder(&arguments.out)?;
+    if arguments.out.join("verdict.json").exists() {
+        eprintln!("the verdict of an earlier run in {} is going to be replaced", arguments.out.display());
+    }
     let bar = Bar::new(arguments)?;
     let cache = Arc::new(FitCache::new(&arguments.out.join("fits")));
     let inputs = inputs(arguments, &cache, &bar)?;
-    watch(&cache)?;
+    // The fits say how far they are; nothing looks at the flag.
+    let _flag = watched_until(format!(
+        "no verdict is written; the fits are kept in {}, and the same command continues from them",
+        cache.folder().display()
+    ))?;
     let report = Discovery::run(&inputs, &bar)?;
     bar.0.finish_and_clear();
+    finish();
     warn(arguments, &report, &cache);
     let json = verdict_json(&report);
     let write = |name: &str, bytes: &[u8]| write_whole(&arguments.out.join(name), bytes);

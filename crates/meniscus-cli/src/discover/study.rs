@@ -1,7 +1,8 @@
 //! `meniscus discover study`: hidden effects, clean glasses, measured water.
 
-use super::super::stop::watched;
-use indicatif::{ProgressBar, ProgressStyle};
+use super::super::outputs::check_folder;
+use super::super::stop::{finish_partial, watched_until};
+use indicatif::ProgressBar;
 use meniscus_discover::decision::settings::Settings;
 use meniscus_discover::study::bench::StudyFolders;
 use meniscus_discover::study::coverage::reference_coverage;
@@ -18,58 +19,62 @@ use meniscus_report::checks::table;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Hide effects in simulated recordings and see whether discovery finds them.
+/// Hide effects in simulated recordings and count what discovery finds.
 ///
-/// Glasses of liquid are simulated by smoothed particles with an effect switched on, seen through the simulated
-/// camera (2 mm depth noise, holes), and given to discovery under neutral names; the answers lie in a file that
-/// it never opens. Then: clean glasses, effects that the library lacks, two effects at once, a noise that is
-/// misjudged, intervals, and measured water where its data are there.
+/// Glasses of liquid are simulated with an effect switched on, seen through the simulated camera (2 mm depth noise, holes), and
+/// given to discovery under neutral names. The answers are in a file that it never opens. Clean glasses, effects that the library
+/// lacks, two effects at once, a misjudged noise, intervals, and measured water follow.
 ///
-/// About 55 s of processor time for each glass that is not in --cache yet (86 in all), some seconds for each of
-/// about 240 trials. Both are kept: the command goes on where it was interrupted. Ctrl-C writes the page of what
-/// is judged by then, with how many trials are not; --report-only does the same without judging any.
+/// Each of the 86 glasses takes about 55 s of processor time if it is not in --cache, each of about 240 trials some seconds. Both
+/// are kept, and the same command continues. Ctrl-C writes the page of what is judged by then, with the number of missing trials.
 #[derive(clap::Args)]
 #[command(
     after_help = "Examples:\n  meniscus discover study --json\n  meniscus discover study --clean 30 --simulated\n  meniscus discover study --report-only"
 )]
 pub(crate) struct Arguments {
-    /// Folder in which simulated glasses are kept; what is missing is simulated.
-    #[arg(long, default_value = "out/discover-cache", value_name = "DIR")]
+    /// Folder of simulated glasses; missing ones are simulated.
+    #[arg(long, default_value = "out/discover-cache", value_name = "DIR", help_heading = "Input")]
     cache: PathBuf,
-    /// Folder for the page, the pictures and the trials.
-    #[arg(long, default_value = "out/discover", value_name = "DIR")]
-    out: PathBuf,
-    /// Folder of measured water: heights/ and motions/ as in tests/fixtures/antisloshing; left out without it.
-    #[arg(long, value_name = "DIR")]
+    /// Folder of measured water: heights/ and motions/ as in tests/fixtures/antisloshing.
+    #[arg(long, value_name = "DIR", help_heading = "Input")]
     measured: Option<PathBuf>,
-    /// Clean trials.
-    #[arg(long, default_value_t = 118)]
+    /// Number of clean trials.
+    #[arg(long, default_value_t = 118, help_heading = "Method")]
     clean: usize,
-    /// Seed of the camera's noise and of everything that is drawn.
-    #[arg(long, default_value_t = 1)]
+    /// Seed of the camera's noise and of all random draws.
+    #[arg(long, default_value_t = 1, help_heading = "Method")]
     seed: u64,
     /// Only simulate what is missing.
-    #[arg(long)]
+    #[arg(long, help_heading = "Method")]
     simulate_only: bool,
     /// Judge only what is simulated already.
-    #[arg(long, conflicts_with = "simulate_only")]
+    #[arg(long, conflicts_with = "simulate_only", help_heading = "Method")]
     simulated: bool,
     /// Only write the page of what was judged before.
-    #[arg(long, conflicts_with_all = ["simulate_only", "simulated"])]
+    #[arg(long, conflicts_with_all = ["simulate_only", "simulated"], help_heading = "Method")]
     report_only: bool,
-    /// Only the trials: leave out measured water, intervals and long recordings.
-    #[arg(long)]
+    /// Only the trials: no measured water, intervals or long recordings.
+    #[arg(long, help_heading = "Method")]
     trials_only: bool,
-    /// One JSON object on standard output.
-    #[arg(long)]
+    /// Folder for the page, the pictures and the trials.
+    #[arg(long, default_value = "out/discover", value_name = "DIR", help_heading = "Output")]
+    out: PathBuf,
+    /// Print one JSON object.
+    #[arg(long, help_heading = "Output")]
     json: bool,
 }
 
 /// Runs the verb.
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
-    let stop = watched()?;
+    check_folder(&arguments.out)?;
+    let stop = watched_until(format!(
+        "the page is not written anew; what was simulated and judged is kept in {} and {}, --report-only writes the page of \
+         it, and the same command continues",
+        arguments.cache.display(),
+        arguments.out.display()
+    ))?;
     let bar = if arguments.json { ProgressBar::hidden() } else { ProgressBar::new(0) };
-    bar.set_style(ProgressStyle::with_template("{msg:24} {wide_bar} {pos}/{len}, {eta} left")?);
+    bar.set_style(crate::bars::style("{msg:24} {wide_bar} {pos}/{len}, {left}")?);
     if !arguments.simulated && !arguments.report_only {
         bar.set_message("simulating glasses");
         let simulated = |done: usize, all: usize| {
@@ -99,6 +104,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         beside(arguments, &places, &mut study, stop, &bar)?;
     }
     bar.finish_and_clear();
+    finish_partial();
     if stop.load(Ordering::Relaxed) {
         eprintln!("interrupted: the page holds what is judged; the same command goes on from there");
     }

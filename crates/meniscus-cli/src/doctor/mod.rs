@@ -20,26 +20,30 @@ const RATE_HZ: f64 = 58.0;
 /// Memory that should be lockable: model, field and buffers.
 const LOCKED_MB: f64 = 64.0;
 
-/// Check camera and machine, and say what to do about what is missing.
+/// Check camera and machine, with a remedy for each fault.
 ///
-/// The camera: found, permission, link speed, calibration, frames a second over 2 s. The machine: the
-/// right to run in real time, memory that may be locked, memory for USB transfers. Exit status 1 if
-/// anything is missing.
+/// Camera: found, permission, link speed, calibration, frame rate over 2 s. Machine: real-time rights, lockable memory, memory
+/// for USB transfers. The exit status is 1 if anything is missing.
 #[derive(clap::Args)]
 #[command(
-    verbatim_doc_comment,
     after_help = "Examples:\n  meniscus doctor\n  meniscus doctor --json\n  meniscus doctor --simulated\n  meniscus doctor --simulated usb2"
 )]
 pub(crate) struct Arguments {
-    /// One JSON object on standard output.
-    #[arg(long)]
-    json: bool,
-    /// Look at the simulated camera instead, with a trouble by name or number.
-    #[arg(long, value_name = "TROUBLE", num_args = 0..=1, default_missing_value = "")]
+    /// Look at a simulated camera instead, with a trouble by name or number.
+    #[arg(
+        long,
+        value_name = "TROUBLE",
+        num_args = 0..=1,
+        default_missing_value = "",
+        help_heading = "Camera"
+    )]
     simulated: Option<String>,
-    /// Only the camera with this serial number (the one that USB shows).
-    #[arg(long)]
+    /// Serial number of the only camera that is taken, as USB shows it.
+    #[arg(long, help_heading = "Camera")]
     serial: Option<String>,
+    /// Print one JSON object.
+    #[arg(long, help_heading = "Output")]
+    json: bool,
 }
 
 /// Runs the verb.
@@ -61,7 +65,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     bar.finish_and_clear();
     let findings = findings(&camera);
     let checks: Vec<&Check> = findings.iter().map(|(check, _)| check).collect();
-    let missed: Vec<&(Check, String)> = findings.iter().filter(|(check, _)| !check.ok).collect();
+    let missed: Vec<&(Check, String)> = findings.iter().filter(|(check, _)| check.missed()).collect();
     if arguments.json {
         let remedies: serde_json::Map<String, Value> =
             missed.iter().map(|(check, remedy)| (check.name.clone(), json!(remedy))).collect();
@@ -211,7 +215,7 @@ fn text(camera: &Camera, findings: &[(Check, String)]) -> String {
     text += &table(&checks);
     let mut told: Vec<&str> = Vec::new();
     // What was measured and missed first: the rest could not be measured because of it.
-    let missed = || findings.iter().filter(|(check, _)| !check.ok);
+    let missed = || findings.iter().filter(|(check, _)| check.missed());
     let (measured, unmeasured) =
         (missed().filter(|(c, _)| c.value.is_some()), missed().filter(|(c, _)| c.value.is_none()));
     for (check, remedy) in measured.chain(unmeasured) {

@@ -3,7 +3,7 @@
 use crate::among::among;
 use crate::inputs::level;
 use anyhow::{Context, ensure};
-use indicatif::{ProgressBar, ProgressStyle};
+use indicatif::ProgressBar;
 use meniscus_discover::identify::{IdentificationStudy, TestRecording, render_profiles, study};
 use meniscus_service::identify::GlassSize;
 use meniscus_virtual::observe_recording::DISPARITY_RMS_PX;
@@ -15,7 +15,7 @@ use std::path::{Path, PathBuf};
 pub(super) fn measure(folder: &Path, known: &[String], quiet: bool) -> anyhow::Result<IdentificationStudy> {
     let files = files(folder)?;
     let bar = if quiet { ProgressBar::hidden() } else { ProgressBar::new(files.len() as u64) };
-    bar.set_style(ProgressStyle::with_template("the camera looks {wide_bar} {pos}/{len}, {eta} left")?);
+    bar.set_style(crate::bars::style("the camera looks {wide_bar} {pos}/{len}, {left}")?);
     let (mut unseen, mut notes) = (Vec::new(), Vec::new());
     for (seed, file) in (1..).zip(&files) {
         let recording = level(file)?;

@@ -3,6 +3,7 @@
 use super::Noise;
 use crate::filmed::{Sightings, all_filmed, by_camera, setup};
 use crate::inputs::{level, recordings};
+use crate::outputs::Force;
 use anyhow::ensure;
 use meniscus_discover::identify::{learn, render_profiles};
 use meniscus_platform::files::write_whole;
@@ -11,35 +12,36 @@ use meniscus_service::identify::{GlassSize, Note};
 use serde_json::json;
 use std::path::PathBuf;
 
-/// Make a liquid known, from two recordings of it or more.
+/// Learn a liquid from two recordings of it or more.
 ///
-/// Six numbers of its first mode are fitted to what the camera saw of all recordings: frequency, three parts of the
-/// decay, softening, lever. Their error comes from fits that leave out one recording after the other. Two recordings show
-/// little of how recordings differ; four are better, some of them with large waves.
+/// Six numbers of its first mode are fitted to the surface in all recordings: frequency, three parts of the decay, softening,
+/// lever. Their error comes from fits that leave out one recording each. Two recordings show little of how recordings differ;
+/// four are better, some of them with large waves.
 ///
-/// A camera's own recordings (.mcap, .bag, .db3, or a folder with frames.csv) need --setup, as `meniscus setup` has
-/// written it.
+/// A camera's recordings (.mcap, .bag, .db3, or a folder with frames.csv) need --setup.
 #[derive(clap::Args)]
 #[command(
-    after_help = "Examples:\n  meniscus simulate --liquid beer --motion strokes:1x0.25 --motion strokes:2x0.25 --motion strokes:3x0.25 --seconds 4 --out beer\n  meniscus recognise learn --recordings beer --out liquids/beer.liquid.json\n  meniscus recognise learn --recordings one.mcap two.mcap three.mcap --setup glass.toml --out liquids/mine.liquid.json"
+    after_help = "Examples:\n  meniscus simulate --liquid beer --motion strokes:1x0.25 \\\n    --motion strokes:2x0.25 --motion strokes:3x0.25 --seconds 4 --out beer\n  meniscus recognise learn --recordings beer --out liquids/beer.liquid.json\n  meniscus recognise learn --recordings one.mcap two.mcap three.mcap \\\n    --setup glass.toml --out liquids/mine.liquid.json"
 )]
 pub(super) struct Arguments {
-    /// Recordings of the liquid: files, or a folder, which stands for all of its *.safetensors; or a camera's.
-    #[arg(long, required = true, num_args = 1.., value_name = "DIR_OR_FILES")]
+    /// Recordings of the liquid: files, or a folder for all of its *.safetensors.
+    #[arg(long, required = true, num_args = 1.., value_name = "DIR_OR_FILES", help_heading = "Input")]
     recordings: Vec<PathBuf>,
-    /// The glass and the place of the camera, as `meniscus setup` has written them, for a camera's recordings.
-    #[arg(long, value_name = "FILE.toml")]
+    /// Glass and camera position, as `meniscus setup` wrote them, for a camera's recordings.
+    #[arg(long, value_name = "FILE.toml", help_heading = "Input")]
     setup: Option<PathBuf>,
-    /// Where the note goes, NAME.liquid.json.
-    #[arg(long, value_name = "FILE.liquid.json")]
-    out: PathBuf,
-    /// Name of the liquid; by default that of the recordings, or of the note for a camera's recordings.
-    #[arg(long)]
+    /// Name of the liquid [default: that of the recordings, or of the note].
+    #[arg(long, value_name = "NAME", help_heading = "Input")]
     liquid: Option<String>,
     #[command(flatten)]
     noise: Noise,
-    /// One JSON object on standard output.
-    #[arg(long)]
+    /// Note to write, NAME.liquid.json.
+    #[arg(long, value_name = "FILE.liquid.json", help_heading = "Output")]
+    out: PathBuf,
+    #[command(flatten)]
+    force: Force,
+    /// Print one JSON object.
+    #[arg(long, help_heading = "Output")]
     json: bool,
 }
 
@@ -102,6 +104,7 @@ pub(super) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         name.ends_with(".liquid.json"),
         "--out {name} must end with .liquid.json, so that --among finds it"
     );
+    arguments.force.check(&arguments.out)?;
     let lesson = if all_filmed(&arguments.recordings)? {
         filmed(arguments, name.trim_end_matches(".liquid.json"))?
     } else {

@@ -11,13 +11,23 @@ pub(super) use meniscus_ui::foxglove::Foxglove;
 /// Flags of Foxglove.
 #[derive(clap::Args)]
 pub(super) struct FoxgloveArguments {
-    /// Serve the run to Foxglove (Open connection, Foxglove WebSocket): tracers, surface, camera and estimate. Only this
-    /// machine is answered: the protocol knows no password. Needs a program built with --features foxglove.
-    #[arg(long, value_name = "ADDRESS:PORT", num_args = 0..=1, default_missing_value = "127.0.0.1:8765")]
+    /// Serve the run to Foxglove, to this machine alone [default address: 127.0.0.1:8765].
+    ///
+    /// In Foxglove: Open connection, Foxglove WebSocket. Tracers, surface, camera and estimate are sent. The protocol has no
+    /// password. Needs a program built with --features foxglove.
+    #[arg(
+        long,
+        value_name = "ADDRESS:PORT",
+        num_args = 0..=1,
+        default_missing_value = "127.0.0.1:8765",
+        help_heading = "Live view",
+        value_parser = super::page::address
+    )]
     foxglove: Option<SocketAddr>,
-    /// Write the same topics into an MCAP file; one that is there is replaced. Needs the same feature. (`meniscus
-    /// record` writes the camera's raw images, from which a run can be done again.)
-    #[arg(long, value_name = "FILE.mcap")]
+    /// Write the same topics to an MCAP file; an old file is replaced.
+    ///
+    /// Needs the same feature. `meniscus record` writes the camera's raw images, from which a run can be repeated.
+    #[arg(long, value_name = "FILE.mcap", help_heading = "Live view")]
     mcap: Option<PathBuf>,
 }
 

@@ -6,7 +6,7 @@ use super::published::Published;
 use super::{foxglove, page};
 use crate::among::among;
 use anyhow::Context;
-use indicatif::{ProgressBar, ProgressStyle};
+use indicatif::ProgressBar;
 use meniscus::blob::Model;
 use meniscus::runtime::Estimator;
 use meniscus::runtime::output::Packet;
@@ -37,6 +37,14 @@ pub(super) struct ReadyCamera<'c> {
     pub(super) end: WorkerEnd,
 }
 
+/// A run that has ended.
+pub(super) struct Played {
+    /// Its log.
+    pub(super) finished: Finished,
+    /// Whether its tables could be written; to be looked at when the summary is out.
+    pub(super) written: anyhow::Result<()>,
+}
+
 /// Viewers and publishers of a run.
 struct Outputs {
     published: Option<Published>,
@@ -50,7 +58,7 @@ pub(super) fn live(
     model: &Model<'_>,
     camera: ReadyCamera<'_>,
     play: impl FnOnce(&AtomicBool) + Send,
-) -> anyhow::Result<Finished> {
+) -> anyhow::Result<Played> {
     // A run whose files cannot be written should not start.
     config.turn_table.iter().chain(&config.estimates).try_for_each(|path| check_writable(path))?;
     let title = format!("{}, {}, model {}", model.header.liquid, camera.name, config.model);
@@ -93,13 +101,19 @@ pub(super) fn live(
     let finished = run.run(play, |finished| attend(config.front, caption, &state, finished))?;
     finished.flights.lines().iter().for_each(|line| say(line));
     outputs.close(config)?;
+    let written = write(config, &finished.log, model);
+    Ok(Played { finished, written })
+}
+
+/// Writes the tables of the run that the configuration asks for.
+fn write(config: &RunConfig, log: &Log, model: &Model<'_>) -> anyhow::Result<()> {
     if let Some(path) = &config.turn_table {
-        write_whole(path, turn_table(&finished.log.turns).as_bytes())?;
+        write_whole(path, turn_table(&log.turns).as_bytes())?;
     }
     if let Some(path) = &config.estimates {
-        estimates(&finished.log, model).save(path)?;
+        estimates(log, model).save(path)?;
     }
-    Ok(finished)
+    Ok(())
 }
 
 impl Outputs {
@@ -169,7 +183,7 @@ fn attend(front: Front, caption: Caption, state: &RunState, finished: &dyn Fn() 
 /// Shows a bar with the time left, on standard error.
 fn progress(length: Duration, finished: &dyn Fn() -> bool) {
     let bar = ProgressBar::new(length.as_millis().try_into().unwrap_or(u64::MAX));
-    if let Ok(style) = ProgressStyle::with_template("running {wide_bar} {eta} left") {
+    if let Ok(style) = crate::bars::style("running {wide_bar} {left}") {
         bar.set_style(style);
     }
     while !finished() {

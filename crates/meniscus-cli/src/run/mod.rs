@@ -30,130 +30,142 @@ use usb::BusCamera;
 /// Payload buffers between camera and worker: both streams, four frames deep.
 const BUFFERS: usize = 8;
 
-/// Watch the liquid: camera frames in, the whole liquid out, 60 times a second.
+/// Estimate the liquid in the glass from camera images, 60 times a second.
 ///
-/// Without any option this shows the main job with no hardware: a simulated D435 looks at a glass
-/// of glycerine in a recording that the model has never seen, its frames go byte for byte through
-/// the same reader as a real camera's, and at the end the estimate is held against the truth.
+/// Without options no camera is needed: a simulated D435 looks at a glass of glycerine that the model has never seen. The
+/// estimate is compared with the truth at the end.
 ///
-/// With --source usb a D435 or D435i is read over plain USB; there is no truth then, and no check against
-/// one. --source simulated-usb goes the same way from the first control request on, with a simulated
-/// camera on a simulated bus before the same recording; simulated-usb:TROUBLE gives it a trouble by name
-/// or number (simulated-usb:unplug; a wrong name lists them all). `meniscus doctor` checks the camera.
+/// --source usb reads a D435 or D435i. There is no truth then. `meniscus doctor` checks the camera. A camera's recording
+/// (.mcap, .bag, .db3 or a folder of images) is played at its own pace.
 ///
-/// With --source replay FILE a recording of `meniscus record`, a librealsense .bag or .db3, or a folder of images is
-/// played at its own pace through the same reader.
+/// A terminal shows a dashboard with the surface, the modes, the stage times, energy and entropy; q or Ctrl-C ends the run.
+/// --view shows the liquid in 3D in a browser instead. A summary follows, and a picture in the --out folder.
 ///
-/// In a terminal a dashboard shows the surface, the modes, the stage times, energy and entropy;
-/// q or Ctrl-C ends the run in order. At the end comes a summary, and a picture in the --out folder.
+/// A turn that misses its deadline of 16.67 ms is written to the --out folder with the ten seconds around it
+/// (flight-01.csv and on; the last 20 are kept).
 ///
-/// With --view a live page shows all that and the whole liquid in 3D in any browser, in the dashboard's place.
-///
-/// Around a turn that missed its deadline of 16.67 ms ten seconds of turns are written to the --out folder
-/// (flight-01.csv and on, the last 20 are kept).
-///
-/// Modes: Filling (the window of 16 frames is not full), Tracking, Coasting (frame lost or liquid not
-/// seen: the GENERIC step alone), Halted (nothing for a second: no estimate is given).
-///
-/// Faults are spelled NAME:SHARE or NAME@FRAME, joined by commas, as in drop:0.02,tear@100. Names:
-/// drop tear late fid eof err length0 length2 length200 duplicate gap split noinfrared overlong empty.
+/// Modes: Filling (the window of 16 frames is not full yet), Tracking, Coasting (frame lost or liquid not seen: prediction
+/// alone), Halted (no frame for a second: no estimate).
 #[derive(clap::Args)]
 #[command(
-    verbatim_doc_comment,
-    after_help = "Examples:\n  meniscus run\n  meniscus run --seconds 10 --json\n  meniscus run --patient --json\n  meniscus run --faults drop:0.05,late:0.02 --out /tmp/faulty\n  meniscus run --view\n  meniscus run --view --listen 0.0.0.0:8060\n  meniscus run --foxglove --mcap run.mcap\n  meniscus run --estimates run.safetensors\n  meniscus run --among shipped\n  meniscus run --motion truth\n  meniscus run --source usb --motion udp:0.0.0.0:9000\n  meniscus run --source usb\n  meniscus run --source simulated-usb:unplug --seconds 8\n  meniscus run --source replay try.mcap"
+    after_help = "Examples:\n  meniscus run\n  meniscus run --view\n  meniscus run --source usb\n  meniscus run --source try.mcap --setup glass.toml\n  meniscus run --source simulated-usb:unplug --seconds 8\n  meniscus run --patient --json\n  meniscus run --faults drop:0.05,late:0.02 --out /tmp/faulty\n  meniscus run --motion truth\n  meniscus run --source usb --motion udp:0.0.0.0:9000\n  meniscus run --among shipped\n  meniscus run --estimates run.safetensors\n  meniscus run --view --listen 0.0.0.0:8060\n  meniscus run --foxglove --mcap run.mcap"
 )]
 pub(crate) struct Arguments {
-    /// Length of the run, s: 10 by default, with --view until Ctrl-C. Without --view it ends with the recording at the
-    /// latest.
-    #[arg(long)]
-    seconds: Option<f64>,
-    /// What the simulated camera looks at, the recording in the program (shipped) or a recording file; or
-    /// a camera on the bus (usb), or a simulated one on a simulated bus (simulated-usb), or a camera's
-    /// recording (replay, with its FILE).
-    #[arg(long, default_value = "shipped", value_name = "shipped|FILE|usb|simulated-usb[:TROUBLE]|replay")]
+    /// Origin of the images.
+    ///
+    /// A simulated camera before the recording in the program (shipped) or a recording of `meniscus simulate`; a camera on
+    /// the bus (usb); a simulated camera on a simulated bus (simulated-usb, with a trouble by name or number); or a camera's
+    /// recording (.mcap, .bag, .db3, folder). `--source replay FILE` also names the latter.
+    #[arg(
+        long,
+        default_value = "shipped",
+        value_name = "shipped|usb|simulated-usb[:TROUBLE]|FILE|FOLDER",
+        help_heading = "Images"
+    )]
     source: String,
-    /// Glass and position of the camera, as `meniscus setup` wrote them; without it a level camera 400 mm before the
-    /// model's glass, 30 mm above its foot.
-    #[arg(long, value_name = "FILE.toml")]
+    /// Glass and camera position, as `meniscus setup` wrote them.
+    ///
+    /// Without it a level camera 400 mm before the model's glass, 30 mm above its foot.
+    #[arg(long, value_name = "FILE.toml", help_heading = "Images")]
     setup: Option<PathBuf>,
-    /// The camera's recording, with --source replay.
+    /// A camera's recording, with `--source replay` only.
     file: Option<PathBuf>,
-    /// The model: the one in the program (shipped), a blob file, or a folder that `meniscus flash` has written.
-    #[arg(long, default_value = "shipped", value_name = "shipped|FILE|FOLDER")]
-    model: String,
-    /// The board's profile, whose key a flashed model must be signed with.
-    #[arg(long, value_name = "FILE.toml")]
-    profile: Option<PathBuf>,
-    /// Faults on the camera's wire.
-    #[arg(long, default_value = "", value_name = "LIST")]
-    faults: FaultList,
-    /// Only the camera with this serial number (the one that USB shows), with --source usb.
-    #[arg(long)]
+    /// Serial number of the only camera that is taken, as USB shows it.
+    #[arg(long, help_heading = "Images")]
     serial: Option<String>,
-    /// Seed of the camera's noise and faults.
-    #[arg(long, default_value_t = 1)]
+    /// Faults on the simulated camera's wire.
+    ///
+    /// Spelled NAME:SHARE or NAME@FRAME, joined by commas, as in drop:0.02,tear@100. Names: drop tear late fid eof err
+    /// length0 length2 length200 duplicate gap split noinfrared overlong empty.
+    #[arg(long, default_value = "", hide_default_value = true, value_name = "LIST", help_heading = "Images")]
+    faults: FaultList,
+    /// Seed of the simulated camera's noise and faults.
+    #[arg(long, default_value_t = 1, help_heading = "Images")]
     seed: u64,
-    /// Folder for the picture; it is made if it is not there.
-    #[arg(long, default_value = "out")]
-    out: PathBuf,
-    /// Hand every estimate on to unix:PATH, udp:HOST:PORT or serial:DEVICE[@BAUD]; may be repeated. The
-    /// format is in firmware-config/SPEC.md, clients in examples/.
-    #[arg(long, value_name = "WHERE")]
-    publish: Vec<Destination>,
-    /// How often the full field goes to those who read a Unix socket, times a second.
-    #[arg(long, default_value_t = 0.0, value_name = "HZ")]
-    field_hz: f64,
-    /// Decode no more of the field than these groups (q, v, e, sigma, tau, joined by commas; none leaves the surface
-    /// alone): for a board that has not the time for all. The surface and the audit are never left out.
-    #[arg(long, default_value = "all", value_name = "all|none|GROUPS")]
-    fields: String,
-    /// Also write every turn as a row of this table: wall clock, camera clock, frame, mode, times.
-    #[arg(long, value_name = "FILE.csv")]
-    turns: Option<PathBuf>,
-    /// Also write every estimate into this file: times on both clocks, reduced state with its covariance, surface,
-    /// intervals, energy. The format is in firmware-config/SPEC.md.
-    #[arg(long, value_name = "FILE.safetensors")]
-    estimates: Option<PathBuf>,
-    /// The simulated camera waits for the worker and not for the clock: nothing is late, however busy the machine, so
-    /// that the errors are the same everywhere; times then tell nothing of a camera's 60 Hz.
-    #[arg(long, conflicts_with_all = ["view", "service"])]
-    patient: bool,
-    /// Ask for what keeps a deadline: real-time priority (SCHED_FIFO) and a core of its own for the worker, all memory
-    /// locked. A refusal is reported with its remedy, and the run goes on. --service always asks.
-    #[arg(long)]
-    realtime: bool,
-    /// Run until it is stopped (SIGTERM, Ctrl-C), as a service: tells systemd that it is ready and alive, and standard
-    /// error every change of the mode. For --source usb; --seconds is not used.
-    #[arg(long, conflicts_with_all = ["seconds", "truth", "turns", "estimates"])]
-    service: bool,
-    /// Score a run with a camera on a bus against the truth of this recording: for a simulated camera that shows it from
-    /// the first frame on.
-    #[arg(long, value_name = "shipped|FILE")]
+    /// Recording that a camera on a bus is scored against.
+    ///
+    /// For a simulated camera that shows this recording from the first frame on.
+    #[arg(long, value_name = "shipped|FILE", help_heading = "Images")]
     truth: Option<String>,
-    /// Also identify the liquid among these: those in the program (shipped), a note of `meniscus recognise learn`, or a
-    /// folder of notes; may be repeated. A thread of its own does it; the turn does not wait.
-    #[arg(long, value_name = "shipped|FILE|DIR")]
+    /// The model: the one in the program (shipped), a blob, or a folder of `meniscus flash`.
+    #[arg(long, default_value = "shipped", value_name = "shipped|FILE|FOLDER", help_heading = "Model")]
+    model: String,
+    /// The board's profile, whose key must have signed a flashed model.
+    #[arg(long, value_name = "FILE.toml", help_heading = "Model")]
+    profile: Option<PathBuf>,
+    /// Field groups to decode: q, v, e, sigma, tau, joined by commas.
+    ///
+    /// For a board that lacks the time for all. `none` leaves the surface; surface and audit are always computed.
+    #[arg(long, default_value = "all", value_name = "all|none|GROUPS", help_heading = "Model")]
+    fields: String,
+    /// Also identify the liquid among these known ones; may be repeated.
+    ///
+    /// Those in the program (shipped), a note of `meniscus recognise learn`, or a folder of notes. A thread of its own does
+    /// it; the turn does not wait.
+    #[arg(long, value_name = "shipped|FILE|DIR", help_heading = "Model")]
     among: Vec<String>,
-    /// Commanded motion of the glass: a table of its position over time (t,x_m; second 0 is the first frame), the motion
-    /// of the simulated camera's recording, or accelerations along x in m/s2 over UDP, one ASCII number a datagram, 100 or
-    /// more a second. Without it, and while no sample comes, the position of the glass is tracked in the image.
-    #[arg(long, value_name = "FILE.csv|truth|udp:HOST:PORT")]
+    /// Commanded or measured motion of the glass.
+    ///
+    /// A table of its position over time (t,x_m; second 0 is the first frame), the motion of the simulated camera's
+    /// recording (truth), or accelerations along x in m/s2 over UDP, one ASCII number a datagram, 100 or more a second.
+    /// Without it, and while no sample comes, the glass is tracked in the image.
+    #[arg(long, value_name = "FILE.csv|truth|udp:HOST:PORT", help_heading = "Motion of the glass")]
     motion: Option<String>,
-    /// With --motion udp: extra latency of camera frames over UDP samples, ms. 8 is the simulated camera's; that of a D435
-    /// has not been measured.
-    #[arg(long, default_value_t = 8.0, value_name = "MS")]
+    /// With --motion udp: extra latency of camera frames over UDP samples, ms.
+    ///
+    /// 8 is the simulated camera's; that of a D435 has not been measured.
+    #[arg(long, default_value_t = 8.0, value_name = "MS", help_heading = "Motion of the glass")]
     motion_lag_ms: f64,
+    /// Length of the run, s, 1.5 to 3600: 10 by default, with --view until Ctrl-C.
+    ///
+    /// Without --view the run ends with the recording at the latest.
+    #[arg(long, help_heading = "Time")]
+    seconds: Option<f64>,
+    /// Let the simulated camera wait for the estimator: no frame is late, and the errors are the same everywhere.
+    ///
+    /// Times then say nothing about a camera's 60 Hz, and their checks are informational.
+    #[arg(long, conflicts_with_all = ["view", "service"], help_heading = "Time")]
+    patient: bool,
+    /// Ask for real-time priority, a core for the worker and locked memory.
+    ///
+    /// A refusal is reported with its remedy, and the run goes on. --service always asks.
+    #[arg(long, help_heading = "Time")]
+    realtime: bool,
+    /// Run as a service until SIGTERM or Ctrl-C.
+    ///
+    /// Reports to systemd that it is ready and alive, and every change of the mode to standard error. For --source usb.
+    #[arg(long, conflicts_with_all = ["seconds", "truth", "turns", "estimates"], help_heading = "Time")]
+    service: bool,
     /// The live page.
     #[command(flatten)]
     page: PageArguments,
     /// Foxglove.
     #[command(flatten)]
     foxglove: FoxgloveArguments,
-    /// One JSON object on standard output instead of dashboard and summary.
-    #[arg(long)]
+    /// Send every estimate to unix:PATH, udp:HOST:PORT or serial:DEVICE[@BAUD]; may be repeated.
+    ///
+    /// The format is in firmware-config/SPEC.md, clients are in examples/.
+    #[arg(long, value_name = "WHERE", help_heading = "Publishing")]
+    publish: Vec<Destination>,
+    /// Rate of the full field on Unix sockets, Hz; 0 for never.
+    #[arg(long, default_value_t = 0.0, value_name = "HZ", help_heading = "Publishing")]
+    field_hz: f64,
+    /// Folder for report, picture and flight records; it is made.
+    #[arg(long, default_value = "out", help_heading = "Output")]
+    out: PathBuf,
+    /// Write every turn as a row: wall clock, camera clock, frame, mode, times.
+    #[arg(long, value_name = "FILE.csv", help_heading = "Output")]
+    turns: Option<PathBuf>,
+    /// Write every estimate: state, covariance, surface, intervals, energy.
+    ///
+    /// The format is in firmware-config/SPEC.md.
+    #[arg(long, value_name = "FILE.safetensors", help_heading = "Output")]
+    estimates: Option<PathBuf>,
+    /// Print one JSON object instead of dashboard and summary.
+    #[arg(long, help_heading = "Output")]
     json: bool,
-    /// Fail (exit status 1) if any check misses its target.
-    #[arg(long)]
+    /// Exit with status 1 if a check misses its target.
+    #[arg(long, help_heading = "Output")]
     check: bool,
 }
 

@@ -12,17 +12,32 @@ use std::time::Duration;
 /// Flags of the live page.
 #[derive(clap::Args)]
 pub(super) struct PageArguments {
-    /// Show the run in a browser: prints the address of a live page that the program itself serves. A recording then
-    /// begins again where it ends, until Ctrl-C or --seconds.
-    #[arg(long)]
+    /// Show the run on a live page in a browser; its address is printed.
+    ///
+    /// A recording begins again where it ends, until Ctrl-C or --seconds.
+    #[arg(long, help_heading = "Live view")]
     pub(super) view: bool,
-    /// Where the page is. Any address that other machines reach, such as 0.0.0.0:8060, makes a token that the page's
-    /// address then holds.
-    #[arg(long, value_name = "ADDRESS:PORT", default_value_t = ADDRESS, requires = "view")]
+    /// Address of the page.
+    ///
+    /// An address that other machines reach, such as 0.0.0.0:8060, makes a token, which the printed address then holds.
+    #[arg(
+        long,
+        value_name = "ADDRESS:PORT",
+        default_value_t = ADDRESS,
+        requires = "view",
+        help_heading = "Live view",
+        value_parser = address
+    )]
     listen: SocketAddr,
-    /// Take the token from the first line of this file instead of a new one, on loopback too.
-    #[arg(long, value_name = "FILE", requires = "view")]
+    /// File whose first line is the token, on loopback too.
+    #[arg(long, value_name = "FILE", requires = "view", help_heading = "Live view")]
     token_file: Option<PathBuf>,
+}
+
+/// Reads an address with its port.
+pub(super) fn address(text: &str) -> Result<SocketAddr, String> {
+    text.parse()
+        .map_err(|_| String::from("expected ADDRESS:PORT in numbers, as 127.0.0.1:8060 or 0.0.0.0:8060"))
 }
 
 impl PageArguments {

@@ -2,8 +2,8 @@
 
 use super::BUFFERS;
 use super::config::{RunConfig, RunEnd};
-use super::live::{ReadyCamera, live};
-use super::printed::{announce, print};
+use super::live::{Played, ReadyCamera, live};
+use super::printed::{announce, print, say_position};
 use crate::glass;
 use anyhow::{Context, ensure};
 use meniscus::blob::Model;
@@ -26,6 +26,7 @@ pub(super) fn run(config: &RunConfig, model: &Model<'_>, file: &Path) -> anyhow:
     glass::same_outline(glass::outline(config.setup.as_deref())?, file, camera.outline)?;
     let settings = glass::settings(config.setup.as_deref(), &model.header, camera.optics())?;
     let reader = Config::new(settings).context("the recording's camera cannot see the model's glass")?;
+    say_position(config);
     announce(config)?;
     let (width, height) = reader.image_size();
     let (camera_end, end) = link(BUFFERS, 2 * width * height + HEADER);
@@ -34,7 +35,7 @@ pub(super) fn run(config: &RunConfig, model: &Model<'_>, file: &Path) -> anyhow:
         RunEnd::AfterFrames => config.length().as_secs_f64(),
     };
     let mut ended = Ok(0);
-    let finished = {
+    let Played { finished, written } = {
         let ended = &mut ended;
         let ready = ReadyCamera { name: &camera.camera, reader, rectifier: None, frames: config.frames, end };
         live(config, model, ready, move |stop: &AtomicBool| {
@@ -56,5 +57,6 @@ pub(super) fn run(config: &RunConfig, model: &Model<'_>, file: &Path) -> anyhow:
         !finished.log.turns.is_empty(),
         "{images} images were played and led to no turn: there is nothing to report"
     );
+    written?;
     config.judge(&report.checks())
 }

@@ -2,15 +2,16 @@
 
 use super::Arguments;
 use crate::bus;
-use crate::inputs::check_level;
-use anyhow::{Result, bail};
+use crate::inputs::{check_level, recording};
+use crate::kind::{Kind, expect};
+use anyhow::{Result, bail, ensure};
 use meniscus_data::recording::Recording;
 use meniscus_hil::FaultList;
 use meniscus_hil::device::Trouble;
 use std::path::{Path, PathBuf};
 
 /// Origin of the images.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub(super) enum Source {
     /// A rendered camera before a recording of the simulator.
     Rendered { recording: RecordingSource, faults: FaultList },
@@ -51,17 +52,41 @@ impl TryFrom<&Arguments> for Source {
             _ => {}
         }
         match (&arguments.file, arguments.source == "replay") {
-            (Some(file), true) => Ok(Self::Replay { file: file.clone() }),
+            (Some(file), true) => {
+                expect(file, Kind::Camera, "a camera's recording")?;
+                Ok(Self::Replay { file: file.clone() })
+            }
             (None, true) => {
                 bail!("--source replay needs the recording: meniscus run --source replay FILE")
             }
-            (Some(file), false) => bail!("{} is taken with --source replay only", file.display()),
+            (Some(file), false) => {
+                bail!("{0} is taken with --source replay only: meniscus run --source {0}", file.display())
+            }
             (None, false) => {
+                let file = PathBuf::from(&arguments.source);
+                if Kind::of(&file) == Some(Kind::Camera) {
+                    return Ok(Self::Replay { file });
+                }
+                check_source(&arguments.source)?;
                 let recording = RecordingSource::from(arguments.source.as_str());
                 Ok(Self::Rendered { recording, faults: faults() })
             }
         }
     }
+}
+
+/// Refuses a source that is neither a word nor a recording.
+fn check_source(source: &str) -> Result<()> {
+    let path = Path::new(source);
+    if source == "shipped" {
+        return Ok(());
+    }
+    ensure!(
+        path.exists(),
+        "--source {source}: there is no such file; it takes shipped, usb, simulated-usb, or a recording (.mcap, .bag, .db3, \
+         a folder of images, or .safetensors of `meniscus simulate`)"
+    );
+    expect(path, Kind::Simulated, "a recording")
 }
 
 impl From<&str> for RecordingSource {
@@ -78,7 +103,7 @@ impl RecordingSource {
                 Ok(Recording::from_bytes(Path::new("the shipped recording"), meniscus_shipped::RECORDING)?)
             }
             Self::File(path) => {
-                let recording = Recording::load(path)?;
+                let recording = recording(path)?;
                 check_level(&recording, &path.display())?;
                 Ok(recording)
             }

@@ -2,9 +2,9 @@
 
 use super::BUFFERS;
 use super::config::{RunConfig, RunEnd};
-use super::live::{ReadyCamera, live};
-use super::printed::{announce, print};
-use super::source::RecordingSource;
+use super::live::{Played, ReadyCamera, live};
+use super::printed::{announce, print, say_position};
+use super::source::{RecordingSource, Source};
 use crate::glass;
 use anyhow::bail;
 use meniscus::blob::Model;
@@ -67,6 +67,9 @@ pub(super) fn run(
     let connected = session.connected().clone();
     let settings = glass::settings(config.setup.as_deref(), &model.header, connected.optics())?;
     let reader = Config::new(settings)?;
+    if config.source == Source::Usb {
+        say_position(config);
+    }
     announce(config)?;
 
     let (camera_end, end) = link(BUFFERS, session.buffer_bytes());
@@ -74,7 +77,7 @@ pub(super) fn run(
     let (mut ended, mut realtime) = (Ok(()), None);
     let length = if config.end == RunEnd::WhenStopped { YEARS } else { config.length() };
     let until = Instant::now() + length;
-    let finished = {
+    let Played { finished, written } = {
         let (session, notes, ended, realtime) = (&mut session, &notes, &mut ended, &mut realtime);
         let rectifier = connected.rectifier();
         let ready = ReadyCamera { name: camera.name, reader, rectifier, frames: config.frames, end };
@@ -97,5 +100,6 @@ pub(super) fn run(
     if log.turns.is_empty() {
         bail!("the run ended before the first frame: there is nothing to report");
     }
+    written?;
     config.judge(&report.checks())
 }

@@ -5,6 +5,7 @@ mod screen;
 
 use super::doctor::{Camera, camera_findings};
 use super::{bus, inputs};
+use crate::outputs::Force;
 use anyhow::{Context, bail};
 use camera::{Scene, Sitting, from_bus, from_recording};
 use meniscus::blob::Model;
@@ -18,63 +19,74 @@ use std::path::{Path, PathBuf};
 /// The rim of a glass of which nobody says it, above the fill, mm.
 const RIM_MM: f64 = 40.0;
 
-/// Bring your own glass: find the camera, see the glass, measure it, check the surface at rest, write it down.
+/// Measure a glass before the camera and write it down.
 ///
-/// In a terminal a wizard leads through four steps beside the camera's picture: camera (link, permission,
-/// frames a second), glass (is it seen, where the camera stands), measures (inner radius, fill and rim, by hand, held
-/// against what the camera sees), rest (level, slope, noise, share of points). Enter at the end writes the file.
+/// In a terminal a wizard leads through four steps beside the camera's picture: camera (link, permission, frame rate), glass
+/// (is it seen, where is the camera), measures (inner radius, fill and rim by hand, compared with what the camera sees), rest
+/// (level, slope, noise, share of points). Enter at the end writes the file.
 ///
-/// With --yes nothing is asked: for scripts, and where there is no terminal. The file is written only if every check
-/// is met; what is missed is told with what to do, and the exit status is 1.
+/// With --yes nothing is asked, for scripts. The file is written only if every check meets its target. Otherwise each miss is
+/// reported with its remedy, and the exit status is 1.
 ///
-/// The liquid must be opaque, the glass stand still, upright, before an even background; the camera 25 to
-/// 70 cm away, between the foot of the glass and the surface of the liquid. Measure from the inner bottom; the radius
-/// is half of what a calliper reads between the inner walls.
+/// The liquid must be opaque in the outline's image. The glass must stand still and upright before an even background, 25 to
+/// 70 cm from the camera, whose height is between the foot of the glass and the surface. Measure heights from the inner
+/// bottom; the radius is half of what a calliper reads between the inner walls.
 ///
-/// `run`, `record` and `correct` take the file by --setup. A model is of one glass: the setup's radius and fill
-/// must be the model's to 1 mm.
+/// `run`, `record`, `correct` and `recognise` take the file by --setup. Its radius and fill must be the model's to 1 mm.
 #[derive(clap::Args)]
 #[command(
-    verbatim_doc_comment,
-    after_help = "Examples:\n  meniscus setup\n  meniscus setup --source simulated-usb\n  meniscus setup --source simulated-usb --yes \
-                  --radius-mm 35 --fill-mm 70 --rim-mm 110 --json\n  meniscus run --source usb --setup glass.toml"
+    after_help = "Examples:\n  meniscus setup\n  meniscus setup --source simulated-usb\n  meniscus setup --source simulated-usb --yes \\\n    --radius-mm 35 --fill-mm 70 --rim-mm 110 --json\n  meniscus run --source usb --setup glass.toml"
 )]
 pub(crate) struct Arguments {
-    /// The camera on the bus, a simulated one before a resting glass (with a trouble by name or number), or a
-    /// recording that begins at rest.
-    #[arg(long, default_value = "usb", value_name = "usb|simulated-usb[:TROUBLE]|FILE")]
+    /// Camera on the bus, a simulated one before a resting glass, or a recording that begins at rest.
+    ///
+    /// simulated-usb takes a trouble by name or number.
+    #[arg(
+        long,
+        default_value = "usb",
+        value_name = "usb|simulated-usb[:TROUBLE]|FILE",
+        help_heading = "Images"
+    )]
     source: String,
-    /// Inner radius of the glass, mm (10 to 60).
-    #[arg(long, value_name = "MM", required_if_eq("yes", "true"))]
-    radius_mm: Option<f64>,
-    /// Height of the liquid at rest above the inner bottom, mm (15 to 200).
-    #[arg(long, value_name = "MM", required_if_eq("yes", "true"))]
-    fill_mm: Option<f64>,
-    /// Height of the rim above the inner bottom, mm (20 to 300); 40 mm above the fill if not given.
-    #[arg(long, value_name = "MM")]
-    rim_mm: Option<f64>,
-    /// Pairs of images that are looked at; of a recording the first ones, which must show the liquid at rest.
-    #[arg(long, default_value_t = 60, value_parser = clap::value_parser!(u16).range(8..=600))]
+    /// Pairs of images to look at, 8 to 600; of a recording the first ones.
+    #[arg(
+        long,
+        default_value_t = 60,
+        value_parser = clap::value_parser!(u16).range(8..=600),
+        help_heading = "Images"
+    )]
     pairs: u16,
-    /// The image in which the outline is traced: the left infrared one, or the colour one, for a liquid that is opaque
-    /// in the light of the room and clear in the near infrared. A recording has the one that it was made with.
-    #[arg(long, default_value = "infrared", value_name = "infrared|colour")]
+    /// Image in which the outline is traced.
+    ///
+    /// colour is for a liquid that is opaque in the light of the room and clear in the near infrared. A recording has the
+    /// image that it was made with.
+    #[arg(long, default_value = "infrared", value_name = "infrared|colour", help_heading = "Images")]
     outline: OutlineImage,
-    /// Only the camera with this serial number (the one that USB shows).
-    #[arg(long)]
+    /// Serial number of the only camera that is taken, as USB shows it.
+    #[arg(long, help_heading = "Images")]
     serial: Option<String>,
-    /// The model that the glass is held against: the one in the program (shipped), a blob file, or a folder that
-    /// `meniscus flash` has written.
-    #[arg(long, default_value = "shipped", value_name = "shipped|FILE|FOLDER")]
+    /// Inner radius of the glass, mm, 10 to 60 [default: 35].
+    #[arg(long, value_name = "MM", required_if_eq("yes", "true"), help_heading = "Glass")]
+    radius_mm: Option<f64>,
+    /// Height of the liquid at rest above the inner bottom, mm, 15 to 200 [default: 70].
+    #[arg(long, value_name = "MM", required_if_eq("yes", "true"), help_heading = "Glass")]
+    fill_mm: Option<f64>,
+    /// Height of the rim above the inner bottom, mm, 20 to 300 [default: 40 above the fill].
+    #[arg(long, value_name = "MM", help_heading = "Glass")]
+    rim_mm: Option<f64>,
+    /// Model that the glass is compared with: shipped, a blob, or a folder of `meniscus flash`.
+    #[arg(long, default_value = "shipped", value_name = "shipped|FILE|FOLDER", help_heading = "Glass")]
     model: String,
-    /// The settings file; it is written beside and renamed.
-    #[arg(long, default_value = "glass.toml", value_name = "FILE.toml")]
+    /// Settings file to write.
+    #[arg(long, default_value = "glass.toml", value_name = "FILE.toml", help_heading = "Output")]
     out: PathBuf,
+    #[command(flatten)]
+    force: Force,
     /// Ask nothing: take the measures from the command line.
-    #[arg(long)]
+    #[arg(long, help_heading = "Output")]
     yes: bool,
-    /// One JSON object on standard output; with --yes.
-    #[arg(long, requires = "yes")]
+    /// Print one JSON object; with --yes.
+    #[arg(long, requires = "yes", help_heading = "Output")]
     json: bool,
 }
 
@@ -84,6 +96,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let rim_mm = arguments.rim_mm.unwrap_or(fill_mm + RIM_MM);
     let said = MeasuredGlass { radius_mm: arguments.radius_mm.unwrap_or(35.0), fill_mm, rim_mm };
     said.check().map_err(|what| anyhow::anyhow!("{what}"))?;
+    arguments.force.check(&arguments.out)?;
     if !arguments.yes && !std::io::stdout().is_terminal() {
         bail!(
             "setup asks in a terminal, and this is none: give --yes with --radius-mm, --fill-mm and --rim-mm"
@@ -136,13 +149,13 @@ impl Job<'_> {
         let out = &self.arguments.out;
         let all: Vec<&Finding> = camera.iter().chain(&inspection.findings).collect();
         let checks: Vec<Check> = all.iter().map(|finding| finding.check.clone()).collect();
-        let ok = checks.iter().all(|check| check.ok);
+        let ok = checks.iter().all(|check| !check.missed());
         let setup = inspection.setup.as_ref().filter(|_| ok);
         if let Some(setup) = setup {
             setup.write(out)?;
         }
         let fits = setup.map(|setup| self.fits(setup, scene)).transpose()?;
-        let missed = camera.iter().filter(|finding| !finding.check.ok);
+        let missed = camera.iter().filter(|finding| finding.check.missed());
         let remedies: Vec<&Finding> = missed.chain(inspection.remedies()).collect();
         if self.arguments.json {
             let remedies: serde_json::Map<String, Value> =

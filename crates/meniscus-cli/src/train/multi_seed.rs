@@ -1,6 +1,7 @@
 //! `meniscus train --repeat N`: the same training from N seeds, and what of its figures is chance.
 
 use super::{Arguments, Data, beside, command, hyperparameters, once, write};
+use crate::stop::finish;
 use meniscus_learn::Trained;
 use meniscus_learn::seeds::{markdown, over_seeds};
 use meniscus_platform::files::write_whole;
@@ -10,7 +11,7 @@ use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Trains from every seed, each with its checkpoints in a folder of its own; writes the best by the validation
-/// recordings and the table of all. What Ctrl-C broke off does not count, unless it is the first.
+/// recordings and the table of all.
 pub(super) fn run(args: &Arguments, data: &Data, folder: &Path, stop: &AtomicBool) -> anyhow::Result<Value> {
     let (mut seeds, mut runs): (Vec<u64>, Vec<Trained>) = Default::default();
     for seed in args.seed..args.seed.saturating_add(args.repeat) {
@@ -18,14 +19,12 @@ pub(super) fn run(args: &Arguments, data: &Data, folder: &Path, stop: &AtomicBoo
             eprintln!("seed {seed}, {} of {}", runs.len() + 1, args.repeat);
         }
         let trained = once(args, data, seed, &folder.join(format!("seed-{seed}")), stop);
-        if stop.load(Ordering::Relaxed) && !runs.is_empty() {
-            break;
+        if stop.load(Ordering::Relaxed) {
+            // The checkpoints of every seed stay.
+            finish();
         }
         seeds.push(seed);
         runs.push(trained?);
-        if stop.load(Ordering::Relaxed) {
-            break;
-        }
     }
     let best = (0..runs.len()).min_by(|&a, &b| runs[a].slosh_rel.total_cmp(&runs[b].slosh_rel));
     let best = best.ok_or_else(|| anyhow::anyhow!("--repeat 0 trains nothing"))?;

@@ -5,9 +5,10 @@
 //! t, x_m, y_m, z_m, tilt_rad      the columns, by name, in any order after t; each but t may lack; y: away from the camera
 //! 0.00, 0.000, 0.000, 0.000, 0.0
 //! ```
-//! Without such a heading there are two columns, `time_s, position_m` along x. The first places along x,
-//! y and z count as zero; the inclination has to start at zero.
+//! Every name has its unit ([`super::columns`]). Without a heading there are two columns, `time_s, position_m` along x,
+//! which may span 1 m at most. The first positions along x, y and z count as zero; the inclination has to start at zero.
 
+use super::columns::Columns;
 use super::kinematics::Channel;
 use super::{MotionError, Pivoted, spline};
 use std::path::Path;
@@ -18,8 +19,8 @@ const LONGEST_GAP_S: f64 = 0.1;
 /// Largest inclination, rad.
 const STEEPEST_RAD: f64 = 0.6;
 
-/// Names of the coordinates in a heading, in the order of [`Pivoted::channels`].
-const NAMES: [&str; 4] = ["x_m", "y_m", "z_m", "tilt_rad"];
+/// Longest way of a table without a heading, m: a longer one is hardly in metres.
+const LONGEST_UNNAMED_M: f64 = 1.0;
 
 /// The motion in the file at `path`; lines that start with `#` are skipped but for the pivot.
 pub(super) fn read(path: &Path) -> Result<Pivoted, MotionError> {
@@ -29,9 +30,9 @@ pub(super) fn read(path: &Path) -> Result<Pivoted, MotionError> {
 /// The motion that `text` describes; `path` names it in errors.
 fn parse(path: &Path, text: &str) -> Result<Pivoted, MotionError> {
     let mut out = Pivoted::default();
-    let mut columns: Vec<usize> = vec![0];
+    let mut columns = Columns::default();
     let mut rows: Vec<(f64, [f64; 4])> = Vec::new();
-    let mut first = true;
+    let (mut first, mut named) = (true, false);
     for (line, content) in text.lines().enumerate().map(|(i, l)| (i + 1, l.trim())) {
         let malformed = |why: String| MotionError::Malformed { path: path.into(), line, why };
         if let Some(comment) = content.strip_prefix('#') {
@@ -49,25 +50,18 @@ fn parse(path: &Path, text: &str) -> Result<Pivoted, MotionError> {
         }
         let fields: Vec<&str> = content.split(',').map(str::trim).collect();
         if std::mem::take(&mut first) && fields[0].parse::<f64>().is_err() {
-            columns = heading(&fields).map_err(malformed)?;
+            columns = Columns::named(&fields).map_err(malformed)?;
+            named = true;
             continue;
         }
         let numbers: Vec<f64> = fields.iter().map_while(|field| field.parse().ok()).collect();
-        if numbers.len() != fields.len() || fields.len() != columns.len() + 1 {
-            let names: Vec<_> = columns.iter().map(|column| NAMES[*column]).collect();
-            return Err(malformed(format!(
-                "expected 't, {}' as numbers, found '{content}'",
-                names.join(", ")
-            )));
+        if numbers.len() != fields.len() || fields.len() != columns.count() {
+            return Err(malformed(format!("expected '{columns}' as numbers, found '{content}'")));
         }
         if numbers.iter().any(|number| !number.is_finite()) {
             return Err(malformed(format!("'{content}' is not finite")));
         }
-        let mut place = [0.0; 4];
-        for (column, number) in columns.iter().zip(&numbers[1..]) {
-            place[*column] = *number;
-        }
-        let time = numbers[0];
+        let (time, place) = columns.si(&numbers);
         if place[3].abs() > STEEPEST_RAD {
             return Err(malformed(format!("an inclination of {} rad; at most {STEEPEST_RAD}", place[3])));
         }
@@ -90,32 +84,22 @@ fn parse(path: &Path, text: &str) -> Result<Pivoted, MotionError> {
         let why = "a motion needs two samples or more".into();
         return Err(MotionError::Malformed { path: path.into(), line: text.lines().count(), why });
     }
-    for column in columns {
+    if !named {
+        let along = rows.iter().map(|(_, place)| place[0]);
+        let span_m = along.clone().fold(f64::MIN, f64::max) - along.fold(f64::MAX, f64::min);
+        if span_m > LONGEST_UNNAMED_M {
+            let why = format!(
+                "without a heading the second column is x in metres, and it spans {span_m} m: name the columns and their \
+                 units in the first line (t,x_mm or t,x_m)"
+            );
+            return Err(MotionError::Malformed { path: path.into(), line: 1, why });
+        }
+    }
+    for column in columns.coordinates() {
         let samples: Vec<_> = rows.iter().map(|(t, place)| (*t, place[column] - rows[0].1[column])).collect();
         out.channels[column] = Channel(spline::through(&samples));
     }
     Ok(out)
-}
-
-/// Which coordinates the columns after the time are.
-fn heading(fields: &[&str]) -> Result<Vec<usize>, String> {
-    let time = ["t", "t_s", "time", "time_s"].contains(&fields[0]);
-    let known = |name: &str| NAMES.iter().position(|known| *known == name);
-    let columns: Option<Vec<usize>> = fields[1..].iter().map(|name| known(name)).collect();
-    match columns.filter(|_| time) {
-        Some(columns)
-            if !columns.is_empty() && (1..columns.len()).all(|i| !columns[..i].contains(&columns[i])) =>
-        {
-            Ok(columns)
-        }
-        // A heading in words of one's own over two columns, as it always was.
-        None if fields.len() == 2 => Ok(vec![0]),
-        _ => Err(format!(
-            "'{}' is no heading: name the columns t, then {} in any order, each at most once",
-            fields.join(", "),
-            NAMES.join(", ")
-        )),
-    }
 }
 
 /// `= X, Z`.
@@ -135,8 +119,8 @@ mod tests {
 
     #[test]
     fn a_heading_and_comments_are_skipped_and_the_first_position_is_zero() {
-        let motion =
-            parse(Path::new("m.csv"), "time, x\n# robot\n0, 0.5\n0.05, 0.5\n0.1, 0.51\n").expect("a motion");
+        let motion = parse(Path::new("m.csv"), "time, x_m\n# robot\n0, 0.5\n0.05, 0.5\n0.1, 0.51\n")
+            .expect("a motion");
         let pieces = &motion.channels[0].0;
         assert_eq!(pieces.len(), 3);
         assert_eq!(pieces[0].coefficient[0], 0.0);
@@ -160,8 +144,8 @@ mod tests {
         assert!(refusal("0.05,0\n0.05,0\n").contains("does not come after"));
         assert!(refusal("0,0\n0.05,0,1\n").contains("expected"));
         assert!(refusal("0,0\n").contains("two samples"));
-        assert!(refusal("t,x_m,roll\n0,0,0\n").contains("line 1: 't, x_m, roll' is no heading"));
-        assert!(refusal("t,x_m,x_m\n0,0,0\n").contains("at most once"));
+        let far = refusal("0,0\n0.05,20\n");
+        assert!(far.contains("spans 20 m") && far.contains("t,x_mm"), "{far}");
         assert!(refusal("t,tilt_rad\n0,0.2\n").contains("line 2: it starts at 0.2 rad"));
         assert!(refusal("t,tilt_rad\n0,0\n0.1,0.7\n").contains("line 3: an inclination of 0.7 rad"));
         assert!(refusal("# pivot_m = 3, 0\n0,0\n0.1,0\n").contains("line 1: expected '# pivot_m"));

@@ -6,6 +6,7 @@
 //! SCALE times the travel (low-viscosity liquids leave the glass at the full one; up to 1.2, more than models are trained
 //! on), or the path of a CSV file.
 
+mod columns;
 mod csv;
 mod error;
 mod kinematics;
@@ -133,6 +134,13 @@ impl Motion {
         let channels = [Channel(spline::through(samples)), none(), none(), none()];
         let course = Pivoted { channels, pivot_m: [0.0; 2] };
         Some(Self { spelling: "samples".into(), seed: 0, course })
+    }
+
+    /// First time of a table, s; 0 of a motion that has none.
+    #[must_use]
+    pub fn start_s(&self) -> f64 {
+        let starts = self.course.channels.iter().filter_map(|channel| channel.0.first());
+        starts.map(|piece| piece.start_s).reduce(f64::min).unwrap_or(0.0)
     }
 
     /// From when on the glass rests: the last time of a table; s.

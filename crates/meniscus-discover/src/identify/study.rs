@@ -219,7 +219,7 @@ mod tests {
             (vec!["1", "1", "."], vec![".", "1", "2"], vec![".", "1", "1"])
         );
         let checks = study.checks();
-        assert!(!checks[0].ok && !checks[1].ok);
+        assert!(checks[0].missed() && checks[1].missed());
         assert_eq!(checks[4].value, Some(0.5), "refused where its own note was taken away");
     }
 }

@@ -117,8 +117,14 @@ pub fn load_references(path: &Path) -> Result<Vec<RecordingSet>, LoadError> {
 fn read_setup(path: &Path) -> Result<Setup, LoadError> {
     let text =
         std::fs::read_to_string(path).map_err(|cause| LoadError::ReadSetup { path: path.into(), cause })?;
-    let setup: Setup = toml::from_str(&text)
-        .map_err(|error| LoadError::Setup { path: path.into(), fault: error.message().into() })?;
+    let line = |error: &toml::de::Error| {
+        let start = error.span().map_or(0, |span| span.start.min(text.len()));
+        1 + text[..start].matches('\n').count()
+    };
+    let setup: Setup = toml::from_str(&text).map_err(|error| {
+        let fault = format!("line {}: {}", line(&error), error.message());
+        LoadError::Setup { path: path.into(), fault }
+    })?;
     for (name, value, range) in [
         ("radius_m", setup.radius_m, 0.005..=0.5),
         ("fill_m", setup.fill_m, 0.005..=1.0),

@@ -70,10 +70,7 @@ pub(crate) fn peaks(text: &str) -> Result<(f64, Vec<Channel>), TableError> {
 /// Returns the drive of a motion file and its length, s.
 pub(super) fn moved(path: &Path, seconds: f64) -> Result<(Drive, f64), RecordingError> {
     let motion = Motion::parse(&path.to_string_lossy(), seconds)?;
-    let text =
-        std::fs::read_to_string(path).map_err(|cause| RecordingError::Read { path: path.into(), cause })?;
-    let time = |line: &str| line.split(',').next().and_then(|t| t.trim().parse::<f64>().ok());
-    let first_s = text.lines().find_map(time).unwrap_or(0.0);
+    let first_s = motion.start_s();
     if first_s > seconds {
         return Err(RecordingError::MotionStartsLate {
             path: path.into(),
@@ -81,8 +78,7 @@ pub(super) fn moved(path: &Path, seconds: f64) -> Result<(Drive, f64), Recording
             ends_s: seconds,
         });
     }
-    let length_s = text.lines().rev().find_map(time).unwrap_or(0.0);
-    Ok((drive_of(&motion, seconds), length_s))
+    Ok((drive_of(&motion, seconds), motion.end_s()))
 }
 
 /// Returns the drive of `motion` over `seconds`.

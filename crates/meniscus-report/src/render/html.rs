@@ -71,12 +71,12 @@ fn checks(checks: &[Check]) -> Markup {
         table {
             tr { th { "check" } th { "value" } th { "unit" } th { "target" } th { "verdict" } }
             @for check in checks {
-                tr.missed[!check.ok] {
+                tr.missed[check.missed()] {
                     td { (check.name) }
                     td { (value(check)) }
                     td { (check.unit) }
-                    td { (check.target) }
-                    td { @if check.ok { "ok" } @else { "missed" } }
+                    td { (check.target_text()) }
+                    td { (check.verdict().to_lowercase()) }
                 }
             }
         }

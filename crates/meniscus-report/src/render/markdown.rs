@@ -34,8 +34,7 @@ fn block(block: &Block) -> String {
 }
 
 fn check(check: &Check) -> String {
-    let verdict = if check.ok { "ok" } else { "MISSED" };
-    row(&[&check.name, value(check).as_str(), check.unit, &check.target, verdict])
+    row(&[&check.name, value(check).as_str(), check.unit, check.target_text(), check.verdict()])
 }
 
 /// A row of a table; a bar in a cell would end it.

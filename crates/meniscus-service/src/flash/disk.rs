@@ -64,7 +64,13 @@ impl Disk for Folder {
     }
 
     fn write(&mut self, file: &str, bytes: &[u8]) -> io::Result<()> {
-        File::create(self.0.join(file))?.write_all(bytes)
+        let path = self.0.join(file);
+        let written = File::create(&path)?.write_all(bytes);
+        if written.is_err() {
+            // A part keeps a full disk full; that it cannot be removed either adds nothing.
+            let _left = fs::remove_file(&path);
+        }
+        written
     }
 
     fn sync(&mut self, file: &str) -> io::Result<()> {

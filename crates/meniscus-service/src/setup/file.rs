@@ -128,6 +128,12 @@ impl fmt::Display for SetupError {
 
 impl std::error::Error for SetupError {}
 
+/// Returns what is wrong with a text, behind its line.
+fn with_line(error: &toml::de::Error, text: &str) -> String {
+    let line = error.span().map(|span| 1 + text[..span.start.min(text.len())].matches('\n').count());
+    line.map_or_else(|| error.message().into(), |line| format!("line {line}: {}", error.message()))
+}
+
 impl Setup {
     /// Reads and checks a settings file.
     ///
@@ -137,7 +143,7 @@ impl Setup {
         let failed = |cause| SetupError::File(FileError { path: path.into(), doing: "read", cause });
         let text = std::fs::read_to_string(path).map_err(failed)?;
         let setup: Self =
-            toml::from_str(&text).map_err(|error| SetupError::Text(path.into(), error.message().into()))?;
+            toml::from_str(&text).map_err(|error| SetupError::Text(path.into(), with_line(&error, &text)))?;
         let value = |what| SetupError::Value(path.into(), what);
         setup.glass.check().map_err(value)?;
         Config::new(setup.settings(Optics::default())).map_err(|error| value(format!("{error}")))?;

@@ -52,13 +52,13 @@ impl Inspection {
     /// Whether every check is met.
     #[must_use]
     pub fn ok(&self) -> bool {
-        self.findings.iter().all(|finding| finding.check.ok)
+        self.findings.iter().all(|finding| !finding.check.missed())
     }
 
     /// Returns the findings to remedy: those measured and missed, or else the first that could not be measured.
     #[must_use]
     pub fn remedies(&self) -> Vec<&Finding> {
-        let missed = || self.findings.iter().filter(|finding| !finding.check.ok);
+        let missed = || self.findings.iter().filter(|finding| finding.check.missed());
         let measured: Vec<_> = missed().filter(|finding| finding.check.value.is_some()).collect();
         if measured.is_empty() { missed().take(1).collect() } else { measured }
     }

@@ -225,7 +225,7 @@ impl Wizard {
             lines.push(Line::from("all is well: Enter writes the settings").green().bold());
         } else {
             // What was measured and missed; or what all the rest could not be measured for.
-            let missed = || shown.iter().copied().filter(|finding| !finding.check.ok);
+            let missed = || shown.iter().copied().filter(|finding| finding.check.missed());
             let measured = missed().find(|finding| finding.check.value.is_some());
             let first = measured.or_else(|| missed().next());
             let elsewhere = inspection.filter(|_| self.step == Step::Rest);
@@ -281,8 +281,12 @@ fn step_of(finding: &Finding) -> Step {
 fn told(finding: &Finding) -> Line<'_> {
     let check = &finding.check;
     let value = check.value.map_or("-".into(), |value| format!("{value:.2}"));
-    let mark = if check.ok { Span::from(" ok ").green() } else { Span::from(" -- ").red() };
-    let text = format!("{:17}{value:>8} {:<5}{}", check.name, check.unit, check.target);
+    let mark = match check.ok {
+        Some(true) => Span::from(" ok ").green(),
+        Some(false) => Span::from(" -- ").red(),
+        None => Span::from("    "),
+    };
+    let text = format!("{:17}{value:>8} {:<5}{}", check.name, check.unit, check.target_text());
     Line::from(vec![mark, Span::from(text)])
 }
 
