@@ -15,7 +15,8 @@ pub fn html(study: &Study, checks: &[Check], command: &str) -> Result<String, Pi
         "Errors on recordings that nothing was chosen by, depth noise 2 mm, before and after correction. max and mean: \
          of the height; slosh: of its distance from rest, where a flat surface scores 100 %; forecast: the slosh 0.25 s \
          ahead, the motion of the glass planned. Water, butter and blood are moved along a line and learnt from four \
-         recordings; the others are moved as by a hand, a tenth of the way out of line, and learnt from one.",
+         recordings; the others are moved as by a hand, with a tenth of the travel across the line, and learnt \
+         from one.",
     );
     let percent = |x: f64| format!("{:.2}", 100.0 * x);
     let row = |one: &LiquidResult| -> Vec<String> {

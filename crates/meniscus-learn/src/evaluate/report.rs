@@ -156,7 +156,7 @@ pub fn markdown(study: &Study, checks: &[Check], command: &str) -> String {
          surface scores 100 %. Forecast: the slosh 0.25 s ahead, the motion of the glass planned, which tells how well the \
          model knows the liquid; the estimate follows the heights of any. Crests: median absolute error of height and \
          time. Water, butter and blood are moved along a line and learnt from four recordings; the others are moved as by a \
-         hand, a tenth of the way out of line, and learnt from one.\n\n",
+         hand, with a tenth of the travel across the line, and learnt from one.\n\n",
         env!("CARGO_PKG_VERSION")
     );
     page += "| liquid | max before, after, % | mean before, after, % | slosh before, after, % | forecast before, after, % | \
