@@ -44,7 +44,7 @@ pub fn factored(networks: &Networks, chain: &Chain<'_>, budget: f64) -> (Network
     (networks, ranks)
 }
 
-/// `networks` with last layers of the ranks that are told, as training has found them for a liquid. The numbers in the
+/// Returns `networks` with last layers of the given ranks, as training has found them for a liquid. The numbers in the
 /// layers are made up: this is for the time that they take, and says nothing of an error.
 #[must_use]
 pub fn of_ranks(networks: &Networks, ranks: [usize; 5]) -> Networks {
