@@ -66,7 +66,7 @@ fn top(program: &Command) -> String {
             let _written = writeln!(text, "  {name:10} {about}");
         }
     }
-    text + "\n{options}\n\n`meniscus VERB --help` explains a verb and shows examples."
+    text + "\nOptions:\n{options}\n\n`meniscus VERB --help` explains a verb and shows examples."
 }
 
 /// Appends the three examples, one a line.
