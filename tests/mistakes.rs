@@ -96,7 +96,7 @@ const SETUPS: &[Mistake] = &[
     ("record --source nowhere.mcap --out a.mcap", &["nowhere.mcap", "no such file"]),
     ("record --seconds -1 --out a.mcap", &["--seconds -1 is out of range"]),
     ("record --outline red --out a.mcap", &["red", "infrared"]),
-    ("record --source torn.mcap --setup glass.toml --out a.mcap", &["--setup"]),
+    ("record --source torn.mcap --setup glass.toml --out a.csv", &["glass.toml"]),
     ("doctor --simulated gremlins", &["gremlins", "unplug"]),
     ("dump --simulated --out words.txt/a.json", &["cannot make the folder of words.txt/a.json"]),
 ];
@@ -108,7 +108,6 @@ const MOTIONS: &[Mistake] = &[
     ("run --motion nowhere.csv", &["nowhere.csv", "no such file"]),
     ("run --motion udp:nowhere", &["udp:HOST:PORT"]),
     ("run --motion stroke:1", &["no motion is spelled 'stroke:1'", "strokes"]),
-    ("run --source usb --motion truth", &["usb"]),
     ("simulate --motion pos.csv --out a.safetensors", &["'pos' names no coordinate with a unit"]),
     ("simulate --motion strokes:1", &["--out"]),
     ("simulate --out a.safetensors", &["--motion"]),

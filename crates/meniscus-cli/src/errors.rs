@@ -3,8 +3,9 @@
 use std::fmt::Write;
 
 /// What the system says, and what a person does then.
-const REMEDIES: [(&str, &str); 5] = [
+const REMEDIES: [(&str, &str); 6] = [
     ("No such file or directory (os error 2)", "there is no such file"),
+    ("File exists (os error 17)", "a file has the name of this folder; choose another name"),
     ("Is a directory (os error 21)", "it is a folder; name a file"),
     ("Not a directory (os error 20)", "a part of this path is a file, not a folder"),
     (
@@ -28,6 +29,11 @@ pub(super) fn line(error: &anyhow::Error) -> String {
     }
     for (system, person) in REMEDIES {
         text = text.replace(system, person);
+    }
+    // Numbers of the system say nothing to a person.
+    while let Some((before, behind)) = text.split_once(" (os error ") {
+        let rest = behind.split_once(')').map_or("", |(_, rest)| rest);
+        text = format!("{before}{rest}");
     }
     if text.contains(REMEDIES[0].1)
         && let Ok(folder) = std::env::current_dir()

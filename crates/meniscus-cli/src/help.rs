@@ -66,7 +66,7 @@ fn top(program: &Command) -> String {
             let _written = writeln!(text, "  {name:10} {about}");
         }
     }
-    text + "\n{options}\n\n`meniscus VERB --help` explains a verb and shows examples."
+    text + "\nOptions:\n{options}\n\n`meniscus VERB --help` explains a verb and shows examples."
 }
 
 /// Appends the three examples, one a line.
@@ -81,12 +81,6 @@ fn examples(text: &mut String) {
 mod tests {
     use super::*;
 
-    /// Every command below `command`, itself first.
-    fn all(command: &Command) -> Vec<&Command> {
-        let below = command.get_subcommands().filter(|verb| verb.get_name() != "help").flat_map(all);
-        std::iter::once(command).chain(below).collect()
-    }
-
     #[test]
     fn every_verb_is_in_one_group() {
         let program = crate::command();
@@ -97,6 +91,13 @@ mod tests {
         verbs.sort_unstable();
         verbs.dedup();
         assert_eq!(listed, verbs);
+    }
+
+    /// Every command below `command`, itself first.
+    #[cfg(all(feature = "train", feature = "studies"))]
+    fn all(command: &Command) -> Vec<&Command> {
+        let below = command.get_subcommands().filter(|verb| verb.get_name() != "help").flat_map(all);
+        std::iter::once(command).chain(below).collect()
     }
 
     /// Text that is wrapped by hand is wrapped again by a narrow terminal, and leaves single words on lines.

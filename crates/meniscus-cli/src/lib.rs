@@ -34,6 +34,7 @@ mod inputs;
 mod insert;
 mod kind;
 mod manual;
+#[cfg(feature = "studies")]
 mod outputs;
 #[cfg(feature = "studies")]
 mod people;

@@ -161,13 +161,13 @@ fn inputs(arguments: &Wanted, cache: &Arc<FitCache>, bar: &Bar) -> anyhow::Resul
 
 /// Runs one discovery.
 fn one(arguments: &Wanted) -> anyhow::Result<()> {
+    let bar = Bar::new(arguments)?;
+    let cache = Arc::new(FitCache::new(&arguments.out.join("fits")));
+    let inputs = inputs(arguments, &cache, &bar)?;
     check_folder(&arguments.out)?;
     if arguments.out.join("verdict.json").exists() {
         eprintln!("the verdict of an earlier run in {} is going to be replaced", arguments.out.display());
     }
-    let bar = Bar::new(arguments)?;
-    let cache = Arc::new(FitCache::new(&arguments.out.join("fits")));
-    let inputs = inputs(arguments, &cache, &bar)?;
     // The fits say how far they are; nothing looks at the flag.
     let _flag = watched_until(format!(
         "no verdict is written; the fits are kept in {}, and the same command continues from them",
