@@ -75,7 +75,7 @@ mod learning_verbs {
 #[cfg(not(feature = "studies"))]
 mod studying_verbs {
     studying!(simulate, "Simulate a moved glass of liquid and record it");
-    studying!(discover, "Identify the effect that is missing between simulation and measurement");
+    studying!(discover, "Identify the effect that a simulation lacks, from measurements");
     studying!(setup, "Measure a glass before the camera and write it down");
     studying!(camera, "Study the surface reader and the camera's faults");
     studying!(record, "Record a camera's images, or convert a recording");

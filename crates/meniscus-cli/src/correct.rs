@@ -29,7 +29,7 @@ use super::stop::{finish, watched_until};
 /// frames.csv) need --setup, which has the position of the camera. One correction takes one kind.
 #[derive(clap::Args, Debug)]
 #[command(
-    after_help = "Examples:\n  meniscus correct --recordings one.mcap two.mcap --setup glass.toml --out mine.blob\n  meniscus simulate --liquid water --motion strokes:1x0.25 \\\n    --motion strokes:2x0.25 --seconds 4 --out water\n  meniscus correct --recordings water --out water.blob"
+    after_help = "Examples:\n  meniscus correct --recordings one.mcap two.mcap \\\n    --setup glass.toml --out mine.blob\n  meniscus simulate --liquid water --motion strokes:1x0.25 \\\n    --motion strokes:2x0.25 --seconds 4 --out water\n  meniscus correct --recordings water --out water.blob"
 )]
 pub(crate) struct Arguments {
     /// Recordings of the new liquid: files, or a folder for all of its *.safetensors.

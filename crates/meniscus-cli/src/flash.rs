@@ -8,7 +8,7 @@ use meniscus_service::flash::{Folder, boot, flash, rehearse, sibling};
 use serde_json::json;
 use std::path::PathBuf;
 
-/// Write a model to one of a board's two slots, safe against power loss.
+/// Write a model to a board's spare slot, safe against power loss.
 ///
 /// TARGET is the folder with the slots, on the board or where its disk is mounted. The slot that boots stays as it is. The new
 /// model goes into the other slot, is read back, and is made the one that boots by a single rename. If it is damaged at a

@@ -36,7 +36,7 @@ use std::sync::{Arc, Mutex};
     allow_negative_numbers = true,
     args_conflicts_with_subcommands = true,
     subcommand_negates_reqs = true,
-    after_help = "Examples:\n  meniscus simulate --list\n  meniscus simulate --liquid glycerine --motion strokes:7 --out strokes-7.safetensors\n  meniscus simulate --motion table.csv --seconds 4 --out mine.safetensors\n  meniscus simulate --motion jolts:1 --effect wall_slip=0.002 \\\n    --camera images --out slip.safetensors"
+    after_help = "Examples:\n  meniscus simulate --list\n  meniscus simulate --motion strokes:7 --out strokes-7.safetensors\n  meniscus simulate --motion table.csv --seconds 4 --out mine.safetensors\n  meniscus simulate --motion jolts:1 --effect wall_slip=0.002 \\\n    --camera images --out slip.safetensors"
 )]
 pub(crate) struct Arguments {
     #[command(subcommand)]

@@ -23,7 +23,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
 
-/// Identify the effect that is missing between simulation and measurement.
+/// Identify the effect that a simulation lacks, from measurements.
 ///
 /// The verdict is an effect with its size and evidence, several ambiguous ones, none, or unknown. The motion must be measured
 /// apart from the camera, by a robot or an IMU. Sizes of effects at the wall can be off by a factor of two (docs/limits.md).

@@ -30,7 +30,7 @@ use usb::BusCamera;
 /// Payload buffers between camera and worker: both streams, four frames deep.
 const BUFFERS: usize = 8;
 
-/// Estimate the liquid in the glass from camera images, 60 times a second.
+/// Estimate the liquid in the glass from camera images at 60 Hz.
 ///
 /// Without options no camera is needed: a simulated D435 looks at a glass of glycerine that the model has never seen. The
 /// estimate is compared with the truth at the end.
