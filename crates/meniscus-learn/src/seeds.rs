@@ -125,7 +125,7 @@ mod tests {
         assert!((spreads[0].deviation - 7.0_f64.sqrt()).abs() < 1e-12);
         assert_eq!((spreads[0].worst, spreads[1].worst), (9.0, 99.0));
         let [mean, sd, worst] = spreads[0].checks();
-        assert!(mean.ok.is_none() && sd.ok.is_none() && worst.missed());
+        assert_eq!([mean.ok, sd.ok, worst.ok], [Some(true), None, Some(false)]);
         assert_eq!(worst.name, "surface_worst");
         let page = markdown(&spreads, &[1, 2, 3], "meniscus train");
         assert!(

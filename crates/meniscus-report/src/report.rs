@@ -155,7 +155,7 @@ mod tests {
             "\n> it holds\n",
             "| one | two\\|2 |\n|---|---:|\n| <td> | 2 |\n",
             "| drift | 2.0000e0 | mm | <= 1 | MISSED |",
-            "| n | not measured | 1 | told | MISSED |",
+            "| n | not measured | 1 | informational |  |",
             "\n![c](c.png)\n",
             "\n![a photograph](only.png)\n",
         ] {
