@@ -29,7 +29,7 @@ const RUN: &[Mistake] = &[
     ("run --faults gremlins:0.1", &["gremlins", "drop"]),
     ("run --view --listen 8060", &["'8060'", "127.0.0.1:8060"]),
     ("run --foxglove 8765", &["'8765'", "ADDRESS:PORT"]),
-    ("run --publish somewhere", &["somewhere", "unix:PATH"]),
+    ("run --publish somewhere", &["somewhere", "write unix:/run/meniscus.sock"]),
     ("run --among nowhere.liquid.json", &["nowhere.liquid.json", "no such file"]),
     ("run --out words.txt", &["--out", "words.txt"]),
     ("run --turns words.txt/x.csv", &["cannot make the folder of words.txt/x.csv"]),

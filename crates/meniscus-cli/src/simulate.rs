@@ -42,7 +42,7 @@ pub(crate) struct Arguments {
     #[command(subcommand)]
     verb: Option<Verb>,
     #[command(flatten)]
-    recording: Option<Wanted>,
+    recording: Wanted,
 }
 
 #[derive(clap::Subcommand)]
@@ -116,10 +116,9 @@ const FINE_MM: f64 = 3.5;
 
 /// Runs the verb.
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
-    match (&arguments.verb, &arguments.recording) {
-        (Some(Verb::Validate(arguments)), _) => validate::run(arguments),
-        (None, Some(wanted)) => make(wanted),
-        (None, None) => bail!("give a motion with --motion and a file with --out, or the verb 'validate'"),
+    match &arguments.verb {
+        Some(Verb::Validate(arguments)) => validate::run(arguments),
+        None => make(&arguments.recording),
     }
 }
 
