@@ -21,7 +21,7 @@ const RUN: &[Mistake] = &[
     ("run --seconds abc", &["'abc'", "--seconds"]),
     ("run --seed -1", &["'-1'", "--seed"]),
     ("run --vieww", &["--vieww", "--view"]),
-    ("rnu", &["rnu", "run"]),
+    ("simulat", &["simulat", "simulate"]),
     ("run --patient --view", &["--patient", "--view"]),
     ("run --service", &["--service is for a camera on a bus"]),
     ("run --truth shipped", &["--truth is for a camera on a bus"]),

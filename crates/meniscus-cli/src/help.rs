@@ -19,7 +19,7 @@ const REST: (&str, &[&str]) = ("More", &["manual", "help"]);
 
 /// Three commands to begin with, and what each does.
 const EXAMPLES: [(&str, &str); 3] = [
-    ("meniscus run --view", "watch a simulated glass in the browser, no camera needed"),
+    ("meniscus run --view", "watch a simulated glass in the browser"),
     ("meniscus doctor", "check your camera and this machine"),
     ("meniscus run --source usb", "watch the glass before a RealSense D435"),
 ];

@@ -19,7 +19,7 @@ use meniscus_report::checks::table;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Hide effects in simulated recordings and count what discovery finds.
+/// Hide effects in simulations and count what discovery finds.
 ///
 /// Glasses of liquid are simulated with an effect switched on, seen through the simulated camera (2 mm depth noise, holes), and
 /// given to discovery under neutral names. The answers are in a file that it never opens. Clean glasses, effects that the library
