@@ -27,7 +27,7 @@ fn embedding_obstacle(effect: &Active) -> Option<&'static str> {
         return Some("it is a matter of clocks: put the times of pictures or motion right instead");
     }
     if port.tilt_share != 0.0 || port.lift_share != 0.0 {
-        return Some("a board is told no inclination and no vertical motion that it could have a share of");
+        return Some("a board receives no inclination and no vertical motion that it could take a share of");
     }
     None
 }

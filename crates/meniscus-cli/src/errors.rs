@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-/// What the system says, and what a person does then.
+/// Messages of the system, each with its remedy.
 const REMEDIES: [(&str, &str); 6] = [
     ("No such file or directory (os error 2)", "there is no such file"),
     ("File exists (os error 17)", "a file has the name of this folder; choose another name"),

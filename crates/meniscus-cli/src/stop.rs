@@ -24,7 +24,7 @@ static OUTPUTS: Mutex<()> = Mutex::new(());
 /// Whether the outputs are being written or are there.
 static FINISHED: AtomicBool = AtomicBool::new(false);
 
-/// What an interrupted verb keeps, for its last line.
+/// Results that an interrupted verb keeps, for its last line.
 static KEPT: Mutex<String> = Mutex::new(String::new());
 
 /// Watches Ctrl-C from here on; the flag is raised by the first, and the second ends the command.

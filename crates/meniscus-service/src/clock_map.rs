@@ -7,9 +7,9 @@
 //! ```
 //!
 //! The smallest `a - c` of late is `o + l`: its lower envelope, which rises by 100 ppm between two frames that touch it, so
-//! that it follows a clock that drifts (quartz clocks differ by 20 to 50 ppm). `l` cannot be seen from here. A frame leaves
-//! a rolling-shutter camera at least half an exposure after the middle of it, and within two frame intervals if nothing
-//! queues; `l` is taken as uniform in between. Its spread of 9.6 ms is most of the stated uncertainty.
+//! that it follows a clock that drifts by up to that much. `l` cannot be observed from here, and nobody has measured it on a
+//! D435 for us. It is assumed to be uniform between 0 and two frame intervals. Its standard deviation of 9.6 ms is most of
+//! the stated uncertainty.
 
 use meniscus::runtime::output::HostTime;
 use meniscus::units::{FRAME_INTERVAL_S, Micros};

@@ -121,7 +121,7 @@ mod tests {
             (
                 "a/file.rs",
                 "pub struct Made(u8); impl Made { pub fn new() -> Option<Self> { None } pub fn get(&self) {} }
-                 pub struct Plain { pub x: u8 } impl Plain { pub fn twice(&self) -> Self { todo!() } }
+                 pub struct Plain { pub x: u8 } impl Plain { pub fn twice(&self) -> Self { Self { x: 2 * self.x } } }
                  pub fn act() {} pub fn unexported() {}",
             ),
             ("a/deep.rs", "pub fn below() {} fn private() {} #[cfg(test)] mod tests { pub fn t() {} }"),

@@ -24,7 +24,7 @@ pub(super) fn say_position(config: &RunConfig) {
     }
 }
 
-/// Prints the report in the form that was asked for, then writes it into the --out folder: a disk that has become full
+/// Prints the report as text or JSON, then writes it into the --out folder: a disk that has become full
 /// does not take the summary.
 pub(super) fn print(config: &RunConfig, json: &Value, text: &str) -> anyhow::Result<()> {
     let json = serde_json::to_string_pretty(json)?;

@@ -14,7 +14,7 @@ pub(crate) struct Surroundings<'a> {
     pub(crate) images: &'a [Particle],
     /// Slip length at the walls, m.
     pub(crate) slip_m: f64,
-    /// What each particle sees of its neighbours, as in [`Forces::rate`](crate::forces::Forces::rate).
+    /// Rates of each particle from its neighbours, as in [`Forces::rate`](crate::forces::Forces::rate).
     pub(crate) rate: &'a [[f64; 3]],
     /// The glass.
     pub(crate) glass: &'a Glass,
