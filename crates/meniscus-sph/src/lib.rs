@@ -83,14 +83,15 @@ pub use output::{Particles, record, record_particles, record_surfaces};
 pub use setup::{Error, Setup};
 
 use effects::{Acting, Laws, motion_with};
-use forces::Forces;
+use forces::{Forces, Friction};
 use frame::Body;
+use integration::Stages;
 use meniscus::units::GRAVITY_M_S2;
 use meniscus_data::liquids::Liquid;
 use meniscus_data::motion::Kinematics;
 use meniscus_data::recording::Glass;
 use particles::{Box3, Fluid, Neighbours, Particle};
-use setup::{Packing, SOUND_M_S, check, fitting_spacing, kernel, longest_step};
+use setup::{Packing, SOUND_M_S, check, fitting_spacing, kernel, longest_step, thick};
 use walls::Walls;
 
 /// Skin of the neighbour lists in units of the spacing.
@@ -111,6 +112,8 @@ pub struct Simulator {
     shell: Packing,
     lists: Neighbours,
     forces: Forces,
+    /// Friction in stages, where the liquid is too thick for an explicit step.
+    stages: Stages,
     dt: f64,
     longest_step: f64,
     time: f64,
@@ -158,7 +161,8 @@ impl Simulator {
         let edge = glass.radius_m.max(glass.radius_at(glass.rim_m)) + support;
         let space = Box3 { low: [-edge, -edge, -support], high: [edge, edge, glass.rim_m + support] };
         let lists = Neighbours::new(&fluid.particle, &[], space, support, SKIN * spacing_m);
-        let forces = Forces::new(kernel, SOUND_M_S, rest, fluid.mass.len());
+        let mut forces = Forces::new(kernel, SOUND_M_S, rest, fluid.mass.len());
+        forces.friction = thick(&kernel, setup).then(Friction::default);
         let longest_step = setup.step_s.unwrap_or_else(|| longest_step(&kernel, setup));
         let mut simulator = Self {
             dt: longest_step,
@@ -174,6 +178,7 @@ impl Simulator {
             shell: Packing::wall(&glass, spacing_m),
             lists,
             forces,
+            stages: Stages::default(),
             time: 0.0,
             body,
             gravity: body.uniform,
@@ -210,6 +215,9 @@ impl Simulator {
         }
         self.work = 0.0;
         self.work = closure(&self.energy());
+        // A liquid at rest is at its thickest: the first forces give it the viscosity of this flow.
+        self.accelerate(&Kinematics::default());
+        self.thin();
         self.accelerate(&Kinematics::default());
     }
 

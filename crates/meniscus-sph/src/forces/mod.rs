@@ -4,7 +4,10 @@
 //! ([`crate::walls`]).
 
 mod continuity;
+mod friction;
 mod momentum;
+
+pub(crate) use friction::{Friction, Vectors};
 
 use crate::corrections::{Corrected, Gradients, Moments, NOISE, PositionDensity, completion};
 use crate::frame::Body;
@@ -35,6 +38,8 @@ pub(crate) struct Forces {
     pub(super) position_density: PositionDensity,
     /// `c_i mu_i`, Pa s.
     drag: Vec<f64>,
+    /// Friction of a liquid that is too thick for an explicit step.
+    pub(crate) friction: Option<Friction>,
     /// Volume strain rate 1/s, diffusive density rate kg/m3/s, and `3/c_i`.
     pub(crate) rate: Vec<[f64; 3]>,
     /// Force N (3), dissipated power W, squared shear rate 1/s2.
@@ -56,6 +61,7 @@ impl Forces {
             corrected: Corrected::new(particles),
             position_density: PositionDensity::new(particles),
             drag: vec![0.0; particles],
+            friction: None,
             rate: vec![[0.0, 0.0, 3.0]; particles],
             force: vec![[0.0; 5]; particles],
         }
@@ -122,9 +128,13 @@ impl Forces {
             drag: &self.drag,
             gradients: &self.gradients,
             noise: jitters.then_some(noise),
+            rubs: f64::from(u8::from(self.friction.is_none())),
             soft: 0.01 * self.kernel.h * self.kernel.h,
         };
         lists.sum(&mut self.force_buffers, &mut self.force, &pairs);
+        if let Some(friction) = &mut self.friction {
+            friction.form(&pairs, &liquid.mass);
+        }
         for (force, [_, _, seen]) in self.force.iter_mut().zip(&self.rate) {
             force[4] *= completion(*seen);
         }

@@ -20,7 +20,7 @@ use crate::particles::{Kernel, Neighbours, Particle};
 use crate::walls::Walls;
 
 /// The factor of the viscous pair force in three dimensions, 2 (d + 2).
-const K: f64 = 10.0;
+pub(super) const K: f64 = 10.0;
 
 /// Inputs of the sums.
 pub(super) struct Momentum<'a> {
@@ -35,6 +35,8 @@ pub(super) struct Momentum<'a> {
     pub(super) gradients: &'a Gradients,
     /// Viscosity for what is not smooth, Pa s, where some particle has less than this of its own.
     pub(super) noise: Option<f64>,
+    /// 1 where friction acts here, 0 where [`Friction`](super::Friction) has it.
+    pub(super) rubs: f64,
     /// `0.01 h^2`, m2.
     pub(super) soft: f64,
 }
@@ -77,7 +79,7 @@ impl Momentum<'_> {
             let dot = dot(&near.slower(&a.v, k), &d);
             let f = self.kernel.slope(r2);
             let (both, inverse) = (a.volume * near.volume[k] * f, 1.0 / (r2 + self.soft));
-            let rub = K * (0.5 * (drag + drags[k])) * dot * inverse + jitter[k];
+            let rub = self.rubs * K * (0.5 * (drag + drags[k])) * dot * inverse + jitter[k];
             let heat = -0.5 * both * rub * dot;
             let shear = -0.5 * K * f * dot * dot * inverse;
             let q = row(pressure, k);
@@ -126,7 +128,7 @@ impl Momentum<'_> {
             let own_speed = dot(&a.v, &d);
             let dot_v = own_speed - dot(&row(rubbing, k), &d);
             let sliding = dot_v / (r2 + self.soft);
-            let rub = both * K * drag * sliding;
+            let rub = self.rubs * both * K * drag * sliding;
             let (press, image) = (times(p, &d), times(&row(pressure, k), &d));
             let x = rub * d[0] - both * (press[0] + image[0]);
             let y = rub * d[1] - both * (press[1] + image[1]);

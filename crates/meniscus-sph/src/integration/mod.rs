@@ -2,6 +2,8 @@
 
 mod energy;
 mod settle;
+mod stages;
 mod step;
 
 pub use energy::{closure, relative_closure};
+pub(crate) use stages::{MOST, Stages, reach};

@@ -14,6 +14,7 @@ use crate::particles::{Fluid, IMAGE_SKIN};
 use crate::walls::hold;
 use crate::{Error, SKIN, Simulator};
 use meniscus_data::motion::Kinematics;
+use rayon::prelude::*;
 
 impl Simulator {
     /// Advances by one step; `acceleration` gives the acceleration of the glass along x at a time.
@@ -43,6 +44,7 @@ impl Simulator {
         self.remember();
         self.accelerate(&motion(self.time));
         self.gain_heat();
+        self.thin();
         self.kick();
         Ok(())
     }
@@ -54,13 +56,16 @@ impl Simulator {
         self.reflect(&self.body.clone());
         let slip_m = self.slip_m();
         self.walls.rub(&self.glass, &self.fluid, slip_m);
+        if self.forces.friction.is_some() {
+            self.walls.map(&self.glass, &self.fluid, slip_m);
+        }
         self.forces.forces(&self.lists, &self.fluid, &mut self.walls, &self.glass, self.dt);
         self.forces.accelerations(&mut self.fluid, &self.body);
         self.turning.clear();
         if self.body.turns() {
             self.turning.extend(self.fluid.particle.iter().map(|p| self.body.turning(&p.x, &p.v)));
         }
-        let Self { acting, glass, spacing_m, lists, walls, forces, fluid, .. } = self;
+        let Self { acting, glass, spacing_m, lists, walls, forces, fluid, stages, dt, .. } = self;
         for (a, [_, a_x, a_y]) in fluid.acceleration.iter_mut().zip(&forces.pressed) {
             a[0] += a_x;
             a[1] += a_y;
@@ -76,6 +81,9 @@ impl Simulator {
             spacing_m: *spacing_m,
         };
         acting.push(&around, fluid);
+        if let Some(friction) = &mut forces.friction {
+            stages.rub(*dt, friction, lists, walls, fluid);
+        }
     }
 
     /// Lets the effects remember a full step: stresses, springs, heat.
@@ -116,6 +124,9 @@ impl Simulator {
     /// Half a step of velocity; the work of the moving glass is booked as the kick does it.
     fn kick(&mut self) {
         let half = 0.5 * self.dt;
+        if self.forces.friction.is_some() {
+            self.stages.warm(half, &mut self.fluid);
+        }
         let Fluid { particle, acceleration, mass, .. } = &mut self.fluid;
         let mut momentum = [0.0; 3];
         let mut turned = 0.0;
@@ -161,14 +172,20 @@ impl Simulator {
         }
     }
 
-    /// Viscous heating over a full step, and the viscosity at the new rate of shear.
+    /// Viscous heating over a full step.
     fn gain_heat(&mut self) {
-        let Fluid { mass, heat, viscosity, .. } = &mut self.fluid;
-        for (((heat, m), f), mu) in heat.iter_mut().zip(mass).zip(&self.forces.force).zip(viscosity) {
+        let Fluid { mass, heat, .. } = &mut self.fluid;
+        for ((heat, m), f) in heat.iter_mut().zip(mass).zip(&self.forces.force) {
             *heat += self.dt * f[3] / *m;
-            if !self.liquid.rheology.is_newtonian() {
-                *mu = self.liquid.rheology.viscosity(f[4].max(0.0).sqrt());
-            }
+        }
+    }
+
+    /// The viscosity at the last rate of shear.
+    pub(crate) fn thin(&mut self) {
+        let rheology = self.liquid.rheology;
+        if !rheology.is_newtonian() {
+            let parts = self.fluid.viscosity.par_iter_mut().zip(&self.forces.force).with_min_len(256);
+            parts.for_each(|(mu, f)| *mu = rheology.viscosity(f[4].max(0.0).sqrt()));
         }
     }
 

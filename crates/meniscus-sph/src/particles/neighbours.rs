@@ -27,7 +27,12 @@ pub(crate) struct Rows {
 impl Rows {
     /// Entries of row `i`.
     pub(crate) fn row(&self, i: usize) -> &[u32] {
-        &self.entry[self.start[i] as usize..self.start[i + 1] as usize]
+        &self.entry[self.range(i)]
+    }
+
+    /// Where the entries of row `i` are among all.
+    pub(crate) fn range(&self, i: usize) -> Range<usize> {
+        self.start[i] as usize..self.start[i + 1] as usize
     }
 
     fn begin(&mut self) {

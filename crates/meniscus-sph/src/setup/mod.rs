@@ -5,6 +5,7 @@ mod packing;
 pub(crate) use packing::{Packing, fitting_spacing};
 
 use crate::effects::{self, Laws, glass_with, liquid_with, rise_m};
+use crate::integration::{MOST, reach};
 use crate::particles::{Kernel, SMOOTHING};
 use meniscus_data::effects::Effects;
 use meniscus_data::liquids::Liquid;
@@ -18,6 +19,9 @@ const COURANT: f64 = 0.8;
 
 /// Longest step as a part of the viscous limit `h^2 / nu`.
 const VISCOUS: f64 = 0.08;
+
+/// `lambda h^2/nu` of [`Friction`](crate::forces::Friction) at a free surface; 23 in the bulk.
+const FASTEST: f64 = 70.0;
 
 /// Why a simulation could not start or go on.
 #[derive(Debug, PartialEq)]
@@ -118,11 +122,26 @@ pub(crate) fn kernel(setup: &Setup) -> Kernel {
 
 /// The longest step allowed by sound, by viscosity and by the effects of a resolved setup, s.
 pub(crate) fn longest_step(kernel: &Kernel, setup: &Setup) -> f64 {
-    let density = setup.liquid.density_kg_m3;
-    let nu = setup.liquid.rheology.largest() / density;
-    let viscous = if nu > 0.0 { VISCOUS * kernel.h * kernel.h / nu } else { f64::INFINITY };
-    let effects = effects::longest_step(&Laws::of(&setup.effects), &setup.glass, density);
-    viscous.min(COURANT * kernel.h / SOUND_M_S).min(effects)
+    let viscous =
+        if thick(kernel, setup) { reach(MOST) / FASTEST * spreading_s(kernel, setup) } else { f64::INFINITY };
+    let effects = effects::longest_step(&Laws::of(&setup.effects), &setup.glass, setup.liquid.density_kg_m3);
+    viscous.min(sound_step(kernel)).min(effects)
+}
+
+/// Whether the friction of a resolved setup would need shorter explicit steps than sound, and is done in stages.
+pub(crate) fn thick(kernel: &Kernel, setup: &Setup) -> bool {
+    VISCOUS * spreading_s(kernel, setup) < sound_step(kernel)
+}
+
+/// `h^2/nu` at the largest viscosity, s.
+fn spreading_s(kernel: &Kernel, setup: &Setup) -> f64 {
+    let nu = setup.liquid.rheology.largest() / setup.liquid.density_kg_m3;
+    if nu > 0.0 { kernel.h * kernel.h / nu } else { f64::INFINITY }
+}
+
+/// The longest step that sound allows, s.
+fn sound_step(kernel: &Kernel) -> f64 {
+    COURANT * kernel.h / SOUND_M_S
 }
 
 /// Whether a resolved setup can be simulated.

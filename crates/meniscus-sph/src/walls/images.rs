@@ -55,6 +55,67 @@ struct Origin {
     bottom: bool,
 }
 
+impl Origin {
+    /// The velocity `v` behind the walls that mirror it, the side wall with the outward normal `n`.
+    fn mirror(self, n: &[f64; 3], v: &[f64; 3]) -> [f64; 3] {
+        let mut out = *v;
+        if self.side {
+            let normal: f64 = n.iter().zip(v).map(|(n, v)| n * v).sum();
+            for (out, n) in out.iter_mut().zip(n) {
+                *out -= 2.0 * normal * n;
+            }
+        }
+        if self.bottom {
+            out[2] = -out[2];
+        }
+        out
+    }
+}
+
+/// What friction sees of one image.
+struct Behind {
+    /// Cosine and sine of the azimuth, and the radius of the image over that of its original, less 1.
+    around: Option<[f64; 3]>,
+    /// Share by which the liquid sticks.
+    stuck: f64,
+    /// `stuck f`.
+    odd: f64,
+}
+
+impl Behind {
+    /// For the image of `origin` at `image_radius` m from the axis; `[slip length, half the frequency of the first mode]`.
+    fn new(
+        glass: &Glass,
+        liquid: &Fluid,
+        origin: &Origin,
+        image_radius: f64,
+        [slip_m, half_omega]: [f64; 2],
+    ) -> Self {
+        let i = origin.particle as usize;
+        let x = &liquid.particle[i].x;
+        let mut distance = x[2];
+        let around = origin.side.then(|| {
+            distance = to_side(glass, x).0;
+            let r = radius(x);
+            [x[0] / r, x[1] / r, image_radius / r - 1.0]
+        });
+        let stuck = stick(slip_m, distance);
+        let layers = distance.max(0.0) * (half_omega * liquid.density[i] / liquid.viscosity[i]).sqrt();
+        Self { around, stuck, odd: stuck * behind(layers) }
+    }
+
+    /// The velocity that friction sees of an original that moves with `v` and is mirrored to `image`.
+    fn velocity(&self, v: &[f64; 3], image: &[f64; 3]) -> [f64; 3] {
+        let mut shear_free = *image;
+        if let Some([cos, sin, farther]) = self.around {
+            let around = farther * (v[1] * cos - v[0] * sin);
+            shear_free[0] -= around * sin;
+            shear_free[1] += around * cos;
+        }
+        std::array::from_fn(|k| (1.0 - self.stuck) * shear_free[k] - self.odd * v[k])
+    }
+}
+
 /// The images of the liquid.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Walls {
@@ -65,6 +126,8 @@ pub(crate) struct Walls {
     pub(crate) rubbing: Vec<[f64; 3]>,
     /// `p L` of the images (see `corrected`), Pa.
     pub(crate) pressure: Vec<Symmetric>,
+    /// From the velocity of an original to that of its image as friction sees it, by rows.
+    maps: Vec<[[f64; 3]; 3]>,
 }
 
 impl Walls {
@@ -91,16 +154,17 @@ impl Walls {
             *image = *original;
             if origin.side {
                 let (y, n) = to_side(glass, &original.x);
-                let normal: f64 = n.iter().zip(original.v).map(|(n, v)| n * v).sum();
-                for ((x, v), n) in image.x.iter_mut().zip(&mut image.v).zip(n) {
+                image.v = origin.mirror(&n, &original.v);
+                for (x, n) in image.x.iter_mut().zip(n) {
                     *x += 2.0 * y * n;
-                    *v -= 2.0 * normal * n;
                 }
                 image.volume *= radius(&image.x) / radius(&original.x);
             }
             if origin.bottom {
                 image.x[2] = -image.x[2];
-                image.v[2] = -image.v[2];
+                if !origin.side {
+                    image.v[2] = -image.v[2];
+                }
             }
             let [g_x, g_y, g_z] = body.still(&image.x);
             let [_, a_x, a_y] = pressed.get(origin.particle as usize).copied().unwrap_or_default();
@@ -116,23 +180,43 @@ impl Walls {
         let half_omega = 0.5 * first_mode(glass);
         let images = rubbing.par_iter_mut().zip(&*image).zip(&*origin).with_min_len(256);
         images.for_each(|((rubbing, image), origin)| {
-            let i = origin.particle as usize;
-            let Particle { x, v, .. } = &liquid.particle[i];
-            let mut shear_free = image.v;
-            let mut distance = x[2];
-            if origin.side {
-                distance = to_side(glass, x).0;
-                let r = radius(x);
-                let (cos, sin) = (x[0] / r, x[1] / r);
-                let around = (radius(&image.x) / r - 1.0) * (v[1] * cos - v[0] * sin);
-                shear_free[0] -= around * sin;
-                shear_free[1] += around * cos;
-            }
-            let stuck = stick(slip_m, distance);
-            let layers = distance.max(0.0) * (half_omega * liquid.density[i] / liquid.viscosity[i]).sqrt();
-            let odd = stuck * behind(layers);
-            *rubbing = std::array::from_fn(|k| (1.0 - stuck) * shear_free[k] - odd * v[k]);
+            let original = &liquid.particle[origin.particle as usize];
+            let behind = Behind::new(glass, liquid, origin, radius(&image.x), [slip_m, half_omega]);
+            *rubbing = behind.velocity(&original.v, &image.v);
         });
+    }
+
+    /// Finds the linear map from the velocity of an original to that of its image as friction sees it, for [`Self::rubbed`].
+    pub(crate) fn map(&mut self, glass: &Glass, liquid: &Fluid, slip_m: f64) {
+        let Self { origin, image, maps, .. } = self;
+        let half_omega = 0.5 * first_mode(glass);
+        let images = image.par_iter().zip(&*origin).with_min_len(256);
+        let found = images.map(|(image, origin)| {
+            let original = &liquid.particle[origin.particle as usize];
+            let behind = Behind::new(glass, liquid, origin, radius(&image.x), [slip_m, half_omega]);
+            let n = to_side(glass, &original.x).1;
+            let columns = [0, 1, 2].map(|axis| {
+                let v: [f64; 3] = std::array::from_fn(|k| f64::from(u8::from(k == axis)));
+                behind.velocity(&v, &origin.mirror(&n, &v))
+            });
+            std::array::from_fn(|row| std::array::from_fn(|column| columns[column][row]))
+        });
+        found.collect_into_vec(maps);
+    }
+
+    /// Fills `out` with the velocities of the images, as friction sees them, of originals that move with `v`.
+    pub(crate) fn rubbed(&self, v: &[[f64; 3]], out: &mut Vec<[f64; 3]>) {
+        out.clear();
+        out.extend(self.origin.iter().zip(&self.maps).map(|(origin, map)| {
+            let v = &v[origin.particle as usize];
+            map.map(|row| row[0] * v[0] + row[1] * v[1] + row[2] * v[2])
+        }));
+    }
+
+    /// Largest speed of image `w`, as friction sees it, over that of its original.
+    pub(crate) fn share(&self, w: usize) -> f64 {
+        let rows = self.maps[w].iter().map(|row| row.iter().map(|x| x.abs()).sum());
+        rows.fold(0.0, f64::max)
     }
 
     /// Fills `pressure` with `L` of the particles: `L` is mirrored with its particle.

@@ -1,0 +1,282 @@
+//! A step of friction in stages, as long as the step of sound, however thick the liquid is.
+//!
+//! ```text
+//! v' = a + A v        over dt, from v_0,   a all other accelerations,   A of `forces::friction`
+//!
+//! w = 4/(s^2 + s - 2),   b_0 = b_1 = b_2 = 1/3,   b_j = (j^2 + j - 2)/(2 j (j + 1)),   a_j = 1 - b_j
+//! Y_0 = v_0,   Y_1 = Y_0 + b_1 w dt Y_0'
+//! Y_j = mu_j Y_(j-1) + nu_j Y_(j-2) + (1 - mu_j - nu_j) Y_0 + w mu_j dt (Y_(j-1)' - a_(j-1) Y_0')
+//! mu_j = (2j - 1)/j b_j/b_(j-1),   nu_j = -(j - 1)/j b_j/b_(j-2)
+//! ```
+//! Runge-Kutta-Legendre stages of second order (Meyer, Balsara and Aslam 2014, J. Comput. Phys. 257, 594): `s` of them are stable
+//! up to `dt = (s^2 + s - 2)/(2 lambda)`, where as many explicit steps reach `2 s/lambda`. No system has to be solved, so that nothing hangs
+//! on a tolerance, and where friction balances the other forces every stage stands still, so that a liquid that creeps or rests
+//! does so as with short steps.
+//!
+//! The step in time kicks from `v(t - dt/2)` to `v(t + dt/2)`: what the stages reach, less `v(t - dt/2)`, over `dt`, is the
+//! acceleration `k` of that kick. What its friction `k - a` takes from the kinetic energy is booked as heat by each half of the kick,
+//! ```text
+//! heat = -dt/2 sum_i m_i (k - a)_i.(v + dt/4 k)_i
+//! ```
+//! and shared among the particles as the pairs dissipate at the mean of both velocities.
+
+use crate::forces::{Friction, Vectors};
+use crate::particles::{Fluid, Neighbours};
+use crate::walls::Walls;
+
+/// Stages of a step after which a liquid gets shorter steps instead.
+pub(crate) const MOST: f64 = 24.0;
+
+/// Part of the bound of stability that is used.
+const SAFE: f64 = 0.95;
+
+/// Memory of the stages.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Stages {
+    start: Vec<[f64; 3]>,
+    rate: Vec<[f64; 3]>,
+    before: Vec<[f64; 3]>,
+    last: Vec<[f64; 3]>,
+    slope: Vec<[f64; 3]>,
+    /// Mean acceleration by friction over the kick, m/s2.
+    friction: Vec<[f64; 3]>,
+    /// Part of the heat of the friction that a kilogram of each particle gains, 1/kg.
+    shares: Vec<f64>,
+}
+
+/// Factors of stage `j` after the first.
+struct Factors {
+    last: f64,
+    before: f64,
+    rate: f64,
+    first_rate: f64,
+}
+
+/// `b_j`.
+fn b(j: usize) -> f64 {
+    let j = j.max(2) as f64;
+    (j * j + j - 2.0) / (2.0 * j * (j + 1.0))
+}
+
+impl Factors {
+    fn of(j: usize, weight: f64) -> Self {
+        let n = j as f64;
+        let last = (2.0 * n - 1.0) / n * b(j) / b(j - 1);
+        let rate = weight * last;
+        Self { last, before: (1.0 - n) / n * b(j) / b(j - 2), rate, first_rate: -(1.0 - b(j - 1)) * rate }
+    }
+}
+
+/// Longest step over which `stages` of them are stable, in units of `1/lambda`.
+pub(crate) fn reach(stages: f64) -> f64 {
+    SAFE * 0.5 * (stages * stages + stages - 2.0)
+}
+
+/// The stages that a step of `steps/lambda` needs, at least 2: [`reach`] turned around.
+fn needed(steps: f64) -> usize {
+    (0.5 * ((9.0 + 8.0 * steps / SAFE).sqrt() - 1.0)).ceil().max(2.0) as usize
+}
+
+impl Stages {
+    /// Adds the mean acceleration by friction over the kick of `dt` to the accelerations of `fluid`, which hold all others.
+    pub(crate) fn rub(
+        &mut self,
+        dt: f64,
+        friction: &mut Friction,
+        lists: &Neighbours,
+        walls: &Walls,
+        fluid: &mut Fluid,
+    ) {
+        let stages = needed(dt * friction.largest_rate());
+        let s = stages as f64;
+        let weight = 4.0 / (s * s + s - 2.0);
+        let Self { start, rate, before, last, slope, friction: pull, shares } = self;
+        start.clear();
+        start.extend(fluid.particle.iter().map(|p| p.v));
+        let mut act = |v: &Vectors, out: &mut Vec<[f64; 3]>| {
+            let parts = friction.act(lists, walls, v).iter().zip(&fluid.mass).zip(&fluid.acceleration);
+            out.clear();
+            out.extend(parts.map(|((f, m), a)| -> [f64; 3] { std::array::from_fn(|k| a[k] + f[k] / m) }));
+        };
+        act(start, rate);
+        before.clone_from(start);
+        let first = b(1) * weight * dt;
+        last.clear();
+        last.extend(
+            start
+                .iter()
+                .zip(&*rate)
+                .map(|(v, r)| -> [f64; 3] { std::array::from_fn(|k| v[k] + first * r[k]) }),
+        );
+        for j in 2..=stages {
+            let f = Factors::of(j, weight);
+            act(last, slope);
+            let rest = 1.0 - f.last - f.before;
+            let parts = before.iter_mut().zip(&*last).zip(&*slope).zip(start.iter().zip(&*rate));
+            for (((before, last), slope), (start, rate)) in parts {
+                for k in 0..3 {
+                    before[k] = f.last * last[k]
+                        + f.before * before[k]
+                        + rest * start[k]
+                        + dt * (f.rate * slope[k] + f.first_rate * rate[k]);
+                }
+            }
+            std::mem::swap(before, last);
+        }
+        pull.clear();
+        let parts = fluid.acceleration.iter_mut().zip(start.iter().zip(&*last));
+        for (mean, (a, (start, last))) in before.iter_mut().zip(parts) {
+            let kick: [f64; 3] = std::array::from_fn(|k| (last[k] - start[k]) / dt);
+            *mean = std::array::from_fn(|k| 0.5 * (start[k] + last[k]));
+            pull.push(std::array::from_fn(|k| kick[k] - a[k]));
+            *a = kick;
+        }
+        let power = friction.act(lists, walls, before);
+        let whole: f64 = power.iter().map(|f| f[3]).sum();
+        let all: f64 = fluid.mass.iter().sum();
+        shares.clear();
+        // At rest nothing dissipates, and what is booked is nothing but rounding.
+        shares.extend(
+            power.iter().zip(&fluid.mass).map(
+                |(f, m)| {
+                    if whole > 0.0 { f[3] / (whole * m) } else { 1.0 / all }
+                },
+            ),
+        );
+    }
+
+    /// Books the heat of half a kick that the liquid is about to take, for `half` a step.
+    pub(crate) fn warm(&self, half: f64, fluid: &mut Fluid) {
+        let Fluid { particle, mass, heat, acceleration, .. } = fluid;
+        let parts = particle.iter().zip(&*mass).zip(&*acceleration).zip(&self.friction);
+        let power = parts
+            .map(|(((p, m), a), f)| m * (0..3).map(|k| f[k] * (p.v[k] + 0.5 * half * a[k])).sum::<f64>());
+        let taken = -half * power.sum::<f64>();
+        for (heat, share) in heat.iter_mut().zip(&self.shares) {
+            *heat += taken * share;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::validate::Mode;
+    use crate::{Setup, Simulator, closure};
+    use meniscus_data::effects::Effects;
+    use meniscus_data::liquids::{Liquid, Rheology};
+    use meniscus_data::motion::Kinematics;
+    use meniscus_data::recording::Glass;
+
+    /// A small glass of a liquid with a yield stress.
+    fn plastic() -> Setup {
+        let liquid = Liquid {
+            name: "x".into(),
+            density_kg_m3: 1261.0,
+            rheology: Rheology { consistency: 0.2, index: 1.0, yield_stress: 3.0, largest: 60.0 },
+            effects: Effects::default(),
+        };
+        Setup {
+            glass: Glass { radius_m: 0.035, fill_m: 0.035, rim_m: 0.06, taper: 0.0 },
+            liquid,
+            spacing_m: 0.007,
+            seed: 0,
+            no_slip: true,
+            effects: Effects::default(),
+            step_s: None,
+        }
+    }
+
+    #[test]
+    fn stages_follow_the_exponential_and_stand_where_forces_balance() {
+        // y' = -y lambda from 1, scalar: the same recurrence with numbers.
+        let end = |steps: f64, source: f64| {
+            let stages = needed(steps);
+            let s = stages as f64;
+            let weight = 4.0 / (s * s + s - 2.0);
+            let slope = |y: f64| source - steps * y;
+            let (start, first) = (1.0, slope(1.0));
+            let (mut before, mut last) = (start, start + b(1) * weight * first);
+            for j in 2..=stages {
+                let f = Factors::of(j, weight);
+                let rest = 1.0 - f.last - f.before;
+                let next = f.last * last + f.before * before + rest * start;
+                (before, last) = (last, next + f.rate * slope(last) + f.first_rate * first);
+            }
+            last
+        };
+        for steps in [0.01, 0.1, 0.3_f64] {
+            let error = end(steps, 0.0) - (-steps).exp();
+            assert!(error.abs() < steps.powi(3), "{error} at {steps}");
+        }
+        for steps in [1.0, 10.0, 100.0, 1000.0] {
+            assert!((0.0..0.75).contains(&end(steps, 0.0)), "{} at {steps}", end(steps, 0.0));
+            assert!((end(steps, steps) - 1.0).abs() < 1e-12, "a balance is kept at {steps}");
+        }
+    }
+
+    #[test]
+    fn the_operator_is_the_friction_of_the_momentum_sum_and_no_faster_than_its_bound() {
+        let mut simulator = Simulator::new(&plastic()).expect("the glass settles");
+        let mode = Mode::first(simulator.glass);
+        simulator.set_velocity(|x| mode.velocity(x).map(|v| 0.1 * v));
+        let Simulator { forces, lists, walls, fluid, glass, .. } = &mut simulator;
+        let mut friction = forces.friction.take().expect("this liquid is thick");
+        let without = forces.force.clone();
+        forces.forces(lists, fluid, walls, glass, 0.0);
+        let v: Vec<[f64; 3]> = fluid.particle.iter().map(|p| p.v).collect();
+        let found = friction.act(lists, walls, &v).to_vec();
+        let largest = found.iter().map(|f| f[0].abs()).fold(0.0, f64::max);
+        for ((found, with), without) in found.iter().zip(&forces.force).zip(&without) {
+            for k in 0..4 {
+                let due = with[k] - without[k];
+                assert!((found[k] - due).abs() < 1e-9 * largest, "{} for {due}, number {k}", found[k]);
+            }
+        }
+        // The largest rate by power iteration.
+        let mut v: Vec<[f64; 3]> =
+            (0..v.len()).map(|i| [0, 1, 2].map(|k| (7.3 * i as f64 + f64::from(k)).sin())).collect();
+        let mut rate = 0.0;
+        for _ in 0..200 {
+            let size = v.iter().flatten().map(|v| v * v).sum::<f64>().sqrt();
+            v.iter_mut().flatten().for_each(|v| *v /= size);
+            let next = friction.act(lists, walls, &v).iter().zip(&fluid.mass);
+            v = next.map(|(f, m)| [-f[0] / m, -f[1] / m, -f[2] / m]).collect();
+            rate = v.iter().flatten().map(|v| v * v).sum::<f64>().sqrt();
+        }
+        let bound = friction.largest_rate();
+        println!("{rate} 1/s of at most {bound}");
+        assert!(rate < bound && rate > 0.3 * bound, "{rate} 1/s of at most {bound}");
+    }
+
+    #[test]
+    fn long_steps_in_stages_ring_as_short_explicit_ones_do() {
+        let end = |staged: bool| {
+            let mut simulator = Simulator::new(&plastic()).expect("the glass settles");
+            let mode = Mode::first(simulator.glass);
+            if !staged {
+                simulator.forces.friction = None;
+                simulator.dt *= 0.1;
+            }
+            simulator.set_velocity(|x| mode.velocity(x).map(|v| 0.3 * v));
+            let start = simulator.energy().kinetic;
+            let mut series = Vec::new();
+            while simulator.time_s() < 0.12 {
+                simulator.step_moving(|_| Kinematics::default()).expect("it stays in the glass");
+                series.push((simulator.time_s(), simulator.energy().kinetic / start));
+            }
+            (series, closure(&simulator.energy()) / start)
+        };
+        let (long, books) = end(true);
+        let (short, _) = end(false);
+        assert!(long.len() * 9 < short.len(), "{} and {} steps", long.len(), short.len());
+        let mut worst = 0.0_f64;
+        for (t, kinetic) in &long {
+            let near = short.partition_point(|(at, _)| at < t).min(short.len() - 1);
+            worst = worst.max((kinetic.sqrt() - short[near].1.sqrt()).abs());
+        }
+        println!("{worst} of the first speed apart; books off by {books}");
+        assert!(worst < 0.02, "speeds are {worst} of the first apart");
+        assert!(books.abs() < 1e-3, "the books are off by {books}");
+    }
+}
