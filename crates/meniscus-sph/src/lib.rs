@@ -92,7 +92,7 @@ use meniscus_data::motion::Kinematics;
 use meniscus_data::recording::Glass;
 use particles::{Box3, Fluid, Neighbours, Particle};
 use setup::{Packing, SOUND_M_S, check, fitting_spacing, kernel, longest_step, thick};
-use walls::Walls;
+use walls::{Sticking, Walls};
 
 /// Skin of the neighbour lists in units of the spacing.
 const SKIN: f64 = 0.15;
@@ -105,7 +105,7 @@ pub struct Simulator {
     laws: Laws,
     acting: Acting,
     spacing_m: f64,
-    no_slip: bool,
+    sticking: Sticking,
     fluid: Fluid,
     walls: Walls,
     /// Positions and volumes of the glass around the liquid, for the finder of the surface.
@@ -164,6 +164,10 @@ impl Simulator {
         let mut forces = Forces::new(kernel, SOUND_M_S, rest, fluid.mass.len());
         forces.friction = thick(&kernel, setup).then(Friction::default);
         let longest_step = setup.step_s.unwrap_or_else(|| longest_step(&kernel, setup));
+        let slip_m = if setup.no_slip { laws.slip_m } else { f64::INFINITY };
+        let sticking = Sticking::new(&glass, slip_m, |omega| {
+            laws.relaxation.map_or([0.0; 2], |relaxation| relaxation.viscosity(omega))
+        });
         let mut simulator = Self {
             dt: longest_step,
             longest_step,
@@ -172,7 +176,7 @@ impl Simulator {
             laws,
             acting: Acting::default(),
             spacing_m,
-            no_slip: setup.no_slip,
+            sticking,
             fluid,
             walls: Walls::default(),
             shell: Packing::wall(&glass, spacing_m),

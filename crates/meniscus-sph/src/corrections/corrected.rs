@@ -71,7 +71,7 @@ mod tests {
     use crate::forces::Forces;
     use crate::frame::Body;
     use crate::particles::{Box3, Fluid, Kernel, Neighbours};
-    use crate::walls::Walls;
+    use crate::walls::{Sticking, Walls};
     use meniscus_data::motion::Kinematics;
     use meniscus_data::recording::Glass;
 
@@ -95,9 +95,10 @@ mod tests {
         let lists = Neighbours::new(&fluid.particle, &[], Box3 { low: [-1.0; 3], high: [8.0; 3] }, 2.8, 0.1);
         let mut forces = Forces::new(Kernel::new(1.4), 7.0, 1.0, 343);
         let mut walls = Walls::default();
-        forces.forces(&lists, &fluid, &mut walls, &GLASS, 1e-4);
+        let sticking = Sticking::new(&GLASS, 0.0, |_| [0.0; 2]);
+        forces.forces(&lists, &fluid, &mut walls, &GLASS, sticking, 1e-4);
         forces.density_rates(&lists, &fluid, &walls, &Body::of(&Kinematics::default()));
-        forces.forces(&lists, &fluid, &mut walls, &GLASS, 1e-4);
+        forces.forces(&lists, &fluid, &mut walls, &GLASS, sticking, 1e-4);
         (fluid, forces)
     }
 

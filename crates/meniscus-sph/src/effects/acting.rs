@@ -1,23 +1,23 @@
 //! The effects that act by forces of their own, with what they remember.
 
-use super::columns::{Coefficients, Columns, DEGREE};
-use super::contact_line::{ContactLine, EDGE, SECTORS, Wall};
+use super::columns::Columns;
+use super::contact_line::{ContactLine, SECTORS, Wall};
 use super::foam::Foam;
 use super::laws::Laws;
 use super::surface_tension::Tension;
 use super::surroundings::Surroundings;
 use super::viscoelastic::Maxwell;
+use super::waves::Coefficients;
 use crate::particles::Fluid;
 use meniscus_data::recording::Glass;
 
-/// Highest wave number that the polynomials of the surface resolve, times the radius.
-const FINEST: f64 = 10.0;
+/// Highest wave number of the waves of the surface, times the radius.
+const FINEST: f64 = 8.6;
 
 /// Effects on the free surface.
 #[derive(Clone, Debug)]
 struct Surface {
     columns: Columns,
-    edge: Columns,
     wall: Wall,
     tension: Option<Tension>,
     line: Option<ContactLine>,
@@ -32,7 +32,7 @@ impl Surface {
     /// Finds the force along the wall for a step `dt` from the present state; returns its heat, J, where
     /// something rubs there.
     fn rub(&mut self, dt: f64, fluid: &Fluid) -> Option<f64> {
-        let Self { edge: columns, wall, line, foam, held, .. } = self;
+        let Self { columns, wall, line, foam, held, .. } = self;
         if line.is_none() && foam.is_none() {
             return None;
         }
@@ -82,17 +82,16 @@ pub(crate) fn longest_step(laws: &Laws, glass: &Glass, density: f64) -> f64 {
 }
 
 impl Acting {
-    /// The effects that act on a liquid at rest; `None` where the surface cannot be resolved.
-    pub(crate) fn on(laws: &Laws, glass: &Glass, rest_density: f64, fluid: &Fluid) -> Option<Self> {
+    /// The effects that act on a liquid at rest.
+    pub(crate) fn on(laws: &Laws, glass: &Glass, rest_density: f64, fluid: &Fluid) -> Self {
         let Laws { tension_n_m: tension, line, foam, relaxation, .. } = *laws;
         let surface = if tension.is_some() || line.is_some() || foam.is_some() {
             let radius_m = glass.radius_at(glass.fill_m);
-            let columns = |degree| Columns::new(radius_m, rest_density, fluid, degree);
+            let columns = Columns::new(radius_m, rest_density, fluid);
             Some(Surface {
-                columns: columns(DEGREE)?,
-                edge: columns(EDGE)?,
-                wall: Wall::new(radius_m),
-                tension: tension.map(|sigma| Tension::new(sigma, radius_m)),
+                wall: Wall::new(radius_m, &columns.waves),
+                tension: tension.map(|sigma| Tension::new(sigma, radius_m, &columns.waves)),
+                columns,
                 line: line.map(ContactLine::new),
                 foam: foam.map(|beta| Foam { beta }),
                 area_j: 0.0,
@@ -102,7 +101,12 @@ impl Acting {
             None
         };
         let maxwell = relaxation.map(|relaxation| Maxwell::new(relaxation, fluid.mass.len()));
-        Some(Self { surface, maxwell })
+        Self { surface, maxwell }
+    }
+
+    /// Whether the particles carry a stress of their own.
+    pub(crate) fn is_elastic(&self) -> bool {
+        self.maxwell.is_some()
     }
 
     /// Advances what the effects remember by `dt`, at the present places and velocities; books heat.
@@ -121,14 +125,11 @@ impl Acting {
         let Some(surface) = &mut self.surface else { return };
         let mut q = Coefficients::zeros();
         surface.wall.press(&surface.held, &mut q);
-        let mut pressure = surface.edge.pressure(&q);
         if let Some(tension) = &surface.tension {
             surface.columns.follow(fluid);
-            q.fill(0.0);
             surface.area_j = tension.pull(&surface.columns.height, &mut q);
-            pressure += surface.columns.pressure(&q);
         }
-        surface.columns.push(&pressure, fluid, pressed);
+        surface.columns.push(&surface.columns.pressure(&q), fluid, pressed);
     }
 
     /// Adds the accelerations that other effects cause.
@@ -186,8 +187,8 @@ mod tests {
         let mode = Mode::first(glass);
         simulator.set_velocity(|x| mode.velocity(x).map(|v| 0.1 * v));
         let surface = simulator.acting.surface.as_mut().expect("it acts on the surface");
-        surface.edge.follow(&simulator.fluid);
-        let v = surface.wall.velocity(&surface.edge.rate);
+        surface.columns.follow(&simulator.fluid);
+        let v = surface.wall.velocity(&surface.columns.rate);
         let sectors = v.len() as f64;
         for (s, v) in v.iter().enumerate() {
             let cos = (std::f64::consts::TAU * (s as f64 + 0.5) / sectors).cos();

@@ -33,6 +33,15 @@ pub(crate) struct Relaxation {
     pub(crate) time_s: f64,
 }
 
+impl Relaxation {
+    /// Returns the dissipating and the storing part of the viscosity `G lambda/(1 + i w lambda)` at `omega` rad/s, Pa s.
+    pub(crate) fn viscosity(&self, omega: f64) -> [f64; 2] {
+        let turn = omega * self.time_s;
+        let lost = self.modulus_pa * self.time_s / (1.0 + turn * turn);
+        [lost, turn * lost]
+    }
+}
+
 /// Numbers of the laws that are on.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Laws {

@@ -6,7 +6,8 @@
 //! | `laws` | (all) | from the list of effects to the simulator's numbers |
 //! | `rheology` | viscosity, shear_thinning, yield_stress | the liquid's stress |
 //! | `walls::slip` | wall_slip | friction at the wall |
-//! | `columns` | (shared by the next three) | heights of the surface as sums over particles |
+//! | `waves` | (shared by the next four) | standing waves of the surface |
+//! | `columns` | (shared by the next three) | heights of those waves as sums over particles |
 //! | `surface_tension` | surface_tension | stored energy of the surface's area |
 //! | `contact_line` | contact_line, pinned_line | spring and friction along the wall |
 //! | `foam` | foam | friction along the wall |
@@ -27,6 +28,7 @@ mod rheology;
 mod surface_tension;
 mod surroundings;
 mod viscoelastic;
+pub(crate) mod waves;
 
 pub(crate) use acting::{Acting, longest_step};
 pub(crate) use glass::{glass_with, motion_with, rise_m};

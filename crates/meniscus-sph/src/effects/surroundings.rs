@@ -1,6 +1,7 @@
 //! The simulator around the liquid: neighbours, walls and glass, lent to an effect that acts by a force of its own.
 
-use crate::particles::{Kernel, Neighbours, Particle};
+use crate::particles::{Kernel, Neighbours};
+use crate::walls::{Sticking, Walls};
 use meniscus_data::recording::Glass;
 
 /// The simulator around the liquid, as an effect needs it.
@@ -11,9 +12,9 @@ pub(crate) struct Surroundings<'a> {
     /// The lists of neighbours.
     pub(crate) lists: &'a Neighbours,
     /// The images in the walls.
-    pub(crate) images: &'a [Particle],
-    /// Slip length at the walls, m.
-    pub(crate) slip_m: f64,
+    pub(crate) walls: &'a Walls,
+    /// How the liquid sticks to them.
+    pub(crate) sticking: Sticking,
     /// Rates of each particle from its neighbours, as in [`Forces::rate`](crate::forces::Forces::rate).
     pub(crate) rate: &'a [[f64; 3]],
     /// The glass.

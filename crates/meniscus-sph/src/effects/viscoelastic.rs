@@ -14,8 +14,13 @@
 //! sum_i v_i.m_i a_i = -sum_i V_i S_i:L_i
 //! ```
 //! with `c_i` of `corrections::completion`, which makes up for the neighbours that a free surface lacks,
-//! so that the liquid loses exactly what the stress takes up. A partner in the wall has `v_w = -v_i` and
-//! `S_w = S_i`, times the `stick` of `walls::slip`. The relaxation is implicit:
+//! so that the liquid loses exactly what the stress takes up. An image `w` in the wall continues the profile of the particles
+//! behind it: it moves with `B_w` times the velocity of its original `o`, `-1` where the liquid sticks (see `walls`), and gives back to it
+//! what it takes:
+//! ```text
+//! L_i += c_i V_w (B_w v_o - v_i) (x) F x,    m_i a_i += V_i V_w c_i S_i F x,    m_o a_o -= B_w^T V_i V_w c_i S_i F x
+//! ```
+//! The relaxation is implicit:
 //! ```text
 //! S <- [ S + dt (2 G D + W S - S W) ] / (1 + dt/lambda)
 //! ```
@@ -24,9 +29,9 @@
 use super::laws::Relaxation;
 use super::surroundings::Surroundings;
 use crate::corrections::completion;
-use crate::particles::{CHUNKS, Fluid, distance2};
-use crate::walls::stick;
-use nalgebra::Matrix3;
+use crate::particles::{CHUNKS, Fluid, Particle, distance2};
+use crate::walls::Map;
+use nalgebra::{Matrix3, Vector3};
 use rayon::prelude::*;
 
 /// The Maxwell branch.
@@ -39,6 +44,10 @@ pub(super) struct Maxwell {
     gradient_buffers: Vec<Vec<[f64; 9]>>,
     force: Vec<[f64; 3]>,
     force_buffers: Vec<Vec<[f64; 3]>>,
+    /// From the velocities of the originals to those of their images.
+    maps: Vec<Map>,
+    /// Velocities of the images, m/s.
+    behind: Vec<[f64; 3]>,
 }
 
 impl Maxwell {
@@ -53,13 +62,18 @@ impl Maxwell {
             gradient_buffers: vec![Vec::new(); CHUNKS],
             force: vec![[0.0; 3]; particles],
             force_buffers: vec![Vec::new(); CHUNKS],
+            maps: Vec::new(),
+            behind: Vec::new(),
         }
     }
 
     /// Advances the stress by `dt` under the present velocities and books its heat.
     pub(super) fn advance(&mut self, dt: f64, around: &Surroundings<'_>, fluid: &mut Fluid) {
-        let Surroundings { kernel, lists, images, slip_m, rate, glass, .. } = *around;
+        let Surroundings { kernel, lists, walls, sticking, rate, glass, .. } = *around;
         let particle = &fluid.particle;
+        walls.map(glass, fluid, sticking.straight(), &mut self.maps);
+        walls.mapped(&self.maps, |i| particle[i].v, &mut self.behind);
+        let behind = &self.behind;
         lists.sum(&mut self.gradient_buffers, &mut self.gradient, &|i: usize, out: &mut [[f64; 9]]| {
             let a = &particle[i];
             let mut own = [0.0; 9];
@@ -76,13 +90,12 @@ impl Maxwell {
                     }
                 }
             }
-            let stuck = stick(slip_m, glass.wall_distance(&a.x));
             for &w in lists.wall.row(i) {
-                let b = &images[w as usize];
-                let f = -2.0 * stuck * b.volume * kernel.slope(distance2(&a.x, &b.x));
+                let (b, u) = (&walls.image[w as usize], &behind[w as usize]);
+                let f = b.volume * kernel.slope(distance2(&a.x, &b.x));
                 for row in 0..3 {
                     for column in 0..3 {
-                        own[3 * row + column] += f * a.v[row] * (a.x[column] - b.x[column]);
+                        own[3 * row + column] += f * (u[row] - a.v[row]) * (a.x[column] - b.x[column]);
                     }
                 }
             }
@@ -113,9 +126,10 @@ impl Maxwell {
 
     /// Adds the accelerations that the stress causes.
     pub(super) fn push(&mut self, around: &Surroundings<'_>, fluid: &mut Fluid) {
-        let Surroundings { kernel, lists, images, slip_m, rate, glass, .. } = *around;
+        let Surroundings { kernel, lists, walls, sticking, rate, glass, .. } = *around;
+        walls.map(glass, fluid, sticking.straight(), &mut self.maps);
         let Fluid { particle, mass, acceleration, .. } = fluid;
-        let (particle, stress) = (&*particle, &self.stress);
+        let (particle, stress, maps) = (&*particle, &self.stress, &self.maps);
         let c = |i: usize| completion(rate[i][2]);
         lists.sum(&mut self.force_buffers, &mut self.force, &|i: usize, out: &mut [[f64; 3]]| {
             let a = &particle[i];
@@ -133,14 +147,28 @@ impl Maxwell {
                 let push = add(f, stress[i] * c(i) + stress[j as usize] * c(j as usize), apart(&b.x));
                 out[j as usize].iter_mut().zip(push).for_each(|(o, p)| *o -= p);
             }
-            let stuck = stick(slip_m, glass.wall_distance(&a.x));
             for &w in lists.wall.row(i) {
-                let b = &images[w as usize];
-                let f = 2.0 * stuck * a.volume * b.volume * kernel.slope(distance2(&a.x, &b.x));
+                let b = &walls.image[w as usize];
+                let f = a.volume * b.volume * kernel.slope(distance2(&a.x, &b.x));
                 add(f, stress[i] * c(i), apart(&b.x));
             }
             out[i].iter_mut().zip(own).for_each(|(o, s)| *o += s);
         });
+        // What the images take, their originals get: image by image over the particles that see it.
+        let seers = lists.wall.transposed(walls.image.len());
+        let taken = |(w, b): (usize, &Particle)| {
+            let mut sum = Vector3::zeros();
+            for &i in seers.row(w) {
+                let (i, a) = (i as usize, &particle[i as usize]);
+                let f = a.volume * b.volume * kernel.slope(distance2(&a.x, &b.x));
+                sum += stress[i] * (Vector3::from(a.x) - Vector3::from(b.x)) * (f * c(i));
+            }
+            (walls.original(w), (Matrix3::from(maps[w]) * sum).into())
+        };
+        let taken: Vec<(usize, [f64; 3])> = walls.image.par_iter().enumerate().map(taken).collect();
+        for (original, force) in taken {
+            self.force[original].iter_mut().zip(force).for_each(|(sum, f)| *sum -= f);
+        }
         for ((a, f), m) in acceleration.iter_mut().zip(&self.force).zip(mass) {
             a.iter_mut().zip(f).for_each(|(a, f)| *a += f / *m);
         }

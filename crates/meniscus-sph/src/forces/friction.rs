@@ -17,7 +17,7 @@
 use super::momentum::Momentum;
 use crate::particles::blocks::{BLOCK, Column, PairSum, add, dot, gather, put, row, scatter, sum};
 use crate::particles::{CHUNKS, Kernel, Neighbours, Particle};
-use crate::walls::Walls;
+use crate::walls::{Map, Walls};
 
 /// Velocities or accelerations of all particles.
 pub(crate) type Vectors = [[f64; 3]];
@@ -36,7 +36,9 @@ pub(crate) struct Friction {
     liquid: Vec<Link>,
     /// One for each listed image of each particle.
     wall: Vec<Link>,
-    /// Velocities of the images as friction sees them, m/s.
+    /// From the velocities of the originals to those of their images.
+    maps: Vec<Map>,
+    /// Velocities of the images, m/s.
     rubbing: Vec<[f64; 3]>,
     buffers: Vec<Vec<[f64; 4]>>,
     /// Force N (3), and the heat of the friction, W.
@@ -49,6 +51,11 @@ impl Friction {
     /// Largest rate at which anything is slowed, 1/s.
     pub(crate) fn largest_rate(&self) -> f64 {
         self.rate
+    }
+
+    /// The maps of the images, to be filled before [`Self::form`].
+    pub(super) fn maps(&mut self) -> &mut Vec<Map> {
+        &mut self.maps
     }
 
     /// Forms the weights of the present places and viscosities.
@@ -68,7 +75,7 @@ impl Friction {
             for &w in lists.wall.row(i) {
                 let link = Link::new(&kernel, soft, drag[i], [a, &walls.image[w as usize]]);
                 self.wall.push(link);
-                link.stiffen(1.0 + walls.share(w as usize), &mut stiffness[i]);
+                link.stiffen(1.0 + share(&self.maps[w as usize]), &mut stiffness[i]);
             }
         }
         self.rate = stiffness.iter().zip(mass).map(|(s, m)| norm(s) / m).fold(0.0, f64::max);
@@ -76,7 +83,7 @@ impl Friction {
 
     /// Returns force (N, 3 numbers) and heat (W) of each particle at the velocities `v`.
     pub(crate) fn act(&mut self, lists: &Neighbours, walls: &Walls, v: &Vectors) -> &[[f64; 4]] {
-        walls.rubbed(v, &mut self.rubbing);
+        walls.mapped(&self.maps, |i| v[i], &mut self.rubbing);
         let Self { liquid, wall, rubbing, buffers, out, .. } = self;
         buffers.resize(CHUNKS, Vec::new());
         out.resize(v.len(), [0.0; 4]);
@@ -100,6 +107,11 @@ impl Link {
         let w = -times * self.weight;
         add(to, &[w * x * x, w * x * y, w * x * z, w * y * y, w * y * z, w * z * z]);
     }
+}
+
+/// Largest speed of an image over that of its original.
+fn share(map: &Map) -> f64 {
+    map.iter().map(|row| row.iter().map(|x| x.abs()).sum()).fold(0.0, f64::max)
 }
 
 /// Largest sum of a row's absolute values: no eigenvalue is larger.

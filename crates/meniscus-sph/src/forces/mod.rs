@@ -12,7 +12,7 @@ pub(crate) use friction::{Friction, Vectors};
 use crate::corrections::{Corrected, Gradients, Moments, NOISE, PositionDensity, completion};
 use crate::frame::Body;
 use crate::particles::{CHUNKS, Fluid, Kernel, Neighbours};
-use crate::walls::Walls;
+use crate::walls::{Sticking, Walls};
 use continuity::{Continuity, DELTA};
 use meniscus_data::recording::Glass;
 use momentum::Momentum;
@@ -101,13 +101,15 @@ impl Forces {
         }
     }
 
-    /// Fills `force` (without the body force) from the present state of the liquid in `glass`, after a step of `dt` seconds.
+    /// Fills `force` (without the body force) from the present state of the liquid in `glass`, to whose walls it sticks as
+    /// `sticking` says, after a step of `dt` seconds.
     pub(crate) fn forces(
         &mut self,
         lists: &Neighbours,
         liquid: &Fluid,
         walls: &mut Walls,
         glass: &Glass,
+        sticking: Sticking,
         dt: f64,
     ) {
         let Fluid { particle, viscosity, .. } = liquid;
@@ -133,6 +135,7 @@ impl Forces {
         };
         lists.sum(&mut self.force_buffers, &mut self.force, &pairs);
         if let Some(friction) = &mut self.friction {
+            walls.map(glass, liquid, sticking, friction.maps());
             friction.form(&pairs, &liquid.mass);
         }
         for (force, [_, _, seen]) in self.force.iter_mut().zip(&self.rate) {

@@ -38,7 +38,8 @@ impl Simulator {
             self.rub((2.0 * (1.0 - step as f64 / resting as f64)).min(1.0));
         }
         self.check_inside()?;
-        self.start()
+        self.start();
+        Ok(())
     }
 
     /// Slows every particle by `strength` times the friction of a still phase.
@@ -52,7 +53,7 @@ impl Simulator {
     }
 
     /// Sets clock, velocities and books to zero and lets the effects act from here.
-    fn start(&mut self) -> Result<(), Error> {
+    fn start(&mut self) {
         for p in &mut self.fluid.particle {
             p.v = [0.0; 3];
         }
@@ -62,9 +63,7 @@ impl Simulator {
         self.work = 0.0;
         self.rest_energy = self.potential();
         let rest_density = self.forces.rest_density;
-        self.acting = Acting::on(&self.laws, &self.glass, rest_density, &self.fluid)
-            .ok_or_else(|| Error::Setup("the surface of this glass cannot carry the effects on it".into()))?;
+        self.acting = Acting::on(&self.laws, &self.glass, rest_density, &self.fluid);
         self.accelerate(&Kinematics::default());
-        Ok(())
     }
 }

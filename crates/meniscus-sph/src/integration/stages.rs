@@ -220,10 +220,10 @@ mod tests {
         let mut simulator = Simulator::new(&plastic()).expect("the glass settles");
         let mode = Mode::first(simulator.glass);
         simulator.set_velocity(|x| mode.velocity(x).map(|v| 0.1 * v));
-        let Simulator { forces, lists, walls, fluid, glass, .. } = &mut simulator;
+        let Simulator { forces, lists, walls, fluid, glass, sticking, .. } = &mut simulator;
         let mut friction = forces.friction.take().expect("this liquid is thick");
         let without = forces.force.clone();
-        forces.forces(lists, fluid, walls, glass, 0.0);
+        forces.forces(lists, fluid, walls, glass, *sticking, 0.0);
         let v: Vec<[f64; 3]> = fluid.particle.iter().map(|p| p.v).collect();
         let found = friction.act(lists, walls, &v).to_vec();
         let largest = found.iter().map(|f| f[0].abs()).fold(0.0, f64::max);

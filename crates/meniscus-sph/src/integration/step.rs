@@ -54,12 +54,9 @@ impl Simulator {
         self.body = Body::of(&motion_with(&self.laws, *motion));
         self.acting.press(&self.fluid, &mut self.forces.pressed);
         self.reflect(&self.body.clone());
-        let slip_m = self.slip_m();
-        self.walls.rub(&self.glass, &self.fluid, slip_m);
-        if self.forces.friction.is_some() {
-            self.walls.map(&self.glass, &self.fluid, slip_m);
-        }
-        self.forces.forces(&self.lists, &self.fluid, &mut self.walls, &self.glass, self.dt);
+        let sticking = self.sticking;
+        self.walls.rub(&self.glass, &self.fluid, sticking);
+        self.forces.forces(&self.lists, &self.fluid, &mut self.walls, &self.glass, sticking, self.dt);
         self.forces.accelerations(&mut self.fluid, &self.body);
         self.turning.clear();
         if self.body.turns() {
@@ -71,15 +68,8 @@ impl Simulator {
             a[1] += a_y;
         }
         let kernel = &forces.kernel;
-        let around = Surroundings {
-            kernel,
-            lists,
-            images: &walls.image,
-            slip_m,
-            rate: &forces.rate,
-            glass,
-            spacing_m: *spacing_m,
-        };
+        let around =
+            Surroundings { kernel, lists, walls, sticking, rate: &forces.rate, glass, spacing_m: *spacing_m };
         acting.push(&around, fluid);
         if let Some(friction) = &mut forces.friction {
             stages.rub(*dt, friction, lists, walls, fluid);
@@ -88,24 +78,15 @@ impl Simulator {
 
     /// Lets the effects remember a full step: stresses, springs, heat.
     fn remember(&mut self) {
-        let slip_m = self.slip_m();
+        if self.acting.is_elastic() {
+            self.reflect(&self.body.clone());
+        }
+        let sticking = self.sticking;
         let Self { acting, glass, spacing_m, lists, walls, forces, fluid, dt, .. } = self;
         let kernel = &forces.kernel;
-        let around = Surroundings {
-            kernel,
-            lists,
-            images: &walls.image,
-            slip_m,
-            rate: &forces.rate,
-            glass,
-            spacing_m: *spacing_m,
-        };
+        let around =
+            Surroundings { kernel, lists, walls, sticking, rate: &forces.rate, glass, spacing_m: *spacing_m };
         acting.advance(*dt, &around, fluid);
-    }
-
-    /// Slip length at the walls, m.
-    fn slip_m(&self) -> f64 {
-        if self.no_slip { self.laws.slip_m } else { f64::INFINITY }
     }
 
     /// Lists who has an image in the walls, makes the images and lists the neighbours.
@@ -118,7 +99,7 @@ impl Simulator {
 
     /// Makes the images of the present state under the body force `body`.
     fn reflect(&mut self, body: &Body) {
-        self.walls.reflect(&self.glass, &self.fluid, body, &self.forces.pressed);
+        self.walls.reflect(&self.glass, &self.fluid, body);
     }
 
     /// Half a step of velocity; the work of the moving glass is booked as the kick does it.

@@ -46,7 +46,7 @@ impl Rows {
     }
 
     /// Which rows name each of `columns` entries.
-    fn transposed(&self, columns: usize) -> Self {
+    pub(crate) fn transposed(&self, columns: usize) -> Self {
         let mut start = vec![0_u32; columns + 1];
         for &e in &self.entry {
             start[e as usize + 1] += 1;

@@ -3,7 +3,7 @@
 //! With `n` the outward normal of the wall:
 //! ```text
 //! place       side  x_g = x + 2 y n,  V_g = V r_g/r      bottom  z_g = -z        corner  both
-//! pressure    p_g = p + rho g.(x_g - x)                  g the body force of the moving frame and of what presses
+//! pressure    p_g = p + rho g.(x_g - x)                  g the body force of the moving frame
 //! no flow     v_g = v - 2 (v.n) n                        what continuity sees
 //! slip        v_s = v_g, azimuthal part times r_g/r      without shear stress
 //! no slip     v_n = -f v                                 delta = sqrt(2 nu/omega_1), f below
@@ -23,7 +23,7 @@
 //! ```text
 //! f = 2 (y/delta)/(1 - e^(-y/delta)) - 1       -> 1 inside the layer,  2 y/delta - 1 outside of it
 //! ```
-//! and `delta` at the first mode: 8.2 mm for glycerine, 0.3 mm for water, which the particles do not see at all. Decay of the
+//! and `1/delta = Re sqrt(i omega_1 rho/eta)` at the first mode, `eta` the viscosity with that of an elastic stress: 8.2 mm for glycerine, 0.3 mm for water, which the particles do not see at all. Decay of the
 //! first mode at 5 mm: glycerine -1.3 %, 0.3 Pa s -9 %, 1 mPa s +0.6 % (a sixth of it the numerical viscosity's). With `-v`
 //! glycerine has -5.4 %, with `-2 v` +3.9 %, and 1 mPa s, by the formula, an eighth of its friction. What flows steadily for longer
 //! than a slosh rubs too much.
@@ -72,6 +72,39 @@ impl Origin {
     }
 }
 
+/// How the liquid sticks to the walls.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Sticking {
+    /// Slip length, m.
+    slip_m: f64,
+    /// Half of the angular frequency of the Stokes layers at the walls, rad/s; zero for straight profiles.
+    half_omega: f64,
+    /// Dissipating and storing part of the viscosity of an elastic stress at that frequency, Pa s.
+    elastic: [f64; 2],
+}
+
+impl Sticking {
+    /// With the Stokes layers of the first mode of `glass`, which friction between pairs needs. An elastic stress of the viscosity
+    /// `elastic(omega)` makes them thicker.
+    pub(crate) fn new(glass: &Glass, slip_m: f64, elastic: impl Fn(f64) -> [f64; 2]) -> Self {
+        let omega = first_mode(glass);
+        Self { slip_m, half_omega: 0.5 * omega, elastic: elastic(omega) }
+    }
+
+    /// With the profile that the particles show, odd across the wall.
+    pub(crate) fn straight(self) -> Self {
+        Self { half_omega: 0.0, ..self }
+    }
+
+    /// The distance `y_m` from the wall in thicknesses of the layer, in a liquid of `density` and `viscosity`:
+    /// `Re sqrt(i omega rho/(a - i b)) = sqrt(omega rho/(2 |a - i b|) (1 - b/|a - i b|))`.
+    fn layers(&self, y_m: f64, density: f64, viscosity: f64) -> f64 {
+        let [lost, stored] = self.elastic;
+        let size = (viscosity + lost).hypot(stored);
+        y_m.max(0.0) * (self.half_omega * density / size * (1.0 - stored / size)).sqrt()
+    }
+}
+
 /// What friction sees of one image.
 struct Behind {
     /// Cosine and sine of the azimuth, and the radius of the image over that of its original, less 1.
@@ -83,14 +116,8 @@ struct Behind {
 }
 
 impl Behind {
-    /// For the image of `origin` at `image_radius` m from the axis; `[slip length, half the frequency of the first mode]`.
-    fn new(
-        glass: &Glass,
-        liquid: &Fluid,
-        origin: &Origin,
-        image_radius: f64,
-        [slip_m, half_omega]: [f64; 2],
-    ) -> Self {
+    /// For the image of `origin` at `image_radius` m from the axis.
+    fn new(glass: &Glass, liquid: &Fluid, origin: &Origin, image_radius: f64, sticking: Sticking) -> Self {
         let i = origin.particle as usize;
         let x = &liquid.particle[i].x;
         let mut distance = x[2];
@@ -99,8 +126,8 @@ impl Behind {
             let r = radius(x);
             [x[0] / r, x[1] / r, image_radius / r - 1.0]
         });
-        let stuck = stick(slip_m, distance);
-        let layers = distance.max(0.0) * (half_omega * liquid.density[i] / liquid.viscosity[i]).sqrt();
+        let stuck = stick(sticking.slip_m, distance);
+        let layers = sticking.layers(distance, liquid.density[i], liquid.viscosity[i]);
         Self { around, stuck, odd: stuck * behind(layers) }
     }
 
@@ -126,9 +153,10 @@ pub(crate) struct Walls {
     pub(crate) rubbing: Vec<[f64; 3]>,
     /// `p L` of the images (see `corrected`), Pa.
     pub(crate) pressure: Vec<Symmetric>,
-    /// From the velocity of an original to that of its image as friction sees it, by rows.
-    maps: Vec<[[f64; 3]; 3]>,
 }
+
+/// A linear map from the velocity of an original to that of its image, by rows.
+pub(crate) type Map = [[f64; 3]; 3];
 
 impl Walls {
     /// Lists the particles nearer to a wall than `reach_m`, whose images can act.
@@ -145,9 +173,8 @@ impl Walls {
         self.rubbing.resize(self.origin.len(), [0.0; 3]);
     }
 
-    /// Makes the images of the present state under the body force `body` and what presses on the
-    /// surface (see [`Forces::pressed`](crate::forces::Forces::pressed)).
-    pub(crate) fn reflect(&mut self, glass: &Glass, liquid: &Fluid, body: &Body, pressed: &[[f64; 3]]) {
+    /// Makes the images of the present state under the body force `body`.
+    pub(crate) fn reflect(&mut self, glass: &Glass, liquid: &Fluid, body: &Body) {
         let images = self.image.par_iter_mut().zip(&self.origin).with_min_len(256);
         images.for_each(|(image, origin)| {
             let original = &liquid.particle[origin.particle as usize];
@@ -167,33 +194,30 @@ impl Walls {
                 }
             }
             let [g_x, g_y, g_z] = body.still(&image.x);
-            let [_, a_x, a_y] = pressed.get(origin.particle as usize).copied().unwrap_or_default();
             let [d_x, d_y, d_z] = [0, 1, 2].map(|k| image.x[k] - original.x[k]);
-            let lift = (g_x + a_x) * d_x + (g_y + a_y) * d_y + g_z * d_z;
+            let lift = g_x * d_x + g_y * d_y + g_z * d_z;
             image.p += liquid.density[origin.particle as usize] * lift;
         });
     }
 
-    /// Gives the images the velocities that friction sees; the liquid slips by `slip_m`.
-    pub(crate) fn rub(&mut self, glass: &Glass, liquid: &Fluid, slip_m: f64) {
+    /// Gives the images the velocities that friction sees where the liquid sticks as `sticking` says.
+    pub(crate) fn rub(&mut self, glass: &Glass, liquid: &Fluid, sticking: Sticking) {
         let Self { origin, image, rubbing, .. } = self;
-        let half_omega = 0.5 * first_mode(glass);
         let images = rubbing.par_iter_mut().zip(&*image).zip(&*origin).with_min_len(256);
         images.for_each(|((rubbing, image), origin)| {
             let original = &liquid.particle[origin.particle as usize];
-            let behind = Behind::new(glass, liquid, origin, radius(&image.x), [slip_m, half_omega]);
+            let behind = Behind::new(glass, liquid, origin, radius(&image.x), sticking);
             *rubbing = behind.velocity(&original.v, &image.v);
         });
     }
 
-    /// Finds the linear map from the velocity of an original to that of its image as friction sees it, for [`Self::rubbed`].
-    pub(crate) fn map(&mut self, glass: &Glass, liquid: &Fluid, slip_m: f64) {
-        let Self { origin, image, maps, .. } = self;
-        let half_omega = 0.5 * first_mode(glass);
-        let images = image.par_iter().zip(&*origin).with_min_len(256);
+    /// Fills `maps` with the linear map from the velocity of each original to that of its image, where the liquid sticks as
+    /// `sticking` says.
+    pub(crate) fn map(&self, glass: &Glass, liquid: &Fluid, sticking: Sticking, maps: &mut Vec<Map>) {
+        let images = self.image.par_iter().zip(&self.origin).with_min_len(256);
         let found = images.map(|(image, origin)| {
             let original = &liquid.particle[origin.particle as usize];
-            let behind = Behind::new(glass, liquid, origin, radius(&image.x), [slip_m, half_omega]);
+            let behind = Behind::new(glass, liquid, origin, radius(&image.x), sticking);
             let n = to_side(glass, &original.x).1;
             let columns = [0, 1, 2].map(|axis| {
                 let v: [f64; 3] = std::array::from_fn(|k| f64::from(u8::from(k == axis)));
@@ -204,19 +228,18 @@ impl Walls {
         found.collect_into_vec(maps);
     }
 
-    /// Fills `out` with the velocities of the images, as friction sees them, of originals that move with `v`.
-    pub(crate) fn rubbed(&self, v: &[[f64; 3]], out: &mut Vec<[f64; 3]>) {
+    /// Fills `out` with the velocities of the images under `maps` of originals that move with `v`.
+    pub(crate) fn mapped(&self, maps: &[Map], v: impl Fn(usize) -> [f64; 3], out: &mut Vec<[f64; 3]>) {
         out.clear();
-        out.extend(self.origin.iter().zip(&self.maps).map(|(origin, map)| {
-            let v = &v[origin.particle as usize];
+        out.extend(self.origin.iter().zip(maps).map(|(origin, map)| {
+            let v = v(origin.particle as usize);
             map.map(|row| row[0] * v[0] + row[1] * v[1] + row[2] * v[2])
         }));
     }
 
-    /// Largest speed of image `w`, as friction sees it, over that of its original.
-    pub(crate) fn share(&self, w: usize) -> f64 {
-        let rows = self.maps[w].iter().map(|row| row.iter().map(|x| x.abs()).sum());
-        rows.fold(0.0, f64::max)
+    /// The original of image `w`.
+    pub(crate) fn original(&self, w: usize) -> usize {
+        self.origin[w].particle as usize
     }
 
     /// Fills `pressure` with `L` of the particles: `L` is mirrored with its particle.

@@ -11,5 +11,4 @@ mod images;
 mod slip;
 
 pub(crate) use hold::hold;
-pub(crate) use images::Walls;
-pub(crate) use slip::stick;
+pub(crate) use images::{Map, Sticking, Walls};

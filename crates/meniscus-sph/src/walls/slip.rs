@@ -15,7 +15,7 @@
 const NEAREST_M: f64 = 1e-4;
 
 /// The share by which liquid at the distance `y_m` sticks to a wall with the slip length `slip_m`.
-pub(crate) fn stick(slip_m: f64, y_m: f64) -> f64 {
+pub(super) fn stick(slip_m: f64, y_m: f64) -> f64 {
     if slip_m.is_finite() {
         let y = y_m.max(NEAREST_M);
         y / (y + slip_m)
