@@ -93,11 +93,11 @@ fn in_version_3(header: Header) -> Vec<u8> {
 
 #[test]
 fn a_blob_of_version_3_loads_with_the_reference_settings() {
-    let header = Header { model_version: 9, known: KnownGroups::NONE, ..support::header() };
+    let header = Header { model_version: 9, stated_known: KnownGroups::NONE, ..support::header() };
     let bytes = AlignedBytes::copy(&in_version_3(header));
     let model = Model::load(&bytes).expect("version 3 is still read");
     assert_eq!(model.header.extension(), Extension::default());
-    assert_eq!(model.header.known, KnownGroups::ALL);
+    assert_eq!(model.header.known(), KnownGroups::ALL);
     assert_eq!(model.header.filter, FilterConfig::REFERENCE);
     assert_eq!(model.header.model_version, 0);
 }
@@ -105,11 +105,11 @@ fn a_blob_of_version_3_loads_with_the_reference_settings() {
 /// Latents after 20 turns of one tilted profile under the filter settings `filter`.
 fn settled(filter: FilterConfig) -> [f64; 13] {
     let known = KnownGroups::NONE.with(FieldGroup::Surface);
-    let header = Header { model_version: 41, known, filter, ..support::header() };
+    let header = Header { model_version: 41, stated_known: known, filter, ..support::header() };
     let bytes = AlignedBytes::copy(&blob(header, &support::parts(1, 0.1)).expect("a blob"));
     assert_eq!(bytes[8], VERSION as u8);
     let model = Model::load(&bytes).expect("a sound blob");
-    assert_eq!((model.header.model_version, model.header.known), (41, known));
+    assert_eq!((model.header.model_version, model.header.known()), (41, known));
     assert_eq!(model.header.filter, filter);
     let profile = SurfaceProfile {
         height_m: std::array::from_fn(|i| 0.07 + 1e-3 * (i as f32 - 10.0)),

@@ -31,7 +31,7 @@ fn header() -> Header {
     let bytes = AlignedBytes::copy(meniscus_shipped::MODEL);
     let header = Model::load(&bytes).expect("the shipped model").header.clone();
     let known = FieldGroup::ALL[..4].iter().copied().fold(KnownGroups::NONE, KnownGroups::with);
-    Header { model_version: 4, known: known.with(FieldGroup::Surface), ..header }
+    Header { model_version: 4, stated_known: known.with(FieldGroup::Surface), ..header }
 }
 
 fn turn(n: u64) -> Turn {
@@ -116,7 +116,7 @@ fn every_reader_gets_whole_records_in_order() {
         let packet = Packet::read(&record(&mut reader).expect("a record")).expect("a packet");
         assert_eq!((packet.number, packet.time, packet.host), (n - 1, Micros(n), Some(HOST)));
         assert_eq!(packet.estimate, turn(n).estimate);
-        assert_eq!((packet.model_version, packet.known), (4, header().known));
+        assert_eq!((packet.model_version, packet.known), (4, header().known()));
     }
     let counters = std::sync::Arc::clone(&outlet.counters);
     drop(outlet);
