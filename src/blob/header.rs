@@ -80,7 +80,7 @@ impl Header {
     #[must_use]
     pub fn corrected(&self) -> bool {
         let (text, mark) = (self.provenance.as_bytes(), BEFORE.as_bytes());
-        text.windows(BEFORE.len()).any(|part| part == mark)
+        (0..text.len()).any(|at| text.get(at..).is_some_and(|rest| rest.starts_with(mark)))
     }
 
     /// Returns the fields that a writer puts behind the header.

@@ -140,7 +140,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
             "{:#}",
             serde_json::json!({
                 "blob": improved.then_some(&arguments.out),
-                "known": validity.names(),
+                "known": improved.then(|| validity.names()),
                 "checks": checks,
                 "looks": corrected.looks,
                 "parameters": how.parameters,

@@ -43,7 +43,7 @@ fn words(group: FieldGroup) -> &'static str {
 
 /// Returns the cause, the groups that are not known, and the remedy.
 fn sentence(header: &Header, unknown: &[&str]) -> String {
-    let cause = if header.corrected() {
+    let cause = if header.corrected() && header.stated_known != KnownGroups::ALL {
         "This model was corrected from the free surface alone."
     } else if header.embedded.is_some() {
         "This model carries an inserted effect, and its decoder is that of the liquid without it."

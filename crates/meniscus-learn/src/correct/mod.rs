@@ -23,6 +23,9 @@
 //!
 //! The intervals of the new blob are widened until they cover the held-out surface (`interval`).
 //!
+//! The free surface does not teach the inside: of another liquid than its own the new blob knows surface and positions
+//! ([`meniscus::blob::KnownGroups::KINEMATICS`]).
+//!
 //! The laws need no guard: they hold for any weights, and the gain is pulled back until its loop is stable.
 
 mod adaptation;
