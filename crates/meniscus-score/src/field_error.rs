@@ -1,10 +1,43 @@
 //! Errors of the full field by group.
 
-use crate::score::{Held, field_of};
 use meniscus::blob::{FieldGroup, Model};
 use meniscus::latent::decoder::STRESS_GROUP;
 use meniscus::runtime::{Estimate, smoothed_stress};
 use meniscus_data::recording::{GROUP_NAMES, Recording, STATE, group_range};
+
+/// Count of the truths that lay within an interval.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Held {
+    inside: u64,
+    all: u64,
+}
+
+impl Held {
+    /// Takes numbers, what was said of them and the half-widths given.
+    pub fn add(&mut self, truth: &[f32], estimate: &[f32], half: &[f32]) {
+        for ((truth, estimate), half) in truth.iter().zip(estimate).zip(half) {
+            self.inside += u64::from((truth - estimate).abs() <= *half);
+            self.all += 1;
+        }
+    }
+
+    /// The share that lay within; NaN of nothing.
+    #[must_use]
+    pub fn share(&self) -> f64 {
+        self.inside as f64 / self.all as f64
+    }
+}
+
+/// The full field of an estimate as the decoder gives it, with the groups that the model does not know.
+///
+/// # Panics
+/// When the model has another number of tracers than a recording.
+pub fn field_of(model: &Model<'_>, estimate: &Estimate, out: &mut [f32]) {
+    assert_eq!(model.field_len(), out.len(), "model and recording have the same tracers");
+    let latent = estimate.latent.map(|x| x as f32);
+    let coefficients = model.decoder.coefficients(&latent, estimate.port);
+    model.decoder.field(&coefficients, estimate.heat_j as f32, out);
+}
 
 /// Error of one field group.
 #[derive(Clone, Copy, Debug)]

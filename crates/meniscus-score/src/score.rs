@@ -8,6 +8,7 @@
 //! The paper's relative error flatters: a flat surface already scores about 2 % mean.
 
 use crate::field_error::{FieldSums, GroupError};
+pub use crate::field_error::{Held, field_of};
 use meniscus::blob::{FieldGroup, KnownGroups, Model};
 use meniscus::runtime::{Estimate, Mode};
 use meniscus::surface::POINTS;
@@ -49,29 +50,6 @@ impl SurfaceError {
     #[must_use]
     pub fn mean(&self) -> f64 {
         self.relative / self.points
-    }
-}
-
-/// Count of the truths that lay within an interval.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Held {
-    inside: u64,
-    all: u64,
-}
-
-impl Held {
-    /// Takes numbers, what was said of them and the half-widths given.
-    pub fn add(&mut self, truth: &[f32], estimate: &[f32], half: &[f32]) {
-        for ((truth, estimate), half) in truth.iter().zip(estimate).zip(half) {
-            self.inside += u64::from((truth - estimate).abs() <= *half);
-            self.all += 1;
-        }
-    }
-
-    /// The share that lay within; NaN of nothing.
-    #[must_use]
-    pub fn share(&self) -> f64 {
-        self.inside as f64 / self.all as f64
     }
 }
 
@@ -166,17 +144,6 @@ pub fn score(
     score.late_sigma = (sums.late[0] / sums.late[1]).sqrt();
     score.field_held = sums.held;
     score
-}
-
-/// The full field of an estimate, as the turn wrote it.
-///
-/// # Panics
-/// When the model has another number of tracers than a recording.
-pub fn field_of(model: &Model<'_>, estimate: &Estimate, out: &mut [f32]) {
-    assert_eq!(model.field_len(), out.len(), "model and recording have the same tracers");
-    let latent = estimate.latent.map(|x| x as f32);
-    let coefficients = model.decoder.coefficients(&latent, estimate.port);
-    model.decoder.field(&coefficients, estimate.heat_j as f32, out);
 }
 
 #[cfg(test)]
