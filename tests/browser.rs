@@ -7,6 +7,8 @@
 
 #[path = "support/chromium.rs"]
 mod chromium;
+#[path = "support/corrected.rs"]
+mod corrected;
 #[path = "support/optional.rs"]
 mod optional;
 #[path = "support/server.rs"]
@@ -86,6 +88,37 @@ fn it_draws_the_liquid_and_everything_beside_it() {
         browser.until(&tab, lively);
         let png = browser.picture(&tab, "");
         std::fs::write(&path, png).expect("the picture is written");
+    }
+    assert!(browser.complaints.is_empty(), "{:?}", browser.complaints);
+}
+
+/// Of a corrected model the page offers what is known, greys out what is not, and says why.
+#[test]
+fn it_greys_out_what_a_corrected_model_does_not_know() {
+    let _one = ONE.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+    let Some(mut browser) = Browser::start("corrected") else { return };
+    let model = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join("browser-corrected.blob");
+    std::fs::write(&model, &*corrected::corrected()).expect("written");
+    let run = Run::start(&["--listen", "127.0.0.1:0", "--model", &model.display().to_string()]);
+    let tab = browser.open(&run.url, DESKTOP);
+    until_tracking(&mut browser, &tab);
+    browser.until(&tab, "document.getElementById('field').selectedOptions[0].textContent === 'displacement'");
+    browser.until(
+        &tab,
+        "[...document.getElementById('field').options].map((o) => o.disabled).join() === 'true,false,true,true,true'",
+    );
+    browser.until(
+        &tab,
+        "!document.getElementById('unknown').hidden && \
+         document.getElementById('unknown').textContent.includes('corrected from the free surface alone. Velocity')",
+    );
+    for (number, canvas) in [("slosh", "energy"), ("heat", "entropy")] {
+        browser.until(&tab, &format!("document.getElementById('{number}').textContent === 'not known'"));
+        browser.until(&tab, &format!("document.getElementById('{canvas}').classList.contains('unknown')"));
+    }
+    browser.until(&tab, "/[0-9] mm/.test(document.getElementById('high').textContent)");
+    if let Some(path) = std::env::var_os("MENISCUS_CORRECTED_PICTURE") {
+        std::fs::write(&path, browser.picture(&tab, "")).expect("the picture is written");
     }
     assert!(browser.complaints.is_empty(), "{:?}", browser.complaints);
 }

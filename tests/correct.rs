@@ -2,7 +2,7 @@
 
 mod slosh;
 
-use meniscus::blob::Model;
+use meniscus::blob::{KnownGroups, Model};
 use meniscus_data::recording::Recording;
 use meniscus_discover::insert::{TrainedLiquid, insert};
 use meniscus_learn::TrainError;
@@ -53,6 +53,12 @@ fn another_liquid_is_learnt_and_the_laws_stay() {
 
     let blob = AlignedBytes::copy(&corrected.blob);
     let model = Model::load(&blob).expect("the camera side takes it");
+    assert!(model.header.corrected());
+    assert_eq!(
+        model.header.known(),
+        KnownGroups::KINEMATICS,
+        "the surface teaches no more of another liquid"
+    );
     for (seen, worst) in [(&learnt, 1e-9), (&own, 1e-9)] {
         for logged in turns(&model, seen) {
             let audit = logged.turn.estimate.audit;
@@ -60,6 +66,14 @@ fn another_liquid_is_learnt_and_the_laws_stay() {
             assert!(audit.energy_residual.abs() < worst, "energy drifted by {}", audit.energy_residual);
         }
     }
+
+    // The same recordings as ones of the model's own liquid: what was known stays known.
+    let parameters = CorrectionParameters { steps: 20, forgetting: 1.0, ..how.parameters.clone() };
+    let own_liquid = go(&Correction { parameters, same_liquid: true, ..how.clone() });
+    assert!(own_liquid.blob != SHIPPED, "something was learnt");
+    let own_liquid = AlignedBytes::copy(&own_liquid.blob);
+    let own_liquid = Model::load(&own_liquid).expect("the camera side takes it");
+    assert_eq!(own_liquid.header.known(), KnownGroups::ALL);
 
     // Nothing may be forgotten at all: then nothing may be learnt that costs anything.
     let parameters = CorrectionParameters { steps: 20, forgetting: -1.0, ..how.parameters };

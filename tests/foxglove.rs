@@ -1,5 +1,9 @@
 //! Foxglove's topics, as a client on its WebSocket and a reader of the file get them.
 
+#[path = "support/corrected.rs"]
+mod corrected;
+
+use corrected::corrected;
 use meniscus::blob::Model;
 use meniscus::runtime::{Estimator, Memory, Turn, TurnInput};
 use meniscus::surface::{Config, Settings, SurfaceProfile};
@@ -51,10 +55,12 @@ fn turn(model: &Model<'_>, memory: &mut Memory, field: &mut [f32], number: u64) 
 
 /// Runs `test` beside a worker that offers a turn every four milliseconds; gives the longest hand-over.
 fn with_turns(foxglove: &Foxglove, test: impl FnOnce() + Send) -> Duration {
-    let bytes =
-        AlignedBytes::read(Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../models/glycerine.blob")));
-    let bytes = bytes.expect("the shipped model");
-    let model = Model::load(&bytes).expect("sound");
+    with_turns_of(&AlignedBytes::copy(meniscus_shipped::MODEL), foxglove, test)
+}
+
+/// The same with the model `bytes`.
+fn with_turns_of(bytes: &AlignedBytes, foxglove: &Foxglove, test: impl FnOnce() + Send) -> Duration {
+    let model = Model::load(bytes).expect("sound");
     let (over, image) = (AtomicBool::new(false), vec![90; 640 * 480]);
     std::thread::scope(|scope| {
         scope.spawn(|| foxglove.show(&model));
@@ -185,6 +191,43 @@ fn a_file_holds_the_same_topics_and_a_torn_one_what_was_before() {
     assert!(books.turns > 20 && books.images > 3, "{books:?}");
     let torn: usize = messages(&bytes[..bytes.len() * 3 / 4]).values().sum();
     assert!(torn > 0 && torn < whole.values().sum(), "{torn} of {whole:?}");
+}
+
+/// Of a corrected model the MCAP file has the positions of the tracers and no other field, and no energies.
+#[test]
+fn a_file_has_no_number_of_an_unknown_group() {
+    let path = file("corrected.mcap");
+    let foxglove = Foxglove::open(config(), None, Some(&path)).expect("it opens");
+    with_turns_of(&corrected(), &foxglove, || std::thread::sleep(Duration::from_millis(500)));
+    foxglove.close().expect("it closes");
+    let bytes = std::fs::read(&path).expect("the file");
+    let (mut clouds, mut estimates) = (0, 0);
+    for message in
+        mcap::MessageStream::new(&bytes).expect("it is MCAP").map(|message| message.expect("whole"))
+    {
+        match message.channel.topic.as_str() {
+            "/liquid/tracers" => {
+                let has = |name: &str| message.data.windows(name.len()).any(|part| part == name.as_bytes());
+                for name in ["speed", "pressure", "shear"] {
+                    assert!(!has(name), "a cloud with {name}");
+                }
+                // Three numbers a tracer, and the names of the three fields.
+                assert!((2134 * 12..2134 * 12 + 500).contains(&message.data.len()), "{}", message.data.len());
+                clouds += 1;
+            }
+            "/liquid/estimate" => {
+                let estimate: Value = serde_json::from_slice(&message.data).expect("JSON");
+                assert_eq!(estimate["known"], json!(["q", "surface"]));
+                assert!(estimate["unknown"].as_str().is_some_and(|why| why.contains("meniscus train")));
+                for name in ["slosh_energy", "heat", "work", "produced"] {
+                    assert!(estimate[name].is_null(), "{name}: {}", estimate[name]);
+                }
+                estimates += 1;
+            }
+            _ => {}
+        }
+    }
+    assert!(clouds > 5 && estimates > 5, "{clouds} clouds, {estimates} estimates");
 }
 
 #[test]

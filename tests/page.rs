@@ -5,6 +5,10 @@
 #[allow(dead_code, reason = "each test takes what it needs of it")]
 mod server;
 
+#[path = "support/corrected.rs"]
+mod corrected;
+
+use corrected::corrected;
 use meniscus::blob::Model;
 use meniscus::runtime::{Estimator, Memory, Turn, TurnInput};
 use meniscus::surface::{Config, SurfaceProfile};
@@ -43,10 +47,18 @@ fn turn(model: &Model<'_>, memory: &mut Memory, field: &mut [f32], number: u64) 
     TimedTurn { latency_us: 900, turn_us: 800, ..TimedTurn::untimed(turn) }
 }
 
-/// Runs `test` against an open page that is fed a turn every four milliseconds; gives the longest hand-over.
+/// Runs `test` against an open page of the shipped model.
 fn with_page(token: Option<Token>, test: impl FnOnce(SocketAddr, &Page) + Send) -> Duration {
-    let bytes = blob();
-    let model = Model::load(&bytes).expect("sound");
+    with_page_of(&blob(), token, test)
+}
+
+/// Runs `test` against an open page of the model `bytes` that is fed a turn every four milliseconds; gives the longest hand-over.
+fn with_page_of(
+    bytes: &AlignedBytes,
+    token: Option<Token>,
+    test: impl FnOnce(SocketAddr, &Page) + Send,
+) -> Duration {
+    let model = Model::load(bytes).expect("sound");
     let config = Config::new(meniscus::surface::Settings::default()).expect("sound");
     let page = Page::open(&model, config, "a test", LOOPBACK.into(), token).expect("it opens");
     let (address, over) = (page.address(), AtomicBool::new(false));
@@ -204,6 +216,40 @@ fn decode(bases: &[u8], frame: &[u8]) -> Vec<f32> {
     }
     assert_eq!(coefficient, frame.len(), "every coefficient was used");
     field
+}
+
+/// Of a corrected model the page gets positions and heights, a sentence about the rest, and no number of it.
+#[test]
+fn the_page_gets_no_number_of_an_unknown_group() {
+    with_page_of(&corrected(), None, |address, _| {
+        let bases = http_body(address, "/model");
+        let length = u32::from_le_bytes(bases[..4].try_into().expect("four bytes")) as usize;
+        let facts: Value = serde_json::from_slice(&bases[4..4 + length]).expect("JSON");
+        assert_eq!(facts["known"], serde_json::json!(["q", "surface"]));
+        let sentence = facts["unknown"].as_str().expect("a sentence");
+        assert!(sentence.contains("Velocity, internal energy, normal stress and shear stress are not known"));
+        for group in facts["groups"].as_array().expect("groups") {
+            let known = group["name"] == "q";
+            let empty = group["rank"] == 0 && group["numbers"] == 0;
+            assert_eq!((group["known"] == true, !empty), (known, known), "{group}");
+        }
+        let mut socket = viewer(address, "/live").expect("let in");
+        taken(&mut socket, 0, 60);
+        let (_, frame) = frame(&mut socket).expect("a frame");
+        let names = facts["numbers"].as_array().expect("names");
+        let number = |name: &str| {
+            let place = 16 + 8 * names.iter().position(|one| one == name).expect("it travels");
+            f64::from_le_bytes(frame[place..place + 8].try_into().expect("eight bytes"))
+        };
+        let unknown =
+            ["v_half", "e_half", "sigma_half", "tau_half", "slosh_j", "heat_j", "step_heat", "step_work"];
+        for name in unknown {
+            assert!(number(name).is_nan(), "{name} is {}", number(name));
+        }
+        assert!(number("q_half").is_finite() && number("energy_residual").is_finite());
+        // The positions of 2134 tracers, from the coefficients that came.
+        assert_eq!(decode(&bases, &frame).len(), 3 * 2134);
+    });
 }
 
 /// One viewer never says that it took anything, one is quick; the hand-over comes back at once each time.

@@ -31,7 +31,7 @@ fn header() -> Header {
     let bytes = AlignedBytes::copy(meniscus_shipped::MODEL);
     let header = Model::load(&bytes).expect("the shipped model").header.clone();
     let known = FieldGroup::ALL[..4].iter().copied().fold(KnownGroups::NONE, KnownGroups::with);
-    Header { model_version: 4, known: known.with(FieldGroup::Surface), ..header }
+    Header { model_version: 4, stated_known: known.with(FieldGroup::Surface), ..header }
 }
 
 fn turn(n: u64) -> Turn {
@@ -113,10 +113,13 @@ fn every_reader_gets_whole_records_in_order() {
         hand(&mut outlet, n, &[]);
         let length = udp.recv(&mut datagram).expect("a datagram in time");
         assert_eq!(Packet::read(&datagram[..length]).expect("a packet").time, Micros(n));
-        let packet = Packet::read(&record(&mut reader).expect("a record")).expect("a packet");
+        let mut packet = Packet::read(&record(&mut reader).expect("a record")).expect("a packet");
         assert_eq!((packet.number, packet.time, packet.host), (n - 1, Micros(n), Some(HOST)));
+        // The shear stresses belong to another liquid.
+        let half = std::mem::take(&mut packet.estimate.interval.field[4]);
+        assert!(half.is_nan(), "{half}");
         assert_eq!(packet.estimate, turn(n).estimate);
-        assert_eq!((packet.model_version, packet.known), (4, header().known));
+        assert_eq!((packet.model_version, packet.known), (4, header().known()));
     }
     let counters = std::sync::Arc::clone(&outlet.counters);
     drop(outlet);
@@ -161,6 +164,45 @@ fn a_slow_reader_holds_up_nobody() {
         }
     }
     drop((outlet, idle));
+    publisher.finish();
+}
+
+/// Of a corrected model the socket has positions and heights; the packet says which groups, and its other half-widths and
+/// energies are not numbers.
+#[test]
+fn the_socket_has_no_number_of_an_unknown_group() {
+    let path = socket("corrected");
+    let header = Header { stated_known: KnownGroups::KINEMATICS, ..header() };
+    let (mut outlet, publisher) =
+        Publisher::start(&[Destination::Unix(path.clone())], &header, 1000.0, FIELD).expect("it opens");
+    let mut reader = reader(&path);
+    let field: Vec<f32> = (0..FIELD).map(|k| k as f32).collect();
+    let (mut fields, mut n) = (0, 0);
+    while fields < 3 {
+        n += 1;
+        assert!(n <= 40_000, "{fields} fields came");
+        hand(&mut outlet, n, &field);
+        loop {
+            let bytes = record(&mut reader).expect("a record");
+            if bytes[0] == FIELD_KIND {
+                let frame: FieldFrame = postcard::from_bytes(&bytes).expect("a field");
+                assert_eq!(frame.groups, KnownGroups::KINEMATICS);
+                assert_eq!(frame.field, field[..FIELD / 13 * 3], "positions alone");
+                fields += 1;
+                continue;
+            }
+            let Packet { time, known, estimate, .. } = Packet::read(&bytes).expect("a packet");
+            assert_eq!(known, KnownGroups::KINEMATICS);
+            let half = estimate.interval.field;
+            assert!(half[0].is_finite() && half[1..].iter().all(|half| half.is_nan()), "{half:?}");
+            assert!(estimate.slosh_j.is_nan() && estimate.heat_j.is_nan() && estimate.audit.heat.is_nan());
+            assert_eq!(estimate.surface_m, [0.07; 21]);
+            if time.0 == n {
+                break;
+            }
+        }
+    }
+    drop(outlet);
     publisher.finish();
 }
 

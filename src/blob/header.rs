@@ -1,8 +1,10 @@
 //! The head of a weight blob, as `firmware-config/SPEC.md` specifies it byte by byte.
 
+use super::effect_validity::kept_by;
 use super::embedded_effects::EmbeddedEffects;
 use super::format::{MAX_SECTIONS, Section};
 use super::{FilterConfig, KnownGroups};
+use crate::reduced::effects::find;
 use heapless::{String, Vec};
 use serde::{Deserialize, Serialize};
 
@@ -41,9 +43,10 @@ pub struct Header {
     /// the header itself, as are the next two: they stand in the [`Extension`].
     #[serde(skip)]
     pub model_version: u64,
-    /// Field groups whose errors are known for this liquid.
+    /// Field groups that the weights are valid for, as the blob states them. [`Header::known`] takes the embedded effects into
+    /// account.
     #[serde(skip)]
-    pub known: KnownGroups,
+    pub stated_known: KnownGroups,
     /// Settings of the filter.
     #[serde(skip)]
     pub filter: FilterConfig,
@@ -54,16 +57,35 @@ pub struct Header {
 pub struct Extension {
     /// See [`Header::model_version`].
     pub model_version: u64,
-    /// See [`Header::known`].
+    /// See [`Header::stated_known`].
     pub known: KnownGroups,
     /// See [`Header::filter`].
     pub filter: FilterConfig,
 }
 
+/// Text that a correction puts between its own command and the provenance of the model that it corrected.
+pub const BEFORE: &str = "; before: ";
+
 impl Header {
+    /// Returns the field groups that the model is valid for, with its embedded effects.
+    #[must_use]
+    pub fn known(&self) -> KnownGroups {
+        let embedded = self.embedded.iter().flat_map(|embedded| &embedded.effects);
+        let kept =
+            embedded.map(|effect| find(&effect.name).map_or(KnownGroups::NONE, |entry| kept_by(entry.kind)));
+        kept.fold(self.stated_known, KnownGroups::both)
+    }
+
+    /// Whether the model was corrected from the free surface, by its provenance.
+    #[must_use]
+    pub fn corrected(&self) -> bool {
+        let (text, mark) = (self.provenance.as_bytes(), BEFORE.as_bytes());
+        (0..text.len()).any(|at| text.get(at..).is_some_and(|rest| rest.starts_with(mark)))
+    }
+
     /// Returns the fields that a writer puts behind the header.
     #[must_use]
     pub fn extension(&self) -> Extension {
-        Extension { model_version: self.model_version, known: self.known, filter: self.filter }
+        Extension { model_version: self.model_version, known: self.stated_known, filter: self.filter }
     }
 }

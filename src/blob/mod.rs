@@ -1,6 +1,7 @@
 //! The weight blob: checked once, read in place ever after. `firmware-config/SPEC.md` has the bytes.
 
 mod effect_embedding;
+mod effect_validity;
 mod embedded_effects;
 mod error;
 mod filter_config;
@@ -16,7 +17,7 @@ pub use embedded_effects::{EmbeddedEffect, EmbeddedEffects};
 pub use error::LoadError;
 pub use filter_config::{FilterConfig, ScaleBounds};
 pub use format::{MAGIC, MAX_SECTIONS, OLDEST_VERSION, Section, Tensor, VERSION};
-pub use header::{Extension, Header};
+pub use header::{BEFORE, Extension, Header};
 pub use known_groups::{FieldGroup, KnownGroups};
 pub use load::{ALIGNMENT, Model};
 pub use observation_model::ObservationModel;

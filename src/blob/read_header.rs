@@ -1,6 +1,8 @@
 //! Prefix and header of a blob, from bytes to checked values.
 
-use super::{EmbeddedEffects, Extension, Header, LoadError, MAGIC, MAX_SECTIONS, OLDEST_VERSION, VERSION};
+use super::{
+    EmbeddedEffects, Extension, Header, KnownGroups, LoadError, MAGIC, MAX_SECTIONS, OLDEST_VERSION, VERSION,
+};
 use crate::latent::nn::Element;
 use heapless::Vec;
 use serde::Deserialize;
@@ -19,7 +21,12 @@ pub(super) fn read_header(blob: &[u8]) -> Result<Header, LoadError> {
     let prefix = check_prefix(blob)?;
     let bytes = prefix.body.get(..prefix.header_len).ok_or(LoadError::Header)?;
     let (mut header, rest) = take::<Header>(bytes)?;
-    let rest = if prefix.version >= EXTENDED_SINCE { read_extension(&mut header, rest)? } else { rest };
+    let rest = if prefix.version >= EXTENDED_SINCE {
+        read_extension(&mut header, rest)?
+    } else {
+        header.stated_known = known_before_extensions(&header);
+        rest
+    };
     read_lists(&mut header, rest)?;
     check_values(&header)?;
     Ok(header)
@@ -72,11 +79,17 @@ fn take<'b, T: Deserialize<'b>>(bytes: &'b [u8]) -> Result<(T, &'b [u8]), LoadEr
     postcard::take_from_bytes(bytes).map_err(|_| LoadError::Header)
 }
 
+/// Returns the field groups of a blob that does not state them: a correction before format version 4 may have been one to
+/// any liquid.
+fn known_before_extensions(header: &Header) -> KnownGroups {
+    if header.corrected() { KnownGroups::KINEMATICS } else { KnownGroups::ALL }
+}
+
 /// Reads what format version 4 put behind the header; returns the bytes behind it.
 fn read_extension<'b>(header: &mut Header, bytes: &'b [u8]) -> Result<&'b [u8], LoadError> {
     let (extension, rest) = take::<Extension>(bytes)?;
     header.model_version = extension.model_version;
-    header.known = extension.known;
+    header.stated_known = extension.known;
     header.filter = extension.filter;
     Ok(rest)
 }
@@ -121,6 +134,6 @@ fn check_values(header: &Header) -> Result<(), LoadError> {
     if header.rim_m < header.fill_m {
         return Err(LoadError::HeaderValue { field: "rim_m (below the fill)", value: header.rim_m });
     }
-    header.known.check()?;
+    header.stated_known.check()?;
     header.filter.check()
 }

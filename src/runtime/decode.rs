@@ -6,6 +6,7 @@ use super::estimator::Estimator;
 use super::memory::Memory;
 use super::mode::Mode;
 use super::predict::Prior;
+use crate::blob::FieldGroup;
 use crate::latent::decoder::{Coefficients, Selection};
 use crate::latent::generic::LATENTS;
 use crate::runtime::health::count;
@@ -58,7 +59,8 @@ impl Estimator<'_> {
         })
     }
 
-    /// Writes the full field if it is wanted, valid and in time. Returns whether it was written.
+    /// Writes the full field if it is wanted, valid and in time. Returns whether it was written. The numbers of a group that
+    /// the model does not know are not numbers.
     pub(super) fn write_field<C: Clock>(
         &self,
         memory: &mut Memory,
@@ -76,7 +78,21 @@ impl Estimator<'_> {
             return false;
         }
         let heat_j = self.model.header.energy_scale_j * memory.state.heat;
-        self.model.decoder.part(self.groups, &posterior.coefficients, heat_j as f32, field);
+        let (known, decoder) = (self.model.header.known(), &self.model.decoder);
+        let mut rest = field;
+        for (index, group) in FieldGroup::ALL.into_iter().enumerate() {
+            let one = Selection::NONE.with(index);
+            if !self.groups.holds(index) {
+                continue;
+            }
+            let Some((part, behind)) = rest.split_at_mut_checked(decoder.part_len(one)) else { break };
+            rest = behind;
+            if known.contains(group) {
+                decoder.part(one, &posterior.coefficients, heat_j as f32, part);
+            } else {
+                part.fill(f32::NAN);
+            }
+        }
         true
     }
 

@@ -2,6 +2,7 @@
 
 use super::budget::Stages;
 use super::mode::Mode;
+use crate::blob::{FieldGroup, KnownGroups};
 use crate::latent::generic::{Audit, LATENTS};
 use crate::surface::POINTS;
 use crate::uncertainty::intervals::Interval;
@@ -37,4 +38,26 @@ pub struct Estimate {
     pub field_fresh: bool,
     /// Time of each stage.
     pub stages: Stages,
+}
+
+impl Estimate {
+    /// Returns the estimate for a consumer: half-widths, energies and books of groups outside of `known` are not numbers.
+    ///
+    /// The work of the glass is known with the slosh energy that it goes into. The residual of the step stays: it is the rounding
+    /// of the arithmetic.
+    #[must_use]
+    pub fn known_only(mut self, known: KnownGroups) -> Self {
+        for (half, group) in self.interval.field.iter_mut().zip(FieldGroup::ALL) {
+            if !known.contains(group) {
+                *half = f32::NAN;
+            }
+        }
+        if !known.slosh_energy() {
+            (self.slosh_j, self.corrected_j, self.audit.work) = (f64::NAN, f64::NAN, f64::NAN);
+        }
+        if !known.heat() {
+            (self.heat_j, self.audit.heat) = (f64::NAN, f64::NAN);
+        }
+        self
+    }
 }

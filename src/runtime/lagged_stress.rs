@@ -9,11 +9,11 @@
 //! Where an IMU or a robot's command reports the acceleration there is nothing to wait for.
 
 use super::estimate::Estimate;
-use crate::blob::Model;
+use crate::blob::{FieldGroup, Model};
 use crate::latent::decoder::{STRESS_GROUP, Selection};
 
 /// Sigma of the frame of `before`, Pa, three numbers a tracer, from the estimate `now` of the next frame; gives how many
-/// numbers of `out` were written.
+/// numbers of `out` were written: none where the model does not know sigma.
 ///
 /// ```
 /// # #[repr(align(64))]
@@ -44,6 +44,9 @@ use crate::latent::decoder::{STRESS_GROUP, Selection};
 /// # Ok::<(), meniscus::blob::LoadError>(())
 /// ```
 pub fn smoothed_stress(model: &Model<'_>, before: &Estimate, now: &Estimate, out: &mut [f32]) -> usize {
+    if !model.header.known().contains(FieldGroup::NormalStress) {
+        return 0;
+    }
     let latent = before.latent.map(|x| x as f32);
     let port = now.acceleration_m_s2 / model.header.acceleration_scale;
     let coefficients = model.decoder.coefficients(&latent, port);

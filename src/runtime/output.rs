@@ -81,7 +81,8 @@ pub enum OutputError {
 }
 
 impl Packet {
-    /// Returns packet `number` of a run for `turn` with the model of `header`, without host time.
+    /// Returns packet `number` of a run for `turn` with the model of `header`, without host time. What the model does not know
+    /// is not a number ([`Estimate::known_only`]).
     #[must_use]
     pub fn of(turn: &Turn, number: u64, header: &Header) -> Self {
         Self {
@@ -91,8 +92,8 @@ impl Packet {
             sequence: turn.stamp.map(|stamp| stamp.sequence),
             host: None,
             model_version: header.model_version,
-            known: header.known,
-            estimate: turn.estimate,
+            known: header.known(),
+            estimate: turn.estimate.known_only(header.known()),
         }
     }
 

@@ -26,7 +26,7 @@ pub(crate) fn header() -> Header {
         sections: heapless::Vec::new(),
         embedded: None,
         model_version: 1,
-        known: KnownGroups::ALL,
+        stated_known: KnownGroups::ALL,
         filter: FilterConfig::REFERENCE,
     }
 }

@@ -1,25 +1,27 @@
 //! `meniscus correct`: a model learns another liquid from recordings of its free surface.
 
-use super::outputs::Force;
-use anyhow::{Context, ensure};
-use meniscus::blob::{Header, Model};
-use meniscus_data::recording::Recording;
-use meniscus_learn::correct::{Correction, CorrectionParameters, Sightings, correct};
-use meniscus_platform::files::write_whole;
-use meniscus_report::checks::{Check, table};
-use meniscus_virtual::observe_recording::sightings;
-use meniscus_virtual::render::SceneSettings;
-use std::path::{Path, PathBuf};
+mod new_liquid;
 
-use super::filmed::{all_filmed, by_camera};
-use super::glass;
 use super::inputs::{file, level, recordings};
+use super::outputs::Force;
 use super::stop::{finish, watched_until};
+use anyhow::{Context, ensure};
+use meniscus::blob::Model;
+use meniscus_data::recording::Recording;
+use meniscus_data::validity::Validity;
+use meniscus_learn::correct::{Correction, CorrectionParameters, correct};
+use meniscus_platform::files::{AlignedBytes, write_whole};
+use meniscus_report::checks::{Check, table};
+use new_liquid::{NewLiquid, looks, new_liquid};
+use std::path::{Path, PathBuf};
 
 /// Correct a model for another liquid from recordings of its surface.
 ///
 /// The last GRU layer, the operators and the energy of the GENERIC step and a gain between the two learn by Adam; decoder and
 /// lower layers stay. Energy and entropy keep their laws.
+///
+/// The free surface teaches the surface and the positions. A model that was corrected to another liquid does not know velocity,
+/// internal energy and stresses: every output leaves them out. `meniscus train` makes a model that knows them.
 ///
 /// The last recording is held out (of a single one its last three tenths). The candidate with the least error of the forecast
 /// 0.25 s ahead on it is kept. A candidate whose error on the model's own liquid grows by more than --forgetting is refused. If
@@ -38,6 +40,11 @@ pub(crate) struct Arguments {
     /// Glass and camera position, as `meniscus setup` wrote them, for a camera's recordings.
     #[arg(long, value_name = "FILE.toml", help_heading = "Recordings")]
     setup: Option<PathBuf>,
+    /// Liquid in a camera's recordings, by name or file [default: one that the model does not know].
+    ///
+    /// Recordings of the simulator name theirs.
+    #[arg(long, value_name = "NAME|FILE", help_heading = "Recordings")]
+    liquid: Option<String>,
     /// Recordings of the model's own liquid, against forgetting [default: the one in the program].
     #[arg(long, num_args = 1.., value_name = "DIR_OR_FILES", help_heading = "Recordings")]
     source: Vec<PathBuf>,
@@ -88,50 +95,6 @@ fn within_range(arguments: &Arguments) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Returns the profiles that the simulated camera sees of `all`, with seeds from `first` on.
-fn looks(arguments: &Arguments, all: &[Recording], first: u64) -> anyhow::Result<Vec<Sightings>> {
-    let seen = |(k, recording): (u64, &Recording)| {
-        let scene = SceneSettings {
-            disparity_rms_px: arguments.noise_px,
-            seed: arguments.seed + first + k,
-            ..SceneSettings::of(&recording.glass)
-        };
-        Ok(sightings(recording, scene)?)
-    };
-    (0..).zip(all).map(seen).collect()
-}
-
-/// New liquid: its name, and its profiles by recording.
-struct NewLiquid {
-    name: String,
-    seen: Vec<Sightings>,
-}
-
-/// Reads the recordings of the new liquid, those of a camera or those of the simulator.
-fn new_liquid(arguments: &Arguments, header: &Header) -> anyhow::Result<NewLiquid> {
-    if all_filmed(&arguments.recordings)? {
-        // A standard position of the camera would make a worse model without a word.
-        ensure!(
-            arguments.setup.is_some(),
-            "a camera's recordings need --setup FILE.toml, which has the position of the camera: `meniscus setup` writes it"
-        );
-        // Nobody says which liquid stood before the camera: the file's name does.
-        let name = arguments.recordings.first().and_then(|path| path.file_stem()).unwrap_or_default();
-        let name = name.to_string_lossy().into_owned();
-        let setup = arguments.setup.as_deref();
-        let outline = glass::outline(setup)?;
-        let look = |path: &PathBuf| {
-            by_camera(path, outline, |camera| glass::settings(setup, header, camera.optics()))
-        };
-        let seen = arguments.recordings.iter().map(look).collect::<anyhow::Result<Vec<_>>>()?;
-        return Ok(NewLiquid { name, seen });
-    }
-    ensure!(arguments.setup.is_none(), "--setup is for a camera's recordings, and these are the simulator's");
-    let new = recordings(&arguments.recordings, "", level)?;
-    let name = new.first().map_or(String::new(), |recording| recording.provenance.liquid.clone());
-    Ok(NewLiquid { name, seen: looks(arguments, &new, 0)? })
-}
-
 /// Runs the verb.
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     within_range(arguments)?;
@@ -144,7 +107,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     } else {
         recordings(&arguments.source, "", level)?
     };
-    let NewLiquid { name, seen } = new_liquid(arguments, &model.header)?;
+    let NewLiquid { name, same_as_model, seen } = new_liquid(arguments, &model.header, &source)?;
     let parameters = CorrectionParameters {
         steps: arguments.steps,
         forgetting: arguments.forgetting,
@@ -153,7 +116,8 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let how = Correction {
         seed: arguments.seed,
         parameters,
-        liquid: format!("{name} from {}", model.header.liquid),
+        liquid: if same_as_model { name } else { format!("{name} from {}", model.header.liquid) },
+        same_liquid: same_as_model,
         command: format!("meniscus correct --steps {} --seed {}", arguments.steps, arguments.seed),
         quiet: arguments.json,
     };
@@ -169,11 +133,14 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         Check::informational("refused_for_forgetting", corrected.refused as f64, "1"),
     ];
     let improved = corrected.held[1] < corrected.held[0];
+    let new = AlignedBytes::copy(&corrected.blob);
+    let validity = Validity::of(&Model::load(&new).context("the corrected model is refused")?.header);
     if arguments.json {
         println!(
             "{:#}",
             serde_json::json!({
                 "blob": improved.then_some(&arguments.out),
+                "known": improved.then(|| validity.names()),
                 "checks": checks,
                 "looks": corrected.looks,
                 "parameters": how.parameters,
@@ -192,6 +159,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     write_whole(&arguments.out, &corrected.blob)?;
     if !arguments.json {
         println!("{}: {} bytes", arguments.out.display(), corrected.blob.len());
+        validity.sentence.iter().for_each(|sentence| println!("{sentence}"));
     }
     Ok(())
 }

@@ -4,7 +4,7 @@ use super::inputs::file;
 use anyhow::{Context, ensure};
 use meniscus::blob::Model;
 use meniscus::units::Micros;
-use meniscus_data::recording::{GROUP_NAMES, Recording};
+use meniscus_data::recording::Recording;
 use meniscus_hil::device::FIRST_SHOT_US;
 use meniscus_platform::files::check_writable;
 use meniscus_score::baseline::linear_with_motion;
@@ -74,8 +74,7 @@ pub(crate) fn run(arguments: &Film) -> anyhow::Result<()> {
     let turns = kept.context("the film cannot be written")?;
     let linear = linear_with_motion(&recording);
     let score = score(&model, &recording, &linear, &turns, Micros(FIRST_SHOT_US));
-    let fields: Value =
-        GROUP_NAMES.iter().zip(score.field).map(|(name, error)| ((*name).to_owned(), json!(error))).collect();
+    let fields: Value = score.known_field().map(|one| (one.name.to_owned(), json!(one.error))).collect();
     let report = json!({
         "command": "meniscus camera film",
         "version": env!("CARGO_PKG_VERSION"),

@@ -4,6 +4,7 @@ use super::inputs;
 use super::profile::Profile;
 use anyhow::{Context, bail};
 use meniscus::blob::Model;
+use meniscus_data::validity::Validity;
 use meniscus_service::flash::{Folder, boot, flash, rehearse, sibling};
 use serde_json::json;
 use std::path::PathBuf;
@@ -61,14 +62,17 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let mut folder = Folder::create(&to).with_context(|| format!("cannot use {}", to.display()))?;
     let slot = flash(&mut folder, &blob, signature.as_deref(), key.as_ref())?;
     let booted = boot(&folder, key.as_ref())?;
-    let liquid = Model::load(&booted.blob).map(|model| model.header.liquid.to_string()).unwrap_or_default();
+    let header = Model::load(&booted.blob).context("the slot that boots holds no model")?.header;
+    let (liquid, validity) = (header.liquid.as_str(), Validity::of(&header));
     if arguments.json {
         let report = json!({ "command": "meniscus flash", "version": env!("CARGO_PKG_VERSION"),
-                             "slot": format!("{slot:?}"), "liquid": liquid, "signed": key.is_some() });
+                             "slot": format!("{slot:?}"), "liquid": liquid, "signed": key.is_some(),
+                             "known": validity.names() });
         println!("{}", serde_json::to_string_pretty(&report)?);
     } else {
         let board = profile.map_or(String::new(), |profile| format!(" of {}", profile.name));
         println!("{}: {liquid} in slot {slot:?}{board}; it boots at the next start", to.display());
+        validity.sentence.iter().for_each(|sentence| println!("{sentence}"));
     }
     Ok(())
 }

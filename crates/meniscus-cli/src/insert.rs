@@ -7,6 +7,7 @@ use meniscus::blob::Model;
 use meniscus::reduced::effects::{Active, Effect, Stated, find};
 use meniscus_data::effects::Effects;
 use meniscus_data::liquids::Liquid;
+use meniscus_data::validity::Validity;
 use meniscus_discover::findings::gap::left_m;
 use meniscus_discover::insert::latent::roll_out;
 use meniscus_discover::insert::{Inserted, TrainedLiquid, insert, resistance};
@@ -20,6 +21,9 @@ use std::path::{Path, PathBuf};
 /// The weights stay as they are. The blob gets a list of effects with their values. Whoever loads it derives the changes of
 /// energy, friction and relaxation in the step, whose laws stay exact for any value, and the corrections of the camera's
 /// profile. Old effects are replaced; without any they are removed.
+///
+/// The decoder stays that of the liquid without effects. With an effect of the liquid the model no longer knows internal energy
+/// and stresses, with slip or a film nor velocity: every output leaves them out.
 ///
 /// --effect NAME=VALUE takes the names, SI values and units of `meniscus simulate` and scene files: `viscosity=0.8` is 0.8 Pa s,
 /// `fill=0.072` a height of 72 mm. `meniscus simulate --list` shows them all. The first parameter is enough. Latency, delay,
@@ -79,7 +83,8 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let new = Model::load(&aligned).context("the new blob does not load")?;
     let tried = arguments.recordings.as_deref().map(|path| tried(path, &model, &new)).transpose()?;
     write_whole(&arguments.out, &blob)?;
-    report(arguments, &effects, &stated, mapped.explained, &tried.unwrap_or_default());
+    let validity = Validity::of(&new.header);
+    report(arguments, &effects, &stated, mapped.explained, &tried.unwrap_or_default(), &validity);
     Ok(())
 }
 
@@ -91,7 +96,14 @@ struct Tried {
 }
 
 /// Prints what was written.
-fn report(arguments: &Arguments, effects: &[Active], stated: &Stated, explained: [f64; 2], rows: &[Tried]) {
+fn report(
+    arguments: &Arguments,
+    effects: &[Active],
+    stated: &Stated,
+    explained: [f64; 2],
+    rows: &[Tried],
+    validity: &Validity,
+) {
     if arguments.json {
         let row = |row: &Tried| json!({ "recording": row.name, "before_mm": row.before_mm, "after_mm": row.after_mm });
         let one = |active: &Active| {
@@ -101,6 +113,7 @@ fn report(arguments: &Arguments, effects: &[Active], stated: &Stated, explained:
         let object = json!({
             "effects": effects.iter().map(one).collect::<Vec<Value>>(), "explained": explained,
             "recordings": rows.iter().map(row).collect::<Vec<_>>(), "written": arguments.out,
+            "known": validity.names(),
         });
         println!("{object}");
         return;
@@ -120,6 +133,7 @@ fn report(arguments: &Arguments, effects: &[Active], stated: &Stated, explained:
         println!("  {name}: {before_mm:.3} mm before, {after_mm:.3} mm after");
     }
     println!("written: {} with {} effect(s)", arguments.out.display(), effects.len());
+    validity.sentence.iter().for_each(|sentence| println!("{sentence}"));
 }
 
 /// The effects that `texts` spell.

@@ -7,3 +7,4 @@ pub mod motion;
 pub mod profiles;
 pub mod recording;
 pub mod scene_file;
+pub mod validity;

@@ -7,6 +7,7 @@ use meniscus::blob::Model;
 use meniscus::surface::{Config, ConfigError};
 use meniscus::units::FRAME_INTERVAL_S;
 use meniscus_data::recording::{Lattice, Recording, STATE};
+use meniscus_data::validity::Validity;
 use meniscus_report::plot::PictureError;
 use meniscus_service::timed_turn::TimedTurn;
 use meniscus_ui::figure_parts::{camera, slice};
@@ -87,7 +88,7 @@ impl<'r, 'm> Film<'r, 'm> {
         let mut state = vec![0.0; STATE];
         let mut fastest = |frame: usize| {
             recording.state(frame, &mut state);
-            slice(&lattice, recording, &state).tracers.iter().map(|tracer| tracer.2).fold(0.0, f64::max)
+            slice(&lattice, recording, recording.known, &state).values().fold(0.0, f64::max)
         };
         let top = (0..recording.frames()).step_by(6).map(&mut fastest).fold(0.0, f64::max);
         let images = Images::new(&settings);
@@ -121,10 +122,11 @@ impl<'r, 'm> Film<'r, 'm> {
         let mut slices = Vec::new();
         for watched in &self.watched {
             field_of(watched.model, &watched.turns[frame].turn.estimate, &mut state);
-            slices.push((String::from(watched.name), slice(&self.lattice, self.recording, &state)));
+            let known = watched.model.header.known();
+            slices.push((String::from(watched.name), slice(&self.lattice, self.recording, known, &state)));
         }
         self.recording.state(frame, &mut state);
-        slices.push(("true".into(), slice(&self.lattice, self.recording, &state)));
+        slices.push(("true".into(), slice(&self.lattice, self.recording, self.recording.known, &state)));
         // The camera's panel shows the last model: the corrected one, where there is one.
         let Some(last) = self.watched.last() else { return Ok(Vec::new()) };
         let turn = &last.turns[frame].turn;
@@ -141,6 +143,7 @@ impl<'r, 'm> Film<'r, 'm> {
             camera: camera(&self.config, self.recording, &self.images.infrared, turn, frame),
             slices,
             value: "speed, m/s".into(),
+            unknown: self.watched.iter().find_map(|watched| Validity::of(&watched.model.header).sentence),
             top: Some(self.top),
             // The last is what matters: it comes first, in the colour of our own.
             errors: self.watched.iter().rev().map(curve).collect(),

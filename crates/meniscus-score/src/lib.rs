@@ -8,7 +8,9 @@
 //! [`score::score`] is the entry point; [`baseline::linear_with_motion`] gives it the linear baseline.
 
 pub mod baseline;
+pub mod field_error;
 pub mod film;
 pub mod run_picture;
 pub mod run_report;
 pub mod score;
+pub mod unknown_groups;

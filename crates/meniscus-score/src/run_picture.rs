@@ -6,6 +6,7 @@ use meniscus::blob::Model;
 use meniscus::surface::Config;
 use meniscus_data::recording::frame_of;
 use meniscus_data::recording::{Lattice, Recording, STATE};
+use meniscus_data::validity::Validity;
 use meniscus_report::plot::PictureError;
 use meniscus_service::live::CrestImage;
 use meniscus_ui::figure_parts::{camera, slice};
@@ -31,6 +32,7 @@ pub fn picture(
     let (mut estimate, mut truth) = (vec![0.0; STATE], vec![0.0; STATE]);
     field_of(model, &turn.estimate, &mut estimate);
     recording.state(frame, &mut truth);
+    let validity = Validity::of(&model.header);
     let lattice = Lattice::new(&recording.glass);
 
     let [own, linear] = &score.curves;
@@ -48,10 +50,11 @@ pub fn picture(
         ),
         camera: camera(config, recording, &crest.outline, &turn, frame),
         slices: vec![
-            ("estimated".into(), slice(&lattice, recording, &estimate)),
-            ("true".into(), slice(&lattice, recording, &truth)),
+            ("estimated".into(), slice(&lattice, recording, validity.known, &estimate)),
+            ("true".into(), slice(&lattice, recording, recording.known, &truth)),
         ],
         value: "speed, m/s".into(),
+        unknown: validity.sentence,
         top: None,
         now_s: Some(seconds),
         errors,

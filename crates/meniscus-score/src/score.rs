@@ -7,12 +7,13 @@
 //! ```
 //! The paper's relative error flatters: a flat surface already scores about 2 % mean.
 
-use meniscus::blob::Model;
-use meniscus::latent::decoder::STRESS_GROUP;
-use meniscus::runtime::{Estimate, Mode, smoothed_stress};
+use crate::field_error::{FieldSums, GroupError};
+pub use crate::field_error::{Held, field_of};
+use meniscus::blob::{FieldGroup, KnownGroups, Model};
+use meniscus::runtime::{Estimate, Mode};
 use meniscus::surface::POINTS;
 use meniscus::units::{FRAME_INTERVAL_S, Micros};
-use meniscus_data::recording::{GROUP_NAMES, Recording, STATE, frame_of, group_range};
+use meniscus_data::recording::{GROUP_NAMES, Recording, frame_of};
 use meniscus_service::timed_turn::TimedTurn;
 
 /// Sums behind one slosh-relative error, with the mean and the maximum of the error of the height.
@@ -52,29 +53,6 @@ impl SurfaceError {
     }
 }
 
-/// Count of the truths that lay within an interval.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Held {
-    inside: u64,
-    all: u64,
-}
-
-impl Held {
-    /// Takes numbers, what was said of them and the half-widths given.
-    pub fn add(&mut self, truth: &[f32], estimate: &[f32], half: &[f32]) {
-        for ((truth, estimate), half) in truth.iter().zip(estimate).zip(half) {
-            self.inside += u64::from((truth - estimate).abs() <= *half);
-            self.all += 1;
-        }
-    }
-
-    /// The share that lay within; NaN of nothing.
-    #[must_use]
-    pub fn share(&self) -> f64 {
-        self.inside as f64 / self.all as f64
-    }
-}
-
 /// The score of a run.
 #[derive(Clone, Debug)]
 pub struct Score {
@@ -88,9 +66,11 @@ pub struct Score {
     pub persistence: SurfaceError,
     /// The linear model with the true motion.
     pub linear: SurfaceError,
-    /// Relative L2 error of the fluctuation of q, v, e, sigma, tau.
+    /// Groups that the model knows. A report has the errors of no others ([`Score::known_field`]).
+    pub known: KnownGroups,
+    /// Relative L2 error of the fluctuation of q, v, e, sigma, tau, as the decoder gives them.
     pub field: [f64; 5],
-    /// Of sigma, one frame late (see [`smoothed_stress`]).
+    /// Of sigma, one frame late (see [`meniscus::runtime::smoothed_stress`]); not a number where it is not known.
     pub late_sigma: f64,
     /// Heights that lay within their interval.
     pub held: Held,
@@ -98,6 +78,15 @@ pub struct Score {
     pub field_held: [Held; 5],
     /// Seconds and mean error of the height, of the estimate and of the linear model.
     pub curves: [Vec<(f64, f64)>; 2],
+}
+
+impl Score {
+    /// Returns the errors of the groups that the model knows.
+    pub fn known_field(&self) -> impl Iterator<Item = GroupError> {
+        let all = FieldGroup::ALL.into_iter().zip(GROUP_NAMES).zip(self.field).zip(self.field_held);
+        let all = all.map(|(((group, name), error), held)| GroupError { group, name, error, held });
+        all.filter(|one| self.known.contains(one.group))
+    }
 }
 
 /// Scores the turns of a run on `recording`; turns that had no estimate to give do not count.
@@ -115,6 +104,7 @@ pub fn score(
         flat: SurfaceError::default(),
         persistence: SurfaceError::default(),
         linear: SurfaceError::default(),
+        known: model.header.known(),
         field: [0.0; 5],
         late_sigma: 0.0,
         held: Held::default(),
@@ -154,76 +144,6 @@ pub fn score(
     score.late_sigma = (sums.late[0] / sums.late[1]).sqrt();
     score.field_held = sums.held;
     score
-}
-
-/// The full field of an estimate, as the turn wrote it.
-///
-/// # Panics
-/// When the model has another number of tracers than a recording.
-pub fn field_of(model: &Model<'_>, estimate: &Estimate, out: &mut [f32]) {
-    assert_eq!(model.field_len(), out.len(), "model and recording have the same tracers");
-    let latent = estimate.latent.map(|x| x as f32);
-    let coefficients = model.decoder.coefficients(&latent, estimate.port);
-    model.decoder.field(&coefficients, estimate.heat_j as f32, out);
-}
-
-/// Sums of squares of the field's error and fluctuation, by group.
-struct FieldSums {
-    rest: Vec<f32>,
-    truth: Vec<f32>,
-    estimate: Vec<f32>,
-    held: [Held; GROUP_NAMES.len()],
-    square: [f64; GROUP_NAMES.len()],
-    rest_square: [f64; GROUP_NAMES.len()],
-    /// The same two sums of sigma one frame late.
-    late: [f64; 2],
-}
-
-impl FieldSums {
-    fn new(recording: &Recording) -> Self {
-        let mut rest = vec![0.0; STATE];
-        recording.state(0, &mut rest);
-        let (truth, estimate) = (rest.clone(), rest.clone());
-        let (square, rest_square, late) = ([0.0; 5], [0.0; 5], [0.0; 2]);
-        Self { rest, truth, estimate, held: [Held::default(); 5], square, rest_square, late }
-    }
-
-    fn add(&mut self, model: &Model<'_>, recording: &Recording, frame: usize, estimate: &Estimate) {
-        recording.state(frame, &mut self.truth);
-        field_of(model, estimate, &mut self.estimate);
-        for group in 0..GROUP_NAMES.len() {
-            let range = group_range(group);
-            let truth = &self.truth[range.clone()];
-            let half = std::iter::repeat_n(estimate.interval.field[group], truth.len());
-            self.held[group].add(truth, &self.estimate[range.clone()], &half.collect::<Vec<_>>());
-            self.square[group] += distance_square(truth, &self.estimate[range.clone()]);
-            self.rest_square[group] += distance_square(truth, &self.rest[range]);
-        }
-    }
-
-    fn add_late(
-        &mut self,
-        model: &Model<'_>,
-        recording: &Recording,
-        frame: usize,
-        before: &Estimate,
-        now: &Estimate,
-    ) {
-        let range = group_range(STRESS_GROUP);
-        recording.state(frame, &mut self.truth);
-        smoothed_stress(model, before, now, &mut self.estimate[range.clone()]);
-        let truth = &self.truth[range.clone()];
-        self.late[0] += distance_square(truth, &self.estimate[range.clone()]);
-        self.late[1] += distance_square(truth, &self.rest[range]);
-    }
-
-    fn errors(&self) -> [f64; 5] {
-        std::array::from_fn(|group| (self.square[group] / self.rest_square[group]).sqrt())
-    }
-}
-
-fn distance_square(a: &[f32], b: &[f32]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| f64::from(a - b).powi(2)).sum()
 }
 
 #[cfg(test)]

@@ -1,6 +1,7 @@
 //! Parts of pictures and films of a run: the camera's image, and a slice through the glass.
 
-use crate::picture::{CameraImage, Slice};
+use crate::picture::{CameraImage, Slice, SliceTracer};
+use meniscus::blob::{FieldGroup, KnownGroups};
 use meniscus::runtime::Turn;
 use meniscus::surface::{Config, profile_abscissa};
 use meniscus_data::recording::{LAYERS, Lattice, Recording, TRACERS, group_range};
@@ -45,14 +46,20 @@ pub fn camera<'s>(
     CameraImage { infrared, size, measured, estimated, crop }
 }
 
-/// Tracers near the plane y = 0 with their speed, m/s, from a full `state`.
+/// Tracers near the plane y = 0 with their speed, m/s, from the `known` groups of a full `state`; none without positions.
 #[must_use]
-pub fn slice(lattice: &Lattice, recording: &Recording, state: &[f32]) -> Slice {
+pub fn slice(lattice: &Lattice, recording: &Recording, known: KnownGroups, state: &[f32]) -> Slice {
+    if !known.contains(FieldGroup::Position) {
+        return Slice::default();
+    }
     let (q, v) = (&state[group_range(0)], &state[group_range(1)]);
     let near = |tracer: &usize| lattice.columns[tracer / LAYERS][1].abs() < SLICE * recording.glass.radius_m;
     let tracers = (0..TRACERS).filter(near).map(|tracer| {
         let speed = v[3 * tracer..3 * tracer + 3].iter().map(|v| f64::from(*v).powi(2)).sum::<f64>().sqrt();
-        (1e3 * f64::from(q[3 * tracer]), 1e3 * f64::from(q[3 * tracer + 2]), speed)
+        SliceTracer {
+            at_mm: (1e3 * f64::from(q[3 * tracer]), 1e3 * f64::from(q[3 * tracer + 2])),
+            value: known.contains(FieldGroup::Velocity).then_some(speed),
+        }
     });
     Slice { tracers: tracers.collect() }
 }

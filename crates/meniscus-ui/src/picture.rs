@@ -26,11 +26,27 @@ pub struct CameraImage<'a> {
     pub crop: (usize, usize, usize, usize),
 }
 
+/// Tracer of a slice.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SliceTracer {
+    /// Position along x and z, millimetres.
+    pub at_mm: (f64, f64),
+    /// Value that gives the colour; grey without one, because it is not known.
+    pub value: Option<f64>,
+}
+
 /// Tracers of a slice through the middle of the glass.
 #[derive(Clone, Debug, Default)]
 pub struct Slice {
-    /// `x`, `z` in millimetres and the value that gives the colour.
-    pub tracers: Vec<(f64, f64, f64)>,
+    /// Tracers.
+    pub tracers: Vec<SliceTracer>,
+}
+
+impl Slice {
+    /// Returns the values that are known.
+    pub fn values(&self) -> impl Iterator<Item = f64> {
+        self.tracers.iter().filter_map(|tracer| tracer.value)
+    }
 }
 
 /// One curve over time.
@@ -53,6 +69,8 @@ pub struct Picture<'a> {
     pub slices: Vec<(String, Slice)>,
     /// Quantity shown by the colour, with its unit.
     pub value: String,
+    /// Sentence about what is grey because it is not known.
+    pub unknown: Option<String>,
     /// The value at the bright end of the colours; the largest in the slices if `None`.
     pub top: Option<f64>,
     /// Errors over time, per cent.
@@ -84,7 +102,10 @@ impl Picture<'_> {
             area.fill(&WHITE)?;
             let top = self.top_value();
             let title = format!("{}; colour: {}, violet 0 to yellow {top:.3}", self.title, self.value);
-            let area = area.titled(&title, (FONT, size.1 / 45))?;
+            let mut area = area.titled(&title, (FONT, size.1 / 45))?;
+            if let Some(sentence) = &self.unknown {
+                area = area.titled(sentence, (FONT, size.1 / 62))?;
+            }
             let (upper, lower) = area.split_vertically((UPPER * f64::from(size.1)) as u32);
             let panels = upper.split_evenly((1, 1 + self.slices.len()));
             let mut panels = panels.iter();
@@ -132,12 +153,14 @@ impl Picture<'_> {
         if let Some(top) = self.top {
             return top.max(f64::MIN_POSITIVE);
         }
-        let values = self.slices.iter().flat_map(|(_, slice)| slice.tracers.iter().map(|tracer| tracer.2));
+        let values = self.slices.iter().flat_map(|(_, slice)| slice.values());
         values.fold(f64::MIN_POSITIVE, f64::max)
     }
 
     fn draw_slice(&self, panel: &Panel<'_>, name: &str, slice: &Slice, top: f64) -> Result<(), PictureError> {
         let (half, height) = self.glass_mm;
+        let known = slice.tracers.iter().all(|tracer| tracer.value.is_some());
+        let name = if known { name.into() } else { format!("{name}: {} not known", self.value) };
         let mut chart = ChartBuilder::on(panel)
             .caption(name, (FONT, 18))
             .margin(10)
@@ -147,8 +170,10 @@ impl Picture<'_> {
         chart.configure_mesh().disable_mesh().x_desc("x, mm").y_desc("z, mm").draw()?;
         let wall = [(-half, height), (-half, 0.0), (half, 0.0), (half, height)];
         chart.draw_series([PathElement::new(wall.to_vec(), GREY.stroke_width(2))])?;
-        let dot = |&(x, z, value): &(f64, f64, f64)| {
-            Circle::new((x, z), 6, ViridisRGB.get_color((value / top).min(1.0) as f32).filled())
+        let dot = |tracer: &SliceTracer| {
+            let colour = |value: f64| ViridisRGB.get_color((value / top).min(1.0) as f32).to_rgba();
+            let grey = GREY.mix(0.35);
+            Circle::new(tracer.at_mm, 6, tracer.value.map_or(grey, colour).filled())
         };
         chart.draw_series(slice.tracers.iter().map(dot))?;
         Ok(())

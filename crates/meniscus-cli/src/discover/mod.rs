@@ -5,8 +5,10 @@ mod study;
 use super::inputs::file;
 use super::outputs::check_folder;
 use super::stop::{finish, watched_until};
-use anyhow::bail;
+use anyhow::{Context, bail};
 use indicatif::ProgressBar;
+use meniscus::blob::Model;
+use meniscus_data::validity::Validity;
 use meniscus_discover::decision::settings::Settings;
 use meniscus_discover::fitting::fit_cache::FitCache;
 use meniscus_discover::insert::simulated::Resolution;
@@ -18,7 +20,7 @@ use meniscus_discover::workflow::inputs::{Inputs, library};
 use meniscus_discover::workflow::insertion::FLASHED;
 use meniscus_discover::workflow::progress::{Progress, Stage};
 use meniscus_discover::workflow::{Discovery, Report};
-use meniscus_platform::files::write_whole;
+use meniscus_platform::files::{AlignedBytes, write_whole};
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
@@ -181,6 +183,9 @@ fn one(arguments: &Wanted) -> anyhow::Result<()> {
     let write = |name: &str, bytes: &[u8]| write_whole(&arguments.out.join(name), bytes);
     if let Some(blob) = &report.insertion.blob {
         write("model.blob", blob)?;
+        let aligned = AlignedBytes::copy(blob);
+        let model = Model::load(&aligned).context("the model with the effects does not load")?;
+        Validity::of(&model.header).sentence.iter().for_each(|sentence| eprintln!("model.blob: {sentence}"));
     }
     write("report.html", page(&report, &command(arguments))?.as_bytes())?;
     write("verdict.json", format!("{json:#}").as_bytes())?;

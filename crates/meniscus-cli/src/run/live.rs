@@ -12,6 +12,7 @@ use meniscus::runtime::Estimator;
 use meniscus::runtime::output::Packet;
 use meniscus::surface::{Config, Rectifier};
 use meniscus_data::recording::EstimateRecording;
+use meniscus_data::validity::Validity;
 use meniscus_platform::files::{check_writable, write_whole};
 use meniscus_service::identify::GlassSize;
 use meniscus_service::live::{Log, Worker};
@@ -78,7 +79,11 @@ pub(super) fn live(
         silence: config.silence,
         ..Worker::new(estimator, camera.reader)
     };
-    let caption = Caption { title, fill_m, radius_m, length };
+    let validity = Validity::of(&model.header);
+    if let Some(sentence) = &validity.sentence {
+        say(sentence);
+    }
+    let caption = Caption { title, fill_m, radius_m, length, validity };
     let Outputs { published, page, foxglove } = &mut outputs;
     let viewers: Vec<&dyn Viewer> = page
         .iter()

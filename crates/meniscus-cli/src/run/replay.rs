@@ -10,6 +10,7 @@ use meniscus::blob::Model;
 use meniscus::surface::Config;
 use meniscus_bags as bag;
 use meniscus_bags::play;
+use meniscus_data::validity::Validity;
 use meniscus_score::run_report::CameraReport;
 use meniscus_usb::camera::CameraHealth;
 use meniscus_usb::link::link;
@@ -49,6 +50,7 @@ pub(super) fn run(config: &RunConfig, model: &Model<'_>, file: &Path) -> anyhow:
         notes: Vec::new(),
         realtime: None,
         score: None,
+        validity: Validity::of(&model.header),
     };
     print(config, &report.json(&config.labels()), &report.text())?;
     // A recording that ends too early fails only after the report of what was seen until then.

@@ -10,6 +10,7 @@ use anyhow::bail;
 use meniscus::blob::Model;
 use meniscus::surface::Config;
 use meniscus::units::Micros;
+use meniscus_data::validity::Validity;
 use meniscus_hil::FaultList;
 use meniscus_hil::device::{Device, FIRST_SHOT_US, Trouble};
 use meniscus_platform::realtime::{Priority, become_realtime};
@@ -93,7 +94,8 @@ pub(super) fn run(
         let linear = linear_with_motion(&truth);
         score(model, &truth, &linear, &log.turns, Micros(FIRST_SHOT_US))
     });
-    let report = CameraReport { log, camera: Some(connected), health, notes, realtime, score };
+    let validity = Validity::of(&model.header);
+    let report = CameraReport { log, camera: Some(connected), health, notes, realtime, score, validity };
     print(config, &report.json(&config.labels()), &report.text())?;
     // The camera's error comes after the report of what was seen until then.
     ended?;

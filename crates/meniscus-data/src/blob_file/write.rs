@@ -202,7 +202,7 @@ mod tests {
             sections: heapless::Vec::new(),
             embedded: None,
             model_version: 7,
-            known: KnownGroups::ALL,
+            stated_known: KnownGroups::ALL,
             filter: FilterConfig::REFERENCE,
         }
     }

@@ -8,8 +8,9 @@ fn named() -> impl Iterator<Item = (FieldGroup, &'static str)> {
     FieldGroup::ALL.into_iter().zip(GROUP_NAMES.into_iter().chain(["surface"]))
 }
 
-/// Returns the names of `known`.
-pub(super) fn names(known: KnownGroups) -> Vec<&'static str> {
+/// Returns the names of `known` in files and reports: `q`, `v`, `e`, `sigma`, `tau`, `surface`.
+#[must_use]
+pub fn names(known: KnownGroups) -> Vec<&'static str> {
     named().filter(|(group, _)| known.contains(*group)).map(|(_, name)| name).collect()
 }
 

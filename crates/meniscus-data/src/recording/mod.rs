@@ -12,6 +12,7 @@ mod tensors;
 
 pub use compress::Factored;
 pub use estimates::EstimateRecording;
+pub use groups::names as group_names;
 pub use lattice::{COLUMNS, LAYERS, Lattice, TRACERS, WALL_POINTS, wall_azimuth};
 pub use store::StoreError;
 

@@ -1,6 +1,6 @@
 //! Blob taken apart into trainable weights and the rest, and put together again.
 
-use super::{Correction, Sightings};
+use super::{Correction, Sightings, known_after};
 use crate::TrainError;
 use crate::blob_text::fitting;
 use crate::calibration::blob_parts as parts;
@@ -13,7 +13,7 @@ use crate::correct::training_window::TrainingWindow;
 use crate::operators::filter::settle;
 use crate::operators::reference_step::{Dynamics, Square};
 use crate::operators::unrolled::{dynamics_of, rounded, weights_of};
-use meniscus::blob::{Header, Model, Tensor as Name};
+use meniscus::blob::{BEFORE, Header, Model, Tensor as Name};
 use meniscus::latent::encoder::GRU_LAYERS;
 use meniscus::latent::generic::{LATENTS, Latent};
 use meniscus_data::blob_file::{
@@ -133,7 +133,8 @@ impl CheckpointParts {
         let mut header = self.header.clone();
         header.liquid = fitting(&how.liquid);
         header.model_version = header.model_version.saturating_add(1);
-        header.provenance = fitting(&format!("{}; before: {}", how.command, self.header.provenance));
+        header.stated_known = known_after(header.stated_known, how.same_liquid);
+        header.provenance = fitting(&format!("{}{BEFORE}{}", how.command, self.header.provenance));
         Ok(write::blob(header, &parts)?)
     }
 }

@@ -23,6 +23,9 @@
 //!
 //! The intervals of the new blob are widened until they cover the held-out surface (`interval`).
 //!
+//! The free surface does not teach the inside: of another liquid than its own the new blob knows surface and positions
+//! ([`meniscus::blob::KnownGroups::KINEMATICS`]).
+//!
 //! The laws need no guard: they hold for any weights, and the gain is pulled back until its loop is stable.
 
 mod adaptation;
@@ -42,7 +45,7 @@ use crate::TrainError;
 use adaptation::Adaptation;
 use checkpoint_parts::CheckpointParts;
 use judge::{Choice, Judge, split};
-use meniscus::blob::Model;
+use meniscus::blob::{KnownGroups, Model};
 use meniscus::surface::SurfaceProfile;
 use meniscus_optim::progress::{Session, looks_at};
 use meniscus_platform::files::AlignedBytes;
@@ -61,6 +64,9 @@ pub struct Correction {
     pub parameters: CorrectionParameters,
     /// Name of the liquid, for the blob.
     pub liquid: String,
+    /// Whether the recordings are of the liquid that the model was trained on. The model then knows as much as before; of
+    /// another liquid it has learned the surface and the positions ([`KnownGroups::KINEMATICS`]).
+    pub same_liquid: bool,
     /// The command, for the blob's provenance.
     pub command: String,
     /// No bar.
@@ -74,6 +80,7 @@ impl Default for Correction {
             seed: 1,
             parameters: CorrectionParameters::default(),
             liquid: String::from("corrected"),
+            same_liquid: false,
             command: String::new(),
             quiet: false,
         }
@@ -93,6 +100,11 @@ pub struct Corrected {
     pub looks: Vec<(usize, f64, f64)>,
     /// Candidates that were better on the held-out part but had forgotten too much.
     pub refused: usize,
+}
+
+/// Returns the groups that a model with the groups `before` knows after a correction.
+fn known_after(before: KnownGroups, same_liquid: bool) -> KnownGroups {
+    if same_liquid { before } else { before.both(KnownGroups::KINEMATICS) }
 }
 
 /// Corrects `blob` by `recordings` of another liquid, with `source` as recordings of its own.

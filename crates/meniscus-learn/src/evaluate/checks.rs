@@ -2,17 +2,24 @@
 
 use super::unseen::{BLIND, TARGET, errors};
 use super::{LiquidResult, SOURCE, Study, Trial, percent};
-use meniscus_data::recording::GROUP_NAMES;
+use meniscus::blob::FieldGroup;
 use meniscus_numerics::statistics::median;
 use meniscus_report::checks::Check;
+use meniscus_score::field_error::GroupError;
+use meniscus_score::unknown_groups::in_checks;
 
 /// Every figure of the study.
 #[must_use]
 pub fn checks(study: &Study) -> Vec<Check> {
     let mut checks = Vec::new();
+    let mut unknown = study.source.unknown_shown.len();
     for result in &study.results {
+        let first = checks.len();
         liquid(&mut checks, result);
+        let after = &result.after;
+        unknown += after.unknown_shown.len() + in_checks(&checks[first..], after.score.known).len();
     }
+    let first = checks.len();
     source_liquid(&mut checks, &study.source);
     for LiquidResult { course, after, .. } in &study.results {
         let name = format!("{}_interval_coverage", course.name);
@@ -24,6 +31,8 @@ pub fn checks(study: &Study) -> Vec<Check> {
     for (name, [said, still]) in ["forecast_250ms", "forecast_500ms"].iter().zip(study.source.forecast) {
         checks.push(Check::at_most(*name, percent(said), "%", percent(still)));
     }
+    unknown += in_checks(&checks[first..], study.source.score.known).len();
+    checks.push(Check::exactly("unknown_groups_shown", unknown as f64, "1", 0.0));
     checks
 }
 
@@ -64,8 +73,8 @@ fn liquid(checks: &mut Vec<Check>, result: &LiquidResult) {
 fn source_liquid(checks: &mut Vec<Check>, source: &Trial) {
     checks.extend(errors(SOURCE.0, source));
     checks.push(Check::within("interval_coverage", percent(source.score.held.share()), "%", 85.0, 95.0));
-    for (group, held) in GROUP_NAMES.iter().zip(source.score.field_held) {
-        checks.push(Check::informational(format!("interval_coverage_{group}"), percent(held.share()), "%"));
+    for GroupError { name, held, .. } in source.score.known_field() {
+        checks.push(Check::informational(format!("interval_coverage_{name}"), percent(held.share()), "%"));
     }
     for (lead, held) in ["250ms", "500ms"].iter().zip(source.forecast_held) {
         checks.push(Check::within(
@@ -101,8 +110,8 @@ fn outside_range(checks: &mut Vec<Check>, outside: &Trial) {
     checks.push(Check::informational("outside_slosh_rel", percent(outside.estimate.slosh_rel()), "%"));
     checks.push(Check::informational("outside_mean", percent(outside.estimate.mean()), "%"));
     checks.push(Check::informational("outside_max", percent(outside.estimate.max), "%"));
-    for (group, error) in GROUP_NAMES.iter().zip(outside.field) {
-        checks.push(Check::informational(format!("outside_field_{group}"), percent(error), "%"));
+    for GroupError { name, error, .. } in outside.known_field() {
+        checks.push(Check::informational(format!("outside_field_{name}"), percent(error), "%"));
     }
     checks.push(Check::informational("outside_interval_coverage", percent(outside.held.share()), "%"));
 }
@@ -112,17 +121,16 @@ fn motion_sources(checks: &mut Vec<Check>, study: &Study) {
     for one in &study.motion {
         let name = |what: &str| format!("motion_{}_{what}", one.name);
         let slosh = percent(one.score.estimate.slosh_rel());
-        let v = percent(one.score.field[1]);
         let [of_slosh, of_v] = if one.name == "none" { BLIND } else { [TARGET.0, TARGET.1[1]] };
         checks.push(Check::at_most(name("slosh_rel"), slosh, "%", of_slosh));
-        checks.push(Check::at_most(name("field_v"), v, "%", of_v));
-        for (group, k) in [("q", 0), ("e", 2), ("sigma", 3), ("tau", 4)] {
-            checks.push(Check::informational(
-                name(&format!("field_{group}")),
-                percent(one.score.field[k]),
-                "%",
-            ));
-        }
+        let field = |one: GroupError| {
+            let (check, error) = (name(&format!("field_{}", one.name)), percent(one.error));
+            match one.group {
+                FieldGroup::Velocity => Check::at_most(check, error, "%", of_v),
+                _ => Check::informational(check, error, "%"),
+            }
+        };
+        checks.extend(one.score.known_field().map(field));
     }
     for (track, missed) in ["true", "seen"].iter().zip(study.acceleration_forecast) {
         checks.push(Check::informational(

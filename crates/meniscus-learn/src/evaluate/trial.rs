@@ -8,6 +8,7 @@ use meniscus::units::FRAME_INTERVAL_S;
 use meniscus_data::recording::Recording;
 use meniscus_score::baseline::linear_with_motion;
 use meniscus_score::score::{Held, Score, SurfaceError, score};
+use meniscus_score::unknown_groups::{UnknownShown, in_outputs};
 use meniscus_service::timed_turn::TimedTurn;
 use meniscus_virtual::camera::START;
 use meniscus_virtual::observe_recording::turns_with;
@@ -57,6 +58,8 @@ pub struct Trial {
     pub forecast_held: [Held; 2],
     /// The same three with the motion of the glass planned that far ahead.
     pub planned: Planned,
+    /// Field groups that the outputs show and the model does not know.
+    pub unknown_shown: Vec<UnknownShown>,
 }
 
 /// Forecasts of a glass whose motion is planned.
@@ -112,6 +115,7 @@ pub fn trial(model: &Model<'_>, recording: &Recording, seen: &Sightings) -> Tria
             forecast: planned.map(|ahead| ahead.moving.slosh_rel()),
             held: planned.map(|ahead| ahead.held),
         },
+        unknown_shown: in_outputs(model, recording, &turns),
     }
 }
 

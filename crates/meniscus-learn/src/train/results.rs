@@ -72,7 +72,7 @@ impl Pipeline<'_> {
             sections: heapless::Vec::new(),
             embedded: None,
             model_version: 1,
-            known: KnownGroups::ALL,
+            stated_known: KnownGroups::ALL,
             filter: FilterConfig::REFERENCE,
         })
     }

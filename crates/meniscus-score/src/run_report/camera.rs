@@ -1,7 +1,9 @@
 //! Report of a run with a camera on a bus or a camera's recording: there is no truth unless one was named.
 
-use super::{RunLabels, checks_of, fields_json, liquid_line, surface_json};
+use super::{RunLabels, checks_of, fields_json, liquid_line, surface_json, unknown_line};
+use crate::field_error::GroupError;
 use crate::score::Score;
+use meniscus_data::validity::Validity;
 use meniscus_report::checks::{Check, table};
 use meniscus_service::camera_facts::{camera_json, camera_line};
 use meniscus_service::live::Log;
@@ -27,6 +29,8 @@ pub struct CameraReport<'l> {
     pub realtime: Option<Result<(), String>>,
     /// Errors against the truth, where one is known.
     pub score: Option<Score>,
+    /// Field groups that the model knows.
+    pub validity: Validity,
 }
 
 impl CameraReport<'_> {
@@ -45,6 +49,8 @@ impl CameraReport<'_> {
             "command": "meniscus run",
             "version": env!("CARGO_PKG_VERSION"),
             "model": labels.model,
+            "known": self.validity.names(),
+            "unknown": self.validity.sentence,
             "source": labels.source,
             "camera": self.camera.as_ref().map(camera_json),
             "camera_health": self.health,
@@ -98,15 +104,14 @@ impl CameraReport<'_> {
         let _ = match &self.score {
             None => writeln!(text, "no truth is known, so the estimate has no error figures"),
             Some(score) => {
-                let [q, v, ..] = score.field.map(|error| 100.0 * error);
                 let slosh = 100.0 * score.estimate.slosh_rel();
-                writeln!(
-                    text,
-                    "errors against the truth: surface {slosh:.1} % (slosh-relative), q {q:.1} %, v {v:.1} %"
-                )
+                let one = |one: &GroupError| format!(", {} {:.1} %", one.name, 100.0 * one.error);
+                let groups = score.known_field().filter(|one| matches!(one.name, "q" | "v"));
+                let groups: String = groups.map(|group| one(&group)).collect();
+                writeln!(text, "errors against the truth: surface {slosh:.1} % (slosh-relative){groups}")
             }
         };
-        text + &liquid_line(log) + &table(&self.checks())
+        text + &unknown_line(&self.validity) + &liquid_line(log) + &table(&self.checks())
     }
 }
 

@@ -8,7 +8,7 @@ pub use truth::TruthReport;
 
 use crate::score::Score;
 use meniscus::runtime::DEADLINE_US;
-use meniscus_data::recording::GROUP_NAMES;
+use meniscus_data::validity::Validity;
 use meniscus_report::checks::Check;
 use meniscus_service::live::Log;
 use meniscus_service::run::statistics::{TurnTimes, energy_drift, entropy_falls, late};
@@ -52,9 +52,14 @@ fn checks_of(log: &Log) -> Vec<Check> {
     ]
 }
 
-/// Returns the errors of the field by group as JSON.
+/// Returns the errors of the known groups of the field as JSON.
 fn fields_json(score: &Score) -> Value {
-    GROUP_NAMES.iter().zip(score.field).map(|(name, error)| ((*name).to_owned(), json!(error))).collect()
+    score.known_field().map(|one| (one.name.to_owned(), json!(one.error))).collect()
+}
+
+/// Returns the sentence about the groups that are not known as a line; empty where all are.
+fn unknown_line(validity: &Validity) -> String {
+    validity.sentence.as_ref().map_or(String::new(), |sentence| format!("{sentence}\n"))
 }
 
 /// Returns the errors of the surface as JSON.

@@ -1,10 +1,12 @@
 //! Report of a run before a recording: the estimate against the truth and the baselines.
 
-use super::{RunLabels, checks_of, fields_json, liquid_line, surface_json, target};
+use super::{RunLabels, checks_of, fields_json, liquid_line, surface_json, target, unknown_line};
 use crate::baseline::linear_with_motion;
+use crate::field_error::GroupError;
 use crate::score::{Score, score};
-use meniscus::blob::Model;
+use meniscus::blob::{FieldGroup, Model};
 use meniscus_data::recording::Recording;
+use meniscus_data::validity::Validity;
 use meniscus_report::checks::{Check, table};
 use meniscus_service::live::Log;
 use meniscus_service::run::statistics::{
@@ -20,6 +22,7 @@ use std::fmt::Write;
 pub struct TruthReport<'l> {
     log: &'l Log,
     liquid: String,
+    validity: Validity,
     /// Errors against the truth of the recording.
     pub score: Score,
     /// The checks, in the order of the table.
@@ -37,7 +40,8 @@ impl<'l> TruthReport<'l> {
         let score = score(model, recording, &linear, &log.turns, START);
         let mut checks = scored(&score);
         checks.extend(checks_of(log));
-        Some(Self { log, liquid: recording.provenance.liquid.clone(), score, checks })
+        let validity = Validity::of(&model.header);
+        Some(Self { log, liquid: recording.provenance.liquid.clone(), validity, score, checks })
     }
 
     /// Returns the number of turns of the run.
@@ -55,6 +59,8 @@ impl<'l> TruthReport<'l> {
             "version": env!("CARGO_PKG_VERSION"),
             "liquid": self.liquid,
             "model": labels.model,
+            "known": self.validity.names(),
+            "unknown": self.validity.sentence,
             "source": labels.source,
             "seed": labels.seed,
             "frames": log.turns.len(),
@@ -108,15 +114,19 @@ impl<'l> TruthReport<'l> {
             percent(score.persistence.slosh_rel()),
             percent(score.linear.slosh_rel())
         );
-        text + &motion_line(log) + &stages_line(log) + &liquid_line(log) + &table(&self.checks)
+        text + &unknown_line(&self.validity)
+            + &motion_line(log)
+            + &stages_line(log)
+            + &liquid_line(log)
+            + &table(&self.checks)
     }
 }
 
 /// Returns the checks against the truth.
 fn scored(score: &Score) -> Vec<Check> {
-    let (surface, [q, v, e, sigma, tau]) = (&score.estimate, score.field);
+    let surface = &score.estimate;
     let (mean, max) = target::SURFACE;
-    vec![
+    let mut checks = vec![
         Check::at_most("surface_slosh_rel", surface.slosh_rel(), "1", target::SLOSH_REL),
         Check::informational("baseline_flat_slosh_rel", score.flat.slosh_rel(), "1"),
         Check::informational("baseline_persistence_slosh_rel", score.persistence.slosh_rel(), "1"),
@@ -124,11 +134,16 @@ fn scored(score: &Score) -> Vec<Check> {
         Check::at_most("surface_error_mean", surface.mean(), "1", mean),
         Check::at_most("surface_error_max", surface.max, "1", max),
         Check::informational("interval_coverage", score.held.share(), "1"),
-        Check::at_most("field_error_q", q, "1", target::FIELD),
-        Check::at_most("field_error_v", v, "1", target::FIELD),
-        Check::informational("field_error_e", e, "1"),
-        Check::informational("field_error_sigma", sigma, "1"),
-        Check::informational("field_error_sigma_frame_late", score.late_sigma, "1"),
-        Check::informational("field_error_tau", tau, "1"),
-    ]
+    ];
+    for GroupError { group, name, error, .. } in score.known_field() {
+        let check = format!("field_error_{name}");
+        checks.push(match group {
+            FieldGroup::Position | FieldGroup::Velocity => Check::at_most(check, error, "1", target::FIELD),
+            _ => Check::informational(check, error, "1"),
+        });
+        if group == FieldGroup::NormalStress {
+            checks.push(Check::informational("field_error_sigma_frame_late", score.late_sigma, "1"));
+        }
+    }
+    checks
 }

@@ -54,6 +54,22 @@ pub struct FieldFrame {
     pub field: Vec<f32>,
 }
 
+impl FieldFrame {
+    /// Returns a frame with room for the groups that the model of `header` knows, of a full field of `field_len` numbers.
+    #[must_use]
+    pub fn room(header: &Header, field_len: usize) -> Self {
+        let groups = header.known();
+        let field = vec![0.0; groups_len(field_len, groups)];
+        Self { kind: FIELD_KIND, number: 0, time: Micros(0), host: None, groups, field }
+    }
+
+    /// Takes the full `field` of the turn of `packet`.
+    pub fn take(&mut self, packet: &Packet, field: &[f32]) {
+        (self.number, self.time, self.host) = (packet.number, packet.time, packet.host);
+        copy_groups(field, self.groups, &mut self.field);
+    }
+}
+
 /// Counters of the records.
 #[derive(Debug, Default)]
 pub struct PublishCounters {
@@ -96,10 +112,7 @@ impl TurnSink for PublishOutlet {
             self.counters.queue_full.fetch_add(1, Ordering::Relaxed);
         }
         if timed.turn.estimate.field_fresh && field.len() == self.field_len {
-            self.slot.offer(|frame| {
-                (frame.number, frame.time, frame.host) = (packet.number, packet.time, packet.host);
-                copy_groups(field, frame.groups, &mut frame.field);
-            });
+            self.slot.offer(|frame| frame.take(&packet, field));
         }
     }
 }
@@ -147,15 +160,7 @@ impl Publisher {
         let counters = Arc::new(PublishCounters::default());
         let targets = Targets::open(destinations, Arc::clone(&counters))?;
         let (queue, records) = sync_channel(QUEUE);
-        let empty = FieldFrame {
-            kind: FIELD_KIND,
-            number: 0,
-            time: Micros(0),
-            host: None,
-            groups: header.known,
-            field: vec![0.0; groups_len(field_len, header.known)],
-        };
-        let slot = Arc::new(Handoff::new(empty));
+        let slot = Arc::new(Handoff::new(FieldFrame::room(header, field_len)));
         let shared = Arc::clone(&slot);
         let every = (field_hz > 0.0).then(|| Duration::from_secs_f64(1.0 / field_hz));
         let thread = std::thread::Builder::new().name("publisher".into());

@@ -4,6 +4,7 @@ use super::Shared;
 use ::foxglove::{FoxgloveError, RawChannel, Schema};
 use meniscus::blob::Model;
 use meniscus::runtime::{Forecast, Mode};
+use meniscus_data::validity::Validity;
 use meniscus_service::snapshot::TurnSnapshot;
 use meniscus_service::timed_turn::TimedTurn;
 use serde_json::{Value, json};
@@ -20,10 +21,10 @@ const AHEAD: usize = 15;
 
 /// Single numbers of a message with what they are.
 const NUMBERS: [(&str, &str); 11] = [
-    ("slosh_energy", "H(x): energy of the slosh, J"),
-    ("heat", "heat since the start, J; it never falls"),
-    ("work", "work of the moving glass in this step, in units of H"),
-    ("produced", "heat of this step, in units of H; never negative"),
+    ("slosh_energy", "H(x): energy of the slosh, J; null where velocity is not known"),
+    ("heat", "heat since the start, J, which never falls; null where internal energy is not known"),
+    ("work", "work of the moving glass in this step, in units of H; null as the energy"),
+    ("produced", "heat of this step, in units of H, never negative; null as the heat"),
     ("energy_residual", "energy of this step less the work: rounding"),
     ("glass_acceleration", "m/s2"),
     ("turn", "time of the turn, us"),
@@ -53,26 +54,37 @@ fn schema() -> Value {
     let mut properties = serde_json::Map::new();
     properties.insert("mode".into(), json!({ "type": "string", "enum": MODES.map(mode) }));
     for (name, what) in NUMBERS {
-        properties.insert(name.into(), json!({ "type": "number", "description": what }));
+        properties.insert(name.into(), json!({ "type": ["number", "null"], "description": what }));
     }
     for (name, what) in LISTS {
         let items = json!({ "type": ["number", "null"] });
         properties.insert(name.into(), json!({ "type": "array", "items": items, "description": what }));
     }
+    let groups = "field groups that the model knows for this liquid";
+    properties.insert(
+        "known".into(),
+        json!({ "type": "array", "items": { "type": "string" }, "description": groups }),
+    );
+    let why = "reason and remedy for the other groups; empty where all are known";
+    properties.insert("unknown".into(), json!({ "type": "string", "description": why }));
     json!({ "title": SCHEMA, "type": "object", "properties": properties })
 }
 
 /// A turn.
 pub(super) fn message(model: &Model<'_>, snapshot: &TurnSnapshot, logged: &TimedTurn) -> String {
-    let (turn, estimate, health) = (&logged.turn, &logged.turn.estimate, &snapshot.memory.health);
+    let (turn, health) = (&logged.turn, &snapshot.memory.health);
+    let validity = Validity::of(&model.header);
+    let estimate = turn.estimate.known_only(validity.known);
     let measured = turn.profile.and_then(Result::ok).map(|profile| {
         let points = profile.height_m.into_iter().zip(profile.valid);
         points.map(|(z, valid)| valid.then_some(z)).collect::<Vec<_>>()
     });
-    let known = estimate.mode != Mode::Halted;
-    let ahead = known.then(|| Forecast::new(model, &snapshot.memory, AHEAD, &[]));
+    let valid = estimate.mode != Mode::Halted;
+    let ahead = valid.then(|| Forecast::new(model, &snapshot.memory, AHEAD, &[]));
     json!({
         "mode": mode(estimate.mode),
+        "known": validity.names(),
+        "unknown": validity.sentence.unwrap_or_default(),
         "slosh_energy": estimate.slosh_j,
         "heat": estimate.heat_j,
         "work": estimate.audit.work,
@@ -84,8 +96,8 @@ pub(super) fn message(model: &Model<'_>, snapshot: &TurnSnapshot, logged: &Timed
         "late_turns": snapshot.late,
         "frames_missing": health.frames_missing,
         "field_left_out": health.field_shed,
-        "estimated": if known { estimate.surface_m.to_vec() } else { Vec::new() },
-        "estimated_half": if known { estimate.interval.surface_m.to_vec() } else { Vec::new() },
+        "estimated": if valid { estimate.surface_m.to_vec() } else { Vec::new() },
+        "estimated_half": if valid { estimate.interval.surface_m.to_vec() } else { Vec::new() },
         "measured": measured.unwrap_or_default(),
         "ahead": ahead.map(|ahead| ahead.surface_m.to_vec()).unwrap_or_default(),
         "ahead_half": ahead.map(|ahead| ahead.half_width_m.to_vec()).unwrap_or_default(),
@@ -129,7 +141,8 @@ mod tests {
             } else {
                 "number"
             };
-            assert_eq!(properties[name]["type"], is, "{name}");
+            let allowed = &properties[name]["type"];
+            assert!(*allowed == is || *allowed == json!([is, "null"]), "{name}: {allowed}");
         }
         assert_eq!(message["latency"], 5);
     }

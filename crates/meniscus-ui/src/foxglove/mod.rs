@@ -9,6 +9,7 @@ mod camera;
 mod estimate;
 mod scene;
 mod topics;
+mod tracers;
 
 use ::foxglove::{Context, FoxgloveError, McapWriteOptions, McapWriterHandle, WebSocketServerHandle};
 use meniscus::blob::Model;

@@ -1,29 +1,20 @@
-//! The liquid in space: where the glass and the camera are, the tracers with what they carry, the surface on the wall.
+//! The liquid in space: where the glass and the camera are, the surface on the wall.
 //!
 //! Frames: `world`, with the axis of the glass at x = 0 where the camera's range has its middle, y away from the
 //! camera, z up from the inner bottom; `glass`, the same carried along with the glass; `camera`.
 
 use super::{camera, name};
 use ::foxglove::messages::line_primitive::Type as LineType;
-use ::foxglove::messages::packed_element_field::NumericType;
 use ::foxglove::messages::{
-    Color, CylinderPrimitive, FrameTransform, LinePrimitive, PackedElementField, Point3, PointCloud, Pose,
-    Quaternion, SceneEntity, SceneUpdate, SpherePrimitive, Timestamp, Vector3,
+    Color, CylinderPrimitive, FrameTransform, LinePrimitive, Point3, Pose, Quaternion, SceneEntity,
+    SceneUpdate, SpherePrimitive, Timestamp, Vector3,
 };
 use meniscus::blob::Model;
-use meniscus::latent::decoder::GROUP_COMPONENTS;
 use meniscus::surface::{Config, profile_abscissa};
 use meniscus_service::timed_turn::TimedTurn;
 
 const WORLD: &str = "world";
-const GLASS: &str = "glass";
-
-/// Fields of a tracer in the point cloud, all `f32`, SI units: position, velocity, speed, internal energy, pressure
-/// -tr(sigma)/3, and the size of the shear stress |tau|.
-const CARRIED: [&str; 10] = ["x", "y", "z", "vx", "vy", "vz", "speed", "e", "pressure", "shear"];
-
-/// Bytes of a tracer.
-const STRIDE: u32 = 4 * CARRIED.len() as u32;
+pub(super) const GLASS: &str = "glass";
 
 /// Colours after Okabe and Ito (2008): what was estimated, what was measured, the glass.
 const ESTIMATED: Color = Color { r: 0.0, g: 0.447, b: 0.698, a: 1.0 };
@@ -56,37 +47,6 @@ pub(super) fn stand(config: &Config, stamp: Timestamp) -> FrameTransform {
             z: f64::from(settings.camera_height_m),
         }),
         rotation: Some(Quaternion { x: half.sin(), y: 0.0, z: 0.0, w: half.cos() }),
-    }
-}
-
-/// The full field of `count` tracers as a cloud in the frame of the glass; `field` is group after group, as the decoder
-/// writes it.
-pub(super) fn tracers(count: usize, field: &[f32], stamp: Timestamp) -> PointCloud {
-    let mut rest = field;
-    let [q, v, e, sigma, tau] = GROUP_COMPONENTS.map(|components| {
-        let (group, behind) = rest.split_at((components * count).min(rest.len()));
-        rest = behind;
-        group.chunks_exact(components)
-    });
-    let size = |vector: &[f32]| vector.iter().map(|x| x * x).sum::<f32>().sqrt();
-    let mut data = Vec::with_capacity(count * STRIDE as usize);
-    for ((((q, v), e), sigma), tau) in q.zip(v).zip(e).zip(sigma).zip(tau) {
-        let pressure = -sigma.iter().sum::<f32>() / 3.0;
-        let carried = q.iter().chain(v).copied().chain([size(v), e[0], pressure, size(tau)]);
-        carried.for_each(|number| data.extend_from_slice(&number.to_le_bytes()));
-    }
-    let fields = CARRIED.iter().enumerate().map(|(place, field)| PackedElementField {
-        name: name(field),
-        offset: 4 * place as u32,
-        r#type: NumericType::Float32 as i32,
-    });
-    PointCloud {
-        timestamp: Some(stamp),
-        frame_id: name(GLASS),
-        pose: Some(here([0.0; 3])),
-        point_stride: STRIDE,
-        fields: fields.collect(),
-        data: data.into(),
     }
 }
 
@@ -154,7 +114,7 @@ pub(super) fn surface(
 }
 
 /// A place, unturned.
-fn here([x, y, z]: [f64; 3]) -> Pose {
+pub(super) fn here([x, y, z]: [f64; 3]) -> Pose {
     Pose {
         position: Some(Vector3 { x, y, z }),
         orientation: Some(Quaternion { x: 0.0, y: 0.0, z: 0.0, w: 1.0 }),
@@ -191,22 +151,5 @@ mod tests {
         let (u, v) = config.pixel_of(point.map(|x| x as f32));
         assert!((f64::from(lens.fx) * x / z + f64::from(lens.ppx) - f64::from(u)).abs() < 0.05);
         assert!((f64::from(lens.fy) * y / z + f64::from(lens.ppy) - f64::from(v)).abs() < 0.05);
-    }
-
-    #[test]
-    fn a_tracer_keeps_its_numbers() {
-        // Two tracers: q, v, e, sigma, tau.
-        let mut field = vec![0.0_f32; 26];
-        field[3..6].copy_from_slice(&[0.01, 0.02, 0.03]);
-        field[9..12].copy_from_slice(&[0.3, 0.0, 0.4]);
-        field[13] = 7.0;
-        field[17..20].copy_from_slice(&[-1.0, -2.0, -3.0]);
-        field[23..26].copy_from_slice(&[0.0, 3.0, 4.0]);
-        let cloud = tracers(2, &field, Timestamp::new(1, 0));
-        assert_eq!(cloud.data.len(), 2 * STRIDE as usize);
-        let numbers: Vec<f32> =
-            cloud.data.chunks_exact(4).map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]])).collect();
-        assert_eq!(&numbers[10..], [0.01, 0.02, 0.03, 0.3, 0.0, 0.4, 0.5, 7.0, 2.0, 5.0]);
-        assert_eq!(cloud.fields.len(), CARRIED.len());
     }
 }

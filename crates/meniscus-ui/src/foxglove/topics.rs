@@ -1,11 +1,11 @@
 //! The topics, and one turn on all of them.
 
-use super::{Shared, camera, estimate, nanoseconds, scene};
+use super::{Shared, camera, estimate, nanoseconds, scene, tracers};
 use ::foxglove::messages::{
     CameraCalibration, CompressedImage, FrameTransform, PointCloud, SceneUpdate, Timestamp,
 };
 use ::foxglove::{Channel, PartialMetadata, RawChannel};
-use meniscus::blob::Model;
+use meniscus::blob::{FieldGroup, Model};
 use meniscus::runtime::Mode;
 use meniscus::surface::Config;
 use meniscus_service::snapshot::TurnSnapshot;
@@ -69,12 +69,16 @@ impl Topics {
         }
         // A liquid of which nothing is known is not shown as if it were.
         if estimate.mode != Mode::Halted {
-            if self.tracers.has_sinks() {
+            let known = model.header.known();
+            // Without positions there is no place for a tracer.
+            if self.tracers.has_sinks() && known.contains(FieldGroup::Position) {
                 let latent = estimate.latent.map(|x| x as f32);
                 let coefficients = model.decoder.coefficients(&latent, estimate.port);
-                model.decoder.field(&coefficients, estimate.heat_j as f32, field);
-                self.tracers
-                    .log_with_meta(&scene::tracers(model.header.particles as usize, field, stamp), meta);
+                model.decoder.part(known.selection(), &coefficients, estimate.heat_j as f32, field);
+                self.tracers.log_with_meta(
+                    &tracers::tracers(model.header.particles as usize, known, field, stamp),
+                    meta,
+                );
             }
             if self.surface.has_sinks() {
                 self.surface.log_with_meta(&scene::surface(model, config, logged, stamp), meta);

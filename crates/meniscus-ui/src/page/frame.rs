@@ -1,7 +1,8 @@
 //! One turn as the page gets it. `docs/page.md` has the bytes.
 //!
 //! The full field does not travel: it is linear in the decoder's coefficients, so the page gets the bases once
-//! ([`super::bases`]) and then, turn after turn, some hundred coefficients instead of 27742 numbers.
+//! ([`super::bases`]) and then, turn after turn, some hundred coefficients instead of 27742 numbers. Groups that the model does
+//! not know have no coefficients, and their half-widths and totals are not numbers.
 
 use meniscus::blob::Model;
 use meniscus::latent::decoder::ENERGY_GROUP;
@@ -99,8 +100,11 @@ fn seen<'f>(facts: &'f Facts<'_>) -> Option<&'f SurfaceProfile> {
     facts.logged.turn.profile.as_ref().and_then(|sight| sight.as_ref().ok())
 }
 
-/// The bytes of frame `number`.
+/// The bytes of frame `number`, with the groups that `model` knows.
 pub(super) fn frame(model: &Model<'_>, facts: &Facts<'_>, number: u32) -> Vec<u8> {
+    let mut logged = *facts.logged;
+    logged.turn.estimate = logged.turn.estimate.known_only(model.header.known());
+    let facts = &Facts { logged: &logged, ..*facts };
     let turn = &facts.logged.turn;
     let estimate = &turn.estimate;
     let mode = match estimate.mode {
@@ -143,10 +147,11 @@ pub(super) fn frame(model: &Model<'_>, facts: &Facts<'_>, number: u32) -> Vec<u8
     ];
     let mut put = |number: f32| bytes.extend_from_slice(&number.to_le_bytes());
     profiles.into_iter().flatten().for_each(|&height| put(height));
-    // The coefficients of every group; those of the internal energy hold the heat.
+    // The coefficients of every known group; those of the internal energy hold the heat.
     let latent = estimate.latent.map(|x| x as f32);
     let coefficients = model.decoder.coefficients(&latent, estimate.port);
-    for (index, group) in model.decoder.groups.iter().enumerate() {
+    let known = model.header.known().selection();
+    for (index, group) in model.decoder.groups.iter().enumerate().filter(|(index, _)| known.holds(*index)) {
         if index == ENERGY_GROUP {
             let heated = model.decoder.heated(&coefficients, estimate.heat_j as f32);
             heated.iter().take(group.basis.columns()).for_each(|&coefficient| put(coefficient));

@@ -14,6 +14,7 @@ mod compose;
 mod error;
 mod frame;
 mod image;
+mod messages;
 mod request;
 mod server;
 mod token;
@@ -21,6 +22,7 @@ mod viewer;
 
 pub use board::Counters;
 pub use error::PageError;
+pub use messages::{Messages, messages};
 pub use server::VIEWERS_MAX;
 pub use token::Token;
 

@@ -1,7 +1,10 @@
 //! The live dashboard in a terminal: surface, modes, stage times, energy and entropy.
 
+use super::curve::Curve;
+use meniscus::blob::FieldGroup;
 use meniscus::runtime::{DEADLINE_US, Mode};
 use meniscus::surface::profile_abscissa;
+use meniscus_data::validity::Validity;
 use meniscus_service::run::RunState;
 use meniscus_service::timed_turn::TimedTurn;
 use ratatui::Frame;
@@ -10,7 +13,7 @@ use ratatui::layout::{Constraint, Layout, Rect};
 use ratatui::style::{Color, Style, Stylize};
 use ratatui::symbols::Marker;
 use ratatui::text::{Line, Span};
-use ratatui::widgets::{Axis, Block, Chart, Dataset, GraphType, Paragraph, Sparkline, Wrap};
+use ratatui::widgets::{Axis, Block, Chart, Dataset, GraphType, Paragraph, Wrap};
 use std::collections::VecDeque;
 use std::io;
 use std::sync::atomic::Ordering;
@@ -33,6 +36,8 @@ pub struct Caption {
     pub radius_m: f64,
     /// Length of the run.
     pub length: Duration,
+    /// Field groups that the model knows, and the sentence about the others.
+    pub validity: Validity,
 }
 
 /// The dashboard and what it remembers for its curves.
@@ -102,7 +107,7 @@ impl Dashboard {
     }
 
     fn remember(&mut self, logged: &TimedTurn) {
-        let estimate = &logged.turn.estimate;
+        let estimate = logged.turn.estimate.known_only(self.caption.validity.known);
         let micro = |joules: f64| (joules.max(0.0) * 1e6) as u64;
         self.missed += u64::from(logged.latency_us > DEADLINE_US);
         push(&mut self.turn_us, logged.turn_us);
@@ -111,27 +116,29 @@ impl Dashboard {
     }
 
     fn draw(&self, frame: &mut Frame<'_>, last: Option<&TimedTurn>) {
-        let rows = Layout::vertical([Constraint::Length(3), Constraint::Min(10), Constraint::Length(6)]);
-        let [head, middle, foot] = rows.areas(frame.area());
+        let sentence = self.caption.validity.sentence.as_deref();
+        let rows = Layout::vertical([
+            Constraint::Length(3),
+            Constraint::Length(if sentence.is_some() { 3 } else { 0 }),
+            Constraint::Min(10),
+            Constraint::Length(6),
+        ]);
+        let [head, note, middle, foot] = rows.areas(frame.area());
         frame.render_widget(self.headline(last), head);
+        frame.render_widget(Paragraph::new(sentence.unwrap_or_default()).wrap(Wrap { trim: true }), note);
         let [surface, numbers] =
             Layout::horizontal([Constraint::Min(40), Constraint::Length(38)]).areas(middle);
         self.draw_surface(frame, surface, last);
         frame.render_widget(self.numbers(last), numbers);
-        let thirds = Layout::horizontal([Constraint::Ratio(1, 3); 3]).areas::<3>(foot);
+        let known = self.caption.validity.known;
+        let curve = |title, values, colour, known| Curve { title, values, colour, known };
         let curves = [
-            (" turn, us ", &self.turn_us, Color::Cyan),
-            (" slosh energy, uJ ", &self.slosh_uj, Color::Yellow),
-            (" heat = entropy, uJ ", &self.heat_uj, Color::Red),
+            curve(" turn, us ", &self.turn_us, Color::Cyan, true),
+            curve(" slosh energy, uJ ", &self.slosh_uj, Color::Yellow, known.slosh_energy()),
+            curve(" heat = entropy, uJ ", &self.heat_uj, Color::Red, known.heat()),
         ];
-        for ((title, values, colour), area) in curves.into_iter().zip(thirds) {
-            let title = format!("{title}{} ", values.back().copied().unwrap_or(0));
-            let line = Sparkline::default().block(Block::bordered().title(title)).style(colour);
-            // As many of the newest values as fit between the borders.
-            let room = usize::from(area.width.saturating_sub(2));
-            let newest = values.iter().skip(values.len().saturating_sub(room)).copied();
-            frame.render_widget(line.data(newest), area);
-        }
+        let thirds = Layout::horizontal([Constraint::Ratio(1, 3); 3]).areas::<3>(foot);
+        curves.iter().zip(thirds).for_each(|(curve, area)| curve.draw(frame, area));
     }
 
     fn headline(&self, last: Option<&TimedTurn>) -> Paragraph<'_> {
@@ -184,7 +191,8 @@ impl Dashboard {
         let Some(logged) = last else {
             return Paragraph::new("waiting for the first frame").block(block);
         };
-        let (turn, estimate) = (&logged.turn, &logged.turn.estimate);
+        let known = self.caption.validity.known;
+        let (turn, estimate) = (&logged.turn, logged.turn.estimate.known_only(known));
         let stages = &estimate.stages;
         let widest = estimate.interval.surface_m.iter().copied().fold(0.0, f32::max);
         let seen = match &turn.profile {
@@ -192,11 +200,15 @@ impl Dashboard {
             Some(Err(reason)) => format!("not seen: {reason}"),
             None => "no frame".into(),
         };
+        let known_or = |value: String, known: bool| if known { value } else { "not known".into() };
+        let speed_half = format!("{:.0} mm/s", 1e3 * estimate.interval.field[1]);
+        let speed_half = known_or(speed_half, known.contains(FieldGroup::Velocity));
+        let produced = known_or(format!("{:+.1e}", estimate.audit.heat), known.heat());
         let lines = [
             format!("camera time   {:.3} s", turn.time.0 as f64 * 1e-6),
             format!("surface       {seen}"),
             format!("glass         {:+.2} m/s2", estimate.acceleration_m_s2),
-            format!("may be off by {:.1} mm, {:.0} mm/s", 1e3 * widest, 1e3 * estimate.interval.field[1]),
+            format!("may be off by {:.1} mm, {speed_half}", 1e3 * widest),
             String::new(),
             format!("surface    {:6} us", stages.surface_us),
             format!("predict    {:6} us", stages.predict_us),
@@ -209,7 +221,7 @@ impl Dashboard {
             String::new(),
             format!("step       {:?}, {} iterations", estimate.audit.outcome, estimate.audit.iterations),
             format!("dE - work  {:+.1e}", estimate.audit.energy_residual),
-            format!("dS         {:+.1e}", estimate.audit.heat),
+            format!("dS         {produced}"),
             self.liquid.clone(),
         ];
         Paragraph::new(lines.map(Line::from).to_vec()).wrap(Wrap { trim: true }).block(block)

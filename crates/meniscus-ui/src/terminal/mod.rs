@@ -1,5 +1,6 @@
 //! Terminal views: the dashboard during a run, the picture at the end, the wizard before it.
 
+mod curve;
 mod dashboard;
 mod glass;
 mod wizard;

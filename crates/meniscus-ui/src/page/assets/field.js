@@ -53,9 +53,15 @@ export class Model {
     return out;
   }
 
-  /** Positions and, in `values`, the chosen field; gives its least and its largest value. */
+  /** Whether the model knows every group that `field` is made from. */
+  knows(field) {
+    return field.from.every((name) => this.facts.groups.some((group) => group.name === name && group.known));
+  }
+
+  /** Positions and, in `values`, the chosen field; gives its least and its largest value. Without a field all values are 0. */
   field(field, coefficients) {
     this.decode('q', coefficients);
+    if (!field) { this.values.fill(0); return [0, 1]; }
     for (const name of field.from) if (name !== 'q') this.decode(name, coefficients);
     let [low, high] = [Infinity, -Infinity];
     for (let k = 0; k < this.tracers; k++) {

@@ -28,12 +28,29 @@ drawBar($('bar'));
 FIELDS.forEach(({ name }, k) => $('field').add(new Option(name, k)));
 $('field').onchange = () => { shown.fresh = shown.frame !== null; };
 
+/** A field of a group that the model does not know cannot be chosen, and a sentence says why. */
+function offerFields(model) {
+  const known = FIELDS.map((field) => model.knows(field));
+  [...$('field').options].forEach((option, k) => {
+    option.disabled = !known[k];
+    option.textContent = known[k] ? FIELDS[k].name : `${FIELDS[k].name} (not known)`;
+  });
+  if (!known[$('field').value]) $('field').value = known.indexOf(true);
+  $('unknown').textContent = model.facts.unknown ?? '';
+  $('unknown').hidden = !model.facts.unknown;
+  document.body.classList.toggle('no-field', !known.includes(true));
+}
+
+/** The field that is chosen; none where the model knows none. */
+const chosen = () => FIELDS[$('field').value];
+
 const connection = new Connection({
   model(model) {
     shown.model = model;
     shown.frame = null;
     shown.ranges = {};
     liquid.take(model);
+    offerFields(model);
     camera.forget();
     for (const history of [energy, entropy, deadline]) history.forget();
     $('title').textContent = model.facts.title;
@@ -77,9 +94,10 @@ function range(name, low, high) {
 }
 
 function drawLiquid(frame) {
-  const field = FIELDS[$('field').value];
-  const [low, high] = range(field.name, ...shown.model.field(field, frame.coefficients));
+  const field = chosen();
+  const [low, high] = range(field?.name, ...shown.model.field(field, frame.coefficients));
   liquid.show(low, high, frame.glass_x_m);
+  if (!field) return;
   $('low').textContent = told(low);
   $('high').textContent = `${told(high)} ${field.unit}`;
   $('half').textContent = frame.mode === 'filling' ? '' : `each number of it \u00b1 ${told(field.factor * frame[field.half])} ${field.unit}, nine times in ten`;
@@ -110,8 +128,11 @@ function drawNumbers(frame) {
     cells[k].classList.toggle('bad', Boolean(bad) && frame[name] > 0);
   });
   law.lastChild.textContent = frame.energy_residual.toExponential(0);
-  $('slosh').textContent = `${told(1e3 * frame.slosh_j)} mJ`;
-  $('heat').textContent = `${told(1e3 * frame.heat_j)} mJ`;
+  for (const [name, joules] of [['slosh', frame.slosh_j], ['heat', frame.heat_j]]) {
+    $(name).textContent = Number.isFinite(joules) ? `${told(1e3 * joules)} mJ` : 'not known';
+  }
+  $('energy').classList.toggle('unknown', !Number.isFinite(frame.slosh_j));
+  $('entropy').classList.toggle('unknown', !Number.isFinite(frame.heat_j));
   $('turn').textContent = `${told(1e-3 * frame.turn_us)} ms`;
   $('stages').replaceChildren(...STAGES.map((name) => {
     const [part, number] = [document.createElement('span'), document.createElement('b')];
