@@ -136,6 +136,7 @@ impl Motion {
             potential: sum(&|_, k| GRAVITY_M_S2 * self.eta[k] * self.eta[k]),
             internal: self.heat,
             work: self.work,
+            spilled: 0.0,
         }
     }
 
@@ -228,6 +229,7 @@ fn still(frames: usize, stroke_m: f64, seed: u64) -> Recording {
         wall_m: Vec::new(),
         profile_m: Vec::new(),
         energy: Vec::new(),
+        spilled_m3: vec![0.0; frames],
         states: States::Full(Vec::new()),
         known: KnownGroups::ALL,
     }

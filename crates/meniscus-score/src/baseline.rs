@@ -70,6 +70,7 @@ mod tests {
             wall_m: vec![],
             profile_m: profile,
             energy: vec![EnergyBook::default(); frames],
+            spilled_m3: vec![0.0; frames],
             states: States::Full(vec![]),
             known: KnownGroups::NONE.with(FieldGroup::Surface),
         }

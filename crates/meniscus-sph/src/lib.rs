@@ -78,7 +78,7 @@ mod setup;
 pub mod validate;
 mod walls;
 
-pub use integration::{closure, relative_closure};
+pub use integration::{Spilled, closure, relative_closure};
 pub use output::{Particles, record, record_particles, record_surfaces};
 pub use setup::{Error, Setup};
 
@@ -124,6 +124,11 @@ pub struct Simulator {
     turning: Vec<[f64; 2]>,
     work: f64,
     rest_energy: f64,
+    /// Whether each particle is over the rim, outside of the glass.
+    over: Vec<bool>,
+    /// Number of each particle at the start, before any left.
+    number: Vec<u32>,
+    spilled: Spilled,
 }
 
 impl Simulator {
@@ -189,6 +194,9 @@ impl Simulator {
             turning: Vec::new(),
             work: 0.0,
             rest_energy: 0.0,
+            over: vec![false; packing.position.len()],
+            number: (0..).take(packing.position.len()).collect(),
+            spilled: Spilled::default(),
         };
         simulator.list();
         simulator.settle()?;

@@ -111,6 +111,9 @@ pub struct EnergyBook {
     /// Work done since the start by the inertial forces of the moving glass and by gravity as far as it
     /// turns with it.
     pub work: f64,
+    /// Energy above that of rest that left with liquid over the rim.
+    #[serde(default)]
+    pub spilled: f64,
 }
 
 /// The full states of a recording: as they are, or as a low-rank product for a small file.
@@ -147,6 +150,8 @@ pub struct Recording {
     pub profile_m: Vec<f32>,
     /// Books of energy.
     pub energy: Vec<EnergyBook>,
+    /// Volume that left the glass over the rim since the start, m3.
+    pub spilled_m3: Vec<f64>,
     /// Full states.
     pub states: States,
     /// Groups of the states that are of this liquid; the numbers of the others mean nothing.

@@ -7,6 +7,7 @@
 //! | `glass_y_m`, `glass_z_m`, `tilt_rad` | F64, N | its motion away from the camera and upwards, its inclination; zero where they lack |
 //! | `column_m`, `wall_m`, `profile_m` | F32, N x 194, 72, 21 | free surface |
 //! | `energy_j` | F64, N x 4 | kinetic, potential, internal, work |
+//! | `spilled_m3`, `spilled_j` | F64, N | volume and energy that left over the rim; zero where they lack |
 //! | `state` | F32, N x 27742 | full states, or instead of it: |
 //! | `reference`, `truncation` | F32, 27742 and 5 | rest state; error by group |
 //! | `q.coefficients`, `q.scale`, ... | F16 N x r, F32 r | by group: coefficients, their largest by mode |
@@ -100,6 +101,8 @@ impl Recording {
             Tensor::f64("glass_z_m", &[n], self.glass_z_m.iter().copied()),
             Tensor::f64("tilt_rad", &[n], self.tilt_rad.iter().copied()),
             Tensor::f64("energy_j", &[n, 4], energy),
+            Tensor::f64("spilled_m3", &[n], self.spilled_m3.iter().copied()),
+            Tensor::f64("spilled_j", &[n], self.energy.iter().map(|book| book.spilled)),
             Tensor::f32("column_m", &[n, COLUMNS], &self.column_m),
             Tensor::f32("wall_m", &[n, WALL_POINTS], &self.wall_m),
             Tensor::f32("profile_m", &[n, POINTS], &self.profile_m),
@@ -162,7 +165,7 @@ fn parse(bytes: &[u8]) -> Result<Recording, String> {
         States::Factored(Box::new(factored(&file, n)?))
     };
     let energy = f64s(&file, "energy_j", Some(&[n, 4]))?;
-    // Recordings from before these channels were of glasses that did neither.
+    // Recordings from before these channels were of glasses that did none of it.
     let channel = |name: &str| match file.tensor(name) {
         Ok(_) => f64s(&file, name, Some(&[n])),
         Err(_) => Ok(vec![0.0; n]),
@@ -180,8 +183,16 @@ fn parse(bytes: &[u8]) -> Result<Recording, String> {
         profile_m: f32s(&file, "profile_m", Some(&[n, POINTS]))?,
         energy: energy
             .chunks_exact(4)
-            .map(|b| EnergyBook { kinetic: b[0], potential: b[1], internal: b[2], work: b[3] })
+            .zip(channel("spilled_j")?)
+            .map(|(b, spilled)| EnergyBook {
+                kinetic: b[0],
+                potential: b[1],
+                internal: b[2],
+                work: b[3],
+                spilled,
+            })
             .collect(),
+        spilled_m3: channel("spilled_m3")?,
         states,
         known,
     })

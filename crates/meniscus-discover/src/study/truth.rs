@@ -163,6 +163,7 @@ fn read(bytes: &[u8]) -> Result<Recording, String> {
         wall_m: floats("wall_m")?,
         profile_m: floats("profile_m")?,
         energy: Vec::new(),
+        spilled_m3: vec![0.0; frames],
         states: States::Full(Vec::new()),
         known: KnownGroups::NONE.with(FieldGroup::Surface),
     })

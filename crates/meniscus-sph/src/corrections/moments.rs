@@ -10,7 +10,7 @@
 //! [`super::positions`] a density of `s` and `m`.
 
 use crate::particles::tensor::Symmetric;
-use crate::particles::{CHUNKS, Fluid, Kernel, Neighbours, Particle, pair};
+use crate::particles::{CHUNKS, Fluid, Kernel, Neighbours, Particle, pair, retain};
 use crate::walls::Walls;
 
 /// Lifetime of the sums, s: a seventieth of the first mode of the glass of the recordings.
@@ -96,6 +96,11 @@ impl Moments {
     /// Sums for `particles` particles, due at once.
     pub(crate) fn new(particles: usize) -> Self {
         Self { due_s: 0.0, buffers: vec![Vec::new(); CHUNKS], sums: vec![[0.0; 19]; particles] }
+    }
+
+    /// Keeps the particles that are in `keep`.
+    pub(crate) fn retain(&mut self, keep: &[bool]) {
+        retain(&mut self.sums, keep);
     }
 
     /// Whether they are due after a further step of `dt` seconds.

@@ -18,7 +18,7 @@
 //! `c`, a parabola fitted to the liquid that settles; it calls nothing from where it rests.
 
 use super::moments::Seen;
-use crate::particles::Fluid;
+use crate::particles::{Fluid, retain};
 use nalgebra::{Matrix3, Vector3};
 
 /// Time in which the density follows, s: a third of the first mode of the glass of the recordings. 0.2 and 0.05 give the
@@ -93,6 +93,12 @@ impl PositionDensity {
     /// Keeps the law of the packing as it is now.
     pub(crate) fn settle(&mut self) {
         self.settled = true;
+    }
+
+    /// Keeps the particles that are in `keep`.
+    pub(crate) fn retain(&mut self, keep: &[bool]) {
+        retain(&mut self.found, keep);
+        retain(&mut self.recall, keep);
     }
 
     /// `f(mu/h)`; less than half of the neighbours of a flat surface is a splash, which has that surface's.

@@ -109,6 +109,13 @@ impl Acting {
         self.maxwell.is_some()
     }
 
+    /// Keeps the particles that are in `keep`.
+    pub(crate) fn retain(&mut self, keep: &[bool]) {
+        if let Some(maxwell) = &mut self.maxwell {
+            maxwell.retain(keep);
+        }
+    }
+
     /// Advances what the effects remember by `dt`, at the present places and velocities; books heat.
     pub(crate) fn advance(&mut self, dt: f64, around: &Surroundings<'_>, fluid: &mut Fluid) {
         if let Some(maxwell) = &mut self.maxwell {

@@ -29,7 +29,7 @@
 use super::laws::Relaxation;
 use super::surroundings::Surroundings;
 use crate::corrections::completion;
-use crate::particles::{CHUNKS, Fluid, Particle, distance2};
+use crate::particles::{CHUNKS, Fluid, Particle, distance2, retain};
 use crate::walls::Map;
 use nalgebra::{Matrix3, Vector3};
 use rayon::prelude::*;
@@ -65,6 +65,13 @@ impl Maxwell {
             maps: Vec::new(),
             behind: Vec::new(),
         }
+    }
+
+    /// Keeps the particles that are in `keep`.
+    pub(super) fn retain(&mut self, keep: &[bool]) {
+        retain(&mut self.stress, keep);
+        retain(&mut self.gradient, keep);
+        retain(&mut self.force, keep);
     }
 
     /// Advances the stress by `dt` under the present velocities and books its heat.

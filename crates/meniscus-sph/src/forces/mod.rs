@@ -11,7 +11,7 @@ pub(crate) use friction::{Friction, Vectors};
 
 use crate::corrections::{Corrected, Gradients, Moments, NOISE, PositionDensity, completion};
 use crate::frame::Body;
-use crate::particles::{CHUNKS, Fluid, Kernel, Neighbours};
+use crate::particles::{CHUNKS, Fluid, Kernel, Neighbours, retain};
 use crate::walls::{Sticking, Walls};
 use continuity::{Continuity, DELTA};
 use meniscus_data::recording::Glass;
@@ -67,6 +67,18 @@ impl Forces {
         }
     }
 
+    /// Keeps the particles that are in `keep`.
+    pub(crate) fn retain(&mut self, keep: &[bool]) {
+        let Self { moments, gradients, corrected, position_density, drag, rate, force, .. } = self;
+        moments.retain(keep);
+        retain(&mut gradients.g, keep);
+        corrected.retain(keep);
+        position_density.retain(keep);
+        retain(drag, keep);
+        retain(rate, keep);
+        retain(force, keep);
+    }
+
     /// Fills `rate` from the present positions, velocities and pressures under the body force `body`.
     pub(crate) fn density_rates(&mut self, lists: &Neighbours, liquid: &Fluid, walls: &Walls, body: &Body) {
         let pairs = Continuity {
@@ -86,15 +98,12 @@ impl Forces {
         }
     }
 
-    /// Forms what the particles see anew when it is due after a step of `dt` seconds.
-    fn look(&mut self, lists: &Neighbours, liquid: &Fluid, walls: &Walls, dt: f64, jitters: bool) {
-        if !self.moments.due(dt) {
-            return;
-        }
+    /// Forms anew what the particles see, in a glass with the rim at `rim_m`.
+    fn look(&mut self, lists: &Neighbours, liquid: &Fluid, walls: &Walls, rim_m: f64, jitters: bool) {
         let (kernel, rest, sound2) = (self.kernel, self.rest_density, self.sound * self.sound);
         self.moments.form(&kernel, lists, liquid, walls, |p| rest + p / sound2);
         let seen = self.moments.seen();
-        self.corrected.update(seen.clone());
+        self.corrected.update(seen.clone(), &liquid.particle, rim_m);
         self.position_density.update(seen.clone(), kernel.h, liquid);
         if jitters {
             self.gradients.update(seen);
@@ -118,7 +127,9 @@ impl Forces {
         }
         let noise = NOISE * self.kernel.h * self.sound * self.rest_density;
         let jitters = viscosity.iter().any(|mu| *mu < noise);
-        self.look(lists, liquid, walls, dt, jitters);
+        if self.moments.due(dt) {
+            self.look(lists, liquid, walls, glass.rim_m, jitters);
+        }
         self.corrected.weigh(particle);
         walls.press(glass, particle, &self.corrected.l);
         let pairs = Momentum {

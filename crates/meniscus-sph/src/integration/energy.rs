@@ -6,7 +6,8 @@
 //!             and what the effects store
 //! internal  = sum m heat            (viscosity, the diffusion of density, friction of effects)
 //! work      = integral of sum m (f - g0).v dt
-//! closure   = kinetic + potential + internal - work    -> 0
+//! spilled   = what left with liquid over the rim (see `spill`)
+//! closure   = kinetic + potential + internal + spilled - work    -> 0
 //! ```
 //! with `f` the body force of `frame` and `g0` its value while the glass rests.
 
@@ -37,6 +38,7 @@ impl Simulator {
             potential: self.potential() - self.rest_energy + self.acting.stored(&self.fluid),
             internal: self.fluid.heat.iter().zip(&self.fluid.mass).map(|(e, m)| e * m).sum(),
             work: self.work,
+            spilled: self.spilled.energy_j,
         }
     }
 }
@@ -44,7 +46,7 @@ impl Simulator {
 /// Returns the closure error of the energy balance, J.
 #[must_use]
 pub fn closure(book: &EnergyBook) -> f64 {
-    book.kinetic + book.potential + book.internal - book.work
+    book.kinetic + book.potential + book.internal + book.spilled - book.work
 }
 
 /// Largest closure error over the largest energy of the slosh (kinetic + potential); 0 at rest.

@@ -1,9 +1,11 @@
-//! Integration in time: the step, the settling before time starts, and the books of energy.
+//! Integration in time: the step, the settling before time starts, what spills, and the books of energy.
 
 mod energy;
 mod settle;
+mod spill;
 mod stages;
 mod step;
 
 pub use energy::{closure, relative_closure};
+pub use spill::Spilled;
 pub(crate) use stages::{MOST, Stages, reach};

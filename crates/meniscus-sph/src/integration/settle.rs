@@ -1,7 +1,7 @@
 //! Settling: the ring packing relaxes under gravity and strong friction before time starts.
 
 use crate::effects::Acting;
-use crate::{Error, Simulator};
+use crate::{Error, Simulator, Spilled};
 use meniscus_data::motion::Kinematics;
 
 /// Length of each phase of settling, s: still, shaken, still.
@@ -61,6 +61,7 @@ impl Simulator {
         self.forces.position_density.settle();
         self.time = 0.0;
         self.work = 0.0;
+        self.spilled = Spilled::default();
         self.rest_energy = self.potential();
         let rest_density = self.forces.rest_density;
         self.acting = Acting::on(&self.laws, &self.glass, rest_density, &self.fluid);

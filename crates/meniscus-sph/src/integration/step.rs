@@ -20,7 +20,7 @@ impl Simulator {
     /// Advances by one step; `acceleration` gives the acceleration of the glass along x at a time.
     ///
     /// # Errors
-    /// When a particle leaves the glass or a number is no longer finite.
+    /// When a particle goes through the wall or a number is no longer finite.
     pub fn step(&mut self, acceleration: impl Fn(f64) -> f64) -> Result<(), Error> {
         self.step_moving(|t| Kinematics::along_x(acceleration(t)))
     }
@@ -28,7 +28,7 @@ impl Simulator {
     /// Advances by one step; `motion` gives the motion of the glass at a time.
     ///
     /// # Errors
-    /// When a particle leaves the glass or a number is no longer finite.
+    /// When a particle goes through the wall or a number is no longer finite.
     pub fn step_moving(&mut self, motion: impl Fn(f64) -> Kinematics) -> Result<(), Error> {
         let dt = self.dt;
         self.kick();
@@ -94,7 +94,7 @@ impl Simulator {
         let reach = self.forces.kernel.support2.sqrt() + IMAGE_SKIN * SKIN * self.spacing_m;
         self.walls.list(&self.glass, reach, &self.fluid.particle);
         self.reflect(&self.body.clone());
-        self.lists.rebuild(&self.fluid.particle, &self.walls.image);
+        self.lists.rebuild(&self.fluid.particle, &self.walls.image, self.glass.rim_m);
     }
 
     /// Makes the images of the present state under the body force `body`.
@@ -170,30 +170,12 @@ impl Simulator {
         }
     }
 
-    /// Rebuilds the neighbour lists when due, and refuses escapes.
+    /// Rebuilds the neighbour lists when due, without what left over the rim.
     fn refresh_lists(&mut self) -> Result<(), Error> {
         if self.lists.stale(&self.fluid.particle) {
-            self.check_inside()?;
+            self.spill()?;
             self.list();
         }
         Ok(())
-    }
-
-    /// Whether every particle is finite and inside the glass, within half a spacing.
-    pub(crate) fn check_inside(&self) -> Result<(), Error> {
-        let slack = 0.5 * self.spacing_m;
-        let (glass, time_s) = (self.glass, self.time);
-        let inside = |x: &[f64; 3]| {
-            x[0].hypot(x[1]) <= glass.radius_at(x[2]) + slack && x[2] >= -slack && x[2] <= glass.rim_m
-        };
-        let mut outside =
-            self.fluid.particle.iter().enumerate().filter(|(_, p)| !inside(&p.x)).map(|(i, p)| (i, p.x));
-        match outside.next() {
-            None => Ok(()),
-            Some((particle, position_m)) if position_m.iter().all(|x| x.is_finite()) => {
-                Err(Error::Escaped { particle, position_m, time_s, count: 1 + outside.count() })
-            }
-            Some((particle, _)) => Err(Error::NotFinite { particle, time_s }),
-        }
     }
 }

@@ -2,7 +2,8 @@
 //!
 //! One safetensors file (as recordings, so that numpy, Julia and Rust open it in one call):
 //! `position_m`, `velocity_m_s` `[frames, particles, 3]`, `pressure_pa`, `heat_j_kg` `[frames, particles]`,
-//! all `f32`, and `mass_kg` `[particles]`. They are the states at the frames, not filtered in time.
+//! all `f32`, and `mass_kg` `[particles]`. They are the states at the frames, not filtered in time. A particle that left over the rim
+//! is not a number from then on.
 
 use crate::Simulator;
 use meniscus_platform::files::{FileError, write_whole};
@@ -24,14 +25,22 @@ impl Particles {
     /// Appends the present state.
     pub fn take(&mut self, simulator: &Simulator) {
         let fluid = &simulator.fluid;
-        for p in &fluid.particle {
-            self.position.extend(p.x.map(|x| x as f32));
-            self.velocity.extend(p.v.map(|v| v as f32));
-            self.pressure.push(p.p as f32);
+        if self.frames == 0 {
+            self.mass = fluid.mass.iter().map(|&m| m as f32).collect();
         }
-        self.heat.extend(fluid.heat.iter().map(|&e| e as f32));
-        self.mass = fluid.mass.iter().map(|&m| m as f32).collect();
+        let particles = self.mass.len();
+        let first = self.frames * particles;
         self.frames += 1;
+        let all = self.frames * particles;
+        [&mut self.position, &mut self.velocity].into_iter().for_each(|v| v.resize(3 * all, f32::NAN));
+        [&mut self.pressure, &mut self.heat].into_iter().for_each(|v| v.resize(all, f32::NAN));
+        for ((p, heat), number) in fluid.particle.iter().zip(&fluid.heat).zip(&simulator.number) {
+            let at = first + *number as usize;
+            self.position[3 * at..3 * at + 3].copy_from_slice(&p.x.map(|x| x as f32));
+            self.velocity[3 * at..3 * at + 3].copy_from_slice(&p.v.map(|v| v as f32));
+            self.pressure[at] = p.p as f32;
+            self.heat[at] = *heat as f32;
+        }
     }
 
     /// Frames taken so far.

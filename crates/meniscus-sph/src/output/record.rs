@@ -99,6 +99,7 @@ fn run(
     let mut past: VecDeque<Sample> =
         (0..=HALF).map(|_| take(&simulator, &finder, lattice.as_ref())).collect();
     recording.energy.push(simulator.energy());
+    recording.spilled_m3.push(0.0);
     each(&simulator);
     let mut taken = 0;
     for frame in 0..frames {
@@ -115,6 +116,7 @@ fn run(
                 simulator.check_inside()?;
                 if recording.energy.len() < frames {
                     recording.energy.push(simulator.energy());
+                    recording.spilled_m3.push(simulator.spilled().volume_m3);
                     each(&simulator);
                 }
             }
@@ -166,6 +168,7 @@ fn begin(setup: &Setup, motion: &Motion, frames: usize, command: &str) -> Record
         wall_m: Vec::new(),
         profile_m: Vec::new(),
         energy: Vec::new(),
+        spilled_m3: Vec::new(),
         states: States::Full(Vec::new()),
         known: KnownGroups::ALL,
     }

@@ -16,4 +16,4 @@ pub(crate) mod tensor;
 
 pub(crate) use kernel::{Kernel, SMOOTHING};
 pub(crate) use neighbours::{Box3, CHUNKS, IMAGE_SKIN, Neighbours, distance2};
-pub(crate) use state::{Fluid, Particle, pair};
+pub(crate) use state::{Fluid, Particle, pair, retain};

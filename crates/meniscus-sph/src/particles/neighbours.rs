@@ -168,7 +168,7 @@ impl Neighbours {
             wall_grid: Grid::new(space, wall_reach),
             built_at: Vec::new(),
         };
-        lists.rebuild(particles, wall);
+        lists.rebuild(particles, wall, f64::INFINITY);
         lists
     }
 
@@ -177,8 +177,8 @@ impl Neighbours {
         particles.iter().zip(&self.built_at).any(|(p, b)| distance2(&p.x, b) > self.allowed2)
     }
 
-    /// Builds the lists anew.
-    pub(crate) fn rebuild(&mut self, particles: &[Particle], wall: &[Particle]) {
+    /// Builds the lists anew; particles higher than `rim_m` see no images.
+    pub(crate) fn rebuild(&mut self, particles: &[Particle], wall: &[Particle], rim_m: f64) {
         self.built_at.clear();
         self.built_at.extend(particles.iter().map(|p| p.x));
         self.grid.fill(self.built_at.iter());
@@ -192,11 +192,15 @@ impl Neighbours {
                     j as usize > i && distance2(&p.x, &self.built_at[j as usize]) < self.reach2
                 }));
             });
-            self.wall_grid.around(&p.x, |run| {
-                walls.extend(
-                    run.iter().copied().filter(|&w| distance2(&p.x, &wall[w as usize].x) < self.wall_reach2),
-                );
-            });
+            if p.x[2] <= rim_m {
+                self.wall_grid.around(&p.x, |run| {
+                    walls.extend(
+                        run.iter()
+                            .copied()
+                            .filter(|&w| distance2(&p.x, &wall[w as usize].x) < self.wall_reach2),
+                    );
+                });
+            }
             self.liquid.end_row();
             self.wall.end_row();
         }

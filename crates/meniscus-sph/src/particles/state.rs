@@ -31,6 +31,22 @@ pub(crate) struct Fluid {
     pub(crate) heat: Vec<f64>,
 }
 
+impl Fluid {
+    /// Keeps the particles that are in `keep`.
+    pub(crate) fn retain(&mut self, keep: &[bool]) {
+        let Self { particle, mass, density, viscosity, acceleration, heat } = self;
+        retain(particle, keep);
+        [mass, density, viscosity, heat].into_iter().for_each(|all| retain(all, keep));
+        retain(acceleration, keep);
+    }
+}
+
+/// Keeps the elements of `all` that are in `keep`, in their order.
+pub(crate) fn retain<T>(all: &mut Vec<T>, keep: &[bool]) {
+    let mut kept = keep.iter();
+    all.retain(|_| *kept.next().unwrap_or(&true));
+}
+
 /// Returns the separation `a.x - b.x`, its square, and its product with the relative velocity.
 #[inline]
 pub(crate) fn pair(a: &Particle, b: &Particle) -> ([f64; 3], f64, f64) {

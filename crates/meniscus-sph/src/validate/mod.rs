@@ -14,7 +14,8 @@
 //! `thin_liquid_decay_error` is a liquid of 1 mPa s that sticks to the walls, whose Stokes layers are a tenth of the spacing;
 //! `rest_noise` is the largest root mean square speed in half a second of rest; `energy_closure` is
 //! glycerine under `strokes:7` for 2 s; `cpu_s_per_s` is the first case after settling, with all
-//! threads, so that a loaded machine adds to it; `escapes` is the first mode of water from 0.3 m/s for 1 s;
+//! threads, so that a loaded machine adds to it; `escapes` are the particles that go through the wall when the first mode of water starts at
+//! 0.3 m/s; `spill_volume_error` and `energy_closure_spills` are water in a glass filled to a centimetre below its rim, from 0.6 m/s;
 //! `mode2_frequency_error` follows a stroke of the glass at the standard spacing, which has eight particles to that wave,
 //! `mode2_frequency_error_fine` at the fine one; `herschel_bulkley_arrest` is when the speed of a
 //! liquid with a yield stress stays below 3 % of its first, `herschel_bulkley_law_ends` when the law of
@@ -37,6 +38,7 @@ mod report;
 mod rest_noise;
 mod ring_down;
 mod second_mode;
+mod spills;
 mod theory;
 mod viscous;
 mod wall_force;
@@ -68,7 +70,7 @@ const FINE_M: f64 = 0.0035;
 const COARSE_M: f64 = 0.007;
 
 /// Largest deviation of an effect from its theory, per cent.
-const EFFECT_TARGET: f64 = 15.0;
+const EFFECT_TARGET: f64 = 8.0;
 
 /// Results of the validation.
 #[derive(Clone, Debug, Default)]
@@ -88,9 +90,9 @@ pub fn work(quick: bool) -> f64 {
 }
 
 /// Processor time of each case in order, roughly, s.
-const WORK: [f64; 26] = [
-    10.0, 9.0, 9.0, 15.0, 60.0, 10.0, 8.0, 10.0, 10.0, 60.0, 5.0, 7.0, 30.0, 10.0, 30.0, 30.0, 10.0, 15.0,
-    15.0, 15.0, 30.0, 12.0, 12.0, 6.0, 15.0, 15.0,
+const WORK: [f64; 27] = [
+    10.0, 9.0, 9.0, 15.0, 60.0, 10.0, 8.0, 10.0, 12.0, 10.0, 60.0, 5.0, 7.0, 30.0, 10.0, 30.0, 30.0, 10.0,
+    15.0, 15.0, 15.0, 30.0, 12.0, 12.0, 6.0, 15.0, 15.0,
 ];
 
 /// Number of quick cases.
@@ -154,7 +156,7 @@ fn quick_rows<W: FnMut(f64, &str)>(progress: &mut Progress<W>, out: &mut Outcome
         Check::at_most("glycerine_freeslip_decay_error", slips.decay_error().abs(), "%", 4.0),
         Check::at_most("numerical_viscosity", free.numerical_viscosity(), "m2/s", 5e-5),
         Check::at_most("energy_closure", closure, "%", 1.0),
-        Check::at_most("cpu_s_per_s", free.cost, "s/s", 6.0),
+        Check::at_most("cpu_s_per_s", free.cost, "s/s", 2.0),
     ]);
     out.ringings.extend([free, stuck, slips]);
     Ok(())
@@ -166,6 +168,7 @@ fn slow_rows<W: FnMut(f64, &str)>(progress: &mut Progress<W>, out: &mut Outcome)
     let thin = progress.case("thin", |w| ring("1 mPa s, no slip", 1e-3, STANDARD_M, true, 1.0, w))?;
     let noise = progress.case("rest", |w| rest_noise::rest_noise(STANDARD_M, 0.5, w))?;
     let escaped = progress.case("escapes", |w| escapes::escapes(STANDARD_M, 0.3, 1.0, w))?;
+    let spill = progress.case("spills", |w| spills::spills(STANDARD_M, 0.8, w))?;
     let second = progress.case("second mode", |w| second_mode::second_mode(STANDARD_M, 1.0, w))?;
     let second_fine = progress.case("second mode, fine", |w| second_mode::second_mode(FINE_M, 1.0, w))?;
     let same = progress.case("threads", |_| determinism::same_bits(COARSE_M))?;
@@ -177,8 +180,11 @@ fn slow_rows<W: FnMut(f64, &str)>(progress: &mut Progress<W>, out: &mut Outcome)
         Check::at_most("thin_liquid_decay_error", thin.decay_error().abs(), "%", 15.0),
         Check::at_most("rest_noise", noise, "mm/s", 2.0),
         Check::exactly("escapes", escaped as f64, "1", 0.0),
-        Check::at_most("mode2_frequency_error", off(second), "%", 2.0),
-        Check::at_most("mode2_frequency_error_fine", off(second_fine), "%", 2.0),
+        Check::informational("spilled", spill.volume_ml, "ml"),
+        Check::at_most("spill_volume_error", spill.volume_error, "%", 2.0),
+        Check::at_most("energy_closure_spills", spill.closure, "%", 1.0),
+        Check::at_most("mode2_frequency_error", off(second), "%", 1.5),
+        Check::at_most("mode2_frequency_error_fine", off(second_fine), "%", 0.7),
         Check::exactly("serial_parallel_identical", f64::from(u8::from(same)), "1", 1.0),
         Check::at_most("herschel_bulkley_arrest", stopped.plastic_s, "s", 0.7),
         Check::informational("newtonian_speed_after_arrest", stopped.newtonian, "1"),

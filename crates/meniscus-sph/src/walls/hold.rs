@@ -1,6 +1,6 @@
 //! Last resort at the wall: a particle that the pressure does not stop loses its velocity into the wall.
 
-use crate::particles::Fluid;
+use crate::particles::{Fluid, Particle};
 use meniscus_data::recording::Glass;
 
 /// A particle this near to the wall, in spacings, moves no nearer; in rest it keeps about one half.
@@ -10,7 +10,8 @@ const NEAREST: f64 = 0.1;
 /// alone does this everywhere but in a thin splash, where there is too little of it.
 pub(crate) fn hold(glass: &Glass, spacing_m: f64, liquid: &mut Fluid) {
     let bottom = NEAREST * spacing_m;
-    for (p, heat) in liquid.particle.iter_mut().zip(&mut liquid.heat) {
+    let below = |p: &&mut Particle| p.x[2] <= glass.rim_m;
+    for (p, heat) in liquid.particle.iter_mut().zip(&mut liquid.heat).filter(|(p, _)| below(p)) {
         let radius = glass.radius_at(p.x[2]) - NEAREST * spacing_m;
         let r2 = p.x[0] * p.x[0] + p.x[1] * p.x[1];
         if r2 > radius * radius {

@@ -159,11 +159,12 @@ pub(crate) struct Walls {
 pub(crate) type Map = [[f64; 3]; 3];
 
 impl Walls {
-    /// Lists the particles nearer to a wall than `reach_m`, whose images can act.
+    /// Lists the particles nearer to a wall than `reach_m`, whose images can act; above the rim there is no wall.
     pub(crate) fn list(&mut self, glass: &Glass, reach_m: f64, particles: &[Particle]) {
         self.origin.clear();
         for (particle, p) in (0..).zip(particles) {
-            let (side, bottom) = (to_side(glass, &p.x).0 < reach_m, p.x[2] < reach_m);
+            let below = p.x[2] <= glass.rim_m;
+            let (side, bottom) = (below && to_side(glass, &p.x).0 < reach_m, p.x[2] < reach_m);
             let walls = [(true, false), (false, true), (true, true)];
             let seen = walls.into_iter().filter(|(s, b)| side >= *s && bottom >= *b);
             self.origin.extend(seen.map(|(side, bottom)| Origin { particle, side, bottom }));
