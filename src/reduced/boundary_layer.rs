@@ -8,9 +8,10 @@
 //!
 //! A wall on which the liquid slips by a length b passes on less stress: with the layer's complex depth
 //! `delta/(1 + i)`, `delta = sqrt(2 nu/w)`, the impedance of the wall is that of the layer over
-//! `1 + (1 + i) b/delta` (Navier 1823), so damping and lowering fall to
+//! `1 + (1 + i) b/delta` (Navier 1823). Its real part damps and its imaginary part lowers the frequency:
 //! ```text
-//! damping  1/(1 + 2 s + 2 s^2),   lowering  (1 + 2 s)/(1 + 2 s + 2 s^2),   s = b/delta
+//! (1 + i)/(1 + (1 + i) s) = ((1 + 2 s) + i)/(1 + 2 s + 2 s^2),   s = b/delta
+//! damping  (1 + 2 s)/(1 + 2 s + 2 s^2),   lowering  1/(1 + 2 s + 2 s^2)
 //! ```
 //!
 //! A generalised Newtonian liquid, `tau = tau0 + K rate^n` (Herschel and Bulkley 1926), has the viscosity
@@ -155,7 +156,7 @@ pub(super) fn resistance(
     let s = liquid.slip_m / layer_depth(wall, w);
     let over = 1.0 + 2.0 * s + 2.0 * s * s;
     let film = liquid.film * 0.5 * sqrt(0.5 * wall * w) * k / tanh(kh);
-    (sticking / over + film + 2.0 * bulk * k * k, sticking * (1.0 + 2.0 * s) / over + film)
+    (sticking * (1.0 + 2.0 * s) / over + film + 2.0 * bulk * k * k, sticking / over + film)
 }
 
 /// Depth of Stokes's layer, m.
@@ -203,6 +204,29 @@ mod tests {
             let now = of(slip).0;
             assert!(now < last && now > 0.0);
             last = now;
+        }
+    }
+
+    #[test]
+    fn slip_divides_the_complex_impedance_of_the_layer() {
+        use nalgebra::Complex;
+        let glass = Cylinder { radius_m: 0.035, depth_m: 0.07, density_kg_m3: 1261.0 };
+        let mode = SloshMode::new(&glass, Wave::First(0));
+        let w = sqrt(mode.square(GRAVITY_M_S2));
+        let nu = 0.02 / 1261.0;
+        let bulk = 2.0 * nu * mode.k * mode.k;
+        let layer = |slip_m: f64| {
+            let liquid = Rheology { slip_m, ..Rheology::newtonian(0.02) };
+            let (damping, lowering) = friction(&mode, w, 0.1, &liquid, &glass);
+            (damping - bulk, lowering)
+        };
+        let sticks = layer(0.0);
+        for share in [0.2, 0.65, 1.3, 3.0] {
+            let one_i = Complex::new(1.0, 1.0);
+            let passed = one_i / (Complex::new(1.0, 0.0) + one_i * share);
+            let (damping, lowering) = layer(share * layer_depth(nu, w));
+            assert!((damping / sticks.0 - passed.re).abs() < 1e-12, "damping at {share}");
+            assert!((lowering / sticks.1 - passed.im).abs() < 1e-12, "lowering at {share}");
         }
     }
 
