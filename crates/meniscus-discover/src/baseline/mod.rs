@@ -9,3 +9,6 @@ pub mod noise;
 pub mod offsets;
 pub mod predict;
 pub mod reference_residual;
+
+#[cfg(test)]
+mod viscous;

@@ -21,6 +21,6 @@ impl Known {
     /// Returns the liquid and fill that coordinates of effects are counted from.
     #[must_use]
     pub fn stated(&self) -> Stated {
-        Stated { consistency_pa_sn: self.viscosity_pa_s, fill_m: self.fill_m }
+        Stated { consistency_pa_sn: self.viscosity_pa_s, radius_m: self.radius_m, fill_m: self.fill_m }
     }
 }

@@ -52,9 +52,11 @@ fn place(kind: EffectKind) -> Option<usize> {
         EffectKind::CameraPitch => Some(6),
         EffectKind::CameraLatency => Some(7),
         EffectKind::SurfaceFilm
+        | EffectKind::StuckLine
         | EffectKind::ShearThinning
         | EffectKind::ContactLine
         | EffectKind::PinnedLine
+        | EffectKind::HeldTension
         | EffectKind::Viscoelastic
         | EffectKind::Detuning
         | EffectKind::Swirl
@@ -62,6 +64,7 @@ fn place(kind: EffectKind) -> Option<usize> {
         | EffectKind::VerticalAcceleration
         | EffectKind::ActuationDelay
         | EffectKind::Fill
+        | EffectKind::Radius
         | EffectKind::DepthScale
         | EffectKind::CameraSlope => None,
     }
