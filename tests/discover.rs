@@ -6,14 +6,19 @@ mod shaken;
 
 use meniscus::blob::Model;
 use meniscus::reduced::effects::{Class, LIBRARY, find};
+use meniscus_discover::baseline::calibrate::Calibration;
 use meniscus_discover::baseline::group::Group;
 use meniscus_discover::decision::settings::Settings;
 use meniscus_discover::decision::thresholds::{Thresholds, thresholds};
 use meniscus_discover::decision::verdict::Verdict;
 use meniscus_discover::findings::Findings;
+use meniscus_discover::fitting::fit::{fit, fit_beside};
+use meniscus_discover::fitting::problem::Problem;
+use meniscus_discover::fitting::search::search;
 use meniscus_discover::insert::simulated::Resolution;
 use meniscus_discover::recordings::known::Known;
 use meniscus_discover::recordings::load::RecordingSet;
+use meniscus_discover::recordings::split::Split;
 use meniscus_discover::study::measured::judge_measured;
 use meniscus_discover::workflow::inputs::Inputs;
 use meniscus_discover::workflow::progress::{Silent, Stage};
@@ -128,6 +133,58 @@ fn what_stands_off_at_rest_is_not_called_nothing() {
     let offset = bent.rest_offset().expect("it is said where");
     assert!(offset.m.abs() > 1e-5, "{offset:?}");
     assert!(bent.sentence().contains("At rest the"), "{}", bent.sentence());
+}
+
+#[test]
+fn what_was_significant_before_a_formula_was_distrusted_is_never_called_nothing_after() {
+    let groups = references();
+    let groups: Vec<&Group> = groups.iter().collect();
+    let settings = Settings::default();
+    let records = glass(&KNOWN, &[("yield_stress", 2.0)], 5);
+    let split = Split::of(&records);
+    let calibration = Calibration::from(&groups, &split.fitted, None);
+    let problem = Problem::new(&split.fitted, KNOWN, &calibration, 1.0).expect("it is fitted");
+    let plain = fit(&problem, &problem.mean, &[], &[]);
+    let entry = find("yield_stress").expect("in the library");
+    let (_, from, _) = search(&problem, &plain, entry);
+    let before = plain.cost - fit_beside(&problem, &plain, entry, &from).cost;
+    let free = Thresholds { gain: 15.0, chi2: 1.3, ..Thresholds::default() };
+    let judged = |limits: &Thresholds| {
+        discover(&records, KNOWN, &groups, limits, &settings).expect("it is judged").assessment
+    };
+    let after = judged(&free).search.ranking.iter().find(|c| c.last() == entry.name).map(|c| c.fall);
+    let after = after.expect("it is ranked");
+    println!("the cost falls by {before:.0} before the formula is distrusted, by {after:.0} after");
+    assert!(after < 0.8 * before);
+    // Every bound lies between the two falls: it was learnt under the first covariance and judges the fit under it.
+    let bound = LIBRARY.iter().map(|effect| (effect.name, 0.5 * (before + after))).collect();
+    let verdict = judged(&Thresholds { bound, ..free }).verdict;
+    assert!(matches!(verdict, Verdict::Identified(_)), "{}", verdict.sentence());
+    assert_eq!(verdict.names(), ["yield_stress"]);
+}
+
+#[test]
+fn nothing_is_missing_only_where_the_map_agrees() {
+    // No effect of this library acts while the liquid moves; of the mean square nothing is asked.
+    let library = vec![find("camera_pitch").expect("in the library")];
+    let settings = Settings { library, ..Settings::default() };
+    let groups: Vec<Group> =
+        (0..6).map(|i| Group::new(KNOWN, glass(&KNOWN, &[], 70 + i), None).expect("it is fitted")).collect();
+    let groups: Vec<&Group> = groups.iter().collect();
+    let mut limits = thresholds(&groups, &settings).expect("they are judged");
+    limits.clean_chi2 = f64::INFINITY;
+    let judged = |effects: &[(&str, f64)]| {
+        discover(&glass(&KNOWN, effects, 80), KNOWN, &groups, &limits, &settings)
+            .expect("it is judged")
+            .assessment
+            .verdict
+    };
+    let plain = judged(&[]);
+    assert!(matches!(plain, Verdict::None { .. }), "{}", plain.sentence());
+    let hidden = judged(&[("yield_stress", 2.0)]);
+    assert!(matches!(hidden, Verdict::Unknown(_)), "{}", hidden.sentence());
+    let cell = hidden.cell().expect("it is said where");
+    assert!(cell.misfit > limits.cell && hidden.sentence().contains(cell.window), "{}", hidden.sentence());
 }
 
 #[test]

@@ -2,6 +2,7 @@
 
 use super::evidence::HeldOutScore;
 use crate::fitting::fit::Fitted;
+use crate::fitting::localise::Cell;
 use crate::fitting::rest_offset::RestOffset;
 use meniscus::reduced::effects::{Class, find};
 
@@ -44,6 +45,25 @@ pub enum Verdict {
     Unknown(Unknown),
 }
 
+/// Cell of the map of the discrepancy, and its misfit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CellMisfit {
+    /// Channel.
+    pub channel: &'static str,
+    /// Window of time.
+    pub window: &'static str,
+    /// Misfit per number.
+    pub misfit: f64,
+}
+
+impl CellMisfit {
+    /// Returns the misfit of `cell`.
+    #[must_use]
+    pub fn of(cell: &Cell) -> Self {
+        Self { channel: cell.channel, window: cell.window, misfit: cell.chi2 }
+    }
+}
+
 /// Reason of an `unknown` verdict.
 #[derive(Clone, Debug)]
 pub enum Unknown {
@@ -55,6 +75,8 @@ pub enum Unknown {
         best_gain: f64,
         /// Offset at rest beyond that of clean glasses.
         rest_offset: Option<RestOffset>,
+        /// Cell of the map with a larger misfit than clean glasses show.
+        cell: Option<CellMisfit>,
     },
     /// The best explanation leaves more than clean glasses show.
     Unexplained {
@@ -135,6 +157,15 @@ impl Verdict {
         }
     }
 
+    /// Returns the cell of the map with a larger misfit than clean glasses show, where no effect is significant.
+    #[must_use]
+    pub fn cell(&self) -> Option<CellMisfit> {
+        match self {
+            Self::Unknown(Unknown::NoSignificantEffect { cell, .. }) => *cell,
+            _ => None,
+        }
+    }
+
     /// Returns the verdict in a sentence.
     #[must_use]
     pub fn sentence(&self) -> String {
@@ -169,13 +200,17 @@ impl Verdict {
             ),
             Self::Unknown(_) => format!(
                 "Something is missing that the library does not explain: the best of it leaves a misfit of {:.2}; \
-                 nearest is {}.{}{}",
+                 nearest is {}.{}{}{}",
                 self.misfit(),
                 if names.is_empty() { "nothing".into() } else { names.join(" + ") },
                 self.rest_offset().map_or(String::new(), |offset| format!(
                     " At rest the {} is offset by {:.2} mm.",
                     offset.quantity.words(),
                     1e3 * offset.m
+                )),
+                self.cell().map_or(String::new(), |cell| format!(
+                    " The {} during {} has a misfit of {:.1}.",
+                    cell.channel, cell.window, cell.misfit
                 )),
                 self.caution()
             ),
@@ -245,7 +280,7 @@ mod tests {
         assert!(sentence.contains("a misfit of 1.50; nearest is foam."), "{sentence}");
         assert!(sentence.contains("At rest the bow is offset by 0.50 mm."), "{sentence}");
         assert!(sentence.ends_with("Not to be trusted: the depth of foam stands at the end of its range."));
-        let empty = Unknown::NoSignificantEffect { misfit: 1.4, best_gain: 3.0, rest_offset };
+        let empty = Unknown::NoSignificantEffect { misfit: 1.4, best_gain: 3.0, rest_offset, cell: None };
         assert!(Verdict::Unknown(empty).sentence().contains("nearest is nothing."));
     }
 }

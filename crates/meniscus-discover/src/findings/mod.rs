@@ -2,17 +2,16 @@
 
 pub mod gap;
 pub mod isolability;
-pub mod localise;
 pub mod suggest;
 
 use self::gap::MeasuredGap;
 use self::isolability::Isolability;
-use self::localise::Cell;
 use self::suggest::Suggestion;
 use crate::baseline::calibrate::Calibration;
 use crate::decision::assessment::Assessment;
 use crate::decision::rules::DecisionRules;
 use crate::decision::thresholds::Thresholds;
+use crate::fitting::localise::Cell;
 use crate::recordings::known::Known;
 use crate::recordings::split::Split;
 use meniscus::reduced::effects::Stated;

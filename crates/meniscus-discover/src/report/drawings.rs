@@ -2,7 +2,7 @@
 
 use crate::decision::verdict::Verdict;
 use crate::findings::Findings;
-use crate::findings::localise::Cell;
+use crate::fitting::localise::Cell;
 use meniscus_report::plot::{BLUE, GREY, ORANGE};
 use plotters::style::RGBColor;
 use std::fmt::Write;

@@ -1,9 +1,9 @@
 //! HTML page of a discovery.
 
 use super::drawings::{disagreement, likeness, ranking};
-use crate::findings::localise::Cell;
 use crate::findings::suggest::Separation;
 use crate::findings::{Estimate, Findings};
+use crate::fitting::localise::Cell;
 use crate::workflow;
 use crate::workflow::insertion::ClosedGap;
 use meniscus_report::plot::PictureError;

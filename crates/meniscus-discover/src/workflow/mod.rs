@@ -20,7 +20,6 @@ use crate::decision::thresholds::{Thresholds, thresholds};
 use crate::decision::verdict::Verdict;
 use crate::findings::gap::gap;
 use crate::findings::isolability::isolability;
-use crate::findings::localise::localise;
 use crate::findings::suggest::suggest;
 use crate::findings::{Findings, estimates};
 use crate::fitting::error::ProblemError;
@@ -113,8 +112,8 @@ pub fn discover(
     let problem =
         Problem::new(&split.fitted, known, &calibration, settings.noise)?.with_cache(&settings.cache);
     let assessment = decide(&problem, limits, settings);
-    // Both need the fit made before the model error of a formula was added.
-    let map = localise(&problem, &assessment.search.first);
+    // Made before the model error of a formula was added, as the map is.
+    let map = assessment.map.clone();
     let isolability = isolability(&problem, &assessment.search.first, &settings.library);
     let suggestion = match assessment.verdict {
         Verdict::Ambiguous(_) => suggest(&problem, &calibration, &assessment),
