@@ -68,7 +68,7 @@ fn what_is_hidden_is_named_and_its_interval_holds_it() {
         let gap = found.gap.as_ref().expect("four recordings, one held out").gap;
         println!("{estimate:?}, gap {gap:?}");
         assert!((estimate.value - value).abs() < 0.15 * value.abs().min(1.0), "{estimate:?}");
-        assert!(gap.effect < 0.4 * gap.untouched, "{gap:?}");
+        assert!(gap.effect < 0.5 * gap.untouched, "{gap:?}");
         assert_eq!(found.split.held_out.as_ref().map(|record| record.name.as_str()), Some("d"));
     }
 }
@@ -142,7 +142,7 @@ fn what_was_significant_before_a_formula_was_distrusted_is_never_called_nothing_
     let settings = Settings::default();
     let records = glass(&KNOWN, &[("yield_stress", 2.0)], 5);
     let split = Split::of(&records);
-    let calibration = Calibration::from(&groups, &split.fitted, None);
+    let calibration = Calibration::from(&groups, &KNOWN, &split.fitted, None);
     let problem = Problem::new(&split.fitted, KNOWN, &calibration, 1.0).expect("it is fitted");
     let plain = fit(&problem, &problem.mean, &[], &[]);
     let entry = find("yield_stress").expect("in the library");

@@ -9,6 +9,7 @@ pub mod noise;
 pub mod offsets;
 pub mod predict;
 pub mod reference_residual;
+mod trend;
 
 #[cfg(test)]
 mod viscous;

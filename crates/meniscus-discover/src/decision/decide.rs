@@ -70,7 +70,7 @@ fn without_effect(problem: &Problem, limits: &Thresholds, search: &Search, map: 
     if misfit > limits.clean_chi2 || rest_offset.is_some() || cell.is_some() {
         Verdict::Unknown(Unknown::NoSignificantEffect { misfit, best_gain, rest_offset, cell })
     } else {
-        Verdict::None { misfit, best_gain }
+        Verdict::None { references: limits.references, misfit, best_gain }
     }
 }
 

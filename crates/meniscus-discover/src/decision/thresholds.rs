@@ -24,6 +24,8 @@ use std::collections::BTreeMap;
 /// Thresholds that the references set.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Thresholds {
+    /// References that set them.
+    pub references: usize,
     /// Least gain in BIC over none.
     pub gain: f64,
     /// Largest misfit a number beside an effect, whose formula is not exact.
@@ -51,6 +53,7 @@ impl Thresholds {
     #[must_use]
     pub fn without_references(rules: &DecisionRules) -> Self {
         Self {
+            references: 0,
             gain: rules.min_gain,
             chi2: rules.min_misfit_limit,
             clean_chi2: rules.min_misfit_limit,
@@ -116,7 +119,7 @@ pub fn shown(groups: &[&Group], settings: &Settings) -> Result<Vec<Shown>, Probl
         let others: Vec<&Group> =
             groups.iter().enumerate().filter(|(i, _)| *i != index).map(|(_, g)| *g).collect();
         let records = &group.split.fitted;
-        let calibration = Calibration::from(&others, records, settings.own_clocks_s);
+        let calibration = Calibration::from(&others, &group.known, records, settings.own_clocks_s);
         let problem =
             Problem::new(records, group.known, &calibration, settings.noise)?.with_cache(&settings.cache);
         let plain = fit(&problem, &problem.mean, &[], &[]);
@@ -148,6 +151,7 @@ const FEW: usize = 2;
 pub fn limits(shown: &[&Shown], settings: &Settings) -> Thresholds {
     let rules = &settings.rules;
     let mut limits = Thresholds::without_references(rules);
+    limits.references = shown.len();
     let shown = if shown.len() < FEW { &[] } else { shown };
     if shown.is_empty() {
         limits.gain *= rules.few_references_factor;

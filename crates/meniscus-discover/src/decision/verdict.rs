@@ -32,6 +32,8 @@ pub struct Claim {
 pub enum Verdict {
     /// Nothing is missing.
     None {
+        /// References that it was compared with.
+        references: usize,
         /// Misfit per number without an effect.
         misfit: f64,
         /// Largest gain in BIC of an effect that is not significant.
@@ -172,8 +174,17 @@ impl Verdict {
         let names = self.names();
         let gain = self.gain();
         match self {
-            Self::None { .. } => String::from(
-                "Nothing is missing: the model explains these recordings as well as it explains its references.",
+            Self::None { references: 0, .. } => String::from(
+                "Nothing is missing as far as can be said without references: the plain model is within the error of 5 % \
+                 of the signal that it is allowed, and effects of that size do not show.",
+            ),
+            Self::None { references, .. } => format!(
+                "Nothing is missing: the model explains these recordings as well as it explains {}.",
+                if *references == 1 {
+                    "its one reference".into()
+                } else {
+                    format!("its {references} references")
+                }
             ),
             Self::Identified(_) => {
                 let about = |name: &str| find(name).map_or("", |entry| entry.about);
@@ -253,7 +264,7 @@ mod tests {
 
     #[test]
     fn each_verdict_has_the_word_of_the_file_format_and_its_evidence() {
-        let none = Verdict::None { misfit: 1.1, best_gain: 6.0 };
+        let none = Verdict::None { references: 3, misfit: 1.1, best_gain: 6.0 };
         assert_eq!((none.word(), none.names().len(), none.gain(), none.misfit()), ("none", 0, 6.0, 1.1));
         let identified = Verdict::Identified(claim(&["foam"], &[]));
         assert_eq!((identified.word(), identified.names()), ("named", &["foam"][..]));
@@ -262,6 +273,15 @@ mod tests {
         assert_eq!((ambiguous.word(), ambiguous.class()), ("tied", Some(Class::Timing)));
         let confounded = Verdict::Unknown(Unknown::PossiblyConfounded(claim(&["foam", "fill"], &[])));
         assert_eq!((confounded.word(), confounded.rest_offset()), ("unknown", None));
+    }
+
+    #[test]
+    fn nothing_missing_names_the_references_that_it_was_compared_with() {
+        let sentence =
+            |references: usize| Verdict::None { references, misfit: 1.1, best_gain: 6.0 }.sentence();
+        assert!(sentence(0).contains("without references"), "{}", sentence(0));
+        assert!(!sentence(0).contains("its references"), "{}", sentence(0));
+        assert!(sentence(7).ends_with("as well as it explains its 7 references."), "{}", sentence(7));
     }
 
     #[test]

@@ -52,7 +52,7 @@ pub(super) fn prepare(
         });
     }
     let references = matched.as_ref().map_or(0, |m| m.scatter.len());
-    let more = if references > 0 { 1.0 + 1.0 / references as f64 } else { 1.0 };
+    let more = matched.as_ref().map_or(1.0, |m| 1.0 + m.leverage);
     let (mut covariances, mut whiten) = (Vec::new(), Vec::new());
     for block in index.chunk_by(|a, b| a.0 == b.0) {
         let (c, n) = (block[0].0, block.len());

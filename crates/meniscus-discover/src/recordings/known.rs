@@ -2,11 +2,16 @@
 
 use meniscus::reduced::effects::Stated;
 
+/// Standard deviation of a radius that was measured with callipers, m.
+pub const CALLIPERS_M: f64 = 1e-4;
+
 /// Glass and liquid as stated, before a recording is evaluated.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Known {
     /// Inner radius of the glass, m.
     pub radius_m: f64,
+    /// Standard deviation of the survey that it is stated from, m.
+    pub radius_error_m: f64,
     /// Height of the liquid at rest, m.
     pub fill_m: f64,
     /// Density, kg/m3.

@@ -3,7 +3,7 @@
 use super::error::StudyError;
 use crate::baseline::predict::predict;
 use crate::recordings::error::TableError;
-use crate::recordings::known::Known;
+use crate::recordings::known::{CALLIPERS_M, Known};
 use crate::recordings::record::Record;
 use crate::recordings::tables::{peaks, poses};
 use meniscus::reduced::effects::Active;
@@ -12,7 +12,14 @@ use std::path::Path;
 
 /// Returns water in the cylinder of R = 49 mm, 78 mm deep.
 pub(super) fn known(motion_share: [f64; 2]) -> Known {
-    Known { radius_m: 0.049, fill_m: 0.078, density_kg_m3: 998.0, viscosity_pa_s: 1.0e-3, motion_share }
+    Known {
+        radius_m: 0.049,
+        radius_error_m: CALLIPERS_M,
+        fill_m: 0.078,
+        density_kg_m3: 998.0,
+        viscosity_pa_s: 1.0e-3,
+        motion_share,
+    }
 }
 
 /// Part of a run that is used.

@@ -108,7 +108,7 @@ pub fn discover(
         return Err(DiscoverError::TooFewRecordings { count: records.len() });
     }
     let split = Split::of(records);
-    let calibration = Calibration::from(groups, &split.fitted, settings.own_clocks_s);
+    let calibration = Calibration::from(groups, &known, &split.fitted, settings.own_clocks_s);
     let problem =
         Problem::new(&split.fitted, known, &calibration, settings.noise)?.with_cache(&settings.cache);
     let assessment = decide(&problem, limits, settings);
