@@ -16,7 +16,7 @@ use meniscus_discover::fitting::fit::{fit, fit_beside};
 use meniscus_discover::fitting::problem::Problem;
 use meniscus_discover::fitting::search::search;
 use meniscus_discover::insert::simulated::Resolution;
-use meniscus_discover::recordings::known::Known;
+use meniscus_discover::recordings::known::{CALLIPERS_M, Known};
 use meniscus_discover::recordings::load::RecordingSet;
 use meniscus_discover::recordings::split::Split;
 use meniscus_discover::study::measured::judge_measured;
@@ -194,6 +194,27 @@ fn a_leaning_glass_and_a_rolled_camera_are_told_apart_by_the_waves() {
         assert!(matches!(verdict, Verdict::Identified(_)), "{}", verdict.sentence());
         assert_eq!(verdict.names(), [name]);
     }
+}
+
+#[test]
+fn a_radius_that_is_wrong_is_found_unless_the_survey_allows_it() {
+    let groups: Vec<Group> =
+        (0..4).map(|i| Group::new(KNOWN, glass(&KNOWN, &[], 90 + i), None).expect("it is fitted")).collect();
+    let groups: Vec<&Group> = groups.iter().collect();
+    let records = glass(&KNOWN, &[("radius", 0.002)], 95);
+    let limits = Thresholds { gain: 15.0, chi2: 1.3, ..Thresholds::default() };
+    let judged = |radius_error_m: f64| {
+        let known = Known { radius_error_m, ..KNOWN };
+        discover(&records, known, &groups, &limits, &Settings::default()).expect("it is judged")
+    };
+    let found = judged(CALLIPERS_M);
+    assert!(found.assessment.verdict.names().contains(&"radius"), "{}", found.assessment.verdict.sentence());
+    let estimate = found.estimates.iter().find(|e| e.effect == "radius").expect("it leads");
+    println!("{estimate:?}");
+    assert!((estimate.value - 0.037).abs() < 3e-4, "{estimate:?}");
+    // Stated to 2 mm, the same glass is as stated.
+    let allowed = judged(0.002).assessment.verdict;
+    assert!(matches!(allowed, Verdict::None { .. }), "{}", allowed.sentence());
 }
 
 #[test]

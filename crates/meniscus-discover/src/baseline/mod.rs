@@ -4,6 +4,7 @@
 //! of them belongs to the baseline itself.
 
 pub mod calibrate;
+pub mod clock;
 pub mod group;
 pub mod noise;
 pub mod offsets;

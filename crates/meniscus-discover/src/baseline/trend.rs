@@ -76,7 +76,7 @@ mod tests {
         let trend = ViscosityTrend::new(&mu, 0.28);
         let Split { value, left } = trend.split(&numbers);
         // A tenth of the slope is the ridge's.
-        assert!((value - (2.0 + 3.0 * 0.28_f64.ln())).abs() < 0.02, "{value}");
+        assert!((value - (2.0 + 3.0 * 0.28_f64.ln())).abs() < 0.03, "{value}");
         let plain = ViscosityTrend::new(&mu[..3], 0.28);
         assert!(left.iter().all(|e| e.abs() < 0.06), "{left:?}");
         assert!(trend.freedom() > 3.9 && trend.freedom() < 4.3 && trend.leverage() < 0.25);

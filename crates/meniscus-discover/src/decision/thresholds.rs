@@ -140,7 +140,7 @@ pub fn shown(groups: &[&Group], settings: &Settings) -> Result<Vec<Shown>, Probl
 
 /// Prior of the misfit of a clean glass, and of the largest cell of its map.
 const MISFIT: MisfitPrior = MisfitPrior { mean: 0.0, deviation: 0.1 };
-const CELL: MisfitPrior = MisfitPrior { mean: 0.4, deviation: 0.25 };
+const CELL: MisfitPrior = MisfitPrior { mean: 0.5, deviation: 0.35 };
 
 /// References below which the gain is raised: their own clean glass was judged by none.
 const FEW: usize = 2;

@@ -8,6 +8,7 @@ use crate::findings::suggest::Separation;
 use crate::findings::{Estimate, Findings};
 use crate::fitting::localise::{Cell, largest};
 use crate::workflow;
+use crate::workflow::clocks::AlignedClock;
 use crate::workflow::insertion::ClosedGap;
 use meniscus_report::plot::PictureError;
 use meniscus_report::{Chart, Mark, Report, Series};
@@ -32,6 +33,9 @@ pub fn page(outcome: &workflow::Report, command: &str) -> Result<String, Picture
             _ => "",
         }
     ));
+    for refusal in outcome.clocks.iter().filter_map(AlignedClock::refusal) {
+        report.prose(&format!("Left out: {refusal}."));
+    }
     ranked(&mut report, findings);
     parameters(&mut report, findings);
     held_out(&mut report, findings)?;
