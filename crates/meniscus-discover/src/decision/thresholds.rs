@@ -32,7 +32,8 @@ pub struct Thresholds {
     pub chi2: f64,
     /// The same where no effect is significant: what clean glasses show.
     pub clean_chi2: f64,
-    /// Largest misfit a number in one cell of the map where no effect is significant.
+    /// Largest misfit a number in one cell of the map where no effect is significant; infinite without references, of
+    /// which the plain model's own error is not known.
     pub cell: f64,
     /// Decrease of the cost that each effect has to reach beside the other effects; 0 where it is not given.
     pub bound: BTreeMap<&'static str, f64>,
@@ -169,7 +170,9 @@ pub fn limits(shown: &[&Shown], settings: &Settings) -> Thresholds {
     let of = |value: fn(&Shown) -> f64| shown.iter().map(|one| value(one)).collect::<Vec<f64>>();
     limits.clean_chi2 = misfit_bound(&of(|one| one.chi2), MISFIT, rules.false_name_rate);
     limits.chi2 = limits.chi2.max(limits.clean_chi2);
-    limits.cell = misfit_bound(&of(|one| one.cell), CELL, rules.false_name_rate);
+    if !shown.is_empty() {
+        limits.cell = misfit_bound(&of(|one| one.cell), CELL, rules.false_name_rate);
+    }
     let channels = shown.first().map_or(&[][..], |one| &one.offsets);
     for (i, offset) in channels.iter().enumerate() {
         let squares: Vec<f64> = shown.iter().filter_map(|one| one.offsets.get(i)).map(|o| o.square).collect();

@@ -6,7 +6,7 @@ use super::measured_runs::{Cut, best_rms, known, runs};
 use crate::baseline::group::Group;
 use crate::baseline::predict::SHARED;
 use crate::decision::settings::Settings;
-use crate::decision::thresholds::thresholds;
+use crate::decision::thresholds::{Thresholds, thresholds};
 use crate::findings::Findings;
 use crate::recordings::record::Record;
 use crate::workflow::clocks::{Aligned, AlignedClock, aligned};
@@ -99,6 +99,8 @@ pub fn judge_measured(
         )?);
     }
     let references: Vec<&Group> = groups.iter().collect();
+    let with = Judges { groups: &references, limits: thresholds(&references, &settings)? };
+    let without = Judges { groups: &[], limits: thresholds(&[], &settings)? };
     let list = [
         Question {
             title: "inclination withheld, tilt runs (LE, RD)",
@@ -131,25 +133,29 @@ pub fn judge_measured(
     ];
     let judged = list.iter().take(questions).map(|question| {
         let runs = load(question.starts, question.share, question.cut)?;
-        let against = if question.references { references.as_slice() } else { &[] };
-        judge(question, &runs, against, &settings)
+        judge(question, &runs, if question.references { &with } else { &without }, &settings)
     });
     judged.collect()
+}
+
+/// References and the thresholds that they set.
+struct Judges<'a> {
+    groups: &'a [&'a Group],
+    limits: Thresholds,
 }
 
 /// Judges one question on `runs`, as the program judges a folder against references.
 fn judge(
     question: &Question<'_>,
     runs: &Aligned,
-    references: &[&Group],
+    judges: &Judges<'_>,
     settings: &Settings,
 ) -> Result<MeasuredCase, StudyError> {
     let known = known(question.share);
     let records = &runs.records;
     // Half of the runs, evenly spread, are fitted; every run is scored.
     let few: Vec<Record> = records.iter().step_by(records.len().div_ceil(6)).cloned().collect();
-    let limits = thresholds(references, settings)?;
-    let findings = discover(&few, known, references, &limits, settings)?;
+    let findings = discover(&few, known, judges.groups, &judges.limits, settings)?;
     let (verdict, chosen) = (&findings.assessment.verdict, findings.assessment.chosen());
     let theta = &findings.calibration.mean;
     let scored = |record: &Record| {
