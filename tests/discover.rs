@@ -8,6 +8,7 @@ use meniscus::blob::Model;
 use meniscus::reduced::effects::{Class, LIBRARY, find};
 use meniscus_discover::baseline::calibrate::Calibration;
 use meniscus_discover::baseline::group::Group;
+use meniscus_discover::baseline::predict::NAMES;
 use meniscus_discover::decision::settings::Settings;
 use meniscus_discover::decision::thresholds::{Thresholds, thresholds};
 use meniscus_discover::decision::verdict::Verdict;
@@ -19,6 +20,7 @@ use meniscus_discover::insert::simulated::Resolution;
 use meniscus_discover::recordings::known::{CALLIPERS_M, Known};
 use meniscus_discover::recordings::load::RecordingSet;
 use meniscus_discover::recordings::split::Split;
+use meniscus_discover::report::html::page;
 use meniscus_discover::study::measured::judge_measured;
 use meniscus_discover::workflow::inputs::Inputs;
 use meniscus_discover::workflow::progress::{Silent, Stage};
@@ -197,6 +199,32 @@ fn a_leaning_glass_and_a_rolled_camera_are_told_apart_by_the_waves() {
 }
 
 #[test]
+fn what_a_viscosity_explains_of_the_references_is_no_scatter() {
+    // The damping grows faster with the viscosity than the model says: by a line in ln mu that is no scatter.
+    let groups: Vec<Group> = [0.15, 0.15, 0.2, 0.2, 0.27, 0.27]
+        .into_iter()
+        .zip(110..)
+        .map(|(mu, seed)| {
+            let made = Known { viscosity_pa_s: 0.2 * f64::powf(mu / 0.2, 1.5), ..KNOWN };
+            let stated = Known { viscosity_pa_s: mu, ..KNOWN };
+            Group::new(stated, glass(&made, &[], seed), None).expect("it is fitted")
+        })
+        .collect();
+    let groups: Vec<&Group> = groups.iter().collect();
+    let damping = NAMES.iter().position(|name| *name == "damping 1").expect("a number of the baseline");
+    let at = |viscosity_pa_s: f64| {
+        let known = Known { viscosity_pa_s, ..KNOWN };
+        let calibration = Calibration::from(&groups, &known, &[], None);
+        (calibration.mean[damping], calibration.deviation[damping])
+    };
+    let [(low, _), (middle, deviation), (high, _)] = [0.15, 0.2, 0.27].map(at);
+    println!("damping {low:.3}, {middle:.3}, {high:.3}, deviation {deviation:.3}");
+    // gamma grows as mu^0.65: a half more of ln(0.27/0.15) makes 0.19.
+    assert!((high - low - 0.19).abs() < 0.05, "{low} {high}");
+    assert!(deviation < 0.04, "{deviation}: as scatter it is 0.09");
+}
+
+#[test]
 fn a_radius_that_is_wrong_is_found_unless_the_survey_allows_it() {
     let groups: Vec<Group> =
         (0..4).map(|i| Group::new(KNOWN, glass(&KNOWN, &[], 90 + i), None).expect("it is fitted")).collect();
@@ -256,6 +284,12 @@ fn the_whole_workflow_is_one_call_that_reports_its_stages() {
     assert_eq!(model.header.embedded.expect("it names the effect").effects[0].name, "yield_stress");
     let [closed] = report.insertion.closed.as_slice() else { panic!("one model: {:?}", report.insertion) };
     assert!(closed.untouched_m.is_finite() && closed.effect_m != closed.untouched_m, "{closed:?}");
+    // The page draws what is left of the held-out recording, and the sizes with their intervals.
+    let page = page(&report, "meniscus discover").expect("a page");
+    for part in ["Residual: measured less predicted.", "Grey: 90 % interval.", "Seen, and not distinguished:"]
+    {
+        assert!(page.contains(part), "the page lacks '{part}'");
+    }
     // A spacing that does not fit the glass is refused before anything is fitted.
     inputs.simulation = Some(Resolution { spacing_m: 0.02, seed: 1 });
     let refused = Discovery::run(&inputs, &Silent).expect_err("20 mm in a glass of 35 mm").to_string();
@@ -273,5 +307,9 @@ fn the_inclination_of_measured_water_is_found() {
         cases[0].findings.assessment.verdict.sentence()
     );
     assert!(cases[0].findings.assessment.verdict.names().contains(&"container_tilt"));
+    // Its thresholds are learnt from its references, as the program learns them.
+    let limits = &cases[0].findings.limits;
+    assert!(limits.references == 3 && limits.chi2.is_finite() && limits.cell.is_finite(), "{limits:?}");
+    assert!(limits.of("container_tilt") > 0.0, "{limits:?}");
     assert!(after < 0.75 * before, "{before} mm before, {after} mm after");
 }
