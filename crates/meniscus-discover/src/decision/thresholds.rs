@@ -1,7 +1,7 @@
 //! Thresholds learnt from the references: an effect is significant beyond the gains of clean glasses.
 //!
 //! Each reference is judged by the others, under the covariance that a glass is first judged under: how much each effect
-//! lowers its cost, its misfit, the largest cell of its map and its offsets at rest. [`super::bounds`] says what one more
+//! lowers its cost, its misfit, the largest cell of its map and its offsets at rest. `bounds` says what one more
 //! clean glass may show. Nothing that was learnt here judges a fit under another covariance.
 
 use super::bounds::{MisfitPrior, bound, misfit_bound, pooled};
