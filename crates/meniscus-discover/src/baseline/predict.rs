@@ -14,6 +14,9 @@ const STEPS: usize = 2;
 /// Calibrated numbers of the baseline, shared by all recordings; a lag for each recording follows them.
 pub const SHARED: usize = 12;
 
+/// Height of a wave in radii beyond which the model has lost it.
+const HIGHEST: f64 = 10.0;
+
 /// Index of the excess of the radius over the stated one, m.
 pub const RADIUS: usize = 11;
 
@@ -98,8 +101,9 @@ pub fn predict(
         for half in 0..STEPS {
             step(&model, &mut state, &push_at(time + (half as f64 + 0.5) * dt));
         }
-        if state.height[0][0].is_nan() || state.height[0][0].abs() >= 10.0 {
-            // Parameters far out of range: what follows would be infinite.
+        let waves = state.height.iter().chain(&state.bound_waves.height).flatten();
+        if waves.copied().any(|height| height.is_nan() || height.abs() >= HIGHEST * radius) {
+            // Parameters far out of range, along x or y: what follows would be infinite.
             state = ReducedState::default();
         }
     }
