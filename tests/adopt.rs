@@ -258,7 +258,7 @@ fn an_old_blob_keeps_its_meaning() {
     let model = Model::load(&blob).expect("a model");
     let named = model.header.embedded.as_ref().expect("it names two");
     assert_eq!(named.effects.iter().map(|effect| effect.values[0]).collect::<Vec<_>>(), [0.8, 0.002]);
-    let stated = named.stated(model.header.fill_m);
+    let stated = named.stated(model.header.radius_m, model.header.fill_m);
     let values = named.effects.iter().map(|effect| {
         let entry = find(&effect.name).expect("in the list");
         Active { entry, values: effect.values }.stated_values(&stated)[0].expect("it has a value")

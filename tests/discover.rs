@@ -6,14 +6,21 @@ mod shaken;
 
 use meniscus::blob::Model;
 use meniscus::reduced::effects::{Class, LIBRARY, find};
+use meniscus_discover::baseline::calibrate::Calibration;
 use meniscus_discover::baseline::group::Group;
+use meniscus_discover::baseline::predict::NAMES;
 use meniscus_discover::decision::settings::Settings;
 use meniscus_discover::decision::thresholds::{Thresholds, thresholds};
 use meniscus_discover::decision::verdict::Verdict;
 use meniscus_discover::findings::Findings;
+use meniscus_discover::fitting::fit::{fit, fit_beside};
+use meniscus_discover::fitting::problem::Problem;
+use meniscus_discover::fitting::search::search;
 use meniscus_discover::insert::simulated::Resolution;
-use meniscus_discover::recordings::known::Known;
+use meniscus_discover::recordings::known::{CALLIPERS_M, Known};
 use meniscus_discover::recordings::load::RecordingSet;
+use meniscus_discover::recordings::split::Split;
+use meniscus_discover::report::html::page;
 use meniscus_discover::study::measured::judge_measured;
 use meniscus_discover::workflow::inputs::Inputs;
 use meniscus_discover::workflow::progress::{Silent, Stage};
@@ -63,7 +70,7 @@ fn what_is_hidden_is_named_and_its_interval_holds_it() {
         let gap = found.gap.as_ref().expect("four recordings, one held out").gap;
         println!("{estimate:?}, gap {gap:?}");
         assert!((estimate.value - value).abs() < 0.15 * value.abs().min(1.0), "{estimate:?}");
-        assert!(gap.effect < 0.4 * gap.untouched, "{gap:?}");
+        assert!(gap.effect < 0.5 * gap.untouched, "{gap:?}");
         assert_eq!(found.split.held_out.as_ref().map(|record| record.name.as_str()), Some("d"));
     }
 }
@@ -131,12 +138,111 @@ fn what_stands_off_at_rest_is_not_called_nothing() {
 }
 
 #[test]
+fn what_was_significant_before_a_formula_was_distrusted_is_never_called_nothing_after() {
+    let groups = references();
+    let groups: Vec<&Group> = groups.iter().collect();
+    let settings = Settings::default();
+    let records = glass(&KNOWN, &[("yield_stress", 2.0)], 5);
+    let split = Split::of(&records);
+    let calibration = Calibration::from(&groups, &KNOWN, &split.fitted, None);
+    let problem = Problem::new(&split.fitted, KNOWN, &calibration, 1.0).expect("it is fitted");
+    let plain = fit(&problem, &problem.mean, &[], &[]);
+    let entry = find("yield_stress").expect("in the library");
+    let (_, from, _) = search(&problem, &plain, entry);
+    let before = plain.cost - fit_beside(&problem, &plain, entry, &from).cost;
+    let free = Thresholds { gain: 15.0, chi2: 1.3, ..Thresholds::default() };
+    let judged = |limits: &Thresholds| {
+        discover(&records, KNOWN, &groups, limits, &settings).expect("it is judged").assessment
+    };
+    let after = judged(&free).search.ranking.iter().find(|c| c.last() == entry.name).map(|c| c.fall);
+    let after = after.expect("it is ranked");
+    println!("the cost falls by {before:.0} before the formula is distrusted, by {after:.0} after");
+    assert!(after < 0.8 * before);
+    // Every bound lies between the two falls: it was learnt under the first covariance and judges the fit under it.
+    let bound = LIBRARY.iter().map(|effect| (effect.name, 0.5 * (before + after))).collect();
+    let verdict = judged(&Thresholds { bound, ..free }).verdict;
+    assert!(matches!(verdict, Verdict::Identified(_)), "{}", verdict.sentence());
+    assert_eq!(verdict.names(), ["yield_stress"]);
+}
+
+#[test]
+fn nothing_is_missing_only_where_the_map_agrees() {
+    // No effect of this library acts while the liquid moves; of the mean square nothing is asked.
+    let library = vec![find("camera_pitch").expect("in the library")];
+    let settings = Settings { library, ..Settings::default() };
+    let groups: Vec<Group> =
+        (0..6).map(|i| Group::new(KNOWN, glass(&KNOWN, &[], 70 + i), None).expect("it is fitted")).collect();
+    let groups: Vec<&Group> = groups.iter().collect();
+    let mut limits = thresholds(&groups, &settings).expect("they are judged");
+    limits.clean_chi2 = f64::INFINITY;
+    let judged = |effects: &[(&str, f64)]| {
+        discover(&glass(&KNOWN, effects, 80), KNOWN, &groups, &limits, &settings)
+            .expect("it is judged")
+            .assessment
+            .verdict
+    };
+    let plain = judged(&[]);
+    assert!(matches!(plain, Verdict::None { .. }), "{}", plain.sentence());
+    let hidden = judged(&[("yield_stress", 2.0)]);
+    assert!(matches!(hidden, Verdict::Unknown(_)), "{}", hidden.sentence());
+    let cell = hidden.cell().expect("it is said where");
+    assert!(cell.misfit > limits.cell && hidden.sentence().contains(cell.window), "{}", hidden.sentence());
+}
+
+#[test]
 fn a_leaning_glass_and_a_rolled_camera_are_told_apart_by_the_waves() {
     for name in ["container_tilt", "camera_slope"] {
         let verdict = found(&[(name, 0.05)], 11, &Settings::default()).assessment.verdict;
         assert!(matches!(verdict, Verdict::Identified(_)), "{}", verdict.sentence());
         assert_eq!(verdict.names(), [name]);
     }
+}
+
+#[test]
+fn what_a_viscosity_explains_of_the_references_is_no_scatter() {
+    // The damping grows faster with the viscosity than the model says: by a line in ln mu that is no scatter.
+    let groups: Vec<Group> = [0.15, 0.15, 0.2, 0.2, 0.27, 0.27]
+        .into_iter()
+        .zip(110..)
+        .map(|(mu, seed)| {
+            let made = Known { viscosity_pa_s: 0.2 * f64::powf(mu / 0.2, 1.5), ..KNOWN };
+            let stated = Known { viscosity_pa_s: mu, ..KNOWN };
+            Group::new(stated, glass(&made, &[], seed), None).expect("it is fitted")
+        })
+        .collect();
+    let groups: Vec<&Group> = groups.iter().collect();
+    let damping = NAMES.iter().position(|name| *name == "damping 1").expect("a number of the baseline");
+    let at = |viscosity_pa_s: f64| {
+        let known = Known { viscosity_pa_s, ..KNOWN };
+        let calibration = Calibration::from(&groups, &known, &[], None);
+        (calibration.mean[damping], calibration.deviation[damping])
+    };
+    let [(low, _), (middle, deviation), (high, _)] = [0.15, 0.2, 0.27].map(at);
+    println!("damping {low:.3}, {middle:.3}, {high:.3}, deviation {deviation:.3}");
+    // gamma grows as mu^0.65: a half more of ln(0.27/0.15) makes 0.19.
+    assert!((high - low - 0.19).abs() < 0.05, "{low} {high}");
+    assert!(deviation < 0.04, "{deviation}: as scatter it is 0.09");
+}
+
+#[test]
+fn a_radius_that_is_wrong_is_found_unless_the_survey_allows_it() {
+    let groups: Vec<Group> =
+        (0..4).map(|i| Group::new(KNOWN, glass(&KNOWN, &[], 90 + i), None).expect("it is fitted")).collect();
+    let groups: Vec<&Group> = groups.iter().collect();
+    let records = glass(&KNOWN, &[("radius", 0.002)], 95);
+    let limits = Thresholds { gain: 15.0, chi2: 1.3, ..Thresholds::default() };
+    let judged = |radius_error_m: f64| {
+        let known = Known { radius_error_m, ..KNOWN };
+        discover(&records, known, &groups, &limits, &Settings::default()).expect("it is judged")
+    };
+    let found = judged(CALLIPERS_M);
+    assert!(found.assessment.verdict.names().contains(&"radius"), "{}", found.assessment.verdict.sentence());
+    let estimate = found.estimates.iter().find(|e| e.effect == "radius").expect("it leads");
+    println!("{estimate:?}");
+    assert!((estimate.value - 0.037).abs() < 3e-4, "{estimate:?}");
+    // Stated to 2 mm, the same glass is as stated.
+    let allowed = judged(0.002).assessment.verdict;
+    assert!(matches!(allowed, Verdict::None { .. }), "{}", allowed.sentence());
 }
 
 #[test]
@@ -178,6 +284,12 @@ fn the_whole_workflow_is_one_call_that_reports_its_stages() {
     assert_eq!(model.header.embedded.expect("it names the effect").effects[0].name, "yield_stress");
     let [closed] = report.insertion.closed.as_slice() else { panic!("one model: {:?}", report.insertion) };
     assert!(closed.untouched_m.is_finite() && closed.effect_m != closed.untouched_m, "{closed:?}");
+    // The page draws what is left of the held-out recording, and the sizes with their intervals.
+    let page = page(&report, "meniscus discover").expect("a page");
+    for part in ["Residual: measured less predicted.", "Grey: 90 % interval.", "Seen, and not distinguished:"]
+    {
+        assert!(page.contains(part), "the page lacks '{part}'");
+    }
     // A spacing that does not fit the glass is refused before anything is fitted.
     inputs.simulation = Some(Resolution { spacing_m: 0.02, seed: 1 });
     let refused = Discovery::run(&inputs, &Silent).expect_err("20 mm in a glass of 35 mm").to_string();
@@ -195,5 +307,9 @@ fn the_inclination_of_measured_water_is_found() {
         cases[0].findings.assessment.verdict.sentence()
     );
     assert!(cases[0].findings.assessment.verdict.names().contains(&"container_tilt"));
+    // Its thresholds are learnt from its references, as the program learns them.
+    let limits = &cases[0].findings.limits;
+    assert!(limits.references == 3 && limits.chi2.is_finite() && limits.cell.is_finite(), "{limits:?}");
+    assert!(limits.of("container_tilt") > 0.0, "{limits:?}");
     assert!(after < 0.75 * before, "{before} mm before, {after} mm after");
 }

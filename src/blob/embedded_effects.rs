@@ -32,9 +32,9 @@ pub struct EmbeddedEffects {
 }
 
 impl EmbeddedEffects {
-    /// Returns the liquid and the fill that the coordinates are counted from, in a model of the fill `fill_m`.
+    /// Returns liquid and glass that the coordinates are counted from, in a model of that radius and fill.
     #[must_use]
-    pub fn stated(&self, fill_m: f64) -> Stated {
-        Stated { consistency_pa_sn: self.liquid.consistency, fill_m }
+    pub fn stated(&self, radius_m: f64, fill_m: f64) -> Stated {
+        Stated { consistency_pa_sn: self.liquid.consistency, radius_m, fill_m }
     }
 }

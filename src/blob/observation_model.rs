@@ -20,7 +20,7 @@ use crate::surface::{POINTS, SurfaceProfile, profile_abscissa};
 ///
 /// let glass = Cylinder { radius_m: 0.035, depth_m: 0.07, density_kg_m3: 1261.0 };
 /// let glycerine = Rheology::newtonian(0.95);
-/// let stated = Stated { consistency_pa_sn: 0.95, fill_m: 0.07 };
+/// let stated = Stated { consistency_pa_sn: 0.95, radius_m: 0.035, fill_m: 0.07 };
 /// // The camera measures every length 2 % too long.
 /// let scale = EffectKind::DepthScale.effect().active(&[Some(1.02), None], &stated)?;
 /// let reduced = ReducedModel::new(glass, glycerine, &Baseline::default(), &[scale], 1.0 / 60.0);

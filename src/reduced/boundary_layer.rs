@@ -8,10 +8,13 @@
 //!
 //! A wall on which the liquid slips by a length b passes on less stress: with the layer's complex depth
 //! `delta/(1 + i)`, `delta = sqrt(2 nu/w)`, the impedance of the wall is that of the layer over
-//! `1 + (1 + i) b/delta` (Navier 1823), so damping and lowering fall to
+//! `1 + (1 + i) b/delta` (Navier 1823). Its real part damps and its imaginary part lowers the frequency:
 //! ```text
-//! damping  1/(1 + 2 s + 2 s^2),   lowering  (1 + 2 s)/(1 + 2 s + 2 s^2),   s = b/delta
+//! (1 + i)/(1 + (1 + i) s) = ((1 + 2 s) + i)/(1 + 2 s + 2 s^2),   s = b/delta
+//! damping  (1 + 2 s)/(1 + 2 s + 2 s^2),   lowering  1/(1 + 2 s + 2 s^2)
 //! ```
+//!
+//! Beyond first order in the layer's depth the first mode is corrected, see `finite_layer`.
 //!
 //! A generalised Newtonian liquid, `tau = tau0 + K rate^n` (Herschel and Bulkley 1926), has the viscosity
 //! that loses as much in a cycle as it does (equivalent linearisation). A stress `c rate^p` at a rate of
@@ -22,6 +25,7 @@
 //! with r = v k sqrt(2) s_b in the bulk and r = v s_w/delta, delta = sqrt(2 nu/w), in the layer, where v
 //! is the amplitude `sqrt(v^2 + w^2 a^2)` of the rate at the wall and the s are means over the places.
 
+use super::finite_layer::{film_factors, wall_excess};
 use super::modes::{Cylinder, SloshMode};
 use crate::math::{pow, sincos, sinh, sqrt, tanh};
 
@@ -59,13 +63,23 @@ pub struct Rheology {
     pub slip_m: f64,
     /// Film on the surface: 0 none, 1 inextensible.
     pub film: f64,
+    /// Share of the contact line that a sticking wall holds: 1 holds it, 0 lets it slide. Not stored with a model.
+    #[serde(skip, default = "all")]
+    pub held_line: f64,
 }
 
 impl Rheology {
     /// A liquid of constant viscosity (Pa s) that sticks to the wall and has no film.
     #[must_use]
     pub fn newtonian(viscosity_pa_s: f64) -> Self {
-        Self { consistency: viscosity_pa_s, index: 1.0, yield_pa: 0.0, slip_m: 0.0, film: 0.0 }
+        Self {
+            consistency: viscosity_pa_s,
+            index: 1.0,
+            yield_pa: 0.0,
+            slip_m: 0.0,
+            film: 0.0,
+            held_line: all(),
+        }
     }
 
     /// The viscosity (Pa s) that loses as much at a rate of amplitude `rate` (1/s).
@@ -86,6 +100,11 @@ impl Rheology {
     }
 }
 
+/// The whole of the contact line.
+fn all() -> f64 {
+    1.0
+}
+
 /// `e(p) = 2 <|cos|^(p+1)>` over a cycle, by the midpoint rule.
 fn loss(p: f64) -> f64 {
     const POINTS: u32 = 16;
@@ -96,8 +115,8 @@ fn loss(p: f64) -> f64 {
     2.0 * (0..POINTS).map(mean).sum::<f64>() / f64::from(POINTS)
 }
 
-/// Damping gamma (1/s) and lowering of the frequency (1/s) of `mode` at amplitude `speed` (m/s) and
-/// frequency `w` (1/s), in `glass`.
+/// Returns damping gamma (1/s) and lowering of the frequency (1/s) of `mode` at amplitude `speed` (m/s) and frequency `w`
+/// (1/s), in `glass`; of the first mode beyond layer theory.
 #[must_use]
 pub(super) fn friction(
     mode: &SloshMode,
@@ -106,7 +125,19 @@ pub(super) fn friction(
     liquid: &Rheology,
     glass: &Cylinder,
 ) -> (f64, f64) {
-    resistance(mode, w, viscosities(mode, w, speed, liquid, glass.density_kg_m3), liquid, glass)
+    let viscosities = viscosities(mode, w, speed, liquid, glass.density_kg_m3);
+    let Layers { damping, lowering, film } = layers(mode, w, viscosities, liquid, glass);
+    if !mode.is_first() {
+        return (damping + film, lowering + film);
+    }
+    let depth = layer_depth(viscosities.wall, w);
+    let (x, s) = (depth / glass.radius_m, liquid.slip_m / depth);
+    let more = wall_excess(x, s / (1.0 + s), liquid.held_line);
+    let over = film_factors(x);
+    (
+        damping + w * x * more.damping + film * over.damping,
+        lowering + w * x * more.lowering + film * over.lowering,
+    )
 }
 
 /// Kinematic viscosities that a mode gives the liquid, m2/s.
@@ -138,7 +169,8 @@ pub(super) fn viscosities(
     Viscosities { bulk, wall }
 }
 
-/// [`friction`] where the viscosities are given: those that a stronger wave gives the liquid, for one that rides on it.
+/// Returns damping and lowering (1/s) by layer theory where the viscosities are given: those that a stronger wave gives
+/// the liquid, for one that rides on it.
 pub(super) fn resistance(
     mode: &SloshMode,
     w: f64,
@@ -146,6 +178,22 @@ pub(super) fn resistance(
     liquid: &Rheology,
     glass: &Cylinder,
 ) -> (f64, f64) {
+    let Layers { damping, lowering, film } = layers(mode, w, viscosities, liquid, glass);
+    (damping + film, lowering + film)
+}
+
+/// Layer theory of one mode, 1/s.
+struct Layers {
+    /// Damping by wall and bulk.
+    damping: f64,
+    /// Lowering of the frequency by the wall.
+    lowering: f64,
+    /// Damping by the film, and lowering.
+    film: f64,
+}
+
+/// Returns the parts of layer theory.
+fn layers(mode: &SloshMode, w: f64, viscosities: Viscosities, liquid: &Rheology, glass: &Cylinder) -> Layers {
     let Viscosities { bulk, wall } = viscosities;
     let (k, kh) = (mode.k, mode.k * glass.depth_m);
     let around = f64::from(mode.order * mode.order) / (mode.xi * mode.xi);
@@ -154,8 +202,11 @@ pub(super) fn resistance(
     let sticking = sqrt(0.5 * wall * w) / (2.0 * glass.radius_m) * (side + bottom);
     let s = liquid.slip_m / layer_depth(wall, w);
     let over = 1.0 + 2.0 * s + 2.0 * s * s;
-    let film = liquid.film * 0.5 * sqrt(0.5 * wall * w) * k / tanh(kh);
-    (sticking / over + film + 2.0 * bulk * k * k, sticking * (1.0 + 2.0 * s) / over + film)
+    Layers {
+        damping: sticking * (1.0 + 2.0 * s) / over + 2.0 * bulk * k * k,
+        lowering: sticking / over,
+        film: liquid.film * 0.5 * sqrt(0.5 * wall * w) * k / tanh(kh),
+    }
 }
 
 /// Depth of Stokes's layer, m.
@@ -169,20 +220,25 @@ mod tests {
     use crate::reduced::Wave;
     use crate::units::GRAVITY_M_S2;
 
-    fn damping(liquid: &Rheology, density: f64, radius_m: f64, depth_m: f64, speed: f64) -> f64 {
+    /// Layer theory alone.
+    fn thin(mode: &SloshMode, w: f64, liquid: &Rheology, glass: &Cylinder) -> (f64, f64) {
+        resistance(mode, w, viscosities(mode, w, 0.1, liquid, glass.density_kg_m3), liquid, glass)
+    }
+
+    fn damping(liquid: &Rheology, density: f64, radius_m: f64, depth_m: f64) -> f64 {
         let glass = Cylinder { radius_m, depth_m, density_kg_m3: density };
         let mode = SloshMode::new(&glass, Wave::First(0));
         let w = sqrt(mode.square(GRAVITY_M_S2));
-        friction(&mode, w, speed, liquid, &glass).0 / w
+        thin(&mode, w, liquid, &glass).0 / w
     }
 
     #[test]
     fn water_in_the_measured_cylinder_has_the_damping_of_case_and_parkinson_and_of_a_film() {
         // 0.32 % of critical for a clean wall, 0.62 % with an inextensible film: facts of the field.
-        let clean = damping(&Rheology::newtonian(1.0e-3), 998.0, 0.049, 0.078, 0.1);
+        let clean = damping(&Rheology::newtonian(1.0e-3), 998.0, 0.049, 0.078);
         assert!((clean - 0.0032).abs() < 1e-4, "{clean}");
         let film = Rheology { film: 1.0, ..Rheology::newtonian(1.0e-3) };
-        let film = damping(&film, 998.0, 0.049, 0.078, 0.1);
+        let film = damping(&film, 998.0, 0.049, 0.078);
         assert!((film - 0.0062).abs() < 1e-4, "{film}");
     }
 
@@ -193,7 +249,7 @@ mod tests {
         let w = sqrt(mode.square(GRAVITY_M_S2));
         let of = |slip_m: f64| {
             let liquid = Rheology { slip_m, ..Rheology::newtonian(0.2) };
-            friction(&mode, w, 0.1, &liquid, &glass)
+            thin(&mode, w, &liquid, &glass)
         };
         let (damping, lowering) = of(1e9);
         assert!((damping / (2.0 * 0.2 / 1261.0 * mode.k * mode.k) - 1.0).abs() < 1e-6 && lowering < 1e-6);
@@ -203,6 +259,29 @@ mod tests {
             let now = of(slip).0;
             assert!(now < last && now > 0.0);
             last = now;
+        }
+    }
+
+    #[test]
+    fn slip_divides_the_complex_impedance_of_the_layer() {
+        use nalgebra::Complex;
+        let glass = Cylinder { radius_m: 0.035, depth_m: 0.07, density_kg_m3: 1261.0 };
+        let mode = SloshMode::new(&glass, Wave::First(0));
+        let w = sqrt(mode.square(GRAVITY_M_S2));
+        let nu = 0.02 / 1261.0;
+        let bulk = 2.0 * nu * mode.k * mode.k;
+        let layer = |slip_m: f64| {
+            let liquid = Rheology { slip_m, ..Rheology::newtonian(0.02) };
+            let (damping, lowering) = thin(&mode, w, &liquid, &glass);
+            (damping - bulk, lowering)
+        };
+        let sticks = layer(0.0);
+        for share in [0.2, 0.65, 1.3, 3.0] {
+            let one_i = Complex::new(1.0, 1.0);
+            let passed = one_i / (Complex::new(1.0, 0.0) + one_i * share);
+            let (damping, lowering) = layer(share * layer_depth(nu, w));
+            assert!((damping / sticks.0 - passed.re).abs() < 1e-12, "damping at {share}");
+            assert!((lowering / sticks.1 - passed.im).abs() < 1e-12, "lowering at {share}");
         }
     }
 

@@ -13,6 +13,7 @@
 //! |---|---|
 //! | `modes` | wave numbers, masses, frequencies and forcing of the modes (1,n), (0,n), (2,n) |
 //! | `boundary_layer` | friction of boundary layers, film and bulk, for any generalised Newtonian liquid |
+//! | `finite_layer` | what a layer that is not thin, and a held contact line, add to that |
 //! | `speed_table` | a number that depends on the amplitude of a speed |
 //! | `baseline` | calibration of the plain model |
 //! | [`effects`] | physical differences from the plain liquid |
@@ -35,6 +36,7 @@ mod contact_line_friction;
 mod coupling;
 pub mod effects;
 mod field;
+mod finite_layer;
 mod mode_coefficients;
 mod model;
 mod modes;

@@ -104,6 +104,12 @@ impl SloshMode {
         Self { order, xi, k, steepness, area_m2, mass_kg: glass.density_kg_m3 * area_m2 / steepness, lever_m }
     }
 
+    /// Returns whether it is the first mode (1,1).
+    #[must_use]
+    pub fn is_first(&self) -> bool {
+        self.order == 1 && self.xi == XI_1[0]
+    }
+
     /// Frequency squared under gravity `g` (m/s2) without surface tension, 1/s2.
     #[must_use]
     pub fn square(&self, g: f64) -> f64 {

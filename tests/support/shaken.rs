@@ -2,13 +2,14 @@
 
 use meniscus::reduced::effects::{Active, find};
 use meniscus_discover::baseline::calibrate::Calibration;
-use meniscus_discover::recordings::known::Known;
+use meniscus_discover::recordings::known::{CALLIPERS_M, Known};
 use meniscus_discover::recordings::motion_plan::MotionPlan;
 use meniscus_discover::recordings::record::Record;
 use meniscus_discover::study::synthetic::synthetic_record;
 
 pub(crate) const KNOWN: Known = Known {
     radius_m: 0.035,
+    radius_error_m: CALLIPERS_M,
     fill_m: 0.07,
     density_kg_m3: 1261.0,
     viscosity_pa_s: 0.2,

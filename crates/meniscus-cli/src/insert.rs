@@ -70,7 +70,8 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         format!("the model was trained on '{}': say with --liquid which that is", model.header.liquid)
     })?;
     let rheology = resistance(&liquid.rheology);
-    let stated = Stated { consistency_pa_sn: rheology.consistency, fill_m: model.header.fill_m };
+    let (radius_m, fill_m) = (model.header.radius_m, model.header.fill_m);
+    let stated = Stated { consistency_pa_sn: rheology.consistency, radius_m, fill_m };
     let effects = match &arguments.verdict {
         Some(path) => of_verdict(path, &stated)?,
         None => spelled(&arguments.effect)?
@@ -210,7 +211,7 @@ fn tried(path: &Path, before: &Model<'_>, after: &Model<'_>) -> anyhow::Result<V
 mod tests {
     use super::*;
 
-    const STATED: Stated = Stated { consistency_pa_sn: 0.95, fill_m: 0.07 };
+    const STATED: Stated = Stated { consistency_pa_sn: 0.95, radius_m: 0.035, fill_m: 0.07 };
 
     fn read(parameters: &str) -> anyhow::Result<Vec<Active>> {
         let path = std::env::temp_dir().join(format!("meniscus-verdict-{}.json", std::process::id()));

@@ -23,7 +23,7 @@
 //! | [`Slot::Liquid`], [`Slot::Line`] | friction G >= 0 | M |
 //! | [`Slot::Memory`], [`Slot::Catch`] | an inner variable with energy and friction | E and M |
 //! | [`Slot::Port`] | change of the glass's motion before it drives the liquid | port |
-//! | [`Slot::View`], [`Slot::Vessel`] | change of the measurement, never of the state; the fill | view |
+//! | [`Slot::View`], [`Slot::Vessel`] | change of the measurement, never of the state; the glass and its fill | view |
 //!
 //! These slots admit no negative friction: energy that seems to come from nowhere has to be a port or a view.
 
@@ -39,11 +39,14 @@ mod depth_scale;
 mod detuning;
 mod fill;
 mod foam;
+mod held_tension;
 mod parameter;
 mod pinned_line;
+mod radius;
 mod shear_thinning;
 mod simulator;
 mod slot;
+mod stuck_line;
 mod surface_film;
 mod surface_tension;
 mod swirl;
@@ -103,6 +106,8 @@ list! {
     WallSlip = wall_slip,
     /// Film on the surface.
     SurfaceFilm = surface_film,
+    /// Contact line that a sticking wall holds.
+    StuckLine = stuck_line,
     /// Flow index.
     ShearThinning = shear_thinning,
     /// Yield stress.
@@ -115,6 +120,8 @@ list! {
     SurfaceTension = surface_tension,
     /// Pinned contact line.
     PinnedLine = pinned_line,
+    /// Surface tension with a held contact line.
+    HeldTension = held_tension,
     /// Viscoelastic relaxation.
     Viscoelastic = viscoelastic,
     /// Amplitude detuning.
@@ -131,6 +138,8 @@ list! {
     ActuationDelay = actuation_delay,
     /// Height of the liquid at rest.
     Fill = fill,
+    /// Inner radius of the glass.
+    Radius = radius,
     /// Latency of the camera.
     CameraLatency = camera_latency,
     /// Scale of the camera's lengths.

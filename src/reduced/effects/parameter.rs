@@ -1,10 +1,11 @@
 //! Parameters of effects: SI value for people and files, coordinate for the reduced model, and the conversion.
 //!
-//! A person states a value that can be measured: a viscosity in Pa s^n, a fill in m. The reduced model counts two of
+//! A person states a value that can be measured: a viscosity in Pa s^n, a fill in m. The reduced model counts three of
 //! them from the glass and the liquid that it was given, because only that difference changes its step:
 //!
 //! ```text
 //! viscosity     coordinate = k/k0         k0 stated consistency, Pa s^n
+//! radius        coordinate = R - R0       R0 stated inner radius, m
 //! fill          coordinate = h - h0       h0 stated height at rest, m
 //! all others    coordinate = value
 //! ```
@@ -22,6 +23,8 @@ pub type Values = [f64; PARAMETERS];
 pub struct Stated {
     /// Viscosity or consistency k0, Pa s^n.
     pub consistency_pa_sn: f64,
+    /// Inner radius of the glass R0, m.
+    pub radius_m: f64,
     /// Height of the liquid at rest h0, m.
     pub fill_m: f64,
 }
@@ -33,6 +36,8 @@ pub enum Reference {
     Absolute,
     /// The value over the stated consistency.
     Consistency,
+    /// The value less the stated radius.
+    Radius,
     /// The value less the stated height at rest.
     Fill,
 }
@@ -67,6 +72,7 @@ impl Parameter {
         match self.reference {
             Reference::Absolute => value,
             Reference::Consistency => value / stated.consistency_pa_sn,
+            Reference::Radius => value - stated.radius_m,
             Reference::Fill => value - stated.fill_m,
         }
     }
@@ -77,6 +83,7 @@ impl Parameter {
         match self.reference {
             Reference::Absolute => coordinate,
             Reference::Consistency => stated.consistency_pa_sn * coordinate,
+            Reference::Radius => stated.radius_m + coordinate,
             Reference::Fill => stated.fill_m + coordinate,
         }
     }
@@ -87,7 +94,7 @@ impl Parameter {
         match self.reference {
             Reference::Absolute => self.name,
             Reference::Consistency => "factor",
-            Reference::Fill => "excess",
+            Reference::Radius | Reference::Fill => "excess",
         }
     }
 
@@ -95,7 +102,7 @@ impl Parameter {
     #[must_use]
     pub fn coordinate_unit(&self) -> &'static str {
         match self.reference {
-            Reference::Absolute | Reference::Fill => self.unit,
+            Reference::Absolute | Reference::Radius | Reference::Fill => self.unit,
             Reference::Consistency => "1",
         }
     }

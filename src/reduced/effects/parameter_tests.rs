@@ -6,7 +6,7 @@ extern crate std;
 use super::*;
 use std::{assert, assert_eq, format};
 
-const STATED: Stated = Stated { consistency_pa_sn: 0.95, fill_m: 0.07 };
+const STATED: Stated = Stated { consistency_pa_sn: 0.95, radius_m: 0.035, fill_m: 0.07 };
 
 #[test]
 fn kinds_list_and_spellings_agree() {

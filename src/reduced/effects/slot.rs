@@ -106,6 +106,6 @@ pub enum Slot {
     Port(fn(&Values, &mut Port)),
     /// The view.
     View(fn(&Values, &mut View)),
-    /// The fill.
+    /// The glass and its fill.
     Vessel(fn(&Values, &mut Cylinder)),
 }

@@ -108,11 +108,13 @@ fn viscosity_slip_and_film_change_the_rate_of_an_exponential_decay() {
     let of = |name: &str, value: f64| rate(&decay(&model(0.2, &[active(name, [value, 0.0])]), 1e-3, 1.5));
     assert!((of("viscosity", 2.0) / rate(&decay(&model(0.4, &[]), 1e-3, 1.5)) - 1.0).abs() < 1e-9);
     assert!(of("wall_slip", 0.003) < 0.9 * plain);
-    // An inextensible film: 1/2 sqrt(nu w/2) k coth kh.
-    let (w, _) = model(0.2, &[]).frequency_and_damping(0).expect("a first mode");
+    // An inextensible film over a thin layer: 1/2 sqrt(nu w/2) k coth kh.
+    let thin = |effects: &[Active]| rate(&decay(&model(0.001, effects), 1e-3, 3.0));
+    let (w, _) = model(0.001, &[]).frequency_and_damping(0).expect("a first mode");
     let k = 1.841_183_781_340_659 / GLASS.radius_m;
-    let film = 0.5 * (0.2 / 1261.0 * w / 2.0_f64).sqrt() * k / (k * GLASS.depth_m).tanh();
-    assert!(((of("surface_film", 1.0) - plain) / film - 1.0).abs() < 0.05);
+    let film = 0.5 * (0.001 / 1261.0 * w / 2.0_f64).sqrt() * k / (k * GLASS.depth_m).tanh();
+    let found = thin(&[active("surface_film", [1.0, 0.0])]) - thin(&[]);
+    assert!((found / film - 1.0).abs() < 0.05, "{found} for {film}");
 }
 
 #[test]
@@ -177,6 +179,49 @@ fn stiffness_effects_raise_the_frequency_by_their_law() {
     assert!((shift / (q * x * x / (1.0 + x * x)) - 1.0).abs() < 0.15, "{shift}");
     let gamma = rate(&extremes) - rate(&decay(&model(0.002, &[]), 1e-3, 1.0));
     assert!((gamma / (w1 * q * x / (1.0 + x * x)) - 1.0).abs() < 0.15, "{gamma}");
+}
+
+#[test]
+fn tension_with_a_held_line_has_the_frequency_of_a_surface_that_is_pinned_at_its_edge() {
+    // A held edge forbids sum a_n: sum 1/(S_n - m_n w^2) = 0, S_n = N_n (rho g + sigma k_n^2), over many modes
+    // (Benjamin and Scott 1979). Zeros of J1' beyond the first by McMahon's expansion.
+    let (sigma, rho, radius) = (0.03, GLASS.density_kg_m3, GLASS.radius_m);
+    let modes: Vec<(f64, f64)> = (1..4000)
+        .map(|n| {
+            let beta = (f64::from(n) - 0.25) * std::f64::consts::PI;
+            let xi = if n == 1 { 1.841_183_781_340_659 } else { beta - 7.0 / (8.0 * beta) };
+            let (k, area) = (xi / radius, 1.0 - 1.0 / (xi * xi));
+            (area * (rho * GRAVITY_M_S2 + sigma * k * k), rho * area / (k * (k * GLASS.depth_m).tanh()))
+        })
+        .collect();
+    // Between the first two free frequencies the sum rises from minus to plus infinity.
+    let square = |(stiffness, mass): (f64, f64)| stiffness / mass;
+    let (mut low, mut high) = (square(modes[0]), square(modes[1]));
+    for _ in 0..60 {
+        let middle = 0.5 * (low + high);
+        let sum: f64 = modes.iter().map(|(stiffness, mass)| 1.0 / (stiffness - mass * middle)).sum();
+        if sum < 0.0 { low = middle } else { high = middle }
+    }
+    let plain = frequency(&decay(&model(1e-7, &[]), 1e-3, 2.0));
+    let found = frequency(&decay(&model(1e-7, &[active("held_tension", [sigma, 0.0])]), 1e-3, 2.0));
+    let (shift, wanted) = (found / plain - 1.0, low.sqrt() / plain - 1.0);
+    assert!((shift / wanted - 1.0).abs() < 0.08, "{shift} for {wanted}");
+    let free = frequency(&decay(&model(1e-7, &[active("surface_tension", [sigma, 0.0])]), 1e-3, 2.0));
+    assert!(shift > 5.0 * (free / plain - 1.0), "a free line stiffens the surface far less");
+}
+
+#[test]
+fn a_wider_glass_is_a_glass_of_that_radius() {
+    let wide = Cylinder { radius_m: 0.037, ..GLASS };
+    let wide = ReducedModel::new(wide, Rheology::newtonian(0.2), &Baseline::default(), &[], DT);
+    let found = model(0.2, &[active("radius", [0.002, 0.0])]);
+    let first = |model: &ReducedModel| model.frequency_and_damping(0).expect("a first mode");
+    assert!((first(&found).0 / first(&wide).0 - 1.0).abs() < 1e-12);
+    assert!((first(&found).1 / first(&wide).1 - 1.0).abs() < 1e-12);
+    assert!((first(&found).0 / first(&model(0.2, &[])).0 - 1.0).abs() > 0.02);
+    let stated = Stated { consistency_pa_sn: 0.2, radius_m: 0.035, fill_m: 0.07 };
+    let by_name = EffectKind::Radius.effect().active(&[Some(0.037), None], &stated).expect("in range");
+    assert!((by_name.values[0] - 0.002).abs() < 1e-12);
 }
 
 #[test]

@@ -16,6 +16,7 @@ use meniscus_discover::recordings::load::{load, load_references};
 use meniscus_discover::report::html::page;
 use meniscus_discover::report::scene::scene_toml;
 use meniscus_discover::report::verdict_json::verdict_json;
+use meniscus_discover::workflow::clocks::AlignedClock;
 use meniscus_discover::workflow::inputs::{Inputs, library};
 use meniscus_discover::workflow::insertion::FLASHED;
 use meniscus_discover::workflow::progress::{Progress, Stage};
@@ -201,6 +202,9 @@ fn one(arguments: &Wanted) -> anyhow::Result<()> {
 
 /// Prints to standard error what could not be done.
 fn warn(arguments: &Wanted, report: &Report, cache: &FitCache) {
+    for refusal in report.clocks.iter().filter_map(AlignedClock::refusal) {
+        eprintln!("left out: {refusal}");
+    }
     if report.fits.unwritten > 0 {
         eprintln!("{} fits could not be kept in {}", report.fits.unwritten, cache.folder().display());
     }

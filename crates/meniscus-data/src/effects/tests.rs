@@ -64,7 +64,7 @@ fn what_the_simulator_lacks_is_refused_with_the_reason() {
 
 #[test]
 fn the_simulator_gets_what_the_reduced_model_means() {
-    let stated = Stated { consistency_pa_sn: 0.95, fill_m: 0.07 };
+    let stated = Stated { consistency_pa_sn: 0.95, radius_m: 0.035, fill_m: 0.07 };
     let mut effects = Effects::default();
     effects.parse("viscosity=0.76").expect("a viscosity");
     effects.parse("fill=0.072").expect("a height");

@@ -5,6 +5,8 @@ use super::noise::{Noise, rest_noise};
 use super::offsets::Offsets;
 use super::predict::SHARED;
 use super::reference_residual::ReferenceResidual;
+use super::trend::ViscosityTrend;
+use crate::recordings::known::Known;
 use crate::recordings::record::{Channel, Quantity, Record};
 use meniscus_numerics::statistics::rms;
 use std::collections::BTreeMap;
@@ -29,11 +31,11 @@ pub struct Calibration {
 }
 
 /// Mean and standard deviation of the baseline's numbers without references: linear theory, wide.
-const MEAN: [f64; SHARED] = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.1, 0.5, -0.5, 0.5, -0.5];
-const DEVIATION: [f64; SHARED] = [0.03, 0.1, 0.4, 0.6, 0.1, 0.4, 0.4, 1.0, 1.0, 1.0, 1.0];
+const MEAN: [f64; SHARED] = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.1, 0.5, -0.5, 0.5, -0.5, 0.0];
+const DEVIATION: [f64; SHARED] = [0.03, 0.1, 0.4, 0.6, 0.1, 0.4, 0.4, 1.0, 1.0, 1.0, 1.0, 1e-4];
 
 /// Smallest standard deviations after calibration.
-const FLOOR: [f64; SHARED] = [0.0015, 0.008, 0.012, 0.05, 0.004, 0.03, 0.03, 0.05, 0.05, 0.05, 0.05];
+const FLOOR: [f64; SHARED] = [0.0015, 0.008, 0.012, 0.05, 0.004, 0.03, 0.03, 0.05, 0.05, 0.05, 0.05, 2e-5];
 
 /// Standard deviation of a lag without references, s, and the smallest one after calibration, s.
 pub(crate) const LAG_S: f64 = 0.004;
@@ -61,20 +63,22 @@ impl Calibration {
         }
     }
 
-    /// Returns the calibration by `groups` for recordings whose rest frames show the noise of `records`.
+    /// Returns the calibration by `groups` for recordings of the liquid `known` whose rest frames show the noise of `records`.
+    ///
+    /// What references of other viscosities differ by is a line in the logarithm of the viscosity, see `trend`.
     ///
     /// With `own_clocks_s`, every recording has a clock of its own and nothing is learnt about the lag.
     #[must_use]
-    pub fn from(groups: &[&Group], records: &[Record], own_clocks_s: Option<f64>) -> Self {
+    pub fn from(groups: &[&Group], known: &Known, records: &[Record], own_clocks_s: Option<f64>) -> Self {
         let mut out = Self::blind(records, own_clocks_s.unwrap_or(LAG_S));
         if groups.is_empty() {
             return out;
         }
-        out.learn_baseline(groups);
+        out.learn_baseline(groups, known);
         if own_clocks_s.is_none() {
             out.learn_lag(groups);
         }
-        out.learn_residuals(groups);
+        out.learn_residuals(groups, known);
         out.offsets = Offsets::of(groups);
         out.raise_noise();
         out.residuals.iter_mut().for_each(ReferenceResidual::smooth);
@@ -82,18 +86,17 @@ impl Calibration {
         out
     }
 
-    /// Sets mean and deviation of the shared numbers: `s^2 = (1 + 1/G) var + floor^2`, wider after a single group.
-    fn learn_baseline(&mut self, groups: &[&Group]) {
-        let thetas: Vec<&[f64]> = groups.iter().map(|group| &group.theta[..SHARED]).collect();
-        let groups_n = thetas.len() as f64;
+    /// Sets mean and deviation of the shared numbers: `s^2 = (1 + leverage) var + floor^2`, wider after a single group.
+    fn learn_baseline(&mut self, groups: &[&Group], known: &Known) {
+        let trend = ViscosityTrend::new(&viscosities(groups), known.viscosity_pa_s);
         for i in 0..SHARED {
-            let mean = thetas.iter().map(|t| t[i]).sum::<f64>() / groups_n;
-            let spread =
-                thetas.iter().map(|t| (t[i] - mean).powi(2)).sum::<f64>() / (groups_n - 1.0).max(1.0);
-            let few = if thetas.len() < 2 { 0.25 * DEVIATION[i] } else { 0.0 };
-            self.mean[i] = mean;
+            let numbers: Vec<f64> = groups.iter().map(|group| group.theta[i]).collect();
+            let line = trend.split(&numbers);
+            let spread = line.left.iter().map(|e| e * e).sum::<f64>() / trend.freedom();
+            let few = if groups.len() < 2 { 0.25 * DEVIATION[i] } else { 0.0 };
+            self.mean[i] = line.value;
             self.deviation[i] =
-                ((1.0 + 1.0 / groups_n) * spread + FLOOR[i].powi(2) + few * few).sqrt().min(DEVIATION[i]);
+                ((1.0 + trend.leverage()) * spread + FLOOR[i].powi(2) + few * few).sqrt().min(DEVIATION[i]);
         }
     }
 
@@ -108,11 +111,14 @@ impl Calibration {
     }
 
     /// Collects the residuals of `groups` by motion, and their size by channel.
-    fn learn_residuals(&mut self, groups: &[&Group]) {
+    fn learn_residuals(&mut self, groups: &[&Group], known: &Known) {
         let mut residuals: Vec<ReferenceResidual> = Vec::new();
         let mut squares: BTreeMap<Quantity, (f64, f64)> = BTreeMap::new();
-        let of_records = groups.iter().flat_map(|group| group.records.iter().zip(&group.residual_m));
-        for (record, residual_m) in of_records {
+        let of_records = groups.iter().flat_map(|group| {
+            let mu = group.known.viscosity_pa_s;
+            group.records.iter().zip(&group.residual_m).map(move |(record, left)| (record, left, mu))
+        });
+        for (record, residual_m, mu) in of_records {
             for (channel, series) in record.channels.iter().zip(residual_m) {
                 let sum = squares.entry(channel.quantity).or_default();
                 sum.0 += series.iter().map(|r| r * r).sum::<f64>();
@@ -120,18 +126,23 @@ impl Calibration {
             }
             let scatter = residual_m.clone();
             match residuals.iter_mut().find(|known| known.like.drive.same(&record.drive)) {
-                Some(known) => known.scatter.push(scatter),
+                Some(known) => {
+                    known.scatter.push(scatter);
+                    known.viscosities_pa_s.push(mu);
+                }
                 None => residuals.push(ReferenceResidual {
                     like: record.clone(),
                     mean: Vec::new(),
                     scatter: vec![scatter],
+                    viscosities_pa_s: vec![mu],
+                    leverage: 1.0,
                 }),
             }
         }
         for (quantity, (sum, count)) in squares {
             self.misfit.insert(quantity, (sum / count.max(1.0)).sqrt());
         }
-        self.residuals = residuals.into_iter().map(ReferenceResidual::centred).collect();
+        self.residuals = residuals.into_iter().map(|one| one.centred(known.viscosity_pa_s)).collect();
     }
 
     /// Returns the residual of two or more references in the motion of `record`: the tracked motion, or the stated one
@@ -190,6 +201,11 @@ impl Calibration {
             }
         }
     }
+}
+
+/// Returns the viscosity of each of `groups`, Pa s.
+fn viscosities(groups: &[&Group]) -> Vec<f64> {
+    groups.iter().map(|group| group.known.viscosity_pa_s).collect()
 }
 
 /// Returns the values of a channel while the liquid moves.

@@ -4,8 +4,13 @@
 //! of them belongs to the baseline itself.
 
 pub mod calibrate;
+pub mod clock;
 pub mod group;
 pub mod noise;
 pub mod offsets;
 pub mod predict;
 pub mod reference_residual;
+mod trend;
+
+#[cfg(test)]
+mod viscous;

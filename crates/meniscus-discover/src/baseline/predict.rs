@@ -12,7 +12,13 @@ use meniscus::surface::{POINTS, profile_abscissa};
 const STEPS: usize = 2;
 
 /// Calibrated numbers of the baseline, shared by all recordings; a lag for each recording follows them.
-pub const SHARED: usize = 11;
+pub const SHARED: usize = 12;
+
+/// Height of a wave in radii beyond which the model has lost it.
+const HIGHEST: f64 = 10.0;
+
+/// Index of the excess of the radius over the stated one, m.
+pub const RADIUS: usize = 11;
 
 /// Names of the shared numbers.
 pub const NAMES: [&str; SHARED] = [
@@ -27,6 +33,7 @@ pub const NAMES: [&str; SHARED] = [
     "q of (0,1)",
     "p of (2,1)",
     "q of (2,1)",
+    "radius",
 ];
 
 /// Returns the baseline whose numbers are the first of `theta`.
@@ -51,8 +58,8 @@ pub fn predict(
     lag_s: f64,
     active: &[Active],
 ) -> Vec<Vec<f64>> {
-    let glass =
-        Cylinder { radius_m: known.radius_m, depth_m: known.fill_m, density_kg_m3: known.density_kg_m3 };
+    let radius_m = known.radius_m + theta[RADIUS].clamp(-0.5 * known.radius_m, known.radius_m);
+    let glass = Cylinder { radius_m, depth_m: known.fill_m, density_kg_m3: known.density_kg_m3 };
     let dt = record.interval_s / STEPS as f64;
     let liquid = Rheology::newtonian(known.viscosity_pa_s);
     let model = ReducedModel::new(glass, liquid, &baseline(theta), active, dt);
@@ -70,7 +77,7 @@ pub fn predict(
     let mut out: Vec<Vec<f64>> =
         record.channels.iter().map(|_| Vec::with_capacity(record.frames())).collect();
     let (bowed, pitched) = (mean_bow(), pitch_parts());
-    let radius = known.radius_m;
+    let radius = model.glass.radius_m;
     for frame in 0..record.frames() {
         let time = frame as f64 * record.interval_s;
         let push = push_at(time);
@@ -94,8 +101,9 @@ pub fn predict(
         for half in 0..STEPS {
             step(&model, &mut state, &push_at(time + (half as f64 + 0.5) * dt));
         }
-        if state.height[0][0].is_nan() || state.height[0][0].abs() >= 10.0 {
-            // Parameters far out of range: what follows would be infinite.
+        let waves = state.height.iter().chain(&state.bound_waves.height).flatten();
+        if waves.copied().any(|height| height.is_nan() || height.abs() >= HIGHEST * radius) {
+            // Parameters far out of range, along x or y: what follows would be infinite.
             state = ReducedState::default();
         }
     }

@@ -4,6 +4,7 @@
 //! the references whose glass travelled the same path, possibly later or scaled: the stated motion may be wrong, and a
 //! wrong one must not lose the references.
 
+use super::trend::ViscosityTrend;
 use crate::recordings::record::{Quantity, Record};
 
 /// Largest time shift against the references, s, and largest factor on their path.
@@ -35,6 +36,10 @@ pub struct ReferenceResidual {
     pub mean: Vec<Vec<f64>>,
     /// Scatter about it, one for each reference, m.
     pub scatter: Vec<Vec<Vec<f64>>>,
+    /// Viscosity of each reference, Pa s.
+    pub(super) viscosities_pa_s: Vec<f64>,
+    /// Variance of the mean over that of one reference.
+    pub leverage: f64,
 }
 
 impl ReferenceResidual {
@@ -102,21 +107,27 @@ impl ReferenceResidual {
         }
     }
 
-    /// Splits the residuals into mean and scatter.
-    pub(super) fn centred(mut self) -> Self {
+    /// Splits the residuals into their value at the viscosity `judged_pa_s` and the scatter about their line in ln mu.
+    ///
+    /// The scatter is scaled so that its sum of squares over one less than the references is the variance, whatever the
+    /// slope has spent.
+    pub(super) fn centred(mut self, judged_pa_s: f64) -> Self {
+        let trend = ViscosityTrend::new(&self.viscosities_pa_s, judged_pa_s);
+        self.leverage = trend.leverage();
         let frames = self.scatter.iter().map(|s| s[0].len()).min().unwrap_or(0);
-        let groups = self.scatter.len() as f64;
+        let scale = ((self.scatter.len() as f64 - 1.0) / trend.freedom()).max(1.0).sqrt();
         let channels = self.scatter[0].len();
-        self.mean = (0..channels)
-            .map(|c| {
-                (0..frames).map(|f| self.scatter.iter().map(|s| s[c][f]).sum::<f64>() / groups).collect()
-            })
-            .collect();
-        for scatter in &mut self.scatter {
-            for (series, mean) in scatter.iter_mut().zip(&self.mean) {
-                series.truncate(frames);
-                series.iter_mut().zip(mean).for_each(|(x, m)| *x -= m);
+        self.mean = vec![vec![0.0; frames]; channels];
+        for channel in 0..channels {
+            for frame in 0..frames {
+                let numbers: Vec<f64> = self.scatter.iter().map(|s| s[channel][frame]).collect();
+                let line = trend.split(&numbers);
+                self.mean[channel][frame] = line.value;
+                for (scatter, left) in self.scatter.iter_mut().zip(line.left) {
+                    scatter[channel][frame] = scale * left;
+                }
             }
+            self.scatter.iter_mut().for_each(|scatter| scatter[channel].truncate(frames));
         }
         self
     }
@@ -154,6 +165,8 @@ mod tests {
             like: record(1.25, 0.0, 1.0),
             mean: vec![series.clone()],
             scatter: vec![vec![series]],
+            viscosities_pa_s: vec![0.2],
+            leverage: 1.0,
         };
         for (late_s, scale) in [(0.0, 1.0), (0.033, 1.0), (-0.033, 1.0), (0.0, 1.08), (0.05, 0.93)] {
             let found = residual.alignment(&record(1.25, late_s, scale)).expect("the same path");

@@ -3,6 +3,7 @@
 use super::rank::Candidate;
 use super::verdict::Verdict;
 use crate::fitting::fit::Fitted;
+use crate::fitting::localise::Cell;
 
 /// Fits that were made on the way to a verdict.
 #[derive(Clone, Debug)]
@@ -26,6 +27,8 @@ pub struct Assessment {
     pub search: Search,
     /// Verdict.
     pub verdict: Verdict,
+    /// Discrepancy of the model without an effect, before the model error of a formula was added.
+    pub map: Vec<Cell>,
 }
 
 impl Assessment {

@@ -52,6 +52,27 @@ pub(super) fn significant(
     ranking[..index].iter().all(holds).then(|| Significant { index, fitted: fitted.clone() })
 }
 
+/// Returns the first of `ranking`, under the error of a formula, that was `cleared` before that error was added and gains
+/// enough, also beside each better one that was not.
+///
+/// No bound was learnt under this covariance, so the gain alone decides.
+pub(super) fn still_significant(
+    problem: &Problem,
+    ranking: &[Candidate],
+    cleared: &[&'static str],
+    limits: &Thresholds,
+) -> Option<Significant> {
+    let stays = |c: &Candidate| c.gain >= limits.gain && c.fitted.is_some() && cleared.contains(&c.last());
+    let index = ranking.iter().position(stays)?;
+    let fitted = ranking[index].fitted.as_ref()?;
+    let active = fitted.active.last()?;
+    let holds = |better: &Candidate| {
+        let Some(base) = &better.fitted else { return true };
+        base.cost - fit_beside(problem, base, active.entry, active).cost >= limits.gain
+    };
+    ranking[..index].iter().all(holds).then(|| Significant { index, fitted: fitted.clone() })
+}
+
 /// Chooses the significant single effect, or the pair with a second one, or the second one alone.
 ///
 /// It is the pair where each of the two lowers the cost beside the other by more than clean glasses let it, and the

@@ -1,31 +1,39 @@
 //! Decision from the fits to a verdict; the class is decided before the name.
 
 use super::assessment::{Assessment, Search};
-use super::choose::{Case, Choice, choose, not_confounded, significant};
+use super::choose::{Case, Choice, choose, not_confounded, significant, still_significant};
 use super::evidence::{cross_validate, inclusion};
 use super::rank::{Candidate, rank};
 use super::settings::Settings;
 use super::thresholds::Thresholds;
-use super::verdict::{Claim, Unknown, Verdict};
+use super::verdict::{CellMisfit, Claim, Unknown, Verdict};
 use crate::fitting::fit::{Fitted, fit};
+use crate::fitting::localise::{Cell, largest, localise};
 use crate::fitting::problem::Problem;
 use crate::fitting::rest_offset::rest_offsets;
 use meniscus::reduced::effects::find;
 
 /// Ranks the effects of the library on `problem` and decides.
+///
+/// The bounds were learnt under the covariance of `problem`, so what is significant is decided under it. A formula is not
+/// exact: the correction that the best effect makes says by how much. Under the covariance that holds its error too, the
+/// significant effects are compared with each other; what does not stay ahead there is unknown, never nothing.
 #[must_use]
 pub fn decide(problem: &Problem, limits: &Thresholds, settings: &Settings) -> Assessment {
     let Settings { library, rules, .. } = settings;
     let count = problem.count();
     let first = fit(problem, &problem.mean, &[], &[]);
+    let map = localise(problem, &first);
     let ranking = rank(problem, &first, library, first.bic(count));
-    // Formulas are not exact: the correction that the best one makes says by how much. Under that
-    // covariance everything is fitted again.
-    let best = significant(problem, &ranking, limits);
-    let inflated = best.and_then(|best| {
-        let Fitted { theta, active, .. } = &best.fitted;
-        problem.with_formula_error(theta, active, rules.formula_error(active)).ok()
-    });
+    let Some(best) = significant(problem, &ranking, limits) else {
+        let search = Search { plain: first.clone(), first, ranking, pairs: Vec::new(), count };
+        let verdict = without_effect(problem, limits, &search, &map);
+        return Assessment { search, verdict, map };
+    };
+    let cleared: Vec<&'static str> =
+        ranking.iter().filter(|c| c.fall >= limits.of(c.last())).map(Candidate::last).collect();
+    let Fitted { theta, active, .. } = &best.fitted;
+    let inflated = problem.with_formula_error(theta, active, rules.formula_error(active)).ok();
     let (problem, plain, ranking) = match &inflated {
         Some(problem) => {
             let plain = fit(problem, &first.theta, &[], &[]);
@@ -36,25 +44,33 @@ pub fn decide(problem: &Problem, limits: &Thresholds, settings: &Settings) -> As
     };
     let mut search = Search { first, plain, ranking, pairs: Vec::new(), count };
     let case = Case { problem, limits, settings };
-    let verdict = match significant(problem, &search.ranking, limits) {
+    let verdict = match still_significant(problem, &search.ranking, &cleared, limits) {
         Some(best) => {
             let choice = choose(&case, &mut search, best);
             judge(&case, &search, choice)
         }
-        None => without_effect(&case, &search),
+        None => Verdict::Unknown(Unknown::NoSignificantEffect {
+            misfit: search.first.chi2(count),
+            best_gain: search.ranking.first().map_or(0.0, |best| best.gain),
+            rest_offset: None,
+            cell: largest(&map).map(CellMisfit::of),
+        }),
     };
-    Assessment { search, verdict }
+    Assessment { search, verdict, map }
 }
 
 /// Decides where no effect is significant: something may be missing all the same.
-fn without_effect(case: &Case<'_>, search: &Search) -> Verdict {
-    let misfit = search.plain.chi2(search.count);
+///
+/// `none` needs the misfit, the offsets at rest and every cell of the map to be within what references show.
+fn without_effect(problem: &Problem, limits: &Thresholds, search: &Search, map: &[Cell]) -> Verdict {
+    let misfit = search.first.chi2(search.count);
     let best_gain = search.ranking.first().map_or(0.0, |best| best.gain);
-    let rest_offset = case.limits.beyond(&rest_offsets(case.problem, &search.plain));
-    if misfit > case.limits.clean_chi2 || rest_offset.is_some() {
-        Verdict::Unknown(Unknown::NoSignificantEffect { misfit, best_gain, rest_offset })
+    let rest_offset = limits.beyond(&rest_offsets(problem, &search.first));
+    let cell = largest(map).filter(|cell| cell.chi2 > limits.cell).map(CellMisfit::of);
+    if misfit > limits.clean_chi2 || rest_offset.is_some() || cell.is_some() {
+        Verdict::Unknown(Unknown::NoSignificantEffect { misfit, best_gain, rest_offset, cell })
     } else {
-        Verdict::None { misfit, best_gain }
+        Verdict::None { references: limits.references, misfit, best_gain }
     }
 }
 

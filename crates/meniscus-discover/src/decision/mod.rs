@@ -5,6 +5,7 @@
 //! ```
 
 pub mod assessment;
+mod bounds;
 mod choose;
 pub mod decide;
 pub mod evidence;

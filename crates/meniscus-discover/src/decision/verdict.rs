@@ -2,6 +2,7 @@
 
 use super::evidence::HeldOutScore;
 use crate::fitting::fit::Fitted;
+use crate::fitting::localise::Cell;
 use crate::fitting::rest_offset::RestOffset;
 use meniscus::reduced::effects::{Class, find};
 
@@ -31,6 +32,8 @@ pub struct Claim {
 pub enum Verdict {
     /// Nothing is missing.
     None {
+        /// References that it was compared with.
+        references: usize,
         /// Misfit per number without an effect.
         misfit: f64,
         /// Largest gain in BIC of an effect that is not significant.
@@ -44,6 +47,25 @@ pub enum Verdict {
     Unknown(Unknown),
 }
 
+/// Cell of the map of the discrepancy, and its misfit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CellMisfit {
+    /// Channel.
+    pub channel: &'static str,
+    /// Window of time.
+    pub window: &'static str,
+    /// Misfit per number.
+    pub misfit: f64,
+}
+
+impl CellMisfit {
+    /// Returns the misfit of `cell`.
+    #[must_use]
+    pub fn of(cell: &Cell) -> Self {
+        Self { channel: cell.channel, window: cell.window, misfit: cell.chi2 }
+    }
+}
+
 /// Reason of an `unknown` verdict.
 #[derive(Clone, Debug)]
 pub enum Unknown {
@@ -55,6 +77,8 @@ pub enum Unknown {
         best_gain: f64,
         /// Offset at rest beyond that of clean glasses.
         rest_offset: Option<RestOffset>,
+        /// Cell of the map with a larger misfit than clean glasses show.
+        cell: Option<CellMisfit>,
     },
     /// The best explanation leaves more than clean glasses show.
     Unexplained {
@@ -135,14 +159,32 @@ impl Verdict {
         }
     }
 
+    /// Returns the cell of the map with a larger misfit than clean glasses show, where no effect is significant.
+    #[must_use]
+    pub fn cell(&self) -> Option<CellMisfit> {
+        match self {
+            Self::Unknown(Unknown::NoSignificantEffect { cell, .. }) => *cell,
+            _ => None,
+        }
+    }
+
     /// Returns the verdict in a sentence.
     #[must_use]
     pub fn sentence(&self) -> String {
         let names = self.names();
         let gain = self.gain();
         match self {
-            Self::None { .. } => String::from(
-                "Nothing is missing: the model explains these recordings as well as it explains its references.",
+            Self::None { references: 0, .. } => String::from(
+                "Nothing is missing as far as can be said without references: the plain model is within the error of 5 % \
+                 of the signal that it is allowed, and effects of that size do not show.",
+            ),
+            Self::None { references, .. } => format!(
+                "Nothing is missing: the model explains these recordings as well as it explains {}.",
+                if *references == 1 {
+                    "its one reference".into()
+                } else {
+                    format!("its {references} references")
+                }
             ),
             Self::Identified(_) => {
                 let about = |name: &str| find(name).map_or("", |entry| entry.about);
@@ -169,13 +211,17 @@ impl Verdict {
             ),
             Self::Unknown(_) => format!(
                 "Something is missing that the library does not explain: the best of it leaves a misfit of {:.2}; \
-                 nearest is {}.{}{}",
+                 nearest is {}.{}{}{}",
                 self.misfit(),
                 if names.is_empty() { "nothing".into() } else { names.join(" + ") },
                 self.rest_offset().map_or(String::new(), |offset| format!(
                     " At rest the {} is offset by {:.2} mm.",
                     offset.quantity.words(),
                     1e3 * offset.m
+                )),
+                self.cell().map_or(String::new(), |cell| format!(
+                    " The {} during {} has a misfit of {:.1}.",
+                    cell.channel, cell.window, cell.misfit
                 )),
                 self.caution()
             ),
@@ -218,7 +264,7 @@ mod tests {
 
     #[test]
     fn each_verdict_has_the_word_of_the_file_format_and_its_evidence() {
-        let none = Verdict::None { misfit: 1.1, best_gain: 6.0 };
+        let none = Verdict::None { references: 3, misfit: 1.1, best_gain: 6.0 };
         assert_eq!((none.word(), none.names().len(), none.gain(), none.misfit()), ("none", 0, 6.0, 1.1));
         let identified = Verdict::Identified(claim(&["foam"], &[]));
         assert_eq!((identified.word(), identified.names()), ("named", &["foam"][..]));
@@ -227,6 +273,15 @@ mod tests {
         assert_eq!((ambiguous.word(), ambiguous.class()), ("tied", Some(Class::Timing)));
         let confounded = Verdict::Unknown(Unknown::PossiblyConfounded(claim(&["foam", "fill"], &[])));
         assert_eq!((confounded.word(), confounded.rest_offset()), ("unknown", None));
+    }
+
+    #[test]
+    fn nothing_missing_names_the_references_that_it_was_compared_with() {
+        let sentence =
+            |references: usize| Verdict::None { references, misfit: 1.1, best_gain: 6.0 }.sentence();
+        assert!(sentence(0).contains("without references"), "{}", sentence(0));
+        assert!(!sentence(0).contains("its references"), "{}", sentence(0));
+        assert!(sentence(7).ends_with("as well as it explains its 7 references."), "{}", sentence(7));
     }
 
     #[test]
@@ -245,7 +300,7 @@ mod tests {
         assert!(sentence.contains("a misfit of 1.50; nearest is foam."), "{sentence}");
         assert!(sentence.contains("At rest the bow is offset by 0.50 mm."), "{sentence}");
         assert!(sentence.ends_with("Not to be trusted: the depth of foam stands at the end of its range."));
-        let empty = Unknown::NoSignificantEffect { misfit: 1.4, best_gain: 3.0, rest_offset };
+        let empty = Unknown::NoSignificantEffect { misfit: 1.4, best_gain: 3.0, rest_offset, cell: None };
         assert!(Verdict::Unknown(empty).sentence().contains("nearest is nothing."));
     }
 }

@@ -2,17 +2,18 @@
 
 pub mod gap;
 pub mod isolability;
-pub mod localise;
+pub mod size_error;
 pub mod suggest;
 
 use self::gap::MeasuredGap;
 use self::isolability::Isolability;
-use self::localise::Cell;
+use self::size_error::SizeError;
 use self::suggest::Suggestion;
 use crate::baseline::calibrate::Calibration;
 use crate::decision::assessment::Assessment;
 use crate::decision::rules::DecisionRules;
 use crate::decision::thresholds::Thresholds;
+use crate::fitting::localise::Cell;
 use crate::recordings::known::Known;
 use crate::recordings::split::Split;
 use meniscus::reduced::effects::Stated;
@@ -28,8 +29,12 @@ pub struct Estimate {
     pub unit: &'static str,
     /// SI value, as `--effect` takes it.
     pub value: f64,
-    /// Interval with a nominal coverage of 90 %, SI.
+    /// Interval with a nominal coverage of 90 %, SI, with the error of the formula.
     pub interval: (f64, f64),
+    /// SI value at which the effect is absent.
+    pub absent: f64,
+    /// Error of the formula that gave the size.
+    pub size_error: SizeError,
     /// Coordinate in the reduced model, and its interval.
     pub coordinate: (f64, (f64, f64)),
 }
@@ -63,7 +68,8 @@ pub struct Findings {
 
 /// Returns the parameters of the chosen effects with their intervals; coordinates are counted from `stated`.
 ///
-/// The half-width comes from the curvature of the posterior, widened by the square root of the misfit.
+/// The half-width comes from the curvature of the posterior, widened by the square root of the misfit. A size that only a
+/// formula gives has an error of its own beside it, [`SizeError`].
 #[must_use]
 pub fn estimates(assessment: &Assessment, rules: &DecisionRules, stated: &Stated) -> Vec<Estimate> {
     let fitted = assessment.chosen();
@@ -77,7 +83,9 @@ pub fn estimates(assessment: &Assessment, rules: &DecisionRules, stated: &Stated
         let deviation = covariance.as_ref().map_or(f64::INFINITY, |c| c[(place, place)].max(0.0).sqrt());
         let half = rules.interval_deviations * widen * deviation;
         let (least, largest) = parameter.range;
-        let interval = ((value - half).max(least), (value + half).min(largest));
+        let size_error = if *which == 0 { SizeError::of(active.entry.kind) } else { SizeError::EXACT };
+        let (low, high) = size_error.interval(value, half, parameter.neutral);
+        let interval = (low.max(least), high.min(largest));
         let si = |coordinate: f64| parameter.to_value(coordinate, stated);
         Estimate {
             effect: active.entry.name,
@@ -85,6 +93,8 @@ pub fn estimates(assessment: &Assessment, rules: &DecisionRules, stated: &Stated
             unit: parameter.unit,
             value: si(value),
             interval: (si(interval.0), si(interval.1)),
+            absent: si(parameter.neutral),
+            size_error,
             coordinate: (value, interval),
         }
     };

@@ -52,7 +52,7 @@ pub(super) fn prepare(
         });
     }
     let references = matched.as_ref().map_or(0, |m| m.scatter.len());
-    let more = if references > 0 { 1.0 + 1.0 / references as f64 } else { 1.0 };
+    let more = matched.as_ref().map_or(1.0, |m| 1.0 + m.leverage);
     let (mut covariances, mut whiten) = (Vec::new(), Vec::new());
     for block in index.chunk_by(|a, b| a.0 == b.0) {
         let (c, n) = (block[0].0, block.len());
@@ -72,8 +72,10 @@ pub(super) fn prepare(
                 covariance.ger(weight, &v, &v, 1.0);
             };
             let at = |series: &[Vec<f64>], f: usize| series[c].get(f).copied().unwrap_or(0.0);
+            // A viscosity at the edge of the references' is judged by less of them than one in their middle.
+            let edge = more / (1.0 + 1.0 / references as f64);
             for scatter in &matched.scatter {
-                add(&|f| at(scatter, f), 1.5 / (references.max(2) - 1) as f64);
+                add(&|f| at(scatter, f), 1.5 * edge / (references.max(2) - 1) as f64);
             }
             let frames = record.frames() as f64;
             add(&|f| at(&matched.mean, f), 0.15 * 0.15);

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Version of the fits, raised when the same inputs give another result.
-const VERSION: f64 = 1.0;
+const VERSION: f64 = 2.0;
 
 static CRC: Crc<u64> = Crc::<u64>::new(&CRC_64_ECMA_182);
 

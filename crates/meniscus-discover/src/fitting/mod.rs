@@ -5,6 +5,7 @@ pub mod error;
 pub mod fit;
 pub mod fit_cache;
 mod group_fit;
+pub mod localise;
 pub mod problem;
 pub mod rest_offset;
 pub mod search;

@@ -17,7 +17,7 @@ use super::covariance::{CORRELATION, Ready, prepare, whitening};
 use super::error::ProblemError;
 use super::fit_cache::{CacheKey, FitCache};
 use crate::baseline::calibrate::Calibration;
-use crate::baseline::predict::{SHARED, predict};
+use crate::baseline::predict::{RADIUS, SHARED, predict};
 use crate::recordings::known::Known;
 use crate::recordings::record::{Quantity, Record};
 use meniscus::reduced::effects::Active;
@@ -50,6 +50,8 @@ impl Problem {
         noise: f64,
     ) -> Result<Self, ProblemError> {
         let (mut mean, mut deviation) = (calibration.mean.to_vec(), calibration.deviation.to_vec());
+        // The radius was surveyed glass by glass: what references show of theirs bounds no other one.
+        deviation[RADIUS] = deviation[RADIUS].max(known.radius_error_m);
         let mut ready = Vec::new();
         for record in records {
             mean.push(calibration.lag_s);
@@ -75,7 +77,7 @@ impl Problem {
     /// Returns a digest of everything that a fit depends on.
     fn digest(&self) -> u64 {
         let mut key = CacheKey::new();
-        let Known { radius_m, fill_m, density_kg_m3, viscosity_pa_s, motion_share: [tilt, lift] } =
+        let Known { radius_m, fill_m, density_kg_m3, viscosity_pa_s, motion_share: [tilt, lift], .. } =
             self.known;
         key.add([radius_m, fill_m, density_kg_m3, viscosity_pa_s, tilt, lift]);
         key.add(self.mean.iter().chain(&self.deviation));

@@ -9,7 +9,7 @@
 //! ```
 
 use super::error::{LoadError, RecordingError, TableError};
-use super::known::Known;
+use super::known::{CALLIPERS_M, Known};
 use super::record::{Channel, Drive, Quantity, Record};
 use super::tables::{moved, peaks, poses, profiles};
 use serde::Deserialize;
@@ -43,6 +43,8 @@ pub struct RecordingSet {
 #[serde(deny_unknown_fields)]
 struct Setup {
     radius_m: f64,
+    #[serde(default = "callipers")]
+    radius_error_m: f64,
     fill_m: f64,
     density_kg_m3: f64,
     viscosity_pa_s: f64,
@@ -58,6 +60,10 @@ fn one() -> f64 {
     1.0
 }
 
+fn callipers() -> f64 {
+    CALLIPERS_M
+}
+
 /// Reads the folder at `path`. A recording that cannot be used is left out, with its reason.
 ///
 /// # Errors
@@ -66,6 +72,7 @@ pub fn load(path: &Path) -> Result<RecordingSet, LoadError> {
     let setup = read_setup(&path.join("setup.toml"))?;
     let known = Known {
         radius_m: setup.radius_m,
+        radius_error_m: setup.radius_error_m,
         fill_m: setup.fill_m,
         density_kg_m3: setup.density_kg_m3,
         viscosity_pa_s: setup.viscosity_pa_s,
@@ -127,6 +134,7 @@ fn read_setup(path: &Path) -> Result<Setup, LoadError> {
     })?;
     for (name, value, range) in [
         ("radius_m", setup.radius_m, 0.005..=0.5),
+        ("radius_error_m", setup.radius_error_m, 1e-6..=0.01),
         ("fill_m", setup.fill_m, 0.005..=1.0),
         ("density_kg_m3", setup.density_kg_m3, 100.0..=20_000.0),
         ("viscosity_pa_s", setup.viscosity_pa_s, 1e-5..=100.0),

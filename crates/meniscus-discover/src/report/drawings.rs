@@ -1,8 +1,9 @@
 //! Drawings of a discovery: bars of gains with their thresholds, and two matrices.
 
+use crate::decision::rank::Candidate;
 use crate::decision::verdict::Verdict;
 use crate::findings::Findings;
-use crate::findings::localise::Cell;
+use crate::fitting::localise::Cell;
 use meniscus_report::plot::{BLUE, GREY, ORANGE};
 use plotters::style::RGBColor;
 use std::fmt::Write;
@@ -23,7 +24,7 @@ pub(super) fn ranking(findings: &Findings) -> String {
         .iter()
         .take(8)
         .chain(search.pairs.iter().take(3))
-        .map(|line| (line, line.gain - line.fall + findings.limits.of(line.last())))
+        .map(|line| (line, needed(findings, line)))
         .collect();
     let most = lines.iter().map(|(line, needed)| line.gain.max(*needed)).fold(1.0, f64::max);
     let mut out = opened(800, ROW * lines.len(), 14);
@@ -55,6 +56,15 @@ pub(super) fn ranking(findings: &Findings) -> String {
         );
     }
     out + "</svg>"
+}
+
+/// Returns the gain that `line` has to reach. Once an effect is significant the others compete under a covariance for which
+/// no bound was learnt.
+fn needed(findings: &Findings, line: &Candidate) -> f64 {
+    if findings.assessment.verdict.claim().is_some() {
+        return findings.limits.gain;
+    }
+    (line.gain - line.fall + findings.limits.of(line.last())).max(findings.limits.gain)
 }
 
 /// Returns the misfit by channel and window, darker from one upwards.
@@ -123,12 +133,12 @@ pub(super) fn likeness(names: &[&'static str], length: &[f64], cosines: &[Vec<f6
     out + "</svg>"
 }
 
-fn opened(width: usize, height: usize, letters: usize) -> String {
+pub(super) fn opened(width: usize, height: usize, letters: usize) -> String {
     format!("<svg viewBox=\"0 0 {width} {height}\" width=\"{width}\" font-size=\"{letters}\">\n")
 }
 
 /// Returns white mixed with `part` of `colour`.
-fn mixed(colour: RGBColor, part: f64) -> String {
+pub(super) fn mixed(colour: RGBColor, part: f64) -> String {
     let RGBColor(r, g, b) = colour;
     let [r, g, b] = [r, g, b].map(|to| part.mul_add(f64::from(to) - 255.0, 255.0));
     format!("rgb({r:.0},{g:.0},{b:.0})")

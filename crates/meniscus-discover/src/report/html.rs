@@ -1,10 +1,14 @@
 //! HTML page of a discovery.
 
 use super::drawings::{disagreement, likeness, ranking};
-use crate::findings::localise::Cell;
+use super::intervals::intervals;
+use super::words::{distinction, map_in_words};
+use crate::findings::size_error::SizeError;
 use crate::findings::suggest::Separation;
 use crate::findings::{Estimate, Findings};
+use crate::fitting::localise::{Cell, largest};
 use crate::workflow;
+use crate::workflow::clocks::AlignedClock;
 use crate::workflow::insertion::ClosedGap;
 use meniscus_report::plot::PictureError;
 use meniscus_report::{Chart, Mark, Report, Series};
@@ -23,8 +27,15 @@ pub fn page(outcome: &workflow::Report, command: &str) -> Result<String, Picture
         findings.split.fitted.iter().map(|r| r.name.as_str()).collect::<Vec<_>>().join(", "),
         findings.split.held_out.as_ref().map_or("none (fewer than four recordings)", |r| r.name.as_str()),
         findings.calibration.groups,
-        if findings.calibration.groups < 2 { "; the verdict is much weaker without them" } else { "" }
+        match findings.calibration.groups {
+            0 => "; the verdict is much weaker without them",
+            1 => "; a single one says nothing of how clean glasses differ",
+            _ => "",
+        }
     ));
+    for refusal in outcome.clocks.iter().filter_map(AlignedClock::refusal) {
+        report.prose(&format!("Left out: {refusal}."));
+    }
     ranked(&mut report, findings);
     parameters(&mut report, findings);
     held_out(&mut report, findings)?;
@@ -78,6 +89,17 @@ fn parameters(report: &mut Report, findings: &Findings) {
     };
     let rows: Vec<_> = findings.estimates.iter().map(row).collect();
     report.table(&["effect", "parameter", "value", "90 % interval", "unit"], &rows);
+    report.drawing(
+        &intervals(&findings.estimates),
+        "Blue: size. Grey: 90 % interval. Orange mark: the effect is absent.",
+    );
+    for estimate in findings.estimates.iter().filter(|e| e.size_error != SizeError::EXACT) {
+        report.prose(&format!(
+            "The size of {} comes from a formula. True sizes were up to {:.2} times the one found, in every simulator that was \
+             tried: the interval holds that.",
+            estimate.effect, estimate.size_error.largest
+        ));
+    }
 }
 
 fn held_out(report: &mut Report, findings: &Findings) -> Result<(), PictureError> {
@@ -106,6 +128,16 @@ fn held_out(report: &mut Report, findings: &Findings) -> Result<(), PictureError
         Series { name: "with the effect", points: &effect, mark: Mark::Line, colour: 1 },
     ];
     let caption = "Slope of the surface, or its highest point: measured, and as the models predict it.";
+    report.chart(&Chart { caption, x: "t, s", y: "mm", series: &series })?;
+    let left = |model: &[(f64, f64)]| -> Vec<(f64, f64)> {
+        measured.iter().zip(model).map(|((t, seen), (_, expected))| (*t, seen - expected)).collect()
+    };
+    let (before, after) = (left(&untouched), left(&effect));
+    let series = [
+        Series { name: "untouched", points: &before, mark: Mark::Line, colour: 2 },
+        Series { name: "with the effect", points: &after, mark: Mark::Line, colour: 1 },
+    ];
+    let caption = "Residual: measured less predicted.";
     report.chart(&Chart { caption, x: "t, s", y: "mm", series: &series })
 }
 
@@ -148,6 +180,9 @@ fn map(report: &mut Report, findings: &Findings) {
         "Misfit of the model without an effect, 1 where it is right; p of so large a one anywhere by chance; in phase is \
          stiffness or scale, in quadrature is damping or time.",
     );
+    if let Some(cell) = largest(&findings.map) {
+        report.prose(&map_in_words(findings, cell));
+    }
     report.drawing(
         &disagreement(&findings.map),
         "Misfit by channel and part of the motion; the darker the worse.",
@@ -164,20 +199,12 @@ fn map(report: &mut Report, findings: &Findings) {
 
 fn matrix(report: &mut Report, findings: &Findings) {
     let isolability = &findings.isolability;
-    let (names, length, cosines) = (&isolability.names, &isolability.lengths, &isolability.cosines);
-    let twins: Vec<String> = (0..names.len())
-        .flat_map(|i| (0..i).map(move |j| (i, j)))
-        .filter(|(i, j)| {
-            let apart = length[*i].min(length[*j]) * (1.0 - cosines[*i][*j].powi(2)).max(0.0).sqrt();
-            apart < findings.rules.decisive_separation
-        })
-        .map(|(i, j)| format!("{} ~ {}", names[j], names[i]))
-        .collect();
     report.heading("Effects that these recordings can distinguish");
     report.prose(&format!(
         "Cosines of the signatures at typical size, without the part that the baseline can reproduce, and their length over \
-         the noise. Not distinguished at that size: {}.",
-        if twins.is_empty() { "none".into() } else { twins.join(", ") }
+         the noise. {}",
+        distinction(isolability, findings.rules.decisive_separation)
     ));
-    report.drawing(&likeness(names, length, cosines), "Orange: alike (+1). Blue: opposed (-1).");
+    let drawing = likeness(&isolability.names, &isolability.lengths, &isolability.cosines);
+    report.drawing(&drawing, "Orange: alike (+1). Blue: opposed (-1).");
 }

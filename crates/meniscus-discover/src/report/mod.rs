@@ -2,5 +2,7 @@
 
 mod drawings;
 pub mod html;
+mod intervals;
 pub mod scene;
 pub mod verdict_json;
+mod words;

@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 /// Returns the report as one JSON object. Its keys and words are a file format and stay as they are.
 #[must_use]
 pub fn verdict_json(report: &Report) -> Value {
-    let Report { findings, insertion, fits } = report;
+    let Report { findings, insertion, clocks, fits } = report;
     let (verdict, search) = (&findings.assessment.verdict, &findings.assessment.search);
     let claim = verdict.claim();
     let held_out = claim.map(|claim| claim.held_out);
@@ -48,6 +48,11 @@ pub fn verdict_json(report: &Report) -> Value {
         "ask": findings.suggestion.as_ref().map(|q| json!({
             "record": q.motion, "between": q.between, "separation": q.separation, "seconds": q.seconds,
         })),
+        "clocks": clocks.iter().map(|c| json!({
+            "recording": c.recording, "late_s": c.clock.best.late_s, "error_mm": 1e3 * c.clock.best.error_m,
+            "rival_late_s": c.clock.rival.map(|r| r.late_s), "rival_error_mm": c.clock.rival.map(|r| 1e3 * r.error_m),
+            "ambiguous": c.clock.is_ambiguous(),
+        })).collect::<Vec<_>>(),
         "fits": { "taken": fits.reused, "made": fits.computed },
         "ranking": search.ranking.iter().map(line).collect::<Vec<_>>(),
         "pairs": search.pairs.iter().take(6).map(line).collect::<Vec<_>>(),

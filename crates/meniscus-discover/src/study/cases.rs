@@ -10,7 +10,8 @@ use meniscus_data::scene_file::GLASS;
 pub const VISCOSITY_PA_S: f64 = 0.2;
 
 /// Liquid and fill that hidden effects are counted from.
-const STATED: Stated = Stated { consistency_pa_sn: VISCOSITY_PA_S, fill_m: GLASS.fill_m };
+const STATED: Stated =
+    Stated { consistency_pa_sn: VISCOSITY_PA_S, radius_m: GLASS.radius_m, fill_m: GLASS.fill_m };
 
 /// Packings of the glasses that effects are hidden in; no reference has them. Thresholds and rules
 /// were chosen while looking at the first; the second was held out.

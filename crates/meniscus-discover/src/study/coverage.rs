@@ -35,7 +35,8 @@ pub fn reference_coverage(out: &Path, seed: u64) -> Result<Option<(f64, usize)>,
     let Some((first, others)) = groups.split_first() else { return Ok(None) };
     let records = &first.split.fitted;
     let others: Vec<&Group> = others.iter().collect();
-    let problem = Problem::new(records, first.known, &Calibration::from(&others, records, None), 1.0)?;
+    let calibration = Calibration::from(&others, &first.known, records, None);
+    let problem = Problem::new(records, first.known, &calibration, 1.0)?;
     Ok(Some((coverage(&problem, DRAWS, seed), DRAWS)))
 }
 
@@ -52,9 +53,11 @@ fn place(kind: EffectKind) -> Option<usize> {
         EffectKind::CameraPitch => Some(6),
         EffectKind::CameraLatency => Some(7),
         EffectKind::SurfaceFilm
+        | EffectKind::StuckLine
         | EffectKind::ShearThinning
         | EffectKind::ContactLine
         | EffectKind::PinnedLine
+        | EffectKind::HeldTension
         | EffectKind::Viscoelastic
         | EffectKind::Detuning
         | EffectKind::Swirl
@@ -62,6 +65,7 @@ fn place(kind: EffectKind) -> Option<usize> {
         | EffectKind::VerticalAcceleration
         | EffectKind::ActuationDelay
         | EffectKind::Fill
+        | EffectKind::Radius
         | EffectKind::DepthScale
         | EffectKind::CameraSlope => None,
     }

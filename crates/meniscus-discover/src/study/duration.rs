@@ -8,7 +8,7 @@ use crate::baseline::calibrate::Calibration;
 use crate::baseline::group::Group;
 use crate::decision::settings::Settings;
 use crate::decision::thresholds::Thresholds;
-use crate::recordings::known::Known;
+use crate::recordings::known::{CALLIPERS_M, Known};
 use crate::recordings::motion_plan::MotionPlan;
 use crate::recordings::record::Record;
 use crate::workflow::discover;
@@ -24,6 +24,7 @@ use std::time::Instant;
 pub fn long_discovery_s() -> Result<f64, StudyError> {
     let known = Known {
         radius_m: 0.035,
+        radius_error_m: CALLIPERS_M,
         fill_m: 0.07,
         density_kg_m3: DENSITY_KG_M3,
         viscosity_pa_s: VISCOSITY_PA_S,

@@ -2,20 +2,23 @@
 //! has to be found. The data are read in place and are no part of the project.
 
 use super::error::StudyError;
-use super::measured_runs::{Cut, aligned, best_rms, known, runs};
-use crate::baseline::calibrate::Calibration;
+use super::measured_runs::{Cut, best_rms, known, runs};
 use crate::baseline::group::Group;
 use crate::baseline::predict::SHARED;
 use crate::decision::settings::Settings;
-use crate::decision::thresholds::Thresholds;
+use crate::decision::thresholds::{Thresholds, thresholds};
 use crate::findings::Findings;
 use crate::recordings::record::Record;
+use crate::workflow::clocks::{Aligned, AlignedClock, aligned};
 use crate::workflow::discover;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
 /// Deviation of each recording's own clock after alignment, s.
 const CLOCK_S: f64 = 0.02;
+
+/// Times by which the motion of a run may begin after its cut, s.
+const RANGE_S: (f64, f64) = (-2.0, 6.0);
 
 /// Outcome of one question to the measured data.
 #[derive(Clone, Debug)]
@@ -37,6 +40,9 @@ pub struct MeasuredResult {
     pub names: Vec<String>,
     /// Name, root mean square error before and after, m, of each run.
     pub runs: Vec<(String, f64, f64)>,
+    /// Runs whose clock is ambiguous, in words.
+    #[serde(default)]
+    pub left_out: Vec<String>,
 }
 
 impl MeasuredResult {
@@ -56,8 +62,6 @@ struct Question<'a> {
     starts: &'a [&'static str],
     /// Shares of inclination and vertical acceleration that enter the model.
     share: [f64; 2],
-    /// Shares under which a run may be aligned in time.
-    alignments: &'a [[f64; 2]],
     /// Part of each run that is used.
     cut: Cut,
     /// Whether there are references.
@@ -79,27 +83,29 @@ pub fn judge_measured(
     questions: usize,
 ) -> Result<Vec<MeasuredCase>, StudyError> {
     let settings = Settings { own_clocks_s: Some(CLOCK_S), ..settings.clone() };
-    let plain = Calibration::blind(&[], CLOCK_S);
-    let all = [[1.0, 1.0], [0.0, 1.0], [1.0, 0.0]];
     let moving = Cut { seconds, after_s: 3.0 };
     let decaying = Cut { seconds: 2.0 * seconds, after_s: 20.0 };
-    let load = |starts: &[&str], shares: &[[f64; 2]], cut: Cut| -> Result<Vec<Record>, StudyError> {
-        Ok(runs(folder, starts, cut)?.iter().map(|r| aligned(r, &plain.mean, shares)).collect())
+    let load = |starts: &[&str], share: [f64; 2], cut: Cut| -> Result<Aligned, StudyError> {
+        Ok(aligned(&runs(folder, starts, cut)?, &known(share), RANGE_S))
     };
     // Untilted and horizontal: the references, one group a path.
     let flat = ["LE_2D", "RD_2D", "TRD_2D"];
     let mut groups = Vec::new();
     for start in flat {
-        groups.push(Group::new(known([1.0, 1.0]), load(&[start], &all[..1], moving)?, Some(CLOCK_S))?);
+        groups.push(Group::new(
+            known([1.0, 1.0]),
+            load(&[start], [1.0, 1.0], moving)?.records,
+            Some(CLOCK_S),
+        )?);
     }
     let references: Vec<&Group> = groups.iter().collect();
-    let vertical = [all[0], all[2]];
+    let with = Judges { groups: &references, limits: thresholds(&references, &settings)? };
+    let without = Judges { groups: &[], limits: thresholds(&[], &settings)? };
     let list = [
         Question {
             title: "inclination withheld, tilt runs (LE, RD)",
             starts: &["Tilt_LE", "Tilt_RD"],
             share: [0.0, 1.0],
-            alignments: &all[..2],
             cut: moving,
             references: true,
         },
@@ -107,7 +113,6 @@ pub fn judge_measured(
             title: "vertical acceleration withheld, 3D runs",
             starts: &["LE_3D", "RD_3D", "TRD_3D"],
             share: [1.0, 0.0],
-            alignments: &vertical,
             cut: moving,
             references: true,
         },
@@ -115,7 +120,6 @@ pub fn judge_measured(
             title: "vertical acceleration withheld, 2D runs",
             starts: &flat,
             share: [1.0, 0.0],
-            alignments: &all[..1],
             cut: moving,
             references: true,
         },
@@ -123,33 +127,35 @@ pub fn judge_measured(
             title: "nothing withheld, 2D runs with their free decays, no references",
             starts: &flat,
             share: [1.0, 1.0],
-            alignments: &all[..1],
             cut: decaying,
             references: false,
         },
     ];
     let judged = list.iter().take(questions).map(|question| {
-        let records = load(question.starts, question.alignments, question.cut)?;
-        let against = if question.references { references.as_slice() } else { &[] };
-        judge(question, &records, against, &settings)
+        let runs = load(question.starts, question.share, question.cut)?;
+        judge(question, &runs, if question.references { &with } else { &without }, &settings)
     });
     judged.collect()
 }
 
-/// Judges one question on `records`.
+/// References and the thresholds that they set.
+struct Judges<'a> {
+    groups: &'a [&'a Group],
+    limits: Thresholds,
+}
+
+/// Judges one question on `runs`, as the program judges a folder against references.
 fn judge(
     question: &Question<'_>,
-    records: &[Record],
-    references: &[&Group],
+    runs: &Aligned,
+    judges: &Judges<'_>,
     settings: &Settings,
 ) -> Result<MeasuredCase, StudyError> {
     let known = known(question.share);
+    let records = &runs.records;
     // Half of the runs, evenly spread, are fitted; every run is scored.
     let few: Vec<Record> = records.iter().step_by(records.len().div_ceil(6)).cloned().collect();
-    // Three groups in other motions are too few for thresholds, so the gain alone decides.
-    let any = f64::INFINITY;
-    let limits = Thresholds { gain: 20.0, chi2: any, clean_chi2: any, ..Thresholds::default() };
-    let findings = discover(&few, known, references, &limits, settings)?;
+    let findings = discover(&few, known, judges.groups, &judges.limits, settings)?;
     let (verdict, chosen) = (&findings.assessment.verdict, findings.assessment.chosen());
     let theta = &findings.calibration.mean;
     let scored = |record: &Record| {
@@ -162,6 +168,7 @@ fn judge(
         sentence: verdict.sentence(),
         names: verdict.names().iter().map(|name| String::from(*name)).collect(),
         runs: records.iter().map(scored).collect(),
+        left_out: runs.clocks.iter().filter_map(AlignedClock::refusal).collect(),
     };
     Ok(MeasuredCase { findings, result })
 }

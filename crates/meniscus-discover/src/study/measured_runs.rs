@@ -1,18 +1,24 @@
-//! Runs of the measured water: reading, alignment in time, and the error of a model on them.
+//! Runs of the measured water: reading, and the error of a model on them.
 
 use super::error::StudyError;
 use crate::baseline::predict::predict;
 use crate::recordings::error::TableError;
-use crate::recordings::known::Known;
+use crate::recordings::known::{CALLIPERS_M, Known};
 use crate::recordings::record::Record;
 use crate::recordings::tables::{peaks, poses};
 use meniscus::reduced::effects::Active;
-use rayon::prelude::*;
 use std::path::Path;
 
 /// Returns water in the cylinder of R = 49 mm, 78 mm deep.
 pub(super) fn known(motion_share: [f64; 2]) -> Known {
-    Known { radius_m: 0.049, fill_m: 0.078, density_kg_m3: 998.0, viscosity_pa_s: 1.0e-3, motion_share }
+    Known {
+        radius_m: 0.049,
+        radius_error_m: CALLIPERS_M,
+        fill_m: 0.078,
+        density_kg_m3: 998.0,
+        viscosity_pa_s: 1.0e-3,
+        motion_share,
+    }
 }
 
 /// Part of a run that is used.
@@ -69,44 +75,6 @@ fn run(folder: &Path, name: &str, cut: Cut) -> Result<Record, StudyError> {
     };
     channels[0].value = (0..kept).map(|i| value[i].filter(|_| !spike(i))).collect();
     Ok(Record { name: name.trim_end_matches(".csv").into(), interval_s, channels, drive, rest_frames: 30 })
-}
-
-/// Returns `record` with its drive shifted in time to where the model fits best under any of `shares`; the glass rests
-/// where the motion holds no sample.
-pub(super) fn aligned(record: &Record, theta: &[f64], shares: &[[f64; 2]]) -> Record {
-    let shifted = |lag: f64| {
-        let mut out = record.clone();
-        let shift = (lag * record.drive.rate_hz).round() as isize;
-        let samples = (record.frames() as f64 * record.interval_s * record.drive.rate_hz) as isize + 2;
-        let n = record.drive.along_m_s2.len() as isize;
-        let from = |i: isize| usize::try_from(i - shift).ok().filter(|j| (*j as isize) < n);
-        let source = &record.drive;
-        let pairs = |v: &[[f64; 2]]| (0..samples).map(|i| from(i).map_or([0.0; 2], |j| v[j])).collect();
-        let numbers = |v: &[f64]| (0..samples).map(|i| from(i).map_or(0.0, |j| v[j])).collect();
-        out.drive.along_m_s2 = pairs(&source.along_m_s2);
-        out.drive.tilted_m_s2 = pairs(&source.tilted_m_s2);
-        out.drive.lift_m_s2 = numbers(&source.lift_m_s2);
-        out.drive.place_m = numbers(&source.place_m);
-        out
-    };
-    let error = |lag: f64| {
-        let moved = shifted(lag);
-        shares.iter().map(|share| rms(&moved, &known(*share), theta, 0.0, &[])).fold(f64::INFINITY, f64::min)
-    };
-    let search = |middle: f64, reach: f64, step: f64| {
-        let n = (reach / step).round() as i32;
-        (-n..=n)
-            .into_par_iter()
-            .map(|i| middle + step * f64::from(i))
-            .map(|lag| (error(lag), lag))
-            .min_by(|a, b| a.0.total_cmp(&b.0))
-            .map_or(middle, |best| best.1)
-    };
-    let coarse = search(2.0, 4.0, 0.05);
-    let mut out = shifted(search(coarse, 0.06, 0.01));
-    let moves = |n: usize| out.drive.at(n as f64 * out.interval_s).0.iter().any(|a| a.abs() > 0.05);
-    out.rest_frames = (0..out.frames()).take_while(|n| !moves(*n)).count().max(4);
-    out
 }
 
 /// Returns the root mean square error of the model while the glass moves and two seconds after, m.

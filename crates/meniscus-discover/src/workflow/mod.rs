@@ -3,11 +3,13 @@
 //! [`Discovery::run`] is the whole of it. [`discover`] judges recordings against references that are fitted already,
 //! which the study needs for many trials with the same references.
 
+pub mod clocks;
 pub mod error;
 pub mod inputs;
 pub mod insertion;
 pub mod progress;
 
+use self::clocks::{AlignedClock, RANGE_S, aligned};
 use self::error::DiscoverError;
 use self::inputs::Inputs;
 use self::insertion::{Insertion, insert};
@@ -20,13 +22,13 @@ use crate::decision::thresholds::{Thresholds, thresholds};
 use crate::decision::verdict::Verdict;
 use crate::findings::gap::gap;
 use crate::findings::isolability::isolability;
-use crate::findings::localise::localise;
 use crate::findings::suggest::suggest;
 use crate::findings::{Findings, estimates};
 use crate::fitting::error::ProblemError;
 use crate::fitting::fit_cache::FitCounts;
 use crate::fitting::problem::Problem;
 use crate::recordings::known::Known;
+use crate::recordings::load::RecordingSet;
 use crate::recordings::record::Record;
 use crate::recordings::split::Split;
 
@@ -40,6 +42,8 @@ pub struct Report {
     pub findings: Findings,
     /// The effects in other models.
     pub insertion: Insertion,
+    /// Alignments of the recordings with a clock of their own; none where they have none.
+    pub clocks: Vec<AlignedClock>,
     /// Use of the cache of fits; zeros without a cache.
     pub fits: FitCounts,
 }
@@ -77,20 +81,30 @@ impl Discovery {
             settings.own_clocks_s = settings.own_clocks_s.or(Some(OWN_CLOCK_S));
         }
         progress.begins(Stage::FitReferences);
-        let groups = inputs
-            .references
-            .iter()
-            .map(|set| Group::cached(set.known, set.records.clone(), settings.own_clocks_s, &settings.cache));
+        let mut clocks = Vec::new();
+        let mut on_clock = |set: &RecordingSet| {
+            if !set.own_clocks {
+                return set.records.clone();
+            }
+            let aligned = aligned(&set.records, &set.known, RANGE_S);
+            clocks.extend(aligned.clocks);
+            aligned.records
+        };
+        let recordings = on_clock(&inputs.recordings);
+        let references: Vec<_> = inputs.references.iter().map(|set| (set.known, on_clock(set))).collect();
+        let groups = references
+            .into_iter()
+            .filter(|(_, records)| !records.is_empty())
+            .map(|(known, records)| Group::cached(known, records, settings.own_clocks_s, &settings.cache));
         let groups = groups.collect::<Result<Vec<Group>, ProblemError>>()?;
         let references: Vec<&Group> = groups.iter().collect();
         progress.begins(Stage::SetThresholds);
         let limits = thresholds(&references, &settings)?;
         progress.begins(Stage::Decide);
-        let recordings = &inputs.recordings;
-        let findings = discover(&recordings.records, recordings.known, &references, &limits, &settings)?;
+        let findings = discover(&recordings, inputs.recordings.known, &references, &limits, &settings)?;
         let fits = settings.cache.as_ref().map_or(FitCounts::default(), |cache| cache.counts());
         let insertion = insert(inputs, &findings, progress)?;
-        Ok(Report { findings, insertion, fits })
+        Ok(Report { findings, insertion, clocks, fits })
     }
 }
 
@@ -109,12 +123,12 @@ pub fn discover(
         return Err(DiscoverError::TooFewRecordings { count: records.len() });
     }
     let split = Split::of(records);
-    let calibration = Calibration::from(groups, &split.fitted, settings.own_clocks_s);
+    let calibration = Calibration::from(groups, &known, &split.fitted, settings.own_clocks_s);
     let problem =
         Problem::new(&split.fitted, known, &calibration, settings.noise)?.with_cache(&settings.cache);
     let assessment = decide(&problem, limits, settings);
-    // Both need the fit made before the model error of a formula was added.
-    let map = localise(&problem, &assessment.search.first);
+    // Made before the model error of a formula was added, as the map is.
+    let map = assessment.map.clone();
     let isolability = isolability(&problem, &assessment.search.first, &settings.library);
     let suggestion = match assessment.verdict {
         Verdict::Ambiguous(_) => suggest(&problem, &calibration, &assessment),

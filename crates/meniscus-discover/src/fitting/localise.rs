@@ -5,9 +5,9 @@
 //! phase with the expected wave a misfit is one of stiffness or scale, in quadrature one of damping or
 //! time.
 
+use super::fit::Fitted;
+use super::problem::Problem;
 use crate::baseline::predict::{SHARED, predict};
-use crate::fitting::fit::Fitted;
-use crate::fitting::problem::Problem;
 
 /// Cell of the map.
 #[derive(Clone, Debug)]
@@ -95,4 +95,13 @@ pub fn localise(problem: &Problem, plain: &Fitted) -> Vec<Cell> {
         });
     }
     out
+}
+
+/// Fewest numbers of a cell that a limit is compared with.
+const FEWEST: usize = 20;
+
+/// Returns the cell of `map` with the largest misfit.
+#[must_use]
+pub fn largest(map: &[Cell]) -> Option<&Cell> {
+    map.iter().filter(|cell| cell.count >= FEWEST).max_by(|a, b| a.chi2.total_cmp(&b.chi2))
 }
