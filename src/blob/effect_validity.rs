@@ -23,6 +23,7 @@ pub(super) const fn kept_by(kind: EffectKind) -> KnownGroups {
         | EffectKind::ActuationGain
         | EffectKind::ActuationDelay
         | EffectKind::Fill
+        | EffectKind::Radius
         | EffectKind::CameraLatency
         | EffectKind::CameraPitch
         | EffectKind::CameraSlope
@@ -31,7 +32,12 @@ pub(super) const fn kept_by(kind: EffectKind) -> KnownGroups {
         | EffectKind::ShearThinning
         | EffectKind::YieldStress
         | EffectKind::Viscoelastic => KnownGroups::KINEMATICS.with(FieldGroup::Velocity),
-        EffectKind::ContactLine | EffectKind::Foam | EffectKind::SurfaceTension | EffectKind::PinnedLine => {
+        EffectKind::ContactLine
+        | EffectKind::StuckLine
+        | EffectKind::Foam
+        | EffectKind::SurfaceTension
+        | EffectKind::HeldTension
+        | EffectKind::PinnedLine => {
             KnownGroups::KINEMATICS.with(FieldGroup::Velocity).with(FieldGroup::ShearStress)
         }
         // No blob embeds detuning and swirl, whose flow the latents do not represent.

@@ -9,7 +9,7 @@
 //! ```
 //! A particle outside below the rim that was never above it went through the wall: the simulation has failed.
 
-use crate::particles::retain;
+use crate::particles::{Particle, retain};
 use crate::{Error, Simulator};
 use meniscus_data::recording::EnergyBook;
 use std::f64::consts::PI;
@@ -47,15 +47,13 @@ impl Simulator {
 
     fn place(&self, x: &[f64; 3]) -> Place {
         let (glass, slack) = (&self.glass, 0.5 * self.spacing_m);
-        let radius = x[0].hypot(x[1]);
+        let (radius, wall) = (x[0].hypot(x[1]), glass.radius_at(x[2]));
         if !x.iter().all(|x| x.is_finite()) {
             Place::Lost
-        } else if x[2] > glass.rim_m - self.spacing_m && radius > glass.radius_at(x[2]) {
+        } else if x[2] > glass.rim_m - self.spacing_m && radius > wall {
             // A spacing below the rim, too: it came over the edge since it was last looked at.
             Place::Over
-        } else if x[2] > glass.rim_m {
-            Place::Inside
-        } else if radius <= glass.radius_at(x[2]) + slack && x[2] >= -slack {
+        } else if x[2] > glass.rim_m || (radius <= wall + slack && x[2] >= -slack) {
             Place::Inside
         } else {
             Place::Below
@@ -89,20 +87,16 @@ impl Simulator {
     /// When a particle went through the wall, or has no finite position.
     pub(crate) fn spill(&mut self) -> Result<(), Error> {
         self.check_inside()?;
-        let mut gone = false;
-        let mut keep = vec![true; self.over.len()];
-        for i in 0..keep.len() {
-            let x = self.fluid.particle[i].x;
-            match self.place(&x) {
-                Place::Over if x[2] > self.glass.rim_m => self.over[i] = true,
-                Place::Over | Place::Below => keep[i] = false,
-                _ => self.over[i] = false,
-            }
-            gone |= !keep[i];
-        }
-        if gone {
+        let keep = |(p, over): (&Particle, bool)| match self.place(&p.x) {
+            Place::Over => p.x[2] > self.glass.rim_m,
+            Place::Below => !over,
+            Place::Inside | Place::Lost => true,
+        };
+        let keep: Vec<bool> = self.fluid.particle.iter().zip(self.over.iter().copied()).map(keep).collect();
+        if keep.contains(&false) {
             self.let_go(&keep);
         }
+        self.over = self.fluid.particle.iter().map(|p| self.place(&p.x) == Place::Over).collect();
         Ok(())
     }
 
