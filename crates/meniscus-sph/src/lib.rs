@@ -30,7 +30,7 @@
 //! | glycerine, 5 mm | 3.336 for 3.401 (-1.9 %) | 6.61 for 6.69 (-1.3 %) |
 //! | glycerine, 5 mm, free slip | 3.496 for 3.484 (+0.4 %) | 2.938 for 2.939 (0 %) |
 //!
-//! The second mode, whose wave is 8 spacings long at 5 mm, is too slow by 7.9 % at 7 mm, 3.8 % at 5 mm and 1.8 % at 3.5 mm.
+//! The second mode, whose wave is 8 spacings long at 5 mm, is too slow by 0.6 % at 7 mm, 0.2 % at 5 mm and 0.0 % at 3.5 mm.
 //!
 //! Three things make this, each in its file. **Gradients are corrected up to the free surface** (`corrections::corrected`): the plain
 //! divergence of a flow that grows with height lacks the neighbours above the surface, which alone made the second mode 12 %

@@ -10,7 +10,7 @@
 //! ```
 //! (Bonet and Lok 1999, Comput. Methods Appl. Mech. Eng. 180, 97) pressure and continuity stay conjugate, so that the pairs
 //! still exchange energy exactly. `E` keeps `L` finite where neighbours are few: 1 for a lone drop, and `N^-1` to
-//! 1 part in 100 at a flat surface, where the least eigenvalue of `N` is about a half. Liquid that stands above the rim, where no
+//! 1 part in 100 at a flat surface, where the least eigenvalue of `N` is about a half. Liquid that stands at the rim or above, where no
 //! wall completes it, keeps the plain gradient: its edges would swing up under the step of the rest.
 //!
 //! What they cost: such a density follows the flow and no longer the positions of the particles, and has to be called back to
@@ -57,10 +57,10 @@ impl Corrected {
         retain(&mut self.pressure, keep);
     }
 
-    /// Takes `L` from what the particles see; of those higher than `rim_m` it is the unit matrix.
-    pub(crate) fn update(&mut self, seen: impl Iterator<Item = Seen>, particle: &[Particle], rim_m: f64) {
+    /// Takes `L` from what the particles see; of those higher than `highest_m` it is the unit matrix.
+    pub(crate) fn update(&mut self, seen: impl Iterator<Item = Seen>, particle: &[Particle], highest_m: f64) {
         for ((l, seen), p) in self.l.iter_mut().zip(seen).zip(particle) {
-            *l = if p.x[2] > rim_m { UNIT } else { inverse(&seen.moments()) };
+            *l = if p.x[2] > highest_m { UNIT } else { inverse(&seen.moments()) };
         }
     }
 

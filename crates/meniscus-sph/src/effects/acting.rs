@@ -4,22 +4,23 @@ use super::columns::Columns;
 use super::contact_line::{ContactLine, SECTORS, Wall};
 use super::foam::Foam;
 use super::laws::Laws;
-use super::surface_tension::Tension;
+use super::surface_tension::{Tension, lacking};
 use super::surroundings::Surroundings;
 use super::viscoelastic::Maxwell;
 use super::waves::Coefficients;
 use crate::particles::Fluid;
+use meniscus::units::GRAVITY_M_S2;
 use meniscus_data::recording::Glass;
 
 /// Highest wave number of the waves of the surface, times the radius.
 const FINEST: f64 = 8.6;
 
-/// Effects on the free surface.
+/// What acts on the free surface.
 #[derive(Clone, Debug)]
 struct Surface {
     columns: Columns,
     wall: Wall,
-    tension: Option<Tension>,
+    tension: Tension,
     line: Option<ContactLine>,
     foam: Option<Foam>,
     /// Stored energy of the area at the last call of the forces, J.
@@ -82,26 +83,23 @@ pub(crate) fn longest_step(laws: &Laws, glass: &Glass, density: f64) -> f64 {
 }
 
 impl Acting {
-    /// The effects that act on a liquid at rest.
-    pub(crate) fn on(laws: &Laws, glass: &Glass, rest_density: f64, fluid: &Fluid) -> Self {
-        let Laws { tension_n_m: tension, line, foam, relaxation, .. } = *laws;
-        let surface = if tension.is_some() || line.is_some() || foam.is_some() {
-            let radius_m = glass.radius_at(glass.fill_m);
-            let columns = Columns::new(radius_m, rest_density, fluid);
-            Some(Surface {
-                wall: Wall::new(radius_m, &columns.waves),
-                tension: tension.map(|sigma| Tension::new(sigma, radius_m, &columns.waves)),
-                columns,
-                line: line.map(ContactLine::new),
-                foam: foam.map(|beta| Foam { beta }),
-                area_j: 0.0,
-                held: [0.0; SECTORS],
-            })
-        } else {
-            None
+    /// The effects that act on a liquid at rest, computed with the smoothing length `length_m`.
+    pub(crate) fn on(laws: &Laws, glass: &Glass, rest_density: f64, length_m: f64, fluid: &Fluid) -> Self {
+        let Laws { tension_n_m, line, foam, relaxation, lift_m_s2, .. } = *laws;
+        let radius_m = glass.radius_at(glass.fill_m);
+        let columns = Columns::new(radius_m, rest_density, fluid);
+        let lacking = lacking(rest_density, GRAVITY_M_S2 + lift_m_s2, length_m);
+        let surface = Surface {
+            wall: Wall::new(radius_m, &columns.waves),
+            tension: Tension::new(tension_n_m.unwrap_or(0.0) + lacking, radius_m, &columns.waves),
+            columns,
+            line: line.map(ContactLine::new),
+            foam: foam.map(|beta| Foam { beta }),
+            area_j: 0.0,
+            held: [0.0; SECTORS],
         };
         let maxwell = relaxation.map(|relaxation| Maxwell::new(relaxation, fluid.mass.len()));
-        Self { surface, maxwell }
+        Self { surface: Some(surface), maxwell }
     }
 
     /// Whether the particles carry a stress of their own.
@@ -132,10 +130,8 @@ impl Acting {
         let Some(surface) = &mut self.surface else { return };
         let mut q = Coefficients::zeros();
         surface.wall.press(&surface.held, &mut q);
-        if let Some(tension) = &surface.tension {
-            surface.columns.follow(fluid);
-            surface.area_j = tension.pull(&surface.columns.height, &mut q);
-        }
+        surface.columns.follow(fluid);
+        surface.area_j = surface.tension.pull(&surface.columns.height, &mut q);
         surface.columns.push(&surface.columns.pressure(&q), fluid, pressed);
     }
 

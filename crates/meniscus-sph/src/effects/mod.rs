@@ -1,5 +1,4 @@
-//! Laws of the effects that the simulator carries. Without any of them it computes the same bits as if this folder did
-//! not exist.
+//! Laws of the effects that the simulator carries. Without any of them the tension alone acts that the sums lack.
 //!
 //! | file | effects | where they act |
 //! |---|---|---|

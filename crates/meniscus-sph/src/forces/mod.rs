@@ -103,7 +103,8 @@ impl Forces {
         let (kernel, rest, sound2) = (self.kernel, self.rest_density, self.sound * self.sound);
         self.moments.form(&kernel, lists, liquid, walls, |p| rest + p / sound2);
         let seen = self.moments.seen();
-        self.corrected.update(seen.clone(), &liquid.particle, rim_m);
+        // Within a kernel of the rim a particle lacks neighbours above the wall, too.
+        self.corrected.update(seen.clone(), &liquid.particle, rim_m - kernel.support2.sqrt());
         self.position_density.update(seen.clone(), kernel.h, liquid);
         if jitters {
             self.gradients.update(seen);

@@ -64,7 +64,7 @@ impl Simulator {
         self.spilled = Spilled::default();
         self.rest_energy = self.potential();
         let rest_density = self.forces.rest_density;
-        self.acting = Acting::on(&self.laws, &self.glass, rest_density, &self.fluid);
+        self.acting = Acting::on(&self.laws, &self.glass, rest_density, self.forces.kernel.h, &self.fluid);
         self.accelerate(&Kinematics::default());
     }
 }

@@ -23,7 +23,7 @@ use super::theory::{Mode, Tone};
 use super::viscous::{Linear, linear_mode};
 use super::wall_force::{foaming, rubbed, sliding, sprung};
 use crate::{Error, Setup, Simulator};
-use meniscus::reduced::effects::Law;
+use meniscus::reduced::effects::{EffectKind, Law};
 use meniscus::units::GRAVITY_M_S2;
 use meniscus_data::effects::Effects;
 use meniscus_data::liquids::Rheology;
@@ -289,6 +289,14 @@ fn foam(spacing_m: f64, effects: Effects, beta: f64) -> Result<Vec<Held>, Error>
         Held { what: "exponent", measured: exponent(0), theory: exponent(1) },
         Held { what: "added decay at 0.25 m/s, 1/s", measured: found[1][0][0], theory: found[1][1][0] },
     ])
+}
+
+/// Slope at rest of a glass that is inclined by 0.02 rad, the inclination of a waiter's tray.
+pub(super) fn small_tilt(spacing_m: f64) -> Result<Held, Error> {
+    const ANGLE: f64 = 0.02;
+    let effects = Effects::default().with(EffectKind::ContainerTilt, ANGLE);
+    let [measured, theory] = slope(spacing_m, effects, ANGLE)?;
+    Ok(Held { what: "slope at rest", measured, theory })
 }
 
 /// Slope of the resting surface along x: from the first moment of the liquid's volume,

@@ -16,6 +16,8 @@
 //! glycerine under `strokes:7` for 2 s; `cpu_s_per_s` is the first case after settling, with all
 //! threads, so that a loaded machine adds to it; `escapes` are the particles that go through the wall when the first mode of water starts at
 //! 0.3 m/s; `spill_volume_error` and `energy_closure_spills` are water in a glass filled to a centimetre below its rim, from 0.6 m/s;
+//! `cpu_s_per_s_yield_stress` is a liquid of 3 Pa and 0.2 Pa s, whose speed at the longest step and at an eighth of it differs by
+//! `thick_step_error` of the first; `small_tilt_error` is the slope at rest of a glass inclined by 0.02;
 //! `mode2_frequency_error` follows a stroke of the glass at the standard spacing, which has eight particles to that wave,
 //! `mode2_frequency_error_fine` at the fine one; `herschel_bulkley_arrest` is when the speed of a
 //! liquid with a yield stress stays below 3 % of its first, `herschel_bulkley_law_ends` when the law of
@@ -40,6 +42,7 @@ mod ring_down;
 mod second_mode;
 mod spills;
 mod theory;
+mod thick;
 mod viscous;
 mod wall_force;
 
@@ -90,9 +93,9 @@ pub fn work(quick: bool) -> f64 {
 }
 
 /// Processor time of each case in order, roughly, s.
-const WORK: [f64; 27] = [
-    10.0, 9.0, 9.0, 15.0, 60.0, 10.0, 8.0, 10.0, 12.0, 10.0, 60.0, 5.0, 7.0, 30.0, 10.0, 30.0, 30.0, 10.0,
-    15.0, 15.0, 15.0, 30.0, 12.0, 12.0, 6.0, 15.0, 15.0,
+const WORK: [f64; 29] = [
+    10.0, 9.0, 9.0, 15.0, 60.0, 10.0, 8.0, 10.0, 12.0, 60.0, 12.0, 10.0, 60.0, 5.0, 7.0, 30.0, 10.0, 30.0,
+    30.0, 10.0, 15.0, 15.0, 15.0, 30.0, 12.0, 12.0, 6.0, 15.0, 15.0,
 ];
 
 /// Number of quick cases.
@@ -169,6 +172,8 @@ fn slow_rows<W: FnMut(f64, &str)>(progress: &mut Progress<W>, out: &mut Outcome)
     let noise = progress.case("rest", |w| rest_noise::rest_noise(STANDARD_M, 0.5, w))?;
     let escaped = progress.case("escapes", |w| escapes::escapes(STANDARD_M, 0.3, 1.0, w))?;
     let spill = progress.case("spills", |w| spills::spills(STANDARD_M, 0.8, w))?;
+    let thick = progress.case("thick liquids", |w| thick::thick(STANDARD_M, 0.3, w))?;
+    let tilt = progress.case("small tilt", |_| effects::small_tilt(STANDARD_M))?;
     let second = progress.case("second mode", |w| second_mode::second_mode(STANDARD_M, 1.0, w))?;
     let second_fine = progress.case("second mode, fine", |w| second_mode::second_mode(FINE_M, 1.0, w))?;
     let same = progress.case("threads", |_| determinism::same_bits(COARSE_M))?;
@@ -183,6 +188,10 @@ fn slow_rows<W: FnMut(f64, &str)>(progress: &mut Progress<W>, out: &mut Outcome)
         Check::informational("spilled", spill.volume_ml, "ml"),
         Check::at_most("spill_volume_error", spill.volume_error, "%", 2.0),
         Check::at_most("energy_closure_spills", spill.closure, "%", 1.0),
+        Check::at_most("cpu_s_per_s_yield_stress", thick.plastic_cost, "s/s", 4.0),
+        Check::at_most("cpu_s_per_s_mayonnaise", thick.mayonnaise_cost, "s/s", 8.0),
+        Check::at_most("thick_step_error", thick.step_error, "%", 3.0),
+        Check::at_most("small_tilt_error", tilt.error().abs(), "%", 2.0),
         Check::at_most("mode2_frequency_error", off(second), "%", 1.5),
         Check::at_most("mode2_frequency_error_fine", off(second_fine), "%", 0.7),
         Check::exactly("serial_parallel_identical", f64::from(u8::from(same)), "1", 1.0),
