@@ -5,9 +5,11 @@
 
 mod continuity;
 mod friction;
+mod legendre;
 mod momentum;
 
 pub(crate) use friction::{Friction, Vectors};
+pub(crate) use legendre::{Factors, MOST, needed, reach};
 
 use crate::corrections::{Corrected, Gradients, Moments, NOISE, PositionDensity, completion};
 use crate::frame::Body;

@@ -8,4 +8,4 @@ mod step;
 
 pub use energy::{closure, relative_closure};
 pub use spill::Spilled;
-pub(crate) use stages::{MOST, Stages, reach};
+pub(crate) use stages::Stages;

@@ -2,16 +2,9 @@
 //!
 //! ```text
 //! v' = a + A v        over dt, from v_0,   a all other accelerations,   A of `forces::friction`
-//!
-//! w = 4/(s^2 + s - 2),   b_0 = b_1 = b_2 = 1/3,   b_j = (j^2 + j - 2)/(2 j (j + 1)),   a_j = 1 - b_j
-//! Y_0 = v_0,   Y_1 = Y_0 + b_1 w dt Y_0'
-//! Y_j = mu_j Y_(j-1) + nu_j Y_(j-2) + (1 - mu_j - nu_j) Y_0 + w mu_j dt (Y_(j-1)' - a_(j-1) Y_0')
-//! mu_j = (2j - 1)/j b_j/b_(j-1),   nu_j = -(j - 1)/j b_j/b_(j-2)
 //! ```
-//! Runge-Kutta-Legendre stages of second order (Meyer, Balsara and Aslam 2014, J. Comput. Phys. 257, 594): `s` of them are stable
-//! up to `dt = (s^2 + s - 2)/(2 lambda)`, where as many explicit steps reach `2 s/lambda`. No system has to be solved, so that nothing hangs
-//! on a tolerance, and where friction balances the other forces every stage stands still, so that a liquid that creeps or rests
-//! does so as with short steps.
+//! by the stages of [`crate::forces::Factors`]. No system has to be solved, so that nothing hangs on a tolerance, and where friction balances
+//! the other forces every stage stands still, so that a liquid that creeps or rests does so as with short steps.
 //!
 //! The step in time kicks from `v(t - dt/2)` to `v(t + dt/2)`: what the stages reach, less `v(t - dt/2)`, over `dt`, is the
 //! acceleration `k` of that kick. What its friction `k - a` takes from the kinetic energy is booked as heat by each half of the kick,
@@ -20,15 +13,9 @@
 //! ```
 //! and shared among the particles as the pairs dissipate at the mean of both velocities.
 
-use crate::forces::{Friction, Vectors};
+use crate::forces::{Factors, Friction, Vectors, needed};
 use crate::particles::{Fluid, Neighbours};
 use crate::walls::Walls;
-
-/// Stages of a step after which a liquid gets shorter steps instead.
-pub(crate) const MOST: f64 = 24.0;
-
-/// Part of the bound of stability that is used.
-const SAFE: f64 = 0.95;
 
 /// Memory of the stages.
 #[derive(Clone, Debug, Default)]
@@ -44,39 +31,6 @@ pub(crate) struct Stages {
     shares: Vec<f64>,
 }
 
-/// Factors of stage `j` after the first.
-struct Factors {
-    last: f64,
-    before: f64,
-    rate: f64,
-    first_rate: f64,
-}
-
-/// `b_j`.
-fn b(j: usize) -> f64 {
-    let j = j.max(2) as f64;
-    (j * j + j - 2.0) / (2.0 * j * (j + 1.0))
-}
-
-impl Factors {
-    fn of(j: usize, weight: f64) -> Self {
-        let n = j as f64;
-        let last = (2.0 * n - 1.0) / n * b(j) / b(j - 1);
-        let rate = weight * last;
-        Self { last, before: (1.0 - n) / n * b(j) / b(j - 2), rate, first_rate: -(1.0 - b(j - 1)) * rate }
-    }
-}
-
-/// Longest step over which `stages` of them are stable, in units of `1/lambda`.
-pub(crate) fn reach(stages: f64) -> f64 {
-    SAFE * 0.5 * (stages * stages + stages - 2.0)
-}
-
-/// The stages that a step of `steps/lambda` needs, at least 2: [`reach`] turned around.
-fn needed(steps: f64) -> usize {
-    (0.5 * ((9.0 + 8.0 * steps / SAFE).sqrt() - 1.0)).ceil().max(2.0) as usize
-}
-
 impl Stages {
     /// Adds the mean acceleration by friction over the kick of `dt` to the accelerations of `fluid`, which hold all others.
     pub(crate) fn rub(
@@ -88,8 +42,6 @@ impl Stages {
         fluid: &mut Fluid,
     ) {
         let stages = needed(dt * friction.largest_rate());
-        let s = stages as f64;
-        let weight = 4.0 / (s * s + s - 2.0);
         let Self { start, rate, before, last, slope, friction: pull, shares } = self;
         start.clear();
         start.extend(fluid.particle.iter().map(|p| p.v));
@@ -100,7 +52,7 @@ impl Stages {
         };
         act(start, rate);
         before.clone_from(start);
-        let first = b(1) * weight * dt;
+        let first = Factors::first(stages) * dt;
         last.clear();
         last.extend(
             start
@@ -109,7 +61,7 @@ impl Stages {
                 .map(|(v, r)| -> [f64; 3] { std::array::from_fn(|k| v[k] + first * r[k]) }),
         );
         for j in 2..=stages {
-            let f = Factors::of(j, weight);
+            let f = Factors::of(j, stages);
             act(last, slope);
             let rest = 1.0 - f.last - f.before;
             let parts = before.iter_mut().zip(&*last).zip(&*slope).zip(start.iter().zip(&*rate));
@@ -160,7 +112,6 @@ impl Stages {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use crate::validate::Mode;
     use crate::{Setup, Simulator, closure};
     use meniscus_data::effects::Effects;
@@ -184,34 +135,6 @@ mod tests {
             no_slip: true,
             effects: Effects::default(),
             step_s: None,
-        }
-    }
-
-    #[test]
-    fn stages_follow_the_exponential_and_stand_where_forces_balance() {
-        // y' = -y lambda from 1, scalar: the same recurrence with numbers.
-        let end = |steps: f64, source: f64| {
-            let stages = needed(steps);
-            let s = stages as f64;
-            let weight = 4.0 / (s * s + s - 2.0);
-            let slope = |y: f64| source - steps * y;
-            let (start, first) = (1.0, slope(1.0));
-            let (mut before, mut last) = (start, start + b(1) * weight * first);
-            for j in 2..=stages {
-                let f = Factors::of(j, weight);
-                let rest = 1.0 - f.last - f.before;
-                let next = f.last * last + f.before * before + rest * start;
-                (before, last) = (last, next + f.rate * slope(last) + f.first_rate * first);
-            }
-            last
-        };
-        for steps in [0.01, 0.1, 0.3_f64] {
-            let error = end(steps, 0.0) - (-steps).exp();
-            assert!(error.abs() < steps.powi(3), "{error} at {steps}");
-        }
-        for steps in [1.0, 10.0, 100.0, 1000.0] {
-            assert!((0.0..0.75).contains(&end(steps, 0.0)), "{} at {steps}", end(steps, 0.0));
-            assert!((end(steps, steps) - 1.0).abs() < 1e-12, "a balance is kept at {steps}");
         }
     }
 

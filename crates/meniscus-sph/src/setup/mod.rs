@@ -5,7 +5,7 @@ mod packing;
 pub(crate) use packing::{Packing, fitting_spacing};
 
 use crate::effects::{self, Laws, glass_with, liquid_with, rise_m};
-use crate::integration::{MOST, reach};
+use crate::forces::{MOST, reach};
 use crate::particles::{Kernel, SMOOTHING};
 use meniscus_data::effects::Effects;
 use meniscus_data::liquids::Liquid;
