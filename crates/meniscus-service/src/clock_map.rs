@@ -19,10 +19,14 @@ use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 const DRIFT: f64 = 1e-4;
 
 /// Change of the offset from which on the camera's clock has restarted, s: far above any delay of a running camera.
-const STEP_S: f64 = 1.0;
+pub(crate) const STEP_S: f64 = 1.0;
 
-/// Frames in a row behind the envelope by [`STEP_S`] after which the clock has restarted and is not merely late.
+/// Frames in a row behind the envelope by [`STEP_S`], none of which catches up, after which the clock has restarted and is
+/// not merely late.
 const STEP_FRAMES: u32 = 30;
+
+/// Part of the delay that a queue makes up for in [`STEP_FRAMES`] frames at the least, s.
+const DRAINED_S: f64 = FRAME_INTERVAL_S;
 
 /// Mean of the least latency: one frame interval, the middle of 0 to 2 intervals.
 const LATENCY_S: f64 = FRAME_INTERVAL_S;
@@ -52,6 +56,8 @@ pub struct ClockMap {
     begun: Instant,
     envelope: Option<Envelope>,
     behind: u32,
+    /// Offset of the first frame that was behind, s.
+    behind_s: f64,
     restarts: u64,
 }
 
@@ -65,7 +71,7 @@ impl ClockMap {
     /// Returns a map that has seen no frame and counts seconds from `begun`, before any arrival.
     #[must_use]
     pub fn starting_at(begun: Instant) -> Self {
-        Self { begun, envelope: None, behind: 0, restarts: 0 }
+        Self { begun, envelope: None, behind: 0, behind_s: 0.0, restarts: 0 }
     }
 
     /// Takes the arrival of the frame of camera time `camera`.
@@ -82,7 +88,13 @@ impl ClockMap {
             Envelope { offset_s: last.offset_s + rise_s, at_s, risen_s: last.risen_s + rise_s, ..last };
         // A clock that jumped ahead shows at once. One that began anew looks like late frames, and so does a computer that
         // stood still while frames queued; but a queue drains, so only what stays behind is a restart.
-        self.behind = if seen_s > risen.offset_s + STEP_S { self.behind + 1 } else { 0 };
+        if seen_s <= risen.offset_s + STEP_S {
+            self.behind = 0;
+        } else if self.behind == 0 || seen_s < self.behind_s - DRAINED_S {
+            (self.behind, self.behind_s) = (1, seen_s);
+        } else {
+            self.behind += 1;
+        }
         if seen_s < risen.offset_s - STEP_S || self.behind > STEP_FRAMES {
             self.restarts += 1;
             self.behind = 0;

@@ -2,6 +2,7 @@
 
 use crate::clock_map::ClockMap;
 use crate::commanded_motion::CommandedMotion;
+use crate::ledger::{FrameCounts, FrameLedger, HandledFrame, SetAside, SpanEnd};
 use crate::sink::{RunCounters, StateAfter, TurnRecord, TurnSink};
 use crate::timed_turn::TimedTurn;
 use meniscus::runtime::{COAST_LIMIT, Estimator, InputSource, ProfileSensor, Tracker};
@@ -20,6 +21,10 @@ const LONG: Duration = Duration::from_secs(3600);
 
 /// One frame interval.
 const INTERVAL: Duration = Duration::from_micros(16_667);
+
+/// Time between two looks of the worker at its camera from which on the host stood still: while frames come or are bridged,
+/// it looks every one and a half intervals.
+const STANDSTILL: Duration = Duration::from_micros(50_000);
 
 /// Most turns of one payload: one for each missing frame up to the limit of the tracker, then its own.
 const MOST_TURNS: usize = COAST_LIMIT as usize + 2;
@@ -47,13 +52,16 @@ pub struct Worker<'m> {
     pub motion: Option<CommandedMotion>,
     /// Reaction to a camera that sends nothing.
     pub silence: Silence,
+    /// End of what the camera takes, where the run ends with its link.
+    pub span_end: SpanEnd,
 }
 
 impl<'m> Worker<'m> {
     /// Returns a worker for a camera that sends depth and infrared images, and a glass whose motion is tracked.
     #[must_use]
     pub fn new(estimator: Estimator<'m>, config: Config) -> Self {
-        Self { estimator, config, rectifier: None, motion: None, silence: Silence::default() }
+        let (silence, span_end) = (Silence::default(), SpanEnd::LastFrame);
+        Self { estimator, config, rectifier: None, motion: None, silence, span_end }
     }
 
     /// Runs until the camera has gone or `stop` is set. Every turn goes to every sink, in the order of `sinks`.
@@ -71,23 +79,45 @@ impl<'m> Worker<'m> {
         let tracker = Tracker::new(self.estimator, sensor);
         let (clock, batch) = (Monotonic::start(), Vec::with_capacity(MOST_TURNS));
         let motion = self.motion.as_ref();
-        let mut turns = Turns { tracker, clock, clock_map: ClockMap::new(), field, motion, batch };
-        let patience = match self.silence {
+        let (clock_map, ledger) = (ClockMap::new(), FrameLedger::default());
+        let silence = self.silence;
+        let mut turns = Turns {
+            tracker,
+            clock,
+            clock_map,
+            ledger,
+            field,
+            motion,
+            silence,
+            batch,
+            dropped: 0,
+            numberless: 0,
+        };
+        let patience = match silence {
             Silence::Bridge => PATIENCE,
             Silence::WaitOut => LONG,
         };
         let mut sink_allocations = 0;
-        let mut next_turn = Instant::now() + LONG;
+        let (mut looked, mut span_end) = (Instant::now(), SpanEnd::RunsOn);
+        let mut next_turn = looked + LONG;
         while !stop.load(Ordering::Relaxed) {
-            match end.receive(next_turn) {
-                Received::Closed => break,
+            let received = end.receive(next_turn);
+            let now = Instant::now();
+            turns.look(looked, now);
+            looked = now;
+            turns.dropped = end.dropped();
+            match received {
+                Received::Closed => {
+                    span_end = self.span_end;
+                    break;
+                }
                 Received::Silence => {
-                    turns.take_silence();
+                    turns.take_silence(now);
                     next_turn += INTERVAL;
                     sink_allocations += turns.hand_on(sinks);
                 }
                 Received::Payload(delivery) => {
-                    turns.take_payload(&delivery);
+                    turns.take_payload(&delivery, now);
                     if !turns.batch.is_empty() {
                         next_turn = delivery.arrived + patience;
                         sink_allocations += turns.hand_on(sinks);
@@ -96,11 +126,13 @@ impl<'m> Worker<'m> {
                 }
             }
         }
+        turns.dropped = end.dropped();
         let counters = RunCounters {
             health: turns.tracker.memory.health,
             losses: turns.tracker.sensor.losses(),
             solitary: turns.tracker.sensor.solitary(),
             payloads_dropped: end.dropped(),
+            frames: turns.frames_at(Instant::now(), span_end),
             motion: turns.motion.map(CommandedMotion::turns),
             sink_allocations,
         };
@@ -108,21 +140,42 @@ impl<'m> Worker<'m> {
     }
 }
 
-/// Tracker and the turns of the payload at hand.
+/// Tracker, ledger and the turns of the payload at hand.
 struct Turns<'w, 'm, 'b> {
     tracker: Tracker<'m, 'b>,
     clock: Monotonic,
     clock_map: ClockMap,
+    ledger: FrameLedger,
     field: Vec<f32>,
     motion: Option<&'w CommandedMotion>,
+    silence: Silence,
     /// Turns that the sinks have not had yet. It never grows: the tracker bounds the turns of a payload.
     batch: Vec<TimedTurn>,
+    /// Payloads that were dropped so far because no buffer was spare.
+    dropped: u64,
+    /// Depth frames so far that came without the camera's number.
+    numberless: u32,
 }
 
 impl Turns<'_, '_, '_> {
+    /// Notes a standstill of the host between two looks at the camera. A camera that waits for the worker misses nothing.
+    fn look(&mut self, before: Instant, now: Instant) {
+        if self.silence == Silence::Bridge && now - before > STANDSTILL {
+            self.ledger.stood_still(self.clock_map.seconds(before), self.clock_map.seconds(now));
+        }
+    }
+
+    /// Returns the accounts of the camera's frames at `now`.
+    fn frames_at(&self, now: Instant, end: SpanEnd) -> FrameCounts {
+        let set_aside =
+            SetAside { stale: self.tracker.memory.health.frames_stale, payloads_dropped: self.dropped };
+        // The time of a camera that waits for the worker says nothing about frames that it has not sent.
+        let end = if self.silence == Silence::WaitOut { SpanEnd::LastFrame } else { end };
+        self.ledger.counts_at(self.clock_map.seconds(now), set_aside, end)
+    }
+
     /// Takes a turn without a frame; none before the first frame.
-    fn take_silence(&mut self) {
-        let started = Instant::now();
+    fn take_silence(&mut self, started: Instant) {
         let before = allocations_of_this_thread();
         let motion = self.motion;
         let drive = |at| motion.map_or(InputSource::Tracked, |motion| motion.drive(at, started));
@@ -131,15 +184,23 @@ impl Turns<'_, '_, '_> {
         if let Some(turn) = turn {
             let ended = Instant::now();
             let host = self.clock_map.host_time(turn.time);
-            self.batch.push(TimedTurn { turn, host, ended, latency_us: turn_us, turn_us, allocations });
+            let frames = self.frames_at(ended, SpanEnd::RunsOn);
+            self.batch.push(TimedTurn {
+                turn,
+                host,
+                ended,
+                latency_us: turn_us,
+                turn_us,
+                allocations,
+                frames,
+            });
         }
     }
 
     /// Takes a payload and the turns that it leads to.
-    fn take_payload(&mut self, delivery: &Delivery) {
-        let started = Instant::now();
+    fn take_payload(&mut self, delivery: &Delivery, started: Instant) {
         let before = allocations_of_this_thread();
-        let Self { tracker, clock, clock_map, field, motion, batch } = self;
+        let Self { tracker, clock, clock_map, ledger, field, motion, batch, .. } = self;
         let arrived = delivery.arrived;
         let drive = |at| motion.map_or(InputSource::Tracked, |motion| motion.drive(at, arrived));
         tracker.accept(delivery.stream, &delivery.payload, drive, clock, field, |turn, _| {
@@ -149,8 +210,36 @@ impl Turns<'_, '_, '_> {
                 clock_map.observe(turn.time, arrived);
             }
             let (host, ended) = (clock_map.host_time(turn.time), Instant::now());
-            batch.push(TimedTurn { turn: *turn, host, ended, latency_us, turn_us, allocations });
+            let frames = ledger.counts();
+            batch.push(TimedTurn { turn: *turn, host, ended, latency_us, turn_us, allocations, frames });
         });
+        self.settle(arrived);
+    }
+
+    /// Books the frame of the payload at hand, if it completed one, and the frames that are missing before it.
+    fn settle(&mut self, arrived: Instant) {
+        let Some(logged) = self.batch.last_mut() else { return };
+        let Some(stamp) = logged.turn.stamp else { return };
+        let (map, arrived_s) = (&self.clock_map, self.clock_map.seconds(arrived));
+        let numberless = self.tracker.sensor.losses().0.counter_missing;
+        let number = (numberless == self.numberless).then_some(stamp.sequence);
+        self.numberless = numberless;
+        let in_real_time = self.silence == Silence::Bridge;
+        // A camera that waits for the worker sends a frame when it is wanted: then it is due.
+        let due_s = map.earliest_arrival_s(stamp.captured).filter(|_| in_real_time).unwrap_or(arrived_s);
+        self.ledger.handle(&HandledFrame {
+            number,
+            captured: stamp.captured,
+            due_s,
+            arrived_s,
+            ended_s: map.seconds(logged.ended),
+            clock_restarts: if in_real_time { map.restarts() } else { 0 },
+            set_aside: SetAside {
+                stale: self.tracker.memory.health.frames_stale,
+                payloads_dropped: self.dropped,
+            },
+        });
+        logged.frames = self.ledger.counts();
     }
 
     /// Hands the turns to every sink; returns the allocations that this cost.
