@@ -25,10 +25,10 @@ impl FrameCounts {
         self.in_time + self.late + self.lost + self.never_handled
     }
 
-    /// Returns the deadlines that the host missed: late frames and those that it never handled.
+    /// Returns the missed deadlines: frames that had no turn in time, for whatever reason.
     #[must_use]
     pub fn missed(&self) -> u64 {
-        self.late + self.never_handled
+        self.late + self.lost + self.never_handled
     }
 
     /// Returns the accounts as a JSON object.
@@ -61,7 +61,7 @@ mod tests {
     #[test]
     fn every_form_has_the_same_figures() {
         let counts = FrameCounts { in_time: 2800, late: 40, lost: 7, never_handled: 33, over_s: 48.0 };
-        assert_eq!((counts.taken(), counts.missed()), (2880, 73));
+        assert_eq!((counts.taken(), counts.missed()), (2880, 80));
         let line = "over 48.0 s the camera took 2880 frames: 2800 in time, 40 late, 7 lost, 33 never handled";
         assert_eq!(counts.to_string(), line);
         let json = counts.json();

@@ -70,7 +70,7 @@ pub struct FlightRing<'f, T = TimedTurn> {
     next: usize,
     /// Turns until the record of a miss is complete.
     owed: Option<usize>,
-    /// Missed deadlines of the run so far.
+    /// Frames so far that the host was late for or never handled; one that the camera lost makes no record.
     misses: u64,
     flight: &'f FlightRecorder<T>,
 }
@@ -125,8 +125,9 @@ impl<'f, T: Copy> FlightRing<'f, T> {
 impl TurnSink for FlightRing<'_> {
     fn accept(&mut self, record: &TurnRecord<'_>) {
         let logged = record.logged;
-        let missed = logged.latency_us > DEADLINE_US || logged.frames.missed() > self.misses;
-        self.misses = logged.frames.missed();
+        let misses = logged.frames.late + logged.frames.never_handled;
+        let missed = logged.latency_us > DEADLINE_US || misses > self.misses;
+        self.misses = misses;
         self.push(*logged, missed);
     }
 

@@ -4,6 +4,7 @@ mod crest_image;
 mod flight_recorder;
 mod log;
 mod totals;
+mod turns;
 mod worker;
 
 pub use crest_image::CrestImage;
