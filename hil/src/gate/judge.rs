@@ -108,7 +108,7 @@ impl Judge<'_> {
         self.is("exit", 0);
         self.is("turns.last_mode", "tracking");
         self.is("turns.stale_as_fresh", 0);
-        // Not `deadline_misses`: the emulated machine stands still whenever its host does, and the camera beside it does not.
+        // Not `deadline_misses`: it counts the frames that a trouble costs, and the emulated machine stands still with its host.
         for check in ["energy_drift_step", "entropy_falls", "turns_late", "allocations"] {
             self.is(&format!("checks.{check}.ok"), true);
         }
