@@ -106,10 +106,10 @@ fn worked(frames: u64, pause: Duration, spinning: usize) -> Log {
         Worker::new(Estimator::new(&model), config).run(&worker_end, stop, &mut sinks);
         over.store(true, Ordering::Relaxed);
         let shown = latest.get().expect("turns were taken").frames;
+        assert!(shown.taken() <= log.frames.taken(), "{shown} and {}", log.frames);
         if shown.taken() == log.frames.taken() {
             assert_eq!(shown, log.frames, "a viewer and the summary have the same accounts");
         }
-        assert!(shown.taken() <= log.frames.taken(), "{shown} and {}", log.frames);
         log
     })
 }

@@ -76,6 +76,17 @@ impl ClockMap {
 
     /// Takes the arrival of the frame of camera time `camera`.
     pub fn observe(&mut self, camera: Micros, arrived: Instant) {
+        self.take(camera, arrived, true);
+    }
+
+    /// Takes the arrival of a frame that follows the last one by the camera's own frame counter, so that its clock cannot have
+    /// restarted in between: a frame that is far behind has waited.
+    pub fn observe_next(&mut self, camera: Micros, arrived: Instant) {
+        self.take(camera, arrived, false);
+    }
+
+    /// Takes the arrival of a frame before which the camera's clock may have restarted.
+    fn take(&mut self, camera: Micros, arrived: Instant, may_restart: bool) {
         let at_s = self.seconds(arrived);
         let seen_s = at_s - seconds_of(camera);
         let fresh = Envelope { offset_s: seen_s, at_s, risen_s: 0.0, delay_s: 0.0 };
@@ -90,12 +101,12 @@ impl ClockMap {
         // stood still while frames queued; but a queue drains, so only what stays behind is a restart.
         if seen_s <= risen.offset_s + STEP_S {
             self.behind = 0;
-        } else if self.behind == 0 || seen_s < self.behind_s - DRAINED_S {
-            (self.behind, self.behind_s) = (1, seen_s);
-        } else {
+        } else if self.behind > 0 && seen_s >= self.behind_s - DRAINED_S {
             self.behind += 1;
+        } else if self.behind > 0 || may_restart {
+            (self.behind, self.behind_s) = (1, seen_s);
         }
-        if seen_s < risen.offset_s - STEP_S || self.behind > STEP_FRAMES {
+        if (may_restart && seen_s < risen.offset_s - STEP_S) || self.behind > STEP_FRAMES {
             self.restarts += 1;
             self.behind = 0;
             self.envelope = Some(fresh);

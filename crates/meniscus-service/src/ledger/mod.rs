@@ -81,6 +81,16 @@ impl FrameLedger {
         self.standstills.add(begin_s, end_s);
     }
 
+    /// Returns whether a frame follows the last one by number and time alike.
+    #[must_use]
+    pub fn is_next(&self, number: u32, captured: Micros) -> bool {
+        self.last.as_ref().is_some_and(|last| {
+            let passed_s = 1e-6 * captured.since(last.captured) as f64;
+            let steps = last.number.map(|last| number.wrapping_sub(last));
+            captured > last.captured && steps == Some((passed_s / FRAME_INTERVAL_S).round() as u32)
+        })
+    }
+
     /// Takes a frame and the frames that are missing before it.
     pub fn handle(&mut self, frame: &HandledFrame) {
         if let Some(last) = &self.last {

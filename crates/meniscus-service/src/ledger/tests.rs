@@ -55,10 +55,15 @@ impl Camera {
     fn show(&mut self, delay_s: f64) {
         let captured = Micros((1e6 * (self.ahead_s + self.frame as f64 * FRAME_INTERVAL_S)) as u64);
         let arrived = self.begun + Duration::from_secs_f64(self.due_s() + delay_s);
-        self.map.observe(captured, arrived);
+        let number = self.counter.map(|counter| counter.wrapping_add(self.frame as u32));
+        if number.is_some_and(|number| self.ledger.is_next(number, captured)) {
+            self.map.observe_next(captured, arrived);
+        } else {
+            self.map.observe(captured, arrived);
+        }
         let arrived_s = self.map.seconds(arrived);
         self.ledger.handle(&HandledFrame {
-            number: self.counter.map(|counter| counter.wrapping_add(self.frame as u32)),
+            number,
             captured,
             due_s: self.map.earliest_arrival_s(captured).expect("a frame came"),
             arrived_s,
@@ -188,6 +193,16 @@ fn frames_that_queue_in_hundreds_are_late_and_no_restart_of_the_clock() {
     }
     assert_eq!(camera.map.restarts(), 0);
     assert_eq!(camera.accounts(), [100, 300, 0, 30]);
+}
+
+#[test]
+fn a_camera_that_stays_behind_without_a_break_in_its_counter_has_not_restarted() {
+    let mut camera = Camera::new();
+    camera.shoot_many(100);
+    camera.skip(2);
+    (0..200).for_each(|_| camera.shoot(2.5));
+    assert_eq!(camera.map.restarts(), 0);
+    assert_eq!(camera.accounts(), [100, 200, 2, 0]);
 }
 
 #[test]

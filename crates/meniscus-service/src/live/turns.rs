@@ -25,6 +25,8 @@ pub(super) struct Turns<'w, 'm, 'b> {
     pub(super) field: Vec<f32>,
     pub(super) motion: Option<&'w CommandedMotion>,
     pub(super) silence: Silence,
+    /// End of what the camera takes.
+    pub(super) span_end: SpanEnd,
     /// Turns that the sinks have not had yet. It never grows: the tracker bounds the turns of a payload.
     pub(super) batch: Vec<TimedTurn>,
     /// Payloads that were dropped so far because no buffer was spare.
@@ -60,7 +62,7 @@ impl Turns<'_, '_, '_> {
         if let Some(turn) = turn {
             let ended = Instant::now();
             let host = self.clock_map.host_time(turn.time);
-            let frames = self.frames_at(ended, SpanEnd::RunsOn);
+            let frames = self.frames_at(ended, self.span_end);
             self.batch.push(TimedTurn {
                 turn,
                 host,
@@ -79,11 +81,16 @@ impl Turns<'_, '_, '_> {
         let Self { tracker, clock, clock_map, ledger, field, motion, batch, .. } = self;
         let arrived = delivery.arrived;
         let drive = |at| motion.map_or(InputSource::Tracked, |motion| motion.drive(at, arrived));
+        let numbered = tracker.sensor.losses().0.counter_missing == 0;
         tracker.accept(delivery.stream, &delivery.payload, drive, clock, field, |turn, _| {
             let allocations = allocations_of_this_thread() - before;
             let (latency_us, turn_us) = (micros_since(arrived), micros_since(started));
-            if turn.stamp.is_some() {
-                clock_map.observe(turn.time, arrived);
+            if let Some(stamp) = turn.stamp {
+                if numbered && ledger.is_next(stamp.sequence, stamp.captured) {
+                    clock_map.observe_next(turn.time, arrived);
+                } else {
+                    clock_map.observe(turn.time, arrived);
+                }
             }
             let (host, ended) = (clock_map.host_time(turn.time), Instant::now());
             let frames = ledger.counts();

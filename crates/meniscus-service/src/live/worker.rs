@@ -84,6 +84,7 @@ impl<'m> Worker<'m> {
             field,
             motion,
             silence,
+            span_end: self.span_end,
             batch,
             dropped: 0,
             numberless: 0,
