@@ -17,10 +17,10 @@ use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 static ONE: Mutex<()> = Mutex::new(());
 
 /// Checks that depend on what else the machine is doing; benches and studies judge them.
-const OF_TIME: [&str; 3] = ["deadline_misses", "turn_us_median", "turn_us_p99"];
+const OF_TIME: [&str; 4] = ["deadline_misses", "turns_late", "turn_us_median", "turn_us_p99"];
 
 /// Every check of the command, in its order.
-const NAMES: [&str; 19] = [
+const NAMES: [&str; 24] = [
     "surface_slosh_rel",
     "baseline_flat_slosh_rel",
     "baseline_persistence_slosh_rel",
@@ -37,6 +37,11 @@ const NAMES: [&str; 19] = [
     "energy_drift_step",
     "entropy_falls",
     "deadline_misses",
+    "frames_taken",
+    "frames_late",
+    "frames_lost",
+    "frames_never_handled",
+    "turns_late",
     "turn_us_median",
     "turn_us_p99",
     "allocations",

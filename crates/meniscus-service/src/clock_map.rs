@@ -19,10 +19,14 @@ use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 const DRIFT: f64 = 1e-4;
 
 /// Change of the offset from which on the camera's clock has restarted, s: far above any delay of a running camera.
-const STEP_S: f64 = 1.0;
+pub(crate) const STEP_S: f64 = 1.0;
 
-/// Frames in a row behind the envelope by [`STEP_S`] after which the clock has restarted and is not merely late.
+/// Frames in a row behind the envelope by [`STEP_S`], none of which catches up, after which the clock has restarted and is
+/// not merely late.
 const STEP_FRAMES: u32 = 30;
+
+/// Part of the delay that a queue makes up for in [`STEP_FRAMES`] frames at the least, s.
+const DRAINED_S: f64 = FRAME_INTERVAL_S;
 
 /// Mean of the least latency: one frame interval, the middle of 0 to 2 intervals.
 const LATENCY_S: f64 = FRAME_INTERVAL_S;
@@ -52,6 +56,8 @@ pub struct ClockMap {
     begun: Instant,
     envelope: Option<Envelope>,
     behind: u32,
+    /// Offset of the first frame that was behind, s.
+    behind_s: f64,
     restarts: u64,
 }
 
@@ -65,11 +71,22 @@ impl ClockMap {
     /// Returns a map that has seen no frame and counts seconds from `begun`, before any arrival.
     #[must_use]
     pub fn starting_at(begun: Instant) -> Self {
-        Self { begun, envelope: None, behind: 0, restarts: 0 }
+        Self { begun, envelope: None, behind: 0, behind_s: 0.0, restarts: 0 }
     }
 
     /// Takes the arrival of the frame of camera time `camera`.
     pub fn observe(&mut self, camera: Micros, arrived: Instant) {
+        self.take(camera, arrived, true);
+    }
+
+    /// Takes the arrival of a frame that follows the last one by the camera's own frame counter, so that its clock cannot have
+    /// restarted in between: a frame that is far behind has waited.
+    pub fn observe_next(&mut self, camera: Micros, arrived: Instant) {
+        self.take(camera, arrived, false);
+    }
+
+    /// Takes the arrival of a frame before which the camera's clock may have restarted.
+    fn take(&mut self, camera: Micros, arrived: Instant, may_restart: bool) {
         let at_s = self.seconds(arrived);
         let seen_s = at_s - seconds_of(camera);
         let fresh = Envelope { offset_s: seen_s, at_s, risen_s: 0.0, delay_s: 0.0 };
@@ -82,8 +99,14 @@ impl ClockMap {
             Envelope { offset_s: last.offset_s + rise_s, at_s, risen_s: last.risen_s + rise_s, ..last };
         // A clock that jumped ahead shows at once. One that began anew looks like late frames, and so does a computer that
         // stood still while frames queued; but a queue drains, so only what stays behind is a restart.
-        self.behind = if seen_s > risen.offset_s + STEP_S { self.behind + 1 } else { 0 };
-        if seen_s < risen.offset_s - STEP_S || self.behind > STEP_FRAMES {
+        if seen_s <= risen.offset_s + STEP_S {
+            self.behind = 0;
+        } else if self.behind > 0 && seen_s >= self.behind_s - DRAINED_S {
+            self.behind += 1;
+        } else if self.behind > 0 || may_restart {
+            (self.behind, self.behind_s) = (1, seen_s);
+        }
+        if (may_restart && seen_s < risen.offset_s - STEP_S) || self.behind > STEP_FRAMES {
             self.restarts += 1;
             self.behind = 0;
             self.envelope = Some(fresh);
@@ -147,109 +170,4 @@ fn seconds_of(camera: Micros) -> f64 {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Least latency of the simulated camera, s.
-    const LEAST_S: f64 = 0.008;
-
-    /// A camera at 60 Hz with a clock of its own, in front of a map.
-    struct Camera {
-        map: ClockMap,
-        /// Camera time at host time 0, s.
-        ahead_s: f64,
-        /// Share by which its clock runs too fast.
-        drift: f64,
-        frame: u64,
-    }
-
-    impl Camera {
-        fn new(drift: f64) -> Self {
-            Self { map: ClockMap::new(), ahead_s: 1000.0, drift, frame: 0 }
-        }
-
-        /// Takes one more frame that queues for `delay_s`. Returns its camera time and its host time in seconds.
-        fn shoot(&mut self, delay_s: f64) -> (Micros, f64) {
-            self.frame += 1;
-            let exposed_s = self.frame as f64 * FRAME_INTERVAL_S;
-            let camera = Micros((1e6 * (self.ahead_s + exposed_s * (1.0 + self.drift))) as u64);
-            let arrival_s = exposed_s + LEAST_S + delay_s;
-            self.map.observe(camera, self.map.begun + Duration::from_secs_f64(arrival_s));
-            (camera, exposed_s)
-        }
-
-        /// Exponential delay of mean 2 ms for the next frame, from a sequence that fills the unit interval evenly.
-        fn queue_s(&self) -> f64 {
-            let share = (self.frame as f64 * 0.618_033_988_749_895).fract();
-            -0.002 * (1.0 - share).ln()
-        }
-
-        /// Error of the map at the frame of `camera`, s; the least latency is no part of it.
-        fn error_s(&self, camera: Micros, exposed_s: f64) -> f64 {
-            self.map.earliest_arrival_s(camera).expect("a frame came") - LEAST_S - exposed_s
-        }
-    }
-
-    #[test]
-    fn a_drifting_clock_is_followed_to_a_third_of_a_millisecond() {
-        for drift in [-1e-4, -3e-5, 0.0, 3e-5, 1e-4] {
-            let mut camera = Camera::new(drift);
-            // Ten minutes: without following, 100 ppm would be 60 ms.
-            for frame in 0..36_000 {
-                let (time, exposed_s) = camera.shoot(camera.queue_s());
-                let error_s = camera.error_s(time, exposed_s);
-                assert!(frame < 600 || error_s.abs() < 3.5e-4, "{drift}: {error_s} s at {exposed_s} s");
-            }
-            assert_eq!(camera.map.restarts(), 0);
-        }
-    }
-
-    #[test]
-    fn a_restarted_clock_is_found_within_half_a_second_in_both_directions() {
-        for ahead_s in [0.0, 5000.0] {
-            let mut camera = Camera::new(2e-5);
-            for _ in 0..600 {
-                camera.shoot(camera.queue_s());
-            }
-            camera.ahead_s = ahead_s;
-            for _ in 0..=STEP_FRAMES {
-                camera.shoot(camera.queue_s());
-            }
-            let (time, exposed_s) = camera.shoot(0.0);
-            assert!(camera.error_s(time, exposed_s).abs() < 2e-3);
-            assert_eq!(camera.map.restarts(), 1);
-        }
-    }
-
-    #[test]
-    fn a_host_that_stood_still_for_three_seconds_keeps_its_map() {
-        let mut camera = Camera::new(0.0);
-        for _ in 0..600 {
-            camera.shoot(camera.queue_s());
-        }
-        // A queue of four frames is all that waits for a worker that stood still; the camera's other frames are lost.
-        for waiting in 0..4 {
-            camera.shoot(3.0 - f64::from(waiting) * FRAME_INTERVAL_S);
-        }
-        camera.frame += 180;
-        let (time, exposed_s) = camera.shoot(0.0);
-        assert!(camera.error_s(time, exposed_s).abs() < 1e-3);
-        assert_eq!(camera.map.restarts(), 0);
-    }
-
-    #[test]
-    fn host_time_is_the_wall_clock_and_its_uncertainty_covers_the_unseen_latency() {
-        let mut map = ClockMap::new();
-        assert!(map.host_time(Micros(0)).is_none(), "no frame, no host time");
-        let wall_ns = || SystemTime::now().duration_since(UNIX_EPOCH).expect("after 1970").as_nanos() as u64;
-        let before = wall_ns();
-        map.observe(Micros(77_000_000), Instant::now());
-        let host = map.host_time(Micros(77_000_000)).expect("a frame came");
-        let after = wall_ns();
-        // The frame arrived between the two readings, a frame interval after its exposure as far as is known.
-        let interval_ns = (1e9 * FRAME_INTERVAL_S) as u64;
-        assert!((before - 1_000..=after).contains(&(host.unix_ns + interval_ns)), "{host:?}");
-        assert!((9_600_000..9_700_000).contains(&host.std_ns), "{host:?}");
-        assert!(host.latency_us >= 16_666, "{host:?}");
-    }
-}
+mod tests;

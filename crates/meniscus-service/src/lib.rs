@@ -5,6 +5,7 @@ pub mod clock_map;
 pub mod commanded_motion;
 pub mod flash;
 pub mod identify;
+pub mod ledger;
 pub mod live;
 pub mod publish;
 pub mod run;

@@ -10,6 +10,7 @@
 //! The worker knows the trait and none of its implementations.
 
 use crate::commanded_motion::MotionTurns;
+use crate::ledger::FrameCounts;
 use crate::timed_turn::TimedTurn;
 use meniscus::runtime::Memory;
 use meniscus::runtime::health::Health;
@@ -48,6 +49,8 @@ pub struct RunCounters {
     pub solitary: Solitary,
     /// Payloads dropped because the worker was late.
     pub payloads_dropped: u64,
+    /// Accounts of the camera's frames.
+    pub frames: FrameCounts,
     /// Turns by the origin of their motion; `None` without a commanded motion.
     pub motion: Option<MotionTurns>,
     /// Allocations of all sinks in the worker's thread. Zero is the contract of [`TurnSink`].

@@ -2,10 +2,9 @@
 
 use crate::sink::{StateAfter, TurnRecord, TurnSink};
 use crate::timed_turn::TimedTurn;
-use meniscus::runtime::{DEADLINE_US, Memory};
+use meniscus::runtime::Memory;
 use meniscus_platform::handoff::Handoff;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
 /// Time that a viewer waits for a turn before it checks whether the run has ended.
@@ -21,8 +20,6 @@ pub struct TurnSnapshot {
     pub logged: Option<TimedTurn>,
     /// Memory of the estimator after the turn: a forecast starts there.
     pub memory: Memory,
-    /// Turns so far that ended more than a frame interval after their last payload's arrival.
-    pub late: u64,
     /// Set by whoever shows it: the next frame's image is wanted.
     pub image_wanted: bool,
     /// The left infrared image, Y8, and the turn that it belongs to.
@@ -38,7 +35,6 @@ impl TurnSnapshot {
         Self {
             logged: self.logged,
             memory: self.memory.clone(),
-            late: self.late,
             image_wanted: false,
             infrared,
             image_of: self.image_of,
@@ -50,14 +46,13 @@ impl TurnSnapshot {
 #[derive(Clone, Debug)]
 pub struct SnapshotOutlet {
     handoff: Arc<Handoff<TurnSnapshot>>,
-    late: Arc<AtomicU64>,
 }
 
 impl SnapshotOutlet {
     /// An outlet for images of `pixels` pixels.
     pub fn new(pixels: usize) -> Self {
         let snapshot = TurnSnapshot { infrared: vec![0; pixels], ..TurnSnapshot::default() };
-        Self { handoff: Arc::new(Handoff::new(snapshot)), late: Arc::default() }
+        Self { handoff: Arc::new(Handoff::new(snapshot)) }
     }
 
     /// Requests the newest turn, for the one thread that shows it, and waits [`PATIENCE`] at most. An image comes
@@ -85,14 +80,11 @@ impl TurnSink for SnapshotOutlet {
     /// Copies the turn only if a viewer has requested one.
     fn accept(&mut self, record: &TurnRecord<'_>) {
         let logged = record.logged;
-        let missed = u64::from(logged.latency_us > DEADLINE_US);
-        let late = self.late.fetch_add(missed, Ordering::Relaxed) + missed;
         // A snapshot needs the memory of its turn; the newest turn of the same payload has it and comes next.
         let Some(StateAfter { memory, outline }) = record.after else { return };
         self.handoff.offer(|snapshot| {
             snapshot.logged = Some(*logged);
             snapshot.memory.clone_from(memory);
-            snapshot.late = late;
             let whole = logged.turn.stamp.is_some() && snapshot.infrared.len() == outline.len();
             if snapshot.image_wanted && whole {
                 snapshot.infrared.copy_from_slice(outline);

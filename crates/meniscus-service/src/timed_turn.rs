@@ -1,5 +1,6 @@
 //! A turn with its cost and its time on the host's clock.
 
+use crate::ledger::FrameCounts;
 use meniscus::runtime::Turn;
 use meniscus::runtime::output::HostTime;
 use std::time::Instant;
@@ -21,13 +22,16 @@ pub struct TimedTurn {
     pub turn_us: u64,
     /// Allocations of the worker between the two.
     pub allocations: u64,
+    /// Accounts of the camera's frames after the turn.
+    pub frames: FrameCounts,
 }
 
 impl TimedTurn {
     /// Returns `turn` as it ends now, without cost, allocations and host time: a turn outside a live run.
     #[must_use]
     pub fn untimed(turn: Turn) -> Self {
-        Self { turn, host: None, ended: Instant::now(), latency_us: 0, turn_us: 0, allocations: 0 }
+        let (ended, frames) = (Instant::now(), FrameCounts::default());
+        Self { turn, host: None, ended, latency_us: 0, turn_us: 0, allocations: 0, frames }
     }
 }
 

@@ -108,7 +108,8 @@ impl Judge<'_> {
         self.is("exit", 0);
         self.is("turns.last_mode", "tracking");
         self.is("turns.stale_as_fresh", 0);
-        for check in ["energy_drift_step", "entropy_falls", "deadline_misses", "allocations"] {
+        // Not `deadline_misses`: it counts the frames that a trouble costs, and the emulated machine stands still with its host.
+        for check in ["energy_drift_step", "entropy_falls", "turns_late", "allocations"] {
             self.is(&format!("checks.{check}.ok"), true);
         }
     }
@@ -269,7 +270,7 @@ mod tests {
             "interrupt_errors": 0, "rungs": [0, 0, 0, 0, 0] });
         let good = json!({ "exit": 0, "kernel_complaints": [], "camera_health": counters,
             "losses": { "depth": { "short_frame": 0 }, "infrared": { "short_frame": 0 }, "payloads_dropped": 0 },
-            "checks": { "energy_drift_step": ok, "entropy_falls": ok, "deadline_misses": ok, "allocations": ok },
+            "checks": { "energy_drift_step": ok, "entropy_falls": ok, "turns_late": ok, "allocations": ok },
             "turns": { "last_mode": "tracking", "stale_as_fresh": 0, "gaps": 0, "unread": 0, "fps": 60.0,
                        "frames": 3590, "interval_p99_us": 16_700 } });
         assert_eq!(judge(stream, &good, &json!({})), Vec::<String>::new());

@@ -36,7 +36,7 @@ pub(super) struct RunConfig {
     pub(super) serial: Option<String>,
     /// Seed of the simulated camera's noise and faults.
     pub(super) seed: u64,
-    /// Frames of the run; of an endless one, frames that the log has room for.
+    /// Frames of the run; of an endless one, frames whose turns are kept one by one.
     pub(super) frames: usize,
     /// End of the run.
     pub(super) end: RunEnd,
@@ -143,6 +143,12 @@ impl RunConfig {
     /// Returns the length of the run; of an endless one, that of its log.
     pub(super) fn length(&self) -> Duration {
         Duration::from_secs_f64(self.frames as f64 * FRAME_INTERVAL_S)
+    }
+
+    /// Returns the frames whose turns are kept one by one, for a table or a truth; the report itself needs none.
+    pub(super) fn frames_kept(&self) -> usize {
+        let wanted = self.turn_table.is_some() || self.estimates.is_some() || self.truth.is_some();
+        if wanted { self.frames } else { 0 }
     }
 
     /// Returns the names under which the run is reported.

@@ -15,6 +15,7 @@ use meniscus_data::recording::EstimateRecording;
 use meniscus_data::validity::Validity;
 use meniscus_platform::files::{check_writable, write_whole};
 use meniscus_service::identify::GlassSize;
+use meniscus_service::ledger::SpanEnd;
 use meniscus_service::live::{Log, Worker};
 use meniscus_service::run::{Finished, LiveRun, RunState, Viewer, attend_service, turn_table};
 use meniscus_ui::page::Page;
@@ -32,8 +33,10 @@ pub(super) struct ReadyCamera<'c> {
     pub(super) reader: Config,
     /// Rectification of its outline image, where that is in colour.
     pub(super) rectifier: Option<Rectifier>,
-    /// Frames that the log has room for.
+    /// Frames whose turns the log keeps one by one; the totals have all.
     pub(super) frames: usize,
+    /// End of what the camera takes, where the run ends with its link.
+    pub(super) span_end: SpanEnd,
     /// The worker's end of the link to it.
     pub(super) end: WorkerEnd,
 }
@@ -77,6 +80,7 @@ pub(super) fn live(
         rectifier: camera.rectifier,
         motion,
         silence: config.silence,
+        span_end: camera.span_end,
         ..Worker::new(estimator, camera.reader)
     };
     let validity = Validity::of(&model.header);
@@ -112,6 +116,12 @@ pub(super) fn live(
 
 /// Writes the tables of the run that the configuration asks for.
 fn write(config: &RunConfig, log: &Log, model: &Model<'_>) -> anyhow::Result<()> {
+    if log.overflow > 0 && (config.turn_table.is_some() || config.estimates.is_some()) {
+        let (kept, all) = (log.turns.len(), log.totals.turns);
+        say(&format!(
+            "the tables have the first {kept} of {all} turns: --seconds makes room for a longer run"
+        ));
+    }
     if let Some(path) = &config.turn_table {
         write_whole(path, turn_table(&log.turns).as_bytes())?;
     }

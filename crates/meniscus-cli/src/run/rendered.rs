@@ -15,6 +15,7 @@ use meniscus_platform::files::write_whole;
 use meniscus_report::checks::Check;
 use meniscus_score::run_picture::picture;
 use meniscus_score::run_report::TruthReport;
+use meniscus_service::ledger::SpanEnd;
 use meniscus_service::live::Silence;
 use meniscus_usb::link::link;
 use meniscus_virtual::camera::{PAYLOAD_ROOM, SimulatedCamera};
@@ -22,7 +23,7 @@ use meniscus_virtual::render::SceneSettings;
 use std::sync::atomic::AtomicBool;
 
 /// Checks of time, which are informational where the camera waits for the worker.
-const OF_TIME: [&str; 3] = ["deadline_misses", "turn_us_median", "turn_us_p99"];
+const OF_TIME: [&str; 4] = ["deadline_misses", "turns_late", "turn_us_median", "turn_us_p99"];
 
 /// Runs with a rendered camera.
 pub(super) fn run(
@@ -45,10 +46,11 @@ pub(super) fn run(
         camera = camera.repeating();
         shots = if config.end == RunEnd::WhenStopped { usize::MAX } else { config.frames };
     }
-    // The log has room for the first round, which is scored against the truth, and counts the rest.
+    // The turns of the first round are kept one by one and scored against the truth; the totals have all.
     let frames = shots.min(recording.frames());
     let (camera_end, end) = link(BUFFERS, PAYLOAD_ROOM);
-    let ready = ReadyCamera { name: "simulated D435", reader, rectifier: None, frames, end };
+    let (name, span_end) = ("simulated D435", SpanEnd::LastFrame);
+    let ready = ReadyCamera { name, reader, rectifier: None, frames, span_end, end };
     let Played { finished, written } = live(config, model, ready, move |stop: &AtomicBool| {
         camera.play(shots, &camera_end, stop);
     })?;

@@ -12,6 +12,7 @@ use meniscus_bags as bag;
 use meniscus_bags::play;
 use meniscus_data::validity::Validity;
 use meniscus_score::run_report::CameraReport;
+use meniscus_service::ledger::SpanEnd;
 use meniscus_usb::camera::CameraHealth;
 use meniscus_usb::link::link;
 use std::path::Path;
@@ -38,7 +39,8 @@ pub(super) fn run(config: &RunConfig, model: &Model<'_>, file: &Path) -> anyhow:
     let mut ended = Ok(0);
     let Played { finished, written } = {
         let ended = &mut ended;
-        let ready = ReadyCamera { name: &camera.camera, reader, rectifier: None, frames: config.frames, end };
+        let (name, frames, span_end) = (camera.camera.as_str(), config.frames_kept(), SpanEnd::LastFrame);
+        let ready = ReadyCamera { name, reader, rectifier: None, frames, span_end, end };
         live(config, model, ready, move |stop: &AtomicBool| {
             *ended = play(recording, seconds, &camera_end, stop);
         })?
@@ -56,7 +58,7 @@ pub(super) fn run(config: &RunConfig, model: &Model<'_>, file: &Path) -> anyhow:
     // A recording that ends too early fails only after the report of what was seen until then.
     let images = ended?;
     ensure!(
-        !finished.log.turns.is_empty(),
+        finished.log.totals.turns > 0,
         "{images} images were played and led to no turn: there is nothing to report"
     );
     written?;

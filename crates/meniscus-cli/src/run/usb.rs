@@ -17,6 +17,7 @@ use meniscus_platform::realtime::{Priority, become_realtime};
 use meniscus_score::baseline::linear_with_motion;
 use meniscus_score::run_report::CameraReport;
 use meniscus_score::score::score;
+use meniscus_service::ledger::SpanEnd;
 use meniscus_usb::camera::{LinkSink, Session, Settings};
 use meniscus_usb::link::link;
 use meniscus_usb::transport::Transport;
@@ -81,7 +82,8 @@ pub(super) fn run(
     let Played { finished, written } = {
         let (session, notes, ended, realtime) = (&mut session, &notes, &mut ended, &mut realtime);
         let rectifier = connected.rectifier();
-        let ready = ReadyCamera { name: camera.name, reader, rectifier, frames: config.frames, end };
+        let (name, frames, span_end) = (camera.name, config.frames_kept(), SpanEnd::RunsOn);
+        let ready = ReadyCamera { name, reader, rectifier, frames, span_end, end };
         live(config, model, ready, move |stop: &AtomicBool| {
             *realtime = (camera.priority == Priority::RealTime).then(become_realtime);
             *ended = session.stream(&mut LinkSink { end: camera_end, stop, until, notes });
@@ -99,7 +101,7 @@ pub(super) fn run(
     print(config, &report.json(&config.labels()), &report.text())?;
     // The camera's error comes after the report of what was seen until then.
     ended?;
-    if log.turns.is_empty() {
+    if log.totals.turns == 0 {
         bail!("the run ended before the first frame: there is nothing to report");
     }
     written?;

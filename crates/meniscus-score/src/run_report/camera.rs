@@ -56,7 +56,8 @@ impl CameraReport<'_> {
             "camera_health": self.health,
             "camera_notes": notes,
             "realtime": self.realtime.as_ref().map(Result::is_ok),
-            "frames": log.turns.len(),
+            "frames": log.totals.turns,
+            "deadlines": log.frames.json(),
             "stages_us_median": stages_json(log),
             "modes": modes_json(log),
             "health": log.health,
@@ -79,13 +80,14 @@ impl CameraReport<'_> {
         let _ = writeln!(
             text,
             "{} turns: {} filling, {} tracking, {} coasting, {} halted; the liquid was not seen in {}",
-            log.turns.len(),
+            log.totals.turns,
             health.filling,
             health.tracking,
             health.coasting,
             health.halted,
             health.not_seen
         );
+        let _ = writeln!(text, "{}", log.frames);
         text += &motion_line(log);
         let (depth, outline) = (log.losses.0.frames(), log.losses.1.frames());
         let colour = self.camera.as_ref().is_some_and(|camera| camera.colour.is_some());

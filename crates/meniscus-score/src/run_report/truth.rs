@@ -10,8 +10,7 @@ use meniscus_data::validity::Validity;
 use meniscus_report::checks::{Check, table};
 use meniscus_service::live::Log;
 use meniscus_service::run::statistics::{
-    TurnTimes, energy_drift, entropy_falls, late, losses_json, modes_json, motion_json, motion_line,
-    stages_json, stages_line,
+    TurnTimes, losses_json, modes_json, motion_json, motion_line, stages_json, stages_line,
 };
 use meniscus_virtual::camera::START;
 use serde_json::{Value, json};
@@ -46,8 +45,8 @@ impl<'l> TruthReport<'l> {
 
     /// Returns the number of turns of the run.
     #[must_use]
-    pub fn turns(&self) -> usize {
-        self.log.turns.len()
+    pub fn turns(&self) -> u64 {
+        self.log.totals.turns
     }
 
     /// Returns one JSON object.
@@ -63,9 +62,10 @@ impl<'l> TruthReport<'l> {
             "unknown": self.validity.sentence,
             "source": labels.source,
             "seed": labels.seed,
-            "frames": log.turns.len(),
+            "frames": log.totals.turns,
             "frames_scored": score.frames,
-            "deadline_misses": late(log).count(),
+            "deadline_misses": log.frames.missed(),
+            "deadlines": log.frames.json(),
             "turn_us": { "median": times.median, "p99": times.p99, "max": times.max },
             "stages_us_median": stages_json(log),
             "surface_error": surface_json(score),
@@ -75,8 +75,8 @@ impl<'l> TruthReport<'l> {
                 "linear_with_motion": score.linear.slosh_rel(),
             },
             "field_error": fields_json(score),
-            "energy_drift": energy_drift(log),
-            "entropy_falls": entropy_falls(log),
+            "energy_drift": log.totals.energy_drift,
+            "entropy_falls": log.totals.entropy_falls,
             "modes": modes_json(log),
             "health": log.health,
             "motion": motion_json(log),
@@ -90,17 +90,18 @@ impl<'l> TruthReport<'l> {
     #[must_use]
     pub fn text(&self) -> String {
         let (log, score, health) = (self.log, &self.score, &self.log.health);
-        let frames = log.turns.len();
+        let turns = log.totals.turns;
         let percent = |share: f64| 100.0 * share;
         let mut text = String::new();
         // Writing into a string cannot fail.
         let _ = writeln!(
             text,
-            "{} for {:.1} s: {frames} turns, {} of them scored",
+            "{} for {:.1} s: {turns} turns, {} of them scored",
             self.liquid,
-            frames as f64 / 60.0,
+            turns as f64 / 60.0,
             score.frames
         );
+        let _ = writeln!(text, "{}", log.frames);
         let _ = writeln!(
             text,
             "modes: {} filling, {} tracking, {} coasting, {} halted",

@@ -1,7 +1,7 @@
 //! The flight recorder: the last ten seconds of turns, kept by the worker and handed on after a missed deadline.
 //!
 //! The worker writes every turn into a ring that was there before the first frame. Half a second after a turn that
-//! missed its deadline it offers the ring to whoever keeps records; if they are still busy with the one before, the
+//! missed its deadline, or before which frames were never handled, it offers the ring to whoever keeps records; if they are still busy with the one before, the
 //! record is counted as lost, and the worker goes on.
 
 use crate::sink::{RunCounters, TurnRecord, TurnSink};
@@ -70,23 +70,25 @@ pub struct FlightRing<'f, T = TimedTurn> {
     next: usize,
     /// Turns until the record of a miss is complete.
     owed: Option<usize>,
+    /// Frames so far that the host was late for or never handled; one that the camera lost makes no record.
+    misses: u64,
     flight: &'f FlightRecorder<T>,
 }
 
 impl<'f, T: Copy> FlightRing<'f, T> {
     fn new(flight: &'f FlightRecorder<T>) -> Self {
-        Self { turns: Vec::with_capacity(KEPT), next: 0, owed: None, flight }
+        Self { turns: Vec::with_capacity(KEPT), next: 0, owed: None, misses: 0, flight }
     }
 
     /// Takes a turn in, the oldest out, and hands on a record that is complete.
-    fn push(&mut self, turn: T, latency_us: u64) {
+    fn push(&mut self, turn: T, missed: bool) {
         if self.turns.len() < KEPT {
             self.turns.push(turn);
         } else if let Some(oldest) = self.turns.get_mut(self.next) {
             *oldest = turn;
             self.next = (self.next + 1) % KEPT;
         }
-        if latency_us > DEADLINE_US && self.owed.is_none() {
+        if missed && self.owed.is_none() {
             self.owed = Some(AFTER);
         }
         match self.owed {
@@ -122,7 +124,11 @@ impl<'f, T: Copy> FlightRing<'f, T> {
 
 impl TurnSink for FlightRing<'_> {
     fn accept(&mut self, record: &TurnRecord<'_>) {
-        self.push(*record.logged, record.logged.latency_us);
+        let logged = record.logged;
+        let misses = logged.frames.late + logged.frames.never_handled;
+        let missed = logged.latency_us > DEADLINE_US || misses > self.misses;
+        self.misses = misses;
+        self.push(*logged, missed);
     }
 
     fn finish(&mut self, _counters: &RunCounters) {
@@ -137,7 +143,7 @@ mod tests {
     const NOW: Duration = Duration::ZERO;
 
     fn turns(ring: &mut FlightRing<'_, usize>, numbers: std::ops::Range<usize>, late: usize) {
-        numbers.for_each(|n| ring.push(n, if n == late { DEADLINE_US + 1 } else { DEADLINE_US }));
+        numbers.for_each(|n| ring.push(n, n == late));
     }
 
     #[test]

@@ -1,7 +1,10 @@
-//! The log of a run: every turn with its cost, in memory that was there before the first frame.
+//! The log of a run: totals over all turns, and the first turns with their cost, in memory that was there before the first
+//! frame.
 
+use super::totals::RunTotals;
 use crate::commanded_motion::MotionTurns;
 use crate::identify::Standing;
+use crate::ledger::FrameCounts;
 use crate::sink::{RunCounters, TurnRecord, TurnSink};
 use crate::timed_turn::TimedTurn;
 use meniscus::runtime::health::Health;
@@ -10,9 +13,13 @@ use meniscus::usb::uvc::{Losses, Solitary};
 /// Turns and counters of a run.
 #[derive(Debug, Default)]
 pub struct Log {
-    /// Turns, oldest first.
+    /// Figures over all turns.
+    pub totals: RunTotals,
+    /// Accounts of the camera's frames.
+    pub frames: FrameCounts,
+    /// First turns of the run, as many as there is room for, oldest first: for tables and the comparison with a truth.
     pub turns: Vec<TimedTurn>,
-    /// Turns that found no room.
+    /// Later turns, which are in the totals only.
     pub overflow: u64,
     /// Counters of the estimator.
     pub health: Health,
@@ -37,22 +44,24 @@ impl Log {
         Self { turns: Vec::with_capacity(turns), ..Self::default() }
     }
 
-    /// Returns a log with room for a turn a frame, for those that faults and silence add, and for a second more.
+    /// Returns a log with room for a turn a frame, for those that faults and silence add, and for a second more; of no frame,
+    /// one that keeps the totals alone.
     #[must_use]
     pub fn for_frames(frames: usize) -> Self {
-        Self::with_room(frames + frames / 2 + 64)
+        Self::with_room(if frames == 0 { 0 } else { frames + frames / 2 + 64 })
     }
 
     /// Returns the allocations of the worker's thread during turns and in the sinks.
     #[must_use]
     pub fn allocations(&self) -> u64 {
-        self.turns.iter().map(|logged| logged.allocations).sum::<u64>() + self.sink_allocations
+        self.totals.allocations + self.sink_allocations
     }
 }
 
 impl TurnSink for Log {
-    /// Appends a turn, or counts that there was no room: the log never grows during a run.
+    /// Adds a turn to the totals and keeps it, or counts that there was no room: the log never grows during a run.
     fn accept(&mut self, record: &TurnRecord<'_>) {
+        self.totals.add(record.logged);
         if self.turns.len() < self.turns.capacity() {
             self.turns.push(*record.logged);
         } else {
@@ -65,6 +74,7 @@ impl TurnSink for Log {
         self.losses = counters.losses;
         self.solitary = counters.solitary;
         self.payloads_dropped = counters.payloads_dropped;
+        self.frames = counters.frames;
         self.motion = counters.motion;
         self.sink_allocations = counters.sink_allocations;
     }
@@ -84,5 +94,7 @@ mod tests {
             log.accept(&TurnRecord { logged: &turn, field: &[], after: None });
         }
         assert_eq!((log.turns.len(), log.turns.capacity(), log.overflow), (room, room, 3));
+        assert_eq!(log.totals.turns, room as u64 + 3, "the totals have every turn");
+        assert_eq!(Log::for_frames(0).turns.capacity(), 0);
     }
 }

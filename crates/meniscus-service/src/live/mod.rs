@@ -3,9 +3,12 @@
 mod crest_image;
 mod flight_recorder;
 mod log;
+mod totals;
+mod turns;
 mod worker;
 
 pub use crest_image::CrestImage;
 pub use flight_recorder::{FlightRecorder, FlightRing, KEPT};
 pub use log::Log;
+pub use totals::{RunTotals, STAGES, Stage};
 pub use worker::{Silence, Worker};

@@ -1,14 +1,14 @@
 //! The worker's loop: receive, turn, hand on. It blocks on nothing but the camera.
 
+use super::turns::Turns;
 use crate::clock_map::ClockMap;
 use crate::commanded_motion::CommandedMotion;
-use crate::sink::{RunCounters, StateAfter, TurnRecord, TurnSink};
-use crate::timed_turn::TimedTurn;
-use meniscus::runtime::{COAST_LIMIT, Estimator, InputSource, ProfileSensor, Tracker};
+use crate::ledger::{FrameLedger, SpanEnd};
+use crate::sink::{RunCounters, TurnSink};
+use meniscus::runtime::{COAST_LIMIT, Estimator, ProfileSensor, Tracker};
 use meniscus::surface::{Config, Rectifier};
-use meniscus_platform::allocations::allocations_of_this_thread;
 use meniscus_platform::clock::Monotonic;
-use meniscus_usb::link::{Delivery, Received, WorkerEnd};
+use meniscus_usb::link::{Received, WorkerEnd};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
@@ -47,13 +47,16 @@ pub struct Worker<'m> {
     pub motion: Option<CommandedMotion>,
     /// Reaction to a camera that sends nothing.
     pub silence: Silence,
+    /// End of what the camera takes, where the run ends with its link.
+    pub span_end: SpanEnd,
 }
 
 impl<'m> Worker<'m> {
     /// Returns a worker for a camera that sends depth and infrared images, and a glass whose motion is tracked.
     #[must_use]
     pub fn new(estimator: Estimator<'m>, config: Config) -> Self {
-        Self { estimator, config, rectifier: None, motion: None, silence: Silence::default() }
+        let (silence, span_end) = (Silence::default(), SpanEnd::LastFrame);
+        Self { estimator, config, rectifier: None, motion: None, silence, span_end }
     }
 
     /// Runs until the camera has gone or `stop` is set. Every turn goes to every sink, in the order of `sinks`.
@@ -71,23 +74,46 @@ impl<'m> Worker<'m> {
         let tracker = Tracker::new(self.estimator, sensor);
         let (clock, batch) = (Monotonic::start(), Vec::with_capacity(MOST_TURNS));
         let motion = self.motion.as_ref();
-        let mut turns = Turns { tracker, clock, clock_map: ClockMap::new(), field, motion, batch };
-        let patience = match self.silence {
+        let (clock_map, ledger) = (ClockMap::new(), FrameLedger::default());
+        let silence = self.silence;
+        let mut turns = Turns {
+            tracker,
+            clock,
+            clock_map,
+            ledger,
+            field,
+            motion,
+            silence,
+            span_end: self.span_end,
+            batch,
+            dropped: 0,
+            numberless: 0,
+        };
+        let patience = match silence {
             Silence::Bridge => PATIENCE,
             Silence::WaitOut => LONG,
         };
         let mut sink_allocations = 0;
-        let mut next_turn = Instant::now() + LONG;
+        let (mut looked, mut span_end) = (Instant::now(), SpanEnd::RunsOn);
+        let mut next_turn = looked + LONG;
         while !stop.load(Ordering::Relaxed) {
-            match end.receive(next_turn) {
-                Received::Closed => break,
+            let received = end.receive(next_turn);
+            let now = Instant::now();
+            turns.look(looked, now);
+            looked = now;
+            turns.dropped = end.dropped();
+            match received {
+                Received::Closed => {
+                    span_end = self.span_end;
+                    break;
+                }
                 Received::Silence => {
-                    turns.take_silence();
+                    turns.take_silence(now);
                     next_turn += INTERVAL;
                     sink_allocations += turns.hand_on(sinks);
                 }
                 Received::Payload(delivery) => {
-                    turns.take_payload(&delivery);
+                    turns.take_payload(&delivery, now);
                     if !turns.batch.is_empty() {
                         next_turn = delivery.arrived + patience;
                         sink_allocations += turns.hand_on(sinks);
@@ -96,80 +122,16 @@ impl<'m> Worker<'m> {
                 }
             }
         }
+        turns.dropped = end.dropped();
         let counters = RunCounters {
             health: turns.tracker.memory.health,
             losses: turns.tracker.sensor.losses(),
             solitary: turns.tracker.sensor.solitary(),
             payloads_dropped: end.dropped(),
+            frames: turns.frames_at(Instant::now(), span_end),
             motion: turns.motion.map(CommandedMotion::turns),
             sink_allocations,
         };
         sinks.iter_mut().for_each(|sink| sink.finish(&counters));
     }
-}
-
-/// Tracker and the turns of the payload at hand.
-struct Turns<'w, 'm, 'b> {
-    tracker: Tracker<'m, 'b>,
-    clock: Monotonic,
-    clock_map: ClockMap,
-    field: Vec<f32>,
-    motion: Option<&'w CommandedMotion>,
-    /// Turns that the sinks have not had yet. It never grows: the tracker bounds the turns of a payload.
-    batch: Vec<TimedTurn>,
-}
-
-impl Turns<'_, '_, '_> {
-    /// Takes a turn without a frame; none before the first frame.
-    fn take_silence(&mut self) {
-        let started = Instant::now();
-        let before = allocations_of_this_thread();
-        let motion = self.motion;
-        let drive = |at| motion.map_or(InputSource::Tracked, |motion| motion.drive(at, started));
-        let turn = self.tracker.silence(drive, &mut self.clock, &mut self.field);
-        let (allocations, turn_us) = (allocations_of_this_thread() - before, micros_since(started));
-        if let Some(turn) = turn {
-            let ended = Instant::now();
-            let host = self.clock_map.host_time(turn.time);
-            self.batch.push(TimedTurn { turn, host, ended, latency_us: turn_us, turn_us, allocations });
-        }
-    }
-
-    /// Takes a payload and the turns that it leads to.
-    fn take_payload(&mut self, delivery: &Delivery) {
-        let started = Instant::now();
-        let before = allocations_of_this_thread();
-        let Self { tracker, clock, clock_map, field, motion, batch } = self;
-        let arrived = delivery.arrived;
-        let drive = |at| motion.map_or(InputSource::Tracked, |motion| motion.drive(at, arrived));
-        tracker.accept(delivery.stream, &delivery.payload, drive, clock, field, |turn, _| {
-            let allocations = allocations_of_this_thread() - before;
-            let (latency_us, turn_us) = (micros_since(arrived), micros_since(started));
-            if turn.stamp.is_some() {
-                clock_map.observe(turn.time, arrived);
-            }
-            let (host, ended) = (clock_map.host_time(turn.time), Instant::now());
-            batch.push(TimedTurn { turn: *turn, host, ended, latency_us, turn_us, allocations });
-        });
-    }
-
-    /// Hands the turns to every sink; returns the allocations that this cost.
-    fn hand_on(&mut self, sinks: &mut [&mut dyn TurnSink]) -> u64 {
-        let before = allocations_of_this_thread();
-        let newest = self.batch.len().saturating_sub(1);
-        for (index, logged) in self.batch.iter().enumerate() {
-            // Field and memory are those of the newest turn; earlier ones stand for missing frames and have none.
-            let after = (index == newest)
-                .then(|| StateAfter { memory: &self.tracker.memory, outline: self.tracker.sensor.outline() });
-            let field: &[f32] = if after.is_some() { &self.field } else { &[] };
-            let record = TurnRecord { logged, field, after };
-            sinks.iter_mut().for_each(|sink| sink.accept(&record));
-        }
-        self.batch.clear();
-        allocations_of_this_thread() - before
-    }
-}
-
-fn micros_since(start: Instant) -> u64 {
-    u64::try_from(start.elapsed().as_micros()).unwrap_or(u64::MAX)
 }

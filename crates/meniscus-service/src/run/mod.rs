@@ -58,7 +58,7 @@ pub struct LiveRun<'r> {
     pub worker: Worker<'r>,
     /// The worker's end of the link to the camera.
     pub end: WorkerEnd,
-    /// Frames that the log has room for; later turns are counted.
+    /// Frames whose turns the log keeps one by one; later turns are in its totals.
     pub frames: usize,
     /// Publishing to other programs.
     pub publisher: Option<&'r mut PublishOutlet>,

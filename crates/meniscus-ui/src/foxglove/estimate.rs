@@ -20,7 +20,7 @@ const MODES: [Mode; 4] = [Mode::Filling, Mode::Tracking, Mode::Coasting, Mode::H
 const AHEAD: usize = 15;
 
 /// Single numbers of a message with what they are.
-const NUMBERS: [(&str, &str); 11] = [
+const NUMBERS: [(&str, &str); 13] = [
     ("slosh_energy", "H(x): energy of the slosh, J; null where velocity is not known"),
     ("heat", "heat since the start, J, which never falls; null where internal energy is not known"),
     ("work", "work of the moving glass in this step, in units of H; null as the energy"),
@@ -29,8 +29,10 @@ const NUMBERS: [(&str, &str); 11] = [
     ("glass_acceleration", "m/s2"),
     ("turn", "time of the turn, us"),
     ("latency", "from the frame's last payload to the end of its turn, us"),
-    ("late_turns", "turns that ended after the next frame was due"),
-    ("frames_missing", "frames that never came"),
+    ("late_turns", "frames whose turn ended too late or had been taken before they came"),
+    ("frames_lost", "frames that never came as a pair of whole images"),
+    ("frames_never_handled", "frames that were due while the host stood still, or dropped"),
+    ("frames_missing", "turns without a frame"),
     ("field_left_out", "turns without the full field"),
 ];
 
@@ -93,7 +95,9 @@ pub(super) fn message(model: &Model<'_>, snapshot: &TurnSnapshot, logged: &Timed
         "glass_acceleration": estimate.acceleration_m_s2,
         "turn": logged.turn_us,
         "latency": logged.latency_us,
-        "late_turns": snapshot.late,
+        "late_turns": logged.frames.late,
+        "frames_lost": logged.frames.lost,
+        "frames_never_handled": logged.frames.never_handled,
         "frames_missing": health.frames_missing,
         "field_left_out": health.field_shed,
         "estimated": if valid { estimate.surface_m.to_vec() } else { Vec::new() },

@@ -54,7 +54,7 @@ pub(super) struct Facts<'l> {
 type Number = (&'static str, fn(&Facts<'_>) -> f64);
 
 /// In the order in which they travel; the page learns the names with the bases.
-pub(super) const NUMBERS: [Number; 38] = [
+pub(super) const NUMBERS: [Number; 43] = [
     ("slosh_j", |f| f.logged.turn.estimate.slosh_j),
     ("heat_j", |f| f.logged.turn.estimate.heat_j),
     ("acceleration_m_s2", |f| f64::from(f.logged.turn.estimate.acceleration_m_s2)),
@@ -80,7 +80,7 @@ pub(super) const NUMBERS: [Number; 38] = [
     ("frames_stale", |f| f.snapshot.memory.health.frames_stale as f64),
     ("not_seen", |f| f.snapshot.memory.health.not_seen as f64),
     ("field_shed", |f| f.snapshot.memory.health.field_shed as f64),
-    ("deadline_missed", |f| f.snapshot.late as f64),
+    ("deadline_missed", |f| f.logged.frames.missed() as f64),
     ("q_half", |f| f64::from(f.logged.turn.estimate.interval.field[0])),
     ("v_half", |f| f64::from(f.logged.turn.estimate.interval.field[1])),
     ("e_half", |f| f64::from(f.logged.turn.estimate.interval.field[2])),
@@ -93,6 +93,12 @@ pub(super) const NUMBERS: [Number; 38] = [
     ("viewers", |f| f.viewers.0 as f64),
     ("left_out", |f| f.viewers.1 as f64),
     ("step_work", |f| f.logged.turn.estimate.audit.work),
+    ("frames_taken", |f| f.logged.frames.taken() as f64),
+    ("frames_late", |f| f.logged.frames.late as f64),
+    ("frames_lost", |f| f.logged.frames.lost as f64),
+    ("frames_never_handled", |f| f.logged.frames.never_handled as f64),
+    // The page shows it as it comes.
+    ("over_s", |f| (10.0 * f.logged.frames.over_s).round() / 10.0),
 ];
 
 /// Returns the profile of the turn's frame, if there is one.

@@ -48,7 +48,6 @@ pub struct Dashboard {
     turn_us: VecDeque<u64>,
     slosh_uj: VecDeque<u64>,
     heat_uj: VecDeque<u64>,
-    missed: u64,
     /// Which liquid it is, in a line; empty where nobody asks.
     liquid: String,
 }
@@ -59,15 +58,7 @@ impl Dashboard {
     pub fn new(caption: Caption) -> Self {
         let curve = || VecDeque::with_capacity(HISTORY);
         let (turn_us, slosh_uj, heat_uj) = (curve(), curve(), curve());
-        Self {
-            caption,
-            started: Instant::now(),
-            turn_us,
-            slosh_uj,
-            heat_uj,
-            missed: 0,
-            liquid: String::new(),
-        }
+        Self { caption, started: Instant::now(), turn_us, slosh_uj, heat_uj, liquid: String::new() }
     }
 
     /// Shows the run until `finished` says so; `q`, Esc or Ctrl-C set `state.stop`.
@@ -109,7 +100,6 @@ impl Dashboard {
     fn remember(&mut self, logged: &TimedTurn) {
         let estimate = logged.turn.estimate.known_only(self.caption.validity.known);
         let micro = |joules: f64| (joules.max(0.0) * 1e6) as u64;
-        self.missed += u64::from(logged.latency_us > DEADLINE_US);
         push(&mut self.turn_us, logged.turn_us);
         push(&mut self.slosh_uj, micro(estimate.slosh_j));
         push(&mut self.heat_uj, micro(estimate.heat_j));
@@ -217,7 +207,7 @@ impl Dashboard {
             format!("field      {:6} us", stages.field_us),
             format!("whole turn {:6} us", logged.turn_us),
             format!("latency    {:6} us of {DEADLINE_US}", logged.latency_us),
-            format!("deadlines missed in view {}", self.missed),
+            format!("deadlines missed {} of {}", logged.frames.missed(), logged.frames.taken()),
             String::new(),
             format!("step       {:?}, {} iterations", estimate.audit.outcome, estimate.audit.iterations),
             format!("dE - work  {:+.1e}", estimate.audit.energy_residual),

@@ -105,7 +105,8 @@ function drawLiquid(frame) {
 
 const COUNTERS = [
   ['turns', 'turns'], ['tracking', 'tracking'], ['coasting', 'coasting'], ['halted', 'halted', true], ['frames_missing', 'frames missing'],
-  ['frames_stale', 'frames too late'], ['not_seen', 'liquid not seen'], ['deadline_missed', 'deadlines missed', true], ['field_shed', 'fields left out', true],
+  ['frames_stale', 'frames after their turn'], ['not_seen', 'liquid not seen'], ['deadline_missed', 'deadlines missed', true], ['frames_taken', 'frames taken'], ['over_s', 'over, s'],
+  ['frames_late', 'frames late', true], ['frames_lost', 'frames lost', true], ['frames_never_handled', 'never handled', true], ['field_shed', 'fields left out', true],
   ['viewers', 'viewers'], ['left_out', 'page frames left out'],
 ];
 const cells = COUNTERS.map(([, words]) => {
