@@ -123,6 +123,8 @@ pub struct Simulator {
     rest_energy: f64,
     /// Whether each particle is over the rim, outside of the glass.
     over: Vec<bool>,
+    /// End of the last splash, s.
+    calm_from_s: f64,
     /// Number of each particle at the start, before any left.
     number: Vec<u32>,
     spilled: Spilled,
@@ -192,6 +194,7 @@ impl Simulator {
             work: 0.0,
             rest_energy: 0.0,
             over: vec![false; packing.position.len()],
+            calm_from_s: 0.0,
             number: (0..).take(packing.position.len()).collect(),
             spilled: Spilled::default(),
         };

@@ -60,6 +60,7 @@ impl Simulator {
         self.fluid.heat.fill(0.0);
         self.forces.position_density.settle();
         self.time = 0.0;
+        self.calm_from_s = 0.0;
         self.work = 0.0;
         self.spilled = Spilled::default();
         self.rest_energy = self.potential();

@@ -15,7 +15,7 @@
 //! `rest_noise` is the largest root mean square speed in half a second of rest; `energy_closure` is
 //! glycerine under `strokes:7` for 2 s; `cpu_s_per_s` is the first case after settling, with all
 //! threads, so that a loaded machine adds to it; `escapes` are the particles that go through the wall when the first mode of water starts at
-//! 0.3 m/s; `spill_volume_error` and `energy_closure_spills` are water in a glass filled to a centimetre below its rim, from 0.6 m/s;
+//! 0.3 m/s; `spill_volume_error` and `energy_closure_spills` are water in a glass filled to a centimetre below its rim, from 0.5 m/s;
 //! `cpu_s_per_s_yield_stress` is a liquid of 3 Pa and 0.2 Pa s, whose speed at the longest step and at an eighth of it differs by
 //! `thick_step_error` of the first; `small_tilt_error` is the slope at rest of a glass inclined by 0.02;
 //! `mode2_frequency_error` follows a stroke of the glass at the standard spacing, which has eight particles to that wave,

@@ -7,8 +7,8 @@ use meniscus_data::effects::Effects;
 use meniscus_data::liquids::Liquid;
 use meniscus_data::recording::{EnergyBook, Glass};
 
-/// Speed of the first mode at the top of the wall, m/s: a wave of three times the height of the rim above the fill.
-const SPEED_M_S: f64 = 0.6;
+/// Speed of the first mode at the top of the wall, m/s: a wave of twice the height of the rim above the fill.
+const SPEED_M_S: f64 = 0.5;
 
 /// Height of the liquid, m.
 const FILL_M: f64 = 0.1;
@@ -24,7 +24,7 @@ pub(super) struct Spill {
     pub(super) closure: f64,
 }
 
-/// Lets the first mode of water in a nearly full glass start at 0.6 m/s, and follows it for `seconds`.
+/// Lets the first mode of water in a nearly full glass start at 0.5 m/s, and follows it for `seconds`.
 ///
 /// # Errors
 /// As for [`Simulator::step`].
