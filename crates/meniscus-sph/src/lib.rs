@@ -23,7 +23,12 @@
 //!
 //! | liquid, spacing | frequency, Hz | decay, 1/s |
 //! |---|---|---|
-//! LIBTABLE
+//! | no viscosity, 7 mm | 3.616 for 3.613 (+0.1 %) | 0.018 for 0 |
+//! | no viscosity, 5 mm | 3.614 for 3.613 (0.0 %) | 0.014 for 0 |
+//! | no viscosity, 3.5 mm | 3.610 for 3.613 (-0.1 %) | 0.012 for 0 |
+//! | 1 mPa s, 5 mm | 3.614 for 3.612 (+0.1 %) | 0.084 for 0.083 (+0.6 %) |
+//! | glycerine, 5 mm | 3.352 for 3.401 (-1.4 %) | 6.70 for 6.69 (+0.1 %) |
+//! | glycerine, 5 mm, free slip | 3.511 for 3.484 (+0.8 %) | 2.940 for 2.939 (0 %) |
 //!
 //! The second mode, whose wave is 8 spacings long at 5 mm, is too slow by 0.6 % at 7 mm, 0.2 % at 5 mm and 0.0 % at 3.5 mm.
 //!
