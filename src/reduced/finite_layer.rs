@@ -65,9 +65,9 @@ const FILM: [[f64; 2]; DEPTHS.len()] = [
 /// Damping and lowering of the frequency, in units of `w x`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Excess {
-    /// What the damping exceeds layer theory by.
+    /// Excess of the damping over layer theory.
     pub(super) damping: f64,
-    /// What the lowering exceeds it by.
+    /// Excess of the lowering over it.
     pub(super) lowering: f64,
 }
 

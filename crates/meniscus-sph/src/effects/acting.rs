@@ -15,7 +15,7 @@ use meniscus_data::recording::Glass;
 /// Highest wave number of the waves of the surface, times the radius.
 const FINEST: f64 = 8.6;
 
-/// What acts on the free surface.
+/// Effects on the free surface, and the tension that the sums lack.
 #[derive(Clone, Debug)]
 struct Surface {
     columns: Columns,

@@ -17,7 +17,7 @@
 use super::waves::{COUNT, Coefficients, Value, Waves};
 use meniscus_numerics::quadrature::gauss_legendre;
 
-/// What the sums lack, in units of `rho g l^2`.
+/// Tension that the sums lack, in units of `rho g l^2`; measured in the glass of the recordings alone.
 const LACKING: f64 = 0.06;
 
 /// Returns the tension that sums of the smoothing length `length_m` lack in a liquid of `density` kg/m3 under `gravity` m/s2, N/m.

@@ -13,7 +13,7 @@ pub(crate) struct Surroundings<'a> {
     pub(crate) lists: &'a Neighbours,
     /// The images in the walls.
     pub(crate) walls: &'a Walls,
-    /// How the liquid sticks to them.
+    /// Sticking of the liquid to them.
     pub(crate) sticking: Sticking,
     /// Rates of each particle from its neighbours, as in [`Forces::rate`](crate::forces::Forces::rate).
     pub(crate) rate: &'a [[f64; 3]],

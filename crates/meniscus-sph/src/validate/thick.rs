@@ -15,7 +15,7 @@ const SHORT: f64 = 0.125;
 /// A liquid with the yield stress of a thin ketchup.
 const PLASTIC: Rheology = Rheology { consistency: 0.2, index: 1.0, yield_stress: 3.0, largest: 20.0 };
 
-/// Figures of thick liquids.
+/// Figures of high-viscosity liquids.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Thick {
     /// Processor time for a simulated second of a liquid with a yield stress of 3 Pa, s.
@@ -26,7 +26,7 @@ pub(super) struct Thick {
     pub(super) step_error: f64,
 }
 
-/// One mode that dies in a thick liquid: times (s), root mean square speeds as parts of the first, and processor time a second.
+/// One mode that dies in a high-viscosity liquid: times (s), root mean square speeds as parts of the first, and processor time a second.
 struct Dying {
     speeds: Vec<(f64, f64)>,
     cost: f64,

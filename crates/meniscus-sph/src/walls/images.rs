@@ -72,7 +72,7 @@ impl Origin {
     }
 }
 
-/// How the liquid sticks to the walls.
+/// Sticking of the liquid to the walls.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Sticking {
     /// Slip length, m.
@@ -105,7 +105,7 @@ impl Sticking {
     }
 }
 
-/// What friction sees of one image.
+/// One image as friction sees it.
 struct Behind {
     /// Cosine and sine of the azimuth, and the radius of the image over that of its original, less 1.
     around: Option<[f64; 3]>,

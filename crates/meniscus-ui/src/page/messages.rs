@@ -1,4 +1,4 @@
-//! Messages of the page for one turn, without a server: for those who check what it is told.
+//! Messages of the page for one turn, without a server, so that a check can read them.
 
 use super::bases::bases;
 use super::frame::{AHEAD, Facts, frame};
