@@ -1,10 +1,12 @@
-//! Liquid that leaves over the rim: its volume and energy against what is left.
+//! Liquid that leaves over the rim: its volume against a count of the particles by their paths, and the books of energy.
+//!
+//! The count does not read what the simulator books. It follows every particle; one that is gone has spilled if it was last seen falling
+//! outside of the glass, and is lost if it was not: then the volumes differ.
 
+use super::escapes::water;
 use super::ring_down::GLASS;
 use super::theory::Mode;
-use crate::{Error, Setup, Simulator, relative_closure};
-use meniscus_data::effects::Effects;
-use meniscus_data::liquids::Liquid;
+use crate::{Error, Simulator, relative_closure};
 use meniscus_data::recording::{EnergyBook, Glass};
 
 /// Speed of the first mode at the top of the wall, m/s: a wave of twice the height of the rim above the fill.
@@ -18,7 +20,7 @@ const FILL_M: f64 = 0.1;
 pub(super) struct Spill {
     /// Volume that left, ml.
     pub(super) volume_ml: f64,
-    /// Relative error of that volume against the mass that is left in the glass, per cent.
+    /// Relative error of that volume against the particles counted by their paths, per cent.
     pub(super) volume_error: f64,
     /// Largest closure error of the energy over the largest energy of the slosh, per cent.
     pub(super) closure: f64,
@@ -29,32 +31,52 @@ pub(super) struct Spill {
 /// # Errors
 /// As for [`Simulator::step`].
 pub(super) fn spills(spacing_m: f64, seconds: f64, mut watch: impl FnMut(f64)) -> Result<Spill, Error> {
-    let liquid = Liquid::load("water").map_err(|error| Error::Setup(format!("{error}")))?;
-    let density = liquid.density_kg_m3;
     let glass = Glass { fill_m: FILL_M, ..GLASS };
-    let mut simulator = Simulator::new(&Setup {
-        glass,
-        liquid,
-        spacing_m,
-        seed: 0,
-        no_slip: true,
-        effects: Effects::default(),
-        step_s: None,
-    })?;
+    let mut simulator = Simulator::new(&water(glass, spacing_m)?)?;
     let mode = Mode::first(glass);
     simulator.set_velocity(|x| mode.velocity(x).map(|v| SPEED_M_S * v));
-    let left = |simulator: &Simulator| simulator.motion().map(|(_, _, m)| m).sum::<f64>() / density;
-    let all = left(&simulator);
+    let mut paths = Paths::new(&simulator);
     let mut books: Vec<EnergyBook> = Vec::new();
     while simulator.time_s() < seconds {
         simulator.step(|_| 0.0)?;
+        paths.follow(&simulator);
         books.push(simulator.energy());
         watch(simulator.time_s() / seconds);
     }
-    let (volume, counted) = (simulator.spilled().volume_m3, all - left(&simulator));
+    let (volume, counted) = (simulator.spilled().volume_m3, paths.spilled_m3(&simulator));
     Ok(Spill {
         volume_ml: 1e6 * volume,
         volume_error: 100.0 * (volume / counted - 1.0).abs(),
         closure: 100.0 * relative_closure(&books),
     })
+}
+
+/// Where each particle was last seen, and its volume at rest, m3.
+struct Paths {
+    last: Vec<[f64; 3]>,
+    volume: Vec<f64>,
+}
+
+impl Paths {
+    fn new(simulator: &Simulator) -> Self {
+        let rest = simulator.liquid.density_kg_m3;
+        let (last, volume) = simulator.motion().map(|(x, _, m)| (x, m / rest)).unzip();
+        Self { last, volume }
+    }
+
+    fn follow(&mut self, simulator: &Simulator) {
+        for ((x, ..), number) in simulator.motion().zip(&simulator.number) {
+            self.last[*number as usize] = x;
+        }
+    }
+
+    /// Volume of the particles that are gone and were last seen outside, m3.
+    fn spilled_m3(&self, simulator: &Simulator) -> f64 {
+        let mut there = vec![false; self.last.len()];
+        simulator.number.iter().for_each(|number| there[*number as usize] = true);
+        let outside = |x: &[f64; 3]| x[0].hypot(x[1]) > GLASS.radius_at(x[2]);
+        let all = self.last.iter().zip(&self.volume).zip(there);
+        let spilled = all.filter(|((x, _), there)| !there && outside(x));
+        spilled.map(|((_, volume), _)| volume).sum()
+    }
 }
