@@ -134,30 +134,17 @@ fn above_rest(book: &EnergyBook) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use crate::setup::small_glass;
     use crate::validate::Mode;
     use crate::{Setup, Simulator, closure};
-    use meniscus_data::effects::Effects;
-    use meniscus_data::liquids::{Liquid, Rheology};
+    use meniscus_data::liquids::Rheology;
     use meniscus_data::recording::Glass;
 
     /// A full small glass whose first mode starts at `speed_m_s`.
     fn full_glass(speed_m_s: f64) -> Simulator {
-        let liquid = Liquid {
-            name: "x".into(),
-            density_kg_m3: 1000.0,
-            rheology: Rheology::newtonian(0.05),
-            effects: Effects::default(),
-        };
-        let mut simulator = Simulator::new(&Setup {
-            glass: Glass { radius_m: 0.035, fill_m: 0.035, rim_m: 0.042, taper: 0.0 },
-            liquid,
-            spacing_m: 0.007,
-            seed: 0,
-            no_slip: true,
-            effects: Effects::default(),
-            step_s: None,
-        })
-        .expect("the glass settles");
+        let setup = small_glass(1000.0, Rheology::newtonian(0.05));
+        let glass = Glass { rim_m: 0.042, ..setup.glass };
+        let mut simulator = Simulator::new(&Setup { glass, ..setup }).expect("the glass settles");
         let mode = Mode::first(simulator.glass);
         simulator.set_velocity(|x| mode.velocity(x).map(|v| speed_m_s * v));
         simulator

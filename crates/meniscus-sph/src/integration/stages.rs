@@ -112,30 +112,15 @@ impl Stages {
 
 #[cfg(test)]
 mod tests {
+    use crate::setup::small_glass;
     use crate::validate::Mode;
     use crate::{Setup, Simulator, closure};
-    use meniscus_data::effects::Effects;
-    use meniscus_data::liquids::{Liquid, Rheology};
+    use meniscus_data::liquids::Rheology;
     use meniscus_data::motion::Kinematics;
-    use meniscus_data::recording::Glass;
 
     /// A small glass of a liquid with a yield stress.
     fn plastic() -> Setup {
-        let liquid = Liquid {
-            name: "x".into(),
-            density_kg_m3: 1261.0,
-            rheology: Rheology { consistency: 0.2, index: 1.0, yield_stress: 3.0, largest: 60.0 },
-            effects: Effects::default(),
-        };
-        Setup {
-            glass: Glass { radius_m: 0.035, fill_m: 0.035, rim_m: 0.06, taper: 0.0 },
-            liquid,
-            spacing_m: 0.007,
-            seed: 0,
-            no_slip: true,
-            effects: Effects::default(),
-            step_s: None,
-        }
+        small_glass(1261.0, Rheology { consistency: 0.2, index: 1.0, yield_stress: 3.0, largest: 60.0 })
     }
 
     #[test]

@@ -112,28 +112,13 @@ mod tests {
     use super::*;
     use crate::Setup;
     use crate::output::surface::SurfaceFinder;
-    use meniscus_data::effects::Effects;
-    use meniscus_data::liquids::{Liquid, Rheology};
-    use meniscus_data::recording::Glass;
+    use crate::setup::small_glass;
+    use meniscus_data::liquids::Rheology;
 
     #[test]
     fn a_linear_flow_comes_back_with_its_stresses() {
-        let glass = Glass { radius_m: 0.035, fill_m: 0.035, rim_m: 0.06, taper: 0.0 };
-        let liquid = Liquid {
-            name: "x".into(),
-            density_kg_m3: 1261.0,
-            rheology: Rheology::newtonian(0.95),
-            effects: Effects::default(),
-        };
-        let setup = Setup {
-            glass,
-            liquid,
-            spacing_m: 0.00875,
-            seed: 0,
-            no_slip: true,
-            effects: Effects::default(),
-            step_s: None,
-        };
+        let setup = Setup { spacing_m: 0.00875, ..small_glass(1261.0, Rheology::newtonian(0.95)) };
+        let glass = setup.glass;
         let mut simulator = Simulator::new(&setup).expect("the glass settles");
         simulator.set_velocity(|[x, y, z]| [2.0 * z, 0.5 * x, 3.0 * y - z]);
         let finder = SurfaceFinder::new(&simulator).expect("the surface is fitted");

@@ -193,3 +193,18 @@ pub(crate) fn check(setup: &Setup) -> Result<(), Error> {
     }
     Ok(())
 }
+
+/// A glass half as high as that of the recordings, with coarse particles of a liquid that sticks to it, for tests.
+#[cfg(test)]
+pub(crate) fn small_glass(density_kg_m3: f64, rheology: meniscus_data::liquids::Rheology) -> Setup {
+    let liquid = Liquid { name: "x".into(), density_kg_m3, rheology, effects: Effects::default() };
+    Setup {
+        glass: Glass { radius_m: 0.035, fill_m: 0.035, rim_m: 0.06, taper: 0.0 },
+        liquid,
+        spacing_m: 0.007,
+        seed: 0,
+        no_slip: true,
+        effects: Effects::default(),
+        step_s: None,
+    }
+}
