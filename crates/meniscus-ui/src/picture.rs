@@ -81,6 +81,21 @@ pub struct Picture<'a> {
     pub glass_mm: (f64, f64),
 }
 
+/// Returns the words of `text` in lines of at most `most` characters, but for a word that is longer.
+fn wrapped(text: &str, most: usize) -> Vec<String> {
+    let mut lines: Vec<String> = Vec::new();
+    for word in text.split_whitespace() {
+        match lines.last_mut() {
+            Some(line) if line.len() + 1 + word.len() <= most => {
+                line.push(' ');
+                line.push_str(word);
+            }
+            _ => lines.push(word.into()),
+        }
+    }
+    lines
+}
+
 impl Picture<'_> {
     /// Draws the picture and gives it as the bytes of a PNG file.
     ///
@@ -103,8 +118,9 @@ impl Picture<'_> {
             let top = self.top_value();
             let title = format!("{}; colour: {}, violet 0 to yellow {top:.3}", self.title, self.value);
             let mut area = area.titled(&title, (FONT, size.1 / 45))?;
-            if let Some(sentence) = &self.unknown {
-                area = area.titled(sentence, (FONT, size.1 / 62))?;
+            let height = size.1 / 62;
+            for line in wrapped(self.unknown.as_deref().unwrap_or(""), (3 * size.0 / (2 * height)) as usize) {
+                area = area.titled(&line, (FONT, height))?;
             }
             let (upper, lower) = area.split_vertically((UPPER * f64::from(size.1)) as u32);
             let panels = upper.split_evenly((1, 1 + self.slices.len()));
@@ -224,4 +240,19 @@ fn encode(pixels: &[u8]) -> Result<Vec<u8>, PictureError> {
         .write_image(pixels, SIZE.0, SIZE.1, image::ExtendedColorType::Rgb8)
         .map_err(|error| PictureError(error.to_string()))?;
     Ok(bytes)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_hold_all_words_and_no_more_than_they_may() {
+        let text = "This model was corrected from the free surface alone.";
+        let lines = wrapped(text, 20);
+        assert_eq!(lines.join(" "), text);
+        assert!(lines.iter().all(|line| line.len() <= 20), "{lines:?}");
+        assert_eq!(wrapped("uncommonly", 4), ["uncommonly"]);
+        assert!(wrapped("", 20).is_empty());
+    }
 }
