@@ -180,6 +180,18 @@ fn a_glass_torn_away_is_refused_with_the_escape() {
     assert!(matches!(refused, Error::Escaped { count: 1.., .. }), "{refused}");
 }
 
+/// The crest stands 33 mm above the fill at the wall. With the step of the rest its edge shot through the wall at 0.74 s.
+#[test]
+fn a_wave_that_breaks_below_the_rim_stays_in_the_glass() {
+    let liquid = Liquid::load("water").expect("a named liquid");
+    let motion = Motion::parse("jolts:2", 2.0).expect("a known motion");
+    let water = Setup { liquid, ..setup(0.0, 0.005) };
+    let recording = record(&water, &motion, 54, "test", |_| ()).expect("the wave breaks inside the glass");
+    let crest = recording.column_m.iter().fold(0.0_f32, |a, h| a.max(*h));
+    println!("crest {crest} m");
+    assert!(crest > 0.09, "the wave is too gentle to break: {crest} m");
+}
+
 /// Runs `meniscus simulate` with `arguments` and `--out file`.
 fn command(arguments: &[&str], file: &Scratch) -> std::process::Output {
     let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_meniscus-under-test"));

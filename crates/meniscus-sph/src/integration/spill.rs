@@ -14,9 +14,6 @@ use crate::{Error, Simulator};
 use meniscus_data::recording::EnergyBook;
 use std::f64::consts::PI;
 
-/// Time for which a splash lasts after liquid stood above the rim, s: a period of the first mode.
-const SPLASH_S: f64 = 0.3;
-
 /// Liquid that left the glass over the rim since the start.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Spilled {
@@ -98,9 +95,6 @@ impl Simulator {
         let keep: Vec<bool> = self.fluid.particle.iter().zip(self.over.iter().copied()).map(keep).collect();
         if keep.contains(&false) {
             self.let_go(&keep);
-        }
-        if self.fluid.particle.iter().any(|p| p.x[2] > self.glass.rim_m) {
-            self.calm_from_s = self.time + SPLASH_S;
         }
         self.over = self.fluid.particle.iter().map(|p| self.place(&p.x) == Place::Over).collect();
         Ok(())

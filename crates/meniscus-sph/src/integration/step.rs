@@ -16,6 +16,12 @@ use crate::{Error, SKIN, Simulator};
 use meniscus_data::motion::Kinematics;
 use rayon::prelude::*;
 
+/// Largest relative change of density in liquid that holds together. Water under jolts and strokes stays within 0.016.
+const LOOSE: f64 = 0.04;
+
+/// Time for which a splash lasts after the density was last looser than that, s: a period of the first mode.
+const SPLASH_S: f64 = 0.3;
+
 impl Simulator {
     /// Advances by one step; `acceleration` gives the acceleration of the glass along x at a time.
     ///
@@ -33,7 +39,7 @@ impl Simulator {
         if self.time >= self.calm_from_s {
             return self.advance(&motion);
         }
-        // The edges of a splash swing up under the step of the rest: two of half its length.
+        // The edges of a splash swing up under the step of the rest: two steps of half its length.
         let dt = self.dt;
         self.dt = 0.5 * dt;
         let done = self.advance(&motion).and_then(|()| self.advance(&motion));
@@ -156,6 +162,7 @@ impl Simulator {
     fn densify(&mut self) {
         let (dt, sound2, rest) = (self.dt, self.forces.sound * self.forces.sound, self.forces.rest_density);
         let Fluid { particle, mass, density, heat, .. } = &mut self.fluid;
+        let mut largest = 0.0_f64;
         let parts = particle.iter_mut().zip(mass).zip(density.iter_mut().zip(heat)).zip(&self.forces.rate);
         for (((p, m), (rho, heat)), [strain, diffusion, _]) in parts {
             // The energy of compression changes by p/rho^2 d(rho).
@@ -163,6 +170,10 @@ impl Simulator {
             *rho += dt * (*rho * strain + diffusion);
             p.p = sound2 * (*rho - rest);
             p.volume = *m / *rho;
+            largest = largest.max((*rho / rest - 1.0).abs());
+        }
+        if largest > LOOSE {
+            self.calm_from_s = self.time + SPLASH_S;
         }
     }
 
