@@ -8,6 +8,7 @@
 mod optional;
 
 use meniscus_data::effects::Effects;
+use meniscus_data::glass::WallShape;
 use meniscus_data::liquids::{Liquid, Rheology};
 use meniscus_data::motion::Motion;
 use meniscus_data::recording::{Glass, Recording, STATE, States};
@@ -15,7 +16,7 @@ use meniscus_sph::validate::{Mode, Tone, fit};
 use meniscus_sph::{Error, Setup, Simulator, record, relative_closure};
 use std::path::PathBuf;
 
-const GLASS: Glass = Glass { radius_m: 0.035, fill_m: 0.07, rim_m: 0.11, taper: 0.0 };
+const GLASS: Glass = Glass { radius_m: 0.035, fill_m: 0.07, rim_m: 0.11, wall: WallShape::UPRIGHT };
 
 fn setup(viscosity: f64, spacing_m: f64) -> Setup {
     let rheology = Rheology::newtonian(viscosity);

@@ -5,10 +5,12 @@ use meniscus::surface::{
 };
 use meniscus::units::Micros;
 use meniscus::usb::frame::{DepthFrame, OutlineFrame, Stamp};
+use meniscus_data::glass::WallShape;
 use meniscus_data::recording::{Glass, Lattice, WALL_POINTS, wall_azimuth};
 use meniscus_virtual::render::{Images, Liquid, Scene, SceneSettings};
 
-pub(crate) const GLASS: Glass = Glass { radius_m: 0.035, fill_m: 0.070, rim_m: 0.110, taper: 0.0 };
+pub(crate) const GLASS: Glass =
+    Glass { radius_m: 0.035, fill_m: 0.070, rim_m: 0.110, wall: WallShape::UPRIGHT };
 
 /// Surface height at `(x, y)` in the frame of the glass, metres, for an amplitude in metres.
 pub(crate) type Shape = fn(amplitude: f64, x: f64, y: f64) -> f64;

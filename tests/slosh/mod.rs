@@ -8,12 +8,13 @@ use meniscus::blob::KnownGroups;
 use meniscus::latent::decoder::GROUP_COMPONENTS;
 use meniscus::surface::{POINTS, profile_abscissa};
 use meniscus::units::{FRAME_INTERVAL_S, GRAVITY_M_S2};
+use meniscus_data::glass::WallShape;
 use meniscus_data::recording::{
     EnergyBook, Glass, LAYERS, Lattice, Provenance, Recording, STATE, States, TRACERS, WALL_POINTS,
     group_range, wall_azimuth,
 };
 
-const GLASS: Glass = Glass { radius_m: 0.035, fill_m: 0.07, rim_m: 0.11, taper: 0.0 };
+const GLASS: Glass = Glass { radius_m: 0.035, fill_m: 0.07, rim_m: 0.11, wall: WallShape::UPRIGHT };
 const DENSITY: f64 = 1260.0;
 const VISCOSITY: f64 = 0.5;
 const DAMPING: f64 = 0.12;

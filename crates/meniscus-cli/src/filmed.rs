@@ -11,7 +11,7 @@ use meniscus_service::setup::Setup;
 use meniscus_usb::camera::OutlineImage;
 use std::path::{Path, PathBuf};
 
-/// What was seen in each frame interval.
+/// Sight in each frame interval.
 pub(super) type Sightings = Vec<Option<SurfaceProfile>>;
 
 /// Whether `path` is a camera's recording: MCAP, a librealsense bag, or a folder of images with their times.
@@ -31,7 +31,7 @@ pub(super) fn all_filmed(paths: &[PathBuf]) -> anyhow::Result<bool> {
     Ok(filmed > 0)
 }
 
-/// What the camera saw in its recording at `path`, in every frame interval; `settings` are made of the
+/// Returns the camera's sight in its recording at `path`, in every frame interval; `settings` are made of the
 /// camera that the recording names.
 ///
 /// A recording with its outline in another image than `outline` is refused, and so is one in which the liquid was seen in half of the frames or fewer is refused.

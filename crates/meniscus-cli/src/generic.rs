@@ -166,7 +166,7 @@ fn names(args: &Arguments, variables: usize) -> anyhow::Result<Vec<String>> {
     Ok(args.names.clone())
 }
 
-/// What the variables are, from their names.
+/// Meaning of the variables, from their names.
 fn kinds(args: &Arguments, names: &[String]) -> anyhow::Result<Kinds> {
     let one = |name: &str| {
         let at = names.iter().position(|known| known == name.trim());

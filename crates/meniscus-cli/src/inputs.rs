@@ -1,4 +1,4 @@
-//! What several verbs read: models and recordings.
+//! Inputs of several verbs: models and recordings.
 
 use super::kind::{Kind, expect};
 use super::profile::Profile;
@@ -85,7 +85,7 @@ pub(super) fn level(file: &Path) -> anyhow::Result<Recording> {
 pub(super) fn check_level(recording: &Recording, name: &dyn std::fmt::Display) -> anyhow::Result<()> {
     ensure!(
         recording.is_level(),
-        "{name} is of a conical, lifted or inclined glass: the rendered camera shows upright cylinders on a table"
+        "{name} is of a conical, round, lifted or inclined glass: the rendered camera shows upright cylinders on a table"
     );
     Ok(())
 }

@@ -5,7 +5,7 @@ use meniscus_service::flash::PublicKey;
 use serde::Deserialize;
 use std::path::{Path, PathBuf};
 
-/// What a profile may say; `firmware-config/boards/` has one a board.
+/// Content of a profile; `firmware-config/boards/` has one a board.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Profile {

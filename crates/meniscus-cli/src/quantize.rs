@@ -21,7 +21,7 @@ use meniscus_virtual::render::SceneSettings;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-/// By how much the error of the surface, of the slosh, may differ: 0.1 percentage point.
+/// Largest amount by which the error of the surface, of the slosh, may differ: 0.1 percentage point.
 const SURFACE: f64 = 0.1;
 
 /// Store a model's weights in fewer bits and measure the added error.

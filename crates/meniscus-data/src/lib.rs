@@ -2,6 +2,7 @@
 
 pub mod blob_file;
 pub mod effects;
+pub mod glass;
 pub mod liquids;
 pub mod motion;
 pub mod profiles;

@@ -11,6 +11,8 @@
 //! fill_m = 0.070
 //! rim_m = 0.110
 //! taper = 0.05
+//! # or, in place of radius and taper, heights and radii from the bottom to the rim; a first radius of 0 is a round bottom:
+//! # profile_m = [[0, 0], [0.005, 0.018], [0.015, 0.029], [0.03, 0.036], [0.05, 0.038], [0.08, 0.034], [0.1, 0.03]]
 //!
 //! [effects]                              # SI values, as `meniscus simulate --list` has them
 //! surface_tension = 0.055
@@ -21,13 +23,13 @@
 //! Everything may lack; paths are those of the folder where the command runs.
 
 use crate::effects::{EffectError, Effects};
-use crate::recording::Glass;
+use crate::glass::{Glass, Profile, WallShape};
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// The glass of the recordings where a scene says nothing of it.
-pub const GLASS: Glass = Glass { radius_m: 0.035, fill_m: 0.070, rim_m: 0.110, taper: 0.0 };
+pub const GLASS: Glass = Glass { radius_m: 0.035, fill_m: 0.070, rim_m: 0.110, wall: WallShape::UPRIGHT };
 
 /// Content of a scene file.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -100,6 +102,27 @@ struct GlassTable {
     fill_m: Option<f64>,
     rim_m: Option<f64>,
     taper: Option<f64>,
+    profile_m: Option<Vec<[f64; 2]>>,
+}
+
+impl GlassTable {
+    /// The glass that the table describes.
+    fn glass(self) -> Result<Glass, String> {
+        let fill_m = self.fill_m.unwrap_or(GLASS.fill_m);
+        let Some(points) = self.profile_m else {
+            return Ok(Glass {
+                radius_m: self.radius_m.unwrap_or(GLASS.radius_m),
+                fill_m,
+                rim_m: self.rim_m.unwrap_or(GLASS.rim_m),
+                wall: WallShape::Straight { taper: self.taper.unwrap_or(0.0) },
+            });
+        };
+        if self.radius_m.is_some() || self.taper.is_some() {
+            return Err("its glass has a profile_m beside a radius_m or a taper: leave those out".into());
+        }
+        let profile = Profile::new(&points).map_err(|e| format!("its glass: {e}"))?;
+        Ok(Glass::curved(profile, fill_m, self.rim_m.unwrap_or(profile.top_m())))
+    }
 }
 
 impl Experiment {
@@ -126,12 +149,8 @@ impl Experiment {
             effects.set(&name, value).map_err(|e| ExperimentError::Effect(origin.into(), e))?;
         }
         effects.require_simulated().map_err(|e| ExperimentError::Effect(origin.into(), e))?;
-        let glass = file.glass.map(|g| Glass {
-            radius_m: g.radius_m.unwrap_or(GLASS.radius_m),
-            fill_m: g.fill_m.unwrap_or(GLASS.fill_m),
-            rim_m: g.rim_m.unwrap_or(GLASS.rim_m),
-            taper: g.taper.unwrap_or(GLASS.taper),
-        });
+        let glass = file.glass.map(GlassTable::glass).transpose();
+        let glass = glass.map_err(|why| ExperimentError::Malformed(origin.into(), why))?;
         Ok(Self {
             glass,
             liquid: file.liquid,
@@ -153,13 +172,20 @@ mod tests {
         let parse = |text: &str| Experiment::parse(Path::new("s.toml"), text);
         let text = "liquid = 'honey'\n[glass]\ntaper = 0.05\n[effects]\nfoam = 0.1\nwall_slip = { value = inf, source = 'x' }";
         let scene = parse(text).expect("a scene");
-        assert_eq!(scene.glass, Some(Glass { taper: 0.05, ..GLASS }));
+        assert_eq!(scene.glass, Some(Glass { wall: WallShape::Straight { taper: 0.05 }, ..GLASS }));
+        let bowl = parse("[glass]\nfill_m = 0.03\nprofile_m = [[0, 0], [0.02, 0.03], [0.06, 0.04]]")
+            .expect("a bowl");
+        let bowl = bowl.glass.expect("a glass");
+        assert_eq!((bowl.radius_at(0.06), bowl.fill_m, bowl.rim_m), (0.04, 0.03, 0.06));
         let value = |kind| scene.effects.value(kind);
         assert_eq!((value(EffectKind::Foam), value(EffectKind::WallSlip)), (Some(0.1), Some(f64::INFINITY)));
         let refusal = |text: &str| format!("{}", parse(text).expect_err(text));
         assert!(refusal("colour = 3").contains("s.toml is not a scene"));
         assert!(refusal("[effects]\nviscosity = -1").contains("s.toml: effect viscosity = -1"));
         assert!(refusal("[effects]\nghosts = 1").contains("no effect is called 'ghosts'"));
+        let both = "[glass]\ntaper = 0.1\nprofile_m = [[0, 0], [0.02, 0.03], [0.06, 0.04]]";
+        assert!(refusal(both).contains("leave those out"));
+        assert!(refusal("[glass]\nprofile_m = [[0, 0.1]]").contains("it needs 3 to 32"));
         let camera = refusal("[effects]\ncamera_pitch = 0.03");
         assert!(camera.contains("s.toml: effect camera_pitch is not simulated"), "{camera}");
     }

@@ -43,6 +43,7 @@ pub fn linear_with_motion(recording: &Recording) -> Vec<f32> {
 mod tests {
     use super::*;
     use meniscus::blob::{FieldGroup, KnownGroups};
+    use meniscus_data::glass::WallShape;
     use meniscus_data::recording::{EnergyBook, Glass, Provenance, States};
 
     /// A recording whose surface is exactly a linear response to its motion.
@@ -50,7 +51,7 @@ mod tests {
         let frames = acceleration.len();
         let profile = (0..frames).flat_map(|n| [(0.07 + answer(n)) as f32; POINTS]).collect();
         Recording {
-            glass: Glass { radius_m: 0.035, fill_m: 0.07, rim_m: 0.11, taper: 0.0 },
+            glass: Glass { radius_m: 0.035, fill_m: 0.07, rim_m: 0.11, wall: WallShape::UPRIGHT },
             provenance: Provenance {
                 liquid: "test".into(),
                 density_kg_m3: 1000.0,

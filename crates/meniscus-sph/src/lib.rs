@@ -167,7 +167,7 @@ impl Simulator {
             fluid.mass.push(density * volume);
         }
         let support = 2.0 * kernel.h;
-        let edge = glass.radius_m.max(glass.radius_at(glass.rim_m)) + support;
+        let edge = glass.widest_m() + support;
         let space = Box3 { low: [-edge, -edge, -support], high: [edge, edge, glass.rim_m + support] };
         let lists = Neighbours::new(&fluid.particle, &[], space, support, SKIN * spacing_m);
         let mut forces = Forces::new(kernel, SOUND_M_S, rest, fluid.mass.len());

@@ -118,7 +118,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// What an earlier run measured beside the trials.
+/// Measurements of an earlier run beside the trials.
 fn beside_before(out: &Path) -> Beside {
     let bytes = std::fs::read(out.join("beside.json")).ok();
     bytes.and_then(|bytes| serde_json::from_slice(&bytes).ok()).unwrap_or_default()

@@ -6,10 +6,10 @@ use meniscus_usb::camera::{CameraError, CameraHealth, Connected, Note, Session, 
 use meniscus_usb::transport::Transport;
 use std::time::{Duration, Instant};
 
-/// How long frames are counted.
+/// Time for which frames are counted.
 const COUNTING: Duration = Duration::from_secs(2);
 
-/// What was found of the camera.
+/// Findings about the camera.
 #[derive(Default)]
 pub(crate) struct Camera {
     pub(crate) connected: Option<Connected>,

@@ -14,16 +14,16 @@ use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 use tungstenite::Message;
 
-/// What the README tells a newcomer to type in the clone (`tests/docs.rs` holds it to this).
+/// Commands that the README tells a newcomer to type in the clone (`tests/docs.rs` holds it to this).
 const COMMAND: &str = "cargo view";
 
-/// What is added to it: any free port, and an end after one round of the recording, whose turns are judged.
+/// Additions to it: any free port, and an end after one round of the recording, whose turns are judged.
 const AND: [&str; 5] = ["--listen", "127.0.0.1:0", "--seconds", "12", "--json"];
 
-/// How long the page may take to show a liquid that moves once it is up.
+/// Time that the page may take to show a liquid that moves once it is up.
 const PATIENCE: Duration = Duration::from_secs(30);
 
-/// What was measured.
+/// Measurements.
 pub(super) struct Measured {
     clone_s: f64,
     build_and_start_s: f64,

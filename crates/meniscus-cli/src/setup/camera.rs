@@ -30,7 +30,7 @@ const HOURS: Duration = Duration::from_secs(24 * 3600);
 /// Most pairs that are kept, as --pairs.
 const KEPT: usize = 600;
 
-/// What the camera sees.
+/// View of the camera.
 pub(super) struct Scene {
     /// Of the images.
     pub(super) optics: Optics,

@@ -110,7 +110,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     }
 }
 
-/// What is to be done, whatever the camera.
+/// Task, whatever the camera.
 struct Job<'a> {
     arguments: &'a Arguments,
     said: MeasuredGlass,

@@ -5,6 +5,7 @@ use image::{ImageEncoder, codecs::png::PngEncoder};
 use indicatif::ProgressBar;
 use meniscus::reduced::effects::EffectKind;
 use meniscus::units::FRAME_INTERVAL_S;
+use meniscus_data::glass::WallShape;
 use meniscus_data::motion::Motion;
 use meniscus_data::recording::Recording;
 use meniscus_platform::files::write_whole;
@@ -16,7 +17,11 @@ use std::path::Path;
 /// Refuses, before any work, what the renderer cannot show.
 pub(super) fn check(setup: &Setup, motion: &Motion, seconds: f64) -> anyhow::Result<()> {
     if !setup.glass.is_cylinder() {
-        bail!("--camera shows upright cylinders only, and this glass has a taper of {}", setup.glass.taper);
+        let glass = match setup.glass.wall {
+            WallShape::Straight { taper } => format!("a taper of {taper}"),
+            WallShape::Curved(_) => "a curved profile".into(),
+        };
+        bail!("--camera shows upright cylinders only, and this glass has {glass}");
     }
     let still = |t: f64| motion.height(t) == 0.0 && motion.tilt(t) == 0.0;
     let frames = (seconds / FRAME_INTERVAL_S) as usize;

@@ -66,10 +66,11 @@ impl Lattice {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::glass::WallShape;
 
     #[test]
     fn rings_add_up_to_the_columns_inside_the_glass() {
-        let glass = Glass { radius_m: 0.035, fill_m: 0.07, rim_m: 0.11, taper: 0.0 };
+        let glass = Glass { radius_m: 0.035, fill_m: 0.07, rim_m: 0.11, wall: WallShape::UPRIGHT };
         let lattice = Lattice::new(&glass);
         assert_eq!(RING.iter().sum::<usize>(), COLUMNS);
         assert_eq!(lattice.columns.len() * LAYERS, 2134);

@@ -10,6 +10,7 @@ mod lattice;
 mod store;
 mod tensors;
 
+pub use crate::glass::Glass;
 pub use compress::Factored;
 pub use estimates::EstimateRecording;
 pub use groups::names as group_names;
@@ -36,41 +37,6 @@ pub const STATE: usize = TRACERS * 13;
 pub fn group_range(group: usize) -> std::ops::Range<usize> {
     let start: usize = GROUP_COMPONENTS[..group].iter().sum();
     start * TRACERS..(start + GROUP_COMPONENTS[group]) * TRACERS
-}
-
-/// A circular glass with straight sides, upright or slightly conical; lengths in metres, inner surfaces.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Glass {
-    /// Inner radius at the bottom; everywhere in a cylinder.
-    pub radius_m: f64,
-    /// Height of the liquid at rest above the inner bottom.
-    pub fill_m: f64,
-    /// Height of the rim above the inner bottom.
-    pub rim_m: f64,
-    /// Growth of the radius with height, `dr/dz`; 0 in a cylinder, and in files that do not say.
-    #[serde(default)]
-    pub taper: f64,
-}
-
-impl Glass {
-    /// Inner radius at height `z_m` above the bottom, m: `r(z) = r(0) + taper z`.
-    #[must_use]
-    pub fn radius_at(&self, z_m: f64) -> f64 {
-        self.radius_m + self.taper * z_m
-    }
-
-    /// Whether its sides are upright.
-    #[must_use]
-    pub fn is_cylinder(&self) -> bool {
-        self.taper == 0.0
-    }
-
-    /// Distance of a place in the glass from side or bottom, whichever is nearer, m; negative outside.
-    #[must_use]
-    pub fn wall_distance(&self, x: &[f64; 3]) -> f64 {
-        let side = (self.radius_at(x[2]) - x[0].hypot(x[1])) / (1.0 + self.taper * self.taper).sqrt();
-        side.min(x[2])
-    }
 }
 
 /// Origin of a recording, enough to make it again.

@@ -2,6 +2,7 @@
 
 use meniscus::reduced::effects::{Active, find};
 use meniscus::reduced::{Baseline, Cylinder, ReducedModel, Rheology};
+use meniscus_data::glass::WallShape;
 use meniscus_data::recording::Glass;
 use meniscus_sph::validate::{Linear, linear_mode};
 use std::f64::consts::TAU;
@@ -17,7 +18,7 @@ struct FirstMode {
 
 /// Eigenvalue of a glass of radius and fill `size_m`.
 fn exact(size_m: [f64; 2], viscosity_pa_s: f64, slip_m: f64) -> FirstMode {
-    let glass = Glass { radius_m: size_m[0], fill_m: size_m[1], rim_m: 0.2, taper: 0.0 };
+    let glass = Glass { radius_m: size_m[0], fill_m: size_m[1], rim_m: 0.2, wall: WallShape::UPRIGHT };
     let liquid = Linear { nu: viscosity_pa_s / DENSITY_KG_M3, slip_m, memory: None };
     let tone = linear_mode(&glass, &liquid).expect("it oscillates");
     FirstMode { damping: tone.decay, frequency: (TAU * tone.hz).hypot(tone.decay) }

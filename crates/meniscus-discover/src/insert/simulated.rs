@@ -11,6 +11,7 @@ use meniscus::reduced::effects::{Active, Simulator, Slot};
 use meniscus::reduced::{Baseline, Cylinder, ReducedModel};
 use meniscus::surface::POINTS;
 use meniscus_data::effects::Effects;
+use meniscus_data::glass::WallShape;
 use meniscus_data::liquids::{Liquid, Rheology};
 use meniscus_data::motion::Motion;
 use meniscus_data::recording::Glass;
@@ -65,8 +66,12 @@ pub fn simulate(
         .collect();
     let motion = Motion::sampled(&samples)
         .ok_or_else(|| format!("{}: its motion cannot be joined to a curve", record.name))?;
-    let glass =
-        Glass { radius_m: known.radius_m, fill_m: known.fill_m, rim_m: known.fill_m + ROOM_M, taper: 0.0 };
+    let glass = Glass {
+        radius_m: known.radius_m,
+        fill_m: known.fill_m,
+        rim_m: known.fill_m + ROOM_M,
+        wall: WallShape::UPRIGHT,
+    };
     let liquid = Liquid {
         name: "as stated".into(),
         density_kg_m3: known.density_kg_m3,

@@ -79,10 +79,11 @@ mod tests {
     use crate::frame::Body;
     use crate::particles::{Box3, Fluid, Kernel, Neighbours};
     use crate::walls::{Sticking, Walls};
+    use meniscus_data::glass::WallShape;
     use meniscus_data::motion::Kinematics;
     use meniscus_data::recording::Glass;
 
-    const GLASS: Glass = Glass { radius_m: 9.0, fill_m: 7.0, rim_m: 9.0, taper: 0.0 };
+    const GLASS: Glass = Glass { radius_m: 9.0, fill_m: 7.0, rim_m: 9.0, wall: WallShape::UPRIGHT };
 
     /// A block of 7^3 particles with uneven positions that move with `flow` and have the pressure `p`, and its sums.
     fn block(flow: impl Fn([f64; 3]) -> [f64; 3], p: impl Fn(usize) -> f64) -> (Fluid, Forces) {

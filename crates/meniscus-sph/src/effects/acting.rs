@@ -177,11 +177,12 @@ mod tests {
     use crate::{Setup, Simulator};
     use meniscus::reduced::effects::EffectKind;
     use meniscus_data::effects::Effects;
+    use meniscus_data::glass::WallShape;
     use meniscus_data::liquids::{Liquid, Rheology};
 
     #[test]
     fn the_line_moves_with_the_mode() {
-        let glass = Glass { radius_m: 0.035, fill_m: 0.07, rim_m: 0.11, taper: 0.0 };
+        let glass = Glass { radius_m: 0.035, fill_m: 0.07, rim_m: 0.11, wall: WallShape::UPRIGHT };
         let rheology = Rheology::newtonian(0.1);
         let effects = Effects::default().with(EffectKind::Foam, 1.0);
         let liquid = Liquid { name: "x".into(), density_kg_m3: 1261.0, rheology, effects };

@@ -53,7 +53,7 @@ impl Simulator {
         } else if x[2] > glass.rim_m - self.spacing_m && radius > wall {
             // A spacing below the rim, too: it came over the edge since it was last looked at.
             Place::Over
-        } else if x[2] > glass.rim_m || (radius <= wall + slack && x[2] >= -slack) {
+        } else if x[2] > glass.rim_m || glass.wall_distance(x) >= -slack {
             Place::Inside
         } else {
             Place::Below

@@ -65,8 +65,7 @@ impl SurfaceFinder {
             .pseudo_inverse(1e-9)
             .map_err(|why| Error::Setup(format!("the surface cannot be fitted over these columns: {why}")))?;
         let support2 = simulator.forces.kernel.support2;
-        let lean = glass.taper.abs() * glass.rim_m;
-        let reach2 = if glass.is_cylinder() { support2 } else { (support2.sqrt() + lean).powi(2) };
+        let reach2 = if glass.is_cylinder() { support2 } else { (support2.sqrt() + glass.lean_m()).powi(2) };
         let mut finder = Self { radius_m, reach2, positions, threshold, fit, offset_m: 0.0 };
         let nearby = finder.nearby(simulator);
         let rest = finder.coefficients(simulator, &nearby);

@@ -8,6 +8,7 @@ use crate::effects::{self, Laws, glass_with, liquid_with, rise_m};
 use crate::forces::{MOST, reach};
 use crate::particles::{Kernel, SMOOTHING};
 use meniscus_data::effects::Effects;
+use meniscus_data::glass::WallShape;
 use meniscus_data::liquids::Liquid;
 use meniscus_data::recording::Glass;
 
@@ -147,7 +148,8 @@ fn sound_step(kernel: &Kernel) -> f64 {
 /// Whether a resolved setup can be simulated.
 pub(crate) fn check(setup: &Setup) -> Result<(), Error> {
     setup.effects.require_simulated().map_err(|error| Error::Setup(format!("{error}")))?;
-    let Glass { radius_m, fill_m, rim_m, taper } = setup.glass;
+    let Glass { fill_m, rim_m, wall, .. } = setup.glass;
+    let radius_m = setup.glass.size_m();
     if !(0.005..=0.2).contains(&radius_m)
         || !(0.005..=0.3).contains(&fill_m)
         || !(fill_m..=0.4).contains(&rim_m)
@@ -157,10 +159,22 @@ pub(crate) fn check(setup: &Setup) -> Result<(), Error> {
              fill 0.005 to 0.3, rim from the fill to 0.4"
         )));
     }
-    if !(-0.2..=0.2).contains(&taper) || !(0.005..=0.2).contains(&setup.glass.radius_at(rim_m)) {
-        return Err(Error::Setup(format!(
-            "a taper of {taper} is out of range: -0.2 to 0.2, and a radius of 0.005 to 0.2 m at the rim"
-        )));
+    match wall {
+        WallShape::Straight { taper } => {
+            if !(-0.2..=0.2).contains(&taper) || !(0.005..=0.2).contains(&setup.glass.radius_at(rim_m)) {
+                return Err(Error::Setup(format!(
+                    "a taper of {taper} is out of range: -0.2 to 0.2, and a radius of 0.005 to 0.2 m at the rim"
+                )));
+            }
+        }
+        WallShape::Curved(profile) => {
+            if rim_m > profile.top_m() {
+                return Err(Error::Setup(format!(
+                    "the rim at {rim_m} m is above the last point of the profile at {} m: give the profile up to the rim",
+                    profile.top_m()
+                )));
+            }
+        }
     }
     let rise_m = rise_m(&Laws::of(&setup.effects), &setup.glass);
     if fill_m + rise_m > rim_m || rise_m > fill_m {
@@ -199,7 +213,7 @@ pub(crate) fn check(setup: &Setup) -> Result<(), Error> {
 pub(crate) fn small_glass(density_kg_m3: f64, rheology: meniscus_data::liquids::Rheology) -> Setup {
     let liquid = Liquid { name: "x".into(), density_kg_m3, rheology, effects: Effects::default() };
     Setup {
-        glass: Glass { radius_m: 0.035, fill_m: 0.035, rim_m: 0.06, taper: 0.0 },
+        glass: Glass { radius_m: 0.035, fill_m: 0.035, rim_m: 0.06, wall: WallShape::UPRIGHT },
         liquid,
         spacing_m: 0.007,
         seed: 0,

@@ -22,7 +22,7 @@ pub(crate) struct Packing {
 }
 
 impl Packing {
-    /// One layer of rings `pitch` apart from ring `first` to `last` (excluded) at height `z`.
+    /// One layer of rings `pitch` apart from ring `first` to `last` (excluded) at height `z`, `dz` thick.
     fn layer(&mut self, first: usize, last: usize, pitch: f64, z: f64, dz: f64, phase: f64) {
         for ring in first..last {
             let radius = (ring as f64 + 0.5) * pitch;
@@ -45,7 +45,11 @@ impl Packing {
             let phase = TURN * (layer as f64 + seed as f64 % 1024.0);
             let z = (layer as f64 + 0.5) * dz;
             let (rings, pitch) = rings_at(glass, dx, z);
-            packing.layer(0, rings, pitch, z, dz, phase);
+            // As thick as a cylinder with the liquid between two heights: the walls of a cone or bowl are no steps.
+            let [low, high] = [layer as f64 * dz, (layer + 1) as f64 * dz];
+            let radius = rings as f64 * pitch;
+            let thick = glass.volume_m3(low, high) / (std::f64::consts::PI * radius * radius);
+            packing.layer(0, rings, pitch, z, thick, phase);
         }
         packing
     }
@@ -70,32 +74,33 @@ impl Packing {
 
 /// The spacing nearest to `spacing_m` with a whole number of rings across the radius.
 pub(crate) fn fitting_spacing(glass: &Glass, spacing_m: f64) -> f64 {
-    glass.radius_m / rings(glass, spacing_m) as f64
+    glass.size_m() / rings(glass, spacing_m) as f64
 }
 
-/// Rings of liquid particles at height `z`, and how far apart they are: nearest to `dx` in a cone, where
-/// each layer has its own.
+/// Rings of liquid particles at height `z`, and how far apart they are: nearest to `dx` in a cone or a bowl, where each layer has
+/// its own.
 fn rings_at(glass: &Glass, dx: f64, z: f64) -> (usize, f64) {
     if glass.is_cylinder() {
         return (rings(glass, dx), dx);
     }
     let radius = glass.radius_at(z);
-    let rings = (radius / dx).round().max(2.0);
+    let rings = (radius / dx).round().max(1.0);
     (rings as usize, radius / rings)
 }
 
-/// Rings of liquid particles across the radius of the bottom.
+/// Rings of liquid particles across the radius by which the glass is judged.
 fn rings(glass: &Glass, spacing_m: f64) -> usize {
-    (glass.radius_m / spacing_m).round().max(2.0) as usize
+    (glass.size_m() / spacing_m).round().max(2.0) as usize
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use meniscus_data::glass::WallShape;
 
     #[test]
     fn the_packing_fills_the_glass() {
-        let glass = Glass { radius_m: 0.035, fill_m: 0.07, rim_m: 0.11, taper: 0.0 };
+        let glass = Glass { radius_m: 0.035, fill_m: 0.07, rim_m: 0.11, wall: WallShape::UPRIGHT };
         let packing = Packing::liquid(&glass, 0.005, 3);
         let volume: f64 = packing.volume.iter().sum();
         let truth = std::f64::consts::PI * 0.035_f64.powi(2) * 0.07;

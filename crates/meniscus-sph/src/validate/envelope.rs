@@ -149,10 +149,11 @@ fn inviscid_square(mode: &Mode, glass: &Glass) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use meniscus_data::glass::WallShape;
 
     #[test]
     fn a_newtonian_liquid_decays_as_the_eigenvalue_says_and_a_thinning_one_slower_when_it_moves_faster() {
-        let glass = Glass { radius_m: 0.035, fill_m: 0.07, rim_m: 0.11, taper: 0.0 };
+        let glass = Glass { radius_m: 0.035, fill_m: 0.07, rim_m: 0.11, wall: WallShape::UPRIGHT };
         let envelope = Envelope::new(&glass, 1261.0);
         let (viscosity, decay) = envelope.decay(&Rheology::newtonian(0.95), 0.1).expect("it oscillates");
         assert!((viscosity / 0.95 - 1.0).abs() < 1e-6 && (decay / 6.69 - 1.0).abs() < 0.01, "{decay}");

@@ -10,11 +10,13 @@ use super::theory::{Mode, Tone};
 use super::viscous::viscous_mode;
 use crate::{Error, Setup, Simulator};
 use meniscus_data::effects::Effects;
+use meniscus_data::glass::WallShape;
 use meniscus_data::liquids::{Liquid, Rheology};
 use meniscus_data::recording::Glass;
 
 /// The glass of every case.
-pub(super) const GLASS: Glass = Glass { radius_m: 0.035, fill_m: 0.07, rim_m: 0.11, taper: 0.0 };
+pub(super) const GLASS: Glass =
+    Glass { radius_m: 0.035, fill_m: 0.07, rim_m: 0.11, wall: WallShape::UPRIGHT };
 
 /// Glycerine as in the paper: density kg/m3 and viscosity Pa s.
 pub(super) const GLYCERINE: (f64, f64) = (1261.0, 0.950);

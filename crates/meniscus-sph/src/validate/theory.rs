@@ -84,10 +84,11 @@ impl Mode {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use meniscus_data::glass::WallShape;
 
     #[test]
     fn the_modes_have_their_known_frequencies_and_touch_no_wall() {
-        let glass = Glass { radius_m: 0.035, fill_m: 0.07, rim_m: 0.11, taper: 0.0 };
+        let glass = Glass { radius_m: 0.035, fill_m: 0.07, rim_m: 0.11, wall: WallShape::UPRIGHT };
         let (first, second) = (Mode::first(glass), Mode::second(glass));
         assert!((first.hz() - 3.613).abs() < 1e-3, "{} Hz", first.hz());
         assert!((first.layer_decay(0.950 / 1261.0) - 6.59).abs() < 0.01);

@@ -253,8 +253,9 @@ impl Problem {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use meniscus_data::glass::WallShape;
 
-    const GLASS: Glass = Glass { radius_m: 0.035, fill_m: 0.07, rim_m: 0.11, taper: 0.0 };
+    const GLASS: Glass = Glass { radius_m: 0.035, fill_m: 0.07, rim_m: 0.11, wall: WallShape::UPRIGHT };
 
     #[test]
     fn slip_and_memory_have_their_limits() {

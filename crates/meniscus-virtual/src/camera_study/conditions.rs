@@ -2,6 +2,7 @@
 
 use crate::render::{Clutter, Finger, Glare, SceneSettings};
 use meniscus::surface::{Liquid, POINTS, Settings, profile_abscissa};
+use meniscus_data::glass::WallShape;
 use meniscus_data::recording::Glass;
 use meniscus_data::recording::{Lattice, WALL_POINTS, wall_azimuth};
 use rand::{RngExt, SeedableRng};
@@ -178,7 +179,7 @@ impl Case {
             radius_m: f64::from(camera.radius_m),
             fill_m: f64::from(camera.fill_m),
             rim_m: f64::from(camera.rim_m),
-            taper: 0.0,
+            wall: WallShape::UPRIGHT,
         };
         let at = |x: f64, y: f64| shape.height(&glass, x, y);
         let wall = |i| wall_azimuth(i).sin_cos();

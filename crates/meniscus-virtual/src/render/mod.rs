@@ -27,6 +27,7 @@ use backdrop::Backdrop;
 use clutter::Overlay;
 pub use clutter::{Clutter, Finger, Glare};
 use meniscus::surface::Settings;
+use meniscus_data::glass::WallShape;
 use meniscus_data::recording::{Glass, Recording, WALL_POINTS};
 use noise::{Noise, mix};
 use outline::Outline;
@@ -190,7 +191,7 @@ impl Scene {
             radius_m: f64::from(camera.radius_m),
             fill_m: f64::from(camera.fill_m),
             rim_m: f64::from(camera.rim_m),
-            taper: 0.0,
+            wall: WallShape::UPRIGHT,
         };
         let window = view.window(&glass);
         let noise = Noise::new(settings.seed);

@@ -82,11 +82,12 @@ impl Ring {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use meniscus_data::glass::WallShape;
     use meniscus_data::recording::wall_azimuth;
 
     #[test]
     fn a_tilted_plane_is_met_everywhere() {
-        let glass = Glass { radius_m: 0.035, fill_m: 0.07, rim_m: 0.11, taper: 0.0 };
+        let glass = Glass { radius_m: 0.035, fill_m: 0.07, rim_m: 0.11, wall: WallShape::UPRIGHT };
         let mut shape = Shape::new(&glass);
         let plane = |x: f64, y: f64| 0.07 + 0.3 * x - 0.2 * y;
         let wall: Vec<f32> = (0..WALL_POINTS)
