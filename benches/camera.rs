@@ -10,7 +10,7 @@
 use meniscus::depth_filters::{HoleFilling, LANES, Spatial, SpatialDisparity, fill_holes, to_disparity};
 use meniscus::surface::{ColourLens, Config, ExtractionState, Intrinsics, Rectifier, extract};
 use meniscus::usb::frame::{DepthFrame, OutlineFrame, Stamp};
-use meniscus::usb::uvc::{Assembler, AssemblyOutcome};
+use meniscus::usb::uvc::{Assembler, AssemblyOutcome, DeviceClock};
 use meniscus_data::recording::{COLUMNS, WALL_POINTS, wall_azimuth};
 use meniscus_hil::{Camera, CameraSettings, Shot, Source, Stream};
 use meniscus_virtual::render::{Images, Liquid, Scene, SceneSettings};
@@ -92,6 +92,7 @@ fn main() {
     let mut spare = room.clone();
     let mut third = room.clone();
     let (mut assembler, mut reader) = (Assembler::new(&mut room), Assembler::new(&mut third));
+    let mut clock = DeviceClock::default();
     let [mut render, mut pack, mut push, mut whole, mut tracked, mut lost, mut roi] =
         std::array::from_fn(|_| Stage::default());
     for frame in 0..FRAMES {
@@ -107,17 +108,20 @@ fn main() {
         let shot = Shot::infrared(&images.depth, &images.infrared, 1_000 + frame * 16_667);
         let payloads = pack.time(|| camera.expose(&shot));
         let payload = payloads.iter().find(|p| p.stream == Stream::Depth).expect("a healthy camera");
-        let seen = push.time(|| matches!(assembler.push(&payload.bytes), AssemblyOutcome::Frame(_)));
+        let seen =
+            push.time(|| matches!(assembler.push(&payload.bytes, &mut clock), AssemblyOutcome::Frame(_)));
         assert!(seen, "frame {frame}");
         let mut in_place = Assembler::new(&mut spare);
-        assert!(whole.time(|| matches!(in_place.whole(&payload.bytes), AssemblyOutcome::Frame(_))));
+        assert!(
+            whole.time(|| matches!(in_place.whole(&payload.bytes, &mut clock), AssemblyOutcome::Frame(_)))
+        );
         let stamp = Stamp::default();
         let depth = DepthFrame { bytes: &images.depth, width, height, stamp };
         let infrared = OutlineFrame { bytes: &images.infrared, width, height, stamp };
         let profile = tracked.time(|| extract(&config, &mut state, depth, infrared));
         assert!(profile.is_ok(), "frame {frame}: {profile:?}");
         let profile = roi.time(|| {
-            let AssemblyOutcome::Frame(frame) = reader.whole(&payload.bytes) else { return None };
+            let AssemblyOutcome::Frame(frame) = reader.whole(&payload.bytes, &mut clock) else { return None };
             let depth = DepthFrame { bytes: frame.pixels, width, height, stamp: frame.stamp };
             extract(&config, &mut state, depth, infrared).ok()
         });

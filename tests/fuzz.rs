@@ -13,7 +13,7 @@ use meniscus::usb::d4xx;
 use meniscus::usb::d4xx::{Command, DepthTable, Identity, Table};
 use meniscus::usb::uvc::descriptor::{Descriptors, check, interfaces};
 use meniscus::usb::uvc::format::video_modes;
-use meniscus::usb::uvc::{Assembler, AssemblyOutcome, ControlChange, Probe, Topology};
+use meniscus::usb::uvc::{Assembler, AssemblyOutcome, ControlChange, DeviceClock, Probe, Topology};
 use meniscus_bags::{McapWriter, open};
 use meniscus_data::profiles::{profiles_from_csv, profiles_to_csv};
 use meniscus_data::recording::Recording;
@@ -132,11 +132,11 @@ proptest! {
     #[test]
     fn payloads(all in prop::collection::vec((0..20_u32, edits()), 1..12), whole: bool) {
         let mut buffer = [0; 64];
-        let mut assembler = Assembler::new(&mut buffer);
+        let (mut assembler, mut clock) = (Assembler::new(&mut buffer), DeviceClock::default());
         let mut out = 0;
         for (shot, edits) in &all {
             let bytes = edited(&payload(*shot), edits);
-            let outcome = if whole { assembler.whole(&bytes) } else { assembler.push(&bytes) };
+            let outcome = if whole { assembler.whole(&bytes, &mut clock) } else { assembler.push(&bytes, &mut clock) };
             if let AssemblyOutcome::Frame(frame) = outcome {
                 prop_assert_eq!(frame.pixels.len(), 64);
                 out += 1;

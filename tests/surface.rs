@@ -6,7 +6,7 @@ use meniscus::surface::{
     Config, ConfigError, ExtractionError, ExtractionState, Liquid, Settings, SurfaceProfile, extract,
 };
 use meniscus::usb::frame::{DepthFrame, OutlineFrame};
-use meniscus::usb::uvc::{Assembler, AssemblyOutcome, Frame, Pairer, Stream};
+use meniscus::usb::uvc::{Assembler, AssemblyOutcome, DeviceClock, Frame, Pairer, Stream};
 use meniscus_hil::{Camera, CameraSettings, FaultInjector, Shot, Source};
 use meniscus_virtual::render::{Images, Liquid as Seen, Scene, SceneSettings};
 use rendered::{Errors, Shape, curved, first_mode, flat, lent, read_back, sampled, swing, tilted};
@@ -230,7 +230,8 @@ fn from_pixels_over_the_wire_to_profiles() {
     let (mut depth_room, mut infrared_room) = (vec![0; 2 * width * height], vec![0; width * height]);
     let (mut depth_kept, mut infrared_kept) = (depth_room.clone(), infrared_room.clone());
     let (mut depth, mut infrared) = (Assembler::new(&mut depth_room), Assembler::new(&mut infrared_room));
-    let (mut pairer, mut errors, mut profiles) = (Pairer::new(16_667), Errors::default(), 0);
+    let (mut pairer, mut errors, mut profiles) = (Pairer::new(16_667, 1), Errors::default(), 0);
+    let mut clock = DeviceClock::default();
     for shot in 0..30 {
         let liquid =
             Seen { glass_m: [swing(shot), 0.0], wall_m: &surface.wall_m, column_m: &surface.column_m };
@@ -238,9 +239,11 @@ fn from_pixels_over_the_wire_to_profiles() {
         let shot = Shot::infrared(&images.depth, &images.infrared, 500_000 + shot * 16_667);
         for payload in source.expose(&shot) {
             let (outcome, kept, stream) = match payload.stream {
-                meniscus_hil::Stream::Depth => (depth.push(&payload.bytes), &mut depth_kept, Stream::Depth),
+                meniscus_hil::Stream::Depth => {
+                    (depth.push(&payload.bytes, &mut clock), &mut depth_kept, Stream::Depth)
+                }
                 meniscus_hil::Stream::Infrared | meniscus_hil::Stream::Colour => {
-                    (infrared.push(&payload.bytes), &mut infrared_kept, Stream::Outline)
+                    (infrared.push(&payload.bytes, &mut clock), &mut infrared_kept, Stream::Outline)
                 }
             };
             let AssemblyOutcome::Frame(Frame { pixels, stamp }) = outcome else {

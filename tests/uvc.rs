@@ -1,7 +1,8 @@
 //! Payloads of the simulated camera, healthy and damaged, through header, assembler and pairing.
 
 use meniscus::usb::uvc::{
-    Assembler, AssemblyOutcome, Cause, HeaderError, Losses, Pairer, PayloadHeader, Solitary, Timing,
+    Assembler, AssemblyOutcome, Cause, DeviceClock, HeaderError, Losses, Pairer, PayloadHeader, Solitary,
+    Timing,
 };
 use meniscus_hil::{
     Camera, CameraSettings, FaultInjector, FaultKind, FaultList, Image, Payload, Shot, Source, Stream, pack,
@@ -43,7 +44,7 @@ fn run(faults: &str, shots: u64, seed: u64, whole: bool) -> Books {
     let (mut depth_buffer, mut infrared_buffer) = ([0; WIDTH * HEIGHT * 2], [0; WIDTH * HEIGHT]);
     let mut depth = Assembler::new(&mut depth_buffer);
     let mut infrared = Assembler::new(&mut infrared_buffer);
-    let mut pairer = Pairer::new(INTERVAL_US as u32);
+    let (mut pairer, mut clock) = (Pairer::new(INTERVAL_US as u32, 1), DeviceClock::default());
     let mut books = Books::default();
     for shot in 0..shots {
         for payload in expose(&mut source, shot) {
@@ -53,8 +54,11 @@ fn run(faults: &str, shots: u64, seed: u64, whole: bool) -> Books {
                     (&mut infrared, &mut books.infrared, 1, meniscus::usb::uvc::Stream::Outline)
                 }
             };
-            let outcome =
-                if whole { assembler.whole(&payload.bytes) } else { assembler.push(&payload.bytes) };
+            let outcome = if whole {
+                assembler.whole(&payload.bytes, &mut clock)
+            } else {
+                assembler.push(&payload.bytes, &mut clock)
+            };
             if let AssemblyOutcome::Frame(frame) = outcome {
                 let shot = (frame.stamp.captured.0 - 1_000_000) / INTERVAL_US;
                 assert_eq!(frame.stamp.captured.0, 1_000_000 + shot * INTERVAL_US, "mid-exposure");
@@ -156,11 +160,14 @@ fn small(fid: bool, end: bool, pts: u32, pixels: &[u8]) -> Vec<u8> {
 #[test]
 fn a_frame_without_its_middle_or_its_end_is_lost() {
     let mut buffer = [0; 4];
-    let mut assembler = Assembler::new(&mut buffer);
-    assert_eq!(assembler.push(&small(false, false, 10, &[1, 2])), AssemblyOutcome::Partial);
-    assert_eq!(assembler.push(&small(false, true, 10, &[4])), AssemblyOutcome::Lost(Cause::ShortFrame));
-    assert_eq!(assembler.push(&small(true, false, 20, &[1, 2])), AssemblyOutcome::Partial);
-    let next = assembler.push(&small(false, true, 30, &[5, 6, 7, 8]));
+    let (mut assembler, mut clock) = (Assembler::new(&mut buffer), DeviceClock::default());
+    assert_eq!(assembler.push(&small(false, false, 10, &[1, 2]), &mut clock), AssemblyOutcome::Partial);
+    assert_eq!(
+        assembler.push(&small(false, true, 10, &[4]), &mut clock),
+        AssemblyOutcome::Lost(Cause::ShortFrame)
+    );
+    assert_eq!(assembler.push(&small(true, false, 20, &[1, 2]), &mut clock), AssemblyOutcome::Partial);
+    let next = assembler.push(&small(false, true, 30, &[5, 6, 7, 8]), &mut clock);
     assert!(matches!(next, AssemblyOutcome::Frame(frame) if frame.pixels == [5, 6, 7, 8]), "{next:?}");
     let lost = assembler.losses();
     assert_eq!((lost.short_frame, lost.frame_unended, lost.frames()), (1, 1, 2));
@@ -169,22 +176,22 @@ fn a_frame_without_its_middle_or_its_end_is_lost() {
 #[test]
 fn the_rest_of_a_refused_frame_is_swallowed() {
     let mut buffer = [0; 4];
-    let mut assembler = Assembler::new(&mut buffer);
+    let (mut assembler, mut clock) = (Assembler::new(&mut buffer), DeviceClock::default());
     assert_eq!(
-        assembler.push(&small(false, false, 10, &[0; 5])),
+        assembler.push(&small(false, false, 10, &[0; 5]), &mut clock),
         AssemblyOutcome::Lost(Cause::OverlongFrame)
     );
-    assert_eq!(assembler.push(&small(false, false, 10, &[0; 2])), AssemblyOutcome::Partial);
-    assert_eq!(assembler.push(&small(false, true, 10, &[0; 2])), AssemblyOutcome::Partial);
-    assert!(matches!(assembler.push(&small(true, true, 20, &[0; 4])), AssemblyOutcome::Frame(_)));
+    assert_eq!(assembler.push(&small(false, false, 10, &[0; 2]), &mut clock), AssemblyOutcome::Partial);
+    assert_eq!(assembler.push(&small(false, true, 10, &[0; 2]), &mut clock), AssemblyOutcome::Partial);
+    assert!(matches!(assembler.push(&small(true, true, 20, &[0; 4]), &mut clock), AssemblyOutcome::Frame(_)));
     assert_eq!(assembler.losses().frames(), 1);
 }
 
 #[test]
 fn time_goes_on_over_the_wrap_of_the_clock_and_after_its_reset() {
     let mut buffer = [0; 1];
-    let mut assembler = Assembler::new(&mut buffer);
-    let mut time = |pts, fid| match assembler.push(&small(fid, true, pts, &[0])) {
+    let (mut assembler, mut clock) = (Assembler::new(&mut buffer), DeviceClock::default());
+    let mut time = |pts, fid| match assembler.push(&small(fid, true, pts, &[0]), &mut clock) {
         AssemblyOutcome::Frame(frame) => Some(frame.stamp.captured.0),
         _ => None,
     };
@@ -194,17 +201,120 @@ fn time_goes_on_over_the_wrap_of_the_clock_and_after_its_reset() {
     // The camera restarts: two frames are refused, then time goes on.
     let restart = u32::MAX - 50_000_000;
     assert_eq!([time(restart, false), time(restart + 16_667, true)], [None, None]);
-    assert_eq!(time(restart + 2 * 16_667, false), Some(start + 2 * 16_667));
+    let again = start + 16_667 + 33_333;
+    assert_eq!(time(restart + 2 * 16_667, false), Some(again + 16_667));
     // Late frames, however many, do not move the clock.
     assert_eq!([time(restart, true), time(restart + 1, false), time(restart + 2, true)], [None; 3]);
-    assert_eq!(time(restart + 3 * 16_667, false), Some(start + 3 * 16_667));
+    assert_eq!(time(restart + 3 * 16_667, false), Some(again + 2 * 16_667));
+}
+
+/// Pairs that a receiver of both streams made of a sequence of frames.
+#[derive(Default)]
+struct Received {
+    /// Number of each pair's shot, by the pixels of its depth image.
+    shots: Vec<u8>,
+    wrong: u32,
+}
+
+/// A frame as the camera sends it: its stream, the shot that it shows and its time stamp.
+#[derive(Clone, Copy)]
+struct Sent {
+    stream: meniscus::usb::uvc::Stream,
+    shot: u8,
+    pts: u32,
+}
+
+/// Receives `sent` in its order, with room for two images of each stream.
+fn receive(sent: impl Iterator<Item = Sent>) -> Received {
+    let (mut depth_room, mut outline_room) = ([0; 2], [0; 2]);
+    let mut depth = Assembler::keeping_two(&mut depth_room);
+    let mut outline = Assembler::keeping_two(&mut outline_room);
+    let (mut clock, mut pairer) = (DeviceClock::default(), Pairer::new(INTERVAL_US as u32, 2));
+    let (mut received, mut last) = (Received::default(), None);
+    for Sent { stream, shot, pts } in sent {
+        let assembler = match stream {
+            meniscus::usb::uvc::Stream::Depth => &mut depth,
+            meniscus::usb::uvc::Stream::Outline => &mut outline,
+        };
+        let payload = small(shot % 2 == 1, true, pts, &[shot]);
+        let AssemblyOutcome::Frame(frame) = assembler.push(&payload, &mut clock) else { continue };
+        let Some(pair) = pairer.offer(stream, frame.stamp) else { continue };
+        let images = [depth.pixels_of(pair.depth), outline.pixels_of(pair.outline)];
+        let [Some([of_depth]), Some([of_outline])] = images else { panic!("{images:?} of shot {shot}") };
+        received.wrong += u32::from(of_depth != of_outline);
+        assert!(last < Some(pair.depth.captured), "time goes on");
+        last = Some(pair.depth.captured);
+        received.shots.push(*of_depth);
+    }
+    received
+}
+
+/// Shots `from..to` of a camera whose clock shows `pts` at the first, without the frames for which `lost` says so.
+fn shots(
+    from: u8,
+    to: u8,
+    pts: u32,
+    lost: impl Fn(meniscus::usb::uvc::Stream, u8) -> bool,
+) -> impl Iterator<Item = Sent> {
+    use meniscus::usb::uvc::Stream::{Depth, Outline};
+    let all = (from..to).flat_map(move |shot| {
+        let at = pts.wrapping_add(u32::from(shot - from) * INTERVAL_US as u32);
+        [Sent { stream: Depth, shot, pts: at }, Sent { stream: Outline, shot, pts: at.wrapping_add(40) }]
+    });
+    all.filter(move |sent| !lost(sent.stream, sent.shot))
+}
+
+/// The clock starts anew, and either stream loses frames before or after that: no image is paired with one of another instant, and
+/// pairs come again after two frames. Clocks that are up for a minute, or for longer than half of their circle.
+#[test]
+fn a_restart_with_frames_lost_on_one_stream_neither_blinds_nor_mixes() {
+    for before_pts in [60_000_000, 2_400_000_000, u32::MAX - 300_000] {
+        // Each bit loses one frame: depth and outline of the last two shots before and of the first two after.
+        for mask in 0_u32..1 << 8 {
+            let bit = |stream, shot: u8| {
+                u32::from(shot) * 2 + u32::from(stream == meniscus::usb::uvc::Stream::Outline)
+            };
+            let before = shots(0, 20, before_pts, move |stream, shot| {
+                shot >= 18 && mask >> bit(stream, shot - 18) & 1 == 1
+            });
+            let after = shots(20, 60, 500_000, move |stream, shot| {
+                shot < 22 && mask >> (4 + bit(stream, shot - 20)) & 1 == 1
+            });
+            let received = receive(before.chain(after));
+            assert_eq!(received.wrong, 0, "{mask:08b} at {before_pts}");
+            let late = received.shots.iter().filter(|shot| **shot >= 23).count();
+            assert_eq!(late, 37, "{mask:08b} at {before_pts}: {:?}", received.shots);
+        }
+    }
+}
+
+/// A constant lag of a frame between the streams (librealsense issue 1773), either way.
+#[test]
+fn a_stream_that_lags_by_a_frame_pairs_every_time() {
+    for lagging in [meniscus::usb::uvc::Stream::Depth, meniscus::usb::uvc::Stream::Outline] {
+        let mut sent: Vec<_> = shots(0, 100, 1_000_000, |_, _| false).collect();
+        // The lagging stream's frame n comes behind the other's frame n + 1.
+        sent.sort_by_key(|sent| 2 * u32::from(sent.shot) + if sent.stream == lagging { 3 } else { 0 });
+        let received = receive(sent.into_iter());
+        assert_eq!((received.shots.len(), received.wrong), (100, 0), "{lagging:?} lags");
+    }
+}
+
+#[test]
+fn streams_that_start_on_either_side_of_the_rollover_pair() {
+    // The first depth frame is stamped 20 us before the rollover, its partner 20 us behind it.
+    let received = receive(shots(0, 50, u32::MAX - 19, |_, _| false));
+    assert_eq!((received.shots.len(), received.wrong), (50, 0));
+    let outline_first =
+        shots(0, 50, u32::MAX - 19, |stream, shot| shot == 0 && stream == meniscus::usb::uvc::Stream::Depth);
+    assert_eq!(receive(outline_first).shots.len(), 49);
 }
 
 #[test]
 fn a_payload_without_a_time_is_no_frame() {
     let mut buffer = [0; 1];
-    let mut assembler = Assembler::new(&mut buffer);
-    assert_eq!(assembler.push(&[2, 0b10, 7]), AssemblyOutcome::Lost(Cause::PtsMissing));
+    let (mut assembler, mut clock) = (Assembler::new(&mut buffer), DeviceClock::default());
+    assert_eq!(assembler.push(&[2, 0b10, 7], &mut clock), AssemblyOutcome::Lost(Cause::PtsMissing));
     assert_eq!(assembler.losses().pts_missing, 1);
 }
 
@@ -273,7 +383,7 @@ fn random_bytes_never_panic_and_never_give_a_wrong_size() {
         random
     };
     let mut buffer = [0; 48];
-    let mut assembler = Assembler::new(&mut buffer);
+    let (mut assembler, mut clock) = (Assembler::new(&mut buffer), DeviceClock::default());
     let mut frames = 0;
     for _ in 0..200_000 {
         let length = (draw() % 80) as usize;
@@ -282,7 +392,11 @@ fn random_bytes_never_panic_and_never_give_a_wrong_size() {
         if let (Some(first), true) = (payload.first_mut(), draw() % 2 == 0) {
             *first = (draw() % 40) as u8;
         }
-        let outcome = if draw() % 4 == 0 { assembler.whole(&payload) } else { assembler.push(&payload) };
+        let outcome = if draw() % 4 == 0 {
+            assembler.whole(&payload, &mut clock)
+        } else {
+            assembler.push(&payload, &mut clock)
+        };
         if let AssemblyOutcome::Frame(frame) = outcome {
             assert_eq!(frame.pixels.len(), 48);
             frames += 1;

@@ -97,6 +97,11 @@ impl Camera {
     pub fn new(settings: CameraSettings) -> Self {
         Self { settings, counter: 0 }
     }
+
+    /// Lets the frame counter begin anew, at 1.
+    pub fn restart_counter(&mut self) {
+        self.counter = 0;
+    }
 }
 
 impl Source for Camera {

@@ -30,6 +30,11 @@ impl<S> FaultInjector<S> {
         Self { inner, faults, random, shot: 0, skipped: 0, held: Vec::new() }
     }
 
+    /// The source behind the faults.
+    pub(crate) fn inner_mut(&mut self) -> &mut S {
+        &mut self.inner
+    }
+
     fn strikes(&mut self, when: When) -> bool {
         match when {
             When::Share(share) => self.random.random_bool(share),

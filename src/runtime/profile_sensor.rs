@@ -3,7 +3,7 @@
 use super::budget::Clock;
 use crate::surface::{self, ExtractionError, OutlineAssembler, Rectifier, SurfaceProfile, extract};
 use crate::usb::frame::{DepthFrame, OutlineFrame, Stamp};
-use crate::usb::uvc::{Assembler, AssemblyOutcome, Losses, Pairer, Solitary, Stream};
+use crate::usb::uvc::{Assembler, AssemblyOutcome, DeviceClock, Losses, Pairer, Solitary, Stream};
 
 /// The camera's frame interval, microseconds.
 const INTERVAL_US: u32 = 16_667;
@@ -49,18 +49,26 @@ pub struct ProfileSensor<'b> {
     config: surface::Config,
     depth: Assembler<'b>,
     outline: OutlineAssembler<'b>,
+    clock: DeviceClock,
     pairer: Pairer,
     state: surface::ExtractionState,
 }
 
 impl<'b> ProfileSensor<'b> {
-    /// An eye whose frames have exactly the lengths of the buffers (two bytes a depth pixel).
+    /// An eye with buffers of one image each (two bytes a depth pixel), or of two: then a stream may come after the other's next
+    /// frame, every time, and its images still pair.
     #[must_use]
     pub fn new(config: surface::Config, depth: &'b mut [u8], infrared: &'b mut [u8]) -> Self {
-        Self::with(config, depth, OutlineAssembler::infrared(infrared))
+        let outline = if has_room_for_two(&config, 1, infrared) {
+            OutlineAssembler::infrared_keeping_two(infrared)
+        } else {
+            OutlineAssembler::infrared(infrared)
+        };
+        Self::with(config, depth, outline)
     }
 
-    /// An eye that traces the outline in the colour image; the buffers of [`OutlineAssembler::colour`].
+    /// An eye that traces the outline in the colour image; the buffers of [`OutlineAssembler::colour`], `depth` and `grey` of one
+    /// image or of two.
     #[must_use]
     pub fn with_colour(
         config: surface::Config,
@@ -69,15 +77,27 @@ impl<'b> ProfileSensor<'b> {
         colour: &'b mut [u8],
         grey: &'b mut [u8],
     ) -> Self {
-        Self::with(config, depth, OutlineAssembler::colour(rectifier, colour, grey))
+        let outline = if has_room_for_two(&config, 1, grey) {
+            OutlineAssembler::colour_keeping_two(rectifier, colour, grey)
+        } else {
+            OutlineAssembler::colour(rectifier, colour, grey)
+        };
+        Self::with(config, depth, outline)
     }
 
     fn with(config: surface::Config, depth: &'b mut [u8], outline: OutlineAssembler<'b>) -> Self {
+        let depth = if has_room_for_two(&config, 2, depth) {
+            Assembler::keeping_two(depth)
+        } else {
+            Assembler::new(depth)
+        };
+        let kept = depth.kept().min(outline.kept());
         Self {
             config,
-            depth: Assembler::new(depth),
+            depth,
             outline,
-            pairer: Pairer::new(INTERVAL_US),
+            clock: DeviceClock::default(),
+            pairer: Pairer::new(INTERVAL_US, kept),
             state: surface::ExtractionState::new(),
         }
     }
@@ -108,20 +128,30 @@ impl<'b> ProfileSensor<'b> {
         clock: &mut C,
     ) -> Option<FrameObservation> {
         let frame = match stream {
-            Stream::Depth => match self.depth.push(payload) {
+            Stream::Depth => match self.depth.push(payload, &mut self.clock) {
                 AssemblyOutcome::Frame(frame) => frame.stamp,
                 AssemblyOutcome::Partial | AssemblyOutcome::Lost(_) => return None,
             },
-            Stream::Outline => self.outline.push(payload, self.state.region(&self.config))?,
+            Stream::Outline => {
+                self.outline.push(payload, self.state.region(&self.config), &mut self.clock)?
+            }
         };
         let pair = self.pairer.offer(stream, frame)?;
         let start_us = clock.now_us();
         let (width, height) = self.config.image_size();
         let stamp = self.config.stamp_of(pair.depth, pair.outline);
-        let depth = DepthFrame { bytes: self.depth.pixels(), width, height, stamp: pair.depth };
-        let outline = OutlineFrame { bytes: self.outline.pixels(), width, height, stamp: pair.outline };
+        // Pixels of a frame that waited are gone once a later one has begun in their place.
+        let (depth, outline) = (self.depth.pixels_of(pair.depth)?, self.outline.pixels_of(pair.outline)?);
+        let depth = DepthFrame { bytes: depth, width, height, stamp: pair.depth };
+        let outline = OutlineFrame { bytes: outline, width, height, stamp: pair.outline };
         let profile = extract(&self.config, &mut self.state, depth, outline);
         let surface_us = clock.now_us().saturating_sub(start_us);
         Some(FrameObservation { stamp, profile, surface_us })
     }
+}
+
+/// Whether `buffer` has room for two images of so many bytes a pixel.
+fn has_room_for_two(config: &surface::Config, pixel_bytes: usize, buffer: &[u8]) -> bool {
+    let (width, height) = config.image_size();
+    buffer.len() >= 2 * pixel_bytes * width * height
 }

@@ -18,7 +18,8 @@ const LONGEST: usize = 216_000;
 pub fn observe_images(recording: Recording, config: Config) -> Result<Vec<Option<SurfaceProfile>>, BagError> {
     let size = recording.calibration.size;
     let (width, height) = config.image_size();
-    let (mut depth, mut infrared) = (vec![0; 2 * width * height], vec![0; width * height]);
+    // Two images of each: a stream may lag by a frame.
+    let (mut depth, mut infrared) = (vec![0; 4 * width * height], vec![0; 2 * width * height]);
     let mut sensor = ProfileSensor::new(config, &mut depth, &mut infrared);
     let (mut seen, mut first) = (Vec::new(), None);
     for image in recording.images {

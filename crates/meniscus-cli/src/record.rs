@@ -9,7 +9,7 @@ use meniscus::surface::{
     self, Config, ExtractionState, OutlineAssembler, Rectifier, Region, SurfaceProfile, extract,
 };
 use meniscus::usb::frame::{DepthFrame, OutlineFrame};
-use meniscus::usb::uvc::{Assembler, AssemblyOutcome, Stream};
+use meniscus::usb::uvc::{Assembler, AssemblyOutcome, DeviceClock, Stream};
 use meniscus_bags as bag;
 use meniscus_bags::{BagError, Calibration, FolderWriter, Image, McapWriter};
 use meniscus_data::profiles::profiles_to_csv;
@@ -219,6 +219,7 @@ struct ImageReader<'b> {
     depth: Assembler<'b>,
     outline: OutlineAssembler<'b>,
     whole: Region,
+    clock: DeviceClock,
 }
 
 impl ImageReader<'_> {
@@ -226,12 +227,12 @@ impl ImageReader<'_> {
     fn take(&mut self, delivery: &Delivery) -> Option<Image> {
         let stream = delivery.stream;
         let (stamp, pixels) = match stream {
-            Stream::Depth => match self.depth.push(&delivery.payload) {
+            Stream::Depth => match self.depth.push(&delivery.payload, &mut self.clock) {
                 AssemblyOutcome::Frame(frame) => (frame.stamp, self.depth.pixels()),
                 AssemblyOutcome::Partial | AssemblyOutcome::Lost(_) => return None,
             },
             Stream::Outline => {
-                let stamp = self.outline.push(&delivery.payload, self.whole)?;
+                let stamp = self.outline.push(&delivery.payload, self.whole, &mut self.clock)?;
                 (stamp, self.outline.pixels())
             }
         };
@@ -296,7 +297,12 @@ fn from_camera(
         Some(rectifier) => OutlineAssembler::colour(rectifier, &mut colour, &mut grey),
         None => OutlineAssembler::infrared(&mut grey),
     };
-    let mut reader = ImageReader { depth: Assembler::new(&mut depth), outline, whole: Region::whole(size) };
+    let mut reader = ImageReader {
+        depth: Assembler::new(&mut depth),
+        outline,
+        whole: Region::whole(size),
+        clock: DeviceClock::default(),
+    };
     let (ended, written) = std::thread::scope(|scope| {
         let (stop, notes) = (&*stop, &notes);
         let camera =

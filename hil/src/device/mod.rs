@@ -10,12 +10,14 @@
 mod control;
 mod descriptors;
 mod firmware;
+mod habits;
 mod replay;
 mod scenery;
 mod stream;
 mod trouble;
 
 pub use firmware::{COLOUR_INTRINSICS, COLOUR_LENS_M, COLOUR_PITCH_RAD, INTRINSICS, INTRINSICS_SMALL};
+pub use habits::{Habits, Lag};
 pub use replay::{ControlExchange, Replay};
 pub use scenery::{Film, Scenery, TestCard};
 pub use trouble::{At, Back, Cure, Ending, TROUBLES, Trouble};
@@ -41,6 +43,9 @@ const STRIKE: u64 = 60;
 const SHOT_US: [u64; 3] = [16_667, 16_667, 16_666];
 /// Device time of the middle of the first exposure, microseconds.
 pub const FIRST_SHOT_US: u64 = 1_000_000;
+
+/// Device time of the middle of the first exposure after a restart of the clock, microseconds.
+const AFTER_POWER_UP_US: i64 = 5_000;
 
 /// State of the device as the bus shows it.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -114,7 +119,9 @@ pub struct Device {
     /// A colour image without anything in it, once it is wanted.
     even: Vec<u8>,
     halted: HashSet<u8>,
-    clock_offset_us: u64,
+    /// Device time less that of a camera that was never restarted, microseconds.
+    clock_ahead_us: i64,
+    habits: Habits,
 }
 
 impl std::fmt::Debug for Device {
@@ -173,8 +180,17 @@ impl Device {
             last: [vec![], vec![]],
             even: vec![],
             halted: HashSet::new(),
-            clock_offset_us: 0,
+            clock_ahead_us: 0,
+            habits: Habits::default(),
         }
+    }
+
+    /// The same camera with other habits.
+    #[must_use]
+    pub fn with_habits(mut self, habits: Habits) -> Self {
+        self.habits = habits;
+        self.clock_ahead_us = i64::from(habits.up_us);
+        self
     }
 
     /// A camera that says what another one said.
@@ -257,6 +273,15 @@ impl Device {
         self.away.push((from_us, until_us));
         self.back_us = until_us;
         self.forget();
+        if self.habits.clock_restarts {
+            self.restart_clock();
+        }
+    }
+
+    /// Lets clock and frame counter begin anew with the next shot.
+    pub(super) fn restart_clock(&mut self) {
+        self.clock_ahead_us = AFTER_POWER_UP_US - (FIRST_SHOT_US + shot_time_us(self.shot)) as i64;
+        self.wire.inner_mut().restart_counter();
     }
 
     fn unplug(&mut self, now_us: u64, back: Back) {
@@ -284,7 +309,8 @@ impl Device {
             | Trouble::QuietInfrared(cure)
             | Trouble::Frozen(cure)
             | Trouble::Erring(cure)
-            | Trouble::Torn(cure) => Some(cure),
+            | Trouble::Torn(cure)
+            | Trouble::Apart(cure) => Some(cure),
             Trouble::InterruptError(23) => Some(Cure::Commit),
             Trouble::DrainStuck | Trouble::ClearHaltRefused => Some(Cure::Restart),
             _ => None,

@@ -42,13 +42,14 @@ impl Device {
                 return self.unplug(now_us, back);
             }
             if self.trouble == Some(Trouble::ClockReset) {
-                self.clock_offset_us = shot_time_us(self.shot) + FIRST_SHOT_US - 5_000;
+                self.restart_clock();
             }
         }
         let shot = self.shot;
         self.shot += 1;
+        let since_start = self.shots_of_start;
         self.shots_of_start += 1;
-        let captured_us = FIRST_SHOT_US + shot_time_us(shot) - self.clock_offset_us;
+        let captured_us = (FIRST_SHOT_US + shot_time_us(shot)).wrapping_add_signed(self.clock_ahead_us);
         let size = if self.usb2(now_us) { (480, 270) } else { (640, 480) };
         let in_colour = self.committed.contains(&COLOUR_STREAMING);
         let seen = if in_colour { self.scenery.look_in_colour(shot) } else { None };
@@ -67,7 +68,10 @@ impl Device {
             if let Some(replay) = &self.replay {
                 bytes = replay.payload(stream, shot, bytes);
             }
-            let at_us = arrival_us.wrapping_add(to_bus_us);
+            if self.habits.loses(stream, since_start) {
+                continue;
+            }
+            let at_us = arrival_us.wrapping_add(to_bus_us) + self.habits.delay_us(stream);
             if let Some(what) = self.afflict(stream, bytes) {
                 let endpoint = match stream {
                     Stream::Depth => DEPTH,
@@ -104,6 +108,13 @@ impl Device {
             }
             Some(Trouble::Torn(_)) => {
                 bytes.truncate(bytes.len() / 2);
+                Some(Ok(bytes))
+            }
+            Some(Trouble::Apart(_)) if stream != Stream::Depth => {
+                // The time stamp of another clock, two seconds ahead.
+                if let Some(pts) = bytes.get_mut(2..6).and_then(|pts| pts.first_chunk_mut::<4>()) {
+                    *pts = u32::from_le_bytes(*pts).wrapping_add(2_000_000).to_le_bytes();
+                }
                 Some(Ok(bytes))
             }
             Some(Trouble::Transfer(Ending::Stall, _)) if self.halted.contains(&DEPTH) && place == 0 => None,

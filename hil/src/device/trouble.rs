@@ -122,6 +122,7 @@ pub enum Trouble {
     DrainStuck,
     NoMemory,
     ClearHaltRefused,
+    Apart(Cure),
 }
 
 /// Every trouble: its name, what it is, what it does. Its number is its place, from 1.
@@ -236,6 +237,7 @@ pub const TROUBLES: &[(&str, Trouble, &str)] = &[
     ),
     ("no-memory", Trouble::NoMemory, "the system has no memory for transfers"),
     ("clear-halt-refused", Trouble::ClearHaltRefused, "quiet until a restart, and clear-halt fails"),
+    ("apart", Trouble::Apart(Cure::Commit), "depth and infrared of different instants, until a new commit"),
 ];
 
 impl Trouble {

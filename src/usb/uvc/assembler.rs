@@ -6,8 +6,10 @@
 //! identifier although its time is new, is whole all the same: it comes out, and the oddity is booked.
 
 use super::continuity::Continuity;
+use super::device_clock::DeviceClock;
 use super::header::PayloadHeader;
 use super::losses::{Cause, Losses};
+use super::places::Places;
 use crate::usb::frame::Stamp;
 
 /// A whole frame, its pixels in place.
@@ -54,18 +56,18 @@ impl Open {
 /// Joins the payloads of one stream in a buffer of the caller's.
 ///
 /// ```
-/// use meniscus::usb::uvc::{Assembler, AssemblyOutcome};
+/// use meniscus::usb::uvc::{Assembler, AssemblyOutcome, DeviceClock};
 ///
 /// let mut buffer = [0; 4];
-/// let mut assembler = Assembler::new(&mut buffer);
+/// let (mut assembler, mut clock) = (Assembler::new(&mut buffer), DeviceClock::default());
 /// // Length 6, flags PTS | EOF, PTS = 1000 us, four pixels.
 /// let payload = [6, 0b110, 0xe8, 3, 0, 0, 1, 2, 3, 4];
-/// assert!(matches!(assembler.push(&payload), AssemblyOutcome::Frame(frame) if frame.pixels == [1, 2, 3, 4]));
-/// assert!(matches!(assembler.push(&payload[..9]), AssemblyOutcome::Lost(_)));
+/// assert!(matches!(assembler.push(&payload, &mut clock), AssemblyOutcome::Frame(frame) if frame.pixels == [1, 2, 3, 4]));
+/// assert!(matches!(assembler.push(&payload[..9], &mut clock), AssemblyOutcome::Lost(_)));
 /// ```
 #[derive(Debug)]
 pub struct Assembler<'b> {
-    buffer: &'b mut [u8],
+    places: Places<'b>,
     open: Option<Open>,
     continuity: Continuity,
     losses: Losses,
@@ -75,7 +77,23 @@ impl<'b> Assembler<'b> {
     /// An assembler of frames of exactly `buffer.len()` bytes.
     #[must_use]
     pub fn new(buffer: &'b mut [u8]) -> Self {
-        Self { buffer, open: None, continuity: Continuity::default(), losses: Losses::default() }
+        Self::into(Places::one(buffer))
+    }
+
+    /// An assembler of frames of half of `buffer`: the last two are kept.
+    #[must_use]
+    pub fn keeping_two(buffer: &'b mut [u8]) -> Self {
+        Self::into(Places::two(buffer))
+    }
+
+    fn into(places: Places<'b>) -> Self {
+        Self { places, open: None, continuity: Continuity::default(), losses: Losses::default() }
+    }
+
+    /// Number of frames that are kept.
+    #[must_use]
+    pub fn kept(&self) -> usize {
+        self.places.count()
     }
 
     /// The books so far.
@@ -87,12 +105,18 @@ impl<'b> Assembler<'b> {
     /// The pixels of the last frame that [`push`](Self::push) gave, until the next payload.
     #[must_use]
     pub fn pixels(&self) -> &[u8] {
-        self.buffer
+        self.places.last()
     }
 
-    /// Takes the next payload and copies its pixels behind those of its frame. If it also shows that
-    /// an earlier frame never ended, that loss is booked and the outcome speaks of this payload.
-    pub fn push(&mut self, payload: &[u8]) -> AssemblyOutcome<'_> {
+    /// The pixels of the frame of `stamp`, while it is kept.
+    #[must_use]
+    pub fn pixels_of(&self, stamp: Stamp) -> Option<&[u8]> {
+        self.places.of(stamp)
+    }
+
+    /// Takes the next payload and copies its pixels behind those of its frame; `clock` is that of all streams of the camera. If it
+    /// also shows that an earlier frame never ended, that loss is booked and the outcome speaks of this payload.
+    pub fn push(&mut self, payload: &[u8], clock: &mut DeviceClock) -> AssemblyOutcome<'_> {
         let (header, pixels) = match self.read(payload) {
             Ok(parts) => parts,
             Err(cause) => return AssemblyOutcome::Lost(cause),
@@ -103,8 +127,11 @@ impl<'b> Assembler<'b> {
                 if unended.is_some_and(|open| open.stamp.is_some()) {
                     self.losses.book(Cause::FrameUnended);
                 }
-                match self.begin(&header) {
-                    Ok(stamp) => Open::new(&header, Some(stamp)),
+                match self.begin(&header, clock) {
+                    Ok(stamp) => {
+                        self.places.begin();
+                        Open::new(&header, Some(stamp))
+                    }
                     Err(cause) => return self.refuse(&header, cause),
                 }
             }
@@ -118,15 +145,16 @@ impl<'b> Assembler<'b> {
             return self.refuse(&header, Cause::ErrorBit);
         }
         let end = open.filled.saturating_add(pixels.len());
-        let Some(place) = self.buffer.get_mut(open.filled..end) else {
+        let Some(place) = self.places.room().get_mut(open.filled..end) else {
             return self.refuse(&header, Cause::OverlongFrame);
         };
         // Both sides have `pixels.len()` bytes.
         place.iter_mut().zip(pixels).for_each(|(to, from)| *to = *from);
         open.filled = end;
-        if end == self.buffer.len() {
+        if end == self.places.bytes() {
             self.remark_eof(&header);
-            return AssemblyOutcome::Frame(Frame { pixels: self.buffer, stamp });
+            self.places.keep(stamp);
+            return AssemblyOutcome::Frame(Frame { pixels: self.places.last(), stamp });
         }
         if header.end_of_frame() {
             self.losses.book(Cause::ShortFrame);
@@ -138,16 +166,16 @@ impl<'b> Assembler<'b> {
 
     /// Takes a payload that should be a whole frame, and lends its pixels where they lie, without a
     /// copy. A payload that is only a part of a frame is a short frame here.
-    pub fn whole<'p>(&mut self, payload: &'p [u8]) -> AssemblyOutcome<'p> {
+    pub fn whole<'p>(&mut self, payload: &'p [u8], clock: &mut DeviceClock) -> AssemblyOutcome<'p> {
         let placed = self.read(payload).and_then(|(header, pixels)| {
-            let stamp = self.begin(&header).inspect_err(|&cause| self.losses.book(cause))?;
+            let stamp = self.begin(&header, clock).inspect_err(|&cause| self.losses.book(cause))?;
             Ok((header, Frame { pixels, stamp }))
         });
         let (header, frame) = match placed {
             Ok(placed) => placed,
             Err(cause) => return AssemblyOutcome::Lost(cause),
         };
-        let cause = match frame.pixels.len().cmp(&self.buffer.len()) {
+        let cause = match frame.pixels.len().cmp(&self.places.bytes()) {
             _ if header.error() => Cause::ErrorBit,
             core::cmp::Ordering::Less => Cause::ShortFrame,
             core::cmp::Ordering::Greater => Cause::OverlongFrame,
@@ -183,8 +211,8 @@ impl<'b> Assembler<'b> {
     }
 
     /// Places a new frame in the order of frames.
-    fn begin(&mut self, header: &PayloadHeader<'_>) -> Result<Stamp, Cause> {
-        self.continuity.place(header, &mut self.losses)
+    fn begin(&mut self, header: &PayloadHeader<'_>, clock: &mut DeviceClock) -> Result<Stamp, Cause> {
+        self.continuity.place(header, clock, &mut self.losses)
     }
 
     /// Books a lost frame; the rest of its payloads will be swallowed without a second count.

@@ -154,11 +154,12 @@ pub(super) fn from_bus(transport: impl Transport + Send, job: &Job<'_>) -> anyho
 fn gather(end: &WorkerEnd, rectifier: Option<Rectifier>, scene: &Scene) {
     let size = (scene.optics.intrinsics.width, scene.optics.intrinsics.height);
     let pixels = size.0 * size.1;
-    let (mut depth, mut grey) = (vec![0; 2 * pixels], vec![0; pixels]);
+    // Two images of each: a stream may lag by a frame.
+    let (mut depth, mut grey) = (vec![0; 4 * pixels], vec![0; 2 * pixels]);
     let mut colour = vec![0; rectifier.as_ref().map_or(0, Rectifier::colour_bytes)];
     let outline = match rectifier {
-        Some(rectifier) => OutlineAssembler::colour(rectifier, &mut colour, &mut grey),
-        None => OutlineAssembler::infrared(&mut grey),
+        Some(rectifier) => OutlineAssembler::colour_keeping_two(rectifier, &mut colour, &mut grey),
+        None => OutlineAssembler::infrared_keeping_two(&mut grey),
     };
     let mut gather = Gather::new(size, &mut depth, outline);
     loop {

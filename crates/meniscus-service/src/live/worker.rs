@@ -62,7 +62,8 @@ impl<'m> Worker<'m> {
     /// Runs until the camera has gone or `stop` is set. Every turn goes to every sink, in the order of `sinks`.
     pub fn run(self, end: &WorkerEnd, stop: &AtomicBool, sinks: &mut [&mut dyn TurnSink]) {
         let (width, height) = self.config.image_size();
-        let (mut depth, mut grey) = (vec![0; 2 * width * height], vec![0; width * height]);
+        // Two images of each: a stream may lag by a frame.
+        let (mut depth, mut grey) = (vec![0; 4 * width * height], vec![0; 2 * width * height]);
         let mut colour = vec![0; self.rectifier.as_ref().map_or(0, Rectifier::colour_bytes)];
         let sensor = match self.rectifier {
             Some(rectifier) => {

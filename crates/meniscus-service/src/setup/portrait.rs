@@ -2,7 +2,7 @@
 
 use meniscus::surface::{Intrinsics, Optics, OutlineAssembler, Region};
 use meniscus::usb::frame::{DepthFrame, OutlineFrame, Stamp};
-use meniscus::usb::uvc::{Assembler, AssemblyOutcome, Pairer, Stream};
+use meniscus::usb::uvc::{Assembler, AssemblyOutcome, DeviceClock, Pairer, Stream};
 use std::collections::VecDeque;
 use std::time::Instant;
 
@@ -86,28 +86,32 @@ pub struct Gather<'b> {
     depth: Assembler<'b>,
     outline: OutlineAssembler<'b>,
     size: (usize, usize),
+    clock: DeviceClock,
     pairer: Pairer,
 }
 
 impl<'b> Gather<'b> {
-    /// Assembles images of `size`; depth into a buffer of exactly one (two bytes a pixel).
+    /// Assembles images of `size`; depth into a buffer of one (two bytes a pixel), or of two where `outline` keeps two as well.
     #[must_use]
     pub fn new(size: (usize, usize), depth: &'b mut [u8], outline: OutlineAssembler<'b>) -> Self {
-        Self { depth: Assembler::new(depth), outline, size, pairer: Pairer::new(INTERVAL_US) }
+        let two = depth.len() >= 4 * size.0 * size.1;
+        let depth = if two { Assembler::keeping_two(depth) } else { Assembler::new(depth) };
+        let pairer = Pairer::new(INTERVAL_US, depth.kept().min(outline.kept()));
+        Self { depth, outline, size, clock: DeviceClock::default(), pairer }
     }
 
     /// Takes a payload; a pair if it completes one.
     pub fn take(&mut self, stream: Stream, payload: &[u8]) -> Option<Pair> {
         let stamp = match stream {
-            Stream::Depth => match self.depth.push(payload) {
+            Stream::Depth => match self.depth.push(payload, &mut self.clock) {
                 AssemblyOutcome::Frame(frame) => frame.stamp,
                 AssemblyOutcome::Partial | AssemblyOutcome::Lost(_) => return None,
             },
-            Stream::Outline => self.outline.push(payload, Region::whole(self.size))?,
+            Stream::Outline => self.outline.push(payload, Region::whole(self.size), &mut self.clock)?,
         };
         let pair = self.pairer.offer(stream, stamp)?;
-        let (depth, outline) = (self.depth.pixels().to_vec(), self.outline.pixels().to_vec());
-        Some(Pair { depth, outline, stamp: pair.depth })
+        let (depth, outline) = (self.depth.pixels_of(pair.depth)?, self.outline.pixels_of(pair.outline)?);
+        Some(Pair { depth: depth.to_vec(), outline: outline.to_vec(), stamp: pair.depth })
     }
 }
 

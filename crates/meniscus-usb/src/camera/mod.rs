@@ -9,9 +9,10 @@
 //! # The ladder
 //!
 //! Trouble is: no whole new frame on a stream for ten intervals, a halted endpoint, three damaged
-//! transfers in a row, a pushed start error, a transfer that cannot be queued, or a device that is gone.
+//! transfers in a row, a pushed start error, a transfer that cannot be queued, a device that is gone, or streams that both bring
+//! frames but for two seconds none of one instant.
 //! A rung that fails, or after which no frame comes in its time, leads to the next one; the last repeats
-//! with a longer pause each time. A second of frames on every stream ends the climb. After
+//! with a longer pause each time. A second of frames on every stream, some of one instant, ends the climb. After
 //! [`Settings::patience`] without such a second the session gives up and says what the last try met.
 //!
 //! | rung | what is done | longest, s | frames must come within, s | entered first for |
@@ -36,6 +37,7 @@ mod error;
 mod health;
 mod monitor;
 mod negotiate;
+mod partners;
 mod plan;
 mod pulse;
 mod recovery;

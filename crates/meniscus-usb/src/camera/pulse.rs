@@ -4,13 +4,13 @@ use meniscus::usb::uvc::PayloadHeader;
 use std::time::Duration;
 
 /// A time stamp that is older than the last one by less than this repeats or comes late, microseconds.
-const LATE_US: u32 = 1_000_000;
+const LATE_US: u32 = 250_000;
 
 /// Class of a payload.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Verdict {
-    /// It completes a new frame.
-    Whole,
+    /// It completes a new frame, of this time stamp.
+    Whole(u32),
     /// It is a part of one.
     Part,
     /// It repeats an earlier time.
@@ -60,7 +60,7 @@ impl Pulse {
             std::cmp::Ordering::Greater => Verdict::Damaged,
             std::cmp::Ordering::Equal => {
                 (self.last, self.beats) = (now, true);
-                Verdict::Whole
+                Verdict::Whole(pts)
             }
         }
     }
@@ -82,13 +82,13 @@ mod tests {
             let verdict = pulse.judge(&payload(pts, end, pixels), 4, Duration::from_millis(at));
             (verdict, pulse.last.as_millis())
         };
-        assert_eq!(judge(1000, true, 4, 1), (Verdict::Whole, 1));
+        assert_eq!(judge(1000, true, 4, 1), (Verdict::Whole(1000), 1));
         assert_eq!(judge(1000, true, 4, 2), (Verdict::Repeated, 1));
         assert_eq!(judge(900, true, 4, 3), (Verdict::Repeated, 1), "late");
         assert_eq!(judge(2000, true, 3, 4), (Verdict::Damaged, 1), "torn");
         assert_eq!(judge(3000, true, 5, 5), (Verdict::Damaged, 1), "overlong");
         assert_eq!(judge(4000, false, 3, 6), (Verdict::Part, 1));
-        assert_eq!(judge(4000, true, 1, 7), (Verdict::Whole, 7));
+        assert_eq!(judge(4000, true, 1, 7), (Verdict::Whole(4000), 7));
         assert_eq!(pulse.judge(&[0], 4, Duration::ZERO), Verdict::Damaged);
         let mut again = Pulse::started(Some(pulse), Duration::ZERO);
         assert_eq!(again.judge(&payload(4000, true, 4), 4, Duration::ZERO), Verdict::Repeated);

@@ -50,6 +50,8 @@ impl Rung {
 pub enum Trouble {
     /// No whole new frame on the named stream for too long.
     Silence(&'static str),
+    /// Both streams bring frames, and none are of one instant.
+    Apart,
     /// The named stream's endpoint is halted.
     Halted(&'static str),
     /// Damaged transfers in a row on the named stream.
@@ -68,6 +70,7 @@ impl std::fmt::Display for Trouble {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Self::Silence(stream) => write!(f, "no new {stream} frames"),
+            Self::Apart => write!(f, "depth and outline come, but never of one instant"),
             Self::Halted(stream) => write!(f, "the {stream} endpoint is halted"),
             Self::Damaged(stream) => write!(f, "{stream} transfers are damaged"),
             Self::Start(error) => write!(f, "{error}"),

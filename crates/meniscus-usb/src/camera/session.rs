@@ -7,6 +7,7 @@
 use super::connect::{Connected, connect};
 use super::error::CameraError;
 use super::health::CameraHealth;
+use super::partners::Partners;
 use super::plan::Plan;
 use super::pulse::{Pulse, Verdict};
 use super::recovery::{Ladder, Step, Trouble};
@@ -26,6 +27,8 @@ pub(super) const TICK: Duration = Duration::from_millis(20);
 const SILENCE: Duration = Duration::from_millis(167);
 /// Time for the first frames after the start.
 const FIRST: Duration = Duration::from_secs(2);
+/// Streams that beat without two frames of one instant for this long are in trouble.
+const APART: Duration = Duration::from_secs(2);
 /// Damaged transfers in a row that are trouble.
 const DAMAGED: u32 = 3;
 /// Failures of the interrupt endpoint after which it is left alone.
@@ -41,6 +44,7 @@ pub struct Session<T> {
     pub(super) connected: Connected,
     pub(super) plan: Plan,
     pulses: [Option<Pulse>; 2],
+    partners: Partners,
     /// Longest time from the start of a stream to its first frame.
     pub(super) patience: Duration,
     pub(super) idle: Vec<Buffer>,
@@ -63,6 +67,7 @@ impl<T: Transport> Session<T> {
             connected,
             plan,
             pulses: [None; 2],
+            partners: Partners::started(Duration::ZERO),
             patience: FIRST,
             idle: Vec::new(),
             interrupt_failures: 0,
@@ -147,7 +152,7 @@ impl<T: Transport> Session<T> {
                 None => self.look(),
             };
             let beating = self.pulses.iter().flatten().all(|pulse| pulse.beats);
-            if trouble.is_none() && beating {
+            if trouble.is_none() && beating && self.partners.met {
                 self.patience = SILENCE;
                 if ladder.good(self.transport.now()) {
                     sink.note(Note::Recovered);
@@ -169,6 +174,7 @@ impl<T: Transport> Session<T> {
             })?;
             self.pulses[place] = Some(Pulse::started(self.pulses[place], now));
         }
+        self.partners = Partners::started(now);
         let bytes = self.buffer_bytes();
         self.idle.retain(|buffer| buffer.size() == bytes);
         for place in 0..self.plan.streams.len() {
@@ -252,7 +258,10 @@ impl<T: Transport> Session<T> {
         let pulse = self.pulses[place].get_or_insert_with(|| Pulse::started(None, now));
         pulse.damaged_transfers = 0;
         match pulse.judge(payload, self.plan.streams[place].frame_bytes as usize, now) {
-            Verdict::Whole => self.health.frames += 1,
+            Verdict::Whole(pts) => {
+                self.health.frames += 1;
+                self.partners.saw(place, pts, now);
+            }
             Verdict::Part => {}
             Verdict::Repeated => self.health.repeated += 1,
             Verdict::Damaged => self.health.damaged += 1,
@@ -288,13 +297,17 @@ impl<T: Transport> Session<T> {
         }
     }
 
-    /// The stream that has had no new frame for too long.
+    /// The stream that has had no new frame for too long, or both when none of their frames are of one instant.
     fn look(&mut self) -> Option<Trouble> {
         let now = self.transport.now();
         let pulses = self.plan.streams.iter().zip(&self.pulses);
-        pulses.filter_map(|(stream, pulse)| pulse.map(|pulse| (stream, pulse))).find_map(|(stream, pulse)| {
-            let limit = if pulse.beats { SILENCE } else { self.patience };
-            (now.saturating_sub(pulse.last) > limit).then_some(Trouble::Silence(stream.name()))
-        })
+        let quiet = pulses.filter_map(|(stream, pulse)| pulse.map(|pulse| (stream, pulse))).find_map(
+            |(stream, pulse)| {
+                let limit = if pulse.beats { SILENCE } else { self.patience };
+                (now.saturating_sub(pulse.last) > limit).then_some(Trouble::Silence(stream.name()))
+            },
+        );
+        let limit = if self.partners.met { APART } else { APART + self.patience };
+        quiet.or_else(|| (now.saturating_sub(self.partners.last) > limit).then_some(Trouble::Apart))
     }
 }

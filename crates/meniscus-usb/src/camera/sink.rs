@@ -15,7 +15,7 @@ pub enum Note {
     Trouble(Trouble, Rung),
     /// A try to bring the camera back failed, with the reason.
     Failed(String),
-    /// Frames have come on every stream for a second.
+    /// Frames have come on every stream for a second, and some of one instant.
     Recovered,
 }
 

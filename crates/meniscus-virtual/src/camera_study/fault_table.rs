@@ -76,7 +76,8 @@ pub const TABLE: &[(&str, Must)] = &[
     ("erring", Recover(Rung::Renegotiate, |books| books.lost(|l| l.error_bit))),
     ("torn", Recover(Rung::Requeue, |books| books.lost(|l| l.short_frame))),
     ("torn-for-good", GiveUp(&["no new depth frames"])),
-    ("clock-reset", Streams(|books| books.lost(|l| l.pts_backwards))),
+    // After 36 minutes and more the new clock is ahead on its circle, and only the counter goes back.
+    ("clock-reset", Streams(|books| books.lost(|l| l.pts_backwards + l.counter_restarted))),
     ("wire-drop", Streams(|books| books.lost(|l| l.counter_gap))),
     ("wire-tear", Streams(|books| books.health.damaged == 2 && books.lost(|l| l.short_frame))),
     ("wire-late", Streams(|books| books.lost(|l| l.pts_backwards))),
@@ -100,4 +101,5 @@ pub const TABLE: &[(&str, Must)] = &[
     ("drain-stuck", Recover(Rung::Restart, |books| books.health.buffers_lost > 0)),
     ("no-memory", GiveUp(&["no memory", "usbfs_memory_mb"])),
     ("clear-halt-refused", Recover(Rung::Restart, |_| true)),
+    ("apart", Recover(Rung::Renegotiate, |_| true)),
 ];

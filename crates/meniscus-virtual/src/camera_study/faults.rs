@@ -3,9 +3,9 @@
 
 pub use super::fault_table::TABLE;
 use crate::usb::SimulatedBus;
-use meniscus::usb::uvc::{Assembler, AssemblyOutcome, Losses, Pairer, Stream};
+use meniscus::usb::uvc::{Assembler, AssemblyOutcome, DeviceClock, Losses, Pairer, Stream};
 use meniscus_hil::FaultList;
-use meniscus_hil::device::{Device, TestCard, Trouble};
+use meniscus_hil::device::{Device, Habits, Lag, TestCard, Trouble};
 use meniscus_usb::buffer::Buffer;
 use meniscus_usb::camera::{CameraError, CameraHealth, Note, OutlineImage, Rung, Session, Settings, Sink};
 use meniscus_usb::transport::Transport;
@@ -52,6 +52,7 @@ const PATIENCE: u32 = 200_000;
 pub struct Reader {
     /// Depth and outline.
     assemblers: [(Assembler<'static>, Option<u16>, u64); 2],
+    clock: DeviceClock,
     pairer: Pairer,
     /// Buffers that are free.
     pub spare: Vec<Buffer>,
@@ -69,11 +70,13 @@ impl Reader {
     /// For images of so many bytes, depth and outline, until there are `wanted` pairs.
     #[must_use]
     pub fn new(image_bytes: [usize; 2], buffer_bytes: usize, wanted: u32) -> Self {
-        let assembler =
-            |bytes: usize| (Assembler::new(Box::leak(vec![0; bytes].into_boxed_slice())), None, 0);
+        let assembler = |bytes: usize| {
+            (Assembler::keeping_two(Box::leak(vec![0; 2 * bytes].into_boxed_slice())), None, 0)
+        };
         Self {
             assemblers: image_bytes.map(assembler),
-            pairer: Pairer::new(16_667),
+            clock: DeviceClock::default(),
+            pairer: Pairer::new(16_667, 2),
             spare: (0..4).map(|_| Buffer::new(buffer_bytes)).collect(),
             pairs: 0,
             wanted,
@@ -92,7 +95,7 @@ impl Reader {
     /// Judges a payload.
     fn judge(&mut self, stream: Stream, payload: &[u8]) -> Result<(), String> {
         let (assembler, last, captured_us) = &mut self.assemblers[usize::from(stream == Stream::Outline)];
-        let AssemblyOutcome::Frame(frame) = assembler.push(payload) else { return Ok(()) };
+        let AssemblyOutcome::Frame(frame) = assembler.push(payload, &mut self.clock) else { return Ok(()) };
         let number = [frame.pixels[0], frame.pixels[1]];
         if frame.pixels.chunks_exact(2).any(|pair| pair != number) {
             return Err(format!("{stream:?}: a frame of two shots"));
@@ -106,8 +109,11 @@ impl Reader {
             return Err(format!("{stream:?}: time stands still"));
         }
         (*last, *captured_us) = (Some(shot), frame.stamp.captured.0);
-        if self.pairer.offer(stream, frame.stamp).is_some() {
-            if self.assemblers[0].1 != self.assemblers[1].1 {
+        if let Some(pair) = self.pairer.offer(stream, frame.stamp) {
+            let [depth, outline] = &self.assemblers;
+            let images = [depth.0.pixels_of(pair.depth), outline.0.pixels_of(pair.outline)];
+            let [Some(depth), Some(outline)] = images else { return Err("a pair without its images".into()) };
+            if depth[..2] != outline[..2] {
                 return Err("a pair of two shots".into());
             }
             self.pairs += 1;
@@ -144,21 +150,49 @@ impl Sink for Reader {
     }
 }
 
+/// Habits under which every trouble must end the same way, each with its name.
+pub const HABITS: [(&str, Habits); 9] = [
+    ("steady", STEADY),
+    ("clock-restarts", RESTARTS),
+    ("clock-restarts, first depth frame lost", Habits { lost_at_start: [1, 0], ..RESTARTS }),
+    ("clock-restarts, first outline frame lost", Habits { lost_at_start: [0, 1], ..RESTARTS }),
+    ("clock-restarts, three depth frames lost", Habits { lost_at_start: [3, 0], ..RESTARTS }),
+    ("clock-restarts, up for 40 minutes", Habits { up_us: 2_400_000_000, lost_at_start: [0, 1], ..RESTARTS }),
+    ("clock-restarts, depth lags", Habits { lags: Some(Lag::Depth), ..RESTARTS }),
+    ("clock-restarts, outline lags", Habits { lags: Some(Lag::Beside), lost_at_start: [1, 0], ..RESTARTS }),
+    ("start astride the rollover", Habits { up_us: u32::MAX - 1_009_999, lost_at_start: [1, 0], ..STEADY }),
+];
+
+/// A camera whose clock goes on, and whose streams start and arrive together.
+const STEADY: Habits = Habits { clock_restarts: false, up_us: 0, lost_at_start: [0; 2], lags: None };
+
+/// A camera whose clock begins anew with its power.
+const RESTARTS: Habits = Habits { clock_restarts: true, ..STEADY };
+
 /// A simulated bus in virtual time.
 #[must_use]
 pub fn bus(trouble: Option<Trouble>) -> SimulatedBus {
-    SimulatedBus::new(Device::new(Box::new(TestCard::default()), trouble, FaultList::default(), 1))
+    bus_with(trouble, Habits::default())
 }
 
-/// Connects and reads 240 pairs of depth and this image: four seconds, the trouble begins in the second one.
+/// The same with a camera of these habits.
+#[must_use]
+pub fn bus_with(trouble: Option<Trouble>, habits: Habits) -> SimulatedBus {
+    let device = Device::new(Box::new(TestCard::default()), trouble, FaultList::default(), 1);
+    SimulatedBus::new(device.with_habits(habits))
+}
+
+/// Connects to a camera with these habits and reads 240 pairs of depth and this image: four seconds, the trouble begins in the second one.
 ///
 /// # Errors
 /// When there is no session.
 pub fn run(
     trouble: Option<Trouble>,
     outline: OutlineImage,
+    habits: Habits,
 ) -> Result<(Books, Reader, Result<(), CameraError>), CameraError> {
-    let mut session = Session::connect(bus(trouble), Settings { outline, ..Settings::default() })?;
+    let mut session =
+        Session::connect(bus_with(trouble, habits), Settings { outline, ..Settings::default() })?;
     let bytes = session.plan().streams.map(|stream| stream.frame_bytes as usize);
     let mut reader = Reader::new(bytes, session.buffer_bytes(), 240);
     let ended = session.stream(&mut reader);
@@ -186,14 +220,14 @@ pub fn says(error: &CameraError, words: &[&str]) -> Result<(), String> {
     }
 }
 
-/// Drives one trouble of a camera that streams this image beside the depth.
+/// Drives one trouble of a camera with these habits that streams this image beside the depth.
 ///
 /// # Errors
 /// What came of it instead of what must.
-pub fn check(name: &str, must: Must, outline: OutlineImage) -> Result<(), String> {
+pub fn check(name: &str, must: Must, outline: OutlineImage, habits: Habits) -> Result<(), String> {
     let named = |why: String| format!("{name}: {why}");
     let trouble = Trouble::find(name).ok_or_else(|| named("there is no such trouble".into()))?;
-    let (books, reader, ended) = match (run(Some(trouble), outline), must) {
+    let (books, reader, ended) = match (run(Some(trouble), outline, habits), must) {
         (Err(error), Must::Refuse(words)) => return says(&error, words).map_err(named),
         (Err(error), _) => return Err(named(format!("refused: {error}"))),
         (Ok(ran), _) => ran,

@@ -25,6 +25,7 @@ use conditions::{Case, Condition, DISTANCES_M, LOOKS};
 use golden::{Golden, GoldenError};
 use judge::{Judged, Row, judge};
 use meniscus::surface::ConfigError;
+use meniscus_hil::device::Habits;
 use meniscus_report::checks::Check;
 use meniscus_usb::camera::OutlineImage;
 use rayon::prelude::*;
@@ -88,7 +89,8 @@ pub fn scenes(seed: u64, count: usize, done: impl Fn() + Sync) -> Result<Vec<Jud
     (0..count).into_par_iter().map(one).collect::<Result<_, _>>().map_err(StudyError::Config)
 }
 
-/// Runs the whole study; `done` is called behind each scene and each trouble of the fault table.
+/// Runs the whole study; `done` is called behind each scene, and behind each trouble of the fault table under each of the habits of
+/// [`faults::HABITS`].
 ///
 /// The depth filters are compared with the reference frames in the folder `reference`, by default those of the
 /// repository. A program away from the repository has none, and its outcome says so.
@@ -102,12 +104,14 @@ pub fn study(
     done: impl Fn() + Sync,
 ) -> Result<Outcome, StudyError> {
     let scenes = scenes(seed, count, &done)?;
-    let drive = |(name, must): &(&str, faults::Must)| {
-        let ended = faults::check(name, *must, OutlineImage::Infrared).err();
+    let drive = |((name, must), (habit, habits)): (&(&str, faults::Must), &(&str, Habits))| {
+        let ended = faults::check(name, *must, OutlineImage::Infrared, *habits).err();
         done();
-        ended
+        ended.map(|why| format!("{habit}: {why}"))
     };
-    let unrecovered: Vec<String> = faults::TABLE.par_iter().filter_map(drive).collect();
+    let all =
+        faults::TABLE.par_iter().flat_map(|line| faults::HABITS.par_iter().map(move |habits| (line, habits)));
+    let unrecovered: Vec<String> = all.filter_map(drive).collect();
     let folder = reference.map_or_else(golden::folder, Path::to_path_buf);
     let golden = if reference.is_some() || folder.is_dir() {
         Ok(Golden::open(&folder).and_then(|golden| golden.compare()).map_err(StudyError::Golden)?)
@@ -157,7 +161,7 @@ fn checks(
     };
     let inside = points().filter(|point| point.error_mm.abs() <= point.half_mm).count();
     let half_mm = points().map(|point| point.half_mm).sum::<f64>() / points().count() as f64;
-    let total = faults::TABLE.len();
+    let total = faults::TABLE.len() * faults::HABITS.len();
     let equal = |frames: &[golden::Compared]| frames.iter().filter(|f| f.different == 0).count() as f64;
     let mut checks = vec![
         Check::at_most("surface_rms_nominal", rms(Condition::Nominal), "mm", target::RMS_MM),

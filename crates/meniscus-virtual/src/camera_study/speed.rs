@@ -4,7 +4,7 @@ use crate::render::{Images, Liquid, Scene, SceneSettings};
 use meniscus::depth_filters::{LANES, Spatial};
 use meniscus::surface::{Config, ExtractionState, extract};
 use meniscus::usb::frame::{DepthFrame, OutlineFrame};
-use meniscus::usb::uvc::{Assembler, AssemblyOutcome};
+use meniscus::usb::uvc::{Assembler, AssemblyOutcome, DeviceClock};
 use meniscus_data::recording::{COLUMNS, WALL_POINTS};
 use meniscus_hil::{Camera, CameraSettings, Shot, Source};
 use meniscus_numerics::statistics::median;
@@ -35,6 +35,7 @@ pub(super) fn roi_path_us() -> f64 {
     let (mut scene, mut images, mut state) =
         (Scene::new(settings), Images::new(&settings), ExtractionState::new());
     let mut room = vec![0; 2 * width * height];
+    let mut clock = DeviceClock::default();
     let (mut camera, mut assembler) = (Camera::new(CameraSettings::default()), Assembler::new(&mut room));
     let mut missed = false;
     let median = median_s(|frame| {
@@ -42,7 +43,7 @@ pub(super) fn roi_path_us() -> f64 {
         let shot = Shot::infrared(&images.depth, &images.infrared, frame * 16_667);
         let payloads = camera.expose(&shot);
         let started = Instant::now();
-        let seen = match assembler.whole(&payloads[0].bytes) {
+        let seen = match assembler.whole(&payloads[0].bytes, &mut clock) {
             AssemblyOutcome::Frame(frame) => {
                 let depth = DepthFrame { bytes: frame.pixels, width, height, stamp: frame.stamp };
                 let infrared = OutlineFrame { bytes: &images.infrared, width, height, stamp: frame.stamp };
