@@ -27,7 +27,7 @@ const OTHER_STEP: f64 = 0.15;
 
 /// Effects that may be missing, as the reduced model fits them.
 #[derive(Clone, Debug)]
-pub struct Candidate {
+pub struct SizingCandidate {
     /// Names.
     pub names: Vec<&'static str>,
     /// Effects with the values of the reduced model.
@@ -38,7 +38,7 @@ pub struct Candidate {
     pub viscosity_deviation: Option<f64>,
 }
 
-impl Candidate {
+impl SizingCandidate {
     /// Returns the candidate with the effects of `fitted`.
     #[must_use]
     pub fn new(fitted: &Fitted, calibration: &Calibration) -> Option<Self> {
@@ -136,10 +136,10 @@ impl Candidate {
 ///
 /// Rivals of an ambiguous verdict are those that it names; otherwise the next of the ranking that were fitted in full.
 #[must_use]
-pub fn candidates(findings: &Findings, rivals: usize) -> Vec<Candidate> {
+pub fn candidates(findings: &Findings, rivals: usize) -> Vec<SizingCandidate> {
     let assessment = &findings.assessment;
     let Some(claim) = assessment.verdict.claim() else { return Vec::new() };
-    let Some(best) = Candidate::new(&claim.fitted, &findings.calibration) else { return Vec::new() };
+    let Some(best) = SizingCandidate::new(&claim.fitted, &findings.calibration) else { return Vec::new() };
     let ambiguous = matches!(assessment.verdict, Verdict::Ambiguous(_));
     let pair = claim.fitted.active.len() > 1;
     let ranking = if pair { &assessment.search.pairs } else { &assessment.search.ranking };
@@ -147,7 +147,7 @@ pub fn candidates(findings: &Findings, rivals: usize) -> Vec<Candidate> {
     let others = ranking
         .iter()
         .filter(|c| c.gain > findings.limits.gain && (!ambiguous || pair || named(&c.names)))
-        .filter_map(|c| Candidate::new(c.fitted.as_ref()?, &findings.calibration))
+        .filter_map(|c| SizingCandidate::new(c.fitted.as_ref()?, &findings.calibration))
         .filter(|c| c.names != best.names)
         .take(rivals);
     std::iter::once(best.clone()).chain(others).collect()
@@ -158,11 +158,11 @@ mod tests {
     use super::*;
     use meniscus::reduced::effects::find;
 
-    fn candidate(name: &str, value: f64) -> Candidate {
+    fn candidate(name: &str, value: f64) -> SizingCandidate {
         let entry = find(name).expect("in the library");
         let mut values = entry.neutral();
         values[0] = value;
-        Candidate {
+        SizingCandidate {
             names: vec![entry.name],
             active: vec![Active { entry, values }],
             free: vec![(0, 0)],

@@ -1,6 +1,6 @@
 //! What is wrong with a size, in words.
 
-use super::candidate::Candidate;
+use super::candidate::SizingCandidate;
 use super::search::Level;
 use meniscus::reduced::effects::Stated;
 
@@ -9,7 +9,7 @@ const FAR: f64 = 2.0;
 
 /// Returns what is wrong with the size of `candidate` as `level` found it.
 #[must_use]
-pub(super) fn of(candidate: &Candidate, level: &Level, half: f64, stated: &Stated) -> Vec<String> {
+pub(super) fn of(candidate: &SizingCandidate, level: &Level, half: f64, stated: &Stated) -> Vec<String> {
     let parameter = candidate.parameter(0);
     let neutral = parameter.neutral;
     let si = |value: f64| parameter.to_value(value, stated);

@@ -8,7 +8,7 @@
 //! n are the numbers, tau is the correlation time of the residual in frames.
 
 use super::emulator::Emulator;
-use super::tried::Mapped;
+use super::tried::MappedEmulator;
 use meniscus_numerics::statistics::f_exceeded;
 use nalgebra::DVector;
 
@@ -43,7 +43,7 @@ pub struct Scores {
 impl Scores {
     /// Returns the scores on the recordings of the fit, each left out in turn.
     #[must_use]
-    pub fn left_out(mapped: &Mapped, names: &[String], neutral: f64) -> Self {
+    pub fn left_out(mapped: &MappedEmulator, names: &[String], neutral: f64) -> Self {
         let emulator = &mapped.emulator;
         let nodes = &emulator.nodes;
         let range = (nodes[0].size, nodes[nodes.len() - 1].size);
@@ -108,7 +108,7 @@ impl Scores {
 }
 
 /// Returns the correlation time of the residual of the best fit, frames.
-fn correlation_time(emulator: &Emulator, mapped: &Mapped, range: (f64, f64)) -> f64 {
+fn correlation_time(emulator: &Emulator, mapped: &MappedEmulator, range: (f64, f64)) -> f64 {
     let left = emulator.linearised(&emulator.minimum(range, None)).0;
     let (mut square, mut products) = (0.0, vec![0.0; LONGEST]);
     for channel in mapped.channels() {

@@ -5,7 +5,7 @@
 //! ```
 //! The reference is simulated in the same packing, so that much of what a packing changes cancels as well.
 
-use super::candidate::Candidate;
+use super::candidate::SizingCandidate;
 use super::error::SizingError;
 use super::forward::{Forward, Point, Simulated};
 use super::projection::{Observed, ObservedChannel, Series};
@@ -89,7 +89,7 @@ pub struct GlassForward<'a> {
     /// Maker of simulations.
     pub simulations: &'a Simulations<'a>,
     /// Candidate.
-    pub candidate: &'a Candidate,
+    pub candidate: &'a SizingCandidate,
     /// Glass and liquid as stated.
     pub known: Known,
     /// Recordings.

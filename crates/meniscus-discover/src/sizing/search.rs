@@ -9,7 +9,7 @@ use super::error::SizingError;
 use super::forward::{Forward, Point};
 use super::interval::{Component, Linearised};
 use super::projection::Observed;
-use super::tried::{Mapped, Slope, Tried, slope};
+use super::tried::{MappedEmulator, Slope, Tried, slope};
 
 /// Change of a size, relative to its distance from the absent effect, that is not simulated again.
 const STABLE: f64 = 0.03;
@@ -39,7 +39,7 @@ pub struct OtherParameter {
 }
 
 /// Search at one spacing.
-pub struct Search<'a> {
+pub struct SizeSearch<'a> {
     /// Model.
     pub forward: &'a dyn Forward,
     /// Measured recordings.
@@ -94,7 +94,7 @@ pub struct Level {
     /// Derivatives by the other parameters.
     pub slopes: Vec<Slope>,
     /// Emulator at the end.
-    pub mapped: Mapped,
+    pub mapped: MappedEmulator,
 }
 
 /// State of a search.
@@ -104,7 +104,7 @@ struct Progress {
     slopes: Vec<Slope>,
 }
 
-impl Search<'_> {
+impl SizeSearch<'_> {
     /// Searches from `start`.
     ///
     /// # Errors
@@ -135,7 +135,8 @@ impl Search<'_> {
             if close || most {
                 return self.finish(progress, mapped, best, near, close);
             }
-            let next = self.allowed(best.size, here.parameters[0], &progress.failures);
+            let next =
+                self.allowed(self.beyond(best.size, &progress.tried), here.parameters[0], &progress.failures);
             batch = vec![point(next, &best.others)];
         }
     }
@@ -156,14 +157,15 @@ impl Search<'_> {
     }
 
     /// Returns the emulator, its best fit, and the index of the simulated point nearest to it.
-    fn best(&self, progress: &Progress) -> Result<(Mapped, Fit, usize), SizingError> {
+    fn best(&self, progress: &Progress) -> Result<(MappedEmulator, Fit, usize), SizingError> {
         let priors: Vec<Prior> = self.others.iter().map(|other| other.prior).collect();
         let slopes = &progress.slopes;
         let mut near = 0;
         // The nuisances are projected out by the simulation nearest to the best fit, which is known after the first pass.
         loop {
             let like = &progress.tried[near];
-            let mapped = Mapped::new(self.observed, &progress.tried, like, slopes, &priors[..slopes.len()]);
+            let mapped =
+                MappedEmulator::new(self.observed, &progress.tried, like, slopes, &priors[..slopes.len()]);
             let best = mapped.emulator.minimum(self.sampled(&progress.tried), None);
             let distance = |i: &usize| (progress.tried[*i].point.parameters[0] - best.size).abs();
             let nearest = (0..progress.tried.len()).rev().min_by(|a, b| distance(a).total_cmp(&distance(b)));
@@ -193,8 +195,32 @@ impl Search<'_> {
         (low.max(self.range.bounds.0), high.min(self.range.bounds.1))
     }
 
+    /// Returns `size`, or twice as far from the absent effect as any size that was tried where it lies well beyond them: an
+    /// emulator is poor there.
+    fn beyond(&self, size: f64, tried: &[Tried]) -> f64 {
+        let neutral = self.range.neutral;
+        let sizes = tried.iter().map(|tried| tried.point.parameters[0]);
+        let (least, largest) = sizes.fold((f64::MAX, f64::MIN), |(a, b), size| (a.min(size), b.max(size)));
+        let (low, high) = self.range.bounds;
+        let far = 0.25 * (largest - least);
+        if size > largest + far && largest > neutral {
+            return (neutral + 2.0 * (largest - neutral)).max(size).min(high);
+        }
+        if size < least - far && least < neutral {
+            return (neutral + 2.0 * (least - neutral)).min(size).max(low);
+        }
+        size
+    }
+
+    /// Returns the end of the range at which `size` stands, as far as the search resolves it.
+    fn end(&self, size: f64) -> Option<f64> {
+        let (low, high) = self.range.bounds;
+        let resolved = (2.0 * STABLE * (size - self.range.neutral).abs()).max(1e-4 * (high - low).min(1e3));
+        [low, high].into_iter().find(|end| end.is_finite() && (size - end).abs() <= resolved)
+    }
+
     /// Returns whether the best fit is as good as the simulated point `here`.
-    fn is_close(&self, mapped: &Mapped, best: &Fit, here: &Point) -> bool {
+    fn is_close(&self, mapped: &MappedEmulator, best: &Fit, here: &Point) -> bool {
         let moved = (best.size - here.parameters[0]).abs();
         let slopes = mapped.emulator.slopes.len();
         let moved_others = (0..slopes).any(|j| {
@@ -244,7 +270,7 @@ impl Search<'_> {
     fn finish(
         &self,
         progress: Progress,
-        mapped: Mapped,
+        mapped: MappedEmulator,
         best: Fit,
         near: usize,
         stable: bool,
@@ -264,6 +290,8 @@ impl Search<'_> {
                 Err(reason) => failures.push(Failure { size: point.parameters[0], reason }),
             }
         }
+        // Before the other packings move it.
+        let end = self.end(best.size);
         let mut fit = best;
         let mut variance = vec![[Component { variance: f64::INFINITY, freedom: 1.0 }; 2]];
         if let Some(linear) = Linearised::of(emulator, &fit) {
@@ -276,9 +304,6 @@ impl Search<'_> {
             }
             variance = curvature.into_iter().zip(packings).map(|(c, p)| [c, p]).collect();
         }
-        let (low, high) = self.range.bounds;
-        let near_end = |end: f64| (fit.size - end).abs() <= 1e-6 * (high - low).min(fit.size.abs().max(1.0));
-        let end = [low, high].into_iter().find(|end| end.is_finite() && near_end(*end));
         let misfit = fit.cost / mapped.measured().max(1) as f64;
         let sizes = progress.tried.iter().map(|tried| tried.point.parameters[0]).collect();
         Ok(Level { fit, variance, sizes, failures, end, stable, misfit, slopes: progress.slopes, mapped })

@@ -2,7 +2,7 @@
 
 use super::error::SizingError;
 use super::store::{Heights, SimulationStore, digest, setup_digest};
-use super::workload::Workload;
+use super::workload::{SimulationProgress, Workload};
 use crate::insert::simulated::{Course, Resolution, SimulatedGlass, run};
 use crate::recordings::known::Known;
 use crate::recordings::record::Record;
@@ -51,17 +51,6 @@ pub struct Wanted {
     pub setup: Setup,
     /// Motion.
     pub course: Course,
-}
-
-/// State of the simulations of a sizing, for people.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SimulationProgress {
-    /// Simulations that were made or taken from the store.
-    pub done: usize,
-    /// Simulations that are expected in all; the search decides as it goes.
-    pub expected: usize,
-    /// Expected time that is left, s.
-    pub left_s: f64,
 }
 
 /// Maker of simulations.

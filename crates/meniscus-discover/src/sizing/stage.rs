@@ -1,6 +1,6 @@
 //! The whole stage: candidates in, sizes and verdict by simulation out.
 
-use super::candidate::{Candidate, candidates};
+use super::candidate::{SizingCandidate, candidates};
 use super::comparison::{Score, Scores};
 use super::error::SizingError;
 use super::forward::{Forward, Point};
@@ -8,7 +8,7 @@ use super::glass::{GlassForward, Matched, References};
 use super::interval::{Component, SizeVariance, spacing_error};
 use super::outcome::{HeldOutError, SizedCandidate, SizedParameter, Sizing, SpacingResult, Unsized, decide};
 use super::projection::{Observed, Projection};
-use super::search::{Level, Search, Start};
+use super::search::{Level, SizeSearch, Start};
 use super::simulations::{Shard, Simulations};
 use crate::findings::Findings;
 use crate::findings::gap::gap_to;
@@ -71,7 +71,7 @@ struct Stage<'a> {
 
 /// A candidate after the coarse search.
 struct Coarse {
-    candidate: Candidate,
+    candidate: SizingCandidate,
     level: Level,
     scores: Scores,
 }
@@ -147,7 +147,7 @@ pub fn size(
 impl<'a> Stage<'a> {
     fn forward<'b>(
         &'b self,
-        candidate: &'b Candidate,
+        candidate: &'b SizingCandidate,
         recordings: &'b [Matched<'a>],
         spacing_m: f64,
     ) -> GlassForward<'b> {
@@ -172,7 +172,7 @@ impl<'a> Stage<'a> {
     }
 
     /// Adds the expected work of all searches and tells the observer.
-    fn announce(&self, candidates: &[Candidate]) {
+    fn announce(&self, candidates: &[SizingCandidate]) {
         let spacings = self.settings.spacings_m();
         let mut workload = self.simulations.workload.lock().unwrap_or_else(PoisonError::into_inner);
         for (n, candidate) in candidates.iter().enumerate() {
@@ -204,11 +204,11 @@ impl<'a> Stage<'a> {
     }
 
     /// Sizes `candidate` at the coarse spacing and scores it on recordings that it was not fitted to.
-    fn coarse(&self, candidate: Candidate) -> Result<Coarse, SizingError> {
+    fn coarse(&self, candidate: SizingCandidate) -> Result<Coarse, SizingError> {
         let spacing_m = self.settings.spacings_m()[0];
         let observed = self.observed(&self.fitted);
         let forward = self.forward(&candidate, &self.fitted, spacing_m);
-        let search = Search {
+        let search = SizeSearch {
             forward: &forward,
             observed: &observed,
             range: candidate.range(),
@@ -229,7 +229,7 @@ impl<'a> Stage<'a> {
     /// Returns the score on the recording that took no part in anything.
     fn held_out_score(
         &self,
-        candidate: &Candidate,
+        candidate: &SizingCandidate,
         level: &Level,
         held_out: &Matched<'a>,
     ) -> Result<Score, SizingError> {
@@ -281,7 +281,7 @@ impl<'a> Stage<'a> {
             others: level.fit.others.clone(),
             slopes: Some(level.slopes.clone()),
         };
-        let search = Search {
+        let search = SizeSearch {
             forward: &forward,
             observed: &observed,
             range,

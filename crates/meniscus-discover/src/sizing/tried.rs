@@ -20,14 +20,14 @@ pub type Slope = Vec<Series>;
 
 /// Emulator with the maps that it was made by.
 #[derive(Clone, Debug)]
-pub struct Mapped {
+pub struct MappedEmulator {
     /// Emulator.
     pub emulator: Emulator,
     /// Map of each recording.
     pub projections: Vec<Projection>,
 }
 
-impl Mapped {
+impl MappedEmulator {
     /// Returns the emulator through the sizes of `tried` with the derivatives `slopes`; nuisances are projected out by the
     /// simulation of `like`, whose other parameters are the origin.
     #[must_use]

@@ -4,7 +4,6 @@
 //! work = particles x steps x (1.5 s to settle + length)      particle steps
 //! ```
 
-use super::simulations::SimulationProgress;
 use meniscus::units::FRAME_INTERVAL_S;
 use meniscus_sph::Setup;
 use std::f64::consts::PI;
@@ -15,6 +14,17 @@ const SETTLING_S: f64 = 1.5;
 /// Processor time of a particle step before any was measured, s: a liquid whose friction is done in stages, on a virtual
 /// AMD EPYC.
 const PARTICLE_STEP_S: f64 = 3.0e-6;
+
+/// State of the simulations of a sizing, for people.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SimulationProgress {
+    /// Simulations that were made or taken from the store.
+    pub done: usize,
+    /// Simulations that are expected in all; the search decides as it goes.
+    pub expected: usize,
+    /// Expected time that is left, s.
+    pub left_s: f64,
+}
 
 /// Expected and finished work.
 #[derive(Clone, Copy, Debug, Default)]

@@ -1,6 +1,6 @@
 //! Progress of a discovery, reported to the caller.
 
-use crate::sizing::simulations::SimulationProgress;
+use crate::sizing::workload::SimulationProgress;
 
 /// Stage of a discovery, in the order in which they run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
