@@ -205,7 +205,7 @@ mod tests {
         let line = |size: f64| Node { size, numbers: DVector::from_vec(vec![size, 0.0]) };
         let emulator = Emulator {
             data: DVector::from_vec(vec![1.7, 0.0]),
-            recordings: vec![0..2],
+            recordings: vec![0..1, 1..2],
             nodes: vec![line(1.0), line(2.0)],
             slopes: vec![DVector::zeros(2)],
             origin: vec![0.5],
