@@ -166,7 +166,7 @@ fn a_yield_stress_is_sized_and_a_run_that_was_interrupted_ends_in_the_same() {
         let mut open = 0;
         for index in 1..=2 {
             let shard = Some(Shard { index, count: 2 });
-            inputs.sizing.as_mut().expect("asked for").shard = shard;
+            inputs.sizing.as_mut().expect("requested").shard = shard;
             match Discovery::run(&inputs, &Silent) {
                 Err(DiscoverError::Sizing(SizingError::Pending { missing })) => open += missing,
                 outcome => assert!(outcome.is_ok(), "{:?}", outcome.err()),
@@ -179,7 +179,7 @@ fn a_yield_stress_is_sized_and_a_run_that_was_interrupted_ends_in_the_same() {
         assert!(rounds < 12, "{open} are still open");
     }
     assert_eq!(files().len(), all, "{gone} were gone");
-    inputs.sizing.as_mut().expect("asked for").shard = None;
+    inputs.sizing.as_mut().expect("requested").shard = None;
     let again = Discovery::run(&inputs, &Silent).expect("it is judged");
     assert_eq!(made(&again), 0);
     assert_eq!(sizes(&again), sizes(&report));

@@ -5,7 +5,7 @@ use crate::sizing::outcome::{Change, SizedCandidate, SizedParameter, Sizing, Spa
 use crate::workflow::Report;
 use serde_json::{Value, json};
 
-/// Returns the sizes by simulation; null where they were not asked for.
+/// Returns the sizes by simulation; null where they were not requested.
 pub(super) fn sizing_json(report: &Report) -> Value {
     match &report.sizing {
         None => Value::Null,

@@ -1,4 +1,4 @@
-//! What is wrong with a size, in words.
+//! Cautions about a size, in words.
 
 use super::candidate::SizingCandidate;
 use super::search::Level;
@@ -7,7 +7,7 @@ use meniscus::reduced::effects::Stated;
 /// Change of the viscosity, in standard deviations of what was stated, that is said.
 const FAR: f64 = 2.0;
 
-/// Returns what is wrong with the size of `candidate` as `level` found it.
+/// Returns the cautions about the size of `candidate` as `level` found it.
 #[must_use]
 pub(super) fn of(candidate: &SizingCandidate, level: &Level, half: f64, stated: &Stated) -> Vec<String> {
     let parameter = candidate.parameter(0);

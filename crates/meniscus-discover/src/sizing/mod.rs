@@ -9,7 +9,7 @@
 //!
 //! | file | purpose |
 //! |---|---|
-//! | `stage` | [`size`](stage::size), the whole stage |
+//! | `stage`, `planning`, `description` | [`size`](stage::size), the whole stage; its expected work and its outcome |
 //! | `candidate` | effects of the reduced model as parameters of a search |
 //! | `search`, `tried`, `emulator` | the size that fits best at one spacing |
 //! | `projection` | simulated against measured channels, nuisances projected out |
@@ -25,12 +25,14 @@
 pub mod candidate;
 mod cautions;
 pub mod comparison;
+mod description;
 pub mod emulator;
 pub mod error;
 pub mod forward;
 pub mod glass;
 pub mod interval;
 pub mod outcome;
+mod planning;
 pub mod projection;
 pub mod search;
 pub mod simulations;

@@ -57,7 +57,7 @@ pub struct SizedCandidate {
     pub spacings: Vec<SpacingResult>,
     /// Scores on recordings that the sizes were not fitted to.
     pub scores: Scores,
-    /// What is wrong with the size, in words.
+    /// Cautions about the size, in words.
     pub cautions: Vec<String>,
 }
 
@@ -242,9 +242,9 @@ impl Sizing {
             ),
         };
         let spacing = match self.chosen().map_or(0, |c| c.spacings.len()) {
-            2.. => "the interval holds noise, scatter over packings and the error of the spacing",
+            2.. => "the interval covers noise, scatter over packings and the error of the spacing",
             _ => {
-                "the interval holds noise and scatter over packings; one spacing says nothing of the error of the spacing"
+                "the interval covers noise and scatter over packings; one spacing says nothing of the error of the spacing"
             }
         };
         let cautions: Vec<&str> =

@@ -5,8 +5,7 @@ use super::comparison::{Score, Scores};
 use super::error::SizingError;
 use super::forward::{Forward, Point};
 use super::glass::{GlassForward, Matched, References};
-use super::interval::{Component, SizeVariance, spacing_error};
-use super::outcome::{HeldOutError, SizedCandidate, SizedParameter, Sizing, SpacingResult, Unsized, decide};
+use super::outcome::{HeldOutError, SizedCandidate, Sizing, Unsized, decide};
 use super::projection::{Observed, Projection};
 use super::search::{Level, SizeSearch, Start};
 use super::simulations::{Shard, Simulations};
@@ -14,9 +13,7 @@ use crate::findings::Findings;
 use crate::findings::gap::gap_to;
 use crate::insert::simulated::Resolution;
 use crate::recordings::record::Record;
-use meniscus::reduced::effects::Parameter;
 use std::path::PathBuf;
-use std::sync::PoisonError;
 use std::sync::atomic::Ordering;
 use std::time::Instant;
 
@@ -28,9 +25,6 @@ const APART: f64 = 0.85;
 
 /// Most sizes of a candidate at the coarse and at the fine spacing.
 const MOST_SIZES: [usize; 2] = [7, 5];
-
-/// Sizes that a search is expected to take beyond the first, for the estimate of the time.
-const EXPECTED_MORE: usize = 2;
 
 /// Distance of the second size at the fine spacing from the first, relative to the effect: least and largest.
 const FINE_STEP: (f64, f64) = (0.08, 0.3);
@@ -61,19 +55,19 @@ impl SizingSettings {
 }
 
 /// Everything that a sizing works on.
-struct Stage<'a> {
-    findings: &'a Findings,
-    settings: &'a SizingSettings,
-    simulations: &'a Simulations<'a>,
-    fitted: Vec<Matched<'a>>,
-    held_out: Option<Matched<'a>>,
+pub(super) struct Stage<'a> {
+    pub(super) findings: &'a Findings,
+    pub(super) settings: &'a SizingSettings,
+    pub(super) simulations: &'a Simulations<'a>,
+    pub(super) fitted: Vec<Matched<'a>>,
+    pub(super) held_out: Option<Matched<'a>>,
 }
 
 /// A candidate after the coarse search.
-struct Coarse {
-    candidate: SizingCandidate,
-    level: Level,
-    scores: Scores,
+pub(super) struct Coarse {
+    pub(super) candidate: SizingCandidate,
+    pub(super) level: Level,
+    pub(super) scores: Scores,
 }
 
 /// Sizes the effects of `findings` and compares them with their rivals.
@@ -145,7 +139,7 @@ pub fn size(
 }
 
 impl<'a> Stage<'a> {
-    fn forward<'b>(
+    pub(super) fn forward<'b>(
         &'b self,
         candidate: &'b SizingCandidate,
         recordings: &'b [Matched<'a>],
@@ -169,38 +163,6 @@ impl<'a> Stage<'a> {
 
     fn with_control(&self) -> (usize, usize) {
         (self.fitted.iter().filter(|matched| !matched.references.is_empty()).count(), self.fitted.len())
-    }
-
-    /// Adds the expected work of all searches and tells the observer.
-    fn announce(&self, candidates: &[SizingCandidate]) {
-        let spacings = self.settings.spacings_m();
-        let mut workload = self.simulations.workload.lock().unwrap_or_else(PoisonError::into_inner);
-        for (n, candidate) in candidates.iter().enumerate() {
-            let (others, packings) = (candidate.others().len(), self.settings.packings);
-            for (level, spacing_m) in spacings.iter().enumerate() {
-                let sets = match level {
-                    0 => 3 + EXPECTED_MORE + others + packings - 1,
-                    _ if n == 0 => 2 + EXPECTED_MORE + packings - 1,
-                    _ => continue,
-                };
-                let forward = self.forward(candidate, &self.fitted, *spacing_m);
-                let parameters: Vec<f64> = candidate
-                    .first_sizes()
-                    .into_iter()
-                    .skip(1)
-                    .take(1)
-                    .chain(candidate.first_others())
-                    .collect();
-                let frames: usize = self.fitted.iter().map(|matched| matched.record.frames()).sum();
-                if let Some(setup) = forward.setup(&Point { parameters, packing: 0 }) {
-                    workload.expect(&setup, sets * frames, sets * self.fitted.len(), sets);
-                }
-            }
-        }
-        let mut progress = workload.progress();
-        progress.left_s = workload.estimate_s(rayon::current_num_threads());
-        drop(workload);
-        (self.simulations.watch)(progress);
     }
 
     /// Sizes `candidate` at the coarse spacing and scores it on recordings that it was not fitted to.
@@ -314,70 +276,5 @@ impl<'a> Stage<'a> {
 
     fn resolution(&self) -> Resolution {
         Resolution { spacing_m: self.settings.spacing_m, seed: self.settings.seed }
-    }
-
-    /// Returns the outcome for people, from the fine search where there was one.
-    fn described(&self, coarse: &Coarse, fine: Option<Level>) -> SizedCandidate {
-        let Coarse { candidate, level: first, scores } = coarse;
-        let spacings = self.settings.spacings_m();
-        let last = fine.as_ref().unwrap_or(first);
-        let stated = self.findings.known.stated();
-        let parameter = candidate.parameter(0);
-        let si = |parameter: &Parameter, value: f64| parameter.to_value(value, &stated);
-        let result = |level: &Level, spacing_m: f64| SpacingResult {
-            spacing_m,
-            value: si(parameter, level.fit.size),
-            sizes: level.sizes.iter().map(|size| si(parameter, *size)).collect(),
-            misfit: level.misfit,
-        };
-        let spacing = match &fine {
-            Some(fine) => spacing_error((spacings[0], first.fit.size), (spacings[1], fine.fit.size)),
-            None => Component::default(),
-        };
-        let parts = |which: usize| {
-            let [curvature, packings] = last.variance.get(which).copied().unwrap_or_default();
-            let spacing = if which == 0 { spacing } else { Component::default() };
-            SizeVariance { curvature, packings, spacing }
-        };
-        let values: Vec<f64> =
-            std::iter::once(last.fit.size).chain(last.fit.others.iter().copied()).collect();
-        let parameters = (0..candidate.free.len())
-            .map(|which| {
-                let (parameter, half) = (candidate.parameter(which), parts(which).half_width());
-                let (low, high) = parameter.range;
-                let (effect, index) = candidate.free[which];
-                SizedParameter {
-                    effect: candidate.active[effect].entry.name,
-                    parameter: parameter.name,
-                    unit: parameter.unit,
-                    value: si(parameter, values[which]),
-                    interval: (
-                        si(parameter, (values[which] - half).max(low)),
-                        si(parameter, (values[which] + half).min(high)),
-                    ),
-                    reduced: si(parameter, candidate.active[effect].values[index]),
-                    absent: si(parameter, parameter.neutral),
-                }
-            })
-            .collect();
-        let viscosity = candidate.viscosity_deviation.map(|_| {
-            let which = candidate.free.len();
-            let (logarithm, half) = (values[which], parts(which).half_width());
-            (logarithm.exp(), ((logarithm - half).exp(), (logarithm + half).exp()))
-        });
-        let (active, known) = candidate.at(&values, &self.findings.known);
-        let mut results = vec![result(first, spacings[0])];
-        results.extend(fine.as_ref().map(|fine| result(fine, spacings[1])));
-        SizedCandidate {
-            names: candidate.names.clone(),
-            parameters,
-            viscosity,
-            active,
-            known,
-            variance: parts(0),
-            spacings: results,
-            scores: scores.clone(),
-            cautions: super::cautions::of(candidate, last, parts(0).half_width(), &stated),
-        }
     }
 }

@@ -154,7 +154,7 @@ fn dry(size: f64) -> Law {
 }
 
 #[test]
-fn ninety_in_a_hundred_intervals_hold_the_truth() {
+fn nine_in_ten_intervals_cover_the_truth() {
     let (mut held, mut widths, mut errors) = (0, 0.0, 0.0_f64);
     const TRIALS: u64 = 60;
     for seed in 0..TRIALS {
@@ -170,7 +170,7 @@ fn ninety_in_a_hundred_intervals_hold_the_truth() {
         widths += half(&level) / truth / TRIALS as f64;
     }
     println!(
-        "{held} of {TRIALS} intervals hold the truth, mean half-width {:.1} % of it, rms error {:.1} %",
+        "{held} of {TRIALS} intervals cover the truth, mean half-width {:.1} % of it, rms error {:.1} %",
         100.0 * widths,
         100.0 * errors.sqrt()
     );

@@ -103,7 +103,7 @@ impl Discovery {
     }
 }
 
-/// Sizes the effects of `findings` by simulation, where that is asked for and there is an effect.
+/// Sizes the effects of `findings` by simulation, where that is requested and there is an effect.
 fn sized(
     inputs: &Inputs,
     findings: &Findings,

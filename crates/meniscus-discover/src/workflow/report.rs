@@ -13,7 +13,7 @@ use meniscus::reduced::effects::{Active, Class};
 pub struct Report {
     /// Findings on the recordings.
     pub findings: Findings,
-    /// Sizes by simulation, or why there are none; nothing where they were not asked for or there is no effect.
+    /// Sizes by simulation, or why there are none; nothing where they were not requested or there is no effect.
     pub sizing: Option<Result<Sizing, SizingError>>,
     /// The effects in other models.
     pub insertion: Insertion,
