@@ -5,7 +5,7 @@
 //! packings    (1 + 1/K) sum over recordings of the variance over K packings of H^-1 J^T e
 //! spacing     what remains of an error of second order: d h1^2/(h2^2 - h1^2), d the change from spacing h2 to h1
 //! ```
-//! V is the larger of two estimates: scores summed with Bartlett's window over [`WINDOW`] frames (Newey and West 1987), which
+//! V is the larger of two estimates: scores summed with Bartlett's window over `WINDOW` frames (Newey and West 1987), which
 //! holds noise and errors that last less than that, and sums by recording, which holds all that recordings disagree on.
 //! The degrees of freedom are those of Welch and Satterthwaite.
 
