@@ -10,7 +10,7 @@ use super::comparison::Scores;
 use super::emulator::Prior;
 use super::error::SizingError;
 use super::forward::{Forward, Point, Simulated};
-use super::interval::SizeVariance;
+use super::interval::{SizeVariance, spacing_error};
 use super::projection::{Observed, ObservedChannel, Series};
 use super::search::{Level, OtherParameter, SizeRange, SizeSearch, Start};
 use meniscus_numerics::random::normal;
@@ -83,6 +83,8 @@ enum Kind {
 struct Toy {
     kind: Kind,
     breaks: f64,
+    /// Factor on the dry friction, the error of a coarse model.
+    rubs: f64,
     /// First packing.
     first: u64,
     asked: RefCell<Vec<Point>>,
@@ -90,13 +92,13 @@ struct Toy {
 
 impl Toy {
     fn new(kind: Kind) -> Self {
-        Self { kind, breaks: f64::INFINITY, first: 900, asked: RefCell::new(Vec::new()) }
+        Self { kind, breaks: f64::INFINITY, rubs: 1.0, first: 900, asked: RefCell::new(Vec::new()) }
     }
 
     fn law(&self, parameters: &[f64]) -> Law {
         let [size, viscosity] = [parameters[0], parameters[1]];
         match self.kind {
-            Kind::Dry => Law { dry: size, viscosity, quadratic: 0.0 },
+            Kind::Dry => Law { dry: self.rubs * size, viscosity, quadratic: 0.0 },
             Kind::Quadratic => Law { dry: 0.0, viscosity, quadratic: size },
         }
     }
@@ -225,6 +227,34 @@ fn the_right_law_beats_its_rival_and_itself_ties() {
     assert!(right.beat(&rival) && !rival.beat(&right));
     assert!(right.beat_absent());
     assert!(!right.beat(&right.clone()));
+}
+
+#[test]
+fn a_finer_model_corrects_the_size_with_the_derivatives_of_the_coarse_one() {
+    let observed = measured(dry(0.25), 11);
+    // The coarse model finds a tenth too little, as one that rubs too much by itself does.
+    let coarse =
+        sized(&Toy { rubs: 1.1, ..Toy::new(Kind::Dry) }, &observed, RANGE, 0.12).expect("it is sized");
+    let fine = Toy::new(Kind::Dry);
+    let search = SizeSearch {
+        forward: &fine,
+        observed: &observed,
+        range: RANGE,
+        others: &OTHERS,
+        packings: 3,
+        most_sizes: 5,
+    };
+    let found = coarse.fit.size;
+    let slopes = Some(coarse.slopes.clone());
+    let start = Start { sizes: vec![found, 1.2 * found], others: coarse.fit.others.clone(), slopes };
+    let level = search.run(&start).expect("it is sized");
+    println!("{found:.4} by the coarse model, {:.4} by the fine one, of 0.25", level.fit.size);
+    // In the same packings, whose own friction is not that of the hidden one, the sizes differ by the error alone.
+    assert!((level.fit.size / found - 1.1).abs() < 0.02, "{found} {:?}", level.fit);
+    // No further step of the viscosity: sizes and two packings.
+    assert_eq!(fine.asked.borrow().len(), level.sizes.len() + 2);
+    let spacing = spacing_error((7.0, found), (5.0, level.fit.size)).variance.sqrt();
+    assert!(spacing > 0.3 * (level.fit.size - found).abs(), "{spacing}");
 }
 
 #[test]
