@@ -91,6 +91,8 @@ fn the_command_leaves_a_verdict_a_page_and_a_scene_that_the_simulator_reads() {
             &path("out"),
             "--model",
             "shipped",
+            // The recordings are the reduced model's own, so that its size is the right one.
+            "--quick",
             "--simulate",
             "--spacing-mm",
             "8.7",
@@ -204,7 +206,7 @@ fn what_was_fitted_is_kept_and_only_what_changes_is_fitted_again() {
     let path = |name: &str| scratch.path(name).to_string_lossy().into_owned();
     let run = || -> (serde_json::Value, [u64; 2]) {
         let done = std::process::Command::new(env!("CARGO_BIN_EXE_meniscus-under-test"))
-            .args(["discover", "--library", "actuation_gain,camera_pitch", "--json"])
+            .args(["discover", "--library", "actuation_gain,camera_pitch", "--quick", "--json"])
             .args(["--recordings", &path("mine"), "--reference", &path("known"), "--out", &path("out")])
             .output()
             .expect("the command starts");

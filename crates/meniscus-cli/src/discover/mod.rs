@@ -1,7 +1,9 @@
 //! `meniscus discover`: name the effect that is missing between simulation and measurement.
 
+mod said;
 mod study;
 
+use self::said::{command, print, warn};
 use super::inputs::file;
 use super::outputs::check_folder;
 use super::stop::{finish, watched_until};
@@ -16,11 +18,14 @@ use meniscus_discover::recordings::load::{load, load_references};
 use meniscus_discover::report::html::page;
 use meniscus_discover::report::scene::scene_toml;
 use meniscus_discover::report::verdict_json::verdict_json;
-use meniscus_discover::workflow::clocks::AlignedClock;
+use meniscus_discover::sizing::error::SizingError;
+use meniscus_discover::sizing::simulations::Shard;
+use meniscus_discover::sizing::stage::SizingSettings;
+use meniscus_discover::sizing::workload::SimulationProgress;
+use meniscus_discover::workflow::Discovery;
+use meniscus_discover::workflow::error::DiscoverError;
 use meniscus_discover::workflow::inputs::{Inputs, library};
-use meniscus_discover::workflow::insertion::FLASHED;
 use meniscus_discover::workflow::progress::{Progress, Stage};
-use meniscus_discover::workflow::{Discovery, Report};
 use meniscus_platform::files::{AlignedBytes, write_whole};
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -29,7 +34,10 @@ use std::time::Duration;
 /// Identify the effect that a simulation lacks, from measurements.
 ///
 /// The verdict is an effect with its size and evidence, several ambiguous ones, none, or unknown. The motion must be measured
-/// apart from the camera, by a robot or an IMU. Sizes of effects at the wall can be off by a factor of two (docs/limits.md).
+/// apart from the camera, by a robot or an IMU.
+///
+/// The reduced model names the effect in seconds. The simulator then finds its size and compares it with its rivals, which takes
+/// minutes; --quick leaves that out, and sizes at the wall may then be off by a factor of two (docs/limits.md).
 ///
 /// --recordings is a folder with setup.toml and, for each recording, NAME.profile.csv (or NAME.peak.csv) and NAME.motion.csv (or
 /// NAME.pose.csv), described in docs/formats.md. Of four recordings or more one is held out to measure the gap.
@@ -38,7 +46,8 @@ use std::time::Duration;
 /// measured, at two viscosities or more. They show the error of the plain model. Without them the verdict is much weaker.
 ///
 /// The --out folder gets report.html, verdict.json and scene.toml (the effect, for `meniscus simulate --scene`). Every fit is kept
-/// in --out/fits: after Ctrl-C the same command continues, and a further recording needs only the fits that it changes.
+/// in --out/fits and every simulation in --out/simulations: after Ctrl-C the same command continues, and a further recording needs
+/// only what it changes. With --shard several machines that share --out make the simulations of a round together.
 #[derive(clap::Args)]
 #[command(
     args_conflicts_with_subcommands = true,
@@ -69,20 +78,37 @@ struct Wanted {
     /// Effects that may be identified, joined by commas [default: all].
     #[arg(long, value_delimiter = ',', value_name = "NAME", help_heading = "Method")]
     library: Vec<String>,
-    /// Seed of the bootstrap.
+    /// Seed of the bootstrap and of the packings.
     #[arg(long, default_value_t = 1, help_heading = "Method")]
     seed: u64,
+    /// Leave the sizes by simulation out.
+    #[arg(long, conflicts_with_all = ["rivals", "packings", "shard"], help_heading = "Sizes by simulation")]
+    quick: bool,
+    /// Spacing of the particles at the end, mm; the search begins at 7 mm.
+    ///
+    /// 7 alone takes a fifth of the time and says nothing of the error of the spacing.
+    #[arg(long, default_value_t = 5.0, value_name = "MM", help_heading = "Sizes by simulation")]
+    spacing_mm: f64,
+    /// Rivals that are sized and compared, too.
+    #[arg(long, default_value_t = 1, value_name = "COUNT", value_parser = clap::value_parser!(u8).range(0..=4), help_heading = "Sizes by simulation")]
+    rivals: u8,
+    /// Packings of the particles whose scatter goes into the interval.
+    #[arg(long, default_value_t = 2, value_name = "COUNT", value_parser = clap::value_parser!(u8).range(1..=9), help_heading = "Sizes by simulation")]
+    packings: u8,
+    /// Make one part of the simulations of a round and end, as 2/8.
+    ///
+    /// The machines share --out. When all parts are done, the same command begins the next round; a few rounds lead to the
+    /// verdict, which the command without --shard writes.
+    #[arg(long, value_name = "INDEX/COUNT", value_parser = Shard::parse, help_heading = "Sizes by simulation")]
+    shard: Option<Shard>,
     /// Also insert the effects into a flashed model of this glass and liquid.
     ///
     /// The model with the effects is written as model.blob in --out.
     #[arg(long, value_name = "shipped|FILE", help_heading = "Insertion")]
     model: Option<String>,
-    /// Also simulate the held-out recording without and with the effects, a minute each.
+    /// Also simulate the held-out recording; sizes by simulation include it.
     #[arg(long, help_heading = "Insertion")]
     simulate: bool,
-    /// Spacing of the particles of --simulate, mm.
-    #[arg(long, default_value_t = 7.0, value_name = "MM", requires = "simulate", help_heading = "Insertion")]
-    spacing_mm: f64,
     /// Folder for the report; it is made.
     #[arg(long, default_value = "out/discovery", value_name = "DIR", help_heading = "Output")]
     out: PathBuf,
@@ -106,7 +132,11 @@ struct Bar(ProgressBar);
 impl Bar {
     /// Returns a bar that is hidden for `--json`.
     fn new(arguments: &Wanted) -> anyhow::Result<Self> {
-        let steps = 4 + u64::from(arguments.model.is_some()) + u64::from(arguments.simulate);
+        let sizes = u64::from(!arguments.quick);
+        let steps = 4
+            + sizes
+            + u64::from(arguments.model.is_some())
+            + u64::from(arguments.simulate && arguments.quick);
         let bar = if arguments.json { ProgressBar::hidden() } else { ProgressBar::new(steps) };
         bar.set_style(crate::bars::style("{msg:40} {wide_bar} {pos}/{len}, {left}")?);
         bar.enable_steady_tick(Duration::from_millis(200));
@@ -127,10 +157,27 @@ impl Progress for Bar {
             Stage::FitReferences => "fitting the references",
             Stage::SetThresholds => "judging the references by one another",
             Stage::Decide => "ranking the effects",
+            Stage::Size => "finding the sizes by simulation",
             Stage::InsertIntoModel => "inserting the effects into the model",
             Stage::Simulate => "simulating the held-out recording twice",
         });
     }
+
+    fn simulated(&self, progress: SimulationProgress) {
+        let SimulationProgress { done, expected, left_s } = progress;
+        let left = minutes(left_s);
+        if done == 0 {
+            self.print(&format!(
+                "sizes by simulation: about {expected} simulations, about {left} at a first guess; --quick leaves them out"
+            ));
+        }
+        self.0.set_message(format!("simulation {done} of about {expected}, {left} left"));
+    }
+}
+
+/// Returns `seconds` in words.
+fn minutes(seconds: f64) -> String {
+    if seconds < 90.0 { format!("{seconds:.0} s") } else { format!("{:.0} min", seconds / 60.0) }
 }
 
 /// Reads what the flags name.
@@ -142,10 +189,21 @@ fn inputs(arguments: &Wanted, cache: &Arc<FitCache>, bar: &Bar) -> anyhow::Resul
         cache: Some(cache.clone()),
         ..Settings::default()
     };
+    let spacing_m = 1e-3 * arguments.spacing_mm;
     if arguments.simulate {
-        inputs.simulation = Some(Resolution { spacing_m: 1e-3 * arguments.spacing_mm, seed: arguments.seed });
-        inputs.check()?;
+        inputs.simulation = Some(Resolution { spacing_m, seed: FIRST_PACKING + arguments.seed });
     }
+    if !arguments.quick {
+        inputs.sizing = Some(SizingSettings {
+            spacing_m,
+            seed: FIRST_PACKING + arguments.seed,
+            packings: arguments.packings.into(),
+            rivals: arguments.rivals.into(),
+            store: arguments.out.join("simulations"),
+            shard: arguments.shard,
+        });
+    }
+    inputs.check()?;
     match &arguments.reference {
         Some(path) => inputs.references = load_references(path)?,
         None => {
@@ -162,23 +220,38 @@ fn inputs(arguments: &Wanted, cache: &Arc<FitCache>, bar: &Bar) -> anyhow::Resul
     Ok(inputs)
 }
 
+/// First packing less the seed: other packings than those that `simulate` makes by itself, whose difference from a recording
+/// of the same spacing would be nothing at the true size.
+const FIRST_PACKING: u64 = 100;
+
 /// Runs one discovery.
 fn one(arguments: &Wanted) -> anyhow::Result<()> {
     let bar = Bar::new(arguments)?;
     let cache = Arc::new(FitCache::new(&arguments.out.join("fits")));
-    let inputs = inputs(arguments, &cache, &bar)?;
+    let mut inputs = inputs(arguments, &cache, &bar)?;
     check_folder(&arguments.out)?;
     if arguments.out.join("verdict.json").exists() {
         eprintln!("the verdict of an earlier run in {} is going to be replaced", arguments.out.display());
     }
-    // The fits say how far they are; nothing looks at the flag.
-    let _flag = watched_until(format!(
-        "no verdict is written; the fits are kept in {}, and the same command continues from them",
-        cache.folder().display()
-    ))?;
-    let report = Discovery::run(&inputs, &bar)?;
+    inputs.stop = Some(watched_until(format!(
+        "no verdict is written; fits and simulations are kept in {}, and the same command continues from them",
+        arguments.out.display()
+    ))?);
+    let report = match Discovery::run(&inputs, &bar) {
+        // The part of this machine is done, so the job has not failed.
+        Err(DiscoverError::Sizing(pending @ SizingError::Pending { .. })) => {
+            bar.0.finish_and_clear();
+            println!("{pending}");
+            return Ok(());
+        }
+        outcome => outcome?,
+    };
     bar.0.finish_and_clear();
     finish();
+    if arguments.shard.is_some() {
+        println!("all simulations are there: the same command without --shard writes the verdict");
+        return Ok(());
+    }
     warn(arguments, &report, &cache);
     let json = verdict_json(&report);
     let write = |name: &str, bytes: &[u8]| write_whole(&arguments.out.join(name), bytes);
@@ -190,7 +263,7 @@ fn one(arguments: &Wanted) -> anyhow::Result<()> {
     }
     write("report.html", page(&report, &command(arguments))?.as_bytes())?;
     write("verdict.json", format!("{json:#}").as_bytes())?;
-    write("scene.toml", scene_toml(&report.findings).as_bytes())?;
+    write("scene.toml", scene_toml(&report).as_bytes())?;
     if arguments.json {
         println!("{json}");
         return Ok(());
@@ -198,84 +271,4 @@ fn one(arguments: &Wanted) -> anyhow::Result<()> {
     print(&report);
     println!("written: {}", arguments.out.display());
     Ok(())
-}
-
-/// Prints to standard error what could not be done.
-fn warn(arguments: &Wanted, report: &Report, cache: &FitCache) {
-    for refusal in report.clocks.iter().filter_map(AlignedClock::refusal) {
-        eprintln!("left out: {refusal}");
-    }
-    if report.fits.unwritten > 0 {
-        eprintln!("{} fits could not be kept in {}", report.fits.unwritten, cache.folder().display());
-    }
-    if report.insertion.nothing_to_insert {
-        eprintln!("no effect was identified, so nothing was inserted into another model");
-    }
-    for skipped in &report.insertion.skipped {
-        let file = arguments.model.as_deref().filter(|_| skipped.model == FLASHED);
-        let file = file.map_or(String::new(), |file| format!(" ({file})"));
-        eprintln!("not inserted into {}{file}: {}", skipped.model, skipped.reason);
-    }
-}
-
-/// Returns the command that makes the report again.
-fn command(arguments: &Wanted) -> String {
-    let mut out = format!("meniscus discover --recordings {}", arguments.recordings.display());
-    if let Some(reference) = &arguments.reference {
-        out += &format!(" --reference {}", reference.display());
-    }
-    if let Some(model) = &arguments.model {
-        out += &format!(" --model {model}");
-    }
-    if arguments.simulate {
-        out += &format!(" --simulate --spacing-mm {}", arguments.spacing_mm);
-    }
-    if !arguments.library.is_empty() {
-        out += &format!(" --library {}", arguments.library.join(","));
-    }
-    out + &format!(" --seed {} --out {}", arguments.seed, arguments.out.display())
-}
-
-/// Prints the report to standard output.
-fn print(report: &Report) {
-    let findings = &report.findings;
-    println!("{}", findings.assessment.verdict.sentence());
-    for e in &findings.estimates {
-        println!(
-            "  {} {}: {:.4} {} (90 %: {:.4} to {:.4})",
-            e.effect, e.parameter, e.value, e.unit, e.interval.0, e.interval.1
-        );
-    }
-    if let Some(gap) = findings.gap.as_ref().map(|measured| measured.gap) {
-        println!(
-            "  held-out recording: {:.3} mm untouched, {:.3} mm with nuisances fitted again, {:.3} mm with a black box, \
-             {:.3} mm with the effect",
-            1e3 * gap.untouched,
-            1e3 * gap.refitted,
-            1e3 * gap.black_box,
-            1e3 * gap.effect
-        );
-    }
-    if let Some(suggestion) = &findings.suggestion {
-        let [one, two] = &suggestion.between;
-        if suggestion.hopeful() {
-            println!(
-                "  to decide, record {}: it separates them by {:.1} times the noise",
-                suggestion.motion, suggestion.separation
-            );
-        } else {
-            println!("  no motion that was considered separates {one} from {two}");
-        }
-    }
-    for closed in &report.insertion.closed {
-        println!(
-            "  {}: {:.3} mm untouched, {:.3} mm with the effect",
-            closed.model,
-            1e3 * closed.untouched_m,
-            1e3 * closed.effect_m
-        );
-    }
-    if report.fits.reused > 0 {
-        println!("fits: {} taken from an earlier run, {} made", report.fits.reused, report.fits.computed);
-    }
 }

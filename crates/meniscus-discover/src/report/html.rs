@@ -2,6 +2,7 @@
 
 use super::drawings::{disagreement, likeness, ranking};
 use super::intervals::intervals;
+use super::sizing_page::sizing;
 use super::words::{distinction, map_in_words};
 use crate::findings::size_error::SizeError;
 use crate::findings::suggest::Separation;
@@ -19,9 +20,8 @@ use meniscus_report::{Chart, Mark, Report, Series};
 /// [`PictureError`], when the held-out recording has no number to draw.
 pub fn page(outcome: &workflow::Report, command: &str) -> Result<String, PictureError> {
     let findings = &outcome.findings;
-    let verdict = &findings.assessment.verdict;
-    let mut report = Report::new(&format!("Discovery: {}", verdict.word()), command);
-    report.answer(&verdict.sentence());
+    let mut report = Report::new(&format!("Discovery: {}", outcome.word()), command);
+    report.answer(&outcome.sentence());
     report.prose(&format!(
         "Fitted: {}. Held out: {}. References: {} glasses of a known liquid{}.",
         findings.split.fitted.iter().map(|r| r.name.as_str()).collect::<Vec<_>>().join(", "),
@@ -37,6 +37,7 @@ pub fn page(outcome: &workflow::Report, command: &str) -> Result<String, Picture
         report.prose(&format!("Left out: {refusal}."));
     }
     ranked(&mut report, findings);
+    sizing(&mut report, outcome);
     parameters(&mut report, findings);
     held_out(&mut report, findings)?;
     other_models(&mut report, &outcome.insertion.closed);
@@ -81,7 +82,7 @@ fn parameters(report: &mut Report, findings: &Findings) {
     if findings.estimates.is_empty() {
         return;
     }
-    report.heading("Parameters");
+    report.heading("Parameters of the reduced model");
     let row = |e: &Estimate| -> Vec<String> {
         let (least, largest) = e.interval;
         let interval = format!("{least:.4} to {largest:.4}");

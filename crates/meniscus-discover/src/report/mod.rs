@@ -4,5 +4,7 @@ mod drawings;
 pub mod html;
 mod intervals;
 pub mod scene;
+mod sizing_json;
+mod sizing_page;
 pub mod verdict_json;
 mod words;

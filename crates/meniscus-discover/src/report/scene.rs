@@ -1,17 +1,20 @@
 //! Scene file of a discovery: the effects that the simulator carries.
 
-use crate::findings::Findings;
+use crate::workflow::Report;
 use meniscus_data::effects::Effects;
 use std::fmt::Write;
 
 /// Returns the scene file with the effects that the simulator carries, each with its source; the others stand in it as
 /// comments.
 #[must_use]
-pub fn scene_toml(findings: &Findings) -> String {
-    let assessment = &findings.assessment;
-    let mut text =
-        format!("# {}\n# Written by `meniscus discover`.\n\n[effects]\n", assessment.verdict.sentence());
-    for active in &assessment.chosen().active {
+pub fn scene_toml(report: &Report) -> String {
+    let findings = &report.findings;
+    let mut text = format!("# {}\n# Written by `meniscus discover`.\n", report.sentence());
+    if let Some((factor, _)) = report.sized().and_then(|sized| sized.viscosity) {
+        let _ = writeln!(text, "# The viscosity that fits beside it is {factor:.3} times the stated one.");
+    }
+    text += "\n[effects]\n";
+    for active in report.effects() {
         let mut carried = Effects::default();
         // Writing into a string cannot fail.
         if let Err(error) = carried.set_simulated(active, &findings.known.stated()) {

@@ -1,5 +1,6 @@
 //! JSON of a discovery (`verdict.json`).
 
+use super::sizing_json::sizing_json;
 use crate::decision::rank::Candidate;
 use crate::workflow::Report;
 use meniscus::reduced::effects::Class;
@@ -8,7 +9,7 @@ use serde_json::{Value, json};
 /// Returns the report as one JSON object. Its keys and words are a file format and stay as they are.
 #[must_use]
 pub fn verdict_json(report: &Report) -> Value {
-    let Report { findings, insertion, clocks, fits } = report;
+    let Report { findings, insertion, clocks, fits, .. } = report;
     let (verdict, search) = (&findings.assessment.verdict, &findings.assessment.search);
     let claim = verdict.claim();
     let held_out = claim.map(|claim| claim.held_out);
@@ -17,10 +18,19 @@ pub fn verdict_json(report: &Report) -> Value {
         json!({ "effects": c.names, "gain": c.gain, "fall": c.fall, "fitted_in_full": c.fitted.is_some(), "values": values })
     };
     json!({
-        "verdict": verdict.word(),
-        "sentence": verdict.sentence(),
-        "names": verdict.names(),
-        "class": verdict.class().map(Class::words),
+        "verdict": report.word(),
+        "sentence": report.sentence(),
+        "names": report.names(),
+        "class": report.class().map(Class::words),
+        "reduced_model": {
+            "verdict": verdict.word(), "sentence": verdict.sentence(), "names": verdict.names(),
+            "class": verdict.class().map(Class::words),
+            "parameters": findings.estimates.iter().map(|e| json!({
+                "effect": e.effect, "parameter": e.parameter, "unit": e.unit, "value": e.value,
+                "interval_90": [e.interval.0, e.interval.1],
+            })).collect::<Vec<_>>(),
+        },
+        "simulator": sizing_json(report),
         "misfit_without": search.plain.chi2(search.count),
         "misfit_with": verdict.misfit(),
         "inclusion": claim.map_or(0.0, |claim| claim.inclusion),
@@ -34,9 +44,9 @@ pub fn verdict_json(report: &Report) -> Value {
         "references": findings.calibration.groups,
         "recordings": findings.split.fitted.iter().map(|r| &r.name).collect::<Vec<_>>(),
         "sealed": findings.split.held_out.as_ref().map(|r| &r.name),
-        "parameters": findings.estimates.iter().map(|e| json!({
-            "effect": e.effect, "parameter": e.parameter, "unit": e.unit, "value": e.value,
-            "interval_90": [e.interval.0, e.interval.1],
+        "parameters": report.final_sizes().iter().map(|p| json!({
+            "effect": p.effect, "parameter": p.parameter, "unit": p.unit, "value": p.value,
+            "interval_90": [p.interval.0, p.interval.1], "by": p.by,
         })).collect::<Vec<_>>(),
         "gap_mm": findings.gap.as_ref().map(|g| g.gap).map(|g| json!({
             "untouched": 1e3 * g.untouched, "refitted": 1e3 * g.refitted, "black_box": 1e3 * g.black_box,

@@ -3,6 +3,7 @@
 use crate::fitting::error::ProblemError;
 use crate::insert::InsertError;
 use crate::recordings::error::LoadError;
+use crate::sizing::error::SizingError;
 use meniscus::reduced::effects::LIBRARY;
 use thiserror::Error;
 
@@ -42,6 +43,9 @@ pub enum DiscoverError {
         /// Largest spacing in this glass, mm.
         largest_mm: f64,
     },
+    /// The sizing by simulation ended early; its simulations are kept.
+    #[error(transparent)]
+    Sizing(SizingError),
     /// The model into which effects are to be inserted is refused.
     #[error("the model is refused: {0}")]
     Model(meniscus::blob::LoadError),

@@ -4,8 +4,10 @@ use super::error::DiscoverError;
 use crate::decision::settings::Settings;
 use crate::insert::simulated::Resolution;
 use crate::recordings::load::RecordingSet;
+use crate::sizing::stage::SizingSettings;
 use meniscus::reduced::effects::{Entry, LIBRARY, find};
 use meniscus_platform::files::AlignedBytes;
+use std::sync::atomic::AtomicBool;
 
 /// Smallest particle spacing, mm.
 const LEAST_SPACING_MM: f64 = 1.5;
@@ -22,6 +24,10 @@ pub struct Inputs {
     pub model: Option<AlignedBytes>,
     /// Resolution at which the held-out recording is simulated without and with the effects.
     pub simulation: Option<Resolution>,
+    /// Sizes by simulation; none leaves those of the reduced model.
+    pub sizing: Option<SizingSettings>,
+    /// Flag that ends the simulations.
+    pub stop: Option<&'static AtomicBool>,
 }
 
 impl Inputs {
@@ -34,6 +40,8 @@ impl Inputs {
             settings: Settings::default(),
             model: None,
             simulation: None,
+            sizing: None,
+            stop: None,
         }
     }
 
@@ -42,13 +50,15 @@ impl Inputs {
     /// # Errors
     /// [`DiscoverError::Spacing`].
     pub fn check(&self) -> Result<(), DiscoverError> {
-        let Some(resolution) = &self.simulation else { return Ok(()) };
-        let spacing_mm = 1e3 * resolution.spacing_m;
+        let simulated = self.simulation.map(|resolution| resolution.spacing_m);
+        let sized = self.sizing.as_ref().map(|sizing| sizing.spacing_m);
         let largest_mm = 250.0 * self.recordings.known.radius_m;
-        if (LEAST_SPACING_MM..=largest_mm).contains(&spacing_mm) {
-            return Ok(());
+        for spacing_mm in simulated.into_iter().chain(sized).map(|spacing_m| 1e3 * spacing_m) {
+            if !(LEAST_SPACING_MM..=largest_mm).contains(&spacing_mm) {
+                return Err(DiscoverError::Spacing { spacing_mm, least_mm: LEAST_SPACING_MM, largest_mm });
+            }
         }
-        Err(DiscoverError::Spacing { spacing_mm, least_mm: LEAST_SPACING_MM, largest_mm })
+        Ok(())
     }
 }
 

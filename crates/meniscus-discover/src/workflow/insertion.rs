@@ -11,6 +11,7 @@ use crate::insert::simulated::{Resolution, simulate};
 use crate::insert::{self, TrainedLiquid};
 use crate::recordings::known::Known;
 use crate::recordings::record::Record;
+use crate::sizing::outcome::{HeldOutError, Sizing};
 use meniscus::blob::Model;
 use meniscus::reduced::Rheology;
 use meniscus::reduced::effects::Active;
@@ -58,13 +59,14 @@ pub struct Insertion {
     pub skipped: Vec<Skipped>,
 }
 
-/// Inserts the effects of `findings` into the models that `inputs` ask for.
+/// Inserts the effects of `findings` into the models that `inputs` ask for, as `sizing` sized them.
 ///
 /// # Errors
 /// [`DiscoverError`], when the flashed model is refused or belongs to another glass.
 pub fn insert(
     inputs: &Inputs,
     findings: &Findings,
+    sizing: Option<&Sizing>,
     progress: &dyn Progress,
 ) -> Result<Insertion, DiscoverError> {
     let mut out = Insertion::default();
@@ -72,11 +74,13 @@ pub fn insert(
         out.nothing_to_insert = inputs.model.is_some() || inputs.simulation.is_some();
         return Ok(out);
     }
+    let sized = sizing.and_then(Sizing::chosen);
+    let active = sized.map_or(&findings.assessment.chosen().active, |sized| &sized.active);
     if let Some(bytes) = &inputs.model {
         progress.begins(Stage::InsertIntoModel);
         let model = Model::load(bytes).map_err(DiscoverError::Model)?;
         same_glass(&model, &findings.known)?;
-        match flashed(bytes, findings) {
+        match flashed(bytes, findings, active) {
             Ok(flashed) => {
                 out.blob = Some(flashed.blob);
                 out.closed.extend(flashed.closed);
@@ -84,7 +88,9 @@ pub fn insert(
             Err(reason) => out.skipped.push(Skipped { model: FLASHED, reason }),
         }
     }
-    if let (Some(resolution), Some(record)) = (inputs.simulation, &findings.split.held_out) {
+    if let Some(HeldOutError { untouched_m, effect_m }) = sizing.and_then(|sizing| sizing.held_out) {
+        out.closed.push(ClosedGap { model: SIMULATOR, untouched_m, effect_m });
+    } else if let (Some(resolution), Some(record)) = (inputs.simulation, &findings.split.held_out) {
         progress.begins(Stage::Simulate);
         match simulated(findings, record, resolution) {
             Ok(closed) => out.closed.push(closed),
@@ -119,13 +125,13 @@ struct Flashed {
 }
 
 /// Inserts the effects into the flashed model in `bytes`.
-fn flashed(bytes: &[u8], findings: &Findings) -> Result<Flashed, InsertionError> {
+fn flashed(bytes: &[u8], findings: &Findings, active: &[Active]) -> Result<Flashed, InsertionError> {
     let known = &findings.known;
     let liquid = TrainedLiquid {
         density_kg_m3: known.density_kg_m3,
         rheology: Rheology::newtonian(known.viscosity_pa_s),
     };
-    let blob = insert::insert(bytes, liquid, &findings.assessment.chosen().active)?.blob;
+    let blob = insert::insert(bytes, liquid, active)?.blob;
     let (Some(record), Some(gap)) = (&findings.split.held_out, &findings.gap) else {
         return Ok(Flashed { blob, closed: None });
     };

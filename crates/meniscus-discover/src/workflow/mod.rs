@@ -1,4 +1,4 @@
-//! Workflow of a discovery: calibrate, decide, localise, suggest, measure the gap, insert.
+//! Workflow of a discovery: calibrate, decide, localise, suggest, measure the gap, size by simulation, insert.
 //!
 //! [`Discovery::run`] is the whole of it. [`discover`] judges recordings against references that are fitted already,
 //! which the study needs for many trials with the same references.
@@ -8,12 +8,14 @@ pub mod error;
 pub mod inputs;
 pub mod insertion;
 pub mod progress;
+pub mod report;
 
-use self::clocks::{AlignedClock, RANGE_S, aligned};
+use self::clocks::{RANGE_S, aligned};
 use self::error::DiscoverError;
 use self::inputs::Inputs;
-use self::insertion::{Insertion, insert};
+use self::insertion::insert;
 use self::progress::{Progress, Stage};
+pub use self::report::Report;
 use crate::baseline::calibrate::Calibration;
 use crate::baseline::group::Group;
 use crate::decision::decide::decide;
@@ -31,22 +33,14 @@ use crate::recordings::known::Known;
 use crate::recordings::load::RecordingSet;
 use crate::recordings::record::Record;
 use crate::recordings::split::Split;
+use crate::sizing::error::SizingError;
+use crate::sizing::outcome::Sizing;
+use crate::sizing::simulations::Simulations;
+use crate::sizing::stage::size;
+use crate::sizing::store::SimulationStore;
 
 /// Standard deviation of a recording's own clock where the setup says that it has one, s.
 const OWN_CLOCK_S: f64 = 0.02;
-
-/// Report of a discovery.
-#[derive(Clone, Debug)]
-pub struct Report {
-    /// Findings on the recordings.
-    pub findings: Findings,
-    /// The effects in other models.
-    pub insertion: Insertion,
-    /// Alignments of the recordings with a clock of their own; none where they have none.
-    pub clocks: Vec<AlignedClock>,
-    /// Use of the cache of fits; zeros without a cache.
-    pub fits: FitCounts,
-}
 
 /// Search for the effect that is missing between simulation and measurement.
 #[derive(Clone, Copy, Debug)]
@@ -103,8 +97,34 @@ impl Discovery {
         progress.begins(Stage::Decide);
         let findings = discover(&recordings, inputs.recordings.known, &references, &limits, &settings)?;
         let fits = settings.cache.as_ref().map_or(FitCounts::default(), |cache| cache.counts());
-        let insertion = insert(inputs, &findings, progress)?;
-        Ok(Report { findings, insertion, clocks, fits })
+        let sizing = sized(inputs, &findings, &groups, progress)?;
+        let insertion = insert(inputs, &findings, sizing.as_ref().and_then(|s| s.as_ref().ok()), progress)?;
+        Ok(Report { findings, sizing, insertion, clocks, fits })
+    }
+}
+
+/// Sizes the effects of `findings` by simulation, where that is requested and there is an effect.
+fn sized(
+    inputs: &Inputs,
+    findings: &Findings,
+    groups: &[Group],
+    progress: &dyn Progress,
+) -> Result<Option<Result<Sizing, SizingError>>, DiscoverError> {
+    let has_effect = matches!(findings.assessment.verdict, Verdict::Identified(_) | Verdict::Ambiguous(_));
+    let Some(settings) = inputs.sizing.as_ref().filter(|_| has_effect) else { return Ok(None) };
+    progress.begins(Stage::Size);
+    let references: Vec<(Known, &[Record])> =
+        groups.iter().map(|group| (group.known, group.records.as_slice())).collect();
+    let store = SimulationStore::new(&settings.store);
+    let watch = |state| progress.simulated(state);
+    let mut simulations = Simulations::new(&store, &watch);
+    (simulations.shard, simulations.stop) = (settings.shard, inputs.stop);
+    match size(findings, &references, settings, &simulations) {
+        // Another run goes on from here; a verdict now would look finished.
+        Err(error @ (SizingError::Pending { .. } | SizingError::Stopped | SizingError::Write(_))) => {
+            Err(DiscoverError::Sizing(error))
+        }
+        outcome => Ok(Some(outcome)),
     }
 }
 

@@ -1,5 +1,7 @@
 //! Progress of a discovery, reported to the caller.
 
+use crate::sizing::workload::SimulationProgress;
+
 /// Stage of a discovery, in the order in which they run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stage {
@@ -9,6 +11,8 @@ pub enum Stage {
     SetThresholds,
     /// The effects are ranked and the verdict is decided.
     Decide,
+    /// The sizes are found by simulation.
+    Size,
     /// The effects are inserted into the flashed model.
     InsertIntoModel,
     /// The held-out recording is simulated twice, without and with the effects.
@@ -19,6 +23,9 @@ pub enum Stage {
 pub trait Progress {
     /// Is called when `stage` begins; a stage that is not needed is left out.
     fn begins(&self, stage: Stage);
+
+    /// Is called before the first simulation of [`Stage::Size`], with an estimate of the time, and after each one.
+    fn simulated(&self, _progress: SimulationProgress) {}
 }
 
 /// Observer that ignores everything.

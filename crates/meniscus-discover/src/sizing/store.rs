@@ -1,0 +1,166 @@
+//! Simulated heights on disk: one file for each motion of each glass, named after a digest of all that it was made of.
+//!
+//! ```text
+//! DIGEST.heights     21 heights of every frame, little-endian f32, m
+//! DIGEST.failed      the reason, where the simulator stopped
+//! ```
+//!
+//! A file is written whole or not at all, so an interrupted run goes on from those that are there, and folders of several
+//! machines can be joined.
+
+use crate::fitting::fit_cache::CacheKey;
+use crate::insert::simulated::Course;
+use meniscus::surface::POINTS;
+use meniscus_platform::files::{FileError, write_whole};
+use meniscus_sph::Setup;
+use std::path::{Path, PathBuf};
+
+/// Version of the simulator's results, raised when the same set-up gives other heights.
+const SIMULATOR_VERSION: f64 = 1.0;
+
+/// Heights of a simulation, or the reason why there are none.
+pub type Heights = Result<Vec<f32>, String>;
+
+/// Folder of simulated heights.
+#[derive(Clone, Debug)]
+pub struct SimulationStore {
+    folder: PathBuf,
+}
+
+impl SimulationStore {
+    /// Opens the store in `folder`, which is created with the first simulation.
+    #[must_use]
+    pub fn new(folder: &Path) -> Self {
+        Self { folder: folder.into() }
+    }
+
+    /// Returns the folder.
+    #[must_use]
+    pub fn folder(&self) -> &Path {
+        &self.folder
+    }
+
+    fn path(&self, key: u64, kind: &str) -> PathBuf {
+        self.folder.join(format!("{key:016x}.{kind}"))
+    }
+
+    /// Returns what is kept under `key`; none where nothing is, or a file was cut short.
+    #[must_use]
+    pub fn get(&self, key: u64, frames: usize) -> Option<Heights> {
+        if let Ok(bytes) = std::fs::read(self.path(key, "heights")) {
+            let (chunks, rest) = bytes.as_chunks::<4>();
+            let heights: Vec<f32> = chunks.iter().map(|b| f32::from_le_bytes(*b)).collect();
+            let whole = rest.is_empty() && heights.len() == frames * POINTS;
+            return (whole && heights.iter().all(|z| z.is_finite())).then_some(Ok(heights));
+        }
+        let reason = std::fs::read_to_string(self.path(key, "failed")).ok()?;
+        (!reason.is_empty()).then_some(Err(reason))
+    }
+
+    /// Keeps `heights` under `key`.
+    ///
+    /// # Errors
+    /// [`FileError`], when the file cannot be written.
+    pub fn put(&self, key: u64, heights: &Heights) -> Result<(), FileError> {
+        match heights {
+            Ok(heights) => {
+                let bytes: Vec<u8> = heights.iter().flat_map(|z| z.to_le_bytes()).collect();
+                write_whole(&self.path(key, "heights"), &bytes)
+            }
+            Err(reason) => write_whole(&self.path(key, "failed"), reason.as_bytes()),
+        }
+    }
+}
+
+/// Returns the digest of everything that the heights of `course` in `setup` depend on.
+#[must_use]
+pub fn digest(setup: &Setup, course: &Course) -> u64 {
+    let mut key = key_of(setup);
+    key.add([course.frames as f64]);
+    key.add(course.samples.iter().flat_map(|(t, x)| [*t, *x]));
+    key.finish()
+}
+
+/// Returns the digest of `setup` alone: simulations that share it share a settled glass.
+#[must_use]
+pub fn setup_digest(setup: &Setup) -> u64 {
+    key_of(setup).finish()
+}
+
+fn key_of(setup: &Setup) -> CacheKey {
+    let mut key = CacheKey::new();
+    key.add_word(env!("CARGO_PKG_VERSION"));
+    let Setup { glass, liquid, spacing_m, seed, no_slip, effects, step_s } = setup;
+    key.add([SIMULATOR_VERSION, glass.radius_m, glass.fill_m, glass.rim_m]);
+    // The name of a liquid changes nothing.
+    key.add_word(&format!(
+        "{:?} {:?} {effects:?} {seed} {no_slip} {:?}",
+        liquid.rheology, liquid.effects, glass.wall
+    ));
+    key.add([liquid.density_kg_m3, *spacing_m, step_s.unwrap_or(0.0)]);
+    key
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use meniscus::reduced::effects::EffectKind;
+    use meniscus_data::effects::Effects;
+    use meniscus_data::glass::{Glass, WallShape};
+    use meniscus_data::liquids::{Liquid, Rheology};
+
+    fn setup() -> Setup {
+        let rheology = Rheology::newtonian(0.2);
+        Setup {
+            glass: Glass { radius_m: 0.035, fill_m: 0.07, rim_m: 0.11, wall: WallShape::UPRIGHT },
+            liquid: Liquid { name: "x".into(), density_kg_m3: 1261.0, rheology, effects: Effects::default() },
+            spacing_m: 0.007,
+            seed: 1,
+            no_slip: true,
+            effects: Effects::default(),
+            step_s: None,
+        }
+    }
+
+    #[test]
+    fn everything_that_changes_heights_changes_the_digest_and_a_name_does_not() {
+        let course = Course { samples: vec![(0.0, 0.0), (1.0, 0.01)], frames: 60 };
+        let mut changed: Vec<(Setup, Course)> = vec![(setup(), course.clone())];
+        let mut with = |change: &dyn Fn(&mut Setup, &mut Course)| {
+            let (mut setup, mut course) = (setup(), course.clone());
+            change(&mut setup, &mut course);
+            changed.push((setup, course));
+        };
+        with(&|setup, _| setup.seed = 2);
+        with(&|setup, _| setup.spacing_m = 0.005);
+        with(&|setup, _| setup.glass.fill_m = 0.071);
+        with(&|setup, _| setup.liquid.rheology.consistency = 0.21);
+        with(&|setup, _| setup.effects = setup.effects.with(EffectKind::YieldStress, 1.0));
+        with(&|setup, _| setup.effects = setup.effects.with(EffectKind::YieldStress, 1.1));
+        with(&|_, course| course.frames = 61);
+        with(&|_, course| course.samples[1].1 = 0.011);
+        let mut keys: Vec<u64> = changed.iter().map(|(setup, course)| digest(setup, course)).collect();
+        keys.sort_unstable();
+        keys.dedup();
+        assert_eq!(keys.len(), changed.len());
+        let mut named = setup();
+        named.liquid.name = "y".into();
+        assert_eq!(digest(&named, &course), digest(&setup(), &course));
+    }
+
+    #[test]
+    fn a_simulation_is_found_again_with_its_failure_and_one_that_was_cut_short_is_not() {
+        let folder = std::env::temp_dir().join(format!("meniscus-heights-{}", std::process::id()));
+        let store = SimulationStore::new(&folder);
+        assert_eq!(store.get(1, 2), None);
+        let heights: Heights = Ok((0..2 * POINTS).map(|n| 0.07 + n as f32 * 1e-4).collect());
+        store.put(1, &heights).expect("written");
+        store.put(2, &Err("particles left the glass".into())).expect("written");
+        assert_eq!(store.get(1, 2), Some(heights));
+        assert_eq!(store.get(1, 3), None, "another length");
+        assert_eq!(store.get(2, 2), Some(Err("particles left the glass".into())));
+        std::fs::write(store.path(1, "heights"), [0; 7]).expect("written");
+        assert_eq!(store.get(1, 2), None, "cut short");
+        std::fs::remove_dir_all(&folder).expect("removed");
+    }
+}

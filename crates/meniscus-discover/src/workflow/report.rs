@@ -1,0 +1,121 @@
+//! Report of a discovery: what the reduced model and the simulator say together.
+
+use super::clocks::AlignedClock;
+use super::insertion::Insertion;
+use crate::findings::Findings;
+use crate::fitting::fit_cache::FitCounts;
+use crate::sizing::error::SizingError;
+use crate::sizing::outcome::{SizedCandidate, Sizing};
+use meniscus::reduced::effects::{Active, Class};
+
+/// Report of a discovery.
+#[derive(Clone, Debug)]
+pub struct Report {
+    /// Findings on the recordings.
+    pub findings: Findings,
+    /// Sizes by simulation, or why there are none; nothing where they were not requested or there is no effect.
+    pub sizing: Option<Result<Sizing, SizingError>>,
+    /// The effects in other models.
+    pub insertion: Insertion,
+    /// Alignments of the recordings with a clock of their own; none where they have none.
+    pub clocks: Vec<AlignedClock>,
+    /// Use of the cache of fits; zeros without a cache.
+    pub fits: FitCounts,
+}
+
+/// Size of a parameter with its origin.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FinalSize {
+    /// Effect.
+    pub effect: &'static str,
+    /// Parameter.
+    pub parameter: &'static str,
+    /// Unit of the SI value.
+    pub unit: &'static str,
+    /// SI value.
+    pub value: f64,
+    /// Interval with a nominal coverage of 90 %, SI.
+    pub interval: (f64, f64),
+    /// Model that it comes from.
+    pub by: &'static str,
+}
+
+/// Name of the reduced model in reports.
+pub const REDUCED: &str = "reduced model";
+
+/// Name of the simulator in reports of sizes.
+pub const SIMULATED: &str = "simulator";
+
+impl Report {
+    /// Returns the sizes by simulation, where there are any.
+    #[must_use]
+    pub fn sizes(&self) -> Option<&Sizing> {
+        self.sizing.as_ref().and_then(|sizing| sizing.as_ref().ok())
+    }
+
+    /// Returns the candidate whose sizes hold.
+    #[must_use]
+    pub fn sized(&self) -> Option<&SizedCandidate> {
+        self.sizes().and_then(Sizing::chosen)
+    }
+
+    /// Returns the verdict in one word of the file format.
+    #[must_use]
+    pub fn word(&self) -> &'static str {
+        self.sizes().map_or(self.findings.assessment.verdict.word(), |sizing| sizing.word)
+    }
+
+    /// Returns the names of the verdict.
+    #[must_use]
+    pub fn names(&self) -> &[&'static str] {
+        self.sizes().map_or(self.findings.assessment.verdict.names(), |sizing| &sizing.names)
+    }
+
+    /// Returns the class of the verdict, where one is certain.
+    #[must_use]
+    pub fn class(&self) -> Option<Class> {
+        self.sizes().map_or(self.findings.assessment.verdict.class(), Sizing::class)
+    }
+
+    /// Returns the verdict of the reduced model, and what the simulator says to it.
+    #[must_use]
+    pub fn sentence(&self) -> String {
+        let verdict = self.findings.assessment.verdict.sentence();
+        match &self.sizing {
+            None => verdict,
+            Some(Ok(sizing)) => format!("{verdict} {}", sizing.sentence()),
+            Some(Err(error)) => format!("{verdict} No size by simulation: {error}."),
+        }
+    }
+
+    /// Returns the effects that go into other models, with their final values.
+    #[must_use]
+    pub fn effects(&self) -> &[Active] {
+        self.sized().map_or(&self.findings.assessment.chosen().active, |sized| &sized.active)
+    }
+
+    /// Returns the final sizes: by the simulator, where there are any, else by the reduced model.
+    #[must_use]
+    pub fn final_sizes(&self) -> Vec<FinalSize> {
+        if let Some(sized) = self.sized() {
+            let one = |p: &crate::sizing::outcome::SizedParameter| FinalSize {
+                effect: p.effect,
+                parameter: p.parameter,
+                unit: p.unit,
+                value: p.value,
+                interval: p.interval,
+                by: SIMULATED,
+            };
+            return sized.parameters.iter().map(one).collect();
+        }
+        let one = |e: &crate::findings::Estimate| FinalSize {
+            effect: e.effect,
+            parameter: e.parameter,
+            unit: e.unit,
+            value: e.value,
+            interval: e.interval,
+            by: REDUCED,
+        };
+        self.findings.estimates.iter().map(one).collect()
+    }
+}
