@@ -39,6 +39,7 @@ mod stage;
 mod train;
 
 pub use error::TrainError;
+pub use networks::base::Base;
 pub use hyperparameters::{
     AutoencoderParameters, EncoderParameters, FilterParameters, HeatParameters, Hyperparameters,
     PodParameters, RolloutParameters, Schedule, SoftParameters, SparseParameters, WarmStartParameters,
