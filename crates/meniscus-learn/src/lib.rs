@@ -39,11 +39,11 @@ mod stage;
 mod train;
 
 pub use error::TrainError;
-pub use networks::base::Base;
 pub use hyperparameters::{
     AutoencoderParameters, EncoderParameters, FilterParameters, HeatParameters, Hyperparameters,
     PodParameters, RolloutParameters, Schedule, SoftParameters, SparseParameters, WarmStartParameters,
 };
 pub use learning_curves::curves_png;
+pub use networks::base::Base;
 pub use stage::{Stage, StageInfo, StageRecord};
 pub use train::{Options, Trained, measured_again, stages, train};

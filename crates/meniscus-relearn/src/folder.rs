@@ -12,6 +12,7 @@
 //! DIR/oracle/                         the same stages for the true liquid, where one is named
 //! ```
 
+use meniscus_platform::files::FileError;
 use std::path::{Path, PathBuf};
 
 /// Folder of one run.
@@ -107,6 +108,22 @@ impl Folder {
     #[must_use]
     pub fn curves(&self) -> PathBuf {
         self.0.join("learning-curves.png")
+    }
+
+    /// Removes the models and what was measured of them, so that none of another liquid stays.
+    ///
+    /// # Errors
+    /// [`FileError`], when one cannot be removed.
+    pub(crate) fn forget_models(&self) -> Result<(), FileError> {
+        for path in [self.trained(), self.model(), self.corrected_figures(), self.report()] {
+            match std::fs::remove_file(&path) {
+                Err(cause) if cause.kind() != std::io::ErrorKind::NotFound => {
+                    return Err(FileError { path, doing: "remove", cause });
+                }
+                _ => {}
+            }
+        }
+        Ok(())
     }
 
     /// Folder of the run for the true liquid.

@@ -96,7 +96,8 @@ fn checks(model: &Model<'_>, trials: &[Trial]) -> Vec<Check> {
     };
     coverage("coverage_surface".into(), mean(trials, |trial| trial.score.held.share()));
     coverage("coverage_planned_250ms".into(), mean(trials, |trial| trial.planned.held[0].share()));
-    for (index, (group, name)) in FieldGroup::ALL.into_iter().zip(["q", "v", "e", "sigma", "tau"]).enumerate() {
+    for (index, (group, name)) in FieldGroup::ALL.into_iter().zip(["q", "v", "e", "sigma", "tau"]).enumerate()
+    {
         if known.contains(group) {
             coverage(format!("coverage_{name}"), mean(trials, |trial| trial.score.field_held[index].share()));
         }

@@ -5,6 +5,7 @@
 //! so that the highest crest of the reduced model under these motions bounds it ([`largest_strength`]).
 
 use crate::error::RelearnError;
+use meniscus::units::FRAME_INTERVAL_S;
 use meniscus_data::liquids::Liquid;
 use meniscus_data::motion::Motion;
 use meniscus_data::recording::Glass;
@@ -13,12 +14,10 @@ use meniscus_discover::baseline::predict::predict;
 use meniscus_discover::recordings::known::{CALLIPERS_M, Known};
 use meniscus_discover::recordings::record::{Channel, Drive, Quantity, Record};
 use meniscus_discover::recordings::tables::drive_of;
-use meniscus::units::FRAME_INTERVAL_S;
 use std::path::Path;
 
 /// Kinds of a set, in their order and again from the first.
-const MIX: [&str; 8] =
-    ["strokes", "random", "jolts", "strokes", "sweep", "random", "strokes", "jolts"];
+const MIX: [&str; 8] = ["strokes", "random", "jolts", "strokes", "sweep", "random", "strokes", "jolts"];
 
 /// Scales that are tried, the strongest first.
 const STRENGTHS: [f64; 13] = [1.0, 0.9, 0.8, 0.7, 0.6, 0.5, 0.45, 0.4, 0.35, 0.3, 0.25, 0.2, 0.15];

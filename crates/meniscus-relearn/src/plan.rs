@@ -174,7 +174,10 @@ mod tests {
         plan().bind(&folder).expect("the same plan");
         let other = Plan { seconds: 3.0, seed: 2, ..plan() };
         let refused = other.bind(&folder).expect_err("another plan").to_string();
-        assert!(refused.contains("seconds is 4.0 there and 3.0 here") && refused.contains("seed is 1"), "{refused}");
+        assert!(
+            refused.contains("seconds is 4.0 there and 3.0 here") && refused.contains("seed is 1"),
+            "{refused}"
+        );
         std::fs::write(folder.plan(), "{").expect("written");
         assert!(matches!(plan().bind(&folder), Err(RelearnError::Malformed { .. })));
         std::fs::remove_dir_all(&path).expect("removed");

@@ -11,7 +11,7 @@ use crate::plan::{LiquidSource, Plan};
 use crate::progress::Progress;
 use crate::report::{Content, write};
 use crate::simulate::{FailedSimulation, Pass, Shard, Simulations, Workers};
-use crate::train::{Recordings, keeps_its_fill, train};
+use crate::train::{Recordings, is_trained, keeps_its_fill, train};
 use meniscus::blob::{CRC, Model};
 use meniscus_data::effects::Effects;
 use meniscus_data::liquids::Liquid;
@@ -102,8 +102,7 @@ impl Run<'_> {
     pub fn go(&self, until: Stage) -> Result<Outcome, RelearnError> {
         self.plan.check()?;
         self.plan.bind(self.folder)?;
-        let mut outcome =
-            Outcome { finished: Stage::Identify, sentences: Vec::new(), checks: Vec::new() };
+        let mut outcome = Outcome { finished: Stage::Identify, sentences: Vec::new(), checks: Vec::new() };
         outcome.sentences.push(self.identify()?);
         if until == Stage::Identify {
             return Ok(outcome);
@@ -117,10 +116,12 @@ impl Run<'_> {
             return Ok(outcome);
         }
         let [training, validation, held_out] = self.sets(&liquid, &planned, &pass.failed)?;
-        if !self.folder.trained().exists() {
+        if !is_trained(self.folder, &liquid.label) {
+            self.folder.forget_models()?;
             let about = estimates::training(&self.plan.hyperparameters.schedule, &training);
             self.progress.begins(Stage::Train, &about);
-            let recordings = Recordings { training: &training, validation: &validation };
+            let recordings =
+                Recordings { training: &training, validation: &validation, liquid: &liquid.label };
             train(self.plan, &recordings, self.base, self.folder, self.command, self.stop, self.progress)?;
             self.progress.ends(&format!("{}", self.folder.trained().display()));
         }
@@ -187,11 +188,16 @@ impl Run<'_> {
     /// The liquid in the folder.
     fn liquid(&self) -> Result<SimulatedLiquid, RelearnError> {
         let path = self.folder.liquid();
-        let text = std::fs::read_to_string(&path)
-            .map_err(|cause| meniscus_platform::files::FileError { path: path.clone(), doing: "read", cause })?;
+        let text = std::fs::read_to_string(&path).map_err(|cause| meniscus_platform::files::FileError {
+            path: path.clone(),
+            doing: "read",
+            cause,
+        })?;
         let liquid = Liquid::parse(&path.to_string_lossy(), &text)?;
         let label = match &self.plan.liquid {
-            LiquidSource::Stated(name) if Liquid::load(name).is_ok_and(|stated| stated == liquid) => name.clone(),
+            LiquidSource::Stated(name) if Liquid::load(name).is_ok_and(|stated| stated == liquid) => {
+                name.clone()
+            }
             // Another liquid of the same name must not pass for this one.
             _ => format!("liquid.toml (checksum {:08x})", CRC.checksum(text.as_bytes())),
         };
@@ -240,7 +246,11 @@ impl Run<'_> {
     }
 
     /// Simulates what is missing.
-    fn simulate(&self, liquid: &SimulatedLiquid, planned: &[SimulatedRecording]) -> Result<Pass, RelearnError> {
+    fn simulate(
+        &self,
+        liquid: &SimulatedLiquid,
+        planned: &[SimulatedRecording],
+    ) -> Result<Pass, RelearnError> {
         let setup = self.setup(&liquid.liquid)?;
         let simulations = self.simulations(&setup, liquid);
         let missing = planned.iter().filter(|one| simulations.finished(one).is_none()).count();
@@ -278,7 +288,12 @@ impl Run<'_> {
             // Three quarters of a set still are that set.
             if set.len() < (3 * wanted).div_ceil(4).max(1) {
                 let first = failed.first().map_or_else(
-                    || format!("{} of {wanted} recordings spilled too much or are missing", wanted - set.len()),
+                    || {
+                        format!(
+                            "{} of {wanted} recordings spilled too much or are missing",
+                            wanted - set.len()
+                        )
+                    },
                     |one| format!("{}: {}", one.recording, one.why),
                 );
                 return Err(RelearnError::Failed {
@@ -307,7 +322,11 @@ impl Run<'_> {
             let (oracle, recordings) = self.oracle(name, &liquid.liquid)?;
             let own = judge(&oracle, &recordings, self.plan.seed)?;
             beside.extend(own.checks.iter().map(|check| {
-                Check::informational(format!("oracle_{}", check.name), check.value.unwrap_or(f64::NAN), check.unit)
+                Check::informational(
+                    format!("oracle_{}", check.name),
+                    check.value.unwrap_or(f64::NAN),
+                    check.unit,
+                )
             }));
             // Both are judged on the true liquid.
             judged_on = recordings;

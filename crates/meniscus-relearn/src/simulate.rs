@@ -118,7 +118,9 @@ impl Simulations<'_> {
     /// Returns the finished recording `one`; `None` where there is none, or half of one, or another's.
     pub(crate) fn finished(&self, one: &SimulatedRecording) -> Option<Recording> {
         let recording = Recording::load(&self.path(one)).ok()?;
-        let same = recording.provenance.command == self.command(one) && recording.glass == self.setup.glass;
+        // An effect of the liquid may change the fill.
+        let glass = self.setup.resolved().glass;
+        let same = recording.provenance.command == self.command(one) && recording.glass == glass;
         let finite = match &recording.states {
             States::Full(all) => all.iter().all(|x| x.is_finite()),
             States::Factored(_) => true,
@@ -167,7 +169,8 @@ impl Simulations<'_> {
             }
         }
         if stop.load(Ordering::Relaxed) {
-            let kept = format!("{} of {} recordings are finished", pass.simulated + pass.reused, planned.len());
+            let kept =
+                format!("{} of {} recordings are finished", pass.simulated + pass.reused, planned.len());
             return Err(RelearnError::Interrupted { stage: "simulate", kept });
         }
         Ok(pass)

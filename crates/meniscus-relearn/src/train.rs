@@ -34,6 +34,15 @@ pub(crate) struct Recordings<'a> {
     pub(crate) training: &'a [Recording],
     /// Recordings that choices are made by.
     pub(crate) validation: &'a [Recording],
+    /// Liquid, as the commands of the recordings name it.
+    pub(crate) liquid: &'a str,
+}
+
+/// Whether `folder` holds a model that was trained on `liquid`. A person may have edited the liquid file since.
+pub(crate) fn is_trained(folder: &Folder, liquid: &str) -> bool {
+    let figures = std::fs::read(folder.trained_figures()).unwrap_or_default();
+    let figures: serde_json::Value = serde_json::from_slice(&figures).unwrap_or_default();
+    folder.trained().exists() && figures["liquid"] == liquid
 }
 
 /// Whether `recording` kept so much of its liquid that it shows the fill of its glass.
@@ -58,8 +67,11 @@ pub(crate) fn train(
 ) -> Result<(), RelearnError> {
     let begun = Instant::now();
     let checkpoints = folder.checkpoints();
-    std::fs::create_dir_all(&checkpoints)
-        .map_err(|cause| FileError { path: checkpoints.clone(), doing: "make", cause })?;
+    std::fs::create_dir_all(&checkpoints).map_err(|cause| FileError {
+        path: checkpoints.clone(),
+        doing: "make",
+        cause,
+    })?;
     let options = Options {
         seed: plan.seed,
         hyperparameters: plan.hyperparameters.clone(),
@@ -84,9 +96,13 @@ pub(crate) fn train(
     let mut picture = folder.curves().into_os_string();
     picture.push(".part.png");
     curves_png(&curves, picture.as_ref())?;
-    std::fs::rename(&picture, folder.curves())
-        .map_err(|cause| FileError { path: folder.curves(), doing: "write", cause })?;
+    std::fs::rename(&picture, folder.curves()).map_err(|cause| FileError {
+        path: folder.curves(),
+        doing: "write",
+        cause,
+    })?;
     let figures = serde_json::json!({
+        "liquid": recordings.liquid,
         "checks": checks,
         "stages": stages,
         "seconds": begun.elapsed().as_secs_f64(),

@@ -28,7 +28,10 @@ impl Progress for Bars {
         // The training shows bars of its own.
         if stage == Stage::Simulate {
             let bar = ProgressBar::new(PARTS);
-            bar.set_style(style("simulate {wide_bar} {percent} %, {left}").unwrap_or_else(|_| ProgressStyle::default_bar()));
+            bar.set_style(
+                style("simulate {wide_bar} {percent} %, {left}")
+                    .unwrap_or_else(|_| ProgressStyle::default_bar()),
+            );
             *self.0.lock().unwrap_or_else(PoisonError::into_inner) = Some(bar);
         }
     }

@@ -44,7 +44,11 @@ pub(super) fn read(arguments: &Arguments) -> anyhow::Result<Inputs> {
     for input in &arguments.inputs {
         if is_liquid(input) {
             Liquid::load(input)?;
-            ensure!(liquid.is_none(), "two liquids are named, {} and {input}: give one", liquid.unwrap_or_default());
+            ensure!(
+                liquid.is_none(),
+                "two liquids are named, {} and {input}: give one",
+                liquid.unwrap_or_default()
+            );
             liquid = Some(input.clone());
         } else {
             measured(Path::new(input), rim_m, arguments.seed, &mut found)?;
@@ -55,11 +59,17 @@ pub(super) fn read(arguments: &Arguments) -> anyhow::Result<Inputs> {
         same_glass(&scene, &own).context("--scene has another glass than the recordings")?;
     }
     let glass = scene_glass.or(glass).unwrap_or(GLASS);
-    ensure!(glass.is_cylinder(), "a model is learned in a glass with upright sides, and this one has a taper");
+    ensure!(
+        glass.is_cylinder(),
+        "a model is learned in a glass with upright sides, and this one has a taper"
+    );
     let liquid = if measured.is_empty() {
         let Some(name) = liquid else { bail!("name a liquid, or recordings of one") };
         ensure!(arguments.density.is_none(), "--density goes with recordings; a liquid file has the density");
-        ensure!(Law::from(arguments.law) == Law::Auto, "--law goes with recordings; a liquid file has the law");
+        ensure!(
+            Law::from(arguments.law) == Law::Auto,
+            "--law goes with recordings; a liquid file has the law"
+        );
         LiquidSource::Stated(name)
     } else {
         let stated = liquid.as_deref().map(Liquid::load).transpose()?;
@@ -97,7 +107,8 @@ fn measured(path: &Path, rim_m: Option<f64>, seed: u64, found: &mut Found) -> an
         for reason in &set.left_out {
             eprintln!("left out: {reason}");
         }
-        let glass = MeasuredRecording::glass(&set.known, rim_m.unwrap_or(GLASS.rim_m.max(set.known.fill_m + 0.04)));
+        let glass =
+            MeasuredRecording::glass(&set.known, rim_m.unwrap_or(GLASS.rim_m.max(set.known.fill_m + 0.04)));
         join(found, glass, set.known.density_kg_m3, None)?;
         found.measured.extend(MeasuredRecording::of_set(path, &set)?);
         return Ok(());

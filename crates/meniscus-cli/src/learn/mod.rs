@@ -194,9 +194,17 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let progress: &dyn Progress = if arguments.json { &Silent } else { &bars };
     let folder = Folder::new(&arguments.out);
     let command = command(arguments);
-    let workers =
-        Workers { processors: arguments.threads, shard: arguments.shard.unwrap_or(Shard::WHOLE) };
-    let run = Run { plan: &plan, folder: &folder, measured: &measured, base, command: &command, workers, stop, progress };
+    let workers = Workers { processors: arguments.threads, shard: arguments.shard.unwrap_or(Shard::WHOLE) };
+    let run = Run {
+        plan: &plan,
+        folder: &folder,
+        measured: &measured,
+        base,
+        command: &command,
+        workers,
+        stop,
+        progress,
+    };
     let outcome = run.go(arguments.until.into());
     bars.clear();
     let outcome = outcome?;
@@ -236,7 +244,9 @@ fn next(finished: Stage, folder: &Folder, seconds: f64) -> String {
             "{}: look at it, edit it if you know better, and run again without --until ({after})",
             folder.liquid().display()
         ),
-        Stage::Simulate => format!("{}: run again without --until or --shard ({after})", folder.recordings().display()),
+        Stage::Simulate => {
+            format!("{}: run again without --until or --shard ({after})", folder.recordings().display())
+        }
         Stage::Train => format!("{}: run again without --until ({after})", folder.trained().display()),
         Stage::Correct => format!("{}: run again for the report ({after})", folder.model().display()),
         Stage::Report => format!(
@@ -251,7 +261,8 @@ fn next(finished: Stage, folder: &Folder, seconds: f64) -> String {
 /// Reads hyperparameters: an object of their own, or the answer of `meniscus train --json` that holds one.
 fn hyperparameters(path: &Path) -> anyhow::Result<Hyperparameters> {
     let text = std::fs::read_to_string(path).with_context(|| format!("{} cannot be read", path.display()))?;
-    let wrong = || format!("{} holds no hyperparameters as `meniscus train --json` prints them", path.display());
+    let wrong =
+        || format!("{} holds no hyperparameters as `meniscus train --json` prints them", path.display());
     let mut value: serde_json::Value = serde_json::from_str(&text).with_context(wrong)?;
     if let Some(inner) = value.get_mut("hyperparameters") {
         value = inner.take();

@@ -36,6 +36,9 @@ pub enum Base {
 /// Group of the blob of each group of the trunk: the internal energy, which lies between, has no part in it.
 const BLOB_GROUP: [u8; TRUNK.len()] = [0, 1, 3, 4, 5];
 
+/// Group of the internal energy in the blob.
+const HEAT: u8 = 2;
+
 /// Ridge of the pseudo-inverse of the skip, relative to its largest singular value squared.
 const RIDGE: f64 = 1e-6;
 
@@ -85,7 +88,12 @@ impl BaseWeights {
 
     /// D P of the coefficients: the base's coefficients as scaled coefficients on the bases of `frame`.
     fn projection(&self, frame: &Frame) -> Option<DMatrix<f64>> {
-        let ranks: Vec<usize> = (0..6).map(|group| self.part(Name::GroupBasis(group)).map_or(0, |p| p.columns)).collect();
+        // The pattern of the heat has one column that no coefficient of the trunk goes with.
+        let rank = |group: u8| {
+            let columns = self.part(Name::GroupBasis(group)).map_or(0, |part| part.columns);
+            if group == HEAT { columns.saturating_sub(1) } else { columns }
+        };
+        let ranks: Vec<usize> = (0..=BLOB_GROUP[TRUNK.len() - 1]).map(rank).collect();
         let before = |group: u8| ranks[..usize::from(group)].iter().sum::<usize>();
         let scale = frame.coefficient_scale();
         let mut projection = DMatrix::zeros(frame.width(), ranks.iter().sum());
@@ -104,14 +112,27 @@ impl BaseWeights {
     }
 
     /// Both halves of the autoencoder on the bases of `frame`, as `Autoencoder` orders them; `hidden` is the width of its layers.
-    pub(crate) fn autoencoder(&self, frame: &Frame, hidden: usize, rng: &mut ChaCha8Rng) -> Option<Vec<Matrix>> {
+    pub(crate) fn autoencoder(
+        &self,
+        frame: &Frame,
+        hidden: usize,
+        rng: &mut ChaCha8Rng,
+    ) -> Option<Vec<Matrix>> {
         let projection = self.projection(frame)?;
-        let onto = |matrix: &Matrix| (matrix.rows == projection.ncols()).then(|| &projection * matrix.to_f64());
+        let onto =
+            |matrix: &Matrix| (matrix.rows == projection.ncols()).then(|| &projection * matrix.to_f64());
         let skip = onto(&self.matrix(Name::TrunkLinear)?)?;
         let last = onto(&self.matrix(Name::TrunkWeight(2))?)?;
         let [first, second] = [0, 1].map(|layer| self.matrix(Name::TrunkWeight(layer)));
         let [first_bias, second_bias] = [0, 1].map(|layer| self.row(Name::TrunkBias(layer)));
-        let decoder = vec![Matrix::from_f64(&skip), first?, first_bias?, second?, second_bias?, Matrix::from_f64(&last)];
+        let decoder = vec![
+            Matrix::from_f64(&skip),
+            first?,
+            first_bias?,
+            second?,
+            second_bias?,
+            Matrix::from_f64(&last),
+        ];
         if decoder[1].rows != hidden || decoder[3].rows != hidden {
             return None;
         }
@@ -120,7 +141,11 @@ impl BaseWeights {
         let inverse = (normal_matrix + DMatrix::identity(LATENTS, LATENTS) * ridge).try_inverse()?;
         let back = inverse * skip.transpose();
         let mut fresh = |rows: usize, columns: usize, deviation: f64| {
-            Matrix::new(rows, columns, (0..rows * columns).map(|_| (deviation * normal(rng)) as f32).collect())
+            Matrix::new(
+                rows,
+                columns,
+                (0..rows * columns).map(|_| (deviation * normal(rng)) as f32).collect(),
+            )
         };
         let root = |inputs: usize| 1.0 / (inputs as f64).sqrt();
         let width = frame.width();
@@ -134,5 +159,62 @@ impl BaseWeights {
         ];
         weights.extend(decoder);
         Some(weights)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::data::pod::Basis;
+    use meniscus::blob::Model;
+    use meniscus::latent::decoder::Coefficients;
+    use rand::SeedableRng;
+
+    /// On the bases of the base itself the decoder is that of the base, through the camera side's own decoder.
+    #[test]
+    fn on_its_own_bases_the_decoder_is_the_base_s() {
+        let bytes = AlignedBytes::copy(meniscus_shipped::MODEL);
+        let base =
+            BaseWeights::new(&Base::Blob(Arc::from(&bytes[..]))).expect("a good blob").expect("a base");
+        let bases: Vec<Basis> = BLOB_GROUP
+            .iter()
+            .map(|&group| {
+                let part = base.part(Name::GroupBasis(group)).expect("a basis");
+                Basis { modes: DMatrix::from_row_slice(part.rows, part.columns, &part.values), left_out: 0.0 }
+            })
+            .collect();
+        let width = bases.iter().map(Basis::rank).sum();
+        let frame = Frame {
+            bases,
+            rest_state: Vec::new(),
+            rest_profile: Vec::new(),
+            feed: vec![0.0; width],
+            group_scale: [2.0; 5],
+            height_scale_m: 1.0,
+            acceleration_scale: 1.0,
+            energy_scale_j: 1.0,
+            fill_m: 0.07,
+        };
+        let weights =
+            base.autoencoder(&frame, 64, &mut ChaCha8Rng::seed_from_u64(1)).expect("the shapes fit");
+        let model = Model::load(&bytes).expect("a good blob");
+        let x = [0.3_f32, -0.2, 0.1, 0.4, -0.1, 0.2, 0.05, -0.3, 0.1, 0.0, 0.2, -0.05, 0.1];
+        let due: Coefficients = model.decoder.coefficients(&x, 0.0);
+        // z = T x + W3 relu(W2 relu(W1 x + b1) + b2), less its value at rest, which b3 of the blob is.
+        let column = |v: &[f32]| nalgebra::DVector::from_iterator(v.len(), v.iter().map(|&v| f64::from(v)));
+        let matrix = |k: usize| weights[6 + k].to_f64();
+        let bent = |v: nalgebra::DVector<f64>| v.map(|v| v.max(0.0));
+        let net = |x: &nalgebra::DVector<f64>| {
+            let first = bent(matrix(1) * x + matrix(2).transpose());
+            matrix(5) * bent(matrix(3) * first + matrix(4).transpose())
+        };
+        let x = column(&x);
+        let said = matrix(0) * &x + net(&x) - net(&nalgebra::DVector::zeros(LATENTS));
+        let heat = base.part(Name::GroupBasis(HEAT)).expect("a pattern").columns - 1;
+        let before: usize = frame.ranges()[1].end;
+        for (k, said) in said.iter().enumerate() {
+            let due = f64::from(due[if k < before { k } else { k + heat }]) / 2.0;
+            assert!((said - due).abs() < 1e-3 * (1e-3 + due.abs()), "{k}: {said} for {due}");
+        }
     }
 }

@@ -11,6 +11,7 @@ use meniscus::reduced::effects::{Active, find};
 use meniscus_data::effects::Effects;
 use meniscus_data::liquids::{Liquid, Rheology};
 use meniscus_data::recording::Glass;
+use meniscus_discover::fitting::error::ProblemError;
 use meniscus_discover::fitting::fit::{Fitted, Free, fit};
 use meniscus_discover::recordings::known::{CALLIPERS_M, Known};
 use meniscus_discover::recordings::record::Record;
@@ -44,13 +45,10 @@ pub struct Identified {
     pub recordings: Vec<String>,
 }
 
-/// Identifies the liquid of `source` from `measured` in `glass`.
+/// Identifies the liquid in `measured`, of this density, in `glass`.
 ///
 /// # Errors
 /// [`RelearnError::Identify`], when the recordings cannot be fitted.
-///
-/// # Panics
-/// Never: the effects of the laws are in the library.
 pub fn identify(
     measured: &[MeasuredRecording],
     glass: &Glass,
@@ -66,7 +64,17 @@ pub fn identify(
         viscosity_pa_s: 1.0,
         motion_share: [1.0; 2],
     };
-    let plain = fit_viscosity(&records, &known)?;
+    Ok(identify_records(&records, &known, law)?)
+}
+
+/// Identifies the liquid in `records`; the viscosity of `known` is not used.
+pub(super) fn identify_records(
+    records: &[Record],
+    known: &Known,
+    law: Law,
+) -> Result<Identified, ProblemError> {
+    let density_kg_m3 = known.density_kg_m3;
+    let plain = fit_viscosity(records, known)?;
     let count = plain.problem.count();
     let recordings = records.iter().map(|record| record.name.clone()).collect();
     let mut best: Option<(Law, Fitted, f64)> = None;
@@ -161,9 +169,8 @@ impl Identified {
             return None;
         };
         let from = format!("fit of the reduced model to {}", self.recordings.join(", "));
-        let of = |value: &Value| {
-            format!("{from}; 90 %: {:.4} to {:.4}", value.interval[0], value.interval[1])
-        };
+        let of =
+            |value: &Value| format!("{from}; 90 %: {:.4} to {:.4}", value.interval[0], value.interval[1]);
         let mut viscosity = (self.consistency_pa_sn.best, of(&self.consistency_pa_sn));
         if let Some(below) = self.undetermined_below_pa_s {
             let undetermined = format!("{from}; undetermined, below {below:.4}");

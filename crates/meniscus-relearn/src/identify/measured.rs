@@ -44,11 +44,8 @@ impl MeasuredRecording {
     /// # Errors
     /// [`RelearnError::Unusable`] or [`RelearnError::Camera`].
     pub fn seen(name: &str, recording: &Recording, seed: u64) -> Result<Self, RelearnError> {
-        let scene = SceneSettings {
-            disparity_rms_px: DISPARITY_RMS_PX,
-            seed,
-            ..SceneSettings::of(&recording.glass)
-        };
+        let scene =
+            SceneSettings { disparity_rms_px: DISPARITY_RMS_PX, seed, ..SceneSettings::of(&recording.glass) };
         let profiles = sightings(recording, scene)?;
         let samples: Vec<(f64, f64)> =
             (0..).map(|n| f64::from(n) * FRAME_INTERVAL_S).zip(recording.glass_x_m.iter().copied()).collect();
@@ -73,7 +70,10 @@ impl MeasuredRecording {
         let one = |record: &Record| {
             let path = folder.join(format!("{}.profile.csv", record.name));
             let text = std::fs::read_to_string(&path).map_err(|_| {
-                unusable(&record.name, "a model is learnt from profiles: it needs a .profile.csv, not peak heights")
+                unusable(
+                    &record.name,
+                    "a model is learnt from profiles: it needs a .profile.csv, not peak heights",
+                )
             })?;
             let all = profiles_from_csv(&text).map_err(|error| unusable(&record.name, &error.to_string()))?;
             let first = all.first().map_or(0, |profile| profile.captured.0);
@@ -113,10 +113,12 @@ impl MeasuredRecording {
             return Err(unusable(&name, &fault));
         }
         let slope = record.channels.iter().find(|channel| channel.quantity == Quantity::Slope);
-        let values: Vec<f64> = slope.iter().flat_map(|c| c.value.iter().skip(record.rest_frames)).flatten().copied().collect();
+        let values: Vec<f64> =
+            slope.iter().flat_map(|c| c.value.iter().skip(record.rest_frames)).flatten().copied().collect();
         if values.len() < (frames - record.rest_frames) / 2 {
             let seen = values.len();
-            let fault = format!("the surface is seen in only {seen} of {frames} frames: check the camera's position");
+            let fault =
+                format!("the surface is seen in only {seen} of {frames} frames: check the camera's position");
             return Err(unusable(&name, &fault));
         }
         let rms = (values.iter().map(|x| x * x).sum::<f64>() / values.len().max(1) as f64).sqrt();

@@ -7,6 +7,8 @@
 mod fit;
 mod law;
 mod measured;
+#[cfg(test)]
+mod tests;
 mod viscosity;
 
 pub use fit::{Identified, identify};

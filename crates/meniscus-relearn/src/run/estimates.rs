@@ -2,9 +2,9 @@
 
 use crate::plan::Plan;
 use crate::simulate::Workers;
+use meniscus::units::FRAME_INTERVAL_S;
 use meniscus_data::recording::{Recording, STATE};
 use meniscus_learn::Schedule;
-use meniscus::units::FRAME_INTERVAL_S;
 
 /// Shortest step of a simulation that ends within a day, s.
 pub(super) const SHORTEST_STEP_S: f64 = 1e-6;
@@ -45,7 +45,8 @@ pub(super) fn training(schedule: &Schedule, training: &[Recording]) -> String {
     let share = |part: usize, whole: usize| part as f64 / whole as f64;
     // The encoder passes over all frames; the other two draw batches of a fixed size.
     let encoder = 0.5 * share(schedule.encoder, full.encoder) * share(frames, 3600);
-    let others = 0.3 * share(schedule.rollout, full.rollout) + 0.2 * share(schedule.autoencoder, full.autoencoder);
+    let others =
+        0.3 * share(schedule.rollout, full.rollout) + 0.2 * share(schedule.autoencoder, full.autoencoder);
     let wall_s = TRAINING_S * (encoder + others) / 1.5;
     format!("{} recordings, about {} on two processors", training.len(), duration(wall_s))
 }
