@@ -162,7 +162,7 @@ fn unknown_groups_are_absent(folder: &Path, outcome: &Outcome) {
     ] {
         assert_eq!(named(&format!("held_{name}")), known.contains(group), "{name}");
         assert_eq!(named(&format!("coverage_{name}")), known.contains(group), "{name}");
-        // A simulation shows the inside: only the heat of a thin liquid may be unknown.
+        // A simulation shows the inside: only the heat of a low-viscosity liquid may be unknown.
         assert!(known.contains(group) || group == FieldGroup::InternalEnergy, "{name} is known");
     }
     let report = bytes(&folder.join("report.json"));

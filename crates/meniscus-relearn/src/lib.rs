@@ -21,7 +21,7 @@
 //! | `simulate` | the recordings, several at once, none of them twice |
 //! | `train`, `correct` | model, and its correction on the measured recordings |
 //! | `judge`, `report` | errors and coverage on simulated recordings that no stage saw |
-//! | `run`, `progress` | the stages in their order, and what a person is told |
+//! | `run`, `progress` | the stages in their order, and the observer of a run |
 
 mod correct;
 mod error;

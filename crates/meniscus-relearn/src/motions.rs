@@ -24,7 +24,7 @@ const STRENGTHS: [f64; 13] = [1.0, 0.9, 0.8, 0.7, 0.6, 0.5, 0.45, 0.4, 0.35, 0.3
 
 /// Highest crest of the reduced model, in radii of the glass and in distances from the fill to the rim. Water keeps to the glass
 /// at 0.25 and throws particles over the rim at 0.3, blood keeps to it at 0.3.
-const CREST: [f64; 2] = [0.9, 0.8];
+const CREST: [f64; 2] = [0.75, 0.65];
 
 /// Factors by which a measured motion is simulated again: as it was, and stronger.
 const AGAIN: [f64; 2] = [1.0, 1.3];

@@ -142,8 +142,7 @@ fn j1_is_that_of_the_tables() {
 #[test]
 fn viscosity_of_liquids_whose_damping_comes_from_elsewhere() {
     for (name, density, nu, first) in [
-        ("thin layers, 10 mPa s", 1000.0, 1e-5, case_and_parkinson(&GLASS, 1e-5)),
-        ("thin layers, 50 mPa s", 1000.0, 5e-5, case_and_parkinson(&GLASS, 5e-5)),
+        ("equations, 50 mPa s", 1000.0, 5e-5, ritz(&GLASS, 5e-5)),
         ("equations, 0.1 Pa s", 1000.0, 1e-4, ritz(&GLASS, 1e-4)),
         ("equations, 0.3 Pa s", 1261.0, 0.3 / 1261.0, ritz(&GLASS, 0.3 / 1261.0)),
     ] {
@@ -155,6 +154,17 @@ fn viscosity_of_liquids_whose_damping_comes_from_elsewhere() {
         assert!((value.best / truth - 1.0).abs() < 0.15, "{name}: {value:?} for {truth}");
         assert!(value.interval[1] < 3.0 * truth, "{name}: an interval that says something: {value:?}");
     }
+}
+
+/// The formula is of a contact line that slides freely, and the reduced model of one that sticks to the wall, as the simulator's
+/// does. The sticking line damps more, so that a free one looks like a viscosity that is a quarter lower.
+#[test]
+fn a_free_contact_line_looks_like_a_lower_viscosity() {
+    let first = case_and_parkinson(&GLASS, 1e-5);
+    let records = [record("one", "strokes:1x0.15", first), record("two", "strokes:2x0.15", first)];
+    let share = fit_viscosity(&records, &known(1000.0)).expect("a fit").viscosity_pa_s.best / 1e-2;
+    println!("{share} of the true viscosity");
+    assert!((0.6..0.95).contains(&share), "{share}");
 }
 
 /// Of water the simulator itself cannot tell the viscosity, and a constant one needs no other law.
