@@ -67,7 +67,7 @@ pub(super) fn read(arguments: &Arguments) -> anyhow::Result<Inputs> {
         let Some(name) = liquid else { bail!("name a liquid, or recordings of one") };
         ensure!(arguments.density.is_none(), "--density goes with recordings; a liquid file has the density");
         ensure!(
-            Law::from(arguments.law) == Law::Auto,
+            Law::from(arguments.law) == Law::Newtonian,
             "--law goes with recordings; a liquid file has the law"
         );
         LiquidSource::Stated(name)

@@ -33,7 +33,8 @@ use std::time::Instant;
 /// 8/8 as one job each, then the command without --shard.
 ///
 /// Recordings are files of the simulator, or folders as `meniscus discover` takes them: setup.toml, NAME.profile.csv and
-/// NAME.motion.csv. Damping at a contact line or by a film on the surface is taken for viscosity.
+/// NAME.motion.csv. The fitted viscosity is rough, and of a low-viscosity liquid it is only an upper bound: name the liquid beside its
+/// recordings, or edit liquid.toml. Damping at a contact line, by a film or by steep waves is taken for viscosity.
 #[derive(clap::Args, Debug)]
 #[command(
     after_help = "Examples:\n  meniscus learn water --out water\n  meniscus learn butter --quick --out butter\n  meniscus learn my-recordings --density 998 --out mine\n  meniscus learn my-recordings --density 998 --until identify --out mine"
@@ -45,8 +46,8 @@ pub(crate) struct Arguments {
     /// Density of the liquid in the recordings, kg/m3 [default: that of the liquid or the recordings].
     #[arg(long, value_name = "KG_M3", help_heading = "Liquid")]
     density: Option<f64>,
-    /// Law of flow to fit: auto takes a constant viscosity unless another fits clearly better.
-    #[arg(long, value_enum, default_value_t = LawName::Auto, help_heading = "Liquid")]
+    /// Law of flow to fit to the recordings, which do not choose it.
+    #[arg(long, value_enum, default_value_t = LawName::Newtonian, help_heading = "Liquid")]
     law: LawName,
     /// Scene file with the glass [default: that of the recordings, or 35 mm radius, 70 mm fill].
     #[arg(long, value_name = "FILE", help_heading = "Glass")]
@@ -106,7 +107,6 @@ pub(crate) struct Arguments {
 /// Law of flow on the command line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum LawName {
-    Auto,
     Newtonian,
     Power,
     Bingham,
@@ -126,7 +126,6 @@ enum StageName {
 impl From<LawName> for Law {
     fn from(name: LawName) -> Self {
         match name {
-            LawName::Auto => Self::Auto,
             LawName::Newtonian => Self::Newtonian,
             LawName::Power => Self::Power,
             LawName::Bingham => Self::Bingham,

@@ -17,10 +17,6 @@ use meniscus_discover::recordings::known::{CALLIPERS_M, Known};
 use meniscus_discover::recordings::record::Record;
 use serde::{Deserialize, Serialize};
 
-/// Gain in the Bayesian information criterion at which a law with more parameters is taken: strong evidence (Kass and Raftery
-/// 1995).
-const CLEARLY_BETTER: f64 = 10.0;
-
 /// Standard deviations on either side of a 90 % interval.
 const DEVIATIONS: f64 = 1.645;
 
@@ -77,21 +73,14 @@ pub(super) fn identify_records(
     let plain = fit_viscosity(records, known)?;
     let count = plain.problem.count();
     let recordings = records.iter().map(|record| record.name.clone()).collect();
-    let mut best: Option<(Law, Fitted, f64)> = None;
-    for candidate in law.candidates() {
-        let fitted = with_law(&plain, *candidate);
-        // The viscosity is free in both.
-        let parameters = fitted.free.len() as f64 - 1.0;
-        let gain = plain.cost - fitted.cost - parameters * (count as f64).ln();
-        let needed = if law == Law::Auto { CLEARLY_BETTER } else { f64::NEG_INFINITY };
-        if gain > best.as_ref().map_or(needed, |best| best.2 + CLEARLY_BETTER) {
-            best = Some((*candidate, fitted, gain));
-        }
+    if law == Law::Newtonian {
+        return Ok(newtonian(&plain, density_kg_m3, recordings));
     }
-    Ok(match best {
-        None => newtonian(&plain, density_kg_m3, recordings),
-        Some((law, fitted, gain)) => with_parameters(&plain, law, &fitted, gain, recordings),
-    })
+    let fitted = with_law(&plain, law);
+    // The viscosity is free in both.
+    let parameters = fitted.free.len() as f64 - 1.0;
+    let gain = plain.cost - fitted.cost - parameters * (count as f64).ln();
+    Ok(with_parameters(&plain, law, &fitted, gain, recordings))
 }
 
 /// A constant viscosity.
@@ -103,7 +92,7 @@ fn newtonian(plain: &ViscosityFit, density_kg_m3: f64, recordings: Vec<String>) 
         consistency_pa_sn: value,
         index: None,
         yield_stress_pa: None,
-        undetermined_below_pa_s: (value.best < floor).then_some(value.interval[1].max(floor)),
+        undetermined_below_pa_s: (value.interval[0] < floor).then_some(value.interval[1].max(floor)),
         misfit: plain.misfit,
         gain: 0.0,
         recordings,
@@ -137,7 +126,7 @@ fn with_parameters(
 ) -> Identified {
     let misfit = fitted.chi2(plain.problem.count());
     let covariance = fitted.covariance();
-    let stated = plain.problem.known.stated();
+    let (stated, density) = (plain.problem.known.stated(), plain.problem.known.density_kg_m3);
     let value = |name: &str| {
         let effect = fitted.active.iter().position(|active| active.entry.name == name)?;
         let parameter = &fitted.active[effect].entry.parameters[0];
@@ -151,7 +140,8 @@ fn with_parameters(
     };
     Identified {
         law,
-        consistency_pa_sn: value("viscosity").unwrap_or(plain.viscosity_pa_s),
+        consistency_pa_sn: value("viscosity")
+            .map_or(plain.viscosity_pa_s, |value| value.with_model_error(density)),
         index: value("shear_thinning"),
         yield_stress_pa: value("yield_stress"),
         undetermined_below_pa_s: None,
@@ -211,7 +201,10 @@ impl Identified {
             format!("{:.4} (90 %: {:.4} to {:.4})", value.best, value.interval[0], value.interval[1])
         };
         let mut text = match self.undetermined_below_pa_s {
-            Some(below) => format!("viscosity undetermined, below {below:.4} Pa s"),
+            Some(below) => format!(
+                "viscosity undetermined, below {below:.4} Pa s ({:.4} fits best, and is simulated unless a lower one is stated)",
+                self.consistency_pa_sn.best
+            ),
             None if self.index.is_some() => format!("consistency {} Pa s^n", of(&self.consistency_pa_sn)),
             None => format!("viscosity {} Pa s", of(&self.consistency_pa_sn)),
         };

@@ -3,12 +3,13 @@
 use serde::{Deserialize, Serialize};
 
 /// Law of flow that is fitted to the recordings.
+///
+/// The recordings do not choose it. On simulated water a power law gained 1229 in the information criterion over a constant viscosity:
+/// what the reduced model lacks of a steep wave looks like a law of flow.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Law {
-    /// Whatever the recordings show: a constant viscosity unless another law fits clearly better.
-    #[default]
-    Auto,
     /// Constant viscosity.
+    #[default]
     Newtonian,
     /// `tau = k rate^n`.
     Power,
@@ -22,21 +23,10 @@ impl Law {
     /// Effects that the law adds to a constant viscosity, by name.
     pub(super) fn effects(self) -> &'static [&'static str] {
         match self {
-            Self::Auto | Self::Newtonian => &[],
+            Self::Newtonian => &[],
             Self::Power => &["shear_thinning"],
             Self::Bingham => &["yield_stress"],
             Self::HerschelBulkley => &["shear_thinning", "yield_stress"],
-        }
-    }
-
-    /// Laws that are tried, the simplest first.
-    pub(super) fn candidates(self) -> &'static [Self] {
-        match self {
-            Self::Auto => &[Self::Power, Self::Bingham, Self::HerschelBulkley],
-            Self::Newtonian => &[],
-            Self::Power => &[Self::Power],
-            Self::Bingham => &[Self::Bingham],
-            Self::HerschelBulkley => &[Self::HerschelBulkley],
         }
     }
 
@@ -44,7 +34,6 @@ impl Law {
     #[must_use]
     pub fn words(self) -> &'static str {
         match self {
-            Self::Auto => "whatever the recordings show",
             Self::Newtonian => "a constant viscosity",
             Self::Power => "a power law",
             Self::Bingham => "a yield stress with a constant viscosity",

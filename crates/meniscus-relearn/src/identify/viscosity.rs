@@ -21,11 +21,11 @@ const RANGE_M2_S: [f64; 2] = [1e-7, 1e-1];
 /// Points of the first look over that range.
 const POINTS: usize = 19;
 
-/// Steps of the refinement: each takes a third of the bracket.
-const REFINEMENTS: usize = 9;
+/// Steps of the refinement: each halves the bracket, the last to 1 % of the viscosity.
+const REFINEMENTS: usize = 6;
 
 /// Steps of the search for an end of the interval.
-const HALVINGS: usize = 10;
+const HALVINGS: usize = 6;
 
 /// Rise of the cost at the ends of a 90 % interval.
 const RISE: f64 = 2.706;
@@ -34,6 +34,14 @@ const RISE: f64 = 2.706;
 /// frequency of glycerine is 1.4 % off; a contact line or a film of a real glass adds damping that nothing here distinguishes from
 /// viscosity.
 const OWN_ERROR: [(&str, f64); 2] = [("frequency 1", 0.01), ("damping 1", 0.03)];
+
+/// Kinematic viscosity below which a slosh is damped by its steepness as much as by the liquid, m2/s.
+const LOW_VISCOSITY_M2_S: f64 = 2e-5;
+
+/// Factors on the ends of the interval for what the reduced model lacks, from recordings of the simulator whose viscosity is known.
+/// Of glycerine (0.950 Pa s) it finds 0.712, of water (0.001 Pa s) with crests of 9 mm it finds 0.010: the wave is steep.
+const MODEL_ERROR: [f64; 2] = [1.0 / 1.5, 1.5];
+const MODEL_ERROR_LOW: [f64; 2] = [1.0 / 12.0, 1.5];
 
 /// Standard deviation of the lag between camera and motion, s.
 const LAG_S: f64 = 0.004;
@@ -45,6 +53,16 @@ pub struct Value {
     pub best: f64,
     /// Lower and upper end.
     pub interval: [f64; 2],
+}
+
+impl Value {
+    /// The viscosity with its interval widened by what the reduced model lacks of a real slosh.
+    pub(super) fn with_model_error(self, density_kg_m3: f64) -> Self {
+        let low = self.best < LOW_VISCOSITY_M2_S * density_kg_m3;
+        let [down, up] = if low { MODEL_ERROR_LOW } else { MODEL_ERROR };
+        let [least, most] = self.interval;
+        Self { interval: [least * down, most * up], ..self }
+    }
 }
 
 /// Fit of a constant viscosity.
@@ -141,11 +159,11 @@ pub fn fit_viscosity(records: &[Record], known: &Known) -> Result<ViscosityFit, 
     };
     let interval = [end(-1.0, low), end(1.0, high)].map(f64::exp);
     profile.problem.known.viscosity_pa_s = best.exp();
-    let viscosity_pa_s = Value { best: best.exp(), interval };
+    let viscosity_pa_s = Value { best: best.exp(), interval }.with_model_error(known.density_kg_m3);
     Ok(ViscosityFit { viscosity_pa_s, misfit, problem: profile.problem, theta, cost })
 }
 
-/// Minimum near `least`, whose neighbours stand `step` away, within `range`: the bracket shrinks to a third around the lowest.
+/// Minimum near `least`, whose neighbours stand `step` away, within `range`: the bracket halves around the lowest.
 fn refined(profile: &mut Profile, least: (f64, f64), mut step: f64, range: [f64; 2]) -> (f64, f64) {
     let mut best = least;
     for _ in 0..REFINEMENTS {
