@@ -75,9 +75,9 @@ pub(crate) struct Arguments {
     /// With recordings, not much stronger than they are.
     #[arg(long, value_name = "SCALE", help_heading = "Method")]
     strength: Option<f64>,
-    /// Start the networks from the weights of MODEL (shipped or a blob) [default: random weights].
-    #[arg(long, value_name = "MODEL", help_heading = "Method")]
-    from: Option<String>,
+    /// Model whose encoder the training starts from; scratch starts from random weights.
+    #[arg(long, default_value = "shipped", value_name = "shipped|scratch|FILE", help_heading = "Method")]
+    from: String,
     /// Hyperparameters of the training as JSON, in the form of `meniscus train --json`.
     #[arg(long, value_name = "FILE", help_heading = "Method")]
     hyperparameters: Option<PathBuf>,
@@ -162,7 +162,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let Inputs { liquid, glass, measured } = read(arguments)?;
     let plan = Plan::new(liquid, glass);
     let plan = if arguments.quick { plan.quick() } else { plan };
-    let base = arguments.from.as_deref().map(file).transpose()?;
+    let base = (arguments.from != "scratch").then(|| file(&arguments.from)).transpose()?;
     let base: &[u8] = base.as_deref().unwrap_or_default();
     let plan = Plan {
         spacing_m: 1e-3 * arguments.spacing_mm,
@@ -178,7 +178,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
             Some(path) => hyperparameters(path)?,
             None => plan.hyperparameters,
         },
-        transfer: arguments.from.is_some(),
+        transfer: !base.is_empty(),
         base: if base.is_empty() { 0 } else { meniscus::blob::CRC.checksum(base) },
         recordings: measured.iter().map(|one| (one.record.name.clone(), one.checksum)).collect(),
         oracle: arguments.oracle.clone(),

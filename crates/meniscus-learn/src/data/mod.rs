@@ -6,5 +6,4 @@ pub(crate) mod groups;
 pub(crate) mod measure;
 pub(crate) mod pod;
 pub(crate) mod snapshots;
-pub(crate) mod strain;
 pub(crate) mod trajectory;

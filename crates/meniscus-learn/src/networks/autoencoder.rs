@@ -5,7 +5,6 @@
 
 use crate::data::dataset::{Frame, Sequence};
 use crate::hyperparameters::AutoencoderParameters;
-use crate::networks::base::BaseWeights;
 use crate::networks::noise::normal;
 use crate::operators::reference_step::Square;
 use crate::stage::{Stage, StageRun, TrainingSplit};
@@ -85,13 +84,12 @@ impl Autoencoder {
         Self { weights }
     }
 
-    /// Trains on all frames of the training sequences, from `base` where it fits, and keeps the weights that are best on the others.
+    /// Trains on all frames of the training sequences and keeps the weights that are best on the others.
     #[must_use]
     pub(crate) fn train(
         frame: &Frame,
         data: &TrainingSplit<'_, [Sequence]>,
         parameters: &AutoencoderParameters,
-        base: Option<&BaseWeights>,
         run: StageRun<'_>,
     ) -> Self {
         let StageRun { steps, seed, session } = run;
@@ -101,9 +99,7 @@ impl Autoencoder {
         let (width, device) = (frame.width(), Device::flex().autodiff());
         let (rows, held) = (scaled(data.training, frame), scaled(data.validation, frame));
         let count = rows.len() / width;
-        let start = base
-            .and_then(|base| base.autoencoder(frame, HIDDEN, &mut rng))
-            .map_or_else(|| Self::from_joint_pod(&rows, width, &mut rng), |weights| Self { weights });
+        let start = Self::from_joint_pod(&rows, width, &mut rng);
         let least = f64::from(start.loss(&held, width)).sqrt();
         let mut descent = Descent::new(stage, start.weights, least, session);
         let bar = session.bar(stage, steps);

@@ -126,8 +126,7 @@ impl<'a> Pipeline<'a> {
             validation: projected.validation.as_slice(),
         };
         let run = self.run(Stage::Autoencoder, parameters.schedule.autoencoder);
-        let trained =
-            Autoencoder::train(&projected.frame, &data, &parameters.autoencoder, self.base.as_ref(), run);
+        let trained = Autoencoder::train(&projected.frame, &data, &parameters.autoencoder, run);
         if self.session.stopped() {
             return Err(TrainError::Interrupted);
         }
