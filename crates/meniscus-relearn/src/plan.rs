@@ -2,30 +2,12 @@
 
 use crate::error::RelearnError;
 use crate::folder::Folder;
-use crate::identify::Law;
+use crate::liquid_source::LiquidSource;
 use meniscus_data::recording::Glass;
 use meniscus_learn::{Hyperparameters, Schedule};
 use meniscus_platform::files::write_whole;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
-
-/// Origin of the liquid that is simulated.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub enum LiquidSource {
-    /// A liquid file as it stands, or a known liquid by its name.
-    Stated(String),
-    /// Viscosity, and flow index and yield stress by `law`, from recordings; density and name as stated.
-    Identified {
-        /// Name of the liquid.
-        name: String,
-        /// Density, kg/m3.
-        density_kg_m3: f64,
-        /// Viscosity that a source states, Pa s: taken where the recordings do not determine it.
-        stated_viscosity_pa_s: Option<f64>,
-        /// Law that is fitted.
-        law: Law,
-    },
-}
 
 /// Number of simulated recordings in each set.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]

@@ -1,6 +1,6 @@
 //! Observer of a run.
 
-use crate::run::Stage;
+use crate::stage::Stage;
 
 /// Observer of a run; a terminal shows bars, a test nothing.
 pub trait Progress: Sync {

@@ -12,42 +12,11 @@ use crate::identify::MeasuredRecording;
 use crate::plan::Plan;
 use crate::progress::Progress;
 use crate::simulate::{Pass, Shard, Workers};
+use crate::stage::Stage;
 use crate::train::{Recordings, is_trained, train};
 use meniscus_data::liquids::Liquid;
 use meniscus_report::checks::Check;
 use std::sync::atomic::AtomicBool;
-
-/// Stage of a run.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Stage {
-    /// The liquid from recordings, or as stated.
-    Identify,
-    /// Recordings of the inside by the simulator.
-    Simulate,
-    /// Model from these recordings.
-    Train,
-    /// Correction on the measured recordings.
-    Correct,
-    /// Judgement on recordings that no stage saw, and the report.
-    Report,
-}
-
-impl Stage {
-    /// All stages in their order.
-    pub const ALL: [Self; 5] = [Self::Identify, Self::Simulate, Self::Train, Self::Correct, Self::Report];
-
-    /// Name on the command line.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Identify => "identify",
-            Self::Simulate => "simulate",
-            Self::Train => "train",
-            Self::Correct => "correct",
-            Self::Report => "report",
-        }
-    }
-}
 
 /// Run of a plan in a folder.
 pub struct Run<'a> {

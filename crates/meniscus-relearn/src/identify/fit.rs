@@ -1,12 +1,12 @@
 //! The whole identification: viscosity, then the law of flow, then the liquid with the sources of its numbers.
 
 use super::NUMERICAL_VISCOSITY_M2_S;
-use super::law::Law;
 use super::measured::MeasuredRecording;
 use super::viscosity::{Value, ViscosityFit, fit_viscosity};
 use crate::error::RelearnError;
+use crate::law::Law;
 use crate::liquid_file::Sources;
-use crate::plan::LiquidSource;
+use crate::liquid_source::LiquidSource;
 use meniscus::reduced::effects::{Active, find};
 use meniscus_data::effects::Effects;
 use meniscus_data::liquids::{Liquid, Rheology};

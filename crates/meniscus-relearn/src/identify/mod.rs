@@ -5,14 +5,13 @@
 //! for or the recordings show one, flow index and yield stress join it ([`Law`]).
 
 mod fit;
-mod law;
 mod measured;
 #[cfg(test)]
 mod tests;
 mod viscosity;
 
+pub use crate::law::Law;
 pub use fit::{Identified, identify};
-pub use law::Law;
 pub use measured::MeasuredRecording;
 pub use viscosity::{Value, ViscosityFit, fit_viscosity};
 

@@ -1,12 +1,14 @@
 //! Last stage of a run: judgement of the model, beside that of the true liquid, and the report.
 
-use super::{Outcome, Run, SimulatedLiquid, Stage};
+use super::{Outcome, Run, SimulatedLiquid};
 use crate::error::RelearnError;
 use crate::identify::NUMERICAL_VISCOSITY_M2_S;
 use crate::judge::judge;
+use crate::liquid_source::LiquidSource;
 use crate::motions::strength;
-use crate::plan::{LiquidSource, Plan};
+use crate::plan::Plan;
 use crate::report::{Content, write};
+use crate::stage::Stage;
 use meniscus::blob::Model;
 use meniscus_data::liquids::Liquid;
 use meniscus_data::recording::Recording;

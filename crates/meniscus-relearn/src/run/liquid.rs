@@ -1,10 +1,11 @@
 //! First stage of a run: the liquid, stated or identified.
 
-use super::{Run, SimulatedLiquid, Stage};
+use super::{Run, SimulatedLiquid};
 use crate::error::RelearnError;
 use crate::identify::{Identified, Law, identify};
 use crate::liquid_file::{Sources, liquid_text};
-use crate::plan::LiquidSource;
+use crate::liquid_source::LiquidSource;
+use crate::stage::Stage;
 use meniscus::blob::CRC;
 use meniscus_data::liquids::Liquid;
 use meniscus_platform::files::{FileError, write_whole};

@@ -1,10 +1,11 @@
 //! Second stage of a run: the recordings of the three sets.
 
-use super::{Run, SimulatedLiquid, Stage, estimates, said_of};
+use super::{Run, SimulatedLiquid, estimates, said_of};
 use crate::error::RelearnError;
 use crate::motions::{SetName, SimulatedRecording, measured, scripted, strength};
 use crate::plan::Plan;
 use crate::simulate::{FailedSimulation, Pass, Simulations};
+use crate::stage::Stage;
 use crate::train::keeps_its_fill;
 use meniscus_data::effects::Effects;
 use meniscus_data::liquids::Liquid;

@@ -21,7 +21,7 @@ pub enum Law {
 
 impl Law {
     /// Effects that the law adds to a constant viscosity, by name.
-    pub(super) fn effects(self) -> &'static [&'static str] {
+    pub(crate) fn effects(self) -> &'static [&'static str] {
         match self {
             Self::Newtonian => &[],
             Self::Power => &["shear_thinning"],
