@@ -6,7 +6,7 @@ mod torch;
 mod watch;
 
 use meniscus::blob::{Header, MAGIC};
-use meniscus_learn::{Hyperparameters, Options, Schedule, TrainError, train};
+use meniscus_learn::{Base, Hyperparameters, Options, Schedule, TrainError, train};
 use meniscus_optim::progress::Checkpoints;
 use std::sync::atomic::AtomicBool;
 
@@ -19,6 +19,7 @@ fn options(schedule: Schedule) -> Options {
         quiet: true,
         command: String::from("cargo test"),
         checkpoints: None,
+        base: Base::Scratch,
     }
 }
 

@@ -18,7 +18,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
 const SENTENCE: &str = "This model was corrected from the free surface alone. Velocity, internal energy, normal stress and \
-                        shear stress are not known for this liquid. Train a model for it: meniscus train";
+                        shear stress are not known for this liquid. Learn it: meniscus learn";
 
 /// A folder of its own for each test, with the corrected model in it.
 fn folder(name: &str) -> PathBuf {

@@ -58,7 +58,7 @@ macro_rules! studying {
 }
 
 #[cfg(not(feature = "train"))]
-pub(crate) use learning_verbs::{correct, evaluate, generic, train};
+pub(crate) use learning_verbs::{correct, evaluate, generic, learn, train};
 #[cfg(not(feature = "studies"))]
 pub(crate) use studying_verbs::{
     bench, camera, deadline, discover, insert, people, quantize, recognise, record, render, setup, simulate,
@@ -66,6 +66,7 @@ pub(crate) use studying_verbs::{
 
 #[cfg(not(feature = "train"))]
 mod learning_verbs {
+    learning!(learn, "Learn a new liquid from its name or its recordings");
     learning!(train, "Train a model of a liquid on recordings and write its weight blob");
     learning!(correct, "Correct a model for another liquid from recordings of its surface");
     learning!(evaluate, "Evaluate a model on other liquids, before and after correction");

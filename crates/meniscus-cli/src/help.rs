@@ -8,7 +8,7 @@ use std::fmt::Write;
 const GROUPS: [(&str, &[&str]); 6] = [
     ("Start here", &["run", "doctor"]),
     ("Your camera", &["setup", "record", "dump"]),
-    ("Your liquid", &["simulate", "train", "correct", "recognise", "insert"]),
+    ("Your liquid", &["learn", "simulate", "train", "correct", "recognise", "insert"]),
     ("Your data", &["discover", "render", "generic"]),
     ("Your board", &["flash", "quantize"]),
     ("Studies", &["evaluate", "bench", "deadline", "camera", "people"]),

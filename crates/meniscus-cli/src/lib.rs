@@ -33,6 +33,8 @@ mod inputs;
 #[cfg(feature = "studies")]
 mod insert;
 mod kind;
+#[cfg(feature = "train")]
+mod learn;
 mod manual;
 #[cfg(feature = "studies")]
 mod outputs;
@@ -61,7 +63,7 @@ use absent::{
     bench, camera, deadline, discover, insert, people, quantize, recognise, record, render, setup, simulate,
 };
 #[cfg(not(feature = "train"))]
-use absent::{correct, evaluate, generic, train};
+use absent::{correct, evaluate, generic, learn, train};
 
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use std::process::ExitCode;
@@ -78,6 +80,7 @@ struct Arguments {
 enum Command {
     Run(Box<run::Arguments>),
     Simulate(simulate::Arguments),
+    Learn(learn::Arguments),
     Train(train::Arguments),
     Correct(correct::Arguments),
     Evaluate(evaluate::Arguments),
@@ -138,6 +141,7 @@ pub fn main() -> ExitCode {
     let done = match arguments().command {
         Command::Run(arguments) => run::run(&arguments),
         Command::Simulate(arguments) => simulate::run(&arguments),
+        Command::Learn(arguments) => learn::run(&arguments),
         Command::Train(arguments) => train::run(&arguments),
         Command::Correct(arguments) => correct::run(&arguments),
         Command::Evaluate(arguments) => evaluate::run(&arguments),

@@ -8,7 +8,7 @@ use super::stop::{finish, watched_until};
 use anyhow::Context;
 use meniscus_data::recording::Recording;
 use meniscus_learn::evaluate::unseen;
-use meniscus_learn::{Hyperparameters, Options, Schedule, Trained, curves_png, measured_again, train};
+use meniscus_learn::{Base, Hyperparameters, Options, Schedule, Trained, curves_png, measured_again, train};
 use meniscus_optim::progress::Checkpoints;
 use meniscus_platform::files::write_whole;
 use meniscus_report::checks::table;
@@ -189,6 +189,7 @@ fn once(
         quiet: args.json,
         command: command(args, seed),
         checkpoints: Some(Checkpoints { folder: folder.into(), resume: args.resume }),
+        base: Base::Scratch,
     };
     let mut trained = train(&data.training, &data.validation, &options, stop)
         .with_context(|| format!("checkpoints lie in {}; --resume goes on from them", folder.display()))?;

@@ -50,14 +50,18 @@ fn sentence(header: &Header, unknown: &[&str]) -> String {
     } else {
         "This model states that it does not cover every field group."
     };
+    if unknown == [words(FieldGroup::InternalEnergy)] && !header.corrected() && header.embedded.is_none() {
+        // Nothing to remedy: a training on the liquid itself could not tell it.
+        return "This model does not know the internal energy: the heat of a slosh in this liquid is too small to tell."
+            .into();
+    }
     let (last, before) = unknown.split_last().map_or(("", &[][..]), |(last, before)| (*last, before));
     let list = if before.is_empty() { last.into() } else { format!("{} and {last}", before.join(", ")) };
     let verb = if before.is_empty() { "is" } else { "are" };
     let mut list = list.chars();
     let capital = list.next().map(|first| first.to_uppercase().collect::<String>()).unwrap_or_default();
     format!(
-        "{cause} {capital}{} {verb} not known for this liquid. Train a model for it: meniscus train --recordings DIR \
-         --validate DIR --out MODEL.blob",
+        "{cause} {capital}{} {verb} not known for this liquid. Learn it: meniscus learn LIQUID --out DIR",
         list.as_str()
     )
 }
@@ -89,8 +93,7 @@ mod tests {
             validity.sentence.as_deref(),
             Some(
                 "This model was corrected from the free surface alone. Velocity, internal energy, normal stress and shear \
-                 stress are not known for this liquid. Train a model for it: meniscus train --recordings DIR --validate DIR \
-                 --out MODEL.blob"
+                 stress are not known for this liquid. Learn it: meniscus learn LIQUID --out DIR"
             )
         );
         let all_but_one = KnownGroups::KINEMATICS
@@ -98,6 +101,16 @@ mod tests {
             .with(FieldGroup::NormalStress)
             .with(FieldGroup::ShearStress);
         let stated = Validity::of(&header(all_but_one, "meniscus train")).sentence.expect("one is not known");
-        assert!(stated.contains("every field group. Internal energy is not known"), "{stated}");
+        assert!(
+            stated.contains("does not know the internal energy") && !stated.contains("Learn it"),
+            "{stated}"
+        );
+        let stress_too = KnownGroups::KINEMATICS.with(FieldGroup::Velocity);
+        let stated =
+            Validity::of(&header(stress_too, "meniscus train")).sentence.expect("three are not known");
+        assert!(
+            stated.contains("every field group. Internal energy, normal stress and shear stress are"),
+            "{stated}"
+        );
     }
 }

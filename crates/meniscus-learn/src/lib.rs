@@ -44,5 +44,6 @@ pub use hyperparameters::{
     PodParameters, RolloutParameters, Schedule, SoftParameters, SparseParameters, WarmStartParameters,
 };
 pub use learning_curves::curves_png;
+pub use networks::base::Base;
 pub use stage::{Stage, StageInfo, StageRecord};
 pub use train::{Options, Trained, measured_again, stages, train};

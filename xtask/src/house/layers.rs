@@ -12,6 +12,7 @@ const LAYERS: &[&[&str]] = &[
     &["generic-systems", "meniscus-sph", "meniscus-ui", "meniscus-virtual"],
     &["meniscus-score", "meniscus-timing"],
     &["meniscus-discover", "meniscus-learn"],
+    &["meniscus-relearn"],
     &["meniscus-cli"],
     &["meniscus-benches", "meniscus-examples", "meniscus-tests", "xtask"],
 ];

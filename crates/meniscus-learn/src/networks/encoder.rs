@@ -2,6 +2,7 @@
 
 use crate::data::dataset::{Frame, Sequence};
 use crate::hyperparameters::EncoderParameters;
+use crate::networks::base::BaseWeights;
 use crate::networks::noise::{Noise, Seen};
 use crate::operators::reference_step::Square;
 use crate::stage::{Stage, StageRun, TrainingSplit};
@@ -15,9 +16,13 @@ use meniscus_optim::descent::Descent;
 use meniscus_optim::nets;
 use meniscus_optim::progress::{annealed, looks_at};
 use meniscus_optim::weights::{Matrix, constants, leaves, numbers, scalar};
+use nalgebra::{DMatrix, DVector};
 use rand::SeedableRng;
 use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
+
+/// Ridge of the least squares for a head on layers of another model; hidden states are of order one.
+const HEAD_RIDGE: f64 = 1e-2;
 
 /// The weights of the encoder, four matrices a GRU layer, then the head and its bias.
 #[derive(Clone, Debug)]
@@ -57,7 +62,7 @@ impl Cost {
             (false, false) => self.port,
             _ => 0.0,
         };
-        Matrix::from_f64(&nalgebra::DMatrix::from_fn(READINGS, READINGS, entry))
+        Matrix::from_f64(&DMatrix::from_fn(READINGS, READINGS, entry))
     }
 }
 
@@ -87,6 +92,48 @@ impl Encoder {
         Self { weights }
     }
 
+    /// The recurrent `layers` of another model with a head by least squares on `training`, seen once by the camera; `None` where the
+    /// layers have other shapes.
+    fn with_layers(
+        layers: Vec<Matrix>,
+        training: &[LabelledSequence<'_>],
+        frame: &Frame,
+        rng: &mut ChaCha8Rng,
+    ) -> Option<Self> {
+        let fresh = Self::fresh(rng).weights;
+        let same = |(a, b): (&Matrix, &Matrix)| (a.rows, a.columns) == (b.rows, b.columns);
+        if layers.len() != 4 * LAYERS || !layers.iter().zip(&fresh).all(same) {
+            return None;
+        }
+        let device = Device::flex();
+        let mut probe = layers.clone();
+        probe.push(Matrix::from_f64(&DMatrix::identity(CELLS, CELLS)));
+        probe.push(Matrix::zeros(1, CELLS));
+        let probe = constants(&probe, &device);
+        // (W b) minimises |W h + b - x|^2 over all frames: normal equations of (h, 1).
+        let mut normal = DMatrix::<f64>::identity(CELLS + 1, CELLS + 1) * HEAD_RIDGE;
+        let mut right = DMatrix::<f64>::zeros(CELLS + 1, READINGS);
+        for labelled in training {
+            let seen = Seen::new(labelled.sequence, frame, Some(Noise::CAMERA), rng);
+            let frames = labelled.sequence.frames();
+            let hidden = numbers(nets::encoder(windows((0..frames).map(|n| (&seen, n)), &device), &probe));
+            for ((row, latent), port) in
+                hidden.chunks_exact(CELLS).zip(labelled.latents).zip(&labelled.sequence.port)
+            {
+                let h = DVector::from_iterator(CELLS + 1, row.iter().map(|&v| f64::from(v)).chain([1.0]));
+                let due = DVector::from_iterator(READINGS, latent.iter().copied().chain([*port]));
+                normal.ger(1.0, &h, &h, 1.0);
+                right.ger(1.0, &h, &due, 1.0);
+            }
+        }
+        let head = normal.cholesky()?.solve(&right).transpose();
+        let mut weights = layers;
+        weights.push(Matrix::from_f64(&head.columns(0, CELLS).into_owned()));
+        let bias = head.column(CELLS).iter().map(|&v| v as f32).collect();
+        weights.push(Matrix::new(1, READINGS, bias));
+        Some(Self { weights })
+    }
+
     /// Trains for the epochs of `run`, every epoch with fresh noise, and keeps what is best on the validation
     /// recordings seen by [`Noise::CAMERA`]. `cost` weighs the errors.
     #[must_use]
@@ -95,6 +142,7 @@ impl Encoder {
         data: &TrainingSplit<'_, [LabelledSequence<'_>]>,
         cost: &Cost,
         parameters: &EncoderParameters,
+        base: Option<&BaseWeights>,
         run: StageRun<'_>,
     ) -> Self {
         let StageRun { steps: epochs, seed, session } = run;
@@ -102,7 +150,10 @@ impl Encoder {
         let stage = Stage::Encoder.info().name;
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let device = Device::flex().autodiff();
-        let start = Self::fresh(&mut rng);
+        let start = base
+            .and_then(BaseWeights::recurrent)
+            .and_then(|layers| Self::with_layers(layers, training, frame, &mut rng))
+            .unwrap_or_else(|| Self::fresh(&mut rng));
         let held: Vec<Seen> =
             validation.iter().map(|l| Seen::new(l.sequence, frame, Some(Noise::CAMERA), &mut rng)).collect();
         let order: Vec<(usize, usize)> = training

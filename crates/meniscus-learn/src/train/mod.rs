@@ -6,6 +6,7 @@ mod results;
 use crate::TrainError;
 use crate::calibration::blob_draft::{BlobDraft, CalibratedBlob};
 use crate::hyperparameters::Hyperparameters;
+use crate::networks::base::Base;
 use crate::stage::{Stage, StageRecord};
 use meniscus_data::blob_file::read;
 use meniscus_data::recording::Recording;
@@ -33,6 +34,8 @@ pub struct Options {
     pub command: String,
     /// Folder of the checkpoints; none are written if `None`.
     pub checkpoints: Option<Checkpoints>,
+    /// Weights that the networks start from.
+    pub base: Base,
 }
 
 /// Trained blob with its figures.
@@ -136,6 +139,7 @@ mod tests {
             quiet: true,
             command: String::new(),
             checkpoints: None,
+            base: Base::Scratch,
         };
         let all = stages(&options);
         let names: BTreeSet<String> = all.iter().map(|stage| stage.label(options.seed)).collect();

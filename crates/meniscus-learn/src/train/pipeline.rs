@@ -8,6 +8,7 @@ use crate::calibration::learnt_model::LearntModel;
 use crate::data::dataset::{Frame, Sequence};
 use crate::data::feed;
 use crate::networks::autoencoder::Autoencoder;
+use crate::networks::base::{Base, BaseWeights};
 use crate::networks::encoded::EncodedRecordings;
 use crate::networks::encoder::{Cost, Encoder};
 use crate::networks::heat::Heat;
@@ -30,6 +31,7 @@ pub(super) struct Pipeline<'a> {
     pub(super) validation: &'a [Recording],
     pub(super) options: &'a Options,
     pub(super) session: Session<'a>,
+    base: Option<BaseWeights>,
 }
 
 /// Recordings projected on the bases of the training recordings.
@@ -79,7 +81,7 @@ impl<'a> Pipeline<'a> {
     /// Pipeline of `options` over the recordings.
     ///
     /// # Errors
-    /// [`TrainError::NoRecording`], when one of the two sets is empty.
+    /// [`TrainError::NoRecording`], when one of the two sets is empty, or [`TrainError::Blob`], when the base is refused.
     pub(super) fn new(
         training: &'a [Recording],
         validation: &'a [Recording],
@@ -91,7 +93,8 @@ impl<'a> Pipeline<'a> {
         }
         let session = Session::new(options.quiet, stop)
             .kept(options.checkpoints.clone(), fingerprint(training, validation, options));
-        Ok(Self { training, validation, options, session })
+        let base = BaseWeights::new(&options.base)?;
+        Ok(Self { training, validation, options, session, base })
     }
 
     /// Steps, seed and session of `stage`.
@@ -179,7 +182,7 @@ impl<'a> Pipeline<'a> {
                 let (training, validation) = (training.labelled(), validation.labelled());
                 let data = TrainingSplit { training: training.as_slice(), validation: validation.as_slice() };
                 let run = self.run(Stage::Encoder, parameters.schedule.encoder);
-                Encoder::train(frame, &data, cost, &parameters.encoder, run)
+                Encoder::train(frame, &data, cost, &parameters.encoder, self.base.as_ref(), run)
             });
             let one = |k: u64| {
                 scope.spawn(move || {
@@ -230,5 +233,8 @@ fn fingerprint(training: &[Recording], validation: &[Recording], options: &Optio
     }
     let (version, parameters) = (env!("CARGO_PKG_VERSION"), &options.hyperparameters);
     digest.update(format!("{version} {} {parameters:?}", options.seed).as_bytes());
+    if let Base::Blob(base) = &options.base {
+        digest.update(base);
+    }
     digest.finalize()
 }

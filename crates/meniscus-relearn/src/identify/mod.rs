@@ -1,0 +1,20 @@
+//! Identification of a liquid from recordings of its free surface.
+//!
+//! The reduced model is fitted to level, slope and bow of the profiles under the measured motion, with the viscosity as the
+//! unknown. First its profile likelihood is followed over six decades, which needs no start value. Then, where the law is asked
+//! for or the recordings show one, flow index and yield stress join it ([`Law`]).
+
+mod fit;
+mod measured;
+#[cfg(test)]
+mod tests;
+mod viscosity;
+
+pub use crate::law::Law;
+pub use fit::{Identified, identify};
+pub use measured::MeasuredRecording;
+pub use viscosity::{Value, ViscosityFit, fit_viscosity};
+
+/// Numerical kinematic viscosity of the simulator, m2/s (`meniscus simulate validate`). A liquid that is thinner moves in the
+/// simulator as one of about this viscosity, away from the walls.
+pub const NUMERICAL_VISCOSITY_M2_S: f64 = 2.6e-6;
