@@ -76,7 +76,8 @@ fn judged(met: &Met, name: &str, words: &str) {
         met.took,
         met.said.lines().last().unwrap_or("")
     );
-    assert!(met.ended && met.peak_kib > 0, "{name}: {met:?}");
+    // A program that ends at once may not have been looked at.
+    assert!(met.ended && (met.peak_kib > 0 || met.took < Duration::from_millis(200)), "{name}: {met:?}");
     assert!(met.peak_kib <= MEMORY_KIB && met.took <= WITHIN, "{name}: {met:?}");
     assert!(met.failed && met.said.contains(words), "{name}: '{words}' is not in {met:?}");
 }
@@ -200,7 +201,7 @@ fn a_database_of_computed_columns() {
 /// A camera, then 400,000 rows of another topic; the same in a table whose `id` is no key, so that each row costs a scan.
 #[test]
 fn a_database_of_empty_rows() {
-    for key in ["INTEGER PRIMARY KEY", "TEXT"] {
+    for key in ["INTEGER PRIMARY KEY", "INTEGER"] {
         defused("rows.db3", "an image", |folder| {
             let file = rusqlite::Connection::open(folder.join("bomb.db3")).expect("a database");
             let camera = "width=64;height=48;fx=38.4;ppx=31.9;fy=38.5;ppy=23.6;";
@@ -290,6 +291,8 @@ fn pair(folder: &Path, make: impl FnOnce(&Path)) {
     fs::write(folder.join("frames.csv"), "frame,time_s,depth,infrared\n0,0,depth.png,infrared.png\n")
         .expect("written");
     make(&folder);
+    // The second image is as bad as the first: a reader that goes on meets it.
+    let _same = symlink("depth.png", folder.join("infrared.png"));
 }
 
 /// A PNG cannot unpack to more than its camera's image.

@@ -9,12 +9,15 @@ use std::time::{Duration, Instant};
 
 /// A port that was free a moment ago.
 fn free_port() -> SocketAddr {
-    UdpSocket::bind(([127, 0, 0, 1], 0)).expect("a socket").local_addr().expect("an address")
+    UdpSocket::bind(SocketAddr::from(([127, 0, 0, 1], 0)))
+        .expect("a socket")
+        .local_addr()
+        .expect("an address")
 }
 
 /// A socket at 127.0.0.`last`.
 fn socket(last: u8) -> UdpSocket {
-    UdpSocket::bind(([127, 0, 0, last], 0)).expect("a loopback address")
+    UdpSocket::bind(SocketAddr::from(([127, 0, 0, last], 0))).expect("a loopback address")
 }
 
 /// A listener for `expected` at a free port.

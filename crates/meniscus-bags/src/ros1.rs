@@ -189,8 +189,6 @@ impl Reader {
         let plain = match fields.get("compression") {
             Some(&b"none") => data,
             Some(&b"lz4") => {
-                // The packed bytes go before the records are copied out of the plain ones.
-                let data = data;
                 let limit = size.filter(|size| *size as usize <= LONGEST).unwrap_or(0);
                 let mut plain = Vec::new();
                 let frame = lz4_flex::frame::FrameDecoder::new(&*data);
@@ -198,6 +196,8 @@ impl Reader {
                     .take(limit.into())
                     .read_to_end(&mut plain)
                     .map_err(|_| self.damaged("a chunk's LZ4 frame is damaged"))?;
+                // The packed bytes go before the records are copied out of the plain ones.
+                drop(data);
                 plain
             }
             Some(&b"bz2") => {

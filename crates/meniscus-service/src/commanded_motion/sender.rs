@@ -12,8 +12,9 @@ const SILENCE_S: f64 = 1.0;
 /// Samples of a second at most, and those that may come at once: a receiver that was held up gets them in bursts.
 const RATE_HZ: f64 = 1_100.0;
 const BURST: f64 = 64.0;
-/// Senders that the camera has denied and that are remembered.
+/// Senders that the camera has denied and that are remembered, and for how long, s: another one may have the word meanwhile.
 const DENIED: usize = 8;
+const DENIED_S: f64 = 5.0;
 
 /// Sender that is expected.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -51,7 +52,8 @@ struct Speaker {
 #[derive(Debug, Default)]
 pub(super) struct Floor {
     speaker: Option<Speaker>,
-    denied: [Option<SocketAddr>; DENIED],
+    /// Senders that were denied, and when.
+    denied: [Option<(SocketAddr, f64)>; DENIED],
     next_denied: usize,
 }
 
@@ -66,10 +68,10 @@ impl Floor {
         self.speaker.is_none_or(|speaker| now_s - speaker.heard_s > SILENCE_S)
     }
 
-    /// Takes the word from a speaker that the camera has denied.
-    pub(super) fn deny(&mut self) {
+    /// Takes the word from a speaker that the camera has denied at `now_s`. It may come back, and be compared again.
+    pub(super) fn deny(&mut self, now_s: f64) {
         if let Some(speaker) = self.speaker.take() {
-            self.denied[self.next_denied] = Some(speaker.address);
+            self.denied[self.next_denied] = Some((speaker.address, now_s));
             self.next_denied = (self.next_denied + 1) % DENIED;
         }
     }
@@ -77,7 +79,9 @@ impl Floor {
     /// Judges a good datagram of `from` at `now_s`.
     pub(super) fn hear(&mut self, from: SocketAddr, datagram: &Datagram, now_s: f64) -> Heard {
         let new = Speaker { address: from, heard_s: now_s, number: None, budget: BURST };
-        if self.is_open(now_s) && self.denied.contains(&Some(from)) {
+        let is_denied =
+            |(address, since_s): &(SocketAddr, f64)| *address == from && now_s - since_s < DENIED_S;
+        if self.is_open(now_s) && self.denied.iter().flatten().any(is_denied) {
             return Heard::Stranger;
         }
         if self.is_open(now_s) && self.speaker() != Some(from) {
@@ -125,9 +129,10 @@ mod tests {
         assert_eq!(floor.hear(of(2), &plain(None), 1.5), Heard::Stranger);
         assert_eq!(floor.hear(of(2), &plain(None), 2.0), Heard::Sample, "the first one was silent");
         assert_eq!(floor.hear(of(1), &plain(None), 2.1), Heard::Stranger);
-        floor.deny();
+        floor.deny(2.15);
         assert_eq!(floor.hear(of(2), &plain(None), 2.2), Heard::Stranger, "the camera has denied it");
         assert_eq!(floor.hear(of(1), &plain(None), 2.3), Heard::Sample);
+        assert_eq!(floor.hear(of(2), &plain(None), 7.2), Heard::Sample, "it may try again");
     }
 
     #[test]

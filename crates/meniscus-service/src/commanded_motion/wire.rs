@@ -54,7 +54,7 @@ impl Listener {
             }
             let contradictions = self.counters.contradictions.load(Ordering::Relaxed);
             if contradictions > told {
-                floor.deny();
+                floor.deny(self.clock.seconds(Instant::now()));
             }
             told = self.tell(told, contradictions);
             // A socket that is connected gets nothing of others, so that their flood does not fill its queue.

@@ -159,8 +159,10 @@ fn serve(stream: &Arc<TcpStream>, place: &Place, desk: &Desk) {
 /// Passes bytes between `stream` and the server at `inner`, `first` before all others, until either side ends.
 fn pass_on(stream: &Arc<TcpStream>, inner: SocketAddr, first: &[u8]) -> io::Result<()> {
     let server = Arc::new(TcpStream::connect(inner)?);
-    (server.set_nodelay(true)?, stream.set_nodelay(true)?);
-    (stream.set_read_timeout(None)?, stream.set_write_timeout(None)?);
+    server.set_nodelay(true)?;
+    stream.set_nodelay(true)?;
+    stream.set_read_timeout(None)?;
+    stream.set_write_timeout(None)?;
     (&*server).write_all(first)?;
     let (from, to) = (Arc::clone(&server), Arc::clone(stream));
     let back = spawn(move || copy(&from, &to))?;
