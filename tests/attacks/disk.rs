@@ -47,14 +47,14 @@ fn a_folder_of_a_killed_recording_can_be_opened() {
     let scratch = Scratch::new("killed");
     let images = scratch.0.join("images");
     let mut child = meniscus_command()
-        .args(["record", "--source", "simulated-usb", "--seconds", "20", "--out"])
+        .args(["record", "--source", "simulated-usb", "--seconds", "300", "--out"])
         .arg(&images)
         .stdout(Stdio::null())
         .stderr(Stdio::null())
         .spawn()
         .expect("it starts");
     let begun = Instant::now();
-    while !images.join("infrared-0020.png").exists() && begun.elapsed() < Duration::from_secs(30) {
+    while !images.join("infrared-0010.png").exists() && begun.elapsed() < Duration::from_secs(120) {
         std::thread::sleep(Duration::from_millis(10));
     }
     child.kill().expect("killed");
@@ -64,7 +64,7 @@ fn a_folder_of_a_killed_recording_can_be_opened() {
     let pairs = pairs.filter(|file| whole(&file.file_name().to_string_lossy())).count();
     let recording = meniscus_bags::open(&images).expect("it opens");
     let read = recording.images.map(|image| image.expect("a whole image")).count();
-    assert!(pairs > 20 && read >= 2 * (pairs - 1), "{read} images of {pairs} pairs");
+    assert!(pairs > 10 && read >= 2 * (pairs - 1), "{read} images of {pairs} pairs");
 }
 
 /// Two runs do not write into one folder.

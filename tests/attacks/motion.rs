@@ -63,7 +63,7 @@ impl Run {
 
 /// A process that sends false accelerations does not move the estimated glass.
 ///
-/// The audit's attack: 150 and -150 m/s2 in turn, 250 times a second. The error of the velocity stays what it is without it.
+/// The audit's attack: 150 and -150 m/s2 in turn, 250 times a second. No turn uses them, and the velocity is as without them.
 #[test]
 fn a_lie_about_the_motion_is_dropped() {
     let (plain, _) = Run::start("plain", &[]).report();
@@ -83,13 +83,13 @@ fn a_lie_about_the_motion_is_dropped() {
         over.store(true, Ordering::Relaxed);
         report
     });
+    assert_eq!(lied["motion"]["told"], 0, "{lied:#}");
     let error = |report: &Value| report["field_error"]["v"].as_f64().expect("scored");
-    assert!(
-        error(&lied) < 1.5 * error(&plain) + 0.02,
-        "{} with the lie, {} without",
-        error(&lied),
-        error(&plain)
-    );
+    let coasted = |report: &Value| report["modes"]["coasting"].as_u64().expect("a count");
+    // On a machine that is too slow for 60 Hz both are errors of lost frames.
+    let (with, without) = (error(&lied), error(&plain));
+    let slow = coasted(&plain) + coasted(&lied) > 0;
+    assert!(slow || with < 1.5 * without + 0.02, "{with} with the lie, {without} without");
     assert!(lied["motion"]["contradictions"].as_u64() >= Some(1), "{lied:#}");
     assert!(said.contains("is not that of the glass in the image"), "{said}");
 }
