@@ -122,7 +122,7 @@ fn depth_topic() -> Vec<u8> {
 
 /// A ROS 1 bag cannot exhaust memory before it has told of its camera.
 ///
-/// The audit's bomb: 70 LZ4 chunks of one large depth image each, and no camera.
+/// 70 LZ4 chunks of one large depth image each, and no camera.
 #[test]
 fn a_bag_of_images_without_a_camera() {
     defused("images.bag", "has no depth camera", |folder| {
@@ -158,7 +158,7 @@ fn a_bag_with_a_chunk_that_is_too_long() {
 
 /// A ROS 2 bag cannot run a program of its own: views.
 ///
-/// The audit's bombs: `messages` is a view that recurses for ever, or one that makes gigabytes.
+/// `messages` is a view that recurses for ever, or one that makes gigabytes.
 #[test]
 fn a_database_of_views() {
     for (name, view) in [
@@ -338,7 +338,7 @@ fn devices_and_pipes_are_refused() {
 
 /// A table of a folder cannot exhaust memory.
 ///
-/// Three million lines.
+/// Two million lines.
 #[test]
 fn a_table_of_too_many_lines() {
     defused("lines.csv", "more than 300000 lines", |folder| {
@@ -350,7 +350,7 @@ fn a_table_of_too_many_lines() {
 
 /// A recording of the simulator cannot exhaust memory by its header.
 ///
-/// A header of 2^63 bytes, one of 90 MB of JSON, a sparse file of 100 GB, a link to /dev/zero, a pipe.
+/// A header of 2^63 bytes, one of 70 MB of JSON, a sparse file of 100 GB, a link to /dev/zero.
 #[test]
 fn a_recording_with_a_false_header() {
     let start = |length: u64, text: &[u8]| [&length.to_le_bytes()[..], text].concat();

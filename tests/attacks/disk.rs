@@ -41,7 +41,7 @@ fn a_folder_on_a_full_disk_can_be_opened() {
 
 /// A folder of images can be opened after `kill -9`, with all pairs but the one under way.
 ///
-/// A recording that is killed after a second.
+/// A recording that is killed after eleven pairs.
 #[test]
 fn a_folder_of_a_killed_recording_can_be_opened() {
     let scratch = Scratch::new("killed");

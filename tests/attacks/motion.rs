@@ -63,7 +63,7 @@ impl Run {
 
 /// A process that sends false accelerations does not move the estimated glass.
 ///
-/// The audit's attack: 150 and -150 m/s2 in turn, 250 times a second. No turn uses them, and the velocity is as without them.
+/// 150 and -150 m/s2 in turn, 250 times a second. No turn uses them, and the velocity is as without them.
 #[test]
 fn a_lie_about_the_motion_is_dropped() {
     let (plain, _) = Run::start("plain", &[]).report();
