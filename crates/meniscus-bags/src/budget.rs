@@ -9,10 +9,10 @@ use std::time::{Duration, Instant};
 pub(super) const LONGEST: usize = 48 << 20;
 /// Bytes between two images.
 const BYTES: u64 = 512 << 20;
-/// Time between two images that are asked for.
+/// Time that a reader may spend between two images.
 pub(super) const TIME: Duration = Duration::from_secs(5);
 
-/// What a reader has left until the next image.
+/// Work left to a reader until the next image.
 #[derive(Debug)]
 pub(super) struct Budget {
     bytes: u64,

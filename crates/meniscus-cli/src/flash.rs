@@ -20,11 +20,11 @@ use std::path::{Path, PathBuf};
 ///
 /// With a public key in the board's profile, a model without a valid signature is neither written nor started. A signature
 /// can hold the number of a release. Then no earlier release is written, except with --allow-rollback, and the later one of
-/// both slots starts. The profile's least_release excludes earlier ones for good.
+/// both slots starts. The profile's least_release excludes earlier ones.
 #[derive(clap::Args)]
 #[command(
     after_help = "Examples:\n  meniscus flash my.blob --to /var/lib/meniscus\n  meniscus flash my.blob --signature my.blob.sig \\\n    --profile /etc/meniscus/board.toml\n  meniscus flash --rehearse 200 --json",
-    after_long_help = "Key and signature are made with openssl:\n  openssl genpkey -algorithm ed25519 -out key.pem\n  openssl pkeyutl -sign -rawin -inkey key.pem -in my.blob -out my.blob.sig\nWith a release, what is signed is written first, and the number given again:\n  meniscus flash my.blob --release 7 --to-sign my.blob.7\n  openssl pkeyutl -sign -rawin -inkey key.pem -in my.blob.7 -out my.blob.sig\n  meniscus flash my.blob --release 7 --signature my.blob.sig --profile board.toml\nThe profile's public_key is printed by:\n  openssl pkey -in key.pem -pubout -outform DER | tail -c 32 | xxd -p -c 32"
+    after_long_help = "Key and signature are made with openssl:\n  openssl genpkey -algorithm ed25519 -out key.pem\n  openssl pkeyutl -sign -rawin -inkey key.pem -in my.blob -out my.blob.sig\nWith a release, what is signed is written first, and the number given again:\n  meniscus flash my.blob --release 7 --to-sign my.blob.7\n  openssl pkeyutl -sign -rawin -inkey key.pem -in my.blob.7 -out my.blob.sig\n  meniscus flash my.blob --release 7 --signature my.blob.sig \\\n    --profile board.toml\nThe profile's public_key is printed by:\n  openssl pkey -in key.pem -pubout -outform DER | tail -c 32 | xxd -p -c 32"
 )]
 pub(crate) struct Arguments {
     /// The model: a blob file, or the one in the program (shipped).

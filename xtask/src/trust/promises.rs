@@ -16,7 +16,7 @@ pub(super) struct Promise {
     pub(super) name: String,
     /// The promise.
     pub(super) promise: String,
-    /// How it is attacked.
+    /// Attack on it.
     pub(super) attack: String,
 }
 

@@ -4,7 +4,7 @@ use anyhow::{Result, ensure};
 use std::path::Path;
 use std::process::Command;
 
-/// What became of one test.
+/// Result of one test.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Outcome {
     /// Class and name.

@@ -24,7 +24,7 @@ pub(super) struct FoxgloveArguments {
         value_parser = super::page::address
     )]
     foxglove: Option<SocketAddr>,
-    /// With --foxglove: origin of a web page that may connect; may be repeated.
+    /// With --foxglove: origin of a web page that may connect; repeatable.
     ///
     /// A browser sends it, as in http://localhost:8080. Foxglove's own application may always connect, and so may programs,
     /// which send none. Other pages are refused.

@@ -30,7 +30,7 @@ pub(super) struct MotionArguments {
     /// 8 is the simulated camera's; that of a D435 has not been measured.
     #[arg(long, default_value_t = 8.0, value_name = "MS", help_heading = "Motion of the glass")]
     pub(super) motion_lag_ms: f64,
-    /// With --motion udp: only address whose samples are taken [default: the profile's].
+    /// With --motion udp: only address that is heard [default: the profile's].
     ///
     /// Needed, or a token, where others reach the port.
     #[arg(long, value_name = "ADDRESS", help_heading = "Motion of the glass")]
