@@ -1,4 +1,4 @@
-//! What several classes of attacks need.
+//! Turns, folders and connections for several classes of attacks.
 
 use meniscus::blob::Model;
 use meniscus::runtime::{Estimator, Memory, Turn, TurnInput};

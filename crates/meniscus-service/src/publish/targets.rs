@@ -21,7 +21,7 @@ const FAREWELL: Duration = Duration::from_millis(200);
 /// Readers of all Unix sockets. Each one holds a descriptor and a buffer; a camera that is plugged in again needs some, too.
 pub const READERS_MAX: usize = 32;
 
-/// What a reader beyond them gets instead of records: no record, as it ends with a newline and not with a zero.
+/// Line for a reader beyond them. It is no record, as it ends with a newline and not with a zero.
 const REFUSAL: &[u8] = b"meniscus: 32 readers are connected, which is the limit; end one of them\n";
 
 /// A socket that others connect to; its file goes with it.
