@@ -358,11 +358,12 @@ fn a_recording_with_a_false_header() {
         .map(|n| format!("\"t{n}\":{{\"dtype\":\"F32\",\"shape\":[0],\"data_offsets\":[0,0]}},"))
         .collect();
     let header = format!("{{{many}\"__metadata__\":{{\"format\":\"meniscus recording 2\"}}}}");
-    let bombs: [(&str, Box<dyn Fn(&Path)>); 4] = [
+    type Bomb<'b> = (&'b str, Box<dyn Fn(&Path) + 'b>);
+    let bombs: [Bomb<'_>; 4] = [
         (
             "length",
             Box::new(|path| {
-                fs::write(path, start(1 << 63, b"{\"a\":1} meniscus recording")).expect("written")
+                fs::write(path, start(1 << 63, b"{\"a\":1} meniscus recording")).expect("written");
             }),
         ),
         (

@@ -24,7 +24,7 @@ pub(crate) fn blob() -> AlignedBytes {
 }
 
 /// Runs `attack` beside a worker that hands `viewer` a turn every four milliseconds.
-pub(crate) fn beside_turns(viewer: &(impl Viewer + Sync), attack: impl FnOnce() + Send) {
+pub(crate) fn beside_turns(viewer: &impl Viewer, attack: impl FnOnce() + Send) {
     let bytes = blob();
     let model = Model::load(&bytes).expect("sound");
     let (over, image) = (AtomicBool::new(false), vec![90; 640 * 480]);
