@@ -118,7 +118,8 @@ fn client(port: u16) -> WebSocket<TcpStream> {
 
 #[test]
 fn a_client_gets_every_topic_and_the_worker_waits_for_nobody() {
-    let foxglove = Foxglove::open(config(), Some(LOOPBACK.into()), None).expect("it opens");
+    let foxglove =
+        Foxglove::open(config(), Some(&SocketAddr::from(LOOPBACK).into()), None).expect("it opens");
     let port = foxglove.port().expect("it listens");
     let longest = with_turns(&foxglove, || {
         let mut socket = client(port);
@@ -233,11 +234,12 @@ fn a_file_has_no_number_of_an_unknown_group() {
 #[test]
 fn what_cannot_be_opened_says_why_and_what_to_do() {
     let open: SocketAddr = ([0, 0, 0, 0], 8765).into();
-    let refused = Foxglove::open(config(), Some(open), None).expect_err("others reach it").to_string();
+    let refused =
+        Foxglove::open(config(), Some(&open.into()), None).expect_err("others reach it").to_string();
     assert!(refused.contains("0.0.0.0:8765") && refused.contains("ssh -L 8765"), "{refused}");
-    let first = Foxglove::open(config(), Some(LOOPBACK.into()), None).expect("it opens");
+    let first = Foxglove::open(config(), Some(&SocketAddr::from(LOOPBACK).into()), None).expect("it opens");
     let taken: SocketAddr = ([127, 0, 0, 1], first.port().expect("a port")).into();
-    let refused = Foxglove::open(config(), Some(taken), None).expect_err("it is taken");
+    let refused = Foxglove::open(config(), Some(&taken.into()), None).expect_err("it is taken");
     assert!(matches!(&refused, Error::Listen(address, _) if *address == taken), "{refused}");
     let nowhere = Path::new("/no/such/folder/run.mcap");
     let refused = Foxglove::open(config(), None, Some(nowhere)).expect_err("no folder").to_string();

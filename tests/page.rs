@@ -18,7 +18,7 @@ use meniscus_platform::files::AlignedBytes;
 use meniscus_service::run::Viewer;
 use meniscus_service::sink::{StateAfter, TurnRecord, TurnSink};
 use meniscus_service::timed_turn::TimedTurn;
-use meniscus_ui::page::{Page, Token, VIEWERS_MAX};
+use meniscus_ui::page::{Page, Token, VIEWERS_EACH};
 use serde_json::Value;
 use server::{ask, frame, taken, viewer};
 use std::net::SocketAddr;
@@ -300,7 +300,7 @@ fn rates_are_kept_nonsense_ends_and_there_is_room_for_so_many() {
             assert!(frame(&mut socket).is_none(), "a viewer that says nonsense is let go");
         }
         let mut all = vec![slow];
-        while all.len() < VIEWERS_MAX {
+        while all.len() < VIEWERS_EACH {
             // Those let go above may need a moment to leave.
             match viewer(address, "/live") {
                 Ok(socket) => all.push(socket),

@@ -38,6 +38,7 @@ fn a_told_motion_halves_the_error_of_the_stresses() {
     let sigma = |report: &Value| report["field_error"]["sigma"].as_f64().expect("scored");
     assert!(sigma(&told) < 0.65 * sigma(&seen), "{} {}", sigma(&told), sigma(&seen));
     assert_eq!((&seen["motion"], &told["motion"]["told"]), (&Value::Null, &Value::from(360)), "{told:#}");
+    assert_eq!(told["motion"]["contradictions"], 0, "the camera sees the true motion: {told:#}");
 
     // A table that ends after two seconds: from there on the edges of the glass tell.
     let table: String = std::iter::once("t,x_m\n".to_owned())
@@ -46,6 +47,10 @@ fn a_told_motion_halves_the_error_of_the_stresses() {
     fs::write(folder.join("still.csv"), table).expect("written");
     let still = run(&["--motion", "still.csv"]);
     assert!(sigma(&still) > sigma(&told), "a wrong motion is worth less than the right one: {still:#}");
+    assert_eq!(
+        still["motion"]["contradictions"], 1,
+        "the camera sees that the glass is not still: {still:#}"
+    );
     let turns = still["motion"]["told"].as_u64().expect("told");
     assert!((119..=123).contains(&turns) && still["motion"]["untold"] == 360 - turns, "{still:#}");
     let lifted: String = std::iter::once("t,x_m,z_m\n".to_owned())

@@ -7,6 +7,7 @@
 //! | `nightly` | steps that take hours, with a log |
 //! | `house` | measures of the architecture, with targets |
 //! | `words` | measures of the language, with targets |
+//! | `trust` | attacks on the program, by class, and the page of promises |
 //! | `package` | archives of the published crates |
 
 mod baseline;
@@ -17,6 +18,7 @@ mod package;
 mod process;
 mod quick;
 mod report;
+mod trust;
 mod words;
 mod workspace;
 
@@ -44,6 +46,8 @@ enum Verb {
     House(house::Options),
     /// Measures of README, docs, help texts and doc comments; fails if one misses its target.
     Words(words::Options),
+    /// Attacks on the program; writes docs/trust.md and fails if a promise is broken.
+    Trust(trust::Options),
     /// Archives of all published crates, checked for their files and metadata.
     Package(package::Options),
 }
@@ -55,6 +59,7 @@ fn main() -> Result<ExitCode> {
         Verb::Nightly(options) => nightly::run(&options)?,
         Verb::House(options) => house::run(&options)?,
         Verb::Words(options) => words::run(&options)?,
+        Verb::Trust(options) => trust::run(&options)?,
         Verb::Package(options) => package::run(&options)?,
     };
     Ok(if passed { ExitCode::SUCCESS } else { ExitCode::FAILURE })

@@ -1,6 +1,7 @@
 //! ROS 2 bags (SQLite) as librealsense 2.59 records them: images as PNG in `sensor_msgs/msg/CompressedImage`,
 //! the camera, the depth unit and each frame's number and time as texts of `name=value;`.
 
+use super::budget::{Budget, LONGEST, TIME};
 use super::cdr::Fields;
 use super::folder::png;
 use super::{BagError, Calibration, Image, Recording, image_bytes};
@@ -8,8 +9,13 @@ use meniscus::units::Micros;
 use meniscus::usb::frame::Stamp;
 use meniscus::usb::uvc::Stream;
 use meniscus_usb::camera::OutlineImage;
+use rusqlite::config::DbConfig;
+use rusqlite::limits::Limit;
 use rusqlite::{Connection, OpenFlags, OptionalExtension};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::{Duration, Instant};
 
 /// Begin of every PNG.
 const PNG: &[u8] = b"\x89PNG\r\n\x1a\n";
@@ -20,15 +26,95 @@ const BEFORE: usize = 12;
 const STREAMS: [(&str, Stream); 2] =
     [("/Depth_0/image/", Stream::Depth), ("/Infrared_1/image/", Stream::Outline)];
 
+/// Cost of a row at the least, bytes: each is a query of its own.
+const ROW: u64 = 4096;
+
+/// Steps of SQLite's machine between two looks at the clock.
+const STEPS: i32 = 10_000;
+
+/// A file of somebody else's, in which nothing runs but the queries here. Its schema is a program that the database would
+/// follow: views may recurse for ever, and columns may be made up of what is not in the file.
+struct Database {
+    connection: Connection,
+    /// Instant at which a query is interrupted, microseconds from `begun`.
+    until_us: Arc<AtomicU64>,
+    begun: Instant,
+}
+
+impl Database {
+    fn open(path: &Path) -> rusqlite::Result<Self> {
+        let mut connection = Connection::open_with_flags(path, OpenFlags::SQLITE_OPEN_READ_ONLY)?;
+        for (config, on) in [
+            (DbConfig::SQLITE_DBCONFIG_TRUSTED_SCHEMA, false),
+            (DbConfig::SQLITE_DBCONFIG_ENABLE_VIEW, false),
+            (DbConfig::SQLITE_DBCONFIG_ENABLE_TRIGGER, false),
+            (DbConfig::SQLITE_DBCONFIG_DEFENSIVE, true),
+        ] {
+            connection.set_db_config(config, on)?;
+        }
+        for (limit, most) in [
+            (Limit::SQLITE_LIMIT_LENGTH, LONGEST as i32),
+            (Limit::SQLITE_LIMIT_SQL_LENGTH, 100_000),
+            (Limit::SQLITE_LIMIT_COLUMN, 100),
+            (Limit::SQLITE_LIMIT_ATTACHED, 0),
+        ] {
+            connection.set_limit(limit, most)?;
+        }
+        let (until_us, begun) = (Arc::new(AtomicU64::new(u64::MAX)), Instant::now());
+        let until = Arc::clone(&until_us);
+        let late = move || begun.elapsed().as_micros() as u64 > until.load(Ordering::Relaxed);
+        connection.progress_handler(STEPS, Some(late))?;
+        Ok(Self { connection, until_us, begun })
+    }
+
+    /// Gives queries `time` from now on.
+    fn allow(&self, time: Duration) {
+        let until = self.begun.elapsed() + time;
+        self.until_us.store(until.as_micros() as u64, Ordering::Relaxed);
+    }
+
+    /// Whether `messages` and `topics` are tables of the file itself: neither views nor virtual tables, which have no page,
+    /// and without columns that are computed.
+    fn is_plain(&self) -> rusqlite::Result<bool> {
+        let tables = "SELECT count(*) FROM sqlite_schema WHERE name IN ('messages', 'topics') AND type = 'table' \
+                      AND rootpage > 0";
+        let computed = "SELECT count(*) FROM pragma_table_xinfo(?1) WHERE hidden > 0";
+        let count = |sql: &str, name: &[&str]| -> rusqlite::Result<i64> {
+            self.connection.query_row(sql, rusqlite::params_from_iter(name), |row| row.get(0))
+        };
+        Ok(count(tables, &[])? == 2
+            && count(computed, &["messages"])? == 0
+            && count(computed, &["topics"])? == 0)
+    }
+}
+
+/// Returns the message of an error of the database.
+fn explained(why: &rusqlite::Error) -> String {
+    match why.sqlite_error_code() {
+        Some(rusqlite::ErrorCode::OperationInterrupted) => {
+            format!("it takes longer than {} s to find an image in it", TIME.as_secs())
+        }
+        Some(rusqlite::ErrorCode::TooBig) => {
+            format!("a message in it is longer than {} MiB", LONGEST >> 20)
+        }
+        _ => why.to_string(),
+    }
+}
+
 /// Opens a bag.
 pub(super) fn open(path: &Path) -> Result<Recording, BagError> {
-    let damaged = |why: rusqlite::Error| BagError::Damaged { path: path.into(), why: why.to_string() };
-    let database = Connection::open_with_flags(path, OpenFlags::SQLITE_OPEN_READ_ONLY).map_err(damaged)?;
+    let wrong = |why: String| BagError::Damaged { path: path.into(), why };
+    let damaged = |why: rusqlite::Error| wrong(explained(&why));
+    let database = Database::open(path).map_err(damaged)?;
+    database.allow(TIME);
+    if !database.is_plain().map_err(damaged)? {
+        return Err(wrong("its messages and topics are no plain tables".into()));
+    }
     let text = |topic: &str| -> Result<Option<String>, BagError> {
         let sql =
             "SELECT data FROM messages WHERE topic_id IN (SELECT id FROM topics WHERE name LIKE ?1) LIMIT 1";
         let found: Option<Vec<u8>> =
-            database.query_row(sql, [topic], |row| row.get(0)).optional().map_err(damaged)?;
+            database.connection.query_row(sql, [topic], |row| row.get(0)).optional().map_err(damaged)?;
         Ok(found.and_then(|data| Fields::cdr(&data)?.text().map(str::to_owned)))
     };
     let camera = text("%/Depth_0/camera_info")?;
@@ -57,6 +143,7 @@ pub(super) fn open(path: &Path) -> Result<Recording, BagError> {
         database,
         calibration: calibration.clone(),
         row: i64::MIN,
+        budget: Budget::new(),
         held: [None, None],
         images: 0,
         ended: false,
@@ -74,10 +161,12 @@ fn value<'t>(text: &'t str, name: &str) -> Option<&'t str> {
 
 struct Reader {
     path: PathBuf,
-    database: Connection,
+    database: Database,
     calibration: Calibration,
     /// The row that was read last.
     row: i64,
+    /// Work until the next image.
+    budget: Budget,
     /// Images that wait for the text with their number and time, which comes behind them.
     held: [Option<Image>; 2],
     images: u64,
@@ -93,12 +182,15 @@ impl Reader {
     fn message(&mut self) -> Result<Option<(String, Vec<u8>)>, BagError> {
         let sql = "SELECT messages.id, topics.name, data FROM messages JOIN topics ON topics.id = topic_id \
                    WHERE messages.id > ?1 ORDER BY messages.id LIMIT 1";
-        let read = self.database.prepare_cached(sql).and_then(|mut statement| {
+        let begun = Instant::now();
+        self.database.allow(self.budget.time_left());
+        let read = self.database.connection.prepare_cached(sql).and_then(|mut statement| {
             let row = |row: &rusqlite::Row<'_>| Ok((row.get(0)?, row.get(1)?, row.get(2)?));
             statement.query_row([self.row], row).optional()
         });
-        let found: Option<(i64, String, Vec<u8>)> = read.map_err(|why| self.damaged(why))?;
+        let found: Option<(i64, String, Vec<u8>)> = read.map_err(|why| self.damaged(explained(&why)))?;
         let Some((row, topic, data)) = found else { return Ok(None) };
+        self.budget.take(topic.len() + data.len(), ROW, begun).map_err(|why| self.damaged(why))?;
         // In a damaged file the rows may lead back.
         if row <= self.row {
             return Err(self.damaged("its rows are out of order"));
@@ -169,6 +261,7 @@ impl Iterator for Reader {
                 Ok(None) => {}
                 Ok(Some(image)) => {
                     self.images += 1;
+                    self.budget = Budget::new();
                     return Some(Ok(image));
                 }
                 Err(error) => {

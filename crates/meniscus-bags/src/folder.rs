@@ -4,46 +4,49 @@
 //! files beside it, depth with 16 bits a pixel and infrared with 8. A folder without `camera.json` is one of
 //! the simulated camera.
 
+use super::budget::LONGEST;
 use super::{BagError, Calibration, Image, Recording};
 use image::codecs::png::{PngDecoder, PngEncoder};
 use image::{ColorType, ExtendedColorType, ImageDecoder, ImageEncoder, ImageError};
 use meniscus::units::Micros;
 use meniscus::usb::frame::Stamp;
 use meniscus::usb::uvc::Stream;
-use meniscus_platform::files::write_whole;
-use std::fmt::Write;
-use std::io::Cursor;
+use meniscus_platform::files::{FolderLock, Links, create_anew, read_regular, write_whole};
+use std::fs::File;
+use std::io::{Cursor, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
 const TABLE: &str = "frames.csv";
 const CAMERA: &str = "camera.json";
 const HEADING: &str = "frame,time_s,depth,infrared";
+/// Bytes of table and camera at the most, and lines of the table: an hour at 60 Hz has 216,000.
+const TABLE_LONGEST: u64 = 32 << 20;
+const CAMERA_LONGEST: u64 = 1 << 20;
+const LINES_MAX: usize = 300_000;
 
 /// Opens a folder; its table is read whole, its images one by one.
 pub(super) fn open(folder: &Path) -> Result<Recording, BagError> {
     let table = folder.join(TABLE);
-    let text = std::fs::read_to_string(&table).map_err(|cause| BagError::Io {
-        path: table.clone(),
-        doing: "read",
-        cause,
-    })?;
+    let read = |path: &Path, longest| {
+        let bytes = read_regular(path, longest, Links::Followed);
+        bytes.map_err(|cause| BagError::Io { path: path.into(), doing: "read", cause })
+    };
+    let text = String::from_utf8(read(&table, TABLE_LONGEST)?)
+        .map_err(|_| BagError::Damaged { path: table.clone(), why: "it is no text".into() })?;
     let camera = folder.join(CAMERA);
-    let calibration = match std::fs::read(&camera) {
+    let calibration = match read_regular(&camera, CAMERA_LONGEST, Links::Followed) {
         Ok(bytes) => serde_json::from_slice(&bytes)
             .ok()
             .filter(Calibration::is_sound)
             .ok_or_else(|| BagError::Damaged { path: camera, why: "its camera cannot be".into() })?,
-        Err(_) => Calibration::simulated(),
+        Err(cause) if cause.kind() == ErrorKind::NotFound => Calibration::simulated(),
+        Err(cause) => return Err(BagError::Io { path: camera, doing: "read", cause }),
     };
     let files = rows(&text).map_err(|why| BagError::Damaged { path: table, why })?;
     let (folder, size) = (folder.to_owned(), calibration.size);
     let images = files.into_iter().map(move |(stream, stamp, name)| {
         let path = folder.join(name);
-        let bytes = std::fs::read(&path).map_err(|cause| BagError::Io {
-            path: path.clone(),
-            doing: "read",
-            cause,
-        })?;
+        let bytes = read(&path, LONGEST as u64)?;
         let pixels = png(&bytes, stream, size).map_err(|why| BagError::Damaged { path, why })?;
         Ok(Image { stream, stamp, pixels })
     });
@@ -54,11 +57,20 @@ pub(super) fn open(folder: &Path) -> Result<Recording, BagError> {
 fn rows(text: &str) -> Result<Vec<(Stream, Stamp, PathBuf)>, String> {
     let mut files = Vec::new();
     let mut last = None;
-    for (line, content) in text.lines().enumerate().map(|(i, l)| (i + 1, l.trim())) {
+    // A program that was killed may have left a part of a line: it has no end, and not the last file's whole name.
+    let (before, rest) = text.rsplit_once('\n').unwrap_or(("", text));
+    let whole = if rest.ends_with(".png") { text } else { before };
+    for (line, content) in whole.lines().enumerate().map(|(i, l)| (i + 1, l.trim())) {
         if content.is_empty() || (line == 1 && content == HEADING) {
             continue;
         }
-        let wrong = |why: &str| format!("line {line}: {why}: '{content}'");
+        if line > LINES_MAX {
+            return Err(format!("it has more than {LINES_MAX} lines: cut the recording into parts"));
+        }
+        let wrong = |why: &str| {
+            let shown: String = content.chars().take(80).collect();
+            format!("line {line}: {why}: '{shown}'")
+        };
         let fields: Vec<&str> = content.split(',').map(str::trim).collect();
         let [frame, time_s, depth, infrared] = fields[..] else {
             return Err(wrong("expected 'frame, seconds, depth file, infrared file'"));
@@ -86,7 +98,10 @@ fn rows(text: &str) -> Result<Vec<(Stream, Stamp, PathBuf)>, String> {
 
 /// Pixels of a PNG: 16 bits as little-endian depth, 8 bits as infrared, of the size that must be.
 pub(super) fn png(bytes: &[u8], stream: Stream, size: (u32, u32)) -> Result<Vec<u8>, String> {
-    let decoder = PngDecoder::new(Cursor::new(bytes)).map_err(|why| why.to_string())?;
+    let mut limits = image::Limits::no_limits();
+    limits.max_alloc = Some(LONGEST as u64);
+    (limits.max_image_width, limits.max_image_height) = (Some(size.0), Some(size.1));
+    let decoder = PngDecoder::with_limits(Cursor::new(bytes), limits).map_err(|why| why.to_string())?;
     let wanted = if stream == Stream::Depth { ColorType::L16 } else { ColorType::L8 };
     if (decoder.dimensions(), decoder.color_type()) != (size, wanted) {
         let (has, kind) = (decoder.dimensions(), decoder.color_type());
@@ -118,45 +133,60 @@ fn encoded(pixels: &[u8], stream: Stream, size: (u32, u32)) -> Result<Vec<u8>, I
     Ok(bytes)
 }
 
-/// A folder that grows by pairs; its table is written at the end and after every second of images.
+/// A folder that grows by pairs. A pair is in the table as soon as both images are written, so that the folder can be opened
+/// at any time: after a full disk, and after a program that was killed.
 #[derive(Debug)]
 pub struct FolderWriter {
     folder: PathBuf,
     calibration: Calibration,
-    table: String,
+    table: File,
+    /// Bytes of the table that are whole lines.
+    table_bytes: u64,
     /// The depth image that waits for its partner.
     depth: Option<Image>,
     /// Time of the first pair, which counts as zero.
     start: Option<Micros>,
     pairs: u64,
+    /// Nobody else writes into the folder.
+    _alone: FolderLock,
 }
 
 impl FolderWriter {
     /// Begins a folder.
     ///
     /// # Errors
-    /// [`BagError`] when it cannot be written.
+    /// [`BagError`] when it cannot be written, or another program writes into it.
     pub fn create(folder: &Path, calibration: &Calibration) -> Result<Self, BagError> {
+        let alone = FolderLock::take(folder).map_err(|error| BagError::Io {
+            path: error.path,
+            doing: error.doing,
+            cause: error.cause,
+        })?;
         let text = serde_json::to_vec_pretty(calibration).unwrap_or_default();
-        let writer = Self {
+        let stopped = |path: PathBuf, why: String| BagError::Stopped { path, images: 0, why };
+        let camera = folder.join(CAMERA);
+        write_whole(&camera, &text).map_err(|why| stopped(camera, why.to_string()))?;
+        let path = folder.join(TABLE);
+        let table = create_anew(&path).and_then(|mut table| {
+            writeln!(table, "{HEADING}")?;
+            Ok(table)
+        });
+        let table = table.map_err(|why| stopped(path, why.to_string()))?;
+        Ok(Self {
             folder: folder.into(),
             calibration: calibration.clone(),
-            table: format!("{HEADING}\n"),
+            table,
+            table_bytes: HEADING.len() as u64 + 1,
             depth: None,
             start: None,
             pairs: 0,
-        };
-        writer.put(CAMERA, &text)?;
-        Ok(writer)
+            _alone: alone,
+        })
     }
 
-    fn put(&self, name: &str, bytes: &[u8]) -> Result<(), BagError> {
-        let path = self.folder.join(name);
-        write_whole(&path, bytes).map_err(|why| BagError::Stopped {
-            path,
-            images: 2 * self.pairs,
-            why: why.to_string(),
-        })
+    /// Returns the error of a file of the folder that cannot be written.
+    fn stopped(&self, path: PathBuf, why: impl std::fmt::Display) -> BagError {
+        BagError::Stopped { path, images: 2 * self.pairs, why: why.to_string() }
     }
 
     /// Adds an image; it is written with its partner. One whose partner never comes is left out.
@@ -172,18 +202,39 @@ impl FolderWriter {
         let Some(depth) = self.depth.take().filter(near) else { return Ok(()) };
         let number = self.pairs;
         let names = [format!("depth-{number:04}.png"), format!("infrared-{number:04}.png")];
-        for (name, image) in names.iter().zip([&depth, image]) {
-            let bytes = encoded(&image.pixels, image.stream, self.calibration.size);
-            let path = self.folder.join(name);
-            let bytes = bytes.map_err(|why| BagError::Damaged { path, why: why.to_string() })?;
-            self.put(name, &bytes)?;
-        }
         let start = *self.start.get_or_insert(depth.stamp.captured);
         let time_s = depth.stamp.captured.since(start) as f64 * 1e-6;
-        // Writing into a string cannot fail.
-        let _ = writeln!(self.table, "{},{time_s:.6},{},{}", depth.stamp.sequence, names[0], names[1]);
+        let line = format!("{},{time_s:.6},{},{}\n", depth.stamp.sequence, names[0], names[1]);
+        let written = self.put(&names, [&depth, image]).and_then(|()| self.append(&line));
+        if written.is_err() {
+            // Half a pair is of no use, and takes room on a full disk; that it cannot be removed adds nothing.
+            names.iter().for_each(|name| drop(std::fs::remove_file(self.folder.join(name))));
+        }
+        written?;
         self.pairs += 1;
-        if self.pairs.is_multiple_of(60) { self.put(TABLE, self.table.as_bytes()) } else { Ok(()) }
+        Ok(())
+    }
+
+    /// Writes the images of a pair.
+    fn put(&self, names: &[String; 2], images: [&Image; 2]) -> Result<(), BagError> {
+        for (name, image) in names.iter().zip(images) {
+            let path = self.folder.join(name);
+            let bytes = encoded(&image.pixels, image.stream, self.calibration.size)
+                .map_err(|why| BagError::Damaged { path: path.clone(), why: why.to_string() })?;
+            write_whole(&path, &bytes).map_err(|why| self.stopped(path, why))?;
+        }
+        Ok(())
+    }
+
+    /// Adds a line to the table, whole or not at all.
+    fn append(&mut self, line: &str) -> Result<(), BagError> {
+        if let Err(why) = self.table.write_all(line.as_bytes()) {
+            // Cutting off takes no room.
+            let _cut = self.table.set_len(self.table_bytes);
+            return Err(self.stopped(self.folder.join(TABLE), why));
+        }
+        self.table_bytes += line.len() as u64;
+        Ok(())
     }
 
     /// Ends the folder; gives the number of images.
@@ -191,7 +242,7 @@ impl FolderWriter {
     /// # Errors
     /// [`BagError::Stopped`].
     pub fn finish(self) -> Result<u64, BagError> {
-        self.put(TABLE, self.table.as_bytes())?;
+        self.table.sync_all().map_err(|why| self.stopped(self.folder.join(TABLE), why))?;
         Ok(2 * self.pairs)
     }
 }

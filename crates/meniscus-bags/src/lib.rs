@@ -11,8 +11,11 @@
 //! `docs/formats.md` describes them. Images come one by one, so a recording may be larger than the memory.
 //! [`play`] puts one in the camera's place, and [`observe_images`] reads its profiles without waiting for real time.
 //!
+//! A file that is made to exhaust memory or time is given up on: `budget` has the limits.
+//!
 //! A file that ends too early gives every whole image before its end and then [`BagError::Torn`].
 
+mod budget;
 mod cdr;
 mod db3;
 mod error;
@@ -33,6 +36,7 @@ pub use replay::{payload, play};
 use meniscus::surface::{Intrinsics, Optics};
 use meniscus::usb::frame::Stamp;
 use meniscus::usb::uvc::Stream;
+use meniscus_platform::files::{Links, open_regular};
 use meniscus_usb::camera::OutlineImage;
 use serde::{Deserialize, Serialize};
 use std::io::Read;
@@ -147,7 +151,7 @@ pub fn open(path: &Path) -> Result<Recording, BagError> {
         return folder::open(path);
     }
     let mut head = [0; 16];
-    let file = std::fs::File::open(path);
+    let file = open_regular(path, Links::Followed);
     let mut file = file.map_err(|cause| BagError::Io { path: path.into(), doing: "read", cause })?;
     // A file that is shorter than this is of no kind by its content.
     let known = file.read_exact(&mut head).is_ok();

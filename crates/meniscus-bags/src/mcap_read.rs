@@ -1,5 +1,6 @@
 //! Reading the MCAP files that [`McapWriter`](super::McapWriter) writes, chunk by chunk, without their index.
 
+use super::budget::{Budget, LONGEST};
 use super::mcap_write::{DEPTH_TOPIC, METADATA, OUTLINE_TOPICS};
 use super::schema::RawImage;
 use super::{BagError, Calibration, Image, Recording, image_bytes};
@@ -8,20 +9,26 @@ use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
 use meniscus::units::Micros;
 use meniscus::usb::frame::Stamp;
 use meniscus::usb::uvc::Stream;
+use meniscus_platform::files::{Links, open_regular};
 use prost::Message;
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
+use std::time::Instant;
 
-/// Longest record: a chunk is never so long.
-const LONGEST: usize = 64 << 20;
+/// Cost of a record at the least, bytes: it is parsed into maps and texts.
+const RECORD: u64 = 512;
 /// Most bytes read at once.
 const READ: usize = 1 << 20;
 
 /// Opens a file.
 pub(super) fn open(path: &Path) -> Result<Recording, BagError> {
-    let file = File::open(path).map_err(|cause| BagError::Io { path: path.into(), doing: "open", cause })?;
+    let file = open_regular(path, Links::Followed).map_err(|cause| BagError::Io {
+        path: path.into(),
+        doing: "open",
+        cause,
+    })?;
     let options =
         LinearReaderOptions::default().with_prevalidate_chunk_crcs(true).with_record_length_limit(LONGEST);
     let mut reader = Reader {
@@ -30,6 +37,7 @@ pub(super) fn open(path: &Path) -> Result<Recording, BagError> {
         records: LinearReader::new_with_options(options),
         streams: BTreeMap::new(),
         calibration: None,
+        budget: Budget::new(),
         images: 0,
         ended: false,
     };
@@ -64,6 +72,8 @@ struct Reader {
     /// Which channel is which stream.
     streams: BTreeMap<u16, Stream>,
     calibration: Option<Calibration>,
+    /// Work until the next image.
+    budget: Budget,
     images: u64,
     ended: bool,
 }
@@ -75,12 +85,17 @@ impl Reader {
 
     /// The next record; `None` at the end.
     fn record(&mut self) -> Result<Option<Record<'static>>, BagError> {
+        let begun = Instant::now();
         loop {
             let wanted = match self.records.next_event() {
                 None => return Ok(None),
                 Some(Ok(LinearReadEvent::ReadRequest(bytes))) => bytes,
                 Some(Ok(LinearReadEvent::Record { data, opcode })) => {
+                    let bytes = data.len();
                     let record = mcap::parse_record(opcode, data).map(Record::into_owned);
+                    if let Err(why) = self.budget.take(bytes, RECORD, begun) {
+                        return Err(self.damaged(why));
+                    }
                     return record.map(Some).map_err(|why| self.damaged(why.to_string()));
                 }
                 // Whatever is wrong here, it is the end of what can be read.
@@ -116,6 +131,7 @@ impl Reader {
                     }
                     let captured = Micros(header.publish_time / 1000);
                     self.images += 1;
+                    self.budget = Budget::new();
                     return Ok(Some(Image {
                         stream,
                         stamp: Stamp { sequence: header.sequence, captured },

@@ -5,26 +5,36 @@
 //! (`op` 5) holds records: connections (7), which name topics, and messages (2).
 //! Source: the ROS wiki's page on the bag format, version 2.0.
 
+use super::budget::{Budget, LONGEST};
 use super::cdr::Fields;
 use super::{BagError, Calibration, Image, Recording, image_bytes};
 use meniscus::units::Micros;
 use meniscus::usb::frame::Stamp;
 use meniscus::usb::uvc::Stream;
+use meniscus_platform::files::{Links, open_regular};
 use meniscus_usb::camera::OutlineImage;
 use std::collections::{BTreeMap, VecDeque};
 use std::fs::File;
 use std::io::{BufReader, ErrorKind, Read};
 use std::path::{Path, PathBuf};
+use std::time::Instant;
 
 const MAGIC: &[u8] = b"#ROSBAG V2.0\n";
-/// Longest header and longest data: more is damage.
-const LONGEST: u32 = 256 << 20;
-/// Images that may come before the bag has told of its camera.
+/// Cost of a record at the least, bytes: its header is read into a map.
+const RECORD: u64 = 512;
+/// Topics at most: a camera has some fifty.
+const TOPICS_MAX: usize = 4096;
+/// Images that may come before the bag has told of its camera, and their bytes.
 const PATIENCE: usize = 64;
+const PATIENCE_BYTES: usize = 48 << 20;
 
 /// Opens a bag and reads on until it has told of its camera.
 pub(super) fn open(path: &Path) -> Result<Recording, BagError> {
-    let file = File::open(path).map_err(|cause| BagError::Io { path: path.into(), doing: "open", cause })?;
+    let file = open_regular(path, Links::Followed).map_err(|cause| BagError::Io {
+        path: path.into(),
+        doing: "open",
+        cause,
+    })?;
     let mut reader = Reader {
         path: path.into(),
         file: BufReader::new(file),
@@ -33,6 +43,8 @@ pub(super) fn open(path: &Path) -> Result<Recording, BagError> {
         lens: None,
         unit_m: None,
         ready: VecDeque::new(),
+        ready_bytes: 0,
+        budget: Budget::new(),
         images: 0,
         ended: false,
     };
@@ -40,7 +52,10 @@ pub(super) fn open(path: &Path) -> Result<Recording, BagError> {
     if reader.file.read_exact(&mut magic).is_err() || magic != MAGIC {
         return Err(BagError::Damaged { path: path.into(), why: "it is no ROS bag of version 2.0".into() });
     }
-    while reader.ready.len() < PATIENCE && (reader.lens.is_none() || reader.unit_m.is_none()) {
+    while reader.ready.len() < PATIENCE
+        && reader.ready_bytes <= PATIENCE_BYTES
+        && (reader.lens.is_none() || reader.unit_m.is_none())
+    {
         if !reader.chunk()? {
             break;
         }
@@ -100,6 +115,10 @@ struct Reader {
     lens: Option<[f32; 4]>,
     unit_m: Option<f32>,
     ready: VecDeque<Image>,
+    /// Bytes of `ready`.
+    ready_bytes: usize,
+    /// Work until the next image.
+    budget: Budget,
     images: u64,
     ended: bool,
 }
@@ -137,7 +156,7 @@ impl Reader {
             }
         }
         let length = u32::from_le_bytes(length);
-        if length > LONGEST {
+        if length as usize > LONGEST {
             return Err(self.damaged("a record is longer than a record can be"));
         }
         // Not more than there is: a wrong length must not ask for memory.
@@ -150,10 +169,17 @@ impl Reader {
         Ok(Some(bytes))
     }
 
+    /// Takes a record's bytes and time from the budget.
+    fn spend(&mut self, bytes: usize, begun: Instant) -> Result<(), BagError> {
+        self.budget.take(bytes, RECORD, begun).map_err(|why| self.damaged(&why))
+    }
+
     /// One record of the file; `false` at its end.
     fn chunk(&mut self) -> Result<bool, BagError> {
+        let begun = Instant::now();
         let Some(head) = self.run(true)? else { return Ok(false) };
         let data = self.run(false)?.unwrap_or_default();
+        self.spend(head.len() + data.len(), begun)?;
         let fields = header(&head).ok_or_else(|| self.damaged("a record's header is no list of fields"))?;
         if fields.get("op") != Some(&&[5][..]) {
             return self.record(&fields, &data).map(|()| true);
@@ -163,13 +189,15 @@ impl Reader {
         let plain = match fields.get("compression") {
             Some(&b"none") => data,
             Some(&b"lz4") => {
-                let limit = size.filter(|size| *size <= LONGEST).unwrap_or(0);
+                let limit = size.filter(|size| *size as usize <= LONGEST).unwrap_or(0);
                 let mut plain = Vec::new();
                 let frame = lz4_flex::frame::FrameDecoder::new(&*data);
                 frame
                     .take(limit.into())
                     .read_to_end(&mut plain)
                     .map_err(|_| self.damaged("a chunk's LZ4 frame is damaged"))?;
+                // The packed bytes go before the records are copied out of the plain ones.
+                drop(data);
                 plain
             }
             Some(&b"bz2") => {
@@ -178,7 +206,10 @@ impl Reader {
             _ => return Err(self.damaged("a chunk's compression is not known")),
         };
         let mut records = Fields::packed(&plain);
+        let mut begun = begun;
         while let (Some(head), Some(data)) = (records.run(), records.run()) {
+            self.spend(head.len() + data.len(), begun)?;
+            begun = Instant::now();
             let fields =
                 header(head).ok_or_else(|| self.damaged("a header in a chunk is no list of fields"))?;
             self.record(&fields, data)?;
@@ -193,7 +224,9 @@ impl Reader {
         if *op == 7 {
             let topic =
                 fields.get("topic").and_then(|name| std::str::from_utf8(name).ok()).and_then(Topic::of);
-            self.topics.extend(topic.map(|topic| (connection, topic)));
+            if self.topics.len() < TOPICS_MAX {
+                self.topics.extend(topic.map(|topic| (connection, topic)));
+            }
             return Ok(());
         }
         let Some(topic) = self.topics.get(&connection).copied().filter(|_| *op == 2) else { return Ok(()) };
@@ -201,9 +234,10 @@ impl Reader {
         let read = match topic {
             Topic::Image(stream) => image(fields, stream).map(|(size, image)| {
                 // An image of another size than the first is of another stream.
-                let whole = image.pixels.len()
-                    == size.0 as usize * size.1 as usize * if stream == Stream::Depth { 2 } else { 1 };
+                let pixel = if stream == Stream::Depth { 2 } else { 1 };
+                let whole = image.pixels.len() as u128 == u128::from(size.0) * u128::from(size.1) * pixel;
                 if whole && *self.size.get_or_insert(size) == size {
+                    self.ready_bytes += image.pixels.len();
                     self.ready.push_back(image);
                 }
             }),
@@ -257,6 +291,8 @@ impl Iterator for Reader {
     fn next(&mut self) -> Option<Self::Item> {
         loop {
             if let Some(image) = self.ready.pop_front() {
+                self.ready_bytes = self.ready_bytes.saturating_sub(image.pixels.len());
+                self.budget = Budget::new();
                 self.images += 1;
                 return Some(Ok(image));
             }

@@ -1,7 +1,6 @@
 //! `meniscus camera`: the camera's side held against the truth.
 
 use anyhow::Context;
-use indicatif::ProgressBar;
 use meniscus_platform::files::write_whole;
 use meniscus_virtual::camera_study as study;
 use meniscus_virtual::camera_study::{SEED, errors_png, faults, report, scenes_png};
@@ -70,7 +69,7 @@ fn study_camera(arguments: &Study) -> anyhow::Result<()> {
     let page = out.join("study.md");
     // Told before the work, not after it.
     write_whole(&page, b"\n").context("the --out folder cannot be used")?;
-    let bar = ProgressBar::new(u64::from(*scenes) + (faults::TABLE.len() * faults::HABITS.len()) as u64);
+    let bar = crate::bars::bar(u64::from(*scenes) + (faults::TABLE.len() * faults::HABITS.len()) as u64);
     bar.set_style(crate::bars::style("scenes and faults {wide_bar} {pos}/{len}, {left}")?);
     let outcome = study::study(*seed, *scenes as usize, reference.as_deref(), || bar.inc(1))?;
     bar.finish_and_clear();

@@ -76,7 +76,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let page = arguments.out.join("deadline.md");
     write_whole(&page, b"The study has not ended.\n").context("the --out folder cannot be used")?;
     let stop = watched()?;
-    let bar = if arguments.json { ProgressBar::hidden() } else { ProgressBar::new(1000) };
+    let bar = if arguments.json { ProgressBar::hidden() } else { crate::bars::bar(1000) };
     bar.set_style(crate::bars::style("{msg:40} {wide_bar} {percent} %, {left}")?);
     bar.enable_steady_tick(Duration::from_millis(500));
     bar.set_message("rendering the frames");

@@ -79,7 +79,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         "no report is written; recordings that were simulated stay in {}",
         arguments.recordings.display()
     ))?;
-    let bar = if arguments.json { ProgressBar::hidden() } else { ProgressBar::new(1000) };
+    let bar = if arguments.json { ProgressBar::hidden() } else { crate::bars::bar(1000) };
     bar.set_style(crate::bars::style("{msg:36} {wide_bar} {percent} %, {left}")?);
     let mut watch = Bar(bar, arguments.json);
     let study = study(&bytes, &arguments.recordings, &arguments.liquid, arguments.seed, stop, &mut watch)?;

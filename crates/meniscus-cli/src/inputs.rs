@@ -4,33 +4,73 @@ use super::kind::{Kind, expect};
 use super::profile::Profile;
 use anyhow::{Context, ensure};
 use meniscus_data::recording::Recording;
-use meniscus_platform::files::AlignedBytes;
-use meniscus_service::flash::{Folder, boot};
+use meniscus_platform::files::{AlignedBytes, Links, read_regular};
+use meniscus_service::flash::{FlashPolicy, Flashed, Folder, Signed, boot, check};
 use std::path::Path;
 #[cfg(feature = "studies")]
 use std::path::PathBuf;
 
+/// Bytes of a signature file at the most.
+pub(super) const SIGNATURE_FILE: u64 = 1024;
+
+/// Profile of the board that the program runs on.
+const BOARD: &str = "/etc/meniscus/board.toml";
+
 /// The bytes of a model where weights can be read in place: the one in the program (`shipped`), a file, or what
 /// boots of a folder with slots; where such a folder falls back to its other slot, that is said.
-pub(super) fn blob(model: &str, profile: Option<&Path>) -> anyhow::Result<AlignedBytes> {
-    if !Path::new(model).is_dir() {
-        return file(model);
+///
+/// With a key in `profile`, or in that of the board whose slots these are, each way needs a signature. The model in the program
+/// needs none: who changes it can change the check, too.
+pub(super) fn blob(path: &Path, profile: Option<&Profile>) -> anyhow::Result<AlignedBytes> {
+    if !path.is_dir() {
+        let blob = file(path)?;
+        if let Some(policy) =
+            profile.map(Profile::policy).transpose()?.filter(|_| path != Path::new("shipped"))
+        {
+            check_signed(path, &blob, &policy)?;
+        }
+        return Ok(blob);
     }
-    expect(Path::new(model), Kind::Slots, "a folder of `meniscus flash`")?;
-    let key = profile.map(Profile::read).transpose()?.map(|profile| profile.key()).transpose()?.flatten();
-    let booted = boot(&Folder::at(Path::new(model)), key.as_ref())?;
+    expect(path, Kind::Slots, "a folder of `meniscus flash`")?;
+    let board = if profile.is_none() { Profile::of_slots(Path::new(BOARD), path)? } else { None };
+    let policy = profile.or(board.as_ref()).map(Profile::policy).transpose()?.unwrap_or_default();
+    let booted = boot(&Folder::at(path), &policy)?;
     if let Some(why) = &booted.fell_back {
-        eprintln!("the model in {model} that should start does not ({why}): slot {:?} is used", booted.slot);
+        eprintln!(
+            "the model in {} that should start does not ({why}): slot {:?} is used",
+            path.display(),
+            booted.slot
+        );
     }
     Ok(booted.blob)
 }
 
+/// Refuses the `blob` of the file at `path` where the policy has a key and FILE.sig beside it is no signature of it.
+fn check_signed(path: &Path, blob: &[u8], policy: &FlashPolicy) -> anyhow::Result<()> {
+    if policy.key.is_none() {
+        return Ok(());
+    }
+    let mut beside = path.as_os_str().to_owned();
+    beside.push(".sig");
+    let beside = Path::new(&beside);
+    let signed =
+        read_regular(beside, SIGNATURE_FILE, Links::Followed).ok().and_then(|bytes| Signed::read(&bytes));
+    let checked = check(Flashed { blob, signed }, policy);
+    checked.map(drop).with_context(|| {
+        format!(
+            "{} does not start: the profile has a key, and {} is no signature of it by that key",
+            path.display(),
+            beside.display()
+        )
+    })
+}
+
 /// The bytes of a model, the one in the program (`shipped`) or a file.
-pub(super) fn file(model: &str) -> anyhow::Result<AlignedBytes> {
-    if model == "shipped" {
+pub(super) fn file(model: impl AsRef<Path>) -> anyhow::Result<AlignedBytes> {
+    let path = model.as_ref();
+    if path == Path::new("shipped") {
         return Ok(AlignedBytes::copy(meniscus_shipped::MODEL));
     }
-    let path = Path::new(model);
     expect(path, Kind::Model, "a weight blob")?;
     AlignedBytes::read(path)
         .context("--model takes shipped, a blob of `meniscus train` or `correct`, or a folder of `flash`")

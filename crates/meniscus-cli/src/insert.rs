@@ -12,7 +12,7 @@ use meniscus_discover::findings::gap::left_m;
 use meniscus_discover::insert::latent::roll_out;
 use meniscus_discover::insert::{Inserted, TrainedLiquid, insert, resistance};
 use meniscus_discover::recordings::load::load;
-use meniscus_platform::files::{AlignedBytes, write_whole};
+use meniscus_platform::files::{AlignedBytes, read_text, write_whole};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 
@@ -148,7 +148,7 @@ fn spelled(texts: &[String]) -> anyhow::Result<Effects> {
 
 /// The effects of a verdict.json, at their fitted values, counted from `stated`.
 fn of_verdict(path: &Path, stated: &Stated) -> anyhow::Result<Vec<Active>> {
-    let text = std::fs::read_to_string(path).with_context(|| format!("cannot read {}", path.display()))?;
+    let text = read_text(path).with_context(|| format!("cannot read {}", path.display()))?;
     let json: Value =
         serde_json::from_str(&text).with_context(|| format!("{} is not JSON", path.display()))?;
     let (Some(verdict), Some(parameters)) = (json["verdict"].as_str(), json["parameters"].as_array()) else {

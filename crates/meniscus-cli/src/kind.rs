@@ -1,6 +1,7 @@
 //! Kinds of files by their content, so that a file at the wrong option is named for what it is.
 
 use anyhow::bail;
+use meniscus_platform::files::{Links, open_regular};
 use std::io::Read;
 use std::path::Path;
 
@@ -51,7 +52,7 @@ impl Kind {
             });
         }
         let mut head = Vec::new();
-        std::fs::File::open(path).ok()?.take(HEAD).read_to_end(&mut head).ok()?;
+        open_regular(path, Links::Followed).ok()?.take(HEAD).read_to_end(&mut head).ok()?;
         let table = path.extension().is_some_and(|extension| extension == "csv");
         Some(Self::of_bytes(&head, table))
     }

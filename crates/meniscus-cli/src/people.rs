@@ -5,7 +5,6 @@ mod recognition;
 
 use super::inputs;
 use anyhow::ensure;
-use indicatif::ProgressBar;
 use meniscus::blob::Model;
 use meniscus::surface::{Config, Settings};
 use meniscus_data::recording::Recording;
@@ -110,7 +109,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let settings = Settings::for_glass(header.radius_m, header.fill_m, header.rim_m);
     let scene = SceneSettings { camera: settings, ..SceneSettings::default() };
     let pairs = usize::from(rounds.div_ceil(2));
-    let bar = ProgressBar::new(2 * pairs as u64);
+    let bar = crate::bars::bar(2 * pairs as u64);
     bar.set_style(crate::bars::style("rounds {wide_bar} {pos}/{len}, {left}")?);
     let plan = ViewerPlan { pairs, viewers: usize::from(*viewers) };
     let measured = study(&model, &recording, scene, Config::new(settings)?, plan, || bar.inc(1))?;

@@ -91,7 +91,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         arguments.source
     );
     arguments.force.check(&arguments.out)?;
-    let bar = if arguments.json { ProgressBar::hidden() } else { ProgressBar::new_spinner() };
+    let bar = if arguments.json { ProgressBar::hidden() } else { crate::bars::spinner() };
     bar.enable_steady_tick(Duration::from_millis(100));
     bar.set_message("rendering the recording");
     let header = &model.header;

@@ -18,7 +18,7 @@ use meniscus_service::setup::Setup;
 use meniscus_usb::camera::{LinkSink, OutlineImage, Session, Settings};
 use meniscus_usb::link::{Delivery, Received, WorkerEnd, link};
 use meniscus_usb::transport::Transport;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
@@ -47,7 +47,7 @@ pub(crate) struct Arguments {
         value_name = "usb|simulated-usb[:TROUBLE]|FILE",
         help_heading = "Images"
     )]
-    source: String,
+    source: PathBuf,
     /// Length, s: 10 for a camera, all of a recording by default.
     #[arg(long, help_heading = "Images")]
     seconds: Option<f64>,
@@ -160,7 +160,8 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         None => glass::outline(arguments.setup.as_deref())?.unwrap_or_default(),
     };
     let wanted = Settings { serial: arguments.serial.clone(), outline, ..Settings::default() };
-    match arguments.source.split_once(':').unwrap_or((&arguments.source, "")) {
+    let word = arguments.source.to_str().unwrap_or("");
+    match word.split_once(':').unwrap_or((word, "")) {
         ("usb", "") => from_camera(arguments, Session::connect(bus::machine()?, wanted)?, seconds),
         ("simulated-usb", trouble) => {
             let bus = bus::recorded(trouble)?;
@@ -184,14 +185,14 @@ fn check_out(arguments: &Arguments) -> anyhow::Result<()> {
 }
 
 fn from_recording(arguments: &Arguments) -> anyhow::Result<()> {
-    let source = Path::new(&arguments.source);
+    let source = arguments.source.as_path();
     expect(source, Kind::Camera, "a camera's recording")?;
     let recording = bag::open(source)?;
     let wanted =
         arguments.outline.map_or_else(|| glass::outline(arguments.setup.as_deref()), |one| Ok(Some(one)))?;
     glass::same_outline(wanted, source, recording.calibration.outline)?;
     let mut out = Out::create(arguments, &recording.calibration)?;
-    let bar = ProgressBar::new_spinner();
+    let bar = crate::bars::spinner();
     bar.set_style(ProgressStyle::with_template("{spinner} {pos} images, {elapsed}")?);
     let (mut first, mut torn) = (None, None);
     for image in recording.images {
@@ -288,7 +289,7 @@ fn from_camera(
     ctrlc::set_handler(move || interrupted.store(true, Ordering::Relaxed))
         .context("cannot watch for Ctrl-C")?;
     let until = Instant::now() + Duration::from_secs_f64(seconds);
-    let bar = ProgressBar::new((1e3 * seconds) as u64);
+    let bar = crate::bars::bar((1e3 * seconds) as u64);
     bar.set_style(crate::bars::style("recording {wide_bar} {msg} images, {left}")?);
     let size = (connected.intrinsics.width, connected.intrinsics.height);
     let (mut depth, mut grey) = (vec![0; 2 * size.0 * size.1], vec![0; size.0 * size.1]);

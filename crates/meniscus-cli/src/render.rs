@@ -3,7 +3,6 @@
 use super::inputs;
 use super::outputs::check_folder;
 use anyhow::{Context, ensure};
-use indicatif::ProgressBar;
 use meniscus::blob::Model;
 use meniscus::surface::Settings;
 use meniscus::units::FRAME_INTERVAL_S;
@@ -102,7 +101,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let frames: Vec<usize> = (0..film.frames().min(most)).step_by(usize::from(RATE / rate)).collect();
     ensure!(!frames.is_empty(), "--seconds {:?} leaves no frame", arguments.seconds);
 
-    let bar = ProgressBar::new(frames.len() as u64);
+    let bar = crate::bars::bar(frames.len() as u64);
     bar.set_style(crate::bars::style("frames {wide_bar} {pos}/{len}, {left}")?);
     let moving = animation(frames.len(), rate, arguments.width, |k| {
         bar.inc(1);

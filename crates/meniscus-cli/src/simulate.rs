@@ -6,7 +6,6 @@ mod validate;
 
 use crate::outputs::{Force, check_folder};
 use anyhow::{Context, bail};
-use indicatif::ProgressBar;
 use meniscus::units::FRAME_INTERVAL_S;
 use meniscus_data::liquids::Liquid;
 use meniscus_data::motion::Motion;
@@ -197,7 +196,7 @@ fn one(
     folder: Option<&Path>,
     writing: &Mutex<()>,
 ) -> anyhow::Result<()> {
-    let bar = ProgressBar::new(frames as u64);
+    let bar = crate::bars::bar(frames as u64);
     bar.set_style(crate::bars::style("{prefix} {wide_bar} {pos}/{len} frames, {left}")?);
     bar.set_prefix(motion.spelling.clone());
     let stopwatch = Stopwatch::start();

@@ -24,6 +24,7 @@
 
 use crate::effects::{EffectError, Effects};
 use crate::glass::{Glass, Profile, WallShape};
+use meniscus_platform::files::read_text;
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -132,7 +133,7 @@ impl Experiment {
     /// When it cannot be read, is not a scene, or names an effect that is unknown, out of range or not simulated. Whether
     /// glass, liquid and motion can be simulated is for those to say.
     pub fn load(path: &Path) -> Result<Self, ExperimentError> {
-        let text = std::fs::read_to_string(path).map_err(|e| ExperimentError::Io(path.into(), e))?;
+        let text = read_text(path).map_err(|e| ExperimentError::Io(path.into(), e))?;
         Self::parse(path, &text)
     }
 

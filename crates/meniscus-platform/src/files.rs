@@ -1,9 +1,11 @@
 //! Files: written beside and renamed, read into memory that weights can be read in place from.
 
 use crate::large_pages::{LARGE_PAGE, ask_for};
+use rustix::fs::OFlags;
 use std::fmt;
 use std::fs;
-use std::io::{self, Write};
+use std::io::{self, Read, Write};
+use std::os::unix::fs::OpenOptionsExt;
 use std::path::{Path, PathBuf};
 use std::sync::{PoisonError, RwLock};
 
@@ -45,7 +47,7 @@ pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), FileError> {
     let mut beside = path.as_os_str().to_owned();
     beside.push(".part");
     let beside = PathBuf::from(beside);
-    let written = fs::File::create(&beside).and_then(|mut file| {
+    let written = create_anew(&beside).and_then(|mut file| {
         file.write_all(bytes)?;
         file.sync_all()?;
         fs::rename(&beside, path)
@@ -55,6 +57,117 @@ pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), FileError> {
         let _left = fs::remove_file(&beside);
         failed("write", cause)
     })
+}
+
+/// Makes a file that is not there, in place of what has its name: the rest of a write that was killed, or a link that somebody
+/// has put there. The file behind such a link stays as it is.
+///
+/// # Errors
+/// What the system says. Where two processes make the same file at once, one of them gets
+/// [`AlreadyExists`](io::ErrorKind::AlreadyExists).
+pub fn create_anew(path: &Path) -> io::Result<fs::File> {
+    match fs::remove_file(path) {
+        Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(error),
+        _ => {}
+    }
+    // Exclusive creation follows no link; the flag says so once more.
+    let flags = OFlags::NOFOLLOW.bits().cast_signed();
+    fs::OpenOptions::new().write(true).create_new(true).custom_flags(flags).open(path)
+}
+
+/// Whether a link at the end of a path is followed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Links {
+    /// It is: a person has named the path.
+    Followed,
+    /// It is an error: the folder belongs to somebody else.
+    Refused,
+}
+
+/// Opens a file for reading, and nothing that only looks like one: neither a device, which never ends, nor a pipe, at which the
+/// program would wait.
+///
+/// # Errors
+/// What the system says, and [`InvalidInput`](io::ErrorKind::InvalidInput) for what is no file.
+pub fn open_regular(path: &Path, links: Links) -> io::Result<fs::File> {
+    let mut flags = OFlags::NONBLOCK | OFlags::NOCTTY;
+    if links == Links::Refused {
+        flags |= OFlags::NOFOLLOW;
+    }
+    let file = fs::OpenOptions::new().read(true).custom_flags(flags.bits().cast_signed()).open(path)?;
+    let kind = file.metadata()?.file_type();
+    if !kind.is_file() {
+        let what =
+            if kind.is_dir() { "it is a folder" } else { "it is a device, a pipe or a socket, and no file" };
+        return Err(io::Error::new(io::ErrorKind::InvalidInput, what));
+    }
+    Ok(file)
+}
+
+/// Reads a whole file of at most `longest` bytes; devices and pipes are refused.
+///
+/// # Errors
+/// As [`open_regular`], and [`FileTooLarge`](io::ErrorKind::FileTooLarge).
+pub fn read_regular(path: &Path, longest: u64, links: Links) -> io::Result<Vec<u8>> {
+    let mut file = open_regular(path, links)?;
+    let length = file.metadata()?.len();
+    let too_large = || {
+        let what = format!("it is longer than {} MiB, which no such file is", longest >> 20);
+        io::Error::new(io::ErrorKind::FileTooLarge, what)
+    };
+    if length > longest {
+        return Err(too_large());
+    }
+    let mut bytes = Vec::with_capacity(length as usize);
+    // A file may grow while it is read.
+    let read = (&mut file).take(longest + 1).read_to_end(&mut bytes)?;
+    if read as u64 > longest { Err(too_large()) } else { Ok(bytes) }
+}
+
+/// Longest text that is read, bytes.
+const LONGEST_TEXT: u64 = 64 << 20;
+
+/// Reads a text of at most 64 MiB. It may come from a pipe; a device that never ends is refused at that length.
+///
+/// # Errors
+/// What the system says, [`FileTooLarge`](io::ErrorKind::FileTooLarge), and
+/// [`InvalidData`](io::ErrorKind::InvalidData) for what is no UTF-8.
+pub fn read_text(path: &Path) -> io::Result<String> {
+    let mut text = String::new();
+    let mut bytes = fs::File::open(path)?.take(LONGEST_TEXT + 1);
+    let read = bytes.read_to_string(&mut text);
+    // A cut at the limit may have split a letter: the length is what is wrong then.
+    if bytes.limit() == 0 {
+        let what = format!("it is longer than {} MiB, which no such text is", LONGEST_TEXT >> 20);
+        return Err(io::Error::new(io::ErrorKind::FileTooLarge, what));
+    }
+    read.map(|_| text)
+}
+
+/// A folder that one run of the program writes into; dropping it lets the next one in.
+#[derive(Debug)]
+pub struct FolderLock {
+    _folder: fs::File,
+}
+
+impl FolderLock {
+    /// Locks the folder at `path`, which is made if it is not there.
+    ///
+    /// # Errors
+    /// [`FileError`]; its cause is [`ResourceBusy`](io::ErrorKind::ResourceBusy) while another run has it.
+    pub fn take(path: &Path) -> Result<Self, FileError> {
+        let failed = |doing, cause| FileError { path: path.into(), doing, cause };
+        fs::create_dir_all(path).map_err(|cause| failed("make the folder", cause))?;
+        let folder = fs::File::open(path).map_err(|cause| failed("open the folder", cause))?;
+        match folder.try_lock() {
+            // Some file systems of a network know no locks: there nothing can be kept out.
+            Ok(()) | Err(fs::TryLockError::Error(_)) => Ok(Self { _folder: folder }),
+            Err(fs::TryLockError::WouldBlock) => {
+                let why = "another run writes there; wait for its end, or name another folder with --out";
+                Err(failed("use the folder", io::Error::new(io::ErrorKind::ResourceBusy, why)))
+            }
+        }
+    }
 }
 
 /// Waits until every [`write_whole`] under way has ended, and holds back all later ones: for a program that is about to end.
@@ -90,12 +203,16 @@ impl AlignedBytes {
     /// Boundary on which few bytes start.
     const BOUNDARY: usize = 64;
 
-    /// Reads a whole file.
+    /// Longest file: a model of the largest size has a tenth of it.
+    pub const LONGEST: u64 = 128 << 20;
+
+    /// Reads a whole file of at most [`Self::LONGEST`] bytes.
     ///
     /// # Errors
     /// [`FileError`].
     pub fn read(path: &Path) -> Result<Self, FileError> {
-        let bytes = fs::read(path).map_err(|cause| FileError { path: path.into(), doing: "read", cause })?;
+        let bytes = read_regular(path, Self::LONGEST, Links::Followed);
+        let bytes = bytes.map_err(|cause| FileError { path: path.into(), doing: "read", cause })?;
         Ok(Self::copy(&bytes))
     }
 
@@ -160,6 +277,37 @@ mod tests {
         assert!(why.contains("name a file in it"), "{why}");
         let why = check_writable(&there.join("below")).expect_err("below a file").to_string();
         assert!(why.starts_with("cannot make the folder of"), "{why}");
+    }
+
+    #[test]
+    fn a_planted_link_is_replaced_and_its_file_kept() {
+        let folder = folder("planted");
+        let (victim, path) = (folder.join("victim"), folder.join("file"));
+        fs::write(&victim, b"kept").expect("written");
+        let _old = fs::remove_file(folder.join("file.part"));
+        std::os::unix::fs::symlink(&victim, folder.join("file.part")).expect("a link");
+        write_whole(&path, b"new").expect("written");
+        assert_eq!(fs::read(&victim).expect("readable"), b"kept");
+        assert!(fs::symlink_metadata(&path).expect("there").is_file(), "no link took the file's place");
+        std::os::unix::fs::symlink(&victim, folder.join("link")).expect("a link");
+        assert_eq!(read_regular(&folder.join("link"), 10, Links::Followed).expect("followed"), b"kept");
+        assert!(read_regular(&folder.join("link"), 10, Links::Refused).is_err());
+        fs::remove_dir_all(&folder).expect("removed");
+    }
+
+    #[test]
+    fn devices_and_long_files_are_not_read() {
+        let why =
+            |path: &str| read_regular(Path::new(path), 1 << 20, Links::Followed).expect_err(path).to_string();
+        assert!(why("/dev/zero").contains("a device, a pipe or a socket"), "{}", why("/dev/zero"));
+        assert!(why("/").contains("it is a folder"));
+        let error = read_text(Path::new("/dev/zero")).expect_err("it never ends");
+        assert_eq!(error.kind(), io::ErrorKind::FileTooLarge);
+        let path = folder("long").join("file");
+        fs::write(&path, [0; 100]).expect("written");
+        assert_eq!(read_regular(&path, 100, Links::Followed).expect("read").len(), 100);
+        let error = read_regular(&path, 99, Links::Followed).expect_err("too long");
+        assert_eq!(error.kind(), io::ErrorKind::FileTooLarge);
     }
 
     #[test]

@@ -3,6 +3,7 @@
 pub mod figure_parts;
 #[cfg(feature = "foxglove")]
 pub mod foxglove;
+mod listener;
 pub mod page;
 pub mod picture;
 pub mod terminal;

@@ -105,7 +105,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         return work::count(&model, &recording, settings, times);
     }
     let stop = watched()?;
-    let bar = if arguments.json { ProgressBar::hidden() } else { ProgressBar::new(1000) };
+    let bar = if arguments.json { ProgressBar::hidden() } else { crate::bars::bar(1000) };
     bar.set_style(crate::bars::style("{msg:36} {wide_bar} {percent} %, {left}")?);
     bar.enable_steady_tick(Duration::from_millis(200));
     let mut report = Report::default();

@@ -137,7 +137,7 @@ impl Bar {
             + sizes
             + u64::from(arguments.model.is_some())
             + u64::from(arguments.simulate && arguments.quick);
-        let bar = if arguments.json { ProgressBar::hidden() } else { ProgressBar::new(steps) };
+        let bar = if arguments.json { ProgressBar::hidden() } else { crate::bars::bar(steps) };
         bar.set_style(crate::bars::style("{msg:40} {wide_bar} {pos}/{len}, {left}")?);
         bar.enable_steady_tick(Duration::from_millis(200));
         bar.set_message("reading the recordings");

@@ -73,7 +73,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         arguments.cache.display(),
         arguments.out.display()
     ))?;
-    let bar = if arguments.json { ProgressBar::hidden() } else { ProgressBar::new(0) };
+    let bar = if arguments.json { ProgressBar::hidden() } else { crate::bars::bar(0) };
     bar.set_style(crate::bars::style("{msg:24} {wide_bar} {pos}/{len}, {left}")?);
     if !arguments.simulated && !arguments.report_only {
         bar.set_message("simulating glasses");

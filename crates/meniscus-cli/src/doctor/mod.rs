@@ -4,7 +4,6 @@ mod look;
 
 use super::bus;
 use anyhow::bail;
-use indicatif::ProgressBar;
 pub(crate) use look::Camera;
 use look::look;
 use meniscus_platform::realtime;
@@ -53,7 +52,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         patience: Duration::from_secs(10),
         ..Settings::default()
     };
-    let bar = ProgressBar::new_spinner().with_message("looking at the camera");
+    let bar = crate::bars::spinner().with_message("looking at the camera");
     bar.enable_steady_tick(Duration::from_millis(100));
     let camera = match &arguments.simulated {
         Some(trouble) => look(bus::simulated(trouble)?, settings),

@@ -14,7 +14,7 @@ use std::path::{Path, PathBuf};
 /// against the liquids `known`.
 pub(super) fn measure(folder: &Path, known: &[String], quiet: bool) -> anyhow::Result<IdentificationStudy> {
     let files = files(folder)?;
-    let bar = if quiet { ProgressBar::hidden() } else { ProgressBar::new(files.len() as u64) };
+    let bar = if quiet { ProgressBar::hidden() } else { crate::bars::bar(files.len() as u64) };
     bar.set_style(crate::bars::style("the camera looks {wide_bar} {pos}/{len}, {left}")?);
     let (mut unseen, mut notes) = (Vec::new(), Vec::new());
     for (seed, file) in (1..).zip(&files) {

@@ -3,6 +3,8 @@
 use super::Arguments;
 use super::motion_source::MotionSource;
 use super::source::{RecordingSource, Source};
+use crate::bars::is_plain_terminal;
+use crate::profile::Profile;
 use anyhow::{Context, bail, ensure};
 use meniscus::latent::decoder::Selection;
 use meniscus::units::FRAME_INTERVAL_S;
@@ -27,9 +29,11 @@ pub(super) struct RunConfig {
     /// The source, as the user named it.
     pub(super) source_name: String,
     /// The model: `shipped`, a blob file or a folder of flash slots.
-    pub(super) model: String,
+    pub(super) model: PathBuf,
+    /// The same, as a person reads it.
+    pub(super) model_name: String,
     /// The board's profile, with the key that a flashed model must be signed with.
-    pub(super) profile: Option<PathBuf>,
+    pub(super) profile: Option<Profile>,
     /// Glass and position of the camera, as `meniscus setup` wrote them.
     pub(super) setup: Option<PathBuf>,
     /// Serial number of the only camera on a bus that is taken.
@@ -104,6 +108,8 @@ pub(super) struct PageConfig {
 pub(super) struct FoxgloveConfig {
     /// Address of the WebSocket server.
     pub(super) address: Option<SocketAddr>,
+    /// Origins of web pages that may connect besides Foxglove's own.
+    pub(super) origins: Vec<String>,
     /// MCAP file.
     pub(super) file: Option<PathBuf>,
 }
@@ -153,7 +159,7 @@ impl RunConfig {
 
     /// Returns the names under which the run is reported.
     pub(super) fn labels(&self) -> RunLabels<'_> {
-        RunLabels { model: &self.model, source: &self.source_name, seed: self.seed }
+        RunLabels { model: &self.model_name, source: &self.source_name, seed: self.seed }
     }
 }
 
@@ -175,17 +181,18 @@ impl TryFrom<&Arguments> for RunConfig {
             Front::Service
         } else if arguments.page.view {
             Front::Page
-        } else if !arguments.json && std::io::stdout().is_terminal() {
+        } else if !arguments.json && std::io::stdout().is_terminal() && !is_plain_terminal() {
             Front::Dashboard
         } else {
             Front::Progress
         };
-        let motion = arguments.motion.as_deref();
+        let profile = arguments.profile.as_deref().map(Profile::read).transpose()?;
         Ok(Self {
             source,
-            source_name: arguments.source.clone(),
+            source_name: arguments.source.display().to_string(),
             model: arguments.model.clone(),
-            profile: arguments.profile.clone(),
+            model_name: arguments.model.display().to_string(),
+            profile: profile.clone(),
             setup: arguments.setup.clone(),
             serial: arguments.serial.clone(),
             seed: arguments.seed,
@@ -200,7 +207,7 @@ impl TryFrom<&Arguments> for RunConfig {
             priority: Priority::real_time_if(arguments.realtime || arguments.service),
             truth: arguments.truth.as_deref().map(RecordingSource::from),
             among: arguments.among.clone(),
-            motion: motion.map(|source| MotionSource::parse(source, arguments.motion_lag_ms)).transpose()?,
+            motion: MotionSource::parse(&arguments.motion, profile.as_ref())?,
             page: arguments.page.config(),
             foxglove: arguments.foxglove.config(),
             front,
@@ -288,6 +295,8 @@ mod tests {
             (&["--fields", "q,x"], "--fields knows no group 'x'"),
             (&["--fields", "q", "--field-hz", "2"], "--field-hz hands on the full field"),
             (&["--motion", "udp:nowhere"], "udp:HOST:PORT"),
+            (&["--motion", "udp:0.0.0.0:9000"], "--motion-from ADDRESS"),
+            (&["--motion", "truth", "--motion-from", "10.0.0.1"], "are for --motion udp"),
         ] {
             assert!(refusal(words).contains(why), "{words:?}: {}", refusal(words));
         }

@@ -6,7 +6,7 @@ use std::net::SocketAddr;
 use std::path::PathBuf;
 
 #[cfg(feature = "foxglove")]
-pub(super) use meniscus_ui::foxglove::Foxglove;
+pub(super) use meniscus_ui::foxglove::{Foxglove, Listen};
 
 /// Flags of Foxglove.
 #[derive(clap::Args)]
@@ -24,6 +24,12 @@ pub(super) struct FoxgloveArguments {
         value_parser = super::page::address
     )]
     foxglove: Option<SocketAddr>,
+    /// With --foxglove: origin of a web page that may connect; repeatable.
+    ///
+    /// A browser sends it, as in http://localhost:8080. Foxglove's own application may always connect, and so may programs,
+    /// which send none. Other pages are refused.
+    #[arg(long, value_name = "SCHEME://HOST", requires = "foxglove", help_heading = "Live view")]
+    foxglove_origin: Vec<String>,
     /// Write the same topics to an MCAP file; an old file is replaced.
     ///
     /// Needs the same feature. `meniscus record` writes the camera's raw images, from which a run can be repeated.
@@ -34,7 +40,11 @@ pub(super) struct FoxgloveArguments {
 impl FoxgloveArguments {
     /// Returns the configuration.
     pub(super) fn config(&self) -> FoxgloveConfig {
-        FoxgloveConfig { address: self.foxglove, file: self.mcap.clone() }
+        FoxgloveConfig {
+            address: self.foxglove,
+            origins: self.foxglove_origin.clone(),
+            file: self.mcap.clone(),
+        }
     }
 }
 
@@ -44,7 +54,9 @@ pub(super) fn open(config: &FoxgloveConfig, reader: Config) -> anyhow::Result<Op
     if config.address.is_none() && config.file.is_none() {
         return Ok(None);
     }
-    let foxglove = Foxglove::open(reader, config.address, config.file.as_deref())?;
+    let origins = config.origins.clone();
+    let listen = config.address.map(|address| Listen { address, origins });
+    let foxglove = Foxglove::open(reader, listen.as_ref(), config.file.as_deref())?;
     if let Some(port) = foxglove.port() {
         eprintln!("Foxglove: open a connection to ws://127.0.0.1:{port}");
     }

@@ -6,7 +6,6 @@ use super::published::Published;
 use super::{foxglove, page};
 use crate::among::among;
 use anyhow::Context;
-use indicatif::ProgressBar;
 use meniscus::blob::Model;
 use meniscus::runtime::Estimator;
 use meniscus::runtime::output::Packet;
@@ -21,9 +20,10 @@ use meniscus_service::run::{Finished, LiveRun, RunState, Viewer, attend_service,
 use meniscus_ui::page::Page;
 use meniscus_ui::terminal::{Caption, Dashboard};
 use meniscus_usb::link::WorkerEnd;
+use std::io::IsTerminal;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// A camera that is ready to send.
 pub(super) struct ReadyCamera<'c> {
@@ -65,7 +65,7 @@ pub(super) fn live(
 ) -> anyhow::Result<Played> {
     // A run whose files cannot be written should not start.
     config.turn_table.iter().chain(&config.estimates).try_for_each(|path| check_writable(path))?;
-    let title = format!("{}, {}, model {}", model.header.liquid, camera.name, config.model);
+    let title = format!("{}, {}, model {}", model.header.liquid, camera.name, config.model_name);
     let mut outputs = Outputs::open(config, model, camera.reader, &title)?;
     let (radius_m, fill_m) = (model.header.radius_m, model.header.fill_m);
     let notes = among(&config.among, GlassSize { radius_m, fill_m })?;
@@ -197,7 +197,10 @@ fn attend(front: Front, caption: Caption, state: &RunState, finished: &dyn Fn() 
 
 /// Shows a bar with the time left, on standard error.
 fn progress(length: Duration, finished: &dyn Fn() -> bool) {
-    let bar = ProgressBar::new(length.as_millis().try_into().unwrap_or(u64::MAX));
+    if std::io::stderr().is_terminal() && crate::bars::is_plain_terminal() {
+        return progress_in_lines(length, finished);
+    }
+    let bar = crate::bars::bar(length.as_millis().try_into().unwrap_or(u64::MAX));
     if let Ok(style) = crate::bars::style("running {wide_bar} {left}") {
         bar.set_style(style);
     }
@@ -206,4 +209,17 @@ fn progress(length: Duration, finished: &dyn Fn() -> bool) {
         std::thread::sleep(Duration::from_millis(50));
     }
     bar.finish_and_clear();
+}
+
+/// Writes a line every five seconds, for a terminal that moves no cursor.
+fn progress_in_lines(length: Duration, finished: &dyn Fn() -> bool) {
+    let (begun, mut next_s) = (Instant::now(), 0);
+    while !finished() {
+        let passed_s = begun.elapsed().as_secs();
+        if passed_s >= next_s {
+            say(&format!("running: {passed_s} of {} s", length.as_secs()));
+            next_s = passed_s + 5;
+        }
+        std::thread::sleep(Duration::from_millis(50));
+    }
 }

@@ -22,6 +22,7 @@ use meniscus::blob::Model;
 use meniscus_hil::FaultList;
 use meniscus_platform::realtime::Priority;
 use meniscus_service::publish::Destination;
+use motion_source::MotionArguments;
 use page::PageArguments;
 use source::Source;
 use std::path::PathBuf;
@@ -48,7 +49,7 @@ const BUFFERS: usize = 8;
 /// alone), Halted (no frame for a second: no estimate).
 #[derive(clap::Args)]
 #[command(
-    after_help = "Examples:\n  meniscus run\n  meniscus run --view\n  meniscus run --source usb\n  meniscus run --source try.mcap --setup glass.toml\n  meniscus run --source simulated-usb:unplug --seconds 8\n  meniscus run --patient --json\n  meniscus run --faults drop:0.05,late:0.02 --out /tmp/faulty\n  meniscus run --motion truth\n  meniscus run --source usb --motion udp:0.0.0.0:9000\n  meniscus run --among shipped\n  meniscus run --estimates run.safetensors\n  meniscus run --view --listen 0.0.0.0:8060\n  meniscus run --foxglove --mcap run.mcap"
+    after_help = "Examples:\n  meniscus run\n  meniscus run --view\n  meniscus run --source usb\n  meniscus run --source try.mcap --setup glass.toml\n  meniscus run --source simulated-usb:unplug --seconds 8\n  meniscus run --patient --json\n  meniscus run --faults drop:0.05,late:0.02 --out /tmp/faulty\n  meniscus run --motion truth\n  meniscus run --source usb --motion udp:0.0.0.0:9000 \\\n    --motion-from 192.168.1.20\n  meniscus run --among shipped\n  meniscus run --estimates run.safetensors\n  meniscus run --view --listen 0.0.0.0:8060\n  meniscus run --foxglove --mcap run.mcap"
 )]
 pub(crate) struct Arguments {
     /// Origin of the images.
@@ -62,7 +63,7 @@ pub(crate) struct Arguments {
         value_name = "shipped|usb|simulated-usb[:TROUBLE]|FILE|FOLDER",
         help_heading = "Images"
     )]
-    source: String,
+    source: PathBuf,
     /// Glass and camera position, as `meniscus setup` wrote them.
     ///
     /// Without it a level camera 400 mm before the model's glass, 30 mm above its foot.
@@ -89,8 +90,11 @@ pub(crate) struct Arguments {
     truth: Option<String>,
     /// The model: the one in the program (shipped), a blob, or a folder of `meniscus flash`.
     #[arg(long, default_value = "shipped", value_name = "shipped|FILE|FOLDER", help_heading = "Model")]
-    model: String,
-    /// The board's profile, whose key must have signed a flashed model.
+    model: PathBuf,
+    /// The board's profile, whose key must have signed the model.
+    ///
+    /// For a file, the signature is FILE.sig beside it. The model in the program needs none. Without this option the rules of
+    /// /etc/meniscus/board.toml hold for the slots that it names.
     #[arg(long, value_name = "FILE.toml", help_heading = "Model")]
     profile: Option<PathBuf>,
     /// Field groups to decode: q, v, e, sigma, tau, joined by commas.
@@ -104,18 +108,9 @@ pub(crate) struct Arguments {
     /// it; the turn does not wait.
     #[arg(long, value_name = "shipped|FILE|DIR", help_heading = "Model")]
     among: Vec<String>,
-    /// Commanded or measured motion of the glass.
-    ///
-    /// A table of its position over time (t,x_m; second 0 is the first frame), the motion of the simulated camera's
-    /// recording (truth), or accelerations along x in m/s2 over UDP, one ASCII number a datagram, 100 or more a second.
-    /// Without it, and while no sample comes, the glass is tracked in the image.
-    #[arg(long, value_name = "FILE.csv|truth|udp:HOST:PORT", help_heading = "Motion of the glass")]
-    motion: Option<String>,
-    /// With --motion udp: extra latency of camera frames over UDP samples, ms.
-    ///
-    /// 8 is the simulated camera's; that of a D435 has not been measured.
-    #[arg(long, default_value_t = 8.0, value_name = "MS", help_heading = "Motion of the glass")]
-    motion_lag_ms: f64,
+    /// Motion of the glass.
+    #[command(flatten)]
+    motion: MotionArguments,
     /// Length of the run, s, 1.5 to 3600: 10 by default, with --view until Ctrl-C.
     ///
     /// Without --view the run ends with the recording at the latest.
@@ -172,8 +167,8 @@ pub(crate) struct Arguments {
 /// Runs the verb.
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let config = RunConfig::try_from(arguments)?;
-    let bytes = blob(&config.model, config.profile.as_deref())?;
-    let model = Model::load(&bytes).with_context(|| format!("the model {} is refused", config.model))?;
+    let bytes = blob(&config.model, config.profile.as_ref())?;
+    let model = Model::load(&bytes).with_context(|| format!("the model {} is refused", config.model_name))?;
     match &config.source {
         Source::Rendered { recording, faults } => rendered::run(&config, &model, recording, faults),
         Source::Usb => {

@@ -1,10 +1,61 @@
 //! `--motion`: the origin of a commanded motion.
 
 use super::source::{RecordingSource, Source};
+use crate::profile::Profile;
 use anyhow::{Context, ensure};
-use meniscus_service::commanded_motion::CommandedMotion;
-use std::net::{SocketAddr, ToSocketAddrs};
+use meniscus_platform::files::read_text;
+use meniscus_service::commanded_motion::{CommandedMotion, ExpectedSender};
+use std::net::{IpAddr, SocketAddr, ToSocketAddrs};
+use std::path::{Path, PathBuf};
 use std::time::Duration;
+
+/// Letters of a token at the least.
+const TOKEN_LEAST: usize = 16;
+/// Letters of a token at the most: the datagram has to hold it.
+const TOKEN_MOST: usize = 128;
+
+/// Flags of a commanded motion.
+#[derive(clap::Args)]
+pub(super) struct MotionArguments {
+    /// Commanded or measured motion of the glass.
+    ///
+    /// A table of its position over time (t,x_m; second 0 is the first frame), the motion of the simulated camera's
+    /// recording (truth), or accelerations along x in m/s2 over UDP, one ASCII number a datagram, 100 or more a second. A
+    /// number before it, as in `#17 -1.25`, has to rise. Without a motion, while no sample comes, and while the image
+    /// contradicts the samples, the glass is tracked in the image.
+    #[arg(long, value_name = "FILE.csv|truth|udp:HOST:PORT", help_heading = "Motion of the glass")]
+    pub(super) motion: Option<String>,
+    /// With --motion udp: extra latency of camera frames over UDP samples, ms.
+    ///
+    /// 8 is the simulated camera's; that of a D435 has not been measured.
+    #[arg(long, default_value_t = 8.0, value_name = "MS", help_heading = "Motion of the glass")]
+    pub(super) motion_lag_ms: f64,
+    /// With --motion udp: only address that is heard [default: the profile's].
+    ///
+    /// Needed, or a token, where others reach the port.
+    #[arg(long, value_name = "ADDRESS", help_heading = "Motion of the glass")]
+    pub(super) motion_from: Option<IpAddr>,
+    /// With --motion udp: file of a word that each datagram has to begin with [default: the profile's].
+    ///
+    /// At least 16 letters, digits, - or _. It travels unencrypted.
+    #[arg(long, value_name = "FILE", help_heading = "Motion of the glass")]
+    pub(super) motion_token_file: Option<PathBuf>,
+}
+
+/// Returns the token in the file at `path`.
+fn token(path: &Path) -> anyhow::Result<String> {
+    let text = read_text(path)
+        .with_context(|| format!("the token of --motion in {} cannot be read", path.display()))?;
+    let token = text.trim();
+    let plain = |letter: char| letter.is_ascii_alphanumeric() || matches!(letter, '-' | '_');
+    ensure!(
+        (TOKEN_LEAST..=TOKEN_MOST).contains(&token.len()) && token.chars().all(plain),
+        "the token of --motion in {0} has to be one line of {TOKEN_LEAST} to {TOKEN_MOST} letters, digits, - or _: \
+         openssl rand -hex 16 > {0}",
+        path.display()
+    );
+    Ok(token.into())
+}
 
 /// Origin of a commanded motion.
 #[derive(Clone, Debug, PartialEq)]
@@ -14,19 +65,37 @@ pub(super) enum MotionSource {
     /// A table of the position over time, or a motion by name.
     Table(String),
     /// Accelerations over UDP.
-    Udp { address: SocketAddr, lag_s: f64 },
+    Udp { address: SocketAddr, lag_s: f64, expected: ExpectedSender },
 }
 
 impl MotionSource {
-    /// Returns the origin that `source` spells; `lag_ms` is the extra latency of camera frames over UDP samples.
-    pub(super) fn parse(source: &str, lag_ms: f64) -> anyhow::Result<Self> {
+    /// Returns the origin that `arguments` spell, with the senders of `profile` where they name none.
+    pub(super) fn parse(
+        arguments: &MotionArguments,
+        profile: Option<&Profile>,
+    ) -> anyhow::Result<Option<Self>> {
+        let Some(source) = arguments.motion.as_deref() else { return Ok(None) };
         let Some(address) = source.strip_prefix("udp:") else {
-            return Ok(if source == "truth" { Self::Truth } else { Self::Table(source.into()) });
+            let own = arguments.motion_from.is_none() && arguments.motion_token_file.is_none();
+            ensure!(own, "--motion-from and --motion-token-file are for --motion udp:HOST:PORT");
+            return Ok(Some(if source == "truth" { Self::Truth } else { Self::Table(source.into()) }));
         };
+        let lag_ms = arguments.motion_lag_ms;
         ensure!((0.0..=100.0).contains(&lag_ms), "--motion-lag-ms {lag_ms} is out of range: 0 to 100");
         let unknown = || format!("--motion udp:{address}: expected udp:HOST:PORT, as udp:127.0.0.1:9000");
         let address = address.to_socket_addrs().with_context(unknown)?.next().with_context(unknown)?;
-        Ok(Self::Udp { address, lag_s: 1e-3 * lag_ms })
+        let file = arguments.motion_token_file.as_ref();
+        let file = file.or(profile.and_then(|profile| profile.motion_token_file.as_ref()));
+        let expected = ExpectedSender {
+            address: arguments.motion_from.or(profile.and_then(|profile| profile.motion_from)),
+            token: file.map(|path| token(path)).transpose()?,
+        };
+        ensure!(
+            address.ip().is_loopback() || expected != ExpectedSender::default(),
+            "--motion udp:{address}: others reach that address and could move the estimated glass. Name the sender with \
+             --motion-from ADDRESS, or give it a token with --motion-token-file FILE"
+        );
+        Ok(Some(Self::Udp { address, lag_s: 1e-3 * lag_ms, expected }))
     }
 
     /// Opens the motion for a run of this length before `camera`.
@@ -34,8 +103,11 @@ impl MotionSource {
         match self {
             Self::Truth => by_table("truth", Some(recording_of(camera)?), length),
             Self::Table(table) => by_table(table, None, length),
-            Self::Udp { address, lag_s } => CommandedMotion::by_wire(*address, *lag_s)
-                .with_context(|| format!("--motion udp:{address} cannot be listened to")),
+            Self::Udp { address, lag_s, expected } => {
+                let say = Box::new(|line: &str| eprintln!("{line}"));
+                CommandedMotion::by_wire(*address, *lag_s, expected.clone(), say)
+                    .with_context(|| format!("--motion udp:{address} cannot be listened to"))
+            }
         }
     }
 }

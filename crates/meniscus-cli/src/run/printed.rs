@@ -2,16 +2,19 @@
 
 use super::config::{Output, RunConfig, Targets};
 use anyhow::{Context, ensure};
-use meniscus_platform::files::write_whole;
+use meniscus_platform::files::{FolderLock, write_whole};
 use meniscus_report::checks::Check;
 use serde_json::Value;
 
 /// Name of the report in the --out folder.
 const REPORT: &str = "run.json";
 
-/// Makes the --out folder before the run: one that cannot be written would lose the report after it.
-pub(super) fn announce(config: &RunConfig) -> anyhow::Result<()> {
-    write_whole(&config.out.join(REPORT), b"{}\n").context("the --out folder cannot be used")
+/// Makes the --out folder before the run: one that cannot be written would lose the report after it. Nobody else writes into it
+/// until the lock is dropped.
+pub(super) fn announce(config: &RunConfig) -> anyhow::Result<FolderLock> {
+    let lock = FolderLock::take(&config.out).context("the --out folder cannot be used")?;
+    write_whole(&config.out.join(REPORT), b"{}\n").context("the --out folder cannot be used")?;
+    Ok(lock)
 }
 
 /// Says which position of the camera is assumed where no setup has it.

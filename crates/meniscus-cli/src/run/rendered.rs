@@ -35,7 +35,7 @@ pub(super) fn run(
     let recording = source.load()?;
     let settings = settings(model, &recording)?;
     let reader = Config::new(glass::settings(config.setup.as_deref(), &model.header, settings.optics())?)?;
-    announce(config)?;
+    let _alone = announce(config)?;
     let scene = SceneSettings { camera: settings, seed: config.seed, ..SceneSettings::default() };
     let mut camera = SimulatedCamera::new(&recording, scene, faults.clone());
     if config.silence == Silence::WaitOut {

@@ -29,7 +29,7 @@ pub(super) fn run(config: &RunConfig, model: &Model<'_>, file: &Path) -> anyhow:
     let settings = glass::settings(config.setup.as_deref(), &model.header, camera.optics())?;
     let reader = Config::new(settings).context("the recording's camera cannot see the model's glass")?;
     say_position(config);
-    announce(config)?;
+    let _alone = announce(config)?;
     let (width, height) = reader.image_size();
     let (camera_end, end) = link(BUFFERS, 2 * width * height + HEADER);
     let seconds = match config.end {

@@ -44,14 +44,16 @@ impl TryFrom<&Arguments> for Source {
 
     fn try_from(arguments: &Arguments) -> Result<Self> {
         let faults = || arguments.faults.clone();
-        match arguments.source.split_once(':').unwrap_or((&arguments.source, "")) {
+        // A name that is no text is a path, as Linux knows no other bytes that are excluded than `/` and zero.
+        let word = arguments.source.to_str().unwrap_or("");
+        match word.split_once(':').unwrap_or((word, "")) {
             ("usb", "") => return Ok(Self::Usb),
             ("simulated-usb", trouble) => {
                 return Ok(Self::SimulatedUsb { trouble: bus::trouble(trouble)?, faults: faults() });
             }
             _ => {}
         }
-        match (&arguments.file, arguments.source == "replay") {
+        match (&arguments.file, word == "replay") {
             (Some(file), true) => {
                 expect(file, Kind::Camera, "a camera's recording")?;
                 Ok(Self::Replay { file: file.clone() })
@@ -63,12 +65,12 @@ impl TryFrom<&Arguments> for Source {
                 bail!("{0} is taken with --source replay only: meniscus run --source {0}", file.display())
             }
             (None, false) => {
-                let file = PathBuf::from(&arguments.source);
+                let file = arguments.source.clone();
                 if Kind::of(&file) == Some(Kind::Camera) {
                     return Ok(Self::Replay { file });
                 }
                 check_source(&arguments.source)?;
-                let recording = RecordingSource::from(arguments.source.as_str());
+                let recording = RecordingSource::from(arguments.source.as_path());
                 Ok(Self::Rendered { recording, faults: faults() })
             }
         }
@@ -76,22 +78,28 @@ impl TryFrom<&Arguments> for Source {
 }
 
 /// Refuses a source that is neither a word nor a recording.
-fn check_source(source: &str) -> Result<()> {
-    let path = Path::new(source);
-    if source == "shipped" {
+fn check_source(path: &Path) -> Result<()> {
+    if path == Path::new("shipped") {
         return Ok(());
     }
     ensure!(
         path.exists(),
-        "--source {source}: there is no such file; it takes shipped, usb, simulated-usb, or a recording (.mcap, .bag, .db3, \
-         a folder of images, or .safetensors of `meniscus simulate`)"
+        "--source {}: there is no such file; it takes shipped, usb, simulated-usb, or a recording (.mcap, .bag, .db3, \
+         a folder of images, or .safetensors of `meniscus simulate`)",
+        path.display()
     );
     expect(path, Kind::Simulated, "a recording")
 }
 
 impl From<&str> for RecordingSource {
     fn from(name: &str) -> Self {
-        if name == "shipped" { Self::Shipped } else { Self::File(name.into()) }
+        Path::new(name).into()
+    }
+}
+
+impl From<&Path> for RecordingSource {
+    fn from(name: &Path) -> Self {
+        if name == Path::new("shipped") { Self::Shipped } else { Self::File(name.into()) }
     }
 }
 

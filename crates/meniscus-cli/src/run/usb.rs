@@ -72,7 +72,7 @@ pub(super) fn run(
     if config.source == Source::Usb {
         say_position(config);
     }
-    announce(config)?;
+    let _alone = announce(config)?;
 
     let (camera_end, end) = link(BUFFERS, session.buffer_bytes());
     let notes = Mutex::new(Vec::with_capacity(LinkSink::NOTES));

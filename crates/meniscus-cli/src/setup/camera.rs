@@ -3,7 +3,6 @@
 use super::Job;
 use crate::doctor::Camera;
 use anyhow::ensure;
-use indicatif::ProgressBar;
 use meniscus::surface::{Optics, OutlineAssembler, Rectifier};
 use meniscus::usb::uvc::Stream;
 use meniscus_bags as bag;
@@ -77,7 +76,7 @@ struct Live<'a> {
 
 impl Sitting for Live<'_> {
     fn wait(&self, scene: &Scene, pairs: usize) -> Option<Camera> {
-        let bar = ProgressBar::new(pairs as u64).with_message("looking");
+        let bar = crate::bars::bar(pairs as u64).with_message("looking");
         let (begun, settled) = (Instant::now(), scene.total().max(SETTLING));
         let wanted = settled + pairs as u64;
         while scene.total() < wanted && begun.elapsed() < PATIENCE && self.lives() {

@@ -97,7 +97,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let said = MeasuredGlass { radius_mm: arguments.radius_mm.unwrap_or(35.0), fill_mm, rim_mm };
     said.check().map_err(|what| anyhow::anyhow!("{what}"))?;
     arguments.force.check(&arguments.out)?;
-    if !arguments.yes && !std::io::stdout().is_terminal() {
+    if !arguments.yes && (!std::io::stdout().is_terminal() || crate::bars::is_plain_terminal()) {
         bail!(
             "setup asks in a terminal, and this is none: give --yes with --radius-mm, --fill-mm and --rim-mm"
         );
@@ -190,7 +190,7 @@ impl Job<'_> {
 
     /// Why the setup does not fit the model, if it does not.
     fn fits(&self, setup: &Setup, scene: &Scene) -> anyhow::Result<Option<String>> {
-        let bytes = inputs::blob(&self.arguments.model, None)?;
+        let bytes = inputs::blob(Path::new(&self.arguments.model), None)?;
         let model =
             Model::load(&bytes).with_context(|| format!("the model {} is refused", self.arguments.model))?;
         let fitted = setup.settings_for(&model.header, scene.optics);

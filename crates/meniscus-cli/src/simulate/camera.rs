@@ -2,7 +2,6 @@
 
 use anyhow::{Context, bail};
 use image::{ImageEncoder, codecs::png::PngEncoder};
-use indicatif::ProgressBar;
 use meniscus::reduced::effects::EffectKind;
 use meniscus::units::FRAME_INTERVAL_S;
 use meniscus_data::glass::WallShape;
@@ -42,7 +41,7 @@ pub(super) fn render(recording: &Recording, folder: &Path) -> anyhow::Result<()>
     let lens = settings.camera.intrinsics;
     let (width, height) = (lens.width as u32, lens.height as u32);
     let (mut scene, mut images) = (Scene::new(settings), Images::new(&settings));
-    let bar = ProgressBar::new(recording.frames() as u64);
+    let bar = crate::bars::bar(recording.frames() as u64);
     bar.set_style(crate::bars::style("camera {wide_bar} {pos}/{len} frames, {left}")?);
     let mut table = String::from("frame,time_s,depth,infrared\n");
     for frame in 0..recording.frames() {

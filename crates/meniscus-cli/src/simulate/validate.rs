@@ -1,7 +1,6 @@
 //! `meniscus simulate validate`: the simulator against theory.
 
 use crate::outputs::check_folder;
-use indicatif::ProgressBar;
 use meniscus_platform::files::write_whole;
 use meniscus_report::checks::table;
 use meniscus_sph::validate::{decay_png, report, validate, work};
@@ -30,7 +29,7 @@ pub(super) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let Arguments { quick, json, out } = arguments;
     check_folder(out)?;
     // The bar counts hundredths of the estimated work, so that its time left is smooth.
-    let bar = ProgressBar::new((100.0 * work(*quick)) as u64);
+    let bar = crate::bars::bar((100.0 * work(*quick)) as u64);
     bar.set_style(crate::bars::style("{msg:22} {wide_bar} {percent} %, {left}")?);
     // As one of the threads that share the work, as in `simulate`.
     let outcome = rayon::scope(|_| {

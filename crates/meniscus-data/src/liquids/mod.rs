@@ -10,6 +10,7 @@ mod rheology;
 pub use rheology::{Rheology, SHEAR_RATE_SCALE};
 
 use crate::effects::{EffectError, Effects};
+use meniscus_platform::files::read_text;
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -129,7 +130,7 @@ impl Liquid {
         if path.extension().is_none() && !path.exists() {
             return Err(LiquidError::Unknown(name_or_path.into()));
         }
-        let text = std::fs::read_to_string(path).map_err(|e| LiquidError::Io(path.into(), e))?;
+        let text = read_text(path).map_err(|e| LiquidError::Io(path.into(), e))?;
         Self::parse(name_or_path, &text)
     }
 

@@ -11,6 +11,7 @@
 use super::columns::Columns;
 use super::kinematics::Channel;
 use super::{MotionError, Pivoted, spline};
+use meniscus_platform::files::read_text;
 use std::path::Path;
 
 /// Longest gap between two samples, s: a longer one would leave the acceleration to invention.
@@ -24,7 +25,7 @@ const LONGEST_UNNAMED_M: f64 = 1.0;
 
 /// The motion in the file at `path`; lines that start with `#` are skipped but for the pivot.
 pub(super) fn read(path: &Path) -> Result<Pivoted, MotionError> {
-    parse(path, &std::fs::read_to_string(path).map_err(|e| MotionError::Io(path.into(), e))?)
+    parse(path, &read_text(path).map_err(|e| MotionError::Io(path.into(), e))?)
 }
 
 /// The motion that `text` describes; `path` names it in errors.

@@ -19,7 +19,7 @@
 
 use super::StoreError;
 use super::groups::{groups, names};
-use super::tensors::{FileText, Tensor, f32s, f64s, i64s, serialize, typed, u64s};
+use super::tensors::{FileText, Tensor, f32s, f64s, i64s, read_file, serialize, typed, u64s};
 use meniscus::blob::KnownGroups;
 use meniscus::latent::generic::LATENTS;
 use meniscus::runtime::Mode;
@@ -129,7 +129,7 @@ impl EstimateRecording {
     /// # Errors
     /// When the file cannot be read or does not hold whole estimates.
     pub fn load(path: &Path) -> Result<Self, StoreError> {
-        let bytes = std::fs::read(path).map_err(|e| StoreError::Io(path.into(), e))?;
+        let bytes = read_file(path).map_err(|e| StoreError::Io(path.into(), e))?;
         parse(&bytes).map_err(|why| StoreError::Malformed(path.into(), why))
     }
 

@@ -17,7 +17,7 @@
 //! state that are of this liquid, `["q", "v", "e", "sigma", "tau", "surface"]` in a simulation. Version 1 had no `known`.
 
 use super::groups::{groups, names};
-use super::tensors::{FileText, Tensor, f16s, f32s, f64s, rows, serialize, typed};
+use super::tensors::{FileText, Tensor, f16s, f32s, f64s, read_file, rows, serialize, typed};
 use super::{
     COLUMNS, EnergyBook, Factored, GROUP_NAMES, Glass, Provenance, Recording, STATE, States, WALL_POINTS,
     group_range,
@@ -69,7 +69,7 @@ impl Recording {
     /// # Errors
     /// When the file cannot be read or is not a whole recording.
     pub fn load(path: &Path) -> Result<Self, StoreError> {
-        let bytes = std::fs::read(path).map_err(|e| StoreError::Io(path.into(), e))?;
+        let bytes = read_file(path).map_err(|e| StoreError::Io(path.into(), e))?;
         Self::from_bytes(path, &bytes)
     }
 

@@ -1,8 +1,30 @@
 //! Typed tensors of a safetensors file, written and read with their shapes checked.
 
 use half::f16;
+use meniscus_platform::files::{Links, open_regular, read_regular};
 use safetensors::tensor::{Dtype, Metadata, SafeTensors, TensorView};
 use std::collections::HashMap;
+use std::io::Read;
+use std::path::Path;
+
+/// Longest header, bytes: a recording has thirty tensors, and the motions and notes that it was made with.
+const HEADER_LONGEST: u64 = 1 << 20;
+
+/// Longest file, bytes: 160 s of full states.
+const LONGEST: u64 = 1 << 30;
+
+/// Reads the file at `path`, after a look at the length of its header: JSON takes many times its length in memory.
+pub(super) fn read_file(path: &Path) -> std::io::Result<Vec<u8>> {
+    let mut length = [0; 8];
+    // A shorter file is refused by its parser, which says so.
+    let whole = open_regular(path, Links::Followed)?.read_exact(&mut length).is_ok();
+    let length = u64::from_le_bytes(length);
+    if whole && length > HEADER_LONGEST {
+        let what = format!("its header would have {length} bytes, which no recording has");
+        return Err(std::io::Error::new(std::io::ErrorKind::InvalidData, what));
+    }
+    read_regular(path, LONGEST, Links::Followed)
+}
 
 /// A tensor on its way to a file.
 pub(super) struct Tensor {

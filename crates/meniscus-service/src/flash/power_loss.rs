@@ -4,7 +4,8 @@
 //! random part of its bytes with noise behind it, or nothing; of the names that were changed and not synced, each
 //! change is kept or lost by itself.
 
-use super::{Disk, boot, check, flash};
+use super::{Disk, FlashPolicy, Flashed, PublicKey, Release, Signed, boot, flash};
+use ed25519_dalek::{Signer, SigningKey};
 use meniscus::blob::{CRC, PREFIX_LEN};
 use std::collections::BTreeMap;
 use std::io;
@@ -31,6 +32,7 @@ impl Random {
 enum Change {
     Made(String, usize),
     Renamed(String, String),
+    Removed(String),
 }
 
 /// The disk: files by number, and which name has which.
@@ -76,6 +78,9 @@ impl Forgetful {
                     names.insert(to.clone(), file);
                 }
             }
+            Change::Removed(name) => {
+                names.remove(name);
+            }
         }
     }
 
@@ -101,6 +106,14 @@ impl Forgetful {
 }
 
 impl Disk for Forgetful {
+    fn remove(&mut self, file: &str) -> io::Result<()> {
+        let cut = self.step();
+        let change = Change::Removed(file.into());
+        Self::apply(&mut self.names, &change);
+        self.changes.push(change);
+        cut
+    }
+
     fn read(&self, file: &str) -> io::Result<Vec<u8>> {
         let number = self.names.get(file).ok_or(io::ErrorKind::NotFound)?;
         Ok(self.files[*number].0.clone())
@@ -157,7 +170,40 @@ pub struct Rehearsed {
 /// end, and has to boot.
 #[must_use]
 pub fn rehearse(blobs: [&[u8]; 2], cuts: u32, seed: u64) -> Rehearsed {
-    rehearse_on(Forgetful::default(), blobs, cuts, seed)
+    rehearse_on(Forgetful::default(), &Rehearsal { blobs, cuts, seed, key: None })
+}
+
+/// Returns the same with signed blobs whose releases rise, on a board with a key.
+#[must_use]
+pub fn rehearse_signed(blobs: [&[u8]; 2], cuts: u32, seed: u64) -> Rehearsed {
+    // The key of the rehearsal alone: nothing is kept that it has signed.
+    let key = SigningKey::from_bytes(&[1; 32]);
+    rehearse_on(Forgetful::default(), &Rehearsal { blobs, cuts, seed, key: Some(key) })
+}
+
+/// A rehearsal.
+pub(super) struct Rehearsal<'b> {
+    /// Blobs that are flashed in turn.
+    pub(super) blobs: [&'b [u8]; 2],
+    /// Number of cuts.
+    pub(super) cuts: u32,
+    /// Seed of the cuts.
+    pub(super) seed: u64,
+    /// Key of a board that has one.
+    pub(super) key: Option<SigningKey>,
+}
+
+impl Rehearsal<'_> {
+    /// Signature of `blob` as this release, where there is a key.
+    fn signed(&self, blob: &[u8], release: u64) -> Option<Signed> {
+        let key = self.key.as_ref()?;
+        let signature = key.sign(&Release(release).signed_bytes(blob)).to_bytes();
+        Some(Signed { release: Release(release), signature })
+    }
+
+    fn policy(&self) -> FlashPolicy {
+        FlashPolicy { key: self.key.as_ref().map(PublicKey::of), ..FlashPolicy::default() }
+    }
 }
 
 /// The same model with one bit of its last weight changed: as whole and as checked.
@@ -172,34 +218,34 @@ pub fn sibling(blob: &[u8]) -> Vec<u8> {
     sibling
 }
 
-/// The same on a given disk.
-pub(super) fn rehearse_on(mut disk: Forgetful, blobs: [&[u8]; 2], cuts: u32, seed: u64) -> Rehearsed {
+/// Rehearses on a given disk.
+pub(super) fn rehearse_on(mut disk: Forgetful, rehearsal: &Rehearsal<'_>) -> Rehearsed {
+    let &Rehearsal { blobs, cuts, seed, .. } = rehearsal;
     let (mut random, mut done) = (Random(seed.max(1)), Rehearsed { cuts, ..Rehearsed::default() });
-    let mut old: &[u8] = blobs[0];
-    if let Err(error) = flash(&mut disk, old, None, None) {
+    let (mut old, policy): (&[u8], _) = (blobs[0], rehearsal.policy());
+    // Files of four steps each, the removal of a signature, and one more for a cut that comes too late.
+    let steps = if rehearsal.key.is_some() { 13 } else { 10 };
+    if let Err(error) = flash(&mut disk, Flashed { blob: old, signed: rehearsal.signed(old, 1) }, &policy) {
         done.first_failure = Some(format!("the first blob: {error}"));
         return done;
     }
     for cut in 0..cuts {
         let new = blobs[(cut as usize + 1) % 2];
-        // Two files of four steps each, and one more for a cut that comes too late.
-        disk.left = Some(random.below(9));
-        let flashed = flash(&mut disk, new, None, None).is_ok();
+        let flashed = || Flashed { blob: new, signed: rehearsal.signed(new, u64::from(cut) + 2) };
+        disk.left = Some(random.below(steps));
+        let finished = flash(&mut disk, flashed(), &policy).is_ok();
         disk.come_back(&mut random);
-        let verdict = match boot(&disk, None) {
+        let verdict = match boot(&disk, &policy) {
             Err(error) => Err(error.to_string()),
             Ok(booted) if *booted.blob == *new => Ok((true, booted.fell_back.is_some())),
-            Ok(booted) if *booted.blob == *old && !flashed => Ok((false, booted.fell_back.is_some())),
-            Ok(_) if flashed => Err("the old blob boots although the new one was flashed to the end".into()),
+            Ok(booted) if *booted.blob == *old && !finished => Ok((false, booted.fell_back.is_some())),
+            Ok(_) if finished => Err("the old blob boots although the new one was flashed to the end".into()),
             Ok(_) => Err("what boots is neither blob".into()),
         };
-        let again = flash(&mut disk, new, None, None).map(drop).and_then(|()| {
-            let booted = boot(&disk, None)?;
-            if *booted.blob == *new {
-                check(&booted.blob, None, None)
-            } else {
-                Err(super::FlashError::ReadBack(booted.slot))
-            }
+        let again = flash(&mut disk, flashed(), &policy).map(drop).and_then(|()| {
+            let booted = boot(&disk, &policy)?;
+            // What boots has been checked.
+            if *booted.blob == *new { Ok(()) } else { Err(super::FlashError::ReadBack(booted.slot)) }
         });
         match (verdict, again) {
             (Ok((is_new, fell_back)), Ok(())) => {

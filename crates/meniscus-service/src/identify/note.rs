@@ -1,7 +1,7 @@
 //! Note of a liquid, `NAME.liquid.json`: its first mode in a glass.
 
 use meniscus::identify::{Calibration, KnownLiquid, Tone};
-use meniscus_platform::files::FileError;
+use meniscus_platform::files::{FileError, read_text};
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
@@ -124,7 +124,7 @@ impl Note {
     /// # Errors
     /// [`NoteError`].
     pub fn read(path: &Path) -> Result<Self, NoteError> {
-        let text = std::fs::read_to_string(path)
+        let text = read_text(path)
             .map_err(|cause| NoteError::File(FileError { path: path.into(), doing: "read", cause }))?;
         Self::parse(path, &text)
     }

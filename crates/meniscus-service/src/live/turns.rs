@@ -60,6 +60,9 @@ impl Turns<'_, '_, '_> {
         let turn = self.tracker.silence(drive, &mut self.clock, &mut self.field);
         let (allocations, turn_us) = (allocations_of_this_thread() - before, micros_since(started));
         if let Some(turn) = turn {
+            if let Some(motion) = motion {
+                motion.compare(turn.time, None);
+            }
             let ended = Instant::now();
             let host = self.clock_map.host_time(turn.time);
             let frames = self.frames_at(ended, self.span_end);
@@ -79,12 +82,16 @@ impl Turns<'_, '_, '_> {
     pub(super) fn take_payload(&mut self, delivery: &Delivery, started: Instant) {
         let before = allocations_of_this_thread();
         let Self { tracker, clock, clock_map, ledger, field, motion, batch, .. } = self;
-        let arrived = delivery.arrived;
+        let (motion, arrived) = (*motion, delivery.arrived);
         let drive = |at| motion.map_or(InputSource::Tracked, |motion| motion.drive(at, arrived));
         let numbered = tracker.sensor.losses().0.counter_missing == 0;
         tracker.accept(delivery.stream, &delivery.payload, drive, clock, field, |turn, _| {
             let allocations = allocations_of_this_thread() - before;
             let (latency_us, turn_us) = (micros_since(arrived), micros_since(started));
+            if let Some(motion) = motion {
+                let profile = turn.profile.as_ref().and_then(|profile| profile.as_ref().ok());
+                motion.compare(turn.time, profile.and_then(|profile| profile.glass_x_m));
+            }
             if let Some(stamp) = turn.stamp {
                 if numbered && ledger.is_next(stamp.sequence, stamp.captured) {
                     clock_map.observe_next(turn.time, arrived);

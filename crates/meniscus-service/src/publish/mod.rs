@@ -26,6 +26,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
+pub use targets::READERS_MAX;
 use targets::{Readers, Targets};
 
 /// First byte of a field frame. `F` was a frame without number, host time and groups.
@@ -81,6 +82,8 @@ pub struct PublishCounters {
     pub reader_slow: AtomicU64,
     /// Readers that have gone.
     pub readers_gone: AtomicU64,
+    /// Readers beyond [`READERS_MAX`].
+    pub readers_refused: AtomicU64,
 }
 
 /// The worker's end.

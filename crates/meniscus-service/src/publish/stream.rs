@@ -27,6 +27,11 @@ impl<W: Write> Stream<W> {
         Self { writer, rest: Vec::new(), from: 0 }
     }
 
+    /// Returns the writer.
+    pub(super) fn writer(&self) -> &W {
+        &self.writer
+    }
+
     /// Writes a record, as far as there is room; the rest goes before the next one.
     pub(super) fn send(&mut self, record: &[u8]) -> Fate {
         if self.flush() == Fate::Gone {

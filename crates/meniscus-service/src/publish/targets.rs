@@ -18,6 +18,12 @@ use std::time::{Duration, Instant};
 /// Time that the last records may take to leave when the run is over.
 const FAREWELL: Duration = Duration::from_millis(200);
 
+/// Readers of all Unix sockets. Each one holds a descriptor and a buffer; a camera that is plugged in again needs some, too.
+pub const READERS_MAX: usize = 32;
+
+/// Line for a reader beyond them. It is no record, as it ends with a newline and not with a zero.
+const REFUSAL: &[u8] = b"meniscus: 32 readers are connected, which is the limit; end one of them\n";
+
 /// A socket that others connect to; its file goes with it.
 #[derive(Debug)]
 struct Door {
@@ -70,12 +76,25 @@ impl Targets {
         Ok(targets)
     }
 
-    /// Lets those in who knock.
+    /// Lets those in who knock, as far as there is room.
     pub(super) fn welcome(&mut self) {
         for door in &self.doors {
-            while let Ok((reader, _)) = door.listener.accept() {
-                if reader.set_nonblocking(true).is_ok() {
+            // Whoever knocks faster than this waits in the system's queue, and holds up nobody.
+            for _ in 0..2 * READERS_MAX {
+                let Ok((reader, _)) = door.listener.accept() else { break };
+                if reader.set_nonblocking(true).is_err() {
+                    continue;
+                }
+                if self.readers.len() >= READERS_MAX {
+                    // One that has gone without a word may still hold a place.
+                    self.readers.retain(|reader| !has_gone(reader.writer()));
+                }
+                if self.readers.len() < READERS_MAX {
                     self.readers.push(Stream::new(reader));
+                } else {
+                    self.counters.readers_refused.fetch_add(1, Ordering::Relaxed);
+                    // Its buffer is empty, so the words fit; one that has gone needs none.
+                    let _told = std::io::Write::write(&mut &reader, REFUSAL);
                 }
             }
         }
@@ -130,6 +149,11 @@ impl Targets {
             std::thread::sleep(Duration::from_millis(5));
         }
     }
+}
+
+/// Whether the peer has closed its end. Readers send nothing, so a read ends at once.
+fn has_gone(mut reader: &UnixStream) -> bool {
+    matches!(std::io::Read::read(&mut reader, &mut [0; 64]), Ok(0))
 }
 
 /// A socket at `path` for its owner and group.

@@ -42,14 +42,26 @@ pub fn stages_line(log: &Log) -> String {
 /// `told` and `untold`.
 #[must_use]
 pub fn motion_json(log: &Log) -> Value {
-    log.motion.map_or(Value::Null, |turns| json!({ "told": turns.commanded, "untold": turns.tracked }))
+    log.motion.map_or(Value::Null, |turns| {
+        json!({ "told": turns.commanded, "untold": turns.tracked, "contradicted": turns.contradicted,
+                "contradictions": turns.contradictions, "refused": turns.refused })
+    })
 }
 
 /// Returns the same as a line for a person; empty without a commanded motion.
 #[must_use]
 pub fn motion_line(log: &Log) -> String {
     log.motion.map_or(String::new(), |turns| {
-        format!("motion: commanded in {} turns, tracked in {}\n", turns.commanded, turns.tracked)
+        let (commanded, tracked) = (turns.commanded, turns.tracked);
+        let denied = match turns.contradictions {
+            0 => String::new(),
+            _ => format!("; the image contradicted the commanded motion in {} turns", turns.contradicted),
+        };
+        let refused = match turns.refused {
+            0 => String::new(),
+            refused => format!("; {refused} datagrams refused"),
+        };
+        format!("motion: commanded in {commanded} turns, tracked in {tracked}{denied}{refused}\n")
     })
 }
 

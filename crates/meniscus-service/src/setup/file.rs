@@ -3,7 +3,7 @@
 use crate::setup::measured_glass::MeasuredGlass;
 use meniscus::blob::Header;
 use meniscus::surface::{Config, ConfigError, Liquid, MAX_COLUMNS, Optics, Settings};
-use meniscus_platform::files::{FileError, write_whole};
+use meniscus_platform::files::{FileError, read_text, write_whole};
 use meniscus_usb::camera::OutlineImage;
 use serde::{Deserialize, Serialize};
 use std::fmt;
@@ -141,7 +141,7 @@ impl Setup {
     /// [`SetupError`] names the file and what is wrong in it.
     pub fn read(path: &Path) -> Result<Self, SetupError> {
         let failed = |cause| SetupError::File(FileError { path: path.into(), doing: "read", cause });
-        let text = std::fs::read_to_string(path).map_err(failed)?;
+        let text = read_text(path).map_err(failed)?;
         let setup: Self =
             toml::from_str(&text).map_err(|error| SetupError::Text(path.into(), with_line(&error, &text)))?;
         let value = |what| SetupError::Value(path.into(), what);

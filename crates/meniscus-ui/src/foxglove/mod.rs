@@ -3,15 +3,20 @@
 //! ```text
 //! worker --SnapshotOutlet (never waits)--> hand-off --> a thread of its own --topics--> WebSocket clients, MCAP file
 //! ```
-//! `docs/formats.md` has the topics. The protocol knows no password, so only this machine is answered.
+//! `docs/formats.md` has the topics. The protocol knows no password, so only this machine is answered, and of web pages only
+//! Foxglove's own and those that were named: see `gate`.
 
 mod camera;
 mod estimate;
+mod gate;
 mod scene;
 mod topics;
 mod tracers;
 
+pub use gate::Listen;
+
 use ::foxglove::{Context, FoxgloveError, McapWriteOptions, McapWriterHandle, WebSocketServerHandle};
+use gate::{Gate, hidden_address};
 use meniscus::blob::Model;
 use meniscus::surface::Config;
 use meniscus_service::run::Viewer;
@@ -37,7 +42,9 @@ pub enum Error {
     /// The address is another machine's to reach.
     Open(SocketAddr),
     /// Nothing can listen there.
-    Listen(SocketAddr, FoxgloveError),
+    Listen(SocketAddr, io::Error),
+    /// The SDK's server behind the gate cannot start.
+    Server(FoxgloveError),
     /// The file cannot be made.
     Create(PathBuf, io::Error),
     /// The file cannot be written.
@@ -56,6 +63,7 @@ impl std::fmt::Display for Error {
             Self::Listen(address, error) => {
                 write!(f, "nothing can listen for Foxglove at {address}: {error}")
             }
+            Self::Server(error) => write!(f, "the server for Foxglove cannot start: {error}"),
             Self::Create(path, error) => write!(f, "cannot make {}: {error}", path.display()),
             Self::Write(path, error) => write!(f, "{} cannot be written to its end: {error}", path.display()),
         }
@@ -69,7 +77,8 @@ pub struct Foxglove {
     outlet: SnapshotOutlet,
     topics: Topics,
     config: Config,
-    server: Option<WebSocketServerHandle>,
+    /// The gate, and the SDK's server behind it.
+    server: Option<(Gate, WebSocketServerHandle)>,
     file: Option<(PathBuf, McapWriterHandle<BufWriter<File>>)>,
     closing: AtomicBool,
     books: Mutex<Books>,
@@ -96,14 +105,14 @@ impl std::fmt::Debug for Foxglove {
 }
 
 impl Foxglove {
-    /// Serves at `address` and writes into `file`, as far as they are given. A file that is there is replaced.
+    /// Serves at `listen` and writes into `file`, as far as they are given. A file that is there is replaced.
     ///
     /// # Errors
     /// [`Error`].
-    pub fn open(config: Config, address: Option<SocketAddr>, file: Option<&Path>) -> Result<Self, Error> {
+    pub fn open(config: Config, listen: Option<&Listen>, file: Option<&Path>) -> Result<Self, Error> {
         let context = Context::new();
-        if let Some(address) = address.filter(|address| !address.ip().is_loopback()) {
-            return Err(Error::Open(address));
+        if let Some(listen) = listen.filter(|listen| !listen.address.ip().is_loopback()) {
+            return Err(Error::Open(listen.address));
         }
         let file = match file {
             None => None,
@@ -115,12 +124,15 @@ impl Foxglove {
                 Some((path.to_path_buf(), writer.map_err(|error| Error::Write(path.into(), error))?))
             }
         };
-        let server = match address {
+        let server = match listen {
             None => None,
-            Some(address) => {
-                let server = context.websocket_server().name("meniscus");
-                let server = server.bind(address.ip().to_string(), address.port()).start_blocking();
-                Some(server.map_err(|error| Error::Listen(address, error))?)
+            Some(listen) => {
+                let failed = |error| Error::Listen(listen.address, error);
+                let hidden = hidden_address().map_err(failed)?;
+                let server = context.websocket_server().name("meniscus").bind(hidden.to_string(), 0);
+                let server = server.start_blocking().map_err(Error::Server)?;
+                let gate = Gate::open(listen, SocketAddr::new(hidden, server.port())).map_err(failed)?;
+                Some((gate, server))
             }
         };
         let (width, height) = config.image_size();
@@ -139,7 +151,7 @@ impl Foxglove {
     /// The port that is listened at; `None` without a server.
     #[must_use]
     pub fn port(&self) -> Option<u16> {
-        self.server.as_ref().map(WebSocketServerHandle::port)
+        self.server.as_ref().map(|(gate, _)| gate.port())
     }
 
     /// Closes server and file; what became of the turns.
@@ -151,7 +163,8 @@ impl Foxglove {
             let written = file.close().and_then(|mut file| io::Write::flush(&mut file).map_err(Into::into));
             written.map_err(|error| Error::Write(path, error))?;
         }
-        if let Some(server) = self.server {
+        if let Some((gate, server)) = self.server {
+            drop(gate);
             server.stop().wait_blocking();
         }
         Ok(*self.books.lock().unwrap_or_else(PoisonError::into_inner))

@@ -23,7 +23,7 @@ mod viewer;
 pub use board::Counters;
 pub use error::PageError;
 pub use messages::{Messages, messages};
-pub use server::VIEWERS_MAX;
+pub use server::{VIEWERS_EACH, VIEWERS_MAX};
 pub use token::Token;
 
 use board::Board;

@@ -1,19 +1,10 @@
-//! One request's head: read within limits, then let in or refused with words that say what to do.
+//! One request: let in, or refused with words that say what to do.
 
 use super::Token;
 use super::assets::{ASSETS, Asset, INDEX};
-use std::io::{ErrorKind, Read};
-use std::net::IpAddr;
-use std::time::{Duration, Instant};
-use tungstenite::handshake::machine::TryParse;
+use crate::listener::{HeadFault, Hosts, SenderFault, Senders, check_sender};
 use tungstenite::handshake::server::Request;
 use tungstenite::http::StatusCode;
-
-/// Longest head, bytes.
-const HEAD_MAX: usize = 8 * 1024;
-
-/// Longest time for a whole head.
-const HEAD_WITHIN: Duration = Duration::from_secs(5);
 
 /// Where the bases are.
 const MODEL_PATH: &str = "/model";
@@ -26,9 +17,9 @@ const LIVE_PATH: &str = "/live";
 pub(super) enum Refusal {
     /// No head of this kind.
     Malformed,
-    /// More than [`HEAD_MAX`] bytes.
+    /// A head beyond the limit.
     TooLong,
-    /// It did not come within [`HEAD_WITHIN`].
+    /// A head that did not come in time.
     Slow,
     /// No such path.
     NotFound,
@@ -88,27 +79,22 @@ pub(super) enum Wanted {
     Live(Request),
 }
 
-/// Reads a head from `stream`, whose reads end by themselves, and gives it with what came behind it.
-pub(super) fn read(stream: &mut impl Read) -> Result<(Request, Vec<u8>), Refusal> {
-    let begun = Instant::now();
-    let mut head = Vec::with_capacity(1024);
-    let mut part = [0; 1024];
-    loop {
-        if begun.elapsed() > HEAD_WITHIN {
-            return Err(Refusal::Slow);
+impl From<HeadFault> for Refusal {
+    fn from(fault: HeadFault) -> Self {
+        match fault {
+            HeadFault::Malformed => Self::Malformed,
+            HeadFault::TooLong => Self::TooLong,
+            HeadFault::Slow => Self::Slow,
         }
-        match stream.read(&mut part) {
-            Ok(0) => return Err(Refusal::Malformed),
-            Ok(length) => head.extend_from_slice(part.get(..length).unwrap_or_default()),
-            Err(error) if error.kind() == ErrorKind::Interrupted => continue,
-            Err(error) if matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut) => continue,
-            Err(_) => return Err(Refusal::Malformed),
-        }
-        match Request::try_parse(&head) {
-            Ok(Some((length, request))) => return Ok((request, head.split_off(length))),
-            Ok(None) if head.len() > HEAD_MAX => return Err(Refusal::TooLong),
-            Ok(None) => {}
-            Err(_) => return Err(Refusal::Malformed),
+    }
+}
+
+impl From<SenderFault> for Refusal {
+    fn from(fault: SenderFault) -> Self {
+        match fault {
+            SenderFault::Malformed => Self::Malformed,
+            SenderFault::Host => Self::Host,
+            SenderFault::Origin => Self::Origin,
         }
     }
 }
@@ -123,12 +109,9 @@ pub(super) struct Gate {
 impl Gate {
     /// Returns the resource of `request`, or the reason for a refusal.
     pub(super) fn admit(&self, request: Request) -> Result<Wanted, Refusal> {
-        let header = |name: &str| request.headers().get(name).and_then(|value| value.to_str().ok());
         let path = request.uri().path();
-        let host = header("host").ok_or(Refusal::Malformed)?;
-        if self.token.is_none() && !is_this_machine(host) {
-            return Err(Refusal::Host);
-        }
+        let hosts = if self.token.is_none() { Hosts::ThisMachine } else { Hosts::Any };
+        check_sender(&request, Senders { hosts, origins: &[] })?;
         // Style, scripts and the library are the same in every copy of the program: they are no secret.
         if let Some(asset) = ASSETS.iter().find(|asset| asset.path == path) {
             return Ok(Wanted::File(*asset));
@@ -145,37 +128,19 @@ impl Gate {
         }
         match path {
             MODEL_PATH => Ok(Wanted::Model),
-            LIVE_PATH => {
-                // A browser always says whose page asks; other programs need not.
-                let own = |origin: &str| origin.split_once("://").is_some_and(|(_, from)| from == host);
-                match header("origin") {
-                    Some(origin) if !own(origin) => Err(Refusal::Origin),
-                    _ => Ok(Wanted::Live(request)),
-                }
-            }
+            LIVE_PATH => Ok(Wanted::Live(request)),
             _ => Ok(Wanted::File(INDEX)),
         }
     }
 }
 
-/// Whether a Host header names this machine from inside: `localhost` or a loopback address, with any port.
-fn is_this_machine(host: &str) -> bool {
-    let name = match host.rsplit_once(':') {
-        Some((name, port)) if !port.is_empty() && port.bytes().all(|b| b.is_ascii_digit()) => name,
-        _ => host,
-    };
-    let literal = name.trim_start_matches('[').trim_end_matches(']');
-    name.eq_ignore_ascii_case("localhost")
-        || literal.parse::<IpAddr>().is_ok_and(|address| address.is_loopback())
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::listener::read;
 
     fn answer(gate: &Gate, head: &str) -> Result<&'static str, Refusal> {
-        let (request, _) = read(&mut head.as_bytes())?;
-        gate.admit(request).map(|wanted| match wanted {
+        gate.admit(read(&mut head.as_bytes())?.request).map(|wanted| match wanted {
             Wanted::File(asset) => asset.path,
             Wanted::Model => MODEL_PATH,
             Wanted::Live(_) => LIVE_PATH,
@@ -197,6 +162,8 @@ mod tests {
             assert_eq!(answer(&gate, &get("/page.js", host, "")), Err(Refusal::Host), "{host}");
         }
         assert_eq!(answer(&gate, "GET / HTTP/1.1\r\n\r\n"), Err(Refusal::Malformed), "a head without a host");
+        let two = get("/", "localhost", "Host: localhost\r\n");
+        assert_eq!(answer(&gate, &two), Err(Refusal::Malformed), "a head with two hosts");
     }
 
     #[test]
@@ -221,7 +188,7 @@ mod tests {
         }
         let from = |origin: &str| get("/live", "localhost:8060", &format!("Origin: {origin}\r\n"));
         assert_eq!(answer(&gate, &from("http://localhost:8060")), Ok("/live"));
-        for origin in ["http://evil.example", "http://localhost:8061", "null"] {
+        for origin in ["http://evil.example", "foo://localhost:8060", "http://localhost:8061", "null"] {
             assert_eq!(answer(&gate, &from(origin)), Err(Refusal::Origin), "{origin}");
         }
     }
@@ -229,7 +196,7 @@ mod tests {
     #[test]
     fn heads_are_short_whole_and_only_read() {
         let gate = Gate { token: None };
-        let long = get("/", "localhost", &format!("X: {}\r\n", "y".repeat(2 * HEAD_MAX)));
+        let long = get("/", "localhost", &format!("X: {}\r\n", "y".repeat(16 * 1024)));
         assert_eq!(answer(&gate, &long), Err(Refusal::TooLong));
         for broken in ["POST / HTTP/1.1\r\nHost: localhost\r\n\r\n", "GET / HT", "\u{1}\u{2}\r\n\r\n"] {
             assert_eq!(answer(&gate, broken), Err(Refusal::Malformed), "{broken}");

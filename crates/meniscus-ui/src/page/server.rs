@@ -3,12 +3,13 @@
 use super::PageError;
 use super::assets::Asset;
 use super::board::Board;
-use super::request::{Gate, Refusal, Wanted, read};
+use super::request::{Gate, Refusal, Wanted};
 use super::viewer;
+use crate::listener::{HEAD_WITHIN, Limits, Place, Places, TimedStream, read};
 use std::io::{Read, Write};
 use std::net::{Shutdown, SocketAddr, TcpListener, TcpStream};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::atomic::Ordering;
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 use tungstenite::Bytes;
@@ -18,10 +19,14 @@ use tungstenite::http::{Response, StatusCode};
 /// Viewers at a time.
 pub const VIEWERS_MAX: usize = 16;
 
-/// Connections at a time, the viewers' included.
-const CONNECTIONS_MAX: usize = 64;
+/// Viewers of one address.
+pub const VIEWERS_EACH: usize = 12;
 
-/// Longest read or write.
+/// Limits on connections. One address has more places than viewers, so that its viewers keep none of its pages from loading.
+const LIMITS: Limits =
+    Limits { connections: 64, connections_each: 32, guests: VIEWERS_MAX, guests_each: VIEWERS_EACH };
+
+/// Longest time for an answer.
 const PATIENCE: Duration = Duration::from_secs(5);
 
 /// Time that the connections may take to end when the page closes.
@@ -32,7 +37,7 @@ struct Desk {
     gate: Gate,
     bases: Bytes,
     board: Arc<Board>,
-    open: AtomicUsize,
+    places: Arc<Places>,
 }
 
 /// The listening side.
@@ -54,7 +59,7 @@ impl Server {
         let wrong = |error: std::io::Error| PageError::of_listening(address, &error);
         let listener = TcpListener::bind(address).map_err(wrong)?;
         let address = listener.local_addr().map_err(wrong)?;
-        let desk = Arc::new(Desk { gate, bases, board: Arc::clone(&board), open: AtomicUsize::new(0) });
+        let desk = Arc::new(Desk { gate, bases, board: Arc::clone(&board), places: Places::new(LIMITS) });
         let acceptor = spawn(move || accept(&listener, &desk))
             .map_err(|error| PageError::new("the page's thread", format!("{error}"), "free memory"))?;
         Ok(Self { address, board, acceptor: Some(acceptor) })
@@ -97,33 +102,39 @@ fn accept(listener: &TcpListener, desk: &Arc<Desk>) {
             std::thread::sleep(Duration::from_millis(50));
             continue;
         };
-        if desk.open.load(Ordering::Relaxed) >= CONNECTIONS_MAX {
+        let stream = Arc::new(stream);
+        let Some(place) = desk.places.enter(&stream) else {
             desk.board.counters.refused.fetch_add(1, Ordering::Relaxed);
+            // A new socket has room for so few bytes: nothing is waited for.
+            let mut stream = TimedStream::new(stream, Duration::from_millis(10));
+            respond(
+                &mut stream,
+                Refusal::Full.status(),
+                "text/html; charset=utf-8",
+                &explained(Refusal::Full),
+            );
             continue;
-        }
-        desk.open.fetch_add(1, Ordering::Relaxed);
+        };
         let own = Arc::clone(desk);
-        let started = spawn(move || {
-            serve(stream, &own);
-            own.open.fetch_sub(1, Ordering::Relaxed);
-        });
-        if started.is_err() {
-            desk.open.fetch_sub(1, Ordering::Relaxed);
-        }
+        // Where no thread can be had, the closure is dropped, and the place with it.
+        let _started = spawn(move || serve(stream, &place, &own));
     }
     let end = Instant::now() + FAREWELL;
-    while desk.open.load(Ordering::Relaxed) > 0 && Instant::now() < end {
+    while desk.places.taken() > 0 && Instant::now() < end {
         std::thread::sleep(Duration::from_millis(5));
     }
 }
 
 /// One connection: one request, one answer, or a web socket.
-fn serve(mut stream: TcpStream, desk: &Desk) {
-    let set = stream.set_read_timeout(Some(PATIENCE)).and_then(|()| stream.set_write_timeout(Some(PATIENCE)));
-    if set.and_then(|()| stream.set_nodelay(true)).is_err() {
+fn serve(stream: Arc<TcpStream>, place: &Place, desk: &Desk) {
+    if stream.set_nodelay(true).is_err() {
         return;
     }
-    let answer = read(&mut stream).and_then(|(request, rest)| Ok((desk.gate.admit(request)?, rest)));
+    let mut stream = TimedStream::new(stream, HEAD_WITHIN);
+    let answer = read(&mut stream)
+        .map_err(Refusal::from)
+        .and_then(|head| Ok((desk.gate.admit(head.request)?, head.rest)));
+    stream.allow(PATIENCE);
     let refused = match answer {
         Ok((Wanted::File(Asset { kind, bytes, .. }), _)) => {
             respond(&mut stream, StatusCode::OK, kind, bytes);
@@ -135,18 +146,15 @@ fn serve(mut stream: TcpStream, desk: &Desk) {
         }
         Ok((Wanted::Live(request), rest)) => match create_response(&request) {
             Err(_) => Refusal::Malformed,
+            Ok(_) if place.stay().is_none() => Refusal::Full,
             Ok(response) => {
-                let viewers = &desk.board.viewers;
-                if viewers.fetch_add(1, Ordering::Relaxed) < VIEWERS_MAX {
-                    desk.board.counters.came.fetch_add(1, Ordering::Relaxed);
-                    if write_response(&mut stream, &response).is_ok() {
-                        viewer::serve(stream, rest, &desk.board);
-                    }
-                    viewers.fetch_sub(1, Ordering::Relaxed);
-                    return;
+                desk.board.viewers.fetch_add(1, Ordering::Relaxed);
+                desk.board.counters.came.fetch_add(1, Ordering::Relaxed);
+                if write_response(&mut stream, &response).is_ok() {
+                    viewer::serve(stream, rest, &desk.board);
                 }
-                viewers.fetch_sub(1, Ordering::Relaxed);
-                Refusal::Full
+                desk.board.viewers.fetch_sub(1, Ordering::Relaxed);
+                return;
             }
         },
         Err(refusal) => refusal,
@@ -154,8 +162,8 @@ fn serve(mut stream: TcpStream, desk: &Desk) {
     desk.board.counters.refused.fetch_add(1, Ordering::Relaxed);
     respond(&mut stream, refused.status(), "text/html; charset=utf-8", &explained(refused));
     // What the other side still sends is read for a moment, or the system would take the answer back.
-    let _gone = stream.shutdown(Shutdown::Write);
-    let _short = stream.set_read_timeout(Some(Duration::from_millis(200)));
+    let _gone = stream.socket().shutdown(Shutdown::Write);
+    stream.allow(Duration::from_millis(200));
     let mut rest = [0; 4096];
     for _ in 0..16 {
         if !matches!(stream.read(&mut rest), Ok(1..)) {
@@ -176,7 +184,7 @@ fn explained(refusal: Refusal) -> Vec<u8> {
 }
 
 /// Head and body. The page loads nothing from elsewhere, and nobody else may frame it or learn its address.
-fn respond(stream: &mut TcpStream, status: StatusCode, kind: &str, body: &[u8]) {
+fn respond(stream: &mut TimedStream, status: StatusCode, kind: &str, body: &[u8]) {
     let response = Response::builder()
         .status(status)
         .header("Content-Type", kind)

@@ -1,6 +1,7 @@
 //! The word that opens the page to those who come from another machine.
 
 use super::PageError;
+use meniscus_platform::files::read_text;
 use std::path::Path;
 use subtle::ConstantTimeEq;
 
@@ -44,7 +45,7 @@ impl Token {
     /// When the file cannot be read, or holds none.
     pub fn from_file(path: &Path) -> Result<Self, PageError> {
         let file = || format!("the token in {}", path.display());
-        let text = std::fs::read_to_string(path)
+        let text = read_text(path)
             .map_err(|error| PageError::new(file(), format!("{error}"), "write one line into that file"))?;
         let token = text.trim();
         let plain = |letter: char| letter.is_ascii_alphanumeric() || matches!(letter, '-' | '_');

@@ -7,7 +7,7 @@
 //! A viewer that is slow, or far, gets fewer frames and always new ones: what it has no room for is never queued.
 
 use super::board::Board;
-use std::net::TcpStream;
+use crate::listener::TimedStream;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 use tungstenite::protocol::frame::coding::CloseCode;
@@ -23,11 +23,17 @@ const MESSAGE_MAX: usize = 64;
 /// Time that the thread waits for a frame before it checks whether the page has closed.
 const PATIENCE: Duration = Duration::from_millis(500);
 
+/// Longest time for a viewer's next message, and for taking one of ours. Pings do not renew it.
+const ANSWER_WITHIN: Duration = Duration::from_secs(5);
+
+/// Pings and pongs between two messages of a viewer: a page sends none of its own accord.
+const PINGS_MAX: usize = 64;
+
 /// Highest rate, Hz.
 const RATE_MAX: u8 = 60;
 
-/// The viewer on `stream`, whose reads and writes end by themselves; `rest` came behind its request.
-pub(super) fn serve(stream: TcpStream, rest: Vec<u8>, board: &Board) {
+/// The viewer on `stream`; `rest` came behind its request.
+pub(super) fn serve(stream: TimedStream, rest: Vec<u8>, board: &Board) {
     let limits = WebSocketConfig::default()
         .max_message_size(Some(MESSAGE_MAX))
         .max_frame_size(Some(MESSAGE_MAX))
@@ -37,12 +43,13 @@ pub(super) fn serve(stream: TcpStream, rest: Vec<u8>, board: &Board) {
     let gone = show(&mut socket, board).is_none();
     if !gone {
         let frame = CloseFrame { code: CloseCode::Away, reason: "the run has ended".into() };
+        socket.get_mut().allow(ANSWER_WITHIN);
         let _told = socket.close(Some(frame)).and_then(|()| socket.flush());
     }
 }
 
 /// Shows frames until the page closes, `Some`, or the viewer goes, `None`.
-fn show(socket: &mut WebSocket<TcpStream>, board: &Board) -> Option<()> {
+fn show(socket: &mut WebSocket<TimedStream>, board: &Board) -> Option<()> {
     let counters = &board.counters;
     let mut rate = wish(socket)?;
     let (mut under_way, mut last, mut last_image) = (0, 0, 0);
@@ -57,6 +64,7 @@ fn show(socket: &mut WebSocket<TcpStream>, board: &Board) -> Option<()> {
         counters.left_out.fetch_add(passed.saturating_sub(1), Ordering::Relaxed);
         let Some((frame, image)) = board.newer(last, due, PATIENCE) else {
             // Nothing new: a ping finds out whether the viewer is still there.
+            socket.get_mut().allow(ANSWER_WITHIN);
             socket.send(Message::Ping(Bytes::new())).ok()?;
             continue;
         };
@@ -65,6 +73,7 @@ fn show(socket: &mut WebSocket<TcpStream>, board: &Board) -> Option<()> {
         last = frame.0;
         let mut send = |bytes: Bytes| {
             counters.bytes.fetch_add(bytes.len() as u64, Ordering::Relaxed);
+            socket.get_mut().allow(ANSWER_WITHIN);
             socket.send(Message::Binary(bytes)).ok()
         };
         if image.0 > last_image {
@@ -80,8 +89,9 @@ fn show(socket: &mut WebSocket<TcpStream>, board: &Board) -> Option<()> {
 
 /// The next message of the viewer, which says that it has taken a frame and at which rate it wants more; `None` when
 /// it has gone or says something else.
-fn wish(socket: &mut WebSocket<TcpStream>) -> Option<u8> {
-    loop {
+fn wish(socket: &mut WebSocket<TimedStream>) -> Option<u8> {
+    socket.get_mut().allow(ANSWER_WITHIN);
+    for _ in 0..PINGS_MAX {
         match socket.read().ok()? {
             Message::Binary(bytes) => {
                 let [.., rate, _, _, _] = *<&[u8; 8]>::try_from(&*bytes).ok()?;
@@ -91,4 +101,5 @@ fn wish(socket: &mut WebSocket<TcpStream>) -> Option<u8> {
             Message::Text(_) | Message::Close(_) | Message::Frame(_) => return None,
         }
     }
+    None
 }

@@ -3,7 +3,7 @@
 //! The argument for soundness:
 //!
 //! 1. There is one core, one thread and no interrupt: nothing runs beside what is written here.
-//! 2. [`room`] is called once, by the job: the reference that it gives is the only one to that static.
+//! 2. [`room`] gives its reference once and ends the program at a second call: it is the only one to that static.
 //! 3. A semihosting call stops the core while the debugger (QEMU) reads or writes the memory that its
 //!    parameter block names; the blocks name buffers of this frame or of the caller, with their true length.
 //! 4. The stack is painted by the reset handler below its own stack pointer, before any Rust code runs, and
@@ -13,6 +13,7 @@
 
 use core::arch::{asm, global_asm};
 use core::ptr::{addr_of, read_volatile, write_volatile};
+use core::sync::atomic::{AtomicBool, Ordering};
 use meniscus_bare_metal::Room;
 
 unsafe extern "C" {
@@ -69,15 +70,26 @@ extern "C" fn failed() -> ! {
     exit(false)
 }
 
-/// The buffers of the job. Call it once.
+/// The buffers of the job. A second call ends the emulation: a second reference to them must not be.
 pub(super) fn room() -> &'static mut Room {
     static mut ROOM: Room = Room::new();
-    // SAFETY: called once, and nothing else names the static (1, 2).
+    static GIVEN: AtomicBool = AtomicBool::new(false);
+    // With one thread and no interrupt nothing comes between the two (1).
+    if GIVEN.load(Ordering::Relaxed) {
+        Console::open().write(b"the room of the job was asked for twice\n");
+        exit(false)
+    }
+    GIVEN.store(true, Ordering::Relaxed);
+    // SAFETY: the flag lets one call come here, and nothing else names the static (2).
     unsafe { &mut *(&raw mut ROOM) }
 }
 
 /// Semihosting: operation and address of its parameter block.
-fn call(operation: u32, block: *const u32) -> u32 {
+///
+/// # Safety
+/// `block` has to be what the operation takes, and the memory that it names has to be the caller's to read, or to write, with the
+/// length that it says.
+unsafe fn call(operation: u32, block: *const u32) -> u32 {
     let answer;
     // SAFETY: the breakpoint is taken by the debugger, which keeps to the block (3).
     unsafe {
@@ -89,7 +101,8 @@ fn call(operation: u32, block: *const u32) -> u32 {
 fn open(name: &[u8], mode: u32) -> u32 {
     // The name ends with a zero that its length does not count.
     let block = [name.as_ptr() as u32, mode, name.len() as u32 - 1];
-    call(0x01, block.as_ptr())
+    // SAFETY: SYS_OPEN reads a name of this length (3).
+    unsafe { call(0x01, block.as_ptr()) }
 }
 
 /// The payload file on the host.
@@ -104,8 +117,10 @@ impl File {
     /// Fills `into`; `false` when the file has ended before.
     pub(super) fn read(&mut self, into: &mut [u8]) -> bool {
         let block = [self.0, into.as_mut_ptr() as u32, into.len() as u32];
+        // SAFETY: SYS_READ writes at most `into.len()` bytes into `into`, which is borrowed for writing (3).
+        let missing = unsafe { call(0x06, block.as_ptr()) };
         // The answer is the number of bytes that did not come.
-        call(0x06, block.as_ptr()) == 0
+        missing == 0
     }
 }
 
@@ -120,7 +135,8 @@ impl Console {
 
     pub(super) fn write(&mut self, bytes: &[u8]) {
         let block = [self.0, bytes.as_ptr() as u32, bytes.len() as u32];
-        call(0x05, block.as_ptr());
+        // SAFETY: SYS_WRITE reads `bytes.len()` bytes (3).
+        unsafe { call(0x05, block.as_ptr()) };
     }
 }
 
@@ -128,7 +144,8 @@ impl Console {
 pub(super) fn exit(well: bool) -> ! {
     // ADP_Stopped_ApplicationExit, or a run time error.
     let reason = if well { 0x2_0026 } else { 0x2_0023 };
-    call(0x18, reason as *const u32);
+    // SAFETY: this operation takes a number and reads no memory.
+    unsafe { call(0x18, reason as *const u32) };
     loop {}
 }
 

@@ -13,54 +13,39 @@
 //!
 //! UDP samples carry their arrival time. A frame is placed among them at the earliest time at which it can arrive
 //! ([`ClockMap`]), less the configured lag.
+//!
+//! Who sends them is checked in `sender`, and what they say in `agreement`: a motion from the wire that the camera denies is
+//! not used, and the glass is tracked instead.
+
+mod agreement;
+mod datagram;
+mod samples;
+mod sender;
+mod wire;
+
+pub use sender::ExpectedSender;
+pub use wire::Say;
 
 use crate::clock_map::ClockMap;
+use agreement::{Agreement, Trust};
 use meniscus::runtime::InputSource;
 use meniscus::units::{FRAME_INTERVAL_S, Micros};
-use std::collections::VecDeque;
-use std::net::{SocketAddr, UdpSocket};
+use samples::Samples;
+use std::net::SocketAddr;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
-use std::time::{Duration, Instant};
+use std::time::Instant;
+use wire::Listener;
 
 /// Sampling rate of a table, Hz.
 const TABLE_HZ: f64 = 1000.0;
-/// UDP samples that are kept: a quarter of a second at 1 kHz.
-const KEPT: usize = 256;
-/// Time for which the newest sample is extrapolated, seconds; after it the tracked position of the glass is used.
-const HOLD_S: f64 = 0.025;
-/// Largest acceleration that is accepted, m/s2: twenty times gravity.
-const LARGEST: f64 = 200.0;
-/// Interval at which the listener checks whether it is still wanted.
-const PAUSE: Duration = Duration::from_millis(100);
 
-/// Samples, oldest first: time in seconds, acceleration in m/s2.
-#[derive(Debug, Default)]
-struct Samples(VecDeque<(f64, f64)>);
+/// Message when a motion from the wire is not used any more.
+const NOT_USED: &str = "the commanded motion is not that of the glass in the image: the glass is tracked by the camera \
+                        instead. Check the sender, the direction of x, the unit (m/s2) and --motion-lag-ms";
 
-impl Samples {
-    /// Acceleration between the samples around `time_s`; `None` before the first and beyond the last one's hold.
-    fn now(&self, time_s: f64) -> Option<f64> {
-        let after = self.0.partition_point(|(t, _)| *t <= time_s);
-        let (t0, a0) = *self.0.get(after.checked_sub(1)?)?;
-        match self.0.get(after) {
-            Some((t1, a1)) => Some(a0 + (a1 - a0) * (time_s - t0) / (t1 - t0)),
-            None => (time_s - t0 <= HOLD_S).then_some(a0),
-        }
-    }
-
-    /// The mean around `time_s` with the weights of the second difference; as [`Self::now`] where no sample lies there.
-    fn around(&self, time_s: f64) -> Option<f64> {
-        let h = FRAME_INTERVAL_S;
-        let first = self.0.partition_point(|(t, _)| *t <= time_s - h);
-        let near = self.0.range(first..).take_while(|(t, _)| *t < time_s + h);
-        let (sum, weights) = near.fold((0.0, 0.0), |(sum, weights), (t, a)| {
-            let weight = 1.0 - (t - time_s).abs() / h;
-            (sum + weight * a, weights + weight)
-        });
-        if weights > 0.0 { Some(sum / weights) } else { self.now(time_s) }
-    }
-}
+/// Message when it is used again.
+const USED_AGAIN: &str = "the commanded motion agrees with the glass in the image again and is used";
 
 /// Origin of the samples, and the relation of the two clocks.
 #[derive(Debug)]
@@ -84,8 +69,20 @@ pub struct MotionCounters {
     pub commanded: AtomicU64,
     /// Turns without a sample, which used the tracked position of the glass.
     pub tracked: AtomicU64,
-    /// Datagrams that are not an acceleration.
+    /// Turns whose commanded motion the camera denied. One from the wire is not used in them, a table is.
+    pub contradicted: AtomicU64,
+    /// Times that the camera denied the commanded motion.
+    pub contradictions: AtomicU64,
+    /// Samples that were taken from datagrams.
+    pub samples: AtomicU64,
+    /// Datagrams that are no acceleration, lack the token, or come twice.
     pub refused: AtomicU64,
+    /// Datagrams of other senders.
+    pub strangers: AtomicU64,
+    /// Datagrams beyond the rate of a sender.
+    pub flooded: AtomicU64,
+    /// The camera agrees again, and nobody has been told yet.
+    reconciled: AtomicBool,
 }
 
 /// Turns by the origin of their motion.
@@ -95,6 +92,12 @@ pub struct MotionTurns {
     pub commanded: u64,
     /// Turns that used the tracked position of the glass.
     pub tracked: u64,
+    /// Turns whose commanded motion the camera denied.
+    pub contradicted: u64,
+    /// Times that the camera denied the commanded motion.
+    pub contradictions: u64,
+    /// Datagrams that were not taken.
+    pub refused: u64,
 }
 
 /// A source of accelerations that the estimator takes instead of the tracked motion.
@@ -104,12 +107,18 @@ pub struct CommandedMotion {
     /// Its counters.
     pub counters: Arc<MotionCounters>,
     ended: Arc<AtomicBool>,
+    /// Comparison with the camera. Only the worker uses it.
+    agreement: Mutex<Agreement>,
+    /// Whether a motion that the camera denies is left out. A table is a person's own: it is used, and the denial counted.
+    enforced: bool,
 }
 
 impl CommandedMotion {
     fn new(samples: Samples, source: Source) -> Self {
+        let enforced = matches!(source, Source::Wire { .. });
         let inner = Arc::new(Mutex::new(Inner { samples, source }));
-        Self { inner, counters: Arc::default(), ended: Arc::default() }
+        let agreement = Mutex::default();
+        Self { inner, counters: Arc::default(), ended: Arc::default(), agreement, enforced }
     }
 
     /// Returns a motion from a table: `acceleration` (m/s2) over the first `seconds` after the first turn.
@@ -119,35 +128,33 @@ impl CommandedMotion {
         let first = -(2.0 * FRAME_INTERVAL_S * TABLE_HZ).ceil() as i64;
         let last = (seconds * TABLE_HZ).ceil() as i64;
         let at = |k: i64| k as f64 / TABLE_HZ;
-        Self::new(
-            Samples((first..=last).map(|k| (at(k), acceleration(at(k)))).collect()),
-            Source::Table(None),
-        )
+        Self::new(Samples::table((first..=last).map(|k| (at(k), acceleration(at(k))))), Source::Table(None))
     }
 
-    /// Returns a motion from datagrams at `address`, each one ASCII number: the acceleration of the glass along x, m/s2.
-    /// `lag_s` is the extra latency of camera frames over UDP samples.
+    /// Returns a motion from datagrams at `address`, each one the acceleration of the glass along x, m/s2, in ASCII, of the
+    /// `expected` sender. `lag_s` is the extra latency of camera frames over UDP samples.
     ///
     /// # Errors
     /// What the system says of the address.
-    pub fn by_wire(address: SocketAddr, lag_s: f64) -> std::io::Result<Self> {
-        let socket = UdpSocket::bind(address)?;
-        socket.set_read_timeout(Some(PAUSE))?;
+    pub fn by_wire(
+        address: SocketAddr,
+        lag_s: f64,
+        expected: ExpectedSender,
+        say: Say,
+    ) -> std::io::Result<Self> {
+        let socket = wire::bind(address)?;
         let clock = ClockMap::new();
-        let motion = Self::new(Samples(VecDeque::with_capacity(KEPT)), Source::Wire { clock, lag_s });
-        let (inner, counters, ended) =
-            (Arc::clone(&motion.inner), Arc::clone(&motion.counters), Arc::clone(&motion.ended));
-        std::thread::spawn(move || {
-            let mut room = [0; 64];
-            while !ended.load(Ordering::Relaxed) {
-                let Ok(length) = socket.recv(&mut room) else { continue };
-                let arrived_s = clock.seconds(Instant::now());
-                match number(room.get(..length).unwrap_or(&[])) {
-                    Some(acceleration) => push(&inner, (arrived_s, acceleration)),
-                    None => _ = counters.refused.fetch_add(1, Ordering::Relaxed),
-                }
-            }
-        });
+        let motion = Self::new(Samples::room(), Source::Wire { clock, lag_s });
+        let listener = Listener {
+            address,
+            expected,
+            clock,
+            inner: Arc::clone(&motion.inner),
+            counters: Arc::clone(&motion.counters),
+            ended: Arc::clone(&motion.ended),
+            say,
+        };
+        std::thread::Builder::new().name("motion".into()).spawn(move || listener.run(socket))?;
         Ok(motion)
     }
 
@@ -155,17 +162,49 @@ impl CommandedMotion {
     #[must_use]
     pub fn turns(&self) -> MotionTurns {
         let of = |counter: &AtomicU64| counter.load(Ordering::Relaxed);
-        MotionTurns { commanded: of(&self.counters.commanded), tracked: of(&self.counters.tracked) }
+        let counters = &self.counters;
+        MotionTurns {
+            commanded: of(&counters.commanded),
+            tracked: of(&counters.tracked),
+            contradicted: of(&counters.contradicted),
+            contradictions: of(&counters.contradictions),
+            refused: of(&counters.refused) + of(&counters.strangers) + of(&counters.flooded),
+        }
     }
 
-    /// Returns the motion of the turn at `at`, whose frame came at `arrived`; [`InputSource::Tracked`] without a sample.
+    /// Returns the motion of the turn at `at`, whose frame came at `arrived`; [`InputSource::Tracked`] without a sample, or
+    /// where the camera denies it.
     pub(super) fn drive(&self, at: Micros, arrived: Instant) -> InputSource {
         // The lock is held only while a sample is put in. The worker never waits for it: one turn without a commanded
         // motion costs less than a late turn.
         let drive = self.inner.try_lock().ok().and_then(|mut inner| inner.drive(at, arrived));
-        let counter = if drive.is_some() { &self.counters.commanded } else { &self.counters.tracked };
+        let used = drive.filter(|drive| {
+            let InputSource::Measured { before, now } = *drive else { return true };
+            let Ok(mut agreement) = self.agreement.try_lock() else { return !self.enforced };
+            agreement.commanded(at, before, now);
+            let trust = agreement.trust();
+            if trust == Trust::Contradicted {
+                self.counters.contradicted.fetch_add(1, Ordering::Relaxed);
+            }
+            !self.enforced || trust == Trust::Used
+        });
+        let counter = if used.is_some() { &self.counters.commanded } else { &self.counters.tracked };
         counter.fetch_add(1, Ordering::Relaxed);
-        drive.unwrap_or_default()
+        used.unwrap_or_default()
+    }
+
+    /// Takes the position of the glass in the frame of the turn at `at`, m; `None` where it was not seen.
+    pub(super) fn compare(&self, at: Micros, glass_x_m: Option<f32>) {
+        let Ok(mut agreement) = self.agreement.try_lock() else { return };
+        let before = agreement.trust();
+        agreement.tracked(at, glass_x_m.map(f64::from));
+        match (before, agreement.trust()) {
+            (Trust::Untried | Trust::Used, Trust::Contradicted) => {
+                self.counters.contradictions.fetch_add(1, Ordering::Relaxed);
+            }
+            (Trust::Contradicted, Trust::Used) => self.counters.reconciled.store(true, Ordering::Relaxed),
+            _ => {}
+        }
     }
 }
 
@@ -192,28 +231,10 @@ impl Inner {
     }
 }
 
-fn push(inner: &Mutex<Inner>, sample: (f64, f64)) {
-    // The worker never panics with it in its hands.
-    let Ok(mut inner) = inner.lock() else { return };
-    let samples = &mut inner.samples.0;
-    if samples.back().is_some_and(|(t, _)| sample.0 <= *t) {
-        return;
-    }
-    if samples.len() == KEPT {
-        samples.pop_front();
-    }
-    samples.push_back(sample);
-}
-
-/// The number of a datagram.
-fn number(bytes: &[u8]) -> Option<f64> {
-    let number: f64 = std::str::from_utf8(bytes).ok()?.trim().parse().ok()?;
-    (number.abs() <= LARGEST).then_some(number)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::time::Duration;
 
     /// X(t) = 0.01 sin(20 t) and its acceleration.
     fn place(t: f64) -> f64 {
@@ -253,7 +274,8 @@ mod tests {
     fn udp_samples_give_the_same_across_unsynchronised_clocks() {
         let begun = Instant::now();
         let source = Source::Wire { clock: ClockMap::starting_at(begun), lag_s: 0.008 };
-        let motion = CommandedMotion::new(Samples(VecDeque::with_capacity(KEPT)), source);
+        let mut motion = CommandedMotion::new(Samples::room(), source);
+        motion.enforced = false;
         let (mut sent, mut worst, mut asked) = (0, 0.0_f64, 0);
         for n in 10..60 {
             let t = f64::from(n) * FRAME_INTERVAL_S;
@@ -261,7 +283,7 @@ mod tests {
             let arrived_s = t + 0.008 + jitter;
             while f64::from(sent) / 500.0 <= arrived_s {
                 let s = f64::from(sent) / 500.0;
-                push(&motion.inner, (s, acceleration(s)));
+                motion.inner.lock().expect("nobody panicked").samples.push((s, acceleration(s)));
                 sent += 1;
             }
             let arrived = begun + Duration::from_secs_f64(arrived_s);
@@ -277,15 +299,5 @@ mod tests {
         // Silence: the tracked position is used again.
         let late = begun + Duration::from_secs_f64(1.5);
         assert_eq!(motion.drive(at(1234.5 + 1.492), late), InputSource::Tracked);
-    }
-
-    #[test]
-    fn a_datagram_is_a_finite_number_in_range() {
-        let motion = CommandedMotion::by_wire("127.0.0.1:0".parse().expect("an address"), 0.0);
-        assert!(motion.is_ok());
-        assert_eq!(number(b" -1.25\n"), Some(-1.25));
-        for wrong in [&b"nan"[..], b"inf", b"1e9", b"", b"1.0 2.0", &[0xff, 0xfe]] {
-            assert_eq!(number(wrong), None, "{wrong:?}");
-        }
     }
 }

@@ -1,0 +1,126 @@
+//! Thread that listens for datagrams.
+
+use super::datagram::{LONGEST, read};
+use super::sender::{ExpectedSender, Floor, Heard};
+use super::{Inner, MotionCounters, NOT_USED, USED_AGAIN};
+use crate::clock_map::ClockMap;
+use std::io::Result;
+use std::net::{SocketAddr, UdpSocket};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex};
+use std::time::{Duration, Instant};
+
+/// Interval at which the listener checks whether it is still wanted.
+const PAUSE: Duration = Duration::from_millis(100);
+
+/// Receiver of messages for a person.
+pub type Say = Box<dyn Fn(&str) + Send>;
+
+/// Everything that the thread needs.
+pub(super) struct Listener {
+    /// Where it listens.
+    pub(super) address: SocketAddr,
+    /// Sender that is expected.
+    pub(super) expected: ExpectedSender,
+    /// Clock of the samples.
+    pub(super) clock: ClockMap,
+    /// The samples.
+    pub(super) inner: Arc<Mutex<Inner>>,
+    /// Counters of the datagrams.
+    pub(super) counters: Arc<MotionCounters>,
+    /// The run has ended.
+    pub(super) ended: Arc<AtomicBool>,
+    /// Receiver of messages.
+    pub(super) say: Say,
+}
+
+/// Opens a socket at `address` whose reads end by themselves.
+pub(super) fn bind(address: SocketAddr) -> Result<UdpSocket> {
+    let socket = UdpSocket::bind(address)?;
+    socket.set_read_timeout(Some(PAUSE))?;
+    Ok(socket)
+}
+
+impl Listener {
+    /// Listens until the run ends.
+    pub(super) fn run(self, socket: UdpSocket) {
+        let (mut socket, mut floor, mut room) = (socket, Floor::default(), [0; LONGEST]);
+        // The address as it was chosen: a socket that is opened anew has to have the same port.
+        let address = socket.local_addr().unwrap_or(self.address);
+        let (mut bound_to, mut told) = (None, 0);
+        while !self.ended.load(Ordering::Relaxed) {
+            if let Ok((length, from)) = socket.recv_from(&mut room) {
+                self.take(&mut floor, room.get(..length).unwrap_or(&[]), from);
+            }
+            let contradictions = self.counters.contradictions.load(Ordering::Relaxed);
+            if contradictions > told {
+                floor.deny(self.clock.seconds(Instant::now()));
+            }
+            told = self.tell(told, contradictions);
+            // A socket that is connected gets nothing of others, so that their flood does not fill its queue.
+            let now_s = self.clock.seconds(Instant::now());
+            let wanted = floor.speaker().filter(|_| !floor.is_open(now_s));
+            if wanted != bound_to {
+                match wanted {
+                    Some(speaker) if socket.connect(speaker).is_ok() => bound_to = wanted,
+                    Some(_) => {}
+                    None => {
+                        // Only a new socket hears everybody again. The old one has to go first: it holds the port.
+                        drop(socket);
+                        let Some(open) = self.reopen(address) else { return };
+                        (socket, bound_to) = (open, None);
+                    }
+                }
+            }
+        }
+    }
+
+    /// Opens the socket again; `None` when the run ends meanwhile.
+    fn reopen(&self, address: SocketAddr) -> Option<UdpSocket> {
+        while !self.ended.load(Ordering::Relaxed) {
+            if let Ok(socket) = bind(address) {
+                return Some(socket);
+            }
+            std::thread::sleep(PAUSE);
+        }
+        None
+    }
+
+    /// Takes one datagram.
+    fn take(&self, floor: &mut Floor, bytes: &[u8], from: SocketAddr) {
+        let now_s = self.clock.seconds(Instant::now());
+        let counters = &self.counters;
+        let from_ip = from.ip().to_canonical();
+        if self.expected.address.is_some_and(|address| address.to_canonical() != from_ip) {
+            counters.strangers.fetch_add(1, Ordering::Relaxed);
+            return;
+        }
+        let Some(datagram) = read(bytes, self.expected.token.as_deref()) else {
+            counters.refused.fetch_add(1, Ordering::Relaxed);
+            return;
+        };
+        let counter = match floor.hear(from, &datagram, now_s) {
+            Heard::Sample => {
+                // The worker never panics with it in its hands.
+                let Ok(mut inner) = self.inner.lock() else { return };
+                inner.samples.push((now_s, datagram.acceleration));
+                &counters.samples
+            }
+            Heard::Stranger => &counters.strangers,
+            Heard::Repeated => &counters.refused,
+            Heard::Flood => &counters.flooded,
+        };
+        counter.fetch_add(1, Ordering::Relaxed);
+    }
+
+    /// Tells a person when the camera has denied the motion, or agrees again; returns what has been told.
+    fn tell(&self, told: u64, contradictions: u64) -> u64 {
+        if contradictions > told {
+            (self.say)(NOT_USED);
+        }
+        if self.counters.reconciled.swap(false, Ordering::Relaxed) {
+            (self.say)(USED_AGAIN);
+        }
+        contradictions
+    }
+}

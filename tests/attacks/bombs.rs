@@ -1,0 +1,407 @@
+//! Attacks by files that are made to exhaust memory, time or patience. The generators are here; no bomb is committed.
+
+use crate::support::{Scratch, meniscus_command};
+use std::fs::{self, File};
+use std::io::Write;
+use std::os::unix::fs::symlink;
+use std::path::{Path, PathBuf};
+use std::process::Stdio;
+use std::time::{Duration, Instant};
+
+/// Memory and time within which a reader has to give a bomb up.
+const MEMORY_KIB: u64 = 256 * 1024;
+const WITHIN: Duration = Duration::from_secs(10);
+
+/// End of a program that has met a bomb.
+#[derive(Debug)]
+struct Met {
+    /// Peak of the resident memory, KiB.
+    peak_kib: u64,
+    took: Duration,
+    /// Whether it ended by itself.
+    ended: bool,
+    failed: bool,
+    said: String,
+}
+
+/// Runs `meniscus` with `arguments`, and ends it when it exceeds memory or time.
+fn meet(folder: &Path, arguments: &[&str]) -> Met {
+    let said = folder.join("said.txt");
+    let mut child = meniscus_command()
+        .args(arguments)
+        .current_dir(folder)
+        .stdin(Stdio::null())
+        .stdout(Stdio::null())
+        .stderr(File::create(&said).expect("a file"))
+        .spawn()
+        .expect("it starts");
+    let (begun, status) = (Instant::now(), format!("/proc/{}/status", child.id()));
+    let mut met = Met { peak_kib: 0, took: Duration::ZERO, ended: true, failed: false, said: String::new() };
+    let exit = loop {
+        let text = fs::read_to_string(&status).unwrap_or_default();
+        let peak = text
+            .lines()
+            .find_map(|line| line.strip_prefix("VmHWM:")?.trim().strip_suffix(" kB")?.trim().parse().ok());
+        met.peak_kib = met.peak_kib.max(peak.unwrap_or(0));
+        if let Some(exit) = child.try_wait().expect("a child") {
+            break Some(exit);
+        }
+        if met.peak_kib > MEMORY_KIB || begun.elapsed() > WITHIN {
+            let _gone = child.kill();
+            let _waited = child.wait();
+            break None;
+        }
+        std::thread::sleep(Duration::from_millis(1));
+    };
+    met.took = begun.elapsed();
+    (met.ended, met.failed) = (exit.is_some(), exit.is_some_and(|exit| exit.code() == Some(1)));
+    met.said = fs::read_to_string(&said).unwrap_or_default();
+    met
+}
+
+/// Asserts that `meniscus record --source` gives up what `make` has made, with `words`.
+fn defused(name: &str, words: &str, make: impl FnOnce(&Path)) {
+    let scratch = Scratch::new(&format!("bomb-{name}"));
+    make(&scratch.0);
+    let bomb = fs::read_dir(&scratch.0).expect("listed").flatten().map(|entry| entry.file_name());
+    let bomb: Vec<String> = bomb.map(|name| name.to_string_lossy().into_owned()).collect();
+    let bomb = bomb.iter().find(|name| name.starts_with("bomb")).expect("a bomb");
+    judged(&meet(&scratch.0, &["record", "--source", bomb, "--out", "kept.csv"]), name, words);
+}
+
+fn judged(met: &Met, name: &str, words: &str) {
+    eprintln!(
+        "{name}: {} MiB, {:?}: {}",
+        met.peak_kib / 1024,
+        met.took,
+        met.said.lines().last().unwrap_or("")
+    );
+    // A program that ends at once may not have been looked at.
+    assert!(met.ended && (met.peak_kib > 0 || met.took < Duration::from_millis(200)), "{name}: {met:?}");
+    assert!(met.peak_kib <= MEMORY_KIB && met.took <= WITHIN, "{name}: {met:?}");
+    assert!(met.failed && met.said.contains(words), "{name}: '{words}' is not in {met:?}");
+}
+
+fn text(bytes: &[u8]) -> Vec<u8> {
+    [&(bytes.len() as u32).to_le_bytes()[..], bytes].concat()
+}
+
+/// A record of a ROS 1 bag.
+fn record(fields: &[(&str, &[u8])], data: &[u8]) -> Vec<u8> {
+    let head: Vec<u8> =
+        fields.iter().flat_map(|(name, value)| text(&[name.as_bytes(), b"=", value].concat())).collect();
+    [text(&head), text(data)].concat()
+}
+
+/// A compressed chunk of a ROS 1 bag.
+fn chunk(records: &[u8]) -> Vec<u8> {
+    let mut encoder = lz4_flex::frame::FrameEncoder::new(Vec::new());
+    encoder.write_all(records).expect("memory");
+    let (packed, size) = (encoder.finish().expect("memory"), (records.len() as u32).to_le_bytes());
+    record(&[("op", &[5]), ("compression", b"lz4"), ("size", &size)], &packed)
+}
+
+fn bag(folder: &Path, chunks: impl Iterator<Item = Vec<u8>>) {
+    let mut file = File::create(folder.join("bomb.bag")).expect("a file");
+    file.write_all(b"#ROSBAG V2.0\n").expect("written");
+    chunks.for_each(|chunk| file.write_all(&chunk).expect("written"));
+}
+
+/// A depth image of `side` by `side` zeros as a message of connection 0.
+fn depth(side: u32) -> Vec<u8> {
+    let pixels = vec![0; 2 * (side * side) as usize];
+    let parts: [&[u8]; 6] =
+        [&[0; 16], &side.to_le_bytes(), &side.to_le_bytes(), &text(b"mono16"), &[0; 5], &text(&pixels)];
+    record(&[("op", &[2]), ("conn", &[0; 4]), ("time", &[0; 8])], &parts.concat())
+}
+
+fn depth_topic() -> Vec<u8> {
+    let topic: &[u8] = b"/device_0/sensor_0/Depth_0/image/data";
+    record(&[("op", &[7]), ("conn", &[0; 4]), ("topic", topic)], &text(b"type=x"))
+}
+
+/// A ROS 1 bag cannot exhaust memory before it has told of its camera.
+///
+/// 70 LZ4 chunks of one large depth image each, and no camera.
+#[test]
+fn a_bag_of_images_without_a_camera() {
+    defused("images.bag", "has no depth camera", |folder| {
+        let image = chunk(&depth(4096));
+        bag(folder, std::iter::once(chunk(&depth_topic())).chain((0..70).map(|_| image.clone())));
+    });
+}
+
+/// A ROS 1 bag cannot exhaust time by records of nothing.
+///
+/// Chunks of two million empty records each, which compress to a few kilobytes.
+#[test]
+fn a_bag_of_empty_records() {
+    defused("empty.bag", "without an image", |folder| {
+        let empty = chunk(&[0; 8].repeat(2_000_000));
+        bag(folder, (0..100).map(|_| empty.clone()));
+    });
+}
+
+/// A ROS 1 bag cannot claim a chunk beyond the limit.
+///
+/// A chunk whose header says 4 GiB, and one whose data unpack to 400 MiB.
+#[test]
+fn a_bag_with_a_chunk_that_is_too_long() {
+    defused("claim.bag", "has no depth camera", |folder| {
+        let zeros = chunk(&vec![0; 400 << 20]);
+        let mut claim = zeros.clone();
+        let at = claim.windows(5).position(|part| part == b"size=").expect("its size") + 5;
+        claim[at..at + 4].fill(0xff);
+        bag(folder, [zeros, claim].into_iter());
+    });
+}
+
+/// A ROS 2 bag cannot run a program of its own: views.
+///
+/// `messages` is a view that recurses for ever, or one that makes gigabytes.
+#[test]
+fn a_database_of_views() {
+    for (name, view) in [
+        (
+            "recursion",
+            "WITH RECURSIVE r(n) AS (SELECT 1 UNION ALL SELECT n + 1 FROM r) SELECT n AS id, 1 AS topic_id, 'x' AS data FROM r WHERE n < 0",
+        ),
+        ("zeroblob", "SELECT 1 AS id, 1 AS topic_id, zeroblob(999999999) AS data"),
+    ] {
+        defused(name, "no plain tables", |folder| {
+            let file = rusqlite::Connection::open(folder.join("bomb.db3")).expect("a database");
+            file.execute_batch(&format!(
+                "CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT); CREATE VIEW messages AS {view};
+                 INSERT INTO topics VALUES (1, '/device_0/sensor_0/Depth_0/camera_info');"
+            ))
+            .expect("a schema");
+        });
+    }
+}
+
+/// A ROS 2 bag cannot run a program of its own: computed columns.
+///
+/// A column that is computed from another one when it is read.
+#[test]
+fn a_database_of_computed_columns() {
+    defused("computed.db3", "no plain tables", |folder| {
+        let file = rusqlite::Connection::open(folder.join("bomb.db3")).expect("a database");
+        file.execute_batch(
+            "CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT);
+             CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id INTEGER, data BLOB AS (zeroblob(900000000)));
+             INSERT INTO topics VALUES (1, '/device_0/sensor_0/Depth_0/camera_info');
+             INSERT INTO messages(topic_id) VALUES (1);",
+        )
+        .expect("a schema");
+    });
+}
+
+/// A ROS 2 bag cannot exhaust time by rows of nothing, or by tables without an index.
+///
+/// A camera, then 400,000 rows of another topic; the same in a table whose `id` is no key, so that each row costs a scan.
+#[test]
+fn a_database_of_empty_rows() {
+    for key in ["INTEGER PRIMARY KEY", "INTEGER"] {
+        defused("rows.db3", "an image", |folder| {
+            let file = rusqlite::Connection::open(folder.join("bomb.db3")).expect("a database");
+            let camera = "width=64;height=48;fx=38.4;ppx=31.9;fy=38.5;ppy=23.6;";
+            let message =
+                [&[0, 1, 0, 0][..], &(camera.len() as u32 + 1).to_le_bytes(), camera.as_bytes(), &[0]]
+                    .concat();
+            file.execute_batch(&format!(
+                "CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT);
+                 CREATE TABLE messages(id {key}, topic_id INTEGER, data BLOB);
+                 INSERT INTO topics VALUES (1, '/device_0/sensor_0/Depth_0/camera_info'), (2, '/imu');"
+            ))
+            .expect("a schema");
+            file.execute("INSERT INTO messages VALUES (0, 1, ?1)", [message]).expect("a camera");
+            file.execute_batch(
+                "WITH RECURSIVE r(n) AS (SELECT 1 UNION ALL SELECT n + 1 FROM r WHERE n < 400000)
+                 INSERT INTO messages SELECT n, 2, x'00010000' FROM r;",
+            )
+            .expect("rows");
+        });
+    }
+}
+
+/// An MCAP file cannot exhaust time by chunks without an image.
+///
+/// 3 GiB of zeros on another topic, behind a sound record of a camera.
+#[test]
+fn an_mcap_of_zeros() {
+    defused("zeros.mcap", "without an image", |folder| {
+        let calibration =
+            meniscus_bags::Calibration::of(&meniscus::surface::Optics::default(), 0.05, "a test");
+        let file = File::create(folder.join("bomb.mcap")).expect("a file");
+        let options =
+            mcap::WriteOptions::new().compression(Some(mcap::Compression::Lz4)).chunk_size(Some(32 << 20));
+        let mut writer = options.create(std::io::BufWriter::new(file)).expect("a writer");
+        let text = serde_json::to_string(&calibration).expect("JSON");
+        let metadata = [("calibration".to_owned(), text)].into();
+        writer
+            .write_metadata(&mcap::records::Metadata { name: "meniscus.camera".into(), metadata })
+            .expect("written");
+        let channel = writer.add_channel(0, "/zeros", "x", &Default::default()).expect("a channel");
+        let zeros = vec![0; 16 << 20];
+        for sequence in 0..192 {
+            let header =
+                mcap::records::MessageHeader { channel_id: channel, sequence, log_time: 0, publish_time: 0 };
+            writer.write_to_known_channel(&header, &zeros).expect("written");
+        }
+        writer.finish().expect("finished");
+    });
+}
+
+/// A chunk of a PNG: length, kind, data, CRC-32.
+fn png_chunk(kind: &[u8; 4], data: &[u8]) -> Vec<u8> {
+    let body = [kind.as_slice(), data].concat();
+    let crc = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC).checksum(&body);
+    [&(data.len() as u32).to_be_bytes()[..], &body, &crc.to_be_bytes()].concat()
+}
+
+/// Zeros as zlib's stored and repeated blocks would be large; this is a real deflate stream of the `image` crate's encoder.
+fn packed_zeros(side: u32) -> Vec<u8> {
+    let mut png = Vec::new();
+    let encoder = image::codecs::png::PngEncoder::new(&mut png);
+    let pixels = vec![0; (side * side) as usize];
+    image::ImageEncoder::write_image(encoder, &pixels, side, side, image::ExtendedColorType::L8)
+        .expect("a PNG");
+    let at = png.windows(4).position(|part| part == b"IDAT").expect("data");
+    let length = u32::from_be_bytes(png[at - 4..at].try_into().expect("four")) as usize;
+    png[at + 4..at + 4 + length].to_vec()
+}
+
+/// A PNG of this size with `extra` chunks before its data.
+fn png(width: u32, height: u32, extra: &[u8], data: &[u8]) -> Vec<u8> {
+    let head = [&width.to_be_bytes()[..], &height.to_be_bytes(), &[16, 0, 0, 0, 0]].concat();
+    let parts: [&[u8]; 5] = [
+        b"\x89PNG\r\n\x1a\n",
+        &png_chunk(b"IHDR", &head),
+        extra,
+        &png_chunk(b"IDAT", data),
+        &png_chunk(b"IEND", &[]),
+    ];
+    parts.concat()
+}
+
+/// A folder of images whose one pair `make` writes as `depth.png` and `infrared.png`.
+fn pair(folder: &Path, make: impl FnOnce(&Path)) {
+    let folder = folder.join("bomb");
+    fs::create_dir(&folder).expect("a folder");
+    fs::write(folder.join("frames.csv"), "frame,time_s,depth,infrared\n0,0,depth.png,infrared.png\n")
+        .expect("written");
+    make(&folder);
+    // The second image is as bad as the first: a reader that goes on meets it.
+    let _same = symlink("depth.png", folder.join("infrared.png"));
+}
+
+/// A PNG cannot unpack to more than its camera's image.
+///
+/// A PNG of 60000 x 60000 points; one of the right size whose data, and one whose colour profile, unpack to much more.
+#[test]
+fn a_png_that_unpacks_to_more_than_it_says() {
+    let zeros = packed_zeros(20_000);
+    let profile = png_chunk(b"iCCP", &[b"x\0\0".as_slice(), &zeros].concat());
+    let words = png_chunk(b"zTXt", &[b"x\0\0".as_slice(), &zeros].concat());
+    for (name, bytes) in [
+        ("huge.png", png(60_000, 60_000, &[], &zeros)),
+        ("data.png", png(848, 480, &[], &zeros)),
+        ("profile.png", png(848, 480, &[profile, words].concat(), &zeros[..100])),
+    ] {
+        defused(name, "is damaged", |folder| {
+            pair(folder, |folder| fs::write(folder.join("depth.png"), &bytes).expect("written"));
+        });
+    }
+}
+
+/// A device or a pipe is no image, table or recording.
+///
+/// Links to /dev/zero and named pipes in the place of an image, of the table, of the camera and of the file itself.
+#[test]
+fn devices_and_pipes_are_refused() {
+    let words = "a device, a pipe or a socket";
+    let pipe = |path: PathBuf| {
+        assert!(std::process::Command::new("mkfifo").arg(path).status().expect("mkfifo").success());
+    };
+    defused("zero image", words, |folder| {
+        pair(folder, |folder| symlink("/dev/zero", folder.join("depth.png")).expect("a link"));
+    });
+    defused("pipe image", words, |folder| pair(folder, |folder| pipe(folder.join("depth.png"))));
+    defused("pipe camera", words, |folder| pair(folder, |folder| pipe(folder.join("camera.json"))));
+    defused("zero file", words, |folder| symlink("/dev/zero", folder.join("bomb.bag")).expect("a link"));
+    defused("pipe file", words, |folder| pipe(folder.join("bomb.mcap")));
+    defused("zero table", words, |folder| {
+        fs::create_dir(folder.join("bomb")).expect("a folder");
+        symlink("/dev/zero", folder.join("bomb/frames.csv")).expect("a link");
+    });
+}
+
+/// A table of a folder cannot exhaust memory.
+///
+/// Two million lines.
+#[test]
+fn a_table_of_too_many_lines() {
+    defused("lines.csv", "more than 300000 lines", |folder| {
+        fs::create_dir(folder.join("bomb")).expect("a folder");
+        let lines: String = (0..2_000_000).map(|line| format!("1,{line},a,b\n")).collect();
+        fs::write(folder.join("bomb/frames.csv"), lines).expect("written");
+    });
+}
+
+/// A recording of the simulator cannot exhaust memory by its header.
+///
+/// A header of 2^63 bytes, one of 70 MB of JSON, a sparse file of 100 GB, a link to /dev/zero.
+#[test]
+fn a_recording_with_a_false_header() {
+    let start = |length: u64, text: &[u8]| [&length.to_le_bytes()[..], text].concat();
+    let many: String = (0..1_000_000)
+        .map(|n| format!("\"t{n}\":{{\"dtype\":\"F32\",\"shape\":[0],\"data_offsets\":[0,0]}},"))
+        .collect();
+    let header = format!("{{{many}\"__metadata__\":{{\"format\":\"meniscus recording 2\"}}}}");
+    type Bomb<'b> = (&'b str, Box<dyn Fn(&Path) + 'b>);
+    let bombs: [Bomb<'_>; 4] = [
+        (
+            "length",
+            Box::new(|path| {
+                fs::write(path, start(1 << 63, b"{\"a\":1} meniscus recording")).expect("written");
+            }),
+        ),
+        (
+            "json",
+            Box::new(|path| fs::write(path, start(header.len() as u64, header.as_bytes())).expect("written")),
+        ),
+        (
+            "sparse",
+            Box::new(|path| {
+                fs::write(path, start(20, b"{} meniscus recording")).expect("written");
+                let file = File::options().write(true).open(path).expect("a file");
+                file.set_len(100 << 30).expect("sparse");
+            }),
+        ),
+        ("zero", Box::new(|path| symlink("/dev/zero", path).expect("a link"))),
+    ];
+    for (name, make) in bombs {
+        let scratch = Scratch::new(&format!("bomb-safetensors-{name}"));
+        make(&scratch.0.join("bomb.safetensors"));
+        let met = meet(&scratch.0, &["run", "--seconds", "2", "--source", "bomb.safetensors"]);
+        judged(&met, &format!("{name}.safetensors"), "bomb.safetensors");
+    }
+}
+
+/// A model, a profile, a scene and a motion that never end are refused.
+///
+/// /dev/zero in the place of each.
+#[test]
+fn endless_models_and_texts_are_refused() {
+    let scratch = Scratch::new("bomb-endless");
+    for arguments in [
+        &["run", "--model", "/dev/zero"][..],
+        &["run", "--profile", "/dev/zero"],
+        &["run", "--setup", "/dev/zero", "--source", "simulated-usb"],
+        &["run", "--motion", "/dev/zero"],
+        &["simulate", "--scene", "/dev/zero", "--out", "x.safetensors"],
+        &["flash", "/dev/zero", "--to", "slots"],
+    ] {
+        judged(&meet(&scratch.0, arguments), &arguments.join(" "), "/dev/zero");
+    }
+}

@@ -1,0 +1,90 @@
+//! `cargo xtask trust`: the attack tests by class, and the promises that they attack.
+//!
+//! ```text
+//! tests/attacks/CLASS.rs --parsed--> promises (first line of each test's documentation)
+//!         |                                  |
+//!         '--run--> results -----------------+--> docs/trust.md, one table a class
+//!                                            '--> checks: open attacks, classes, bombs, skips, exposure of the unit
+//! ```
+
+mod exposure;
+mod page;
+mod promises;
+mod results;
+
+use crate::report::{self, Check, Target};
+use crate::workspace;
+use anyhow::Result;
+use clap::Args;
+use promises::Promise;
+use results::Outcome;
+
+/// Classes of attacks at the least: fewer means that a file was not found.
+const CLASSES: f64 = 5.0;
+/// Tests of attacks at the least.
+const ATTACKS: f64 = 30.0;
+/// Exposure of the unit by systemd's own measure, 0 to 10.
+const EXPOSURE: f64 = 2.5;
+/// The same with the drop-in that opens the network.
+const EXPOSURE_NETWORK: f64 = 4.0;
+
+#[derive(Args)]
+pub(crate) struct Options {
+    /// Print one JSON object.
+    #[arg(long)]
+    json: bool,
+    /// Only check that docs/trust.md lists the promises of the tests; run none.
+    #[arg(long)]
+    list: bool,
+}
+
+/// Runs the verb; whether every check meets its target.
+pub(crate) fn run(options: &Options) -> Result<bool> {
+    let root = workspace::root()?;
+    let promises = promises::read(&root)?;
+    let checks = if options.list {
+        vec![Check::count("promises_not_on_the_page", "promises", 0.0, page::missing(&root, &promises)?)]
+    } else {
+        let outcomes = results::run(&root)?;
+        page::write(&root, &promises, &outcomes)?;
+        checks(&root, &promises, &outcomes)?
+    };
+    report::print(&checks, options.json);
+    Ok(checks.iter().all(Check::ok))
+}
+
+/// The checks of a run of all attacks.
+fn checks(root: &std::path::Path, promises: &[Promise], outcomes: &[Outcome]) -> Result<Vec<Check>> {
+    let at_least = |name, value: usize, least| Check {
+        name,
+        value: value as f64,
+        unit: "",
+        target: Target::AtLeast(least),
+        offenders: Vec::new(),
+    };
+    let passed = |promise: &&Promise| results::passed(outcomes, &promise.test());
+    let named = |promise: &Promise| format!("tests/attacks/{}.rs: {}", promise.class, promise.name);
+    let open: Vec<String> = promises.iter().filter(|promise| !passed(promise)).map(named).collect();
+    let bombs: Vec<&Promise> = promises.iter().filter(|promise| promise.class == "bombs").collect();
+    let loose: Vec<String> =
+        bombs.iter().filter(|promise| !passed(promise)).map(|promise| named(promise)).collect();
+    let mut classes: Vec<&str> = promises.iter().map(|promise| promise.class.as_str()).collect();
+    classes.dedup();
+    let skipped: Vec<String> =
+        outcomes.iter().filter(|outcome| outcome.skipped).map(|outcome| outcome.test.clone()).collect();
+    let mut checks = vec![
+        at_least("attacks_total", promises.len(), ATTACKS),
+        Check::count("attacks_open", "attacks", 0.0, open),
+        at_least("attack_classes", classes.len(), CLASSES),
+        Check {
+            name: "container_bombs_bounded",
+            value: (bombs.len() - loose.len()) as f64,
+            unit: "bombs",
+            target: Target::AtLeast(bombs.len().max(1) as f64),
+            offenders: loose,
+        },
+        Check::count("skipped_in_ci", "tests", 0.0, skipped),
+    ];
+    checks.extend(exposure::checks(root, EXPOSURE, EXPOSURE_NETWORK)?);
+    Ok(checks)
+}
