@@ -19,7 +19,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 use std::time::Duration;
 
-/// Rates that can be asked for, frames a second.
+/// Rates that can be requested, frames a second.
 const RATES_HZ: std::ops::RangeInclusive<f64> = 1.0..=2000.0;
 
 /// Longest run, minutes.
@@ -135,7 +135,7 @@ fn told(outcome: &Outcome) -> Value {
     })
 }
 
-/// The runs that were asked for: every rate with every load.
+/// The requested runs: every rate with every load.
 fn runs(arguments: &Arguments) -> anyhow::Result<Vec<Run>> {
     let mut loads = Vec::new();
     for list in arguments.load.split(',') {

@@ -1,4 +1,4 @@
-//! `meniscus quantize`: a model in fewer bytes, with what that costs in accuracy.
+//! `meniscus quantize`: a model in fewer bytes, and the error that this adds.
 
 use super::inputs::file;
 use super::outputs::Force;
@@ -21,7 +21,7 @@ use meniscus_virtual::render::SceneSettings;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-/// Largest amount by which the error of the surface, of the slosh, may differ: 0.1 percentage point.
+/// Largest amount by which the error of the surface, relative to the slosh, may differ: 0.1 percentage point.
 const SURFACE: f64 = 0.1;
 
 /// Store a model's weights in fewer bits and measure the added error.

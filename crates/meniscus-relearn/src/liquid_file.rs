@@ -77,7 +77,7 @@ mod tests {
         odd.rheology = Rheology { consistency: 1.0 / 3.0, index: 0.7, yield_stress: 2.0, largest: 20.0 };
         all.push(odd);
         for liquid in all {
-            let text = liquid_text(&liquid, &Sources::one("0.95 (90 %: 0.9 to 1.0)"));
+            let text = liquid_text(&liquid, &Sources::one("0.95 (roughly 0.9 to 1.0)"));
             let again = Liquid::parse("written", &text).expect("a liquid file");
             assert_eq!(again, liquid, "{text}");
         }

@@ -86,7 +86,7 @@ struct Wanted {
     quick: bool,
     /// Spacing of the particles at the end, mm; the search begins at 7 mm.
     ///
-    /// 7 alone takes a fifth of the time and says nothing of the error of the spacing.
+    /// 7 alone takes a fifth of the time and leaves out the spacing's error.
     #[arg(long, default_value_t = 5.0, value_name = "MM", help_heading = "Sizes by simulation")]
     spacing_mm: f64,
     /// Rivals that are sized and compared, too.

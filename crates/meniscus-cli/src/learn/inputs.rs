@@ -25,7 +25,7 @@ pub(super) struct Inputs {
     pub(super) measured: Vec<MeasuredRecording>,
 }
 
-/// What the recordings themselves state.
+/// Statements of the recordings themselves.
 #[derive(Default)]
 struct Found {
     glass: Option<Glass>,

@@ -27,7 +27,7 @@ use std::time::Instant;
 /// on simulated recordings that no stage saw. With a liquid and no recordings, identify takes the liquid as it is stated.
 ///
 /// All files lie in the folder --out. --until STAGE ends there; look at the files, edit liquid.toml if you know better, and run
-/// again without it. Ctrl-C loses the recording that is being simulated, or some seconds of training. The same command continues.
+/// again without it. Ctrl-C loses one recording or some seconds of training; the same command continues.
 ///
 /// The default takes some ten minutes on two cores for a low-viscosity liquid, --quick a minute or two. On a cluster, run --shard 1/8 to
 /// 8/8 as one job each, then the command without --shard.

@@ -109,6 +109,7 @@ pub(super) struct FoxgloveConfig {
     /// Address of the WebSocket server.
     pub(super) address: Option<SocketAddr>,
     /// Origins of web pages that may connect besides Foxglove's own.
+    #[cfg(feature = "foxglove")]
     pub(super) origins: Vec<String>,
     /// MCAP file.
     pub(super) file: Option<PathBuf>,

@@ -42,6 +42,7 @@ impl FoxgloveArguments {
     pub(super) fn config(&self) -> FoxgloveConfig {
         FoxgloveConfig {
             address: self.foxglove,
+            #[cfg(feature = "foxglove")]
             origins: self.foxglove_origin.clone(),
             file: self.mcap.clone(),
         }

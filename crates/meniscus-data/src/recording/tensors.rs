@@ -20,7 +20,7 @@ pub(super) fn read_file(path: &Path) -> std::io::Result<Vec<u8>> {
     let whole = open_regular(path, Links::Followed)?.read_exact(&mut length).is_ok();
     let length = u64::from_le_bytes(length);
     if whole && length > HEADER_LONGEST {
-        let what = format!("its header would have {length} bytes, which no recording has");
+        let what = format!("not a recording: its header would have {length} bytes");
         return Err(std::io::Error::new(std::io::ErrorKind::InvalidData, what));
     }
     read_regular(path, LONGEST, Links::Followed)

@@ -8,6 +8,7 @@ use crc::{CRC_64_ECMA_182, Crc};
 use meniscus::blob::{FieldGroup, KnownGroups};
 use meniscus::reduced::effects::{EffectKind, Slot};
 use meniscus_data::effects::Effects;
+use meniscus_data::glass::Glass;
 use meniscus_data::liquids::{Liquid, Rheology};
 use meniscus_data::motion::Motion;
 use meniscus_data::recording::{Recording, States};
@@ -45,7 +46,11 @@ impl Truth {
         let mut on = EffectKind::ALL.into_iter().filter(|kind| self.effects.value(*kind).is_some());
         let edge = on.any(|kind| matches!(kind.effect().slot, Slot::Catch(_) | Slot::Line(_)));
         let made = if edge { 2 } else { 1 };
-        let text = format!("{made} {SPACING_M} {GLASS:?} {self:?} {:?}", motions(self.kind));
+        let Glass { radius_m, fill_m, rim_m, .. } = GLASS;
+        // In the words of the first version, so that trials keep their names.
+        let glass =
+            format!("Glass {{ radius_m: {radius_m:?}, fill_m: {fill_m:?}, rim_m: {rim_m:?}, taper: 0.0 }}");
+        let text = format!("{made} {SPACING_M} {glass} {self:?} {:?}", motions(self.kind));
         format!("{:016x}", Crc::<u64>::new(&CRC_64_ECMA_182).checksum(text.as_bytes()))
     }
 

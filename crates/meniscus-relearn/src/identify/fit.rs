@@ -160,7 +160,7 @@ impl Identified {
         };
         let from = format!("fit of the reduced model to {}", self.recordings.join(", "));
         let of =
-            |value: &Value| format!("{from}; 90 %: {:.4} to {:.4}", value.interval[0], value.interval[1]);
+            |value: &Value| format!("{from}; roughly {:.4} to {:.4}", value.interval[0], value.interval[1]);
         let mut viscosity = (self.consistency_pa_sn.best, of(&self.consistency_pa_sn));
         if let Some(below) = self.undetermined_below_pa_s {
             let undetermined = format!("{from}; undetermined, below {below:.4}");
@@ -198,7 +198,7 @@ impl Identified {
     #[must_use]
     pub fn sentence(&self) -> String {
         let of = |value: &Value| {
-            format!("{:.4} (90 %: {:.4} to {:.4})", value.best, value.interval[0], value.interval[1])
+            format!("{:.4} (roughly {:.4} to {:.4})", value.best, value.interval[0], value.interval[1])
         };
         let mut text = match self.undetermined_below_pa_s {
             Some(below) => format!(

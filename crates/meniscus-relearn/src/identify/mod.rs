@@ -1,8 +1,8 @@
 //! Identification of a liquid from recordings of its free surface.
 //!
 //! The reduced model is fitted to level, slope and bow of the profiles under the measured motion, with the viscosity as the
-//! unknown. First its profile likelihood is followed over six decades, which needs no start value. Then, where the law is asked
-//! for or the recordings show one, flow index and yield stress join it ([`Law`]).
+//! unknown. First its profile likelihood is followed over six decades, which needs no start value. Then flow index and yield stress
+//! join it where the law has them ([`Law`]); the recordings do not choose the law.
 
 mod fit;
 mod measured;

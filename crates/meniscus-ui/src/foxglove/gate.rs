@@ -140,7 +140,7 @@ fn serve(stream: &Arc<TcpStream>, place: &Place, desk: &Desk) {
                 Ok(()) if place.stay().is_none() => (503, "As many are connected as the server allows."),
                 Ok(()) => {
                     // A side that fails ends the connection, and says so to nobody.
-                    let _ended = pass_on(stream, desk.inner, &[head.bytes, head.rest].concat());
+                    let _ended = pass_on(stream, desk.inner, &head.bytes);
                     return;
                 }
             }

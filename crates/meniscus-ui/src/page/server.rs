@@ -131,9 +131,10 @@ fn serve(stream: Arc<TcpStream>, place: &Place, desk: &Desk) {
         return;
     }
     let mut stream = TimedStream::new(stream, HEAD_WITHIN);
-    let answer = read(&mut stream)
-        .map_err(Refusal::from)
-        .and_then(|head| Ok((desk.gate.admit(head.request)?, head.rest)));
+    let answer = read(&mut stream).map_err(Refusal::from).and_then(|head| {
+        let rest = head.rest().to_vec();
+        Ok((desk.gate.admit(head.request)?, rest))
+    });
     stream.allow(PATIENCE);
     let refused = match answer {
         Ok((Wanted::File(Asset { kind, bytes, .. }), _)) => {
