@@ -219,7 +219,7 @@ fn a_file_has_no_number_of_an_unknown_group() {
             "/liquid/estimate" => {
                 let estimate: Value = serde_json::from_slice(&message.data).expect("JSON");
                 assert_eq!(estimate["known"], json!(["q", "surface"]));
-                assert!(estimate["unknown"].as_str().is_some_and(|why| why.contains("meniscus train")));
+                assert!(estimate["unknown"].as_str().is_some_and(|why| why.contains("meniscus learn")));
                 for name in ["slosh_energy", "heat", "work", "produced"] {
                     assert!(estimate[name].is_null(), "{name}: {}", estimate[name]);
                 }

@@ -3,9 +3,13 @@
 use half::f16;
 use meniscus_platform::files::{Links, open_regular, read_regular};
 use safetensors::tensor::{Dtype, Metadata, SafeTensors, TensorView};
-use std::collections::HashMap;
+use serde_json::{Value, json};
+use std::collections::{BTreeMap, HashMap};
 use std::io::Read;
 use std::path::Path;
+
+/// Key of the text in a header.
+const TEXT: &str = "__metadata__";
 
 /// Longest header, bytes: a recording has thirty tensors, and the motions and notes that it was made with.
 const HEADER_LONGEST: u64 = 1 << 20;
@@ -71,14 +75,31 @@ impl Tensor {
     }
 }
 
-/// Returns the bytes of a file with these tensors and this text.
+/// Returns the bytes of a file with these tensors and this text: the same ones whenever these are the same.
 pub(super) fn serialize(tensors: &[Tensor], text: HashMap<String, String>) -> Result<Vec<u8>, String> {
     let mut views = Vec::with_capacity(tensors.len());
     for t in tensors {
         let view = TensorView::new(t.dtype, t.shape.clone(), &t.bytes);
         views.push((t.name.as_str(), view.map_err(|e| format!("{}: {e}", t.name))?));
     }
-    safetensors::serialize(views, Some(text)).map_err(|e| format!("{e}"))
+    in_order(safetensors::serialize(views, Some(text)).map_err(|e| format!("{e}"))?)
+}
+
+/// Puts the header of a file into alphabetical order; the library writes the text in that of a hash map, which changes from run to run.
+fn in_order(mut file: Vec<u8>) -> Result<Vec<u8>, String> {
+    let length = file.first_chunk().map_or(0, |length| u64::from_le_bytes(*length)) as usize;
+    let header = file.get_mut(8..8 + length).ok_or("its header is cut")?;
+    let mut all: BTreeMap<String, Value> = serde_json::from_slice(header).map_err(|e| format!("{e}"))?;
+    let text = all.remove(TEXT).unwrap_or_default();
+    let text: BTreeMap<String, String> = serde_json::from_value(text).map_err(|e| format!("{e}"))?;
+    all.insert(TEXT.into(), json!(text));
+    let ordered = serde_json::to_vec(&all).map_err(|e| format!("{e}"))?;
+    if ordered.len() > length {
+        return Err("its header grows when it is put into order".into());
+    }
+    header.fill(b' ');
+    header[..ordered.len()].copy_from_slice(&ordered);
+    Ok(file)
 }
 
 /// Text of a file beside its tensors.
@@ -146,4 +167,25 @@ pub(super) fn f64s(file: &SafeTensors<'_>, name: &str, shape: Option<&[usize]>) 
     let bytes = typed(file, name, Dtype::F64, shape)?;
     let number = |b: &[u8]| f64::from_le_bytes([b[0], b[1], b[2], b[3], b[4], b[5], b[6], b[7]]);
     Ok(bytes.chunks_exact(8).map(number).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_same_tensors_and_text_are_the_same_bytes() {
+        let file = || {
+            let text = ["b", "a", "d", "c", "e"].map(|key| (key.to_owned(), format!("of {key}")));
+            let tensors = ["y", "x"].map(|name| Tensor::f32(name, &[2], &[1.0, 2.0]));
+            serialize(&tensors, HashMap::from(text)).expect("a file")
+        };
+        let first = file();
+        // Every hash map has an order of its own.
+        assert!((0..20).all(|_| file() == first));
+        let text = FileText::read(&first).expect("text");
+        assert_eq!(text.get("d"), Ok("of d"));
+        let tensors = SafeTensors::deserialize(&first).expect("tensors");
+        assert_eq!(tensors.tensor("x").expect("x").shape(), [2]);
+    }
 }
