@@ -45,6 +45,8 @@ pub(crate) fn train(
     let mut descent = Descent::new(&stage, weights_of(start), check(start), session);
     let fresh = |weights: &[Matrix]| typical(&dynamics_of(weights), training.iter().flat_map(|p| &p.x));
     let mut preconditioner = fresh(descent.weights());
+    // After each look, too: a training that goes on from there begins with that of its weights.
+    let mut looked = false;
     let mean_square = |f: &dyn Fn(&Path, usize) -> f64| {
         let all = training.iter().flat_map(|p| (0..p.x.len()).map(move |n| (p, n)));
         all.clone().map(|(p, n)| f(p, n)).sum::<f64>() / all.count().max(1) as f64
@@ -67,7 +69,7 @@ pub(crate) fn train(
         };
         let state = |k| column(&|p, n| p.x[n].iter().map(|&v| v as f32).collect(), k);
         let tensors = leaves(descent.weights(), &device);
-        if step % parameters.precondition_every == 0 {
+        if looked || step % parameters.precondition_every == 0 {
             preconditioner = fresh(descent.weights());
         }
         let operators = Operators::new(&tensors, &preconditioner, &device);
@@ -86,7 +88,8 @@ pub(crate) fn train(
             (loss + soft(due * heat_size(horizon).sqrt().recip()) * parameters.heat_weight) / batch as f32;
         let (weights, adam) = descent.parts();
         adam.step(weights, &tensors, loss.backward(), annealed(parameters.learning_rate, step, steps));
-        if looks_at(step, parameters.validate_every, steps) {
+        looked = looks_at(step, parameters.validate_every, steps);
+        if looked {
             let error = check(&dynamics_of(descent.weights()));
             if descent.look(step + 1, (f64::from(scalar(loss)).sqrt(), error), &bar, session) {
                 break;
