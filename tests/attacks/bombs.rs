@@ -120,7 +120,7 @@ fn depth_topic() -> Vec<u8> {
     record(&[("op", &[7]), ("conn", &[0; 4]), ("topic", topic)], &text(b"type=x"))
 }
 
-/// A ROS 1 bag cannot exhaust memory before it has told of its camera.
+/// A ROS 1 bag cannot exhaust memory before it has described its camera.
 ///
 /// 70 LZ4 chunks of one large depth image each, and no camera.
 #[test]

@@ -24,11 +24,11 @@ const MAGIC: &[u8] = b"#ROSBAG V2.0\n";
 const RECORD: u64 = 512;
 /// Topics at most: a camera has some fifty.
 const TOPICS_MAX: usize = 4096;
-/// Images that may come before the bag has told of its camera, and their bytes.
+/// Images that may come before the bag has described its camera, and their bytes.
 const PATIENCE: usize = 64;
 const PATIENCE_BYTES: usize = 48 << 20;
 
-/// Opens a bag and reads on until it has told of its camera.
+/// Opens a bag and reads on until it has described its camera.
 pub(super) fn open(path: &Path) -> Result<Recording, BagError> {
     let file = open_regular(path, Links::Followed).map_err(|cause| BagError::Io {
         path: path.into(),

@@ -1,4 +1,5 @@
-//! Files that simulator, training and discovery share: recordings, profiles, liquids, motions, effects, scenes and weight blobs.
+//! Glasses, and the files that simulator, training and discovery share: recordings, profiles, liquids, motions, effects, scenes and
+//! weight blobs.
 
 pub mod blob_file;
 pub mod effects;

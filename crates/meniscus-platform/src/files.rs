@@ -63,7 +63,7 @@ pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), FileError> {
 /// has put there. The file behind such a link stays as it is.
 ///
 /// # Errors
-/// What the system says. Where two processes make the same file at once, one of them gets
+/// The error of the operating system. Where two processes make the same file at once, one of them gets
 /// [`AlreadyExists`](io::ErrorKind::AlreadyExists).
 pub fn create_anew(path: &Path) -> io::Result<fs::File> {
     match fs::remove_file(path) {
@@ -88,7 +88,7 @@ pub enum Links {
 /// program would wait.
 ///
 /// # Errors
-/// What the system says, and [`InvalidInput`](io::ErrorKind::InvalidInput) for what is no file.
+/// The error of the operating system, and [`InvalidInput`](io::ErrorKind::InvalidInput) for what is no file.
 pub fn open_regular(path: &Path, links: Links) -> io::Result<fs::File> {
     let mut flags = OFlags::NONBLOCK | OFlags::NOCTTY;
     if links == Links::Refused {
@@ -130,7 +130,7 @@ const LONGEST_TEXT: u64 = 64 << 20;
 /// Reads a text of at most 64 MiB. It may come from a pipe; a device that never ends is refused at that length.
 ///
 /// # Errors
-/// What the system says, [`FileTooLarge`](io::ErrorKind::FileTooLarge), and
+/// The error of the operating system, [`FileTooLarge`](io::ErrorKind::FileTooLarge), and
 /// [`InvalidData`](io::ErrorKind::InvalidData) for what is no UTF-8.
 pub fn read_text(path: &Path) -> io::Result<String> {
     let mut text = String::new();

@@ -52,7 +52,7 @@ pub struct Plan {
 }
 
 impl Plan {
-    /// Plan of the default length for `liquid` in `glass`: 24 recordings of 4 s, some ten minutes on two cores.
+    /// Plan of the default length for `liquid` in `glass`: 24 recordings of 4 s and the full schedule.
     #[must_use]
     pub fn new(liquid: LiquidSource, glass: Glass) -> Self {
         Self {
@@ -72,7 +72,7 @@ impl Plan {
         }
     }
 
-    /// The same with five recordings of 3 s and the short schedule: a minute or two on two cores.
+    /// The same with five recordings of 3 s and the short schedule.
     #[must_use]
     pub fn quick(self) -> Self {
         Self {

@@ -192,7 +192,7 @@ impl Simulations<'_> {
         let results = Mutex::new(Vec::new());
         results.lock().unwrap_or_else(PoisonError::into_inner).resize_with(missing.len(), || None);
         let total = (missing.len() * self.frames()).max(1);
-        let told = || {
+        let advanced = || {
             let done = frames.fetch_add(1, Ordering::Relaxed) + 1;
             progress.advances(done as f64 / total as f64);
         };
@@ -202,7 +202,7 @@ impl Simulations<'_> {
                     while !stop.load(Ordering::Relaxed) {
                         let index = next.fetch_add(1, Ordering::Relaxed);
                         let Some(one) = missing.get(index) else { break };
-                        let result = self.one(one, processors / workers, &told);
+                        let result = self.one(one, processors / workers, &advanced);
                         let broken = result.is_err();
                         results.lock().unwrap_or_else(PoisonError::into_inner)[index] = Some(result);
                         if broken {
@@ -221,15 +221,15 @@ impl Simulations<'_> {
         &self,
         one: &SimulatedRecording,
         threads: usize,
-        told: &(dyn Fn() + Sync),
+        advanced: &(dyn Fn() + Sync),
     ) -> Result<Result<(), String>, RelearnError> {
         let motion = Motion::parse(&one.motion, self.seconds)?;
         let setup = Setup { seed: motion.seed, ..self.setup.clone() };
         let command = self.command(one);
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.max(1)).build();
         let simulated = match pool {
-            Ok(pool) => pool.install(|| record(&setup, &motion, self.frames(), &command, |_| told())),
-            Err(_) => record(&setup, &motion, self.frames(), &command, |_| told()),
+            Ok(pool) => pool.install(|| record(&setup, &motion, self.frames(), &command, |_| advanced())),
+            Err(_) => record(&setup, &motion, self.frames(), &command, |_| advanced()),
         };
         match simulated {
             Ok(recording) => {

@@ -29,7 +29,7 @@ use std::time::Instant;
 /// All files lie in the folder --out. --until STAGE ends there; look at the files, edit liquid.toml if you know better, and run
 /// again without it. Ctrl-C loses one recording or some seconds of training; the same command continues.
 ///
-/// The default takes some ten minutes on two cores for a low-viscosity liquid, --quick a minute or two. On a cluster, run --shard 1/8 to
+/// Each stage says at its start how long it is expected to take. On a cluster, run --shard 1/8 to
 /// 8/8 as one job each, then the command without --shard.
 ///
 /// Recordings are files of the simulator, or folders as `meniscus discover` takes them: setup.toml, NAME.profile.csv and

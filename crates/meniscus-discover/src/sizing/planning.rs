@@ -10,7 +10,7 @@ use std::sync::PoisonError;
 const EXPECTED_MORE: usize = 2;
 
 impl Stage<'_> {
-    /// Adds the expected work of all searches and tells the observer.
+    /// Adds the expected work of all searches and reports it to the observer.
     pub(super) fn announce(&self, candidates: &[SizingCandidate]) {
         let spacings = self.settings.spacings_m();
         let mut workload = self.simulations.workload.lock().unwrap_or_else(PoisonError::into_inner);

@@ -182,7 +182,7 @@ impl<'a> Simulations<'a> {
         ended
     }
 
-    /// Books a finished job, `batch_s` after its batch began, and tells the observer.
+    /// Books a finished job, `batch_s` after its batch began, and reports it to the observer.
     fn tell(&self, job: &Job, batch_s: f64) {
         let frames = job.parts.iter().map(|(_, course)| course.frames).sum();
         let mut workload = self.workload.lock().unwrap_or_else(PoisonError::into_inner);

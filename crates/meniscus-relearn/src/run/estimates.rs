@@ -1,4 +1,6 @@
-//! Time and room that the stages will take, from what they took on two cores of a virtual x86-64 machine.
+//! Time and room that the stages are expected to take, from single runs on two cores of a virtual x86-64 machine: 3600 frames were
+//! trained on in 273 s by the full schedule, and a second of water took 5 to 7 s of processor time. The sum was not held against a
+//! whole run.
 
 use crate::plan::Plan;
 use crate::simulate::Workers;

@@ -81,7 +81,7 @@ pub struct MotionCounters {
     pub strangers: AtomicU64,
     /// Datagrams beyond the rate of a sender.
     pub flooded: AtomicU64,
-    /// The camera agrees again, and nobody has been told yet.
+    /// The camera agrees again, which is not reported yet.
     reconciled: AtomicBool,
 }
 
@@ -135,7 +135,7 @@ impl CommandedMotion {
     /// `expected` sender. `lag_s` is the extra latency of camera frames over UDP samples.
     ///
     /// # Errors
-    /// What the system says of the address.
+    /// The error of the operating system on the address.
     pub fn by_wire(
         address: SocketAddr,
         lag_s: f64,

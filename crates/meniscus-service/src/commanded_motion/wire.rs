@@ -47,16 +47,16 @@ impl Listener {
         let (mut socket, mut floor, mut room) = (socket, Floor::default(), [0; LONGEST]);
         // The address as it was chosen: a socket that is opened anew has to have the same port.
         let address = socket.local_addr().unwrap_or(self.address);
-        let (mut bound_to, mut told) = (None, 0);
+        let (mut bound_to, mut reported) = (None, 0);
         while !self.ended.load(Ordering::Relaxed) {
             if let Ok((length, from)) = socket.recv_from(&mut room) {
                 self.take(&mut floor, room.get(..length).unwrap_or(&[]), from);
             }
             let contradictions = self.counters.contradictions.load(Ordering::Relaxed);
-            if contradictions > told {
+            if contradictions > reported {
                 floor.deny(self.clock.seconds(Instant::now()));
             }
-            told = self.tell(told, contradictions);
+            reported = self.report(reported, contradictions);
             // A socket that is connected gets nothing of others, so that their flood does not fill its queue.
             let now_s = self.clock.seconds(Instant::now());
             let wanted = floor.speaker().filter(|_| !floor.is_open(now_s));
@@ -113,9 +113,9 @@ impl Listener {
         counter.fetch_add(1, Ordering::Relaxed);
     }
 
-    /// Tells a person when the camera has denied the motion, or agrees again; returns what has been told.
-    fn tell(&self, told: u64, contradictions: u64) -> u64 {
-        if contradictions > told {
+    /// Reports when the camera has contradicted the motion, or agrees again; returns the number of contradictions reported.
+    fn report(&self, reported: u64, contradictions: u64) -> u64 {
+        if contradictions > reported {
             (self.say)(NOT_USED);
         }
         if self.counters.reconciled.swap(false, Ordering::Relaxed) {

@@ -14,7 +14,7 @@ pub trait Disk {
     /// Keeps every other flash out of the folder until the value is dropped, and removes what one that was killed has left.
     ///
     /// # Errors
-    /// What the system says; [`ResourceBusy`](io::ErrorKind::ResourceBusy) while another flash is under way.
+    /// The error of the operating system; [`ResourceBusy`](io::ErrorKind::ResourceBusy) while another flash is under way.
     fn begin(&mut self) -> io::Result<Option<File>> {
         Ok(None)
     }
@@ -22,37 +22,37 @@ pub trait Disk {
     /// Removes a file; one that is not there is as good.
     ///
     /// # Errors
-    /// What the system says.
+    /// The error of the operating system.
     fn remove(&mut self, file: &str) -> io::Result<()>;
 
     /// Everything in a file.
     ///
     /// # Errors
-    /// What the system says.
+    /// The error of the operating system.
     fn read(&self, file: &str) -> io::Result<Vec<u8>>;
 
     /// Makes or replaces a file; a power cut may leave any part of it.
     ///
     /// # Errors
-    /// What the system says.
+    /// The error of the operating system.
     fn write(&mut self, file: &str, bytes: &[u8]) -> io::Result<()>;
 
     /// Behind this call the file's bytes survive a power cut.
     ///
     /// # Errors
-    /// What the system says.
+    /// The error of the operating system.
     fn sync(&mut self, file: &str) -> io::Result<()>;
 
     /// Gives a file another name, replacing what has it.
     ///
     /// # Errors
-    /// What the system says.
+    /// The error of the operating system.
     fn rename(&mut self, from: &str, to: &str) -> io::Result<()>;
 
     /// Behind this call the names survive a power cut.
     ///
     /// # Errors
-    /// What the system says.
+    /// The error of the operating system.
     fn sync_folder(&mut self) -> io::Result<()>;
 }
 
@@ -64,7 +64,7 @@ impl Folder {
     /// The folder, made if it is not there.
     ///
     /// # Errors
-    /// What the system says.
+    /// The error of the operating system.
     pub fn create(path: &Path) -> io::Result<Self> {
         fs::create_dir_all(path)?;
         Ok(Self(path.into()))
