@@ -13,11 +13,19 @@
 //! 1 part in 100 at a flat surface, where the least eigenvalue of `N` is about a half. Liquid that stands at the rim or above, where no
 //! wall completes it, keeps the plain gradient: its edges would swing up under the step of the rest.
 //!
+//! A particle that moves alone by `xi` changes its own density by `rho (L_i b_i).xi` and that of its neighbour `j` by
+//! `rho V_i F (L_j x).xi`. Their pressures push it back, so that it swings with
+//! ```text
+//! omega_i^2 = c^2 ( |L_i b_i|^2 + sum_j V_i V_j F^2 |L_j x|^2 )  ~  c^2 ( |L_i b_i|^2 + |L_i|^2 k_i/3 ),   |L| by Frobenius
+//! ```
+//! with `b` and `k` of [`super::moments`]. In a splash, where few neighbours stand close, this is faster than sound between layers.
+//!
 //! What they cost: such a density follows the flow and no longer the positions of the particles, and has to be called back to
 //! them ([`super::positions`]).
 
 use super::moments::Seen;
-use crate::particles::tensor::{Symmetric, UNIT};
+use crate::particles::blocks::dot;
+use crate::particles::tensor::{Symmetric, UNIT, times};
 use crate::particles::{Particle, retain};
 use nalgebra::Matrix3;
 
@@ -62,6 +70,17 @@ impl Corrected {
         for ((l, seen), p) in self.l.iter_mut().zip(seen).zip(particle) {
             *l = if p.x[2] > highest_m { UNIT } else { inverse(&seen.moments()) };
         }
+    }
+
+    /// Returns the largest `omega` of all particles, 1/s, in a liquid of the speed of sound `sound` m/s.
+    pub(crate) fn fastest(&self, seen: impl Iterator<Item = Seen>, sound: f64) -> f64 {
+        let square = |(l, seen): (&Symmetric, Seen)| {
+            let lean = times(l, &seen.lean());
+            let [xx, xy, xz, yy, yz, zz] = *l;
+            let norm2 = xx * xx + yy * yy + zz * zz + 2.0 * (xy * xy + xz * xz + yz * yz);
+            dot(&lean, &lean) + norm2 / 3.0 * seen.stiffness()
+        };
+        sound * self.l.iter().zip(seen).map(square).fold(0.0, f64::max).sqrt()
     }
 
     /// Fills `pressure` from the present pressures.
@@ -134,6 +153,34 @@ mod tests {
             size += kinetic.abs();
         }
         assert!(power.abs() < 1e-12 * size, "{power} of {size}");
+    }
+
+    #[test]
+    fn a_particle_that_moves_alone_swings_as_fast_as_it_is_said_to() {
+        let rest = block(|_| [0.0; 3], |_| 0.0).1;
+        let sound2 = rest.sound * rest.sound;
+        let mut largest = 0.0_f64;
+        // One particle after the other moves along each axis; its density rates are pressures of the next instant.
+        for i in (0..343).step_by(29).chain([171, 24]) {
+            let rates: [[f64; 3]; 3] = std::array::from_fn(|axis| {
+                let (mut fluid, mut forces) = block(|_| [0.0; 3], |_| 0.0);
+                fluid.particle[i].v[axis] = 1.0;
+                let space = Box3 { low: [-1.0; 3], high: [8.0; 3] };
+                let lists = Neighbours::new(&fluid.particle, &[], space, 2.8, 0.1);
+                let (mut walls, still) = (Walls::default(), Body::of(&Kinematics::default()));
+                forces.density_rates(&lists, &fluid, &walls, &still);
+                for (p, rate) in fluid.particle.iter_mut().zip(&forces.rate) {
+                    (p.v, p.p) = ([0.0; 3], sound2 * rate[0]);
+                }
+                let sticking = Sticking::new(&GLASS, 0.0, |_| [0.0; 2]);
+                forces.forces(&lists, &fluid, &mut walls, &GLASS, sticking, 1e-9);
+                std::array::from_fn(|k| -forces.force[i][k])
+            });
+            let square = Matrix3::from_fn(|row, column| 0.5 * (rates[row][column] + rates[column][row]));
+            largest = largest.max(square.symmetric_eigenvalues().max().sqrt());
+        }
+        println!("{largest} 1/s for {} of all", rest.fastest);
+        assert!(largest < rest.fastest && largest > 0.5 * rest.fastest, "{largest} for {}", rest.fastest);
     }
 
     #[test]

@@ -31,6 +31,10 @@ pub(crate) struct Forces {
     /// Pressure on the surface above each particle, Pa, and the acceleration along x and y that stands for
     /// it (see `effects::columns`); empty where nothing presses.
     pub(crate) pressed: Vec<[f64; 3]>,
+    /// Largest rate at which sound lets a particle swing, 1/s ([`crate::corrections::corrected`]).
+    pub(crate) fastest: f64,
+    /// Whether liquid splashes, so that what the particles see changes fast.
+    pub(crate) splash: bool,
     rate_buffers: Vec<Vec<[f64; 3]>>,
     force_buffers: Vec<Vec<[f64; 5]>>,
     moments: Moments,
@@ -56,6 +60,8 @@ impl Forces {
             sound,
             rest_density,
             pressed: Vec::new(),
+            fastest: 0.0,
+            splash: false,
             rate_buffers: vec![Vec::new(); CHUNKS],
             force_buffers: vec![Vec::new(); CHUNKS],
             moments: Moments::new(particles),
@@ -108,6 +114,7 @@ impl Forces {
         // Within a kernel of the rim a particle lacks neighbours above the wall, too.
         self.corrected.update(seen.clone(), &liquid.particle, rim_m - kernel.support2.sqrt());
         self.position_density.update(seen.clone(), kernel.h, liquid);
+        self.fastest = self.corrected.fastest(seen.clone(), self.sound);
         if jitters {
             self.gradients.update(seen);
         }
@@ -130,7 +137,7 @@ impl Forces {
         }
         let noise = NOISE * self.kernel.h * self.sound * self.rest_density;
         let jitters = viscosity.iter().any(|mu| *mu < noise);
-        if self.moments.due(dt) {
+        if self.moments.due(dt, self.splash) {
             self.look(lists, liquid, walls, glass.rim_m, jitters);
         }
         self.corrected.weigh(particle);
