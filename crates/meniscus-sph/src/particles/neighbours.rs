@@ -1,11 +1,11 @@
-//! Neighbour lists: a cell grid, searched into Verlet lists with a skin, rebuilt only when some
-//! particle has moved half the skin.
+//! Neighbour lists: Verlet lists with a skin, rebuilt from a grid of cells only when some particle has moved half the skin.
 //!
 //! Liquid pairs are listed once (`j > i`). The list is cut into a fixed number of chunks of nearly
 //! equal work; each chunk sums into its own buffer and the buffers are added in order. The order of
 //! every addition is thus the same for any number of threads, and results are equal bit for bit.
 
 use super::blocks::{PairSum, add_rows};
+use super::grid::{Box3, Grid, Search};
 use super::state::Particle;
 use rayon::prelude::*;
 use std::ops::Range;
@@ -35,14 +35,38 @@ impl Rows {
         self.start[i] as usize..self.start[i + 1] as usize
     }
 
-    fn begin(&mut self) {
+    /// Removes all rows.
+    pub(super) fn clear(&mut self) {
         self.start.clear();
         self.entry.clear();
         self.start.push(0);
     }
 
-    fn end_row(&mut self) {
+    /// Adds a row of the entries that were added since the last one.
+    pub(super) fn end_row(&mut self) {
         self.start.push(self.entry.len() as u32);
+    }
+
+    /// Adds entries to the row that is not yet ended.
+    pub(super) fn extend(&mut self, entries: &[u32]) {
+        self.entry.extend_from_slice(entries);
+    }
+
+    /// Adds the rows of `more`.
+    pub(super) fn append(&mut self, more: &Self) {
+        let before = self.entry.len() as u32;
+        self.start.extend(more.start.iter().skip(1).map(|start| before + start));
+        self.entry.extend_from_slice(&more.entry);
+    }
+
+    /// Entries of the rows from `first` to `last`.
+    pub(super) fn rows(&self, first: usize, last: usize) -> Range<usize> {
+        self.start[first] as usize..self.start[last + 1] as usize
+    }
+
+    /// The entries of all rows.
+    pub(super) fn entries(&self) -> &[u32] {
+        &self.entry
     }
 
     /// Which rows name each of `columns` entries.
@@ -66,65 +90,6 @@ impl Rows {
     }
 }
 
-/// A box along the axes.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Box3 {
-    /// Least coordinates, m.
-    pub(crate) low: [f64; 3],
-    /// Largest coordinates, m.
-    pub(crate) high: [f64; 3],
-}
-
-/// A grid of cubic cells over a box.
-#[derive(Clone, Debug)]
-struct Grid {
-    origin: [f64; 3],
-    inverse: f64,
-    cells: [usize; 3],
-    rows: Rows,
-}
-
-impl Grid {
-    fn new(space: Box3, edge: f64) -> Self {
-        let Box3 { low, high } = space;
-        let cells = std::array::from_fn(|d| ((high[d] - low[d]) / edge).floor() as usize + 1);
-        Self { origin: low, inverse: 1.0 / edge, cells, rows: Rows::default() }
-    }
-
-    fn cell(&self, x: &[f64; 3]) -> [usize; 3] {
-        std::array::from_fn(|d| {
-            (((x[d] - self.origin[d]) * self.inverse).max(0.0) as usize).min(self.cells[d] - 1)
-        })
-    }
-
-    fn index(&self, [a, b, c]: [usize; 3]) -> usize {
-        (c * self.cells[1] + b) * self.cells[0] + a
-    }
-
-    fn fill<'a>(&mut self, points: impl Iterator<Item = &'a [f64; 3]>) {
-        let mut cell_of = Rows { start: vec![0], entry: Vec::new() };
-        for x in points {
-            cell_of.entry.push(self.index(self.cell(x)) as u32);
-            cell_of.end_row();
-        }
-        self.rows = cell_of.transposed(self.cells.iter().product());
-    }
-
-    /// Calls `visit` with each run of cells next to the cell of `x`, one run for each row of cells.
-    fn around(&self, x: &[f64; 3], mut visit: impl FnMut(&[u32])) {
-        let [a, b, c] = self.cell(x);
-        let span = |i: usize, n: usize| i.saturating_sub(1)..(i + 2).min(n);
-        let run = span(a, self.cells[0]);
-        for c in span(c, self.cells[2]) {
-            for b in span(b, self.cells[1]) {
-                let first = self.rows.start[self.index([run.start, b, c])] as usize;
-                let last = self.rows.start[self.index([run.end - 1, b, c]) + 1] as usize;
-                visit(&self.rows.entry[first..last]);
-            }
-        }
-    }
-}
-
 /// The lists of one moment.
 #[derive(Clone, Debug)]
 pub(crate) struct Neighbours {
@@ -142,6 +107,7 @@ pub(crate) struct Neighbours {
     grid: Grid,
     wall_grid: Grid,
     built_at: Vec<[f64; 3]>,
+    wall_at: Vec<[f64; 3]>,
 }
 
 impl Neighbours {
@@ -167,6 +133,7 @@ impl Neighbours {
             grid: Grid::new(space, reach),
             wall_grid: Grid::new(space, wall_reach),
             built_at: Vec::new(),
+            wall_at: Vec::new(),
         };
         lists.rebuild(particles, wall, f64::INFINITY);
         lists
@@ -181,29 +148,22 @@ impl Neighbours {
     pub(crate) fn rebuild(&mut self, particles: &[Particle], wall: &[Particle], rim_m: f64) {
         self.built_at.clear();
         self.built_at.extend(particles.iter().map(|p| p.x));
-        self.grid.fill(self.built_at.iter());
-        self.wall_grid.fill(wall.iter().map(|w| &w.x));
-        self.liquid.begin();
-        self.wall.begin();
-        for (i, p) in particles.iter().enumerate() {
-            let (liquid, walls) = (&mut self.liquid.entry, &mut self.wall.entry);
-            self.grid.around(&p.x, |run| {
-                liquid.extend(run.iter().copied().filter(|&j| {
-                    j as usize > i && distance2(&p.x, &self.built_at[j as usize]) < self.reach2
-                }));
-            });
-            if p.x[2] <= rim_m {
-                self.wall_grid.around(&p.x, |run| {
-                    walls.extend(
-                        run.iter()
-                            .copied()
-                            .filter(|&w| distance2(&p.x, &wall[w as usize].x) < self.wall_reach2),
-                    );
-                });
-            }
-            self.liquid.end_row();
-            self.wall.end_row();
-        }
+        self.grid.fill(&self.built_at);
+        self.wall_at.clear();
+        self.wall_at.extend(wall.iter().map(|w| w.x));
+        self.wall_grid.fill(&self.wall_at);
+        let points = &self.built_at;
+        let liquid =
+            Search { grid: &self.grid, points, reach2: self.reach2, after: true, highest_m: f64::INFINITY };
+        let near_walls = Search {
+            grid: &self.wall_grid,
+            points,
+            reach2: self.wall_reach2,
+            after: false,
+            highest_m: rim_m,
+        };
+        liquid.list(&mut self.liquid);
+        near_walls.list(&mut self.wall);
         self.cut(particles.len());
     }
 
