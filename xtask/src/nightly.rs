@@ -67,6 +67,9 @@ fn steps(root: &Path) -> Vec<Step> {
         with_cargo("build", "build --release --locked -p meniscus-cli --features train,foxglove"),
         with_cargo("house", "xtask house --rebuild --json"),
         with_cargo("package", "xtask package"),
+        // `cargo install cargo-deny typos-cli`; advisories are asked for where their database can be fetched.
+        with_cargo("licences", "deny --workspace check licenses bans sources"),
+        Step::new("spelling", split("typos")),
         with_cargo("fuzz", "test --release --locked -p meniscus-tests --test fuzz")
             .with("MENISCUS_FUZZ", FUZZ_CASES),
         study("validate", "simulate validate --json --out out/nightly/validation"),
