@@ -151,9 +151,12 @@ fn a_lost_camera_is_said_and_its_return_too() {
     // After a second without images nothing is shown as an estimate.
     browser.until(&tab, "document.body.classList.contains('no-estimate')");
     browser.until(&tab, "document.body.classList.contains('no-image')");
+    // What the session met and does about it stands under the line.
+    browser.until(&tab, "document.getElementById('note').textContent.startsWith('Camera: ')");
     // It is plugged in again after two seconds.
     until_tracking(&mut browser, &tab);
     browser.until(&tab, "document.getElementById('banner').hidden");
+    browser.until(&tab, "document.getElementById('note').hidden");
     assert!(browser.complaints.is_empty(), "{:?}", browser.complaints);
 }
 

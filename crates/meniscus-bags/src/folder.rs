@@ -237,6 +237,18 @@ impl FolderWriter {
         Ok(())
     }
 
+    /// Removes what was written, and the folder if nothing else is in it.
+    pub fn discard(self) {
+        let Self { folder, pairs, table, .. } = self;
+        drop(table);
+        let names = (0..pairs).flat_map(|n| [format!("depth-{n:04}.png"), format!("infrared-{n:04}.png")]);
+        // What cannot be removed stays: there is nobody left who could do more about it.
+        for name in names.chain([CAMERA.into(), TABLE.into()]) {
+            let _removed = std::fs::remove_file(folder.join(name));
+        }
+        let _removed = std::fs::remove_dir(folder);
+    }
+
     /// Ends the folder; gives the number of images.
     ///
     /// # Errors

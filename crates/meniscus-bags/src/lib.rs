@@ -31,7 +31,7 @@ pub use error::BagError;
 pub use folder::FolderWriter;
 pub use mcap_write::McapWriter;
 pub use observe::observe_images;
-pub use replay::{payload, play};
+pub use replay::{PlayedImages, payload, play};
 
 use meniscus::surface::{Intrinsics, Optics};
 use meniscus::usb::frame::Stamp;

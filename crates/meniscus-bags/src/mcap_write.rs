@@ -118,6 +118,14 @@ impl McapWriter {
         Ok(())
     }
 
+    /// Removes the file.
+    pub fn discard(self) {
+        let Self { path, writer, .. } = self;
+        drop(writer);
+        // One that cannot be removed stays: there is nobody left who could do more about it.
+        let _removed = std::fs::remove_file(path);
+    }
+
     /// Ends the file with its index; gives the number of images.
     ///
     /// # Errors

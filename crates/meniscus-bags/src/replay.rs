@@ -13,15 +13,28 @@ use std::time::{Duration, Instant};
 /// Longest pause between two images.
 const LONGEST_GAP: Duration = Duration::from_secs(1);
 
-/// Plays images up to `seconds` of the recording, until `stop` is set or the worker has gone; gives the
-/// number of images played.
+/// Images that were played.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct PlayedImages {
+    /// Number of images of both streams.
+    pub images: u64,
+    /// Depth images a second by their own times; `None` of fewer than two.
+    pub rate_hz: Option<f64>,
+}
+
+/// Plays images up to `seconds` of the recording, until `stop` is set or the worker has gone.
 ///
 /// # Errors
 /// [`BagError`] of the recording; what came before it has been played.
-pub fn play(recording: Recording, seconds: f64, end: &CameraEnd, stop: &AtomicBool) -> Result<u64, BagError> {
+pub fn play(
+    recording: Recording,
+    seconds: f64,
+    end: &CameraEnd,
+    stop: &AtomicBool,
+) -> Result<PlayedImages, BagError> {
     let size = recording.calibration.size;
     let (mut due, mut last_us, mut played) = (Instant::now(), None::<u64>, 0);
-    let mut first_us = None::<u64>;
+    let (mut first_us, mut depths) = (None::<u64>, Depths::default());
     for image in recording.images {
         let image = image?;
         let us = image.stamp.captured.0;
@@ -35,9 +48,33 @@ pub fn play(recording: Recording, seconds: f64, end: &CameraEnd, stop: &AtomicBo
         if stop.load(Ordering::Relaxed) || !end.send(image.stream, &payload(&image, size)) {
             break;
         }
+        if image.stream == Stream::Depth {
+            depths.count(us);
+        }
         played += 1;
     }
-    Ok(played)
+    Ok(PlayedImages { images: played, rate_hz: depths.rate_hz() })
+}
+
+/// Times of the depth images.
+#[derive(Default)]
+struct Depths {
+    /// Times of the first and the last, us.
+    span: Option<[u64; 2]>,
+    number: u32,
+}
+
+impl Depths {
+    fn count(&mut self, us: u64) {
+        let [first, _] = *self.span.get_or_insert([us; 2]);
+        self.span = Some([first, us]);
+        self.number += 1;
+    }
+
+    fn rate_hz(&self) -> Option<f64> {
+        let passed_s = self.span.map(|[first, last]| last.saturating_sub(first) as f64 * 1e-6)?;
+        (passed_s > 0.0).then(|| f64::from(self.number - 1) / passed_s)
+    }
 }
 
 /// Returns the payload that a camera would have sent for an image of `size` (width, height), its exposure taken as an

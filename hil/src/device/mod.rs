@@ -210,7 +210,11 @@ impl Device {
         let recovery = self.trouble == Some(Trouble::Recovery) || self.as_what == Back::Recovery;
         let seen = Seen {
             vendor: 0x8086,
-            product: if recovery { 0x0adb } else { 0x0b07 },
+            product: match self.trouble {
+                _ if recovery => 0x0adb,
+                Some(Trouble::OtherCamera) => 0x0b5c,
+                _ => 0x0b07,
+            },
             serial: "839213061234".into(),
             usb2: self.usb2(now_us),
         };

@@ -123,6 +123,7 @@ pub enum Trouble {
     NoMemory,
     ClearHaltRefused,
     Apart(Cure),
+    OtherCamera,
 }
 
 /// Every trouble: its name, what it is, what it does. Its number is its place, from 1.
@@ -238,6 +239,9 @@ pub const TROUBLES: &[(&str, Trouble, &str)] = &[
     ("no-memory", Trouble::NoMemory, "the system has no memory for transfers"),
     ("clear-halt-refused", Trouble::ClearHaltRefused, "quiet until a restart, and clear-halt fails"),
     ("apart", Trouble::Apart(Cure::Commit), "depth and infrared of different instants, until a new commit"),
+    ("interrupt-off", Trouble::InterruptError(2), "the laser is too hot and was turned off"),
+    ("interrupt-overflow", Trouble::InterruptError(12), "a buffer of the camera overflowed"),
+    ("other-camera", Trouble::OtherCamera, "a D455 and no D435 is on the bus"),
 ];
 
 impl Trouble {

@@ -36,6 +36,44 @@ impl Product {
         }
     }
 
+    /// Returns the name of a RealSense camera that this program does not support, by vendor and product number.
+    ///
+    /// Source: `d400-private.h`, `l500-private.h`, `sr300.h` and `tm-device.h` of librealsense 2.50 to 2.57.
+    ///
+    /// ```
+    /// use meniscus::usb::d4xx::{Product, VENDOR};
+    ///
+    /// assert_eq!(Product::unsupported(VENDOR, 0x0b5c), Some("D455"));
+    /// assert_eq!(Product::unsupported(VENDOR, 0x0b07), None, "a D435 is supported");
+    /// ```
+    #[must_use]
+    pub fn unsupported(vendor: u16, product: u16) -> Option<&'static str> {
+        /// Maker of the motion processor in a T265.
+        const MOVIDIUS: u16 = 0x03e7;
+        /// Intel's second vendor number.
+        const INTEL: u16 = 0x8087;
+        Some(match (vendor, product) {
+            (VENDOR, 0x0ad1 | 0x0b00) => "D400",
+            (VENDOR, 0x0ad2 | 0x0aff) => "D410",
+            (VENDOR, 0x0ad3) => "D415",
+            (VENDOR, 0x0ad4 | 0x0ad5 | 0x0b01) => "D430",
+            (VENDOR, 0x0af2) => "D400 with a motion sensor",
+            (VENDOR, 0x0af6 | 0x0afe) => "D420",
+            (VENDOR, 0x0b03) => "D460",
+            (VENDOR, 0x0b0c | 0x0b5b) => "D405",
+            (VENDOR, 0x0b49 | 0x0b52) => "F416",
+            (VENDOR, 0x0b4b) => "D430i",
+            (VENDOR, 0x0b4d) => "D465",
+            (VENDOR, 0x0b5c) => "D455",
+            (VENDOR, 0xabcd) => "D457",
+            (VENDOR, 0x0b6a | 0x0b6b) => "D585",
+            (VENDOR, 0x0aa5 | 0x0b48) => "SR300",
+            (VENDOR, 0x0b3d | 0x0b64) => "L515",
+            (INTEL, 0x0b37) | (MOVIDIUS, 0x2150) => "T265",
+            _ => return None,
+        })
+    }
+
     /// As it is printed.
     #[must_use]
     pub fn name(self) -> &'static str {

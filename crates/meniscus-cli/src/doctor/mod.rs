@@ -9,7 +9,7 @@ use look::look;
 use meniscus_platform::realtime;
 use meniscus_report::checks::{Check, table};
 use meniscus_service::camera_facts::{camera_json, camera_line};
-use meniscus_usb::camera::{CameraError, Settings};
+use meniscus_usb::camera::{CameraError, Note, Settings};
 use meniscus_usb::transport::Speed;
 use serde_json::{Value, json};
 use std::time::Duration;
@@ -102,6 +102,7 @@ pub(crate) fn camera_findings(camera: &Camera) -> Vec<(Check, String)> {
         Some(
             CameraError::NoBus(_)
             | CameraError::NoCamera(_)
+            | CameraError::OtherCamera { .. }
             | CameraError::Recovery(_)
             | CameraError::SlowLink(_),
         ) => None,
@@ -119,7 +120,10 @@ pub(crate) fn camera_findings(camera: &Camera) -> Vec<(Check, String)> {
         _ => connected.map(|camera| camera.device.speed == Speed::Super),
     };
     let found = connected.is_some()
-        || !matches!(camera.error, Some(CameraError::NoCamera(_) | CameraError::NoBus(_)));
+        || !matches!(
+            camera.error,
+            Some(CameraError::NoCamera(_) | CameraError::OtherCamera { .. } | CameraError::NoBus(_))
+        );
     let lost = camera.health.damaged + camera.health.errors + camera.health.overflows + camera.health.stalls;
     let slow = CameraError::SlowLink(String::new());
     vec![
@@ -157,7 +161,14 @@ pub(crate) fn camera_findings(camera: &Camera) -> Vec<(Check, String)> {
             },
         ),
         (Check::informational("transfers_damaged", lost as f64, "1"), String::new()),
+        (Check::exactly("camera_errors", camera.told.len() as f64, "1", 0.0), told(camera)),
     ]
+}
+
+/// Errors that the camera told, in one line.
+fn told(camera: &Camera) -> String {
+    let told: Vec<String> = camera.told.iter().map(Note::to_string).collect();
+    format!("the camera said: {}; let it cool, give it air, or plug it in again", told.join("; "))
 }
 
 /// The machine's checks, each with what to do if it is missed.

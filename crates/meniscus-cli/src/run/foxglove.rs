@@ -90,6 +90,8 @@ impl meniscus_service::run::Viewer for Foxglove {
         match *self {}
     }
 
+    fn tell(&self, _: &str) {}
+
     fn end(&self) {
         match *self {}
     }

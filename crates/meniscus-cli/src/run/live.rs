@@ -22,7 +22,7 @@ use meniscus_ui::terminal::{Caption, Dashboard};
 use meniscus_usb::link::WorkerEnd;
 use std::io::IsTerminal;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
 /// A camera that is ready to send.
@@ -47,6 +47,8 @@ pub(super) struct Played {
     pub(super) finished: Finished,
     /// Whether its tables could be written; to be looked at when the summary is out.
     pub(super) written: anyhow::Result<()>,
+    /// What happened to the camera.
+    pub(super) notes: Vec<meniscus_usb::camera::Note>,
 }
 
 /// Viewers and publishers of a run.
@@ -61,7 +63,7 @@ pub(super) fn live(
     config: &RunConfig,
     model: &Model<'_>,
     camera: ReadyCamera<'_>,
-    play: impl FnOnce(&AtomicBool) + Send,
+    play: impl FnOnce(&RunState) + Send,
 ) -> anyhow::Result<Played> {
     // A run whose files cannot be written should not start.
     config.turn_table.iter().chain(&config.estimates).try_for_each(|path| check_writable(path))?;
@@ -106,12 +108,18 @@ pub(super) fn live(
         priority: config.priority,
         state: &state,
         say: &say,
+        // The dashboard has the whole screen and shows the last one itself.
+        tell: if config.front == Front::Dashboard {
+            &|_| ()
+        } else {
+            &|note| say(&format!("camera: {note}"))
+        },
     };
     let finished = run.run(play, |finished| attend(config.front, caption, &state, finished))?;
     finished.flights.lines().iter().for_each(|line| say(line));
     outputs.close(config)?;
     let written = write(config, &finished.log, model);
-    Ok(Played { finished, written })
+    Ok(Played { finished, written, notes: state.notes.after(0) })
 }
 
 /// Writes the tables of the run that the configuration asks for.

@@ -17,10 +17,10 @@ use meniscus_score::run_picture::picture;
 use meniscus_score::run_report::TruthReport;
 use meniscus_service::ledger::SpanEnd;
 use meniscus_service::live::Silence;
+use meniscus_service::run::RunState;
 use meniscus_usb::link::link;
 use meniscus_virtual::camera::{PAYLOAD_ROOM, SimulatedCamera};
 use meniscus_virtual::render::SceneSettings;
-use std::sync::atomic::AtomicBool;
 
 /// Checks of time, which are informational where the camera waits for the worker.
 const OF_TIME: [&str; 4] = ["deadline_misses", "turns_late", "turn_us_median", "turn_us_p99"];
@@ -51,8 +51,8 @@ pub(super) fn run(
     let (camera_end, end) = link(BUFFERS, PAYLOAD_ROOM);
     let (name, span_end) = ("simulated D435", SpanEnd::LastFrame);
     let ready = ReadyCamera { name, reader, rectifier: None, frames, span_end, end };
-    let Played { finished, written } = live(config, model, ready, move |stop: &AtomicBool| {
-        camera.play(shots, &camera_end, stop);
+    let Played { finished, written, .. } = live(config, model, ready, move |state: &RunState| {
+        camera.play(shots, &camera_end, &state.stop);
     })?;
 
     let mut report = TruthReport::new(model, &recording, &finished.log)

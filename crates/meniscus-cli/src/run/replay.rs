@@ -9,14 +9,17 @@ use anyhow::{Context, ensure};
 use meniscus::blob::Model;
 use meniscus::surface::Config;
 use meniscus_bags as bag;
-use meniscus_bags::play;
+use meniscus_bags::{PlayedImages, play};
 use meniscus_data::validity::Validity;
 use meniscus_score::run_report::CameraReport;
 use meniscus_service::ledger::SpanEnd;
+use meniscus_service::run::RunState;
 use meniscus_usb::camera::CameraHealth;
 use meniscus_usb::link::link;
 use std::path::Path;
-use std::sync::atomic::AtomicBool;
+
+/// Fewer images a second are said, Hz: three of four of the camera's 60.
+const SLOW_HZ: f64 = 45.0;
 
 /// Bytes of a payload beside its pixels.
 const HEADER: usize = 1024;
@@ -36,27 +39,33 @@ pub(super) fn run(config: &RunConfig, model: &Model<'_>, file: &Path) -> anyhow:
         RunEnd::WhenStopped => f64::INFINITY,
         RunEnd::AfterFrames => config.length().as_secs_f64(),
     };
-    let mut ended = Ok(0);
-    let Played { finished, written } = {
+    let mut ended = Ok(PlayedImages::default());
+    let Played { finished, written, notes } = {
         let ended = &mut ended;
         let (name, frames, span_end) = (camera.camera.as_str(), config.frames_kept(), SpanEnd::LastFrame);
         let ready = ReadyCamera { name, reader, rectifier: None, frames, span_end, end };
-        live(config, model, ready, move |stop: &AtomicBool| {
-            *ended = play(recording, seconds, &camera_end, stop);
+        live(config, model, ready, move |state: &RunState| {
+            *ended = play(recording, seconds, &camera_end, &state.stop);
         })?
     };
     let report = CameraReport {
         log: &finished.log,
         camera: None,
         health: CameraHealth::default(),
-        notes: Vec::new(),
+        notes,
         realtime: None,
         score: None,
         validity: Validity::of(&model.header),
     };
     print(config, &report.json(&config.labels()), &report.text())?;
     // A recording that ends too early fails only after the report of what was seen until then.
-    let images = ended?;
+    let PlayedImages { images, rate_hz } = ended?;
+    if let Some(rate_hz) = rate_hz.filter(|rate_hz| *rate_hz < SLOW_HZ) {
+        eprintln!(
+            "the recording has {rate_hz:.0} depth images a second, and the model's step is a sixtieth: in the turns between \
+             them it predicts"
+        );
+    }
     ensure!(
         finished.log.totals.turns > 0,
         "{images} images were played and led to no turn: there is nothing to report"

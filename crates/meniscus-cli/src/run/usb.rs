@@ -18,13 +18,12 @@ use meniscus_score::baseline::linear_with_motion;
 use meniscus_score::run_report::CameraReport;
 use meniscus_score::score::score;
 use meniscus_service::ledger::SpanEnd;
+use meniscus_service::run::RunState;
 use meniscus_usb::camera::{LinkSink, Session, Settings};
 use meniscus_usb::link::link;
 use meniscus_usb::transport::Transport;
 use meniscus_virtual::render::SceneSettings;
 use meniscus_virtual::usb::{RecordedGlass, SimulatedBus};
-use std::sync::Mutex;
-use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
 /// Longer than any service runs.
@@ -75,22 +74,25 @@ pub(super) fn run(
     let _alone = announce(config)?;
 
     let (camera_end, end) = link(BUFFERS, session.buffer_bytes());
-    let notes = Mutex::new(Vec::with_capacity(LinkSink::NOTES));
     let (mut ended, mut realtime) = (Ok(()), None);
     let length = if config.end == RunEnd::WhenStopped { YEARS } else { config.length() };
     let until = Instant::now() + length;
-    let Played { finished, written } = {
-        let (session, notes, ended, realtime) = (&mut session, &notes, &mut ended, &mut realtime);
+    let Played { finished, written, notes } = {
+        let (session, ended, realtime) = (&mut session, &mut ended, &mut realtime);
         let rectifier = connected.rectifier();
         let (name, frames, span_end) = (camera.name, config.frames_kept(), SpanEnd::RunsOn);
         let ready = ReadyCamera { name, reader, rectifier, frames, span_end, end };
-        live(config, model, ready, move |stop: &AtomicBool| {
+        live(config, model, ready, move |state: &RunState| {
             *realtime = (camera.priority == Priority::RealTime).then(become_realtime);
-            *ended = session.stream(&mut LinkSink { end: camera_end, stop, until, notes });
+            *ended = session.stream(&mut LinkSink {
+                end: camera_end,
+                stop: &state.stop,
+                until,
+                notes: &state.notes,
+            });
         })?
     };
     let health = session.health();
-    let notes = notes.into_inner().unwrap_or_default();
     let log = &finished.log;
     let score = truth.map(|truth| {
         let linear = linear_with_motion(&truth);

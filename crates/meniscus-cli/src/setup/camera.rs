@@ -9,7 +9,7 @@ use meniscus_bags as bag;
 use meniscus_bags::Image;
 use meniscus_service::camera_facts::camera_line;
 use meniscus_service::setup::{Gather, Pair, Recent};
-use meniscus_usb::camera::{LinkSink, OutlineImage, Session, Settings};
+use meniscus_usb::camera::{LinkSink, NoteBook, OutlineImage, Session, Settings};
 use meniscus_usb::link::{Received, WorkerEnd, link};
 use meniscus_usb::transport::Transport;
 use std::path::Path;
@@ -129,7 +129,7 @@ pub(super) fn from_bus(transport: impl Transport + Send, job: &Job<'_>) -> anyho
         ..Camera::default()
     };
     let (camera_end, worker_end) = link(BUFFERS, session.buffer_bytes());
-    let (stop, ended, notes) = (AtomicBool::new(false), AtomicBool::new(false), Mutex::new(Vec::new()));
+    let (stop, ended, notes) = (AtomicBool::new(false), AtomicBool::new(false), NoteBook::default());
     let (held, streamed) = std::thread::scope(|scope| {
         let (stop, ended, notes, scene) = (&stop, &ended, &notes, &scene);
         let streaming = scope.spawn(move || {

@@ -22,10 +22,15 @@ use crate::sink::{LatestTurn, TurnSink};
 use crate::snapshot::SnapshotOutlet;
 use meniscus::blob::Model;
 use meniscus_platform::realtime::{Granted, Priority};
+use meniscus_usb::camera::{Note as CameraNote, NoteBook};
 use meniscus_usb::link::WorkerEnd;
 use std::path::Path;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+
+/// Interval at which the camera's notes are looked at.
+const NOTES_EVERY: Duration = Duration::from_millis(100);
 
 /// A viewer of a run: a sink in the worker's thread and work in a thread of its own.
 pub trait Viewer: Sync {
@@ -34,6 +39,9 @@ pub trait Viewer: Sync {
 
     /// Shows turns until [`Self::end`] is called.
     fn show(&self, model: &Model<'_>);
+
+    /// Takes what happened to the camera; nothing when it is well again.
+    fn tell(&self, note: &str);
 
     /// Ends [`Self::show`]: the run is over.
     fn end(&self);
@@ -48,6 +56,8 @@ pub struct RunState {
     pub latest: LatestTurn,
     /// Probabilities of the liquids; `None` where none are compared.
     pub standing: Mutex<Option<Standing>>,
+    /// Events of the camera.
+    pub notes: NoteBook,
 }
 
 /// Parts of a run.
@@ -74,6 +84,8 @@ pub struct LiveRun<'r> {
     pub state: &'r RunState,
     /// Receives what a person should read while the run goes.
     pub say: &'r (dyn Fn(&str) + Sync),
+    /// Receives what happens to the camera; the viewers are told as well.
+    pub tell: &'r (dyn Fn(&str) + Sync),
 }
 
 /// Result of a run.
@@ -107,11 +119,23 @@ impl LiveRun<'_> {
     /// [`WorkerPanicked`].
     pub fn run(
         self,
-        camera: impl FnOnce(&AtomicBool) + Send,
+        camera: impl FnOnce(&RunState) + Send,
         front: impl FnOnce(&dyn Fn() -> bool),
     ) -> Result<Finished, WorkerPanicked> {
-        let Self { model, worker, end, frames, publisher, viewers, notes, flights, priority, state, say } =
-            self;
+        let Self {
+            model,
+            worker,
+            end,
+            frames,
+            publisher,
+            viewers,
+            notes,
+            flights,
+            priority,
+            state,
+            say,
+            tell,
+        } = self;
         let (recorder, ended) = (FlightRecorder::default(), AtomicBool::new(false));
         let (recorder, ended) = (&recorder, &ended);
         let (width, height) = worker.config.image_size();
@@ -128,7 +152,8 @@ impl LiveRun<'_> {
             (sinks.profiles, feed) = (Some(outlet), Some(end));
         }
         std::thread::scope(|scope| {
-            scope.spawn(move || camera(&state.stop));
+            scope.spawn(move || camera(state));
+            let teller = scope.spawn(move || tell_notes(&state.notes, viewers, tell, ended));
             for viewer in viewers {
                 scope.spawn(move || viewer.show(model));
             }
@@ -147,6 +172,7 @@ impl LiveRun<'_> {
             front(&|| worker.is_finished());
             let done = worker.join().map_err(|_| WorkerPanicked);
             ended.store(true, Ordering::Relaxed);
+            let _told = teller.join();
             viewers.iter().for_each(|viewer| viewer.end());
             // A thread that panicked has said so on standard error; the run's own log is not lost for it.
             let mut flights = keeper.join().unwrap_or_default();
@@ -157,6 +183,26 @@ impl LiveRun<'_> {
                 Finished { log, crest, flights }
             })
         })
+    }
+}
+
+/// Tells every note of the camera to the viewers and to `tell`, until the run has `ended`.
+fn tell_notes(notes: &NoteBook, viewers: &[&dyn Viewer], tell: &(dyn Fn(&str) + Sync), ended: &AtomicBool) {
+    let mut told = 0;
+    loop {
+        // Before the look, so that what came before the end is told.
+        let last = ended.load(Ordering::Relaxed);
+        for note in notes.after(told) {
+            let line = note.to_string();
+            tell(&line);
+            let standing = if note == CameraNote::Recovered { "" } else { &line };
+            viewers.iter().for_each(|viewer| viewer.tell(standing));
+            told += 1;
+        }
+        if last {
+            return;
+        }
+        std::thread::sleep(NOTES_EVERY);
     }
 }
 

@@ -199,6 +199,9 @@ impl Viewer for Foxglove {
         }
     }
 
+    /// Foxglove has turns alone: a note belongs to no topic of theirs.
+    fn tell(&self, _: &str) {}
+
     fn end(&self) {
         self.closing.store(true, Ordering::Relaxed);
     }

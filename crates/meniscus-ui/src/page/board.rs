@@ -40,6 +40,8 @@ pub struct Counters {
 struct Shown {
     frame: Numbered,
     image: Numbered,
+    /// What the camera told, with its number from 1.
+    note: (u32, String),
 }
 
 impl Board {
@@ -63,6 +65,18 @@ impl Board {
         let (shown, _) =
             self.newer.wait_timeout_while(shown, patience, wait).unwrap_or_else(PoisonError::into_inner);
         (shown.frame.0 > than && !self.closing()).then(|| (shown.frame.clone(), shown.image.clone()))
+    }
+
+    /// Puts up what the camera told.
+    pub(super) fn tell(&self, note: &str) {
+        let mut shown = self.shown.lock().unwrap_or_else(PoisonError::into_inner);
+        shown.note = (shown.note.0 + 1, note.to_owned());
+    }
+
+    /// What the camera told after the note with the number `than`, with its number.
+    pub(super) fn note_after(&self, than: u32) -> Option<(u32, String)> {
+        let shown = self.shown.lock().unwrap_or_else(PoisonError::into_inner);
+        (shown.note.0 > than).then(|| shown.note.clone())
     }
 
     /// Number of the newest frame.

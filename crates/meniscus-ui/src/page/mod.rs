@@ -117,6 +117,10 @@ impl Viewer for Page {
         compose::compose(model, &self.config, &self.outlet, &self.board);
     }
 
+    fn tell(&self, note: &str) {
+        self.board.tell(note);
+    }
+
     /// Tells every browser that the run has ended, too.
     fn end(&self) {
         self.board.close();

@@ -52,7 +52,7 @@ pub(super) fn serve(stream: TimedStream, rest: Vec<u8>, board: &Board) {
 fn show(socket: &mut WebSocket<TimedStream>, board: &Board) -> Option<()> {
     let counters = &board.counters;
     let mut rate = wish(socket)?;
-    let (mut under_way, mut last, mut last_image) = (0, 0, 0);
+    let (mut under_way, mut last, mut last_image, mut last_note) = (0, 0, 0, 0);
     let mut due = Instant::now();
     while !board.closing() {
         let before = board.number();
@@ -62,6 +62,12 @@ fn show(socket: &mut WebSocket<TimedStream>, board: &Board) -> Option<()> {
         }
         let passed = u64::from(board.number().saturating_sub(before));
         counters.left_out.fetch_add(passed.saturating_sub(1), Ordering::Relaxed);
+        if let Some((number, note)) = board.note_after(last_note) {
+            last_note = number;
+            counters.bytes.fetch_add(note.len() as u64, Ordering::Relaxed);
+            socket.get_mut().allow(ANSWER_WITHIN);
+            socket.send(Message::text(note)).ok()?;
+        }
         let Some((frame, image)) = board.newer(last, due, PATIENCE) else {
             // Nothing new: a ping finds out whether the viewer is still there.
             socket.get_mut().allow(ANSWER_WITHIN);

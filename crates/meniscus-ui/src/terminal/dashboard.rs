@@ -50,6 +50,8 @@ pub struct Dashboard {
     heat_uj: VecDeque<u64>,
     /// Which liquid it is, in a line; empty where nobody asks.
     liquid: String,
+    /// What happened to the camera and still holds.
+    note: Option<String>,
 }
 
 impl Dashboard {
@@ -58,7 +60,15 @@ impl Dashboard {
     pub fn new(caption: Caption) -> Self {
         let curve = || VecDeque::with_capacity(HISTORY);
         let (turn_us, slosh_uj, heat_uj) = (curve(), curve(), curve());
-        Self { caption, started: Instant::now(), turn_us, slosh_uj, heat_uj, liquid: String::new() }
+        Self {
+            caption,
+            started: Instant::now(),
+            turn_us,
+            slosh_uj,
+            heat_uj,
+            liquid: String::new(),
+            note: None,
+        }
     }
 
     /// Shows the run until `finished` says so; `q`, Esc or Ctrl-C set `state.stop`.
@@ -83,6 +93,7 @@ impl Dashboard {
             if let Some(logged) = &last {
                 self.remember(logged);
             }
+            self.note = state.notes.standing().map(|note| note.to_string());
             if let Ok(Some(standing)) = state.standing.lock().as_deref() {
                 self.liquid = standing.line();
             }
@@ -106,16 +117,18 @@ impl Dashboard {
     }
 
     fn draw(&self, frame: &mut Frame<'_>, last: Option<&TimedTurn>) {
-        let sentence = self.caption.validity.sentence.as_deref();
+        // What happened to the camera goes before what never changes.
+        let note = self.note.as_ref().map(|note| format!("camera: {note}"));
+        let sentence = note.as_deref().or(self.caption.validity.sentence.as_deref());
         let rows = Layout::vertical([
             Constraint::Length(3),
             Constraint::Length(if sentence.is_some() { 3 } else { 0 }),
             Constraint::Min(10),
             Constraint::Length(6),
         ]);
-        let [head, note, middle, foot] = rows.areas(frame.area());
+        let [head, under, middle, foot] = rows.areas(frame.area());
         frame.render_widget(self.headline(last), head);
-        frame.render_widget(Paragraph::new(sentence.unwrap_or_default()).wrap(Wrap { trim: true }), note);
+        frame.render_widget(Paragraph::new(sentence.unwrap_or_default()).wrap(Wrap { trim: true }), under);
         let [surface, numbers] =
             Layout::horizontal([Constraint::Min(40), Constraint::Length(38)]).areas(middle);
         self.draw_surface(frame, surface, last);

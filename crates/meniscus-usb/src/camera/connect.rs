@@ -3,7 +3,7 @@
 use super::error::CameraError;
 use super::monitor::{REQUEST, ask, payload, set, set_colour};
 use super::negotiate::negotiate;
-use super::plan::Plan;
+use super::plan::{INFRARED, Plan};
 use super::settings::{OutlineImage, SIZE, SIZE_USB2, Settings};
 use crate::transport::{Listed, Speed, Transport, UsbError};
 use meniscus::surface::{Intrinsics, Optics, Rectifier};
@@ -142,6 +142,11 @@ pub(super) fn establish(
     configuration.truncate(length.map_err(refused("read the camera's descriptors"))?);
     let plan = match Plan::read(&configuration, size, settings.outline) {
         Err(CameraError::NoMode { .. }) if slow => return Err(CameraError::SlowLink(device.port)),
+        Err(CameraError::NoMode { stream: INFRARED, .. })
+            if Plan::read(&configuration, size, OutlineImage::Colour).is_ok() =>
+        {
+            return Err(CameraError::NoInfrared(device.port));
+        }
         read => read?,
     };
     for interface in plan.interfaces() {
@@ -172,6 +177,8 @@ pub(super) fn establish(
 fn find(transport: &mut impl Transport, serial: Option<&str>) -> Result<(Listed, Product), CameraError> {
     let listed = transport.list();
     let listed = listed.map_err(|error| CameraError::Usb { doing: "list the devices on the bus", error })?;
+    let other =
+        listed.iter().find_map(|d| Some((Product::unsupported(d.vendor, d.product)?, d.port.clone())));
     let known =
         listed.into_iter().filter_map(|d| Product::of(d.vendor, d.product).map(|product| (d, product)));
     let (recovery, cameras): (Vec<_>, Vec<_>) = known.partition(|(_, product)| *product == Product::Recovery);
@@ -179,7 +186,10 @@ fn find(transport: &mut impl Transport, serial: Option<&str>) -> Result<(Listed,
     match (cameras.into_iter().find(wanted), recovery.first()) {
         (Some(found), _) => Ok(found),
         (None, Some((device, _))) => Err(CameraError::Recovery(device.port.clone())),
-        (None, None) => Err(CameraError::NoCamera(serial.map(str::to_owned))),
+        (None, None) => Err(match other.filter(|_| serial.is_none()) {
+            Some((name, port)) => CameraError::OtherCamera { name, port },
+            None => CameraError::NoCamera(serial.map(str::to_owned)),
+        }),
     }
 }
 

@@ -12,6 +12,13 @@ pub enum CameraError {
     NoBus(UsbError),
     /// No camera of this kind, or none with this serial number.
     NoCamera(Option<String>),
+    /// A RealSense camera of another kind, and no D435.
+    OtherCamera {
+        /// Its name.
+        name: &'static str,
+        /// Its USB port.
+        port: String,
+    },
     /// The device at this port may not be opened.
     NoAccess(String),
     /// Another program holds the device at this port.
@@ -28,6 +35,8 @@ pub enum CameraError {
     Descriptors(DescriptorError),
     /// The descriptors lack something.
     Missing(&'static str),
+    /// The camera shows no infrared images, but colour images that would do.
+    NoInfrared(String),
     /// The named stream has no such mode.
     NoMode {
         /// Depth, infrared or colour.
@@ -88,6 +97,13 @@ impl CameraError {
             Self::NoCamera(None) => {
                 "plug a D435 or D435i into a USB 3 port, directly; `meniscus run` without --source needs none"
             }
+            Self::OtherCamera { .. } => {
+                "use a D435 or D435i: modes and calibration of other cameras are not known to this program"
+            }
+            Self::NoInfrared(_) => {
+                "use --outline colour, with a setup made so (`meniscus setup --outline colour`); plug the camera in again, or \
+                 update its firmware, to have infrared back"
+            }
             Self::NoCamera(Some(_)) => {
                 "plug it in; the number is the one that USB shows, and without it the first camera is taken"
             }
@@ -131,6 +147,12 @@ impl std::fmt::Display for CameraError {
             Self::NoCamera(None) => write!(f, "no depth camera is connected"),
             Self::NoCamera(Some(serial)) => {
                 write!(f, "no depth camera with serial number {serial} is connected")
+            }
+            Self::OtherCamera { name, port } => {
+                write!(f, "the camera at USB port {port} is a RealSense {name}, and no D435 is connected")
+            }
+            Self::NoInfrared(port) => {
+                write!(f, "the camera at USB port {port} shows no infrared images of 640x480 at 60 Hz")
             }
             Self::NoAccess(port) => write!(f, "this user may not open the camera at USB port {port}"),
             Self::Busy(port) => write!(f, "another program holds the camera at USB port {port}"),

@@ -53,4 +53,4 @@ pub use plan::{ColourPlan, Plan, StreamPlan};
 pub use recovery::{Ladder, Rung, Step, Trouble};
 pub use session::Session;
 pub use settings::{OutlineImage, Settings};
-pub use sink::{LinkSink, Note, Sink};
+pub use sink::{LinkSink, Note, NoteBook, Sink};

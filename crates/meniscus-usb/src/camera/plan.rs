@@ -47,11 +47,14 @@ impl StreamPlan {
     }
 }
 
+/// Name of the infrared stream.
+pub(super) const INFRARED: &str = "infrared";
+
 fn name(pixels: PixelFormat) -> &'static str {
     match pixels {
         PixelFormat::Z16 => "depth",
         PixelFormat::Yuy2 => "colour",
-        _ => "infrared",
+        _ => INFRARED,
     }
 }
 

@@ -49,6 +49,8 @@ pub struct Session<T> {
     pub(super) patience: Duration,
     pub(super) idle: Vec<Buffer>,
     interrupt_failures: u32,
+    /// Error that the camera told last.
+    told: Option<DeviceError>,
     pub(super) health: CameraHealth,
 }
 
@@ -71,6 +73,7 @@ impl<T: Transport> Session<T> {
             patience: FIRST,
             idle: Vec::new(),
             interrupt_failures: 0,
+            told: None,
             health: CameraHealth::default(),
         })
     }
@@ -204,7 +207,7 @@ impl<T: Transport> Session<T> {
     fn complete(&mut self, ended: Completion, sink: &mut impl Sink) -> Result<(), Option<Trouble>> {
         let Completion { endpoint, status, buffer } = ended;
         let Some(place) = self.plan.stream_of(endpoint) else {
-            return self.interrupt(endpoint, status, buffer).map_err(Some);
+            return self.interrupt(endpoint, status, buffer, sink).map_err(Some);
         };
         let (stream, now) = (self.plan.streams[place], self.transport.now());
         let counter = match status {
@@ -269,7 +272,13 @@ impl<T: Transport> Session<T> {
     }
 
     /// A status packet, or the end of its endpoint; the images do not need it.
-    fn interrupt(&mut self, endpoint: u8, status: Status, buffer: Buffer) -> Result<(), Trouble> {
+    fn interrupt(
+        &mut self,
+        endpoint: u8,
+        status: Status,
+        buffer: Buffer,
+        sink: &mut impl Sink,
+    ) -> Result<(), Trouble> {
         if status == Status::NoDevice {
             self.health.no_device += 1;
             return Err(Trouble::Gone);
@@ -281,7 +290,14 @@ impl<T: Transport> Session<T> {
                 self.health.interrupt_errors += 1;
                 self.interrupt_failures += 1;
             }
-            (_, Some(error)) if error.value != 0 => self.health.pushed_errors += 1,
+            (_, Some(error)) if error.value != 0 => {
+                self.health.pushed_errors += 1;
+                // One that repeats itself is told once.
+                let error = DeviceError(error.value);
+                if !error.start_failed() && self.told.replace(error) != Some(error) {
+                    sink.note(Note::Told(error));
+                }
+            }
             _ => {}
         }
         // An endpoint that only fails is left alone: it would keep this thread busy.

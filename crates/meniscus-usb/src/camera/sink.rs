@@ -3,9 +3,10 @@
 use super::recovery::{Rung, Trouble};
 use crate::buffer::Buffer;
 use crate::link::CameraEnd;
+use meniscus::usb::d4xx::DeviceError;
 use meniscus::usb::uvc::Stream;
-use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
 /// Something that happened to the camera.
@@ -15,6 +16,8 @@ pub enum Note {
     Trouble(Trouble, Rung),
     /// A try to bring the camera back failed, with the reason.
     Failed(String),
+    /// The camera told an error of its own and goes on.
+    Told(DeviceError),
     /// Frames have come on every stream for a second, and some of one instant.
     Recovered,
 }
@@ -23,9 +26,43 @@ impl std::fmt::Display for Note {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Self::Trouble(trouble, rung) => write!(f, "{trouble}: {rung:?}"),
+            Self::Told(error) => write!(f, "{} (error {} of the camera)", error.meaning(), error.0),
             Self::Failed(reason) => write!(f, "not yet: {reason}"),
             Self::Recovered => write!(f, "the camera is back"),
         }
+    }
+}
+
+/// Notes of a session, shared with whoever shows them.
+#[derive(Debug, Default)]
+pub struct NoteBook {
+    notes: Mutex<Vec<Note>>,
+}
+
+impl NoteBook {
+    /// Notes that are kept; later ones are dropped.
+    pub const ROOM: usize = 256;
+
+    /// Adds a note.
+    pub fn add(&self, note: Note) {
+        let mut notes = self.notes.lock().unwrap_or_else(PoisonError::into_inner);
+        if notes.len() < Self::ROOM {
+            notes.push(note);
+        }
+    }
+
+    /// Returns the notes after the first `known`.
+    #[must_use]
+    pub fn after(&self, known: usize) -> Vec<Note> {
+        let notes = self.notes.lock().unwrap_or_else(PoisonError::into_inner);
+        notes.get(known..).unwrap_or_default().to_vec()
+    }
+
+    /// Returns the last note that still holds: none once the camera is back.
+    #[must_use]
+    pub fn standing(&self) -> Option<Note> {
+        let notes = self.notes.lock().unwrap_or_else(PoisonError::into_inner);
+        notes.last().filter(|note| **note != Note::Recovered).cloned()
     }
 }
 
@@ -52,13 +89,8 @@ pub struct LinkSink<'a> {
     pub stop: &'a AtomicBool,
     /// When the run is over.
     pub until: Instant,
-    /// Events for the report; at most [`LinkSink::NOTES`].
-    pub notes: &'a Mutex<Vec<Note>>,
-}
-
-impl LinkSink<'_> {
-    /// Notes that are kept.
-    pub const NOTES: usize = 256;
+    /// Receives the events.
+    pub notes: &'a NoteBook,
 }
 
 impl Sink for LinkSink<'_> {
@@ -79,10 +111,6 @@ impl Sink for LinkSink<'_> {
     }
 
     fn note(&mut self, note: Note) {
-        if let Ok(mut notes) = self.notes.lock()
-            && notes.len() < Self::NOTES
-        {
-            notes.push(note);
-        }
+        self.notes.add(note);
     }
 }

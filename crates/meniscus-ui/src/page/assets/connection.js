@@ -41,6 +41,8 @@ export class Connection {
   }
 
   message(data) {
+    // Text is what happened to the camera.
+    if (typeof data === 'string') return this.on.note(data);
     this.bytes += data.byteLength;
     if (new Uint8Array(data, 0, 1)[0] === 2) return this.on.image(data);
     this.wait = FIRST_WAIT_MS;

@@ -56,6 +56,11 @@ const connection = new Connection({
     $('title').textContent = model.facts.title;
     document.title = `meniscus: ${model.facts.liquid}`;
   },
+  /** What happened to the camera; nothing when it is well again. */
+  note(text) {
+    $('note').textContent = text && `Camera: ${text}.`;
+    $('note').hidden = !text;
+  },
   frame(frame) {
     shown.at = performance.now();
     shown.lost = null;

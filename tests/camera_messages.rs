@@ -1,0 +1,112 @@
+//! What a person reads when the camera is another one, is hot, or brings nothing that can be used.
+
+use serde_json::Value;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output, Stdio};
+
+fn folder(name: &str) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("camera-messages").join(name);
+    let _old = fs::remove_dir_all(&folder);
+    fs::create_dir_all(&folder).expect("a folder");
+    folder
+}
+
+fn meniscus(folder: &Path, arguments: &str) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_meniscus-under-test"))
+        .args(arguments.split_whitespace())
+        .current_dir(folder)
+        .stdin(Stdio::null())
+        .output()
+        .expect("it starts")
+}
+
+fn errors(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+fn json(output: &Output) -> Value {
+    serde_json::from_slice(&output.stdout).unwrap_or_else(|why| panic!("{why}: {}", errors(output)))
+}
+
+fn refused(output: &Output, words: &[&str]) {
+    let told = errors(output);
+    assert!(!output.status.success() && words.iter().all(|word| told.contains(word)), "{words:?}: {told}");
+}
+
+#[test]
+fn a_hot_laser_is_told_while_the_run_goes_and_in_its_report() {
+    let folder = folder("hot");
+    let run = meniscus(&folder, "run --source simulated-usb:interrupt-off --seconds 3 --json");
+    let hot = "the laser is too hot, it was turned off (error 2 of the camera)";
+    assert!(errors(&run).contains(&format!("camera: {hot}")), "{}", errors(&run));
+    assert_eq!(json(&run)["camera_notes"], serde_json::json!([hot]));
+}
+
+#[test]
+fn doctor_says_what_the_camera_says() {
+    let folder = folder("doctor");
+    let doctor = json(&meniscus(&folder, "doctor --simulated interrupt-off --json"));
+    let checks = doctor["checks"].as_array().expect("checks");
+    let told = checks.iter().find(|check| check["name"] == "camera_errors").expect("the check");
+    assert_eq!((told["value"].as_f64(), told["ok"].as_bool()), (Some(1.0), Some(false)), "{told}");
+    let remedy = doctor["remedies"]["camera_errors"].as_str().expect("a remedy");
+    assert!(remedy.contains("too hot") && remedy.contains("cool"), "{remedy}");
+    let well = json(&meniscus(&folder, "doctor --simulated --json"));
+    let quiet = |check: &Value| check["name"] == "camera_errors" && check["ok"] == true;
+    assert!(well["checks"].as_array().expect("checks").iter().any(quiet), "{well:#}");
+}
+
+#[test]
+fn another_realsense_is_named() {
+    let folder = folder("other");
+    let words = ["RealSense D455", "use a D435 or D435i"];
+    refused(&meniscus(&folder, "run --source simulated-usb:other-camera --seconds 2"), &words);
+    refused(&meniscus(&folder, "record --source simulated-usb:other-camera --out a.mcap"), &words);
+    let doctor = json(&meniscus(&folder, "doctor --simulated other-camera --json"));
+    assert!(doctor["camera_error"].as_str().is_some_and(|why| why.contains("D455")), "{doctor:#}");
+}
+
+#[test]
+fn a_camera_without_infrared_runs_by_its_colour_image() {
+    let folder = folder("colour");
+    let words = ["no infrared images", "--outline colour"];
+    refused(&meniscus(&folder, "record --source simulated-usb:no-infrared --out a.mcap"), &words);
+    assert!(!folder.join("a.mcap").exists());
+    let remedy = "record --source simulated-usb:no-infrared --outline colour --seconds 1 --out a.mcap";
+    let made = meniscus(&folder, remedy);
+    assert!(made.status.success(), "{}", errors(&made));
+}
+
+/// A real D435 whose recording has depth and colour images, and no infrared ones.
+#[test]
+fn a_recording_of_which_nothing_can_be_used_is_a_failure_and_leaves_nothing() {
+    let folder = folder("nothing");
+    let bag = Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/camera/single_depth_color_640x480.bag");
+    for out in ["a.mcap", "b"] {
+        let made = meniscus(&folder, &format!("record --source {} --out {out}", bag.display()));
+        refused(&made, &["2 depth images came and no infrared image", "--outline"]);
+        assert!(!folder.join(out).exists(), "{out} was left behind");
+    }
+    let own = folder.join("own");
+    fs::create_dir_all(&own).expect("a folder");
+    let silent = meniscus(&folder, "record --source simulated-usb:absent --out own/c.mcap");
+    refused(&silent, &["no depth camera"]);
+    assert_eq!(fs::read_dir(&own).expect("a folder").count(), 0);
+}
+
+#[test]
+fn a_recording_at_30_hz_says_so() {
+    let folder = folder("slow");
+    let made = meniscus(&folder, "record --source simulated-usb --seconds 2 --out fast");
+    assert!(made.status.success(), "{}", errors(&made));
+    let table = fs::read_to_string(folder.join("fast/frames.csv")).expect("the table");
+    let whole = meniscus(&folder, "run --source fast --json");
+    assert!(!errors(&whole).contains("images a second"), "{}", errors(&whole));
+    let mut lines = table.lines();
+    let half: String =
+        lines.next().into_iter().chain(lines.step_by(2)).map(|line| format!("{line}\n")).collect();
+    fs::write(folder.join("fast/frames.csv"), half).expect("written");
+    let run = meniscus(&folder, "run --source fast --json");
+    assert!(errors(&run).contains("has 30 depth images a second"), "{}", errors(&run));
+}
