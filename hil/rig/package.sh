@@ -18,14 +18,14 @@ pack() {
   rm -rf "$tree" && mkdir -p "$(dirname "$file")" "$tree/DEBIAN"
   install -D -m 755 "$target/$triple/release/meniscus" "$tree/usr/bin/meniscus"
   install -D -m 644 firmware-config/systemd/meniscus.service "$tree/lib/systemd/system/meniscus.service"
-  install -D -m 644 firmware-config/systemd/network.conf "$tree/usr/share/doc/meniscus/examples/network.conf"
+  install -D -m 644 firmware-config/systemd/meniscus.toml "$tree/etc/meniscus/meniscus.toml"
   install -D -m 644 firmware-config/systemd/journald@meniscus.conf "$tree/etc/systemd/journald@meniscus.conf"
   install -D -m 644 firmware-config/udev/60-meniscus-d435.rules "$tree/lib/udev/rules.d/60-meniscus-d435.rules"
   install -D -m 644 "$profile" "$tree/etc/meniscus/board.toml"
   install -m 755 firmware-config/systemd/postinst firmware-config/systemd/prerm firmware-config/systemd/postrm \
     "$tree/DEBIAN/"
   # Files that a person may edit, and an upgrade leaves alone.
-  printf '%s\n' /etc/meniscus/board.toml /etc/systemd/journald@meniscus.conf >"$tree/DEBIAN/conffiles"
+  printf '%s\n' /etc/meniscus/board.toml /etc/meniscus/meniscus.toml /etc/systemd/journald@meniscus.conf >"$tree/DEBIAN/conffiles"
   cat >"$tree/DEBIAN/control" <<TEXT
 Package: meniscus
 Version: $version

@@ -10,7 +10,7 @@ const GROUPS: [(&str, &[&str]); 6] = [
     ("Your camera", &["setup", "record", "dump"]),
     ("Your liquid", &["learn", "simulate", "train", "correct", "recognise", "insert"]),
     ("Your data", &["discover", "render", "generic"]),
-    ("Your board", &["flash", "quantize"]),
+    ("Your board", &["flash", "service", "quantize"]),
     ("Studies", &["evaluate", "bench", "deadline", "camera", "people"]),
 ];
 

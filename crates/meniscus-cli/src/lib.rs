@@ -36,6 +36,7 @@ mod kind;
 #[cfg(feature = "train")]
 mod learn;
 mod manual;
+mod options_file;
 #[cfg(feature = "studies")]
 mod outputs;
 #[cfg(feature = "studies")]
@@ -50,6 +51,7 @@ mod record;
 #[cfg(feature = "studies")]
 mod render;
 mod run;
+mod service;
 #[cfg(feature = "studies")]
 mod setup;
 #[cfg(feature = "studies")]
@@ -66,6 +68,7 @@ use absent::{
 use absent::{correct, evaluate, generic, learn, train};
 
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
+use std::ffi::OsString;
 use std::process::ExitCode;
 
 /// Estimates the motion of a sloshing liquid in a glass from a depth camera's view of its surface.
@@ -90,6 +93,7 @@ enum Command {
     Doctor(doctor::Arguments),
     Dump(dump::Arguments),
     Flash(flash::Arguments),
+    Service(service::Arguments),
     Camera(camera::Arguments),
     Record(record::Arguments),
     People(people::Arguments),
@@ -116,7 +120,25 @@ fn arguments() -> Arguments {
         eprint!("{}", help::start());
         std::process::exit(2);
     }
-    Arguments::from_arg_matches(&command().get_matches()).unwrap_or_else(|error| error.exit())
+    let (program, words) = (command(), std::env::args_os().collect::<Vec<_>>());
+    let matches = program.clone().get_matches_from(&words);
+    let matches = options_file::with_file(&program, matches, &words).unwrap_or_else(|error| {
+        let line = format!("error: {error}");
+        eprintln!("{line}");
+        meniscus_service::run::tell_failure(&line);
+        std::process::exit(2);
+    });
+    Arguments::from_arg_matches(&matches).unwrap_or_else(|error| error.exit())
+}
+
+/// Returns the arguments of `meniscus run` in the command line `words`.
+fn run_arguments(words: &[OsString]) -> anyhow::Result<run::Arguments> {
+    let program = command();
+    let matches = options_file::with_file(&program, program.clone().try_get_matches_from(words)?, words)?;
+    match Arguments::from_arg_matches(&matches)?.command {
+        Command::Run(arguments) => Ok(*arguments),
+        _ => anyhow::bail!("a run is expected"),
+    }
 }
 
 /// Exit status of a program that a broken pipe has ended, as the shell tells it: 128 and the signal's number.
@@ -151,6 +173,7 @@ pub fn main() -> ExitCode {
         Command::Doctor(arguments) => doctor::run(&arguments),
         Command::Dump(arguments) => dump::run(&arguments),
         Command::Flash(arguments) => flash::run(&arguments),
+        Command::Service(arguments) => service::run(&arguments),
         Command::Camera(arguments) => camera::run(&arguments),
         Command::Record(arguments) => record::run(&arguments),
         Command::People(arguments) => people::run(&arguments),
@@ -164,7 +187,9 @@ pub fn main() -> ExitCode {
     };
     if let Err(error) = &done {
         // One line, cause after cause; a backtrace helps nobody at a terminal.
-        eprintln!("error: {}", errors::line(error));
+        let line = format!("error: {}", errors::line(error));
+        eprintln!("{line}");
+        meniscus_service::run::tell_failure(&line);
     }
     #[cfg(feature = "studies")]
     if stop::raised() {

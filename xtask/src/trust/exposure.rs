@@ -5,9 +5,26 @@ use anyhow::{Context, Result};
 use std::path::Path;
 use std::process::Command;
 
-/// The unit, and the drop-in that opens the network.
+/// The unit.
 const UNIT: &str = "firmware-config/systemd/meniscus.service";
-const NETWORK: &str = "firmware-config/systemd/network.conf";
+
+/// Configuration of a service that publishes, listens and shows its page in the network.
+const NETWORK: &str = r#"
+[images]
+source = "usb"
+[time]
+service = true
+[publishing]
+publish = ["udp:192.168.1.5:9000", "unix:/run/meniscus/estimates"]
+[live_view]
+view = true
+listen = "0.0.0.0:8060"
+[motion_of_the_glass]
+motion = "udp:0.0.0.0:9001"
+motion_from = "192.168.1.5"
+[output]
+out = "/var/lib/meniscus/last-run"
+"#;
 
 /// Returns the checks of the unit alone, and with the drop-in. Where systemd's tool is missing both are missed: a value that
 /// nobody measured is no value.
@@ -16,9 +33,9 @@ pub(super) fn checks(root: &Path, most: f64, most_network: f64) -> Result<Vec<Ch
     std::fs::create_dir_all(&folder)?;
     let read = |path: &str| std::fs::read_to_string(root.join(path)).with_context(|| path.to_owned());
     let unit = read(UNIT)?;
-    // A drop-in is read behind the unit; an empty assignment is not needed, as lists of addresses add up.
     let opened = folder.join("meniscus.service");
-    std::fs::write(&opened, format!("{unit}\n{}", read(NETWORK)?))?;
+    // A drop-in is read behind the unit; lists of addresses add up.
+    std::fs::write(&opened, format!("{unit}\n{}", drop_in(root, &folder)?))?;
     let check = |name, path: &Path, most| {
         let value = exposure(path);
         let offenders =
@@ -36,6 +53,23 @@ pub(super) fn checks(root: &Path, most: f64, most_network: f64) -> Result<Vec<Ch
         check("unit_exposure", &root.join(UNIT), most),
         check("unit_exposure_network", &opened, most_network),
     ])
+}
+
+/// Returns the drop-in that the program writes for [`NETWORK`].
+fn drop_in(root: &Path, folder: &Path) -> Result<String> {
+    let config = folder.join("network.toml");
+    std::fs::write(&config, NETWORK)?;
+    let status = Command::new(crate::process::cargo())
+        .args(["run", "-q", "--release", "--locked", "-p", "meniscus-tests", "--bin", "meniscus-under-test"])
+        .args(["--", "service", "configure", "--config"])
+        .arg(&config)
+        .arg("--to")
+        .arg(folder)
+        .current_dir(root)
+        .stdout(std::process::Stdio::null())
+        .status()?;
+    anyhow::ensure!(status.success(), "meniscus service configure failed for {}", config.display());
+    std::fs::read_to_string(folder.join("configured.conf")).context("the drop-in is missing")
 }
 
 fn exposure(unit: &Path) -> Option<f64> {

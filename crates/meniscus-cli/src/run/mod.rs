@@ -4,6 +4,7 @@ mod config;
 mod foxglove;
 mod live;
 mod motion_source;
+mod needs;
 mod page;
 mod printed;
 mod published;
@@ -23,6 +24,7 @@ use meniscus_hil::FaultList;
 use meniscus_platform::realtime::Priority;
 use meniscus_service::publish::Destination;
 use motion_source::MotionArguments;
+pub(crate) use needs::Needs;
 use page::PageArguments;
 use source::Source;
 use std::path::PathBuf;
@@ -108,6 +110,12 @@ pub(crate) struct Arguments {
     /// it; the turn does not wait.
     #[arg(long, value_name = "shipped|FILE|DIR", help_heading = "Model")]
     among: Vec<String>,
+    /// Options from a file; those of the command line go before it.
+    ///
+    /// Its groups and keys are those of this help, as in `[images]`, `source = "usb"`. `meniscus service check` shows what
+    /// comes of it. The installed service reads /etc/meniscus/meniscus.toml.
+    #[arg(long, value_name = "FILE.toml", help_heading = "Configuration")]
+    config: Option<PathBuf>,
     /// Motion of the glass.
     #[command(flatten)]
     motion: MotionArguments,
@@ -162,6 +170,22 @@ pub(crate) struct Arguments {
     /// Exit with status 1 if a check misses its target.
     #[arg(long, help_heading = "Output")]
     check: bool,
+}
+
+impl Arguments {
+    /// Whether it is the run of a service.
+    pub(crate) fn is_service(&self) -> bool {
+        self.service
+    }
+}
+
+/// Returns what a run asks of the system around it, all of it checked as at a start but for the camera.
+pub(crate) fn needs(arguments: &Arguments) -> anyhow::Result<Needs> {
+    let config = RunConfig::try_from(arguments)?;
+    let bytes = blob(&config.model, config.profile.as_ref())?;
+    Model::load(&bytes).with_context(|| format!("the model {} is refused", config.model_name))?;
+    crate::glass::outline(config.setup.as_deref())?;
+    Ok(Needs::of(&config))
 }
 
 /// Runs the verb.

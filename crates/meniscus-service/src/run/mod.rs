@@ -12,7 +12,7 @@ mod systemd;
 mod turn_table;
 
 pub use flight_files::FlightFiles;
-pub use systemd::attend as attend_service;
+pub use systemd::{attend as attend_service, tell_failure};
 pub use turn_table::csv as turn_table;
 
 use crate::identify::{Note, ProfileFeed, ProfileOutlet, Standing, channel};

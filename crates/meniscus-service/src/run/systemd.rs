@@ -37,6 +37,11 @@ impl Notify {
     }
 }
 
+/// Tells systemd why the program ends, for `systemctl status`; outside of a unit nothing happens.
+pub fn tell_failure(line: &str) {
+    Notify::by_environment().send(&format!("STATUS={}", line.replace('\n', " ")));
+}
+
 /// Reports the run to systemd until it has `finished`; every change of the mode goes to `say`, too.
 pub fn attend(state: &RunState, say: &dyn Fn(&str), finished: &dyn Fn() -> bool) {
     let notify = Notify::by_environment();

@@ -1,0 +1,136 @@
+//! The installed service's configuration: `meniscus run --config` and `meniscus service`.
+
+use serde_json::Value;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output, Stdio};
+
+fn folder(name: &str) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("service").join(name);
+    let _old = fs::remove_dir_all(&folder);
+    fs::create_dir_all(&folder).expect("a folder");
+    folder
+}
+
+fn meniscus(folder: &Path, arguments: &str) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_meniscus-under-test"))
+        .args(arguments.split_whitespace())
+        .current_dir(folder)
+        .stdin(Stdio::null())
+        .output()
+        .expect("it starts")
+}
+
+fn errors(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+fn json(output: &Output) -> Value {
+    serde_json::from_slice(&output.stdout).unwrap_or_else(|why| panic!("{why}: {}", errors(output)))
+}
+
+fn value(report: &Value, name: &str) -> Option<f64> {
+    let check = report["checks"].as_array()?.iter().find(|check| check["name"] == name)?;
+    check["value"].as_f64()
+}
+
+#[test]
+fn a_run_by_its_file_is_the_run_by_its_options() {
+    let folder = folder("run");
+    fs::write(folder.join("a.toml"), "[time]\npatient = true\nseconds = 2\n[output]\njson = true\n")
+        .expect("written");
+    let errors_of = |report: &Value| (report["frames"].clone(), report["surface_error"].clone());
+    let by_file = json(&meniscus(&folder, "run --config a.toml"));
+    let by_options = json(&meniscus(&folder, "run --patient --seconds 2 --json"));
+    assert!(by_file["surface_error"].is_object(), "{by_file:#}");
+    assert_eq!(errors_of(&by_file), errors_of(&by_options));
+    let longer = json(&meniscus(&folder, "run --config a.toml --seconds 3"));
+    assert_eq!(longer["frames"], 180, "the command line goes before the file");
+}
+
+#[test]
+fn a_wrong_line_is_named_with_its_number_and_told_to_systemd() {
+    let folder = folder("wrong");
+    fs::write(folder.join("a.toml"), "[time]\nservice = true\n\n[images]\nsorce = \"usb\"\n")
+        .expect("written");
+    let socket = folder.join("notify");
+    let notify = std::os::unix::net::UnixDatagram::bind(&socket).expect("a socket");
+    let run = Command::new(env!("CARGO_BIN_EXE_meniscus-under-test"))
+        .args(["run", "--config", "a.toml"])
+        .current_dir(&folder)
+        .env("NOTIFY_SOCKET", &socket)
+        .output()
+        .expect("it starts");
+    let words = ["a.toml, line 5", "'sorce'", "source"];
+    assert!(
+        !run.status.success() && words.iter().all(|word| errors(&run).contains(word)),
+        "{}",
+        errors(&run)
+    );
+    let mut told = [0; 1024];
+    let length = notify.recv(&mut told).expect("systemd is told");
+    let told = String::from_utf8_lossy(&told[..length]).into_owned();
+    assert!(told.starts_with("STATUS=error: a.toml, line 5"), "{told}");
+}
+
+#[test]
+fn check_says_what_is_missing_and_configure_mends_it() {
+    let folder = folder("check");
+    let config = "[images]\nsource = \"usb\"\n[time]\nservice = true\n\
+                  [publishing]\npublish = [\"udp:192.168.1.5:9000\", \"unix:/run/meniscus/estimates\"]\n\
+                  [output]\nout = \"/var/lib/meniscus/last-run\"\n";
+    fs::write(folder.join("a.toml"), config).expect("written");
+    let check = || json(&meniscus(&folder, "service check --config a.toml --to drop-ins --json"));
+    let before = check();
+    assert_eq!(
+        (value(&before, "configuration_good"), value(&before, "sandbox_opened")),
+        (Some(1.0), Some(0.0))
+    );
+    let opens = before["opens"].as_array().expect("lines");
+    assert!(opens.contains(&Value::from("network: 192.168.1.5")), "{before:#}");
+    let made = meniscus(&folder, "service configure --config a.toml --to drop-ins");
+    assert!(made.status.success(), "{}", errors(&made));
+    let text = fs::read_to_string(folder.join("drop-ins/configured.conf")).expect("the drop-in");
+    assert!(
+        text.contains("IPAddressAllow=192.168.1.5\n") && text.contains("RuntimeDirectory=meniscus\n"),
+        "{text}"
+    );
+    assert_eq!(value(&check(), "sandbox_opened"), Some(1.0));
+    // A file that asks for more than what was opened.
+    fs::write(folder.join("a.toml"), config.replace("192.168.1.5", "192.168.1.6")).expect("written");
+    assert_eq!(value(&check(), "sandbox_opened"), Some(0.0));
+    fs::write(
+        folder.join("a.toml"),
+        config.replace("source = \"usb\"", "source = \"usb\"\nsetup = \"/none.toml\""),
+    )
+    .expect("written");
+    let faulty = check();
+    assert_eq!(value(&faulty, "configuration_good"), Some(0.0));
+    assert!(
+        faulty["remedies"]["configuration_good"].as_str().is_some_and(|why| why.contains("/none.toml")),
+        "{faulty:#}"
+    );
+    fs::write(folder.join("a.toml"), config.replace("service = true", "service = false")).expect("written");
+    let ends = check();
+    assert!(
+        ends["remedies"]["configuration_good"].as_str().is_some_and(|why| why.contains("service = true")),
+        "{ends:#}"
+    );
+}
+
+/// What the package installs, on a machine that has flashed no model.
+#[test]
+fn the_file_of_the_package_is_good_but_for_the_model_that_is_not_there() {
+    let shipped = Path::new(env!("CARGO_MANIFEST_DIR")).join("../firmware-config/systemd/meniscus.toml");
+    let folder = folder("package");
+    let text = fs::read_to_string(shipped).expect("the file");
+    let board = Path::new(env!("CARGO_MANIFEST_DIR")).join("../firmware-config/boards/raspberry-pi-5.toml");
+    let text = text
+        .replace("/etc/meniscus/board.toml", &board.canonicalize().expect("a profile").display().to_string())
+        .replace("\"/var/lib/meniscus\"", "\"slots\"");
+    fs::write(folder.join("meniscus.toml"), text).expect("written");
+    let flashed = meniscus(&folder, "flash shipped --to slots");
+    assert!(flashed.status.success(), "{}", errors(&flashed));
+    let check = json(&meniscus(&folder, "service check --config meniscus.toml --to none --json"));
+    assert_eq!(value(&check, "configuration_good"), Some(1.0), "{check:#}");
+}
