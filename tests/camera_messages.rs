@@ -1,4 +1,4 @@
-//! What a person reads when the camera is another one, is hot, or brings nothing that can be used.
+//! Messages of a camera that is another one, is hot, or brings nothing that can be used.
 
 use serde_json::Value;
 use std::fs;

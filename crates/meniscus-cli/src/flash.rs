@@ -16,7 +16,7 @@ use std::path::{Path, PathBuf};
 ///
 /// TARGET is the folder with the slots, on the board or where its disk is mounted. The slot that boots stays as it is. The new
 /// model goes into the other slot, is read back, and is made the one that boots by a single rename. If it is damaged at a
-/// start, the other slot boots. `meniscus run --model TARGET` starts what boots.
+/// start, the other slot boots. `meniscus run --model TARGET` starts it.
 ///
 /// With a public key in the board's profile, a model without a valid signature is neither written nor started. A signature
 /// can hold the number of a release. Then no earlier release is written, except with --allow-rollback, and the later one of

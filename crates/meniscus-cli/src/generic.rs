@@ -23,7 +23,7 @@ use std::time::Instant;
 /// the variables whose sum is the entropy of the whole; without it an entropy is appended to the state.
 ///
 /// One in eight of the training trajectories is held back for validation. --soft also trains a net whose laws are only a penalty
-/// in the loss. --weights replays a published net (W0, b0, .., mean, std, L, M, dt) and compares the exact one with it.
+/// in the loss. --weights replays a published net (W0, b0, .., mean, std, L, M, dt) and compares both.
 ///
 /// The --out folder gets report.md, rollouts.png, learnt.png, and net.safetensors, the exact net's weights by name
 /// (docs/formats.md). Ctrl-C ends every stage with its best so far; --resume continues from there.

@@ -42,7 +42,7 @@ pub(crate) struct Arguments {
     /// Verdict of `meniscus discover` to take the effects from.
     #[arg(long, value_name = "FILE", conflicts_with = "effect", help_heading = "Input")]
     verdict: Option<PathBuf>,
-    /// Liquid that the model was trained on, by name or file [default: the blob's].
+    /// Liquid of the model's training, by name or file [default: the blob's].
     #[arg(long, value_name = "NAME|FILE", help_heading = "Input")]
     liquid: Option<String>,
     /// Folder of recordings, as for `meniscus discover`, to roll out before and after.

@@ -189,7 +189,7 @@ mod tests {
     use super::*;
     use crate::command;
 
-    /// What `meniscus run --config FILE ARGUMENTS` takes a file of this `text` for.
+    /// Options of `meniscus run --config FILE ARGUMENTS` with a file of this `text`.
     fn run(name: &str, text: &str, arguments: &[&str]) -> Result<ArgMatches, String> {
         let file = std::env::temp_dir().join(format!("meniscus-options-{}-{name}.toml", std::process::id()));
         std::fs::write(&file, text).expect("written");

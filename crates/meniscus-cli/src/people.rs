@@ -55,12 +55,12 @@ struct Study {
         help_heading = "Method"
     )]
     viewers: u16,
-    /// Measure identification over the recordings DIR/LIQUID/*.safetensors instead.
+    /// Measure identification alone, over DIR/LIQUID/*.safetensors.
     ///
     /// Recordings of liquids that are not known are to be refused.
     #[arg(long, value_name = "DIR", help_heading = "Method")]
     recognition: Option<PathBuf>,
-    /// Measure the time from a clone of this repository to a moving liquid instead.
+    /// Measure the time from a clone of this repository to a moving liquid.
     ///
     /// A folder or an address. Needs about 1 GB in the temporary folder, and some minutes of all cores.
     #[arg(long, value_name = "REPOSITORY", conflicts_with = "recognition", help_heading = "Method")]

@@ -56,7 +56,7 @@ struct Asked {
     among: Vec<String>,
     #[command(flatten)]
     noise: Noise,
-    /// Draw the predictions for the last recording and the probabilities over time.
+    /// Draw predictions of the last recording, and probabilities over time.
     #[arg(long, value_name = "FILE.png", help_heading = "Output")]
     picture: Option<PathBuf>,
     /// Print one JSON object.

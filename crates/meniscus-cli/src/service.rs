@@ -30,7 +30,7 @@ const LOCAL: &str = "localhost link-local 192.168.0.0/16 10.0.0.0/8 172.16.0.0/1
 /// Folders that the unit's sandbox hides.
 const HIDDEN: [&str; 3] = ["/home", "/root", "/run/user"];
 
-/// Check the installed service's configuration, or open its sandbox for it.
+/// Check the installed service, or open its sandbox.
 ///
 /// The service runs `meniscus run --config /etc/meniscus/meniscus.toml`. Its unit reaches no network, no serial device and no
 /// folder but its own. `configure` writes a drop-in that opens what the file asks for, and nothing else.
@@ -48,7 +48,7 @@ enum What {
     /// Say what the service would do, and what is wrong.
     ///
     /// Model, signature, setup and every option are checked as at a start; no camera is looked for (`meniscus doctor` does).
-    /// The exit status is 1 if anything is missing.
+    /// The exit status is 1 if not all is well.
     Check {
         /// The configuration.
         #[arg(long, value_name = "FILE.toml", default_value = CONFIG)]
@@ -162,7 +162,7 @@ fn joined(paths: &[&PathBuf]) -> String {
     all.join(", ")
 }
 
-/// What the sandbox is opened for, a line each.
+/// Openings of the sandbox, a line each.
 fn opened(needs: &Needs) -> Vec<String> {
     let mut lines = Vec::new();
     if needs.peers.iter().any(|peer| !peer.is_loopback()) {

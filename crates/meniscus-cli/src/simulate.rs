@@ -82,7 +82,7 @@ struct Wanted {
     /// Half of it takes about 16 times as long.
     #[arg(long, value_name = "MM", help_heading = "Method")]
     spacing_mm: Option<f64>,
-    /// A spacing of 3.5 mm: half the error of short waves for four times the time.
+    /// A spacing of 3.5 mm: half the error of short waves, 4 times the time.
     #[arg(long, conflicts_with = "spacing_mm", help_heading = "Method")]
     fine: bool,
     /// Threads; 0 takes all processors. The result does not depend on it.

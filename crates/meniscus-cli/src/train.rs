@@ -71,10 +71,10 @@ pub(crate) struct Arguments {
     soft: bool,
     /// Also train five sparse autoencoders, one for each field group.
     ///
-    /// The report compares what each keeps of thirteen latents with the joint one.
+    /// The report compares what each keeps of thirteen latents.
     #[arg(long, help_heading = "Method")]
     sparse: bool,
-    /// Train nothing: measure errors and intervals of BLOB again on --validate.
+    /// Train nothing: measure errors and intervals of BLOB anew on --validate.
     #[arg(
         long,
         value_name = "BLOB",

@@ -47,7 +47,7 @@ const FRAMES: usize = 120;
 /// The peers (ONNX Runtime, tract, candle) are a program of their own, which takes minutes to build. Without --peers the ratios
 /// are not measured.
 ///
-/// The turn is that of the worker, payload to field, with warm and with emptied caches.
+/// The turn is that of the worker, payload to field, with warm and emptied caches.
 #[derive(clap::Args, Debug)]
 #[command(
     after_help = "Examples:\n  meniscus bench\n  meniscus bench --json\n  meniscus bench --model small.blob --rounds 10",

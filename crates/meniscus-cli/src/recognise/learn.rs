@@ -18,14 +18,14 @@ use std::path::PathBuf;
 /// lever. Their error comes from fits that leave out one recording each. Two recordings show little of how recordings differ;
 /// four are better, some of them with large waves.
 ///
-/// A camera's recordings (.mcap, .bag, .db3, or a folder with frames.csv) need --setup.
+/// A camera's recordings (.mcap, .bag, .db3, or a folder) need --setup.
 #[derive(clap::Args)]
 #[command(
     after_help = "Examples:\n  meniscus simulate --liquid beer --motion strokes:1x0.25 \\\n    --motion strokes:2x0.25 --motion strokes:3x0.25 --seconds 4 --out beer\n  meniscus recognise learn --recordings beer --out liquids/beer.liquid.json\n  meniscus recognise learn --recordings one.mcap two.mcap three.mcap \\\n    --setup glass.toml --out liquids/mine.liquid.json"
 )]
 pub(super) struct Arguments {
     /// Recordings of the liquid: files, or a folder for all of its *.safetensors.
-    #[arg(long, required = true, num_args = 1.., value_name = "DIR_OR_FILES", help_heading = "Input")]
+    #[arg(long, required = true, num_args = 1.., value_name = "FILES", help_heading = "Input")]
     recordings: Vec<PathBuf>,
     /// Glass and camera position, as `meniscus setup` wrote them, for a camera's recordings.
     #[arg(long, value_name = "FILE.toml", help_heading = "Input")]
@@ -36,7 +36,7 @@ pub(super) struct Arguments {
     #[command(flatten)]
     noise: Noise,
     /// Note to write, NAME.liquid.json.
-    #[arg(long, value_name = "FILE.liquid.json", help_heading = "Output")]
+    #[arg(long, value_name = "FILE", help_heading = "Output")]
     out: PathBuf,
     #[command(flatten)]
     force: Force,

@@ -46,7 +46,7 @@ impl ImageReader<'_> {
     }
 }
 
-/// What is recorded of a camera.
+/// Part of a camera's images that is recorded.
 struct Wanted<'a> {
     /// Length from the first image on, s.
     seconds: f64,

@@ -26,7 +26,7 @@ use std::path::PathBuf;
     after_help = "Examples:\n  meniscus record --out run.mcap --seconds 30\n  meniscus record --source simulated-usb --seconds 3 --out try.mcap\n  meniscus record --source old.bag --out old.mcap\n  meniscus record --source try.mcap --setup glass.toml --out profiles.csv"
 )]
 pub(crate) struct Arguments {
-    /// Origin of the images: the camera on the bus, a simulated one, or a recording.
+    /// Origin of the images: a camera, a simulated one, or a recording.
     ///
     /// simulated-usb takes a trouble by name or number. A recording is .mcap, a librealsense .bag or .db3, or a folder.
     #[arg(
@@ -39,7 +39,7 @@ pub(crate) struct Arguments {
     /// Length, s: 10 for a camera, all of a recording by default.
     #[arg(long, help_heading = "Images")]
     seconds: Option<f64>,
-    /// Image that is recorded beside the depth [default: that of --setup, or infrared].
+    /// Image beside the depth [default: that of --setup, or infrared].
     ///
     /// infrared is the left infrared image. colour is the luma of the colour image, rectified to the depth image, for a
     /// liquid that is clear in the near infrared.
@@ -48,7 +48,7 @@ pub(crate) struct Arguments {
     /// Serial number of the only camera that is taken, as USB shows it.
     #[arg(long, help_heading = "Images")]
     serial: Option<String>,
-    /// Glass and camera position, as `meniscus setup` wrote them, for --out FILE.csv.
+    /// Glass and camera position by `meniscus setup`, for --out FILE.csv.
     #[arg(long, value_name = "FILE.toml", help_heading = "Images")]
     setup: Option<PathBuf>,
     /// File or folder to write.

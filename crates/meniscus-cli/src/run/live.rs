@@ -47,7 +47,7 @@ pub(super) struct Played {
     pub(super) finished: Finished,
     /// Whether its tables could be written; to be looked at when the summary is out.
     pub(super) written: anyhow::Result<()>,
-    /// What happened to the camera.
+    /// Events of the camera.
     pub(super) notes: Vec<meniscus_usb::camera::Note>,
 }
 

@@ -87,7 +87,7 @@ pub(crate) struct Arguments {
     seed: u64,
     /// Recording that a camera on a bus is scored against.
     ///
-    /// For a simulated camera that shows this recording from the first frame on.
+    /// For a simulated camera that begins with this recording's first frame.
     #[arg(long, value_name = "shipped|FILE", help_heading = "Images")]
     truth: Option<String>,
     /// The model: the one in the program (shipped), a blob, or a folder of `meniscus flash`.
@@ -106,8 +106,8 @@ pub(crate) struct Arguments {
     fields: String,
     /// Also identify the liquid among these known ones; may be repeated.
     ///
-    /// Those in the program (shipped), a note of `meniscus recognise learn`, or a folder of notes. A thread of its own does
-    /// it; the turn does not wait.
+    /// Those in the program (shipped), a note of `meniscus recognise learn`, or a folder of notes. It has a thread of its
+    /// own.
     #[arg(long, value_name = "shipped|FILE|DIR", help_heading = "Model")]
     among: Vec<String>,
     /// Options from a file; those of the command line go before it.
@@ -119,7 +119,7 @@ pub(crate) struct Arguments {
     /// Motion of the glass.
     #[command(flatten)]
     motion: MotionArguments,
-    /// Length of the run, s, 1.5 to 3600: 10 by default, with --view until Ctrl-C.
+    /// Length of the run, s, 1.5 to 3600; 10 by default, endless with --view.
     ///
     /// Without --view the run ends with the recording at the latest.
     #[arg(long, help_heading = "Time")]
@@ -156,7 +156,7 @@ pub(crate) struct Arguments {
     /// Folder for report, picture and flight records; it is made.
     #[arg(long, default_value = "out", help_heading = "Output")]
     out: PathBuf,
-    /// Write every turn as a row: wall clock, camera clock, frame, mode, times.
+    /// Write every turn as a row: both clocks, frame, mode and times.
     #[arg(long, value_name = "FILE.csv", help_heading = "Output")]
     turns: Option<PathBuf>,
     /// Write every estimate: state, covariance, surface, intervals, energy.

@@ -25,12 +25,12 @@ pub(super) struct MotionArguments {
     /// contradicts the samples, the glass is tracked in the image.
     #[arg(long, value_name = "FILE.csv|truth|udp:HOST:PORT", help_heading = "Motion of the glass")]
     pub(super) motion: Option<String>,
-    /// With --motion udp: extra latency of camera frames over UDP samples, ms.
+    /// With --motion udp: latency of frames beyond that of samples, ms.
     ///
     /// 8 is the simulated camera's; that of a D435 has not been measured.
     #[arg(long, default_value_t = 8.0, value_name = "MS", help_heading = "Motion of the glass")]
     pub(super) motion_lag_ms: f64,
-    /// With --motion udp: only address that is heard [default: the profile's].
+    /// With --motion udp: only address heard [default: the profile's].
     ///
     /// Needed, or a token, where others reach the port.
     #[arg(long, value_name = "ADDRESS", help_heading = "Motion of the glass")]

@@ -1,4 +1,4 @@
-//! What a run asks of the system around it: addresses, devices, folders, files.
+//! Needs of a run from the system around it: addresses, devices, folders, files.
 
 use super::config::RunConfig;
 use super::motion_source::MotionSource;

@@ -23,7 +23,7 @@ const RIM_MM: f64 = 40.0;
 ///
 /// In a terminal a wizard leads through four steps beside the camera's picture: camera (link, permission, frame rate), glass
 /// (is it seen, where is the camera), measures (inner radius, fill and rim by hand, compared with what the camera sees), rest
-/// (level, slope, noise, share of points). Enter at the end writes the file.
+/// (level, slope, noise, share of points). Enter then writes the file.
 ///
 /// With --yes nothing is asked, for scripts. The file is written only if every check meets its target. Otherwise each miss is
 /// reported with its remedy, and the exit status is 1.
@@ -59,7 +59,7 @@ pub(crate) struct Arguments {
     /// Image in which the outline is traced.
     ///
     /// colour is for a liquid that is opaque in the light of the room and clear in the near infrared. A recording has the
-    /// image that it was made with.
+    /// image of its making.
     #[arg(long, default_value = "infrared", value_name = "infrared|colour", help_heading = "Images")]
     outline: OutlineImage,
     /// Serial number of the only camera that is taken, as USB shows it.

@@ -40,7 +40,7 @@ pub struct Counters {
 struct Shown {
     frame: Numbered,
     image: Numbered,
-    /// What the camera told, with its number from 1.
+    /// Last note of the camera, with its number from 1.
     note: (u32, String),
 }
 
@@ -73,7 +73,7 @@ impl Board {
         shown.note = (shown.note.0 + 1, note.to_owned());
     }
 
-    /// What the camera told after the note with the number `than`, with its number.
+    /// Last note of the camera with its number, if that is higher than `than`.
     pub(super) fn note_after(&self, than: u32) -> Option<(u32, String)> {
         let shown = self.shown.lock().unwrap_or_else(PoisonError::into_inner);
         (shown.note.0 > than).then(|| shown.note.clone())

@@ -50,7 +50,7 @@ pub struct Dashboard {
     heat_uj: VecDeque<u64>,
     /// Which liquid it is, in a line; empty where nobody asks.
     liquid: String,
-    /// What happened to the camera and still holds.
+    /// Note of the camera that still holds.
     note: Option<String>,
 }
 
