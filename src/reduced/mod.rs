@@ -19,6 +19,7 @@
 //! | [`effects`] | physical differences from the plain liquid |
 //! | `mode_coefficients` | coefficients of a mode (1,n) under the effects |
 //! | `coupling` | forcing of another wave by the first mode |
+//! | `drawn_law` | an unnamed force on the first mode, as two curves |
 //! | `contact_line_friction` | action of a held or sliding contact line on the second-order waves |
 //! | `bound_waves` | second-order waves and their step |
 //! | `bound_wave_coefficients` | coefficients of the second-order waves under the effects |
@@ -34,6 +35,7 @@ mod bound_waves;
 mod boundary_layer;
 mod contact_line_friction;
 mod coupling;
+mod drawn_law;
 pub mod effects;
 mod field;
 mod finite_layer;
@@ -49,6 +51,7 @@ pub use baseline::Baseline;
 pub use bound_waves::BoundWaveState;
 pub use boundary_layer::Rheology;
 pub use contact_line_friction::SECTORS;
+pub use drawn_law::{DrawnLaw, LAW_HEIGHTS, LAW_RATES, LawTables};
 pub use field::{surface, velocity, wall_harmonics};
 pub use model::ReducedModel;
 pub use modes::{BOUND_WAVE_SHAPES, Cylinder, RADIAL, SloshMode, Wave};

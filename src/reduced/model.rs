@@ -7,6 +7,7 @@ use crate::math::sqrt;
 use crate::reduced::bound_wave_coefficients::{FirstModeContext, bound_waves};
 use crate::reduced::bound_waves::BoundWaves;
 use crate::reduced::boundary_layer::Rheology;
+use crate::reduced::drawn_law::DrawnLaw;
 use crate::reduced::effects::{Active, Branch, MOST, Port, Slot, View};
 use crate::reduced::speed_table::SLOWEST_M_S;
 use heapless::Vec;
@@ -53,6 +54,8 @@ pub struct ReducedModel {
     pub(super) line: Branch,
     /// Friction along the contact line, evaluated at the amplitude of its speed.
     pub(super) rubbing: Vec<Active, MOST>,
+    /// Unnamed force on the first mode.
+    pub(super) law: Option<DrawnLaw>,
 }
 
 impl ReducedModel {
@@ -100,7 +103,20 @@ impl ReducedModel {
             active,
             &FirstModeContext { port: &port, line: &line, first: &modes[0], dt },
         );
-        Self { glass, port, view, dt, modes, bound_waves, quartic, coupling, memory, line, rubbing }
+        let law = None;
+        Self { glass, port, view, dt, modes, bound_waves, quartic, coupling, memory, line, rubbing, law }
+    }
+
+    /// The same model with the unnamed force `law` on its first mode, in place of the one that it had.
+    #[must_use]
+    pub fn with_law(mut self, law: DrawnLaw) -> Self {
+        self.law = Some(law);
+        self
+    }
+
+    /// Friction of the drawn law at an amplitude of the first mode's rate (m/s), N s/m.
+    pub(super) fn law_rubs(&self, speed: f64) -> f64 {
+        self.law.as_ref().map_or(0.0, |law| law.friction(speed))
     }
 
     /// Frequency (1/s) and damping gamma (1/s) of the mode (1,n) at small amplitude; none where there is
@@ -123,11 +139,11 @@ impl ReducedModel {
         sqrt((first.free * first.free + first.mode.steepness * self.port.lift_m_s2).max(0.0))
     }
 
-    /// Friction of the first mode at an amplitude of its rate (m/s), in the liquid and along the contact line,
+    /// Friction of the first mode at an amplitude of its rate (m/s), in the liquid, along the contact line and by a drawn law,
     /// N s/m.
     #[must_use]
     pub fn first_mode_friction(&self, speed: f64) -> f64 {
-        self.modes[0].friction.at(speed) + self.line_rubs(speed)
+        self.modes[0].friction.at(speed) + self.line_rubs(speed) + self.law_rubs(speed)
     }
 
     /// Friction along the contact line at an amplitude of its speed (m/s), N s/m.

@@ -2,11 +2,11 @@
 //!
 //! ```text
 //! a1 = a0 + dt v,  v = (v0 + v1)/2                               (bars left out)
-//! m (v1 - v0)/dt = -K a - m alpha (A0^2 + A1^2)/2 a - k z - G v + Q
+//! m (v1 - v0)/dt = -K a - m alpha (A0^2 + A1^2)/2 a - (U1 - U0)/(a1 - a0) - k z - G v + Q
 //! z1 = z0 + dt (v - r z)                                         r = 1/lambda, or |u|/reach
 //! heat += dt (v.G v + k r z^2)
 //! ```
-//! with a and z in the middle too. The chord of the quartic energy is exact (Gonzalez 1996), so
+//! with a and z in the middle too. The chords of the quartic energy and of a drawn law's U are exact (Gonzalez 1996), so
 //! `E1 - E0 = dt Q.v` whatever G(s) >= 0 and r(s) >= 0 are: friction is taken at the state before the
 //! step, and what depends on the state after it is found by a few repetitions, whose remainder is in
 //! [`EnergyBalance::residue_j`]. Along the wall all modes move as one, `u = sum v_n`: friction and catch there are
@@ -77,7 +77,8 @@ impl ReducedModel {
         }
         let [x, y] = [state.height[0][0], state.height[1][0]];
         let square = x * x + y * y;
-        energy + 0.25 * self.quartic * square * square + self.coupling * x * y
+        let drawn = self.law.as_ref().map_or(0.0, |law| law.energy_j(x));
+        energy + drawn + 0.25 * self.quartic * square * square + self.coupling * x * y
     }
 
     /// Returns the liquid at rest under a constant acceleration: `K a = Q`, mode by mode.
@@ -89,12 +90,18 @@ impl ReducedModel {
                 *a = ready.push_kg * along / (ready.stiffness + ready.lift_kg_m * push.lift_m_s2);
             }
         }
+        if let Some(law) = &self.law {
+            let first = &self.modes[0];
+            let stiffness = first.stiffness + first.lift_kg_m * push.lift_m_s2;
+            state.height[0][0] = law.balance_m(stiffness, first.push_kg * push.along_m_s2[0]);
+        }
         state
     }
 
     /// Whether a step has to be repeated.
     fn repeats(&self) -> usize {
-        let still = self.quartic == 0.0 && self.coupling == 0.0 && self.line.stiffness == 0.0;
+        let still =
+            self.quartic == 0.0 && self.coupling == 0.0 && self.line.stiffness == 0.0 && self.law.is_none();
         if still { 1 } else { REPEATS }
     }
 }
@@ -126,10 +133,12 @@ pub fn step(model: &ReducedModel, state: &mut ReducedState, push: &Forcing) -> E
             0.5 * model.quartic * (square(&[before.height[0][0], before.height[1][0]]) + square(&after));
         // The other direction's height in the middle.
         let across = [0.5 * (before.height[1][0] + after[1]), 0.5 * (before.height[0][0] + after[0])];
+        let drawn = model.law.as_ref().map_or(0.0, |law| law.chord_n(before.height[0][0], after[0]));
+        let first = FirstModeForces { chord, across, drawn_n: [drawn, 0.0] };
         let slip = model.line.relax.rate(speed);
         let catch = 1.0 + 0.5 * dt * slip;
         for d in 0..directions {
-            let Some(rows) = row(model, &before, d, push, &friction, chord, across) else { continue };
+            let Some(rows) = row(model, &before, d, push, &friction, &first) else { continue };
             let caught = before.caught.get(d).copied().unwrap_or(0.0);
             let held = model.line.stiffness * caught / catch;
             let grip = rubbing.get(d).copied().unwrap_or(0.0) + model.line.stiffness * 0.5 * dt / catch;
@@ -187,8 +196,9 @@ fn resist(
             v * v + ready.w * ready.w * a * a
         };
         let speed = sqrt(amplitude(0) + amplitude(1));
+        let drawn = if i == 0 { model.law_rubs(speed) } else { 0.0 };
         for row in friction.iter_mut() {
-            row.iter_mut().skip(i).take(1).for_each(|g| *g = ready.friction.at(speed));
+            row.iter_mut().skip(i).take(1).for_each(|g| *g = ready.friction.at(speed) + drawn);
         }
     }
     if model.rubbing.is_empty() {
@@ -200,6 +210,16 @@ fn resist(
     *rubbing = [model.line_rubs(amplitude); 2];
 }
 
+/// Forces on the first mode that depend on the state after the step.
+struct FirstModeForces {
+    /// Stiffness by the chord of the quartic energy, N/m.
+    chord: f64,
+    /// Height of the other direction in the middle, m.
+    across: [f64; 2],
+    /// Chord of the drawn law's energy, N.
+    drawn_n: [f64; 2],
+}
+
 /// For each mode of direction `d`: the forces that do not depend on its rate, and one over what does.
 fn row(
     model: &ReducedModel,
@@ -207,13 +227,13 @@ fn row(
     d: usize,
     push: &Forcing,
     friction: &[[f64; RADIAL]; 2],
-    chord: f64,
-    across: [f64; 2],
+    on_first: &FirstModeForces,
 ) -> Option<[(f64, f64); RADIAL]> {
     let dt = model.dt;
     let (a0, v0) = (before.height.get(d)?, before.rate.get(d)?);
     let (z0, g) = (before.memory.get(d)?, friction.get(d)?);
-    let (along, across) = (push.along_m_s2.get(d)?, across.get(d)?);
+    let (along, across) = (push.along_m_s2.get(d)?, on_first.across.get(d)?);
+    let (chord, drawn) = (on_first.chord, on_first.drawn_n.get(d)?);
     let mut rows = [(0.0, 0.0); RADIAL];
     let states = a0.iter().zip(v0).zip(z0.iter().zip(g));
     for (i, ((slot, ready), (branch, ((a, v), (z, g))))) in
@@ -221,7 +241,7 @@ fn row(
     {
         let m = ready.mode.mass_kg;
         let fade = 1.0 + 0.5 * dt * branch.relax.rate(0.0);
-        let (first, turn) = if i == 0 { (chord, model.coupling * across) } else { (0.0, 0.0) };
+        let (first, turn) = if i == 0 { (chord, model.coupling * across + drawn) } else { (0.0, 0.0) };
         let stiffness = ready.stiffness + ready.lift_kg_m * push.lift_m_s2 + first;
         let force =
             2.0 * m * v / dt - stiffness * a - branch.stiffness * z / fade - turn + ready.push_kg * along;

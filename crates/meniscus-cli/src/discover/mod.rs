@@ -15,6 +15,7 @@ use meniscus_discover::decision::settings::Settings;
 use meniscus_discover::fitting::fit_cache::FitCache;
 use meniscus_discover::insert::simulated::Resolution;
 use meniscus_discover::recordings::load::{load, load_references};
+use meniscus_discover::references::ReferenceSettings;
 use meniscus_discover::report::html::page;
 use meniscus_discover::report::scene::scene_toml;
 use meniscus_discover::report::verdict_json::verdict_json;
@@ -39,15 +40,21 @@ use std::time::Duration;
 /// The reduced model names the effect in seconds. The simulator then finds its size and compares it with its rivals, which takes
 /// minutes; --quick leaves that out, and sizes at the wall may then be off by a factor of two (docs/limits.md).
 ///
+/// Where the verdict is unknown, a law without a name is drawn: the missing force on the first mode by its height, and the missing
+/// drag by its rate, each with a 90 % band. The report says which formula of the library comes nearest, where the law departs from
+/// it, how much of the gap it closes, and which recording would help. It acts in the reduced model, not in a flashed one.
+///
 /// --recordings is a folder with setup.toml and, for each recording, NAME.profile.csv (or NAME.peak.csv) and NAME.motion.csv (or
 /// NAME.pose.csv), described in docs/formats.md. Of four recordings or more one is held out to measure the gap.
 ///
 /// --reference is such a folder of a KNOWN liquid in the same glass and motions, or a folder of such folders, simulated or
-/// measured, at two viscosities or more. They show the error of the plain model. Without them the verdict is much weaker.
+/// measured, at two viscosities or more. They show the error of the plain model. Without --reference the simulator makes six: the
+/// stated liquid and one a fifth more viscous in your glass and motions, in several packings, at two spacings. The verdict is then
+/// said against the simulator. --no-references and --quick leave them out, and the verdict is much weaker.
 ///
 /// The --out folder gets report.html, verdict.json and scene.toml (the effect, for `meniscus simulate --scene`). Every fit is kept
 /// in --out/fits and every simulation in --out/simulations: after Ctrl-C the same command continues, and a further recording needs
-/// only what it changes. With --shard several machines that share --out make the simulations of a round together.
+/// only what it changes. Remove these folders to free their room: a simulation is 5 kB for each second. With --shard several machines that share --out make the simulations of a round together.
 #[derive(clap::Args)]
 #[command(
     args_conflicts_with_subcommands = true,
@@ -75,6 +82,9 @@ struct Wanted {
     /// Folder of recordings of a known liquid, or of such folders.
     #[arg(long, value_name = "DIR", help_heading = "Recordings")]
     reference: Option<PathBuf>,
+    /// Make no references by simulation where --reference is not given.
+    #[arg(long, conflicts_with = "reference", help_heading = "Recordings")]
+    no_references: bool,
     /// Effects that may be identified, joined by commas [default: all].
     #[arg(long, value_delimiter = ',', value_name = "NAME", help_heading = "Method")]
     library: Vec<String>,
@@ -133,8 +143,9 @@ impl Bar {
     /// Returns a bar that is hidden for `--json`.
     fn new(arguments: &Wanted) -> anyhow::Result<Self> {
         let sizes = u64::from(!arguments.quick);
-        let steps = 4
+        let steps = 5
             + sizes
+            + u64::from(arguments.reference.is_none() && !arguments.quick && !arguments.no_references)
             + u64::from(arguments.model.is_some())
             + u64::from(arguments.simulate && arguments.quick);
         let bar = if arguments.json { ProgressBar::hidden() } else { crate::bars::bar(steps) };
@@ -154,13 +165,27 @@ impl Progress for Bar {
     fn begins(&self, stage: Stage) {
         self.0.inc(1);
         self.0.set_message(match stage {
+            Stage::SimulateReferences => "simulating references",
             Stage::FitReferences => "fitting the references",
             Stage::SetThresholds => "judging the references by one another",
             Stage::Decide => "ranking the effects",
+            Stage::DrawLaw => "drawing the missing force",
             Stage::Size => "finding the sizes by simulation",
             Stage::InsertIntoModel => "inserting the effects into the model",
             Stage::Simulate => "simulating the held-out recording twice",
         });
+    }
+
+    fn referenced(&self, progress: SimulationProgress) {
+        let SimulationProgress { done, expected, left_s } = progress;
+        let left = minutes(left_s);
+        if done == 0 {
+            self.print(&format!(
+                "no --reference: the simulator makes {expected} recordings of the stated liquid, about {left} at a first guess for \
+                 those that are not kept; --no-references leaves them out"
+            ));
+        }
+        self.0.set_message(format!("reference {done} of {expected}, {left} left"));
     }
 
     fn simulated(&self, progress: SimulationProgress) {
@@ -206,6 +231,13 @@ fn inputs(arguments: &Wanted, cache: &Arc<FitCache>, bar: &Bar) -> anyhow::Resul
     inputs.check()?;
     match &arguments.reference {
         Some(path) => inputs.references = load_references(path)?,
+        None if !arguments.quick && !arguments.no_references => {
+            inputs.simulated_references = Some(ReferenceSettings {
+                spacing_m: REFERENCE_SPACING_M.min(COARSEST * inputs.recordings.known.radius_m),
+                seed: FIRST_REFERENCE + arguments.seed,
+                store: arguments.out.join("simulations"),
+            });
+        }
         None => {
             bar.print("without --reference the model's own error counts as an effect: a weak verdict");
         }
@@ -223,6 +255,15 @@ fn inputs(arguments: &Wanted, cache: &Arc<FitCache>, bar: &Bar) -> anyhow::Resul
 /// First packing less the seed: other packings than those that `simulate` makes by itself, whose difference from a recording
 /// of the same spacing would be nothing at the true size.
 const FIRST_PACKING: u64 = 100;
+
+/// First packing of the references less the seed: others than those of the sizes.
+const FIRST_REFERENCE: u64 = 300;
+
+/// Coarsest spacing of references in units of the radius.
+const COARSEST: f64 = 0.2;
+
+/// Spacing of most references, m: the search of the sizes begins there too.
+const REFERENCE_SPACING_M: f64 = 0.007;
 
 /// Runs one discovery.
 fn one(arguments: &Wanted) -> anyhow::Result<()> {

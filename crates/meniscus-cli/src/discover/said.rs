@@ -30,6 +30,9 @@ pub(super) fn command(arguments: &Wanted) -> String {
     if let Some(reference) = &arguments.reference {
         out += &format!(" --reference {}", reference.display());
     }
+    if arguments.no_references {
+        out += " --no-references";
+    }
     if let Some(model) = &arguments.model {
         out += &format!(" --model {model}");
     }
@@ -82,6 +85,7 @@ pub(super) fn print(report: &Report) {
             println!("  no motion that was considered separates {one} from {two}");
         }
     }
+    law(report);
     for closed in &report.insertion.closed {
         println!(
             "  {}: {:.3} mm untouched, {:.3} mm with the effect",
@@ -100,6 +104,28 @@ pub(super) fn print(report: &Report) {
     if report.fits.reused > 0 {
         println!("fits: {} taken from an earlier run, {} made", report.fits.reused, report.fits.computed);
     }
+}
+
+/// Prints what a drawn law closes of the gap, and the recording that would help.
+fn law(report: &Report) {
+    let Some(drawn) = report.drawn() else { return };
+    if let Some(gap) = &drawn.gap {
+        println!("  held-out recording with the drawn law: {:.3} mm", 1e3 * gap.law_m);
+    }
+    match &drawn.suggestion {
+        Some(suggestion) if suggestion.hopeful() => {
+            let [one, two] = &suggestion.between;
+            println!(
+                "  to learn more, record {}: it separates {one} from {two} by {:.1} times the noise",
+                suggestion.motion, suggestion.separation
+            );
+        }
+        Some(suggestion) => {
+            println!("  no motion that was considered separates {}", suggestion.between.join(" from "));
+        }
+        None => {}
+    }
+    println!("  curves and bands: report.html, and \"law\" in verdict.json");
 }
 
 /// Prints the sizes of the reduced model and of the rivals beside those of the simulator.

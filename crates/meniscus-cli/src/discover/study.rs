@@ -8,11 +8,13 @@ use meniscus_discover::study::bench::StudyFolders;
 use meniscus_discover::study::coverage::reference_coverage;
 use meniscus_discover::study::duration::long_discovery_s;
 use meniscus_discover::study::measured::judge_measured;
-use meniscus_discover::study::page::report;
+use meniscus_discover::study::page::{law_report, report};
 use meniscus_discover::study::pictures::{confusion_png, detection_png};
 use meniscus_discover::study::run::{RunOptions, judge_all};
 use meniscus_discover::study::simulate::simulate;
 use meniscus_discover::study::tally::{Beside, StudyTally, checks};
+use meniscus_discover::study::unnamed::checks::law_checks;
+use meniscus_discover::study::unnamed::trials::{LawBench, LawOutcome, law_trials};
 use meniscus_platform::files::write_whole;
 use meniscus_report::Report;
 use meniscus_report::checks::table;
@@ -25,11 +27,14 @@ use std::sync::atomic::{AtomicBool, Ordering};
 /// given to discovery under neutral names. The answers are in a file that it never opens. Clean glasses, effects that the library
 /// lacks, two effects at once, a misjudged noise, intervals, and measured water follow.
 ///
+/// Laws that no library holds are hidden in the liquid of another solver, and the drawn laws are compared with them. --laws-only
+/// does that alone, in a few minutes, and writes laws.md and laws.json.
+///
 /// Each of the 86 glasses takes about 55 s of processor time if it is not in --cache, each of about 240 trials some seconds. Both
 /// are kept, and the same command continues. Ctrl-C writes the page of what is judged by then, with the number of missing trials.
 #[derive(clap::Args)]
 #[command(
-    after_help = "Examples:\n  meniscus discover study --json\n  meniscus discover study --clean 30 --simulated\n  meniscus discover study --report-only"
+    after_help = "Examples:\n  meniscus discover study --json\n  meniscus discover study --clean 30 --simulated\n  meniscus discover study --report-only\n  meniscus discover study --laws-only --json"
 )]
 pub(crate) struct Arguments {
     /// Folder of simulated glasses; missing ones are simulated.
@@ -56,6 +61,9 @@ pub(crate) struct Arguments {
     /// Only the trials: no measured water, intervals or long recordings.
     #[arg(long, help_heading = "Method")]
     trials_only: bool,
+    /// Only the laws that no library holds: no glass is simulated.
+    #[arg(long, conflicts_with_all = ["simulate_only", "simulated", "report_only", "trials_only", "measured"], help_heading = "Method")]
+    laws_only: bool,
     /// Folder for the page, the pictures and the trials.
     #[arg(long, default_value = "out/discover", value_name = "DIR", help_heading = "Output")]
     out: PathBuf,
@@ -75,6 +83,9 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     ))?;
     let bar = if arguments.json { ProgressBar::hidden() } else { crate::bars::bar(0) };
     bar.set_style(crate::bars::style("{msg:24} {wide_bar} {pos}/{len}, {left}")?);
+    if arguments.laws_only {
+        return laws_alone(arguments, stop, &bar);
+    }
     if !arguments.simulated && !arguments.report_only {
         bar.set_message("simulating glasses");
         let simulated = |done: usize, all: usize| {
@@ -118,6 +129,49 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     Ok(())
 }
 
+/// Judges the trials of the drawn law until `stop` is set.
+fn laws(stop: &AtomicBool, bar: &ProgressBar) -> anyhow::Result<Vec<LawOutcome>> {
+    let trials = law_trials();
+    bar.reset();
+    bar.set_length(trials.len() as u64);
+    bar.set_message("drawing laws");
+    let bench = LawBench::new()?;
+    let mut out = Vec::new();
+    for trial in &trials {
+        if stop.load(Ordering::Relaxed) {
+            break;
+        }
+        out.push(bench.judge(trial)?);
+        bar.inc(1);
+    }
+    Ok(out)
+}
+
+/// Judges the trials of the drawn law and writes their page.
+fn laws_alone(arguments: &Arguments, stop: &AtomicBool, bar: &ProgressBar) -> anyhow::Result<()> {
+    let outcomes = laws(stop, bar)?;
+    bar.finish_and_clear();
+    finish_partial();
+    if stop.load(Ordering::Relaxed) {
+        eprintln!(
+            "interrupted: nothing is written; {} trials were judged, and the same command starts anew",
+            outcomes.len()
+        );
+        return Ok(());
+    }
+    let report = law_report(&outcomes, "meniscus discover study --laws-only");
+    let write = |name: &str, bytes: &[u8]| write_whole(&arguments.out.join(name), bytes);
+    write("laws.md", report.markdown().as_bytes())?;
+    write("laws.json", serde_json::to_string_pretty(&outcomes)?.as_bytes())?;
+    if arguments.json {
+        println!("{:#}", report.json());
+    } else {
+        print!("{}", table(&law_checks(&outcomes)));
+        println!("written: {}", arguments.out.display());
+    }
+    Ok(())
+}
+
 /// Measurements of an earlier run beside the trials.
 fn beside_before(out: &Path) -> Beside {
     let bytes = std::fs::read(out.join("beside.json")).ok();
@@ -151,6 +205,12 @@ fn beside(
     if stop.load(Ordering::Relaxed) {
         return Ok(());
     }
+    let judged = laws(stop, bar)?;
+    if stop.load(Ordering::Relaxed) {
+        return Ok(());
+    }
+    study.beside.laws = judged;
+    keep(&study.beside)?;
     if let Some(folder) = &arguments.measured {
         bar.set_message("measured water");
         let cases = judge_measured(folder, &Settings::default(), 14.0, 4)?;

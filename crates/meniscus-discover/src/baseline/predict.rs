@@ -4,7 +4,7 @@ use crate::recordings::known::Known;
 use crate::recordings::record::{Quantity, Record, mean_bow, parts};
 use meniscus::reduced::effects::Active;
 use meniscus::reduced::{
-    Baseline, Cylinder, Forcing, ReducedModel, ReducedState, Rheology, step, wall_harmonics,
+    Baseline, Cylinder, DrawnLaw, Forcing, ReducedModel, ReducedState, Rheology, step, wall_harmonics,
 };
 use meniscus::surface::{POINTS, profile_abscissa};
 
@@ -49,6 +49,25 @@ pub fn baseline(theta: &[f64]) -> Baseline {
     }
 }
 
+/// Returns the reduced model of the liquid `known` with the numbers `theta` and the effects `active`, for frames every
+/// `interval_s`.
+#[must_use]
+pub fn reduced_model(known: &Known, theta: &[f64], active: &[Active], interval_s: f64) -> ReducedModel {
+    let radius_m = known.radius_m + theta[RADIUS].clamp(-0.5 * known.radius_m, known.radius_m);
+    let glass = Cylinder { radius_m, depth_m: known.fill_m, density_kg_m3: known.density_kg_m3 };
+    let liquid = Rheology::newtonian(known.viscosity_pa_s);
+    ReducedModel::new(glass, liquid, &baseline(theta), active, interval_s / STEPS as f64)
+}
+
+/// Difference from the plain liquid: effects of the library, and an unnamed force.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Difference<'a> {
+    /// Effects.
+    pub active: &'a [Active],
+    /// Unnamed force on the first mode.
+    pub law: Option<&'a DrawnLaw>,
+}
+
 /// Returns the expected channels of `record`, m; `lag_s` is the delay of its frames against their time stamps.
 #[must_use]
 pub fn predict(
@@ -58,11 +77,23 @@ pub fn predict(
     lag_s: f64,
     active: &[Active],
 ) -> Vec<Vec<f64>> {
-    let radius_m = known.radius_m + theta[RADIUS].clamp(-0.5 * known.radius_m, known.radius_m);
-    let glass = Cylinder { radius_m, depth_m: known.fill_m, density_kg_m3: known.density_kg_m3 };
+    predict_with(record, known, theta, lag_s, Difference { active, law: None })
+}
+
+/// Returns the same with any difference from the plain liquid.
+#[must_use]
+pub fn predict_with(
+    record: &Record,
+    known: &Known,
+    theta: &[f64],
+    lag_s: f64,
+    difference: Difference<'_>,
+) -> Vec<Vec<f64>> {
     let dt = record.interval_s / STEPS as f64;
-    let liquid = Rheology::newtonian(known.viscosity_pa_s);
-    let model = ReducedModel::new(glass, liquid, &baseline(theta), active, dt);
+    let mut model = reduced_model(known, theta, difference.active, record.interval_s);
+    if let Some(law) = difference.law {
+        model = model.with_law(*law);
+    }
     let (port, view) = (model.port, model.view);
     let shift = port.delay_s + view.latency_s + lag_s;
     let push_at = |time: f64| {

@@ -1,7 +1,7 @@
 //! Evidence for a verdict: bootstrap, and cross-validation by recording.
 
 use super::rank::Candidate;
-use crate::baseline::predict::SHARED;
+use crate::baseline::predict::{Difference, SHARED};
 use crate::fitting::fit::{Fitted, fit};
 use crate::fitting::problem::Problem;
 use rand::{RngExt, SeedableRng};
@@ -73,7 +73,8 @@ pub fn cross_validate(problem: &Problem, plain: &Fitted, chosen: &Fitted) -> Hel
             let mut start = fitted.theta.clone();
             start.remove(SHARED + which);
             let without = fit(&others, &start, &fitted.active, &fitted.free);
-            problem.held_out_misfit(which, &without.theta, &without.active)
+            let difference = Difference { active: &without.active, law: None };
+            problem.held_out_misfit(which, &without.theta, difference)
         };
         score(plain) - score(chosen)
     };

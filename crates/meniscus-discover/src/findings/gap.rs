@@ -1,13 +1,14 @@
 //! Gap on the held-out recording: error of each model on it, noise subtracted.
 
 use crate::baseline::calibrate::Calibration;
-use crate::baseline::predict::{SHARED, predict};
+use crate::baseline::predict::{Difference, SHARED, predict, predict_with};
 use crate::decision::assessment::Assessment;
 use crate::fitting::error::ProblemError;
 use crate::fitting::fit::Fitted;
 use crate::fitting::problem::Problem;
 use crate::recordings::known::Known;
 use crate::recordings::record::{Channel, Quantity, Record};
+use meniscus::reduced::DrawnLaw;
 use meniscus::reduced::effects::Active;
 use nalgebra::{DMatrix, DVector};
 
@@ -40,10 +41,10 @@ fn weight(quantity: Quantity) -> f64 {
 }
 
 /// Returns the mean square error of the surface on the held-out recording, m2.
-fn error(problem: &Problem, theta: &[f64], active: &[Active]) -> f64 {
+fn error(problem: &Problem, theta: &[f64], difference: Difference<'_>) -> f64 {
     let record = problem.records().next().cloned();
     let Some(record) = record else { return f64::NAN };
-    let left = problem.residual_m(0, theta, active);
+    let left = problem.residual_with_m(0, theta, difference);
     let mut sum = 0.0;
     let frames = record.frames() as f64;
     for ((_, c, f), e) in problem.places().iter().zip(left) {
@@ -97,53 +98,103 @@ pub fn gap(
 ) -> Result<MeasuredGap, ProblemError> {
     let one = Problem::new(std::slice::from_ref(held_out), problem.known, calibration, noise)?;
     let (plain_fit, chosen_fit) = (&assessment.search.plain, assessment.chosen());
-    let untouched = own_lag(&one, calibration, one.mean.clone(), &[]);
-    let plain = own_lag(&one, calibration, shared(plain_fit, calibration), &[]);
-    let chosen = own_lag(&one, calibration, shared(chosen_fit, calibration), &chosen_fit.active);
-    let active = &chosen_fit.active;
+    let nothing = Difference::default();
+    let active = effects(&chosen_fit.active);
+    let untouched = own_lag(&one, calibration, one.mean.clone(), nothing);
+    let plain = own_lag(&one, calibration, shared(&plain_fit.theta, calibration), nothing);
+    let chosen = own_lag(&one, calibration, shared(&chosen_fit.theta, calibration), active);
     let noise_m2 = noise_m2(held_out, calibration);
     let after = |square: f64| (square - noise_m2).max(0.0).sqrt();
     let gap = Gap {
-        untouched: after(error(&one, &untouched, &[])),
-        refitted: after(error(&one, &plain, &[])),
+        untouched: after(error(&one, &untouched, nothing)),
+        refitted: after(error(&one, &plain, nothing)),
         black_box: after(black_box(problem, plain_fit, &one, &plain)),
         effect: after(error(&one, &chosen, active)),
         noise: noise_m2.sqrt(),
     };
+    let before = predict(held_out, &problem.known, &untouched, untouched[SHARED], &[]);
+    let with = predict_with(held_out, &problem.known, &chosen, chosen[SHARED], active);
+    Ok(MeasuredGap { gap, curves: curves(held_out, calibration, &before, &with) })
+}
+
+/// Returns the difference that `active` make.
+fn effects(active: &[Active]) -> Difference<'_> {
+    Difference { active, law: None }
+}
+
+/// Returns the curves of the slope, or of the peak, of `held_out` with the predictions `before` and `with`.
+fn curves(
+    held_out: &Record,
+    calibration: &Calibration,
+    before: &[Vec<f64>],
+    with: &[Vec<f64>],
+) -> Vec<[f64; 4]> {
     let c = held_out
         .channels
         .iter()
         .position(|c| matches!(c.quantity, Quantity::Slope | Quantity::Peak))
         .unwrap_or(0);
-    let before = predict(held_out, &problem.known, &untouched, untouched[SHARED], &[]);
-    let with = predict(held_out, &problem.known, &chosen, chosen[SHARED], active);
     let mean = calibration.matched(held_out).map(|known| known.mean[c].clone()).unwrap_or_default();
-    let curves = (0..held_out.frames())
-        .map(|f| {
-            let more = mean.get(f).copied().unwrap_or(0.0);
-            let seen = held_out.channels[c].value[f].unwrap_or(f64::NAN);
-            [f as f64 * held_out.interval_s, seen, before[c][f] + more, with[c][f] + more]
-        })
-        .collect();
-    Ok(MeasuredGap { gap, curves })
+    let row = |f: usize| {
+        let more = mean.get(f).copied().unwrap_or(0.0);
+        let seen = held_out.channels[c].value[f].unwrap_or(f64::NAN);
+        [f as f64 * held_out.interval_s, seen, before[c][f] + more, with[c][f] + more]
+    };
+    (0..held_out.frames()).map(row).collect()
 }
 
-/// Returns the shared numbers of `fitted` with the lag of the prior.
-fn shared(fitted: &Fitted, calibration: &Calibration) -> Vec<f64> {
-    let mut theta = fitted.theta[..SHARED].to_vec();
+/// Error on the held-out recording with a drawn law.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LawGap {
+    /// Error with the law, m, noise subtracted.
+    pub law_m: f64,
+    /// Curves of the slope: time (s), measured, untouched and with the law (m).
+    pub curves: Vec<[f64; 4]>,
+}
+
+/// Returns the error of `law`, fitted to `problem` with the baseline's numbers `theta`, on the held-out recording.
+///
+/// # Errors
+/// [`ProblemError`], when the held-out recording cannot be used.
+pub fn law_gap(
+    held_out: &Record,
+    calibration: &Calibration,
+    problem: &Problem,
+    fitted: (&[f64], &DrawnLaw),
+    noise: f64,
+) -> Result<LawGap, ProblemError> {
+    let (theta, law) = fitted;
+    let one = Problem::new(std::slice::from_ref(held_out), problem.known, calibration, noise)?;
+    let difference = Difference { active: &[], law: Some(law) };
+    let untouched = own_lag(&one, calibration, one.mean.clone(), Difference::default());
+    let theta = own_lag(&one, calibration, shared(theta, calibration), difference);
+    let left = error(&one, &theta, difference) - noise_m2(held_out, calibration);
+    let before = predict(held_out, &problem.known, &untouched, untouched[SHARED], &[]);
+    let with = predict_with(held_out, &problem.known, &theta, theta[SHARED], difference);
+    Ok(LawGap { law_m: left.max(0.0).sqrt(), curves: curves(held_out, calibration, &before, &with) })
+}
+
+/// Returns the shared numbers of the fitted `theta` with the lag of the prior.
+fn shared(theta: &[f64], calibration: &Calibration) -> Vec<f64> {
+    let mut theta = theta[..SHARED].to_vec();
     theta.push(calibration.lag_s);
     theta
 }
 
 /// Returns `theta` with the lag that fits the held-out recording best, where it has a clock of its own.
-fn own_lag(one: &Problem, calibration: &Calibration, theta: Vec<f64>, active: &[Active]) -> Vec<f64> {
+fn own_lag(
+    one: &Problem,
+    calibration: &Calibration,
+    theta: Vec<f64>,
+    difference: Difference<'_>,
+) -> Vec<f64> {
     if calibration.lag_deviation_s < OWN_CLOCK_DEVIATION_S {
         return theta;
     }
     let at = |lag: f64| {
         let mut tried = theta.clone();
         tried[SHARED] = lag;
-        (error(one, &tried, active), tried)
+        (error(one, &tried, difference), tried)
     };
     let lags = (-60..=60).map(|i| f64::from(i) * 0.01);
     lags.map(at).min_by(|a, b| a.0.total_cmp(&b.0)).map_or(theta.clone(), |best| best.1)
@@ -210,6 +261,6 @@ pub fn gap_of(
     noise: f64,
 ) -> Result<f64, ProblemError> {
     let one = Problem::new(std::slice::from_ref(held_out), known, calibration, noise)?;
-    let theta = shared(fitted, calibration);
-    Ok((error(&one, &theta, &fitted.active) - noise_m2(held_out, calibration)).max(0.0).sqrt())
+    let theta = shared(&fitted.theta, calibration);
+    Ok((error(&one, &theta, effects(&fitted.active)) - noise_m2(held_out, calibration)).max(0.0).sqrt())
 }

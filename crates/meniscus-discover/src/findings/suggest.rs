@@ -2,9 +2,8 @@
 //! the baseline is fitted to the difference.
 
 use crate::baseline::calibrate::Calibration;
-use crate::baseline::predict::SHARED;
+use crate::baseline::predict::{Difference, SHARED};
 use crate::decision::assessment::Assessment;
-use crate::fitting::fit::Fitted;
 use crate::fitting::problem::Problem;
 use crate::recordings::motion_plan::MotionPlan;
 use crate::recordings::record::{Channel, Record};
@@ -65,6 +64,32 @@ pub fn suggest(problem: &Problem, calibration: &Calibration, assessment: &Assess
     let rivals = if assessment.chosen().active.len() > 1 { &search.pairs } else { &search.ranking };
     let fitted: Vec<_> = rivals.iter().filter_map(|r| r.fitted.as_ref().map(|f| (r, f))).take(2).collect();
     let [(one, a), (two, b)] = fitted.as_slice() else { return None };
+    let names = [one, two].map(|rival| rival.names.join(" + "));
+    let rival = |name, theta, active| Rival { name, theta, difference: Difference { active, law: None } };
+    let one = rival(names[0].as_str(), &a.theta, &a.active);
+    let two = rival(names[1].as_str(), &b.theta, &b.active);
+    suggest_between(problem, calibration, &one, &two)
+}
+
+/// Explanation that a suggested recording shall distinguish from another one.
+#[derive(Clone, Copy, Debug)]
+pub struct Rival<'a> {
+    /// Name.
+    pub name: &'a str,
+    /// The baseline's numbers that were fitted beside it.
+    pub theta: &'a [f64],
+    /// Difference from the plain liquid.
+    pub difference: Difference<'a>,
+}
+
+/// Returns the motion that separates two explanations most; none where no motion can be made of the recordings.
+#[must_use]
+pub fn suggest_between(
+    problem: &Problem,
+    calibration: &Calibration,
+    one: &Rival<'_>,
+    two: &Rival<'_>,
+) -> Option<Suggestion> {
     let mut considered = Vec::new();
     for (number, plan) in suggestable().iter().enumerate() {
         let jolt = plan.jolts[0];
@@ -73,14 +98,14 @@ pub fn suggest(problem: &Problem, calibration: &Calibration, assessment: &Assess
             jolt.period_s, jolt.strength_m_s2, plan.seconds
         );
         let record = planned(problem.records().next()?, plan)?;
-        let separation = separation(&record, problem, calibration, [a, b])?;
+        let separation = separation(&record, problem, calibration, [one, two])?;
         considered.push(Separation { plan: number, motion, separation, seconds: plan.seconds });
     }
     let best = considered.iter().max_by(|x, y| x.separation.total_cmp(&y.separation))?.clone();
     Some(Suggestion {
         motion: best.motion,
         plan: best.plan,
-        between: [one.names.join(" + "), two.names.join(" + ")],
+        between: [one, two].map(|rival| String::from(rival.name)),
         separation: best.separation,
         seconds: best.seconds,
         considered,
@@ -108,17 +133,19 @@ fn separation(
     record: &Record,
     problem: &Problem,
     calibration: &Calibration,
-    rivals: [&Fitted; 2],
+    rivals: [&Rival<'_>; 2],
 ) -> Option<f64> {
     let [a, b] = rivals;
     let one = Problem::new(std::slice::from_ref(record), problem.known, calibration, 1.0).ok()?;
-    let theta = |fitted: &Fitted| {
-        let mut theta = fitted.theta[..SHARED].to_vec();
+    let theta = |rival: &Rival<'_>| {
+        let mut theta = rival.theta[..SHARED].to_vec();
         theta.push(calibration.lag_s);
         theta
     };
     let data = one.count();
-    let of = |theta: &[f64], fitted: &Fitted| one.residual(theta, &fitted.active).rows(0, data).clone_owned();
+    let of = |theta: &[f64], rival: &Rival<'_>| {
+        one.residual_with(theta, rival.difference).rows(0, data).clone_owned()
+    };
     let mut change: DVector<f64> = of(&theta(a), a) - of(&theta(b), b);
     let base = theta(a);
     let start = of(&base, a);

@@ -17,7 +17,7 @@ use super::covariance::{CORRELATION, Ready, prepare, whitening};
 use super::error::ProblemError;
 use super::fit_cache::{CacheKey, FitCache};
 use crate::baseline::calibrate::Calibration;
-use crate::baseline::predict::{RADIUS, SHARED, predict};
+use crate::baseline::predict::{Difference, RADIUS, SHARED, predict, predict_with};
 use crate::recordings::known::Known;
 use crate::recordings::record::{Quantity, Record};
 use meniscus::reduced::effects::Active;
@@ -121,15 +121,21 @@ impl Problem {
     /// Returns the residual of recording `which` before whitening, m.
     #[must_use]
     pub fn residual_m(&self, which: usize, theta: &[f64], active: &[Active]) -> Vec<f64> {
+        self.residual_with_m(which, theta, Difference { active, law: None })
+    }
+
+    /// Returns the same with any difference from the plain liquid, m.
+    #[must_use]
+    pub fn residual_with_m(&self, which: usize, theta: &[f64], difference: Difference<'_>) -> Vec<f64> {
         let ready = &self.ready[which];
-        let expected = predict(&ready.record, &self.known, theta, theta[SHARED + which], active);
+        let expected = predict_with(&ready.record, &self.known, theta, theta[SHARED + which], difference);
         let one = |((c, f), y): (&(usize, usize), &f64)| y - expected[*c][*f];
         ready.index.iter().zip(ready.target.iter()).map(one).collect()
     }
 
     /// Returns the whitened residual of recording `which`.
-    fn whitened(&self, which: usize, theta: &[f64], active: &[Active]) -> Vec<f64> {
-        let left = self.residual_m(which, theta, active);
+    fn whitened(&self, which: usize, theta: &[f64], difference: Difference<'_>) -> Vec<f64> {
+        let left = self.residual_with_m(which, theta, difference);
         let mut all = Vec::with_capacity(left.len());
         let mut first = 0;
         for whiten in &self.ready[which].whiten {
@@ -145,9 +151,15 @@ impl Problem {
     /// Their squared norm is minus twice the logarithm of the posterior, up to a constant.
     #[must_use]
     pub fn residual(&self, theta: &[f64], active: &[Active]) -> DVector<f64> {
+        self.residual_with(theta, Difference { active, law: None })
+    }
+
+    /// Returns the same with any difference from the plain liquid.
+    #[must_use]
+    pub fn residual_with(&self, theta: &[f64], difference: Difference<'_>) -> DVector<f64> {
         let mut all: Vec<f64> = Vec::with_capacity(self.count() + theta.len());
         for which in 0..self.ready.len() {
-            all.extend(self.whitened(which, theta, active));
+            all.extend(self.whitened(which, theta, difference));
         }
         for ((t, m), s) in theta.iter().zip(&self.mean).zip(&self.deviation) {
             all.push((t - m) / s);
@@ -210,12 +222,12 @@ impl Problem {
 
     /// Returns the squared norm of the whitened residual of recording `which`, which was predicted without it.
     ///
-    /// `theta` and `active` were fitted to [`Self::without`]; the recording's lag is taken at its prior mean.
+    /// `theta` and `difference` were fitted to [`Self::without`]; the recording's lag is taken at its prior mean.
     #[must_use]
-    pub fn held_out_misfit(&self, which: usize, theta: &[f64], active: &[Active]) -> f64 {
+    pub fn held_out_misfit(&self, which: usize, theta: &[f64], difference: Difference<'_>) -> f64 {
         let mut theta = theta.to_vec();
         theta.insert(SHARED + which, self.mean[SHARED + which]);
-        let whitened = self.whitened(which, &theta, active);
+        let whitened = self.whitened(which, &theta, difference);
         whitened.iter().map(|r| r * r).sum()
     }
 

@@ -2,6 +2,7 @@
 
 use super::drawings::{disagreement, likeness, ranking};
 use super::intervals::intervals;
+use super::law_page::law;
 use super::sizing_page::sizing;
 use super::words::{distinction, map_in_words};
 use crate::findings::size_error::SizeError;
@@ -11,6 +12,7 @@ use crate::fitting::localise::{Cell, largest};
 use crate::workflow;
 use crate::workflow::clocks::AlignedClock;
 use crate::workflow::insertion::ClosedGap;
+use crate::workflow::references::ReferenceOrigin;
 use meniscus_report::plot::PictureError;
 use meniscus_report::{Chart, Mark, Report, Series};
 
@@ -23,10 +25,11 @@ pub fn page(outcome: &workflow::Report, command: &str) -> Result<String, Picture
     let mut report = Report::new(&format!("Discovery: {}", outcome.word()), command);
     report.answer(&outcome.sentence());
     report.prose(&format!(
-        "Fitted: {}. Held out: {}. References: {} glasses of a known liquid{}.",
+        "Fitted: {}. Held out: {}. References: {} glasses of {}{}.",
         findings.split.fitted.iter().map(|r| r.name.as_str()).collect::<Vec<_>>().join(", "),
         findings.split.held_out.as_ref().map_or("none (fewer than four recordings)", |r| r.name.as_str()),
         findings.calibration.groups,
+        if outcome.origin == ReferenceOrigin::Simulator { "the simulator" } else { "a known liquid" },
         match findings.calibration.groups {
             0 => "; the verdict is much weaker without them",
             1 => "; a single one says nothing of how clean glasses differ",
@@ -36,6 +39,7 @@ pub fn page(outcome: &workflow::Report, command: &str) -> Result<String, Picture
     for refusal in outcome.clocks.iter().filter_map(AlignedClock::refusal) {
         report.prose(&format!("Left out: {refusal}."));
     }
+    law(&mut report, outcome)?;
     ranked(&mut report, findings);
     sizing(&mut report, outcome);
     parameters(&mut report, findings);

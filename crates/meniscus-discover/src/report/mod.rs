@@ -3,6 +3,8 @@
 mod drawings;
 pub mod html;
 mod intervals;
+mod law_json;
+mod law_page;
 pub mod scene;
 mod sizing_json;
 mod sizing_page;

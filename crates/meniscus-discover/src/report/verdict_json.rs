@@ -1,5 +1,6 @@
 //! JSON of a discovery (`verdict.json`).
 
+use super::law_json::law_json;
 use super::sizing_json::sizing_json;
 use crate::decision::rank::Candidate;
 use crate::workflow::Report;
@@ -30,6 +31,7 @@ pub fn verdict_json(report: &Report) -> Value {
                 "interval_90": [e.interval.0, e.interval.1],
             })).collect::<Vec<_>>(),
         },
+        "law": law_json(report),
         "simulator": sizing_json(report),
         "misfit_without": search.plain.chi2(search.count),
         "misfit_with": verdict.misfit(),
@@ -42,6 +44,7 @@ pub fn verdict_json(report: &Report) -> Value {
             "misfit_of_none": findings.limits.clean_chi2, "fall": findings.limits.bound,
         },
         "references": findings.calibration.groups,
+        "references_by": report.origin.word(),
         "recordings": findings.split.fitted.iter().map(|r| &r.name).collect::<Vec<_>>(),
         "sealed": findings.split.held_out.as_ref().map(|r| &r.name),
         "parameters": report.final_sizes().iter().map(|p| json!({

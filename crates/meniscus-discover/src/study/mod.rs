@@ -1,5 +1,6 @@
 //! Study of discovery: effects hidden in another simulator's data, clean glasses, measured water.
 
+pub mod against_simulator;
 pub mod bench;
 pub mod cases;
 pub mod coverage;
@@ -17,3 +18,4 @@ pub mod synthetic;
 pub mod tally;
 pub mod trial;
 pub mod truth;
+pub mod unnamed;

@@ -5,6 +5,8 @@ use super::measured::MeasuredResult;
 use super::plans::{Answer, Family};
 use super::run::JudgedTrial;
 use super::tally::{StudyTally, checks, class_right, right};
+use super::unnamed::checks::{law_checks, tables};
+use super::unnamed::trials::LawOutcome;
 use meniscus_report::Report;
 
 /// Families in the order of the page.
@@ -74,6 +76,18 @@ pub fn report(study: &StudyTally, command: &str) -> Report {
         }
     }
     study.beside.measured.iter().flatten().for_each(|result| measured(&mut report, result));
+    if !study.beside.laws.is_empty() {
+        tables(&mut report, &study.beside.laws);
+    }
+    report
+}
+
+/// Returns the report of the trials of the drawn law alone.
+#[must_use]
+pub fn law_report(outcomes: &[LawOutcome], command: &str) -> Report {
+    let mut report = Report::new("The study of drawn laws", command);
+    report.checks(&law_checks(outcomes));
+    tables(&mut report, outcomes);
     report
 }
 

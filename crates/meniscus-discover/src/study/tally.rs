@@ -4,6 +4,8 @@ use super::bench::Judged;
 use super::measured::MeasuredResult;
 use super::plans::{Answer, Family};
 use super::run::JudgedTrial;
+use super::unnamed::checks::law_checks;
+use super::unnamed::trials::LawOutcome;
 use meniscus::reduced::effects::{EffectKind, find};
 use meniscus_numerics::statistics::median;
 use meniscus_report::checks::Check;
@@ -30,6 +32,9 @@ pub struct Beside {
     pub coverage: Option<(f64, usize)>,
     /// Seconds of one discovery on three recordings of 10 s.
     pub long_s: Option<f64>,
+    /// Trials of the drawn law, where they were made.
+    #[serde(default)]
+    pub laws: Vec<LawOutcome>,
 }
 
 impl StudyTally {
@@ -200,6 +205,7 @@ pub fn checks(study: &StudyTally) -> Vec<Check> {
         ),
     ];
     out.extend(measured_checks(beside));
+    out.extend(law_checks(&beside.laws));
     out.push(Check::informational("seconds_per_short_discovery", longest, "s"));
     out.push(Check::at_most("seconds_per_discovery", beside.long_s.unwrap_or(f64::NAN), "s", 180.0));
     out

@@ -78,6 +78,16 @@ pub enum InsertionError {
     /// The model with the effects does not load.
     #[error("the model with the effects is refused: {0}")]
     Model(meniscus::blob::LoadError),
+    /// A drawn law has no place in a flashed model.
+    #[error(
+        "a blob lists effects by name with two numbers each, and a drawn law is two curves: it acts in the reduced model alone"
+    )]
+    LawInModel,
+    /// A drawn law has no place in the simulator.
+    #[error(
+        "the simulator knows effects by their formulas, and a drawn law has none: it acts in the reduced model alone"
+    )]
+    LawInSimulator,
     /// The held-out recording cannot be rolled out or simulated.
     #[error("{reason}")]
     Prediction {

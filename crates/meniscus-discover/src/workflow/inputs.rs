@@ -4,6 +4,7 @@ use super::error::DiscoverError;
 use crate::decision::settings::Settings;
 use crate::insert::simulated::Resolution;
 use crate::recordings::load::RecordingSet;
+use crate::references::ReferenceSettings;
 use crate::sizing::stage::SizingSettings;
 use meniscus::reduced::effects::{Entry, LIBRARY, find};
 use meniscus_platform::files::AlignedBytes;
@@ -18,6 +19,8 @@ pub struct Inputs {
     pub recordings: RecordingSet,
     /// Recordings of known liquids in the same glass; without them the model's own error counts as an effect.
     pub references: Vec<RecordingSet>,
+    /// References by simulation where none are given; none leaves them out.
+    pub simulated_references: Option<ReferenceSettings>,
     /// Choices that hold for all stages.
     pub settings: Settings,
     /// Flashed model into which the effects are inserted.
@@ -37,6 +40,7 @@ impl Inputs {
         Self {
             recordings,
             references: Vec::new(),
+            simulated_references: None,
             settings: Settings::default(),
             model: None,
             simulation: None,

@@ -59,6 +59,19 @@ pub struct Insertion {
     pub skipped: Vec<Skipped>,
 }
 
+impl Insertion {
+    /// Notes that a drawn law goes into none of the models that `inputs` ask for.
+    pub(super) fn refuse_law(&mut self, inputs: &Inputs) {
+        self.nothing_to_insert = false;
+        if inputs.model.is_some() {
+            self.skipped.push(Skipped { model: FLASHED, reason: InsertionError::LawInModel });
+        }
+        if inputs.simulation.is_some() {
+            self.skipped.push(Skipped { model: SIMULATOR, reason: InsertionError::LawInSimulator });
+        }
+    }
+}
+
 /// Inserts the effects of `findings` into the models that `inputs` ask for, as `sizing` sized them.
 ///
 /// # Errors

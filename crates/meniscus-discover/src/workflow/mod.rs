@@ -1,4 +1,4 @@
-//! Workflow of a discovery: calibrate, decide, localise, suggest, measure the gap, size by simulation, insert.
+//! Workflow of a discovery: calibrate, decide, localise, suggest, measure the gap, draw a law, size by simulation, insert.
 //!
 //! [`Discovery::run`] is the whole of it. [`discover`] judges recordings against references that are fitted already,
 //! which the study needs for many trials with the same references.
@@ -8,6 +8,7 @@ pub mod error;
 pub mod inputs;
 pub mod insertion;
 pub mod progress;
+pub mod references;
 pub mod report;
 
 use self::clocks::{RANGE_S, aligned};
@@ -15,6 +16,7 @@ use self::error::DiscoverError;
 use self::inputs::Inputs;
 use self::insertion::insert;
 use self::progress::{Progress, Stage};
+use self::references::{Found, ReferenceOrigin, references};
 pub use self::report::Report;
 use crate::baseline::calibrate::Calibration;
 use crate::baseline::group::Group;
@@ -29,6 +31,7 @@ use crate::findings::{Findings, estimates};
 use crate::fitting::error::ProblemError;
 use crate::fitting::fit_cache::FitCounts;
 use crate::fitting::problem::Problem;
+use crate::law::draw::draw;
 use crate::recordings::known::Known;
 use crate::recordings::load::RecordingSet;
 use crate::recordings::record::Record;
@@ -74,7 +77,6 @@ impl Discovery {
         if inputs.recordings.own_clocks {
             settings.own_clocks_s = settings.own_clocks_s.or(Some(OWN_CLOCK_S));
         }
-        progress.begins(Stage::FitReferences);
         let mut clocks = Vec::new();
         let mut on_clock = |set: &RecordingSet| {
             if !set.own_clocks {
@@ -85,10 +87,12 @@ impl Discovery {
             aligned.records
         };
         let recordings = on_clock(&inputs.recordings);
-        let references: Vec<_> = inputs.references.iter().map(|set| (set.known, on_clock(set))).collect();
+        let given = inputs.references.iter().map(|set| (set.known, on_clock(set)));
+        let given = given.filter(|(_, records)| !records.is_empty()).collect();
+        let Found { references, origin } = references(inputs, given, &recordings, progress)?;
+        progress.begins(Stage::FitReferences);
         let groups = references
             .into_iter()
-            .filter(|(_, records)| !records.is_empty())
             .map(|(known, records)| Group::cached(known, records, settings.own_clocks_s, &settings.cache));
         let groups = groups.collect::<Result<Vec<Group>, ProblemError>>()?;
         let references: Vec<&Group> = groups.iter().collect();
@@ -96,10 +100,20 @@ impl Discovery {
         let limits = thresholds(&references, &settings)?;
         progress.begins(Stage::Decide);
         let findings = discover(&recordings, inputs.recordings.known, &references, &limits, &settings)?;
+        if matches!(findings.assessment.verdict, Verdict::Unknown(_)) {
+            progress.begins(Stage::DrawLaw);
+        }
+        let law = draw(&findings, &settings);
         let fits = settings.cache.as_ref().map_or(FitCounts::default(), |cache| cache.counts());
-        let sizing = sized(inputs, &findings, &groups, progress)?;
-        let insertion = insert(inputs, &findings, sizing.as_ref().and_then(|s| s.as_ref().ok()), progress)?;
-        Ok(Report { findings, sizing, insertion, clocks, fits })
+        // A simulated reference says nothing of the error of the simulator.
+        let measured = if origin == ReferenceOrigin::Simulator { &[][..] } else { &groups };
+        let sizing = sized(inputs, &findings, measured, progress)?;
+        let mut insertion =
+            insert(inputs, &findings, sizing.as_ref().and_then(|s| s.as_ref().ok()), progress)?;
+        if let Some(Ok(_)) = &law {
+            insertion.refuse_law(inputs);
+        }
+        Ok(Report { findings, origin, law, sizing, insertion, clocks, fits })
     }
 }
 

@@ -5,12 +5,16 @@ use crate::sizing::workload::SimulationProgress;
 /// Stage of a discovery, in the order in which they run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stage {
+    /// The simulator makes references, because none are given.
+    SimulateReferences,
     /// The baseline is fitted to the references.
     FitReferences,
     /// Each reference is judged by the others, which sets the thresholds.
     SetThresholds,
     /// The effects are ranked and the verdict is decided.
     Decide,
+    /// The missing force is drawn, because no name fits.
+    DrawLaw,
     /// The sizes are found by simulation.
     Size,
     /// The effects are inserted into the flashed model.
@@ -23,6 +27,9 @@ pub enum Stage {
 pub trait Progress {
     /// Is called when `stage` begins; a stage that is not needed is left out.
     fn begins(&self, stage: Stage);
+
+    /// Is called before the first simulation of [`Stage::SimulateReferences`], with an estimate of the time, and after each one.
+    fn referenced(&self, _progress: SimulationProgress) {}
 
     /// Is called before the first simulation of [`Stage::Size`], with an estimate of the time, and after each one.
     fn simulated(&self, _progress: SimulationProgress) {}

@@ -2,8 +2,10 @@
 
 use super::clocks::AlignedClock;
 use super::insertion::Insertion;
+use super::references::ReferenceOrigin;
 use crate::findings::Findings;
 use crate::fitting::fit_cache::FitCounts;
+use crate::law::draw::{Drawn, NoLaw};
 use crate::sizing::error::SizingError;
 use crate::sizing::outcome::{SizedCandidate, Sizing};
 use meniscus::reduced::effects::{Active, Class};
@@ -13,6 +15,10 @@ use meniscus::reduced::effects::{Active, Class};
 pub struct Report {
     /// Findings on the recordings.
     pub findings: Findings,
+    /// Origin of the references.
+    pub origin: ReferenceOrigin,
+    /// Law that was drawn where the verdict is `unknown`, or why there is none; nothing with another verdict.
+    pub law: Option<Result<Drawn, NoLaw>>,
     /// Sizes by simulation, or why there are none; nothing where they were not requested or there is no effect.
     pub sizing: Option<Result<Sizing, SizingError>>,
     /// The effects in other models.
@@ -80,11 +86,26 @@ impl Report {
     /// Returns the verdict of the reduced model, and what the simulator says to it.
     #[must_use]
     pub fn sentence(&self) -> String {
-        let verdict = self.findings.assessment.verdict.sentence();
+        let verdict = self.findings.assessment.verdict.sentence() + &self.origin.sentence();
         match &self.sizing {
-            None => verdict,
+            None => verdict + &self.law_sentence(),
             Some(Ok(sizing)) => format!("{verdict} {}", sizing.sentence()),
             Some(Err(error)) => format!("{verdict} No size by simulation: {error}."),
+        }
+    }
+
+    /// Returns the law that was drawn.
+    #[must_use]
+    pub fn drawn(&self) -> Option<&Drawn> {
+        self.law.as_ref().and_then(|law| law.as_ref().ok())
+    }
+
+    /// Returns what is said of a law behind the verdict; nothing where none was tried.
+    fn law_sentence(&self) -> String {
+        match &self.law {
+            None => String::new(),
+            Some(Ok(drawn)) => format!(" {}", drawn.sentence()),
+            Some(Err(why)) => format!(" No law is drawn: {why}."),
         }
     }
 

@@ -10,13 +10,15 @@
 //! the nearer one. It is a projection and no active set: where a bound is in the way of the step, the other parameters
 //! approach their best values slowly.
 //!
-//! Two entries: [`minimise`] for residuals of which the solver may ask any number, and [`Damping::step`] for a caller that
+//! [`bounded`] is the exact active set for a quadratic. Two entries: [`minimise`] for residuals of which the solver may ask any number, and [`Damping::step`] for a caller that
 //! gathers the normal equations itself, in parts, with weights or over several batches of data.
 
+mod bounded;
 mod damping;
 mod differences;
 mod solver;
 
+pub use bounded::bounded;
 pub use damping::{Damping, NormalEquations};
 pub use differences::forward_differences;
 pub use solver::{End, Model, Settings, Solution, Stop, minimise};
