@@ -4,8 +4,8 @@
 use meniscus_data::profiles::profiles_to_csv;
 use meniscus_discover::study::motions::{MotionKind, motions};
 use meniscus_discover::study::unnamed::laws::{HiddenLaw, JUDGED};
+use meniscus_discover::study::unnamed::recordings::profiles;
 use meniscus_discover::study::unnamed::solver::{DENSITY_KG_M3, DEPTH_M, Glass, RADIUS_M};
-use meniscus_discover::study::unnamed::trials::profiles;
 use std::path::{Path, PathBuf};
 
 /// A folder that is gone when the test ends, unless `MENISCUS_KEEP` names one that stays.
