@@ -71,14 +71,6 @@ impl LawBench {
     /// # Errors
     /// [`StudyError`], when one cannot be fitted.
     pub fn new() -> Result<Self, StudyError> {
-        Self::with(REFERENCES_PA_S.len())
-    }
-
-    /// Fits the first `count` references.
-    ///
-    /// # Errors
-    /// [`StudyError`], when one cannot be fitted.
-    pub fn with(count: usize) -> Result<Self, StudyError> {
         let one = |(number, viscosity_pa_s): (usize, &f64)| {
             let seed = 1 + number as u64;
             Ok(Group::new(
@@ -88,7 +80,7 @@ impl LawBench {
             )?)
         };
         let groups: Vec<Group> =
-            REFERENCES_PA_S.iter().take(count).enumerate().map(one).collect::<Result<_, StudyError>>()?;
+            REFERENCES_PA_S.iter().enumerate().map(one).collect::<Result<_, StudyError>>()?;
         let limits = thresholds(&groups.iter().collect::<Vec<_>>(), &Settings::default())?;
         Ok(Self { groups, limits })
     }
@@ -166,7 +158,7 @@ mod tests {
 
     #[test]
     fn a_law_of_no_library_is_drawn_and_closes_most_of_the_gap_and_a_clean_glass_gets_none() {
-        let bench = LawBench::with(4).expect("references");
+        let bench = LawBench::new().expect("references");
         let trials = law_trials();
         let hidden = |name: &str| {
             let mine =
