@@ -4,17 +4,19 @@ use super::super::outputs::check_folder;
 use super::super::stop::{finish_partial, watched_until};
 use indicatif::ProgressBar;
 use meniscus_discover::decision::settings::Settings;
+use meniscus_discover::study::against_simulator::{AgainstSimulator, against_simulator, simulator_checks};
 use meniscus_discover::study::bench::StudyFolders;
 use meniscus_discover::study::coverage::reference_coverage;
 use meniscus_discover::study::duration::long_discovery_s;
 use meniscus_discover::study::measured::judge_measured;
-use meniscus_discover::study::page::{law_report, report};
+use meniscus_discover::study::page::{against_report, law_report, report};
 use meniscus_discover::study::pictures::{confusion_png, detection_png};
 use meniscus_discover::study::run::{RunOptions, judge_all};
 use meniscus_discover::study::simulate::simulate;
 use meniscus_discover::study::tally::{Beside, StudyTally, checks};
 use meniscus_discover::study::unnamed::checks::law_checks;
-use meniscus_discover::study::unnamed::trials::{LawBench, LawOutcome, law_trials};
+use meniscus_discover::study::unnamed::judge::{LawBench, LawOutcome};
+use meniscus_discover::study::unnamed::trials::law_trials;
 use meniscus_platform::files::write_whole;
 use meniscus_report::Report;
 use meniscus_report::checks::table;
@@ -28,7 +30,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 /// lacks, two effects at once, a misjudged noise, intervals, and measured water follow.
 ///
 /// Laws that no library holds are hidden in the liquid of another solver, and the drawn laws are compared with them. --laws-only
-/// does that alone, in a few minutes, and writes laws.md and laws.json.
+/// does that alone, in a few minutes, and writes laws.md and laws.json. --references-only judges clean glasses and hidden effects
+/// against references by simulation, in other packings and spacings, and writes references.md and references.json.
 ///
 /// Each of the 86 glasses takes about 55 s of processor time if it is not in --cache, each of about 240 trials some seconds. Both
 /// are kept, and the same command continues. Ctrl-C writes the page of what is judged by then, with the number of missing trials.
@@ -64,6 +67,9 @@ pub(crate) struct Arguments {
     /// Only the laws that no library holds: no glass is simulated.
     #[arg(long, conflicts_with_all = ["simulate_only", "simulated", "report_only", "trials_only", "measured"], help_heading = "Method")]
     laws_only: bool,
+    /// Only the verdicts against references by simulation: 27 half-filled glasses are simulated.
+    #[arg(long, conflicts_with_all = ["simulate_only", "simulated", "report_only", "trials_only", "measured", "laws_only"], help_heading = "Method")]
+    references_only: bool,
     /// Folder for the page, the pictures and the trials.
     #[arg(long, default_value = "out/discover", value_name = "DIR", help_heading = "Output")]
     out: PathBuf,
@@ -85,6 +91,9 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     bar.set_style(crate::bars::style("{msg:24} {wide_bar} {pos}/{len}, {left}")?);
     if arguments.laws_only {
         return laws_alone(arguments, stop, &bar);
+    }
+    if arguments.references_only {
+        return references_alone(arguments, stop, &bar);
     }
     if !arguments.simulated && !arguments.report_only {
         bar.set_message("simulating glasses");
@@ -172,6 +181,38 @@ fn laws_alone(arguments: &Arguments, stop: &AtomicBool, bar: &ProgressBar) -> an
     Ok(())
 }
 
+/// Judges the trials against references by simulation; the simulations are kept in the cache.
+fn against(
+    arguments: &Arguments,
+    stop: &AtomicBool,
+    bar: &ProgressBar,
+) -> anyhow::Result<Vec<AgainstSimulator>> {
+    bar.reset();
+    bar.set_message("references by simulation");
+    let progress = |done: usize, all: usize| {
+        bar.set_length(all as u64);
+        bar.set_position(done as u64);
+    };
+    Ok(against_simulator(&arguments.cache.join("references"), Some(stop), &progress)?)
+}
+
+/// Judges the trials against references by simulation and writes their page.
+fn references_alone(arguments: &Arguments, stop: &AtomicBool, bar: &ProgressBar) -> anyhow::Result<()> {
+    let outcomes = against(arguments, stop, bar)?;
+    bar.finish_and_clear();
+    finish_partial();
+    let report = against_report(&outcomes, "meniscus discover study --references-only");
+    write_whole(&arguments.out.join("references.md"), report.markdown().as_bytes())?;
+    write_whole(&arguments.out.join("references.json"), serde_json::to_string_pretty(&outcomes)?.as_bytes())?;
+    if arguments.json {
+        println!("{:#}", report.json());
+    } else {
+        print!("{}", table(&simulator_checks(&outcomes)));
+        println!("written: {}", arguments.out.display());
+    }
+    Ok(())
+}
+
 /// Measurements of an earlier run beside the trials.
 fn beside_before(out: &Path) -> Beside {
     let bytes = std::fs::read(out.join("beside.json")).ok();
@@ -210,6 +251,8 @@ fn beside(
         return Ok(());
     }
     study.beside.laws = judged;
+    keep(&study.beside)?;
+    study.beside.against = against(arguments, stop, bar)?;
     keep(&study.beside)?;
     if let Some(folder) = &arguments.measured {
         bar.set_message("measured water");

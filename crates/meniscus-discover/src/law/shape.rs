@@ -33,7 +33,7 @@ const FORCE_BEND_DEVIATION: f64 = 1.0;
 
 /// Standard deviation of a hat of the drag, and of a bend of the drag over unit distance.
 const DRAG_DEVIATION: f64 = 2.0;
-const DRAG_BEND_DEVIATION: f64 = 0.5;
+const DRAG_BEND_DEVIATION: f64 = 1.0;
 
 /// Part of K A that is the unit of the drag: a damping of a tenth of the critical one makes a drag of it.
 const DRAG_UNIT: f64 = 0.2;

@@ -32,13 +32,18 @@ pub(super) fn law(report: &mut Report, outcome: &workflow::Report) -> Result<(),
         drawn.misfit
     ));
     let near = drawn.nearest.as_ref();
-    let force =
-        Axes { caption: "Force on the first mode by the height of its crest.", x: "height, mm", scale: 1e3 };
+    let force = Axes {
+        caption: "Force on the first mode by the height of its crest.",
+        x: "height, mm",
+        scale: 1e3,
+        least_n: f64::NEG_INFINITY,
+    };
     curve(report, &drawn.bands.force, &force, near.map(|n| (n.name, n.force_n.as_slice())))?;
     let drag = Axes {
         caption: "Drag on the first mode in a cycle, by the largest rate of that cycle.",
         x: "rate, m/s",
         scale: 1.0,
+        least_n: 0.0,
     };
     curve(report, &drawn.bands.drag, &drag, near.map(|n| (n.name, n.drag_n.as_slice())))?;
     held_out(report, &outcome.findings, drawn)?;
@@ -46,8 +51,9 @@ pub(super) fn law(report: &mut Report, outcome: &workflow::Report) -> Result<(),
     Ok(())
 }
 
-/// Labels of a curve, and the scale of its abscissa.
+/// Labels of a curve, the scale of its abscissa, and the least value that it can have.
 struct Axes {
+    least_n: f64,
     caption: &'static str,
     x: &'static str,
     scale: f64,
@@ -64,7 +70,7 @@ fn curve(
         band.at.iter().enumerate().map(|(i, at)| (axes.scale * at, 1e3 * of(i))).collect()
     };
     let middle = points(&|i| band.value[i]);
-    let low = points(&|i| band.value[i] - band.half[i]);
+    let low = points(&|i| (band.value[i] - band.half[i]).max(axes.least_n));
     let high = points(&|i| band.value[i] + band.half[i]);
     let formula = near.map(|(name, curve)| (name, points(&|i| curve[i])));
     let mut series = vec![

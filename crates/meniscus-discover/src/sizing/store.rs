@@ -5,8 +5,8 @@
 //! DIGEST.failed      the reason, where the simulator stopped
 //! ```
 //!
-//! A file is written whole or not at all, so an interrupted run goes on from those that are there, and folders of several
-//! machines can be joined.
+//! A file is written whole or not at all, so an interrupted run goes on from those that are there, two runs may share a
+//! folder, and folders of several machines can be joined. The folder may be removed at any time.
 
 use crate::fitting::fit_cache::CacheKey;
 use crate::insert::simulated::Course;
@@ -14,6 +14,7 @@ use meniscus::surface::POINTS;
 use meniscus_platform::files::{FileError, write_whole};
 use meniscus_sph::Setup;
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Version of the simulator's results, raised when the same set-up gives other heights.
 const SIMULATOR_VERSION: f64 = 1.0;
@@ -65,10 +66,20 @@ impl SimulationStore {
         match heights {
             Ok(heights) => {
                 let bytes: Vec<u8> = heights.iter().flat_map(|z| z.to_le_bytes()).collect();
-                write_whole(&self.path(key, "heights"), &bytes)
+                self.keep(&self.path(key, "heights"), &bytes)
             }
-            Err(reason) => write_whole(&self.path(key, "failed"), reason.as_bytes()),
+            Err(reason) => self.keep(&self.path(key, "failed"), reason.as_bytes()),
         }
+    }
+
+    /// Writes `bytes` under a name of this process and thread, and renames the file to `path` when it is whole: two runs may
+    /// make the same simulation at once, and neither takes the other's half file or fails by it.
+    fn keep(&self, path: &Path, bytes: &[u8]) -> Result<(), FileError> {
+        static WRITTEN: AtomicUsize = AtomicUsize::new(0);
+        let mine = format!("{}-{}.writing", std::process::id(), WRITTEN.fetch_add(1, Ordering::Relaxed));
+        let mine = self.folder.join(mine);
+        write_whole(&mine, bytes)?;
+        std::fs::rename(&mine, path).map_err(|cause| FileError { path: path.into(), doing: "rename", cause })
     }
 }
 

@@ -17,6 +17,7 @@ use crate::recordings::record::{Quantity, Record};
 use crate::references::{ReferenceSettings, record, simulated_references};
 use crate::sizing::error::SizingError;
 use crate::sizing::simulations::{Simulations, Wanted};
+use crate::sizing::store::SimulationStore;
 use crate::workflow::discover;
 use crate::workflow::error::DiscoverError;
 use meniscus::reduced::effects::{Active, EffectKind, find};
@@ -24,6 +25,7 @@ use meniscus_report::checks::Check;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::Path;
+use std::sync::atomic::AtomicBool;
 
 /// Glass and liquid of every trial, as stated. It is half as high as the study's, so that a simulation is half the work.
 const KNOWN: Known = Known {
@@ -83,17 +85,19 @@ pub struct AgainstSimulator {
 }
 
 /// Returns the outcomes of all trials; simulations are kept in `folder`. `progress` gets the trials that are done and their
-/// number.
+/// number. `stop` ends the work with what is simulated kept.
 ///
 /// # Errors
 /// [`StudyError`], when a glass cannot be simulated or a recording cannot be fitted.
 pub fn against_simulator(
     folder: &Path,
+    stop: Option<&AtomicBool>,
     progress: &dyn Fn(usize, usize),
 ) -> Result<Vec<AgainstSimulator>, StudyError> {
-    let store = crate::sizing::store::SimulationStore::new(folder);
+    let store = SimulationStore::new(folder);
     let watch = |_| {};
-    let simulations = Simulations::new(&store, &watch);
+    let mut simulations = Simulations::new(&store, &watch);
+    simulations.stop = stop;
     let all = CLEAN + HIDDEN.len();
     let none: [Option<(EffectKind, f64)>; CLEAN] = [None; CLEAN];
     let trials: Vec<_> = none.into_iter().chain(HIDDEN.map(Some)).collect();

@@ -1,12 +1,13 @@
 //! Page of the study: checks, then every trial.
 
+use super::against_simulator::{AgainstSimulator, simulator_checks};
 use super::bench::Judged;
 use super::measured::MeasuredResult;
 use super::plans::{Answer, Family};
 use super::run::JudgedTrial;
 use super::tally::{StudyTally, checks, class_right, right};
 use super::unnamed::checks::{law_checks, tables};
-use super::unnamed::trials::LawOutcome;
+use super::unnamed::judge::LawOutcome;
 use meniscus_report::Report;
 
 /// Families in the order of the page.
@@ -79,7 +80,32 @@ pub fn report(study: &StudyTally, command: &str) -> Report {
     if !study.beside.laws.is_empty() {
         tables(&mut report, &study.beside.laws);
     }
+    if !study.beside.against.is_empty() {
+        against(&mut report, &study.beside.against);
+    }
     report
+}
+
+/// Returns the report of the trials against references by simulation alone.
+#[must_use]
+pub fn against_report(outcomes: &[AgainstSimulator], command: &str) -> Report {
+    let mut report = Report::new("The study of references by simulation", command);
+    report.checks(&simulator_checks(outcomes));
+    against(&mut report, outcomes);
+    report
+}
+
+/// Adds the trials against references by simulation.
+fn against(report: &mut Report, outcomes: &[AgainstSimulator]) {
+    report.heading("Against references that the simulator made");
+    let row = |o: &AgainstSimulator| {
+        let spacing = format!("{:.1}", 1e3 * o.spacing_m);
+        let or_none = |text: &Option<String>| text.clone().unwrap_or_else(|| "-".into());
+        let (hidden, class) = (or_none(&o.hidden), or_none(&o.class));
+        vec![hidden, spacing, o.packing.to_string(), o.verdict.clone(), o.names.join(" + "), class]
+    };
+    let rows: Vec<_> = outcomes.iter().map(row).collect();
+    report.table(&["hidden", "spacing, mm", "packing", "verdict", "names", "class"], &rows);
 }
 
 /// Returns the report of the trials of the drawn law alone.

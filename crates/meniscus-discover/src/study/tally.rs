@@ -1,11 +1,12 @@
 //! Tally of the study and its checks.
 
+use super::against_simulator::{AgainstSimulator, simulator_checks};
 use super::bench::Judged;
 use super::measured::MeasuredResult;
 use super::plans::{Answer, Family};
 use super::run::JudgedTrial;
 use super::unnamed::checks::law_checks;
-use super::unnamed::trials::LawOutcome;
+use super::unnamed::judge::LawOutcome;
 use meniscus::reduced::effects::{EffectKind, find};
 use meniscus_numerics::statistics::median;
 use meniscus_report::checks::Check;
@@ -35,6 +36,9 @@ pub struct Beside {
     /// Trials of the drawn law, where they were made.
     #[serde(default)]
     pub laws: Vec<LawOutcome>,
+    /// Trials against references by simulation, where they were made.
+    #[serde(default)]
+    pub against: Vec<AgainstSimulator>,
 }
 
 impl StudyTally {
@@ -206,6 +210,7 @@ pub fn checks(study: &StudyTally) -> Vec<Check> {
     ];
     out.extend(measured_checks(beside));
     out.extend(law_checks(&beside.laws));
+    out.extend(simulator_checks(&beside.against));
     out.push(Check::informational("seconds_per_short_discovery", longest, "s"));
     out.push(Check::at_most("seconds_per_discovery", beside.long_s.unwrap_or(f64::NAN), "s", 180.0));
     out

@@ -76,13 +76,20 @@ pub const JUDGED: [HiddenLaw; 12] = [
 ];
 
 /// The laws that bands are calibrated on, and nothing is judged by.
-pub const CALIBRATION: [HiddenLaw; 6] = [
+pub const CALIBRATION: [HiddenLaw; 8] = [
     law("softening spring", |x| -0.3 * x.powi(3) / (1.0 + x * x), smooth, &["detuning"]),
     law("lopsided spring", |x| 0.25 * x * x, smooth, &[]),
     law("stiffer to one side", |x| if x > 0.0 { 0.3 * x } else { 0.0 }, smooth, &[]),
     law("drag of power 0.5", nothing, |_, v| 0.12 * v.signum() * v.abs().sqrt(), &[]),
     law("cubic drag", nothing, |_, v| 0.25 * v.powi(3), &[]),
     law("lopsided and saturating drag", |x| -0.2 * x * x, |_, v| 0.2 * v / (1.0 + v * v), &[]),
+    law(
+        "dry friction that begins late",
+        nothing,
+        |_, v| 0.12 * outside(v, 0.4) / (outside(v, 0.4).abs() + 0.05),
+        &[],
+    ),
+    law("friction of a slow wave", nothing, |_, v| 0.3 * v / (1.0 + 12.0 * v * v), &[]),
 ];
 
 const fn law(

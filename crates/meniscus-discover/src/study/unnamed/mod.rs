@@ -4,10 +4,14 @@
 //! |---|---|
 //! | `solver` | modes of a glass by a fourth-order Runge-Kutta integration, which shares no code with the reduced model |
 //! | `laws` | the hidden laws |
-//! | `trials` | recordings of that solver as the workflow gets them, the trials and what is found in each |
+//! | `recordings` | recordings of that solver as the workflow gets them |
+//! | `trials` | what is hidden, in which glass, with which library |
+//! | `judge` | judgement by the workflow, and the law that is found beside the hidden one |
 //! | `checks` | tally of the trials |
 
 pub mod checks;
+pub mod judge;
 pub mod laws;
+pub mod recordings;
 pub mod solver;
 pub mod trials;

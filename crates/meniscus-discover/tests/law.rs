@@ -1,22 +1,27 @@
-//! A law without a name through the command: recordings by a solver that shares no code with the fit, and a library that has
+//! A law without a name through the whole workflow: recordings by a solver that shares no code with the fit, and a library that has
 //! no formula of the hidden force.
 
 use meniscus_data::profiles::profiles_to_csv;
+use meniscus_discover::insert::simulated::Resolution;
+use meniscus_discover::recordings::load::{load, load_references};
+use meniscus_discover::report::html::page;
+use meniscus_discover::report::verdict_json::verdict_json;
 use meniscus_discover::study::motions::{MotionKind, motions};
 use meniscus_discover::study::unnamed::laws::{HiddenLaw, JUDGED};
+use meniscus_discover::study::unnamed::recordings::profiles;
 use meniscus_discover::study::unnamed::solver::{DENSITY_KG_M3, DEPTH_M, Glass, RADIUS_M};
-use meniscus_discover::study::unnamed::trials::profiles;
+use meniscus_discover::workflow::Discovery;
+use meniscus_discover::workflow::inputs::{Inputs, library};
+use meniscus_discover::workflow::progress::Silent;
 use std::path::{Path, PathBuf};
 
-/// A folder that is gone when the test ends, unless `MENISCUS_KEEP` names one that stays.
+/// A folder that is gone when the test ends.
 struct Scratch(PathBuf);
 
 impl Drop for Scratch {
     fn drop(&mut self) {
-        if std::env::var_os("MENISCUS_KEEP").is_none() {
-            // What a failed test did not make cannot be removed.
-            let _ = std::fs::remove_dir_all(&self.0);
-        }
+        // What a failed test did not make cannot be removed.
+        let _ = std::fs::remove_dir_all(&self.0);
     }
 }
 
@@ -38,47 +43,41 @@ fn write(folder: &Path, glass: &Glass, law: Option<&HiddenLaw>, seed: u64) {
 
 #[test]
 fn an_unknown_verdict_draws_both_curves_with_bands_and_says_where_no_formula_follows() {
-    let kept = std::env::var_os("MENISCUS_KEEP").map(PathBuf::from);
-    let folder = std::env::temp_dir().join(format!("meniscus-discover-law-{}", std::process::id()));
-    let scratch = Scratch(kept.unwrap_or(folder));
+    let scratch = Scratch(std::env::temp_dir().join(format!("meniscus-discover-law-{}", std::process::id())));
     let law = JUDGED.iter().find(|law| law.name == "magnet and dry friction").expect("there");
     let glass = |viscosity_pa_s: f64, differs: [f64; 3]| Glass { viscosity_pa_s, differs };
     write(&scratch.0.join("mine"), &glass(0.2, [5e-4, -5e-3, 0.02]), Some(law), 1);
-    for (i, (mu, by)) in [(0.2, -1.0), (0.2, 1.0), (0.17, 0.5), (0.235, -0.5)].into_iter().enumerate() {
+    let references = [(0.2, -1.0), (0.2, 1.0), (0.17, 0.5), (0.235, -0.5), (0.2, 0.3)];
+    for (i, (mu, by)) in references.into_iter().enumerate() {
         let differs = [1e-3 * by, 1e-2 * by, -0.04 * by];
         write(&scratch.0.join(format!("known/{i}")), &glass(mu, differs), None, 10 * (i as u64 + 1));
     }
-    let path = |name: &str| scratch.0.join(name).to_string_lossy().into_owned();
-    let run = |more: &[&str]| {
-        let done = std::process::Command::new(env!("CARGO_BIN_EXE_meniscus-under-test"))
-            .args([
-                "discover",
-                "--recordings",
-                &path("mine"),
-                "--reference",
-                &path("known"),
-                "--out",
-                &path("out"),
-            ])
-            .args(["--library", "camera_latency,camera_pitch,depth_scale", "--quick"])
-            .args(more)
-            .output()
-            .expect("the command starts");
-        let errors = String::from_utf8_lossy(&done.stderr).into_owned();
-        assert!(done.status.success(), "{errors}");
-        (String::from_utf8(done.stdout).expect("text"), errors)
-    };
-    let (text, _) = run(&[]);
+    let mut inputs = Inputs::new(load(&scratch.0.join("mine")).expect("sound"));
+    inputs.references = load_references(&scratch.0.join("known")).expect("sound");
+    let names = ["camera_latency", "camera_pitch", "depth_scale"].map(String::from);
+    inputs.settings.library = library(&names).expect("known names");
+    inputs.simulation = Some(Resolution { spacing_m: 0.007, seed: 1 });
+    let report = Discovery::run(&inputs, &Silent).expect("a verdict");
+    let sentence = report.sentence();
+    assert_eq!(report.word(), "unknown", "{sentence}");
     for part in
-        ["A law without a name is drawn", "held-out recording with the drawn law", "departs from it by more"]
+        ["A law without a name is drawn", "the held-out recording has an error", "departs from it by more"]
     {
-        assert!(text.contains(part), "{text}");
+        assert!(sentence.contains(part), "{sentence}");
     }
-    let (json, errors) = run(&["--json", "--model", "shipped"]);
-    assert!(errors.contains("not inserted into the flashed model"), "{errors}");
-    let said: serde_json::Value = serde_json::from_str(&json).expect("one JSON object");
+    // The simulator was asked for, cannot hold a law, and says so without being started.
+    let skipped: Vec<String> = report.insertion.skipped.iter().map(|s| s.reason.to_string()).collect();
+    assert!(
+        skipped.len() == 1 && skipped[0].contains("simulator knows effects by their formulas"),
+        "{skipped:?}"
+    );
+    let said = verdict_json(&report);
     let (drawn, gap) = (&said["law"], &said["gap_mm"]);
-    assert_eq!((said["verdict"].as_str(), drawn["drawn"].as_bool()), (Some("unknown"), Some(true)), "{said}");
+    assert_eq!(
+        (drawn["drawn"].as_bool(), said["references_by"].as_str()),
+        (Some(true), Some("given")),
+        "{said}"
+    );
     let number = |value: &serde_json::Value| value.as_f64().expect("a number");
     let (law_mm, untouched, refitted) =
         (number(&drawn["gap_mm"]), number(&gap["untouched"]), number(&gap["refitted"]));
@@ -93,6 +92,6 @@ fn an_unknown_verdict_draws_both_curves_with_bands_and_says_where_no_formula_fol
     // The magnet pulls towards +x: the force is negative there.
     let force = drawn["force"]["curve"]["value_n"].as_array().expect("a curve");
     assert!(number(&force[force.len() - 1]) < 0.0 && number(&drawn["force"]["even_share"]) > 0.1, "{drawn}");
-    let page = std::fs::read_to_string(scratch.0.join("out/report.html")).expect("a page");
-    assert!(page.contains("Law without a name") && page.contains("band, upper end"), "the section");
+    let html = page(&report, "meniscus discover").expect("a page");
+    assert!(html.contains("Law without a name") && html.contains("band, upper end"), "the section");
 }
