@@ -21,6 +21,8 @@ mod errors;
 #[cfg(feature = "train")]
 mod evaluate;
 #[cfg(feature = "studies")]
+mod export;
+#[cfg(feature = "studies")]
 mod film;
 #[cfg(feature = "studies")]
 mod filmed;
@@ -60,7 +62,8 @@ mod stop;
 mod train;
 #[cfg(not(feature = "studies"))]
 use absent::{
-    bench, camera, deadline, discover, insert, people, quantize, recognise, record, render, setup, simulate,
+    bench, camera, deadline, discover, export, insert, people, quantize, recognise, record, render, setup,
+    simulate,
 };
 #[cfg(not(feature = "train"))]
 use absent::{correct, evaluate, generic, learn, train};
@@ -94,6 +97,7 @@ enum Command {
     Record(record::Arguments),
     People(people::Arguments),
     Render(render::Arguments),
+    Export(export::Arguments),
     #[command(alias = "adopt")]
     Insert(insert::Arguments),
     Quantize(quantize::Arguments),
@@ -155,6 +159,7 @@ pub fn main() -> ExitCode {
         Command::Record(arguments) => record::run(&arguments),
         Command::People(arguments) => people::run(&arguments),
         Command::Render(arguments) => render::run(&arguments),
+        Command::Export(arguments) => export::run(&arguments),
         Command::Insert(arguments) => insert::run(&arguments),
         Command::Quantize(arguments) => quantize::run(&arguments),
         Command::Recognise(arguments) => recognise::run(&arguments),
