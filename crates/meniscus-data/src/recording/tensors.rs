@@ -139,7 +139,7 @@ pub(super) fn typed<'a>(
 }
 
 /// Length of the first axis of tensor `name`, 0 where there is none.
-pub(super) fn rows(file: &SafeTensors<'_>, name: &str) -> usize {
+pub(crate) fn rows(file: &SafeTensors<'_>, name: &str) -> usize {
     file.tensor(name).ok().and_then(|view| view.shape().first().copied()).unwrap_or(0)
 }
 

@@ -3,7 +3,7 @@
 use super::poly_data::{Cells, PointArray, PolyData};
 use super::room::Pose;
 use super::{Selected, file_name, write_collection};
-use crate::recording::{Recording, StoreError, f32s, read_file};
+use crate::recording::{Recording, StoreError, f32s, read_file, rows};
 use meniscus::units::FRAME_INTERVAL_S;
 use meniscus_platform::files::{FileError, write_whole};
 use safetensors::tensor::SafeTensors;
@@ -39,8 +39,7 @@ impl ParticleFile {
 fn parse(bytes: &[u8]) -> Result<ParticleFile, String> {
     let file = SafeTensors::deserialize(bytes).map_err(|error| format!("{error}"))?;
     let particles = f32s(&file, "mass_kg", None)?.len();
-    let pressure = f32s(&file, "pressure_pa", None)?;
-    let frames = pressure.len() / particles.max(1);
+    let frames = rows(&file, "pressure_pa");
     Ok(ParticleFile {
         position: f32s(&file, "position_m", Some(&[frames, particles, 3]))?,
         velocity: f32s(&file, "velocity_m_s", Some(&[frames, particles, 3]))?,

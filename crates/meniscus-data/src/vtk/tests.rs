@@ -3,7 +3,6 @@ use super::room::Pose;
 use super::*;
 use crate::recording::{COLUMNS, WALL_POINTS};
 use std::collections::HashMap;
-use std::path::PathBuf;
 
 fn shipped() -> Recording {
     Recording::from_bytes(Path::new("shipped"), meniscus_shipped::RECORDING).expect("the shipped recording")
@@ -86,4 +85,44 @@ fn a_cell_of_a_point_cloud_is_one_vertex() {
     let start = text.find("\n_").expect("appended data") + 2;
     assert_eq!(bytes[start..start + 8], 24_u64.to_le_bytes());
     assert_eq!(bytes[start + 8 + 24..start + 8 + 24 + 8], 8_u64.to_le_bytes());
+}
+
+/// Writes particles as the simulator does: two of them in two frames, the second gone over the rim in the last.
+fn particles(path: &Path) {
+    let bytes = |values: &[f32]| values.iter().flat_map(|value| value.to_le_bytes()).collect::<Vec<u8>>();
+    let vectors = bytes(&[0.0, 0.0, 0.01, 0.0, 0.0, 0.02, 0.0, 0.0, 0.01, f32::NAN, f32::NAN, f32::NAN]);
+    let scalars = bytes(&[1.0, 2.0, 3.0, f32::NAN]);
+    let mass = bytes(&[1.0, 1.0]);
+    let view = |shape: &[usize], bytes| {
+        let dtype = safetensors::tensor::Dtype::F32;
+        safetensors::tensor::TensorView::new(dtype, shape.to_vec(), bytes).expect("as many bytes")
+    };
+    let tensors = [
+        ("position_m", view(&[2, 2, 3], &vectors)),
+        ("velocity_m_s", view(&[2, 2, 3], &vectors)),
+        ("pressure_pa", view(&[2, 2], &scalars)),
+        ("heat_j_kg", view(&[2, 2], &scalars)),
+        ("mass_kg", view(&[2], &mass)),
+    ];
+    std::fs::write(path, safetensors::serialize(tensors, None).expect("bytes")).expect("written");
+}
+
+#[test]
+fn particles_over_the_rim_are_left_out_and_other_files_are_refused() {
+    let folder = std::env::temp_dir().join(format!("meniscus-vtk-particles-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).expect("a folder");
+    let file = folder.join("x.particles.safetensors");
+    particles(&file);
+    let all = ParticleFile::load(&file).expect("particles");
+    let frames = write_particles(&all, &shipped(), &folder, Selected { every: 1 }, &mut |_| true);
+    assert_eq!(frames.expect("written"), 2);
+    for (frame, points) in [("0000", 2), ("0001", 1)] {
+        let bytes = std::fs::read(folder.join(format!("particles-{frame}.vtp"))).expect("a file");
+        let text = String::from_utf8_lossy(&bytes).into_owned();
+        assert!(text.contains(&format!("NumberOfPoints=\"{points}\"")), "{text}");
+    }
+    std::fs::write(&file, meniscus_shipped::RECORDING).expect("written");
+    let why = ParticleFile::load(&file).expect_err("a recording").to_string();
+    assert!(why.contains("should hold particles"), "{why}");
+    std::fs::remove_dir_all(&folder).expect("removed");
 }
