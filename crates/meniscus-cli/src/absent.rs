@@ -61,7 +61,8 @@ macro_rules! studying {
 pub(crate) use learning_verbs::{correct, evaluate, generic, learn, train};
 #[cfg(not(feature = "studies"))]
 pub(crate) use studying_verbs::{
-    bench, camera, deadline, discover, insert, people, quantize, recognise, record, render, setup, simulate,
+    bench, camera, deadline, discover, export, insert, people, quantize, recognise, record, render, setup,
+    simulate,
 };
 
 #[cfg(not(feature = "train"))]
@@ -82,6 +83,7 @@ mod studying_verbs {
     studying!(record, "Record a camera's images, or convert a recording");
     studying!(people, "Study viewers, identification and the first start");
     studying!(render, "Draw a recording as a film: camera, estimate, truth and error");
+    studying!(export, "Export a recording to VTK files, for ParaView, PyVista or VisIt");
     studying!(insert, "Insert effects into a model: differences from the trained liquid");
     studying!(quantize, "Store a model's weights in fewer bits and measure the added error");
     studying!(recognise, "Identify the liquid of a recording among known ones");

@@ -9,7 +9,7 @@ const GROUPS: [(&str, &[&str]); 6] = [
     ("Start here", &["run", "doctor"]),
     ("Your camera", &["setup", "record", "dump"]),
     ("Your liquid", &["learn", "simulate", "train", "correct", "recognise", "insert"]),
-    ("Your data", &["discover", "render", "generic"]),
+    ("Your data", &["discover", "render", "export", "generic"]),
     ("Your board", &["flash", "service", "quantize"]),
     ("Studies", &["evaluate", "bench", "deadline", "camera", "people"]),
 ];

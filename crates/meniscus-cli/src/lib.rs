@@ -21,6 +21,8 @@ mod errors;
 #[cfg(feature = "train")]
 mod evaluate;
 #[cfg(feature = "studies")]
+mod export;
+#[cfg(feature = "studies")]
 mod film;
 #[cfg(feature = "studies")]
 mod filmed;
@@ -62,7 +64,8 @@ mod stop;
 mod train;
 #[cfg(not(feature = "studies"))]
 use absent::{
-    bench, camera, deadline, discover, insert, people, quantize, recognise, record, render, setup, simulate,
+    bench, camera, deadline, discover, export, insert, people, quantize, recognise, record, render, setup,
+    simulate,
 };
 #[cfg(not(feature = "train"))]
 use absent::{correct, evaluate, generic, learn, train};
@@ -98,6 +101,7 @@ enum Command {
     Record(record::Arguments),
     People(people::Arguments),
     Render(render::Arguments),
+    Export(export::Arguments),
     #[command(alias = "adopt")]
     Insert(insert::Arguments),
     Quantize(quantize::Arguments),
@@ -178,6 +182,7 @@ pub fn main() -> ExitCode {
         Command::Record(arguments) => record::run(&arguments),
         Command::People(arguments) => people::run(&arguments),
         Command::Render(arguments) => render::run(&arguments),
+        Command::Export(arguments) => export::run(&arguments),
         Command::Insert(arguments) => insert::run(&arguments),
         Command::Quantize(arguments) => quantize::run(&arguments),
         Command::Recognise(arguments) => recognise::run(&arguments),

@@ -1,5 +1,5 @@
 //! Glasses, and the files that simulator, training and discovery share: recordings, profiles, liquids, motions, effects, scenes and
-//! weight blobs.
+//! weight blobs; recordings as VTK files.
 
 pub mod blob_file;
 pub mod effects;
@@ -10,3 +10,4 @@ pub mod profiles;
 pub mod recording;
 pub mod scene_file;
 pub mod validity;
+pub mod vtk;

@@ -81,7 +81,7 @@ pub mod validate;
 mod walls;
 
 pub use integration::{Spilled, closure, relative_closure};
-pub use output::{Particles, record, record_particles, record_surfaces};
+pub use output::{Observer, Particles, record, record_particles, record_surfaces, record_until};
 pub use setup::{Error, Setup};
 
 use effects::{Acting, Laws, motion_with};
@@ -94,6 +94,7 @@ use meniscus_data::motion::Kinematics;
 use meniscus_data::recording::Glass;
 use particles::{Box3, Fluid, Neighbours, Particle};
 use setup::{Packing, SOUND_M_S, check, fitting_spacing, kernel, longest_step, thick};
+use std::sync::atomic::AtomicBool;
 use walls::{Sticking, Walls};
 
 /// Skin of the neighbour lists in units of the spacing.
@@ -141,6 +142,14 @@ impl Simulator {
     /// # Errors
     /// When the glass or the spacing is out of range, or settling fails.
     pub fn new(setup: &Setup) -> Result<Self, Error> {
+        Self::new_until(setup, &AtomicBool::new(false))
+    }
+
+    /// As [`Self::new`]; the settling ends early once `stop` is raised.
+    ///
+    /// # Errors
+    /// As for [`Self::new`], and [`Error::Stopped`].
+    pub fn new_until(setup: &Setup, stop: &AtomicBool) -> Result<Self, Error> {
         let setup = &setup.resolved();
         check(setup)?;
         let Setup { glass, liquid, effects, .. } = setup.clone();
@@ -204,7 +213,7 @@ impl Simulator {
             spilled: Spilled::default(),
         };
         simulator.list();
-        simulator.settle()?;
+        simulator.settle(stop)?;
         Ok(simulator)
     }
 

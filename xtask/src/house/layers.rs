@@ -13,7 +13,7 @@ const LAYERS: &[&[&str]] = &[
     &["meniscus-score", "meniscus-timing"],
     &["meniscus-discover", "meniscus-learn"],
     &["meniscus-relearn"],
-    &["meniscus-cli"],
+    &["meniscus-cli", "meniscus-python"],
     &["meniscus-benches", "meniscus-examples", "meniscus-tests", "xtask"],
 ];
 

@@ -4,7 +4,7 @@ use super::Glass;
 
 /// Columns in each ring, from the axis outwards; the numbers grow with the radius so that every
 /// column stands for about the same area (2134 = 194 x 11).
-const RING: [usize; 8] = [1, 7, 14, 21, 27, 34, 41, 49];
+pub(crate) const RING: [usize; 8] = [1, 7, 14, 21, 27, 34, 41, 49];
 
 /// Vertical columns of tracers.
 pub const COLUMNS: usize = 194;

@@ -17,6 +17,9 @@ pub use groups::names as group_names;
 pub use lattice::{COLUMNS, LAYERS, Lattice, TRACERS, WALL_POINTS, wall_azimuth};
 pub use store::StoreError;
 
+pub(crate) use lattice::RING;
+pub(crate) use tensors::{f32s, read_file, rows};
+
 /// Numbers of one tracer in each field group: position, velocity, specific internal energy, normal
 /// stresses (xx, yy, zz), shear stresses (xy, yz, zx); the camera side decodes the same.
 pub use meniscus::latent::decoder::GROUP_COMPONENTS;

@@ -18,7 +18,7 @@ const HEADER_LONGEST: u64 = 1 << 20;
 const LONGEST: u64 = 1 << 30;
 
 /// Reads the file at `path`, after a look at the length of its header: JSON takes many times its length in memory.
-pub(super) fn read_file(path: &Path) -> std::io::Result<Vec<u8>> {
+pub(crate) fn read_file(path: &Path) -> std::io::Result<Vec<u8>> {
     let mut length = [0; 8];
     // A shorter file is refused by its parser, which says so.
     let whole = open_regular(path, Links::Followed)?.read_exact(&mut length).is_ok();
@@ -139,7 +139,7 @@ pub(super) fn typed<'a>(
 }
 
 /// Length of the first axis of tensor `name`, 0 where there is none.
-pub(super) fn rows(file: &SafeTensors<'_>, name: &str) -> usize {
+pub(crate) fn rows(file: &SafeTensors<'_>, name: &str) -> usize {
     file.tensor(name).ok().and_then(|view| view.shape().first().copied()).unwrap_or(0)
 }
 
@@ -148,7 +148,7 @@ pub(super) fn f16s(file: &SafeTensors<'_>, name: &str, shape: &[usize]) -> Resul
     Ok(bytes.chunks_exact(2).map(|b| f16::from_le_bytes([b[0], b[1]]).to_f32()).collect())
 }
 
-pub(super) fn f32s(file: &SafeTensors<'_>, name: &str, shape: Option<&[usize]>) -> Result<Vec<f32>, String> {
+pub(crate) fn f32s(file: &SafeTensors<'_>, name: &str, shape: Option<&[usize]>) -> Result<Vec<f32>, String> {
     let bytes = typed(file, name, Dtype::F32, shape)?;
     Ok(bytes.chunks_exact(4).map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]])).collect())
 }

@@ -7,5 +7,6 @@ mod stages;
 mod step;
 
 pub use energy::{closure, relative_closure};
+pub(crate) use settle::check_running;
 pub use spill::Spilled;
 pub(crate) use stages::Stages;

@@ -6,4 +6,4 @@ mod surface;
 mod tracers;
 
 pub use particles::Particles;
-pub use record::{record, record_particles, record_surfaces};
+pub use record::{Observer, record, record_particles, record_surfaces, record_until};

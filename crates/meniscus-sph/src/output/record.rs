@@ -7,6 +7,7 @@
 
 use super::surface::{COEFFICIENTS, Coefficients, SurfaceFinder};
 use super::tracers::sample;
+use crate::integration::check_running;
 use crate::{Error, Setup, Simulator};
 use meniscus::blob::KnownGroups;
 use meniscus::reduced::effects::EffectKind;
@@ -14,6 +15,7 @@ use meniscus::units::FRAME_INTERVAL_S;
 use meniscus_data::motion::Motion;
 use meniscus_data::recording::{COLUMNS, LAYERS, Lattice, Provenance, Recording, STATE, States, TRACERS};
 use std::collections::VecDeque;
+use std::sync::atomic::AtomicBool;
 
 /// Samples in a frame.
 const OVERSAMPLING: usize = 3;
@@ -57,9 +59,34 @@ pub fn record_particles(
     mut watch: impl FnMut(usize),
     mut each: impl FnMut(&Simulator),
 ) -> Result<Recording, Error> {
+    let stop = &AtomicBool::new(false);
+    record_until(setup, motion, frames, command, Observer { watch: &mut watch, each: &mut each, stop })
+}
+
+/// Observer of a simulation that is recorded.
+pub struct Observer<'a> {
+    /// Is called with the number of frames that are recorded.
+    pub watch: &'a mut dyn FnMut(usize),
+    /// Sees the simulator at every frame.
+    pub each: &'a mut dyn FnMut(&Simulator),
+    /// Ends the simulation within a step once it is raised, the settling included.
+    pub stop: &'a AtomicBool,
+}
+
+/// As [`record_particles`], until `observer.stop` is raised.
+///
+/// # Errors
+/// As for [`record`], and [`Error::Stopped`].
+pub fn record_until(
+    setup: &Setup,
+    motion: &Motion,
+    frames: usize,
+    command: &str,
+    mut observer: Observer<'_>,
+) -> Result<Recording, Error> {
     let setup = &setup.resolved();
-    let simulator = Simulator::new(setup)?;
-    run(simulator, setup, motion, frames, command, true, &mut watch, &mut each)
+    let simulator = Simulator::new_until(setup, observer.stop)?;
+    run(simulator, setup, motion, frames, command, true, &mut observer)
 }
 
 /// The free surface of one settled glass under several motions, one recording for each of `courses`
@@ -72,13 +99,14 @@ pub fn record_surfaces(setup: &Setup, courses: &[(Motion, usize, String)]) -> Re
     let setup = &setup.resolved();
     let settled = Simulator::new(setup)?;
     let one = |(motion, frames, command): &(Motion, usize, String)| {
-        run(settled.clone(), setup, motion, *frames, command, false, &mut |_| (), &mut |_| ())
+        let stop = &AtomicBool::new(false);
+        let mut observer = Observer { watch: &mut |_| (), each: &mut |_| (), stop };
+        run(settled.clone(), setup, motion, *frames, command, false, &mut observer)
     };
     courses.iter().map(one).collect()
 }
 
 /// Records a settled `simulator`, with the fields at the tracers or without.
-#[allow(clippy::too_many_arguments, reason = "what a recording is made of; a struct would be used once")]
 fn run(
     mut simulator: Simulator,
     setup: &Setup,
@@ -86,8 +114,7 @@ fn run(
     frames: usize,
     command: &str,
     fields: bool,
-    watch: &mut dyn FnMut(usize),
-    each: &mut dyn FnMut(&Simulator),
+    observer: &mut Observer<'_>,
 ) -> Result<Recording, Error> {
     let finder = SurfaceFinder::new(&simulator)?;
     let lattice = fields.then(|| Lattice::new(&setup.glass));
@@ -100,11 +127,12 @@ fn run(
         (0..=HALF).map(|_| take(&simulator, &finder, lattice.as_ref())).collect();
     recording.energy.push(simulator.energy());
     recording.spilled_m3.push(0.0);
-    each(&simulator);
+    (observer.each)(&simulator);
     let mut taken = 0;
     for frame in 0..frames {
         while taken < frame * OVERSAMPLING + HALF {
             for _ in 0..steps {
+                check_running(observer.stop)?;
                 simulator.step_moving(|t| motion.kinematics(t))?;
             }
             taken += 1;
@@ -117,7 +145,7 @@ fn run(
                 if recording.energy.len() < frames {
                     recording.energy.push(simulator.energy());
                     recording.spilled_m3.push(simulator.spilled().volume_m3);
-                    each(&simulator);
+                    (observer.each)(&simulator);
                 }
             }
         }
@@ -126,7 +154,7 @@ fn run(
         if let Some(lattice) = &lattice {
             append_state(&mut states, lattice, &columns, &fields);
         }
-        watch(frame + 1);
+        (observer.watch)(frame + 1);
     }
     recording.states = States::Full(states);
     Ok(recording)

@@ -47,6 +47,8 @@ pub enum Error {
         /// When, s.
         time_s: f64,
     },
+    /// The caller raised the flag that ends the simulation.
+    Stopped,
 }
 
 impl std::fmt::Display for Error {
@@ -65,6 +67,7 @@ impl std::fmt::Display for Error {
                 f,
                 "particle {particle} has no finite position at {time_s:.4} s: the simulation blew up and was stopped"
             ),
+            Self::Stopped => write!(f, "the simulation was stopped before its end: there is no recording"),
         }
     }
 }
