@@ -124,7 +124,8 @@ impl DrawnLaw {
     #[must_use]
     pub fn energy_j(&self, height_m: f64) -> f64 {
         let reach = self.tables.reach_m;
-        let inside = height_m.clamp(-reach, reach);
+        // No `clamp`, which would panic at bounds that are no order.
+        let inside = height_m.max(-reach).min(reach);
         let place = self.place(inside);
         let (low, high) = place.ends(&self.tables.force_n);
         let step = 2.0 * reach / (LAW_HEIGHTS - 1) as f64;
@@ -150,7 +151,7 @@ impl DrawnLaw {
         let fastest = self.tables.fastest_m_s;
         // The drag is a straight line from rest to the first rate of the table.
         let slowest = fastest / (LAW_RATES - 1) as f64;
-        let speed = speed_m_s.clamp(slowest, fastest);
+        let speed = speed_m_s.max(slowest).min(fastest);
         Place::of(speed / fastest, LAW_RATES).read(&self.tables.drag_n) / speed
     }
 

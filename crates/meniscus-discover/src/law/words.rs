@@ -29,7 +29,7 @@ impl Drawn {
                 out += &format!(", within its band a power {:.2} of the rate.", power.exponent);
             }
             Some(_) => out += ", which no power of the rate follows within its band.",
-            None => out += ", which its band does not tell from none.",
+            None => out += ", which its band does not distinguish from none.",
         }
         out
     }

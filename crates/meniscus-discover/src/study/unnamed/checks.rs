@@ -48,7 +48,7 @@ pub fn law_checks(outcomes: &[LawOutcome]) -> Vec<Check> {
     };
     let all = |purpose: Purpose| count(purpose, &|_| true);
     let if_any = |trials: f64, value: f64| if trials == 0.0 { f64::NAN } else { value };
-    let middle = |values: Vec<f64>| median(values.into_iter()).unwrap_or(f64::NAN);
+    let middle = |values: Vec<f64>| median(values).unwrap_or(f64::NAN);
     let drawn = || found(outcomes, Purpose::Judged).filter(|(o, _)| o.is_drawn);
     let any = || found(outcomes, Purpose::Judged);
     let held = |curve: usize| share(any().map(|(_, law)| law.distance[curve] <= 1.0));
