@@ -7,6 +7,9 @@ use crate::usb::frame::Stamp;
 /// Widest region of interest in pixels: the bound of every fixed array of columns.
 pub const MAX_COLUMNS: usize = 256;
 
+/// Thickest wall of a glass, metres.
+pub const THICKEST_WALL_M: f32 = 0.006;
+
 /// Fault of the settings.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ConfigError {
@@ -20,6 +23,8 @@ pub enum ConfigError {
     CameraInGlass(f32, f32),
     /// A region of twice the named half width must fit into [`MAX_COLUMNS`] and hold the glass.
     RegionWidth(&'static str, usize),
+    /// The wall must be 0 to [`THICKEST_WALL_M`] thick.
+    WallThickness(f32),
     /// The image must have pixels.
     NoPixels(usize, usize),
     /// The lenses of the two images must be within 100 mm of each other.
@@ -43,6 +48,9 @@ impl core::fmt::Display for ConfigError {
             }
             Self::RegionWidth(name, width) => {
                 write!(f, "{name} is {width} px; it must hold the glass and be at most {}", MAX_COLUMNS / 2)
+            }
+            Self::WallThickness(wall) => {
+                write!(f, "the wall is {wall} m thick; it must be 0 to {THICKEST_WALL_M}")
             }
             Self::NoPixels(width, height) => write!(f, "an image of {width} x {height} has no pixels"),
             Self::LensesApart([x, y, z]) => {
@@ -111,6 +119,9 @@ impl Config {
         }
         if s.camera_distance_m <= 2.0 * s.radius_m {
             return Err(ConfigError::CameraInGlass(s.camera_distance_m, s.radius_m));
+        }
+        if let Some(wall) = s.wall_m.filter(|wall| !(0.0..=THICKEST_WALL_M).contains(wall)) {
+            return Err(ConfigError::WallThickness(wall));
         }
         if lens.width == 0 || lens.height == 0 {
             return Err(ConfigError::NoPixels(lens.width, lens.height));

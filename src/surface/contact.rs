@@ -14,10 +14,11 @@
 //! At a clean edge `D = onset - e` is the width of the blur's foot, the same in all columns; a band
 //! adds to it. That width is read from the frame itself: the lower quartile of `D`, because a band
 //! shows on the raised side of the liquid only. Columns with an excess of `D` take the onset instead
-//! of the edge; bands below a pixel and a half stay, in part, unnoticed.
+//! of the edge; bands below a pixel and a half stay, in part, unnoticed. Bands that are faint are taken back
+//! if they do not fit the shape of the surface ([`super::hidden::take_back`]).
 
 use super::config::MAX_COLUMNS;
-use super::edge_points::{Edge, EdgePoint, NEIGHBOURS};
+use super::edge_points::{Edge, EdgePoint, Move, NEIGHBOURS};
 use super::region::Grey;
 use crate::math::{median, sqrtf};
 use heapless::Vec;
@@ -40,6 +41,10 @@ const MOVED_PX2: f32 = 0.04;
 /// Excess of `D` that is noise, and that from which on the onset is taken, pixels.
 const NOISE_PX: f32 = 0.12;
 const CERTAIN_PX: f32 = 0.35;
+/// Rows of the first background's blur.
+const BLUR: usize = 2;
+/// A band nearer to the front's tone than this share of the step is faint: foam is brighter.
+const FAINT: f32 = 0.45;
 /// From the onset of a band back to its middle: the blurred step of a band rises through `ONSET` near its half.
 const ONSET_LEAD_PX: f32 = 0.1;
 
@@ -49,12 +54,22 @@ pub(super) struct Crossing {
     pub(super) column: usize,
     pub(super) edge: f32,
     pub(super) onset: Option<f32>,
+    /// Tone of the band, as [`Onset`] has it.
+    pub(super) band: f32,
     /// Variance beside the usual scatter, square pixels.
     pub(super) own_px2: f32,
 }
 
 /// Crossings of all columns, columns rising.
 pub(super) type Crossings = Vec<Crossing, MAX_COLUMNS>;
+
+/// Onset of a band in one column.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Onset {
+    pub(super) row: f32,
+    /// Share of the step from front to background just below the first background's blur.
+    pub(super) band: f32,
+}
 
 /// Row at which a column leaves the tone of the front on the way up to the first background;
 /// `None` if the column is too short, or never leaves it.
@@ -64,7 +79,7 @@ pub(super) fn onset(
     first_background: usize,
     foot: usize,
     noise: f32,
-) -> Option<f32> {
+) -> Option<Onset> {
     let start = first_background.saturating_add(THICKEST);
     if start.saturating_add(FRONT_PIXELS) > foot {
         return None;
@@ -85,12 +100,16 @@ pub(super) fn onset(
     let limit = ONSET.max(ONSET_DEVIATIONS * noise / step.abs().max(1.0));
     let mut below = 0.0;
     let mut rising: Option<f32> = None;
+    // A band may be darker or brighter than the front.
+    let share_at = |row: usize| Some(((f32::from(image.at(column, row)?) - front) / step).abs());
     for row in (first_background.saturating_sub(BACK_GAP)..start).rev() {
-        // A band may be darker or brighter than the front.
-        let share = ((f32::from(image.at(column, row)?) - front) / step).abs();
+        let share = share_at(row)?;
         match rising {
             // Two pixels in a row are no speckle.
-            Some(at) if share >= limit => return Some(at),
+            Some(at) if share >= limit => {
+                let band = share_at(first_background.saturating_add(BLUR))?;
+                return Some(Onset { row: at, band });
+            }
             _ => rising = (share >= limit).then(|| row as f32 + (share - limit) / (share - below).max(1e-3)),
         }
         below = share.min(limit);
@@ -118,11 +137,13 @@ pub(super) fn lower(crossings: &Crossings, edge: &mut Edge) {
         // In between it is not known which of the two is the contact line.
         let doubt = MOVED_SHARE * excess.max(0.0) + (share * (1.0 - share)) * excess.abs();
         let moved = if share > 0.0 { MOVED_PX2 + doubt * doubt } else { 0.0 };
+        let bands = crossings.iter().skip(start).take(index - start + NEIGHBOURS + 1);
+        let band = median(bands.filter(|near| near.onset.is_some()).map(|near| near.band)).unwrap_or(0.0);
         let _ = edge.push(EdgePoint {
             column: crossing.column,
             row,
             own_px2: crossing.own_px2 + moved,
-            moved_px: row - crossing.edge,
+            moved: Move { rows: row - crossing.edge, variance_px2: moved, faint: band < FAINT },
         });
     }
 }

@@ -23,15 +23,22 @@ pub(super) struct Camera {
     cos: f32,
 }
 
+/// One side of a silhouette: its sign (-1: left, 1: right), and the radius of the cylinder.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Side {
+    pub(super) sign: f32,
+    pub(super) radius_m: f32,
+}
+
 /// Direction in which a pixel looks: the ray's components per metre of depth.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Ray {
     /// To the right.
-    right: f32,
+    pub(super) right: f32,
     /// Away from the camera, horizontally.
-    away: f32,
+    pub(super) away: f32,
     /// Upwards.
-    up: f32,
+    pub(super) up: f32,
 }
 
 impl Ray {
@@ -158,14 +165,15 @@ impl Camera {
         self.distance_m * s / (q + sqrtf(q * q + s * s))
     }
 
-    /// Position X of the axis of the cylinder of which one side of the silhouette is seen at the bearing
-    /// `edge` (`side` -1: left, 1: right), the axis being near `near_m`.
+    /// Position X of the axis of the cylinder of radius `radius_m` of which one side of the silhouette is seen at
+    /// the bearing `edge` (`side` -1: left, 1: right), the axis being near `near_m`.
     ///
     /// `tan(atan e - side asin(R / A)) = (e - side s) / (1 + side e s)`, `s = R / sqrt(A^2 - R^2)`,
     /// `A^2 = D^2 + X^2`.
-    pub(super) fn axis_beside(&self, edge: f32, side: f32, near_m: f32) -> f32 {
+    pub(super) fn axis_beside(&self, edge: f32, side: Side, near_m: f32) -> f32 {
+        let Side { sign, radius_m } = side;
         let away = self.distance_m * self.distance_m + near_m * near_m;
-        let s = side * self.radius_m / sqrtf(away - self.radius_m * self.radius_m);
+        let s = sign * radius_m / sqrtf(away - radius_m * radius_m);
         self.distance_m * (edge - s) / (1.0 + edge * s)
     }
 
@@ -173,6 +181,22 @@ impl Camera {
     pub(super) fn follow(&self, u: f32, from: f32, row: f32) -> f32 {
         let away = |v: f32| self.cos + (v - self.lens.ppy) / self.lens.fy * self.sin;
         self.lens.ppx + (u - self.lens.ppx) * away(row) / away(from)
+    }
+
+    /// Radius of a cylinder with its axis at `axis_m`, `distance_m` away, whose silhouette is tangent to two vertical
+    /// planes at two bearings `l` and `r`.
+    ///
+    /// `R = A sin h`, `h` half of the angle between them: with `t = tan 2h = (r - l) / (1 + l r)`,
+    /// `sin^2 h = (1 - 1 / sqrt(1 + t^2)) / 2`.
+    pub(super) fn silhouette_radius([left, right]: [f32; 2], [axis_m, distance_m]: [f32; 2]) -> f32 {
+        let t = (right - left) / (1.0 + left * right);
+        let sin2 = 0.5 * (1.0 - 1.0 / sqrtf(1.0 + t * t));
+        sqrtf((axis_m * axis_m + distance_m * distance_m) * sin2)
+    }
+
+    /// Height and distance of the camera, metres.
+    pub(super) fn place(&self) -> [f32; 2] {
+        [self.height_m, self.distance_m]
     }
 
     /// Height of a pixel at the wall that faces the camera, metres.

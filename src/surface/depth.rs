@@ -4,18 +4,24 @@
 //! position. All comparisons are made in residuals `z - w`, in which the wall is flat:
 //!
 //! * far below each edge point, where only the front of the liquid can be, the median residual of a small
-//!   window; the median `r0` of all is the error of the camera's stated distance, and every
-//!   point takes it: its depth is `w + r0`. A single window is noisier than the wall is uncertain;
-//! * the same window just below the edge far from `r0`: the edge is not the contact line there; the point is dropped
-//!   ([`Tally::not_the_wall`](super::Tally));
+//!   window; the median `r0` of those around the axis is the error of the camera's stated distance, and every
+//!   point takes it: its depth is `w + r0`. A single window is noisier than the wall is uncertain, and the
+//!   border of the depth image, which is wrong by some pixels either way, is not asked at all;
+//! * the windows below the edge far from `r0`: the edge is not the contact line there; the point is dropped
+//!   ([`Tally::not_the_wall`](super::Tally)). Nearer than the wall, one window is enough; farther, the next one
+//!   below has to agree, because behind a border that is too low the background shows;
 //! * too few valid pixels (a hole): the point stays, if at least half of the points are measured
 //!   ([`Tally::holes`](super::Tally));
 //! * the window above the edge nearer than the wall: something covers the glass there, and the edge is
 //!   its own; the point is dropped ([`Tally::covered`](super::Tally));
-//! * rows below the edge that are far behind the wall: liquid that rises behind the contact line and
-//!   shows above it in the liquid's own tone. The point moves down to where their residuals run to `r0`,
-//!   by the mean over the neighbours ([`Tally::behind`](super::Tally)). Stereo matching smears that border over its own
-//!   window in a real camera; the rendered one does not.
+//! * rows below the edge that are far behind the wall, but within the glass and nearer than the background above
+//!   the edge: liquid that rises behind the contact line and shows above it in the liquid's own tone. The point
+//!   moves down to where their residuals run to `r0`, by the mean over the neighbours
+//!   ([`Tally::behind`](super::Tally)). Rows at the background's own distance are a border that is too low, and
+//!   the edge in the outline's image holds.
+//!
+//! A glass wall is a lens ([`super::refraction`]): stereo sees the liquid behind it up to its own thickness away from
+//! where it is, and points are placed where the bent ray meets the inner wall.
 //!
 //! Where the outline is traced in an image of another lens (colour), the depth image is looked at where its own lens
 //! sees the wall, and its residuals are taken along its own rays. What lies behind the wall is then looked for
@@ -25,8 +31,9 @@ use super::config::{Config, MAX_COLUMNS};
 use super::deproject::Ray;
 use super::edge_points::{Edge, EdgePoint, NEIGHBOURS, Sample, Samples};
 use super::outcome::{ExtractionError, Tally};
+use super::refraction::{GlassWall, InnerPoint};
 use super::resample::median_error;
-use crate::math::median;
+use crate::math::{median, sqrtf};
 use crate::usb::frame::DepthFrame;
 use heapless::Vec;
 
@@ -57,6 +64,22 @@ const PLACE_TOLERANCE_M: f32 = 0.015;
 /// Columns whose windows tell the same: the window's width and the reach of the matching.
 const GROUP: f32 = 8.0;
 
+/// Share of the silhouette's half width around the axis whose windows tell `r0`: there the wall faces the camera, and
+/// a border at the side of the glass is far. Fewest windows that do.
+const CENTRAL: f32 = 0.4;
+const LEAST_CENTRAL: usize = 8;
+/// Liquid behind the contact line lies within the glass, and nearer than this share of the way to the background.
+const NEARER: f32 = 0.8;
+/// Disagreement of the depth image with the straight rays to the wall, in thicknesses of the glass.
+const LENS: f32 = 1.5;
+
+/// Position of the glass and its wall.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Glass {
+    pub(super) axis_m: f32,
+    pub(super) wall: GlassWall,
+}
+
 /// Readings of the wall in the depth image.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Wall {
@@ -66,18 +89,32 @@ pub(super) struct Wall {
     pub(super) scatter_m: f32,
 }
 
+/// Limits of the comparisons in one frame, metres.
+#[derive(Clone, Copy, Debug)]
+struct Limits {
+    /// `r0` as the depth image shows it: with the lift by the glass.
+    seen_m: f32,
+    /// A window farther from it shows something else.
+    tolerance_m: f32,
+    /// A pixel farther behind it shows no front of liquid.
+    behind_m: f32,
+    /// Distance of the background behind the wall, if it has a depth.
+    background_m: Option<f32>,
+}
+
 /// Gives each edge point its place in space.
 pub(super) fn place(
     config: &Config,
     depth: DepthFrame<'_>,
-    axis_m: f32,
+    glass: Glass,
     edge: &Edge,
     samples: &mut Samples,
     tally: &mut Tally,
 ) -> Result<Wall, ExtractionError> {
     samples.clear();
+    let Glass { axis_m, wall } = glass;
     let apart = config.settings.depth_lens_m;
-    let look = Look { config, depth, axis_m, depth_axis_m: axis_m - apart[0], apart };
+    let look = Look { config, depth, axis_m, depth_axis_m: axis_m - apart[0], apart, wall };
     // One residual for each point of `edge`, in its order; both lists are as long at most.
     let mut residuals: Vec<Option<f32>, MAX_COLUMNS> = Vec::new();
     let foot = config.foot_rows.1.saturating_sub(ROWS);
@@ -86,17 +123,29 @@ pub(super) fn place(
         let _ = residuals.push(look.window(point.column, deep.min(foot)));
     }
     let measured = residuals.iter().copied().flatten();
-    let offset_m = median(measured.clone()).ok_or(ExtractionError::NoDepth)?;
+    let axis_column = config.camera.column_of(axis_m);
+    let central = || {
+        let near = |column: usize| (column as f32 - axis_column).abs() < 0.5 * CENTRAL * config.silhouette_px;
+        edge.iter().zip(&residuals).filter(move |(point, _)| near(point.column)).filter_map(|(_, r)| *r)
+    };
+    let seen_m = if central().count() < LEAST_CENTRAL { median(measured.clone()) } else { median(central()) };
+    let seen_m = seen_m.ok_or(ExtractionError::NoDepth)?;
+    let offset_m = seen_m + wall.lift_m();
     if offset_m.abs() > PLACE_TOLERANCE_M {
         return Err(ExtractionError::WallElsewhere);
     }
-    let deviation_m = median(measured.clone().map(|r| (r - offset_m).abs())).unwrap_or(0.0);
+    let deviation_m = median(measured.clone().map(|r| (r - seen_m).abs())).unwrap_or(0.0);
     let count = measured.count();
-    let tolerance_m = (WINDOW_DEVIATIONS * deviation_m).clamp(WINDOW_TOLERANCE_M.0, WINDOW_TOLERANCE_M.1);
-    let behind_m = (BEHIND_DEVIATIONS * deviation_m).clamp(BEHIND_M.0, BEHIND_M.1);
+    let limits = Limits {
+        seen_m,
+        tolerance_m: (WINDOW_DEVIATIONS * deviation_m).clamp(WINDOW_TOLERANCE_M.0, WINDOW_TOLERANCE_M.1)
+            + LENS * wall.thickness_m,
+        behind_m: (BEHIND_DEVIATIONS * deviation_m).clamp(BEHIND_M.0, BEHIND_M.1) + LENS * wall.thickness_m,
+        background_m: look.background(edge, seen_m),
+    };
     let mut bands: Vec<f32, MAX_COLUMNS> = Vec::new();
     for &point in edge {
-        let _ = bands.push(look.rows_behind(point, offset_m, behind_m));
+        let _ = bands.push(look.rows_behind(point, limits));
     }
     for (index, point) in edge.iter().enumerate() {
         let start = index.saturating_sub(NEIGHBOURS);
@@ -104,27 +153,38 @@ pub(super) fn place(
         let shown = near.clone().filter(|rows| **rows > 0.0).count() >= LEAST_BEHIND;
         let lowered = if shown { near.clone().sum::<f32>() / near.count() as f32 } else { 0.0 };
         let point = EdgePoint { row: point.row + lowered, ..*point };
-        let (below, above) = look.beside(point);
-        let counter = match below {
-            Some(below) if (below - offset_m).abs() >= tolerance_m => &mut tally.not_the_wall,
-            None if 2 * count < edge.len() => &mut tally.holes,
-            _ if above.is_some_and(|above| above < offset_m - tolerance_m) => &mut tally.covered,
-            _ => {
+        let measured = 2 * count >= edge.len();
+        match look.judge(point, limits, measured) {
+            Verdict::NotTheWall => tally.not_the_wall = tally.not_the_wall.saturating_add(1),
+            Verdict::Covered => tally.covered = tally.covered.saturating_add(1),
+            Verdict::Hole { kept: false } => tally.holes = tally.holes.saturating_add(1),
+            seen @ (Verdict::Wall | Verdict::Hole { .. }) => {
                 if lowered > 0.0 {
                     tally.behind = tally.behind.saturating_add(1);
                 }
-                if below.is_none() {
+                if seen != Verdict::Wall {
                     tally.holes = tally.holes.saturating_add(1);
                 }
                 if let Some(sample) = look.sample(point, offset_m, lowered) {
                     let _ = samples.push(sample);
                 }
-                continue;
             }
-        };
-        *counter = counter.saturating_add(1);
+        }
     }
     Ok(Wall { offset_m, scatter_m: median_error(deviation_m, count, GROUP) })
+}
+
+/// What the depth image says about an edge point.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Verdict {
+    /// The liquid at the wall ends here.
+    Wall,
+    /// No depth; kept if most of the others are measured.
+    Hole { kept: bool },
+    /// Something else than the wall is below the edge.
+    NotTheWall,
+    /// Something before the glass is above the edge.
+    Covered,
 }
 
 /// The depth image beside the wall of a glass at `axis_m`. Pixels are those of the outline unless a name says depth.
@@ -136,6 +196,7 @@ struct Look<'d> {
     /// The same for the lens of the depth image.
     depth_axis_m: f32,
     apart: [f32; 3],
+    wall: GlassWall,
 }
 
 impl Look<'_> {
@@ -166,11 +227,36 @@ impl Look<'_> {
         Some(f32::from(raw) * self.config.settings.depth_unit_m - wall_m)
     }
 
-    /// Median residuals in the windows below and above an edge point.
-    fn beside(&self, point: EdgePoint) -> (Option<f32>, Option<f32>) {
+    /// Compares the windows beside an edge point with the wall; `measured`: most points of the frame have a depth.
+    fn judge(&self, point: EdgePoint, limits: Limits, measured: bool) -> Verdict {
         let edge = point.row.max(0.0) as usize;
-        let above = edge.checked_sub(SKIPPED + ROWS).and_then(|row| self.window(point.column, row));
-        (self.window(point.column, edge.saturating_add(SKIPPED)), above)
+        let off = |first_row: usize| Some(self.window(point.column, first_row)? - limits.seen_m);
+        let below = off(edge.saturating_add(SKIPPED));
+        let farther = below.is_some_and(|off| off >= limits.tolerance_m);
+        let below = if farther { off(edge.saturating_add(SKIPPED + ROWS)) } else { below };
+        match below {
+            Some(off) if off.abs() >= limits.tolerance_m => return Verdict::NotTheWall,
+            None if !measured => return Verdict::Hole { kept: false },
+            _ => {}
+        }
+        let above = edge.checked_sub(SKIPPED + ROWS).and_then(off);
+        match above {
+            Some(off) if off < -limits.tolerance_m => Verdict::Covered,
+            _ if below.is_none() => Verdict::Hole { kept: true },
+            _ => Verdict::Wall,
+        }
+    }
+
+    /// Median distance of what is above the edge behind the wall; `None` without a depth, or if it is the wall's.
+    fn background(&self, edge: &Edge, seen_m: f32) -> Option<f32> {
+        let mut above: Vec<f32, MAX_COLUMNS> = Vec::new();
+        for point in edge.iter().step_by(NEIGHBOURS) {
+            let row = (point.row.max(0.0) as usize).checked_sub(SKIPPED + 2 * ROWS);
+            if let Some(residual) = row.and_then(|row| self.window(point.column, row)) {
+                let _ = above.push(residual - seen_m);
+            }
+        }
+        median(above.iter().copied()).filter(|behind| *behind > 0.0)
     }
 
     /// Median residual in the window around a column from a row on; `None` in a hole.
@@ -193,12 +279,18 @@ impl Look<'_> {
         median(residuals.iter().copied()).filter(|_| residuals.len() >= LEAST_PIXELS)
     }
 
-    /// Rows from an edge point down to the contact line below liquid farther than `limit_m` behind the wall.
+    /// Rows from an edge point down to the contact line below liquid that the depth image shows behind the wall.
     ///
     /// A surface that is seen comes nearer row by row; its last two residuals `r1`, `r2` tell after how many
-    /// rows it meets the wall: `(r2 - r0) / (r1 - r2)`.
-    fn rows_behind(&self, point: EdgePoint, offset_m: f32, limit_m: f32) -> f32 {
+    /// rows it meets the wall: `(r2 - r0) / (r1 - r2)`. It lies within the glass, at most the chord
+    /// `2 sqrt(R^2 - x^2)` behind the wall.
+    fn rows_behind(&self, point: EdgePoint, limits: Limits) -> f32 {
         let edge = point.row.max(0.0) as usize;
+        let camera = &self.config.camera;
+        let radius_m = self.config.settings.radius_m;
+        let x_m = camera.across(point.column as f32) * self.config.settings.camera_distance_m - self.axis_m;
+        let chord_m = 2.0 * sqrtf((radius_m * radius_m - x_m * x_m).max(0.0));
+        let farthest_m = chord_m.min(NEARER * limits.background_m.unwrap_or(chord_m / NEARER));
         let mut last: Option<(usize, f32)> = None;
         let mut border = 0.0;
         for row in edge.saturating_add(1)..edge.saturating_add(1 + THICKEST) {
@@ -206,15 +298,15 @@ impl Look<'_> {
                 let raw = z16_row(self.depth, row, column, column.saturating_add(1)).next()?;
                 self.residual(column, row, raw)
             });
-            match residual.map(|r| r - offset_m) {
-                Some(residual) if residual > limit_m => {
+            match residual.map(|r| r - limits.seen_m) {
+                Some(residual) if residual > limits.behind_m && residual < farthest_m => {
                     let fall = last.map_or(0.0, |(above, r)| (r - residual) / (row - above) as f32);
                     let rows = if fall > 0.0 { residual / fall } else { BORDER.0 };
                     border = row as f32 + rows.clamp(BORDER.0, BORDER.1) - point.row;
                     last = Some((row, residual));
                 }
-                Some(_) => break,
-                None => {}
+                Some(residual) if residual <= limits.behind_m => break,
+                _ => {}
             }
         }
         border
@@ -223,17 +315,27 @@ impl Look<'_> {
     fn sample(&self, point: EdgePoint, offset_m: f32, lowered: f32) -> Option<Sample> {
         let camera = &self.config.camera;
         let ray = camera.ray(point.column as f32, point.row);
-        // The ray of an outermost column, half covered, may pass beside the glass.
-        let wall_m = camera.wall_depth(ray, self.axis_m)?;
-        let (x_m, z_m) = camera.point(ray, wall_m + offset_m);
+        let (x_m, z_m) = if self.wall.bends() {
+            let InnerPoint { x_m, z_m } = self.wall.inner_point(self.config, ray, self.axis_m, offset_m)?;
+            (x_m, z_m)
+        } else {
+            // The ray of an outermost column, half covered, may pass beside the glass.
+            let wall_m = camera.wall_depth(ray, self.axis_m)?;
+            let (x_m, z_m) = camera.point(ray, wall_m + offset_m);
+            (x_m - self.axis_m, z_m)
+        };
         let border =
             if lowered > 0.0 { (BORDER_ROWS + BORDER_SHARE * lowered) * camera.pitch_m() } else { 0.0 };
+        let pitch_m = camera.pitch_m();
+        let faint = if point.moved.faint { 1.0 } else { 0.0 };
         Some(Sample {
-            x_m: x_m - self.axis_m,
+            x_m,
             z_m,
             rise: camera.rise(ray),
-            own_m2: border * border + point.own_px2 * camera.pitch_m() * camera.pitch_m(),
-            lowered_m: lowered * camera.pitch_m() + point.moved_px * camera.pitch_m(),
+            own_m2: border * border + point.own_px2 * pitch_m * pitch_m,
+            lowered_m: (lowered + point.moved.rows) * pitch_m,
+            faint_m: faint * point.moved.rows * pitch_m,
+            faint_m2: faint * point.moved.variance_px2 * pitch_m * pitch_m,
         })
     }
 }

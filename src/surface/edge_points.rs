@@ -14,8 +14,19 @@ pub(super) struct EdgePoint {
     pub(super) row: f32,
     /// Variance beside the usual scatter, square pixels: what foam and bands add.
     pub(super) own_px2: f32,
-    /// Rows by which it was moved down to the onset of a band.
-    pub(super) moved_px: f32,
+    /// Move down to the onset of a band.
+    pub(super) moved: Move,
+}
+
+/// Move of an edge point down to the onset of a band.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Move {
+    /// Rows.
+    pub(super) rows: f32,
+    /// Part of the point's own variance that it adds, square pixels.
+    pub(super) variance_px2: f32,
+    /// Whether the band is faint: a tone near that of the front, which a liquid that shines through has as well.
+    pub(super) faint: bool,
 }
 
 /// The edge, at most one point a column, columns rising.
@@ -34,6 +45,9 @@ pub(super) struct Sample {
     pub(super) own_m2: f32,
     /// Distance by which it was lowered already, metres.
     pub(super) lowered_m: f32,
+    /// Part of that which rests on a faint band alone, and the variance that it added.
+    pub(super) faint_m: f32,
+    pub(super) faint_m2: f32,
 }
 
 /// The edge in space, `x` rising.

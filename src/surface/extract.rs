@@ -2,12 +2,13 @@
 
 use super::binarise::Threshold;
 use super::config::Config;
-use super::depth::place;
+use super::depth::{Glass, place};
 use super::edge_points::{Edge, Samples};
-use super::glass;
+use super::glass::{self, Silhouette, Tracked};
 use super::hidden;
 use super::outcome::{ExtractionError, Tally};
 use super::profile::SurfaceProfile;
+use super::refraction::GlassWall;
 use super::region::{Grey, Region};
 use super::resample::{Points, resample};
 use super::trace::trace;
@@ -34,6 +35,7 @@ const CLEARANCE_ROWS: usize = 4;
 #[derive(Clone, Debug, Default)]
 pub struct ExtractionState {
     axis_m: Option<f32>,
+    silhouette_m: Option<f32>,
     edge: Edge,
     samples: Samples,
     tally: Tally,
@@ -44,8 +46,23 @@ impl ExtractionState {
     /// Nothing seen yet.
     #[must_use]
     pub const fn new() -> Self {
-        let tally = Tally { profiles: 0, not_seen: 0, holes: 0, not_the_wall: 0, covered: 0, behind: 0 };
-        Self { axis_m: None, edge: Vec::new(), samples: Vec::new(), tally, offset_m: None }
+        let tally = Tally {
+            profiles: 0,
+            not_seen: 0,
+            holes: 0,
+            not_the_wall: 0,
+            covered: 0,
+            behind: 0,
+            saturated: 0,
+        };
+        Self {
+            axis_m: None,
+            silhouette_m: None,
+            edge: Vec::new(),
+            samples: Vec::new(),
+            tally,
+            offset_m: None,
+        }
     }
 
     /// Returns the measured distance of the wall less the one in the settings, in the last frame
@@ -138,22 +155,33 @@ fn attempt(
     // An edge must have half the contrast of the classes to be one.
     let least = 0.5 * threshold.contrast;
 
+    let tracked = Tracked {
+        axis_m: state.axis_m,
+        radius_m: state.silhouette_m,
+        offset_m: state.offset_m.unwrap_or(0.0),
+    };
     let body =
-        glass::find(config, image, region, &threshold, state.axis_m).ok_or(ExtractionError::GlassNotFound)?;
-    trace(config, image, body, &threshold, least, &mut state.edge);
+        glass::find(config, image, region, &threshold, tracked).ok_or(ExtractionError::GlassNotFound)?;
+    let saturated = trace(config, image, body, &threshold, least, &mut state.edge);
     if state.edge.len() < LEAST_COLUMNS {
         return Err(ExtractionError::TooFewColumns);
     }
     let lowest = state.edge.iter().map(|point| point.row).fold(0.0, f32::max) as usize;
     let rows = (lowest.saturating_add(CLEARANCE_ROWS), config.foot_rows.1);
-    let axis_m = glass::axis(config, image, body, rows, least).ok_or(ExtractionError::GlassNotFound)?;
-
-    let wall = place(config, depth, axis_m, &state.edge, &mut state.samples, &mut state.tally)?;
+    let Silhouette { axis_m, radius_m } =
+        glass::axis(config, image, body, rows, least).ok_or(ExtractionError::GlassNotFound)?;
+    state.silhouette_m = radius_m.or(state.silhouette_m);
+    let glass = Glass { axis_m, wall: GlassWall::of(config, state.silhouette_m) };
+    let wall = place(config, depth, glass, &state.edge, &mut state.samples, &mut state.tally)?;
     if state.samples.len() < LEAST_COLUMNS {
         return Err(ExtractionError::TooFewColumns);
     }
+    hidden::take_back(config, &mut state.samples);
     hidden::allow(config, &mut state.samples);
     state.offset_m = Some(wall.offset_m);
+    if 2 * saturated >= state.edge.len() {
+        state.tally.saturated = state.tally.saturated.saturating_add(1);
+    }
     let Points { height_m, variance_m2, valid } = resample(config, &state.samples, wall.scatter_m);
     if !valid.contains(&true) {
         return Err(ExtractionError::TooFewColumns);

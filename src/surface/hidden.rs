@@ -20,29 +20,74 @@ const CHORD: usize = 8;
 /// Share of what may be hidden that usually is, and its standard deviation.
 const USUAL: f32 = 0.25;
 const DOUBT: f32 = 0.5;
+/// Moves to faint bands are taken back if the first mode then lies nearer to the points than this share.
+const BETTER: f32 = 0.75;
 
 /// Lowers the samples by a share of what may be hidden beyond what each was lowered already.
 pub(super) fn allow(config: &Config, samples: &mut Samples) {
-    let Some([c, a, b]) = first_mode(config, samples) else { return };
-    let settings = &config.settings;
-    let (radius, distance, height) =
-        (settings.radius_m, settings.camera_distance_m, settings.camera_height_m);
+    let Some(mode) = first_mode(config, samples, 0.0) else { return };
     for sample in samples.iter_mut() {
-        let x = sample.x_m.max(-radius).min(radius);
-        let y0 = sqrtf((radius * radius - x * x).max(0.0));
-        let contact_m = c + a * x - b * y0;
-        let shown = (1..=CHORD).map(|part| {
-            let y = y0 * (2.0 * part as f32 / CHORD as f32 - 1.0);
-            let r = sqrtf(x * x + y * y).max(1e-6);
-            // g(s) / s is what a plane of the same contact line is multiplied by.
-            let z = c + (a * x + b * y) * bulge(r / radius);
-            (z - height) * (distance - y0) / (distance + y) - (contact_m - height)
-        });
-        let may_be_m = shown.fold(0.0, f32::max);
-        let hidden_m = (may_be_m - sample.lowered_m).max(0.0).min(config.camera.pitch_m());
+        let hidden_m =
+            (shown_m(config, mode, sample.x_m) - sample.lowered_m).max(0.0).min(config.camera.pitch_m());
         sample.z_m -= USUAL * hidden_m;
         sample.own_m2 += (DOUBT * hidden_m) * (DOUBT * hidden_m);
     }
+}
+
+/// Takes back moves down to faint bands that roughen the contact line.
+///
+/// A liquid that shines through darkens towards its own end, and looks there as if another surface showed behind the
+/// contact line, here and there as its noise has it. A contact line that was moved down rightly lies on that of a
+/// first mode; one that was moved down for such a tail does so far better before the move.
+pub(super) fn take_back(config: &Config, samples: &mut Samples) {
+    let moved = samples.iter().fold(0.0, |sum, sample| sum + sample.faint_m);
+    if moved <= 0.0 {
+        return;
+    }
+    let scatter = |raised: f32| {
+        let mode = first_mode(config, samples, raised)?;
+        let off = samples
+            .iter()
+            .map(|sample| (sample.z_m + raised * sample.faint_m - contact_m(config, mode, sample.x_m)).abs());
+        Some(off.fold(0.0, |sum, off| sum + off))
+    };
+    let (Some(lowered), Some(raised)) = (scatter(0.0), scatter(1.0)) else { return };
+    if raised >= BETTER * lowered {
+        return;
+    }
+    for sample in samples.iter_mut() {
+        sample.z_m += sample.faint_m;
+        sample.lowered_m -= sample.faint_m;
+        sample.own_m2 -= sample.faint_m2;
+    }
+}
+
+/// Contact line of a first mode: `c`, `a`, `b` of the formulas above.
+type Mode = [f32; 3];
+
+/// Height of the contact line at `x`, metres.
+fn contact_m(config: &Config, [c, a, b]: Mode, x_m: f32) -> f32 {
+    let radius = config.settings.radius_m;
+    let x = x_m.max(-radius).min(radius);
+    c + a * x - b * sqrtf((radius * radius - x * x).max(0.0))
+}
+
+/// Most of the surface that shows above the contact line at `x`, metres.
+fn shown_m(config: &Config, [c, a, b]: Mode, x_m: f32) -> f32 {
+    let settings = &config.settings;
+    let (radius, distance, height) =
+        (settings.radius_m, settings.camera_distance_m, settings.camera_height_m);
+    let x = x_m.max(-radius).min(radius);
+    let y0 = sqrtf((radius * radius - x * x).max(0.0));
+    let contact_m = c + a * x - b * y0;
+    let shown = (1..=CHORD).map(|part| {
+        let y = y0 * (2.0 * part as f32 / CHORD as f32 - 1.0);
+        let r = sqrtf(x * x + y * y).max(1e-6);
+        // g(s) / s is what a plane of the same contact line is multiplied by.
+        let z = c + (a * x + b * y) * bulge(r / radius);
+        (z - height) * (distance - y0) / (distance + y) - (contact_m - height)
+    });
+    shown.fold(0.0, f32::max)
 }
 
 /// `J1(k s) / (s J1(k))` by its power series, `k = 1.8412`.
@@ -51,10 +96,11 @@ fn bulge(s: f32) -> f32 {
     (1.0 - q * (0.423_75 - q * (0.059_85 - q * 0.004_23))) / 0.631_87
 }
 
-/// `c`, `a`, `b` of the contact line by least squares; `None` if the samples do not fix them.
+/// `c`, `a`, `b` of the contact line by least squares, the share `raised` of the moves to faint bands taken back;
+/// `None` if the samples do not fix them.
 ///
 /// Normal equations of the basis `1, x, -sqrt(R^2 - x^2)`, by Cramer's rule.
-fn first_mode(config: &Config, samples: &[Sample]) -> Option<[f32; 3]> {
+fn first_mode(config: &Config, samples: &[Sample], raised: f32) -> Option<Mode> {
     let radius = config.settings.radius_m;
     let (mut m, mut v) = ([[0.0_f32; 3]; 3], [0.0_f32; 3]);
     for sample in samples {
@@ -62,7 +108,7 @@ fn first_mode(config: &Config, samples: &[Sample]) -> Option<[f32; 3]> {
         let basis = [1.0, s, -sqrtf((1.0 - s * s).max(0.0))];
         for ((row, v), &p) in m.iter_mut().zip(&mut v).zip(&basis) {
             row.iter_mut().zip(&basis).for_each(|(sum, &q)| *sum += p * q);
-            *v += p * (sample.z_m - config.settings.fill_m);
+            *v += p * (sample.z_m + raised * sample.faint_m - config.settings.fill_m);
         }
     }
     let [p, q, r] = m;

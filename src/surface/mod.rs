@@ -27,13 +27,14 @@ mod outcome;
 mod outline;
 mod profile;
 mod rectify;
+mod refraction;
 mod region;
 mod resample;
 mod settings;
 mod trace;
 
 pub use crate::usb::lens::{ColourLens, Intrinsics};
-pub use config::{Config, ConfigError, MAX_COLUMNS};
+pub use config::{Config, ConfigError, MAX_COLUMNS, THICKEST_WALL_M};
 pub use extract::{ExtractionState, extract};
 pub use optics::Optics;
 pub use outcome::{ExtractionError, Tally};

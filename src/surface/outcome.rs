@@ -52,4 +52,6 @@ pub struct Tally {
     pub covered: u32,
     /// Edge points moved down because the depth image shows liquid behind the contact line below them.
     pub behind: u32,
+    /// Profiles whose edge lies beside saturated pixels: the camera's exposure is too long.
+    pub saturated: u32,
 }

@@ -30,7 +30,7 @@ const LEAST_SAMPLES: usize = 3;
 const EDGE_PX: f32 = 0.10;
 const EDGE_COUNT: f32 = 4.0;
 /// Remaining bias.
-const BIAS_PX: f32 = 0.08;
+const BIAS_PX: f32 = 0.10;
 const BIAS_M: f32 = 5e-5;
 /// An outlier is farther from the line than this many robust standard deviations, and than this many pixels.
 const OUTLIER: f32 = 3.0;

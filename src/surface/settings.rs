@@ -39,6 +39,8 @@ pub struct Settings {
     pub camera_pitch_rad: f32,
     /// Inner radius of the glass, metres.
     pub radius_m: f32,
+    /// Thickness of the glass wall, metres; `None`: measured from the silhouette, frame by frame.
+    pub wall_m: Option<f32>,
     /// Height of the liquid at rest, metres.
     pub fill_m: f32,
     /// Height of the rim, metres.
@@ -88,6 +90,7 @@ impl Default for Settings {
             camera_distance_m: 0.40,
             camera_pitch_rad: 0.0,
             radius_m: 0.035,
+            wall_m: None,
             fill_m: 0.070,
             rim_m: 0.110,
             depth_unit_m,

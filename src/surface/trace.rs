@@ -3,24 +3,47 @@
 use super::binarise::Threshold;
 use super::config::{Config, MAX_COLUMNS};
 use super::contact::{Crossing, Crossings, lower, onset};
-use super::edge::{REACH, SPAN, Tone, inside_pixels};
+use super::edge::{REACH, SPAN, Tones, lead};
 use super::edge_points::{Edge, NEIGHBOURS};
 use super::glass::Body;
 use super::region::Grey;
+use super::settings::Liquid;
 use crate::math::median;
+use heapless::Vec;
 
 /// Background pixels in a row that end the liquid; fewer are speckle.
 const ENDING: usize = 3;
+/// A column whose background begins farther from its neighbours' median than this has a highlight or a dot there; it is
+/// looked at where they have theirs. Rows, and neighbours on either side.
+const APART: usize = 4;
+const BESIDE: usize = 6;
 /// A row farther from the neighbours' median than this is an outlier, pixels. The steepest surface
 /// that fits into the glass rises by 3 pixels a column, and a slope moves no median.
 const ROW_TOLERANCE_PX: f32 = 1.5;
+
+/// Tone from which on pixels are cut off, grey levels, with the noise of a mean.
+const SATURATED: f32 = 252.0;
+/// Rows by which a cut-off step looks lower than it is, and their standard deviation, pixels.
+const CLIPPED_PX: f32 = 0.4;
+const CLIPPED_STD_PX: f32 = 0.25;
+/// Lead of the steepest part of the steps that is noise, pixels; from twice that on it counts in full.
+const LEAD_NOISE_PX: f32 = 0.04;
 
 /// A band over the edge brighter than the background by this share of the step is foam.
 const OVERSHOOT: f32 = 0.2;
 /// Variance that foam adds to an edge, square pixels.
 const FOAM_PX2: f32 = 0.09;
 
-/// Traces the edge of every column of the body; columns without a clear edge are left out.
+/// Step of one column.
+#[derive(Clone, Copy, Debug)]
+struct Step {
+    column: usize,
+    first_background: usize,
+    tones: Tones,
+}
+
+/// Traces the edge of every column of the body; columns without a clear edge are left out. Returns the number of points
+/// beside which a tone is saturated.
 pub(super) fn trace(
     config: &Config,
     image: Grey<'_>,
@@ -28,15 +51,44 @@ pub(super) fn trace(
     threshold: &Threshold,
     least: f32,
     edge: &mut Edge,
-) {
-    let mut crossings = Crossings::new();
-    let noise = noise(image, body, config.foot_rows);
+) -> usize {
+    let mut ends: Vec<(usize, usize), MAX_COLUMNS> = Vec::new();
     for column in (body.left..=body.right).take(MAX_COLUMNS) {
-        if let Some(crossing) = column_edge(config, image, column, threshold, least, noise) {
-            // One point a column, and no more columns than the list holds.
-            let _ = crossings.push(crossing);
+        if let Some(first_background) = coarse(config, image, column, threshold) {
+            // One end a column, and no more columns than the list holds.
+            let _ = ends.push((column, first_background));
         }
     }
+    let mut steps: Vec<Step, MAX_COLUMNS> = Vec::new();
+    for (index, &(column, own)) in ends.iter().enumerate() {
+        let start = index.saturating_sub(BESIDE);
+        let near = ends.iter().skip(start).take(index - start + BESIDE + 1).map(|(_, row)| *row as f32);
+        let usual = median(near).map_or(own, |row| row as usize);
+        let first_background = if own.abs_diff(usual) > APART { usual } else { own };
+        if let Some((profile, _)) = profile(image, column, first_background) {
+            let _ = steps.push(Step { column, first_background, tones: Tones::of(&profile) });
+        }
+    }
+    let noise = noise(image, body, config.foot_rows);
+    let mut crossings = Crossings::new();
+    let mut leads: Vec<f32, MAX_COLUMNS> = Vec::new();
+    let mut saturated = 0_usize;
+    // A dark liquid absorbs what gets into it.
+    let shines_through = config.settings.liquid == Liquid::Bright;
+    for (index, step) in steps.iter().enumerate() {
+        let tones = usual(&steps, index);
+        let Some((crossing, lead)) = crossing(image, *step, tones, config.foot_rows.1, [least, noise]) else {
+            continue;
+        };
+        saturated += usize::from(clipped(tones).is_some());
+        let _ = crossings.push(crossing);
+        if let Some(lead) = lead.filter(|_| shines_through) {
+            let _ = leads.push(lead);
+        }
+    }
+    let lead = median(leads.iter().copied()).unwrap_or(0.0);
+    let lead = lead * ((lead.abs() - LEAD_NOISE_PX) / LEAD_NOISE_PX).max(0.0).min(1.0);
+    crossings.iter_mut().for_each(|crossing| crossing.edge -= lead);
     let mut raw = Edge::new();
     lower(&crossings, &mut raw);
     edge.clear();
@@ -48,42 +100,81 @@ pub(super) fn trace(
             let _ = edge.push(*point);
         }
     }
+    saturated
 }
 
-/// Goes up from the foot to the first background, then places the edge between the pixels.
-fn column_edge(
-    config: &Config,
-    image: Grey<'_>,
-    column: usize,
-    threshold: &Threshold,
-    least: f32,
-    noise: f32,
-) -> Option<Crossing> {
+/// Row of the first background above the foot.
+fn coarse(config: &Config, image: Grey<'_>, column: usize, threshold: &Threshold) -> Option<usize> {
     let (top, _) = config.rows;
     let mut ending = 0;
-    let mut first_background = None;
     for row in (top..config.foot_rows.1).rev() {
         if threshold.is_liquid(image.at(column, row)?) {
             ending = 0;
-        } else {
-            ending += 1;
-            if ending == ENDING {
-                first_background = Some(row + ENDING - 1);
-                break;
-            }
+            continue;
+        }
+        ending += 1;
+        if ending == ENDING {
+            return Some(row + ENDING - 1);
         }
     }
-    // From inside to outside: upwards from REACH rows below the first background.
-    let first_background = first_background?;
+    None
+}
+
+/// Pixels from inside to outside: upwards from REACH rows below the first background, foam flattened; and the variance
+/// that this adds.
+fn profile(image: Grey<'_>, column: usize, first_background: usize) -> Option<([f32; SPAN], f32)> {
     let start = first_background + REACH;
     let mut profile = [0.0; SPAN];
     for (to, up) in profile.iter_mut().zip(0..) {
         *to = f32::from(image.at(column, start.checked_sub(up)?)?);
     }
     let own_px2 = flatten_foam(&mut profile);
-    let edge = start as f32 + 0.5 - inside_pixels(&profile, Tone::Level, least)?;
-    let onset = onset(image, column, first_background, config.foot_rows.1, noise);
-    Some(Crossing { column, edge, onset, own_px2 })
+    Some((profile, own_px2))
+}
+
+/// Median tones of a column and as many neighbours on either side: a dot of light is narrower.
+fn usual(steps: &[Step], index: usize) -> Tones {
+    let reach = NEIGHBOURS.min(index).min(steps.len().saturating_sub(index + 1));
+    let near = steps.iter().skip(index.saturating_sub(reach)).take(2 * reach + 1);
+    Tones {
+        inside: median(near.clone().map(|step| step.tones.inside)).unwrap_or(0.0),
+        outside: median(near.map(|step| step.tones.outside)).unwrap_or(0.0),
+    }
+}
+
+/// Places the edge between the pixels, and tells how far the steepest part of the step leads it outwards.
+fn crossing(
+    image: Grey<'_>,
+    step: Step,
+    tones: Tones,
+    foot: usize,
+    [least, noise]: [f32; 2],
+) -> Option<(Crossing, Option<f32>)> {
+    let Step { column, first_background, tones: own } = step;
+    // Within a highlight there is no step at all.
+    if (own.inside - own.outside).abs() < least {
+        return None;
+    }
+    let (profile, own_px2) = profile(image, column, first_background)?;
+    let inside = tones.inside_pixels(&profile, least)?;
+    let (moved, clipped_px2) = clipped(tones).unwrap_or((0.0, 0.0));
+    let edge = (first_background + REACH) as f32 + 0.5 - inside - moved;
+    let found = onset(image, column, first_background, foot, noise);
+    let (onset, band) = found.map_or((None, 0.0), |found| (Some(found.row), found.band));
+    Some((Crossing { column, edge, onset, band, own_px2: own_px2 + clipped_px2 }, lead(&profile, inside)))
+}
+
+/// Rows by which an edge beside a saturated tone lies higher than it looks, and the variance of that.
+///
+/// A blurred step that is cut off at the top looks narrower, and nearer to its dark side. How far the light beyond the
+/// cut goes is not seen: [`CLIPPED_PX`] is right for twice the light that the pixels hold.
+fn clipped(tones: Tones) -> Option<(f32, f32)> {
+    let outwards = match tones {
+        Tones { outside, .. } if outside >= SATURATED => 1.0,
+        Tones { inside, .. } if inside >= SATURATED => -1.0,
+        _ => return None,
+    };
+    Some((outwards * CLIPPED_PX, CLIPPED_STD_PX * CLIPPED_STD_PX))
 }
 
 /// Foam that outshines the background is a band of its own between liquid and background: the profile is

@@ -17,6 +17,7 @@ pub mod judge;
 mod plots;
 mod report;
 mod speed;
+pub mod traced;
 
 pub use plots::{errors_png, scenes_png};
 pub use report::report;

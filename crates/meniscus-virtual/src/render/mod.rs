@@ -17,7 +17,7 @@ mod backdrop;
 mod clutter;
 mod depth;
 mod infrared;
-mod noise;
+pub(crate) mod noise;
 mod outline;
 mod sensor;
 mod shape;

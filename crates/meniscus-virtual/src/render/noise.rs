@@ -8,7 +8,7 @@ use rand_chacha::ChaCha8Rng;
 const TABLE: usize = 1 << 16;
 
 /// Scrambles a number (the finaliser of splitmix64).
-pub(super) fn mix(mut x: u64) -> u64 {
+pub(crate) fn mix(mut x: u64) -> u64 {
     x = x.wrapping_add(0x9e37_79b9_7f4a_7c15);
     x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     x = (x ^ (x >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
@@ -17,26 +17,26 @@ pub(super) fn mix(mut x: u64) -> u64 {
 
 /// A table of standard normal numbers.
 #[derive(Clone, Debug)]
-pub(super) struct Noise {
+pub(crate) struct Noise {
     table: Vec<f32>,
 }
 
 impl Noise {
     /// The table that belongs to `seed`.
-    pub(super) fn new(seed: u64) -> Self {
+    pub(crate) fn new(seed: u64) -> Self {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         Self { table: (0..TABLE).map(|_| normal(&mut random) as f32).collect() }
     }
 
     /// `length` normal numbers that belong to `seed`, at most a quarter of the table.
-    pub(super) fn row(&self, seed: u64, length: usize) -> &[f32] {
+    pub(crate) fn row(&self, seed: u64, length: usize) -> &[f32] {
         let start = mix(seed) as usize % (TABLE - length);
         &self.table[start..start + length]
     }
 
     /// Fills `out`, rows of `width`, with normal numbers of unit variance that are correlated over
     /// five by five pixels, as stereo matching makes them.
-    pub(super) fn correlated(&self, seed: u64, width: usize, scratch: &mut Vec<f32>, out: &mut [f32]) {
+    pub(crate) fn correlated(&self, seed: u64, width: usize, scratch: &mut Vec<f32>, out: &mut [f32]) {
         let rows = out.len() / width;
         scratch.clear();
         // Sums of five along the row, of variance five.

@@ -1,0 +1,9 @@
+//! Path-traced glasses: refraction, meniscus and scattering that the project's own renderer does not have.
+//!
+//! ```text
+//! set: images without noise, truth --degrade: faults of a camera--> pairs --judge: the reader--> errors
+//! ```
+
+pub mod degrade;
+pub mod judge;
+pub mod set;

@@ -1,0 +1,100 @@
+//! Path-traced glasses of dark liquid through the reader: walls that refract, a meniscus, a camera's faults.
+//!
+//! The scenes are `tests/fixtures/optics`, made by `make.py` there.
+
+use meniscus::surface::Settings;
+use meniscus_virtual::camera_study::traced::degrade::Faults;
+use meniscus_virtual::camera_study::traced::judge::{FRAMES, Read, read_scene};
+use meniscus_virtual::camera_study::traced::set::{Kind, TracedScene, folder, read};
+
+/// The scene whose surface shows above its own contact line, 2 mm thick. Together with a depth border that is too low
+/// it is read some millimetres too low.
+const SHOWS_BEHIND: &str = "develop-coffee-01";
+
+fn scenes() -> Vec<TracedScene> {
+    let all = read(&folder(), "").expect("the repository holds the set");
+    let dark: Vec<_> = all.into_iter().filter(|scene| scene.truth.liquid == Kind::Coffee).collect();
+    assert!(dark.len() >= 6 && dark.iter().any(|scene| scene.truth.name == SHOWS_BEHIND));
+    dark
+}
+
+fn read_all(faults: Faults, keep: impl Fn(&TracedScene) -> bool) -> Vec<Read> {
+    let kept = scenes().into_iter().filter(keep);
+    kept.map(|scene| read_scene(&scene, &faults, &|settings| settings).expect("sound settings")).collect()
+}
+
+/// Root mean square error, mean error, both in millimetres, and share inside the stated interval.
+fn figures(reads: &[Read]) -> [f64; 3] {
+    assert!(reads.iter().all(|read| u64::from(read.profiles) == FRAMES), "a frame without a profile");
+    let points: Vec<_> = reads.iter().flat_map(|read| &read.points).collect();
+    let mean = |sum: f64| sum / points.len() as f64;
+    let inside = points.iter().filter(|point| point.error_mm.abs() <= point.half_mm).count();
+    [
+        mean(points.iter().map(|point| point.error_mm.powi(2)).sum()).sqrt(),
+        mean(points.iter().map(|point| point.error_mm).sum()),
+        mean(inside as f64),
+    ]
+}
+
+#[test]
+fn walls_of_1_to_4_mm_cost_less_than_the_targets() {
+    let [rms_mm, bias_mm, inside] = figures(&read_all(Faults::default(), |_| true));
+    println!("rms {rms_mm:.3} mm, bias {bias_mm:+.3} mm, inside {inside:.3}");
+    assert!(rms_mm <= 0.4 && bias_mm.abs() <= 0.2 && (0.9..=0.98).contains(&inside));
+}
+
+#[test]
+fn the_border_of_the_depth_image_moves_no_contact_line() {
+    for border_px in [-4, -2, -1, 2, 4, 6] {
+        let faults = Faults { border_px, ..Faults::default() };
+        let [rms_mm, bias_mm, inside] = figures(&read_all(faults, |scene| scene.truth.name != SHOWS_BEHIND));
+        println!("{border_px:+} px: rms {rms_mm:.3} mm, bias {bias_mm:+.3} mm, inside {inside:.3}");
+        assert!(bias_mm.abs() <= 0.2 && rms_mm <= 0.4, "{border_px} px");
+    }
+}
+
+#[test]
+fn dots_cost_less_than_the_targets() {
+    for dots in [60.0, 150.0] {
+        let [rms_mm, bias_mm, inside] = figures(&read_all(Faults { dots, ..Faults::default() }, |_| true));
+        println!("{dots} grey: rms {rms_mm:.3} mm, bias {bias_mm:+.3} mm, inside {inside:.3}");
+        assert!(rms_mm <= 0.4 && inside >= 0.9, "{dots} grey");
+    }
+}
+
+#[test]
+fn saturation_is_noticed_and_inside_the_interval() {
+    let clean = read_all(Faults::default(), |_| true);
+    assert!(clean.iter().all(|read| read.tally.saturated == 0), "a good exposure is not called saturated");
+    for gain in [2.0, 3.0] {
+        let reads = read_all(Faults { gain, ..Faults::default() }, |_| true);
+        assert!(reads.iter().all(|read| read.tally.saturated == read.profiles), "{gain} times the light");
+        let [rms_mm, bias_mm, inside] = figures(&reads);
+        println!("{gain} times: rms {rms_mm:.3} mm, bias {bias_mm:+.3} mm, inside {inside:.3}");
+        assert!(rms_mm <= 0.4 && inside >= 0.9, "{gain} times the light");
+    }
+}
+
+/// The reader measures a wall that nobody stated. One that is said to be none is not what the silhouette shows.
+#[test]
+fn a_thick_wall_needs_its_refraction() {
+    let thickest = scenes().into_iter().max_by(|a, b| a.truth.wall_mm.total_cmp(&b.truth.wall_mm));
+    let thickest = thickest.expect("a scene");
+    assert!(thickest.truth.wall_mm > 3.0);
+    let known = |settings| Settings { wall_m: Some((1e-3 * thickest.truth.wall_mm) as f32), ..settings };
+    let none = |settings| Settings { wall_m: Some(0.0), ..settings };
+    let read = |adjust: &dyn Fn(Settings) -> Settings| {
+        read_scene(&thickest, &Faults::default(), adjust).expect("sound settings")
+    };
+    let worst = |read: &Read| read.points.iter().map(|point| point.error_mm.abs()).fold(0.0, f64::max);
+    let (known, measured, none) = (read(&known), read(&|settings| settings), read(&none));
+    println!(
+        "{} mm known, {} mm measured, {} profiles without",
+        worst(&known),
+        worst(&measured),
+        none.profiles
+    );
+    assert_eq!(u64::from(known.profiles), FRAMES);
+    assert!(worst(&known) < 0.5 && worst(&measured) < 0.5);
+    assert_eq!(none.profiles, 0);
+}
