@@ -75,7 +75,7 @@ def verdict_figure(verdict: Verdict) -> Figure:
         gap.text(0.5, 0.5, "no recording\nwas held out", ha="center", va="center")
         gap.set_axis_off()
     else:
-        bars = [("plain", "untouched"), ("nuisances\nrefitted", "refitted"), ("black box", "black_box"), ("effect", "effect")]
+        bars = [("plain", "untouched"), ("refitted", "refitted"), ("black\nbox", "black_box"), ("effect", "effect")]
         gap.bar([label for label, _ in bars], [measured[key] for _, key in bars])
         gap.set_ylabel("error on the held-out recording, mm")
     return figure
