@@ -3,7 +3,7 @@
 //! The points of a row of cells lie side by side in memory, so that their distances are computed in vectors as wide as the
 //! processor's. What is near is listed in the order of the cells, whatever the vectors or the number of threads.
 
-use super::neighbours::{CHUNKS, Rows};
+use super::rows::{CHUNKS, Rows};
 use meniscus::latent::nn::{Kernel as Work, widest};
 use rayon::prelude::*;
 use std::ops::Range;

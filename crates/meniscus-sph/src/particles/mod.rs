@@ -5,6 +5,7 @@
 //! | `state` | position, velocity, volume, pressure of a particle; the liquid |
 //! | `kernel` | smoothing kernel and its slope |
 //! | `neighbours` | pairs within the support of the kernel, and sums over them in a fixed order |
+//! | `rows` | a list of lists in two arrays |
 //! | `grid` | cells, searched for what is near |
 //! | `blocks` | neighbours of a particle side by side, for vector instructions |
 //! | `tensor` | symmetric tensors as six numbers |
@@ -13,10 +14,12 @@ pub(crate) mod blocks;
 mod grid;
 mod kernel;
 mod neighbours;
+mod rows;
 mod state;
 pub(crate) mod tensor;
 
 pub(crate) use grid::Box3;
 pub(crate) use kernel::{Kernel, SMOOTHING};
-pub(crate) use neighbours::{CHUNKS, IMAGE_SKIN, Neighbours, distance2};
+pub(crate) use neighbours::{IMAGE_SKIN, Neighbours, distance2};
+pub(crate) use rows::CHUNKS;
 pub(crate) use state::{Fluid, Particle, pair, retain};
