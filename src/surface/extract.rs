@@ -15,6 +15,9 @@ use super::trace::trace;
 use crate::usb::frame::{DepthFrame, OutlineFrame, Stamp};
 use heapless::Vec;
 
+/// Thickest wall that is measured rather than stated, metres: drinking glasses have 1 to 4 mm.
+const THICKEST_MEASURED_M: f32 = 0.0045;
+
 /// Fewest edge points that make a profile.
 const LEAST_COLUMNS: usize = 20;
 /// Rows between the lowest edge point and the rows that place the glass.
@@ -171,6 +174,11 @@ fn attempt(
     let Silhouette { axis_m, radius_m } =
         glass::axis(config, image, body, rows, least).ok_or(ExtractionError::GlassNotFound)?;
     state.silhouette_m = radius_m.or(state.silhouette_m);
+    // Wider than any wall that is guessed: this is not the glass that was stated.
+    let beyond_m = state.silhouette_m.map_or(0.0, |radius_m| radius_m - config.settings.radius_m);
+    if config.settings.wall_m.is_none() && beyond_m > THICKEST_MEASURED_M {
+        return Err(ExtractionError::GlassNotFound);
+    }
     let glass = Glass { axis_m, wall: GlassWall::of(config, state.silhouette_m) };
     let wall = place(config, depth, glass, &state.edge, &mut state.samples, &mut state.tally)?;
     if state.samples.len() < LEAST_COLUMNS {

@@ -49,6 +49,9 @@ enum What {
     ///
     /// Model, signature, setup and every option are checked as at a start; no camera is looked for (`meniscus doctor` does).
     /// The exit status is 1 if not all is well.
+    #[command(
+        after_help = "Examples:\n  meniscus service check\n  meniscus service check --config try.toml --to . --json"
+    )]
     Check {
         /// The configuration.
         #[arg(long, value_name = "FILE.toml", default_value = CONFIG)]
@@ -61,6 +64,9 @@ enum What {
         json: bool,
     },
     /// Write the drop-in that opens the unit's sandbox.
+    #[command(
+        after_help = "Examples:\n  sudo meniscus service configure\n  meniscus service configure --config try.toml --to ."
+    )]
     Configure {
         /// The configuration.
         #[arg(long, value_name = "FILE.toml", default_value = CONFIG)]
