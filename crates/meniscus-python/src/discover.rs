@@ -124,9 +124,11 @@ impl Progress for Told<'_> {
     fn begins(&self, stage: Stage) {
         self.begun.set(self.begun.get() + 1);
         let what = match stage {
+            Stage::SimulateReferences => "simulating references",
             Stage::FitReferences => "fitting the references",
             Stage::SetThresholds => "judging the references by one another",
             Stage::Decide => "ranking the effects",
+            Stage::DrawLaw => "drawing the missing force",
             Stage::Size => "finding the sizes by simulation",
             Stage::InsertIntoModel => "inserting the effects into the model",
             Stage::Simulate => "simulating the held-out recording twice",
