@@ -8,6 +8,10 @@
 //! pixels of inside, whatever the point-spread function, if it fits into the window. Interpolating
 //! the crossing of the half level instead is biased by up to 0.03 pixel, periodic in the sub-pixel
 //! position, and all rows of an upright edge share that bias.
+#![allow(
+    clippy::manual_clamp,
+    reason = "`clamp` keeps what is no number, `max` and `min` put a bound in its place"
+)]
 
 /// Pixels that give the tone inside, that hold the step, and that give the tone outside.
 const INSIDE: usize = 5;
@@ -112,6 +116,7 @@ pub(super) fn lead(profile: &[f32; SPAN], edge: f32) -> Option<f32> {
 }
 
 #[cfg(test)]
+#[allow(clippy::disallowed_methods, reason = "a test may take the platform's functions")]
 mod tests {
     use super::*;
 

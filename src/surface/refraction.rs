@@ -90,6 +90,7 @@ fn positive(value: f32) -> Option<f32> {
 }
 
 #[cfg(test)]
+#[allow(clippy::disallowed_methods, reason = "a test may take the platform's functions")]
 mod tests {
     use super::*;
     use crate::surface::Settings;

@@ -1,4 +1,8 @@
 //! The upper edge of the liquid, column by column, sub-pixel, outliers removed.
+#![allow(
+    clippy::manual_clamp,
+    reason = "`clamp` keeps what is no number, `max` and `min` put a bound in its place"
+)]
 
 use super::binarise::Threshold;
 use super::config::{Config, MAX_COLUMNS};
