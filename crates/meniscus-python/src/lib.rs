@@ -2,7 +2,7 @@
 //!
 //! The Python half in `python/meniscus_liquid` re-exports these classes and adds what needs Python alone: figures, HDF5 and the
 //! Gymnasium environment. Arrays are views on memory that a Rust object holds, read-only and without a copy, wherever
-//! the object keeps the numbers in that form ([`views`]).
+//! the object keeps the numbers in that form (`views`).
 //!
 //! Everything is behind the feature `module`, which `maturin` switches on. Without it the crate is empty: `cargo test
 //! --workspace` needs no Python and builds no PyO3. The tests are those of pytest, in `tests/`, against the built wheel.
