@@ -174,7 +174,7 @@ pub(super) fn place(
     Ok(Wall { offset_m, scatter_m: median_error(deviation_m, count, GROUP) })
 }
 
-/// What the depth image says about an edge point.
+/// Verdict of the depth image about an edge point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Verdict {
     /// The liquid at the wall ends here.

@@ -143,7 +143,7 @@ impl Progress for Told<'_> {
     }
 }
 
-/// What a discovery is asked.
+/// Question to a discovery.
 struct Question {
     recordings: PathBuf,
     reference: Option<PathBuf>,

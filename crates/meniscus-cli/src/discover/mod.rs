@@ -50,7 +50,7 @@ use std::time::Duration;
 /// --reference is such a folder of a KNOWN liquid in the same glass and motions, or a folder of such folders, simulated or
 /// measured, at two viscosities or more. They show the error of the plain model. Without --reference the simulator makes six: the
 /// stated liquid and one a fifth more viscous in your glass and motions, in several packings, at two spacings. The verdict is then
-/// said against the simulator. --no-references and --quick leave them out, and the verdict is much weaker.
+/// said against the simulator. --no-references and --quick leave them out; the verdict is then weak.
 ///
 /// The --out folder gets report.html, verdict.json and scene.toml (the effect, for `meniscus simulate --scene`). Every fit is kept
 /// in --out/fits and every simulation in --out/simulations: after Ctrl-C the same command continues, and a further recording needs

@@ -18,7 +18,7 @@ use rand_chacha::ChaCha8Rng;
 /// Draws.
 const DRAWS: usize = 300;
 
-/// Share of draws that a band holds over its whole curve.
+/// Share of draws that lie inside a band over its whole curve.
 pub const CONFIDENCE: f64 = 0.9;
 
 /// Factors on the half-widths of both bands.

@@ -211,7 +211,7 @@ fn even_share(force_n: &[f64]) -> f64 {
     (even / whole.max(f64::MIN_POSITIVE)).sqrt()
 }
 
-/// Returns the power law that fits the drag best, weighted by its band; none where the band holds no drag at all.
+/// Returns the power law that fits the drag best, weighted by its band; none where all of the band is zero.
 fn power_law(bands: &Bands) -> Option<PowerLaw> {
     let drag = &bands.drag;
     if drag.largest_distance(&vec![0.0; drag.at.len()]) <= 1.0 {

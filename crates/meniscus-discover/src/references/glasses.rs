@@ -32,7 +32,7 @@ pub const GLASSES: [GlassFactors; 6] = [
 /// Glass of a reference.
 #[derive(Clone, Debug)]
 pub struct ReferenceGlass {
-    /// What is known of it.
+    /// Facts that are known of it.
     pub known: Known,
     /// Glass in the simulator, and how a camera without faults sees it.
     pub seen: SimulatedGlass,

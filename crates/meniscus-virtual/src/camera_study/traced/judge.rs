@@ -12,7 +12,7 @@ use meniscus::usb::frame::{DepthFrame, OutlineFrame, Stamp};
 /// Noisy frames that are made of each render.
 pub const FRAMES: u64 = 4;
 
-/// What the reader made of a scene.
+/// Reading of a scene.
 #[derive(Clone, Debug)]
 pub struct Read {
     /// Name of the scene.
