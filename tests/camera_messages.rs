@@ -1,33 +1,13 @@
 //! Messages of a camera that is another one, is hot, or brings nothing that can be used.
 
+#[path = "support/program.rs"]
+mod program;
+
+use program::{errors, folder, json, meniscus};
 use serde_json::Value;
 use std::fs;
-use std::path::{Path, PathBuf};
-use std::process::{Command, Output, Stdio};
-
-fn folder(name: &str) -> PathBuf {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("camera-messages").join(name);
-    let _old = fs::remove_dir_all(&folder);
-    fs::create_dir_all(&folder).expect("a folder");
-    folder
-}
-
-fn meniscus(folder: &Path, arguments: &str) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_meniscus-under-test"))
-        .args(arguments.split_whitespace())
-        .current_dir(folder)
-        .stdin(Stdio::null())
-        .output()
-        .expect("it starts")
-}
-
-fn errors(output: &Output) -> String {
-    String::from_utf8_lossy(&output.stderr).into_owned()
-}
-
-fn json(output: &Output) -> Value {
-    serde_json::from_slice(&output.stdout).unwrap_or_else(|why| panic!("{why}: {}", errors(output)))
-}
+use std::path::Path;
+use std::process::Output;
 
 fn refused(output: &Output, words: &[&str]) {
     let told = errors(output);
@@ -36,7 +16,7 @@ fn refused(output: &Output, words: &[&str]) {
 
 #[test]
 fn a_hot_laser_is_told_while_the_run_goes_and_in_its_report() {
-    let folder = folder("hot");
+    let folder = folder("camera-messages", "hot");
     let run = meniscus(&folder, "run --source simulated-usb:interrupt-off --seconds 3 --json");
     let hot = "the laser is too hot, it was turned off (error 2 of the camera)";
     assert!(errors(&run).contains(&format!("camera: {hot}")), "{}", errors(&run));
@@ -45,7 +25,7 @@ fn a_hot_laser_is_told_while_the_run_goes_and_in_its_report() {
 
 #[test]
 fn doctor_says_what_the_camera_says() {
-    let folder = folder("doctor");
+    let folder = folder("camera-messages", "doctor");
     let doctor = json(&meniscus(&folder, "doctor --simulated interrupt-off --json"));
     let checks = doctor["checks"].as_array().expect("checks");
     let told = checks.iter().find(|check| check["name"] == "camera_errors").expect("the check");
@@ -59,7 +39,7 @@ fn doctor_says_what_the_camera_says() {
 
 #[test]
 fn another_realsense_is_named() {
-    let folder = folder("other");
+    let folder = folder("camera-messages", "other");
     let words = ["RealSense D455", "use a D435 or D435i"];
     refused(&meniscus(&folder, "run --source simulated-usb:other-camera --seconds 2"), &words);
     refused(&meniscus(&folder, "record --source simulated-usb:other-camera --out a.mcap"), &words);
@@ -69,7 +49,7 @@ fn another_realsense_is_named() {
 
 #[test]
 fn a_camera_without_infrared_runs_by_its_colour_image() {
-    let folder = folder("colour");
+    let folder = folder("camera-messages", "colour");
     let words = ["no infrared images", "--outline colour"];
     refused(&meniscus(&folder, "record --source simulated-usb:no-infrared --out a.mcap"), &words);
     assert!(!folder.join("a.mcap").exists());
@@ -81,7 +61,7 @@ fn a_camera_without_infrared_runs_by_its_colour_image() {
 /// A real D435 whose recording has depth and colour images, and no infrared ones.
 #[test]
 fn a_recording_of_which_nothing_can_be_used_is_a_failure_and_leaves_nothing() {
-    let folder = folder("nothing");
+    let folder = folder("camera-messages", "nothing");
     let bag = Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/camera/single_depth_color_640x480.bag");
     for out in ["a.mcap", "b"] {
         let made = meniscus(&folder, &format!("record --source {} --out {out}", bag.display()));
@@ -97,7 +77,7 @@ fn a_recording_of_which_nothing_can_be_used_is_a_failure_and_leaves_nothing() {
 
 #[test]
 fn a_recording_at_30_hz_says_so() {
-    let folder = folder("slow");
+    let folder = folder("camera-messages", "slow");
     let made = meniscus(&folder, "record --source simulated-usb --seconds 2 --out fast");
     assert!(made.status.success(), "{}", errors(&made));
     let table = fs::read_to_string(folder.join("fast/frames.csv")).expect("the table");

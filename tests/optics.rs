@@ -11,11 +11,19 @@ use meniscus_virtual::camera_study::traced::set::{Kind, TracedScene, folder, rea
 /// it is read some millimetres too low.
 const SHOWS_BEHIND: &str = "develop-coffee-01";
 
+/// Start of the names of scenes that nobody looked at while the reader was written.
+const JUDGED: &str = "judge";
+
 fn scenes() -> Vec<TracedScene> {
     let all = read(&folder(), "").expect("the repository holds the set");
     let dark: Vec<_> = all.into_iter().filter(|scene| scene.truth.liquid == Kind::Coffee).collect();
     assert!(dark.len() >= 6 && dark.iter().any(|scene| scene.truth.name == SHOWS_BEHIND));
+    assert!(dark.iter().filter(|scene| judged(scene)).count() >= 4);
     dark
+}
+
+fn judged(scene: &TracedScene) -> bool {
+    scene.truth.name.starts_with(JUDGED)
 }
 
 fn read_all(faults: Faults, keep: impl Fn(&TracedScene) -> bool) -> Vec<Read> {
@@ -41,6 +49,20 @@ fn walls_of_1_to_4_mm_cost_less_than_the_targets() {
     let [rms_mm, bias_mm, inside] = figures(&read_all(Faults::default(), |_| true));
     println!("rms {rms_mm:.3} mm, bias {bias_mm:+.3} mm, inside {inside:.3}");
     assert!(rms_mm <= 0.4 && bias_mm.abs() <= 0.2 && (0.9..=0.98).contains(&inside));
+    let [rms_mm, bias_mm, inside] = figures(&read_all(Faults::default(), judged));
+    println!("judged alone: rms {rms_mm:.3} mm, bias {bias_mm:+.3} mm, inside {inside:.3}");
+    assert!(rms_mm <= 0.4 && bias_mm.abs() <= 0.2 && inside >= 0.9);
+}
+
+/// A limit that docs/limits.md states: when this fails because milk is read, the page and this test are to change.
+#[test]
+fn a_bright_liquid_is_still_read_wrong() {
+    let all = read(&folder(), JUDGED).expect("the repository holds the set");
+    let milk = all.into_iter().find(|scene| scene.truth.liquid == Kind::Milk).expect("a bright scene");
+    let read = read_scene(&milk, &Faults::default(), &|settings| settings).expect("sound settings");
+    let [rms_mm, bias_mm, inside] = figures(&[read]);
+    println!("milk: rms {rms_mm:.3} mm, bias {bias_mm:+.3} mm, inside {inside:.3}");
+    assert!(rms_mm > 0.4, "milk is read to {rms_mm} mm");
 }
 
 #[test]
@@ -50,6 +72,9 @@ fn the_border_of_the_depth_image_moves_no_contact_line() {
         let [rms_mm, bias_mm, inside] = figures(&read_all(faults, |scene| scene.truth.name != SHOWS_BEHIND));
         println!("{border_px:+} px: rms {rms_mm:.3} mm, bias {bias_mm:+.3} mm, inside {inside:.3}");
         assert!(bias_mm.abs() <= 0.2 && rms_mm <= 0.4, "{border_px} px");
+        let [rms_mm, bias_mm, _] = figures(&read_all(faults, judged));
+        println!("  judged alone: rms {rms_mm:.3} mm, bias {bias_mm:+.3} mm");
+        assert!(bias_mm.abs() <= 0.2 && rms_mm <= 0.4, "{border_px} px, judged alone");
     }
 }
 

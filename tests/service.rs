@@ -1,33 +1,13 @@
 //! The installed service's configuration: `meniscus run --config` and `meniscus service`.
 
+#[path = "support/program.rs"]
+mod program;
+
+use program::{errors, folder, json, meniscus};
 use serde_json::Value;
 use std::fs;
-use std::path::{Path, PathBuf};
-use std::process::{Command, Output, Stdio};
-
-fn folder(name: &str) -> PathBuf {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("service").join(name);
-    let _old = fs::remove_dir_all(&folder);
-    fs::create_dir_all(&folder).expect("a folder");
-    folder
-}
-
-fn meniscus(folder: &Path, arguments: &str) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_meniscus-under-test"))
-        .args(arguments.split_whitespace())
-        .current_dir(folder)
-        .stdin(Stdio::null())
-        .output()
-        .expect("it starts")
-}
-
-fn errors(output: &Output) -> String {
-    String::from_utf8_lossy(&output.stderr).into_owned()
-}
-
-fn json(output: &Output) -> Value {
-    serde_json::from_slice(&output.stdout).unwrap_or_else(|why| panic!("{why}: {}", errors(output)))
-}
+use std::path::Path;
+use std::process::Command;
 
 fn value(report: &Value, name: &str) -> Option<f64> {
     let check = report["checks"].as_array()?.iter().find(|check| check["name"] == name)?;
@@ -36,7 +16,7 @@ fn value(report: &Value, name: &str) -> Option<f64> {
 
 #[test]
 fn a_run_by_its_file_is_the_run_by_its_options() {
-    let folder = folder("run");
+    let folder = folder("service", "run");
     fs::write(folder.join("a.toml"), "[time]\npatient = true\nseconds = 2\n[output]\njson = true\n")
         .expect("written");
     let errors_of = |report: &Value| (report["frames"].clone(), report["surface_error"].clone());
@@ -50,7 +30,7 @@ fn a_run_by_its_file_is_the_run_by_its_options() {
 
 #[test]
 fn a_wrong_line_is_named_with_its_number_and_told_to_systemd() {
-    let folder = folder("wrong");
+    let folder = folder("service", "wrong");
     fs::write(folder.join("a.toml"), "[time]\nservice = true\n\n[images]\nsorce = \"usb\"\n")
         .expect("written");
     let socket = folder.join("notify");
@@ -75,7 +55,7 @@ fn a_wrong_line_is_named_with_its_number_and_told_to_systemd() {
 
 #[test]
 fn check_says_what_is_missing_and_configure_mends_it() {
-    let folder = folder("check");
+    let folder = folder("service", "check");
     let config = "[images]\nsource = \"usb\"\n[time]\nservice = true\n\
                   [publishing]\npublish = [\"udp:192.168.1.5:9000\", \"unix:/run/meniscus/estimates\"]\n\
                   [output]\nout = \"/var/lib/meniscus/last-run\"\n";
@@ -122,7 +102,7 @@ fn check_says_what_is_missing_and_configure_mends_it() {
 #[test]
 fn the_file_of_the_package_is_good() {
     let shipped = Path::new(env!("CARGO_MANIFEST_DIR")).join("../firmware-config/systemd/meniscus.toml");
-    let folder = folder("package");
+    let folder = folder("service", "package");
     let text = fs::read_to_string(shipped).expect("the file");
     let board = Path::new(env!("CARGO_MANIFEST_DIR")).join("../firmware-config/boards/raspberry-pi-5.toml");
     let text = text

@@ -17,8 +17,8 @@ pub(crate) struct Camera {
     pub(crate) health: CameraHealth,
     pub(crate) transfers_mb: f64,
     pub(crate) error: Option<CameraError>,
-    /// Errors that the camera told.
-    pub(crate) told: Vec<Note>,
+    /// Errors that the camera reported.
+    pub(crate) reported: Vec<Note>,
 }
 
 /// Connects and counts frames.
@@ -36,7 +36,7 @@ pub(super) fn look(transport: impl Transport, settings: Settings) -> Camera {
         health: session.health(),
         transfers_mb: transfers as f64 / f64::from(1 << 20),
         error,
-        told: count.told,
+        reported: count.reported,
     }
 }
 
@@ -47,13 +47,13 @@ struct Count {
     first: Option<Instant>,
     last: Option<Instant>,
     depth: u32,
-    told: Vec<Note>,
+    reported: Vec<Note>,
 }
 
 impl Count {
     fn new(bytes: usize) -> Self {
         let spare = (0..4).map(|_| Buffer::new(bytes)).collect();
-        Self { spare, begun: Instant::now(), first: None, last: None, depth: 0, told: Vec::new() }
+        Self { spare, begun: Instant::now(), first: None, last: None, depth: 0, reported: Vec::new() }
     }
 
     fn rate_hz(&self) -> f64 {
@@ -86,8 +86,8 @@ impl Sink for Count {
     fn dropped(&mut self) {}
 
     fn note(&mut self, note: Note) {
-        if matches!(note, Note::Told(_)) {
-            self.told.push(note);
+        if matches!(note, Note::Reported(_)) {
+            self.reported.push(note);
         }
     }
 }

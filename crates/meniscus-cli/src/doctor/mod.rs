@@ -161,14 +161,14 @@ pub(crate) fn camera_findings(camera: &Camera) -> Vec<(Check, String)> {
             },
         ),
         (Check::informational("transfers_damaged", lost as f64, "1"), String::new()),
-        (Check::exactly("camera_errors", camera.told.len() as f64, "1", 0.0), told(camera)),
+        (Check::exactly("camera_errors", camera.reported.len() as f64, "1", 0.0), reported(camera)),
     ]
 }
 
-/// Errors that the camera told, in one line.
-fn told(camera: &Camera) -> String {
-    let told: Vec<String> = camera.told.iter().map(Note::to_string).collect();
-    format!("the camera said: {}; let it cool, give it air, or plug it in again", told.join("; "))
+/// Errors that the camera reported, in one line.
+fn reported(camera: &Camera) -> String {
+    let reported: Vec<String> = camera.reported.iter().map(Note::to_string).collect();
+    format!("the camera said: {}; let it cool, give it air, or plug it in again", reported.join("; "))
 }
 
 /// The machine's checks, each with what to do if it is missed.

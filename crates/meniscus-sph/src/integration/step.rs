@@ -204,3 +204,29 @@ impl Simulator {
         Ok(())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::setup::small_glass;
+    use crate::validate::Mode;
+    use crate::{Simulator, relative_closure};
+    use meniscus_data::liquids::Rheology;
+
+    /// A wave twice as high as it can stand breaks at the wall. With steps of the rest some of its particles gain energy from
+    /// nothing, step after step.
+    #[test]
+    fn water_that_breaks_keeps_its_energy() {
+        let mut simulator =
+            Simulator::new(&small_glass(1000.0, Rheology::newtonian(1e-3))).expect("the glass settles");
+        let mode = Mode::first(simulator.glass);
+        simulator.set_velocity(|x| mode.velocity(x).map(|v| 0.6 * v));
+        let mut books = Vec::new();
+        while simulator.time_s() < 0.8 {
+            simulator.step(|_| 0.0).expect("no particle goes through the wall");
+            books.push(simulator.energy());
+        }
+        let closure = relative_closure(&books);
+        println!("the energy closes to {:.2} %", 100.0 * closure);
+        assert!(closure < 0.01, "{closure}");
+    }
+}

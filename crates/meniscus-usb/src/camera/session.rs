@@ -49,8 +49,8 @@ pub struct Session<T> {
     pub(super) patience: Duration,
     pub(super) idle: Vec<Buffer>,
     interrupt_failures: u32,
-    /// Error that the camera told last.
-    told: Option<DeviceError>,
+    /// Last error that the camera reported.
+    last_error: Option<DeviceError>,
     pub(super) health: CameraHealth,
 }
 
@@ -73,7 +73,7 @@ impl<T: Transport> Session<T> {
             patience: FIRST,
             idle: Vec::new(),
             interrupt_failures: 0,
-            told: None,
+            last_error: None,
             health: CameraHealth::default(),
         })
     }
@@ -292,10 +292,10 @@ impl<T: Transport> Session<T> {
             }
             (_, Some(error)) if error.value != 0 => {
                 self.health.pushed_errors += 1;
-                // One that repeats itself is told once.
+                // One that repeats itself is noted once.
                 let error = DeviceError(error.value);
-                if !error.start_failed() && self.told.replace(error) != Some(error) {
-                    sink.note(Note::Told(error));
+                if !error.start_failed() && self.last_error.replace(error) != Some(error) {
+                    sink.note(Note::Reported(error));
                 }
             }
             _ => {}

@@ -16,8 +16,8 @@ pub enum Note {
     Trouble(Trouble, Rung),
     /// A try to bring the camera back failed, with the reason.
     Failed(String),
-    /// The camera told an error of its own and goes on.
-    Told(DeviceError),
+    /// The camera reported an error of its own and goes on.
+    Reported(DeviceError),
     /// Frames have come on every stream for a second, and some of one instant.
     Recovered,
 }
@@ -26,7 +26,7 @@ impl std::fmt::Display for Note {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Self::Trouble(trouble, rung) => write!(f, "{trouble}: {rung:?}"),
-            Self::Told(error) => write!(f, "{} (error {} of the camera)", error.meaning(), error.0),
+            Self::Reported(error) => write!(f, "{} (error {} of the camera)", error.meaning(), error.0),
             Self::Failed(reason) => write!(f, "not yet: {reason}"),
             Self::Recovered => write!(f, "the camera is back"),
         }

@@ -1,6 +1,6 @@
 //! Required outcome of each fault of the simulated camera, one line a fault.
 
-use super::faults::Must::{self, GiveUp, Recover, Refuse, Stream as Streams, Tell};
+use super::faults::Must::{self, GiveUp, Recover, Refuse, Report, Stream as Streams};
 use meniscus::usb::uvc::Losses;
 use meniscus_usb::camera::Rung;
 
@@ -95,14 +95,14 @@ pub const TABLE: &[(&str, Must)] = &[
     ("wire-empty", Streams(|books| books.lost(|l| l.empty_payload))),
     ("interrupt-stalls", Streams(|books| books.health.interrupt_errors == 8)),
     ("interrupt-noise", Streams(|books| books.health.interrupt_errors == 8)),
-    ("interrupt-hot", Tell(&["the laser is hot"])),
+    ("interrupt-hot", Report(&["the laser is hot"])),
     ("interrupt-infrared", Recover(Rung::Renegotiate, |books| books.health.pushed_errors == 1)),
     ("interrupt-dead", Streams(|_| true)),
     ("drain-stuck", Recover(Rung::Restart, |books| books.health.buffers_lost > 0)),
     ("no-memory", GiveUp(&["no memory", "usbfs_memory_mb"])),
     ("clear-halt-refused", Recover(Rung::Restart, |_| true)),
     ("apart", Recover(Rung::Renegotiate, |_| true)),
-    ("interrupt-off", Tell(&["the laser is too hot, it was turned off (error 2 of the camera)"])),
-    ("interrupt-overflow", Tell(&["a USB buffer of the camera overflowed"])),
+    ("interrupt-off", Report(&["the laser is too hot, it was turned off (error 2 of the camera)"])),
+    ("interrupt-overflow", Report(&["a USB buffer of the camera overflowed"])),
     ("other-camera", Refuse(&["a RealSense D455", "use a D435 or D435i"])),
 ];

@@ -17,8 +17,8 @@ pub enum Must {
     Refuse(&'static [&'static str]),
     /// Frames, and no rung is taken.
     Stream(fn(&Books) -> bool),
-    /// Frames, no rung is taken, and the camera tells these words.
-    Tell(&'static [&'static str]),
+    /// Frames, no rung is taken, and the camera reports these words.
+    Report(&'static [&'static str]),
     /// Frames again, and this is the highest rung that was taken.
     Recover(Rung, fn(&Books) -> bool),
     /// The session ends with these words.
@@ -241,7 +241,7 @@ pub fn check(name: &str, must: Must, outline: OutlineImage, habits: Habits) -> R
     match (ended, must) {
         (Err(error), Must::GiveUp(words)) => says(&error, words).map_err(named),
         (Ok(()), Must::Stream(as_told)) if books.health.rungs == [0; 5] && as_told(&books) => Ok(()),
-        (Ok(()), Must::Tell(words)) if books.health.rungs == [0; 5] => {
+        (Ok(()), Must::Report(words)) if books.health.rungs == [0; 5] => {
             let notes: Vec<String> = reader.notes.iter().map(Note::to_string).collect();
             let all = words.iter().all(|word| notes.iter().any(|note| note.contains(word)));
             if all { Ok(()) } else { Err(named(told())) }
@@ -249,7 +249,7 @@ pub fn check(name: &str, must: Must, outline: OutlineImage, habits: Habits) -> R
         (Ok(()), Must::Recover(rung, as_told)) => {
             let taken = reader.notes.iter().filter_map(|note| match note {
                 Note::Trouble(_, rung) => Some(*rung),
-                Note::Failed(_) | Note::Recovered | Note::Told(_) => None,
+                Note::Failed(_) | Note::Recovered | Note::Reported(_) => None,
             });
             let recovered = reader.notes.last() == Some(&Note::Recovered);
             let good = taken.max() == Some(rung) && recovered && as_told(&books);

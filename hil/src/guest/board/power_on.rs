@@ -18,6 +18,12 @@ fn power_on(_: &mut Board) -> Facts {
     let tracked_s = service::tracked_at(&pid);
     let first = service::journal()?.into_iter().find(|line| line.pid == pid).map(|line| line.at_s);
     let seconds = |value: Option<&String>| value.and_then(|us| us.parse::<f64>().ok()).map(|us| us * 1e-6);
+    // A start that failed says why in its last line.
+    let refusals: Vec<String> = service::journal()?
+        .into_iter()
+        .map(|line| line.text)
+        .filter(|text| text.starts_with("error:"))
+        .collect();
     let unit = service::properties()?;
     let manager = show(&["--property", "UserspaceTimestampMonotonic,FinishTimestampMonotonic"])?;
     let state = system::wait(PATIENCE_S, || {
@@ -27,7 +33,7 @@ fn power_on(_: &mut Board) -> Facts {
     Ok(json!({ "tracked_s": tracked_s, "first_process_s": begun_s,
                "systemd_s": seconds(manager.get("UserspaceTimestampMonotonic")),
                "started_s": seconds(unit.get("ExecMainStartTimestampMonotonic")), "first_line_s": first,
-               "restarts": service::restarts(), "state": state,
+               "restarts": service::restarts(), "refusals": refusals, "state": state,
                "failed": run(&["systemctl", "list-units", "--failed", "--plain", "--no-legend"])?.out,
                "node": system::node(), "slot": service::slot(),
                "kernel_complaints": super::super::kernel::complaints() }))
