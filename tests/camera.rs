@@ -106,6 +106,20 @@ fn a_slow_worker_costs_payloads_and_neither_transfers_nor_freshness() {
     assert_eq!(health.completed, health.frames, "the transfers stay queued");
 }
 
+/// At boot a service starts before the system has given the rights to the camera.
+#[test]
+fn a_service_waits_until_it_may_open_the_camera_and_a_person_does_not() {
+    let service = || Settings { waits_for_arrival: true, ..Settings::default() };
+    let twice = Some(Trouble::Denied(2));
+    assert!(Session::connect(bus(twice), service()).is_ok(), "at the third look");
+    let refused = Session::connect(bus(twice), Settings::default()).map(drop).expect_err("at the first look");
+    says(&refused, &["may not open"], "a person");
+    for (name, words) in [("denied", "may not open"), ("absent", "no depth camera")] {
+        let refused = Session::connect(bus(Trouble::find(name)), service()).map(drop).expect_err(name);
+        says(&refused, &[words], name);
+    }
+}
+
 #[test]
 fn settings_are_kept() {
     let refused =

@@ -149,7 +149,8 @@ impl Device {
         }
         let left = match trouble {
             Some(
-                Trouble::Busy(n)
+                Trouble::Denied(n)
+                | Trouble::Busy(n)
                 | Trouble::MonitorStalls(n)
                 | Trouble::ProbeStalls(n)
                 | Trouble::ProbeInterval(n)

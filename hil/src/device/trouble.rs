@@ -72,7 +72,7 @@ pub enum Ending {
 #[allow(missing_docs, reason = "each is described in TROUBLES")]
 pub enum Trouble {
     Absent,
-    Denied,
+    Denied(u32),
     Busy(u32),
     OpenRace,
     Usb2,
@@ -129,7 +129,7 @@ pub enum Trouble {
 /// Every trouble: its name, what it is, what it does. Its number is its place, from 1.
 pub const TROUBLES: &[(&str, Trouble, &str)] = &[
     ("absent", Trouble::Absent, "no camera is connected"),
-    ("denied", Trouble::Denied, "the user may not open it"),
+    ("denied", Trouble::Denied(u32::MAX), "the user may not open it"),
     ("busy", Trouble::Busy(u32::MAX), "another program holds it"),
     ("busy-twice", Trouble::Busy(2), "the kernel's driver lets go at the third claim"),
     ("open-race", Trouble::OpenRace, "the first open fails, as in a race with enumeration"),

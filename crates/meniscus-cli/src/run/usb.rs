@@ -1,7 +1,7 @@
 //! `meniscus run --source usb`: a camera on a bus, real or simulated, into the same turn.
 
 use super::BUFFERS;
-use super::config::{RunConfig, RunEnd};
+use super::config::{Front, RunConfig, RunEnd};
 use super::live::{Played, ReadyCamera, live};
 use super::printed::{announce, print, say_position};
 use super::source::{RecordingSource, Source};
@@ -63,7 +63,9 @@ pub(super) fn run(
 ) -> anyhow::Result<()> {
     let truth = config.truth.as_ref().map(RecordingSource::load).transpose()?;
     let outline = glass::outline(config.setup.as_deref())?.unwrap_or_default();
-    let wanted = Settings { serial: config.serial.clone(), outline, ..Settings::default() };
+    let waits_for_arrival = config.front == Front::Service;
+    let wanted =
+        Settings { serial: config.serial.clone(), outline, waits_for_arrival, ..Settings::default() };
     let mut session = Session::connect(camera.transport, wanted)?;
     let connected = session.connected().clone();
     let settings = glass::settings(config.setup.as_deref(), &model.header, connected.optics())?;

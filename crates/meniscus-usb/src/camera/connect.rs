@@ -78,7 +78,11 @@ pub(super) fn connect(
     let mut was_there = false;
     for _ in 1..TRIES {
         match establish(transport, settings) {
-            Err(error) if error.passes() || (was_there && matches!(error, CameraError::NoCamera(_))) => {
+            Err(error)
+                if error.passes()
+                    || (was_there && matches!(error, CameraError::NoCamera(_)))
+                    || (settings.waits_for_arrival && error.may_arrive()) =>
+            {
                 was_there = true;
                 transport.close();
                 pause_or_return(transport, settings.serial.as_deref(), pause, || true);

@@ -89,6 +89,11 @@ impl CameraError {
         }
     }
 
+    /// Whether the camera is not there, or not given to this user, as long before the system has seen to it.
+    pub(super) fn may_arrive(&self) -> bool {
+        matches!(self, Self::NoCamera(_) | Self::NoAccess(_))
+    }
+
     /// Returns the remedy for a person.
     #[must_use]
     pub fn remedy(&self) -> &'static str {

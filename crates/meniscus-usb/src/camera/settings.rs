@@ -61,6 +61,9 @@ pub struct Settings {
     pub exposure_us: Option<u32>,
     /// Power of the laser, milliwatts, 0 to 360; `None` leaves it.
     pub laser_mw: Option<u16>,
+    /// Whether a camera is waited for that is not there yet, or that this user may not open yet. A service at boot starts before the
+    /// system has given the rights; a person wants to read at once what is missing.
+    pub waits_for_arrival: bool,
     /// Time that the session tries to get frames back before it gives up.
     pub patience: Duration,
 }
@@ -74,6 +77,7 @@ impl Default for Settings {
             depth_unit_um: Some(100),
             exposure_us: Some(8_500),
             laser_mw: Some(150),
+            waits_for_arrival: false,
             patience: Duration::from_secs(60),
         }
     }

@@ -165,7 +165,7 @@ impl Transport for SimulatedBus {
     fn open(&mut self, _: &Listed) -> Result<(), UsbError> {
         self.close();
         self.device.seen(self.now_us()).ok_or(UsbError::NoDevice)?;
-        if self.has(Trouble::Denied) {
+        if matches!(self.device.trouble(), Some(Trouble::Denied(_))) && self.device.strike() {
             return Err(UsbError::Access);
         }
         if self.has(Trouble::OpenRace) && self.device.strike() {
