@@ -8,6 +8,8 @@ mod bars;
 mod bench;
 mod bus;
 #[cfg(feature = "studies")]
+mod cache;
+#[cfg(feature = "studies")]
 mod camera;
 #[cfg(feature = "train")]
 mod correct;
@@ -164,6 +166,8 @@ fn end_with_the_reader() {
 pub fn main() -> ExitCode {
     end_with_the_reader();
     meniscus_platform::cpu_features::widen();
+    #[cfg(feature = "studies")]
+    cache::keep_settled();
     let done = match arguments().command {
         Command::Run(arguments) => run::run(&arguments),
         Command::Simulate(arguments) => simulate::run(&arguments),

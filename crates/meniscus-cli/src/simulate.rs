@@ -27,9 +27,9 @@ use std::sync::{Arc, Mutex};
 /// scene files, in `meniscus insert` and in `meniscus discover`. --list shows liquids, motions and effects with units and ranges.
 /// A scene file holds glass, liquid, motion and effects together; the command line goes before it.
 ///
-/// At the spacing of 5 mm it takes 8 s of processor time to settle and 5 to 8 s for each second of slosh. The first mode of
-/// glycerine has 2 % error in frequency and decay, that of water 1 %. The numerical viscosity is 2.6e-6 m2/s. The second mode is
-/// 4 % too slow, 2 % with --fine. High-viscosity liquids take longer: chocolate 9, ketchup 11, mayonnaise 21 times.
+/// At the spacing of 5 mm it takes 5 to 8 s of processor time for each second of slosh, a yield stress 10 s, mayonnaise 14 s. A
+/// new glass takes 8 s more to come to rest. It is kept in ~/.cache/meniscus for other liquids and motions. The first mode of
+/// glycerine has 2 % error in frequency and decay, that of water 1 %. The numerical viscosity is 2.7e-6 m2/s.
 #[derive(clap::Args)]
 #[command(
     allow_negative_numbers = true,

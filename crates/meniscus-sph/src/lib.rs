@@ -14,7 +14,8 @@
 //! | `forces` | continuity and momentum: rates of density and velocity |
 //! | `effects` | surface tension, contact line, foam, viscoelastic stress and the other effects |
 //! | `setup` | glass, liquid, spacing and step, and the packing that a simulation starts from |
-//! | [`Simulator`] and `integration` | the step, the settling, the books of energy |
+//! | [`Simulator`] and `integration` | the step, the books of energy |
+//! | `settled` | the glass at rest from which a simulation starts |
 //! | `output` | surface, fields at tracers, recordings |
 //! | [`validate`] | comparison with theory |
 //!
@@ -76,23 +77,24 @@ mod frame;
 mod integration;
 mod output;
 mod particles;
+mod settled;
 mod setup;
 pub mod validate;
 mod walls;
 
 pub use integration::{Spilled, closure, relative_closure};
 pub use output::{Observer, Particles, record, record_particles, record_surfaces, record_until};
+pub use settled::keep_settled_in;
 pub use setup::{Error, Setup};
 
 use effects::{Acting, Laws, motion_with};
 use forces::{Forces, Friction};
 use frame::Body;
 use integration::Stages;
-use meniscus::units::GRAVITY_M_S2;
 use meniscus_data::liquids::Liquid;
 use meniscus_data::motion::Kinematics;
 use meniscus_data::recording::Glass;
-use particles::{Box3, Fluid, Neighbours, Particle};
+use particles::{Box3, Fluid, Neighbours};
 use setup::{Packing, SOUND_M_S, check, fitting_spacing, kernel, longest_step, thick};
 use std::sync::atomic::AtomicBool;
 use walls::{Sticking, Walls};
@@ -152,34 +154,26 @@ impl Simulator {
     pub fn new_until(setup: &Setup, stop: &AtomicBool) -> Result<Self, Error> {
         let setup = &setup.resolved();
         check(setup)?;
+        let settled = settled::of(setup, stop)?;
+        let rest = setup.liquid.density_kg_m3;
+        let mut simulator = Self::with(setup, settled.fluid(rest, setup.liquid.rheology.viscosity(0.0)));
+        simulator.start(settled.law);
+        Ok(simulator)
+    }
+
+    /// A resolved, checked `setup` with the particles of `fluid`, before time starts.
+    fn with(setup: &Setup, fluid: Fluid) -> Self {
         let Setup { glass, liquid, effects, .. } = setup.clone();
         let laws = Laws::of(&effects);
         let body = Body::of(&motion_with(&laws, Kinematics::default()));
         let spacing_m = fitting_spacing(&glass, setup.spacing_m);
         let kernel = kernel(setup);
-        let packing = Packing::liquid(&glass, spacing_m, setup.seed);
-        let rest = liquid.density_kg_m3;
-        let mut fluid = Fluid {
-            particle: Vec::new(),
-            mass: Vec::new(),
-            density: Vec::new(),
-            viscosity: vec![liquid.rheology.viscosity(0.0); packing.position.len()],
-            acceleration: vec![[0.0; 3]; packing.position.len()],
-            heat: vec![0.0; packing.position.len()],
-        };
-        for (&x, &volume) in packing.position.iter().zip(&packing.volume) {
-            // Start in hydrostatic balance: p = rho g depth, with rho taken at rest.
-            let p = rest * GRAVITY_M_S2 * (glass.fill_m - x[2]);
-            let density = rest + p / (SOUND_M_S * SOUND_M_S);
-            fluid.particle.push(Particle { x, v: [0.0; 3], volume, p });
-            fluid.density.push(density);
-            fluid.mass.push(density * volume);
-        }
         let support = 2.0 * kernel.h;
         let edge = glass.widest_m() + support;
         let space = Box3 { low: [-edge, -edge, -support], high: [edge, edge, glass.rim_m + support] };
+        let particles = fluid.mass.len();
         let lists = Neighbours::new(&fluid.particle, &[], space, support, SKIN * spacing_m);
-        let mut forces = Forces::new(kernel, SOUND_M_S, rest, fluid.mass.len());
+        let mut forces = Forces::new(kernel, SOUND_M_S, liquid.density_kg_m3, particles);
         forces.friction = thick(&kernel, setup).then(Friction::default);
         let longest_step = setup.step_s.unwrap_or_else(|| longest_step(&kernel, setup));
         let slip_m = if setup.no_slip { laws.slip_m } else { f64::INFINITY };
@@ -207,14 +201,22 @@ impl Simulator {
             turning: Vec::new(),
             work: 0.0,
             rest_energy: 0.0,
-            over: vec![false; packing.position.len()],
+            over: vec![false; particles],
             calm_from_s: 0.0,
-            number: (0..).take(packing.position.len()).collect(),
+            number: (0..).take(particles).collect(),
             spilled: Spilled::default(),
         };
         simulator.list();
-        simulator.settle(stop)?;
-        Ok(simulator)
+        simulator
+    }
+
+    /// Starts time with the liquid as it is, whose packing has the given law: books at zero, and the effects act from here.
+    fn start(&mut self, law: [f64; 4]) {
+        self.forces.position_density.keep(law);
+        self.rest_energy = self.potential();
+        let rest_density = self.forces.rest_density;
+        self.acting = Acting::on(&self.laws, &self.glass, rest_density, self.forces.kernel.h, &self.fluid);
+        self.accelerate(&Kinematics::default());
     }
 
     /// Time since the start, s.

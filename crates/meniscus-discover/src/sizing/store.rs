@@ -17,7 +17,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Version of the simulator's results, raised when the same set-up gives other heights.
-const SIMULATOR_VERSION: f64 = 2.0;
+const SIMULATOR_VERSION: f64 = 3.0;
 
 /// Heights of a simulation, or the reason why there are none.
 pub type Heights = Result<Vec<f32>, String>;

@@ -90,8 +90,15 @@ impl PositionDensity {
         }
     }
 
-    /// Keeps the law of the packing as it is now.
-    pub(crate) fn settle(&mut self) {
+    /// The law of the packing as it is now: the coefficients of its parabola, and the largest `mu/h` that it was fitted to.
+    pub(crate) fn law(&self) -> [f64; 4] {
+        let Law { c, up_to } = self.law;
+        [c[0], c[1], c[2], up_to]
+    }
+
+    /// Keeps the law of a settled packing from here on, as [`Self::law`] gave it.
+    pub(crate) fn keep(&mut self, [a, b, c, up_to]: [f64; 4]) {
+        self.law = Law { c: Vector3::new(a, b, c), up_to };
         self.settled = true;
     }
 
@@ -205,7 +212,7 @@ mod tests {
         positions.update(seen.iter().copied(), 1.4, &fluid);
         let middle = 121 * 4 + 60;
         assert!(positions.recall[middle].abs() < 0.01 / TAU_S, "{}", positions.recall[middle]);
-        positions.settle();
+        positions.keep(positions.law());
         let before = positions.recall[middle];
         fluid.density[middle] = 0.98;
         positions.update(seen.iter().copied(), 1.4, &fluid);

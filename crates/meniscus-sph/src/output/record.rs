@@ -7,7 +7,7 @@
 
 use super::surface::{COEFFICIENTS, Coefficients, SurfaceFinder};
 use super::tracers::sample;
-use crate::integration::check_running;
+use crate::settled::check_running;
 use crate::{Error, Setup, Simulator};
 use meniscus::blob::KnownGroups;
 use meniscus::reduced::effects::EffectKind;

@@ -1,7 +1,7 @@
-//! Settling: the ring packing relaxes under gravity and strong friction before time starts.
+//! Relaxation of a packing of rings to rest, under gravity and strong friction.
 
-use crate::effects::Acting;
-use crate::{Error, Simulator, Spilled};
+use super::Settled;
+use crate::{Error, Simulator};
 use meniscus_data::motion::Kinematics;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -21,13 +21,12 @@ pub(crate) fn check_running(stop: &AtomicBool) -> Result<(), Error> {
 }
 
 impl Simulator {
-    /// Lets the packing come to rest, then sets clock, velocities and books to zero. The shake
-    /// brings the particles into the arrangement that sloshing would bring them into anyway; without
-    /// it the liquid sinks by 0.1 mm while the recording runs.
+    /// Lets the packing come to rest and returns it. The shake brings the particles into the arrangement that sloshing
+    /// would bring them into anyway; without it the liquid sinks by 0.1 mm while the recording runs.
     ///
     /// # Errors
     /// As for [`Simulator::step`], and [`Error::Stopped`].
-    pub(crate) fn settle(&mut self, stop: &AtomicBool) -> Result<(), Error> {
+    pub(super) fn settle(mut self, stop: &AtomicBool) -> Result<Settled, Error> {
         self.accelerate(&Kinematics::default());
         let [packing, shaking, resting] = PHASES_S.map(|seconds| (seconds / self.dt) as usize);
         for _ in 0..packing {
@@ -47,8 +46,12 @@ impl Simulator {
             self.rub((2.0 * (1.0 - step as f64 / resting as f64)).min(1.0));
         }
         self.check_inside()?;
-        self.start();
-        Ok(())
+        Ok(Settled {
+            position: self.fluid.particle.iter().map(|p| p.x).collect(),
+            law: self.forces.position_density.law(),
+            mass: self.fluid.mass,
+            density: self.fluid.density,
+        })
     }
 
     /// Slows every particle by `strength` times the friction of a still phase.
@@ -59,22 +62,5 @@ impl Simulator {
                 *v *= keep;
             }
         }
-    }
-
-    /// Sets clock, velocities and books to zero and lets the effects act from here.
-    fn start(&mut self) {
-        for p in &mut self.fluid.particle {
-            p.v = [0.0; 3];
-        }
-        self.fluid.heat.fill(0.0);
-        self.forces.position_density.settle();
-        self.time = 0.0;
-        self.calm_from_s = 0.0;
-        self.work = 0.0;
-        self.spilled = Spilled::default();
-        self.rest_energy = self.potential();
-        let rest_density = self.forces.rest_density;
-        self.acting = Acting::on(&self.laws, &self.glass, rest_density, self.forces.kernel.h, &self.fluid);
-        self.accelerate(&Kinematics::default());
     }
 }
