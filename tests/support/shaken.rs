@@ -2,9 +2,9 @@
 
 use meniscus::reduced::effects::{Active, find};
 use meniscus_discover::baseline::calibrate::Calibration;
-use meniscus_discover::recordings::known::{CALLIPERS_M, Known};
 use meniscus_discover::recordings::motion_plan::MotionPlan;
 use meniscus_discover::recordings::record::Record;
+use meniscus_discover::recordings::stated::{CALLIPERS_M, Known};
 use meniscus_discover::study::synthetic::synthetic_record;
 
 pub(crate) const KNOWN: Known = Known {

@@ -7,6 +7,7 @@ use meniscus_data::liquids::LiquidError;
 use meniscus_data::motion::MotionError;
 use meniscus_data::recording::StoreError;
 use meniscus_discover::fitting::error::ProblemError;
+use meniscus_discover::sizing::error::SizingError;
 use meniscus_learn::TrainError;
 use meniscus_platform::files::FileError;
 use meniscus_report::plot::PictureError;
@@ -31,6 +32,14 @@ pub enum RelearnError {
     /// The recordings cannot be fitted.
     #[error("the liquid cannot be identified: {0}")]
     Identify(#[from] ProblemError),
+    /// The simulator cannot be fitted.
+    #[error("the liquid cannot be identified by simulation: {0}; --rough takes the fit of the reduced model")]
+    Simulated(SizingError),
+    /// A part of the simulations is wanted before the liquid is known.
+    #[error(
+        "the liquid is not identified yet: run the command with `--until identify` in place of --shard first"
+    )]
+    NotIdentified,
     /// A recording shows too little of the liquid to identify it.
     #[error("{recording}: {fault}")]
     Unusable {

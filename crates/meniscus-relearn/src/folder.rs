@@ -3,6 +3,7 @@
 //! ```text
 //! DIR/plan.json                       settings that determine the result
 //! DIR/liquid.toml, identified.json    identified liquid with intervals; figures of the fit
+//! DIR/identification/                 simulations by which the liquid was fitted
 //! DIR/motions/*.csv                   measured motions that are simulated again
 //! DIR/recordings/SET-MOTION.safetensors, SET-MOTION.failed.txt
 //! DIR/training/                       checkpoints, removed with the model's arrival
@@ -48,6 +49,12 @@ impl Folder {
     #[must_use]
     pub fn identified(&self) -> PathBuf {
         self.0.join("identified.json")
+    }
+
+    /// Simulations by which the liquid was fitted.
+    #[must_use]
+    pub fn identification(&self) -> PathBuf {
+        self.0.join("identification")
     }
 
     /// Measured motions.

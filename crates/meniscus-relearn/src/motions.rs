@@ -11,8 +11,8 @@ use meniscus_data::motion::Motion;
 use meniscus_data::recording::Glass;
 use meniscus_discover::baseline::calibrate::Calibration;
 use meniscus_discover::baseline::predict::predict;
-use meniscus_discover::recordings::known::{CALLIPERS_M, Known};
 use meniscus_discover::recordings::record::{Channel, Drive, Quantity, Record};
+use meniscus_discover::recordings::stated::{CALLIPERS_M, Known};
 use meniscus_discover::recordings::tables::drive_of;
 use std::path::Path;
 

@@ -35,6 +35,8 @@ pub struct Plan {
     pub seconds: f64,
     /// Sizes of the sets.
     pub sizes: SetSizes,
+    /// Whether the liquid is identified by the reduced model alone, without simulations.
+    pub rough: bool,
     /// Scale of the motions; chosen from the liquid and the recordings where it is not given.
     pub strength: Option<f64>,
     /// Seed of the training.
@@ -62,6 +64,7 @@ impl Plan {
             spacing_m: 0.005,
             seconds: 4.0,
             sizes: SetSizes { training: 16, validation: 4, held_out: 4 },
+            rough: false,
             strength: None,
             seed: 1,
             hyperparameters: Hyperparameters::with_schedule(Schedule::FULL),
@@ -72,11 +75,12 @@ impl Plan {
         }
     }
 
-    /// The same with five recordings of 3 s and the short schedule.
+    /// The same with five recordings of 3 s, the short schedule and a rough identification.
     #[must_use]
     pub fn quick(self) -> Self {
         Self {
             seconds: 3.0,
+            rough: true,
             sizes: SetSizes { training: 3, validation: 1, held_out: 1 },
             hyperparameters: Hyperparameters::with_schedule(Schedule::QUICK),
             ..self

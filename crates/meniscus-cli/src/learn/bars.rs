@@ -26,10 +26,10 @@ impl Progress for Bars {
         self.clear();
         eprintln!("{}: {about}", stage.name());
         // The training shows bars of its own.
-        if stage == Stage::Simulate {
+        if matches!(stage, Stage::Identify | Stage::Simulate) {
             let bar = ProgressBar::new(PARTS);
             bar.set_style(
-                style("simulate {wide_bar} {percent} %, {left}")
+                style(&format!("{} {{wide_bar}} {{percent}} %, {{left}}", stage.name()))
                     .unwrap_or_else(|_| ProgressStyle::default_bar()),
             );
             *self.0.lock().unwrap_or_else(PoisonError::into_inner) = Some(bar);

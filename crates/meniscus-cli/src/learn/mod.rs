@@ -70,6 +70,11 @@ pub(crate) struct Arguments {
     /// Spacing of the particles, mm. Half of it takes about 16 times as long.
     #[arg(long, default_value_t = 5.0, value_name = "MM", help_heading = "Method")]
     spacing_mm: f64,
+    /// Identify the liquid by the reduced model alone, in seconds.
+    ///
+    /// It finds three quarters of glycerine's viscosity, and ten times water's. Without it the simulator is fitted.
+    #[arg(long, help_heading = "Method")]
+    rough: bool,
     /// Scale of the motions, 0.01 to 1.2 [default: as strong as the liquid stays in the glass].
     ///
     /// With recordings, not much stronger than they are.
@@ -172,6 +177,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
             validation: arguments.validation.unwrap_or(plan.sizes.validation),
             held_out: arguments.held_out.unwrap_or(plan.sizes.held_out),
         },
+        rough: arguments.rough || plan.rough,
         strength: arguments.strength,
         seed: arguments.seed,
         hyperparameters: match &arguments.hyperparameters {

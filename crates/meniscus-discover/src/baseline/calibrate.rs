@@ -6,8 +6,8 @@ use super::offsets::Offsets;
 use super::predict::SHARED;
 use super::reference_residual::ReferenceResidual;
 use super::trend::ViscosityTrend;
-use crate::recordings::known::Known;
 use crate::recordings::record::{Channel, Quantity, Record};
+use crate::recordings::stated::Known;
 use meniscus_numerics::statistics::rms;
 use std::collections::BTreeMap;
 

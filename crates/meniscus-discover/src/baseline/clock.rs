@@ -6,8 +6,8 @@
 //! over the whole recording. Where another fits almost as well the alignment is ambiguous, which is the caller's to report.
 
 use super::predict::predict;
-use crate::recordings::known::Known;
 use crate::recordings::record::{Channel, Drive, Quantity, Record};
+use crate::recordings::stated::Known;
 use meniscus_numerics::statistics::rms;
 
 /// Grid of the search, s: a tenth of the period of the fastest slosh that a camera of 60 Hz follows.
@@ -153,8 +153,8 @@ pub fn moved(record: &Record, late_s: f64) -> Record {
 mod tests {
     use super::*;
     use crate::baseline::calibrate::Calibration;
-    use crate::recordings::known::CALLIPERS_M;
     use crate::recordings::motion_plan::MotionPlan;
+    use crate::recordings::stated::CALLIPERS_M;
     use crate::study::synthetic::synthetic_record;
 
     const WATER: Known = Known {

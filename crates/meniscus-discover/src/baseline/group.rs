@@ -1,8 +1,8 @@
 //! Group of references: recordings of one known liquid in one glass.
 
-use crate::recordings::known::Known;
 use crate::recordings::record::Record;
 use crate::recordings::split::Split;
+use crate::recordings::stated::Known;
 
 /// Recordings of one known liquid in one glass, with the baseline that was fitted to them.
 #[derive(Clone, Debug)]

@@ -1,7 +1,7 @@
 //! Prediction of a recording by the reduced model.
 
-use crate::recordings::known::Known;
 use crate::recordings::record::{Quantity, Record, mean_bow, parts};
+use crate::recordings::stated::Known;
 use meniscus::reduced::effects::Active;
 use meniscus::reduced::{
     Baseline, Cylinder, DrawnLaw, Forcing, ReducedModel, ReducedState, Rheology, step, wall_harmonics,

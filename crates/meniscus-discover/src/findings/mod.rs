@@ -14,8 +14,8 @@ use crate::decision::assessment::Assessment;
 use crate::decision::rules::DecisionRules;
 use crate::decision::thresholds::Thresholds;
 use crate::fitting::localise::Cell;
-use crate::recordings::known::Known;
 use crate::recordings::split::Split;
+use crate::recordings::stated::Known;
 use meniscus::reduced::effects::Stated;
 
 /// Parameter of an effect with its interval.

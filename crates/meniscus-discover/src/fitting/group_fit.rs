@@ -7,9 +7,9 @@ use super::problem::Problem;
 use crate::baseline::calibrate::{Calibration, LAG_S};
 use crate::baseline::group::Group;
 use crate::baseline::predict::{SHARED, predict};
-use crate::recordings::known::Known;
 use crate::recordings::record::{Channel, Record};
 use crate::recordings::split::Split;
+use crate::recordings::stated::Known;
 use std::sync::Arc;
 
 impl Group {

@@ -4,8 +4,8 @@
 //! the effects of the camera are applied around it, by the formulas of [`meniscus::reduced::effects`]. A delay is a shift in
 //! time of what was simulated, so that it needs no further simulation.
 
-use crate::recordings::known::Known;
 use crate::recordings::record::{Quantity, Record, parts};
+use crate::recordings::stated::Known;
 use meniscus::blob::ObservationModel;
 use meniscus::reduced as slosh;
 use meniscus::reduced::effects::{Active, Port, Simulator, Slot, View};

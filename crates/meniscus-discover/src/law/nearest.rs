@@ -11,7 +11,7 @@ use super::band::{Band, Bands};
 use super::fit::LawFit;
 use crate::baseline::predict::reduced_model;
 use crate::decision::rank::Candidate;
-use crate::recordings::known::Known;
+use crate::recordings::stated::Known;
 use meniscus::reduced::effects::Branch;
 use meniscus::reduced::{ReducedModel, ReducedState};
 use std::f64::consts::TAU;

@@ -10,8 +10,8 @@
 //! curve is smooth where the recordings say nothing else.
 
 use crate::baseline::predict::reduced_model;
-use crate::recordings::known::Known;
 use crate::recordings::record::{Quantity, Record};
+use crate::recordings::stated::Known;
 use meniscus::reduced::{DrawnLaw, LAW_HEIGHTS, LAW_RATES, LawTables};
 
 /// Heights of the hats of the force, in units of the largest; zero between them has no hat.

@@ -9,8 +9,8 @@
 //! ```
 
 use super::error::{LoadError, RecordingError, TableError};
-use super::known::{CALLIPERS_M, Known};
 use super::record::{Channel, Drive, Quantity, Record};
+use super::stated::{CALLIPERS_M, Known};
 use super::tables::{moved, peaks, poses, profiles};
 use serde::Deserialize;
 use std::path::{Path, PathBuf};

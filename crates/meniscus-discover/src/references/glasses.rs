@@ -2,8 +2,8 @@
 
 use super::ReferenceSettings;
 use crate::insert::simulated::{Resolution, SimulatedGlass};
-use crate::recordings::known::Known;
 use crate::recordings::record::Record;
+use crate::recordings::stated::Known;
 use crate::sizing::error::SizingError;
 use crate::sizing::simulations::{Simulations, Wanted};
 use crate::sizing::workload::SimulationProgress;

@@ -19,8 +19,8 @@ mod records;
 use self::glasses::{GLASSES, ReferencePlan};
 pub(crate) use self::records::record;
 use crate::baseline::noise::rest_noise;
-use crate::recordings::known::Known;
 use crate::recordings::record::Record;
+use crate::recordings::stated::Known;
 use crate::sizing::error::SizingError;
 use crate::sizing::simulations::Simulations;
 use std::path::PathBuf;
@@ -73,8 +73,8 @@ pub fn simulated_references(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::recordings::known::CALLIPERS_M;
     use crate::recordings::motion_plan::MotionPlan;
+    use crate::recordings::stated::CALLIPERS_M;
     use crate::sizing::store::{SimulationStore, digest};
     use crate::study::synthetic::synthetic_record;
     use meniscus::surface::POINTS;

@@ -7,7 +7,7 @@ use crate::baseline::predict::NAMES;
 use crate::decision::verdict::Verdict;
 use crate::findings::Findings;
 use crate::fitting::fit::{Fitted, Free};
-use crate::recordings::known::Known;
+use crate::recordings::stated::Known;
 use meniscus::reduced::effects::{Active, EffectKind, Parameter};
 
 /// Exponent of the damping of the first mode in the viscosity, between a thin layer (0.5) and the bulk (1).

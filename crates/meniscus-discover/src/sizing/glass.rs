@@ -13,8 +13,8 @@ use super::simulations::{Simulations, Wanted};
 use super::store::Heights;
 use crate::baseline::calibrate::Calibration;
 use crate::insert::simulated::{Resolution, SimulatedGlass};
-use crate::recordings::known::Known;
 use crate::recordings::record::{Channel, Quantity, Record};
+use crate::recordings::stated::Known;
 use meniscus_numerics::statistics::rms;
 use meniscus_sph::Setup;
 

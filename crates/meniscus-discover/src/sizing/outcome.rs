@@ -3,7 +3,7 @@
 use super::comparison::Scores;
 use super::interval::SizeVariance;
 use crate::decision::verdict::Verdict;
-use crate::recordings::known::Known;
+use crate::recordings::stated::Known;
 use meniscus::reduced::effects::{Active, Class, find};
 
 /// Size by the simulator.

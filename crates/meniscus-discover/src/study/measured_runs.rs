@@ -3,8 +3,8 @@
 use super::error::StudyError;
 use crate::baseline::predict::predict;
 use crate::recordings::error::TableError;
-use crate::recordings::known::{CALLIPERS_M, Known};
 use crate::recordings::record::Record;
+use crate::recordings::stated::{CALLIPERS_M, Known};
 use crate::recordings::tables::{peaks, poses};
 use meniscus::reduced::effects::Active;
 use std::path::Path;

@@ -1,9 +1,9 @@
 //! Recordings by the reduced model itself.
 
 use crate::baseline::predict::predict;
-use crate::recordings::known::Known;
 use crate::recordings::motion_plan::MotionPlan;
 use crate::recordings::record::{Channel, Quantity, Record};
+use crate::recordings::stated::Known;
 use crate::recordings::tables::drive_of;
 use meniscus::reduced::effects::Active;
 use meniscus::units::FRAME_INTERVAL_S;

@@ -2,8 +2,8 @@
 
 use crate::baseline::calibrate::Calibration;
 use crate::baseline::clock::{Clock, clock, moved};
-use crate::recordings::known::Known;
 use crate::recordings::record::Record;
+use crate::recordings::stated::Known;
 use rayon::prelude::*;
 
 /// Time by which a recording that claims its own clock may be off, s.

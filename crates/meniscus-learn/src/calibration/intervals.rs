@@ -14,7 +14,7 @@
 use crate::calibration::camera_views::CameraView;
 use crate::calibration::error_model::REST;
 use crate::calibration::ratios::{Ratios, quantile, ratios_by_recording, share};
-use crate::data::measure::percent;
+use crate::data::errors::percent;
 use meniscus::blob::{LoadError, Model};
 use meniscus::runtime::Mode;
 use meniscus::uncertainty::error_factors::FIELD_GROUPS;

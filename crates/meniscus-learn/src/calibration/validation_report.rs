@@ -1,8 +1,8 @@
 //! The figures of a trained model on the validation recordings, baselines beside them.
 
 use crate::calibration::learnt_model::LearntModel;
+use crate::data::errors::{GroupErrors, percent, persistence};
 use crate::data::groups::TRUNK;
-use crate::data::measure::{GroupErrors, percent, persistence};
 use crate::data::trajectory::Track;
 use crate::networks::encoded::EncodedRecordings;
 use crate::operators::open_loop::HORIZON;

@@ -5,7 +5,7 @@ use super::stages;
 use crate::TrainError;
 use crate::blob_text::fitting;
 use crate::calibration::validation_report;
-use crate::data::measure::percent;
+use crate::data::errors::percent;
 use crate::networks::noise::Noise;
 use crate::networks::sparse::{Sparse, SparseData};
 use crate::operators::soft::Soft;

@@ -1,6 +1,6 @@
 //! The whole identification: viscosity, then the law of flow, then the liquid with the sources of its numbers.
 
-use super::NUMERICAL_VISCOSITY_M2_S;
+use super::by_simulation::BySimulation;
 use super::measured::MeasuredRecording;
 use super::viscosity::{Value, ViscosityFit, fit_viscosity};
 use crate::error::RelearnError;
@@ -13,8 +13,8 @@ use meniscus_data::liquids::{Liquid, Rheology};
 use meniscus_data::recording::Glass;
 use meniscus_discover::fitting::error::ProblemError;
 use meniscus_discover::fitting::fit::{Fitted, Free, fit};
-use meniscus_discover::recordings::known::{CALLIPERS_M, Known};
 use meniscus_discover::recordings::record::Record;
+use meniscus_discover::recordings::stated::{CALLIPERS_M, Known};
 use serde::{Deserialize, Serialize};
 
 /// Standard deviations on either side of a 90 % interval.
@@ -39,6 +39,9 @@ pub struct Identified {
     pub gain: f64,
     /// Recordings that were fitted.
     pub recordings: Vec<String>,
+    /// Simulations by which the numbers were found; none where the reduced model alone was fitted.
+    #[serde(default)]
+    pub by_simulation: Option<BySimulation>,
 }
 
 /// Identifies the liquid in `measured`, of this density, in `glass`.
@@ -52,15 +55,19 @@ pub fn identify(
     law: Law,
 ) -> Result<Identified, RelearnError> {
     let records: Vec<Record> = measured.iter().map(|one| one.record.clone()).collect();
-    let known = Known {
+    Ok(identify_records(&records, &stated(glass, density_kg_m3), law)?)
+}
+
+/// The glass and the density as stated; the viscosity is the unknown.
+pub(crate) fn stated(glass: &Glass, density_kg_m3: f64) -> Known {
+    Known {
         radius_m: glass.radius_m,
         radius_error_m: CALLIPERS_M,
         fill_m: glass.fill_m,
         density_kg_m3,
         viscosity_pa_s: 1.0,
         motion_share: [1.0; 2],
-    };
-    Ok(identify_records(&records, &known, law)?)
+    }
 }
 
 /// Identifies the liquid in `records`; the viscosity of `known` is not used.
@@ -86,16 +93,16 @@ pub(super) fn identify_records(
 /// A constant viscosity.
 fn newtonian(plain: &ViscosityFit, density_kg_m3: f64, recordings: Vec<String>) -> Identified {
     let value = plain.viscosity_pa_s;
-    let floor = NUMERICAL_VISCOSITY_M2_S * density_kg_m3;
     Identified {
         law: Law::Newtonian,
         consistency_pa_sn: value,
         index: None,
         yield_stress_pa: None,
-        undetermined_below_pa_s: (value.interval[0] < floor).then_some(value.interval[1].max(floor)),
+        undetermined_below_pa_s: value.bound(density_kg_m3),
         misfit: plain.misfit,
         gain: 0.0,
         recordings,
+        by_simulation: None,
     }
 }
 
@@ -148,6 +155,7 @@ fn with_parameters(
         misfit,
         gain,
         recordings,
+        by_simulation: None,
     }
 }
 
@@ -158,9 +166,13 @@ impl Identified {
         let LiquidSource::Identified { name, density_kg_m3, stated_viscosity_pa_s, .. } = source else {
             return None;
         };
-        let from = format!("fit of the reduced model to {}", self.recordings.join(", "));
+        let (model, about) = match self.by_simulation {
+            Some(_) => ("simulator", ""),
+            None => ("reduced model", "roughly "),
+        };
+        let from = format!("fit of the {model} to {}", self.recordings.join(", "));
         let of =
-            |value: &Value| format!("{from}; roughly {:.4} to {:.4}", value.interval[0], value.interval[1]);
+            |value: &Value| format!("{from}; {about}{:.4} to {:.4}", value.interval[0], value.interval[1]);
         let mut viscosity = (self.consistency_pa_sn.best, of(&self.consistency_pa_sn));
         if let Some(below) = self.undetermined_below_pa_s {
             let undetermined = format!("{from}; undetermined, below {below:.4}");
@@ -197,8 +209,9 @@ impl Identified {
     /// Returns the result in a sentence.
     #[must_use]
     pub fn sentence(&self) -> String {
+        let about = if self.by_simulation.is_some() { "" } else { "roughly " };
         let of = |value: &Value| {
-            format!("{:.4} (roughly {:.4} to {:.4})", value.best, value.interval[0], value.interval[1])
+            format!("{:.4} ({about}{:.4} to {:.4})", value.best, value.interval[0], value.interval[1])
         };
         let mut text = match self.undetermined_below_pa_s {
             Some(below) => format!(
@@ -211,6 +224,12 @@ impl Identified {
         text += &self.index.as_ref().map_or(String::new(), |value| format!(", flow index {}", of(value)));
         let stress = self.yield_stress_pa.as_ref();
         text += &stress.map_or(String::new(), |value| format!(", yield stress {} Pa", of(value)));
+        if let Some(by) = &self.by_simulation {
+            text += &format!(
+                ", by {} simulations; the reduced model alone gives {:.4}",
+                by.simulations, by.reduced_pa_sn.best
+            );
+        }
         text
     }
 }

@@ -2,8 +2,9 @@
 //!
 //! The reduced model is fitted to level, slope and bow of the profiles under the measured motion, with the viscosity as the
 //! unknown. First its profile likelihood is followed over six decades, which needs no start value. Then flow index and yield stress
-//! join it where the law has them ([`Law`]); the recordings do not choose the law.
+//! join it where the law has them ([`Law`]); the recordings do not choose the law. At last the simulator is fitted in its place.
 
+mod by_simulation;
 mod fit;
 mod measured;
 #[cfg(test)]
@@ -11,6 +12,9 @@ mod tests;
 mod viscosity;
 
 pub use crate::law::Law;
+pub use by_simulation::BySimulation;
+pub(crate) use by_simulation::{Simulating, by_simulation};
+pub(crate) use fit::stated;
 pub use fit::{Identified, identify};
 pub use measured::MeasuredRecording;
 pub use viscosity::{Value, ViscosityFit, fit_viscosity};

@@ -15,8 +15,8 @@ use meniscus::units::{FRAME_INTERVAL_S, GRAVITY_M_S2};
 use meniscus_data::motion::Motion;
 use meniscus_data::recording::Glass;
 use meniscus_data::scene_file::GLASS;
-use meniscus_discover::recordings::known::{CALLIPERS_M, Known};
 use meniscus_discover::recordings::record::{Channel, Quantity, Record, parts};
+use meniscus_discover::recordings::stated::{CALLIPERS_M, Known};
 use meniscus_discover::recordings::tables::drive_of;
 use meniscus_sph::validate::{Linear, linear_mode};
 

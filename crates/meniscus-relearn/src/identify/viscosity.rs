@@ -6,13 +6,14 @@
 //! (90 % of chi-squared with one degree of freedom.) Frequency and damping of linear theory are held close by the prior, because
 //! the eigenvalues of the linearised equations confirm them to 0.4 and 1.5 %; what they leave is the viscosity's to explain.
 
+use super::NUMERICAL_VISCOSITY_M2_S;
 use meniscus_discover::baseline::calibrate::Calibration;
 use meniscus_discover::baseline::predict::NAMES;
 use meniscus_discover::fitting::error::ProblemError;
 use meniscus_discover::fitting::fit::fit;
 use meniscus_discover::fitting::problem::Problem;
-use meniscus_discover::recordings::known::Known;
 use meniscus_discover::recordings::record::Record;
+use meniscus_discover::recordings::stated::Known;
 use serde::{Deserialize, Serialize};
 
 /// Kinematic viscosities that are searched, m2/s: from a tenth of water's to a hundred times glycerine's.
@@ -56,6 +57,12 @@ pub struct Value {
 }
 
 impl Value {
+    /// The viscosity below which a liquid of this density lies, where the interval reaches down to the simulator's own.
+    pub(super) fn bound(&self, density_kg_m3: f64) -> Option<f64> {
+        let floor = NUMERICAL_VISCOSITY_M2_S * density_kg_m3;
+        (self.interval[0] < floor).then_some(self.interval[1].max(floor))
+    }
+
     /// The viscosity with its interval widened by what the reduced model lacks of a real slosh.
     pub(super) fn with_model_error(self, density_kg_m3: f64) -> Self {
         let low = self.best < LOW_VISCOSITY_M2_S * density_kg_m3;
@@ -107,7 +114,7 @@ impl Profile {
 }
 
 /// Calibration without references, whose frequency and damping are those of linear theory.
-fn calibration(records: &[Record]) -> Calibration {
+pub(super) fn calibration(records: &[Record]) -> Calibration {
     let mut calibration = Calibration::blind(records, LAG_S);
     for (name, deviation) in OWN_ERROR {
         if let Some(index) = NAMES.iter().position(|known| *known == name) {

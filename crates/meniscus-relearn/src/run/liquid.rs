@@ -2,9 +2,10 @@
 
 use super::{Run, SimulatedLiquid};
 use crate::error::RelearnError;
-use crate::identify::{Identified, Law, identify};
+use crate::identify::{Identified, Law, Simulating, by_simulation, identify, stated};
 use crate::liquid_file::{Sources, liquid_text};
 use crate::liquid_source::LiquidSource;
+use crate::simulate::Shard;
 use crate::stage::Stage;
 use meniscus::blob::CRC;
 use meniscus_data::liquids::Liquid;
@@ -44,13 +45,36 @@ impl Run<'_> {
         if let Ok(text) = std::fs::read_to_string(&path) {
             return serde_json::from_str(&text).map_err(|error| malformed(error.to_string()));
         }
-        let about = format!("fit of the liquid to {} recordings", self.measured.len());
+        let by = if self.plan.rough { "the reduced model" } else { "the simulator, some minutes" };
+        let about = format!("fit of the liquid to {} recordings, by {by}", self.measured.len());
         self.progress.begins(Stage::Identify, &about);
-        let identified = identify(self.measured, &self.plan.glass, density_kg_m3, law)?;
+        let rough = identify(self.measured, &self.plan.glass, density_kg_m3, law)?;
+        let identified = if self.plan.rough { rough } else { self.simulated(&rough, density_kg_m3)? };
         let text = serde_json::to_string_pretty(&identified).map_err(|error| malformed(error.to_string()))?;
         write_whole(&path, text.as_bytes())?;
         self.progress.ends(&identified.sentence());
         Ok(identified)
+    }
+
+    /// The fit of the simulator, from where the reduced model stands.
+    fn simulated(&self, rough: &Identified, density_kg_m3: f64) -> Result<Identified, RelearnError> {
+        if self.workers.shard != Shard::WHOLE {
+            // The simulations of a fit follow from one another; those of the next stage do not.
+            return Err(RelearnError::NotIdentified);
+        }
+        let store = self.folder.identification();
+        let how = Simulating {
+            spacing_m: self.plan.spacing_m,
+            store: &store,
+            stop: self.stop,
+            progress: self.progress,
+        };
+        let known = stated(&self.plan.glass, density_kg_m3);
+        let fit = || by_simulation(rough, self.measured, &known, &how);
+        match rayon::ThreadPoolBuilder::new().num_threads(self.workers.processors).build() {
+            Ok(pool) => pool.install(fit),
+            Err(_) => fit(),
+        }
     }
 
     /// The liquid in the folder.

@@ -2,9 +2,9 @@
 
 use super::laws::HiddenLaw;
 use super::solver::{DENSITY_KG_M3, DEPTH_M, Glass, RADIUS_M};
-use crate::recordings::known::{CALLIPERS_M, Known};
 use crate::recordings::motion_plan::MotionPlan;
 use crate::recordings::record::{Record, channels};
+use crate::recordings::stated::{CALLIPERS_M, Known};
 use crate::recordings::tables::drive_of;
 use crate::study::motions::{MotionKind, motions};
 use meniscus::surface::{POINTS, SurfaceProfile};

@@ -16,8 +16,8 @@ mod energy;
 mod net;
 
 use crate::data::dataset::{Frame, Sequence};
+use crate::data::errors::{GroupErrors, percent};
 use crate::data::groups::SURFACE;
-use crate::data::measure::{GroupErrors, percent};
 use crate::hyperparameters::{Hyperparameters, SparseParameters};
 use crate::stage::{StageRun, TrainingSplit};
 use energy::Energy;
