@@ -62,7 +62,7 @@ pub(crate) use learning_verbs::{correct, evaluate, generic, learn, train};
 #[cfg(not(feature = "studies"))]
 pub(crate) use studying_verbs::{
     bench, camera, deadline, discover, export, insert, people, quantize, recognise, record, render, setup,
-    simulate,
+    simulate, sweep,
 };
 
 #[cfg(not(feature = "train"))]
@@ -76,6 +76,8 @@ mod learning_verbs {
 
 #[cfg(not(feature = "studies"))]
 mod studying_verbs {
+    studying!(sweep, "Run one command for many values, on one machine or on a cluster");
+    #[cfg(not(feature = "studies"))]
     studying!(simulate, "Simulate a moved glass of liquid and record it");
     studying!(discover, "Identify the effect that a simulation lacks, from measurements");
     studying!(setup, "Measure a glass before the camera and write it down");

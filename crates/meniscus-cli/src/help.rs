@@ -11,7 +11,7 @@ const GROUPS: [(&str, &[&str]); 6] = [
     ("Your liquid", &["learn", "simulate", "train", "correct", "recognise", "insert"]),
     ("Your data", &["discover", "render", "export", "generic"]),
     ("Your board", &["flash", "service", "quantize"]),
-    ("Studies", &["evaluate", "bench", "deadline", "camera", "people"]),
+    ("Studies", &["evaluate", "sweep", "bench", "deadline", "camera", "people"]),
 ];
 
 /// Other verbs.

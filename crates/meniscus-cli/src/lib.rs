@@ -62,12 +62,14 @@ mod setup;
 mod simulate;
 #[cfg(feature = "studies")]
 mod stop;
+#[cfg(feature = "studies")]
+mod sweep;
 #[cfg(feature = "train")]
 mod train;
 #[cfg(not(feature = "studies"))]
 use absent::{
     bench, camera, deadline, discover, export, insert, people, quantize, recognise, record, render, setup,
-    simulate,
+    simulate, sweep,
 };
 #[cfg(not(feature = "train"))]
 use absent::{correct, evaluate, generic, learn, train};
@@ -92,6 +94,7 @@ enum Command {
     Train(train::Arguments),
     Correct(correct::Arguments),
     Evaluate(evaluate::Arguments),
+    Sweep(sweep::Arguments),
     Generic(generic::Arguments),
     Discover(discover::Arguments),
     Setup(setup::Arguments),
@@ -175,6 +178,7 @@ pub fn main() -> ExitCode {
         Command::Train(arguments) => train::run(&arguments),
         Command::Correct(arguments) => correct::run(&arguments),
         Command::Evaluate(arguments) => evaluate::run(&arguments),
+        Command::Sweep(arguments) => sweep::run(&arguments),
         Command::Generic(arguments) => generic::run(&arguments),
         Command::Discover(arguments) => discover::run(&arguments),
         Command::Setup(arguments) => setup::run(&arguments),
