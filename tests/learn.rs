@@ -245,7 +245,7 @@ fn recordings_are_identified_or_refused() {
     cut(180, "glycerine.safetensors");
     let output = meniscus(
         &folder,
-        &["learn", "glycerine.safetensors", "--until", "identify", "--json", "--out", "found"],
+        &["learn", "glycerine.safetensors", "--rough", "--until", "identify", "--json", "--out", "found"],
     );
     let errors = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success(), "{errors}");
@@ -268,4 +268,52 @@ fn recordings_are_identified_or_refused() {
     let short = meniscus(&folder, &["learn", "short.safetensors", "--out", "none"]);
     refused(&short, &["short", "after the glass begins to move", "give a longer recording"]);
     assert!(!folder.join("none/liquid.toml").exists());
+}
+
+/// The simulator finds a viscosity that no line of the fit was tuned on, where the reduced model does not. Nothing is simulated twice,
+/// and a stopped fit goes on.
+#[test]
+fn a_viscosity_is_found_by_simulation() {
+    const TRUTH: f64 = 0.4;
+    let folder = folder("by-simulation");
+    // Hidden in finer particles and in another packing than the fit has.
+    let words = "simulate --liquid glycerine --effect viscosity=0.4 --motion random:31x0.5 --seconds 2 --spacing-mm 6 \
+                 --out random.safetensors";
+    let simulated = meniscus(&folder, &words.split_whitespace().collect::<Vec<_>>());
+    assert!(simulated.status.success(), "{}", String::from_utf8_lossy(&simulated.stderr));
+    let learn = |extra: &[&str]| {
+        let words = [
+            "learn",
+            "random.safetensors",
+            "--until",
+            "identify",
+            "--spacing-mm",
+            "7",
+            "--json",
+            "--out",
+            "found",
+        ];
+        meniscus(&folder, &[&words, extra].concat())
+    };
+    refused(&learn(&["--shard", "1/2"]), &["not identified yet", "--until identify"]);
+    let output = learn(&[]);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let found: serde_json::Value =
+        serde_json::from_slice(&bytes(&folder.join("found/identified.json"))).expect("JSON");
+    println!("{found:#}");
+    let number = |v: &serde_json::Value| v.as_f64().expect("a number");
+    let value = &found["consistency_pa_sn"];
+    let (low, high) = (number(&value["interval"][0]), number(&value["interval"][1]));
+    assert!((number(&value["best"]) / TRUTH - 1.0).abs() < 0.1, "{value}");
+    assert!((low..=high).contains(&TRUTH), "{low} to {high}");
+    let reduced = number(&found["by_simulation"]["reduced_pa_sn"]["best"]);
+    assert!((reduced / TRUTH - 1.0).abs() > 0.15, "the reduced model alone would do: {reduced}");
+    let simulations = || std::fs::read_dir(folder.join("found/identification")).expect("a store").count();
+    let before = simulations();
+    // A second fit from the same simulations is the same.
+    std::fs::remove_file(folder.join("found/identified.json")).expect("removed");
+    assert!(learn(&[]).status.success());
+    let again: serde_json::Value =
+        serde_json::from_slice(&bytes(&folder.join("found/identified.json"))).expect("JSON");
+    assert_eq!((again, simulations()), (found, before));
 }

@@ -33,8 +33,9 @@ use std::time::Instant;
 /// 8/8 as one job each, then the command without --shard.
 ///
 /// Recordings are files of the simulator, or folders as `meniscus discover` takes them: setup.toml, NAME.profile.csv and
-/// NAME.motion.csv. The fitted viscosity is rough, and of a low-viscosity liquid it is only an upper bound: name the liquid beside its
-/// recordings, or edit liquid.toml. Damping at a contact line, by a film or by steep waves is taken for viscosity.
+/// NAME.motion.csv. The viscosity is fitted by simulating the recorded motions, which takes some minutes; --rough fits the reduced
+/// model alone. Of a low-viscosity liquid only an upper bound is found: name the liquid beside its recordings, or edit
+/// liquid.toml. Damping at a contact line or by a film is taken for viscosity.
 #[derive(clap::Args, Debug)]
 #[command(
     after_help = "Examples:\n  meniscus learn water --out water\n  meniscus learn butter --quick --out butter\n  meniscus learn my-recordings --density 998 --out mine\n  meniscus learn my-recordings --density 998 --until identify --out mine"
