@@ -116,12 +116,35 @@ fn files_are_served_and_strangers_refused_with_words() {
 }
 
 #[test]
+fn figures_are_there_for_prometheus_and_rise_with_the_turns() {
+    with_page(None, |address, page| {
+        let host = address.to_string();
+        let turns = || {
+            let (status, body) = ask(address, &get("/metrics", &host));
+            assert_eq!(status, 200, "{body}");
+            let line = body.lines().find_map(|line| line.strip_prefix("meniscus_turns_total "));
+            line.unwrap_or_else(|| panic!("no turns: {body}")).parse::<f64>().expect("a number")
+        };
+        let first = turns();
+        assert!(turns() > first, "every scrape sees a new turn");
+        page.end();
+    });
+    // A page that shows nothing any more says so.
+    let bytes = blob();
+    let model = Model::load(&bytes).expect("sound");
+    let config = Config::new(meniscus::surface::Settings::default()).expect("sound");
+    let page = Page::open(&model, config, "", LOOPBACK.into(), None).expect("it opens");
+    let (status, body) = ask(page.address(), &get("/metrics", &page.address().to_string()));
+    assert!(status == 503 && body.contains("No turn came"), "{status} {body}");
+}
+
+#[test]
 fn without_the_token_there_is_nothing_and_no_token_only_on_loopback() {
     let token = Token::generate().expect("random");
     let known = token.reveal().to_owned();
     with_page(Some(token), |address, page| {
         let host = address.to_string();
-        for path in ["/", "/model", "/?token=", "/model?token=0123456789abcdef0123456789"] {
+        for path in ["/", "/model", "/metrics", "/?token=", "/model?token=0123456789abcdef0123456789"] {
             let (status, body) = ask(address, &get(path, &host));
             assert!(status == 403 && body.contains("The token in the address"), "{path}: {status}");
         }

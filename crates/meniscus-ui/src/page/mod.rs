@@ -15,6 +15,7 @@ mod error;
 mod frame;
 mod image;
 mod messages;
+mod metrics;
 mod request;
 mod server;
 mod token;

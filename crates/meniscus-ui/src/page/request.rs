@@ -12,6 +12,9 @@ const MODEL_PATH: &str = "/model";
 /// Where the frames come from.
 const LIVE_PATH: &str = "/live";
 
+/// Where the figures of the newest turn are, for Prometheus.
+const METRICS_PATH: &str = "/metrics";
+
 /// Why a request is not answered.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Refusal {
@@ -31,6 +34,8 @@ pub(super) enum Refusal {
     Origin,
     /// Too many viewers.
     Full,
+    /// Figures of a turn are asked for, and none came.
+    NoTurn,
 }
 
 impl Refusal {
@@ -42,7 +47,7 @@ impl Refusal {
             Self::Slow => StatusCode::REQUEST_TIMEOUT,
             Self::NotFound => StatusCode::NOT_FOUND,
             Self::Host | Self::Token | Self::Origin => StatusCode::FORBIDDEN,
-            Self::Full => StatusCode::SERVICE_UNAVAILABLE,
+            Self::Full | Self::NoTurn => StatusCode::SERVICE_UNAVAILABLE,
         }
     }
 
@@ -64,6 +69,7 @@ impl Refusal {
                  printed, with ?token= at its end; each start makes a new one unless --token-file is given."
             }
             Self::Origin => "Only the page itself may have the frames, not a page of another address.",
+            Self::NoTurn => "No turn came for half a second. Look at the camera, and ask again.",
             Self::Full => "As many are looking as the page allows. Close a window and load the page again.",
         }
     }
@@ -77,6 +83,8 @@ pub(super) enum Wanted {
     Model,
     /// Frames, by this request to change to a web socket.
     Live(Request),
+    /// Figures of the newest turn.
+    Metrics,
 }
 
 impl From<HeadFault> for Refusal {
@@ -116,7 +124,7 @@ impl Gate {
         if let Some(asset) = ASSETS.iter().find(|asset| asset.path == path) {
             return Ok(Wanted::File(*asset));
         }
-        if ![INDEX.path, MODEL_PATH, LIVE_PATH].contains(&path) {
+        if ![INDEX.path, MODEL_PATH, LIVE_PATH, METRICS_PATH].contains(&path) {
             return Err(Refusal::NotFound);
         }
         if let Some(token) = &self.token {
@@ -129,6 +137,7 @@ impl Gate {
         match path {
             MODEL_PATH => Ok(Wanted::Model),
             LIVE_PATH => Ok(Wanted::Live(request)),
+            METRICS_PATH => Ok(Wanted::Metrics),
             _ => Ok(Wanted::File(INDEX)),
         }
     }
@@ -144,6 +153,7 @@ mod tests {
             Wanted::File(asset) => asset.path,
             Wanted::Model => MODEL_PATH,
             Wanted::Live(_) => LIVE_PATH,
+            Wanted::Metrics => METRICS_PATH,
         })
     }
 
@@ -170,7 +180,7 @@ mod tests {
     fn a_token_is_asked_for_by_all_but_the_files() {
         let gate = Gate { token: Some(Token::generate().expect("random")) };
         let token = gate.token.as_ref().expect("there").reveal().to_owned();
-        for path in ["/", "/model", "/live"] {
+        for path in ["/", "/model", "/live", "/metrics"] {
             assert_eq!(answer(&gate, &get(path, "camera.lan", "")), Err(Refusal::Token));
             let wrong = format!("{path}?token={}x", &token[1..]);
             assert_eq!(answer(&gate, &get(&wrong, "camera.lan", "")), Err(Refusal::Token));

@@ -3,6 +3,7 @@
 use super::PageError;
 use super::assets::Asset;
 use super::board::Board;
+use super::metrics::{KIND, metrics};
 use super::request::{Gate, Refusal, Wanted};
 use super::viewer;
 use crate::listener::{HEAD_WITHIN, Limits, Place, Places, TimedStream, read};
@@ -145,6 +146,13 @@ fn serve(stream: Arc<TcpStream>, place: &Place, desk: &Desk) {
             respond(&mut stream, StatusCode::OK, "application/octet-stream", &desk.bases);
             return;
         }
+        Ok((Wanted::Metrics, _)) => match metrics(&desk.board) {
+            Some(text) => {
+                respond(&mut stream, StatusCode::OK, KIND, text.as_bytes());
+                return;
+            }
+            None => Refusal::NoTurn,
+        },
         Ok((Wanted::Live(request), rest)) => match create_response(&request) {
             Err(_) => Refusal::Malformed,
             Ok(_) if place.stay().is_none() => Refusal::Full,
