@@ -11,6 +11,16 @@ cross() {
     cargo build "${build_std[@]}" --locked --release --target "$triple" "$@"
 }
 
+# The same for this machine, where that is an x86-64 one.
+native_triple=x86_64-unknown-linux-gnu
+native() {
+  [ "$(uname -m)" = x86_64 ] || missing "an x86-64 machine: the package for one is built on one"
+  LIBUDEV_NO_PKG_CONFIG=1 \
+    CARGO_TARGET_X86_64_UNKNOWN_LINUX_GNU_RUSTFLAGS="-C target-feature=+crt-static" \
+    CARGO_PROFILE_RELEASE_DEBUG=0 \
+    cargo build --locked --release --target "$native_triple" "$@"
+}
+
 # The program, the guest's side, and the judge, which runs on this machine.
 build_guest() {
   mkdir -p "$work"

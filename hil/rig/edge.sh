@@ -96,6 +96,7 @@ boot_edge() {
   film
   mkdir -p "$at"
   version=$(sed -n 's/^version = "\(.*\)"/\1/p' Cargo.toml | head -1)
+  export MENISCUS_MAINTAINER="${MENISCUS_MAINTAINER:-The rig <rig@localhost>}"
   pack "$at/meniscus.deb" "$version" raspberry-pi-5
   # Only the first one has to be what a person gets, to the byte.
   pack "$at/meniscus-next.deb" "$version+next" raspberry-pi-5 none

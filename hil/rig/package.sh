@@ -1,22 +1,50 @@
-# The Debian package for a board: sourced by hil/run.
+# The Debian package for a board or a computer: sourced by hil/run.
 
-# package [DIR] [BOARD]: meniscus_VERSION_arm64.deb with the profile of BOARD (raspberry-pi-5 by default).
+# package [DIR] [BOARD]: meniscus_VERSION_ARCHITECTURE.deb with the profile of BOARD (raspberry-pi-5 by default).
 package() {
-  local into=${1:-$work/package} version
-  cross -p meniscus-cli --bin meniscus
+  local into=${1:-$work/package} board=${2:-raspberry-pi-5} version file
   version=$(sed -n 's/^version = "\(.*\)"/\1/p' Cargo.toml | head -1)
-  local file=$into/meniscus_${version}_arm64.deb
-  pack "$file" "$version" "${2:-raspberry-pi-5}"
+  file=$into/meniscus_${version}_$(architecture "$board").deb
+  case $(architecture "$board") in
+    amd64) native -p meniscus-cli --bin meniscus ;;
+    *) cross -p meniscus-cli --bin meniscus ;;
+  esac
+  pack "$file" "$version" "$board"
   echo "$file"
+}
+
+# Debian's name for the processor of a board.
+architecture() {
+  case $1 in
+    generic-x86) echo amd64 ;;
+    *) echo arm64 ;;
+  esac
+}
+
+# Whoever builds a package answers for it: MENISCUS_MAINTAINER, or who git says is at this machine.
+maintainer() {
+  local name email
+  [ -n "${MENISCUS_MAINTAINER:-}" ] && { echo "$MENISCUS_MAINTAINER"; return; }
+  name=$(git config user.name || true) email=$(git config user.email || true)
+  [ -n "$name" ] && [ -n "$email" ] || {
+    echo "hil: who maintains the package? Set MENISCUS_MAINTAINER='Your Name <you@example.org>', or git's user.name and user.email" >&2
+    return 2
+  }
+  echo "$name <$email>"
 }
 
 # pack FILE VERSION BOARD [COMPRESSION]: the package, of a program that is built.
 pack() {
-  local file=$1 version=$2 tree=$work/deb profile=firmware-config/boards/$3.toml
+  local file=$1 version=$2 tree=$work/deb profile=firmware-config/boards/$3.toml program by
   [ -e "$profile" ] || { echo "hil: no profile $profile; there are: $(ls firmware-config/boards)" >&2; exit 2; }
+  by=$(maintainer) || exit 2
+  case $(architecture "$3") in
+    amd64) program=$target/$native_triple/release/meniscus ;;
+    *) program=$target/$triple/release/meniscus ;;
+  esac
   need dpkg-deb dpkg
   rm -rf "$tree" && mkdir -p "$(dirname "$file")" "$tree/DEBIAN"
-  install -D -m 755 "$target/$triple/release/meniscus" "$tree/usr/bin/meniscus"
+  install -D -m 755 "$program" "$tree/usr/bin/meniscus"
   install -D -m 644 firmware-config/systemd/meniscus.service "$tree/lib/systemd/system/meniscus.service"
   install -D -m 644 firmware-config/systemd/meniscus.toml "$tree/etc/meniscus/meniscus.toml"
   install -D -m 644 firmware-config/systemd/journald@meniscus.conf "$tree/etc/systemd/journald@meniscus.conf"
@@ -29,8 +57,8 @@ pack() {
   cat >"$tree/DEBIAN/control" <<TEXT
 Package: meniscus
 Version: $version
-Architecture: arm64
-Maintainer: Meniscus <root@localhost>
+Architecture: $(architecture "$3")
+Maintainer: $by
 Depends: adduser, init-system-helpers (>= 1.54), systemd (>= 245), udev
 Section: science
 Priority: optional

@@ -79,6 +79,7 @@ fn steps(root: &Path) -> Vec<Step> {
         study("people", "people study --json --check"),
         Step::new("hil-gate", split("hil/run gate --json")),
         Step::new("hil-boot", split("hil/run boot --json")),
+        Step::new("hil-install", split("hil/run install --json")),
         Step::new("hil-xhci", split("hil/run xhci --json")),
         Step::new("hil-bare-metal", split("hil/run bare-metal --json")),
         Step::new("hil-soak", split("hil/run soak")),

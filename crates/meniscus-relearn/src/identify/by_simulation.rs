@@ -243,8 +243,11 @@ impl Fit<'_> {
             let (parameter, half) = (candidate.parameter(which), half(which));
             let (least, most) = parameter.range;
             let si = |coordinate: f64| parameter.to_value(coordinate, &known.stated());
-            let interval = [(best - half).max(least), (best + half).min(most)].map(si);
-            Some(Value { best: si(best), interval })
+            // Beyond the sizes that a search may try nothing is known: there the interval ends where any liquid does.
+            let (none, all) = parameter.admissible;
+            let low = if best - half > least { si(best - half) } else { none };
+            let high = if best + half < most { si(best + half) } else { all };
+            Some(Value { best: si(best), interval: [low, high] })
         };
         let viscosity = value("viscosity").unwrap_or(self.rough.consistency_pa_sn);
         let by_simulation = BySimulation {
