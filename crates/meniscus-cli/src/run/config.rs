@@ -11,12 +11,16 @@ use meniscus::units::FRAME_INTERVAL_S;
 use meniscus_data::recording::GROUP_NAMES;
 use meniscus_platform::realtime::Priority;
 use meniscus_score::run_report::RunLabels;
+use meniscus_service::clock_map::LeastLatency;
 use meniscus_service::live::Silence;
 use meniscus_service::publish::Destination;
 use std::io::IsTerminal;
 use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::time::Duration;
+
+/// Standard deviation of a least latency that somebody measured, s.
+const MEASURED_LATENCY_STD_S: f64 = 0.0005;
 
 /// Length of a run without --seconds, s.
 const SECONDS: f64 = 10.0;
@@ -62,6 +66,8 @@ pub(super) struct RunConfig {
     pub(super) truth: Option<RecordingSource>,
     /// Liquids that are compared: `shipped`, notes and folders of notes.
     pub(super) among: Vec<String>,
+    /// Least latency from mid-exposure to the arrival of a frame.
+    pub(super) latency: LeastLatency,
     /// Commanded motion.
     pub(super) motion: Option<MotionSource>,
     /// The live page.
@@ -208,6 +214,7 @@ impl TryFrom<&Arguments> for RunConfig {
             priority: Priority::real_time_if(arguments.realtime || arguments.service),
             truth: arguments.truth.as_deref().map(RecordingSource::from),
             among: arguments.among.clone(),
+            latency: latency(arguments.camera_latency_ms)?,
             motion: MotionSource::parse(&arguments.motion, profile.as_ref())?,
             page: arguments.page.config(),
             foxglove: arguments.foxglove.config(),
@@ -216,6 +223,16 @@ impl TryFrom<&Arguments> for RunConfig {
             targets: if arguments.check { Targets::Enforced } else { Targets::Reported },
         })
     }
+}
+
+/// Returns the least latency of the camera; the one of a camera that was not measured without a value.
+fn latency(measured_ms: Option<f64>) -> anyhow::Result<LeastLatency> {
+    let Some(measured_ms) = measured_ms else { return Ok(LeastLatency::UNKNOWN_CAMERA) };
+    ensure!(
+        (0.0..=100.0).contains(&measured_ms),
+        "--camera-latency-ms {measured_ms} is out of range: 0 to 100. Measure it with a light that the host switches"
+    );
+    Ok(LeastLatency { mean_s: 1e-3 * measured_ms, std_s: MEASURED_LATENCY_STD_S })
 }
 
 /// Returns the whole frames in `seconds`, at least a window and a second.

@@ -81,6 +81,7 @@ pub(super) fn live(
     let worker = Worker {
         rectifier: camera.rectifier,
         motion,
+        latency: config.latency,
         silence: config.silence,
         span_end: camera.span_end,
         ..Worker::new(estimator, camera.reader)

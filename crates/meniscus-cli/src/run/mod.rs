@@ -76,6 +76,12 @@ pub(crate) struct Arguments {
     /// Serial number of the only camera that is taken, as USB shows it.
     #[arg(long, help_heading = "Images")]
     serial: Option<String>,
+    /// Least latency from mid-exposure to the arrival of a frame, ms, as you measured it.
+    ///
+    /// Without it the stamps on this computer's clock assume 0 to 33 ms, and say so by their uncertainty. 8.3 is the
+    /// simulated camera's.
+    #[arg(long, value_name = "MS", help_heading = "Images")]
+    camera_latency_ms: Option<f64>,
     /// Faults on the simulated camera's wire.
     ///
     /// Spelled NAME:SHARE or NAME@FRAME, joined by commas, as in drop:0.02,tear@100. Names: drop tear late fid eof err

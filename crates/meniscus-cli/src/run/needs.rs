@@ -41,7 +41,7 @@ impl Needs {
             needs.listens(address, None);
         }
         match &config.motion {
-            Some(MotionSource::Udp { address, expected, .. }) => needs.listens(*address, expected.address),
+            Some(MotionSource::Udp(wire)) => needs.listens(wire.address, wire.expected.address),
             Some(MotionSource::Table(table)) => needs.reads(Path::new(table)),
             Some(MotionSource::Truth) | None => {}
         }

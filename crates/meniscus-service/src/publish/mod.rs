@@ -86,10 +86,18 @@ pub struct PublishCounters {
     pub readers_refused: AtomicU64,
 }
 
+/// A record on its way to the publisher.
+#[derive(Clone, Copy, Debug)]
+struct Outgoing {
+    packet: Packet,
+    /// End of its turn, up to which its latency counts.
+    ended: Instant,
+}
+
 /// The worker's end.
 #[derive(Debug)]
 pub struct PublishOutlet {
-    queue: SyncSender<Packet>,
+    queue: SyncSender<Outgoing>,
     slot: Arc<Handoff<FieldFrame>>,
     header: Header,
     field_len: usize,
@@ -111,12 +119,24 @@ impl TurnSink for PublishOutlet {
         let packet = Packet { host: timed.host, ..Packet::of(&timed.turn, self.number, &self.header) };
         // A packet that is left out keeps its number: the gap tells readers of it.
         self.number += 1;
-        if self.queue.try_send(packet).is_err() {
+        if self.queue.try_send(Outgoing { packet, ended: timed.ended }).is_err() {
             self.counters.queue_full.fetch_add(1, Ordering::Relaxed);
         }
         if timed.turn.estimate.field_fresh && field.len() == self.field_len {
             self.slot.offer(|frame| frame.take(&packet, field));
         }
+    }
+}
+
+impl Outgoing {
+    /// Returns the packet as it leaves now: its latency counts the time since its turn, too.
+    fn leaving(self) -> Packet {
+        let waited_us = u64::try_from(self.ended.elapsed().as_micros()).unwrap_or(u64::MAX);
+        let host = self
+            .packet
+            .host
+            .map(|host| HostTime { latency_us: host.latency_us.saturating_add(waited_us), ..host });
+        Packet { host, ..self.packet }
     }
 }
 
@@ -184,7 +204,7 @@ impl Publisher {
 /// The publisher's loop.
 fn publish(
     mut targets: Targets,
-    records: &Receiver<Packet>,
+    records: &Receiver<Outgoing>,
     slot: &Handoff<FieldFrame>,
     every: Option<Duration>,
 ) {
@@ -194,7 +214,7 @@ fn publish(
         let record = records.recv_timeout(PATIENCE);
         targets.welcome();
         match record {
-            Ok(packet) => targets.send(&packet, Readers::All),
+            Ok(outgoing) => targets.send(&outgoing.leaving(), Readers::All),
             Err(RecvTimeoutError::Timeout) => {}
             Err(RecvTimeoutError::Disconnected) => break,
         }
