@@ -12,6 +12,7 @@ use meniscus_data::recording::GROUP_NAMES;
 use meniscus_platform::realtime::Priority;
 use meniscus_score::run_report::RunLabels;
 use meniscus_service::clock_map::LeastLatency;
+use meniscus_service::controller::PlanWire;
 use meniscus_service::live::Silence;
 use meniscus_service::publish::Destination;
 use std::io::IsTerminal;
@@ -98,6 +99,17 @@ pub(super) struct Publishing {
     pub(super) destinations: Vec<Destination>,
     /// Rate of the full field on Unix sockets, Hz; 0 for never.
     pub(super) field_hz: f64,
+    /// Records for a controller.
+    pub(super) controller: Controlling,
+}
+
+/// Records for a controller.
+#[derive(Clone, Debug)]
+pub(super) enum Controlling {
+    /// None.
+    Off,
+    /// One a turn, without a plan or with one that comes over UDP.
+    On(Option<PlanWire>),
 }
 
 /// Address and secret of the live page.
@@ -208,7 +220,11 @@ impl TryFrom<&Arguments> for RunConfig {
             out: arguments.out.clone(),
             turn_table: arguments.turns.clone(),
             estimates: arguments.estimates.clone(),
-            publishing: Publishing { destinations: arguments.publish.clone(), field_hz: arguments.field_hz },
+            publishing: Publishing {
+                destinations: arguments.publish.clone(),
+                field_hz: arguments.field_hz,
+                controller: controlling(arguments, profile.as_ref())?,
+            },
             fields: groups(&arguments.fields, arguments.field_hz)?,
             silence: if arguments.patient { Silence::WaitOut } else { Silence::Bridge },
             priority: Priority::real_time_if(arguments.realtime || arguments.service),
@@ -223,6 +239,16 @@ impl TryFrom<&Arguments> for RunConfig {
             targets: if arguments.check { Targets::Enforced } else { Targets::Reported },
         })
     }
+}
+
+/// Returns the records for a controller that the flags ask for.
+fn controlling(arguments: &Arguments, profile: Option<&Profile>) -> anyhow::Result<Controlling> {
+    if !arguments.controller {
+        return Ok(Controlling::Off);
+    }
+    let plans =
+        arguments.plan.as_deref().map(|plan| arguments.motion.plan_wire(plan, profile)).transpose()?;
+    Ok(Controlling::On(plans))
 }
 
 /// Returns the least latency of the camera; the one of a camera that was not measured without a value.

@@ -159,6 +159,18 @@ pub(crate) struct Arguments {
     /// Rate of the full field on Unix sockets, Hz; 0 for never.
     #[arg(long, default_value_t = 0.0, value_name = "HZ", help_heading = "Publishing")]
     field_hz: f64,
+    /// Also publish a record for a controller with each turn, on Unix sockets and UDP.
+    ///
+    /// Modes of the surface with their covariance, risk of spilling, and ten times a second the linearised model.
+    /// docs/robots.md has its layout.
+    #[arg(long, requires = "publish", help_heading = "Publishing")]
+    controller: bool,
+    /// With --controller: address that listens for plans of the motion.
+    ///
+    /// The forecast under the newest plan is in the record. The sender and the line of --motion udp: hold for
+    /// plans, too.
+    #[arg(long, value_name = "udp:HOST:PORT", requires = "controller", help_heading = "Publishing")]
+    plan: Option<String>,
     /// Folder for report, picture and flight records; it is made.
     #[arg(long, default_value = "out", help_heading = "Output")]
     out: PathBuf,

@@ -5,7 +5,8 @@ use crate::profile::Profile;
 use anyhow::{Context, ensure};
 use meniscus_platform::files::read_text;
 use meniscus_service::commanded_motion::{CommandedMotion, ExpectedSender, WireMotion};
-use std::net::{IpAddr, ToSocketAddrs};
+use meniscus_service::controller::PlanWire;
+use std::net::{IpAddr, SocketAddr, ToSocketAddrs};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -53,6 +54,11 @@ fn line(text: &str) -> anyhow::Result<[f64; 3]> {
         let square: f64 = line.iter().map(|n| n * n).sum();
         square > 1e-12 && square < 1e12
     });
+    // Of length one: distances along it are lengths.
+    let line = line.map(|line| {
+        let length = line.iter().map(|n| n * n).sum::<f64>().sqrt();
+        line.map(|n| n / length)
+    });
     line.with_context(|| {
         format!("--motion-line {text}: expected three numbers that are not all zero, as 0,1,0")
     })
@@ -84,6 +90,41 @@ pub(super) enum MotionSource {
     Udp(WireMotion),
 }
 
+impl MotionArguments {
+    /// Returns the address and the sender of `option`, whose value is `udp:ADDRESS`, with the sender of `profile` where the
+    /// flags name none.
+    fn wire(
+        &self,
+        option: &str,
+        address: &str,
+        profile: Option<&Profile>,
+    ) -> anyhow::Result<(SocketAddr, ExpectedSender)> {
+        let unknown = || format!("{option} udp:{address}: expected udp:HOST:PORT, as udp:127.0.0.1:9000");
+        let address = address.to_socket_addrs().with_context(unknown)?.next().with_context(unknown)?;
+        let file = self.motion_token_file.as_ref();
+        let file = file.or(profile.and_then(|profile| profile.motion_token_file.as_ref()));
+        let expected = ExpectedSender {
+            address: self.motion_from.or(profile.and_then(|profile| profile.motion_from)),
+            token: file.map(|path| token(path)).transpose()?,
+        };
+        ensure!(
+            address.ip().is_loopback() || expected != ExpectedSender::default(),
+            "{option} udp:{address}: others reach that address and could move the estimated glass. Name the sender with \
+             --motion-from ADDRESS, or give it a token with --motion-token-file FILE"
+        );
+        Ok((address, expected))
+    }
+
+    /// Returns where plans come in, as `plan` spells it.
+    pub(super) fn plan_wire(&self, plan: &str, profile: Option<&Profile>) -> anyhow::Result<PlanWire> {
+        let address = plan.strip_prefix("udp:");
+        let address = address
+            .with_context(|| format!("--plan {plan}: expected udp:HOST:PORT, as udp:127.0.0.1:9001"))?;
+        let (address, expected) = self.wire("--plan", address, profile)?;
+        Ok(PlanWire { address, line: line(&self.motion_line)?, expected })
+    }
+}
+
 impl MotionSource {
     /// Returns the origin that `arguments` spell, with the senders of `profile` where they name none.
     pub(super) fn parse(
@@ -98,19 +139,7 @@ impl MotionSource {
         };
         let lag_ms = arguments.motion_lag_ms;
         ensure!((0.0..=100.0).contains(&lag_ms), "--motion-lag-ms {lag_ms} is out of range: 0 to 100");
-        let unknown = || format!("--motion udp:{address}: expected udp:HOST:PORT, as udp:127.0.0.1:9000");
-        let address = address.to_socket_addrs().with_context(unknown)?.next().with_context(unknown)?;
-        let file = arguments.motion_token_file.as_ref();
-        let file = file.or(profile.and_then(|profile| profile.motion_token_file.as_ref()));
-        let expected = ExpectedSender {
-            address: arguments.motion_from.or(profile.and_then(|profile| profile.motion_from)),
-            token: file.map(|path| token(path)).transpose()?,
-        };
-        ensure!(
-            address.ip().is_loopback() || expected != ExpectedSender::default(),
-            "--motion udp:{address}: others reach that address and could move the estimated glass. Name the sender with \
-             --motion-from ADDRESS, or give it a token with --motion-token-file FILE"
-        );
+        let (address, expected) = arguments.wire("--motion", address, profile)?;
         let line = line(&arguments.motion_line)?;
         Ok(Some(Self::Udp(WireMotion { address, lag_s: 1e-3 * lag_ms, line, expected })))
     }

@@ -144,7 +144,8 @@ fn vector(bytes: &mut &[u8], largest: f64) -> Result<[f64; 3], FrameFault> {
         let (eight, rest) = bytes.split_first_chunk::<8>().ok_or(FrameFault::Layout)?;
         (*number, *bytes) = (f64::from_le_bytes(*eight), rest);
         // False of what is no number.
-        if !(number.abs() <= largest) {
+        let in_range = number.abs() <= largest;
+        if !in_range {
             return Err(FrameFault::Range);
         }
     }
@@ -152,7 +153,7 @@ fn vector(bytes: &mut &[u8], largest: f64) -> Result<[f64; 3], FrameFault> {
 }
 
 /// Returns the frame in a datagram without its `token`; `None` where the datagram is no frame or lacks the token.
-pub(super) fn in_datagram<'b>(bytes: &'b [u8], token: Option<&str>, magic: [u8; 4]) -> Option<&'b [u8]> {
+pub(crate) fn in_datagram<'b>(bytes: &'b [u8], token: Option<&str>, magic: [u8; 4]) -> Option<&'b [u8]> {
     let frame = match token {
         None => bytes,
         Some(token) => {

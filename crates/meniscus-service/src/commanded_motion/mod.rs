@@ -27,6 +27,7 @@ mod stamped;
 mod stamped_wire;
 mod wire;
 
+pub(crate) use frame::in_datagram;
 pub use frame::{FrameFault, MOTION_FRAME_VERSION, MotionFrame, StampClock};
 pub use sender::ExpectedSender;
 pub use stamped_wire::{StampedCounters, StampedCounts};
@@ -60,7 +61,7 @@ enum Source {
     /// A table over the seconds since the first turn, with the time of that turn.
     Table(Option<Micros>),
     /// UDP samples over the seconds of the clock map.
-    Wire { clock: ClockMap, lag_s: f64 },
+    Wire { clock: Box<ClockMap>, lag_s: f64 },
 }
 
 #[derive(Debug)]
@@ -173,7 +174,7 @@ impl CommandedMotion {
         let WireMotion { address, lag_s, line, expected } = settings;
         let socket = wire::bind(address)?;
         let clock = ClockMap::new();
-        let motion = Self::new(Samples::room(), Source::Wire { clock, lag_s });
+        let motion = Self::new(Samples::room(), Source::Wire { clock: Box::new(clock), lag_s });
         let length = line.iter().map(|n| n * n).sum::<f64>().sqrt().max(f64::MIN_POSITIVE);
         if let Ok(mut inner) = motion.inner.lock() {
             inner.stamped = StampedSamples::room(line.map(|n| n / length));
@@ -308,7 +309,7 @@ mod tests {
     #[test]
     fn udp_samples_give_the_same_across_unsynchronised_clocks() {
         let begun = Instant::now();
-        let source = Source::Wire { clock: ClockMap::starting_at(begun), lag_s: 0.008 };
+        let source = Source::Wire { clock: Box::new(ClockMap::starting_at(begun)), lag_s: 0.008 };
         let mut motion = CommandedMotion::new(Samples::room(), source);
         motion.enforced = false;
         let (mut sent, mut worst, mut asked) = (0, 0.0_f64, 0);

@@ -114,7 +114,8 @@ impl StampedWire {
             Heard::Sample => {}
             Heard::Stranger => {
                 return count(&all.strangers, say, || {
-                    "motion frames of a second sender are left out: one sender is heard until it is silent for a second"
+                    "motion frames are left out: another sender is heard until it is silent for a second, or the camera has \
+                     contradicted this one"
                         .into()
                 });
             }
