@@ -63,6 +63,9 @@ def control(record):
         "a": r.rows(LATENTS, LATENTS), "b": r.floats("f", LATENTS), "q": r.rows(LATENTS, LATENTS),
         "acceleration_m_s2": number(), "heights_m": r.floats("f", 21), "c": r.rows(21, LATENTS),
         "d": r.floats("f", 21)})
+    said["chain"] = [{"acceleration_m_s2": number(), "latent": r.floats("f", LATENTS), "a": r.rows(LATENTS, LATENTS),
+                      "b": r.floats("f", LATENTS), "heights_m": r.floats("f", 21), "c": r.rows(21, LATENTS)}
+                     for _ in range(r.varint())]
     said["skipped"] = r.varint()
     if r.at != len(record):
         raise ValueError(f"{len(record) - r.at} bytes are left behind the record")

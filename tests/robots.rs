@@ -3,7 +3,9 @@
 #[path = "support/optional.rs"]
 mod optional;
 
-use meniscus_service::controller::{CONTROL_KIND, ControlRecord, LINEAR_EVERY, PLAN_SAMPLES_MAX, Plan};
+use meniscus_service::controller::{
+    CHAIN_TURNS, CONTROL_KIND, ControlRecord, LINEAR_EVERY, PLAN_SAMPLES_MAX, Plan,
+};
 use serde_json::Value;
 use std::io::{BufRead, BufReader};
 use std::net::{SocketAddr, UdpSocket};
@@ -132,6 +134,7 @@ fn a_plan_is_taken_its_forecast_is_published_and_a_wrong_one_is_named() {
         state += usize::from(record.state.along[0].amplitude_m.abs() > 1e-3);
         assert!(record.linear.is_some() == record.number.is_multiple_of(LINEAR_EVERY));
         linear += usize::from(record.linear.is_some());
+        assert_eq!(record.chain.len(), if record.linear.is_some() { CHAIN_TURNS } else { 0 });
         latencies_ms.extend(record.host.map(|host| 1e-3 * host.latency_us as f64));
         if record.plan.sequence == Some(5) {
             planned += 1;

@@ -184,9 +184,8 @@ impl ErrorModel<'_> {
         let at_rest = f64::from(self.factors.rest_noise_std_m);
         let misfits = self.surface_misfit.iter().zip(errors.discrepancy.left());
         let others = misfits.zip(errors.lateral_variance_m2);
-        for ((half, ((d, left), lateral)), row) in half.iter_mut().zip(others).zip(self.surface.column_iter())
-        {
-            let row: Latent = row.into_owned();
+        for ((half, ((d, left), lateral)), row) in half.iter_mut().zip(others).zip(&self.surface.data.0) {
+            let row = Latent::from(*row);
             let variance =
                 row.dot(&(p * row)) + lateral + left * errors.weight * f64::from(*d) + at_rest * at_rest;
             *half = (k * sqrt(variance.max(0.0))) as f32;

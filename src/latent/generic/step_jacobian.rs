@@ -54,8 +54,8 @@ impl Generic<'_> {
         let flow = self.flow_at(&start, &state.held);
         let right = Square::identity() + flow * before * self.dt_s;
         let mut latent = Square::zeros();
-        for (mut column, known) in latent.column_iter_mut().zip(right.column_iter()) {
-            column.copy_from(&newton::correction(&behind, &flow, self.dt_s, &known.into_owned()));
+        for (column, known) in latent.data.0.iter_mut().zip(right.data.0) {
+            *column = newton::correction(&behind, &flow, self.dt_s, &Latent::from(known)).into();
         }
         StepJacobian { latent, input: latent * half_kick + half_kick }
     }

@@ -29,9 +29,8 @@ mod wire;
 
 pub(crate) use frame::in_datagram;
 pub use frame::{FrameFault, MOTION_FRAME_VERSION, MotionFrame, StampClock};
-pub use sender::ExpectedSender;
+pub use sender::{ExpectedSender, Say};
 pub use stamped_wire::{StampedCounters, StampedCounts};
-pub use wire::Say;
 
 use crate::clock_map::ClockMap;
 use agreement::{Agreement, Trust};

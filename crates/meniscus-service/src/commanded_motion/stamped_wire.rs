@@ -1,11 +1,12 @@
 //! Stamped samples from the wire: their instants on the clock of the run, counters, and a sentence for each kind of fault.
 
 use super::frame::{FrameFault, MotionFrame, StampClock};
-use super::sender::Heard;
+use super::sender::{Heard, Say};
 use super::stamped::Taken;
-use super::wire::{Listener, Say};
+use super::{Inner, MotionCounters};
 use crate::clock_map::{ClockMap, LeastLatency};
 use meniscus::units::Micros;
+use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Instant, SystemTime, UNIX_EPOCH};
 
@@ -80,6 +81,13 @@ fn count(counter: &AtomicU64, say: &Say, sentence: impl FnOnce() -> String) {
     }
 }
 
+/// Where the listener puts samples, counts and sentences.
+pub(super) struct StampedSink<'l> {
+    pub(super) inner: &'l Mutex<Inner>,
+    pub(super) counters: &'l MotionCounters,
+    pub(super) say: &'l Say,
+}
+
 /// State of the stream of stamped samples, in the listener's thread.
 #[derive(Debug)]
 pub(super) struct StampedWire {
@@ -101,8 +109,8 @@ impl StampedWire {
     }
 
     /// Takes a frame and what was heard of its sender.
-    pub(super) fn take(&mut self, listener: &Listener, heard: Result<(MotionFrame, Heard), FrameFault>) {
-        let (all, say) = (&listener.counters, &listener.say);
+    pub(super) fn take(&mut self, sink: &StampedSink<'_>, heard: Result<(MotionFrame, Heard), FrameFault>) {
+        let StampedSink { inner, counters: all, say } = *sink;
         let counters = &all.stamped;
         let (frame, heard) = match heard {
             Ok(heard) => heard,
@@ -127,7 +135,7 @@ impl StampedWire {
         let arrived = Instant::now();
         let now_s = self.clock.seconds(arrived);
         let Some(time_s) = self.instant_s(&frame, arrived, SystemTime::now()) else { return };
-        let Ok(mut inner) = listener.inner.lock() else { return };
+        let Ok(mut inner) = inner.lock() else { return };
         let steps = self.sender.steps() + self.sender.restarts();
         if steps > self.steps {
             self.steps = steps;

@@ -2,8 +2,8 @@
 
 use super::datagram::{Datagram, LONGEST, read};
 use super::frame;
-use super::sender::{ExpectedSender, Floor, Heard};
-use super::stamped_wire::StampedWire;
+use super::sender::{ExpectedSender, Floor, Heard, Say};
+use super::stamped_wire::{StampedSink, StampedWire};
 use super::{Inner, MotionCounters, NOT_USED, USED_AGAIN};
 use crate::clock_map::ClockMap;
 use std::io::Result;
@@ -14,9 +14,6 @@ use std::time::{Duration, Instant};
 
 /// Interval at which the listener checks whether it is still wanted.
 const PAUSE: Duration = Duration::from_millis(100);
-
-/// Receiver of messages for a person.
-pub type Say = Box<dyn Fn(&str) + Send>;
 
 /// Everything that the thread needs.
 pub(super) struct Listener {
@@ -102,7 +99,8 @@ impl Listener {
         let token = self.expected.token.as_deref();
         if let Some(frame) = frame::read(bytes, token) {
             let heard = frame.map(|frame| (frame, floor.hear(from, &Datagram::WITHOUT_NUMBER, now_s)));
-            return stamped.take(self, heard);
+            let sink = StampedSink { inner: &self.inner, counters: &self.counters, say: &self.say };
+            return stamped.take(&sink, heard);
         }
         let Some(datagram) = read(bytes, token) else {
             counters.refused.fetch_add(1, Ordering::Relaxed);

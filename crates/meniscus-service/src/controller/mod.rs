@@ -24,7 +24,7 @@ use crate::snapshot::SnapshotOutlet;
 use crate::timed_turn::TimedTurn;
 use meniscus::blob::Model;
 use meniscus::runtime::output::HostTime;
-use meniscus::runtime::{LinearModel, Memory, ReducedState};
+use meniscus::runtime::{LinearModel, Memory, ModalState};
 use plan_wire::SharedPlan;
 use std::sync::atomic::Ordering;
 use std::time::Instant;
@@ -40,6 +40,9 @@ const POINT_EVERY: usize = 3;
 
 /// Records between two that carry the linearised model: ten a second.
 pub const LINEAR_EVERY: u64 = 6;
+
+/// Turns along which the model is linearised: 100 ms.
+pub const CHAIN_TURNS: usize = 6;
 
 /// Frame interval, microseconds.
 const INTERVAL_US: u64 = 16_667;
@@ -90,6 +93,13 @@ impl Controller {
                 forecast.push(ForecastPoint { ahead: ahead as u32, surface_m, half_width_m });
             }
         });
+        let linear = number.is_multiple_of(LINEAR_EVERY).then(|| LinearModel::at(model, memory));
+        let mut chain = Vec::new();
+        if let Some(linear) = &linear {
+            let held = [f64::from(linear.acceleration_m_s2); CHAIN_TURNS];
+            let course = if turns > 0 { &accelerations[..CHAIN_TURNS] } else { &held[..] };
+            LinearModel::along(model, memory, course, |_, step| chain.push(*step));
+        }
         ControlRecord {
             kind: CONTROL_KIND,
             version: CONTROL_VERSION,
@@ -97,11 +107,12 @@ impl Controller {
             time: logged.turn.time,
             host: logged.host,
             mode: logged.turn.estimate.mode,
-            state: ReducedState::of(model, memory),
+            state: ModalState::of(model, memory),
             spill,
             plan: standing,
             forecast,
-            linear: number.is_multiple_of(LINEAR_EVERY).then(|| LinearModel::at(model, memory)),
+            linear,
+            chain,
             skipped: 0,
         }
     }

@@ -3,7 +3,7 @@
 use super::plan::PlanFault;
 use super::spill::SpillRisk;
 use meniscus::runtime::output::HostTime;
-use meniscus::runtime::{LinearModel, Mode, ReducedState};
+use meniscus::runtime::{LinearModel, LinearStep, ModalState, Mode};
 use meniscus::surface::POINTS;
 use meniscus::units::Micros;
 use serde::{Deserialize, Serialize};
@@ -29,7 +29,7 @@ pub struct ControlRecord {
     /// Validity of the estimate.
     pub mode: Mode,
     /// First modes of the surface.
-    pub state: ReducedState,
+    pub state: ModalState,
     /// Risk of spilling, under the plan where there is one.
     pub spill: SpillRisk,
     /// Standing of the plan.
@@ -38,6 +38,9 @@ pub struct ControlRecord {
     pub forecast: Vec<ForecastPoint>,
     /// Linearised model, in every [`super::LINEAR_EVERY`]th record.
     pub linear: Option<LinearModel>,
+    /// The model linearised along the plan, or along the present acceleration without one, for the next
+    /// [`super::CHAIN_TURNS`] turns; with `linear` alone.
+    pub chain: Vec<LinearStep>,
     /// Turns that had no record so far, because the one before was not ready.
     pub skipped: u64,
 }
@@ -47,7 +50,7 @@ impl ControlRecord {
     #[must_use]
     pub fn to_bytes(&self) -> Vec<u8> {
         // Nothing in a record can fail to be written, and a vector has room for all.
-        postcard::to_extend(self, Vec::with_capacity(8192)).unwrap_or_default()
+        postcard::to_extend(self, Vec::with_capacity(32_768)).unwrap_or_default()
     }
 
     /// Returns the record in `bytes`; `None` where they are of another kind or version.

@@ -44,7 +44,7 @@ pub struct ModeState {
     pub rate_m_s: f32,
 }
 
-/// Reduced state of the surface.
+/// Modal state of the surface.
 ///
 /// ```
 /// # #[repr(align(64))]
@@ -52,15 +52,15 @@ pub struct ModeState {
 /// # static BLOB: &Aligned<[u8]> =
 /// #     &Aligned(*include_bytes!(concat!(env!("CARGO_MANIFEST_DIR"), "/models/glycerine.blob")));
 /// let model = meniscus::blob::Model::load(&BLOB.0)?;
-/// use meniscus::runtime::{Memory, ReducedState};
+/// use meniscus::runtime::{Memory, ModalState};
 ///
 /// // Before the first frame the liquid is taken to be at rest, and next to nothing is known.
-/// let state = ReducedState::of(&model, &Memory::default());
+/// let state = ModalState::of(&model, &Memory::default());
 /// assert!(state.along[0].amplitude_m.abs() < 1e-3 && state.along_covariance[0][0] > 1e-6);
 /// # Ok::<(), meniscus::blob::LoadError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct ReducedState {
+pub struct ModalState {
     /// Modes of azimuth 1 and 2 along the line of motion.
     pub along: [ModeState; MODES_ALONG],
     /// Covariance of both amplitudes (m) and both rates (m/s).
@@ -71,8 +71,8 @@ pub struct ReducedState {
     pub across_covariance: [[f32; 2]; 2],
 }
 
-impl ReducedState {
-    /// Returns the reduced state of `memory` after its last turn.
+impl ModalState {
+    /// Returns the modal state of `memory` after its last turn.
     #[must_use]
     pub fn of(model: &Model<'_>, memory: &Memory) -> Self {
         let [surface_k, ..] = model.error_model.factors.surface;
