@@ -120,7 +120,7 @@ fn the_linearised_model_has_the_slopes_of_step_and_decoder() {
     assert!(worst[0] < 1e-5 && worst[1] < 1e-6 && worst[2] < 2e-4 && worst[3] < 1e-6, "{worst:?}");
 }
 
-/// What is summed of one lead.
+/// Sums of one lead.
 #[derive(Clone, Copy, Default)]
 struct Lead {
     apart: f64,

@@ -47,7 +47,7 @@ impl LeastLatency {
     pub const NONE: Self = Self { mean_s: 0.0, std_s: 0.000_5 };
 }
 
-/// What a map has found of the two clocks.
+/// Findings of a map about the two clocks.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ClockFindings {
     /// Drift of this computer's clock against the device's, ppm.
@@ -147,7 +147,7 @@ impl ClockMap {
         self.envelope.as_ref().map_or(0.0, |envelope| 1e6 * envelope.drift().rate)
     }
 
-    /// Returns what the map has found.
+    /// Returns the findings so far.
     #[must_use]
     pub fn findings(&self) -> ClockFindings {
         ClockFindings { drift_ppm: self.drift_ppm(), steps: self.steps, restarts: self.restarts }

@@ -247,7 +247,7 @@ impl Device {
         self.away.iter().map(|(from, _)| *from).filter(|from| *from <= now_us).max()
     }
 
-    /// Middle of the exposure of a shot on the bus's clock, microseconds: the truth that no host is told; `None` for a shot
+    /// Middle of the exposure of a shot on the bus's clock, microseconds: the truth, which no host gets; `None` for a shot
     /// that was not taken yet.
     #[must_use]
     pub fn exposed_us(&self, shot: u64) -> Option<u64> {

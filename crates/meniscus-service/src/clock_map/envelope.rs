@@ -19,7 +19,7 @@ const BLOCKS_FOR_DRIFT: usize = 8;
 /// Length of a block, s.
 const BLOCK_S: f64 = 1.0;
 
-/// Largest drift between the two clocks that is believed, as a share: twice what crystals of consumer devices have.
+/// Largest drift between the two clocks that is accepted, as a share: twice what crystals of consumer devices have.
 const DRIFT_LIMIT: f64 = 2e-4;
 
 /// Standard deviation of the drift before it has been estimated, as a share: 100 ppm, uniform.

@@ -1,4 +1,4 @@
-//! Steps of the camera's clock, told apart from frames that wait.
+//! Steps of the camera's clock, distinguished from frames that wait.
 //!
 //! A delay only ever adds to arrival minus camera time, so a frame below the envelope is a step once more frames agree. A
 //! frame above it has waited, or the clock has stepped back; but a queue drains, so only what stays above is a step.
