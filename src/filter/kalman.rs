@@ -36,6 +36,11 @@ use nalgebra::{Matrix2, SMatrix};
 /// Largest glass acceleration that enters the port, as a multiple of the model's scale.
 pub const PORT_LIMIT: f64 = 20.0;
 
+/// Covariance of the latents and of the input.
+pub(crate) type JointCovariance = SMatrix<f64, { LATENTS + 1 }, { LATENTS + 1 }>;
+
+const _: () = assert!(StateIndex::Input.index() == LATENTS, "`JointCovariance` takes the input from there");
+
 /// Memory of the filter; the latents themselves are the state of the step.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Filter {
@@ -133,6 +138,12 @@ impl Filter {
             input: self.covariance.between(StateIndex::Input, StateIndex::Input),
             process_noise_scale: self.process_noise_scale,
         }
+    }
+
+    /// Joint error covariance of the latents and of the input of this instant.
+    pub(crate) fn latents_and_input(&self) -> JointCovariance {
+        // The input stands right behind the latents.
+        JointCovariance::from_fn(|i, j| self.covariance.at(i, j))
     }
 
     /// Forgets the position and the travel of the glass.

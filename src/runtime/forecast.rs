@@ -116,6 +116,34 @@ impl Forecast {
     }
 }
 
+impl Forecast {
+    /// Hands the forecasts of the next `frames` turns to `visit`, each with its turn, from 1 on: the same as [`Self::new`] of
+    /// each, for the work of the last.
+    pub fn course(
+        model: &Model<'_>,
+        memory: &Memory,
+        frames: usize,
+        plan: &[f64],
+        mut visit: impl FnMut(usize, &Self),
+    ) {
+        let errors = &model.error_model;
+        let (mut state, mut lateral) = (memory.state, memory.filter.lateral(model));
+        let mut carried =
+            errors.carried(&memory.filter.covariance(), model.generic.potential.value(&state.latent));
+        let planned = plan.len();
+        for ahead in 0..frames {
+            model.generic.step(&mut state, port(model, plan, ahead));
+            model.cross_axis.step(&mut lateral);
+            errors.carry(&mut carried, &model.generic, Horizon { frames: ahead, planned });
+            let [lateral_m, _] = lateral.amplitude_m;
+            let variance = model.cross_axis.variance(&lateral, &errors.surface);
+            let turn = ahead.saturating_add(1);
+            let half_width_m = errors.carried_heights(&carried, &variance, Horizon { frames: turn, planned });
+            visit(turn, &Self { surface_m: surface(model, &state, lateral_m), half_width_m });
+        }
+    }
+}
+
 impl Crest {
     /// Returns the first maximum over time of the highest point within `frames` turns after the state of `memory`,
     /// `None` if the surface only sinks; `plan` as in [`Forecast::new`]. It takes one GENERIC step for each turn

@@ -67,7 +67,7 @@ pub struct HostTime {
     pub unix_ns: u64,
     /// Standard deviation of `unix_ns`, nanoseconds: what is not known of the offset between the two clocks.
     pub std_ns: u64,
-    /// Time from this instant to the end of its turn, microseconds.
+    /// Time from this instant to the end of its turn and, in a packet, to publishing, microseconds.
     pub latency_us: u64,
 }
 

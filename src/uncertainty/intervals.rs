@@ -64,6 +64,16 @@ pub struct Horizon {
     pub planned: usize,
 }
 
+/// P- of a forecast, carried on turn by turn.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct CarriedCovariance {
+    p: Square,
+    /// Factor on Q in every turn.
+    missed: f64,
+    /// w.
+    weight: f64,
+}
+
 /// Variances of the heights but for those of the latents.
 #[derive(Clone, Copy)]
 struct HeightErrors<'a> {
@@ -122,17 +132,37 @@ impl ErrorModel<'_> {
         lateral_variance_m2: &[f64; POINTS],
         horizon: Horizon,
     ) -> [f32; POINTS] {
-        let Horizon { frames, planned } = horizon;
-        let weight = self.weight(latent_energy);
-        let missed = covariance.process_noise_scale * weight;
-        let mut p = covariance.latents;
-        for ahead in 0..frames {
-            let glass = if ahead < planned { Glass::Planned } else { Glass::Free };
-            self.predict(&mut p, generic, missed, glass);
+        let mut carried = self.carried(covariance, latent_energy);
+        for ahead in 0..horizon.frames {
+            self.carry(&mut carried, generic, Horizon { frames: ahead, ..horizon });
         }
+        self.carried_heights(&carried, lateral_variance_m2, horizon)
+    }
+
+    /// Returns the covariance of an estimate, to be carried on turn by turn.
+    pub(crate) fn carried(&self, covariance: &Covariance, latent_energy: f64) -> CarriedCovariance {
+        let weight = self.weight(latent_energy);
+        CarriedCovariance { p: covariance.latents, missed: covariance.process_noise_scale * weight, weight }
+    }
+
+    /// Carries a covariance from `at.frames` turns ahead to the next one.
+    pub(crate) fn carry(&self, carried: &mut CarriedCovariance, generic: &Generic<'_>, at: Horizon) {
+        let glass = if at.frames < at.planned { Glass::Planned } else { Glass::Free };
+        self.predict(&mut carried.p, generic, carried.missed, glass);
+    }
+
+    /// Returns the half-widths of the surface of a covariance that was carried to `horizon`, m.
+    pub(crate) fn carried_heights(
+        &self,
+        carried: &CarriedCovariance,
+        lateral_variance_m2: &[f64; POINTS],
+        horizon: Horizon,
+    ) -> [f32; POINTS] {
+        let Horizon { frames, planned } = horizon;
         let unplanned = if planned < frames { frames } else { 0 };
-        let errors = HeightErrors { lateral_variance_m2, discrepancy: &Discrepancy::NONE, weight };
-        self.heights(&p, errors, self.surface_factor(unplanned))
+        let (discrepancy, weight) = (&Discrepancy::NONE, carried.weight);
+        let errors = HeightErrors { lateral_variance_m2, discrepancy, weight };
+        self.heights(&carried.p, errors, self.surface_factor(unplanned))
     }
 
     /// k of the surface `unplanned` turns ahead, between the measured leads.
@@ -154,9 +184,8 @@ impl ErrorModel<'_> {
         let at_rest = f64::from(self.factors.rest_noise_std_m);
         let misfits = self.surface_misfit.iter().zip(errors.discrepancy.left());
         let others = misfits.zip(errors.lateral_variance_m2);
-        for ((half, ((d, left), lateral)), row) in half.iter_mut().zip(others).zip(self.surface.column_iter())
-        {
-            let row: Latent = row.into_owned();
+        for ((half, ((d, left), lateral)), row) in half.iter_mut().zip(others).zip(&self.surface.data.0) {
+            let row = Latent::from(*row);
             let variance =
                 row.dot(&(p * row)) + lateral + left * errors.weight * f64::from(*d) + at_rest * at_rest;
             *half = (k * sqrt(variance.max(0.0))) as f32;

@@ -1,6 +1,6 @@
 //! Attacks on `--motion udp:`.
 
-use meniscus_service::commanded_motion::{CommandedMotion, ExpectedSender};
+use meniscus_service::commanded_motion::{CommandedMotion, ExpectedSender, LINE_ALONG_X, WireMotion};
 use serde_json::Value;
 use std::net::{SocketAddr, UdpSocket};
 use std::process::{Child, Command, Stdio};
@@ -23,7 +23,8 @@ fn socket(last: u8) -> UdpSocket {
 /// A listener for `expected` at a free port.
 fn listener(expected: ExpectedSender) -> (CommandedMotion, SocketAddr) {
     let address = free_port();
-    (CommandedMotion::by_wire(address, 0.0, expected, Box::new(|_| {})).expect("it listens"), address)
+    let settings = WireMotion { address, lag_s: 0.0, line: LINE_ALONG_X, expected };
+    (CommandedMotion::by_wire(settings, Box::new(|_| {})).expect("it listens"), address)
 }
 
 fn count(counter: &AtomicU64) -> u64 {

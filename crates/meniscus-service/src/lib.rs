@@ -3,6 +3,7 @@
 pub mod camera_facts;
 pub mod clock_map;
 pub mod commanded_motion;
+pub mod controller;
 pub mod flash;
 pub mod identify;
 pub mod ledger;

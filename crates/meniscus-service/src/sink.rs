@@ -9,6 +9,7 @@
 //! ```
 //! The worker knows the trait and none of its implementations.
 
+use crate::clock_map::ClockFindings;
 use crate::commanded_motion::MotionTurns;
 use crate::ledger::FrameCounts;
 use crate::timed_turn::TimedTurn;
@@ -53,6 +54,8 @@ pub struct RunCounters {
     pub frames: FrameCounts,
     /// Turns by the origin of their motion; `None` without a commanded motion.
     pub motion: Option<MotionTurns>,
+    /// The camera's clock beside this computer's.
+    pub clock: ClockFindings,
     /// Allocations of all sinks in the worker's thread. Zero is the contract of [`TurnSink`].
     pub sink_allocations: u64,
 }

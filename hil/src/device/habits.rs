@@ -13,6 +13,21 @@ pub struct Habits {
     pub lost_at_start: [u8; 2],
     /// The stream whose frames come behind the next frame of the other one.
     pub lags: Option<Lag>,
+    /// Parts per million by which the device's clock runs faster than the bus's.
+    pub drift_ppm: i32,
+    /// Step of the device's clock.
+    pub step: Option<ClockStep>,
+    /// Shot at which somebody pulls the camera out; it is back two seconds later.
+    pub replug_shot: Option<u64>,
+}
+
+/// Step of the device's clock, to later times: the next stamps are ahead.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ClockStep {
+    /// Shot before which it steps.
+    pub shot: u64,
+    /// Size, microseconds.
+    pub by_us: u32,
 }
 
 /// The stream that lags.
@@ -32,6 +47,12 @@ impl Habits {
     pub(super) fn loses(&self, stream: Stream, shot: u64) -> bool {
         let [depth, beside] = self.lost_at_start;
         shot < u64::from(if stream == Stream::Depth { depth } else { beside })
+    }
+
+    /// Time of the device's clock from the first shot to another one that lies `bus_us` behind it on the bus, microseconds.
+    pub(super) fn since_first_us(&self, bus_us: u64) -> u64 {
+        let drift_us = bus_us as i128 * i128::from(self.drift_ppm) / 1_000_000;
+        bus_us.wrapping_add_signed(drift_us as i64)
     }
 
     /// Delay of a frame of `stream`, microseconds.

@@ -17,7 +17,7 @@ mod stream;
 mod trouble;
 
 pub use firmware::{COLOUR_INTRINSICS, COLOUR_LENS_M, COLOUR_PITCH_RAD, INTRINSICS, INTRINSICS_SMALL};
-pub use habits::{Habits, Lag};
+pub use habits::{ClockStep, Habits, Lag};
 pub use replay::{ControlExchange, Replay};
 pub use scenery::{Film, Scenery, TestCard};
 pub use trouble::{At, Back, Cure, Ending, TROUBLES, Trouble};
@@ -122,6 +122,8 @@ pub struct Device {
     /// Device time less that of a camera that was never restarted, microseconds.
     clock_ahead_us: i64,
     habits: Habits,
+    /// Middle of each exposure on the bus's clock, microseconds.
+    exposures: Vec<u64>,
 }
 
 impl std::fmt::Debug for Device {
@@ -183,6 +185,7 @@ impl Device {
             halted: HashSet::new(),
             clock_ahead_us: 0,
             habits: Habits::default(),
+            exposures: Vec::new(),
         }
     }
 
@@ -245,6 +248,13 @@ impl Device {
         self.away.iter().map(|(from, _)| *from).filter(|from| *from <= now_us).max()
     }
 
+    /// Middle of the exposure of a shot on the bus's clock, microseconds: the truth, which no host gets; `None` for a shot
+    /// that was not taken yet.
+    #[must_use]
+    pub fn exposed_us(&self, shot: u64) -> Option<u64> {
+        self.exposures.get(usize::try_from(shot).ok()?).copied()
+    }
+
     /// Which trouble it has.
     #[must_use]
     pub fn trouble(&self) -> Option<Trouble> {
@@ -285,7 +295,8 @@ impl Device {
 
     /// Lets clock and frame counter begin anew with the next shot.
     pub(super) fn restart_clock(&mut self) {
-        self.clock_ahead_us = AFTER_POWER_UP_US - (FIRST_SHOT_US + shot_time_us(self.shot)) as i64;
+        let since_us = self.habits.since_first_us(shot_time_us(self.shot));
+        self.clock_ahead_us = AFTER_POWER_UP_US - (FIRST_SHOT_US + since_us) as i64;
         self.wire.inner_mut().restart_counter();
     }
 

@@ -46,10 +46,18 @@ impl Device {
             }
         }
         let shot = self.shot;
+        if self.habits.replug_shot.take_if(|due| *due == shot).is_some() {
+            return self.unplug(now_us, Back::Same);
+        }
+        if let Some(step) = self.habits.step.filter(|step| step.shot == shot) {
+            self.clock_ahead_us += i64::from(step.by_us);
+        }
+        self.exposures.push(now_us);
         self.shot += 1;
         let since_start = self.shots_of_start;
         self.shots_of_start += 1;
-        let captured_us = (FIRST_SHOT_US + shot_time_us(shot)).wrapping_add_signed(self.clock_ahead_us);
+        let since_us = self.habits.since_first_us(shot_time_us(shot));
+        let captured_us = (FIRST_SHOT_US + since_us).wrapping_add_signed(self.clock_ahead_us);
         let size = if self.usb2(now_us) { (480, 270) } else { (640, 480) };
         let in_colour = self.committed.contains(&COLOUR_STREAMING);
         let seen = if in_colour { self.scenery.look_in_colour(shot) } else { None };

@@ -19,12 +19,14 @@ mod operators;
 mod potential;
 mod slots;
 mod step;
+mod step_jacobian;
 
 pub use audit::{Audit, StepOutcome};
 pub use operators::Operators;
 pub use potential::{MAX_HIDDEN, Potential, RidgeState};
 pub use slots::{MEMORIES, ModeMap, Slots};
 pub use step::{Generic, LatentState};
+pub use step_jacobian::StepJacobian;
 
 /// Latent variables (paper: 13).
 pub const LATENTS: usize = 13;

@@ -11,12 +11,17 @@ use meniscus::units::FRAME_INTERVAL_S;
 use meniscus_data::recording::GROUP_NAMES;
 use meniscus_platform::realtime::Priority;
 use meniscus_score::run_report::RunLabels;
+use meniscus_service::clock_map::LeastLatency;
+use meniscus_service::controller::PlanWire;
 use meniscus_service::live::Silence;
 use meniscus_service::publish::Destination;
 use std::io::IsTerminal;
 use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::time::Duration;
+
+/// Standard deviation of a least latency that somebody measured, s.
+const MEASURED_LATENCY_STD_S: f64 = 0.0005;
 
 /// Length of a run without --seconds, s.
 const SECONDS: f64 = 10.0;
@@ -62,6 +67,8 @@ pub(super) struct RunConfig {
     pub(super) truth: Option<RecordingSource>,
     /// Liquids that are compared: `shipped`, notes and folders of notes.
     pub(super) among: Vec<String>,
+    /// Least latency from mid-exposure to the arrival of a frame.
+    pub(super) latency: LeastLatency,
     /// Commanded motion.
     pub(super) motion: Option<MotionSource>,
     /// The live page.
@@ -92,6 +99,17 @@ pub(super) struct Publishing {
     pub(super) destinations: Vec<Destination>,
     /// Rate of the full field on Unix sockets, Hz; 0 for never.
     pub(super) field_hz: f64,
+    /// Records for a controller.
+    pub(super) controller: Controlling,
+}
+
+/// Records for a controller.
+#[derive(Clone, Debug)]
+pub(super) enum Controlling {
+    /// None.
+    Off,
+    /// One a turn, without a plan or with one that comes over UDP.
+    On(Option<PlanWire>),
 }
 
 /// Address and secret of the live page.
@@ -202,12 +220,17 @@ impl TryFrom<&Arguments> for RunConfig {
             out: arguments.out.clone(),
             turn_table: arguments.turns.clone(),
             estimates: arguments.estimates.clone(),
-            publishing: Publishing { destinations: arguments.publish.clone(), field_hz: arguments.field_hz },
+            publishing: Publishing {
+                destinations: arguments.publish.clone(),
+                field_hz: arguments.field_hz,
+                controller: controlling(arguments, profile.as_ref())?,
+            },
             fields: groups(&arguments.fields, arguments.field_hz)?,
             silence: if arguments.patient { Silence::WaitOut } else { Silence::Bridge },
             priority: Priority::real_time_if(arguments.realtime || arguments.service),
             truth: arguments.truth.as_deref().map(RecordingSource::from),
             among: arguments.among.clone(),
+            latency: latency(arguments.camera_latency_ms)?,
             motion: MotionSource::parse(&arguments.motion, profile.as_ref())?,
             page: arguments.page.config(),
             foxglove: arguments.foxglove.config(),
@@ -216,6 +239,26 @@ impl TryFrom<&Arguments> for RunConfig {
             targets: if arguments.check { Targets::Enforced } else { Targets::Reported },
         })
     }
+}
+
+/// Returns the records for a controller that the flags ask for.
+fn controlling(arguments: &Arguments, profile: Option<&Profile>) -> anyhow::Result<Controlling> {
+    if !arguments.controller {
+        return Ok(Controlling::Off);
+    }
+    let plans =
+        arguments.plan.as_deref().map(|plan| arguments.motion.plan_wire(plan, profile)).transpose()?;
+    Ok(Controlling::On(plans))
+}
+
+/// Returns the least latency of the camera; the one of a camera that was not measured without a value.
+fn latency(measured_ms: Option<f64>) -> anyhow::Result<LeastLatency> {
+    let Some(measured_ms) = measured_ms else { return Ok(LeastLatency::UNKNOWN_CAMERA) };
+    ensure!(
+        (0.0..=100.0).contains(&measured_ms),
+        "--camera-latency-ms {measured_ms} is out of range: 0 to 100. Measure it with a light that the host switches"
+    );
+    Ok(LeastLatency { mean_s: 1e-3 * measured_ms, std_s: MEASURED_LATENCY_STD_S })
 }
 
 /// Returns the whole frames in `seconds`, at least a window and a second.

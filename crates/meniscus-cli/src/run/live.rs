@@ -81,6 +81,7 @@ pub(super) fn live(
     let worker = Worker {
         rectifier: camera.rectifier,
         motion,
+        latency: config.latency,
         silence: config.silence,
         span_end: camera.span_end,
         ..Worker::new(estimator, camera.reader)
@@ -91,17 +92,19 @@ pub(super) fn live(
     }
     let caption = Caption { title, fill_m, radius_m, length, validity };
     let Outputs { published, page, foxglove } = &mut outputs;
+    let (publisher, controller) = published.as_mut().map(Published::parts).unzip();
     let viewers: Vec<&dyn Viewer> = page
         .iter()
         .map(|page| page as &dyn Viewer)
         .chain(foxglove.iter().map(|foxglove| foxglove as &dyn Viewer))
+        .chain(controller.flatten().map(|controller| controller as &dyn Viewer))
         .collect();
     let run = LiveRun {
         model,
         worker,
         end: camera.end,
         frames: camera.frames,
-        publisher: published.as_mut().map(Published::outlet),
+        publisher,
         viewers: &viewers,
         notes: &notes,
         flights: &config.out,

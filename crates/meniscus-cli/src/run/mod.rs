@@ -76,6 +76,12 @@ pub(crate) struct Arguments {
     /// Serial number of the only camera that is taken, as USB shows it.
     #[arg(long, help_heading = "Images")]
     serial: Option<String>,
+    /// Least latency from mid-exposure to the arrival of a frame, ms, as you measured it.
+    ///
+    /// Without it the stamps on this computer's clock assume 0 to 33 ms, and say so by their uncertainty. 8.3 is the
+    /// simulated camera's.
+    #[arg(long, value_name = "MS", help_heading = "Images")]
+    camera_latency_ms: Option<f64>,
     /// Faults on the simulated camera's wire.
     ///
     /// Spelled NAME:SHARE or NAME@FRAME, joined by commas, as in drop:0.02,tear@100. Names: drop tear late fid eof err
@@ -153,6 +159,18 @@ pub(crate) struct Arguments {
     /// Rate of the full field on Unix sockets, Hz; 0 for never.
     #[arg(long, default_value_t = 0.0, value_name = "HZ", help_heading = "Publishing")]
     field_hz: f64,
+    /// Also publish a record for a controller with each turn, on Unix sockets and UDP.
+    ///
+    /// Modes of the surface with their covariance, risk of spilling, and ten times a second the linearised model.
+    /// docs/robots.md has its layout.
+    #[arg(long, requires = "publish", help_heading = "Publishing")]
+    controller: bool,
+    /// With --controller: address that listens for plans of the motion.
+    ///
+    /// The forecast under the newest plan is in the record. The sender and the line of --motion udp: hold for
+    /// plans, too.
+    #[arg(long, value_name = "udp:HOST:PORT", requires = "controller", help_heading = "Publishing")]
+    plan: Option<String>,
     /// Folder for report, picture and flight records; it is made.
     #[arg(long, default_value = "out", help_heading = "Output")]
     out: PathBuf,

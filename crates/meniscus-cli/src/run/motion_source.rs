@@ -4,7 +4,8 @@ use super::source::{RecordingSource, Source};
 use crate::profile::Profile;
 use anyhow::{Context, ensure};
 use meniscus_platform::files::read_text;
-use meniscus_service::commanded_motion::{CommandedMotion, ExpectedSender};
+use meniscus_service::commanded_motion::{CommandedMotion, ExpectedSender, WireMotion};
+use meniscus_service::controller::PlanWire;
 use std::net::{IpAddr, SocketAddr, ToSocketAddrs};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -20,16 +21,20 @@ pub(super) struct MotionArguments {
     /// Commanded or measured motion of the glass.
     ///
     /// A table of its position over time (t,x_m; second 0 is the first frame), the motion of the simulated camera's
-    /// recording (truth), or accelerations along x in m/s2 over UDP, one ASCII number a datagram, 100 or more a second. A
-    /// number before it, as in `#17 -1.25`, has to rise. Without a motion, while no sample comes, and while the image
+    /// recording (truth), or datagrams: accelerations along x in m/s2, one ASCII number each, or stamped samples in three
+    /// dimensions (docs/robots.md), 100 or more a second. A number before the ASCII one, as in `#17 -1.25`, has to rise.
+    /// Without a motion, while no sample comes, and while the image
     /// contradicts the samples, the glass is tracked in the image.
     #[arg(long, value_name = "FILE.csv|truth|udp:HOST:PORT", help_heading = "Motion of the glass")]
     pub(super) motion: Option<String>,
     /// With --motion udp: latency of frames beyond that of samples, ms.
     ///
-    /// 8 is the simulated camera's; that of a D435 has not been measured.
+    /// A stamped sample has none, so that this is the least latency of frames.     /// 8 is the simulated camera's; that of a D435 has not been measured.
     #[arg(long, default_value_t = 8.0, value_name = "MS", help_heading = "Motion of the glass")]
     pub(super) motion_lag_ms: f64,
+    /// With stamped samples: direction of the camera's x, the line of the model, in their axes.
+    #[arg(long, default_value = "1,0,0", value_name = "X,Y,Z", help_heading = "Motion of the glass")]
+    pub(super) motion_line: String,
     /// With --motion udp: only address heard [default: the profile's].
     ///
     /// Needed, or a token, where others reach the port.
@@ -40,6 +45,23 @@ pub(super) struct MotionArguments {
     /// At least 16 letters, digits, - or _. It travels unencrypted.
     #[arg(long, value_name = "FILE", help_heading = "Motion of the glass")]
     pub(super) motion_token_file: Option<PathBuf>,
+}
+
+/// Returns the direction that --motion-line spells.
+fn line(text: &str) -> anyhow::Result<[f64; 3]> {
+    let numbers: Vec<f64> = text.split(',').map_while(|number| number.trim().parse().ok()).collect();
+    let line: Option<[f64; 3]> = numbers.try_into().ok().filter(|line: &[f64; 3]| {
+        let square: f64 = line.iter().map(|n| n * n).sum();
+        square > 1e-12 && square < 1e12
+    });
+    // Of length one: distances along it are lengths.
+    let line = line.map(|line| {
+        let length = line.iter().map(|n| n * n).sum::<f64>().sqrt();
+        line.map(|n| n / length)
+    });
+    line.with_context(|| {
+        format!("--motion-line {text}: expected three numbers that are not all zero, as 0,1,0")
+    })
 }
 
 /// Returns the token in the file at `path`.
@@ -64,8 +86,43 @@ pub(super) enum MotionSource {
     Truth,
     /// A table of the position over time, or a motion by name.
     Table(String),
-    /// Accelerations over UDP.
-    Udp { address: SocketAddr, lag_s: f64, expected: ExpectedSender },
+    /// Accelerations or stamped samples over UDP.
+    Udp(WireMotion),
+}
+
+impl MotionArguments {
+    /// Returns the address and the sender of `option`, whose value is `udp:ADDRESS`, with the sender of `profile` where the
+    /// flags name none.
+    fn wire(
+        &self,
+        option: &str,
+        address: &str,
+        profile: Option<&Profile>,
+    ) -> anyhow::Result<(SocketAddr, ExpectedSender)> {
+        let unknown = || format!("{option} udp:{address}: expected udp:HOST:PORT, as udp:127.0.0.1:9000");
+        let address = address.to_socket_addrs().with_context(unknown)?.next().with_context(unknown)?;
+        let file = self.motion_token_file.as_ref();
+        let file = file.or(profile.and_then(|profile| profile.motion_token_file.as_ref()));
+        let expected = ExpectedSender {
+            address: self.motion_from.or(profile.and_then(|profile| profile.motion_from)),
+            token: file.map(|path| token(path)).transpose()?,
+        };
+        ensure!(
+            address.ip().is_loopback() || expected != ExpectedSender::default(),
+            "{option} udp:{address}: others reach that address and could move the estimated glass. Name the sender with \
+             --motion-from ADDRESS, or give it a token with --motion-token-file FILE"
+        );
+        Ok((address, expected))
+    }
+
+    /// Returns where plans come in, as `plan` spells it.
+    pub(super) fn plan_wire(&self, plan: &str, profile: Option<&Profile>) -> anyhow::Result<PlanWire> {
+        let address = plan.strip_prefix("udp:");
+        let address = address
+            .with_context(|| format!("--plan {plan}: expected udp:HOST:PORT, as udp:127.0.0.1:9001"))?;
+        let (address, expected) = self.wire("--plan", address, profile)?;
+        Ok(PlanWire { address, line: line(&self.motion_line)?, expected })
+    }
 }
 
 impl MotionSource {
@@ -82,20 +139,9 @@ impl MotionSource {
         };
         let lag_ms = arguments.motion_lag_ms;
         ensure!((0.0..=100.0).contains(&lag_ms), "--motion-lag-ms {lag_ms} is out of range: 0 to 100");
-        let unknown = || format!("--motion udp:{address}: expected udp:HOST:PORT, as udp:127.0.0.1:9000");
-        let address = address.to_socket_addrs().with_context(unknown)?.next().with_context(unknown)?;
-        let file = arguments.motion_token_file.as_ref();
-        let file = file.or(profile.and_then(|profile| profile.motion_token_file.as_ref()));
-        let expected = ExpectedSender {
-            address: arguments.motion_from.or(profile.and_then(|profile| profile.motion_from)),
-            token: file.map(|path| token(path)).transpose()?,
-        };
-        ensure!(
-            address.ip().is_loopback() || expected != ExpectedSender::default(),
-            "--motion udp:{address}: others reach that address and could move the estimated glass. Name the sender with \
-             --motion-from ADDRESS, or give it a token with --motion-token-file FILE"
-        );
-        Ok(Some(Self::Udp { address, lag_s: 1e-3 * lag_ms, expected }))
+        let (address, expected) = arguments.wire("--motion", address, profile)?;
+        let line = line(&arguments.motion_line)?;
+        Ok(Some(Self::Udp(WireMotion { address, lag_s: 1e-3 * lag_ms, line, expected })))
     }
 
     /// Opens the motion for a run of this length before `camera`.
@@ -103,10 +149,10 @@ impl MotionSource {
         match self {
             Self::Truth => by_table("truth", Some(recording_of(camera)?), length),
             Self::Table(table) => by_table(table, None, length),
-            Self::Udp { address, lag_s, expected } => {
+            Self::Udp(wire) => {
                 let say = Box::new(|line: &str| eprintln!("{line}"));
-                CommandedMotion::by_wire(*address, *lag_s, expected.clone(), say)
-                    .with_context(|| format!("--motion udp:{address} cannot be listened to"))
+                CommandedMotion::by_wire(wire.clone(), say)
+                    .with_context(|| format!("--motion udp:{} cannot be listened to", wire.address))
             }
         }
     }

@@ -1,6 +1,6 @@
 //! Needs of a run from the system around it: addresses, devices, folders, files.
 
-use super::config::RunConfig;
+use super::config::{Controlling, RunConfig};
 use super::motion_source::MotionSource;
 use meniscus_service::publish::Destination;
 use std::collections::BTreeSet;
@@ -41,9 +41,12 @@ impl Needs {
             needs.listens(address, None);
         }
         match &config.motion {
-            Some(MotionSource::Udp { address, expected, .. }) => needs.listens(*address, expected.address),
+            Some(MotionSource::Udp(wire)) => needs.listens(wire.address, wire.expected.address),
             Some(MotionSource::Table(table)) => needs.reads(Path::new(table)),
             Some(MotionSource::Truth) | None => {}
+        }
+        if let Controlling::On(Some(plans)) = &config.publishing.controller {
+            needs.listens(plans.address, plans.expected.address);
         }
         needs.written.insert(config.out.clone());
         let files = [&config.turn_table, &config.estimates, &config.foxglove.file];

@@ -8,7 +8,7 @@ use meniscus_report::checks::{Check, table};
 use meniscus_service::camera_facts::{camera_json, camera_line};
 use meniscus_service::live::Log;
 use meniscus_service::run::statistics::{
-    losses_json, modes_json, motion_json, motion_line, stages_json, stages_line,
+    clock_json, losses_json, modes_json, motion_json, motion_line, stages_json, stages_line,
 };
 use meniscus_usb::camera::{CameraHealth, Connected, Note};
 use serde_json::{Value, json};
@@ -63,6 +63,7 @@ impl CameraReport<'_> {
             "health": log.health,
             "truth": self.score.as_ref().map(scored),
             "motion": motion_json(log),
+            "clock": clock_json(log),
             "recognised": log.recognised,
             "losses": losses_json(log),
             "checks": self.checks(),

@@ -10,7 +10,7 @@ use meniscus_data::validity::Validity;
 use meniscus_report::checks::{Check, table};
 use meniscus_service::live::Log;
 use meniscus_service::run::statistics::{
-    TurnTimes, losses_json, modes_json, motion_json, motion_line, stages_json, stages_line,
+    TurnTimes, clock_json, losses_json, modes_json, motion_json, motion_line, stages_json, stages_line,
 };
 use meniscus_virtual::camera::START;
 use serde_json::{Value, json};
@@ -80,6 +80,7 @@ impl<'l> TruthReport<'l> {
             "modes": modes_json(log),
             "health": log.health,
             "motion": motion_json(log),
+            "clock": clock_json(log),
             "recognised": log.recognised,
             "losses": losses_json(log),
             "checks": self.checks,

@@ -1,5 +1,6 @@
 //! Tests of the clock map: drift, restarts, queues, host time.
 
+use super::steps::STEP_FRAMES;
 use super::*;
 
 /// Least latency of the simulated camera, s.
@@ -103,4 +104,45 @@ fn host_time_is_the_wall_clock_and_its_uncertainty_covers_the_unseen_latency() {
     assert!((before - 1_000..=after).contains(&(host.unix_ns + interval_ns)), "{host:?}");
     assert!((9_600_000..9_700_000).contains(&host.std_ns), "{host:?}");
     assert!(host.latency_us >= 16_666, "{host:?}");
+}
+
+#[test]
+fn a_step_of_either_sign_is_counted_and_followed() {
+    for ahead_s in [1000.2, 999.97] {
+        let mut camera = Camera::new(8e-5);
+        for _ in 0..3_000 {
+            camera.shoot(camera.queue_s());
+        }
+        camera.ahead_s = ahead_s;
+        for _ in 0..200 {
+            camera.shoot(camera.queue_s());
+        }
+        let (time, exposed_s) = camera.shoot(0.0);
+        assert!(
+            camera.error_s(time, exposed_s).abs() < 3.5e-4,
+            "{ahead_s}: {}",
+            camera.error_s(time, exposed_s)
+        );
+        assert_eq!((camera.map.steps(), camera.map.restarts()), (1, 0), "{ahead_s}");
+        assert!((camera.map.drift_ppm() + 80.0).abs() < 5.0, "the drift is kept: {}", camera.map.drift_ppm());
+    }
+}
+
+#[test]
+fn a_busy_host_and_one_false_stamp_are_no_steps() {
+    let mut camera = Camera::new(0.0);
+    for frame in 0..3_600_u32 {
+        // Every tenth second all frames wait for 5 to 40 ms, and a queue drains.
+        let busy = frame / 60 % 10 == 3;
+        let queue_s = if busy { 0.040 - 6e-4 * f64::from(frame % 60) } else { camera.queue_s() };
+        camera.shoot(queue_s);
+        if frame == 2_000 {
+            camera.ahead_s += 0.02;
+            camera.shoot(0.0);
+            camera.ahead_s -= 0.02;
+        }
+    }
+    let (time, exposed_s) = camera.shoot(0.0);
+    assert!(camera.error_s(time, exposed_s).abs() < 3.5e-4);
+    assert_eq!((camera.map.steps(), camera.map.restarts()), (0, 0));
 }

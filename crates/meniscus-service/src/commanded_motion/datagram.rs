@@ -6,7 +6,7 @@ use subtle::ConstantTimeEq;
 const LARGEST: f64 = 200.0;
 
 /// Longest datagram, bytes.
-pub(super) const LONGEST: usize = 192;
+pub(super) const LONGEST: usize = 256;
 
 /// Content of a datagram that is one.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -15,6 +15,11 @@ pub(super) struct Datagram {
     pub(super) number: Option<u64>,
     /// Acceleration along x, m/s2.
     pub(super) acceleration: f64,
+}
+
+impl Datagram {
+    /// Datagram of a sender that numbers its samples elsewhere.
+    pub(super) const WITHOUT_NUMBER: Self = Self { number: None, acceleration: 0.0 };
 }
 
 /// Reads `bytes`; `None` where they are no datagram, or lack the `token` that is wanted.

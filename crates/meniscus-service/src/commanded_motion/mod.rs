@@ -11,26 +11,33 @@
 //! Both are taken from samples `(t_k, a_k)`: `now` by interpolation between the two nearest ones, `before` as their
 //! mean with these weights.
 //!
-//! UDP samples carry their arrival time. A frame is placed among them at the earliest time at which it can arrive
-//! ([`ClockMap`]), less the configured lag.
+//! UDP samples in ASCII carry their arrival time, those in binary frames ([`MotionFrame`]) their own stamp and all three
+//! dimensions. A frame of the camera is placed among them at the earliest time at which it can arrive ([`ClockMap`]), less
+//! the configured lag.
 //!
 //! Who sends them is checked in `sender`, and what they say in `agreement`: a motion from the wire that the camera denies is
 //! not used, and the glass is tracked instead.
 
 mod agreement;
 mod datagram;
+mod frame;
 mod samples;
 mod sender;
+mod stamped;
+mod stamped_wire;
 mod wire;
 
-pub use sender::ExpectedSender;
-pub use wire::Say;
+pub(crate) use frame::in_datagram;
+pub use frame::{FrameFault, MOTION_FRAME_VERSION, MotionFrame, StampClock};
+pub use sender::{ExpectedSender, Say};
+pub use stamped_wire::{StampedCounters, StampedCounts};
 
 use crate::clock_map::ClockMap;
 use agreement::{Agreement, Trust};
 use meniscus::runtime::InputSource;
 use meniscus::units::{FRAME_INTERVAL_S, Micros};
 use samples::Samples;
+use stamped::StampedSamples;
 use std::net::SocketAddr;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
@@ -53,12 +60,17 @@ enum Source {
     /// A table over the seconds since the first turn, with the time of that turn.
     Table(Option<Micros>),
     /// UDP samples over the seconds of the clock map.
-    Wire { clock: ClockMap, lag_s: f64 },
+    Wire { clock: Box<ClockMap>, lag_s: f64 },
 }
 
 #[derive(Debug)]
 struct Inner {
+    /// Samples of a table or of datagrams in ASCII.
     samples: Samples,
+    /// Samples of binary frames.
+    stamped: StampedSamples,
+    /// Whether the newest sample was of a frame.
+    is_stamped: bool,
     source: Source,
 }
 
@@ -81,6 +93,8 @@ pub struct MotionCounters {
     pub strangers: AtomicU64,
     /// Datagrams beyond the rate of a sender.
     pub flooded: AtomicU64,
+    /// Counters of the stamped samples.
+    pub stamped: StampedCounters,
     /// The camera agrees again, which is not reported yet.
     reconciled: AtomicBool,
 }
@@ -98,7 +112,25 @@ pub struct MotionTurns {
     pub contradictions: u64,
     /// Datagrams that were not taken.
     pub refused: u64,
+    /// Stamped samples.
+    pub stamped: StampedCounts,
 }
+
+/// Settings of a motion over UDP.
+#[derive(Clone, Debug, PartialEq)]
+pub struct WireMotion {
+    /// Address to listen at.
+    pub address: SocketAddr,
+    /// Extra latency of camera frames over samples, s: of samples in ASCII beyond their own, of stamped ones all of it.
+    pub lag_s: f64,
+    /// Direction of the line of the model, the camera's x, in the axes of stamped samples; any length but zero.
+    pub line: [f64; 3],
+    /// Sender that is expected.
+    pub expected: ExpectedSender,
+}
+
+/// The sender's x axis is the camera's.
+pub const LINE_ALONG_X: [f64; 3] = [1.0, 0.0, 0.0];
 
 /// A source of accelerations that the estimator takes instead of the tracked motion.
 #[derive(Debug)]
@@ -116,7 +148,8 @@ pub struct CommandedMotion {
 impl CommandedMotion {
     fn new(samples: Samples, source: Source) -> Self {
         let enforced = matches!(source, Source::Wire { .. });
-        let inner = Arc::new(Mutex::new(Inner { samples, source }));
+        let stamped = StampedSamples::room(LINE_ALONG_X);
+        let inner = Arc::new(Mutex::new(Inner { samples, stamped, is_stamped: false, source }));
         let agreement = Mutex::default();
         Self { inner, counters: Arc::default(), ended: Arc::default(), agreement, enforced }
     }
@@ -131,20 +164,20 @@ impl CommandedMotion {
         Self::new(Samples::table((first..=last).map(|k| (at(k), acceleration(at(k))))), Source::Table(None))
     }
 
-    /// Returns a motion from datagrams at `address`, each one the acceleration of the glass along x, m/s2, in ASCII, of the
-    /// `expected` sender. `lag_s` is the extra latency of camera frames over UDP samples.
+    /// Returns a motion from datagrams, each one the acceleration of the glass along x, m/s2, in ASCII, or a
+    /// [`MotionFrame`].
     ///
     /// # Errors
     /// The error of the operating system on the address.
-    pub fn by_wire(
-        address: SocketAddr,
-        lag_s: f64,
-        expected: ExpectedSender,
-        say: Say,
-    ) -> std::io::Result<Self> {
+    pub fn by_wire(settings: WireMotion, say: Say) -> std::io::Result<Self> {
+        let WireMotion { address, lag_s, line, expected } = settings;
         let socket = wire::bind(address)?;
         let clock = ClockMap::new();
-        let motion = Self::new(Samples::room(), Source::Wire { clock, lag_s });
+        let motion = Self::new(Samples::room(), Source::Wire { clock: Box::new(clock), lag_s });
+        let length = line.iter().map(|n| n * n).sum::<f64>().sqrt().max(f64::MIN_POSITIVE);
+        if let Ok(mut inner) = motion.inner.lock() {
+            inner.stamped = StampedSamples::room(line.map(|n| n / length));
+        }
         let listener = Listener {
             address,
             expected,
@@ -169,6 +202,7 @@ impl CommandedMotion {
             contradicted: of(&counters.contradicted),
             contradictions: of(&counters.contradictions),
             refused: of(&counters.refused) + of(&counters.strangers) + of(&counters.flooded),
+            stamped: counters.stamped.counts(),
         }
     }
 
@@ -226,8 +260,9 @@ impl Inner {
                 clock.earliest_arrival_s(at)? - *lag_s
             }
         };
-        let before = self.samples.around(time_s - FRAME_INTERVAL_S)?;
-        Some(InputSource::Measured { before, now: self.samples.now(time_s)? })
+        let samples = if self.is_stamped { &self.stamped.samples } else { &self.samples };
+        let before = samples.around(time_s - FRAME_INTERVAL_S)?;
+        Some(InputSource::Measured { before, now: samples.now(time_s)? })
     }
 }
 
@@ -273,7 +308,7 @@ mod tests {
     #[test]
     fn udp_samples_give_the_same_across_unsynchronised_clocks() {
         let begun = Instant::now();
-        let source = Source::Wire { clock: ClockMap::starting_at(begun), lag_s: 0.008 };
+        let source = Source::Wire { clock: Box::new(ClockMap::starting_at(begun)), lag_s: 0.008 };
         let mut motion = CommandedMotion::new(Samples::room(), source);
         motion.enforced = false;
         let (mut sent, mut worst, mut asked) = (0, 0.0_f64, 0);
@@ -296,6 +331,35 @@ mod tests {
             }
         }
         assert!(asked > 40 && worst < 0.05, "{worst}");
+        assert_eq!(motion.turns().stamped, StampedCounts::default());
+        // Stamped samples of the same instants give the same, though they all came 15 ms late.
+        let mut inner = motion.inner.lock().expect("nobody panicked");
+        for k in 0..520 {
+            let s = f64::from(k) / 500.0;
+            let frame = MotionFrame {
+                clock: StampClock::Host,
+                sequence: 0,
+                stamp_ns: 0,
+                position_m: [place(s), 0.0, 0.0],
+                velocity_m_s: None,
+                acceleration_m_s2: None,
+            };
+            inner.stamped.take(&frame, s, s + 0.015);
+        }
+        inner.is_stamped = true;
+        drop(inner);
+        let t = 60.0 * FRAME_INTERVAL_S;
+        let InputSource::Measured { before, now } =
+            motion.drive(at(1234.5 + t), begun + Duration::from_secs_f64(t + 0.008))
+        else {
+            std::panic!("no stamped motion")
+        };
+        let h = FRAME_INTERVAL_S;
+        let places = (place(t) - 2.0 * place(t - h) + place(t - 2.0 * h)) / (h * h);
+        assert!(
+            (before - places).abs() < 0.1 && (now - acceleration(t)).abs() < 0.1,
+            "{before} {places} {now}"
+        );
         // Silence: the tracked position is used again.
         let late = begun + Duration::from_secs_f64(1.5);
         assert_eq!(motion.drive(at(1234.5 + 1.492), late), InputSource::Tracked);

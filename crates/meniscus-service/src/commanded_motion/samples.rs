@@ -23,6 +23,11 @@ impl Samples {
         Self(samples.collect())
     }
 
+    /// Forgets all samples.
+    pub(super) fn clear(&mut self) {
+        self.0.clear();
+    }
+
     /// Adds a sample in place of the oldest one; a sample that is not newer than the last is left out.
     pub(super) fn push(&mut self, sample: (f64, f64)) {
         if self.0.back().is_some_and(|(t, _)| sample.0 <= *t) {

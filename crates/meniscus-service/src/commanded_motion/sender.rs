@@ -16,6 +16,9 @@ const BURST: f64 = 64.0;
 const DENIED: usize = 8;
 const DENIED_S: f64 = 5.0;
 
+/// Receiver of messages for a person.
+pub type Say = Box<dyn Fn(&str) + Send>;
+
 /// Sender that is expected.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct ExpectedSender {

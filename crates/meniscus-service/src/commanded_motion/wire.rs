@@ -1,7 +1,9 @@
 //! Thread that listens for datagrams.
 
-use super::datagram::{LONGEST, read};
-use super::sender::{ExpectedSender, Floor, Heard};
+use super::datagram::{Datagram, LONGEST, read};
+use super::frame;
+use super::sender::{ExpectedSender, Floor, Heard, Say};
+use super::stamped_wire::{StampedSink, StampedWire};
 use super::{Inner, MotionCounters, NOT_USED, USED_AGAIN};
 use crate::clock_map::ClockMap;
 use std::io::Result;
@@ -12,9 +14,6 @@ use std::time::{Duration, Instant};
 
 /// Interval at which the listener checks whether it is still wanted.
 const PAUSE: Duration = Duration::from_millis(100);
-
-/// Receiver of messages for a person.
-pub type Say = Box<dyn Fn(&str) + Send>;
 
 /// Everything that the thread needs.
 pub(super) struct Listener {
@@ -45,13 +44,15 @@ impl Listener {
     /// Listens until the run ends.
     pub(super) fn run(self, socket: UdpSocket) {
         let (mut socket, mut floor, mut room) = (socket, Floor::default(), [0; LONGEST]);
+        let mut stamped = StampedWire::new(self.clock);
         // The address as it was chosen: a socket that is opened anew has to have the same port.
         let address = socket.local_addr().unwrap_or(self.address);
         let (mut bound_to, mut reported) = (None, 0);
         while !self.ended.load(Ordering::Relaxed) {
             if let Ok((length, from)) = socket.recv_from(&mut room) {
-                self.take(&mut floor, room.get(..length).unwrap_or(&[]), from);
+                self.take(&mut floor, &mut stamped, room.get(..length).unwrap_or(&[]), from);
             }
+            stamped.look(&self.counters.stamped, &self.say);
             let contradictions = self.counters.contradictions.load(Ordering::Relaxed);
             if contradictions > reported {
                 floor.deny(self.clock.seconds(Instant::now()));
@@ -87,7 +88,7 @@ impl Listener {
     }
 
     /// Takes one datagram.
-    fn take(&self, floor: &mut Floor, bytes: &[u8], from: SocketAddr) {
+    fn take(&self, floor: &mut Floor, stamped: &mut StampedWire, bytes: &[u8], from: SocketAddr) {
         let now_s = self.clock.seconds(Instant::now());
         let counters = &self.counters;
         let from_ip = from.ip().to_canonical();
@@ -95,7 +96,13 @@ impl Listener {
             counters.strangers.fetch_add(1, Ordering::Relaxed);
             return;
         }
-        let Some(datagram) = read(bytes, self.expected.token.as_deref()) else {
+        let token = self.expected.token.as_deref();
+        if let Some(frame) = frame::read(bytes, token) {
+            let heard = frame.map(|frame| (frame, floor.hear(from, &Datagram::WITHOUT_NUMBER, now_s)));
+            let sink = StampedSink { inner: &self.inner, counters: &self.counters, say: &self.say };
+            return stamped.take(&sink, heard);
+        }
+        let Some(datagram) = read(bytes, token) else {
             counters.refused.fetch_add(1, Ordering::Relaxed);
             return;
         };
@@ -104,6 +111,7 @@ impl Listener {
                 // The worker never panics with it in its hands.
                 let Ok(mut inner) = self.inner.lock() else { return };
                 inner.samples.push((now_s, datagram.acceleration));
+                inner.is_stamped = false;
                 &counters.samples
             }
             Heard::Stranger => &counters.strangers,

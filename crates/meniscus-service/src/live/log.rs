@@ -2,6 +2,7 @@
 //! frame.
 
 use super::totals::RunTotals;
+use crate::clock_map::ClockFindings;
 use crate::commanded_motion::MotionTurns;
 use crate::identify::Standing;
 use crate::ledger::FrameCounts;
@@ -31,6 +32,8 @@ pub struct Log {
     pub payloads_dropped: u64,
     /// Turns by the origin of their motion; `None` without a commanded motion.
     pub motion: Option<MotionTurns>,
+    /// The camera's clock beside this computer's.
+    pub clock: ClockFindings,
     /// Allocations of the sinks in the worker's thread.
     pub sink_allocations: u64,
     /// Identified liquid, where several models were compared.
@@ -76,6 +79,7 @@ impl TurnSink for Log {
         self.payloads_dropped = counters.payloads_dropped;
         self.frames = counters.frames;
         self.motion = counters.motion;
+        self.clock = counters.clock;
         self.sink_allocations = counters.sink_allocations;
     }
 }

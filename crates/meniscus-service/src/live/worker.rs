@@ -1,7 +1,7 @@
 //! The worker's loop: receive, turn, hand on. It blocks on nothing but the camera.
 
 use super::turns::Turns;
-use crate::clock_map::ClockMap;
+use crate::clock_map::{ClockMap, LeastLatency};
 use crate::commanded_motion::CommandedMotion;
 use crate::ledger::{FrameLedger, SpanEnd};
 use crate::sink::{RunCounters, TurnSink};
@@ -45,6 +45,8 @@ pub struct Worker<'m> {
     pub rectifier: Option<Rectifier>,
     /// Commanded motion of the glass, taken instead of the tracked one.
     pub motion: Option<CommandedMotion>,
+    /// Least latency from mid-exposure to arrival.
+    pub latency: LeastLatency,
     /// Reaction to a camera that sends nothing.
     pub silence: Silence,
     /// End of what the camera takes, where the run ends with its link.
@@ -56,7 +58,8 @@ impl<'m> Worker<'m> {
     #[must_use]
     pub fn new(estimator: Estimator<'m>, config: Config) -> Self {
         let (silence, span_end) = (Silence::default(), SpanEnd::LastFrame);
-        Self { estimator, config, rectifier: None, motion: None, silence, span_end }
+        let latency = LeastLatency::UNKNOWN_CAMERA;
+        Self { estimator, config, rectifier: None, motion: None, latency, silence, span_end }
     }
 
     /// Runs until the camera has gone or `stop` is set. Every turn goes to every sink, in the order of `sinks`.
@@ -75,7 +78,7 @@ impl<'m> Worker<'m> {
         let tracker = Tracker::new(self.estimator, sensor);
         let (clock, batch) = (Monotonic::start(), Vec::with_capacity(MOST_TURNS));
         let motion = self.motion.as_ref();
-        let (clock_map, ledger) = (ClockMap::new(), FrameLedger::default());
+        let (clock_map, ledger) = (ClockMap::new().with_latency(self.latency), FrameLedger::default());
         let silence = self.silence;
         let mut turns = Turns {
             tracker,
@@ -131,6 +134,7 @@ impl<'m> Worker<'m> {
             payloads_dropped: end.dropped(),
             frames: turns.frames_at(Instant::now(), span_end),
             motion: turns.motion.map(CommandedMotion::turns),
+            clock: turns.clock_map.findings(),
             sink_allocations,
         };
         sinks.iter_mut().for_each(|sink| sink.finish(&counters));

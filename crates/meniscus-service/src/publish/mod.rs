@@ -86,10 +86,51 @@ pub struct PublishCounters {
     pub readers_refused: AtomicU64,
 }
 
+/// A record on its way to the publisher.
+#[derive(Debug)]
+#[allow(
+    clippy::large_enum_variant,
+    reason = "the worker allocates no box, and the queue's room is made once"
+)]
+enum Outgoing {
+    /// Packet of a turn that ended then: its latency counts up to leaving.
+    Turn(Packet, Instant),
+    /// Another record, in its bytes.
+    Whole(Vec<u8>),
+}
+
+/// End for records of another kind than a turn's, from threads that are not the worker's.
+#[derive(Clone, Debug)]
+pub struct RecordOutlet {
+    queue: SyncSender<Outgoing>,
+    counters: Arc<PublishCounters>,
+}
+
+impl RecordOutlet {
+    /// Queues a record in its bytes for Unix sockets and UDP; without room it is left out and counted.
+    pub fn send(&self, record: Vec<u8>) {
+        if self.queue.try_send(Outgoing::Whole(record)).is_err() {
+            self.counters.queue_full.fetch_add(1, Ordering::Relaxed);
+        }
+    }
+}
+
+/// Bytes that are a record already.
+struct Whole<'b>(&'b [u8]);
+
+impl serde::Serialize for Whole<'_> {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        // A tuple has no length before it.
+        let mut bytes = serializer.serialize_tuple(self.0.len())?;
+        self.0.iter().try_for_each(|byte| serde::ser::SerializeTuple::serialize_element(&mut bytes, byte))?;
+        serde::ser::SerializeTuple::end(bytes)
+    }
+}
+
 /// The worker's end.
 #[derive(Debug)]
 pub struct PublishOutlet {
-    queue: SyncSender<Packet>,
+    queue: SyncSender<Outgoing>,
     slot: Arc<Handoff<FieldFrame>>,
     header: Header,
     field_len: usize,
@@ -111,13 +152,21 @@ impl TurnSink for PublishOutlet {
         let packet = Packet { host: timed.host, ..Packet::of(&timed.turn, self.number, &self.header) };
         // A packet that is left out keeps its number: the gap tells readers of it.
         self.number += 1;
-        if self.queue.try_send(packet).is_err() {
+        if self.queue.try_send(Outgoing::Turn(packet, timed.ended)).is_err() {
             self.counters.queue_full.fetch_add(1, Ordering::Relaxed);
         }
         if timed.turn.estimate.field_fresh && field.len() == self.field_len {
             self.slot.offer(|frame| frame.take(&packet, field));
         }
     }
+}
+
+/// Returns a packet as it leaves now: its latency counts the time since its turn `ended`, too.
+fn leaving(packet: &Packet, ended: Instant) -> Packet {
+    let waited_us = u64::try_from(ended.elapsed().as_micros()).unwrap_or(u64::MAX);
+    let host =
+        packet.host.map(|host| HostTime { latency_us: host.latency_us.saturating_add(waited_us), ..host });
+    Packet { host, ..*packet }
 }
 
 /// Numbers of one tracer in all groups.
@@ -145,6 +194,14 @@ fn copy_groups(field: &[f32], groups: KnownGroups, out: &mut [f32]) {
             place.copy_from_slice(part);
             room = left;
         }
+    }
+}
+
+impl PublishOutlet {
+    /// Returns an end for records of another kind; the publisher lasts until it is dropped, too.
+    #[must_use]
+    pub fn records(&self) -> RecordOutlet {
+        RecordOutlet { queue: self.queue.clone(), counters: Arc::clone(&self.counters) }
     }
 }
 
@@ -184,7 +241,7 @@ impl Publisher {
 /// The publisher's loop.
 fn publish(
     mut targets: Targets,
-    records: &Receiver<Packet>,
+    records: &Receiver<Outgoing>,
     slot: &Handoff<FieldFrame>,
     every: Option<Duration>,
 ) {
@@ -194,7 +251,8 @@ fn publish(
         let record = records.recv_timeout(PATIENCE);
         targets.welcome();
         match record {
-            Ok(packet) => targets.send(&packet, Readers::All),
+            Ok(Outgoing::Turn(packet, ended)) => targets.send(&leaving(&packet, ended), Readers::All),
+            Ok(Outgoing::Whole(bytes)) => targets.send(&Whole(&bytes), Readers::Network),
             Err(RecvTimeoutError::Timeout) => {}
             Err(RecvTimeoutError::Disconnected) => break,
         }

@@ -43,6 +43,8 @@ impl Drop for Door {
 pub(super) enum Readers {
     /// Unix sockets, UDP and serial lines.
     All,
+    /// Unix sockets and UDP: more than a serial line carries at 60 Hz.
+    Network,
     /// Unix sockets alone: a full field is too large for a datagram, and for a serial line at 60 Hz.
     Sockets,
 }
@@ -109,7 +111,7 @@ impl Targets {
         };
         // COBS adds a byte in 254, one at the front and the zero at the end.
         self.buffer.resize(plain + plain / 254 + 3, 0);
-        if readers == Readers::All
+        if readers != Readers::Sockets
             && !self.datagrams.is_empty()
             && let Ok(datagram) = postcard::to_slice(record, &mut self.buffer)
         {

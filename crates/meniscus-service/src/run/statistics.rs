@@ -44,8 +44,15 @@ pub fn stages_line(log: &Log) -> String {
 pub fn motion_json(log: &Log) -> Value {
     log.motion.map_or(Value::Null, |turns| {
         json!({ "told": turns.commanded, "untold": turns.tracked, "contradicted": turns.contradicted,
-                "contradictions": turns.contradictions, "refused": turns.refused })
+                "contradictions": turns.contradictions, "refused": turns.refused, "stamped": turns.stamped })
     })
+}
+
+/// Returns what is known of the camera's clock as JSON.
+#[must_use]
+pub fn clock_json(log: &Log) -> Value {
+    let clock = &log.clock;
+    json!({ "drift_ppm": clock.drift_ppm, "steps": clock.steps, "restarts": clock.restarts })
 }
 
 /// Returns the same as a line for a person; empty without a commanded motion.

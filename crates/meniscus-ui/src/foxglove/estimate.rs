@@ -20,7 +20,7 @@ const MODES: [Mode; 4] = [Mode::Filling, Mode::Tracking, Mode::Coasting, Mode::H
 const AHEAD: usize = 15;
 
 /// Single numbers of a message with what they are.
-const NUMBERS: [(&str, &str); 13] = [
+const NUMBERS: [(&str, &str); 18] = [
     ("slosh_energy", "H(x): energy of the slosh, J; null where velocity is not known"),
     ("heat", "heat since the start, J, which never falls; null where internal energy is not known"),
     ("work", "work of the moving glass in this step, in units of H; null as the energy"),
@@ -29,6 +29,14 @@ const NUMBERS: [(&str, &str); 13] = [
     ("glass_acceleration", "m/s2"),
     ("turn", "time of the turn, us"),
     ("latency", "from the frame's last payload to the end of its turn, us"),
+    ("number", "turns since the start of the run"),
+    ("camera_us", "mid-exposure on the camera's clock, us"),
+    (
+        "host_ns",
+        "mid-exposure on the host's clock, ns since 1970 UTC as far as a double holds; null where it is not known",
+    ),
+    ("host_std_ns", "standard deviation of it, ns"),
+    ("host_latency", "from mid-exposure to the end of the turn on the host's clock, us"),
     ("late_turns", "frames whose turn ended too late or had been taken before they came"),
     ("frames_lost", "frames that never came as a pair of whole images"),
     ("frames_never_handled", "frames that were due while the host stood still, or dropped"),
@@ -95,6 +103,11 @@ pub(super) fn message(model: &Model<'_>, snapshot: &TurnSnapshot, logged: &Timed
         "glass_acceleration": estimate.acceleration_m_s2,
         "turn": logged.turn_us,
         "latency": logged.latency_us,
+        "number": health.turns,
+        "camera_us": turn.time.0,
+        "host_ns": logged.host.map(|host| host.unix_ns),
+        "host_std_ns": logged.host.map(|host| host.std_ns),
+        "host_latency": logged.host.map(|host| host.latency_us),
         "late_turns": logged.frames.late,
         "frames_lost": logged.frames.lost,
         "frames_never_handled": logged.frames.never_handled,

@@ -54,7 +54,7 @@ pub(super) struct Facts<'l> {
 type Number = (&'static str, fn(&Facts<'_>) -> f64);
 
 /// In the order in which they travel; the page learns the names with the bases.
-pub(super) const NUMBERS: [Number; 43] = [
+pub(super) const NUMBERS: [Number; 46] = [
     ("slosh_j", |f| f.logged.turn.estimate.slosh_j),
     ("heat_j", |f| f.logged.turn.estimate.heat_j),
     ("acceleration_m_s2", |f| f64::from(f.logged.turn.estimate.acceleration_m_s2)),
@@ -97,6 +97,9 @@ pub(super) const NUMBERS: [Number; 43] = [
     ("frames_late", |f| f.logged.frames.late as f64),
     ("frames_lost", |f| f.logged.frames.lost as f64),
     ("frames_never_handled", |f| f.logged.frames.never_handled as f64),
+    ("host_s", |f| f.logged.host.map_or(f64::NAN, |host| host.unix_ns as f64 * 1e-9)),
+    ("host_std_ms", |f| f.logged.host.map_or(f64::NAN, |host| host.std_ns as f64 * 1e-6)),
+    ("host_latency_ms", |f| f.logged.host.map_or(f64::NAN, |host| host.latency_us as f64 * 1e-3)),
     // The page shows it as it comes.
     ("over_s", |f| (10.0 * f.logged.frames.over_s).round() / 10.0),
 ];

@@ -166,7 +166,15 @@ pub const HABITS: [(&str, Habits); 9] = [
 ];
 
 /// A camera whose clock goes on, and whose streams start and arrive together.
-const STEADY: Habits = Habits { clock_restarts: false, up_us: 0, lost_at_start: [0; 2], lags: None };
+const STEADY: Habits = Habits {
+    clock_restarts: false,
+    up_us: 0,
+    lost_at_start: [0; 2],
+    lags: None,
+    drift_ppm: 0,
+    step: None,
+    replug_shot: None,
+};
 
 /// A camera whose clock begins anew with its power.
 const RESTARTS: Habits = Habits { clock_restarts: true, ..STEADY };

@@ -8,6 +8,8 @@ use meniscus_hil::device::{Device, Ending, Reply, Trouble};
 use meniscus_usb::buffer::Buffer;
 use meniscus_usb::transport::{Completion, Listed, NotQueued, Pipe, Speed, Status, Transport, UsbError};
 use std::collections::VecDeque;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
 /// Port of the camera.
@@ -20,6 +22,8 @@ const CONTROL: Duration = Duration::from_micros(100);
 pub struct SimulatedBus {
     device: Device,
     now: Duration,
+    /// `now` in microseconds, for whoever does not hold the bus.
+    watched_us: Arc<AtomicU64>,
     /// When the clock began, if it is to keep real time.
     real: Option<Instant>,
     opened: Option<Duration>,
@@ -36,7 +40,8 @@ impl SimulatedBus {
     #[must_use]
     pub fn new(device: Device) -> Self {
         let (queued, ended) = (Vec::new(), VecDeque::new());
-        Self { device, now: Duration::ZERO, real: None, opened: None, queued, ended, stuck: false, unread: 0 }
+        let (now, watched_us) = (Duration::ZERO, Arc::default());
+        Self { device, now, watched_us, real: None, opened: None, queued, ended, stuck: false, unread: 0 }
     }
 
     /// The same in real time, from now on.
@@ -46,6 +51,18 @@ impl SimulatedBus {
         self
     }
 
+    /// Returns the device.
+    #[must_use]
+    pub fn device(&self) -> &Device {
+        &self.device
+    }
+
+    /// Returns the time of the bus in microseconds, which a sink reads while the session holds the bus.
+    #[must_use]
+    pub fn watch(&self) -> Arc<AtomicU64> {
+        Arc::clone(&self.watched_us)
+    }
+
     fn now_us(&self) -> u64 {
         u64::try_from(self.now.as_micros()).unwrap_or(u64::MAX)
     }
@@ -53,6 +70,7 @@ impl SimulatedBus {
     /// Moves the clock, and waits for it in real time.
     fn move_to(&mut self, time: Duration) {
         self.now = self.now.max(time);
+        self.watched_us.store(self.now_us(), Ordering::Relaxed);
         if let Some(begun) = self.real {
             std::thread::sleep((begun + self.now).saturating_duration_since(Instant::now()));
         }
