@@ -9,8 +9,10 @@
 //! | `words` | measures of the language, with targets |
 //! | `trust` | attacks on the program, by class, and the page of promises |
 //! | `package` | archives of the published crates |
+//! | `book` | the pages of `docs/` as a book with search |
 
 mod baseline;
+mod book;
 mod ci;
 mod house;
 mod nightly;
@@ -50,6 +52,8 @@ enum Verb {
     Trust(trust::Options),
     /// Archives of all published crates, checked for their files and metadata.
     Package(package::Options),
+    /// The pages of docs/ as a book with search, in target/book; fails if a link leads nowhere.
+    Book,
 }
 
 fn main() -> Result<ExitCode> {
@@ -61,6 +65,7 @@ fn main() -> Result<ExitCode> {
         Verb::Words(options) => words::run(&options)?,
         Verb::Trust(options) => trust::run(&options)?,
         Verb::Package(options) => package::run(&options)?,
+        Verb::Book => book::run()?,
     };
     Ok(if passed { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }
