@@ -10,6 +10,7 @@
 //! | `trust` | attacks on the program, by class, and the page of promises |
 //! | `package` | archives of the published crates |
 //! | `book` | the pages of `docs/` as a book with search |
+//! | `tutorial` | every chapter of the tutorial without a camera |
 
 mod baseline;
 mod book;
@@ -54,6 +55,8 @@ enum Verb {
     Package(package::Options),
     /// The pages of docs/ as a book with search, in target/book; fails if a link leads nowhere.
     Book,
+    /// Every chapter of docs/tutorial.md without a camera, answers compared; takes some minutes.
+    Tutorial,
 }
 
 fn main() -> Result<ExitCode> {
@@ -66,6 +69,25 @@ fn main() -> Result<ExitCode> {
         Verb::Trust(options) => trust::run(&options)?,
         Verb::Package(options) => package::run(&options)?,
         Verb::Book => book::run()?,
+        Verb::Tutorial => tutorial()?,
     };
     Ok(if passed { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+}
+
+/// Runs the test of the tutorial with all chapters.
+fn tutorial() -> Result<bool> {
+    let cargo = process::cargo();
+    let words = [
+        cargo.as_str(),
+        "test",
+        "--release",
+        "-p",
+        "meniscus-tests",
+        "--test",
+        "tutorial",
+        "--",
+        "--nocapture",
+    ];
+    let step = process::Step::new("tutorial", words).with("MENISCUS_TUTORIAL", "all");
+    Ok(process::timed(&workspace::root()?, &step)?.passed)
 }

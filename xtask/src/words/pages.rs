@@ -37,7 +37,8 @@ pub(super) fn read(root: &Path) -> Result<Vec<Page>> {
 }
 
 /// Pages at the root of the repository.
-const ROOT: [&str; 5] = ["README.md", "ARCHITECTURE.md", "CONTRIBUTING.md", "SECURITY.md", "RELEASE-CHECKLIST.md"];
+const ROOT: [&str; 5] =
+    ["README.md", "ARCHITECTURE.md", "CONTRIBUTING.md", "SECURITY.md", "RELEASE-CHECKLIST.md"];
 
 /// Whether a path is that of a page. Logs of `cargo xtask nightly` and the table of contents of the book are none.
 fn is_page(path: &str) -> bool {

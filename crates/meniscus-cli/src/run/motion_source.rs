@@ -14,6 +14,9 @@ const TOKEN_LEAST: usize = 16;
 /// Letters of a token at the most: the datagram has to hold it.
 const TOKEN_MOST: usize = 128;
 
+/// Latency of the simulated camera's frames beyond that of samples, ms.
+const LAG_MS: f64 = 8.0;
+
 /// Flags of a commanded motion.
 #[derive(clap::Args)]
 pub(super) struct MotionArguments {
@@ -25,11 +28,11 @@ pub(super) struct MotionArguments {
     /// contradicts the samples, the glass is tracked in the image.
     #[arg(long, value_name = "FILE.csv|truth|udp:HOST:PORT", help_heading = "Motion of the glass")]
     pub(super) motion: Option<String>,
-    /// With --motion udp: latency of frames beyond that of samples, ms.
+    /// With --motion udp: latency of frames beyond that of samples, ms [default: 8].
     ///
     /// 8 is the simulated camera's; that of a D435 has not been measured.
-    #[arg(long, default_value_t = 8.0, value_name = "MS", help_heading = "Motion of the glass")]
-    pub(super) motion_lag_ms: f64,
+    #[arg(long, value_name = "MS", help_heading = "Motion of the glass")]
+    pub(super) motion_lag_ms: Option<f64>,
     /// With --motion udp: only address heard [default: the profile's].
     ///
     /// Needed, or a token, where others reach the port.
@@ -74,13 +77,21 @@ impl MotionSource {
         arguments: &MotionArguments,
         profile: Option<&Profile>,
     ) -> anyhow::Result<Option<Self>> {
-        let Some(source) = arguments.motion.as_deref() else { return Ok(None) };
-        let Some(address) = source.strip_prefix("udp:") else {
-            let own = arguments.motion_from.is_none() && arguments.motion_token_file.is_none();
-            ensure!(own, "--motion-from and --motion-token-file are for --motion udp:HOST:PORT");
-            return Ok(Some(if source == "truth" { Self::Truth } else { Self::Table(source.into()) }));
+        let source = arguments.motion.as_deref();
+        let Some(address) = source.and_then(|source| source.strip_prefix("udp:")) else {
+            let without = arguments.motion_from.is_none()
+                && arguments.motion_token_file.is_none()
+                && arguments.motion_lag_ms.is_none();
+            ensure!(
+                without,
+                "--motion-from, --motion-token-file and --motion-lag-ms are for --motion udp:HOST:PORT: add it, or leave \
+                 them out"
+            );
+            return Ok(
+                source.map(|name| if name == "truth" { Self::Truth } else { Self::Table(name.into()) })
+            );
         };
-        let lag_ms = arguments.motion_lag_ms;
+        let lag_ms = arguments.motion_lag_ms.unwrap_or(LAG_MS);
         ensure!((0.0..=100.0).contains(&lag_ms), "--motion-lag-ms {lag_ms} is out of range: 0 to 100");
         let unknown = || format!("--motion udp:{address}: expected udp:HOST:PORT, as udp:127.0.0.1:9000");
         let address = address.to_socket_addrs().with_context(unknown)?.next().with_context(unknown)?;
