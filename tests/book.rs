@@ -39,7 +39,7 @@ fn links(text: &str) -> Vec<&str> {
     targets
 }
 
-/// How often each page stands in the table of contents `summary`.
+/// Number of entries of each page in the table of contents `summary`.
 fn counts<'a>(summary: &'a str, pages: &'a [PathBuf]) -> BTreeMap<PathBuf, usize> {
     let mut counts: BTreeMap<PathBuf, usize> = pages.iter().map(|page| (page.clone(), 0)).collect();
     for link in links(summary) {
