@@ -55,7 +55,7 @@ enum Verb {
     Package(package::Options),
     /// The pages of docs/ as a book with search, in target/book; fails if a link leads nowhere.
     Book,
-    /// Every chapter of docs/tutorial.md without a camera, answers compared; takes some minutes.
+    /// Every chapter of docs/tutorial.md without a camera, answers compared; takes a quarter of an hour or more.
     Tutorial,
 }
 
