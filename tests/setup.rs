@@ -204,6 +204,18 @@ fn a_setup_of_another_glass_is_refused_by_the_model() {
     assert!(far.to_string().contains("radius 35.0 mm, the setup says 30.0 mm"), "{far}");
 }
 
+/// Distance of the two sides in a drawn picture, characters: the median over its lines.
+fn median_width(glass: &ratatui::buffer::Buffer) -> u16 {
+    let apart = |y: u16| {
+        let of = |x: &u16| glass[(*x, y)].fg == Color::Indexed(51);
+        let all: Vec<u16> = (0..glass.area.width).filter(of).collect();
+        (all.len() == 2).then(|| all[1] - all[0])
+    };
+    let mut widths: Vec<u16> = (0..glass.area.height).filter_map(apart).collect();
+    widths.sort_unstable();
+    widths[widths.len() / 2]
+}
+
 #[test]
 fn the_wizard_draws_what_is_seen_and_leads_on() {
     let images = pairs(SceneSettings::default(), 24, 0.0, |_| 70.0);
@@ -238,14 +250,7 @@ fn the_wizard_draws_what_is_seen_and_leads_on() {
     assert!(sides > 30 && edge > 10 && rest > 5, "{sides} {edge} {rest}");
     assert_eq!(points, 0, "the reader finds no glass of that radius");
     // The sides are as far apart as the glass is wide: 68 of the 256 columns that are shown in 86 characters.
-    let apart = |y: u16| {
-        let of = |x: &u16| glass[(*x, y)].fg == Color::Indexed(51);
-        let all: Vec<u16> = (0..glass.area.width).filter(of).collect();
-        (all.len() == 2).then(|| all[1] - all[0])
-    };
-    let mut widths: Vec<u16> = (0..glass.area.height).filter_map(apart).collect();
-    widths.sort_unstable();
-    let width = widths[widths.len() / 2];
+    let width = median_width(&glass);
     assert!((21..=25).contains(&width), "{width} characters");
 
     press(&mut wizard, KeyCode::Char('d'));
@@ -260,10 +265,21 @@ fn the_wizard_draws_what_is_seen_and_leads_on() {
     let asked = text(&draw(&wizard));
     assert!(asked.contains("radius_seen_mm") && asked.contains(" -- "), "a wrong radius is marked");
     assert!(asked.contains("another radius than you"), "{asked}");
+    // Digits replace the number that was offered, and a measure that the camera contradicts leads back to the measures.
+    press(&mut wizard, KeyCode::Char('3'));
+    press(&mut wizard, KeyCode::Char('1'));
+    assert_eq!(wizard.said().expect("numbers").radius_mm, 31.0);
+    assert_eq!(press(&mut wizard, KeyCode::Enter), Wish::Look);
+    assert_eq!(wizard.step(), Step::Rest);
+    show(&mut wizard);
+    assert_eq!(wizard.step(), Step::Measure);
+    let back = text(&draw(&wizard));
+    assert!(back.contains("another radius than you") && back.contains("Enter goes on when this"), "{back}");
     press(&mut wizard, KeyCode::Backspace);
     press(&mut wizard, KeyCode::Backspace);
     assert!(text(&draw(&wizard)).contains("radius_mm: '' is no number"));
     assert_eq!(press(&mut wizard, KeyCode::Enter), Wish::None, "no way on without a number");
+    assert!(text(&draw(&wizard)).contains("Enter goes on when this"), "Enter says why it leads nowhere");
     press(&mut wizard, KeyCode::Char('9'));
     assert!(text(&draw(&wizard)).contains("out of range: 10 to 60"));
     press(&mut wizard, KeyCode::Backspace);
@@ -271,6 +287,7 @@ fn the_wizard_draws_what_is_seen_and_leads_on() {
     press(&mut wizard, KeyCode::Char('5'));
     assert_eq!(press(&mut wizard, KeyCode::Enter), Wish::Look);
     assert_eq!(press(&mut wizard, KeyCode::Enter), Wish::None, "nothing was looked at yet");
+    assert!(text(&draw(&wizard)).contains("Enter waits for the look"));
     show(&mut wizard);
     assert!(count(&draw(&wizard), 201) > 10, "the surface points");
     let all = text(&draw(&wizard));

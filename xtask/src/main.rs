@@ -9,8 +9,11 @@
 //! | `words` | measures of the language, with targets |
 //! | `trust` | attacks on the program, by class, and the page of promises |
 //! | `package` | archives of the published crates |
+//! | `book` | the pages of `docs/` as a book with search |
+//! | `tutorial` | every chapter of the tutorial without a camera |
 
 mod baseline;
+mod book;
 mod ci;
 mod house;
 mod nightly;
@@ -50,6 +53,10 @@ enum Verb {
     Trust(trust::Options),
     /// Archives of all published crates, checked for their files and metadata.
     Package(package::Options),
+    /// The pages of docs/ as a book with search, in target/book; fails if a link leads nowhere.
+    Book,
+    /// Every chapter of docs/tutorial.md without a camera, answers compared; takes a quarter of an hour or more.
+    Tutorial,
 }
 
 fn main() -> Result<ExitCode> {
@@ -61,6 +68,26 @@ fn main() -> Result<ExitCode> {
         Verb::Words(options) => words::run(&options)?,
         Verb::Trust(options) => trust::run(&options)?,
         Verb::Package(options) => package::run(&options)?,
+        Verb::Book => book::run()?,
+        Verb::Tutorial => tutorial()?,
     };
     Ok(if passed { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+}
+
+/// Runs the test of the tutorial with all chapters.
+fn tutorial() -> Result<bool> {
+    let cargo = process::cargo();
+    let words = [
+        cargo.as_str(),
+        "test",
+        "--release",
+        "-p",
+        "meniscus-tests",
+        "--test",
+        "tutorial",
+        "--",
+        "--nocapture",
+    ];
+    let step = process::Step::new("tutorial", words).with("MENISCUS_TUTORIAL", "all");
+    Ok(process::timed(&workspace::root()?, &step)?.passed)
 }

@@ -60,8 +60,15 @@ impl fmt::Display for BagError {
             ),
             Self::Io { path, doing, cause } => write!(f, "cannot {doing} {}: {cause}", path.display()),
             Self::Damaged { path, why } => write!(f, "{} is damaged: {why}", path.display()),
+            Self::Torn { path, images: 0 } => {
+                write!(
+                    f,
+                    "{} is cut off before its first whole image: copy it again, or record anew",
+                    path.display()
+                )
+            }
             Self::Torn { path, images } => {
-                write!(f, "{} ends in the middle of something, behind {images} whole images", path.display())
+                write!(f, "{} is cut off behind {images} whole images, which can be played", path.display())
             }
             Self::Lacks { path, what } => write!(f, "{} has no {what}", path.display()),
             Self::Stopped { path, images, why } => {

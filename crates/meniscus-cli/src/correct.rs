@@ -3,6 +3,7 @@
 mod new_liquid;
 
 use super::inputs::{file, level, recordings};
+use super::kind::check_ending;
 use super::outputs::Force;
 use super::stop::{finish, watched_until};
 use anyhow::{Context, ensure};
@@ -98,6 +99,7 @@ fn within_range(arguments: &Arguments) -> anyhow::Result<()> {
 /// Runs the verb.
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     within_range(arguments)?;
+    check_ending(&arguments.out, "blob")?;
     arguments.force.check(&arguments.out)?;
     let stop = watched_until("nothing is learnt: no blob is written")?;
     let bytes = file(&arguments.model)?;
@@ -126,8 +128,8 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let percent = |x: f64| 100.0 * x;
     let [held, source] = [corrected.held, corrected.source].map(|pair| pair.map(percent));
     let checks = [
-        Check::informational("held_before_foretold", held[0], "%"),
-        Check::at_most("held_after_foretold", held[1], "%", held[0]),
+        Check::informational("held_before_forecast", held[0], "%"),
+        Check::at_most("held_after_forecast", held[1], "%", held[0]),
         Check::informational("source_before_slosh", source[0], "%"),
         Check::at_most("source_after_slosh", source[1], "%", source[0] + percent(arguments.forgetting)),
         Check::informational("refused_for_forgetting", corrected.refused as f64, "1"),
@@ -149,6 +151,12 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     } else {
         print!("{}", table(&checks));
     }
+    ensure!(
+        held[0].is_finite(),
+        "nothing was learnt, and no blob is written: the surface of the held-out recording was seen in too few frames to judge a \
+         forecast; look at it with `meniscus run --source`, or take a smaller --noise-px than {}",
+        arguments.noise_px
+    );
     ensure!(
         improved,
         "nothing was learnt: no candidate forecasts the held-out recording better than {:.1} %, so no blob is written; \

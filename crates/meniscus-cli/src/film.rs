@@ -86,9 +86,8 @@ pub(crate) fn run(arguments: &Film) -> anyhow::Result<()> {
     if arguments.json {
         println!("{}", serde_json::to_string_pretty(&report)?);
     } else {
-        println!("{}: {frames} frames, tracked within {:.1} % of the slosh", out.display(), {
-            100.0 * score.estimate.slosh_rel()
-        });
+        let percent = 100.0 * score.estimate.slosh_rel();
+        println!("{}: {frames} frames, slosh-relative error of the surface {percent:.1} %", out.display());
     }
     Ok(())
 }

@@ -61,5 +61,5 @@ pub(super) fn setup(path: Option<&PathBuf>) -> anyhow::Result<Setup> {
         "a camera's recordings need --setup FILE.toml: it says how large the glass is and where the camera stands, and \
          `meniscus setup` writes it",
     )?;
-    Ok(Setup::read(path)?)
+    crate::glass::read(path)
 }

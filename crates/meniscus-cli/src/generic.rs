@@ -1,5 +1,6 @@
 //! `meniscus generic`: networks of a closed system from its trajectories, exact and soft side by side.
 
+use super::kind::{Kind, expect};
 use super::stop::watched;
 use anyhow::{Context, ensure};
 use generic_systems::{
@@ -98,6 +99,7 @@ pub(crate) fn run(args: &Arguments) -> anyhow::Result<()> {
     let stop = watched()?;
 
     let begun = Instant::now();
+    expect(&args.dataset, Kind::Arrays, "an npz file")?;
     let data = Dataset::read(&args.dataset, args.seed)?;
     let published = args.weights.as_deref().map(Published::read).transpose()?;
     if let (Some(net), Some(path)) = (&published, &args.weights) {

@@ -1,10 +1,11 @@
 //! `--setup FILE`: the glass and the place of the camera that `meniscus setup` has written down.
 
+use crate::kind::{Kind, expect_text};
 #[cfg(feature = "bags")]
 use anyhow::ensure;
 use meniscus::blob::Header;
 use meniscus::surface::{Optics, Settings};
-use meniscus_service::setup::{Misfit, Setup};
+use meniscus_service::setup::{Misfit, Setup, SetupError};
 use meniscus_usb::camera::OutlineImage;
 use std::path::Path;
 
@@ -14,13 +15,24 @@ pub(super) fn settings(setup: Option<&Path>, header: &Header, optics: Optics) ->
     let Some(path) = setup else {
         return Ok(Settings::for_glass(header.radius_m, header.fill_m, header.rim_m).with_optics(optics));
     };
-    let fitted = Setup::read(path)?.settings_for(header, optics);
+    let fitted = read(path)?.settings_for(header, optics);
     fitted.map_err(|misfit: Misfit| anyhow::anyhow!("{}: {misfit}", path.display()))
 }
 
 /// The image in which the setup has traced the outline, if there is a setup.
 pub(super) fn outline(setup: Option<&Path>) -> anyhow::Result<Option<OutlineImage>> {
-    Ok(setup.map(Setup::read).transpose()?.map(|setup| setup.view.outline))
+    Ok(setup.map(read).transpose()?.map(|setup| setup.view.outline))
+}
+
+/// Reads the settings file at `path`.
+pub(super) fn read(path: &Path) -> anyhow::Result<Setup> {
+    expect_text(path, Kind::Setup, "a settings file of `meniscus setup`")?;
+    Setup::read(path).map_err(|error| match error {
+        missing @ SetupError::File(_) => {
+            anyhow::Error::from(missing).context("--setup takes the file that `meniscus setup` writes")
+        }
+        faulty => faulty.into(),
+    })
 }
 
 #[cfg(feature = "bags")]

@@ -73,7 +73,7 @@ pub(super) fn file(model: impl AsRef<Path>) -> anyhow::Result<AlignedBytes> {
     }
     expect(path, Kind::Model, "a weight blob")?;
     AlignedBytes::read(path)
-        .context("--model takes shipped, a blob of `meniscus train` or `correct`, or a folder of `flash`")
+        .context("a model is shipped, a blob of `meniscus train` or `correct`, or a folder of `flash`")
 }
 
 /// The recording of the simulator in `file`.
@@ -90,15 +90,44 @@ pub(super) fn recordings(
     prefix: &str,
     read: fn(&Path) -> anyhow::Result<Recording>,
 ) -> anyhow::Result<Vec<Recording>> {
-    let mut files = Vec::new();
+    files(paths, prefix)?.iter().map(|file| read(file)).collect()
+}
+
+#[cfg(feature = "studies")]
+/// The files that `paths` name, a folder standing for its files that begin with `prefix`; each file once.
+pub(super) fn files(paths: &[PathBuf], prefix: &str) -> anyhow::Result<Vec<PathBuf>> {
+    let mut files: Vec<PathBuf> = Vec::new();
     for path in paths {
-        if path.is_dir() {
-            files.extend(in_folder(path, prefix)?);
-        } else {
-            files.push(path.clone());
+        let named = if path.is_dir() { in_folder(path, prefix)? } else { vec![path.clone()] };
+        for file in named {
+            ensure!(
+                !files.iter().any(|other| same(other, &file)),
+                "{} is given twice: name each recording once",
+                file.display()
+            );
+            files.push(file);
         }
     }
-    files.iter().map(|file| read(file)).collect()
+    Ok(files)
+}
+
+#[cfg(feature = "studies")]
+/// Whether two names are of one file.
+fn same(one: &Path, other: &Path) -> bool {
+    one == other
+        || one.canonicalize().ok().is_some_and(|one| other.canonicalize().is_ok_and(|other| one == other))
+}
+
+#[cfg(feature = "train")]
+/// Refuses a recording that is both learnt from and judged by.
+pub(super) fn check_apart(learnt: &[PathBuf], judged: &[PathBuf]) -> anyhow::Result<()> {
+    let both = judged.iter().find(|file| learnt.iter().any(|other| same(other, file)));
+    both.map_or(Ok(()), |file| {
+        anyhow::bail!(
+            "{} is in --recordings and in --validate: a model is judged on recordings that it did not learn from",
+            file.display()
+        )
+    })
 }
 
 #[cfg(feature = "train")]
@@ -142,6 +171,10 @@ fn in_folder(folder: &Path, prefix: &str) -> anyhow::Result<Vec<PathBuf>> {
     });
     // The order of a folder is not defined, and the order of recordings is part of the seed.
     files.sort();
-    ensure!(!files.is_empty(), "{} holds no {prefix}*.safetensors", folder.display());
+    ensure!(
+        !files.is_empty(),
+        "{} holds no {prefix}*.safetensors: `meniscus simulate --out` writes recordings",
+        folder.display()
+    );
     Ok(files)
 }

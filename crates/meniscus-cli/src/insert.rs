@@ -1,6 +1,7 @@
 //! `meniscus insert`: insert effects into a flashed model.
 
 use super::inputs::file;
+use super::kind::check_ending;
 use super::outputs::Force;
 use anyhow::{Context, anyhow, bail, ensure};
 use meniscus::blob::Model;
@@ -62,6 +63,7 @@ pub(crate) struct Arguments {
 
 /// Runs the verb.
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
+    check_ending(&arguments.out, "blob")?;
     arguments.force.check(&arguments.out)?;
     let bytes = file(&arguments.model)?;
     let model = Model::load(&bytes).with_context(|| format!("the model {} is refused", arguments.model))?;
@@ -79,6 +81,11 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
             .with_context(|| format!("a model of {name}, filled to {} m", stated.fill_m))?,
     };
     let trained = TrainedLiquid { density_kg_m3: liquid.density_kg_m3, rheology };
+    ensure!(
+        !effects.is_empty() || model.header.embedded.is_some(),
+        "no effect is given, and {} has none to remove: give --effect NAME=VALUE or --verdict FILE",
+        arguments.model
+    );
     let Inserted { blob, mapped } = insert(&bytes, trained, &effects)?;
     let aligned = AlignedBytes::copy(&blob);
     let new = Model::load(&aligned).context("the new blob does not load")?;
@@ -148,9 +155,15 @@ fn spelled(texts: &[String]) -> anyhow::Result<Effects> {
 
 /// The effects of a verdict.json, at their fitted values, counted from `stated`.
 fn of_verdict(path: &Path, stated: &Stated) -> anyhow::Result<Vec<Active>> {
-    let text = read_text(path).with_context(|| format!("cannot read {}", path.display()))?;
-    let json: Value =
-        serde_json::from_str(&text).with_context(|| format!("{} is not JSON", path.display()))?;
+    let text = read_text(path).with_context(|| {
+        format!(
+            "cannot read {}, which should be the verdict.json of `meniscus discover --out`",
+            path.display()
+        )
+    })?;
+    let json: Value = serde_json::from_str(&text).with_context(|| {
+        format!("{} is not the verdict.json of `meniscus discover --out`", path.display())
+    })?;
     let (Some(verdict), Some(parameters)) = (json["verdict"].as_str(), json["parameters"].as_array()) else {
         bail!("{} is not the verdict of a discovery", path.display());
     };

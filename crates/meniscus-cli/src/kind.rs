@@ -1,12 +1,15 @@
 //! Kinds of files by their content, so that a file at the wrong option is named for what it is.
 
-use anyhow::bail;
+use anyhow::{bail, ensure};
 use meniscus_platform::files::{Links, open_regular};
 use std::io::Read;
 use std::path::Path;
 
 /// First bytes that are looked at: a safetensors header with its metadata is within them.
 const HEAD: u64 = 64 * 1024;
+
+/// Endings of the kinds of files that the program writes.
+const ENDINGS: [&str; 8] = ["safetensors", "blob", "mcap", "csv", "toml", "json", "png", "html"];
 
 /// Kind of a file or folder.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -87,20 +90,38 @@ impl Kind {
     /// Name of the kind, and what takes it.
     pub(super) fn what(self) -> &'static str {
         match self {
-            Self::Camera => "a camera's recording; `meniscus run --source` plays it",
-            Self::Simulated => "a recording of the simulator; `meniscus run --source` takes it",
+            Self::Camera => "a camera's recording (`meniscus run --source` plays it)",
+            Self::Simulated => "a recording of the simulator (`meniscus run --source` takes it)",
             Self::Estimates => "the estimates of a run (--estimates), which no verb reads",
-            Self::Model => "a model blob; --model takes it",
-            Self::Slots => "a folder of `meniscus flash`; `meniscus run --model` takes it",
-            Self::Setup => "a settings file of `meniscus setup`; --setup takes it",
-            Self::Note => "a note of a liquid; --among takes it",
-            Self::Arrays => "a file of numpy; `meniscus generic` takes it",
+            Self::Model => "a model blob (--model takes it)",
+            Self::Slots => "a folder of `meniscus flash` (`meniscus run --model` takes it)",
+            Self::Setup => "a settings file of `meniscus setup` (--setup takes it)",
+            Self::Note => "a note of a liquid (--among takes it)",
+            Self::Arrays => "a file of numpy (`meniscus generic` takes it)",
             Self::Picture => "a picture",
             Self::Table => "a table",
             Self::Text => "a text file",
             Self::Empty => "an empty file",
-            Self::Folder => "a folder without frames.csv",
+            Self::Folder => "some other folder",
             Self::Other => "a file of no known kind",
+        }
+    }
+}
+
+impl Kind {
+    /// Remedy for a person who gave a file of another kind.
+    fn remedy(self) -> &'static str {
+        match self {
+            Self::Camera => {
+                "give what `meniscus record` writes: .mcap, or a folder of images with frames.csv"
+            }
+            Self::Simulated => "give what `meniscus simulate` writes",
+            Self::Model => "give shipped, or a blob of `meniscus train`, `correct` or `learn`",
+            Self::Slots => "`meniscus flash BLOB --to FOLDER` fills one",
+            Self::Setup => "give what `meniscus setup` writes",
+            Self::Note => "give what `meniscus recognise learn` writes",
+            Self::Arrays => "give what numpy.savez writes",
+            _ => "see --help",
         }
     }
 }
@@ -108,17 +129,51 @@ impl Kind {
 /// Refuses what lies at `path` where it is certainly something else than `wanted`, which is `described`. Bytes of no known
 /// kind pass: their reader says what is wrong with them.
 pub(super) fn expect(path: &Path, wanted: Kind, described: &str) -> anyhow::Result<()> {
+    expect_or(path, wanted, described, wanted.remedy())
+}
+
+/// Refuses as [`expect`] does, with another remedy.
+pub(super) fn expect_or(path: &Path, wanted: Kind, described: &str, remedy: &str) -> anyhow::Result<()> {
     match Kind::of(path) {
         Some(kind) if kind != wanted && kind != Kind::Other => {
-            bail!("{} is not {described}: it is {}", path.display(), kind.what())
+            bail!("{} is not {described}: it is {}; {remedy}", path.display(), kind.what())
         }
         _ => Ok(()),
     }
 }
 
+/// Refuses what lies at `path` as [`expect`] does, but lets text pass, whose reader names the faulty line.
+pub(super) fn expect_text(path: &Path, wanted: Kind, described: &str) -> anyhow::Result<()> {
+    match Kind::of(path) {
+        Some(Kind::Text | Kind::Table | Kind::Empty) => Ok(()),
+        _ => expect(path, wanted, described),
+    }
+}
+
+/// Refuses a name with the ending of another kind of file than `ending`.
+pub(super) fn check_ending(path: &Path, ending: &str) -> anyhow::Result<()> {
+    let given = path.extension().and_then(|given| given.to_str()).unwrap_or(ending);
+    ensure!(
+        given == ending || !ENDINGS.contains(&given),
+        "{} ends in .{given}, and a .{ending} file is written: name it {}",
+        path.display(),
+        path.with_extension(ending).display()
+    );
+    Ok(())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_ending_of_another_kind_is_refused() {
+        check_ending(Path::new("a.blob"), "blob").expect("its own");
+        check_ending(Path::new("a.v2"), "blob").expect("none of ours");
+        check_ending(Path::new("a"), "blob").expect("none");
+        let why = check_ending(Path::new("a.safetensors"), "blob").expect_err("refused").to_string();
+        assert_eq!(why, "a.safetensors ends in .safetensors, and a .blob file is written: name it a.blob");
+    }
 
     #[test]
     fn files_are_known_by_their_content() {

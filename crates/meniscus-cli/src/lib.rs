@@ -130,9 +130,9 @@ fn arguments() -> Arguments {
         std::process::exit(2);
     }
     let (program, words) = (command(), std::env::args_os().collect::<Vec<_>>());
-    let matches = program.clone().get_matches_from(&words);
+    let matches = program.clone().try_get_matches_from(&words).unwrap_or_else(|error| errors::exit(&error));
     let matches = options_file::with_file(&program, matches, &words).unwrap_or_else(|error| {
-        let line = format!("error: {error}");
+        let line = format!("error: {}", errors::plain(error.to_string()));
         eprintln!("{line}");
         meniscus_service::run::tell_failure(&line);
         std::process::exit(2);
@@ -203,6 +203,8 @@ pub fn main() -> ExitCode {
         let line = format!("error: {}", errors::line(error));
         eprintln!("{line}");
         meniscus_service::run::tell_failure(&line);
+        #[cfg(feature = "studies")]
+        outputs::remove_empty();
     }
     #[cfg(feature = "studies")]
     if stop::raised() {

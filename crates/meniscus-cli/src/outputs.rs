@@ -2,7 +2,11 @@
 
 use anyhow::ensure;
 use meniscus_platform::files::check_writable;
-use std::path::Path;
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
+
+/// Folders that the checks below have made, inner ones first: a refused command leaves none of them behind.
+static MADE: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
 
 // No documentation here: clap would take it for that of the verb.
 #[derive(clap::Args, Clone, Copy, Debug, Default)]
@@ -16,6 +20,7 @@ impl Force {
     /// Refuses `path` where a file exists, or where none can be written.
     pub(super) fn check(self, path: &Path) -> anyhow::Result<()> {
         self.check_absent(path)?;
+        note_folders(path);
         Ok(check_writable(path)?)
     }
 
@@ -33,7 +38,26 @@ impl Force {
 
 /// Refuses a folder in which no file can be written; it is made if it is not there.
 pub(super) fn check_folder(folder: &Path) -> anyhow::Result<()> {
-    Ok(check_writable(&folder.join("meniscus"))?)
+    let file = folder.join("meniscus");
+    note_folders(&file);
+    Ok(check_writable(&file)?)
+}
+
+/// Notes the folders above `path` that are not there yet and will be made.
+pub(super) fn note_folders(path: &Path) {
+    let missing =
+        path.ancestors().skip(1).take_while(|folder| !folder.as_os_str().is_empty() && !folder.exists());
+    let mut made = MADE.lock().unwrap_or_else(PoisonError::into_inner);
+    made.extend(missing.map(Path::to_path_buf));
+}
+
+/// Removes the noted folders that are still empty, inner ones first. Others stay.
+pub(super) fn remove_empty() {
+    let mut made = MADE.lock().unwrap_or_else(PoisonError::into_inner);
+    for folder in std::mem::take(&mut *made) {
+        // A folder with files is not removed, and what cannot be removed does no harm.
+        let _kept = std::fs::remove_dir(folder);
+    }
 }
 
 #[cfg(test)]

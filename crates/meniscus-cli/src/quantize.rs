@@ -1,6 +1,7 @@
 //! `meniscus quantize`: a model in fewer bytes, and the error that this adds.
 
 use super::inputs::file;
+use super::kind::check_ending;
 use super::outputs::Force;
 use anyhow::{Context, ensure};
 use indicatif::ProgressBar;
@@ -90,6 +91,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         "{} and the model are not of the same glass: take an upright cylinder moved along x",
         arguments.source
     );
+    check_ending(&arguments.out, "blob")?;
     arguments.force.check(&arguments.out)?;
     let bar = if arguments.json { ProgressBar::hidden() } else { crate::bars::spinner() };
     bar.enable_steady_tick(Duration::from_millis(100));

@@ -4,6 +4,7 @@ mod camera;
 mod list;
 mod validate;
 
+use crate::kind::check_ending;
 use crate::outputs::{Force, check_folder};
 use anyhow::{Context, bail};
 use meniscus::units::FRAME_INTERVAL_S;
@@ -163,6 +164,7 @@ fn make(arguments: &Wanted) -> anyhow::Result<()> {
     }
     for motion in &motions {
         let path = output(out, motion, motions.len())?;
+        check_ending(&path, "safetensors")?;
         arguments.force.check(&path)?;
         if arguments.particles {
             arguments.force.check(&path.with_extension("particles.safetensors"))?;

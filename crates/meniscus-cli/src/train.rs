@@ -2,7 +2,8 @@
 
 mod multi_seed;
 
-use super::inputs::{plain, recordings};
+use super::inputs::{check_apart, files, plain, recordings};
+use super::kind::check_ending;
 use super::outputs::Force;
 use super::stop::{finish, watched_until};
 use anyhow::Context;
@@ -97,6 +98,7 @@ pub(crate) struct Arguments {
 
 /// Runs the command.
 pub(crate) fn run(args: &Arguments) -> anyhow::Result<()> {
+    check_ending(&args.out, "blob")?;
     if !args.resume {
         args.force.check(&args.out)?;
     }
@@ -109,6 +111,7 @@ pub(crate) fn run(args: &Arguments) -> anyhow::Result<()> {
     if let Some(blob) = &args.intervals_of {
         return intervals(args, blob);
     }
+    check_apart(&files(&args.recordings, "train-")?, &files(&args.validate, "val-")?)?;
     let data = Data {
         training: recordings(&args.recordings, "train-", plain)?,
         validation: recordings(&args.validate, "val-", plain)?,

@@ -145,9 +145,12 @@ pub fn read_text(path: &Path) -> io::Result<String> {
 }
 
 /// A folder that one run of the program writes into; dropping it lets the next one in.
+///
+/// A folder that was made for the lock and is still empty goes with it.
 #[derive(Debug)]
 pub struct FolderLock {
     _folder: fs::File,
+    made: Option<PathBuf>,
 }
 
 impl FolderLock {
@@ -157,16 +160,24 @@ impl FolderLock {
     /// [`FileError`]; its cause is [`ResourceBusy`](io::ErrorKind::ResourceBusy) while another run has it.
     pub fn take(path: &Path) -> Result<Self, FileError> {
         let failed = |doing, cause| FileError { path: path.into(), doing, cause };
+        let made = (!path.exists()).then(|| path.to_path_buf());
         fs::create_dir_all(path).map_err(|cause| failed("make the folder", cause))?;
         let folder = fs::File::open(path).map_err(|cause| failed("open the folder", cause))?;
         match folder.try_lock() {
             // Some file systems of a network know no locks: there nothing can be kept out.
-            Ok(()) | Err(fs::TryLockError::Error(_)) => Ok(Self { _folder: folder }),
+            Ok(()) | Err(fs::TryLockError::Error(_)) => Ok(Self { _folder: folder, made }),
             Err(fs::TryLockError::WouldBlock) => {
                 let why = "another run writes there; wait for its end, or name another folder with --out";
                 Err(failed("use the folder", io::Error::new(io::ErrorKind::ResourceBusy, why)))
             }
         }
+    }
+}
+
+impl Drop for FolderLock {
+    fn drop(&mut self) {
+        // A folder with files is not removed.
+        let _kept = self.made.take().map(fs::remove_dir);
     }
 }
 

@@ -64,8 +64,8 @@ impl Check {
     fn new(name: String, value: f64, unit: &'static str, target: Target) -> Self {
         let measured = value.is_finite();
         let (words, met) = match target {
-            Target::AtMost(limit) => (format!("<= {limit}"), Some(value <= limit)),
-            Target::AtLeast(limit) => (format!(">= {limit}"), Some(value >= limit)),
+            Target::AtMost(limit) => (format!("<= {}", short(limit)), Some(value <= limit)),
+            Target::AtLeast(limit) => (format!(">= {}", short(limit)), Some(value >= limit)),
             Target::Exactly(wanted) => (format!("= {wanted}"), Some(value == wanted)),
             Target::Within(least, most) => {
                 (format!("{least} to {most}"), Some((least..=most).contains(&value)))
@@ -149,6 +149,12 @@ pub fn table(checks: &[Check]) -> String {
     checks.iter().map(line).collect()
 }
 
+/// Returns a limit as it was written, or with four significant digits if it was computed and has many.
+fn short(limit: f64) -> String {
+    let whole = limit.to_string();
+    if whole.len() <= 8 { whole } else { number(limit) }
+}
+
 /// Four significant digits, without an exponent where one can do without.
 fn number(value: f64) -> String {
     match value.abs() {
@@ -174,6 +180,13 @@ mod tests {
         assert!(Check::exactly("a", 1.0, "", 0.0).missed());
         let unmeasured = Check::at_most("a", f64::NAN, "", 1.0);
         assert!(unmeasured.missed() && unmeasured.value.is_none());
+    }
+
+    #[test]
+    fn a_computed_limit_is_shortened_in_words_alone() {
+        let check = Check::at_most("a", 87.570_09, "%", 87.570_096_620_021_73);
+        assert_eq!((check.target.as_str(), check.ok), ("<= 87.57", Some(true)));
+        assert_eq!(Check::at_least("a", 1.0, "", 0.000_001).target, ">= 0.000001");
     }
 
     #[test]

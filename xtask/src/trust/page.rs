@@ -46,7 +46,7 @@ fn text(promises: &[Promise], outcomes: &[Outcome], date: &str) -> String {
     let mut page = format!(
         "# Promises and the attacks on them\n\n\
          `cargo xtask trust` attacks each promise and writes this page. A promise without a passed attack is open. Holes\n\
-         that are known, and parts without protection, stand in [SECURITY.md](../SECURITY.md).\n\n\
+         that are known, and parts without protection, stand in `SECURITY.md`.\n\n\
          Last run: {date}. Kept: {kept} of {all}.\n"
     );
     for (class, title, words) in CLASSES {

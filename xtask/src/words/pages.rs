@@ -1,4 +1,4 @@
-//! Pages of the project that a reader opens: README.md, ARCHITECTURE.md and docs/.
+//! Pages of the project that a reader opens: those at the root and docs/.
 
 use super::markdown::{Block, blocks};
 use crate::workspace::{self, shown};
@@ -36,10 +36,14 @@ pub(super) fn read(root: &Path) -> Result<Vec<Page>> {
     paths.iter().map(page).collect()
 }
 
-/// Whether a path is that of a page. Logs of `cargo xtask nightly` are none.
+/// Pages at the root of the repository.
+const ROOT: [&str; 5] =
+    ["README.md", "ARCHITECTURE.md", "CONTRIBUTING.md", "SECURITY.md", "RELEASE-CHECKLIST.md"];
+
+/// Whether a path is that of a page. Logs of `cargo xtask nightly` and the table of contents of the book are none.
 fn is_page(path: &str) -> bool {
-    ["README.md", "ARCHITECTURE.md"].contains(&path)
-        || (path.starts_with("docs/") && !path.starts_with("docs/nightly/"))
+    let is_other = path.starts_with("docs/nightly/") || path == "docs/SUMMARY.md";
+    ROOT.contains(&path) || (path.starts_with("docs/") && !is_other)
 }
 
 #[cfg(test)]
@@ -50,6 +54,7 @@ mod tests {
     fn logs_and_notes_of_crates_are_no_pages() {
         assert!(is_page("README.md") && is_page("ARCHITECTURE.md") && is_page("docs/hil/README.md"));
         assert!(!is_page("docs/nightly/2026-01-01.md") && !is_page("models/README.md"));
+        assert!(is_page("SECURITY.md") && !is_page("docs/SUMMARY.md") && !is_page("CHANGELOG.md"));
     }
 
     #[test]

@@ -36,6 +36,8 @@ struct Found {
 
 /// Reads what `arguments` name.
 pub(super) fn read(arguments: &Arguments) -> anyhow::Result<Inputs> {
+    // Before the recordings are read, which takes a while.
+    arguments.density.map_or(Ok(()), check_density)?;
     let scene = arguments.scene.as_deref().map(Experiment::load).transpose()?;
     let scene_glass = scene.and_then(|scene| scene.glass);
     let rim_m = scene_glass.map(|glass| glass.rim_m);
@@ -77,10 +79,7 @@ pub(super) fn read(arguments: &Arguments) -> anyhow::Result<Inputs> {
         let Some(density_kg_m3) = arguments.density.or(own).or(density_kg_m3) else {
             bail!("the density of the liquid is not known: give --density KG_M3, or name the liquid")
         };
-        ensure!(
-            (100.0..=20_000.0).contains(&density_kg_m3),
-            "--density {density_kg_m3} is out of range: 100 to 20000 kg/m3"
-        );
+        check_density(density_kg_m3)?;
         let name = stated.as_ref().map(|liquid| liquid.name.clone()).or(name).unwrap_or("learned".into());
         let newtonian = stated.filter(|liquid| liquid.rheology.is_newtonian());
         LiquidSource::Identified {
@@ -91,6 +90,15 @@ pub(super) fn read(arguments: &Arguments) -> anyhow::Result<Inputs> {
         }
     };
     Ok(Inputs { liquid, glass, measured })
+}
+
+/// Refuses a density that no liquid has.
+fn check_density(density_kg_m3: f64) -> anyhow::Result<()> {
+    ensure!(
+        (100.0..=20_000.0).contains(&density_kg_m3),
+        "--density {density_kg_m3} is out of range: 100 to 20000 kg/m3"
+    );
+    Ok(())
 }
 
 /// Whether `input` names a liquid rather than recordings.

@@ -5,6 +5,7 @@ mod inputs;
 
 use super::inputs::file;
 use super::stop::{finish, watched_until};
+use crate::outputs::note_folders;
 use anyhow::{Context, bail, ensure};
 use bars::Bars;
 use clap::ValueEnum;
@@ -164,6 +165,7 @@ fn shard(text: &str) -> Result<Shard, String> {
 /// Runs the verb.
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let begun = Instant::now();
+    note_folders(&arguments.out.join("plan.json"));
     check_writable(&arguments.out.join("plan.json"))?;
     let Inputs { liquid, glass, measured } = read(arguments)?;
     let plan = Plan::new(liquid, glass);

@@ -2,7 +2,7 @@
 
 use super::Noise;
 use crate::filmed::{Sightings, all_filmed, by_camera, setup};
-use crate::inputs::{level, recordings};
+use crate::inputs::{files, level, recordings};
 use crate::outputs::Force;
 use anyhow::ensure;
 use meniscus_discover::identify::{learn, render_profiles};
@@ -111,6 +111,13 @@ pub(super) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         ensure!(
             arguments.setup.is_none(),
             "--setup is for a camera's recordings, and these are the simulator's"
+        );
+        // Before they are read, which takes seconds.
+        let named = files(&arguments.recordings, "")?;
+        let all_there = named.iter().all(|file| file.exists());
+        ensure!(
+            named.len() > 1 || !all_there,
+            "1 recording cannot say how much recordings of the liquid differ: give two or more, better four"
         );
         simulated(arguments)?
     };

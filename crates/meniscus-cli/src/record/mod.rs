@@ -77,6 +77,10 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
             let bus = bus::recorded(trouble)?;
             from_camera(arguments, Session::connect(bus, wanted)?, seconds)
         }
+        ("shipped", "") => bail!(
+            "--source shipped is a recording of the simulator, which has no images: take simulated-usb, usb, or a camera's \
+             recording"
+        ),
         _ => from_recording(arguments),
     }
 }

@@ -8,14 +8,13 @@ use meniscus::usb::uvc::Stream;
 use meniscus_bags::{BagError, Calibration, FolderWriter, Image, McapWriter};
 use meniscus_data::profiles::profiles_to_csv;
 use meniscus_platform::files::write_whole;
-use meniscus_service::setup::Setup;
 use meniscus_usb::camera::OutlineImage;
 use std::path::{Path, PathBuf};
 
 /// Where images go.
 pub(super) enum Out {
     Mcap(Box<McapWriter>),
-    Folder(FolderWriter),
+    Folder(Box<FolderWriter>),
     Profiles(Box<Profiles>),
 }
 
@@ -40,14 +39,14 @@ impl Out {
             Some("mcap") => Self::Mcap(Box::new(McapWriter::create(path, calibration)?)),
             Some("csv") => {
                 let settings = match setup {
-                    Some(setup) => Setup::read(setup)?.settings(calibration.optics()),
+                    Some(setup) => crate::glass::read(setup)?.settings(calibration.optics()),
                     None => surface::Settings::default().with_optics(calibration.optics()),
                 };
                 let config = Config::new(settings).context("the recording's camera cannot see the glass")?;
                 let (path, state) = (path.clone(), ExtractionState::new());
                 Self::Profiles(Box::new(Profiles { path, config, state, depth: None, profiles: Vec::new() }))
             }
-            None => Self::Folder(FolderWriter::create(path, calibration)?),
+            None => Self::Folder(Box::new(FolderWriter::create(path, calibration)?)),
             Some(other) => bail!("--out ends in .{other}: .mcap, .csv or no ending (a folder) are written"),
         })
     }

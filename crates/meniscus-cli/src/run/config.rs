@@ -4,6 +4,7 @@ use super::Arguments;
 use super::motion_source::MotionSource;
 use super::source::{RecordingSource, Source};
 use crate::bars::is_plain_terminal;
+use crate::kind::check_ending;
 use crate::profile::Profile;
 use anyhow::{Context, bail, ensure};
 use meniscus::latent::decoder::Selection;
@@ -187,13 +188,22 @@ impl TryFrom<&Arguments> for RunConfig {
 
     fn try_from(arguments: &Arguments) -> anyhow::Result<Self> {
         let frames = frames(arguments.seconds.unwrap_or(SECONDS))?;
+        ensure!(
+            (0.0..=60.0).contains(&arguments.field_hz),
+            "--field-hz {} is out of range: 0 to 60",
+            arguments.field_hz
+        );
+        for (path, ending) in [(&arguments.turns, "csv"), (&arguments.estimates, "safetensors")] {
+            path.as_deref().map_or(Ok(()), |path| check_ending(path, ending))?;
+        }
         let source = Source::try_from(arguments)?;
         if !source.is_bus() {
-            ensure!(!arguments.service, "--service is for a camera on a bus");
+            ensure!(!arguments.service, "--service is for a camera on a bus: add --source usb");
             ensure!(
                 arguments.truth.is_none(),
-                "--truth is for a camera on a bus; a recording brings its own"
+                "--truth is for a camera on a bus; a recording brings its own: leave it out"
             );
+            ensure!(arguments.serial.is_none(), "--serial is for a camera on a bus: add --source usb");
         }
         let endless = arguments.service || (arguments.page.view && arguments.seconds.is_none());
         let front = if arguments.service {
@@ -332,9 +342,13 @@ mod tests {
         for (words, why) in [
             (&["--seconds", "1"][..], "out of range: 1.5 to 3600"),
             (&["--service"], "--service is for a camera on a bus"),
+            (&["--serial", "123"], "--serial is for a camera on a bus"),
+            (&["--field-hz=-1"], "--field-hz -1 is out of range"),
+            (&["--estimates", "a.csv"], "name it a.safetensors"),
+            (&["--motion-lag-ms", "5"], "are for --motion udp"),
             (&["--truth", "shipped"], "a recording brings its own"),
             (&["--source", "replay"], "--source replay needs the recording"),
-            (&["some.mcap"], "is taken with --source replay only"),
+            (&["some.mcap"], "a recording stands behind --source: meniscus run --source some.mcap"),
             (&["--source", "simulated-usb:nonsense"], "no trouble is called `nonsense`"),
             (&["--fields", "q,x"], "--fields knows no group 'x'"),
             (&["--fields", "q", "--field-hz", "2"], "--field-hz hands on the full field"),

@@ -15,6 +15,9 @@ const TOKEN_LEAST: usize = 16;
 /// Letters of a token at the most: the datagram has to hold it.
 const TOKEN_MOST: usize = 128;
 
+/// Latency of the simulated camera's frames beyond that of samples, ms.
+const LAG_MS: f64 = 8.0;
+
 /// Flags of a commanded motion.
 #[derive(clap::Args)]
 pub(super) struct MotionArguments {
@@ -27,11 +30,12 @@ pub(super) struct MotionArguments {
     /// contradicts the samples, the glass is tracked in the image.
     #[arg(long, value_name = "FILE.csv|truth|udp:HOST:PORT", help_heading = "Motion of the glass")]
     pub(super) motion: Option<String>,
-    /// With --motion udp: latency of frames beyond that of samples, ms.
+    /// With --motion udp: latency of frames beyond that of samples, ms [default: 8].
     ///
-    /// A stamped sample has none, so that this is the least latency of frames.     /// 8 is the simulated camera's; that of a D435 has not been measured.
-    #[arg(long, default_value_t = 8.0, value_name = "MS", help_heading = "Motion of the glass")]
-    pub(super) motion_lag_ms: f64,
+    /// A stamped sample has none, so that this is the least latency of frames. 8 is the simulated camera's; that of a D435 has not been
+    /// measured.
+    #[arg(long, value_name = "MS", help_heading = "Motion of the glass")]
+    pub(super) motion_lag_ms: Option<f64>,
     /// With stamped samples: direction of the camera's x, the line of the model, in their axes.
     #[arg(long, default_value = "1,0,0", value_name = "X,Y,Z", help_heading = "Motion of the glass")]
     pub(super) motion_line: String,
@@ -131,13 +135,21 @@ impl MotionSource {
         arguments: &MotionArguments,
         profile: Option<&Profile>,
     ) -> anyhow::Result<Option<Self>> {
-        let Some(source) = arguments.motion.as_deref() else { return Ok(None) };
-        let Some(address) = source.strip_prefix("udp:") else {
-            let own = arguments.motion_from.is_none() && arguments.motion_token_file.is_none();
-            ensure!(own, "--motion-from and --motion-token-file are for --motion udp:HOST:PORT");
-            return Ok(Some(if source == "truth" { Self::Truth } else { Self::Table(source.into()) }));
+        let source = arguments.motion.as_deref();
+        let Some(address) = source.and_then(|source| source.strip_prefix("udp:")) else {
+            let without = arguments.motion_from.is_none()
+                && arguments.motion_token_file.is_none()
+                && arguments.motion_lag_ms.is_none();
+            ensure!(
+                without,
+                "--motion-from, --motion-token-file and --motion-lag-ms are for --motion udp:HOST:PORT: add it, or leave \
+                 them out"
+            );
+            return Ok(
+                source.map(|name| if name == "truth" { Self::Truth } else { Self::Table(name.into()) })
+            );
         };
-        let lag_ms = arguments.motion_lag_ms;
+        let lag_ms = arguments.motion_lag_ms.unwrap_or(LAG_MS);
         ensure!((0.0..=100.0).contains(&lag_ms), "--motion-lag-ms {lag_ms} is out of range: 0 to 100");
         let (address, expected) = arguments.wire("--motion", address, profile)?;
         let line = line(&arguments.motion_line)?;

@@ -2,18 +2,18 @@
 
 use super::config::{Output, RunConfig, Targets};
 use anyhow::{Context, ensure};
-use meniscus_platform::files::{FolderLock, write_whole};
+use meniscus_platform::files::{FolderLock, check_writable, write_whole};
 use meniscus_report::checks::Check;
 use serde_json::Value;
 
 /// Name of the report in the --out folder.
 const REPORT: &str = "run.json";
 
-/// Makes the --out folder before the run: one that cannot be written would lose the report after it. Nobody else writes into it
-/// until the lock is dropped.
+/// Makes the --out folder before the run: one that cannot be written would lose the report after it. An earlier report stays
+/// until this one is whole. Nobody else writes into the folder until the lock is dropped.
 pub(super) fn announce(config: &RunConfig) -> anyhow::Result<FolderLock> {
     let lock = FolderLock::take(&config.out).context("the --out folder cannot be used")?;
-    write_whole(&config.out.join(REPORT), b"{}\n").context("the --out folder cannot be used")?;
+    check_writable(&config.out.join(REPORT)).context("the --out folder cannot be used")?;
     Ok(lock)
 }
 

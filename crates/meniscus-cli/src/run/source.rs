@@ -3,7 +3,7 @@
 use super::Arguments;
 use crate::bus;
 use crate::inputs::{check_level, recording};
-use crate::kind::{Kind, expect};
+use crate::kind::{Kind, expect, expect_or};
 use anyhow::{Result, bail, ensure};
 use meniscus_data::recording::Recording;
 use meniscus_hil::FaultList;
@@ -62,7 +62,7 @@ impl TryFrom<&Arguments> for Source {
                 bail!("--source replay needs the recording: meniscus run --source replay FILE")
             }
             (Some(file), false) => {
-                bail!("{0} is taken with --source replay only: meniscus run --source {0}", file.display())
+                bail!("a recording stands behind --source: meniscus run --source {}", file.display())
             }
             (None, false) => {
                 let file = arguments.source.clone();
@@ -88,7 +88,8 @@ fn check_source(path: &Path) -> Result<()> {
          a folder of images, or .safetensors of `meniscus simulate`)",
         path.display()
     );
-    expect(path, Kind::Simulated, "a recording")
+    let remedy = "give shipped, usb, simulated-usb, or a recording of `meniscus record` or `simulate`";
+    expect_or(path, Kind::Simulated, "a recording", remedy)
 }
 
 impl From<&str> for RecordingSource {

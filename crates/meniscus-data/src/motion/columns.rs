@@ -110,7 +110,11 @@ fn coordinate(name: &str) -> Option<(usize, f64)> {
 /// The names that a heading may use, for messages.
 fn known() -> String {
     let others: Vec<&str> = OTHERS.iter().map(|(name, ..)| *name).collect();
-    format!("known coordinates are {}, {}", NAMES.join(", "), others.join(", "))
+    format!(
+        "separate columns by commas and take names of {}, {}; for seconds and millimetres write t,x_mm",
+        NAMES.join(", "),
+        others.join(", ")
+    )
 }
 
 #[cfg(test)]

@@ -72,18 +72,23 @@ fn parse(path: &Path, text: &str) -> Result<Pivoted, MotionError> {
                 return Err(malformed(format!("it starts at {} rad: {why}", place[3])));
             }
             Some(&(last, _)) if time <= last => {
-                return Err(malformed(format!("time {time} s does not come after {last} s")));
+                return Err(malformed(format!(
+                    "time {time} s does not come after {last} s: sort the rows by time"
+                )));
             }
             Some(&(last, _)) if time - last > LONGEST_GAP_S => {
-                return Err(malformed(format!("a gap of {:.3} s; at most {LONGEST_GAP_S} s", time - last)));
+                return Err(malformed(format!(
+                    "a gap of {:.3} s; at most {LONGEST_GAP_S} s: sample the motion more often",
+                    time - last
+                )));
             }
             _ => {}
         }
         rows.push((time, place));
     }
     if rows.len() < 2 {
-        let why = "a motion needs two samples or more".into();
-        return Err(MotionError::Malformed { path: path.into(), line: text.lines().count(), why });
+        let why = format!("a motion needs two samples or more, and this file has {}", rows.len());
+        return Err(MotionError::Malformed { path: path.into(), line: text.lines().count().max(1), why });
     }
     if !named {
         let along = rows.iter().map(|(_, place)| place[0]);

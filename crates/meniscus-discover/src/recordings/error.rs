@@ -170,11 +170,14 @@ pub enum RecordingError {
     },
 }
 
+/// Keys that a setup has to have.
+const SETUP_KEYS: &str = "radius_m, fill_m, density_kg_m3 and viscosity_pa_s";
+
 /// Reason for which a folder of recordings cannot be used.
 #[derive(Debug, Error)]
 pub enum LoadError {
     /// The setup cannot be read.
-    #[error("{}: {cause}; docs/formats.md says what it holds", .path.display())]
+    #[error("{}: {cause}; write it with {SETUP_KEYS}", .path.display())]
     ReadSetup {
         /// File.
         path: PathBuf,
@@ -182,7 +185,7 @@ pub enum LoadError {
         cause: std::io::Error,
     },
     /// The setup has a fault.
-    #[error("{} is not a setup: {fault}; docs/formats.md says what it holds", .path.display())]
+    #[error("{} is not a setup: {fault}; it needs {SETUP_KEYS}", .path.display())]
     Setup {
         /// File.
         path: PathBuf,
@@ -218,7 +221,7 @@ pub enum LoadError {
         left_out: Vec<RecordingError>,
     },
     /// There is no setup in the folder of references, nor in a folder of it.
-    #[error("{}: no setup.toml in it, nor in a folder of it; docs/formats.md says what it holds", .path.display())]
+    #[error("{}: no setup.toml in it, nor in a folder of it; write one with {SETUP_KEYS}", .path.display())]
     NoReferences {
         /// Folder.
         path: PathBuf,
@@ -228,7 +231,9 @@ pub enum LoadError {
 /// Returns why recordings were left out, in one line.
 fn reasons(left_out: &[RecordingError]) -> String {
     if left_out.is_empty() {
-        return String::from("there is no NAME.profile.csv or NAME.peak.csv in it");
+        return String::from(
+            "there is no NAME.profile.csv or NAME.peak.csv in it (`meniscus record --out DIR/NAME.profile.csv` writes one)",
+        );
     }
     left_out.iter().map(ToString::to_string).collect::<Vec<_>>().join("; ")
 }

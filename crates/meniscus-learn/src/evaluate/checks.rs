@@ -132,14 +132,14 @@ fn motion_sources(checks: &mut Vec<Check>, study: &Study) {
         };
         checks.extend(one.score.known_field().map(field));
     }
-    for (track, missed) in ["true", "seen"].iter().zip(study.acceleration_forecast) {
+    for (track, missed) in ["true", "tracked"].iter().zip(study.acceleration_forecast) {
         checks.push(Check::informational(
-            format!("acceleration_foretold_{track}_place"),
+            format!("acceleration_forecast_{track}_position"),
             percent(missed),
             "%",
         ));
     }
-    checks.push(Check::informational("acceleration_foretold_oracle", percent(study.oracle_error), "%"));
+    checks.push(Check::informational("acceleration_forecast_oracle", percent(study.oracle_error), "%"));
 }
 
 /// Forgetting, entropy and energy over the whole study.

@@ -31,14 +31,15 @@ const COLUMNS: [&str; 14] = [
 pub fn report(study: &Study, checks: &[Check], command: &str) -> Result<Report, PictureError> {
     let mut report = Report::new("Correction from the free surface", command);
     report.prose(
-        "Errors on recordings that nothing was chosen by, depth noise 2 mm, before and after correction. max and mean: \
-         |z - estimate| / z; slosh: |z - estimate| / |z - rest|, a flat surface scores 100 %. Forecast: the slosh 0.25 s \
-         ahead, the motion of the glass planned, which tells how well the model knows the liquid; the estimate follows the \
-         heights of any. Crests: median absolute error of height and time.",
+        "All recordings are held-out, with 2 mm of depth noise. \"Before\" is the model without correction. Max and mean are \
+         errors relative to the height, |z - estimate| / z. Slosh is the slosh-relative error, |z - estimate| / |z - rest|; a \
+         flat surface has 100 %. Forecast is the slosh-relative error 0.25 s ahead with the motion of the glass planned: it \
+         shows how well the model knows the liquid, where the estimate follows the heights of any. One frame ago is the \
+         error of the last frame in the place of the estimate. Crests have the median absolute error of height and time.",
     );
     report.prose(
         "Water, butter and blood are moved along a line and learnt from four recordings. The others are moved as by a hand, \
-         a tenth of the way out of line, and learnt from one.",
+         with a tenth of the travel across the line, and learnt from one.",
     );
     report.table(&COLUMNS, &study.results.iter().map(row).collect::<Vec<_>>());
     report.heading("Error over time");

@@ -119,7 +119,11 @@ impl fmt::Display for SetupError {
         match self {
             Self::File(error) => error.fmt(f),
             Self::Text(path, what) => {
-                write!(f, "{} is no settings file of `meniscus setup`: {what}", path.display())
+                write!(
+                    f,
+                    "{} is no settings file of `meniscus setup`: {what}; mend that line, or run `meniscus setup` again",
+                    path.display()
+                )
             }
             Self::Value(path, what) => write!(f, "{}: {what}", path.display()),
         }

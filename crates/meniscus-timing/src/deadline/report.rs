@@ -46,16 +46,16 @@ fn of(outcome: &Outcome) -> Vec<Check> {
 #[must_use]
 pub fn markdown(outcomes: &[Outcome], command: &str, machine: &str) -> String {
     let mut page = format!(
-        "# The deadline, minutes on end\n\n`{command}`\n\non {machine}. Times from when a frame's last payload was \
-         due to the end of its turn, ms. *Late*: after the next frame was due. *Lost*: frames without a turn of their \
-         own. *Stolen*: share of the processors' time that a virtual machine's host took.\n\n![Latency against the \
+        "# The deadline, minutes on end\n\n`{command}`\n\non {machine}.\n\nLatencies are in ms, from the instant at which \
+         the last payload of a frame was due to the end of its turn. *Late*: after the next frame was due. *Lost*: frames \
+         without a turn of their own. *Stolen*: share of the processors' time that a virtual machine's host took.\n\n![Latency against the \
          share of turns](deadline.png)\n\n| run | frames | median | 99 % | 99.9 % | 99.99 % | 99.999 % | largest | \
          late | lost | without field | stolen |\n|---|---|---|---|---|---|---|---|---|---|---|---|\n"
     );
     for outcome in outcomes {
         let tally = &outcome.tally;
         let ms = |share: f64| format!("{:.2}", 1e-3 * tally.within_us(share));
-        let stolen = outcome.stolen.map_or("not told".into(), |share| format!("{:.1} %", 100.0 * share));
+        let stolen = outcome.stolen.map_or("not reported".into(), |share| format!("{:.1} %", 100.0 * share));
         page += &format!(
             "| {} | {} | {} | {} | {} | {} | {} | {} | {} | {} | {} | {stolen} |\n",
             outcome.run.name(),
@@ -71,7 +71,7 @@ pub fn markdown(outcomes: &[Outcome], command: &str, machine: &str) -> String {
             tally.shed,
         );
     }
-    page += "\nOf fewer than 100,000 turns 99.999 % is the largest.\n";
+    page += "\nOf fewer than 100,000 turns the 99.999 % quantile is the largest.\n";
     for outcome in outcomes {
         page += &misses(outcome);
         page += &load(outcome);

@@ -19,9 +19,10 @@ pub(super) const INDEX: Asset =
     Asset { path: "/", kind: "text/html; charset=utf-8", bytes: include_bytes!("assets/index.html") };
 
 /// Files that the page loads.
-pub(super) const ASSETS: [Asset; 10] = [
+pub(super) const ASSETS: [Asset; 11] = [
     Asset { path: "/style.css", kind: "text/css; charset=utf-8", bytes: include_bytes!("assets/style.css") },
     Asset { path: "/page.js", kind: SCRIPT, bytes: include_bytes!("assets/page.js") },
+    Asset { path: "/counters.js", kind: SCRIPT, bytes: include_bytes!("assets/counters.js") },
     Asset { path: "/connection.js", kind: SCRIPT, bytes: include_bytes!("assets/connection.js") },
     Asset { path: "/field.js", kind: SCRIPT, bytes: include_bytes!("assets/field.js") },
     Asset { path: "/colours.js", kind: SCRIPT, bytes: include_bytes!("assets/colours.js") },

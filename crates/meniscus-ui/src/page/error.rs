@@ -41,7 +41,7 @@ impl PageError {
 
 impl std::fmt::Display for PageError {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{} cannot be: {}. What to do: {}", self.what, self.why, self.remedy)
+        write!(f, "{} cannot be used: {}. What to do: {}", self.what, self.why, self.remedy)
     }
 }
 

@@ -59,6 +59,10 @@ pub struct Wizard {
     selected: usize,
     seen: Option<(Portrait, Inspection, Option<Config>)>,
     waiting: bool,
+    /// The next digit replaces the selected entry, as in a form.
+    replaces: bool,
+    /// Enter was pressed where it leads nowhere yet.
+    refused: bool,
 }
 
 impl Wizard {
@@ -67,7 +71,8 @@ impl Wizard {
     pub fn new(title: String, camera: Vec<Finding>, said: MeasuredGlass) -> Self {
         let entries = said.values().map(|value| format!("{value}"));
         let (step, layer) = (Step::Camera, Layer::Infrared);
-        Self { title, camera, step, layer, entries, selected: 0, seen: None, waiting: true }
+        let (seen, waiting, replaces, refused) = (None, true, true, false);
+        Self { title, camera, step, layer, entries, selected: 0, seen, waiting, replaces, refused }
     }
 
     /// The present step.
@@ -90,7 +95,15 @@ impl Wizard {
     }
 
     /// Takes what was seen; `config` is that of the inspection's setup, and places points in the picture.
+    ///
+    /// A measure that the camera contradicts leads from the last step back to the measures.
     pub fn see(&mut self, portrait: Portrait, inspection: Inspection, config: Option<Config>) {
+        let is_wrong = |finding: &Finding| {
+            step_of(finding) == Step::Measure && finding.check.missed() && finding.check.value.is_some()
+        };
+        if self.step == Step::Rest && inspection.findings.iter().any(is_wrong) {
+            (self.step, self.replaces, self.refused) = (Step::Measure, true, true);
+        }
         self.seen = Some((portrait, inspection, config));
         self.waiting = false;
     }
@@ -109,6 +122,7 @@ impl Wizard {
     /// Takes a key.
     pub fn key(&mut self, key: KeyEvent) -> Wish {
         let control = key.modifiers.contains(KeyModifiers::CONTROL);
+        self.refused = false;
         match key.code {
             KeyCode::Esc | KeyCode::Char('q') => return Wish::Leave,
             KeyCode::Char('c') if control => return Wish::Leave,
@@ -131,15 +145,23 @@ impl Wizard {
     fn edit(&mut self, code: KeyCode) {
         let count = self.entries.len();
         match code {
-            KeyCode::Down | KeyCode::Tab => self.selected = (self.selected + 1) % count,
-            KeyCode::Up | KeyCode::BackTab => self.selected = (self.selected + count - 1) % count,
+            KeyCode::Down | KeyCode::Tab => {
+                (self.selected, self.replaces) = ((self.selected + 1) % count, true);
+            }
+            KeyCode::Up | KeyCode::BackTab => {
+                (self.selected, self.replaces) = ((self.selected + count - 1) % count, true);
+            }
             code => {
                 let Some(entry) = self.entries.get_mut(self.selected) else { return };
                 match code {
                     KeyCode::Backspace => {
                         entry.pop();
+                        self.replaces = false;
                     }
                     KeyCode::Char(sign) if sign.is_ascii_digit() || sign == '.' => {
+                        if std::mem::take(&mut self.replaces) {
+                            entry.clear();
+                        }
                         entry.push(sign);
                         entry.truncate(DIGITS);
                     }
@@ -152,7 +174,7 @@ impl Wizard {
     fn next(&mut self) -> Wish {
         match self.step {
             Step::Camera => self.step = Step::Glass,
-            Step::Glass => self.step = Step::Measure,
+            Step::Glass => (self.step, self.replaces) = (Step::Measure, true),
             Step::Measure if self.said().is_ok() => {
                 self.step = Step::Rest;
                 self.waiting = true;
@@ -161,7 +183,7 @@ impl Wizard {
             Step::Rest if !self.waiting && self.inspection().is_some_and(Inspection::ok) => {
                 return Wish::Save;
             }
-            Step::Measure | Step::Rest => {}
+            Step::Measure | Step::Rest => self.refused = true,
         }
         Wish::None
     }
@@ -231,6 +253,14 @@ impl Wizard {
             let elsewhere = inspection.filter(|_| self.step == Step::Rest);
             let first = first.or_else(|| elsewhere.and_then(|all| all.remedies().first().copied()));
             lines.extend(first.map(|finding| Line::from(finding.remedy.as_str()).yellow()));
+        }
+        if self.refused {
+            let what = match self.step {
+                Step::Rest if self.waiting => "Enter waits for the look that is under way",
+                Step::Rest => "Enter writes nothing until this is mended; r looks again",
+                _ => "Enter goes on when this is mended",
+            };
+            lines.push(Line::from(what).red().bold());
         }
         lines
     }

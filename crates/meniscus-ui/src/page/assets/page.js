@@ -3,6 +3,7 @@
 import { Camera } from './camera.js';
 import { drawBar, niceAbove, told } from './colours.js';
 import { Connection } from './connection.js';
+import { counters } from './counters.js';
 import { FIELDS } from './field.js';
 import { Liquid } from './liquid.js';
 import { History, Profile } from './plots.js';
@@ -13,6 +14,10 @@ const OLD_MS = 500;
 const LOST_S = 0.25;
 /** An image this much older than the turn beside it is no longer the present one. */
 const IMAGE_OLD_S = 1;
+/** Time between two changes of the numbers, so that they can be read. */
+const NUMBERS_MS = 250;
+/** Share of a colour scale's excess that goes with each frame. */
+const SCALE_FADES = 0.001;
 
 const $ = (id) => document.getElementById(id);
 const liquid = new Liquid($('gl'));
@@ -21,7 +26,7 @@ const profile = new Profile($('profile'));
 const energy = new History($('energy'), 8, 'mJ', ['slosh']);
 const entropy = new History($('entropy'), 8, 'mJ', ['heat']);
 const deadline = new History($('deadline'), 8, 'ms', ['estimated'], 16.667);
-const shown = { frame: null, fresh: false, paused: false, at: -Infinity, ranges: {}, frames: 0, lost: 'Connecting.', refused: false };
+const shown = { frame: null, fresh: false, paused: false, at: -Infinity, ranges: {}, frames: 0, lost: 'Connecting.', refused: false, numbersAt: -Infinity };
 
 $('no-gl').hidden = liquid.gl !== null;
 drawBar($('bar'));
@@ -54,6 +59,7 @@ const connection = new Connection({
     camera.forget();
     for (const history of [energy, entropy, deadline]) history.forget();
     $('title').textContent = model.facts.title;
+    $('size').textContent = `glass ${told(2e3 * model.facts.radius_m)} mm wide, filled to ${told(1e3 * model.facts.fill_m)} mm`;
     document.title = `meniscus: ${model.facts.liquid}`;
   },
   /** What happened to the camera; nothing when it is well again. */
@@ -93,7 +99,7 @@ $('pause').onclick = () => {
 /** Colours reach from the least to the largest value of the last seconds, both rounded so that they hold still. */
 function range(name, low, high) {
   const last = shown.ranges[name] ?? [low, high];
-  const now = [Math.min(low, last[0] + 0.01 * (low - last[0])), Math.max(high, last[1] + 0.01 * (high - last[1]))];
+  const now = [Math.min(low, last[0] + SCALE_FADES * (low - last[0])), Math.max(high, last[1] + SCALE_FADES * (high - last[1]))];
   shown.ranges[name] = now;
   return [now[0] < 0 ? -niceAbove(-now[0]) : 0, niceAbove(now[1])];
 }
@@ -105,35 +111,15 @@ function drawLiquid(frame) {
   if (!field) return;
   $('low').textContent = told(low);
   $('high').textContent = `${told(high)} ${field.unit}`;
-  $('half').textContent = frame.mode === 'filling' ? '' : `each number of it \u00b1 ${told(field.factor * frame[field.half])} ${field.unit}, nine times in ten`;
+  $('half').textContent = frame.mode === 'filling' ? '' : `90 % of the values are within \u00b1 ${told(field.factor * frame[field.half])} ${field.unit}`;
 }
 
-const COUNTERS = [
-  ['turns', 'turns'], ['tracking', 'tracking'], ['coasting', 'coasting'], ['halted', 'halted', true], ['frames_missing', 'frames missing'],
-  ['frames_stale', 'frames after their turn'], ['not_seen', 'liquid not seen'], ['deadline_missed', 'deadlines missed', true], ['frames_taken', 'frames taken'], ['over_s', 'over, s'],
-  ['frames_late', 'frames late', true], ['frames_lost', 'frames lost', true], ['frames_never_handled', 'never handled', true], ['field_shed', 'fields left out', true],
-  ['viewers', 'viewers'], ['left_out', 'page frames left out'],
-];
-const cells = COUNTERS.map(([, words]) => {
-  const row = document.createElement('div');
-  row.append(document.createElement('dt'), document.createElement('dd'));
-  row.firstChild.textContent = words;
-  $('counters').append(row);
-  return row;
-});
-const law = cells[0].cloneNode(true);
-law.firstChild.textContent = 'dE - work';
-law.title = 'What a step\u2019s energy is off by, against the work of the glass, in units of the energy scale';
-$('counters').append(law);
+const fillCounters = counters($('counters'));
 
 const STAGES = ['surface', 'predict', 'encode', 'correct', 'field'];
 
 function drawNumbers(frame) {
-  COUNTERS.forEach(([name, , bad], k) => {
-    cells[k].lastChild.textContent = frame[name];
-    cells[k].classList.toggle('bad', Boolean(bad) && frame[name] > 0);
-  });
-  law.lastChild.textContent = frame.energy_residual.toExponential(0);
+  fillCounters(frame);
   for (const [name, joules] of [['slosh', frame.slosh_j], ['heat', frame.heat_j]]) {
     $(name).textContent = Number.isFinite(joules) ? `${told(1e3 * joules)} mJ` : 'not known';
   }
@@ -195,7 +181,10 @@ function draw() {
     // A field that was left out is not made up here: what stands stays, greyed.
     if (frame.fieldFresh) drawLiquid(frame);
     profile.draw(frame, shown.model.facts);
-    drawNumbers(frame);
+    if (performance.now() - shown.numbersAt > NUMBERS_MS) {
+      shown.numbersAt = performance.now();
+      drawNumbers(frame);
+    }
   }
   if (shown.model && !shown.paused && age_s * 1e3 <= OLD_MS) {
     energy.draw();
