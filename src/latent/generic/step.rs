@@ -145,11 +145,6 @@ impl Generic<'_> {
         self.closed_step(a, held, &slots.flow(&self.operators, a, held, speed, dt), speed)
     }
 
-    /// Returns the end of the closed step from `a`.
-    pub(super) fn end_of_closed_step(&self, a: &Latent, held: &[f64; MEMORIES]) -> Latent {
-        self.relaxed(a, held).end
-    }
-
     /// The closed step under `flow`: from `a` to an end whose energy, memories included, is not above that of `a`.
     fn closed_step(&self, a: &Latent, held: &[f64; MEMORIES], flow: &Flow, speed: f64) -> Closed {
         let energy_start = self.potential.value(a);

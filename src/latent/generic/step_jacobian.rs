@@ -48,7 +48,10 @@ impl Generic<'_> {
     pub fn jacobian(&self, state: &LatentState, u: f64) -> StepJacobian {
         let half_kick = self.port * (0.5 * self.dt_s);
         let start = state.latent + half_kick * u;
-        let end = self.end_of_closed_step(&start, &state.held);
+        // By the step itself: its parts stay its own.
+        let mut next = *state;
+        self.step(&mut next, u);
+        let end = next.latent - half_kick * u;
         let (from, to) = (self.potential.ridges(&start), self.potential.ridges(&end));
         let (behind, before) = (self.potential.stiffness(&from, &to), self.potential.stiffness(&to, &from));
         let flow = self.flow_at(&start, &state.held);
