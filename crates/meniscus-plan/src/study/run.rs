@@ -1,0 +1,143 @@
+//! All moves of a study, kept one by one, so that an interrupted study goes on where it ended.
+
+use super::carry::{Bench, Failure};
+use super::draw::{Move, StudyLiquid, moves};
+use super::judge::{Outcome, Planners, VERSION, judge};
+use crate::models::{LearnedModel, Pendulum, ReducedLiquid, SurfaceModel};
+use meniscus::blob::Model;
+use meniscus_data::scene_file::GLASS;
+use meniscus_data::effects::Effects;
+use meniscus_platform::files::write_whole;
+use meniscus_sph::{Setup, WatchedGlass};
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// Spacing of the particles, m.
+const SPACING_M: f64 = 0.005;
+
+/// What a study runs.
+#[derive(Clone, Debug)]
+pub struct StudyOptions {
+    /// Moves.
+    pub count: usize,
+    /// First seed; tuning has other ones than reports.
+    pub first_seed: u64,
+    /// Folder of the outcomes.
+    pub folder: PathBuf,
+}
+
+/// Progress of a study.
+#[derive(Clone, Copy, Debug)]
+pub enum Progress<'a> {
+    /// A glass of this liquid settles.
+    Settling(&'a str),
+    /// So many moves are done, of all.
+    Done(usize, usize),
+    /// A move failed, for this reason.
+    Failed(&'a Move, &'a Failure),
+}
+
+/// Returns the outcomes in `folder` of the moves of `options`, in their order.
+#[must_use]
+pub fn read(options: &StudyOptions) -> Vec<Outcome> {
+    let of = |one: &Move| outcome(&options.folder, one);
+    moves(options.count, options.first_seed).iter().filter_map(of).collect()
+}
+
+/// The outcome of a move that is kept in `folder`.
+fn outcome(folder: &Path, of: &Move) -> Option<Outcome> {
+    let bytes = std::fs::read(file(folder, of)).ok()?;
+    let outcome: Outcome = serde_json::from_slice(&bytes).ok()?;
+    (outcome.version == VERSION && outcome.of == *of).then_some(outcome)
+}
+
+fn file(folder: &Path, of: &Move) -> PathBuf {
+    folder.join(format!("{}.json", of.name()))
+}
+
+/// Carries out what is missing of the moves of `options` with the learned model `glycerine`, until `stop` is raised.
+///
+/// # Errors
+/// When a glass does not settle or a file cannot be written. A move that fails is told to `progress` and left out.
+pub fn run(
+    options: &StudyOptions,
+    glycerine: &Model<'_>,
+    stop: &AtomicBool,
+    mut progress: impl FnMut(Progress<'_>),
+) -> Result<(), Box<dyn std::error::Error + Send + Sync>> {
+    let all = moves(options.count, options.first_seed);
+    let learned = LearnedModel::new(glycerine);
+    let [thick, thin] = StudyLiquid::ALL.map(|liquid| {
+        liquid.load().map(|liquid| ReducedLiquid::new(&GLASS, &liquid))
+    });
+    let (Some(thick), Some(water)) = (thick?, thin?) else {
+        return Err("the glass of the study is no cylinder".into());
+    };
+    let first_mode = |liquid: &ReducedLiquid| {
+        let (frequency, damping) = liquid.first_mode();
+        Pendulum { frequency, damping, radius_m: GLASS.radius_m, room_m: liquid.room_m() }
+    };
+    let first_modes = [first_mode(&thick), first_mode(&water)];
+    let planners = Planners { glycerine: &learned, water: &water, first_modes };
+    let mut done = all.iter().filter(|one| outcome(&options.folder, one).is_some()).count();
+    for liquid in StudyLiquid::ALL {
+        let missing: Vec<&Move> = all
+            .iter()
+            .filter(|one| one.liquid == liquid && outcome(&options.folder, one).is_none())
+            .collect();
+        if missing.is_empty() || stop.load(Ordering::Relaxed) {
+            continue;
+        }
+        progress(Progress::Settling(liquid.name()));
+        let setup = Setup {
+            glass: GLASS,
+            liquid: liquid.load()?,
+            spacing_m: SPACING_M,
+            seed: 0,
+            no_slip: true,
+            effects: Effects::default(),
+            step_s: None,
+        };
+        let glass = match WatchedGlass::new(&setup, stop) {
+            Ok(glass) => glass,
+            Err(meniscus_sph::Error::Stopped) => return Ok(()),
+            Err(error) => return Err(Box::new(Failure::from(error))),
+        };
+        let bench = Bench { glass: &glass, fill_m: GLASS.fill_m, stop };
+        for one in missing {
+            progress(Progress::Done(done, all.len()));
+            match judge(&planners, bench, one) {
+                Ok(outcome) => {
+                    let text = serde_json::to_string_pretty(&outcome)?;
+                    write_whole(&file(&options.folder, one), text.as_bytes())?;
+                    done += 1;
+                }
+                Err(Failure::Simulation(meniscus_sph::Error::Stopped)) => return Ok(()),
+                Err(failure) => progress(Progress::Failed(one, &failure)),
+            }
+        }
+    }
+    progress(Progress::Done(done, all.len()));
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A study that is interrupted at once keeps nothing and is not an error; a file of another form is not read.
+    #[test]
+    fn what_is_not_whole_is_not_read() {
+        let folder = std::env::temp_dir().join(format!("meniscus-plan-study-{}", std::process::id()));
+        let options = StudyOptions { count: 2, first_seed: 1, folder: folder.clone() };
+        let bytes = meniscus_platform::files::AlignedBytes::copy(meniscus_shipped::MODEL);
+        let model = Model::load(&bytes).expect("the shipped model");
+        let stop = AtomicBool::new(true);
+        run(&options, &model, &stop, |_| {}).expect("nothing to do");
+        assert!(read(&options).is_empty());
+        std::fs::create_dir_all(&folder).expect("a folder");
+        std::fs::write(folder.join("glycerine-1.json"), "{\"version\":0").expect("written");
+        assert!(read(&options).is_empty());
+        std::fs::remove_dir_all(&folder).expect("removed");
+    }
+}
