@@ -43,6 +43,8 @@ mod options_file;
 mod outputs;
 #[cfg(feature = "studies")]
 mod people;
+#[cfg(feature = "studies")]
+mod plan;
 mod profile;
 #[cfg(feature = "studies")]
 mod quantize;
@@ -64,8 +66,8 @@ mod stop;
 mod train;
 #[cfg(not(feature = "studies"))]
 use absent::{
-    bench, camera, deadline, discover, export, insert, people, quantize, recognise, record, render, setup,
-    simulate,
+    bench, camera, deadline, discover, export, insert, people, plan, quantize, recognise, record, render,
+    setup, simulate,
 };
 #[cfg(not(feature = "train"))]
 use absent::{correct, evaluate, generic, learn, train};
@@ -86,6 +88,7 @@ struct Arguments {
 enum Command {
     Run(Box<run::Arguments>),
     Simulate(simulate::Arguments),
+    Plan(plan::Arguments),
     Learn(learn::Arguments),
     Train(train::Arguments),
     Correct(correct::Arguments),
@@ -167,6 +170,7 @@ pub fn main() -> ExitCode {
     let done = match arguments().command {
         Command::Run(arguments) => run::run(&arguments),
         Command::Simulate(arguments) => simulate::run(&arguments),
+        Command::Plan(arguments) => plan::run(&arguments),
         Command::Learn(arguments) => learn::run(&arguments),
         Command::Train(arguments) => train::run(&arguments),
         Command::Correct(arguments) => correct::run(&arguments),

@@ -29,7 +29,11 @@ impl GlassState {
     #[must_use]
     pub fn drifted(&self, time_s: f64) -> Self {
         let Self { position_m: x, speed_m_s: v, acceleration_m_s2: a } = *self;
-        Self { position_m: x + time_s * (v + 0.5 * time_s * a), speed_m_s: v + time_s * a, acceleration_m_s2: a }
+        Self {
+            position_m: x + time_s * (v + 0.5 * time_s * a),
+            speed_m_s: v + time_s * a,
+            acceleration_m_s2: a,
+        }
     }
 }
 

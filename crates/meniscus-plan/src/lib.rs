@@ -24,11 +24,13 @@
 //! | `wall` | from a profile to both ends of the wall |
 //! | `models` | liquids that forecast a surface: the learned model, the reduced model, a pendulum |
 //! | `response`, `program` | linear response of the surface, and the quadratic program |
-//! | `search` | shortest duration, and the forecast that verifies it |
+//! | `search`, `shortest`, `verify` | shortest duration, and the forecast that verifies it |
 //! | `receding` | planning again from a measured state |
 //! | `rivals` | minimum jerk, trapezoid, input shaping, pendulum |
+//! | `compare` | the motion of minimum jerk beside a plan, by the same model |
 //! | [`study`] | random moves in the simulator, with the estimator in the loop |
 
+mod compare;
 mod course;
 mod error;
 mod models;
@@ -38,14 +40,17 @@ mod request;
 mod response;
 mod rivals;
 mod search;
+mod shortest;
 pub mod study;
+mod verify;
 mod wall;
 
+pub use compare::{MinimumJerk, compare, crest_m, forecast_motion};
 pub use course::{Course, GlassState};
 pub use error::PlanError;
 pub use models::{
-    FrameForecast, FrameInput, LearnedModel, LearnedState, LearnedWatcher, Pendulum, ReducedLiquid, ReducedLiquidState,
-    ReducedWatcher, SurfaceModel, Watcher,
+    FrameForecast, FrameInput, LearnedModel, LearnedState, LearnedWatcher, Pendulum, ReducedLiquid,
+    ReducedLiquidState, ReducedWatcher, SurfaceModel, Watcher,
 };
 pub use receding::{LEAD_FRAMES, PERIOD_FRAMES, Receding};
 pub use request::{Limits, Request};

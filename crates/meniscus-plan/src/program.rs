@@ -187,7 +187,8 @@ impl Program<'_> {
                 rows.push(entries, limits.speed_m_s - forward * free.speed_m_s);
             }
             let ahead = 0.5 * knot_s;
-            let entries = (0..k).map(|i| (i, forward * jerk * (part(i).speed + ahead * part(i).acceleration)));
+            let entries =
+                (0..k).map(|i| (i, forward * jerk * (part(i).speed + ahead * part(i).acceleration)));
             let reached = free.speed_m_s + ahead * free.acceleration_m_s2;
             rows.push(entries, limits.speed_m_s - forward * reached);
         }

@@ -21,7 +21,7 @@ pub struct Limits {
 impl Default for Limits {
     /// A table-top robot arm of moderate speed.
     fn default() -> Self {
-        Self { speed_m_s: 1.5, acceleration_m_s2: 5.0, jerk_m_s3: 200.0 }
+        Self { speed_m_s: 1.5, acceleration_m_s2: 5.0, jerk_m_s3: 60.0 }
     }
 }
 
@@ -86,7 +86,11 @@ impl Request {
     pub fn check(&self, from_m: f64) -> Result<(), PlanError> {
         let range = |name, value: f64, unit, [least, most]: [f64; 2]| {
             let allowed = format!("{least} to {most}");
-            if (least..=most).contains(&value) { Ok(()) } else { Err(PlanError::Range { name, value, unit, allowed }) }
+            if (least..=most).contains(&value) {
+                Ok(())
+            } else {
+                Err(PlanError::Range { name, value, unit, allowed })
+            }
         };
         range("the place of departure", from_m, "m", [-10.0, 10.0])?;
         range("the place of arrival", self.to_m, "m", [-10.0, 10.0])?;

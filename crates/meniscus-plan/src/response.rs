@@ -65,7 +65,9 @@ pub(crate) fn inputs_of(
             let now = motion(frame as f64 * dt);
             let input = match kind {
                 FrameInput::Mean => (now.speed_m_s - last.speed_m_s) / dt,
-                FrameInput::SecondDifference => (now.position_m - 2.0 * last.position_m + older_m) / (dt * dt),
+                FrameInput::SecondDifference => {
+                    (now.position_m - 2.0 * last.position_m + older_m) / (dt * dt)
+                }
             };
             (older_m, last) = (last.position_m, now);
             input
@@ -77,11 +79,7 @@ pub(crate) fn inputs_of(
 pub(crate) fn unit_inputs(kind: FrameInput, index: usize, knot_s: f64, frames: usize) -> Vec<f64> {
     inputs_of(kind, 0.0, frames, |time_s| {
         let part = basis(index, knot_s, time_s);
-        GlassState {
-            position_m: part.position,
-            speed_m_s: part.speed,
-            acceleration_m_s2: part.acceleration,
-        }
+        GlassState { position_m: part.position, speed_m_s: part.speed, acceleration_m_s2: part.acceleration }
     })
 }
 

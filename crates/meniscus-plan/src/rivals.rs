@@ -90,10 +90,11 @@ pub fn trapezoid(from_m: f64, to_m: f64, duration_s: f64) -> Motion {
     Motion { name: "trapezoid", duration_s, from_m, distance_m: to_m - from_m, kind: Kind::Trapezoid }
 }
 
-/// A shorter trapezoid, shaped on the mode of this frequency (1/s) and damping ratio; `None` where the shaper alone takes more
+/// A shorter trapezoid, shaped on `mode`; `None` where the shaper alone takes more
 /// than two thirds of the duration.
 #[must_use]
-pub fn shaped(from_m: f64, to_m: f64, duration_s: f64, (w, zeta): (f64, f64)) -> Option<Motion> {
+pub fn shaped(from_m: f64, to_m: f64, duration_s: f64, mode: &Pendulum) -> Option<Motion> {
+    let (w, zeta) = (mode.frequency, mode.damping);
     let root = (1.0 - zeta * zeta).sqrt();
     let k = (-zeta * std::f64::consts::PI / root).exp();
     let delay_s = std::f64::consts::PI / (w * root);
@@ -121,9 +122,11 @@ pub fn pendulum(
 mod tests {
     use super::*;
 
+    const MODE: Pendulum = Pendulum { frequency: 22.0, damping: 0.05, radius_m: 0.035, room_m: 0.04 };
+
     #[test]
     fn every_rival_goes_from_rest_to_rest() {
-        let shaped = shaped(0.1, 0.4, 0.9, (22.0, 0.05)).expect("0.14 s of 0.9");
+        let shaped = shaped(0.1, 0.4, 0.9, &MODE).expect("0.14 s of 0.9");
         for motion in [minimum_jerk(0.1, 0.4, 0.9), trapezoid(0.1, 0.4, 0.9), shaped] {
             let (start, end) = (motion.at(0.0), motion.at(0.9));
             assert!((start.position_m - 0.1).abs() < 1e-12, "{motion:?}");
@@ -138,14 +141,13 @@ mod tests {
     fn a_shaped_motion_leaves_its_mode_at_rest() {
         use crate::models::SurfaceModel;
         use crate::response::inputs_of;
-        let mode = Pendulum { frequency: 22.0, damping: 0.05, radius_m: 0.035, room_m: 0.04 };
         let residual = |motion: &Motion| {
             let inputs = inputs_of(Pendulum::INPUT, 0.0, 80, |t| motion.at(t));
-            let frames = mode.forecast(&[0.0; 2], &inputs);
+            let frames = MODE.forecast(&[0.0; 2], &inputs);
             frames[55..].iter().map(|frame| frame.crest_m()).fold(0.0, f64::max)
         };
         let plain = residual(&trapezoid(0.0, 0.3, 0.75));
-        let with = residual(&shaped(0.0, 0.3, 0.9, (22.0, 0.05)).expect("it fits"));
+        let with = residual(&shaped(0.0, 0.3, 0.9, &MODE).expect("it fits"));
         assert!(with < 0.15 * plain, "{with} for {plain}");
     }
 }

@@ -41,7 +41,10 @@ fn keeps_the_limits(plan: &Plan, request: &Request, from_m: f64) {
     let end = plan.course.at(duration_s);
     assert!((end.position_m - request.to_m).abs() < 1e-6, "{end:?}");
     let just_before = plan.course.at(duration_s - 1e-9);
-    assert!(just_before.speed_m_s.abs() < 1e-5 && just_before.acceleration_m_s2.abs() < 1e-3, "{just_before:?}");
+    assert!(
+        just_before.speed_m_s.abs() < 1e-5 && just_before.acceleration_m_s2.abs() < 1e-3,
+        "{just_before:?}"
+    );
 }
 
 /// Without a surface that matters the fastest motion is the jerk-limited one of seven phases.
@@ -101,6 +104,17 @@ fn no_motion_of_a_dense_search_has_a_lower_crest() {
     println!("program {:.3} mm, search {:.3} mm", 1e3 * best.crest_m, 1e3 * lowest_m);
     assert!(best.crest_m <= lowest_m * 1.002, "{} above {lowest_m}", best.crest_m);
     assert!(best.crest_m > 0.5 * lowest_m, "a crest that low would be a mistake of the program");
+}
+
+/// Of all slow motions the one of a constant acceleration and an equal braking has the lowest crest: 4 D/T^2 R/g.
+#[test]
+fn a_slow_surface_has_the_closed_form_of_a_constant_acceleration() {
+    let mode = Pendulum { frequency: 60.0, damping: 0.7, radius_m: 0.035, room_m: 0.04 };
+    let limits = Limits { jerk_m_s3: 2000.0, ..REQUEST.limits };
+    let request = Request { to_m: 0.4, limits, limit_m: 0.03, ..REQUEST };
+    let best = smoothest(&mode, &mode.rest(), 0.0, &request, 2.0).expect("a motion");
+    let due_m = 4.0 * 0.4 / 4.0 * 0.035 / 9.806_65;
+    assert!((1.0..1.1).contains(&(best.crest_m / due_m)), "{} for {due_m}", best.crest_m);
 }
 
 /// Glycerine by the learned model: the forecast keeps the limit, and a lower limit or a higher confidence takes longer.

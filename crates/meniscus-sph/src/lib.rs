@@ -81,7 +81,9 @@ pub mod validate;
 mod walls;
 
 pub use integration::{Spilled, closure, relative_closure};
-pub use output::{Observer, Particles, WatchedGlass, record, record_particles, record_surfaces, record_until};
+pub use output::{
+    Observer, Particles, WatchedGlass, record, record_particles, record_surfaces, record_until,
+};
 pub use setup::{Error, Setup};
 
 use effects::{Acting, Laws, motion_with};

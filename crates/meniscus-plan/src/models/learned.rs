@@ -50,12 +50,11 @@ impl<'m> LearnedModel<'m> {
     pub fn new(model: &'m Model<'m>) -> Self {
         let wall = WallMap::new();
         let errors = &model.error_model;
-        let mut slopes = [Latent::zeros(); 2];
-        for latent in 0..LATENTS {
+        let ends = |latent: usize| {
             let column = std::array::from_fn(|point| errors.surface[(latent, point)]);
-            let [left, right] = wall.ends(&column);
-            (slopes[0][latent], slopes[1][latent]) = (left, right);
-        }
+            wall.ends(&column)
+        };
+        let slopes = [0, 1].map(|end: usize| Latent::from_fn(|latent, _| ends(latent)[end]));
         let misfit = |index: usize| f64::from(errors.surface_misfit[index]);
         let mut out = Self {
             model,
@@ -73,8 +72,7 @@ impl<'m> LearnedModel<'m> {
     /// The state of a published estimate. Inner variables of embedded effects start relaxed.
     #[must_use]
     pub fn state(&self, estimate: &Estimate) -> LearnedState {
-        let covariance =
-            Square::from_fn(|row, column| f64::from(estimate.covariance.at(row, column)));
+        let covariance = Square::from_fn(|row, column| f64::from(estimate.covariance.at(row, column)));
         let latent = LatentState { latent: Latent::from(estimate.latent), ..LatentState::default() };
         LearnedState { latent, covariance }
     }
@@ -117,7 +115,8 @@ impl<'m> LearnedModel<'m> {
 
     /// The input of the port for an acceleration, which a robot that lags or scales changes.
     fn port(&self, input: f64) -> f64 {
-        let gain = self.model.observation_model.as_ref().map_or(1.0, |observation_model| observation_model.gain);
+        let gain =
+            self.model.observation_model.as_ref().map_or(1.0, |observation_model| observation_model.gain);
         gain * input / f64::from(self.model.header.acceleration_scale)
     }
 }

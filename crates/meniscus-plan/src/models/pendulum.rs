@@ -81,7 +81,10 @@ mod tests {
                 let pull = -484.0 * (a + 0.035 / GRAVITY_M_S2 * input) - 2.0 * 0.2 * 22.0 * v;
                 fine = [a + h * (v + 0.5 * h * pull), v + h * pull];
             }
-            assert!((state[0] - fine[0]).abs() < 1e-6 && (state[1] - fine[1]).abs() < 1e-4, "{state:?} {fine:?}");
+            assert!(
+                (state[0] - fine[0]).abs() < 1e-6 && (state[1] - fine[1]).abs() < 1e-4,
+                "{state:?} {fine:?}"
+            );
         }
     }
 }

@@ -6,7 +6,7 @@
 //! P is the covariance of [`super::ReducedWatcher`], s the relative error of the model's crest, g that of a surface at rest, z the
 //! normal quantile of nine in ten. [`ReducedLiquid::CREST_ERROR`] says what s was measured on.
 
-use super::{FrameForecast, FrameInput, SurfaceModel};
+use super::{FrameForecast, FrameInput, Pendulum, SurfaceModel};
 use crate::wall::WALL;
 use meniscus::reduced::{
     Baseline, Cylinder, Forcing, RADIAL, ReducedModel, ReducedState, Rheology, step, wall_harmonics,
@@ -25,6 +25,20 @@ pub(super) const LINEAR: usize = 2 * RADIAL;
 
 /// Matrix on the linear state.
 pub(super) type Linear = SMatrix<f64, LINEAR, LINEAR>;
+
+/// Calibration on the particle simulator: water in the glass of the recordings under three motions of 1.0 to 1.8 m/s2 that are no
+/// moves of the study. The heights along the wall are off by 0.10 mm rms with it, by 1.12 mm without. All numbers are
+/// dimensionless; for other liquids and glasses they are not measured.
+const SIMULATED: Baseline = Baseline {
+    frequency: [0.0058, 0.0, 0.0],
+    damping: [0.9; RADIAL],
+    lever: [0.966, SHORT_WAVES, SHORT_WAVES],
+    detuning: 0.144,
+    drive: [[0.416, 0.026], [0.609, 0.295]],
+};
+
+/// Part of the short waves that the simulator's smooth surface shows.
+const SHORT_WAVES: f64 = 0.51;
 
 /// Normal quantile of an interval that holds nine times out of ten.
 const NINE_IN_TEN: f64 = 1.645;
@@ -50,8 +64,9 @@ pub struct ReducedLiquidState {
 }
 
 impl ReducedLiquid {
-    /// s of [`Self::new`]: standard deviation of the crest's relative error on the tuning moves of the study (`docs/plan`).
-    pub const CREST_ERROR: f64 = 0.06;
+    /// s of [`Self::new`]. On four tuning moves of water (seeds 1002, 1004, 1008 and 1014 of the study) the crest in the simulator was
+    /// above the predicted one by 8 to 18 %; s makes the half-width 21 %.
+    pub const CREST_ERROR: f64 = 0.13;
 
     /// Standard deviation g of a surface at rest, m.
     const REST_M: f64 = 1e-4;
@@ -62,19 +77,13 @@ impl ReducedLiquid {
         if !glass.is_cylinder() {
             return None;
         }
-        let cylinder = Cylinder {
-            radius_m: glass.radius_m,
-            depth_m: glass.fill_m,
-            density_kg_m3: liquid.density_kg_m3,
-        };
+        let cylinder =
+            Cylinder { radius_m: glass.radius_m, depth_m: glass.fill_m, density_kg_m3: liquid.density_kg_m3 };
         let law = liquid.rheology;
-        let rheology = Rheology {
-            index: law.index,
-            yield_pa: law.yield_stress,
-            ..Rheology::newtonian(law.consistency)
-        };
+        let rheology =
+            Rheology { index: law.index, yield_pa: law.yield_stress, ..Rheology::newtonian(law.consistency) };
         let dt = FRAME_INTERVAL_S / SUBSTEPS as f64;
-        let model = ReducedModel::new(cylinder, rheology, &Baseline::default(), &[], dt);
+        let model = ReducedModel::new(cylinder, rheology, &SIMULATED, &[], dt);
         let mut out = Self {
             model,
             room_m: glass.rim_m - glass.fill_m,
@@ -85,11 +94,12 @@ impl ReducedLiquid {
         Some(out)
     }
 
-    /// Frequency (1/s) and damping ratio of the first mode.
+    /// The first mode as a pendulum.
     #[must_use]
-    pub fn first_mode(&self) -> (f64, f64) {
-        let (w, gamma) = self.model.frequency_and_damping(0).unwrap_or((self.model.frequency(), 0.0));
-        (w, gamma / w)
+    pub fn first_mode(&self) -> Pendulum {
+        let (frequency, gamma) = self.model.frequency_and_damping(0).unwrap_or((self.model.frequency(), 0.0));
+        let (radius_m, room_m) = (self.model.glass.radius_m, self.room_m);
+        Pendulum { frequency, damping: gamma / frequency, radius_m, room_m }
     }
 
     /// Transition of small heights and rates about rest, by one column a number.
@@ -117,7 +127,8 @@ impl ReducedLiquid {
 
     /// Height of the surface at the wall over rest, at s = cos theta, m.
     pub(super) fn height_m(&self, state: &ReducedState, acceleration_m_s2: f64, s: f64) -> f64 {
-        let [mean, cos, _, cos2, _] = wall_harmonics(&self.model, state, &[-acceleration_m_s2, 0.0]);
+        let push = [-SHORT_WAVES * acceleration_m_s2, 0.0];
+        let [mean, cos, _, cos2, _] = wall_harmonics(&self.model, state, &push);
         mean + cos * s + cos2 * (2.0 * s * s - 1.0)
     }
 }

@@ -10,6 +10,7 @@ use crate::rivals::Motion;
 use meniscus::units::FRAME_INTERVAL_S;
 use meniscus_data::motion::Kinematics;
 use meniscus_sph::WatchedGlass;
+use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
@@ -18,7 +19,7 @@ use std::time::Instant;
 const WATCHED: usize = 30;
 
 /// Frames behind arrival over which the crest counts, and those that the filter of the truth looks ahead.
-const TAIL: usize = 36;
+const TAIL: usize = 24;
 const AHEAD: usize = 5;
 
 /// Why a motion was not carried out.
@@ -53,6 +54,15 @@ impl From<meniscus_sph::Error> for Failure {
     }
 }
 
+/// Glass and surface, frame by frame.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Trace {
+    /// Place of the glass, m.
+    pub position_m: Vec<f64>,
+    /// Highest point along the wall over the liquid at rest, m.
+    pub highest_m: Vec<f64>,
+}
+
 /// A motion that was carried out.
 #[derive(Clone, Debug, Default)]
 pub struct Carried {
@@ -60,10 +70,8 @@ pub struct Carried {
     pub arrival_s: f64,
     /// Highest point along the wall over the liquid at rest, by the simulator, m.
     pub crest_m: f64,
-    /// Highest point of each frame, m.
-    pub highest_m: Vec<f64>,
-    /// Place of the glass in each frame, m.
-    pub position_m: Vec<f64>,
+    /// Glass and surface.
+    pub trace: Trace,
     /// Time that each plan on the way took, ms.
     pub solve_ms: Vec<f64>,
     /// Plans on the way that the solver did not give.
@@ -99,7 +107,8 @@ pub fn carry_planned<M: SurfaceModel, W: Watcher<M>>(
         liquid = watcher.watch(model, &camera.see(&rest, 0.0), 0.0, 0.0);
     }
     let mut receding = Receding::new(model, &liquid, 0.0, request)?;
-    let mut carried = Carried { position_m: vec![0.0], ..Carried::default() };
+    let mut carried = Carried::default();
+    carried.trace.position_m.push(0.0);
     let mut frame = 0;
     while (frame as f64) < receding.arrival_s() / FRAME_INTERVAL_S + (TAIL + AHEAD) as f64 {
         frame += 1;
@@ -107,7 +116,7 @@ pub fn carry_planned<M: SurfaceModel, W: Watcher<M>>(
         let state = receding.at(frame as f64 * FRAME_INTERVAL_S);
         let profile = camera.see(&glass.profile(), state.position_m);
         liquid = watcher.watch(model, &profile, receding.input(frame), state.acceleration_m_s2);
-        carried.position_m.push(state.position_m);
+        carried.trace.position_m.push(state.position_m);
         if frame % PERIOD_FRAMES == 0 {
             let start = Instant::now();
             match receding.renew(frame, &liquid) {
@@ -134,7 +143,8 @@ pub fn carry_rival(bench: Bench<'_>, motion: &Motion) -> Result<Carried, Failure
         glass.advance(bench.stop, |t| Kinematics::along_x(at(t).acceleration_m_s2))?;
     }
     let position_m = (0..=frames).map(|n| at(n as f64 * FRAME_INTERVAL_S).position_m).collect();
-    let mut carried = Carried { arrival_s: motion.duration_s, position_m, ..Carried::default() };
+    let trace = Trace { position_m, highest_m: Vec::new() };
+    let mut carried = Carried { arrival_s: motion.duration_s, trace, ..Carried::default() };
     finish(&mut carried, &glass, bench.fill_m);
     Ok(carried)
 }
@@ -142,6 +152,7 @@ pub fn carry_rival(bench: Bench<'_>, motion: &Motion) -> Result<Carried, Failure
 /// Takes the truth from the glass.
 fn finish(carried: &mut Carried, glass: &WatchedGlass, fill_m: f64) {
     let highest = |row: Vec<f32>| row.into_iter().fold(0.0, f32::max);
-    carried.highest_m = glass.wall_m().into_iter().map(|row| f64::from(highest(row)) - fill_m).collect();
-    carried.crest_m = carried.highest_m.iter().copied().fold(0.0, f64::max);
+    carried.trace.highest_m =
+        glass.wall_m().into_iter().map(|row| f64::from(highest(row)) - fill_m).collect();
+    carried.crest_m = carried.trace.highest_m.iter().copied().fold(0.0, f64::max);
 }

@@ -1,23 +1,23 @@
 //! One move, planned and by its rivals.
 
 use super::camera::Camera;
-use super::carry::{Bench, Carried, Failure, carry_planned, carry_rival};
+use super::carry::{Bench, Carried, Failure, Trace, carry_planned, carry_rival};
 use super::draw::{Move, StudyLiquid};
+use crate::compare::{crest_m, forecast_motion};
 use crate::models::{LearnedModel, LearnedWatcher, Pendulum, ReducedLiquid, ReducedWatcher, SurfaceModel};
 use crate::request::Request;
-use crate::response::inputs_of;
 use crate::rivals::{Motion, minimum_jerk, pendulum, shaped, trapezoid};
 use crate::search::{plan, smoothest};
 use serde::{Deserialize, Serialize};
 
 /// Version of the outcomes in a folder; others are not read.
-pub(super) const VERSION: u32 = 1;
+pub(super) const VERSION: u32 = 2;
 
 /// Relative difference of two crests that count as equal.
 const EQUAL: f64 = 0.03;
 
 /// Simulations in the search for the time of an equal crest.
-const TRIES: usize = 3;
+const TRIES: usize = 2;
 
 /// Result of one move.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -42,11 +42,15 @@ pub struct Outcome {
     pub minimum_jerk_m: f64,
     /// Time in which the motion of minimum jerk has the crest of the plan, by the simulator, s.
     pub equal_crest_s: f64,
-    /// Crests of other rivals in the same time, by the simulator, m; none where a rival takes longer.
+    /// Crests of other rivals in the same time, by the model that planned, m; none where a rival takes longer.
     pub rivals_m: Vec<(String, Option<f64>)>,
     /// Lowest crest in the same time over that of minimum jerk, both by the model that planned and without a half-width: no planner
     /// can be better by this model.
     pub model_bound: f64,
+    /// The motion that was carried out.
+    pub planned: Trace,
+    /// Minimum jerk in the same time.
+    pub minimum_jerk: Trace,
 }
 
 /// Models that plan and estimate.
@@ -90,13 +94,13 @@ fn compare<M: SurfaceModel>(
     let plain = carry_rival(bench, &same)?;
     let others = [
         ("trapezoid", Some(trapezoid(0.0, request.to_m, duration_s))),
-        ("input shaping", shaped(0.0, request.to_m, duration_s, (mode.frequency, mode.damping))),
+        ("input shaping", shaped(0.0, request.to_m, duration_s, mode)),
         ("pendulum", pendulum(mode, 0.0, request, duration_s).ok()),
     ];
     let mut rivals_m = Vec::new();
     for (name, motion) in others {
-        let crest = motion.map(|motion| carry_rival(bench, &motion)).transpose()?;
-        rivals_m.push((name.into(), crest.map(|carried| carried.crest_m)));
+        let crest = motion.map(|motion| crest_m(&forecast_motion(model, &model.rest(), &motion)));
+        rivals_m.push((name.into(), crest));
     }
     Ok(Outcome {
         version: VERSION,
@@ -111,6 +115,8 @@ fn compare<M: SurfaceModel>(
         equal_crest_s: equal_crest_s(bench, request, carried, &plain)?,
         rivals_m,
         model_bound: model_bound(model, request, &same)?,
+        planned: carried.trace.clone(),
+        minimum_jerk: plain.trace,
     })
 }
 
@@ -145,8 +151,5 @@ fn equal_crest_s(
 fn model_bound<M: SurfaceModel>(model: &M, request: &Request, same: &Motion) -> Result<f64, Failure> {
     let sure = Request { confidence: 0.5, ..*request };
     let lowest = smoothest(model, &model.rest(), 0.0, &sure, same.duration_s)?;
-    let frames = lowest.frames.len();
-    let inputs = inputs_of(M::INPUT, 0.0, frames, |t| same.at(t));
-    let crests = model.forecast(&model.rest(), &inputs);
-    Ok(lowest.crest_m / crests.iter().map(crate::FrameForecast::crest_m).fold(0.0, f64::max))
+    Ok(lowest.crest_m / crest_m(&forecast_motion(model, &model.rest(), same)))
 }

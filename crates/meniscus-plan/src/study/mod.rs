@@ -3,9 +3,9 @@
 //! ```text
 //! simulator --profile + noise of the camera--> estimator --state--> planner (10 Hz) --acceleration--> simulator
 //! ```
-//! The crest that is judged is the simulator's: the highest point along the wall until 0.6 s after arrival. The same glass then
-//! makes the motion of minimum jerk and the other rivals in the same time, and the motion of minimum jerk in the time in which its
-//! crest is that of the plan. Each motion starts from the same settled liquid.
+//! The crest that is judged is the simulator's: the highest point along the wall until 0.4 s after arrival. The same glass then
+//! makes the motion of minimum jerk in the same time, and in the time in which its crest is that of the plan. Each motion starts
+//! from the same settled liquid. The other rivals are forecast by the model that planned.
 //!
 //! | module | purpose |
 //! |---|---|
@@ -25,9 +25,9 @@ mod report;
 mod run;
 
 pub use camera::Camera;
-pub use carry::{Bench, Carried, Failure, carry_planned, carry_rival};
+pub use carry::{Bench, Carried, Failure, Trace, carry_planned, carry_rival};
 pub use draw::{Move, StudyLiquid, moves};
 pub use judge::Outcome;
 pub use picture::{move_png, study_png};
 pub use report::{checks, report};
-pub use run::{Progress, StudyOptions, read, run};
+pub use run::{Progress, StudyError, StudyOptions, read, run};

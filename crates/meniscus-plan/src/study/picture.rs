@@ -1,6 +1,6 @@
 //! Pictures: one move planned and by minimum jerk, and all moves of a study.
 
-use super::carry::Carried;
+use super::carry::Trace;
 use super::draw::StudyLiquid;
 use super::judge::Outcome;
 use meniscus::units::FRAME_INTERVAL_S;
@@ -22,7 +22,7 @@ type Curve<'a> = (&'a str, Vec<f64>, RGBColor);
 pub fn move_png(
     title: &str,
     limit_m: f64,
-    carried: &[(&str, &Carried)],
+    traces: &[(&str, &Trace)],
     path: &Path,
 ) -> Result<(), PictureError> {
     prepare_font();
@@ -30,8 +30,8 @@ pub fn move_png(
     area.fill(&WHITE)?;
     let (upper, lower) = area.titled(title, (FONT, 22))?.split_vertically(320);
     let colours = [BLUE, ORANGE, GREY];
-    let of = |values: &dyn Fn(&Carried) -> Vec<f64>| -> Vec<Curve<'_>> {
-        carried.iter().zip(colours).map(|((name, one), colour)| (*name, values(one), colour)).collect()
+    let of = |values: &dyn Fn(&Trace) -> Vec<f64>| -> Vec<Curve<'_>> {
+        traces.iter().zip(colours).map(|((name, one), colour)| (*name, values(one), colour)).collect()
     };
     curves(&upper, "", "place of the glass, mm", &of(&|one| scaled(&one.position_m)), None)?;
     let limit_mm = Some(1e3 * limit_m);
@@ -73,7 +73,12 @@ fn curves(
     }
     if let Some(limit) = limit {
         chart
-            .draw_series(DashedLineSeries::new([(0.0, limit), (end_s, limit)], 8, 6, VERMILION.stroke_width(2)))?
+            .draw_series(DashedLineSeries::new(
+                [(0.0, limit), (end_s, limit)],
+                8,
+                6,
+                VERMILION.stroke_width(2),
+            ))?
             .label("limit")
             .legend(|(x, y)| PathElement::new([(x, y), (x + 24, y)], VERMILION.stroke_width(2)));
     }
@@ -118,7 +123,8 @@ fn dots(
         .build_cartesian_2d(0.0..1.1 * longest, 0.0..1.25 * most)?;
     chart.configure_mesh().x_desc("travel time, s").y_desc(y).light_line_style(WHITE).draw()?;
     for (liquid, colour) in StudyLiquid::ALL.into_iter().zip([BLUE, ORANGE]) {
-        let points = outcomes.iter().filter(|one| one.of.liquid == liquid).map(|one| (one.arrival_s, of(one)));
+        let points =
+            outcomes.iter().filter(|one| one.of.liquid == liquid).map(|one| (one.arrival_s, of(one)));
         chart
             .draw_series(points.map(|point| Circle::new(point, 5, colour.filled())))?
             .label(liquid.name())

@@ -44,13 +44,21 @@ pub fn checks(outcomes: &[Outcome], planned: usize) -> Vec<Check> {
         Check::at_most("limit_broken_share", share(&all, broken), "1", BROKEN_TARGET),
         Check::at_most("solve_ms_p99", slowest, "ms", SOLVE_TARGET_MS),
         Check::exactly("moves_done", outcomes.len() as f64, "1", planned as f64),
-        Check::informational("crest_over_limit_median", middle(&all, |one| one.crest_m / one.of.request.limit_m), "1"),
+        Check::informational(
+            "crest_over_limit_median",
+            middle(&all, |one| one.crest_m / one.of.request.limit_m),
+            "1",
+        ),
         Check::informational(
             "crest_over_limit_largest",
             all.iter().map(|one| one.crest_m / one.of.request.limit_m).fold(f64::NAN, f64::max),
             "1",
         ),
-        Check::informational("lowest_crest_of_the_model_over_minimum_jerk", middle(&all, |one| one.model_bound), "1"),
+        Check::informational(
+            "lowest_crest_of_the_model_over_minimum_jerk",
+            middle(&all, |one| one.model_bound),
+            "1",
+        ),
         Check::informational("solve_ms_median", median(solves).unwrap_or(f64::NAN), "ms"),
         Check::informational("plans_unsolved", outcomes.iter().map(|one| one.unsolved as f64).sum(), "1"),
     ];
@@ -62,9 +70,11 @@ pub fn checks(outcomes: &[Outcome], planned: usize) -> Vec<Check> {
         checks.push(Check::informational(name("broken_share"), share(&of, broken), "1"));
     }
     for rival in rivals(outcomes) {
-        let of = |one: &Outcome| one.rivals_m.iter().find(|(name, _)| *name == rival).and_then(|(_, crest)| *crest);
-        let ratios = outcomes.iter().filter_map(|one| of(one).map(|crest| one.crest_m / crest));
-        let name = format!("crest_over_{}_at_equal_time", rival.replace(' ', "_"));
+        let of = |one: &Outcome| {
+            one.rivals_m.iter().find(|(name, _)| *name == rival).and_then(|(_, crest)| *crest)
+        };
+        let ratios = outcomes.iter().filter_map(|one| of(one).map(|crest| one.predicted_m[0] / crest));
+        let name = format!("forecast_crest_over_{}_at_equal_time", rival.replace(' ', "_"));
         checks.push(Check::informational(name, median(ratios).unwrap_or(f64::NAN), "1"));
     }
     checks
@@ -89,8 +99,15 @@ pub fn report(outcomes: &[Outcome], planned: usize, command: &str) -> Report {
     report.checks(&checks(outcomes, planned));
     let names = rivals(outcomes);
     let mut head = vec![
-        "liquid", "seed", "distance, m", "limit, mm", "time, s", "crest, mm", "predicted, mm",
-        "minimum jerk, mm", "its time at this crest, s",
+        "liquid",
+        "seed",
+        "distance, m",
+        "limit, mm",
+        "time, s",
+        "crest, mm",
+        "predicted, mm",
+        "minimum jerk, mm",
+        "its time at this crest, s",
     ];
     head.extend(names.iter().map(String::as_str));
     let mm = |m: f64| format!("{:.2}", 1e3 * m);
@@ -117,13 +134,14 @@ pub fn report(outcomes: &[Outcome], planned: usize, command: &str) -> Report {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::study::carry::Trace;
     use crate::study::draw::Move;
 
     fn outcome(seed: u64, crest_over_limit: f64) -> Outcome {
         let of = Move::new(StudyLiquid::Water, seed);
         let limit_m = of.request.limit_m;
         Outcome {
-            version: 1,
+            version: 2,
             of,
             planned_s: 0.9,
             arrival_s: 0.9,
@@ -135,6 +153,8 @@ mod tests {
             equal_crest_s: 1.2,
             rivals_m: vec![("trapezoid".into(), Some(1.5 * limit_m)), ("input shaping".into(), None)],
             model_bound: 0.7,
+            planned: Trace::default(),
+            minimum_jerk: Trace::default(),
         }
     }
 
@@ -150,8 +170,10 @@ mod tests {
         assert_eq!(of("limit_broken_share").value, Some(0.5));
         assert_eq!(of("time_over_minimum_jerk_at_equal_crest").value, Some(0.75));
         assert!(of("solve_ms_p99").missed());
-        assert!((of("crest_over_trapezoid_at_equal_time").value.expect("a value") - 2.0 / 3.0).abs() < 1e-9);
-        assert!(of("crest_over_input_shaping_at_equal_time").value.is_none());
+        assert!(
+            (of("forecast_crest_over_trapezoid_at_equal_time").value.expect("a value") - 0.6).abs() < 1e-9
+        );
+        assert!(of("forecast_crest_over_input_shaping_at_equal_time").value.is_none());
     }
 
     #[test]

@@ -3,14 +3,14 @@
 use super::carry::{Bench, Failure};
 use super::draw::{Move, StudyLiquid, moves};
 use super::judge::{Outcome, Planners, VERSION, judge};
-use crate::models::{LearnedModel, Pendulum, ReducedLiquid, SurfaceModel};
+use crate::models::{LearnedModel, ReducedLiquid};
 use meniscus::blob::Model;
-use meniscus_data::scene_file::GLASS;
 use meniscus_data::effects::Effects;
+use meniscus_data::scene_file::GLASS;
 use meniscus_platform::files::write_whole;
 use meniscus_sph::{Setup, WatchedGlass};
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 /// Spacing of the particles, m.
 const SPACING_M: f64 = 0.005;
@@ -55,7 +55,11 @@ fn file(folder: &Path, of: &Move) -> PathBuf {
     folder.join(format!("{}.json", of.name()))
 }
 
-/// Carries out what is missing of the moves of `options` with the learned model `glycerine`, until `stop` is raised.
+/// Why a study ended.
+pub type StudyError = Box<dyn std::error::Error + Send + Sync>;
+
+/// Carries out what is missing of the moves of `options` with the learned model `glycerine`, one move a processor, until `stop` is
+/// raised.
 ///
 /// # Errors
 /// When a glass does not settle or a file cannot be written. A move that fails is told to `progress` and left out.
@@ -63,62 +67,88 @@ pub fn run(
     options: &StudyOptions,
     glycerine: &Model<'_>,
     stop: &AtomicBool,
-    mut progress: impl FnMut(Progress<'_>),
-) -> Result<(), Box<dyn std::error::Error + Send + Sync>> {
+    progress: impl Fn(Progress<'_>) + Sync,
+) -> Result<(), StudyError> {
     let all = moves(options.count, options.first_seed);
+    let missing: Vec<&Move> = all.iter().filter(|one| outcome(&options.folder, one).is_none()).collect();
+    if missing.is_empty() || stop.load(Ordering::Relaxed) {
+        return Ok(());
+    }
     let learned = LearnedModel::new(glycerine);
-    let [thick, thin] = StudyLiquid::ALL.map(|liquid| {
-        liquid.load().map(|liquid| ReducedLiquid::new(&GLASS, &liquid))
-    });
+    let [thick, thin] =
+        StudyLiquid::ALL.map(|liquid| liquid.load().map(|liquid| ReducedLiquid::new(&GLASS, &liquid)));
     let (Some(thick), Some(water)) = (thick?, thin?) else {
         return Err("the glass of the study is no cylinder".into());
     };
-    let first_mode = |liquid: &ReducedLiquid| {
-        let (frequency, damping) = liquid.first_mode();
-        Pendulum { frequency, damping, radius_m: GLASS.radius_m, room_m: liquid.room_m() }
-    };
-    let first_modes = [first_mode(&thick), first_mode(&water)];
+    let first_modes = [thick.first_mode(), water.first_mode()];
     let planners = Planners { glycerine: &learned, water: &water, first_modes };
-    let mut done = all.iter().filter(|one| outcome(&options.folder, one).is_some()).count();
+    let mut settled = Vec::new();
     for liquid in StudyLiquid::ALL {
-        let missing: Vec<&Move> = all
-            .iter()
-            .filter(|one| one.liquid == liquid && outcome(&options.folder, one).is_none())
-            .collect();
-        if missing.is_empty() || stop.load(Ordering::Relaxed) {
-            continue;
-        }
         progress(Progress::Settling(liquid.name()));
-        let setup = Setup {
-            glass: GLASS,
-            liquid: liquid.load()?,
-            spacing_m: SPACING_M,
-            seed: 0,
-            no_slip: true,
-            effects: Effects::default(),
-            step_s: None,
-        };
-        let glass = match WatchedGlass::new(&setup, stop) {
-            Ok(glass) => glass,
-            Err(meniscus_sph::Error::Stopped) => return Ok(()),
-            Err(error) => return Err(Box::new(Failure::from(error))),
-        };
-        let bench = Bench { glass: &glass, fill_m: GLASS.fill_m, stop };
-        for one in missing {
-            progress(Progress::Done(done, all.len()));
-            match judge(&planners, bench, one) {
-                Ok(outcome) => {
-                    let text = serde_json::to_string_pretty(&outcome)?;
-                    write_whole(&file(&options.folder, one), text.as_bytes())?;
-                    done += 1;
-                }
-                Err(Failure::Simulation(meniscus_sph::Error::Stopped)) => return Ok(()),
-                Err(failure) => progress(Progress::Failed(one, &failure)),
-            }
-        }
+        let Some(glass) = settle(liquid, stop)? else { return Ok(()) };
+        settled.push(glass);
     }
-    progress(Progress::Done(done, all.len()));
-    Ok(())
+    let done = AtomicUsize::new(all.len() - missing.len());
+    progress(Progress::Done(done.load(Ordering::Relaxed), all.len()));
+    let one = |of: &Move| -> Result<(), StudyError> {
+        let glass = &settled[usize::from(of.liquid == StudyLiquid::Water)];
+        match judge(&planners, Bench { glass, fill_m: GLASS.fill_m, stop }, of) {
+            Ok(outcome) => {
+                let text = serde_json::to_string_pretty(&outcome)?;
+                write_whole(&file(&options.folder, of), text.as_bytes())?;
+                progress(Progress::Done(1 + done.fetch_add(1, Ordering::Relaxed), all.len()));
+            }
+            Err(Failure::Simulation(meniscus_sph::Error::Stopped)) => {}
+            Err(failure) => progress(Progress::Failed(of, &failure)),
+        }
+        Ok(())
+    };
+    each(&missing, stop, one)
+}
+
+/// Does `one` for every move, one move a processor. A simulation inside has one thread: its own threads would wait for each other.
+fn each(
+    missing: &[&Move],
+    stop: &AtomicBool,
+    one: impl Fn(&Move) -> Result<(), StudyError> + Sync,
+) -> Result<(), StudyError> {
+    let next = AtomicUsize::new(0);
+    let worker = || -> Result<(), StudyError> {
+        let alone = rayon::ThreadPoolBuilder::new().num_threads(1).build()?;
+        while let Some(of) = missing.get(next.fetch_add(1, Ordering::Relaxed)) {
+            if stop.load(Ordering::Relaxed) {
+                break;
+            }
+            alone.install(|| one(of))?;
+        }
+        Ok(())
+    };
+    let workers = std::thread::available_parallelism().map_or(1, usize::from).min(missing.len());
+    std::thread::scope(|scope| {
+        let all: Vec<_> = (0..workers).map(|_| scope.spawn(worker)).collect();
+        let joined = |handle: std::thread::ScopedJoinHandle<'_, Result<(), StudyError>>| {
+            handle.join().unwrap_or_else(|_| Err("a move of the study panicked".into()))
+        };
+        all.into_iter().map(joined).collect()
+    })
+}
+
+/// Settles the glass of the study with `liquid`; `None` where it was stopped.
+fn settle(liquid: StudyLiquid, stop: &AtomicBool) -> Result<Option<WatchedGlass>, StudyError> {
+    let setup = Setup {
+        glass: GLASS,
+        liquid: liquid.load()?,
+        spacing_m: SPACING_M,
+        seed: 0,
+        no_slip: true,
+        effects: Effects::default(),
+        step_s: None,
+    };
+    match WatchedGlass::new(&setup, stop) {
+        Ok(glass) => Ok(Some(glass)),
+        Err(meniscus_sph::Error::Stopped) => Ok(None),
+        Err(error) => Err(Box::new(Failure::from(error))),
+    }
 }
 
 #[cfg(test)]
