@@ -12,7 +12,7 @@ const TAIL_FRAMES: usize = 30;
 /// Halvings in the search for the time of an equal crest.
 const HALVINGS: usize = 24;
 
-/// The motion of minimum jerk over the way of a plan.
+/// The motion of minimum jerk over the distance of a plan.
 #[derive(Clone, Debug)]
 pub struct MinimumJerk {
     /// In the same time.

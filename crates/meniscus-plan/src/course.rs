@@ -7,10 +7,10 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Place, speed and acceleration of a glass along x.
+/// Position, speed and acceleration of a glass along x.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct GlassState {
-    /// Place, m.
+    /// Position, m.
     pub position_m: f64,
     /// Speed, m/s.
     pub speed_m_s: f64,
@@ -37,7 +37,7 @@ impl GlassState {
     }
 }
 
-/// Parts of place, speed and acceleration for one jerk of unity between two knots.
+/// Parts of position, speed and acceleration for one jerk of unity between two knots.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Basis {
     pub(crate) position: f64,

@@ -26,7 +26,7 @@ const SMOOTHNESS: f64 = 1e-3;
 /// Rows that fix the end.
 const END_ROWS: usize = 3;
 
-/// What the linear response lacks, and the half-widths, frame by frame; the last one holds on.
+/// Difference of the forecast from the linear response, and half-widths, frame by frame; the last one holds on.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Correction {
     /// d of both ends, m.

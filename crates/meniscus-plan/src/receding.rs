@@ -1,7 +1,7 @@
-//! Planning again from a measured state, while the glass is under way.
+//! Planning again from a measured state, while the glass is in progress.
 //!
 //! A state that is measured in frame n takes effect in frame n + 2: until then the robot follows the motion that it has. From
-//! there on the rest of the way is planned anew.
+//! there on the rest of the move is planned anew.
 
 use crate::PlanError;
 use crate::course::{Course, GlassState};
@@ -17,10 +17,10 @@ pub const LEAD_FRAMES: usize = 2;
 /// Frames between two plans: 10 Hz.
 pub const PERIOD_FRAMES: usize = 6;
 
-/// Rest of the way that is not planned anew, s.
+/// Rest of the move that is not planned anew, s.
 const LAST_S: f64 = 0.15;
 
-/// Distance from the goal below which the way is not planned anew, m.
+/// Distance from the goal below which the move is not planned anew, m.
 const NEAR_M: f64 = 0.002;
 
 /// A motion in the making: the parts of the courses that are carried out.
@@ -74,7 +74,7 @@ impl<'a, M: SurfaceModel> Receding<'a, M> {
         inputs_of(M::INPUT, before_m, 1, |time_s| self.at(start_s + time_s))[0]
     }
 
-    /// Plans the rest of the way from the liquid `measured` in frame `frame`. Returns the plan, or `None` where the rest of the way
+    /// Plans the rest of the move from the liquid `measured` in frame `frame`. Returns the plan, or `None` where the rest of the move
     /// is too short.
     ///
     /// # Errors

@@ -1,4 +1,4 @@
-//! What is planned: the distance, the limits and the confidence.
+//! A request: the distance, the limits and the confidence.
 
 use crate::PlanError;
 use serde::{Deserialize, Serialize};
@@ -44,7 +44,7 @@ impl Limits {
     pub fn shortest_s(&self, distance_m: f64) -> f64 {
         let Self { speed_m_s: v, acceleration_m_s2: a, jerk_m_s3: j } = *self;
         let distance = distance_m.abs();
-        // Time and way to reach a speed from rest, and the greatest speed of the way.
+        // Time and distance to reach a speed from rest, and the greatest speed on it.
         let rise = |speed: f64| if speed * j >= a * a { speed / a + a / j } else { 2.0 * (speed / j).sqrt() };
         if speed_distance(v, rise(v)) <= distance {
             return distance / v + rise(v);
@@ -58,7 +58,7 @@ impl Limits {
     }
 }
 
-/// Way of a move that reaches `speed` in `rise_s` and brakes at once, m.
+/// Distance of a move that reaches `speed` in `rise_s` and brakes at once, m.
 fn speed_distance(speed: f64, rise_s: f64) -> f64 {
     speed * rise_s
 }
@@ -66,7 +66,7 @@ fn speed_distance(speed: f64, rise_s: f64) -> f64 {
 /// A move from rest to rest along x, and what it must keep.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Request {
-    /// Place of the glass at the end, m.
+    /// Position of the glass at the end, m.
     pub to_m: f64,
     /// Limits of the robot.
     pub limits: Limits,
@@ -92,8 +92,8 @@ impl Request {
                 Err(PlanError::Range { name, value, unit, allowed })
             }
         };
-        range("the place of departure", from_m, "m", [-10.0, 10.0])?;
-        range("the place of arrival", self.to_m, "m", [-10.0, 10.0])?;
+        range("the start", from_m, "m", [-10.0, 10.0])?;
+        range("the goal", self.to_m, "m", [-10.0, 10.0])?;
         range("the distance", (self.to_m - from_m).abs(), "m", [0.001, 5.0])?;
         range("the limit of the crest", 1e3 * self.limit_m, "mm", [0.1, 100.0])?;
         range("the confidence", self.confidence, "", [0.5, 0.999])?;
@@ -141,7 +141,7 @@ mod tests {
     fn absurd_requests_are_refused_with_their_value() {
         let cases = [
             (Request { to_m: 0.0, ..REQUEST }, "distance = 0 m"),
-            (Request { to_m: f64::NAN, ..REQUEST }, "arrival = NaN m"),
+            (Request { to_m: f64::NAN, ..REQUEST }, "goal = NaN m"),
             (Request { limit_m: -0.001, ..REQUEST }, "crest = -1 mm"),
             (Request { confidence: 1.0, ..REQUEST }, "confidence = 1"),
             (Request { residual_m: Some(0.02), ..REQUEST }, "arrival = 20 mm"),

@@ -46,7 +46,7 @@ impl Response {
 pub(crate) struct Departure {
     /// Now.
     pub(crate) glass: GlassState,
-    /// Place one frame ago, m.
+    /// Position one frame ago, m.
     pub(crate) before_m: f64,
 }
 

@@ -35,7 +35,7 @@ enum Kind {
 }
 
 impl Motion {
-    /// The glass at `time_s`. Speed and acceleration are differences of the places over 20 us and 0.2 ms.
+    /// The glass at `time_s`. Speed and acceleration are differences of the position over 20 us and 0.2 ms.
     #[must_use]
     pub fn at(&self, time_s: f64) -> GlassState {
         if let Kind::Planned(course) = &self.kind {

@@ -209,7 +209,7 @@ impl<M: SurfaceModel> Search<'_, M> {
         Ok(None)
     }
 
-    /// One search of few programs from a motion that is under way, verified once.
+    /// One search of few programs from a motion that is in progress, verified once.
     pub(crate) fn renewed(&mut self, under_way: &Course) -> Result<Plan, PlanError> {
         let (kept, correction) = self.examine(under_way);
         let remaining_s = under_way.duration_s();

@@ -17,7 +17,7 @@ impl<M: SurfaceModel> Search<'_, M> {
         self.correction(&quiet, &vec![[0.0; 2]; frames])
     }
 
-    /// What `linear` lacks of the forecast `frames`.
+    /// Difference of the forecast `frames` from `linear`, with the half-widths.
     fn correction(&self, frames: &[FrameForecast], linear: &[[f64; 2]]) -> Correction {
         let widening = self.request.widening();
         let lacks = |(frame, linear): (&FrameForecast, &[f64; 2])| {

@@ -47,6 +47,6 @@ fn the_predicted_crest_comes_true_in_the_simulator() {
     assert!(carried.crest_m <= request.limit_m);
     assert!((carried.crest_m - predicted.crest_m).abs() <= 1.5 * predicted.half_width_m);
     assert!(carried.crest_m < 0.85 * plain.crest_m);
-    let end_m = carried.trace.position_m.last().expect("a place");
+    let end_m = carried.trace.position_m.last().expect("a position");
     assert!((end_m - 0.15).abs() < 1e-5);
 }

@@ -49,10 +49,10 @@ enum Verb {
 // No documentation here: clap would take it for that of the verb.
 #[derive(clap::Args)]
 struct Wanted {
-    /// Place of departure along x, m.
+    /// Position of the start along x, m.
     #[arg(long, default_value_t = 0.0, value_name = "M", help_heading = "Move")]
     from: f64,
-    /// Place of arrival along x, m.
+    /// Position of the goal along x, m.
     #[arg(long, value_name = "M", required = true, help_heading = "Move")]
     to: Option<f64>,
     /// Highest that the surface may stand over the liquid at rest, mm.
@@ -61,7 +61,7 @@ struct Wanted {
     /// Chance that the crest stays below the limit, 0.5 to 0.999.
     #[arg(long, default_value_t = 0.95, help_heading = "Move")]
     confidence: f64,
-    /// Highest that the surface may stand after arrival, mm [default: the limit].
+    /// Highest point after arrival, mm [default: the limit].
     #[arg(long, value_name = "MM", help_heading = "Move")]
     residual_mm: Option<f64>,
     /// Largest speed, m/s.
@@ -131,7 +131,7 @@ fn make(wanted: &Wanted) -> anyhow::Result<()> {
 /// The request that the arguments make, checked.
 fn request(wanted: &Wanted) -> anyhow::Result<Request> {
     let (Some(to_m), Some(limit_mm)) = (wanted.to, wanted.limit_mm) else {
-        bail!("give the place of arrival with --to and the limit of the crest with --limit-mm")
+        bail!("give the goal with --to and the limit of the crest with --limit-mm")
     };
     let request = Request {
         to_m,

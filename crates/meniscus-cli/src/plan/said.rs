@@ -1,4 +1,4 @@
-//! What `meniscus plan` prints.
+//! Text and JSON of `meniscus plan`.
 
 use meniscus_plan::{MinimumJerk, Plan, Request};
 use meniscus_report::checks::Check;

@@ -16,11 +16,11 @@ use std::sync::atomic::Ordering;
 
 /// Carry out random planned moves in the simulator and compare crests.
 ///
-/// Glycerine is planned by the learned model, water by the reduced model. The simulator moves the glass as the plan says; the
-/// estimator sees its surface with the noise of the camera, and the rest of the way is planned anew ten times a second. Crests are
-/// those of the simulator. The same glass then makes the rivals' motions.
+/// Glycerine is planned by the learned model, water by the reduced model. The simulator moves the glass as the plan says. The
+/// estimator sees its surface with the noise of the camera, and ten times a second the rest of the move is planned anew. Crests are
+/// those of the simulator, and minimum jerk goes the same distance beside it.
 ///
-/// A move takes about two minutes of processor time. Each is kept in --out when it is done, and the same command continues. Ctrl-C
+/// A move takes about 40 s of processor time. Each is kept in --out when it is done, and the same command continues. Ctrl-C
 /// writes the page of what is done, which says that it is partial.
 #[derive(clap::Args)]
 #[command(
@@ -61,7 +61,11 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         simulate(arguments, &options)?;
     }
     let outcomes = read(&options);
-    ensure!(!outcomes.is_empty(), "no move was carried out: {} holds none", options.folder.display());
+    ensure!(
+        !outcomes.is_empty(),
+        "no move is done yet: {} holds none; the same command continues",
+        options.folder.display()
+    );
     let command =
         format!("meniscus plan study --moves {} --first-seed {}", arguments.moves, arguments.first_seed);
     let mut report = report(&outcomes, arguments.moves, &command);
@@ -121,7 +125,7 @@ fn simulate(arguments: &Arguments, options: &StudyOptions) -> anyhow::Result<()>
     bar.finish_and_clear();
     finish_partial();
     if stop.load(Ordering::Relaxed) {
-        eprintln!("interrupted: the page holds what is done; the same command continues");
+        eprintln!("interrupted: the moves that are done are kept");
     }
     Ok(())
 }

@@ -38,7 +38,7 @@ mod tests {
     use meniscus_data::motion::Motion;
     use meniscus_plan::GlassState;
 
-    /// The reader of motions finds the place and the acceleration of the course.
+    /// The reader of motions finds the position and the acceleration of the course.
     #[test]
     fn the_table_is_a_motion() {
         let path = std::env::temp_dir().join(format!("meniscus-plan-{}.csv", std::process::id()));

@@ -13,7 +13,7 @@ pub use reduced_filter::ReducedWatcher;
 use crate::wall::WALL;
 use meniscus::surface::SurfaceProfile;
 
-/// What a model takes from the positions of a frame.
+/// Input that a model takes from the positions of a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FrameInput {
     /// Second difference of the positions of this frame and the two before, over the interval squared.
@@ -50,7 +50,7 @@ pub trait SurfaceModel {
     /// State of the liquid, with its error.
     type State: Clone;
 
-    /// What its input is.
+    /// Kind of its input.
     const INPUT: FrameInput;
 
     /// Returns the liquid at rest.

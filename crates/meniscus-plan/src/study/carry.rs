@@ -57,7 +57,7 @@ impl From<meniscus_sph::Error> for Failure {
 /// Glass and surface, frame by frame.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Trace {
-    /// Place of the glass, m.
+    /// Position of the glass, m.
     pub position_m: Vec<f64>,
     /// Highest point along the wall over the liquid at rest, m.
     pub highest_m: Vec<f64>,
@@ -72,9 +72,9 @@ pub struct Carried {
     pub crest_m: f64,
     /// Glass and surface.
     pub trace: Trace,
-    /// Time that each plan on the way took, ms.
+    /// Time that each plan during the move took, ms.
     pub solve_ms: Vec<f64>,
-    /// Plans on the way that the solver did not give.
+    /// Plans during the move that the solver did not give.
     pub unsolved: usize,
 }
 

@@ -48,7 +48,7 @@ pub struct Move {
     pub liquid: StudyLiquid,
     /// Seed of the draw and of the camera's noise.
     pub seed: u64,
-    /// What is planned, from 0 m.
+    /// The move itself, from 0 m.
     pub request: Request,
 }
 

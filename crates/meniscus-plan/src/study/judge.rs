@@ -34,9 +34,9 @@ pub struct Outcome {
     pub predicted_m: [f64; 2],
     /// Crest by the simulator, m.
     pub crest_m: f64,
-    /// Time of each plan on the way, ms.
+    /// Time of each plan during the move, ms.
     pub solve_ms: Vec<f64>,
-    /// Plans on the way that the solver did not give.
+    /// Plans during the move that the solver did not give.
     pub unsolved: usize,
     /// Crest of the motion of minimum jerk in the same time, by the simulator, m.
     pub minimum_jerk_m: f64,

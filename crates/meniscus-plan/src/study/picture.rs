@@ -33,7 +33,7 @@ pub fn move_png(
     let of = |values: &dyn Fn(&Trace) -> Vec<f64>| -> Vec<Curve<'_>> {
         traces.iter().zip(colours).map(|((name, one), colour)| (*name, values(one), colour)).collect()
     };
-    curves(&upper, "", "place of the glass, mm", &of(&|one| scaled(&one.position_m)), None)?;
+    curves(&upper, "", "position of the glass, mm", &of(&|one| scaled(&one.position_m)), None)?;
     let limit_mm = Some(1e3 * limit_m);
     curves(&lower, "time, s", "highest point over rest, mm", &of(&|one| scaled(&one.highest_m)), limit_mm)?;
     area.present()?;

@@ -15,7 +15,7 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 /// Spacing of the particles, m.
 const SPACING_M: f64 = 0.005;
 
-/// What a study runs.
+/// Moves of a study, and their folder.
 #[derive(Clone, Debug)]
 pub struct StudyOptions {
     /// Moves.
@@ -62,7 +62,7 @@ pub type StudyError = Box<dyn std::error::Error + Send + Sync>;
 /// raised.
 ///
 /// # Errors
-/// When a glass does not settle or a file cannot be written. A move that fails is told to `progress` and left out.
+/// When a glass does not settle or a file cannot be written. A move that fails is reported to `progress` and left out.
 pub fn run(
     options: &StudyOptions,
     glycerine: &Model<'_>,
@@ -129,7 +129,7 @@ fn each(
         let joined = |handle: std::thread::ScopedJoinHandle<'_, Result<(), StudyError>>| {
             handle.join().unwrap_or_else(|_| Err("a move of the study panicked".into()))
         };
-        all.into_iter().map(joined).collect()
+        all.into_iter().try_for_each(joined)
     })
 }
 
