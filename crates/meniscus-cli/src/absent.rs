@@ -61,8 +61,8 @@ macro_rules! studying {
 pub(crate) use learning_verbs::{correct, evaluate, generic, learn, train};
 #[cfg(not(feature = "studies"))]
 pub(crate) use studying_verbs::{
-    bench, camera, deadline, discover, export, insert, people, quantize, recognise, record, render, setup,
-    simulate, sweep,
+    bench, camera, deadline, discover, export, insert, people, plan, quantize, recognise, record, render,
+    setup, simulate, sweep,
 };
 
 #[cfg(not(feature = "train"))]
@@ -84,6 +84,7 @@ mod studying_verbs {
     studying!(camera, "Study the surface reader and the camera's faults");
     studying!(record, "Record a camera's images, or convert a recording");
     studying!(people, "Study viewers, identification and the first start");
+    studying!(plan, "Plan the fastest motion of a glass whose crest stays below a limit");
     studying!(render, "Draw a recording as a film: camera, estimate, truth and error");
     studying!(export, "Export a recording to VTK files, for ParaView, PyVista or VisIt");
     studying!(insert, "Insert effects into a model: differences from the trained liquid");

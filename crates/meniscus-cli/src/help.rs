@@ -5,11 +5,12 @@ use clap::builder::Resettable;
 use std::fmt::Write;
 
 /// Groups of the verbs, in the order in which `meniscus --help` shows them.
-const GROUPS: [(&str, &[&str]); 6] = [
+const GROUPS: [(&str, &[&str]); 7] = [
     ("Start here", &["run", "doctor"]),
     ("Your camera", &["setup", "record", "dump"]),
     ("Your liquid", &["learn", "simulate", "train", "correct", "recognise", "insert"]),
     ("Your data", &["discover", "render", "export", "generic"]),
+    ("Your robot", &["plan"]),
     ("Your board", &["flash", "service", "quantize"]),
     ("Studies", &["evaluate", "sweep", "bench", "deadline", "camera", "people"]),
 ];

@@ -45,6 +45,8 @@ mod options_file;
 mod outputs;
 #[cfg(feature = "studies")]
 mod people;
+#[cfg(feature = "studies")]
+mod plan;
 mod profile;
 #[cfg(feature = "studies")]
 mod quantize;
@@ -68,8 +70,8 @@ mod sweep;
 mod train;
 #[cfg(not(feature = "studies"))]
 use absent::{
-    bench, camera, deadline, discover, export, insert, people, quantize, recognise, record, render, setup,
-    simulate, sweep,
+    bench, camera, deadline, discover, export, insert, people, plan, quantize, recognise, record, render,
+    setup, simulate, sweep,
 };
 #[cfg(not(feature = "train"))]
 use absent::{correct, evaluate, generic, learn, train};
@@ -90,6 +92,7 @@ struct Arguments {
 enum Command {
     Run(Box<run::Arguments>),
     Simulate(simulate::Arguments),
+    Plan(plan::Arguments),
     Learn(learn::Arguments),
     Train(train::Arguments),
     Correct(correct::Arguments),
@@ -174,6 +177,7 @@ pub fn main() -> ExitCode {
     let done = match arguments().command {
         Command::Run(arguments) => run::run(&arguments),
         Command::Simulate(arguments) => simulate::run(&arguments),
+        Command::Plan(arguments) => plan::run(&arguments),
         Command::Learn(arguments) => learn::run(&arguments),
         Command::Train(arguments) => train::run(&arguments),
         Command::Correct(arguments) => correct::run(&arguments),

@@ -83,7 +83,9 @@ pub mod validate;
 mod walls;
 
 pub use integration::{Spilled, closure, relative_closure};
-pub use output::{Observer, Particles, record, record_particles, record_surfaces, record_until};
+pub use output::{
+    Observer, Particles, WatchedGlass, record, record_particles, record_surfaces, record_until,
+};
 pub use settled::keep_settled_in;
 pub use setup::{Error, Setup};
 

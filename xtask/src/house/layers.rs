@@ -10,7 +10,7 @@ const LAYERS: &[&[&str]] = &[
     &["meniscus-numerics", "meniscus-platform", "meniscus-report", "meniscus-usb"],
     &["meniscus-bags", "meniscus-data", "meniscus-optim", "meniscus-service"],
     &["generic-systems", "meniscus-sph", "meniscus-ui", "meniscus-virtual"],
-    &["meniscus-score", "meniscus-timing"],
+    &["meniscus-plan", "meniscus-score", "meniscus-timing"],
     &["meniscus-discover", "meniscus-learn"],
     &["meniscus-relearn"],
     &["meniscus-cli", "meniscus-python"],

@@ -4,6 +4,8 @@ mod particles;
 mod record;
 mod surface;
 mod tracers;
+mod watched;
 
 pub use particles::Particles;
 pub use record::{Observer, record, record_particles, record_surfaces, record_until};
+pub use watched::WatchedGlass;

@@ -18,10 +18,10 @@ use std::collections::VecDeque;
 use std::sync::atomic::AtomicBool;
 
 /// Samples in a frame.
-const OVERSAMPLING: usize = 3;
+pub(super) const OVERSAMPLING: usize = 3;
 
 /// Taps of the filter on either side of the middle one.
-const HALF: usize = 13;
+pub(super) const HALF: usize = 13;
 
 /// Frequency at which the filter halves an amplitude, Hz.
 const CUTOFF_HZ: f64 = 20.0;
@@ -214,7 +214,7 @@ fn take(simulator: &Simulator, finder: &SurfaceFinder, lattice: Option<&Lattice>
 }
 
 /// Low-pass filter: `sin(2 pi fc t)/(pi t)` under a Hamming window, scaled to the sum 1.
-fn taps() -> [f64; 2 * HALF + 1] {
+pub(super) fn taps() -> [f64; 2 * HALF + 1] {
     let rate = OVERSAMPLING as f64 / FRAME_INTERVAL_S;
     let mut taps = std::array::from_fn(|k| {
         let n = k as f64 - HALF as f64;

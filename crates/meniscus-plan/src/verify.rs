@@ -1,0 +1,69 @@
+//! The forecast of a motion by the whole model: what the linear response lacks, and whether the limits of the surface are kept.
+
+use crate::course::Course;
+use crate::models::{FrameForecast, SurfaceModel};
+use crate::program::Correction;
+use crate::response::inputs_of;
+use crate::search::{Plan, Search, frames_of};
+use meniscus::units::FRAME_INTERVAL_S;
+
+/// Relative excess over the limit that a forecast may have.
+const EXCESS: f64 = 2e-3;
+
+impl<M: SurfaceModel> Search<'_, M> {
+    /// The liquid left to itself, of which the linear response knows nothing.
+    pub(crate) fn free(&self, frames: usize) -> Correction {
+        let quiet = self.model.forecast(self.from, &vec![0.0; frames]);
+        self.correction(&quiet, &vec![[0.0; 2]; frames])
+    }
+
+    /// Difference of the forecast `frames` from `linear`, with the half-widths.
+    fn correction(&self, frames: &[FrameForecast], linear: &[[f64; 2]]) -> Correction {
+        let widening = self.request.widening();
+        let lacks = |(frame, linear): (&FrameForecast, &[f64; 2])| {
+            // Second-order waves may put the highest point beside an end.
+            let [left, right] = frame.ends_m();
+            let (low, high) = frame.wall_m.split_at(frame.wall_m.len() / 2);
+            let most = |part: &[f64], end: f64| part.iter().copied().fold(end, f64::max);
+            [most(low, left) - linear[0], most(high, right) - linear[1]]
+        };
+        Correction {
+            offset_m: frames.iter().zip(linear).map(lacks).collect(),
+            half_m: frames.iter().map(|frame| widening * frame.half_width_m).collect(),
+        }
+    }
+
+    /// Forecasts `course` by the whole model; also returns what the linear response lacks there.
+    pub(crate) fn examine(&self, course: &Course) -> (Plan, Correction) {
+        let count = frames_of(course.duration_s());
+        let inputs = inputs_of(M::INPUT, self.departure.before_m, count, |t| course.at(t));
+        let frames = self.model.forecast(self.from, &inputs);
+        let correction = self.correction(&frames, &self.response.heights(&inputs));
+        let mut plan = Plan {
+            course: course.clone(),
+            frames: Vec::new(),
+            crest_m: f64::NEG_INFINITY,
+            half_width_m: 0.0,
+            bound_m: f64::NEG_INFINITY,
+            programs: self.programs,
+        };
+        for (frame, half) in frames.iter().zip(&correction.half_m) {
+            if frame.crest_m() > plan.crest_m {
+                (plan.crest_m, plan.half_width_m) = (frame.crest_m(), *half);
+            }
+            plan.bound_m = plan.bound_m.max(frame.crest_m() + half);
+        }
+        plan.frames = frames;
+        (plan, correction)
+    }
+
+    /// Whether the forecast of `plan` keeps the limits of the surface.
+    pub(crate) fn keeps(&self, plan: &Plan) -> bool {
+        let most = (1.0 + EXCESS) * self.request.limit_m;
+        let arrived = (plan.course.duration_s() / FRAME_INTERVAL_S) as usize;
+        let widening = self.request.widening();
+        let bound = |frame: &FrameForecast| frame.crest_m() + widening * frame.half_width_m;
+        let rest = self.request.residual_m.map_or(most, |residual_m| (1.0 + EXCESS) * residual_m);
+        plan.bound_m <= most && plan.frames.iter().skip(arrived).all(|frame| bound(frame) <= rest)
+    }
+}
