@@ -41,20 +41,14 @@ enum Verb {
 
 /// Write the manifest of a design.
 ///
-/// A design is a TOML file with the command, without `meniscus`, and the values of the words in braces; {out} is the folder
-/// of a part.
+/// A design is a TOML file. `command = "simulate --liquid {liquid} --out {out}/slosh.safetensors"` is the command, without
+/// `meniscus`; {out} is the folder of a part. A table [vary] has a list of values for each other name in braces, as
+/// `liquid = ["water", "honey"]`. Every combination is a part; tables [[part]] name the parts one by one instead. The command may be
+/// a list of words, for words with spaces.
 ///
-///   command = "simulate --liquid {liquid} --motion strokes:{seed} --out {out}/slosh.safetensors"
-///
-///   [vary]
-///   liquid = ["water", "honey"]
-///   seed = [1, 2, 3]
-///
-/// Every combination is a part. `[[part]]` tables name the parts one by one instead. The command may be a list of words, for
-/// words with spaces. Every part is checked as its command would check it. Files are named from the folder of the design, or
-/// with whole paths.
+/// Every part is checked as its command would check it. Files are named from the folder of the design, or with whole paths.
 #[derive(clap::Args)]
-#[command(verbatim_doc_comment, after_help = "Example:\n  meniscus sweep make design.toml --out viscosities")]
+#[command(after_help = "Example:\n  meniscus sweep make design.toml --out viscosities")]
 struct Make {
     /// Design, a TOML file.
     design: PathBuf,
