@@ -7,11 +7,12 @@ use criterion::{Criterion, criterion_group, criterion_main};
 use meniscus::blob::Model;
 use meniscus::latent::generic::{LATENTS, LatentState};
 use meniscus::latent::window::{FEATURES, WINDOW};
-use meniscus::runtime::{Estimator, Memory, TurnInput};
+use meniscus::runtime::{Estimator, LinearModel, Memory, ModalState, TurnInput};
 use meniscus::surface::{POINTS, SurfaceProfile};
 use meniscus::units::Micros;
 use meniscus_platform::clock::Monotonic;
 use meniscus_platform::files::AlignedBytes;
+use meniscus_service::controller::{HORIZON_MAX, SpillRisk};
 use std::hint::black_box;
 
 /// A profile that sloshes.
@@ -69,5 +70,34 @@ fn turn(criterion: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, turn);
+/// What the controller's thread does for a record with the longest plan, beside the turn of which it is (`docs/robots.md`).
+fn controller(criterion: &mut Criterion) {
+    let bytes = AlignedBytes::copy(meniscus_shipped::MODEL);
+    let model = Model::load(&bytes).expect("the shipped model");
+    let mut field = vec![0.0; model.field_len()];
+    let (estimator, mut memory, mut clock) = (Estimator::new(&model), Memory::default(), Monotonic::start());
+    for frame in 0..60 {
+        estimator.turn(&mut memory, TurnInput::tracked(&profile(frame)), &mut clock, &mut field);
+    }
+    let plan = [0.5; HORIZON_MAX];
+    let mut group = criterion.benchmark_group("controller");
+    group.bench_function("bound: profile to field, whole", |bencher| {
+        let (mut memory, mut frame) = (memory, 60);
+        bencher.iter(|| {
+            frame += 1;
+            estimator.turn(&mut memory, TurnInput::tracked(&profile(frame)), &mut clock, &mut field)
+        });
+    });
+    group
+        .bench_function("modal state", |bencher| bencher.iter(|| ModalState::of(&model, black_box(&memory))));
+    group.bench_function("linearised model", |bencher| {
+        bencher.iter(|| LinearModel::at(&model, black_box(&memory)))
+    });
+    group.bench_function("forecast of 120 turns with its risk", |bencher| {
+        bencher.iter(|| SpillRisk::within(&model, black_box(&memory), HORIZON_MAX, &plan, |_, _| ()));
+    });
+    group.finish();
+}
+
+criterion_group!(benches, turn, controller);
 criterion_main!(benches);

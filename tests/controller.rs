@@ -7,10 +7,8 @@ use meniscus::runtime::{Estimate, Forecast, InputSource, LinearModel, LinearStep
 use meniscus::surface::POINTS;
 use meniscus_data::recording::Recording;
 use meniscus_platform::files::AlignedBytes;
-use meniscus_service::controller::{HORIZON_MAX, SpillRisk};
 use meniscus_virtual::observe_recording::{perfect, turns_with};
 use std::path::Path;
-use std::time::Instant;
 
 /// 100 ms, turns.
 const AHEAD: usize = 6;
@@ -326,32 +324,4 @@ fn a_course_of_forecasts_is_each_forecast() {
         }
     });
     assert!(looked >= 60, "{looked}");
-}
-
-/// All that the controller's thread does for one record with the longest plan takes less than a frame interval.
-#[test]
-fn the_work_of_a_record_is_less_than_a_turn() {
-    let mut times_us = [const { Vec::new() }; 3];
-    tracked(|model, frame, memory, _, _, _| {
-        if frame % 12 != 0 {
-            return;
-        }
-        let plan = [0.5; HORIZON_MAX];
-        let mut begun = Instant::now();
-        let mut lap = || std::mem::replace(&mut begun, Instant::now()).elapsed().as_secs_f64() * 1e6;
-        let state = ModalState::of(model, memory);
-        times_us[0].push(lap());
-        let linear = LinearModel::at(model, memory);
-        times_us[1].push(lap());
-        let risk = SpillRisk::within(model, memory, HORIZON_MAX, &plan, |_, _| ());
-        times_us[2].push(lap());
-        assert!(state.across.is_some() && linear.dt_s > 0.0 && (0.0..=1.0).contains(&risk.probability));
-    });
-    // What else the machine does only adds to a time.
-    let least = times_us.map(|times| times.into_iter().fold(f64::INFINITY, f64::min));
-    println!(
-        "least us: modal state {:.0}, linearised model {:.0}, forecast of 120 turns {:.0}",
-        least[0], least[1], least[2]
-    );
-    assert!(least.iter().sum::<f64>() < 16_667.0, "{least:?}");
 }

@@ -63,7 +63,7 @@ fn memory_raises_the_frequency_and_the_decay() {
 
 #[test]
 fn an_inclined_glass_has_an_inclined_surface() {
-    hold("container_tilt", 3.0);
+    hold_at(FINER_M, "container_tilt", 3.0);
 }
 
 /// A short recording under `motion`.
