@@ -70,7 +70,7 @@ fn turn(criterion: &mut Criterion) {
     group.finish();
 }
 
-/// What the controller's thread does for a record with the longest plan, beside the turn of which it is (`docs/robots.md`).
+/// Parts of a controller's record with the longest plan, beside the turn of which it is (`docs/robots.md`).
 fn controller(criterion: &mut Criterion) {
     let bytes = AlignedBytes::copy(meniscus_shipped::MODEL);
     let model = Model::load(&bytes).expect("the shipped model");
@@ -82,7 +82,7 @@ fn controller(criterion: &mut Criterion) {
     let plan = [0.5; HORIZON_MAX];
     let mut group = criterion.benchmark_group("controller");
     group.bench_function("bound: profile to field, whole", |bencher| {
-        let (mut memory, mut frame) = (memory, 60);
+        let (mut memory, mut frame) = (memory.clone(), 60);
         bencher.iter(|| {
             frame += 1;
             estimator.turn(&mut memory, TurnInput::tracked(&profile(frame)), &mut clock, &mut field)
@@ -91,7 +91,7 @@ fn controller(criterion: &mut Criterion) {
     group
         .bench_function("modal state", |bencher| bencher.iter(|| ModalState::of(&model, black_box(&memory))));
     group.bench_function("linearised model", |bencher| {
-        bencher.iter(|| LinearModel::at(&model, black_box(&memory)))
+        bencher.iter(|| LinearModel::at(&model, black_box(&memory)));
     });
     group.bench_function("forecast of 120 turns with its risk", |bencher| {
         bencher.iter(|| SpillRisk::within(&model, black_box(&memory), HORIZON_MAX, &plan, |_, _| ()));

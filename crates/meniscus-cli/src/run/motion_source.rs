@@ -32,8 +32,7 @@ pub(super) struct MotionArguments {
     pub(super) motion: Option<String>,
     /// With --motion udp: latency of frames beyond that of samples, ms [default: 8].
     ///
-    /// A stamped sample has none, so that this is the least latency of frames. 8 is the simulated camera's; that of a D435 has not been
-    /// measured.
+    /// A stamped sample has none, so that this is the least latency of frames. 8 is the simulated camera's; nobody has measured a D435's.
     #[arg(long, value_name = "MS", help_heading = "Motion of the glass")]
     pub(super) motion_lag_ms: Option<f64>,
     /// With stamped samples: direction of the camera's x, the line of the model, in their axes.

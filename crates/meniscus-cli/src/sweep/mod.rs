@@ -78,6 +78,7 @@ struct Run {
 
 /// Say how many parts are done, running, failed and missing.
 #[derive(clap::Args)]
+#[command(after_help = "Example:\n  meniscus sweep status viscosities")]
 struct Status {
     /// Folder of the sweep.
     folder: PathBuf,
@@ -92,10 +93,13 @@ struct Status {
 /// same to the byte whoever ran the parts, if the command answers the same. Name checks that measure time under `leave_out` in
 /// the design: they differ from run to run.
 #[derive(clap::Args)]
+#[command(
+    after_help = "Examples:\n  meniscus sweep merge viscosities\n  meniscus sweep merge viscosities --partial --json"
+)]
 struct Merge {
     /// Folder of the sweep.
     folder: PathBuf,
-    /// Merge the parts that are done although others are not; the report says so.
+    /// Merge the parts that are done; the report names the others.
     #[arg(long, help_heading = "Method")]
     partial: bool,
     /// Print the report as one JSON object.

@@ -9,7 +9,7 @@
 //! interval: curvature of the misfit, scatter of the packings, errors of spacing and simulator    (meniscus_discover::sizing::interval)
 //! ```
 
-use super::fit::Identified;
+use super::identified::{BySimulation, Identified};
 use super::measured::MeasuredRecording;
 use super::viscosity::{Value, calibration};
 use crate::error::RelearnError;
@@ -28,7 +28,6 @@ use meniscus_discover::sizing::search::{Level, SizeSearch, Start};
 use meniscus_discover::sizing::simulations::Simulations;
 use meniscus_discover::sizing::store::SimulationStore;
 use meniscus_discover::sizing::workload::SimulationProgress;
-use serde::{Deserialize, Serialize};
 use std::path::Path;
 use std::sync::PoisonError;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -65,19 +64,6 @@ const MANY: f64 = 1e3;
 
 /// Seed of the first packing, which no recording of the simulator has by chance.
 const SEED: u64 = 907;
-
-/// Result of the simulations beside the liquid itself.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct BySimulation {
-    /// Viscosity by the reduced model alone, Pa s^n.
-    pub reduced_pa_sn: Value,
-    /// Viscosities or consistencies that were simulated with the finest particles, Pa s^n.
-    pub tried_pa_sn: Vec<f64>,
-    /// Spacing of the finest particles, m.
-    pub spacing_m: f64,
-    /// Simulated motions.
-    pub simulations: usize,
-}
 
 /// Means of the simulations.
 pub(crate) struct Simulating<'a> {

@@ -6,16 +6,17 @@
 
 mod by_simulation;
 mod fit;
+mod identified;
 mod measured;
 #[cfg(test)]
 mod tests;
 mod viscosity;
 
 pub use crate::law::Law;
-pub use by_simulation::BySimulation;
 pub(crate) use by_simulation::{Simulating, by_simulation};
+pub use fit::identify;
 pub(crate) use fit::stated;
-pub use fit::{Identified, identify};
+pub use identified::{BySimulation, Identified};
 pub use measured::MeasuredRecording;
 pub use viscosity::{Value, ViscosityFit, fit_viscosity};
 

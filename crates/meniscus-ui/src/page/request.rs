@@ -34,7 +34,7 @@ pub(super) enum Refusal {
     Origin,
     /// Too many viewers.
     Full,
-    /// Figures of a turn are asked for, and none came.
+    /// Figures of a turn are requested, and none came.
     NoTurn,
 }
 

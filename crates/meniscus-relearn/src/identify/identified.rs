@@ -1,0 +1,121 @@
+//! Identified liquid: numbers of its law of flow with their intervals, and the liquid file that they make.
+
+use super::viscosity::Value;
+use crate::law::Law;
+use crate::liquid_file::Sources;
+use crate::liquid_source::LiquidSource;
+use meniscus_data::effects::Effects;
+use meniscus_data::liquids::{Liquid, Rheology};
+use serde::{Deserialize, Serialize};
+
+/// Identified liquid.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Identified {
+    /// Law of flow that was taken.
+    pub law: Law,
+    /// Viscosity or consistency, Pa s^n.
+    pub consistency_pa_sn: Value,
+    /// Flow index, where the law has one.
+    pub index: Option<Value>,
+    /// Yield stress, Pa, where the law has one.
+    pub yield_stress_pa: Option<Value>,
+    /// Viscosity below which the liquid lies, Pa s, where the recordings and the simulator cannot tell more.
+    pub undetermined_below_pa_s: Option<f64>,
+    /// Whitened misfit of the fit.
+    pub misfit: f64,
+    /// Gain in the information criterion over a constant viscosity.
+    pub gain: f64,
+    /// Recordings that were fitted.
+    pub recordings: Vec<String>,
+    /// Simulations by which the numbers were found; none where the reduced model alone was fitted.
+    #[serde(default)]
+    pub by_simulation: Option<BySimulation>,
+}
+
+/// Result of the simulations beside the liquid itself.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct BySimulation {
+    /// Viscosity by the reduced model alone, Pa s^n.
+    pub reduced_pa_sn: Value,
+    /// Viscosities or consistencies that were simulated with the finest particles, Pa s^n.
+    pub tried_pa_sn: Vec<f64>,
+    /// Spacing of the finest particles, m.
+    pub spacing_m: f64,
+    /// Simulated motions.
+    pub simulations: usize,
+}
+
+impl Identified {
+    /// Returns the liquid of `source` with these numbers, and the source of each.
+    #[must_use]
+    pub fn liquid(&self, source: &LiquidSource) -> Option<(Liquid, Sources)> {
+        let LiquidSource::Identified { name, density_kg_m3, stated_viscosity_pa_s, .. } = source else {
+            return None;
+        };
+        let (model, about) = match self.by_simulation {
+            Some(_) => ("simulator", ""),
+            None => ("reduced model", "roughly "),
+        };
+        let from = format!("fit of the {model} to {}", self.recordings.join(", "));
+        let of =
+            |value: &Value| format!("{from}; {about}{:.4} to {:.4}", value.interval[0], value.interval[1]);
+        let mut viscosity = (self.consistency_pa_sn.best, of(&self.consistency_pa_sn));
+        if let Some(below) = self.undetermined_below_pa_s {
+            let undetermined = format!("{from}; undetermined, below {below:.4}");
+            viscosity = match stated_viscosity_pa_s.filter(|stated| *stated < below) {
+                Some(stated) => (stated, format!("as stated; {undetermined}")),
+                None => (viscosity.0, undetermined),
+            };
+        }
+        let rheology = match (self.index, self.yield_stress_pa) {
+            (None, None) => Rheology::newtonian(viscosity.0),
+            (index, stress) => Rheology {
+                consistency: viscosity.0,
+                index: index.map_or(1.0, |value| value.best),
+                yield_stress: stress.map_or(0.0, |value| value.best),
+                largest: Rheology::newtonian(viscosity.0).largest,
+            },
+        };
+        let liquid = Liquid {
+            name: name.clone(),
+            density_kg_m3: *density_kg_m3,
+            rheology,
+            effects: Effects::default(),
+        };
+        let absent = || String::from("not part of the law");
+        let sources = Sources {
+            density: "as stated".into(),
+            viscosity: viscosity.1,
+            index: self.index.as_ref().map_or_else(absent, of),
+            yield_stress: self.yield_stress_pa.as_ref().map_or_else(absent, of),
+        };
+        Some((liquid, sources))
+    }
+
+    /// Returns the result in a sentence.
+    #[must_use]
+    pub fn sentence(&self) -> String {
+        let about = if self.by_simulation.is_some() { "" } else { "roughly " };
+        let of = |value: &Value| {
+            format!("{:.4} ({about}{:.4} to {:.4})", value.best, value.interval[0], value.interval[1])
+        };
+        let mut text = match self.undetermined_below_pa_s {
+            Some(below) => format!(
+                "viscosity undetermined, below {below:.4} Pa s ({:.4} fits best, and is simulated unless a lower one is stated)",
+                self.consistency_pa_sn.best
+            ),
+            None if self.index.is_some() => format!("consistency {} Pa s^n", of(&self.consistency_pa_sn)),
+            None => format!("viscosity {} Pa s", of(&self.consistency_pa_sn)),
+        };
+        text += &self.index.as_ref().map_or(String::new(), |value| format!(", flow index {}", of(value)));
+        let stress = self.yield_stress_pa.as_ref();
+        text += &stress.map_or(String::new(), |value| format!(", yield stress {} Pa", of(value)));
+        if let Some(by) = &self.by_simulation {
+            text += &format!(
+                ", by {} simulations; the reduced model alone gives {:.4}",
+                by.simulations, by.reduced_pa_sn.best
+            );
+        }
+        text
+    }
+}
