@@ -54,7 +54,7 @@ install_x86() {
     [ -n "$json" ] || printf '%-22s %s\n' "$name" "$ok"
   }
   row package_installed within "$root" dpkg -i /tmp/meniscus.deb
-  row main_job_passes within "$root" runuser -u meniscus -- meniscus run --patient --check
+  row main_job_passes within "$root" runuser -u meniscus -- meniscus run --patient --check --out /tmp/run
   row service_would_run within "$root" meniscus service check
   row package_upgraded within "$root" dpkg -i /tmp/meniscus.deb
   row package_purged within "$root" dpkg -P meniscus
@@ -65,7 +65,8 @@ install_x86() {
   local container=$at/container
   mkdir -p "$container"
   cp "$target/$native_triple/release/meniscus" "$container/meniscus"
-  row container_main_job chroot --userspec=65534:65534 "$container" /meniscus run --patient --check
+  install -d -o 65534 -g 65534 "$container/work"
+  row container_main_job chroot --userspec=65534:65534 "$container" /meniscus run --patient --check --out /work/run
   rm -rf "$root" "$container"
   if [ -n "$json" ]; then
     echo "{\"command\": \"hil/run install\", \"wall_s\": $((SECONDS - begun)), \"checks\": [$rows]}"
