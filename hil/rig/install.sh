@@ -65,8 +65,8 @@ install_x86() {
   local container=$at/container
   mkdir -p "$container"
   cp "$target/$native_triple/release/meniscus" "$container/meniscus"
-  install -d -o 65534 -g 65534 "$container/work"
-  row container_main_job chroot --userspec=65534:65534 "$container" /meniscus run --patient --check --out /work/run
+  install -d -o 65534 -g 65534 "$container/reports"
+  row container_main_job chroot --userspec=65534:65534 "$container" /meniscus run --patient --check --out /reports/run
   rm -rf "$root" "$container"
   if [ -n "$json" ]; then
     echo "{\"command\": \"hil/run install\", \"wall_s\": $((SECONDS - begun)), \"checks\": [$rows]}"

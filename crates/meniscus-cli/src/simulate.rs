@@ -28,8 +28,8 @@ use std::sync::{Arc, Mutex};
 /// scene files, in `meniscus insert` and in `meniscus discover`. --list shows liquids, motions and effects with units and ranges.
 /// A scene file holds glass, liquid, motion and effects together; the command line goes before it.
 ///
-/// At the spacing of 5 mm it takes 5 to 8 s of processor time for each second of slosh, a yield stress 10 s, mayonnaise 14 s. A
-/// new glass takes 8 s more to come to rest. It is kept in ~/.cache/meniscus for other liquids and motions. The first mode of
+/// At the spacing of 5 mm it takes 5 to 8 s of processor time for each second of slosh, a yield stress 11 s, mayonnaise 12 s. A
+/// new glass takes 5 s more to come to rest. It is kept in ~/.cache/meniscus for other liquids and motions. The first mode of
 /// glycerine has 2 % error in frequency and decay, that of water 1 %. The numerical viscosity is 2.7e-6 m2/s.
 #[derive(clap::Args)]
 #[command(

@@ -34,7 +34,7 @@ pub(crate) enum LiquidArgument<'py> {
 /// Simulates a moved glass of liquid and returns its recording. Other Python threads go on meanwhile; Ctrl-C ends it within a
 /// step.
 ///
-/// It takes 8 s of processor time to settle at 5 mm, and 5 to 8 s for each second of slosh. The result depends on nothing but the
+/// It takes 5 s of processor time to settle at 5 mm, and 5 to 8 s for each second of slosh. The result depends on nothing but the
 /// arguments: it is that of `meniscus simulate` to the bit, on any number of threads.
 ///
 /// Args:

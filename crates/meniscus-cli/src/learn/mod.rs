@@ -74,7 +74,7 @@ pub(crate) struct Arguments {
     spacing_mm: f64,
     /// Identify the liquid by the reduced model alone, in seconds.
     ///
-    /// It finds three quarters of glycerine's viscosity, and ten times water's. Without it the simulator is fitted.
+    /// It finds 0.6 to 0.75 of glycerine's viscosity, and ten times water's. Without it the simulator is fitted.
     #[arg(long, help_heading = "Method")]
     rough: bool,
     /// Scale of the motions, 0.01 to 1.2 [default: as strong as the liquid stays in the glass].

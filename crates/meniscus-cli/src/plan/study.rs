@@ -111,7 +111,7 @@ fn simulate(arguments: &Arguments, options: &StudyOptions) -> anyhow::Result<()>
         Model::load(&blob).with_context(|| format!("the model {} is refused", arguments.model.display()))?;
     let bar = if arguments.json { ProgressBar::hidden() } else { crate::bars::bar(arguments.moves as u64) };
     bar.set_style(crate::bars::style("{msg:24} {wide_bar} {pos}/{len} moves, {left}")?);
-    let told = |progress: Progress<'_>| match progress {
+    let show = |progress: Progress<'_>| match progress {
         Progress::Settling(liquid) => bar.set_message(format!("{liquid} settles")),
         Progress::Done(done, _) => {
             bar.set_message("moves");
@@ -121,7 +121,7 @@ fn simulate(arguments: &Arguments, options: &StudyOptions) -> anyhow::Result<()>
             bar.suspend(|| eprintln!("{} is left out: {failure}", one.name()));
         }
     };
-    carry_out(options, &model, stop, told).map_err(|error| anyhow!("{error}"))?;
+    carry_out(options, &model, stop, show).map_err(|error| anyhow!("{error}"))?;
     bar.finish_and_clear();
     finish_partial();
     if stop.load(Ordering::Relaxed) {

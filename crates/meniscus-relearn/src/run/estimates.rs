@@ -12,7 +12,7 @@ use meniscus_learn::Schedule;
 pub(super) const SHORTEST_STEP_S: f64 = 1e-6;
 
 /// Processor time of a low-viscosity liquid at a spacing of 5 mm in the usual glass: to settle, s, and for each second.
-const PROCESSOR_S: [f64; 2] = [8.0, 6.5];
+const PROCESSOR_S: [f64; 2] = [5.0, 6.5];
 
 /// Radius and fill of the usual glass, m.
 const USUAL_GLASS_M: [f64; 2] = [0.035, 0.070];

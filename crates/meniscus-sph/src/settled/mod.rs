@@ -1,7 +1,7 @@
 //! Settled glass: the arrangement of the particles at rest, from which every simulation in that glass starts.
 //!
-//! A packing of rings is not at rest: it relaxes for 1.5 s of simulated time ([`relax`]), a third of the work of a
-//! recording of 3 s. The result depends on the glass, the spacing, the seed and the direction of gravity, and hardly on
+//! A packing of rings is not at rest: it relaxes for 1.5 s of simulated time ([`relax`]), 5 s of processor time at a
+//! spacing of 5 mm. The result depends on the glass, the spacing, the seed and the direction of gravity, and hardly on
 //! the liquid, so that one liquid settles for all: of 1000 kg/m3 and [`VISCOSITY_PA_S`], without effects on wall and
 //! surface. Masses and densities scale with the density of rest:
 //! ```text
