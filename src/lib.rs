@@ -17,7 +17,7 @@
 //!
 //! | module | purpose |
 //! |---|---|
-//! | [`math`], [`units`] | functions with the same bits on every platform; time and length types |
+//! | [`math`], [`real`], [`units`] | functions with the same bits on every platform; precision; time and length types |
 //! | [`usb`] | UVC payloads and D400 tables to whole frames, every loss counted |
 //! | [`depth_filters`] | the reference depth filters, bit for bit |
 //! | [`surface`] | images to 21 surface heights with variance |
@@ -47,8 +47,10 @@ pub mod filter;
 pub mod identify;
 pub mod latent;
 pub mod math;
+pub mod real;
 pub mod reduced;
 pub mod runtime;
+mod square_root;
 pub mod surface;
 pub mod uncertainty;
 pub mod units;

@@ -119,7 +119,7 @@ pub fn bessel_j(order: i32, x: f64) -> f64 {
 /// ```
 #[must_use]
 pub fn sqrtf(x: f32) -> f32 {
-    libm::sqrtf(x)
+    crate::square_root::sqrtf(x)
 }
 
 /// e^x without a branch, so that a loop over it becomes vectors; within 3e-7 of the value, which stays within

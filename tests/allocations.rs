@@ -14,11 +14,10 @@ use meniscus_service::identify::channel;
 use meniscus_service::live::{CrestImage, FlightRecorder, Log, Silence, Worker};
 use meniscus_service::publish::{Destination, Publisher};
 use meniscus_service::sink::{LatestTurn, TurnRecord, TurnSink};
-use meniscus_service::snapshot::SnapshotOutlet;
+use meniscus_service::snapshot::{ImageSchedule, SnapshotOutlet, TurnSnapshot};
 use meniscus_usb::link::link;
 use std::net::UdpSocket;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Instant;
 
 #[global_allocator]
 static ALLOCATOR: CountingAllocator = CountingAllocator;
@@ -121,10 +120,13 @@ fn worked(frames: u64, more: &mut dyn TurnSink) -> Log {
         });
         let over = &over;
         scope.spawn(move || {
-            let mut image_due = Instant::now();
+            let mut schedule = ImageSchedule::default();
+            schedule.want_depth(true);
             let mut images = 0;
             while !over.load(Ordering::Relaxed) {
-                images += usize::from(viewer.take(&mut image_due).is_some_and(|(s, _)| s.image_of.is_some()));
+                let taken = viewer.take(&mut schedule);
+                let both = |s: &TurnSnapshot| s.image_of.is_some() && s.depth.len() == 2 * s.infrared.len();
+                images += usize::from(taken.is_some_and(|(snapshot, _)| both(&snapshot)));
             }
             assert!(images > 0, "a viewer that gets no image proves little");
         });

@@ -75,7 +75,33 @@ fn it_draws_the_liquid_and_everything_beside_it() {
         );
         browser.until(&tab, "/[0-9]/.test(document.getElementById('high').textContent)");
     }
-    browser.evaluate(&tab, "document.getElementById('field').value = 0");
+    browser.evaluate(&tab, "{ const f = document.getElementById('field'); f.value = 0; f.onchange() }");
+    // The source is simulated: the truth is there, and an error that a flat surface would not have.
+    browser.until(&tab, "!document.getElementById('true-key').hidden");
+    let error =
+        "/error ([0-9.]+) % of the slosh/.exec(document.getElementById('surface-error').textContent)?.[1]";
+    browser.until(&tab, &format!("((e) => e > 0 && e < 20)({error})"));
+    // An own end of the scale holds, and the scale of another field is another's.
+    browser.evaluate(&tab, "{ const t = document.getElementById('top'); t.value = 0.123; t.oninput() }");
+    browser.until(&tab, "document.getElementById('high').textContent === '0.123 m/s'");
+    browser.evaluate(&tab, "{ const f = document.getElementById('field'); f.value = 1; f.onchange() }");
+    browser.until(&tab, "document.getElementById('top').value === ''");
+    browser.evaluate(&tab, "{ const f = document.getElementById('field'); f.value = 0; f.onchange() }");
+    // The technical counters are folded away.
+    for (list, seen) in [("counters", true), ("technical", false)] {
+        let visible = format!("document.getElementById('{list}').checkVisibility()");
+        assert_eq!(browser.evaluate(&tab, &visible), seen, "{list}");
+    }
+    // The depth image has the colours of its scale: hundreds, where the infrared image is grey but for two lines.
+    browser.evaluate(&tab, "{ const i = document.getElementById('image'); i.value = 1; i.onchange() }");
+    browser.until(&tab, "document.getElementById('depths').textContent.startsWith('depth: yellow 330 mm')");
+    let found = colours(&mut browser, &tab, "#camera");
+    assert!(found > 100, "the depth image shows {found} colours");
+    if let Some(path) = std::env::var_os("MENISCUS_DEPTH_PICTURE") {
+        std::fs::write(&path, browser.picture(&tab, "")).expect("the picture is written");
+    }
+    browser.evaluate(&tab, "{ const i = document.getElementById('image'); i.value = 0; i.onchange() }");
+    browser.until(&tab, "document.getElementById('depths').textContent === ''");
     // A gentler rate: without a graphics card the browser has the processor to itself no longer.
     browser.evaluate(&tab, "{ const r = document.getElementById('rate'); r.value = 30; r.onchange() }");
     browser.evaluate(&tab, "document.getElementById('pause').click()");

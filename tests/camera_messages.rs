@@ -40,11 +40,11 @@ fn doctor_says_what_the_camera_says() {
 #[test]
 fn another_realsense_is_named() {
     let folder = folder("camera-messages", "other");
-    let words = ["RealSense D455", "use a D435 or D435i"];
+    let words = ["RealSense L515", "use a D435 or D435i"];
     refused(&meniscus(&folder, "run --source simulated-usb:other-camera --seconds 2"), &words);
     refused(&meniscus(&folder, "record --source simulated-usb:other-camera --out a.mcap"), &words);
     let doctor = json(&meniscus(&folder, "doctor --simulated other-camera --json"));
-    assert!(doctor["camera_error"].as_str().is_some_and(|why| why.contains("D455")), "{doctor:#}");
+    assert!(doctor["camera_error"].as_str().is_some_and(|why| why.contains("L515")), "{doctor:#}");
 }
 
 #[test]

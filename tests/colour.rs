@@ -261,6 +261,7 @@ fn a_glass_is_set_up_in_colour_and_its_recording_is_read_with_that_setup() {
 fn write(path: &Path, calibration: &Calibration, pairs: &[Pair]) {
     let mut writer = McapWriter::create(path, calibration).expect("created");
     for Pair { depth, outline, stamp } in pairs {
+        let depth = depth.as_ref().expect("a camera with depth");
         for (stream, pixels) in [(Stream::Depth, depth), (Stream::Outline, outline)] {
             writer.write(&Image { stream, stamp: *stamp, pixels: pixels.clone() }).expect("written");
         }

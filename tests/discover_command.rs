@@ -131,6 +131,60 @@ fn the_command_leaves_a_verdict_a_page_and_a_scene_that_the_simulator_reads() {
     assert!(pa.is_some_and(|pa| (pa - 2.0).abs() < 0.3), "{:?}", scene.effects);
 }
 
+/// Writes `records` as heights at five gauges of the wall, as another laboratory would, in place of the profiles.
+fn write_gauges(folder: &Path, records: &[Record]) {
+    const PLACES_MM: [f64; 5] = [-30.0, -15.0, 0.0, 12.5, 31.0];
+    for record in records {
+        let mut text = String::from("time_s");
+        PLACES_MM.iter().for_each(|x| text += &format!(",height_mm@x={x}mm"));
+        for f in 0..record.frames() {
+            text += &format!("\n{:.6}", f as f64 / 60.0);
+            let at = |c: usize| record.channels[c].value[f].expect("seen");
+            for x in PLACES_MM {
+                let s = x / 35.0;
+                let z = 0.07 + at(0) + at(1) * s + at(2) * (2.0 * s * s - 1.0 - mean_bow());
+                text += &format!(",{:.5}", 1e3 * z);
+            }
+        }
+        std::fs::write(folder.join(format!("{}.gauges.csv", record.name)), text).expect("written");
+        std::fs::remove_file(folder.join(format!("{}.profile.csv", record.name))).expect("it was there");
+    }
+}
+
+#[test]
+fn gauges_at_a_few_places_name_the_effect_that_profiles_name() {
+    let scratch = Scratch::new("gauges");
+    let records = glass(&KNOWN, &[("yield_stress", 2.0)], 9);
+    write(&scratch.path("mine"), &records, 0.2);
+    write_gauges(&scratch.path("mine"), &records);
+    for (i, mu) in [0.17, 0.2, 0.235].into_iter().enumerate() {
+        let (known, folder) =
+            (Known { viscosity_pa_s: mu, ..KNOWN }, scratch.path("known").join(format!("{i}")));
+        let references = glass(&known, &[], 20 + i as u64);
+        write(&folder, &references, mu);
+        write_gauges(&folder, &references);
+    }
+    let path = |name: &str| scratch.path(name).to_string_lossy().into_owned();
+    let done = std::process::Command::new(env!("CARGO_BIN_EXE_meniscus-under-test"))
+        .args(["discover", "--quick", "--json", "--library", "yield_stress,viscosity,wall_slip"])
+        .args(["--recordings", &path("mine"), "--reference", &path("known"), "--out", &path("out")])
+        .output()
+        .expect("the command starts");
+    assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+    let said: serde_json::Value = serde_json::from_slice(&done.stdout).expect("one JSON object");
+    assert_eq!((said["verdict"].as_str(), said["names"][0].as_str()), (Some("named"), Some("yield_stress")));
+    let found = said["parameters"][0]["value"].as_f64().expect("a number");
+    assert!((found - 2.0).abs() < 0.4, "{found}");
+    // A column without a unit is refused by its name, and nothing is left.
+    for record in &records {
+        let file = scratch.path("mine").join(format!("{}.gauges.csv", record.name));
+        let text = std::fs::read_to_string(&file).expect("read");
+        std::fs::write(&file, text.replacen("height_mm@x=0mm", "gauge_3", 1)).expect("written");
+    }
+    let refused = load(&scratch.path("mine")).expect_err("no recording is left").to_string();
+    assert!(refused.contains("'gauge_3': it names no place behind @x="), "{refused}");
+}
+
 #[test]
 fn bad_folders_are_refused_with_what_is_wrong_and_the_rest_is_kept() {
     let scratch = Scratch::new("bad");

@@ -103,7 +103,7 @@ fn the_books_close_with_every_effect_and_under_every_motion() {
 }
 
 /// The direction of motion makes no difference: along y the surface does the same as along x, a quarter turn on. The
-/// packing of the particles makes one, of 10 % relative to the slosh amplitude at this spacing.
+/// packing of the particles makes one, of 20 % relative to the slosh amplitude at this spacing.
 #[test]
 fn a_glass_moved_away_from_the_camera_sloshes_as_one_moved_along_x() {
     let recorded = |column: &str| {
@@ -127,7 +127,7 @@ fn a_glass_moved_away_from_the_camera_sloshes_as_one_moved_along_x() {
     }
     let apart = (apart / slosh).sqrt();
     println!("apart by {apart} of the slosh");
-    assert!(apart < 0.15, "{apart}");
+    assert!(apart < 0.25, "{apart}");
 }
 
 #[test]

@@ -71,7 +71,7 @@ fn with_turns_of(bytes: &AlignedBytes, foxglove: &Foxglove, test: impl FnOnce() 
             while !over.load(Ordering::Relaxed) {
                 let logged = turn(model, &mut memory, &mut field, number);
                 let begun = Instant::now();
-                let after = Some(StateAfter { memory: &memory, outline: image });
+                let after = Some(StateAfter { memory: &memory, outline: image, depth: &[] });
                 sink.accept(&TurnRecord { logged: &logged, field: &field, after });
                 longest = longest.max(begun.elapsed());
                 number += 1;

@@ -17,13 +17,22 @@ const REFUSED_WITHIN: Duration = Duration::from_secs(4);
 const ENDED_WITHIN: Duration = Duration::from_secs(4);
 
 /// Files of answers in `tests/mistakes/`.
-const FILES: [&str; 6] = ["run", "sources", "models", "setups", "motions", "learning"];
+const FILES: [&str; 7] = ["run", "sources", "models", "setups", "motions", "learning", "webcam"];
 
 /// Mistakes at the least.
 const LEAST: usize = 60;
 
 /// Density and viscosity of a folder for discovery.
 const LIQUID: &str = "density_kg_m3 = 1261\nviscosity_pa_s = 0.95\n";
+
+/// A whole settings file, with more behind it.
+fn setup(more: &str) -> String {
+    format!(
+        "made_by = 'a test'\n[glass]\nradius_mm = 35.0\nfill_mm = 70.0\nrim_mm = 110.0\n[liquid]\ntone = 'dark'\n\
+         least_contrast = 25.0\n[view]\ncamera = 'a test'\ndistance_mm = 400.0\nheight_mm = 30.0\npitch_deg = 0.0\n\
+         outline = 'colour'\n{more}"
+    )
+}
 
 /// A scene with this glass.
 fn scene(glass: &str) -> String {
@@ -52,6 +61,8 @@ fn folder(name: &str) -> PathBuf {
         ("empty.mcap", String::new()),
         ("broken.toml", String::from("# a mistake in the second line\nradius_mm 35\n")),
         ("glass.toml", String::from("made_by = 'a test'\n[glass]\nradius_mm = 35.0\n[view]\n")),
+        ("depth.toml", setup("")),
+        ("webcam.toml", setup("[lens]\nsize = [640, 480]\nfocal_px = 610.0\n")),
         ("pos.csv", format!("time,pos\n{}", rows(1.0))),
         ("v.csv", format!("t,v\n{}", rows(0.01))),
         ("metres.csv", format!("t,x_m\n{}", rows(0.001))),

@@ -54,15 +54,22 @@ fn walls_of_1_to_4_mm_cost_less_than_the_targets() {
     assert!(rms_mm <= 0.4 && bias_mm.abs() <= 0.2 && inside >= 0.9);
 }
 
-/// A limit that docs/limits.md states: when this fails because milk is read, the page and this test are to change.
+/// Behind walls of up to 3 mm. Of two judged glasses with thicker ones, one is read 0.5 mm too high (docs/limits.md).
 #[test]
-fn a_bright_liquid_is_still_read_wrong() {
-    let all = read(&folder(), JUDGED).expect("the repository holds the set");
-    let milk = all.into_iter().find(|scene| scene.truth.liquid == Kind::Milk).expect("a bright scene");
-    let read = read_scene(&milk, &Faults::default(), &|settings| settings).expect("sound settings");
-    let [rms_mm, bias_mm, inside] = figures(&[read]);
-    println!("milk: rms {rms_mm:.3} mm, bias {bias_mm:+.3} mm, inside {inside:.3}");
-    assert!(rms_mm > 0.4, "milk is read to {rms_mm} mm");
+fn a_bright_liquid_costs_less_than_the_targets() {
+    let all = read(&folder(), "").expect("the repository holds the set");
+    let milk = |scene: &TracedScene| scene.truth.liquid == Kind::Milk && scene.truth.wall_mm <= 3.0;
+    let milk: Vec<_> = all.into_iter().filter(milk).collect();
+    for (name, keep) in [("all", ""), ("judged alone", JUDGED)] {
+        let kept = milk.iter().filter(|scene| scene.truth.name.starts_with(keep));
+        let reads: Vec<_> = kept
+            .map(|scene| read_scene(scene, &Faults::default(), &|settings| settings).expect("sound settings"))
+            .collect();
+        assert!(reads.len() >= 4, "{} scenes", reads.len());
+        let [rms_mm, bias_mm, inside] = figures(&reads);
+        println!("milk, {name}: rms {rms_mm:.3} mm, bias {bias_mm:+.3} mm, inside {inside:.3}");
+        assert!(rms_mm <= 0.4 && bias_mm.abs() <= 0.2 && (0.9..=0.98).contains(&inside), "{name}");
+    }
 }
 
 #[test]

@@ -74,7 +74,7 @@ fn with_page_of(
                 }
                 let logged = turn(&model, &mut memory, &mut field, number);
                 let begun = Instant::now();
-                let after = Some(StateAfter { memory: &memory, outline: &image });
+                let after = Some(StateAfter { memory: &memory, outline: &image, depth: &[] });
                 sink.accept(&TurnRecord { logged: &logged, field: &field, after });
                 longest = longest.max(begun.elapsed());
                 std::thread::sleep(Duration::from_millis(4));

@@ -2,6 +2,8 @@
 
 #[path = "support/optional.rs"]
 mod optional;
+#[path = "support/stuffing.rs"]
+mod stuffing;
 
 use meniscus_service::controller::{
     CHAIN_TURNS, CONTROL_KIND, ControlRecord, LINEAR_EVERY, PLAN_SAMPLES_MAX, Plan,
@@ -13,6 +15,7 @@ use std::os::unix::net::UnixStream;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
+use stuffing::unstuffed;
 
 /// A run of the simulated camera in real time that listens for motion and plans.
 struct Run {
@@ -76,20 +79,6 @@ fn records(socket: &Path) -> impl Iterator<Item = ControlRecord> {
             }
         }
     })
-}
-
-/// Takes out the stuffing of Cheshire and Baker: a code byte says how far the next zero is.
-fn unstuffed(stuffed: &[u8]) -> Vec<u8> {
-    let (mut out, mut rest) = (Vec::new(), stuffed);
-    while let Some((code, behind)) = rest.split_first().filter(|(code, _)| **code > 0) {
-        let length = usize::from(*code) - 1;
-        out.extend(&behind[..length]);
-        rest = &behind[length..];
-        if *code < 255 && rest.first().is_some_and(|next| *next != 0) {
-            out.push(0);
-        }
-    }
-    out
 }
 
 fn now_ns() -> u64 {

@@ -98,6 +98,24 @@ fn check_says_what_is_missing_and_configure_mends_it() {
     );
 }
 
+/// Nodes of ROS 2 find each other by multicast, at addresses that nobody knows before.
+#[test]
+fn the_sandbox_is_opened_for_the_networks_of_ros_2() {
+    let folder = folder("service", "ros2");
+    for (name, options, allowed) in [
+        ("all", "ros2 = 5\n", "localhost link-local 192.168.0.0/16 10.0.0.0/8 172.16.0.0/12 multicast"),
+        ("alone", "ros2 = true\nros2_network = [\"127.0.0.1\"]\n", "localhost multicast"),
+    ] {
+        let text = format!("[images]\nsource = \"usb\"\n[time]\nservice = true\n[ros2]\n{options}");
+        fs::write(folder.join("a.toml"), text).expect("written");
+        let made = meniscus(&folder, &format!("service configure --config a.toml --to {name}"));
+        assert!(made.status.success(), "{}", errors(&made));
+        let text = fs::read_to_string(folder.join(name).join("configured.conf")).expect("the drop-in");
+        assert!(text.contains(&format!("IPAddressAllow={allowed}\n")), "{text}");
+        assert!(text.contains("RestrictAddressFamilies=AF_INET AF_INET6\n"), "{text}");
+    }
+}
+
 /// The configuration of the package, with a model that was flashed.
 #[test]
 fn the_file_of_the_package_is_good() {

@@ -109,3 +109,28 @@ fn the_report_of_a_run_has_the_known_groups_and_the_sentence() {
         assert!(!text.contains(absent), "{text}");
     }
 }
+
+/// A stored model has no figures of groups that it does not know.
+#[test]
+fn quantisation_shows_no_group_that_is_not_known() {
+    let folder = folder("quantised");
+    let words = ["quantize", "--model", "corrected.blob", "--to", "bf16", "--out", "small.blob"];
+    let table = meniscus(&folder, &words);
+    let table = String::from_utf8_lossy(&table.stdout);
+    assert!(table.lines().any(|line| line.starts_with("q ")), "{table}");
+    for absent in ["v ", "e ", "sigma ", "tau "] {
+        assert!(!table.lines().any(|line| line.starts_with(absent)), "{table}");
+    }
+    let json = meniscus(&folder, &[&words[..], &["--json", "--force"]].concat());
+    let json: Value = serde_json::from_slice(&json.stdout).expect("JSON");
+    let names: Vec<&str> = json["checks"]
+        .as_array()
+        .expect("checks")
+        .iter()
+        .filter_map(|check| check["name"].as_str())
+        .collect();
+    assert!(names.contains(&"field_error_q_after"), "{names:?}");
+    for absent in ["_v_", "_e_", "_sigma_", "_tau_"] {
+        assert!(!names.iter().any(|name| format!("{name}_").contains(absent)), "{names:?}");
+    }
+}

@@ -6,9 +6,25 @@ board_frames=90
 # Bounds on what the board may use, bytes: its stack of 128 KiB, and data beside it (SSRAM has 4 MiB).
 board_stack_limit=126976
 board_static_limit=2097152
+# Instructions of a frame that the small variant of the estimator may take, every payload included.
+board_small_limit=6000000
 
-# The board's program, and its twin for the host.
+# The board's program of each variant of the estimator, and its twin for the host.
 build_bare_metal() {
+  fetch_bare_metal
+  local manifest=firmware-config/bare-metal/Cargo.toml at=$work/bare-metal/target variant
+  for variant in full small; do
+    local features=()
+    [ "$variant" = full ] || features=(--features small)
+    CARGO_TARGET_DIR=$at cargo build "${build_core[@]}" --locked --release --manifest-path $manifest \
+      "${features[@]}" --bin board --target "$board_triple"
+    cp "$at/$board_triple/release/board" "$at/board-$variant"
+    CARGO_TARGET_DIR=$at cargo build --locked --release --manifest-path $manifest "${features[@]}" --bin twin
+    cp "$at/release/twin" "$at/twin-$variant"
+  done
+}
+
+bare_metal() {
   fetch_bare_metal
   local manifest=firmware-config/bare-metal/Cargo.toml
   CARGO_TARGET_DIR=$work/bare-metal/target cargo build "${build_core[@]}" --locked --release \
@@ -24,46 +40,69 @@ bare_metal() {
   board "$@"
 }
 
-# The film on the board and on its twin.
+# The film on the board and on its twin, with each variant.
 board() {
-  local json=""
+  local json="" begun=$SECONDS ok=true variant
   [ "${1:-}" = --json ] && json=1
-  local at=$work/bare-metal begun=$SECONDS
-  mkdir -p "$at"
-  "$work/gate" payloads "$work/film.raw" "$board_frames" "$at/payloads.bin"
-  local program=$at/target/$board_triple/release/board
-  (cd "$at" && target/release/twin payloads.bin >twin.log)
+  mkdir -p "$work/bare-metal"
+  "$work/gate" payloads "$work/film.raw" "$board_frames" "$work/bare-metal/payloads.bin"
+  local checks=() words=()
+  for variant in full small; do board_variant "$variant"; done
+  board_check wall_s $((SECONDS - begun)) s told true
+  if [ -n "$json" ]; then
+    local IFS=,
+    printf '{"command": "hil/run bare-metal", "turns": %s, "checks": [%s]}\n' "$turns" "${checks[*]}"
+  else
+    printf '%s\n' "${words[@]}"
+  fi
+  $ok
+}
+
+# A check: name, value, unit, target, whether it holds.
+board_check() {
+  checks+=("{\"name\": \"$1\", \"value\": $2, \"unit\": \"$3\", \"target\": \"$4\", \"ok\": $5}")
+  words+=("$(printf '%-38s %12s %-2s %s' "$1" "$2" "$3" "$4")")
+  [ "$5" = true ] || ok=false
+}
+
+# A check that holds where the value is at most the limit.
+board_at_most() {
+  board_check "$1" "$2" "$3" "<= $4" "$([ "$2" -le "$4" ] && echo true || echo false)"
+}
+
+# One variant on the board and on its twin. Of the full one the names of the checks have no prefix.
+board_variant() {
+  local variant=$1 at=$work/bare-metal prefix=small_
+  [ "$variant" = small ] || prefix=""
+  local program=$at/target/board-$variant
+  (cd "$at" && "target/twin-$variant" payloads.bin >"twin-$variant.log")
   # One instruction a nanosecond: the board's timer counts instructions.
   (cd "$at" && timeout 600 qemu-system-arm -M mps2-an500 -cpu cortex-m7 -nographic -icount shift=0 \
-    -semihosting-config enable=on,target=native -kernel "$program" </dev/null >board.log) \
-    || { echo "hil: the board did not end in order: see $at/board.log" >&2; exit 2; }
-  grep -v '^board ' "$at/board.log" | diff "$at/twin.log" - >"$at/difference" || true
-  local equal=0 turns words static ok=true
-  turns=$(grep -c '^turn ' "$at/twin.log")
+    -semihosting-config enable=on,target=native -kernel "$program" </dev/null >"board-$variant.log") \
+    || { echo "hil: the board did not end in order: see $at/board-$variant.log" >&2; exit 2; }
+  grep -v -e '^board ' -e '^stages ' "$at/board-$variant.log" | diff "$at/twin-$variant.log" - >"$at/difference" || true
+  local equal=0 told stages
+  turns=$(grep -c '^turn ' "$at/twin-$variant.log")
   [ -s "$at/difference" ] || [ "$turns" -lt "$((board_frames - 5))" ] || equal=1
-  read -r -a words <<<"$(grep '^board ' "$at/board.log")"
-  local mean=${words[2]} longest=${words[4]} stack=${words[6]}
-  # .data and .bss; the stack has a section of its own.
-  static=$("$work/gate" sections "$program")
-  [ "$equal" = 1 ] && [ "$stack" -le "$board_stack_limit" ] && [ "$static" -le "$board_static_limit" ] || ok=false
-  if [ -n "$json" ]; then
-    printf '{"command": "hil/run bare-metal", "turns": %s, "checks": [' "$turns"
-    printf '{"name": "bare_metal_equal", "value": %s, "unit": "1", "target": "= 1", "ok": %s}, ' "$equal" \
-      "$([ "$equal" = 1 ] && echo true || echo false)"
-    printf '{"name": "stack_bytes", "value": %s, "unit": "B", "target": "<= %s", "ok": %s}, ' "$stack" \
-      "$board_stack_limit" "$([ "$stack" -le "$board_stack_limit" ] && echo true || echo false)"
-    printf '{"name": "static_bytes", "value": %s, "unit": "B", "target": "<= %s", "ok": %s}, ' "$static" \
-      "$board_static_limit" "$([ "$static" -le "$board_static_limit" ] && echo true || echo false)"
-    printf '{"name": "instructions_per_turn", "value": %s, "unit": "1", "target": "told", "ok": true}, ' "$mean"
-    printf '{"name": "instructions_longest_turn", "value": %s, "unit": "1", "target": "told", "ok": true}, ' \
-      "$longest"
-    printf '{"name": "wall_s", "value": %s, "unit": "s", "target": "told", "ok": true}]}\n' $((SECONDS - begun))
-  else
-    echo "$turns turns on the board, equal to the host's to the bit: $([ "$equal" = 1 ] && echo yes || echo NO)"
-    echo "instructions a turn: $mean, the longest $longest"
-    echo "stack: $stack bytes of at most $board_stack_limit; static: $static of at most $board_static_limit"
-    echo "wall: $((SECONDS - begun)) s"
-  fi
   head -20 "$at/difference" >&2
-  $ok
+  read -r -a told <<<"$(grep '^board ' "$at/board-$variant.log")"
+  read -r -a stages <<<"$(grep '^stages ' "$at/board-$variant.log")"
+  board_check "${prefix}bare_metal_equal" "$equal" 1 "= 1" "$([ "$equal" = 1 ] && echo true || echo false)"
+  board_at_most "${prefix}stack_bytes" "${told[6]}" B "$board_stack_limit"
+  # .data and .bss; the stack has a section of its own.
+  board_at_most "${prefix}static_bytes" "$("$work/gate" sections "$program")" B "$board_static_limit"
+  board_check "${prefix}instructions_per_turn" "${told[2]}" 1 told true
+  if [ "$variant" = small ]; then
+    board_at_most small_instructions_per_frame "${told[8]}" 1 "$board_small_limit"
+    board_at_most small_instructions_tracking "${stages[12]}" 1 "$board_small_limit"
+  else
+    board_check instructions_per_frame "${told[8]}" 1 told true
+    board_check instructions_tracking "${stages[12]}" 1 told true
+  fi
+  board_check "${prefix}instructions_longest_turn" "${told[4]}" 1 told true
+  local field
+  # Instructions of a tracked turn by stage: name and number.
+  for field in 1 3 5 7 9; do
+    board_check "${prefix}instructions_${stages[field]}" "${stages[field + 1]}" 1 told true
+  done
 }

@@ -8,7 +8,7 @@ cross() {
     CARGO_TARGET_AARCH64_UNKNOWN_LINUX_GNU_LINKER=aarch64-linux-gnu-gcc \
     CARGO_TARGET_AARCH64_UNKNOWN_LINUX_GNU_RUSTFLAGS="-C target-feature=+crt-static" \
     CARGO_PROFILE_RELEASE_DEBUG=0 \
-    cargo build "${build_std[@]}" --locked --release --target "$triple" "$@"
+    cargo build "${build_std[@]}" --locked --target "$triple" "$@"
 }
 
 # The same for this machine, where that is an x86-64 one.
@@ -18,14 +18,19 @@ native() {
   LIBUDEV_NO_PKG_CONFIG=1 \
     CARGO_TARGET_X86_64_UNKNOWN_LINUX_GNU_RUSTFLAGS="-C target-feature=+crt-static" \
     CARGO_PROFILE_RELEASE_DEBUG=0 \
-    cargo build --locked --release --target "$native_triple" "$@"
+    cargo build --locked --target "$native_triple" "$@"
+}
+
+# The program of a board, as `cargo xtask board` measures it.
+build_board() {
+  cross --profile board -p meniscus-cli --no-default-features --bin meniscus
 }
 
 # The program, the guest's side, and the judge, which runs on this machine.
 build_guest() {
   mkdir -p "$work"
-  cross -p meniscus-cli --bin meniscus
-  cross -p meniscus-hil --bin meniscus-hil-guest
+  cross --release -p meniscus-cli --bin meniscus
+  cross --release -p meniscus-hil --bin meniscus-hil-guest
   cargo build --locked --release -p meniscus-hil --bin meniscus-hil-gate
   # The film is as old as the program that made it: the same program again does not make it anew.
   cmp -s "$target/$triple/release/meniscus" "$work/meniscus" || cp "$target/$triple/release/meniscus" "$work/"

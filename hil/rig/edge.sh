@@ -93,6 +93,7 @@ boot_edge() {
   fetch_guest
   fetch_board
   build_guest
+  build_board
   film
   mkdir -p "$at"
   version=$(sed -n 's/^version = "\(.*\)"/\1/p' Cargo.toml | head -1)

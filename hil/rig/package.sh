@@ -1,13 +1,14 @@
 # The Debian package for a board or a computer: sourced by hil/run.
 
-# package [DIR] [BOARD]: meniscus_VERSION_ARCHITECTURE.deb with the profile of BOARD (raspberry-pi-5 by default).
+# package [DIR] [BOARD]: meniscus_VERSION_ARCHITECTURE.deb with the profile of BOARD (raspberry-pi-5 by default). A board gets
+# the program of a board, a computer the whole one.
 package() {
   local into=${1:-$work/package} board=${2:-raspberry-pi-5} version file
   version=$(sed -n 's/^version = "\(.*\)"/\1/p' Cargo.toml | head -1)
   file=$into/meniscus_${version}_$(architecture "$board").deb
   case $(architecture "$board") in
-    amd64) native -p meniscus-cli --bin meniscus ;;
-    *) cross -p meniscus-cli --bin meniscus ;;
+    amd64) native --release -p meniscus-cli --bin meniscus ;;
+    *) build_board ;;
   esac
   pack "$file" "$version" "$board"
   echo "$file"
@@ -40,7 +41,7 @@ pack() {
   by=$(maintainer) || exit 2
   case $(architecture "$3") in
     amd64) program=$target/$native_triple/release/meniscus ;;
-    *) program=$target/$triple/release/meniscus ;;
+    *) program=$target/$triple/board/meniscus ;;
   esac
   need dpkg-deb dpkg
   rm -rf "$tree" && mkdir -p "$(dirname "$file")" "$tree/DEBIAN"

@@ -42,6 +42,11 @@ pub enum LoadError {
         /// Its value.
         value: f64,
     },
+    /// A text of the header holds control characters, which a terminal would carry out.
+    HeaderText {
+        /// Field name.
+        field: &'static str,
+    },
     /// The buffer does not start on a 64-byte boundary, so tensors cannot be read in place.
     Misaligned,
     /// A tensor lies outside the blob or off its 64-byte boundary.
@@ -127,6 +132,12 @@ impl fmt::Display for LoadError {
             Self::Header => write!(f, "the header of the blob cannot be read"),
             Self::HeaderValue { field, value } => {
                 write!(f, "the header's {field} is {value}, which no glass, filter or model can have")
+            }
+            Self::HeaderText { field } => {
+                write!(
+                    f,
+                    "the header's {field} holds control characters; take the blob from a source that you trust"
+                )
             }
             Self::Misaligned => write!(f, "the blob must lie on a 64-byte boundary in memory"),
             Self::Section { tensor } => write!(f, "tensor {tensor:?} lies outside the blob"),

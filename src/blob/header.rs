@@ -3,7 +3,7 @@
 use super::effect_validity::kept_by;
 use super::embedded_effects::EmbeddedEffects;
 use super::format::{MAX_SECTIONS, Section};
-use super::{FilterConfig, KnownGroups};
+use super::{FilterConfig, KnownGroups, Variant};
 use crate::reduced::effects::find;
 use heapless::{String, Vec};
 use serde::{Deserialize, Serialize};
@@ -50,6 +50,9 @@ pub struct Header {
     /// Settings of the filter.
     #[serde(skip)]
     pub filter: FilterConfig,
+    /// Variant of the estimator that runs on the model. Not part of a blob: whoever loads the model chooses.
+    #[serde(skip)]
+    pub variant: Variant,
 }
 
 /// Fields that stand directly behind the header from format version 4 on.
@@ -67,13 +70,13 @@ pub struct Extension {
 pub const BEFORE: &str = "; before: ";
 
 impl Header {
-    /// Returns the field groups that the model is valid for, with its embedded effects.
+    /// Returns the field groups that the model is valid for, with its embedded effects, and that its variant estimates.
     #[must_use]
     pub fn known(&self) -> KnownGroups {
         let embedded = self.embedded.iter().flat_map(|embedded| &embedded.effects);
         let kept =
             embedded.map(|effect| find(&effect.name).map_or(KnownGroups::NONE, |entry| kept_by(entry.kind)));
-        kept.fold(self.stated_known, KnownGroups::both)
+        kept.fold(self.stated_known.both(self.variant.groups()), KnownGroups::both)
     }
 
     /// Whether the model was corrected from the free surface, by its provenance.

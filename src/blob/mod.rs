@@ -12,6 +12,7 @@ mod load;
 mod observation_model;
 mod read_header;
 mod shapes;
+mod variant;
 
 pub use embedded_effects::{EmbeddedEffect, EmbeddedEffects};
 pub use error::LoadError;
@@ -22,3 +23,4 @@ pub use known_groups::{FieldGroup, KnownGroups};
 pub use load::{ALIGNMENT, Model};
 pub use observation_model::ObservationModel;
 pub use read_header::{CRC, PREFIX_LEN};
+pub use variant::Variant;

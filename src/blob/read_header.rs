@@ -114,8 +114,13 @@ fn read_lists(header: &mut Header, bytes: &[u8]) -> Result<(), LoadError> {
     Ok(())
 }
 
-/// Refuses numbers that no glass, filter or model can have.
+/// Refuses texts that a terminal would carry out, and numbers that no glass, filter or model can have.
 fn check_values(header: &Header) -> Result<(), LoadError> {
+    for (field, text) in [("liquid", header.liquid.as_str()), ("provenance", header.provenance.as_str())] {
+        if text.chars().any(char::is_control) {
+            return Err(LoadError::HeaderText { field });
+        }
+    }
     let positive = [
         ("particles", f64::from(header.particles)),
         ("dt_s", header.dt_s),

@@ -17,8 +17,8 @@ pub(super) enum Dim {
     Is(usize),
     /// From one to this.
     UpTo(usize),
-    /// This or one more.
-    OrOneMore(usize),
+    /// One of these.
+    OneOf([usize; 3]),
 }
 
 impl Dim {
@@ -27,7 +27,7 @@ impl Dim {
         match self {
             Self::Is(exact) => n == exact,
             Self::UpTo(most) => (1..=most).contains(&n),
-            Self::OrOneMore(least) => (least..=least.saturating_add(1)).contains(&n),
+            Self::OneOf(sizes) => sizes.contains(&n),
         }
     }
 }
@@ -37,7 +37,7 @@ pub(super) const SURFACE_GROUP: usize = 5;
 
 /// Rows and columns of a tensor; `None` for an index that no model has.
 pub(super) fn shape(tensor: Tensor, header: &Header) -> Option<(Dim, Dim)> {
-    use Dim::{Is, OrOneMore, UpTo};
+    use Dim::{Is, OneOf, UpTo};
     let gates = Is(3 * HIDDEN);
     let layer = |index: u8| usize::from(index) < GRU_LAYERS;
     Some(match tensor {
@@ -55,7 +55,7 @@ pub(super) fn shape(tensor: Tensor, header: &Header) -> Option<(Dim, Dim)> {
         Tensor::GroupSlope => (Is(SPREAD_GROUPS * LATENTS), Is(LATENTS)),
         Tensor::SurfaceMisfit => (Is(POINTS), Is(1)),
         Tensor::GroupMisfit => (Is(SPREAD_GROUPS), Is(1)),
-        Tensor::Reach => (OrOneMore(ErrorFactors::LEAST_NUMBERS), Is(1)),
+        Tensor::Reach => (OneOf(ErrorFactors::SIZES), Is(1)),
         Tensor::ModeMap => (Is(4), Is(LATENTS)),
         Tensor::EnergyIn => (UpTo(MAX_HIDDEN), Is(LATENTS)),
         Tensor::EnergyBias | Tensor::EnergyWeight => (UpTo(MAX_HIDDEN), Is(1)),

@@ -9,6 +9,7 @@
 //! more than b standard deviations would (bounded influence: Huber, Ann. Math. Stat. 35 (1964) 73).
 
 use super::state::{STATES, StateIndex, StateMatrix, StateVector};
+use crate::real::Real;
 
 /// Covariance P of the state's error.
 #[derive(Clone, Debug, PartialEq)]
@@ -16,22 +17,22 @@ pub(super) struct ErrorCovariance(StateMatrix);
 
 /// One scalar measurement, compared with its prediction.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Measurement {
+pub(super) struct Measurement<R> {
     /// Innovation z - c.y.
-    pub(super) innovation: f64,
+    pub(super) innovation: R,
     /// Variance r of the measurement's own error.
-    pub(super) noise: f64,
+    pub(super) noise: R,
     /// Gate b, in standard deviations of the innovation.
-    pub(super) gate: f64,
+    pub(super) gate: R,
 }
 
 /// Result of an update.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Correction {
+pub(super) struct Correction<R> {
     /// Change of the state.
-    pub(super) moved: StateVector,
+    pub(super) moved: StateVector<R>,
     /// Innovation squared over its expectation, at most the gate squared; its mean is one where P and r are right.
-    pub(super) normalised_innovation: f64,
+    pub(super) normalised_innovation: R,
 }
 
 impl ErrorCovariance {
@@ -50,26 +51,9 @@ impl ErrorCovariance {
         self.at(i.index(), j.index())
     }
 
-    /// Propagates P by a step with G^T `transposed` and Q `noise`.
-    pub(super) fn step(&mut self, transposed: &StateMatrix, noise: impl Fn(usize, usize) -> f64) {
-        let half = self.0 * transposed;
-        transposed.tr_mul_to(&half, &mut self.0);
-        // Without the mean with the transpose, rounding would add up to an asymmetric P over the turns.
-        let next = StateMatrix::from_fn(|i, j| 0.5 * (self.at(i, j) + self.at(j, i)) + noise(i, j));
-        self.0 = next;
-    }
-
-    /// Updates P by a measurement with slopes `c`.
-    pub(super) fn update(&mut self, c: &StateVector, measurement: Measurement) -> Correction {
-        let Measurement { innovation, noise, gate } = measurement;
-        let mut moved = self.0 * c;
-        // Rounding or a hostile blob may have made c.P c negative: such a direction counts as exactly known.
-        let expected = c.dot(&moved).max(0.0) + noise;
-        let normalised_innovation = (innovation * innovation / expected).min(gate * gate);
-        let s = expected.max(innovation * innovation / (gate * gate));
-        self.0.ger(-1.0 / s, &moved, &moved, 1.0);
-        moved *= innovation / s;
-        Correction { moved, normalised_innovation }
+    /// Lends P to `work` in the precision `R`, and keeps what that leaves in it.
+    pub(super) fn lend<R: Real, T>(&mut self, work: impl FnOnce(LentCovariance<'_, R>) -> T) -> T {
+        R::lend(&mut self.0, |p| work(LentCovariance(p)))
     }
 
     /// Sets the variance of one number and makes its error independent of all others.
@@ -90,6 +74,35 @@ impl ErrorCovariance {
     }
 }
 
+/// P in the precision of a stage.
+pub(super) struct LentCovariance<'p, R>(&'p mut StateMatrix<R>);
+
+impl<R: Real> LentCovariance<'_, R> {
+    /// Propagates P by a step with G^T `transposed` and Q `noise`.
+    pub(super) fn step(&mut self, transposed: &StateMatrix<R>, noise: impl Fn(usize, usize) -> f64) {
+        let half = *self.0 * transposed;
+        transposed.tr_mul_to(&half, self.0);
+        let (mean, p) = (R::from(0.5), &*self.0);
+        let at = |i: usize, j: usize| p.get((i, j)).copied().unwrap_or_default();
+        // Without the mean with the transpose, rounding would add up to an asymmetric P over the turns.
+        let next = StateMatrix::from_fn(|i, j| mean * (at(i, j) + at(j, i)) + R::of(noise(i, j)));
+        *self.0 = next;
+    }
+
+    /// Updates P by a measurement with slopes `c`.
+    pub(super) fn update(&mut self, c: &StateVector<R>, measurement: Measurement<R>) -> Correction<R> {
+        let Measurement { innovation, noise, gate } = measurement;
+        let mut moved = *self.0 * c;
+        // Rounding or a hostile blob may have made c.P c negative: such a direction counts as exactly known.
+        let expected = c.dot(&moved).larger(R::default()) + noise;
+        let normalised_innovation = (innovation * innovation / expected).smaller(gate * gate);
+        let s = expected.larger(innovation * innovation / (gate * gate));
+        self.0.ger(-R::from(1.0) / s, &moved, &moved, R::from(1.0));
+        moved *= innovation / s;
+        Correction { moved, normalised_innovation }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -97,6 +110,14 @@ mod tests {
     use nalgebra::SymmetricEigen;
 
     const GATE: f64 = 5.0;
+
+    fn update(
+        covariance: &mut ErrorCovariance,
+        c: &StateVector,
+        measurement: Measurement<f64>,
+    ) -> Correction<f64> {
+        covariance.lend(|mut p| p.update(c, measurement))
+    }
 
     fn unit(index: usize) -> StateVector {
         StateVector::from_fn(|i, _| f64::from(u8::from(i == index)))
@@ -108,9 +129,11 @@ mod tests {
         let (a, q, r) = (0.9, 0.02, 0.3);
         let mut covariance = ErrorCovariance::new(StateMatrix::identity());
         for _ in 0..200 {
-            covariance.step(&(StateMatrix::identity() * a), |i, j| if i == j { q } else { 0.0 });
+            covariance.lend(|mut p: LentCovariance<'_, f64>| {
+                p.step(&(StateMatrix::identity() * a), |i, j| if i == j { q } else { 0.0 });
+            });
             for index in 0..STATES {
-                covariance.update(&unit(index), Measurement { innovation: 0.0, noise: r, gate: GATE });
+                update(&mut covariance, &unit(index), Measurement { innovation: 0.0, noise: r, gate: GATE });
             }
         }
         let before = a * a * covariance.at(3, 3) + q;
@@ -130,7 +153,7 @@ mod tests {
         for (k, c) in rows.iter().enumerate() {
             let z = 0.2 * (k as f64 + 1.0);
             let innovation = z - c.dot(&moved);
-            moved += covariance.update(c, Measurement { innovation, noise, gate: GATE }).moved;
+            moved += update(&mut covariance, c, Measurement { innovation, noise, gate: GATE }).moved;
             information += c * c.transpose() / noise;
             right += c * (z / noise);
         }
@@ -144,9 +167,9 @@ mod tests {
     fn an_innovation_beyond_the_gate_moves_little() {
         let mut covariance = ErrorCovariance::new(StateMatrix::identity());
         let measured = |innovation: f64| Measurement { innovation, noise: 1.0, gate: GATE };
-        let fair = covariance.clone().update(&unit(0), measured(2.0));
+        let fair = update(&mut covariance.clone(), &unit(0), measured(2.0));
         assert!((fair.moved[0] - 1.0).abs() < 1e-12 && (fair.normalised_innovation - 2.0).abs() < 1e-12);
-        let far = covariance.update(&unit(0), measured(1e6));
+        let far = update(&mut covariance, &unit(0), measured(1e6));
         assert!(far.moved[0] < 1e-4 && far.normalised_innovation == GATE * GATE);
         assert!(covariance.at(0, 0) > 0.999, "and tells little");
     }

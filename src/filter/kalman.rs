@@ -29,6 +29,7 @@ use super::covariance::ErrorCovariance;
 use super::state::{STATES, StateIndex, StateMatrix, StateVector};
 use crate::blob::{FilterConfig, Model};
 use crate::latent::generic::{LATENTS, Latent};
+use crate::real::{Real, narrow};
 use crate::uncertainty::cross_axis::LateralState;
 use crate::uncertainty::error_model::{Covariance, unknown};
 use nalgebra::{Matrix2, SMatrix};
@@ -163,10 +164,10 @@ impl Filter {
     }
 
     /// Predicts everything but the latents, from a slosh of energy `latent_energy` in units of H.
-    pub(crate) fn predict(&mut self, model: &Model<'_>, latent_energy: f64) {
+    pub(crate) fn predict<R: Real>(&mut self, model: &Model<'_>, latent_energy: f64) {
         let config = &model.header.filter;
         let gain = travel_gain_mm(model);
-        let transposed = transposed_transition(model, gain);
+        let transposed = narrow::<R, _, _>(&transposed_transition(model, gain));
         let process = self.process_noise_scale * model.error_model.weight(latent_energy);
         let lateral = self.lateral_noise_mm2(model);
         let (input_index, lateral_index) = (StateIndex::Input.index(), StateIndex::Lateral.index());
@@ -176,7 +177,7 @@ impl Filter {
             _ if i == lateral_index && j == lateral_index => lateral,
             _ => 0.0,
         };
-        self.covariance.step(&transposed, noise);
+        self.covariance.lend::<R, _>(|mut p| p.step(&transposed, noise));
         let [travel, position] = self.glass_mm;
         let travel = travel + gain * self.input();
         self.glass_mm = [travel, position + travel];

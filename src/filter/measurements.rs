@@ -1,17 +1,16 @@
 //! Updates of the filter by the position of the glass, by the 21 heights and by the encoder.
 //!
-//! Every measurement is scalar ([`ErrorCovariance::update`]), and the innovation of each counts what the ones before it
+//! Every measurement is scalar ([`LentCovariance::update`]), and the innovation of each counts what the ones before it
 //! have moved already, z - h(y-) - c.dy: the expansion stays about the predicted state.
-//!
-//! [`ErrorCovariance::update`]: super::covariance::ErrorCovariance::update
 
-use super::covariance::Measurement;
+use super::covariance::{LentCovariance, Measurement};
 use super::kalman::{Filter, travel_gain_mm};
 use super::state::{StateIndex, StateVector};
 use crate::blob::{FilterConfig, Model, ScaleBounds};
 use crate::latent::generic::{LATENTS, Latent};
 use crate::latent::linearisation::Linearisation;
 use crate::math::pow;
+use crate::real::{Real, narrow, widen};
 use crate::surface::{POINTS, SurfaceProfile};
 use crate::uncertainty::discrepancy::LEAST_M2;
 
@@ -56,21 +55,29 @@ pub(crate) enum Update {
 }
 
 /// Corrections of several scalar measurements, added up.
-struct Sum {
-    moved: StateVector,
-    normalised_innovations: f64,
+struct Sum<R> {
+    moved: StateVector<R>,
+    normalised_innovations: R,
     count: f64,
 }
 
-impl Sum {
+impl<R: Real> Sum<R> {
     fn new() -> Self {
-        Self { moved: StateVector::zeros(), normalised_innovations: 0.0, count: 0.0 }
+        Self { moved: StateVector::zeros(), normalised_innovations: R::default(), count: 0.0 }
+    }
+
+    /// Updates the covariance by one measurement with slopes `c`, and adds its correction.
+    fn add(&mut self, p: &mut LentCovariance<'_, R>, c: &StateVector<R>, measurement: Measurement<R>) {
+        let correction = p.update(c, measurement);
+        self.moved += correction.moved;
+        self.normalised_innovations += correction.normalised_innovation;
+        self.count += 1.0;
     }
 }
 
 impl Filter {
     /// Takes the position `x_m` of the glass in the frame behind the step that is to come.
-    pub(crate) fn update_position(&mut self, model: &Model<'_>, latent: &mut Latent, x_m: f64) {
+    pub(crate) fn update_position<R: Real>(&mut self, model: &Model<'_>, latent: &mut Latent, x_m: f64) {
         let FilterConfig { position_noise_mm: noise, position_gate: gate, .. } = model.header.filter;
         let (gain, [travel, position]) = (travel_gain_mm(model), self.glass_mm);
         // X- = X + W + dt^2 g u.
@@ -79,16 +86,18 @@ impl Filter {
             [(StateIndex::Input, gain), (StateIndex::GlassTravel, 1.0), (StateIndex::GlassPosition, 1.0)]
         {
             if let Some(slot) = c.get_mut(index.index()) {
-                *slot = slope;
+                *slot = R::of(slope);
             }
         }
         let innovation = 1e3 * x_m - (position + travel + gain * self.input());
-        let correction = self.covariance.update(&c, Measurement { innovation, noise: noise * noise, gate });
-        self.shift(latent, &correction.moved);
+        let measurement =
+            Measurement { innovation: R::of(innovation), noise: R::of(noise * noise), gate: R::of(gate) };
+        let correction = self.covariance.lend(|mut p| p.update(&c, measurement));
+        self.shift(latent, &widen(&correction.moved));
     }
 
     /// Takes the seen heights of `profile`, whose prediction is `about`.
-    pub(crate) fn update_heights(
+    pub(crate) fn update_heights<R: Real>(
         &mut self,
         model: &Model<'_>,
         latent: &mut Latent,
@@ -99,27 +108,30 @@ impl Filter {
         let config = &model.header.filter;
         let w = model.error_model.weight(context.latent_energy);
         let [lateral_mm, _] = self.lateral_mm;
-        let mut sum = Sum::new();
-        for point in 0..POINTS {
-            let Some(height) = Height::seen(model, profile, about, point) else { continue };
-            let residual = height.residual_m - height.lateral_slope * lateral_mm;
-            let measurement = Measurement {
-                innovation: residual - height.slopes.dot(&sum.moved),
-                noise: height.variance_m2 + (w * height.misfit_m2).max(0.0),
-                gate: config.innovation_gate,
-            };
-            self.add(&mut sum, &height.slopes, measurement);
-        }
+        let sum = self.covariance.lend(|mut p| {
+            let mut sum = Sum::<R>::new();
+            for point in 0..POINTS {
+                let Some(height) = Height::seen(model, profile, about, point) else { continue };
+                let residual = height.residual_m - height.lateral_slope * lateral_mm;
+                let measurement = Measurement {
+                    innovation: R::of(residual) - height.slopes.dot(&sum.moved),
+                    noise: R::of(height.variance_m2 + (w * height.misfit_m2).max(0.0)),
+                    gate: R::of(config.innovation_gate),
+                };
+                sum.add(&mut p, &height.slopes, measurement);
+            }
+            sum
+        });
         if context.adaptation == Adaptation::Follow && sum.count > 0.0 {
-            let mean = sum.normalised_innovations / sum.count;
+            let mean = sum.normalised_innovations.wide() / sum.count;
             self.process_noise_scale =
                 follow(self.process_noise_scale, mean, config.adaptation_rate, config.process_noise_scale);
         }
-        self.accept(config, latent, &sum.moved)
+        self.accept(config, latent, &widen(&sum.moved))
     }
 
     /// Takes what the encoder read, after the heights.
-    pub(crate) fn update_reading(
+    pub(crate) fn update_reading<R: Real>(
         &mut self,
         model: &Model<'_>,
         latent: &mut Latent,
@@ -131,31 +143,28 @@ impl Filter {
         let scale = config.encoder_noise_factor * self.measurement_noise_scale;
         let noise = (scale * model.error_model.weight(context.latent_energy)).max(LEAST_READING_VARIANCE);
         // In whitened coordinates the errors of the latents are independent, so that they may come one by one.
-        let residual = whiten * (reading.latent - *latent);
-        let mut sum = Sum::new();
-        for (row, residual) in whiten.row_iter().zip(residual.iter()) {
-            let c = StateVector::from_fn(|i, _| row.get(i).copied().unwrap_or(0.0));
-            let innovation = residual - c.dot(&sum.moved);
-            self.add(&mut sum, &c, Measurement { innovation, noise, gate });
-        }
-        let latents = sum.normalised_innovations / LATENTS as f64;
-        let c = StateVector::from_fn(|i, _| f64::from(u8::from(i == StateIndex::Input.index())));
-        let innovation = reading.input - self.input() - c.dot(&sum.moved);
-        let noise = config.encoder_input_std * config.encoder_input_std;
-        self.add(&mut sum, &c, Measurement { innovation, noise, gate });
+        let whiten = narrow::<R, _, _>(whiten);
+        let residual = whiten * narrow::<R, _, _>(&(reading.latent - *latent));
+        let (input, gate) = (reading.input - self.input(), R::of(gate));
+        let input_noise = config.encoder_input_std * config.encoder_input_std;
+        let mut sum = Sum::<R>::new();
+        let latents = self.covariance.lend(|mut p| {
+            for (row, residual) in whiten.row_iter().zip(residual.iter()) {
+                let c = StateVector::from_fn(|i, _| row.get(i).copied().unwrap_or_default());
+                let innovation = *residual - c.dot(&sum.moved);
+                sum.add(&mut p, &c, Measurement { innovation, noise: R::of(noise), gate });
+            }
+            let latents = sum.normalised_innovations.wide() / LATENTS as f64;
+            let c = StateVector::from_fn(|i, _| R::of(f64::from(u8::from(i == StateIndex::Input.index()))));
+            let innovation = R::of(input) - c.dot(&sum.moved);
+            sum.add(&mut p, &c, Measurement { innovation, noise: R::of(input_noise), gate });
+            latents
+        });
         if context.adaptation == Adaptation::Follow {
             let (rate, bounds) = (config.adaptation_rate, config.measurement_noise_scale);
             self.measurement_noise_scale = follow(self.measurement_noise_scale, latents, rate, bounds);
         }
-        self.accept(config, latent, &sum.moved)
-    }
-
-    /// Updates the covariance by one measurement with slopes `c` and adds its correction to `sum`.
-    fn add(&mut self, sum: &mut Sum, c: &StateVector, measurement: Measurement) {
-        let correction = self.covariance.update(c, measurement);
-        sum.moved += correction.moved;
-        sum.normalised_innovations += correction.normalised_innovation;
-        sum.count += 1.0;
+        self.accept(config, latent, &widen(&sum.moved))
     }
 
     /// Moves the estimate, or returns to the prior where the correction is not finite.
@@ -170,7 +179,7 @@ impl Filter {
 }
 
 /// One seen height beside its prediction.
-struct Height {
+struct Height<R> {
     /// Measured minus decoded, without the cross-axis slosh, m.
     residual_m: f64,
     /// Variance of the measurement, m2.
@@ -180,10 +189,10 @@ struct Height {
     /// Slope in the cross-axis slosh, m per mm.
     lateral_slope: f64,
     /// Slopes in the state.
-    slopes: StateVector,
+    slopes: StateVector<R>,
 }
 
-impl Height {
+impl<R: Real> Height<R> {
     /// The height at `point`; `None` where it was not seen.
     fn seen(
         model: &Model<'_>,
@@ -196,15 +205,15 @@ impl Height {
         }
         let measured = f64::from(*profile.height_m.get(point)?);
         let decoded = f64::from(*about.heights_m.get(point)?);
-        let input_slope = f64::from(*about.input_slopes_m.get(point)?);
+        let input_slope = R::from(*about.input_slopes_m.get(point)?);
         let lateral_slope = 1e-3 * model.cross_axis.shape.get(point)?;
         let latent_slope = |latent: usize| about.latent_slopes_m.get(latent).and_then(|s| s.get(point));
         let (input, lateral) = (StateIndex::Input.index(), StateIndex::Lateral.index());
         let slopes = StateVector::from_fn(|i, _| match latent_slope(i) {
-            Some(slope) => f64::from(*slope),
+            Some(slope) => R::from(*slope),
             None if i == input => input_slope,
-            None if i == lateral => lateral_slope,
-            None => 0.0,
+            None if i == lateral => R::of(lateral_slope),
+            None => R::default(),
         });
         Some(Self {
             residual_m: measured - decoded,

@@ -7,10 +7,10 @@ use nalgebra::{SMatrix, SVector};
 pub(super) const STATES: usize = LATENTS + StateIndex::ALL.len();
 
 /// Matrix on the state.
-pub(super) type StateMatrix = SMatrix<f64, STATES, STATES>;
+pub(super) type StateMatrix<R = f64> = SMatrix<R, STATES, STATES>;
 
 /// Vector of the state, of a change of it, or of a measurement's slopes in it.
-pub(super) type StateVector = SVector<f64, STATES>;
+pub(super) type StateVector<R = f64> = SVector<R, STATES>;
 
 /// Position of a number behind the latents.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -51,6 +51,12 @@ impl Selection {
         self
     }
 
+    /// The groups that are in both selections.
+    #[must_use]
+    pub fn both(self, other: Self) -> Self {
+        Self(core::array::from_fn(|index| self.holds(index) && other.holds(index)))
+    }
+
     /// Returns whether group `index` is selected.
     #[must_use]
     pub fn holds(self, index: usize) -> bool {

@@ -40,17 +40,24 @@ impl Decoder<'_> {
         // Of the last layer the surface's rows alone.
         let (last, before) = three.weights.from_row(self.surface.first);
         let mut slopes = [[0.0; POINTS]; LATENTS];
+        let (mut inner, mut outer, mut c) = ([0.0; MAX_TRUNK], [0.0; MAX_TRUNK], [0.0; MAX_COEFFICIENTS]);
         for (latent, slope) in slopes.iter_mut().enumerate() {
             let mut along = [0.0; LATENTS];
             if let Some(slot) = along.get_mut(latent) {
                 *slot = 1.0;
             }
-            let (mut inner, mut outer, mut c) = ([0.0; MAX_TRUNK], [0.0; MAX_TRUNK], [0.0; MAX_COEFFICIENTS]);
-            one.weights.accumulate(&along, &mut inner);
+            for (place, rows) in [
+                (&mut inner[..], one.weights.rows()),
+                (&mut outer[..], two.weights.rows()),
+                (&mut c[..], last.rows()),
+            ] {
+                place.iter_mut().take(rows).for_each(|number| *number = 0.0);
+            }
+            one.weights.accumulate_sparse(&along, &mut inner);
             stop_at_silent(&mut inner, &hidden.first);
-            two.weights.accumulate(&inner, &mut outer);
+            two.weights.accumulate_sparse(&inner, &mut outer);
             stop_at_silent(&mut outer, &hidden.second);
-            last.accumulate(&outer, &mut c);
+            last.accumulate_sparse(&outer, &mut c);
             let c = c.get_mut(before..).unwrap_or_default();
             for (row, c) in (self.surface.first..self.linear.rows()).zip(c.iter_mut()) {
                 *c += self.linear.at(row, latent);

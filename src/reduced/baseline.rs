@@ -13,19 +13,20 @@ pub struct Baseline {
     pub lever: [f64; RADIAL],
     /// Softening kappa: `w = w1 (1 - kappa A^2/R^2)` at amplitude A (Bauerlein and Avila 2021).
     pub detuning: f64,
-    /// Coefficients p and q of the second-order waves (0,1) and (2,1): their forcing is `(p v1^2 + q w1^2 a1^2)/R`.
-    pub drive: [[f64; 2]; 2],
+    /// Coefficients p and q of the second-order waves (0,1) and (2,1): their forcing is `(p v1^2 + q w1^2 a1^2)/R`. `None`
+    /// takes those of an inviscid standing wave: 0.62 and -0.02, 0.80 and 0.26 in deep liquid.
+    pub drive: Option<[[f64; 2]; 2]>,
 }
 
 impl Default for Baseline {
-    /// Linear theory; the second order of an inviscid standing wave is of the order of one half.
+    /// Linear theory, and the second order of an inviscid standing wave.
     fn default() -> Self {
         Self {
             frequency: [0.0; RADIAL],
             damping: [1.0; RADIAL],
             lever: [1.0; RADIAL],
             detuning: 0.0,
-            drive: [[0.5, -0.5], [0.5, -0.5]],
+            drive: None,
         }
     }
 }

@@ -32,7 +32,8 @@ pub(super) struct FirstModeContext<'a> {
     pub(super) dt: f64,
 }
 
-/// Returns the second-order waves in the `context` of the first mode in `glass`, with p and q of (0,1) and (2,1) from `baseline`.
+/// Returns the second-order waves in the `context` of the first mode in `glass`, with p and q of (0,1) and (2,1) from `baseline`
+/// where it has them.
 pub(super) fn bound_waves(
     glass: &Cylinder,
     liquid: &Rheology,
@@ -40,14 +41,13 @@ pub(super) fn bound_waves(
     active: &[Active],
     context: &FirstModeContext<'_>,
 ) -> BoundWaves {
-    let [ring, saddle] = baseline.drive;
     let rings: [Wave; RADIAL] = core::array::from_fn(Wave::Ring);
     let saddles: [Wave; RADIAL] = core::array::from_fn(Wave::Saddle);
     let of_shape = |wave: Wave| {
         let mut bound_wave = bound_wave(wave, glass, liquid, active, context);
-        match wave {
-            Wave::Ring(0) => bound_wave.drive = ring,
-            Wave::Saddle(0) => bound_wave.drive = saddle,
+        match (wave, baseline.drive) {
+            (Wave::Ring(0), Some([ring, _])) => bound_wave.drive = ring,
+            (Wave::Saddle(0), Some([_, saddle])) => bound_wave.drive = saddle,
             _ => {}
         }
         bound_wave

@@ -117,6 +117,17 @@ mod tests {
         }
     }
 
+    /// The numbers that `Baseline` and the calibration of a discovery state of deep liquid.
+    #[test]
+    fn deep_liquid_drives_its_second_order_as_stated() {
+        let drive = |wave: Wave| Coupling::with(wave).drive([1.841_184, wave.order().1], 1.0);
+        let near = |found: [f64; 2], stated: [f64; 2]| {
+            found.iter().zip(stated).all(|(found, stated)| (found - stated).abs() < 0.005)
+        };
+        let (ring, saddle) = (drive(Wave::Ring(0)), drive(Wave::Saddle(0)));
+        assert!(near(ring, [0.62, -0.02]) && near(saddle, [0.80, 0.26]), "{ring:?} {saddle:?}");
+    }
+
     #[test]
     fn a_standing_wave_in_a_channel_has_the_second_harmonic_of_stokes() {
         // Deep water, phi_1 = cos x and phi_2 = cos 2x over a length of pi: to second order a standing wave is

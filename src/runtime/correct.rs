@@ -10,6 +10,7 @@ use super::turn_input::InputSource;
 use crate::filter::{Adaptation, Reading, Update, UpdateContext};
 use crate::latent::generic::LATENTS;
 use crate::latent::linearisation::Linearisation;
+use crate::real::Real;
 use crate::runtime::health::count;
 use crate::surface::SurfaceProfile;
 
@@ -27,7 +28,7 @@ impl Estimator<'_> {
 
     /// Corrects the state by the heights. Returns the measurement that was used: none where too few points were seen, or
     /// where the correction was not finite.
-    pub(super) fn update<'o>(
+    pub(super) fn update<'o, R: Real>(
         &self,
         memory: &mut Memory,
         observation: &'o Observation,
@@ -37,7 +38,7 @@ impl Estimator<'_> {
         let (profile, about) = observation.measurement().zip(linearisation)?;
         let context = context(memory, prior);
         let Memory { filter, state, .. } = memory;
-        match filter.update_heights(self.model, &mut state.latent, profile, about, context) {
+        match filter.update_heights::<R>(self.model, &mut state.latent, profile, about, context) {
             Update::Accepted => Some(profile),
             Update::Refused => {
                 count(&mut memory.health.measurement_refused);
@@ -48,7 +49,7 @@ impl Estimator<'_> {
 
     /// Adds the frame to the window, and corrects the state by what the encoder reads off it. Returns whether this turn
     /// counts as tracked.
-    pub(super) fn read_window(
+    pub(super) fn read_window<R: Real>(
         &self,
         memory: &mut Memory,
         observation: &Observation,
@@ -63,14 +64,17 @@ impl Estimator<'_> {
         let tracked =
             measured.is_some() && memory.window.is_full() && memory.window.measured_rows() >= ROWS_NEEDED;
         // Its windows hold the motion, so that without one its reading means nothing.
-        if tracked && observation.source != InputSource::Unobserved && !self.update_reading(memory, prior) {
+        if tracked
+            && observation.source != InputSource::Unobserved
+            && !self.update_reading::<R>(memory, prior)
+        {
             count(&mut memory.health.measurement_refused);
         }
         tracked
     }
 
     /// Corrects the state by the encoder's reading, if that is finite. Returns whether it was used.
-    fn update_reading(&self, memory: &mut Memory, prior: &Prior) -> bool {
+    fn update_reading<R: Real>(&self, memory: &mut Memory, prior: &Prior) -> bool {
         let readings = self.model.encoder.encode(memory.window.rows());
         let [latent @ .., input] = readings.map(f64::from);
         if !readings.iter().all(|x| x.is_finite()) {
@@ -78,7 +82,7 @@ impl Estimator<'_> {
         }
         let (reading, context) = (Reading { latent: latent.into(), input }, context(memory, prior));
         let Memory { filter, state, .. } = memory;
-        filter.update_reading(self.model, &mut state.latent, &reading, context) == Update::Accepted
+        filter.update_reading::<R>(self.model, &mut state.latent, &reading, context) == Update::Accepted
     }
 }
 

@@ -9,6 +9,7 @@ use super::predict::Prior;
 use crate::blob::FieldGroup;
 use crate::latent::decoder::{Coefficients, Selection};
 use crate::latent::generic::LATENTS;
+use crate::real::Real;
 use crate::runtime::health::count;
 use crate::surface::{POINTS, SurfaceProfile};
 use crate::uncertainty::discrepancy::Discrepancy;
@@ -27,16 +28,16 @@ pub(super) struct Posterior {
 
 impl Estimator<'_> {
     /// Decodes the corrected state, and adds to its surface what the decoder cannot say.
-    pub(super) fn decode(&self, memory: &Memory, measured: Option<&SurfaceProfile>) -> Posterior {
+    pub(super) fn decode<R: Real>(&self, memory: &Memory, measured: Option<&SurfaceProfile>) -> Posterior {
         let (decoder, input) = (&self.model.decoder, memory.filter.input());
-        let energy = self.latent_energy(memory);
+        let energy = self.latent_energy::<R>(memory);
         let latent: [f64; LATENTS] = memory.state.latent.into();
         let coefficients = decoder.coefficients(&latent.map(|x| x as f32), input as f32);
         let mut surface_m = decoder.surface(&coefficients);
         self.model.cross_axis.add_to(&mut surface_m, memory.filter.lateral_m());
         let mut discrepancy = Discrepancy::NONE;
         if let Some(profile) = measured {
-            discrepancy = Discrepancy::of(&self.model.error_model, profile, energy);
+            discrepancy = Discrepancy::of(&self.model.error_model, profile, &surface_m, energy);
             discrepancy.add_to(&mut surface_m, profile);
         }
         if let Some(observation_model) = &self.model.observation_model {
@@ -46,12 +47,12 @@ impl Estimator<'_> {
     }
 
     /// Returns the half-widths of the corrected state.
-    pub(super) fn interval(&self, memory: &Memory, posterior: &Posterior) -> Interval {
+    pub(super) fn interval<R: Real>(&self, memory: &Memory, posterior: &Posterior) -> Interval {
         let errors = &self.model.error_model;
         let lateral = memory.filter.lateral(self.model);
-        errors.interval(&IntervalInput {
+        errors.interval::<R>(&IntervalInput {
             covariance: &memory.filter.covariance(),
-            lateral_variance_m2: &self.model.cross_axis.variance(&lateral, &errors.surface),
+            lateral_variance_m2: &self.model.cross_axis.variance::<R>(&lateral, &errors.surface),
             discrepancy: &posterior.discrepancy,
             latent_energy: posterior.energy,
             heat: memory.state.heat,

@@ -9,6 +9,7 @@ use super::memory::Memory;
 use super::turn_input::TurnInput;
 use crate::blob::Model;
 use crate::latent::decoder::Selection;
+use crate::real::{Precision, Real};
 use crate::runtime::health::count;
 
 /// Points of a profile that must be seen for it to be a measurement: two thirds of 21.
@@ -63,20 +64,23 @@ pub const POINTS_NEEDED: usize = 14;
 pub struct Estimator<'m> {
     pub(super) model: &'m Model<'m>,
     pub(super) groups: Selection,
+    pub(super) precision: Precision,
     pub(super) deadline_us: u64,
 }
 
 impl<'m> Estimator<'m> {
-    /// Returns an estimator on a checked model.
+    /// Returns an estimator on a checked model, of the variant that its header names.
     #[must_use]
     pub fn new(model: &'m Model<'m>) -> Self {
-        Self { model, groups: Selection::ALL, deadline_us: DEADLINE_US }
+        let variant = model.header.variant;
+        let groups = variant.groups().selection();
+        Self { model, groups, precision: variant.precision(), deadline_us: DEADLINE_US }
     }
 
-    /// Limits the field to `groups`: what a small board has time for, or nothing but the surface.
+    /// Limits the field to `groups`: what a board has time for, or nothing but the surface.
     #[must_use]
     pub fn only(self, groups: Selection) -> Self {
-        Self { groups, ..self }
+        Self { groups: self.groups.both(groups), ..self }
     }
 
     /// Sets another time that a turn may take than [`DEADLINE_US`], microseconds: for frames that come faster than 60
@@ -109,24 +113,38 @@ impl<'m> Estimator<'m> {
         clock: &mut C,
         field: &mut [f32],
     ) -> Estimate {
+        match self.precision {
+            Precision::Double => self.turn_in::<f64, C>(memory, input, clock, field),
+            Precision::Single => self.turn_in::<f32, C>(memory, input, clock, field),
+        }
+    }
+
+    /// [`Self::turn`] in the precision `R`.
+    fn turn_in<R: Real, C: Clock>(
+        &self,
+        memory: &mut Memory,
+        input: TurnInput<'_>,
+        clock: &mut C,
+        field: &mut [f32],
+    ) -> Estimate {
         let mut lap = Lap::start(clock);
         let mut stages = Stages { surface_us: input.surface_us, ..Stages::default() };
         count(&mut memory.health.turns);
         memory.filter.prime(&self.model.header.filter);
 
         let observation = self.resolve_input(memory, &input);
-        let prior = self.step(memory, &observation);
+        let prior = self.step::<R>(memory, &observation);
         stages.predict_us = lap.lap_us();
 
         let linearisation = observation.measurement().map(|_| self.linearise(memory));
-        let measured = self.update(memory, &observation, linearisation.as_ref(), &prior);
+        let measured = self.update::<R>(memory, &observation, linearisation.as_ref(), &prior);
         stages.correct_us = lap.lap_us();
-        let tracked = self.read_window(memory, &observation, measured, &prior);
+        let tracked = self.read_window::<R>(memory, &observation, measured, &prior);
         stages.encode_us = lap.lap_us();
 
         memory.update_mode(&self.model.header.filter, tracked);
-        let posterior = self.decode(memory, measured);
-        let interval = self.interval(memory, &posterior);
+        let posterior = self.decode::<R>(memory, measured);
+        let interval = self.interval::<R>(memory, &posterior);
         stages.correct_us = stages.correct_us.saturating_add(lap.lap_us());
 
         let field_fresh = self.write_field(memory, &posterior, &lap, &stages, field);

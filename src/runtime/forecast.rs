@@ -5,11 +5,10 @@
 //! taken to move on evenly (u = 0): the slosh then rings out freely, and energy cannot rise. The interval counts what
 //! a glass that does move would add.
 
+use super::course::Course;
 use super::memory::Memory;
 use crate::blob::Model;
-use crate::latent::generic::{LATENTS, LatentState};
 use crate::surface::POINTS;
-use crate::uncertainty::intervals::Horizon;
 
 /// The surface some turns from now.
 ///
@@ -69,54 +68,16 @@ pub struct Crest {
     pub spills: bool,
 }
 
-/// The decoder's surface of `state` with a cross-axis slosh of amplitude `lateral_m`, m.
-fn surface(model: &Model<'_>, state: &LatentState, lateral_m: f64) -> [f32; POINTS] {
-    let latent: [f64; LATENTS] = state.latent.into();
-    let coefficients = model.decoder.coefficients(&latent.map(|x| x as f32), 0.0);
-    let mut surface_m = model.decoder.surface(&coefficients);
-    model.cross_axis.add_to(&mut surface_m, lateral_m);
-    if let Some(observation_model) = &model.observation_model {
-        observation_model.add_offset(&mut surface_m);
-    }
-    surface_m
-}
-
-/// The port value of turn `ahead` of `plan`, m/s2; zero behind its end and for what is no number.
-fn port(model: &Model<'_>, plan: &[f64], ahead: usize) -> f64 {
-    let planned = plan.get(ahead).copied().filter(|a| a.is_finite()).unwrap_or(0.0);
-    let gain = model.observation_model.as_ref().map_or(1.0, |observation_model| observation_model.gain);
-    gain * planned / f64::from(model.header.acceleration_scale)
-}
-
-/// Half-widths of the surface at `horizon` after what `memory` holds, m.
-fn half_width_m(model: &Model<'_>, memory: &Memory, horizon: Horizon) -> [f32; POINTS] {
-    let mut lateral = memory.filter.lateral(model);
-    for _ in 0..horizon.frames {
-        model.cross_axis.step(&mut lateral);
-    }
-    let lateral = model.cross_axis.variance(&lateral, &model.error_model.surface);
-    let latent_energy = model.generic.potential.value(&memory.state.latent);
-    let covariance = memory.filter.covariance();
-    model.error_model.ahead(&covariance, &model.generic, latent_energy, &lateral, horizon)
-}
-
 impl Forecast {
     /// The surface `frames` turns after what `memory` holds. `plan` has the accelerations along x of the turns to
     /// come, m/s2, the next one first, each as `before` of [`super::InputSource::Measured`]; an empty one plans nothing.
     #[must_use]
     pub fn new(model: &Model<'_>, memory: &Memory, frames: usize, plan: &[f64]) -> Self {
-        let (mut state, mut lateral) = (memory.state, memory.filter.lateral(model).amplitude_m);
-        for ahead in 0..frames {
-            model.generic.step(&mut state, port(model, plan, ahead));
-            lateral = model.cross_axis.next(lateral);
-        }
-        let [lateral_m, _] = lateral;
-        let half_width_m = half_width_m(model, memory, Horizon { frames, planned: plan.len() });
-        Self { surface_m: surface(model, &state, lateral_m), half_width_m }
+        let mut course = Course::new(model, memory, plan);
+        (0..frames).for_each(|_| course.step());
+        Self::at(&course)
     }
-}
 
-impl Forecast {
     /// Hands the forecasts of the next `frames` turns to `visit`, each with its turn, from 1 on: the same as [`Self::new`] of
     /// each, for the work of the last.
     pub fn course(
@@ -126,21 +87,15 @@ impl Forecast {
         plan: &[f64],
         mut visit: impl FnMut(usize, &Self),
     ) {
-        let errors = &model.error_model;
-        let (mut state, mut lateral) = (memory.state, memory.filter.lateral(model));
-        let mut carried =
-            errors.carried(&memory.filter.covariance(), model.generic.potential.value(&state.latent));
-        let planned = plan.len();
-        for ahead in 0..frames {
-            model.generic.step(&mut state, port(model, plan, ahead));
-            model.cross_axis.step(&mut lateral);
-            errors.carry(&mut carried, &model.generic, Horizon { frames: ahead, planned });
-            let [lateral_m, _] = lateral.amplitude_m;
-            let variance = model.cross_axis.variance(&lateral, &errors.surface);
-            let turn = ahead.saturating_add(1);
-            let half_width_m = errors.carried_heights(&carried, &variance, Horizon { frames: turn, planned });
-            visit(turn, &Self { surface_m: surface(model, &state, lateral_m), half_width_m });
+        let mut course = Course::new(model, memory, plan);
+        for turn in 1..=frames {
+            course.step();
+            visit(turn, &Self::at(&course));
         }
+    }
+
+    fn at(course: &Course<'_>) -> Self {
+        Self { surface_m: course.surface_m(), half_width_m: course.half_width_m() }
     }
 }
 
@@ -157,19 +112,15 @@ impl Crest {
             let points = heights.iter().copied().enumerate();
             points.fold((0, f32::NEG_INFINITY), |best, point| if point.1 > best.1 { point } else { best })
         };
-        let (mut state, mut lateral) = (memory.state, memory.filter.lateral(model).amplitude_m);
-        let [lateral_m, _] = lateral;
-        let mut last = highest(&surface(model, &state, lateral_m));
+        let mut course = Course::new(model, memory, plan);
+        let mut last = highest(&course.surface_m());
         let mut rose = false;
         for ahead in 0..frames {
-            model.generic.step(&mut state, port(model, plan, ahead));
-            lateral = model.cross_axis.next(lateral);
-            let [lateral_m, _] = lateral;
-            let now = highest(&surface(model, &state, lateral_m));
+            let before = course;
+            course.step();
+            let now = highest(&course.surface_m());
             if rose && now.1 < last.1 {
-                let lead = if plan.len() < ahead { frames } else { ahead };
-                let horizon = Horizon { frames: lead, planned: plan.len() };
-                let half_width_m = half_width_m(model, memory, horizon).get(last.0).copied().unwrap_or(0.0);
+                let half_width_m = before.crest_half_width_m(frames).get(last.0).copied().unwrap_or(0.0);
                 let spills = f64::from(last.1 + half_width_m) >= model.header.rim_m;
                 return Some(Self { frames: ahead, height_m: last.1, half_width_m, spills });
             }

@@ -13,6 +13,7 @@
 
 mod budget;
 mod correct;
+mod course;
 mod decode;
 mod estimate;
 mod estimator;

@@ -5,6 +5,7 @@ use super::memory::Memory;
 use super::turn_input::{InputSource, TurnInput};
 use crate::filter::PORT_LIMIT;
 use crate::latent::generic::{Audit, StepOutcome};
+use crate::real::{Real, narrow};
 use crate::runtime::health::count;
 use crate::surface::SurfaceProfile;
 
@@ -53,19 +54,19 @@ impl Estimator<'_> {
     }
 
     /// Takes the GENERIC step of this turn under the motion that was observed.
-    pub(super) fn step(&self, memory: &mut Memory, observation: &Observation) -> Prior {
-        let energy_before = self.latent_energy(memory);
-        let acceleration_m_s2 = self.observe_motion(memory, observation);
-        let (energy_placed, input) = (self.latent_energy(memory), memory.filter.input());
-        memory.filter.predict(self.model, energy_placed);
-        let audit = self.model.generic.step(&mut memory.state, input);
+    pub(super) fn step<R: Real>(&self, memory: &mut Memory, observation: &Observation) -> Prior {
+        let energy_before = self.latent_energy::<R>(memory);
+        let acceleration_m_s2 = self.observe_motion::<R>(memory, observation);
+        let (energy_placed, input) = (self.latent_energy::<R>(memory), memory.filter.input());
+        memory.filter.predict::<R>(self.model, energy_placed);
+        let audit = self.model.generic.step_in::<R>(&mut memory.state, input);
         match audit.outcome {
             StepOutcome::Solved => {}
             StepOutcome::Unconverged => count(&mut memory.health.step_unconverged),
             StepOutcome::Backtracked => count(&mut memory.health.step_backtracked),
             StepOutcome::Held => count(&mut memory.health.step_held),
         }
-        let energy = self.latent_energy(memory);
+        let energy = self.latent_energy::<R>(memory);
         if let InputSource::Measured { now, .. } = observation.source {
             let now = self.clip(memory, now) / self.acceleration_scale();
             memory.filter.set_known_input(&self.model.header.filter, now);
@@ -75,7 +76,7 @@ impl Estimator<'_> {
 
     /// Gives the motion of the glass to the filter. Returns its acceleration as the encoder reads it, m/s2, clipped to what
     /// the model can have seen: off the last three positions, as measured, or as the filter estimates it.
-    fn observe_motion(&self, memory: &mut Memory, observation: &Observation) -> f64 {
+    fn observe_motion<R: Real>(&self, memory: &mut Memory, observation: &Observation) -> f64 {
         let config = &self.model.header.filter;
         let profile = observation.profile.as_ref();
         let position = profile.and_then(|profile| profile.glass_x_m).map(f64::from).filter(|x| x.is_finite());
@@ -88,7 +89,7 @@ impl Estimator<'_> {
             InputSource::Tracked => {
                 // The position of this frame determines the input of the one before, so it comes before the step.
                 if let Some(x_m) = position {
-                    filter.update_position(self.model, &mut state.latent, x_m);
+                    filter.update_position::<R>(self.model, &mut state.latent, x_m);
                 }
                 differenced
             }
@@ -106,8 +107,8 @@ impl Estimator<'_> {
     }
 
     /// H(x).
-    pub(super) fn latent_energy(&self, memory: &Memory) -> f64 {
-        self.model.generic.potential.value(&memory.state.latent)
+    pub(super) fn latent_energy<R: Real>(&self, memory: &Memory) -> f64 {
+        self.model.generic.potential.value(&narrow::<R, _, _>(&memory.state.latent)).wide()
     }
 
     /// Acceleration of a unit of the input, m/s2.

@@ -1,7 +1,9 @@
 //! The eye: payloads of two streams in, one profile an instant out.
 
 use super::budget::Clock;
-use crate::surface::{self, ExtractionError, OutlineAssembler, Rectifier, SurfaceProfile, extract};
+use crate::surface::{
+    self, ExtractionError, OutlineAssembler, Rectifier, SurfaceProfile, extract, extract_outline,
+};
 use crate::usb::frame::{DepthFrame, OutlineFrame, Stamp};
 use crate::usb::uvc::{Assembler, AssemblyOutcome, DeviceClock, Losses, Pairer, Solitary, Stream};
 
@@ -11,7 +13,8 @@ const INTERVAL_US: u32 = 16_667;
 /// Observation of one frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FrameObservation {
-    /// Number of the depth frame, and the time at which the outline was taken: of infrared the same instant.
+    /// Number of the depth frame, and the time at which the outline was taken: of infrared the same instant. Of the outline
+    /// alone, its own.
     pub stamp: Stamp,
     /// The profile, or why there is none.
     pub profile: Result<SurfaceProfile, ExtractionError>,
@@ -47,11 +50,18 @@ pub struct FrameObservation {
 #[derive(Debug)]
 pub struct ProfileSensor<'b> {
     config: surface::Config,
-    depth: Assembler<'b>,
+    /// Depth images, where the camera has them.
+    depth: Option<DepthSide<'b>>,
     outline: OutlineAssembler<'b>,
     clock: DeviceClock,
-    pairer: Pairer,
     state: surface::ExtractionState,
+}
+
+/// Depth images and their pairing with the outline's.
+#[derive(Debug)]
+struct DepthSide<'b> {
+    assembler: Assembler<'b>,
+    pairer: Pairer,
 }
 
 impl<'b> ProfileSensor<'b> {
@@ -85,33 +95,58 @@ impl<'b> ProfileSensor<'b> {
         Self::with(config, depth, outline)
     }
 
+    /// A sensor of a camera without depth images: a colour webcam at a known distance. `colour` has room for
+    /// [`Rectifier::colour_bytes`], `grey` for [`Rectifier::grey_bytes`]. Depth payloads are not looked at.
+    #[must_use]
+    pub fn of_outline(
+        config: surface::Config,
+        rectifier: Rectifier,
+        colour: &'b mut [u8],
+        grey: &'b mut [u8],
+    ) -> Self {
+        Self::outline_alone(config, OutlineAssembler::colour(rectifier, colour, grey))
+    }
+
+    /// The same where the outline's image comes as it is traced, one byte a pixel.
+    #[must_use]
+    pub fn of_grey_outline(config: surface::Config, grey: &'b mut [u8]) -> Self {
+        Self::outline_alone(config, OutlineAssembler::infrared(grey))
+    }
+
+    fn outline_alone(config: surface::Config, outline: OutlineAssembler<'b>) -> Self {
+        let (clock, state) = (DeviceClock::default(), surface::ExtractionState::new());
+        Self { config, depth: None, outline, clock, state }
+    }
+
     fn with(config: surface::Config, depth: &'b mut [u8], outline: OutlineAssembler<'b>) -> Self {
-        let depth = if has_room_for_two(&config, 2, depth) {
+        let assembler = if has_room_for_two(&config, 2, depth) {
             Assembler::keeping_two(depth)
         } else {
             Assembler::new(depth)
         };
-        let kept = depth.kept().min(outline.kept());
-        Self {
-            config,
-            depth,
-            outline,
-            clock: DeviceClock::default(),
-            pairer: Pairer::new(INTERVAL_US, kept),
-            state: surface::ExtractionState::new(),
-        }
+        let pairer = Pairer::new(INTERVAL_US, assembler.kept().min(outline.kept()));
+        Self { depth: Some(DepthSide { assembler, pairer }), ..Self::outline_alone(config, outline) }
     }
 
     /// Returns the lost payloads and frames, depth then outline.
     #[must_use]
     pub fn losses(&self) -> (Losses, Losses) {
-        (self.depth.losses(), self.outline.losses())
+        (
+            self.depth.as_ref().map_or_else(Losses::default, |depth| depth.assembler.losses()),
+            self.outline.losses(),
+        )
+    }
+
+    /// Returns the losses of the stream whose number a turn has: depth, or the outline alone.
+    #[must_use]
+    pub fn losses_of_numbered(&self) -> Losses {
+        self.depth.as_ref().map_or_else(|| self.outline.losses(), |depth| depth.assembler.losses())
     }
 
     /// Frames whose partner never came.
     #[must_use]
     pub fn solitary(&self) -> Solitary {
-        self.pairer.solitary()
+        self.depth.as_ref().map_or_else(Solitary::default, |depth| depth.pairer.solitary())
     }
 
     /// The last whole image in which the outline is traced, Y8.
@@ -120,31 +155,49 @@ impl<'b> ProfileSensor<'b> {
         self.outline.pixels()
     }
 
-    /// Takes one payload; gives what was seen if it completes a pair of images.
+    /// The last whole depth image, Z16 little-endian; empty without depth images.
+    #[must_use]
+    pub fn depth(&self) -> &[u8] {
+        self.depth.as_ref().map_or(&[], |depth| depth.assembler.pixels())
+    }
+
+    /// Takes one payload; gives what was seen if it completes a pair of images, or the outline's where there is no depth.
     pub fn accept<C: Clock>(
         &mut self,
         stream: Stream,
         payload: &[u8],
         clock: &mut C,
     ) -> Option<FrameObservation> {
+        let Self { config, depth, outline, clock: device_clock, state } = self;
+        let (width, height) = config.image_size();
+        let Some(DepthSide { assembler, pairer }) = depth else {
+            let wanted = stream == Stream::Outline;
+            let stamp =
+                wanted.then(|| outline.push(payload, state.region(config), device_clock)).flatten()?;
+            let start_us = clock.now_us();
+            let frame = OutlineFrame { bytes: outline.pixels(), width, height, stamp };
+            let profile = extract_outline(config, state, frame);
+            return Some(FrameObservation {
+                stamp,
+                profile,
+                surface_us: clock.now_us().saturating_sub(start_us),
+            });
+        };
         let frame = match stream {
-            Stream::Depth => match self.depth.push(payload, &mut self.clock) {
+            Stream::Depth => match assembler.push(payload, device_clock) {
                 AssemblyOutcome::Frame(frame) => frame.stamp,
                 AssemblyOutcome::Partial | AssemblyOutcome::Lost(_) => return None,
             },
-            Stream::Outline => {
-                self.outline.push(payload, self.state.region(&self.config), &mut self.clock)?
-            }
+            Stream::Outline => outline.push(payload, state.region(config), device_clock)?,
         };
-        let pair = self.pairer.offer(stream, frame)?;
+        let pair = pairer.offer(stream, frame)?;
         let start_us = clock.now_us();
-        let (width, height) = self.config.image_size();
-        let stamp = self.config.stamp_of(pair.depth, pair.outline);
+        let stamp = config.stamp_of(pair.depth, pair.outline);
         // Pixels of a frame that waited are gone once a later one has begun in their place.
-        let (depth, outline) = (self.depth.pixels_of(pair.depth)?, self.outline.pixels_of(pair.outline)?);
+        let (depth, outline) = (assembler.pixels_of(pair.depth)?, outline.pixels_of(pair.outline)?);
         let depth = DepthFrame { bytes: depth, width, height, stamp: pair.depth };
         let outline = OutlineFrame { bytes: outline, width, height, stamp: pair.outline };
-        let profile = extract(&self.config, &mut self.state, depth, outline);
+        let profile = extract(config, state, depth, outline);
         let surface_us = clock.now_us().saturating_sub(start_us);
         Some(FrameObservation { stamp, profile, surface_us })
     }

@@ -52,7 +52,7 @@ impl Threshold {
     /// Returns whether a pixel belongs to the liquid.
     pub(super) fn is_liquid(&self, grey: u8) -> bool {
         match self.liquid {
-            Liquid::Dark => f32::from(grey) < self.level,
+            Liquid::Dark | Liquid::Clear => f32::from(grey) < self.level,
             Liquid::Bright => f32::from(grey) > self.level,
         }
     }

@@ -102,6 +102,7 @@ impl Config {
             ("fy", lens.fy),
             ("camera_height_m", s.camera_height_m),
             ("camera_distance_m", s.camera_distance_m),
+            ("distance_std_m", s.distance_std_m),
             ("radius_m", s.radius_m),
             ("fill_m", s.fill_m),
             ("rim_m", s.rim_m),

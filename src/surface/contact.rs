@@ -18,7 +18,7 @@
 //! if they do not fit the shape of the surface ([`super::hidden::take_back`]).
 
 use super::config::MAX_COLUMNS;
-use super::edge_points::{Edge, EdgePoint, Move, NEIGHBOURS};
+use super::edge_points::{Edge, EdgePoint, Move, NEIGHBOURS, around};
 use super::region::Grey;
 use crate::math::{median, sqrtf};
 use heapless::Vec;
@@ -54,7 +54,7 @@ pub(super) struct Crossing {
     pub(super) column: usize,
     pub(super) edge: f32,
     pub(super) onset: Option<f32>,
-    /// Tone of the band, as [`Onset`] has it.
+    /// Tone of the band, as [`Onset`] has it; 0, faint, where the liquid shines through.
     pub(super) band: f32,
     /// Variance beside the usual scatter, square pixels.
     pub(super) own_px2: f32,
@@ -128,8 +128,7 @@ pub(super) fn lower(crossings: &Crossings, edge: &mut Edge) {
     let clean = median(found().filter(|gap| *gap <= half)).unwrap_or(0.0);
     edge.clear();
     for (index, crossing) in crossings.iter().enumerate() {
-        let start = index.saturating_sub(NEIGHBOURS);
-        let near = gaps.iter().skip(start).take(index - start + NEIGHBOURS + 1).copied();
+        let near = around(&gaps, index, NEIGHBOURS).copied();
         let excess = median(near.flatten()).unwrap_or(clean) - clean;
         let share = ((excess - NOISE_PX) / (CERTAIN_PX - NOISE_PX)).clamp(0.0, 1.0);
         let contact = crossing.onset.map_or(crossing.edge, |onset| onset - ONSET_LEAD_PX);
@@ -137,7 +136,7 @@ pub(super) fn lower(crossings: &Crossings, edge: &mut Edge) {
         // In between it is not known which of the two is the contact line.
         let doubt = MOVED_SHARE * excess.max(0.0) + (share * (1.0 - share)) * excess.abs();
         let moved = if share > 0.0 { MOVED_PX2 + doubt * doubt } else { 0.0 };
-        let bands = crossings.iter().skip(start).take(index - start + NEIGHBOURS + 1);
+        let bands = around(crossings, index, NEIGHBOURS);
         let band = median(bands.filter(|near| near.onset.is_some()).map(|near| near.band)).unwrap_or(0.0);
         let _ = edge.push(EdgePoint {
             column: crossing.column,

@@ -29,10 +29,10 @@
 
 use super::config::{Config, MAX_COLUMNS};
 use super::deproject::Ray;
-use super::edge_points::{Edge, EdgePoint, NEIGHBOURS, Sample, Samples};
+use super::edge_points::{Edge, EdgePoint, NEIGHBOURS, Samples, around};
 use super::outcome::{ExtractionError, Tally};
-use super::refraction::{GlassWall, InnerPoint};
 use super::resample::median_error;
+use super::wall_sample::{Glass, Lowered, Wall, sample};
 use crate::math::{median, sqrtf};
 use crate::usb::frame::DepthFrame;
 use heapless::Vec;
@@ -56,9 +56,6 @@ const THICKEST: usize = 20;
 const LEAST_BEHIND: usize = 3;
 /// The border lies this many rows below the last row behind, by the fall of the last two residuals.
 const BORDER: (f32, f32) = (0.5, 2.5);
-/// Standard deviation of its border, as a share of a row and of its thickness.
-const BORDER_ROWS: f32 = 0.25;
-const BORDER_SHARE: f32 = 0.15;
 /// Largest error of the camera's stated distance, metres; beyond it the settings are wrong.
 const PLACE_TOLERANCE_M: f32 = 0.015;
 /// Columns whose windows tell the same: the window's width and the reach of the matching.
@@ -72,22 +69,6 @@ const LEAST_CENTRAL: usize = 8;
 const NEARER: f32 = 0.8;
 /// Disagreement of the depth image with the straight rays to the wall, in thicknesses of the glass.
 const LENS: f32 = 1.5;
-
-/// Position of the glass and its wall.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Glass {
-    pub(super) axis_m: f32,
-    pub(super) wall: GlassWall,
-}
-
-/// Readings of the wall in the depth image.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Wall {
-    /// `r0`, metres.
-    pub(super) offset_m: f32,
-    /// Standard error of `r0`, metres.
-    pub(super) scatter_m: f32,
-}
 
 /// Limits of the comparisons in one frame, metres.
 #[derive(Clone, Copy, Debug)]
@@ -114,7 +95,7 @@ pub(super) fn place(
     samples.clear();
     let Glass { axis_m, wall } = glass;
     let apart = config.settings.depth_lens_m;
-    let look = Look { config, depth, axis_m, depth_axis_m: axis_m - apart[0], apart, wall };
+    let look = Look { config, depth, axis_m, depth_axis_m: axis_m - apart[0], apart };
     // One residual for each point of `edge`, in its order; both lists are as long at most.
     let mut residuals: Vec<Option<f32>, MAX_COLUMNS> = Vec::new();
     let foot = config.foot_rows.1.saturating_sub(ROWS);
@@ -148,8 +129,7 @@ pub(super) fn place(
         let _ = bands.push(look.rows_behind(point, limits));
     }
     for (index, point) in edge.iter().enumerate() {
-        let start = index.saturating_sub(NEIGHBOURS);
-        let near = bands.iter().skip(start).take(index - start + NEIGHBOURS + 1);
+        let near = around(&bands, index, NEIGHBOURS);
         let shown = near.clone().filter(|rows| **rows > 0.0).count() >= LEAST_BEHIND;
         let lowered = if shown { near.clone().sum::<f32>() / near.count() as f32 } else { 0.0 };
         let point = EdgePoint { row: point.row + lowered, ..*point };
@@ -165,7 +145,7 @@ pub(super) fn place(
                 if seen != Verdict::Wall {
                     tally.holes = tally.holes.saturating_add(1);
                 }
-                if let Some(sample) = look.sample(point, offset_m, lowered) {
+                if let Some(sample) = sample(config, glass, offset_m, Lowered { point, rows: lowered }) {
                     let _ = samples.push(sample);
                 }
             }
@@ -196,7 +176,6 @@ struct Look<'d> {
     /// The same for the lens of the depth image.
     depth_axis_m: f32,
     apart: [f32; 3],
-    wall: GlassWall,
 }
 
 impl Look<'_> {
@@ -310,33 +289,6 @@ impl Look<'_> {
             }
         }
         border
-    }
-
-    fn sample(&self, point: EdgePoint, offset_m: f32, lowered: f32) -> Option<Sample> {
-        let camera = &self.config.camera;
-        let ray = camera.ray(point.column as f32, point.row);
-        let (x_m, z_m) = if self.wall.bends() {
-            let InnerPoint { x_m, z_m } = self.wall.inner_point(self.config, ray, self.axis_m, offset_m)?;
-            (x_m, z_m)
-        } else {
-            // The ray of an outermost column, half covered, may pass beside the glass.
-            let wall_m = camera.wall_depth(ray, self.axis_m)?;
-            let (x_m, z_m) = camera.point(ray, wall_m + offset_m);
-            (x_m - self.axis_m, z_m)
-        };
-        let border =
-            if lowered > 0.0 { (BORDER_ROWS + BORDER_SHARE * lowered) * camera.pitch_m() } else { 0.0 };
-        let pitch_m = camera.pitch_m();
-        let faint = if point.moved.faint { 1.0 } else { 0.0 };
-        Some(Sample {
-            x_m,
-            z_m,
-            rise: camera.rise(ray),
-            own_m2: border * border + point.own_px2 * pitch_m * pitch_m,
-            lowered_m: (lowered + point.moved.rows) * pitch_m,
-            faint_m: faint * point.moved.rows * pitch_m,
-            faint_m2: faint * point.moved.variance_px2 * pitch_m * pitch_m,
-        })
     }
 }
 

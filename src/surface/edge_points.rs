@@ -52,3 +52,9 @@ pub(super) struct Sample {
 
 /// The edge in space, `x` rising.
 pub(super) type Samples = Vec<Sample, MAX_COLUMNS>;
+
+/// An item of a list and its neighbours, up to `reach` on either side.
+pub(super) fn around<T>(list: &[T], index: usize, reach: usize) -> impl Iterator<Item = &T> + Clone {
+    let start = index.saturating_sub(reach);
+    list.iter().skip(start).take(index - start + reach + 1)
+}

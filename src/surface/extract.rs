@@ -2,7 +2,7 @@
 
 use super::binarise::Threshold;
 use super::config::Config;
-use super::depth::{Glass, place};
+use super::depth::place;
 use super::edge_points::{Edge, Samples};
 use super::glass::{self, Silhouette, Tracked};
 use super::hidden;
@@ -11,7 +11,9 @@ use super::profile::SurfaceProfile;
 use super::refraction::GlassWall;
 use super::region::{Grey, Region};
 use super::resample::{Points, resample};
+use super::settings::Liquid;
 use super::trace::trace;
+use super::wall_sample::{Glass, at_stated_distance};
 use crate::usb::frame::{DepthFrame, OutlineFrame, Stamp};
 use heapless::Vec;
 
@@ -117,6 +119,43 @@ pub fn extract(
     depth: DepthFrame<'_>,
     outline: OutlineFrame<'_>,
 ) -> Result<SurfaceProfile, ExtractionError> {
+    extract_from(config, state, Some(depth), outline)
+}
+
+/// Extracts the profile from the image of the outline alone, of a camera that has no depth image.
+///
+/// The wall is taken to be at [`Settings::camera_distance_m`](super::Settings), and what stands before the glass is not
+/// told from the liquid.
+///
+/// ```
+/// use meniscus::surface::{Config, ExtractionError, ExtractionState, Settings, extract_outline};
+/// use meniscus::usb::frame::{OutlineFrame, Stamp};
+///
+/// let config = Config::new(Settings::default())?;
+/// let (width, height) = config.image_size();
+/// let grey = vec![128; width * height];
+/// let outline = OutlineFrame { bytes: &grey, width, height, stamp: Stamp::default() };
+/// let profile = extract_outline(&config, &mut ExtractionState::new(), outline);
+/// assert_eq!(profile, Err(ExtractionError::NoContrast));
+/// # Ok::<(), meniscus::surface::ConfigError>(())
+/// ```
+///
+/// # Errors
+/// Those of [`extract`], but for the ones of the depth image.
+pub fn extract_outline(
+    config: &Config,
+    state: &mut ExtractionState,
+    outline: OutlineFrame<'_>,
+) -> Result<SurfaceProfile, ExtractionError> {
+    extract_from(config, state, None, outline)
+}
+
+fn extract_from(
+    config: &Config,
+    state: &mut ExtractionState,
+    depth: Option<DepthFrame<'_>>,
+    outline: OutlineFrame<'_>,
+) -> Result<SurfaceProfile, ExtractionError> {
     let profile = attempt(config, state, depth, outline);
     let counter = match profile {
         Ok(profile) => {
@@ -135,16 +174,16 @@ pub fn extract(
 fn attempt(
     config: &Config,
     state: &mut ExtractionState,
-    depth: DepthFrame<'_>,
+    depth: Option<DepthFrame<'_>>,
     outline: OutlineFrame<'_>,
 ) -> Result<SurfaceProfile, ExtractionError> {
     let lens = &config.settings.intrinsics;
     let pixels = lens.width.saturating_mul(lens.height);
-    let sizes = [depth.width, outline.width, depth.height, outline.height];
-    if sizes != [lens.width, lens.width, lens.height, lens.height]
-        || outline.bytes.len() != pixels
-        || depth.bytes.len() != pixels.saturating_mul(2)
-    {
+    let size = [lens.width, lens.height];
+    let depth_fits = depth.is_none_or(|depth| {
+        [depth.width, depth.height] == size && depth.bytes.len() == pixels.saturating_mul(2)
+    });
+    if [outline.width, outline.height] != size || outline.bytes.len() != pixels || !depth_fits {
         return Err(ExtractionError::WrongSize);
     }
     let image = Grey { bytes: outline.bytes, width: outline.width };
@@ -165,6 +204,8 @@ fn attempt(
     };
     let body =
         glass::find(config, image, region, &threshold, tracked).ok_or(ExtractionError::GlassNotFound)?;
+    let clear = config.settings.liquid == Liquid::Clear;
+    let trace = if clear { super::clear::trace } else { trace };
     let saturated = trace(config, image, body, &threshold, least, &mut state.edge);
     if state.edge.len() < LEAST_COLUMNS {
         return Err(ExtractionError::TooFewColumns);
@@ -180,7 +221,12 @@ fn attempt(
         return Err(ExtractionError::GlassNotFound);
     }
     let glass = Glass { axis_m, wall: GlassWall::of(config, state.silhouette_m) };
-    let wall = place(config, depth, glass, &state.edge, &mut state.samples, &mut state.tally)?;
+    // Stereo sees anything behind or before a clear liquid, but not its wall.
+    let looked_at = depth.filter(|_| !clear);
+    let wall = match looked_at {
+        Some(depth) => place(config, depth, glass, &state.edge, &mut state.samples, &mut state.tally)?,
+        None => at_stated_distance(config, glass, &state.edge, &mut state.samples),
+    };
     if state.samples.len() < LEAST_COLUMNS {
         return Err(ExtractionError::TooFewColumns);
     }
@@ -194,6 +240,7 @@ fn attempt(
     if !valid.contains(&true) {
         return Err(ExtractionError::TooFewColumns);
     }
-    let Stamp { sequence, captured } = config.stamp_of(depth.stamp, outline.stamp);
+    let stamp = depth.map_or(outline.stamp, |depth| config.stamp_of(depth.stamp, outline.stamp));
+    let Stamp { sequence, captured } = stamp;
     Ok(SurfaceProfile { height_m, variance_m2, valid, glass_x_m: Some(axis_m), sequence, captured })
 }

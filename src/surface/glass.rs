@@ -12,6 +12,7 @@ use super::config::{Config, MAX_COLUMNS, THICKEST_WALL_M};
 use super::deproject::{Camera, Side};
 use super::edge::{REACH, SPAN, inside_pixels};
 use super::region::{Grey, Region};
+use super::settings::Liquid;
 use crate::math;
 use heapless::Vec;
 
@@ -21,6 +22,8 @@ const MAX_ROWS: usize = 128;
 const LEAST_ROWS: usize = 8;
 /// A row whose axis is farther from the median than this is an outlier (about 0.3 pixel).
 const ROW_TOLERANCE_M: f32 = 3e-4;
+/// The same beside a clear liquid, whose sides are a third as strong and carry the images of lamps.
+const CLEAR_TOLERANCE_M: f32 = 1e-3;
 
 /// The two positions that the sides of one row give may differ by this much; a wall of unknown thickness moves them
 /// apart by twice that.
@@ -152,7 +155,9 @@ pub(super) fn axis(
         }
     }
     let median = math::median(axes.iter().copied())?;
-    let near = || axes.iter().filter(|axis| (*axis - median).abs() < ROW_TOLERANCE_M);
+    let tolerance_m =
+        if config.settings.liquid == Liquid::Clear { CLEAR_TOLERANCE_M } else { ROW_TOLERANCE_M };
+    let near = || axes.iter().filter(|axis| (*axis - median).abs() < tolerance_m);
     let count = near().count();
     (count >= LEAST_ROWS).then(|| Silhouette {
         axis_m: near().sum::<f32>() / count as f32,

@@ -13,6 +13,7 @@
 
 use super::config::Config;
 use super::edge_points::{Sample, Samples};
+use super::settings::Liquid;
 use crate::math::sqrtf;
 
 /// Points along the line of sight through the glass.
@@ -22,6 +23,8 @@ const USUAL: f32 = 0.25;
 const DOUBT: f32 = 0.5;
 /// Moves to faint bands are taken back if the first mode then lies nearer to the points than this share.
 const BETTER: f32 = 0.75;
+/// Times that the mode is fitted anew without the moves that were taken back.
+const ROUNDS: usize = 2;
 
 /// Lowers the samples by a share of what may be hidden beyond what each was lowered already.
 pub(super) fn allow(config: &Config, samples: &mut Samples) {
@@ -52,14 +55,33 @@ pub(super) fn take_back(config: &Config, samples: &mut Samples) {
         Some(off.fold(0.0, |sum, off| sum + off))
     };
     let (Some(lowered), Some(raised)) = (scatter(0.0), scatter(1.0)) else { return };
-    if raised >= BETTER * lowered {
-        return;
+    if raised < BETTER * lowered {
+        samples.iter_mut().for_each(raise);
+    } else if config.settings.liquid == Liquid::Bright {
+        take_back_alone(config, samples);
     }
-    for sample in samples.iter_mut() {
-        sample.z_m += sample.faint_m;
-        sample.lowered_m -= sample.faint_m;
-        sample.own_m2 -= sample.faint_m2;
+}
+
+/// Takes back single moves after which a point lies farther from the first mode than before: among columns with a band,
+/// others have a tail.
+fn take_back_alone(config: &Config, samples: &mut Samples) {
+    for _ in 0..ROUNDS {
+        let Some(mode) = first_mode(config, samples, 0.0) else { return };
+        let off = |sample: &Sample, z_m: f32| (z_m - contact_m(config, mode, sample.x_m)).abs();
+        for sample in samples.iter_mut() {
+            if off(sample, sample.z_m + sample.faint_m) < BETTER * off(sample, sample.z_m) {
+                raise(sample);
+            }
+        }
     }
+}
+
+/// Takes the move of a sample back.
+fn raise(sample: &mut Sample) {
+    sample.z_m += sample.faint_m;
+    sample.lowered_m -= sample.faint_m;
+    sample.own_m2 -= sample.faint_m2;
+    (sample.faint_m, sample.faint_m2) = (0.0, 0.0);
 }
 
 /// Contact line of a first mode: `c`, `a`, `b` of the formulas above.

@@ -7,12 +7,16 @@
 //! ```
 //!
 //! The outline is traced in the left infrared image, or in the colour image, of which [`Rectifier`] makes a grey one as
-//! if a lens like that of the depth image stood in the colour lens' place. The liquid must be opaque in that light. The camera stands slightly below the rest surface,
+//! if a lens like that of the depth image stood in the colour lens' place. The liquid must be opaque in that light, or clear
+//! and darker than a bright card behind it ([`Liquid::Clear`], for which `clear` stands in the place of trace and contact). The camera stands slightly below the rest surface,
 //! so the upper edge of the liquid in the image is its contact line on the wall that faces the camera.
+//! A camera without a depth image shows the outline alone ([`extract_outline`]): the wall is where the settings state it.
+//!
 //! Only the region around the glass is touched. [`Config`] is checked once and constant, [`ExtractionState`]
 //! remembers where the glass was and counts what the stages did.
 
 mod binarise;
+mod clear;
 mod config;
 mod contact;
 mod deproject;
@@ -32,10 +36,11 @@ mod region;
 mod resample;
 mod settings;
 mod trace;
+mod wall_sample;
 
 pub use crate::usb::lens::{ColourLens, Intrinsics};
 pub use config::{Config, ConfigError, MAX_COLUMNS, THICKEST_WALL_M};
-pub use extract::{ExtractionState, extract};
+pub use extract::{ExtractionState, extract, extract_outline};
 pub use optics::Optics;
 pub use outcome::{ExtractionError, Tally};
 pub use outline::OutlineAssembler;

@@ -3,6 +3,9 @@
 use super::optics::Optics;
 use crate::usb::lens::Intrinsics;
 
+/// Least difference between a clear liquid and the card behind it, grey levels.
+const CLEAR_CONTRAST: f32 = 14.0;
+
 /// Tone of the liquid relative to its background.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Liquid {
@@ -10,6 +13,9 @@ pub enum Liquid {
     Dark,
     /// Brighter than the background.
     Bright,
+    /// Clear, and darker than a bright card behind it: water in light of 850 nm. The depth image is not asked
+    /// ([`Settings::of_clear_liquid`]).
+    Clear,
 }
 
 /// The settings, unchecked; [`Settings::default`] is a D435 in front of the 35 mm glass.
@@ -35,6 +41,8 @@ pub struct Settings {
     pub camera_height_m: f32,
     /// Horizontal distance of the camera from the line on which the glass axis moves, metres.
     pub camera_distance_m: f32,
+    /// Standard deviation of that distance, metres. It counts where no depth image measures the wall.
+    pub distance_std_m: f32,
     /// Pitch of the camera, radians, positive when it looks up.
     pub camera_pitch_rad: f32,
     /// Inner radius of the glass, metres.
@@ -72,6 +80,20 @@ impl Settings {
         Self { intrinsics, depth_unit_m, depth_lens_m, ..self }
     }
 
+    /// The same for a clear liquid, whose contrast is less than half of an opaque one's.
+    ///
+    /// ```
+    /// use meniscus::surface::{Liquid, Settings};
+    ///
+    /// let settings = Settings::default().of_clear_liquid();
+    /// assert_eq!(settings.liquid, Liquid::Clear);
+    /// assert!(settings.least_contrast < Settings::default().least_contrast);
+    /// ```
+    #[must_use]
+    pub fn of_clear_liquid(self) -> Self {
+        Self { liquid: Liquid::Clear, least_contrast: CLEAR_CONTRAST, ..self }
+    }
+
     /// Returns the part that the camera reports.
     #[must_use]
     pub fn optics(&self) -> Optics {
@@ -88,6 +110,7 @@ impl Default for Settings {
             depth_lens_m,
             camera_height_m: 0.030,
             camera_distance_m: 0.40,
+            distance_std_m: 0.003,
             camera_pitch_rad: 0.0,
             radius_m: 0.035,
             wall_m: None,

@@ -8,7 +8,7 @@ use super::binarise::Threshold;
 use super::config::{Config, MAX_COLUMNS};
 use super::contact::{Crossing, Crossings, lower, onset};
 use super::edge::{REACH, SPAN, Tones, lead};
-use super::edge_points::{Edge, NEIGHBOURS};
+use super::edge_points::{Edge, NEIGHBOURS, around};
 use super::glass::Body;
 use super::region::Grey;
 use super::settings::Liquid;
@@ -32,6 +32,10 @@ const CLIPPED_PX: f32 = 0.4;
 const CLIPPED_STD_PX: f32 = 0.25;
 /// Lead of the steepest part of the steps that is noise, pixels; from twice that on it counts in full.
 const LEAD_NOISE_PX: f32 = 0.04;
+
+/// Variance of an edge of a liquid that shines through, square pixels: how far its tail reaches is known to a tenth of a
+/// pixel.
+const TAIL_PX2: f32 = 0.01;
 
 /// A band over the edge brighter than the background by this share of the step is foam.
 const OVERSHOOT: f32 = 0.2;
@@ -65,8 +69,7 @@ pub(super) fn trace(
     }
     let mut steps: Vec<Step, MAX_COLUMNS> = Vec::new();
     for (index, &(column, own)) in ends.iter().enumerate() {
-        let start = index.saturating_sub(BESIDE);
-        let near = ends.iter().skip(start).take(index - start + BESIDE + 1).map(|(_, row)| *row as f32);
+        let near = around(&ends, index, BESIDE).map(|(_, row)| *row as f32);
         let usual = median(near).map_or(own, |row| row as usize);
         let first_background = if own.abs_diff(usual) > APART { usual } else { own };
         if let Some((profile, _)) = profile(image, column, first_background) {
@@ -81,7 +84,9 @@ pub(super) fn trace(
     let shines_through = config.settings.liquid == Liquid::Bright;
     for (index, step) in steps.iter().enumerate() {
         let tones = usual(&steps, index);
-        let Some((crossing, lead)) = crossing(image, *step, tones, config.foot_rows.1, [least, noise]) else {
+        let Some((crossing, lead)) =
+            crossing(image, *step, tones, config.foot_rows.1, [least, noise], shines_through)
+        else {
             continue;
         };
         saturated += usize::from(clipped(tones).is_some());
@@ -97,9 +102,7 @@ pub(super) fn trace(
     lower(&crossings, &mut raw);
     edge.clear();
     for (index, point) in raw.iter().enumerate() {
-        let start = index.saturating_sub(NEIGHBOURS);
-        let near = raw.iter().skip(start).take(index - start + NEIGHBOURS + 1);
-        let usual = median(near.map(|p| p.row)).unwrap_or(point.row);
+        let usual = median(around(&raw, index, NEIGHBOURS).map(|near| near.row)).unwrap_or(point.row);
         if (point.row - usual).abs() < ROW_TOLERANCE_PX {
             let _ = edge.push(*point);
         }
@@ -153,6 +156,7 @@ fn crossing(
     tones: Tones,
     foot: usize,
     [least, noise]: [f32; 2],
+    shines_through: bool,
 ) -> Option<(Crossing, Option<f32>)> {
     let Step { column, first_background, tones: own } = step;
     // Within a highlight there is no step at all.
@@ -165,7 +169,10 @@ fn crossing(
     let edge = (first_background + REACH) as f32 + 0.5 - inside - moved;
     let found = onset(image, column, first_background, foot, noise);
     let (onset, band) = found.map_or((None, 0.0), |found| (Some(found.row), found.band));
-    Some((Crossing { column, edge, onset, band, own_px2: own_px2 + clipped_px2 }, lead(&profile, inside)))
+    // The light that comes in through the surface of such a liquid brightens it there as a band would: none is certain.
+    let (band, tail_px2) = if shines_through { (0.0, TAIL_PX2) } else { (band, 0.0) };
+    let own_px2 = own_px2 + clipped_px2 + tail_px2;
+    Some((Crossing { column, edge, onset, band, own_px2 }, lead(&profile, inside)))
 }
 
 /// Rows by which an edge beside a saturated tone lies higher than it looks, and the variance of that.

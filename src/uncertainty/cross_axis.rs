@@ -10,8 +10,9 @@
 //! A(n), the slope of the surface after one unit of the port, is read off the model's own linearised step, and the
 //! numbers k1, k2 of Y(n+1) = k1 Y(n) + k2 Y(n-1) + f are those that predict it best.
 
-use crate::latent::generic::{LATENTS, Latent};
+use crate::latent::generic::{LATENTS, Latent, LatentOf};
 use crate::math::sqrt;
+use crate::real::{Real, narrow};
 use crate::surface::{POINTS, SurfaceProfile, profile_abscissa};
 use nalgebra::{Matrix2, SMatrix};
 
@@ -112,15 +113,17 @@ impl CrossAxisMode {
     }
 
     /// Returns the part of Y in the variance of the heights whose slopes along the latents are `surface`, m2.
-    pub(crate) fn variance(
+    pub(crate) fn variance<R: Real>(
         &self,
         state: &LateralState,
         surface: &SMatrix<f64, LATENTS, POINTS>,
     ) -> [f64; POINTS] {
         let own = state.covariance.get((0, 0)).copied().unwrap_or(0.0);
         let mut out = [0.0; POINTS];
-        for ((out, shape), row) in out.iter_mut().zip(self.shape).zip(surface.column_iter()) {
-            *out = shape * (shape * own + 2.0 * row.dot(&state.latent_covariance));
+        let covariance = narrow::<R, _, _>(&state.latent_covariance);
+        for ((out, shape), row) in out.iter_mut().zip(self.shape).zip(&surface.data.0) {
+            let both = LatentOf::<R>::from(row.map(R::of)).dot(&covariance).wide();
+            *out = shape * (shape * own + 2.0 * both);
         }
         out
     }

@@ -5,15 +5,19 @@
 //!
 //! ```text
 //! z = S(x) + e + noise,   <e^2> = w d,   <noise^2> = r
-//! e^ = s (z - S(x)),      s = w d / (w d + r),      <(e - e^)^2> = (1 - s) w d
+//! e^ = s (z - S(x)),      s = w d / max(w d + r, (z - S)^2/b^2),      <(e - e^)^2> = (1 - s) w d
 //! ```
 //! (the discrepancy of a model: Kennedy and O'Hagan, J. R. Stat. Soc. B 63 (2001) 425; w, d and r are those of
 //! [`crate::uncertainty::error_model`]). The filter counts e as noise, so that the latents do not run after what they cannot say; here it is added
-//! to the surface. It changes the surface alone: no part of the field moves with it, no forecast uses it, and where a height
-//! was not seen there is none. A model on its own liquid has next to none either.
+//! to the surface. A height beyond b standard deviations is taken for an outlier and counts less the farther it is off (bounded
+//! influence, as in the filter). The discrepancy changes the surface alone: no part of the field moves with it, no forecast uses
+//! it, and where a height was not seen there is none. A model on its own liquid has next to none either.
 
 use crate::surface::{POINTS, SurfaceProfile};
 use crate::uncertainty::error_model::ErrorModel;
+
+/// b: what a liquid shows that the model was not trained on lies well within.
+const GATE: f64 = 10.0;
 
 /// Least variance of a measured height, m2: that of 0.1 mm.
 pub const LEAST_M2: f64 = 1e-8;
@@ -41,8 +45,8 @@ pub const LEAST_M2: f64 = 1e-8;
 ///     sequence: 0,
 ///     captured: Micros(0),
 /// };
-/// let discrepancy = Discrepancy::of(&model.error_model, &profile, 1.0);
 /// let mut surface_m = [0.070; POINTS];
+/// let discrepancy = Discrepancy::of(&model.error_model, &profile, &surface_m, 1.0);
 /// discrepancy.add_to(&mut surface_m, &profile);
 /// // The estimate moves towards the measurement, and stays where there is none.
 /// assert!(surface_m[10] > 0.070 && surface_m[10] < 0.072);
@@ -56,14 +60,21 @@ impl Discrepancy {
     /// Of no measurement.
     pub const NONE: Self = Self([0.0; POINTS]);
 
-    /// Returns s of the heights in `profile`, under a slosh of energy `latent_energy` in units of H.
+    /// Returns s of the heights in `profile`, where the decoder says `surface_m`, under a slosh of energy `latent_energy` in units
+    /// of H.
     #[must_use]
-    pub fn of(errors: &ErrorModel<'_>, profile: &SurfaceProfile, latent_energy: f64) -> Self {
+    pub fn of(
+        errors: &ErrorModel<'_>,
+        profile: &SurfaceProfile,
+        surface_m: &[f32; POINTS],
+        latent_energy: f64,
+    ) -> Self {
         let (w, mut shares) = (errors.weight(latent_energy), [0.0; POINTS]);
         let points = profile.valid.iter().zip(&profile.variance_m2).zip(errors.surface_misfit);
-        for (share, ((valid, variance), d)) in shares.iter_mut().zip(points) {
+        let differences = profile.height_m.iter().zip(surface_m).map(|(z, said)| f64::from(z - said) / GATE);
+        for ((share, ((valid, variance), d)), beyond) in shares.iter_mut().zip(points).zip(differences) {
             let (missed, noise) = ((w * f64::from(*d)).max(0.0), f64::from(*variance).max(LEAST_M2));
-            let of_both = missed / (missed + noise);
+            let of_both = missed / (missed + noise).max(beyond * beyond);
             // The misfit may overflow in a hostile blob.
             *share = if *valid && of_both.is_finite() { of_both } else { 0.0 };
         }
@@ -112,7 +123,7 @@ mod tests {
     #[test]
     fn what_is_as_large_as_the_noise_comes_back_by_half() {
         let (errors, profile) = (error_model(), profile());
-        let shares = Discrepancy::of(&errors, &profile, 4.0 - errors.weight(0.0));
+        let shares = Discrepancy::of(&errors, &profile, &[0.070; POINTS], 4.0 - errors.weight(0.0));
         let mut surface_m = [0.070; POINTS];
         shares.add_to(&mut surface_m, &profile);
         assert!((surface_m[7] - 0.071).abs() < 1e-6, "{}", surface_m[7]);
@@ -126,7 +137,7 @@ mod tests {
     fn what_is_left_is_as_much_as_is_said() {
         let (errors, mut profile) = (error_model(), profile());
         profile.variance_m2 = [9e-8; POINTS];
-        let shares = Discrepancy::of(&errors, &profile, 4.0 - errors.weight(0.0));
+        let shares = Discrepancy::of(&errors, &profile, &[0.070; POINTS], 4.0 - errors.weight(0.0));
         let mut bits = 1_u64;
         let mut draw = || {
             // The sum of twelve uniform numbers is near a Gaussian of deviation one.
@@ -151,12 +162,27 @@ mod tests {
         assert!(left < 0.9 * 4e-8);
     }
 
+    /// A height 100 standard deviations off moves its estimate by a hundredth of what it would without a gate.
+    #[test]
+    fn an_outlier_moves_its_point_little() {
+        let (errors, mut profile) = (error_model(), profile());
+        // The root of w d + r = 8e-8 m2.
+        let deviation_m = 2.828_427e-4;
+        profile.height_m[7] = (0.070 + 100.0 * deviation_m) as f32;
+        let shares = Discrepancy::of(&errors, &profile, &[0.070; POINTS], 4.0 - errors.weight(0.0));
+        let mut surface_m = [0.070; POINTS];
+        shares.add_to(&mut surface_m, &profile);
+        let moved = f64::from(surface_m[7]) - 0.070;
+        assert!((moved / (0.005 * 100.0 * deviation_m) - 1.0).abs() < 0.01, "{moved}");
+        assert!((shares.left()[7] - 0.995).abs() < 1e-6);
+    }
+
     /// Values of a hostile blob that are not finite have no effect.
     #[test]
     fn what_is_no_number_comes_back_nowhere() {
         let errors = ErrorModel { surface_misfit: &[f32::INFINITY; POINTS], ..error_model() };
         let mut surface_m = [0.070; POINTS];
-        Discrepancy::of(&errors, &profile(), 1.0).add_to(&mut surface_m, &profile());
+        Discrepancy::of(&errors, &profile(), &surface_m, 1.0).add_to(&mut surface_m, &profile());
         assert_eq!(surface_m, [0.070; POINTS]);
     }
 }

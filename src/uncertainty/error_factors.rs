@@ -14,6 +14,7 @@ pub const FIELD_GROUPS: usize = 5;
 /// // A blob from before surfaces at rest were measured states nine numbers: its `rest_noise_std_m` is zero.
 /// let old = ErrorFactors::from_tensor(&[0.1, 2.0, 2.5, 3.0, 1.1, 1.2, 1.3, 1.4, 1.5]).unwrap();
 /// assert_eq!((old.weight_floor, old.surface, old.rest_noise_std_m), (0.1, [2.0, 2.5, 3.0], 0.0));
+/// assert_eq!((old.planned, old.crest), ([2.0, 2.0], 2.0));
 /// assert_eq!(ErrorFactors::from_tensor(&old.to_tensor()), Some(old));
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -26,33 +27,53 @@ pub struct ErrorFactors {
     pub field: [f32; FIELD_GROUPS],
     /// g: standard deviation of what is missed of a surface at rest, m.
     pub rest_noise_std_m: f32,
+    /// k of the surface at each of [`LEADS`] but the present, where the motion of the glass is planned.
+    pub planned: [f32; LEADS.len() - 1],
+    /// k of the height of the next crest, where the motion is planned up to it.
+    pub crest: f32,
 }
 
 impl ErrorFactors {
-    /// Numbers that a tensor holds at least: all but `rest_noise_std_m`, which blobs before it have not.
-    pub const LEAST_NUMBERS: usize = 1 + LEADS.len() + FIELD_GROUPS;
+    /// Sizes that the tensor may have. Blobs before the later numbers have fewer: the first end before
+    /// `rest_noise_std_m`, the next before `planned`.
+    pub const SIZES: [usize; 3] =
+        [1 + LEADS.len() + FIELD_GROUPS, 2 + LEADS.len() + FIELD_GROUPS, Self::NUMBERS];
 
     /// Numbers of [`Self::to_tensor`].
-    pub const NUMBERS: usize = Self::LEAST_NUMBERS + 1;
+    pub const NUMBERS: usize = 2 * LEADS.len() + FIELD_GROUPS + 2;
+
+    /// Numbers of [`Self::quantiles`].
+    pub const QUANTILES: usize = 2 * LEADS.len() + FIELD_GROUPS;
 
     /// Factors of one, as a blob has them before it is calibrated.
     #[must_use]
     pub const fn uncalibrated(weight_floor: f32) -> Self {
-        Self { weight_floor, surface: [1.0; LEADS.len()], field: [1.0; FIELD_GROUPS], rest_noise_std_m: 0.0 }
+        Self {
+            weight_floor,
+            surface: [1.0; LEADS.len()],
+            field: [1.0; FIELD_GROUPS],
+            rest_noise_std_m: 0.0,
+            planned: [1.0; LEADS.len() - 1],
+            crest: 1.0,
+        }
     }
 
-    /// Reads the tensor; `None` where it has fewer or more numbers than a blob may state.
+    /// Reads the tensor; `None` where it has another size than [`Self::SIZES`].
+    ///
+    /// A blob without factors of a planned motion had none measured: they are that of the present surface.
     #[must_use]
     pub fn from_tensor(numbers: &[f32]) -> Option<Self> {
         let (&weight_floor, rest) = numbers.split_first()?;
         let (&surface, rest) = rest.split_first_chunk()?;
         let (&field, rest) = rest.split_first_chunk()?;
-        let rest_noise_std_m = match rest {
-            [] => 0.0,
-            [only] => *only,
+        let [now, ..]: [f32; LEADS.len()] = surface;
+        let (rest_noise_std_m, planned, crest) = match *rest {
+            [] => (0.0, [now; LEADS.len() - 1], now),
+            [at_rest] => (at_rest, [now; LEADS.len() - 1], now),
+            [at_rest, near, far, crest] => (at_rest, [near, far], crest),
             _ => return None,
         };
-        Some(Self { weight_floor, surface, field, rest_noise_std_m })
+        Some(Self { weight_floor, surface, field, rest_noise_std_m, planned, crest })
     }
 
     /// Returns the numbers in the order of the tensor.
@@ -62,23 +83,36 @@ impl ErrorFactors {
         let values = core::iter::once(&self.weight_floor)
             .chain(&self.surface)
             .chain(&self.field)
-            .chain(core::iter::once(&self.rest_noise_std_m));
+            .chain(core::iter::once(&self.rest_noise_std_m))
+            .chain(&self.planned)
+            .chain(core::iter::once(&self.crest));
         numbers.iter_mut().zip(values).for_each(|(slot, value)| *slot = *value);
         numbers
     }
 
-    /// Returns the factors of surface and field in one row: those of the surface first.
+    /// Returns the factors in one row: surface, field, planned, crest.
     #[must_use]
-    pub fn quantiles(&self) -> [f32; LEADS.len() + FIELD_GROUPS] {
-        let mut row = [0.0; LEADS.len() + FIELD_GROUPS];
-        let all = self.surface.iter().chain(&self.field);
+    pub fn quantiles(&self) -> [f32; Self::QUANTILES] {
+        let mut row = [0.0; Self::QUANTILES];
+        let all =
+            self.surface.iter().chain(&self.field).chain(&self.planned).chain(core::iter::once(&self.crest));
         row.iter_mut().zip(all).for_each(|(slot, k)| *slot = *k);
         row
     }
 
     /// Iterates over the factors in the order of [`Self::quantiles`], to change them.
     pub fn quantiles_mut(&mut self) -> impl Iterator<Item = &mut f32> {
-        self.surface.iter_mut().chain(&mut self.field)
+        self.surface
+            .iter_mut()
+            .chain(&mut self.field)
+            .chain(&mut self.planned)
+            .chain(core::iter::once(&mut self.crest))
+    }
+
+    /// Returns k of the surface at each of [`LEADS`] where the motion of the glass is planned.
+    pub(crate) fn of_a_plan(&self) -> [f32; LEADS.len()] {
+        let ([now, ..], [near, far]) = (self.surface, self.planned);
+        [now, near, far]
     }
 
     /// Whether no number is below zero.
@@ -94,19 +128,24 @@ mod tests {
     #[test]
     fn another_count_is_no_tensor_of_factors() {
         let numbers = [1.0; ErrorFactors::NUMBERS + 1];
-        assert_eq!(ErrorFactors::from_tensor(&numbers), None);
-        assert_eq!(ErrorFactors::from_tensor(&numbers[..ErrorFactors::LEAST_NUMBERS - 1]), None);
-        assert!(ErrorFactors::from_tensor(&numbers[..ErrorFactors::NUMBERS]).is_some());
+        for size in 0..=numbers.len() {
+            let read = ErrorFactors::from_tensor(&numbers[..size]);
+            assert_eq!(read.is_some(), ErrorFactors::SIZES.contains(&size), "{size}");
+        }
     }
 
     #[test]
     fn the_order_is_that_of_the_specification() {
         let mut factors = ErrorFactors::uncalibrated(0.5);
         factors.quantiles_mut().zip(2_u8..).for_each(|(k, number)| *k = f32::from(number));
-        factors.rest_noise_std_m = 10.0;
-        assert_eq!(factors.to_tensor(), [0.5, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0]);
-        assert_eq!(factors.quantiles(), [2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0]);
+        factors.rest_noise_std_m = 20.0;
+        let row = [0.5, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 20.0, 10.0, 11.0, 12.0];
+        assert_eq!(factors.to_tensor(), row);
+        assert_eq!(factors.quantiles(), [2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0, 11.0, 12.0]);
         assert!(factors.none_negative());
+        // A blob from before these were measured takes the factor of the present surface.
+        let old = ErrorFactors::from_tensor(&row[..10]).expect("a size of before");
+        assert_eq!((old.planned, old.crest), ([2.0; 2], 2.0));
         factors.field[4] = -1e-9;
         assert!(!factors.none_negative());
     }

@@ -73,8 +73,14 @@ impl ErrorModel<'_> {
 pub(crate) mod tests {
     use super::*;
 
-    const FACTORS: ErrorFactors =
-        ErrorFactors { weight_floor: 0.1, surface: [2.0, 4.0, 3.0], field: [1.0; 5], rest_noise_std_m: 0.0 };
+    const FACTORS: ErrorFactors = ErrorFactors {
+        weight_floor: 0.1,
+        surface: [2.0, 4.0, 3.0],
+        field: [1.0; 5],
+        rest_noise_std_m: 0.0,
+        planned: [3.0, 5.0],
+        crest: 6.0,
+    };
 
     /// J of one for the first latent at every point, nothing else.
     pub(crate) fn error_model() -> ErrorModel<'static> {

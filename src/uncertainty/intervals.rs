@@ -2,7 +2,8 @@
 //!
 //! ```text
 //! half = k sqrt(J P J^T + y + (1 - s) w d + g^2)     of a height; of a field group without y, s and g, the mean over its numbers
-//! P-   = A P A^T + a w Q + m dt^2 B B^T      of a forecast, turn by turn; m = 1 where the motion is not planned, else 0
+//! P-   = A P A^T + a w Q + m dt^2 B B^T      of a forecast, turn by turn; m = 1 where the motion is not planned, else 0;
+//!                                            w of the liveliest slosh from the estimate on
 //! ```
 //! A is the closed step linearised about rest. Q is the covariance of the step's error, R that of the encoder's, d the
 //! variance of the decoder's, each for a unit of w = floor + H(x): a livelier slosh is known less well. g is the error at a
@@ -12,8 +13,9 @@
 //! comes from k ([`crate::uncertainty::error_factors::ErrorFactors`]), the 90 % quantile of |error| / half on held-out recordings (split conformal: Lei et al.,
 //! J. Am. Stat. Assoc. 113 (2018) 1094).
 
-use crate::latent::generic::{Generic, LATENTS, Latent};
+use crate::latent::generic::{Generic, LATENTS, LatentOf};
 use crate::math::sqrt;
+use crate::real::{Real, narrow};
 use crate::surface::POINTS;
 use crate::uncertainty::discrepancy::Discrepancy;
 use crate::uncertainty::error_factors::LEADS;
@@ -68,9 +70,9 @@ pub struct Horizon {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct CarriedCovariance {
     p: Square,
-    /// Factor on Q in every turn.
-    missed: f64,
-    /// w.
+    /// a.
+    process_noise_scale: f64,
+    /// w of the liveliest slosh so far.
     weight: f64,
 }
 
@@ -99,15 +101,16 @@ impl ErrorModel<'_> {
 
     /// Returns the half-widths of an estimate.
     #[must_use]
-    pub fn interval(&self, of: &IntervalInput<'_>) -> Interval {
+    pub fn interval<R: Real>(&self, of: &IntervalInput<'_>) -> Interval {
         let IntervalInput { covariance: p, lateral_variance_m2, discrepancy, .. } = *of;
         let weight = self.weight(of.latent_energy);
         let [surface_k, ..] = self.factors.surface.map(f64::from);
+        let latents = narrow::<R, _, _>(&p.latents);
         let mut field = [0.0; 5];
         let groups = self.groups.iter().zip(self.pushed).zip(SPREAD_OF).zip(self.group_misfit);
         for (((group, pushed), slot), d) in groups {
-            let trace: f64 = group.iter().zip(p.latents.iter()).map(|(j, v)| j * v).sum();
-            let variance = trace + pushed * p.input + weight * f64::from(*d);
+            let trace: R = group.iter().zip(latents.iter()).map(|(j, v)| R::of(*j) * *v).sum();
+            let variance = trace.wide() + pushed * p.input + weight * f64::from(*d);
             if let Some(half) = field.get_mut(slot) {
                 *half = (self.field_factor(slot) * sqrt(variance.max(0.0))) as f32;
             }
@@ -117,41 +120,41 @@ impl ErrorModel<'_> {
             *half = energy as f32;
         }
         let errors = HeightErrors { lateral_variance_m2, discrepancy, weight };
-        Interval { surface_m: self.heights(&p.latents, errors, surface_k), field }
-    }
-
-    /// Returns the half-widths of the surface at `horizon` after an estimate, m. With a plan for all of its turns, k is
-    /// that of the present. Else k goes straight between the measured leads, for which the motion was not planned either,
-    /// and stays beyond the last.
-    #[must_use]
-    pub fn ahead(
-        &self,
-        covariance: &Covariance,
-        generic: &Generic<'_>,
-        latent_energy: f64,
-        lateral_variance_m2: &[f64; POINTS],
-        horizon: Horizon,
-    ) -> [f32; POINTS] {
-        let mut carried = self.carried(covariance, latent_energy);
-        for ahead in 0..horizon.frames {
-            self.carry(&mut carried, generic, Horizon { frames: ahead, ..horizon });
-        }
-        self.carried_heights(&carried, lateral_variance_m2, horizon)
+        Interval { surface_m: self.heights::<R>(&p.latents, errors, surface_k), field }
     }
 
     /// Returns the covariance of an estimate, to be carried on turn by turn.
     pub(crate) fn carried(&self, covariance: &Covariance, latent_energy: f64) -> CarriedCovariance {
-        let weight = self.weight(latent_energy);
-        CarriedCovariance { p: covariance.latents, missed: covariance.process_noise_scale * weight, weight }
+        let Covariance { latents, process_noise_scale, .. } = *covariance;
+        CarriedCovariance { p: latents, process_noise_scale, weight: self.weight(latent_energy) }
     }
 
-    /// Carries a covariance from `at.frames` turns ahead to the next one.
-    pub(crate) fn carry(&self, carried: &mut CarriedCovariance, generic: &Generic<'_>, at: Horizon) {
+    /// Carries a covariance from `at.frames` turns ahead to the next one, at whose end the slosh has `latent_energy`.
+    ///
+    /// w is that of the liveliest slosh so far: errors that come with a planned acceleration stay when it is over.
+    pub(crate) fn carry(
+        &self,
+        carried: &mut CarriedCovariance,
+        generic: &Generic<'_>,
+        at: Horizon,
+        latent_energy: f64,
+    ) {
         let glass = if at.frames < at.planned { Glass::Planned } else { Glass::Free };
-        self.predict(&mut carried.p, generic, carried.missed, glass);
+        self.predict(&mut carried.p, generic, carried.process_noise_scale * carried.weight, glass);
+        carried.weight = carried.weight.max(self.weight(latent_energy));
+    }
+
+    /// Carries a covariance over `turns` more turns of a glass whose motion nobody knows. The slosh rings out, and w stays.
+    pub(crate) fn carry_free(&self, carried: &mut CarriedCovariance, generic: &Generic<'_>, turns: usize) {
+        for _ in 0..turns {
+            self.predict(&mut carried.p, generic, carried.process_noise_scale * carried.weight, Glass::Free);
+        }
     }
 
     /// Returns the half-widths of the surface of a covariance that was carried to `horizon`, m.
+    ///
+    /// k goes straight between the measured leads, for which the motion was planned whole or not at all, and stays beyond
+    /// the last.
     pub(crate) fn carried_heights(
         &self,
         carried: &CarriedCovariance,
@@ -159,35 +162,42 @@ impl ErrorModel<'_> {
         horizon: Horizon,
     ) -> [f32; POINTS] {
         let Horizon { frames, planned } = horizon;
-        let unplanned = if planned < frames { frames } else { 0 };
-        let (discrepancy, weight) = (&Discrepancy::NONE, carried.weight);
-        let errors = HeightErrors { lateral_variance_m2, discrepancy, weight };
-        self.heights(&carried.p, errors, self.surface_factor(unplanned))
+        let at_leads = if planned < frames { self.factors.surface } else { self.factors.of_a_plan() };
+        self.carried_by(carried, lateral_variance_m2, factor_at(at_leads, frames))
     }
 
-    /// k of the surface `unplanned` turns ahead, between the measured leads.
-    fn surface_factor(&self, unplanned: usize) -> f64 {
-        let factors = self.factors.surface.map(f64::from);
-        let [mut k, ..] = factors;
-        for (lead, factor) in LEADS.array_windows::<2>().zip(factors.array_windows::<2>()) {
-            let ([from, to], [near, far]) = (*lead, *factor);
-            let way = unplanned.saturating_sub(from).min(to.saturating_sub(from)) as f64;
-            let length = to.saturating_sub(from).max(1) as f64;
-            k += way / length * (far - near);
-        }
-        k
+    /// Returns the half-widths of a crest at each height, m, where the motion is planned up to it.
+    pub(crate) fn carried_crest(
+        &self,
+        carried: &CarriedCovariance,
+        lateral_variance_m2: &[f64; POINTS],
+    ) -> [f32; POINTS] {
+        self.carried_by(carried, lateral_variance_m2, f64::from(self.factors.crest))
+    }
+
+    fn carried_by(
+        &self,
+        carried: &CarriedCovariance,
+        lateral_variance_m2: &[f64; POINTS],
+        k: f64,
+    ) -> [f32; POINTS] {
+        let (discrepancy, weight) = (&Discrepancy::NONE, carried.weight);
+        self.heights::<f64>(&carried.p, HeightErrors { lateral_variance_m2, discrepancy, weight }, k)
     }
 
     /// k sqrt(J P J^T + y + (1 - s) w d + g^2) of each height.
-    fn heights(&self, p: &Square, errors: HeightErrors<'_>, k: f64) -> [f32; POINTS] {
+    fn heights<R: Real>(&self, p: &Square, errors: HeightErrors<'_>, k: f64) -> [f32; POINTS] {
+        let p = narrow::<R, _, _>(p);
         let mut half = [0.0; POINTS];
         let at_rest = f64::from(self.factors.rest_noise_std_m);
         let misfits = self.surface_misfit.iter().zip(errors.discrepancy.left());
         let others = misfits.zip(errors.lateral_variance_m2);
         for ((half, ((d, left), lateral)), row) in half.iter_mut().zip(others).zip(&self.surface.data.0) {
-            let row = Latent::from(*row);
-            let variance =
-                row.dot(&(p * row)) + lateral + left * errors.weight * f64::from(*d) + at_rest * at_rest;
+            let row = LatentOf::<R>::from(row.map(R::of));
+            let variance = row.dot(&(p * row)).wide()
+                + lateral
+                + left * errors.weight * f64::from(*d)
+                + at_rest * at_rest;
             *half = (k * sqrt(variance.max(0.0))) as f32;
         }
         half
@@ -197,6 +207,19 @@ impl ErrorModel<'_> {
     fn field_factor(&self, slot: usize) -> f64 {
         self.factors.field.get(slot).copied().map_or(0.0, f64::from)
     }
+}
+
+/// k `turns` ahead, between those at the measured leads.
+fn factor_at(at_leads: [f32; LEADS.len()], turns: usize) -> f64 {
+    let factors = at_leads.map(f64::from);
+    let [mut k, ..] = factors;
+    for (lead, factor) in LEADS.array_windows::<2>().zip(factors.array_windows::<2>()) {
+        let ([from, to], [near, far]) = (*lead, *factor);
+        let way = turns.saturating_sub(from).min(to.saturating_sub(from)) as f64;
+        let length = to.saturating_sub(from).max(1) as f64;
+        k += way / length * (far - near);
+    }
+    k
 }
 
 /// Motion of the glass in a turn of a forecast.
@@ -224,7 +247,7 @@ mod tests {
     fn half_widths_add_up_what_is_not_known() {
         let covariance =
             Covariance { latents: Square::identity() * 0.04, input: 0.25, process_noise_scale: 1.0 };
-        let interval = error_model().interval(&IntervalInput {
+        let interval = error_model().interval::<f64>(&IntervalInput {
             covariance: &covariance,
             lateral_variance_m2: &[0.0; POINTS],
             discrepancy: &Discrepancy::NONE,
@@ -246,7 +269,7 @@ mod tests {
         let noisy =
             ErrorModel { factors: ErrorFactors { rest_noise_std_m: 3e-4, ..fine.factors }, ..fine.clone() };
         for w in [0.0, 1.0] {
-            let [without, with] = [&fine, &noisy].map(|of| of.heights(&nothing, plain(w), 2.0)[3]);
+            let [without, with] = [&fine, &noisy].map(|of| of.heights::<f64>(&nothing, plain(w), 2.0)[3]);
             assert!((without - 2.0 * sqrt(w * 1e-8) as f32).abs() < 1e-9);
             assert!((with - 2.0 * sqrt(w * 1e-8 + 9e-8) as f32).abs() < 1e-9);
         }
@@ -260,7 +283,7 @@ mod tests {
         let mut last = 0.0;
         for _ in 0..10 {
             p = errors.transition * p * errors.transition.transpose() + errors.process * 0.5;
-            let half = errors.heights(&p, plain(0.5), 2.0)[0];
+            let half = errors.heights::<f64>(&p, plain(0.5), 2.0)[0];
             assert!(half > last, "{half} after {last}");
             last = half;
         }
@@ -269,9 +292,8 @@ mod tests {
     /// k is the measured one at each lead, goes straight between two, and stays beyond the last.
     #[test]
     fn factors_go_straight_between_the_leads() {
-        let errors = error_model();
         for (turns, due) in [(0, 2.0), (15, 4.0), (30, 3.0), (60, 3.0), (9, 3.2), (20, 4.0 - 1.0 / 3.0)] {
-            let k = errors.surface_factor(turns);
+            let k = factor_at([2.0, 4.0, 3.0], turns);
             assert!((k - due).abs() < 1e-12, "{turns}: {k} for {due}");
         }
     }

@@ -8,10 +8,27 @@ mod server;
 
 #[path = "../support/optional.rs"]
 mod optional;
+#[path = "../support/resealed.rs"]
+mod resealed;
 
+mod boards;
 mod bombs;
-mod disk;
-mod files;
+mod camera;
+mod datagrams;
+mod devices;
+mod encryption;
+mod held_page;
+mod interrupted;
+mod links;
+mod meet;
+mod models;
 mod motion;
-mod servers;
+mod names;
+mod origins;
+mod pages;
+mod rivals;
+mod signatures;
+mod sockets;
 mod support;
+mod terminals;
+mod unit;

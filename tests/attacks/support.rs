@@ -38,7 +38,7 @@ pub(crate) fn beside_turns(viewer: &impl Viewer, attack: impl FnOnce() + Send) {
                     break;
                 }
                 let logged = turn(&model, &mut memory, &mut field, number);
-                let after = Some(StateAfter { memory: &memory, outline: &image });
+                let after = Some(StateAfter { memory: &memory, outline: &image, depth: &[] });
                 sink.accept(&TurnRecord { logged: &logged, field: &field, after });
                 std::thread::sleep(Duration::from_millis(4));
             }

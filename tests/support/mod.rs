@@ -1,6 +1,6 @@
 //! A weight blob of random numbers: everything that no training has touched.
 
-use meniscus::blob::{FilterConfig, Header, KnownGroups, Tensor};
+use meniscus::blob::{FilterConfig, Header, KnownGroups, Tensor, Variant};
 use meniscus_data::blob_file::write::{Part, blob};
 use meniscus_platform::files::AlignedBytes;
 use rand::{RngExt, SeedableRng};
@@ -28,6 +28,7 @@ pub(crate) fn header() -> Header {
         model_version: 1,
         stated_known: KnownGroups::ALL,
         filter: FilterConfig::REFERENCE,
+        variant: Variant::Full,
     }
 }
 

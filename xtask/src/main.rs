@@ -8,11 +8,14 @@
 //! | `house` | measures of the architecture, with targets |
 //! | `words` | measures of the language, with targets |
 //! | `trust` | attacks on the program, by class, and the page of promises |
+//! | `under-attack` | runs of the program with and without attackers, in turn |
+//! | `board` | crates and size of the program of a board |
 //! | `package` | archives of the published crates |
 //! | `book` | the pages of `docs/` as a book with search |
 //! | `tutorial` | every chapter of the tutorial without a camera |
 
 mod baseline;
+mod board;
 mod book;
 mod ci;
 mod house;
@@ -22,6 +25,7 @@ mod process;
 mod quick;
 mod report;
 mod trust;
+mod under_attack;
 mod words;
 mod workspace;
 
@@ -51,6 +55,10 @@ enum Verb {
     Words(words::Options),
     /// Attacks on the program; writes docs/trust.md and fails if a promise is broken.
     Trust(trust::Options),
+    /// Runs of the program with and without attackers; fails if they slow it, mislead it or get in.
+    UnderAttack(under_attack::Options),
+    /// Crates and size of the program of a board, which it builds; fails if one misses its target.
+    Board(board::Options),
     /// Archives of all published crates, checked for their files and metadata.
     Package(package::Options),
     /// The pages of docs/ as a book with search, in target/book; fails if a link leads nowhere.
@@ -67,6 +75,8 @@ fn main() -> Result<ExitCode> {
         Verb::House(options) => house::run(&options)?,
         Verb::Words(options) => words::run(&options)?,
         Verb::Trust(options) => trust::run(&options)?,
+        Verb::UnderAttack(options) => under_attack::run(&options)?,
+        Verb::Board(options) => board::run(&options)?,
         Verb::Package(options) => package::run(&options)?,
         Verb::Book => book::run()?,
         Verb::Tutorial => tutorial()?,

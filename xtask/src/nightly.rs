@@ -16,6 +16,18 @@ const KEPT_LINES: usize = 20;
 /// Mutations per target of the fuzz tests.
 const FUZZ_CASES: &str = "1000000";
 
+/// Files of the core that mutation testing alters.
+const MUTATED: [&str; 8] = [
+    "blob/load",
+    "filter/kalman",
+    "latent/generic/step",
+    "surface/depth",
+    "surface/extract",
+    "uncertainty/error_model",
+    "usb/d4xx/table",
+    "usb/uvc/assembler",
+];
+
 /// Options of `cargo xtask nightly`.
 #[derive(Args)]
 pub(crate) struct Options {
@@ -67,20 +79,28 @@ fn steps(root: &Path) -> Vec<Step> {
         with_cargo("build", "build --release --locked -p meniscus-cli --features train,foxglove"),
         with_cargo("house", "xtask house --rebuild --json"),
         with_cargo("package", "xtask package"),
+        with_cargo("board", "xtask board --json"),
         // `cargo install cargo-deny typos-cli`; advisories are asked for where their database can be fetched.
         with_cargo("licences", "deny --workspace check licenses bans sources"),
         Step::new("spelling", split("typos")),
         with_cargo("fuzz", "test --release --locked -p meniscus-tests --test fuzz")
             .with("MENISCUS_FUZZ", FUZZ_CASES),
+        // `cargo install cargo-mutants`; `.cargo/mutants.toml` has its settings.
+        with_cargo(
+            "mutants",
+            &format!("mutants {}", MUTATED.map(|file| format!("-f src/{file}.rs")).join(" ")),
+        ),
         study("validate", "simulate validate --json --out out/nightly/validation"),
         study("discover", "discover study --json --out out/nightly/discover"),
         study("camera", "camera study --json --check --out out/nightly/camera"),
         study("deadline", "deadline --json --out out/nightly/deadline"),
+        with_cargo("under-attack", "xtask under-attack --json"),
         study("people", "people study --json --check"),
         Step::new("hil-gate", split("hil/run gate --json")),
         Step::new("hil-boot", split("hil/run boot --json")),
         Step::new("hil-install", split("hil/run install --json")),
         Step::new("hil-xhci", split("hil/run xhci --json")),
+        Step::new("hil-webcam", split("hil/run webcam")),
         Step::new("hil-bare-metal", split("hil/run bare-metal --json")),
         Step::new("hil-soak", split("hil/run soak")),
     ]

@@ -39,6 +39,13 @@ pub enum BagError {
         /// Missing stream or description.
         what: &'static str,
     },
+    /// Its topics do not say which images are the camera's, or nothing of the camera.
+    Topics {
+        /// The file.
+        path: PathBuf,
+        /// The missing or unclear thing, and the remedy.
+        why: String,
+    },
     /// Writing ended behind this many images, which are kept.
     Stopped {
         /// The file.
@@ -70,6 +77,7 @@ impl fmt::Display for BagError {
             Self::Torn { path, images } => {
                 write!(f, "{} is cut off behind {images} whole images, which can be played", path.display())
             }
+            Self::Topics { path, why } => write!(f, "{}: {why}", path.display()),
             Self::Lacks { path, what } => write!(f, "{} has no {what}", path.display()),
             Self::Stopped { path, images, why } => {
                 write!(

@@ -33,14 +33,9 @@ pub(super) fn open(folder: &Path) -> Result<Recording, BagError> {
     };
     let text = String::from_utf8(read(&table, TABLE_LONGEST)?)
         .map_err(|_| BagError::Damaged { path: table.clone(), why: "it is no text".into() })?;
-    let camera = folder.join(CAMERA);
-    let calibration = match read_regular(&camera, CAMERA_LONGEST, Links::Followed) {
-        Ok(bytes) => serde_json::from_slice(&bytes)
-            .ok()
-            .filter(Calibration::is_sound)
-            .ok_or_else(|| BagError::Damaged { path: camera, why: "its camera cannot be".into() })?,
-        Err(cause) if cause.kind() == ErrorKind::NotFound => Calibration::simulated(),
-        Err(cause) => return Err(BagError::Io { path: camera, doing: "read", cause }),
+    let calibration = match camera(&folder.join(CAMERA)) {
+        Err(BagError::Io { cause, .. }) if cause.kind() == ErrorKind::NotFound => Calibration::simulated(),
+        read => read?,
     };
     let files = rows(&text).map_err(|why| BagError::Damaged { path: table, why })?;
     let (folder, size) = (folder.to_owned(), calibration.size);
@@ -51,6 +46,47 @@ pub(super) fn open(folder: &Path) -> Result<Recording, BagError> {
         Ok(Image { stream, stamp, pixels })
     });
     Ok(Recording { calibration, images: Box::new(images) })
+}
+
+/// Returns the camera in the file at `path`.
+pub(super) fn camera(path: &Path) -> Result<Calibration, BagError> {
+    let bytes = read_regular(path, CAMERA_LONGEST, Links::Followed);
+    let bytes = bytes.map_err(|cause| BagError::Io { path: path.into(), doing: "read", cause })?;
+    let read = serde_json::from_slice(&bytes).ok().filter(Calibration::is_sound);
+    read.ok_or_else(|| BagError::Damaged { path: path.into(), why: "its camera cannot be".into() })
+}
+
+/// Most bytes of the description of a rosbag2.
+const METADATA_LONGEST: u64 = 4 << 20;
+
+/// Returns the file of a folder of rosbag2; none where the folder is of another kind.
+pub(super) fn rosbag2(folder: &Path) -> Result<Option<PathBuf>, BagError> {
+    if !folder.join("metadata.yaml").is_file() || folder.join(TABLE).exists() {
+        return Ok(None);
+    }
+    let described = read_regular(&folder.join("metadata.yaml"), METADATA_LONGEST, Links::Followed);
+    let described = String::from_utf8_lossy(&described.unwrap_or_default()).to_lowercase();
+    if described.lines().any(|line| line.trim() == "compression_mode: message") {
+        let why = "each of its messages is compressed: unpack it by 'ros2 bag convert' without compression";
+        return Err(BagError::Topics { path: folder.into(), why: why.into() });
+    }
+    let listed = std::fs::read_dir(folder);
+    let listed = listed.map_err(|cause| BagError::Io { path: folder.into(), doing: "read", cause })?;
+    let is_bag = |path: &PathBuf| path.extension().is_some_and(|kind| kind == "mcap" || kind == "db3");
+    let mut files: Vec<PathBuf> =
+        listed.filter_map(|entry| entry.ok().map(|entry| entry.path())).filter(is_bag).collect();
+    files.sort();
+    match &files[..] {
+        [one] => Ok(Some(one.clone())),
+        [] => Err(BagError::Lacks {
+            path: folder.into(),
+            what: ".mcap or .db3 file: a file that ends in .zstd has to be unpacked by zstd -d",
+        }),
+        _ => Err(BagError::Topics {
+            path: folder.into(),
+            why: format!("it is in {} parts: give one of the files, as {}", files.len(), files[0].display()),
+        }),
+    }
 }
 
 /// Lines of the table, two images each; a file outside of the folder is refused.

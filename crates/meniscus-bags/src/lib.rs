@@ -4,8 +4,9 @@
 //! | file | | read | written |
 //! |---|---|---|---|
 //! | `.mcap` | MCAP, `foxglove.RawImage` and `foxglove.CameraCalibration` in protobuf | yes | yes |
-//! | `.bag` | ROS 1 bag as librealsense 2.56 records it, chunks plain or LZ4 | yes | |
+//! | `.bag` | ROS 1 bag as librealsense 2.56 records it, chunks plain, LZ4 or bzip2 | yes | |
 //! | `.db3` | ROS 2 bag (SQLite) as librealsense 2.59 records it, images as PNG | yes | |
+//! | `.bag`, `.db3`, `.mcap`, a folder of rosbag2 | `sensor_msgs/Image` and `CameraInfo` of other programs | yes | |
 //! | a folder | `frames.csv`, 16-bit PNG depth, 8-bit PNG infrared, `camera.json` | yes | yes |
 //!
 //! `docs/formats.md` describes them. Images come one by one, so a recording may be larger than the memory.
@@ -21,9 +22,12 @@ mod db3;
 mod error;
 mod folder;
 mod mcap_read;
+mod mcap_records;
 mod mcap_write;
 mod observe;
+mod opened;
 mod replay;
+mod ros;
 mod ros1;
 mod schema;
 
@@ -32,6 +36,7 @@ pub use folder::FolderWriter;
 pub use mcap_write::McapWriter;
 pub use observe::observe_images;
 pub use replay::{PlayedImages, payload, play};
+pub use ros::RosChoice;
 
 use meniscus::surface::{Intrinsics, Optics};
 use meniscus::usb::frame::Stamp;
@@ -105,6 +110,14 @@ impl Calibration {
         Self::of(&Optics::default(), 0.050, "simulated D435")
     }
 
+    /// Reads the camera in a file like `camera.json` of a folder of images.
+    ///
+    /// # Errors
+    /// [`BagError`], when it cannot be read or is no camera.
+    pub fn read(path: &Path) -> Result<Self, BagError> {
+        folder::camera(path)
+    }
+
     /// Whether these can be numbers of a camera.
     fn is_sound(&self) -> bool {
         let positive = [self.focal_px[0], self.focal_px[1], self.depth_unit_m];
@@ -114,6 +127,8 @@ impl Calibration {
             && self.depth_lens_m.iter().all(|apart| apart.abs() <= 0.1)
             && (1..=4096).contains(&width)
             && (1..=4096).contains(&height)
+            // Its name is printed, and a terminal would carry out what is written there.
+            && !self.camera.chars().any(char::is_control)
     }
 }
 
@@ -147,8 +162,19 @@ impl std::fmt::Debug for Recording {
 /// # Errors
 /// [`BagError`], which names the file and what is wrong with it.
 pub fn open(path: &Path) -> Result<Recording, BagError> {
+    open_chosen(path, &RosChoice::default())
+}
+
+/// Opens a recording like [`open`], with a `choice` for bags of other programs.
+///
+/// # Errors
+/// [`BagError`], which names the file and what is wrong with it.
+pub fn open_chosen(path: &Path, choice: &RosChoice) -> Result<Recording, BagError> {
     if path.is_dir() {
-        return folder::open(path);
+        return match folder::rosbag2(path)? {
+            Some(file) => open_chosen(&file, choice),
+            None => folder::open(path),
+        };
     }
     let mut head = [0; 16];
     let file = open_regular(path, Links::Followed);
@@ -156,14 +182,37 @@ pub fn open(path: &Path) -> Result<Recording, BagError> {
     // A file that is shorter than this is of no kind by its content.
     let known = file.read_exact(&mut head).is_ok();
     match path.extension().and_then(|extension| extension.to_str()) {
-        _ if known && head.starts_with(b"\x89MCAP0\r\n") => mcap_read::open(path),
-        _ if known && head.starts_with(b"#ROSBAG V") => ros1::open(path),
-        _ if known && head.starts_with(b"SQLite format 3\0") => db3::open(path),
-        Some("mcap") => mcap_read::open(path),
-        Some("bag") => ros1::open(path),
-        Some("db3") => db3::open(path),
+        _ if known && head.starts_with(b"\x89MCAP0\r\n") => open_mcap(path, choice),
+        _ if known && head.starts_with(b"#ROSBAG V") => open_ros1(path, choice),
+        _ if known && head.starts_with(b"SQLite format 3\0") => open_db3(path, choice),
+        Some("mcap") => open_mcap(path, choice),
+        Some("bag") => open_ros1(path, choice),
+        Some("db3") => open_db3(path, choice),
         _ => Err(BagError::Kind(path.into())),
     }
+}
+
+fn open_mcap(path: &Path, choice: &RosChoice) -> Result<Recording, BagError> {
+    match mcap_read::open(path) {
+        // One of another program has no record of the camera.
+        Err(BagError::Lacks { .. }) => ros::open(path, Box::new(ros::bag2_mcap::Bag::open(path)?), choice),
+        opened => opened,
+    }
+}
+
+fn open_ros1(path: &Path, choice: &RosChoice) -> Result<Recording, BagError> {
+    if ros1::Bag::is_librealsense(path)? {
+        return ros1::open(path);
+    }
+    ros::open(path, Box::new(ros1::Bag::open(path)?), choice)
+}
+
+fn open_db3(path: &Path, choice: &RosChoice) -> Result<Recording, BagError> {
+    let bag = db3::Bag::open(path)?;
+    if bag.is_librealsense() {
+        return db3::open(path);
+    }
+    ros::open(path, Box::new(bag), choice)
 }
 
 /// Bytes of an image of this stream.

@@ -57,12 +57,20 @@ macro_rules! studying {
     };
 }
 
+#[cfg(not(feature = "desk"))]
+absent!(
+    manual,
+    "Write man pages and shell completions",
+    "all that a board does not need",
+    "cargo run --release"
+);
+
 #[cfg(not(feature = "train"))]
 pub(crate) use learning_verbs::{correct, evaluate, generic, learn, train};
 #[cfg(not(feature = "studies"))]
 pub(crate) use studying_verbs::{
     bench, camera, deadline, discover, export, insert, people, plan, quantize, recognise, record, render,
-    setup, simulate, sweep,
+    simulate, sweep,
 };
 
 #[cfg(not(feature = "train"))]
@@ -80,7 +88,6 @@ mod studying_verbs {
     #[cfg(not(feature = "studies"))]
     studying!(simulate, "Simulate a moved glass of liquid and record it");
     studying!(discover, "Identify the effect that a simulation lacks, from measurements");
-    studying!(setup, "Measure a glass before the camera and write it down");
     studying!(camera, "Study the surface reader and the camera's faults");
     studying!(record, "Record a camera's images, or convert a recording");
     studying!(people, "Study viewers, identification and the first start");

@@ -10,10 +10,11 @@ use anyhow::{Context, ensure};
 use meniscus::blob::Model;
 use meniscus_data::recording::Recording;
 use meniscus_data::validity::Validity;
+use meniscus_learn::correct::liquid::{SOURCE_SEED, corrected_name, looks};
 use meniscus_learn::correct::{Correction, CorrectionParameters, correct};
 use meniscus_platform::files::{AlignedBytes, write_whole};
 use meniscus_report::checks::{Check, table};
-use new_liquid::{NewLiquid, looks, new_liquid};
+use new_liquid::{NewLiquid, new_liquid};
 use std::path::{Path, PathBuf};
 
 /// Correct a model for another liquid from recordings of its surface.
@@ -118,12 +119,13 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let how = Correction {
         seed: arguments.seed,
         parameters,
-        liquid: if same_as_model { name } else { format!("{name} from {}", model.header.liquid) },
+        liquid: corrected_name(&name, &model.header, same_as_model),
         same_liquid: same_as_model,
         command: format!("meniscus correct --steps {} --seed {}", arguments.steps, arguments.seed),
         quiet: arguments.json,
     };
-    let corrected = correct(&bytes, &seen, &looks(arguments, &source, 1000)?, &how, stop)?;
+    let source_seen = looks(&source, arguments.noise_px, arguments.seed + SOURCE_SEED)?;
+    let corrected = correct(&bytes, &seen, &source_seen, &how, stop)?;
     finish();
     let percent = |x: f64| 100.0 * x;
     let [held, source] = [corrected.held, corrected.source].map(|pair| pair.map(percent));

@@ -54,7 +54,18 @@ pub(super) fn line(error: &anyhow::Error) -> String {
             None => _ = write!(text, "{colon}{cause}"),
         }
     }
-    plain(text).trim_end().into()
+    without_controls(plain(text).trim_end())
+}
+
+/// Returns `text` with its control characters spelled out: names of files and liquids may hold sequences that a terminal would
+/// carry out. Ends of lines stay.
+fn without_controls(text: &str) -> String {
+    let spelled = |letter: char| match letter {
+        '\n' => String::from(letter),
+        _ if letter.is_control() => letter.escape_default().to_string(),
+        _ => String::from(letter),
+    };
+    text.chars().map(spelled).collect()
 }
 
 /// Returns a message in plain words: errors of the system and of parsers are replaced.
@@ -96,6 +107,12 @@ mod tests {
         let inner: anyhow::Result<()> = Err(anyhow!("a.csv, line 3: '0,nan' is not finite"));
         let error = inner.context("--motion a.csv").expect_err("refused");
         assert_eq!(line(&error), "--motion a.csv, line 3: '0,nan' is not finite");
+    }
+
+    #[test]
+    fn a_name_reaches_the_terminal_without_its_control_characters() {
+        let text = line(&anyhow!("a\u{1b}]0;b\u{7}\u{9b}1m.csv is no table\nline 2"));
+        assert_eq!(text, "a\\u{1b}]0;b\\u{7}\\u{9b}1m.csv is no table\nline 2");
     }
 
     #[test]

@@ -7,6 +7,7 @@ use anyhow::ensure;
 use indicatif::ProgressBar;
 use meniscus_learn::evaluate::{COURSES, Watch, checks, curves_png, peaks_png, report, study};
 use meniscus_platform::files::write_whole;
+use meniscus_relearn::learned_rows;
 use meniscus_report::checks::table;
 use std::path::PathBuf;
 
@@ -17,12 +18,14 @@ use std::path::PathBuf;
 /// Beer, honey, gazpacho and water once more (water_by_hand) are moved as by a hand, a tenth of the travel out of line, and
 /// learnt from one.
 ///
+/// With --learned the finished folders of `meniscus learn` are put side by side, and nothing is computed.
+///
 /// Missing recordings are simulated into --recordings, about 25 s each on two processors, and stay there. The --out folder gets
 /// evaluate.html, evaluate.md, curves.png, peaks.png and each corrected blob. A missed target is reported and does not fail the
 /// command. Ctrl-C writes no report.
 #[derive(clap::Args, Debug)]
 #[command(
-    after_help = "Examples:\n  meniscus evaluate --liquid beer\n  meniscus evaluate --model mine.blob --out mine-evaluation"
+    after_help = "Examples:\n  meniscus evaluate --liquid beer\n  meniscus evaluate --model mine.blob --out mine-evaluation\n  meniscus evaluate --learned water --learned butter --json"
 )]
 pub(crate) struct Arguments {
     /// The model: the one in the program (shipped) or a blob.
@@ -34,6 +37,9 @@ pub(crate) struct Arguments {
     /// Only this liquid; may be repeated.
     #[arg(long, value_name = "NAME", help_heading = "Input")]
     liquid: Vec<String>,
+    /// Only show the figures of this finished folder of `meniscus learn`; may be repeated.
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["liquid", "model", "recordings", "seed", "out"], help_heading = "Input")]
+    learned: Vec<PathBuf>,
     /// Seed of all random draws.
     #[arg(long, default_value_t = 1, help_heading = "Input")]
     seed: u64,
@@ -62,8 +68,25 @@ impl Watch for Bar {
     }
 }
 
+/// Shows the figures of finished runs of `meniscus learn`.
+fn learned(arguments: &Arguments) -> anyhow::Result<()> {
+    let mut checks = Vec::new();
+    for folder in &arguments.learned {
+        checks.extend(learned_rows(folder)?);
+    }
+    if arguments.json {
+        println!("{:#}", serde_json::json!({ "checks": checks }));
+    } else {
+        print!("{}", table(&checks));
+    }
+    Ok(())
+}
+
 /// Runs the verb.
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
+    if !arguments.learned.is_empty() {
+        return learned(arguments);
+    }
     for name in &arguments.liquid {
         let known = COURSES.map(|course| course.name);
         ensure!(

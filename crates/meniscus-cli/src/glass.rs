@@ -1,6 +1,7 @@
 //! `--setup FILE`: the glass and the place of the camera that `meniscus setup` has written down.
 
 use crate::kind::{Kind, expect_text};
+use anyhow::bail;
 #[cfg(feature = "bags")]
 use anyhow::ensure;
 use meniscus::blob::Header;
@@ -19,9 +20,18 @@ pub(super) fn settings(setup: Option<&Path>, header: &Header, optics: Optics) ->
     fitted.map_err(|misfit: Misfit| anyhow::anyhow!("{}: {misfit}", path.display()))
 }
 
-/// The image in which the setup has traced the outline, if there is a setup.
+/// The image in which the setup has traced the outline, if there is a setup; one of a webcam is refused.
 pub(super) fn outline(setup: Option<&Path>) -> anyhow::Result<Option<OutlineImage>> {
-    Ok(setup.map(read).transpose()?.map(|setup| setup.view.outline))
+    let Some(path) = setup else { return Ok(None) };
+    let setup = read(path)?;
+    if setup.lens.is_some() {
+        bail!(
+            "{} is the setup of a webcam, and this camera has depth: give --source v4l:DEVICE, or run `meniscus setup` before \
+             this camera",
+            path.display()
+        );
+    }
+    Ok(Some(setup.view.outline))
 }
 
 /// Reads the settings file at `path`.

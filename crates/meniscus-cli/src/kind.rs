@@ -49,7 +49,7 @@ impl Kind {
     pub(super) fn of(path: &Path) -> Option<Self> {
         if path.is_dir() {
             return Some(match path {
-                _ if path.join("frames.csv").exists() => Self::Camera,
+                _ if path.join("frames.csv").exists() || path.join("metadata.yaml").exists() => Self::Camera,
                 _ if path.join("slot-a.blob").exists() || path.join("slot-b.blob").exists() => Self::Slots,
                 _ => Self::Folder,
             });

@@ -39,9 +39,11 @@ mod insert;
 mod kind;
 #[cfg(feature = "train")]
 mod learn;
+mod logging;
+#[cfg(feature = "desk")]
 mod manual;
 mod options_file;
-#[cfg(feature = "studies")]
+mod outline;
 mod outputs;
 #[cfg(feature = "studies")]
 mod people;
@@ -58,7 +60,6 @@ mod record;
 mod render;
 mod run;
 mod service;
-#[cfg(feature = "studies")]
 mod setup;
 #[cfg(feature = "studies")]
 mod simulate;
@@ -68,10 +69,14 @@ mod stop;
 mod sweep;
 #[cfg(feature = "train")]
 mod train;
+mod variant;
+mod webcam;
+#[cfg(not(feature = "desk"))]
+use absent::manual;
 #[cfg(not(feature = "studies"))]
 use absent::{
     bench, camera, deadline, discover, export, insert, people, plan, quantize, recognise, record, render,
-    setup, simulate, sweep,
+    simulate, sweep,
 };
 #[cfg(not(feature = "train"))]
 use absent::{correct, evaluate, generic, learn, train};
@@ -174,6 +179,7 @@ pub fn main() -> ExitCode {
     meniscus_platform::cpu_features::widen();
     #[cfg(feature = "studies")]
     cache::keep_settled();
+    logging::begin();
     let done = match arguments().command {
         Command::Run(arguments) => run::run(&arguments),
         Command::Simulate(arguments) => simulate::run(&arguments),
@@ -200,14 +206,16 @@ pub fn main() -> ExitCode {
         Command::Recognise(arguments) => recognise::run(&arguments),
         Command::Bench(arguments) => bench::run(&arguments),
         Command::Deadline(arguments) => deadline::run(&arguments),
+        #[cfg(feature = "desk")]
         Command::Manual(arguments) => manual::run(&arguments, command()),
+        #[cfg(not(feature = "desk"))]
+        Command::Manual(arguments) => manual::run(&arguments),
     };
     if let Err(error) = &done {
         // One line, cause after cause; a backtrace helps nobody at a terminal.
         let line = format!("error: {}", errors::line(error));
         eprintln!("{line}");
         meniscus_service::run::tell_failure(&line);
-        #[cfg(feature = "studies")]
         outputs::remove_empty();
     }
     #[cfg(feature = "studies")]

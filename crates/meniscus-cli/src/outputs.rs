@@ -37,6 +37,7 @@ impl Force {
 }
 
 /// Refuses a folder in which no file can be written; it is made if it is not there.
+#[cfg(any(feature = "studies", test))]
 pub(super) fn check_folder(folder: &Path) -> anyhow::Result<()> {
     let file = folder.join("meniscus");
     note_folders(&file);

@@ -5,7 +5,7 @@ use super::kind::check_ending;
 use super::outputs::Force;
 use anyhow::{Context, ensure};
 use indicatif::ProgressBar;
-use meniscus::blob::Model;
+use meniscus::blob::{FieldGroup, Model};
 use meniscus::latent::nn::Element;
 use meniscus::runtime::{Estimate, Mode};
 use meniscus::surface::Settings;
@@ -150,7 +150,7 @@ fn checks(arguments: &Arguments, outcome: &Outcome) -> Vec<Check> {
         Check::at_most("energy_drift_step", drift(coarse_log), "H", 1e-6),
         Check::exactly("entropy_falls", falls(coarse_log) as f64, "1", 0.0),
     ];
-    for (group, name) in GROUP_NAMES.iter().enumerate() {
+    for (group, name) in known(before) {
         let informational = |what: String, value: f64| Check::informational(what, value, "%");
         checks.push(informational(format!("field_error_{name}_before"), 100.0 * before.field[group]));
         checks.push(informational(format!("field_error_{name}_after"), 100.0 * after.field[group]));
@@ -177,7 +177,7 @@ fn print(arguments: &Arguments, outcome: &Outcome, to: Element) {
         return;
     }
     println!("group   rank        error against the truth       added, of the group's range");
-    for (group, name) in GROUP_NAMES.iter().enumerate() {
+    for (group, name) in known(before) {
         let (was, is) = quantized.ranks[group];
         println!(
             "{name:6} {was:3} -> {is:3}   {:6.2} -> {:6.2} %             rms {:.4} %, most {:.3} %",
@@ -188,6 +188,13 @@ fn print(arguments: &Arguments, outcome: &Outcome, to: Element) {
         );
     }
     print!("{}", table(&checks[..7]));
+}
+
+/// Indices and names of the groups that the model knows.
+fn known(score: &Score) -> impl Iterator<Item = (usize, &'static str)> {
+    let known = score.known;
+    let names = GROUP_NAMES.into_iter().enumerate().zip(FieldGroup::ALL);
+    names.filter(move |(_, group)| known.contains(*group)).map(|(named, _)| named)
 }
 
 /// Whether nothing but the rank changed.

@@ -8,7 +8,7 @@ use meniscus::surface::Settings;
 use meniscus::units::FRAME_INTERVAL_S;
 use meniscus_data::recording::Recording;
 use meniscus_platform::files::write_whole;
-use meniscus_score::film::{Film, SIZE, animation};
+use meniscus_score::film::{Film, Reel, SIZE, animation, still};
 use meniscus_virtual::render::SceneSettings;
 use std::path::{Path, PathBuf};
 
@@ -103,13 +103,15 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
 
     let bar = crate::bars::bar(frames.len() as u64);
     bar.set_style(crate::bars::style("frames {wide_bar} {pos}/{len}, {left}")?);
-    let moving = animation(frames.len(), rate, arguments.width, |k| {
+    let crest = film.crest();
+    let nearest = (0..frames.len()).min_by_key(|&k| frames[k].abs_diff(crest)).unwrap_or(0);
+    let reel = Reel { count: frames.len(), rate, width: arguments.width, still: nearest };
+    let moving = animation(reel, |k| {
         bar.inc(1);
         film.frame(frames[k], SIZE)
     })?;
     bar.finish_and_clear();
-    let still = film.crest();
-    let crest = animation(1, rate, SIZE.0, |_| film.frame(still, SIZE))?;
+    let crest = still(&film.frame(crest, SIZE)?)?;
     for (name, bytes) in [("film.png", moving), ("crest.png", crest)] {
         let path = arguments.out.join(name);
         write_whole(&path, &bytes)?;

@@ -27,6 +27,9 @@ const RUNTIME: &str = "/run/meniscus";
 /// Addresses of the local networks, for a server that listens everywhere.
 const LOCAL: &str = "localhost link-local 192.168.0.0/16 10.0.0.0/8 172.16.0.0/12";
 
+/// Multicast addresses, in which ROS 2 nodes find each other.
+const MULTICAST: &str = "multicast";
+
 /// Folders that the unit's sandbox hides.
 const HIDDEN: [&str; 3] = ["/home", "/root", "/run/user"];
 
@@ -96,7 +99,26 @@ fn needs(config: &Path) -> anyhow::Result<Needs> {
         "{}: the service would end by itself: write service = true under [time]",
         config.display()
     );
-    run::needs(&arguments).with_context(|| format!("{} cannot be run", config.display()))
+    let needs = run::needs(&arguments).with_context(|| format!("{} cannot be run", config.display()))?;
+    // A line of a unit file cannot hold them, and what stands behind a line's end would be a line of its own.
+    let Needs { serial, sockets, written, read, .. } = &needs;
+    let named = serial.iter().chain(sockets).chain(written).chain(read).map(PathBuf::as_path).chain([config]);
+    for path in named {
+        let text = path.to_str().with_context(|| format!("{}: systemd takes UTF-8 alone", path.display()))?;
+        ensure!(!text.chars().any(char::is_control), "{path:?}: a name with control characters is not taken");
+    }
+    Ok(needs)
+}
+
+/// Returns `path` as one word of a unit file (systemd.syntax(7)): in quotes, with `%`, `"` and `\` spelled as themselves.
+fn quoted(path: &Path) -> String {
+    let text = path.display().to_string();
+    format!("\"{}\"", text.replace('\\', "\\\\").replace('"', "\\\"").replace('%', "%%"))
+}
+
+/// Returns `path` as one word of a command line in a unit file, where `$` begins a variable, too.
+fn argument(path: &Path) -> String {
+    quoted(path).replace('$', "$$")
 }
 
 fn configure(config: &Path, to: &Path) -> anyhow::Result<()> {
@@ -187,13 +209,15 @@ fn opened(needs: &Needs) -> Vec<String> {
 
 /// Addresses for `IPAddressAllow`.
 fn addresses(needs: &Needs) -> String {
+    let multicast = needs.multicast.then(|| MULTICAST.to_owned());
     if needs.peers.iter().any(|peer| peer.is_unspecified()) {
-        return LOCAL.into();
+        return [LOCAL.to_owned()].into_iter().chain(multicast).collect::<Vec<_>>().join(" ");
     }
     let all: Vec<String> = needs
         .peers
         .iter()
         .map(|peer| if peer.is_loopback() { "localhost".into() } else { peer.to_string() })
+        .chain(multicast)
         .collect();
     all.join(" ")
 }
@@ -219,7 +243,7 @@ fn drop_in(needs: &Needs, config: &Path) -> String {
     );
     // Writing into a string cannot fail.
     if config != Path::new(CONFIG) {
-        let _ = writeln!(text, "ExecStart=\nExecStart=/usr/bin/meniscus run --config {}", config.display());
+        let _ = writeln!(text, "ExecStart=\nExecStart=/usr/bin/meniscus run --config {}", argument(config));
     }
     if !needs.peers.is_empty() {
         let _ =
@@ -229,13 +253,13 @@ fn drop_in(needs: &Needs, config: &Path) -> String {
         text += "SupplementaryGroups=dialout\n";
     }
     for device in &needs.serial {
-        let _ = writeln!(text, "DeviceAllow={} rw", device.display());
+        let _ = writeln!(text, "DeviceAllow={} rw", quoted(device));
     }
     if needs.sockets.iter().any(|socket| socket.starts_with(RUNTIME)) {
         text += "RuntimeDirectory=meniscus\nRuntimeDirectoryMode=0750\n";
     }
     for folder in outside(needs) {
-        let _ = writeln!(text, "ReadWritePaths={}", folder.display());
+        let _ = writeln!(text, "ReadWritePaths={}", quoted(&folder));
     }
     text
 }
@@ -250,6 +274,7 @@ mod tests {
         assert_eq!(closed.lines().count(), 2, "{closed}");
         let needs = Needs {
             peers: ["192.168.1.5", "127.0.0.1"].map(|peer| peer.parse().expect("an address")).into(),
+            multicast: false,
             serial: [PathBuf::from("/dev/ttyUSB0")].into(),
             sockets: ["/run/meniscus/estimates", "/srv/robot/liquid"].map(PathBuf::from).into(),
             written: ["/var/lib/meniscus/last-run", "/srv/out"].map(PathBuf::from).into(),
@@ -257,18 +282,21 @@ mod tests {
         };
         let opened = drop_in(&needs, Path::new("/etc/other.toml"));
         for line in [
-            "ExecStart=/usr/bin/meniscus run --config /etc/other.toml",
+            "ExecStart=/usr/bin/meniscus run --config \"/etc/other.toml\"",
             "RestrictAddressFamilies=AF_INET AF_INET6",
             "IPAddressAllow=localhost 192.168.1.5",
-            "DeviceAllow=/dev/ttyUSB0 rw",
+            "DeviceAllow=\"/dev/ttyUSB0\" rw",
             "RuntimeDirectory=meniscus",
-            "ReadWritePaths=/srv/out",
-            "ReadWritePaths=/srv/robot",
+            "ReadWritePaths=\"/srv/out\"",
+            "ReadWritePaths=\"/srv/robot\"",
         ] {
             assert!(opened.lines().any(|have| have == line), "{line} is missing in:\n{opened}");
         }
         assert!(!opened.contains("/var/lib/meniscus") && is_hidden(Path::new("/home/me/glass.toml")));
+        assert_eq!(argument(Path::new("/a \"b\\%n$HOME")), r#""/a \"b\\%%n$$HOME""#);
         let everywhere = Needs { peers: ["0.0.0.0".parse().expect("an address")].into(), ..Needs::default() };
         assert_eq!(addresses(&everywhere), LOCAL);
+        let ros = Needs { multicast: true, ..everywhere };
+        assert_eq!(addresses(&ros), format!("{LOCAL} multicast"));
     }
 }

@@ -1,7 +1,7 @@
 //! Field groups that a model knows for its liquid, for a person.
 
 use crate::recording::group_names;
-use meniscus::blob::{FieldGroup, Header, KnownGroups};
+use meniscus::blob::{FieldGroup, Header, KnownGroups, Variant};
 
 /// Groups that a model knows, and the sentence that goes with the others.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -43,6 +43,9 @@ fn words(group: FieldGroup) -> &'static str {
 
 /// Returns the cause, the groups that are not known, and the remedy.
 fn sentence(header: &Header, unknown: &[&str]) -> String {
+    if header.variant == Variant::Small {
+        return "The small estimator has the surface alone: --variant full estimates the field.".into();
+    }
     let cause = if header.corrected() && header.stated_known != KnownGroups::ALL {
         "This model was corrected from the free surface alone."
     } else if header.embedded.is_some() {
@@ -82,6 +85,14 @@ mod tests {
     fn a_model_that_knows_all_has_no_sentence() {
         let validity = Validity::of(&header(KnownGroups::ALL, "meniscus train"));
         assert_eq!((validity.sentence.clone(), validity.names().len()), (None, 6));
+    }
+
+    #[test]
+    fn the_small_estimator_is_the_cause_before_any_other() {
+        let header = header(KnownGroups::ALL, "meniscus train");
+        let validity = Validity::of(&Header { variant: Variant::Small, ..header });
+        assert_eq!(validity.names(), ["surface"]);
+        assert!(validity.sentence.is_some_and(|sentence| sentence.contains("--variant full")));
     }
 
     #[test]

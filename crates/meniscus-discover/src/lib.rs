@@ -3,7 +3,7 @@
 //! ```text
 //! folders --load--> RecordingSet --Discovery::run--> Report { findings, insertion }
 //!
-//! recordings -> baseline -> fitting -> decision -> findings -> law -> insert -> sizing -> references -> workflow -> report
+//! recordings -> baseline -> fitting -> decision -> findings -> law -> insert -> foreign -> sizing -> references -> workflow -> report
 //!                                                                                                           '-----> study
 //! ```
 //!
@@ -18,6 +18,7 @@
 //! | [`findings`] | map of the discrepancy, isolability, gap on the held-out recording, suggested recording | `mod` |
 //! | [`law`] | the missing force as two curves, where no name fits | `mod` |
 //! | [`insert`] | an effect in the flashed model and in the simulator | `mod` |
+//! | [`foreign`] | other programs as simulators | `mod` |
 //! | [`sizing`] | sizes by simulation, rivals compared by the simulator | `mod` |
 //! | [`references`] | references by simulation, where none are given | `mod` |
 //! | [`workflow`] | [`Discovery::run`](workflow::Discovery::run), its inputs, progress and errors | `mod` |
@@ -30,6 +31,7 @@ pub mod baseline;
 pub mod decision;
 pub mod findings;
 pub mod fitting;
+pub mod foreign;
 pub mod identify;
 pub mod insert;
 pub mod law;

@@ -23,9 +23,9 @@
 //! | `course` | motions of piecewise constant jerk |
 //! | `wall` | from a profile to both ends of the wall |
 //! | `models` | liquids that forecast a surface: the learned model, the reduced model, a pendulum |
-//! | `response`, `program` | linear response of the surface, and the quadratic program |
+//! | `response`, `program`, `preferred` | linear response of the surface, the quadratic program, and the jerks that it prefers |
 //! | `search`, `shortest`, `verify` | shortest duration, and the forecast that verifies it |
-//! | `receding` | planning again from a measured state |
+//! | `receding`, `renew` | planning again from a measured state |
 //! | `rivals` | minimum jerk, trapezoid, input shaping, pendulum |
 //! | `compare` | the motion of minimum jerk beside a plan, by the same model |
 //! | [`study`] | random moves in the simulator, with the estimator in the loop |
@@ -34,8 +34,10 @@ mod compare;
 mod course;
 mod error;
 mod models;
+mod preferred;
 mod program;
 mod receding;
+mod renew;
 mod request;
 mod response;
 mod rivals;

@@ -1,7 +1,7 @@
 //! The quadratic program: of all motions of one duration, the one with the lowest crest.
 //!
 //! ```text
-//! min  c + e/M |q|^2      q_i = j_i / J      over the jerks j_i between M + 1 knots, and the crest c in units of the limit L
+//! min  c + e/M |q - r|^2      q_i = j_i / J      over the jerks j_i between M + 1 knots, and the crest c in units of the limit L
 //! x(T) = x1,  v(T) = 0,  a(T) = 0,    |q_i| <= 1,    |a_i| <= A,    v_i, v_i + a_i d/2 <= V
 //! h_k + m_k <= c L        and after arrival  h_k + m_k <= residual
 //! ```
@@ -12,6 +12,7 @@
 use crate::PlanError;
 use crate::course::basis;
 use crate::models::FrameInput;
+use crate::preferred::Preferred;
 use crate::request::Request;
 use crate::response::{Departure, ENDS, Response, inputs_of, unit_inputs};
 use clarabel::algebra::CscMatrix;
@@ -19,9 +20,6 @@ use clarabel::solver::{
     DefaultSettingsBuilder, DefaultSolver, IPSolver, NonnegativeConeT, SolverStatus, ZeroConeT,
 };
 use meniscus::units::FRAME_INTERVAL_S;
-
-/// Weight e of the jerks: it makes the solution unique and costs less than 0.1 % of the crest.
-const SMOOTHNESS: f64 = 1e-3;
 
 /// Rows that fix the end.
 const END_ROWS: usize = 3;
@@ -58,6 +56,8 @@ pub(crate) struct Program<'a> {
     pub(crate) knots: usize,
     /// Frames over which the surface is limited.
     pub(crate) frames: usize,
+    /// Preferred jerks.
+    pub(crate) preferred: Preferred<'a>,
 }
 
 /// Solution of a program.
@@ -113,7 +113,7 @@ impl Program<'_> {
         self.surface(&mut rows);
         let inequalities = rows.bound.len() - END_ROWS;
         let (matrix, bound) = rows.matrix();
-        let weight = 2.0 * SMOOTHNESS / self.knots as f64;
+        let weight = 2.0 * self.preferred.weight() / self.knots as f64;
         let quadratic = CscMatrix::new(
             crest + 1,
             crest + 1,
@@ -123,6 +123,9 @@ impl Program<'_> {
         );
         let mut linear = vec![0.0; crest + 1];
         linear[crest] = 1.0;
+        for (part, price) in linear.iter_mut().take(crest).enumerate() {
+            *price = -weight * self.preferred.jerk(part, self.knots, self.request.limits.jerk_m_s3);
+        }
         let cones = [ZeroConeT(END_ROWS), NonnegativeConeT(inequalities)];
         let unsolved = |why: String| PlanError::Solver(why);
         let settings = DefaultSettingsBuilder::default()

@@ -6,6 +6,7 @@
 use crate::PlanError;
 use crate::course::{Course, GlassState};
 use crate::models::SurfaceModel;
+use crate::renew::Renewed;
 use crate::request::Request;
 use crate::response::{Departure, Response, inputs_of};
 use crate::search::{Plan, Search, check, longest_frames, plan};
@@ -74,8 +75,8 @@ impl<'a, M: SurfaceModel> Receding<'a, M> {
         inputs_of(M::INPUT, before_m, 1, |time_s| self.at(start_s + time_s))[0]
     }
 
-    /// Plans the rest of the move from the liquid `measured` in frame `frame`. Returns the plan, or `None` where the rest of the move
-    /// is too short.
+    /// Plans the rest of the move from the liquid `measured` in frame `frame`. Returns the plan, which is the motion under way where that
+    /// still keeps the limit, or `None` where the rest of the move is too short.
     ///
     /// # Errors
     /// [`PlanError::Solver`]; the robot then follows the motion that it has.
@@ -100,8 +101,13 @@ impl<'a, M: SurfaceModel> Receding<'a, M> {
             request: &self.request,
             programs: 0,
         };
-        let plan = search.renewed(&under_way)?;
-        self.parts.push((start, plan.course.clone()));
+        let plan = match search.renewed(&under_way)? {
+            Renewed::Kept(plan) => plan,
+            Renewed::Changed(plan) => {
+                self.parts.push((start, plan.course.clone()));
+                plan
+            }
+        };
         Ok(Some(plan))
     }
 

@@ -7,6 +7,7 @@
 use crate::PlanError;
 use crate::course::{Course, GlassState};
 use crate::models::{FrameForecast, SurfaceModel};
+use crate::preferred::Preferred;
 use crate::program::{Answer, Correction, Program};
 use crate::request::Request;
 use crate::response::{Departure, Response};
@@ -134,6 +135,16 @@ impl<M: SurfaceModel> Search<'_, M> {
         duration_s: f64,
         correction: &Correction,
     ) -> Result<Option<Answer>, PlanError> {
+        self.preferring(duration_s, correction, Preferred::Small)
+    }
+
+    /// The program of one duration near the `preferred` jerks, solved.
+    pub(crate) fn preferring(
+        &mut self,
+        duration_s: f64,
+        correction: &Correction,
+        preferred: Preferred<'_>,
+    ) -> Result<Option<Answer>, PlanError> {
         self.programs += 1;
         let knots = (duration_s / KNOT_S).ceil() as usize;
         Program {
@@ -145,12 +156,13 @@ impl<M: SurfaceModel> Search<'_, M> {
             duration_s,
             knots: knots.clamp(FEWEST_KNOTS, MOST_KNOTS),
             frames: frames_of(duration_s),
+            preferred,
         }
         .solve()
     }
 
     /// The motion of a solution.
-    fn course(&self, duration_s: f64, answer: Answer) -> Course {
+    pub(crate) fn course(&self, duration_s: f64, answer: Answer) -> Course {
         let knot_s = duration_s / answer.jerks_m_s3.len() as f64;
         Course { start: self.departure.glass, knot_s, jerks_m_s3: answer.jerks_m_s3 }
     }
@@ -207,26 +219,5 @@ impl<M: SurfaceModel> Search<'_, M> {
             correction = next;
         }
         Ok(None)
-    }
-
-    /// One search of few programs from a motion that is in progress, verified once.
-    pub(crate) fn renewed(&mut self, under_way: &Course) -> Result<Plan, PlanError> {
-        let (kept, correction) = self.examine(under_way);
-        let remaining_s = under_way.duration_s();
-        let Some(answer) = self.program(remaining_s, &correction)? else { return Ok(kept) };
-        let ratio = answer.crest_m / self.request.limit_m;
-        let mut course = self.course(remaining_s, answer);
-        if !(0.96..=1.0).contains(&ratio) {
-            // c ~ 1/T^2; a sixth of the motion at most, as the next turn comes soon.
-            let duration_s = remaining_s * ratio.max(0.0).sqrt().clamp(0.85, 1.2);
-            if let Some(answer) = self.program(duration_s, &correction)? {
-                let worth = ratio > 1.0 && answer.crest_m < 0.99 * ratio * self.request.limit_m
-                    || ratio < 1.0 && answer.crest_m <= self.request.limit_m;
-                if worth {
-                    course = self.course(duration_s, answer);
-                }
-            }
-        }
-        Ok(self.examine(&course).0)
     }
 }

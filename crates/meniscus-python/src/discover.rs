@@ -4,10 +4,12 @@ use crate::arguments::to_python;
 use crate::errors::{check_range, refused, system};
 use crate::interrupt::{Job, Stopped, attended};
 use crate::model::Model;
+use crate::simulator::{Callable, Raised};
 use meniscus_discover::decision::settings::Settings;
 use meniscus_discover::fitting::fit_cache::FitCache;
 use meniscus_discover::insert::simulated::Resolution;
 use meniscus_discover::recordings::load::{load, load_references};
+use meniscus_discover::references::ReferenceSettings;
 use meniscus_discover::report::html::page;
 use meniscus_discover::report::scene::scene_toml;
 use meniscus_discover::report::verdict_json::verdict_json;
@@ -22,7 +24,7 @@ use meniscus_platform::files::{AlignedBytes, check_writable, write_whole};
 use pyo3::prelude::*;
 use std::cell::Cell;
 use std::path::PathBuf;
-use std::sync::Arc;
+use std::sync::{Arc, PoisonError};
 
 /// First packing less the seed, as `meniscus discover` counts them.
 const FIRST_PACKING: u64 = 100;
@@ -156,6 +158,8 @@ struct Question {
     packings: usize,
     simulate: bool,
     model: Option<Vec<u8>>,
+    simulator: Option<Callable>,
+    raised: Raised,
 }
 
 /// Identifies the effect that a simulation lacks, as `meniscus discover` does.
@@ -166,17 +170,24 @@ struct Question {
 ///         is much weaker.
 ///     library: Effects that may be identified; by default all.
 ///     seed: Seed of the bootstrap and of the packings.
-///     quick: Leave the sizes by simulation out; they take minutes and need `out`.
+///     quick: Leave the sizes by simulation out; they take minutes and need `out`. The default is True, and False with a
+///         `simulator`.
 ///     out: Folder in which fits and simulations are kept: the same call goes on from them.
 ///     spacing_mm, rivals, packings, simulate: As of the command.
 ///     model: Model into which the effects are inserted.
+///     simulator: Function that simulates the glass in place of the particle simulator: `simulator(scene)` gets a dictionary
+///         (docs/simulators.md; tables are arrays) and returns an array [frames, 21] of heights, m, for each of
+///         `scene["motions"]`. Without `reference` it makes the references too. It may raise `SimulationError` where this glass
+///         cannot be simulated; any other exception ends the discovery and comes back as it was raised.
+///     simulator_version: Text under which its results are kept in `out`; change it with the function. Without it they are not
+///         used again.
 ///     progress: Is called as `progress(step, done)`.
 ///
 /// Raises:
-///     MeniscusError: Recordings are refused or too few.
+///     MeniscusError: Recordings are refused or too few, or a simulator returns wrong counts, NaN or heights outside of the glass.
 #[pyfunction]
-#[pyo3(signature = (recordings, reference=None, *, library=None, seed=1, quick=true, out=None, spacing_mm=5.0, rivals=1,
-                    packings=2, simulate=false, model=None, progress=None))]
+#[pyo3(signature = (recordings, reference=None, *, library=None, seed=1, quick=None, out=None, spacing_mm=5.0, rivals=1,
+                    packings=2, simulate=false, model=None, simulator=None, simulator_version=None, progress=None))]
 #[allow(clippy::too_many_arguments, reason = "keyword arguments of a Python function")]
 pub(crate) fn discover(
     py: Python<'_>,
@@ -184,15 +195,26 @@ pub(crate) fn discover(
     reference: Option<PathBuf>,
     library: Option<Vec<String>>,
     seed: u64,
-    quick: bool,
+    quick: Option<bool>,
     out: Option<PathBuf>,
     spacing_mm: f64,
     rivals: usize,
     packings: usize,
     simulate: bool,
     model: Option<&Model>,
+    simulator: Option<Py<PyAny>>,
+    simulator_version: Option<&str>,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<Verdict> {
+    let quick = quick.unwrap_or(simulator.is_none());
+    if quick && simulator.is_some() {
+        return Err(refused(
+            "quick leaves all simulations out, so that the simulator has nothing to do: leave one of them out",
+        ));
+    }
+    let raised = Raised::default();
+    let simulator =
+        simulator.map(|function| Callable::new(py, &function, simulator_version, &raised)).transpose()?;
     check_range("rivals", &rivals, 0..=4)?;
     check_range("packings", &packings, 1..=9)?;
     match &out {
@@ -217,13 +239,15 @@ pub(crate) fn discover(
         packings,
         simulate,
         model: model.map(|model| model.blob().to_vec()),
+        simulator,
+        raised,
     };
-    let report = attended(py, progress, |job| answer(&question, job))??;
+    let report = attended(py, progress, |job| answer(question, job))??;
     Ok(Verdict { report, command })
 }
 
 /// Runs one discovery.
-fn answer(question: &Question, job: &Job) -> PyResult<Report> {
+fn answer(question: Question, job: &Job) -> PyResult<Report> {
     job.tell("reading the recordings", 0.0);
     let mut inputs = Inputs::new(load(&question.recordings).map_err(refused)?);
     inputs.settings = Settings {
@@ -249,15 +273,27 @@ fn answer(question: &Question, job: &Job) -> PyResult<Report> {
     if let Some(path) = &question.reference {
         inputs.references = load_references(path).map_err(refused)?;
     }
+    if let Some(simulator) = question.simulator {
+        let store = question.out.as_ref().filter(|_| question.reference.is_none());
+        inputs.simulated_references = store.map(|out| {
+            let radius_m = inputs.recordings.known.radius_m;
+            ReferenceSettings::new(radius_m, question.seed, out.join("simulations"))
+        });
+        inputs.simulator = Box::new(simulator);
+    }
     inputs.model = question.model.as_ref().map(|blob| AlignedBytes::copy(blob));
     inputs.stop = Some(job.stop);
     let stages = 4
+        + usize::from(inputs.simulated_references.is_some())
         + usize::from(inputs.sizing.is_some())
         + usize::from(inputs.model.is_some())
         + usize::from(inputs.simulation.is_some());
     let told = Told { job, begun: Cell::new(0), stages };
     Discovery::run(&inputs, &told).map_err(|error| match error {
         DiscoverError::Sizing(SizingError::Stopped) => Stopped.into(),
-        other => refused(other),
+        other => {
+            let raised = question.raised.lock().unwrap_or_else(PoisonError::into_inner).take();
+            raised.unwrap_or_else(|| refused(other))
+        }
     })
 }

@@ -14,14 +14,17 @@
 //! | `recording`, `simulate`, `export` | recordings, and the programs that make and convert them |
 //! | `model`, `profile`, `estimator`, `estimate` | the estimator on a weight blob |
 //! | `reduced` | the reduced slosh model |
-//! | `discover` | discovery |
+//! | `correct`, `evaluate` | a model learns another liquid, and is judged |
+//! | `discover`, `simulator` | discovery, with a Python function as its simulator |
 #![cfg(feature = "module")]
 
 mod arguments;
+mod correct;
 mod discover;
 mod errors;
 mod estimate;
 mod estimator;
+mod evaluate;
 mod export;
 mod glass;
 mod interrupt;
@@ -33,11 +36,14 @@ mod recording;
 mod reduced;
 mod scene;
 mod simulate;
+mod simulator;
 mod views;
 
 /// Classes and functions of the module `meniscus_liquid._native`.
 #[pyo3::pymodule(name = "_native")]
 mod native {
+    #[pymodule_export]
+    use super::correct::{Correction, correct};
     #[pymodule_export]
     use super::discover::{Verdict, discover};
     #[pymodule_export]
@@ -46,6 +52,8 @@ mod native {
     use super::estimate::{Estimate, Estimates, Forecast};
     #[pymodule_export]
     use super::estimator::Estimator;
+    #[pymodule_export]
+    use super::evaluate::{Evaluation, evaluate};
     #[pymodule_export]
     use super::export::export_vtp;
     #[pymodule_export]

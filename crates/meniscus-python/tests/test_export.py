@@ -1,8 +1,11 @@
-"""Data out: VTK files read by VTK itself, and HDF5 by h5py."""
+"""Data out: VTK files read by VTK itself, and HDF5 by h5py and by LagrangeBench's own reader."""
 
 from __future__ import annotations
 
+import importlib.util
 import json
+import sys
+import types
 from pathlib import Path
 
 import numpy as np
@@ -73,6 +76,52 @@ def test_a_folder_that_is_not_empty_is_refused(shipped: ml.Recording, tmp_path: 
         ml.export_vtp(shipped, tmp_path)
     with pytest.raises(ml.MeniscusError, match="every = 0 is out of range"):
         ml.export_vtp(shipped, tmp_path / "new", every=0)
+
+
+def lagrangebench_reader(monkeypatch: pytest.MonkeyPatch) -> type:
+    """The reader of LagrangeBench's own package, its file alone.
+
+    The package needs torch and jax, gigabytes that the reader uses for a base class, an array and a cumulative sum: here they are an empty
+    class and numpy's.
+    """
+    from importlib.metadata import distribution
+
+    torch, data, jax, utils = (types.ModuleType(name) for name in ("torch", "torch.utils.data", "jax", "lagrangebench.utils"))
+    data.Dataset = object
+    utils.NodeType = type("NodeType", (), {"PAD_VALUE": -1})
+    jax.numpy = np
+    stand_ins = {"torch": torch, "torch.utils": types.ModuleType("torch.utils"), "torch.utils.data": data, "jax": jax, "jax.numpy": np,
+                 "lagrangebench": types.ModuleType("lagrangebench"), "lagrangebench.utils": utils}
+    for name, module in stand_ins.items():
+        monkeypatch.setitem(sys.modules, name, module)
+    file = distribution("lagrangebench").locate_file("lagrangebench/data/data.py")
+    spec = importlib.util.spec_from_file_location("lagrangebench_data", file)
+    reader = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(reader)
+    return reader.H5Dataset
+
+
+def test_lagrangebench_s_own_reader_reads_it(shipped: ml.Recording, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip("h5py")
+    from meniscus_liquid.hdf5 import write_lagrangebench
+
+    folder = tmp_path / "h5"
+    write_lagrangebench(folder, {"train": [shipped, shipped], "valid": [shipped], "test": [shipped]})
+    reader = lagrangebench_reader(monkeypatch)
+    position = np.asarray(shipped.field("q"))
+    windows = reader("train", str(folder), input_seq_length=6)
+    # Six positions, one to predict, and one of two trajectories.
+    assert len(windows) == 2 * (600 - 6 - 1)
+    for index, frame in ((0, 0), (17, 17), (600 - 7, 0), (2 * (600 - 7) - 1, 600 - 8)):
+        window, kinds = windows[index]
+        assert same_bits(np.ascontiguousarray(window), np.ascontiguousarray(position[frame : frame + 7].transpose(1, 0, 2)))
+        assert kinds.shape == (2134,) and (kinds == 0).all()
+    whole = reader("valid", str(folder), is_rollout=True, split_valid_traj_into_n=4, nl_backend="matscipy")
+    assert len(whole) == 4
+    part, kinds = whole[2]
+    # Padded to the largest number of particles, which is that of every recording.
+    assert same_bits(np.ascontiguousarray(part), np.ascontiguousarray(position[300:450].transpose(1, 0, 2)))
+    assert len(kinds) == windows.metadata["num_particles_max"]
 
 
 def test_h5py_reads_lagrangebench_s_layout(shipped: ml.Recording, water: Path, tmp_path: Path) -> None:

@@ -67,6 +67,11 @@ pub enum RelearnError {
         /// Fault.
         fault: String,
     },
+    /// A run has no report yet.
+    #[error(
+        "{} holds no report.json of a finished `meniscus learn`: continue that run with its own command", .0.display()
+    )]
+    Unfinished(PathBuf),
     /// A setting is out of its range.
     #[error("{name} = {value} is out of range: {allowed}")]
     OutOfRange {

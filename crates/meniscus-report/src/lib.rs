@@ -13,17 +13,25 @@
 //! assert_eq!(report.json()["checks"][0]["ok"], true);
 //! ```
 
+#[cfg(feature = "pictures")]
 mod block;
+#[cfg(feature = "pictures")]
 mod chart;
 pub mod checks;
+#[cfg(feature = "pictures")]
 pub mod plot;
+#[cfg(feature = "pictures")]
 mod render;
+#[cfg(feature = "pictures")]
 mod report;
 
+#[cfg(feature = "pictures")]
 pub use chart::{Chart, Mark, Series};
+#[cfg(feature = "pictures")]
 pub use report::Report;
 
 /// The same types under their former path.
+#[cfg(feature = "pictures")]
 pub mod html {
     pub use crate::{Chart, Mark, Report, Series};
 }

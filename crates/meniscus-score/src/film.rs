@@ -132,14 +132,17 @@ impl<'r, 'm> Film<'r, 'm> {
         let turn = &last.turns[frame].turn;
         let curve = |watched: &Watched<'_>| Curve {
             name: format!(
-                "{}: slosh-relative error {:.1} %",
+                "{}: {:.1} % of the slosh",
                 watched.name,
                 100.0 * watched.score.estimate.slosh_rel()
             ),
             points: watched.score.curves[0].clone(),
         };
         let picture = Picture {
-            title: format!("{} at {seconds:.2} s", self.recording.provenance.liquid),
+            title: format!(
+                "{} at {seconds:.2} s: estimates beside the truth",
+                self.recording.provenance.liquid
+            ),
             camera: camera(&self.config, self.recording, &self.images.infrared, turn, frame),
             slices,
             value: "speed, m/s".into(),
@@ -149,22 +152,34 @@ impl<'r, 'm> Film<'r, 'm> {
             errors: self.watched.iter().rev().map(curve).collect(),
             now_s: Some(seconds),
             glass_mm: (1e3 * self.recording.glass.radius_m, 1e3 * self.recording.glass.rim_m),
+            letters: 1.15,
         };
         Ok(picture.rgb(size)?)
     }
 }
 
-/// `count` frames of [`SIZE`], each from `frame`, as one animated PNG of `width` pixels across that repeats, `rate`
-/// frames a second.
+/// Frames of a film.
+#[derive(Clone, Copy, Debug)]
+pub struct Reel {
+    /// Number of frames.
+    pub count: usize,
+    /// Frames a second.
+    pub rate: u16,
+    /// Width of the film, pixels.
+    pub width: u32,
+    /// Frame that a viewer shows that cannot play films.
+    pub still: usize,
+}
+
+/// The frames of `reel`, each of [`SIZE`] from `frame`, as one animated PNG that repeats.
 ///
 /// # Errors
 /// [`FilmError`], of a frame or of the file.
 pub fn animation(
-    count: usize,
-    rate: u16,
-    width: u32,
+    reel: Reel,
     mut frame: impl FnMut(usize) -> Result<Vec<u8>, FilmError>,
 ) -> Result<Vec<u8>, FilmError> {
+    let Reel { count, rate, width, still } = reel;
     let mut bytes = Vec::new();
     let height = (SIZE.1 * width).div_ceil(SIZE.0);
     let mut encoder = png::Encoder::new(&mut bytes, width, height);
@@ -173,12 +188,29 @@ pub fn animation(
     encoder.set_compression(png::Compression::High);
     encoder.set_animated(u32::try_from(count).unwrap_or(u32::MAX), 0).map_err(wrong)?;
     encoder.set_frame_delay(1, rate).map_err(wrong)?;
+    // The still is no frame of the film: whoever plays it never sees it.
+    encoder.set_sep_def_img(true).map_err(wrong)?;
     let mut writer = encoder.write_header().map_err(wrong)?;
-    for k in 0..count {
+    for k in std::iter::once(still).chain(0..count) {
         let pixels = frame(k)?;
         let small = if (width, height) == SIZE { pixels } else { scaled(pixels, (width, height)) };
         writer.write_image_data(&small).map_err(wrong)?;
     }
+    writer.finish().map_err(wrong)?;
+    Ok(bytes)
+}
+
+/// `pixels` of [`SIZE`] as a PNG.
+///
+/// # Errors
+/// [`FilmError::Picture`].
+pub fn still(pixels: &[u8]) -> Result<Vec<u8>, FilmError> {
+    let mut bytes = Vec::new();
+    let mut encoder = png::Encoder::new(&mut bytes, SIZE.0, SIZE.1);
+    encoder.set_color(png::ColorType::Rgb);
+    encoder.set_depth(png::BitDepth::Eight);
+    let mut writer = encoder.write_header().map_err(wrong)?;
+    writer.write_image_data(pixels).map_err(wrong)?;
     writer.finish().map_err(wrong)?;
     Ok(bytes)
 }
@@ -209,10 +241,13 @@ mod tests {
     #[test]
     fn an_animation_has_its_frames_and_their_time() {
         let frame = |k: usize| Ok(vec![40 * k as u8; (3 * SIZE.0 * SIZE.1) as usize]);
-        let bytes = animation(3, 20, SIZE.0, frame).expect("three frames");
+        let bytes =
+            animation(Reel { count: 3, rate: 20, width: SIZE.0, still: 2 }, frame).expect("three frames");
         let mut reader = png::Decoder::new(std::io::Cursor::new(&bytes)).read_info().expect("a PNG");
         assert_eq!(reader.info().animation_control().map(|control| control.num_frames), Some(3));
         let mut pixels = vec![0; (3 * SIZE.0 * SIZE.1) as usize];
+        reader.next_frame(&mut pixels).expect("the still");
+        assert!(pixels.iter().all(|&value| value == 80), "a viewer that plays nothing shows frame 2");
         for k in 0..3 {
             reader.next_frame(&mut pixels).expect("a frame");
             assert!(pixels.iter().all(|&value| value == 40 * k));
@@ -224,7 +259,7 @@ mod tests {
     #[test]
     fn a_narrow_film_keeps_colours_and_proportion() {
         let frame = |_: usize| Ok([17, 119, 255].repeat((SIZE.0 * SIZE.1) as usize));
-        let bytes = animation(2, 10, 600, frame).expect("two frames");
+        let bytes = animation(Reel { count: 2, rate: 10, width: 600, still: 0 }, frame).expect("two frames");
         let mut reader = png::Decoder::new(std::io::Cursor::new(&bytes)).read_info().expect("a PNG");
         assert_eq!((reader.info().width, reader.info().height), (600, 380));
         let mut pixels = vec![0; 3 * 600 * 380];

@@ -8,9 +8,13 @@
 //! [`score::score`] is the entry point; [`baseline::linear_with_motion`] gives it the linear baseline.
 
 pub mod baseline;
+pub mod crests;
 pub mod field_error;
+#[cfg(feature = "pictures")]
 pub mod film;
+#[cfg(feature = "pictures")]
 pub mod run_picture;
 pub mod run_report;
 pub mod score;
+#[cfg(feature = "pictures")]
 pub mod unknown_groups;

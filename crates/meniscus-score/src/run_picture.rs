@@ -43,7 +43,7 @@ pub fn picture(
     let seconds = turn.time.since(START) as f64 * 1e-6;
     let picture = Picture {
         title: format!(
-            "{} at {seconds:.2} s, the highest crest of {} turns: slosh-relative error {:.1} % over the run",
+            "The estimate of {} beside the truth, at the highest crest of {} turns ({seconds:.2} s). Error of the surface: {:.1} % of the slosh",
             recording.provenance.liquid,
             report.turns(),
             100.0 * score.estimate.slosh_rel()
@@ -59,6 +59,7 @@ pub fn picture(
         now_s: Some(seconds),
         errors,
         glass_mm: (1e3 * recording.glass.radius_m, 1e3 * recording.glass.rim_m),
+        letters: 1.0,
     };
     picture.png().map(Some)
 }

@@ -93,7 +93,8 @@ fn of_numbers(halves: &[f32], slosh_j: f64, heat_j: f64) -> KnownGroups {
 
 /// Returns the groups that a turn writes into its field.
 fn of_turn(model: &Model<'_>) -> KnownGroups {
-    let mut field = vec![0.0; model.field_len()];
+    // A variant without a field writes none of it.
+    let mut field = vec![f32::NAN; model.field_len()];
     Estimator::new(model).turn(&mut Memory::default(), TurnInput::default(), &mut NoClock, &mut field);
     let tracers = model.header.particles as usize;
     let mut first = 0;

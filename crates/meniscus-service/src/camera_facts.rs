@@ -1,5 +1,6 @@
 //! A connected camera for reports: as JSON and as one line.
 
+use meniscus::usb::d4xx::Trial;
 use meniscus_usb::camera::Connected;
 use serde_json::{Value, json};
 
@@ -28,8 +29,12 @@ pub fn camera_json(camera: &Connected) -> Value {
 pub fn camera_line(camera: &Connected) -> String {
     let (width, height) = camera.size;
     let stepped = if camera.stepped_down { ", stepped down because of the USB 2 link" } else { "" };
+    let untried = match camera.product.trial() {
+        Trial::Simulated => "",
+        Trial::Never => " (a model that was never tried, not even simulated)",
+    };
     format!(
-        "{} {} at {}, firmware {}, {}: {width}x{height} at 60 Hz{stepped}",
+        "{}{untried} {} at {}, firmware {}, {}: {width}x{height} at 60 Hz{stepped}",
         camera.product.name(),
         camera.identity.serial,
         camera.device.port,

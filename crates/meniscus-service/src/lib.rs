@@ -14,3 +14,4 @@ pub mod setup;
 pub mod sink;
 pub mod snapshot;
 pub mod timed_turn;
+pub mod truth;

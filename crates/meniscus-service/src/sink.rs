@@ -37,6 +37,8 @@ pub struct StateAfter<'t> {
     pub memory: &'t Memory,
     /// Last whole image of the outline, Y8, row-major.
     pub outline: &'t [u8],
+    /// Last whole depth image, Z16 little-endian, row-major.
+    pub depth: &'t [u8],
 }
 
 /// Counters of a run at its end.

@@ -20,6 +20,9 @@ pub struct Delivery {
     pub payload: Buffer,
     /// When it was handed over.
     pub arrived: Instant,
+    /// Payloads dropped before it because no buffer was spare. Those that were dropped after it, while it waited, are not among
+    /// them.
+    pub dropped_before: u64,
 }
 
 /// The camera's end.
@@ -36,6 +39,13 @@ pub struct WorkerEnd {
     full: Receiver<Delivery>,
     spare: SyncSender<Buffer>,
     dropped: Arc<AtomicU64>,
+}
+
+/// A look at each payload between camera and worker.
+#[derive(Debug)]
+pub struct Tap {
+    full: Receiver<Delivery>,
+    seen: SyncSender<Delivery>,
 }
 
 /// Result of a receive.
@@ -95,7 +105,8 @@ impl CameraEnd {
 
     /// Hands a filled buffer over, without a copy. `false` when the worker has gone.
     pub fn hand_over(&self, stream: Stream, payload: Buffer) -> bool {
-        self.full.send(Delivery { stream, payload, arrived: Instant::now() }).is_ok()
+        let dropped_before = self.dropped.load(Ordering::Relaxed);
+        self.full.send(Delivery { stream, payload, arrived: Instant::now(), dropped_before }).is_ok()
     }
 
     /// Counts a payload that was dropped for want of a spare buffer.
@@ -127,6 +138,31 @@ impl WorkerEnd {
     pub fn dropped(&self) -> u64 {
         self.dropped.load(Ordering::Relaxed)
     }
+
+    /// Returns the worker's end behind a thread `name` that sees each payload before the worker does. Order, arrival times and
+    /// the buffers' round stay as they are.
+    ///
+    /// # Errors
+    /// The error of the operating system on the thread.
+    pub fn tapped(self, name: &str, body: impl FnOnce(Tap) + Send + 'static) -> std::io::Result<Self> {
+        let Self { full, spare, dropped } = self;
+        // Without room of its own: payloads that wait do so in front of it, where they are counted.
+        let (seen_in, seen_out) = sync_channel(0);
+        let tap = Tap { full, seen: seen_in };
+        std::thread::Builder::new().name(name.into()).spawn(move || body(tap))?;
+        Ok(Self { full: seen_out, spare, dropped })
+    }
+}
+
+impl Tap {
+    /// Waits for the next payload, shows it to `look` and hands it to the worker. `false` when the camera or the worker has
+    /// gone.
+    pub fn pass(&self, look: impl FnOnce(&Delivery)) -> bool {
+        self.full.recv().is_ok_and(|delivery| {
+            look(&delivery);
+            self.seen.send(delivery).is_ok()
+        })
+    }
 }
 
 #[cfg(test)]
@@ -149,15 +185,38 @@ mod tests {
         }
         assert_eq!(worker.dropped(), 1);
         let delivery = waiting(&worker).expect("two are waiting");
-        assert_eq!(*delivery.payload, [0]);
+        assert_eq!((&*delivery.payload, delivery.dropped_before), (&[0][..], 0), "the drop came after it");
         let place = delivery.payload.as_ptr();
         worker.give_back(delivery.payload);
         assert!(camera.send(Stream::Outline, &[9]));
         assert_eq!(waiting(&worker).expect("one is left").payload[..], [1]);
         let last = waiting(&worker).expect("the newest");
         assert_eq!((last.stream, last.payload.as_ptr()), (Stream::Outline, place), "the buffer goes round");
+        assert_eq!(last.dropped_before, 1);
         assert!(matches!(worker.receive(Instant::now()), Received::Silence));
         drop(camera);
         assert!(matches!(worker.receive(Instant::now()), Received::Closed));
+    }
+
+    #[test]
+    fn a_tap_sees_every_payload_before_the_worker_and_changes_none() {
+        let (camera, worker) = link(2, 8);
+        let seen = Arc::new(AtomicU64::new(0));
+        let count = Arc::clone(&seen);
+        let look = move |delivery: &Delivery| {
+            count.fetch_add(u64::from(delivery.payload[0]), Ordering::Relaxed);
+        };
+        let tapped = worker.tapped("tap", move |tap| while tap.pass(&look) {});
+        let worker = tapped.expect("a thread");
+        let soon = || Instant::now() + Duration::from_secs(5);
+        for k in 1..=5 {
+            assert!(camera.send_patiently(Stream::Outline, &[k]));
+            let Received::Payload(delivery) = worker.receive(soon()) else { std::panic!("payload {k}") };
+            assert_eq!((&*delivery.payload, delivery.stream), (&[k][..], Stream::Outline));
+            assert_eq!(seen.load(Ordering::Relaxed), (1..=u64::from(k)).sum::<u64>());
+            worker.give_back(delivery.payload);
+        }
+        drop(camera);
+        assert!(matches!(worker.receive(soon()), Received::Closed));
     }
 }

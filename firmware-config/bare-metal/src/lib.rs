@@ -9,12 +9,16 @@
 #![no_std]
 
 use core::fmt::{self, Write};
+use core::marker::PhantomData;
 use crc::{CRC_64_XZ, Crc};
-use meniscus::blob::Model;
+use meniscus::blob::{Model, Variant};
 use meniscus::runtime::output::{OUTPUT_MAX, Packet};
-use meniscus::runtime::{Clock, Estimator, InputSource, ProfileSensor, Tracker};
+use meniscus::runtime::{Clock, Estimator, InputSource, Mode, ProfileSensor, Stages, Tracker, Turn};
 use meniscus::surface::{Config, Intrinsics, Settings};
 use meniscus::usb::uvc::Stream;
+
+/// Variant of the estimator.
+pub const VARIANT: Variant = if cfg!(feature = "small") { Variant::Small } else { Variant::Full };
 
 /// Pixels of an image.
 pub const PIXELS: usize = 640 * 480;
@@ -30,7 +34,7 @@ pub trait Place {
     /// Writes a line.
     fn line(&mut self, line: fmt::Arguments<'_>);
     /// Instructions so far, or 0 where they are not counted.
-    fn instructions(&mut self) -> u64;
+    fn instructions() -> u64;
 }
 
 /// The buffers of the camera side, as a board would place them.
@@ -60,12 +64,12 @@ impl Default for Room {
     }
 }
 
-/// No time passes: what a turn costs is counted from outside, and the packets hold no time of a machine.
-struct NoClock;
+/// Instructions in place of time: a stage's "microseconds" are its instructions. The packets hold none of them.
+struct Counter<P>(PhantomData<P>);
 
-impl Clock for NoClock {
+impl<P: Place> Clock for Counter<P> {
     fn now_us(&mut self) -> u64 {
-        0
+        P::instructions()
     }
 }
 
@@ -87,25 +91,56 @@ pub enum JobError {
 pub struct Done {
     /// Turns.
     pub turns: u32,
-    /// Instructions of the turns with a frame: all together, and of the longest.
-    pub instructions: (u64, u64),
+    /// Turns that used a measurement.
+    pub tracked: u32,
+    /// Instructions of all payloads.
+    pub all: u64,
+    /// Instructions of the payloads that complete a frame.
+    pub completing: u64,
+    /// Instructions of the longest of these.
+    pub longest: u64,
+    /// Frames of one turn that used them.
+    pub frames: u32,
+    /// Instructions of these frames, every payload included.
+    pub tracking: u64,
+    /// Instructions of the stages of the turns that used a measurement.
+    pub stages: Stages,
+}
+
+impl Done {
+    fn count(&mut self, turn: &Turn) {
+        if turn.estimate.mode != Mode::Tracking {
+            return;
+        }
+        self.tracked += 1;
+        let (sum, one) = (&mut self.stages, &turn.estimate.stages);
+        sum.surface_us += one.surface_us;
+        sum.predict_us += one.predict_us;
+        sum.encode_us += one.encode_us;
+        sum.correct_us += one.correct_us;
+        sum.field_us += one.field_us;
+    }
 }
 
 /// Runs the camera side over all payloads.
 ///
 /// # Errors
 /// [`JobError`].
-pub fn run(place: &mut impl Place, blob: &[u8], room: &mut Room) -> Result<Done, JobError> {
+pub fn run<P: Place>(place: &mut P, blob: &[u8], room: &mut Room) -> Result<Done, JobError> {
     // By reference: a second copy of the model would take as much of the stack again.
-    let loaded = Model::load(blob);
-    turns(place, loaded.as_ref().map_err(|_| JobError::Model)?, room)
+    let mut loaded = Model::load(blob);
+    let model = loaded.as_mut().map_err(|_| JobError::Model)?;
+    model.header.variant = VARIANT;
+    turns(place, model, room)
 }
 
 /// The turns of `model`. Its memory has a frame of its own, because the model takes as much of the stack while it is loaded, and
 /// both at once would not fit.
 #[inline(never)]
-fn turns(place: &mut impl Place, model: &Model<'_>, room: &mut Room) -> Result<Done, JobError> {
+fn turns<P: Place>(place: &mut P, model: &Model<'_>, room: &mut Room) -> Result<Done, JobError> {
     let header = &model.header;
+    // The clock counts instructions, and no turn is late for them.
+    let estimator = Estimator::new(model).within(u64::MAX);
     // The intrinsics of the simulated camera, and the depth unit that a session asks for.
     let intrinsics = Intrinsics { width: 640, height: 480, fx: 384.21, fy: 384.21, ppx: 319.48, ppy: 236.35 };
     let config = Config::new(Settings {
@@ -117,10 +152,10 @@ fn turns(place: &mut impl Place, model: &Model<'_>, room: &mut Room) -> Result<D
         ..Settings::default()
     })
     .map_err(|_| JobError::Glass)?;
-    let field = room.field.get_mut(..model.field_len()).ok_or(JobError::Field)?;
+    let field = room.field.get_mut(..estimator.field_len()).ok_or(JobError::Field)?;
     let sensor = ProfileSensor::new(config, &mut room.depth, &mut room.infrared);
-    let mut tracker = Tracker::new(Estimator::new(model), sensor);
-    let mut done = Done::default();
+    let mut tracker = Tracker::new(estimator, sensor);
+    let (mut done, mut frame) = (Done::default(), 0);
     let mut head = [0; 8];
     while place.read(&mut head) {
         let (words, _) = head.as_chunks::<4>();
@@ -130,20 +165,31 @@ fn turns(place: &mut impl Place, model: &Model<'_>, room: &mut Room) -> Result<D
         if !place.read(payload) {
             return Err(JobError::Payload);
         }
-        let before = place.instructions();
-        // What the telling costs is no part of the turn.
-        let (turns, mut told) = (done.turns, 0);
-        tracker.accept(stream, payload, InputSource::tracked, &mut NoClock, field, |turn, field| {
+        let before = P::instructions();
+        // What the report costs is no part of the turn.
+        let (turns, mut reporting, mut tracking) = (done.turns, 0, false);
+        let count = &mut Counter::<P>(PhantomData);
+        tracker.accept(stream, payload, InputSource::tracked, count, field, |turn, field| {
+            let before = P::instructions();
             done.turns += 1;
-            let before = place.instructions();
-            let packet = Packet::of(turn, u64::from(done.turns), header);
+            tracking = turn.estimate.mode == Mode::Tracking;
+            done.count(turn);
+            let mut packet = Packet::of(turn, u64::from(done.turns), header);
+            packet.estimate.stages = Stages::default();
             tell(place, done.turns, &packet, field);
-            told += place.instructions().saturating_sub(before);
+            reporting += P::instructions().saturating_sub(before);
         });
+        let spent = P::instructions().saturating_sub(before).saturating_sub(reporting);
+        done.all += spent;
+        frame += spent;
         if done.turns > turns {
-            let spent = place.instructions().saturating_sub(before).saturating_sub(told);
-            done.instructions.0 += spent;
-            done.instructions.1 = done.instructions.1.max(spent);
+            if done.turns == turns + 1 && tracking {
+                done.tracking += frame;
+                done.frames += 1;
+            }
+            frame = 0;
+            done.completing += spent;
+            done.longest = done.longest.max(spent);
         }
     }
     let (depth, infrared) = tracker.sensor.losses();

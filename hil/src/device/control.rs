@@ -40,7 +40,8 @@ impl Device {
             // Exposure mode and priority of the colour function's camera terminal.
             [0x21, 1, 0, 2 | 3, COLOUR_CONTROL, COLOUR_TERMINAL] => Reply::Done,
             [0x21, 1, 0, 1, interface @ (1 | 2 | COLOUR_STREAMING), 0] => self.probe(interface, sent),
-            [0xa1, 0x81 | 0x83, 0, 1, interface @ (1 | 2 | COLOUR_STREAMING), 0] => {
+            // The current record, the least or the greatest: a kernel's driver asks for all three.
+            [0xa1, 0x81..=0x83, 0, 1, interface @ (1 | 2 | COLOUR_STREAMING), 0] => {
                 self.probe_answer(interface, setup[1] == 0x83)
             }
             [0x21, 1, 0, 2, interface @ (1 | 2 | COLOUR_STREAMING), 0] => {
@@ -142,7 +143,9 @@ impl Device {
             if interface == COLOUR_STREAMING {
                 self.even.resize(640 * 480 * 2, 128);
             }
-            if self.committed.len() == 2 && self.started_us.is_none() {
+            // A program for depth commits that first; a webcam's driver commits colour alone.
+            let all = self.committed.len() == 2 || interface == COLOUR_STREAMING;
+            if all && self.started_us.is_none() {
                 self.started_us = Some(now_us + 30_000);
                 self.shots_of_start = 0;
             }

@@ -9,6 +9,10 @@ pub(super) const COLOUR_STREAMING: u8 = 4;
 /// Its camera terminal.
 pub(super) const COLOUR_TERMINAL: u8 = 6;
 
+/// Output terminals of the depth function and of the colour function.
+const DEPTH_OUTPUT: u8 = 4;
+const COLOUR_OUTPUT: u8 = 9;
+
 /// The code of a format that no reader knows.
 const UNKNOWN: [u8; 4] = *b"none";
 
@@ -147,15 +151,16 @@ fn streaming(
         }
     }
     body.extend([6, 0x24, 0x0d, 1, 1, 4]);
-    input_header(out, address, formats.len() as u8, body.len());
+    input_header(out, address, DEPTH_OUTPUT, formats.len() as u8, body.len());
     out.extend(body);
     endpoint(out, address, 2, if usb2 { 512 } else { 1024 }, usb2);
 }
 
-fn input_header(out: &mut Vec<u8>, address: u8, formats: u8, rest: usize) {
+/// `terminal` is the output terminal whose images the stream carries: a driver finds the units of a stream by it.
+fn input_header(out: &mut Vec<u8>, address: u8, terminal: u8, formats: u8, rest: usize) {
     let length = 13 + formats;
     let [low, high] = (u16::from(length) + rest as u16).to_le_bytes();
-    out.extend([length, 0x24, 1, formats, low, high, address, 0, 4, 0, 0, 0, 1]);
+    out.extend([length, 0x24, 1, formats, low, high, address, 0, terminal, 0, 0, 0, 1]);
     out.extend(vec![0; formats.into()]);
 }
 
@@ -173,7 +178,7 @@ fn colour(out: &mut Vec<u8>, usb2: bool) {
     body.push(2);
     body.extend(166_666_u32.to_le_bytes());
     body.extend(333_333_u32.to_le_bytes());
-    input_header(out, 0x84, 1, body.len());
+    input_header(out, 0x84, COLOUR_OUTPUT, 1, body.len());
     out.extend(body);
     endpoint(out, 0x84, 2, if usb2 { 512 } else { 1024 }, usb2);
 }

@@ -216,7 +216,7 @@ impl Device {
             vendor: 0x8086,
             product: match self.trouble {
                 _ if recovery => 0x0adb,
-                Some(Trouble::OtherCamera) => 0x0b5c,
+                Some(Trouble::OtherCamera) => 0x0b64,
                 _ => 0x0b07,
             },
             serial: "839213061234".into(),

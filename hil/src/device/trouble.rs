@@ -241,7 +241,7 @@ pub const TROUBLES: &[(&str, Trouble, &str)] = &[
     ("apart", Trouble::Apart(Cure::Commit), "depth and infrared of different instants, until a new commit"),
     ("interrupt-off", Trouble::InterruptError(2), "the laser is too hot and was turned off"),
     ("interrupt-overflow", Trouble::InterruptError(12), "a buffer of the camera overflowed"),
-    ("other-camera", Trouble::OtherCamera, "a D455 and no D435 is on the bus"),
+    ("other-camera", Trouble::OtherCamera, "an L515 and no D435 is on the bus"),
 ];
 
 impl Trouble {

@@ -3,7 +3,7 @@
 use super::wire::{self, Command, HEADER, status};
 use crate::device::{Device, Ending, Event, Reply};
 use crate::standard_requests;
-use std::collections::VecDeque;
+use std::collections::{HashMap, VecDeque};
 use std::io::{self, Read, Write};
 use std::os::unix::net::UnixStream;
 use std::time::{Instant, SystemTime};
@@ -55,6 +55,8 @@ pub(super) struct Bus {
     pub(super) link: Option<UnixStream>,
     pub(super) witness: Witness,
     waiting: VecDeque<Waiting>,
+    /// Rests of payloads that have begun, by endpoint.
+    begun_payloads: HashMap<u8, Vec<u8>>,
     configured: bool,
 }
 
@@ -66,6 +68,7 @@ impl Bus {
             link: None,
             witness: Witness::default(),
             waiting: VecDeque::new(),
+            begun_payloads: HashMap::new(),
             configured: false,
         }
     }
@@ -78,6 +81,7 @@ impl Bus {
     pub(super) fn plug(&mut self, link: UnixStream) {
         (self.configured, self.link) = (false, Some(link));
         self.waiting.clear();
+        self.begun_payloads.clear();
         self.witness.attached.push(SystemTime::now());
     }
 
@@ -89,6 +93,7 @@ impl Bus {
             self.witness.left.push(SystemTime::now());
         }
         self.waiting.clear();
+        self.begun_payloads.clear();
     }
 
     fn write(&mut self, header: &[u8; HEADER], bytes: &[u8]) {
@@ -105,6 +110,9 @@ impl Bus {
             }
             Command::Submit { number, endpoint, length, .. } => {
                 self.waiting.push_back(Waiting { number, endpoint, length });
+                if let Some(rest) = self.begun_payloads.remove(&endpoint) {
+                    self.fill(endpoint, &rest);
+                }
             }
             Command::Unlink { number, other } => {
                 let place = self.waiting.iter().position(|waiting| waiting.number == other);
@@ -168,6 +176,8 @@ impl Bus {
         let counter = counter.map_or(0, |bytes| u32::from_le_bytes(*bytes));
         self.witness.sent.push(Sent { at: SystemTime::now(), endpoint: event.endpoint, counter, read });
         match event.what {
+            // While the kernel has not taken the payload before, this one is lost in the camera.
+            Ok(_) if self.begun_payloads.contains_key(&event.endpoint) => {}
             Ok(bytes) => self.fill(event.endpoint, &bytes),
             Err(ending) => {
                 let status = match ending {
@@ -189,8 +199,9 @@ impl Bus {
     }
 
     /// A payload into the block that waits; what is longer than the block goes on in the next one, as packets
-    /// on a bus do. Without a block it is lost.
+    /// on a bus do. Without a block it is lost; one that has begun waits for more, as a bus makes a device wait.
     fn fill(&mut self, endpoint: u8, mut bytes: &[u8]) {
+        let whole = bytes.len();
         while let Some(waiting) = self.next(endpoint) {
             let (now, rest) = bytes.split_at(bytes.len().min(waiting.length));
             self.write(&wire::submitted(waiting.number, 0, now.len()), now);
@@ -198,6 +209,9 @@ impl Bus {
             if bytes.is_empty() {
                 return;
             }
+        }
+        if bytes.len() < whole {
+            self.begun_payloads.insert(endpoint, bytes.to_vec());
         }
     }
 }

@@ -32,4 +32,7 @@ pub use step_jacobian::StepJacobian;
 pub const LATENTS: usize = 13;
 
 /// A point or direction in latent space.
-pub type Latent = nalgebra::SVector<f64, LATENTS>;
+pub type Latent = LatentOf<f64>;
+
+/// Latent state in the precision of a stage.
+pub type LatentOf<R> = nalgebra::SVector<R, LATENTS>;

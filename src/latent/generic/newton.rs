@@ -9,21 +9,30 @@
 //! symmetric part S + dt S D S is positive: elimination needs no pivots then, as all of them are positive
 //! (Golub and Van Loan, Matrix Computations, 4.3.1), and nothing in it can fail but overflow.
 
-use super::{LATENTS, Latent};
+use super::{LATENTS, LatentOf};
+use crate::real::Real;
 use nalgebra::SMatrix;
 
 /// A matrix on latent space.
-pub(super) type Square = SMatrix<f64, LATENTS, LATENTS>;
+pub(super) type Square = SquareOf<f64>;
+
+/// Matrix on latent space in the precision of a stage.
+pub(super) type SquareOf<R> = SMatrix<R, LATENTS, LATENTS>;
 
 /// d of (1 - `dt` F S) d = r; not finite where S is singular or a number overflows.
 #[must_use]
-pub(super) fn correction(stiffness: &Square, flow: &Square, dt_s: f64, residual: &Latent) -> Latent {
-    let left = stiffness - stiffness * flow * stiffness * dt_s;
+pub(super) fn correction<R: Real>(
+    stiffness: &SquareOf<R>,
+    flow: &SquareOf<R>,
+    dt_s: f64,
+    residual: &LatentOf<R>,
+) -> LatentOf<R> {
+    let left = stiffness - stiffness * flow * stiffness * R::of(dt_s);
     eliminate(&left, &(stiffness * residual))
 }
 
 /// x of `m` x = `right` by elimination without pivots, for an `m` with a positive symmetric part.
-fn eliminate(m: &Square, right: &Latent) -> Latent {
+fn eliminate<R: Real>(m: &SquareOf<R>, right: &LatentOf<R>) -> LatentOf<R> {
     // Columns of the transpose are rows.
     let mut rows = m.transpose().data.0;
     let mut right = *right;
@@ -33,30 +42,31 @@ fn eliminate(m: &Square, right: &Latent) -> Latent {
     {
         for (row, known) in below.iter_mut().zip(known_below.iter_mut()) {
             let share = at(row, column) / at(first, column);
-            row.iter_mut().zip(first.iter()).skip(column).for_each(|(m, f)| *m -= share * f);
+            row.iter_mut().zip(first.iter()).skip(column).for_each(|(m, f)| *m -= share * *f);
             *known -= share * r;
         }
         (rest, known, column) = (below, known_below, column + 1);
     }
-    let mut x = [0.0; LATENTS];
+    let mut x = [R::default(); LATENTS];
     let solved = rows.iter().zip(right.as_slice());
     for (k, (row, r)) in (0..LATENTS).rev().zip(solved.rev()) {
-        let found: f64 = row.iter().zip(x).skip(k + 1).map(|(m, x)| m * x).sum();
+        let found: R = row.iter().zip(x).skip(k + 1).map(|(m, x)| *m * x).sum();
         if let Some(slot) = x.get_mut(k) {
-            *slot = (r - found) / at(row, k);
+            *slot = (*r - found) / at(row, k);
         }
     }
-    Latent::from(x)
+    LatentOf::from(x)
 }
 
 /// Element `k` of a row.
-fn at(row: &[f64; LATENTS], k: usize) -> f64 {
-    row.get(k).copied().unwrap_or(f64::NAN)
+fn at<R: Real>(row: &[R; LATENTS], k: usize) -> R {
+    row.get(k).copied().unwrap_or(R::from(f32::NAN))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::latent::generic::Latent;
 
     /// A stiffness, a flow and a residual without structure.
     fn problem() -> (Square, Square, Latent) {

@@ -17,10 +17,11 @@
 //! grad H by that little. A hostile blob may overflow or leave Newton's iteration circling: then the result is
 //! shortened towards x~, where the inequality holds trivially, and the audit says so.
 
-use super::newton::Square;
+use super::newton::SquareOf;
 use super::slots::{Flow, MEMORIES, Slots};
-use super::{Audit, Latent, Operators, Potential, RidgeState, StepOutcome, newton};
+use super::{Audit, Latent, LatentOf, Operators, Potential, RidgeState, StepOutcome, newton};
 use crate::latent::nn::Matrix;
+use crate::real::{Real, narrow, widen};
 use nalgebra::SMatrix;
 
 /// Iterations with the constant preconditioner, a tenth of the work of Newton's.
@@ -31,13 +32,6 @@ const MAX_ITERATIONS: u32 = 32;
 
 /// Halvings of a step that would raise the energy, before it is dropped.
 const MAX_HALVINGS: u32 = 40;
-
-/// Squared relative residual at which the implicit equation counts as solved.
-const TOLERANCE: f64 = 1e-26;
-
-/// Relative rise of the energy up to which a step is nudged and not shortened: what is left of the
-/// residual in the stiffest direction of an ill-conditioned H.
-const NUDGE: f64 = 1e-9;
 
 /// Nudges before a step is shortened after all.
 const MAX_NUDGES: u32 = 4;
@@ -108,13 +102,19 @@ impl Generic<'_> {
 
     /// Advances `state` by one time step under the port value `u`.
     pub fn step(&self, state: &mut LatentState, u: f64) -> Audit {
-        let half_kick = self.port * (0.5 * self.dt_s * u);
-        let x = state.latent;
-        let before = self.potential.value(&x);
+        self.step_in::<f64>(state, u)
+    }
+
+    /// [`Self::step`] in the precision `R`. The books are those of the energies as that precision has them.
+    pub fn step_in<R: Real>(&self, state: &mut LatentState, u: f64) -> Audit {
+        let half_kick = narrow::<R, _, _>(&(self.port * (0.5 * self.dt_s * u)));
+        let x = narrow::<R, _, _>(&state.latent);
+        let before = self.potential.value(&x).wide();
         let kicked = x + half_kick;
         let closed = self.relaxed(&kicked, &state.held);
         let x1 = closed.end + half_kick;
-        let after = self.potential.value(&x1);
+        let after = self.potential.value(&x1).wide();
+        let x1 = widen(&x1);
         let (held, kept) = (closed.held, self.stored(&closed.held) - self.stored(&state.held));
         let heat = closed.energy_start - closed.energy_end - kept;
         let work = (closed.energy_start - before) + (after - closed.energy_end);
@@ -131,44 +131,54 @@ impl Generic<'_> {
 
     /// Returns the step without the port from `a`, with the forces of the effects there. Where a branch relaxes by its path
     /// length, r belongs to the speed in the middle of the step, which a step with r at its start predicts.
-    fn relaxed(&self, a: &Latent, held: &[f64; MEMORIES]) -> Closed {
+    fn relaxed<R: Real>(&self, a: &LatentOf<R>, held: &[f64; MEMORIES]) -> Closed<R> {
         let Some(slots) = &self.slots else {
             let flow = Flow { matrix: *self.operators.difference(), pull: Latent::zeros() };
             return self.closed_step(a, held, &flow, 0.0);
         };
         let dt = self.dt_s;
-        let mut speed = slots.rate(a).abs();
+        let start = widen(a);
+        let mut speed = slots.rate(&start).abs();
         if slots.slides() {
-            let trial = self.closed_step(a, held, &slots.flow(&self.operators, a, held, speed, dt), speed);
-            speed = 0.5 * (speed + slots.rate(&trial.end).abs());
+            let flow = slots.flow(&self.operators, &start, held, speed, dt);
+            let trial = self.closed_step(a, held, &flow, speed);
+            speed = 0.5 * (speed + slots.rate(&widen(&trial.end)).abs());
         }
-        self.closed_step(a, held, &slots.flow(&self.operators, a, held, speed, dt), speed)
+        self.closed_step(a, held, &slots.flow(&self.operators, &start, held, speed, dt), speed)
     }
 
     /// The closed step under `flow`: from `a` to an end whose energy, memories included, is not above that of `a`.
-    fn closed_step(&self, a: &Latent, held: &[f64; MEMORIES], flow: &Flow, speed: f64) -> Closed {
-        let energy_start = self.potential.value(a);
+    fn closed_step<R: Real>(
+        &self,
+        a: &LatentOf<R>,
+        held: &[f64; MEMORIES],
+        flow: &Flow,
+        speed: f64,
+    ) -> Closed<R> {
+        let (matrix, pull) = (narrow::<R, _, _>(&flow.matrix), narrow::<R, _, _>(&flow.pull));
+        let energy_start = self.potential.value(a).wide();
         let scale = a.dot(a);
         let from = self.potential.ridges(a);
         let (mut b, mut to) = (*a, from);
         let mut outcome = StepOutcome::Unconverged;
         let mut iterations = 0;
-        let mut gradient = Latent::zeros();
+        let mut gradient = LatentOf::zeros();
         while iterations < MAX_ITERATIONS {
             iterations += 1;
             gradient = self.potential.discrete_gradient(a, &from, &b, &to);
-            let residual = b - a - (flow.matrix * gradient - flow.pull) * self.dt_s;
-            if residual.dot(&residual) <= TOLERANCE * scale {
+            let residual = b - a - (matrix * gradient - pull) * R::of(self.dt_s);
+            if residual.dot(&residual) <= R::of(R::SOLVED) * scale {
                 outcome = StepOutcome::Solved;
                 break;
             }
-            b -= self.correction(&residual, iterations, &flow.matrix, &from, &to);
+            b -= self.correction(&residual, iterations, &matrix, &from, &to);
             to = self.potential.ridges(&b);
         }
-        let remembered = self.slots.as_ref().map(|slots| slots.remember(held, &gradient, speed, self.dt_s));
+        let remembered =
+            self.slots.as_ref().map(|slots| slots.remember(held, &widen(&gradient), speed, self.dt_s));
         let (after, heat) = remembered.unwrap_or((*held, 0.0));
         let most = energy_start + self.stored(held) - self.stored(&after) - heat;
-        let energy_b = self.potential.value(&b);
+        let energy_b = self.potential.value(&b).wide();
         match self.nudge(b, energy_b, most) {
             Some((end, energy_end)) => {
                 Closed { end, held: after, energy_start, energy_end, iterations, outcome }
@@ -179,25 +189,25 @@ impl Generic<'_> {
 
     /// Returns the correction of the `turn`-th iteration for `residual`: by the constant matrix while there is hope in
     /// it, then Newton's.
-    fn correction(
+    fn correction<R: Real>(
         &self,
-        residual: &Latent,
+        residual: &LatentOf<R>,
         turn: u32,
-        flow: &Square,
-        from: &RidgeState,
-        to: &RidgeState,
-    ) -> Latent {
+        flow: &SquareOf<R>,
+        from: &RidgeState<R>,
+        to: &RidgeState<R>,
+    ) -> LatentOf<R> {
         if turn > CHEAP_ITERATIONS || self.slots.is_some() {
             let stiffness = self.potential.stiffness(from, to);
             return newton::correction(&stiffness, flow, self.dt_s, residual);
         }
-        let mut correction = Latent::zeros();
-        self.preconditioner.accumulate_f64(residual.as_slice(), correction.as_mut_slice());
+        let mut correction = LatentOf::zeros();
+        self.preconditioner.accumulate_exact(residual.as_slice(), correction.as_mut_slice());
         correction
     }
 
     /// Moves `b` down along grad H until its energy is not above `most`; `None` if it is too far above.
-    fn nudge(&self, mut b: Latent, mut energy: f64, most: f64) -> Option<(Latent, f64)> {
+    fn nudge<R: Real>(&self, mut b: LatentOf<R>, mut energy: f64, most: f64) -> Option<(LatentOf<R>, f64)> {
         let mut reach = 2.0;
         for _ in 0..=MAX_NUDGES {
             if energy <= most {
@@ -205,35 +215,35 @@ impl Generic<'_> {
             }
             let rise = energy - most;
             let gradient = self.potential.gradient(&b);
-            let square = gradient.dot(&gradient);
-            let small = rise <= NUDGE * most.abs() && square > f64::MIN_POSITIVE;
+            let square = gradient.dot(&gradient).wide();
+            let small = rise <= R::NUDGE * most.abs() && square > f64::MIN_POSITIVE;
             if !small {
                 return None;
             }
             // To first order this lands as far below as `b` was above; where that is less than the
             // spacing of the numbers around `b` nothing moves, so each nudge reaches farther.
-            b -= gradient * (reach * rise / square);
+            b -= gradient * R::of(reach * rise / square);
             reach *= 8.0;
-            energy = self.potential.value(&b);
+            energy = self.potential.value(&b).wide();
         }
         None
     }
 
     /// Halves the step towards `a` until the energy does not rise; a step that is not finite is dropped.
     /// Memories stay as they were.
-    fn backtrack(
+    fn backtrack<R: Real>(
         &self,
-        a: &Latent,
+        a: &LatentOf<R>,
         held: &[f64; MEMORIES],
-        end: Latent,
+        end: LatentOf<R>,
         energy_start: f64,
         iterations: u32,
-    ) -> Closed {
+    ) -> Closed<R> {
         let (mut delta, outcome) = (end - a, StepOutcome::Backtracked);
         for _ in 0..MAX_HALVINGS {
-            delta *= 0.5;
+            delta *= R::from(0.5);
             let end = a + delta;
-            let energy_end = self.potential.value(&end);
+            let energy_end = self.potential.value(&end).wide();
             if energy_end <= energy_start {
                 return Closed { end, held: *held, energy_start, energy_end, iterations, outcome };
             }
@@ -243,8 +253,8 @@ impl Generic<'_> {
 }
 
 /// Result of the closed step.
-struct Closed {
-    end: Latent,
+struct Closed<R> {
+    end: LatentOf<R>,
     held: [f64; MEMORIES],
     energy_start: f64,
     energy_end: f64,

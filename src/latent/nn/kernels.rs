@@ -5,6 +5,7 @@
 
 use super::packing::PANEL;
 use crate::latent::nn::cpu_width::{Kernel, ahead};
+use crate::real::Real;
 
 /// Rows of half a panel.
 pub(super) const HALF: usize = PANEL / 2;
@@ -75,6 +76,23 @@ fn add(out: &mut [f32], sums: &[f32]) {
     }
 }
 
+/// The product with an `x` of many zeros, whose columns are left out: a sum that starts at +0 stays the same to the bit.
+pub(super) struct Sparse<'a>(pub(super) F32<'a>);
+
+impl Kernel for Sparse<'_> {
+    #[inline(always)]
+    fn run<const WIDE: bool>(self) {
+        let F32 { panels, columns, x, y } = self.0;
+        for (out, panel) in y.chunks_mut(PANEL).zip(panels.chunks_exact(columns.max(1))) {
+            let mut sums = [0.0_f32; PANEL];
+            for (column, &xj) in panel.iter().zip(x).filter(|(_, xj)| **xj != 0.0) {
+                multiply(&mut sums, column, xj);
+            }
+            add(out, &sums);
+        }
+    }
+}
+
 /// y = y + W x over bf16: a word holds a row of the first half of a panel (its lower bits) and the row 16
 /// below, so that both become f32 by one operation and no shuffle.
 pub(super) struct Bf16<'a> {
@@ -105,26 +123,26 @@ impl Kernel for Bf16<'_> {
 }
 
 /// y = y + W x in double precision over f32.
-pub(super) struct F64<'a> {
+pub(super) struct Exact<'a, R> {
     pub(super) panels: &'a [[f32; PANEL]],
     pub(super) columns: usize,
-    pub(super) x: &'a [f64],
-    pub(super) y: &'a mut [f64],
+    pub(super) x: &'a [R],
+    pub(super) y: &'a mut [R],
 }
 
-impl Kernel for F64<'_> {
+impl<R: Real> Kernel for Exact<'_, R> {
     #[inline(always)]
     fn run<const WIDE: bool>(self) {
         let panels = self.panels.chunks_exact(self.columns.max(1));
         for (out, panel) in self.y.chunks_mut(PANEL).zip(panels) {
             match out.split_at_mut_checked(HALF) {
                 Some((upper, lower)) => {
-                    half_f64::<0>(panel, self.x, upper);
+                    half::<0, R>(panel, self.x, upper);
                     if !lower.is_empty() {
-                        half_f64::<1>(panel, self.x, lower);
+                        half::<1, R>(panel, self.x, lower);
                     }
                 }
-                None => half_f64::<0>(panel, self.x, out),
+                None => half::<0, R>(panel, self.x, out),
             }
         }
     }
@@ -132,14 +150,14 @@ impl Kernel for F64<'_> {
 
 /// out = out + (rows 16 `WHICH` to 16 `WHICH` + 15 of the panel) x.
 #[inline(always)]
-fn half_f64<const WHICH: usize>(panel: &[[f32; PANEL]], x: &[f64], out: &mut [f64]) {
-    let mut sums = [0.0_f64; HALF];
+fn half<const WHICH: usize, R: Real>(panel: &[[f32; PANEL]], x: &[R], out: &mut [R]) {
+    let mut sums = [R::default(); HALF];
     for (column, &xj) in panel.iter().zip(x) {
         let halves: &[[f32; HALF]; 2] = column.as_chunks().0.first_chunk().unwrap_or(&[[0.0; HALF]; 2]);
         let [first, second] = halves;
         let half = if WHICH == 0 { first } else { second };
         for (sum, &w) in sums.iter_mut().zip(half) {
-            *sum += f64::from(w) * xj;
+            *sum += R::from(w) * xj;
         }
     }
     for (o, sum) in out.iter_mut().zip(sums) {
@@ -148,30 +166,30 @@ fn half_f64<const WHICH: usize>(panel: &[[f32; PANEL]], x: &[f64], out: &mut [f6
 }
 
 /// y = y + W^T x in double precision over f32.
-pub(super) struct Transposed<'a> {
+pub(super) struct Transposed<'a, R> {
     pub(super) panels: &'a [[f32; PANEL]],
     pub(super) columns: usize,
-    pub(super) x: &'a [f64],
-    pub(super) y: &'a mut [f64],
+    pub(super) x: &'a [R],
+    pub(super) y: &'a mut [R],
 }
 
-impl Kernel for Transposed<'_> {
+impl<R: Real> Kernel for Transposed<'_, R> {
     #[inline(always)]
     fn run<const WIDE: bool>(self) {
         let panels = self.panels.chunks_exact(self.columns.max(1));
         for (input, panel) in self.x.chunks(PANEL).zip(panels) {
             // Behind the last row stand zeros, so that every column is summed in the same straight line.
-            let mut padded = [0.0_f64; PANEL];
+            let mut padded = [R::default(); PANEL];
             padded.iter_mut().zip(input).for_each(|(to, x)| *to = *x);
             for (out, column) in self.y.iter_mut().zip(panel) {
                 // Four running sums instead of one, so that additions need not wait for each other.
-                let mut sums = [0.0_f64; 4];
+                let mut sums = [R::default(); 4];
                 for (xs, ws) in padded.as_chunks::<4>().0.iter().zip(column.as_chunks::<4>().0) {
                     for ((sum, &w), &xi) in sums.iter_mut().zip(ws).zip(xs) {
-                        *sum += f64::from(w) * xi;
+                        *sum += R::from(w) * xi;
                     }
                 }
-                *out += sums.iter().sum::<f64>();
+                *out += sums.iter().sum::<R>();
             }
         }
     }

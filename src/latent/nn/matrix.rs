@@ -3,6 +3,7 @@
 use super::kernels;
 use super::packing::{PANEL, packed_len};
 use crate::latent::nn::cpu_width::widest;
+use crate::real::Real;
 use core::num::NonZeroUsize;
 
 /// A matrix in the blob, read in place.
@@ -73,14 +74,22 @@ impl<'m> Matrix<'m> {
         widest(kernels::F32 { panels: self.packed, columns: self.columns.get(), x, y });
     }
 
-    /// y = y + W x in double precision, for the energy, whose differences must not be rounding.
-    pub fn accumulate_f64(&self, x: &[f64], y: &mut [f64]) {
+    /// [`Self::accumulate`], quicker where many numbers of `x` are zero.
+    pub fn accumulate_sparse(&self, x: &[f32], y: &mut [f32]) {
         let y = y.get_mut(..self.rows.min(y.len())).unwrap_or_default();
-        widest(kernels::F64 { panels: self.packed, columns: self.columns.get(), x, y });
+        let dense = kernels::F32 { panels: self.packed, columns: self.columns.get(), x, y };
+        widest(kernels::Sparse(dense));
     }
 
-    /// y = y + W^T x in double precision.
-    pub fn accumulate_transposed_f64(&self, x: &[f64], y: &mut [f64]) {
+    /// y = y + W x in the precision of `x`, which rounds nothing but the sums: for the energy, whose differences must not be
+    /// rounding.
+    pub fn accumulate_exact<R: Real>(&self, x: &[R], y: &mut [R]) {
+        let y = y.get_mut(..self.rows.min(y.len())).unwrap_or_default();
+        widest(kernels::Exact { panels: self.packed, columns: self.columns.get(), x, y });
+    }
+
+    /// y = y + W^T x in the precision of `x`.
+    pub fn accumulate_transposed<R: Real>(&self, x: &[R], y: &mut [R]) {
         let x = x.get(..self.rows.min(x.len())).unwrap_or_default();
         widest(kernels::Transposed { panels: self.packed, columns: self.columns.get(), x, y });
     }
@@ -91,10 +100,10 @@ impl<'m> Matrix<'m> {
         self.packed.as_flattened().iter().position(|w| !w.is_finite())
     }
 
-    /// Row `row` as a vector of N numbers in double precision; zeros where the matrix has none.
+    /// Row `row` as a vector of N numbers; zeros where the matrix has none.
     #[must_use]
-    pub fn row_f64<const N: usize>(&self, row: usize) -> nalgebra::SVector<f64, N> {
-        nalgebra::SVector::from_fn(|column, _| f64::from(self.at(row, column)))
+    pub fn row<R: Real, const N: usize>(&self, row: usize) -> nalgebra::SVector<R, N> {
+        nalgebra::SVector::from_fn(|column, _| R::from(self.at(row, column)))
     }
 
     /// Element (`row`, `column`), zero outside.
@@ -135,7 +144,7 @@ mod tests {
         let mut y = [1.0_f32; 41];
         matrix.accumulate(&x, &mut y);
         let mut y64 = [1.0_f64; 40];
-        matrix.accumulate_f64(&x.map(f64::from), &mut y64);
+        matrix.accumulate_exact(&x.map(f64::from), &mut y64);
         for i in 0..40 {
             let expected = 1.0 + i as f32 - 2.0 * (i + 100) as f32 + 0.5 * (i + 200) as f32;
             assert_eq!(y[i], expected);
@@ -152,8 +161,8 @@ mod tests {
         x.iter_mut().enumerate().for_each(|(i, x)| *x = 1.0 / (i as f64 + 1.0));
         let z = [0.3, -0.7, 1.1];
         let (mut wz, mut wtx) = ([0.0; 40], [0.0; 3]);
-        matrix.accumulate_f64(&z, &mut wz);
-        matrix.accumulate_transposed_f64(&x, &mut wtx);
+        matrix.accumulate_exact(&z, &mut wz);
+        matrix.accumulate_transposed(&x, &mut wtx);
         let left: f64 = x.iter().zip(wz).map(|(a, b)| a * b).sum();
         let right: f64 = z.iter().zip(wtx).map(|(a, b)| a * b).sum();
         assert!((left - right).abs() < 1e-9 * left.abs());

@@ -162,6 +162,14 @@ impl<'m> Weights<'m> {
         }
     }
 
+    /// [`Self::accumulate`], quicker where many numbers of `x` are zero and the weights are f32.
+    pub fn accumulate_sparse(&self, x: &[f32], y: &mut [f32]) {
+        match self.stored {
+            Stored::F32(matrix) => matrix.accumulate_sparse(x, y),
+            Stored::Bf16(_) | Stored::I8(..) => self.accumulate(x, y),
+        }
+    }
+
     /// Element (`row`, `column`) as a number, zero outside.
     #[must_use]
     pub fn at(&self, row: usize, column: usize) -> f32 {

@@ -69,7 +69,7 @@ fn the_plain_liquid_has_the_frequency_and_the_damping_of_theory() {
 #[test]
 fn energy_is_exact_against_the_port_and_entropy_never_falls_whatever_acts() {
     for entry in &LIBRARY {
-        // FirstModeContext any other one; the same effect twice is one that is out of its range.
+        // Beside any other one; the same effect twice is one that is out of its range.
         for other in LIBRARY.iter().filter(|other| other.name != entry.name) {
             let strong = |entry: &'static Entry| {
                 let mut values = entry.neutral();

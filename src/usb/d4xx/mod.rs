@@ -26,5 +26,5 @@ pub use depth_unit::{DEFAULT_DEPTH_UNIT_UM, DepthTable};
 pub use identity::{Firmware, Identity, Serial};
 pub use intrinsics::{CalibrationError, baseline_mm, coefficients, recommended};
 pub use monitor::{Command, MESSAGE, MonitorError, opcode};
-pub use product::{Product, VENDOR};
+pub use product::{Product, Trial, VENDOR};
 pub use table::{COEFFICIENTS, Table, TableError};

@@ -10,30 +10,69 @@ pub enum Product {
     D435,
     /// D435i: the same with a motion sensor.
     D435i,
+    /// D415: a rolling shutter, lenses 55 mm apart.
+    D415,
+    /// D455: lenses 95 mm apart, a motion sensor.
+    D455,
     /// D400 with old firmware on a USB 2 link.
     OldUsb2,
     /// A D400 whose firmware did not start: only an update helps it.
     Recovery,
 }
 
+/// Trial of a product by this program. None has been tried on hardware.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Trial {
+    /// A simulated device of its descriptors, tables and faults.
+    Simulated,
+    /// None.
+    Never,
+}
+
+/// Facts of a product before it is opened. Modes, calibration and lenses it tells itself.
+struct Known {
+    product: Product,
+    /// Product number of USB.
+    number: u16,
+    name: &'static str,
+    trial: Trial,
+}
+
+/// The products.
+///
+/// Source of the numbers: `d400-private.h` of librealsense 2.50 to 2.57. There a D415 and a D455 have the extension unit, the
+/// hardware monitor, the tables and the formats Z16, Y8 and YUY2 of a D435; a D405 has no projector and no colour lens of its own,
+/// and is not here.
+const KNOWN: [Known; 7] = [
+    Known { product: Product::D435, number: 0x0b07, name: "D435", trial: Trial::Simulated },
+    Known { product: Product::D435i, number: 0x0b3a, name: "D435i", trial: Trial::Simulated },
+    Known { product: Product::D415, number: 0x0ad3, name: "D415", trial: Trial::Never },
+    Known { product: Product::D455, number: 0x0b5c, name: "D455", trial: Trial::Never },
+    Known {
+        product: Product::OldUsb2,
+        number: 0x0ad6,
+        name: "D400 on USB 2 with old firmware",
+        trial: Trial::Simulated,
+    },
+    Known { product: Product::Recovery, number: 0x0adb, name: "D400 in recovery", trial: Trial::Simulated },
+    Known { product: Product::Recovery, number: 0x0adc, name: "D400 in recovery", trial: Trial::Simulated },
+];
+
 impl Product {
     /// By vendor and product number.
     ///
     /// ```
-    /// use meniscus::usb::d4xx::{Product, VENDOR};
+    /// use meniscus::usb::d4xx::{Product, Trial, VENDOR};
     ///
     /// assert_eq!(Product::of(VENDOR, 0x0b07), Some(Product::D435));
     /// assert_eq!(Product::of(VENDOR, 0x1234), None);
+    /// let found = Product::of(VENDOR, 0x0b5c).map(|product| (product.name(), product.trial()));
+    /// assert_eq!(found, Some(("D455", Trial::Never)));
     /// ```
     #[must_use]
     pub fn of(vendor: u16, product: u16) -> Option<Self> {
-        match (vendor, product) {
-            (VENDOR, 0x0b07) => Some(Self::D435),
-            (VENDOR, 0x0b3a) => Some(Self::D435i),
-            (VENDOR, 0x0ad6) => Some(Self::OldUsb2),
-            (VENDOR, 0x0adb | 0x0adc) => Some(Self::Recovery),
-            _ => None,
-        }
+        let known = KNOWN.iter().find(|known| known.number == product && vendor == VENDOR);
+        known.map(|known| known.product)
     }
 
     /// Returns the name of a RealSense camera that this program does not support, by vendor and product number.
@@ -43,7 +82,7 @@ impl Product {
     /// ```
     /// use meniscus::usb::d4xx::{Product, VENDOR};
     ///
-    /// assert_eq!(Product::unsupported(VENDOR, 0x0b5c), Some("D455"));
+    /// assert_eq!(Product::unsupported(VENDOR, 0x0b64), Some("L515"));
     /// assert_eq!(Product::unsupported(VENDOR, 0x0b07), None, "a D435 is supported");
     /// ```
     #[must_use]
@@ -55,7 +94,6 @@ impl Product {
         Some(match (vendor, product) {
             (VENDOR, 0x0ad1 | 0x0b00) => "D400",
             (VENDOR, 0x0ad2 | 0x0aff) => "D410",
-            (VENDOR, 0x0ad3) => "D415",
             (VENDOR, 0x0ad4 | 0x0ad5 | 0x0b01) => "D430",
             (VENDOR, 0x0af2) => "D400 with a motion sensor",
             (VENDOR, 0x0af6 | 0x0afe) => "D420",
@@ -64,7 +102,6 @@ impl Product {
             (VENDOR, 0x0b49 | 0x0b52) => "F416",
             (VENDOR, 0x0b4b) => "D430i",
             (VENDOR, 0x0b4d) => "D465",
-            (VENDOR, 0x0b5c) => "D455",
             (VENDOR, 0xabcd) => "D457",
             (VENDOR, 0x0b6a | 0x0b6b) => "D585",
             (VENDOR, 0x0aa5 | 0x0b48) => "SR300",
@@ -74,14 +111,19 @@ impl Product {
         })
     }
 
+    fn known(self) -> Option<&'static Known> {
+        KNOWN.iter().find(|known| known.product == self)
+    }
+
     /// As it is printed.
     #[must_use]
     pub fn name(self) -> &'static str {
-        match self {
-            Self::D435 => "D435",
-            Self::D435i => "D435i",
-            Self::OldUsb2 => "D400 on USB 2 with old firmware",
-            Self::Recovery => "D400 in recovery",
-        }
+        self.known().map_or("", |known| known.name)
+    }
+
+    /// Returns its trial by this program.
+    #[must_use]
+    pub fn trial(self) -> Trial {
+        self.known().map_or(Trial::Never, |known| known.trial)
     }
 }

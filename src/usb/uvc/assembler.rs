@@ -148,8 +148,7 @@ impl<'b> Assembler<'b> {
         let Some(place) = self.places.room().get_mut(open.filled..end) else {
             return self.refuse(&header, Cause::OverlongFrame);
         };
-        // Both sides have `pixels.len()` bytes.
-        place.iter_mut().zip(pixels).for_each(|(to, from)| *to = *from);
+        copy(place, pixels);
         open.filled = end;
         if end == self.places.bytes() {
             self.remark_eof(&header);
@@ -230,3 +229,14 @@ impl<'b> Assembler<'b> {
         }
     }
 }
+
+/// Copies `from` to the front of `to`, in chunks: a processor without vectors takes a fifth of the instructions of single bytes,
+/// and no length is compared on the way that could be wrong.
+fn copy(to: &mut [u8], from: &[u8]) {
+    let ((to, to_rest), (from, from_rest)) = (to.as_chunks_mut::<CHUNK>(), from.as_chunks::<CHUNK>());
+    to.iter_mut().zip(from).for_each(|(to, from)| *to = *from);
+    to_rest.iter_mut().zip(from_rest).for_each(|(to, from)| *to = *from);
+}
+
+/// Bytes that are copied at once.
+const CHUNK: usize = 32;

@@ -8,13 +8,13 @@ use std::path::Path;
 const LAYERS: &[&[&str]] = &[
     &["meniscus", "meniscus-hil", "meniscus-shipped"],
     &["meniscus-numerics", "meniscus-platform", "meniscus-report", "meniscus-usb"],
-    &["meniscus-bags", "meniscus-data", "meniscus-optim", "meniscus-service"],
-    &["generic-systems", "meniscus-sph", "meniscus-ui", "meniscus-virtual"],
+    &["meniscus-bags", "meniscus-data", "meniscus-optim", "meniscus-service", "meniscus-webcam"],
+    &["generic-systems", "meniscus-ros", "meniscus-sph", "meniscus-tag", "meniscus-ui", "meniscus-virtual"],
     &["meniscus-plan", "meniscus-score", "meniscus-timing"],
     &["meniscus-discover", "meniscus-learn"],
     &["meniscus-relearn"],
     &["meniscus-cli", "meniscus-python"],
-    &["meniscus-benches", "meniscus-examples", "meniscus-tests", "xtask"],
+    &["meniscus-benches", "meniscus-core-tests", "meniscus-examples", "meniscus-tests", "xtask"],
 ];
 
 /// Crates of the product: the root package and the members in `crates/`.

@@ -11,12 +11,32 @@ use std::process::Command;
 const PAGE: &str = "docs/trust.md";
 
 /// Title of a class, and the words before its table.
-const CLASSES: [(&str, &str, &str); 5] = [
-    ("bombs", "Files", "Each reader has 256 MiB and 10 s for a file that is made to exhaust them."),
-    ("disk", "Surroundings", "Full disks, two runs at once, terminals, names."),
-    ("files", "Models and the package", "Keys, releases and links in the folder with the slots of a board."),
+const CLASSES: [(&str, &str, &str); 17] = [
+    ("bombs", "Container bombs", "Each reader has 256 MiB and 10 s for a file that is made to exhaust them."),
+    ("camera", "Camera", "A device that says it is a D435: its descriptors, its answers, its payloads."),
+    ("datagrams", "Datagrams", "Bytes that are no motion and no plan, where a run listens for either."),
+    ("devices", "Devices and pipes", "Files without an end in the place of files, within the same limits."),
+    (
+        "encryption",
+        "Encrypted page",
+        "Whoever stands between a browser and `run --view --tls`. Clients: curl, openssl.",
+    ),
+    ("held_page", "Held page", "Whoever takes the connections and places of the live page, and holds them."),
+    ("interrupted", "Interrupted writes", "Full disks, `kill -9`, and writes that end at a chosen byte."),
+    ("links", "Links", "Links that somebody has put into a folder that the program writes to."),
+    ("models", "Resealed models", "Models whose checksum is right, and what they hold is not."),
     ("motion", "Commanded motion", "Whoever reaches the port of `run --motion udp:`."),
-    ("servers", "Servers", "The live page, the Foxglove server and the Unix socket of `run --publish`."),
+    ("names", "Names", "Names of files that are no text."),
+    ("origins", "Browser origins", "Pages of other web sites in the browser of somebody who may watch."),
+    ("rivals", "Two at once", "A second program that does the same at the same moment."),
+    ("signatures", "Signatures", "Models without the right signature or release, on a board with a key."),
+    ("sockets", "Unix socket", "Readers of `run --publish`, and files in the place of its socket."),
+    (
+        "terminals",
+        "Terminals",
+        "Sequences that a terminal would carry out, and terminals that carry out none.",
+    ),
+    ("unit", "Installed service", "The package's script, and the drop-in that opens the unit's sandbox."),
 ];
 
 /// Writes the page.
@@ -76,12 +96,13 @@ mod tests {
     #[test]
     fn a_broken_promise_is_told_as_broken() {
         let promise = |name: &str| Promise {
-            class: "files".into(),
+            class: "datagrams".into(),
             name: name.into(),
             promise: format!("Promise {name}."),
             attack: "By hand.".into(),
         };
-        let outcome = |name: &str, passed| Outcome { test: format!("files::{name}"), passed, skipped: false };
+        let outcome =
+            |name: &str, passed| Outcome { test: format!("datagrams::{name}"), passed, skipped: false };
         let outcomes = [outcome("good", true), outcome("bad", false)];
         let page = text(&[promise("good"), promise("bad"), promise("new")], &outcomes, "2000-01-01");
         assert!(page.contains("Kept: 1 of 3."), "{page}");

@@ -1,4 +1,4 @@
-//! Pages of the project that a reader opens: those at the root and docs/.
+//! Pages of the project that a reader opens: those at the root, docs/, the formats and the models.
 
 use super::markdown::{Block, blocks};
 use crate::workspace::{self, shown};
@@ -36,14 +36,21 @@ pub(super) fn read(root: &Path) -> Result<Vec<Page>> {
     paths.iter().map(page).collect()
 }
 
-/// Pages at the root of the repository.
-const ROOT: [&str; 5] =
-    ["README.md", "ARCHITECTURE.md", "CONTRIBUTING.md", "SECURITY.md", "RELEASE-CHECKLIST.md"];
+/// Pages outside docs/.
+const OTHERS: [&str; 7] = [
+    "README.md",
+    "ARCHITECTURE.md",
+    "CONTRIBUTING.md",
+    "SECURITY.md",
+    "RELEASE-CHECKLIST.md",
+    "firmware-config/SPEC.md",
+    "models/README.md",
+];
 
 /// Whether a path is that of a page. Logs of `cargo xtask nightly` and the table of contents of the book are none.
 fn is_page(path: &str) -> bool {
     let is_other = path.starts_with("docs/nightly/") || path == "docs/SUMMARY.md";
-    ROOT.contains(&path) || (path.starts_with("docs/") && !is_other)
+    OTHERS.contains(&path) || (path.starts_with("docs/") && !is_other)
 }
 
 #[cfg(test)]
@@ -53,7 +60,8 @@ mod tests {
     #[test]
     fn logs_and_notes_of_crates_are_no_pages() {
         assert!(is_page("README.md") && is_page("ARCHITECTURE.md") && is_page("docs/hil/README.md"));
-        assert!(!is_page("docs/nightly/2026-01-01.md") && !is_page("models/README.md"));
+        assert!(!is_page("docs/nightly/2026-01-01.md") && !is_page("hil/README.md"));
+        assert!(is_page("models/README.md") && is_page("firmware-config/SPEC.md"));
         assert!(is_page("SECURITY.md") && !is_page("docs/SUMMARY.md") && !is_page("CHANGELOG.md"));
     }
 

@@ -1,7 +1,7 @@
 //! Fixed work without a clock, a function a stage: what benches/instructions counts.
 
 use anyhow::Context;
-use meniscus::blob::Model;
+use meniscus::blob::{Model, Variant};
 use meniscus::latent::generic::{LATENTS, LatentState};
 use meniscus::latent::nn::Element;
 use meniscus::latent::window::{FEATURES, WINDOW};
@@ -30,11 +30,14 @@ pub(super) fn count(
     let frames = payloads(recording, SceneSettings { camera: settings, ..SceneSettings::default() }, FRAMES);
     let config = Config::new(settings)?;
     let mut field = vec![0.0; model.field_len()];
+    let mut small = model.clone();
+    small.header.variant = Variant::Small;
     for _ in 0..times {
         stage_encode(model);
         stage_step(model);
         stage_field(model, &mut field);
         stage_turns(model, config, &frames, &mut field);
+        stage_turns_small(&small, config, &frames);
     }
     for (stage, element) in [
         (stage_chain_f32 as fn(&Chain<'_>, &[f32], &mut [f32]), Element::F32),
@@ -77,6 +80,16 @@ fn stage_field(model: &Model<'_>, field: &mut [f32]) {
 /// Thirty-two frames from payload to field.
 #[inline(never)]
 fn stage_turns(model: &Model<'_>, config: Config, frames: &Payloads, field: &mut [f32]) {
+    turns(model, config, frames, field);
+}
+
+/// The same of the small variant, whose field is empty.
+#[inline(never)]
+fn stage_turns_small(model: &Model<'_>, config: Config, frames: &Payloads) {
+    turns(model, config, frames, &mut []);
+}
+
+fn turns(model: &Model<'_>, config: Config, frames: &Payloads, field: &mut [f32]) {
     let (width, height) = config.image_size();
     let (mut depth, mut infrared) = (vec![0; 2 * width * height], vec![0; width * height]);
     let sensor = ProfileSensor::new(config, &mut depth, &mut infrared);

@@ -1,8 +1,6 @@
-//! Liquid of the recordings of a correction: what the camera saw of it, and whether it is the model's own.
+//! Liquid of the recordings of a correction, read from what the flags name.
 //!
-//! A correction to the model's own liquid leaves every field group known, one to another liquid the surface and the positions.
-//! Recordings of the simulator are of the model's liquid if name, density and effects are those of the source recordings. A
-//! camera's recordings do not tell their liquid: without `--liquid` they are of another one.
+//! A camera's recordings do not tell their liquid: without `--liquid` they are of another one than the model's.
 
 use super::Arguments;
 use crate::filmed::{all_filmed, by_camera};
@@ -11,27 +9,10 @@ use crate::inputs::{level, recordings};
 use anyhow::{Context, ensure};
 use meniscus::blob::Header;
 use meniscus_data::liquids::Liquid;
-use meniscus_data::recording::{Provenance, Recording};
+use meniscus_data::recording::Recording;
 use meniscus_learn::correct::Sightings;
-use meniscus_virtual::observe_recording::sightings;
-use meniscus_virtual::render::SceneSettings;
+use meniscus_learn::correct::liquid::{is_own, is_same_density, looks};
 use std::path::PathBuf;
-
-/// Largest relative difference of two densities of one liquid.
-const SAME_DENSITY: f64 = 0.01;
-
-/// Returns the profiles that the simulated camera sees of `all`, with seeds from `first` on.
-pub(super) fn looks(arguments: &Arguments, all: &[Recording], first: u64) -> anyhow::Result<Vec<Sightings>> {
-    let seen = |(k, recording): (u64, &Recording)| {
-        let scene = SceneSettings {
-            disparity_rms_px: arguments.noise_px,
-            seed: arguments.seed + first + k,
-            ..SceneSettings::of(&recording.glass)
-        };
-        Ok(sightings(recording, scene)?)
-    };
-    (0..).zip(all).map(seen).collect()
-}
 
 /// New liquid: its name, whether the model was trained on it, and its profiles by recording.
 pub(super) struct NewLiquid {
@@ -58,7 +39,11 @@ pub(super) fn new_liquid(
     let new = recordings(&arguments.recordings, "", level)?;
     let name = new.first().map_or(String::new(), |recording| recording.provenance.liquid.clone());
     let own = |recording: &Recording| is_own(&recording.provenance, header, source);
-    Ok(NewLiquid { name, same_as_model: new.iter().all(own), seen: looks(arguments, &new, 0)? })
+    Ok(NewLiquid {
+        name,
+        same_as_model: new.iter().all(own),
+        seen: looks(&new, arguments.noise_px, arguments.seed)?,
+    })
 }
 
 /// Reads a camera's recordings.
@@ -81,33 +66,19 @@ fn filmed(arguments: &Arguments, header: &Header, source: &[Recording]) -> anyho
     Ok(NewLiquid { name, same_as_model, seen })
 }
 
-/// Whether a recording of the simulator shows the model's own liquid.
-fn is_own(new: &Provenance, header: &Header, source: &[Recording]) -> bool {
-    let alike = |own: &Recording| {
-        let own = &own.provenance;
-        own.liquid == new.liquid
-            && same_density(own.density_kg_m3, new.density_kg_m3)
-            && own.effects == new.effects
-    };
-    new.liquid == header.liquid.as_str() && source.iter().all(alike)
-}
-
 /// Whether the liquid that the user states is the model's own: by name, density and rheology.
 fn is_stated(new: &Liquid, header: &Header, source: &[Recording]) -> bool {
     let own = Liquid::load(&header.liquid);
     let rheology = own.is_ok_and(|own| own.rheology == new.rheology && own.effects == new.effects);
-    let density = |own: &Recording| same_density(own.provenance.density_kg_m3, new.density_kg_m3);
+    let density = |own: &Recording| is_same_density(own.provenance.density_kg_m3, new.density_kg_m3);
     new.name == header.liquid.as_str() && rheology && source.iter().all(density)
-}
-
-fn same_density(a: f64, b: f64) -> bool {
-    (a / b - 1.0).abs() <= SAME_DENSITY
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use meniscus::blob::Model;
+    use meniscus_data::recording::Provenance;
     use meniscus_platform::files::AlignedBytes;
     use std::path::Path;
 

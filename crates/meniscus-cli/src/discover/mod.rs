@@ -13,6 +13,7 @@ use meniscus::blob::Model;
 use meniscus_data::validity::Validity;
 use meniscus_discover::decision::settings::Settings;
 use meniscus_discover::fitting::fit_cache::FitCache;
+use meniscus_discover::foreign::command::CommandSimulator;
 use meniscus_discover::insert::simulated::Resolution;
 use meniscus_discover::recordings::load::{load, load_references};
 use meniscus_discover::references::ReferenceSettings;
@@ -22,6 +23,7 @@ use meniscus_discover::report::verdict_json::verdict_json;
 use meniscus_discover::sizing::error::SizingError;
 use meniscus_discover::sizing::simulations::Shard;
 use meniscus_discover::sizing::stage::SizingSettings;
+use meniscus_discover::sizing::store::SimulationStore;
 use meniscus_discover::sizing::workload::SimulationProgress;
 use meniscus_discover::workflow::Discovery;
 use meniscus_discover::workflow::error::DiscoverError;
@@ -52,6 +54,11 @@ use std::time::Duration;
 /// stated liquid and one a fifth more viscous in your glass and motions, in several packings, at two spacings. The verdict is then
 /// said against the simulator. --no-references and --quick leave them out; the verdict is then weak.
 ///
+/// --simulator names a program of your own that simulates the glass in place of the particle simulator: it makes the references and
+/// finds the sizes. It is called with two file names behind its own arguments, reads the scene (JSON: glass, liquid, effects with their
+/// sizes, tables of motion) from the first and writes heights to the second. docs/simulators.md has the protocol, examples/one_mode.py is
+/// such a program in a few lines.
+///
 /// The --out folder gets report.html, verdict.json and scene.toml (the effect, for `meniscus simulate --scene`). Every fit is kept
 /// in --out/fits and every simulation in --out/simulations: after Ctrl-C the same command continues, and a further recording needs
 /// only what it changes. Remove these folders to free their room: a simulation is 5 kB for each second. With --shard several machines that share --out make the simulations of a round together.
@@ -59,7 +66,7 @@ use std::time::Duration;
 #[command(
     args_conflicts_with_subcommands = true,
     subcommand_negates_reqs = true,
-    after_help = "Examples:\n  meniscus discover --recordings mine --reference known --out found\n  meniscus discover --recordings mine --reference known \\\n    --library viscosity,yield_stress --out found --json\n  meniscus discover study --json"
+    after_help = "Examples:\n  meniscus discover --recordings mine --reference known --out found\n  meniscus discover --recordings mine --reference known \\\n    --library viscosity,yield_stress --out found --json\n  meniscus discover --recordings mine --simulator \"python3 my_model.py\" \\\n    --library viscosity,yield_stress --out found\n  meniscus discover study --json"
 )]
 pub(crate) struct Arguments {
     #[command(subcommand)]
@@ -94,6 +101,14 @@ struct Wanted {
     /// Leave the sizes by simulation out.
     #[arg(long, conflicts_with_all = ["rivals", "packings", "shard"], help_heading = "Sizes by simulation")]
     quick: bool,
+    /// Command that simulates the glass in place of the particle simulator.
+    ///
+    /// It is run as CMD REQUEST.json ANSWER.json, several at once.
+    #[arg(long, value_name = "CMD", conflicts_with = "quick", help_heading = "Sizes by simulation")]
+    simulator: Option<String>,
+    /// Longest time of one call of --simulator, s.
+    #[arg(long, default_value_t = 600.0, value_name = "SECONDS", requires = "simulator", value_parser = seconds, help_heading = "Sizes by simulation")]
+    simulator_seconds: f64,
     /// Spacing of the particles at the end, mm; the search begins at 7 mm.
     ///
     /// 7 alone takes a fifth of the time and leaves out the spacing's error.
@@ -126,6 +141,16 @@ struct Wanted {
     #[arg(long, help_heading = "Output")]
     json: bool,
 }
+
+/// Reads the longest time of a call, s.
+fn seconds(text: &str) -> Result<f64, String> {
+    let (least, largest) = LIMITS_S;
+    let seconds = text.parse::<f64>().ok().filter(|seconds| (least..=largest).contains(seconds));
+    seconds.ok_or_else(|| format!("'{text}' is no time from {least} to {largest} s"))
+}
+
+/// Least and largest limit of a call of a simulator, s.
+const LIMITS_S: (f64, f64) = (0.1, 604_800.0);
 
 /// Runs the verb.
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
@@ -178,26 +203,34 @@ impl Progress for Bar {
 
     fn referenced(&self, progress: SimulationProgress) {
         let SimulationProgress { done, expected, left_s } = progress;
-        let left = minutes(left_s);
         if done == 0 {
+            let guess = left_s.map_or(String::new(), |left_s| {
+                format!(", about {} at a first guess for those that are not kept", minutes(left_s))
+            });
             self.print(&format!(
-                "no --reference: the simulator makes {expected} recordings of the stated liquid, about {left} at a first guess for \
-                 those that are not kept; --no-references leaves them out"
+                "no --reference: the simulator makes {expected} recordings of the stated liquid{guess}; --no-references leaves \
+                 them out"
             ));
         }
-        self.0.set_message(format!("reference {done} of {expected}, {left} left"));
+        self.0.set_message(format!("reference {done} of {expected}{}", left(left_s)));
     }
 
     fn simulated(&self, progress: SimulationProgress) {
         let SimulationProgress { done, expected, left_s } = progress;
-        let left = minutes(left_s);
         if done == 0 {
+            let guess = left_s
+                .map_or(String::new(), |left_s| format!(", about {} at a first guess", minutes(left_s)));
             self.print(&format!(
-                "sizes by simulation: about {expected} simulations, about {left} at a first guess; --quick leaves them out"
+                "sizes by simulation: about {expected} simulations{guess}; --quick leaves them out"
             ));
         }
-        self.0.set_message(format!("simulation {done} of about {expected}, {left} left"));
+        self.0.set_message(format!("simulation {done} of about {expected}{}", left(left_s)));
     }
+}
+
+/// Returns the time that is left in words, where it is known.
+fn left(left_s: Option<f64>) -> String {
+    left_s.map_or(String::new(), |left_s| format!(", {} left", minutes(left_s)))
 }
 
 /// Returns `seconds` in words.
@@ -214,6 +247,10 @@ fn inputs(arguments: &Wanted, cache: &Arc<FitCache>, bar: &Bar) -> anyhow::Resul
         cache: Some(cache.clone()),
         ..Settings::default()
     };
+    if let Some(text) = &arguments.simulator {
+        let limit = Duration::from_secs_f64(arguments.simulator_seconds);
+        inputs.simulator = Box::new(CommandSimulator::new(text, limit)?);
+    }
     let spacing_m = 1e-3 * arguments.spacing_mm;
     if arguments.simulate {
         inputs.simulation = Some(Resolution { spacing_m, seed: FIRST_PACKING + arguments.seed });
@@ -232,11 +269,11 @@ fn inputs(arguments: &Wanted, cache: &Arc<FitCache>, bar: &Bar) -> anyhow::Resul
     match &arguments.reference {
         Some(path) => inputs.references = load_references(path)?,
         None if !arguments.quick && !arguments.no_references => {
-            inputs.simulated_references = Some(ReferenceSettings {
-                spacing_m: REFERENCE_SPACING_M.min(COARSEST * inputs.recordings.known.radius_m),
-                seed: FIRST_REFERENCE + arguments.seed,
-                store: arguments.out.join("simulations"),
-            });
+            inputs.simulated_references = Some(ReferenceSettings::new(
+                inputs.recordings.known.radius_m,
+                arguments.seed,
+                arguments.out.join("simulations"),
+            ));
         }
         None => {
             bar.print("without --reference the model's own error counts as an effect: a weak verdict");
@@ -256,15 +293,6 @@ fn inputs(arguments: &Wanted, cache: &Arc<FitCache>, bar: &Bar) -> anyhow::Resul
 /// of the same spacing would be nothing at the true size.
 const FIRST_PACKING: u64 = 100;
 
-/// First packing of the references less the seed: others than those of the sizes.
-const FIRST_REFERENCE: u64 = 300;
-
-/// Coarsest spacing of references in units of the radius.
-const COARSEST: f64 = 0.2;
-
-/// Spacing of most references, m: the search of the sizes begins there too.
-const REFERENCE_SPACING_M: f64 = 0.007;
-
 /// Runs one discovery.
 fn one(arguments: &Wanted) -> anyhow::Result<()> {
     let bar = Bar::new(arguments)?;
@@ -273,6 +301,10 @@ fn one(arguments: &Wanted) -> anyhow::Result<()> {
     check_folder(&arguments.out)?;
     if arguments.out.join("verdict.json").exists() {
         eprintln!("the verdict of an earlier run in {} is going to be replaced", arguments.out.display());
+    }
+    if !arguments.quick {
+        let store = SimulationStore::new(&arguments.out.join("simulations"));
+        store.others().iter().for_each(|said| bar.print(said));
     }
     inputs.stop = Some(watched_until(format!(
         "no verdict is written; fits and simulations are kept in {}, and the same command continues from them",

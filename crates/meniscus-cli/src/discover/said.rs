@@ -36,6 +36,10 @@ pub(super) fn command(arguments: &Wanted) -> String {
     if let Some(model) = &arguments.model {
         out += &format!(" --model {model}");
     }
+    if let Some(simulator) = &arguments.simulator {
+        out += &format!(" --simulator '{}'", simulator.replace('\'', "'\\''"));
+        out += &format!(" --simulator-seconds {}", arguments.simulator_seconds);
+    }
     if arguments.simulate {
         out += " --simulate";
     }

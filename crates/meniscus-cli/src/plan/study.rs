@@ -7,24 +7,26 @@ use anyhow::{Context, anyhow, ensure};
 use indicatif::ProgressBar;
 use meniscus::blob::Model;
 use meniscus_plan::study::{
-    Outcome, Progress, StudyOptions, checks, move_png, read, report, run as carry_out, study_png,
+    Outcome, Planner, Progress, StudyModels, StudyOptions, checks, move_png, read, report, run as carry_out,
+    study_png,
 };
 use meniscus_platform::files::write_whole;
 use meniscus_report::checks::table;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 
 /// Carry out random planned moves in the simulator and compare crests.
 ///
-/// Glycerine is planned by the learned model, water by the reduced model. The simulator moves the glass as the plan says. The
-/// estimator sees its surface with the noise of the camera, and ten times a second the rest of the move is planned anew. Crests are
-/// those of the simulator, and minimum jerk goes the same distance beside it.
+/// Glycerine is planned by its learned model; water by the reduced model, or by a learned one (--water). The simulator moves the
+/// glass as the plan says. The estimator sees its surface with the noise of the camera. Ten times a second the plan is checked, and the
+/// rest of the move is planned anew where it no longer keeps the limit. Crests are those of the simulator, and minimum jerk goes the
+/// same distance beside it.
 ///
 /// A move takes about 40 s of processor time. Each is kept in --out when it is done, and the same command continues. Ctrl-C
 /// writes the page of what is done, which says that it is partial.
 #[derive(clap::Args)]
 #[command(
-    after_help = "Examples:\n  meniscus plan study --json\n  meniscus plan study --moves 20 --out mine\n  meniscus plan study --moves 20 --out mine --report-only"
+    after_help = "Examples:\n  meniscus plan study --json\n  meniscus plan study --water models/water.blob\n  meniscus plan study --moves 20 --out mine\n  meniscus plan study --moves 20 --out mine --report-only"
 )]
 pub(crate) struct Arguments {
     /// Number of moves; glycerine and water in turn.
@@ -36,6 +38,9 @@ pub(crate) struct Arguments {
     /// Learned model of glycerine: the one in the program (shipped) or a blob.
     #[arg(long, default_value = "shipped", value_name = "shipped|FILE", help_heading = "Method")]
     model: PathBuf,
+    /// Model that plans water: the reduced one or a blob.
+    #[arg(long, default_value = "reduced", value_name = "reduced|FILE", help_heading = "Method")]
+    water: PathBuf,
     /// Only write the page of what was carried out before.
     #[arg(long, help_heading = "Method")]
     report_only: bool,
@@ -56,7 +61,8 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     );
     let folder = arguments.out.join("moves");
     check_folder(&folder)?;
-    let options = StudyOptions { count: arguments.moves, first_seed: arguments.first_seed, folder };
+    let water = if arguments.water.as_os_str() == "reduced" { Planner::Reduced } else { Planner::Learned };
+    let options = StudyOptions { count: arguments.moves, first_seed: arguments.first_seed, folder, water };
     if !arguments.report_only {
         simulate(arguments, &options)?;
     }
@@ -66,8 +72,12 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         "no move is done yet: {} holds none; the same command continues",
         options.folder.display()
     );
-    let command =
-        format!("meniscus plan study --moves {} --first-seed {}", arguments.moves, arguments.first_seed);
+    let command = format!(
+        "meniscus plan study --moves {} --first-seed {} --water {}",
+        arguments.moves,
+        arguments.first_seed,
+        arguments.water.display()
+    );
     let mut report = report(&outcomes, arguments.moves, &command);
     study_png(&outcomes, &arguments.out.join("study.png"))?;
     report.picture("study.png", "all moves: crest over the limit, and over minimum jerk in the same time");
@@ -100,6 +110,11 @@ fn shown(outcomes: &[Outcome], arguments: &Arguments) -> anyhow::Result<()> {
     Ok(move_png(&title, one.of.request.limit_m, &traces, &arguments.out.join("move.png"))?)
 }
 
+/// Loads the model in `blob`, of the file at `path`.
+fn load<'a>(blob: &'a [u8], path: &Path) -> anyhow::Result<Model<'a>> {
+    Model::load(blob).with_context(|| format!("the model {} is refused", path.display()))
+}
+
 /// Carries out what is missing.
 fn simulate(arguments: &Arguments, options: &StudyOptions) -> anyhow::Result<()> {
     let stop = watched_until(format!(
@@ -107,8 +122,13 @@ fn simulate(arguments: &Arguments, options: &StudyOptions) -> anyhow::Result<()>
         options.folder.display()
     ))?;
     let blob = file(&arguments.model)?;
-    let model =
-        Model::load(&blob).with_context(|| format!("the model {} is refused", arguments.model.display()))?;
+    let glycerine = load(&blob, &arguments.model)?;
+    let water_blob = match options.water {
+        Planner::Learned => Some(file(&arguments.water)?),
+        Planner::Reduced => None,
+    };
+    let water = water_blob.as_ref().map(|blob| load(blob, &arguments.water)).transpose()?;
+    let models = StudyModels { glycerine: &glycerine, water: water.as_ref() };
     let bar = if arguments.json { ProgressBar::hidden() } else { crate::bars::bar(arguments.moves as u64) };
     bar.set_style(crate::bars::style("{msg:24} {wide_bar} {pos}/{len} moves, {left}")?);
     let show = |progress: Progress<'_>| match progress {
@@ -121,7 +141,7 @@ fn simulate(arguments: &Arguments, options: &StudyOptions) -> anyhow::Result<()>
             bar.suspend(|| eprintln!("{} is left out: {failure}", one.name()));
         }
     };
-    carry_out(options, &model, stop, show).map_err(|error| anyhow!("{error}"))?;
+    carry_out(options, models, stop, show).map_err(|error| anyhow!("{error}"))?;
     bar.finish_and_clear();
     finish_partial();
     if stop.load(Ordering::Relaxed) {

@@ -2,16 +2,20 @@
 
 mod camera;
 mod out;
+mod ros;
 
 use super::kind::{Kind, expect};
+use super::outline::Outline;
 use super::outputs::{Force, check_folder};
+use super::webcam::Eye;
 use super::{bus, glass};
 use anyhow::bail;
 use camera::from_camera;
 use indicatif::ProgressStyle;
 use meniscus_bags as bag;
-use meniscus_usb::camera::{OutlineImage, Session, Settings};
+use meniscus_usb::camera::{Session, Settings};
 use out::{Came, Out};
+use ros::Topics;
 use std::path::PathBuf;
 
 /// Record a camera's images, or convert a recording.
@@ -19,16 +23,20 @@ use std::path::PathBuf;
 /// Depth and outline images are written with their times. --out FILE.mcap is a file that Foxglove opens (docs/formats.md), a
 /// name without ending is a folder of PNG images, FILE.csv is a table of the measured surface profiles.
 ///
+/// A ROS bag of another program is converted from its sensor_msgs/Image and CameraInfo; where it is not clear which topics are the
+/// camera's, the command lists them and says what to choose.
+///
 /// The file grows chunk by chunk. What was recorded before a full disk, Ctrl-C or a pulled plug stays readable. One second is
 /// about 28 MB.
 #[derive(clap::Args)]
 #[command(
-    after_help = "Examples:\n  meniscus record --out run.mcap --seconds 30\n  meniscus record --source simulated-usb --seconds 3 --out try.mcap\n  meniscus record --source old.bag --out old.mcap\n  meniscus record --source try.mcap --setup glass.toml --out profiles.csv"
+    after_help = "Examples:\n  meniscus record --out run.mcap --seconds 30\n  meniscus record --source simulated-usb --seconds 3 --out try.mcap\n  meniscus record --source old.bag --out old.mcap\n  meniscus record --source rosbag2_folder --depth-topic /camera/depth/image_rect_raw --out mine.mcap\n  meniscus record --source try.mcap --setup glass.toml --out profiles.csv"
 )]
 pub(crate) struct Arguments {
     /// Origin of the images: a camera, a simulated one, or a recording.
     ///
-    /// simulated-usb takes a trouble by name or number. A recording is .mcap, a librealsense .bag or .db3, or a folder.
+    /// simulated-usb takes a trouble by name or number. A recording is .mcap, .bag or .db3 of librealsense or of ROS, a folder of
+    /// images, or a folder of rosbag2.
     #[arg(
         long,
         default_value = "usb",
@@ -42,15 +50,18 @@ pub(crate) struct Arguments {
     /// Image beside the depth [default: that of --setup, or infrared].
     ///
     /// infrared is the left infrared image. colour is the luma of the colour image, rectified to the depth image, for a
-    /// liquid that is clear in the near infrared.
-    #[arg(long, value_name = "infrared|colour", help_heading = "Images")]
-    outline: Option<OutlineImage>,
+    /// liquid that is clear in the near infrared. clear is the infrared image, and --out FILE.csv reads the contact line of
+    /// clear water in it: it needs a white card behind the glass and light of 850 nm (docs/clear.md).
+    #[arg(long, value_name = "infrared|colour|clear", help_heading = "Images")]
+    outline: Option<Outline>,
     /// Serial number of the only camera that is taken, as USB shows it.
     #[arg(long, help_heading = "Images")]
     serial: Option<String>,
     /// Glass and camera position by `meniscus setup`, for --out FILE.csv.
     #[arg(long, value_name = "FILE.toml", help_heading = "Images")]
     setup: Option<PathBuf>,
+    #[command(flatten)]
+    topics: Topics,
     /// File or folder to write.
     #[arg(long, value_name = "FILE.mcap|FOLDER|FILE.csv", help_heading = "Output")]
     out: PathBuf,
@@ -65,12 +76,22 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         bail!("--seconds {seconds} is out of range: 0.1 to 86400");
     }
     check_out(arguments)?;
+    if let Some(Eye::Device(device)) = Eye::of(&arguments.source)? {
+        bail!(
+            "a webcam has no depth, and recordings are of pairs of images: write the images of {} into a folder by another \
+             program, with times.csv beside them, and give that to --source",
+            device.display()
+        );
+    }
     let outline = match arguments.outline {
-        Some(outline) => outline,
+        Some(outline) => outline.image(),
         None => glass::outline(arguments.setup.as_deref())?.unwrap_or_default(),
     };
     let wanted = Settings { serial: arguments.serial.clone(), outline, ..Settings::default() };
     let word = arguments.source.to_str().unwrap_or("");
+    if matches!(word.split_once(':').unwrap_or((word, "")).0, "usb" | "simulated-usb") {
+        arguments.topics.refuse(word)?;
+    }
     match word.split_once(':').unwrap_or((word, "")) {
         ("usb", "") => from_camera(arguments, Session::connect(bus::machine()?, wanted)?, seconds),
         ("simulated-usb", trouble) => {
@@ -101,9 +122,10 @@ fn check_out(arguments: &Arguments) -> anyhow::Result<()> {
 fn from_recording(arguments: &Arguments) -> anyhow::Result<()> {
     let source = arguments.source.as_path();
     expect(source, Kind::Camera, "a camera's recording")?;
-    let recording = bag::open(source)?;
-    let wanted =
-        arguments.outline.map_or_else(|| glass::outline(arguments.setup.as_deref()), |one| Ok(Some(one)))?;
+    let recording = bag::open_chosen(source, &arguments.topics.choice()?)?;
+    let wanted = arguments
+        .outline
+        .map_or_else(|| glass::outline(arguments.setup.as_deref()), |one| Ok(Some(one.image())))?;
     glass::same_outline(wanted, source, recording.calibration.outline)?;
     let mut out = Out::create(arguments, &recording.calibration)?;
     let bar = crate::bars::spinner();

@@ -1,8 +1,9 @@
 //! Where recorded images go.
 
 use super::Arguments;
+use crate::outline::Outline;
 use anyhow::{Context, bail, ensure};
-use meniscus::surface::{self, Config, ExtractionState, SurfaceProfile, extract};
+use meniscus::surface::{self, Config, ExtractionState, Liquid, SurfaceProfile, extract};
 use meniscus::usb::frame::{DepthFrame, OutlineFrame};
 use meniscus::usb::uvc::Stream;
 use meniscus_bags::{BagError, Calibration, FolderWriter, Image, McapWriter};
@@ -38,10 +39,19 @@ impl Out {
         Ok(match path.extension().and_then(|extension| extension.to_str()) {
             Some("mcap") => Self::Mcap(Box::new(McapWriter::create(path, calibration)?)),
             Some("csv") => {
+                let clear = arguments.outline == Some(Outline::Clear);
                 let settings = match setup {
                     Some(setup) => crate::glass::read(setup)?.settings(calibration.optics()),
+                    None if clear => {
+                        surface::Settings::default().of_clear_liquid().with_optics(calibration.optics())
+                    }
                     None => surface::Settings::default().with_optics(calibration.optics()),
                 };
+                ensure!(
+                    !clear || settings.liquid == Liquid::Clear,
+                    "--outline clear is for a clear liquid, and the setup was made for an opaque one: run \
+                     `meniscus setup --outline clear`"
+                );
                 let config = Config::new(settings).context("the recording's camera cannot see the glass")?;
                 let (path, state) = (path.clone(), ExtractionState::new());
                 Self::Profiles(Box::new(Profiles { path, config, state, depth: None, profiles: Vec::new() }))

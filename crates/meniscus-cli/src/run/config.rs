@@ -2,11 +2,14 @@
 
 use super::Arguments;
 use super::motion_source::MotionSource;
+use super::motion_topic::TopicMotion;
 use super::source::{RecordingSource, Source};
 use crate::bars::is_plain_terminal;
 use crate::kind::check_ending;
 use crate::profile::Profile;
+use crate::variant::VariantName;
 use anyhow::{Context, bail, ensure};
+use meniscus::blob::Variant;
 use meniscus::latent::decoder::Selection;
 use meniscus::units::FRAME_INTERVAL_S;
 use meniscus_data::recording::GROUP_NAMES;
@@ -17,7 +20,7 @@ use meniscus_service::controller::PlanWire;
 use meniscus_service::live::Silence;
 use meniscus_service::publish::Destination;
 use std::io::IsTerminal;
-use std::net::SocketAddr;
+use std::net::{IpAddr, SocketAddr};
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -58,6 +61,8 @@ pub(super) struct RunConfig {
     pub(super) estimates: Option<PathBuf>,
     /// Publishing to other programs.
     pub(super) publishing: Publishing,
+    /// Variant of the estimator.
+    pub(super) variant: Variant,
     /// Groups of the field that are decoded.
     pub(super) fields: Selection,
     /// Reaction of the worker to a camera that sends nothing.
@@ -76,6 +81,11 @@ pub(super) struct RunConfig {
     pub(super) page: Option<PageConfig>,
     /// Foxglove.
     pub(super) foxglove: FoxgloveConfig,
+    /// The ROS 2 node.
+    pub(super) ros2: Option<RosConfig>,
+    /// Direction of the line of the model in the axes of motion and plans, of length one.
+    #[cfg(feature = "ros2")]
+    pub(super) motion_line: [f64; 3],
     /// Foreground of the run.
     pub(super) front: Front,
     /// Form of the report on standard output.
@@ -113,13 +123,31 @@ pub(super) enum Controlling {
     On(Option<PlanWire>),
 }
 
-/// Address and secret of the live page.
+/// Address, secret and encryption of the live page.
 #[derive(Clone, Debug)]
 pub(super) struct PageConfig {
     /// Address to listen at.
     pub(super) listen: SocketAddr,
     /// File whose first line is the token.
     pub(super) token_file: Option<PathBuf>,
+    /// Certificate and key.
+    pub(super) encryption: Encryption,
+}
+
+/// Encryption of the live page.
+#[derive(Clone, Debug)]
+pub(super) enum Encryption {
+    /// None.
+    None,
+    /// A certificate that is made for the run.
+    Made,
+    /// Certificate and key in PEM files.
+    Given {
+        /// The certificate, with those that signed it behind it.
+        certificate: PathBuf,
+        /// Its key.
+        key: PathBuf,
+    },
 }
 
 /// Server and file for Foxglove.
@@ -132,6 +160,20 @@ pub(super) struct FoxgloveConfig {
     pub(super) origins: Vec<String>,
     /// MCAP file.
     pub(super) file: Option<PathBuf>,
+}
+
+/// The ROS 2 node.
+#[derive(Clone, Debug)]
+#[cfg_attr(not(feature = "ros2"), allow(dead_code, reason = "a program without ROS 2 refuses it"))]
+pub(super) struct RosConfig {
+    /// Domain.
+    pub(super) domain: u16,
+    /// Own addresses whose networks are used; none for all.
+    pub(super) networks: Vec<IpAddr>,
+    /// Rate of the tracers' cloud, Hz.
+    pub(super) tracers_hz: f64,
+    /// Probability of spilling above which the node warns.
+    pub(super) spill_limit: f64,
 }
 
 /// Foreground of a run.
@@ -210,12 +252,21 @@ impl TryFrom<&Arguments> for RunConfig {
             Front::Service
         } else if arguments.page.view {
             Front::Page
-        } else if !arguments.json && std::io::stdout().is_terminal() && !is_plain_terminal() {
+        } else if cfg!(feature = "desk")
+            && !arguments.json
+            && std::io::stdout().is_terminal()
+            && !is_plain_terminal()
+        {
             Front::Dashboard
         } else {
             Front::Progress
         };
         let profile = arguments.profile.as_deref().map(Profile::read).transpose()?;
+        let motion = MotionSource::parse(&arguments.motion, profile.as_ref())?;
+        let ros2 = arguments.ros2.config()?;
+        if let Some(MotionSource::Topic(TopicMotion { topic, .. })) = &motion {
+            ensure!(ros2.is_some(), "--motion ros2:{topic} is read by the ROS 2 node of the run: add --ros2");
+        }
         Ok(Self {
             source,
             source_name: arguments.source.display().to_string(),
@@ -235,15 +286,19 @@ impl TryFrom<&Arguments> for RunConfig {
                 field_hz: arguments.field_hz,
                 controller: controlling(arguments, profile.as_ref())?,
             },
-            fields: groups(&arguments.fields, arguments.field_hz)?,
+            variant: arguments.variant.into(),
+            fields: groups(arguments)?,
             silence: if arguments.patient { Silence::WaitOut } else { Silence::Bridge },
             priority: Priority::real_time_if(arguments.realtime || arguments.service),
             truth: arguments.truth.as_deref().map(RecordingSource::from),
             among: arguments.among.clone(),
             latency: latency(arguments.camera_latency_ms)?,
-            motion: MotionSource::parse(&arguments.motion, profile.as_ref())?,
+            motion,
             page: arguments.page.config(),
             foxglove: arguments.foxglove.config(),
+            ros2,
+            #[cfg(feature = "ros2")]
+            motion_line: arguments.motion.line()?,
             front,
             output: if arguments.json { Output::Json } else { Output::Text },
             targets: if arguments.check { Targets::Enforced } else { Targets::Reported },
@@ -280,8 +335,13 @@ fn frames(seconds: f64) -> anyhow::Result<usize> {
 }
 
 /// Returns the groups that --fields names.
-fn groups(fields: &str, field_hz: f64) -> anyhow::Result<Selection> {
-    let groups = match fields {
+fn groups(arguments: &Arguments) -> anyhow::Result<Selection> {
+    let Arguments { fields, field_hz, variant, .. } = arguments;
+    ensure!(
+        *field_hz == 0.0 || *variant == VariantName::Full,
+        "--field-hz hands on the full field, which --variant small does not estimate"
+    );
+    let groups = match fields.as_str() {
         "all" => return Ok(Selection::ALL),
         "none" => Selection::NONE,
         list => list.split(',').try_fold(Selection::NONE, |groups, name| {
@@ -296,7 +356,7 @@ fn groups(fields: &str, field_hz: f64) -> anyhow::Result<Selection> {
         })?,
     };
     ensure!(
-        field_hz == 0.0 || groups == Selection::ALL,
+        *field_hz == 0.0 || groups == Selection::ALL,
         "--field-hz hands on the full field, which --fields {fields} leaves out in part"
     );
     Ok(groups)
@@ -352,9 +412,21 @@ mod tests {
             (&["--source", "simulated-usb:nonsense"], "no trouble is called `nonsense`"),
             (&["--fields", "q,x"], "--fields knows no group 'x'"),
             (&["--fields", "q", "--field-hz", "2"], "--field-hz hands on the full field"),
+            (&["--variant", "small", "--field-hz", "2"], "--variant small does not estimate"),
             (&["--motion", "udp:nowhere"], "udp:HOST:PORT"),
             (&["--motion", "udp:0.0.0.0:9000"], "--motion-from ADDRESS"),
             (&["--motion", "truth", "--motion-from", "10.0.0.1"], "are for --motion udp"),
+            (&["--motion", "truth", "--motion-joint", "lift"], "are for --motion ros2:TOPIC"),
+            (&["--motion", "ros2:/odom"], "add --ros2"),
+            (&["--motion", "ros2:/2nd"], "is no name of a topic"),
+            (&["--motion", "ros2:"], "is no name of a topic"),
+            (&["--motion", "ros2:/tf"], "--motion-frames PARENT,CHILD"),
+            (&["--motion", "ros2:/tf", "--motion-frames", "world,world"], "two different frames"),
+            (&["--motion", "ros2:/odom", "--motion-clock", "robot"], "expected host or sender"),
+            (
+                &["--motion", "ros2:/j", "--motion-axis", "0,0,0"],
+                "--motion-axis 0,0,0: expected three numbers",
+            ),
         ] {
             assert!(refusal(words).contains(why), "{words:?}: {}", refusal(words));
         }

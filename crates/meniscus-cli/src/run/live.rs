@@ -2,8 +2,12 @@
 
 use super::config::{Front, RunConfig};
 use super::foxglove::Foxglove;
+use super::motion_source::OpenMotion;
+use super::motion_tag::TagCamera;
 use super::published::Published;
-use super::{foxglove, page};
+use super::ros2::Ros;
+use super::shown::{self, Page};
+use super::{foxglove, ros2};
 use crate::among::among;
 use anyhow::Context;
 use meniscus::blob::Model;
@@ -13,12 +17,14 @@ use meniscus::surface::{Config, Rectifier};
 use meniscus_data::recording::EstimateRecording;
 use meniscus_data::validity::Validity;
 use meniscus_platform::files::{check_writable, write_whole};
+use meniscus_service::commanded_motion::MotionInlet;
+use meniscus_service::controller::SharedPlan;
 use meniscus_service::identify::GlassSize;
 use meniscus_service::ledger::SpanEnd;
-use meniscus_service::live::{Log, Worker};
+use meniscus_service::live::{CameraImages, Log, Worker};
 use meniscus_service::run::{Finished, LiveRun, RunState, Viewer, attend_service, turn_table};
-use meniscus_ui::page::Page;
-use meniscus_ui::terminal::{Caption, Dashboard};
+use meniscus_service::sink::TurnSink;
+use meniscus_service::truth::Truth;
 use meniscus_usb::link::WorkerEnd;
 use std::io::IsTerminal;
 use std::sync::Arc;
@@ -31,12 +37,16 @@ pub(super) struct ReadyCamera<'c> {
     pub(super) name: &'c str,
     /// Reader of its images.
     pub(super) reader: Config,
+    /// Images that it sends.
+    pub(super) images: CameraImages,
     /// Rectification of its outline image, where that is in colour.
     pub(super) rectifier: Option<Rectifier>,
     /// Frames whose turns the log keeps one by one; the totals have all.
     pub(super) frames: usize,
     /// End of what the camera takes, where the run ends with its link.
     pub(super) span_end: SpanEnd,
+    /// The true surface, where it is simulated.
+    pub(super) truth: Option<Truth>,
     /// The worker's end of the link to it.
     pub(super) end: WorkerEnd,
 }
@@ -56,29 +66,38 @@ struct Outputs {
     published: Option<Published>,
     page: Option<Page>,
     foxglove: Option<Foxglove>,
+    ros: Option<Ros>,
 }
 
 /// Runs until `play`, which has the camera's thread, returns or somebody stops it.
 pub(super) fn live(
     config: &RunConfig,
     model: &Model<'_>,
-    camera: ReadyCamera<'_>,
+    mut camera: ReadyCamera<'_>,
     play: impl FnOnce(&RunState) + Send,
 ) -> anyhow::Result<Played> {
     // A run whose files cannot be written should not start.
     config.turn_table.iter().chain(&config.estimates).try_for_each(|path| check_writable(path))?;
     let title = format!("{}, {}, model {}", model.header.liquid, camera.name, config.model_name);
-    let mut outputs = Outputs::open(config, model, camera.reader, &title)?;
-    let (radius_m, fill_m) = (model.header.radius_m, model.header.fill_m);
-    let notes = among(&config.among, GlassSize { radius_m, fill_m })?;
     let length = config.length();
     let motion = config.motion.as_ref().map(|motion| motion.open(&config.source, length)).transpose()?;
+    let (motion, inlet, tag) =
+        motion.map_or((None, None, None), |OpenMotion { motion, inlet, tag }| (Some(motion), inlet, tag));
+    let mut outputs = Outputs::open(config, model, &camera, &title, inlet)?;
+    let (radius_m, fill_m) = (model.header.radius_m, model.header.fill_m);
+    let notes = among(&config.among, GlassSize { radius_m, fill_m })?;
     let state = Arc::new(RunState::default());
     let interrupted = Arc::clone(&state);
     ctrlc::set_handler(move || interrupted.stop.store(true, Ordering::Relaxed))
         .context("cannot watch for Ctrl-C")?;
+    if let Some((tag, inlet)) = tag {
+        let ReadyCamera { reader, rectifier, .. } = &camera;
+        let (settings, rectifier, priority) = (*reader.settings(), *rectifier, config.priority);
+        camera.end = tag.watch(camera.end, TagCamera { settings, rectifier, priority, inlet })?;
+    }
     let estimator = Estimator::new(model).only(config.fields);
     let worker = Worker {
+        images: camera.images,
         rectifier: camera.rectifier,
         motion,
         latency: config.latency,
@@ -86,25 +105,26 @@ pub(super) fn live(
         span_end: camera.span_end,
         ..Worker::new(estimator, camera.reader)
     };
-    let validity = Validity::of(&model.header);
-    if let Some(sentence) = &validity.sentence {
+    if let Some(sentence) = &Validity::of(&model.header).sentence {
         say(sentence);
     }
-    let caption = Caption { title, fill_m, radius_m, length, validity };
-    let Outputs { published, page, foxglove } = &mut outputs;
+    let Outputs { published, page, foxglove, ros } = &mut outputs;
     let (publisher, controller) = published.as_mut().map(Published::parts).unzip();
+    let (ros_outlet, ros_node) = ros.as_mut().map(Ros::parts).unzip();
+    let publisher = publisher.map(|publisher| publisher as &mut dyn TurnSink);
     let viewers: Vec<&dyn Viewer> = page
         .iter()
         .map(|page| page as &dyn Viewer)
         .chain(foxglove.iter().map(|foxglove| foxglove as &dyn Viewer))
         .chain(controller.flatten().map(|controller| controller as &dyn Viewer))
+        .chain(ros_node)
         .collect();
     let run = LiveRun {
         model,
         worker,
         end: camera.end,
         frames: camera.frames,
-        publisher,
+        publishers: publisher.into_iter().chain(ros_outlet).collect(),
         viewers: &viewers,
         notes: &notes,
         flights: &config.out,
@@ -118,7 +138,8 @@ pub(super) fn live(
             &|note| say(&format!("camera: {note}"))
         },
     };
-    let finished = run.run(play, |finished| attend(config.front, caption, &state, finished))?;
+    let caption = Caption { title, length };
+    let finished = run.run(play, |finished| attend(config.front, model, caption, &state, finished))?;
     finished.flights.lines().iter().for_each(|line| say(line));
     outputs.close(config)?;
     let written = write(config, &finished.log, model);
@@ -144,25 +165,37 @@ fn write(config: &RunConfig, log: &Log, model: &Model<'_>) -> anyhow::Result<()>
 
 impl Outputs {
     /// Opens what the configuration asks for.
-    fn open(config: &RunConfig, model: &Model<'_>, reader: Config, title: &str) -> anyhow::Result<Self> {
-        let page = config.page.as_ref().map(|page| page::open(page, model, reader, title)).transpose()?;
+    fn open(
+        config: &RunConfig,
+        model: &Model<'_>,
+        camera: &ReadyCamera<'_>,
+        title: &str,
+        inlet: Option<MotionInlet>,
+    ) -> anyhow::Result<Self> {
+        let (reader, plan) = (camera.reader, SharedPlan::default());
+        let page = config.page.as_ref().map(|page| shown::open(page, model, reader, title)).transpose()?;
+        let page = page.map(|page| page.with_truth(camera.truth.clone()));
         Ok(Self {
-            published: Published::open(&config.publishing, model)?,
+            published: Published::open(&config.publishing, model, &plan)?,
             page,
             foxglove: foxglove::open(&config.foxglove, reader)?,
+            ros: ros2::open(config, model, reader, camera.name, &plan, inlet)?,
         })
     }
 
     /// Closes everything and says what became of the turns.
     fn close(self, config: &RunConfig) -> anyhow::Result<()> {
         if let Some(page) = self.page {
-            page::close(page);
+            shown::close(page);
         }
         if let Some(foxglove) = self.foxglove {
             foxglove::close(&config.foxglove, foxglove)?;
         }
         if let Some(published) = self.published {
             published.close();
+        }
+        if let Some(ros) = self.ros {
+            ros.close();
         }
         Ok(())
     }
@@ -183,26 +216,25 @@ fn say(line: &str) {
     eprintln!("{line}");
 }
 
+/// Title and length of a run.
+struct Caption {
+    title: String,
+    length: Duration,
+}
+
 /// Attends the run in the calling thread until the worker has finished.
-fn attend(front: Front, caption: Caption, state: &RunState, finished: &dyn Fn() -> bool) {
-    let shown = match front {
-        Front::Service => {
-            attend_service(state, &say, finished);
-            Ok(())
+fn attend(front: Front, model: &Model<'_>, caption: Caption, state: &RunState, finished: &dyn Fn() -> bool) {
+    let Caption { title, length } = caption;
+    match front {
+        Front::Service => attend_service(state, &say, finished),
+        Front::Page => shown::attend(finished),
+        Front::Progress => progress(length, finished),
+        Front::Dashboard => {
+            // A terminal that fails ends the show, not the run.
+            if let Err(error) = shown::dashboard(model, title, length, state, finished) {
+                eprintln!("the dashboard ended: {error}");
+            }
         }
-        Front::Page => {
-            page::attend(finished);
-            Ok(())
-        }
-        Front::Dashboard => Dashboard::new(caption).run(state, finished),
-        Front::Progress => {
-            progress(caption.length, finished);
-            Ok(())
-        }
-    };
-    // A terminal that fails ends the show, not the run.
-    if let Err(error) = shown {
-        eprintln!("the dashboard ended: {error}");
     }
 }
 

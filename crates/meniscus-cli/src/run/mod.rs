@@ -4,18 +4,30 @@ mod config;
 mod foxglove;
 mod live;
 mod motion_source;
+mod motion_tag;
+mod motion_topic;
 mod needs;
 mod page;
 mod printed;
 mod published;
+#[cfg(feature = "desk")]
 mod rendered;
 #[cfg(feature = "bags")]
 mod replay;
+mod ros2;
+#[cfg(feature = "desk")]
+mod shown;
+#[cfg(not(feature = "desk"))]
+#[path = "unshown.rs"]
+mod shown;
 mod source;
 mod usb;
+#[cfg(feature = "webcam")]
+mod webcam;
 
 use crate::bus;
 use crate::inputs::blob;
+use crate::variant::VariantName;
 use anyhow::Context;
 use config::RunConfig;
 use foxglove::FoxgloveArguments;
@@ -26,6 +38,7 @@ use meniscus_service::publish::Destination;
 use motion_source::MotionArguments;
 pub(crate) use needs::Needs;
 use page::PageArguments;
+use ros2::RosArguments;
 use source::Source;
 use std::path::PathBuf;
 use usb::BusCamera;
@@ -41,6 +54,10 @@ const BUFFERS: usize = 8;
 /// --source usb reads a D435 or D435i. There is no truth then. `meniscus doctor` checks the camera. A camera's recording
 /// (.mcap, .bag, .db3 or a folder of images) is played at its own pace.
 ///
+/// --source v4l:/dev/video0 reads a colour webcam, which has no depth: `meniscus setup` takes its lens and its distance by
+/// hand. Most have 30 Hz; the turns between their frames predict. A folder of images with their times is played in the same
+/// way (docs/formats.md).
+///
 /// A terminal shows a dashboard with the surface, the modes, the stage times, energy and entropy; q or Ctrl-C ends the run.
 /// --view shows the liquid in 3D in a browser instead. A summary follows, and a picture in the --out folder.
 ///
@@ -51,18 +68,18 @@ const BUFFERS: usize = 8;
 /// alone), Halted (no frame for a second: no estimate).
 #[derive(clap::Args)]
 #[command(
-    after_help = "Examples:\n  meniscus run\n  meniscus run --view\n  meniscus run --source usb\n  meniscus run --source try.mcap --setup glass.toml\n  meniscus run --source simulated-usb:unplug --seconds 8\n  meniscus run --patient --json\n  meniscus run --faults drop:0.05,late:0.02 --out /tmp/faulty\n  meniscus run --motion truth\n  meniscus run --source usb --motion udp:0.0.0.0:9000 \\\n    --motion-from 192.168.1.20\n  meniscus run --among shipped\n  meniscus run --estimates run.safetensors\n  meniscus run --view --listen 0.0.0.0:8060\n  meniscus run --foxglove --mcap run.mcap"
+    after_help = "Examples:\n  meniscus run\n  meniscus run --view\n  meniscus run --source usb\n  meniscus run --source v4l:/dev/video0 --setup glass.toml\n  meniscus run --source try.mcap --setup glass.toml\n  meniscus run --source simulated-usb:unplug --seconds 8\n  meniscus run --patient --json\n  meniscus run --patient --variant small\n  meniscus run --faults drop:0.05,late:0.02 --out /tmp/faulty\n  meniscus run --motion truth\n  meniscus run --motion tag:7,40\n  meniscus run --source usb --motion udp:0.0.0.0:9000 \\\n    --motion-from 192.168.1.20\n  meniscus run --among shipped\n  meniscus run --estimates run.safetensors\n  meniscus run --view --listen 0.0.0.0:8060\n  meniscus run --foxglove --mcap run.mcap\n  meniscus run --ros2\n  meniscus run --ros2 --motion ros2:/odom --motion-line 0,1,0\n  meniscus run --ros2 --motion ros2:/tf \\\n    --motion-frames world,glass_holder\n  meniscus run --ros2 5 --ros2-network 192.168.1.7"
 )]
 pub(crate) struct Arguments {
     /// Origin of the images.
     ///
     /// A simulated camera before the recording in the program (shipped) or a recording of `meniscus simulate`; a camera on
     /// the bus (usb); a simulated camera on a simulated bus (simulated-usb, with a trouble by name or number); or a camera's
-    /// recording (.mcap, .bag, .db3, folder). `--source replay FILE` also names the latter.
+    /// recording (.mcap, .bag, .db3, folder). `--source replay FILE` names it too. v4l:DEVICE is a webcam.
     #[arg(
         long,
         default_value = "shipped",
-        value_name = "shipped|usb|simulated-usb[:TROUBLE]|FILE|FOLDER",
+        value_name = "shipped|usb|v4l:DEVICE|simulated-usb[:TROUBLE]|FILE|FOLDER",
         help_heading = "Images"
     )]
     source: PathBuf,
@@ -110,6 +127,11 @@ pub(crate) struct Arguments {
     /// For a board that lacks the time for all. `none` leaves the surface; surface and audit are always computed.
     #[arg(long, default_value = "all", value_name = "all|none|GROUPS", help_heading = "Model")]
     fields: String,
+    /// Estimator: all of it, or what a microcontroller computes at 60 Hz.
+    ///
+    /// `small` has the surface and no field, in single precision: a sixth of the instructions on a Cortex-M7.
+    #[arg(long, default_value = "full", help_heading = "Model")]
+    variant: VariantName,
     /// Also identify the liquid among these known ones; may be repeated.
     ///
     /// Those in the program (shipped), a note of `meniscus recognise learn`, or a folder of notes. It has a thread of its
@@ -151,6 +173,9 @@ pub(crate) struct Arguments {
     /// Foxglove.
     #[command(flatten)]
     foxglove: FoxgloveArguments,
+    /// ROS 2.
+    #[command(flatten)]
+    ros2: RosArguments,
     /// Send every estimate to unix:PATH, udp:HOST:PORT or serial:DEVICE[@BAUD]; may be repeated.
     ///
     /// The format is in firmware-config/SPEC.md, clients are in examples/.
@@ -202,7 +227,10 @@ pub(crate) fn needs(arguments: &Arguments) -> anyhow::Result<Needs> {
     let config = RunConfig::try_from(arguments)?;
     let bytes = blob(&config.model, config.profile.as_ref())?;
     Model::load(&bytes).with_context(|| format!("the model {} is refused", config.model_name))?;
-    crate::glass::outline(config.setup.as_deref())?;
+    match &config.source {
+        Source::Webcam(_) => drop(crate::webcam::setup(config.setup.as_deref())?),
+        _ => drop(crate::glass::outline(config.setup.as_deref())?),
+    }
     Ok(Needs::of(&config))
 }
 
@@ -210,18 +238,28 @@ pub(crate) fn needs(arguments: &Arguments) -> anyhow::Result<Needs> {
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let config = RunConfig::try_from(arguments)?;
     let bytes = blob(&config.model, config.profile.as_ref())?;
-    let model = Model::load(&bytes).with_context(|| format!("the model {} is refused", config.model_name))?;
+    let mut model =
+        Model::load(&bytes).with_context(|| format!("the model {} is refused", config.model_name))?;
+    model.header.variant = config.variant;
     match &config.source {
+        #[cfg(feature = "desk")]
         Source::Rendered { recording, faults } => rendered::run(&config, &model, recording, faults),
         Source::Usb => {
             let (transport, priority) = (bus::machine()?, Priority::RealTime);
             usb::run(&config, &model, BusCamera { transport, name: "D435", priority })
         }
+        #[cfg(not(feature = "desk"))]
+        Source::Rendered { .. } | Source::SimulatedUsb { .. } => anyhow::bail!(bus::WITHOUT_SIMULATED),
+        #[cfg(feature = "desk")]
         Source::SimulatedUsb { trouble, faults } => {
             let transport = usb::simulated(&config, *trouble, faults)?;
             let (name, priority) = ("simulated D435 over USB", Priority::Normal);
             usb::run(&config, &model, BusCamera { transport, name, priority })
         }
+        #[cfg(feature = "webcam")]
+        Source::Webcam(eye) => webcam::run(&config, &model, eye),
+        #[cfg(not(feature = "webcam"))]
+        Source::Webcam(eye) => Err(crate::webcam::not_built_in(eye.path())),
         #[cfg(feature = "bags")]
         Source::Replay { file } => replay::run(&config, &model, file),
         #[cfg(not(feature = "bags"))]

@@ -1,10 +1,14 @@
 //! `--motion`: the origin of a commanded motion.
 
+use super::motion_tag::TagMotion;
+use super::motion_topic::{TopicArguments, TopicMotion, direction};
 use super::source::{RecordingSource, Source};
 use crate::profile::Profile;
 use anyhow::{Context, ensure};
 use meniscus_platform::files::read_text;
-use meniscus_service::commanded_motion::{CommandedMotion, ExpectedSender, WireMotion};
+use meniscus_service::commanded_motion::{
+    CameraInlet, CommandedMotion, ExpectedSender, InletMotion, MotionInlet, WireMotion,
+};
 use meniscus_service::controller::PlanWire;
 use std::net::{IpAddr, SocketAddr, ToSocketAddrs};
 use std::path::{Path, PathBuf};
@@ -26,16 +30,29 @@ pub(super) struct MotionArguments {
     /// A table of its position over time (t,x_m; second 0 is the first frame), the motion of the simulated camera's
     /// recording (truth), or datagrams: accelerations along x in m/s2, one ASCII number each, or stamped samples in three
     /// dimensions (docs/robots.md), 100 or more a second. A number before the ASCII one, as in `#17 -1.25`, has to rise.
+    ///
+    /// With --ros2 also a topic, as ros2:/odom, of type nav_msgs/Odometry, geometry_msgs/PoseStamped or TransformStamped,
+    /// tf2_msgs/TFMessage, sensor_msgs/Imu or JointState. Whoever reaches the domain can publish on this topic.
+    ///
+    /// tag:7,40 is the AprilTag 7 of the family 36h11, whose black square is 40 mm wide, fixed to the glass or to what holds it. Its
+    /// pose is taken from the camera's own images (docs/robots.md).
+    ///
     /// Without a motion, while no sample comes, and while the image
     /// contradicts the samples, the glass is tracked in the image.
-    #[arg(long, value_name = "FILE.csv|truth|udp:HOST:PORT", help_heading = "Motion of the glass")]
+    #[arg(
+        long,
+        value_name = "FILE.csv|truth|tag:ID,SIZE_MM|udp:HOST:PORT|ros2:TOPIC",
+        help_heading = "Motion of the glass"
+    )]
     pub(super) motion: Option<String>,
-    /// With --motion udp: latency of frames beyond that of samples, ms [default: 8].
+    /// With --motion udp or ros2: latency of frames beyond that of samples, ms [default: 8].
     ///
     /// A stamped sample has none, so that this is the least latency of frames. 8 is the simulated camera's; nobody has measured a D435's.
     #[arg(long, value_name = "MS", help_heading = "Motion of the glass")]
     pub(super) motion_lag_ms: Option<f64>,
     /// With stamped samples: direction of the camera's x, the line of the model, in their axes.
+    ///
+    /// Those of a tag are the camera's: right, down, forward.
     #[arg(long, default_value = "1,0,0", value_name = "X,Y,Z", help_heading = "Motion of the glass")]
     pub(super) motion_line: String,
     /// With --motion udp: only address heard [default: the profile's].
@@ -48,23 +65,14 @@ pub(super) struct MotionArguments {
     /// At least 16 letters, digits, - or _. It travels unencrypted.
     #[arg(long, value_name = "FILE", help_heading = "Motion of the glass")]
     pub(super) motion_token_file: Option<PathBuf>,
+    /// A topic of ROS 2.
+    #[command(flatten)]
+    topic: TopicArguments,
 }
 
 /// Returns the direction that --motion-line spells.
 fn line(text: &str) -> anyhow::Result<[f64; 3]> {
-    let numbers: Vec<f64> = text.split(',').map_while(|number| number.trim().parse().ok()).collect();
-    let line: Option<[f64; 3]> = numbers.try_into().ok().filter(|line: &[f64; 3]| {
-        let square: f64 = line.iter().map(|n| n * n).sum();
-        square > 1e-12 && square < 1e12
-    });
-    // Of length one: distances along it are lengths.
-    let line = line.map(|line| {
-        let length = line.iter().map(|n| n * n).sum::<f64>().sqrt();
-        line.map(|n| n / length)
-    });
-    line.with_context(|| {
-        format!("--motion-line {text}: expected three numbers that are not all zero, as 0,1,0")
-    })
+    direction("--motion-line", text)
 }
 
 /// Returns the token in the file at `path`.
@@ -91,6 +99,21 @@ pub(super) enum MotionSource {
     Table(String),
     /// Accelerations or stamped samples over UDP.
     Udp(WireMotion),
+    /// Messages on a topic of ROS 2.
+    Topic(TopicMotion),
+    /// A tag in the camera's images.
+    Tag(TagMotion),
+}
+
+/// A motion for a run.
+pub(super) struct OpenMotion {
+    /// The run's end.
+    pub(super) motion: CommandedMotion,
+    /// The other end of a motion by messages.
+    #[cfg_attr(not(feature = "ros2"), allow(dead_code, reason = "a program without ROS 2 has none"))]
+    pub(super) inlet: Option<MotionInlet>,
+    /// The other end of a motion by images.
+    pub(super) tag: Option<(TagMotion, CameraInlet)>,
 }
 
 impl MotionArguments {
@@ -118,6 +141,27 @@ impl MotionArguments {
         Ok((address, expected))
     }
 
+    /// Refuses flags of another kind of motion than `kind`.
+    fn refuse_others(&self, kind: &str, source: &str) -> anyhow::Result<()> {
+        let of_udp = self.motion_from.is_some() || self.motion_token_file.is_some();
+        ensure!(
+            kind == "udp" || !(of_udp || (self.motion_lag_ms.is_some() && kind != "ros2")),
+            "--motion-from, --motion-token-file and --motion-lag-ms are for --motion udp:HOST:PORT, the last also for \
+             ros2:TOPIC: add it, or leave them out"
+        );
+        ensure!(
+            kind == "ros2" || !self.topic.any(),
+            "--motion-frames, --motion-joint, --motion-axis and --motion-clock are for --motion ros2:TOPIC, not {source:?}"
+        );
+        Ok(())
+    }
+
+    /// Returns the direction of the line of the model, of length one.
+    #[cfg(feature = "ros2")]
+    pub(super) fn line(&self) -> anyhow::Result<[f64; 3]> {
+        line(&self.motion_line)
+    }
+
     /// Returns where plans come in, as `plan` spells it.
     pub(super) fn plan_wire(&self, plan: &str, profile: Option<&Profile>) -> anyhow::Result<PlanWire> {
         let address = plan.strip_prefix("udp:");
@@ -134,38 +178,46 @@ impl MotionSource {
         arguments: &MotionArguments,
         profile: Option<&Profile>,
     ) -> anyhow::Result<Option<Self>> {
-        let source = arguments.motion.as_deref();
-        let Some(address) = source.and_then(|source| source.strip_prefix("udp:")) else {
-            let without = arguments.motion_from.is_none()
-                && arguments.motion_token_file.is_none()
-                && arguments.motion_lag_ms.is_none();
-            ensure!(
-                without,
-                "--motion-from, --motion-token-file and --motion-lag-ms are for --motion udp:HOST:PORT: add it, or leave \
-                 them out"
-            );
-            return Ok(
-                source.map(|name| if name == "truth" { Self::Truth } else { Self::Table(name.into()) })
-            );
+        let Some(source) = arguments.motion.as_deref() else {
+            arguments.refuse_others("", "")?;
+            return Ok(None);
         };
+        let (kind, rest) = source.split_once(':').unwrap_or(("", ""));
+        arguments.refuse_others(kind, source)?;
         let lag_ms = arguments.motion_lag_ms.unwrap_or(LAG_MS);
         ensure!((0.0..=100.0).contains(&lag_ms), "--motion-lag-ms {lag_ms} is out of range: 0 to 100");
-        let (address, expected) = arguments.wire("--motion", address, profile)?;
-        let line = line(&arguments.motion_line)?;
-        Ok(Some(Self::Udp(WireMotion { address, lag_s: 1e-3 * lag_ms, line, expected })))
+        let (line, lag_s) = (line(&arguments.motion_line)?, 1e-3 * lag_ms);
+        Ok(Some(match (kind, source) {
+            ("udp", _) => {
+                let (address, expected) = arguments.wire("--motion", rest, profile)?;
+                Self::Udp(WireMotion { address, lag_s, line, expected })
+            }
+            ("tag", _) => Self::Tag(TagMotion::parse(rest, line)?),
+            ("ros2", _) => Self::Topic(arguments.topic.motion(rest, line, lag_s)?),
+            (_, "truth") => Self::Truth,
+            (_, table) => Self::Table(table.into()),
+        }))
     }
 
     /// Opens the motion for a run of this length before `camera`.
-    pub(super) fn open(&self, camera: &Source, length: Duration) -> anyhow::Result<CommandedMotion> {
-        match self {
-            Self::Truth => by_table("truth", Some(recording_of(camera)?), length),
-            Self::Table(table) => by_table(table, None, length),
-            Self::Udp(wire) => {
-                let say = Box::new(|line: &str| eprintln!("{line}"));
-                CommandedMotion::by_wire(wire.clone(), say)
-                    .with_context(|| format!("--motion udp:{} cannot be listened to", wire.address))
+    pub(super) fn open(&self, camera: &Source, length: Duration) -> anyhow::Result<OpenMotion> {
+        let say = Box::new(|line: &str| eprintln!("{line}"));
+        let motion = match self {
+            Self::Truth => by_table("truth", Some(recording_of(camera)?), length)?,
+            Self::Table(table) => by_table(table, None, length)?,
+            Self::Udp(wire) => CommandedMotion::by_wire(wire.clone(), say)
+                .with_context(|| format!("--motion udp:{} cannot be listened to", wire.address))?,
+            Self::Topic(TopicMotion { lag_s, line, .. }) => {
+                let settings = InletMotion { lag_s: *lag_s, line: *line };
+                let (motion, inlet) = CommandedMotion::by_inlet(settings, say);
+                return Ok(OpenMotion { motion, inlet: Some(inlet), tag: None });
             }
-        }
+            Self::Tag(tag) => {
+                let (motion, inlet) = CommandedMotion::by_camera(tag.line, say);
+                return Ok(OpenMotion { motion, inlet: None, tag: Some((*tag, inlet)) });
+            }
+        };
+        Ok(OpenMotion { motion, inlet: None, tag: None })
     }
 }
 
@@ -174,7 +226,9 @@ fn recording_of(camera: &Source) -> anyhow::Result<RecordingSource> {
     match camera {
         Source::Rendered { recording, .. } => Ok(recording.clone()),
         Source::SimulatedUsb { .. } => Ok(RecordingSource::Shipped),
-        Source::Usb => anyhow::bail!("--motion truth is for a simulated camera: usb has none"),
+        Source::Usb | Source::Webcam(_) => {
+            anyhow::bail!("--motion truth is for a simulated camera: a camera before a glass has none")
+        }
         Source::Replay { .. } => anyhow::bail!("--motion truth is for a simulated camera: replay has none"),
     }
 }

@@ -1,10 +1,10 @@
 //! Needs of a run from the system around it: addresses, devices, folders, files.
 
-use super::config::{Controlling, RunConfig};
+use super::config::{Controlling, Encryption, RunConfig};
 use super::motion_source::MotionSource;
 use meniscus_service::publish::Destination;
 use std::collections::BTreeSet;
-use std::net::{IpAddr, SocketAddr};
+use std::net::{IpAddr, Ipv4Addr, SocketAddr};
 use std::path::{Path, PathBuf};
 
 /// Needs of a run.
@@ -12,6 +12,8 @@ use std::path::{Path, PathBuf};
 pub(crate) struct Needs {
     /// Addresses that are sent to or heard; an unspecified one stands for everybody in the local networks.
     pub(crate) peers: BTreeSet<IpAddr>,
+    /// Whether multicast is sent and heard.
+    pub(crate) multicast: bool,
     /// Serial devices.
     pub(crate) serial: BTreeSet<PathBuf>,
     /// Unix sockets.
@@ -36,14 +38,25 @@ impl Needs {
         if let Some(page) = &config.page {
             needs.listens(page.listen, None);
             needs.read.extend(page.token_file.clone());
+            if let Encryption::Given { certificate, key } = &page.encryption {
+                needs.read.extend([certificate.clone(), key.clone()]);
+            }
         }
         if let Some(address) = config.foxglove.address {
             needs.listens(address, None);
         }
+        if let Some(ros) = &config.ros2 {
+            // Peers announce themselves: their addresses are not known before.
+            let alone = !ros.networks.is_empty() && ros.networks.iter().all(IpAddr::is_loopback);
+            let peers = if alone { Ipv4Addr::LOCALHOST } else { Ipv4Addr::UNSPECIFIED };
+            needs.peers.insert(peers.into());
+            needs.multicast = true;
+        }
         match &config.motion {
             Some(MotionSource::Udp(wire)) => needs.listens(wire.address, wire.expected.address),
             Some(MotionSource::Table(table)) => needs.reads(Path::new(table)),
-            Some(MotionSource::Truth) | None => {}
+            // A topic is heard by the node, a tag is in the camera's images.
+            Some(MotionSource::Truth | MotionSource::Topic(_) | MotionSource::Tag(_)) | None => {}
         }
         if let Controlling::On(Some(plans)) = &config.publishing.controller {
             needs.listens(plans.address, plans.expected.address);

@@ -1,13 +1,11 @@
-//! `--view`: the live page, as long as the run lasts.
+//! `--view`: flags of the live page.
 
-use super::config::PageConfig;
-use meniscus::blob::Model;
-use meniscus::surface::Config;
-use meniscus_ui::page::{ADDRESS, Page, Token};
-use std::net::SocketAddr;
+use super::config::{Encryption, PageConfig};
+use std::net::{IpAddr, Ipv4Addr, SocketAddr};
 use std::path::PathBuf;
-use std::sync::atomic::{AtomicU64, Ordering};
-use std::time::Duration;
+
+/// Default of --listen.
+const ADDRESS: SocketAddr = SocketAddr::new(IpAddr::V4(Ipv4Addr::LOCALHOST), 8060);
 
 /// Flags of the live page.
 #[derive(clap::Args)]
@@ -32,6 +30,18 @@ pub(super) struct PageArguments {
     /// File whose first line is the token, on loopback too.
     #[arg(long, value_name = "FILE", requires = "view", help_heading = "Live view")]
     token_file: Option<PathBuf>,
+    /// Encrypt the page (TLS 1.3).
+    ///
+    /// Without --tls-cert a certificate is made for this run. A browser warns of it: compare the printed SHA-256 with the
+    /// fingerprint that the browser shows, and go on only if both are the same.
+    #[arg(long, requires = "view", help_heading = "Live view")]
+    tls: bool,
+    /// Certificate of the encrypted page, PEM, with those that signed it behind it.
+    #[arg(long, value_name = "FILE", requires_all = ["view", "tls_key"], help_heading = "Live view")]
+    tls_cert: Option<PathBuf>,
+    /// Key of the certificate, PEM.
+    #[arg(long, value_name = "FILE", requires_all = ["view", "tls_cert"], help_heading = "Live view")]
+    tls_key: Option<PathBuf>,
 }
 
 /// Reads an address with its port.
@@ -43,48 +53,14 @@ pub(super) fn address(text: &str) -> Result<SocketAddr, String> {
 impl PageArguments {
     /// Returns the page's configuration; `None` without `--view`.
     pub(super) fn config(&self) -> Option<PageConfig> {
-        self.view.then(|| PageConfig { listen: self.listen, token_file: self.token_file.clone() })
+        let certificate = match (&self.tls_cert, &self.tls_key) {
+            (Some(certificate), Some(key)) => {
+                Encryption::Given { certificate: certificate.clone(), key: key.clone() }
+            }
+            _ if self.tls => Encryption::Made,
+            _ => Encryption::None,
+        };
+        let token_file = self.token_file.clone();
+        self.view.then_some(PageConfig { listen: self.listen, token_file, encryption: certificate })
     }
-}
-
-/// Opens the page and says where.
-pub(super) fn open(
-    config: &PageConfig,
-    model: &Model<'_>,
-    reader: Config,
-    title: &str,
-) -> anyhow::Result<Page> {
-    let token = match &config.token_file {
-        Some(path) => Some(Token::from_file(path)?),
-        None if config.listen.ip().is_loopback() => None,
-        None => Some(Token::generate()?),
-    };
-    let page = Page::open(model, reader, title, config.listen, token)?;
-    eprintln!("live page: {}", page.url());
-    if !page.address().ip().is_loopback() {
-        eprintln!("whoever has this whole address can watch; the way there is not encrypted");
-    }
-    eprintln!("Ctrl-C ends the run");
-    Ok(page)
-}
-
-/// Waits until the run has `finished`: the page shows it.
-pub(super) fn attend(finished: &dyn Fn() -> bool) {
-    while !finished() {
-        std::thread::sleep(Duration::from_millis(20));
-    }
-}
-
-/// Closes the page and says what became of its frames.
-pub(super) fn close(page: Page) {
-    let of = |counter: &AtomicU64| counter.load(Ordering::Relaxed);
-    let counters = page.counters();
-    eprintln!(
-        "page: {} viewers came, {} frames sent ({:.1} MB), {} left out for want of room, {} requests refused",
-        of(&counters.came),
-        of(&counters.sent),
-        of(&counters.bytes) as f64 * 1e-6,
-        of(&counters.left_out),
-        of(&counters.refused)
-    );
 }

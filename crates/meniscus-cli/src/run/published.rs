@@ -3,7 +3,7 @@
 use super::config::{Controlling, Publishing};
 use anyhow::Context;
 use meniscus::blob::Model;
-use meniscus_service::controller::Controller;
+use meniscus_service::controller::{Controller, SharedPlan};
 use meniscus_service::publish::{PublishOutlet, Publisher};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -17,7 +17,11 @@ pub(super) struct Published {
 
 impl Published {
     /// Opens the destinations; `None` if there are none.
-    pub(super) fn open(publishing: &Publishing, model: &Model<'_>) -> anyhow::Result<Option<Self>> {
+    pub(super) fn open(
+        publishing: &Publishing,
+        model: &Model<'_>,
+        plan: &SharedPlan,
+    ) -> anyhow::Result<Option<Self>> {
         let Publishing { destinations, field_hz, controller } = publishing;
         if destinations.is_empty() {
             return Ok(None);
@@ -28,7 +32,7 @@ impl Published {
             Controlling::Off => None,
             Controlling::On(plans) => {
                 let say = Box::new(|line: &str| eprintln!("{line}"));
-                let started = Controller::start(outlet.records(), plans.clone(), say);
+                let started = Controller::start(outlet.records(), plan.clone(), plans.clone(), say);
                 Some(started.context("--plan cannot be listened to: choose another port")?)
             }
         };

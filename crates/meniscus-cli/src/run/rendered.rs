@@ -3,6 +3,7 @@
 use super::BUFFERS;
 use super::config::{Output, RunConfig, RunEnd};
 use super::live::{Played, ReadyCamera, live};
+use super::motion_source::MotionSource;
 use super::printed::{announce, print};
 use super::source::RecordingSource;
 use crate::glass;
@@ -16,11 +17,21 @@ use meniscus_report::checks::Check;
 use meniscus_score::run_picture::picture;
 use meniscus_score::run_report::TruthReport;
 use meniscus_service::ledger::SpanEnd;
+use meniscus_service::live::CameraImages;
 use meniscus_service::live::Silence;
 use meniscus_service::run::RunState;
+use meniscus_service::truth::Truth;
 use meniscus_usb::link::link;
-use meniscus_virtual::camera::{PAYLOAD_ROOM, SimulatedCamera};
-use meniscus_virtual::render::SceneSettings;
+use meniscus_virtual::camera::{PAYLOAD_ROOM, START, SimulatedCamera};
+use meniscus_virtual::looped_recording::BACK;
+use meniscus_virtual::render::{SceneSettings, TagPattern, TagPlate};
+
+/// Gap between the rim of the glass and the plate with a tag, m.
+const PLATE_GAP_M: f64 = 0.02;
+/// Half the height of a plate with its white margin, in widths of the tag.
+const PLATE_HALF: f64 = 0.625;
+/// Angle by which it leans back, rad: 20 degrees, at which its attitude is certain.
+const PLATE_LEAN_RAD: f64 = 0.35;
 
 /// Checks of time, which are informational where the camera waits for the worker.
 const OF_TIME: [&str; 4] = ["deadline_misses", "turns_late", "turn_us_median", "turn_us_p99"];
@@ -36,7 +47,12 @@ pub(super) fn run(
     let settings = settings(model, &recording)?;
     let reader = Config::new(glass::settings(config.setup.as_deref(), &model.header, settings.optics())?)?;
     let _alone = announce(config)?;
-    let scene = SceneSettings { camera: settings, seed: config.seed, ..SceneSettings::default() };
+    let scene = SceneSettings {
+        camera: settings,
+        seed: config.seed,
+        tag: plate(config, &settings),
+        ..SceneSettings::default()
+    };
     let mut camera = SimulatedCamera::new(&recording, scene, faults.clone());
     if config.silence == Silence::WaitOut {
         camera = camera.patient();
@@ -50,7 +66,14 @@ pub(super) fn run(
     let frames = shots.min(recording.frames());
     let (camera_end, end) = link(BUFFERS, PAYLOAD_ROOM);
     let (name, span_end) = ("simulated D435", SpanEnd::LastFrame);
-    let ready = ReadyCamera { name, reader, rectifier: None, frames, span_end, end };
+    let truth = config.page.as_ref().map(|_| Truth {
+        profiles_m: recording.profile_m.clone(),
+        start: START,
+        round: recording.frames() + BACK,
+        fill_m: recording.glass.fill_m,
+    });
+    let images = CameraImages::DepthAndOutline;
+    let ready = ReadyCamera { name, reader, images, rectifier: None, frames, span_end, truth, end };
     let Played { finished, written, .. } = live(config, model, ready, move |state: &RunState| {
         camera.play(shots, &camera_end, &state.stop);
     })?;
@@ -73,6 +96,14 @@ pub(super) fn run(
     }
     written?;
     config.judge(&report.checks)
+}
+
+/// Returns the plate with the tag of `--motion`, above the glass: a simulated camera sees what the run looks for.
+pub(super) fn plate(config: &RunConfig, settings: &Settings) -> Option<TagPlate> {
+    let Some(MotionSource::Tag(tag)) = &config.motion else { return None };
+    let pattern = TagPattern::of(tag.number)?;
+    let height_m = f64::from(settings.rim_m) + PLATE_GAP_M + PLATE_HALF * tag.size_m;
+    Some(TagPlate { pattern, size_m: tag.size_m, height_m, lean_rad: PLATE_LEAN_RAD })
 }
 
 /// Returns the camera's settings for the model's glass; a recording of another glass is refused.

@@ -13,6 +13,7 @@ use meniscus_bags::{PlayedImages, play};
 use meniscus_data::validity::Validity;
 use meniscus_score::run_report::CameraReport;
 use meniscus_service::ledger::SpanEnd;
+use meniscus_service::live::CameraImages;
 use meniscus_service::run::RunState;
 use meniscus_usb::camera::CameraHealth;
 use meniscus_usb::link::link;
@@ -43,7 +44,8 @@ pub(super) fn run(config: &RunConfig, model: &Model<'_>, file: &Path) -> anyhow:
     let Played { finished, written, notes } = {
         let ended = &mut ended;
         let (name, frames, span_end) = (camera.camera.as_str(), config.frames_kept(), SpanEnd::LastFrame);
-        let ready = ReadyCamera { name, reader, rectifier: None, frames, span_end, end };
+        let images = CameraImages::DepthAndOutline;
+        let ready = ReadyCamera { name, reader, images, rectifier: None, frames, span_end, truth: None, end };
         live(config, model, ready, move |state: &RunState| {
             *ended = play(recording, seconds, &camera_end, &state.stop);
         })?
@@ -51,6 +53,7 @@ pub(super) fn run(config: &RunConfig, model: &Model<'_>, file: &Path) -> anyhow:
     let report = CameraReport {
         log: &finished.log,
         camera: None,
+        webcam: None,
         health: CameraHealth::default(),
         notes,
         realtime: None,

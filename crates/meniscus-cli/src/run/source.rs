@@ -4,6 +4,7 @@ use super::Arguments;
 use crate::bus;
 use crate::inputs::{check_level, recording};
 use crate::kind::{Kind, expect, expect_or};
+use crate::webcam::Eye;
 use anyhow::{Result, bail, ensure};
 use meniscus_data::recording::Recording;
 use meniscus_hil::FaultList;
@@ -19,6 +20,8 @@ pub(super) enum Source {
     Usb,
     /// A simulated camera on a simulated bus, before the shipped recording.
     SimulatedUsb { trouble: Option<Trouble>, faults: FaultList },
+    /// A camera without depth.
+    Webcam(Eye),
     /// A camera's recording, played at its own pace.
     Replay { file: PathBuf },
 }
@@ -46,6 +49,10 @@ impl TryFrom<&Arguments> for Source {
         let faults = || arguments.faults.clone();
         // A name that is no text is a path, as Linux knows no other bytes that are excluded than `/` and zero.
         let word = arguments.source.to_str().unwrap_or("");
+        if let Some(eye) = Eye::of(&arguments.source)? {
+            ensure!(arguments.file.is_none(), "--source v4l:DEVICE takes no recording");
+            return Ok(Self::Webcam(eye));
+        }
         match word.split_once(':').unwrap_or((word, "")) {
             ("usb", "") => return Ok(Self::Usb),
             ("simulated-usb", trouble) => {
@@ -84,11 +91,12 @@ fn check_source(path: &Path) -> Result<()> {
     }
     ensure!(
         path.exists(),
-        "--source {}: there is no such file; it takes shipped, usb, simulated-usb, or a recording (.mcap, .bag, .db3, \
+        "--source {}: there is no such file; it takes shipped, usb, v4l:DEVICE, simulated-usb, or a recording (.mcap, .bag, .db3, \
          a folder of images, or .safetensors of `meniscus simulate`)",
         path.display()
     );
-    let remedy = "give shipped, usb, simulated-usb, or a recording of `meniscus record` or `simulate`";
+    let remedy =
+        "give shipped, usb, v4l:DEVICE, simulated-usb, or a recording of `meniscus record` or `simulate`";
     expect_or(path, Kind::Simulated, "a recording", remedy)
 }
 

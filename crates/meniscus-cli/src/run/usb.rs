@@ -11,23 +11,29 @@ use meniscus::blob::Model;
 use meniscus::surface::Config;
 use meniscus::units::Micros;
 use meniscus_data::validity::Validity;
+#[cfg(feature = "desk")]
 use meniscus_hil::FaultList;
-use meniscus_hil::device::{Device, FIRST_SHOT_US, Trouble};
+use meniscus_hil::device::FIRST_SHOT_US;
+#[cfg(feature = "desk")]
+use meniscus_hil::device::{Device, Trouble};
 use meniscus_platform::realtime::{Priority, become_realtime};
 use meniscus_score::baseline::linear_with_motion;
 use meniscus_score::run_report::CameraReport;
 use meniscus_score::score::score;
 use meniscus_service::ledger::SpanEnd;
+use meniscus_service::live::CameraImages;
 use meniscus_service::run::RunState;
 use meniscus_usb::camera::{LinkSink, Session, Settings};
 use meniscus_usb::link::link;
 use meniscus_usb::transport::Transport;
+#[cfg(feature = "desk")]
 use meniscus_virtual::render::SceneSettings;
+#[cfg(feature = "desk")]
 use meniscus_virtual::usb::{RecordedGlass, SimulatedBus};
 use std::time::{Duration, Instant};
 
 /// Longer than any service runs.
-const YEARS: Duration = Duration::from_secs(100 * 365 * 86_400);
+pub(super) const YEARS: Duration = Duration::from_secs(100 * 365 * 86_400);
 
 /// A camera on a bus, before it is connected.
 pub(super) struct BusCamera<T> {
@@ -40,12 +46,14 @@ pub(super) struct BusCamera<T> {
 }
 
 /// Returns a simulated bus with a camera before the shipped recording.
+#[cfg(feature = "desk")]
 pub(super) fn simulated(
     config: &RunConfig,
     trouble: Option<Trouble>,
     faults: &FaultList,
 ) -> anyhow::Result<SimulatedBus> {
     let mut settings = SceneSettings { seed: config.seed, ..SceneSettings::default() };
+    settings.tag = super::rendered::plate(config, &settings.camera);
     if matches!(trouble, Some(Trouble::AdvancedOff | Trouble::UnitStuck)) {
         settings.camera.depth_unit_m = 1e-3;
     }
@@ -83,7 +91,8 @@ pub(super) fn run(
         let (session, ended, realtime) = (&mut session, &mut ended, &mut realtime);
         let rectifier = connected.rectifier();
         let (name, frames, span_end) = (camera.name, config.frames_kept(), SpanEnd::RunsOn);
-        let ready = ReadyCamera { name, reader, rectifier, frames, span_end, end };
+        let images = CameraImages::DepthAndOutline;
+        let ready = ReadyCamera { name, reader, images, rectifier, frames, span_end, truth: None, end };
         live(config, model, ready, move |state: &RunState| {
             *realtime = (camera.priority == Priority::RealTime).then(become_realtime);
             *ended = session.stream(&mut LinkSink {
@@ -101,7 +110,8 @@ pub(super) fn run(
         score(model, &truth, &linear, &log.turns, Micros(FIRST_SHOT_US))
     });
     let validity = Validity::of(&model.header);
-    let report = CameraReport { log, camera: Some(connected), health, notes, realtime, score, validity };
+    let report =
+        CameraReport { log, camera: Some(connected), webcam: None, health, notes, realtime, score, validity };
     print(config, &report.json(&config.labels()), &report.text())?;
     // The camera's error comes after the report of what was seen until then.
     ended?;

@@ -184,7 +184,7 @@ pub fn pack(part: &Part, element: Element, out: &mut [u8]) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use meniscus::blob::{Extension, FilterConfig, KnownGroups};
+    use meniscus::blob::{Extension, FilterConfig, KnownGroups, Variant};
 
     fn header() -> Header {
         Header {
@@ -204,6 +204,7 @@ mod tests {
             model_version: 7,
             stated_known: KnownGroups::ALL,
             filter: FilterConfig::REFERENCE,
+            variant: Variant::Full,
         }
     }
 

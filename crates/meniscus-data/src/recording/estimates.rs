@@ -173,7 +173,9 @@ fn parse(bytes: &[u8]) -> Result<EstimateRecording, String> {
     let text = FileText::read(bytes)?;
     let format = text.get("format")?;
     if format != FORMAT {
-        return Err(format!("its format is '{format}', expected '{FORMAT}'"));
+        let earlier = format.starts_with(FORMAT.trim_end_matches(|c: char| c.is_ascii_digit()));
+        let remedy = if earlier { "; make it again with `meniscus run --estimates`" } else { "" };
+        return Err(format!("its format is '{format}', expected '{FORMAT}'{remedy}"));
     }
     let file = SafeTensors::deserialize(bytes).map_err(|e| format!("{e}"))?;
     let number = u64s(&file, "number", None)?;
@@ -248,5 +250,9 @@ mod tests {
             serialize(&[], HashMap::from([("format".into(), "meniscus recording 2".into())])).expect("bytes");
         let why = parse(&bytes).expect_err("no estimates");
         assert_eq!(why, "its format is 'meniscus recording 2', expected 'meniscus estimates 2'");
+        let bytes =
+            serialize(&[], HashMap::from([("format".into(), "meniscus estimates 1".into())])).expect("bytes");
+        let why = parse(&bytes).expect_err("an earlier version");
+        assert!(why.ends_with("make it again with `meniscus run --estimates`"), "{why}");
     }
 }

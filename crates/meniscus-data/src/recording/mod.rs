@@ -162,6 +162,26 @@ impl Recording {
     pub fn profile(&self, frame: usize) -> &[f32] {
         &self.profile_m[frame * POINTS..(frame + 1) * POINTS]
     }
+
+    /// Returns the acceleration of the glass as the step of each frame takes it, m/s2: a frame interval before each frame, from
+    /// the last three positions.
+    ///
+    /// ```text
+    /// a_n = (X_n - 2 X_(n-1) + X_(n-2)) / dt^2
+    /// ```
+    #[must_use]
+    pub fn delayed_acceleration_m_s2(&self) -> Vec<f64> {
+        let at = |n: usize, back: usize| self.glass_x_m[n.saturating_sub(back)];
+        let second = |n| (at(n, 0) - 2.0 * at(n, 1) + at(n, 2)) / (FRAME_INTERVAL_S * FRAME_INTERVAL_S);
+        (0..self.glass_x_m.len()).map(second).collect()
+    }
+
+    /// Returns the highest point of each frame's surface, metres above the inner bottom.
+    #[must_use]
+    pub fn highest_m(&self) -> Vec<f32> {
+        let highest = |frame| self.profile(frame).iter().copied().fold(f32::NEG_INFINITY, f32::max);
+        (0..self.frames()).map(highest).collect()
+    }
 }
 
 /// Position of a turn in its recording; `start` is the capture time of frame 0.

@@ -142,6 +142,17 @@ fn group_tensors(factored: &Factored, group: usize, name: &str, n: usize) -> [Te
     ]
 }
 
+/// Refuses texts that a terminal would carry out when they are printed.
+fn check_texts(provenance: &Provenance) -> Result<(), String> {
+    let Provenance { liquid, motion, command, effects, .. } = provenance;
+    let own = [("liquid", liquid), ("motion", motion), ("command", command)];
+    let effects = effects.iter().map(|(name, _)| ("name of an effect", name));
+    match own.into_iter().chain(effects).find(|(_, text)| text.chars().any(char::is_control)) {
+        Some((field, _)) => Err(format!("provenance: its {field} holds control characters")),
+        None => Ok(()),
+    }
+}
+
 /// The recording in the bytes of a file.
 fn parse(bytes: &[u8]) -> Result<Recording, String> {
     let text = FileText::read(bytes)?;
@@ -157,6 +168,7 @@ fn parse(bytes: &[u8]) -> Result<Recording, String> {
     let glass: Glass = serde_json::from_str(text.get("glass")?).map_err(|e| format!("glass: {e}"))?;
     let provenance: Provenance =
         serde_json::from_str(text.get("provenance")?).map_err(|e| format!("provenance: {e}"))?;
+    check_texts(&provenance)?;
     let glass_x_m = f64s(&file, "glass_x_m", None)?;
     let n = glass_x_m.len();
     let states = if file.tensor("state").is_ok() {

@@ -45,7 +45,7 @@ pub fn baseline(theta: &[f64]) -> Baseline {
         damping: [d1.clamp(-3.0, 3.0).exp(), d2.clamp(-3.0, 3.0).exp(), d2.clamp(-3.0, 3.0).exp()],
         lever: [1.0 + l1, 1.0 + l2, 1.0 + l2],
         detuning: softening,
-        drive: [[p0, q0], [p2, q2]],
+        drive: Some([[p0, q0], [p2, q2]]),
     }
 }
 

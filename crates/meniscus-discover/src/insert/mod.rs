@@ -4,14 +4,18 @@
 //! |---|---|
 //! | `map` | the first mode in latent space, fitted to decoded roll-outs |
 //! | `latent` | a recording as the flashed model rolls it out, its motion known |
+//! | `course` | a motion, and the particle simulator's answer to it |
+//! | `simulator` | interface of a simulator of the glass, and the particle simulator |
 //! | `simulated` | the same recording, simulated again with the effect |
 //!
 //! [`insert`] writes the list of effects into a blob. The loader derives from it the changes of the step, see
 //! [`meniscus::latent::generic::Slots`].
 
+mod course;
 pub mod latent;
 mod map;
 pub mod simulated;
+pub mod simulator;
 
 pub use map::{MapError, Mapped, map};
 

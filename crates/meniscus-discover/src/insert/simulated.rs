@@ -4,19 +4,22 @@
 //! the effects of the camera are applied around it, by the formulas of [`meniscus::reduced::effects`]. A delay is a shift in
 //! time of what was simulated, so that it needs no further simulation.
 
+pub use super::course::Course;
+
+use super::simulator::{GlassSimulator, Particles, SimulatorFault};
 use crate::recordings::record::{Quantity, Record, parts};
 use crate::recordings::stated::Known;
 use meniscus::blob::ObservationModel;
 use meniscus::reduced as slosh;
-use meniscus::reduced::effects::{Active, Port, Simulator, Slot, View};
+use meniscus::reduced::effects::{Active, Port, View};
 use meniscus::reduced::{Baseline, Cylinder, ReducedModel};
 use meniscus::surface::POINTS;
 use meniscus::units::FRAME_INTERVAL_S;
 use meniscus_data::effects::Effects;
 use meniscus_data::glass::{Glass, WallShape};
 use meniscus_data::liquids::{Liquid, Rheology};
-use meniscus_data::motion::Motion;
-use meniscus_sph::{Setup, record_surfaces};
+use meniscus_sph::Setup;
+use std::sync::atomic::AtomicBool;
 
 /// Resolution of a simulation.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -50,14 +53,20 @@ impl SimulatedGlass {
     /// # Errors
     /// In words, when the simulator does not carry an effect or a value is out of its range.
     pub fn new(known: &Known, effects: &[Active], resolution: Resolution) -> Result<Self, String> {
-        let mut inside = Effects::default();
-        for effect in effects {
-            match (effect.entry.simulator, effect.entry.slot) {
-                // These are applied around the simulator.
-                (Simulator::Absent(_), Slot::Port(_) | Slot::View(_)) => {}
-                _ => inside.set_simulated(effect, &known.stated()).map_err(|error| format!("{error}"))?,
-            }
-        }
+        Self::of(&Particles, known, effects, resolution)
+    }
+
+    /// Returns the glass and liquid of `known` with `effects`, for `simulator`.
+    ///
+    /// # Errors
+    /// In words, when the simulator does not carry an effect or a value is out of its range.
+    pub fn of(
+        simulator: &dyn GlassSimulator,
+        known: &Known,
+        effects: &[Active],
+        resolution: Resolution,
+    ) -> Result<Self, String> {
+        let inside = simulator.carried(effects, &known.stated())?;
         let vessel =
             Cylinder { radius_m: known.radius_m, depth_m: known.fill_m, density_kg_m3: known.density_kg_m3 };
         let resists = slosh::Rheology::newtonian(known.viscosity_pa_s);
@@ -140,45 +149,37 @@ impl SimulatedGlass {
     }
 }
 
-/// Motion of a glass along x and the frames that are simulated of it.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Course {
-    /// Times, s, and positions, m.
-    pub samples: Vec<(f64, f64)>,
-    /// Frames at the camera's rate.
-    pub frames: usize,
+/// Glass of liquid with effects, and how finely it is simulated.
+#[derive(Clone, Copy, Debug)]
+pub struct SimulatedCase<'a> {
+    /// Glass and liquid.
+    pub known: &'a Known,
+    /// Effects.
+    pub effects: &'a [Active],
+    /// Resolution.
+    pub resolution: Resolution,
 }
 
-/// Simulates `courses` of one settled glass; returns the heights of each, frame after frame, m.
+/// Returns each channel of `record` by `simulator` for `case`, m. `lag_s` as in [`super::latent::roll_out`]; `stop` ends the work.
 ///
 /// # Errors
-/// In words, when a motion cannot be joined to a curve or the simulator stops.
-pub fn run(setup: &Setup, courses: &[&Course]) -> Result<Vec<Vec<f32>>, String> {
-    let mut motions = Vec::with_capacity(courses.len());
-    for course in courses {
-        let motion = Motion::sampled(&course.samples).ok_or("its motion cannot be joined to a curve")?;
-        motions.push((motion, course.frames, String::new()));
-    }
-    let recordings = record_surfaces(setup, &motions).map_err(|error| format!("{error}"))?;
-    Ok(recordings.into_iter().map(|recording| recording.profile_m).collect())
-}
-
-/// Returns each channel of `record` by the simulator for the glass and liquid of `known` with `effects`, m. `lag_s` as in
-/// [`super::latent::roll_out`].
-///
-/// # Errors
-/// In words, when the simulator does not carry an effect, a value is out of its range, or it stops.
+/// [`SimulatorFault`], when the simulator does not carry an effect, a value is out of its range, or it stops.
 pub fn simulate(
-    known: &Known,
-    effects: &[Active],
+    simulator: &dyn GlassSimulator,
+    case: &SimulatedCase<'_>,
     record: &Record,
     lag_s: f64,
-    resolution: Resolution,
-) -> Result<Vec<Vec<f64>>, String> {
-    let glass = SimulatedGlass::new(known, effects, resolution)?;
-    let course = glass.course(record)?;
-    let heights = run(&glass.setup, &[&course]).map_err(|error| format!("{}: {error}", record.name))?;
-    glass.channels(record, heights.first().ok_or("nothing was recorded")?, lag_s)
+    stop: Option<&AtomicBool>,
+) -> Result<Vec<Vec<f64>>, SimulatorFault> {
+    let here = SimulatorFault::Here;
+    let glass = SimulatedGlass::of(simulator, case.known, case.effects, case.resolution).map_err(here)?;
+    let course = glass.course(record).map_err(here)?;
+    let heights = simulator.run(&glass.setup, &[&course], stop).map_err(|fault| match fault {
+        SimulatorFault::Here(reason) => here(format!("{}: {reason}", record.name)),
+        other => other,
+    })?;
+    let heights = heights.first().ok_or_else(|| here("nothing was recorded".into()))?;
+    glass.channels(record, heights, lag_s).map_err(here)
 }
 
 /// Returns `column` of `frames` at the fractional frame `at`: cubic through the nearest four, constant beyond the ends.

@@ -5,7 +5,7 @@ use meniscus_data::profiles::ProfileError;
 use std::path::PathBuf;
 use thiserror::Error;
 
-/// Fault of one table: profiles, peak heights or poses.
+/// Fault of one table: profiles, gauges, peak heights or poses.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum TableError {
     /// A line is no profile.
@@ -21,6 +21,26 @@ pub enum TableError {
         frames: usize,
         /// Fewest and most frames.
         range: (usize, usize),
+    },
+    /// A column's name does not say what it holds, in which unit.
+    #[error("'{name}': {why}; a heading is {example}")]
+    Heading {
+        /// Name of the column.
+        name: String,
+        /// Fault.
+        why: String,
+        /// Heading that would do.
+        example: &'static str,
+    },
+    /// Rows do not follow one another evenly.
+    #[error(
+        "its rows are not even: a step of {step_s:.4} s where the mean is {mean_s:.4} s; leave the fields of a missing row empty"
+    )]
+    Uneven {
+        /// Step, s.
+        step_s: f64,
+        /// Mean step, s.
+        mean_s: f64,
     },
     /// A line does not have the expected columns.
     #[error("line {line}: expected '{expected}', found '{found}'")]
@@ -232,7 +252,7 @@ pub enum LoadError {
 fn reasons(left_out: &[RecordingError]) -> String {
     if left_out.is_empty() {
         return String::from(
-            "there is no NAME.profile.csv or NAME.peak.csv in it (`meniscus record --out DIR/NAME.profile.csv` writes one)",
+            "there is no NAME.profile.csv, NAME.gauges.csv or NAME.peak.csv in it (`meniscus record --out DIR/NAME.profile.csv` writes one)",
         );
     }
     left_out.iter().map(ToString::to_string).collect::<Vec<_>>().join("; ")

@@ -3,12 +3,14 @@
 //! ```text
 //! DIR/setup.toml          glass, liquid, what is measured          (see docs/formats.md)
 //! DIR/NAME.profile.csv    profiles of the camera, as `meniscus record` writes them; or
+//! DIR/NAME.gauges.csv     time_s,height_mm@x=-30mm,...   heights at a few places of the wall; or
 //! DIR/NAME.peak.csv       time_s,peak_height_above_rest_mm
 //! DIR/NAME.motion.csv     the motion of the glass, as `meniscus simulate --motion` takes it; or
 //! DIR/NAME.pose.csv       t;x;y;z;qx;qy;qz;qw without heading, m, robot poses
 //! ```
 
 use super::error::{LoadError, RecordingError, TableError};
+use super::gauges;
 use super::record::{Channel, Drive, Quantity, Record};
 use super::stated::{CALLIPERS_M, Known};
 use super::tables::{moved, peaks, poses, profiles};
@@ -25,6 +27,9 @@ pub const LEAST_REST: usize = 8;
 /// than any latency or delay that is an effect.
 const MAX_SHIFT_S: f64 = 3.0;
 const MIN_SHIFT_S: f64 = 0.25;
+
+/// Endings of the files of a measurement.
+const MEASURED: [&str; 3] = [".profile.csv", ".gauges.csv", ".peak.csv"];
 
 /// Recordings of one liquid in one glass.
 #[derive(Debug)]
@@ -81,15 +86,13 @@ pub fn load(path: &Path) -> Result<RecordingSet, LoadError> {
     let listed = std::fs::read_dir(path).map_err(|cause| LoadError::List { path: path.into(), cause })?;
     let mut names: Vec<String> = listed
         .filter_map(|entry| entry.ok()?.file_name().into_string().ok())
-        .filter_map(|name| {
-            name.strip_suffix(".profile.csv").or_else(|| name.strip_suffix(".peak.csv")).map(String::from)
-        })
+        .filter_map(|name| MEASURED.iter().find_map(|ending| name.strip_suffix(ending)).map(String::from))
         .collect();
     names.sort();
     names.dedup();
     let (mut records, mut left_out) = (Vec::new(), Vec::new());
     for name in names {
-        match recording(path, &name, known.fill_m) {
+        match recording(path, &name, &known) {
             Ok(record) => records.push(record),
             Err(reason) => left_out.push(reason),
         }
@@ -148,8 +151,8 @@ fn read_setup(path: &Path) -> Result<Setup, LoadError> {
 }
 
 /// Reads the recording `name` of `folder`.
-fn recording(folder: &Path, name: &str, fill_m: f64) -> Result<Record, RecordingError> {
-    let (interval_s, channels) = measurement(folder, name, fill_m)?;
+fn recording(folder: &Path, name: &str, known: &Known) -> Result<Record, RecordingError> {
+    let (interval_s, channels) = measurement(folder, name, known)?;
     let frames = channels[0].value.len();
     let seconds = frames as f64 * interval_s;
     let pose = folder.join(format!("{name}.pose.csv"));
@@ -190,13 +193,18 @@ fn recording(folder: &Path, name: &str, fill_m: f64) -> Result<Record, Recording
 }
 
 /// Returns the interval of the frames, s, and the channels of the recording `name`.
-fn measurement(folder: &Path, name: &str, fill_m: f64) -> Result<(f64, Vec<Channel>), RecordingError> {
+fn measurement(folder: &Path, name: &str, known: &Known) -> Result<(f64, Vec<Channel>), RecordingError> {
     let peak = folder.join(format!("{name}.peak.csv"));
     if peak.exists() {
         return peaks(&read(&peak)?).map_err(|fault| in_table(&peak.display().to_string(), fault));
     }
+    let points = folder.join(format!("{name}.gauges.csv"));
+    if points.exists() {
+        return gauges::read(&read(&points)?, known.radius_m, known.fill_m)
+            .map_err(|fault| in_table(&points.display().to_string(), fault));
+    }
     let file = format!("{name}.profile.csv");
-    profiles(&read(&folder.join(&file))?, fill_m).map_err(|fault| in_table(&file, fault))
+    profiles(&read(&folder.join(&file))?, known.fill_m).map_err(|fault| in_table(&file, fault))
 }
 
 fn read(path: &Path) -> Result<String, RecordingError> {

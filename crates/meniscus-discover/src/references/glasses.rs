@@ -2,6 +2,7 @@
 
 use super::ReferenceSettings;
 use crate::insert::simulated::{Resolution, SimulatedGlass};
+use crate::insert::simulator::GlassSimulator;
 use crate::recordings::record::Record;
 use crate::recordings::stated::Known;
 use crate::sizing::error::SizingError;
@@ -52,7 +53,12 @@ impl ReferencePlan {
     ///
     /// # Errors
     /// [`SizingError::NotSimulated`], when a motion or the glass cannot be simulated.
-    pub fn new(records: &[Record], known: &Known, settings: &ReferenceSettings) -> Result<Self, SizingError> {
+    pub fn new(
+        records: &[Record],
+        known: &Known,
+        settings: &ReferenceSettings,
+        simulator: &dyn GlassSimulator,
+    ) -> Result<Self, SizingError> {
         let refused = |reason| SizingError::NotSimulated { reason };
         let mut plan = Self { glasses: Vec::new(), wanted: Vec::new() };
         for (packing, factors) in GLASSES.iter().enumerate() {
@@ -61,7 +67,7 @@ impl ReferencePlan {
                 spacing_m: factors.spacing * settings.spacing_m,
                 seed: settings.seed + packing as u64,
             };
-            let seen = SimulatedGlass::new(&known, &[], resolution).map_err(refused)?;
+            let seen = SimulatedGlass::of(simulator, &known, &[], resolution).map_err(refused)?;
             let one =
                 |record: &Record| Ok(Wanted { setup: seen.setup.clone(), course: seen.course(record)? });
             let wanted = records.iter().map(one).collect::<Result<Vec<_>, String>>().map_err(refused)?;
@@ -80,7 +86,7 @@ impl ReferencePlan {
                 workload.expect(&first.setup, frames, wanted.len(), 1);
             }
         }
-        let left_s = workload.estimate_s(rayon::current_num_threads());
+        let left_s = workload.estimate_s(simulations.simulator, rayon::current_num_threads());
         let progress = SimulationProgress { done: 0, expected: workload.simulations(), left_s };
         drop(workload);
         (simulations.watch)(progress);

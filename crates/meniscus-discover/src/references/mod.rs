@@ -36,6 +36,23 @@ pub struct ReferenceSettings {
     pub store: PathBuf,
 }
 
+/// Coarsest spacing of references in units of the radius.
+const COARSEST: f64 = 0.2;
+
+/// Spacing of most references, m: the search of the sizes begins there too.
+const SPACING_M: f64 = 0.007;
+
+/// First packing of the references less the seed: others than those of the sizes.
+const FIRST_PACKING: u64 = 300;
+
+impl ReferenceSettings {
+    /// Returns the settings for a glass of `radius_m` with the `seed` of the discovery.
+    #[must_use]
+    pub fn new(radius_m: f64, seed: u64, store: PathBuf) -> Self {
+        Self { spacing_m: SPACING_M.min(COARSEST * radius_m), seed: FIRST_PACKING + seed, store }
+    }
+}
+
 /// One simulated reference: what is known of it, and its recordings.
 pub type SimulatedReference = (Known, Vec<Record>);
 
@@ -49,7 +66,7 @@ pub fn simulated_references(
     settings: &ReferenceSettings,
     simulations: &Simulations<'_>,
 ) -> Result<Vec<SimulatedReference>, SizingError> {
-    let plan = ReferencePlan::new(records, known, settings)?;
+    let plan = ReferencePlan::new(records, known, settings, simulations.simulator)?;
     plan.announce(simulations);
     let batch: Vec<_> = plan.wanted.iter().flatten().cloned().collect();
     let heights = simulations.run(&batch)?;
@@ -73,6 +90,7 @@ pub fn simulated_references(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::insert::simulator::Particles;
     use crate::recordings::motion_plan::MotionPlan;
     use crate::recordings::stated::CALLIPERS_M;
     use crate::sizing::store::{SimulationStore, digest};
@@ -101,7 +119,7 @@ mod tests {
         let folder = std::env::temp_dir().join(format!("meniscus-references-{}", std::process::id()));
         let (records, store) = (records(), SimulationStore::new(&folder));
         let settings = ReferenceSettings { spacing_m: 0.007, seed: 1, store: folder.clone() };
-        let plan = ReferencePlan::new(&records, &KNOWN, &settings).expect("possible");
+        let plan = ReferencePlan::new(&records, &KNOWN, &settings, &Particles).expect("possible");
         let mut files = 0;
         for wanted in plan.wanted.iter().flatten() {
             let level = vec![0.0512_f32; wanted.course.frames * POINTS];

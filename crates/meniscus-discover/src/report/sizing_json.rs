@@ -10,14 +10,15 @@ pub(super) fn sizing_json(report: &Report) -> Value {
     match &report.sizing {
         None => Value::Null,
         Some(Err(error)) => json!({ "error": error.to_string() }),
-        Some(Ok(sizing)) => of(sizing),
+        Some(Ok(sizing)) => of(sizing, &report.simulator),
     }
 }
 
-fn of(sizing: &Sizing) -> Value {
+fn of(sizing: &Sizing, simulator: &str) -> Value {
     let (with, all) = sizing.with_control;
     let (taken, made) = sizing.simulations;
     json!({
+        "program": simulator,
         "sentence": sizing.sentence(),
         "change": match sizing.change {
             Change::Kept => "kept",

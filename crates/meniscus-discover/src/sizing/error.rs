@@ -1,5 +1,6 @@
 //! Reasons for which a sizing ends early.
 
+use crate::insert::simulator::SimulatorFault;
 use thiserror::Error;
 
 /// Reason for which the sizes were not found by simulation.
@@ -17,6 +18,12 @@ pub enum SizingError {
     /// The program was interrupted.
     #[error("interrupted; the simulations that are done are kept")]
     Stopped,
+    /// The simulator itself is of no use.
+    #[error("{reason}; no verdict is written, and the simulations that were made are kept")]
+    Broken {
+        /// Reason, in words.
+        reason: String,
+    },
     /// The simulator cannot carry the effects or the recordings.
     #[error("{reason}")]
     NotSimulated {
@@ -34,4 +41,22 @@ pub enum SizingError {
     /// A simulation could not be kept on disk.
     #[error("{0}")]
     Write(String),
+}
+
+impl From<SimulatorFault> for SizingError {
+    fn from(fault: SimulatorFault) -> Self {
+        match fault {
+            SimulatorFault::Here(reason) => Self::NotSimulated { reason },
+            SimulatorFault::Broken(reason) => Self::Broken { reason },
+            SimulatorFault::Stopped => Self::Stopped,
+        }
+    }
+}
+
+impl SizingError {
+    /// Returns whether the whole discovery ends with it: a verdict now would look finished.
+    #[must_use]
+    pub fn ends_all(&self) -> bool {
+        matches!(self, Self::Pending { .. } | Self::Stopped | Self::Write(_) | Self::Broken { .. })
+    }
 }

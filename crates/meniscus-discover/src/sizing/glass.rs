@@ -111,13 +111,13 @@ impl GlassForward<'_> {
     #[must_use]
     pub fn setup(&self, point: &Point) -> Option<Setup> {
         let (active, known) = self.candidate.at(&point.parameters, &self.known);
-        SimulatedGlass::new(&known, &active, self.resolution(point.packing)).ok().map(|glass| glass.setup)
+        self.simulations.glass(&known, &active, self.resolution(point.packing)).ok().map(|glass| glass.setup)
     }
 
     /// Returns the glass at `point` with its simulations.
     fn wanted(&self, point: &Point) -> Result<(SimulatedGlass, Vec<Wanted>), String> {
         let (active, known) = self.candidate.at(&point.parameters, &self.known);
-        let glass = SimulatedGlass::new(&known, &active, self.resolution(point.packing))?;
+        let glass = self.simulations.glass(&known, &active, self.resolution(point.packing))?;
         let course = |matched: &Matched<'_>| {
             Ok(Wanted { setup: glass.setup.clone(), course: glass.course(matched.record)? })
         };
@@ -128,7 +128,7 @@ impl GlassForward<'_> {
     /// Returns the simulations of the references in `packing`, recording by recording.
     fn controls(&self, packing: usize) -> Result<Vec<Vec<(SimulatedGlass, Wanted)>>, String> {
         let one = |(known, record): &(Known, &Record)| {
-            let glass = SimulatedGlass::new(known, &[], self.resolution(packing))?;
+            let glass = self.simulations.glass(known, &[], self.resolution(packing))?;
             let wanted = Wanted { setup: glass.setup.clone(), course: glass.course(record)? };
             Ok((glass, wanted))
         };

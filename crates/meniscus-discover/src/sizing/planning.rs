@@ -38,7 +38,7 @@ impl Stage<'_> {
         }
         self.announce_others(&mut workload, candidates);
         let mut progress = workload.progress();
-        progress.left_s = workload.estimate_s(rayon::current_num_threads());
+        progress.left_s = workload.estimate_s(self.simulations.simulator, rayon::current_num_threads());
         drop(workload);
         (self.simulations.watch)(progress);
     }

@@ -1,9 +1,10 @@
 //! Batches of simulations: taken from the store, or made, one settled glass per processor.
 
 use super::error::SizingError;
-use super::store::{Heights, SimulationStore, digest, setup_digest};
+use super::store::{Heights, SimulationStore, digest_by, setup_digest};
 use super::workload::{SimulationProgress, Workload};
-use crate::insert::simulated::{Course, Resolution, SimulatedGlass, run};
+use crate::insert::simulated::{Course, Resolution, SimulatedGlass};
+use crate::insert::simulator::{GlassSimulator, Particles, SimulatorFault};
 use crate::recordings::record::Record;
 use crate::recordings::stated::Known;
 use meniscus::reduced::effects::Active;
@@ -55,6 +56,8 @@ pub struct Wanted {
 
 /// Maker of simulations.
 pub struct Simulations<'a> {
+    /// Simulator that makes them.
+    pub simulator: &'a dyn GlassSimulator,
     /// Store.
     pub store: &'a SimulationStore,
     /// Part that this machine makes; none makes all.
@@ -79,10 +82,11 @@ struct Job {
 }
 
 impl<'a> Simulations<'a> {
-    /// Returns a maker that keeps its results in `store`.
+    /// Returns a maker by the particle simulator that keeps its results in `store`.
     #[must_use]
     pub fn new(store: &'a SimulationStore, watch: &'a dyn Fn(SimulationProgress)) -> Self {
         Self {
+            simulator: &Particles,
             store,
             shard: None,
             stop: None,
@@ -98,7 +102,8 @@ impl<'a> Simulations<'a> {
     /// # Errors
     /// [`SizingError`], when the work was stopped, belongs to other shards, or cannot be kept.
     pub fn run(&self, batch: &[Wanted]) -> Result<Vec<Heights>, SizingError> {
-        let keys: Vec<u64> = batch.iter().map(|w| digest(&w.setup, &w.course)).collect();
+        let of = self.simulator.identity();
+        let keys: Vec<u64> = batch.iter().map(|w| digest_by(of, &w.setup, &w.course)).collect();
         let absent = |i: &usize| self.store.get(keys[*i], batch[*i].course.frames).is_none();
         let mut missing: Vec<usize> = (0..batch.len()).filter(absent).collect();
         missing.sort_by_key(|i| keys[*i]);
@@ -107,6 +112,11 @@ impl<'a> Simulations<'a> {
         let others =
             missing.iter().filter(|i| self.shard.is_some_and(|shard| !shard.holds(keys[**i]))).count();
         let mine = missing.iter().filter(|i| self.shard.is_none_or(|shard| shard.holds(keys[**i])));
+        log::info!(
+            "{} of {} simulations are missing, {others} of them made elsewhere",
+            missing.len(),
+            batch.len()
+        );
         let workers = rayon::current_num_threads();
         let jobs = jobs(mine.map(|i| (keys[*i], &batch[*i])), workers);
         self.make(&jobs, workers)?;
@@ -132,28 +142,39 @@ impl<'a> Simulations<'a> {
         resolution: Resolution,
     ) -> Result<Vec<Vec<f64>>, SizingError> {
         let refused = |reason| SizingError::NotSimulated { reason };
-        let glass = SimulatedGlass::new(known, effects, resolution).map_err(refused)?;
+        let glass = self.glass(known, effects, resolution).map_err(refused)?;
         let course = glass.course(record).map_err(refused)?;
         let heights = self.run(&[Wanted { setup: glass.setup.clone(), course }])?.remove(0);
         glass.channels(record, &heights.map_err(refused)?, lag_s).map_err(refused)
+    }
+
+    /// Returns the glass and liquid of `known` with `effects`, for the simulator.
+    ///
+    /// # Errors
+    /// In words, when the simulator does not carry an effect or a value is out of its range.
+    pub fn glass(
+        &self,
+        known: &Known,
+        effects: &[Active],
+        resolution: Resolution,
+    ) -> Result<SimulatedGlass, String> {
+        SimulatedGlass::of(self.simulator, known, effects, resolution)
     }
 
     /// Makes `jobs` on `workers` threads; the observer is called from this one.
     fn make<'j>(&self, jobs: &'j [Job], workers: usize) -> Result<(), SizingError> {
         let next = AtomicUsize::new(0);
         let begun = Instant::now();
-        let (store, stop, made) = (self.store, self.stop, &self.made);
+        let (simulator, store, stop, made) = (self.simulator, self.store, self.stop, &self.made);
+        let worker = Worker { simulator, store, stop, made };
         let (sender, receiver) = mpsc::channel::<Result<&'j Job, SizingError>>();
         let work = |sender: mpsc::Sender<Result<&'j Job, SizingError>>| {
             // Each processor has a pool of its own, so that a glass that waits for its parts takes up no other one.
             let Ok(alone) = rayon::ThreadPoolBuilder::new().num_threads(1).build() else { return };
             while let Some(job) = jobs.get(next.fetch_add(1, Ordering::Relaxed)) {
                 let stopped = stop.is_some_and(|stop| stop.load(Ordering::Relaxed));
-                let done = if stopped {
-                    Err(SizingError::Stopped)
-                } else {
-                    alone.install(|| make_one(job, store, made))
-                };
+                let done =
+                    if stopped { Err(SizingError::Stopped) } else { alone.install(|| worker.make_one(job)) };
                 let failed = done.is_err();
                 // The receiver lives as long as this scope.
                 let _sent = sender.send(done.map(|()| job));
@@ -193,20 +214,40 @@ impl<'a> Simulations<'a> {
     }
 }
 
-/// Makes one job and keeps its results; where it fails, each motion is tried alone to see which one fails.
-fn make_one(job: &Job, store: &SimulationStore, made: &AtomicUsize) -> Result<(), SizingError> {
-    let courses: Vec<&Course> = job.parts.iter().map(|(_, course)| course).collect();
-    let keep = |key: u64, heights: &Heights| {
-        made.fetch_add(1, Ordering::Relaxed);
-        store.put(key, heights).map_err(|error| SizingError::Write(error.to_string()))
-    };
-    match run(&job.setup, &courses) {
-        Ok(all) => job.parts.iter().zip(all).try_for_each(|((key, _), heights)| keep(*key, &Ok(heights))),
-        Err(reason) if courses.len() == 1 => keep(job.parts[0].0, &Err(reason)),
-        Err(_) => job.parts.iter().try_for_each(|(key, course)| {
-            let alone = run(&job.setup, &[course]).map(|mut all| all.remove(0));
-            keep(*key, &alone)
-        }),
+/// Things that the threads of a batch share.
+struct Worker<'a> {
+    simulator: &'a dyn GlassSimulator,
+    store: &'a SimulationStore,
+    stop: Option<&'a AtomicBool>,
+    made: &'a AtomicUsize,
+}
+
+impl Worker<'_> {
+    /// Makes one job and keeps its results; where it fails, each motion is tried alone to see which one fails.
+    fn make_one(&self, job: &Job) -> Result<(), SizingError> {
+        let courses: Vec<&Course> = job.parts.iter().map(|(_, course)| course).collect();
+        log::debug!(
+            "{} simulates {} motions with {:?}",
+            self.simulator.name(),
+            courses.len(),
+            job.setup.effects
+        );
+        let keep = |key: u64, heights: &Heights| {
+            self.made.fetch_add(1, Ordering::Relaxed);
+            self.store.put(key, heights).map_err(|error| SizingError::Write(error.to_string()))
+        };
+        match self.simulator.run(&job.setup, &courses, self.stop) {
+            Ok(all) => job.parts.iter().zip(all).try_for_each(|((key, _), heights)| keep(*key, &Ok(heights))),
+            Err(SimulatorFault::Here(reason)) if courses.len() == 1 => keep(job.parts[0].0, &Err(reason)),
+            Err(SimulatorFault::Here(_)) => job.parts.iter().try_for_each(|(key, course)| {
+                match self.simulator.run(&job.setup, &[course], self.stop) {
+                    Ok(mut all) => keep(*key, &Ok(all.remove(0))),
+                    Err(SimulatorFault::Here(reason)) => keep(*key, &Err(reason)),
+                    Err(fault) => Err(fault.into()),
+                }
+            }),
+            Err(fault) => Err(fault.into()),
+        }
     }
 }
 

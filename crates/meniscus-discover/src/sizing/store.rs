@@ -3,6 +3,7 @@
 //! ```text
 //! DIGEST.heights     21 heights of every frame, little-endian f32, m
 //! DIGEST.failed      the reason, where the simulator stopped
+//! versions.txt       versions of the program and of the simulator's results that have written here, one a line
 //! ```
 //!
 //! A file is written whole or not at all, so an interrupted run goes on from those that are there, two runs may share a
@@ -17,7 +18,15 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Version of the simulator's results, raised when the same set-up gives other heights.
-const SIMULATOR_VERSION: f64 = 3.0;
+const SIMULATOR_VERSION: f64 = 4.0;
+
+/// Name of the list of versions.
+const VERSIONS: &str = "versions.txt";
+
+/// Returns the version of this program and of the simulator's results.
+fn own_version() -> String {
+    format!("{} {SIMULATOR_VERSION}", env!("CARGO_PKG_VERSION"))
+}
 
 /// Heights of a simulation, or the reason why there are none.
 pub type Heights = Result<Vec<f32>, String>;
@@ -58,11 +67,40 @@ impl SimulationStore {
         (!reason.is_empty()).then_some(Err(reason))
     }
 
+    /// Returns what is to be said where another version of the program has written in the folder: its simulations are of no use to
+    /// this one.
+    #[must_use]
+    pub fn others(&self) -> Option<String> {
+        self.others_than(&own_version())
+    }
+
+    fn others_than(&self, own: &str) -> Option<String> {
+        let text = std::fs::read_to_string(self.folder.join(VERSIONS)).ok()?;
+        let others: Vec<&str> =
+            text.lines().filter(|line| *line != own && !line.is_empty()).take(4).collect();
+        let (folder, others) = (self.folder.display(), (!others.is_empty()).then(|| others.join(", "))?);
+        Some(format!(
+            "{folder} holds simulations of another version of the program ({others}), which are made again: heights of two versions \
+             are not compared. `rm -r {folder}` frees their room"
+        ))
+    }
+
+    /// Notes the version `own` in the folder.
+    fn note(&self, own: &str) -> Result<(), FileError> {
+        let path = self.folder.join(VERSIONS);
+        let text = std::fs::read_to_string(&path).unwrap_or_default();
+        if text.lines().any(|line| line == own) {
+            return Ok(());
+        }
+        self.keep(&path, format!("{text}{own}\n").as_bytes())
+    }
+
     /// Keeps `heights` under `key`.
     ///
     /// # Errors
     /// [`FileError`], when the file cannot be written.
     pub fn put(&self, key: u64, heights: &Heights) -> Result<(), FileError> {
+        self.note(&own_version())?;
         match heights {
             Ok(heights) => {
                 let bytes: Vec<u8> = heights.iter().flat_map(|z| z.to_le_bytes()).collect();
@@ -83,10 +121,19 @@ impl SimulationStore {
     }
 }
 
-/// Returns the digest of everything that the heights of `course` in `setup` depend on.
+/// Returns the digest of everything that the heights of `course` in `setup` by the particle simulator depend on.
 #[must_use]
 pub fn digest(setup: &Setup, course: &Course) -> u64 {
+    digest_by("", setup, course)
+}
+
+/// Returns the same of a simulation by the simulator with the given `identity`.
+#[must_use]
+pub fn digest_by(identity: &str, setup: &Setup, course: &Course) -> u64 {
     let mut key = key_of(setup);
+    if !identity.is_empty() {
+        key.add_word(identity);
+    }
     key.add([course.frames as f64]);
     key.add(course.samples.iter().flat_map(|(t, x)| [*t, *x]));
     key.finish()
@@ -157,6 +204,25 @@ mod tests {
         let mut named = setup();
         named.liquid.name = "y".into();
         assert_eq!(digest(&named, &course), digest(&setup(), &course));
+        // Another simulator gives other heights.
+        let others = ["mine", "yours"].map(|identity| digest_by(identity, &setup(), &course));
+        assert!(others[0] != others[1] && !others.contains(&digest(&setup(), &course)));
+    }
+
+    #[test]
+    fn simulations_of_another_version_are_named_with_what_frees_their_room() {
+        let folder = std::env::temp_dir().join(format!("meniscus-versions-{}", std::process::id()));
+        let store = SimulationStore::new(&folder);
+        assert_eq!(store.others(), None);
+        store.put(1, &Err("it spills".into())).expect("written");
+        store.put(2, &Err("it spills".into())).expect("written");
+        let text = std::fs::read_to_string(folder.join(VERSIONS)).expect("read");
+        assert_eq!((text.lines().count(), store.others()), (1, None), "{text}");
+        store.note("9.9.9 7").expect("written");
+        let said = store.others().expect("another version");
+        assert!(said.contains("(9.9.9 7)") && said.contains("`rm -r "), "{said}");
+        assert!(store.others_than("9.9.9 7").expect("this one").contains(text.trim()));
+        std::fs::remove_dir_all(&folder).expect("removed");
     }
 
     #[test]

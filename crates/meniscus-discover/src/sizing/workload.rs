@@ -4,16 +4,13 @@
 //! work = particles x steps x (1.5 s to settle + length)      particle steps
 //! ```
 
+use crate::insert::simulator::GlassSimulator;
 use meniscus::units::FRAME_INTERVAL_S;
 use meniscus_sph::Setup;
 use std::f64::consts::PI;
 
 /// Time that a simulation takes to settle, s of simulated time.
 const SETTLING_S: f64 = 1.5;
-
-/// Processor time of a particle step before any was measured, s: 3.7 us in glycerine with a yield stress at 7 mm, on a virtual
-/// AMD EPYC.
-const PARTICLE_STEP_S: f64 = 4.0e-6;
 
 /// State of the simulations of a sizing, for people.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -22,8 +19,8 @@ pub struct SimulationProgress {
     pub done: usize,
     /// Simulations that are expected in all; the search decides as it goes.
     pub expected: usize,
-    /// Expected time that is left, s.
-    pub left_s: f64,
+    /// Expected time that is left, s; none where nothing is known of it yet.
+    pub left_s: Option<f64>,
 }
 
 /// Expected and finished work.
@@ -67,10 +64,11 @@ impl Workload {
         self.batch_s = 0.0;
     }
 
-    /// Returns the expected time of all simulations, s, on `workers` processors, before any is done.
+    /// Returns the expected time of all simulations by `simulator`, s, on `workers` processors, before any is done; none where
+    /// it does not know its work.
     #[must_use]
-    pub fn estimate_s(&self, workers: usize) -> f64 {
-        self.expected * PARTICLE_STEP_S / workers.max(1) as f64
+    pub fn estimate_s(&self, simulator: &dyn GlassSimulator, workers: usize) -> Option<f64> {
+        simulator.particle_step_s().map(|step_s| self.expected * step_s / workers.max(1) as f64)
     }
 
     /// Returns the number of simulations that are expected.
@@ -82,8 +80,9 @@ impl Workload {
     /// Returns the state for people.
     #[must_use]
     pub fn progress(&self) -> SimulationProgress {
-        let rate = (self.seconds + self.batch_s) / self.finished.max(f64::MIN_POSITIVE);
-        let left_s = (self.expected - self.finished).max(0.0) * rate;
+        let spent_s = self.seconds + self.batch_s;
+        let left = (self.expected - self.finished).max(0.0);
+        let left_s = (self.finished > 0.0).then(|| left * spent_s / self.finished);
         SimulationProgress { done: self.done, expected: self.simulations.max(self.done), left_s }
     }
 }

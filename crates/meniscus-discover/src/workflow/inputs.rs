@@ -3,6 +3,7 @@
 use super::error::DiscoverError;
 use crate::decision::settings::Settings;
 use crate::insert::simulated::Resolution;
+use crate::insert::simulator::{GlassSimulator, Particles};
 use crate::recordings::load::RecordingSet;
 use crate::references::ReferenceSettings;
 use crate::sizing::stage::SizingSettings;
@@ -27,6 +28,8 @@ pub struct Inputs {
     pub model: Option<AlignedBytes>,
     /// Resolution at which the held-out recording is simulated without and with the effects.
     pub simulation: Option<Resolution>,
+    /// Simulator of references, sizes and the held-out recording.
+    pub simulator: Box<dyn GlassSimulator + Send>,
     /// Sizes by simulation; none leaves those of the reduced model.
     pub sizing: Option<SizingSettings>,
     /// Flag that ends the simulations.
@@ -44,6 +47,7 @@ impl Inputs {
             settings: Settings::default(),
             model: None,
             simulation: None,
+            simulator: Box::new(Particles),
             sizing: None,
             stop: None,
         }

@@ -7,7 +7,8 @@ use crate::decision::verdict::Verdict;
 use crate::findings::Findings;
 use crate::findings::gap::gap_to;
 use crate::insert::latent::roll_out;
-use crate::insert::simulated::{Resolution, simulate};
+use crate::insert::simulated::{Resolution, SimulatedCase, simulate};
+use crate::insert::simulator::SimulatorFault;
 use crate::insert::{self, TrainedLiquid};
 use crate::recordings::record::Record;
 use crate::recordings::stated::Known;
@@ -105,9 +106,12 @@ pub fn insert(
         out.closed.push(ClosedGap { model: SIMULATOR, untouched_m, effect_m });
     } else if let (Some(resolution), Some(record)) = (inputs.simulation, &findings.split.held_out) {
         progress.begins(Stage::Simulate);
-        match simulated(findings, record, resolution) {
+        match simulated(inputs, findings, record, resolution) {
             Ok(closed) => out.closed.push(closed),
-            Err(reason) => out.skipped.push(Skipped { model: SIMULATOR, reason }),
+            Err(SimulatorFault::Here(reason)) => {
+                out.skipped.push(Skipped { model: SIMULATOR, reason: prediction(reason) });
+            }
+            Err(fault) => return Err(DiscoverError::Sizing(fault.into())),
         }
     }
     Ok(out)
@@ -163,14 +167,15 @@ fn flashed(bytes: &[u8], findings: &Findings, active: &[Active]) -> Result<Flash
 
 /// Simulates `record` without and with the effects.
 fn simulated(
+    inputs: &Inputs,
     findings: &Findings,
     record: &Record,
     resolution: Resolution,
-) -> Result<ClosedGap, InsertionError> {
+) -> Result<ClosedGap, SimulatorFault> {
     let noise_m = findings.gap.as_ref().map_or(0.0, |gap| gap.gap.noise);
-    let error_m = |effects: &[Active]| -> Result<f64, InsertionError> {
-        let expected = simulate(&findings.known, effects, record, findings.calibration.lag_s, resolution)
-            .map_err(prediction)?;
+    let error_m = |effects: &[Active]| -> Result<f64, SimulatorFault> {
+        let case = SimulatedCase { known: &findings.known, effects, resolution };
+        let expected = simulate(&*inputs.simulator, &case, record, findings.calibration.lag_s, inputs.stop)?;
         Ok(gap_to(record, &expected, noise_m))
     };
     let untouched_m = error_m(&[])?;

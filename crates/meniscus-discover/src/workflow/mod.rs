@@ -113,7 +113,8 @@ impl Discovery {
         if let Some(Ok(_)) = &law {
             insertion.refuse_law(inputs);
         }
-        Ok(Report { findings, origin, law, sizing, insertion, clocks, fits })
+        let simulator = inputs.simulator.name().into();
+        Ok(Report { findings, origin, law, sizing, simulator, insertion, clocks, fits })
     }
 }
 
@@ -132,12 +133,10 @@ fn sized(
     let store = SimulationStore::new(&settings.store);
     let watch = |state| progress.simulated(state);
     let mut simulations = Simulations::new(&store, &watch);
+    simulations.simulator = &*inputs.simulator;
     (simulations.shard, simulations.stop) = (settings.shard, inputs.stop);
     match size(findings, &references, settings, &simulations) {
-        // Another run goes on from here; a verdict now would look finished.
-        Err(error @ (SizingError::Pending { .. } | SizingError::Stopped | SizingError::Write(_))) => {
-            Err(DiscoverError::Sizing(error))
-        }
+        Err(error) if error.ends_all() => Err(DiscoverError::Sizing(error)),
         outcome => Ok(Some(outcome)),
     }
 }

@@ -5,7 +5,6 @@ use super::inputs::Inputs;
 use super::progress::{Progress, Stage};
 use crate::recordings::record::Record;
 use crate::references::{SimulatedReference, simulated_references};
-use crate::sizing::error::SizingError;
 use crate::sizing::simulations::Simulations;
 use crate::sizing::store::SimulationStore;
 
@@ -76,13 +75,12 @@ pub(super) fn references(
     let store = SimulationStore::new(&settings.store);
     let watch = |state| progress.referenced(state);
     let mut simulations = Simulations::new(&store, &watch);
+    simulations.simulator = &*inputs.simulator;
     (simulations.stop, simulations.shard) =
         (inputs.stop, inputs.sizing.as_ref().and_then(|sizing| sizing.shard));
     match simulated_references(records, &inputs.recordings.known, settings, &simulations) {
         Ok(references) => Ok(Found { references, origin: ReferenceOrigin::Simulator }),
-        Err(error @ (SizingError::Pending { .. } | SizingError::Stopped | SizingError::Write(_))) => {
-            Err(DiscoverError::Sizing(error))
-        }
+        Err(error) if error.ends_all() => Err(DiscoverError::Sizing(error)),
         Err(error) => {
             let origin = ReferenceOrigin::NotSimulated { reason: error.to_string() };
             Ok(Found { references: given, origin })

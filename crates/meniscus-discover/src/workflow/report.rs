@@ -21,6 +21,8 @@ pub struct Report {
     pub law: Option<Result<Drawn, NoLaw>>,
     /// Sizes by simulation, or why there are none; nothing where they were not requested or there is no effect.
     pub sizing: Option<Result<Sizing, SizingError>>,
+    /// Name of the simulator.
+    pub simulator: String,
     /// The effects in other models.
     pub insertion: Insertion,
     /// Alignments of the recordings with a clock of their own; none where they have none.

@@ -7,8 +7,8 @@
 //! (Split conformal prediction: Lei et al., J. Am. Stat. Assoc. 113 (2018) 1094.) What is exchangeable is the
 //! recording and not the number: errors of one slosh go together, so that a quantile over the numbers of two recordings held
 //! 82 % of a third. Of fewer than [`MANY`] recordings k is therefore the largest of their own quantiles, and of as many it is
-//! reported what a recording has held by the k of all others. Of the forecasts it is the largest always: what they miss is how the
-//! glass was moved on, and kinds of motion are few. The runs are those of the camera side behind the rendered camera, so that everything
+//! reported what a recording has held by the k of all others. Of forecasts without a plan it is the largest always: what they
+//! miss is how the glass was moved on, and kinds of motion are few. The runs are those of the camera side behind the rendered camera, so that everything
 //! between glass and estimate is counted.
 
 use crate::calibration::camera_views::CameraView;
@@ -17,8 +17,7 @@ use crate::calibration::ratios::{Ratios, quantile, ratios_by_recording, share};
 use crate::data::errors::percent;
 use meniscus::blob::{LoadError, Model};
 use meniscus::runtime::Mode;
-use meniscus::uncertainty::error_factors::FIELD_GROUPS;
-use meniscus::uncertainty::error_factors::LEADS;
+use meniscus::uncertainty::error_factors::{ErrorFactors, LEADS};
 use meniscus::units::FRAME_INTERVAL_S;
 use meniscus_data::recording::GROUP_NAMES;
 use meniscus_platform::files::AlignedBytes;
@@ -98,8 +97,8 @@ pub(crate) fn rest_noise_m(blob: &[u8], views: &[CameraView<'_>]) -> Result<f32,
 
 /// Factors of all intervals, and their coverage of recordings left out.
 pub(crate) struct IntervalFactors {
-    /// k of the surface at each lead and of q, v, e, sigma, tau.
-    pub(crate) k: [f32; LEADS.len() + FIELD_GROUPS],
+    /// k of all intervals, in the order of [`ErrorFactors::quantiles`].
+    pub(crate) k: [f32; ErrorFactors::QUANTILES],
     /// Coverage of a recording's present heights by the k of all others, least and mean, of [`MANY`] recordings or more.
     pub(crate) left_out: Vec<Check>,
 }
@@ -109,14 +108,14 @@ pub(crate) struct IntervalFactors {
 /// # Errors
 /// [`LoadError`], when the blob is refused.
 pub(crate) fn interval_factors(blob: &[u8], views: &[CameraView<'_>]) -> Result<IntervalFactors, LoadError> {
-    let mut k = [if views.is_empty() { 1.0_f32 } else { 0.0 }; LEADS.len() + FIELD_GROUPS];
+    let mut k = [if views.is_empty() { 1.0_f32 } else { 0.0 }; ErrorFactors::QUANTILES];
     let by_recording = ratios_by_recording(blob, views)?;
     let left_out = left_out(&by_recording);
-    let mut together: [Vec<f32>; LEADS.len() + FIELD_GROUPS] = Default::default();
+    let mut together: [Vec<f32>; ErrorFactors::QUANTILES] = Default::default();
     for of_one in by_recording {
-        let all = of_one.surface.into_iter().chain(of_one.field);
+        let all = of_one.by_interval();
         for (index, ((k, together), ratios)) in k.iter_mut().zip(&mut together).zip(all).enumerate() {
-            if views.len() < MANY || is_forecast(index) {
+            if views.len() < MANY || is_unplanned(index) {
                 *k = k.max(quantile(ratios));
             } else {
                 together.extend(ratios);
@@ -129,8 +128,8 @@ pub(crate) fn interval_factors(blob: &[u8], views: &[CameraView<'_>]) -> Result<
     Ok(IntervalFactors { k, left_out })
 }
 
-/// Whether the factor at `index` is that of a forecast.
-fn is_forecast(index: usize) -> bool {
+/// Whether the factor at `index` is that of a forecast without a plan.
+fn is_unplanned(index: usize) -> bool {
     (1..LEADS.len()).contains(&index)
 }
 
@@ -162,20 +161,22 @@ fn left_out(by_recording: &[Ratios]) -> Vec<Check> {
 /// # Errors
 /// [`LoadError`], when the blob is refused.
 pub(crate) fn coverage(blob: &[u8], views: &[CameraView<'_>]) -> Result<Vec<Check>, LoadError> {
-    let mut ratios = Ratios::default();
+    let mut together: [Vec<f32>; ErrorFactors::QUANTILES] = Default::default();
     for of_one in ratios_by_recording(blob, views)? {
-        ratios.surface.iter_mut().zip(of_one.surface).for_each(|(all, of_one)| all.extend(of_one));
-        ratios.field.iter_mut().zip(of_one.field).for_each(|(all, of_one)| all.extend(of_one));
+        together.iter_mut().zip(of_one.by_interval()).for_each(|(all, of_one)| all.extend(of_one));
     }
-    let leads = LEADS.iter().zip(&ratios.surface).map(|(lead, ratios)| {
-        (
-            format!("interval, {:.2} s ahead: surface held", *lead as f64 * FRAME_INTERVAL_S),
-            share(ratios, 1.0),
-        )
-    });
-    let groups = GROUP_NAMES.iter().zip(&ratios.field);
-    let groups = groups.map(|(name, ratios)| (format!("interval: {name} held"), share(ratios, 1.0)));
-    Ok(leads.chain(groups).map(|(name, share)| Check::informational(name, share, "%")).collect())
+    let shares = interval_names().into_iter().zip(&together).filter(|(_, ratios)| !ratios.is_empty());
+    Ok(shares.map(|(name, ratios)| Check::informational(name, share(ratios, 1.0), "%")).collect())
+}
+
+/// Names of the coverages, in the order of [`ErrorFactors::quantiles`].
+fn interval_names() -> Vec<String> {
+    let ahead = |lead: &usize| format!("interval, {:.2} s ahead", *lead as f64 * FRAME_INTERVAL_S);
+    let unplanned = LEADS.iter().map(|lead| format!("{}: surface held", ahead(lead)));
+    let groups = GROUP_NAMES.iter().map(|name| format!("interval: {name} held"));
+    let planned = LEADS[1..].iter().map(|lead| format!("{}, motion planned: surface held", ahead(lead)));
+    let crest = "interval, next crest, motion planned: height held".to_owned();
+    unplanned.chain(groups).chain(planned).chain([crest]).collect()
 }
 
 #[cfg(test)]
@@ -199,7 +200,11 @@ mod tests {
         assert_eq!(least, Some(45.0));
         assert!((mean.unwrap_or_default() - (9.0 * 96.0 + 45.0) / 10.0).abs() < 1e-9, "{mean:?}");
         assert!(
-            is_forecast(1) && is_forecast(LEADS.len() - 1) && !is_forecast(0) && !is_forecast(LEADS.len())
+            is_unplanned(1)
+                && is_unplanned(LEADS.len() - 1)
+                && !is_unplanned(0)
+                && !is_unplanned(LEADS.len())
         );
+        assert_eq!(interval_names().len(), ErrorFactors::QUANTILES);
     }
 }

@@ -2,11 +2,12 @@
 
 use crate::calibration::camera_views::CameraView;
 use meniscus::blob::{LoadError, Model};
-use meniscus::runtime::{Estimate, Forecast, InputSource, Memory, Mode};
-use meniscus::uncertainty::error_factors::LEADS;
+use meniscus::runtime::{Crest, Estimate, Forecast, InputSource, Memory, Mode};
+use meniscus::uncertainty::error_factors::{ErrorFactors, LEADS};
 use meniscus_data::recording::{GROUP_NAMES, Recording, STATE, group_range};
 use meniscus_numerics::statistics;
 use meniscus_platform::files::AlignedBytes;
+use meniscus_score::crests;
 use meniscus_score::score::field_of;
 use meniscus_virtual::observe_recording::turns_with;
 
@@ -19,8 +20,13 @@ const FIELD_EVERY: usize = 3;
 /// Errors over half-widths.
 #[derive(Debug, Default)]
 pub(crate) struct Ratios {
+    /// Of the surface at each lead, the motion of the glass unknown.
     pub(crate) surface: [Vec<f32>; LEADS.len()],
     pub(crate) field: [Vec<f32>; GROUP_NAMES.len()],
+    /// Of the surface at each lead but the present, the motion planned.
+    pub(crate) planned: [Vec<f32>; LEADS.len() - 1],
+    /// Of the height of the next crest, the motion planned.
+    pub(crate) crest: Vec<f32>,
 }
 
 /// Adds |truth - said| / half, number by number; an interval of nothing counts as missed.
@@ -48,14 +54,14 @@ pub(crate) fn ratios_by_recording(blob: &[u8], views: &[CameraView<'_>]) -> Resu
     let model = Model::load(&blob)?;
     let mut all = Vec::new();
     for (recording, seen) in views {
-        let mut ratios = Ratios::default();
+        let (mut ratios, truth) = (Ratios::default(), Truth::of(recording));
         turns_with(
             &model,
             seen,
             |_| InputSource::Tracked,
             |frame, memory, estimate| {
                 if estimate.mode == Mode::Tracking {
-                    ratios.take(&model, recording, frame, memory, estimate);
+                    ratios.take(&model, &truth, frame, memory, estimate);
                 }
             },
         );
@@ -64,15 +70,63 @@ pub(crate) fn ratios_by_recording(blob: &[u8], views: &[CameraView<'_>]) -> Resu
     Ok(all)
 }
 
+/// A recording, and what its forecasts are judged by.
+struct Truth<'r> {
+    recording: &'r Recording,
+    /// Acceleration of the glass as the step of each frame takes it, m/s2.
+    motion: Vec<f64>,
+    /// Highest point of each frame's surface, m.
+    highest_m: Vec<f32>,
+}
+
+impl<'r> Truth<'r> {
+    fn of(recording: &'r Recording) -> Self {
+        Self { recording, motion: recording.delayed_acceleration_m_s2(), highest_m: recording.highest_m() }
+    }
+}
+
 impl Ratios {
+    /// The numbers by interval, in the order of [`ErrorFactors::quantiles`].
+    ///
+    /// [`ErrorFactors::quantiles`]: meniscus::uncertainty::error_factors::ErrorFactors::quantiles
+    pub(crate) fn by_interval(self) -> [Vec<f32>; ErrorFactors::QUANTILES] {
+        let mut all: [Vec<f32>; ErrorFactors::QUANTILES] = Default::default();
+        let own = self.surface.into_iter().chain(self.field).chain(self.planned).chain([self.crest]);
+        all.iter_mut().zip(own).for_each(|(slot, ratios)| *slot = ratios);
+        all
+    }
+
+    /// Adds the forecasts of `frame` with the motion planned.
+    fn take_planned(&mut self, model: &Model<'_>, truth: &Truth<'_>, frame: usize, memory: &Memory) {
+        let plan = truth.motion.get(frame + 1..).unwrap_or_default();
+        for (&lead, ratios) in LEADS[1..].iter().zip(&mut self.planned) {
+            if frame + lead < truth.recording.frames() {
+                let said = Forecast::new(model, memory, lead, plan);
+                let half = said.half_width_m.into_iter();
+                add(ratios, truth.recording.profile(frame + lead), &said.surface_m, half);
+            }
+        }
+        let fill_m = truth.recording.glass.fill_m;
+        if frame.is_multiple_of(crests::EVERY)
+            && let Some(n) = crests::next(&truth.highest_m, fill_m, frame)
+            && let Some(said) = Crest::next(model, memory, crests::WITHIN, plan)
+            && crests::counts(said.height_m, fill_m)
+        {
+            let came_m = truth.highest_m[n];
+            add(&mut self.crest, &[came_m], &[said.height_m], [said.half_width_m].into_iter());
+        }
+    }
+
     fn take(
         &mut self,
         model: &Model<'_>,
-        recording: &Recording,
+        truth: &Truth<'_>,
         frame: usize,
         memory: &Memory,
         estimate: &Estimate,
     ) {
+        let recording = truth.recording;
+        self.take_planned(model, truth, frame, memory);
         for (&lead, ratios) in LEADS.iter().zip(&mut self.surface) {
             if frame + lead < recording.frames() {
                 let said = Forecast::new(model, memory, lead, &[]);

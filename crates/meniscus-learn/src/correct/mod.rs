@@ -32,6 +32,7 @@ mod adaptation;
 mod checkpoint_parts;
 mod interval;
 mod judge;
+pub mod liquid;
 mod parameters;
 mod residual_covariance;
 mod surface_decoder;

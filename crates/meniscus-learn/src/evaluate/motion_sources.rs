@@ -38,7 +38,7 @@ pub struct MotionSource {
 /// The four sources on one recording.
 #[must_use]
 pub fn sources(model: &Model<'_>, recording: &Recording, seen: &Sightings, seed: u64) -> Vec<MotionSource> {
-    let (before, now) = (delayed(&recording.glass_x_m), &recording.acceleration_m_s2);
+    let (before, now) = (recording.delayed_acceleration_m_s2(), &recording.acceleration_m_s2);
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let mut noisy = |of: &[f64]| -> Vec<f64> {
         of.iter().map(|a| a + IMU_OFFSET + IMU_NOISE_RMS * normal(&mut rng)).collect()
@@ -80,7 +80,7 @@ pub(super) fn oracle(
     let known = known_since(&motion, truth);
     let missed = truth.iter().zip(&known).map(|(a, known)| (a - known) * (a - known)).sum::<f64>();
     let missed = (missed / truth.iter().map(|a| a * a).sum::<f64>()).sqrt();
-    let before = delayed(&recording.glass_x_m);
+    let before = recording.delayed_acceleration_m_s2();
     let linear = linear_with_motion(recording);
     let turns =
         turns_with(model, seen, |n| InputSource::Measured { before: before[n], now: known[n] }, |_, _, _| {});
@@ -134,13 +134,6 @@ fn missed(place: &[Option<f64>], acceleration: &[f64]) -> f64 {
     let truth = DVector::from_fn(rows.len(), |i, _| rows[i].1);
     let fitted = known.clone().svd(true, true).solve(&truth, 1e-12).map(|c| &known * c);
     fitted.map_or(f64::NAN, |said| (said - &truth).norm() / truth.norm())
-}
-
-/// a_n = (X_n - 2 X_(n-1) + X_(n-2)) / dt^2: the acceleration one frame interval before each frame, m/s2.
-pub(super) fn delayed(glass_x_m: &[f64]) -> Vec<f64> {
-    let at = |n: usize, back: usize| glass_x_m[n.saturating_sub(back)];
-    let second = |n| (at(n, 0) - 2.0 * at(n, 1) + at(n, 2)) / (FRAME_INTERVAL_S * FRAME_INTERVAL_S);
-    (0..glass_x_m.len()).map(second).collect()
 }
 
 #[cfg(test)]

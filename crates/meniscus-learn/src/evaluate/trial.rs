@@ -1,20 +1,17 @@
 //! One model on one recording: errors, crests, laws, forecasts.
 
-use super::motion_sources::delayed;
 use crate::correct::Sightings;
 use meniscus::blob::Model;
 use meniscus::runtime::{Crest, Forecast, InputSource, Memory, Mode};
 use meniscus::units::FRAME_INTERVAL_S;
 use meniscus_data::recording::Recording;
 use meniscus_score::baseline::linear_with_motion;
+use meniscus_score::crests;
 use meniscus_score::score::{Held, Score, SurfaceError, score};
 use meniscus_score::unknown_groups::{UnknownShown, in_outputs};
 use meniscus_service::timed_turn::TimedTurn;
 use meniscus_virtual::camera::START;
 use meniscus_virtual::observe_recording::turns_with;
-
-/// A crest counts from this height over the fill, m.
-const CREST_M: f64 = 0.003;
 
 /// Frames within which the estimated crest is looked for.
 const NEAR: usize = 6;
@@ -34,10 +31,6 @@ pub struct Peak {
     /// Estimated time less the true one, s.
     pub time_error_s: f64,
 }
-
-/// Frames between two looks for the next crest, and within which it is looked for: half a second.
-const CREST_EVERY: usize = 3;
-const CREST_WITHIN: usize = 30;
 
 /// Figures of a model on a recording.
 #[derive(Clone, Debug)]
@@ -77,9 +70,9 @@ pub struct Planned {
 #[must_use]
 pub fn trial(model: &Model<'_>, recording: &Recording, seen: &Sightings) -> Trial {
     let (mut ahead, mut planned) = (AHEAD.map(Ahead::new), AHEAD.map(Ahead::new));
-    let motion = delayed(&recording.glass_x_m);
+    let motion = recording.delayed_acceleration_m_s2();
     let fill_m = recording.glass.fill_m;
-    let highest: Vec<f64> = (0..recording.frames()).map(|n| crest(recording.profile(n), fill_m)).collect();
+    let highest_m = recording.highest_m();
     let (mut crests_ahead, mut crests_planned) = (CrestsAhead::default(), CrestsAhead::default());
     let turns = turns_with(
         model,
@@ -93,10 +86,10 @@ pub fn trial(model: &Model<'_>, recording: &Recording, seen: &Sightings) -> Tria
             for (all, plan) in [(&mut ahead, &[][..]), (&mut planned, plan)] {
                 all.iter_mut().for_each(|ahead| ahead.take(model, memory, recording, frame, plan));
             }
-            if frame.is_multiple_of(CREST_EVERY) {
-                let next = |plan| Crest::next(model, memory, CREST_WITHIN, plan);
-                crests_ahead.take(&highest, fill_m, frame, next(&[]));
-                crests_planned.take(&highest, fill_m, frame, next(plan));
+            if frame.is_multiple_of(crests::EVERY) {
+                let next = |plan| Crest::next(model, memory, crests::WITHIN, plan);
+                crests_ahead.take(&highest_m, fill_m, frame, next(&[]));
+                crests_planned.take(&highest_m, fill_m, frame, next(plan));
             }
         },
     );
@@ -133,19 +126,17 @@ pub struct CrestsAhead {
 }
 
 impl CrestsAhead {
-    /// Holds what is `said` at `frame` against the next maximum of `highest`, if one comes in time.
-    fn take(&mut self, highest: &[f64], fill_m: f64, frame: usize, said: Option<Crest>) {
-        let window = frame + 1..(frame + CREST_WITHIN).min(highest.len().saturating_sub(1));
-        let top = |&n: &usize| highest[n] > highest[n - 1] && highest[n] >= highest[n + 1];
-        let Some(n) = window.into_iter().find(|n| top(n) && highest[*n] > CREST_M) else { return };
-        let Some(said) = said else {
+    /// Compares what is `said` at `frame` with the next crest of `highest_m`, if one comes in time. A forecast crest that is too low
+    /// to count is another one.
+    fn take(&mut self, highest_m: &[f32], fill_m: f64, frame: usize, said: Option<Crest>) {
+        let Some(n) = crests::next(highest_m, fill_m, frame) else { return };
+        let Some(said) = said.filter(|said| crests::counts(said.height_m, fill_m)) else {
             self.missed += 1;
             return;
         };
-        let height_m = f64::from(said.height_m) - fill_m;
-        self.height_m.push(height_m - highest[n]);
+        self.height_m.push(f64::from(said.height_m) - f64::from(highest_m[n]));
         self.time_s.push((said.frames as f64 - (n - frame) as f64) * FRAME_INTERVAL_S);
-        self.held.add(&[highest[n] as f32], &[height_m as f32], &[said.half_width_m]);
+        self.held.add(&[highest_m[n]], &[said.height_m], &[said.half_width_m]);
     }
 }
 
@@ -199,7 +190,7 @@ fn peaks(recording: &Recording, turns: &[TimedTurn]) -> Vec<Peak> {
     let last = truth.len().min(said.len());
     let highest = |n: usize| n.saturating_sub(NEAR)..(n + NEAR + 1).min(last);
     (0..last)
-        .filter(|&n| truth[n] > CREST_M && known(n) && highest(n).all(|m| truth[m] <= truth[n]))
+        .filter(|&n| truth[n] > crests::CREST_M && known(n) && highest(n).all(|m| truth[m] <= truth[n]))
         .filter_map(|n| {
             let near = highest(n).max_by(|&a, &b| said[a].total_cmp(&said[b]))?;
             Some(Peak {

@@ -10,7 +10,7 @@ use crate::networks::noise::Noise;
 use crate::networks::sparse::{Sparse, SparseData};
 use crate::operators::soft::Soft;
 use crate::stage::{Stage, StageRecord, TrainingSplit};
-use meniscus::blob::{FilterConfig, Header, KnownGroups};
+use meniscus::blob::{FilterConfig, Header, KnownGroups, Variant};
 use meniscus::units::FRAME_INTERVAL_S;
 use meniscus_data::recording::TRACERS;
 use meniscus_optim::progress::Curve;
@@ -74,6 +74,7 @@ impl Pipeline<'_> {
             model_version: 1,
             stated_known: KnownGroups::ALL,
             filter: FilterConfig::REFERENCE,
+            variant: Variant::Full,
         })
     }
 

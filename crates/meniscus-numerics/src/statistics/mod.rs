@@ -1,8 +1,10 @@
 //! Figures of a sample, and quantiles of distributions.
 
+#[cfg(feature = "distributions")]
 mod distribution;
 mod order;
 
+#[cfg(feature = "distributions")]
 pub use distribution::{f_exceeded, student_t_exceeded};
 pub use order::{Ordered, median, quantile};
 

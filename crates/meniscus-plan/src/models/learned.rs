@@ -5,7 +5,7 @@
 //! P(k+1)  = A P(k) A^T + w(k) Q                       half = k sqrt(e P e^T + w d + g^2),   w = floor + H(x(k))
 //! ```
 //! Letters as in `meniscus::uncertainty`; `e` is the slope of an end of the wall in the latents. The estimator's own forecast
-//! keeps the weight w of the present state. A plan starts at rest and makes the slosh, so w follows the forecast here.
+//! keeps w of the liveliest slosh so far. Here w follows the slosh down, too: a limit on what is left could not be kept otherwise.
 
 use super::{FrameForecast, FrameInput, SurfaceModel, Watcher};
 use crate::wall::WallMap;

@@ -13,9 +13,9 @@ const CONFIDENCE: f64 = 0.95;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum StudyLiquid {
-    /// Glycerine, planned and estimated by the shipped learned model.
+    /// Glycerine, planned and estimated by a learned model.
     Glycerine,
-    /// Water, planned and estimated by the reduced model.
+    /// Water, planned and estimated by a learned model or the reduced one.
     Water,
 }
 
@@ -63,7 +63,7 @@ impl Move {
         Self { liquid, seed, request }
     }
 
-    /// Name of its file.
+    /// Name, by liquid and seed.
     #[must_use]
     pub fn name(&self) -> String {
         format!("{}-{}", self.liquid.name(), self.seed)

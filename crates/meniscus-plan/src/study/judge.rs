@@ -11,13 +11,33 @@ use crate::search::{plan, smoothest};
 use serde::{Deserialize, Serialize};
 
 /// Version of the outcomes in a folder; others are not read.
-pub(super) const VERSION: u32 = 2;
+pub(super) const VERSION: u32 = 3;
 
 /// Relative difference of two crests that count as equal.
 const EQUAL: f64 = 0.03;
 
 /// Simulations in the search for the time of an equal crest.
 const TRIES: usize = 2;
+
+/// Kind of a model that plans.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Planner {
+    /// A learned model of that liquid.
+    Learned,
+    /// The reduced slosh model.
+    Reduced,
+}
+
+impl Planner {
+    /// Name in files.
+    pub(super) fn name(self) -> &'static str {
+        match self {
+            Self::Learned => "learned",
+            Self::Reduced => "reduced",
+        }
+    }
+}
 
 /// Result of one move.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -26,6 +46,8 @@ pub struct Outcome {
     pub version: u32,
     /// The move.
     pub of: Move,
+    /// Kind of the model that planned.
+    pub planner: Planner,
     /// Time of arrival in the first plan, s.
     pub planned_s: f64,
     /// Time of arrival, s.
@@ -57,6 +79,8 @@ pub struct Outcome {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Planners<'a> {
     pub(super) glycerine: &'a LearnedModel<'a>,
+    /// Plans water where there is one; the reduced model does otherwise.
+    pub(super) learned_water: Option<&'a LearnedModel<'a>>,
     pub(super) water: &'a ReducedLiquid,
     /// First modes of both liquids, for the rivals that need one.
     pub(super) first_modes: [Pendulum; 2],
@@ -65,16 +89,21 @@ pub(super) struct Planners<'a> {
 /// Carries out a move in every way.
 pub(super) fn judge(planners: &Planners<'_>, bench: Bench<'_>, of: &Move) -> Result<Outcome, Failure> {
     let camera = Camera::new(of.seed);
-    match of.liquid {
-        StudyLiquid::Glycerine => {
-            let model = planners.glycerine;
+    let [glycerine, water] = &planners.first_modes;
+    let (learned, mode) = match of.liquid {
+        StudyLiquid::Glycerine => (Some(planners.glycerine), glycerine),
+        StudyLiquid::Water => (planners.learned_water, water),
+    };
+    match learned {
+        Some(model) => {
             let carried = carry_planned(bench, model, LearnedWatcher::default(), camera, &of.request)?;
-            compare(model, &planners.first_modes[0], bench, of, &carried)
+            compare(model, mode, bench, of, &carried)
         }
-        StudyLiquid::Water => {
+        None => {
             let model = planners.water;
             let carried = carry_planned(bench, model, ReducedWatcher::default(), camera, &of.request)?;
-            compare(model, &planners.first_modes[1], bench, of, &carried)
+            let outcome = compare(model, mode, bench, of, &carried)?;
+            Ok(Outcome { planner: Planner::Reduced, ..outcome })
         }
     }
 }
@@ -105,6 +134,7 @@ fn compare<M: SurfaceModel>(
     Ok(Outcome {
         version: VERSION,
         of: *of,
+        planner: Planner::Learned,
         planned_s: first.course.duration_s(),
         arrival_s: duration_s,
         predicted_m: [first.crest_m, first.half_width_m],

@@ -5,12 +5,13 @@ use super::draw::StudyLiquid;
 use super::judge::Outcome;
 use meniscus::units::FRAME_INTERVAL_S;
 use meniscus_report::plot::{BLUE, FONT, GREY, ORANGE, PictureError, VERMILION, legend, prepare_font};
+use plotters::element::DashedPathElement;
 use plotters::prelude::*;
 use std::path::Path;
 
 /// Width and height, pixels.
 const SIZE: (u32, u32) = (1100, 760);
-const STUDY_SIZE: (u32, u32) = (1100, 460);
+const STUDY_SIZE: (u32, u32) = (1100, 490);
 
 /// A curve of a picture over the frames: name, values, colour.
 type Curve<'a> = (&'a str, Vec<f64>, RGBColor);
@@ -80,7 +81,7 @@ fn curves(
                 VERMILION.stroke_width(2),
             ))?
             .label("limit")
-            .legend(|(x, y)| PathElement::new([(x, y), (x + 24, y)], VERMILION.stroke_width(2)));
+            .legend(|(x, y)| DashedPathElement::new([(x, y), (x + 24, y)], 8, 6, VERMILION.stroke_width(2)));
     }
     legend(&mut chart, SeriesLabelPosition::UpperRight)?;
     Ok(())
@@ -97,22 +98,23 @@ pub fn study_png(outcomes: &[Outcome], path: &Path) -> Result<(), PictureError> 
     prepare_font();
     let area = BitMapBackend::new(path, STUDY_SIZE).into_drawing_area();
     area.fill(&WHITE)?;
-    let (left, right) = area.split_horizontally(STUDY_SIZE.0 / 2);
+    let title = "Planned moves in the simulator: crests beside the limit, and beside minimum jerk";
+    let (left, right) = area.titled(title, (FONT, 20))?.split_horizontally(STUDY_SIZE.0 / 2);
     let limit = |one: &Outcome| one.crest_m / one.of.request.limit_m;
-    dots(&left, "crest over the limit", outcomes, limit, 1.0)?;
+    dots(&left, "crest over the limit", outcomes, limit, ("limit", 1.0))?;
     let rival = |one: &Outcome| one.crest_m / one.minimum_jerk_m;
-    dots(&right, "crest over minimum jerk in the same time", outcomes, rival, 0.5)?;
+    dots(&right, "crest over minimum jerk in the same time", outcomes, rival, ("target", 0.5))?;
     area.present()?;
     Ok(())
 }
 
-/// A dot for each move over its duration, and a line at `mark`.
+/// A dot for each move over its duration, and the line `mark`, by name and height.
 fn dots(
     area: &DrawingArea<BitMapBackend<'_>, plotters::coord::Shift>,
     y: &str,
     outcomes: &[Outcome],
     of: impl Fn(&Outcome) -> f64,
-    mark: f64,
+    mark: (&str, f64),
 ) -> Result<(), PictureError> {
     let longest = outcomes.iter().map(|one| one.arrival_s).fold(0.0, f64::max);
     let most = outcomes.iter().map(&of).fold(1.0, f64::max);
@@ -130,11 +132,12 @@ fn dots(
             .label(liquid.name())
             .legend(move |(x, y)| Circle::new((x + 12, y), 5, colour.filled()));
     }
-    let line = [(0.0, mark), (1.1 * longest, mark)];
+    let (name, height) = mark;
+    let line = [(0.0, height), (1.1 * longest, height)];
     chart
         .draw_series(DashedLineSeries::new(line, 8, 6, VERMILION.stroke_width(2)))?
-        .label(format!("{mark}"))
-        .legend(|(x, y)| PathElement::new([(x, y), (x + 24, y)], VERMILION.stroke_width(2)));
+        .label(name)
+        .legend(|(x, y)| DashedPathElement::new([(x, y), (x + 24, y)], 8, 6, VERMILION.stroke_width(2)));
     legend(&mut chart, SeriesLabelPosition::UpperLeft)?;
     Ok(())
 }

@@ -136,13 +136,15 @@ mod tests {
     use super::*;
     use crate::study::carry::Trace;
     use crate::study::draw::Move;
+    use crate::study::judge::Planner;
 
     fn outcome(seed: u64, crest_over_limit: f64) -> Outcome {
         let of = Move::new(StudyLiquid::Water, seed);
         let limit_m = of.request.limit_m;
         Outcome {
-            version: 2,
+            version: super::super::judge::VERSION,
             of,
+            planner: Planner::Learned,
             planned_s: 0.9,
             arrival_s: 0.9,
             predicted_m: [0.9 * limit_m, 0.1 * limit_m],

@@ -2,7 +2,7 @@
 
 use super::carry::{Bench, Failure};
 use super::draw::{Move, StudyLiquid, moves};
-use super::judge::{Outcome, Planners, VERSION, judge};
+use super::judge::{Outcome, Planner, Planners, VERSION, judge};
 use crate::models::{LearnedModel, ReducedLiquid};
 use meniscus::blob::Model;
 use meniscus_data::effects::Effects;
@@ -24,6 +24,27 @@ pub struct StudyOptions {
     pub first_seed: u64,
     /// Folder of the outcomes.
     pub folder: PathBuf,
+    /// Kind of the model that plans water.
+    pub water: Planner,
+}
+
+impl StudyOptions {
+    /// Kind of the model that plans a move.
+    fn planner(&self, of: &Move) -> Planner {
+        match of.liquid {
+            StudyLiquid::Glycerine => Planner::Learned,
+            StudyLiquid::Water => self.water,
+        }
+    }
+}
+
+/// Learned models that plan.
+#[derive(Clone, Copy, Debug)]
+pub struct StudyModels<'a> {
+    /// Model of glycerine.
+    pub glycerine: &'a Model<'a>,
+    /// Model of water; the reduced model plans without.
+    pub water: Option<&'a Model<'a>>,
 }
 
 /// Progress of a study.
@@ -40,48 +61,52 @@ pub enum Progress<'a> {
 /// Returns the outcomes in `folder` of the moves of `options`, in their order.
 #[must_use]
 pub fn read(options: &StudyOptions) -> Vec<Outcome> {
-    let of = |one: &Move| outcome(&options.folder, one);
+    let of = |one: &Move| outcome(options, one);
     moves(options.count, options.first_seed).iter().filter_map(of).collect()
 }
 
-/// The outcome of a move that is kept in `folder`.
-fn outcome(folder: &Path, of: &Move) -> Option<Outcome> {
-    let bytes = std::fs::read(file(folder, of)).ok()?;
+/// The outcome of a move that is kept in the folder of `options`, planned by the model that they name.
+fn outcome(options: &StudyOptions, of: &Move) -> Option<Outcome> {
+    let planner = options.planner(of);
+    let bytes = std::fs::read(file(&options.folder, of, planner)).ok()?;
     let outcome: Outcome = serde_json::from_slice(&bytes).ok()?;
-    (outcome.version == VERSION && outcome.of == *of).then_some(outcome)
+    (outcome.version == VERSION && outcome.of == *of && outcome.planner == planner).then_some(outcome)
 }
 
-fn file(folder: &Path, of: &Move) -> PathBuf {
-    folder.join(format!("{}.json", of.name()))
+/// The file of a move: one for each planner, so that a study by another one replaces nothing.
+fn file(folder: &Path, of: &Move, planner: Planner) -> PathBuf {
+    folder.join(format!("{}-{}.json", of.name(), planner.name()))
 }
 
 /// Why a study ended.
 pub type StudyError = Box<dyn std::error::Error + Send + Sync>;
 
-/// Carries out what is missing of the moves of `options` with the learned model `glycerine`, one move a processor, until `stop` is
+/// Carries out what is missing of the moves of `options` with `models`, one move a processor, until `stop` is
 /// raised.
 ///
 /// # Errors
 /// When a glass does not settle or a file cannot be written. A move that fails is reported to `progress` and left out.
 pub fn run(
     options: &StudyOptions,
-    glycerine: &Model<'_>,
+    models: StudyModels<'_>,
     stop: &AtomicBool,
     progress: impl Fn(Progress<'_>) + Sync,
 ) -> Result<(), StudyError> {
     let all = moves(options.count, options.first_seed);
-    let missing: Vec<&Move> = all.iter().filter(|one| outcome(&options.folder, one).is_none()).collect();
+    let missing: Vec<&Move> = all.iter().filter(|one| outcome(options, one).is_none()).collect();
     if missing.is_empty() || stop.load(Ordering::Relaxed) {
         return Ok(());
     }
-    let learned = LearnedModel::new(glycerine);
+    let glycerine = LearnedModel::new(models.glycerine);
+    let learned_water = models.water.map(LearnedModel::new);
     let [thick, thin] =
         StudyLiquid::ALL.map(|liquid| liquid.load().map(|liquid| ReducedLiquid::new(&GLASS, &liquid)));
     let (Some(thick), Some(water)) = (thick?, thin?) else {
         return Err("the glass of the study is no cylinder".into());
     };
     let first_modes = [thick.first_mode(), water.first_mode()];
-    let planners = Planners { glycerine: &learned, water: &water, first_modes };
+    let planners =
+        Planners { glycerine: &glycerine, learned_water: learned_water.as_ref(), water: &water, first_modes };
     let mut settled = Vec::new();
     for liquid in StudyLiquid::ALL {
         progress(Progress::Settling(liquid.name()));
@@ -95,7 +120,7 @@ pub fn run(
         match judge(&planners, Bench { glass, fill_m: GLASS.fill_m, stop }, of) {
             Ok(outcome) => {
                 let text = serde_json::to_string_pretty(&outcome)?;
-                write_whole(&file(&options.folder, of), text.as_bytes())?;
+                write_whole(&file(&options.folder, of, outcome.planner), text.as_bytes())?;
                 progress(Progress::Done(1 + done.fetch_add(1, Ordering::Relaxed), all.len()));
             }
             Err(Failure::Simulation(meniscus_sph::Error::Stopped)) => {}
@@ -159,14 +184,15 @@ mod tests {
     #[test]
     fn what_is_not_whole_is_not_read() {
         let folder = std::env::temp_dir().join(format!("meniscus-plan-study-{}", std::process::id()));
-        let options = StudyOptions { count: 2, first_seed: 1, folder: folder.clone() };
+        let options =
+            StudyOptions { count: 2, first_seed: 1, folder: folder.clone(), water: Planner::Reduced };
         let bytes = meniscus_platform::files::AlignedBytes::copy(meniscus_shipped::MODEL);
         let model = Model::load(&bytes).expect("the shipped model");
         let stop = AtomicBool::new(true);
-        run(&options, &model, &stop, |_| {}).expect("nothing to do");
+        run(&options, StudyModels { glycerine: &model, water: None }, &stop, |_| {}).expect("nothing to do");
         assert!(read(&options).is_empty());
         std::fs::create_dir_all(&folder).expect("a folder");
-        std::fs::write(folder.join("glycerine-1.json"), "{\"version\":0").expect("written");
+        std::fs::write(folder.join("glycerine-1-learned.json"), "{\"version\":0").expect("written");
         assert!(read(&options).is_empty());
         std::fs::remove_dir_all(&folder).expect("removed");
     }

@@ -11,9 +11,11 @@ Example:
 """
 
 from ._native import (
+    Correction,
     Estimate,
     Estimates,
     Estimator,
+    Evaluation,
     Forecast,
     Glass,
     Liquid,
@@ -29,8 +31,10 @@ from ._native import (
     Verdict,
     __version__,
     camera_profiles,
+    correct,
     discover,
     effects,
+    evaluate,
     export_vtp,
     liquids,
     load_profiles,
@@ -39,9 +43,11 @@ from ._native import (
 )
 
 __all__ = [
+    "Correction",
     "Estimate",
     "Estimates",
     "Estimator",
+    "Evaluation",
     "Forecast",
     "Glass",
     "Liquid",
@@ -57,8 +63,10 @@ __all__ = [
     "Verdict",
     "__version__",
     "camera_profiles",
+    "correct",
     "discover",
     "effects",
+    "evaluate",
     "export_vtp",
     "liquids",
     "load_profiles",

@@ -18,9 +18,11 @@ _Effects = Mapping[str, Union[float, Sequence[float]]]
 _Progress = Callable[[str, float], object]
 
 __all__ = [
+    "Correction",
     "Estimate",
     "Estimates",
     "Estimator",
+    "Evaluation",
     "Forecast",
     "Glass",
     "Liquid",
@@ -36,8 +38,10 @@ __all__ = [
     "Verdict",
     "__version__",
     "camera_profiles",
+    "correct",
     "discover",
     "effects",
+    "evaluate",
     "export_vtp",
     "liquids",
     "load_profiles",
@@ -439,12 +443,57 @@ def discover(
     *,
     library: Optional[Sequence[str]] = None,
     seed: int = 1,
-    quick: bool = True,
+    quick: Optional[bool] = None,
     out: Optional[_Path] = None,
     spacing_mm: float = 5.0,
     rivals: int = 1,
     packings: int = 2,
     simulate: bool = False,
     model: Optional[Model] = None,
+    simulator: Optional[Callable[[dict[str, Any]], Sequence[Any]]] = None,
+    simulator_version: Optional[str] = None,
     progress: Optional[_Progress] = None,
 ) -> Verdict: ...
+
+@final
+class Correction:
+    @property
+    def model(self) -> Model: ...
+    @property
+    def improved(self) -> bool: ...
+    @property
+    def checks(self) -> list[dict[str, Any]]: ...
+    @property
+    def looks(self) -> list[tuple[int, float, float]]: ...
+
+def correct(
+    recordings: Sequence[Union[Recording, Sequence[Optional[Profile]]]],
+    *,
+    model: Optional[Model] = None,
+    source: Optional[Sequence[Recording]] = None,
+    noise_px: float = 0.08,
+    steps: int = 300,
+    forgetting: float = 0.05,
+    seed: int = 1,
+    liquid: Optional[str] = None,
+    same_liquid: bool = False,
+) -> Correction: ...
+@final
+class Evaluation:
+    @property
+    def checks(self) -> list[dict[str, Any]]: ...
+    @property
+    def models(self) -> dict[str, Model]: ...
+    @property
+    def markdown(self) -> str: ...
+    @property
+    def html(self) -> str: ...
+
+def evaluate(
+    model: Optional[Model] = None,
+    recordings: _Path = ...,
+    *,
+    liquids: Optional[Sequence[str]] = None,
+    seed: int = 1,
+    progress: Optional[_Progress] = None,
+) -> Evaluation: ...

@@ -19,8 +19,10 @@ use std::fmt::Write;
 pub struct CameraReport<'l> {
     /// Turns and counters of the worker.
     pub log: &'l Log,
-    /// The camera; a recording has none.
+    /// The camera; a recording and a webcam have none.
     pub camera: Option<Connected>,
+    /// The webcam in one line.
+    pub webcam: Option<String>,
     /// Its counters.
     pub health: CameraHealth,
     /// Its events.
@@ -53,6 +55,7 @@ impl CameraReport<'_> {
             "unknown": self.validity.sentence,
             "source": labels.source,
             "camera": self.camera.as_ref().map(camera_json),
+            "webcam": self.webcam,
             "camera_health": self.health,
             "camera_notes": notes,
             "realtime": self.realtime.as_ref().map(Result::is_ok),
@@ -78,6 +81,9 @@ impl CameraReport<'_> {
         if let Some(camera) = &self.camera {
             let _ = writeln!(text, "{}", camera_line(camera));
         }
+        if let Some(webcam) = &self.webcam {
+            let _ = writeln!(text, "{webcam}");
+        }
         let _ = writeln!(
             text,
             "{} turns: {} filling, {} tracking, {} coasting, {} halted; the liquid was not seen in {}",
@@ -93,7 +99,10 @@ impl CameraReport<'_> {
         let (depth, outline) = (log.losses.0.frames(), log.losses.1.frames());
         let colour = self.camera.as_ref().is_some_and(|camera| camera.colour.is_some());
         let beside = if colour { "colour" } else { "infrared" };
-        let _ = writeln!(text, "frames lost: {depth} depth, {outline} {beside}");
+        let _ = match &self.webcam {
+            Some(_) => writeln!(text, "frames lost: {outline}"),
+            None => writeln!(text, "frames lost: {depth} depth, {outline} {beside}"),
+        };
         if let Some(Err(reason)) = &self.realtime {
             let _ = writeln!(
                 text,

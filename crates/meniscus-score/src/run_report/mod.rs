@@ -1,9 +1,11 @@
 //! Reports of a run: measured figures beside their targets, as text and as JSON.
 
 mod camera;
+#[cfg(feature = "pictures")]
 mod truth;
 
 pub use camera::CameraReport;
+#[cfg(feature = "pictures")]
 pub use truth::TruthReport;
 
 use crate::score::Score;
@@ -17,10 +19,13 @@ use serde_json::{Value, json};
 /// Targets of the first model, as the README states them.
 mod target {
     /// |z - estimate| / |z - z_rest|.
+    #[cfg(feature = "pictures")]
     pub(super) const SLOSH_REL: f64 = 0.25;
     /// Mean and maximum of |z - estimate| / z.
+    #[cfg(feature = "pictures")]
     pub(super) const SURFACE: (f64, f64) = (0.006, 0.04);
     /// Relative L2 of q displacement and of v.
+    #[cfg(feature = "pictures")]
     pub(super) const FIELD: f64 = 0.20;
     /// dE - work of a step, in units of the energy scale.
     pub(super) const ENERGY_DRIFT: f64 = 1e-6;

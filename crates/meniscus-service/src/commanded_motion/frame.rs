@@ -108,16 +108,31 @@ impl MotionFrame {
         if flags > (HOST_CLOCK | VELOCITY | ACCELERATION) || head[6..8] != [0, 0] {
             return Err(FrameFault::Layout);
         }
-        let [largest_m, largest_m_s, largest_m_s2] = LARGEST;
-        let position_m = vector(&mut rest, largest_m)?;
-        let velocity_m_s = (flags & VELOCITY != 0).then(|| vector(&mut rest, largest_m_s)).transpose()?;
-        let acceleration_m_s2 =
-            (flags & ACCELERATION != 0).then(|| vector(&mut rest, largest_m_s2)).transpose()?;
+        let position_m = vector(&mut rest)?;
+        let velocity_m_s = (flags & VELOCITY != 0).then(|| vector(&mut rest)).transpose()?;
+        let acceleration_m_s2 = (flags & ACCELERATION != 0).then(|| vector(&mut rest)).transpose()?;
         if !rest.is_empty() {
             return Err(FrameFault::Layout);
         }
         let clock = if flags & HOST_CLOCK != 0 { StampClock::Host } else { StampClock::Sender };
-        Ok(Self { clock, sequence, stamp_ns, position_m, velocity_m_s, acceleration_m_s2 })
+        let frame = Self { clock, sequence, stamp_ns, position_m, velocity_m_s, acceleration_m_s2 };
+        frame.check()?;
+        Ok(frame)
+    }
+
+    /// Refuses numbers that no glass has.
+    ///
+    /// # Errors
+    /// [`FrameFault::Range`].
+    pub fn check(&self) -> Result<(), FrameFault> {
+        let vectors = [Some(self.position_m), self.velocity_m_s, self.acceleration_m_s2];
+        let mut numbers = LARGEST
+            .into_iter()
+            .zip(vectors)
+            .flat_map(|(largest, vector)| vector.into_iter().flatten().map(move |number| (largest, number)));
+        // False of what is no number.
+        let in_range = numbers.all(|(largest, number)| number.abs() <= largest);
+        if in_range { Ok(()) } else { Err(FrameFault::Range) }
     }
 
     /// Returns the bytes of the frame.
@@ -137,17 +152,12 @@ impl MotionFrame {
     }
 }
 
-/// Takes three numbers of at most `largest` from the front of `bytes`.
-fn vector(bytes: &mut &[u8], largest: f64) -> Result<[f64; 3], FrameFault> {
+/// Takes three numbers from the front of `bytes`.
+fn vector(bytes: &mut &[u8]) -> Result<[f64; 3], FrameFault> {
     let mut numbers = [0.0; 3];
     for number in &mut numbers {
         let (eight, rest) = bytes.split_first_chunk::<8>().ok_or(FrameFault::Layout)?;
         (*number, *bytes) = (f64::from_le_bytes(*eight), rest);
-        // False of what is no number.
-        let in_range = number.abs() <= largest;
-        if !in_range {
-            return Err(FrameFault::Range);
-        }
     }
     Ok(numbers)
 }

@@ -15,22 +15,33 @@
 //! dimensions. A frame of the camera is placed among them at the earliest time at which it can arrive ([`ClockMap`]), less
 //! the configured lag.
 //!
+//! Another program part may hand in stamped samples as well, as the ROS 2 node does ([`MotionInlet`]). Positions from the
+//! camera's own images have its own stamps and need no map ([`CameraInlet`]).
+//!
 //! Who sends them is checked in `sender`, and what they say in `agreement`: a motion from the wire that the camera denies is
 //! not used, and the glass is tracked instead.
 
 mod agreement;
+mod camera_filter;
+mod camera_inlet;
 mod datagram;
+mod denial;
 mod frame;
+mod inlet;
 mod samples;
 mod sender;
 mod stamped;
 mod stamped_wire;
+mod tag_counts;
 mod wire;
 
+pub use camera_inlet::CameraInlet;
 pub(crate) use frame::in_datagram;
 pub use frame::{FrameFault, MOTION_FRAME_VERSION, MotionFrame, StampClock};
+pub use inlet::{InletMotion, MotionInlet, SampleFault, SenderId};
 pub use sender::{ExpectedSender, Say};
 pub use stamped_wire::{StampedCounters, StampedCounts};
+pub use tag_counts::{TagCounts, TagTravel};
 
 use crate::clock_map::ClockMap;
 use agreement::{Agreement, Trust};
@@ -47,13 +58,6 @@ use wire::Listener;
 /// Sampling rate of a table, Hz.
 const TABLE_HZ: f64 = 1000.0;
 
-/// Message when a motion from the wire is not used any more.
-const NOT_USED: &str = "the commanded motion is not that of the glass in the image: the glass is tracked by the camera \
-                        instead. Check the sender, the direction of x, the unit (m/s2) and --motion-lag-ms";
-
-/// Message when it is used again.
-const USED_AGAIN: &str = "the commanded motion agrees with the glass in the image again and is used";
-
 /// Origin of the samples, and the relation of the two clocks.
 #[derive(Debug)]
 enum Source {
@@ -61,6 +65,8 @@ enum Source {
     Table(Option<Micros>),
     /// UDP samples over the seconds of the clock map.
     Wire { clock: Box<ClockMap>, lag_s: f64 },
+    /// Samples over the seconds of the camera's clock.
+    Camera,
 }
 
 #[derive(Debug)]
@@ -95,12 +101,14 @@ pub struct MotionCounters {
     pub flooded: AtomicU64,
     /// Counters of the stamped samples.
     pub stamped: StampedCounters,
+    /// Counters of a tag's images; `None` of another motion.
+    pub tag: Mutex<Option<TagCounts>>,
     /// The camera agrees again, which is not reported yet.
     reconciled: AtomicBool,
 }
 
 /// Turns by the origin of their motion.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct MotionTurns {
     /// Turns with a commanded motion.
     pub commanded: u64,
@@ -114,6 +122,8 @@ pub struct MotionTurns {
     pub refused: u64,
     /// Stamped samples.
     pub stamped: StampedCounts,
+    /// Images of a tag; `None` of another motion.
+    pub tag: Option<TagCounts>,
 }
 
 /// Settings of a motion over UDP.
@@ -147,11 +157,20 @@ pub struct CommandedMotion {
 
 impl CommandedMotion {
     fn new(samples: Samples, source: Source) -> Self {
-        let enforced = matches!(source, Source::Wire { .. });
+        let enforced = !matches!(source, Source::Table(_));
         let stamped = StampedSamples::room(LINE_ALONG_X);
         let inner = Arc::new(Mutex::new(Inner { samples, stamped, is_stamped: false, source }));
         let agreement = Mutex::default();
         Self { inner, counters: Arc::default(), ended: Arc::default(), agreement, enforced }
+    }
+
+    /// Sets the direction of the line in the axes of stamped samples.
+    fn along(self, line: [f64; 3]) -> Self {
+        let length = line.iter().map(|n| n * n).sum::<f64>().sqrt().max(f64::MIN_POSITIVE);
+        if let Ok(mut inner) = self.inner.lock() {
+            inner.stamped = StampedSamples::room(line.map(|n| n / length));
+        }
+        self
     }
 
     /// Returns a motion from a table: `acceleration` (m/s2) over the first `seconds` after the first turn.
@@ -173,11 +192,7 @@ impl CommandedMotion {
         let WireMotion { address, lag_s, line, expected } = settings;
         let socket = wire::bind(address)?;
         let clock = ClockMap::new();
-        let motion = Self::new(Samples::room(), Source::Wire { clock: Box::new(clock), lag_s });
-        let length = line.iter().map(|n| n * n).sum::<f64>().sqrt().max(f64::MIN_POSITIVE);
-        if let Ok(mut inner) = motion.inner.lock() {
-            inner.stamped = StampedSamples::room(line.map(|n| n / length));
-        }
+        let motion = Self::new(Samples::room(), Source::Wire { clock: Box::new(clock), lag_s }).along(line);
         let listener = Listener {
             address,
             expected,
@@ -203,6 +218,7 @@ impl CommandedMotion {
             contradictions: of(&counters.contradictions),
             refused: of(&counters.refused) + of(&counters.strangers) + of(&counters.flooded),
             stamped: counters.stamped.counts(),
+            tag: counters.tag.lock().ok().and_then(|tag| *tag),
         }
     }
 
@@ -259,6 +275,7 @@ impl Inner {
                 clock.observe(at, arrived);
                 clock.earliest_arrival_s(at)? - *lag_s
             }
+            Source::Camera => at.0 as f64 * 1e-6,
         };
         let samples = if self.is_stamped { &self.stamped.samples } else { &self.samples };
         let before = samples.around(time_s - FRAME_INTERVAL_S)?;

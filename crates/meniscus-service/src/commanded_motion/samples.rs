@@ -39,6 +39,13 @@ impl Samples {
         self.0.push_back(sample);
     }
 
+    /// Replaces the acceleration of the newest sample by a better one.
+    pub(super) fn correct_newest(&mut self, acceleration: f64) {
+        if let Some(newest) = self.0.back_mut() {
+            newest.1 = acceleration;
+        }
+    }
+
     /// Acceleration between the samples around `time_s`; `None` before the first and beyond the last one's hold.
     pub(super) fn now(&self, time_s: f64) -> Option<f64> {
         let after = self.0.partition_point(|(t, _)| *t <= time_s);

@@ -1,11 +1,13 @@
 //! Senders of datagrams: which one is listened to, and how much of it.
 //!
+//! A sender is named by `A`: the address of a socket, or the identifier of a ROS 2 publisher.
+//!
 //! One sender has the word at a time: the first one whose datagram is good. Another one gets it when the first has been silent
 //! for a while, or when the camera has denied what it said. Its samples are taken up to a rate, so that no flood, not even its
 //! own, pushes the samples out that a turn needs.
 
 use super::datagram::Datagram;
-use std::net::{IpAddr, SocketAddr};
+use std::net::IpAddr;
 
 /// Silence after which another sender may have the word, s.
 const SILENCE_S: f64 = 1.0;
@@ -43,8 +45,8 @@ pub(super) enum Heard {
 
 /// The sender that has the word.
 #[derive(Clone, Copy, Debug)]
-struct Speaker {
-    address: SocketAddr,
+struct Speaker<A> {
+    address: A,
     heard_s: f64,
     number: Option<u64>,
     /// Samples that may come now.
@@ -52,17 +54,23 @@ struct Speaker {
 }
 
 /// Whoever is listened to.
-#[derive(Debug, Default)]
-pub(super) struct Floor {
-    speaker: Option<Speaker>,
+#[derive(Debug)]
+pub(super) struct Floor<A> {
+    speaker: Option<Speaker<A>>,
     /// Senders that were denied, and when.
-    denied: [Option<(SocketAddr, f64)>; DENIED],
+    denied: [Option<(A, f64)>; DENIED],
     next_denied: usize,
 }
 
-impl Floor {
-    /// Returns the address of the sender that has the word.
-    pub(super) fn speaker(&self) -> Option<SocketAddr> {
+impl<A: Copy + PartialEq> Default for Floor<A> {
+    fn default() -> Self {
+        Self { speaker: None, denied: [None; DENIED], next_denied: 0 }
+    }
+}
+
+impl<A: Copy + PartialEq> Floor<A> {
+    /// Returns the name of the sender that has the word.
+    pub(super) fn speaker(&self) -> Option<A> {
         self.speaker.map(|speaker| speaker.address)
     }
 
@@ -80,10 +88,9 @@ impl Floor {
     }
 
     /// Judges a good datagram of `from` at `now_s`.
-    pub(super) fn hear(&mut self, from: SocketAddr, datagram: &Datagram, now_s: f64) -> Heard {
+    pub(super) fn hear(&mut self, from: A, datagram: &Datagram, now_s: f64) -> Heard {
         let new = Speaker { address: from, heard_s: now_s, number: None, budget: BURST };
-        let is_denied =
-            |(address, since_s): &(SocketAddr, f64)| *address == from && now_s - since_s < DENIED_S;
+        let is_denied = |(address, since_s): &(A, f64)| *address == from && now_s - since_s < DENIED_S;
         if self.is_open(now_s) && self.denied.iter().flatten().any(is_denied) {
             return Heard::Stranger;
         }
@@ -114,6 +121,7 @@ impl Floor {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::net::SocketAddr;
 
     fn of(port: u16) -> SocketAddr {
         ([127, 0, 0, 1], port).into()

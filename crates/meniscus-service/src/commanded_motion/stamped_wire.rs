@@ -11,7 +11,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Instant, SystemTime, UNIX_EPOCH};
 
 /// Silence after which a stream of stamped samples has stopped, s.
-const STOPPED_S: f64 = 0.25;
+pub(super) const STOPPED_S: f64 = 0.25;
 
 /// Counters of the stamped samples.
 #[derive(Debug, Default)]
@@ -32,6 +32,12 @@ pub struct StampedCounters {
     pub repeated: AtomicU64,
     /// Frames of another version, length or range.
     pub malformed: AtomicU64,
+    /// Messages whose stamp was zero.
+    pub unstamped: AtomicU64,
+    /// Messages whose quaternion was not of unit length.
+    pub unsound: AtomicU64,
+    /// Times that nothing came for seconds.
+    pub absent: AtomicU64,
     /// Times that the stream stopped.
     pub stops: AtomicU64,
     /// Steps and restarts of the sender's clock.
@@ -50,6 +56,9 @@ pub struct StampedCounts {
     pub future: u64,
     pub repeated: u64,
     pub malformed: u64,
+    pub unstamped: u64,
+    pub unsound: u64,
+    pub absent: u64,
     pub stops: u64,
     pub clock_steps: u64,
 }
@@ -68,6 +77,9 @@ impl StampedCounters {
             future: of(&self.future),
             repeated: of(&self.repeated),
             malformed: of(&self.malformed),
+            unstamped: of(&self.unstamped),
+            unsound: of(&self.unsound),
+            absent: of(&self.absent),
             stops: of(&self.stops),
             clock_steps: of(&self.clock_steps),
         }
@@ -75,7 +87,7 @@ impl StampedCounters {
 }
 
 /// Counts one more. The first one of its kind is worth a sentence.
-fn count(counter: &AtomicU64, say: &Say, sentence: impl FnOnce() -> String) {
+pub(super) fn count(counter: &AtomicU64, say: &Say, sentence: impl FnOnce() -> String) {
     if counter.fetch_add(1, Ordering::Relaxed) == 0 {
         say(&sentence());
     }
@@ -145,7 +157,12 @@ impl StampedWire {
             });
         }
         let ahead_s = time_s - now_s;
-        match inner.stamped.take(&frame, time_s, now_s) {
+        let taken = inner.stamped.take(&frame, time_s, now_s);
+        if taken != Taken::Repeated {
+            // A refused sample is not a lost one.
+            self.follow(&frame, counters);
+        }
+        match taken {
             Taken::InOrder => {}
             Taken::Late => {
                 counters.late.fetch_add(1, Ordering::Relaxed);
@@ -179,7 +196,6 @@ impl StampedWire {
         drop(inner);
         counters.taken.fetch_add(1, Ordering::Relaxed);
         all.samples.fetch_add(1, Ordering::Relaxed);
-        self.follow(&frame, counters);
         self.heard_s = Some(now_s);
     }
 

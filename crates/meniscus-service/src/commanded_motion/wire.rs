@@ -1,10 +1,11 @@
 //! Thread that listens for datagrams.
 
 use super::datagram::{Datagram, LONGEST, read};
+use super::denial::Denials;
 use super::frame;
 use super::sender::{ExpectedSender, Floor, Heard, Say};
 use super::stamped_wire::{StampedSink, StampedWire};
-use super::{Inner, MotionCounters, NOT_USED, USED_AGAIN};
+use super::{Inner, MotionCounters};
 use crate::clock_map::ClockMap;
 use std::io::Result;
 use std::net::{SocketAddr, UdpSocket};
@@ -47,17 +48,15 @@ impl Listener {
         let mut stamped = StampedWire::new(self.clock);
         // The address as it was chosen: a socket that is opened anew has to have the same port.
         let address = socket.local_addr().unwrap_or(self.address);
-        let (mut bound_to, mut reported) = (None, 0);
+        let (mut bound_to, mut denials) = (None, Denials::default());
         while !self.ended.load(Ordering::Relaxed) {
             if let Ok((length, from)) = socket.recv_from(&mut room) {
                 self.take(&mut floor, &mut stamped, room.get(..length).unwrap_or(&[]), from);
             }
             stamped.look(&self.counters.stamped, &self.say);
-            let contradictions = self.counters.contradictions.load(Ordering::Relaxed);
-            if contradictions > reported {
+            if denials.look(&self.counters, &self.say) {
                 floor.deny(self.clock.seconds(Instant::now()));
             }
-            reported = self.report(reported, contradictions);
             // A socket that is connected gets nothing of others, so that their flood does not fill its queue.
             let now_s = self.clock.seconds(Instant::now());
             let wanted = floor.speaker().filter(|_| !floor.is_open(now_s));
@@ -88,7 +87,7 @@ impl Listener {
     }
 
     /// Takes one datagram.
-    fn take(&self, floor: &mut Floor, stamped: &mut StampedWire, bytes: &[u8], from: SocketAddr) {
+    fn take(&self, floor: &mut Floor<SocketAddr>, stamped: &mut StampedWire, bytes: &[u8], from: SocketAddr) {
         let now_s = self.clock.seconds(Instant::now());
         let counters = &self.counters;
         let from_ip = from.ip().to_canonical();
@@ -119,16 +118,5 @@ impl Listener {
             Heard::Flood => &counters.flooded,
         };
         counter.fetch_add(1, Ordering::Relaxed);
-    }
-
-    /// Reports when the camera has contradicted the motion, or agrees again; returns the number of contradictions reported.
-    fn report(&self, reported: u64, contradictions: u64) -> u64 {
-        if contradictions > reported {
-            (self.say)(NOT_USED);
-        }
-        if self.counters.reconciled.swap(false, Ordering::Relaxed) {
-            (self.say)(USED_AGAIN);
-        }
-        contradictions
     }
 }

@@ -2,41 +2,32 @@
 //!
 //! ```text
 //! worker --hand-off of the memory (never waits)--> controller's thread --queue--> publisher's thread --> sockets, UDP
-//! robot --plan over UDP--> listener's thread ------------^
+//! robot --plan over UDP--> listener's thread ------------^    (or through the service of the ROS 2 node)
 //! ```
 //! The work of a record is bounded by [`HORIZON_MAX`]. A turn that comes while one is computed has no record, and is
 //! counted.
 
+mod course;
 mod plan;
 mod plan_wire;
 mod record;
 mod spill;
 
+pub use course::{Course, HORIZON_MAX};
 pub use plan::{PLAN_SAMPLES_MAX, PLAN_VERSION, Plan, PlanFault};
-pub use plan_wire::PlanWire;
+pub use plan_wire::{PlanWire, SharedPlan};
 pub use record::{CONTROL_KIND, CONTROL_VERSION, ControlRecord, ForecastPoint, PlanStanding};
 pub use spill::SpillRisk;
 
 use crate::commanded_motion::Say;
 use crate::publish::RecordOutlet;
 use crate::run::Viewer;
-use crate::snapshot::SnapshotOutlet;
+use crate::snapshot::{ImageSchedule, SnapshotOutlet};
 use crate::timed_turn::TimedTurn;
 use meniscus::blob::Model;
 use meniscus::runtime::output::HostTime;
 use meniscus::runtime::{LinearModel, Memory, ModalState};
-use plan_wire::SharedPlan;
 use std::sync::atomic::Ordering;
-use std::time::Instant;
-
-/// Turns of the forecast without a plan: half a second.
-const HORIZON: usize = 30;
-
-/// Turns of the forecast at most: two seconds.
-pub const HORIZON_MAX: usize = 120;
-
-/// Turns between two points of a published forecast.
-const POINT_EVERY: usize = 3;
 
 /// Records between two that carry the linearised model: ten a second.
 pub const LINEAR_EVERY: u64 = 6;
@@ -56,12 +47,16 @@ pub struct Controller {
 }
 
 impl Controller {
-    /// Returns a controller's end that hands its records to `records`, and listens for plans where `plans` says.
+    /// Returns a controller's end that hands its records to `records` and follows `plan`; plans may come where `plans` says.
     ///
     /// # Errors
     /// The error of the operating system on the address of the plans.
-    pub fn start(records: RecordOutlet, plans: Option<PlanWire>, say: Say) -> std::io::Result<Self> {
-        let plan = SharedPlan::default();
+    pub fn start(
+        records: RecordOutlet,
+        plan: SharedPlan,
+        plans: Option<PlanWire>,
+        say: Say,
+    ) -> std::io::Result<Self> {
         if let Some(wire) = plans {
             plan.listen(wire, say)?;
         }
@@ -71,33 +66,13 @@ impl Controller {
 
     /// Returns the record `number` of a turn after which the estimator's memory is `memory`.
     fn record(&self, model: &Model<'_>, logged: &TimedTurn, memory: &Memory, number: u64) -> ControlRecord {
-        let mut accelerations = [0.0; HORIZON_MAX];
-        let (standing, turns) = self.plan.with(|held| {
-            let mut standing = held.standing;
-            let instant_ns = logged.host.map(|host| host.unix_ns);
-            let running =
-                instant_ns.zip(held.plan.as_ref()).filter(|(at_ns, plan)| plan.left_s(*at_ns) > 0.0);
-            let Some((at_ns, plan)) = running else { return (standing, 0) };
-            (standing.sequence, standing.across_m) = (Some(plan.sequence), plan.across_m as f32);
-            // Behind its end the glass rests, and the liquid rings out.
-            let turns = (plan.left_s(at_ns) * 60.0).ceil() as usize + HORIZON;
-            let turns = turns.min(HORIZON_MAX);
-            plan.accelerations(at_ns, &mut accelerations[..turns]);
-            (standing, turns)
-        });
-        let mut forecast = Vec::with_capacity(turns.div_ceil(POINT_EVERY));
-        let horizon = turns.max(HORIZON);
-        let spill = SpillRisk::within(model, memory, horizon, &accelerations[..turns], |ahead, point| {
-            if turns > 0 && ahead % POINT_EVERY == 0 {
-                let (surface_m, half_width_m) = (point.surface_m, point.half_width_m);
-                forecast.push(ForecastPoint { ahead: ahead as u32, surface_m, half_width_m });
-            }
-        });
+        let (standing, course) = self.plan.course(logged.host);
+        let (spill, forecast) = course.forecast(model, memory);
         let linear = number.is_multiple_of(LINEAR_EVERY).then(|| LinearModel::at(model, memory));
         let mut chain = Vec::new();
         if let Some(linear) = &linear {
             let held = [f64::from(linear.acceleration_m_s2); CHAIN_TURNS];
-            let course = if turns > 0 { &accelerations[..CHAIN_TURNS] } else { &held[..] };
+            let course = course.accelerations().get(..CHAIN_TURNS).unwrap_or(&held);
             LinearModel::along(model, memory, course, |_, step| chain.push(*step));
         }
         ControlRecord {
@@ -124,9 +99,9 @@ impl Viewer for Controller {
     }
 
     fn show(&self, model: &Model<'_>) {
-        let (mut image_due, mut number, mut skipped, mut last_us) = (Instant::now(), 0, 0, None);
+        let (mut images, mut number, mut skipped, mut last_us) = (ImageSchedule::default(), 0, 0, None);
         while !self.plan.ended.load(Ordering::Relaxed) {
-            let Some((snapshot, logged)) = self.outlet.take(&mut image_due) else { continue };
+            let Some((snapshot, logged)) = self.outlet.take(&mut images) else { continue };
             let now_us = logged.turn.time.0;
             let passed_us = last_us.map_or(INTERVAL_US, |last_us| now_us.saturating_sub(last_us));
             skipped += (passed_us.saturating_add(INTERVAL_US / 2) / INTERVAL_US).saturating_sub(1);

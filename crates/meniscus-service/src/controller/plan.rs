@@ -148,6 +148,14 @@ pub(super) fn read(
     in_datagram(bytes, token, MAGIC).map(|frame| Plan::read(frame, line, now_ns))
 }
 
+fn check_count(count: usize) -> Result<(), PlanFault> {
+    match count {
+        ..LEAST => Err(PlanFault::TooFew(count)),
+        LEAST..=PLAN_SAMPLES_MAX => Ok(()),
+        _ => Err(PlanFault::TooMany(count)),
+    }
+}
+
 impl Plan {
     /// Returns the bytes of a plan of stamps (ns since 1970) and positions (m).
     #[must_use]
@@ -174,36 +182,46 @@ impl Plan {
             return Err(PlanFault::Version(version));
         }
         let count = usize::from(u16::from_le_bytes([low, high]));
-        if count < LEAST {
-            return Err(PlanFault::TooFew(count));
-        }
-        if count > PLAN_SAMPLES_MAX {
-            return Err(PlanFault::TooMany(count));
-        }
+        check_count(count)?;
         if flags != 1 || rest.len() != count * SAMPLE {
             return Err(PlanFault::Layout);
         }
-        let mut plan = Self {
-            sequence: u32::from_le_bytes(sequence),
-            across_m: 0.0,
-            samples: Vec::with_capacity(count),
-            begin_ns: 0,
-        };
+        let samples: Vec<(u64, [f64; 3])> = rest
+            .chunks_exact(SAMPLE)
+            .map(|sample| {
+                let number = |at: usize| f64::from_le_bytes(std::array::from_fn(|k| sample[at + k]));
+                let stamp_ns = u64::from_le_bytes(std::array::from_fn(|k| sample[k]));
+                (stamp_ns, std::array::from_fn(|axis| number(8 + 8 * axis)))
+            })
+            .collect();
+        Self::of(u32::from_le_bytes(sequence), &samples, line, now_ns)
+    }
+
+    /// Returns the plan of stamps (ns since 1970) and positions (m) along the direction `line`, as it is at `now_ns`.
+    ///
+    /// # Errors
+    /// [`PlanFault`].
+    pub fn of(
+        sequence: u32,
+        samples: &[(u64, [f64; 3])],
+        line: &[f64; 3],
+        now_ns: u64,
+    ) -> Result<Self, PlanFault> {
+        check_count(samples.len())?;
+        let mut plan =
+            Self { sequence, across_m: 0.0, samples: Vec::with_capacity(samples.len()), begin_ns: 0 };
         let mut first = None;
-        for (index, sample) in rest.chunks_exact(SAMPLE).enumerate() {
-            let number = |at: usize| f64::from_le_bytes(std::array::from_fn(|k| sample[at + k]));
-            let stamp_ns = u64::from_le_bytes(std::array::from_fn(|k| sample[k]));
-            let position_m: [f64; 3] = std::array::from_fn(|axis| number(8 + 8 * axis));
+        for (index, (stamp_ns, position_m)) in samples.iter().enumerate() {
             if !position_m.iter().all(|x| x.abs() <= LARGEST_M) {
                 return Err(PlanFault::Range(index));
             }
-            let (begin_ns, origin_m) = *first.get_or_insert((stamp_ns, position_m));
+            let (begin_ns, origin_m) = *first.get_or_insert((*stamp_ns, *position_m));
             let from_m: [f64; 3] = std::array::from_fn(|axis| position_m[axis] - origin_m[axis]);
             let along_m: f64 = from_m.iter().zip(line).map(|(x, n)| x * n).sum();
             let square: f64 = from_m.iter().map(|x| x * x).sum();
             plan.across_m = plan.across_m.max((square - along_m * along_m).max(0.0).sqrt());
             plan.begin_ns = begin_ns;
-            plan.samples.push((1e-9 * (i128::from(stamp_ns) - i128::from(begin_ns)) as f64, along_m));
+            plan.samples.push((1e-9 * (i128::from(*stamp_ns) - i128::from(begin_ns)) as f64, along_m));
         }
         plan.check(now_ns).map(|()| plan)
     }

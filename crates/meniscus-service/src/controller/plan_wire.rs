@@ -1,15 +1,21 @@
 //! Thread that listens for plans.
 
-use super::plan::{LONGEST, Plan, read};
+use super::course::Course;
+use super::plan::{LONGEST, Plan, PlanFault, read};
 use super::record::PlanStanding;
 use crate::commanded_motion::{ExpectedSender, Say};
+use meniscus::runtime::output::HostTime;
+use std::collections::BTreeMap;
 use std::net::{SocketAddr, UdpSocket};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
-use std::time::{Duration, SystemTime, UNIX_EPOCH};
+use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 /// Interval at which the listener checks whether it is still wanted.
 const PAUSE: Duration = Duration::from_millis(100);
+
+/// Pause between two messages about plans with the same fault: a sender of nothing else must not fill the log.
+const SILENCE: Duration = Duration::from_secs(2);
 
 /// Plans that are read in a second at most: a flood costs no more.
 const RATE_HZ: u64 = 200;
@@ -27,21 +33,44 @@ pub struct PlanWire {
 
 /// The newest plan and what became of the ones before.
 #[derive(Debug, Default)]
-pub(super) struct Held {
-    pub(super) plan: Option<Plan>,
-    pub(super) standing: PlanStanding,
+struct Held {
+    plan: Option<Plan>,
+    standing: PlanStanding,
 }
 
-/// The newest plan, shared between the listener and the controller's thread.
+/// The newest plan of a run, shared between those that receive plans and those that follow one.
 #[derive(Clone, Debug, Default)]
-pub(super) struct SharedPlan {
+pub struct SharedPlan {
     held: Arc<Mutex<Held>>,
     pub(super) ended: Arc<AtomicBool>,
 }
 
 impl SharedPlan {
+    /// Takes a plan, or the fault of one: then the plan before it goes on, as it is what the robot still carries out.
+    pub fn take(&self, plan: Result<Plan, PlanFault>) {
+        self.with(|held| match plan {
+            Ok(plan) => {
+                held.standing.taken += 1;
+                held.plan = Some(plan);
+            }
+            Err(fault) => held.standing.refuse(fault),
+        });
+    }
+
+    /// Returns the standing of the newest plan, and its course behind the instant `host`.
+    #[must_use]
+    pub fn course(&self, host: Option<HostTime>) -> (PlanStanding, Course) {
+        self.with(|held| {
+            let mut standing = held.standing;
+            let running = held.plan.as_ref().and_then(|plan| Some((plan, Course::of(plan, host)?)));
+            let Some((plan, course)) = running else { return (standing, Course::default()) };
+            (standing.sequence, standing.across_m) = (Some(plan.sequence), plan.across_m as f32);
+            (standing, course)
+        })
+    }
+
     /// Calls `with` on what is held.
-    pub(super) fn with<T>(&self, with: impl FnOnce(&mut Held) -> T) -> T {
+    fn with<T>(&self, with: impl FnOnce(&mut Held) -> T) -> T {
         // A plan is put in whole: there is nothing that a panic could leave half done.
         with(&mut self.held.lock().unwrap_or_else(PoisonError::into_inner))
     }
@@ -59,7 +88,7 @@ impl SharedPlan {
     }
 
     fn run(&self, socket: &UdpSocket, wire: &PlanWire, say: &Say) {
-        let mut room = vec![0; LONGEST];
+        let (mut room, mut said) = (vec![0; LONGEST], BTreeMap::new());
         while !self.ended.load(Ordering::Relaxed) {
             let Ok((length, from)) = socket.recv_from(&mut room) else { continue };
             let stranger = wire
@@ -67,26 +96,24 @@ impl SharedPlan {
                 .address
                 .is_some_and(|address| address.to_canonical() != from.ip().to_canonical());
             if !stranger {
-                self.take(room.get(..length).unwrap_or_default(), wire, say);
+                let fault = self.hear(room.get(..length).unwrap_or_default(), wire);
+                if let Some(fault) = fault
+                    && said.get(&fault.code()).is_none_or(|last: &Instant| last.elapsed() >= SILENCE)
+                {
+                    said.insert(fault.code(), Instant::now());
+                    say(&format!("a plan was refused: {fault}"));
+                }
             }
             std::thread::sleep(Duration::from_micros(1_000_000 / RATE_HZ));
         }
     }
 
-    /// Takes one datagram.
-    fn take(&self, bytes: &[u8], wire: &PlanWire, say: &Say) {
+    /// Takes one datagram; returns the fault of a plan that is refused.
+    fn hear(&self, bytes: &[u8], wire: &PlanWire) -> Option<PlanFault> {
         let now_ns = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |now| now.as_nanos() as u64);
-        let Some(read) = read(bytes, wire.expected.token.as_deref(), &wire.line, now_ns) else { return };
-        match read {
-            Ok(plan) => self.with(|held| {
-                held.standing.taken += 1;
-                held.plan = Some(plan);
-            }),
-            Err(fault) => {
-                // The plan before it goes on: it is what the robot still carries out.
-                self.with(|held| held.standing.refuse(fault));
-                say(&format!("a plan was refused: {fault}"));
-            }
-        }
+        let read = read(bytes, wire.expected.token.as_deref(), &wire.line, now_ns)?;
+        let fault = read.as_ref().err().copied();
+        self.take(read);
+        fault
     }
 }

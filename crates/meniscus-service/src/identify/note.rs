@@ -137,7 +137,10 @@ impl Note {
         let malformed = |why: String| NoteError::Malformed(origin.into(), why);
         let note: Self = serde_json::from_str(text).map_err(|error| malformed(format!("{error}")))?;
         if note.version != VERSION {
-            return Err(malformed(format!("its version is {}, this program reads {VERSION}", note.version)));
+            return Err(malformed(format!(
+                "its version is {}, this program reads {VERSION}: learn it again with `meniscus recognise learn`",
+                note.version
+            )));
         }
         let (tone, calibration) = (&note.tone, &note.calibration);
         let (above, any) = (f64::MIN_POSITIVE..=1e6, 0.0..=1e6);

@@ -11,4 +11,4 @@ pub use crest_image::CrestImage;
 pub use flight_recorder::{FlightRecorder, FlightRing, KEPT};
 pub use log::Log;
 pub use totals::{RunTotals, STAGES, Stage};
-pub use worker::{Silence, Worker};
+pub use worker::{CameraImages, Silence, Worker};

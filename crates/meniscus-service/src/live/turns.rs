@@ -31,7 +31,7 @@ pub(super) struct Turns<'w, 'm, 'b> {
     pub(super) batch: Vec<TimedTurn>,
     /// Payloads that were dropped so far because no buffer was spare.
     pub(super) dropped: u64,
-    /// Depth frames so far that came without the camera's number.
+    /// Frames so far that came without the camera's number: depth, or of the outline alone.
     pub(super) numberless: u32,
 }
 
@@ -81,10 +81,12 @@ impl Turns<'_, '_, '_> {
     /// Takes a payload and the turns that it leads to.
     pub(super) fn take_payload(&mut self, delivery: &Delivery, started: Instant) {
         let before = allocations_of_this_thread();
+        // Payloads that were dropped while this one waited belong to later frames.
+        self.dropped = delivery.dropped_before;
         let Self { tracker, clock, clock_map, ledger, field, motion, batch, .. } = self;
         let (motion, arrived) = (*motion, delivery.arrived);
         let drive = |at| motion.map_or(InputSource::Tracked, |motion| motion.drive(at, arrived));
-        let numbered = tracker.sensor.losses().0.counter_missing == 0;
+        let numbered = tracker.sensor.losses_of_numbered().counter_missing == 0;
         tracker.accept(delivery.stream, &delivery.payload, drive, clock, field, |turn, _| {
             let allocations = allocations_of_this_thread() - before;
             let (latency_us, turn_us) = (micros_since(arrived), micros_since(started));
@@ -111,7 +113,7 @@ impl Turns<'_, '_, '_> {
         let Some(logged) = self.batch.last_mut() else { return };
         let Some(stamp) = logged.turn.stamp else { return };
         let (map, arrived_s) = (&self.clock_map, self.clock_map.seconds(arrived));
-        let numberless = self.tracker.sensor.losses().0.counter_missing;
+        let numberless = self.tracker.sensor.losses_of_numbered().counter_missing;
         let number = (numberless == self.numberless).then_some(stamp.sequence);
         self.numberless = numberless;
         let in_real_time = self.silence == Silence::Bridge;
@@ -138,8 +140,9 @@ impl Turns<'_, '_, '_> {
         let newest = self.batch.len().saturating_sub(1);
         for (index, logged) in self.batch.iter().enumerate() {
             // Field and memory are those of the newest turn; earlier ones stand for missing frames and have none.
-            let after = (index == newest)
-                .then(|| StateAfter { memory: &self.tracker.memory, outline: self.tracker.sensor.outline() });
+            let sensor = &self.tracker.sensor;
+            let (memory, outline, depth) = (&self.tracker.memory, sensor.outline(), sensor.depth());
+            let after = (index == newest).then_some(StateAfter { memory, outline, depth });
             let field: &[f32] = if after.is_some() { &self.field } else { &[] };
             let record = TurnRecord { logged, field, after };
             sinks.iter_mut().for_each(|sink| sink.accept(&record));

@@ -34,6 +34,16 @@ pub enum Silence {
     WaitOut,
 }
 
+/// Images that a camera sends.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum CameraImages {
+    /// Depth images and the outline's.
+    #[default]
+    DepthAndOutline,
+    /// The outline's alone.
+    OutlineAlone,
+}
+
 /// Everything that turns payloads into turns.
 #[derive(Debug)]
 pub struct Worker<'m> {
@@ -41,6 +51,8 @@ pub struct Worker<'m> {
     pub estimator: Estimator<'m>,
     /// The reader of the images.
     pub config: Config,
+    /// Images of the camera.
+    pub images: CameraImages,
     /// Rectification of the outline's image, where the camera sends it in colour.
     pub rectifier: Option<Rectifier>,
     /// Commanded motion of the glass, taken instead of the tracked one.
@@ -59,7 +71,8 @@ impl<'m> Worker<'m> {
     pub fn new(estimator: Estimator<'m>, config: Config) -> Self {
         let (silence, span_end) = (Silence::default(), SpanEnd::LastFrame);
         let latency = LeastLatency::UNKNOWN_CAMERA;
-        Self { estimator, config, rectifier: None, motion: None, latency, silence, span_end }
+        let images = CameraImages::default();
+        Self { estimator, config, images, rectifier: None, motion: None, latency, silence, span_end }
     }
 
     /// Runs until the camera has gone or `stop` is set. Every turn goes to every sink, in the order of `sinks`.
@@ -68,11 +81,18 @@ impl<'m> Worker<'m> {
         // Two images of each: a stream may lag by a frame.
         let (mut depth, mut grey) = (vec![0; 4 * width * height], vec![0; 2 * width * height]);
         let mut colour = vec![0; self.rectifier.as_ref().map_or(0, Rectifier::colour_bytes)];
-        let sensor = match self.rectifier {
-            Some(rectifier) => {
-                ProfileSensor::with_colour(self.config, &mut depth, rectifier, &mut colour, &mut grey)
+        let (config, one_grey) = (self.config, width * height);
+        let sensor = match (self.images, self.rectifier) {
+            (CameraImages::DepthAndOutline, Some(rectifier)) => {
+                ProfileSensor::with_colour(config, &mut depth, rectifier, &mut colour, &mut grey)
             }
-            None => ProfileSensor::new(self.config, &mut depth, &mut grey),
+            (CameraImages::DepthAndOutline, None) => ProfileSensor::new(config, &mut depth, &mut grey),
+            (CameraImages::OutlineAlone, Some(rectifier)) => {
+                ProfileSensor::of_outline(config, rectifier, &mut colour, &mut grey[..one_grey])
+            }
+            (CameraImages::OutlineAlone, None) => {
+                ProfileSensor::of_grey_outline(config, &mut grey[..one_grey])
+            }
         };
         let field = vec![0.0; self.estimator.field_len()];
         let tracker = Tracker::new(self.estimator, sensor);
@@ -105,13 +125,13 @@ impl<'m> Worker<'m> {
             let now = Instant::now();
             turns.look(looked, now);
             looked = now;
-            turns.dropped = end.dropped();
             match received {
                 Received::Closed => {
                     span_end = self.span_end;
                     break;
                 }
                 Received::Silence => {
+                    turns.dropped = end.dropped();
                     turns.take_silence(now);
                     next_turn += INTERVAL;
                     sink_allocations += turns.hand_on(sinks);

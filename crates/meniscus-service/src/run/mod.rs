@@ -17,7 +17,6 @@ pub use turn_table::csv as turn_table;
 
 use crate::identify::{Note, ProfileFeed, ProfileOutlet, Standing, channel};
 use crate::live::{CrestImage, FlightRecorder, Log, Worker};
-use crate::publish::PublishOutlet;
 use crate::sink::{LatestTurn, TurnSink};
 use crate::snapshot::SnapshotOutlet;
 use meniscus::blob::Model;
@@ -71,7 +70,7 @@ pub struct LiveRun<'r> {
     /// Frames whose turns the log keeps one by one; later turns are in its totals.
     pub frames: usize,
     /// Publishing to other programs.
-    pub publisher: Option<&'r mut PublishOutlet>,
+    pub publishers: Vec<&'r mut dyn TurnSink>,
     /// Live page, Foxglove.
     pub viewers: &'r [&'r dyn Viewer],
     /// Liquids that are compared; none of them, no identification.
@@ -127,7 +126,7 @@ impl LiveRun<'_> {
             worker,
             end,
             frames,
-            publisher,
+            publishers,
             viewers,
             notes,
             flights,
@@ -142,7 +141,7 @@ impl LiveRun<'_> {
         let mut sinks = Sinks {
             log: Log::for_frames(frames),
             crest: CrestImage::new(model.header.fill_m as f32, width * height),
-            publisher,
+            publishers,
             viewers: viewers.iter().map(|viewer| viewer.sink()).collect(),
             profiles: None,
         };
@@ -210,7 +209,7 @@ fn tell_notes(notes: &NoteBook, viewers: &[&dyn Viewer], tell: &(dyn Fn(&str) + 
 struct Sinks<'p> {
     log: Log,
     crest: CrestImage,
-    publisher: Option<&'p mut PublishOutlet>,
+    publishers: Vec<&'p mut dyn TurnSink>,
     viewers: Vec<SnapshotOutlet>,
     profiles: Option<ProfileOutlet>,
 }
@@ -228,7 +227,7 @@ impl Sinks<'_> {
         {
             // Other programs first: each later sink delays them.
             let mut sinks: Vec<&mut dyn TurnSink> = Vec::new();
-            sinks.extend(self.publisher.as_deref_mut().map(|sink| sink as &mut dyn TurnSink));
+            sinks.extend(self.publishers.iter_mut().map(|sink| &mut **sink as &mut dyn TurnSink));
             sinks.extend(self.viewers.iter_mut().map(|sink| sink as &mut dyn TurnSink));
             sinks.extend(self.profiles.as_mut().map(|sink| sink as &mut dyn TurnSink));
             sinks.push(&mut latest);

@@ -1,5 +1,6 @@
 //! Statistics of a run that need no truth, over all of its turns: times, stages, losses, modes.
 
+use crate::commanded_motion::TagCounts;
 use crate::live::{Log, STAGES};
 use serde_json::{Value, json};
 
@@ -44,7 +45,8 @@ pub fn stages_line(log: &Log) -> String {
 pub fn motion_json(log: &Log) -> Value {
     log.motion.map_or(Value::Null, |turns| {
         json!({ "told": turns.commanded, "untold": turns.tracked, "contradicted": turns.contradicted,
-                "contradictions": turns.contradictions, "refused": turns.refused, "stamped": turns.stamped })
+                "contradictions": turns.contradictions, "refused": turns.refused, "stamped": turns.stamped,
+                "tag": turns.tag })
     })
 }
 
@@ -68,8 +70,32 @@ pub fn motion_line(log: &Log) -> String {
             0 => String::new(),
             refused => format!("; {refused} datagrams refused"),
         };
-        format!("motion: commanded in {commanded} turns, tracked in {tracked}{denied}{refused}\n")
+        let tag = turns.tag.map_or(String::new(), |tag| tag_line(&tag));
+        format!("motion: commanded in {commanded} turns, tracked in {tracked}{denied}{refused}\n{tag}")
     })
+}
+
+/// Returns the images of a tag as a line for a person.
+fn tag_line(tag: &TagCounts) -> String {
+    let TagCounts { images, seen, image_us_mean, image_us_max, .. } = *tag;
+    let course = tag.travel.map_or_else(
+        || "; never at rest, so that no lift or inclination is known".into(),
+        |travel| {
+            format!(
+                "; farthest from the rest: along {:.1} mm, away {:.1} mm, lift {:.1} mm (std {:.2} mm), inclination {:.1} degrees \
+                 (std {:.1})",
+                travel.along_mm,
+                travel.away_mm,
+                travel.lift_mm,
+                travel.position_std_mm,
+                travel.inclination_deg,
+                travel.attitude_std_deg
+            )
+        },
+    );
+    format!(
+        "tag: seen in {seen} of {images} images, {image_us_mean} us each, {image_us_max} us at the most{course}\n"
+    )
 }
 
 /// Returns the losses of the camera's streams as JSON.

@@ -42,7 +42,8 @@ impl Body {
         [of(Liquid::Dark), of(Liquid::Bright)].into_iter().flatten().max_by_key(tall)
     }
 
-    fn of_tone(portrait: &Portrait, columns: &Range<usize>, liquid: Liquid) -> Option<Self> {
+    /// Returns the tallest body of this tone in these columns; a clear liquid is dark.
+    pub(super) fn of_tone(portrait: &Portrait, columns: &Range<usize>, liquid: Liquid) -> Option<Self> {
         let rows = tallest(portrait, columns, liquid);
         if rows.len() < LEAST_ROWS {
             return None;

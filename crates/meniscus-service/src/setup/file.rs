@@ -1,5 +1,6 @@
 //! The settings file: TOML, written whole, checked when it is read.
 
+use super::lens::StatedLens;
 use crate::setup::measured_glass::MeasuredGlass;
 use meniscus::blob::Header;
 use meniscus::surface::{Config, ConfigError, Liquid, MAX_COLUMNS, Optics, Settings};
@@ -26,13 +27,16 @@ pub struct Setup {
     pub liquid: LiquidAppearance,
     /// The place, by the camera.
     pub view: View,
+    /// Lens of a webcam, by hand; none of a camera that tells its own.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub lens: Option<StatedLens>,
 }
 
 /// Appearance of the liquid in the image of the outline.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct LiquidAppearance {
-    /// Before its background: `dark` or `bright`.
+    /// Before its background: `dark` or `bright`, or `clear` before a bright card.
     pub tone: Tone,
     /// Least difference from it that the reader takes for liquid, grey levels.
     pub least_contrast: f32,
@@ -46,6 +50,8 @@ pub enum Tone {
     Dark,
     /// Brighter.
     Bright,
+    /// Clear: darker than a bright card behind it, and nothing to the depth image.
+    Clear,
 }
 
 /// Where the camera stands.
@@ -150,7 +156,9 @@ impl Setup {
             toml::from_str(&text).map_err(|error| SetupError::Text(path.into(), with_line(&error, &text)))?;
         let value = |what| SetupError::Value(path.into(), what);
         setup.glass.check().map_err(value)?;
-        Config::new(setup.settings(Optics::default())).map_err(|error| value(format!("{error}")))?;
+        setup.lens.map_or(Ok(()), |lens| lens.check()).map_err(|error| value(error.to_string()))?;
+        let optics = setup.lens.map_or_else(Optics::default, |lens| lens.optics());
+        Config::new(setup.settings(optics)).map_err(|error| value(format!("{error}")))?;
         Ok(setup)
     }
 
@@ -186,6 +194,7 @@ impl Setup {
             liquid: match self.liquid.tone {
                 Tone::Dark => Liquid::Dark,
                 Tone::Bright => Liquid::Bright,
+                Tone::Clear => Liquid::Clear,
             },
             least_contrast: self.liquid.least_contrast,
             ..Settings::default()

@@ -1,6 +1,9 @@
 //! Pairs of images as they come, and the mean of some of them: a portrait of a glass that stands still.
 
-use meniscus::surface::{Intrinsics, Optics, OutlineAssembler, Region};
+use meniscus::surface::{
+    Config, ExtractionError, ExtractionState, Intrinsics, Optics, OutlineAssembler, Region, SurfaceProfile,
+    extract, extract_outline,
+};
 use meniscus::usb::frame::{DepthFrame, OutlineFrame, Stamp};
 use meniscus::usb::uvc::{Assembler, AssemblyOutcome, DeviceClock, Pairer, Stream};
 use std::collections::VecDeque;
@@ -9,25 +12,30 @@ use std::time::Instant;
 /// The camera's frame interval, microseconds.
 const INTERVAL_US: u32 = 16_667;
 
-/// Two images of one exposure.
+/// Two images of one exposure, or the outline's alone.
 #[derive(Clone, Debug)]
 pub struct Pair {
-    /// Z16, little-endian.
-    pub depth: Vec<u8>,
+    /// Z16, little-endian; `None` of a camera without depth.
+    pub depth: Option<Vec<u8>>,
     /// Y8, in which the outline is traced.
     pub outline: Vec<u8>,
-    /// Stamp of the depth image.
+    /// Stamp of the depth image, or of the outline's alone.
     pub stamp: Stamp,
 }
 
 impl Pair {
-    /// Both images for the extractor.
-    pub(super) fn frames(&self, width: usize, height: usize) -> (DepthFrame<'_>, OutlineFrame<'_>) {
-        let stamp = self.stamp;
-        (
-            DepthFrame { bytes: &self.depth, width, height, stamp },
-            OutlineFrame { bytes: &self.outline, width, height, stamp },
-        )
+    /// Takes the images through the extractor.
+    pub(super) fn extract(
+        &self,
+        config: &Config,
+        state: &mut ExtractionState,
+    ) -> Result<SurfaceProfile, ExtractionError> {
+        let (stamp, (width, height)) = (self.stamp, config.image_size());
+        let outline = OutlineFrame { bytes: &self.outline, width, height, stamp };
+        match &self.depth {
+            Some(depth) => extract(config, state, DepthFrame { bytes: depth, width, height, stamp }, outline),
+            None => extract_outline(config, state, outline),
+        }
     }
 }
 
@@ -83,11 +91,11 @@ impl Recent {
 /// Payloads to pairs.
 #[derive(Debug)]
 pub struct Gather<'b> {
-    depth: Assembler<'b>,
+    /// Depth images and their pairing, where the camera has them.
+    depth: Option<(Assembler<'b>, Pairer)>,
     outline: OutlineAssembler<'b>,
     size: (usize, usize),
     clock: DeviceClock,
-    pairer: Pairer,
 }
 
 impl<'b> Gather<'b> {
@@ -97,21 +105,32 @@ impl<'b> Gather<'b> {
         let two = depth.len() >= 4 * size.0 * size.1;
         let depth = if two { Assembler::keeping_two(depth) } else { Assembler::new(depth) };
         let pairer = Pairer::new(INTERVAL_US, depth.kept().min(outline.kept()));
-        Self { depth, outline, size, clock: DeviceClock::default(), pairer }
+        Self { depth: Some((depth, pairer)), ..Self::of_outline(size, outline) }
+    }
+
+    /// Gathers the outline's images of `size` of a camera without depth.
+    #[must_use]
+    pub fn of_outline(size: (usize, usize), outline: OutlineAssembler<'b>) -> Self {
+        Self { depth: None, outline, size, clock: DeviceClock::default() }
     }
 
     /// Takes a payload; a pair if it completes one.
     pub fn take(&mut self, stream: Stream, payload: &[u8]) -> Option<Pair> {
-        let stamp = match stream {
-            Stream::Depth => match self.depth.push(payload, &mut self.clock) {
+        let Self { depth, outline, size, clock } = self;
+        let stamp = match (stream, &mut *depth) {
+            (Stream::Depth, None) => return None,
+            (Stream::Depth, Some((depth, _))) => match depth.push(payload, clock) {
                 AssemblyOutcome::Frame(frame) => frame.stamp,
                 AssemblyOutcome::Partial | AssemblyOutcome::Lost(_) => return None,
             },
-            Stream::Outline => self.outline.push(payload, Region::whole(self.size), &mut self.clock)?,
+            (Stream::Outline, _) => outline.push(payload, Region::whole(*size), clock)?,
         };
-        let pair = self.pairer.offer(stream, stamp)?;
-        let (depth, outline) = (self.depth.pixels_of(pair.depth)?, self.outline.pixels_of(pair.outline)?);
-        Some(Pair { depth: depth.to_vec(), outline: outline.to_vec(), stamp: pair.depth })
+        let Some((depth, pairer)) = depth else {
+            return Some(Pair { depth: None, outline: outline.pixels().to_vec(), stamp });
+        };
+        let pair = pairer.offer(stream, stamp)?;
+        let (depth, outline) = (depth.pixels_of(pair.depth)?, outline.pixels_of(pair.outline)?);
+        Some(Pair { depth: Some(depth.to_vec()), outline: outline.to_vec(), stamp: pair.depth })
     }
 }
 
@@ -138,13 +157,17 @@ impl Portrait {
     pub fn of(pairs: &[Pair], optics: &Optics) -> Option<Self> {
         let (width, height) = (optics.intrinsics.width, optics.intrinsics.height);
         let pixels = width * height;
-        let fits = |pair: &&Pair| pair.outline.len() == pixels && pair.depth.len() == 2 * pixels;
+        let fits = |pair: &&Pair| {
+            pair.outline.len() == pixels && pair.depth.as_ref().is_none_or(|depth| depth.len() == 2 * pixels)
+        };
         let (mut grey, mut depth) = (vec![0.0_f32; pixels], vec![(0_u32, 0_u32); pixels]);
         let mut count = 0_u32;
         for pair in pairs.iter().filter(fits) {
             count += 1;
             grey.iter_mut().zip(&pair.outline).for_each(|(sum, pixel)| *sum += f32::from(*pixel));
-            for ((sum, seen), raw) in depth.iter_mut().zip(pair.depth.as_chunks().0) {
+            for ((sum, seen), raw) in
+                depth.iter_mut().zip(pair.depth.as_deref().unwrap_or_default().as_chunks().0)
+            {
                 let raw = u16::from_le_bytes(*raw);
                 *sum += u32::from(raw);
                 *seen += u32::from(raw > 0);

@@ -1,9 +1,7 @@
 //! The surface at rest, as the reader of a run sees it with the measured settings.
 
 use super::portrait::Pair;
-use meniscus::surface::{
-    Config, ExtractionError, ExtractionState, POINTS, SurfaceProfile, extract, profile_abscissa,
-};
+use meniscus::surface::{Config, ExtractionError, ExtractionState, POINTS, SurfaceProfile, profile_abscissa};
 
 /// Surface that the extractor finds in image pairs of a resting glass; lengths in millimetres.
 #[derive(Clone, Debug, PartialEq)]
@@ -30,12 +28,10 @@ impl Rest {
     /// Takes every pair through the extractor.
     #[must_use]
     pub fn of(pairs: &[Pair], config: &Config) -> Self {
-        let (width, height) = config.image_size();
         let (mut state, mut why) = (ExtractionState::new(), None);
         let mut profiles: Vec<SurfaceProfile> = Vec::with_capacity(pairs.len());
         for pair in pairs {
-            let (depth, infrared) = pair.frames(width, height);
-            match extract(config, &mut state, depth, infrared) {
+            match pair.extract(config, &mut state) {
                 Ok(profile) => profiles.push(profile),
                 Err(error) => why = Some(error),
             }

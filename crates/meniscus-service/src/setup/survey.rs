@@ -41,6 +41,17 @@ pub enum Blind {
     NoDepth(f32),
     /// The depth in the body is that of the background: both in metres.
     Transparent(f32, f32),
+    /// No upper edge of the body was found near its axis.
+    NoEdge,
+}
+
+/// Place of a camera without depth, as somebody measured it; lengths in metres.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StatedPlace {
+    /// From the lens to the wall of the glass that faces it, horizontally.
+    pub wall_m: f64,
+    /// Height of the lens above the inner bottom of the glass.
+    pub height_m: f64,
 }
 
 /// Measures of camera and glass from a portrait; lengths in metres.
@@ -58,8 +69,8 @@ pub struct Survey {
     pub top_m: f64,
     /// Height of the liquid from its lower edge to its upper one, if the lower edge was seen.
     pub fill_m: Option<f64>,
-    /// Share of the facing wall's pixels that have a depth.
-    pub depth_share: f64,
+    /// Share of the facing wall's pixels that have a depth; `None` of a camera without.
+    pub depth_share: Option<f64>,
 }
 
 impl Survey {
@@ -86,6 +97,36 @@ impl Survey {
         let points: Vec<(f64, f64)> = wall.rows.iter().map(inverse).collect();
         let (at_0, slope) = line(&points).ok_or(Blind::NoDepth(share))?;
         let (pitch, y_m) = (slope.atan2(at_0), 1.0 / at_0.hypot(slope));
+        let depth_share = Some(f64::from(share));
+        Ok(Self { depth_share, ..Self::along(body, lens, Line { pitch, y_m }) })
+    }
+
+    /// The survey of `body` by a camera without depth: the row of the surface at rest, `fill_m` high, tells the pitch,
+    ///
+    /// ```text
+    /// p = atan b + atan((fill - height) / Y)
+    /// ```
+    ///
+    /// and the silhouette and the lower edge of the body check the lens and the stated lengths.
+    #[must_use]
+    pub(super) fn at(body: &Body, lens: &Intrinsics, place: StatedPlace, fill_m: f64) -> Option<Self> {
+        let StatedPlace { wall_m, height_m } = place;
+        let (_, [left, right]) = body.sides.get(body.sides.len() / 2)?;
+        let middle = 0.5 * (left + right);
+        let near = |(column, _): &&(usize, f32)| (*column as f32 - middle).abs() < 6.0;
+        let rest = median(body.top.iter().filter(near).map(|(_, row)| *row))?;
+        let b = (f64::from(rest) - f64::from(lens.ppy)) / f64::from(lens.fy);
+        // The wall is Y / cos away, as below.
+        let bearing = f64::from((middle - lens.ppx) / lens.fx).atan();
+        let y_m = wall_m * bearing.cos();
+        let pitch = b.atan() + ((fill_m - height_m) / y_m).atan();
+        Some(Self::along(body, lens, Line { pitch, y_m }))
+    }
+
+    /// The survey along the line that the facing wall is.
+    fn along(body: &Body, lens: &Intrinsics, line: Line) -> Self {
+        let Line { pitch, y_m } = line;
+        let b = |row: f64| (row - f64::from(lens.ppy)) / f64::from(lens.fy);
         let (sin, cos) = pitch.sin_cos();
         let tangent = |column: f32, row: usize| {
             let a = f64::from(column - lens.ppx) / f64::from(lens.fx);
@@ -104,9 +145,16 @@ impl Survey {
         let rest = body.top.iter().filter(near).map(|(_, row)| *row);
         let top_m = median(rest).or_else(|| body.top.first().map(|(_, row)| *row)).map_or(f64::NAN, height);
         let fill_m = body.foot.map(|foot| top_m - height(foot));
-        let depth_share = f64::from(share);
-        Ok(Self { wall_m, bearing, pitch_rad: pitch, radius_m, top_m, fill_m, depth_share })
+        Self { wall_m, bearing, pitch_rad: pitch, radius_m, top_m, fill_m, depth_share: None }
     }
+}
+
+/// The facing wall as the camera sees it: a vertical line.
+struct Line {
+    /// Pitch of the camera, radians.
+    pitch: f64,
+    /// `Y`, metres.
+    y_m: f64,
 }
 
 /// The depths of the wall that faces the camera.

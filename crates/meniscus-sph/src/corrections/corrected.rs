@@ -25,9 +25,11 @@
 
 use super::moments::Seen;
 use crate::particles::blocks::dot;
+use crate::particles::lanes::Row;
 use crate::particles::tensor::{Symmetric, UNIT, times};
 use crate::particles::{Particle, retain};
 use nalgebra::Matrix3;
+use rayon::prelude::*;
 
 /// `E`.
 const SOFT: f64 = 0.2;
@@ -37,8 +39,10 @@ const SOFT: f64 = 0.2;
 pub(crate) struct Corrected {
     /// `L` of every particle.
     pub(crate) l: Vec<Symmetric>,
-    /// `p L` of every particle, Pa.
-    pub(crate) pressure: Vec<Symmetric>,
+    /// `L` of every particle (6), then the pressure on the surface above it, Pa.
+    pub(crate) pressed: Vec<Row<8>>,
+    /// `p L` of every particle, Pa (6), then its `c_i mu_i`, Pa s.
+    pub(crate) pressure: Vec<Row<8>>,
 }
 
 /// `L` from `N`.
@@ -56,37 +60,58 @@ fn inverse(n: &Symmetric) -> Symmetric {
 impl Corrected {
     /// Unit matrices for `particles` particles.
     pub(crate) fn new(particles: usize) -> Self {
-        Self { l: vec![UNIT; particles], pressure: vec![[0.0; 6]; particles] }
+        Self {
+            l: vec![UNIT; particles],
+            pressed: vec![Row::default(); particles],
+            pressure: vec![Row::default(); particles],
+        }
     }
 
     /// Keeps the particles that are in `keep`.
     pub(crate) fn retain(&mut self, keep: &[bool]) {
         retain(&mut self.l, keep);
+        retain(&mut self.pressed, keep);
         retain(&mut self.pressure, keep);
     }
 
     /// Takes `L` from what the particles see; of those higher than `highest_m` it is the unit matrix.
-    pub(crate) fn update(&mut self, seen: impl Iterator<Item = Seen>, particle: &[Particle], highest_m: f64) {
-        for ((l, seen), p) in self.l.iter_mut().zip(seen).zip(particle) {
+    pub(crate) fn update(
+        &mut self,
+        seen: impl IndexedParallelIterator<Item = Seen>,
+        particle: &[Particle],
+        highest_m: f64,
+    ) {
+        let all = self.l.par_iter_mut().zip(seen).zip(particle).with_min_len(128);
+        all.for_each(|((l, seen), p)| {
             *l = if p.x[2] > highest_m { UNIT } else { inverse(&seen.moments()) };
-        }
+        });
     }
 
     /// Returns the largest `omega` of all particles, 1/s, in a liquid of the speed of sound `sound` m/s.
-    pub(crate) fn fastest(&self, seen: impl Iterator<Item = Seen>, sound: f64) -> f64 {
+    pub(crate) fn fastest(&self, seen: impl IndexedParallelIterator<Item = Seen>, sound: f64) -> f64 {
         let square = |(l, seen): (&Symmetric, Seen)| {
             let lean = times(l, &seen.lean());
             let [xx, xy, xz, yy, yz, zz] = *l;
             let norm2 = xx * xx + yy * yy + zz * zz + 2.0 * (xy * xy + xz * xz + yz * yz);
             dot(&lean, &lean) + norm2 / 3.0 * seen.stiffness()
         };
-        sound * self.l.iter().zip(seen).map(square).fold(0.0, f64::max).sqrt()
+        sound * self.l.par_iter().zip(seen).with_min_len(512).map(square).reduce(|| 0.0, f64::max).sqrt()
     }
 
-    /// Fills `pressure` from the present pressures.
-    pub(crate) fn weigh(&mut self, particle: &[Particle]) {
-        for ((out, l), p) in self.pressure.iter_mut().zip(&self.l).zip(particle) {
-            *out = l.map(|l| p.p * l);
+    /// Fills `pressure` from the present pressures and `drag`, `c_i mu_i` of every particle.
+    pub(crate) fn weigh(&mut self, particle: &[Particle], drag: &[f64]) {
+        for (((out, l), p), drag) in self.pressure.iter_mut().zip(&self.l).zip(particle).zip(drag) {
+            let [xx, xy, xz, yy, yz, zz] = l.map(|l| p.p * l);
+            *out = Row([xx, xy, xz, yy, yz, zz, *drag, 0.0]);
+        }
+    }
+
+    /// Fills `pressed` from what presses on the surface above each particle; `above` is empty where nothing does.
+    pub(crate) fn press(&mut self, above: &[[f64; 3]]) {
+        let mut above = above.iter();
+        for (out, [xx, xy, xz, yy, yz, zz]) in self.pressed.iter_mut().zip(&self.l) {
+            let above = above.next().map_or(0.0, |[p, ..]| *p);
+            *out = Row([*xx, *xy, *xz, *yy, *yz, *zz, above, 0.0]);
         }
     }
 }

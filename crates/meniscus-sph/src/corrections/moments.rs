@@ -10,9 +10,12 @@
 //! [`super::corrected`] makes exact gradients of `N`, [`super::smooth`] the smooth part of the velocity of `R` and `N`,
 //! [`super::positions`] a density of `s` and `m`, [`super::corrected`] how fast a particle swings of `b` and `k`.
 
+use crate::particles::blocks::{BLOCK, PairSum, Panel, VOLUME, add, dot, scatter, sum, whole};
+use crate::particles::lanes::{Row, Width};
 use crate::particles::tensor::Symmetric;
-use crate::particles::{CHUNKS, Fluid, Kernel, Neighbours, Particle, pair, retain};
+use crate::particles::{CHUNKS, Fluid, Kernel, Neighbours, Particle, retain};
 use crate::walls::Walls;
+use rayon::prelude::*;
 
 /// Lifetime of the sums, s: a seventieth of the first mode of the glass of the recordings.
 const HOLD_S: f64 = 0.004;
@@ -66,53 +69,107 @@ impl Seen {
 pub(crate) struct Moments {
     /// Time since they were formed, s.
     age_s: f64,
-    buffers: Vec<Vec<[f64; NUMBERS]>>,
+    /// The particles with their masses in place of their pressures.
+    particle: Vec<Row<8>>,
+    /// The images, as well.
+    image: Vec<Row<8>>,
+    buffers: Vec<Vec<Row<24>>>,
     sums: Vec<[f64; NUMBERS]>,
 }
 
-/// A neighbour in the sums of a particle.
-#[derive(Clone, Copy)]
-struct Term {
-    /// Volume of the particle, m3.
-    own: f64,
-    /// Volume of the neighbour, m3.
-    volume: f64,
-    /// Its mass, kg.
-    mass: f64,
-    /// Slope `F` of the kernel at its distance.
-    slope: f64,
-    /// Value `W` of the kernel there.
-    value: f64,
+/// Inputs of the sums.
+struct Sums<'a> {
+    kernel: Kernel,
+    lists: &'a Neighbours,
+    particle: &'a [Row<8>],
+    image: &'a [Row<8>],
 }
 
-/// Adds `term` at the separation `d` with the relative velocity `v`.
-#[inline]
-fn add(sums: &mut [f64; NUMBERS], term: Term, d: &[f64; 3], v: &[f64; 3]) {
-    let Term { own, volume, mass, slope, value } = term;
+/// The columns of a block.
+struct Columns {
+    near: Panel,
+    /// Sums for the neighbours.
+    theirs: [Panel; 3],
+    /// Sums from them.
+    mine: [Panel; 3],
+}
+
+/// Column of the mass, where a particle has its pressure.
+const MASS: usize = 7;
+
+/// The terms of a sum: of a neighbour of volume `volume` and mass `mass` at the separation `d`, which approaches with `v`, in the
+/// sums of one of volume `own`, with slope and value of the kernel.
+#[inline(always)]
+fn terms(
+    [own, volume, mass]: [f64; 3],
+    [slope, value]: [f64; 2],
+    d: &[f64; 3],
+    v: &[f64; 3],
+) -> [[f64; 8]; 3] {
     let u = volume * slope;
-    for (row, v) in sums[..9].chunks_exact_mut(3).zip(v) {
-        let uv = u * v;
-        for (s, d) in row.iter_mut().zip(d) {
-            *s += uv * d;
+    let [x, y, z] = *d;
+    let [uv, vv, wv] = [u * v[0], u * v[1], u * v[2]];
+    let [ux, uy, uz] = [u * x, u * y, u * z];
+    let moments = [ux * x, ux * y, ux * z, uy * y, uy * z, uz * z];
+    let heavy = mass * value;
+    let stiffness = own * slope * (moments[0] + moments[3] + moments[5]);
+    [
+        [uv * x, uv * y, uv * z, vv * x, vv * y, vv * z, wv * x, wv * y],
+        [wv * z, moments[0], moments[1], moments[2], moments[3], moments[4], moments[5], heavy],
+        [heavy * x, heavy * y, heavy * z, ux, uy, uz, stiffness, 0.0],
+    ]
+}
+
+impl Sums<'_> {
+    /// Fills `mine` with what the gathered rows give a particle, `theirs` with what they get.
+    #[inline(always)]
+    fn fill<const BOTH: bool>(&self, a: &[f64; 8], rows: usize, columns: &mut Columns) {
+        let Columns { near, theirs, mine } = columns;
+        let (x, v) = ([a[0], a[1], a[2]], [a[3], a[4], a[5]]);
+        for k in 0..whole(rows) {
+            let (d, v) = (near.apart(&x, k), near.slower(&v, k));
+            let r2 = dot(&d, &d);
+            let kernel = [self.kernel.slope(r2), self.kernel.value(r2)];
+            let (volume, mass) = (near.0[VOLUME][k], near.0[MASS][k]);
+            let to_me = terms([a[VOLUME], volume, mass], kernel, &d, &v);
+            mine.iter_mut().zip(to_me).for_each(|(mine, numbers)| mine.put(k, numbers));
+            if BOTH {
+                let to_them = terms([volume, a[VOLUME], a[MASS]], kernel, &d.map(|d| -d), &v.map(|v| -v));
+                theirs.iter_mut().zip(to_them).for_each(|(theirs, numbers)| theirs.put(k, numbers));
+            }
         }
     }
-    let ud = d.map(|d| u * d);
-    let moments = [ud[0] * d[0], ud[0] * d[1], ud[0] * d[2], ud[1] * d[1], ud[1] * d[2], ud[2] * d[2]];
-    for (s, m) in sums[9..15].iter_mut().zip(moments) {
-        *s += m;
-    }
-    sums[15] += mass * value;
-    for (s, d) in sums[16..19].iter_mut().zip(d) {
-        *s += mass * value * d;
-    }
-    for (s, ud) in sums[19..22].iter_mut().zip(ud) {
-        *s += ud;
-    }
-    sums[22] += own * slope * (moments[0] + moments[3] + moments[5]);
 }
 
-fn difference(a: &Particle, b: &Particle) -> [f64; 3] {
-    [a.v[0] - b.v[0], a.v[1] - b.v[1], a.v[2] - b.v[2]]
+impl PairSum<24> for Sums<'_> {
+    type Columns = Columns;
+
+    fn columns(&self) -> Columns {
+        Columns { near: Panel::new(), theirs: [Panel::new(); 3], mine: [Panel::new(); 3] }
+    }
+
+    #[inline(always)]
+    fn row<W: Width>(&self, i: usize, columns: &mut Columns, out: &mut [Row<24>]) {
+        let a = &self.particle[i].0;
+        let mut own = [[0.0; 8]; 3];
+        own[1][7] = a[MASS] * self.kernel.value(0.0);
+        for at in self.lists.liquid.row(i).chunks(BLOCK) {
+            columns.near.gather::<W>(self.particle, at);
+            self.fill::<true>(a, at.len(), columns);
+            for (part, panel) in columns.theirs.iter().enumerate() {
+                scatter::<W, 24>(panel, at, out, part);
+            }
+            own.iter_mut().zip(&columns.mine).for_each(|(own, mine)| sum::<W>(mine, at.len(), own));
+        }
+        for at in self.lists.wall.row(i).chunks(BLOCK) {
+            columns.near.gather::<W>(self.image, at);
+            self.fill::<false>(a, at.len(), columns);
+            own.iter_mut().zip(&columns.mine).for_each(|(own, mine)| sum::<W>(mine, at.len(), own));
+        }
+        for (to, own) in out[i].0.as_chunks_mut().0.iter_mut().zip(&own) {
+            add(to, own);
+        }
+    }
 }
 
 impl Moments {
@@ -120,6 +177,8 @@ impl Moments {
     pub(crate) fn new(particles: usize) -> Self {
         Self {
             age_s: f64::INFINITY,
+            particle: Vec::new(),
+            image: Vec::new(),
             buffers: vec![Vec::new(); CHUNKS],
             sums: vec![[0.0; NUMBERS]; particles],
         }
@@ -149,49 +208,22 @@ impl Moments {
         lists: &Neighbours,
         liquid: &Fluid,
         walls: &Walls,
-        image_density: impl Fn(f64) -> f64 + Sync,
+        image_density: impl Fn(f64) -> f64,
     ) {
-        let Fluid { particle, mass, .. } = liquid;
-        lists.sum(&mut self.buffers, &mut self.sums, &|i: usize, out: &mut [[f64; NUMBERS]]| {
-            let a = &particle[i];
-            let mut own = [0.0; NUMBERS];
-            own[15] = mass[i] * kernel.value(0.0);
-            for &j in lists.liquid.row(i) {
-                let j = j as usize;
-                let b = &particle[j];
-                let (d, r2, _) = pair(a, b);
-                let v = difference(a, b);
-                let term = Term {
-                    own: a.volume,
-                    volume: b.volume,
-                    mass: mass[j],
-                    slope: kernel.slope(r2),
-                    value: kernel.value(r2),
-                };
-                add(&mut own, term, &d, &v);
-                let term = Term { own: b.volume, volume: a.volume, mass: mass[i], ..term };
-                add(&mut out[j], term, &d.map(|d| -d), &v.map(|v| -v));
-            }
-            for &w in lists.wall.row(i) {
-                let b = &walls.image[w as usize];
-                let (d, r2, _) = pair(a, b);
-                let term = Term {
-                    own: a.volume,
-                    volume: b.volume,
-                    mass: b.volume * image_density(b.p),
-                    slope: kernel.slope(r2),
-                    value: kernel.value(r2),
-                };
-                add(&mut own, term, &d, &difference(a, b));
-            }
-            for (o, s) in out[i].iter_mut().zip(own) {
-                *o += s;
-            }
-        });
+        let seen = |p: &Particle, mass: f64| {
+            let ([x, y, z], [u, v, w]) = (p.x, p.v);
+            Row([x, y, z, u, v, w, p.volume, mass])
+        };
+        let Self { particle, image, buffers, sums, .. } = self;
+        particle.clear();
+        particle.extend(liquid.particle.iter().zip(&liquid.mass).map(|(p, m)| seen(p, *m)));
+        image.clear();
+        image.extend(walls.image.iter().map(|p| seen(p, p.volume * image_density(p.p))));
+        lists.sum(buffers, sums, &Sums { kernel: *kernel, lists, particle, image });
     }
 
     /// The sums as they were formed, one entry a particle.
-    pub(crate) fn seen(&self) -> impl Iterator<Item = Seen> + Clone {
-        self.sums.iter().map(|sums| Seen(*sums))
+    pub(crate) fn seen(&self) -> impl IndexedParallelIterator<Item = Seen> + Clone {
+        self.sums.par_iter().map(|sums| Seen(*sums))
     }
 }

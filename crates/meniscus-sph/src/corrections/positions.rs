@@ -20,6 +20,7 @@
 use super::moments::Seen;
 use crate::particles::{Fluid, retain};
 use nalgebra::{Matrix3, Vector3};
+use rayon::prelude::*;
 
 /// Time in which the density follows, s: a third of the first mode of the glass of the recordings. 0.2 and 0.05 give the
 /// same frequencies and damping; 0.02 keeps more noise, and without any of it a low-viscosity liquid moves from rest.
@@ -116,12 +117,12 @@ impl PositionDensity {
     }
 
     /// Finds anew what calls the densities of `liquid` back, from what the particles see with a kernel of length `h` m.
-    pub(crate) fn update(&mut self, seen: impl Iterator<Item = Seen>, h: f64, liquid: &Fluid) {
+    pub(crate) fn update(&mut self, seen: impl IndexedParallelIterator<Item = Seen>, h: f64, liquid: &Fluid) {
         let mut found = std::mem::take(&mut self.found);
-        for (found, seen) in found.iter_mut().zip(seen) {
+        found.par_iter_mut().zip(seen).with_min_len(512).for_each(|(found, seen)| {
             let mu = seen.offset() / h;
             *found = (mu, seen.density() * self.completion(mu));
-        }
+        });
         if !self.settled {
             let ratios = found.iter().zip(&liquid.density).map(|((mu, q), rho)| (*mu, rho / q));
             self.law = Law::fit(ratios).unwrap_or(self.law);
@@ -209,13 +210,13 @@ mod tests {
     fn a_density_is_called_to_the_positions_and_not_where_it_rests() {
         let (mut fluid, seen) = block(1.0);
         let mut positions = PositionDensity::new(seen.len());
-        positions.update(seen.iter().copied(), 1.4, &fluid);
+        positions.update(seen.par_iter().copied(), 1.4, &fluid);
         let middle = 121 * 4 + 60;
         assert!(positions.recall[middle].abs() < 0.01 / TAU_S, "{}", positions.recall[middle]);
         positions.keep(positions.law());
         let before = positions.recall[middle];
         fluid.density[middle] = 0.98;
-        positions.update(seen.iter().copied(), 1.4, &fluid);
+        positions.update(seen.par_iter().copied(), 1.4, &fluid);
         let called = positions.recall[middle] - before;
         assert!((called - 0.02 / TAU_S).abs() < 1e-9, "{called}");
     }

@@ -13,8 +13,10 @@
 
 use super::moments::Seen;
 use crate::particles::blocks::dot;
+use crate::particles::lanes::Row;
 use crate::particles::tensor::{Symmetric, times};
 use nalgebra::Matrix3;
+use rayon::prelude::*;
 
 /// Viscosity of what is not smooth in units of `h c0`.
 pub(crate) const NOISE: f64 = 0.002;
@@ -25,19 +27,19 @@ const SINGULAR: f64 = 0.02;
 /// The gradients.
 #[derive(Clone, Debug)]
 pub(crate) struct Gradients {
-    /// The symmetric part of `G` of every particle, 1/s; the other part turns, and does not change a distance.
-    pub(crate) g: Vec<Symmetric>,
+    /// The symmetric part of `G` of every particle, 1/s (6); the other part turns, and does not change a distance.
+    pub(crate) g: Vec<Row<8>>,
 }
 
 impl Gradients {
     /// Gradients for `particles` particles.
     pub(crate) fn new(particles: usize) -> Self {
-        Self { g: vec![[0.0; 6]; particles] }
+        Self { g: vec![Row::default(); particles] }
     }
 
     /// Takes the gradients from what the particles see.
-    pub(crate) fn update(&mut self, seen: impl Iterator<Item = Seen>) {
-        for (g, seen) in self.g.iter_mut().zip(seen) {
+    pub(crate) fn update(&mut self, seen: impl IndexedParallelIterator<Item = Seen>) {
+        self.g.par_iter_mut().zip(seen).with_min_len(128).for_each(|(g, seen)| {
             let [xx, xy, xz, yy, yz, zz] = seen.moments();
             let moments = Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz);
             let rates = Matrix3::from_row_slice(&seen.velocity());
@@ -46,8 +48,8 @@ impl Gradients {
             let inverse = moments.try_inverse().filter(|_| regular);
             let gradient = inverse.map_or(rates, |inverse| rates * inverse);
             let even = |i: usize, j: usize| 0.5 * (gradient[(i, j)] + gradient[(j, i)]);
-            *g = [even(0, 0), even(0, 1), even(0, 2), even(1, 1), even(1, 2), even(2, 2)];
-        }
+            *g = Row([even(0, 0), even(0, 1), even(0, 2), even(1, 1), even(1, 2), even(2, 2), 0.0, 0.0]);
+        });
     }
 }
 
@@ -62,7 +64,8 @@ pub(crate) fn share(a: &Symmetric, b: &Symmetric, d: &[f64; 3]) -> f64 {
 mod tests {
     use super::*;
     use crate::corrections::Moments;
-    use crate::particles::{Box3, Fluid, Kernel, Neighbours, Particle, pair};
+    use crate::particles::tensor::first;
+    use crate::particles::{Box3, Fluid, Kernel, Neighbours, Particle};
     use crate::walls::Walls;
 
     #[test]
@@ -94,13 +97,17 @@ mod tests {
         moments.form(&kernel, &lists, &fluid, &Walls::default(), |_| 1.0);
         gradients.update(moments.seen());
         let (i, j) = (24 * 7 + 3, 24 * 7 + 4);
-        let (d, _, dot) = pair(&particles[i], &particles[j]);
-        assert!((share(&gradients.g[i], &gradients.g[j], &d) / dot - 1.0).abs() < 1e-9);
+        let apart = |of: fn(&Particle) -> [f64; 3]| -> [f64; 3] {
+            std::array::from_fn(|k| of(&particles[i])[k] - of(&particles[j])[k])
+        };
+        let (d, v) = (apart(|p| p.x), apart(|p| p.v));
+        let smooth = share(&first(&gradients.g[i].0), &first(&gradients.g[j].0), &d);
+        assert!((smooth / dot(&v, &d) - 1.0).abs() < 1e-9);
         // At the edges of the lattice the moments are singular, as in a splash.
         let inside = |k: &usize| [k % 7, k / 7 % 7, k / 49].iter().all(|place| (1..6).contains(place));
         let even = [g[0][0], 0.5 * (g[0][1] + g[1][0]), 0.5 * (g[0][2] + g[2][0])];
         let even = [even[0], even[1], even[2], g[1][1], 0.5 * (g[1][2] + g[2][1]), g[2][2]];
-        let found = (0..343).filter(inside).flat_map(|k| gradients.g[k].iter().zip(even));
+        let found = (0..343).filter(inside).flat_map(|k| gradients.g[k].0.iter().zip(even));
         let worst = found.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
         assert!(worst < 1e-9, "{worst}");
     }

@@ -130,9 +130,9 @@ impl Acting {
         let Some(surface) = &mut self.surface else { return };
         let mut q = Coefficients::zeros();
         surface.wall.press(&surface.held, &mut q);
-        surface.columns.follow(fluid);
+        surface.columns.rise(fluid);
         surface.area_j = surface.tension.pull(&surface.columns.height, &mut q);
-        surface.columns.push(&surface.columns.pressure(&q), fluid, pressed);
+        surface.columns.push(&surface.columns.pressure(&q), pressed);
     }
 
     /// Adds the accelerations that other effects cause.

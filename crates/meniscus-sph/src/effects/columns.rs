@@ -19,8 +19,9 @@
 //! ```
 //! which stiff friction needs for its implicit step. Shorter waves see more of the grain than of the surface.
 
-use super::waves::{Coefficients, Square, Waves};
-use crate::particles::{Fluid, Particle};
+use super::many::{Press, Weigh};
+use super::waves::{Coefficients, Place, Square, Waves};
+use crate::particles::Fluid;
 use rayon::prelude::*;
 
 /// Particles that are summed on one thread: a constant, so that sums do not depend on the number of threads.
@@ -36,8 +37,10 @@ pub(super) struct Columns {
     rest: Coefficients,
     /// Deflection from rest, m.
     pub(super) height: Coefficients,
-    /// Its rate, m/s.
+    /// Its rate at the last [`Self::follow`], m/s.
     pub(super) rate: Coefficients,
+    /// Places of the particles when they were last weighed.
+    places: Vec<Place>,
 }
 
 impl Columns {
@@ -55,34 +58,37 @@ impl Columns {
         let zero = Coefficients::zeros();
         let inverse = Square::from_diagonal(&waves.inverse);
         let mobility = inverse * inertia * inverse;
-        let mut columns = Self { waves, rest_density, mobility, rest: zero, height: zero, rate: zero };
-        columns.rest = columns.moments(fluid).0;
+        let mut columns =
+            Self { waves, rest_density, mobility, rest: zero, height: zero, rate: zero, places: Vec::new() };
+        columns.rest = columns.weigh(fluid, false).0;
         columns
     }
 
-    /// `M` and its rate.
-    fn moments(&self, fluid: &Fluid) -> (Coefficients, Coefficients) {
+    /// `M` and, where `moving`, its rate.
+    fn weigh(&mut self, fluid: &Fluid, moving: bool) -> (Coefficients, Coefficients) {
+        let Self { waves, rest_density, places, .. } = self;
+        places.resize(fluid.particle.len(), Place::default());
         let pieces = fluid.particle.par_chunks(PIECE).zip(fluid.mass.par_chunks(PIECE));
-        let sums = pieces.map(|(particles, masses)| {
-            let (mut sum, mut rate) = (Coefficients::zeros(), Coefficients::zeros());
-            for (p, m) in particles.iter().zip(masses) {
-                let volume = m / self.rest_density;
-                let values = self.waves.at(p.x[0], p.x[1]);
-                for ((value, sum), rate) in values.iter().zip(sum.iter_mut()).zip(rate.iter_mut()) {
-                    *sum += volume * value[0];
-                    *rate += volume * (value[1] * p.v[0] + value[2] * p.v[1]);
-                }
-            }
-            (sum, rate)
+        let sums = pieces.zip(places.par_chunks_mut(PIECE)).map(|((particles, masses), places)| {
+            let (mut sums, mut rates) = (Coefficients::zeros(), Coefficients::zeros());
+            let (rest_density, wanted) = (*rest_density, moving.then_some(&mut rates));
+            Weigh { waves, rest_density, particles, masses, places, sums: &mut sums, rates: wanted }.run();
+            (sums, rates)
         });
         // In order, on one thread: the same bits from any number of them.
         let sums: Vec<_> = sums.collect();
         sums.into_iter().fold((Coefficients::zeros(), Coefficients::zeros()), |(a, b), (c, d)| (a + c, b + d))
     }
 
+    /// Takes the heights of the present state.
+    pub(super) fn rise(&mut self, fluid: &Fluid) {
+        let (sum, _) = self.weigh(fluid, false);
+        self.height = (sum - self.rest).component_mul(&self.waves.inverse);
+    }
+
     /// Takes heights and rates of the present state.
     pub(super) fn follow(&mut self, fluid: &Fluid) {
-        let (sum, rate) = self.moments(fluid);
+        let (sum, rate) = self.weigh(fluid, true);
         self.height = (sum - self.rest).component_mul(&self.waves.inverse);
         self.rate = rate.component_mul(&self.waves.inverse);
     }
@@ -92,15 +98,14 @@ impl Columns {
         q.component_mul(&self.waves.inverse)
     }
 
-    /// Fills `out` with `p_s` and the accelerations along x and y that stand for it.
-    pub(super) fn push(&self, pressure: &Coefficients, fluid: &Fluid, out: &mut Vec<[f64; 3]>) {
-        let at = |p: &Particle| {
-            let mut sum = [0.0; 3];
-            for (value, p_j) in self.waves.at(p.x[0], p.x[1]).iter().zip(pressure) {
-                sum.iter_mut().zip(value).for_each(|(sum, value)| *sum += p_j * value);
-            }
-            [sum[0], -sum[1] / self.rest_density, -sum[2] / self.rest_density]
-        };
-        fluid.particle.par_iter().with_min_len(128).map(at).collect_into_vec(out);
+    /// Fills `out` with `p_s` and the accelerations along x and y that stand for it, where the particles were when they were
+    /// last weighed.
+    pub(super) fn push(&self, pressure: &Coefficients, out: &mut Vec<[f64; 3]>) {
+        let Self { waves, rest_density, places, .. } = self;
+        out.resize(places.len(), [0.0; 3]);
+        let pieces = places.par_chunks(PIECE).zip(out.par_chunks_mut(PIECE));
+        pieces.for_each(|(places, out)| {
+            Press { waves, rest_density: *rest_density, pressure, places, out }.run();
+        });
     }
 }

@@ -7,6 +7,7 @@
 //! | `walls::slip` | wall_slip | friction at the wall |
 //! | `waves` | (shared by the next four) | standing waves of the surface |
 //! | `columns` | (shared by the next three) | heights of those waves as sums over particles |
+//! | `many` | (shared by the same) | those waves at many places at once |
 //! | `surface_tension` | surface_tension | stored energy of the surface's area |
 //! | `contact_line` | contact_line, pinned_line | spring and friction along the wall |
 //! | `foam` | foam | friction along the wall |
@@ -23,6 +24,7 @@ mod contact_line;
 mod foam;
 mod glass;
 mod laws;
+mod many;
 mod rheology;
 mod surface_tension;
 mod surroundings;

@@ -29,6 +29,7 @@
 use super::laws::Relaxation;
 use super::surroundings::Surroundings;
 use crate::corrections::completion;
+use crate::particles::lanes::Row;
 use crate::particles::{CHUNKS, Fluid, Particle, distance2, retain};
 use crate::walls::Map;
 use nalgebra::{Matrix3, Vector3};
@@ -41,9 +42,9 @@ pub(super) struct Maxwell {
     time_s: f64,
     stress: Vec<Matrix3<f64>>,
     gradient: Vec<[f64; 9]>,
-    gradient_buffers: Vec<Vec<[f64; 9]>>,
+    gradient_buffers: Vec<Vec<Row<9>>>,
     force: Vec<[f64; 3]>,
-    force_buffers: Vec<Vec<[f64; 3]>>,
+    force_buffers: Vec<Vec<Row<3>>>,
     /// From the velocities of the originals to those of their images.
     maps: Vec<Map>,
     /// Velocities of the images, m/s.
@@ -81,13 +82,13 @@ impl Maxwell {
         walls.map(glass, fluid, sticking.straight(), &mut self.maps);
         walls.mapped(&self.maps, |i| particle[i].v, &mut self.behind);
         let behind = &self.behind;
-        lists.sum(&mut self.gradient_buffers, &mut self.gradient, &|i: usize, out: &mut [[f64; 9]]| {
+        lists.sum(&mut self.gradient_buffers, &mut self.gradient, &|i: usize, out: &mut [Row<9>]| {
             let a = &particle[i];
             let mut own = [0.0; 9];
             for &j in lists.liquid.row(i) {
                 let b = &particle[j as usize];
                 let f = kernel.slope(distance2(&a.x, &b.x));
-                let other = &mut out[j as usize];
+                let other = &mut out[j as usize].0;
                 for row in 0..3 {
                     for column in 0..3 {
                         // Both signs change between the partners, so that the product is the same.
@@ -106,7 +107,7 @@ impl Maxwell {
                     }
                 }
             }
-            out[i].iter_mut().zip(own).for_each(|(o, s)| *o += s);
+            out[i].0.iter_mut().zip(own).for_each(|(o, s)| *o += s);
         });
         for (gradient, [_, _, seen]) in self.gradient.iter_mut().zip(rate) {
             gradient.iter_mut().for_each(|g| *g *= completion(*seen));
@@ -138,7 +139,7 @@ impl Maxwell {
         let Fluid { particle, mass, acceleration, .. } = fluid;
         let (particle, stress, maps) = (&*particle, &self.stress, &self.maps);
         let c = |i: usize| completion(rate[i][2]);
-        lists.sum(&mut self.force_buffers, &mut self.force, &|i: usize, out: &mut [[f64; 3]]| {
+        lists.sum(&mut self.force_buffers, &mut self.force, &|i: usize, out: &mut [Row<3>]| {
             let a = &particle[i];
             let mut own = [0.0; 3];
             let mut add = |f: f64, s: Matrix3<f64>, x: [f64; 3]| -> [f64; 3] {
@@ -152,14 +153,14 @@ impl Maxwell {
                 let b = &particle[j as usize];
                 let f = a.volume * b.volume * kernel.slope(distance2(&a.x, &b.x));
                 let push = add(f, stress[i] * c(i) + stress[j as usize] * c(j as usize), apart(&b.x));
-                out[j as usize].iter_mut().zip(push).for_each(|(o, p)| *o -= p);
+                out[j as usize].0.iter_mut().zip(push).for_each(|(o, p)| *o -= p);
             }
             for &w in lists.wall.row(i) {
                 let b = &walls.image[w as usize];
                 let f = a.volume * b.volume * kernel.slope(distance2(&a.x, &b.x));
                 add(f, stress[i] * c(i), apart(&b.x));
             }
-            out[i].iter_mut().zip(own).for_each(|(o, s)| *o += s);
+            out[i].0.iter_mut().zip(own).for_each(|(o, s)| *o += s);
         });
         // What the images take, their originals get: image by image over the particles that see it.
         let seers = lists.wall.transposed(walls.image.len());

@@ -9,6 +9,7 @@
 //! push through it. Polynomials stood here before: their line of force was a small difference of two that pushed hard on the
 //! wall, and lost a quarter of what it should hold (5 mm).
 
+use crate::particles::lanes::Row;
 use meniscus::math::bessel_j;
 use nalgebra::{SMatrix, SVector};
 
@@ -35,6 +36,21 @@ pub(super) type Value = [f64; 3];
 
 /// Profile of a wave at one radius: value, slope (1/m), and value over radius (1/m).
 type Profile = [f64; 3];
+
+/// Numbers of a row of the table: the profiles side by side, and one that fills it up to whole vectors.
+pub(super) const NUMBERS: usize = 3 * PROFILES + 1;
+
+/// A place in the circle, as the table wants it.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Place {
+    /// Row of the table below.
+    pub(super) step: usize,
+    /// Part of the way to the next row.
+    pub(super) part: f64,
+    /// Cosine and sine of the azimuth.
+    pub(super) cos: f64,
+    pub(super) sin: f64,
+}
 
 /// Returns the zero of J_m' near `x`, by Newton's method.
 fn zero_of_slope(order: i32, mut x: f64) -> f64 {
@@ -71,7 +87,7 @@ pub(crate) fn zeros(order: i32, count: usize) -> Vec<f64> {
 pub(super) struct Waves {
     radius_m: f64,
     /// Profiles at each radius of the table.
-    table: Vec<[Profile; PROFILES]>,
+    pub(super) table: Vec<Row<NUMBERS>>,
     /// `1/int psi^2 dA`, 1/m2.
     pub(super) inverse: Coefficients,
 }
@@ -85,14 +101,16 @@ impl Waves {
             .collect();
         let table = (0..=STEPS + 1).map(|step| {
             let r = step as f64 / STEPS as f64;
-            std::array::from_fn(|k| {
-                let (m, xi) = kinds[k];
+            let profile = |&(m, xi): &(i32, f64)| -> Profile {
                 let unit = 1.0 / bessel_j(m, xi);
                 let slope = unit * xi / radius_m * slope_of_bessel(m, xi * r);
                 // At the axis J_1 alone has a slope, and its value over the radius is that.
                 let over = if step == 0 { slope } else { unit * bessel_j(m, xi * r) / (r * radius_m) };
                 [unit * bessel_j(m, xi * r), slope, over]
-            })
+            };
+            let mut row = Row::default();
+            row.0.iter_mut().zip(kinds.iter().flat_map(profile)).for_each(|(to, x)| *to = x);
+            row
         });
         let areas = kinds.iter().flat_map(|&(m, xi)| {
             let part = if m == 0 { 1.0 } else { 0.5 };
@@ -104,13 +122,18 @@ impl Waves {
         Self { radius_m, table: table.collect(), inverse }
     }
 
-    /// Every wave at `(x, y)`; beyond the wall its value there.
-    pub(super) fn at(&self, x: f64, y: f64) -> [Value; COUNT] {
+    /// Returns the place `(x, y)`; beyond the wall that at the wall.
+    pub(super) fn place(&self, x: f64, y: f64) -> Place {
         let r = x.hypot(y);
         let (cos, sin) = if r > 1e-9 { (x / r, y / r) } else { (1.0, 0.0) };
         let place = (r / self.radius_m).min(1.0) * STEPS as f64;
-        let (step, part) = (place as usize, place.fract());
-        let (low, high) = (&self.table[step], &self.table[step + 1]);
+        Place { step: place as usize, part: place.fract(), cos, sin }
+    }
+
+    /// Every wave at `(x, y)`; beyond the wall its value there.
+    pub(super) fn at(&self, x: f64, y: f64) -> [Value; COUNT] {
+        let Place { step, part, cos, sin } = self.place(x, y);
+        let (low, high) = (self.table[step].0.as_chunks().0, self.table[step + 1].0.as_chunks().0);
         let mut out = [[0.0; 3]; COUNT];
         let (mut slots, mut profiles) = (out.iter_mut(), low.iter().zip(high));
         // cos m phi and sin m phi.
@@ -118,6 +141,7 @@ impl Waves {
         for (m, count) in RADIAL.iter().enumerate() {
             let order = m as f64;
             for (low, high) in profiles.by_ref().take(*count) {
+                let (low, high): (&Profile, &Profile) = (low, high);
                 let [f, slope, over]: Profile = std::array::from_fn(|k| low[k] + part * (high[k] - low[k]));
                 let around = order * over;
                 // Along the radius and around, turned into x and y.

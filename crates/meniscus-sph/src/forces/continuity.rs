@@ -9,8 +9,9 @@
 //! (diffusion: Fourtakas et al. 2019, Computers & Fluids 190, 346; `L`: [`Corrected`](crate::corrections::Corrected)). Images in the walls do not diffuse.
 
 use crate::frame::Body;
-use crate::particles::blocks::{BLOCK, Column, Near, PairSum, add, dot, gather, put, row, scatter, sum};
-use crate::particles::tensor::{Symmetric, strain, trace};
+use crate::particles::blocks::{BLOCK, PRESSURE, PairSum, Panel, VOLUME, dot, exchange, sum, whole};
+use crate::particles::lanes::{Row, Width};
+use crate::particles::tensor::{first, strain, trace};
 use crate::particles::{Kernel, Neighbours, Particle};
 
 /// Strength of the density diffusion, delta.
@@ -22,10 +23,8 @@ pub(super) struct Continuity<'a> {
     pub(super) lists: &'a Neighbours,
     pub(super) particle: &'a [Particle],
     pub(super) image: &'a [Particle],
-    /// `L` of every particle.
-    pub(super) matrix: &'a [Symmetric],
-    /// Pressure on the surface above each particle, Pa; empty where nothing presses.
-    pub(super) pressed: &'a [[f64; 3]],
+    /// `L` of every particle, then the pressure on the surface above it, Pa.
+    pub(super) matrix: &'a [Row<8>],
     pub(super) body: &'a Body,
     /// Density at zero pressure, kg/m3.
     pub(super) rest_density: f64,
@@ -33,85 +32,88 @@ pub(super) struct Continuity<'a> {
     pub(super) diffusion: f64,
 }
 
-/// Volume strain rate 1/s, diffusive density rate kg/m3/s, and `3/c_i`.
-type Rate = [f64; 3];
-
 /// The columns of a block.
 pub(super) struct Columns {
-    near: Near,
-    /// `L` of the neighbours.
-    matrix: [Column; 6],
-    /// Pressure on the surface above them, Pa.
-    above: Column,
-    mine: [Column; 3],
-    theirs: [Column; 3],
+    near: Panel,
+    /// `L` of the neighbours and the pressure above them.
+    matrix: Panel,
+    /// Sums for the neighbours (3) and from them (3): volume strain rate 1/s, diffusive density rate kg/m3/s, `3/c_i`.
+    rates: Panel,
 }
 
 impl Continuity<'_> {
     /// Adds to `out` what particle `i` gives the particles `at`; returns what they give it. `lift` is the gradient of the
     /// pressure at rest.
     #[inline(always)]
-    fn liquid(&self, i: usize, lift: &[f64; 3], at: &[u32], columns: &mut Columns, out: &mut [Rate]) -> Rate {
-        let (a, l) = (&self.particle[i], &self.matrix[i]);
-        let Columns { near, matrix, above, mine, theirs } = columns;
-        near.gather(self.particle, at);
-        gather(matrix, self.matrix, at);
-        // What presses on the surface is balanced by a gradient of p as the weight is.
-        if !self.pressed.is_empty() {
-            for (above, j) in above.iter_mut().zip(at) {
-                *above = self.pressed[*j as usize][0] - self.pressed[i][0];
-            }
-        }
-        for (k, above) in above.iter().enumerate().take(at.len()) {
+    fn liquid<W: Width>(
+        &self,
+        i: usize,
+        lift: &[f64; 3],
+        at: &[u32],
+        columns: &mut Columns,
+        out: &mut [Row<8>],
+    ) -> [f64; 3] {
+        let (a, own) = (&self.particle[i], &self.matrix[i].0);
+        let (l, pressed) = (&first(own), own[6]);
+        let Columns { near, matrix, rates } = columns;
+        near.gather_particles::<W>(self.particle, at);
+        matrix.gather::<W>(self.matrix, at);
+        for k in 0..whole(at.len()) {
             let d = near.apart(&a.x, k);
             let r2 = dot(&d, &d);
             let f = self.kernel.slope(r2);
             let t = strain(f, &d, &near.slower(&a.v, k));
-            let flux = self.diffusion * f * (near.p[k] - a.p + dot(lift, &d) + above);
-            let volume = near.volume[k];
-            put(mine, k, [volume * trace(l, &t), volume * flux, -(volume * f * r2)]);
-            put(theirs, k, [a.volume * trace(&row(matrix, k), &t), -(a.volume * flux), -(a.volume * f * r2)]);
+            // What presses on the surface is balanced by a gradient of p as the weight is.
+            let above = matrix.0[6][k] - pressed;
+            let flux = self.diffusion * f * (near.0[PRESSURE][k] - a.p + dot(lift, &d) + above);
+            let volume = near.0[VOLUME][k];
+            let theirs = [a.volume * trace(&matrix.row(k), &t), -(a.volume * flux), -(a.volume * f * r2)];
+            let mine = [volume * trace(l, &t), volume * flux, -(volume * f * r2)];
+            rates.put(k, [theirs[0], theirs[1], theirs[2], mine[0], mine[1], mine[2]]);
         }
-        scatter(theirs, at, out);
-        sum(mine, at.len())
+        let mut own = [0.0; 8];
+        exchange::<W>(rates, at, out, &mut own);
+        [own[3], own[4], own[5]]
     }
 
     /// Contribution of the images `at` to particle `i`.
     #[inline(always)]
-    fn wall(&self, i: usize, at: &[u32], columns: &mut Columns) -> Rate {
-        let (a, l) = (&self.particle[i], &self.matrix[i]);
-        let Columns { near, mine, .. } = columns;
-        near.gather(self.image, at);
-        for k in 0..at.len().min(BLOCK) {
+    fn wall<W: Width>(&self, i: usize, at: &[u32], columns: &mut Columns) -> [f64; 3] {
+        let (a, l) = (&self.particle[i], &first(&self.matrix[i].0));
+        let Columns { near, rates, .. } = columns;
+        near.gather_particles::<W>(self.image, at);
+        for k in 0..whole(at.len()) {
             let d = near.apart(&a.x, k);
             let r2 = dot(&d, &d);
             let f = self.kernel.slope(r2);
             let t = strain(f, &d, &near.slower(&a.v, k));
-            put(mine, k, [near.volume[k] * trace(l, &t), 0.0, -(near.volume[k] * f * r2)]);
+            let volume = near.0[VOLUME][k];
+            rates.put(k, [volume * trace(l, &t), 0.0, -(volume * f * r2)]);
         }
-        sum(mine, at.len())
+        let mut own = [0.0; 8];
+        sum::<W>(rates, at.len(), &mut own);
+        [own[0], own[1], own[2]]
     }
 }
 
-impl PairSum<3> for Continuity<'_> {
+impl PairSum<8> for Continuity<'_> {
     type Columns = Columns;
 
     fn columns(&self) -> Columns {
-        let empty = [0.0; BLOCK];
-        Columns { near: Near::new(), matrix: [empty; 6], above: empty, mine: [empty; 3], theirs: [empty; 3] }
+        Columns { near: Panel::new(), matrix: Panel::new(), rates: Panel::new() }
     }
 
     #[inline(always)]
-    fn row(&self, i: usize, columns: &mut Columns, out: &mut [Rate]) {
+    fn row<W: Width>(&self, i: usize, columns: &mut Columns, out: &mut [Row<8>]) {
         let [x, y, z] = self.body.still(&self.particle[i].x);
         let rho = self.rest_density;
         let lift = [rho * x, rho * y, rho * z];
         for at in self.lists.liquid.row(i).chunks(BLOCK) {
-            let own = self.liquid(i, &lift, at, columns, out);
-            add(&mut out[i], &own);
+            let own = self.liquid::<W>(i, &lift, at, columns, out);
+            out[i].give(own);
         }
         for at in self.lists.wall.row(i).chunks(BLOCK) {
-            add(&mut out[i], &self.wall(i, at, columns));
+            out[i].give(self.wall::<W>(i, at, columns));
         }
     }
 }

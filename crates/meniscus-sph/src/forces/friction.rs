@@ -14,33 +14,34 @@
 //! lambda <= max_i |sum_j 2 w_ij x x^T + sum_w (1 + |B_w|) w_iw x x^T| / m_i
 //! ```
 
+use super::links::{Links, Stiffness};
 use super::momentum::Momentum;
-use crate::particles::blocks::{BLOCK, Column, PairSum, add, dot, gather, put, row, scatter, sum};
-use crate::particles::{CHUNKS, Kernel, Neighbours, Particle};
+use crate::particles::blocks::{BLOCK, PairSum, Panel, Quads, dot, whole};
+use crate::particles::lanes::{Row, Width, rows};
+use crate::particles::{CHUNKS, Neighbours};
 use crate::walls::{Map, Walls};
 
 /// Velocities or accelerations of all particles.
 pub(crate) type Vectors = [[f64; 3]];
 
-/// One listed pair: its weight, kg/m2/s, and its separation, m.
-#[derive(Clone, Copy, Debug, Default)]
-struct Link {
-    weight: f64,
-    apart: [f64; 3],
-}
-
 /// The operator at one instant, and its memory.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Friction {
     /// One for each listed pair of liquid particles, in the order of the list.
-    liquid: Vec<Link>,
+    liquid: Links,
     /// One for each listed image of each particle.
-    wall: Vec<Link>,
+    wall: Links,
     /// From the velocities of the originals to those of their images.
     maps: Vec<Map>,
     /// Velocities of the images, m/s.
     rubbing: Vec<[f64; 3]>,
-    buffers: Vec<Vec<[f64; 4]>>,
+    /// The particles with their `c_i mu_i` in place of their pressures, and with the velocities at which friction is computed.
+    particle: Vec<Row<8>>,
+    /// The images, as well.
+    image: Vec<Row<8>>,
+    stiffness: Vec<[f64; 6]>,
+    stiffness_buffers: Vec<Vec<Row<8>>>,
+    buffers: Vec<Vec<Row<4>>>,
     /// Force N (3), and the heat of the friction, W.
     out: Vec<[f64; 4]>,
     /// Largest rate at which anything is slowed, 1/s.
@@ -61,51 +62,35 @@ impl Friction {
     /// Forms the weights of the present places and viscosities.
     pub(super) fn form(&mut self, pairs: &Momentum<'_>, mass: &[f64]) {
         let Momentum { kernel, lists, particle, walls, drag, soft, .. } = *pairs;
-        let mut stiffness = vec![[0.0; 6]; particle.len()];
-        self.liquid.clear();
-        self.wall.clear();
-        for (i, a) in particle.iter().enumerate() {
-            for &j in lists.liquid.row(i) {
-                let (j, b) = (j as usize, &particle[j as usize]);
-                let link = Link::new(&kernel, soft, 0.5 * (drag[i] + drag[j]), [a, b]);
-                self.liquid.push(link);
-                link.stiffen(2.0, &mut stiffness[i]);
-                link.stiffen(2.0, &mut stiffness[j]);
-            }
-            for &w in lists.wall.row(i) {
-                let link = Link::new(&kernel, soft, drag[i], [a, &walls.image[w as usize]]);
-                self.wall.push(link);
-                link.stiffen(1.0 + share(&self.maps[w as usize]), &mut stiffness[i]);
-            }
-        }
+        let Self { liquid, wall, maps, particle: dragged, image, stiffness, stiffness_buffers, .. } = self;
+        dragged.clear();
+        dragged.extend(particle.iter().zip(drag).map(|(p, drag)| {
+            let ([x, y, z], [u, v, w]) = (p.x, p.v);
+            Row([x, y, z, u, v, w, p.volume, *drag])
+        }));
+        liquid.form(&kernel, soft, [dragged, dragged], &lists.liquid, lists);
+        image.clear();
+        image.extend_from_slice(rows(&walls.image));
+        wall.form(&kernel, soft, [dragged, image], &lists.wall, lists);
+        stiffness_buffers.resize(CHUNKS, Vec::new());
+        stiffness.resize(particle.len(), [0.0; 6]);
+        let shares: Vec<f64> = maps.iter().map(share).collect();
+        let bounds = Stiffness { lists, liquid, wall, particle: dragged, image, shares: &shares };
+        lists.sum(stiffness_buffers, stiffness, &bounds);
         self.rate = stiffness.iter().zip(mass).map(|(s, m)| norm(s) / m).fold(0.0, f64::max);
     }
 
     /// Returns force (N, 3 numbers) and heat (W) of each particle at the velocities `v`.
     pub(crate) fn act(&mut self, lists: &Neighbours, walls: &Walls, v: &Vectors) -> &[[f64; 4]] {
         walls.mapped(&self.maps, |i| v[i], &mut self.rubbing);
-        let Self { liquid, wall, rubbing, buffers, out, .. } = self;
+        let Self { liquid, wall, rubbing, buffers, particle, image, out, .. } = self;
         buffers.resize(CHUNKS, Vec::new());
         out.resize(v.len(), [0.0; 4]);
-        let pairs = Links { lists, liquid, wall, rubbing, v };
-        lists.sum(buffers, out, &pairs);
+        for (rows, v) in [(&mut *particle, v), (&mut *image, &**rubbing)] {
+            rows.iter_mut().zip(v).for_each(|(row, v)| row.0[3..6].copy_from_slice(v));
+        }
+        lists.sum(buffers, out, &Rub { lists, liquid, wall, particle, image });
         out
-    }
-}
-
-impl Link {
-    fn new(kernel: &Kernel, soft: f64, drag: f64, [a, b]: [&Particle; 2]) -> Self {
-        let apart: [f64; 3] = std::array::from_fn(|k| a.x[k] - b.x[k]);
-        let r2 = dot(&apart, &apart);
-        let weight = super::momentum::K * drag * a.volume * b.volume * kernel.slope(r2) / (r2 + soft);
-        Self { weight, apart }
-    }
-
-    /// Adds the bound of what the pair takes from one of its particles.
-    fn stiffen(&self, times: f64, to: &mut [f64; 6]) {
-        let [x, y, z] = self.apart;
-        let w = -times * self.weight;
-        add(to, &[w * x * x, w * x * y, w * x * z, w * y * y, w * y * z, w * z * z]);
     }
 }
 
@@ -121,60 +106,57 @@ fn norm(s: &[f64; 6]) -> f64 {
 }
 
 /// Inputs of the sum.
-struct Links<'a> {
+struct Rub<'a> {
     lists: &'a Neighbours,
-    liquid: &'a [Link],
-    wall: &'a [Link],
-    rubbing: &'a [[f64; 3]],
-    v: &'a Vectors,
+    liquid: &'a Links,
+    wall: &'a Links,
+    particle: &'a [Row<8>],
+    image: &'a [Row<8>],
 }
 
 /// The columns of a block.
 struct Columns {
-    v: [Column; 3],
-    mine: [Column; 4],
-    theirs: [Column; 4],
+    near: Panel,
+    /// Force on the particle N (3), and the heat of the friction with its sign changed, W.
+    pull: Quads,
 }
 
-impl PairSum<4> for Links<'_> {
+impl PairSum<4> for Rub<'_> {
     type Columns = Columns;
 
     fn columns(&self) -> Columns {
-        let empty = [0.0; BLOCK];
-        Columns { v: [empty; 3], mine: [empty; 4], theirs: [empty; 4] }
+        Columns { near: Panel::new(), pull: Quads::new() }
     }
 
     #[inline(always)]
-    fn row(&self, i: usize, columns: &mut Columns, out: &mut [[f64; 4]]) {
-        let Columns { v, mine, theirs } = columns;
-        let own = &self.v[i];
-        let links = &self.liquid[self.lists.liquid.range(i)];
-        for (at, links) in self.lists.liquid.row(i).chunks(BLOCK).zip(links.chunks(BLOCK)) {
-            gather(v, self.v, at);
-            for (k, link) in links.iter().enumerate().take(BLOCK) {
-                let other = row(v, k);
-                let slower = [own[0] - other[0], own[1] - other[1], own[2] - other[2]];
-                let closing = dot(&slower, &link.apart);
-                let pull = link.weight * closing;
-                let [x, y, z] = [pull * link.apart[0], pull * link.apart[1], pull * link.apart[2]];
-                let heat = -0.5 * pull * closing;
-                put(mine, k, [x, y, z, heat]);
-                put(theirs, k, [-x, -y, -z, heat]);
+    fn row<W: Width>(&self, i: usize, columns: &mut Columns, out: &mut [Row<4>]) {
+        let Columns { near, pull } = columns;
+        let [x, y, z, v_x, v_y, v_z, ..] = self.particle[i].0;
+        let (x, own) = ([x, y, z], [v_x, v_y, v_z]);
+        for (at, weight) in self.lists.liquid.row(i).chunks(BLOCK).zip(self.liquid.of(i)) {
+            near.gather::<W>(self.particle, at);
+            for (k, weight) in weight.iter().enumerate().take(whole(at.len())) {
+                let apart = near.apart(&x, k);
+                let closing = dot(&near.slower(&own, k), &apart);
+                let size = weight * closing;
+                pull.put(k, [size * apart[0], size * apart[1], size * apart[2], 0.5 * size * closing]);
             }
-            scatter(theirs, at, out);
-            add(&mut out[i], &sum(mine, at.len()));
+            let mut sums = [0.0; 4];
+            pull.exchange::<W>(at, out, &mut sums);
+            out[i].give([sums[0], sums[1], sums[2], -sums[3]]);
         }
-        let links = &self.wall[self.lists.wall.range(i)];
-        for (at, links) in self.lists.wall.row(i).chunks(BLOCK).zip(links.chunks(BLOCK)) {
-            gather(v, self.rubbing, at);
-            for (k, link) in links.iter().enumerate().take(BLOCK) {
-                let along = dot(own, &link.apart);
-                let pull = link.weight * (along - dot(&row(v, k), &link.apart));
+        for (at, weight) in self.lists.wall.row(i).chunks(BLOCK).zip(self.wall.of(i)) {
+            near.gather::<W>(self.image, at);
+            for (k, weight) in weight.iter().enumerate().take(whole(at.len())) {
+                let apart = near.apart(&x, k);
+                let along = dot(&own, &apart);
+                let size = weight * (along - dot(&near.velocity(k), &apart));
                 // The wall stands still: all that its friction takes is heat.
-                let [x, y, z] = [pull * link.apart[0], pull * link.apart[1], pull * link.apart[2]];
-                put(mine, k, [x, y, z, -pull * along]);
+                pull.put(k, [size * apart[0], size * apart[1], size * apart[2], size * along]);
             }
-            add(&mut out[i], &sum(mine, at.len()));
+            let mut sums = [0.0; 4];
+            pull.sum::<W>(at.len(), &mut sums);
+            out[i].give([sums[0], sums[1], sums[2], -sums[3]]);
         }
     }
 }

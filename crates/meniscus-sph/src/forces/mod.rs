@@ -6,6 +6,7 @@
 mod continuity;
 mod friction;
 mod legendre;
+mod links;
 mod momentum;
 
 pub(crate) use friction::{Friction, Vectors};
@@ -13,6 +14,7 @@ pub(crate) use legendre::{Factors, MOST, needed, reach};
 
 use crate::corrections::{Corrected, Gradients, Moments, NOISE, PositionDensity, completion};
 use crate::frame::Body;
+use crate::particles::lanes::Row;
 use crate::particles::{CHUNKS, Fluid, Kernel, Neighbours, retain};
 use crate::walls::{Sticking, Walls};
 use continuity::{Continuity, DELTA};
@@ -35,8 +37,7 @@ pub(crate) struct Forces {
     pub(crate) fastest: f64,
     /// Whether liquid splashes, so that what the particles see changes fast.
     pub(crate) splash: bool,
-    rate_buffers: Vec<Vec<[f64; 3]>>,
-    force_buffers: Vec<Vec<[f64; 5]>>,
+    buffers: Vec<Vec<Row<8>>>,
     moments: Moments,
     gradients: Gradients,
     corrected: Corrected,
@@ -62,8 +63,7 @@ impl Forces {
             pressed: Vec::new(),
             fastest: 0.0,
             splash: false,
-            rate_buffers: vec![Vec::new(); CHUNKS],
-            force_buffers: vec![Vec::new(); CHUNKS],
+            buffers: vec![Vec::new(); CHUNKS],
             moments: Moments::new(particles),
             gradients: Gradients::new(particles),
             corrected: Corrected::new(particles),
@@ -89,18 +89,18 @@ impl Forces {
 
     /// Fills `rate` from the present positions, velocities and pressures under the body force `body`.
     pub(crate) fn density_rates(&mut self, lists: &Neighbours, liquid: &Fluid, walls: &Walls, body: &Body) {
+        self.corrected.press(&self.pressed);
         let pairs = Continuity {
             kernel: self.kernel,
             lists,
             particle: &liquid.particle,
             image: &walls.image,
-            matrix: &self.corrected.l,
-            pressed: &self.pressed,
+            matrix: &self.corrected.pressed,
             body,
             rest_density: self.rest_density,
             diffusion: -2.0 * DELTA * self.kernel.h / self.sound,
         };
-        lists.sum(&mut self.rate_buffers, &mut self.rate, &pairs);
+        lists.sum(&mut self.buffers, &mut self.rate, &pairs);
         for (rate, recall) in self.rate.iter_mut().zip(&self.position_density.recall) {
             rate[1] += recall;
         }
@@ -140,7 +140,7 @@ impl Forces {
         if self.moments.due(dt, self.splash) {
             self.look(lists, liquid, walls, glass.rim_m, jitters);
         }
-        self.corrected.weigh(particle);
+        self.corrected.weigh(particle, &self.drag);
         walls.press(glass, particle, &self.corrected.l);
         let pairs = Momentum {
             kernel: self.kernel,
@@ -154,7 +154,7 @@ impl Forces {
             rubs: f64::from(u8::from(self.friction.is_none())),
             soft: 0.01 * self.kernel.h * self.kernel.h,
         };
-        lists.sum(&mut self.force_buffers, &mut self.force, &pairs);
+        lists.sum(&mut self.buffers, &mut self.force, &pairs);
         if let Some(friction) = &mut self.friction {
             walls.map(glass, liquid, sticking, friction.maps());
             friction.form(&pairs, &liquid.mass);

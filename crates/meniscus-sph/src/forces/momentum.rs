@@ -12,10 +12,9 @@
 //! correction. The friction of what is not smooth is that of [`Gradients`].
 
 use crate::corrections::{Gradients, share};
-use crate::particles::blocks::{
-    BLOCK, Column, Near, PairSum, add, dot, gather, gather_numbers, put, row, scatter, sum,
-};
-use crate::particles::tensor::{Symmetric, times};
+use crate::particles::blocks::{BLOCK, PairSum, Panel, VOLUME, dot, exchange, sum, whole};
+use crate::particles::lanes::{Row, Width};
+use crate::particles::tensor::{first, times};
 use crate::particles::{Kernel, Neighbours, Particle};
 use crate::walls::Walls;
 
@@ -28,8 +27,8 @@ pub(super) struct Momentum<'a> {
     pub(super) lists: &'a Neighbours,
     pub(super) particle: &'a [Particle],
     pub(super) walls: &'a Walls,
-    /// `p L` of every particle, Pa.
-    pub(super) pressure: &'a [Symmetric],
+    /// `p L` of every particle, Pa, then its `c_i mu_i`, Pa s.
+    pub(super) pressure: &'a [Row<8>],
     /// `c_i mu_i` of every particle, Pa s.
     pub(super) drag: &'a [f64],
     pub(super) gradients: &'a Gradients,
@@ -46,127 +45,117 @@ type Push = [f64; 5];
 
 /// The columns of a block.
 pub(super) struct Columns {
-    near: Near,
-    /// `p L` of the neighbours, Pa.
-    pressure: [Column; 6],
-    /// `c_j mu_j`, Pa s.
-    drag: Column,
+    near: Panel,
+    /// `p L` of the neighbours, Pa, and their `c_j mu_j`, Pa s; of images, along with their velocity as friction sees it.
+    pressure: Panel,
     /// Symmetric velocity gradients of the neighbours, 1/s.
-    gradient: [Column; 6],
-    /// Stress against the jitter, Pa; zero where it is not needed.
-    jitter: Column,
-    /// Velocities of images as friction sees them, m/s.
-    rubbing: [Column; 3],
-    mine: [Column; 5],
-    theirs: [Column; 5],
+    gradient: Panel,
+    /// Sums for the neighbours (5), and the shear rate from them.
+    push: Panel,
 }
 
+/// Column of `c_j mu_j`.
+const DRAG: usize = 6;
+
 impl Momentum<'_> {
-    /// Adds to `out` what particle `i` gives the particles `at`; returns what they give it.
+    /// Adds to `out` what particle `i` gives the particles `at`; returns what they give it. `NOISY` is whether some particle has less
+    /// than the viscosity `noise` of its own.
     #[inline(always)]
-    fn liquid(&self, i: usize, at: &[u32], columns: &mut Columns, out: &mut [Push]) -> Push {
-        let (a, p, drag) = (&self.particle[i], &self.pressure[i], self.drag[i]);
-        columns.near.gather(self.particle, at);
-        gather_numbers(&mut columns.drag, self.drag, at);
-        gather(&mut columns.pressure, self.pressure, at);
-        if let Some(noise) = self.noise {
-            self.jitter(noise, i, at, columns);
+    fn liquid<W: Width, const NOISY: bool>(
+        &self,
+        i: usize,
+        noise: f64,
+        at: &[u32],
+        columns: &mut Columns,
+        out: &mut [Row<8>],
+    ) -> Push {
+        let (a, own) = (&self.particle[i], &self.pressure[i].0);
+        let (p, drag, g) = (first(own), own[DRAG], first(&self.gradients.g[i].0));
+        let Columns { near, pressure, gradient, push } = columns;
+        near.gather_particles::<W>(self.particle, at);
+        pressure.gather::<W>(self.pressure, at);
+        if NOISY {
+            gradient.gather::<W>(&self.gradients.g, at);
         }
-        let Columns { near, pressure, drag: drags, jitter, mine, theirs, .. } = columns;
-        for k in 0..at.len().min(BLOCK) {
+        for k in 0..whole(at.len()) {
             let d = near.apart(&a.x, k);
             let r2 = dot(&d, &d);
-            let dot = dot(&near.slower(&a.v, k), &d);
+            let closing = dot(&near.slower(&a.v, k), &d);
             let f = self.kernel.slope(r2);
-            let (both, inverse) = (a.volume * near.volume[k] * f, 1.0 / (r2 + self.soft));
-            let rub = self.rubs * K * (0.5 * (drag + drags[k])) * dot * inverse + jitter[k];
-            let heat = -0.5 * both * rub * dot;
-            let shear = -0.5 * K * f * dot * dot * inverse;
-            let q = row(pressure, k);
+            let (both, inverse) = (a.volume * near.0[VOLUME][k] * f, 1.0 / (r2 + self.soft));
+            let mean = 0.5 * (drag + pressure.0[DRAG][k]);
+            let mut rub = self.rubs * K * mean * closing * inverse;
+            if NOISY {
+                let rough = closing - share(&g, &gradient.row(k), &d);
+                rub += K * (noise - mean).max(0.0) * rough * inverse;
+            }
+            let heat = -0.5 * both * rub * closing;
+            let shear = -0.5 * K * f * closing * closing * inverse;
+            let q: [f64; 6] = pressure.row(k);
             let both_p = [p[0] + q[0], p[1] + q[1], p[2] + q[2], p[3] + q[3], p[4] + q[4], p[5] + q[5]];
             let press = times(&both_p, &d);
             let x = both * (rub * d[0] - press[0]);
             let y = both * (rub * d[1] - press[1]);
             let z = both * (rub * d[2] - press[2]);
-            put(mine, k, [x, y, z, heat, near.volume[k] * shear]);
-            put(theirs, k, [-x, -y, -z, heat, a.volume * shear]);
+            push.put(k, [-x, -y, -z, heat, a.volume * shear, near.0[VOLUME][k] * shear]);
         }
-        scatter(theirs, at, out);
-        sum(mine, at.len())
-    }
-
-    /// Fills what rubs against what is not smooth between particle `i` and the gathered particles `at`, up to the viscosity
-    /// `noise`.
-    #[inline(always)]
-    fn jitter(&self, noise: f64, i: usize, at: &[u32], columns: &mut Columns) {
-        let (a, drag) = (&self.particle[i], self.drag[i]);
-        let Columns { near, drag: drags, gradient, jitter, .. } = columns;
-        let g = &self.gradients.g[i];
-        gather(gradient, &self.gradients.g, at);
-        for k in 0..at.len().min(BLOCK) {
-            let d = near.apart(&a.x, k);
-            let r2 = dot(&d, &d);
-            let lacks = (noise - 0.5 * (drag + drags[k])).max(0.0);
-            let rough = dot(&near.slower(&a.v, k), &d) - share(g, &row(gradient, k), &d);
-            jitter[k] = K * lacks * rough * (1.0 / (r2 + self.soft));
-        }
+        let mut own = [0.0; 8];
+        exchange::<W>(push, at, out, &mut own);
+        [-own[0], -own[1], -own[2], own[3], own[5]]
     }
 
     /// Contribution of the images `at` to particle `i`.
     #[inline(always)]
-    fn wall(&self, i: usize, at: &[u32], columns: &mut Columns) -> Push {
-        let (a, p, drag) = (&self.particle[i], &self.pressure[i], self.drag[i]);
-        let Columns { near, pressure, rubbing, mine, .. } = columns;
-        near.gather(&self.walls.image, at);
-        gather(pressure, &self.walls.pressure, at);
-        gather(rubbing, &self.walls.rubbing, at);
-        for k in 0..at.len().min(BLOCK) {
+    fn wall<W: Width>(&self, i: usize, at: &[u32], columns: &mut Columns) -> Push {
+        let (a, own) = (&self.particle[i], &self.pressure[i].0);
+        let (p, drag) = (first(own), own[DRAG]);
+        let Columns { near, pressure, push, .. } = columns;
+        near.gather::<W>(&self.walls.rubbed, at);
+        pressure.gather::<W>(&self.walls.pressure, at);
+        for k in 0..whole(at.len()) {
             let d = near.apart(&a.x, k);
             let r2 = dot(&d, &d);
             let f = self.kernel.slope(r2);
-            let both = a.volume * near.volume[k] * f;
+            let both = a.volume * near.0[VOLUME][k] * f;
             let own_speed = dot(&a.v, &d);
-            let dot_v = own_speed - dot(&row(rubbing, k), &d);
+            let rubbing = [near.0[7][k], pressure.0[6][k], pressure.0[7][k]];
+            let dot_v = own_speed - dot(&rubbing, &d);
             let sliding = dot_v / (r2 + self.soft);
             let rub = self.rubs * both * K * drag * sliding;
-            let (press, image) = (times(p, &d), times(&row(pressure, k), &d));
+            let (press, image) = (times(&p, &d), times(&pressure.row(k), &d));
             let x = rub * d[0] - both * (press[0] + image[0]);
             let y = rub * d[1] - both * (press[1] + image[1]);
             let z = rub * d[2] - both * (press[2] + image[2]);
             // The wall stands still, so the power of its friction is heat; so is what a round mirror does not give back
             // of the power of pressure.
             let heat = both * (dot(&image, &a.v) + dot(&press, &near.velocity(k))) - rub * own_speed;
-            put(mine, k, [x, y, z, heat, -0.5 * K * near.volume[k] * f * sliding * dot_v]);
+            push.put(k, [x, y, z, heat, -0.5 * K * near.0[VOLUME][k] * f * sliding * dot_v]);
         }
-        sum(mine, at.len())
+        let mut own = [0.0; 8];
+        sum::<W>(push, at.len(), &mut own);
+        [own[0], own[1], own[2], own[3], own[4]]
     }
 }
 
-impl PairSum<5> for Momentum<'_> {
+impl PairSum<8> for Momentum<'_> {
     type Columns = Columns;
 
     fn columns(&self) -> Columns {
-        let empty = [0.0; BLOCK];
-        Columns {
-            near: Near::new(),
-            pressure: [empty; 6],
-            drag: empty,
-            gradient: [empty; 6],
-            jitter: empty,
-            rubbing: [empty; 3],
-            mine: [empty; 5],
-            theirs: [empty; 5],
-        }
+        let empty = Panel::new();
+        Columns { near: empty, pressure: empty, gradient: empty, push: empty }
     }
 
     #[inline(always)]
-    fn row(&self, i: usize, columns: &mut Columns, out: &mut [Push]) {
+    fn row<W: Width>(&self, i: usize, columns: &mut Columns, out: &mut [Row<8>]) {
         for at in self.lists.liquid.row(i).chunks(BLOCK) {
-            let own = self.liquid(i, at, columns, out);
-            add(&mut out[i], &own);
+            let own = match self.noise {
+                Some(noise) => self.liquid::<W, true>(i, noise, at, columns, out),
+                None => self.liquid::<W, false>(i, 0.0, at, columns, out),
+            };
+            out[i].give(own);
         }
         for at in self.lists.wall.row(i).chunks(BLOCK) {
-            add(&mut out[i], &self.wall(i, at, columns));
+            out[i].give(self.wall::<W>(i, at, columns));
         }
     }
 }

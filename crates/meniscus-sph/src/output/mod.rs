@@ -8,4 +8,5 @@ mod watched;
 
 pub use particles::Particles;
 pub use record::{Observer, record, record_particles, record_surfaces, record_until};
+pub(crate) use surface::SurfaceFinder;
 pub use watched::WatchedGlass;

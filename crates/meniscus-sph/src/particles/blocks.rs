@@ -1,11 +1,12 @@
 //! The neighbours of a particle side by side: a column for each of their numbers, so that one formula runs down the columns in
 //! vectors as wide as the processor's.
 //!
-//! A row of the neighbour list is gathered into columns, computed, and scattered again. Each pair is computed as it would be
-//! alone, and what a particle gets is added in the order of its list: vectors of any width give the same bits.
+//! A row of the neighbour list is gathered into columns, computed, and turned back into rows that are added to the sums. Each
+//! pair is computed as it would be alone, and what a particle gets is added in the order of its list: vectors of any width give
+//! the same bits.
 
+use super::lanes::{Quad, Row, Width, Work, rows, widest};
 use super::state::Particle;
-use meniscus::latent::nn::{Kernel as Work, widest};
 use std::ops::Range;
 
 /// Most neighbours that are computed at once; a longer row is taken in pieces.
@@ -14,52 +15,179 @@ pub(crate) const BLOCK: usize = 64;
 /// A number of each neighbour.
 pub(crate) type Column = [f64; BLOCK];
 
-/// Positions and velocities, volumes and pressures of neighbours.
-pub(crate) struct Near {
-    x: [Column; 3],
-    v: [Column; 3],
-    /// Volumes, m3.
-    pub(crate) volume: Column,
-    /// Pressures, Pa.
-    pub(crate) p: Column,
+/// Eight numbers of each neighbour.
+#[derive(Clone, Copy)]
+#[repr(C, align(64))]
+pub(crate) struct Panel(pub(crate) [Column; 8]);
+
+/// Rows that a block has to compute for `rows` neighbours: whole vectors of eight.
+#[inline(always)]
+pub(crate) fn whole(rows: usize) -> usize {
+    ((rows + 7) & !7).min(BLOCK)
 }
 
-impl Near {
+impl Panel {
     /// Columns without content.
     pub(crate) fn new() -> Self {
-        Self { x: [[0.0; BLOCK]; 3], v: [[0.0; BLOCK]; 3], volume: [0.0; BLOCK], p: [0.0; BLOCK] }
+        Self([[0.0; BLOCK]; 8])
     }
 
-    /// Takes the particles `at` of `others`.
+    /// Takes the rows `at` of `table`. The last of them stands in for what is missing to whole vectors.
     #[inline(always)]
-    pub(crate) fn gather(&mut self, others: &[Particle], at: &[u32]) {
-        for (k, j) in at.iter().enumerate().take(BLOCK) {
-            let b = &others[*j as usize];
-            for c in 0..3 {
-                self.x[c][k] = b.x[c];
-                self.v[c][k] = b.v[c];
-            }
-            self.volume[k] = b.volume;
-            self.p[k] = b.p;
+    pub(crate) fn gather<W: Width>(&mut self, table: &[Row<8>], at: &[u32]) {
+        for (eight, at) in at.chunks(8).enumerate().take(BLOCK / 8) {
+            let last = at.len() - 1;
+            let from = std::array::from_fn(|k| &table[at[k.min(last)] as usize].0);
+            W::transpose(from, self.eight_mut(eight));
         }
     }
 
-    /// `x_i - x_j`, m, for neighbour `k` of a particle at `x`.
+    /// The columns of neighbours `8 eight` to `8 eight + 7`.
+    #[inline(always)]
+    pub(crate) fn eight_mut(&mut self, eight: usize) -> [&mut [f64; 8]; 8] {
+        self.0.each_mut().map(|column| &mut column.as_chunks_mut().0[eight])
+    }
+
+    /// Returns the rows of neighbours `8 eight` to `8 eight + 7`.
+    #[inline(always)]
+    fn turned<W: Width>(&self, eight: usize) -> [Row<8>; 8] {
+        let mut out = [Row([0.0; 8]); 8];
+        let from = self.0.each_ref().map(|column| &column.as_chunks().0[eight]);
+        W::transpose(from, out.each_mut().map(|row| &mut row.0));
+        out
+    }
+
+    /// Row `k`.
+    #[inline(always)]
+    pub(crate) fn row<const N: usize>(&self, k: usize) -> [f64; N] {
+        const { assert!(N <= 8) };
+        let mut row = [0.0; N];
+        for (x, column) in row.iter_mut().zip(&self.0) {
+            *x = column[k];
+        }
+        row
+    }
+
+    /// Puts `numbers` into row `k`, from column 0 on.
+    #[inline(always)]
+    pub(crate) fn put<const N: usize>(&mut self, k: usize, numbers: [f64; N]) {
+        const { assert!(N <= 8) };
+        for (column, x) in self.0.iter_mut().zip(numbers) {
+            column[k] = x;
+        }
+    }
+
+    /// `x_i - x_j`, m, for neighbour `k`, a particle, of one at `x`.
     #[inline(always)]
     pub(crate) fn apart(&self, x: &[f64; 3], k: usize) -> [f64; 3] {
-        [x[0] - self.x[0][k], x[1] - self.x[1][k], x[2] - self.x[2][k]]
+        [x[0] - self.0[0][k], x[1] - self.0[1][k], x[2] - self.0[2][k]]
     }
 
-    /// `v_i - v_j`, m/s, for neighbour `k` of a particle with the velocity `v`.
+    /// `v_i - v_j`, m/s, for neighbour `k`, a particle, of one with the velocity `v`.
     #[inline(always)]
     pub(crate) fn slower(&self, v: &[f64; 3], k: usize) -> [f64; 3] {
-        [v[0] - self.v[0][k], v[1] - self.v[1][k], v[2] - self.v[2][k]]
+        [v[0] - self.0[3][k], v[1] - self.0[4][k], v[2] - self.0[5][k]]
     }
 
-    /// `v_j` of neighbour `k`, m/s.
+    /// `v_j` of neighbour `k`, a particle, m/s.
     #[inline(always)]
     pub(crate) fn velocity(&self, k: usize) -> [f64; 3] {
-        [self.v[0][k], self.v[1][k], self.v[2][k]]
+        [self.0[3][k], self.0[4][k], self.0[5][k]]
+    }
+
+    /// Takes the particles `at` of `others`: position (3), velocity (3), volume, pressure.
+    #[inline(always)]
+    pub(crate) fn gather_particles<W: Width>(&mut self, others: &[Particle], at: &[u32]) {
+        self.gather::<W>(rows(others), at);
+    }
+}
+
+/// Four numbers of each neighbour.
+#[repr(C, align(64))]
+pub(crate) struct Quads([Column; 4]);
+
+impl Quads {
+    /// Columns without content.
+    pub(crate) fn new() -> Self {
+        Self([[0.0; BLOCK]; 4])
+    }
+
+    /// Puts `numbers` into row `k`.
+    #[inline(always)]
+    pub(crate) fn put(&mut self, k: usize, numbers: [f64; 4]) {
+        for (column, x) in self.0.iter_mut().zip(numbers) {
+            column[k] = x;
+        }
+    }
+
+    /// Returns rows `8 eight` to `8 eight + 7`.
+    #[inline(always)]
+    fn turned<W: Width>(&self, eight: usize) -> [Quad; 8] {
+        let mut out = [Quad([0.0; 4]); 8];
+        let from = self.0.each_ref().map(|column| &column.as_chunks().0[eight]);
+        W::rows(from, out.each_mut().map(|row| &mut row.0));
+        out
+    }
+
+    /// Takes the rows from the rows `at` of `out`, and adds them to `sum`.
+    #[inline(always)]
+    pub(crate) fn exchange<W: Width>(&self, at: &[u32], out: &mut [Row<4>], sum: &mut [f64; 4]) {
+        for (eight, at) in at.chunks(8).enumerate().take(BLOCK / 8) {
+            let rows = self.turned::<W>(eight);
+            for (row, j) in rows.iter().zip(at) {
+                out[*j as usize].0.iter_mut().zip(row.0).for_each(|(to, x)| *to -= x);
+                add(sum, &row.0);
+            }
+        }
+    }
+
+    /// Adds the first `rows` rows to `sum`.
+    #[inline(always)]
+    pub(crate) fn sum<W: Width>(&self, rows: usize, sum: &mut [f64; 4]) {
+        for eight in 0..rows.div_ceil(8).min(BLOCK / 8) {
+            for row in self.turned::<W>(eight).iter().take(rows - 8 * eight) {
+                add(sum, &row.0);
+            }
+        }
+    }
+}
+
+/// Column of the volume of a particle.
+pub(crate) const VOLUME: usize = 6;
+
+/// Column of its pressure.
+pub(crate) const PRESSURE: usize = 7;
+
+/// Adds the rows of `panel` to the rows `at` of `out` and to `sum`.
+#[inline(always)]
+pub(crate) fn exchange<W: Width>(panel: &Panel, at: &[u32], out: &mut [Row<8>], sum: &mut [f64; 8]) {
+    for (eight, at) in at.chunks(8).enumerate().take(BLOCK / 8) {
+        let rows = panel.turned::<W>(eight);
+        for (row, j) in rows.iter().zip(at) {
+            add(&mut out[*j as usize].0, &row.0);
+            add(sum, &row.0);
+        }
+    }
+}
+
+/// Adds the rows of `panel` to eight numbers of the rows `at` of `out`, the first of them `8 part`.
+#[inline(always)]
+pub(crate) fn scatter<W: Width, const N: usize>(panel: &Panel, at: &[u32], out: &mut [Row<N>], part: usize) {
+    for (eight, at) in at.chunks(8).enumerate().take(BLOCK / 8) {
+        let rows = panel.turned::<W>(eight);
+        for (row, j) in rows.iter().zip(at) {
+            add(&mut out[*j as usize].0.as_chunks_mut().0[part], &row.0);
+        }
+    }
+}
+
+/// Adds the first `rows` rows of `panel` to `sum`.
+#[inline(always)]
+pub(crate) fn sum<W: Width>(panel: &Panel, rows: usize, sum: &mut [f64; 8]) {
+    for eight in 0..rows.div_ceil(8).min(BLOCK / 8) {
+        for row in panel.turned::<W>(eight).iter().take(rows - 8 * eight) {
+            add(sum, &row.0);
+        }
     }
 }
 
@@ -67,60 +195,6 @@ impl Near {
 #[inline(always)]
 pub(crate) fn dot(a: &[f64; 3], b: &[f64; 3]) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-/// Takes the rows `at` of `table` into `columns`.
-#[inline(always)]
-pub(crate) fn gather<const N: usize>(columns: &mut [Column; N], table: &[[f64; N]], at: &[u32]) {
-    for (k, j) in at.iter().enumerate().take(BLOCK) {
-        for (column, x) in columns.iter_mut().zip(&table[*j as usize]) {
-            column[k] = *x;
-        }
-    }
-}
-
-/// Takes the numbers `at` of `table` into `column`.
-#[inline(always)]
-pub(crate) fn gather_numbers(column: &mut Column, table: &[f64], at: &[u32]) {
-    for (x, j) in column.iter_mut().zip(at) {
-        *x = table[*j as usize];
-    }
-}
-
-/// Row `k` of `columns`.
-#[inline(always)]
-pub(crate) fn row<const N: usize>(columns: &[Column; N], k: usize) -> [f64; N] {
-    let mut row = [0.0; N];
-    for (x, column) in row.iter_mut().zip(columns) {
-        *x = column[k];
-    }
-    row
-}
-
-/// Puts `numbers` into row `k` of `columns`.
-#[inline(always)]
-pub(crate) fn put<const N: usize>(columns: &mut [Column; N], k: usize, numbers: [f64; N]) {
-    for (column, x) in columns.iter_mut().zip(numbers) {
-        column[k] = x;
-    }
-}
-
-/// The sums of the first `rows` rows of `columns`, from the first on.
-#[inline(always)]
-pub(crate) fn sum<const N: usize>(columns: &[Column; N], rows: usize) -> [f64; N] {
-    let mut sums = [0.0; N];
-    for k in 0..rows.min(BLOCK) {
-        add(&mut sums, &row(columns, k));
-    }
-    sums
-}
-
-/// Adds the rows of `columns` to the rows `at` of `table`.
-#[inline(always)]
-pub(crate) fn scatter<const N: usize>(columns: &[Column; N], at: &[u32], table: &mut [[f64; N]]) {
-    for (k, j) in at.iter().enumerate().take(BLOCK) {
-        add(&mut table[*j as usize], &row(columns, k));
-    }
 }
 
 /// `to += numbers`.
@@ -141,38 +215,38 @@ pub(crate) trait PairSum<const N: usize>: Sync {
 
     /// Adds to `out` what particle `i` and its listed partners get. Has to be `#[inline(always)]`, and so has all that it
     /// calls, or it is compiled for narrow vectors alone.
-    fn row(&self, i: usize, columns: &mut Self::Columns, out: &mut [[f64; N]]);
+    fn row<W: Width>(&self, i: usize, columns: &mut Self::Columns, out: &mut [Row<N>]);
 }
 
 /// One pair after the other.
-impl<const N: usize, F: Fn(usize, &mut [[f64; N]]) + Sync> PairSum<N> for F {
+impl<const N: usize, F: Fn(usize, &mut [Row<N>]) + Sync> PairSum<N> for F {
     type Columns = ();
 
     fn columns(&self) {}
 
     #[inline(always)]
-    fn row(&self, i: usize, (): &mut (), out: &mut [[f64; N]]) {
+    fn row<W: Width>(&self, i: usize, (): &mut (), out: &mut [Row<N>]) {
         self(i, out);
     }
 }
 
 /// Adds to `out` what the particles of `chunk` and their partners get.
-pub(crate) fn add_rows<const N: usize>(sum: &impl PairSum<N>, chunk: Range<usize>, out: &mut [[f64; N]]) {
-    widest(Rows { sum, columns: sum.columns(), chunk, out });
+pub(crate) fn add_rows<const N: usize>(sum: &impl PairSum<N>, chunk: Range<usize>, out: &mut [Row<N>]) {
+    widest(Chunk { sum, columns: sum.columns(), chunk, out });
 }
 
-struct Rows<'a, S: PairSum<N>, const N: usize> {
+struct Chunk<'a, S: PairSum<N>, const N: usize> {
     sum: &'a S,
     columns: S::Columns,
     chunk: Range<usize>,
-    out: &'a mut [[f64; N]],
+    out: &'a mut [Row<N>],
 }
 
-impl<S: PairSum<N>, const N: usize> Work for Rows<'_, S, N> {
+impl<S: PairSum<N>, const N: usize> Work for Chunk<'_, S, N> {
     #[inline(always)]
-    fn run<const WIDE: bool>(mut self) {
+    fn run<W: Width>(mut self) {
         for i in self.chunk {
-            self.sum.row(i, &mut self.columns, self.out);
+            self.sum.row::<W>(i, &mut self.columns, self.out);
         }
     }
 }

@@ -3,13 +3,10 @@
 //! The points of a row of cells lie side by side in memory, so that their distances are computed in vectors as wide as the
 //! processor's. What is near is listed in the order of the cells, whatever the vectors or the number of threads.
 
+use super::lanes::{Width, Work, widest};
 use super::rows::{CHUNKS, Rows};
-use meniscus::latent::nn::{Kernel as Work, widest};
 use rayon::prelude::*;
 use std::ops::Range;
-
-/// Points whose distances are computed at once.
-const BLOCK: usize = 64;
 
 /// A box along the axes.
 #[derive(Clone, Copy, Debug)]
@@ -115,26 +112,35 @@ impl Search<'_> {
 
     /// Adds to `rows` what of `run` is near the point with the number `i`.
     #[inline(always)]
-    fn near(&self, i: usize, run: Range<usize>, rows: &mut Rows) {
+    fn near<W: Width>(&self, i: usize, run: Range<usize>, rows: &mut Rows) {
         let [x, y, z] = self.points[i];
-        let [xs, ys, zs] = &self.grid.place;
-        let mut start = run.start;
-        while start < run.end {
-            let at = start..run.end.min(start + BLOCK);
-            let mut distance2 = [0.0; BLOCK];
-            let places = xs[at.clone()].iter().zip(&ys[at.clone()]).zip(&zs[at.clone()]);
-            for (d2, ((a, b), c)) in distance2.iter_mut().zip(places) {
-                let d = [x - a, y - b, z - c];
-                *d2 = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
+        let from = if self.after { i as u32 + 1 } else { 0 };
+        let entries = self.grid.rows.entries()[run.clone()].chunks(8);
+        let [xs, ys, zs] = self.grid.place.each_ref().map(|place| place[run.clone()].chunks(8));
+        for (entries, ((xs, ys), zs)) in entries.zip(xs.zip(ys).zip(zs)) {
+            // What is missing to eight is nowhere near.
+            let (mut numbers, mut distance2) = ([0; 8], [f64::INFINITY; 8]);
+            if let (Ok(all), Ok(xs), Ok(ys), Ok(zs)) = (
+                <&[u32; 8]>::try_from(entries),
+                <&[f64; 8]>::try_from(xs),
+                <&[f64; 8]>::try_from(ys),
+                <&[f64; 8]>::try_from(zs),
+            ) {
+                numbers = *all;
+                for k in 0..8 {
+                    let d = [x - xs[k], y - ys[k], z - zs[k]];
+                    distance2[k] = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
+                }
+            } else {
+                numbers[..entries.len()].copy_from_slice(entries);
+                for (d2, ((a, b), c)) in distance2.iter_mut().zip(xs.iter().zip(ys).zip(zs)) {
+                    let d = [x - a, y - b, z - c];
+                    *d2 = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
+                }
             }
-            let mut found = [0_u32; BLOCK];
-            let mut count = 0;
-            for (&j, d2) in self.grid.rows.entries()[at].iter().zip(&distance2) {
-                found[count.min(BLOCK - 1)] = j;
-                count += usize::from(*d2 < self.reach2 && (!self.after || j as usize > i));
-            }
-            rows.extend(&found[..count]);
-            start += BLOCK;
+            let mut found = [0; 8];
+            let count = W::pick(&numbers, &distance2, self.reach2, from, &mut found);
+            rows.extend_some(&found, count);
         }
     }
 }
@@ -148,12 +154,12 @@ struct Part<'a> {
 
 impl Work for Part<'_> {
     #[inline(always)]
-    fn run<const WIDE: bool>(self) {
+    fn run<W: Width>(self) {
         let Self { search, points, rows } = self;
         for i in points {
             let x = &search.points[i];
             if x[2] <= search.highest_m {
-                search.grid.around(x, |run| search.near(i, run, rows));
+                search.grid.around(x, |run| search.near::<W>(i, run, rows));
             }
             rows.end_row();
         }

@@ -35,6 +35,7 @@ impl Kernel {
     }
 
     /// `W`, 1/m3, from the squared distance; zero outside the support.
+    #[inline(always)]
     pub(crate) fn value(&self, r2: f64) -> f64 {
         let half_q = r2.sqrt() * self.half_inverse;
         let s = (1.0 - half_q).max(0.0);

@@ -7,12 +7,14 @@
 //! | `neighbours` | pairs within the support of the kernel, and sums over them in a fixed order |
 //! | `rows` | a list of lists in two arrays |
 //! | `grid` | cells, searched for what is near |
+//! | `lanes` | rows of eight numbers turned into columns, by vector instructions |
 //! | `blocks` | neighbours of a particle side by side, for vector instructions |
 //! | `tensor` | symmetric tensors as six numbers |
 
 pub(crate) mod blocks;
 mod grid;
 mod kernel;
+pub(crate) mod lanes;
 mod neighbours;
 mod rows;
 mod state;
@@ -21,5 +23,5 @@ pub(crate) mod tensor;
 pub(crate) use grid::Box3;
 pub(crate) use kernel::{Kernel, SMOOTHING};
 pub(crate) use neighbours::{IMAGE_SKIN, Neighbours, distance2};
-pub(crate) use rows::CHUNKS;
-pub(crate) use state::{Fluid, Particle, pair, retain};
+pub(crate) use rows::{CHUNKS, Rows};
+pub(crate) use state::{Fluid, Particle, retain};

@@ -6,6 +6,7 @@
 
 use super::blocks::{PairSum, add_rows};
 use super::grid::{Box3, Grid, Search};
+use super::lanes::Row;
 use super::rows::{CHUNKS, Rows};
 use super::state::Particle;
 use rayon::prelude::*;
@@ -14,6 +15,9 @@ use std::ops::Range;
 /// Skin of the images in units of the skin of the particles: behind a round wall an image may move
 /// up to twice as far as its original.
 pub(crate) const IMAGE_SKIN: f64 = 1.5;
+
+/// Particles whose sums are put together at once.
+const PIECE: usize = 512;
 
 /// The lists of one moment.
 #[derive(Clone, Debug)]
@@ -109,27 +113,35 @@ impl Neighbours {
     }
 
     /// Sums over all pairs: what particle `i` and its listed partners get is added to the buffer of its chunk; `buffers`
-    /// keeps the memory between calls. The sum lands in `out`.
-    pub(crate) fn sum<const N: usize>(
+    /// keeps the memory between calls. The first `M` of the `N` numbers of each sum land in `out`.
+    pub(crate) fn sum<const N: usize, const M: usize>(
         &self,
-        buffers: &mut [Vec<[f64; N]>],
-        out: &mut [[f64; N]],
+        buffers: &mut [Vec<Row<N>>],
+        out: &mut [[f64; M]],
         pairs: &impl PairSum<N>,
     ) {
         let rows = out.len();
         buffers.par_iter_mut().zip(&self.chunks).zip(&self.touched).for_each(|((buffer, chunk), touched)| {
-            buffer.resize(rows, [0.0; N]);
-            buffer[touched.clone()].fill([0.0; N]);
+            buffer.resize(rows, Row::default());
+            buffer[touched.clone()].fill(Row::default());
             add_rows(pairs, chunk.clone(), buffer);
         });
-        out.fill([0.0; N]);
-        for (buffer, touched) in buffers.iter().zip(&self.touched) {
-            for (o, b) in out[touched.clone()].iter_mut().zip(&buffer[touched.clone()]) {
-                for (o, b) in o.iter_mut().zip(b) {
-                    *o += b;
+        out.par_chunks_mut(PIECE).enumerate().for_each(|(piece, out)| {
+            out.fill([0.0; M]);
+            let here = piece * PIECE..piece * PIECE + out.len();
+            for (buffer, touched) in buffers.iter().zip(&self.touched) {
+                let both = touched.start.max(here.start)..touched.end.min(here.end);
+                if both.is_empty() {
+                    continue;
+                }
+                let out = &mut out[both.start - here.start..both.end - here.start];
+                for (o, b) in out.iter_mut().zip(&buffer[both]) {
+                    for (o, b) in o.iter_mut().zip(&b.0) {
+                        *o += b;
+                    }
                 }
             }
-        }
+        });
     }
 }
 

@@ -40,6 +40,13 @@ impl Rows {
         self.entry.extend_from_slice(entries);
     }
 
+    /// Adds the first `count` of `entries` to the row that is not yet ended.
+    pub(super) fn extend_some(&mut self, entries: &[u32; 8], count: usize) {
+        let all = self.entry.len() + count;
+        self.entry.extend_from_slice(entries);
+        self.entry.truncate(all);
+    }
+
     /// Adds the rows of `more`.
     pub(super) fn append(&mut self, more: &Self) {
         let before = self.entry.len() as u32;

@@ -2,7 +2,7 @@
 
 /// Particle as its neighbours need it: one cache line.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[repr(align(64))]
+#[repr(C, align(64))]
 pub(crate) struct Particle {
     /// Position in the frame of the glass, metres.
     pub(crate) x: [f64; 3],
@@ -45,13 +45,4 @@ impl Fluid {
 pub(crate) fn retain<T>(all: &mut Vec<T>, keep: &[bool]) {
     let mut kept = keep.iter();
     all.retain(|_| *kept.next().unwrap_or(&true));
-}
-
-/// Returns the separation `a.x - b.x`, its square, and its product with the relative velocity.
-#[inline]
-pub(crate) fn pair(a: &Particle, b: &Particle) -> ([f64; 3], f64, f64) {
-    let d = [a.x[0] - b.x[0], a.x[1] - b.x[1], a.x[2] - b.x[2]];
-    let r2 = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
-    let dot = (a.v[0] - b.v[0]) * d[0] + (a.v[1] - b.v[1]) * d[1] + (a.v[2] - b.v[2]) * d[2];
-    (d, r2, dot)
 }

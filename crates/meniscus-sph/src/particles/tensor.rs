@@ -6,6 +6,12 @@ pub(crate) type Symmetric = [f64; 6];
 /// The unit matrix.
 pub(crate) const UNIT: Symmetric = [1.0, 0.0, 0.0, 1.0, 0.0, 1.0];
 
+/// Returns the tensor that the row begins with.
+#[inline(always)]
+pub(crate) fn first(row: &[f64; 8]) -> Symmetric {
+    [row[0], row[1], row[2], row[3], row[4], row[5]]
+}
+
 /// Returns `m x`.
 #[inline(always)]
 pub(crate) fn times(m: &Symmetric, x: &[f64; 3]) -> [f64; 3] {

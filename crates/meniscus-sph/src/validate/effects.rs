@@ -16,37 +16,18 @@
 //!
 //! Ratios take the simulator's own run without the effect, so that its numerical errors cancel to first order.
 
-use super::Envelope;
+use super::at_the_wall::{inclined, slope};
 use super::fit::{Fit, fit};
 use super::ring_down::{GLASS, GLYCERINE, momentum, setup};
 use super::theory::{Mode, Tone};
 use super::viscous::{Linear, linear_mode};
 use super::wall_force::{foaming, rubbed, sliding, sprung};
+use super::{Envelope, Held};
 use crate::{Error, Setup, Simulator};
-use meniscus::reduced::effects::{EffectKind, Law};
+use meniscus::reduced::effects::Law;
 use meniscus::units::GRAVITY_M_S2;
 use meniscus_data::effects::Effects;
 use meniscus_data::liquids::Rheology;
-use std::f64::consts::PI;
-
-/// A measured figure beside that of theory.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Held {
-    /// Name of the measured figure.
-    pub what: &'static str,
-    /// The measured value.
-    pub measured: f64,
-    /// Value of the theory.
-    pub theory: f64,
-}
-
-impl Held {
-    /// Deviation from theory, per cent of it.
-    #[must_use]
-    pub fn error(&self) -> f64 {
-        100.0 * (self.measured / self.theory - 1.0)
-    }
-}
 
 /// Where fits and envelopes begin, s: the wall layer has formed.
 const FORMED_S: f64 = 0.08;
@@ -157,7 +138,7 @@ pub fn effect(law: Law, spacing_m: f64) -> Result<Vec<Held>, Error> {
             friction(spacing_m, on(&["contact_line=0.02,0.0001"])?, line)
         }
         Law::Foam => foam(spacing_m, on(&["foam=0.15"])?, 0.15),
-        Law::ContainerTilt => Ok(one("slope at rest", slope(spacing_m, on(&["container_tilt=0.1"])?, 0.1)?)),
+        Law::ContainerTilt => Ok(one("slope at rest", [slope(&inclined(spacing_m, 0.1)?), 0.1_f64.tan()])),
         Law::VerticalAcceleration => {
             let theory = 1.0 + 3.0 / GRAVITY_M_S2;
             stiffer("w^2 ratio at 3 m/s2", on(&["vertical_acceleration=3"])?, theory)
@@ -289,21 +270,4 @@ fn foam(spacing_m: f64, effects: Effects, beta: f64) -> Result<Vec<Held>, Error>
         Held { what: "exponent", measured: exponent(0), theory: exponent(1) },
         Held { what: "added decay at 0.25 m/s, 1/s", measured: found[1][0][0], theory: found[1][1][0] },
     ])
-}
-
-/// Slope at rest of a glass that is inclined by 0.02 rad, the inclination of a waiter's tray.
-pub(super) fn small_tilt(spacing_m: f64) -> Result<Held, Error> {
-    const ANGLE: f64 = 0.02;
-    let effects = Effects::default().with(EffectKind::ContainerTilt, ANGLE);
-    let [measured, theory] = slope(spacing_m, effects, ANGLE)?;
-    Ok(Held { what: "slope at rest", measured, theory })
-}
-
-/// Slope of the resting surface along x: from the first moment of the liquid's volume,
-/// `sum V x = slope pi R^4/4`.
-fn slope(spacing_m: f64, effects: Effects, angle: f64) -> Result<[f64; 2], Error> {
-    let simulator =
-        Simulator::new(&Setup { effects, ..setup(Rheology::newtonian(GLYCERINE.1), spacing_m, true) })?;
-    let moment: f64 = simulator.motion().map(|(x, _, m)| m * x[0]).sum::<f64>() / GLYCERINE.0;
-    Ok([moment / (0.25 * PI * GLASS.radius_m.powi(4)), angle.tan()])
 }

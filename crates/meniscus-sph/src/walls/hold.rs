@@ -1,7 +1,8 @@
 //! Last resort at the wall: a particle that the pressure does not stop loses its velocity into the wall.
 
-use crate::particles::{Fluid, Particle};
+use crate::particles::Fluid;
 use meniscus_data::glass::{Glass, Side};
+use rayon::prelude::*;
 
 /// A particle this near to the wall, in spacings, moves no nearer; in rest it keeps about one half.
 const NEAREST: f64 = 0.1;
@@ -10,8 +11,8 @@ const NEAREST: f64 = 0.1;
 /// alone does this everywhere but in a thin splash, where there is too little of it.
 pub(crate) fn hold(glass: &Glass, spacing_m: f64, liquid: &mut Fluid) {
     let bottom = NEAREST * spacing_m;
-    let below = |p: &&mut Particle| p.x[2] <= glass.rim_m;
-    for (p, heat) in liquid.particle.iter_mut().zip(&mut liquid.heat).filter(|(p, _)| below(p)) {
+    let all = liquid.particle.par_iter_mut().zip(&mut liquid.heat).with_min_len(256);
+    all.filter(|(p, _)| p.x[2] <= glass.rim_m).for_each(|(p, heat)| {
         if let Some(Side { normal, .. }) = glass.side_within(&p.x, NEAREST * spacing_m) {
             let outward: f64 = normal.iter().zip(p.v).map(|(n, v)| n * v).sum();
             if outward > 0.0 {
@@ -25,5 +26,5 @@ pub(crate) fn hold(glass: &Glass, spacing_m: f64, liquid: &mut Fluid) {
             *heat += 0.5 * p.v[2] * p.v[2];
             p.v[2] = 0.0;
         }
-    }
+    });
 }

@@ -22,6 +22,7 @@
 use super::origin::{Origin, bulge, radius};
 use super::sticking::{Behind, Sticking};
 use crate::frame::Body;
+use crate::particles::lanes::Row;
 use crate::particles::tensor::{Symmetric, mirrored};
 use crate::particles::{Fluid, Particle};
 use meniscus_data::glass::Glass;
@@ -35,8 +36,10 @@ pub(crate) struct Walls {
     pub(crate) image: Vec<Particle>,
     /// Their velocities as friction sees them, m/s.
     pub(crate) rubbing: Vec<[f64; 3]>,
-    /// `p L` of the images (see `corrected`), Pa.
-    pub(crate) pressure: Vec<Symmetric>,
+    /// The images with the first component of that velocity in place of the pressure.
+    pub(crate) rubbed: Vec<Row<8>>,
+    /// `p L` of the images (see `corrected`), Pa, and the other two components of that velocity, m/s.
+    pub(crate) pressure: Vec<Row<8>>,
 }
 
 /// A linear map from the velocity of an original to that of its image, by rows.
@@ -136,21 +139,31 @@ impl Walls {
         self.origin[w].particle as usize
     }
 
-    /// Fills `pressure` with `L` of the particles: `L` is mirrored with its particle.
+    /// Fills what the momentum equation takes from the images, with `L` of the particles: `L` is mirrored with its particle.
     pub(crate) fn press(&mut self, glass: &Glass, particle: &[Particle], l: &[Symmetric]) {
-        let Self { origin, image, pressure, .. } = self;
-        pressure.clear();
-        pressure.extend(origin.iter().zip(&*image).map(|(origin, image)| {
-            let i = origin.particle as usize;
-            let mut l = l[i];
-            if origin.side {
-                l = mirrored(&l, &origin.wall(glass, &particle[i].x).normal);
-            }
-            if origin.bottom {
-                // z changes its sign.
-                (l[2], l[4]) = (-l[2], -l[4]);
-            }
-            l.map(|l| image.p * l)
-        }));
+        let Self { origin, image, rubbing, rubbed, pressure } = self;
+        let images = image.par_iter().zip(&*rubbing).with_min_len(256);
+        images
+            .map(|(image, rubbing)| {
+                let ([x, y, z], [u, v, w]) = (image.x, image.v);
+                Row([x, y, z, u, v, w, image.volume, rubbing[0]])
+            })
+            .collect_into_vec(rubbed);
+        let images = image.par_iter().zip(&*rubbing).zip(&*origin).with_min_len(256);
+        images
+            .map(|((image, rubbing), origin)| {
+                let i = origin.particle as usize;
+                let mut l = l[i];
+                if origin.side {
+                    l = mirrored(&l, &origin.wall(glass, &particle[i].x).normal);
+                }
+                if origin.bottom {
+                    // z changes its sign.
+                    (l[2], l[4]) = (-l[2], -l[4]);
+                }
+                let [xx, xy, xz, yy, yz, zz] = l.map(|l| image.p * l);
+                Row([xx, xy, xz, yy, yz, zz, rubbing[1], rubbing[2]])
+            })
+            .collect_into_vec(pressure);
     }
 }

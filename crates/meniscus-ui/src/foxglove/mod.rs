@@ -20,14 +20,13 @@ use gate::{Gate, hidden_address};
 use meniscus::blob::Model;
 use meniscus::surface::Config;
 use meniscus_service::run::Viewer;
-use meniscus_service::snapshot::{PATIENCE, SnapshotOutlet};
+use meniscus_service::snapshot::{ImageSchedule, PATIENCE, SnapshotOutlet};
 use std::fs::File;
 use std::io::{self, BufWriter};
 use std::net::{Ipv4Addr, SocketAddr};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
-use std::time::Instant;
 use topics::Topics;
 
 /// Where Foxglove looks unless told otherwise.
@@ -179,7 +178,7 @@ impl Viewer for Foxglove {
     /// Publishes the topics. With a server and nobody connected nothing is decoded.
     fn show(&self, model: &Model<'_>) {
         let mut field = vec![0.0; model.field_len()];
-        let mut image_due = Instant::now();
+        let mut images = ImageSchedule::default();
         let mut last_us = None;
         while !self.closing.load(Ordering::Relaxed) {
             if !self.topics.wanted() {
@@ -187,7 +186,7 @@ impl Viewer for Foxglove {
                 std::thread::sleep(PATIENCE);
                 continue;
             }
-            let Some((snapshot, logged)) = self.outlet.take(&mut image_due) else { continue };
+            let Some((snapshot, logged)) = self.outlet.take(&mut images) else { continue };
             self.topics.log(model, &self.config, &snapshot, &logged, &mut field);
             let mut books = self.books.lock().unwrap_or_else(PoisonError::into_inner);
             books.turns += 1;

@@ -17,6 +17,8 @@ pub(super) struct Board {
     pub(super) ended: AtomicBool,
     /// Those who look right now.
     pub(super) viewers: AtomicUsize,
+    /// Those of them who look at the depth image.
+    pub(super) depth_viewers: AtomicUsize,
     /// Counts of frames and viewers.
     pub(super) counters: Counters,
 }
@@ -39,32 +41,40 @@ pub struct Counters {
 #[derive(Debug, Default)]
 struct Shown {
     frame: Numbered,
-    image: Numbered,
+    /// Of the outline, of the depth.
+    images: [Numbered; 2],
     /// Last note of the camera, with its number from 1.
     note: (u32, String),
 }
 
 impl Board {
-    /// Puts a frame up, and an image if there is a new one.
-    pub(super) fn put(&self, frame: Numbered, image: Option<Numbered>) {
+    /// Puts a frame up, and the images that are new: of the outline, of the depth.
+    pub(super) fn put(&self, frame: Numbered, images: [Option<Numbered>; 2]) {
         let mut shown = self.shown.lock().unwrap_or_else(PoisonError::into_inner);
         shown.frame = frame;
-        if let Some(image) = image {
-            shown.image = image;
+        for (shown, image) in shown.images.iter_mut().zip(images) {
+            if let Some(image) = image {
+                *shown = image;
+            }
         }
         drop(shown);
         self.newer.notify_all();
     }
 
-    /// Frame and image, as soon as the frame is newer than `than` and `due` has come; `None` when nothing newer
+    /// Frame and images, as soon as the frame is newer than `than` and `due` has come; `None` when nothing newer
     /// came within `patience` of that, or the page has closed.
-    pub(super) fn newer(&self, than: u32, due: Instant, patience: Duration) -> Option<(Numbered, Numbered)> {
+    pub(super) fn newer(
+        &self,
+        than: u32,
+        due: Instant,
+        patience: Duration,
+    ) -> Option<(Numbered, [Numbered; 2])> {
         std::thread::sleep(due.saturating_duration_since(Instant::now()));
         let shown = self.shown.lock().unwrap_or_else(PoisonError::into_inner);
         let wait = |shown: &mut Shown| shown.frame.0 <= than && !self.closing();
         let (shown, _) =
             self.newer.wait_timeout_while(shown, patience, wait).unwrap_or_else(PoisonError::into_inner);
-        (shown.frame.0 > than && !self.closing()).then(|| (shown.frame.clone(), shown.image.clone()))
+        (shown.frame.0 > than && !self.closing()).then(|| (shown.frame.clone(), shown.images.clone()))
     }
 
     /// Puts up what the camera told.

@@ -1,13 +1,15 @@
 //! The page's own thread: turns of the worker into frames and images, once for all viewers.
 
-use super::board::{Board, Numbered};
+use super::board::Board;
 use super::frame::{AHEAD, Facts, frame};
 use super::image::{GlassExtent, Window};
+use super::recent_error::RecentError;
 use meniscus::blob::Model;
-use meniscus::runtime::{Crest, Forecast};
+use meniscus::runtime::{Crest, Forecast, Mode};
 use meniscus::surface::Config;
 use meniscus::units::Micros;
-use meniscus_service::snapshot::SnapshotOutlet;
+use meniscus_service::snapshot::{ImageSchedule, SnapshotOutlet};
+use meniscus_service::truth::Truth;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
@@ -20,12 +22,22 @@ const FORECAST_EVERY: Duration = Duration::from_millis(95);
 /// Turns within which the next crest is looked for.
 const CREST_WITHIN: usize = 30;
 
+/// Source that the page shows.
+pub(super) struct Shown<'s> {
+    /// Reader of the images.
+    pub(super) config: &'s Config,
+    /// The true surface, where the camera is simulated.
+    pub(super) truth: Option<&'s Truth>,
+}
+
 /// Composes until the page closes; with nobody there it does nothing at all.
-pub(super) fn compose(model: &Model<'_>, config: &Config, outlet: &SnapshotOutlet, board: &Board) {
+pub(super) fn compose(model: &Model<'_>, shown: &Shown<'_>, outlet: &SnapshotOutlet, board: &Board) {
     let header = &model.header;
     let glass = GlassExtent { radius_m: header.radius_m as f32, rim_m: header.rim_m as f32 };
     let (mut window, mut number) = (Window::default(), 0_u32);
-    let mut image_due = Instant::now();
+    // Through a lens of its own it would not lie under what is drawn on it.
+    let depth_fits = shown.config.settings().depth_lens_m == [0.0; 3];
+    let (mut images, mut recent) = (ImageSchedule::default(), RecentError::default());
     let mut last_frame: Option<Micros> = None;
     let mut foreseen: Option<(Instant, Option<Crest>, [Forecast; 2])> = None;
     while !board.closing() {
@@ -34,7 +46,8 @@ pub(super) fn compose(model: &Model<'_>, config: &Config, outlet: &SnapshotOutle
             std::thread::sleep(IDLE);
             continue;
         }
-        let Some((snapshot, logged)) = outlet.take(&mut image_due) else { continue };
+        images.want_depth(depth_fits && board.depth_viewers.load(Ordering::Relaxed) > 0);
+        let Some((snapshot, logged)) = outlet.take(&mut images) else { continue };
         number = number.wrapping_add(1);
         let now = logged.turn.time;
         if logged.turn.stamp.is_some() {
@@ -48,6 +61,11 @@ pub(super) fn compose(model: &Model<'_>, config: &Config, outlet: &SnapshotOutle
                 *foreseen.insert((Instant::now(), crest, ahead))
             }
         };
+        let estimated = matches!(logged.turn.estimate.mode, Mode::Tracking | Mode::Coasting);
+        let truth = shown.truth.and_then(|truth| Some((truth.at(now)?, truth.fill_m)));
+        if let Some((surface_m, fill_m)) = truth.filter(|_| estimated) {
+            recent.add(surface_m, &logged.turn.estimate.surface_m, fill_m);
+        }
         let facts = Facts {
             snapshot: &snapshot,
             logged: &logged,
@@ -55,10 +73,12 @@ pub(super) fn compose(model: &Model<'_>, config: &Config, outlet: &SnapshotOutle
             viewers: (viewers, board.counters.left_out.load(Ordering::Relaxed)),
             crest,
             ahead,
+            truth: truth.map(|(surface_m, _)| surface_m),
+            recent_error: recent.get(),
         };
         let bytes = frame(model, &facts, number);
-        let image = window.image(config, glass, &snapshot, number);
-        let image: Option<Numbered> = image.map(|bytes| (number, bytes.into()));
-        board.put((number, bytes.into()), image);
+        let images = window.images(shown.config, glass, &snapshot, number);
+        let images = images.map(|image| image.map(|bytes| (number, bytes.into())));
+        board.put((number, bytes.into()), images);
     }
 }

@@ -18,7 +18,7 @@ pub(super) const FRAME: u8 = 1;
 pub(super) const AHEAD: [usize; 2] = [15, 30];
 
 /// Names of the profiles in a frame, in order: 21 heights or half-widths each, metres.
-pub(super) const PROFILES: [&str; 8] = [
+pub(super) const PROFILES: [&str; 9] = [
     "estimated",
     "estimated_half",
     "measured",
@@ -27,6 +27,7 @@ pub(super) const PROFILES: [&str; 8] = [
     "ahead_0_half",
     "ahead_1",
     "ahead_1_half",
+    "true",
 ];
 
 /// Flag bits: the full field is of this turn; its frame came; the liquid was seen in it.
@@ -48,13 +49,17 @@ pub(super) struct Facts<'l> {
     pub(super) crest: Option<Crest>,
     /// The two forecasts.
     pub(super) ahead: [Forecast; 2],
+    /// The true surface, m, where the camera is simulated.
+    pub(super) truth: Option<&'l [f32; POINTS]>,
+    /// Error of the surface over the last turns, relative to the slosh; not a number without a truth.
+    pub(super) recent_error: f64,
 }
 
 /// The numbers of a frame by name, each with where it comes from.
 type Number = (&'static str, fn(&Facts<'_>) -> f64);
 
 /// In the order in which they travel; the page learns the names with the bases.
-pub(super) const NUMBERS: [Number; 46] = [
+pub(super) const NUMBERS: [Number; 47] = [
     ("slosh_j", |f| f.logged.turn.estimate.slosh_j),
     ("heat_j", |f| f.logged.turn.estimate.heat_j),
     ("acceleration_m_s2", |f| f64::from(f.logged.turn.estimate.acceleration_m_s2)),
@@ -102,6 +107,7 @@ pub(super) const NUMBERS: [Number; 46] = [
     ("host_latency_ms", |f| f.logged.host.map_or(f64::NAN, |host| host.latency_us as f64 * 1e-3)),
     // The page shows it as it comes.
     ("over_s", |f| (10.0 * f.logged.frames.over_s).round() / 10.0),
+    ("surface_error", |f| f.recent_error),
 ];
 
 /// Returns the profile of the turn's frame, if there is one.
@@ -153,6 +159,7 @@ pub(super) fn frame(model: &Model<'_>, facts: &Facts<'_>, number: u32) -> Vec<u8
         &near.half_width_m,
         &far.surface_m,
         &far.half_width_m,
+        facts.truth.unwrap_or(&[f32::NAN; POINTS]),
     ];
     let mut put = |number: f32| bytes.extend_from_slice(&number.to_le_bytes());
     profiles.into_iter().flatten().for_each(|&height| put(height));

@@ -1,16 +1,27 @@
-//! The camera's image as the page gets it: the part around the glass as JPEG, with the traced surface's pixels.
+//! The camera's images as the page gets them: the part around the glass as JPEG, with the traced surface's pixels.
+//!
+//! A depth image is grey from 255, near, to 1, far; 0 is a pixel without a depth. The page gives it its colours.
 
 use image::codecs::jpeg::JpegEncoder;
 use image::{ExtendedColorType, ImageEncoder};
 use meniscus::runtime::Mode;
 use meniscus::surface::{Config, profile_abscissa};
+use meniscus::units::Micros;
 use meniscus_service::snapshot::TurnSnapshot;
+use meniscus_service::timed_turn::TimedTurn;
 
 /// First byte of an image.
 const IMAGE: u8 = 2;
 
-/// Quality of the JPEG, of 100: what the depth camera's noise leaves of the edge is kept.
+/// Depths that are distinguished, in units of the radius of the glass before and behind its axis.
+const BEFORE: f32 = 2.0;
+const BEHIND: f32 = 6.0;
+
+/// Quality of the JPEG of the outline, of 100: what the depth camera's noise leaves of the edge is kept.
 const QUALITY: u8 = 60;
+
+/// Quality of the JPEG of the depth: a pixel without a depth must stay one beside others.
+const DEPTH_QUALITY: u8 = 90;
 
 /// Room beside the glass, in units of its radius, and above and below, in pixels.
 const BESIDE: f32 = 2.2;
@@ -23,6 +34,23 @@ pub(super) struct GlassExtent {
     pub(super) radius_m: f32,
     /// Height of the rim above the inner bottom.
     pub(super) rim_m: f32,
+}
+
+/// Facts that both images of a frame share.
+struct Head<'h> {
+    number: u32,
+    time: Micros,
+    /// Traced and estimated surface, pixels.
+    points: [&'h [(f32, f32)]; 2],
+}
+
+/// Returns the grey of a depth: 255 at the near end of the range, 1 at the far end and beyond, 0 without a depth.
+fn grey_of(depth_m: f32, [near_m, far_m]: [f32; 2]) -> u8 {
+    if depth_m <= 0.0 {
+        return 0;
+    }
+    let share = ((far_m - depth_m) / (far_m - near_m)).clamp(0.0, 1.0);
+    1 + (254.0 * share) as u8
 }
 
 /// Part of the image that is shown; it stays while the glass is in it, so that the glass moves and not the room.
@@ -53,16 +81,17 @@ impl Window {
         self.width > 0 && left >= self.left as f32 && right <= (self.left + self.width) as f32
     }
 
-    /// The bytes of image `number`; `None` if there is none yet or it cannot be encoded.
-    pub(super) fn image(
+    /// The bytes of the images of frame `number`, of the outline and of the depth; `None` where there is no new one or it cannot be
+    /// encoded.
+    pub(super) fn images(
         &mut self,
         config: &Config,
         glass: GlassExtent,
         snapshot: &TurnSnapshot,
         number: u32,
-    ) -> Option<Vec<u8>> {
+    ) -> [Option<Vec<u8>>; 2] {
         let GlassExtent { radius_m, rim_m } = glass;
-        let turn = &snapshot.image_of?.turn;
+        let Some(TimedTurn { turn, .. }) = &snapshot.image_of else { return [None, None] };
         let profile = turn.profile.and_then(Result::ok);
         let glass_x_m = profile.and_then(|profile| profile.glass_x_m);
         let place = glass_x_m.unwrap_or(0.0);
@@ -83,34 +112,51 @@ impl Window {
                 estimated.extend(turn.estimate.surface_m.iter().enumerate().map(|(k, z)| pixel(k, *z)));
             }
         }
-        self.encode(config.image_size().0, snapshot, number, [&traced, &estimated])
+        let across = config.image_size().0;
+        let head = Head { number, time: turn.time, points: [&traced, &estimated] };
+        let outline = self.encode(&head, None, &self.cut(&snapshot.infrared, across));
+        let depth = (!snapshot.depth.is_empty()).then(|| {
+            let settings = config.settings();
+            let (axis_m, unit_m) = (settings.camera_distance_m, settings.depth_unit_m);
+            let range_m = [axis_m - BEFORE * radius_m, axis_m + BEHIND * radius_m];
+            let (pixels, _) = snapshot.depth.as_chunks::<2>();
+            let grey: Vec<u8> = self
+                .cut(pixels, across)
+                .into_iter()
+                .map(|z| grey_of(f32::from(u16::from_le_bytes(z)) * unit_m, range_m))
+                .collect();
+            self.encode(&head, Some(range_m), &grey)
+        });
+        [outline, depth.flatten()]
     }
 
-    /// Kind, number, time, size, the two lists of pixels, then the JPEG; everything little-endian.
-    fn encode(
-        &self,
-        across: usize,
-        snapshot: &TurnSnapshot,
-        number: u32,
-        points: [&[(f32, f32)]; 2],
-    ) -> Option<Vec<u8>> {
-        let rows = snapshot.infrared.chunks_exact(across).skip(self.top).take(self.height);
-        let cut: Vec<u8> =
-            rows.filter_map(|row| row.get(self.left..self.left + self.width)).flatten().copied().collect();
+    /// Returns the pixels of the window, of an image `across` pixels wide.
+    fn cut<P: Copy>(&self, image: &[P], across: usize) -> Vec<P> {
+        let rows = image.chunks_exact(across).skip(self.top).take(self.height);
+        rows.filter_map(|row| row.get(self.left..self.left + self.width)).flatten().copied().collect()
+    }
+
+    /// Kind, number, time, size, depths, the two lists of pixels, then the JPEG of `grey`; everything little-endian.
+    fn encode(&self, head: &Head<'_>, depths_m: Option<[f32; 2]>, grey: &[u8]) -> Option<Vec<u8>> {
+        let Head { number, time, points } = *head;
         let mut bytes = Vec::with_capacity(16 * 1024);
-        bytes.extend_from_slice(&[IMAGE, 0, 0, 0]);
+        bytes.extend_from_slice(&[IMAGE, u8::from(depths_m.is_some()), 0, 0]);
         bytes.extend_from_slice(&number.to_le_bytes());
-        bytes.extend_from_slice(&(snapshot.image_of?.turn.time.0 as f64 * 1e-6).to_le_bytes());
+        bytes.extend_from_slice(&(time.0 as f64 * 1e-6).to_le_bytes());
         for count in [self.width, self.height, points[0].len(), points[1].len()] {
             bytes.extend_from_slice(&u16::try_from(count).ok()?.to_le_bytes());
+        }
+        for depth_m in depths_m.unwrap_or_default() {
+            bytes.extend_from_slice(&depth_m.to_le_bytes());
         }
         for (u, v) in points.into_iter().flatten() {
             bytes.extend_from_slice(&(u - self.left as f32).to_le_bytes());
             bytes.extend_from_slice(&(v - self.top as f32).to_le_bytes());
         }
         let size = (u32::try_from(self.width).ok()?, u32::try_from(self.height).ok()?);
-        JpegEncoder::new_with_quality(&mut bytes, QUALITY)
-            .write_image(&cut, size.0, size.1, ExtendedColorType::L8)
+        let quality = if depths_m.is_some() { DEPTH_QUALITY } else { QUALITY };
+        JpegEncoder::new_with_quality(&mut bytes, quality)
+            .write_image(grey, size.0, size.1, ExtendedColorType::L8)
             .ok()?;
         Some(bytes)
     }

@@ -21,6 +21,15 @@ pub struct Messages {
 pub fn messages(model: &Model<'_>, logged: &TimedTurn) -> Messages {
     let snapshot = TurnSnapshot::default();
     let ahead = AHEAD.map(|turns| Forecast::new(model, &snapshot.memory, turns, &[]));
-    let facts = Facts { snapshot: &snapshot, logged, unseen_s: 0.0, viewers: (0, 0), crest: None, ahead };
+    let facts = Facts {
+        snapshot: &snapshot,
+        logged,
+        unseen_s: 0.0,
+        viewers: (0, 0),
+        crest: None,
+        ahead,
+        truth: None,
+        recent_error: f64::NAN,
+    };
     Messages { model: bases(model, ""), frame: frame(model, &facts, 1) }
 }

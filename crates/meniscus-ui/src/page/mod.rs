@@ -4,7 +4,7 @@
 //! worker --SnapshotOutlet (never waits)--> hand-off --> composer's thread --> board --> a thread for each viewer
 //!          newest turn, estimator's memory, image      frames, forecasts, JPEG          newest frame, when taken
 //! ```
-//! Loopback needs no token; every other address does. Nothing is composed while nobody looks. The bytes are in
+//! Loopback needs no token; every other address does. Either may be encrypted. Nothing is composed while nobody looks. The bytes are in
 //! `docs/page.md`, the page's own files in `assets/`.
 
 mod assets;
@@ -16,15 +16,26 @@ mod frame;
 mod image;
 mod messages;
 mod metrics;
+mod recent_error;
 mod request;
 mod server;
+#[cfg(not(feature = "tls"))]
+#[path = "no_tls.rs"]
+mod tls;
+#[cfg(feature = "tls")]
+mod tls;
 mod token;
 mod viewer;
+mod wire;
 
 pub use board::Counters;
 pub use error::PageError;
 pub use messages::{Messages, messages};
 pub use server::{VIEWERS_EACH, VIEWERS_MAX};
+#[cfg(not(feature = "tls"))]
+pub use tls::NoTls as Tls;
+#[cfg(feature = "tls")]
+pub use tls::Tls;
 pub use token::Token;
 
 use board::Board;
@@ -32,6 +43,7 @@ use meniscus::blob::Model;
 use meniscus::surface::Config;
 use meniscus_service::run::Viewer;
 use meniscus_service::snapshot::SnapshotOutlet;
+use meniscus_service::truth::Truth;
 use server::Server;
 use std::net::{IpAddr, Ipv4Addr, SocketAddr, UdpSocket};
 use std::sync::Arc;
@@ -46,8 +58,20 @@ pub struct Page {
     outlet: SnapshotOutlet,
     board: Arc<Board>,
     config: Config,
-    token: Option<Token>,
+    truth: Option<Truth>,
+    door: Door,
     load_bytes: usize,
+}
+
+/// Way to the page.
+#[derive(Clone, Debug)]
+pub struct Door {
+    /// Address to listen at.
+    pub address: SocketAddr,
+    /// Word that everybody has to know; without one, only this machine is answered.
+    pub token: Option<Token>,
+    /// Certificate and key; without them nothing is encrypted.
+    pub tls: Option<Tls>,
 }
 
 impl Page {
@@ -63,17 +87,34 @@ impl Page {
         address: SocketAddr,
         token: Option<Token>,
     ) -> Result<Self, PageError> {
-        if token.is_none() && !address.ip().is_loopback() {
+        Self::open_at(model, config, title, Door { address, token, tls: None })
+    }
+
+    /// Opens the page at `door`, as [`open`](Self::open) does.
+    ///
+    /// # Errors
+    /// As for [`open`](Self::open).
+    pub fn open_at(model: &Model<'_>, config: Config, title: &str, door: Door) -> Result<Self, PageError> {
+        let address = door.address;
+        if door.token.is_none() && !address.ip().is_loopback() {
             let why = "others reach that address, and no token keeps them out";
             return Err(PageError::new(format!("a page at {address}"), why, "give a token"));
         }
         let board = Arc::new(Board::default());
         let bases: tungstenite::Bytes = bases::bases(model, title).into();
         let load_bytes = bases.len();
-        let gate = request::Gate { token: token.clone() };
-        let server = Server::start(address, gate, bases, Arc::clone(&board))?;
+        let gate = request::Gate { token: door.token.clone() };
+        let server =
+            Server::start(address, server::Front { gate, tls: door.tls.clone() }, bases, Arc::clone(&board))?;
         let (width, height) = config.image_size();
-        Ok(Self { server, outlet: SnapshotOutlet::new(width * height), board, config, token, load_bytes })
+        let outlet = SnapshotOutlet::new(width * height);
+        Ok(Self { server, outlet, board, config, truth: None, door, load_bytes })
+    }
+
+    /// Returns the page that shows the true surface beside the estimate.
+    #[must_use]
+    pub fn with_truth(self, truth: Option<Truth>) -> Self {
+        Self { truth, ..self }
     }
 
     /// Bytes that every viewer loads once, beside the page's own files.
@@ -101,9 +142,10 @@ impl Page {
         if address.ip().is_unspecified() {
             address.set_ip(own_address(address).unwrap_or(address.ip()));
         }
-        match &self.token {
-            None => format!("http://{address}/"),
-            Some(token) => format!("http://{address}/?token={}", token.reveal()),
+        let scheme = if self.door.tls.is_some() { "https" } else { "http" };
+        match &self.door.token {
+            None => format!("{scheme}://{address}/"),
+            Some(token) => format!("{scheme}://{address}/?token={}", token.reveal()),
         }
     }
 }
@@ -115,7 +157,8 @@ impl Viewer for Page {
 
     /// Composes frames and images for everybody who looks at the page.
     fn show(&self, model: &Model<'_>) {
-        compose::compose(model, &self.config, &self.outlet, &self.board);
+        let shown = compose::Shown { config: &self.config, truth: self.truth.as_ref() };
+        compose::compose(model, &shown, &self.outlet, &self.board);
     }
 
     fn tell(&self, note: &str) {

@@ -1,14 +1,15 @@
 //! HTTP listener: one acceptor thread, one thread per connection, with limits.
 
-use super::PageError;
 use super::assets::Asset;
 use super::board::Board;
 use super::metrics::{KIND, metrics};
 use super::request::{Gate, Refusal, Wanted};
 use super::viewer;
+use super::wire::Wire;
+use super::{PageError, Tls};
 use crate::listener::{HEAD_WITHIN, Limits, Place, Places, TimedStream, read};
 use std::io::{Read, Write};
-use std::net::{Shutdown, SocketAddr, TcpListener, TcpStream};
+use std::net::{SocketAddr, TcpListener, TcpStream};
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::thread::JoinHandle;
@@ -33,9 +34,17 @@ const PATIENCE: Duration = Duration::from_secs(5);
 /// Time that the connections may take to end when the page closes.
 const FAREWELL: Duration = Duration::from_secs(1);
 
+/// Checks before the first byte of an answer.
+pub(super) struct Front {
+    /// Of requests.
+    pub(super) gate: Gate,
+    /// Of the connection.
+    pub(super) tls: Option<Tls>,
+}
+
 /// Everything that a connection needs.
 struct Desk {
-    gate: Gate,
+    front: Front,
     bases: Bytes,
     board: Arc<Board>,
     places: Arc<Places>,
@@ -53,14 +62,14 @@ impl Server {
     /// Listens at `address`.
     pub(super) fn start(
         address: SocketAddr,
-        gate: Gate,
+        front: Front,
         bases: Bytes,
         board: Arc<Board>,
     ) -> Result<Self, PageError> {
         let wrong = |error: std::io::Error| PageError::of_listening(address, &error);
         let listener = TcpListener::bind(address).map_err(wrong)?;
         let address = listener.local_addr().map_err(wrong)?;
-        let desk = Arc::new(Desk { gate, bases, board: Arc::clone(&board), places: Places::new(LIMITS) });
+        let desk = Arc::new(Desk { front, bases, board: Arc::clone(&board), places: Places::new(LIMITS) });
         let acceptor = spawn(move || accept(&listener, &desk))
             .map_err(|error| PageError::new("the page's thread", format!("{error}"), "free memory"))?;
         Ok(Self { address, board, acceptor: Some(acceptor) })
@@ -106,8 +115,12 @@ fn accept(listener: &TcpListener, desk: &Arc<Desk>) {
         let stream = Arc::new(stream);
         let Some(place) = desk.places.enter(&stream) else {
             desk.board.counters.refused.fetch_add(1, Ordering::Relaxed);
+            if desk.front.tls.is_some() {
+                // Words would need a handshake, and this thread waits for nobody.
+                continue;
+            }
             // A new socket has room for so few bytes: nothing is waited for.
-            let mut stream = TimedStream::new(stream, Duration::from_millis(10));
+            let mut stream = Wire::Plain(TimedStream::new(stream, Duration::from_millis(10)));
             respond(
                 &mut stream,
                 Refusal::Full.status(),
@@ -131,25 +144,30 @@ fn serve(stream: Arc<TcpStream>, place: &Place, desk: &Desk) {
     if stream.set_nodelay(true).is_err() {
         return;
     }
-    let mut stream = TimedStream::new(stream, HEAD_WITHIN);
+    let stream = TimedStream::new(stream, HEAD_WITHIN);
+    let wire = match &desk.front.tls {
+        None => Some(Wire::Plain(stream)),
+        Some(tls) => tls.wire(stream),
+    };
+    let Some(mut stream) = wire else { return };
     let answer = read(&mut stream).map_err(Refusal::from).and_then(|head| {
         let rest = head.rest().to_vec();
-        Ok((desk.gate.admit(head.request)?, rest))
+        Ok((desk.front.gate.admit(head.request)?, rest))
     });
     stream.allow(PATIENCE);
     let refused = match answer {
         Ok((Wanted::File(Asset { kind, bytes, .. }), _)) => {
             respond(&mut stream, StatusCode::OK, kind, bytes);
-            return;
+            return stream.finish();
         }
         Ok((Wanted::Model, _)) => {
             respond(&mut stream, StatusCode::OK, "application/octet-stream", &desk.bases);
-            return;
+            return stream.finish();
         }
         Ok((Wanted::Metrics, _)) => match metrics(&desk.board) {
             Some(text) => {
                 respond(&mut stream, StatusCode::OK, KIND, text.as_bytes());
-                return;
+                return stream.finish();
             }
             None => Refusal::NoTurn,
         },
@@ -171,7 +189,7 @@ fn serve(stream: Arc<TcpStream>, place: &Place, desk: &Desk) {
     desk.board.counters.refused.fetch_add(1, Ordering::Relaxed);
     respond(&mut stream, refused.status(), "text/html; charset=utf-8", &explained(refused));
     // What the other side still sends is read for a moment, or the system would take the answer back.
-    let _gone = stream.socket().shutdown(Shutdown::Write);
+    stream.finish();
     stream.allow(Duration::from_millis(200));
     let mut rest = [0; 4096];
     for _ in 0..16 {
@@ -193,7 +211,7 @@ fn explained(refusal: Refusal) -> Vec<u8> {
 }
 
 /// Head and body. The page loads nothing from elsewhere, and nobody else may frame it or learn its address.
-fn respond(stream: &mut TimedStream, status: StatusCode, kind: &str, body: &[u8]) {
+fn respond(stream: &mut Wire, status: StatusCode, kind: &str, body: &[u8]) {
     let response = Response::builder()
         .status(status)
         .header("Content-Type", kind)
@@ -212,6 +230,6 @@ fn respond(stream: &mut TimedStream, status: StatusCode, kind: &str, body: &[u8]
     // Written in one piece; a browser that has gone meanwhile needs no answer.
     if write_response(&mut bytes, &response).is_ok() {
         bytes.extend_from_slice(body);
-        let _sent = stream.write_all(&bytes);
+        let _sent = stream.write_all(&bytes).and_then(|()| stream.flush());
     }
 }

@@ -1,14 +1,14 @@
 //! One viewer's web socket: the newest frame whenever the viewer has taken one of the last.
 //!
 //! ```text
-//! viewer: wish(rate) ...... taken(1) . taken(2) ....      eight bytes each: the frame's number, the rate in Hz
+//! viewer: wish ............ taken(1) . taken(2) ....      eight bytes each: the frame's number, the rate in Hz, the image
 //! here:               1 2 3 ......... 4 ........ 5 .      at most WINDOW frames are on their way
 //! ```
 //! A viewer that is slow, or far, gets fewer frames and always new ones: what it has no room for is never queued.
 
 use super::board::Board;
-use crate::listener::TimedStream;
-use std::sync::atomic::Ordering;
+use super::wire::Wire;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 use tungstenite::protocol::frame::coding::CloseCode;
 use tungstenite::protocol::{CloseFrame, Role, WebSocketConfig};
@@ -33,7 +33,7 @@ const PINGS_MAX: usize = 64;
 const RATE_MAX: u8 = 60;
 
 /// The viewer on `stream`; `rest` came behind its request.
-pub(super) fn serve(stream: TimedStream, rest: Vec<u8>, board: &Board) {
+pub(super) fn serve(stream: Wire, rest: Vec<u8>, board: &Board) {
     let limits = WebSocketConfig::default()
         .max_message_size(Some(MESSAGE_MAX))
         .max_frame_size(Some(MESSAGE_MAX))
@@ -48,40 +48,76 @@ pub(super) fn serve(stream: TimedStream, rest: Vec<u8>, board: &Board) {
     }
 }
 
+/// Wish of a viewer.
+#[derive(Clone, Copy)]
+struct Wish {
+    /// Frames a second.
+    rate: u8,
+    /// Which image: 0 of the outline, 1 of the depth.
+    image: usize,
+}
+
+/// A viewer's place among those who look at the depth image.
+struct DepthViewer<'b> {
+    count: &'b AtomicUsize,
+    looks: bool,
+}
+
+impl DepthViewer<'_> {
+    fn set(&mut self, looks: bool) {
+        match (self.looks, looks) {
+            (false, true) => self.count.fetch_add(1, Ordering::Relaxed),
+            (true, false) => self.count.fetch_sub(1, Ordering::Relaxed),
+            _ => 0,
+        };
+        self.looks = looks;
+    }
+}
+
+impl Drop for DepthViewer<'_> {
+    fn drop(&mut self) {
+        self.set(false);
+    }
+}
+
 /// Shows frames until the page closes, `Some`, or the viewer goes, `None`.
-fn show(socket: &mut WebSocket<TimedStream>, board: &Board) -> Option<()> {
+fn show(socket: &mut WebSocket<Wire>, board: &Board) -> Option<()> {
     let counters = &board.counters;
-    let mut rate = wish(socket)?;
+    let mut wanted = wish(socket)?;
+    let mut depth = DepthViewer { count: &board.depth_viewers, looks: false };
     let (mut under_way, mut last, mut last_image, mut last_note) = (0, 0, 0, 0);
     let mut due = Instant::now();
     while !board.closing() {
         let before = board.number();
         while under_way >= WINDOW {
-            rate = wish(socket)?;
+            wanted = wish(socket)?;
             under_way -= 1;
         }
         let passed = u64::from(board.number().saturating_sub(before));
         counters.left_out.fetch_add(passed.saturating_sub(1), Ordering::Relaxed);
+        depth.set(wanted.image == 1);
         if let Some((number, note)) = board.note_after(last_note) {
             last_note = number;
             counters.bytes.fetch_add(note.len() as u64, Ordering::Relaxed);
             socket.get_mut().allow(ANSWER_WITHIN);
             socket.send(Message::text(note)).ok()?;
         }
-        let Some((frame, image)) = board.newer(last, due, PATIENCE) else {
+        let Some((frame, images)) = board.newer(last, due, PATIENCE) else {
             // Nothing new: a ping finds out whether the viewer is still there.
             socket.get_mut().allow(ANSWER_WITHIN);
             socket.send(Message::Ping(Bytes::new())).ok()?;
             continue;
         };
         // A tenth early is on time: turns do not come to the microsecond.
-        due = Instant::now() + Duration::from_micros(900_000 / u64::from(rate));
+        due = Instant::now() + Duration::from_micros(900_000 / u64::from(wanted.rate));
         last = frame.0;
         let mut send = |bytes: Bytes| {
             counters.bytes.fetch_add(bytes.len() as u64, Ordering::Relaxed);
             socket.get_mut().allow(ANSWER_WITHIN);
             socket.send(Message::Binary(bytes)).ok()
         };
+        let [outline, of_depth] = images;
+        let image = if wanted.image == 1 { of_depth } else { outline };
         if image.0 > last_image {
             last_image = image.0;
             send(image.1)?;
@@ -93,15 +129,16 @@ fn show(socket: &mut WebSocket<TimedStream>, board: &Board) -> Option<()> {
     Some(())
 }
 
-/// The next message of the viewer, which says that it has taken a frame and at which rate it wants more; `None` when
-/// it has gone or says something else.
-fn wish(socket: &mut WebSocket<TimedStream>) -> Option<u8> {
+/// The next message of the viewer, which says that it has taken a frame, at which rate it wants more, and with which image;
+/// `None` when it has gone or says something else.
+fn wish(socket: &mut WebSocket<Wire>) -> Option<Wish> {
     socket.get_mut().allow(ANSWER_WITHIN);
     for _ in 0..PINGS_MAX {
         match socket.read().ok()? {
             Message::Binary(bytes) => {
-                let [.., rate, _, _, _] = *<&[u8; 8]>::try_from(&*bytes).ok()?;
-                return (1..=RATE_MAX).contains(&rate).then_some(rate);
+                let [.., rate, image, _, _] = *<&[u8; 8]>::try_from(&*bytes).ok()?;
+                let known = (1..=RATE_MAX).contains(&rate) && image <= 1;
+                return known.then_some(Wish { rate, image: usize::from(image) });
             }
             Message::Ping(_) | Message::Pong(_) => {}
             Message::Text(_) | Message::Close(_) | Message::Frame(_) => return None,

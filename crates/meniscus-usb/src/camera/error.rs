@@ -103,7 +103,8 @@ impl CameraError {
                 "plug a D435 or D435i into a USB 3 port, directly; `meniscus run` without --source needs none"
             }
             Self::OtherCamera { .. } => {
-                "use a D435 or D435i: modes and calibration of other cameras are not known to this program"
+                "use a D435 or D435i, or a D415 or D455, which were never tried: modes and calibration of other cameras are not known to this \
+                 program"
             }
             Self::NoInfrared(_) => {
                 "use --outline colour, with a setup made so (`meniscus setup --outline colour`); plug the camera in again, or \

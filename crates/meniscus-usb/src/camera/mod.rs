@@ -31,6 +31,7 @@
 //! interrupt endpoint's address, the headers on USB 2. `meniscus dump` writes these down.
 
 mod climb;
+mod climb_report;
 mod connect;
 mod dump;
 mod error;
@@ -45,6 +46,7 @@ mod session;
 mod settings;
 mod sink;
 
+pub use climb_report::ClimbReport;
 pub use connect::Connected;
 pub use dump::{Dump, DumpedControl, DumpedFrame, dump};
 pub use error::CameraError;

@@ -4,6 +4,7 @@
 //! number of transfers in flight never falls. Where there is no spare, the filled one goes back to the
 //! queue and its payload is counted as dropped.
 
+use super::climb_report::ClimbReport;
 use super::connect::{Connected, connect};
 use super::error::CameraError;
 use super::health::CameraHealth;
@@ -61,6 +62,8 @@ impl<T: Transport> Session<T> {
     /// [`CameraError`], which says what to do.
     pub fn connect(mut transport: T, settings: Settings) -> Result<Self, CameraError> {
         let (connected, plan) = connect(&mut transport, &settings)?;
+        log::info!("connected: {:?}", connected.device);
+        log::debug!("streams: {plan:?}");
         // From now on it is this camera and no other.
         let serial = settings.serial.clone().or_else(|| connected.device.serial.clone());
         Ok(Self {
@@ -113,7 +116,7 @@ impl<T: Transport> Session<T> {
     /// [`CameraError::GaveUp`] when frames did not come back in time.
     pub fn stream(&mut self, sink: &mut impl Sink) -> Result<(), CameraError> {
         let mut ladder = Ladder::new(self.settings.patience);
-        let mut last = String::new();
+        let mut report = ClimbReport::default();
         self.patience = FIRST;
         let mut trouble = self.start().err();
         while sink.wanted() {
@@ -122,26 +125,18 @@ impl<T: Transport> Session<T> {
                     self.stop();
                     return Err(CameraError::Usb { doing: "queue the camera's transfers", error });
                 }
-                if !matches!(met, Trouble::Failed(_)) {
-                    last = met.to_string();
-                }
+                report.meet(met);
                 let Step::Do(rung, pause) = ladder.climb(met, self.transport.now()) else {
                     self.stop();
-                    return Err(CameraError::GaveUp { seconds: self.settings.patience.as_secs(), last });
+                    return Err(CameraError::GaveUp {
+                        seconds: self.settings.patience.as_secs(),
+                        last: report.last(),
+                    });
                 };
-                // The same rung again for the same reason is told once.
-                let again = met == Trouble::Failed(rung);
-                if !again {
-                    sink.note(Note::Trouble(met, rung));
-                }
+                report.take(met, rung, sink);
                 self.wait_before(rung, pause, sink);
                 if let Err(reason) = self.climb(rung, sink) {
-                    let reason = reason.to_string();
-                    if !again || reason != last {
-                        sink.note(Note::Failed(reason.clone()));
-                    }
-                    last = reason;
-                    trouble = Some(Trouble::Failed(rung));
+                    trouble = Some(report.fail(met, rung, reason.to_string(), sink));
                 }
                 continue;
             }

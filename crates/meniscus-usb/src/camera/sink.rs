@@ -18,8 +18,20 @@ pub enum Note {
     Failed(String),
     /// The camera reported an error of its own and goes on.
     Reported(DeviceError),
+    /// Something that a person should know while frames come.
+    Remark(String),
     /// Frames have come on every stream for a second, and some of one instant.
     Recovered,
+}
+
+impl Note {
+    /// Returns the level of the note in a log.
+    fn level(&self) -> log::Level {
+        match self {
+            Self::Trouble(..) | Self::Reported(_) | Self::Remark(_) => log::Level::Warn,
+            Self::Failed(_) | Self::Recovered => log::Level::Info,
+        }
+    }
 }
 
 impl std::fmt::Display for Note {
@@ -28,6 +40,7 @@ impl std::fmt::Display for Note {
             Self::Trouble(trouble, rung) => write!(f, "{trouble}: {rung:?}"),
             Self::Reported(error) => write!(f, "{} (error {} of the camera)", error.meaning(), error.0),
             Self::Failed(reason) => write!(f, "not yet: {reason}"),
+            Self::Remark(what) => f.write_str(what),
             Self::Recovered => write!(f, "the camera is back"),
         }
     }
@@ -45,6 +58,7 @@ impl NoteBook {
 
     /// Adds a note.
     pub fn add(&self, note: Note) {
+        log::log!(note.level(), "{note}");
         let mut notes = self.notes.lock().unwrap_or_else(PoisonError::into_inner);
         if notes.len() < Self::ROOM {
             notes.push(note);

@@ -104,5 +104,5 @@ pub const TABLE: &[(&str, Must)] = &[
     ("apart", Recover(Rung::Renegotiate, |_| true)),
     ("interrupt-off", Report(&["the laser is too hot, it was turned off (error 2 of the camera)"])),
     ("interrupt-overflow", Report(&["a USB buffer of the camera overflowed"])),
-    ("other-camera", Refuse(&["a RealSense D455", "use a D435 or D435i"])),
+    ("other-camera", Refuse(&["a RealSense L515", "use a D435 or D435i"])),
 ];

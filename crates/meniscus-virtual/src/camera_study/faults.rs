@@ -257,7 +257,7 @@ pub fn check(name: &str, must: Must, outline: OutlineImage, habits: Habits) -> R
         (Ok(()), Must::Recover(rung, as_told)) => {
             let taken = reader.notes.iter().filter_map(|note| match note {
                 Note::Trouble(_, rung) => Some(*rung),
-                Note::Failed(_) | Note::Recovered | Note::Reported(_) => None,
+                Note::Failed(_) | Note::Recovered | Note::Remark(_) | Note::Reported(_) => None,
             });
             let recovered = reader.notes.last() == Some(&Note::Recovered);
             let good = taken.max() == Some(rung) && recovered && as_told(&books);

@@ -31,6 +31,8 @@ pub(super) fn tones(settings: &SceneSettings) -> Tones {
     let (wall, table, front) = match settings.camera.liquid {
         Liquid::Dark => (165.0, 140.0, 38.0),
         Liquid::Bright => (45.0, 60.0, 190.0),
+        // Water of 70 mm in light of 850 nm before a bright card, as the path tracer has it.
+        Liquid::Clear => (200.0, 170.0, 140.0),
     };
     let front = settings.tone.unwrap_or(front);
     Tones { wall, table, front, behind: front + settings.mirror * (wall - front) }

@@ -43,7 +43,7 @@ impl Painter {
         out: &mut [u8],
     ) {
         let Window { left, right, top, .. } = self.window;
-        let Subject { outline, overlay } = subject;
+        let Subject { outline, overlay, .. } = subject;
         let width = right - left;
         for (row, disparity) in self.disparity.chunks_exact_mut(width).enumerate() {
             let line = (top + row) * view.width;

@@ -47,6 +47,9 @@ impl Painter {
         out: &mut [u8],
     ) {
         self.draw(settings, view, backdrop, subject.outline, subject.overlay);
+        if let Some(tag) = &settings.tag {
+            tag.paint(view, subject.axis_m, settings.camera.radius_m.into(), self.window, &mut self.sharp);
+        }
         self.blur();
         let Window { left, right, top, .. } = self.window;
         for (row, blurred) in self.blurred.chunks_exact(right - left).enumerate() {

@@ -5,7 +5,8 @@
 //! dots and grey noise (infrared); correlated stereo noise, disparity steps, the occlusion band, edge
 //! holes and random holes (depth). The same seed and frame number give the same bytes.
 //!
-//! [`Clutter`] adds foam, a highlight, a finger before the glass, and a liquid that is clear.
+//! [`Clutter`] adds foam, a highlight, a finger before the glass, and a liquid that is clear; [`TagPlate`] an AprilTag above the glass,
+//! in the infrared image alone.
 //!
 //! Not modelled: motion blur, refraction by the glass wall, the meniscus that climbs it, the liquid film
 //! that a receding surface leaves on it, and that stereo matching smears a step in depth over its window.
@@ -21,6 +22,7 @@ pub(crate) mod noise;
 mod outline;
 mod sensor;
 mod shape;
+mod tag;
 mod view;
 
 use backdrop::Backdrop;
@@ -32,6 +34,7 @@ use meniscus_data::recording::{Glass, Recording, WALL_POINTS};
 use noise::{Noise, mix};
 use outline::Outline;
 use shape::Shape;
+pub use tag::{TagPattern, TagPlate};
 use view::View;
 
 /// Parts of the scene that change from frame to frame.
@@ -40,6 +43,8 @@ struct Subject<'a> {
     /// The glass with its liquid, where it is there.
     outline: Option<&'a Outline>,
     overlay: &'a Overlay,
+    /// Position of the glass axis along x, metres.
+    axis_m: f64,
 }
 
 /// The scene's looks and faults beside the camera's geometry.
@@ -66,6 +71,8 @@ pub struct SceneSettings {
     pub tone: Option<f64>,
     /// Disturbances of the view.
     pub clutter: Clutter,
+    /// A tag that moves with the glass.
+    pub tag: Option<TagPlate>,
     /// Whether there is a glass with liquid at all.
     pub glass_present: bool,
     /// Seed of everything random.
@@ -86,6 +93,7 @@ impl Default for SceneSettings {
             mirror: 0.2,
             tone: None,
             clutter: Clutter::default(),
+            tag: None,
             glass_present: true,
             seed: 1,
         }
@@ -193,7 +201,8 @@ impl Scene {
             rim_m: f64::from(camera.rim_m),
             wall: WallShape::UPRIGHT,
         };
-        let window = view.window(&glass);
+        let top_m = settings.tag.map_or(glass.rim_m, |tag| tag.top_m().max(glass.rim_m));
+        let window = view.window(&glass, top_m);
         let noise = Noise::new(settings.seed);
         let backdrop = Backdrop::new(&settings, &view, &noise);
         Self {
@@ -231,7 +240,7 @@ impl Scene {
         let (settings, backdrop, noise) = (&self.settings, &self.backdrop, &self.noise);
         let radius_m = settings.camera.radius_m.into();
         let overlay = Overlay::new(&view, settings.clutter, axis_m, radius_m, seed);
-        let subject = Subject { outline: outline.as_ref(), overlay: &overlay };
+        let subject = Subject { outline: outline.as_ref(), overlay: &overlay, axis_m };
         self.infrared.paint(settings, &view, backdrop, subject, noise, seed, &mut out.infrared);
         self.depth.paint(settings, &view, backdrop, subject, noise, seed, &mut out.depth);
     }

@@ -103,14 +103,23 @@ impl View {
         (depth > 0.0 && depth.is_finite()).then_some(depth)
     }
 
+    /// Point of the room at which a ray meets the plane through `point` with the normal `normal`.
+    pub(super) fn on_plane(&self, ray: [f64; 3], point: [f64; 3], normal: [f64; 3]) -> Option<[f64; 3]> {
+        let camera = [0.0, -self.distance_m, self.height_m];
+        let dot = |a: [f64; 3]| a.iter().zip(&normal).map(|(a, n)| a * n).sum::<f64>();
+        let depth = dot(std::array::from_fn(|axis| point[axis] - camera[axis])) / dot(ray);
+        (depth > 0.0 && depth.is_finite())
+            .then(|| std::array::from_fn(|axis| camera[axis] + depth * ray[axis]))
+    }
+
     /// Column, at row `v`, of a vertical plane through the camera at the bearing whose tangent is given.
     pub(super) fn column_of_bearing(&self, tangent: f64, v: f64) -> f64 {
         self.ppx + self.fx * tangent * (self.cos + (v - self.ppy) / self.fy * self.sin)
     }
 
-    /// The pixels that are rendered for each frame.
-    pub(super) fn window(&self, glass: &Glass) -> Window {
-        let rows = [glass.rim_m, 0.0].map(|z| {
+    /// The pixels that are rendered for each frame, from `top_m` above the inner bottom downwards.
+    pub(super) fn window(&self, glass: &Glass, top_m: f64) -> Window {
+        let rows = [top_m, 0.0].map(|z| {
             [-glass.radius_m, glass.radius_m]
                 .map(|y| self.project([0.0, y, z]).v.clamp(0.0, self.height as f64))
         });

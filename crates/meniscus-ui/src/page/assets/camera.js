@@ -1,5 +1,25 @@
 // The camera's image with the traced and the estimated surface on it.
 
+import { colours } from './colours.js';
+
+/** Grey below which a pixel has no depth: the JPEG moves it by a few. */
+const NO_DEPTH = 12;
+
+/** The depth image in colours: near is the upper end of the scale. */
+function coloured(bitmap, width, height) {
+  const sheet = new OffscreenCanvas(width, height);
+  const pen = sheet.getContext('2d');
+  pen.drawImage(bitmap, 0, 0);
+  const picture = pen.getImageData(0, 0, width, height);
+  const [pixels, map] = [picture.data, colours()];
+  for (let k = 0; k < pixels.length; k += 4) {
+    const grey = pixels[k];
+    for (let c = 0; c < 3; c++) pixels[k + c] = grey < NO_DEPTH ? 0 : map[4 * grey + c];
+  }
+  pen.putImageData(picture, 0, 0);
+  return sheet;
+}
+
 export class Camera {
   constructor(canvas) {
     this.canvas = canvas;
@@ -29,13 +49,16 @@ export class Camera {
     const view = new DataView(buffer);
     const number = view.getUint32(4, true);
     const [width, height, traced, estimated] = [16, 18, 20, 22].map((at) => view.getUint16(at, true));
-    const points = new Float32Array(buffer, 24, 2 * (traced + estimated));
-    const jpeg = new Blob([new Uint8Array(buffer, 24 + points.byteLength)], { type: 'image/jpeg' });
+    const isDepth = view.getUint8(1) === 1;
+    const points = new Float32Array(buffer, 32, 2 * (traced + estimated));
+    const jpeg = new Blob([new Uint8Array(buffer, 32 + points.byteLength)], { type: 'image/jpeg' });
     const bitmap = await createImageBitmap(jpeg);
     if (number > this.drawn) {
       this.drawn = number;
       this.time = view.getFloat64(8, true);
-      this.draw(bitmap, width, height, points.subarray(0, 2 * traced), points.subarray(2 * traced));
+      /** Ends of the depth scale, m; null for the image of the outline. */
+      this.range = isDepth ? [view.getFloat32(24, true), view.getFloat32(28, true)] : null;
+      this.draw(isDepth ? coloured(bitmap, width, height) : bitmap, width, height, points.subarray(0, 2 * traced), points.subarray(2 * traced));
     }
     bitmap.close();
   }

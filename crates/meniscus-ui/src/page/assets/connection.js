@@ -10,6 +10,8 @@ export class Connection {
   constructor(on) {
     this.on = on;
     this.rate = 60;
+    /** 0 the image of the outline, 1 of the depth. */
+    this.image = 0;
     this.wait = FIRST_WAIT_MS;
     this.bytes = 0;
     this.token = new URLSearchParams(location.search).get('token');
@@ -56,6 +58,7 @@ export class Connection {
     const message = new DataView(new ArrayBuffer(8));
     message.setUint32(0, number, true);
     message.setUint8(4, this.rate);
+    message.setUint8(5, this.image);
     if (this.socket?.readyState === WebSocket.OPEN) this.socket.send(message.buffer);
   }
 

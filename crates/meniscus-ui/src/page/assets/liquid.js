@@ -97,9 +97,7 @@ export class Liquid {
   /** Gives `null` in `gl` where the browser has no WebGL 2. */
   constructor(canvas) {
     this.canvas = canvas;
-    this.turn = -0.55;
-    this.lift = 0.28;
-    this.far = 0.3;
+    this.reset();
     this.glassX = 0;
     this.stale = true;
     this.orbit();
@@ -107,6 +105,11 @@ export class Liquid {
     // A graphics driver may take its context back, and give another.
     canvas.addEventListener('webglcontextlost', (event) => { event.preventDefault(); this.gl = null; });
     canvas.addEventListener('webglcontextrestored', () => { this.start(); if (this.model) this.take(this.model); });
+  }
+
+  /** The view as it began. */
+  reset() {
+    Object.assign(this, { turn: -0.55, lift: 0.28, far: 0.3, stale: true });
   }
 
   start() {

@@ -3,7 +3,7 @@
 import { Camera } from './camera.js';
 import { drawBar, niceAbove, told } from './colours.js';
 import { Connection } from './connection.js';
-import { counters } from './counters.js';
+import { PLAIN, TECHNICAL, counters } from './counters.js';
 import { FIELDS } from './field.js';
 import { Liquid } from './liquid.js';
 import { History, Profile } from './plots.js';
@@ -31,7 +31,6 @@ const shown = { frame: null, fresh: false, paused: false, at: -Infinity, ranges:
 $('no-gl').hidden = liquid.gl !== null;
 drawBar($('bar'));
 FIELDS.forEach(({ name }, k) => $('field').add(new Option(name, k)));
-$('field').onchange = () => { shown.fresh = shown.frame !== null; };
 
 /** A field of a group that the model does not know cannot be chosen, and a sentence says why. */
 function offerFields(model) {
@@ -89,6 +88,11 @@ const connection = new Connection({
   },
 });
 
+$('image').onchange = () => { connection.image = Number($('image').value); };
+$('reset').onclick = () => liquid.reset();
+// The scale of one field says nothing of another.
+$('field').onchange = () => { $('top').value = ''; shown.fresh = shown.frame !== null; };
+$('top').oninput = () => { shown.fresh = shown.frame !== null; };
 $('rate').onchange = () => { connection.rate = Number($('rate').value); };
 $('pause').onclick = () => {
   shown.paused = !shown.paused;
@@ -106,20 +110,28 @@ function range(name, low, high) {
 
 function drawLiquid(frame) {
   const field = chosen();
-  const [low, high] = range(field?.name, ...shown.model.field(field, frame.coefficients));
+  const [low, largest] = range(field?.name, ...shown.model.field(field, frame.coefficients));
+  const top = Number($('top').value);
+  const high = top > Math.max(low, 0) ? top : largest;
   liquid.show(low, high, frame.glass_x_m);
   if (!field) return;
+  $('unit').textContent = field.unit;
   $('low').textContent = told(low);
   $('high').textContent = `${told(high)} ${field.unit}`;
   $('half').textContent = frame.mode === 'filling' ? '' : `90 % of the values are within \u00b1 ${told(field.factor * frame[field.half])} ${field.unit}`;
 }
 
-const fillCounters = counters($('counters'));
+const fillCounters = [[$('counters'), PLAIN], [$('technical'), TECHNICAL]].map(([list, of]) => counters(list, of));
 
 const STAGES = ['surface', 'predict', 'encode', 'correct', 'field'];
 
 function drawNumbers(frame) {
-  fillCounters(frame);
+  fillCounters.forEach((fill) => fill(frame));
+  $('true-key').hidden = !Number.isFinite(frame.surface_error);
+  $('surface-error').textContent = `error ${told(100 * frame.surface_error)} % of the slosh`;
+  const { range: depths } = camera;
+  const none = connection.image === 1 ? 'no depth image of the same lens' : '';
+  $('depths').textContent = depths ? `depth: yellow ${told(1e3 * depths[0])} mm, violet ${told(1e3 * depths[1])} mm` : none;
   for (const [name, joules] of [['slosh', frame.slosh_j], ['heat', frame.heat_j]]) {
     $(name).textContent = Number.isFinite(joules) ? `${told(1e3 * joules)} mJ` : 'not known';
   }

@@ -58,9 +58,9 @@ function ticks([low, high], most) {
   return values;
 }
 
-function line({ pen, px, py, colour }, xs, ys, name, dash = []) {
+function line({ pen, px, py, colour }, xs, ys, name, dash = [], width = 1.8) {
   pen.strokeStyle = colour(name);
-  pen.lineWidth = 1.8;
+  pen.lineWidth = width;
   pen.setLineDash(dash);
   pen.beginPath();
   let down = false;
@@ -84,6 +84,11 @@ function band({ pen, px, py, colour }, xs, ys, halves, name) {
   pen.globalAlpha = 1;
 }
 
+/** Bounds of a forecast: fine dots, so that the surface stays to be seen. */
+function bounds(on, xs, ys, halves, name) {
+  for (const sign of [-1, 1]) line(on, xs, ys.map((z, k) => z + sign * halves[k]), name, [1, 3], 1);
+}
+
 export class Profile {
   constructor(canvas) {
     this.canvas = canvas;
@@ -102,13 +107,14 @@ export class Profile {
     const on = plane(this.canvas, [-wall, wall], [fill - reach, fill + reach], 'x, mm', 'z, mm');
     line(on, [-wall, wall], [fill, fill], 'dim', [2, 4]);
     if (frame.mode !== 'halted') {
-      band(on, xs, of.ahead_1, of.ahead_1_half, 'far');
-      band(on, xs, of.ahead_0, of.ahead_0_half, 'near');
+      bounds(on, xs, of.ahead_1, of.ahead_1_half, 'far');
+      bounds(on, xs, of.ahead_0, of.ahead_0_half, 'near');
       band(on, xs, of.estimated, of.estimated_half, 'estimated');
       line(on, xs, of.ahead_1, 'far', [5, 4]);
       line(on, xs, of.ahead_0, 'near', [5, 4]);
       line(on, xs, of.estimated, 'estimated');
     }
+    line(on, xs, of.true, 'text', [2, 2], 1.2);
     const { pen, px, py, colour } = on;
     pen.fillStyle = pen.strokeStyle = colour('measured');
     pen.lineWidth = 1.2;

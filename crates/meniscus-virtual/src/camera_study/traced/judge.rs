@@ -38,7 +38,7 @@ pub fn read_scene(
     faults: &Faults,
     adjust: &dyn Fn(Settings) -> Settings,
 ) -> Result<Read, ConfigError> {
-    let config = Config::new(adjust(settings(scene.truth.liquid)))?;
+    let config = Config::new(adjust(settings(&scene.truth)))?;
     let (width, height) = config.image_size();
     let mut state = ExtractionState::new();
     let (mut points, mut axes, mut not_seen) = (Vec::new(), Vec::new(), None);

@@ -3,7 +3,7 @@
 //! `tests/fixtures/optics/make.py` makes them; its README describes scenes and files.
 
 use image::{ImageError, ImageReader};
-use meniscus::surface::{Intrinsics, POINTS, Settings};
+use meniscus::surface::{Intrinsics, Liquid, POINTS, Settings};
 use meniscus_platform::files::FileError;
 use serde::Deserialize;
 use std::collections::BTreeMap;
@@ -63,6 +63,31 @@ pub enum Kind {
     Coffee,
     /// Clear.
     Water,
+    /// A glass without a liquid.
+    Empty,
+}
+
+/// Background of a clear glass.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Behind {
+    /// A bright card.
+    #[default]
+    Card,
+    /// A wall that is neither bright nor dark.
+    Plain,
+}
+
+/// Light in which a clear glass stands.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+pub enum Light {
+    /// Of 850 nm, which water absorbs.
+    #[default]
+    #[serde(rename = "850")]
+    NearInfrared,
+    /// Visible, which it does not.
+    #[serde(rename = "visible")]
+    Visible,
 }
 
 /// Entry of a scene in `truth.json`; lengths in millimetres.
@@ -80,8 +105,35 @@ pub struct Truth {
     pub axis_mm: f64,
     /// Seed that the scene was drawn from.
     pub seed: u64,
+    /// Height of the liquid at rest.
+    #[serde(default = "usual_fill_mm")]
+    pub fill_mm: f64,
+    /// Distance of the camera from the axis, and its height.
+    #[serde(default = "usual_distance_mm")]
+    pub distance_mm: f64,
+    /// Height of the camera above the inner bottom.
+    #[serde(default = "usual_height_mm")]
+    pub camera_height_mm: f64,
+    /// Background of a clear glass.
+    #[serde(default)]
+    pub behind: Behind,
+    /// Light in which it stands.
+    #[serde(default)]
+    pub light: Light,
     /// Heights of the contact line at the abscissas of a profile.
     pub contact_line_mm: [f64; POINTS],
+}
+
+fn usual_fill_mm() -> f64 {
+    70.0
+}
+
+fn usual_distance_mm() -> f64 {
+    400.0
+}
+
+fn usual_height_mm() -> f64 {
+    30.0
 }
 
 /// A scene: what a lens without noise sees, and the truth.
@@ -139,14 +191,21 @@ fn whole(path: &Path) -> Result<Vec<f32>, SetError> {
     Ok(pixels.map(stored).map(f32::from).collect())
 }
 
-/// Returns the reader's settings for the camera and glass that all scenes share; the tone by the kind of liquid.
+/// Returns the reader's settings for the glass and the camera of a scene; the tone by the kind of liquid.
 #[must_use]
-pub fn settings(kind: Kind) -> Settings {
+pub fn settings(truth: &Truth) -> Settings {
     let intrinsics =
         Intrinsics { width: SIZE.0, height: SIZE.1, fx: 384.0, fy: 384.0, ppx: 319.5, ppy: 239.5 };
-    let liquid = match kind {
-        Kind::Milk => meniscus::surface::Liquid::Bright,
-        Kind::Coffee | Kind::Water => meniscus::surface::Liquid::Dark,
+    let m = |mm: f64| (1e-3 * mm) as f32;
+    let settings = Settings {
+        intrinsics,
+        camera_distance_m: m(truth.distance_mm),
+        camera_height_m: m(truth.camera_height_mm),
+        ..Settings::for_glass(0.035, 1e-3 * truth.fill_mm, 0.110)
     };
-    Settings { intrinsics, liquid, ..Settings::for_glass(0.035, 0.070, 0.110) }
+    match truth.liquid {
+        Kind::Milk => Settings { liquid: Liquid::Bright, ..settings },
+        Kind::Coffee => Settings { liquid: Liquid::Dark, ..settings },
+        Kind::Water | Kind::Empty => settings.of_clear_liquid(),
+    }
 }

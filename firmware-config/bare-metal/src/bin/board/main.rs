@@ -11,7 +11,7 @@ mod job {
     use super::machine::{self, Console, File};
     use core::fmt;
     use core::panic::PanicInfo;
-    use meniscus_bare_metal::{Line, Place, run};
+    use meniscus_bare_metal::{Done, Line, Place, run};
 
     /// The shipped model, where its weights can be read in place.
     #[repr(align(64))]
@@ -32,7 +32,7 @@ mod job {
             self.console.write(Line::of(format_args!("{line}\n")).bytes());
         }
 
-        fn instructions(&mut self) -> u64 {
+        fn instructions() -> u64 {
             machine::instructions()
         }
     }
@@ -49,12 +49,22 @@ mod job {
         let done = run(&mut board, &BLOB.0, machine::room());
         match done {
             Ok(done) => {
-                let (all, longest) = done.instructions;
-                let turns = u64::from(done.turns).max(1);
+                let Done { turns, tracked, all, completing, longest, frames, tracking, stages } = done;
+                let (turns, tracked) = (u64::from(turns).max(1), u64::from(tracked).max(1));
                 board.line(format_args!(
-                    "board instructions_per_turn {} longest {longest} stack_bytes {}",
+                    "stages surface {} predict {} correct {} encode {} field {} frame {}",
+                    stages.surface_us / tracked,
+                    stages.predict_us / tracked,
+                    stages.correct_us / tracked,
+                    stages.encode_us / tracked,
+                    stages.field_us / tracked,
+                    tracking / u64::from(frames).max(1),
+                ));
+                board.line(format_args!(
+                    "board instructions_per_turn {} longest {longest} stack_bytes {} per_frame {}",
+                    completing / turns,
+                    machine::stack_used(),
                     all / turns,
-                    machine::stack_used()
                 ));
             }
             Err(error) => board.line(format_args!("error: {error:?}")),

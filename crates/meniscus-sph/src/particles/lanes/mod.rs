@@ -1,0 +1,203 @@
+//! Eight numbers at a time: turning rows into columns and back, as the processor's vectors do it.
+//!
+//! The numbers of a neighbour lie side by side (a row), and a formula runs down the neighbours (a column). Turning eight
+//! rows of eight numbers into columns takes 24 instructions with 512-bit vectors, 32 with 256-bit ones and 128 one number after
+//! the other. It moves numbers and computes none, so that every width gives the same bits.
+#![allow(
+    unsafe_code,
+    reason = "vector instructions may only run where the processor has them, which `widest` asks; particles are read as numbers"
+)]
+
+#[cfg(target_arch = "x86_64")]
+mod x86;
+
+use super::state::Particle;
+
+/// A row of `N` numbers that begins with a cache line.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C, align(64))]
+pub(crate) struct Row<const N: usize>(pub(crate) [f64; N]);
+
+/// A row of nothing but zeros.
+impl<const N: usize> Default for Row<N> {
+    fn default() -> Self {
+        Self([0.0; N])
+    }
+}
+
+impl<const N: usize> Row<N> {
+    /// Adds `numbers`, from the first on.
+    #[inline(always)]
+    pub(crate) fn give<const M: usize>(&mut self, numbers: [f64; M]) {
+        const { assert!(M <= N) };
+        for (to, x) in self.0.iter_mut().zip(numbers) {
+            *to += x;
+        }
+    }
+}
+
+/// A row of four numbers.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[repr(C, align(32))]
+pub(crate) struct Quad(pub(crate) [f64; 4]);
+
+/// Returns `particles` as rows: position (3), velocity (3), volume, pressure.
+pub(crate) fn rows(particles: &[Particle]) -> &[Row<8>] {
+    const {
+        assert!(size_of::<Particle>() == 64 && align_of::<Particle>() == 64 && size_of::<Row<8>>() == 64);
+    };
+    // SAFETY: both are eight numbers in the order of C and on the same boundary, as asserted above.
+    unsafe { std::slice::from_raw_parts(particles.as_ptr().cast(), particles.len()) }
+}
+
+/// The vectors that a piece of work is compiled for.
+pub(crate) trait Width {
+    /// Turns eight rows into columns: `to[c][k] = from[k][c]`.
+    fn transpose(from: [&[f64; 8]; 8], to: [&mut [f64; 8]; 8]);
+
+    /// Puts those of `numbers` to the front of `out` whose `distance2` is below `reach2` and which are not below `from`; returns how
+    /// many there are.
+    fn pick(numbers: &[u32; 8], distance2: &[f64; 8], reach2: f64, from: u32, out: &mut [u32; 8]) -> usize;
+
+    /// Turns four columns into rows: `to[k][c] = from[c][k]`.
+    fn rows(from: [&[f64; 8]; 4], to: [&mut [f64; 4]; 8]);
+}
+
+/// Those that every processor has.
+pub(crate) struct Narrow;
+
+impl Width for Narrow {
+    #[inline(always)]
+    fn transpose(from: [&[f64; 8]; 8], to: [&mut [f64; 8]; 8]) {
+        for (c, to) in to.into_iter().enumerate() {
+            for (to, from) in to.iter_mut().zip(from) {
+                *to = from[c];
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn pick(numbers: &[u32; 8], distance2: &[f64; 8], reach2: f64, from: u32, out: &mut [u32; 8]) -> usize {
+        plain_pick(numbers, distance2, reach2, from, out)
+    }
+
+    #[inline(always)]
+    fn rows(from: [&[f64; 8]; 4], to: [&mut [f64; 4]; 8]) {
+        for (k, to) in to.into_iter().enumerate() {
+            for (to, from) in to.iter_mut().zip(from) {
+                *to = from[k];
+            }
+        }
+    }
+}
+
+/// [`Width::pick`], one number after the other.
+#[inline(always)]
+fn plain_pick(numbers: &[u32; 8], distance2: &[f64; 8], reach2: f64, from: u32, out: &mut [u32; 8]) -> usize {
+    let mut count = 0;
+    for (number, d2) in numbers.iter().zip(distance2) {
+        out[count.min(7)] = *number;
+        count += usize::from(*d2 < reach2 && *number >= from);
+    }
+    count
+}
+
+/// A piece of work that gains from wide vectors. `run` has to be `#[inline(always)]`, and so has all that it calls, or it is
+/// compiled for narrow vectors alone.
+pub(crate) trait Work {
+    /// Does the work with the vectors of `W`.
+    fn run<W: Width>(self);
+}
+
+/// Widest vectors that a test allows, bits. All give the same bits, so that it does not disturb other tests.
+#[cfg(test)]
+pub(crate) static MOST: std::sync::atomic::AtomicU32 = std::sync::atomic::AtomicU32::new(512);
+
+/// Whether vectors of so many `bits` may be used, as far as tests are concerned.
+#[inline(always)]
+#[cfg_attr(not(target_arch = "x86_64"), expect(dead_code, reason = "there is one width"))]
+fn allowed(bits: u32) -> bool {
+    #[cfg(test)]
+    return bits <= MOST.load(std::sync::atomic::Ordering::Relaxed);
+    #[cfg(not(test))]
+    return bits <= 512;
+}
+
+/// Does `work` with the widest vectors of this processor that the program allows.
+#[inline]
+pub(crate) fn widest(work: impl Work) {
+    #[cfg(target_arch = "x86_64")]
+    if meniscus::latent::nn::is_wide() && allowed(256) {
+        use std::arch::is_x86_feature_detected;
+        if is_x86_feature_detected!("avx512f") && is_x86_feature_detected!("avx512vl") && allowed(512) {
+            // SAFETY: checked on the line above.
+            return unsafe { x86::with_512(work) };
+        }
+        // SAFETY: whoever allowed wide vectors promised that AVX2 is there.
+        return unsafe { x86::with_256(work) };
+    }
+    work.run::<Narrow>();
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Turns and picks numbers.
+    struct Turn<'a>(&'a mut Vec<f64>);
+
+    impl Work for Turn<'_> {
+        #[inline(always)]
+        fn run<W: Width>(self) {
+            let rows: [[f64; 8]; 8] = std::array::from_fn(|k| std::array::from_fn(|c| (10 * k + c) as f64));
+            let mut columns = [[0.0; 8]; 8];
+            W::transpose(rows.each_ref(), columns.each_mut());
+            self.0.extend(columns.as_flattened());
+            let columns: [[f64; 8]; 4] =
+                std::array::from_fn(|c| std::array::from_fn(|k| (10 * k + c) as f64));
+            let mut rows = [[0.0; 4]; 8];
+            W::rows(columns.each_ref(), rows.each_mut());
+            self.0.extend(rows.as_flattened());
+            let numbers: [u32; 8] = std::array::from_fn(|k| 5 * k as u32);
+            for (from, reach2) in [(0, 5.0), (11, 7.0), (0, 100.0), (0, 0.0)] {
+                let mut out = [0; 8];
+                let distance2 = [3.0, 9.0, 4.0, f64::NAN, 2.0, 5.0, 1.0, 6.0];
+                let count = W::pick(&numbers, &distance2, reach2, from, &mut out);
+                self.0.extend(out[..count].iter().map(|j| f64::from(*j)));
+            }
+        }
+    }
+
+    /// Results of every width that this processor has for the same numbers.
+    fn of_each() -> Vec<(&'static str, Vec<f64>)> {
+        let run = |name, with: &dyn Fn(Turn<'_>)| {
+            let mut found = Vec::new();
+            with(Turn(&mut found));
+            (name, found)
+        };
+        let mut all = vec![run("narrow", &|turn| turn.run::<Narrow>())];
+        #[cfg(target_arch = "x86_64")]
+        {
+            if std::is_x86_feature_detected!("avx2") {
+                // SAFETY: checked on the line above.
+                all.push(run("256 bit", &|turn| unsafe { x86::with_256(turn) }));
+            }
+            if std::is_x86_feature_detected!("avx512f") && std::is_x86_feature_detected!("avx512vl") {
+                // SAFETY: checked on the line above.
+                all.push(run("512 bit", &|turn| unsafe { x86::with_512(turn) }));
+            }
+        }
+        all
+    }
+
+    #[test]
+    fn rows_become_columns_and_the_near_are_picked_with_vectors_of_any_width() {
+        for (width, found) in of_each() {
+            let whole = (0..64).map(|n| (10 * (n % 8) + n / 8) as f64);
+            let halves = (0..32).map(|n| (10 * (n / 4) + n % 4) as f64);
+            let near = [&[0, 10, 20, 30][..], &[20, 25, 30, 35], &[0, 5, 10, 20, 25, 30, 35], &[]].concat();
+            let due = whole.chain(halves).chain(near.into_iter().map(f64::from));
+            assert_eq!(found, due.collect::<Vec<_>>(), "{width}");
+        }
+    }
+}

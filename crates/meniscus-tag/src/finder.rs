@@ -1,0 +1,146 @@
+//! Tags of the family 36h11 in a grey image: near where the last one was, or anywhere.
+//!
+//! The work is that of `locus-core`: threshold, connected dark regions, quadrangles, bits, corners refined below a pixel. The region
+//! around the last place is looked at in double size, because the refinement skips squares of less than 3.3 pixels.
+
+use locus_core::{Detector, DetectorBuilder, DetectorConfig, ImageView, TagFamily};
+
+/// Distance that a tag may move between two images, px.
+const REACH_PX: f64 = 24.0;
+/// Share of its size that is looked at around it, for the white margin and a tag that comes near.
+const MARGIN: f64 = 0.4;
+/// Bytes behind the image that the detector's wide loads may touch.
+const PADDING: usize = 64;
+/// Wrong bits that are corrected. The family keeps 11 apart; a number that is not the tag's is worse than none.
+const MOST_WRONG_BITS: u32 = 1;
+/// From the detector's coordinates, which begin at the edge of the first pixel, to those of the lens, which begin at its centre, px.
+const TO_CENTRE_PX: f64 = -0.5;
+
+/// Place of the top left corner among the detector's: it calls the upright tag of AprilTag 3 upside down.
+const FIRST_CORNER: usize = 2;
+
+/// A tag in an image.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SeenTag {
+    /// Its number in the family.
+    pub number: u32,
+    /// Corners of its black border, px: top left, top right, bottom right, bottom left of the upright tag.
+    pub corners_px: [[f64; 2]; 4],
+}
+
+/// Failure of the detector.
+#[derive(Debug, thiserror::Error)]
+#[error("the image cannot be searched for tags: {0}")]
+pub struct FinderError(String);
+
+/// A rectangle of pixels, ends exclusive.
+#[derive(Clone, Copy, Debug)]
+struct Region {
+    left: usize,
+    right: usize,
+    top: usize,
+    bottom: usize,
+}
+
+/// Finds tags. It keeps its buffers between images.
+pub struct TagFinder {
+    anywhere: Detector,
+    nearby: Detector,
+    size: (usize, usize),
+    pixels: Vec<u8>,
+    /// Found in the last image.
+    found: Vec<SeenTag>,
+}
+
+impl std::fmt::Debug for TagFinder {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("TagFinder").field("size", &self.size).finish_non_exhaustive()
+    }
+}
+
+impl TagFinder {
+    /// Returns a finder for images of `size`, width and height.
+    ///
+    /// # Errors
+    /// A configuration that the detector refuses.
+    pub fn new(size: (usize, usize)) -> Result<Self, FinderError> {
+        let detector = |upscale_factor| {
+            let max_hamming_error = Some(MOST_WRONG_BITS);
+            let config = DetectorConfig { upscale_factor, max_hamming_error, ..DetectorConfig::default() };
+            let builder = DetectorBuilder::new().with_config(config).with_family(TagFamily::AprilTag36h11);
+            builder.validated_build().map_err(|error| FinderError(error.to_string()))
+        };
+        let pixels = Vec::with_capacity(size.0 * size.1 + PADDING);
+        Ok(Self { anywhere: detector(1)?, nearby: detector(2)?, size, pixels, found: Vec::new() })
+    }
+
+    /// Returns all tags in `image`, row-major grey levels.
+    ///
+    /// # Errors
+    /// [`FinderError`].
+    pub fn anywhere(&mut self, image: &[u8]) -> Result<&[SeenTag], FinderError> {
+        let (width, height) = self.size;
+        let region = Region { left: 0, right: width, top: 0, bottom: height };
+        search(&mut self.anywhere, image, width, region, &mut self.pixels, &mut self.found)?;
+        Ok(&self.found)
+    }
+
+    /// Returns the tags in `image` around the corners of an earlier one.
+    ///
+    /// # Errors
+    /// [`FinderError`].
+    pub fn nearby(&mut self, image: &[u8], corners_px: &[[f64; 2]; 4]) -> Result<&[SeenTag], FinderError> {
+        let (width, height) = self.size;
+        let region = Region::around(corners_px, self.size);
+        if region.left + 8 > region.right || region.top + 8 > region.bottom || image.len() < width * height {
+            self.found.clear();
+            return Ok(&self.found);
+        }
+        search(&mut self.nearby, image, width, region, &mut self.pixels, &mut self.found)?;
+        Ok(&self.found)
+    }
+}
+
+impl Region {
+    fn around(corners_px: &[[f64; 2]; 4], (width, height): (usize, usize)) -> Self {
+        let ends = |axis: usize, length: usize| {
+            let values = corners_px.map(|corner| corner[axis]);
+            let (least, most) = values.iter().fold((f64::MAX, f64::MIN), |(l, m), v| (l.min(*v), m.max(*v)));
+            let margin = REACH_PX + MARGIN * (most - least);
+            let inside = |value: f64| value.clamp(0.0, length as f64) as usize;
+            (inside((least - margin).floor()), inside((most + margin).ceil() + 1.0))
+        };
+        let ((left, right), (top, bottom)) = (ends(0, width), ends(1, height));
+        Self { left, right, top, bottom }
+    }
+}
+
+/// Searches `region` of an image of `width`.
+fn search(
+    detector: &mut Detector,
+    image: &[u8],
+    width: usize,
+    region: Region,
+    pixels: &mut Vec<u8>,
+    found: &mut Vec<SeenTag>,
+) -> Result<(), FinderError> {
+    let Region { left, right, top, bottom } = region;
+    pixels.clear();
+    for row in image.chunks_exact(width).take(bottom).skip(top) {
+        pixels.extend_from_slice(&row[left..right]);
+    }
+    let (columns, rows) = (right - left, pixels.len() / (right - left).max(1));
+    pixels.resize(pixels.len() + PADDING, 0);
+    let view = ImageView::new(pixels, columns, rows, columns).map_err(FinderError)?;
+    let tags = detector.detect(&view, None, None, false).map_err(|error| FinderError(error.to_string()))?;
+    let (x, y) = (left as f64 + TO_CENTRE_PX, top as f64 + TO_CENTRE_PX);
+    found.clear();
+    found.extend(tags.ids.iter().zip(tags.corners).map(|(number, corners)| SeenTag {
+        number: *number,
+        corners_px: std::array::from_fn(|k| {
+            let corner = corners[(k + FIRST_CORNER) % corners.len()];
+            [f64::from(corner.x) + x, f64::from(corner.y) + y]
+        }),
+    }));
+    Ok(())
+}

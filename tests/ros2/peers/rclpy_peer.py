@@ -1,0 +1,176 @@
+"""An unmodified rclpy beside the node: receives every topic that it has the messages of, reads and sets parameters, and has plans
+predicted.
+
+usage: rclpy_peer.py listen SECONDS          one JSON object: what came when
+       rclpy_peer.py parameters              one JSON object: values, and what became of changes
+       rclpy_peer.py plan                    samples and options from standard input as JSON, one answer a line
+"""
+
+import json
+import math
+import sys
+import time
+
+import rclpy
+from builtin_interfaces.msg import Time
+from meniscus_msgs.msg import Estimate, PlanSample
+from meniscus_msgs.srv import Plan
+from rcl_interfaces.srv import DescribeParameters, GetParameters, ListParameters, SetParameters
+from rclpy.parameter import Parameter
+from rclpy.qos import QoSProfile, qos_profile_sensor_data
+from sensor_msgs.msg import PointCloud2
+
+# Time that a service may take, s.
+PATIENCE = 20.0
+
+
+def nanoseconds(stamp) -> int:
+    """Returns a stamp in nanoseconds since 1970."""
+    return stamp.sec * 1_000_000_000 + stamp.nanosec
+
+
+def listen(node, seconds: float) -> dict:
+    """Receives for `seconds` after the first estimate."""
+    estimates, clouds, last, states = [], {"tracers": [], "surface": []}, {}, []
+    once = []
+
+    def on_estimate(message) -> None:
+        now = time.time_ns()
+        stamp = nanoseconds(message.header.stamp)
+        estimates.append([message.number, stamp, now, message.latency, message.has_frame, message.turns_dropped, message.has_tracers])
+        states.append([*message.along, *message.along_covariance])
+        last["estimate"] = message
+
+    def on_cloud(topic: str):
+        def take(message) -> None:
+            now = time.time_ns()
+            clouds[topic].append([nanoseconds(message.header.stamp), now])
+            last[topic] = message
+
+        return take
+
+    def on_sensor_data(message) -> None:
+        now = time.time_ns()
+        once.append([nanoseconds(message.header.stamp), now])
+
+    node.create_subscription(Estimate, "/liquid/estimate", on_estimate, QoSProfile(depth=60))
+    for topic in clouds:
+        node.create_subscription(PointCloud2, f"/liquid/{topic}", on_cloud(topic), QoSProfile(depth=30))
+    # As most readers of clouds subscribe: a lost part is not sent again, and nothing waits for it.
+    node.create_subscription(PointCloud2, "/liquid/tracers", on_sensor_data, qos_profile_sensor_data)
+    patience = time.monotonic() + PATIENCE
+    # The first of each topic: then all of them have found their publishers.
+    while len(last) < 3 and time.monotonic() < patience:
+        rclpy.spin_once(node, timeout_sec=0.1)
+    print(json.dumps({"found": sorted(last)}), flush=True)
+    end = time.monotonic() + seconds
+    while time.monotonic() < end:
+        rclpy.spin_once(node, timeout_sec=0.1)
+    described = {
+        topic: {
+            "frame": last[topic].header.frame_id,
+            "fields": [field.name for field in last[topic].fields],
+            "points": last[topic].width,
+            "step": last[topic].point_step,
+            "first": list(memoryview(bytes(last[topic].data)).cast("f")[:13]),
+        }
+        for topic in clouds
+        if topic in last
+    }
+    final = last.get("estimate")
+    return {
+        "estimates": estimates,
+        "clouds": clouds,
+        "once": once,
+        "described": described,
+        "finite": all(math.isfinite(x) for state in states for x in state),
+        "crest": final and [final.crest, final.crest_half_width, final.spill_probability, final.spill_limit, final.horizon],
+    }
+
+
+def call(node, kind, name: str, request):
+    """Returns the answer of a service."""
+    client = node.create_client(kind, name)
+    if not client.wait_for_service(timeout_sec=PATIENCE):
+        raise SystemExit(f"there is no service {name}")
+    future = client.call_async(request)
+    rclpy.spin_until_future_complete(node, future, timeout_sec=PATIENCE)
+    if not future.done():
+        raise SystemExit(f"{name} did not answer")
+    return future.result()
+
+
+def parameters(node) -> dict:
+    """Lists, reads and sets parameters of the node, when a line comes."""
+    call(node, ListParameters, "/meniscus/list_parameters", ListParameters.Request())
+    print(json.dumps({"found": ["parameters"]}), flush=True)
+    sys.stdin.readline()
+    listed = call(node, ListParameters, "/meniscus/list_parameters", ListParameters.Request()).result.names
+    request = GetParameters.Request(names=listed)
+    values = call(node, GetParameters, "/meniscus/get_parameters", request).values
+    read = {name: rclpy.parameter.parameter_value_to_python(value) for name, value in zip(listed, values)}
+    changes = [("tracers_hz", 10.0), ("spill_limit", 0.25), ("tracers_hz", 100.0), ("liquid", "water"), ("colour", 1.0)]
+    request = SetParameters.Request(parameters=[Parameter(name, value=value).to_parameter_msg() for name, value in changes])
+    results = call(node, SetParameters, "/meniscus/set_parameters", request).results
+    again = call(node, GetParameters, "/meniscus/get_parameters", GetParameters.Request(names=["tracers_hz", "spill_limit"]))
+    described = call(node, DescribeParameters, "/meniscus/describe_parameters", DescribeParameters.Request(names=["tracers_hz"]))
+    return {
+        "read": {name: list(value) if hasattr(value, "tolist") else value for name, value in read.items()},
+        "set": [[name, result.successful, result.reason] for (name, _), result in zip(changes, results)],
+        "again": [value.double_value for value in again.values],
+        "described": described.descriptors[0].name,
+        "set_ns": time.time_ns(),
+    }
+
+
+def plans(node) -> None:
+    """Has the plans predicted that come as lines of JSON."""
+    for line in sys.stdin:
+        wanted = json.loads(line)
+        request = Plan.Request(sequence=wanted["sequence"], follow=wanted["follow"])
+        for stamp, position in wanted["samples"]:
+            sample = PlanSample(stamp=Time(sec=stamp // 1_000_000_000, nanosec=stamp % 1_000_000_000))
+            sample.position.x, sample.position.y, sample.position.z = position
+            request.samples.append(sample)
+        begun = time.monotonic()
+        answer = call(node, Plan, "/liquid/plan", request)
+        print(
+            json.dumps(
+                {
+                    "accepted": answer.accepted,
+                    "fault": answer.fault,
+                    "reason": answer.reason,
+                    "host_ns": nanoseconds(answer.stamp),
+                    "camera_time": answer.camera_time,
+                    "across": answer.across,
+                    "profiles": [
+                        [profile.after, [float(x) for x in profile.heights], [float(x) for x in profile.half_widths]]
+                        for profile in answer.profiles
+                    ],
+                    "crest": [answer.crest, answer.crest_half_width, answer.crest_after],
+                    "spill": answer.spill_probability,
+                    "horizon": [answer.horizon, answer.planned],
+                    "took_s": time.monotonic() - begun,
+                }
+            ),
+            flush=True,
+        )
+
+
+def main() -> None:
+    """Runs the peer."""
+    rclpy.init()
+    node = rclpy.create_node("peer")
+    verb = sys.argv[1]
+    if verb == "listen":
+        print(json.dumps(listen(node, float(sys.argv[2]))))
+    elif verb == "parameters":
+        print(json.dumps(parameters(node)))
+    else:
+        plans(node)
+    node.destroy_node()
+    rclpy.shutdown()
+
+
+if __name__ == "__main__":
+    main()
