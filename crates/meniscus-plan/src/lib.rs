@@ -10,9 +10,9 @@
 //! ```
 //! `u` is the input of each frame that the liquid model takes from the positions, `m` the half-width of the forecast at the
 //! stated confidence, `L` the limit and `d` what the linear response lacks of the model's own forecast: the present slosh and the
-//! second order. The program is convex. The fastest motion has the shortest T with c = 1. Each solution is forecast by the whole
-//! nonlinear model, which gives the next `d` and `m`, until the forecast itself keeps the limit (sequential convex programming
-//! with a fixed linear part).
+//! second order. The program is convex. The whole nonlinear model forecasts each solution, which gives the next `d` and `m`; a step
+//! that does not lower the forecast is shortened (sequential convex programming with a fixed linear part and a line search). The
+//! fastest motion has the shortest T whose forecast keeps the limit.
 //!
 //! Planning slosh-free motions as a quadratic program with a linear pendulum is known (Muchacho et al. 2022, and with a tilted
 //! glass GSFT, arXiv 2402.05197); here the liquid is a model of the surface that a camera corrects 60 times a second.
@@ -24,7 +24,7 @@
 //! | `wall` | from a profile to both ends of the wall |
 //! | `models` | liquids that forecast a surface: the learned model, the reduced model, a pendulum |
 //! | `response`, `program`, `preferred` | linear response of the surface, the quadratic program, and the jerks that it prefers |
-//! | `search`, `shortest`, `verify` | shortest duration, and the forecast that verifies it |
+//! | `search`, `shortest`, `settle`, `verify` | shortest duration, lowest crest of a duration, and the forecast that verifies it |
 //! | `receding`, `renew` | planning again from a measured state |
 //! | `rivals` | minimum jerk, trapezoid, input shaping, pendulum |
 //! | `compare` | the motion of minimum jerk beside a plan, by the same model |
@@ -42,6 +42,7 @@ mod request;
 mod response;
 mod rivals;
 mod search;
+mod settle;
 mod shortest;
 pub mod study;
 mod verify;

@@ -30,6 +30,11 @@ impl Preferred<'_> {
         }
     }
 
+    /// Crest in units of the limit below which a lower one is worth nothing.
+    pub(crate) fn enough(self) -> Option<f64> {
+        matches!(self, Self::Near(_)).then_some(1.0)
+    }
+
     /// r_i, over a jerk of `largest` m/s3, of `knots` parts.
     pub(crate) fn jerk(self, part: usize, knots: usize, largest: f64) -> f64 {
         let Self::Near(course) = self else { return 0.0 };

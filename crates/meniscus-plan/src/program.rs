@@ -3,7 +3,7 @@
 //! ```text
 //! min  c + e/M |q - r|^2      q_i = j_i / J      over the jerks j_i between M + 1 knots, and the crest c in units of the limit L
 //! x(T) = x1,  v(T) = 0,  a(T) = 0,    |q_i| <= 1,    |a_i| <= A,    v_i, v_i + a_i d/2 <= V
-//! h_k + m_k <= c L        and after arrival  h_k + m_k <= residual
+//! h_k + m_k <= c L        and after arrival  h_k + m_k <= residual;        in a renewed plan c >= 1
 //! ```
 //! Acceleration is linear between two knots and so within its ends. Speed is quadratic there, and within its Bezier points
 //! v_i, v_i + a_i d/2, v_(i+1), so the limits hold at every time. Solved by Clarabel, an interior-point method (Goulart and
@@ -111,6 +111,9 @@ impl Program<'_> {
         self.end(&mut rows);
         self.robot(&mut rows);
         self.surface(&mut rows);
+        if let Some(enough) = self.preferred.enough() {
+            rows.push([(crest, -1.0)].into_iter(), -enough);
+        }
         let inequalities = rows.bound.len() - END_ROWS;
         let (matrix, bound) = rows.matrix();
         let weight = 2.0 * self.preferred.weight() / self.knots as f64;

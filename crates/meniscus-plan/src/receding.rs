@@ -24,6 +24,10 @@ const LAST_S: f64 = 0.15;
 /// Distance from the goal below which the move is not planned anew, m.
 const NEAR_M: f64 = 0.002;
 
+/// Part of the half-widths that a renewed plan keeps below the limit. A first plan keeps them whole. The estimate moves by a part of its
+/// error between two looks; a motion that was changed for each of these moves ended up worse than the first plan.
+const RENEWED_SHARE: f64 = 0.5;
+
 /// A motion in the making: the parts of the courses that are carried out.
 #[derive(Debug)]
 pub struct Receding<'a, M: SurfaceModel> {
@@ -99,6 +103,7 @@ impl<'a, M: SurfaceModel> Receding<'a, M> {
             from: &liquid,
             departure,
             request: &self.request,
+            share: RENEWED_SHARE,
             programs: 0,
         };
         let plan = match search.renewed(&under_way)? {

@@ -4,7 +4,14 @@ use crate::PlanError;
 use crate::course::Course;
 use crate::models::SurfaceModel;
 use crate::preferred::Preferred;
+use crate::program::Correction;
 use crate::search::{Plan, Search};
+
+/// Largest factor on what is left of a motion.
+const LONGER: f64 = 1.2;
+
+/// Factor on the crest for which a longer motion is worth it.
+const WORTH: f64 = 0.99;
 
 /// Result of planning anew.
 pub(crate) enum Renewed {
@@ -15,30 +22,38 @@ pub(crate) enum Renewed {
 }
 
 impl<M: SurfaceModel> Search<'_, M> {
-    /// One search of few programs from a motion that is in progress, verified once.
+    /// One search of few programs from a motion that is in progress. Another motion takes its place where its forecast is better.
     pub(crate) fn renewed(&mut self, under_way: &Course) -> Result<Renewed, PlanError> {
         let (kept, correction) = self.examine(under_way);
         if self.keeps(&kept) {
             return Ok(Renewed::Kept(kept));
         }
         let remaining_s = under_way.duration_s();
-        let near = Preferred::Near(under_way);
-        let Some(answer) = self.preferring(remaining_s, &correction, near)? else {
+        let Some((mut plan, correction)) = self.near(under_way, remaining_s, &correction)? else {
             return Ok(Renewed::Kept(kept));
         };
-        let ratio = answer.crest_m / self.request.limit_m;
-        let mut course = self.course(remaining_s, answer);
-        if !(0.96..=1.0).contains(&ratio) {
-            // c ~ 1/T^2; a sixth of the motion at most, as the next turn comes soon.
-            let duration_s = remaining_s * ratio.max(0.0).sqrt().clamp(0.85, 1.2);
-            if let Some(answer) = self.preferring(duration_s, &correction, near)? {
-                let worth = ratio > 1.0 && answer.crest_m < 0.99 * ratio * self.request.limit_m
-                    || ratio < 1.0 && answer.crest_m <= self.request.limit_m;
-                if worth {
-                    course = self.course(duration_s, answer);
-                }
+        if !self.keeps(&plan) {
+            // c ~ 1/T^2; a fifth of the motion at most, as the next turn comes soon.
+            let duration_s = remaining_s * self.used(&plan).most().sqrt().min(LONGER);
+            if let Some((slower, _)) = self.near(under_way, duration_s, &correction)?
+                && self.used(&slower).most() < WORTH * self.used(&plan).most()
+            {
+                plan = slower;
             }
         }
-        Ok(Renewed::Changed(self.examine(&course).0))
+        // By the linear response it is better; the whole model may say otherwise.
+        let lower = self.used(&plan).most() < self.used(&kept).most();
+        Ok(if lower { Renewed::Changed(plan) } else { Renewed::Kept(kept) })
+    }
+
+    /// The motion of a duration near the one under way, with its forecast and what the linear response lacks of it.
+    fn near(
+        &mut self,
+        under_way: &Course,
+        duration_s: f64,
+        correction: &Correction,
+    ) -> Result<Option<(Plan, Correction)>, PlanError> {
+        let answer = self.preferring(duration_s, correction, Preferred::Near(under_way))?;
+        Ok(answer.map(|answer| self.examine(&self.course(duration_s, answer))))
     }
 }

@@ -10,7 +10,39 @@ use meniscus::units::FRAME_INTERVAL_S;
 /// Relative excess over the limit that a forecast may have.
 const EXCESS: f64 = 2e-3;
 
+/// Highest bounds of a forecast over their limits.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Used {
+    /// Of the whole motion.
+    pub(crate) crest: f64,
+    /// After arrival; zero where that has no limit of its own.
+    pub(crate) residual: f64,
+}
+
+impl Used {
+    /// Whether both limits are kept.
+    pub(crate) fn keeps(self) -> bool {
+        self.most() <= 1.0 + EXCESS
+    }
+
+    /// The larger one.
+    pub(crate) fn most(self) -> f64 {
+        self.crest.max(self.residual)
+    }
+
+    /// The number that falls with the duration. A program of the lowest crest leaves as much slosh after arrival as it may, so that
+    /// this is at its limit for every duration, and tells something only where it is above.
+    pub(crate) fn ratio(self) -> f64 {
+        if self.keeps() { self.crest } else { self.most() }
+    }
+}
+
 impl<M: SurfaceModel> Search<'_, M> {
+    /// Factor on the half-widths of a forecast.
+    fn widening(&self) -> f64 {
+        self.share * self.request.widening()
+    }
+
     /// The liquid left to itself, of which the linear response knows nothing.
     pub(crate) fn free(&self, frames: usize) -> Correction {
         let quiet = self.model.forecast(self.from, &vec![0.0; frames]);
@@ -19,7 +51,7 @@ impl<M: SurfaceModel> Search<'_, M> {
 
     /// Difference of the forecast `frames` from `linear`, with the half-widths.
     fn correction(&self, frames: &[FrameForecast], linear: &[[f64; 2]]) -> Correction {
-        let widening = self.request.widening();
+        let widening = self.widening();
         let lacks = |(frame, linear): (&FrameForecast, &[f64; 2])| {
             // Second-order waves may put the highest point beside an end.
             let [left, right] = frame.ends_m();
@@ -57,13 +89,19 @@ impl<M: SurfaceModel> Search<'_, M> {
         (plan, correction)
     }
 
+    /// How much of the limits the forecast of `plan` uses.
+    pub(crate) fn used(&self, plan: &Plan) -> Used {
+        let crest = plan.bound_m / self.request.limit_m;
+        let Some(residual_m) = self.request.residual_m else { return Used { crest, residual: 0.0 } };
+        let arrived = (plan.course.duration_s() / FRAME_INTERVAL_S) as usize;
+        let widening = self.widening();
+        let bound = |frame: &FrameForecast| frame.crest_m() + widening * frame.half_width_m;
+        let left_m = plan.frames.iter().skip(arrived).map(bound).fold(f64::NEG_INFINITY, f64::max);
+        Used { crest, residual: left_m / residual_m }
+    }
+
     /// Whether the forecast of `plan` keeps the limits of the surface.
     pub(crate) fn keeps(&self, plan: &Plan) -> bool {
-        let most = (1.0 + EXCESS) * self.request.limit_m;
-        let arrived = (plan.course.duration_s() / FRAME_INTERVAL_S) as usize;
-        let widening = self.request.widening();
-        let bound = |frame: &FrameForecast| frame.crest_m() + widening * frame.half_width_m;
-        let rest = self.request.residual_m.map_or(most, |residual_m| (1.0 + EXCESS) * residual_m);
-        plan.bound_m <= most && plan.frames.iter().skip(arrived).all(|frame| bound(frame) <= rest)
+        self.used(plan).keeps()
     }
 }

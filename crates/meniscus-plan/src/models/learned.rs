@@ -4,7 +4,8 @@
 //! x(k+1)  = GENERIC step(x(k), u(k))                  z = decoder(x)
 //! P(k+1)  = A P(k) A^T + w(k) Q                       half = k sqrt(e P e^T + w d + g^2),   w = floor + H(x(k))
 //! ```
-//! Letters as in `meniscus::uncertainty`; `e` is the slope of an end of the wall in the latents. The estimator's own forecast
+//! Letters as in `meniscus::uncertainty`; `e` is the slope of an end of the wall in the latents, and k the factor of the next crest
+//! under a plan. The estimator's own forecast
 //! keeps w of the liveliest slosh so far. Here w follows the slosh down, too: a limit on what is left could not be kept otherwise.
 
 use super::{FrameForecast, FrameInput, SurfaceModel, Watcher};
@@ -146,10 +147,9 @@ impl SurfaceModel for LearnedModel<'_> {
         let of = |slope: &Latent| slope.dot(&(state.covariance * slope));
         let latent = of(&self.slopes[0]).max(of(&self.slopes[1]));
         let variance = latent + self.weight(&state.latent) * self.misfit_m2 + at_rest * at_rest;
-        let [factor, ..] = errors.factors.surface;
         FrameForecast {
             wall_m: self.wall.wall(&heights),
-            half_width_m: f64::from(factor) * variance.max(0.0).sqrt(),
+            half_width_m: f64::from(errors.factors.crest) * variance.max(0.0).sqrt(),
         }
     }
 

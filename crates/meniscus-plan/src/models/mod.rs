@@ -27,7 +27,7 @@ pub enum FrameInput {
 pub struct FrameForecast {
     /// Heights along the wall over the liquid at rest, from s = -1 to s = 1, m.
     pub wall_m: [f64; WALL],
-    /// Half-width of the heights at both ends that holds nine times out of ten, m.
+    /// Half-width of a crest at either end that holds nine times out of ten, m.
     pub half_width_m: f64,
 }
 

@@ -11,7 +11,7 @@ use crate::search::{plan, smoothest};
 use serde::{Deserialize, Serialize};
 
 /// Version of the outcomes in a folder; others are not read.
-pub(super) const VERSION: u32 = 3;
+pub(super) const VERSION: u32 = 4;
 
 /// Relative difference of two crests that count as equal.
 const EQUAL: f64 = 0.03;
