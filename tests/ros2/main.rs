@@ -86,8 +86,8 @@ fn scene_of_topics_and_parameters() {
     namespace::set_up();
     let load = load();
     let run = Run::start("topics", &[]);
-    let mut rclpy = Peer::start("rclpy_peer.py", &["listen", "18"]);
-    let mut cyclone = Peer::start("cyclone_peer.py", &["listen", "18"]);
+    let mut rclpy = Peer::start("rclpy_peer.py", &["listen", "30"]);
+    let mut cyclone = Peer::start("cyclone_peer.py", &["listen", "30"]);
     rclpy.line();
     cyclone.line();
     // Half a second to settle, ten seconds to look at.
