@@ -17,9 +17,11 @@ use std::fmt::Write;
 
 /// Edge of the paper on which printers put no ink, mm.
 const UNPRINTED_MM: f64 = 10.0;
-/// Length of the bar and of its parts, mm.
+/// Length of the bar and of its parts, its height, and the width of its frame, mm.
 const BAR_MM: f64 = 100.0;
 const PART_MM: f64 = 10.0;
+const BAR_HEIGHT_MM: f64 = 3.0;
+const FRAME_MM: f64 = 0.3;
 /// Length of the marks to cut along, and their distance from the margin, mm.
 const MARK_MM: f64 = 3.0;
 const MARK_GAP_MM: f64 = 1.0;
@@ -129,13 +131,16 @@ impl TagPage<'_> {
         let [width, height] = self.paper.size_mm();
         let (left, top) = (0.5 * (width - BAR_MM), height - UNPRINTED_MM - FOOT_MM + 10.0);
         svg.push_str("<g shape-rendering=\"crispEdges\">\n");
-        rectangle(svg, [left, top, BAR_MM, 3.0], "black");
+        rectangle(svg, [left, top, BAR_MM, BAR_HEIGHT_MM], "black");
         for part in (1..10).step_by(2) {
-            rectangle(svg, [left + PART_MM * f64::from(part), top + 0.3, PART_MM, 2.4], "white");
+            // The black frame closes the last part.
+            let width = if part == 9 { PART_MM - FRAME_MM } else { PART_MM };
+            let [x, height] = [left + PART_MM * f64::from(part), BAR_HEIGHT_MM - 2.0 * FRAME_MM];
+            rectangle(svg, [x, top + FRAME_MM, width, height], "white");
         }
         svg.push_str("</g>\n<g font-family=\"sans-serif\" font-size=\"3.5\" text-anchor=\"middle\">\n");
         for (line, text) in self.text.iter().enumerate() {
-            let y = top + 3.0 + LINE_MM * (line + 1) as f64;
+            let y = top + BAR_HEIGHT_MM + LINE_MM * (line + 1) as f64;
             // A `String` takes every line.
             let _written = writeln!(svg, "<text x=\"{:.4}\" y=\"{y:.4}\">{text}</text>", 0.5 * width);
         }
