@@ -2,8 +2,8 @@
 
 LagrangeBench (Toshev et al., NeurIPS 2023) reads a folder with ``train.h5``, ``valid.h5``, ``test.h5`` and ``metadata.json``. A file has one
 group a trajectory, ``00000``, ``00001``, ..., with ``position`` [frames, particles, 3], float32, and ``particle_type`` [particles], int64.
-Our particles are the 2134 tracers of a recording in the frame of the glass. Its neighbour search wants them in a box that begins at zero, and
-loses pairs of others without a word. So ``offset_m`` of the metadata is added to every position. The motion of the glass is an extra dataset of
+Our particles are the 2134 tracers of a recording in the frame of the glass. Its neighbour search takes them to be in a box that
+begins at zero, and misses pairs of others. So ``offset_m`` of the metadata is added to every position. The motion of the glass is an extra dataset of
 each group, ``acceleration`` [frames, 3], which the loader ignores.
 """
 
