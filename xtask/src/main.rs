@@ -26,6 +26,7 @@ mod quick;
 mod report;
 mod trust;
 mod under_attack;
+mod unpacked;
 mod words;
 mod workspace;
 

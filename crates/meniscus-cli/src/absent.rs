@@ -65,6 +65,14 @@ absent!(
     "cargo run --release"
 );
 
+#[cfg(not(feature = "desk"))]
+absent!(
+    tag,
+    "Print an AprilTag of a stated width for `run --motion tag`",
+    "all that a board does not need",
+    "cargo run --release"
+);
+
 #[cfg(not(feature = "train"))]
 pub(crate) use learning_verbs::{correct, evaluate, generic, learn, train};
 #[cfg(not(feature = "studies"))]

@@ -10,7 +10,7 @@ const GROUPS: [(&str, &[&str]); 7] = [
     ("Your camera", &["setup", "record", "dump"]),
     ("Your liquid", &["learn", "simulate", "train", "correct", "recognise", "insert"]),
     ("Your data", &["discover", "render", "export", "generic"]),
-    ("Your robot", &["plan"]),
+    ("Your robot", &["plan", "tag"]),
     ("Your board", &["flash", "service", "quantize"]),
     ("Studies", &["evaluate", "sweep", "bench", "deadline", "camera", "people"]),
 ];

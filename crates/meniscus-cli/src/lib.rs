@@ -67,12 +67,12 @@ mod simulate;
 mod stop;
 #[cfg(feature = "studies")]
 mod sweep;
+#[cfg(feature = "desk")]
+mod tag;
 #[cfg(feature = "train")]
 mod train;
 mod variant;
 mod webcam;
-#[cfg(not(feature = "desk"))]
-use absent::manual;
 #[cfg(not(feature = "studies"))]
 use absent::{
     bench, camera, deadline, discover, export, insert, people, plan, quantize, recognise, record, render,
@@ -80,6 +80,8 @@ use absent::{
 };
 #[cfg(not(feature = "train"))]
 use absent::{correct, evaluate, generic, learn, train};
+#[cfg(not(feature = "desk"))]
+use absent::{manual, tag};
 
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use std::ffi::OsString;
@@ -98,6 +100,7 @@ enum Command {
     Run(Box<run::Arguments>),
     Simulate(simulate::Arguments),
     Plan(plan::Arguments),
+    Tag(tag::Arguments),
     Learn(learn::Arguments),
     Train(train::Arguments),
     Correct(correct::Arguments),
@@ -184,6 +187,7 @@ pub fn main() -> ExitCode {
         Command::Run(arguments) => run::run(&arguments),
         Command::Simulate(arguments) => simulate::run(&arguments),
         Command::Plan(arguments) => plan::run(&arguments),
+        Command::Tag(arguments) => tag::run(&arguments),
         Command::Learn(arguments) => learn::run(&arguments),
         Command::Train(arguments) => train::run(&arguments),
         Command::Correct(arguments) => correct::run(&arguments),

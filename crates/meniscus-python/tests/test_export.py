@@ -108,7 +108,7 @@ def test_lagrangebench_s_own_reader_reads_it(shipped: ml.Recording, tmp_path: Pa
     folder = tmp_path / "h5"
     write_lagrangebench(folder, {"train": [shipped, shipped], "valid": [shipped], "test": [shipped]})
     reader = lagrangebench_reader(monkeypatch)
-    position = np.asarray(shipped.field("q"))
+    position = in_the_box(shipped, folder)
     windows = reader("train", str(folder), input_seq_length=6)
     # Six positions, one to predict, and one of two trajectories.
     assert len(windows) == 2 * (600 - 6 - 1)
@@ -124,6 +124,27 @@ def test_lagrangebench_s_own_reader_reads_it(shipped: ml.Recording, tmp_path: Pa
     assert len(kinds) == windows.metadata["num_particles_max"]
 
 
+def in_the_box(recording: ml.Recording, folder: Path) -> np.ndarray:
+    """Positions as the data set in `folder` has them."""
+    offset = json.loads((folder / "metadata.json").read_text())["offset_m"]
+    return (np.asarray(recording.field("q"), np.float64) + offset).astype(np.float32)
+
+
+def test_a_split_has_the_length_of_its_shortest_recording(tmp_path: Path) -> None:
+    h5py = pytest.importorskip("h5py")
+    from meniscus_liquid.hdf5 import write_lagrangebench
+
+    long, short = (ml.simulate("still", seconds=seconds, spacing_mm=8.7) for seconds in (0.3, 0.2))
+    folder = tmp_path / "h5"
+    write_lagrangebench(folder, {"train": [long, short], "valid": [long], "test": [short]})
+    with h5py.File(folder / "train.h5") as file:
+        assert [len(file[f"0000{number}/position"]) for number in (0, 1)] == [12, 12]
+        assert same_bits(file["00000/position"][...], in_the_box(long, folder)[:12])
+        assert len(file["00001/acceleration"]) == 12
+    metadata = json.loads((folder / "metadata.json").read_text())
+    assert metadata["sequence_length_train"] == 12 and metadata["sequence_length_test"] == 12
+
+
 def test_h5py_reads_lagrangebench_s_layout(shipped: ml.Recording, water: Path, tmp_path: Path) -> None:
     h5py = pytest.importorskip("h5py")
     from meniscus_liquid.hdf5 import write_lagrangebench
@@ -134,16 +155,19 @@ def test_h5py_reads_lagrangebench_s_layout(shipped: ml.Recording, water: Path, t
         assert sorted(file) == ["00000", "00001"]
         position = file["00001/position"]
         assert position.shape == (600, 2134, 3) and position.dtype == np.float32
-        assert same_bits(position[...], shipped.field("q"))
+        assert same_bits(position[...], in_the_box(shipped, folder))
         kinds = file["00000/particle_type"]
         assert kinds.shape == (2134,) and kinds.dtype == np.int64 and (kinds[...] == 0).all()
     metadata = json.loads((folder / "metadata.json").read_text())
     steps = np.diff(shipped.field("q").astype(float), axis=0)
     np.testing.assert_allclose(metadata["vel_mean"], steps.mean((0, 1)), atol=1e-12)
-    np.testing.assert_allclose(metadata["vel_std"], steps.std((0, 1)), rtol=1e-6)
-    np.testing.assert_allclose(metadata["acc_std"], np.diff(steps, axis=0).std((0, 1)), rtol=1e-6)
+    # Shifted positions have rounding of their own, up to 4e-9 m.
+    np.testing.assert_allclose(metadata["vel_std"], steps.std((0, 1)), rtol=1e-4)
+    np.testing.assert_allclose(metadata["acc_std"], np.diff(steps, axis=0).std((0, 1)), rtol=1e-2)
     low, high = np.array(metadata["bounds"]).T
-    assert (shipped.field("q") >= low).all() and (shipped.field("q") <= high).all()
+    # The neighbour search cuts a box from zero on into cells, the upper faces not included.
+    assert (low == 0.0).all() and (in_the_box(shipped, folder) >= 0.0).all()
+    assert (in_the_box(shipped, folder) < high.astype(np.float32)).all()
     assert metadata["dim"] == 3 and metadata["num_particles_max"] == 2134 and metadata["sequence_length_train"] == 600
     with pytest.raises(ml.MeniscusError, match="is not empty"):
         write_lagrangebench(folder, {"train": [shipped], "valid": [shipped], "test": [shipped]})

@@ -5,4 +5,5 @@ pub mod camera_study;
 pub mod looped_recording;
 pub mod observe_recording;
 pub mod render;
+pub mod tag_page;
 pub mod usb;

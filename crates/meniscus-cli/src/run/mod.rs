@@ -36,6 +36,8 @@ use meniscus_hil::FaultList;
 use meniscus_platform::realtime::Priority;
 use meniscus_service::publish::Destination;
 use motion_source::MotionArguments;
+#[cfg(feature = "desk")]
+pub(crate) use motion_tag::{NUMBERS, SIZES_MM};
 pub(crate) use needs::Needs;
 use page::PageArguments;
 use ros2::RosArguments;

@@ -7,9 +7,9 @@ use meniscus_service::commanded_motion::CameraInlet;
 use meniscus_usb::link::WorkerEnd;
 
 /// Numbers of the family 36h11.
-const NUMBERS: u32 = 587;
+pub(crate) const NUMBERS: u32 = 587;
 /// Sizes that are taken, mm: a smaller tag is not read from 20 cm away, and a larger one is given in another unit.
-const SIZES_MM: [f64; 2] = [10.0, 300.0];
+pub(crate) const SIZES_MM: [f64; 2] = [10.0, 300.0];
 
 /// A tag that moves with the glass.
 #[derive(Clone, Copy, Debug, PartialEq)]

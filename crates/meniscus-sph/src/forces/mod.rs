@@ -77,7 +77,9 @@ impl Forces {
 
     /// Keeps the particles that are in `keep`.
     pub(crate) fn retain(&mut self, keep: &[bool]) {
-        let Self { moments, gradients, corrected, position_density, drag, rate, force, .. } = self;
+        let Self { pressed, moments, gradients, corrected, position_density, drag, rate, force, .. } = self;
+        // The next density rates come before the surface presses anew.
+        retain(pressed, keep);
         moments.retain(keep);
         retain(&mut gradients.g, keep);
         corrected.retain(keep);

@@ -179,4 +179,27 @@ mod tests {
         assert_eq!(simulator.spilled().particles, 0);
         assert_eq!(simulator.energy().spilled, 0.0);
     }
+
+    /// The density of the step that lets liquid go is found from the pressure of the step before.
+    #[test]
+    fn what_remains_keeps_the_pressure_on_the_surface_above_it() {
+        let mut simulator = full_glass(0.3);
+        for _ in 0..20 {
+            simulator.step(|_| 0.0).expect("no particle goes through the wall");
+        }
+        let before = simulator.forces.pressed.clone();
+        assert!(before.iter().any(|[p, ..]| *p != before[0][0]), "the surface is flat");
+        // The first and every seventh particle fell over the rim.
+        let all = before.len();
+        for i in (0..all).step_by(7) {
+            simulator.fluid.particle[i].x = [0.1, 0.0, 0.0];
+            simulator.over[i] = true;
+        }
+        simulator.spill().expect("no particle went through the wall");
+        let left = all - all.div_ceil(7);
+        assert_eq!((simulator.number.len(), simulator.forces.pressed.len()), (left, left));
+        for (number, above) in simulator.number.iter().zip(&simulator.forces.pressed) {
+            assert_eq!(above, &before[*number as usize], "particle {number}");
+        }
+    }
 }

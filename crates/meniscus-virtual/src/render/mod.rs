@@ -34,6 +34,7 @@ use meniscus_data::recording::{Glass, Recording, WALL_POINTS};
 use noise::{Noise, mix};
 use outline::Outline;
 use shape::Shape;
+pub(crate) use tag::SQUARES;
 pub use tag::{TagPattern, TagPlate};
 use view::View;
 

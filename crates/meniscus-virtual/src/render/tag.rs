@@ -12,7 +12,7 @@ const CODES: &str = include_str!("tag36h11.txt");
 /// squares spiral around the centre, a quarter at a time.
 const BITS: [[u8; 2]; 36] = bits();
 /// Squares on a side, with the white margin.
-const SQUARES: usize = 10;
+pub(crate) const SQUARES: usize = 10;
 /// Grey levels of the print.
 const BLACK: f64 = 35.0;
 const WHITE: f64 = 205.0;
@@ -66,6 +66,11 @@ impl TagPattern {
             squares[usize::from(*row) + 1][usize::from(*column) + 1] = (code >> (35 - place)) & 1 == 1;
         }
         Some(Self(squares))
+    }
+
+    /// Returns the squares row by row from the top left; whether each is white.
+    pub(crate) fn squares(&self) -> &[[bool; SQUARES]; SQUARES] {
+        &self.0
     }
 
     /// Grey level at a place in squares from the top left corner; `None` beside the tag.
