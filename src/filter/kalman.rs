@@ -57,7 +57,7 @@ pub(crate) struct Filter {
     /// b.
     pub(super) measurement_noise_scale: f64,
     /// Whether the prior is that of the model in use.
-    primed: bool,
+    pub(super) primed: bool,
 }
 
 impl Default for Filter {
