@@ -9,7 +9,6 @@ use crate::latent::nn::{PANEL, packed_index};
 use crate::reduced::effects::{Active, find};
 use crate::reduced::{Baseline, Cylinder, ReducedModel, Rheology};
 use std::boxed::Box;
-use std::{assert, assert_eq};
 
 type Square = SMatrix<f64, LATENTS, LATENTS>;
 
