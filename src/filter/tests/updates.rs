@@ -161,19 +161,24 @@ fn a_reading_is_taken_by_the_rule_of_bayes() {
     model.error_model.factors.weight_floor = 0.25;
     let prior = correlated(0.3);
     let mut filter = Filter { measurement_noise_scale: 1.5, ..filter(&config, prior) };
-    let reading = Reading { latent: Latent::from_fn(|i, _| 0.1 * (i as f64 - 5.0)), input: 0.7 };
+    // The reading counts from where the state is.
+    let (start, input) = (Latent::repeat(0.4), 0.3);
+    filter.input = [input, 0.0, 0.0];
+    let off = Latent::from_fn(|i, _| 0.1 * (i as f64 - 5.0));
+    let reading = Reading { latent: start + off, input: input + 0.7 };
     let mut due = Information::of(prior);
     for k in 0..LATENTS {
         let row = model.error_model.reading.row(k);
         let c = StateVector::from_fn(|i, _| row.get(i).copied().unwrap_or(0.0));
-        due.add(&c, (row * reading.latent)[0], 2.0 * 1.5 * 0.75);
+        due.add(&c, (row * off)[0], 2.0 * 1.5 * 0.75);
     }
     let of_input = StateVector::from_fn(|i, _| if i == StateIndex::Input.index() { 1.0 } else { 0.0 });
     due.add(&of_input, 0.7, 0.09);
-    let mut latent = Latent::zeros();
+    let mut latent = start;
     let taken = filter.update_reading::<f64>(&model, &mut latent, &reading, HOLD);
     assert_eq!((taken, filter.measurement_noise_scale), (Update::Accepted, 1.5));
-    due.compare(&filter, &latent);
+    filter.input[0] -= input;
+    due.compare(&filter, &(latent - start));
 }
 
 /// Where the state is known exactly, three standard deviations of the measurements are a normalised square of 9: with a rate of
