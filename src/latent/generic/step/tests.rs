@@ -164,6 +164,9 @@ fn a_step_whose_books_are_no_numbers_is_held() {
     }
 }
 
+/// Deflection at which the contact line slides.
+const REACH_M: f64 = 4e-3;
+
 /// A first mode of 22 rad/s without friction, whose contact line is caught and slides.
 fn with_contact_line(dt_s: f64) -> Generic<'static> {
     let glass = Cylinder { radius_m: 0.035, depth_m: 0.07, density_kg_m3: 1261.0 };
@@ -172,7 +175,7 @@ fn with_contact_line(dt_s: f64) -> Generic<'static> {
     };
     let line = find("contact_line").expect("in the library");
     let mut values = line.neutral();
-    (values[0], values[1]) = (0.2, 1e-3);
+    (values[0], values[1]) = (0.2, REACH_M);
     let (height, rate) = (unit(0) * 0.01, unit(1) * 0.22);
     let map = ModeMap::new([height, rate, unit(0) * 100.0, unit(1) / 0.22]).expect("of each other");
     let mut model = quadratic(&Square::identity(), 0.0, 0.0, Latent::zeros());
@@ -211,6 +214,22 @@ fn a_sliding_contact_line_is_stepped_to_second_order() {
     };
     let (coarse, fine) = (error(32), error(64));
     assert!(coarse.0 / fine.0 > 3.5 && coarse.1 / fine.1 > 3.5, "{coarse:?} {fine:?}");
+}
+
+/// Dahl's law: a line that goes one way by s is caught by z = l (1 - exp(-s / l)), however fast it goes.
+#[test]
+fn a_contact_line_that_goes_one_way_is_caught_by_its_path() {
+    let model = with_contact_line(1e-4);
+    let mut state = LatentState { latent: unit(0) * 0.2 + unit(1), ..LatentState::default() };
+    let height_m = |state: &LatentState| 0.01 * state.latent[0];
+    let start_m = height_m(&state);
+    for _ in 0..4 {
+        (0..100).for_each(|_| {
+            model.step(&mut state, 0.0);
+        });
+        let way = (height_m(&state) - start_m) / REACH_M;
+        close(state.held[1], REACH_M * (1.0 - crate::math::exp(-way)), 0.01);
+    }
 }
 
 /// What a memory holds is energy: a spring's k z^2 / 2.
