@@ -1,5 +1,7 @@
 //! A bad blob is refused, each kind with its own error.
 
+#[path = "blob/loading.rs"]
+mod loading;
 mod support;
 
 use meniscus::blob::{

@@ -1,5 +1,8 @@
 //! Payloads of the simulated camera, healthy and damaged, through header, assembler and pairing.
 
+#[path = "uvc/joining.rs"]
+mod joining;
+
 use meniscus::usb::uvc::{
     Assembler, AssemblyOutcome, Cause, DeviceClock, HeaderError, Losses, Pairer, PayloadHeader, Solitary,
     Timing,

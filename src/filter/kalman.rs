@@ -57,7 +57,7 @@ pub(crate) struct Filter {
     /// b.
     pub(super) measurement_noise_scale: f64,
     /// Whether the prior is that of the model in use.
-    primed: bool,
+    pub(super) primed: bool,
 }
 
 impl Default for Filter {
@@ -172,7 +172,7 @@ impl Filter {
         let lateral = self.lateral_noise_mm2(model);
         let (input_index, lateral_index) = (StateIndex::Input.index(), StateIndex::Lateral.index());
         let noise = |i: usize, j: usize| match model.error_model.process.get((i, j)) {
-            Some(q) if i < LATENTS => process * q,
+            Some(q) => process * q,
             _ if i == input_index && j == input_index => config.input_noise_std * config.input_noise_std,
             _ if i == lateral_index && j == lateral_index => lateral,
             _ => 0.0,

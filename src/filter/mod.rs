@@ -13,6 +13,8 @@ mod covariance;
 mod kalman;
 mod measurements;
 mod state;
+#[cfg(test)]
+mod tests;
 
 pub use crate::blob::{FilterConfig, ScaleBounds};
 pub(crate) use kalman::Filter;

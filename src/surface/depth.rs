@@ -299,3 +299,6 @@ fn z16_row(depth: DepthFrame<'_>, row: usize, left: usize, right: usize) -> impl
     let pixels = depth.bytes.get(bytes(left)..bytes(right.min(depth.width))).unwrap_or(&[]);
     pixels.as_chunks().0.iter().map(|pixel| u16::from_le_bytes(*pixel))
 }
+
+#[cfg(test)]
+mod tests;

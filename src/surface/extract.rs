@@ -244,3 +244,6 @@ fn attempt(
     let Stamp { sequence, captured } = stamp;
     Ok(SurfaceProfile { height_m, variance_m2, valid, glass_x_m: Some(axis_m), sequence, captured })
 }
+
+#[cfg(test)]
+mod tests;

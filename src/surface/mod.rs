@@ -35,6 +35,8 @@ mod refraction;
 mod region;
 mod resample;
 mod settings;
+#[cfg(test)]
+mod test_scene;
 mod trace;
 mod wall_sample;
 

@@ -200,4 +200,27 @@ mod tests {
         }
         assert!(aside.amplitude_m[0].abs() < 1e-6 && last < 1e-8, "{aside:?}");
     }
+
+    #[repr(align(64))]
+    struct Aligned<T: ?Sized>(T);
+
+    static BLOB: &Aligned<[u8]> =
+        &Aligned(*include_bytes!(concat!(env!("CARGO_MANIFEST_DIR"), "/models/glycerine.blob")));
+
+    /// The largest slope of the surface behind one unit of the port, of the shipped model's own step: its port is used twice, by half,
+    /// and its error model is linear, which is a fifth at most.
+    #[test]
+    fn the_kick_of_a_model_is_the_one_of_its_step() {
+        use crate::blob::Model;
+        use crate::latent::generic::LatentState;
+
+        let model = Model::load(&BLOB.0).expect("the shipped model");
+        let (mut state, mut largest) = (LatentState::default(), 0.0_f64);
+        for turn in 0..SETTLED + TURNS {
+            model.generic.step(&mut state, if turn == 0 { 1.0 } else { 0.0 });
+            largest = largest.max(slope(&model.error_model.surface, &state.latent).abs());
+        }
+        let kick_m = model.cross_axis.kick_m;
+        assert!((kick_m / largest - 1.0).abs() < 0.2, "{kick_m} for {largest}");
+    }
 }

@@ -96,4 +96,19 @@ pub(crate) mod tests {
             factors: FACTORS,
         }
     }
+
+    /// H is |x|^2 / 2 in latents of unit stiffness: its mean is one, and no direction is preferred.
+    #[test]
+    fn nothing_known_is_a_slosh_of_one_in_any_direction() {
+        let p = unknown();
+        assert!((0.5 * p.trace() - 1.0).abs() < 1e-12, "{}", p.trace());
+        assert!((p - Square::identity() * p.trace() / LATENTS as f64).norm() < 1e-12);
+    }
+
+    #[test]
+    fn the_weight_is_the_floor_at_rest_and_grows_with_the_slosh() {
+        let errors = error_model();
+        assert!((errors.weight(0.0) - 0.1).abs() < 1e-8);
+        assert!((errors.weight(2.0) - 2.1).abs() < 1e-8);
+    }
 }

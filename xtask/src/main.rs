@@ -9,6 +9,7 @@
 //! | `words` | measures of the language, with targets |
 //! | `trust` | attacks on the program, by class, and the page of promises |
 //! | `under-attack` | runs of the program with and without attackers, in turn |
+//! | `mutants` | known mistakes put into a copy of the core, each of which a test has to notice |
 //! | `board` | crates and size of the program of a board |
 //! | `package` | archives of the published crates |
 //! | `book` | the pages of `docs/` as a book with search |
@@ -19,6 +20,7 @@ mod board;
 mod book;
 mod ci;
 mod house;
+mod mutants;
 mod nightly;
 mod package;
 mod process;
@@ -58,6 +60,8 @@ enum Verb {
     Trust(trust::Options),
     /// Runs of the program with and without attackers; fails if they slow it, mislead it or get in.
     UnderAttack(under_attack::Options),
+    /// Known mistakes put into a copy of the core; fails if the tests do not notice one.
+    Mutants(mutants::Options),
     /// Crates and size of the program of a board, which it builds; fails if one misses its target.
     Board(board::Options),
     /// Archives of all published crates, checked for their files and metadata.
@@ -77,6 +81,7 @@ fn main() -> Result<ExitCode> {
         Verb::Words(options) => words::run(&options)?,
         Verb::Trust(options) => trust::run(&options)?,
         Verb::UnderAttack(options) => under_attack::run(&options)?,
+        Verb::Mutants(options) => mutants::run(&options)?,
         Verb::Board(options) => board::run(&options)?,
         Verb::Package(options) => package::run(&options)?,
         Verb::Book => book::run()?,

@@ -17,9 +17,11 @@ const KEPT_LINES: usize = 20;
 const FUZZ_CASES: &str = "1000000";
 
 /// Files of the core that mutation testing alters.
-const MUTATED: [&str; 8] = [
+const MUTATED: [&str; 10] = [
     "blob/load",
+    "filter/covariance",
     "filter/kalman",
+    "filter/measurements",
     "latent/generic/step",
     "surface/depth",
     "surface/extract",

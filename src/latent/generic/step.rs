@@ -261,3 +261,6 @@ struct Closed<R> {
     iterations: u32,
     outcome: StepOutcome,
 }
+
+#[cfg(test)]
+mod tests;
