@@ -2,15 +2,14 @@
 //! shorter periods, and fewer where they would be too short.
 //!
 //! ```text
-//! 0      0.1         0.2        0.5        0.7         0.75        0.85        0.9         1 period
-//! |------late frame--restart----re-plug----disk full---late frame--disk free---late frame--|
+//! 0      0.1          0.2        0.5        0.7         0.75         0.85        0.9          1 period
+//! |------standstill---restart----re-plug----disk full---standstill---disk free---standstill---|
 //! ```
-//! A late frame is one that comes 40 ms after its time. The flight recorder writes the seconds around it to the disk. The
+//! In a standstill the program is stopped for a tenth of a second and misses its deadlines. The flight recorder writes the seconds around it to the disk. The
 //! memory of the process is sampled ten times in each period.
 
 use super::program::{self, PROGRAM};
 use super::{facts, soak_book};
-use meniscus_hil::FaultKind;
 use meniscus_hil::device::{At, Back, Cure, Trouble};
 use meniscus_hil::vhci::Plugged;
 use serde_json::{Map, Value, json};
@@ -29,6 +28,8 @@ const MOST_PERIODS: u32 = 6;
 const SHORTEST_S: f64 = 40.0;
 /// Samples of the memory in a period: one a minute of an hour.
 const SAMPLES: u32 = 10;
+/// Length of a standstill: six frames.
+const STANDSTILL: Duration = Duration::from_millis(100);
 /// Disk that the run writes to.
 const DISK: &str = "/tmp/disk";
 /// File that fills it.
@@ -37,8 +38,8 @@ const FILLER: &str = "/tmp/disk/filler";
 /// Step of a period.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Step {
-    /// A frame comes 40 ms after its time.
-    LateFrame,
+    /// The program is stopped for [`STANDSTILL`].
+    Standstill,
     /// The camera sends nothing until it is restarted.
     Restart,
     /// The camera is pulled out and plugged in again two seconds later.
@@ -50,13 +51,13 @@ enum Step {
 
 /// Steps of a period with their times, in periods.
 const STEPS: [(f64, Step); 7] = [
-    (0.1, Step::LateFrame),
+    (0.1, Step::Standstill),
     (0.2, Step::Restart),
     (0.5, Step::Replug),
     (0.7, Step::FillDisk),
-    (0.75, Step::LateFrame),
+    (0.75, Step::Standstill),
     (0.85, Step::FreeDisk),
-    (0.9, Step::LateFrame),
+    (0.9, Step::Standstill),
 ];
 
 /// Returns the number of periods of a run.
@@ -101,7 +102,11 @@ fn run_on_disk(plugged: &Plugged, seconds: f64) -> Done {
     for (at_s, step) in plan(seconds) {
         sleep(Duration::from_secs_f64(at_s).saturating_sub(begun.elapsed()));
         match step {
-            Step::LateFrame => plugged.impose(Trouble::Wire(FaultKind::Late)),
+            Step::Standstill => {
+                busybox(&["kill", "-STOP", &child.id().to_string()])?;
+                sleep(STANDSTILL);
+                busybox(&["kill", "-CONT", &child.id().to_string()])?;
+            }
             Step::Restart => plugged.impose(Trouble::Quiet(Cure::Restart)),
             Step::Replug => plugged.impose(Trouble::Unplug(At::Stream, Back::Same)),
             Step::FillDisk => fill()?,
@@ -172,7 +177,7 @@ mod tests {
             let within = |step: &&(f64, Step)| (from_s..from_s + 600.0).contains(&step.0);
             let count = |wanted| steps.iter().filter(within).filter(|(_, step)| *step == wanted).count();
             let counts = [Step::Restart, Step::Replug, Step::FillDisk, Step::FreeDisk].map(count);
-            assert_eq!((counts, count(Step::LateFrame), count(Step::SampleMemory)), ([1; 4], 3, 10));
+            assert_eq!((counts, count(Step::Standstill), count(Step::SampleMemory)), ([1; 4], 3, 10));
         }
         let samples: Vec<f64> =
             steps.iter().filter(|(_, step)| *step == Step::SampleMemory).map(|(at_s, _)| *at_s).collect();
