@@ -93,7 +93,9 @@ impl FlightFiles {
         }
         if self.failed > 0 {
             let Self { failed, reason, .. } = self;
-            lines.push(format!("records of missed deadlines that could not be written: {failed}; the last one: {reason}"));
+            lines.push(format!(
+                "records of missed deadlines that could not be written: {failed}; the last one: {reason}"
+            ));
         }
         lines
     }
