@@ -35,6 +35,11 @@ impl<S> FaultInjector<S> {
         &mut self.inner
     }
 
+    /// Lets a fault strike the next shot.
+    pub(crate) fn strike_next(&mut self, kind: FaultKind) {
+        self.faults.0.push((kind, When::Shot(self.shot)));
+    }
+
     fn strikes(&mut self, when: When) -> bool {
         match when {
             When::Share(share) => self.random.random_bool(share),

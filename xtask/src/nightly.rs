@@ -106,7 +106,7 @@ fn steps(root: &Path) -> Vec<Step> {
         Step::new("hil-xhci", split("hil/run xhci --json")),
         Step::new("hil-webcam", split("hil/run webcam")),
         Step::new("hil-bare-metal", split("hil/run bare-metal --json")),
-        Step::new("hil-soak", split("hil/run soak")),
+        Step::new("hil-soak", split("hil/run soak --json")),
     ]
 }
 

@@ -11,6 +11,7 @@ mod control;
 mod descriptors;
 mod firmware;
 mod habits;
+mod imposed;
 mod replay;
 mod scenery;
 mod stream;

@@ -2,6 +2,7 @@
 //!
 //! ```text
 //! plans                                   the scenarios, for the guest
+//! soak [--json] LOG                       the checks of a soak
 //! watch LOG SECONDS COMMAND...            runs an emulator; its lines into LOG, wall times into LOG.times
 //! judge [--json] LOG LOG FILM.json GOLDEN the checks; --bless writes GOLDEN anew
 //! board [--json] INSTALL.log POWER-ON.log  the same for the edge board's two boots
@@ -22,6 +23,7 @@ mod report;
 mod scenarios;
 mod sections;
 mod sibling;
+mod soak;
 mod watch;
 mod xhci;
 
@@ -30,7 +32,7 @@ use std::process::ExitCode;
 
 type Failure = Box<dyn std::error::Error>;
 
-const USAGE: &str = "usage: meniscus-hil-gate plans [soak] | watch LOG SECONDS COMMAND... | show LOG | payloads FILM FRAMES OUT | sections PROGRAM | sibling BLOB OUT | xhci-plans | \
+const USAGE: &str = "usage: meniscus-hil-gate plans | soak [--json] [--wall=SECONDS] LOG | watch LOG SECONDS COMMAND... | show LOG | payloads FILM FRAMES OUT | sections PROGRAM | sibling BLOB OUT | xhci-plans | \
                      xhci-watch LOG SECONDS SOCKET FILM COMMAND... | xhci [--json] [--wall=SECONDS] LOG | \
                      board [--json] [--wall=SECONDS] LOG LOG | judge [--json] [--bless] [--wall=SECONDS] LOG LOG FILM.json GOLDEN [REPORT.json...]";
 
@@ -38,10 +40,14 @@ fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let words: Vec<&str> = arguments.iter().map(String::as_str).collect();
     let done = match words.as_slice() {
-        ["plans", rest @ ..] => {
-            scenarios::plans(rest.contains(&"soak")).for_each(|plan| println!("{plan}"));
+        ["plans"] => {
+            scenarios::GATE.iter().for_each(|scenario| println!("{}", scenario.plan));
             Ok(true)
         }
+        ["soak", rest @ ..] => match rest.iter().find(|word| !word.starts_with("--")) {
+            Some(log) => soak::judge(Path::new(log), rest.contains(&"--json"), wall_s(rest)),
+            None => Err(USAGE.into()),
+        },
         ["watch", log, seconds, command @ ..] if !command.is_empty() => watch::run(log, seconds, command),
         ["show", log] => show(log),
         ["xhci-plans"] => {

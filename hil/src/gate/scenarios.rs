@@ -34,7 +34,7 @@ pub(crate) enum Must {
 /// One scenario.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Scenario {
-    /// Its chapter: 1 enumerate, 2 calibrate, 3 stream, 4 track, 5 faults, 6 recovery, 8 the machine, 9 soak.
+    /// Its chapter: 1 enumerate, 2 calibrate, 3 stream, 4 track, 5 faults, 6 recovery, 8 the machine.
     pub(crate) chapter: u8,
     /// For the guest: `NAME[:TROUBLE[:SECONDS]]`.
     pub(crate) plan: &'static str,
@@ -105,11 +105,3 @@ pub(crate) const GATE: &[Scenario] = &[
     scenario(8, "busy::2", Must::Busy),
     scenario(8, "service::4", Must::Service(2.0)),
 ];
-
-/// Not in the gate: a virtual hour.
-pub(crate) const SOAK: &[Scenario] = &[scenario(9, "run::3600", Must::Stream(3600.0))];
-
-/// The plans, for the guest.
-pub(crate) fn plans(soak: bool) -> impl Iterator<Item = &'static str> {
-    if soak { SOAK } else { GATE }.iter().map(|scenario| scenario.plan)
-}

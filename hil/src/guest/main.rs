@@ -10,6 +10,8 @@ mod kernel;
 mod program;
 mod scenario;
 mod service_scenarios;
+mod soak;
+mod soak_book;
 mod turns;
 mod xhci;
 

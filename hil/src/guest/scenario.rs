@@ -1,8 +1,8 @@
 //! The scenarios, as what is done in the guest.
 
-use super::{facts, kernel, program, service_scenarios};
+use super::{facts, kernel, program, service_scenarios, soak};
 use meniscus_hil::FaultList;
-use meniscus_hil::device::{Device, Film, Scenery, TestCard, Trouble};
+use meniscus_hil::device::{Device, Film, Habits, Scenery, TestCard, Trouble};
 use meniscus_hil::vhci::Plugged;
 use serde_json::{Map, Value};
 use std::error::Error;
@@ -45,7 +45,10 @@ impl<'p> Plan<'p> {
             Err(error) if error.kind() == std::io::ErrorKind::NotFound => Box::<TestCard>::default(),
             Err(error) => return Err(format!("{}: {error}", film.display()).into()),
         };
-        Ok(Device::new(scenery, trouble, FaultList::default(), 1))
+        let device = Device::new(scenery, trouble, FaultList::default(), 1);
+        // In the soak a camera that comes back has been without power.
+        let clock_restarts = self.name == "soak";
+        Ok(device.with_habits(Habits { clock_restarts, ..Habits::default() }))
     }
 }
 
@@ -65,6 +68,7 @@ pub(crate) fn run(plan: &str, film: &Path) -> Done {
         "flash" => service_scenarios::flash(&plugged, plan.seconds()),
         "full-disk" => service_scenarios::full_disk(plan.seconds()),
         "low-memory" => service_scenarios::low_memory(plan.seconds()),
+        "soak" => soak::run(&plugged, plan.seconds()),
         "busy" => service_scenarios::busy(&plugged, plan.seconds()),
         other => Err(format!("no scenario is called `{other}`").into()),
     };

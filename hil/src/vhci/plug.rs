@@ -2,7 +2,7 @@
 
 use super::bus::{Bus, Witness, receive};
 use super::port::{self, PortError};
-use crate::device::Device;
+use crate::device::{Device, Trouble};
 use std::os::unix::net::UnixStream;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
@@ -56,6 +56,21 @@ impl Plugged {
     #[must_use]
     pub fn witness(&self) -> Witness {
         self.shared.bus().witness.clone()
+    }
+
+    /// Imposes a trouble on the camera now.
+    pub fn impose(&self, trouble: Trouble) {
+        let mut bus = self.shared.bus();
+        let now_us = bus.now_us();
+        bus.device.impose(trouble, now_us);
+        drop(bus);
+        self.shared.asked.notify_all();
+    }
+
+    /// Returns the times of all exposures so far, microseconds since the camera was made: its own book.
+    #[must_use]
+    pub fn exposures_us(&self) -> Vec<u64> {
+        self.shared.bus().device.exposures_us().to_vec()
     }
 
     /// Takes the camera away for good and waits until its port is free.

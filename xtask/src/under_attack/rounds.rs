@@ -1,6 +1,7 @@
 //! One run of the program, alone or attacked, and its figures.
 
 use super::attackers::{Attack, Doors};
+use super::instructions;
 use anyhow::{Context, Result, bail, ensure};
 use serde_json::Value;
 use std::net::{SocketAddr, TcpListener, TcpStream, UdpSocket};
@@ -9,13 +10,24 @@ use std::process::{Child, Command, Stdio};
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
-/// Longest wait for the page of a program that starts.
-const PATIENCE: Duration = Duration::from_secs(30);
+/// Longest wait for the page of a program that starts; callgrind makes it some ten times slower.
+const PATIENCE: Duration = Duration::from_secs(120);
+
+/// Measure of a turn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Meter {
+    /// The clock, at the camera's 60 Hz.
+    Time,
+    /// Callgrind, with a camera that waits.
+    Instructions,
+}
 
 /// The program, and the length of its runs.
 #[derive(Debug)]
 pub(super) struct Program {
     pub(super) path: PathBuf,
+    pub(super) meter: Meter,
+    /// Length of a run, s of the camera's time.
     pub(super) seconds: u32,
     /// Folder for its outputs.
     pub(super) folder: PathBuf,
@@ -70,11 +82,25 @@ impl Program {
         })
     }
 
+    /// Returns the median of the instructions of a turn in the last run.
+    pub(super) fn instructions(&self) -> Result<f64> {
+        instructions::median_of_turns(&self.counts())
+    }
+
+    fn counts(&self) -> PathBuf {
+        self.folder.join("counts")
+    }
+
     /// Starts the program and waits until its page answers.
     fn start(&self, doors: &Doors) -> Result<Child> {
-        let mut command = Command::new(&self.path);
+        let (mut command, patience): (_, &[&str]) = match self.meter {
+            Meter::Time => (Command::new(&self.path), &[]),
+            Meter::Instructions => (instructions::counting(&self.path, &self.counts())?, &["--patient"]),
+        };
         command
-            .args(["run", "--json", "--view", "--seconds", &self.seconds.to_string()])
+            .arg("run")
+            .args(patience)
+            .args(["--json", "--view", "--seconds", &self.seconds.to_string()])
             .args(["--listen", &doors.page.to_string(), "--foxglove", &doors.foxglove.to_string()])
             .args(["--motion", &format!("udp:{}", doors.motion)])
             .args(["--publish", &format!("unix:{}", doors.socket.display())])

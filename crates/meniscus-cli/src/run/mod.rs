@@ -157,7 +157,7 @@ pub(crate) struct Arguments {
     /// Let the simulated camera wait for the estimator: no frame is late, and the errors are the same everywhere.
     ///
     /// Times then say nothing about a camera's 60 Hz, and their checks are informational.
-    #[arg(long, conflicts_with_all = ["view", "service"], help_heading = "Time")]
+    #[arg(long, conflicts_with = "service", help_heading = "Time")]
     patient: bool,
     /// Ask for real-time priority, a core for the worker and locked memory.
     ///

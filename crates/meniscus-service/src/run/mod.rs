@@ -157,7 +157,7 @@ impl LiveRun<'_> {
                 scope.spawn(move || viewer.show(model));
             }
             recorder.open();
-            let keeper = scope.spawn(move || FlightFiles::keep(recorder, flights, ended));
+            let keeper = scope.spawn(move || FlightFiles::keep(recorder, flights, ended, say));
             let fill_m = model.header.fill_m;
             let identification =
                 feed.map(|feed| scope.spawn(move || feed.attend(notes, fill_m, &state.standing, ended)));
