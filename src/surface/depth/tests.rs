@@ -31,7 +31,10 @@ struct Wallpaper {
 
 impl Wallpaper {
     fn new(settings: Settings) -> Self {
-        let scene = Scene::of(settings);
+        Self::of(Scene::of(settings))
+    }
+
+    fn of(scene: Scene) -> Self {
         let mut images = scene.images();
         images.fill(ALL, 0..480, |column, row| wall(&scene, column, row));
         Self { scene, config: scene.config(), images }
@@ -181,6 +184,12 @@ fn what_is_behind_the_glass_is_not_liquid() {
     // Column 345 looks 25.5 px to the right, x = 26.6 mm at the distance of the axis: a chord of 45.5 mm.
     assert!(behind(345, &[43.0, 43.0], LIMITS) > 0.0);
     assert_eq!(behind(345, &[48.0, 48.0], LIMITS), 0.0);
+    // Of a glass 15 mm to the right that column is 11.6 mm from the axis: 66 mm.
+    let mut aside = Wallpaper::of(Scene { axis_m: 0.015, ..Scene::of(Settings::default()) });
+    for (m, behind) in [(0.063, true), (0.069, false)] {
+        aside.shift(345..346, EDGE + 1..EDGE + 3, m);
+        assert_eq!(aside.look().rows_behind(point(345, EDGE as f32), LIMITS) > 0.0, behind, "{m}");
+    }
     let room = |m: f32| Limits { background_m: Some(m), ..LIMITS };
     assert!(behind(AXIS, &[38.0, 38.0], room(0.05)) > 0.0);
     assert_eq!(behind(AXIS, &[42.0, 42.0], room(0.05)), 0.0);
