@@ -78,7 +78,7 @@ fn steps(root: &Path) -> Vec<Step> {
     vec![
         with_cargo("build", "build --release --locked -p meniscus-cli --features train,foxglove"),
         with_cargo("house", "xtask house --rebuild --json"),
-        with_cargo("package", "xtask package --install"),
+        with_cargo("package", "xtask package"),
         with_cargo("board", "xtask board --json"),
         // `cargo install cargo-deny typos-cli`; advisories are asked for where their database can be fetched.
         with_cargo("licences", "deny --workspace check licenses bans sources"),
