@@ -96,8 +96,6 @@ fn steps(root: &Path) -> Vec<Step> {
         study("deadline", "deadline --json --out out/nightly/deadline"),
         with_cargo("under-attack", "xtask under-attack --json"),
         study("people", "people study --json --check"),
-        // Python 3.11, and 6.5 GB below the target folder.
-        Step::new("lagrangebench", split("crates/meniscus-python/peers/run")),
         Step::new("hil-gate", split("hil/run gate --json")),
         Step::new("hil-boot", split("hil/run boot --json")),
         Step::new("hil-install", split("hil/run install --json")),
