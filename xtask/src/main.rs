@@ -28,7 +28,6 @@ mod quick;
 mod report;
 mod trust;
 mod under_attack;
-mod unpacked;
 mod words;
 mod workspace;
 

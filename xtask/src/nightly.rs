@@ -80,7 +80,7 @@ fn steps(root: &Path) -> Vec<Step> {
     vec![
         with_cargo("build", "build --release --locked -p meniscus-cli --features train,foxglove"),
         with_cargo("house", "xtask house --rebuild --json"),
-        with_cargo("package", "xtask package --install"),
+        with_cargo("package", "xtask package"),
         with_cargo("board", "xtask board --json"),
         // `cargo install cargo-deny typos-cli`; advisories are asked for where their database can be fetched.
         with_cargo("licences", "deny --workspace check licenses bans sources"),
@@ -98,8 +98,6 @@ fn steps(root: &Path) -> Vec<Step> {
         study("deadline", "deadline --json --out out/nightly/deadline"),
         with_cargo("under-attack", "xtask under-attack --json"),
         study("people", "people study --json --check"),
-        // Python 3.11, and 6.5 GB below the target folder.
-        Step::new("lagrangebench", split("crates/meniscus-python/peers/run")),
         Step::new("hil-gate", split("hil/run gate --json")),
         Step::new("hil-boot", split("hil/run boot --json")),
         Step::new("hil-install", split("hil/run install --json")),

@@ -1,7 +1,6 @@
 //! `cargo xtask package`: the archives that a registry would get, for every crate that is published.
 
 use crate::process::{self, Step, cargo};
-use crate::unpacked::Unpacked;
 use crate::workspace::{self, Package};
 use anyhow::Result;
 use clap::Args;
@@ -20,9 +19,6 @@ pub(crate) struct Options {
     /// Only the fields and the lists of files; make no archives.
     #[arg(long)]
     list: bool,
-    /// Install the command from the archives alone, away from the repository, and run it.
-    #[arg(long, conflicts_with = "list")]
-    install: bool,
 }
 
 /// Checks all published crates and returns whether every one can be published.
@@ -44,14 +40,7 @@ pub(crate) fn run(options: &Options) -> Result<bool> {
         );
     }
     if !options.list {
-        let target = std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| root.join("target"), Into::into);
-        let folder = target.join("package");
-        faults.extend(archives(&root, &folder, &published)?);
-        if options.install && faults.is_empty() {
-            let unpacked = folder.join("unpacked");
-            let unpacked = Unpacked { archives: &folder, folder: &unpacked, target: &target };
-            faults.extend(unpacked.install(&root, &published)?);
-        }
+        faults.extend(archives(&root, &published)?);
     }
     for fault in &faults {
         println!("{fault}");
@@ -135,12 +124,14 @@ fn missing_files(name: &str, needed: &[String], listed: &[String]) -> Vec<String
 }
 
 /// Makes all archives at once, so that the crates find each other before any is published.
-fn archives(root: &Path, folder: &Path, published: &[&Package]) -> Result<Vec<String>> {
+fn archives(root: &Path, published: &[&Package]) -> Result<Vec<String>> {
     let mut words = vec![cargo(), "package".to_owned(), "--no-verify".to_owned(), "--allow-dirty".to_owned()];
     words.extend(published.iter().flat_map(|package| ["-p".to_owned(), package.name.clone()]));
     if !process::timed(root, &Step::new("archives", words))?.passed {
         return Ok(vec!["cargo package failed; its messages stand above".to_owned()]);
     }
+    let target = std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| root.join("target"), Into::into);
+    let folder = target.join("package");
     let mut faults = Vec::new();
     for package in published {
         let version = package.manifest["version"].as_str().unwrap_or_default();

@@ -11,7 +11,7 @@ use std::path::PathBuf;
 /// Print an AprilTag of a stated width for `run --motion tag`.
 ///
 /// The page is SVG in millimetres: a tag of the family 36h11, marks to cut it out with its white margin, and a bar of 100 mm. Print it
-/// from a browser at 100 %, without "fit to page", and measure the bar. docs/robots.md says where the tag goes.
+/// from a browser at 100 %, without "fit to page", and measure the bar. docs/robots.md has more.
 #[derive(clap::Args)]
 #[command(
     after_help = "Examples:\n  meniscus tag 7\n  meniscus tag 7 --size-mm 60 --paper letter --out gripper.svg"
