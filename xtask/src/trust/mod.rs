@@ -4,10 +4,12 @@
 //! tests/attacks/CLASS.rs --parsed--> promises (first line of each test's documentation)
 //!         |                                  |
 //!         '--run--> results -----------------+--> docs/trust.md, one table a class
-//!                                            '--> checks: open attacks, classes, bombs, skips, exposure of the unit, crates of a board
+//!                                            '--> checks: open attacks, classes, bombs, skips, exposure of the unit, mutants,
+//!                                                   crates of a board
 //! ```
 
 mod exposure;
+mod mutants;
 mod page;
 mod promises;
 mod results;
@@ -90,6 +92,7 @@ fn checks(root: &std::path::Path, promises: &[Promise], outcomes: &[Outcome]) ->
         Check::count("skipped_in_ci", "tests", 0.0, skipped),
     ];
     checks.extend(exposure::checks(root, EXPOSURE, EXPOSURE_NETWORK)?);
+    checks.push(mutants::check(root)?);
     // Its size takes a build of some minutes: `cargo xtask board`, of every night.
     checks.push(board::crates(root)?);
     Ok(checks)
