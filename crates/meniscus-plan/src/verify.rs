@@ -89,7 +89,7 @@ impl<M: SurfaceModel> Search<'_, M> {
         (plan, correction)
     }
 
-    /// How much of the limits the forecast of `plan` uses.
+    /// Shares of the limits that the forecast of `plan` uses.
     pub(crate) fn used(&self, plan: &Plan) -> Used {
         let crest = plan.bound_m / self.request.limit_m;
         let Some(residual_m) = self.request.residual_m else { return Used { crest, residual: 0.0 } };

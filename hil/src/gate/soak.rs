@@ -114,7 +114,7 @@ fn memory(facts: &Value) -> [Check; 2] {
     ]
 }
 
-/// What was said about the disk: when it was full, when it took records again, and how many it did not take.
+/// Words about the disk: when it was full, when it took records again, and how many it did not take.
 fn disk(facts: &Value, periods: f64) -> [Check; 3] {
     let lines: Vec<&str> = words(facts).map(|(_, line)| line).collect();
     let with =

@@ -175,8 +175,8 @@ fn liquid_behind_is_followed_down_to_where_it_meets_the_wall() {
     near(behind(AXIS, &[32.0, 28.0, 24.0, 20.0, 16.0], moved), 7.0);
 }
 
-/// Liquid stands within the glass, 70 mm deep at its axis and 2 sqrt(35^2 - x^2) beside it, and nearer than 0.8 of the way to the
-/// room behind.
+/// Liquid stands within the glass, 70 mm deep at its axis and 2 sqrt(35^2 - x^2) beside it, and nearer than 0.8 of the distance to
+/// the room behind.
 #[test]
 fn what_is_behind_the_glass_is_not_liquid() {
     assert!(behind(AXIS, &[66.0, 66.0], LIMITS) > 0.0);

@@ -233,7 +233,7 @@ fn a_contact_line_that_goes_one_way_is_caught_by_its_path() {
     }
 }
 
-/// What a memory holds is energy: a spring's k z^2 / 2.
+/// Energy of the memories: a spring's k z^2 / 2.
 #[test]
 fn the_energy_counts_what_the_memories_hold() {
     let model = with_contact_line(DT);

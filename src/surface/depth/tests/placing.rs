@@ -111,7 +111,7 @@ fn a_flat_surface_is_placed_flat_wherever_the_camera_stands() {
     }
 }
 
-/// The camera's distance is believed within 15 mm, and stereo sees the middle of a wall of 3 mm 1 mm too near.
+/// The camera's distance is accepted within 15 mm, and stereo sees the middle of a wall of 3 mm 1 mm too near.
 #[test]
 fn the_distance_of_the_wall_has_a_limit_and_counts_the_glass() {
     for (farther_m, fits) in [(0.014, true), (0.016, false), (-0.014, true), (-0.016, false)] {
