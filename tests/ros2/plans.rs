@@ -41,11 +41,15 @@ fn busy(answer: &Value) -> bool {
 const LOST: f64 = 0.3;
 
 /// Calls that are asked again at most.
-const AGAIN: usize = 3;
+const AGAIN: usize = 6;
+
+/// Time between an answer and the next request. Right behind an answer a request is often lost (`docs/limits.md`).
+const PAUSE: Duration = Duration::from_millis(30);
 
 /// Returns the answer of the first call in time.
 fn in_time(ask: &mut impl FnMut(&Value) -> Value, request: impl Fn() -> Value) -> Value {
     for _ in 0..AGAIN {
+        std::thread::sleep(PAUSE);
         let answer = ask(&request());
         if answer["took_s"].as_f64().expect("a time") < LOST {
             return answer;
@@ -129,7 +133,7 @@ pub(crate) fn scene() {
             let samples = course(0.02 + 0.002 * f64::from(sequence));
             // The controller has the plan over UDP, the service by its request.
             sender.send_to(&Plan::to_bytes(sequence, &samples), PLANS).expect("sent");
-            std::thread::sleep(Duration::from_millis(30));
+            std::thread::sleep(PAUSE);
             let answer = ask(&request(sequence, false, &samples));
             if busy(&answer) {
                 continue;
