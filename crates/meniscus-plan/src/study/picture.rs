@@ -62,7 +62,7 @@ fn curves(
         .margin(10)
         .x_label_area_size(40)
         .y_label_area_size(64)
-        .build_cartesian_2d(0.0..end_s, least..1.08 * most)?;
+        .build_cartesian_2d(0.0..end_s, least..1.3 * most)?;
     chart.configure_mesh().x_desc(x).y_desc(y).light_line_style(WHITE).draw()?;
     for (name, values, colour) in curves {
         let colour = *colour;

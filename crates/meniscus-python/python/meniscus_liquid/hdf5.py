@@ -103,7 +103,8 @@ def _shortest(recordings: Sequence[Recording]) -> int:
 
 def _positions(recording: Recording, frames: int, box: _Box) -> np.ndarray:
     """Returns the positions in the box, m."""
-    return (np.asarray(recording.field("q"), np.float64)[:frames] + box.offset_m).astype(np.float32)
+    shifted: np.ndarray = (np.asarray(recording.field("q"), np.float64)[:frames] + box.offset_m).astype(np.float32)
+    return shifted
 
 
 def _write_split(path: Path, recordings: Sequence[Recording], box: _Box) -> None:
