@@ -41,7 +41,7 @@ fn busy(answer: &Value) -> bool {
 const LOST: f64 = 0.3;
 
 /// Calls that are asked again at most.
-const AGAIN: usize = 6;
+const AGAIN: usize = 10;
 
 /// Time between an answer and the next request. Right behind an answer a request is often lost (`docs/limits.md`).
 const PAUSE: Duration = Duration::from_millis(30);
