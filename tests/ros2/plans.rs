@@ -36,8 +36,8 @@ fn busy(answer: &Value) -> bool {
     answer["fault"] == 7 || answer["reason"].as_str().is_some_and(|reason| reason.starts_with("no turn came"))
 }
 
-/// Time after which a call says nothing of the service: the network lost its request, and the
-/// peer sends it again with its next heartbeat, 3 s later (the default of Fast DDS).
+/// Time after which a call says nothing of the service: its request was lost on the way, for a reason that is not known, and the peer
+/// sends it again with its next heartbeat, 3 s later (the default of Fast DDS; `docs/limits.md`).
 const LOST: f64 = 0.3;
 
 /// Calls that are asked again at most.

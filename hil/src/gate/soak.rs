@@ -32,7 +32,7 @@ pub(crate) fn judge(log: &Path, json: bool, wall_s: f64) -> Result<bool, Failure
         log.facts.iter().find(|(plan, _)| plan.starts_with("soak")).map_or(&nothing, |(_, facts)| facts);
     let mut checks = of(facts);
     let passed = checks.iter().all(|check| check.ok);
-    checks.push(check("wall_s", wall_s, "s", "told", true));
+    checks.push(check("wall_s", wall_s, "s", "informational", true));
     if json {
         let report = json!({ "command": "hil/run soak", "facts": facts, "checks": checks::json(&checks) });
         println!("{}", serde_json::to_string_pretty(&report)?);
@@ -50,19 +50,20 @@ fn of(facts: &Value) -> Vec<Check> {
     let never_handled = account("never_handled");
     let booked = in_time + late + lost + never_handled;
     let (exposed, away) = (of("book.exposed"), of("book.away"));
-    let told = |name: &str, value, unit: &str| check(name, value, unit, "told", value.is_finite());
+    let informational =
+        |name: &str, value, unit: &str| check(name, value, unit, "informational", value.is_finite());
     let exactly = |name: &str, value: f64, wanted: f64| {
         check(name, value, "1", &format!("= {wanted}"), value == wanted)
     };
     let complaints = facts["kernel_complaints"].as_array().map_or(f64::NAN, |lines| lines.len() as f64);
     let mut checks = vec![
-        told("guest_s", of("guest_s"), "s"),
-        told("frames_exposed", exposed, "1"),
-        told("frames_away", away, "1"),
-        told("frames_in_time", in_time, "1"),
-        told("frames_late", late, "1"),
-        told("frames_lost", lost, "1"),
-        told("frames_never_handled", never_handled, "1"),
+        informational("guest_s", of("guest_s"), "s"),
+        informational("frames_exposed", exposed, "1"),
+        informational("frames_away", away, "1"),
+        informational("frames_in_time", in_time, "1"),
+        informational("frames_late", late, "1"),
+        informational("frames_lost", lost, "1"),
+        informational("frames_never_handled", never_handled, "1"),
         // The clock that counts the frames of an outage is the computer's: each end of one may fall on either side of a frame.
         at_most("frames_off_the_book", (booked - exposed - away).abs(), "1", OUTAGES * periods),
         // Frames that were read and not in time: those of the standstills, and a few around each outage.
@@ -109,7 +110,7 @@ fn memory(facts: &Value) -> [Check; 2] {
     let alive = samples.iter().all(|kib| *kib > 0.0);
     let growth = if alive { largest(later) - largest(first) } else { f64::NAN };
     [
-        check("memory_kib", largest(&samples), "KiB", "told", !samples.is_empty()),
+        check("memory_kib", largest(&samples), "KiB", "informational", !samples.is_empty()),
         at_most("memory_growth_kib", growth, "KiB", GROWTH_KIB),
     ]
 }

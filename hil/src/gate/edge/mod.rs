@@ -31,7 +31,7 @@ pub(crate) fn judge(logs: [&Path; 2], json: bool, wall_s: f64) -> Result<bool, F
     let [install, power_on] = [Log::read(logs[0])?, Log::read(logs[1])?];
     let mut checks = of(&install, &power_on)?;
     let passed = checks.iter().all(|check| check.ok);
-    checks.push(check("wall_s", wall_s, "s", "told", true));
+    checks.push(check("wall_s", wall_s, "s", "informational", true));
     let steps: Vec<&(String, Value)> = install.facts.iter().chain(&power_on.facts).collect();
     if json {
         let steps: Vec<Value> =
@@ -101,7 +101,7 @@ fn installed(boots: &Boots) -> Vec<Check> {
             "boot_install_to_tracking_s",
             or_nan(install.to_tracking_s),
             "s",
-            "told",
+            "informational",
             install.to_tracking_s.is_some(),
         ),
         // Without the rule the node is root's alone: it is the rule that made it so.
@@ -201,7 +201,7 @@ fn second_boot(boots: &Boots) -> Vec<Check> {
             "boot_systemd_to_tracking_s",
             tracked_s - or_nan(power_on.systemd_s),
             "s",
-            "told",
+            "informational",
             power_on.systemd_s.is_some(),
         ),
         at_most("boot_start_to_tracking_s", tracked_s - or_nan(power_on.started_s), "s", START_S),
