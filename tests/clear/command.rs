@@ -1,29 +1,12 @@
 //! The command: `setup` and `record` of a recording of clear water.
 
+use crate::program::{errors, folder, json, meniscus};
 use crate::scenes::{at_rest, optics, pairs};
 use meniscus::usb::uvc::Stream;
 use meniscus_bags::{Calibration, Image, McapWriter};
 use meniscus_service::setup::Pair;
 use meniscus_virtual::camera_study::traced::set::TracedScene;
-use serde_json::Value;
-use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
-
-/// A folder of its own.
-fn scratch(name: &str) -> PathBuf {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("clear").join(name);
-    let _old = std::fs::remove_dir_all(&folder);
-    std::fs::create_dir_all(&folder).expect("a folder");
-    folder
-}
-
-fn meniscus(folder: &Path, arguments: &str) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_meniscus-under-test"))
-        .args(arguments.split_whitespace())
-        .current_dir(folder)
-        .output()
-        .expect("it starts")
-}
+use std::path::Path;
 
 fn film(scene: &TracedScene, path: &Path) {
     let calibration = Calibration::of(&optics(scene), 0.05, "a traced camera");
@@ -52,27 +35,27 @@ fn table(path: &Path) -> (f64, usize) {
 
 #[test]
 fn the_command_sets_up_and_records_clear_water() {
-    let (folder, scene) = (scratch("command"), at_rest("judge"));
+    let (folder, scene) = (folder("clear", "command"), at_rest("judge"));
     film(&scene, &folder.join("water.mcap"));
     let fill_mm = scene.truth.fill_mm;
     let measures = format!("--yes --json --pairs 12 --radius-mm 35 --fill-mm {fill_mm} --rim-mm 110");
     let opaque = meniscus(&folder, &format!("setup --source water.mcap {measures}"));
-    println!("opaque: {}", String::from_utf8_lossy(&opaque.stderr));
+    println!("opaque: {}", errors(&opaque));
     let output =
         meniscus(&folder, &format!("setup --source water.mcap --outline clear --out clear.toml {measures}"));
-    let report: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    let report = json(&output);
     assert!(output.status.success(), "{report:#}");
     assert!(
         std::fs::read_to_string(folder.join("clear.toml")).expect("written").contains("tone = \"clear\"")
     );
 
     let output = meniscus(&folder, "record --source water.mcap --setup clear.toml --out seen.csv");
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    assert!(output.status.success(), "{}", errors(&output));
     let (mean_mm, count) = table(&folder.join("seen.csv"));
     println!("{count} profiles of 12, mean {mean_mm:.2} mm, rest {fill_mm} mm");
     assert!(count == 12 && (mean_mm - fill_mm).abs() < 0.3);
 
     let half =
         meniscus(&folder, &format!("setup --source water.mcap --outline clear --distance-mm 360 {measures}"));
-    assert!(String::from_utf8_lossy(&half.stderr).contains("together"), "half a place is refused");
+    assert!(errors(&half).contains("together"), "half a place is refused");
 }

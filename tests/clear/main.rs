@@ -7,5 +7,7 @@ mod command;
 mod figures;
 mod line;
 mod nothing;
+#[path = "../support/program.rs"]
+mod program;
 mod scenes;
 mod setup;

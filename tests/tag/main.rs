@@ -4,5 +4,7 @@
 mod fixture;
 mod images;
 mod print;
+#[path = "../support/program.rs"]
+mod program;
 mod run;
 mod times;

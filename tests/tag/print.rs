@@ -1,9 +1,9 @@
 //! The printed page: its rectangles are drawn by a camera of the test's own, and the reader finds the tag of the stated number and width.
 
+use crate::program::{errors, folder, meniscus};
 use meniscus::surface::Intrinsics;
 use meniscus_tag::{TagFinder, pose};
-use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::path::Path;
 
 /// Camera before the page.
 const LENS: Intrinsics = Intrinsics { width: 640, height: 480, fx: 600.0, fy: 600.0, ppx: 319.5, ppy: 239.5 };
@@ -85,25 +85,9 @@ impl Page {
     }
 }
 
-/// A folder of its own.
-fn scratch(name: &str) -> PathBuf {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("tag-print-{name}"));
-    let _old = std::fs::remove_dir_all(&folder);
-    std::fs::create_dir_all(&folder).expect("a folder");
-    folder
-}
-
-fn meniscus(folder: &Path, arguments: &str) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_meniscus-under-test"))
-        .args(arguments.split_whitespace())
-        .current_dir(folder)
-        .output()
-        .expect("it starts")
-}
-
 #[test]
 fn the_printed_tag_has_the_stated_number_and_width() {
-    let folder = scratch("read");
+    let folder = folder("tag-print", "read");
     let mut finder = TagFinder::new((LENS.width, LENS.height)).expect("a finder");
     for (number, size_mm, paper, turn_rad) in
         [(0, 40.0, "a4", 0.0), (7, 40.0, "letter", 0.35), (23, 60.0, "a4", -0.3), (586, 100.0, "a3", 0.2)]
@@ -111,7 +95,7 @@ fn the_printed_tag_has_the_stated_number_and_width() {
         let name = format!("{number}.svg");
         let output =
             meniscus(&folder, &format!("tag {number} --size-mm {size_mm} --paper {paper} --out {name}"));
-        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        assert!(output.status.success(), "{}", errors(&output));
         assert!(
             String::from_utf8_lossy(&output.stdout).contains(&format!("--motion tag:{number},{size_mm}"))
         );
@@ -135,7 +119,7 @@ fn the_printed_tag_has_the_stated_number_and_width() {
 
 #[test]
 fn the_bar_is_a_hundred_millimetres_long() {
-    let folder = scratch("bar");
+    let folder = folder("tag-print", "bar");
     assert!(meniscus(&folder, "tag 7").status.success());
     let page = Page::read(&folder.join("tag-7-40mm.svg"));
     let bar = page.rectangles.iter().find(|r| r.width == 100.0).expect("a bar");
@@ -149,7 +133,7 @@ fn the_bar_is_a_hundred_millimetres_long() {
 
 #[test]
 fn what_is_no_tag_and_what_would_be_replaced_is_refused() {
-    let folder = scratch("refused");
+    let folder = folder("tag-print", "refused");
     for (arguments, due) in [
         ("tag 587", "587"),
         ("tag 7 --size-mm 9", "10 to 300"),
@@ -157,12 +141,12 @@ fn what_is_no_tag_and_what_would_be_replaced_is_refused() {
         ("tag 7 --size-mm 200", "--paper a3"),
     ] {
         let output = meniscus(&folder, arguments);
-        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        let said = errors(&output);
         assert!(!output.status.success() && said.contains(due), "{arguments}: {said}");
     }
     assert_eq!(std::fs::read_dir(&folder).expect("a folder").count(), 0);
     assert!(meniscus(&folder, "tag 7").status.success());
     let again = meniscus(&folder, "tag 7");
-    assert!(!again.status.success() && String::from_utf8_lossy(&again.stderr).contains("--force"));
+    assert!(!again.status.success() && errors(&again).contains("--force"));
     assert!(meniscus(&folder, "tag 7 --force").status.success());
 }

@@ -1,5 +1,6 @@
 //! Whole runs: before the simulated camera, which draws the tag above the glass, and of a recording in which the tag is lost.
 
+use crate::program::{errors, folder, json, meniscus};
 use meniscus::surface::POINTS;
 use meniscus::units::Micros;
 use meniscus::usb::frame::Stamp;
@@ -9,8 +10,7 @@ use meniscus_data::recording::{EstimateRecording, Recording};
 use meniscus_usb::camera::OutlineImage;
 use meniscus_virtual::render::{Images, Liquid, Scene, SceneSettings, TagPattern, TagPlate};
 use serde_json::Value;
-use std::path::{Path, PathBuf};
-use std::process::Command;
+use std::path::Path;
 
 /// Turns that are left out: the camera has to agree to the motion first, and the window of the encoder to fill.
 const SETTLED: usize = 90;
@@ -25,24 +25,13 @@ struct Run {
     estimates: EstimateRecording,
 }
 
-fn folder(name: &str) -> PathBuf {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("tag-{name}"));
-    std::fs::create_dir_all(&folder).expect("a folder");
-    folder
-}
-
 impl Run {
-    fn of(name: &str, arguments: &[&str]) -> Self {
-        let folder = folder(name);
-        let output = Command::new(env!("CARGO_BIN_EXE_meniscus-under-test"))
-            .args(["run", "--seconds", "6", "--json", "--estimates", "estimates.safetensors"])
-            .args(arguments)
-            .current_dir(&folder)
-            .output()
-            .expect("it starts");
-        let said = String::from_utf8_lossy(&output.stderr).into_owned();
-        assert!(output.status.success(), "{name}: {said}");
-        let report = serde_json::from_slice(&output.stdout).unwrap_or_else(|why| panic!("{why}: {said}"));
+    fn of(folder: &Path, arguments: &[&str]) -> Self {
+        let all = format!("run --seconds 6 --json --estimates estimates.safetensors {}", arguments.join(" "));
+        let output = meniscus(folder, &all);
+        let said = errors(&output);
+        assert!(output.status.success(), "{arguments:?}: {said}");
+        let report = json(&output);
         let estimates = EstimateRecording::load(&folder.join("estimates.safetensors")).expect("estimates");
         Self { report, said, estimates }
     }
@@ -80,7 +69,8 @@ fn apart(is: &EstimateRecording, due: &EstimateRecording) -> [f64; 2] {
 /// With a camera that waits for the estimator: the same on every machine.
 #[test]
 fn the_slosh_under_the_motion_of_the_tag_is_that_under_the_true_motion() {
-    let patient = |name: &str, motion: &[&str]| Run::of(name, &[&["--patient"], motion].concat());
+    let patient =
+        |name: &str, motion: &[&str]| Run::of(&folder("tag", name), &[&["--patient"], motion].concat());
     let truth = patient("truth", &["--motion", "truth"]);
     let tag = patient("tag", &["--motion", "tag:7,40"]);
     let edges = patient("edges", &[]);
@@ -141,9 +131,10 @@ fn record(path: &Path) {
 
 #[test]
 fn a_tag_that_is_lost_in_a_recording_is_reported_and_the_edges_are_used() {
-    let path = folder("lost").join("lost.mcap");
+    let folder = folder("tag", "lost");
+    let path = folder.join("lost.mcap");
     record(&path);
-    let run = Run::of("lost", &["--source", "lost.mcap", "--motion", "tag:7,40"]);
+    let run = Run::of(&folder, &["--source", "lost.mcap", "--motion", "tag:7,40"]);
     let motion = &run.report["motion"];
     println!("{motion}\n{}", run.said);
     // A busy machine may drop payloads: those of both kinds came.
