@@ -69,7 +69,7 @@ fn size(root: &Path, triple: Option<&str>) -> Result<Check> {
         .args(["build", "--locked", "--profile", "board", "--bin", "meniscus"])
         .args(PROGRAM)
         .current_dir(root);
-    let mut folder = std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| root.join("target"), Into::into);
+    let mut folder = workspace::target(root);
     if let Some(triple) = triple {
         build.args(["--target", triple]);
         folder = folder.join(triple);

@@ -18,6 +18,7 @@
 mod baseline;
 mod board;
 mod book;
+mod built;
 mod ci;
 mod house;
 mod mutants;
@@ -92,17 +93,8 @@ fn main() -> Result<ExitCode> {
 /// Runs the test of the tutorial with all chapters.
 fn tutorial() -> Result<bool> {
     let cargo = process::cargo();
-    let words = [
-        cargo.as_str(),
-        "test",
-        "--release",
-        "-p",
-        "meniscus-tests",
-        "--test",
-        "tutorial",
-        "--",
-        "--nocapture",
-    ];
+    let words =
+        [cargo.as_str(), "test", "--release", "--workspace", "--test", "tutorial", "--", "--nocapture"];
     let step = process::Step::new("tutorial", words).with("MENISCUS_TUTORIAL", "all");
     Ok(process::timed(&workspace::root()?, &step)?.passed)
 }

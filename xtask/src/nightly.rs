@@ -71,8 +71,7 @@ pub(crate) fn run(options: &Options) -> Result<bool> {
 /// The steps of a night. The program is built first; the studies run that build.
 fn steps(root: &Path) -> Vec<Step> {
     let cargo = cargo();
-    let target = std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| root.join("target"), Into::into);
-    let program = target.join("release/meniscus").to_string_lossy().into_owned();
+    let program = workspace::target(root).join("release/meniscus").to_string_lossy().into_owned();
     let study =
         |name: &str, words: &str| Step::new(name, [&program].into_iter().cloned().chain(split(words)));
     let with_cargo =
@@ -85,7 +84,7 @@ fn steps(root: &Path) -> Vec<Step> {
         // `cargo install cargo-deny typos-cli`; advisories are asked for where their database can be fetched.
         with_cargo("licences", "deny --workspace check licenses bans sources"),
         Step::new("spelling", split("typos")),
-        with_cargo("fuzz", "test --release --locked -p meniscus-tests --test fuzz")
+        with_cargo("fuzz", "test --release --locked --workspace --test fuzz")
             .with("MENISCUS_FUZZ", FUZZ_CASES),
         // `cargo install cargo-mutants`; `.cargo/mutants.toml` has its settings.
         with_cargo(

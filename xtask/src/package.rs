@@ -130,8 +130,7 @@ fn archives(root: &Path, published: &[&Package]) -> Result<Vec<String>> {
     if !process::timed(root, &Step::new("archives", words))?.passed {
         return Ok(vec!["cargo package failed; its messages stand above".to_owned()]);
     }
-    let target = std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| root.join("target"), Into::into);
-    let folder = target.join("package");
+    let folder = workspace::target(root).join("package");
     let mut faults = Vec::new();
     for package in published {
         let version = package.manifest["version"].as_str().unwrap_or_default();

@@ -31,6 +31,11 @@ pub(crate) fn root() -> Result<PathBuf> {
     Ok(parent.to_owned())
 }
 
+/// Folder of what cargo builds.
+pub(crate) fn target(root: &Path) -> PathBuf {
+    std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| root.join("target"), |folder| root.join(folder))
+}
+
 /// Returns the packages of the workspace in `folder`.
 pub(crate) fn packages(folder: &Path) -> Result<Vec<Package>> {
     let cargo = process::cargo();

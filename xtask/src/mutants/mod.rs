@@ -42,7 +42,7 @@ enum Outcome {
 /// Runs the verb; whether every mutation was caught.
 pub(crate) fn run(options: &Options) -> Result<bool> {
     let root = workspace::root()?;
-    let target = std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| root.join("target"), PathBuf::from);
+    let target = workspace::target(&root);
     let copy = CopiedTree::of(&root, &target.join("mutants/tree"))?;
     let tester = Tester { folder: copy.root().to_owned(), target: target.join("mutants/build") };
     let in_path =

@@ -1,5 +1,6 @@
 //! Exposure of the systemd unit, by `systemd-analyze security`.
 
+use crate::built;
 use crate::report::{Check, Target};
 use anyhow::{Context, Result};
 use std::path::Path;
@@ -59,9 +60,8 @@ pub(super) fn checks(root: &Path, most: f64, most_network: f64) -> Result<Vec<Ch
 fn drop_in(root: &Path, folder: &Path) -> Result<String> {
     let config = folder.join("network.toml");
     std::fs::write(&config, NETWORK)?;
-    let status = Command::new(crate::process::cargo())
-        .args(["run", "-q", "--release", "--locked", "-p", "meniscus-tests", "--bin", "meniscus-under-test"])
-        .args(["--", "service", "configure", "--config"])
+    let status = Command::new(built::program(root, "release", "meniscus-under-test")?)
+        .args(["service", "configure", "--config"])
         .arg(&config)
         .arg("--to")
         .arg(folder)

@@ -22,7 +22,7 @@ pub(super) fn passed(outcomes: &[Outcome], test: &str) -> bool {
 
 /// Runs the attack tests one after the other, so that times and memory are their own.
 pub(super) fn run(root: &Path) -> Result<Vec<Outcome>> {
-    let words = ["test", "--release", "-p", "meniscus-tests", "--test", "attacks", "--"];
+    let words = ["test", "--release", "--workspace", "--test", "attacks", "--"];
     let output = Command::new("cargo")
         .args(words)
         .args(["--test-threads", "1", "--show-output"])

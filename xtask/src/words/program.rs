@@ -3,7 +3,7 @@
 //! The definition comes from the program `meniscus-help-texts` (`tests/support/help_texts.rs`). xtask does not link the
 //! command itself: an edit of any crate would rebuild it before each `cargo xtask quick`.
 
-use crate::process::{self, cargo};
+use crate::{built, process};
 use anyhow::{Context, Result};
 use serde_json::Value;
 use std::path::Path;
@@ -29,18 +29,8 @@ impl Verb {
 
 /// Builds the program of the definition in a profile of cargo and reads its output.
 pub(super) fn read(root: &Path, profile: &str) -> Result<Verb> {
-    let cargo = cargo();
-    let words = [
-        "run",
-        "--quiet",
-        "--profile",
-        profile,
-        "--package",
-        "meniscus-tests",
-        "--bin",
-        "meniscus-help-texts",
-    ];
-    let text = process::output(root, std::iter::once(cargo.as_str()).chain(words))?;
+    let program = built::program(root, profile, "meniscus-help-texts")?;
+    let text = process::output(root, [program.to_string_lossy().as_ref()])?;
     let value: Value = serde_json::from_str(&text).context("meniscus-help-texts printed no JSON")?;
     verb(&value)
 }
