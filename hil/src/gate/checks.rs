@@ -9,13 +9,25 @@ pub(crate) struct Check {
     pub(crate) value: f64,
     pub(crate) unit: String,
     pub(crate) target: String,
-    /// Whether the target is met.
-    pub(crate) ok: bool,
+    /// Whether the target is met; none without a target.
+    pub(crate) ok: Option<bool>,
+}
+
+impl Check {
+    /// Whether nothing is wrong: the target is met, or there is none.
+    pub(crate) fn passed(&self) -> bool {
+        self.ok != Some(false)
+    }
 }
 
 /// Returns a check whose verdict is known.
 pub(crate) fn check(name: &str, value: f64, unit: &str, target: &str, ok: bool) -> Check {
-    Check { name: name.into(), value, unit: unit.into(), target: target.into(), ok }
+    Check { name: name.into(), value, unit: unit.into(), target: target.into(), ok: Some(ok) }
+}
+
+/// Returns a value without a target. One that is not known is wrong all the same.
+pub(crate) fn informational(name: &str, value: f64, unit: &str) -> Check {
+    Check { ok: (!value.is_finite()).then_some(false), ..check(name, value, unit, "informational", true) }
 }
 
 /// Returns the check of a condition: its value is 1 where the condition holds.
@@ -41,6 +53,7 @@ pub(crate) fn json(checks: &[Check]) -> Value {
 /// Prints a line for each check.
 pub(crate) fn print(checks: &[Check]) {
     for Check { name, value, unit, target, ok } in checks {
-        println!("{name:<30} {value:>12.4} {unit:<3} {target:<18} {}", if *ok { "ok" } else { "MISSED" });
+        let verdict = ok.map_or("", |ok| if ok { "ok" } else { "MISSED" });
+        println!("{name:<30} {value:>12.4} {unit:<3} {target:<18} {verdict}");
     }
 }

@@ -1,7 +1,7 @@
 //! The soak's verdict: the program's accounts against the camera's own book, its memory, and its words about a full disk.
 
 use super::Failure;
-use super::checks::{self, Check, at_most, check, must};
+use super::checks::{self, Check, at_most, check, informational, must};
 use super::judge::{REATTACH_S, at, number};
 use super::log::Log;
 use serde_json::{Value, json};
@@ -31,8 +31,8 @@ pub(crate) fn judge(log: &Path, json: bool, wall_s: f64) -> Result<bool, Failure
     let facts =
         log.facts.iter().find(|(plan, _)| plan.starts_with("soak")).map_or(&nothing, |(_, facts)| facts);
     let mut checks = of(facts);
-    let passed = checks.iter().all(|check| check.ok);
-    checks.push(check("wall_s", wall_s, "s", "informational", true));
+    let passed = checks.iter().all(Check::passed);
+    checks.push(informational("wall_s", wall_s, "s"));
     if json {
         let report = json!({ "command": "hil/run soak", "facts": facts, "checks": checks::json(&checks) });
         println!("{}", serde_json::to_string_pretty(&report)?);
@@ -50,8 +50,6 @@ fn of(facts: &Value) -> Vec<Check> {
     let never_handled = account("never_handled");
     let booked = in_time + late + lost + never_handled;
     let (exposed, away) = (of("book.exposed"), of("book.away"));
-    let informational =
-        |name: &str, value, unit: &str| check(name, value, unit, "informational", value.is_finite());
     let exactly = |name: &str, value: f64, wanted: f64| {
         check(name, value, "1", &format!("= {wanted}"), value == wanted)
     };
@@ -110,7 +108,7 @@ fn memory(facts: &Value) -> [Check; 2] {
     let alive = samples.iter().all(|kib| *kib > 0.0);
     let growth = if alive { largest(later) - largest(first) } else { f64::NAN };
     [
-        check("memory_kib", largest(&samples), "KiB", "informational", !samples.is_empty()),
+        informational("memory_kib", largest(&samples), "KiB"),
         at_most("memory_growth_kib", growth, "KiB", GROWTH_KIB),
     ]
 }
@@ -182,7 +180,7 @@ mod tests {
     }
 
     fn missed(facts: &Value) -> Vec<String> {
-        of(facts).into_iter().filter(|check| !check.ok).map(|check| check.name).collect()
+        of(facts).into_iter().filter(|check| !check.passed()).map(|check| check.name).collect()
     }
 
     /// The good facts with one value changed.
@@ -219,6 +217,6 @@ mod tests {
 
     #[test]
     fn nothing_passes_without_facts() {
-        assert!(of(&Value::Null).iter().all(|check| !check.ok), "{:?}", of(&Value::Null));
+        assert!(of(&Value::Null).iter().all(|check| !check.passed()), "{:?}", of(&Value::Null));
     }
 }

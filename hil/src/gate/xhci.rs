@@ -4,7 +4,7 @@
 //! into the same log. Time is the machine's own: nothing of it is asserted.
 
 use super::Failure;
-use super::checks::{self, Check, check, must};
+use super::checks::{self, Check, informational, must};
 use super::judge::{at, number};
 use super::log::Log;
 use super::watch::started;
@@ -133,8 +133,8 @@ fn told(counts: Counts) -> Value {
 pub(crate) fn judge(log: &Path, json: bool, wall_s: f64) -> Result<bool, Failure> {
     let log = Log::read(log)?;
     let mut checks = of(&log);
-    let passed = checks.iter().all(|check| check.ok);
-    checks.push(check("wall_s", wall_s, "s", "informational", true));
+    let passed = checks.iter().all(Check::passed);
+    checks.push(informational("wall_s", wall_s, "s"));
     if json {
         let told: Vec<Value> =
             log.facts.iter().map(|(plan, facts)| json!({ "scenario": plan, "facts": facts })).collect();
@@ -193,6 +193,6 @@ mod tests {
 
     #[test]
     fn nothing_passes_on_an_empty_log() {
-        assert!(of(&Log::default()).iter().all(|check| !check.ok));
+        assert!(of(&Log::default()).iter().all(|check| !check.passed()));
     }
 }

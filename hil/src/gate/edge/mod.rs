@@ -3,7 +3,7 @@
 mod facts;
 
 use super::Failure;
-use super::checks::{self, Check, at_most, check, must};
+use super::checks::{self, Check, at_most, check, informational, must};
 use super::log::Log;
 use facts::{
     Before, Disabled, Install, Journal, Node, PowerOn, Remove, Replug, Rest, Restart, Rights, Upgrade, is,
@@ -30,8 +30,8 @@ const WRITTEN_BYTES: f64 = 36.0 * 1048576.0;
 pub(crate) fn judge(logs: [&Path; 2], json: bool, wall_s: f64) -> Result<bool, Failure> {
     let [install, power_on] = [Log::read(logs[0])?, Log::read(logs[1])?];
     let mut checks = of(&install, &power_on)?;
-    let passed = checks.iter().all(|check| check.ok);
-    checks.push(check("wall_s", wall_s, "s", "informational", true));
+    let passed = checks.iter().all(Check::passed);
+    checks.push(informational("wall_s", wall_s, "s"));
     let steps: Vec<&(String, Value)> = install.facts.iter().chain(&power_on.facts).collect();
     if json {
         let steps: Vec<Value> =
@@ -97,13 +97,7 @@ fn installed(boots: &Boots) -> Vec<Check> {
                 && is(&install.enabled, "enabled")
                 && install.restarts == Some(0),
         ),
-        check(
-            "boot_install_to_tracking_s",
-            or_nan(install.to_tracking_s),
-            "s",
-            "informational",
-            install.to_tracking_s.is_some(),
-        ),
+        informational("boot_install_to_tracking_s", or_nan(install.to_tracking_s), "s"),
         // Without the rule the node is root's alone: it is the rule that made it so.
         must(
             "boot_udev_rule_applied",
@@ -197,13 +191,7 @@ fn second_boot(boots: &Boots) -> Vec<Check> {
             tracked_s.is_finite() && power_on.restarts == Some(0) && is(&power_on.state, "running"),
         ),
         at_most("boot_to_tracking_s", tracked_s, "s", BOOT_S),
-        check(
-            "boot_systemd_to_tracking_s",
-            tracked_s - or_nan(power_on.systemd_s),
-            "s",
-            "informational",
-            power_on.systemd_s.is_some(),
-        ),
+        informational("boot_systemd_to_tracking_s", tracked_s - or_nan(power_on.systemd_s), "s"),
         at_most("boot_start_to_tracking_s", tracked_s - or_nan(power_on.started_s), "s", START_S),
         must("boot_keeps_blob", left.slot.same_as(&power_on.rest.slot)),
         must(
@@ -224,7 +212,7 @@ mod tests {
 
     fn passed(install: &Log, power_on: &Log) -> Vec<String> {
         let checks = of(install, power_on).expect("facts of the stated types");
-        checks.into_iter().filter_map(|check| check.ok.then_some(check.name)).collect()
+        checks.into_iter().filter_map(|check| check.passed().then_some(check.name)).collect()
     }
 
     fn log(facts: &[(&str, Value)]) -> Log {
@@ -316,7 +304,7 @@ mod tests {
             let facts = install.facts.iter_mut().find(|facts| facts.0 == step).expect("a step");
             *facts.1.pointer_mut(path).expect("a fact") = value;
             let checks = of(&install, &power_on).expect("facts of the stated types");
-            let missed: Vec<&str> = checks.iter().filter(|c| !c.ok).map(|c| c.name.as_str()).collect();
+            let missed: Vec<&str> = checks.iter().filter(|c| !c.passed()).map(|c| c.name.as_str()).collect();
             assert_eq!(missed, wanted, "{step}{path}");
         }
     }
@@ -325,7 +313,7 @@ mod tests {
     fn a_step_that_ended_with_an_error_passes_nothing_and_a_fact_of_another_type_is_named() {
         let [mut install, power_on] = good();
         install.facts[4].1 = json!({ "error": "no tracking within 30 s" });
-        let missed = of(&install, &power_on).expect("facts").into_iter().filter(|check| !check.ok);
+        let missed = of(&install, &power_on).expect("facts").into_iter().filter(|check| !check.passed());
         let missed: Vec<String> = missed.map(|check| check.name).collect();
         assert_eq!(missed, ["boot_restarted_after_kill", "boot_kill_to_tracking_s"]);
         install.facts[4].1 = json!({ "restarts": "one" });
