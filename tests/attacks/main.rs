@@ -14,6 +14,7 @@ mod resealed;
 mod boards;
 mod bombs;
 mod camera;
+mod databases;
 mod datagrams;
 mod devices;
 mod encryption;

@@ -27,7 +27,7 @@ const CLASSES: f64 = 12.0;
 /// Fewest attacks.
 const ATTACKS: f64 = 40.0;
 /// Classes whose attacks exhaust memory or time.
-const BOMBS: [&str; 2] = ["bombs", "devices"];
+const BOMBS: [&str; 3] = ["bombs", "databases", "devices"];
 /// Exposure of the unit by systemd's own measure, 0 to 10.
 const EXPOSURE: f64 = 2.5;
 /// The same with the drop-in that opens the network.

@@ -11,9 +11,14 @@ use std::process::Command;
 const PAGE: &str = "docs/trust.md";
 
 /// Title of a class, and the words before its table.
-const CLASSES: [(&str, &str, &str); 17] = [
+const CLASSES: [(&str, &str, &str); 18] = [
     ("bombs", "Container bombs", "Each reader has 256 MiB and 10 s for a file that is made to exhaust them."),
     ("camera", "Camera", "A device that says it is a D435: its descriptors, its answers, its payloads."),
+    (
+        "databases",
+        "SQLite files",
+        "A ROS 2 bag is a database with a schema of its own; the same limits as of other containers.",
+    ),
     ("datagrams", "Datagrams", "Bytes that are no motion and no plan, where a run listens for either."),
     ("devices", "Devices and pipes", "Files without an end in the place of files, within the same limits."),
     (

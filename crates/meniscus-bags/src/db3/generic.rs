@@ -34,23 +34,27 @@ impl Bag {
 /// Returns the topics of a bag.
 fn topics(rows: &Rows) -> rusqlite::Result<VecDeque<Topic>> {
     rows.database.allow(TIME);
-    // Bags of librealsense have no type.
-    let mut statement = rows.database.connection.prepare("SELECT * FROM topics ORDER BY id LIMIT ?1")?;
-    let columns: Vec<String> = statement.column_names().map(str::to_owned).collect();
-    let place = |name: &str| columns.iter().position(|column| column == name);
-    let (id, name, kind, form) = (place("id"), place("name"), place("type"), place("serialization_format"));
-    let text = |row: &rusqlite::Row<'_>, place: Option<usize>| -> rusqlite::Result<String> {
-        Ok(place.map(|place| row.get::<_, Option<String>>(place)).transpose()?.flatten().unwrap_or_default())
+    let connection = &rows.database.connection;
+    let is_there = "SELECT count(*) FROM pragma_table_info('topics') WHERE name = ?1";
+    // Bags of librealsense have no type. No column is read but those named here: rusqlite panics at a name that is no UTF-8.
+    let column = |name: &'static str| -> rusqlite::Result<&str> {
+        let there = connection.query_row(is_there, [name], |row| row.get::<_, i64>(0))? > 0;
+        Ok(if there { name } else { "NULL" })
+    };
+    let columns =
+        [column("id")?, column("name")?, column("type")?, column("serialization_format")?].join(", ");
+    let sql = format!("SELECT {columns} FROM topics ORDER BY 1 LIMIT ?1");
+    let mut statement = connection.prepare(&sql)?;
+    let text = |row: &rusqlite::Row<'_>, place: usize| -> rusqlite::Result<String> {
+        Ok(row.get::<_, Option<String>>(place)?.unwrap_or_default())
     };
     let topic = |row: &rusqlite::Row<'_>| {
-        let number = id.map(|id| row.get::<_, i64>(id)).transpose()?.unwrap_or(-1);
-        let aligned = text(row, form)? != "ros1";
-        Ok(u32::try_from(number).ok().map(|id| (id, aligned)).zip(Some((text(row, name)?, text(row, kind)?))))
+        let number = row.get::<_, Option<i64>>(0)?.unwrap_or(-1);
+        let (name, kind, aligned) = (text(row, 1)?, text(row, 2)?, text(row, 3)? != "ros1");
+        Ok(u32::try_from(number).ok().map(|id| Topic { id, name, kind, aligned }))
     };
     let found = statement.query_map([MOST as i64], topic)?;
-    let found = found.filter_map(Result::transpose).collect::<rusqlite::Result<Vec<_>>>()?;
-    let one = |((id, aligned), (name, kind))| Topic { id, name, kind, aligned };
-    Ok(found.into_iter().map(one).collect())
+    found.filter_map(Result::transpose).collect()
 }
 
 impl Source for Bag {
