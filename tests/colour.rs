@@ -191,7 +191,7 @@ fn looked_at(outline: OutlineImage) -> (Inspection, Vec<Pair>, Connected) {
     let mut gather = Gather::new((640, 480), &mut depth, outline_of);
     let mut pairs = Vec::new();
     let connected = stream(session, 40, |stream, payload| pairs.extend(gather.take(stream, payload)));
-    let said = MeasuredGlass { radius_mm: 35.0, fill_mm: 70.0, rim_mm: 110.0 };
+    let said = MeasuredGlass::of([35.0, 70.0, 110.0]);
     let inspection = inspect(
         &pairs,
         connected.optics(),

@@ -26,7 +26,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
 /// The glass of the tests, as a person would say it.
-const SAID: MeasuredGlass = MeasuredGlass { radius_mm: 35.0, fill_mm: 70.0, rim_mm: 110.0 };
+const SAID: MeasuredGlass = MeasuredGlass::of([35.0, 70.0, 110.0]);
 
 /// `count` pairs of a glass whose liquid stands at `height_mm` of a frame's number.
 fn pairs(settings: SceneSettings, count: u64, x_m: f64, height_mm: impl Fn(u64) -> f64) -> Vec<Pair> {
@@ -194,8 +194,7 @@ fn a_setup_of_another_glass_is_refused_by_the_model() {
     let setup = at_rest(SceneSettings::default(), SAID).setup.expect("a setup");
     let with =
         |glass: MeasuredGlass| Setup { glass, ..setup.clone() }.settings_for(&header, Optics::default());
-    let near = with(MeasuredGlass { radius_mm: 35.4, fill_mm: 69.5, rim_mm: 105.0 })
-        .expect("within what a person measures");
+    let near = with(MeasuredGlass::of([35.4, 69.5, 105.0])).expect("within what a person measures");
     assert!((near.radius_m, near.fill_m) == (0.035, 0.070), "the model's measures hold");
     assert!(
         (1e3 * f64::from(near.camera_height_m) - setup.view.height_mm - 0.5).abs() < 1e-3,

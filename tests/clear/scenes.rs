@@ -27,7 +27,7 @@ pub(crate) fn before_a_card(set: &str) -> Vec<TracedScene> {
 
 /// Stated measures of a scene's glass.
 pub(crate) fn said(scene: &TracedScene) -> MeasuredGlass {
-    MeasuredGlass { radius_mm: 35.0, fill_mm: scene.truth.fill_mm, rim_mm: 110.0 }
+    MeasuredGlass::of([35.0, scene.truth.fill_mm, 110.0])
 }
 
 pub(crate) fn pairs(scene: &TracedScene, count: u64) -> Vec<Pair> {

@@ -11,7 +11,7 @@ use meniscus_usb::camera::OutlineImage;
 use std::path::Path;
 
 /// Measures of the glass by hand.
-pub(crate) const SAID: MeasuredGlass = MeasuredGlass { radius_mm: 35.0, fill_mm: 70.0, rim_mm: 110.0 };
+pub(crate) const SAID: MeasuredGlass = MeasuredGlass::of([35.0, 70.0, 110.0]);
 
 /// Returns the inspection of a resting glass by a camera that is said to be `stated`.
 fn looked_at(place: Settings, focal_px: f32, stated: StatedCamera) -> (Inspection, Vec<Pair>) {

@@ -146,8 +146,14 @@ fn request(wanted: &Wanted) -> anyhow::Result<Request> {
 
 /// The cylinder that a setup has measured.
 fn glass_of(setup: &Setup) -> Glass {
-    let [radius_m, fill_m, rim_m] = setup.glass.values().map(|mm| 1e-3 * mm);
-    Glass { radius_m, fill_m, rim_m, wall: WallShape::UPRIGHT }
+    let m = |mm: f64| 1e-3 * mm;
+    let glass = setup.glass;
+    Glass {
+        radius_m: m(glass.radius_mm),
+        fill_m: m(glass.fill_mm),
+        rim_m: m(glass.rim_mm),
+        wall: WallShape::UPRIGHT,
+    }
 }
 
 /// Refuses a setup of another glass than the model's, and a limit above its rim.

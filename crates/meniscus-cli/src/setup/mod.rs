@@ -1,6 +1,7 @@
 //! `meniscus setup`: a glass of one's own before the camera, measured, checked and written down.
 
 mod camera;
+mod glass;
 #[cfg(feature = "desk")]
 mod screen;
 mod webcam;
@@ -13,6 +14,7 @@ use anyhow::{Context, bail};
 #[cfg(feature = "bags")]
 use camera::from_recording;
 use camera::{Scene, Sitting, from_bus};
+use glass::GlassArguments;
 use meniscus::blob::Model;
 use meniscus_report::checks::{Check, table};
 use meniscus_service::setup::{
@@ -22,9 +24,6 @@ use serde_json::{Value, json};
 use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 use webcam::WebcamArguments;
-
-/// The rim of a glass of which nobody says it, above the fill, mm.
-const RIM_MM: f64 = 40.0;
 
 /// Measure a glass before the camera and write it down.
 ///
@@ -36,9 +35,10 @@ const RIM_MM: f64 = 40.0;
 /// reported with its remedy, and the exit status is 1.
 ///
 /// The liquid must be opaque in the outline's image, or clear before a white card under light of 850 nm (--outline clear). Of
-/// a clear liquid give --distance-mm and --camera-height-mm where the depth image does not show the wall of the glass. The glass must stand still and upright before an even background, 25 to
-/// 70 cm from the camera, whose height is between the foot of the glass and the surface. Measure heights from the inner
-/// bottom; the radius is half of what a calliper reads between the inner walls.
+/// a clear liquid give --distance-mm and --camera-height-mm where the depth image does not show the wall of the glass. The
+/// glass must stand still and upright before an even background, 25 to 70 cm from the camera, whose height is between the
+/// foot of the glass and the surface. Measure heights from the inner bottom; the radius is half of what a calliper reads
+/// between the inner walls. Of a thick glass give --wall-mm and --base-mm, too.
 ///
 /// A colour webcam (--source v4l:/dev/video0) has no depth and tells nothing of its lens. Give its focal length or field of
 /// view, its distance and its height; the silhouette of the glass and the height of the liquid check them. For the lens, hold
@@ -83,15 +83,8 @@ pub(crate) struct Arguments {
     /// A webcam.
     #[command(flatten)]
     webcam: WebcamArguments,
-    /// Inner radius of the glass, mm, 10 to 60 [default: 35].
-    #[arg(long, value_name = "MM", required_if_eq("yes", "true"), help_heading = "Glass")]
-    radius_mm: Option<f64>,
-    /// Height of the liquid at rest above the inner bottom, mm, 15 to 200 [default: 70].
-    #[arg(long, value_name = "MM", required_if_eq("yes", "true"), help_heading = "Glass")]
-    fill_mm: Option<f64>,
-    /// Height of the rim above the inner bottom, mm, 20 to 300 [default: 40 above the fill].
-    #[arg(long, value_name = "MM", help_heading = "Glass")]
-    rim_mm: Option<f64>,
+    #[command(flatten)]
+    glass: GlassArguments,
     /// Model that the glass is compared with: shipped, a blob, or a folder of `meniscus flash`.
     #[arg(long, default_value = "shipped", value_name = "shipped|FILE|FOLDER", help_heading = "Glass")]
     model: String,
@@ -110,9 +103,7 @@ pub(crate) struct Arguments {
 
 /// Runs the verb.
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
-    let fill_mm = arguments.fill_mm.unwrap_or(70.0);
-    let rim_mm = arguments.rim_mm.unwrap_or(fill_mm + RIM_MM);
-    let said = MeasuredGlass { radius_mm: arguments.radius_mm.unwrap_or(35.0), fill_mm, rim_mm };
+    let said = arguments.glass.said();
     said.check().map_err(|what| anyhow::anyhow!("{what}"))?;
     arguments.force.check(&arguments.out)?;
     if cfg!(not(feature = "desk")) && !arguments.yes {

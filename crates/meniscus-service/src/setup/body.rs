@@ -18,6 +18,8 @@ const STEP: usize = 3;
 /// Rows without a fitting run that a body may have inside, and the widest highlight that is bridged, columns.
 const GAP_ROWS: usize = 3;
 const BRIDGE: usize = 12;
+/// Least contrast of a part of the body, as a share of that of the rest.
+const LEAST_PALE: f32 = 0.5;
 
 /// A body of liquid in an image, pixels.
 #[derive(Clone, Debug, PartialEq)]
@@ -44,7 +46,7 @@ impl Body {
 
     /// Returns the tallest body of this tone in these columns; a clear liquid is dark.
     pub(super) fn of_tone(portrait: &Portrait, columns: &Range<usize>, liquid: Liquid) -> Option<Self> {
-        let rows = tallest(portrait, columns, liquid);
+        let rows = of_one_tone(tallest(portrait, columns, liquid));
         if rows.len() < LEAST_ROWS {
             return None;
         }
@@ -139,6 +141,20 @@ fn tallest(portrait: &Portrait, columns: &Range<usize>, liquid: Liquid) -> Vec<R
         }
     }
     taller(best, now)
+}
+
+/// The rows without the glass above a bright liquid, which is lit by it and has the same sides: of two classes of rows, of which
+/// one is less than half as far from the background, the other.
+fn of_one_tone(mut rows: Vec<Row>) -> Vec<Row> {
+    let inside: Vec<f32> = rows.iter().map(|row| row.means[0]).collect();
+    let background = median(rows.iter().map(|row| row.means[1]));
+    let Some((background, (dark, bright))) = background.zip(classes(&inside)) else { return rows };
+    let (pale, full) =
+        if (dark - background).abs() < (bright - background).abs() { (dark, bright) } else { (bright, dark) };
+    if (pale - background).abs() < LEAST_PALE * (full - background).abs() {
+        rows.retain(|row| (row.means[0] - full).abs() < (row.means[0] - pale).abs());
+    }
+    rows
 }
 
 fn taller(a: Vec<Row>, b: Vec<Row>) -> Vec<Row> {

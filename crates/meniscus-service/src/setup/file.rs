@@ -187,6 +187,7 @@ impl Setup {
             radius_m,
             fill_m: m(self.glass.fill_mm),
             rim_m: m(self.glass.rim_mm),
+            wall_m: self.glass.wall_mm.map(m),
             camera_distance_m: distance_m,
             camera_height_m: m(self.view.height_mm),
             camera_pitch_rad: self.view.pitch_deg.to_radians() as f32,

@@ -14,6 +14,8 @@ use meniscus::surface::{Liquid, Optics, Settings};
 use meniscus_usb::camera::OutlineImage;
 use std::ops::Range;
 
+/// Index of refraction of glass, near infrared (soda-lime glass 1.51, borosilicate 1.47).
+const GLASS_INDEX: f64 = 1.5;
 /// Times that the camera's height is corrected by the level that the reader finds.
 const ROUNDS: usize = 3;
 
@@ -124,6 +126,15 @@ impl Sight {
         }
     }
 
+    /// Distance from the facing wall as it was measured to the inner wall behind it, which is `wall_mm` thick, mm. A person
+    /// measures to the outer wall. A depth image sees opaque liquid at the inner one, too near by refraction.
+    fn beyond_mm(&self, wall_mm: f64) -> f64 {
+        match self {
+            Self::Depth(_) => wall_mm * (1.0 - 1.0 / GLASS_INDEX),
+            Self::Stated(..) | Self::Clear(..) => wall_mm,
+        }
+    }
+
     fn is_clear(&self) -> bool {
         matches!(self, Self::Clear(..))
     }
@@ -162,7 +173,6 @@ fn inspect_by(pairs: &[Pair], said: MeasuredGlass, origin: SetupOrigin<'_>, sigh
         Some(Err(blind)) => (None, Some(blind)),
         None => (None, None),
     };
-    let wall_mm = if sight.is_clear() { clear::WALL_MM } else { 0.0 };
     let wanted = if sight.is_clear() { defaults.of_clear_liquid() } else { defaults };
     let mut setup = survey.as_ref().zip(body.as_ref()).map(|(survey, body)| Setup {
         made_by: origin.made_by.into(),
@@ -175,7 +185,7 @@ fn inspect_by(pairs: &[Pair], said: MeasuredGlass, origin: SetupOrigin<'_>, sigh
             },
             least_contrast: wanted.least_contrast,
         },
-        view: view(survey, said, origin, wall_mm),
+        view: view(survey, said, origin, sight),
         lens: sight.lens(),
     });
     let rest = setup.as_mut().and_then(|setup| settle(setup, pairs, optics));
@@ -185,6 +195,10 @@ fn inspect_by(pairs: &[Pair], said: MeasuredGlass, origin: SetupOrigin<'_>, sigh
         body: body.as_ref(),
         blind,
         survey: survey.as_ref(),
+        radius_m: survey.as_ref().map(|survey| {
+            let wall_mm = said.wall_mm.unwrap_or(0.0);
+            survey.inner_radius_m(1e-3 * wall_mm, 1e-3 * sight.beyond_mm(wall_mm))
+        }),
         view: setup.as_ref().map(|setup| &setup.view),
         said,
         clear: portrait
@@ -195,15 +209,18 @@ fn inspect_by(pairs: &[Pair], said: MeasuredGlass, origin: SetupOrigin<'_>, sigh
         ppx: lens.ppx.into(),
     };
     let mut findings = facts.findings();
-    findings.extend(surface(rest.as_ref(), said, config.map(|error| format!("{error}"))));
+    let tone = setup.as_ref().map(|setup| setup.liquid.tone);
+    findings.extend(surface(rest.as_ref(), said, tone, config.map(|error| format!("{error}"))));
     Inspection { body, survey, rest, setup, findings }
 }
 
-/// The place of the camera that makes the facing wall of the said glass lie where it was measured. Of a clear liquid it
-/// is the outer wall, `thickest_mm` thick at most, and the silhouette's radius is that to the axis.
-fn view(survey: &Survey, said: MeasuredGlass, origin: SetupOrigin<'_>, thickest_mm: f64) -> View {
-    let wall_mm = (1e3 * survey.radius_m - said.radius_mm).clamp(0.0, thickest_mm);
-    let away_mm = 1e3 * survey.wall_m + said.radius_mm + wall_mm;
+/// The place of the camera that makes the facing wall of the said glass lie where it was measured. Without a stated
+/// thickness the wall of a clear liquid is as thick as the silhouette is wider than the glass.
+fn view(survey: &Survey, said: MeasuredGlass, origin: SetupOrigin<'_>, sight: Sight) -> View {
+    let thickest_mm = if sight.is_clear() { clear::WALL_MM } else { 0.0 };
+    let shown_mm = (1e3 * survey.radius_m - said.radius_mm).clamp(0.0, thickest_mm);
+    let beyond_mm = sight.beyond_mm(said.wall_mm.unwrap_or(shown_mm));
+    let away_mm = 1e3 * survey.wall_m + said.radius_mm + beyond_mm;
     View {
         camera: origin.camera.into(),
         distance_mm: away_mm * survey.bearing.atan().cos(),

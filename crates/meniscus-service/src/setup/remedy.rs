@@ -33,10 +33,11 @@ pub(super) const HEIGHT: &str = "the camera must stand below the liquid's surfac
     looks at the surface from above: lower it, or raise the glass";
 pub(super) const PITCH: &str = "the camera looks too steeply: level it to within 15 degrees";
 pub(super) const RADIUS: &str = "the sides of the liquid and their depth belong to a glass of another radius than you \
-    say: measure the inner diameter at the height of the liquid and halve it; a thick wall magnifies, then say what the \
-    camera sees";
+    say: measure the inner diameter at the height of the liquid and halve it; a thick wall is seen up to its outer radius: \
+    measure its thickness and give it with --wall-mm, or as wall in the wizard";
 pub(super) const FILL: &str = "the liquid stands higher or lower above its foot than you say: measure from the inner \
-    bottom to the surface; if the foot is hidden, uncover it";
+    bottom to the surface; if the foot is hidden, uncover it; a thick base may show the colour of the liquid: measure its \
+    thickness and give it with --base-mm, or as base in the wizard";
 pub(super) const RADIUS_STATED: &str = "the sides of the liquid do not fit to the stated lens, distance and radius: the radius \
     seen grows with the stated distance and falls with the focal length; measure all three again, the distance from the \
     lens to the wall of the glass, and the focal length in px of this image size";

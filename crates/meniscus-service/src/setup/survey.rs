@@ -63,7 +63,7 @@ pub struct Survey {
     pub bearing: f64,
     /// Pitch of the camera, radians, positive when it looks up.
     pub pitch_rad: f64,
-    /// Radius of the cylinder to which the sides are tangent.
+    /// Radius of the cylinder to which the sides are tangent, if it begins at the facing wall.
     pub radius_m: f64,
     /// Height of the upper edge of the body above the camera, at the facing wall.
     pub top_m: f64,
@@ -74,6 +74,17 @@ pub struct Survey {
 }
 
 impl Survey {
+    /// Returns the inner radius of a glass whose wall is `thickness_m` thick. The axis is the inner radius and `beyond_m` behind
+    /// the facing wall as it was measured; the sides are tangent to the outer wall:
+    ///
+    /// ```text
+    /// sin h = (R + t) / (F + R + b)     =>     R = (sin h (F + b) - t) / (1 - sin h)
+    /// ```
+    pub(super) fn inner_radius_m(&self, thickness_m: f64, beyond_m: f64) -> f64 {
+        let sine = self.radius_m / (self.radius_m + self.wall_m);
+        (sine * (self.wall_m + beyond_m) - thickness_m) / (1.0 - sine)
+    }
+
     /// The survey of `body`.
     ///
     /// # Errors
