@@ -88,15 +88,25 @@ def listen(node, seconds: float) -> dict:
     }
 
 
-def call(node, kind, name: str, request):
-    """Returns the answer of a service."""
+def client_of(node, kind, name: str):
+    """Returns a client of a service that is there."""
     client = node.create_client(kind, name)
     if not client.wait_for_service(timeout_sec=PATIENCE):
         raise SystemExit(f"there is no service {name}")
+    return client
+
+
+def call(node, kind, name: str, request):
+    """Returns the answer of a service to a client of its own."""
+    return answer_of(node, client_of(node, kind, name), request)
+
+
+def answer_of(node, client, request):
+    """Returns the answer to a client."""
     future = client.call_async(request)
     rclpy.spin_until_future_complete(node, future, timeout_sec=PATIENCE)
     if not future.done():
-        raise SystemExit(f"{name} did not answer")
+        raise SystemExit(f"{client.srv_name} did not answer")
     return future.result()
 
 
@@ -124,7 +134,8 @@ def parameters(node) -> dict:
 
 
 def plans(node) -> None:
-    """Has the plans predicted that come as lines of JSON."""
+    """Has the plans predicted that come as lines of JSON, by one client, as a controller does."""
+    client = client_of(node, Plan, "/liquid/plan")
     for line in sys.stdin:
         wanted = json.loads(line)
         request = Plan.Request(sequence=wanted["sequence"], follow=wanted["follow"])
@@ -133,7 +144,7 @@ def plans(node) -> None:
             sample.position.x, sample.position.y, sample.position.z = position
             request.samples.append(sample)
         begun = time.monotonic()
-        answer = call(node, Plan, "/liquid/plan", request)
+        answer = answer_of(node, client, request)
         print(
             json.dumps(
                 {

@@ -22,9 +22,9 @@ pub(super) struct GlassArguments {
     /// Of a wall of more than 1 mm. The silhouette is then that of the outer wall, and what is behind it is refracted.
     #[arg(long, value_name = "MM", help_heading = "Glass")]
     wall_mm: Option<f64>,
-    /// Thickness of the base below the inner bottom, mm, 0 to 30 [default: thin].
+    /// Thickness of the base, mm, 0 to 30 [default: thin].
     ///
-    /// A thick base may show the colour of the liquid, which then looks higher.
+    /// A thick base may show the colour of the liquid above it.
     #[arg(long, value_name = "MM", help_heading = "Glass")]
     base_mm: Option<f64>,
 }
