@@ -5,7 +5,7 @@
 
 makes the environment, builds the wheel and starts this program. It prints a report of checks as JSON and ends with status 1 where one fails.
 
-The data are the shipped recording and two strokes of the simulator. The model is LagrangeBench's GNS (Sanchez-Gonzalez et al. 2020) in a
+The data are the particles of four strokes of the simulator. The model is LagrangeBench's GNS (Sanchez-Gonzalez et al. 2020) in a
 small size. It is trained by `lagrangebench.runner.train_or_infer`, which also rolls it out and computes the benchmark's metrics.
 """
 
@@ -28,7 +28,7 @@ from typing import Any
 import numpy as np
 
 import meniscus_liquid as ml
-from meniscus_liquid.hdf5 import write_lagrangebench
+from meniscus_liquid.hdf5 import Trajectory, write_lagrangebench
 
 # Their own older interfaces, which they tell everybody of.
 warnings.simplefilter("ignore")
@@ -39,6 +39,7 @@ from lagrangebench.data import H5Dataset  # noqa: E402
 from lagrangebench.defaults import defaults  # noqa: E402
 from lagrangebench.runner import train_or_infer  # noqa: E402
 from omegaconf import OmegaConf  # noqa: E402
+from safetensors.numpy import load_file  # noqa: E402
 from scipy.spatial import cKDTree  # noqa: E402
 
 HISTORY, ROLLOUT = 6, 10
@@ -82,15 +83,19 @@ def case_of(metadata: dict[str, Any], backend: str) -> Any:
     )
 
 
-def target_error(folder: Path, recording: ml.Recording) -> float:
-    """Returns the largest error of normalised accelerations of the first recording, in their deviations."""
+def positions_m(trajectory: Trajectory) -> np.ndarray:
+    return load_file(trajectory.particles)["position_m"].astype(np.float64)
+
+
+def target_error(folder: Path, first: Trajectory) -> float:
+    """Returns the largest error of normalised accelerations of the first simulation, in their deviations."""
     data = H5Dataset("train", str(folder), name="glass", input_seq_length=HISTORY)
     metadata, errors = data.metadata, []
     case = case_of(metadata, BACKENDS[0])
     for frame in (0, 40, 80):
         _, _, target, _ = case.allocate(jax.random.PRNGKey(0), data[frame])
         last = frame + HISTORY
-        before, now, after = np.asarray(recording.field("q"), np.float64)[last - 2 : last + 1]
+        before, now, after = positions_m(first)[last - 2 : last + 1]
         due = (after - 2.0 * now + before - metadata["acc_mean"]) / metadata["acc_std"]
         errors.append(np.abs(np.asarray(target["acc"]) - due).max())
     return float(np.max(errors))
@@ -137,9 +142,9 @@ def rollouts(scratch: Path) -> list[dict[str, np.ndarray]]:
     return [pickle.loads(file.read_bytes()) for file in sorted(scratch.glob("rollout/**/rollout_[0-9]*.pkl"))]
 
 
-def truth_error_m(parts: list[dict[str, np.ndarray]], recording: ml.Recording, offset_m: list[float]) -> float:
-    """Returns the largest distance of the rollouts' truth from the recording."""
-    positions = np.asarray(recording.field("q"), np.float64) + offset_m
+def truth_error_m(parts: list[dict[str, np.ndarray]], tested: Trajectory, offset_m: list[float]) -> float:
+    """Returns the largest distance of the rollouts' truth from the simulation."""
+    positions = positions_m(tested) + offset_m
     frames = HISTORY + ROLLOUT
     due = [positions[part * frames :][:frames] for part in range(len(parts))]
     return max(float(np.abs(part["ground_truth_rollout"] - due).max()) for part, due in zip(parts, due))
@@ -152,15 +157,18 @@ def check(name: str, value: float, most: float, *, least: float = 0.0) -> dict[s
 
 def checks(folder: Path, scratch: Path, steps: int) -> list[dict[str, Any]]:
     """Writes the data set and lets LagrangeBench read, train and roll out."""
-    shipped = ml.Recording.shipped()
-    strokes = [ml.simulate(f"strokes:{seed}x0.25", seconds=3) for seed in (1, 2)]
-    write_lagrangebench(folder, {"train": [shipped, strokes[0]], "valid": [strokes[1]], "test": [shipped]})
+    def moved(seed: int) -> Trajectory:
+        file = scratch / f"{seed}.particles.safetensors"
+        return Trajectory(ml.simulate(f"strokes:{seed}x0.25", seconds=3, particles=file), file)
+
+    first, second, valid, tested = (moved(seed) for seed in (1, 2, 3, 4))
+    write_lagrangebench(folder, {"train": [first, second], "valid": [valid], "test": [tested]})
     all_checks = []
     for backend in BACKENDS:
         wrong, pairs = neighbours_wrong(folder, backend)
         all_checks.append(check(f"neighbours_wrong_{backend}", wrong, 0))
         all_checks.append(check(f"neighbours_{backend}", pairs, 1e7, least=50_000))
-    all_checks.append(check("target_error_std", target_error(folder, shipped), 0.01))
+    all_checks.append(check("target_error_std", target_error(folder, first), 0.01))
     losses = train(folder, scratch, steps)
     # A model that predicts no acceleration has three on the average, one for each axis.
     all_checks.append(check("training_steps", len(losses), steps + 1, least=steps + 1))
@@ -168,7 +176,7 @@ def checks(folder: Path, scratch: Path, steps: int) -> list[dict[str, Any]]:
     parts = rollouts(scratch)
     all_checks.append(check("rollouts", len(parts), 2, least=2))
     offset_m = json.loads((folder / "metadata.json").read_text())["offset_m"]
-    all_checks.append(check("rollout_truth_error_m", truth_error_m(parts, shipped, offset_m), 1e-8))
+    all_checks.append(check("rollout_truth_error_m", truth_error_m(parts, tested, offset_m), 1e-8))
     apart = max(float(np.abs(part["predicted_rollout"] - part["ground_truth_rollout"]).max()) for part in parts)
     all_checks.append(check("rollout_error_m", apart, 0.07))
     return all_checks

@@ -1,7 +1,7 @@
 //! The particle simulator.
 
 use crate::arguments;
-use crate::errors::{SimulationError, check_range, refused};
+use crate::errors::{SimulationError, check_output, check_range, refused};
 use crate::glass::Glass;
 use crate::interrupt::{Job, attended};
 use crate::liquid::Liquid;
@@ -13,9 +13,10 @@ use meniscus_data::liquids::Liquid as Known;
 use meniscus_data::motion::Motion as Course;
 use meniscus_data::recording::Recording as Recorded;
 use meniscus_data::scene_file::GLASS;
-use meniscus_sph::{Error, Observer, Setup, record_until};
+use meniscus_sph::{Error, Observer, Particles, Setup, Simulator, record_until};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use std::path::PathBuf;
 
 /// A motion by its spelling, or as an object.
 #[derive(FromPyObject)]
@@ -45,12 +46,14 @@ pub(crate) enum LiquidArgument<'py> {
 ///     effects: Effects to switch on, by name as in `effects()`, SI units: `{"surface_tension": 0.063}`.
 ///     scene: A `Scene`; the other arguments go before it.
 ///     spacing_mm: Spacing of the particles; by default that of the scene, or 5.
+///     particles: New file for the particles of every frame, `NAME.particles.safetensors`, as of `meniscus simulate --particles`.
 ///     threads: Threads; 0 takes all processors.
 ///     progress: Is called as `progress(step, done)` with the share that is done, 0 to 1.
 ///
 /// Raises:
 ///     MeniscusError: An argument is refused, before the simulation.
 ///     SimulationError: The simulation could not go on, as when the motion throws particles out.
+///     OSError: The file of the particles cannot be written.
 ///
 /// Example:
 ///     >>> import meniscus_liquid as ml
@@ -59,7 +62,7 @@ pub(crate) enum LiquidArgument<'py> {
 ///     (90, False)
 #[pyfunction]
 #[pyo3(signature = (motion=None, *, seconds=6.0, liquid=None, glass=None, effects=None, scene=None, spacing_mm=None,
-                    threads=0, progress=None))]
+                    particles=None, threads=0, progress=None))]
 #[allow(clippy::too_many_arguments, reason = "keyword arguments of a Python function")]
 pub(crate) fn simulate(
     py: Python<'_>,
@@ -70,10 +73,12 @@ pub(crate) fn simulate(
     effects: Option<&Bound<'_, PyDict>>,
     scene: Option<&Scene>,
     spacing_mm: Option<f64>,
+    particles: Option<PathBuf>,
     threads: usize,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<Recording> {
     check_range("seconds", &seconds, 0.1..=600.0)?;
+    particles.as_deref().map_or(Ok(()), |path| check_output(path, false))?;
     let defaults = scene.map(|scene| scene.experiment.clone()).unwrap_or_default();
     let (effects, spelled) = arguments::effects(effects, defaults.effects)?;
     effects.require_simulated().map_err(refused)?;
@@ -107,9 +112,13 @@ pub(crate) fn simulate(
         reproducible: chosen.reproducible,
     });
     let course = motion.course;
-    let work = |job: &Job| recorded(job, &setup, &course, seconds, &command, threads);
-    let outcome = attended(py, progress, work)?;
-    outcome.map(Recording::of)
+    let mut kept = particles.as_ref().map(|_| Particles::default());
+    let work = |job: &Job| recorded(job, &setup, &course, seconds, &command, threads, kept.as_mut());
+    let recording = attended(py, progress, work)??;
+    if let Some((path, kept)) = particles.as_deref().zip(kept.as_ref()) {
+        kept.save(path).map_err(crate::errors::system)?;
+    }
+    Ok(Recording::of(recording))
 }
 
 /// The liquid of a simulation, and how a command would name it.
@@ -151,13 +160,19 @@ fn recorded(
     seconds: f64,
     command: &str,
     threads: usize,
+    mut particles: Option<&mut Particles>,
 ) -> PyResult<Recorded> {
     let frames = (seconds / FRAME_INTERVAL_S).round() as usize;
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().map_err(crate::errors::system)?;
     job.tell("settling", 0.0);
     let made = pool.install(|| {
         let mut watch = |done: usize| job.tell("simulating", done as f64 / frames as f64);
-        let observer = Observer { watch: &mut watch, each: &mut |_| (), stop: job.stop };
+        let mut each = |simulator: &Simulator| {
+            if let Some(particles) = &mut particles {
+                particles.take(simulator);
+            }
+        };
+        let observer = Observer { watch: &mut watch, each: &mut each, stop: job.stop };
         record_until(setup, motion, frames, command, observer)
     });
     made.map_err(|error| match error {

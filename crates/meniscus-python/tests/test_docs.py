@@ -16,7 +16,7 @@ from conftest import ROOT
 import meniscus_liquid as ml
 
 PAGES = [ROOT / "docs" / "python.md", ROOT / "crates" / "meniscus-python" / "README.md"]
-MODULES = ["meniscus_liquid", "meniscus_liquid.env"]
+MODULES = ["meniscus_liquid", "meniscus_liquid.env", "meniscus_liquid.hdf5"]
 
 
 def test_examples_in_docstrings_give_what_they_say() -> None:

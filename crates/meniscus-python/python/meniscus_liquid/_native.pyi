@@ -434,6 +434,7 @@ def simulate(
     effects: Optional[_Effects] = None,
     scene: Optional[Scene] = None,
     spacing_mm: Optional[float] = None,
+    particles: Optional[_Path] = None,
     threads: int = 0,
     progress: Optional[_Progress] = None,
 ) -> Recording: ...
