@@ -5,6 +5,7 @@
 use meniscus::surface::Settings;
 use meniscus_virtual::camera_study::traced::degrade::Faults;
 use meniscus_virtual::camera_study::traced::judge::{FRAMES, Read, read_scene};
+use meniscus_virtual::camera_study::traced::rows::outcome;
 use meniscus_virtual::camera_study::traced::set::{Kind, TracedScene, folder, read};
 
 /// The scene whose surface shows above its own contact line, 2 mm thick. Together with a depth border that is too low
@@ -129,4 +130,27 @@ fn a_thick_wall_needs_its_refraction() {
     assert_eq!(u64::from(known.profiles), FRAMES);
     assert!(worst(&known) < 0.5 && worst(&measured) < 0.5);
     assert_eq!(none.profiles, 0);
+}
+
+/// `meniscus camera study` judges the scenes that nobody looked at. Dots of 150 grey on a bright liquid are open (docs/limits.md).
+#[test]
+fn the_study_has_a_check_for_each_target_and_a_flat_surface_fails() {
+    let study = outcome(&folder()).expect("the repository holds the set");
+    study.checks.iter().for_each(|check| println!("{check:?}"));
+    let missed: Vec<&str> = study.checks.iter().filter(|c| c.missed()).map(|c| c.name.as_str()).collect();
+    assert!(
+        study.checks.len() == 10 && missed.iter().all(|name| *name == "pathtraced_dots_coverage"),
+        "{missed:?}"
+    );
+    let opaque = scenes().into_iter().filter(judged);
+    let flat: Vec<f64> = opaque
+        .map(|scene| {
+            let line = scene.truth.contact_line_mm;
+            let mean = line.iter().sum::<f64>() / line.len() as f64;
+            (line.iter().map(|height| (height - mean).powi(2)).sum::<f64>() / line.len() as f64).sqrt()
+        })
+        .collect();
+    let rms_mm = (flat.iter().map(|rms| rms * rms).sum::<f64>() / flat.len() as f64).sqrt();
+    println!("the best flat surface of each scene: {rms_mm:.2} mm");
+    assert!(rms_mm > 1.0);
 }

@@ -74,6 +74,17 @@ pub fn judge(case: Case) -> Result<Judged, ConfigError> {
     Ok(judged)
 }
 
+/// Counts of a row.
+#[derive(Clone, Copy, Debug)]
+pub struct Counts {
+    /// Scenes.
+    pub scenes: usize,
+    /// Their frames.
+    pub frames: u64,
+    /// Frames with a profile.
+    pub profiles: u32,
+}
+
 /// One row of the table.
 #[derive(Clone, Debug, serde::Serialize)]
 pub struct Row {
@@ -109,14 +120,22 @@ impl Row {
     pub fn of(group: &'static str, name: impl Into<String>, scenes: &[&Judged]) -> Self {
         let points: Vec<Point> = scenes.iter().flat_map(|judged| judged.points.iter().copied()).collect();
         let profiles = scenes.iter().map(|judged| judged.profiles).sum();
+        let counts = Counts { scenes: scenes.len(), frames: scenes.len() as u64 * FRAMES, profiles };
+        Self::of_points(group, name.into(), counts, &points)
+    }
+
+    /// The row of the points of some frames.
+    #[must_use]
+    pub fn of_points(group: &'static str, name: String, counts: Counts, points: &[Point]) -> Self {
+        let Counts { scenes, frames, profiles } = counts;
         let mean = |of: &dyn Fn(&Point) -> f64| points.iter().map(of).sum::<f64>() / points.len() as f64;
         let at =
             |share: f64| quantile(points.iter().map(|point| point.error_mm.abs()), share).unwrap_or(f64::NAN);
         Self {
             group,
-            name: name.into(),
-            scenes: scenes.len(),
-            frames: scenes.len() as u64 * FRAMES,
+            name,
+            scenes,
+            frames,
             profiles,
             points_seen: points.len() as f64 / (f64::from(profiles) * POINTS as f64),
             rms_mm: mean(&|point| point.error_mm * point.error_mm).sqrt(),

@@ -3,11 +3,11 @@
 //! ```text
 //! conditions --render, extract--> judge --> rows and checks --> report, pictures
 //! faults: the fault table through the session        golden: filters beside the library's frames
+//! traced: glasses by a path tracer, with refraction, meniscus and scattering
 //! ```
 //!
 //! The variance of a profile's points was calibrated on the scenes of other seeds than [`SEED`], on which it
-//! is judged. Everything here is rendered: refraction by the glass, the meniscus that climbs its wall and the
-//! smear of stereo matching at steps in depth are in no figure.
+//! is judged. The rendered scenes have no refraction by the glass and no meniscus on its wall; the path-traced ones have both.
 
 pub mod conditions;
 pub mod fault_table;
@@ -31,6 +31,7 @@ use meniscus_report::checks::Check;
 use meniscus_usb::camera::OutlineImage;
 use rayon::prelude::*;
 use std::path::Path;
+use traced::rows::{TracedError, outcome as traced_rows};
 
 /// Seed of the scenes that are judged.
 pub const SEED: u64 = 2026;
@@ -53,6 +54,8 @@ pub enum StudyError {
     Config(ConfigError),
     /// The reference frames are damaged.
     Golden(GoldenError),
+    /// The path-traced scenes are damaged.
+    Traced(TracedError),
 }
 
 impl std::fmt::Display for StudyError {
@@ -60,6 +63,7 @@ impl std::fmt::Display for StudyError {
         match self {
             Self::Config(error) => write!(f, "a scene cannot be set up: {error}"),
             Self::Golden(error) => error.fmt(f),
+            Self::Traced(error) => error.fmt(f),
         }
     }
 }
@@ -79,6 +83,17 @@ pub struct Outcome {
     pub unrecovered: Vec<String>,
     /// The comparison with the reference frames, or why there is none.
     pub golden: Result<Vec<golden::Compared>, String>,
+    /// Why no path-traced scene was read, if none was; their rows and checks stand behind the others.
+    pub traced_missing: Option<String>,
+}
+
+/// Folders of what others have made; by default those of the repository.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Material<'m> {
+    /// Reference frames of the depth filters.
+    pub reference: Option<&'m Path>,
+    /// Path-traced scenes.
+    pub traced: Option<&'m Path>,
 }
 
 /// Renders and reads `count` scenes of a seed; `done` is called behind each.
@@ -93,15 +108,15 @@ pub fn scenes(seed: u64, count: usize, done: impl Fn() + Sync) -> Result<Vec<Jud
 /// Runs the whole study; `done` is called behind each scene, and behind each trouble of the fault table under each of the habits of
 /// [`faults::HABITS`].
 ///
-/// The depth filters are compared with the reference frames in the folder `reference`, by default those of the
-/// repository. A program away from the repository has none, and its outcome says so.
+/// The depth filters are compared with the reference frames of `material`, and the path-traced scenes are read from there. A
+/// program away from the repository has neither, and its outcome says so.
 ///
 /// # Errors
 /// [`StudyError`].
 pub fn study(
     seed: u64,
     count: usize,
-    reference: Option<&Path>,
+    material: Material<'_>,
     done: impl Fn() + Sync,
 ) -> Result<Outcome, StudyError> {
     let scenes = scenes(seed, count, &done)?;
@@ -113,15 +128,27 @@ pub fn study(
     let all =
         faults::TABLE.par_iter().flat_map(|line| faults::HABITS.par_iter().map(move |habits| (line, habits)));
     let unrecovered: Vec<String> = all.filter_map(drive).collect();
-    let folder = reference.map_or_else(golden::folder, Path::to_path_buf);
-    let golden = if reference.is_some() || folder.is_dir() {
+    let folder = material.reference.map_or_else(golden::folder, Path::to_path_buf);
+    let golden = if material.reference.is_some() || folder.is_dir() {
         Ok(Golden::open(&folder).and_then(|golden| golden.compare()).map_err(StudyError::Golden)?)
     } else {
         Err(format!("{} is not there: the filters are compared with nothing", folder.display()))
     };
-    let rows = rows(&scenes);
-    let checks = checks(&rows, &scenes, &unrecovered, golden.as_ref().ok());
-    Ok(Outcome { rows, checks, scenes, unrecovered, golden })
+    let folder = material.traced.map_or_else(traced::set::folder, Path::to_path_buf);
+    let is_there = material.traced.is_some() || folder.is_dir();
+    let traced = if is_there { Some(traced_rows(&folder).map_err(StudyError::Traced)?) } else { None };
+    let traced_missing =
+        (!is_there).then(|| format!("{} is not there: no path-traced glass was read", folder.display()));
+    let mut rows = rows(&scenes);
+    let mut checks = checks(&rows, &scenes, &unrecovered, golden.as_ref().ok());
+    match traced {
+        Some(traced) => {
+            rows.extend(traced.rows);
+            checks.extend(traced.checks);
+        }
+        None => checks.push(Check::at_most("pathtraced_rms_mm", f64::NAN, "mm", 0.0)),
+    }
+    Ok(Outcome { rows, checks, scenes, unrecovered, golden, traced_missing })
 }
 
 /// The table: by condition, and the scenes without clutter by liquid, distance and tilt.

@@ -31,12 +31,16 @@ pub fn report(outcome: &Outcome, command: &str) -> Result<Report, PictureError> 
     if let Err(why) = &outcome.golden {
         report.prose(&format!("{why}."));
     }
+    if let Some(why) = &outcome.traced_missing {
+        report.prose(&format!("{why}."));
+    }
     for trouble in &outcome.unrecovered {
         report.prose(&format!("Not as it must be: {trouble}"));
     }
     report.prose(
-        "All of this is rendered. Not in any figure: refraction by the glass, the meniscus that climbs its wall, the \
-         smear of stereo matching at steps in depth, and a camera that stands elsewhere than configured.",
+        "The scenes of the picture are rendered without refraction by the glass and without a meniscus. The path-traced ones \
+         have both; nobody looked at them while the reader was written. In no figure is the smear of stereo matching at \
+         steps in depth.",
     );
     Ok(report)
 }

@@ -2,8 +2,10 @@
 //!
 //! ```text
 //! set: images without noise, truth --degrade: faults of a camera--> pairs --judge: the reader--> errors
+//!                                                                                 '--rows: table and checks of the study
 //! ```
 
 pub mod degrade;
 pub mod judge;
+pub mod rows;
 pub mod set;
