@@ -146,7 +146,7 @@ pub fn study(
             rows.extend(traced.rows);
             checks.extend(traced.checks);
         }
-        None => checks.push(Check::at_most("pathtraced_rms_mm", f64::NAN, "mm", 0.0)),
+        None => checks.push(traced::rows::rms(f64::NAN)),
     }
     Ok(Outcome { rows, checks, scenes, unrecovered, golden, traced_missing })
 }

@@ -129,7 +129,7 @@ pub fn outcome(folder: &Path) -> Result<TracedOutcome, TracedError> {
     let plain = Readings::of(&opaque, &Faults::default())?.row("opaque, walls of 1 to 3 mm");
     let (least, most) = target::COVERAGE;
     outcome.checks.extend([
-        Check::at_most("pathtraced_rms_mm", plain.rms_mm, "mm", target::RMS_MM),
+        rms(plain.rms_mm),
         Check::within("pathtraced_bias_mm", plain.bias_mm, "mm", -target::BIAS_MM, target::BIAS_MM),
         Check::within("pathtraced_coverage", plain.coverage, "1", least, most),
     ]);
@@ -154,6 +154,11 @@ pub fn outcome(folder: &Path) -> Result<TracedOutcome, TracedError> {
     outcome.checks.push(Check::exactly("pathtraced_false_profiles", f64::from(empty.profiles), "1", 0.0));
     outcome.rows.push(empty.row("empty"));
     Ok(outcome)
+}
+
+/// Returns the check of the root mean square error; of NaN where nothing was read.
+pub(in crate::camera_study) fn rms(rms_mm: f64) -> Check {
+    Check::at_most("pathtraced_rms_mm", rms_mm, "mm", target::RMS_MM)
 }
 
 impl TracedOutcome {
