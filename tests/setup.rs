@@ -1,8 +1,11 @@
 //! A glass of one's own: what was said of it against rendered images of it, the wizard's screen, and the file in use.
 
+#[path = "support/findings.rs"]
+mod findings;
 #[path = "support/optional.rs"]
 mod optional;
 
+use findings::{missed, value};
 use meniscus::blob::Model;
 use meniscus::surface::{Config, Liquid, Optics, Settings};
 use meniscus::units::Micros;
@@ -50,17 +53,6 @@ fn look(pairs: &[Pair], said: MeasuredGlass) -> Inspection {
 /// The same glass at rest, `count` times, under `settings`.
 fn at_rest(settings: SceneSettings, said: MeasuredGlass) -> Inspection {
     look(&pairs(settings, 24, 0.004, |_| 70.0), said)
-}
-
-/// Names of the checks that were missed.
-fn missed(inspection: &Inspection) -> Vec<&str> {
-    let missed = inspection.findings.iter().filter(|finding| finding.check.missed());
-    missed.map(|finding| finding.check.name.as_str()).collect()
-}
-
-fn value(inspection: &Inspection, name: &str) -> f64 {
-    let found = inspection.findings.iter().find(|finding| finding.check.name == name);
-    found.and_then(|finding| finding.check.value).unwrap_or(f64::NAN)
 }
 
 /// A camera elsewhere than the settings' own.

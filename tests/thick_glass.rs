@@ -2,6 +2,10 @@
 //!
 //! The scenes have their own renderer, and another fill and height of the camera each (`make.py` there).
 
+#[path = "support/findings.rs"]
+mod findings;
+
+use findings::{missed, value};
 use meniscus::units::Micros;
 use meniscus::usb::frame::Stamp;
 use meniscus_service::setup::{Inspection, MeasuredGlass, Pair, SetupOrigin, inspect};
@@ -44,16 +48,6 @@ fn inner(scene: &TracedScene) -> MeasuredGlass {
 fn whole(scene: &TracedScene) -> MeasuredGlass {
     let truth = &scene.truth;
     MeasuredGlass { wall_mm: Some(truth.wall_mm), base_mm: Some(truth.base_mm), ..inner(scene) }
-}
-
-fn missed(inspection: &Inspection) -> Vec<&str> {
-    let missed = inspection.findings.iter().filter(|finding| finding.check.missed());
-    missed.map(|finding| finding.check.name.as_str()).collect()
-}
-
-fn value(inspection: &Inspection, name: &str) -> f64 {
-    let found = inspection.findings.iter().find(|finding| finding.check.name == name);
-    found.and_then(|finding| finding.check.value).unwrap_or(f64::NAN)
 }
 
 /// With the wall stated the camera is found where it stands; without, a thick wall is taken for another radius.

@@ -49,16 +49,21 @@ pub(crate) fn judge(logs: [&Path; 2], film: &Path, golden: &Path, wanted: Wanted
         written.map_err(|error| format!("{} cannot be written: {error}", golden.display()))?;
     }
     let kept = std::fs::read_to_string(golden).unwrap_or_default();
-    let told: Vec<String> =
-        verdicts.iter().zip(told).map(|((scenario, _), line)| as_kept(scenario, line, &kept)).collect();
+    let compared: Vec<String> = verdicts
+        .iter()
+        .zip(&told)
+        .map(|((scenario, _), line)| as_kept(scenario, line.clone(), &kept))
+        .collect();
+    let off = compared.iter().zip(&told).filter(|(compared, line)| compared != line).count();
     let lines = |log: &Log| log.lines.clone();
     let (a, b) = (lines(&first), lines(&second));
     let between = difference(&strs(&a), &strs(&b));
-    let against = difference(&kept.lines().collect::<Vec<_>>(), &strs(&told));
+    let against = difference(&kept.lines().collect::<Vec<_>>(), &strs(&compared));
     let mut checks = gathered(&verdicts, &first, &film, between.is_empty() && !a.is_empty(), &against);
     for report in wanted.with {
         checks.extend(checks_of(report)?);
     }
+    checks.push(informational("golden_off_by_a_frame", off as f64, "1"));
     let passed = checks.iter().all(Check::passed);
     // The machine's time, which others may use, and not the program's.
     checks.push(informational("wall_s", wanted.wall_s, "s"));
