@@ -5,10 +5,11 @@
 //!         |                                  |
 //!         '--run--> results -----------------+--> docs/trust.md, one table a class
 //!                                            '--> checks: open attacks, classes, bombs, skips, exposure of the unit, mutants,
-//!                                                   crates of a board
+//!                                                   licences, crates of a board
 //! ```
 
 mod exposure;
+mod licences;
 mod mutants;
 mod page;
 mod promises;
@@ -93,6 +94,7 @@ fn checks(root: &std::path::Path, promises: &[Promise], outcomes: &[Outcome]) ->
     ];
     checks.extend(exposure::checks(root, EXPOSURE, EXPOSURE_NETWORK)?);
     checks.push(mutants::check(root)?);
+    checks.push(licences::check(root)?);
     // Its size takes a build of some minutes: `cargo xtask board`, of every night.
     checks.push(board::crates(root)?);
     Ok(checks)
