@@ -39,9 +39,15 @@ impl Shard {
         Ok(Self { index, count })
     }
 
-    /// Returns whether the simulation with the digest `key` is of this part.
-    fn holds(self, key: u64) -> bool {
+    /// Returns whether the work with the number or the digest `key` is of this part.
+    pub(crate) fn holds(self, key: u64) -> bool {
         key % self.count as u64 == (self.index - 1) as u64
+    }
+}
+
+impl std::fmt::Display for Shard {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}/{}", self.index, self.count)
     }
 }
 

@@ -18,7 +18,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Version of the simulator's results, raised when the same set-up gives other heights.
-const SIMULATOR_VERSION: f64 = 4.0;
+pub(crate) const SIMULATOR_VERSION: f64 = 4.0;
 
 /// Name of the list of versions.
 const VERSIONS: &str = "versions.txt";

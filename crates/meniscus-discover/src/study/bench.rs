@@ -126,6 +126,11 @@ impl Bench {
         Ok(Self { groups, shown })
     }
 
+    /// Returns the references.
+    pub(super) fn groups(&self) -> &[Group] {
+        &self.groups
+    }
+
     /// Returns the references except `leave_out`, and the thresholds that they set.
     fn against(&self, leave_out: Option<usize>) -> (Vec<&Group>, Thresholds) {
         let kept = self.groups.iter().zip(&self.shown).enumerate().filter(|(i, _)| Some(*i) != leave_out);
@@ -146,6 +151,30 @@ pub fn judge(
     name: &str,
     more: More<'_>,
 ) -> Result<Judged, StudyError> {
+    let TimedFindings { findings, seconds } = findings(places, plan, bench, name, more)?;
+    let oracle = oracle_mm(plan, &findings)?;
+    Ok(judged(&findings, oracle, seconds))
+}
+
+/// Findings of a trial.
+pub(super) struct TimedFindings {
+    /// Findings.
+    pub(super) findings: Findings,
+    /// Duration of the discovery, s.
+    seconds: f64,
+}
+
+/// Writes the trial of `plan` as [`judge`] does, and returns the findings of the workflow.
+///
+/// # Errors
+/// [`StudyError`], when a recording is not in the cache, a file cannot be written or a fit fails.
+pub(super) fn findings(
+    places: &StudyFolders,
+    plan: &Plan,
+    bench: &Bench,
+    name: &str,
+    more: More<'_>,
+) -> Result<TimedFindings, StudyError> {
     let path = places.out.join("trials").join(name);
     // Files of another study under this name belong to another trial; those of this one are not rendered again.
     let made = format!("{:?} {} {more:?}", plan.trial, plan.trial.truth.digest());
@@ -163,10 +192,8 @@ pub fn judge(
     let settings = Settings { library: plan.library.clone(), noise: plan.noise, ..Settings::default() };
     let (groups, limits) = bench.against(plan.leave_out);
     let begun = Instant::now();
-    let found = discover(&folder.records, folder.known, &groups, &limits, &settings)?;
-    let seconds = begun.elapsed().as_secs_f64();
-    let oracle = oracle_mm(plan, &found)?;
-    Ok(judged(&found, oracle, seconds))
+    let findings = discover(&folder.records, folder.known, &groups, &limits, &settings)?;
+    Ok(TimedFindings { findings, seconds: begun.elapsed().as_secs_f64() })
 }
 
 fn judged(found: &Findings, oracle_mm: Option<f64>, seconds: f64) -> Judged {

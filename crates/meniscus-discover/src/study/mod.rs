@@ -3,6 +3,7 @@
 pub mod against_simulator;
 pub mod bench;
 pub mod cases;
+pub mod caution;
 pub mod coverage;
 pub mod duration;
 pub mod error;
@@ -14,6 +15,7 @@ pub mod pictures;
 pub mod plans;
 pub mod run;
 pub mod simulate;
+pub mod sizes;
 pub mod synthetic;
 pub mod tally;
 pub mod trial;

@@ -2,9 +2,11 @@
 
 use super::against_simulator::{AgainstSimulator, simulator_checks};
 use super::bench::Judged;
+use super::caution::always_unknown;
 use super::measured::MeasuredResult;
 use super::plans::{Answer, Family};
 use super::run::JudgedTrial;
+use super::sizes::checks::size_table;
 use super::tally::{StudyTally, checks, class_right, right};
 use super::unnamed::checks::{law_checks, tables};
 use super::unnamed::judge::LawOutcome;
@@ -57,6 +59,14 @@ pub fn report(study: &StudyTally, command: &str) -> Report {
     });
     report.table(&["trials", "judged", "planned"], &counts);
     report.checks(&checks(study));
+    report.prose(
+        "Some of these rates measure caution. A program that answers every trial with `unknown` scores them as follows.",
+    );
+    let shown = |value: Option<f64>| value.map_or_else(|| "-".into(), |value| format!("{value:.3}"));
+    let beside = always_unknown(study).into_iter();
+    let rows: Vec<_> =
+        beside.map(|(c, theirs)| vec![c.name.clone(), shown(c.value), shown(theirs)]).collect();
+    report.table(&["check", "this program", "always `unknown`"], &rows);
     report.picture("confusion.png", "hidden effects and the verdicts on them");
     // Curves of one size are none.
     if study.of(Family::Hidden).any(|(answer, _)| answer.size != 1.0) {
@@ -75,6 +85,9 @@ pub fn report(study: &StudyTally, command: &str) -> Report {
             let rows: Vec<_> = trials.iter().map(|(answer, judged)| trial_row(answer, judged)).collect();
             report.table(&TRIAL, &rows);
         }
+    }
+    if study.beside.sizes.planned > 0 {
+        size_table(&mut report, &study.beside.sizes);
     }
     study.beside.measured.iter().flatten().for_each(|result| measured(&mut report, result));
     if !study.beside.laws.is_empty() {

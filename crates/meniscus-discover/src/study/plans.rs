@@ -10,7 +10,7 @@
 //! asked     hidden at reference size and tied, with the recordings that the workflow suggested
 //! ```
 
-use super::cases::{HIDDEN_PACKINGS, Hidden, PAIRS, SIZES, VISCOSITY_PA_S, clean, hidden};
+use super::cases::{HIDDEN_PACKINGS, Hidden, PAIRS, SIZES, VISCOSITY_PA_S, clean, clean_tested, hidden};
 use super::trial::{Hand, Trial};
 use super::truth::Truth;
 use crate::study::motions::MotionKind;
@@ -154,12 +154,13 @@ pub fn plans(cleans: usize, seed: u64) -> Vec<Plan> {
 }
 
 /// Returns the clean glasses of `kind` that are tested, with their place among the references: all of these, and of
-/// the single jolts the glasses to which the study applies effects itself.
+/// the single jolts the glasses to which the study applies effects itself and those that are no references.
 fn tested(kind: MotionKind) -> Vec<(Option<usize>, Truth)> {
     let mut out: Vec<_> = clean(kind).into_iter().enumerate().map(|(i, truth)| (Some(i), truth)).collect();
     if kind == MotionKind::Single {
         let by_hand = hidden().find(|h| !h.is_simulated());
         out.extend(HIDDEN_PACKINGS.into_iter().filter_map(|p| Some((None, by_hand?.truth(1.0, p, kind)))));
+        out.extend(clean_tested().into_iter().map(|truth| (None, truth)));
     }
     out
 }
@@ -223,6 +224,6 @@ mod tests {
         };
         let trials = of(plans(118, 1).iter().map(Plan::digest).collect());
         let glasses = of(crate::study::cases::truths().iter().map(Truth::digest).collect());
-        assert_eq!((trials, glasses), (9_882_700_842_696_058_135, 2_311_719_801_150_199_182));
+        assert_eq!((trials, glasses), (6_940_307_832_450_950_638, 4_863_067_589_441_181_224));
     }
 }

@@ -9,6 +9,7 @@ use super::cases::{HIDDEN_PACKINGS, Hidden, clean, hidden};
 use super::error::StudyError;
 use super::plans::{Answer, Family, Plan, plans, twins};
 use super::trial::Trial;
+use crate::sizing::simulations::Shard;
 use crate::study::motions::MotionKind;
 use meniscus_platform::files::write_whole;
 use std::collections::BTreeMap;
@@ -27,6 +28,15 @@ pub struct RunOptions {
     pub seed: u64,
     /// Whether anything is judged that was not judged yet.
     pub judges: bool,
+    /// Part of the trials that this machine judges; none judges all.
+    pub part: Option<Shard>,
+}
+
+impl RunOptions {
+    /// Returns whether the trial with this `number` is judged here.
+    pub(super) fn judges(&self, number: usize) -> bool {
+        self.judges && self.part.is_none_or(|part| part.holds(number as u64))
+    }
 }
 
 /// Judged trials, and the number of trials that each family is planned to have.
@@ -61,7 +71,7 @@ pub fn judge_all(
         }
         let kind = plan.trial.truth.kind;
         let ready = plan.is_there(&places.cache) && clean(kind).iter().all(|t| t.is_there(&places.cache));
-        if !options.judges || !ready || stop.load(Ordering::Relaxed) {
+        if !options.judges(number) || !ready || stop.load(Ordering::Relaxed) {
             continue;
         }
         if let std::collections::btree_map::Entry::Vacant(slot) = benches.entry(kind) {
@@ -72,7 +82,8 @@ pub fn judge_all(
         keep(places, plan, &judged)?;
         out.push((plan.answer.clone(), judged));
     }
-    let judges = options.judges && !stop.load(Ordering::Relaxed);
+    // What was suggested is known when all are judged.
+    let judges = options.judges && options.part.is_none() && !stop.load(Ordering::Relaxed);
     let followed = Suggested { places, plans: &plans, judges, stop, progress };
     let (lines, open) = followed.judge(&out, &mut answers)?;
     planned.insert(Family::Asked, open);
@@ -86,7 +97,8 @@ fn file(places: &StudyFolders, plan: &Plan) -> PathBuf {
     places.out.join("judged").join(format!("{}.json", plan.digest()))
 }
 
-fn judged_before(places: &StudyFolders, plan: &Plan) -> Option<Judged> {
+/// Returns the verdict on `plan` of an earlier run.
+pub(super) fn judged_before(places: &StudyFolders, plan: &Plan) -> Option<Judged> {
     serde_json::from_slice(&std::fs::read(file(places, plan)).ok()?).ok()
 }
 

@@ -2,19 +2,24 @@
 
 use super::cases::truths;
 use super::error::StudyError;
+use crate::sizing::simulations::Shard;
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 /// Simulates every glass of the study that is not in `cache`, one per processor; `done` gets how many of how many are done.
+/// Of a `part` only its share is made.
 ///
 /// # Errors
 /// [`StudyError`] of the first simulation that fails; those that are done stay.
 pub fn simulate(
     cache: &Path,
+    part: Option<Shard>,
     stop: &AtomicBool,
     done: impl Fn(usize, usize) + Sync,
 ) -> Result<(), StudyError> {
-    let missing: Vec<_> = truths().into_iter().filter(|truth| !truth.is_there(cache)).collect();
+    let mine = |number: usize| part.is_none_or(|part| part.holds(number as u64));
+    let glasses = truths().into_iter().enumerate().filter(|(number, _)| mine(*number));
+    let missing: Vec<_> = glasses.map(|(_, truth)| truth).filter(|truth| !truth.is_there(cache)).collect();
     let count = AtomicUsize::new(0);
     done(0, missing.len());
     // One after the other off the list, so that the most needed are there first; where one cannot be made, the

@@ -3,10 +3,10 @@
 //! A file of the cache is named after a digest of what made it, so that nothing about the effect can be
 //! read from it, and a study that is run again simulates only what is missing.
 
+use crate::sizing::store::SIMULATOR_VERSION;
 use crate::study::motions::{MotionKind, motions};
 use crc::{CRC_64_ECMA_182, Crc};
 use meniscus::blob::{FieldGroup, KnownGroups};
-use meniscus::reduced::effects::{EffectKind, Slot};
 use meniscus_data::effects::Effects;
 use meniscus_data::glass::Glass;
 use meniscus_data::liquids::{Liquid, Rheology};
@@ -42,15 +42,12 @@ impl Truth {
     /// Returns the digest that names the files of this glass.
     #[must_use]
     pub fn digest(&self) -> String {
-        // Raised where the simulator makes another recording of the same truth: 2, the contact of its wall with the surface.
-        let mut on = EffectKind::ALL.into_iter().filter(|kind| self.effects.value(*kind).is_some());
-        let edge = on.any(|kind| matches!(kind.effect().slot, Slot::Catch(_) | Slot::Line(_)));
-        let made = if edge { 2 } else { 1 };
         let Glass { radius_m, fill_m, rim_m, .. } = GLASS;
         // In the words of the first version, so that trials keep their names.
         let glass =
             format!("Glass {{ radius_m: {radius_m:?}, fill_m: {fill_m:?}, rim_m: {rim_m:?}, taper: 0.0 }}");
-        let text = format!("{made} {SPACING_M} {glass} {self:?} {:?}", motions(self.kind));
+        let text =
+            format!("simulator {SIMULATOR_VERSION} {SPACING_M} {glass} {self:?} {:?}", motions(self.kind));
         format!("{:016x}", Crc::<u64>::new(&CRC_64_ECMA_182).checksum(text.as_bytes()))
     }
 
