@@ -1,5 +1,6 @@
 //! The whole way from a pair of images to a profile.
 
+use super::apart;
 use super::binarise::Threshold;
 use super::config::Config;
 use super::depth::place;
@@ -57,6 +58,7 @@ impl ExtractionState {
             holes: 0,
             not_the_wall: 0,
             covered: 0,
+            apart: 0,
             behind: 0,
             saturated: 0,
         };
@@ -227,6 +229,10 @@ fn attempt(
         Some(depth) => place(config, depth, glass, &state.edge, &mut state.samples, &mut state.tally)?,
         None => at_stated_distance(config, glass, &state.edge, &mut state.samples),
     };
+    if state.samples.len() < LEAST_COLUMNS {
+        return Err(ExtractionError::TooFewColumns);
+    }
+    apart::drop_apart(config, &mut state.samples, &mut state.tally);
     if state.samples.len() < LEAST_COLUMNS {
         return Err(ExtractionError::TooFewColumns);
     }

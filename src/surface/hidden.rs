@@ -4,8 +4,7 @@
 //! there may be one follows from the profile itself: it is that of the first mode,
 //!
 //! `z(x, y) = c + (A x + B y) g(r / R) / r`, `g(s) = J1(k s) / J1(k)`, `k = 1.8412` (upright circular glass; Ibrahim,
-//! Liquid Sloshing Dynamics, 2005), on the wall `z = c + a x - b sqrt(R^2 - x^2)`, whose `a` and `b` are fitted. The
-//! surface at `(x, y)` shows above the contact line by
+//! Liquid Sloshing Dynamics, 2005), whose contact line is fitted ([`FirstMode`]). The surface at `(x, y)` shows above it by
 //!
 //! `h = (z(x, y) - H) (D - y0) / (D + y) - (z(x, -y0) - H)`, `y0 = sqrt(R^2 - x^2)`, camera at distance `D` and height `H`.
 //!
@@ -13,6 +12,7 @@
 
 use super::config::Config;
 use super::edge_points::{Sample, Samples};
+use super::first_mode::FirstMode;
 use super::settings::Liquid;
 use crate::math::sqrtf;
 
@@ -51,7 +51,7 @@ pub(super) fn take_back(config: &Config, samples: &mut Samples) {
         let mode = first_mode(config, samples, raised)?;
         let off = samples
             .iter()
-            .map(|sample| (sample.z_m + raised * sample.faint_m - contact_m(config, mode, sample.x_m)).abs());
+            .map(|sample| (sample.z_m + raised * sample.faint_m - mode.contact_m(sample.x_m)).abs());
         Some(off.fold(0.0, |sum, off| sum + off))
     };
     let (Some(lowered), Some(raised)) = (scatter(0.0), scatter(1.0)) else { return };
@@ -67,7 +67,7 @@ pub(super) fn take_back(config: &Config, samples: &mut Samples) {
 fn take_back_alone(config: &Config, samples: &mut Samples) {
     for _ in 0..ROUNDS {
         let Some(mode) = first_mode(config, samples, 0.0) else { return };
-        let off = |sample: &Sample, z_m: f32| (z_m - contact_m(config, mode, sample.x_m)).abs();
+        let off = |sample: &Sample, z_m: f32| (z_m - mode.contact_m(sample.x_m)).abs();
         for sample in samples.iter_mut() {
             if off(sample, sample.z_m + sample.faint_m) < BETTER * off(sample, sample.z_m) {
                 raise(sample);
@@ -84,24 +84,14 @@ fn raise(sample: &mut Sample) {
     (sample.faint_m, sample.faint_m2) = (0.0, 0.0);
 }
 
-/// Contact line of a first mode: `c`, `a`, `b` of the formulas above.
-type Mode = [f32; 3];
-
-/// Height of the contact line at `x`, metres.
-fn contact_m(config: &Config, [c, a, b]: Mode, x_m: f32) -> f32 {
-    let radius = config.settings.radius_m;
-    let x = x_m.max(-radius).min(radius);
-    c + a * x - b * sqrtf((radius * radius - x * x).max(0.0))
-}
-
 /// Most of the surface that shows above the contact line at `x`, metres.
-fn shown_m(config: &Config, [c, a, b]: Mode, x_m: f32) -> f32 {
+fn shown_m(config: &Config, mode: FirstMode, x_m: f32) -> f32 {
     let settings = &config.settings;
-    let (radius, distance, height) =
-        (settings.radius_m, settings.camera_distance_m, settings.camera_height_m);
+    let (distance, height) = (settings.camera_distance_m, settings.camera_height_m);
+    let FirstMode { mean_m: c, along: a, towards: b, radius_m: radius } = mode;
     let x = x_m.max(-radius).min(radius);
-    let y0 = sqrtf((radius * radius - x * x).max(0.0));
-    let contact_m = c + a * x - b * y0;
+    let y0 = mode.front_m(x);
+    let contact_m = mode.contact_m(x);
     let shown = (1..=CHORD).map(|part| {
         let y = y0 * (2.0 * part as f32 / CHORD as f32 - 1.0);
         let r = sqrtf(x * x + y * y).max(1e-6);
@@ -118,35 +108,8 @@ fn bulge(s: f32) -> f32 {
     (1.0 - q * (0.423_75 - q * (0.059_85 - q * 0.004_23))) / 0.631_87
 }
 
-/// `c`, `a`, `b` of the contact line by least squares, the share `raised` of the moves to faint bands taken back;
-/// `None` if the samples do not fix them.
-///
-/// Normal equations of the basis `1, x, -sqrt(R^2 - x^2)`, by Cramer's rule.
-fn first_mode(config: &Config, samples: &[Sample], raised: f32) -> Option<Mode> {
-    let radius = config.settings.radius_m;
-    let (mut m, mut v) = ([[0.0_f32; 3]; 3], [0.0_f32; 3]);
-    for sample in samples {
-        let s = sample.x_m / radius;
-        let basis = [1.0, s, -sqrtf((1.0 - s * s).max(0.0))];
-        for ((row, v), &p) in m.iter_mut().zip(&mut v).zip(&basis) {
-            row.iter_mut().zip(&basis).for_each(|(sum, &q)| *sum += p * q);
-            *v += p * (sample.z_m + raised * sample.faint_m - config.settings.fill_m);
-        }
-    }
-    let [p, q, r] = m;
-    let whole = triple(p, q, r);
-    let count = samples.len() as f32;
-    if whole <= 1e-4 * count * count * count {
-        return None;
-    }
-    // The matrix is symmetric: its rows are its columns.
-    let c = triple(v, q, r) / whole;
-    let a = triple(p, v, r) / whole;
-    let b = triple(p, q, v) / whole;
-    Some([c + config.settings.fill_m, a / radius, b / radius])
-}
-
-/// The determinant of three columns.
-fn triple([a, b, c]: [f32; 3], [d, e, f]: [f32; 3], [g, h, i]: [f32; 3]) -> f32 {
-    a * (e * i - f * h) - b * (d * i - f * g) + c * (d * h - e * g)
+/// The first mode nearest to the samples, the share `raised` of the moves to faint bands taken back.
+fn first_mode(config: &Config, samples: &[Sample], raised: f32) -> Option<FirstMode> {
+    let points = samples.iter().map(|sample| (sample.x_m, sample.z_m + raised * sample.faint_m));
+    FirstMode::fit(config, points)
 }

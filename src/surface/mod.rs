@@ -15,6 +15,7 @@
 //! Only the region around the glass is touched. [`Config`] is checked once and constant, [`ExtractionState`]
 //! remembers where the glass was and counts what the stages did.
 
+mod apart;
 mod binarise;
 mod clear;
 mod config;
@@ -24,6 +25,7 @@ mod depth;
 mod edge;
 mod edge_points;
 mod extract;
+mod first_mode;
 mod glass;
 mod hidden;
 mod optics;

@@ -50,6 +50,9 @@ pub struct Tally {
     pub not_the_wall: u32,
     /// Edge points dropped because something nearer than the glass stands above them.
     pub covered: u32,
+    /// Edge points dropped because no surface that sloshes is there: a finger, or the edge of something else.
+    #[serde(default)]
+    pub apart: u32,
     /// Edge points moved down because the depth image shows liquid behind the contact line below them.
     pub behind: u32,
     /// Profiles whose edge lies beside saturated pixels: the camera's exposure is too long.
