@@ -6,7 +6,6 @@
 use crate::process;
 use crate::report::Check;
 use anyhow::{Context, Result};
-use serde_json::Value;
 use spdx::{Expression, ParseMode};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -20,8 +19,6 @@ struct Rules {
     stated: BTreeMap<String, String>,
     /// Crates that are refused.
     refused: BTreeSet<String>,
-    /// Registries.
-    registries: BTreeSet<String>,
     /// Systems that are built.
     systems: Vec<String>,
 }
@@ -31,10 +28,19 @@ pub(super) fn check(root: &Path) -> Result<Check> {
     let text = std::fs::read_to_string(root.join("deny.toml")).context("deny.toml")?;
     let rules = Rules::read(&text)?;
     let cargo = process::cargo();
-    let mut words = vec![cargo.as_str(), "metadata", "--locked", "--all-features", "--format-version", "1"];
-    words.extend(rules.systems.iter().flat_map(|system| ["--filter-platform", system]));
-    let metadata: Value = serde_json::from_str(&process::output(root, words)?)?;
-    Ok(Check::count("licences_and_bans", "findings", 0.0, rules.broken(&metadata)))
+    let mut packages = BTreeSet::new();
+    for system in &rules.systems {
+        // Unlike the graph of `cargo metadata`, the tree leaves out what no feature switches on.
+        let words =
+            ["tree", "--workspace", "--all-features", "--locked", "--prefix", "none", "--format", "{p}|{l}"];
+        let listed =
+            process::output(root, [cargo.as_str()].into_iter().chain(words).chain(["--target", system]))?;
+        // Empty lines stand between the members, and `(*)` behind what is listed before.
+        let lines = listed.lines().filter(|line| !line.is_empty());
+        packages.extend(lines.map(|line| line.trim_end_matches(" (*)").to_owned()));
+    }
+    let broken = packages.iter().flat_map(|line| rules.of_package(line)).collect();
+    Ok(Check::count("licences_and_bans", "findings", 0.0, broken))
 }
 
 impl Rules {
@@ -56,49 +62,34 @@ impl Rules {
                 .filter_map(|value| Some((field(value, "crate")?, field(value, "expression")?)))
                 .collect(),
             refused: list("bans", "deny").iter().filter_map(|value| field(value, "crate")).collect(),
-            registries: words("sources", "allow-registry").into_iter().collect(),
             systems: words("graph", "targets"),
         };
         anyhow::ensure!(
-            !rules.allowed.is_empty() && !rules.registries.is_empty() && !rules.systems.is_empty(),
-            "deny.toml allows no licence or no registry, or names no system"
+            !rules.allowed.is_empty() && !rules.systems.is_empty(),
+            "deny.toml allows no licence, or names no system"
         );
         Ok(rules)
     }
 
-    /// Returns what is broken, one line each.
-    fn broken(&self, metadata: &Value) -> Vec<String> {
-        let list = |value: &Value| value.as_array().cloned().unwrap_or_default();
-        let used: BTreeSet<String> = list(&metadata["resolve"]["nodes"])
-            .iter()
-            .filter_map(|node| node["id"].as_str().map(str::to_owned))
-            .collect();
-        let packages = list(&metadata["packages"]);
-        let used =
-            packages.iter().filter(|package| package["id"].as_str().is_some_and(|id| used.contains(id)));
-        used.flat_map(|package| self.of_package(package)).collect()
-    }
-
-    fn of_package(&self, package: &Value) -> Vec<String> {
-        let text = |key: &str| package[key].as_str().unwrap_or_default();
-        let named = format!("{} {}", text("name"), text("version"));
+    /// Returns what is broken by a package of `cargo tree`, one line each: `NAME vVERSION (FOLDER or ADDRESS)|LICENCE`, without
+    /// parentheses for those of the registry.
+    fn of_package(&self, line: &str) -> Vec<String> {
+        let (package, licence) = line.split_once('|').unwrap_or((line, ""));
+        let name = package.split(' ').next().unwrap_or_default();
         let mut out = Vec::new();
-        if self.refused.contains(text("name")) {
-            out.push(format!("{named}: refused by deny.toml"));
+        if self.refused.contains(name) {
+            out.push(format!("{package}: refused by deny.toml"));
         }
-        // A member of the workspace has no source.
-        if let Some(source) = package["source"].as_str()
-            && !self.registries.iter().any(|registry| source == format!("registry+{registry}"))
-        {
-            out.push(format!("{named}: comes from {source}"));
+        if package.contains("://") {
+            out.push(format!("{package}: not from the registry"));
         }
-        let licence = self.stated.get(text("name")).map_or(text("license"), String::as_str);
+        let licence = self.stated.get(name).map_or(licence, String::as_str);
         match Expression::parse_mode(licence, ParseMode::LAX) {
-            Err(_) => out.push(format!("{named}: no licence in its manifest, or '{licence}'")),
+            Err(_) => out.push(format!("{package}: no licence in its manifest, or '{licence}'")),
             Ok(expression) => {
                 let allowed = |needed: &spdx::LicenseReq| self.allowed.contains(&needed.to_string());
                 if !expression.evaluate(allowed) {
-                    out.push(format!("{named}: {licence} is not allowed by deny.toml"));
+                    out.push(format!("{package}: {licence} is not allowed by deny.toml"));
                 }
             }
         }
@@ -109,7 +100,6 @@ impl Rules {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use serde_json::json;
 
     const RULES: &str = r#"
 [graph]
@@ -121,28 +111,23 @@ crate = "unsaid"
 expression = "MIT"
 [bans]
 deny = [{ crate = "openssl-sys", reason = "a system library" }]
-[sources]
-allow-registry = ["https://github.com/rust-lang/crates.io-index"]
 "#;
 
     #[test]
-    fn each_broken_rule_is_found_and_unused_packages_are_not() {
-        let registry = "registry+https://github.com/rust-lang/crates.io-index";
-        let package = |name: &str, licence: &str, source: &str| json!({"id": name, "name": name, "version": "1.0.0", "license": licence, "source": source});
-        let packages = [
-            package("free", "MIT OR GPL-3.0-only", registry),
-            package("old-style", "MIT/Apache-2.0", registry),
-            package("excepted", "Apache-2.0 WITH LLVM-exception", registry),
-            package("both", "MIT AND ISC", registry),
-            package("unsaid", "", registry),
-            package("silent", "", registry),
-            package("openssl-sys", "MIT", registry),
-            package("elsewhere", "MIT", "git+https://example.org/x"),
-            package("unused", "GPL-3.0-only", registry),
+    fn each_broken_rule_is_found() {
+        let lines = [
+            "free v1.0.0|MIT OR GPL-3.0-only",
+            "old-style v1.0.0 (proc-macro)|MIT/Apache-2.0",
+            "excepted v1.0.0|Apache-2.0 WITH LLVM-exception",
+            "member v0.1.0 (/home/somebody/member)|MIT",
+            "unsaid v1.0.0|",
+            "both v1.0.0|MIT AND ISC",
+            "silent v1.0.0|",
+            "openssl-sys v1.0.0|MIT",
+            "elsewhere v1.0.0 (https://example.org/x#1234)|MIT",
         ];
-        let nodes: Vec<Value> = packages[..8].iter().map(|package| json!({"id": package["id"]})).collect();
-        let metadata = json!({"packages": packages, "resolve": {"nodes": nodes}});
-        let broken = Rules::read(RULES).unwrap().broken(&metadata);
+        let rules = Rules::read(RULES).unwrap();
+        let broken: Vec<String> = lines.iter().flat_map(|line| rules.of_package(line)).collect();
         let of: Vec<&str> = broken.iter().filter_map(|line| line.split(' ').next()).collect();
         assert_eq!(of, ["both", "silent", "openssl-sys", "elsewhere"], "{broken:?}");
     }

@@ -168,15 +168,15 @@ pub fn limits(shown: &[&Shown], settings: &Settings) -> Thresholds {
         limits.bound.insert(entry.name, bound(&falls, parameters(i), pooled, chance));
     }
     let of = |value: fn(&Shown) -> f64| shown.iter().map(|one| value(one)).collect::<Vec<f64>>();
-    limits.clean_chi2 = misfit_bound(&of(|one| one.chi2), MISFIT, rules.false_name_rate);
+    limits.clean_chi2 = misfit_bound(&of(|one| one.chi2), MISFIT, rules.false_unknown_rate);
     limits.chi2 = limits.chi2.max(limits.clean_chi2);
     if !shown.is_empty() {
-        limits.cell = misfit_bound(&of(|one| one.cell), CELL, rules.false_name_rate);
+        limits.cell = misfit_bound(&of(|one| one.cell), CELL, rules.false_unknown_rate);
     }
     let channels = shown.first().map_or(&[][..], |one| &one.offsets);
     for (i, offset) in channels.iter().enumerate() {
         let squares: Vec<f64> = shown.iter().filter_map(|one| one.offsets.get(i)).map(|o| o.square).collect();
-        let limit = bound(&squares, 1, 1.0, rules.false_name_rate / channels.len() as f64);
+        let limit = bound(&squares, 1, 1.0, rules.false_unknown_rate / channels.len() as f64);
         limits.offset.insert(offset.quantity, limit);
     }
     limits

@@ -19,7 +19,7 @@ use serde::{Deserialize, Serialize};
 use std::path::Path;
 
 /// Raised when a trial comes out otherwise than it did.
-const VERSION: u32 = 8;
+const VERSION: u32 = 9;
 
 /// Clean glasses of each kind before anything else is tried, and of the rest.
 const KINDS: [MotionKind; 3] = [MotionKind::Single, MotionKind::Double, MotionKind::Slow];
