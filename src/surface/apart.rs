@@ -17,8 +17,8 @@ use super::first_mode::FirstMode;
 use super::outcome::Tally;
 use heapless::Vec;
 
-/// Points farther from the mode are of something else, metres and pixels: the larger.
-const APART_M: f32 = 0.003;
+/// Points farther from the mode are of something else, metres and pixels, the larger: twice what a wave departs from it.
+const APART_M: f32 = 0.0022;
 const APART_PX: f32 = 3.0;
 /// Fewest points in a run, and the gap that ends one, pixels.
 const LEAST_RUN: usize = 6;
