@@ -173,3 +173,23 @@ fn ambiguous(lines: &[JudgedTrial]) -> Vec<(Hidden, usize)> {
         .filter_map(|(a, j)| Some((hidden().find(|h| h.effect.name == a.effects[0].0)?, j.suggested?)))
         .collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_trial_is_of_one_part() {
+        let options = |index| RunOptions {
+            cleans: 1,
+            seed: 1,
+            judges: true,
+            part: Some(Shard { index, count: 3 }),
+        };
+        for number in 0..20 {
+            assert_eq!((1..=3).filter(|index| options(*index).judges(number)).count(), 1, "{number}");
+        }
+        assert!(!RunOptions { judges: false, ..options(1) }.judges(0), "nothing is judged");
+        assert!(RunOptions { part: None, ..options(1) }.judges(7), "without parts all are");
+    }
+}
