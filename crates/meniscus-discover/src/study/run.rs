@@ -180,12 +180,8 @@ mod tests {
 
     #[test]
     fn each_trial_is_of_one_part() {
-        let options = |index| RunOptions {
-            cleans: 1,
-            seed: 1,
-            judges: true,
-            part: Some(Shard { index, count: 3 }),
-        };
+        let options =
+            |index| RunOptions { cleans: 1, seed: 1, judges: true, part: Some(Shard { index, count: 3 }) };
         for number in 0..20 {
             assert_eq!((1..=3).filter(|index| options(*index).judges(number)).count(), 1, "{number}");
         }
