@@ -4,9 +4,9 @@
 //! finger a dark liquid seems to end at the finger's lower side. The depth image tells most of these points, but not at
 //! the borders, where its windows hold both.
 //!
-//! * A few points behind a gap are dropped ([`LEAST_RUN`]): a mode bends to them.
 //! * Points farther than [`APART_M`] from the mode that most points agree with are dropped. The mode is fitted with each
 //!   part of the line left out in turn, because what covers the line bends a fit of all.
+//! * A few points between gaps ([`LEAST_RUN`]) have no part in it: a mode would bend to them.
 //! * Where fewer than [`LEAST_AGREED`] agree nothing is known, and none is left.
 //!
 //! [`Tally::apart`](super::Tally) counts them.
@@ -34,64 +34,61 @@ const ROUNDS: usize = 2;
 /// Drops the points of something else than the contact line.
 pub(super) fn drop_apart(config: &Config, samples: &mut Samples, tally: &mut Tally) {
     let limit_m = APART_M.max(APART_PX * config.camera.pitch_m());
-    drop_short_runs(config, samples, tally);
-    let Some(mut mode) = fit(config, samples, |_, _| true) else { return };
-    if agreed(samples, mode, limit_m) == samples.len() {
+    let lengths = run_lengths(config, samples);
+    let in_run = |index: usize| lengths.get(index).is_some_and(|length| *length >= LEAST_RUN);
+    let agreed = |mode: FirstMode| {
+        let points = samples.iter().enumerate();
+        points.filter(|(index, sample)| in_run(*index) && off_m(mode, sample) <= limit_m).count()
+    };
+    let Some(mut mode) = fit(config, samples, |index, _| in_run(index)) else { return };
+    if samples.iter().all(|sample| off_m(mode, sample) <= limit_m) {
         return;
     }
     let count = samples.len();
     for part in PARTS {
         let (first, last) = (count * part / 12, count * (part + PART) / 12);
-        let Some(other) = fit(config, samples, |index, _| index < first || index >= last) else { continue };
-        if agreed(samples, other, limit_m) > agreed(samples, mode, limit_m) {
+        let outside = |index: usize| in_run(index) && (index < first || index >= last);
+        let Some(other) = fit(config, samples, |index, _| outside(index)) else { continue };
+        if agreed(other) > agreed(mode) {
             mode = other;
         }
     }
     for _ in 0..ROUNDS {
-        let Some(again) = fit(config, samples, |_, sample| off_m(mode, sample) <= limit_m) else { break };
+        let near = |index: usize, sample: &Sample| in_run(index) && off_m(mode, sample) <= limit_m;
+        let Some(again) = fit(config, samples, near) else { break };
         mode = again;
     }
-    let agreed = agreed(samples, mode, limit_m);
-    let lost = if (agreed as f32) < LEAST_AGREED * count as f32 { count } else { count - agreed };
-    tally.apart = tally.apart.saturating_add(lost as u32);
-    if lost == count {
+    let of_runs = (0..count).filter(|index| in_run(*index)).count();
+    if (agreed(mode) as f32) < LEAST_AGREED * of_runs as f32 {
         samples.clear();
     } else {
         samples.retain(|sample| off_m(mode, sample) <= limit_m);
     }
+    tally.apart = tally.apart.saturating_add((count - samples.len()) as u32);
 }
 
-/// Drops runs of fewer than [`LEAST_RUN`] points.
-fn drop_short_runs(config: &Config, samples: &mut Samples, tally: &mut Tally) {
+/// Number of points in the run of each point.
+fn run_lengths(config: &Config, samples: &Samples) -> Vec<usize, MAX_COLUMNS> {
     let gap_m = GAP_PX * config.camera.pitch_m();
-    // Lengths of the runs, from the left.
-    let mut lengths: Vec<usize, MAX_COLUMNS> = Vec::new();
+    let mut runs: Vec<usize, MAX_COLUMNS> = Vec::new();
     let mut last_m = None;
-    for sample in samples.iter() {
+    for sample in samples {
         let goes_on = last_m.is_some_and(|last_m| sample.x_m - last_m <= gap_m);
         last_m = Some(sample.x_m);
-        match lengths.last_mut() {
+        match runs.last_mut() {
             Some(length) if goes_on => *length += 1,
             _ => {
-                let _ = lengths.push(1);
+                let _ = runs.push(1);
             }
         }
     }
-    let mut runs = lengths.iter().flat_map(|&length| core::iter::repeat_n(length, length));
-    let count = samples.len();
-    samples.retain(|_| runs.next().is_some_and(|length| length >= LEAST_RUN));
-    tally.apart = tally.apart.saturating_add((count - samples.len()) as u32);
+    runs.iter().flat_map(|&length| core::iter::repeat_n(length, length)).take(MAX_COLUMNS).collect()
 }
 
 /// The mode nearest to the points for which `kept` holds, of place in the list and point.
 fn fit(config: &Config, samples: &Samples, kept: impl Fn(usize, &Sample) -> bool) -> Option<FirstMode> {
     let points = samples.iter().enumerate().filter(|(index, sample)| kept(*index, sample));
     FirstMode::fit_arc(config, points.map(|(_, sample)| (sample.x_m, sample.z_m)))
-}
-
-/// Number of points within `limit_m` of `mode`.
-fn agreed(samples: &Samples, mode: FirstMode, limit_m: f32) -> usize {
-    samples.iter().filter(|sample| off_m(mode, sample) <= limit_m).count()
 }
 
 /// Distance of a point from `mode`, metres.
@@ -157,7 +154,7 @@ mod tests {
     }
 
     #[test]
-    fn a_few_points_behind_a_gap_are_dropped() {
+    fn a_few_points_behind_a_gap_bend_no_mode() {
         // The line is seen in the right half, and something lower at the left limb.
         let (kept, lost) = left(|s| {
             if s < -0.94 {
@@ -170,6 +167,9 @@ mod tests {
         });
         assert!(kept.len() > 25 && kept.iter().all(|s| *s >= 0.1), "{kept:?}");
         assert!((1..6).contains(&lost), "{lost}");
+        // A few points of the line itself stay.
+        let (kept, lost) = left(|s| if s < 0.1 && s > -0.94 { 0.0 } else { wave(s) });
+        assert!(kept.iter().any(|s| *s < -0.94) && lost == 0, "{kept:?}");
     }
 
     #[test]

@@ -232,11 +232,12 @@ fn attempt(
     if state.samples.len() < LEAST_COLUMNS {
         return Err(ExtractionError::TooFewColumns);
     }
+    hidden::take_back(config, &mut state.samples);
+    // A point that was moved down wrongly is no other thing's, so these moves are taken back first.
     apart::drop_apart(config, &mut state.samples, &mut state.tally);
     if state.samples.len() < LEAST_COLUMNS {
         return Err(ExtractionError::TooFewColumns);
     }
-    hidden::take_back(config, &mut state.samples);
     hidden::allow(config, &mut state.samples);
     state.offset_m = Some(wall.offset_m);
     if 2 * saturated >= state.edge.len() {
