@@ -141,6 +141,8 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         if !arguments.sizes_only && arguments.part.is_none() {
             beside(arguments, &places, &mut study, stop, &bar)?;
         }
+    }
+    if !arguments.trials_only {
         study.beside.sizes = size_all(&places, options, stop, &progress)?;
     }
     bar.finish_and_clear();
