@@ -1,4 +1,4 @@
-//! What a sweep costs beside its parts: the time of `meniscus sweep` from the design to the report, over that of the same
+//! Cost of a sweep beside its parts: the time of `meniscus sweep` from the design to the report, over that of the same
 //! commands run one after the other by hand.
 //!
 //! Both are whole processes of the program and take turns, so that a change of the machine meets both.
@@ -10,7 +10,7 @@ use std::process::{Command, Stdio};
 use std::time::Instant;
 
 /// Rounds; each runs both ways.
-const ROUNDS: usize = 7;
+const ROUNDS: usize = 5;
 
 /// Largest time of a sweep over the sum of its parts.
 const MOST: f64 = 1.05;

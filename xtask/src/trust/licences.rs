@@ -10,7 +10,7 @@ use spdx::{Expression, ParseMode};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
-/// What `deny.toml` says.
+/// Rules of `deny.toml`.
 #[derive(Debug, Default)]
 struct Rules {
     /// Licences, with their exceptions: `Apache-2.0 WITH LLVM-exception`.

@@ -34,9 +34,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 /// does that alone, in a few minutes, and writes laws.md and laws.json. --references-only judges clean glasses and hidden effects
 /// against references by simulation, in other packings and spacings, and writes references.md and references.json.
 ///
-/// Each of about 120 glasses takes about 30 s of processor time if it is not in --cache, each of about 280 trials some seconds. The
-/// sizes by simulation of about 35 trials take some minutes each. All are kept, and the same command continues. Ctrl-C writes the
-/// page of what is judged by then, with the number of missing trials.
+/// Each of about 120 glasses takes about 30 s of processor time if it is not in --cache, each of about 280 trials some seconds. About
+/// 35 trials are sized by simulation, in some minutes each. All are kept, and the same command continues. Ctrl-C ends it, and
+/// --report-only writes the page of what is judged by then.
 #[derive(clap::Args)]
 #[command(
     after_help = "Examples:\n  meniscus discover study --json\n  meniscus discover study --clean 30 --simulated\n  meniscus discover study --report-only\n  meniscus discover study --laws-only --json"
@@ -63,7 +63,7 @@ pub(crate) struct Arguments {
     /// Only write the page of what was judged before.
     #[arg(long, conflicts_with_all = ["simulate_only", "simulated"], help_heading = "Method")]
     report_only: bool,
-    /// Only the trials: no sizes, measured water, intervals or long recordings.
+    /// Only the trials, without sizes, measured water and intervals.
     #[arg(long, help_heading = "Method")]
     trials_only: bool,
     /// Only the trials and their sizes by simulation.
@@ -72,7 +72,7 @@ pub(crate) struct Arguments {
     /// Only the laws that no library holds: no glass is simulated.
     #[arg(long, conflicts_with_all = ["simulate_only", "simulated", "report_only", "trials_only", "sizes_only", "measured"], help_heading = "Method")]
     laws_only: bool,
-    /// Only the verdicts against references by simulation: 27 half-filled glasses are simulated.
+    /// Only the verdicts against references by simulation, of 27 glasses.
     #[arg(long, conflicts_with_all = ["simulate_only", "simulated", "report_only", "trials_only", "sizes_only", "measured", "laws_only"], help_heading = "Method")]
     references_only: bool,
     /// Simulate and judge one part, as 2/8.

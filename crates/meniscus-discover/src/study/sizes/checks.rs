@@ -6,7 +6,7 @@ use meniscus_numerics::statistics::median;
 use meniscus_report::Report;
 use meniscus_report::checks::Check;
 
-/// Fewest intervals from which a coverage is told.
+/// Fewest intervals that a coverage is measured on.
 const INTERVALS: f64 = 100.0;
 
 /// Returns the share of `flags` that are set; not measured where there is none.

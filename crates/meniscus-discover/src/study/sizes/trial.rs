@@ -25,7 +25,7 @@ pub struct FoundSize {
 }
 
 impl FoundSize {
-    /// Returns whether the interval holds `truth`.
+    /// Returns whether the interval covers `truth`.
     #[must_use]
     pub fn holds(&self, truth: f64) -> bool {
         (self.least..=self.largest).contains(&truth)
