@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! outline ---region--binarise--glass--trace--contact--.
-//!                              '-> X                 +--depth--hidden--resample--> SurfaceProfile
+//!                              '-> X                 +--depth--hidden--apart--resample--> SurfaceProfile
 //! depth --------------------------------------------'
 //! ```
 //!

@@ -142,17 +142,13 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
             beside(arguments, &places, &mut study, stop, &bar)?;
         }
     }
-    if !arguments.trials_only {
-        study.beside.sizes = size_all(&places, options, stop, &progress)?;
-    }
+    let sizes = RunOptions { judges: options.judges && !arguments.trials_only, ..options };
+    study.beside.sizes = size_all(&places, sizes, stop, &progress)?;
     bar.finish_and_clear();
     finish_partial();
     if let Some(part) = arguments.part {
         println!("part {part} is done: the command without --part writes the page when all parts are");
         return Ok(());
-    }
-    if !arguments.report_only && !arguments.trials_only {
-        keep(&arguments.out, &study.beside)?;
     }
     if stop.load(Ordering::Relaxed) {
         eprintln!("interrupted: the page holds what is judged; the same command goes on from there");

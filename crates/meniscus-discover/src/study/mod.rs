@@ -14,6 +14,7 @@ pub mod page;
 pub mod pictures;
 pub mod plans;
 pub mod run;
+mod share;
 pub mod simulate;
 pub mod sizes;
 pub mod synthetic;

@@ -41,8 +41,8 @@ pub struct Beside {
     /// Trials against references by simulation, where they were made.
     #[serde(default)]
     pub against: Vec<AgainstSimulator>,
-    /// Sizes by simulation, where they were made.
-    #[serde(default)]
+    /// Sizes by simulation; each lies in a file of its own.
+    #[serde(skip)]
     pub sizes: SizedTrials,
 }
 

@@ -2,21 +2,13 @@
 
 use super::trial::{FoundSize, SizedTrial, SizedTrials};
 use crate::study::plans::Family;
+use crate::study::share::share_set;
 use meniscus_numerics::statistics::median;
 use meniscus_report::Report;
 use meniscus_report::checks::Check;
 
 /// Fewest intervals that a coverage is measured on.
 const INTERVALS: f64 = 100.0;
-
-/// Returns the share of `flags` that are set; not measured where there is none.
-fn share(flags: impl Iterator<Item = bool>) -> f64 {
-    let flags: Vec<bool> = flags.collect();
-    if flags.is_empty() {
-        return f64::NAN;
-    }
-    flags.iter().filter(|flag| **flag).count() as f64 / flags.len() as f64
-}
 
 /// Returns the checks of `sized`.
 ///
@@ -29,52 +21,52 @@ pub fn size_checks(sized: &SizedTrials) -> Vec<Check> {
     let within = |trial: &SizedTrial, size: Option<&FoundSize>, limit: f64| {
         size.is_some_and(|size| trial.error_of(size).abs() <= limit)
     };
-    let held = |trial: &SizedTrial| trial.stated().map(|size| size.holds(trial.truth));
+    let covered = |trial: &SizedTrial| trial.stated().map(|size| size.covers(trial.truth));
     let middle = |values: Vec<f64>| median(values.into_iter().filter(|v| v.is_finite())).unwrap_or(f64::NAN);
     vec![
         Check::at_least("sized_trials", all().count() as f64, "trials", sized.planned.max(1) as f64),
         Check::at_least(
             "size_within_10_percent",
-            share(all().map(|t| within(t, t.stated(), 0.1))),
+            share_set(all().map(|t| within(t, t.stated(), 0.1))),
             "share",
             0.85,
         ),
         Check::at_least(
             "size_within_25_percent",
-            share(all().map(|t| within(t, t.stated(), 0.25))),
+            share_set(all().map(|t| within(t, t.stated(), 0.25))),
             "share",
             0.97,
         ),
         Check::informational(
             "size_within_10_percent_fresh",
-            share(fresh().map(|t| within(t, t.stated(), 0.1))),
+            share_set(fresh().map(|t| within(t, t.stated(), 0.1))),
             "share",
         ),
         Check::informational(
             "size_within_10_percent_reduced_model",
-            share(all().map(|t| within(t, t.reduced.as_ref(), 0.1))),
+            share_set(all().map(|t| within(t, t.reduced.as_ref(), 0.1))),
             "share",
         ),
         Check::informational(
             "size_within_25_percent_reduced_model",
-            share(all().map(|t| within(t, t.reduced.as_ref(), 0.25))),
+            share_set(all().map(|t| within(t, t.reduced.as_ref(), 0.25))),
             "share",
         ),
         Check::within(
             "interval_coverage_other_simulator",
-            share(all().filter_map(held)),
+            share_set(all().filter_map(covered)),
             "share",
             0.85,
             0.95,
         ),
         Check::informational(
             "interval_coverage_other_simulator_fresh",
-            share(fresh().filter_map(held)),
+            share_set(fresh().filter_map(covered)),
             "share",
         ),
         Check::at_least(
             "intervals_other_simulator",
-            all().filter_map(held).count() as f64,
+            all().filter_map(covered).count() as f64,
             "trials",
             INTERVALS,
         ),
@@ -107,7 +99,7 @@ pub fn size_table(report: &mut Report, sized: &SizedTrials) {
         "reduced model (90 %)",
         "simulator (90 %)",
         "error, %",
-        "held",
+        "covered",
         "names left",
         "held-out error untouched, mm",
         "with the effect, mm",
@@ -123,7 +115,7 @@ fn row(trial: &SizedTrial) -> Vec<String> {
     };
     let name = &trial.answer.effects[0].0;
     let error = trial.stated().map_or_else(|| "-".into(), |s| format!("{:+.1}", 100.0 * trial.error_of(s)));
-    let held = trial.stated().map_or("-", |s| if s.holds(trial.truth) { "yes" } else { "no" });
+    let covered = trial.stated().map_or("-", |s| if s.covers(trial.truth) { "yes" } else { "no" });
     let [untouched, effect] =
         trial.held_out_mm.map_or([const { String::new() }; 2], |both| both.map(|mm| format!("{mm:.3}")));
     vec![
@@ -132,7 +124,7 @@ fn row(trial: &SizedTrial) -> Vec<String> {
         size(&trial.reduced),
         size(&trial.simulated),
         error,
-        held.into(),
+        covered.into(),
         trial.names.join(", "),
         untouched,
         effect,

@@ -27,7 +27,7 @@ pub struct FoundSize {
 impl FoundSize {
     /// Returns whether the interval covers `truth`.
     #[must_use]
-    pub fn holds(&self, truth: f64) -> bool {
+    pub fn covers(&self, truth: f64) -> bool {
         (self.least..=self.largest).contains(&truth)
     }
 }

@@ -3,6 +3,7 @@
 use super::judge::{FoundLaw, LawOutcome};
 use super::trials::{Library, Purpose};
 use crate::law::band::CONFIDENCE;
+use crate::study::share::share_set;
 use meniscus_numerics::statistics::median;
 use meniscus_report::Report;
 use meniscus_report::checks::Check;
@@ -15,15 +16,6 @@ fn found(outcomes: &[LawOutcome], purpose: Purpose) -> impl Iterator<Item = (&La
 /// Returns the share of the gap that a law closes: one less its error over that of the untouched model.
 fn closed(law: &FoundLaw) -> f64 {
     1.0 - law.gap_mm[3] / law.gap_mm[0]
-}
-
-/// Returns the share of `flags` that are set; not measured where there is none.
-fn share(flags: impl Iterator<Item = bool>) -> f64 {
-    let flags: Vec<bool> = flags.collect();
-    if flags.is_empty() {
-        return f64::NAN;
-    }
-    flags.iter().filter(|flag| **flag).count() as f64 / flags.len() as f64
 }
 
 /// Returns the factors on the bands that `outcomes` call for: the quantile of [`CONFIDENCE`] of the largest distances on the
@@ -51,7 +43,7 @@ pub fn law_checks(outcomes: &[LawOutcome]) -> Vec<Check> {
     let middle = |values: Vec<f64>| median(values).unwrap_or(f64::NAN);
     let drawn = || found(outcomes, Purpose::Judged).filter(|(o, _)| o.is_drawn);
     let any = || found(outcomes, Purpose::Judged);
-    let held = |curve: usize| share(any().map(|(_, law)| law.distance[curve] <= 1.0));
+    let held = |curve: usize| share_set(any().map(|(_, law)| law.distance[curve] <= 1.0));
     let negative =
         any().chain(found(outcomes, Purpose::Calibration)).filter(|(_, law)| law.least_friction < 0.0);
     let (judged, clean) = (all(Purpose::Judged), all(Purpose::Clean));
