@@ -20,6 +20,16 @@ pub enum Law {
 }
 
 impl Law {
+    /// Whether the law has a flow index.
+    pub(crate) fn has_index(self) -> bool {
+        matches!(self, Self::Power | Self::HerschelBulkley)
+    }
+
+    /// Whether the law has a yield stress.
+    pub(crate) fn has_yield_stress(self) -> bool {
+        matches!(self, Self::Bingham | Self::HerschelBulkley)
+    }
+
     /// Effects that the law adds to a constant viscosity, by name.
     pub(crate) fn effects(self) -> &'static [&'static str] {
         match self {

@@ -57,6 +57,12 @@ impl SizingCandidate {
         })
     }
 
+    /// Returns whether an effect acts in the liquid. Those of camera, clock and drive do not, and neither does the fill.
+    #[must_use]
+    pub fn in_liquid(&self) -> bool {
+        self.active.iter().any(|active| active.entry.class.in_liquid())
+    }
+
     /// Returns the parameter `which` of those that are free.
     #[must_use]
     pub fn parameter(&self, which: usize) -> &'static Parameter {
@@ -178,6 +184,14 @@ mod tests {
         assert_eq!(candidate("yield_stress", 80.0).first_sizes(), [0.0, 80.0, 100.0]);
         // A size of nothing is no place to begin.
         assert!(candidate("yield_stress", 0.0).first_sizes()[1] > 0.1);
+    }
+
+    #[test]
+    fn geometry_clock_and_drive_are_outside_the_liquid() {
+        for (name, value) in [("fill", 0.003), ("actuation_gain", 1.08), ("camera_latency", 0.03)] {
+            assert!(!candidate(name, value).in_liquid(), "{name}");
+        }
+        assert!(candidate("yield_stress", 3.0).in_liquid());
     }
 
     #[test]

@@ -30,6 +30,15 @@ pub enum SizingError {
         /// Reason, in words.
         reason: String,
     },
+    /// The effects are of camera, clock or drive.
+    #[error(
+        "the size of {names} is that of the reduced model: it is geometry, clock or drive, which the reduced model has exactly, \
+         and simulated particles would add their scatter"
+    )]
+    OutsideTheLiquid {
+        /// Effects, in words.
+        names: String,
+    },
     /// Too few sizes could be simulated.
     #[error("the simulator failed at all sizes but {left}: {reason}")]
     TooFewSizes {

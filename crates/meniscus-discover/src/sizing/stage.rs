@@ -73,7 +73,7 @@ pub(super) struct Coarse {
 /// Sizes the effects of `findings` and compares them with their rivals.
 ///
 /// # Errors
-/// [`SizingError`], when the work ends early or the best candidate cannot be sized.
+/// [`SizingError`], when the work ends early, the best candidate cannot be sized, or its effects are outside the liquid.
 pub fn size(
     findings: &Findings,
     references: &References<'_>,
@@ -84,6 +84,11 @@ pub fn size(
     let candidates = candidates(findings, settings.rivals);
     if candidates.is_empty() {
         return Err(SizingError::NotSimulated { reason: "the verdict has no effect to size".into() });
+    }
+    // A fill of 73 mm was sized as one of 70.3 mm: particles of another fill are another packing, whose scatter is larger than
+    // what a fit takes it for. Gains and delays had intervals that were too narrow.
+    if !candidates[0].in_liquid() {
+        return Err(SizingError::OutsideTheLiquid { names: candidates[0].names.join(" and ") });
     }
     let matched = |record| Matched::new(record, &findings.known, references);
     let stage = Stage {

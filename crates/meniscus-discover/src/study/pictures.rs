@@ -1,5 +1,6 @@
 //! Pictures of the study: the confusion matrix and the curves of detection.
 
+use super::bench::Judged;
 use super::cases::{Hidden, SIZES, hidden};
 use super::plans::Family;
 use super::run::JudgedTrial;
@@ -10,57 +11,85 @@ use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 use std::path::Path;
 
-/// Draws the confusion matrix at reference size: rows are the truth, columns the verdict.
+/// Side of a cell of the confusion matrix, px.
+const CELL: i32 = 36;
+
+/// Left and upper edge of the cells, px; names and title stand there.
+const CORNER: (i32, i32) = (230, 280);
+
+/// Verdicts behind the names of the effects.
+const OTHERS: [&str; 3] = ["another", "unknown", "none"];
+
+/// Title of the confusion matrix.
+const TITLE: &str = "A verdict off the diagonal is wrong, tied or undecided";
+
+/// Explanation of the confusion matrix.
+const LEGEND: [&str; 2] = [
+    "Rows: hidden effect, at reference size. Columns: verdict. Blue: named. Orange: tied. Grey: unknown or none.",
+    "Left half of a cell: glass that was known while rules were made. Right half: fresh glass.",
+];
+
+/// Draws the confusion matrix at reference size: rows are the truth, columns the verdict. The glasses that were known while
+/// rules were made fill the left half of a cell, the fresh ones the right half.
 ///
 /// # Errors
 /// [`PictureError`], when the file cannot be written.
 pub fn confusion_png(study: &StudyTally, path: &Path) -> Result<(), PictureError> {
     prepare_font();
     let names: Vec<&str> = hidden().map(|h| h.effect.name).collect();
-    let extra = ["another", "unknown", "none"];
-    let (cell, left, top) = (36, 230, 210);
-    let columns = names.len() + extra.len();
-    let size = ((left + cell * columns as i32 + 30) as u32, (top + cell * names.len() as i32 + 60) as u32);
+    let columns = names.len() + OTHERS.len();
+    let (left, top) = CORNER;
+    let size = ((left + CELL * columns as i32 + 30) as u32, (top + CELL * names.len() as i32 + 76) as u32);
     let area = BitMapBackend::new(path, size).into_drawing_area();
     area.fill(&WHITE)?;
     let text = (FONT, 17).into_font().color(&BLACK);
     let upright = (FONT, 17).into_font().transform(FontTransform::Rotate270).color(&BLACK);
+    area.draw(&Text::new(TITLE, (12, 18), (FONT, 24).into_font().color(&BLACK)))?;
     for (i, name) in names.iter().enumerate() {
-        area.draw(&Text::new(*name, (12, top + cell * i as i32 + 9), text.clone()))?;
+        area.draw(&Text::new(*name, (12, top + CELL * i as i32 + 9), text.clone()))?;
     }
-    for (j, name) in names.iter().chain(&extra).enumerate() {
-        area.draw(&Text::new(*name, (left + cell * j as i32 + 8, top - 10), upright.clone()))?;
+    for (j, name) in names.iter().chain(&OTHERS).enumerate() {
+        area.draw(&Text::new(*name, (left + CELL * j as i32 + 8, top - 10), upright.clone()))?;
     }
     for (i, name) in names.iter().enumerate() {
-        let y = top + cell * i as i32;
-        for j in 0..columns as i32 {
-            let x = left + cell * j;
-            area.draw(&Rectangle::new([(x, y), (x + cell, y + cell)], GREY.mix(0.3)))?;
+        for j in 0..columns {
+            let (x, y) = corner(i, j);
+            area.draw(&Rectangle::new([(x, y), (x + CELL, y + CELL)], GREY.mix(0.3)))?;
         }
-        for (_, judged) in study.reference().filter(|(a, _)| a.effects[0].0 == *name) {
-            let fill = |area: &DrawingArea<BitMapBackend<'_>, plotters::coord::Shift>,
-                        j: usize,
-                        colour: RGBAColor| {
-                let x = left + cell * j as i32;
-                area.draw(&Rectangle::new([(x + 3, y + 3), (x + cell - 3, y + cell - 3)], colour.filled()))
-            };
-            match judged.verdict.as_str() {
-                "none" => fill(&area, columns - 1, GREY.mix(1.0))?,
-                "unknown" => fill(&area, columns - 2, GREY.mix(1.0))?,
-                verdict => {
-                    for name in &judged.names {
-                        let j = names.iter().position(|n| n == name).unwrap_or(names.len());
-                        let colour = if verdict == "named" { BLUE.mix(1.0) } else { ORANGE.mix(0.6) };
-                        fill(&area, j, colour)?;
-                    }
-                }
+        for (family, half) in [(Family::Hidden, 0), (Family::Fresh, 1)] {
+            let of_family = study.of(family).filter(|(a, _)| a.size == 1.0 && a.effects[0].0 == *name);
+            for (j, colour) in of_family.flat_map(|(_, judged)| filled_cells(judged, &names)) {
+                let (x, y) = corner(i, j);
+                let from = x + 3 + half * (CELL / 2 - 2);
+                let rectangle = [(from, y + 3), (from + CELL / 2 - 4, y + CELL - 3)];
+                area.draw(&Rectangle::new(rectangle, colour.filled()))?;
             }
         }
     }
-    let legend = "rows: hidden; columns: verdict. Blue named, orange tied, grey none or unknown.";
-    area.draw(&Text::new(legend, (12, size.1 as i32 - 36), text))?;
+    for (line, y) in LEGEND.iter().zip([54, 30]) {
+        area.draw(&Text::new(*line, (12, size.1 as i32 - y), text.clone()))?;
+    }
     area.present()?;
     Ok(())
+}
+
+/// Upper left corner of a cell, px.
+fn corner(row: usize, column: usize) -> (i32, i32) {
+    (CORNER.0 + CELL * column as i32, CORNER.1 + CELL * row as i32)
+}
+
+/// Columns and colours of a verdict, where the effects have these names in the order of the columns.
+fn filled_cells(judged: &Judged, names: &[&str]) -> Vec<(usize, RGBColor)> {
+    let behind = |at: usize| names.len() + at;
+    match judged.verdict.as_str() {
+        "unknown" => vec![(behind(1), GREY)],
+        "none" => vec![(behind(2), GREY)],
+        verdict => {
+            let colour = if verdict == "named" { BLUE } else { ORANGE };
+            let column = |name: &String| names.iter().position(|n| n == name).unwrap_or(behind(0));
+            judged.names.iter().map(|name| (column(name), colour)).collect()
+        }
+    }
 }
 
 /// Ends of the axis of gains: from the smallest significant gain to beyond a gross error of scale.
@@ -92,7 +121,7 @@ pub fn detection_png(study: &StudyTally, path: &Path) -> Result<(), PictureError
     area.fill(&WHITE)?;
     let mut chart = ChartBuilder::on(&area)
         .caption(
-            "gain over none by size of the hidden effect (filled: named right; a colour a class)",
+            "Larger effects are told apart by more (filled: named right; one colour for each class)",
             (FONT, 22),
         )
         .margin(14)
@@ -102,7 +131,9 @@ pub fn detection_png(study: &StudyTally, path: &Path) -> Result<(), PictureError
     chart
         .configure_mesh()
         .x_desc("size over reference size")
-        .y_desc("gain in BIC")
+        .y_desc("gain in BIC over no effect")
+        .x_label_formatter(&|size| format!("{size:.1}"))
+        .y_label_formatter(&|gain| format!("{gain:.0}"))
         .light_line_style(WHITE)
         .label_style((FONT, 15))
         .draw()?;

@@ -19,6 +19,9 @@ pub struct Identified {
     pub index: Option<Value>,
     /// Yield stress, Pa, where the law has one.
     pub yield_stress_pa: Option<Value>,
+    /// Stress at a typical rate, where the law has more than one number.
+    #[serde(default)]
+    pub stress: Option<FlowStress>,
     /// Viscosity below which the liquid lies, Pa s, where the recordings and the simulator cannot tell more.
     pub undetermined_below_pa_s: Option<f64>,
     /// Whitened misfit of the fit.
@@ -30,6 +33,15 @@ pub struct Identified {
     /// Simulations by which the numbers were found; none where the reduced model alone was fitted.
     #[serde(default)]
     pub by_simulation: Option<BySimulation>,
+}
+
+/// Point of the flow curve. The recordings tell it better than the numbers of the law.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct FlowStress {
+    /// Rate of shear, 1/s.
+    pub rate_per_s: f64,
+    /// Stress there, Pa.
+    pub stress_pa: Value,
 }
 
 /// Result of the simulations beside the liquid itself.
@@ -97,19 +109,31 @@ impl Identified {
     pub fn sentence(&self) -> String {
         let about = if self.by_simulation.is_some() { "" } else { "roughly " };
         let of = |value: &Value| {
-            format!("{:.4} ({about}{:.4} to {:.4})", value.best, value.interval[0], value.interval[1])
+            let [low, high] = value.interval;
+            if self.by_simulation.is_some() && !value.is_determined() {
+                return format!("undetermined between {low:.4} and {high:.4} ({:.4} fits best)", value.best);
+            }
+            format!("{:.4} ({about}{low:.4} to {high:.4})", value.best)
         };
-        let mut text = match self.undetermined_below_pa_s {
-            Some(below) => format!(
+        let mut text = match (self.undetermined_below_pa_s, &self.stress) {
+            (Some(below), _) => format!(
                 "viscosity undetermined, below {below:.4} Pa s ({:.4} fits best, and is simulated unless a lower one is stated)",
                 self.consistency_pa_sn.best
             ),
-            None if self.index.is_some() => format!("consistency {} Pa s^n", of(&self.consistency_pa_sn)),
-            None => format!("viscosity {} Pa s", of(&self.consistency_pa_sn)),
+            (None, Some(stress)) => format!(
+                "stress at {:.0} 1/s {} Pa, consistency in Pa s^n {}",
+                stress.rate_per_s,
+                of(&stress.stress_pa),
+                of(&self.consistency_pa_sn)
+            ),
+            (None, None) if self.index.is_some() => {
+                format!("consistency in Pa s^n {}", of(&self.consistency_pa_sn))
+            }
+            (None, None) => format!("viscosity in Pa s {}", of(&self.consistency_pa_sn)),
         };
         text += &self.index.as_ref().map_or(String::new(), |value| format!(", flow index {}", of(value)));
         let stress = self.yield_stress_pa.as_ref();
-        text += &stress.map_or(String::new(), |value| format!(", yield stress {} Pa", of(value)));
+        text += &stress.map_or(String::new(), |value| format!(", yield stress in Pa {}", of(value)));
         if let Some(by) = &self.by_simulation {
             text += &format!(
                 ", by {} simulations; the reduced model alone gives {:.4}",

@@ -6,7 +6,9 @@
 
 mod by_simulation;
 mod fit;
+mod flow_curve;
 mod identified;
+mod law_by_simulation;
 mod measured;
 #[cfg(test)]
 mod tests;
@@ -16,7 +18,7 @@ pub use crate::law::Law;
 pub(crate) use by_simulation::{Simulating, by_simulation};
 pub use fit::identify;
 pub(crate) use fit::stated;
-pub use identified::{BySimulation, Identified};
+pub use identified::{BySimulation, FlowStress, Identified};
 pub use measured::MeasuredRecording;
 pub use viscosity::{Value, ViscosityFit, fit_viscosity};
 

@@ -47,6 +47,9 @@ const MODEL_ERROR_LOW: [f64; 2] = [1.0 / 12.0, 1.5];
 /// Standard deviation of the lag between camera and motion, s.
 const LAG_S: f64 = 0.004;
 
+/// Half of an interval, relative to the value, beyond which the value is called undetermined.
+const KNOWN: f64 = 0.25;
+
 /// Number with its 90 % interval.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Value {
@@ -61,6 +64,11 @@ impl Value {
     pub(super) fn bound(&self, density_kg_m3: f64) -> Option<f64> {
         let floor = NUMERICAL_VISCOSITY_M2_S * density_kg_m3;
         (self.interval[0] < floor).then_some(self.interval[1].max(floor))
+    }
+
+    /// Whether the interval is narrow enough to call the value known: half of it is at most [`KNOWN`] of the value.
+    pub(super) fn is_determined(&self) -> bool {
+        self.interval[1] - self.interval[0] <= 2.0 * KNOWN * self.best.abs()
     }
 
     /// The viscosity with its interval widened by what the reduced model lacks of a real slosh.
