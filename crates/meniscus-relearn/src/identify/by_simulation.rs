@@ -2,7 +2,7 @@
 //!
 //! The reduced model is linear. A real slosh is steeper, and what is steep about it is taken for viscosity: of glycerine the
 //! reduced model finds 0.6 to 0.75 of the truth, of water ten times and more. The simulator has the steep wave. Each viscosity that is
-//! tried is simulated in the recorded motions ([`SizeSearch`]): first with coarse particles over a factor of 25, then with those of
+//! tried is simulated in the recorded motions ([`meniscus_discover::sizing::search::SizeSearch`]): first with coarse particles over a factor of 25, then with those of
 //! the training in several packings. A law with more numbers is fitted as a flow curve (`law_by_simulation`).
 //!
 //! ```text
@@ -11,7 +11,7 @@
 
 use super::identified::{BySimulation, Identified};
 use super::measured::MeasuredRecording;
-use super::viscosity::{Value, calibration};
+use super::viscosity::calibration;
 use crate::error::RelearnError;
 use crate::law::Law;
 use crate::progress::Progress;
@@ -24,9 +24,9 @@ use meniscus_discover::sizing::candidate::SizingCandidate;
 use meniscus_discover::sizing::error::SizingError;
 use meniscus_discover::sizing::forward::Point;
 use meniscus_discover::sizing::glass::{GlassForward, Matched};
-use meniscus_discover::sizing::interval::{Component, SizeVariance, spacing_error};
+use meniscus_discover::sizing::interval::{Component, spacing_error};
 use meniscus_discover::sizing::projection::Observed;
-use meniscus_discover::sizing::search::{Level, SizeSearch, Start};
+use meniscus_discover::sizing::search::Start;
 use meniscus_discover::sizing::simulations::Simulations;
 use meniscus_discover::sizing::store::SimulationStore;
 use meniscus_discover::sizing::workload::SimulationProgress;
@@ -39,18 +39,6 @@ pub(super) const COARSE_M: f64 = 0.007;
 
 /// A spacing nearer to the first one than this is not searched again.
 pub(super) const APART: f64 = 0.85;
-
-/// Viscosities that are tried first, over the one that the search starts from.
-const FIRST: [f64; 3] = [0.65, 1.0, 1.5];
-
-/// Most sizes that are tried at the coarse and at the fine spacing.
-const MOST: [usize; 2] = [7, 4];
-
-/// Sizes that the fine search starts from, over the one that the coarse search found.
-const FINE: [f64; 2] = [1.0, 1.12];
-
-/// Searches with coarse particles: each ends within a factor of five of where it starts.
-const CENTRES: usize = 3;
 
 /// Packings at the end, whose scatter is part of the interval.
 pub(super) const PACKINGS: usize = 3;
@@ -94,16 +82,8 @@ pub(crate) fn by_simulation(
     let watch = |now: SimulationProgress| how.progress.advances(now.done as f64 / now.expected.max(1) as f64);
     let simulations = Simulations { stop: Some(how.stop), ..Simulations::new(&store, &watch) };
     let fit = Fit { rough, records: &records, simulations: &simulations, spacing_m: how.spacing_m };
-    if rough.law != Law::Newtonian {
-        return fit.law(known).map_err(|error| ended(error, how));
-    }
-    let (known, coarse) = fit.coarse(known).map_err(|error| ended(error, how))?;
-    let fine = if how.spacing_m < APART * COARSE_M {
-        Some(fit.fine(&known, &coarse).map_err(|error| ended(error, how))?)
-    } else {
-        None
-    };
-    Ok(fit.identified(&known, &coarse, fine.as_ref()))
+    let found = if rough.law == Law::Newtonian { fit.viscosity(known) } else { fit.law(known) };
+    found.map_err(|error| ended(error, how))
 }
 
 /// The error of a run whose sizing ended with `error`.
@@ -150,30 +130,6 @@ impl Fit<'_> {
         }
     }
 
-    /// Searches from `start` with particles at `spacing_m`.
-    fn search(
-        &self,
-        known: &Known,
-        spacing_m: f64,
-        start: &Start,
-        limits: (usize, usize),
-    ) -> Result<Level, SizingError> {
-        let candidate = self.candidate();
-        let (packings, most_sizes) = limits;
-        self.with_forward(known, spacing_m, &candidate, |forward, observed| {
-            self.expect(forward, [start.sizes[0]].iter().chain(&start.others), sets_of(start, packings));
-            let search = SizeSearch {
-                forward,
-                observed,
-                range: candidate.range(),
-                others: &candidate.others(),
-                packings,
-                most_sizes,
-            };
-            search.run(start)
-        })
-    }
-
     /// Runs `work` with the simulator of `candidate` and the recordings as they are compared.
     pub(super) fn with_forward<T>(
         &self,
@@ -211,53 +167,6 @@ impl Fit<'_> {
         let frames: usize = self.records.iter().map(Record::frames).sum();
         let mut workload = self.simulations.workload.lock().unwrap_or_else(PoisonError::into_inner);
         workload.expect(&setup, sets * frames, sets * self.records.len(), sets);
-    }
-
-    /// The search with coarse particles, and the liquid that it counts from.
-    fn coarse(&self, known: &Known) -> Result<(Known, Level), SizingError> {
-        let spacing_m = self.spacing_m.max(COARSE_M);
-        let mut known = Known { viscosity_pa_s: self.rough.consistency_pa_sn.best, ..*known };
-        let start = Start { sizes: FIRST.to_vec(), others: self.candidate().first_others(), slopes: None };
-        let packings = if self.spacing_m < APART * COARSE_M { 1 } else { PACKINGS };
-        let mut level = self.search(&known, spacing_m, &start, (packings, MOST[0]))?;
-        for _ in 1..CENTRES {
-            let Some(end) = level.end else { break };
-            known.viscosity_pa_s *= end;
-            level = self.search(&known, spacing_m, &start, (packings, MOST[0]))?;
-        }
-        Ok((known, level))
-    }
-
-    /// The search with the particles of the training, near what coarse ones found.
-    fn fine(&self, known: &Known, coarse: &Level) -> Result<Level, SizingError> {
-        let (low, high) = self.candidate().range().bounds;
-        let sizes = FINE.map(|factor| (factor * coarse.fit.size).clamp(low, high)).to_vec();
-        let start = Start { sizes, others: coarse.fit.others.clone(), slopes: Some(coarse.slopes.clone()) };
-        self.search(known, self.spacing_m, &start, (PACKINGS, MOST[1]))
-    }
-
-    /// The liquid at the end of the last search.
-    fn identified(&self, known: &Known, coarse: &Level, fine: Option<&Level>) -> Identified {
-        let last = fine.unwrap_or(coarse);
-        let [curvature, packings] = last.variance.first().copied().unwrap_or_default();
-        let spacing = self.spacing(last.fit.size, fine.map(|_| coarse.fit.size), last.fit.size);
-        let half = SizeVariance { curvature, packings, spacing }.half_width();
-        let parameter = self.candidate().parameter(0);
-        let (best, (least, most), (none, all)) = (last.fit.size, parameter.range, parameter.admissible);
-        let si = |coordinate: f64| parameter.to_value(coordinate, &known.stated());
-        // Beyond the sizes that a search may try nothing is known: there the interval ends where any liquid does.
-        let low = if best - half > least { si(best - half) } else { none };
-        let high = if best + half < most { si(best + half) } else { all };
-        let viscosity = Value { best: si(best), interval: [low, high] };
-        Identified {
-            consistency_pa_sn: viscosity,
-            undetermined_below_pa_s: viscosity.bound(known.density_kg_m3),
-            misfit: last.misfit,
-            by_simulation: Some(
-                self.simulated(last.sizes.iter().map(|size| size * known.viscosity_pa_s).collect()),
-            ),
-            ..self.rough.clone()
-        }
     }
 
     /// Error of the spacing: what the change from a `coarse` value leaves, and the simulator's own error, relative to `whole`.

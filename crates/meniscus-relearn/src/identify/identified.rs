@@ -108,12 +108,13 @@ impl Identified {
     #[must_use]
     pub fn sentence(&self) -> String {
         let about = if self.by_simulation.is_some() { "" } else { "roughly " };
-        let of = |value: &Value| {
+        let of = |value: &Value, unit: &str| {
             let [low, high] = value.interval;
             if self.by_simulation.is_some() && !value.is_determined() {
-                return format!("undetermined between {low:.4} and {high:.4} ({:.4} fits best)", value.best);
+                let best = value.best;
+                return format!("undetermined between {low:.4} and {high:.4}{unit} ({best:.4} fits best)");
             }
-            format!("{:.4} ({about}{low:.4} to {high:.4})", value.best)
+            format!("{:.4} ({about}{low:.4} to {high:.4}){unit}", value.best)
         };
         let mut text = match (self.undetermined_below_pa_s, &self.stress) {
             (Some(below), _) => format!(
@@ -121,19 +122,19 @@ impl Identified {
                 self.consistency_pa_sn.best
             ),
             (None, Some(stress)) => format!(
-                "stress at {:.0} 1/s {} Pa, consistency in Pa s^n {}",
+                "stress at {:.0} 1/s {}, consistency {}",
                 stress.rate_per_s,
-                of(&stress.stress_pa),
-                of(&self.consistency_pa_sn)
+                of(&stress.stress_pa, " Pa"),
+                of(&self.consistency_pa_sn, " Pa s^n")
             ),
             (None, None) if self.index.is_some() => {
-                format!("consistency in Pa s^n {}", of(&self.consistency_pa_sn))
+                format!("consistency {}", of(&self.consistency_pa_sn, " Pa s^n"))
             }
-            (None, None) => format!("viscosity in Pa s {}", of(&self.consistency_pa_sn)),
+            (None, None) => format!("viscosity {}", of(&self.consistency_pa_sn, " Pa s")),
         };
-        text += &self.index.as_ref().map_or(String::new(), |value| format!(", flow index {}", of(value)));
+        text += &self.index.as_ref().map_or(String::new(), |value| format!(", flow index {}", of(value, "")));
         let stress = self.yield_stress_pa.as_ref();
-        text += &stress.map_or(String::new(), |value| format!(", yield stress in Pa {}", of(value)));
+        text += &stress.map_or(String::new(), |value| format!(", yield stress {}", of(value, " Pa")));
         if let Some(by) = &self.by_simulation {
             text += &format!(
                 ", by {} simulations; the reduced model alone gives {:.4}",
@@ -141,5 +142,52 @@ impl Identified {
             );
         }
         text
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::law::Law;
+
+    fn value(best: f64, interval: [f64; 2]) -> Value {
+        Value { best, interval }
+    }
+
+    #[test]
+    fn numbers_that_the_recordings_leave_open_are_said_to_be_undetermined() {
+        let known = Identified {
+            law: Law::HerschelBulkley,
+            consistency_pa_sn: value(3.6, [1.8, 5.7]),
+            index: Some(value(0.26, [0.18, 0.34])),
+            yield_stress_pa: Some(value(1.4, [0.0, 3.9])),
+            stress: Some(FlowStress { rate_per_s: 10.0, stress_pa: value(8.0, [7.5, 8.6]) }),
+            undetermined_below_pa_s: None,
+            misfit: 2.0,
+            gain: 0.0,
+            recordings: vec!["one".into()],
+            by_simulation: Some(BySimulation {
+                reduced_pa_sn: value(2.9, [1.0, 6.0]),
+                tried_pa_sn: vec![3.6],
+                spacing_m: 0.005,
+                simulations: 9,
+            }),
+        };
+        let said = known.sentence();
+        assert!(
+            said.starts_with("stress at 10 1/s 8.0000 (7.5000 to 8.6000) Pa, consistency undetermined"),
+            "{said}"
+        );
+        assert!(
+            said.contains("yield stress undetermined between 0.0000 and 3.9000 Pa (1.4000 fits best)"),
+            "{said}"
+        );
+        let newtonian = Identified { stress: None, index: None, yield_stress_pa: None, ..known };
+        let narrow = Identified { consistency_pa_sn: value(0.95, [0.82, 1.08]), ..newtonian };
+        assert!(
+            narrow.sentence().starts_with("viscosity 0.9500 (0.8200 to 1.0800) Pa s"),
+            "{}",
+            narrow.sentence()
+        );
     }
 }

@@ -13,6 +13,7 @@ mod measured;
 #[cfg(test)]
 mod tests;
 mod viscosity;
+mod viscosity_by_simulation;
 
 pub use crate::law::Law;
 pub(crate) use by_simulation::{Simulating, by_simulation};
