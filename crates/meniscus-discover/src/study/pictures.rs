@@ -121,7 +121,7 @@ pub fn detection_png(study: &StudyTally, path: &Path) -> Result<(), PictureError
     area.fill(&WHITE)?;
     let mut chart = ChartBuilder::on(&area)
         .caption(
-            "Larger effects are told apart by more (filled: named right; one colour for each class)",
+            "The evidence for an effect grows with its size (filled: named right; one colour for each class)",
             (FONT, 22),
         )
         .margin(14)

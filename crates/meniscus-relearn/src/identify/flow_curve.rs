@@ -1,4 +1,4 @@
-//! Law of flow in the coordinates that a slosh tells apart: the stress at a typical rate, the flow index, and the share of the
+//! Law of flow in the coordinates that a slosh distinguishes: the stress at a typical rate, the flow index, and the share of the
 //! yield stress.
 //!
 //! ```text
