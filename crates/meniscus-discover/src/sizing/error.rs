@@ -31,10 +31,7 @@ pub enum SizingError {
         reason: String,
     },
     /// The effects are of camera, clock or drive.
-    #[error(
-        "the size of {names} is that of the reduced model: it is geometry, clock or drive, which the reduced model has exactly, \
-         and simulated particles would add their scatter"
-    )]
+    #[error("the reduced model has {names} exactly, and simulated particles would add their scatter")]
     OutsideTheLiquid {
         /// Effects, in words.
         names: String,
