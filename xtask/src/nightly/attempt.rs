@@ -102,21 +102,24 @@ fn output_of(root: &Path, step: &Step) -> Result<(std::process::ExitStatus, Vec<
 /// The checks of a report `{"checks": [{"name", "value", "unit", "target", "ok"}]}`; none where `output` is another. The
 /// studies print such a report, and end with status 0 whatever it says.
 fn checks_of(output: &str) -> Vec<Value> {
-    let report = output.find('{').and_then(|at| serde_json::from_str::<Value>(&output[at..]).ok());
+    // Messages may follow the report.
+    let report = output
+        .find('{')
+        .and_then(|at| serde_json::Deserializer::from_str(&output[at..]).into_iter::<Value>().next()?.ok());
     report.and_then(|report| report["checks"].as_array().cloned()).unwrap_or_default()
 }
 
 /// A check in a line.
 fn row(check: &Value) -> String {
-    let verdict = match check["ok"].as_bool() {
-        Some(true) => "ok",
-        Some(false) => "MISSED",
-        None => "informational",
+    // The target of an informational row says the same in another word.
+    let (target, verdict) = match check["ok"].as_bool() {
+        Some(true) => (text_of(&check["target"]), "ok"),
+        Some(false) => (text_of(&check["target"]), "MISSED"),
+        None => (String::new(), "informational"),
     };
     let value =
         check["value"].as_f64().map_or_else(|| text_of(&check["value"]), |value| format!("{value:.4}"));
-    let said =
-        [text_of(&check["name"]), value, text_of(&check["unit"]), text_of(&check["target"]), verdict.into()];
+    let said = [text_of(&check["name"]), value, text_of(&check["unit"]), target, verdict.into()];
     said.into_iter().filter(|word| !word.is_empty()).collect::<Vec<_>>().join("  ")
 }
 
@@ -159,7 +162,7 @@ mod tests {
     fn a_missed_target_in_a_report_fails_the_step() {
         let report = r#"{"checks": [{"name": "a", "value": 1.5, "unit": "mm", "target": "<= 2", "ok": true},
             {"name": "b", "value": 3.0, "ok": false}, {"name": "c", "value": null, "ok": null}]}"#;
-        let step = Step::new("study", ["echo", report]);
+        let step = Step::new("study", ["echo", &format!("{report}\nerror: a check missed its target")]);
         let done = attempt(Path::new("."), &step);
         assert!(done.exit_zero && !done.passed());
         assert_eq!(done.missed, ["b"]);
