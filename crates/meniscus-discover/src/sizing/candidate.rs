@@ -8,7 +8,7 @@ use crate::decision::verdict::Verdict;
 use crate::findings::Findings;
 use crate::fitting::fit::{Fitted, Free};
 use crate::recordings::stated::Known;
-use meniscus::reduced::effects::{Active, EffectKind, Parameter};
+use meniscus::reduced::effects::{Active, EffectKind, Parameter, Simulator};
 
 /// Exponent of the damping of the first mode in the viscosity, between a thin layer (0.5) and the bulk (1).
 const DAMPING_EXPONENT: f64 = 0.65;
@@ -57,10 +57,14 @@ impl SizingCandidate {
         })
     }
 
-    /// Returns whether an effect acts in the liquid. Those of camera, clock and drive do not, and neither does the fill.
+    /// Returns whether the particles show an effect. Those of camera, clock and drive are none of theirs, and another fill is
+    /// another packing. An inclination is theirs, because the reduced model has it half as large again.
     #[must_use]
-    pub fn in_liquid(&self) -> bool {
-        self.active.iter().any(|active| active.entry.class.in_liquid())
+    pub fn is_of_the_particles(&self) -> bool {
+        self.active.iter().any(|active| {
+            let carried = matches!(active.entry.simulator, Simulator::Law(_));
+            active.entry.class.in_liquid() || (carried && active.entry.kind != EffectKind::Fill)
+        })
     }
 
     /// Returns the parameter `which` of those that are free.
@@ -187,11 +191,15 @@ mod tests {
     }
 
     #[test]
-    fn geometry_clock_and_drive_are_outside_the_liquid() {
+    fn camera_clock_drive_and_fill_are_none_of_the_particles() {
         for (name, value) in [("fill", 0.003), ("actuation_gain", 1.08), ("camera_latency", 0.03)] {
-            assert!(!candidate(name, value).in_liquid(), "{name}");
+            assert!(!candidate(name, value).is_of_the_particles(), "{name}");
         }
-        assert!(candidate("yield_stress", 3.0).in_liquid());
+        for (name, value) in
+            [("yield_stress", 3.0), ("container_tilt", 0.035), ("vertical_acceleration", 0.5)]
+        {
+            assert!(candidate(name, value).is_of_the_particles(), "{name}");
+        }
     }
 
     #[test]

@@ -30,8 +30,10 @@ pub enum SizingError {
         /// Reason, in words.
         reason: String,
     },
-    /// The effects are of camera, clock or drive.
-    #[error("the reduced model has {names} exactly, and simulated particles would add their scatter")]
+    /// The effects are of camera, clock, drive or fill.
+    #[error(
+        "{names} acts outside the liquid: the reduced model sizes it, and simulated particles would add their scatter"
+    )]
     OutsideTheLiquid {
         /// Effects, in words.
         names: String,

@@ -87,7 +87,7 @@ pub fn size(
     }
     // A fill of 73 mm was sized as one of 70.3 mm: particles of another fill are another packing, whose scatter is larger than
     // what a fit takes it for. Gains and delays had intervals that were too narrow.
-    if !candidates[0].in_liquid() {
+    if !candidates[0].is_of_the_particles() {
         return Err(SizingError::OutsideTheLiquid { names: candidates[0].names.join(" and ") });
     }
     let matched = |record| Matched::new(record, &findings.known, references);

@@ -14,8 +14,9 @@ pub(super) const STATED: Stated =
     Stated { consistency_pa_sn: VISCOSITY_PA_S, radius_m: GLASS.radius_m, fill_m: GLASS.fill_m };
 
 /// Packings of the glasses that effects are hidden in; no reference has them. Thresholds and rules
-/// were chosen while looking at the first. The second is held out and changed when a rule is: 27, 37 and 61 were such packings. With the
-/// last a fill was sized wrongly by simulation, after which effects outside the liquid keep the size of the reduced model.
+/// were chosen while looking at the first. The second is held out and changed when a rule is: 27, 37 and 61 were such
+/// packings. With the last a fill was sized wrongly by simulation, after which effects outside the liquid keep the size of
+/// the reduced model.
 pub const HIDDEN_PACKINGS: [u64; 2] = [7, 67];
 
 /// The clean glasses of the single jolts: liquids and packings.
