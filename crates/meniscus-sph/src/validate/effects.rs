@@ -3,7 +3,7 @@
 //! | effect | what is measured | theory |
 //! |---|---|---|
 //! | viscosity | decay of the first mode | Ritz solution at that viscosity |
-//! | shear_thinning, yield_stress | mean decay from two speeds | [`Envelope`] |
+//! | shear_thinning, yield_stress | mean decay from two speeds | the modes under that law ([`super::by_law`]) |
 //! | wall_slip | decay at b = 5 mm | Ritz solution with Navier's condition |
 //! | surface_tension | w^2 with it over w^2 without | `1 + sigma k^2/(rho g)` |
 //! | contact_line | speed lost in a period of dry friction | the modes under that force ([`super::wall_force`]) |
@@ -16,20 +16,21 @@
 //!
 //! Ratios take the simulator's own run without the effect, so that its numerical errors cancel to first order.
 
+use super::Held;
 use super::at_the_wall::{inclined, slope};
+use super::by_law::{Scene, ring_by_law};
 use super::fit::{Fit, fit};
 use super::ring_down::{GLASS, GLYCERINE, momentum, setup};
 use super::theory::{Mode, Tone};
 use super::viscous::{Linear, linear_mode};
 use super::wall_force::{foaming, rubbed, sliding, sprung};
-use super::{Envelope, Held};
 use crate::{Error, Setup, Simulator};
 use meniscus::reduced::effects::Law;
 use meniscus::units::GRAVITY_M_S2;
 use meniscus_data::effects::Effects;
 use meniscus_data::liquids::Rheology;
 
-/// Where fits and envelopes begin, s: the wall layer has formed.
+/// Where fits begin, s: the wall layer has formed.
 const FORMED_S: f64 = 0.08;
 
 /// Where the fits of a liquid with a memory begin, s: its stress starts from nothing, and what that leaves behind fades with its relaxation
@@ -200,7 +201,7 @@ fn linear(setup: &Setup, liquid: Theory) -> Result<Vec<Held>, Error> {
     ])
 }
 
-/// A Herschel-Bulkley liquid against its envelope from two speeds: k = 1 Pa s^n, n = 0.5, tau0 = 0.15 Pa.
+/// A Herschel-Bulkley liquid from two speeds: k = 1 Pa s^n, n = 0.5, tau0 = 0.15 Pa.
 pub(super) fn herschel_bulkley(spacing_m: f64) -> Result<Vec<Held>, Error> {
     let law = Rheology { consistency: 1.0, index: 0.5, yield_stress: 0.15, largest: 20.0 };
     envelopes(&setup(law, spacing_m, true))
@@ -208,21 +209,18 @@ pub(super) fn herschel_bulkley(spacing_m: f64) -> Result<Vec<Held>, Error> {
 
 /// Mean decays of a liquid of variable viscosity from two speeds over one period.
 fn envelopes(setup: &Setup) -> Result<Vec<Held>, Error> {
-    let law = Envelope::new(&GLASS, GLYCERINE.0);
-    let rheology = setup.resolved().liquid.rheology;
+    let scene =
+        Scene { glass: GLASS, density_kg_m3: GLYCERINE.0, rheology: setup.resolved().liquid.rheology };
+    let diverged = || Error::Setup("the theory of a law of flow is not finite".into());
     let period = 1.0 / Mode::first(GLASS).hz();
+    let (seconds, guess) = (FORMED_S + 1.02 * period, Tone { hz: 0.93 / period, decay: 4.0 });
+    let decay = |run: Run| run.between(guess, FORMED_S, FORMED_S + period).map(|fit| fit.tone.decay);
     let mut held = Vec::new();
     for (what, speed) in [("decay from 0.2 m/s, 1/s", 0.2), ("decay from 0.35 m/s, 1/s", 0.35)] {
-        let run = Run::new(setup, speed, FORMED_S + 1.02 * period)?;
-        let guess = law.decay(&rheology, 0.7 * speed).map_or(6.0, |(_, decay)| decay);
-        let guess = Tone { hz: 0.93 / period, decay: guess };
-        let found = run.between(guess, FORMED_S, FORMED_S + period)?;
-        let [c, s] = found.amplitude;
-        let first = speed * c.hypot(s) * (-found.tone.decay * FORMED_S).exp();
-        let (last, ended) = law.follow(&rheology, first, period);
-        // Where the law stops oscillating within the window there is nothing to compare.
-        let last = if ended.is_some() { f64::NAN } else { last };
-        held.push(Held { what, measured: found.tone.decay, theory: (first / last).ln() / period });
+        let theory = ring_by_law(&scene, speed, seconds).ok_or_else(diverged)?;
+        let theory = Run { series: theory.iter().map(|now| (now.time_s, now.momentum)).collect() };
+        let run = Run::new(setup, speed, seconds)?;
+        held.push(Held { what, measured: decay(run)?, theory: decay(theory)? });
     }
     Ok(held)
 }

@@ -24,18 +24,19 @@
 //! `mode2_frequency_error_fine` at the fine one; `mode1_error_cone` and `mode1_error_wine_glass` are against Ritz's method in such a
 //! glass, `volume_error_shaped` and `centre_error_shaped` the volume and the height of the centre of mass (as a part of the fill) of
 //! the settled liquid there; `herschel_bulkley_arrest` is when the speed of a
-//! liquid with a yield stress stays below 3 % of its first, `herschel_bulkley_law_ends` when the law of
-//! [`Envelope`] no longer oscillates; `herschel_bulkley_envelope` is the largest deviation of the decay from
-//! that law, from two speeds at 5 mm; `effect_NAME` the largest deviation of an effect from its theory at
-//! 5 mm (see `effects`), with the figures on the page. The fine spacing is 3.5 mm.
+//! liquid with a yield stress stays below 3 % of its first, at 7 mm, `herschel_bulkley_arrest_error` its deviation from theory
+//! (`by_law`); `herschel_bulkley_envelope` is the largest deviation of the decay from the same theory, from two speeds at 5 mm;
+//! `effect_NAME` the largest deviation of an effect from its theory at 5 mm (see `effects`), with the figures on the page. The fine
+//! spacing is 3.5 mm.
 
 mod arrest;
 mod at_the_wall;
+mod basis;
+mod by_law;
 mod cost;
 mod determinism;
 mod effects;
 mod energy_closure;
-mod envelope;
 mod escapes;
 mod first_mode;
 mod fit;
@@ -55,7 +56,6 @@ mod wall_force;
 
 pub use cost::Stopwatch;
 pub use effects::effect;
-pub use envelope::Envelope;
 pub use first_mode::FirstMode;
 pub use fit::{Fit, fit};
 pub use held::Held;
@@ -83,6 +83,9 @@ const COARSE_M: f64 = 0.007;
 /// Largest deviation of an effect from its theory, per cent.
 const EFFECT_TARGET: f64 = 8.0;
 
+/// Largest deviation of the time at which a liquid with a yield stress stands, at 7 mm, per cent.
+const ARREST_TARGET: f64 = 20.0;
+
 /// Results of the validation.
 #[derive(Clone, Debug, Default)]
 pub struct Outcome {
@@ -103,7 +106,7 @@ pub fn work(quick: bool) -> f64 {
 /// Processor time of each case in order, roughly, s.
 const WORK: [f64; 34] = [
     10.0, 9.0, 9.0, 15.0, 60.0, 10.0, 8.0, 10.0, 40.0, 12.0, 60.0, 12.0, 10.0, 5.0, 7.0, 60.0, 12.0, 15.0,
-    5.0, 7.0, 30.0, 10.0, 30.0, 30.0, 10.0, 15.0, 15.0, 15.0, 30.0, 12.0, 12.0, 6.0, 15.0, 15.0,
+    5.0, 28.0, 30.0, 10.0, 30.0, 30.0, 10.0, 15.0, 15.0, 15.0, 30.0, 12.0, 12.0, 6.0, 15.0, 15.0,
 ];
 
 /// Number of quick cases.
@@ -219,16 +222,11 @@ fn slow_rows<W: FnMut(f64, &str)>(progress: &mut Progress<W>, out: &mut Outcome)
         Check::at_most("centre_error_shaped", cone.centre_error.max(wine.centre_error), "%", 0.1),
         Check::exactly("serial_parallel_identical", f64::from(u8::from(same)), "1", 1.0),
         Check::at_most("herschel_bulkley_arrest", stopped.plastic_s, "s", 0.7),
+        Check::at_most("herschel_bulkley_arrest_error", stopped.error().abs(), "%", ARREST_TARGET),
         Check::informational("newtonian_speed_after_arrest", stopped.newtonian, "1"),
     ]);
     out.ringings.extend([fine, thin]);
-    // The law needs linear solutions alone; beside it the simulator's own arrest stands above.
-    let (end, held) = progress.case("Herschel-Bulkley", |_| {
-        let law = Envelope::new(&GLASS, GLYCERINE.0);
-        let (_, end) = law.follow(&arrest::PLASTIC, arrest::START_M_S, 3.0);
-        Ok((end.unwrap_or(f64::NAN), effects::herschel_bulkley(STANDARD_M)?))
-    })?;
-    out.checks.push(Check::informational("herschel_bulkley_law_ends", end, "s"));
+    let held = progress.case("Herschel-Bulkley", |_| effects::herschel_bulkley(STANDARD_M))?;
     out.checks.push(row("herschel_bulkley_envelope", &held));
     for effect in &LIBRARY {
         let Some(law) = effect.simulator.law() else { continue };

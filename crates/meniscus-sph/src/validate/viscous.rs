@@ -10,13 +10,8 @@
 //! ```
 //! Zero stress at the surface, and zero shear stress at walls that slip, are natural conditions of
 //! this form. Where the walls do not slip the velocity vanishes on them, hence the contact line is
-//! pinned; where they slip it slides freely. The basis are products of Legendre polynomials in
-//! `2 (r/R)^2 - 1` and `2 z/h - 1` with factors for axis, wall and bottom:
-//! ```text
-//!             U                      W
-//! slip        (1 - (r/R)^2)          r z
-//! no slip     (1 - (r/R)^2)^2 z      r z^2 (1 - (r/R)^2)
-//! ```
+//! pinned; where they slip it slides freely. The functions of the basis are in [`super::basis`].
+//!
 //! Walls that slip by a length `b` (Navier 1823) add their friction to `C`; a Maxwell branch of modulus `G`
 //! and time `lambda` makes the viscosity depend on `s`:
 //! ```text
@@ -25,7 +20,7 @@
 //! The root nearest to the boundary-layer formula is found by inverse iteration with a Rayleigh
 //! quotient. All numbers are made without dimension by `R` and `sqrt(g/R)`.
 
-use super::jet::{Jet, legendre};
+use super::basis::{basis, flow};
 use super::theory::{Mode, Tone};
 use meniscus::units::GRAVITY_M_S2;
 use meniscus_data::recording::Glass;
@@ -64,10 +59,14 @@ const TURNS: (usize, usize) = (4, 6);
 /// The three matrices of the eigenvalue problem, `C` for a unit of viscosity, and the surface's answer to
 /// a tilt; all without dimension.
 pub(super) struct Problem {
-    mass: DMatrix<f64>,
+    pub(super) mass: DMatrix<f64>,
     friction: DMatrix<f64>,
-    stiffness: DMatrix<f64>,
+    pub(super) stiffness: DMatrix<f64>,
     tilt: DVector<f64>,
+    /// `(U, V, W)` of each node, times the square root of the node's weight.
+    pub(super) velocity: DMatrix<f64>,
+    /// Radius and height of each node, in radii.
+    places: Vec<[f64; 2]>,
     /// Rows rr, aa, zz, ra, rz, az of each node, times the square root of the node's weight; and weights.
     pub(super) strain: DMatrix<f64>,
     pub(super) weights: Vec<f64>,
@@ -114,46 +113,6 @@ pub fn linear_mode(glass: &Glass, liquid: &Linear) -> Option<Tone> {
     (root.re.is_finite() && root.im > 0.0).then_some(Tone { hz: root.im / TAU, decay: -root.re })
 }
 
-/// The factors in r and z of one velocity: `U = a(r) b(z)` or `W = c(r) d(z)`.
-#[derive(Clone, Copy)]
-enum Shape {
-    Radial(Jet, Jet),
-    Vertical(Jet, Jet),
-}
-
-/// Every velocity of the basis at `(r, z)` in a cylinder of depth `h`.
-fn basis(r: f64, z: f64, h: f64, no_slip: bool, degrees: (usize, usize)) -> Vec<Shape> {
-    let (one, r, z) = (Jet::constant(1.0), Jet::variable(r), Jet::variable(z));
-    let wall = one - r * r;
-    let [a, b, c, d] = if no_slip { [wall * wall, z, r * wall, z * z] } else { [wall, one, r, z] };
-    let (along_r, along_z) =
-        (legendre(r * r * 2.0 - one, degrees.0), legendre(z * (2.0 / h) - one, degrees.1));
-    let products = || along_r.iter().flat_map(|p| along_z.iter().map(move |q| (*p, *q)));
-    let radial = products().map(|(p, q)| Shape::Radial(a * p, b * q));
-    radial.chain(products().map(|(p, q)| Shape::Vertical(c * p, d * q))).collect()
-}
-
-/// `(U, V, W)` of a shape at radius `r`, and the six parts of `D` scaled so that their squares sum to
-/// `2 D:D`: rr, aa, zz, ra, rz, az.
-fn flow(shape: Shape, r: f64) -> ([f64; 3], [f64; 6]) {
-    let root2 = std::f64::consts::SQRT_2;
-    match shape {
-        Shape::Radial(Jet([a, da, dda]), Jet([b, db, _])) => {
-            let v = -(a + r * da) * b;
-            let v_r = -(2.0 * da + r * dda) * b;
-            let u = a * b;
-            let hoop = (u + v) / r;
-            ([u, v, 0.0], [root2 * da * b, root2 * hoop, 0.0, v_r - hoop, a * db, -(a + r * da) * db])
-        }
-        Shape::Vertical(Jet([c, dc, _]), Jet([d, dd, ddd])) => {
-            let v = -r * c * dd;
-            let v_r = -(c + r * dc) * dd;
-            let rest = [v_r - v / r, dc * d, -r * c * ddd - c * d / r];
-            ([0.0, v, c * d], [0.0, root2 * v / r, root2 * c * dd, rest[0], rest[1], rest[2]])
-        }
-    }
-}
-
 impl Problem {
     /// The problem for a depth `h` and a slip length `slip`, in radii.
     pub(super) fn new(h: f64, slip: f64, resolution: Resolution) -> Self {
@@ -164,8 +123,10 @@ impl Problem {
         let mut velocity = DMatrix::zeros(3 * nodes * nodes, size);
         let mut strain = DMatrix::zeros(6 * nodes * nodes, size);
         let mut weights = Vec::with_capacity(nodes * nodes);
-        let places = radii.iter().flat_map(|r| heights.iter().map(move |z| (*r, *z)));
-        for (place, ((r, over_r), (z, over_z))) in places.enumerate() {
+        let mut places = Vec::with_capacity(nodes * nodes);
+        let both = radii.iter().flat_map(|r| heights.iter().map(move |z| (*r, *z)));
+        for (place, ((r, over_r), (z, over_z))) in both.enumerate() {
+            places.push([r, z]);
             let weight = (over_r * over_z * r).sqrt();
             weights.push(weight * weight);
             for (column, shape) in basis(r, z, h, no_slip, degrees).into_iter().enumerate() {
@@ -204,7 +165,14 @@ impl Problem {
             friction += walls.tr_mul(&walls);
         }
         let (mass, stiffness) = (velocity.tr_mul(&velocity), surface.tr_mul(&surface));
-        Self { mass, friction, stiffness, tilt, strain, weights }
+        Self { mass, friction, stiffness, tilt, velocity, places, strain, weights }
+    }
+
+    /// A field `(U, V, W)` of radius and height (in radii) in the rows of `velocity`.
+    pub(super) fn field(&self, at: impl Fn(f64, f64) -> [f64; 3]) -> DVector<f64> {
+        let places = self.places.iter().zip(&self.weights);
+        let rows = places.flat_map(|([r, z], weight)| at(*r, *z).map(|u| u * weight.sqrt()));
+        DVector::from_iterator(self.velocity.nrows(), rows)
     }
 
     /// `s^2 M + s C(s) + K`.
@@ -241,12 +209,6 @@ impl Problem {
             x = self.at(s, viscosity).lu().solve(&(slope * x))?;
         }
         Some((s, x))
-    }
-
-    /// `int |u|^2` over the cross-section of the mode `x`; times pi and `R^3` over the liquid.
-    pub(super) fn square(&self, x: &DVector<Complex<f64>>) -> f64 {
-        let part = |part: DVector<f64>| (part.transpose() * (&self.mass * &part))[0];
-        part(x.map(|c| c.re)) + part(x.map(|c| c.im))
     }
 }
 
