@@ -3,8 +3,8 @@
 use crate::outputs::check_folder;
 use meniscus_platform::files::write_whole;
 use meniscus_report::checks::table;
-use meniscus_sph::validate::{decay_png, report, validate, work};
-use std::path::PathBuf;
+use meniscus_sph::validate::{convergence, convergence_report, decay_png, report, validate, work};
+use std::path::{Path, PathBuf};
 
 /// Compare the simulator with theory.
 ///
@@ -16,7 +16,10 @@ pub(crate) struct Arguments {
     /// Only the first mode, glycerine, energy and cost.
     #[arg(long, help_heading = "Method")]
     quick: bool,
-    /// Folder for validate.html, validate.md and the pictures; it is made.
+    /// Only the effects, at spacings of 7, 5 and 3.5 mm; about 20 minutes.
+    #[arg(long, help_heading = "Method", conflicts_with = "quick")]
+    convergence: bool,
+    /// Folder for validate.html or convergence.html, the same as .md, and the pictures; it is made.
     #[arg(long, value_name = "DIR", default_value = "validation", help_heading = "Output")]
     out: PathBuf,
     /// Print one JSON object with an array of checks.
@@ -26,8 +29,11 @@ pub(crate) struct Arguments {
 
 /// Runs the verb.
 pub(super) fn run(arguments: &Arguments) -> anyhow::Result<()> {
-    let Arguments { quick, json, out } = arguments;
+    let Arguments { quick, convergence, json, out } = arguments;
     check_folder(out)?;
+    if *convergence {
+        return over_the_spacing(out, *json);
+    }
     // The bar counts hundredths of the estimated work, so that its time left is smooth.
     let bar = crate::bars::bar((100.0 * work(*quick)) as u64);
     bar.set_style(crate::bars::style("{msg:22} {wide_bar} {percent} %, {left}")?);
@@ -53,6 +59,30 @@ pub(super) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     } else {
         print!("{}", table(&outcome.checks));
         println!("written: {} and {} pictures beside it", page.display(), outcome.ringings.len());
+    }
+    Ok(())
+}
+
+/// Runs `--convergence`.
+fn over_the_spacing(out: &Path, json: bool) -> anyhow::Result<()> {
+    let bar = crate::bars::bar(10_000);
+    bar.set_style(crate::bars::style("{msg:32} {wide_bar} {percent} %, {left}")?);
+    let rows = rayon::scope(|_| {
+        convergence(|done, case| {
+            bar.set_message(String::from(case));
+            bar.set_position((1e4 * done) as u64);
+        })
+    })?;
+    bar.finish_and_clear();
+    let report = convergence_report(&rows, "meniscus simulate validate --convergence");
+    write_whole(&out.join("convergence.html"), report.html().as_bytes())?;
+    let page = out.join("convergence.md");
+    write_whole(&page, report.markdown().as_bytes())?;
+    if json {
+        println!("{}", report.json());
+    } else {
+        print!("{}", report.markdown());
+        println!("written: {}", page.display());
     }
     Ok(())
 }

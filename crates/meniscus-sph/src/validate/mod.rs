@@ -33,6 +33,7 @@ mod arrest;
 mod at_the_wall;
 mod basis;
 mod by_law;
+mod convergence;
 mod cost;
 mod determinism;
 mod effects;
@@ -54,6 +55,7 @@ mod thick;
 mod viscous;
 mod wall_force;
 
+pub use convergence::{Converging, convergence, convergence_report};
 pub use cost::Stopwatch;
 pub use effects::effect;
 pub use first_mode::FirstMode;
