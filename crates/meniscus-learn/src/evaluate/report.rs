@@ -43,12 +43,19 @@ pub fn report(study: &Study, checks: &[Check], command: &str) -> Result<Report, 
     );
     report.table(&COLUMNS, &study.results.iter().map(row).collect::<Vec<_>>());
     report.heading("Error over time");
-    report.picture("curves.png", "error over time");
+    report.picture(
+        "curves.png",
+        "mean error of the height over time, before and after correction, a row for each liquid",
+    );
     for result in &study.results {
         add_curves(&mut report, result)?;
     }
     report.heading("Crests");
-    report.picture("peaks.png", "crests");
+    report.prose("Liquids without a crest are not drawn.");
+    report.picture(
+        "peaks.png",
+        "error of each crest over its height, before and after correction, a row for each liquid",
+    );
     report.heading("Checks");
     report.checks(checks);
     Ok(report)
