@@ -1,6 +1,6 @@
 //! Effects, motions and glasses of the simulator against theory, coarsely: 8.75 mm (about 420 particles), and 7 mm where the
 //! surface's edge matters. `meniscus simulate validate` holds every effect at 5 mm. The bounds are the measured
-//! errors, rounded up: contact line -1 %, foam's exponent +10 %, memory -21 %; an effect that does nothing is 100 % off.
+//! errors, rounded up: contact line -1 %, foam's exponent +10 %, memory -21 %, thinning -10 %; an effect that does nothing is 100 % off.
 
 use meniscus::reduced::effects::find;
 use meniscus_data::effects::Effects;
@@ -54,6 +54,11 @@ fn a_line_that_slides_and_foam_slow_the_slosh_as_their_laws_say() {
 fn tension_and_slip_change_frequency_and_decay_as_theory_says() {
     hold("surface_tension", 8.0);
     hold("wall_slip", 10.0);
+}
+
+#[test]
+fn a_liquid_that_thins_decays_as_its_own_law_says() {
+    hold_at(FINER_M, "shear_thinning", 12.0);
 }
 
 #[test]

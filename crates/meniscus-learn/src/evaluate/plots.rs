@@ -31,7 +31,7 @@ fn draw(
     let area = BitMapBackend::new(path, (width, band + height * rows as u32)).into_drawing_area();
     area.fill(&WHITE)?;
     let (top, rest) = area.split_vertically(band);
-    top.titled(title, (FONT, 24))?;
+    top.margin(12, 0, 0, 0).titled(title, (FONT, 24))?;
     for (result, part) in results.iter().zip(rest.split_evenly((rows, 1))) {
         each(result, &part)?;
     }
