@@ -295,10 +295,11 @@ fn the_wizard_draws_what_is_seen_and_leads_on() {
 
 /// A terminal's buffer as a picture, for docs/tutorial.md: 8 x 16 pixels a character.
 fn paint(buffer: &ratatui::buffer::Buffer, path: &Path) {
+    use meniscus_report::plot::{MONOSPACE, prepare_font};
     use plotters::prelude::{
         BitMapBackend, Color as _, IntoDrawingArea, IntoFont, RGBColor, Rectangle, Text,
     };
-    meniscus_report::plot::prepare_font();
+    prepare_font();
     let (wide, high) = (u32::from(buffer.area.width), u32::from(buffer.area.height));
     let area = BitMapBackend::new(path, (8 * wide, 16 * high)).into_drawing_area();
     area.fill(&RGBColor(24, 24, 24)).expect("drawn");
@@ -317,23 +318,25 @@ fn paint(buffer: &ratatui::buffer::Buffer, path: &Path) {
         Color::Black => RGBColor(0, 0, 0),
         _ => RGBColor(otherwise, otherwise, otherwise),
     };
-    for y in 0..buffer.area.height {
-        for x in 0..buffer.area.width {
-            let cell = &buffer[(x, y)];
-            let (left, top) = (8 * i32::from(x), 16 * i32::from(y));
-            let fill = |from: i32, to: i32, colour: RGBColor| {
-                let rectangle = Rectangle::new([(left, top + from), (left + 8, top + to)], colour.filled());
-                area.draw(&rectangle).expect("drawn");
-            };
-            fill(0, 16, rgb(cell.bg, 24));
-            match cell.symbol() {
-                "▀" => fill(0, 8, rgb(cell.fg, 210)),
-                " " => {}
-                sign => {
-                    let style = ("sans-serif", 12).into_font().color(&rgb(cell.fg, 210));
-                    area.draw(&Text::new(sign.to_owned(), (left, top + 2), style)).expect("drawn");
-                }
-            }
+    let cells = || (0..buffer.area.height).flat_map(|y| (0..buffer.area.width).map(move |x| (x, y)));
+    let place = |x: u16, y: u16| (8 * i32::from(x), 16 * i32::from(y));
+    for (x, y) in cells() {
+        let (cell, (left, top)) = (&buffer[(x, y)], place(x, y));
+        let fill = |from: i32, to: i32, colour: RGBColor| {
+            let rectangle = Rectangle::new([(left, top + from), (left + 8, top + to)], colour.filled());
+            area.draw(&rectangle).expect("drawn");
+        };
+        fill(0, 16, rgb(cell.bg, 24));
+        if cell.symbol() == "▀" {
+            fill(0, 8, rgb(cell.fg, 210));
+        }
+    }
+    // After all backgrounds, because a letter may be higher than its cell.
+    for (x, y) in cells() {
+        let (cell, (left, top)) = (&buffer[(x, y)], place(x, y));
+        if !matches!(cell.symbol(), "▀" | " ") {
+            let style = (MONOSPACE, 13).into_font().color(&rgb(cell.fg, 210));
+            area.draw(&Text::new(cell.symbol().to_owned(), (left, top + 3), style)).expect("drawn");
         }
     }
     area.present().expect("written");

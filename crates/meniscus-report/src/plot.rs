@@ -29,6 +29,9 @@ impl<E: std::error::Error + Send + Sync> From<DrawingAreaErrorKind<E>> for Pictu
 /// Family name under which the font is registered.
 pub const FONT: &str = "sans-serif";
 
+/// Family name of the font whose letters are equally wide.
+pub const MONOSPACE: &str = "monospace";
+
 /// Colours of lines, after Okabe and Ito (2008).
 pub const BLUE: RGBColor = RGBColor(0, 114, 178);
 /// Orange of the same set.
@@ -61,13 +64,14 @@ pub fn legend<'a, DB: DrawingBackend + 'a, CT: CoordTranslate>(
         .draw()
 }
 
-/// Makes the font known to plotters, once.
+/// Makes the fonts known to plotters, once.
 pub fn prepare_font() {
     static ONCE: Once = Once::new();
     ONCE.call_once(|| {
         for style in [FontStyle::Normal, FontStyle::Bold] {
             // It can only refuse bytes that are no font.
             let _known = register_font(FONT, style, dejavu::sans::regular());
+            let _known = register_font(MONOSPACE, style, dejavu::sans_mono::regular());
         }
     });
 }
