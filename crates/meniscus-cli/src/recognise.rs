@@ -139,7 +139,7 @@ fn ask(asked: &Asked) -> anyhow::Result<()> {
         let standing = match drawn {
             None => recognise(&notes, fill_m, &seen, |_, _, _| {}),
             Some(file) => {
-                let title = format!("{}: which liquid is it?", path.display());
+                let title = path.file_name().unwrap_or_default().to_string_lossy();
                 picture(&notes, fill_m, &seen, &title, file)?
             }
         };

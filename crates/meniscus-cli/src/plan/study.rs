@@ -100,11 +100,13 @@ fn shown(outcomes: &[Outcome], arguments: &Arguments) -> anyhow::Result<()> {
     by_ratio.sort_by(|a, b| ratio(a).total_cmp(&ratio(b)));
     let one = by_ratio[by_ratio.len() / 2];
     let title = format!(
-        "{}, seed {}: {:.2} m in {:.2} s, in the simulator",
+        "{} moved by {:.2} m in {:.2} s (seed {}): a crest of {:.1} mm planned, {:.1} mm by minimum jerk",
         one.of.liquid.name(),
-        one.of.seed,
         one.of.request.to_m,
-        one.arrival_s
+        one.arrival_s,
+        one.of.seed,
+        1e3 * one.crest_m,
+        1e3 * one.minimum_jerk_m
     );
     let traces = [("planned", &one.planned), ("minimum jerk in the same time", &one.minimum_jerk)];
     Ok(move_png(&title, one.of.request.limit_m, &traces, &arguments.out.join("move.png"))?)

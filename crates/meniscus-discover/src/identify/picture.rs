@@ -70,7 +70,7 @@ pub fn picture(
     let end_s = time(profiles.len());
     let top = 1.3 * measured.iter().map(|(_, s)| s.abs()).fold(1.0, f64::max);
     let heights = Axes { end_s, range: -top..top, unit: "height of the first mode, mm" };
-    draw(&upper, title, &heights, &curves(waves), Some(&measured))?;
+    draw(&upper, &format!("{title}: {}", standing.line()), &heights, &curves(waves), Some(&measured))?;
     let probabilities = Axes { end_s, range: 0.0..1.05, unit: "probability" };
     draw(&lower, "", &probabilities, &curves(probability), None)?;
     area.present()?;
@@ -102,7 +102,13 @@ fn draw(
     }
     // Room beside the curves for their names.
     let mut chart = builder.build_cartesian_2d(0.0..1.22 * axes.end_s, axes.range.clone())?;
-    chart.configure_mesh().x_desc("time, s").y_desc(axes.unit).label_style((FONT, 14)).draw()?;
+    chart
+        .configure_mesh()
+        .light_line_style(WHITE)
+        .x_desc("time, s")
+        .y_desc(axes.unit)
+        .label_style((FONT, 14))
+        .draw()?;
     if let Some(points) = measured {
         let dots = points.iter().map(|p| Circle::new(*p, 2, BLACK.filled()));
         chart

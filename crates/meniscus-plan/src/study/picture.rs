@@ -29,7 +29,7 @@ pub fn move_png(
     prepare_font();
     let area = BitMapBackend::new(path, SIZE).into_drawing_area();
     area.fill(&WHITE)?;
-    let (upper, lower) = area.titled(title, (FONT, 22))?.split_vertically(320);
+    let (upper, lower) = area.margin(10, 0, 0, 0).titled(title, (FONT, 20))?.split_vertically(320);
     let colours = [BLUE, ORANGE, GREY];
     let of = |values: &dyn Fn(&Trace) -> Vec<f64>| -> Vec<Curve<'_>> {
         traces.iter().zip(colours).map(|((name, one), colour)| (*name, values(one), colour)).collect()
@@ -99,7 +99,8 @@ pub fn study_png(outcomes: &[Outcome], path: &Path) -> Result<(), PictureError> 
     let area = BitMapBackend::new(path, STUDY_SIZE).into_drawing_area();
     area.fill(&WHITE)?;
     let title = "Planned moves in the simulator: crests beside the limit, and beside minimum jerk";
-    let (left, right) = area.titled(title, (FONT, 20))?.split_horizontally(STUDY_SIZE.0 / 2);
+    let (left, right) =
+        area.margin(10, 0, 0, 0).titled(title, (FONT, 20))?.split_horizontally(STUDY_SIZE.0 / 2);
     let limit = |one: &Outcome| one.crest_m / one.of.request.limit_m;
     dots(&left, "crest over the limit", outcomes, limit, ("limit", 1.0))?;
     let rival = |one: &Outcome| one.crest_m / one.minimum_jerk_m;

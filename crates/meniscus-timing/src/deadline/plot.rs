@@ -21,7 +21,7 @@ pub fn latencies_png(outcomes: &[Outcome], path: &Path) -> Result<(), PictureErr
     area.fill(&WHITE)?;
     let highest = outcomes.iter().map(|outcome| outcome.tally.within_us(1.0)).fold(20_000.0, f64::max);
     let mut chart = ChartBuilder::on(&area)
-        .caption("from the frame's last byte due to its estimate", (FONT, 26))
+        .caption(title(outcomes), (FONT, 24))
         .margin(16)
         .margin_right(60)
         .x_label_area_size(50)
@@ -30,6 +30,7 @@ pub fn latencies_png(outcomes: &[Outcome], path: &Path) -> Result<(), PictureErr
     let share = |nines: &f64| format!("{} %", 100.0 - 100.0 * 10f64.powf(-nines.round()));
     chart
         .configure_mesh()
+        .light_line_style(TRANSPARENT)
         .x_labels(NINES as usize + 1)
         .x_label_formatter(&share)
         .x_desc("share of the turns")
@@ -47,7 +48,7 @@ pub fn latencies_png(outcomes: &[Outcome], path: &Path) -> Result<(), PictureErr
         let line = colour.stroke_width(width);
         chart
             .draw_series(LineSeries::new(curve(&outcome.tally), line))?
-            .label(outcome.run.name())
+            .label(label(outcome))
             .legend(move |(x, y)| PathElement::new([(x, y), (x + 30, y)], line));
         let deadline_ms = 1e-3 * outcome.run.deadline_us() as f64;
         let dashes = (0..60).step_by(2).map(|k| 0.1 * f64::from(k));
@@ -65,6 +66,25 @@ pub fn latencies_png(outcomes: &[Outcome], path: &Path) -> Result<(), PictureErr
         .legend_area_size(40)
         .draw()?;
     area.present().map_err(|error| PictureError(error.to_string()))
+}
+
+/// The message: how many turns of the slowest rate ended before their deadline.
+fn title(outcomes: &[Outcome]) -> String {
+    let slowest = outcomes.iter().min_by(|a, b| a.run.rate_hz.total_cmp(&b.run.rate_hz));
+    slowest.map_or(String::from("Latency from the frame's last byte to its estimate"), |outcome| {
+        let (hz, tally) = (outcome.run.rate_hz, &outcome.tally);
+        let deadline_ms = 1e-3 * outcome.run.deadline_us() as f64;
+        let missed = tally.missed();
+        let frames = tally.frames;
+        format!("{}: {missed} of {frames} frames late or lost (broken: deadlines; {deadline_ms:.1} ms at {hz} Hz)", outcome.run.name())
+    })
+}
+
+/// The name of a run, and the share of the processors' time that the host of a virtual machine took: it makes an idle run slower than a
+/// loaded one.
+fn label(outcome: &Outcome) -> String {
+    let stolen = outcome.stolen.map_or(String::new(), |share| format!("; host took {:.1} %", 100.0 * share));
+    format!("{}{stolen}", outcome.run.name())
 }
 
 /// Nines and milliseconds, as far as there are turns to tell.
