@@ -21,9 +21,9 @@ use std::path::{Path, PathBuf};
 /// Recordings of the simulator are seen through the simulated camera. A camera's recordings (.mcap, .bag, .db3, or a folder with
 /// frames.csv) need --setup. `meniscus run --among` does the same beside a live camera.
 ///
-/// The program knows water, butter, glycerine, gazpacho and honey, as simulated, in the glass of the recordings. `meniscus
-/// recognise learn` adds any liquid from two recordings of it or more. Blood and beer are taken for water: the numerical
-/// viscosity of the simulator hides their difference.
+/// The program knows blood, butter, gazpacho, glycerine, honey and water, as simulated, in the glass of the recordings. `meniscus
+/// recognise learn` adds any liquid from two recordings of it or more. Beer is taken for water: their decays differ by less than
+/// those of two recordings of one liquid.
 #[derive(clap::Args)]
 #[command(
     args_conflicts_with_subcommands = true,
