@@ -44,42 +44,44 @@ fn draw(
 /// [`PictureError`], when the file cannot be written.
 pub fn curves_png(results: &[LiquidResult], path: &Path) -> Result<(), PictureError> {
     let all: Vec<_> = results.iter().collect();
-    draw(
-        path,
-        "Mean error of the height over the profile: correction lowers it in most frames",
-        &all,
-        |result, area| {
-            let curves = [&result.before.score.curves[0], &result.after.score.curves[0]];
-            let means = [&result.before, &result.after].map(|trial| percent(trial.score.estimate.mean()));
-            let caption = format!(
-                "{}: {:.2} % before, {:.2} % after, in the mean",
-                result.course.name, means[0], means[1]
-            );
-            let end = curves[0].last().map_or(1.0, |point| point.0);
-            let mut chart = ChartBuilder::on(area)
-                .caption(caption, (FONT, 18))
-                .margin(8)
-                .x_label_area_size(34)
-                .y_label_area_size(60)
-                .build_cartesian_2d(0.0..end, (ERROR.0..ERROR.1).log_scale())?;
+    let pairs = results.iter().flat_map(|result| {
+        let curves = [&result.before, &result.after].map(|trial| &trial.score.curves[0]);
+        curves[0].iter().zip(curves[1])
+    });
+    let lower: Vec<f64> = pairs.map(|(before, after)| f64::from(u8::from(after.1 < before.1))).collect();
+    let share = 100.0 * lower.iter().sum::<f64>() / lower.len().max(1) as f64;
+    let title = format!(
+        "Mean error of the height over the profile: correction lowers it in {share:.0} % of the frames"
+    );
+    draw(path, &title, &all, |result, area| {
+        let curves = [&result.before.score.curves[0], &result.after.score.curves[0]];
+        let means = [&result.before, &result.after].map(|trial| percent(trial.score.estimate.mean()));
+        let caption =
+            format!("{}: {:.2} % before, {:.2} % after, in the mean", result.course.name, means[0], means[1]);
+        let end = curves[0].last().map_or(1.0, |point| point.0);
+        let mut chart = ChartBuilder::on(area)
+            .caption(caption, (FONT, 18))
+            .margin(8)
+            .x_label_area_size(34)
+            .y_label_area_size(60)
+            .build_cartesian_2d(0.0..end, (ERROR.0..ERROR.1).log_scale())?;
+        chart
+            .configure_mesh()
+            .light_line_style(TRANSPARENT)
+            .x_desc("time, s")
+            .y_desc("error of the height, %")
+            .y_label_formatter(&|error| format!("{error}"))
+            .draw()?;
+        for (curve, colour, name) in [(curves[0], ORANGE, "before"), (curves[1], BLUE, "after")] {
+            let points = curve.iter().map(|(time, error)| (*time, error.clamp(ERROR.0, ERROR.1)));
             chart
-                .configure_mesh()
-                .light_line_style(TRANSPARENT)
-                .x_desc("time, s")
-                .y_desc("error of the height, %")
-                .y_label_formatter(&|error| format!("{error}"))
-                .draw()?;
-            for (curve, colour, name) in [(curves[0], ORANGE, "before"), (curves[1], BLUE, "after")] {
-                let points = curve.iter().map(|(time, error)| (*time, error.clamp(ERROR.0, ERROR.1)));
-                chart
-                    .draw_series(LineSeries::new(points, colour.stroke_width(2)))?
-                    .label(name)
-                    .legend(move |(x, y)| PathElement::new([(x, y), (x + 20, y)], colour.stroke_width(3)));
-            }
-            legend(&mut chart, SeriesLabelPosition::UpperRight)?;
-            Ok(())
-        },
-    )
+                .draw_series(LineSeries::new(points, colour.stroke_width(2)))?
+                .label(name)
+                .legend(move |(x, y)| PathElement::new([(x, y), (x + 20, y)], colour.stroke_width(3)));
+        }
+        legend(&mut chart, SeriesLabelPosition::UpperRight)?;
+        Ok(())
+    })
 }
 
 /// Error of each crest over its true height, before and after, a row for each liquid with crests, on common axes.
@@ -91,8 +93,11 @@ pub fn peaks_png(results: &[LiquidResult], path: &Path) -> Result<(), PictureErr
     let both = |result: &LiquidResult| [result.before.peaks.clone(), result.after.peaks.clone()].concat();
     let all: Vec<Peak> = crested.iter().flat_map(|result| both(result)).collect();
     let highest = 1e3 * all.iter().map(|peak| peak.height_m).fold(0.005, f64::max);
+    let too_low = all.iter().filter(|peak| peak.height_error_m < 0.0).count();
+    let title =
+        format!("Error of each crest over its height: {too_low} of {} estimates are too low", all.len());
     let worst = 1e3 * all.iter().map(|peak| peak.height_error_m.abs()).fold(0.0005, f64::max);
-    draw(path, "Error of each crest: high crests are estimated too low", &crested, |result, area| {
+    draw(path, &title, &crested, |result, area| {
         let errors = [&result.before, &result.after].map(|trial| {
             1e3 * median(trial.peaks.iter().map(|peak| peak.height_error_m)).unwrap_or(f64::NAN)
         });

@@ -80,7 +80,7 @@ fn title(outcomes: &[Outcome]) -> String {
     })
 }
 
-/// The name of a run, and the share of the processors' time that the host of a virtual machine took: it makes an idle run slower than a
+/// The name of a run, and the share of the processors' time that the host of a virtual machine took, which can make an idle run slower than a
 /// loaded one.
 fn label(outcome: &Outcome) -> String {
     let stolen = outcome.stolen.map_or(String::new(), |share| format!("; host took {:.1} %", 100.0 * share));
