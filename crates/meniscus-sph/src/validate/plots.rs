@@ -32,6 +32,7 @@ pub fn decay_png(ringing: &Ringing, path: &Path) -> Result<(), PictureError> {
         ringing.series.iter().map(|(t, value)| (*t, 100.0 * (value - expected.at(*t)))).collect();
     let formed = left.iter().filter(|(t, _)| *t >= FORMED_S).map(|(_, value)| value.abs());
     let reach = 1.2 * formed.fold(0.5, f64::max);
+    // Above the curves there is room for their names.
     let (above, below) = area.split_vertically(SIZE.1 * 3 / 5);
     let mut chart = ChartBuilder::on(&above)
         .caption(
@@ -41,7 +42,7 @@ pub fn decay_png(ringing: &Ringing, path: &Path) -> Result<(), PictureError> {
         .margin(12)
         .x_label_area_size(36)
         .y_label_area_size(70)
-        .build_cartesian_2d(0.0..end, -1.05..1.05)?;
+        .build_cartesian_2d(0.0..end, -1.05..1.6)?;
     chart
         .configure_mesh()
         .light_line_style(TRANSPARENT)
