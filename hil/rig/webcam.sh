@@ -16,7 +16,7 @@ webcam() {
   fetch_guest
   fetch_uvcvideo
   mkdir -p "$at"
-  cross -p meniscus-webcam --example real_kernel
+  cross --release -p meniscus-webcam --example real_kernel
   cargo build --locked --release -p meniscus-hil --bin meniscus-hil-gate
   cp "$target/release/meniscus-hil-gate" "$work/gate"
   # The film, and the heights that it was rendered from, by the program of this machine.
