@@ -58,9 +58,9 @@ fn convergence_checks(rows: &[Converging]) -> Vec<Check> {
         let largest = |at: usize| effect.iter().map(|row| row.deviations[at].abs()).fold(0.0, worse);
         let name = effect[0].effect;
         checks.extend([
-            Check::informational(&format!("effect_{name}_7mm"), largest(0), "%"),
-            Check::informational(&format!("effect_{name}_5mm"), largest(1), "%"),
-            Check::at_most(&format!("effect_{name}_3_5mm"), largest(2), "%", EFFECT_TARGET),
+            Check::informational(format!("effect_{name}_7mm"), largest(0), "%"),
+            Check::informational(format!("effect_{name}_5mm"), largest(1), "%"),
+            Check::at_most(format!("effect_{name}_3_5mm"), largest(2), "%", EFFECT_TARGET),
         ]);
     }
     checks
