@@ -12,7 +12,7 @@ use std::path::Path;
 /// Width of a picture, height of its title and of one liquid in it, pixels.
 const SIZE: (u32, u32, u32) = (1200, 44, 240);
 
-/// Range of the error over time, per cent.
+/// Range of the error over time, per cent; the upper end is higher where an error is.
 const ERROR: (f64, f64) = (0.01, 5.0);
 
 /// A row of a picture.
@@ -50,6 +50,8 @@ pub fn curves_png(results: &[LiquidResult], path: &Path) -> Result<(), PictureEr
     });
     let lower: Vec<f64> = pairs.map(|(before, after)| f64::from(u8::from(after.1 < before.1))).collect();
     let share = 100.0 * lower.iter().sum::<f64>() / lower.len().max(1) as f64;
+    let both = results.iter().flat_map(|result| [&result.before, &result.after]);
+    let most = both.flat_map(|trial| &trial.score.curves[0]).map(|(_, error)| *error).fold(ERROR.1, f64::max);
     let title = format!(
         "Mean error of the height over the profile: correction lowers it in {share:.0} % of the frames"
     );
@@ -64,7 +66,7 @@ pub fn curves_png(results: &[LiquidResult], path: &Path) -> Result<(), PictureEr
             .margin(8)
             .x_label_area_size(34)
             .y_label_area_size(60)
-            .build_cartesian_2d(0.0..end, (ERROR.0..ERROR.1).log_scale())?;
+            .build_cartesian_2d(0.0..end, (ERROR.0..most).log_scale())?;
         chart
             .configure_mesh()
             .light_line_style(TRANSPARENT)
@@ -73,7 +75,7 @@ pub fn curves_png(results: &[LiquidResult], path: &Path) -> Result<(), PictureEr
             .y_label_formatter(&|error| format!("{error}"))
             .draw()?;
         for (curve, colour, name) in [(curves[0], ORANGE, "before"), (curves[1], BLUE, "after")] {
-            let points = curve.iter().map(|(time, error)| (*time, error.clamp(ERROR.0, ERROR.1)));
+            let points = curve.iter().map(|(time, error)| (*time, error.max(ERROR.0)));
             chart
                 .draw_series(LineSeries::new(points, colour.stroke_width(2)))?
                 .label(name)

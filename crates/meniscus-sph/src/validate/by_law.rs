@@ -9,7 +9,7 @@
 //! that dissipates as much in the layer of a Newtonian liquid, by Krylov and Bogoliubov 1937, makes the decay of `k rate^0.5` 4 to
 //! 7 % larger.) Of the stress only the part that drives one azimuthal period is kept: the third harmonic, which the
 //! law also excites, is left out, and so is all that is not linear in the wave. Steps follow the midpoint rule with `C` extrapolated to the
-//! middle, which is of second order and stable at any stiffness (Ascher, Ruuth and Wetton 1995 have the family).
+//! middle.
 
 use super::theory::Mode;
 use super::viscous::{COARSE, Problem};
