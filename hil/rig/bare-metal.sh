@@ -9,8 +9,24 @@ board_static_limit=2097152
 # Instructions of a frame that the small variant of the estimator may take, every payload included.
 board_small_limit=6000000
 
-# The board's program of each variant of the estimator, and its twin for the host.
+# The board's program of each variant of the estimator, and its twin for the host. Both lie where the link proof is built: the
+# twin's crates are the same.
 build_bare_metal() {
+  fetch_bare_metal
+  local manifest=firmware-config/bare-metal/Cargo.toml from=$root/firmware-config/target to=$work/bare-metal/programs variant
+  mkdir -p "$to"
+  for variant in full small; do
+    local features=()
+    [ "$variant" = full ] || features=(--features small)
+    CARGO_TARGET_DIR=$from cargo build "${build_core[@]}" --locked --release --manifest-path $manifest \
+      "${features[@]}" --bin board --target "$board_triple"
+    cp "$from/$board_triple/release/board" "$to/board-$variant"
+    CARGO_TARGET_DIR=$from cargo build --locked --release --manifest-path $manifest "${features[@]}" --bin twin
+    cp "$from/release/twin" "$to/twin-$variant"
+  done
+}
+
+bare_metal() {
   fetch_bare_metal
   local manifest=firmware-config/bare-metal/Cargo.toml at=$work/bare-metal/target variant
   for variant in full small; do
@@ -22,14 +38,6 @@ build_bare_metal() {
     CARGO_TARGET_DIR=$at cargo build --locked --release --manifest-path $manifest "${features[@]}" --bin twin
     cp "$at/release/twin" "$at/twin-$variant"
   done
-}
-
-bare_metal() {
-  fetch_bare_metal
-  local manifest=firmware-config/bare-metal/Cargo.toml
-  CARGO_TARGET_DIR=$work/bare-metal/target cargo build "${build_core[@]}" --locked --release \
-    --manifest-path $manifest --bin board --target "$board_triple"
-  CARGO_TARGET_DIR=$work/bare-metal/target cargo build --locked --release --manifest-path $manifest --bin twin
 }
 
 bare_metal() {
@@ -79,8 +87,8 @@ board_at_most() {
 board_variant() {
   local variant=$1 at=$work/bare-metal prefix=small_
   [ "$variant" = small ] || prefix=""
-  local program=$at/target/board-$variant
-  (cd "$at" && "target/twin-$variant" payloads.bin >"twin-$variant.log")
+  local program=$at/programs/board-$variant
+  (cd "$at" && "programs/twin-$variant" payloads.bin >"twin-$variant.log")
   # One instruction a nanosecond: the board's timer counts instructions.
   (cd "$at" && timeout 600 qemu-system-arm -M mps2-an500 -cpu cortex-m7 -nographic -icount shift=0 \
     -semihosting-config enable=on,target=native -kernel "$program" </dev/null >"board-$variant.log") \

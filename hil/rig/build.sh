@@ -7,7 +7,6 @@ cross() {
   LIBUDEV_NO_PKG_CONFIG=1 \
     CARGO_TARGET_AARCH64_UNKNOWN_LINUX_GNU_LINKER=aarch64-linux-gnu-gcc \
     CARGO_TARGET_AARCH64_UNKNOWN_LINUX_GNU_RUSTFLAGS="-C target-feature=+crt-static" \
-    CARGO_PROFILE_RELEASE_DEBUG=0 \
     cargo build "${build_std[@]}" --locked --target "$triple" "$@"
 }
 
@@ -17,7 +16,6 @@ native() {
   [ "$(uname -m)" = x86_64 ] || missing "an x86-64 machine: the package for one is built on one"
   LIBUDEV_NO_PKG_CONFIG=1 \
     CARGO_TARGET_X86_64_UNKNOWN_LINUX_GNU_RUSTFLAGS="-C target-feature=+crt-static" \
-    CARGO_PROFILE_RELEASE_DEBUG=0 \
     cargo build --locked --target "$native_triple" "$@"
 }
 
@@ -26,11 +24,12 @@ build_board() {
   cross --profile board -p meniscus-cli --no-default-features --bin meniscus
 }
 
-# The program, the guest's side, and the judge, which runs on this machine.
+# The program, the guest's side, and the judge, which runs on this machine. The program has what the guest uses: it makes the
+# film and records, but shows no encrypted page and reads no tag or webcam.
 build_guest() {
   mkdir -p "$work"
-  cross --release -p meniscus-cli --bin meniscus
-  cross --release -p meniscus-hil --bin meniscus-hil-guest
+  cross --release -p meniscus-cli -p meniscus-hil --no-default-features --features meniscus-cli/studies \
+    --bin meniscus --bin meniscus-hil-guest
   cargo build --locked --release -p meniscus-hil --bin meniscus-hil-gate
   # The film is as old as the program that made it: the same program again does not make it anew.
   cmp -s "$target/$triple/release/meniscus" "$work/meniscus" || cp "$target/$triple/release/meniscus" "$work/"

@@ -3,14 +3,14 @@
 //! A board has the command `meniscus` without its features: a camera on the bus, set-up, flash slots, service and publishing. The
 //! Debian package of a board holds it, built with the profile `board`.
 
-use crate::process::{cargo, output};
+use crate::process::{cargo, command, output};
 use crate::report::{self, Check, Target};
 use crate::workspace;
 use anyhow::{Context, Result, ensure};
 use clap::Args;
 use std::collections::BTreeSet;
 use std::path::Path;
-use std::process::{Command, Stdio};
+use std::process::Stdio;
 
 /// Package and features of the program.
 const PROGRAM: [&str; 3] = ["-p", "meniscus-cli", "--no-default-features"];
@@ -64,7 +64,7 @@ fn names(tree: &str) -> BTreeSet<String> {
 
 /// Builds the program and returns the check of its size.
 fn size(root: &Path, triple: Option<&str>) -> Result<Check> {
-    let mut build = Command::new(cargo());
+    let mut build = command(&cargo());
     build
         .args(["build", "--locked", "--profile", "board", "--bin", "meniscus"])
         .args(PROGRAM)

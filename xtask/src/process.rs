@@ -40,7 +40,7 @@ impl Step {
         let Some((program, arguments)) = self.words.split_first() else {
             bail!("step `{}` has no command", self.name);
         };
-        let mut command = Command::new(program);
+        let mut command = command(program);
         let set = self.environment.iter().map(|(variable, value)| (variable, value));
         command.args(arguments).envs(set).current_dir(folder);
         Ok(command)
@@ -80,6 +80,20 @@ pub(crate) fn output<'a>(folder: &Path, words: impl IntoIterator<Item = &'a str>
     String::from_utf8(output.stdout).with_context(|| format!("`{}` did not print UTF-8", step.line()))
 }
 
+/// Returns the command `program` without what cargo says to this process about its own package.
+///
+/// Build scripts ask cargo to run them again when such a variable changes (that of `ring` does). With them, a build from here
+/// and one from a shell would compile half of the workspace anew each time.
+pub(crate) fn command(program: &str) -> Command {
+    let mut command = Command::new(program);
+    let own = |name: &str| name.starts_with("CARGO_PKG_") || name.starts_with("CARGO_MANIFEST_");
+    let said = std::env::vars_os().filter(|(name, _)| name.to_str().is_some_and(own));
+    for (name, _) in said {
+        command.env_remove(name);
+    }
+    command
+}
+
 /// Name of the cargo that runs this program.
 pub(crate) fn cargo() -> String {
     std::env::var("CARGO").unwrap_or_else(|_| "cargo".to_owned())
@@ -96,6 +110,14 @@ mod tests {
         assert!(!timed(here, &Step::new("bad", ["false"])).unwrap().passed);
         let error = output(here, ["sh", "-c", "echo reason >&2; exit 3"]).unwrap_err().to_string();
         assert!(error.contains("reason") && error.contains('3'), "{error}");
+    }
+
+    #[test]
+    fn a_build_does_not_learn_which_package_has_started_it() {
+        assert!(std::env::var_os("CARGO_MANIFEST_DIR").is_some(), "cargo names the package of a test");
+        let named =
+            output(Path::new("."), ["sh", "-c", "env | grep -c '^CARGO_\\(PKG\\|MANIFEST\\)_' || true"]);
+        assert_eq!(named.unwrap().trim(), "0");
     }
 
     #[test]

@@ -44,7 +44,7 @@ pub(crate) fn run(options: &Options) -> Result<bool> {
     let root = workspace::root()?;
     let target = workspace::target(&root);
     let copy = CopiedTree::of(&root, &target.join("mutants/tree"))?;
-    let tester = Tester { folder: copy.root().to_owned(), target: target.join("mutants/build") };
+    let tester = Tester { folder: copy.root().to_owned(), target };
     let in_path =
         |mutation: &&Mutation| options.only.as_ref().is_none_or(|part| mutation.file.contains(part));
     let chosen: Vec<&Mutation> = MUTATIONS.iter().filter(in_path).collect();
@@ -83,11 +83,19 @@ fn attempt(copy: &CopiedTree, tester: &Tester, mutation: &Mutation) -> Result<Ou
     Ok(if passed { Outcome::Survived } else { Outcome::Caught })
 }
 
-/// Tests of the copy, built apart from everything else.
+/// Tests of the copy. Its own crates are built quickly and in parts; the crates of others are those that the checkout's tests
+/// have built.
 struct Tester {
     folder: PathBuf,
     target: PathBuf,
 }
+
+/// What is built anew with each mutant is optimised little.
+const QUICKLY_BUILT: [&str; 3] = [
+    "profile.release.incremental=true",
+    "profile.release.package.meniscus.opt-level=1",
+    "profile.release.package.meniscus-core-tests.opt-level=1",
+];
 
 impl Tester {
     fn builds(&self, tests: Tests) -> Result<bool> {
@@ -100,13 +108,16 @@ impl Tester {
 
     /// Whether `cargo test` of `tests` ends well.
     fn cargo(&self, tests: Tests, more: &[&str]) -> Result<bool> {
-        let words = ["test", "--profile", "mutants", "--locked", "--quiet"];
+        let words = ["test", "--release", "--locked", "--quiet"];
         let of_tests = match tests {
             Tests::Unit => vec!["-p", "meniscus", "--lib"],
-            Tests::Core(name) => vec!["-p", "meniscus-core-tests", "--test", name],
+            // Of the whole workspace, so that features are united as for the checkout's tests.
+            Tests::Core(name) => vec!["--workspace", "--test", name],
         };
         let program = cargo();
-        let words = [program.as_str()].into_iter().chain(words).chain(of_tests).chain(more.iter().copied());
+        let quickly = QUICKLY_BUILT.iter().flat_map(|setting| ["--config", setting]);
+        let words = [program.as_str()].into_iter().chain(words).chain(quickly).chain(of_tests);
+        let words = words.chain(more.iter().copied());
         let step = Step::new("mutant", words).with("CARGO_TARGET_DIR", &shown(&self.target));
         let mut command = step.command(&self.folder)?;
         command.stdout(Stdio::null()).stderr(Stdio::null());

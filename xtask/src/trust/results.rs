@@ -1,8 +1,8 @@
 //! Results of the attack tests, as the test runner prints them.
 
+use crate::process;
 use anyhow::{Result, ensure};
 use std::path::Path;
-use std::process::Command;
 
 /// Result of one test.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -23,7 +23,7 @@ pub(super) fn passed(outcomes: &[Outcome], test: &str) -> bool {
 /// Runs the attack tests one after the other, so that times and memory are their own.
 pub(super) fn run(root: &Path) -> Result<Vec<Outcome>> {
     let words = ["test", "--release", "--workspace", "--test", "attacks", "--"];
-    let output = Command::new("cargo")
+    let output = process::command(&process::cargo())
         .args(words)
         .args(["--test-threads", "1", "--show-output"])
         .current_dir(root)
