@@ -90,7 +90,7 @@ struct Tester {
     target: PathBuf,
 }
 
-/// What is built anew with each mutant is optimised little.
+/// Settings of what is built anew with each mutant: optimised little.
 const QUICKLY_BUILT: [&str; 3] = [
     "profile.release.incremental=true",
     "profile.release.package.meniscus.opt-level=1",

@@ -1,7 +1,7 @@
 //! Results of the attack tests, as the test runner prints them.
 
 use crate::process;
-use anyhow::{Result, ensure};
+use anyhow::{Context, Result, ensure};
 use std::path::Path;
 
 /// Result of one test.
@@ -31,6 +31,14 @@ pub(super) fn run(root: &Path) -> Result<Vec<Outcome>> {
         .output()?;
     let outcomes = parse(&String::from_utf8_lossy(&output.stdout));
     ensure!(!outcomes.is_empty(), "cargo {} printed no results", words.join(" "));
+    Ok(outcomes)
+}
+
+/// Returns the results that the test command has printed into `file`.
+pub(super) fn read(file: &Path) -> Result<Vec<Outcome>> {
+    let text = std::fs::read_to_string(file).with_context(|| file.display().to_string())?;
+    let outcomes = parse(&text);
+    ensure!(!outcomes.is_empty(), "{} has no results of tests: `cargo test` prints them", file.display());
     Ok(outcomes)
 }
 

@@ -60,7 +60,7 @@ const BUFFERS: usize = 8;
 /// hand. Most have 30 Hz; the turns between their frames predict. A folder of images with their times is played in the same
 /// way (docs/formats.md).
 ///
-/// A terminal shows a dashboard with the surface, the modes, the stage times, energy and entropy; q or Ctrl-C ends the run.
+/// A terminal shows a dashboard with the liquid inside, its surface, the stage times, energy and heat; q or Ctrl-C ends the run.
 /// --view shows the liquid in 3D in a browser instead. A summary follows, and a picture in the --out folder.
 ///
 /// A turn that misses its deadline of 16.67 ms is written to the --out folder with the ten seconds around it

@@ -77,7 +77,6 @@ pub(super) fn dashboard(
     state: &RunState,
     finished: &dyn Fn() -> bool,
 ) -> std::io::Result<()> {
-    let (radius_m, fill_m) = (model.header.radius_m, model.header.fill_m);
     let validity = Validity::of(&model.header);
-    Dashboard::new(Caption { title, fill_m, radius_m, length, validity }).run(state, finished)
+    Dashboard::new(model, Caption { title, length, validity }).run(state, finished)
 }

@@ -3,6 +3,7 @@
 use ratatui::Frame;
 use ratatui::layout::Rect;
 use ratatui::style::{Color, Stylize};
+use ratatui::text::Line;
 use ratatui::widgets::{Block, Paragraph, Sparkline};
 use std::collections::VecDeque;
 
@@ -24,10 +25,12 @@ impl Curve<'_> {
             return;
         }
         let title = format!("{}{} ", self.title, self.values.back().copied().unwrap_or(0));
-        let line = Sparkline::default().block(Block::bordered().title(title)).style(self.colour);
         // As many of the newest values as fit between the borders.
         let room = usize::from(area.width.saturating_sub(2));
         let newest = self.values.iter().skip(self.values.len().saturating_sub(room)).copied();
+        let scale = format!(" 0 to {} ", newest.clone().max().unwrap_or(0));
+        let block = Block::bordered().title(title).title_bottom(Line::from(scale).right_aligned());
+        let line = Sparkline::default().block(block).style(self.colour);
         frame.render_widget(line.data(newest), area);
     }
 }

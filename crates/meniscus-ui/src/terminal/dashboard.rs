@@ -1,19 +1,21 @@
-//! The live dashboard in a terminal: surface, modes, stage times, energy and entropy.
+//! The live dashboard in a terminal: the liquid inside, its surface, modes, stage times, energy and heat.
 
 use super::curve::Curve;
-use meniscus::blob::FieldGroup;
-use meniscus::runtime::{DEADLINE_US, Mode};
-use meniscus::surface::profile_abscissa;
+use super::numbers::{self, Numbers};
+use super::scale_end::ScaleEnd;
+use super::section::{self, Section};
+use super::surface::SurfaceChart;
+use meniscus::blob::{KnownGroups, Model};
+use meniscus::runtime::Mode;
 use meniscus_data::validity::Validity;
 use meniscus_service::run::RunState;
 use meniscus_service::timed_turn::TimedTurn;
 use ratatui::Frame;
 use ratatui::crossterm::event::{self, Event, KeyCode, KeyEvent, KeyModifiers};
 use ratatui::layout::{Constraint, Layout, Rect};
-use ratatui::style::{Color, Style, Stylize};
-use ratatui::symbols::Marker;
+use ratatui::style::{Color, Stylize};
 use ratatui::text::{Line, Span};
-use ratatui::widgets::{Axis, Block, Chart, Dataset, GraphType, Paragraph, Wrap};
+use ratatui::widgets::{Block, Paragraph, Wrap};
 use std::collections::VecDeque;
 use std::io;
 use std::sync::atomic::Ordering;
@@ -25,15 +27,17 @@ const REFRESH: Duration = Duration::from_millis(66);
 /// Values that the running curves show.
 const HISTORY: usize = 160;
 
+/// Fewest columns of the chart of the surface.
+const CHART_COLUMNS: u16 = 27;
+
+/// Speeds at which the colours may end, m/s.
+const FASTEST_M_S: [f64; 8] = [0.02, 0.05, 0.1, 0.2, 0.3, 0.5, 1.0, 2.0];
+
 /// Texts that stay the same during a run.
 #[derive(Clone, Debug)]
 pub struct Caption {
     /// Liquid, model and source, for the first line.
     pub title: String,
-    /// Height of the surface at rest, m.
-    pub fill_m: f64,
-    /// Inner radius, m.
-    pub radius_m: f64,
     /// Length of the run.
     pub length: Duration,
     /// Field groups that the model knows, and the sentence about the others.
@@ -42,8 +46,12 @@ pub struct Caption {
 
 /// The dashboard and what it remembers for its curves.
 #[derive(Debug)]
-pub struct Dashboard {
+pub struct Dashboard<'m> {
+    model: &'m Model<'m>,
     caption: Caption,
+    chart: SurfaceChart,
+    fastest: ScaleEnd,
+    section: Option<Section>,
     started: Instant,
     turn_us: VecDeque<u64>,
     slosh_uj: VecDeque<u64>,
@@ -54,14 +62,18 @@ pub struct Dashboard {
     note: Option<String>,
 }
 
-impl Dashboard {
-    /// A dashboard for one run.
+impl<'m> Dashboard<'m> {
+    /// A dashboard for one run of `model`.
     #[must_use]
-    pub fn new(caption: Caption) -> Self {
+    pub fn new(model: &'m Model<'m>, caption: Caption) -> Self {
         let curve = || VecDeque::with_capacity(HISTORY);
         let (turn_us, slosh_uj, heat_uj) = (curve(), curve(), curve());
         Self {
+            model,
             caption,
+            chart: SurfaceChart::new(model.header.radius_m, model.header.fill_m),
+            fastest: ScaleEnd::new(&FASTEST_M_S),
+            section: None,
             started: Instant::now(),
             turn_us,
             slosh_uj,
@@ -108,43 +120,63 @@ impl Dashboard {
         Ok(())
     }
 
-    fn remember(&mut self, logged: &TimedTurn) {
-        let estimate = logged.turn.estimate.known_only(self.caption.validity.known);
+    pub(super) fn remember(&mut self, logged: &TimedTurn) {
+        let estimate = logged.turn.estimate.known_only(self.known());
         let micro = |joules: f64| (joules.max(0.0) * 1e6) as u64;
         push(&mut self.turn_us, logged.turn_us);
         push(&mut self.slosh_uj, micro(estimate.slosh_j));
         push(&mut self.heat_uj, micro(estimate.heat_j));
+        self.chart.remember(logged);
+        let section = Section::of(self.model, &logged.turn.estimate);
+        if let Some(fastest) = section.fastest_m_s() {
+            self.fastest.remember(fastest);
+        }
+        // A halted estimate is none.
+        self.section = (logged.turn.estimate.mode != Mode::Halted).then_some(section);
     }
 
-    fn draw(&self, frame: &mut Frame<'_>, last: Option<&TimedTurn>) {
-        // What happened to the camera goes before what never changes.
-        let note = self.note.as_ref().map(|note| format!("camera: {note}"));
-        let sentence = note.as_deref().or(self.caption.validity.sentence.as_deref());
-        let rows = Layout::vertical([
-            Constraint::Length(3),
-            Constraint::Length(if sentence.is_some() { 3 } else { 0 }),
-            Constraint::Min(10),
-            Constraint::Length(6),
-        ]);
-        let [head, under, middle, foot] = rows.areas(frame.area());
-        frame.render_widget(self.headline(last), head);
-        frame.render_widget(Paragraph::new(sentence.unwrap_or_default()).wrap(Wrap { trim: true }), under);
-        let [surface, numbers] =
-            Layout::horizontal([Constraint::Min(40), Constraint::Length(38)]).areas(middle);
-        self.draw_surface(frame, surface, last);
-        frame.render_widget(self.numbers(last), numbers);
-        let known = self.caption.validity.known;
+    pub(super) fn draw(&self, frame: &mut Frame<'_>, last: Option<&TimedTurn>) {
+        let [head, under, middle, foot] = self.rows().areas(frame.area());
+        self.draw_head(frame, head, last);
+        frame.render_widget(Paragraph::new(self.sentences()).wrap(Wrap { trim: true }), under);
+        self.draw_middle(frame, middle, last);
+        let known = self.known();
         let curve = |title, values, colour, known| Curve { title, values, colour, known };
         let curves = [
-            curve(" turn, us ", &self.turn_us, Color::Cyan, true),
-            curve(" slosh energy, uJ ", &self.slosh_uj, Color::Yellow, known.slosh_energy()),
-            curve(" heat = entropy, uJ ", &self.heat_uj, Color::Red, known.heat()),
+            curve(" turn, µs ", &self.turn_us, Color::Cyan, true),
+            curve(" slosh energy, µJ ", &self.slosh_uj, Color::Yellow, known.slosh_energy()),
+            curve(" heat, µJ ", &self.heat_uj, Color::Blue, known.heat()),
         ];
         let thirds = Layout::horizontal([Constraint::Ratio(1, 3); 3]).areas::<3>(foot);
         curves.iter().zip(thirds).for_each(|(curve, area)| curve.draw(frame, area));
     }
 
-    fn headline(&self, last: Option<&TimedTurn>) -> Paragraph<'_> {
+    fn known(&self) -> KnownGroups {
+        self.caption.validity.known
+    }
+
+    /// Heights of the first line, the sentences, the liquid and the running curves.
+    fn rows(&self) -> Layout {
+        let sentence = self.note.is_some() || self.caption.validity.sentence.is_some();
+        let under = if sentence { 2 } else { 0 } + if self.liquid.is_empty() { 0 } else { 1 };
+        Layout::vertical([
+            Constraint::Length(3),
+            Constraint::Length(under),
+            Constraint::Min(6),
+            Constraint::Length(6),
+        ])
+    }
+
+    /// Note of the camera, or a sentence about unknown groups; then the liquid.
+    fn sentences(&self) -> Vec<Line<'_>> {
+        // What happened to the camera goes before what never changes.
+        let note = self.note.as_ref().map(|note| format!("camera: {note}"));
+        let sentence = note.or_else(|| self.caption.validity.sentence.clone());
+        let liquid = (!self.liquid.is_empty()).then(|| format!("liquid: {}", self.liquid));
+        sentence.into_iter().chain(liquid).map(Line::from).collect()
+    }
+
+    fn draw_head(&self, frame: &mut Frame<'_>, area: Rect, last: Option<&TimedTurn>) {
         let mode = last.map_or(Mode::Filling, |logged| logged.turn.estimate.mode);
         let colour = match mode {
             Mode::Tracking => Color::Green,
@@ -157,84 +189,40 @@ impl Dashboard {
             Span::from(format!(" {mode:?} ")).bold().fg(Color::Black).bg(colour),
             Span::from(format!("  {now:5.1} of {end:.0} s   ")),
             Span::from(self.caption.title.as_str()),
-            Span::from("   q ends").dim(),
         ]);
-        Paragraph::new(line).block(Block::bordered().title(" meniscus "))
+        let block = Block::bordered().title(" meniscus ").title(Line::from(" q ends ").right_aligned());
+        frame.render_widget(Paragraph::new(line).block(block), area);
     }
 
-    fn draw_surface(&self, frame: &mut Frame<'_>, area: Rect, last: Option<&TimedTurn>) {
-        let (radius_mm, fill_mm) = (1e3 * self.caption.radius_m, 1e3 * self.caption.fill_m);
-        let x = |index: usize| radius_mm * profile_abscissa(index);
-        let points = |heights: &[f32], keep: &dyn Fn(usize) -> bool| -> Vec<(f64, f64)> {
-            let all = heights.iter().enumerate().filter(|(index, _)| keep(*index));
-            all.map(|(index, z)| (x(index), 1e3 * f64::from(*z))).collect()
-        };
-        let estimated = last.map_or(vec![], |logged| points(&logged.turn.estimate.surface_m, &|_| true));
-        let measured = match last.and_then(|logged| logged.turn.profile) {
-            Some(Ok(profile)) => points(&profile.height_m, &|index| profile.valid[index]),
-            _ => vec![],
-        };
-        let rest = [(-radius_mm, fill_mm), (radius_mm, fill_mm)];
-        let set = |name, data, marker, kind, colour: Color| {
-            Dataset::default().name(name).data(data).marker(marker).graph_type(kind).style(colour)
-        };
-        let chart = Chart::new(vec![
-            set("rest", &rest, Marker::Dot, GraphType::Line, Color::DarkGray),
-            set("estimated", &estimated, Marker::Braille, GraphType::Line, Color::Green),
-            set("measured", &measured, Marker::Dot, GraphType::Scatter, Color::Magenta),
-        ])
-        .block(Block::bordered().title(" surface, mm "))
-        .x_axis(axis(-radius_mm, radius_mm))
-        .y_axis(axis(fill_mm - 25.0, fill_mm + 25.0));
-        frame.render_widget(chart, area);
-    }
-
-    fn numbers(&self, last: Option<&TimedTurn>) -> Paragraph<'_> {
-        let block = Block::bordered().title(" turn ");
-        let Some(logged) = last else {
-            return Paragraph::new("waiting for the first frame").block(block);
-        };
-        let known = self.caption.validity.known;
-        let (turn, estimate) = (&logged.turn, logged.turn.estimate.known_only(known));
-        let stages = &estimate.stages;
-        let widest = estimate.interval.surface_m.iter().copied().fold(0.0, f32::max);
-        let seen = match &turn.profile {
-            Some(Ok(profile)) => format!("{} of {} points", profile.valid_points(), profile.valid.len()),
-            Some(Err(reason)) => format!("not seen: {reason}"),
-            None => "no frame".into(),
-        };
-        let known_or = |value: String, known: bool| if known { value } else { "not known".into() };
-        let speed_half = format!("{:.0} mm/s", 1e3 * estimate.interval.field[1]);
-        let speed_half = known_or(speed_half, known.contains(FieldGroup::Velocity));
-        let produced = known_or(format!("{:+.1e}", estimate.audit.heat), known.heat());
-        let lines = [
-            format!("camera time   {:.3} s", turn.time.0 as f64 * 1e-6),
-            format!("surface       {seen}"),
-            format!("glass         {:+.2} m/s2", estimate.acceleration_m_s2),
-            format!("may be off by {:.1} mm, {speed_half}", 1e3 * widest),
-            String::new(),
-            format!("surface    {:6} us", stages.surface_us),
-            format!("predict    {:6} us", stages.predict_us),
-            format!("encode     {:6} us", stages.encode_us),
-            format!("correct    {:6} us", stages.correct_us),
-            format!("field      {:6} us", stages.field_us),
-            format!("whole turn {:6} us", logged.turn_us),
-            format!("latency    {:6} us of {DEADLINE_US}", logged.latency_us),
-            format!("deadlines missed {} of {}", logged.frames.missed(), logged.frames.taken()),
-            String::new(),
-            format!("step       {:?}, {} iterations", estimate.audit.outcome, estimate.audit.iterations),
-            format!("dE - work  {:+.1e}", estimate.audit.energy_residual),
-            format!("dS         {produced}"),
-            self.liquid.clone(),
+    /// The liquid inside, its surface, and the figures of the turn.
+    fn draw_middle(&self, frame: &mut Frame<'_>, area: Rect, last: Option<&TimedTurn>) {
+        let header = &self.model.header;
+        let wanted = Section::columns(header.radius_m, header.rim_m, area.height.saturating_sub(2)) + 2;
+        let room = area.width.saturating_sub(numbers::COLUMNS + CHART_COLUMNS);
+        let columns = [
+            Constraint::Length(wanted.min(room)),
+            Constraint::Min(CHART_COLUMNS),
+            Constraint::Length(numbers::COLUMNS),
         ];
-        Paragraph::new(lines.map(Line::from).to_vec()).wrap(Wrap { trim: true }).block(block)
+        let [inside, surface, figures] = Layout::horizontal(columns).areas(area);
+        self.draw_section(frame, inside);
+        self.chart.draw(frame, surface, last);
+        let numbers = Numbers { last, known: self.known(), energy_scale_j: header.energy_scale_j };
+        numbers.draw(frame, figures);
     }
-}
 
-/// A labelled axis from `low` to `high`.
-fn axis<'a>(low: f64, high: f64) -> Axis<'a> {
-    let labels = [low, 0.5 * (low + high), high].map(|value| format!("{value:.0}"));
-    Axis::default().bounds([low, high]).labels(labels).style(Style::default().dim())
+    fn draw_section(&self, frame: &mut Frame<'_>, area: Rect) {
+        let block = Block::bordered().title(" speed inside ");
+        let inner = block.inner(area);
+        let Some(section) = &self.section else {
+            frame.render_widget(Paragraph::new("no estimate").block(block), area);
+            return;
+        };
+        let top = self.fastest.shown();
+        let below = section.fastest_m_s().map_or(Line::from(" not known "), |_| section::scale(top));
+        frame.render_widget(block.title_bottom(below), area);
+        frame.render_widget(section.drawn(top), inner);
+    }
 }
 
 fn push(curve: &mut VecDeque<u64>, value: u64) {

@@ -3,6 +3,12 @@
 mod curve;
 mod dashboard;
 mod glass;
+mod numbers;
+mod scale_end;
+mod section;
+mod surface;
+#[cfg(test)]
+mod tests;
 mod wizard;
 
 pub use dashboard::{Caption, Dashboard};
