@@ -21,7 +21,7 @@ pub struct Check {
     pub value: Option<f64>,
     /// Unit of the value.
     pub unit: &'static str,
-    /// The target in words: `<= 0.25` or `= 0`; `told` for an informational value, a word that scripts read.
+    /// The target in words: `<= 0.25` or `= 0`; `informational` for a value without a target.
     pub target: String,
     /// Whether the value meets the target; none without a target. A value that could not be measured misses its target.
     pub ok: Option<bool>,
@@ -70,7 +70,7 @@ impl Check {
             Target::Within(least, most) => {
                 (format!("{least} to {most}"), Some((least..=most).contains(&value)))
             }
-            Target::Informational => ("told".into(), None),
+            Target::Informational => ("informational".into(), None),
         };
         let value = measured.then_some(value);
         Self { name, value, unit, target: words, ok: met.map(|met| measured && met), against: target }
@@ -90,12 +90,6 @@ impl Check {
             Some(false) => "MISSED",
             None => "",
         }
-    }
-
-    /// Returns the target for a person.
-    #[must_use]
-    pub fn target_text(&self) -> &str {
-        if self.ok.is_some() { &self.target } else { "informational" }
     }
 
     /// The same figure without a target.
@@ -143,7 +137,7 @@ pub fn table(checks: &[Check]) -> String {
             "  {:width$}  {value:>12} {:<6} {:<13} {}{absurd}",
             check.name,
             check.unit,
-            check.target_text(),
+            check.target,
             check.verdict()
         );
         format!("{}\n", line.trim_end())

@@ -75,7 +75,7 @@ fn checks(checks: &[Check]) -> Markup {
                     td { (check.name) }
                     td { (value(check)) }
                     td { (check.unit) }
-                    td { (check.target_text()) }
+                    td { (check.target) }
                     td { (check.verdict().to_lowercase()) }
                 }
             }

@@ -34,7 +34,7 @@ fn block(block: &Block) -> String {
 }
 
 fn check(check: &Check) -> String {
-    row(&[&check.name, value(check).as_str(), check.unit, check.target_text(), check.verdict()])
+    row(&[&check.name, value(check).as_str(), check.unit, check.target.as_str(), check.verdict()])
 }
 
 /// A row of a table; a bar in a cell would end it.

@@ -123,7 +123,7 @@ fn told(finding: &Finding) -> Line<'_> {
         Some(false) => Span::from(" -- ").red(),
         None => Span::from("    "),
     };
-    let text = format!("{:17}{value:>8} {:<5}{}", check.name, check.unit, check.target_text());
+    let text = format!("{:17}{value:>8} {:<5}{}", check.name, check.unit, check.target);
     Line::from(vec![mark, Span::from(text)])
 }
 
