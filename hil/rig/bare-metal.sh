@@ -27,20 +27,6 @@ build_bare_metal() {
 }
 
 bare_metal() {
-  fetch_bare_metal
-  local manifest=firmware-config/bare-metal/Cargo.toml at=$work/bare-metal/target variant
-  for variant in full small; do
-    local features=()
-    [ "$variant" = full ] || features=(--features small)
-    CARGO_TARGET_DIR=$at cargo build "${build_core[@]}" --locked --release --manifest-path $manifest \
-      "${features[@]}" --bin board --target "$board_triple"
-    cp "$at/$board_triple/release/board" "$at/board-$variant"
-    CARGO_TARGET_DIR=$at cargo build --locked --release --manifest-path $manifest "${features[@]}" --bin twin
-    cp "$at/release/twin" "$at/twin-$variant"
-  done
-}
-
-bare_metal() {
   fetch_guest
   build_guest
   build_bare_metal

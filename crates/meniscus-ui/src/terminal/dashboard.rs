@@ -158,7 +158,7 @@ impl<'m> Dashboard<'m> {
     /// Heights of the first line, the sentences, the liquid and the running curves.
     fn rows(&self) -> Layout {
         let sentence = self.note.is_some() || self.caption.validity.sentence.is_some();
-        let under = if sentence { 2 } else { 0 } + if self.liquid.is_empty() { 0 } else { 1 };
+        let under = if sentence { 3 } else { 0 } + if self.liquid.is_empty() { 0 } else { 1 };
         Layout::vertical([
             Constraint::Length(3),
             Constraint::Length(under),
@@ -185,11 +185,14 @@ impl<'m> Dashboard<'m> {
             Mode::Halted => Color::Red,
         };
         let (now, end) = (self.started.elapsed().as_secs_f64(), self.caption.length.as_secs_f64());
-        let line = Line::from(vec![
-            Span::from(format!(" {mode:?} ")).bold().fg(Color::Black).bg(colour),
-            Span::from(format!("  {now:5.1} of {end:.0} s   ")),
-            Span::from(self.caption.title.as_str()),
-        ]);
+        let (mode, time) = (format!(" {mode:?} "), format!("  {now:5.1} of {end:.0} s   "));
+        let room = usize::from(area.width.saturating_sub(2)).saturating_sub(mode.len() + time.len());
+        let mut title = self.caption.title.clone();
+        if title.chars().count() > room {
+            title = title.chars().take(room.saturating_sub(1)).chain(['…']).collect();
+        }
+        let mode = Span::from(mode).bold().fg(Color::Black).bg(colour);
+        let line = Line::from(vec![mode, Span::from(time), Span::from(title)]);
         let block = Block::bordered().title(" meniscus ").title(Line::from(" q ends ").right_aligned());
         frame.render_widget(Paragraph::new(line).block(block), area);
     }

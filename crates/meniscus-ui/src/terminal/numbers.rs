@@ -25,8 +25,10 @@ pub(super) struct Numbers<'n> {
 impl Numbers<'_> {
     /// Draws as many lines as there is room for, and says how many are missing.
     pub(super) fn draw(&self, frame: &mut Frame<'_>, area: Rect) {
-        let mut lines =
+        let lines =
             self.last.map_or_else(|| vec!["waiting for the first frame".into()], |last| self.lines(last));
+        let width = usize::from(area.width.saturating_sub(2));
+        let mut lines: Vec<String> = lines.iter().flat_map(|line| wrapped(line, width)).collect();
         let room = usize::from(area.height.saturating_sub(2));
         if lines.len() > room {
             let missing = lines.len() - room.saturating_sub(1);
@@ -71,5 +73,40 @@ impl Numbers<'_> {
             lines.push(format!("step         {:?}", estimate.audit.outcome));
         }
         lines
+    }
+}
+
+/// Lines of at most `width` characters, broken at spaces where a line is longer; a single word stays whole.
+fn wrapped(line: &str, width: usize) -> Vec<String> {
+    if line.chars().count() <= width {
+        return vec![line.to_owned()];
+    }
+    let mut lines = vec![String::new()];
+    for word in line.split_whitespace() {
+        let last = lines.last().map_or(0, |last| last.chars().count());
+        if last > 0 && last + 1 + word.chars().count() > width {
+            lines.push(format!("  {word}"));
+        } else if let Some(last) = lines.last_mut() {
+            if !last.is_empty() {
+                last.push(' ');
+            }
+            last.push_str(word);
+        }
+    }
+    lines
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_long_reason_is_broken_and_keeps_its_words() {
+        let line = "surface      not seen: no body of liquid as wide as the glass was found";
+        let lines = wrapped(line, 30);
+        assert!(lines.len() > 1 && lines.iter().all(|line| line.chars().count() <= 30), "{lines:?}");
+        let words = |text: &str| text.split_whitespace().map(str::to_owned).collect::<Vec<_>>();
+        assert_eq!(words(&lines.join(" ")), words(line));
+        assert_eq!(wrapped(" field     90", 30), [" field     90"]);
     }
 }

@@ -41,7 +41,8 @@ impl Section {
     /// Decodes positions and velocities of the tracers near the plane y = 0.
     pub(super) fn of(model: &Model<'_>, estimate: &Estimate) -> Self {
         let header = &model.header;
-        let known = header.known().contains(FieldGroup::Velocity);
+        let known = header.known();
+        let (placed, fast) = (known.contains(FieldGroup::Position), known.contains(FieldGroup::Velocity));
         let [positions, velocities, ..] = &model.decoder.groups;
         let near = |y: f32| f64::from(y).abs() < HALF_THICKNESS * header.radius_m;
         let latent = estimate.latent.map(|x| x as f32);
@@ -53,9 +54,11 @@ impl Section {
         debug_assert_eq!(v.len(), velocities.rest.len());
         let rest = positions.rest.chunks_exact(3);
         let tracers = rest.zip(q.chunks_exact(3)).zip(v.chunks_exact(3)).filter_map(|((rest, q), v)| {
+            // Where positions are not known, the tracers stay at rest.
+            let q = if placed { q } else { rest };
             let ([_, y, _], [x, _, z], [a, b, c]) = (rest, q, v) else { return None };
             let speed = (f64::from(*a).powi(2) + f64::from(*b).powi(2) + f64::from(*c).powi(2)).sqrt();
-            let tracer = Tracer { x_m: f64::from(*x), z_m: f64::from(*z), speed_m_s: known.then_some(speed) };
+            let tracer = Tracer { x_m: f64::from(*x), z_m: f64::from(*z), speed_m_s: fast.then_some(speed) };
             near(*y).then_some(tracer)
         });
         let tracers = tracers.collect();
