@@ -65,7 +65,7 @@ fn a_torn_mcap_keeps_its_beginning() {
         match read(&path) {
             Ok((found, ended)) => {
                 assert!(found[..] == whole[..found.len()], "{length}");
-                assert!(ended.is_some() || found.len() == whole.len(), "{length}: told as whole");
+                assert!(ended.is_some() || found.len() == whole.len(), "{length}: read as whole");
                 most = most.max(found.len());
             }
             Err(error) => assert!(length < 3000, "{length}: {error}"),
@@ -157,14 +157,14 @@ fn a_ros_2_bag_is_read() {
     assert!(found == images(12) && ended.is_none(), "{ended:?}");
     let bytes = fs::read(&path).expect("bytes");
     fs::write(&path, &bytes[..bytes.len() / 2]).expect("written");
-    let told = match read(&path) {
+    let message = match read(&path) {
         Ok((found, ended)) => {
             assert!(found[..] == images(12)[..found.len()]);
             ended.expect("it is not whole").to_string()
         }
         Err(error) => error.to_string(),
     };
-    assert!(told.contains("damaged"), "{told}");
+    assert!(message.contains("damaged"), "{message}");
 }
 
 #[test]

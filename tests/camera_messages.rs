@@ -10,12 +10,12 @@ use std::path::Path;
 use std::process::Output;
 
 fn refused(output: &Output, words: &[&str]) {
-    let told = errors(output);
-    assert!(!output.status.success() && words.iter().all(|word| told.contains(word)), "{words:?}: {told}");
+    let message = errors(output);
+    assert!(!output.status.success() && words.iter().all(|word| message.contains(word)), "{words:?}: {message}");
 }
 
 #[test]
-fn a_hot_laser_is_told_while_the_run_goes_and_in_its_report() {
+fn a_hot_laser_is_reported_while_the_run_goes_and_in_its_report() {
     let folder = folder("camera-messages", "hot");
     let run = meniscus(&folder, "run --source simulated-usb:interrupt-off --seconds 3 --json");
     let hot = "the laser is too hot, it was turned off (error 2 of the camera)";
@@ -28,8 +28,8 @@ fn doctor_says_what_the_camera_says() {
     let folder = folder("camera-messages", "doctor");
     let doctor = json(&meniscus(&folder, "doctor --simulated interrupt-off --json"));
     let checks = doctor["checks"].as_array().expect("checks");
-    let told = checks.iter().find(|check| check["name"] == "camera_errors").expect("the check");
-    assert_eq!((told["value"].as_f64(), told["ok"].as_bool()), (Some(1.0), Some(false)), "{told}");
+    let error = checks.iter().find(|check| check["name"] == "camera_errors").expect("the check");
+    assert_eq!((error["value"].as_f64(), error["ok"].as_bool()), (Some(1.0), Some(false)), "{error}");
     let remedy = doctor["remedies"]["camera_errors"].as_str().expect("a remedy");
     assert!(remedy.contains("too hot") && remedy.contains("cool"), "{remedy}");
     let well = json(&meniscus(&folder, "doctor --simulated --json"));

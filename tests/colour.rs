@@ -137,7 +137,7 @@ fn the_surface_is_as_good_in_colour_as_in_infrared() {
     println!("colour:   heights {:.3} mm, track {:.4} mm, origin {:.3} mm", colour.0, colour.1, colour.2);
     assert!(colour.0 < 0.2 && colour.0 < 1.5 * infrared.0, "heights");
     assert!(colour.1 < 0.02, "track");
-    // X is told from the lens that traces: the depth lens stands 14.8 mm to its right.
+    // X is given relative to the lens that traces: the depth lens stands 14.8 mm to its right.
     assert!((colour.2 + f64::from(1e3 * COLOUR_LENS_M[0])).abs() < 0.1, "origin");
     let lens = connected.colour.expect("calibrated").lens;
     assert!((lens.intrinsics.fx - 612.4).abs() < 0.01 && (lens.intrinsics.ppy - 244.7).abs() < 0.01);
@@ -242,20 +242,20 @@ fn a_glass_is_set_up_in_colour_and_its_recording_is_read_with_that_setup() {
         (output.status.success(), String::from_utf8_lossy(&output.stderr).into_owned())
     };
     let said = ["--yes", "--radius-mm", "35", "--fill-mm", "70", "--rim-mm", "110", "--pairs", "30"];
-    let (ok, told) = meniscus(&[&["setup", "--source", "colour.mcap"], &said[..]].concat());
-    assert!(ok, "{told}");
+    let (ok, message) = meniscus(&[&["setup", "--source", "colour.mcap"], &said[..]].concat());
+    assert!(ok, "{message}");
     let text = std::fs::read_to_string(folder.join("glass.toml")).expect("written");
     assert!(text.contains("outline = \"colour\""), "{text}");
     let to_table = |source: &str| {
         meniscus(&["record", "--source", source, "--setup", "glass.toml", "--out", "seen.csv", "--force"])
     };
-    let (ok, told) = to_table("colour.mcap");
-    assert!(ok, "{told}");
+    let (ok, message) = to_table("colour.mcap");
+    assert!(ok, "{message}");
     let rows = std::fs::read_to_string(folder.join("seen.csv")).expect("written").lines().count();
     assert!(rows >= 38, "{rows}");
     write(&folder.join("infrared.mcap"), &calibration.with_outline(OutlineImage::Infrared), &pairs);
-    let (ok, told) = to_table("infrared.mcap");
-    assert!(!ok && told.contains("infrared.mcap has its outline in infrared"), "{told}");
+    let (ok, message) = to_table("infrared.mcap");
+    assert!(!ok && message.contains("infrared.mcap has its outline in infrared"), "{message}");
 }
 
 fn write(path: &Path, calibration: &Calibration, pairs: &[Pair]) {

@@ -224,7 +224,7 @@ fn bad_words_are_refused_before_anything_runs() {
 }
 
 #[test]
-fn an_output_folder_that_cannot_be_written_is_told_before_the_run() {
+fn an_output_folder_that_cannot_be_written_is_refused_before_the_run() {
     let folder = folder("out");
     fs::write(folder.join("taken"), "a file stands where the folder should be").expect("written");
     let started = Instant::now();
@@ -314,8 +314,8 @@ fn the_doctor_finds_what_is_wrong_and_says_what_to_do() {
             Some(false),
             "{trouble}: {report}"
         );
-        let told = report["remedies"][check].as_str().expect("a remedy");
-        assert!(told.contains(remedy), "{trouble}: {told}");
+        let found = report["remedies"][check].as_str().expect("a remedy");
+        assert!(found.contains(remedy), "{trouble}: {found}");
     }
 }
 

@@ -43,7 +43,7 @@ fn another_liquid_is_learnt_and_the_laws_stay() {
     };
     let corrected = go(&how);
     println!("held out {:?}, source {:?}", corrected.held, corrected.source);
-    // Judged by what is foretold a quarter of a second ahead: 11 % for 59 when this was written.
+    // Judged by the prediction a quarter of a second ahead: 11 % for 59 when this was written.
     assert!(corrected.held[1] < 0.3 * corrected.held[0], "{:?}", corrected.held);
     assert!(corrected.source[1] <= corrected.source[0] + 0.05, "{:?}", corrected.source);
     // What was chosen is what was looked at: the least held-out error within the bound.

@@ -190,7 +190,7 @@ fn nothing_is_missing_only_where_the_map_agrees() {
 }
 
 #[test]
-fn a_leaning_glass_and_a_rolled_camera_are_told_apart_by_the_waves() {
+fn a_leaning_glass_and_a_rolled_camera_are_distinguished_by_the_waves() {
     for name in ["container_tilt", "camera_slope"] {
         let verdict = found(&[(name, 0.05)], 11, &Settings::default()).assessment.verdict;
         assert!(matches!(verdict, Verdict::Identified(_)), "{}", verdict.sentence());

@@ -240,7 +240,7 @@ fn alias(config: &str) -> Option<&str> {
 }
 
 #[test]
-fn the_short_way_is_told_and_is_a_command_of_this_program() {
+fn the_short_way_is_shown_and_is_a_command_of_this_program() {
     let read = |path: &str| fs::read_to_string(root().join(path)).expect("a file");
     for page in ["README.md", "docs/page.md"] {
         assert!(commands(&read(page)).iter().any(|command| command == "cargo view"), "{page}");

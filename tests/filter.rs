@@ -208,9 +208,9 @@ fn a_height_that_is_no_number_is_refused_and_forgotten() {
 }
 
 /// An IMU whose offset has carried the glass metres away by the time it falls silent: from then on the edges of the
-/// glass tell, and nothing is left of where it was told to be.
+/// glass tell, and nothing is left of the commanded position.
 #[test]
-fn a_motion_that_is_told_no_more_leaves_nothing_behind() {
+fn a_motion_that_is_commanded_no_more_leaves_nothing_behind() {
     let recording = shipped();
     let seen = filmed(&recording);
     let bytes = AlignedBytes::copy(meniscus_shipped::MODEL);
@@ -220,14 +220,14 @@ fn a_motion_that_is_told_no_more_leaves_nothing_behind() {
         turns.iter().map(|logged| logged.turn.estimate.surface_m).collect()
     };
     let a = |n: usize| recording.acceleration_m_s2[n] + 0.3;
-    let told = |n: usize| InputSource::Measured { before: a(n.saturating_sub(1)), now: a(n) };
+    let commanded = |n: usize| InputSource::Measured { before: a(n.saturating_sub(1)), now: a(n) };
     let tracked = surfaces(&|_| InputSource::Tracked);
-    let switched = surfaces(&|n| if n < 240 { told(n) } else { InputSource::Tracked });
+    let switched = surfaces(&|n| if n < 240 { commanded(n) } else { InputSource::Tracked });
     let apart = |frames: std::ops::Range<usize>| {
         let pairs = tracked[frames.clone()].iter().flatten().zip(switched[frames].iter().flatten());
         1e3 * pairs.map(|(one, other)| (one - other).abs()).fold(0.0, f32::max)
     };
-    let (told, behind, later) = (apart(60..240), apart(240..300), apart(300..600));
-    println!("heights at most apart: told {told} mm, in the second behind it {behind} mm, later {later} mm");
-    assert!(told > 0.1 && behind < 0.3 && later < 0.01);
+    let (commanded, behind, later) = (apart(60..240), apart(240..300), apart(300..600));
+    println!("heights at most apart: commanded {commanded} mm, in the second behind it {behind} mm, later {later} mm");
+    assert!(commanded > 0.1 && behind < 0.3 && later < 0.01);
 }

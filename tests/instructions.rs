@@ -39,13 +39,13 @@ fn counted() -> Option<BTreeMap<String, u64>> {
         .output()
         .expect("valgrind runs");
     assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));
-    let told = Command::new("callgrind_annotate")
+    let annotated = Command::new("callgrind_annotate")
         .args(["--inclusive=yes", "--threshold=100", "--auto=no"])
         .arg(&out)
         .output()
         .expect("callgrind_annotate runs");
     std::fs::remove_file(&out).expect("the counts can be removed");
-    let text = String::from_utf8_lossy(&told.stdout).into_owned();
+    let text = String::from_utf8_lossy(&annotated.stdout).into_owned();
     let mut counts = BTreeMap::new();
     for line in text.lines() {
         let Some((_, name)) = line.split_once("::stage_") else { continue };

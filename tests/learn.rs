@@ -255,7 +255,7 @@ fn recordings_are_identified_or_refused() {
         serde_json::from_slice(&bytes(&folder.join("found/identified.json"))).expect("JSON");
     let value = &found["consistency_pa_sn"];
     let number = |v: &serde_json::Value| v.as_f64().expect("a number");
-    // liquids/glycerine.toml, which the fit is not told.
+    // liquids/glycerine.toml, which the fit does not get.
     let truth = 0.950;
     println!("{found:#}");
     let (low, high) = (number(&value["interval"][0]), number(&value["interval"][1]));

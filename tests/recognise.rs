@@ -152,7 +152,7 @@ fn a_cameras_recording_is_named_and_learnt_from() {
 }
 
 #[test]
-fn what_a_cameras_recording_lacks_is_told() {
+fn what_a_cameras_recording_lacks_is_named() {
     let folder = folder("refused");
     film(&folder.join("one.mcap"), 0..4);
     setup(&folder.join("other.toml"), 40.0);

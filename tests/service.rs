@@ -29,7 +29,7 @@ fn a_run_by_its_file_is_the_run_by_its_options() {
 }
 
 #[test]
-fn a_wrong_line_is_named_with_its_number_and_told_to_systemd() {
+fn a_wrong_line_is_named_with_its_number_and_reported_to_systemd() {
     let folder = folder("service", "wrong");
     fs::write(folder.join("a.toml"), "[time]\nservice = true\n\n[images]\nsorce = \"usb\"\n")
         .expect("written");
@@ -47,10 +47,10 @@ fn a_wrong_line_is_named_with_its_number_and_told_to_systemd() {
         "{}",
         errors(&run)
     );
-    let mut told = [0; 1024];
-    let length = notify.recv(&mut told).expect("systemd is told");
-    let told = String::from_utf8_lossy(&told[..length]).into_owned();
-    assert!(told.starts_with("STATUS=error: a.toml, line 5"), "{told}");
+    let mut message = [0; 1024];
+    let length = notify.recv(&mut message).expect("systemd is informed");
+    let message = String::from_utf8_lossy(&message[..length]).into_owned();
+    assert!(message.starts_with("STATUS=error: a.toml, line 5"), "{message}");
 }
 
 #[test]

@@ -77,8 +77,8 @@ fn the_camera_is_found_where_it_stands() {
     ];
     for (distance_m, height_m, pitch_deg, liquid) in table {
         let seen = at_rest(camera(distance_m, height_m, pitch_deg, liquid), SAID);
-        let told: Vec<_> = seen.findings.iter().map(|finding| &finding.check).collect();
-        assert!(seen.ok(), "{distance_m} m, {pitch_deg} degrees: {:?}\n{told:#?}", missed(&seen));
+        let checks: Vec<_> = seen.findings.iter().map(|finding| &finding.check).collect();
+        assert!(seen.ok(), "{distance_m} m, {pitch_deg} degrees: {:?}\n{checks:#?}", missed(&seen));
         let view = &seen.setup.as_ref().expect("a setup").view;
         println!("{distance_m} m: {view:?}, radius {:.2} mm", value(&seen, "radius_seen_mm"));
         assert!((view.distance_mm - 1e3 * f64::from(distance_m)).abs() < 3.0, "{view:?}");
@@ -131,7 +131,7 @@ fn a_wrong_measure_is_named_with_what_to_do() {
 }
 
 #[test]
-fn no_glass_a_clear_liquid_and_one_that_moves_are_told_apart() {
+fn no_glass_a_clear_liquid_and_one_that_moves_are_distinguished() {
     let nothing = at_rest(SceneSettings { glass_present: false, ..SceneSettings::default() }, SAID);
     assert!(nothing.setup.is_none() && missed(&nothing).contains(&"liquid_seen"));
     assert!(nothing.remedies()[0].remedy.contains("before the middle of the camera"));

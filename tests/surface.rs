@@ -138,7 +138,7 @@ fn what_is_not_there_is_not_seen() {
 fn a_camera_that_stands_elsewhere_is_measured_and_beyond_a_limit_refused() {
     let settings = SceneSettings::default();
     let images = render(settings);
-    let told = |camera_distance_m| {
+    let measured_at = |camera_distance_m| {
         let camera = Settings { camera_distance_m, ..settings.camera };
         let (depth, infrared) = lent(&camera, &images, 3);
         let mut state = ExtractionState::new();
@@ -146,10 +146,10 @@ fn a_camera_that_stands_elsewhere_is_measured_and_beyond_a_limit_refused() {
             .map(|_| state.wall_offset_m())
     };
     for error_m in [-0.008_f32, 0.0, 0.008] {
-        let measured_m = told(0.40 + error_m).expect("near enough").expect("a profile came out");
+        let measured_m = measured_at(0.40 + error_m).expect("near enough").expect("a profile came out");
         assert!((measured_m + error_m).abs() < 0.0005, "{error_m} {measured_m}");
     }
-    assert_eq!(told(0.42), Err(ExtractionError::WallElsewhere));
+    assert_eq!(measured_at(0.42), Err(ExtractionError::WallElsewhere));
 }
 
 #[test]

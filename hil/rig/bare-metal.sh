@@ -80,25 +80,25 @@ board_variant() {
     -semihosting-config enable=on,target=native -kernel "$program" </dev/null >"board-$variant.log") \
     || { echo "hil: the board did not end in order: see $at/board-$variant.log" >&2; exit 2; }
   grep -v -e '^board ' -e '^stages ' "$at/board-$variant.log" | diff "$at/twin-$variant.log" - >"$at/difference" || true
-  local equal=0 told stages
+  local equal=0 numbers stages
   turns=$(grep -c '^turn ' "$at/twin-$variant.log")
   [ -s "$at/difference" ] || [ "$turns" -lt "$((board_frames - 5))" ] || equal=1
   head -20 "$at/difference" >&2
-  read -r -a told <<<"$(grep '^board ' "$at/board-$variant.log")"
+  read -r -a numbers <<<"$(grep '^board ' "$at/board-$variant.log")"
   read -r -a stages <<<"$(grep '^stages ' "$at/board-$variant.log")"
   board_check "${prefix}bare_metal_equal" "$equal" 1 "= 1" "$([ "$equal" = 1 ] && echo true || echo false)"
-  board_at_most "${prefix}stack_bytes" "${told[6]}" B "$board_stack_limit"
+  board_at_most "${prefix}stack_bytes" "${numbers[6]}" B "$board_stack_limit"
   # .data and .bss; the stack has a section of its own.
   board_at_most "${prefix}static_bytes" "$("$work/gate" sections "$program")" B "$board_static_limit"
-  board_informational "${prefix}instructions_per_turn" "${told[2]}" 1
+  board_informational "${prefix}instructions_per_turn" "${numbers[2]}" 1
   if [ "$variant" = small ]; then
-    board_at_most small_instructions_per_frame "${told[8]}" 1 "$board_small_limit"
+    board_at_most small_instructions_per_frame "${numbers[8]}" 1 "$board_small_limit"
     board_at_most small_instructions_tracking "${stages[12]}" 1 "$board_small_limit"
   else
-    board_informational instructions_per_frame "${told[8]}" 1
+    board_informational instructions_per_frame "${numbers[8]}" 1
     board_informational instructions_tracking "${stages[12]}" 1
   fi
-  board_informational "${prefix}instructions_longest_turn" "${told[4]}" 1
+  board_informational "${prefix}instructions_longest_turn" "${numbers[4]}" 1
   local field
   # Instructions of a tracked turn by stage: name and number.
   for field in 1 3 5 7 9; do

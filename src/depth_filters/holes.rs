@@ -69,7 +69,7 @@ fn inner(image: &mut [u16], width: usize, height: usize, choose: impl Fn([u16; 5
         let end = (row + 1).saturating_mul(width);
         let Some((before, below)) = image.split_at_mut_checked(end) else { return };
         let Some((above, current)) = pair(before, width, row - 1, row) else { return };
-        // Most rows have no hole, and are told so faster than they are walked.
+        // Most rows have no hole, and finding that out is faster than walking them.
         if !current.contains(&0) {
             continue;
         }

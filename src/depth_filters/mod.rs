@@ -7,7 +7,7 @@
 //! Z16 --decimate--threshold--> [to_disparity] --> spatial --temporal--> [to_depth] --fill_holes--> Z16
 //! ```
 //!
-//! Each filter was re-told from its description and compared with the library's own frames
+//! Each filter was written from its description and compared with the library's own frames
 //! (`tests/filters.rs`). "Invalid" is 0 for Z16; for disparities it is what is not above zero.
 //!
 //! Rows of one image do not depend on each other in the horizontal sweeps, so [`LANES`] of them are laid

@@ -3,7 +3,7 @@
 //! ```text
 //! p(z | k, kappa) = prod_n [kappa^2 S_k]^(-g/2) exp(-g q_k / (2 kappa^2))
 //! p(z | k)        = int p(z | k, kappa) N(ln kappa; 0, s_k) d ln kappa                liquid k
-//! p(z | none)     = 1/K sum_k int p(z | k, kappa) U(ln kappa; 0, ln 20) d ln kappa    one that k foretells badly
+//! p(z | none)     = 1/K sum_k int p(z | k, kappa) U(ln kappa; 0, ln 20) d ln kappa    one that k predicts badly
 //! P(k)            = p(z | k) / [sum_j p(z | j) + p(z | none)]                         equal priors
 //! ```
 //! The power g counts the independent numbers of a profile and not its points, because neighbouring errors go together:

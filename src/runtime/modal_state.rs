@@ -182,7 +182,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn amplitudes_of_azimuths_are_told_apart() {
+    fn amplitudes_of_azimuths_are_distinguished() {
         let rows = azimuths();
         for (a1, a2) in [(0.004, 0.0), (0.0, -0.002), (0.003, 0.001)] {
             let heights = core::array::from_fn(|index| {

@@ -127,7 +127,7 @@ pub fn extract(
 /// Extracts the profile from the image of the outline alone, of a camera that has no depth image.
 ///
 /// The wall is taken to be at [`Settings::camera_distance_m`](super::Settings), and what stands before the glass is not
-/// told from the liquid.
+/// distinguished from the liquid.
 ///
 /// ```
 /// use meniscus::surface::{Config, ExtractionError, ExtractionState, Settings, extract_outline};

@@ -111,7 +111,7 @@ fn malformed_datagrams_change_nothing() {
     });
     let said = String::from_utf8_lossy(&output.stderr).into_owned();
     let report: Value = serde_json::from_slice(&output.stdout).unwrap_or_else(|why| panic!("{why}: {said}"));
-    assert_eq!(report["motion"]["told"], 0, "{report:#}");
+    assert_eq!(report["motion"]["commanded"], 0, "{report:#}");
     assert!(report["motion"]["refused"].as_u64() > Some(100), "{:#}", report["motion"]);
     assert!(!said.contains("panicked"), "{said}");
 }

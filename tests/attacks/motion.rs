@@ -84,7 +84,7 @@ fn a_lie_about_the_motion_is_dropped() {
         over.store(true, Ordering::Relaxed);
         report
     });
-    assert_eq!(lied["motion"]["told"], 0, "{lied:#}");
+    assert_eq!(lied["motion"]["commanded"], 0, "{lied:#}");
     let error = |report: &Value| report["field_error"]["v"].as_f64().expect("scored");
     let coasted = |report: &Value| report["modes"]["coasting"].as_u64().expect("a count");
     // On a machine that is too slow for 60 Hz both are errors of lost frames.

@@ -23,12 +23,12 @@ pub(crate) fn scene() {
         .expect("valgrind is there (apt-get install valgrind)");
     let said = String::from_utf8_lossy(&run.stderr);
     assert!(run.status.success(), "{said}");
-    let told = Command::new("callgrind_annotate")
+    let annotated = Command::new("callgrind_annotate")
         .args(["--inclusive=yes", "--threshold=100", "--auto=no"])
         .arg(&counts)
         .output()
         .expect("callgrind_annotate comes with valgrind");
-    let text = String::from_utf8_lossy(&told.stdout);
+    let text = String::from_utf8_lossy(&annotated.stdout);
     let of = |name: &str| {
         // A function may stand in several lines, one a caller's file; the whole is the largest.
         let numbers = text.lines().filter(|line| line.contains(name)).filter_map(|line| {

@@ -179,7 +179,7 @@ pub(crate) fn scene_of_types() {
             case.states,
             100.0 * surface,
             100.0 * acceleration,
-            report.motion["told"],
+            report.motion["commanded"],
             report.motion["stamped"]
         );
         [surface, acceleration]
@@ -189,9 +189,9 @@ pub(crate) fn scene_of_types() {
         let most = if is_quiet { SURFACE } else { SURFACE_BUSY };
         assert!(surface < most && acceleration < ACCELERATION, "{}: {surface} {acceleration}", case.kind);
         check_counts(case, report);
-        let told = |report: &Report| report.motion["told"].as_f64().expect("a number");
+        let commanded = |report: &Report| report.motion["commanded"].as_f64().expect("a number");
         // A busy machine holds the peer up.
-        let as_many = told(report) > told(by_udp(case)) - 12.0 && report.count("stale") == 0;
+        let as_many = commanded(report) > commanded(by_udp(case)) - 12.0 && report.count("stale") == 0;
         assert!(as_many || !is_quiet, "{}: {}", case.kind, report.motion);
     }
 }
@@ -209,7 +209,7 @@ fn check_counts(case: &Case, report: &Report) {
     assert_eq!((&report.motion["contradictions"], &report.motion["refused"]), (&0.into(), &0.into()));
     // All turns of the stream but those before the camera has agreed.
     let least = 60.0 * (STREAM_S - 1.0);
-    assert!(report.motion["told"].as_f64() > Some(least), "{}: {}", case.kind, report.motion);
+    assert!(report.motion["commanded"].as_f64() > Some(least), "{}: {}", case.kind, report.motion);
 }
 
 /// Returns the median over the turns of two runs in a window of their time of the difference of the surfaces, to the slosh, and of the

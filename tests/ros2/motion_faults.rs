@@ -154,8 +154,8 @@ pub(crate) fn scene() {
 fn check(case: &Case, report: &Report, is_quiet: bool) {
     let has = |words: &str| assert!(report.said.contains(words), "{}: {words}: {}", case.name, report.said);
     let count = |name: &str| report.count(name);
-    let told = report.motion["told"].as_u64().expect("a number");
-    let turns = told + report.motion["untold"].as_u64().expect("a number");
+    let commanded = report.motion["commanded"].as_u64().expect("a number");
+    let turns = commanded + report.motion["tracked"].as_u64().expect("a number");
     assert!(turns as f64 > 60.0 * STREAM_S, "{}: the turns go on: {turns}", case.name);
     // A peer that a busy machine holds up spoils a map by arrivals: the camera denies the motion then.
     let is_agreed = report.motion["contradictions"] == 0;
@@ -172,21 +172,21 @@ fn check(case: &Case, report: &Report, is_quiet: bool) {
             has("s ago was refused");
             has("motion frames are left out: another sender is heard");
             has("the stamped motion has stopped");
-            assert!(told > 100, "the good ones are used: {told}");
+            assert!(commanded > 100, "the good ones are used: {commanded}");
         }
         "links" => {
             // Two links a message.
             assert_eq!(report.motion["refused"], 2 * OF_SECOND);
             has("has a second publisher: it is left out");
-            assert!(told > 100 && count("stops") >= 1, "{told}");
+            assert!(commanded > 100 && count("stops") >= 1, "{commanded}");
         }
         "clock" => {
             let none = ["unstamped", "malformed", "future", "stale", "clock_steps"].map(count);
             assert_eq!(none, [0; 5], "{}", report.motion);
-            assert!(count("taken") > 300 && (told > 100 || !is_quiet), "{told}");
+            assert!(count("taken") > 300 && (commanded > 100 || !is_quiet), "{commanded}");
         }
         _ => {
-            assert!(told == 0 && count("taken") == 0 && count("absent") >= 1, "{}", report.motion);
+            assert!(commanded == 0 && count("taken") == 0 && count("absent") >= 1, "{}", report.motion);
         }
     }
     match case.name {

@@ -90,7 +90,7 @@ fn the_slosh_under_the_motion_of_the_tag_is_that_under_the_true_motion() {
     assert!(surface < 0.015 && acceleration < 0.1, "{surface} {acceleration}");
     assert_eq!((tag.tag("images"), tag.tag("seen")), (360, 360));
     let motion = &tag.report["motion"];
-    let commanded = motion["told"].as_u64().expect("a number");
+    let commanded = motion["commanded"].as_u64().expect("a number");
     assert!(commanded > 320 && motion["contradictions"] == 0, "{motion}");
     // It is the tag's motion that was used, not that of the edges.
     assert!(of("tag to edges", &tag, &edges)[1] > 0.01);
@@ -144,5 +144,5 @@ fn a_tag_that_is_lost_in_a_recording_is_reported_and_the_edges_are_used() {
     assert_eq!(motion["stamped"]["stops"], 1, "{motion}");
     assert!(run.said.contains("the tag is lost (no tag in the image"), "{}", run.said);
     let turns = |name: &str| motion[name].as_u64().expect("a number");
-    assert!(turns("told") <= seen && turns("told") > 10 && turns("untold") > 20, "{motion}");
+    assert!(turns("commanded") <= seen && turns("commanded") > 10 && turns("tracked") > 20, "{motion}");
 }

@@ -76,26 +76,26 @@ fn a_folder_is_set_up_and_run_by_the_command() {
     let stated =
         ["--distance-mm", "365", "--camera-height-mm", "30", "--focal-px", "610", "--pairs", "30", "--force"];
     let set_up = || meniscus(&[&asked[..], &stated].concat());
-    let (ok, _, told) = set_up();
-    assert!(!ok && told.contains("have no times") && told.contains("frame0000.png"), "{told}");
+    let (ok, _, message) = set_up();
+    assert!(!ok && message.contains("have no times") && message.contains("frame0000.png"), "{message}");
     let table = folder.join("times.csv");
     let write = |times: &mut dyn Iterator<Item = f64>| {
         let rows: String = (0..).zip(times).map(|(n, time)| format!("frame{n:04}.png,{time:.4}\n")).collect();
         std::fs::write(&table, format!("file,time_s\n{rows}")).expect("written");
     };
     write(&mut (0..99).map(|n| f64::from(n) / 30.0));
-    let (ok, _, told) = set_up();
-    assert!(!ok && told.contains("99 times for 100 images"), "{told}");
+    let (ok, _, message) = set_up();
+    assert!(!ok && message.contains("99 times for 100 images"), "{message}");
     write(&mut (0..100).map(|n| if n == 40 { 1.0 } else { f64::from(n) / 30.0 }));
-    let (ok, _, told) = set_up();
-    assert!(!ok && told.contains("frame0040.png is of 1 s") && told.contains("times must rise"), "{told}");
+    let (ok, _, message) = set_up();
+    assert!(!ok && message.contains("frame0040.png is of 1 s") && message.contains("times must rise"), "{message}");
     write(&mut (0..100).map(|n| f64::from(n) / 30.0));
-    let (ok, shown, told) = set_up();
-    assert!(ok, "{shown}{told}");
+    let (ok, shown, message) = set_up();
+    assert!(ok, "{shown}{message}");
     let run =
         ["run", "--source", "command", "--setup", "glass.toml", "--seconds", "3", "--json", "--out", "out"];
-    let (ok, shown, told) = meniscus(&run);
-    assert!(ok, "{shown}{told}");
+    let (ok, shown, message) = meniscus(&run);
+    assert!(ok, "{shown}{message}");
     let report: serde_json::Value = serde_json::from_str(&shown).expect("one object");
     // 90 images in 3 s, of which 8 fill the window of 16 turns.
     let tracking = report["modes"]["tracking"].as_u64().expect("a count");

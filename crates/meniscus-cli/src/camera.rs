@@ -73,7 +73,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
 fn study_camera(arguments: &Study) -> anyhow::Result<()> {
     let Study { scenes, seed, out, reference, traced, json, check } = arguments;
     let page = out.join("study.md");
-    // Told before the work, not after it.
+    // Reported before the work, not after it.
     write_whole(&page, b"\n").context("the --out folder cannot be used")?;
     let bar = crate::bars::bar(u64::from(*scenes) + (faults::TABLE.len() * faults::HABITS.len()) as u64);
     bar.set_style(crate::bars::style("scenes and faults {wide_bar} {pos}/{len}, {left}")?);

@@ -87,17 +87,17 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     for run in &runs {
         bar.reset();
         bar.set_message(run.name());
-        let told = |done| bar.set_position((1000.0 * done) as u64);
+        let progress = |done| bar.set_position((1000.0 * done) as u64);
         let bench =
             Bench { model: &model, config: Config::new(settings)?, film: &film, folder: &arguments.out };
-        let outcome = perform(run, &bench, stop, told);
+        let outcome = perform(run, &bench, stop, progress);
         outcome.refused.iter().for_each(|line| bar.suspend(|| eprintln!("real time: {line}")));
         outcomes.push(outcome);
         // After each run: what was measured is not lost to what comes later.
         write_whole(&page, markdown(&outcomes, &command(arguments), &machine()).as_bytes())?;
         latencies_png(&outcomes, &arguments.out.join("deadline.png"))?;
         if stop.load(Ordering::Relaxed) {
-            eprintln!("stopped: the last run is shorter than asked for, the rest is not there");
+            eprintln!("stopped: the last run is shorter than requested, and the rest is missing");
             break;
         }
     }
@@ -107,7 +107,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
             "command": "meniscus deadline",
             "version": env!("CARGO_PKG_VERSION"),
             "machine": machine(),
-            "runs": outcomes.iter().map(told).collect::<Vec<Value>>(),
+            "runs": outcomes.iter().map(outcome_json).collect::<Vec<Value>>(),
             "checks": checks(&outcomes),
         });
         println!("{report:#}");
@@ -119,7 +119,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
 }
 
 /// A run for scripts.
-fn told(outcome: &Outcome) -> Value {
+fn outcome_json(outcome: &Outcome) -> Value {
     let tally = &outcome.tally;
     let shares = [0.5, 0.9, 0.99, 0.999, 0.9999, 0.99999, 1.0];
     json!({

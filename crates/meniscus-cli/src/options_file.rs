@@ -68,12 +68,12 @@ pub(crate) fn with_file(
     let named = own.try_get_one::<PathBuf>(NAME).ok().flatten();
     let (Some(path), Some(of)) = (named, program.find_subcommand(verb)) else { return Ok(matches) };
     let given = read(path, of)?;
-    let told = |one: &&Given| {
+    let on_command_line = |one: &&Given| {
         let id = of.get_arguments().find(|arg| arg.get_long() == Some(&one.long)).map(Arg::get_id);
         let from = id.and_then(|id| own.value_source(id.as_str()));
         from == Some(clap::parser::ValueSource::CommandLine)
     };
-    let ours: Vec<&Given> = given.iter().filter(|one| !told(one)).collect();
+    let ours: Vec<&Given> = given.iter().filter(|one| !on_command_line(one)).collect();
     let parse = |given: &[&Given], rest: &[OsString]| {
         let before = [OsString::from("meniscus"), OsString::from(verb)];
         let of_file = given.iter().flat_map(|one| one.words.iter().cloned());

@@ -93,14 +93,14 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
             "version": env!("CARGO_PKG_VERSION"),
             "checks": checks,
         });
-        return told(&report, &checks, *json, *check);
+        return print_report(&report, &checks, *json, *check);
     }
     if let Some(folder) = recognition {
         let study = recognition::measure(folder, among, *json)?;
         if !json {
             print!("{}", recognition::text(&study));
         }
-        return told(&recognition::json(&study), &study.checks(), *json, *check);
+        return print_report(&recognition::json(&study), &study.checks(), *json, *check);
     }
     let bytes = inputs::file("shipped")?;
     let model = Model::load(&bytes)?;
@@ -123,11 +123,11 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         "rounds_change": measured.changes,
         "checks": checks,
     });
-    told(&report, &checks, *json, *check)
+    print_report(&report, &checks, *json, *check)
 }
 
 /// Prints a study, and fails if that is wanted and a check missed its target.
-fn told(report: &Value, checks: &[Check], json: bool, check: bool) -> anyhow::Result<()> {
+fn print_report(report: &Value, checks: &[Check], json: bool, check: bool) -> anyhow::Result<()> {
     if json {
         println!("{report:#}");
     } else {

@@ -161,13 +161,13 @@ fn check(config: &Path, to: &Path, as_json: bool) -> anyhow::Result<()> {
     let open = needs.as_ref().map(opened).unwrap_or_default();
     let missed = || checks.iter().zip(&remedies).filter(|(check, _)| check.missed() && check.value.is_some());
     if as_json {
-        let told: serde_json::Map<String, serde_json::Value> =
+        let remedies: serde_json::Map<String, serde_json::Value> =
             missed().map(|(check, remedy)| (check.name.clone(), json!(remedy))).collect();
         let report = json!({
             "command": "meniscus service check",
             "config": config,
             "opens": open,
-            "remedies": told,
+            "remedies": remedies,
             "checks": checks,
         });
         println!("{}", serde_json::to_string_pretty(&report)?);

@@ -209,8 +209,8 @@ fn one(
             particles.take(simulator);
         }
     };
-    let told = |done: usize| bar.set_position(done as u64);
-    let mut recording = record_particles(setup, motion, frames, &command, told, each)?;
+    let progress = |done: usize| bar.set_position(done as u64);
+    let mut recording = record_particles(setup, motion, frames, &command, progress, each)?;
     bar.finish_and_clear();
     let processor_s = stopwatch.seconds();
     if let Some(tolerance) = arguments.compact {

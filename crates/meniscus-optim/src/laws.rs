@@ -68,8 +68,8 @@ impl Laws {
     /// [`Self::figures`] under the name of `whose` step.
     pub fn checks(&self, whose: &str) -> Vec<Check> {
         let names = ["energy_drift", "L_dS", "M_dE"];
-        let told = |(name, figure)| Check::informational(format!("{whose}_{name}"), 100.0 * figure, "%");
-        names.into_iter().zip(self.figures()).map(told).collect()
+        let row = |(name, figure)| Check::informational(format!("{whose}_{name}"), 100.0 * figure, "%");
+        names.into_iter().zip(self.figures()).map(row).collect()
     }
 }
 

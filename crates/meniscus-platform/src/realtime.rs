@@ -75,20 +75,20 @@ impl Granted {
     /// One line for each that was not granted, with what to do.
     #[must_use]
     pub fn refusals(&self) -> Vec<String> {
-        let told = |what: &str, why: &str, limit: &str| {
+        let warning = |what: &str, why: &str, limit: &str| {
             format!(
                 "{what}: {why}; give the user {limit} (/etc/security/limits.conf, or the unit's Limit lines)"
             )
         };
         let mut lines = Vec::new();
         if let Err(why) = &self.locked {
-            lines.push(told("memory is not locked, so a turn may wait for a page", why, "memlock unlimited"));
+            lines.push(warning("memory is not locked, so a turn may wait for a page", why, "memlock unlimited"));
         }
         if let Err(why) = &self.core {
             lines.push(format!("the worker wanders between cores: {why}"));
         }
         if let Err(why) = &self.fifo {
-            lines.push(told("no real-time priority, so ordinary work may hold up a turn", why, "rtprio 40"));
+            lines.push(warning("no real-time priority, so ordinary work may hold up a turn", why, "rtprio 40"));
         }
         lines
     }

@@ -110,19 +110,19 @@ impl Verdict {
 }
 
 /// Hands the stages of a discovery on.
-struct Told<'a> {
+struct JobProgress<'a> {
     job: &'a Job,
     begun: Cell<usize>,
     stages: usize,
 }
 
-impl Told<'_> {
+impl JobProgress<'_> {
     fn share(&self, part: f64) -> f64 {
         ((self.begun.get() as f64 - 1.0 + part) / self.stages as f64).clamp(0.0, 1.0)
     }
 }
 
-impl Progress for Told<'_> {
+impl Progress for JobProgress<'_> {
     fn begins(&self, stage: Stage) {
         self.begun.set(self.begun.get() + 1);
         let what = match stage {
@@ -288,8 +288,8 @@ fn answer(question: Question, job: &Job) -> PyResult<Report> {
         + usize::from(inputs.sizing.is_some())
         + usize::from(inputs.model.is_some())
         + usize::from(inputs.simulation.is_some());
-    let told = Told { job, begun: Cell::new(0), stages };
-    Discovery::run(&inputs, &told).map_err(|error| match error {
+    let progress = JobProgress { job, begun: Cell::new(0), stages };
+    Discovery::run(&inputs, &progress).map_err(|error| match error {
         DiscoverError::Sizing(SizingError::Stopped) => Stopped.into(),
         other => {
             let raised = question.raised.lock().unwrap_or_else(PoisonError::into_inner).take();

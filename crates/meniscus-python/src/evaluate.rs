@@ -52,9 +52,9 @@ impl Evaluation {
 }
 
 /// Hands the tasks of a study on.
-struct Told<'a>(&'a Job);
+struct JobWatch<'a>(&'a Job);
 
-impl Watch for Told<'_> {
+impl Watch for JobWatch<'_> {
     fn tell(&mut self, what: &str, done: f64) {
         self.0.tell(what, done);
     }
@@ -98,7 +98,7 @@ pub(crate) fn evaluate(
     check_writable(&recordings.join("x")).map_err(system)?;
     let blob = AlignedBytes::copy(model.map_or(meniscus_shipped::MODEL, |model| &model.blob()[..]));
     let study = attended(py, progress, |job| {
-        study(&blob, &recordings, &liquids, seed, job.stop, &mut Told(job)).map_err(|error| match error {
+        study(&blob, &recordings, &liquids, seed, job.stop, &mut JobWatch(job)).map_err(|error| match error {
             EvaluateError::Correction(TrainError::Interrupted) => Stopped.into(),
             other => refused(other),
         })

@@ -132,7 +132,7 @@ impl<'r, 'm> Film<'r, 'm> {
         let turn = &last.turns[frame].turn;
         let curve = |watched: &Watched<'_>| Curve {
             name: format!(
-                "{}: {:.1} % of the slosh",
+                "{}: {:.1} % relative to the slosh",
                 watched.name,
                 100.0 * watched.score.estimate.slosh_rel()
             ),

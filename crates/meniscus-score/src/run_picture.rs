@@ -43,7 +43,7 @@ pub fn picture(
     let seconds = turn.time.since(START) as f64 * 1e-6;
     let picture = Picture {
         title: format!(
-            "The estimate of {} beside the truth, at the highest crest of {} turns ({seconds:.2} s). Error of the surface: {:.1} % of the slosh",
+            "The estimate of {} beside the truth, at the highest crest of {} turns ({seconds:.2} s). Error of the surface: {:.1} % relative to the slosh",
             recording.provenance.liquid,
             report.turns(),
             100.0 * score.estimate.slosh_rel()

@@ -157,8 +157,8 @@ fn page_groups(messages: &Messages) -> Option<KnownGroups> {
     });
     let halves: Option<Vec<f32>> =
         GROUP_NAMES.iter().map(|name| Some(number(&format!("{name}_half"))? as f32)).collect();
-    let told = of_numbers(&halves?, number("slosh_j")?, number("heat_j")?);
-    Some(FieldGroup::ALL.into_iter().filter(|g| told.contains(*g)).fold(drawn, KnownGroups::with))
+    let known = of_numbers(&halves?, number("slosh_j")?, number("heat_j")?);
+    Some(FieldGroup::ALL.into_iter().filter(|g| known.contains(*g)).fold(drawn, KnownGroups::with))
 }
 
 /// Returns the groups in the slice of a picture.

@@ -30,7 +30,7 @@ const BUFFERS: usize = 8;
 /// The start of each round that is left out: viewers come and go in it.
 const SETTLE: Duration = Duration::from_millis(500);
 
-/// Rate that the page asks for unless told otherwise, Hz.
+/// Rate that the page requests by default, Hz.
 const RATE: u8 = 60;
 
 /// Measured times and rates.

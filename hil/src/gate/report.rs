@@ -41,9 +41,9 @@ pub(crate) fn judge(logs: [&Path; 2], film: &Path, golden: &Path, wanted: Wanted
     let film: Value = serde_json::from_slice(&std::fs::read(film)?)?;
     let verdicts: Vec<(&Scenario, Wrong)> =
         GATE.iter().map(|scenario| verdict(scenario, &first, &film)).collect();
-    let told: Vec<String> = verdicts.iter().map(|(scenario, wrong)| line(scenario, wrong, &first)).collect();
+    let verdict_lines: Vec<String> = verdicts.iter().map(|(scenario, wrong)| line(scenario, wrong, &first)).collect();
     if wanted.bless {
-        let text = told.join("\n") + "\n";
+        let text = verdict_lines.join("\n") + "\n";
         let folder = golden.parent().map_or(Ok(()), std::fs::create_dir_all);
         let written = folder.and_then(|()| std::fs::write(golden, text));
         written.map_err(|error| format!("{} cannot be written: {error}", golden.display()))?;
@@ -51,10 +51,10 @@ pub(crate) fn judge(logs: [&Path; 2], film: &Path, golden: &Path, wanted: Wanted
     let kept = std::fs::read_to_string(golden).unwrap_or_default();
     let compared: Vec<String> = verdicts
         .iter()
-        .zip(&told)
+        .zip(&verdict_lines)
         .map(|((scenario, _), line)| as_kept(scenario, line.clone(), &kept))
         .collect();
-    let off = compared.iter().zip(&told).filter(|(compared, line)| compared != line).count();
+    let off = compared.iter().zip(&verdict_lines).filter(|(compared, line)| compared != line).count();
     let lines = |log: &Log| log.lines.clone();
     let (a, b) = (lines(&first), lines(&second));
     let between = difference(&strs(&a), &strs(&b));

@@ -83,7 +83,7 @@ pub(crate) fn run(
                     plan = named.trim().to_owned();
                     port.plug(camera(&plan, film)?);
                 } else if let (true, Some(port)) = (line.contains(UNPLUG), &mut port) {
-                    let facts = told(port.unplug()?);
+                    let facts = counts_json(port.unplug()?);
                     writeln!(kept, "HIL {}", json!({ "scenario": format!("{plan} bus"), "facts": facts }))?;
                 }
             }
@@ -122,7 +122,7 @@ fn camera(plan: &str, film: &str) -> Result<Device, Failure> {
     Ok(Device::new(Box::new(film), trouble, FaultList::default(), 1))
 }
 
-fn told(counts: Counts) -> Value {
+fn counts_json(counts: Counts) -> Value {
     json!({ "connected": counts.connected, "configured": counts.configured, "resets": counts.resets,
             "cancelled": counts.cancelled, "cancelled_late": counts.cancelled_late,
             "halts_cleared": counts.halts_cleared, "stalls_cleared": counts.stalls_cleared, "stalled": counts.stalled, "filled": counts.filled,
@@ -136,9 +136,9 @@ pub(crate) fn judge(log: &Path, json: bool, wall_s: f64) -> Result<bool, Failure
     let passed = checks.iter().all(Check::passed);
     checks.push(informational("wall_s", wall_s, "s"));
     if json {
-        let told: Vec<Value> =
+        let facts: Vec<Value> =
             log.facts.iter().map(|(plan, facts)| json!({ "scenario": plan, "facts": facts })).collect();
-        let report = json!({ "command": "hil/run xhci", "scenarios": told, "checks": checks::json(&checks) });
+        let report = json!({ "command": "hil/run xhci", "scenarios": facts, "checks": checks::json(&checks) });
         println!("{}", serde_json::to_string_pretty(&report)?);
     } else {
         checks::print(&checks);

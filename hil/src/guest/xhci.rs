@@ -19,7 +19,7 @@ pub(crate) fn run(plans: &[String]) -> ExitCode {
         let mut arguments = program::arguments(seconds, false);
         // The surface alone: a guest without virtual time is slow enough.
         arguments.extend(["--fields", "none"].map(str::to_owned));
-        let mut told = match program::run(&arguments) {
+        let mut facts = match program::run(&arguments) {
             Ok(ran) => facts::of(&ran),
             Err(error) => [("error".to_owned(), error.to_string().into())].into_iter().collect(),
         };
@@ -29,10 +29,10 @@ pub(crate) fn run(plans: &[String]) -> ExitCode {
             sleep(Duration::from_millis(100));
         }
         if let Some((enumerated, _)) = found {
-            told.insert("enumerated".into(), enumerated.json());
+            facts.insert("enumerated".into(), enumerated.json());
         }
-        told.insert("kernel_complaints".into(), kernel::complaints().into());
-        println!("{MARK}{}", json!({ "scenario": plan, "facts": told }));
+        facts.insert("kernel_complaints".into(), kernel::complaints().into());
+        println!("{MARK}{}", json!({ "scenario": plan, "facts": facts }));
     }
     ExitCode::SUCCESS
 }

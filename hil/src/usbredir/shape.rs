@@ -66,7 +66,7 @@ mod tests {
     use crate::device::{DEPTH, Device, INTERRUPT, TestCard};
 
     #[test]
-    fn the_cameras_five_interfaces_and_four_endpoints_are_told() {
+    fn the_cameras_five_interfaces_and_four_endpoints_are_described() {
         let device = Device::new(Box::<TestCard>::default(), None, FaultList::default(), 1);
         let seen = device.seen(0).expect("it is there");
         let [endpoints, interfaces, connect] = connect(&seen, &device.enumerated(0));

@@ -180,7 +180,7 @@ mod tests {
     }
 
     #[test]
-    fn a_control_request_is_told_as_on_the_bus() {
+    fn a_control_request_is_written_as_on_the_bus() {
         let body = vec![0x80, 6, 0x80, 0, 0, 2, 0, 0, 9, 0];
         let message = Message::new(kind::CONTROL, 3, body);
         let (control, sent) = Control::read(&message).expect("whole");

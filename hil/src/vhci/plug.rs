@@ -45,7 +45,7 @@ impl Plugged {
         let shared =
             Shared { bus: Mutex::new(Bus::new(device)), asked: Condvar::new(), over: Mutex::new(false) };
         let shared = Arc::new(shared);
-        // The first time is tried here, so that the reason is told to whoever asked for it.
+        // The first time is tried here, so that the caller learns the reason.
         look(&shared)?;
         let clock = Arc::clone(&shared);
         let clock = std::thread::spawn(move || run(&clock));

@@ -15,7 +15,7 @@ pub(super) const EFFECT: Effect = Effect {
         neutral: 1.0,
         range: (0.5, 1.5),
         typical: 0.05,
-        meaning: "way of the glass over the stated one",
+        meaning: "travel of the glass over the stated one",
     }],
     about: "the glass is moved farther or less far than stated",
     source: "linearity of the port",

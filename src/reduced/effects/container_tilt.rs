@@ -32,7 +32,7 @@ pub(super) const EFFECT: Effect = Effect {
             neutral: 0.0,
             range: (-0.2, 1.5),
             typical: 0.5,
-            meaning: "part of the recorded inclination that acts beyond what the model was told",
+            meaning: "part of the recorded inclination that acts beyond the share that the model gets",
         },
     ],
     about: "the container is tilted",

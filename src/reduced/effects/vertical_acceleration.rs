@@ -31,7 +31,7 @@ pub(super) const EFFECT: Effect = Effect {
             neutral: 0.0,
             range: (-0.2, 1.5),
             typical: 0.5,
-            meaning: "part of the recorded vertical acceleration that acts beyond what the model was told",
+            meaning: "part of the recorded vertical acceleration that acts beyond the share that the model gets",
         },
     ],
     about: "gravity is not what it seems: the glass is accelerated vertically",

@@ -160,7 +160,7 @@ fn liquid_behind_is_followed_down_to_where_it_meets_the_wall() {
     // Falling by 4 mm a row from 24 mm in row 1, it is at zero in row 7: two rows below the 8 mm of row 5.
     near(behind(AXIS, &[24.0, 20.0, 16.0, 12.0, 8.0], LIMITS), 7.0);
     near(behind(AXIS, &[24.0, 20.0, 16.0, 12.0, 8.0, 4.0], LIMITS), 7.0);
-    // The same with a row in which nothing is told: 12 mm in two rows.
+    // The same with a row in which nothing is known: 12 mm in two rows.
     near(behind(AXIS, &[30.0, 900.0, 18.0, 900.0, 6.0], LIMITS), 6.0);
     // No fall, or too slow a one: half a row, or two and a half.
     near(behind(AXIS, &[10.0, 10.0, 10.0], LIMITS), 3.5);

@@ -248,7 +248,7 @@ mod tests {
     }
 
     #[test]
-    fn an_impossible_length_is_told_with_its_place() {
+    fn an_impossible_length_is_refused_with_its_place() {
         let mut bytes = CONFIGURATION;
         bytes[18] = 0;
         assert_eq!(check(&bytes), Err(DescriptorError::Length { at: 18, length: 0 }));

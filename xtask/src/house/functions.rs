@@ -159,7 +159,7 @@ mod tests {
     }
 
     #[test]
-    fn comments_are_told_from_code() {
+    fn comments_are_distinguished_from_code() {
         let mut inside = false;
         assert!(!has_code("  // x", &mut inside));
         assert!(has_code("x(); /* begins", &mut inside));

@@ -153,7 +153,7 @@ pub(super) const MUTATIONS: [Mutation; 22] = [
         file: EXTRACT,
         old: "state.axis_m = profile.glass_x_m;",
         new: "state.axis_m = None;",
-        mistake: "the place of the glass is not remembered",
+        mistake: "the position of the glass is not remembered",
         tests: Tests::Unit,
     },
     Mutation {
@@ -167,14 +167,14 @@ pub(super) const MUTATIONS: [Mutation; 22] = [
         file: "src/blob/load.rs",
         old: "if skew || negative {",
         new: "if negative {",
-        mistake: "an asymmetric covariance is believed",
+        mistake: "an asymmetric covariance is accepted",
         tests: Tests::Core("blob"),
     },
     Mutation {
         file: "src/usb/d4xx/table.rs",
         old: "if stored != computed {",
         new: "if false {",
-        mistake: "a damaged calibration table is believed",
+        mistake: "a damaged calibration table is accepted",
         tests: Tests::Unit,
     },
     Mutation {

@@ -99,7 +99,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_broken_promise_is_told_as_broken() {
+    fn a_broken_promise_is_reported_as_broken() {
         let promise = |name: &str| Promise {
             class: "datagrams".into(),
             name: name.into(),

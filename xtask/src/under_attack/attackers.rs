@@ -1,4 +1,4 @@
-//! Attackers of a running program, until they are told to stop.
+//! Attackers of a running program, until they have to stop.
 
 use std::io::{Read, Write};
 use std::net::{SocketAddr, TcpStream, UdpSocket};

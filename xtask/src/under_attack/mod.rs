@@ -103,7 +103,7 @@ fn checks(quiet: &[Round], attacked: &[Round], instructions_ratio: f64) -> Vec<C
         check("turn_time_under_attack", ratio(|round| round.turn_us), "1", Target::AtMost(TURN_RATIO)),
         check("v_error_under_attack", ratio(|round| round.v_error), "1", Target::AtMost(ERROR_RATIO)),
         check("frames_more_lost", sum(attacked, lost) - sum(quiet, lost), "frames", Target::AtMost(0.0)),
-        check("false_samples_used", sum(attacked, |round| round.told), "turns", Target::AtMost(0.0)),
+        check("false_samples_used", sum(attacked, |round| round.samples_used), "turns", Target::AtMost(0.0)),
         check("intruders_let_in", sum(attacked, |round| round.let_in), "pages", Target::AtMost(0.0)),
         check("attempts", attempts, "", Target::AtLeast(LEAST_ATTEMPTS * attacked.len() as f64)),
     ]
@@ -114,7 +114,7 @@ mod tests {
     use super::*;
 
     const QUIET: Round =
-        Round { turn_us: 300.0, v_error: 0.06, lost: 1.0, told: 0.0, let_in: 0.0, attempts: 0.0 };
+        Round { turn_us: 300.0, v_error: 0.06, lost: 1.0, samples_used: 0.0, let_in: 0.0, attempts: 0.0 };
 
     fn missed(attacked: Round) -> Vec<&'static str> {
         missed_with(attacked, 1.0)
@@ -135,7 +135,7 @@ mod tests {
         assert_eq!(missed(Round { turn_us: 340.0, ..fended }), ["turn_time_under_attack"]);
         assert_eq!(missed(Round { v_error: 0.07, ..fended }), ["v_error_under_attack"]);
         assert_eq!(missed(Round { lost: 2.0, ..fended }), ["frames_more_lost"]);
-        assert_eq!(missed(Round { told: 1.0, ..fended }), ["false_samples_used"]);
+        assert_eq!(missed(Round { samples_used: 1.0, ..fended }), ["false_samples_used"]);
         assert_eq!(missed(Round { let_in: 1.0, ..fended }), ["intruders_let_in"]);
     }
 }

@@ -43,7 +43,7 @@ pub(super) struct Round {
     /// Frames that were lost or never handled.
     pub(super) lost: f64,
     /// Turns that used a sample of the motion.
-    pub(super) told: f64,
+    pub(super) samples_used: f64,
     /// Foreign pages that were let in.
     pub(super) let_in: f64,
     /// Connections, requests and datagrams of the attackers.
@@ -150,7 +150,7 @@ fn round(report: &Value, attack: &Attack) -> Result<Round> {
         turn_us: value("turn_us_median")?,
         v_error: value("field_error_v")?,
         lost: value("frames_lost")? + value("frames_never_handled")?,
-        told: report["motion"]["told"].as_f64().context("the report has no motion")?,
+        samples_used: report["motion"]["commanded"].as_f64().context("the report has no motion")?,
         let_in: attack.let_in.load(Ordering::Relaxed) as f64,
         attempts: attack.attempts.load(Ordering::Relaxed) as f64,
     })

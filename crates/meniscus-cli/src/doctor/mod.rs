@@ -207,7 +207,7 @@ fn machine_findings(camera: &Camera) -> Vec<(Check, String)> {
     ]
 }
 
-/// The limit on real-time priorities; only told where the right comes from elsewhere, as for root.
+/// The limit on real-time priorities; informational where the right comes from elsewhere, as for root.
 fn priority_limit(granted: bool) -> Check {
     let (name, limit) =
         ("realtime_priority_limit", realtime::priority_limit().map_or(99.0, |limit| limit as f64));
@@ -223,14 +223,14 @@ fn text(camera: &Camera, findings: &[(Check, String)]) -> String {
     let mut text = camera.connected.as_ref().map_or(String::new(), |camera| camera_line(camera) + "\n");
     let checks: Vec<Check> = findings.iter().map(|(check, _)| check.clone()).collect();
     text += &table(&checks);
-    let mut told: Vec<&str> = Vec::new();
+    let mut remedies: Vec<&str> = Vec::new();
     // What was measured and missed first: the rest could not be measured because of it.
     let missed = || findings.iter().filter(|(check, _)| check.missed());
     let (measured, unmeasured) =
         (missed().filter(|(c, _)| c.value.is_some()), missed().filter(|(c, _)| c.value.is_none()));
     for (check, remedy) in measured.chain(unmeasured) {
-        if !told.contains(&remedy.as_str()) {
-            told.push(remedy);
+        if !remedies.contains(&remedy.as_str()) {
+            remedies.push(remedy);
             text += &format!("{}: {remedy}\n", check.name);
         }
     }

@@ -85,6 +85,6 @@ pub(super) fn text(study: &IdentificationStudy) -> String {
         .filter(|case| case.standing.liquid.is_some())
         .map(|case| format!("{}, {}: {}\n", case.liquid, case.motion, case.standing.line()))
         .collect();
-    let told = study.confusion();
-    format!("{told}\nnot named by their own name:\n{lines}\nwithout their own note, yet named:\n{named}\n")
+    let confusion = study.confusion();
+    format!("{confusion}\nnot named by their own name:\n{lines}\nwithout their own note, yet named:\n{named}\n")
 }

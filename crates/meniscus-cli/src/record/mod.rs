@@ -144,7 +144,7 @@ fn from_recording(arguments: &Arguments) -> anyhow::Result<()> {
                 came.count(image.stream);
                 bar.inc(1);
             }
-            // What could be read is kept; the rest is told.
+            // What could be read is kept; the rest is reported.
             Err(error) => torn = Some(error),
         }
     }

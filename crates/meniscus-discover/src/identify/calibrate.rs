@@ -195,7 +195,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_learnt_from_is_told() {
+    fn what_cannot_be_learnt_from_is_reported() {
         let glass = (0.035, 0.07);
         let text = |error: LearnError| format!("{error}");
         assert!(text(learn(&[&[]], glass).expect_err("one")).contains("1 recording cannot say"));

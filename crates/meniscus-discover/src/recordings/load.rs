@@ -55,10 +55,10 @@ struct Setup {
     viscosity_pa_s: f64,
     #[serde(default)]
     own_clocks: bool,
-    #[serde(default = "one")]
-    tilt_told: f64,
-    #[serde(default = "one")]
-    vertical_told: f64,
+    #[serde(default = "one", alias = "tilt_told")]
+    tilt_share: f64,
+    #[serde(default = "one", alias = "vertical_told")]
+    vertical_share: f64,
 }
 
 fn one() -> f64 {
@@ -81,7 +81,7 @@ pub fn load(path: &Path) -> Result<RecordingSet, LoadError> {
         fill_m: setup.fill_m,
         density_kg_m3: setup.density_kg_m3,
         viscosity_pa_s: setup.viscosity_pa_s,
-        motion_share: [setup.tilt_told, setup.vertical_told],
+        motion_share: [setup.tilt_share, setup.vertical_share],
     };
     let listed = std::fs::read_dir(path).map_err(|cause| LoadError::List { path: path.into(), cause })?;
     let mut names: Vec<String> = listed

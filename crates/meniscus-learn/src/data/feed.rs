@@ -55,7 +55,7 @@ mod tests {
 
     /// sigma = 2 q - 3 v + 7 u: F is found although q follows u too.
     #[test]
-    fn feed_is_told_from_what_the_state_owes() {
+    fn feed_is_distinguished_from_what_the_state_owes() {
         let mut rng = ChaCha8Rng::seed_from_u64(1);
         let port: Vec<f64> = (0..300).map(|_| normal(&mut rng)).collect();
         let row = |&u: &f64| {

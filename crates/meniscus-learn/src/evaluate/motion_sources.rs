@@ -155,7 +155,7 @@ mod tests {
 
     /// A sine is forecast from two values; an impulse out of rest from none.
     #[test]
-    fn what_a_track_can_tell_is_told() {
+    fn what_a_track_can_tell_is_scored() {
         let place: Vec<Option<f64>> = (0..200).map(|n| Some(0.01 * (0.2 * f64::from(n)).sin())).collect();
         let at = |n: usize| place[n].unwrap_or_default();
         let second =

@@ -3,7 +3,7 @@
 use std::net::{SocketAddr, ToSocketAddrs};
 use std::path::PathBuf;
 
-/// Speed of a serial line that is not told: what adapters and boards all reach.
+/// Default speed of a serial line, which all adapters and boards reach.
 const BAUD: u32 = 921_600;
 
 /// One destination.

@@ -96,7 +96,7 @@ impl Targets {
                 } else {
                     self.counters.readers_refused.fetch_add(1, Ordering::Relaxed);
                     // Its buffer is empty, so the words fit; one that has gone needs none.
-                    let _told = std::io::Write::write(&mut &reader, REFUSAL);
+                    let _sent = std::io::Write::write(&mut &reader, REFUSAL);
                 }
             }
         }

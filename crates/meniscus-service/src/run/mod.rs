@@ -83,7 +83,7 @@ pub struct LiveRun<'r> {
     pub state: &'r RunState,
     /// Receives what a person should read while the run goes.
     pub say: &'r (dyn Fn(&str) + Sync),
-    /// Receives what happens to the camera; the viewers are told as well.
+    /// Receives what happens to the camera; the viewers receive it as well.
     pub tell: &'r (dyn Fn(&str) + Sync),
 }
 
@@ -171,7 +171,7 @@ impl LiveRun<'_> {
             front(&|| worker.is_finished());
             let done = worker.join().map_err(|_| WorkerPanicked);
             ended.store(true, Ordering::Relaxed);
-            let _told = teller.join();
+            let _ended = teller.join();
             viewers.iter().for_each(|viewer| viewer.end());
             // A thread that panicked has said so on standard error; the run's own log is not lost for it.
             let mut flights = keeper.join().unwrap_or_default();
@@ -187,16 +187,16 @@ impl LiveRun<'_> {
 
 /// Tells every note of the camera to the viewers and to `tell`, until the run has `ended`.
 fn tell_notes(notes: &NoteBook, viewers: &[&dyn Viewer], tell: &(dyn Fn(&str) + Sync), ended: &AtomicBool) {
-    let mut told = 0;
+    let mut reported = 0;
     loop {
-        // Before the look, so that what came before the end is told.
+        // Before the look, so that what came before the end is reported.
         let last = ended.load(Ordering::Relaxed);
-        for note in notes.after(told) {
+        for note in notes.after(reported) {
             let line = note.to_string();
             tell(&line);
             let standing = if note == CameraNote::Recovered { "" } else { &line };
             viewers.iter().for_each(|viewer| viewer.tell(standing));
-            told += 1;
+            reported += 1;
         }
         if last {
             return;

@@ -40,11 +40,11 @@ pub fn stages_line(log: &Log) -> String {
 }
 
 /// Returns the turns by the origin of their motion as JSON, `null` without a commanded motion. Scripts read the names
-/// `told` and `untold`.
+/// `commanded` and `tracked`.
 #[must_use]
 pub fn motion_json(log: &Log) -> Value {
     log.motion.map_or(Value::Null, |turns| {
-        json!({ "told": turns.commanded, "untold": turns.tracked, "contradicted": turns.contradicted,
+        json!({ "commanded": turns.commanded, "tracked": turns.tracked, "contradicted": turns.contradicted,
                 "contradictions": turns.contradictions, "refused": turns.refused, "stamped": turns.stamped,
                 "tag": turns.tag })
     })

@@ -85,8 +85,8 @@ fn add_decay(report: &mut Report, ringing: &Ringing, file: &str) -> Result<(), P
 /// Processor and operating system, as far as the system tells.
 fn machine() -> String {
     let threads = std::thread::available_parallelism().map_or(1, usize::from);
-    let told = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
-    let model = told.lines().find_map(|line| line.strip_prefix("model name")?.split_once(": "));
+    let cpuinfo = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+    let model = cpuinfo.lines().find_map(|line| line.strip_prefix("model name")?.split_once(": "));
     let model = model.map_or("a processor of unknown name", |(_, name)| name);
     format!("{model} ({threads} threads, {} {})", std::env::consts::ARCH, std::env::consts::OS)
 }

@@ -73,7 +73,7 @@ pub(super) fn rubbed(
     rate[0] = speed_m_s;
     let steps = (seconds / STEP_S).ceil() as usize;
     let series = (0..steps).map(|step| {
-        let told = (step as f64 * STEP_S, rate[0] / speed_m_s);
+        let sample = (step as f64 * STEP_S, rate[0] / speed_m_s);
         let mut wall = [0.0; ORDERS.len()];
         modes.iter().zip(&rate).for_each(|(mode, rate)| wall[mode.order] += rate);
         let mut force = [0.0; ORDERS.len()];
@@ -89,7 +89,7 @@ pub(super) fn rubbed(
                 / (1.0 + STEP_S * damping);
             *height += STEP_S * *rate;
         }
-        told
+        sample
     });
     series.collect()
 }

@@ -138,7 +138,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_frame_that_is_slow_in_every_pass_is_told_from_one_that_was_held_up_once() {
+    fn a_frame_that_is_slow_in_every_pass_is_distinguished_from_one_that_was_held_up_once() {
         let mut turns = Turns::default();
         for pass in 0..5 {
             for payload in 0..4 {

@@ -158,7 +158,7 @@ mod tests {
         let pressed = press_shortly(&[Load::Disk], &folder);
         assert!(
             pressed.failed.is_some_and(|why| why.contains("meniscus-load")),
-            "a folder that is not there is told"
+            "a folder that is not there is reported"
         );
         assert_eq!(press_shortly(&[], &folder), Pressed::default());
     }

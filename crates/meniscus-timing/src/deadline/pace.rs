@@ -28,8 +28,8 @@ pub struct Handed {
 }
 
 impl Film {
-    /// Renders the whole round of `recording` under `scene`; `told` of each image the share that is done. `None` when
-    /// `stop` was set.
+    /// Renders the whole round of `recording` under `scene`; `progress` receives the share that is done
+    /// after each image. `None` when `stop` was set.
     ///
     /// # Panics
     /// When the recording has no frame.
@@ -38,7 +38,7 @@ impl Film {
         recording: &Recording,
         scene: SceneSettings,
         stop: &AtomicBool,
-        mut told: impl FnMut(f64),
+        mut progress: impl FnMut(f64),
     ) -> Option<Self> {
         let (mut images, mut scene) = (Images::new(&scene), Scene::new(scene));
         let round = recording.frames() + BACK;
@@ -50,7 +50,7 @@ impl Film {
             scene.render(&repeated(recording, shot as u64), shot as u64, &mut images);
             film.depth.push(images.depth.clone());
             film.infrared.push(images.infrared.clone());
-            told((shot + 1) as f64 / round as f64);
+            progress((shot + 1) as f64 / round as f64);
         }
         Some(film)
     }
@@ -78,7 +78,7 @@ impl Film {
         stop: &AtomicBool,
     ) -> Vec<Handed> {
         if priority == Priority::RealTime {
-            // A refusal is told by the worker, which asks for the same.
+            // A refusal is reported by the worker, which asks for the same.
             let _refused = become_realtime();
         }
         let mut camera = Camera::new(CameraSettings::default());

@@ -71,7 +71,7 @@ mod tests {
         assert_eq!(steal.around_ms(at(120), at(180)), 40.0);
         assert_eq!(steal.around_ms(at(220), at(280)), 0.0);
         assert_eq!(steal.around_ms(at(10), at(1000)), 40.0);
-        assert!((steal.share().expect("told") - 4.0 / 60.0).abs() < 1e-12);
+        assert!((steal.share().expect("a share") - 4.0 / 60.0).abs() < 1e-12);
         assert_eq!(Steal::default().share(), None);
     }
 }

@@ -170,7 +170,7 @@ mod tests {
     }
 
     #[test]
-    fn late_and_lost_frames_are_told_apart() {
+    fn late_and_lost_frames_are_distinguished() {
         let begun = Instant::now();
         let shots: Vec<Handed> = (0..20)
             .map(|frame| {

@@ -29,7 +29,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use topics::Topics;
 
-/// Where Foxglove looks unless told otherwise.
+/// Default address, at which Foxglove looks.
 pub const ADDRESS: SocketAddr = SocketAddr::new(std::net::IpAddr::V4(Ipv4Addr::LOCALHOST), 8765);
 
 /// Bytes of a chunk of the file: half a second, which is what a pulled plug costs.

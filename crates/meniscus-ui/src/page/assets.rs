@@ -19,7 +19,7 @@ pub(super) const INDEX: Asset =
     Asset { path: "/", kind: "text/html; charset=utf-8", bytes: include_bytes!("assets/index.html") };
 
 /// Files that the page loads.
-pub(super) const ASSETS: [Asset; 11] = [
+pub(super) const ASSETS: [Asset; 12] = [
     Asset { path: "/style.css", kind: "text/css; charset=utf-8", bytes: include_bytes!("assets/style.css") },
     Asset { path: "/page.js", kind: SCRIPT, bytes: include_bytes!("assets/page.js") },
     Asset { path: "/counters.js", kind: SCRIPT, bytes: include_bytes!("assets/counters.js") },
@@ -28,6 +28,7 @@ pub(super) const ASSETS: [Asset; 11] = [
     Asset { path: "/colours.js", kind: SCRIPT, bytes: include_bytes!("assets/colours.js") },
     Asset { path: "/liquid.js", kind: SCRIPT, bytes: include_bytes!("assets/liquid.js") },
     Asset { path: "/camera.js", kind: SCRIPT, bytes: include_bytes!("assets/camera.js") },
+    Asset { path: "/past.js", kind: SCRIPT, bytes: include_bytes!("assets/past.js") },
     Asset { path: "/plots.js", kind: SCRIPT, bytes: include_bytes!("assets/plots.js") },
     Asset { path: "/twgl.js", kind: SCRIPT, bytes: include_bytes!("assets/vendor/twgl-full.module.js") },
     Asset {

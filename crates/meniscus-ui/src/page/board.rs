@@ -77,7 +77,7 @@ impl Board {
         (shown.frame.0 > than && !self.closing()).then(|| (shown.frame.clone(), shown.images.clone()))
     }
 
-    /// Puts up what the camera told.
+    /// Puts up what the camera reported.
     pub(super) fn tell(&self, note: &str) {
         let mut shown = self.shown.lock().unwrap_or_else(PoisonError::into_inner);
         shown.note = (shown.note.0 + 1, note.to_owned());

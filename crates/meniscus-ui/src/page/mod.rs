@@ -48,7 +48,7 @@ use server::Server;
 use std::net::{IpAddr, Ipv4Addr, SocketAddr, UdpSocket};
 use std::sync::Arc;
 
-/// Where the page is unless told otherwise.
+/// Default address of the page.
 pub const ADDRESS: SocketAddr = SocketAddr::new(IpAddr::V4(Ipv4Addr::LOCALHOST), 8060);
 
 /// An open page; dropping it closes it for everybody.

@@ -129,8 +129,8 @@ impl Gate {
         }
         if let Some(token) = &self.token {
             let pairs = request.uri().query().unwrap_or_default().split('&');
-            let told = pairs.filter_map(|pair| pair.strip_prefix("token=")).next();
-            if !told.is_some_and(|told| token.admits(told)) {
+            let given = pairs.filter_map(|pair| pair.strip_prefix("token=")).next();
+            if !given.is_some_and(|given| token.admits(given)) {
                 return Err(Refusal::Token);
             }
         }

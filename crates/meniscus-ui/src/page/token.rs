@@ -57,10 +57,10 @@ impl Token {
         Ok(Self(token.into()))
     }
 
-    /// Whether `told` is the token, in a time that does not tell how much of it is right.
+    /// Whether `candidate` is the token, in a time that does not tell how much of it is right.
     #[must_use]
-    pub fn admits(&self, told: &str) -> bool {
-        self.0.as_bytes().ct_eq(told.as_bytes()).into()
+    pub fn admits(&self, candidate: &str) -> bool {
+        self.0.as_bytes().ct_eq(candidate.as_bytes()).into()
     }
 
     /// The token in plain letters.

@@ -39,12 +39,12 @@ pub(super) fn serve(stream: Wire, rest: Vec<u8>, board: &Board) {
         .max_frame_size(Some(MESSAGE_MAX))
         .write_buffer_size(0);
     let mut socket = WebSocket::from_partially_read(stream, rest, Role::Server, Some(limits));
-    // Whatever ends it, the viewer has gone, or is told why it has to.
+    // Whatever ends it, the viewer has gone, or learns why it has to.
     let gone = show(&mut socket, board).is_none();
     if !gone {
         let frame = CloseFrame { code: CloseCode::Away, reason: "the run has ended".into() };
         socket.get_mut().allow(ANSWER_WITHIN);
-        let _told = socket.close(Some(frame)).and_then(|()| socket.flush());
+        let _closed = socket.close(Some(frame)).and_then(|()| socket.flush());
     }
 }
 

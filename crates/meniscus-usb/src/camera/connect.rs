@@ -250,7 +250,7 @@ fn depth_unit(
         return Ok((true, table.unit_um()));
     };
     ask(transport, plan, ASKED, &table.with_unit_um(wanted_um).set(), 0)?;
-    // What holds is what the camera says afterwards, not what it was told.
+    // What holds is what the camera reports afterwards, not what was requested of it.
     let message = ask(transport, plan, ASKED, &DepthTable::COMMAND, 0)?;
     Ok((true, DepthTable::read(&message).map_err(refused)?.unit_um()))
 }

@@ -33,7 +33,7 @@ impl std::fmt::Display for UsbError {
             Self::Busy => write!(f, "another program holds the device"),
             Self::Stall => write!(f, "the device refuses the request"),
             Self::Timeout => write!(f, "no answer in time"),
-            Self::Overflow => write!(f, "the device sent more than was asked for"),
+            Self::Overflow => write!(f, "the device sent more than was requested"),
             Self::Io => write!(f, "damaged on the wire"),
             Self::NotFound => write!(f, "there is no such device, interface or endpoint"),
             Self::NoMemory => write!(f, "no memory for the transfer"),

@@ -242,27 +242,27 @@ pub fn check(name: &str, must: Must, outline: OutlineImage, habits: Habits) -> R
         (Err(error), _) => return Err(named(format!("refused: {error}"))),
         (Ok(ran), _) => ran,
     };
-    let told = || format!("{:?} {:?} {:?}", reader.notes, books.health, books.losses);
+    let account = || format!("{:?} {:?} {:?}", reader.notes, books.health, books.losses);
     if let Some(wrong) = &reader.wrong {
         return Err(named(wrong.clone()));
     }
     match (ended, must) {
         (Err(error), Must::GiveUp(words)) => says(&error, words).map_err(named),
-        (Ok(()), Must::Stream(as_told)) if books.health.rungs == [0; 5] && as_told(&books) => Ok(()),
+        (Ok(()), Must::Stream(as_expected)) if books.health.rungs == [0; 5] && as_expected(&books) => Ok(()),
         (Ok(()), Must::Report(words)) if books.health.rungs == [0; 5] => {
             let notes: Vec<String> = reader.notes.iter().map(Note::to_string).collect();
             let all = words.iter().all(|word| notes.iter().any(|note| note.contains(word)));
-            if all { Ok(()) } else { Err(named(told())) }
+            if all { Ok(()) } else { Err(named(account())) }
         }
-        (Ok(()), Must::Recover(rung, as_told)) => {
+        (Ok(()), Must::Recover(rung, as_expected)) => {
             let taken = reader.notes.iter().filter_map(|note| match note {
                 Note::Trouble(_, rung) => Some(*rung),
                 Note::Failed(_) | Note::Recovered | Note::Remark(_) | Note::Reported(_) => None,
             });
             let recovered = reader.notes.last() == Some(&Note::Recovered);
-            let good = taken.max() == Some(rung) && recovered && as_told(&books);
-            if good { Ok(()) } else { Err(named(told())) }
+            let good = taken.max() == Some(rung) && recovered && as_expected(&books);
+            if good { Ok(()) } else { Err(named(account())) }
         }
-        (ended, _) => Err(named(format!("{ended:?} {}", told()))),
+        (ended, _) => Err(named(format!("{ended:?} {}", account()))),
     }
 }

@@ -28,7 +28,7 @@ impl ProgramOutput {
         let last = |text: &str| text.lines().rev().take(4).collect::<Vec<_>>().join(" | ");
         match self.exit {
             0 => json!({ "exit": 0 }),
-            exit => json!({ "exit": exit, "said": last(&self.err), "told": last(&self.out) }),
+            exit => json!({ "exit": exit, "stderr": last(&self.err), "stdout": last(&self.out) }),
         }
     }
 }
@@ -132,7 +132,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_thread_under_fifo_is_told_by_its_policy() {
+    fn a_thread_under_fifo_is_known_by_its_policy() {
         let line = |priority: u32, policy: u32| {
             let before: Vec<String> = (4..40).map(|field| field.to_string()).collect();
             format!("77 (a (worse) name) S {} {priority} {policy} 0", before.join(" "))
@@ -144,7 +144,7 @@ mod tests {
     }
 
     #[test]
-    fn a_number_without_a_name_is_told_as_it_is() {
+    fn a_number_without_a_name_is_shown_as_it_is() {
         assert_eq!(name("/etc/passwd", 0), "root");
         assert_eq!(name("/etc/passwd", 4_000_000_000), "4000000000");
     }

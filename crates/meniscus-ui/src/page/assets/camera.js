@@ -29,6 +29,15 @@ export class Camera {
     this.next = null;
   }
 
+  /** When an image was taken, s of the camera's time, from its bytes. */
+  static timeOf(buffer) { return new DataView(buffer).getFloat64(8, true); }
+
+  /** Takes the bytes of an image that may be older than the one that stands there. */
+  again(buffer) {
+    this.drawn = -1;
+    return this.take(buffer);
+  }
+
   /** Takes an image's bytes. Decoding takes a moment; of those that come meanwhile only the newest is kept. */
   async take(buffer) {
     this.next = buffer;
@@ -55,7 +64,7 @@ export class Camera {
     const bitmap = await createImageBitmap(jpeg);
     if (number > this.drawn) {
       this.drawn = number;
-      this.time = view.getFloat64(8, true);
+      this.time = Camera.timeOf(buffer);
       /** Ends of the depth scale, m; null for the image of the outline. */
       this.range = isDepth ? [view.getFloat32(24, true), view.getFloat32(28, true)] : null;
       this.draw(isDepth ? coloured(bitmap, width, height) : bitmap, width, height, points.subarray(0, 2 * traced), points.subarray(2 * traced));

@@ -1,4 +1,4 @@
-// Viridis (van der Walt and Smith, 2015): even in lightness, and told apart by the colour-blind.
+// Viridis (van der Walt and Smith, 2015): even in lightness, and distinguishable by the colour-blind.
 
 const STOPS = [0x440154, 0x482878, 0x3e4989, 0x31688e, 0x26828e, 0x1f9e89, 0x35b779, 0x6ece58, 0xb5de2b, 0xfde725];
 
@@ -31,7 +31,7 @@ export function niceAbove(value) {
 }
 
 /** A number with a few digits, for people. */
-export function told(value) {
+export function shortNumber(value) {
   if (!Number.isFinite(value)) return '-';
   const size = Math.abs(value);
   if (size !== 0 && (size < 1e-3 || size >= 1e5)) return value.toExponential(1);

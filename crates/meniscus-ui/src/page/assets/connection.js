@@ -49,7 +49,7 @@ export class Connection {
     if (new Uint8Array(data, 0, 1)[0] === 2) return this.on.image(data);
     this.wait = FIRST_WAIT_MS;
     const frame = this.model.frame(data);
-    // Told before it is drawn, but only when this page has time: a page that has none gets fewer frames.
+    // Reported before it is drawn, but only when this page has time: a page that has none gets fewer frames.
     this.taken(frame.number);
     this.on.frame(frame);
   }

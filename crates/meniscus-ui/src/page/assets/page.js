@@ -1,11 +1,12 @@
 // The page: what came, shown; what is old, said.
 
 import { Camera } from './camera.js';
-import { drawBar, niceAbove, told } from './colours.js';
+import { drawBar, niceAbove, shortNumber } from './colours.js';
 import { Connection } from './connection.js';
 import { PLAIN, TECHNICAL, counters } from './counters.js';
 import { FIELDS } from './field.js';
 import { Liquid } from './liquid.js';
+import { Past } from './past.js';
 import { History, Profile } from './plots.js';
 
 /** Without news for so long, what is shown is old. */
@@ -26,6 +27,7 @@ const profile = new Profile($('profile'));
 const energy = new History($('energy'), 8, 'mJ', ['slosh']);
 const entropy = new History($('entropy'), 8, 'mJ', ['heat']);
 const deadline = new History($('deadline'), 8, 'ms', ['estimated'], 16.667);
+const past = new Past();
 const shown = { frame: null, fresh: false, paused: false, at: -Infinity, ranges: {}, frames: 0, lost: 'Connecting.', refused: false, numbersAt: -Infinity };
 
 $('no-gl').hidden = liquid.gl !== null;
@@ -56,9 +58,11 @@ const connection = new Connection({
     liquid.take(model);
     offerFields(model);
     camera.forget();
+    past.forget();
+    goOn();
     for (const history of [energy, entropy, deadline]) history.forget();
     $('title').textContent = model.facts.title;
-    $('size').textContent = `glass ${told(2e3 * model.facts.radius_m)} mm wide, filled to ${told(1e3 * model.facts.fill_m)} mm`;
+    $('size').textContent = `glass ${shortNumber(2e3 * model.facts.radius_m)} mm wide, filled to ${shortNumber(1e3 * model.facts.fill_m)} mm`;
     document.title = `meniscus: ${model.facts.liquid}`;
   },
   /** What happened to the camera; nothing when it is well again. */
@@ -75,12 +79,15 @@ const connection = new Connection({
     entropy.push(frame.time, [1e3 * frame.heat_j]);
     deadline.push(frame.time, [1e-3 * frame.latency_us]);
     if (shown.paused) return;
+    past.frame(frame);
     shown.frame = frame;
     shown.fresh = true;
     shown.frames += 1;
   },
   image(buffer) {
-    if (!shown.paused) camera.take(buffer).catch(() => camera.forget());
+    if (shown.paused) return;
+    past.image(Camera.timeOf(buffer), buffer);
+    camera.take(buffer).catch(() => camera.forget());
   },
   state(name, words) {
     shown.lost = words;
@@ -94,10 +101,27 @@ $('reset').onclick = () => liquid.reset();
 $('field').onchange = () => { $('top').value = ''; shown.fresh = shown.frame !== null; };
 $('top').oninput = () => { shown.fresh = shown.frame !== null; };
 $('rate').onchange = () => { connection.rate = Number($('rate').value); };
-$('pause').onclick = () => {
-  shown.paused = !shown.paused;
-  $('pause').setAttribute('aria-pressed', shown.paused);
-  $('pause').textContent = shown.paused ? 'Go on' : 'Pause';
+
+/** Stops the page, not the run, or lets it go on. */
+function pause(paused) {
+  shown.paused = paused;
+  $('pause').setAttribute('aria-pressed', paused);
+  $('pause').textContent = paused ? 'Go on' : 'Pause';
+  $('look-back').hidden = !paused || past.frames.length < 2;
+  $('back').max = past.frames.length - 1;
+  $('back').value = past.frames.length - 1;
+}
+
+const goOn = () => pause(false);
+$('pause').onclick = () => pause(!shown.paused);
+/** One frame of the last seconds, with the image of its time. */
+$('back').oninput = () => {
+  const frame = past.frames[Number($('back').value)];
+  shown.frame = frame;
+  shown.fresh = true;
+  shown.numbersAt = -Infinity;
+  const image = past.imageOf(frame);
+  if (image) camera.again(image).catch(() => camera.forget());
 };
 
 /** Colours reach from the least to the largest value of the last seconds, both rounded so that they hold still. */
@@ -116,9 +140,9 @@ function drawLiquid(frame) {
   liquid.show(low, high, frame.glass_x_m);
   if (!field) return;
   $('unit').textContent = field.unit;
-  $('low').textContent = told(low);
-  $('high').textContent = `${told(high)} ${field.unit}`;
-  $('half').textContent = frame.mode === 'filling' ? '' : `90 % of the values are within \u00b1 ${told(field.factor * frame[field.half])} ${field.unit}`;
+  $('low').textContent = shortNumber(low);
+  $('high').textContent = `${shortNumber(high)} ${field.unit}`;
+  $('half').textContent = frame.mode === 'filling' ? '' : `90 % of the values are within \u00b1 ${shortNumber(field.factor * frame[field.half])} ${field.unit}`;
 }
 
 const fillCounters = [[$('counters'), PLAIN], [$('technical'), TECHNICAL]].map(([list, of]) => counters(list, of));
@@ -128,16 +152,16 @@ const STAGES = ['surface', 'predict', 'encode', 'correct', 'field'];
 function drawNumbers(frame) {
   fillCounters.forEach((fill) => fill(frame));
   $('true-key').hidden = !Number.isFinite(frame.surface_error);
-  $('surface-error').textContent = `error ${told(100 * frame.surface_error)} % of the slosh`;
+  $('surface-error').textContent = `error ${shortNumber(100 * frame.surface_error)} % relative to the slosh`;
   const { range: depths } = camera;
   const none = connection.image === 1 ? 'no depth image of the same lens' : '';
-  $('depths').textContent = depths ? `depth: yellow ${told(1e3 * depths[0])} mm, violet ${told(1e3 * depths[1])} mm` : none;
+  $('depths').textContent = depths ? `depth: yellow ${shortNumber(1e3 * depths[0])} mm, violet ${shortNumber(1e3 * depths[1])} mm` : none;
   for (const [name, joules] of [['slosh', frame.slosh_j], ['heat', frame.heat_j]]) {
-    $(name).textContent = Number.isFinite(joules) ? `${told(1e3 * joules)} mJ` : 'not known';
+    $(name).textContent = Number.isFinite(joules) ? `${shortNumber(1e3 * joules)} mJ` : 'not known';
   }
   $('energy').classList.toggle('unknown', !Number.isFinite(frame.slosh_j));
   $('entropy').classList.toggle('unknown', !Number.isFinite(frame.heat_j));
-  $('turn').textContent = `${told(1e-3 * frame.turn_us)} ms`;
+  $('turn').textContent = `${shortNumber(1e-3 * frame.turn_us)} ms`;
   $('stages').replaceChildren(...STAGES.map((name) => {
     const [part, number] = [document.createElement('span'), document.createElement('b')];
     number.textContent = frame[`${name}_us`];
@@ -146,7 +170,7 @@ function drawNumbers(frame) {
   }));
   const known = Number.isFinite(frame.crest_m) && frame.mode !== 'halted';
   $('crest').textContent = known
-    ? `next crest ${told(1e3 * frame.crest_m)} \u00b1 ${told(1e3 * frame.crest_half_m)} mm in ${told(frame.crest_turns * shown.model.facts.turn_s)} s${frame.crest_spills ? ', MAY SPILL' : ''}`
+    ? `next crest ${shortNumber(1e3 * frame.crest_m)} \u00b1 ${shortNumber(1e3 * frame.crest_half_m)} mm in ${shortNumber(frame.crest_turns * shown.model.facts.turn_s)} s${frame.crest_spills ? ', MAY SPILL' : ''}`
     : '';
 }
 
@@ -157,13 +181,13 @@ function pill(id, words, kind) {
 
 /** What a person must know before believing anything on the page. */
 function warning(frame, age_s) {
-  if (shown.lost !== null && age_s * 1e3 > OLD_MS) return [`${shown.lost} ${shown.refused ? '' : 'Trying again. '}${frame ? `What you see is ${told(age_s)} s old.` : ''}`, 'bad'];
+  if (shown.lost !== null && age_s * 1e3 > OLD_MS) return [`${shown.lost} ${shown.refused ? '' : 'Trying again. '}${frame ? `What you see is ${shortNumber(age_s)} s old.` : ''}`, 'bad'];
   if (!frame) return ['Waiting for the first frame.', 'warn'];
-  if (age_s * 1e3 > OLD_MS) return [`No news for ${told(age_s)} s: what you see is old.`, 'bad'];
-  if (shown.paused) return [`Paused at ${told(frame.time)} s of the camera's time.`, 'warn'];
+  if (age_s * 1e3 > OLD_MS) return [`No news for ${shortNumber(age_s)} s: what you see is old.`, 'bad'];
+  if (shown.paused) return [`Paused at ${frame.time.toFixed(2)} s of the camera's time.`, 'warn'];
   if (frame.mode === 'halted' && frame.unseen_s < LOST_S) return ['The camera is back: the window of 16 frames is filling, and there is no estimate yet.', 'warn'];
   if (frame.mode === 'halted') return ['Camera lost: nothing seen for more than a second, so no estimate is given.', 'bad'];
-  if (frame.unseen_s > LOST_S) return [`Camera lost: no image for ${told(frame.unseen_s)} s. The model carries the liquid on by itself.`, 'bad'];
+  if (frame.unseen_s > LOST_S) return [`Camera lost: no image for ${shortNumber(frame.unseen_s)} s. The model carries the liquid on by itself.`, 'bad'];
   if (frame.mode === 'filling') return ['The window of 16 frames is filling: there is no estimate yet.', 'warn'];
   return null;
 }
@@ -174,18 +198,18 @@ function draw() {
   requestAnimationFrame(draw);
   const { frame } = shown;
   const age_s = Number.isFinite(shown.at) ? (performance.now() - shown.at) / 1e3 : 1e9;
-  const told_ = warning(frame, age_s);
+  const alert = warning(frame, age_s);
   const old = !frame || shown.paused || age_s * 1e3 > OLD_MS;
-  $('banner').hidden = told_ === null;
-  if (told_) {
-    if ($('banner').textContent !== told_[0]) $('banner').textContent = told_[0];
-    $('banner').className = told_[1];
+  $('banner').hidden = alert === null;
+  if (alert) {
+    if ($('banner').textContent !== alert[0]) $('banner').textContent = alert[0];
+    $('banner').className = alert[1];
   }
   const noImage = !frame || !(frame.time - camera.time < IMAGE_OLD_S);
   document.body.classList.toggle('old', old && !shown.paused);
   document.body.classList.toggle('no-estimate', Boolean(frame) && !frame.fieldFresh);
   document.body.classList.toggle('no-image', noImage);
-  $('image-age').textContent = frame && noImage && Number.isFinite(camera.time) ? `${told(frame.time - camera.time)} s old` : '';
+  $('image-age').textContent = frame && noImage && Number.isFinite(camera.time) ? `${shortNumber(frame.time - camera.time)} s old` : '';
   pill('connection', shown.refused ? 'refused' : age_s * 1e3 <= OLD_MS ? (shown.paused ? 'paused' : 'live') : shown.lost !== null ? 'reconnecting' : 'no news', age_s * 1e3 <= OLD_MS ? (shown.paused ? 'warn' : 'good') : 'bad');
   if (frame) pill('mode', frame.mode, old ? '' : MODES[frame.mode]);
   if (shown.fresh && frame) {
@@ -204,7 +228,7 @@ function draw() {
     deadline.draw();
   }
   liquid.draw();
-  Object.assign(document.documentElement.dataset, { state: $('connection').textContent, mode: frame?.mode ?? '', frames: shown.frames });
+  Object.assign(document.documentElement.dataset, { state: $('connection').textContent, mode: frame?.mode ?? '', frames: shown.frames, imageTime: camera.time });
 }
 
 connection.open();

@@ -132,6 +132,22 @@ export class Profile {
   }
 }
 
+/** Arrows at the upper edge where a curve lies above it, and the largest value in figures. */
+function beyond({ pen, px, py, colour }, xs, ys, high) {
+  const above = ys.map((_, k) => k).filter((k) => ys[k] > high);
+  pen.fillStyle = colour('bad');
+  for (const k of above) {
+    pen.beginPath();
+    pen.moveTo(px(xs[k]), py(high));
+    pen.lineTo(px(xs[k]) - 4, py(high) + 7);
+    pen.lineTo(px(xs[k]) + 4, py(high) + 7);
+    pen.fill();
+  }
+  const largest = above.reduce((a, b) => (ys[b] > ys[a] ? b : a));
+  pen.textAlign = px(xs[largest]) > px(xs[0]) + 60 ? 'right' : 'left';
+  pen.fillText(ys[largest].toFixed(0), px(xs[largest]) + (pen.textAlign === 'right' ? -7 : 7), py(high) + 9);
+}
+
 /** Curves over the last seconds of the camera's time. */
 export class History {
   constructor(canvas, seconds, unit, curves, limit) {
@@ -162,8 +178,11 @@ export class History {
     const least = this.limit ? 0 : this.values.reduce((least, curve) => curve.reduce((m, v) => (v < m ? v : m), least), most);
     const span = niceAbove(Math.max(1.05 * (most - least), 0.02 * most));
     const low = least > 2 * (most - least) ? Math.floor(least / (span / 4)) * (span / 4) : 0;
-    const on = plane(this.canvas, [-this.seconds, 0], [low, low ? low + 1.25 * span : niceAbove(1.05 * most)], 's', this.unit);
+    // One value far above the limit would flatten all others for seconds: it is marked at the upper edge.
+    const high = low ? low + 1.25 * span : Math.min(niceAbove(1.05 * most), 2 * (this.limit ?? Infinity));
+    const on = plane(this.canvas, [-this.seconds, 0], [low, high], 's', this.unit);
     const xs = this.times.map((t) => t - now);
+    if (most > high) beyond(on, xs, this.values[0], high);
     if (this.limit) line(on, [-this.seconds, 0], [this.limit, this.limit], 'limit', [6, 4]);
     this.curves.forEach((name, k) => line(on, xs, this.values[k], name));
     on.pen.restore();

@@ -63,7 +63,7 @@ impl Wizard {
             step => all.iter().filter(|finding| step_of(finding) == step).collect(),
         };
         let mut lines = if self.step == Step::Measure { self.measures() } else { Vec::new() };
-        lines.extend(shown.iter().map(|finding| told(finding)));
+        lines.extend(shown.iter().map(|finding| finding_line(finding)));
         if self.waiting && self.step != Step::Camera {
             lines.push(Line::from("looking ...").dim());
         } else if self.step == Step::Rest && inspection.is_some_and(Inspection::ok) {
@@ -115,7 +115,7 @@ impl Wizard {
 }
 
 /// A finding in one line.
-fn told(finding: &Finding) -> Line<'_> {
+fn finding_line(finding: &Finding) -> Line<'_> {
     let check = &finding.check;
     let value = check.value.map_or("-".into(), |value| format!("{value:.2}"));
     let mark = match check.ok {

@@ -76,7 +76,7 @@ pub(super) fn room() -> &'static mut Room {
     static GIVEN: AtomicBool = AtomicBool::new(false);
     // With one thread and no interrupt nothing comes between the two (1).
     if GIVEN.load(Ordering::Relaxed) {
-        Console::open().write(b"the room of the job was asked for twice\n");
+        Console::open().write(b"the room of the job was taken twice\n");
         exit(false)
     }
     GIVEN.store(true, Ordering::Relaxed);

@@ -1,4 +1,4 @@
-//! The motion of the glass told by somebody else: `meniscus run --motion`.
+//! The motion of the glass from a controller or a sensor: `meniscus run --motion`.
 
 use serde_json::Value;
 use std::fs;
@@ -17,28 +17,28 @@ fn meniscus(folder: &Path, arguments: &[&str]) -> Output {
 }
 
 fn json(output: &Output) -> Value {
-    let told = || String::from_utf8_lossy(&output.stderr).into_owned();
-    serde_json::from_slice(&output.stdout).unwrap_or_else(|why| panic!("{why}: {}", told()))
+    let message = || String::from_utf8_lossy(&output.stderr).into_owned();
+    serde_json::from_slice(&output.stdout).unwrap_or_else(|why| panic!("{why}: {}", message()))
 }
 
 fn refused(output: &Output, words: &[&str]) {
-    let told = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert!(!output.status.success() && words.iter().all(|word| told.contains(word)), "{words:?}: {told}");
+    let message = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(!output.status.success() && words.iter().all(|word| message.contains(word)), "{words:?}: {message}");
 }
 
 /// The same run by the edges of the glass and by the motion that the recording was made with.
 #[test]
-fn a_told_motion_halves_the_error_of_the_stresses() {
-    let folder = folder("told");
+fn a_commanded_motion_halves_the_error_of_the_stresses() {
+    let folder = folder("commanded");
     let run = |motion: &[&str]| {
         let words = [&["run", "--patient", "--seconds", "6", "--json"], motion].concat();
         json(&meniscus(&folder, &words))
     };
-    let (seen, told) = (run(&[]), run(&["--motion", "truth"]));
+    let (seen, commanded) = (run(&[]), run(&["--motion", "truth"]));
     let sigma = |report: &Value| report["field_error"]["sigma"].as_f64().expect("scored");
-    assert!(sigma(&told) < 0.65 * sigma(&seen), "{} {}", sigma(&told), sigma(&seen));
-    assert_eq!((&seen["motion"], &told["motion"]["told"]), (&Value::Null, &Value::from(360)), "{told:#}");
-    assert_eq!(told["motion"]["contradictions"], 0, "the camera sees the true motion: {told:#}");
+    assert!(sigma(&commanded) < 0.65 * sigma(&seen), "{} {}", sigma(&commanded), sigma(&seen));
+    assert_eq!((&seen["motion"], &commanded["motion"]["commanded"]), (&Value::Null, &Value::from(360)), "{commanded:#}");
+    assert_eq!(commanded["motion"]["contradictions"], 0, "the camera sees the true motion: {commanded:#}");
 
     // A table that ends after two seconds: from there on the edges of the glass tell.
     let table: String = std::iter::once("t,x_m\n".to_owned())
@@ -46,13 +46,13 @@ fn a_told_motion_halves_the_error_of_the_stresses() {
         .collect();
     fs::write(folder.join("still.csv"), table).expect("written");
     let still = run(&["--motion", "still.csv"]);
-    assert!(sigma(&still) > sigma(&told), "a wrong motion is worth less than the right one: {still:#}");
+    assert!(sigma(&still) > sigma(&commanded), "a wrong motion is worth less than the right one: {still:#}");
     assert_eq!(
         still["motion"]["contradictions"], 1,
         "the camera sees that the glass is not still: {still:#}"
     );
-    let turns = still["motion"]["told"].as_u64().expect("told");
-    assert!((119..=123).contains(&turns) && still["motion"]["untold"] == 360 - turns, "{still:#}");
+    let turns = still["motion"]["commanded"].as_u64().expect("a number");
+    assert!((119..=123).contains(&turns) && still["motion"]["tracked"] == 360 - turns, "{still:#}");
     let lifted: String = std::iter::once("t,x_m,z_m\n".to_owned())
         .chain((0..=200).map(|k| format!("{:.2},0,{:.4}\n", 0.01 * f64::from(k), 1e-4 * f64::from(k))))
         .collect();

@@ -1,0 +1,32 @@
+// The last seconds, to be looked at again while the page is paused.
+
+/** Frames and images are kept for so long. A frame has some kilobytes, an image some tens. */
+const KEPT_S = 20;
+
+export class Past {
+  constructor() { this.forget(); }
+
+  /** Another run, or a camera whose clock began anew: the times before it cannot be compared. */
+  forget() {
+    this.frames = [];
+    this.images = [];
+  }
+
+  frame(frame) {
+    if (frame.time < this.frames.at(-1)?.time) this.forget();
+    this.frames.push(frame);
+    while (frame.time - this.frames[0].time > KEPT_S) this.frames.shift();
+  }
+
+  /** Keeps an image's bytes with its time, s. */
+  image(time, buffer) {
+    if (time < this.images.at(-1)?.time) this.images = [];
+    this.images.push({ time, buffer });
+    while (time - this.images[0].time > KEPT_S) this.images.shift();
+  }
+
+  /** The image that was the newest when `frame` was estimated; undefined if there was none. */
+  imageOf(frame) {
+    return this.images.findLast(({ time }) => time <= frame.time)?.buffer;
+  }
+}
