@@ -109,7 +109,8 @@ fn draw_image(panel: &Panel<'_>, image: &CameraImage<'_>) -> Drawn {
     for (row, column) in (top..top + height).flat_map(|row| (left..left + width).map(move |c| (row, c))) {
         let grey = image.infrared[row * image.size.0 + column];
         let (u, v) = (column as f64, row as f64);
-        let pixel = Rectangle::new([place(u, v), place(u + 1.0, v + 1.0)], RGBColor(grey, grey, grey).filled());
+        let pixel =
+            Rectangle::new([place(u, v), place(u + 1.0, v + 1.0)], RGBColor(grey, grey, grey).filled());
         panel.draw(&pixel)?;
     }
     for (u, v) in &image.measured {

@@ -57,13 +57,17 @@ fn looks_back(browser: &mut Browser, tab: &Tab) {
     let pictures = |browser: &mut Browser| ["#gl", "#camera"].map(|part| browser.picture(tab, part));
     let [liquid, image] = pictures(browser);
     // Sixty frames, of the seconds in which the glass moves.
-    let back = "{ const b = document.getElementById('back'); b.value = Math.max(b.max - 60, 0); b.oninput() }";
+    let back =
+        "{ const b = document.getElementById('back'); b.value = Math.max(b.max - 60, 0); b.oninput() }";
     browser.evaluate(tab, back);
     browser.until(tab, &format!("{paused_at} < {stopped}"));
     let earlier = browser.evaluate(tab, paused_at).as_f64().expect("a time");
     assert!((0.5..20.5).contains(&(stopped - earlier)), "{stopped} s back to {earlier} s");
     // The image is decoded beside the page.
-    browser.until(tab, &format!("Math.abs(parseFloat(document.documentElement.dataset.imageTime) - {earlier}) < 0.3"));
+    browser.until(
+        tab,
+        &format!("Math.abs(parseFloat(document.documentElement.dataset.imageTime) - {earlier}) < 0.3"),
+    );
     let [liquid_before, image_before] = pictures(browser);
     assert!(liquid != liquid_before, "the liquid of an earlier time");
     assert!(image != image_before, "the image of an earlier time");
@@ -97,8 +101,7 @@ fn it_draws_the_liquid_and_everything_beside_it() {
     browser.evaluate(&tab, "{ const f = document.getElementById('field'); f.value = 0; f.onchange() }");
     // The source is simulated: the truth is there, and an error that a flat surface would not have.
     browser.until(&tab, "!document.getElementById('true-key').hidden");
-    let error =
-        "/error ([0-9.]+) % relative to the slosh/.exec(document.getElementById('surface-error').textContent)?.[1]";
+    let error = "/error ([0-9.]+) % relative to the slosh/.exec(document.getElementById('surface-error').textContent)?.[1]";
     browser.until(&tab, &format!("((e) => e > 0 && e < 20)({error})"));
     // An own end of the scale holds, and the scale of another field is another's.
     browser.evaluate(&tab, "{ const t = document.getElementById('top'); t.value = 0.123; t.oninput() }");

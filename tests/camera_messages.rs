@@ -11,7 +11,10 @@ use std::process::Output;
 
 fn refused(output: &Output, words: &[&str]) {
     let message = errors(output);
-    assert!(!output.status.success() && words.iter().all(|word| message.contains(word)), "{words:?}: {message}");
+    assert!(
+        !output.status.success() && words.iter().all(|word| message.contains(word)),
+        "{words:?}: {message}"
+    );
 }
 
 #[test]

@@ -23,7 +23,10 @@ fn json(output: &Output) -> Value {
 
 fn refused(output: &Output, words: &[&str]) {
     let message = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert!(!output.status.success() && words.iter().all(|word| message.contains(word)), "{words:?}: {message}");
+    assert!(
+        !output.status.success() && words.iter().all(|word| message.contains(word)),
+        "{words:?}: {message}"
+    );
 }
 
 /// The same run by the edges of the glass and by the motion that the recording was made with.
@@ -37,7 +40,11 @@ fn a_commanded_motion_halves_the_error_of_the_stresses() {
     let (seen, commanded) = (run(&[]), run(&["--motion", "truth"]));
     let sigma = |report: &Value| report["field_error"]["sigma"].as_f64().expect("scored");
     assert!(sigma(&commanded) < 0.65 * sigma(&seen), "{} {}", sigma(&commanded), sigma(&seen));
-    assert_eq!((&seen["motion"], &commanded["motion"]["commanded"]), (&Value::Null, &Value::from(360)), "{commanded:#}");
+    assert_eq!(
+        (&seen["motion"], &commanded["motion"]["commanded"]),
+        (&Value::Null, &Value::from(360)),
+        "{commanded:#}"
+    );
     assert_eq!(commanded["motion"]["contradictions"], 0, "the camera sees the true motion: {commanded:#}");
 
     // A table that ends after two seconds: from there on the edges of the glass tell.

@@ -104,7 +104,8 @@ fn words(command: &str) -> Option<Vec<&str>> {
 
 /// Whether a command makes something: one of ours, or a test that draws.
 fn makes(command: &str) -> bool {
-    words(command).is_some_and(|words| !words.is_empty()) || command.contains("_PICTURE=")
+    let by_program = words(command).is_some_and(|words| !words.is_empty());
+    by_program || command.contains("_PICTURE=") || command.contains("--example stages")
 }
 
 /// Help texts of verbs, from `meniscus ... --help`.

@@ -228,6 +228,8 @@ fn a_motion_that_is_commanded_no_more_leaves_nothing_behind() {
         1e3 * pairs.map(|(one, other)| (one - other).abs()).fold(0.0, f32::max)
     };
     let (commanded, behind, later) = (apart(60..240), apart(240..300), apart(300..600));
-    println!("heights at most apart: commanded {commanded} mm, in the second behind it {behind} mm, later {later} mm");
+    println!(
+        "heights at most apart: commanded {commanded} mm, in the second behind it {behind} mm, later {later} mm"
+    );
     assert!(commanded > 0.1 && behind < 0.3 && later < 0.01);
 }

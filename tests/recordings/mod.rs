@@ -222,7 +222,8 @@ pub(crate) fn db3(path: &Path, images: &[Image]) {
             Cdr::new().number(0).number(1172).text("Depth").text("16UC1; compressedDepth png").bytes(&png);
         put(if infrared { 5 } else { 3 }, message);
         let (number, millis) = (image.stamp.sequence, image.stamp.captured.0 as f64 * 1e-3);
-        let metadata = format!("Frame number={number};timestamp_domain=Hardware Clock;timestamp={millis:.6};");
+        let metadata =
+            format!("Frame number={number};timestamp_domain=Hardware Clock;timestamp={millis:.6};");
         put(if infrared { 6 } else { 4 }, Cdr::new().text(&metadata));
     }
     bag.execute_batch("COMMIT").expect("written");

@@ -88,7 +88,10 @@ fn a_folder_is_set_up_and_run_by_the_command() {
     assert!(!ok && message.contains("99 times for 100 images"), "{message}");
     write(&mut (0..100).map(|n| if n == 40 { 1.0 } else { f64::from(n) / 30.0 }));
     let (ok, _, message) = set_up();
-    assert!(!ok && message.contains("frame0040.png is of 1 s") && message.contains("times must rise"), "{message}");
+    assert!(
+        !ok && message.contains("frame0040.png is of 1 s") && message.contains("times must rise"),
+        "{message}"
+    );
     write(&mut (0..100).map(|n| f64::from(n) / 30.0));
     let (ok, shown, message) = set_up();
     assert!(ok, "{shown}{message}");

@@ -2,7 +2,10 @@
 //!
 //! A blob of 20 MB lies in 5000 pages of 4 KiB, more than a core remembers the places of; each that it has forgotten
 //! costs it a walk through the page table, on a virtual machine through two. Of 2 MiB it is ten.
-#![allow(unsafe_code, reason = "the kernel is advised about memory by address; the argument stands at the call")]
+#![allow(
+    unsafe_code,
+    reason = "the kernel is advised about memory by address; the argument stands at the call"
+)]
 
 use rustix::mm::{Advice, madvise};
 

@@ -82,13 +82,21 @@ impl Granted {
         };
         let mut lines = Vec::new();
         if let Err(why) = &self.locked {
-            lines.push(warning("memory is not locked, so a turn may wait for a page", why, "memlock unlimited"));
+            lines.push(warning(
+                "memory is not locked, so a turn may wait for a page",
+                why,
+                "memlock unlimited",
+            ));
         }
         if let Err(why) = &self.core {
             lines.push(format!("the worker wanders between cores: {why}"));
         }
         if let Err(why) = &self.fifo {
-            lines.push(warning("no real-time priority, so ordinary work may hold up a turn", why, "rtprio 40"));
+            lines.push(warning(
+                "no real-time priority, so ordinary work may hold up a turn",
+                why,
+                "rtprio 40",
+            ));
         }
         lines
     }

@@ -41,7 +41,8 @@ pub(crate) fn judge(logs: [&Path; 2], film: &Path, golden: &Path, wanted: Wanted
     let film: Value = serde_json::from_slice(&std::fs::read(film)?)?;
     let verdicts: Vec<(&Scenario, Wrong)> =
         GATE.iter().map(|scenario| verdict(scenario, &first, &film)).collect();
-    let verdict_lines: Vec<String> = verdicts.iter().map(|(scenario, wrong)| line(scenario, wrong, &first)).collect();
+    let verdict_lines: Vec<String> =
+        verdicts.iter().map(|(scenario, wrong)| line(scenario, wrong, &first)).collect();
     if wanted.bless {
         let text = verdict_lines.join("\n") + "\n";
         let folder = golden.parent().map_or(Ok(()), std::fs::create_dir_all);

@@ -138,7 +138,8 @@ pub(crate) fn judge(log: &Path, json: bool, wall_s: f64) -> Result<bool, Failure
     if json {
         let facts: Vec<Value> =
             log.facts.iter().map(|(plan, facts)| json!({ "scenario": plan, "facts": facts })).collect();
-        let report = json!({ "command": "hil/run xhci", "scenarios": facts, "checks": checks::json(&checks) });
+        let report =
+            json!({ "command": "hil/run xhci", "scenarios": facts, "checks": checks::json(&checks) });
         println!("{}", serde_json::to_string_pretty(&report)?);
     } else {
         checks::print(&checks);

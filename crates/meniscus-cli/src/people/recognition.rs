@@ -86,5 +86,7 @@ pub(super) fn text(study: &IdentificationStudy) -> String {
         .map(|case| format!("{}, {}: {}\n", case.liquid, case.motion, case.standing.line()))
         .collect();
     let confusion = study.confusion();
-    format!("{confusion}\nnot named by their own name:\n{lines}\nwithout their own note, yet named:\n{named}\n")
+    format!(
+        "{confusion}\nnot named by their own name:\n{lines}\nwithout their own note, yet named:\n{named}\n"
+    )
 }

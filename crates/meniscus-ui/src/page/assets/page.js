@@ -15,6 +15,8 @@ const OLD_MS = 500;
 const LOST_S = 0.25;
 /** An image this much older than the turn beside it is no longer the present one. */
 const IMAGE_OLD_S = 1;
+/** An image this far from the frame of a paused page says so. */
+const IMAGE_BESIDE_S = 0.05;
 /** Time between two changes of the numbers, so that they can be read. */
 const NUMBERS_MS = 250;
 /** Share of a colour scale's excess that goes with each frame. */
@@ -192,6 +194,14 @@ function warning(frame, age_s) {
   return null;
 }
 
+/** How far the image's time is from the frame's, where that matters. */
+function imageAge(frame, noImage) {
+  if (!frame || !Number.isFinite(camera.time)) return '';
+  const age_s = frame.time - camera.time;
+  if (shown.paused && Math.abs(age_s) > IMAGE_BESIDE_S) return `${shortNumber(Math.abs(age_s))} s ${age_s > 0 ? 'earlier' : 'later'}`;
+  return noImage ? `${shortNumber(age_s)} s old` : '';
+}
+
 const MODES = { tracking: 'good', filling: 'warn', coasting: 'warn', halted: 'bad' };
 
 function draw() {
@@ -209,7 +219,7 @@ function draw() {
   document.body.classList.toggle('old', old && !shown.paused);
   document.body.classList.toggle('no-estimate', Boolean(frame) && !frame.fieldFresh);
   document.body.classList.toggle('no-image', noImage);
-  $('image-age').textContent = frame && noImage && Number.isFinite(camera.time) ? `${shortNumber(frame.time - camera.time)} s old` : '';
+  $('image-age').textContent = imageAge(frame, noImage);
   pill('connection', shown.refused ? 'refused' : age_s * 1e3 <= OLD_MS ? (shown.paused ? 'paused' : 'live') : shown.lost !== null ? 'reconnecting' : 'no news', age_s * 1e3 <= OLD_MS ? (shown.paused ? 'warn' : 'good') : 'bad');
   if (frame) pill('mode', frame.mode, old ? '' : MODES[frame.mode]);
   if (shown.fresh && frame) {

@@ -25,8 +25,9 @@ export class Past {
     while (time - this.images[0].time > KEPT_S) this.images.shift();
   }
 
-  /** The image that was the newest when `frame` was estimated; undefined if there was none. */
+  /** The image whose time is nearest to that of `frame`; undefined if there is none. */
   imageOf(frame) {
-    return this.images.findLast(({ time }) => time <= frame.time)?.buffer;
+    const away = ({ time }) => Math.abs(time - frame.time);
+    return this.images.reduce((best, image) => (best && away(best) <= away(image) ? best : image), undefined)?.buffer;
   }
 }
