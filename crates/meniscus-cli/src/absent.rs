@@ -49,7 +49,7 @@ macro_rules! learning {
     };
 }
 
-/// One that simulates, records or studies.
+/// One that simulates or studies.
 #[cfg(not(feature = "studies"))]
 macro_rules! studying {
     ($name:ident, $about:literal) => {
@@ -67,6 +67,22 @@ absent!(
 
 #[cfg(not(feature = "desk"))]
 absent!(
+    camera,
+    "Study the surface reader and the camera's faults",
+    "all that a board does not need",
+    "cargo run --release"
+);
+
+#[cfg(not(all(feature = "bags", feature = "desk")))]
+absent!(
+    record,
+    "Record a camera's images, or convert a recording",
+    "all that `run` does not need",
+    "cargo run --release"
+);
+
+#[cfg(not(feature = "desk"))]
+absent!(
     tag,
     "Print an AprilTag of a stated width for `run --motion tag`",
     "all that a board does not need",
@@ -77,8 +93,7 @@ absent!(
 pub(crate) use learning_verbs::{correct, evaluate, generic, learn, train};
 #[cfg(not(feature = "studies"))]
 pub(crate) use studying_verbs::{
-    bench, camera, deadline, discover, export, insert, people, plan, quantize, recognise, record, render,
-    simulate, sweep,
+    bench, deadline, discover, export, insert, people, plan, quantize, recognise, render, simulate, sweep,
 };
 
 #[cfg(not(feature = "train"))]
@@ -93,11 +108,8 @@ mod learning_verbs {
 #[cfg(not(feature = "studies"))]
 mod studying_verbs {
     studying!(sweep, "Run one command for many values, on one machine or on a cluster");
-    #[cfg(not(feature = "studies"))]
     studying!(simulate, "Simulate a moved glass of liquid and record it");
     studying!(discover, "Identify the effect that a simulation lacks, from measurements");
-    studying!(camera, "Study the surface reader and the camera's faults");
-    studying!(record, "Record a camera's images, or convert a recording");
     studying!(people, "Study viewers, identification and the first start");
     studying!(plan, "Plan the fastest motion of a glass whose crest stays below a limit");
     studying!(render, "Draw a recording as a film: camera, estimate, truth and error");

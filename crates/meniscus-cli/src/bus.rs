@@ -51,7 +51,7 @@ pub(crate) fn resting(trouble_name: &str) -> anyhow::Result<SimulatedBus> {
     Ok(SimulatedBus::new(device).in_real_time())
 }
 
-#[cfg(feature = "studies")]
+#[cfg(all(feature = "bags", feature = "desk"))]
 /// A simulated camera before the shipped recording, in real time.
 pub(crate) fn recorded(trouble_name: &str) -> anyhow::Result<SimulatedBus> {
     let recording = Recording::from_bytes(Path::new("the shipped recording"), meniscus_shipped::RECORDING)?;

@@ -9,7 +9,7 @@ mod bench;
 mod bus;
 #[cfg(feature = "studies")]
 mod cache;
-#[cfg(feature = "studies")]
+#[cfg(feature = "desk")]
 mod camera;
 #[cfg(feature = "train")]
 mod correct;
@@ -24,7 +24,7 @@ mod errors;
 mod evaluate;
 #[cfg(feature = "studies")]
 mod export;
-#[cfg(feature = "studies")]
+#[cfg(feature = "desk")]
 mod film;
 #[cfg(feature = "studies")]
 mod filmed;
@@ -54,7 +54,7 @@ mod profile;
 mod quantize;
 #[cfg(feature = "studies")]
 mod recognise;
-#[cfg(feature = "studies")]
+#[cfg(all(feature = "bags", feature = "desk"))]
 mod record;
 #[cfg(feature = "studies")]
 mod render;
@@ -73,15 +73,16 @@ mod tag;
 mod train;
 mod variant;
 mod webcam;
+#[cfg(not(all(feature = "bags", feature = "desk")))]
+use absent::record;
 #[cfg(not(feature = "studies"))]
 use absent::{
-    bench, camera, deadline, discover, export, insert, people, plan, quantize, recognise, record, render,
-    simulate, sweep,
+    bench, deadline, discover, export, insert, people, plan, quantize, recognise, render, simulate, sweep,
 };
+#[cfg(not(feature = "desk"))]
+use absent::{camera, manual, tag};
 #[cfg(not(feature = "train"))]
 use absent::{correct, evaluate, generic, learn, train};
-#[cfg(not(feature = "desk"))]
-use absent::{manual, tag};
 
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use std::ffi::OsString;

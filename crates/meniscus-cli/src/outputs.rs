@@ -37,7 +37,7 @@ impl Force {
 }
 
 /// Refuses a folder in which no file can be written; it is made if it is not there.
-#[cfg(any(feature = "studies", test))]
+#[cfg(any(all(feature = "bags", feature = "desk"), test))]
 pub(super) fn check_folder(folder: &Path) -> anyhow::Result<()> {
     let file = folder.join("meniscus");
     note_folders(&file);

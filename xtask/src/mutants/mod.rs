@@ -52,7 +52,7 @@ pub(crate) fn run(options: &Options) -> Result<bool> {
     for Mutation { tests, .. } in &chosen {
         if !sets.contains(tests) {
             sets.push(*tests);
-            ensure!(tester.passes(*tests)?, "{tests:?} fails without a mutation");
+            ensure!(tester.outcome(*tests)? == Outcome::Survived, "{tests:?} fails without a mutation");
         }
     }
     let mut survivors = Vec::new();
@@ -75,12 +75,9 @@ fn attempt(copy: &CopiedTree, tester: &Tester, mutation: &Mutation) -> Result<Ou
     let Some(mutated) = copy.mutated(mutation)? else {
         return Ok(Outcome::Unusable("the text to replace does not stand there once"));
     };
-    if !tester.builds(mutation.tests)? {
-        return Ok(Outcome::Unusable("it does not compile"));
-    }
-    let passed = tester.passes(mutation.tests)?;
+    let outcome = tester.outcome(mutation.tests)?;
     drop(mutated);
-    Ok(if passed { Outcome::Survived } else { Outcome::Caught })
+    Ok(outcome)
 }
 
 /// Tests of the copy. Its own crates are built quickly and in parts; the crates of others are those that the checkout's tests
@@ -98,16 +95,8 @@ const QUICKLY_BUILT: [&str; 3] = [
 ];
 
 impl Tester {
-    fn builds(&self, tests: Tests) -> Result<bool> {
-        self.cargo(tests, &["--no-run"])
-    }
-
-    fn passes(&self, tests: Tests) -> Result<bool> {
-        self.cargo(tests, &[])
-    }
-
-    /// Whether `cargo test` of `tests` ends well.
-    fn cargo(&self, tests: Tests, more: &[&str]) -> Result<bool> {
+    /// Returns the outcome of `cargo test` of `tests`.
+    fn outcome(&self, tests: Tests) -> Result<Outcome> {
         let words = ["test", "--release", "--locked", "--quiet"];
         let of_tests = match tests {
             Tests::Unit => vec!["-p", "meniscus", "--lib"],
@@ -117,12 +106,17 @@ impl Tester {
         let program = cargo();
         let quickly = QUICKLY_BUILT.iter().flat_map(|setting| ["--config", setting]);
         let words = [program.as_str()].into_iter().chain(words).chain(quickly).chain(of_tests);
-        let words = words.chain(more.iter().copied());
         let step = Step::new("mutant", words).with("CARGO_TARGET_DIR", &shown(&self.target));
         let mut command = step.command(&self.folder)?;
-        command.stdout(Stdio::null()).stderr(Stdio::null());
-        let status = command.status().with_context(|| format!("`{}` did not start", step.line()))?;
-        Ok(status.success())
+        command.stdout(Stdio::null());
+        let output = command.output().with_context(|| format!("`{}` did not start", step.line()))?;
+        // Cargo ends alike when nothing could be compiled and when a test has failed; its last line differs.
+        let failed = String::from_utf8_lossy(&output.stderr).contains("test failed");
+        Ok(match (output.status.success(), failed) {
+            (true, _) => Outcome::Survived,
+            (false, true) => Outcome::Caught,
+            (false, false) => Outcome::Unusable("it does not compile"),
+        })
     }
 }
 
