@@ -30,6 +30,11 @@ const MUTATED: [&str; 10] = [
     "usb/uvc/assembler",
 ];
 
+/// The program that the studies run, in the target folder.
+const PROGRAM: &str = "release/meniscus";
+/// Name of the step that builds it.
+const BUILD: &str = "build";
+
 /// Options of `cargo xtask nightly`.
 #[derive(Args)]
 pub(crate) struct Options {
@@ -72,13 +77,13 @@ pub(crate) fn run(options: &Options) -> Result<bool> {
 /// The steps of a night. The program is built first; the studies run that build.
 fn steps(root: &Path) -> Vec<Step> {
     let cargo = cargo();
-    let program = workspace::target(root).join("release/meniscus").to_string_lossy().into_owned();
+    let program = workspace::target(root).join(PROGRAM).to_string_lossy().into_owned();
     let study =
         |name: &str, words: &str| Step::new(name, [&program].into_iter().cloned().chain(split(words)));
     let with_cargo =
         |name: &str, words: &str| Step::new(name, [&cargo].into_iter().cloned().chain(split(words)));
     vec![
-        with_cargo("build", "build --release --locked -p meniscus-cli --features train,foxglove"),
+        with_cargo(BUILD, "build --release --locked -p meniscus-cli --features train,foxglove"),
         with_cargo("house", "xtask house --rebuild --json"),
         with_cargo("package", "xtask package"),
         with_cargo("board", "xtask board --json"),
@@ -114,13 +119,16 @@ fn split(words: &str) -> impl Iterator<Item = String> {
     words.split_whitespace().map(str::to_owned)
 }
 
-/// The steps with the given names; all of them without a name.
+/// The steps with the given names; all of them without a name. With a step that runs the program comes the one that builds
+/// it: the record names the commit, and an older program would be another's.
 fn chosen(steps: Vec<Step>, only: &[String]) -> Result<Vec<Step>> {
     let known: Vec<&str> = steps.iter().map(|step| step.name.as_str()).collect();
     if let Some(name) = only.iter().find(|name| !known.contains(&name.as_str())) {
         bail!("there is no step `{name}`; the steps are {}", known.join(", "));
     }
-    Ok(steps.into_iter().filter(|step| only.is_empty() || only.contains(&step.name)).collect())
+    let wanted = |step: &Step| only.is_empty() || only.contains(&step.name);
+    let needs_build = steps.iter().any(|step| wanted(step) && step.words[0].ends_with(PROGRAM));
+    Ok(steps.into_iter().filter(|step| wanted(step) || needs_build && step.name == BUILD).collect())
 }
 
 #[cfg(test)]
@@ -130,7 +138,11 @@ mod tests {
     #[test]
     fn unknown_steps_are_refused_and_known_ones_chosen() {
         let all = || steps(Path::new("/w"));
-        assert_eq!(chosen(all(), &["fuzz".to_owned()]).unwrap()[0].name, "fuzz");
+        let names = |only: &str| -> Vec<String> {
+            chosen(all(), &[only.to_owned()]).unwrap().into_iter().map(|step| step.name).collect()
+        };
+        assert_eq!(names("fuzz"), ["fuzz"]);
+        assert_eq!(names("people"), ["build", "people"]);
         assert_eq!(chosen(all(), &[]).unwrap().len(), all().len());
         let error = chosen(all(), &["fuz".to_owned()]).unwrap_err().to_string();
         assert!(error.contains("`fuz`") && error.contains("validate"), "{error}");
