@@ -190,7 +190,7 @@ impl Verdict {
                 let about = |name: &str| find(name).map_or("", |entry| entry.about);
                 let each: Vec<String> =
                     names.iter().map(|name| format!("{name}, that is, {}", about(name))).collect();
-                format!("Missing is {} (gain {gain:.0} over nothing).", each.join("; and "))
+                format!("Missing is {} (BIC {gain:.0} lower than without it).", each.join("; and "))
             }
             Self::Ambiguous(claim) => {
                 let class = claim.class.map_or(String::new(), |class| format!(" (class: {})", class.words()));
@@ -200,12 +200,12 @@ impl Verdict {
                 };
                 let ends = self.caution();
                 format!(
-                    "Something is missing{class}, and these recordings do not {open} (gain {gain:.0} over nothing).{ends}"
+                    "Something is missing{class}, and these recordings do not {open} (BIC {gain:.0} lower than without it).{ends}"
                 )
             }
             Self::Unknown(Unknown::PossiblyConfounded(_)) => format!(
-                "Something is missing that no single effect of the library explains: {} do it together (gain \
-                 {gain:.0} over nothing), but so may one that the library lacks.{}",
+                "Something is missing that no single effect of the library explains: {} do it together (BIC \
+                 {gain:.0} lower than without them), but so may one that the library lacks.{}",
                 names.join(" and "),
                 self.caution()
             ),
@@ -290,7 +290,7 @@ mod tests {
         let sentence = ambiguous.sentence();
         assert!(sentence.contains("(class: timing)"), "{sentence}");
         assert!(
-            sentence.contains("distinguish camera_latency, actuation_delay (gain 120 over"),
+            sentence.contains("distinguish camera_latency, actuation_delay (BIC 120 lower"),
             "{sentence}"
         );
         let rest_offset = Some(RestOffset { quantity: Quantity::Bow, m: 5e-4 });

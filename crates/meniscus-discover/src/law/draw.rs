@@ -36,7 +36,7 @@ pub enum NoLaw {
     },
     /// A force on the first mode explains too little.
     ExplainsTooLittle {
-        /// Gain over nothing, and the one that is needed.
+        /// Decrease of BIC from the model without a force, and the one that is needed.
         gain: f64,
         /// Gain that is needed.
         needed: f64,
@@ -58,7 +58,7 @@ impl std::fmt::Display for NoLaw {
             }
             Self::ExplainsTooLittle { gain, needed, held_out } => write!(
                 f,
-                "a force on the first mode explains too little (gain {gain:.0}, {needed:.0} needed; {} of {} recordings left \
+                "a force on the first mode explains too little (BIC {gain:.0} lower, {needed:.0} needed; {} of {} recordings left \
                  out are predicted better): look at the camera, the clocks and the level at rest",
                 held_out.better, held_out.recordings
             ),
@@ -84,7 +84,7 @@ pub struct Drawn {
     pub fit: LawFit,
     /// Curves with their bands.
     pub bands: Bands,
-    /// Gain over nothing, in units of BIC.
+    /// Decrease of BIC from the model without a force.
     pub gain: f64,
     /// Misfit per number with the law.
     pub misfit: f64,

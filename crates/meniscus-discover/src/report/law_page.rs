@@ -24,7 +24,7 @@ pub(super) fn law(report: &mut Report, outcome: &workflow::Report) -> Result<(),
     report.heading("Law without a name");
     report.prose(&format!(
         "{} It acts in the reduced model: the force stores energy, the drag makes heat and is never negative, and both laws of \
-         GENERIC stay exact. The bands hold the whole curve with a confidence of {:.0} %. Gain {:.0} over nothing; misfit {:.2} \
+         GENERIC stay exact. The bands hold the whole curve with a confidence of {:.0} %. BIC {:.0} lower than without it; misfit {:.2} \
          with the law.",
         drawn.sentence(),
         100.0 * CONFIDENCE,

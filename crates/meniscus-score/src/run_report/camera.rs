@@ -73,10 +73,10 @@ impl CameraReport<'_> {
         })
     }
 
-    /// Returns the report for a person.
+    /// Returns the report for a person: the checks, and below them, where a terminal shows it last, what they come to.
     #[must_use]
     pub fn text(&self) -> String {
-        let (log, health, mut text) = (self.log, &self.log.health, String::new());
+        let (log, health, mut text) = (self.log, &self.log.health, table(&self.checks()));
         // Writing into a string cannot fail.
         if let Some(camera) = &self.camera {
             let _ = writeln!(text, "{}", camera_line(camera));
@@ -123,7 +123,7 @@ impl CameraReport<'_> {
                 writeln!(text, "errors against the truth: surface {slosh:.1} % (slosh-relative){groups}")
             }
         };
-        text + &unknown_line(&self.validity) + &liquid_line(log) + &table(&self.checks())
+        text + &unknown_line(&self.validity) + &liquid_line(log)
     }
 }
 

@@ -87,13 +87,13 @@ impl<'l> TruthReport<'l> {
         })
     }
 
-    /// Returns the report for a person.
+    /// Returns the report for a person: the checks, and below them, where a terminal shows it last, what they come to.
     #[must_use]
     pub fn text(&self) -> String {
         let (log, score, health) = (self.log, &self.score, &self.log.health);
         let turns = log.totals.turns;
         let percent = |share: f64| 100.0 * share;
-        let mut text = String::new();
+        let mut text = table(&self.checks);
         // Writing into a string cannot fail.
         let _ = writeln!(
             text,
@@ -116,11 +116,7 @@ impl<'l> TruthReport<'l> {
             percent(score.persistence.slosh_rel()),
             percent(score.linear.slosh_rel())
         );
-        text + &unknown_line(&self.validity)
-            + &motion_line(log)
-            + &stages_line(log)
-            + &liquid_line(log)
-            + &table(&self.checks)
+        text + &unknown_line(&self.validity) + &motion_line(log) + &stages_line(log) + &liquid_line(log)
     }
 }
 
