@@ -8,6 +8,7 @@ use meniscus_bags::{Calibration, Image};
 use meniscus_usb::camera::OutlineImage;
 use std::io::Write;
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 const SIZE: (u32, u32) = (64, 48);
 
@@ -21,7 +22,10 @@ impl Drop for Fold {
 }
 
 pub(crate) fn scratch(name: &str) -> Fold {
-    let folder = std::env::temp_dir().join(format!("meniscus-bag-{name}-{}", std::process::id()));
+    // Two tests of a program may take the same name at the same time.
+    static COUNT: AtomicUsize = AtomicUsize::new(0);
+    let number = COUNT.fetch_add(1, Ordering::Relaxed);
+    let folder = std::env::temp_dir().join(format!("meniscus-bag-{name}-{}-{number}", std::process::id()));
     let _gone = std::fs::remove_dir_all(&folder);
     std::fs::create_dir_all(&folder).expect("a temporary folder");
     Fold(folder)
