@@ -24,18 +24,12 @@ build_board() {
   cross --profile board -p meniscus-cli --no-default-features --bin meniscus
 }
 
-# Crates of others are hardly optimised: it takes half of the time, and the same numbers come out. Those of every turn are.
-quick_dependencies=(
-  --config 'profile.release.package."*".opt-level=1'
-  --config 'profile.release.package.libm.opt-level=3'
-)
-
 # The program, the guest's side, and the judge, which runs on this machine. The program has what the guest uses: it makes the
-# film and records, but shows no encrypted page and reads no tag or webcam.
+# film and records, but simulates no liquid, shows no encrypted page and reads no tag or webcam.
 build_guest() {
   mkdir -p "$work"
-  cross --release "${quick_dependencies[@]}" -p meniscus-cli -p meniscus-hil --no-default-features --features meniscus-cli/bags,meniscus-cli/desk \
-    --bin meniscus --bin meniscus-hil-guest
+  cross --release -p meniscus-cli -p meniscus-hil --no-default-features \
+    --features meniscus-cli/bags,meniscus-cli/desk --bin meniscus --bin meniscus-hil-guest
   cargo build --locked --release -p meniscus-hil --bin meniscus-hil-gate
   # The film is as old as the program that made it: the same program again does not make it anew.
   cmp -s "$target/$triple/release/meniscus" "$work/meniscus" || cp "$target/$triple/release/meniscus" "$work/"
