@@ -7,3 +7,4 @@ mod listener;
 pub mod page;
 pub mod picture;
 pub mod terminal;
+mod wrapped;

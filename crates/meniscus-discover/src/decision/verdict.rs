@@ -190,7 +190,7 @@ impl Verdict {
                 let about = |name: &str| find(name).map_or("", |entry| entry.about);
                 let each: Vec<String> =
                     names.iter().map(|name| format!("{name}, that is, {}", about(name))).collect();
-                format!("Missing is {} (BIC {gain:.0} lower than without it).", each.join("; and "))
+                format!("Missing is {} (BIC {gain:.0} lower than without an effect).", each.join("; and "))
             }
             Self::Ambiguous(claim) => {
                 let class = claim.class.map_or(String::new(), |class| format!(" (class: {})", class.words()));
@@ -200,12 +200,12 @@ impl Verdict {
                 };
                 let ends = self.caution();
                 format!(
-                    "Something is missing{class}, and these recordings do not {open} (BIC {gain:.0} lower than without it).{ends}"
+                    "Something is missing{class}, and these recordings do not {open} (BIC {gain:.0} lower than without an effect).{ends}"
                 )
             }
             Self::Unknown(Unknown::PossiblyConfounded(_)) => format!(
                 "Something is missing that no single effect of the library explains: {} do it together (BIC \
-                 {gain:.0} lower than without them), but so may one that the library lacks.{}",
+                 {gain:.0} lower than without an effect), but so may one that the library lacks.{}",
                 names.join(" and "),
                 self.caution()
             ),

@@ -258,3 +258,6 @@ fn same_clock(
         _ => Ok(()),
     }
 }
+
+#[cfg(test)]
+mod tests;

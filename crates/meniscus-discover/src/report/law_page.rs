@@ -24,8 +24,8 @@ pub(super) fn law(report: &mut Report, outcome: &workflow::Report) -> Result<(),
     report.heading("Law without a name");
     report.prose(&format!(
         "{} It acts in the reduced model: the force stores energy, the drag makes heat and is never negative, and both laws of \
-         GENERIC stay exact. The bands hold the whole curve with a confidence of {:.0} %. BIC {:.0} lower than without it; misfit {:.2} \
-         with the law.",
+         GENERIC stay exact. The bands hold the whole curve with a confidence of {:.0} %. BIC is {:.0} lower than without a force; the \
+         misfit with the law is {:.2}.",
         drawn.sentence(),
         100.0 * CONFIDENCE,
         drawn.gain,

@@ -1,6 +1,7 @@
 //! The camera's image with the measured points and the estimated surface on it.
 
-use super::{Panel, Picture, wrapped};
+use super::{CameraImage, Panel, Picture};
+use crate::wrapped::wrapped;
 use meniscus_report::plot::{FONT, GREEN, ORANGE, PictureError};
 use plotters::prelude::*;
 
@@ -13,10 +14,19 @@ impl Picture<'_> {
         {
             panel = panel.titled(&line, (FONT, letter))?;
         }
-        let (left, top, width, height) = self.camera.crop;
+        self.camera.draw(&panel)
+    }
+}
+
+impl CameraImage<'_> {
+    /// Draws the image with its points and its line into the middle of `panel`.
+    ///
+    /// # Errors
+    /// [`PictureError`].
+    pub fn draw(&self, panel: &Panel<'_>) -> Result<(), PictureError> {
+        let (left, top, width, height) = self.crop;
         let (across, down) = panel.dim_in_pixel();
         let zoom = (f64::from(across) / width as f64).min(f64::from(down) / height as f64);
-        // In the middle of its panel.
         let aside = [f64::from(across) - zoom * width as f64, f64::from(down) - zoom * height as f64]
             .map(|a| 0.5 * a);
         let place = |u: f64, v: f64| {
@@ -26,17 +36,17 @@ impl Picture<'_> {
         };
         for row in top..top + height {
             for column in left..left + width {
-                let grey = self.camera.infrared.get(row * self.camera.size.0 + column).copied().unwrap_or(0);
+                let grey = self.infrared.get(row * self.size.0 + column).copied().unwrap_or(0);
                 let (u, v) = (column as f64, row as f64);
                 let box_ = [place(u - 0.5, v - 0.5), place(u + 0.5, v + 0.5)];
                 panel.draw(&Rectangle::new(box_, RGBColor(grey, grey, grey).filled()))?;
             }
         }
         let pixel = |&(u, v): &(f32, f32)| place(f64::from(u), f64::from(v));
-        for point in &self.camera.measured {
+        for point in &self.measured {
             panel.draw(&Circle::new(pixel(point), 5, ORANGE.filled()))?;
         }
-        let line: Vec<_> = self.camera.estimated.iter().map(pixel).collect();
+        let line: Vec<_> = self.estimated.iter().map(pixel).collect();
         panel.draw(&PathElement::new(line, GREEN.stroke_width(2)))?;
         Ok(())
     }

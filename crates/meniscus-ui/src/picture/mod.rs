@@ -5,6 +5,9 @@ mod camera_panel;
 mod errors;
 mod slices;
 
+pub use slices::SliceChart;
+
+use crate::wrapped::wrapped;
 use meniscus_report::plot::{FONT, PictureError, prepare_font};
 use plotters::prelude::*;
 
@@ -89,21 +92,6 @@ pub struct Picture<'a> {
     pub letters: f64,
 }
 
-/// Returns the words of `text` in lines of at most `most` characters, but for a word that is longer.
-fn wrapped(text: &str, most: usize) -> Vec<String> {
-    let mut lines: Vec<String> = Vec::new();
-    for word in text.split_whitespace() {
-        match lines.last_mut() {
-            Some(line) if line.len() + 1 + word.len() <= most => {
-                line.push(' ');
-                line.push_str(word);
-            }
-            _ => lines.push(word.into()),
-        }
-    }
-    lines
-}
-
 impl Picture<'_> {
     /// Draws the picture and gives it as the bytes of a PNG file.
     ///
@@ -162,8 +150,8 @@ impl Picture<'_> {
     }
 }
 
-/// A part of the picture.
-type Panel<'a> = DrawingArea<BitMapBackend<'a>, plotters::coord::Shift>;
+/// A part of a picture.
+pub type Panel<'a> = DrawingArea<BitMapBackend<'a>, plotters::coord::Shift>;
 
 /// RGB pixels to PNG bytes.
 fn encode(pixels: &[u8]) -> Result<Vec<u8>, PictureError> {
@@ -173,19 +161,4 @@ fn encode(pixels: &[u8]) -> Result<Vec<u8>, PictureError> {
         .write_image(pixels, SIZE.0, SIZE.1, image::ExtendedColorType::Rgb8)
         .map_err(|error| PictureError(error.to_string()))?;
     Ok(bytes)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn lines_hold_all_words_and_no_more_than_they_may() {
-        let text = "This model was corrected from the free surface alone.";
-        let lines = wrapped(text, 20);
-        assert_eq!(lines.join(" "), text);
-        assert!(lines.iter().all(|line| line.len() <= 20), "{lines:?}");
-        assert_eq!(wrapped("uncommonly", 4), ["uncommonly"]);
-        assert!(wrapped("", 20).is_empty());
-    }
 }

@@ -20,36 +20,10 @@ impl Picture<'_> {
         slice: &Slice,
         top: f64,
     ) -> Result<(), PictureError> {
-        let (half, height) = self.glass_mm;
         let known = slice.tracers.iter().all(|tracer| tracer.value.is_some());
         let name = if known { name.into() } else { format!("{name}: {} not known", self.value) };
         let letter = self.letter(15);
-        let mut chart = ChartBuilder::on(panel)
-            .caption(name, (FONT, self.letter(18)))
-            .margin(8)
-            .x_label_area_size(3 * letter)
-            .y_label_area_size(7 * letter / 2)
-            .build_cartesian_2d(-1.1 * half..1.1 * half, 0.0..height)?;
-        chart
-            .configure_mesh()
-            .disable_mesh()
-            .x_labels(4)
-            .y_labels(6)
-            .x_label_formatter(&|x| format!("{x:.0}"))
-            .y_label_formatter(&|z| format!("{z:.0}"))
-            .label_style((FONT, letter))
-            .x_desc("x, mm")
-            .y_desc("z, mm")
-            .draw()?;
-        let wall = [(-half, height), (-half, 0.0), (half, 0.0), (half, height)];
-        chart.draw_series([PathElement::new(wall.to_vec(), GREY.stroke_width(2))])?;
-        let dot = |tracer: &SliceTracer| {
-            let colour = |value: f64| ViridisRGB.get_color((value / top).min(1.0) as f32).to_rgba();
-            let grey = GREY.mix(0.35);
-            Circle::new(tracer.at_mm, 6, tracer.value.map_or(grey, colour).filled())
-        };
-        chart.draw_series(slice.tracers.iter().map(dot))?;
-        Ok(())
+        SliceChart { caption: &name, glass_mm: self.glass_mm, letter, top }.draw(panel, slice)
     }
 
     /// Draws the scale of the colours from 0 to `top`.
@@ -74,6 +48,55 @@ impl Picture<'_> {
         }
         let title = words.pos(Pos::new(HPos::Center, VPos::Bottom));
         panel.draw(&Text::new(self.value.clone(), (across / 2, upper - letter_px), title))?;
+        Ok(())
+    }
+}
+
+/// Axes of a slice through the glass.
+#[derive(Clone, Copy, Debug)]
+pub struct SliceChart<'c> {
+    /// Line above it.
+    pub caption: &'c str,
+    /// Half the width of the glass and its height, millimetres.
+    pub glass_mm: (f64, f64),
+    /// Height of the letters of the axes, pixels.
+    pub letter: u32,
+    /// Value of the bright end of the colours.
+    pub top: f64,
+}
+
+impl SliceChart<'_> {
+    /// Draws the tracers of `slice` in their colours into the glass.
+    ///
+    /// # Errors
+    /// [`PictureError`].
+    pub fn draw(&self, panel: &Panel<'_>, slice: &Slice) -> Result<(), PictureError> {
+        let (letter, top, (half, height)) = (self.letter, self.top, self.glass_mm);
+        let mut chart = ChartBuilder::on(panel)
+            .caption(self.caption, (FONT, 6 * letter / 5))
+            .margin(8)
+            .x_label_area_size(3 * letter)
+            .y_label_area_size(7 * letter / 2)
+            .build_cartesian_2d(-1.1 * half..1.1 * half, 0.0..height)?;
+        chart
+            .configure_mesh()
+            .disable_mesh()
+            .x_labels(4)
+            .y_labels(6)
+            .x_label_formatter(&|x| format!("{x:.0}"))
+            .y_label_formatter(&|z| format!("{z:.0}"))
+            .label_style((FONT, letter))
+            .x_desc("x, mm")
+            .y_desc("z, mm")
+            .draw()?;
+        let wall = [(-half, height), (-half, 0.0), (half, 0.0), (half, height)];
+        chart.draw_series([PathElement::new(wall.to_vec(), GREY.stroke_width(2))])?;
+        let dot = |tracer: &SliceTracer| {
+            let colour = |value: f64| ViridisRGB.get_color((value / top).min(1.0) as f32).to_rgba();
+            let grey = GREY.mix(0.35);
+            Circle::new(tracer.at_mm, 6, tracer.value.map_or(grey, colour).filled())
+        };
+        chart.draw_series(slice.tracers.iter().map(dot))?;
         Ok(())
     }
 }

@@ -1,5 +1,6 @@
 //! Figures of a turn in a terminal, the most important first.
 
+use crate::wrapped::wrapped;
 use meniscus::blob::{FieldGroup, KnownGroups};
 use meniscus::latent::generic::StepOutcome;
 use meniscus::runtime::DEADLINE_US;
@@ -28,7 +29,7 @@ impl Numbers<'_> {
         let lines =
             self.last.map_or_else(|| vec!["waiting for the first frame".into()], |last| self.lines(last));
         let width = usize::from(area.width.saturating_sub(2));
-        let mut lines: Vec<String> = lines.iter().flat_map(|line| wrapped(line, width)).collect();
+        let mut lines: Vec<String> = lines.iter().flat_map(|line| broken(line, width)).collect();
         let room = usize::from(area.height.saturating_sub(2));
         if lines.len() > room {
             let missing = lines.len() - room.saturating_sub(1);
@@ -76,23 +77,16 @@ impl Numbers<'_> {
     }
 }
 
-/// Lines of at most `width` characters, broken at spaces where a line is longer; a single word stays whole.
-fn wrapped(line: &str, width: usize) -> Vec<String> {
+/// Indent of what does not fit into a line.
+const INDENT: &str = "  ";
+
+/// Lines of at most `width` characters; what is broken goes on with an indent. A line that fits keeps its spaces.
+fn broken(line: &str, width: usize) -> Vec<String> {
     if line.chars().count() <= width {
         return vec![line.to_owned()];
     }
-    let mut lines = vec![String::new()];
-    for word in line.split_whitespace() {
-        let last = lines.last().map_or(0, |last| last.chars().count());
-        if last > 0 && last + 1 + word.chars().count() > width {
-            lines.push(format!("  {word}"));
-        } else if let Some(last) = lines.last_mut() {
-            if !last.is_empty() {
-                last.push(' ');
-            }
-            last.push_str(word);
-        }
-    }
+    let mut lines = wrapped(line, width.saturating_sub(INDENT.len()));
+    lines.iter_mut().skip(1).for_each(|line| line.insert_str(0, INDENT));
     lines
 }
 
@@ -103,10 +97,10 @@ mod tests {
     #[test]
     fn a_long_reason_is_broken_and_keeps_its_words() {
         let line = "surface      not seen: no body of liquid as wide as the glass was found";
-        let lines = wrapped(line, 30);
+        let lines = broken(line, 30);
         assert!(lines.len() > 1 && lines.iter().all(|line| line.chars().count() <= 30), "{lines:?}");
         let words = |text: &str| text.split_whitespace().map(str::to_owned).collect::<Vec<_>>();
         assert_eq!(words(&lines.join(" ")), words(line));
-        assert_eq!(wrapped(" field     90", 30), [" field     90"]);
+        assert_eq!(broken(" field     90", 30), [" field     90"]);
     }
 }

@@ -3,6 +3,9 @@
 /** Frames and images are kept for so long. A frame has some kilobytes, an image some tens. */
 const KEPT_S = 20;
 
+/** A camera's clock that goes back by more began anew. A late frame comes behind the turns that were made without it. */
+export const CLOCK_ANEW_S = 1;
+
 export class Past {
   constructor() { this.forget(); }
 
@@ -13,14 +16,14 @@ export class Past {
   }
 
   frame(frame) {
-    if (frame.time < this.frames.at(-1)?.time) this.forget();
+    if (frame.time < this.frames.at(-1)?.time - CLOCK_ANEW_S) this.forget();
     this.frames.push(frame);
     while (frame.time - this.frames[0].time > KEPT_S) this.frames.shift();
   }
 
   /** Keeps an image's bytes with its time, s. */
   image(time, buffer) {
-    if (time < this.images.at(-1)?.time) this.images = [];
+    if (time < this.images.at(-1)?.time - CLOCK_ANEW_S) this.images = [];
     this.images.push({ time, buffer });
     while (time - this.images[0].time > KEPT_S) this.images.shift();
   }

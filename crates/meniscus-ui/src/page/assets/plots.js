@@ -1,6 +1,7 @@
 // The curves: one plane with axes, and what is drawn on it.
 
 import { niceAbove } from './colours.js';
+import { CLOCK_ANEW_S } from './past.js';
 
 const LEFT = 46, RIGHT = 10, TOP = 8, BOTTOM = 22;
 
@@ -161,9 +162,9 @@ export class History {
   }
 
   push(time, values) {
-    // Time that went back, or a gap, is another piece: no line joins what was never seen in between.
+    // A clock that began anew, or a gap, is another piece: no line joins what was never seen in between.
     const last = this.times.at(-1);
-    if (time < last) this.forget();
+    if (time < last - CLOCK_ANEW_S) this.forget();
     else if (time > last + 0.5) { this.times.push(last + 1e-6); this.values.forEach((curve) => curve.push(NaN)); }
     this.times.push(time);
     this.values.forEach((curve, k) => curve.push(values[k]));
@@ -182,9 +183,9 @@ export class History {
     const high = low ? low + 1.25 * span : Math.min(niceAbove(1.05 * most), 2 * (this.limit ?? Infinity));
     const on = plane(this.canvas, [-this.seconds, 0], [low, high], 's', this.unit);
     const xs = this.times.map((t) => t - now);
-    if (most > high) beyond(on, xs, this.values[0], high);
     if (this.limit) line(on, [-this.seconds, 0], [this.limit, this.limit], 'limit', [6, 4]);
     this.curves.forEach((name, k) => line(on, xs, this.values[k], name));
+    if (most > high) beyond(on, xs, this.values[0], high);
     on.pen.restore();
   }
 }
