@@ -35,19 +35,37 @@ impl TimedStream {
         let left = self.deadline.saturating_duration_since(Instant::now());
         if left.is_zero() { Err(ErrorKind::TimedOut.into()) } else { Ok(Some(left)) }
     }
+
+    /// Calls `act` with the time left, again where a signal interrupted it: a program that was stopped and continued keeps
+    /// its viewers.
+    fn until_deadline(
+        &self,
+        mut act: impl FnMut(&TcpStream, Option<Duration>) -> Result<usize>,
+    ) -> Result<usize> {
+        loop {
+            match act(&self.stream, self.left()?) {
+                Err(error) if error.kind() == ErrorKind::Interrupted => {}
+                done => return done,
+            }
+        }
+    }
 }
 
 impl Read for TimedStream {
     fn read(&mut self, into: &mut [u8]) -> Result<usize> {
-        self.stream.set_read_timeout(self.left()?)?;
-        (&*self.stream).read(into)
+        self.until_deadline(|stream, left| {
+            stream.set_read_timeout(left)?;
+            { stream }.read(into)
+        })
     }
 }
 
 impl Write for TimedStream {
     fn write(&mut self, bytes: &[u8]) -> Result<usize> {
-        self.stream.set_write_timeout(self.left()?)?;
-        (&*self.stream).write(bytes)
+        self.until_deadline(|stream, left| {
+            stream.set_write_timeout(left)?;
+            { stream }.write(bytes)
+        })
     }
 
     fn flush(&mut self) -> Result<()> {
