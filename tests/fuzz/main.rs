@@ -9,8 +9,8 @@
 //! corpus.rs       tests/corpus: a file for each way in which a reader ends
 //! ```
 //! Each target starts from sound bytes (of the simulated camera, the shipped model, the shipped recording), so that a
-//! mutation gets past the first check. `MENISCUS_FUZZ=1000000 cargo test --release -p meniscus-tests --test fuzz` runs longer;
-//! proptest shrinks a failing case and keeps it beside the target in a file `.regressions`.
+//! mutation gets past the first check. `MENISCUS_FUZZ=50 cargo test --release -p meniscus-tests --test fuzz` runs 50 times as
+//! many cases; proptest shrinks a failing case and keeps it beside the target in a file `.regressions`.
 
 #[path = "../recordings/mod.rs"]
 mod recordings;

@@ -61,12 +61,17 @@ pub(crate) fn edits() -> impl Strategy<Value = Vec<Edit>> {
     prop::collection::vec(edit(), 0..6)
 }
 
-/// Cases of a target: `usual`, or as many as `MENISCUS_FUZZ` says.
+/// Cases of a target: `usual`, times what `MENISCUS_FUZZ` says. A factor keeps the shares: a target whose case takes a
+/// thousand times as long has fewer of them.
 pub(crate) fn cases(usual: u32) -> ProptestConfig {
-    let longer = std::env::var("MENISCUS_FUZZ").ok().and_then(|text| text.parse().ok());
+    let times = std::env::var("MENISCUS_FUZZ").map_or(1, |text| {
+        text.parse().unwrap_or_else(|_| {
+            panic!("MENISCUS_FUZZ={text}: expected a whole number, the times of the usual cases")
+        })
+    });
     let kept = FileFailurePersistence::WithSource("regressions");
     ProptestConfig {
-        cases: longer.unwrap_or(usual),
+        cases: usual.saturating_mul(times),
         failure_persistence: Some(Box::new(kept)),
         ..ProptestConfig::default()
     }
