@@ -49,6 +49,8 @@ pub(super) struct ReadyCamera<'c> {
     pub(super) truth: Option<Truth>,
     /// The worker's end of the link to it.
     pub(super) end: WorkerEnd,
+    /// What else takes its turns, for the report.
+    pub(super) sink: Option<&'c mut dyn TurnSink>,
 }
 
 /// A run that has ended.
@@ -112,6 +114,7 @@ pub(super) fn live(
     let (publisher, controller) = published.as_mut().map(Published::parts).unzip();
     let (ros_outlet, ros_node) = ros.as_mut().map(Ros::parts).unzip();
     let publisher = publisher.map(|publisher| publisher as &mut dyn TurnSink);
+    let sink = camera.sink.map(|sink| sink as &mut dyn TurnSink);
     let viewers: Vec<&dyn Viewer> = page
         .iter()
         .map(|page| page as &dyn Viewer)
@@ -124,7 +127,7 @@ pub(super) fn live(
         worker,
         end: camera.end,
         frames: camera.frames,
-        publishers: publisher.into_iter().chain(ros_outlet).collect(),
+        publishers: publisher.into_iter().chain(ros_outlet).chain(sink).collect(),
         viewers: &viewers,
         notes: &notes,
         flights: &config.out,

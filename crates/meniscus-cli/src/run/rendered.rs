@@ -14,6 +14,7 @@ use meniscus_data::recording::Recording;
 use meniscus_hil::FaultList;
 use meniscus_platform::files::write_whole;
 use meniscus_report::checks::Check;
+use meniscus_score::forecasts::KeptMemories;
 use meniscus_score::run_picture::picture;
 use meniscus_score::run_report::TruthReport;
 use meniscus_service::ledger::SpanEnd;
@@ -65,6 +66,7 @@ pub(super) fn run(
     // The turns of the first round are kept one by one and scored against the truth; the totals have all.
     let frames = shots.min(recording.frames());
     let (camera_end, end) = link(BUFFERS, PAYLOAD_ROOM);
+    let mut memories = KeptMemories::with_room(frames);
     let (name, span_end) = ("simulated D435", SpanEnd::LastFrame);
     let truth = config.page.as_ref().map(|_| Truth {
         profiles_m: recording.profile_m.clone(),
@@ -73,12 +75,22 @@ pub(super) fn run(
         fill_m: recording.glass.fill_m,
     });
     let images = CameraImages::DepthAndOutline;
-    let ready = ReadyCamera { name, reader, images, rectifier: None, frames, span_end, truth, end };
+    let ready = ReadyCamera {
+        name,
+        reader,
+        images,
+        rectifier: None,
+        frames,
+        span_end,
+        truth,
+        end,
+        sink: Some(&mut memories),
+    };
     let Played { finished, written, .. } = live(config, model, ready, move |state: &RunState| {
         camera.play(shots, &camera_end, &state.stop);
     })?;
 
-    let mut report = TruthReport::new(model, &recording, &finished.log)
+    let mut report = TruthReport::new(model, &recording, &finished.log, &memories)
         .context("the run ended before the first turn: there is nothing to report")?;
     if config.silence == Silence::WaitOut {
         // The camera waits for the worker: times say what else the machine did.

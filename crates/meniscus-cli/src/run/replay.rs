@@ -45,7 +45,17 @@ pub(super) fn run(config: &RunConfig, model: &Model<'_>, file: &Path) -> anyhow:
         let ended = &mut ended;
         let (name, frames, span_end) = (camera.camera.as_str(), config.frames_kept(), SpanEnd::LastFrame);
         let images = CameraImages::DepthAndOutline;
-        let ready = ReadyCamera { name, reader, images, rectifier: None, frames, span_end, truth: None, end };
+        let ready = ReadyCamera {
+            name,
+            reader,
+            images,
+            rectifier: None,
+            frames,
+            span_end,
+            truth: None,
+            end,
+            sink: None,
+        };
         live(config, model, ready, move |state: &RunState| {
             *ended = play(recording, seconds, &camera_end, &state.stop);
         })?

@@ -92,7 +92,8 @@ pub(super) fn run(
         let rectifier = connected.rectifier();
         let (name, frames, span_end) = (camera.name, config.frames_kept(), SpanEnd::RunsOn);
         let images = CameraImages::DepthAndOutline;
-        let ready = ReadyCamera { name, reader, images, rectifier, frames, span_end, truth: None, end };
+        let ready =
+            ReadyCamera { name, reader, images, rectifier, frames, span_end, truth: None, end, sink: None };
         live(config, model, ready, move |state: &RunState| {
             *realtime = (camera.priority == Priority::RealTime).then(become_realtime);
             *ended = session.stream(&mut LinkSink {

@@ -79,7 +79,8 @@ fn watch(
         let (session, ended, realtime) = (&mut session, &mut ended, &mut realtime);
         let (rectifier, images) = (Some(lens.rectifier()), CameraImages::OutlineAlone);
         let (name, frames) = (camera.name.as_str(), config.frames_kept());
-        let ready = ReadyCamera { name, reader, images, rectifier, frames, span_end, truth: None, end };
+        let ready =
+            ReadyCamera { name, reader, images, rectifier, frames, span_end, truth: None, end, sink: None };
         live(config, model, ready, move |state: &RunState| {
             *realtime = Some(become_realtime());
             *ended = session.stream(&mut LinkSink {

@@ -2,12 +2,13 @@
 
 use crate::correct::Sightings;
 use meniscus::blob::Model;
-use meniscus::runtime::{Crest, Forecast, InputSource, Memory, Mode};
+use meniscus::runtime::{Crest, InputSource, Mode};
 use meniscus::units::FRAME_INTERVAL_S;
 use meniscus_data::recording::Recording;
 use meniscus_score::baseline::linear_with_motion;
 use meniscus_score::crests;
-use meniscus_score::score::{Held, Score, SurfaceError, score};
+use meniscus_score::forecasts::ForecastError;
+use meniscus_score::score::{Held, Score, score};
 use meniscus_score::unknown_groups::{UnknownShown, in_outputs};
 use meniscus_service::timed_turn::TimedTurn;
 use meniscus_virtual::camera::START;
@@ -69,7 +70,7 @@ pub struct Planned {
 /// Runs `model` over `seen` and holds it against the truth of `recording`.
 #[must_use]
 pub fn trial(model: &Model<'_>, recording: &Recording, seen: &Sightings) -> Trial {
-    let (mut ahead, mut planned) = (AHEAD.map(Ahead::new), AHEAD.map(Ahead::new));
+    let (mut ahead, mut planned) = (AHEAD.map(ForecastError::new), AHEAD.map(ForecastError::new));
     let motion = recording.delayed_acceleration_m_s2();
     let fill_m = recording.glass.fill_m;
     let highest_m = recording.highest_m();
@@ -84,7 +85,7 @@ pub fn trial(model: &Model<'_>, recording: &Recording, seen: &Sightings) -> Tria
             }
             let plan = motion.get(frame + 1..).unwrap_or_default();
             for (all, plan) in [(&mut ahead, &[][..]), (&mut planned, plan)] {
-                all.iter_mut().for_each(|ahead| ahead.take(model, memory, recording, frame, plan));
+                all.iter_mut().for_each(|ahead| ahead.add(model, memory, recording, frame, plan));
             }
             if frame.is_multiple_of(crests::EVERY) {
                 let next = |plan| Crest::next(model, memory, crests::WITHIN, plan);
@@ -101,12 +102,12 @@ pub fn trial(model: &Model<'_>, recording: &Recording, seen: &Sightings) -> Tria
         peaks: peaks(recording, &turns),
         entropy_falls: audits().filter(|audit| audit.heat < 0.0).count(),
         energy_drift: audits().map(|audit| audit.energy_residual.abs()).fold(0.0, f64::max),
-        forecast: ahead.map(|ahead| [ahead.moving.slosh_rel(), ahead.still.slosh_rel()]),
-        forecast_held: ahead.map(|ahead| ahead.held),
+        forecast: ahead.map(|ahead| [ahead.forecast.slosh_rel(), ahead.persistence.slosh_rel()]),
+        forecast_held: ahead.map(|ahead| ahead.covered),
         planned: Planned {
             crests: crests_planned,
-            forecast: planned.map(|ahead| ahead.moving.slosh_rel()),
-            held: planned.map(|ahead| ahead.held),
+            forecast: planned.map(|ahead| ahead.forecast.slosh_rel()),
+            held: planned.map(|ahead| ahead.covered),
         },
         unknown_shown: in_outputs(model, recording, &turns),
     }
@@ -137,43 +138,6 @@ impl CrestsAhead {
         self.height_m.push(f64::from(said.height_m) - f64::from(highest_m[n]));
         self.time_s.push((said.frames as f64 - (n - frame) as f64) * FRAME_INTERVAL_S);
         self.held.add(&[highest_m[n]], &[said.height_m], &[said.half_width_m]);
-    }
-}
-
-/// Sums behind the forecasts of one lead.
-#[derive(Clone, Copy)]
-struct Ahead {
-    frames: usize,
-    /// Of the forecast.
-    moving: SurfaceError,
-    /// Of the present surface in its place.
-    still: SurfaceError,
-    held: Held,
-}
-
-impl Ahead {
-    fn new(frames: usize) -> Self {
-        let (moving, still) = (SurfaceError::default(), SurfaceError::default());
-        Self { frames, moving, still, held: Held::default() }
-    }
-
-    /// Adds the forecast from `frame` under `plan`, if the recording goes that far.
-    fn take(
-        &mut self,
-        model: &Model<'_>,
-        memory: &Memory,
-        recording: &Recording,
-        frame: usize,
-        plan: &[f64],
-    ) {
-        if frame + self.frames >= recording.frames() {
-            return;
-        }
-        let truth = recording.profile(frame + self.frames);
-        let said = Forecast::new(model, memory, self.frames, plan);
-        self.moving.add(truth, &said.surface_m, recording.glass.fill_m);
-        self.still.add(truth, recording.profile(frame), recording.glass.fill_m);
-        self.held.add(truth, &said.surface_m, &said.half_width_m);
     }
 }
 
