@@ -238,6 +238,24 @@ fn errors_that_cannot_be_are_refused() {
     }
 }
 
+/// A blob with a friction law has it in its step; numbers that no law has are refused.
+#[test]
+fn a_friction_law_is_read_and_checked() {
+    let with = |values: [f32; 4]| {
+        let mut parts = support::parts(1, 0.1);
+        parts.push(Part { tensor: Tensor::FrictionLaw, rows: 4, columns: 1, values: values.to_vec() });
+        blob(support::header(), &parts).expect("a blob")
+    };
+    let sound = AlignedBytes::copy(&with([2.0, 0.5, 0.25, 0.5]));
+    let law = Model::load(&sound).expect("a sound blob").generic.law.expect("a law");
+    assert_eq!(law.numbers(), [2.0, 0.5, 0.25, 0.5]);
+    for hostile in [[0.0, 0.5, 0.2, 0.5], [2.0, 0.0, 0.2, 0.5], [2.0, 0.5, 1.5, 0.5], [2.0, 0.5, 0.2, -0.1]] {
+        let error = refusal(&with(hostile));
+        assert_eq!(error, LoadError::FrictionLaw, "{hostile:?}");
+        assert!(error.to_string().contains("meniscus learn"), "{error}");
+    }
+}
+
 #[test]
 fn a_missing_tensor_and_a_wrong_shape_are_named() {
     let mut parts = support::parts(1, 0.1);

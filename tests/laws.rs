@@ -149,6 +149,27 @@ fn blobs_with_effects_keep_the_laws() {
     walk::<f64>(3.0, STEPS / 5, with_effects);
 }
 
+/// A random blob of a liquid whose friction depends on the rate of shear, yield stresses among them.
+fn with_friction_law(seed: u64, size: f32) -> AlignedBytes {
+    let mut random = ChaCha8Rng::seed_from_u64(seed ^ 0xf1_0e5);
+    let mut parts = support::parts(seed, size);
+    let typical = 10.0_f32.powf(random.random_range(-3.0..3.0));
+    let floor = 10.0_f32.powf(random.random_range(-2.0..0.0));
+    let (yield_share, index) = (random.random::<f32>(), random.random_range(0.1..1.5));
+    let values = vec![typical, floor, yield_share, index];
+    parts.push(Part { tensor: Tensor::FrictionLaw, rows: 4, columns: 1, values });
+    AlignedBytes::copy(&blob(support::header(), &parts).expect("the parts fit a blob"))
+}
+
+/// Friction by a law of flow: the laws hold whatever its numbers are.
+#[test]
+fn blobs_with_a_friction_law_keep_the_laws() {
+    let unsolved = walk::<f64>(0.1, STEPS / 10, with_friction_law);
+    assert!(5000 * unsolved <= STEPS, "{unsolved} steps were not solved");
+    walk::<f64>(3.0, STEPS / 10, with_friction_law);
+    walk::<f32>(0.1, STEPS / 20, with_friction_law);
+}
+
 /// Without friction the step must turn for ever: no heat, and no energy lost.
 #[test]
 fn without_friction_nothing_is_lost() {

@@ -96,6 +96,8 @@ pub enum LoadError {
     },
     /// The directions of the map of the first mode are not those of its rows.
     ModeMap,
+    /// A number of the friction law is out of its range.
+    FrictionLaw,
     /// The blob's error model is invalid: a matrix that is no covariance, a variance or a factor below zero.
     NotACovariance {
         /// Which tensor.
@@ -168,6 +170,10 @@ impl fmt::Display for LoadError {
             Self::ModeMap => write!(
                 f,
                 "the blob's map of the first mode contradicts itself; put the effects in again with `meniscus insert`"
+            ),
+            Self::FrictionLaw => write!(
+                f,
+                "the blob's friction law has a number out of its range; learn the model again with `meniscus learn`"
             ),
             Self::NotACovariance { tensor } => write!(
                 f,

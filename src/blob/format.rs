@@ -80,6 +80,9 @@ pub enum Tensor {
     Reach,
     /// A, B, e_a and e_v of [`crate::latent::generic::ModeMap`] `[4, N]`, SI units; only with embedded effects.
     ModeMap,
+    /// p1, e, y and n of [`crate::latent::generic::FrictionLaw`] `[4]`, H/s and 1; only of a liquid whose viscosity depends on the
+    /// rate of shear.
+    FrictionLaw,
 }
 
 /// Where a tensor lies in the blob.

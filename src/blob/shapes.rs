@@ -3,7 +3,7 @@
 use super::{Header, Tensor};
 use crate::latent::decoder::{ENERGY_GROUP, GROUP_COMPONENTS, MAX_COEFFICIENTS, MAX_HEATED, MAX_TRUNK};
 use crate::latent::encoder::{GRU_LAYERS, READINGS};
-use crate::latent::generic::{LATENTS, MAX_HIDDEN};
+use crate::latent::generic::{LATENTS, LAW_NUMBERS, MAX_HIDDEN};
 use crate::latent::nn::HIDDEN;
 use crate::latent::window::FEATURES;
 use crate::surface::POINTS;
@@ -57,6 +57,7 @@ pub(super) fn shape(tensor: Tensor, header: &Header) -> Option<(Dim, Dim)> {
         Tensor::GroupMisfit => (Is(SPREAD_GROUPS), Is(1)),
         Tensor::Reach => (OneOf(ErrorFactors::SIZES), Is(1)),
         Tensor::ModeMap => (Is(4), Is(LATENTS)),
+        Tensor::FrictionLaw => (Is(LAW_NUMBERS), Is(1)),
         Tensor::EnergyIn => (UpTo(MAX_HIDDEN), Is(LATENTS)),
         Tensor::EnergyBias | Tensor::EnergyWeight => (UpTo(MAX_HIDDEN), Is(1)),
         Tensor::TrunkLinear => (UpTo(MAX_COEFFICIENTS), Is(LATENTS)),

@@ -10,10 +10,14 @@
 //! so L_full grad S = 0 and M_full grad E = 0 identically. A moved glass is not closed: the port B u
 //! (u the acceleration of the glass) does the work dE = B u . grad H dt.
 //!
+//! Where the viscosity depends on the rate of shear, D is phi D with a number phi > 0 of [`FrictionLaw`], and all of this holds.
+//!
 //! Grmela and Öttinger, Phys. Rev. E 56 (1997) 6620; the discrete gradient is the mean value
 //! of Harten, Lax and van Leer, SIAM Rev. 25 (1983) 35, which has a closed form for this H.
 
 mod audit;
+mod flow;
+mod friction_law;
 mod newton;
 mod operators;
 mod potential;
@@ -22,6 +26,7 @@ mod step;
 mod step_jacobian;
 
 pub use audit::{Audit, StepOutcome};
+pub use friction_law::{FrictionLaw, LAW_NUMBERS};
 pub use operators::Operators;
 pub use potential::{MAX_HIDDEN, Potential, RidgeState};
 pub use slots::{MEMORIES, ModeMap, Slots};

@@ -30,6 +30,7 @@
 //! has the form of the plain step, and H(S x) e + sum k z^2/2 falls by the heat, exactly: L - D1 is what it was, a skew
 //! matrix less a positive one, and (z, v) exchange energy through a skew pair.
 
+use super::flow::Flow;
 use super::newton::Square;
 use super::{Latent, Operators};
 use crate::latent::linalg::whitener;
@@ -122,13 +123,6 @@ pub struct Slots {
     joules: f64,
 }
 
-/// (L - D1 - c e_v e_v^T) and f e_v of one step.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Flow {
-    pub(super) matrix: Square,
-    pub(super) pull: Latent,
-}
-
 impl Slots {
     /// Returns the difference between the reduced models `plain` and `with` effects, for a step whose H is in units of `joules` and has
     /// the second derivative `hessian` at rest.
@@ -199,7 +193,7 @@ impl Slots {
             pulls += memory.stiffness * z / (self.mass_kg * fade);
         }
         let memory = map.along_rate * map.along_rate.transpose() * resists;
-        Flow { matrix: operators.skew - friction - memory, pull: map.along_rate * pulls }
+        Flow { matrix: operators.skew - friction - memory, friction, pull: map.along_rate * pulls }
     }
 
     /// D1 of `operators` under the factor `phi`, for a step of `dt`.

@@ -13,13 +13,18 @@
 //! is convex, and (L - D) S has no eigenvalue with a positive real part, so that 1 - dt (L - D) S is regular
 //! everywhere; and as the ridges of H have bounded slopes, b - dt (L - D) dH(a, b) grows with b (Hadamard's theorem).
 //!
+//! Under a [`FrictionLaw`] D is phi D, with phi at dH. The force phi D dH is the slope of a convex potential, so that (L - phi D) dH
+//! falls with dH as (L - D) dH does, and there is one solution as before. Newton's corrections take phi as it stands: with the slope of phi
+//! they may circle about a yield stress, without it each leaves a part of the last that is below one.
+//!
 //! A solved step of a model with next to no friction can end a rounding error above H(x~); it is nudged down along
 //! grad H by that little. A hostile blob may overflow or leave Newton's iteration circling: then the result is
 //! shortened towards x~, where the inequality holds trivially, and the audit says so.
 
+use super::flow::Flow;
 use super::newton::SquareOf;
-use super::slots::{Flow, MEMORIES, Slots};
-use super::{Audit, Latent, LatentOf, Operators, Potential, RidgeState, StepOutcome, newton};
+use super::slots::{MEMORIES, Slots};
+use super::{Audit, FrictionLaw, Latent, LatentOf, Operators, Potential, RidgeState, StepOutcome, newton};
 use crate::latent::nn::Matrix;
 use crate::real::{Real, narrow, widen};
 use nalgebra::SMatrix;
@@ -68,6 +73,8 @@ pub struct Generic<'m> {
     pub dt_s: f64,
     /// Named effects; none where the step is as it was trained.
     pub slots: Option<Slots>,
+    /// How friction depends on the rate of shear; none where it does not.
+    pub law: Option<FrictionLaw>,
 }
 
 /// The memory of the model.
@@ -133,8 +140,7 @@ impl Generic<'_> {
     /// length, r belongs to the speed in the middle of the step, which a step with r at its start predicts.
     fn relaxed<R: Real>(&self, a: &LatentOf<R>, held: &[f64; MEMORIES]) -> Closed<R> {
         let Some(slots) = &self.slots else {
-            let flow = Flow { matrix: *self.operators.difference(), pull: Latent::zeros() };
-            return self.closed_step(a, held, &flow, 0.0);
+            return self.closed_step(a, held, &Flow::plain(&self.operators), 0.0);
         };
         let dt = self.dt_s;
         let start = widen(a);
@@ -155,7 +161,7 @@ impl Generic<'_> {
         flow: &Flow,
         speed: f64,
     ) -> Closed<R> {
-        let (matrix, pull) = (narrow::<R, _, _>(&flow.matrix), narrow::<R, _, _>(&flow.pull));
+        let (mut matrix, pull) = (narrow::<R, _, _>(&flow.matrix), narrow::<R, _, _>(&flow.pull));
         let energy_start = self.potential.value(a).wide();
         let scale = a.dot(a);
         let from = self.potential.ridges(a);
@@ -166,6 +172,9 @@ impl Generic<'_> {
         while iterations < MAX_ITERATIONS {
             iterations += 1;
             gradient = self.potential.discrete_gradient(a, &from, &b, &to);
+            if let Some(law) = &self.law {
+                matrix = narrow(&flow.under(law, &self.operators, &widen(&gradient)));
+            }
             let residual = b - a - (matrix * gradient - pull) * R::of(self.dt_s);
             if residual.dot(&residual) <= R::of(R::SOLVED) * scale {
                 outcome = StepOutcome::Solved;
@@ -197,7 +206,7 @@ impl Generic<'_> {
         from: &RidgeState<R>,
         to: &RidgeState<R>,
     ) -> LatentOf<R> {
-        if turn > CHEAP_ITERATIONS || self.slots.is_some() {
+        if turn > CHEAP_ITERATIONS || self.slots.is_some() || self.law.is_some() {
             let stiffness = self.potential.stiffness(from, to);
             return newton::correction(&stiffness, flow, self.dt_s, residual);
         }

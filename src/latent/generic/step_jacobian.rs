@@ -5,12 +5,12 @@
 //! (1 - dt F S^) dx^ = (1 + dt F S~) dx~      S^ and S~: how dH changes with its second and its first end
 //! dx1/dx = dx^/dx~                           dx1/du = dt/2 (dx^/dx~ + 1) B
 //! ```
-//! by the implicit function theorem. dH is symmetric in its ends, so that S~ is S^ with the ends exchanged. Of a model
+//! by the implicit function theorem. Under a [`super::FrictionLaw`] F is the slope of (L - phi D) dH in dH. dH is symmetric in its ends, so that S~ is S^ with the ends exchanged. Of a model
 //! with named effects F is taken as it stands at the state: the change of its friction and of its memories is left out.
 
 use super::Latent;
+use super::flow::Flow;
 use super::newton::{self, Square};
-use super::slots::Flow;
 use super::step::{Generic, LatentState};
 
 /// Jacobian of [`Generic::step`].
@@ -54,7 +54,8 @@ impl Generic<'_> {
         let end = next.latent - half_kick * u;
         let (from, to) = (self.potential.ridges(&start), self.potential.ridges(&end));
         let (behind, before) = (self.potential.stiffness(&from, &to), self.potential.stiffness(&to, &from));
-        let flow = self.flow_at(&start, &state.held);
+        let gradient = self.potential.discrete_gradient(&start, &from, &end, &to);
+        let (_, flow) = self.flow_at(&start, &state.held, &gradient);
         let right = Square::identity() + flow * before * self.dt_s;
         let mut latent = Square::zeros();
         for (column, known) in latent.data.0.iter_mut().zip(right.data.0) {
@@ -66,17 +67,20 @@ impl Generic<'_> {
     /// Returns the rate F grad H(x) + B u of the latents, 1/s, and its slope F H''(x) in them.
     #[must_use]
     pub fn rate(&self, state: &LatentState, u: f64) -> (Latent, Square) {
-        let flow = self.flow_at(&state.latent, &state.held);
+        let gradient = self.potential.gradient(&state.latent);
+        let (flow, slope) = self.flow_at(&state.latent, &state.held, &gradient);
         let ridges = self.potential.ridges(&state.latent);
-        let rate = flow * self.potential.gradient(&state.latent) + self.port * u;
         // The discrete gradient moves half as much with one of its ends.
-        (rate, flow * self.potential.stiffness(&ridges, &ridges) * 2.0)
+        (flow * gradient + self.port * u, slope * self.potential.stiffness(&ridges, &ridges) * 2.0)
     }
 
-    /// F at `x`.
-    fn flow_at(&self, x: &Latent, held: &[f64; super::MEMORIES]) -> Square {
-        let Some(slots) = &self.slots else { return *self.operators.difference() };
-        let Flow { matrix, .. } = slots.flow(&self.operators, x, held, slots.rate(x).abs(), self.dt_s);
-        matrix
+    /// F at `x` under the gradient of H, and the slope of F times the gradient in the gradient.
+    fn flow_at(&self, x: &Latent, held: &[f64; super::MEMORIES], gradient: &Latent) -> (Square, Square) {
+        let flow = match &self.slots {
+            Some(slots) => slots.flow(&self.operators, x, held, slots.rate(x).abs(), self.dt_s),
+            None => Flow::plain(&self.operators),
+        };
+        let Some(law) = &self.law else { return (flow.matrix, flow.matrix) };
+        (flow.under(law, &self.operators, gradient), flow.slope_under(law, &self.operators, gradient))
     }
 }

@@ -52,6 +52,7 @@ fn quadratic(k: &Square, turn: f32, rub: f32, port: Latent) -> Generic<'static> 
         preconditioner: matrix(&Square::zeros()),
         dt_s: DT,
         slots: None,
+        law: None,
     }
 }
 
@@ -250,4 +251,45 @@ fn the_energy_counts_what_the_memories_hold() {
     }
     close(model.energy(&state), before, 1e-12);
     assert!(state.heat > 0.01 * before);
+}
+
+/// A liquid with a yield stress that starts fast and comes to rest: each step is solved, its heat is dt phi dH . D dH with phi at the
+/// mean gradient, the energy falls by just that, and the Jacobian is that of the step.
+#[test]
+fn friction_under_a_law_keeps_the_books_and_is_solved() {
+    let law = FrictionLaw::new([20.0, 0.05, 0.6, 0.4]);
+    let model = Generic { law, ..quadratic(&stiffness(), 8.0, 0.3, unit(3) * 20.0) };
+    let law = law.expect("a law");
+    let mut state =
+        LatentState { latent: Latent::from_fn(|i, _| f64::from(number(i))), ..Default::default() };
+    let (mut most, mut factors) = (0, (f64::INFINITY, 0.0_f64));
+    for n in 0..120 {
+        let start = state;
+        let audit = model.step(&mut state, 0.0);
+        assert_eq!(audit.outcome, StepOutcome::Solved, "step {n}: {audit:?}");
+        most = most.max(audit.iterations);
+        let (a, b) = (start.latent, state.latent);
+        let potential = &model.potential;
+        let gradient = potential.discrete_gradient(&a, &potential.ridges(&a), &b, &potential.ridges(&b));
+        let p = gradient.dot(&(model.operators.friction * gradient));
+        factors = (factors.0.min(law.factor(p)), factors.1.max(law.factor(p)));
+        let heat = DT * law.factor(p) * p;
+        assert!((audit.heat - heat).abs() < 1e-9 * model.energy(&start), "{} for {heat}", audit.heat);
+        if n % 30 == 0 {
+            let jacobian = model.jacobian(&start, 0.4);
+            let along = Latent::from_fn(|i, _| f64::from(number(i + 50))) * 1e-6;
+            let moved = |by: Latent| {
+                let mut end = start;
+                end.latent += by;
+                model.step(&mut end, 0.4);
+                end.latent
+            };
+            let difference = (moved(along) - moved(-along)) * 0.5;
+            assert!((difference - jacobian.latent * along).norm() < 1e-4 * along.norm(), "step {n}");
+        }
+    }
+    assert!(factors.0 < 1.0 && factors.1 > 3.0, "the law was used: {factors:?}");
+    assert!(most <= 24, "{most} iterations");
+    let mut single = LatentState { latent: unit(2) * 0.4, ..Default::default() };
+    assert_eq!(model.step_in::<f32>(&mut single, 0.0).outcome, StepOutcome::Solved);
 }
