@@ -20,6 +20,7 @@ fn options(schedule: Schedule) -> Options {
         command: String::from("cargo test"),
         checkpoints: None,
         base: Base::Scratch,
+        flow_law: None,
     }
 }
 

@@ -7,6 +7,7 @@ use super::kind::check_ending;
 use super::outputs::Force;
 use super::stop::{finish, watched_until};
 use anyhow::Context;
+use meniscus_data::liquids::{self, Liquid, Rheology};
 use meniscus_data::recording::Recording;
 use meniscus_learn::evaluate::unseen;
 use meniscus_learn::{Base, Hyperparameters, Options, Schedule, Trained, curves_png, measured_again, train};
@@ -174,6 +175,13 @@ fn hyperparameters(args: &Arguments) -> Hyperparameters {
     Hyperparameters::with_schedule(if args.quick { Schedule::QUICK } else { Schedule::FULL })
 }
 
+/// Flow law of the liquid of `recordings`, where they name one that this program knows and its viscosity depends on the rate of shear.
+fn flow_law(recordings: &[Recording]) -> Option<Rheology> {
+    let name = recordings.first()?.provenance.liquid.as_str();
+    let liquid = liquids::known().find(|known| *known == name).and_then(|known| Liquid::load(known).ok())?;
+    (!liquid.rheology.is_newtonian()).then_some(liquid.rheology)
+}
+
 /// One training from `seed` with its checkpoints in `folder`, and its figures on the test recording.
 fn once(
     args: &Arguments,
@@ -193,6 +201,7 @@ fn once(
         command: command(args, seed),
         checkpoints: Some(Checkpoints { folder: folder.into(), resume: args.resume }),
         base: Base::Scratch,
+        flow_law: flow_law(&data.training),
     };
     let mut trained = train(&data.training, &data.validation, &options, stop)
         .with_context(|| format!("checkpoints lie in {}; --resume goes on from them", folder.display()))?;

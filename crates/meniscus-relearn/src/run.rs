@@ -81,8 +81,12 @@ impl Run<'_> {
             self.folder.forget_models()?;
             let about = estimates::training(&self.plan.hyperparameters.schedule, &training);
             self.progress.begins(Stage::Train, &about);
-            let recordings =
-                Recordings { training: &training, validation: &validation, liquid: &liquid.label };
+            let recordings = Recordings {
+                training: &training,
+                validation: &validation,
+                liquid: &liquid.label,
+                rheology: liquid.liquid.rheology,
+            };
             train(self.plan, &recordings, self.base, self.folder, self.command, self.stop, self.progress)?;
             self.progress.ends(&format!("{}", self.folder.trained().display()));
         }

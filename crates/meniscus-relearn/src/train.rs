@@ -11,6 +11,7 @@ use crate::progress::Progress;
 use meniscus::blob::{FieldGroup, KnownGroups, Model};
 use meniscus::runtime::Mode;
 use meniscus_data::blob_file::{read, write};
+use meniscus_data::liquids::Rheology;
 use meniscus_data::recording::{Recording, STATE, group_range};
 use meniscus_learn::{Base, Options, Trained, curves_png};
 use meniscus_optim::progress::Checkpoints;
@@ -36,6 +37,8 @@ pub(crate) struct Recordings<'a> {
     pub(crate) validation: &'a [Recording],
     /// Liquid, as the commands of the recordings name it.
     pub(crate) liquid: &'a str,
+    /// Flow law of the liquid.
+    pub(crate) rheology: Rheology,
 }
 
 /// Whether `folder` holds a model that was trained on `liquid`. A person may have edited the liquid file since.
@@ -81,6 +84,7 @@ pub(crate) fn train(
         command: command.into(),
         checkpoints: Some(Checkpoints { folder: checkpoints.clone(), resume: true }),
         base: if plan.transfer { Base::Blob(Arc::from(base)) } else { Base::Scratch },
+        flow_law: (!recordings.rheology.is_newtonian()).then_some(recordings.rheology),
     };
     let trained = meniscus_learn::train(recordings.training, recordings.validation, &options, stop);
     if stop.load(Ordering::Relaxed) {

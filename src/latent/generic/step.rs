@@ -73,7 +73,7 @@ pub struct Generic<'m> {
     pub dt_s: f64,
     /// Named effects; none where the step is as it was trained.
     pub slots: Option<Slots>,
-    /// How friction depends on the rate of shear; none where it does not.
+    /// Dependence of friction on the rate of shear; none where it does not depend on it.
     pub law: Option<FrictionLaw>,
 }
 

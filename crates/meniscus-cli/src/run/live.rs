@@ -49,7 +49,7 @@ pub(super) struct ReadyCamera<'c> {
     pub(super) truth: Option<Truth>,
     /// The worker's end of the link to it.
     pub(super) end: WorkerEnd,
-    /// What else takes its turns, for the report.
+    /// One more sink of its turns, for the report.
     pub(super) sink: Option<&'c mut dyn TurnSink>,
 }
 

@@ -45,7 +45,7 @@ fn encoder(model: &LearntModel) -> Vec<Part> {
 
 /// The operators, the energy, the port and the preconditioner of the GENERIC step.
 pub(crate) fn operators(d: &Dynamics, preconditioner: &Square) -> Vec<Part> {
-    vec![
+    let mut parts = vec![
         triangle(Tensor::SkewLower, &d.skew, 1),
         triangle(Tensor::FrictionFactor, &d.friction, 0),
         square(Tensor::EnergyLinear, &d.linear),
@@ -54,7 +54,10 @@ pub(crate) fn operators(d: &Dynamics, preconditioner: &Square) -> Vec<Part> {
         vector(Tensor::EnergyWeight, d.weight.iter().map(|&v| v as f32).collect()),
         vector(Tensor::Port, d.port.iter().map(|&v| v as f32).collect()),
         square(Tensor::Preconditioner, preconditioner),
-    ]
+    ];
+    let numbers = d.law.map(|law| law.numbers().map(|v| v as f32).to_vec());
+    parts.extend(numbers.map(|numbers| vector(Tensor::FrictionLaw, numbers)));
+    parts
 }
 
 fn dynamics(model: &LearntModel) -> Vec<Part> {

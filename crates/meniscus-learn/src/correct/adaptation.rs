@@ -63,8 +63,9 @@ impl<'a> Adaptation<'a> {
         let Self { parts, sets, how, device, rng, weights, adam, filter_states, .. } = self;
         let parameters = &how.parameters;
         let tensors = leaves(weights, device);
-        let preconditioner = dynamics_of(&weights[DYNAMICS]).preconditioner();
-        let trainable = TrainableModel::new(&tensors, &parts.surface, &preconditioner, device);
+        let dynamics = dynamics_of(&weights[DYNAMICS]);
+        let preconditioners = dynamics.preconditioners(&dynamics.stiffness());
+        let trainable = TrainableModel::new(&tensors, &parts.surface, &preconditioners, device);
         let mut losses: Vec<Tensor<1>> = Vec::new();
         for (set, count) in [&sets.new, &sets.stretched, &sets.source].into_iter().zip(parameters.batch) {
             let starts = set.draw(count, parameters.tracked_frames, rng);

@@ -15,7 +15,7 @@ use crate::operators::reference_step::{Dynamics, Square};
 use crate::operators::unrolled::{dynamics_of, rounded, weights_of};
 use meniscus::blob::{BEFORE, Header, Model, Tensor as Name};
 use meniscus::latent::encoder::GRU_LAYERS;
-use meniscus::latent::generic::{LATENTS, Latent};
+use meniscus::latent::generic::{FrictionLaw, LATENTS, Latent};
 use meniscus_data::blob_file::{
     factors, read,
     write::{self, Part},
@@ -67,8 +67,8 @@ impl CheckpointParts {
         weights.push(row(Name::HeadBias)?);
         let numbers =
             |name: Name| part(name).map(|p| p.values.iter().map(|&v| f64::from(v)).collect::<Vec<_>>());
-        weights.extend(weights_of(&dynamics_from(&numbers, &matrix)?));
         weights.push(matrix(Name::Gain)?);
+        weights.extend(weights_of(&dynamics_from(&numbers, &matrix)?));
         let surface = SurfaceDecoder::new(&parts).ok_or(missing.clone())?;
         let residuals =
             ResidualCovariance::stated(&numbers(Name::ProcessSpread)?, &numbers(Name::SurfaceMisfit)?);
@@ -159,5 +159,7 @@ fn dynamics_from(
         bias: numbers(Name::EnergyBias)?.into(),
         weight: numbers(Name::EnergyWeight)?.into(),
         port: Latent::from_iterator(numbers(Name::Port)?),
+        // A blob without one has a friction that is linear.
+        law: numbers(Name::FrictionLaw).ok().and_then(|law| FrictionLaw::new(law.try_into().ok()?)),
     })
 }

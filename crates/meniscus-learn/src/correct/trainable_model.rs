@@ -26,15 +26,15 @@ use meniscus::latent::window::WINDOW;
 use meniscus::surface::POINTS;
 use meniscus_optim::nets::{gru_layer, linear};
 
-/// Matrices that a correction changes: four of the last GRU layer, two of the head, seven of the
-/// dynamics, the gain.
+/// Matrices that a correction changes: four of the last GRU layer, two of the head, the gain, seven of the
+/// dynamics or eight.
 pub(super) const GRU: std::ops::Range<usize> = 0..4;
 /// The head.
 pub(super) const HEAD: std::ops::Range<usize> = 4..6;
-/// The dynamics, in the order of [`crate::operators::unrolled::weights_of`].
-pub(super) const DYNAMICS: std::ops::Range<usize> = 6..13;
 /// The gain.
-pub(super) const GAIN: usize = 13;
+pub(super) const GAIN: usize = 6;
+/// The dynamics, in the order of [`crate::operators::unrolled::weights_of`].
+pub(super) const DYNAMICS: std::ops::RangeFrom<usize> = 7..;
 
 /// Measured heights, frame by frame, and what an error of each counts.
 struct Heights {
@@ -140,10 +140,10 @@ impl<'a> TrainableModel<'a> {
     pub(super) fn new(
         weights: &'a [Tensor<2>],
         surface: &SurfaceDecoder,
-        preconditioner: &Square,
+        preconditioners: &[Square],
         device: &Device,
     ) -> Self {
-        let operators = Operators::new(&weights[DYNAMICS], preconditioner, device);
+        let operators = Operators::new(&weights[DYNAMICS], preconditioners, device);
         Self { weights, decoded: SurfaceTensors::new(surface, device), frozen: operators.frozen(), operators }
     }
 

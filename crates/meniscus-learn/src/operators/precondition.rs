@@ -1,15 +1,47 @@
-//! The preconditioner of the blob: the constant matrix with which the implicit step converges best on
-//! motions of the liquid. It changes the number of iterations and no law.
+//! Preconditioners of the implicit step. That of the blob is the constant matrix with which it converges best on motions of the liquid. It
+//! changes the number of iterations and no law.
 
 use crate::data::trajectory::Path;
 use crate::operators::reference_step::{Dynamics, Square};
 use meniscus::latent::generic::Latent;
+use meniscus::units::FRAME_INTERVAL_S;
 
 /// Iterations that the run time gives it, before it takes Newton's.
 const ITERATIONS: usize = 12;
 
 /// Every so many frames of the paths are tried.
 const STRIDE: usize = 7;
+
+/// Levels of phi, each three times the one before, for which a preconditioner is at hand.
+pub(crate) const LEVELS: [f64; 4] = [0.5, 1.5, 4.5, 13.5];
+
+impl Dynamics {
+    /// P = (I - dt/2 (L - D) grad^2 H(0))^-1, or the identity where that is singular.
+    #[must_use]
+    pub(crate) fn preconditioner(&self) -> Square {
+        self.precondition(&self.stiffness())
+    }
+
+    /// P for a stiffness.
+    #[must_use]
+    pub(crate) fn precondition(&self, stiffness: &Square) -> Square {
+        self.precondition_at(stiffness, 1.0)
+    }
+
+    /// P for a stiffness, one for each of [`LEVELS`] under a friction law.
+    #[must_use]
+    pub(crate) fn preconditioners(&self, stiffness: &Square) -> Vec<Square> {
+        let levels: &[f64] = if self.law.is_some() { &LEVELS } else { &[1.0] };
+        levels.iter().map(|&level| self.precondition_at(stiffness, level)).collect()
+    }
+
+    /// P for a stiffness and friction of `factor` times D.
+    fn precondition_at(&self, stiffness: &Square, factor: f64) -> Square {
+        let flow = self.skew - self.friction * self.friction.transpose() * factor;
+        let step = Square::identity() - flow * stiffness * (0.5 * FRAME_INTERVAL_S);
+        step.try_inverse().unwrap_or_else(Square::identity)
+    }
+}
 
 /// Mean of grad^2 H over `states`, each with its weight.
 fn mean_stiffness<'a>(
@@ -24,11 +56,12 @@ fn mean_stiffness<'a>(
     (total > 0.0).then(|| sum / total)
 }
 
-/// P for the mean stiffness over `states`: good enough for training, where it is renewed as H changes.
+/// P for the mean stiffness over `states`, as [`Dynamics::preconditioners`]: good enough for training, where it is renewed as H
+/// changes.
 #[must_use]
-pub(crate) fn typical<'a>(dynamics: &Dynamics, states: impl Iterator<Item = &'a Latent>) -> Square {
+pub(crate) fn typical<'a>(dynamics: &Dynamics, states: impl Iterator<Item = &'a Latent>) -> Vec<Square> {
     let mean = mean_stiffness(dynamics, states.step_by(31).map(|x| (x, 1.0)));
-    mean.map_or_else(|| dynamics.preconditioner(), |stiffness| dynamics.precondition(&stiffness))
+    dynamics.preconditioners(&mean.unwrap_or_else(|| dynamics.stiffness()))
 }
 
 /// Mean logarithm of what the iterations of the run time leave of the turns of `paths`; below rounding

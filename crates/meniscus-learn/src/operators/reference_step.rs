@@ -1,9 +1,10 @@
 //! The exact GENERIC step in double precision: what the warm start, the filter and the reports use,
 //! and what the roll-out through burn must agree with.
 //!
-//! E(x, s) = H(x) + s, S = s, x' = (L - D) grad H + B u, with L skew and D = C C^T >= 0 constant, so
-//! that L_full grad S = 0 and M_full grad E = 0 hold for every weight.
+//! E(x, s) = H(x) + s, S = s, x' = (L - phi D) grad H + B u, with L skew, D = C C^T >= 0 constant and phi > 0 of the
+//! friction law (1 without one), so that L_full grad S = 0 and M_full grad E = 0 hold for every weight.
 
+use meniscus::latent::generic::FrictionLaw;
 pub(crate) use meniscus::latent::generic::{LATENTS, Latent};
 use meniscus::units::FRAME_INTERVAL_S;
 use nalgebra::{DMatrix, DVector, SMatrix};
@@ -31,6 +32,8 @@ pub(crate) struct Dynamics {
     pub(crate) weight: DVector<f64>,
     /// B.
     pub(crate) port: Latent,
+    /// Dependence of friction on the rate of shear; none where it does not depend on it.
+    pub(crate) law: Option<FrictionLaw>,
 }
 
 /// Result of one turn.
@@ -93,26 +96,21 @@ impl Dynamics {
             bias: self.bias.clone(),
             weight: self.weight.clone(),
             port: t * self.port,
+            law: self.law,
         })
+    }
+
+    /// L - phi D at the gradient `gradient` of H.
+    fn flow_at(&self, gradient: &Latent) -> Square {
+        let Some(law) = &self.law else { return self.flow() };
+        let rubs = self.friction.tr_mul(gradient);
+        self.skew - self.friction * self.friction.transpose() * law.factor(rubs.norm_squared())
     }
 
     /// L - D.
     #[must_use]
     pub(crate) fn flow(&self) -> Square {
         self.skew - self.friction * self.friction.transpose()
-    }
-
-    /// P = (I - dt/2 (L - D) grad^2 H(0))^-1, or the identity where that is singular.
-    #[must_use]
-    pub(crate) fn preconditioner(&self) -> Square {
-        self.precondition(&self.stiffness())
-    }
-
-    /// P for a stiffness.
-    #[must_use]
-    pub(crate) fn precondition(&self, stiffness: &Square) -> Square {
-        let step = Square::identity() - self.flow() * stiffness * (0.5 * FRAME_INTERVAL_S);
-        step.try_inverse().unwrap_or_else(Square::identity)
     }
 
     /// dH(x, y) = K^T K (x + y) / 2 + W^T [w^2 ((a + a') / (A + A') - b / B)], the mean of grad H between its ends, so
@@ -149,12 +147,13 @@ impl Dynamics {
     /// One turn of dt by Strang splitting: half the port, the closed step by Newton's method, half the port.
     #[must_use]
     pub(crate) fn turn(&self, x: &Latent, u: f64) -> Turn {
-        const ITERATIONS: usize = 20;
+        // Under a law each correction leaves a part of the last, as phi is taken as it stands.
+        const ITERATIONS: usize = 40;
         let kick = self.port * (0.5 * FRAME_INTERVAL_S * u);
-        let flow = self.flow() * FRAME_INTERVAL_S;
         let before = x + kick;
         let mut after = before;
         for _ in 0..ITERATIONS {
+            let flow = self.flow_at(&self.discrete_gradient(&before, &after)) * FRAME_INTERVAL_S;
             let slope = Square::identity() - flow * self.midway_stiffness(&before, &after);
             let change = self.correct(
                 &before,
@@ -218,7 +217,7 @@ pub(crate) mod tests {
         let (inner, bias) = (any(HIDDEN, LATENTS, 0.3), any(HIDDEN, 1, 0.3).column(0).into());
         let weight = any(HIDDEN, 1, 0.1).column(0).into();
         let port = Latent::from_fn(|_, _| 3.0 * normal(&mut rng));
-        (Dynamics { skew, friction, linear, inner, bias, weight, port }, rng)
+        (Dynamics { skew, friction, linear, inner, bias, weight, port, law: None }, rng)
     }
 
     #[test]

@@ -127,3 +127,54 @@ pub(crate) fn draw(
     };
     (0..count).map(livelier).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::networks::noise::normal;
+    use crate::operators::friction_law;
+    use crate::operators::reference_step::tests::random;
+    use meniscus::latent::generic::{FrictionLaw, Latent};
+    use meniscus_data::liquids::Rheology;
+    use meniscus_optim::progress::Session;
+    use std::sync::atomic::AtomicBool;
+
+    /// Paths of a liquid with a yield stress: operators whose friction is linear follow them less well than those under the liquid's law,
+    /// trained alike from the same start.
+    #[test]
+    fn a_law_follows_a_yielding_liquid_that_linear_friction_does_not() {
+        let liquid = Rheology { consistency: 2.0, index: 0.4, yield_stress: 8.0, largest: 100.0 };
+        let (base, mut rng) = random(21);
+        let path = |dynamics: &Dynamics, rng: &mut ChaCha8Rng| {
+            // Strong and weak motions, each of its own strength.
+            let strength = 3.0 * normal(rng).abs();
+            let u: Vec<f64> =
+                (0..150).map(|n| strength * normal(rng) * f64::from(u8::from(n < 90))).collect();
+            let turns = dynamics.turns(Latent::zeros(), &u);
+            let x: Vec<Latent> = turns.iter().map(|turn| turn.x).collect();
+            let energy = x.iter().map(|x| dynamics.energy(x)).collect();
+            let heat = turns.iter().scan(0.0, |sum, turn| {
+                *sum += turn.heat;
+                Some(*sum)
+            });
+            Path { heat: heat.collect(), x, u, energy }
+        };
+        let plain: Vec<Path> = (0..4).map(|_| path(&base, &mut rng)).collect();
+        let law = friction_law::first(&base, &liquid, &plain).expect("no Newtonian liquid");
+        let truth = Dynamics { law: Some(law), ..base.clone() };
+        let [training, validation] =
+            [8, 4].map(|n| (0..n).map(|_| path(&truth, &mut rng)).collect::<Vec<_>>());
+        let data = TrainingSplit { training: training.as_slice(), validation: validation.as_slice() };
+        let stop = AtomicBool::new(false);
+        let session = Session::new(true, &stop);
+        let parameters = RolloutParameters { batch: 32, horizons: [8, 12, 16], ..Default::default() };
+        // Half of the friction, and a law that starts a factor of three beside.
+        let start = Dynamics { friction: base.friction * 0.7, ..base };
+        let [linear, under] = [None, Some(FrictionLaw { typical: 3.0 * law.typical, ..law })].map(|law| {
+            let run = StageRun { steps: 90, seed: 5, session: &session };
+            train(&Dynamics { law, ..start.clone() }, &data, &Square::identity(), &parameters, run).1
+        });
+        println!("error of roll-outs: {linear:.3} with linear friction, {under:.3} under the law");
+        assert!(under < 0.5 * linear, "{under} for {linear}");
+    }
+}

@@ -4,7 +4,12 @@
 //! A fixed number of corrections from a first guess is another step than the one that runs wherever they do not
 //! suffice. At the solution b* of b = b - P miss(b; w), one more correction has the derivative -P dmiss/dw, and k of
 //! them have sum_(j<k) (1 - P J)^j of it, which goes to the implicit derivative J^-1 dmiss/dw as k grows.
+//!
+//! Under a friction law P depends on phi, which every state has of its own: it is interpolated between those of
+//! [`crate::operators::precondition::LEVELS`], on a logarithmic scale.
 
+use crate::operators::friction_law;
+use crate::operators::law_tensors::{LawTensors, nearness};
 use crate::operators::reference_step::{Dynamics, Square};
 use burn::tensor::{Device, Tensor};
 use meniscus::latent::generic::{LATENTS, Latent};
@@ -28,6 +33,8 @@ const RATE: f64 = 30.0;
 #[derive(Clone)]
 pub(crate) struct Operators {
     flow_t: Tensor<2>,
+    /// Friction under a law; `flow_t` is without friction then.
+    law: Option<LawTensors>,
     linear_t: Tensor<2>,
     stiff: Tensor<2>,
     inner: Tensor<2>,
@@ -37,17 +44,18 @@ pub(crate) struct Operators {
     /// p(b).
     bent_bias: Tensor<2>,
     port: Tensor<2>,
-    preconditioner_t: Tensor<2>,
+    /// P, one for each level of phi under a law.
+    preconditioners_t: Vec<Tensor<2>>,
 }
 
-/// L, C, K, W, b, w, B as the optimiser sees them.
+/// L, C, K, W, b, w, B as the optimiser sees them, and the numbers of the friction law where there is one.
 pub(crate) fn weights_of(dynamics: &Dynamics) -> Vec<Matrix> {
     let square = |m: &Square| Matrix::from_f64(&DMatrix::from_iterator(LATENTS, LATENTS, m.iter().copied()));
     let row = |values: &mut dyn Iterator<Item = f64>| {
         let values: Vec<f32> = values.map(|v| v as f32).collect();
         Matrix::new(1, values.len(), values)
     };
-    vec![
+    let mut weights = vec![
         square(&(dynamics.skew.lower_triangle() / RATE)),
         square(&(dynamics.friction / RATE.sqrt())),
         square(&dynamics.linear),
@@ -55,14 +63,16 @@ pub(crate) fn weights_of(dynamics: &Dynamics) -> Vec<Matrix> {
         row(&mut dynamics.bias.iter().copied()),
         row(&mut dynamics.weight.iter().copied()),
         row(&mut dynamics.port.iter().map(|b| b / RATE)),
-    ]
+    ];
+    weights.extend(dynamics.law.map(|law| row(&mut friction_law::free(&law).into_iter())));
+    weights
 }
 
 /// The way back from [`weights_of`].
 pub(crate) fn dynamics_of(weights: &[Matrix]) -> Dynamics {
     let square = |m: &Matrix| Square::from_row_iterator(m.values.iter().map(|&v| f64::from(v)));
-    let [skew, friction, linear, inner, bias, weight, port] = weights else {
-        unreachable!("the dynamics have seven matrices")
+    let [skew, friction, linear, inner, bias, weight, port, law @ ..] = weights else {
+        unreachable!("the dynamics have seven matrices or eight")
     };
     let mut lower = square(skew).lower_triangle() * RATE;
     lower.fill_diagonal(0.0);
@@ -74,12 +84,13 @@ pub(crate) fn dynamics_of(weights: &[Matrix]) -> Dynamics {
         bias: bias.to_f64().row(0).transpose(),
         weight: weight.to_f64().row(0).transpose(),
         port: Latent::from_iterator(port.values.iter().map(|&v| RATE * f64::from(v))),
+        law: law.first().and_then(|law| friction_law::of_free(&law.values)),
     }
 }
 
 impl Operators {
-    /// From the tensors of [`weights_of`]; the preconditioner is a constant, as in the blob.
-    pub(crate) fn new(tensors: &[Tensor<2>], preconditioner: &Square, device: &Device) -> Self {
+    /// From the tensors of [`weights_of`]; the preconditioners are constants ([`Dynamics::preconditioners`]).
+    pub(crate) fn new(tensors: &[Tensor<2>], preconditioners: &[Square], device: &Device) -> Self {
         let mask = |keep: fn(usize, usize) -> bool| {
             let values =
                 (0..LATENTS * LATENTS).map(|k| if keep(k / LATENTS, k % LATENTS) { 1.0 } else { 0.0 });
@@ -87,11 +98,18 @@ impl Operators {
         };
         let lower = tensors[0].clone() * mask(|i, j| i > j);
         let c = tensors[1].clone() * mask(|i, j| i >= j);
-        let flow = lower.clone() - lower.transpose() - c.clone().matmul(c.transpose());
+        let (skew, friction) = (lower.clone() - lower.transpose(), c.clone().matmul(c.transpose()));
+        let step = (RATE * FRAME_INTERVAL_S) as f32;
+        let law = tensors.get(7).map(|numbers| LawTensors::new(numbers, friction.clone() * step));
+        let flow = if law.is_some() { skew } else { skew - friction };
         let (linear, bias) = (tensors[2].clone(), tensors[4].clone());
-        let p: Vec<f32> = preconditioner.iter().map(|&v| v as f32).collect();
+        let preconditioner = |p: &Square| {
+            // Column-major numbers read row by row are the transpose.
+            Matrix::new(LATENTS, LATENTS, p.iter().map(|&v| v as f32).collect()).tensor(device)
+        };
         Self {
-            flow_t: flow.transpose() * (RATE * FRAME_INTERVAL_S) as f32,
+            flow_t: flow.transpose() * step,
+            law,
             linear_t: linear.clone().transpose(),
             stiff: linear.clone().transpose().matmul(linear),
             inner: tensors[3].clone(),
@@ -99,8 +117,7 @@ impl Operators {
             bias,
             weight: tensors[5].clone().square(),
             port: tensors[6].clone() * (0.5 * RATE * FRAME_INTERVAL_S) as f32,
-            // Column-major numbers read row by row are the transpose.
-            preconditioner_t: Matrix::new(LATENTS, LATENTS, p).tensor(device),
+            preconditioners_t: preconditioners.iter().map(preconditioner).collect(),
         }
     }
 
@@ -133,6 +150,7 @@ impl Operators {
         let bare = |tensor: &Tensor<2>| tensor.clone().inner();
         Self {
             flow_t: bare(&self.flow_t),
+            law: self.law.as_ref().map(LawTensors::frozen),
             linear_t: bare(&self.linear_t),
             stiff: bare(&self.stiff),
             inner: bare(&self.inner),
@@ -140,14 +158,23 @@ impl Operators {
             bent_bias: bare(&self.bent_bias),
             weight: bare(&self.weight),
             port: bare(&self.port),
-            preconditioner_t: bare(&self.preconditioner_t),
+            preconditioners_t: self.preconditioners_t.iter().map(bare).collect(),
         }
     }
 
-    /// Correction that the closed step subtracts from `b`, P (b - a - dt (L - D) dH(a, b)).
+    /// Correction that the closed step subtracts from `b`, P (b - a - dt (L - phi D) dH(a, b)).
     fn correction(&self, a: &Tensor<2>, from: &[Tensor<2>; 2], b: &Tensor<2>) -> Tensor<2> {
         let gradient = self.discrete_gradient(a, from, b);
-        (b.clone() - a.clone() - gradient.matmul(self.flow_t.clone())).matmul(self.preconditioner_t.clone())
+        let miss = b.clone() - a.clone() - gradient.clone().matmul(self.flow_t.clone());
+        let Some(law) = &self.law else { return miss.matmul(self.preconditioners_t[0].clone()) };
+        let rubs = gradient.clone().matmul(law.friction.clone());
+        let factor = law.factor(rubs.clone(), gradient);
+        let miss = miss + rubs * factor.clone();
+        // P has no part in the solution, and so none in its derivative.
+        let nearness = nearness(factor.detach());
+        let parts = self.preconditioners_t.iter().zip(nearness);
+        let parts = parts.map(|(p, near)| miss.clone().matmul(p.clone()) * near);
+        parts.reduce(|sum, part| sum + part).unwrap_or(miss)
     }
 
     /// The end of the closed step of every row of `a`, for operators without a graph.
@@ -194,14 +221,31 @@ mod tests {
     use super::*;
     use crate::networks::noise::normal;
     use crate::operators::reference_step::tests::random;
+    use meniscus::latent::generic::FrictionLaw;
     use meniscus_optim::weights::{constants, numbers};
 
     /// The unrolled step in single precision is the exact step, and keeps the books of energy.
     #[test]
     fn unrolled_turn_agrees_with_the_exact_one() {
+        agrees_with_the_exact_one(None);
+    }
+
+    /// The same where friction depends on the rate of shear.
+    #[test]
+    fn unrolled_turn_agrees_with_the_exact_one_under_a_law() {
+        let law = FrictionLaw::new([20.0, 0.2, 0.5, 0.4]).expect("a law");
+        agrees_with_the_exact_one(Some(law));
+        let back = dynamics_of(&weights_of(&Dynamics { law: Some(law), ..random(11).0 })).law.expect("a law");
+        for (back, due) in back.numbers().into_iter().zip(law.numbers()) {
+            assert!((back / due - 1.0).abs() < 1e-6, "{back} for {due}");
+        }
+    }
+
+    fn agrees_with_the_exact_one(law: Option<FrictionLaw>) {
         let (dynamics, mut rng) = random(11);
+        let dynamics = Dynamics { law, ..dynamics };
         let device = Device::flex();
-        let p = dynamics.preconditioner();
+        let p = dynamics.preconditioners(&dynamics.stiffness());
         let operators = Operators::new(&constants(&weights_of(&dynamics), &device), &p, &device);
         for _ in 0..10 {
             let x = Latent::from_fn(|_, _| 0.7 * normal(&mut rng));

@@ -136,6 +136,7 @@ pub(crate) fn start(
         bias: Matrix::uniform(HIDDEN, 1, bound, rng).to_f64().column(0).into(),
         weight: Matrix::uniform(HIDDEN, 1, 0.1, rng).to_f64().column(0).into(),
         port,
+        law: None,
     })
 }
 

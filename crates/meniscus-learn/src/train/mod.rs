@@ -9,6 +9,7 @@ use crate::hyperparameters::Hyperparameters;
 use crate::networks::base::Base;
 use crate::stage::{Stage, StageRecord};
 use meniscus_data::blob_file::read;
+use meniscus_data::liquids::Rheology;
 use meniscus_data::recording::Recording;
 use meniscus_optim::progress::{Checkpoints, Curve};
 use meniscus_platform::files::AlignedBytes;
@@ -36,6 +37,8 @@ pub struct Options {
     pub checkpoints: Option<Checkpoints>,
     /// Weights that the networks start from.
     pub base: Base,
+    /// Flow law of the liquid, whose friction the step takes over; `None` where friction is taken as linear.
+    pub flow_law: Option<Rheology>,
 }
 
 /// Trained blob with its figures.
@@ -140,6 +143,7 @@ mod tests {
             command: String::new(),
             checkpoints: None,
             base: Base::Scratch,
+            flow_law: None,
         };
         let all = stages(&options);
         let names: BTreeSet<String> = all.iter().map(|stage| stage.label(options.seed)).collect();

@@ -16,7 +16,7 @@ use crate::networks::noise::Noise;
 use crate::operators::linear::Linear;
 use crate::operators::open_loop::validate;
 use crate::operators::reference_step::{Dynamics, Square};
-use crate::operators::{filter, precondition, rollout, unrolled, warm};
+use crate::operators::{filter, friction_law, precondition, rollout, unrolled, warm};
 use crate::stage::{Stage, StageRun, TrainingSplit};
 use meniscus_data::blob_file::write::Part;
 use meniscus_data::recording::Recording;
@@ -158,6 +158,10 @@ impl<'a> Pipeline<'a> {
         let encoded = |sequences| EncodedRecordings::new(sequences, &autoencoder, &frame);
         let (training, validation) = (encoded(training.sequences), encoded(validation));
         let heat = Heat::fit(self.training, &training, &parameters.heat);
+        let start = match &self.options.flow_law {
+            Some(liquid) => friction_law::under_law(start, liquid, &training.paths, &metric),
+            None => start,
+        };
         let start_error = validate(|x, u| start.roll_out(x, u), &validation.paths, &metric);
         Ok(LatentRecordings {
             frame,
@@ -200,6 +204,7 @@ impl<'a> Pipeline<'a> {
             let best = best.map_or_else(|| start.clone(), |(dynamics, _)| dynamics);
             (encoder.join().expect("the encoder's thread ends"), best)
         });
+        let dynamics = friction_law::at_mean_rate(&dynamics, &training.paths);
         (encoder, unrolled::rounded(&dynamics))
     }
 
