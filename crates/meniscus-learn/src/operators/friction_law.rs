@@ -88,7 +88,7 @@ pub(crate) fn at_mean_rate(dynamics: &Dynamics, paths: &[Path]) -> Dynamics {
     }
     let mean = sum / weight;
     let stress = |c: f64| (1.0 - law.yield_share) * c.powf(law.index - 1.0) + law.yield_share / c;
-    // K is monotone in c: it falls where the liquid thins or yields, and rises where it thickens.
+    // K falls with c where the liquid thins or yields, and rises where it thickens. The motion is the same for any c.
     let (mut low, mut high) = (-LARGEST_LN, LARGEST_LN);
     let falls = stress(high.exp()) < stress(low.exp());
     for _ in 0..HALVINGS {
@@ -96,7 +96,8 @@ pub(crate) fn at_mean_rate(dynamics: &Dynamics, paths: &[Path]) -> Dynamics {
         let beyond = (stress(middle.exp()) > mean) == falls;
         if beyond { low = middle } else { high = middle }
     }
-    let c = (0.5 * (low + high)).exp();
+    // The floor stays one that is searched.
+    let c = (0.5 * (low + high)).exp().min(law.floor / (1.01 * LEAST_FLOOR));
     let k = stress(c);
     let changed =
         FrictionLaw::new([k * c * c * law.typical, law.floor / c, law.yield_share / (c * k), law.index]);
