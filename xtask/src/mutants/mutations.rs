@@ -164,7 +164,7 @@ pub(super) const MUTATIONS: [Mutation; 22] = [
         tests: Tests::Unit,
     },
     Mutation {
-        file: "src/blob/load.rs",
+        file: "src/blob/store.rs",
         old: "if skew || negative {",
         new: "if negative {",
         mistake: "an asymmetric covariance is accepted",

@@ -17,11 +17,14 @@ use std::path::Path;
 const FUZZ_TIMES: &str = "50";
 
 /// Files of the core that mutation testing alters.
-const MUTATED: [&str; 10] = [
+const MUTATED: [&str; 13] = [
+    "blob/assemble",
     "blob/load",
+    "blob/store",
     "filter/covariance",
     "filter/kalman",
     "filter/measurements",
+    "latent/generic/friction_law",
     "latent/generic/step",
     "surface/depth",
     "surface/extract",
