@@ -116,8 +116,8 @@ fn the_main_job_meets_its_targets_on_a_recording_never_seen() {
     assert_eq!(picture, (1500, 1000));
 }
 
-/// A flat surface, the last frame, the linear model with the true motion and the model of another liquid miss every target of an error: a
-/// target that one of them met would say nothing about the estimate.
+/// The model of another liquid misses every target of an error but that of e, which it does not know. A flat surface, the last frame and the
+/// linear model with the true motion miss those that are relative to the slosh. A target that one of them met would say nothing.
 #[test]
 fn trivial_estimates_and_the_model_of_another_liquid_miss_the_targets_of_the_errors() {
     let folder = folder("trivial");

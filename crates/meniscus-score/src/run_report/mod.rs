@@ -16,8 +16,8 @@ use meniscus_service::live::Log;
 use meniscus_service::run::statistics::TurnTimes;
 use serde_json::{Value, json};
 
-/// Targets, each of which a flat surface, the last frame, the linear model with the true motion and the model of another liquid miss
-/// (`tests/command.rs`).
+/// Targets that trivial estimates miss. `tests/command.rs` compares those of the surface and of its forecast, relative to the slosh, with a flat
+/// surface, the last frame and the linear model, and all but that of e with the model of another liquid. A field at rest scores 1.
 mod target {
     /// |z - estimate| / |z - z_rest|.
     #[cfg(feature = "pictures")]
