@@ -10,6 +10,7 @@ mod instructions;
 mod motion;
 mod motion_faults;
 mod motion_run;
+mod motion_stream;
 mod namespace;
 #[path = "../support/optional.rs"]
 mod optional;

@@ -9,8 +9,8 @@ use std::io::{BufRead, BufReader};
 use std::os::unix::net::UnixStream;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command};
-use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, OnceLock};
 use std::time::{Duration, Instant};
 
 /// Camera time of frame 0 of the simulated camera, us.
@@ -23,8 +23,10 @@ const PATIENCE: Duration = Duration::from_secs(60);
 pub(super) struct MotionRun {
     child: Child,
     folder: PathBuf,
-    /// Frame 0 on the host's clock, ns since 1970; the largest number before the first packet.
-    begun_ns: Arc<AtomicU64>,
+    /// Frame 0 on the host's clock by the newest packet, ns since 1970; the largest number before the first packet.
+    newest_ns: Arc<AtomicU64>,
+    /// The same when the stream was made.
+    begun_ns: OnceLock<u64>,
 }
 
 /// The end of a run.
@@ -32,6 +34,9 @@ pub(super) struct Report {
     pub(super) motion: Value,
     pub(super) said: String,
     pub(super) estimates: EstimateRecording,
+    deadlines: Value,
+    /// Change of the map between the clocks behind the beginning of the stream.
+    pub(super) map_moved: Duration,
 }
 
 impl MotionRun {
@@ -52,14 +57,15 @@ impl MotionRun {
             .stderr(file("said"))
             .spawn()
             .expect("it starts");
-        Self { child, folder, begun_ns: Arc::new(AtomicU64::new(u64::MAX)) }
+        Self { child, folder, newest_ns: Arc::new(AtomicU64::new(u64::MAX)), begun_ns: OnceLock::new() }
     }
 
     fn text(&self, name: &str) -> String {
         std::fs::read_to_string(self.folder.join(name)).expect("it is text")
     }
 
-    /// Waits for its first packet. Its beginning is taken from all of them: a frame arrives late at times, and never early.
+    /// Waits for its first packet. Each packet states the run's map between the clocks: a frame that comes earlier than all before it
+    /// moves the map.
     pub(super) fn begin(&mut self) {
         let (begun, socket) = (Instant::now(), self.folder.join("socket"));
         while !socket.exists() {
@@ -68,27 +74,27 @@ impl MotionRun {
         }
         let stream = UnixStream::connect(socket).expect("connected");
         stream.set_read_timeout(Some(PATIENCE)).expect("a timeout");
-        let (mut reader, earliest) = (BufReader::new(stream), Arc::clone(&self.begun_ns));
+        let (mut reader, newest_ns) = (BufReader::new(stream), Arc::clone(&self.newest_ns));
         std::thread::spawn(move || {
             let mut stuffed = Vec::new();
             while reader.read_until(0, &mut stuffed).is_ok_and(|length| length > 0) {
                 let packet = Packet::read(&unstuffed(&stuffed)).ok();
                 let host = packet.and_then(|packet| Some((packet.time.0, packet.host?.unix_ns)));
                 if let Some((camera_us, unix_ns)) = host {
-                    earliest.fetch_min(unix_ns - 1000 * (camera_us - FRAME_0_US), Ordering::Relaxed);
+                    newest_ns.store(unix_ns - 1000 * (camera_us - FRAME_0_US), Ordering::Relaxed);
                 }
                 stuffed.clear();
             }
         });
-        while self.begun_ns() == u64::MAX {
+        while self.newest_ns.load(Ordering::Relaxed) == u64::MAX {
             assert!(begun.elapsed() < PATIENCE, "it has a first packet: {}", self.text("said"));
             std::thread::sleep(Duration::from_millis(5));
         }
     }
 
-    /// Returns the time of frame 0 on the host's clock, ns since 1970.
+    /// Returns the time of frame 0 on the host's clock, ns since 1970, by the run's map at the first call.
     pub(super) fn begun_ns(&self) -> u64 {
-        self.begun_ns.load(Ordering::Relaxed)
+        *self.begun_ns.get_or_init(|| self.newest_ns.load(Ordering::Relaxed))
     }
 
     /// Asks it to end.
@@ -106,7 +112,15 @@ impl MotionRun {
             serde_json::from_str(&self.text("report")).unwrap_or_else(|error| panic!("{error}: {said}"));
         let estimates =
             EstimateRecording::load(&self.folder.join("estimates.safetensors")).expect("estimates");
-        Report { motion: report["motion"].clone(), said, estimates }
+        let map_moved =
+            Duration::from_nanos(self.begun_ns().abs_diff(self.newest_ns.load(Ordering::Relaxed)));
+        Report {
+            motion: report["motion"].clone(),
+            said,
+            estimates,
+            deadlines: report["deadlines"].clone(),
+            map_moved,
+        }
     }
 }
 
@@ -119,6 +133,12 @@ impl Drop for MotionRun {
 }
 
 impl Report {
+    /// Returns the share of frames whose turn ended behind its deadline.
+    pub(super) fn late_share(&self) -> f64 {
+        let of = |name: &str| self.deadlines[name].as_f64().unwrap_or_else(|| panic!("no {name}"));
+        of("late") / of("taken")
+    }
+
     /// Returns a counter of the stamped samples.
     pub(super) fn count(&self, name: &str) -> u64 {
         self.motion["stamped"][name].as_u64().unwrap_or_else(|| panic!("no {name} in {}", self.motion))

@@ -2,7 +2,8 @@
 
 usage: motion_peer.py
 
-A line of JSON from standard input is a list of events, in the order of their instants. The answer is a line when all are sent.
+A line of JSON from standard input is a list of events, in the order of their instants. The answer is a line when all are sent, with
+the greatest delay behind an instant. All messages are built before the first is sent.
 An event has: kind (a key of KINDS), domain and topic, or an address; publisher (0 without), due_ns (when it is sent), stamp_ns, x
 (m along the line), v, a, and for faults: quaternion, frames. A number that is null is not a number. One with `announce` only makes
 the publisher, and one with `await` waits until somebody reads it.
@@ -17,6 +18,7 @@ import socket
 import struct
 import sys
 import time
+from functools import partial
 
 import numpy
 import rclpy
@@ -189,8 +191,8 @@ class Sender:
             self.publishers[key] = self.nodes[domain].create_publisher(kind, event["topic"], qos)
         return self.publishers[key]
 
-    def frame(self, event) -> None:
-        """Sends a binary frame: position, and velocity and acceleration where the event says so."""
+    def frame(self, event) -> bytes:
+        """Returns a binary frame: position, and velocity and acceleration where the event says so."""
         stated = event["states"]
         flags = 1 | (2 if "v" in stated else 0) | (4 if "a" in stated else 0)
         vectors = [LINE * number(event, "x") if "x" in stated else LINE * 0.0]
@@ -199,25 +201,31 @@ class Sender:
         sequence = self.sequence.get(address, 0)
         self.sequence[address] = sequence + 1
         data = struct.pack("<4sBBHIQ", b"MNSM", 1, flags, 0, sequence, event["stamp_ns"])
-        data += b"".join(struct.pack("<3d", *vector) for vector in vectors)
-        host, port = address.rsplit(":", 1)
-        self.socket.sendto(data, (host, int(port)))
+        return data + b"".join(struct.pack("<3d", *vector) for vector in vectors)
 
-    def send(self, event) -> None:
-        """Sends an event at its time."""
-        if event.get("announce"):
-            self.publisher(event)
-            return
-        if event.get("await"):
-            end = time.monotonic() + PATIENCE
-            while self.publisher(event).get_subscription_count() == 0 and time.monotonic() < end:
-                time.sleep(0.01)
-            return
-        time.sleep(max(0.0, 1e-9 * (event["due_ns"] - time.time_ns())))
+    def built(self, event):
+        """Returns what sends the message of an event: a function without arguments."""
         if event["kind"] == "udp":
-            self.frame(event)
-        else:
-            self.publisher(event).publish(KINDS[event["kind"]][1](event))
+            host, port = event["address"].rsplit(":", 1)
+            return partial(self.socket.sendto, self.frame(event), (host, int(port)))
+        return partial(self.publisher(event).publish, KINDS[event["kind"]][1](event))
+
+    def prepare(self, event) -> None:
+        """Makes the publisher of an event, and waits for its reader where the event says so."""
+        publisher = self.publisher(event)
+        end = time.monotonic() + (PATIENCE if event.get("await") else 0.0)
+        while publisher.get_subscription_count() == 0 and time.monotonic() < end:
+            time.sleep(0.01)
+
+    def play(self, events) -> float:
+        """Sends the messages of events at their instants. Returns the greatest delay, s; an event without an instant has none."""
+        late_s = 0.0
+        for event, send in [(event, self.built(event)) for event in events]:
+            time.sleep(max(0.0, 1e-9 * (event["due_ns"] - time.time_ns())))
+            send()
+            if event["due_ns"]:
+                late_s = max(late_s, 1e-9 * (time.time_ns() - event["due_ns"]))
+        return late_s
 
 
 def main() -> None:
@@ -226,9 +234,11 @@ def main() -> None:
     print(json.dumps({"ready": True}), flush=True)
     for line in sys.stdin:
         events = json.loads(line)
-        for event in events:
-            sender.send(event)
-        print(json.dumps({"sent": len(events)}), flush=True)
+        to_prepare = [event for event in events if "announce" in event or "await" in event]
+        for event in to_prepare:
+            sender.prepare(event)
+        late_s = sender.play(events) if not to_prepare else 0.0
+        print(json.dumps({"sent": len(events), "late_s": late_s}), flush=True)
 
 
 if __name__ == "__main__":
