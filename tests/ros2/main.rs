@@ -25,27 +25,26 @@ use peers::Peer;
 use run::{Ended, Run, now_us};
 use std::time::{Duration, Instant};
 
-/// Bound on the 99 % quantile of the time from the end of a turn to a peer's callback, ms: four times what two cores give that
-/// do nothing else (2.3, with real-time priority). With other work on them it was 4 to 8.
-const LATENCY_MS: f64 = 10.0;
+/// Bound on the 99 % quantile of the time from the end of a turn to a peer's callback, ms: an estimate has arrived before the next
+/// frame is taken. Two cores that do nothing else gave 2.3 (with real-time priority), such with a third of their speed 8 to 13.
+const LATENCY_MS: f64 = 16.67;
 
-/// Processes that run or wait for each processor before the scene, above which its times say nothing about the node.
+/// Processes that run or wait for each processor above which a scene waits for the machine to become quiet.
 const LOAD_MOST: f64 = 2.0;
 
-/// Time that a scene waits for the machine to become quiet: what ran before it is out of the mean by then.
+/// Time that it waits: what ran before it is out of the mean by then.
 const QUIET_WITHIN: Duration = Duration::from_secs(120);
 
-/// Returns the processes that ran or waited for each processor in the last minute, once they are few enough for a verdict on
-/// times, or have not become so in [`QUIET_WITHIN`].
-fn load() -> f64 {
+/// Waits until few processes have run or waited for each processor in the last minute, or for [`QUIET_WITHIN`].
+fn wait_until_quiet() {
     let begun = Instant::now();
-    loop {
+    let processors = std::thread::available_parallelism().map_or(1.0, |count| count.get() as f64);
+    let is_busy = || {
         let text = std::fs::read_to_string("/proc/loadavg").expect("the load");
         let load: f64 = text.split_whitespace().next().and_then(|load| load.parse().ok()).expect("a number");
-        let load = load / std::thread::available_parallelism().map_or(1.0, |count| count.get() as f64);
-        if load <= LOAD_MOST || begun.elapsed() > QUIET_WITHIN {
-            return load;
-        }
+        load > LOAD_MOST * processors
+    };
+    while is_busy() && begun.elapsed() < QUIET_WITHIN {
         std::thread::sleep(Duration::from_secs(1));
     }
 }
@@ -85,7 +84,7 @@ fn faults_of_a_motion_are_named_and_counted_and_the_turns_go_on() {
 #[ignore = "a scene, run in a namespace by a test"]
 fn scene_of_topics_and_parameters() {
     namespace::set_up();
-    let load = load();
+    wait_until_quiet();
     let run = Run::start("topics", &[]);
     let mut rclpy = Peer::start("rclpy_peer.py", &["listen", "30"]);
     let mut cyclone = Peer::start("cyclone_peer.py", &["listen", "30"]);
@@ -123,11 +122,7 @@ fn scene_of_topics_and_parameters() {
     let turns = counts.first().map_or(0, |(_, count)| count.published);
     assert!(turns >= WINDOW - 30, "the node leaves out {} turns of {WINDOW}", WINDOW - turns);
     let mut bounded = latencies.iter().filter(|(topic, _)| *topic != WAITING);
-    if load > LOAD_MOST {
-        println!("no verdict on times: {load:.1} processes waited for each processor before the scene");
-    } else {
-        assert!(bounded.all(|(_, latency)| latency.p99 <= LATENCY_MS), "{latencies:?}");
-    }
+    assert!(bounded.all(|(_, latency)| latency.p99 <= LATENCY_MS), "{latencies:?}");
     arrivals::check_content(&rclpy, &cyclone);
     let [tracers, turns] = arrivals.behind(&rclpy, set_ns + 300_000_000);
     assert!(
