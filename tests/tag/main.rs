@@ -7,4 +7,3 @@ mod print;
 #[path = "../support/program.rs"]
 mod program;
 mod run;
-mod times;

@@ -22,6 +22,7 @@ pub(super) struct Mutation {
 }
 
 const STEP: &str = "src/latent/generic/step.rs";
+const FLOW: &str = "src/latent/generic/flow.rs";
 const ASSEMBLER: &str = "src/usb/uvc/assembler.rs";
 const KALMAN: &str = "src/filter/kalman.rs";
 const UPDATES: &str = "src/filter/measurements.rs";
@@ -29,7 +30,7 @@ const EXTRACT: &str = "src/surface/extract.rs";
 const DEPTH: &str = "src/surface/depth.rs";
 
 /// The sample.
-pub(super) const MUTATIONS: [Mutation; 22] = [
+pub(super) const MUTATIONS: [Mutation; 24] = [
     Mutation {
         file: STEP,
         old: "if energy <= most {",
@@ -49,6 +50,20 @@ pub(super) const MUTATIONS: [Mutation; 22] = [
         old: "speed = 0.5 * (speed + slots.rate(&widen(&trial.end)).abs());",
         new: "let _ = trial;",
         mistake: "a contact line slides by the speed at the start of the step",
+        tests: Tests::Unit,
+    },
+    Mutation {
+        file: FLOW,
+        old: "(law.factor(p) - 1.0)",
+        new: "(0.9 * (law.factor(p) - 1.0))",
+        mistake: "a liquid thins by a tenth too little",
+        tests: Tests::Unit,
+    },
+    Mutation {
+        file: FLOW,
+        old: "self.under(law, operators, gradient) - thins",
+        new: "{ let _ = thins; self.under(law, operators, gradient) }",
+        mistake: "the slope of a step's equations leaves out that friction thins",
         tests: Tests::Unit,
     },
     Mutation {

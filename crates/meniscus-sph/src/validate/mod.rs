@@ -18,7 +18,8 @@
 //! 0.3 m/s; `energy_closure_breaking` is water under `strokes:7` for 2.5 s, whose waves break and spill; `spill_volume_error` and
 //! `energy_closure_spills` are water in a glass filled to a centimetre below its rim, from 0.5 m/s;
 //! `cpu_s_per_s_yield_stress` is a liquid of 3 Pa and 0.2 Pa s, whose speed at the longest step and at an eighth of it differs by
-//! `thick_step_error` of the first; `small_tilt_error` is the slope at rest of a glass inclined by 0.02,
+//! `thick_step_error` of the first; `two_core_speedup` is the first case on one thread over that on two,
+//! `two_core_bound` twice that on one over two of them side by side, which is the most that a second thread can gain; `small_tilt_error` is the slope at rest of a glass inclined by 0.02,
 //! `wall_tilt_error` that of the contact line at 0.1, `wall_amplitude_error` the height of the first mode there;
 //! `mode2_frequency_error` follows a stroke of the glass at the standard spacing, which has eight particles to that wave,
 //! `mode2_frequency_error_fine` at the fine one; `mode1_error_cone` and `mode1_error_wine_glass` are against Ritz's method in such a
@@ -49,6 +50,7 @@ mod report;
 mod rest_noise;
 mod ring_down;
 mod second_mode;
+mod speedup;
 mod spills;
 mod theory;
 mod thick;
@@ -106,9 +108,9 @@ pub fn work(quick: bool) -> f64 {
 }
 
 /// Processor time of each case in order, roughly, s.
-const WORK: [f64; 34] = [
+const WORK: [f64; 35] = [
     10.0, 9.0, 9.0, 15.0, 60.0, 10.0, 8.0, 10.0, 40.0, 12.0, 60.0, 12.0, 10.0, 5.0, 7.0, 60.0, 12.0, 15.0,
-    5.0, 28.0, 30.0, 10.0, 30.0, 30.0, 10.0, 15.0, 15.0, 15.0, 30.0, 12.0, 12.0, 6.0, 15.0, 15.0,
+    5.0, 12.0, 28.0, 30.0, 10.0, 30.0, 30.0, 10.0, 15.0, 15.0, 15.0, 30.0, 12.0, 12.0, 6.0, 15.0, 15.0,
 ];
 
 /// Number of quick cases.
@@ -198,6 +200,7 @@ fn slow_rows<W: FnMut(f64, &str)>(progress: &mut Progress<W>, out: &mut Outcome)
     let wine =
         progress.case("wine glass", |w| glasses::shaped(glasses::wine_glass()?, STANDARD_M, 1.0, w))?;
     let same = progress.case("threads", |_| determinism::same_bits(COARSE_M))?;
+    let speedup = progress.case("second thread", |w| speedup::speedup(STANDARD_M, 0.3, w))?;
     let stopped = progress.case("yield stress", |w| arrest::arrest(COARSE_M, 1.0, w))?;
     let hz = Mode::second(GLASS).hz();
     let off = |second: Option<Fit>| second.map_or(f64::NAN, |fit| 100.0 * (fit.tone.hz / hz - 1.0).abs());
@@ -223,6 +226,8 @@ fn slow_rows<W: FnMut(f64, &str)>(progress: &mut Progress<W>, out: &mut Outcome)
         Check::at_most("volume_error_shaped", cone.volume_error.max(wine.volume_error), "%", 0.1),
         Check::at_most("centre_error_shaped", cone.centre_error.max(wine.centre_error), "%", 0.1),
         Check::exactly("serial_parallel_identical", f64::from(u8::from(same)), "1", 1.0),
+        Check::at_least("two_core_speedup", speedup.threads, "1", 1.8),
+        Check::informational("two_core_bound", speedup.bound, "1"),
         Check::at_most("herschel_bulkley_arrest", stopped.plastic_s, "s", 0.7),
         Check::at_most("herschel_bulkley_arrest_error", stopped.error().abs(), "%", ARREST_TARGET),
         Check::informational("newtonian_speed_after_arrest", stopped.newtonian, "1"),

@@ -96,4 +96,39 @@ mod tests {
         let took = begun.elapsed();
         assert!(took >= Duration::from_millis(150) && took < Duration::from_secs(5), "{took:?}");
     }
+
+    /// A connection whose peer says nothing, with its peer.
+    fn silent(patience: Duration) -> (TimedStream, TcpStream) {
+        let listener = TcpListener::bind("127.0.0.1:0").expect("a port");
+        let peer = TcpStream::connect(listener.local_addr().expect("an address")).expect("connected");
+        let (stream, _) = listener.accept().expect("accepted");
+        (TimedStream::new(Arc::new(stream), patience), peer)
+    }
+
+    #[test]
+    fn a_call_that_a_signal_interrupts_is_made_again() {
+        let (stream, _peer) = silent(Duration::from_secs(60));
+        let mut calls = 0;
+        let done = stream.until_deadline(|_, left| {
+            calls += 1;
+            assert!(left.is_some_and(|left| !left.is_zero()), "each call has the time that is left");
+            if calls < 3 { Err(ErrorKind::Interrupted.into()) } else { Ok(7) }
+        });
+        assert_eq!((done.ok(), calls), (Some(7), 3));
+    }
+
+    #[test]
+    fn signals_do_not_renew_the_deadline() {
+        let (stream, _peer) = silent(Duration::from_millis(50));
+        let fault = stream.until_deadline(|_, _| Err(ErrorKind::Interrupted.into())).expect_err("it ends");
+        assert_eq!(fault.kind(), ErrorKind::TimedOut);
+    }
+
+    #[test]
+    fn other_faults_are_handed_on() {
+        let (stream, _peer) = silent(Duration::from_secs(60));
+        let fault =
+            stream.until_deadline(|_, _| Err(ErrorKind::ConnectionReset.into())).expect_err("a fault");
+        assert_eq!(fault.kind(), ErrorKind::ConnectionReset);
+    }
 }
