@@ -33,7 +33,7 @@ const WANTED: Wanted = Wanted { number: 7, size_m: 0.04, lens: LENS, pitch_rad: 
 /// Returns a striped image, a busy background, and the same with the tag in it.
 fn images() -> [Vec<u8>; 2] {
     let (width, height) = SIZE;
-    let stripe = |at: usize| if (at % width / 13 + at / width / 11) % 2 == 0 { 60 } else { 150 };
+    let stripe = |at: usize| if (at % width / 13 + at / width / 11).is_multiple_of(2) { 60 } else { 150 };
     let without: Vec<u8> = (0..width * height).map(stripe).collect();
     let mut with = without.clone();
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/fixtures/tag/turned.png");
