@@ -95,6 +95,10 @@ fn steps(root: &Path) -> Vec<Step> {
         Step::new("spelling", split("typos")),
         with_cargo("fuzz", "test --release --locked --workspace --test fuzz")
             .with("MENISCUS_FUZZ", FUZZ_TIMES),
+        with_cargo(
+            "sizing",
+            "test --release --locked --workspace --test discover_sizing -- --include-ignored",
+        ),
         // `cargo install cargo-mutants`; `.cargo/mutants.toml` has its settings.
         with_cargo(
             "mutants",
