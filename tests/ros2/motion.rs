@@ -130,8 +130,8 @@ fn check_counts(case: &Case, report: &Report) {
     assert!(report.motion["commanded"].as_f64() > Some(least), "{}: {}", case.kind, report.motion);
 }
 
-/// Returns the median over the turns of two runs behind the first second of the stream of the difference of the surfaces, to the slosh, and of the
-/// accelerations, to their own size; slosh and size are root mean squares.
+/// Returns medians over the turns of two runs behind the first second of the stream: of the difference of the surfaces, to the slosh, and
+/// of the accelerations, to their own size. Slosh and size are root mean squares.
 fn apart(is: &EstimateRecording, due: &EstimateRecording) -> [f64; 2] {
     let window_s = FROM_S + SETTLED_S..FROM_S + STREAM_S - 0.1;
     let heights =
