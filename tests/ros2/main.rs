@@ -26,7 +26,7 @@ use run::{Ended, Run, now_us};
 use std::time::{Duration, Instant};
 
 /// Bound on the 99 % quantile of the time from the end of a turn to a peer's callback, ms: an estimate has arrived before the next
-/// frame is taken. Two cores that do nothing else gave 2.3 (with real-time priority), such with a third of their speed 8 to 13.
+/// frame is taken. Two idle cores gave 2.3 (with real-time priority), two slower ones 8 to 13.
 const LATENCY_MS: f64 = 16.67;
 
 /// Processes that run or wait for each processor above which a scene waits for the machine to become quiet.

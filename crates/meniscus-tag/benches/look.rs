@@ -48,7 +48,7 @@ fn images() -> [Vec<u8>; 2] {
 fn look(criterion: &mut Criterion) {
     let [without, with] = images();
     let mut group = criterion.benchmark_group("look");
-    group.bench_function("bound: the detector, whole image", |bencher| {
+    group.bench_function("the detector alone, whole image", |bencher| {
         let mut finder = TagFinder::new(SIZE).expect("a finder");
         bencher.iter(|| finder.anywhere(black_box(&with)).expect("searched").len());
     });

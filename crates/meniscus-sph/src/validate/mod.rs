@@ -18,8 +18,9 @@
 //! 0.3 m/s; `energy_closure_breaking` is water under `strokes:7` for 2.5 s, whose waves break and spill; `spill_volume_error` and
 //! `energy_closure_spills` are water in a glass filled to a centimetre below its rim, from 0.5 m/s;
 //! `cpu_s_per_s_yield_stress` is a liquid of 3 Pa and 0.2 Pa s, whose speed at the longest step and at an eighth of it differs by
-//! `thick_step_error` of the first; `two_core_speedup` is the first case on one thread over that on two,
-//! `two_core_bound` twice that on one over two of them side by side, which is the most that a second thread can gain; `small_tilt_error` is the slope at rest of a glass inclined by 0.02,
+//! `thick_step_error` of the first; `two_core_speedup` is the time of the first case on one thread over its time on two threads,
+//! `two_core_bound` twice the time on one thread over that of two such runs side by side, the most that a second thread can gain;
+//! `small_tilt_error` is the slope at rest of a glass inclined by 0.02,
 //! `wall_tilt_error` that of the contact line at 0.1, `wall_amplitude_error` the height of the first mode there;
 //! `mode2_frequency_error` follows a stroke of the glass at the standard spacing, which has eight particles to that wave,
 //! `mode2_frequency_error_fine` at the fine one; `mode1_error_cone` and `mode1_error_wine_glass` are against Ritz's method in such a
