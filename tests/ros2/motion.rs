@@ -49,15 +49,27 @@ const SURFACE: f64 = 0.005;
 /// Bound on the median difference of the accelerations, to their own size.
 const ACCELERATION: f64 = 0.02;
 
+/// Greatest change of a map between the clocks with which two runs are compared: it moves the samples against the frames.
+const MOVED_MOST: Duration = Duration::from_micros(500);
+
+/// Greatest lack in the share of the stream's turns that were commanded, to that of frames over UDP.
+const FEWER: f64 = 0.08;
+
 /// Holds the estimates of a run by each type of message against those by frames over UDP.
 pub(crate) fn scene_of_types() {
     let cases: Vec<(usize, &Case)> = CASES.iter().enumerate().collect();
-    let reports: Vec<Report> = cases.chunks(AT_ONCE).flat_map(|cases| in_time(cases, &run)).collect();
+    let reports: Vec<Report> =
+        cases.chunks(AT_ONCE).flat_map(|cases| in_time(cases, MOVED_MOST, &run)).collect();
     let by_udp = |case: &Case| {
         let place = CASES.iter().position(|udp| udp.kind == "udp" && udp.states == case.states);
         &reports[place.expect("frames with the same numbers")]
     };
-    let commanded = |report: &Report| report.motion["commanded"].as_f64().expect("a number");
+    // A frame that a busy machine leaves out has no turn.
+    let commanded = |report: &Report| {
+        let stream_s = FROM_S..FROM_S + STREAM_S;
+        let turns = report.estimates.camera_us.iter().filter(|us| stream_s.contains(&time_s(**us)));
+        report.motion["commanded"].as_f64().expect("a number") / turns.count() as f64
+    };
     for (case, report) in CASES.iter().zip(&reports) {
         let [surface, acceleration] = apart(&report.estimates, &by_udp(case).estimates);
         println!(
@@ -71,7 +83,7 @@ pub(crate) fn scene_of_types() {
         );
         assert!(surface < SURFACE && acceleration < ACCELERATION, "{}: {surface} {acceleration}", case.kind);
         check_counts(case, report);
-        assert!(commanded(report) > commanded(by_udp(case)) - 12.0, "{}: {}", case.kind, report.motion);
+        assert!(commanded(report) > commanded(by_udp(case)) - FEWER, "{}: {}", case.kind, report.motion);
     }
 }
 
@@ -130,6 +142,11 @@ fn check_counts(case: &Case, report: &Report) {
     assert!(report.motion["commanded"].as_f64() > Some(least), "{}: {}", case.kind, report.motion);
 }
 
+/// Returns the time of a run at which its frame of `camera_us` was taken, s.
+fn time_s(camera_us: u64) -> f64 {
+    1e-6 * (camera_us - FRAME_0_US) as f64
+}
+
 /// Returns medians over the turns of two runs behind the first second of the stream: of the difference of the surfaces, to the slosh, and
 /// of the accelerations, to their own size. Slosh and size are root mean squares.
 fn apart(is: &EstimateRecording, due: &EstimateRecording) -> [f64; 2] {
@@ -141,9 +158,8 @@ fn apart(is: &EstimateRecording, due: &EstimateRecording) -> [f64; 2] {
     };
     let (mut surfaces, mut slosh, mut accelerations, mut sizes) = (vec![], vec![], vec![], vec![]);
     for (k, camera_us) in is.camera_us.iter().enumerate() {
-        let time_s = 1e-6 * (*camera_us - FRAME_0_US) as f64;
         let other = due.camera_us.binary_search(camera_us).ok();
-        let Some(other) = other.filter(|_| window_s.contains(&time_s)) else { continue };
+        let Some(other) = other.filter(|_| window_s.contains(&time_s(*camera_us))) else { continue };
         let (is_m, due_m) = (heights(is, k), heights(due, other));
         let mean = due_m.iter().sum::<f32>() / POINTS as f32;
         let apart: Vec<f64> = is_m.iter().zip(&due_m).map(|(is_m, due_m)| f64::from(is_m - due_m)).collect();

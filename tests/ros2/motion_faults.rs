@@ -2,7 +2,7 @@
 
 use crate::motion_run::{MotionRun, Report};
 use crate::motion_stream::{
-    AT_ONCE, FROM_S, LEAD_NS, LINE, SILENCE, in_time, motion, play, prepare, reports, stream,
+    AT_ONCE, FROM_S, LEAD_NS, LINE, MOVED_MOST, SILENCE, in_time, motion, play, prepare, reports, stream,
 };
 use crate::peers::Peer;
 use meniscus_data::motion::Motion;
@@ -95,7 +95,8 @@ fn faults(motion: &Motion, case: &Case, to: &Value, begun_ns: u64) -> Vec<Value>
 /// Runs the cases, and a liar.
 pub(crate) fn scene() {
     let cases: Vec<(usize, &Case)> = CASES.iter().enumerate().collect();
-    let reports: Vec<Report> = cases.chunks(AT_ONCE).flat_map(|cases| in_time(cases, &run)).collect();
+    let reports: Vec<Report> =
+        cases.chunks(AT_ONCE).flat_map(|cases| in_time(cases, MOVED_MOST, &run)).collect();
     for (case, report) in CASES.iter().zip(&reports) {
         println!("{:8} {}", case.name, report.motion);
         check(case, report);

@@ -19,6 +19,9 @@ pub(super) const FRAME_0_US: u64 = 1_000_000;
 /// Time for the start of a run on a busy machine.
 const PATIENCE: Duration = Duration::from_secs(60);
 
+/// Time from the first packet to a settled map between the clocks: the first frames of runs that start at once wait for each other.
+const SETTLED: Duration = Duration::from_millis(2500);
+
 /// A run of ten seconds at the most.
 pub(super) struct MotionRun {
     child: Child,
@@ -27,6 +30,8 @@ pub(super) struct MotionRun {
     newest_ns: Arc<AtomicU64>,
     /// The same when the stream was made.
     begun_ns: OnceLock<u64>,
+    /// First packet.
+    first: Instant,
 }
 
 /// The end of a run.
@@ -57,7 +62,8 @@ impl MotionRun {
             .stderr(file("said"))
             .spawn()
             .expect("it starts");
-        Self { child, folder, newest_ns: Arc::new(AtomicU64::new(u64::MAX)), begun_ns: OnceLock::new() }
+        let newest_ns = Arc::new(AtomicU64::new(u64::MAX));
+        Self { child, folder, newest_ns, begun_ns: OnceLock::new(), first: Instant::now() }
     }
 
     fn text(&self, name: &str) -> String {
@@ -90,11 +96,16 @@ impl MotionRun {
             assert!(begun.elapsed() < PATIENCE, "it has a first packet: {}", self.text("said"));
             std::thread::sleep(Duration::from_millis(5));
         }
+        self.first = Instant::now();
     }
 
-    /// Returns the time of frame 0 on the host's clock, ns since 1970, by the run's map at the first call.
+    /// Returns the time of frame 0 on the host's clock, ns since 1970, by the run's map at the first call, which waits until the map has
+    /// settled.
     pub(super) fn begun_ns(&self) -> u64 {
-        *self.begun_ns.get_or_init(|| self.newest_ns.load(Ordering::Relaxed))
+        *self.begun_ns.get_or_init(|| {
+            std::thread::sleep(SETTLED.saturating_sub(self.first.elapsed()));
+            self.newest_ns.load(Ordering::Relaxed)
+        })
     }
 
     /// Asks it to end.

@@ -1,7 +1,7 @@
 //! Tags of the family 36h11 in a grey image: near where the last one was, or anywhere.
 //!
-//! The work is that of `locus-core`: threshold, connected dark regions, quadrangles, bits, corners refined below a pixel. The region
-//! around the last place is looked at in double size, because the refinement skips squares of less than 3.3 pixels.
+//! The work is that of `locus-core`: threshold, connected dark regions, quadrangles, bits, corners refined below a pixel. The refinement
+//! skips squares of less than 3.3 pixels: the region around a small tag is looked at in double size.
 
 use locus_core::{Detector, DetectorBuilder, DetectorConfig, ImageView, TagFamily};
 
@@ -9,6 +9,8 @@ use locus_core::{Detector, DetectorBuilder, DetectorConfig, ImageView, TagFamily
 const REACH_PX: f64 = 24.0;
 /// Share of its size that is looked at around it, for the white margin and a tag that comes near.
 const MARGIN: f64 = 0.4;
+/// Side of a small tag, px: of eight squares of 3.3 pixels, and a share more for a tag that goes away.
+const SMALL_PX: f64 = 32.0;
 /// Bytes behind the image that the detector's wide loads may touch.
 const PADDING: usize = 64;
 /// Wrong bits that are corrected. The family keeps 11 apart; a number that is not the tag's is worse than none.
@@ -44,8 +46,8 @@ struct Region {
 
 /// Finds tags. It keeps its buffers between images.
 pub struct TagFinder {
-    anywhere: Detector,
-    nearby: Detector,
+    in_size: Detector,
+    doubled: Detector,
     size: (usize, usize),
     pixels: Vec<u8>,
     /// Found in the last image.
@@ -71,7 +73,7 @@ impl TagFinder {
             builder.validated_build().map_err(|error| FinderError(error.to_string()))
         };
         let pixels = Vec::with_capacity(size.0 * size.1 + PADDING);
-        Ok(Self { anywhere: detector(1)?, nearby: detector(2)?, size, pixels, found: Vec::new() })
+        Ok(Self { in_size: detector(1)?, doubled: detector(2)?, size, pixels, found: Vec::new() })
     }
 
     /// Returns all tags in `image`, row-major grey levels.
@@ -81,7 +83,7 @@ impl TagFinder {
     pub fn anywhere(&mut self, image: &[u8]) -> Result<&[SeenTag], FinderError> {
         let (width, height) = self.size;
         let region = Region { left: 0, right: width, top: 0, bottom: height };
-        search(&mut self.anywhere, image, width, region, &mut self.pixels, &mut self.found)?;
+        search(&mut self.in_size, image, width, region, &mut self.pixels, &mut self.found)?;
         Ok(&self.found)
     }
 
@@ -96,9 +98,19 @@ impl TagFinder {
             self.found.clear();
             return Ok(&self.found);
         }
-        search(&mut self.nearby, image, width, region, &mut self.pixels, &mut self.found)?;
+        let detector = if is_small(corners_px) { &mut self.doubled } else { &mut self.in_size };
+        search(detector, image, width, region, &mut self.pixels, &mut self.found)?;
         Ok(&self.found)
     }
+}
+
+/// Whether the corners of a tag are better in double size.
+pub(crate) fn is_small(corners_px: &[[f64; 2]; 4]) -> bool {
+    let sides_px = (0..4).map(|k| {
+        let ([x, y], [to_x, to_y]) = (corners_px[k], corners_px[(k + 1) % 4]);
+        (to_x - x).hypot(to_y - y)
+    });
+    sides_px.fold(f64::INFINITY, f64::min) < SMALL_PX
 }
 
 impl Region {

@@ -1,6 +1,6 @@
 //! The wanted tag from image to image: which pose is accepted, and why another is not.
 
-use crate::finder::{FinderError, SeenTag, TagFinder};
+use crate::finder::{FinderError, SeenTag, TagFinder, is_small};
 use crate::pose::{PoseFault, TagPose, pose};
 use crate::rest::Rest;
 use meniscus::surface::Intrinsics;
@@ -158,7 +158,9 @@ impl TagTracker {
             Ok(found) => found,
             Err(sighting) => return Ok(Err(sighting)),
         };
-        // Its corners are better in double size.
+        if !is_small(&found.corners_px) {
+            return Ok(Ok(found));
+        }
         Ok(only(self.finder.nearby(image, &found.corners_px)?, number).or(Ok(found)))
     }
 

@@ -3,9 +3,11 @@
 //! ```text
 //! y_i = a_i - c_i                      of frame i: camera time c, arrival a; delays only ever add to it
 //! block: the (c, y) of least y in one second of arrivals; the last n = 32 blocks are kept
-//! e = median of (y_{i+n/2} - y_i) / (c_{i+n/2} - c_i),  i = 1 .. n/2
+//! m = median of (y_{i+n/2} - y_i) / (c_{i+n/2} - c_i),  i = 1 .. n/2      s: its standard deviation
+//! e = m p^2 / (p^2 + s^2)              p = 58 ppm, standard deviation of the drift of two crystals
 //! y(c) = min_i [ y_i + e (c - c_i) ]
 //! ```
+//! e is the posterior mean. Where m exceeds what two crystals can have, the delays have grown and e stays as it was.
 //! The slope is the incomplete method of Theil (Proc. K. Ned. Akad. Wet. 53 (1950) 386): a quarter of the blocks may be
 //! delayed as a whole without moving it. That the least delays of a window carry offset and skew is from Paxson (On
 //! calibrating measurements of packet transit times, SIGMETRICS 1998).
@@ -44,6 +46,12 @@ impl Drift {
     /// Returns the drift of two clocks that have not been compared.
     pub(super) fn unknown() -> Self {
         Self { rate: 0.0, std: DRIFT_PRIOR_STD }
+    }
+
+    /// Returns the drift of two clocks whose comparison gave `rate` with the standard deviation `std`.
+    fn posterior(rate: f64, std: f64) -> Self {
+        let weight = DRIFT_PRIOR_STD.powi(2) / (DRIFT_PRIOR_STD.powi(2) + std.powi(2));
+        Self { rate: weight * rate, std: weight.sqrt() * std }
     }
 }
 
@@ -163,7 +171,10 @@ impl Envelope {
         // Of normal errors the median deviation is 0.6745 of the standard deviation, and the median's own error 1.2533 of
         // the mean's.
         let std = median(slopes) / 0.6745 * 1.2533 / (count as f64).sqrt();
-        self.drift = Drift { rate: rate.clamp(-DRIFT_LIMIT, DRIFT_LIMIT), std: std.max(DRIFT_LEAST_STD) };
+        // Beyond the limit it is a load that rises or falls.
+        if rate.abs() <= DRIFT_LIMIT {
+            self.drift = Drift::posterior(rate, std.max(DRIFT_LEAST_STD));
+        }
     }
 }
 

@@ -58,6 +58,19 @@ fn a_drifting_clock_is_followed_to_a_third_of_a_millisecond() {
 }
 
 #[test]
+fn a_load_that_rises_is_no_drift() {
+    let mut camera = Camera::new(0.0);
+    for frame in 0..1_200_u32 {
+        // From the fifth second to the twelfth, every frame waits half a millisecond longer than those a second before.
+        let load_s = 5e-4 * f64::from((frame / 60).clamp(4, 12) - 4);
+        let (time, exposed_s) = camera.shoot(load_s);
+        let error_s = camera.error_s(time, exposed_s);
+        // Taken for drift, it is 3 ms at the end.
+        assert!(error_s.abs() < 1e-3, "{error_s} s at {exposed_s} s");
+    }
+}
+
+#[test]
 fn a_restarted_clock_is_found_within_half_a_second_in_both_directions() {
     for ahead_s in [0.0, 5000.0] {
         let mut camera = Camera::new(2e-5);
