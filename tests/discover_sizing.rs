@@ -42,8 +42,10 @@ const KNOWN: Known = Known {
 /// Spacing of the glass in which effects are hidden: six rings, where the sizing has five.
 const HIDDEN_M: f64 = 0.00583;
 
-/// Strengths of the jolts: two are enough for a yield stress, and take less time.
+/// Strengths of the jolts, m/s2: two are enough for a yield stress, and take less time.
 const TWO: [f64; 2] = [0.9, 2.2];
+
+/// Strengths for a wall slip, m/s2.
 const THREE: [f64; 3] = [0.9, 1.5, 2.2];
 
 /// Noise of a height, m.

@@ -53,7 +53,7 @@ const ACCELERATION: f64 = 0.02;
 const MOVED_MOST: Duration = Duration::from_micros(500);
 
 /// Greatest lack in the share of the stream's turns that were commanded, to that of frames over UDP.
-const FEWER: f64 = 0.08;
+const FEWER: f64 = 0.075;
 
 /// Holds the estimates of a run by each type of message against those by frames over UDP.
 pub(crate) fn scene_of_types() {

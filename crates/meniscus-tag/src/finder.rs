@@ -46,7 +46,7 @@ struct Region {
 
 /// Finds tags. It keeps its buffers between images.
 pub struct TagFinder {
-    in_size: Detector,
+    single: Detector,
     doubled: Detector,
     size: (usize, usize),
     pixels: Vec<u8>,
@@ -73,7 +73,7 @@ impl TagFinder {
             builder.validated_build().map_err(|error| FinderError(error.to_string()))
         };
         let pixels = Vec::with_capacity(size.0 * size.1 + PADDING);
-        Ok(Self { in_size: detector(1)?, doubled: detector(2)?, size, pixels, found: Vec::new() })
+        Ok(Self { single: detector(1)?, doubled: detector(2)?, size, pixels, found: Vec::new() })
     }
 
     /// Returns all tags in `image`, row-major grey levels.
@@ -83,7 +83,7 @@ impl TagFinder {
     pub fn anywhere(&mut self, image: &[u8]) -> Result<&[SeenTag], FinderError> {
         let (width, height) = self.size;
         let region = Region { left: 0, right: width, top: 0, bottom: height };
-        search(&mut self.in_size, image, width, region, &mut self.pixels, &mut self.found)?;
+        search(&mut self.single, image, width, region, &mut self.pixels, &mut self.found)?;
         Ok(&self.found)
     }
 
@@ -98,7 +98,7 @@ impl TagFinder {
             self.found.clear();
             return Ok(&self.found);
         }
-        let detector = if is_small(corners_px) { &mut self.doubled } else { &mut self.in_size };
+        let detector = if is_small(corners_px) { &mut self.doubled } else { &mut self.single };
         search(detector, image, width, region, &mut self.pixels, &mut self.found)?;
         Ok(&self.found)
     }

@@ -7,7 +7,7 @@
 //! e = m p^2 / (p^2 + s^2)              p = 58 ppm, standard deviation of the drift of two crystals
 //! y(c) = min_i [ y_i + e (c - c_i) ]
 //! ```
-//! e is the posterior mean. Where m exceeds what two crystals can have, the delays have grown and e stays as it was.
+//! e is the posterior mean. Where m exceeds what two crystals can have, the delays have changed and e stays as it was.
 //! The slope is the incomplete method of Theil (Proc. K. Ned. Akad. Wet. 53 (1950) 386): a quarter of the blocks may be
 //! delayed as a whole without moving it. That the least delays of a window carry offset and skew is from Paxson (On
 //! calibrating measurements of packet transit times, SIGMETRICS 1998).
