@@ -84,6 +84,7 @@ impl Host {
             number: Some(number),
             captured,
             due_s: self.map.earliest_arrival_s(captured).expect("a frame came"),
+            by_clock: true,
             arrived_s,
             ended_s: arrived_s + 0.001,
             clock_restarts: self.map.restarts(),

@@ -184,17 +184,19 @@ fn turns_in(table: &Path) -> Vec<FrameTurn> {
 fn stopped(name: &str, source: &str, taken: Option<u64>) {
     let _turn = ONE.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
     let folder = folder(name);
+    let begun = Instant::now();
     let running = Running::start(&folder, &["--source", source, "--seconds", "8", "--turns", "turns.csv"]);
     std::thread::sleep(Duration::from_secs(2));
     running.signal("STOP");
     std::thread::sleep(Duration::from_secs(3));
     running.signal("CONT");
     let counts = accounts(&running.report());
+    let most = (60.0 * begun.elapsed().as_secs_f64()) as u64;
     // 180 frames in 3 s; the first of them may be in time.
     assert!(counts.missed() >= 175, "3 s without the program: {counts}");
     assert!(counts.late + counts.never_handled >= 150, "the host is why: {counts}");
-    // A camera on a bus is connected in the first part of the run.
-    assert!((420..=490).contains(&counts.taken()), "{counts}");
+    // A camera on a bus is connected in the first part of the run, which a busy machine may end late.
+    assert!((420..=most).contains(&counts.taken()), "{counts} but {most} at most");
     let taken = taken.unwrap_or_else(|| counts.taken());
     all_are_counted(&counts, taken, clearly_missed(taken, &turns_in(&folder.join("turns.csv"))));
 }

@@ -4,7 +4,8 @@
 //! plans                                   the scenarios, for the guest
 //! soak [--json] LOG                       the checks of a soak
 //! watch LOG SECONDS COMMAND...            runs an emulator; its lines into LOG, wall times into LOG.times
-//! judge [--json] LOG LOG FILM.json GOLDEN the checks; --bless writes GOLDEN anew
+//! judge [--json] --first=LOG [--second=LOG] FILM.json GOLDEN
+//!                                         the checks; --bless writes GOLDEN anew
 //! board [--json] INSTALL.log POWER-ON.log  the same for the edge board's two boots
 //! show LOG                                the facts of one log, judged by nobody
 //! xhci-plans, xhci-watch, xhci            the same for the rig with QEMU's host controller
@@ -34,7 +35,7 @@ type Failure = Box<dyn std::error::Error>;
 
 const USAGE: &str = "usage: meniscus-hil-gate plans | soak [--json] [--wall=SECONDS] LOG | watch LOG SECONDS COMMAND... | show LOG | payloads FILM FRAMES OUT | sections PROGRAM | sibling BLOB OUT | xhci-plans | \
                      xhci-watch LOG SECONDS SOCKET FILM COMMAND... | xhci [--json] [--wall=SECONDS] LOG | \
-                     board [--json] [--wall=SECONDS] LOG LOG | judge [--json] [--bless] [--wall=SECONDS] LOG LOG FILM.json GOLDEN [REPORT.json...]";
+                     board [--json] [--wall=SECONDS] LOG LOG | judge [--json] [--bless] [--wall=SECONDS] --first=LOG [--second=LOG] FILM.json GOLDEN [REPORT.json...]";
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -79,10 +80,19 @@ fn main() -> ExitCode {
             let files: Vec<&Path> =
                 rest.iter().filter(|word| !word.starts_with("--")).map(Path::new).collect();
             match files.as_slice() {
-                [first, second, film, golden, with @ ..] => {
+                [film, golden, with @ ..] => {
                     let (json, bless) = (is("--json"), is("--bless"));
                     let wanted = report::Wanted { json, bless, wall_s: wall_s(rest), with };
-                    report::judge([first, second], film, golden, wanted)
+                    let log = |name| rest.iter().find_map(|word| word.strip_prefix(name)).map(Path::new);
+                    match log("--first=") {
+                        Some(first) => report::judge(
+                            report::Boots { first, second: log("--second=") },
+                            film,
+                            golden,
+                            wanted,
+                        ),
+                        None => Err(USAGE.into()),
+                    }
                 }
                 _ => Err(USAGE.into()),
             }

@@ -10,14 +10,17 @@
 //! A frame is due when it can first arrive: its camera time on the [clock map](crate::clock_map), so that a payload that
 //! waited for a host that stood still is late although its turn was short. The frames between two that came are known from
 //! the camera's frame counter, and from its time where it sends no counter or one that contradicts its time. The run's
-//! span begins with the first pair of images. Memory is fixed; instants are arguments.
+//! span begins with the first pair of images, and its first frames are judged again as the map learns. Memory is fixed;
+//! instants are arguments.
 
 mod counts;
+mod first_frames;
 mod standstills;
 
 pub use counts::FrameCounts;
 
 use crate::clock_map::STEP_S;
+use first_frames::{FirstFrames, Judged};
 use meniscus::runtime::DEADLINE_US;
 use meniscus::units::{FRAME_INTERVAL_S, Micros};
 use standstills::Standstills;
@@ -46,6 +49,8 @@ pub struct HandledFrame {
     pub captured: Micros,
     /// Earliest instant at which it can have arrived.
     pub due_s: f64,
+    /// Whether the camera runs by its own clock. Otherwise it sends a frame when one is wanted, which is due as it arrives.
+    pub by_clock: bool,
     /// Arrival of its last payload.
     pub arrived_s: f64,
     /// End of its turn.
@@ -71,6 +76,7 @@ pub struct FrameLedger {
     counts: FrameCounts,
     last: Option<HandledFrame>,
     standstills: Standstills,
+    first: FirstFrames,
     /// Late frames that are in time if the camera's clock turns out to have restarted.
     suspects: u64,
 }
@@ -147,6 +153,14 @@ impl FrameLedger {
         } else {
             self.counts.late += 1;
         }
+        if !frame.by_clock || frame.clock_restarts != 0 {
+            self.first.close();
+        }
+        let camera_s = 1e-6 * frame.captured.0 as f64;
+        let judged = Judged { ended_s: frame.ended_s - camera_s, due_s: frame.due_s - camera_s };
+        let found = self.first.take(judged);
+        self.counts.in_time -= found;
+        self.counts.late += found;
         // The clock map needs some frames to tell a restarted clock from a host that is behind.
         if frame.arrived_s - frame.due_s <= STEP_S {
             self.suspects = 0;

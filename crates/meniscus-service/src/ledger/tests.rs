@@ -66,6 +66,7 @@ impl Camera {
             number,
             captured,
             due_s: self.map.earliest_arrival_s(captured).expect("a frame came"),
+            by_clock: true,
             arrived_s,
             ended_s: arrived_s + 0.001,
             clock_restarts: self.map.restarts(),
@@ -129,6 +130,7 @@ fn a_slower_camera_lacks_nothing() {
             number,
             captured,
             due_s,
+            by_clock: true,
             arrived_s,
             ended_s,
             clock_restarts: 0,
@@ -161,6 +163,15 @@ fn a_frame_that_waited_is_late_though_its_turn_was_short() {
     camera.skip(2);
     camera.shoot(0.0);
     assert_eq!(camera.accounts(), [102, 4, 0, 0]);
+}
+
+#[test]
+fn first_frames_that_waited_are_late_once_the_least_latency_is_known() {
+    let mut camera = Camera::new();
+    [0.054, 0.053, 0.042, 0.036].into_iter().for_each(|delay_s| camera.shoot(delay_s));
+    assert_eq!(camera.accounts(), [2, 2, 0, 0], "as far as anybody knows");
+    camera.shoot_many(100);
+    assert_eq!(camera.accounts(), [100, 4, 0, 0]);
 }
 
 #[test]

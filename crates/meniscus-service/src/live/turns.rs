@@ -125,6 +125,7 @@ impl Turns<'_, '_, '_> {
             number,
             captured: stamp.captured,
             due_s,
+            by_clock: in_real_time,
             arrived_s,
             ended_s: map.seconds(logged.ended),
             clock_restarts: if in_real_time { map.restarts() } else { 0 },
