@@ -273,6 +273,7 @@ fn recordings_are_identified_or_refused() {
 /// The simulator finds a viscosity that no line of the fit was tuned on, where the reduced model does not. Nothing is simulated twice,
 /// and a stopped fit goes on.
 #[test]
+#[ignore = "minutes of two cores: cargo xtask nightly --only sizing"]
 fn a_viscosity_is_found_by_simulation() {
     const TRUTH: f64 = 0.4;
     let folder = folder("by-simulation");

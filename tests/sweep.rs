@@ -7,6 +7,7 @@ use program::{errors, folder, json, meniscus};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
+use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 
 /// Four small simulations.
@@ -47,6 +48,26 @@ fn merged(folder: &Path, name: &str) -> [Vec<u8>; 2] {
     ["report.json", "report.csv"].map(|file| fs::read(folder.join(name).join(file)).expect("a report"))
 }
 
+/// The sweep of [`DESIGN`] as one task runs it.
+struct Alone {
+    folder: PathBuf,
+    report: [Vec<u8>; 2],
+}
+
+impl Alone {
+    /// Returns it; it is run once for all tests.
+    fn run() -> &'static Self {
+        static ALONE: OnceLock<Alone> = OnceLock::new();
+        ALONE.get_or_init(|| {
+            let folder = folder("sweep", "one");
+            made(&folder, DESIGN, "alone");
+            done(&folder, "sweep run alone");
+            let report = merged(&folder, "alone");
+            Self { folder, report }
+        })
+    }
+}
+
 /// A part of the sweep `name` that is under way.
 fn under_way(folder: &Path, name: &str) -> bool {
     json(&meniscus(folder, &format!("sweep status {name} --json")))["running"] != 0
@@ -69,14 +90,13 @@ fn run_again(folder: &Path, name: &str) {
 #[test]
 fn tasks_that_share_a_folder_and_one_that_is_killed_give_the_report_of_one() {
     let folder = folder("sweep", "shared");
-    let (alone, shared, broken) =
-        (made(&folder, DESIGN, "alone"), made(&folder, DESIGN, "shared"), made(&folder, DESIGN, "broken"));
-    done(&folder, "sweep run alone");
-    let report = merged(&folder, "alone");
+    let shared = made(&folder, DESIGN, "shared");
+    made(&folder, DESIGN, "broken");
+    let Alone { folder: folder_of_one, report } = Alone::run();
     let text = String::from_utf8_lossy(&report[0]).into_owned();
     assert!(text.contains("slosh.safetensors") && text.contains("\"partial\": false"), "{text}");
     assert!(
-        !text.contains(folder.to_str().expect("UTF-8")),
+        !text.contains(folder_of_one.to_str().expect("UTF-8")),
         "a report says nothing about where it was made: {text}"
     );
 
@@ -87,7 +107,7 @@ fn tasks_that_share_a_folder_and_one_that_is_killed_give_the_report_of_one() {
     let partial = fs::read_to_string(shared.join("report.json")).expect("a report");
     assert!(partial.contains("\"partial\": true"), "{partial}");
     done(&folder, "sweep run shared --part 1/2");
-    assert!(merged(&folder, "shared") == report, "two tasks make the report of one");
+    assert!(merged(&folder, "shared") == *report, "two tasks make the report of one");
 
     // Killed in the middle of a part, whose command goes on alone; a task beside it leaves that part to it.
     let mut child = Command::new(env!("CARGO_BIN_EXE_meniscus-under-test"))
@@ -105,14 +125,14 @@ fn tasks_that_share_a_folder_and_one_that_is_killed_give_the_report_of_one() {
     child.kill().expect("killed");
     child.wait().expect("it ends");
     run_again(&folder, "broken");
-    assert!(merged(&folder, "broken") == report, "a task that was killed changes nothing");
+    assert!(merged(&folder, "broken") == *report, "a task that was killed changes nothing");
     // What is done is not done twice.
     let written =
         |name: &Path| fs::metadata(name.join("parts/0001/slosh.safetensors")).expect("a file").modified();
+    let alone = folder_of_one.join("alone");
     let before = written(&alone).expect("a time");
-    done(&folder, "sweep run alone");
+    done(folder_of_one, "sweep run alone");
     assert_eq!(written(&alone).expect("a time"), before);
-    drop(broken);
 }
 
 #[test]
@@ -180,9 +200,7 @@ fn gnu_parallel_gives_the_report_of_one() {
         return;
     }
     let folder = folder("sweep", "parallel");
-    made(&folder, DESIGN, "alone");
     made(&folder, DESIGN, "parallel");
-    done(&folder, "sweep run alone");
     let output = Command::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../examples/sweep/parallel.sh"))
         .args(["parallel", "3"])
         .current_dir(&folder)
@@ -190,7 +208,7 @@ fn gnu_parallel_gives_the_report_of_one() {
         .output()
         .expect("it starts");
     assert!(output.status.success(), "{}", errors(&output));
-    assert!(merged(&folder, "parallel") == merged(&folder, "alone"));
+    assert!(merged(&folder, "parallel") == Alone::run().report);
 }
 
 /// A Slurm of one node, ended with the test.
@@ -238,9 +256,7 @@ fn a_job_array_of_slurm_with_a_killed_task_gives_the_report_of_one() {
     let slurm = folder.join("cluster");
     fs::create_dir_all(&slurm).expect("a folder");
     let slurm = Slurm::start(slurm);
-    made(&folder, DESIGN, "alone");
     made(&folder, DESIGN, "array");
-    done(&folder, "sweep run alone");
     let path = path_with_program(&folder);
     let submit = |wait: &[&str]| {
         let mut command = slurm.client("sbatch");
@@ -266,5 +282,5 @@ fn a_job_array_of_slurm_with_a_killed_task_gives_the_report_of_one() {
     refused(&folder, "sweep merge array", &["parts are not done"]);
     let (status, _) = submit(&["--wait"]);
     assert!(status.success(), "the array ends well the second time: {status}");
-    assert!(merged(&folder, "array") == merged(&folder, "alone"));
+    assert!(merged(&folder, "array") == Alone::run().report);
 }

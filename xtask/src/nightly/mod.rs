@@ -87,6 +87,15 @@ fn steps(root: &Path) -> Vec<Step> {
         |name: &str, words: &str| Step::new(name, [&cargo].into_iter().cloned().chain(split(words)));
     vec![
         with_cargo(BUILD, "build --release --locked -p meniscus-cli --features train,foxglove"),
+        // The program of a board, and the build of `cargo view`; CI lints the workspace with all features.
+        with_cargo(
+            "lints-board",
+            "clippy --release --locked -p meniscus-cli --no-default-features -- -D warnings",
+        ),
+        with_cargo(
+            "lints-view",
+            "clippy --release --locked -p meniscus-cli --no-default-features --features desk -- -D warnings",
+        ),
         with_cargo("house", "xtask house --rebuild --json"),
         with_cargo("package", "xtask package"),
         with_cargo("board", "xtask board --json"),
@@ -95,9 +104,10 @@ fn steps(root: &Path) -> Vec<Step> {
         Step::new("spelling", split("typos")),
         with_cargo("fuzz", "test --release --locked --workspace --test fuzz")
             .with("MENISCUS_FUZZ", FUZZ_TIMES),
+        // Sizes by simulation, and laws of the simulator's effects that take minutes.
         with_cargo(
             "sizing",
-            "test --release --locked --workspace --test discover_sizing -- --include-ignored",
+            "test --release --locked --workspace --test discover_sizing --test effects --test learn -- --include-ignored",
         ),
         // `cargo install cargo-mutants`; `.cargo/mutants.toml` has its settings.
         with_cargo(
