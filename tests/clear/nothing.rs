@@ -8,9 +8,9 @@ use meniscus_virtual::camera_study::traced::judge::{FRAMES, read_scene};
 use meniscus_virtual::camera_study::traced::set::{Kind, TracedScene};
 
 /// The faults under which nothing must be seen where nothing is.
-fn many_faults(gains: &[f32]) -> Vec<Faults> {
+fn many_faults() -> Vec<Faults> {
     let mut all = Vec::new();
-    for &gain in gains {
+    for gain in [0.5, 1.0, 1.6] {
         let faults = Faults { gain, ..Faults::default() };
         all.extend([
             faults,
@@ -44,9 +44,9 @@ fn an_empty_glass_and_none_give_no_profile() {
     assert_eq!(empty.len(), 8);
     let bare: Vec<_> = empty.iter().map(without_glass).collect();
     let (mut images, mut seen) = (0, Vec::new());
-    let glasses = empty.iter().map(|scene| (scene, &[0.5, 1.0, 1.6][..]));
-    let cases = glasses.chain(bare.iter().map(|scene| (scene, &[1.0][..])));
-    for (scene, faults) in cases.flat_map(|(s, gains)| many_faults(gains).into_iter().map(move |f| (s, f))) {
+    for (scene, faults) in
+        empty.iter().chain(&bare).flat_map(|s| many_faults().into_iter().map(move |f| (s, f)))
+    {
         // Where the liquid would stand is not known of an empty glass.
         for fill_m in [0.5, 0.65] {
             let other = |s: Settings| Settings { fill_m: fill_m * s.rim_m, ..s };
