@@ -3,11 +3,15 @@
 mod slosh;
 
 use meniscus::blob::{KnownGroups, Model};
+use meniscus::latent::window::WINDOW;
+use meniscus::reduced::effects::{Stated, find};
+use meniscus::surface::SurfaceProfile;
 use meniscus_data::recording::Recording;
 use meniscus_discover::insert::{TrainedLiquid, insert};
 use meniscus_learn::TrainError;
 use meniscus_learn::correct::{Correction, CorrectionParameters, Sightings, correct};
 use meniscus_platform::files::AlignedBytes;
+use meniscus_score::score::SurfaceError;
 use meniscus_virtual::observe_recording::{perfect, turns};
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
@@ -90,15 +94,68 @@ fn too_little_is_refused() {
     let short: Sightings = perfect(&slosh::recording(20, 0.012, 1));
     let refused = correct(SHIPPED, &[short], &[], &how, &AtomicBool::new(false)).expect_err("no window");
     assert!(matches!(refused, TrainError::NoMotion), "{refused}");
-    let effect = meniscus::reduced::effects::find("viscosity").expect("in the library");
-    let thinner = meniscus::reduced::effects::Active { entry: effect, values: [0.8, 0.0] };
-    let rheology = meniscus::reduced::Rheology::newtonian(0.95);
-    let glycerine = TrainedLiquid { density_kg_m3: 1261.0, rheology };
-    let named = insert(&AlignedBytes::copy(SHIPPED), glycerine, &[thinner]).expect("inserted");
-    let named = AlignedBytes::copy(&named.blob);
-    let refused = correct(&named, &other(), &[], &how, &AtomicBool::new(false)).expect_err("effects");
-    assert!(matches!(refused, TrainError::Named), "{refused}");
     let cut = &SHIPPED[..1000];
     let refused = correct(cut, &other(), &[], &how, &AtomicBool::new(false)).expect_err("a cut blob");
     assert!(matches!(refused, TrainError::Blob(_)), "{refused}");
+}
+
+/// A camera that measures every length 3 % too long, before the liquid of [`other`]; the model carries that, and a part of what
+/// makes the liquid less damped than its own.
+#[test]
+fn a_model_that_carries_effects_keeps_them_and_learns_what_they_leave() {
+    const SCALE: f32 = 1.03;
+    let stated = Stated { consistency_pa_sn: 0.95, radius_m: 0.035, fill_m: 0.07 };
+    let effect = |name: &str, value: f64| {
+        let effect = find(name).expect("in the library");
+        effect.active(&[Some(value), None], &stated).expect("a value in its range")
+    };
+    let carried = [effect("viscosity", 0.75), effect("depth_scale", f64::from(SCALE))];
+    let rheology = meniscus::reduced::Rheology::newtonian(0.95);
+    let glycerine = TrainedLiquid { density_kg_m3: 1261.0, rheology };
+    let named = insert(&AlignedBytes::copy(SHIPPED), glycerine, &carried).expect("inserted");
+    let named = AlignedBytes::copy(&named.blob);
+    let embedded = |blob: &[u8]| Model::load(blob).expect("the camera side takes it").header.embedded;
+
+    let measured = |seen: &Sightings| -> Sightings {
+        let longer = |mut profile: SurfaceProfile| {
+            profile.height_m.iter_mut().for_each(|z| *z *= SCALE);
+            profile.glass_x_m = profile.glass_x_m.map(|x| SCALE * x);
+            profile
+        };
+        seen.iter().map(|profile| profile.map(longer)).collect()
+    };
+    let truth = other();
+    let [learnt, held] = truth.each_ref().map(measured);
+    let own = perfect(&own());
+    let go = |blob: &[u8], steps: usize| {
+        let parameters = CorrectionParameters { steps, ..CorrectionParameters::default() };
+        let how = Correction { parameters, quiet: true, ..Correction::default() };
+        let recordings = [learnt.clone(), held.clone()];
+        correct(blob, &recordings, std::slice::from_ref(&own), &how, &AtomicBool::new(false))
+            .expect("a corrected model")
+    };
+    let corrected = go(&named, 120);
+    println!("held out {:?}, source {:?}, refused {}", corrected.held, corrected.source, corrected.refused);
+    assert!(corrected.held[1] < 0.5 * corrected.held[0], "{:?}", corrected.held);
+    assert!(corrected.source[1] <= corrected.source[0] + 0.05, "{:?}", corrected.source);
+    let blob = AlignedBytes::copy(&corrected.blob);
+    assert_eq!(embedded(&blob), embedded(&named), "the effects stay as they were");
+
+    // As a run takes it: measured lengths in, true lengths out. The laws hold with the effects.
+    let error = |blob: &[u8]| {
+        let model = Model::load(blob).expect("the camera side takes it");
+        let mut error = SurfaceError::default();
+        for (logged, truth) in turns(&model, &held).iter().zip(&truth[1]).skip(WINDOW) {
+            let estimate = &logged.turn.estimate;
+            assert!(estimate.audit.heat >= 0.0, "entropy fell by {}", -estimate.audit.heat);
+            assert!(estimate.audit.energy_residual.abs() < 1e-9, "{}", estimate.audit.energy_residual);
+            let truth = truth.as_ref().expect("every frame is seen").height_m;
+            error.add(&truth, &estimate.surface_m, 0.07);
+        }
+        error.slosh_rel()
+    };
+    let (with, without) = (error(&blob), error(&AlignedBytes::copy(&go(SHIPPED, 10).blob)));
+    println!("error of the true surface {with}; of a corrected model without the effects {without}");
+    assert!(with < 0.06, "{with}");
+    assert!(without > 4.0 * with, "{without} without the effects, {with} with them");
 }

@@ -15,8 +15,6 @@ pub enum TrainError {
     Singular(&'static str),
     /// Stopped before every part had been trained once: nothing was written.
     Interrupted,
-    /// The blob that was to be corrected names effects, which a correction would learn over.
-    Named,
     /// The blob that was to be corrected, or a candidate, is refused.
     Blob(LoadError),
     /// A validation recording cannot be looked at by the rendered camera.
@@ -38,11 +36,6 @@ impl std::fmt::Display for TrainError {
             Self::Interrupted => {
                 write!(f, "stopped before every part had been trained once: nothing was written")
             }
-            Self::Named => write!(
-                f,
-                "the model names effects, and a correction would learn over them: take them out first (`meniscus insert` \
-                 without any), or leave the model as it is"
-            ),
             Self::Blob(error) => write!(f, "{error}"),
             Self::Camera(error) => write!(f, "{error}"),
             Self::Export(error) => write!(f, "{error}"),

@@ -160,6 +160,20 @@ impl Slots {
         &self.bend
     }
 
+    /// The first mode in latent space.
+    #[must_use]
+    pub fn map(&self) -> &ModeMap {
+        &self.map
+    }
+
+    /// phi: factor of the effects on friction at `x`.
+    #[must_use]
+    pub fn friction_factor(&self, x: &Latent) -> f64 {
+        let (a, v) = (self.map.height.dot(x), self.map.rate.dot(x));
+        let amplitude = sqrt(v * v + self.frequency * self.frequency * a * a);
+        self.friction.at(amplitude).max(0.0)
+    }
+
     /// Rate of the first mode at `x`, m/s.
     #[must_use]
     pub fn rate(&self, x: &Latent) -> f64 {
@@ -183,9 +197,7 @@ impl Slots {
         dt: f64,
     ) -> Flow {
         let map = &self.map;
-        let (a, v) = (map.height.dot(x), map.rate.dot(x));
-        let amplitude = sqrt(v * v + self.frequency * self.frequency * a * a);
-        let friction = self.rubs(operators, self.friction.at(amplitude).max(0.0), dt);
+        let friction = self.rubs(operators, self.friction_factor(x), dt);
         let (mut resists, mut pulls) = (0.0, 0.0);
         for (memory, z) in self.memories.iter().zip(held) {
             let fade = 1.0 + 0.5 * dt * memory.relax.rate(speed);

@@ -3,13 +3,14 @@
 use super::Correction;
 use crate::TrainError;
 use crate::correct::checkpoint_parts::CheckpointParts;
+use crate::correct::effects::{Held, StandIn, StepWithEffects, with_effects};
 use crate::correct::residual_covariance::{FilterRun, ResidualCovariance};
-use crate::correct::trainable_model::{Batch, DYNAMICS, Rollouts, TrainableModel};
+use crate::correct::trainable_model::{Batch, DYNAMICS, Liquid, Rollouts, TrainableModel};
 use crate::correct::training_sets::TrainingSets;
 use crate::operators::unrolled::dynamics_of;
 use burn::tensor::{Device, Tensor};
 use meniscus::blob::{LoadError, Model};
-use meniscus::latent::generic::Latent;
+use meniscus::latent::generic::LatentState;
 use meniscus_optim::progress::annealed;
 use meniscus_optim::weights::{Adam, Matrix, leaves, scalar};
 use meniscus_platform::files::AlignedBytes;
@@ -25,9 +26,24 @@ pub(super) struct Adaptation<'a> {
     rng: ChaCha8Rng,
     weights: Vec<Matrix>,
     adam: Adam,
-    /// States of the running filter on the new recordings and on the stretched ones, from which forecasts begin.
-    filter_states: [Vec<Vec<Latent>>; 2],
+    last: LastCandidate,
     residuals: ResidualCovariance,
+}
+
+/// What the last candidate tells the steps that follow it.
+struct LastCandidate {
+    /// States of its running filter on the new recordings and on the stretched ones, from which forecasts begin.
+    filter_states: [Vec<Vec<LatentState>>; 2],
+    /// The step that stands for its step with effects; `None` without effects.
+    stand_in: Option<StandIn>,
+}
+
+impl LastCandidate {
+    fn new(model: &Model<'_>, sets: &TrainingSets) -> Self {
+        let filter_states = [&sets.new, &sets.stretched].map(|set| set.filter_states(model));
+        let stand_in = StandIn::along(&model.generic, filter_states[0].iter().flatten());
+        Self { filter_states, stand_in }
+    }
 }
 
 impl<'a> Adaptation<'a> {
@@ -50,7 +66,7 @@ impl<'a> Adaptation<'a> {
             rng: ChaCha8Rng::seed_from_u64(how.seed),
             adam: Adam::new(&weights, 1.0),
             weights,
-            filter_states: filter_states(blob, sets)?,
+            last: LastCandidate::new(&with_effects(blob)?, sets),
             residuals: parts.residuals,
         })
     }
@@ -60,22 +76,41 @@ impl<'a> Adaptation<'a> {
     /// # Errors
     /// [`TrainError::NoMotion`], when no recording is long enough for a roll-out.
     pub(super) fn step(&mut self, step: usize) -> Result<f64, TrainError> {
-        let Self { parts, sets, how, device, rng, weights, adam, filter_states, .. } = self;
+        let blob = match self.last.stand_in {
+            Some(_) => {
+                Some(AlignedBytes::copy(&self.parts.blob(&self.weights, &self.residuals, self.how)?))
+            }
+            None => None,
+        };
+        let model = blob.as_deref().map(with_effects).transpose()?;
+        let Self { parts, sets, how, device, rng, weights, adam, last, .. } = self;
         let parameters = &how.parameters;
         let tensors = leaves(weights, device);
         let dynamics = dynamics_of(&weights[DYNAMICS]);
         let preconditioners = dynamics.preconditioners(&dynamics.stiffness());
-        let trainable = TrainableModel::new(&tensors, &parts.surface, &preconditioners, device);
+        let effects = model.as_ref().zip(last.stand_in.as_ref()).map(|(model, stand_in)| {
+            StepWithEffects::new(&model.generic, stand_in, &tensors[DYNAMICS], &dynamics, device)
+        });
+        let trainable = TrainableModel::new(&tensors, &parts.surface, &preconditioners, effects, device);
         let mut losses: Vec<Tensor<1>> = Vec::new();
-        for (set, count) in [&sets.new, &sets.stretched, &sets.source].into_iter().zip(parameters.batch) {
+        let [new, stretched] = &last.filter_states;
+        let tracked =
+            [(&sets.new, Some(new)), (&sets.stretched, Some(stretched)), (&sets.source, None)].into_iter();
+        for ((set, states), count) in tracked.zip(parameters.batch) {
             let starts = set.draw(count, parameters.tracked_frames, rng);
-            if !starts.is_empty() {
-                let batch = Batch::new(&set.windows, &starts, parameters.tracked_frames, device);
-                losses.push(trainable.tracking_loss(&batch, set.mean_square));
+            if starts.is_empty() {
+                continue;
             }
+            let (liquid, held) = match states {
+                Some(states) => (Liquid::New, FilterRun { windows: &set.windows, states }.held(&starts)),
+                None => (Liquid::Source, vec![Held::default(); starts.len()]),
+            };
+            let batch = Batch::new(&set.windows, &starts, held, parameters.tracked_frames, device);
+            losses.push(trainable.tracking_loss(&batch, liquid, set.mean_square));
         }
         // Of the source nothing is forecast: its motion is another.
-        let forecast = [&sets.new, &sets.stretched].into_iter().zip(&*filter_states).zip(parameters.batch);
+        let forecast =
+            [&sets.new, &sets.stretched].into_iter().zip(&last.filter_states).zip(parameters.batch);
         for ((set, states), count) in forecast {
             let starts = set.draw(count, parameters.forecast_frames, rng);
             if !starts.is_empty() {
@@ -99,19 +134,13 @@ impl<'a> Adaptation<'a> {
     pub(super) fn candidate(&mut self) -> Result<Vec<u8>, TrainError> {
         // The filter that is measured on follows the heights as closely as the source's.
         let follows = self.residuals.with_heights_of(&self.parts.residuals);
-        let probe = self.parts.blob(&self.weights, &follows, self.how)?;
-        self.filter_states = filter_states(&probe, self.sets)?;
-        let [states, _] = &self.filter_states;
+        let probe = AlignedBytes::copy(&self.parts.blob(&self.weights, &follows, self.how)?);
+        let model = with_effects(&probe)?;
+        self.last = LastCandidate::new(&model, self.sets);
+        let [states, _] = &self.last.filter_states;
         let run = FilterRun { windows: &self.sets.new.windows, states };
         let parameters = &self.how.parameters.residuals;
-        self.residuals = self.parts.measured_residuals(&self.weights, &run, parameters);
+        self.residuals = self.parts.measured_residuals(&model.generic, &run, parameters);
         self.parts.blob(&self.weights, &self.residuals, self.how)
     }
-}
-
-/// States of the running filter of `blob` on the new recordings and on the stretched ones.
-fn filter_states(blob: &[u8], sets: &TrainingSets) -> Result<[Vec<Vec<Latent>>; 2], LoadError> {
-    let blob = AlignedBytes::copy(blob);
-    let model = Model::load(&blob)?;
-    Ok([&sets.new, &sets.stretched].map(|set| set.filter_states(&model)))
 }

@@ -15,7 +15,7 @@ use crate::operators::reference_step::{Dynamics, Square};
 use crate::operators::unrolled::{dynamics_of, rounded, weights_of};
 use meniscus::blob::{BEFORE, Header, Model, Tensor as Name};
 use meniscus::latent::encoder::GRU_LAYERS;
-use meniscus::latent::generic::{FrictionLaw, LATENTS, Latent};
+use meniscus::latent::generic::{FrictionLaw, Generic, LATENTS, Latent};
 use meniscus_data::blob_file::{
     factors, read,
     write::{self, Part},
@@ -45,9 +45,6 @@ impl CheckpointParts {
     /// [`TrainError`], when it is refused.
     pub(super) fn new(blob: &[u8]) -> Result<Self, TrainError> {
         let (header, parts) = read::parts(blob)?;
-        if header.embedded.is_some() {
-            return Err(TrainError::Named);
-        }
         let scale = Model::load(blob)?.scale();
         // A loaded blob has every tensor.
         let missing = TrainError::Singular("the tensors of the blob");
@@ -81,15 +78,14 @@ impl CheckpointParts {
         TrainingWindow::new(seen, &self.scale, &self.surface.rest, &self.frozen)
     }
 
-    /// Residuals of step and decoder under `weights` over `run`.
+    /// Residuals of step and decoder over `run` under `generic`, the step of a candidate.
     pub(super) fn measured_residuals(
         &self,
-        weights: &[Matrix],
+        generic: &Generic<'_>,
         run: &FilterRun<'_>,
         parameters: &ResidualParameters,
     ) -> ResidualCovariance {
-        let dynamics = rounded(&dynamics_of(&weights[DYNAMICS]));
-        self.residuals.measured(&dynamics, &self.surface, self.floor, run, parameters)
+        self.residuals.measured(generic, &self.surface, self.floor, run, parameters)
     }
 
     /// The blob with `weights` and `residuals` in the place of what was there.

@@ -9,8 +9,8 @@
 
 use crate::TrainError;
 use crate::calibration::ratios::HELD;
+use crate::correct::effects::with_effects;
 use crate::correct::judge::Subset;
-use meniscus::blob::Model;
 use meniscus::runtime::Mode;
 
 use meniscus_data::blob_file::{factors, read, write};
@@ -24,7 +24,7 @@ use meniscus_virtual::observe_recording::turns;
 /// [`TrainError`], when the blob is refused.
 pub(super) fn rescaled(blob: &[u8], held: &Subset, max_widening: f32) -> Result<Vec<u8>, TrainError> {
     let aligned = AlignedBytes::copy(blob);
-    let model = Model::load(&aligned)?;
+    let model = with_effects(&aligned)?;
     let mut ratios = Vec::new();
     for seen in &held.all {
         for (logged, profile) in turns(&model, seen).iter().zip(seen).skip(held.from) {

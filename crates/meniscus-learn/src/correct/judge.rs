@@ -4,6 +4,7 @@
 
 use super::Sightings;
 use crate::TrainError;
+use crate::correct::effects::{with_effects, without_effects};
 use meniscus::blob::{LoadError, Model};
 use meniscus::runtime::{Estimate, Forecast, InputSource, Memory, Mode, Motion};
 use meniscus::surface::SurfaceProfile;
@@ -69,10 +70,10 @@ impl Judge<'_> {
     /// [`LoadError`], when the blob is refused.
     pub(super) fn errors(&self, blob: &[u8]) -> Result<CandidateErrors, LoadError> {
         let blob = AlignedBytes::copy(blob);
-        let model = Model::load(&blob)?;
+        let (new, old) = (with_effects(&blob)?, without_effects(&blob)?);
         Ok(CandidateErrors {
-            held_out: error(&model, &self.held_out.all, self.held_out.from, self.frames),
-            source: error(&model, self.source, 0, 0),
+            held_out: error(&new, &self.held_out.all, self.held_out.from, self.frames),
+            source: error(&old, self.source, 0, 0),
         })
     }
 }

@@ -26,10 +26,13 @@
 //! The free surface does not teach the inside: of another liquid than its own the new blob knows surface and positions
 //! ([`meniscus::blob::KnownGroups::KINEMATICS`]).
 //!
+//! A model that carries named effects keeps them, and learns what they leave ([`effects`]).
+//!
 //! The laws need no guard: they hold for any weights, and the gain is pulled back until its loop is stable.
 
 mod adaptation;
 mod checkpoint_parts;
+mod effects;
 mod interval;
 mod judge;
 pub mod liquid;
@@ -45,8 +48,9 @@ pub use parameters::{CorrectionParameters, ResidualParameters};
 use crate::TrainError;
 use adaptation::Adaptation;
 use checkpoint_parts::CheckpointParts;
+use effects::freed;
 use judge::{Choice, Judge, split};
-use meniscus::blob::{KnownGroups, Model};
+use meniscus::blob::KnownGroups;
 use meniscus::surface::SurfaceProfile;
 use meniscus_optim::progress::{Session, looks_at};
 use meniscus_platform::files::AlignedBytes;
@@ -123,8 +127,8 @@ pub fn correct(
 ) -> Result<Corrected, TrainError> {
     let (blob, parameters) = (AlignedBytes::copy(blob), &how.parameters);
     let parts = CheckpointParts::new(&blob)?;
-    let (learnt, held_out) = split(recordings, parameters.learnt_share)?;
-    let sets = TrainingSets::new(&Model::load(&blob)?, &parts, &learnt, source, parameters);
+    let (learnt, held_out) = split(&freed(&blob, recordings)?, parameters.learnt_share)?;
+    let sets = TrainingSets::new(&blob, &parts, &learnt, source, parameters)?;
     let judge = Judge { held_out: &held_out, source, frames: parameters.judged_frames };
     let mut choice = Choice::new(&blob, judge.errors(&blob)?, parameters.forgetting);
     let mut adaptation = Adaptation::new(&blob, &parts, &sets, how)?;

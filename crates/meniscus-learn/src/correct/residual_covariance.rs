@@ -15,12 +15,13 @@
 //! A blob states Q / rho and d / rho, because only their ratio to the stated r matters to the filter, and the k of heights
 //! sqrt(rho) times, because the filter's P is then 1 / rho too large.
 
+use crate::correct::effects::Held;
 use crate::correct::parameters::ResidualParameters;
 use crate::correct::surface_decoder::SurfaceDecoder;
 use crate::correct::training_window::TrainingWindow;
-use crate::operators::reference_step::{Dynamics, Square};
+use crate::operators::reference_step::Square;
 use meniscus::blob::Tensor;
-use meniscus::latent::generic::Latent;
+use meniscus::latent::generic::{Generic, LatentState};
 use meniscus::latent::window::WINDOW;
 use meniscus::surface::POINTS;
 use meniscus::uncertainty::discrepancy::LEAST_M2;
@@ -33,7 +34,14 @@ pub(super) struct FilterRun<'a> {
     /// Windows, one a recording.
     pub(super) windows: &'a [TrainingWindow],
     /// States, frame by frame, of the same recordings.
-    pub(super) states: &'a [Vec<Latent>],
+    pub(super) states: &'a [Vec<LatentState>],
+}
+
+impl FilterRun<'_> {
+    /// Memories of the effects at each of `starts` (window, frame).
+    pub(super) fn held(&self, starts: &[(usize, usize)]) -> Vec<Held> {
+        starts.iter().map(|&(i, n)| self.states[i][n].held).collect()
+    }
 }
 
 /// Q, d and rho.
@@ -76,10 +84,10 @@ impl ResidualCovariance {
         factors::change(parts, |of| of.surface.iter_mut().for_each(|k| *k *= care));
     }
 
-    /// Residuals over `run` under `dynamics`; `self` are the source's.
+    /// Residuals over `run` under `generic`; `self` are the source's.
     pub(super) fn measured(
         &self,
-        dynamics: &Dynamics,
+        generic: &Generic<'_>,
         surface: &SurfaceDecoder,
         floor: f64,
         run: &FilterRun<'_>,
@@ -89,14 +97,11 @@ impl ResidualCovariance {
         for (window, filter_states) in run.windows.iter().zip(run.states) {
             let said = surface.heights(filter_states);
             for n in WINDOW + 1..window.frames().min(filter_states.len()) {
-                let c = filter_states[n] - dynamics.turn(&filter_states[n - 1], f64::from(window.u[n])).x;
+                let (mut predicted, x) = (filter_states[n - 1], &filter_states[n].latent);
+                generic.step(&mut predicted, f64::from(window.u[n]));
+                let c = x - predicted.latent;
                 moved += c * c.transpose();
-                frames.push(FrameResiduals::new(
-                    window,
-                    &said,
-                    n,
-                    floor + dynamics.energy(&filter_states[n]),
-                ));
+                frames.push(FrameResiduals::new(window, &said, n, floor + generic.potential.value(x)));
             }
         }
         let weight: f64 = frames.iter().map(|frame| frame.w).sum();
@@ -152,17 +157,17 @@ fn rho(frames: &mut [FrameResiduals], parameters: &ResidualParameters) -> f64 {
 mod tests {
     use super::*;
     use crate::correct::checkpoint_parts::CheckpointParts;
-    use crate::correct::trainable_model::DYNAMICS;
     use crate::networks::noise::normal;
-    use crate::operators::unrolled::dynamics_of;
+    use meniscus::blob::Model;
+    use meniscus::latent::generic::Latent;
     use meniscus_platform::files::AlignedBytes;
     use rand::SeedableRng;
     use rand_chacha::ChaCha8Rng;
 
-    /// Residuals of `run` under the weights of `parts`.
-    fn measured(parts: &CheckpointParts, floor: f64, run: &FilterRun<'_>) -> ResidualCovariance {
-        let dynamics = dynamics_of(&parts.weights[DYNAMICS]);
-        parts.residuals.measured(&dynamics, &parts.surface, floor, run, &ResidualParameters::default())
+    /// Residuals of `run` under the model `blob`, whose `parts` these are.
+    fn measured(blob: &[u8], parts: &CheckpointParts, floor: f64, run: &FilterRun<'_>) -> ResidualCovariance {
+        let generic = Model::load(blob).expect("the shipped model").generic;
+        parts.residuals.measured(&generic, &parts.surface, floor, run, &ResidualParameters::default())
     }
 
     /// Residuals hidden in a liquid's motion and heights are found: those of the step, the places of the decoder's, and
@@ -171,21 +176,26 @@ mod tests {
     fn what_is_hidden_is_measured() {
         let blob = AlignedBytes::copy(meniscus_shipped::MODEL);
         let parts = CheckpointParts::new(&blob).expect("the shipped model");
-        let dynamics = dynamics_of(&parts.weights[DYNAMICS]);
+        let generic = Model::load(&blob).expect("the shipped model").generic;
         let mut rng = ChaCha8Rng::seed_from_u64(5);
         let (frames, r, floor) = (3000, 1e-6_f64, 0.01);
-        let (mut x, mut filter_states) = (Latent::zeros(), Vec::new());
+        let (mut state, mut filter_states) = (LatentState::default(), Vec::new());
         for n in 0..frames {
             // Lively for three quarters of the time; the second latent is missed three times as far as any other.
             let life = if n % 1000 < 250 { 1e-3 } else { 0.1 };
             let miss = Latent::from_fn(|i, _| life * normal(&mut rng) * if i == 1 { 3.0 } else { 1.0 });
-            x = if n % 1000 == 0 { miss } else { dynamics.turn(&x, 0.0).x + miss };
-            filter_states.push(x);
+            if n % 1000 == 0 {
+                state = LatentState::default();
+            } else {
+                generic.step(&mut state, 0.0);
+            }
+            state.latent += miss;
+            filter_states.push(state);
         }
         let said = parts.surface.heights(&filter_states);
         let misfit = |point: usize| if (3..=17).contains(&point) { 1e-8 } else { 4e-6 };
         let height = (0..frames * POINTS).map(|at| {
-            let w = floor + dynamics.energy(&filter_states[at / POINTS]);
+            let w = floor + generic.potential.value(&filter_states[at / POINTS].latent);
             let off =
                 (0.25 * r).sqrt() * normal(&mut rng) + (w * misfit(at % POINTS)).sqrt() * normal(&mut rng);
             said[at] + off as f32
@@ -198,7 +208,8 @@ mod tests {
             read: vec![1.0; frames],
             hidden: vec![],
         };
-        let found = measured(&parts, floor, &FilterRun { windows: &[window], states: &[filter_states] });
+        let found =
+            measured(&blob, &parts, floor, &FilterRun { windows: &[window], states: &[filter_states] });
         assert!((found.rho - 0.25).abs() < 0.03, "rho {}", found.rho);
         assert!((found.heights[1] / 4e-6 - 1.0).abs() < 0.15, "{:?}", found.heights);
         assert!(found.heights[10] < 1e-7, "{:?}", found.heights);
@@ -212,6 +223,6 @@ mod tests {
     fn without_frames_the_source_stays() {
         let blob = AlignedBytes::copy(meniscus_shipped::MODEL);
         let parts = CheckpointParts::new(&blob).expect("the shipped model");
-        assert_eq!(measured(&parts, 0.01, &FilterRun { windows: &[], states: &[] }), parts.residuals);
+        assert_eq!(measured(&blob, &parts, 0.01, &FilterRun { windows: &[], states: &[] }), parts.residuals);
     }
 }

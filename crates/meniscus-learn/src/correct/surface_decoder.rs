@@ -3,7 +3,7 @@
 use burn::tensor::{Device, Tensor, TensorData};
 use meniscus::blob::Tensor as Name;
 use meniscus::latent::decoder::MAX_TRUNK;
-use meniscus::latent::generic::{LATENTS, Latent};
+use meniscus::latent::generic::{LATENTS, LatentState};
 use meniscus_data::blob_file::write::Part;
 use meniscus_optim::nets::perceptron;
 use meniscus_optim::weights::{Matrix, numbers};
@@ -45,11 +45,11 @@ impl SurfaceDecoder {
         Some(Self { linear: last(matrix(part(Name::TrunkLinear)?)), trunk, basis: matrix(basis), rest })
     }
 
-    /// Heights over rest of every state of `x`, row-major, m.
-    pub(super) fn heights(&self, x: &[Latent]) -> Vec<f32> {
+    /// Heights over rest of every one of `states`, row-major, m.
+    pub(super) fn heights(&self, states: &[LatentState]) -> Vec<f32> {
         let device = Device::flex();
-        let rows: Vec<f32> = x.iter().flat_map(|x| x.iter().map(|&v| v as f32)).collect();
-        let x = Tensor::from_data(TensorData::new(rows, [x.len(), LATENTS]), &device);
+        let rows: Vec<f32> = states.iter().flat_map(|s| s.latent.iter().map(|&v| v as f32)).collect();
+        let x = Tensor::from_data(TensorData::new(rows, [states.len(), LATENTS]), &device);
         numbers(SurfaceTensors::new(self, &device).heights(x))
     }
 }

@@ -14,6 +14,7 @@
 //! degeneracy conditions L grad S = 0 and M grad E = 0 hold for every weight, so that the loss needs no term for them (the
 //! paper adds one, for the wrong pair).
 
+use crate::correct::effects::{Held, StepWithEffects};
 use crate::correct::residual_covariance::FilterRun;
 use crate::correct::surface_decoder::{SurfaceDecoder, SurfaceTensors};
 use crate::correct::training_window::TrainingWindow;
@@ -51,14 +52,16 @@ pub(super) struct Batch {
     u: Vec<Tensor<2>>,
     read: Vec<Tensor<2>>,
     truth: Heights,
-    size: usize,
+    /// Memories of the effects at the start, one row each.
+    held: Vec<Held>,
 }
 
 impl Batch {
-    /// Roll-outs that start at (window, frame).
+    /// Roll-outs that start at (window, frame), with the memories `held`.
     pub(super) fn new(
         windows: &[TrainingWindow],
         starts: &[(usize, usize)],
+        held: Vec<Held>,
         tracked_frames: usize,
         device: &Device,
     ) -> Self {
@@ -85,7 +88,7 @@ impl Batch {
                 seen: gather(POINTS, &|l| &l.seen, 0, POINTS),
             },
             frames: tracked_frames,
-            size: starts.len(),
+            held,
         }
     }
 }
@@ -93,6 +96,8 @@ impl Batch {
 /// A batch of rollouts as tensors.
 pub(super) struct Rollouts {
     from: Tensor<2>,
+    /// Memories of the effects at the start, one row each.
+    held: Vec<Held>,
     /// A tensor `[rollouts, 1]` for each frame.
     u: Vec<Tensor<2>>,
     truth: Heights,
@@ -118,9 +123,10 @@ impl Rollouts {
         let points = |of: &dyn Fn(&TrainingWindow) -> &[f32]| {
             tensor((1..=frames).flat_map(|k| row(k, POINTS, of)).collect(), POINTS)
         };
-        let from = starts.iter().flat_map(|&(i, n)| states[i][n].iter().map(|&x| x as f32));
+        let from = starts.iter().flat_map(|&(i, n)| states[i][n].latent.iter().map(|&x| x as f32));
         Self {
             from: tensor(from.collect(), LATENTS),
+            held: run.held(starts),
             u: (1..=frames).map(|k| tensor(row(k, 1, &|l| &l.u), 1)).collect(),
             truth: Heights { height: points(&|l| &l.height), seen: points(&|l| &l.seen) },
         }
@@ -133,18 +139,38 @@ pub(super) struct TrainableModel<'a> {
     decoded: SurfaceTensors,
     operators: Operators,
     frozen: Operators,
+    effects: Option<StepWithEffects<'a>>,
+}
+
+/// Liquid of a recording.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Liquid {
+    /// The one that is learnt, with the effects that the model carries.
+    New,
+    /// The one that the model was trained on.
+    Source,
 }
 
 impl<'a> TrainableModel<'a> {
-    /// With `weights` (leaves) and with what stays.
+    /// With `weights` (leaves), with what stays, and with the step of a model that carries effects.
     pub(super) fn new(
         weights: &'a [Tensor<2>],
         surface: &SurfaceDecoder,
         preconditioners: &[Square],
+        effects: Option<StepWithEffects<'a>>,
         device: &Device,
     ) -> Self {
         let operators = Operators::new(&weights[DYNAMICS], preconditioners, device);
-        Self { weights, decoded: SurfaceTensors::new(surface, device), frozen: operators.frozen(), operators }
+        let decoded = SurfaceTensors::new(surface, device);
+        Self { weights, decoded, frozen: operators.frozen(), operators, effects }
+    }
+
+    /// One turn of every row under the ports `u`.
+    fn turn(&self, liquid: Liquid, x: Tensor<2>, u: &Tensor<2>, held: &mut [Held]) -> Tensor<2> {
+        match &self.effects {
+            Some(effects) if liquid == Liquid::New => effects.turn(x, u.clone(), held),
+            _ => self.operators.turn(x, u.clone(), &self.frozen).0,
+        }
     }
 
     /// < |S(x) - z|^2 >, relative to the mean square height `size`, m2.
@@ -154,18 +180,18 @@ impl<'a> TrainableModel<'a> {
             * (1.0 / (points * size))
     }
 
-    /// The loss of tracking_loss `batch`.
-    pub(super) fn tracking_loss(&self, batch: &Batch, size: f32) -> Tensor<1> {
+    /// The loss of tracking_loss `batch` of `liquid`.
+    pub(super) fn tracking_loss(&self, batch: &Batch, liquid: Liquid, size: f32) -> Tensor<1> {
         let mut states = gru_layer(batch.hidden.clone(), &self.weights[GRU]);
         let last = states.pop().expect("a window has at least one frame");
         let head = &self.weights[HEAD];
         let y_all = linear(last, &head[0], &head[1]).narrow(1, 0, LATENTS);
-        let y = |k: usize| y_all.clone().narrow(0, k * batch.size, batch.size);
+        let y = |k: usize| y_all.clone().narrow(0, k * batch.held.len(), batch.held.len());
         let gain_t = self.weights[GAIN].clone().transpose();
-        let mut x = y(0);
+        let (mut x, mut held) = (y(0), batch.held.clone());
         let mut filtered = vec![x.clone()];
         for k in 1..=batch.frames {
-            let (predicted, _) = self.operators.turn(x, batch.u[k].clone(), &self.frozen);
+            let predicted = self.turn(liquid, x, &batch.u[k], &mut held);
             let innovation = (y(k) - predicted.clone()).matmul(gain_t.clone()) * batch.read[k].clone();
             x = predicted + innovation;
             filtered.push(x.clone());
@@ -175,10 +201,10 @@ impl<'a> TrainableModel<'a> {
 
     /// The loss of forecast_loss `rollouts`.
     pub(super) fn forecast_loss(&self, rollouts: &Rollouts, size: f32) -> Tensor<1> {
-        let mut f = rollouts.from.clone();
+        let (mut f, mut held) = (rollouts.from.clone(), rollouts.held.clone());
         let mut all = Vec::with_capacity(rollouts.u.len());
         for u in &rollouts.u {
-            f = self.operators.turn(f, u.clone(), &self.frozen).0;
+            f = self.turn(Liquid::New, f, u, &mut held);
             all.push(f.clone());
         }
         self.miss(Tensor::cat(all, 0), &rollouts.truth, size)

@@ -2,11 +2,12 @@
 
 use super::Sightings;
 use crate::correct::checkpoint_parts::CheckpointParts;
+use crate::correct::effects::{remembering, with_effects, without_effects};
 use crate::correct::judge::Subset;
 use crate::correct::parameters::CorrectionParameters;
 use crate::correct::training_window::TrainingWindow;
-use meniscus::blob::Model;
-use meniscus::latent::generic::Latent;
+use meniscus::blob::{LoadError, Model};
+use meniscus::latent::generic::{Latent, LatentState};
 use meniscus::latent::window::WINDOW;
 use meniscus::runtime::InputSource;
 use meniscus::surface::{POINTS, SurfaceProfile};
@@ -32,8 +33,9 @@ impl TrainingSet {
     }
 
     /// State of the running filter of `model` at every frame of every recording.
-    pub(super) fn filter_states(&self, model: &Model<'_>) -> Vec<Vec<Latent>> {
-        self.sightings.iter().map(|seen| filter_states(model, seen)).collect()
+    pub(super) fn filter_states(&self, model: &Model<'_>) -> Vec<Vec<LatentState>> {
+        let runs = self.sightings.iter().zip(&self.windows);
+        runs.map(|(seen, window)| remembering(&model.generic, &latents(model, seen), &window.u)).collect()
     }
 
     /// Starts of `count` roll-outs of `frames` as (window, frame): anywhere after the first window, of two draws the
@@ -54,18 +56,24 @@ pub(super) struct TrainingSets {
 }
 
 impl TrainingSets {
-    /// Sets from the part `learnt` of the new recordings and from those of the source liquid, as `model` sees them.
+    /// Sets from the part `learnt` of the new recordings and from those of the source liquid, as the model `blob` sees them with
+    /// its effects and without.
+    ///
+    /// # Errors
+    /// [`LoadError`], when the blob is refused.
     pub(super) fn new(
-        model: &Model<'_>,
+        blob: &[u8],
         parts: &CheckpointParts,
         learnt: &Subset,
         source: &[Sightings],
         parameters: &CorrectionParameters,
-    ) -> Self {
-        let straight = |all: &[Sightings]| all.iter().map(|seen| in_line(model, seen)).collect::<Vec<_>>();
+    ) -> Result<Self, LoadError> {
+        let straight = |model: Model<'_>, all: &[Sightings]| -> Vec<Sightings> {
+            all.iter().map(|seen| in_line(&model, seen)).collect()
+        };
         let windows = |all: &[Sightings]| all.iter().map(|seen| parts.window(seen)).collect::<Vec<_>>();
-        let seen_new = straight(&learnt.all);
-        let seen_source = straight(source);
+        let seen_new = straight(with_effects(blob)?, &learnt.all);
+        let seen_source = straight(without_effects(blob)?, source);
         let (mut new, old) = (windows(&seen_new), windows(&seen_source));
         let (mut strong, mut seen_strong) = (Vec::new(), Vec::new());
         for factor in parameters.stretch {
@@ -79,16 +87,16 @@ impl TrainingSets {
                 *window = window.part(0, frames.min(window.frames()));
             }
         }
-        Self {
+        Ok(Self {
             new: TrainingSet::new(new, seen_new),
             stretched: TrainingSet::new(strong, seen_strong),
             source: TrainingSet::new(old, seen_source),
-        }
+        })
     }
 }
 
-/// State of the running filter of `model` at every frame of `seen`.
-fn filter_states(model: &Model<'_>, seen: &Sightings) -> Vec<Latent> {
+/// Latents of the running filter of `model` at every frame of `seen`.
+fn latents(model: &Model<'_>, seen: &Sightings) -> Vec<Latent> {
     let mut latents = Vec::with_capacity(seen.len());
     turns_with(model, seen, |_| InputSource::Tracked, |_, _, estimate| latents.push(estimate.latent.into()));
     latents

@@ -27,7 +27,7 @@ const SOLVER_CORRECTIONS: usize = 12;
 const SOLVED: f32 = 1e-4;
 
 /// Rates are counted in this, 1/s, so that every weight is of order one and one learning rate fits all.
-const RATE: f64 = 30.0;
+pub(crate) const RATE: f64 = 30.0;
 
 /// The operators as tensors; states are rows, so every matrix acts from the right.
 #[derive(Clone)]
@@ -91,14 +91,19 @@ pub(crate) fn dynamics_of(weights: &[Matrix]) -> Dynamics {
 impl Operators {
     /// From the tensors of [`weights_of`]; the preconditioners are constants ([`Dynamics::preconditioners`]).
     pub(crate) fn new(tensors: &[Tensor<2>], preconditioners: &[Square], device: &Device) -> Self {
-        let mask = |keep: fn(usize, usize) -> bool| {
-            let values =
-                (0..LATENTS * LATENTS).map(|k| if keep(k / LATENTS, k % LATENTS) { 1.0 } else { 0.0 });
-            Matrix::new(LATENTS, LATENTS, values.collect()).tensor(device)
-        };
-        let lower = tensors[0].clone() * mask(|i, j| i > j);
-        let c = tensors[1].clone() * mask(|i, j| i >= j);
-        let (skew, friction) = (lower.clone() - lower.transpose(), c.clone().matmul(c.transpose()));
+        let c = factor_of(&tensors[1], device);
+        Self::with_friction(tensors, c.clone().matmul(c.transpose()), preconditioners, device)
+    }
+
+    /// The same with `friction` as D, in units of [`RATE`].
+    pub(crate) fn with_friction(
+        tensors: &[Tensor<2>],
+        friction: Tensor<2>,
+        preconditioners: &[Square],
+        device: &Device,
+    ) -> Self {
+        let lower = tensors[0].clone() * mask(|i, j| i > j, device);
+        let skew = lower.clone() - lower.transpose();
         let step = (RATE * FRAME_INTERVAL_S) as f32;
         let law = tensors.get(7).map(|numbers| LawTensors::new(numbers, friction.clone() * step));
         let flow = if law.is_some() { skew } else { skew - friction };
@@ -203,6 +208,17 @@ impl Operators {
         let heat = self.energy(a) - self.energy(b.clone());
         (b + kick, heat)
     }
+}
+
+/// Ones where `keep` says of row and column, zeros elsewhere.
+fn mask(keep: fn(usize, usize) -> bool, device: &Device) -> Tensor<2> {
+    let values = (0..LATENTS * LATENTS).map(|k| if keep(k / LATENTS, k % LATENTS) { 1.0 } else { 0.0 });
+    Matrix::new(LATENTS, LATENTS, values.collect()).tensor(device)
+}
+
+/// C of the second tensor of [`weights_of`], whose numbers above the diagonal mean nothing.
+pub(crate) fn factor_of(friction: &Tensor<2>, device: &Device) -> Tensor<2> {
+    friction.clone() * mask(|i, j| i >= j, device)
 }
 
 /// p(a) = sqrt(1 + a^2).
