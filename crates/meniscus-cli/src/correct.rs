@@ -29,6 +29,8 @@ use std::path::{Path, PathBuf};
 /// 0.25 s ahead on it is kept. A candidate whose error on the model's own liquid grows by more than --forgetting is refused. If
 /// no candidate improves the forecast, no blob is written and the exit status is 1. Ctrl-C writes none either.
 ///
+/// Effects that `meniscus insert` put into the model stay in it with their values, and the weights learn what they leave.
+///
 /// Recordings of the simulator are seen through the simulated camera. A camera's recordings (.mcap, .bag, .db3, or a folder with
 /// frames.csv) need --setup, which has the position of the camera. One correction takes one kind.
 #[derive(clap::Args, Debug)]
