@@ -99,6 +99,23 @@ fn too_little_is_refused() {
     assert!(matches!(refused, TrainError::Blob(_)), "{refused}");
 }
 
+/// A model whose friction depends on the rate of shear (blood) learns a liquid whose friction does not.
+#[test]
+fn a_friction_law_is_corrected() {
+    let path = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../models/blood.blob"));
+    let blood = AlignedBytes::copy(&std::fs::read(path).expect("the shipped model of blood"));
+    let law = |blob: &[u8]| Model::load(blob).expect("the camera side takes it").generic.law;
+    let parameters = CorrectionParameters { steps: 60, ..CorrectionParameters::default() };
+    let how = Correction { parameters, quiet: true, ..Correction::default() };
+    let corrected = correct(&blood, &other(), &[], &how, &AtomicBool::new(false)).expect("a corrected model");
+    println!("held out {:?}", corrected.held);
+    assert!(corrected.held[1] < 0.5 * corrected.held[0], "{:?}", corrected.held);
+    let (before, after) = (law(&blood).expect("a law"), law(&AlignedBytes::copy(&corrected.blob)));
+    let after = after.expect("the law stays");
+    println!("{before:?} became {after:?}");
+    assert!(before.numbers() != after.numbers(), "its numbers are learnt, too: {after:?}");
+}
+
 /// A camera that measures every length 3 % too long, before the liquid of [`other`]; the model carries that, and a part of what
 /// makes the liquid less damped than its own.
 #[test]

@@ -12,8 +12,8 @@
 //! moves.
 
 use super::dataset::Dataset;
-use super::frame::Frame;
 use super::kinds::Kinds;
+use super::scaling::Scaling;
 use meniscus_optim::weights::Matrix;
 use nalgebra::{DMatrix, DVector};
 
@@ -56,15 +56,20 @@ pub(super) struct Form {
 
 impl Form {
     /// Form of the system that `data` is from.
-    pub(super) fn new(data: &Dataset, frame: &Frame, kinds: &Kinds, reversible: ReversibleOperator) -> Self {
+    pub(super) fn new(
+        data: &Dataset,
+        scaling: &Scaling,
+        kinds: &Kinds,
+        reversible: ReversibleOperator,
+    ) -> Self {
         let n = data.variables();
         let scaled = |m: &DMatrix<f64>| {
-            DMatrix::from_fn(n, n, |i, j| data.dt_s * m[(i, j)] / (frame.scale[i] * frame.scale[j]))
+            DMatrix::from_fn(n, n, |i, j| data.dt_s * m[(i, j)] / (scaling.scale[i] * scaling.scale[j]))
         };
         let bodies = |i: &usize| kinds.points.iter().chain(&kinds.momenta).flatten().any(|k| k == i);
         let rubs =
-            |i: &usize| frame.moving[*i] && data.friction.as_ref().is_none_or(|m| m.row(*i).amax() > 0.0);
-        let turns = |i: usize| frame.moving[i] && !kinds.entropies.contains(&i);
+            |i: &usize| scaling.moving[*i] && data.friction.as_ref().is_none_or(|m| m.row(*i).amax() > 0.0);
+        let turns = |i: usize| scaling.moving[i] && !kinds.entropies.contains(&i);
         let learns = reversible == ReversibleOperator::Learnt || data.skew.is_none();
         let pairs = (0..n).flat_map(|i| (0..i).map(move |j| (i, j)));
         let (count, mut rows) = (kinds.points.len(), Vec::new());
@@ -90,7 +95,7 @@ impl Form {
             return form;
         }
         let states = data.training.iter().flat_map(|&k| &data.paths[k]);
-        let seen: Vec<_> = states.map(|z| form.features(&frame.inward(z))).collect();
+        let seen: Vec<_> = states.map(|z| form.features(&scaling.inward(z))).collect();
         for k in 0..rows.len() {
             let mean = seen.iter().map(|f| f[k]).sum::<f64>() / seen.len() as f64;
             let variance = seen.iter().map(|f| (f[k] - mean).powi(2)).sum::<f64>() / seen.len() as f64;

@@ -2,9 +2,9 @@
 
 use super::dataset::Dataset;
 use super::exact::Exact;
-use super::frame::Frame;
 use super::kinds::Kinds;
 use super::published::Published;
+use super::scaling::Scaling;
 use super::soft::Soft;
 use burn::tensor::{Device, Tensor};
 use meniscus_optim::laws::Laws;
@@ -14,8 +14,8 @@ use nalgebra::{DMatrix, DVector};
 /// A net that is judged.
 pub(super) enum Judged<'a> {
     Published(&'a Published),
-    Exact(&'a Frame, Box<Exact>),
-    Soft(&'a Frame, &'a Soft, Vec<Matrix>),
+    Exact(&'a Scaling, Box<Exact>),
+    Soft(&'a Scaling, &'a Soft, Vec<Matrix>),
 }
 
 /// Figures of a net on the test trajectories.
@@ -106,7 +106,7 @@ impl Judged<'_> {
                     path.push(net.outward(&z));
                 }
             }
-            Self::Soft(frame, net, weights) => {
+            Self::Soft(scaling, net, weights) => {
                 let device = Device::flex();
                 let tensors = constants(weights, &device);
                 let vector =
@@ -114,7 +114,7 @@ impl Judged<'_> {
                 let n = state.len();
                 let matrix =
                     |t: Tensor<3>| DMatrix::from_row_iterator(n, n, numbers(t).into_iter().map(f64::from));
-                let mut x = frame.inward(state);
+                let mut x = scaling.inward(state);
                 while path.len() < count {
                     let row = Matrix::new(1, n, x.iter().map(|&v| v as f32).collect()).tensor(&device);
                     let ([e, s], [l, m]) = net.say(&tensors, row);
@@ -123,11 +123,11 @@ impl Judged<'_> {
                     slices(&e, &s, &step, laws);
                     said(laws, (&l, &m), &e, &s);
                     x += step;
-                    path.push(frame.outward(&x));
+                    path.push(scaling.outward(&x));
                 }
             }
-            Self::Exact(frame, net) => {
-                let (mut x, appended) = (frame.inward(state), net.form.kinds.entropies.is_empty());
+            Self::Exact(scaling, net) => {
+                let (mut x, appended) = (scaling.inward(state), net.form.kinds.entropies.is_empty());
                 while path.len() < count {
                     for turn in net.turn(&x) {
                         let ([de, ds, dz], [l, m]) = (&turn.slopes, &turn.operators);
@@ -141,7 +141,7 @@ impl Judged<'_> {
                         books.held += u32::from(turn.held);
                         x = turn.x;
                     }
-                    path.push(frame.outward(&x));
+                    path.push(scaling.outward(&x));
                 }
             }
         }
@@ -149,7 +149,7 @@ impl Judged<'_> {
     }
 
     /// Rolls out from the first state of every trajectory of `data` that judges.
-    pub(super) fn figures(&self, data: &Dataset, frame: &Frame, kinds: &Kinds) -> Figures {
+    pub(super) fn figures(&self, data: &Dataset, scaling: &Scaling, kinds: &Kinds) -> Figures {
         let (mut laws, mut books, mut paths) = (Laws::default(), Books::default(), Vec::new());
         for &k in &data.test {
             let truth = &data.paths[k];
@@ -166,11 +166,11 @@ impl Judged<'_> {
                 / count;
         let mse = square.iter().fold(&mean * 0.0, |sum, s| sum + s) / square.len() as f64;
         let part = |errors: &DVector<f64>| {
-            let all = (0..errors.len()).filter(|&i| frame.moving[i]).map(|i| errors[i] / variance[i]);
+            let all = (0..errors.len()).filter(|&i| scaling.moving[i]).map(|i| errors[i] / variance[i]);
             (all.clone().sum::<f64>() / all.count().max(1) as f64).sqrt()
         };
         let relative = (0..mse.len())
-            .map(|i| if frame.moving[i] { (mse[i] / variance[i]).sqrt() } else { f64::NAN })
+            .map(|i| if scaling.moving[i] { (mse[i] / variance[i]).sqrt() } else { f64::NAN })
             .collect();
         Figures {
             name: self.name(),

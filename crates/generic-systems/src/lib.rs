@@ -13,13 +13,13 @@ mod dataset;
 mod energy;
 mod exact;
 mod form;
-mod frame;
 mod judge;
 mod kinds;
 mod learn;
 mod operators;
 mod published;
 mod report;
+mod scaling;
 mod soft;
 mod squares;
 
@@ -34,13 +34,13 @@ pub use report::{checks, markdown, rollouts_png};
 
 use exact::Exact;
 use form::Form;
-use frame::Frame;
 use judge::Judged;
 use learn::{Lessons, SoftDescent};
 use meniscus_optim::progress::{Checkpoints, Curve, Session};
 use meniscus_optim::weights::Matrix;
 use nalgebra::DVector;
 use safetensors::tensor::{Dtype, TensorView, serialize};
+use scaling::Scaling;
 use soft::Soft;
 use std::sync::atomic::AtomicBool;
 
@@ -100,7 +100,7 @@ pub struct Outcome {
     /// Weights of the exact net, by name.
     pub weights: Vec<(&'static str, Matrix)>,
     /// mean and scale of the states: x = (z - mean) / scale.
-    pub frame: [Vec<f64>; 2],
+    pub scaling: [Vec<f64>; 2],
     /// Errors of every stage over its steps.
     pub curves: Vec<Curve>,
 }
@@ -112,9 +112,9 @@ impl Outcome {
     /// [`safetensors::SafeTensorError`] of the format; with these names there is none.
     pub fn safetensors(&self) -> Result<Vec<u8>, safetensors::SafeTensorError> {
         let row = |v: &Vec<f64>| Matrix::new(1, v.len(), v.iter().map(|&v| v as f32).collect());
-        let frame = ["mean", "scale"].into_iter().zip(self.frame.iter().map(row));
+        let scaling = ["mean", "scale"].into_iter().zip(self.scaling.iter().map(row));
         let all: Vec<(&str, [usize; 2], Vec<u8>)> = (self.weights.iter().map(|(name, m)| (*name, m.clone())))
-            .chain(frame)
+            .chain(scaling)
             .map(|(name, m)| {
                 (name, [m.rows, m.columns], m.values.iter().flat_map(|v| v.to_le_bytes()).collect())
             })
@@ -141,9 +141,9 @@ pub fn train(
     options: &Options,
     stop: &AtomicBool,
 ) -> Outcome {
-    let frame = Frame::of(&data, &options.kinds);
-    let form = Form::new(&data, &frame, &options.kinds, options.reversible);
-    let lessons = lessons(&data, &frame);
+    let scaling = Scaling::of(&data, &options.kinds);
+    let form = Form::new(&data, &scaling, &options.kinds, options.reversible);
+    let lessons = lessons(&data, &scaling);
     let quiet = options.progress == ProgressBars::Hidden;
     let session = Session::new(quiet, stop).kept(options.checkpoints.clone(), fingerprint(&data, options));
     let soft = Soft::new(&form);
@@ -167,16 +167,16 @@ pub fn train(
     let row: Vec<f64> = weights.iter().flat_map(|m| &m.values).map(|&v| f64::from(v)).collect();
 
     let mut judged: Vec<Judged<'_>> = published.map(Judged::Published).into_iter().collect();
-    judged.extend(soft_weights.map(|w| Judged::Soft(&frame, &soft, w)));
-    judged.push(Judged::Exact(&frame, Box::new(Exact::new(&form, &row))));
-    let figures = judged.iter().map(|net| net.figures(&data, &frame, &options.kinds)).collect();
+    judged.extend(soft_weights.map(|w| Judged::Soft(&scaling, &soft, w)));
+    judged.push(Judged::Exact(&scaling, Box::new(Exact::new(&form, &row))));
+    let figures = judged.iter().map(|net| net.figures(&data, &scaling, &options.kinds)).collect();
     let list = |v: &DVector<f64>| v.iter().copied().collect();
     Outcome {
         figures,
         names,
-        moving: frame.moving.clone(),
+        moving: scaling.moving.clone(),
         weights: named(&form, &row),
-        frame: [list(&frame.mean), list(&frame.scale)],
+        scaling: [list(&scaling.mean), list(&scaling.scale)],
         curves: session.curves(),
         data,
     }
@@ -196,8 +196,8 @@ fn named(form: &Form, w: &[f64]) -> Vec<(&'static str, Matrix)> {
 }
 
 /// Scaled trajectories, every [`CHOOSING`]th of them to choose by.
-fn lessons(data: &Dataset, frame: &Frame) -> Lessons {
-    let scaled = |&k: &usize| data.paths[k].iter().map(|z| frame.inward(z)).collect::<Vec<_>>();
+fn lessons(data: &Dataset, scaling: &Scaling) -> Lessons {
+    let scaled = |&k: &usize| data.paths[k].iter().map(|z| scaling.inward(z)).collect::<Vec<_>>();
     let every = CHOOSING.min(data.training.len());
     let (mut training, mut choosing) = (Vec::new(), Vec::new());
     for (at, k) in data.training.iter().enumerate() {
@@ -206,7 +206,7 @@ fn lessons(data: &Dataset, frame: &Frame) -> Lessons {
     let root = |squares: Vec<f64>| (squares.iter().sum::<f64>() / squares.len().max(1) as f64).sqrt();
     let all = || training.iter().map(|path: &Vec<DVector<f64>>| path.as_slice());
     let moved = |i: usize, f: &dyn Fn(usize) -> Vec<f64>| {
-        if frame.moving[i] { root(f(i)).max(f64::MIN_POSITIVE) } else { 1.0 }
+        if scaling.moving[i] { root(f(i)).max(f64::MIN_POSITIVE) } else { 1.0 }
     };
     let strides =
         |i: usize| all().flat_map(|p| p.windows(2).map(move |w| (w[1][i] - w[0][i]).powi(2))).collect();
@@ -219,7 +219,7 @@ fn lessons(data: &Dataset, frame: &Frame) -> Lessons {
     Lessons {
         stride: (0..n).map(|i| moved(i, &strides)).collect(),
         spread: (0..n).map(|i| moved(i, &spreads)).collect(),
-        moves: frame.moving.clone(),
+        moves: scaling.moving.clone(),
         training,
         choosing,
     }

@@ -7,7 +7,7 @@ use super::kind::check_ending;
 use super::outputs::Force;
 use super::stop::{finish, watched_until};
 use anyhow::{Context, ensure};
-use meniscus::blob::Model;
+use meniscus::blob::{Header, Model};
 use meniscus_data::recording::Recording;
 use meniscus_data::validity::Validity;
 use meniscus_learn::correct::liquid::{SOURCE_SEED, corrected_name, looks};
@@ -99,6 +99,12 @@ fn within_range(arguments: &Arguments) -> anyhow::Result<()> {
     Ok(())
 }
 
+/// Names of the effects that a model of `header` carries.
+fn names_of_effects(header: &Header) -> Vec<&str> {
+    let effects = header.embedded.iter().flat_map(|embedded| &embedded.effects);
+    effects.map(|effect| effect.name.as_str()).collect()
+}
+
 /// Runs the verb.
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     within_range(arguments)?;
@@ -141,12 +147,14 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let improved = corrected.held[1] < corrected.held[0];
     let new = AlignedBytes::copy(&corrected.blob);
     let validity = Validity::of(&Model::load(&new).context("the corrected model is refused")?.header);
+    let effects = names_of_effects(&model.header);
     if arguments.json {
         println!(
             "{:#}",
             serde_json::json!({
                 "blob": improved.then_some(&arguments.out),
                 "known": improved.then(|| validity.names()),
+                "effects": effects,
                 "checks": checks,
                 "looks": corrected.looks,
                 "parameters": how.parameters,
@@ -171,6 +179,9 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     write_whole(&arguments.out, &corrected.blob)?;
     if !arguments.json {
         println!("{}: {} bytes", arguments.out.display(), corrected.blob.len());
+        if !effects.is_empty() {
+            println!("It keeps its effects with their values: {}.", effects.join(", "));
+        }
         validity.sentence.iter().for_each(|sentence| println!("{sentence}"));
     }
     Ok(())

@@ -35,7 +35,7 @@ pub unsafe fn allow_avx2() {
 
 /// Returns whether [`allow_avx2`] was called.
 ///
-/// ```
+/// ```standalone_crate
 /// // Narrow until the host calls `allow_avx2`.
 /// assert!(!meniscus::latent::nn::is_wide());
 /// ```

@@ -3,8 +3,8 @@
 use super::*;
 use crate::ReversibleOperator;
 use crate::dataset::Dataset;
-use crate::frame::Frame;
 use crate::kinds::Kinds;
+use crate::scaling::Scaling;
 use rand::{RngExt, SeedableRng};
 
 /// Two bodies in a plane with two entropies, or five plain variables of which the last never moves.
@@ -40,8 +40,8 @@ fn random(seed: u64, factor: f64, bodies: bool) -> (Exact, Vec<f64>, ChaCha8Rng)
         skew: bodies.then_some(canonical),
         friction: bodies.then_some(warm),
     };
-    let frame = Frame::of(&data, &kinds);
-    let form = Form::new(&data, &frame, &kinds, ReversibleOperator::FromFile);
+    let scaling = Scaling::of(&data, &kinds);
+    let form = Form::new(&data, &scaling, &kinds, ReversibleOperator::FromFile);
     let mut w = Exact::fresh(&form, &mut rng);
     w.iter_mut().for_each(|v| *v *= factor);
     (Exact::new(&form, &w), w, rng)

@@ -6,7 +6,7 @@
 
 use super::DEADLINE_S;
 
-/// Frames that are judged again, in as many frames: two seconds, in which a drift of 100 ppm moves a due time by 0.2 ms.
+/// Number of frames that are judged again: those of two seconds, in which a drift of 100 ppm moves a due time by 0.2 ms.
 const KEPT: usize = 120;
 
 /// Frame of a camera that runs by its own clock, for the map between that clock and the host's.
@@ -47,10 +47,10 @@ impl FirstFrames {
         if self.closed {
             return 0;
         }
-        let late = |ended_s: &&f64| **ended_s - frame.due_s > DEADLINE_S;
-        let before = self.ended_s.iter().take(self.number).filter(late).count() as u64;
+        let late = |ended_s: f64| ended_s - frame.due_s > DEADLINE_S;
+        let before = self.ended_s.iter().take(self.number).filter(|ended_s| late(**ended_s)).count() as u64;
         let found = before.saturating_sub(self.late);
-        self.late += found + u64::from(late(&&frame.ended_s));
+        self.late += found + u64::from(late(frame.ended_s));
         if let Some(place) = self.ended_s.get_mut(self.number) {
             *place = frame.ended_s;
             self.number += 1;

@@ -6,7 +6,7 @@ use nalgebra::DVector;
 
 /// Origin and unit of every variable: x = (z - mean) / scale.
 #[derive(Clone, Debug)]
-pub(super) struct Frame {
+pub(super) struct Scaling {
     pub(super) mean: DVector<f64>,
     /// Standard deviation, shared by what is of one kind; 1 where nothing varies.
     pub(super) scale: DVector<f64>,
@@ -14,7 +14,7 @@ pub(super) struct Frame {
     pub(super) moving: Vec<bool>,
 }
 
-impl Frame {
+impl Scaling {
     /// Of the trajectories that `data` is learnt from. Points share one scale, momenta one, entropies one; points and
     /// momenta are counted from where they are, so that directions and distances stay what they are.
     pub(super) fn of(data: &Dataset, kinds: &Kinds) -> Self {
