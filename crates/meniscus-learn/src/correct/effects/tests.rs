@@ -28,7 +28,7 @@ fn put(generic: &mut Generic<'_>, parts: &CheckpointParts, effects: &[(&str, f64
     let rate = (dynamics_of(&parts.weights[DYNAMICS]).flow() * hessian).tr_mul(&height);
     let rows = nalgebra::SMatrix::<f64, 2, LATENTS>::from_rows(&[height.transpose(), rate.transpose()]);
     let ease = hessian.try_inverse().expect("H has one minimum") * rows.transpose();
-    let along = &ease * (rows * &ease).try_inverse().expect("two directions");
+    let along = ease * (rows * ease).try_inverse().expect("two directions");
     let column = |k: usize| Latent::from_iterator(along.column(k).iter().copied());
     let map = ModeMap::new([height, rate, column(0), column(1)]).expect("a map");
     let glass = Cylinder { radius_m: 0.035, depth_m: 0.07, density_kg_m3: 1261.0 };
