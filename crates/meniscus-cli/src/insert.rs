@@ -115,7 +115,8 @@ fn report(
     if arguments.json {
         let row = |row: &Tried| json!({ "recording": row.name, "before_mm": row.before_mm, "after_mm": row.after_mm });
         let one = |active: &Active| {
-            let values: Vec<f64> = active.stated_values(stated).into_iter().flatten().collect();
+            let values = active.stated_values(stated).into_iter().flatten();
+            let values: Vec<f64> = values.map(nine_digits).collect();
             json!({ "effect": active.entry.name, "values": values })
         };
         let object = json!({
@@ -134,7 +135,9 @@ fn report(
     for active in effects {
         let values = active.entry.parameters.iter().zip(active.stated_values(stated).into_iter().flatten());
         for (parameter, value) in values {
-            println!("  {} = {value} {}", parameter.spelling, parameter.unit);
+            let unit = if parameter.unit == "1" { "" } else { parameter.unit };
+            let line = format!("{} = {} {unit}", parameter.spelling, nine_digits(value));
+            println!("  {}", line.trim_end());
         }
     }
     for Tried { name, before_mm, after_mm } in rows {
@@ -142,6 +145,11 @@ fn report(
     }
     println!("written: {} with {} effect(s)", arguments.out.display(), effects.len());
     validity.sentence.iter().for_each(|sentence| println!("{sentence}"));
+}
+
+/// `value` to nine digits: a viscosity is stored as a factor, and what comes back of 0.25 Pa s differs in the seventeenth.
+fn nine_digits(value: f64) -> f64 {
+    format!("{value:.8e}").parse().unwrap_or(value)
 }
 
 /// The effects that `texts` spell.

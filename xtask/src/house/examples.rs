@@ -43,12 +43,15 @@ fn text(attributes: &[Attribute]) -> String {
     attributes.iter().filter_map(line).collect::<Vec<_>>().join("\n")
 }
 
+/// Words of a code block that rustdoc compiles and runs.
+const RUN: [&str; 4] = ["", "rust", "should_panic", "standalone_crate"];
+
 /// Whether a doc comment has a code block that rustdoc compiles and runs.
 fn runs(doc: &str) -> bool {
     let mut open = false;
     for line in doc.lines() {
         let Some(words) = line.trim().strip_prefix("```") else { continue };
-        let rust = words.split(',').all(|word| ["", "rust", "should_panic"].contains(&word.trim()));
+        let rust = words.split(',').all(|word| RUN.contains(&word.trim()));
         if !open && rust {
             return true;
         }
@@ -66,6 +69,7 @@ mod tests {
     fn only_code_that_runs_is_an_example() {
         assert!(runs("Text.\n\n ```\n f();\n ```"));
         assert!(runs("```text\nx\n```\n\n```rust\nf();\n```"));
+        assert!(runs("```standalone_crate\nf();\n```"));
         assert!(!runs("```text\n```\n```ignore\nf();\n```\n```no_run\nf();\n```"));
         assert!(!runs("no code"));
     }
