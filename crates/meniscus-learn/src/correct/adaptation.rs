@@ -30,7 +30,7 @@ pub(super) struct Adaptation<'a> {
     residuals: ResidualCovariance,
 }
 
-/// What the last candidate tells the steps that follow it.
+/// Knowledge of the last candidate that the steps after it use.
 struct LastCandidate {
     /// States of its running filter on the new recordings and on the stretched ones, from which forecasts begin.
     filter_states: [Vec<Vec<LatentState>>; 2],

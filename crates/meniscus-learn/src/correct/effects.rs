@@ -87,7 +87,7 @@ pub(super) struct StandIn {
 }
 
 impl StandIn {
-    /// That of the effects in `generic` along `states`; `None` without effects.
+    /// Stand-in for the effects in `generic` along `states`; `None` without effects.
     pub(super) fn along<'a>(
         generic: &Generic<'_>,
         states: impl Iterator<Item = &'a LatentState>,
