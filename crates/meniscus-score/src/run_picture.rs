@@ -4,6 +4,7 @@ use crate::run_report::TruthReport;
 use crate::score::field_of;
 use meniscus::blob::Model;
 use meniscus::surface::Config;
+use meniscus::units::FRAME_INTERVAL_S;
 use meniscus_data::recording::frame_of;
 use meniscus_data::recording::{Lattice, Recording, STATE};
 use meniscus_data::validity::Validity;
@@ -56,7 +57,8 @@ pub fn picture(
         value: "speed, m/s".into(),
         unknown: validity.sentence,
         top: None,
-        now_s: Some(seconds),
+        // The curves end with the first pass of the recording.
+        now_s: Some(seconds).filter(|now| *now < recording.frames() as f64 * FRAME_INTERVAL_S),
         errors,
         glass_mm: (1e3 * recording.glass.radius_m, 1e3 * recording.glass.rim_m),
         letters: 1.0,
