@@ -23,6 +23,9 @@ from sensor_msgs.msg import PointCloud2
 # Time that a service may take, s.
 PATIENCE = 20.0
 
+# Calls of a service within that time.
+CALLS = 2
+
 
 def nanoseconds(stamp) -> int:
     """Returns a stamp in nanoseconds since 1970."""
@@ -102,12 +105,13 @@ def call(node, kind, name: str, request):
 
 
 def answer_of(node, client, request):
-    """Returns the answer to a client."""
-    future = client.call_async(request)
-    rclpy.spin_until_future_complete(node, future, timeout_sec=PATIENCE)
-    if not future.done():
-        raise SystemExit(f"{client.srv_name} did not answer")
-    return future.result()
+    """Returns the answer to a client. An answer that was sent before the node knew its reader is lost, so that a request is made again."""
+    for _ in range(CALLS):
+        future = client.call_async(request)
+        rclpy.spin_until_future_complete(node, future, timeout_sec=PATIENCE / CALLS)
+        if future.done():
+            return future.result()
+    raise SystemExit(f"{client.srv_name} did not answer {CALLS} calls")
 
 
 def parameters(node) -> dict:
