@@ -105,7 +105,7 @@ def call(node, kind, name: str, request):
 
 
 def answer_of(node, client, request):
-    """Returns the answer to a client. An answer that was sent before the node knew its reader is lost, so that a request is made again."""
+    """Returns the answer to a client. On a busy machine a first answer may not come: the request is made again."""
     for _ in range(CALLS):
         future = client.call_async(request)
         rclpy.spin_until_future_complete(node, future, timeout_sec=PATIENCE / CALLS)

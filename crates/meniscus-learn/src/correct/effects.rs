@@ -81,8 +81,11 @@ pub(super) fn remembering(generic: &Generic<'_>, latents: &[Latent], u: &[f32]) 
 /// S and phi of the step that stands for the one with effects in the gradient.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct StandIn {
+    /// S.
     bend: Square,
+    /// phi, the mean weighted by what the weights alone dissipate.
     phi: f64,
+    /// First mode in latent space, for the y of friction.
     map: ModeMap,
 }
 

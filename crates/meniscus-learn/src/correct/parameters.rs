@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 /// Everything that a correction can be tuned by.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CorrectionParameters {
-    /// Steps of Adam; 300 take half a minute on two cores, and two to three times as long where the model carries effects.
+    /// Steps of Adam; 300 take half a minute on two cores, and longer where the model carries effects.
     pub steps: usize,
     /// Largest growth of the slosh-relative error on the source recordings.
     pub forgetting: f64,
