@@ -26,7 +26,7 @@
 //! The free surface does not teach the inside: of another liquid than its own the new blob knows surface and positions
 //! ([`meniscus::blob::KnownGroups::KINEMATICS`]).
 //!
-//! A model that carries named effects keeps them, and learns what they leave ([`effects`]).
+//! A model that carries named effects keeps them, and learns what they leave (module `effects`).
 //!
 //! The laws need no guard: they hold for any weights, and the gain is pulled back until its loop is stable.
 
