@@ -9,7 +9,7 @@
 //! momentum     m_i v_i' = -sum_j V_i V_j (p_i L_i + p_j L_j) F x
 //! ```
 //! (Bonet and Lok 1999, Comput. Methods Appl. Mech. Eng. 180, 97) pressure and continuity stay conjugate, so that the pairs
-//! still exchange energy exactly. `E` keeps `L` finite where neighbours are few: 1 for a lone drop, and `N^-1` to
+//! still exchange energy exactly, but for rounding. `E` keeps `L` finite where neighbours are few: 1 for a lone drop, and `N^-1` to
 //! 1 part in 100 at a flat surface, where the least eigenvalue of `N` is about a half. Liquid that stands at the rim or above, where no
 //! wall completes it, keeps the plain gradient: its edges would swing up under the step of the rest.
 //!
@@ -25,7 +25,7 @@
 
 use super::moments::Seen;
 use crate::particles::blocks::dot;
-use crate::particles::lanes::Row;
+use crate::particles::lanes::Single;
 use crate::particles::tensor::{Symmetric, UNIT, times};
 use crate::particles::{Particle, retain};
 use nalgebra::Matrix3;
@@ -40,9 +40,9 @@ pub(crate) struct Corrected {
     /// `L` of every particle.
     pub(crate) l: Vec<Symmetric>,
     /// `L` of every particle (6), then the pressure on the surface above it, Pa.
-    pub(crate) pressed: Vec<Row<8>>,
+    pub(crate) pressed: Vec<Single<8>>,
     /// `p L` of every particle, Pa (6), then its `c_i mu_i`, Pa s.
-    pub(crate) pressure: Vec<Row<8>>,
+    pub(crate) pressure: Vec<Single<8>>,
 }
 
 /// `L` from `N`.
@@ -62,8 +62,8 @@ impl Corrected {
     pub(crate) fn new(particles: usize) -> Self {
         Self {
             l: vec![UNIT; particles],
-            pressed: vec![Row::default(); particles],
-            pressure: vec![Row::default(); particles],
+            pressed: vec![Single::default(); particles],
+            pressure: vec![Single::default(); particles],
         }
     }
 
@@ -102,7 +102,7 @@ impl Corrected {
     pub(crate) fn weigh(&mut self, particle: &[Particle], drag: &[f64]) {
         for (((out, l), p), drag) in self.pressure.iter_mut().zip(&self.l).zip(particle).zip(drag) {
             let [xx, xy, xz, yy, yz, zz] = l.map(|l| p.p * l);
-            *out = Row([xx, xy, xz, yy, yz, zz, *drag, 0.0]);
+            *out = Single::of([xx, xy, xz, yy, yz, zz, *drag, 0.0]);
         }
     }
 
@@ -111,7 +111,7 @@ impl Corrected {
         let mut above = above.iter();
         for (out, [xx, xy, xz, yy, yz, zz]) in self.pressed.iter_mut().zip(&self.l) {
             let above = above.next().map_or(0.0, |[p, ..]| *p);
-            *out = Row([*xx, *xy, *xz, *yy, *yz, *zz, above, 0.0]);
+            *out = Single::of([*xx, *xy, *xz, *yy, *yz, *zz, above, 0.0]);
         }
     }
 }
@@ -177,7 +177,8 @@ mod tests {
             power += kinetic + force[3] + p.p * p.volume * rate[0];
             size += kinetic.abs();
         }
-        assert!(power.abs() < 1e-12 * size, "{power} of {size}");
+        // Rounding of single precision, of 343 particles with as many signs.
+        assert!(power.abs() < 1e-7 * size, "{power} of {size}");
     }
 
     #[test]

@@ -10,10 +10,10 @@
 //! [`super::corrected`] makes exact gradients of `N`, [`super::smooth`] the smooth part of the velocity of `R` and `N`,
 //! [`super::positions`] a density of `s` and `m`, [`super::corrected`] how fast a particle swings of `b` and `k`.
 
-use crate::particles::blocks::{BLOCK, PairSum, Panel, VOLUME, add, dot, scatter, sum, whole};
-use crate::particles::lanes::{Row, Width};
+use crate::particles::blocks::{BLOCK, LAST, PairSum, Panel, VOLUME, add, dot, whole};
+use crate::particles::lanes::{Single, Width, row};
 use crate::particles::tensor::Symmetric;
-use crate::particles::{CHUNKS, Fluid, Kernel, Neighbours, Particle, retain};
+use crate::particles::{CHUNKS, Fluid, Kernel, Neighbours, retain};
 use crate::walls::Walls;
 use rayon::prelude::*;
 
@@ -70,42 +70,42 @@ pub(crate) struct Moments {
     /// Time since they were formed, s.
     age_s: f64,
     /// The particles with their masses in place of their pressures.
-    particle: Vec<Row<8>>,
+    particle: Vec<Single<8>>,
     /// The images, as well.
-    image: Vec<Row<8>>,
-    buffers: Vec<Vec<Row<24>>>,
+    image: Vec<Single<8>>,
+    buffers: Vec<Vec<Single<24>>>,
     sums: Vec<[f64; NUMBERS]>,
 }
 
 /// Inputs of the sums.
 struct Sums<'a> {
-    kernel: Kernel,
+    kernel: Kernel<f32>,
     lists: &'a Neighbours,
-    particle: &'a [Row<8>],
-    image: &'a [Row<8>],
+    particle: &'a [Single<8>],
+    image: &'a [Single<8>],
 }
 
 /// The columns of a block.
 struct Columns {
-    near: Panel,
+    near: Panel<f32>,
     /// Sums for the neighbours.
-    theirs: [Panel; 3],
+    theirs: [Panel<f32>; 3],
     /// Sums from them.
-    mine: [Panel; 3],
+    mine: [Panel<f32>; 3],
 }
 
 /// Column of the mass, where a particle has its pressure.
-const MASS: usize = 7;
+const MASS: usize = LAST;
 
 /// The terms of a sum: of a neighbour of volume `volume` and mass `mass` at the separation `d`, which approaches with `v`, in the
 /// sums of one of volume `own`, with slope and value of the kernel.
 #[inline(always)]
 fn terms(
-    [own, volume, mass]: [f64; 3],
-    [slope, value]: [f64; 2],
-    d: &[f64; 3],
-    v: &[f64; 3],
-) -> [[f64; 8]; 3] {
+    [own, volume, mass]: [f32; 3],
+    [slope, value]: [f32; 2],
+    d: &[f32; 3],
+    v: &[f32; 3],
+) -> [[f32; 8]; 3] {
     let u = volume * slope;
     let [x, y, z] = *d;
     let [uv, vv, wv] = [u * v[0], u * v[1], u * v[2]];
@@ -123,7 +123,7 @@ fn terms(
 impl Sums<'_> {
     /// Fills `mine` with what the gathered rows give a particle, `theirs` with what they get.
     #[inline(always)]
-    fn fill<const BOTH: bool>(&self, a: &[f64; 8], rows: usize, columns: &mut Columns) {
+    fn fill<const BOTH: bool>(&self, a: &[f32; 8], rows: usize, columns: &mut Columns) {
         let Columns { near, theirs, mine } = columns;
         let (x, v) = ([a[0], a[1], a[2]], [a[3], a[4], a[5]]);
         for k in 0..whole(rows) {
@@ -132,10 +132,14 @@ impl Sums<'_> {
             let kernel = [self.kernel.slope(r2), self.kernel.value(r2)];
             let (volume, mass) = (near.0[VOLUME][k], near.0[MASS][k]);
             let to_me = terms([a[VOLUME], volume, mass], kernel, &d, &v);
-            mine.iter_mut().zip(to_me).for_each(|(mine, numbers)| mine.put(k, numbers));
+            for (mine, numbers) in mine.iter_mut().zip(to_me) {
+                mine.put(k, numbers);
+            }
             if BOTH {
                 let to_them = terms([volume, a[VOLUME], a[MASS]], kernel, &d.map(|d| -d), &v.map(|v| -v));
-                theirs.iter_mut().zip(to_them).for_each(|(theirs, numbers)| theirs.put(k, numbers));
+                for (theirs, numbers) in theirs.iter_mut().zip(to_them) {
+                    theirs.put(k, numbers);
+                }
             }
         }
     }
@@ -149,7 +153,7 @@ impl PairSum<24> for Sums<'_> {
     }
 
     #[inline(always)]
-    fn row<W: Width>(&self, i: usize, columns: &mut Columns, out: &mut [Row<24>]) {
+    fn row<W: Width>(&self, i: usize, columns: &mut Columns, out: &mut [Single<24>]) {
         let a = &self.particle[i].0;
         let mut own = [[0.0; 8]; 3];
         own[1][7] = a[MASS] * self.kernel.value(0.0);
@@ -157,14 +161,18 @@ impl PairSum<24> for Sums<'_> {
             columns.near.gather::<W>(self.particle, at);
             self.fill::<true>(a, at.len(), columns);
             for (part, panel) in columns.theirs.iter().enumerate() {
-                scatter::<W, 24>(panel, at, out, part);
+                panel.scatter::<W, 24>(at, out, part);
             }
-            own.iter_mut().zip(&columns.mine).for_each(|(own, mine)| sum::<W>(mine, at.len(), own));
+            for (own, mine) in own.iter_mut().zip(&columns.mine) {
+                add(own, &mine.totals(at.len()));
+            }
         }
         for at in self.lists.wall.row(i).chunks(BLOCK) {
             columns.near.gather::<W>(self.image, at);
             self.fill::<false>(a, at.len(), columns);
-            own.iter_mut().zip(&columns.mine).for_each(|(own, mine)| sum::<W>(mine, at.len(), own));
+            for (own, mine) in own.iter_mut().zip(&columns.mine) {
+                add(own, &mine.totals(at.len()));
+            }
         }
         for (to, own) in out[i].0.as_chunks_mut().0.iter_mut().zip(&own) {
             add(to, own);
@@ -210,16 +218,12 @@ impl Moments {
         walls: &Walls,
         image_density: impl Fn(f64) -> f64,
     ) {
-        let seen = |p: &Particle, mass: f64| {
-            let ([x, y, z], [u, v, w]) = (p.x, p.v);
-            Row([x, y, z, u, v, w, p.volume, mass])
-        };
         let Self { particle, image, buffers, sums, .. } = self;
         particle.clear();
-        particle.extend(liquid.particle.iter().zip(&liquid.mass).map(|(p, m)| seen(p, *m)));
+        particle.extend(liquid.particle.iter().zip(&liquid.mass).map(|(p, m)| row(p, *m)));
         image.clear();
-        image.extend(walls.image.iter().map(|p| seen(p, p.volume * image_density(p.p))));
-        lists.sum(buffers, sums, &Sums { kernel: *kernel, lists, particle, image });
+        image.extend(walls.image.iter().map(|p| row(p, p.volume * image_density(p.p))));
+        lists.sum(buffers, sums, &Sums { kernel: kernel.single(), lists, particle, image });
     }
 
     /// The sums as they were formed, one entry a particle.

@@ -13,7 +13,7 @@
 
 use super::moments::Seen;
 use crate::particles::blocks::dot;
-use crate::particles::lanes::Row;
+use crate::particles::lanes::{Lane, Single};
 use crate::particles::tensor::{Symmetric, times};
 use nalgebra::Matrix3;
 use rayon::prelude::*;
@@ -28,13 +28,13 @@ const SINGULAR: f64 = 0.02;
 #[derive(Clone, Debug)]
 pub(crate) struct Gradients {
     /// The symmetric part of `G` of every particle, 1/s (6); the other part turns, and does not change a distance.
-    pub(crate) g: Vec<Row<8>>,
+    pub(crate) g: Vec<Single<8>>,
 }
 
 impl Gradients {
     /// Gradients for `particles` particles.
     pub(crate) fn new(particles: usize) -> Self {
-        Self { g: vec![Row::default(); particles] }
+        Self { g: vec![Single::default(); particles] }
     }
 
     /// Takes the gradients from what the particles see.
@@ -48,16 +48,25 @@ impl Gradients {
             let inverse = moments.try_inverse().filter(|_| regular);
             let gradient = inverse.map_or(rates, |inverse| rates * inverse);
             let even = |i: usize, j: usize| 0.5 * (gradient[(i, j)] + gradient[(j, i)]);
-            *g = Row([even(0, 0), even(0, 1), even(0, 2), even(1, 1), even(1, 2), even(2, 2), 0.0, 0.0]);
+            *g = Single::of([
+                even(0, 0),
+                even(0, 1),
+                even(0, 2),
+                even(1, 1),
+                even(1, 2),
+                even(2, 2),
+                0.0,
+                0.0,
+            ]);
         });
     }
 }
 
 /// The smooth part of `v.x` between two particles with the gradients `a` and `b` at the separation `d`.
 #[inline(always)]
-pub(crate) fn share(a: &Symmetric, b: &Symmetric, d: &[f64; 3]) -> f64 {
+pub(crate) fn share<T: Lane>(a: &Symmetric<T>, b: &Symmetric<T>, d: &[T; 3]) -> T {
     let sum = [a[0] + b[0], a[1] + b[1], a[2] + b[2], a[3] + b[3], a[4] + b[4], a[5] + b[5]];
-    0.5 * dot(&times(&sum, d), d)
+    T::of(0.5) * dot(&times(&sum, d), d)
 }
 
 #[cfg(test)]
@@ -101,14 +110,15 @@ mod tests {
             std::array::from_fn(|k| of(&particles[i])[k] - of(&particles[j])[k])
         };
         let (d, v) = (apart(|p| p.x), apart(|p| p.v));
-        let smooth = share(&first(&gradients.g[i].0), &first(&gradients.g[j].0), &d);
-        assert!((smooth / dot(&v, &d) - 1.0).abs() < 1e-9);
+        let of = |k: usize| first(&gradients.g[k].0).map(f64::from);
+        let smooth = share(&of(i), &of(j), &d);
+        assert!((smooth / dot(&v, &d) - 1.0).abs() < 1e-5);
         // At the edges of the lattice the moments are singular, as in a splash.
         let inside = |k: &usize| [k % 7, k / 7 % 7, k / 49].iter().all(|place| (1..6).contains(place));
         let even = [g[0][0], 0.5 * (g[0][1] + g[1][0]), 0.5 * (g[0][2] + g[2][0])];
         let even = [even[0], even[1], even[2], g[1][1], 0.5 * (g[1][2] + g[2][1]), g[2][2]];
         let found = (0..343).filter(inside).flat_map(|k| gradients.g[k].0.iter().zip(even));
-        let worst = found.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-        assert!(worst < 1e-9, "{worst}");
+        let worst = found.map(|(a, b)| (f64::from(*a) - b).abs()).fold(0.0, f64::max);
+        assert!(worst < 1e-5, "{worst}");
     }
 }

@@ -3,7 +3,7 @@
 
 use super::waves::{COUNT, Coefficients, NUMBERS, Place, RADIAL, Waves};
 use crate::particles::Particle;
-use crate::particles::blocks::{BLOCK, Column, Panel, sum, whole};
+use crate::particles::blocks::{BLOCK, Column, Panel, whole};
 use crate::particles::lanes::{Row, Width, Work, widest};
 
 /// Columns of the waves.
@@ -146,7 +146,7 @@ impl Work for Weigh<'_> {
                     term[k] = volume[k] * one.value(k);
                 }
             });
-            terms.iter().zip(&mut all[0]).for_each(|(terms, all)| sum::<W>(terms, rows, all));
+            terms.iter().zip(&mut all[0]).for_each(|(terms, all)| terms.sum::<W>(rows, all));
             if rates.is_some() {
                 profiles.each(rows, |one| {
                     let term = &mut terms[one.number / 8].0[one.number % 8];
@@ -155,7 +155,7 @@ impl Work for Weigh<'_> {
                         term[k] = volume[k] * (x * v[0][k] + y * v[1][k]);
                     }
                 });
-                terms.iter().zip(&mut all[1]).for_each(|(terms, all)| sum::<W>(terms, rows, all));
+                terms.iter().zip(&mut all[1]).for_each(|(terms, all)| terms.sum::<W>(rows, all));
             }
         }
         sums.as_mut_slice().copy_from_slice(all[0].as_flattened());

@@ -9,36 +9,40 @@
 //! (diffusion: Fourtakas et al. 2019, Computers & Fluids 190, 346; `L`: [`Corrected`](crate::corrections::Corrected)). Images in the walls do not diffuse.
 
 use crate::frame::Body;
-use crate::particles::blocks::{BLOCK, PRESSURE, PairSum, Panel, VOLUME, dot, exchange, sum, whole};
-use crate::particles::lanes::{Row, Width};
+use crate::particles::blocks::{BLOCK, LAST, Own, PairSum, Panel, Quads, VOLUME, dot, whole};
+use crate::particles::lanes::{Lane, Single, Width};
 use crate::particles::tensor::{first, strain, trace};
-use crate::particles::{Kernel, Neighbours, Particle};
+use crate::particles::{Kernel, Neighbours};
 
 /// Strength of the density diffusion, delta.
 pub(super) const DELTA: f64 = 0.1;
 
 /// Inputs of the sums.
 pub(super) struct Continuity<'a> {
-    pub(super) kernel: Kernel,
+    pub(super) kernel: Kernel<f32>,
     pub(super) lists: &'a Neighbours,
-    pub(super) particle: &'a [Particle],
-    pub(super) image: &'a [Particle],
+    /// Position (3), velocity (3), volume and pressure of the particles.
+    pub(super) particle: &'a [Single<8>],
+    /// Those of the images.
+    pub(super) image: &'a [Single<8>],
     /// `L` of every particle, then the pressure on the surface above it, Pa.
-    pub(super) matrix: &'a [Row<8>],
+    pub(super) matrix: &'a [Single<8>],
     pub(super) body: &'a Body,
     /// Density at zero pressure, kg/m3.
     pub(super) rest_density: f64,
     /// `-2 delta h/c0`, s.
-    pub(super) diffusion: f64,
+    pub(super) diffusion: f32,
 }
 
 /// The columns of a block.
 pub(super) struct Columns {
-    near: Panel,
+    near: Panel<f32>,
     /// `L` of the neighbours and the pressure above them.
-    matrix: Panel,
-    /// Sums for the neighbours (3) and from them (3): volume strain rate 1/s, diffusive density rate kg/m3/s, `3/c_i`.
-    rates: Panel,
+    matrix: Panel<f32>,
+    /// What they give: volume strain rate 1/s, diffusive density rate kg/m3/s, `3/c_i`.
+    mine: Quads,
+    /// What is taken from theirs.
+    taken: Quads,
 }
 
 impl Continuity<'_> {
@@ -48,15 +52,15 @@ impl Continuity<'_> {
     fn liquid<W: Width>(
         &self,
         i: usize,
-        lift: &[f64; 3],
+        lift: &[f32; 3],
         at: &[u32],
         columns: &mut Columns,
-        out: &mut [Row<8>],
-    ) -> [f64; 3] {
-        let (a, own) = (&self.particle[i], &self.matrix[i].0);
+        out: &mut [Single<4>],
+    ) -> [f32; 3] {
+        let (a, own) = (Own::new(&self.particle[i]), &self.matrix[i].0);
         let (l, pressed) = (&first(own), own[6]);
-        let Columns { near, matrix, rates } = columns;
-        near.gather_particles::<W>(self.particle, at);
+        let Columns { near, matrix, mine, taken } = columns;
+        near.gather::<W>(self.particle, at);
         matrix.gather::<W>(self.matrix, at);
         for k in 0..whole(at.len()) {
             let d = near.apart(&a.x, k);
@@ -65,49 +69,44 @@ impl Continuity<'_> {
             let t = strain(f, &d, &near.slower(&a.v, k));
             // What presses on the surface is balanced by a gradient of p as the weight is.
             let above = matrix.0[6][k] - pressed;
-            let flux = self.diffusion * f * (near.0[PRESSURE][k] - a.p + dot(lift, &d) + above);
+            let flux = self.diffusion * f * (near.0[LAST][k] - a.last + dot(lift, &d) + above);
             let volume = near.0[VOLUME][k];
-            let theirs = [a.volume * trace(&matrix.row(k), &t), -(a.volume * flux), -(a.volume * f * r2)];
-            let mine = [volume * trace(l, &t), volume * flux, -(volume * f * r2)];
-            rates.put(k, [theirs[0], theirs[1], theirs[2], mine[0], mine[1], mine[2]]);
+            taken.put(k, [-(a.volume * trace(&matrix.row(k), &t)), a.volume * flux, a.volume * f * r2]);
+            mine.put(k, [volume * trace(l, &t), volume * flux, -(volume * f * r2)]);
         }
-        let mut own = [0.0; 8];
-        exchange::<W>(rates, at, out, &mut own);
-        [own[3], own[4], own[5]]
+        taken.exchange::<W>(at, out);
+        mine.totals(at.len())
     }
 
     /// Contribution of the images `at` to particle `i`.
     #[inline(always)]
-    fn wall<W: Width>(&self, i: usize, at: &[u32], columns: &mut Columns) -> [f64; 3] {
-        let (a, l) = (&self.particle[i], &first(&self.matrix[i].0));
-        let Columns { near, rates, .. } = columns;
-        near.gather_particles::<W>(self.image, at);
+    fn wall<W: Width>(&self, i: usize, at: &[u32], columns: &mut Columns) -> [f32; 3] {
+        let (a, l) = (Own::new(&self.particle[i]), &first(&self.matrix[i].0));
+        let Columns { near, mine, .. } = columns;
+        near.gather::<W>(self.image, at);
         for k in 0..whole(at.len()) {
             let d = near.apart(&a.x, k);
             let r2 = dot(&d, &d);
             let f = self.kernel.slope(r2);
             let t = strain(f, &d, &near.slower(&a.v, k));
             let volume = near.0[VOLUME][k];
-            rates.put(k, [volume * trace(l, &t), 0.0, -(volume * f * r2)]);
+            mine.put(k, [volume * trace(l, &t), 0.0, -(volume * f * r2)]);
         }
-        let mut own = [0.0; 8];
-        sum::<W>(rates, at.len(), &mut own);
-        [own[0], own[1], own[2]]
+        mine.totals(at.len())
     }
 }
 
-impl PairSum<8> for Continuity<'_> {
+impl PairSum<4> for Continuity<'_> {
     type Columns = Columns;
 
     fn columns(&self) -> Columns {
-        Columns { near: Panel::new(), matrix: Panel::new(), rates: Panel::new() }
+        Columns { near: Panel::new(), matrix: Panel::new(), mine: Quads::new(), taken: Quads::new() }
     }
 
     #[inline(always)]
-    fn row<W: Width>(&self, i: usize, columns: &mut Columns, out: &mut [Row<8>]) {
-        let [x, y, z] = self.body.still(&self.particle[i].x);
-        let rho = self.rest_density;
-        let lift = [rho * x, rho * y, rho * z];
+    fn row<W: Width>(&self, i: usize, columns: &mut Columns, out: &mut [Single<4>]) {
+        let [x, y, z, ..] = self.particle[i].0.map(f64::from);
+        let lift = self.body.still(&[x, y, z]).map(|g| f32::of(self.rest_density * g));
         for at in self.lists.liquid.row(i).chunks(BLOCK) {
             let own = self.liquid::<W>(i, &lift, at, columns, out);
             out[i].give(own);

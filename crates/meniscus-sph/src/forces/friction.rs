@@ -17,8 +17,8 @@
 use super::links::{Links, Stiffness};
 use super::momentum::Momentum;
 use crate::particles::blocks::{BLOCK, PairSum, Panel, Quads, dot, whole};
-use crate::particles::lanes::{Row, Width, rows};
-use crate::particles::{CHUNKS, Neighbours};
+use crate::particles::lanes::{Lane, Row, Single, Width, row};
+use crate::particles::{CHUNKS, Neighbours, Particle};
 use crate::walls::{Map, Walls};
 
 /// Velocities or accelerations of all particles.
@@ -36,12 +36,12 @@ pub(crate) struct Friction {
     /// Velocities of the images, m/s.
     rubbing: Vec<[f64; 3]>,
     /// The particles with their `c_i mu_i` in place of their pressures, and with the velocities at which friction is computed.
-    particle: Vec<Row<8>>,
+    particle: Vec<Single<8>>,
     /// The images, as well.
-    image: Vec<Row<8>>,
+    image: Vec<Single<8>>,
     stiffness: Vec<[f64; 6]>,
-    stiffness_buffers: Vec<Vec<Row<8>>>,
-    buffers: Vec<Vec<Row<4>>>,
+    stiffness_buffers: Vec<Vec<Single<8>>>,
+    buffers: Vec<Vec<Single<4>>>,
     /// Force N (3), and the heat of the friction, W.
     out: Vec<[f64; 4]>,
     /// Largest rate at which anything is slowed, 1/s.
@@ -60,21 +60,21 @@ impl Friction {
     }
 
     /// Forms the weights of the present places and viscosities.
-    pub(super) fn form(&mut self, pairs: &Momentum<'_>, mass: &[f64]) {
-        let Momentum { kernel, lists, particle, walls, drag, soft, .. } = *pairs;
+    pub(super) fn form(&mut self, pairs: &Momentum<'_>, images: &[Particle], mass: &[f64]) {
+        let Momentum { kernel, lists, particle, drag, soft, .. } = *pairs;
         let Self { liquid, wall, maps, particle: dragged, image, stiffness, stiffness_buffers, .. } = self;
         dragged.clear();
         dragged.extend(particle.iter().zip(drag).map(|(p, drag)| {
-            let ([x, y, z], [u, v, w]) = (p.x, p.v);
-            Row([x, y, z, u, v, w, p.volume, *drag])
+            let [x, y, z, u, v, w, volume, _] = p.0;
+            Row([x, y, z, u, v, w, volume, f32::of(*drag)])
         }));
         liquid.form(&kernel, soft, [dragged, dragged], &lists.liquid, lists);
         image.clear();
-        image.extend_from_slice(rows(&walls.image));
+        image.extend(images.iter().map(|p| row(p, p.p)));
         wall.form(&kernel, soft, [dragged, image], &lists.wall, lists);
         stiffness_buffers.resize(CHUNKS, Vec::new());
         stiffness.resize(particle.len(), [0.0; 6]);
-        let shares: Vec<f64> = maps.iter().map(share).collect();
+        let shares: Vec<f32> = maps.iter().map(|map| f32::of(share(map))).collect();
         let bounds = Stiffness { lists, liquid, wall, particle: dragged, image, shares: &shares };
         lists.sum(stiffness_buffers, stiffness, &bounds);
         self.rate = stiffness.iter().zip(mass).map(|(s, m)| norm(s) / m).fold(0.0, f64::max);
@@ -87,7 +87,7 @@ impl Friction {
         buffers.resize(CHUNKS, Vec::new());
         out.resize(v.len(), [0.0; 4]);
         for (rows, v) in [(&mut *particle, v), (&mut *image, &**rubbing)] {
-            rows.iter_mut().zip(v).for_each(|(row, v)| row.0[3..6].copy_from_slice(v));
+            rows.iter_mut().zip(v).for_each(|(row, v)| row.0[3..6].copy_from_slice(&v.map(f32::of)));
         }
         lists.sum(buffers, out, &Rub { lists, liquid, wall, particle, image });
         out
@@ -110,13 +110,13 @@ struct Rub<'a> {
     lists: &'a Neighbours,
     liquid: &'a Links,
     wall: &'a Links,
-    particle: &'a [Row<8>],
-    image: &'a [Row<8>],
+    particle: &'a [Single<8>],
+    image: &'a [Single<8>],
 }
 
 /// The columns of a block.
 struct Columns {
-    near: Panel,
+    near: Panel<f32>,
     /// Force on the particle N (3), and the heat of the friction with its sign changed, W.
     pull: Quads,
 }
@@ -129,7 +129,7 @@ impl PairSum<4> for Rub<'_> {
     }
 
     #[inline(always)]
-    fn row<W: Width>(&self, i: usize, columns: &mut Columns, out: &mut [Row<4>]) {
+    fn row<W: Width>(&self, i: usize, columns: &mut Columns, out: &mut [Single<4>]) {
         let Columns { near, pull } = columns;
         let [x, y, z, v_x, v_y, v_z, ..] = self.particle[i].0;
         let (x, own) = ([x, y, z], [v_x, v_y, v_z]);
@@ -141,9 +141,8 @@ impl PairSum<4> for Rub<'_> {
                 let size = weight * closing;
                 pull.put(k, [size * apart[0], size * apart[1], size * apart[2], 0.5 * size * closing]);
             }
-            let mut sums = [0.0; 4];
-            pull.exchange::<W>(at, out, &mut sums);
-            out[i].give([sums[0], sums[1], sums[2], -sums[3]]);
+            let [x, y, z, taken] = pull.exchange::<W>(at, out);
+            out[i].give([x, y, z, -taken]);
         }
         for (at, weight) in self.lists.wall.row(i).chunks(BLOCK).zip(self.wall.of(i)) {
             near.gather::<W>(self.image, at);
@@ -154,9 +153,8 @@ impl PairSum<4> for Rub<'_> {
                 // The wall stands still: all that its friction takes is heat.
                 pull.put(k, [size * apart[0], size * apart[1], size * apart[2], size * along]);
             }
-            let mut sums = [0.0; 4];
-            pull.sum::<W>(at.len(), &mut sums);
-            out[i].give([sums[0], sums[1], sums[2], -sums[3]]);
+            let [x, y, z, taken] = pull.totals(at.len());
+            out[i].give([x, y, z, -taken]);
         }
     }
 }

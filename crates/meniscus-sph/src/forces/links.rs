@@ -4,21 +4,21 @@
 //! several times in a step, and four numbers a pair would be more than the caches near to the processor hold.
 
 use super::momentum::K;
-use crate::particles::blocks::{BLOCK, Column, PairSum, Panel, VOLUME, dot, exchange, sum, whole};
-use crate::particles::lanes::{Row, Width, Work, widest};
+use crate::particles::blocks::{BLOCK, Column, LAST, PairSum, Panel, VOLUME, dot, whole};
+use crate::particles::lanes::{Single, Width, Work, widest};
 use crate::particles::{CHUNKS, Kernel, Neighbours, Rows};
 use rayon::prelude::*;
 use std::ops::Range;
 
 /// Column of `c mu`, where a particle has its pressure.
-const DRAG: usize = 7;
+const DRAG: usize = LAST;
 
 /// The links of one list.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Links {
     /// Where the blocks of each particle begin.
     first: Vec<usize>,
-    blocks: Vec<Column>,
+    blocks: Vec<Column<f32>>,
 }
 
 impl Links {
@@ -26,9 +26,9 @@ impl Links {
     /// which do not have any, counts as that of the particle.
     pub(super) fn form(
         &mut self,
-        kernel: &Kernel,
-        soft: f64,
-        [particles, others]: [&[Row<8>]; 2],
+        kernel: &Kernel<f32>,
+        soft: f32,
+        [particles, others]: [&[Single<8>]; 2],
         near: &Rows,
         lists: &Neighbours,
     ) {
@@ -56,21 +56,21 @@ impl Links {
 
     /// The blocks of particle `i`.
     #[inline(always)]
-    pub(super) fn of(&self, i: usize) -> &[Column] {
+    pub(super) fn of(&self, i: usize) -> &[Column<f32>] {
         &self.blocks[self.first[i]..self.first[i + 1]]
     }
 }
 
 /// The links of a chunk of particles.
 struct Form<'a> {
-    kernel: &'a Kernel,
-    soft: f64,
-    particles: &'a [Row<8>],
-    others: &'a [Row<8>],
+    kernel: &'a Kernel<f32>,
+    soft: f32,
+    particles: &'a [Single<8>],
+    others: &'a [Single<8>],
     images: bool,
     near: &'a Rows,
     chunk: Range<usize>,
-    out: &'a mut [Column],
+    out: &'a mut [Column<f32>],
 }
 
 impl Work for Form<'_> {
@@ -90,6 +90,8 @@ impl Work for Form<'_> {
                     let drag = if images { own } else { 0.5 * (own + panel.0[DRAG][k]) };
                     *weight = K * drag * volume * panel.0[VOLUME][k] * kernel.slope(r2) / (r2 + soft);
                 }
+                // What is beyond the list gives nothing to a sum.
+                block[at.len()..whole(at.len())].fill(0.0);
             }
         }
     }
@@ -100,37 +102,36 @@ pub(super) struct Stiffness<'a> {
     pub(super) lists: &'a Neighbours,
     pub(super) liquid: &'a Links,
     pub(super) wall: &'a Links,
-    pub(super) particle: &'a [Row<8>],
-    pub(super) image: &'a [Row<8>],
+    pub(super) particle: &'a [Single<8>],
+    pub(super) image: &'a [Single<8>],
     /// `|B_w|` of each image.
-    pub(super) shares: &'a [f64],
+    pub(super) shares: &'a [f32],
 }
 
 /// `w x x^T` times `-times`.
 #[inline(always)]
-fn stiff(times: f64, weight: f64, [x, y, z]: [f64; 3]) -> [f64; 6] {
+fn stiff(times: f32, weight: f32, [x, y, z]: [f32; 3]) -> [f32; 6] {
     let w = -times * weight;
     [w * x * x, w * x * y, w * x * z, w * y * y, w * y * z, w * z * z]
 }
 
 impl PairSum<8> for Stiffness<'_> {
-    type Columns = [Panel; 2];
+    type Columns = [Panel<f32>; 2];
 
-    fn columns(&self) -> [Panel; 2] {
+    fn columns(&self) -> [Panel<f32>; 2] {
         [Panel::new(); 2]
     }
 
     #[inline(always)]
-    fn row<W: Width>(&self, i: usize, [near, bound]: &mut [Panel; 2], out: &mut [Row<8>]) {
+    fn row<W: Width>(&self, i: usize, [near, bound]: &mut [Panel<f32>; 2], out: &mut [Single<8>]) {
         let [x, y, z, ..] = self.particle[i].0;
         for (at, weight) in self.lists.liquid.row(i).chunks(BLOCK).zip(self.liquid.of(i)) {
             near.gather::<W>(self.particle, at);
             for (k, weight) in weight.iter().enumerate().take(whole(at.len())) {
                 bound.put(k, stiff(2.0, *weight, near.apart(&[x, y, z], k)));
             }
-            let mut own = [0.0; 8];
-            exchange::<W>(bound, at, out, &mut own);
-            out[i].give(own);
+            bound.scatter::<W, 8>(at, out, 0);
+            out[i].give::<6>(bound.totals(at.len()));
         }
         for (at, weight) in self.lists.wall.row(i).chunks(BLOCK).zip(self.wall.of(i)) {
             let mut times = [1.0; BLOCK];
@@ -141,9 +142,7 @@ impl PairSum<8> for Stiffness<'_> {
             for (k, weight) in weight.iter().enumerate().take(whole(at.len())) {
                 bound.put(k, stiff(times[k], *weight, near.apart(&[x, y, z], k)));
             }
-            let mut own = [0.0; 8];
-            sum::<W>(bound, at.len(), &mut own);
-            out[i].give(own);
+            out[i].give::<6>(bound.totals(at.len()));
         }
     }
 }

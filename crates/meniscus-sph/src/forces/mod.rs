@@ -1,6 +1,6 @@
 //! Rates of change of density and velocity, from the sums over pairs of [`continuity`] and [`momentum`].
 //!
-//! Pressure and continuity are conjugate, so the pairs exchange kinetic and compressive energy exactly. Walls are images
+//! Pressure and continuity are conjugate, so the pairs exchange kinetic and compressive energy exactly, but for rounding. Walls are images
 //! ([`crate::walls`]).
 
 mod continuity;
@@ -14,8 +14,8 @@ pub(crate) use legendre::{Factors, MOST, needed, reach};
 
 use crate::corrections::{Corrected, Gradients, Moments, NOISE, PositionDensity, completion};
 use crate::frame::Body;
-use crate::particles::lanes::Row;
-use crate::particles::{CHUNKS, Fluid, Kernel, Neighbours, retain};
+use crate::particles::lanes::{Lane, Single, row};
+use crate::particles::{CHUNKS, Fluid, Kernel, Neighbours, Particle, retain};
 use crate::walls::{Sticking, Walls};
 use continuity::{Continuity, DELTA};
 use meniscus_data::recording::Glass;
@@ -37,7 +37,11 @@ pub(crate) struct Forces {
     pub(crate) fastest: f64,
     /// Whether liquid splashes, so that what the particles see changes fast.
     pub(crate) splash: bool,
-    buffers: Vec<Vec<Row<8>>>,
+    rate_buffers: Vec<Vec<Single<4>>>,
+    force_buffers: Vec<Vec<Single<8>>>,
+    /// Particles and images as the sums read them.
+    particle: Vec<Single<8>>,
+    image: Vec<Single<8>>,
     moments: Moments,
     gradients: Gradients,
     corrected: Corrected,
@@ -63,7 +67,10 @@ impl Forces {
             pressed: Vec::new(),
             fastest: 0.0,
             splash: false,
-            buffers: vec![Vec::new(); CHUNKS],
+            rate_buffers: vec![Vec::new(); CHUNKS],
+            force_buffers: vec![Vec::new(); CHUNKS],
+            particle: Vec::new(),
+            image: Vec::new(),
             moments: Moments::new(particles),
             gradients: Gradients::new(particles),
             corrected: Corrected::new(particles),
@@ -92,17 +99,23 @@ impl Forces {
     /// Fills `rate` from the present positions, velocities and pressures under the body force `body`.
     pub(crate) fn density_rates(&mut self, lists: &Neighbours, liquid: &Fluid, walls: &Walls, body: &Body) {
         self.corrected.press(&self.pressed);
+        let rounded = |particles: &[Particle], out: &mut Vec<Single<8>>| {
+            out.clear();
+            out.extend(particles.iter().map(|p| row(p, p.p)));
+        };
+        rounded(&liquid.particle, &mut self.particle);
+        rounded(&walls.image, &mut self.image);
         let pairs = Continuity {
-            kernel: self.kernel,
+            kernel: self.kernel.single(),
             lists,
-            particle: &liquid.particle,
-            image: &walls.image,
+            particle: &self.particle,
+            image: &self.image,
             matrix: &self.corrected.pressed,
             body,
             rest_density: self.rest_density,
-            diffusion: -2.0 * DELTA * self.kernel.h / self.sound,
+            diffusion: f32::of(-2.0 * DELTA * self.kernel.h / self.sound),
         };
-        lists.sum(&mut self.buffers, &mut self.rate, &pairs);
+        lists.sum(&mut self.rate_buffers, &mut self.rate, &pairs);
         for (rate, recall) in self.rate.iter_mut().zip(&self.position_density.recall) {
             rate[1] += recall;
         }
@@ -144,22 +157,24 @@ impl Forces {
         }
         self.corrected.weigh(particle, &self.drag);
         walls.press(glass, particle, &self.corrected.l);
+        self.particle.clear();
+        self.particle.extend(particle.iter().map(|p| row(p, p.p)));
         let pairs = Momentum {
-            kernel: self.kernel,
+            kernel: self.kernel.single(),
             lists,
-            particle,
+            particle: &self.particle,
             walls,
             pressure: &self.corrected.pressure,
             drag: &self.drag,
             gradients: &self.gradients,
-            noise: jitters.then_some(noise),
-            rubs: f64::from(u8::from(self.friction.is_none())),
-            soft: 0.01 * self.kernel.h * self.kernel.h,
+            noise: jitters.then_some(f32::of(noise)),
+            rubs: f32::from(u8::from(self.friction.is_none())),
+            soft: f32::of(0.01 * self.kernel.h * self.kernel.h),
         };
-        lists.sum(&mut self.buffers, &mut self.force, &pairs);
+        lists.sum(&mut self.force_buffers, &mut self.force, &pairs);
         if let Some(friction) = &mut self.friction {
             walls.map(glass, liquid, sticking, friction.maps());
-            friction.form(&pairs, &liquid.mass);
+            friction.form(&pairs, &walls.image, &liquid.mass);
         }
         for (force, [_, _, seen]) in self.force.iter_mut().zip(&self.rate) {
             force[4] *= completion(*seen);

@@ -12,46 +12,48 @@
 //! correction. The friction of what is not smooth is that of [`Gradients`].
 
 use crate::corrections::{Gradients, share};
-use crate::particles::blocks::{BLOCK, PairSum, Panel, VOLUME, dot, exchange, sum, whole};
-use crate::particles::lanes::{Row, Width};
+use crate::particles::blocks::{BLOCK, LAST, Own, PairSum, Panel, VOLUME, dot, whole};
+use crate::particles::lanes::{Single, Width};
 use crate::particles::tensor::{first, times};
-use crate::particles::{Kernel, Neighbours, Particle};
+use crate::particles::{Kernel, Neighbours};
 use crate::walls::Walls;
 
 /// The factor of the viscous pair force in three dimensions, 2 (d + 2).
-pub(super) const K: f64 = 10.0;
+pub(super) const K: f32 = 10.0;
 
 /// Inputs of the sums.
 pub(super) struct Momentum<'a> {
-    pub(super) kernel: Kernel,
+    pub(super) kernel: Kernel<f32>,
     pub(super) lists: &'a Neighbours,
-    pub(super) particle: &'a [Particle],
+    pub(super) particle: &'a [Single<8>],
     pub(super) walls: &'a Walls,
     /// `p L` of every particle, Pa, then its `c_i mu_i`, Pa s.
-    pub(super) pressure: &'a [Row<8>],
+    pub(super) pressure: &'a [Single<8>],
     /// `c_i mu_i` of every particle, Pa s.
     pub(super) drag: &'a [f64],
     pub(super) gradients: &'a Gradients,
     /// Viscosity for what is not smooth, Pa s, where some particle has less than this of its own.
-    pub(super) noise: Option<f64>,
+    pub(super) noise: Option<f32>,
     /// 1 where friction acts here, 0 where [`Friction`](super::Friction) has it.
-    pub(super) rubs: f64,
+    pub(super) rubs: f32,
     /// `0.01 h^2`, m2.
-    pub(super) soft: f64,
+    pub(super) soft: f32,
 }
 
 /// Force N (3), dissipated power W, squared shear rate without its `c_i` 1/s2.
-type Push = [f64; 5];
+type Push = [f32; 5];
 
 /// The columns of a block.
 pub(super) struct Columns {
-    near: Panel,
+    near: Panel<f32>,
     /// `p L` of the neighbours, Pa, and their `c_j mu_j`, Pa s; of images, along with their velocity as friction sees it.
-    pressure: Panel,
+    pressure: Panel<f32>,
     /// Symmetric velocity gradients of the neighbours, 1/s.
-    gradient: Panel,
-    /// Sums for the neighbours (5), and the shear rate from them.
-    push: Panel,
+    gradient: Panel<f32>,
+    /// What the neighbours get.
+    theirs: Panel<f32>,
+    /// What they give.
+    mine: Panel<f32>,
 }
 
 /// Column of `c_j mu_j`.
@@ -64,15 +66,15 @@ impl Momentum<'_> {
     fn liquid<W: Width, const NOISY: bool>(
         &self,
         i: usize,
-        noise: f64,
+        noise: f32,
         at: &[u32],
         columns: &mut Columns,
-        out: &mut [Row<8>],
+        out: &mut [Single<8>],
     ) -> Push {
-        let (a, own) = (&self.particle[i], &self.pressure[i].0);
+        let (a, own) = (Own::new(&self.particle[i]), &self.pressure[i].0);
         let (p, drag, g) = (first(own), own[DRAG], first(&self.gradients.g[i].0));
-        let Columns { near, pressure, gradient, push } = columns;
-        near.gather_particles::<W>(self.particle, at);
+        let Columns { near, pressure, gradient, theirs, mine } = columns;
+        near.gather::<W>(self.particle, at);
         pressure.gather::<W>(self.pressure, at);
         if NOISY {
             gradient.gather::<W>(&self.gradients.g, at);
@@ -91,25 +93,25 @@ impl Momentum<'_> {
             }
             let heat = -0.5 * both * rub * closing;
             let shear = -0.5 * K * f * closing * closing * inverse;
-            let q: [f64; 6] = pressure.row(k);
+            let q: [f32; 6] = pressure.row(k);
             let both_p = [p[0] + q[0], p[1] + q[1], p[2] + q[2], p[3] + q[3], p[4] + q[4], p[5] + q[5]];
             let press = times(&both_p, &d);
             let x = both * (rub * d[0] - press[0]);
             let y = both * (rub * d[1] - press[1]);
             let z = both * (rub * d[2] - press[2]);
-            push.put(k, [-x, -y, -z, heat, a.volume * shear, near.0[VOLUME][k] * shear]);
+            theirs.put(k, [-x, -y, -z, heat, a.volume * shear]);
+            mine.put(k, [x, y, z, heat, near.0[VOLUME][k] * shear]);
         }
-        let mut own = [0.0; 8];
-        exchange::<W>(push, at, out, &mut own);
-        [-own[0], -own[1], -own[2], own[3], own[5]]
+        theirs.scatter::<W, 8>(at, out, 0);
+        mine.totals(at.len())
     }
 
     /// Contribution of the images `at` to particle `i`.
     #[inline(always)]
     fn wall<W: Width>(&self, i: usize, at: &[u32], columns: &mut Columns) -> Push {
-        let (a, own) = (&self.particle[i], &self.pressure[i].0);
+        let (a, own) = (Own::new(&self.particle[i]), &self.pressure[i].0);
         let (p, drag) = (first(own), own[DRAG]);
-        let Columns { near, pressure, push, .. } = columns;
+        let Columns { near, pressure, mine, .. } = columns;
         near.gather::<W>(&self.walls.rubbed, at);
         pressure.gather::<W>(&self.walls.pressure, at);
         for k in 0..whole(at.len()) {
@@ -118,7 +120,7 @@ impl Momentum<'_> {
             let f = self.kernel.slope(r2);
             let both = a.volume * near.0[VOLUME][k] * f;
             let own_speed = dot(&a.v, &d);
-            let rubbing = [near.0[7][k], pressure.0[6][k], pressure.0[7][k]];
+            let rubbing = [near.0[LAST][k], pressure.0[6][k], pressure.0[7][k]];
             let dot_v = own_speed - dot(&rubbing, &d);
             let sliding = dot_v / (r2 + self.soft);
             let rub = self.rubs * both * K * drag * sliding;
@@ -129,11 +131,9 @@ impl Momentum<'_> {
             // The wall stands still, so the power of its friction is heat; so is what a round mirror does not give back
             // of the power of pressure.
             let heat = both * (dot(&image, &a.v) + dot(&press, &near.velocity(k))) - rub * own_speed;
-            push.put(k, [x, y, z, heat, -0.5 * K * near.0[VOLUME][k] * f * sliding * dot_v]);
+            mine.put(k, [x, y, z, heat, -0.5 * K * near.0[VOLUME][k] * f * sliding * dot_v]);
         }
-        let mut own = [0.0; 8];
-        sum::<W>(push, at.len(), &mut own);
-        [own[0], own[1], own[2], own[3], own[4]]
+        mine.totals(at.len())
     }
 }
 
@@ -142,11 +142,11 @@ impl PairSum<8> for Momentum<'_> {
 
     fn columns(&self) -> Columns {
         let empty = Panel::new();
-        Columns { near: empty, pressure: empty, gradient: empty, push: empty }
+        Columns { near: empty, pressure: empty, gradient: empty, theirs: empty, mine: empty }
     }
 
     #[inline(always)]
-    fn row<W: Width>(&self, i: usize, columns: &mut Columns, out: &mut [Row<8>]) {
+    fn row<W: Width>(&self, i: usize, columns: &mut Columns, out: &mut [Single<8>]) {
         for at in self.lists.liquid.row(i).chunks(BLOCK) {
             let own = match self.noise {
                 Some(noise) => self.liquid::<W, true>(i, noise, at, columns, out),

@@ -1,76 +1,94 @@
 //! The neighbours of a particle side by side: a column for each of their numbers, so that one formula runs down the columns in
 //! vectors as wide as the processor's.
 //!
-//! A row of the neighbour list is gathered into columns, computed, and turned back into rows that are added to the sums. Each
-//! pair is computed as it would be alone, and what a particle gets is added in the order of its list: vectors of any width give
-//! the same bits.
+//! A row of the neighbour list is gathered into columns and computed. What the neighbours get is turned back into rows and added to
+//! their sums; what the particle gets is the total of a column, of as many partial sums as the widest vector has. Each pair is
+//! computed as it would be alone: vectors of any width give the same bits.
+//!
+//! The sums over pairs are formed in single precision, whose rounding (6e-8 of each term) is far below what a spacing leaves undecided. What
+//! they change is kept in double precision: positions, velocities, densities, heat. A pair gives and takes the same bits, so that no
+//! momentum is lost; chunks of the list are added in double precision.
 
-use super::lanes::{Quad, Row, Width, Work, rows, widest};
-use super::state::Particle;
+use super::lanes::{Lane, Quad, Row, Single, Width, Work, widest};
 use std::ops::Range;
 
 /// Most neighbours that are computed at once; a longer row is taken in pieces.
 pub(crate) const BLOCK: usize = 64;
 
 /// A number of each neighbour.
-pub(crate) type Column = [f64; BLOCK];
+pub(crate) type Column<T = f64> = [T; BLOCK];
 
 /// Eight numbers of each neighbour.
 #[derive(Clone, Copy)]
 #[repr(C, align(64))]
-pub(crate) struct Panel(pub(crate) [Column; 8]);
+pub(crate) struct Panel<T = f64>(pub(crate) [Column<T>; 8]);
 
-/// Rows that a block has to compute for `rows` neighbours: whole vectors of eight.
+/// Rows that a block has to compute for `rows` neighbours: whole vectors of sixteen.
 #[inline(always)]
 pub(crate) fn whole(rows: usize) -> usize {
-    ((rows + 7) & !7).min(BLOCK)
+    ((rows + 15) & !15).min(BLOCK)
 }
 
-impl Panel {
+impl<T: Lane> Panel<T> {
     /// Columns without content.
     pub(crate) fn new() -> Self {
-        Self([[0.0; BLOCK]; 8])
+        Self([[T::default(); BLOCK]; 8])
     }
 
-    /// Takes the rows `at` of `table`. The last of them stands in for what is missing to whole vectors.
+    /// Takes the rows `at` of `table`. Rows of zeros stand in for what is missing to whole vectors.
     #[inline(always)]
-    pub(crate) fn gather<W: Width>(&mut self, table: &[Row<8>], at: &[u32]) {
-        for (eight, at) in at.chunks(8).enumerate().take(BLOCK / 8) {
-            let last = at.len() - 1;
-            let from = std::array::from_fn(|k| &table[at[k.min(last)] as usize].0);
-            W::transpose(from, self.eight_mut(eight));
+    pub(crate) fn gather<W: Width>(&mut self, table: &[Row<8, T>], at: &[u32]) {
+        let zeros = [T::default(); 8];
+        let (eights, rest) = at.as_chunks::<8>();
+        for (eight, at) in eights.iter().enumerate().take(BLOCK / 8) {
+            T::transpose::<W>(at.map(|j| &table[j as usize].0), self.eight_mut(eight));
+        }
+        for eight in eights.len()..whole(at.len()) / 8 {
+            let rest = if eight == eights.len() { rest } else { &[] };
+            let from = std::array::from_fn(|k| rest.get(k).map_or(&zeros, |j| &table[*j as usize].0));
+            T::transpose::<W>(from, self.eight_mut(eight));
         }
     }
 
     /// The columns of neighbours `8 eight` to `8 eight + 7`.
     #[inline(always)]
-    pub(crate) fn eight_mut(&mut self, eight: usize) -> [&mut [f64; 8]; 8] {
+    pub(crate) fn eight_mut(&mut self, eight: usize) -> [&mut [T; 8]; 8] {
         self.0.each_mut().map(|column| &mut column.as_chunks_mut().0[eight])
     }
 
     /// Returns the rows of neighbours `8 eight` to `8 eight + 7`.
     #[inline(always)]
-    fn turned<W: Width>(&self, eight: usize) -> [Row<8>; 8] {
-        let mut out = [Row([0.0; 8]); 8];
+    fn turned<W: Width>(&self, eight: usize) -> [Row<8, T>; 8] {
+        let mut out = [Row::default(); 8];
         let from = self.0.each_ref().map(|column| &column.as_chunks().0[eight]);
-        W::transpose(from, out.each_mut().map(|row| &mut row.0));
+        T::transpose::<W>(from, out.each_mut().map(|row| &mut row.0));
         out
     }
 
     /// Row `k`.
     #[inline(always)]
-    pub(crate) fn row<const N: usize>(&self, k: usize) -> [f64; N] {
+    pub(crate) fn row<const N: usize>(&self, k: usize) -> [T; N] {
         const { assert!(N <= 8) };
-        let mut row = [0.0; N];
+        let mut row = [T::default(); N];
         for (x, column) in row.iter_mut().zip(&self.0) {
             *x = column[k];
         }
         row
     }
 
+    /// Adds the first `rows` rows to `sum`.
+    #[inline(always)]
+    pub(crate) fn sum<W: Width>(&self, rows: usize, sum: &mut [T; 8]) {
+        for eight in 0..rows.div_ceil(8).min(BLOCK / 8) {
+            for row in self.turned::<W>(eight).iter().take(rows - 8 * eight) {
+                add(sum, &row.0);
+            }
+        }
+    }
+
     /// Puts `numbers` into row `k`, from column 0 on.
     #[inline(always)]
-    pub(crate) fn put<const N: usize>(&mut self, k: usize, numbers: [f64; N]) {
+    pub(crate) fn put<const N: usize>(&mut self, k: usize, numbers: [T; N]) {
         const { assert!(N <= 8) };
         for (column, x) in self.0.iter_mut().zip(numbers) {
             column[k] = x;
@@ -79,32 +97,44 @@ impl Panel {
 
     /// `x_i - x_j`, m, for neighbour `k`, a particle, of one at `x`.
     #[inline(always)]
-    pub(crate) fn apart(&self, x: &[f64; 3], k: usize) -> [f64; 3] {
+    pub(crate) fn apart(&self, x: &[T; 3], k: usize) -> [T; 3] {
         [x[0] - self.0[0][k], x[1] - self.0[1][k], x[2] - self.0[2][k]]
     }
 
     /// `v_i - v_j`, m/s, for neighbour `k`, a particle, of one with the velocity `v`.
     #[inline(always)]
-    pub(crate) fn slower(&self, v: &[f64; 3], k: usize) -> [f64; 3] {
+    pub(crate) fn slower(&self, v: &[T; 3], k: usize) -> [T; 3] {
         [v[0] - self.0[3][k], v[1] - self.0[4][k], v[2] - self.0[5][k]]
     }
 
     /// `v_j` of neighbour `k`, a particle, m/s.
     #[inline(always)]
-    pub(crate) fn velocity(&self, k: usize) -> [f64; 3] {
+    pub(crate) fn velocity(&self, k: usize) -> [T; 3] {
         [self.0[3][k], self.0[4][k], self.0[5][k]]
     }
+}
 
-    /// Takes the particles `at` of `others`: position (3), velocity (3), volume, pressure.
+impl Panel<f32> {
+    /// Adds the rows to eight numbers of the rows `at` of `out`, the first of them `8 part`.
     #[inline(always)]
-    pub(crate) fn gather_particles<W: Width>(&mut self, others: &[Particle], at: &[u32]) {
-        self.gather::<W>(rows(others), at);
+    pub(crate) fn scatter<W: Width, const N: usize>(&self, at: &[u32], out: &mut [Single<N>], part: usize) {
+        for (eight, at) in at.chunks(8).enumerate().take(BLOCK / 8) {
+            for (row, j) in self.turned::<W>(eight).iter().zip(at) {
+                add(&mut out[*j as usize].0.as_chunks_mut().0[part], &row.0);
+            }
+        }
+    }
+
+    /// Adds the columns up; the rows beyond the first `rows` have to be zero.
+    #[inline(always)]
+    pub(crate) fn totals<const N: usize>(&self, rows: usize) -> [f32; N] {
+        totals(&self.0, rows)
     }
 }
 
 /// Four numbers of each neighbour.
 #[repr(C, align(64))]
-pub(crate) struct Quads([Column; 4]);
+pub(crate) struct Quads([Column<f32>; 4]);
 
 impl Quads {
     /// Columns without content.
@@ -112,101 +142,100 @@ impl Quads {
         Self([[0.0; BLOCK]; 4])
     }
 
-    /// Puts `numbers` into row `k`.
+    /// Puts `numbers` into row `k`, from column 0 on.
     #[inline(always)]
-    pub(crate) fn put(&mut self, k: usize, numbers: [f64; 4]) {
+    pub(crate) fn put<const N: usize>(&mut self, k: usize, numbers: [f32; N]) {
+        const { assert!(N <= 4) };
         for (column, x) in self.0.iter_mut().zip(numbers) {
             column[k] = x;
         }
     }
 
-    /// Returns rows `8 eight` to `8 eight + 7`.
+    /// Takes the rows from the rows `at` of `out`; returns their sum, of eight partial ones.
     #[inline(always)]
-    fn turned<W: Width>(&self, eight: usize) -> [Quad; 8] {
-        let mut out = [Quad([0.0; 4]); 8];
-        let from = self.0.each_ref().map(|column| &column.as_chunks().0[eight]);
-        W::rows(from, out.each_mut().map(|row| &mut row.0));
-        out
-    }
-
-    /// Takes the rows from the rows `at` of `out`, and adds them to `sum`.
-    #[inline(always)]
-    pub(crate) fn exchange<W: Width>(&self, at: &[u32], out: &mut [Row<4>], sum: &mut [f64; 4]) {
+    pub(crate) fn exchange<W: Width>(&self, at: &[u32], out: &mut [Single<4>]) -> [f32; 4] {
+        let mut sums = [[0.0; 4]; 8];
         for (eight, at) in at.chunks(8).enumerate().take(BLOCK / 8) {
-            let rows = self.turned::<W>(eight);
-            for (row, j) in rows.iter().zip(at) {
-                out[*j as usize].0.iter_mut().zip(row.0).for_each(|(to, x)| *to -= x);
+            let mut rows = [Quad::default(); 8];
+            let from = self.0.each_ref().map(|column| &column.as_chunks().0[eight]);
+            W::rows(from, rows.each_mut().map(|row| &mut row.0));
+            for ((row, j), sum) in rows.iter().zip(at).zip(&mut sums) {
+                for (to, x) in out[*j as usize].0.iter_mut().zip(row.0) {
+                    *to -= x;
+                }
                 add(sum, &row.0);
             }
         }
+        let [a, b, c, d, e, f, g, h] = sums;
+        std::array::from_fn(|k| ((a[k] + b[k]) + (c[k] + d[k])) + ((e[k] + f[k]) + (g[k] + h[k])))
     }
 
-    /// Adds the first `rows` rows to `sum`.
+    /// Adds the columns up; the rows beyond the first `rows` have to be zero.
     #[inline(always)]
-    pub(crate) fn sum<W: Width>(&self, rows: usize, sum: &mut [f64; 4]) {
-        for eight in 0..rows.div_ceil(8).min(BLOCK / 8) {
-            for row in self.turned::<W>(eight).iter().take(rows - 8 * eight) {
-                add(sum, &row.0);
-            }
-        }
+    pub(crate) fn totals<const N: usize>(&self, rows: usize) -> [f32; N] {
+        totals(&self.0, rows)
     }
+}
+
+/// Sums of the first columns, of sixteen partial sums each, so that vectors of any width add in the same order.
+#[inline(always)]
+fn totals<const N: usize>(columns: &[Column<f32>], rows: usize) -> [f32; N] {
+    let mut out = [0.0; N];
+    for (out, column) in out.iter_mut().zip(columns) {
+        let mut sums = [0.0; 16];
+        for sixteen in column.as_chunks().0.iter().take(whole(rows) / 16) {
+            add::<16, f32>(&mut sums, sixteen);
+        }
+        let eight: [f32; 8] = std::array::from_fn(|k| sums[k] + sums[k + 8]);
+        let four: [f32; 4] = std::array::from_fn(|k| eight[k] + eight[k + 4]);
+        *out = (four[0] + four[2]) + (four[1] + four[3]);
+    }
+    out
 }
 
 /// Column of the volume of a particle.
 pub(crate) const VOLUME: usize = 6;
 
-/// Column of its pressure.
-pub(crate) const PRESSURE: usize = 7;
+/// Column of its pressure, or of what stands in for that.
+pub(crate) const LAST: usize = 7;
 
-/// Adds the rows of `panel` to the rows `at` of `out` and to `sum`.
-#[inline(always)]
-pub(crate) fn exchange<W: Width>(panel: &Panel, at: &[u32], out: &mut [Row<8>], sum: &mut [f64; 8]) {
-    for (eight, at) in at.chunks(8).enumerate().take(BLOCK / 8) {
-        let rows = panel.turned::<W>(eight);
-        for (row, j) in rows.iter().zip(at) {
-            add(&mut out[*j as usize].0, &row.0);
-            add(sum, &row.0);
-        }
-    }
+/// The particle whose neighbours are computed, in single precision as they are.
+pub(crate) struct Own {
+    /// Position, m.
+    pub(crate) x: [f32; 3],
+    /// Velocity, m/s.
+    pub(crate) v: [f32; 3],
+    /// Volume, m3.
+    pub(crate) volume: f32,
+    /// The last number of its row: its pressure, Pa, or what stands in for that.
+    pub(crate) last: f32,
 }
 
-/// Adds the rows of `panel` to eight numbers of the rows `at` of `out`, the first of them `8 part`.
-#[inline(always)]
-pub(crate) fn scatter<W: Width, const N: usize>(panel: &Panel, at: &[u32], out: &mut [Row<N>], part: usize) {
-    for (eight, at) in at.chunks(8).enumerate().take(BLOCK / 8) {
-        let rows = panel.turned::<W>(eight);
-        for (row, j) in rows.iter().zip(at) {
-            add(&mut out[*j as usize].0.as_chunks_mut().0[part], &row.0);
-        }
-    }
-}
-
-/// Adds the first `rows` rows of `panel` to `sum`.
-#[inline(always)]
-pub(crate) fn sum<W: Width>(panel: &Panel, rows: usize, sum: &mut [f64; 8]) {
-    for eight in 0..rows.div_ceil(8).min(BLOCK / 8) {
-        for row in panel.turned::<W>(eight).iter().take(rows - 8 * eight) {
-            add(sum, &row.0);
-        }
+impl Own {
+    /// Reads a row.
+    #[inline(always)]
+    pub(crate) fn new(row: &Single<8>) -> Self {
+        let [x, y, z, u, v, w, volume, last] = row.0;
+        Self { x: [x, y, z], v: [u, v, w], volume, last }
     }
 }
 
 /// `a.b`.
 #[inline(always)]
-pub(crate) fn dot(a: &[f64; 3], b: &[f64; 3]) -> f64 {
+pub(crate) fn dot<T: Lane>(a: &[T; 3], b: &[T; 3]) -> T {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
 /// `to += numbers`.
 #[inline(always)]
-pub(crate) fn add<const N: usize>(to: &mut [f64; N], numbers: &[f64; N]) {
+pub(crate) fn add<const N: usize, T: Lane>(to: &mut [T; N], numbers: &[T; N]) {
     for (to, x) in to.iter_mut().zip(numbers) {
-        *to += x;
+        *to += *x;
     }
 }
 
 /// A sum over the pairs of [`super::neighbours`], `N` numbers for each particle.
-pub(crate) trait PairSum<const N: usize>: Sync {
+pub(crate) trait PairSum<const N: usize, T: Lane = f32>: Sync {
     /// Memory for the columns of one block.
     type Columns;
 
@@ -215,11 +244,11 @@ pub(crate) trait PairSum<const N: usize>: Sync {
 
     /// Adds to `out` what particle `i` and its listed partners get. Has to be `#[inline(always)]`, and so has all that it
     /// calls, or it is compiled for narrow vectors alone.
-    fn row<W: Width>(&self, i: usize, columns: &mut Self::Columns, out: &mut [Row<N>]);
+    fn row<W: Width>(&self, i: usize, columns: &mut Self::Columns, out: &mut [Row<N, T>]);
 }
 
-/// One pair after the other.
-impl<const N: usize, F: Fn(usize, &mut [Row<N>]) + Sync> PairSum<N> for F {
+/// One pair after the other, in double precision.
+impl<const N: usize, F: Fn(usize, &mut [Row<N>]) + Sync> PairSum<N, f64> for F {
     type Columns = ();
 
     fn columns(&self) {}
@@ -231,18 +260,22 @@ impl<const N: usize, F: Fn(usize, &mut [Row<N>]) + Sync> PairSum<N> for F {
 }
 
 /// Adds to `out` what the particles of `chunk` and their partners get.
-pub(crate) fn add_rows<const N: usize>(sum: &impl PairSum<N>, chunk: Range<usize>, out: &mut [Row<N>]) {
+pub(crate) fn add_rows<const N: usize, T: Lane>(
+    sum: &impl PairSum<N, T>,
+    chunk: Range<usize>,
+    out: &mut [Row<N, T>],
+) {
     widest(Chunk { sum, columns: sum.columns(), chunk, out });
 }
 
-struct Chunk<'a, S: PairSum<N>, const N: usize> {
+struct Chunk<'a, S: PairSum<N, T>, T: Lane, const N: usize> {
     sum: &'a S,
     columns: S::Columns,
     chunk: Range<usize>,
-    out: &'a mut [Row<N>],
+    out: &'a mut [Row<N, T>],
 }
 
-impl<S: PairSum<N>, const N: usize> Work for Chunk<'_, S, N> {
+impl<S: PairSum<N, T>, T: Lane, const N: usize> Work for Chunk<'_, S, T, N> {
     #[inline(always)]
     fn run<W: Width>(mut self) {
         for i in self.chunk {

@@ -6,19 +6,21 @@
 //! ```
 //! (Wendland 1995; Dehnen and Aly 2012 for its freedom from pairing.) `F` needs no division by `r`.
 
+use super::lanes::Lane;
+
 /// Smoothing length in units of the particle spacing; 1.4 gives about 92 neighbours.
 pub(crate) const SMOOTHING: f64 = 1.4;
 
 /// The kernel for one smoothing length.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Kernel {
+pub(crate) struct Kernel<T = f64> {
     /// Smoothing length h, metres.
-    pub(crate) h: f64,
+    pub(crate) h: T,
     /// Square of the support radius 2 h.
-    pub(crate) support2: f64,
-    half_inverse: f64,
-    value: f64,
-    slope: f64,
+    pub(crate) support2: T,
+    half_inverse: T,
+    value: T,
+    slope: T,
 }
 
 impl Kernel {
@@ -34,18 +36,31 @@ impl Kernel {
         }
     }
 
+    /// Returns the kernel in single precision.
+    pub(crate) fn single(&self) -> Kernel<f32> {
+        Kernel {
+            h: f32::of(self.h),
+            support2: f32::of(self.support2),
+            half_inverse: f32::of(self.half_inverse),
+            value: f32::of(self.value),
+            slope: f32::of(self.slope),
+        }
+    }
+}
+
+impl<T: Lane> Kernel<T> {
     /// `W`, 1/m3, from the squared distance; zero outside the support.
     #[inline(always)]
-    pub(crate) fn value(&self, r2: f64) -> f64 {
-        let half_q = r2.sqrt() * self.half_inverse;
-        let s = (1.0 - half_q).max(0.0);
-        self.value * (s * s) * (s * s) * (4.0 * half_q + 1.0)
+    pub(crate) fn value(&self, r2: T) -> T {
+        let half_q = r2.root() * self.half_inverse;
+        let s = (T::of(1.0) - half_q).positive();
+        self.value * (s * s) * (s * s) * (T::of(4.0) * half_q + T::of(1.0))
     }
 
     /// `F`, 1/m5, from the squared distance; zero outside the support.
     #[inline(always)]
-    pub(crate) fn slope(&self, r2: f64) -> f64 {
-        let s = (1.0 - r2.sqrt() * self.half_inverse).max(0.0);
+    pub(crate) fn slope(&self, r2: T) -> T {
+        let s = (T::of(1.0) - r2.root() * self.half_inverse).positive();
         self.slope * (s * s * s)
     }
 }

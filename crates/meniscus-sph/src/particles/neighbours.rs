@@ -6,7 +6,7 @@
 
 use super::blocks::{PairSum, add_rows};
 use super::grid::{Box3, Grid, Search};
-use super::lanes::Row;
+use super::lanes::{Lane, Row};
 use super::rows::{CHUNKS, Rows};
 use super::state::Particle;
 use rayon::prelude::*;
@@ -114,11 +114,11 @@ impl Neighbours {
 
     /// Sums over all pairs: what particle `i` and its listed partners get is added to the buffer of its chunk; `buffers`
     /// keeps the memory between calls. The first `M` of the `N` numbers of each sum land in `out`.
-    pub(crate) fn sum<const N: usize, const M: usize>(
+    pub(crate) fn sum<const N: usize, const M: usize, T: Lane>(
         &self,
-        buffers: &mut [Vec<Row<N>>],
+        buffers: &mut [Vec<Row<N, T>>],
         out: &mut [[f64; M]],
-        pairs: &impl PairSum<N>,
+        pairs: &impl PairSum<N, T>,
     ) {
         let rows = out.len();
         buffers.par_iter_mut().zip(&self.chunks).zip(&self.touched).for_each(|((buffer, chunk), touched)| {
@@ -136,8 +136,8 @@ impl Neighbours {
                 }
                 let out = &mut out[both.start - here.start..both.end - here.start];
                 for (o, b) in out.iter_mut().zip(&buffer[both]) {
-                    for (o, b) in o.iter_mut().zip(&b.0) {
-                        *o += b;
+                    for (o, b) in o.iter_mut().zip(b.0) {
+                        *o += b.into();
                     }
                 }
             }

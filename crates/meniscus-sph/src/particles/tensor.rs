@@ -1,20 +1,22 @@
 //! Symmetric tensors of second order, as six numbers.
 
+use super::lanes::Lane;
+
 /// A symmetric matrix: xx, xy, xz, yy, yz, zz.
-pub(crate) type Symmetric = [f64; 6];
+pub(crate) type Symmetric<T = f64> = [T; 6];
 
 /// The unit matrix.
 pub(crate) const UNIT: Symmetric = [1.0, 0.0, 0.0, 1.0, 0.0, 1.0];
 
 /// Returns the tensor that the row begins with.
 #[inline(always)]
-pub(crate) fn first(row: &[f64; 8]) -> Symmetric {
+pub(crate) fn first<T: Lane>(row: &[T; 8]) -> Symmetric<T> {
     [row[0], row[1], row[2], row[3], row[4], row[5]]
 }
 
 /// Returns `m x`.
 #[inline(always)]
-pub(crate) fn times(m: &Symmetric, x: &[f64; 3]) -> [f64; 3] {
+pub(crate) fn times<T: Lane>(m: &Symmetric<T>, x: &[T; 3]) -> [T; 3] {
     [
         m[0] * x[0] + m[1] * x[1] + m[2] * x[2],
         m[1] * x[0] + m[3] * x[1] + m[4] * x[2],
@@ -24,7 +26,7 @@ pub(crate) fn times(m: &Symmetric, x: &[f64; 3]) -> [f64; 3] {
 
 /// Returns `f v (x) x` made symmetric, with its off-diagonal elements twice, as [`trace`] wants it.
 #[inline(always)]
-pub(crate) fn strain(f: f64, d: &[f64; 3], v: &[f64; 3]) -> Symmetric {
+pub(crate) fn strain<T: Lane>(f: T, d: &[T; 3], v: &[T; 3]) -> Symmetric<T> {
     let [x, y, z] = [f * d[0], f * d[1], f * d[2]];
     let [u, v, w] = *v;
     [u * x, u * y + v * x, u * z + w * x, v * y, v * z + w * y, w * z]
@@ -32,7 +34,7 @@ pub(crate) fn strain(f: f64, d: &[f64; 3], v: &[f64; 3]) -> Symmetric {
 
 /// Returns `tr(L t)` with `t` of [`strain`].
 #[inline(always)]
-pub(crate) fn trace(l: &Symmetric, t: &Symmetric) -> f64 {
+pub(crate) fn trace<T: Lane>(l: &Symmetric<T>, t: &Symmetric<T>) -> T {
     (l[0] * t[0] + l[1] * t[1] + l[2] * t[2]) + (l[3] * t[3] + l[4] * t[4] + l[5] * t[5])
 }
 
@@ -57,7 +59,7 @@ mod tests {
 
     #[test]
     fn a_product_and_a_trace_are_those_of_the_full_matrix() {
-        let m = [1.0, 0.5, -0.2, 2.0, 0.7, 3.0];
+        let m: Symmetric = [1.0, 0.5, -0.2, 2.0, 0.7, 3.0];
         let product = times(&m, &[1.0, 10.0, 100.0]);
         assert!(product.iter().zip([-14.0, 90.5, 306.8]).all(|(a, b)| (a - b).abs() < 1e-12), "{product:?}");
         // tr(m v d^T) = d . m v

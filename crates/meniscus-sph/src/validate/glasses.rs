@@ -53,19 +53,21 @@ pub(super) fn wine_glass() -> Result<Glass, Error> {
     Ok(Glass::curved(profile, 0.06, 0.1))
 }
 
-/// Lets the first mode ring for `seconds` in `glass`, without viscosity.
+/// Lets the first mode ring for `seconds` in `glass`, without viscosity, in the packing of particles with the seed `packing`.
 ///
 /// # Errors
 /// As for [`Simulator::new`] and [`Simulator::step`], and where no oscillation is determined.
 pub(super) fn shaped(
     glass: Glass,
     spacing_m: f64,
+    packing: u64,
     seconds: f64,
     mut watch: impl FnMut(f64),
 ) -> Result<Shaped, Error> {
     let undetermined = || Error::Setup("the first mode of the glass is not determined".into());
     let mode = FirstMode::new(&glass).ok_or_else(undetermined)?;
-    let mut simulator = Simulator::new(&Setup { glass, ..setup(Rheology::newtonian(0.0), spacing_m, true) })?;
+    let setup = Setup { glass, seed: packing, ..setup(Rheology::newtonian(0.0), spacing_m, true) };
+    let mut simulator = Simulator::new(&setup)?;
     // By volume: the weak compression of the simulator makes the liquid below heavier than any real one is.
     let particles = &simulator.fluid.particle;
     let volume: f64 = particles.iter().map(|p| p.volume).sum();
@@ -104,17 +106,21 @@ fn centre_m(glass: &Glass) -> f64 {
 mod tests {
     use super::*;
 
-    /// At a coarse spacing; the table has 5 mm.
+    /// At a coarse spacing; the table has 5 mm. Frequencies of packings are 0.2 % apart there: the mean of three is judged.
     #[test]
     fn cone_and_wine_glass_slosh_at_their_own_frequency() {
         let narrow =
             Glass { radius_m: 0.043, fill_m: 0.06, rim_m: 0.1, wall: WallShape::Straight { taper: -0.1 } };
         let wine = wine_glass().expect("a glass");
         for (name, glass) in [("cone", CONE), ("narrowing cone", narrow), ("wine glass", wine)] {
-            let found = shaped(glass, 0.007, 0.6, |_| ()).expect("it rings");
-            println!("{name}: {found:?}");
-            assert!(found.frequency_error.abs() < 1.0, "{name}: {found:?}");
-            assert!(found.volume_error < 0.05 && found.centre_error < 0.8, "{name}: {found:?}");
+            let mut frequency_error = 0.0;
+            for packing in 0..3 {
+                let found = shaped(glass, 0.007, packing, 0.6, |_| ()).expect("it rings");
+                println!("{name}, packing {packing}: {found:?}");
+                assert!(found.volume_error < 0.05 && found.centre_error < 0.8, "{name}: {found:?}");
+                frequency_error += found.frequency_error / 3.0;
+            }
+            assert!(frequency_error.abs() < 1.0, "{name}: {frequency_error} %");
         }
     }
 }

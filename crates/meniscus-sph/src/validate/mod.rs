@@ -197,9 +197,9 @@ fn slow_rows<W: FnMut(f64, &str)>(progress: &mut Progress<W>, out: &mut Outcome)
         progress.case("contact line of a wave", |w| at_the_wall::wall_amplitude(STANDARD_M, 0.4, w))?;
     let second = progress.case("second mode", |w| second_mode::second_mode(STANDARD_M, 1.0, w))?;
     let second_fine = progress.case("second mode, fine", |w| second_mode::second_mode(FINE_M, 1.0, w))?;
-    let cone = progress.case("cone", |w| glasses::shaped(glasses::CONE, STANDARD_M, 1.0, w))?;
+    let cone = progress.case("cone", |w| glasses::shaped(glasses::CONE, STANDARD_M, 0, 1.0, w))?;
     let wine =
-        progress.case("wine glass", |w| glasses::shaped(glasses::wine_glass()?, STANDARD_M, 1.0, w))?;
+        progress.case("wine glass", |w| glasses::shaped(glasses::wine_glass()?, STANDARD_M, 0, 1.0, w))?;
     let same = progress.case("threads", |_| determinism::same_bits(COARSE_M))?;
     let speedup = progress.case("second thread", |w| speedup::speedup(STANDARD_M, 0.3, w))?;
     let stopped = progress.case("yield stress", |w| arrest::arrest(COARSE_M, 1.0, w))?;

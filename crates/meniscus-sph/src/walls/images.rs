@@ -22,7 +22,7 @@
 use super::origin::{Origin, bulge, radius};
 use super::sticking::{Behind, Sticking};
 use crate::frame::Body;
-use crate::particles::lanes::Row;
+use crate::particles::lanes::{Single, row};
 use crate::particles::tensor::{Symmetric, mirrored};
 use crate::particles::{Fluid, Particle};
 use meniscus_data::glass::Glass;
@@ -37,9 +37,9 @@ pub(crate) struct Walls {
     /// Their velocities as friction sees them, m/s.
     pub(crate) rubbing: Vec<[f64; 3]>,
     /// The images with the first component of that velocity in place of the pressure.
-    pub(crate) rubbed: Vec<Row<8>>,
+    pub(crate) rubbed: Vec<Single<8>>,
     /// `p L` of the images (see `corrected`), Pa, and the other two components of that velocity, m/s.
-    pub(crate) pressure: Vec<Row<8>>,
+    pub(crate) pressure: Vec<Single<8>>,
 }
 
 /// A linear map from the velocity of an original to that of its image, by rows.
@@ -143,12 +143,7 @@ impl Walls {
     pub(crate) fn press(&mut self, glass: &Glass, particle: &[Particle], l: &[Symmetric]) {
         let Self { origin, image, rubbing, rubbed, pressure } = self;
         let images = image.par_iter().zip(&*rubbing).with_min_len(256);
-        images
-            .map(|(image, rubbing)| {
-                let ([x, y, z], [u, v, w]) = (image.x, image.v);
-                Row([x, y, z, u, v, w, image.volume, rubbing[0]])
-            })
-            .collect_into_vec(rubbed);
+        images.map(|(image, rubbing)| row(image, rubbing[0])).collect_into_vec(rubbed);
         let images = image.par_iter().zip(&*rubbing).zip(&*origin).with_min_len(256);
         images
             .map(|((image, rubbing), origin)| {
@@ -162,7 +157,7 @@ impl Walls {
                     (l[2], l[4]) = (-l[2], -l[4]);
                 }
                 let [xx, xy, xz, yy, yz, zz] = l.map(|l| image.p * l);
-                Row([xx, xy, xz, yy, yz, zz, rubbing[1], rubbing[2]])
+                Single::of([xx, xy, xz, yy, yz, zz, rubbing[1], rubbing[2]])
             })
             .collect_into_vec(pressure);
     }

@@ -1,8 +1,8 @@
 //! Eight numbers at a time: turning rows into columns and back, as the processor's vectors do it.
 //!
 //! The numbers of a neighbour lie side by side (a row), and a formula runs down the neighbours (a column). Turning eight
-//! rows of eight numbers into columns takes 24 instructions with 512-bit vectors, 32 with 256-bit ones and 128 one number after
-//! the other. It moves numbers and computes none, so that every width gives the same bits.
+//! rows of eight numbers into columns takes 24 instructions in single precision, and 128 where there are no wide vectors. It moves
+//! numbers and computes none, so that every width gives the same bits.
 #![allow(
     unsafe_code,
     reason = "vector instructions may only run where the processor has them, which `widest` asks; particles are read as numbers"
@@ -12,23 +12,93 @@
 mod x86;
 
 use super::state::Particle;
+use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
-/// A row of `N` numbers that begins with a cache line.
+/// Number that rows and columns are made of: `f64`, or `f32` in the sums over pairs.
+pub(crate) trait Lane:
+    Copy
+    + Default
+    + Send
+    + Sync
+    + Into<f64>
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + Neg<Output = Self>
+    + AddAssign
+    + SubAssign
+{
+    /// Rounds a number in double precision.
+    fn of(x: f64) -> Self;
+
+    /// Returns the square root.
+    fn root(self) -> Self;
+
+    /// Returns the number, and 0 where it is negative.
+    fn positive(self) -> Self;
+
+    /// Turns eight rows into columns with the vectors of `W`: `to[c][k] = from[k][c]`.
+    fn transpose<W: Width>(from: [&[Self; 8]; 8], to: [&mut [Self; 8]; 8]);
+}
+
+/// Implements [`Lane`] for a number, which [`Width`] turns by the function of that name.
+macro_rules! lane {
+    ($number:ty, $transpose:ident) => {
+        impl Lane for $number {
+            #[inline(always)]
+            fn of(x: f64) -> Self {
+                x as Self
+            }
+
+            #[inline(always)]
+            fn root(self) -> Self {
+                self.sqrt()
+            }
+
+            #[inline(always)]
+            fn positive(self) -> Self {
+                self.max(0.0)
+            }
+
+            #[inline(always)]
+            fn transpose<W: Width>(from: [&[Self; 8]; 8], to: [&mut [Self; 8]; 8]) {
+                W::$transpose(from, to);
+            }
+        }
+    };
+}
+
+lane!(f64, transpose);
+lane!(f32, transpose_single);
+
+/// A row of `N` numbers, of which eight in single precision are half a cache line.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[repr(C, align(64))]
-pub(crate) struct Row<const N: usize>(pub(crate) [f64; N]);
+#[repr(C, align(32))]
+pub(crate) struct Row<const N: usize, T = f64>(pub(crate) [T; N]);
+
+/// A row in single precision.
+pub(crate) type Single<const N: usize> = Row<N, f32>;
 
 /// A row of nothing but zeros.
-impl<const N: usize> Default for Row<N> {
+impl<const N: usize, T: Lane> Default for Row<N, T> {
     fn default() -> Self {
-        Self([0.0; N])
+        Self([T::default(); N])
     }
 }
 
-impl<const N: usize> Row<N> {
+impl<const N: usize> Single<N> {
+    /// Rounds a row.
+    #[inline(always)]
+    pub(crate) fn of(numbers: [f64; N]) -> Self {
+        Self(numbers.map(f32::of))
+    }
+}
+
+impl<const N: usize, T: Lane> Row<N, T> {
     /// Adds `numbers`, from the first on.
     #[inline(always)]
-    pub(crate) fn give<const M: usize>(&mut self, numbers: [f64; M]) {
+    pub(crate) fn give<const M: usize>(&mut self, numbers: [T; M]) {
         const { assert!(M <= N) };
         for (to, x) in self.0.iter_mut().zip(numbers) {
             *to += x;
@@ -38,16 +108,14 @@ impl<const N: usize> Row<N> {
 
 /// A row of four numbers.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[repr(C, align(32))]
-pub(crate) struct Quad(pub(crate) [f64; 4]);
+#[repr(C, align(16))]
+pub(crate) struct Quad(pub(crate) [f32; 4]);
 
-/// Returns `particles` as rows: position (3), velocity (3), volume, pressure.
-pub(crate) fn rows(particles: &[Particle]) -> &[Row<8>] {
-    const {
-        assert!(size_of::<Particle>() == 64 && align_of::<Particle>() == 64 && size_of::<Row<8>>() == 64);
-    };
-    // SAFETY: both are eight numbers in the order of C and on the same boundary, as asserted above.
-    unsafe { std::slice::from_raw_parts(particles.as_ptr().cast(), particles.len()) }
+/// Returns a particle as a row: position (3), velocity (3), volume, and `last`.
+#[inline(always)]
+pub(crate) fn row(p: &Particle, last: f64) -> Single<8> {
+    let ([x, y, z], [u, v, w]) = (p.x, p.v);
+    Row::of([x, y, z, u, v, w, p.volume, last])
 }
 
 /// The vectors that a piece of work is compiled for.
@@ -55,12 +123,15 @@ pub(crate) trait Width {
     /// Turns eight rows into columns: `to[c][k] = from[k][c]`.
     fn transpose(from: [&[f64; 8]; 8], to: [&mut [f64; 8]; 8]);
 
+    /// Turns eight rows in single precision into columns: `to[c][k] = from[k][c]`.
+    fn transpose_single(from: [&[f32; 8]; 8], to: [&mut [f32; 8]; 8]);
+
     /// Puts those of `numbers` to the front of `out` whose `distance2` is below `reach2` and which are not below `from`; returns how
     /// many there are.
     fn pick(numbers: &[u32; 8], distance2: &[f64; 8], reach2: f64, from: u32, out: &mut [u32; 8]) -> usize;
 
     /// Turns four columns into rows: `to[k][c] = from[c][k]`.
-    fn rows(from: [&[f64; 8]; 4], to: [&mut [f64; 4]; 8]);
+    fn rows(from: [&[f32; 8]; 4], to: [&mut [f32; 4]; 8]);
 }
 
 /// Those that every processor has.
@@ -69,11 +140,12 @@ pub(crate) struct Narrow;
 impl Width for Narrow {
     #[inline(always)]
     fn transpose(from: [&[f64; 8]; 8], to: [&mut [f64; 8]; 8]) {
-        for (c, to) in to.into_iter().enumerate() {
-            for (to, from) in to.iter_mut().zip(from) {
-                *to = from[c];
-            }
-        }
+        plain(from, to);
+    }
+
+    #[inline(always)]
+    fn transpose_single(from: [&[f32; 8]; 8], to: [&mut [f32; 8]; 8]) {
+        plain(from, to);
     }
 
     #[inline(always)]
@@ -82,11 +154,17 @@ impl Width for Narrow {
     }
 
     #[inline(always)]
-    fn rows(from: [&[f64; 8]; 4], to: [&mut [f64; 4]; 8]) {
-        for (k, to) in to.into_iter().enumerate() {
-            for (to, from) in to.iter_mut().zip(from) {
-                *to = from[k];
-            }
+    fn rows(from: [&[f32; 8]; 4], to: [&mut [f32; 4]; 8]) {
+        plain(from, to);
+    }
+}
+
+/// Turns rows into columns, or columns into rows, one number after the other.
+#[inline(always)]
+fn plain<T: Copy, const M: usize, const N: usize>(from: [&[T; M]; N], to: [&mut [T; N]; M]) {
+    for (c, to) in to.into_iter().enumerate() {
+        for (to, from) in to.iter_mut().zip(from) {
+            *to = from[c];
         }
     }
 }
@@ -153,11 +231,15 @@ mod tests {
             let mut columns = [[0.0; 8]; 8];
             W::transpose(rows.each_ref(), columns.each_mut());
             self.0.extend(columns.as_flattened());
-            let columns: [[f64; 8]; 4] =
-                std::array::from_fn(|c| std::array::from_fn(|k| (10 * k + c) as f64));
+            let rows: [[f32; 8]; 8] = rows.map(|row| row.map(f32::of));
+            let mut columns = [[0.0; 8]; 8];
+            W::transpose_single(rows.each_ref(), columns.each_mut());
+            self.0.extend(columns.as_flattened().iter().map(|x| f64::from(*x)));
+            let columns: [[f32; 8]; 4] =
+                std::array::from_fn(|c| std::array::from_fn(|k| (10 * k + c) as f32));
             let mut rows = [[0.0; 4]; 8];
             W::rows(columns.each_ref(), rows.each_mut());
-            self.0.extend(rows.as_flattened());
+            self.0.extend(rows.as_flattened().iter().map(|x| f64::from(*x)));
             let numbers: [u32; 8] = std::array::from_fn(|k| 5 * k as u32);
             for (from, reach2) in [(0, 5.0), (11, 7.0), (0, 100.0), (0, 0.0)] {
                 let mut out = [0; 8];
@@ -193,7 +275,7 @@ mod tests {
     #[test]
     fn rows_become_columns_and_the_near_are_picked_with_vectors_of_any_width() {
         for (width, found) in of_each() {
-            let whole = (0..64).map(|n| (10 * (n % 8) + n / 8) as f64);
+            let whole = (0..128).map(|n| (10 * (n % 8) + n % 64 / 8) as f64);
             let halves = (0..32).map(|n| (10 * (n / 4) + n % 4) as f64);
             let near = [&[0, 10, 20, 30][..], &[20, 25, 30, 35], &[0, 5, 10, 20, 25, 30, 35], &[]].concat();
             let due = whole.chain(halves).chain(near.into_iter().map(f64::from));

@@ -42,14 +42,15 @@ impl Width for Wide256 {
     }
 
     #[inline(always)]
-    fn rows(from: [&[f64; 8]; 4], to: [&mut [f64; 4]; 8]) {
-        let to = to.map(|to| to.as_mut_ptr());
-        // SAFETY: the type is named by `with_256` alone; rows have four numbers and columns eight.
-        unsafe {
-            for rows in [0, 4] {
-                turn(from.map(|from| from.as_ptr().add(rows)), std::array::from_fn(|k| to[rows + k]));
-            }
-        }
+    fn transpose_single(from: [&[f32; 8]; 8], to: [&mut [f32; 8]; 8]) {
+        // SAFETY: the type is named by `with_256` alone.
+        unsafe { turn_single(from, to) };
+    }
+
+    #[inline(always)]
+    fn rows(from: [&[f32; 8]; 4], to: [&mut [f32; 4]; 8]) {
+        // SAFETY: the type is named by `with_256` alone.
+        unsafe { fours(from, to) };
     }
 }
 
@@ -107,33 +108,64 @@ impl Width for Wide512 {
     }
 
     #[inline(always)]
-    fn rows(from: [&[f64; 8]; 4], to: [&mut [f64; 4]; 8]) {
-        // SAFETY: the type is named by `with_512` alone; rows have four numbers and columns eight.
-        unsafe {
-            let turned = fours(from.map(|from| _mm512_loadu_pd(from.as_ptr())));
-            let [a, b, c, d, e, f, g, h] = to;
-            for (both, (low, high)) in turned.into_iter().zip([(a, e), (b, f), (c, g), (d, h)]) {
-                _mm256_storeu_pd(low.as_mut_ptr(), _mm512_castpd512_pd256(both));
-                _mm256_storeu_pd(high.as_mut_ptr(), _mm512_extractf64x4_pd::<1>(both));
-            }
+    fn transpose_single(from: [&[f32; 8]; 8], to: [&mut [f32; 8]; 8]) {
+        // SAFETY: the type is named by `with_512` alone, which has AVX2.
+        unsafe { turn_single(from, to) };
+    }
+
+    #[inline(always)]
+    fn rows(from: [&[f32; 8]; 4], to: [&mut [f32; 4]; 8]) {
+        // SAFETY: the type is named by `with_512` alone, which has AVX2.
+        unsafe { fours(from, to) };
+    }
+}
+
+/// Four numbers of each half of four rows, as columns: those of row `k` of each half are the elements `k` of that half.
+#[inline]
+#[target_feature(enable = "avx2")]
+fn halves([a, b, c, d]: [__m256; 4]) -> [__m256; 4] {
+    let (low, high) = (_mm256_unpacklo_ps(a, b), _mm256_unpackhi_ps(a, b));
+    let (low_2, high_2) = (_mm256_unpacklo_ps(c, d), _mm256_unpackhi_ps(c, d));
+    [
+        _mm256_shuffle_ps::<0x44>(low, low_2),
+        _mm256_shuffle_ps::<0xee>(low, low_2),
+        _mm256_shuffle_ps::<0x44>(high, high_2),
+        _mm256_shuffle_ps::<0xee>(high, high_2),
+    ]
+}
+
+/// Turns eight rows of eight numbers.
+#[inline]
+#[target_feature(enable = "avx2")]
+fn turn_single(from: [&[f32; 8]; 8], to: [&mut [f32; 8]; 8]) {
+    // SAFETY: every pointer is to eight numbers.
+    unsafe {
+        let r = from.map(|from| _mm256_loadu_ps(from.as_ptr()));
+        // Columns c and c + 4 of the first four rows, and of the last four.
+        let first = halves([r[0], r[1], r[2], r[3]]);
+        let last = halves([r[4], r[5], r[6], r[7]]);
+        let [low_0, low_1, low_2, low_3, high_0, high_1, high_2, high_3] = to;
+        let columns = [(low_0, high_0), (low_1, high_1), (low_2, high_2), (low_3, high_3)];
+        for ((a, b), (low, high)) in first.into_iter().zip(last).zip(columns) {
+            _mm256_storeu_ps(low.as_mut_ptr(), _mm256_permute2f128_ps::<0x20>(a, b));
+            _mm256_storeu_ps(high.as_mut_ptr(), _mm256_permute2f128_ps::<0x31>(a, b));
         }
     }
 }
 
-/// Turns the four by four numbers of each half of four vectors.
+/// Turns four columns of eight numbers into rows.
 #[inline]
-#[target_feature(enable = "avx512f")]
-fn fours([a, b, c, d]: [__m512d; 4]) -> [__m512d; 4] {
-    let (low, high) = (_mm512_unpacklo_pd(a, b), _mm512_unpackhi_pd(a, b));
-    let (low_2, high_2) = (_mm512_unpacklo_pd(c, d), _mm512_unpackhi_pd(c, d));
-    let first = _mm512_setr_epi64(0, 1, 8, 9, 4, 5, 12, 13);
-    let second = _mm512_setr_epi64(2, 3, 10, 11, 6, 7, 14, 15);
-    [
-        _mm512_permutex2var_pd(low, first, low_2),
-        _mm512_permutex2var_pd(high, first, high_2),
-        _mm512_permutex2var_pd(low, second, low_2),
-        _mm512_permutex2var_pd(high, second, high_2),
-    ]
+#[target_feature(enable = "avx2")]
+fn fours(from: [&[f32; 8]; 4], to: [&mut [f32; 4]; 8]) {
+    // SAFETY: columns have eight numbers and rows four.
+    unsafe {
+        let rows = halves(from.map(|from| _mm256_loadu_ps(from.as_ptr())));
+        let [a, b, c, d, e, f, g, h] = to;
+        for (both, (low, high)) in rows.into_iter().zip([(a, e), (b, f), (c, g), (d, h)]) {
+            _mm_storeu_ps(low.as_mut_ptr(), _mm256_castps256_ps128(both));
+            _mm_storeu_ps(high.as_mut_ptr(), _mm256_extractf128_ps::<1>(both));
+        }
+    }
 }
 
 /// Lane `l` of each of four vectors, for every `l`.
