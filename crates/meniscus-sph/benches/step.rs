@@ -2,7 +2,7 @@
 //!
 //! `cargo bench -p meniscus-sph --bench step`. The figure to look at is a step over the bound of the same run: times alone say
 //! as much about the machine's other guests. A step of 0.8 ms of calm water forms two sums over all pairs of neighbours,
-//! so that it cannot be quicker than reading eight numbers of each neighbour and adding eight to its sum, twice.
+//! so that it cannot be quicker than reading eight numbers of each neighbour and adding eight to its sum, twice, in single precision.
 
 use criterion::{BatchSize, Criterion, criterion_group, criterion_main};
 use meniscus_data::effects::Effects;
@@ -19,10 +19,10 @@ const SPACING_M: f64 = 0.005;
 /// Support of the kernel in spacings.
 const SUPPORT: f64 = 2.8;
 
-/// Numbers of a particle or of its sum: a cache line.
+/// Numbers of a particle or of its sum: half a cache line.
 #[derive(Clone, Copy)]
-#[repr(align(64))]
-struct Line([f64; 8]);
+#[repr(align(32))]
+struct Line([f32; 8]);
 
 impl Line {
     fn add(&mut self, other: &Self) {
@@ -68,7 +68,7 @@ fn step(criterion: &mut Criterion) {
     let calm = glass("water", 0.05, 0.02);
     let lists = neighbours(&calm);
     let lines: Vec<Line> =
-        calm.motion().map(|(x, v, m)| Line([x[0], x[1], x[2], v[0], v[1], v[2], m, 0.0])).collect();
+        calm.motion().map(|(x, v, m)| Line([x[0], x[1], x[2], v[0], v[1], v[2], m, 0.0].map(|x| x as f32))).collect();
     let mut sums = vec![Line([0.0; 8]); lines.len()];
     let mut group = criterion.benchmark_group("step");
     group.sample_size(20);
