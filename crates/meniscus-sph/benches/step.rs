@@ -67,8 +67,10 @@ fn step(criterion: &mut Criterion) {
     meniscus_platform::cpu_features::widen();
     let calm = glass("water", 0.05, 0.02);
     let lists = neighbours(&calm);
-    let lines: Vec<Line> =
-        calm.motion().map(|(x, v, m)| Line([x[0], x[1], x[2], v[0], v[1], v[2], m, 0.0].map(|x| x as f32))).collect();
+    let lines: Vec<Line> = calm
+        .motion()
+        .map(|(x, v, m)| Line([x[0], x[1], x[2], v[0], v[1], v[2], m, 0.0].map(|x| x as f32)))
+        .collect();
     let mut sums = vec![Line([0.0; 8]); lines.len()];
     let mut group = criterion.benchmark_group("step");
     group.sample_size(20);

@@ -1,7 +1,7 @@
 //! Liquid that leaves over the rim: its volume against a count of the particles by their paths, and the books of energy.
 //!
-//! The count does not read what the simulator books. It follows every particle; one that is gone has spilled if it was last seen falling
-//! outside of the glass, and is lost if it was not: then the volumes differ.
+//! The count does not read what the simulator books. It follows every particle; one that is gone has spilled if it was last seen
+//! outside of the glass, or above the rim on its way out within a step, and is lost if it was not: then the volumes differ.
 
 use super::escapes::water;
 use super::ring_down::GLASS;
@@ -51,32 +51,36 @@ pub(super) fn spills(spacing_m: f64, seconds: f64, mut watch: impl FnMut(f64)) -
     })
 }
 
-/// Where each particle was last seen, and its volume at rest, m3.
+/// Where each particle was last seen and where it goes within a step, m, and its volume at rest, m3.
 struct Paths {
-    last: Vec<[f64; 3]>,
+    last: Vec<[[f64; 3]; 2]>,
     volume: Vec<f64>,
+    time_s: f64,
 }
 
 impl Paths {
     fn new(simulator: &Simulator) -> Self {
         let rest = simulator.liquid.density_kg_m3;
-        let (last, volume) = simulator.motion().map(|(x, _, m)| (x, m / rest)).unzip();
-        Self { last, volume }
+        let (last, volume) = simulator.motion().map(|(x, _, m)| ([x; 2], m / rest)).unzip();
+        Self { last, volume, time_s: simulator.time_s() }
     }
 
     fn follow(&mut self, simulator: &Simulator) {
-        for ((x, ..), number) in simulator.motion().zip(&simulator.number) {
-            self.last[*number as usize] = x;
+        let step_s = simulator.time_s() - self.time_s;
+        self.time_s = simulator.time_s();
+        for ((x, v, _), number) in simulator.motion().zip(&simulator.number) {
+            self.last[*number as usize] = [x, std::array::from_fn(|k| x[k] + step_s * v[k])];
         }
     }
 
-    /// Volume of the particles that are gone and were last seen outside, m3.
+    /// Volume of the particles that are gone and went over the rim, m3.
     fn spilled_m3(&self, simulator: &Simulator) -> f64 {
         let mut there = vec![false; self.last.len()];
         simulator.number.iter().for_each(|number| there[*number as usize] = true);
         let outside = |x: &[f64; 3]| x[0].hypot(x[1]) > GLASS.radius_at(x[2]);
+        let went = |[last, next]: &[[f64; 3]; 2]| outside(last) || (last[2] > GLASS.rim_m && outside(next));
         let all = self.last.iter().zip(&self.volume).zip(there);
-        let spilled = all.filter(|((x, _), there)| !there && outside(x));
+        let spilled = all.filter(|((path, _), there)| !there && went(path));
         spilled.map(|((_, volume), _)| volume).sum()
     }
 }
