@@ -83,6 +83,19 @@ impl Tones {
     }
 }
 
+/// Mean square of what the inner pixels of a profile deviate from a straight line, squares of grey levels: noise, and the
+/// spots of a projector.
+pub(super) fn spots(profile: &[f32; SPAN]) -> f32 {
+    let middle = (INSIDE / 2) as f32;
+    let inner = || profile.iter().zip(0_u8..).take(INSIDE).map(|(&g, k)| (g, f32::from(k) - middle));
+    let mean = inner().map(|(g, _)| g).sum::<f32>() / INSIDE as f32;
+    let squares = inner().map(|(_, k)| k * k).sum::<f32>();
+    let slope = inner().map(|(g, k)| k * g).sum::<f32>() / squares;
+    let off = inner().map(|(g, _)| (g - mean) * (g - mean)).sum::<f32>() - slope * slope * squares;
+    // A line takes two of them.
+    off / (INSIDE - 2) as f32
+}
+
 /// Distance from `edge` outwards to the centre of the steepest part of a step; both count from the outer side of the
 /// profile's first pixel.
 ///
@@ -167,6 +180,16 @@ mod tests {
             let led = found + lead(&tailed, found).unwrap();
             assert!(at - found > 0.12 && led - found > 0.015 && led < at, "{at}: {found} {led}");
         }
+    }
+
+    #[test]
+    fn a_dot_beside_the_edge_is_a_spot_and_a_slope_is_none() {
+        let sloped = |k: usize| 180.0 - 3.0 * k as f32;
+        let mut profile: [f32; SPAN] = core::array::from_fn(sloped);
+        assert!(spots(&profile) < 1e-3, "{}", spots(&profile));
+        // Deviations of one of five from their line: d^2 (1 - 1/5) of a dot in the middle, over 3.
+        profile[2] += 60.0;
+        assert!((spots(&profile) - 960.0).abs() < 0.1, "{}", spots(&profile));
     }
 
     #[test]

@@ -39,9 +39,9 @@ pub(super) struct Columns {
     near: Panel<f32>,
     /// `L` of the neighbours and the pressure above them.
     matrix: Panel<f32>,
-    /// What they give: volume strain rate 1/s, diffusive density rate kg/m3/s, `3/c_i`.
+    /// Sums from the neighbours: volume strain rate 1/s, diffusive density rate kg/m3/s, `3/c_i`.
     mine: Quads,
-    /// What is taken from theirs.
+    /// The same for the neighbours, with their signs changed.
     taken: Quads,
 }
 

@@ -50,9 +50,9 @@ pub(super) struct Columns {
     pressure: Panel<f32>,
     /// Symmetric velocity gradients of the neighbours, 1/s.
     gradient: Panel<f32>,
-    /// What the neighbours get.
+    /// Sums for the neighbours.
     theirs: Panel<f32>,
-    /// What they give.
+    /// Sums from them.
     mine: Panel<f32>,
 }
 
