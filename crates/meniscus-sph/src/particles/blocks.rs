@@ -5,9 +5,9 @@
 //! their sums; what the particle gets is the total of a column, of as many partial sums as the widest vector has. Each pair is
 //! computed as it would be alone: vectors of any width give the same bits.
 //!
-//! The sums over pairs are formed in single precision, whose rounding (6e-8 of each term) is far below what a spacing leaves undecided. What
-//! they change is kept in double precision: positions, velocities, densities, heat. A pair gives and takes the same bits, so that no
-//! momentum is lost; chunks of the list are added in double precision.
+//! The sums over pairs are formed in single precision, whose rounding (6e-8 of each term) moves frequencies, decays and effects by less than
+//! 0.0003 % of theirs (`docs/validation`). What the sums change is kept in double precision: positions, velocities, densities, heat. A pair
+//! gives and takes the same bits; chunks of the list are added in double precision.
 
 use super::lanes::{Lane, Quad, Row, Single, Width, Work, widest};
 use std::ops::Range;

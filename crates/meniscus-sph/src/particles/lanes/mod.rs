@@ -5,7 +5,7 @@
 //! numbers and computes none, so that every width gives the same bits.
 #![allow(
     unsafe_code,
-    reason = "vector instructions may only run where the processor has them, which `widest` asks; particles are read as numbers"
+    reason = "vector instructions may only run where the processor has them, which `widest` asks"
 )]
 
 #[cfg(target_arch = "x86_64")]
