@@ -97,8 +97,8 @@ fn dots_cost_less_than_the_targets() {
         for (name, start) in [("all", ""), ("judged alone", JUDGED)] {
             let [rms_mm, bias_mm, inside] = figures(&read_milk(Faults { dots, ..Faults::default() }, start));
             println!("  milk, {name}: rms {rms_mm:.3} mm, bias {bias_mm:+.3} mm, inside {inside:.3}");
-            // The target of the error is one of dark and bright liquids together.
-            assert!(rms_mm <= 0.45 && inside >= 0.9, "{dots} grey on milk, {name}");
+            // The target, 0.4 mm, is one of dark and bright liquids together (`meniscus camera study`); bright ones alone had 0.405.
+            assert!(rms_mm <= 0.41 && inside >= 0.9, "{dots} grey on milk, {name}");
         }
     }
 }

@@ -132,6 +132,7 @@ impl Sums<'_> {
             let kernel = [self.kernel.slope(r2), self.kernel.value(r2)];
             let (volume, mass) = (near.0[VOLUME][k], near.0[MASS][k]);
             let to_me = terms([a[VOLUME], volume, mass], kernel, &d, &v);
+            // Loops, since a closure would not be compiled for wide vectors.
             for (mine, numbers) in mine.iter_mut().zip(to_me) {
                 mine.put(k, numbers);
             }
