@@ -165,14 +165,14 @@ impl PairSum<24> for Sums<'_> {
                 panel.scatter::<W, 24>(at, out, part);
             }
             for (own, mine) in own.iter_mut().zip(&columns.mine) {
-                add(own, &mine.totals(at.len()));
+                add(own, &mine.totals::<W>(at.len()));
             }
         }
         for at in self.lists.wall.row(i).chunks(BLOCK) {
             columns.near.gather::<W>(self.image, at);
             self.fill::<false>(a, at.len(), columns);
             for (own, mine) in own.iter_mut().zip(&columns.mine) {
-                add(own, &mine.totals(at.len()));
+                add(own, &mine.totals::<W>(at.len()));
             }
         }
         for (to, own) in out[i].0.as_chunks_mut().0.iter_mut().zip(&own) {

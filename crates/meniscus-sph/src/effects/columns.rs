@@ -21,11 +21,8 @@
 
 use super::many::{Press, Weigh};
 use super::waves::{Coefficients, Place, Square, Waves};
-use crate::particles::Fluid;
+use crate::particles::{Fluid, PIECE};
 use rayon::prelude::*;
-
-/// Particles that are summed on one thread: a constant, so that sums do not depend on the number of threads.
-const PIECE: usize = 256;
 
 /// The surface as the particles have it.
 #[derive(Clone, Debug)]

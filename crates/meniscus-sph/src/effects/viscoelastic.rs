@@ -80,7 +80,8 @@ impl Maxwell {
         let Surroundings { kernel, lists, walls, sticking, rate, glass, .. } = *around;
         let particle = &fluid.particle;
         walls.map(glass, fluid, sticking.straight(), &mut self.maps);
-        walls.mapped(&self.maps, |i| particle[i].v, &mut self.behind);
+        self.behind.clear();
+        self.behind.extend(walls.mapped(&self.maps, |i| particle[i].v));
         let behind = &self.behind;
         lists.sum(&mut self.gradient_buffers, &mut self.gradient, &|i: usize, out: &mut [Row<9>]| {
             let a = &particle[i];

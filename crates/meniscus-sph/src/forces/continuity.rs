@@ -56,7 +56,7 @@ impl Continuity<'_> {
         at: &[u32],
         columns: &mut Columns,
         out: &mut [Single<4>],
-    ) -> [f32; 3] {
+    ) -> [f32; 4] {
         let (a, own) = (Own::new(&self.particle[i]), &self.matrix[i].0);
         let (l, pressed) = (&first(own), own[6]);
         let Columns { near, matrix, mine, taken } = columns;
@@ -74,13 +74,13 @@ impl Continuity<'_> {
             taken.put(k, [-(a.volume * trace(&matrix.row(k), &t)), a.volume * flux, a.volume * f * r2]);
             mine.put(k, [volume * trace(l, &t), volume * flux, -(volume * f * r2)]);
         }
-        taken.exchange::<W>(at, out);
-        mine.totals(at.len())
+        taken.take::<W>(at, out);
+        mine.totals::<W>(at.len())
     }
 
     /// Contribution of the images `at` to particle `i`.
     #[inline(always)]
-    fn wall<W: Width>(&self, i: usize, at: &[u32], columns: &mut Columns) -> [f32; 3] {
+    fn wall<W: Width>(&self, i: usize, at: &[u32], columns: &mut Columns) -> [f32; 4] {
         let (a, l) = (Own::new(&self.particle[i]), &first(&self.matrix[i].0));
         let Columns { near, mine, .. } = columns;
         near.gather::<W>(self.image, at);
@@ -92,7 +92,7 @@ impl Continuity<'_> {
             let volume = near.0[VOLUME][k];
             mine.put(k, [volume * trace(l, &t), 0.0, -(volume * f * r2)]);
         }
-        mine.totals(at.len())
+        mine.totals::<W>(at.len())
     }
 }
 

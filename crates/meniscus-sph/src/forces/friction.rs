@@ -4,25 +4,22 @@
 //! At fixed places and viscosities the friction of [`super::momentum`] is linear in the velocities. With `x = x_i - x_j`,
 //! `V = m/rho` and `B_w` the matrix that makes the velocity of the image `w` of that of its original `o`:
 //! ```text
-//! m_i (A v)_i = sum_j w_ij ((v_i - v_j).x) x + sum_w w_iw ((v_i - B_w v_o).x) x
-//! w_ij = V_i V_j K (c_i mu_i + c_j mu_j)/2 F / (r^2 + 0.01 h^2) <= 0
+//! m_i (A v)_i = -sum_j ((v_i - v_j).y) y - sum_w ((v_i - B_w v_o).y) y
+//! y = x sqrt(-w_ij),     w_ij = V_i V_j K (c_i mu_i + c_j mu_j)/2 F / (r^2 + 0.01 h^2) <= 0
 //! ```
-//! The weights are formed once for a step; [`crate::integration::Stages`] then asks for `A v` several times.
+//! The vectors `y` are formed once for a step; [`crate::integration::Stages`] then asks for `A v` several times.
 //!
-//! The largest rate at which it slows, by `((v_i - v_j).x)^2 <= 2 (v_i.x)^2 + 2 (v_j.x)^2`, is at most
+//! The largest rate at which it slows, by `((v_i - v_j).y)^2 <= 2 (v_i.y)^2 + 2 (v_j.y)^2`, is at most
 //! ```text
-//! lambda <= max_i |sum_j 2 w_ij x x^T + sum_w (1 + |B_w|) w_iw x x^T| / m_i
+//! lambda <= max_i |sum_j 2 y y^T + sum_w (1 + |B_w|) y y^T| / m_i
 //! ```
 
-use super::links::{Links, Stiffness};
+use super::links::{Link, Links, Stiffness};
 use super::momentum::Momentum;
-use crate::particles::blocks::{BLOCK, PairSum, Panel, Quads, dot, whole};
-use crate::particles::lanes::{Lane, Row, Single, Width, row};
+use crate::particles::blocks::{BLOCK, PairSum, Quads, dot, whole};
+use crate::particles::lanes::{Lane, Quad, Row, Single, Width, row};
 use crate::particles::{CHUNKS, Neighbours, Particle};
 use crate::walls::{Map, Walls};
-
-/// Velocities or accelerations of all particles.
-pub(crate) type Vectors = [[f64; 3]];
 
 /// The operator at one instant, and its memory.
 #[derive(Clone, Debug, Default)]
@@ -33,12 +30,14 @@ pub(crate) struct Friction {
     wall: Links,
     /// From the velocities of the originals to those of their images.
     maps: Vec<Map>,
-    /// Velocities of the images, m/s.
-    rubbing: Vec<[f64; 3]>,
-    /// The particles with their `c_i mu_i` in place of their pressures, and with the velocities at which friction is computed.
-    particle: Vec<Single<8>>,
-    /// The images, as well.
+    /// The particles with their `c_i mu_i` in place of their pressures.
+    dragged: Vec<Single<8>>,
+    /// The images.
     image: Vec<Single<8>>,
+    /// The velocities at which friction is computed, m/s.
+    particle_v: Vec<Quad>,
+    /// Those of the images, m/s.
+    image_v: Vec<Quad>,
     stiffness: Vec<[f64; 6]>,
     stiffness_buffers: Vec<Vec<Single<8>>>,
     buffers: Vec<Vec<Single<4>>>,
@@ -59,10 +58,10 @@ impl Friction {
         &mut self.maps
     }
 
-    /// Forms the weights of the present places and viscosities.
+    /// Forms the links of the present places and viscosities.
     pub(super) fn form(&mut self, pairs: &Momentum<'_>, images: &[Particle], mass: &[f64]) {
         let Momentum { kernel, lists, particle, drag, soft, .. } = *pairs;
-        let Self { liquid, wall, maps, particle: dragged, image, stiffness, stiffness_buffers, .. } = self;
+        let Self { liquid, wall, maps, dragged, image, stiffness, stiffness_buffers, .. } = self;
         dragged.clear();
         dragged.extend(particle.iter().zip(drag).map(|(p, drag)| {
             let [x, y, z, u, v, w, volume, _] = p.0;
@@ -75,21 +74,27 @@ impl Friction {
         stiffness_buffers.resize(CHUNKS, Vec::new());
         stiffness.resize(particle.len(), [0.0; 6]);
         let shares: Vec<f32> = maps.iter().map(|map| f32::of(share(map))).collect();
-        let bounds = Stiffness { lists, liquid, wall, particle: dragged, image, shares: &shares };
+        let bounds = Stiffness { lists, liquid, wall, shares: &shares };
         lists.sum(stiffness_buffers, stiffness, &bounds);
         self.rate = stiffness.iter().zip(mass).map(|(s, m)| norm(s) / m).fold(0.0, f64::max);
     }
 
     /// Returns force (N, 3 numbers) and heat (W) of each particle at the velocities `v`.
-    pub(crate) fn act(&mut self, lists: &Neighbours, walls: &Walls, v: &Vectors) -> &[[f64; 4]] {
-        walls.mapped(&self.maps, |i| v[i], &mut self.rubbing);
-        let Self { liquid, wall, rubbing, buffers, particle, image, out, .. } = self;
+    pub(crate) fn act(&mut self, lists: &Neighbours, walls: &Walls, v: &[[f64; 3]]) -> &[[f64; 4]] {
+        let Self { liquid, wall, maps, particle_v, image_v, buffers, out, .. } = self;
+        rayon::join(
+            || {
+                particle_v.clear();
+                particle_v.extend(v.iter().map(Quad::of));
+            },
+            || {
+                image_v.clear();
+                image_v.extend(walls.mapped(maps, |i| v[i]).map(|v| Quad::of(&v)));
+            },
+        );
         buffers.resize(CHUNKS, Vec::new());
         out.resize(v.len(), [0.0; 4]);
-        for (rows, v) in [(&mut *particle, v), (&mut *image, &**rubbing)] {
-            rows.iter_mut().zip(v).for_each(|(row, v)| row.0[3..6].copy_from_slice(&v.map(f32::of)));
-        }
-        lists.sum(buffers, out, &Rub { lists, liquid, wall, particle, image });
+        lists.sum(buffers, out, &Rub { lists, liquid, wall, particle: particle_v, image: image_v });
         out
     }
 }
@@ -110,50 +115,58 @@ struct Rub<'a> {
     lists: &'a Neighbours,
     liquid: &'a Links,
     wall: &'a Links,
-    particle: &'a [Single<8>],
-    image: &'a [Single<8>],
+    /// Velocities of the particles, m/s.
+    particle: &'a [Quad],
+    /// Those of the images, m/s.
+    image: &'a [Quad],
 }
 
 /// The columns of a block.
 struct Columns {
-    near: Panel<f32>,
+    /// Velocities of the neighbours, m/s.
+    near: Quads,
     /// Force on the particle N (3), and the heat of the friction with its sign changed, W.
     pull: Quads,
+}
+
+/// The vector of pair `k`.
+#[inline(always)]
+fn along([x, y, z]: &Link, k: usize) -> [f32; 3] {
+    [x[k], y[k], z[k]]
 }
 
 impl PairSum<4> for Rub<'_> {
     type Columns = Columns;
 
     fn columns(&self) -> Columns {
-        Columns { near: Panel::new(), pull: Quads::new() }
+        Columns { near: Quads::new(), pull: Quads::new() }
     }
 
     #[inline(always)]
     fn row<W: Width>(&self, i: usize, columns: &mut Columns, out: &mut [Single<4>]) {
         let Columns { near, pull } = columns;
-        let [x, y, z, v_x, v_y, v_z, ..] = self.particle[i].0;
-        let (x, own) = ([x, y, z], [v_x, v_y, v_z]);
-        for (at, weight) in self.lists.liquid.row(i).chunks(BLOCK).zip(self.liquid.of(i)) {
+        let [v_x, v_y, v_z, _] = self.particle[i].0;
+        for (at, link) in self.lists.liquid.row(i).chunks(BLOCK).zip(self.liquid.of(i)) {
             near.gather::<W>(self.particle, at);
-            for (k, weight) in weight.iter().enumerate().take(whole(at.len())) {
-                let apart = near.apart(&x, k);
-                let closing = dot(&near.slower(&own, k), &apart);
-                let size = weight * closing;
-                pull.put(k, [size * apart[0], size * apart[1], size * apart[2], 0.5 * size * closing]);
+            for k in 0..whole(at.len()) {
+                let (y, v) = (along(link, k), near.three(k));
+                let size = dot(&[v[0] - v_x, v[1] - v_y, v[2] - v_z], &y);
+                pull.put(k, [size * y[0], size * y[1], size * y[2], -0.5 * size * size]);
             }
-            let [x, y, z, taken] = pull.exchange::<W>(at, out);
+            pull.take::<W>(at, out);
+            let [x, y, z, taken] = pull.totals::<W>(at.len());
             out[i].give([x, y, z, -taken]);
         }
-        for (at, weight) in self.lists.wall.row(i).chunks(BLOCK).zip(self.wall.of(i)) {
+        for (at, link) in self.lists.wall.row(i).chunks(BLOCK).zip(self.wall.of(i)) {
             near.gather::<W>(self.image, at);
-            for (k, weight) in weight.iter().enumerate().take(whole(at.len())) {
-                let apart = near.apart(&x, k);
-                let along = dot(&own, &apart);
-                let size = weight * (along - dot(&near.velocity(k), &apart));
+            for k in 0..whole(at.len()) {
+                let y = along(link, k);
+                let own = dot(&[v_x, v_y, v_z], &y);
+                let size = dot(&near.three(k), &y) - own;
                 // The wall stands still: all that its friction takes is heat.
-                pull.put(k, [size * apart[0], size * apart[1], size * apart[2], size * along]);
+                pull.put(k, [size * y[0], size * y[1], size * y[2], size * own]);
             }
-            let [x, y, z, taken] = pull.totals(at.len());
+            let [x, y, z, taken] = pull.totals::<W>(at.len());
             out[i].give([x, y, z, -taken]);
         }
     }

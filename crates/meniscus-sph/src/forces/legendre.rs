@@ -57,6 +57,27 @@ impl Factors {
     }
 }
 
+/// Returns the part of a step after which stage `j` of `stages` stands, 1 after the last.
+fn reached(j: usize, stages: usize) -> f64 {
+    match j {
+        0 => 0.0,
+        1 => Factors::first(stages),
+        _ => {
+            let n = j as f64;
+            0.25 * weight(stages) * (n * n + n - 2.0)
+        }
+    }
+}
+
+/// Returns the part of a step that the rate at stage `j` of `stages` stands for, of those from 0 to the last but one: all that is
+/// nearer to it than to the others.
+pub(crate) fn nearest_part(j: usize, stages: usize) -> f64 {
+    let middle = |j: usize| 0.5 * (reached(j, stages) + reached(j + 1, stages));
+    let start = if j == 0 { 0.0 } else { middle(j - 1) };
+    let end = if j + 1 == stages { 1.0 } else { middle(j) };
+    end - start
+}
+
 /// Longest step over which `stages` of them are stable, in units of `1/lambda`.
 pub(crate) fn reach(stages: f64) -> f64 {
     SAFE * 0.5 * (stages * stages + stages - 2.0)
@@ -70,6 +91,19 @@ pub(crate) fn needed(steps: f64) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_parts_of_all_stages_are_the_step_and_each_is_near_its_stage() {
+        for stages in 2..=24 {
+            let parts: Vec<f64> = (0..stages).map(|j| nearest_part(j, stages)).collect();
+            assert!(parts.iter().all(|part| *part > 0.0), "{parts:?}");
+            assert!((parts.iter().sum::<f64>() - 1.0).abs() < 1e-12, "{parts:?}");
+            assert!((reached(stages, stages) - 1.0).abs() < 1e-12);
+            // The mean of what grows with time is half of its end, but for the last part, which ends after its stage.
+            let mean: f64 = parts.iter().enumerate().map(|(j, part)| part * reached(j, stages)).sum();
+            assert!((0.25..0.5).contains(&mean), "{mean} of {stages} stages");
+        }
+    }
 
     #[test]
     fn stages_follow_the_exponential_and_stand_where_forces_balance() {

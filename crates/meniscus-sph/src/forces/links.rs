@@ -1,11 +1,11 @@
-//! Links of [`Friction`](super::Friction): the weight of each listed pair, kg/m2/s, in columns.
+//! Links of [`Friction`](super::Friction): the vector `y` of each listed pair, sqrt(kg/s), in columns.
 //!
-//! The pairs of a particle are cut into blocks as [`crate::particles::blocks`] computes them. Separations are not kept: friction is computed
-//! several times in a step, and four numbers a pair would be more than the caches near to the processor hold.
+//! The pairs of a particle are cut into blocks as [`crate::particles::blocks`] computes them. Friction is computed several times in a step: with
+//! three numbers a pair kept, it has to turn no more than the velocities of the neighbours into columns.
 
 use super::momentum::K;
 use crate::particles::blocks::{BLOCK, Column, LAST, PairSum, Panel, VOLUME, dot, whole};
-use crate::particles::lanes::{Single, Width, Work, widest};
+use crate::particles::lanes::{Lane, Single, Width, Work, widest};
 use crate::particles::{CHUNKS, Kernel, Neighbours, Rows};
 use rayon::prelude::*;
 use std::ops::Range;
@@ -13,12 +13,15 @@ use std::ops::Range;
 /// Column of `c mu`, where a particle has its pressure.
 const DRAG: usize = LAST;
 
+/// The vectors of a block of pairs, a column for each component.
+pub(super) type Link = [Column<f32>; 3];
+
 /// The links of one list.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Links {
     /// Where the blocks of each particle begin.
     first: Vec<usize>,
-    blocks: Vec<Column<f32>>,
+    blocks: Vec<Link>,
 }
 
 impl Links {
@@ -39,7 +42,7 @@ impl Links {
             all += near.row(i).len().div_ceil(BLOCK);
             self.first.push(all);
         }
-        self.blocks.resize(all, [0.0; BLOCK]);
+        self.blocks.resize(all, [[0.0; BLOCK]; 3]);
         let mut rest = &mut self.blocks[..];
         let mut parts = Vec::with_capacity(CHUNKS);
         for chunk in &lists.chunks {
@@ -56,7 +59,7 @@ impl Links {
 
     /// The blocks of particle `i`.
     #[inline(always)]
-    pub(super) fn of(&self, i: usize) -> &[Column<f32>] {
+    pub(super) fn of(&self, i: usize) -> &[Link] {
         &self.blocks[self.first[i]..self.first[i + 1]]
     }
 }
@@ -70,7 +73,7 @@ struct Form<'a> {
     images: bool,
     near: &'a Rows,
     chunk: Range<usize>,
-    out: &'a mut [Column<f32>],
+    out: &'a mut [Link],
 }
 
 impl Work for Form<'_> {
@@ -84,65 +87,65 @@ impl Work for Form<'_> {
             let (x, volume, own) = ([a[0], a[1], a[2]], a[VOLUME], a[DRAG]);
             for (at, block) in near.row(i).chunks(BLOCK).zip(blocks.by_ref()) {
                 panel.gather::<W>(others, at);
-                for (k, weight) in block.iter_mut().enumerate().take(whole(at.len())) {
+                let [y_1, y_2, y_3] = block;
+                for k in 0..whole(at.len()) {
                     let d = panel.apart(&x, k);
                     let r2 = dot(&d, &d);
                     let drag = if images { own } else { 0.5 * (own + panel.0[DRAG][k]) };
-                    *weight = K * drag * volume * panel.0[VOLUME][k] * kernel.slope(r2) / (r2 + soft);
+                    let weight = K * drag * volume * panel.0[VOLUME][k] * kernel.slope(r2) / (r2 + soft);
+                    let root = (-weight).positive().root();
+                    (y_1[k], y_2[k], y_3[k]) = (root * d[0], root * d[1], root * d[2]);
                 }
                 // What is beyond the list gives nothing to a sum.
-                block[at.len()..whole(at.len())].fill(0.0);
+                for column in block {
+                    column[at.len()..whole(at.len())].fill(0.0);
+                }
             }
         }
     }
 }
 
-/// Terms of a bound of the largest rate: `sum_j 2 w_ij x x^T + sum_w (1 + |B_w|) w_iw x x^T`.
+/// Terms of a bound of the largest rate: `sum_j 2 y y^T + sum_w (1 + |B_w|) y y^T`.
 pub(super) struct Stiffness<'a> {
     pub(super) lists: &'a Neighbours,
     pub(super) liquid: &'a Links,
     pub(super) wall: &'a Links,
-    pub(super) particle: &'a [Single<8>],
-    pub(super) image: &'a [Single<8>],
     /// `|B_w|` of each image.
     pub(super) shares: &'a [f32],
 }
 
-/// `w x x^T` times `-times`.
+/// `y y^T` of row `k`, `times` over.
 #[inline(always)]
-fn stiff(times: f32, weight: f32, [x, y, z]: [f32; 3]) -> [f32; 6] {
-    let w = -times * weight;
-    [w * x * x, w * x * y, w * x * z, w * y * y, w * y * z, w * z * z]
+fn stiff(times: f32, [x, y, z]: &Link, k: usize) -> [f32; 6] {
+    let (x, y, z) = (x[k], y[k], z[k]);
+    [times * x * x, times * x * y, times * x * z, times * y * y, times * y * z, times * z * z]
 }
 
 impl PairSum<8> for Stiffness<'_> {
-    type Columns = [Panel<f32>; 2];
+    type Columns = Panel<f32>;
 
-    fn columns(&self) -> [Panel<f32>; 2] {
-        [Panel::new(); 2]
+    fn columns(&self) -> Panel<f32> {
+        Panel::new()
     }
 
     #[inline(always)]
-    fn row<W: Width>(&self, i: usize, [near, bound]: &mut [Panel<f32>; 2], out: &mut [Single<8>]) {
-        let [x, y, z, ..] = self.particle[i].0;
-        for (at, weight) in self.lists.liquid.row(i).chunks(BLOCK).zip(self.liquid.of(i)) {
-            near.gather::<W>(self.particle, at);
-            for (k, weight) in weight.iter().enumerate().take(whole(at.len())) {
-                bound.put(k, stiff(2.0, *weight, near.apart(&[x, y, z], k)));
+    fn row<W: Width>(&self, i: usize, bound: &mut Panel<f32>, out: &mut [Single<8>]) {
+        for (at, link) in self.lists.liquid.row(i).chunks(BLOCK).zip(self.liquid.of(i)) {
+            for k in 0..whole(at.len()) {
+                bound.put(k, stiff(2.0, link, k));
             }
             bound.scatter::<W, 8>(at, out, 0);
-            out[i].give::<6>(bound.totals(at.len()));
+            out[i].give(bound.totals::<W>(at.len()));
         }
-        for (at, weight) in self.lists.wall.row(i).chunks(BLOCK).zip(self.wall.of(i)) {
+        for (at, link) in self.lists.wall.row(i).chunks(BLOCK).zip(self.wall.of(i)) {
             let mut times = [1.0; BLOCK];
             for (times, w) in times.iter_mut().zip(at) {
                 *times = 1.0 + self.shares[*w as usize];
             }
-            near.gather::<W>(self.image, at);
-            for (k, weight) in weight.iter().enumerate().take(whole(at.len())) {
-                bound.put(k, stiff(times[k], *weight, near.apart(&[x, y, z], k)));
+            for k in 0..whole(at.len()) {
+                bound.put(k, stiff(times[k], link, k));
             }
-            out[i].give::<6>(bound.totals(at.len()));
+            out[i].give(bound.totals::<W>(at.len()));
         }
     }
 }

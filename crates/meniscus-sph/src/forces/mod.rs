@@ -9,17 +9,18 @@ mod legendre;
 mod links;
 mod momentum;
 
-pub(crate) use friction::{Friction, Vectors};
-pub(crate) use legendre::{Factors, MOST, needed, reach};
+pub(crate) use friction::Friction;
+pub(crate) use legendre::{Factors, MOST, nearest_part, needed, reach};
 
 use crate::corrections::{Corrected, Gradients, Moments, NOISE, PositionDensity, completion};
 use crate::frame::Body;
 use crate::particles::lanes::{Lane, Single, row};
-use crate::particles::{CHUNKS, Fluid, Kernel, Neighbours, Particle, retain};
+use crate::particles::{CHUNKS, Fluid, Kernel, Neighbours, PIECE, Particle, retain};
 use crate::walls::{Sticking, Walls};
 use continuity::{Continuity, DELTA};
 use meniscus_data::recording::Glass;
 use momentum::Momentum;
+use rayon::prelude::*;
 
 /// Constants and scratch memory of the sums.
 #[derive(Clone, Debug)]
@@ -55,6 +56,11 @@ pub(crate) struct Forces {
     pub(crate) rate: Vec<[f64; 3]>,
     /// Force N (3), dissipated power W, squared shear rate 1/s2.
     pub(crate) force: Vec<[f64; 5]>,
+}
+
+/// Fills `out` with the particles in single precision.
+fn rounded(particles: &[Particle], out: &mut Vec<Single<8>>) {
+    particles.par_iter().with_min_len(PIECE).map(|p| row(p, p.p)).collect_into_vec(out);
 }
 
 impl Forces {
@@ -99,10 +105,6 @@ impl Forces {
     /// Fills `rate` from the present positions, velocities and pressures under the body force `body`.
     pub(crate) fn density_rates(&mut self, lists: &Neighbours, liquid: &Fluid, walls: &Walls, body: &Body) {
         self.corrected.press(&self.pressed);
-        let rounded = |particles: &[Particle], out: &mut Vec<Single<8>>| {
-            out.clear();
-            out.extend(particles.iter().map(|p| row(p, p.p)));
-        };
         rounded(&liquid.particle, &mut self.particle);
         rounded(&walls.image, &mut self.image);
         let pairs = Continuity {
@@ -156,9 +158,15 @@ impl Forces {
             self.look(lists, liquid, walls, glass.rim_m, jitters);
         }
         self.corrected.weigh(particle, &self.drag);
+        if let Some(friction) = &mut self.friction {
+            let maps = friction.maps();
+            walls.map(glass, liquid, sticking, maps);
+            walls.rub_by(maps, particle);
+        } else {
+            walls.rub(glass, liquid, sticking);
+        }
         walls.press(glass, particle, &self.corrected.l);
-        self.particle.clear();
-        self.particle.extend(particle.iter().map(|p| row(p, p.p)));
+        rounded(particle, &mut self.particle);
         let pairs = Momentum {
             kernel: self.kernel.single(),
             lists,
@@ -173,7 +181,6 @@ impl Forces {
         };
         lists.sum(&mut self.force_buffers, &mut self.force, &pairs);
         if let Some(friction) = &mut self.friction {
-            walls.map(glass, liquid, sticking, friction.maps());
             friction.form(&pairs, &walls.image, &liquid.mass);
         }
         for (force, [_, _, seen]) in self.force.iter_mut().zip(&self.rate) {
@@ -181,12 +188,14 @@ impl Forces {
         }
     }
 
-    /// Accelerations of the particles under `body`, from the last `forces`.
+    /// Accelerations of the particles under `body` and under what presses on the surface, from the last `forces`.
     pub(crate) fn accelerations(&self, liquid: &mut Fluid, body: &Body) {
         let Fluid { particle, acceleration, mass, .. } = liquid;
-        for (((a, m), f), p) in acceleration.iter_mut().zip(mass).zip(&self.force).zip(particle) {
+        let parts = acceleration.par_iter_mut().zip(mass).zip(&self.force).zip(particle).enumerate();
+        parts.with_min_len(PIECE).for_each(|(i, (((a, m), f), p))| {
             let g = if body.turns() { body.at(&p.x, &p.v) } else { body.uniform };
-            *a = [f[0] / *m + g[0], f[1] / *m + g[1], f[2] / *m + g[2]];
-        }
+            let [_, a_x, a_y] = self.pressed.get(i).copied().unwrap_or_default();
+            *a = [f[0] / *m + g[0] + a_x, f[1] / *m + g[1] + a_y, f[2] / *m + g[2]];
+        });
     }
 }

@@ -41,7 +41,7 @@ pub(super) struct Momentum<'a> {
 }
 
 /// Force N (3), dissipated power W, squared shear rate without its `c_i` 1/s2.
-type Push = [f32; 5];
+type Push = [f32; 8];
 
 /// The columns of a block.
 pub(super) struct Columns {
@@ -103,7 +103,7 @@ impl Momentum<'_> {
             mine.put(k, [x, y, z, heat, near.0[VOLUME][k] * shear]);
         }
         theirs.scatter::<W, 8>(at, out, 0);
-        mine.totals(at.len())
+        mine.totals::<W>(at.len())
     }
 
     /// Contribution of the images `at` to particle `i`.
@@ -133,7 +133,7 @@ impl Momentum<'_> {
             let heat = both * (dot(&image, &a.v) + dot(&press, &near.velocity(k))) - rub * own_speed;
             mine.put(k, [x, y, z, heat, -0.5 * K * near.0[VOLUME][k] * f * sliding * dot_v]);
         }
-        mine.totals(at.len())
+        mine.totals::<W>(at.len())
     }
 }
 

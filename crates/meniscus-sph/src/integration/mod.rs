@@ -1,6 +1,7 @@
 //! Integration in time: the step, what spills, and the books of energy.
 
 mod energy;
+mod moves;
 mod spill;
 mod stages;
 mod step;

@@ -9,9 +9,10 @@
 //! ```
 //! A particle outside below the rim that was never above it went through the wall: the simulation has failed.
 
-use crate::particles::{Particle, retain};
+use crate::particles::{PIECE, Particle, retain};
 use crate::{Error, Simulator};
 use meniscus_data::recording::EnergyBook;
+use rayon::prelude::*;
 use std::f64::consts::PI;
 
 /// Liquid that left the glass over the rim since the start.
@@ -65,8 +66,17 @@ impl Simulator {
     /// # Errors
     /// When one is not.
     pub(crate) fn check_inside(&self) -> Result<(), Error> {
-        let particles = self.fluid.particle.iter().zip(&self.over).enumerate();
-        let mut wrong = particles.filter_map(|(i, (p, over))| match self.place(&p.x) {
+        self.check(&self.places())
+    }
+
+    /// Where each particle is.
+    fn places(&self) -> Vec<Place> {
+        self.fluid.particle.par_iter().with_min_len(PIECE).map(|p| self.place(&p.x)).collect()
+    }
+
+    fn check(&self, places: &[Place]) -> Result<(), Error> {
+        let particles = self.fluid.particle.iter().zip(places).zip(&self.over).enumerate();
+        let mut wrong = particles.filter_map(|(i, ((p, place), over))| match place {
             Place::Lost => Some((i, p.x)),
             Place::Below if !over => Some((i, p.x)),
             _ => None,
@@ -86,17 +96,19 @@ impl Simulator {
     /// # Errors
     /// When a particle went through the wall, or has no finite position.
     pub(crate) fn spill(&mut self) -> Result<(), Error> {
-        self.check_inside()?;
-        let keep = |(p, over): (&Particle, bool)| match self.place(&p.x) {
+        let mut places = self.places();
+        self.check(&places)?;
+        let keep = |((p, place), over): ((&Particle, &Place), &bool)| match place {
             Place::Over => p.x[2] > self.glass.rim_m,
             Place::Below => !over,
             Place::Inside | Place::Lost => true,
         };
-        let keep: Vec<bool> = self.fluid.particle.iter().zip(self.over.iter().copied()).map(keep).collect();
+        let keep: Vec<bool> = self.fluid.particle.iter().zip(&places).zip(&self.over).map(keep).collect();
         if keep.contains(&false) {
             self.let_go(&keep);
+            retain(&mut places, &keep);
         }
-        self.over = self.fluid.particle.iter().map(|p| self.place(&p.x) == Place::Over).collect();
+        self.over = places.iter().map(|place| *place == Place::Over).collect();
         Ok(())
     }
 

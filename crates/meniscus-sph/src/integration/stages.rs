@@ -11,11 +11,12 @@
 //! ```text
 //! heat = -dt/2 sum_i m_i (k - a)_i.(v + dt/4 k)_i
 //! ```
-//! and shared among the particles as the pairs dissipate at the mean of both velocities.
+//! and shared among the particles as the pairs dissipate at the velocities of the stages, each for the part of the step that it stands for.
 
-use crate::forces::{Factors, Friction, Vectors, needed};
-use crate::particles::{Fluid, Neighbours};
+use crate::forces::{Factors, Friction, nearest_part, needed};
+use crate::particles::{Fluid, Neighbours, PIECE};
 use crate::walls::Walls;
+use rayon::prelude::*;
 
 /// Memory of the stages.
 #[derive(Clone, Debug, Default)]
@@ -24,9 +25,10 @@ pub(crate) struct Stages {
     rate: Vec<[f64; 3]>,
     before: Vec<[f64; 3]>,
     last: Vec<[f64; 3]>,
-    slope: Vec<[f64; 3]>,
     /// Mean acceleration by friction over the kick, m/s2.
     friction: Vec<[f64; 3]>,
+    /// Heat of the friction of each particle over the step, W.
+    power: Vec<f64>,
     /// Part of the heat of the friction that a kilogram of each particle gains, 1/kg.
     shares: Vec<f64>,
 }
@@ -42,59 +44,55 @@ impl Stages {
         fluid: &mut Fluid,
     ) {
         let stages = needed(dt * friction.largest_rate());
-        let Self { start, rate, before, last, slope, friction: pull, shares } = self;
+        let Self { start, rate, before, last, friction: pull, power, shares } = self;
+        let Fluid { particle, mass, acceleration, .. } = &mut *fluid;
         start.clear();
-        start.extend(fluid.particle.iter().map(|p| p.v));
-        let mut act = |v: &Vectors, out: &mut Vec<[f64; 3]>| {
-            let parts = friction.act(lists, walls, v).iter().zip(&fluid.mass).zip(&fluid.acceleration);
-            out.clear();
-            out.extend(parts.map(|((f, m), a)| -> [f64; 3] { std::array::from_fn(|k| a[k] + f[k] / m) }));
-        };
-        act(start, rate);
-        before.clone_from(start);
-        let first = Factors::first(stages) * dt;
+        start.extend(particle.iter().map(|p| p.v));
+        let slope =
+            |f: &[f64; 4], m: f64, a: &[f64; 3]| -> [f64; 3] { std::array::from_fn(|k| a[k] + f[k] / m) };
+        let (first, part) = (Factors::first(stages) * dt, nearest_part(0, stages));
+        rate.clear();
         last.clear();
-        last.extend(
-            start
-                .iter()
-                .zip(&*rate)
-                .map(|(v, r)| -> [f64; 3] { std::array::from_fn(|k| v[k] + first * r[k]) }),
-        );
+        power.clear();
+        let found = friction.act(lists, walls, start);
+        for ((f, v), (m, a)) in found.iter().zip(&*start).zip(mass.iter().zip(&*acceleration)) {
+            let r = slope(f, *m, a);
+            last.push(std::array::from_fn(|k| v[k] + first * r[k]));
+            rate.push(r);
+            power.push(part * f[3]);
+        }
+        before.clone_from(start);
         for j in 2..=stages {
-            let f = Factors::of(j, stages);
-            act(last, slope);
+            let found = friction.act(lists, walls, last);
+            let (f, part) = (Factors::of(j, stages), nearest_part(j - 1, stages));
             let rest = 1.0 - f.last - f.before;
-            let parts = before.iter_mut().zip(&*last).zip(&*slope).zip(start.iter().zip(&*rate));
-            for (((before, last), slope), (start, rate)) in parts {
+            let ends = start.par_iter().zip(&*rate).zip(&*last);
+            let own = found.par_iter().zip(&*mass).zip(&*acceleration);
+            let parts = before.par_iter_mut().zip(&mut *power).zip(ends).zip(own).with_min_len(PIECE);
+            parts.for_each(|(((before, power), ((start, rate), last)), ((friction, m), a))| {
+                let slope = slope(friction, *m, a);
                 for k in 0..3 {
                     before[k] = f.last * last[k]
                         + f.before * before[k]
                         + rest * start[k]
                         + dt * (f.rate * slope[k] + f.first_rate * rate[k]);
                 }
-            }
+                *power += part * friction[3];
+            });
             std::mem::swap(before, last);
         }
         pull.clear();
-        let parts = fluid.acceleration.iter_mut().zip(start.iter().zip(&*last));
-        for (mean, (a, (start, last))) in before.iter_mut().zip(parts) {
+        for (a, (start, last)) in acceleration.iter_mut().zip(start.iter().zip(&*last)) {
             let kick: [f64; 3] = std::array::from_fn(|k| (last[k] - start[k]) / dt);
-            *mean = std::array::from_fn(|k| 0.5 * (start[k] + last[k]));
             pull.push(std::array::from_fn(|k| kick[k] - a[k]));
             *a = kick;
         }
-        let power = friction.act(lists, walls, before);
-        let whole: f64 = power.iter().map(|f| f[3]).sum();
-        let all: f64 = fluid.mass.iter().sum();
+        let whole: f64 = power.iter().sum();
+        let all: f64 = mass.iter().sum();
         shares.clear();
         // At rest nothing dissipates, and what is booked is nothing but rounding.
-        shares.extend(
-            power.iter().zip(&fluid.mass).map(
-                |(f, m)| {
-                    if whole > 0.0 { f[3] / (whole * m) } else { 1.0 / all }
-                },
-            ),
-        );
+        let share = |(power, m): (&f64, &f64)| if whole > 0.0 { power / (whole * m) } else { 1.0 / all };
+        shares.extend(power.iter().zip(&*mass).map(share));
     }
 
     /// Books the heat of half a kick that the liquid is about to take, for `half` a step.

@@ -127,8 +127,15 @@ impl Panel<f32> {
 
     /// Adds the columns up; the rows beyond the first `rows` have to be zero.
     #[inline(always)]
-    pub(crate) fn totals<const N: usize>(&self, rows: usize) -> [f32; N] {
-        totals(&self.0, rows)
+    pub(crate) fn totals<W: Width>(&self, rows: usize) -> [f32; 8] {
+        let mut sums = [[0.0; 8]; 8];
+        // Loops, since a closure would not be compiled for wide vectors.
+        for (sums, column) in sums.iter_mut().zip(&self.0) {
+            *sums = eight_sums(column, rows);
+        }
+        let mut turned = [[0.0; 8]; 8];
+        f32::transpose::<W>(sums.each_ref(), turned.each_mut());
+        sum_of_eight(turned)
     }
 }
 
@@ -142,6 +149,32 @@ impl Quads {
         Self([[0.0; BLOCK]; 4])
     }
 
+    /// Takes the rows `at` of `table`. Rows of zeros stand in for what is missing to whole vectors.
+    #[inline(always)]
+    pub(crate) fn gather<W: Width>(&mut self, table: &[Quad], at: &[u32]) {
+        let (eights, rest) = at.as_chunks::<8>();
+        for (eight, at) in eights.iter().enumerate().take(BLOCK / 8) {
+            W::columns(at.map(|j| &table[j as usize].0), self.eight_mut(eight));
+        }
+        for eight in eights.len()..whole(at.len()) / 8 {
+            let rest = if eight == eights.len() { rest } else { &[] };
+            let from = std::array::from_fn(|k| rest.get(k).map_or(&[0.0; 4], |j| &table[*j as usize].0));
+            W::columns(from, self.eight_mut(eight));
+        }
+    }
+
+    /// The columns of neighbours `8 eight` to `8 eight + 7`.
+    #[inline(always)]
+    fn eight_mut(&mut self, eight: usize) -> [&mut [f32; 8]; 4] {
+        self.0.each_mut().map(|column| &mut column.as_chunks_mut().0[eight])
+    }
+
+    /// The first three numbers of row `k`.
+    #[inline(always)]
+    pub(crate) fn three(&self, k: usize) -> [f32; 3] {
+        [self.0[0][k], self.0[1][k], self.0[2][k]]
+    }
+
     /// Puts `numbers` into row `k`, from column 0 on.
     #[inline(always)]
     pub(crate) fn put<const N: usize>(&mut self, k: usize, numbers: [f32; N]) {
@@ -151,46 +184,62 @@ impl Quads {
         }
     }
 
-    /// Takes the rows from the rows `at` of `out`; returns their sum, of eight partial ones.
+    /// Takes the rows from the rows `at` of `out`.
     #[inline(always)]
-    pub(crate) fn exchange<W: Width>(&self, at: &[u32], out: &mut [Single<4>]) -> [f32; 4] {
-        let mut sums = [[0.0; 4]; 8];
+    pub(crate) fn take<W: Width>(&self, at: &[u32], out: &mut [Single<4>]) {
         for (eight, at) in at.chunks(8).enumerate().take(BLOCK / 8) {
-            let mut rows = [Quad::default(); 8];
-            let from = self.0.each_ref().map(|column| &column.as_chunks().0[eight]);
-            W::rows(from, rows.each_mut().map(|row| &mut row.0));
-            for ((row, j), sum) in rows.iter().zip(at).zip(&mut sums) {
+            for (row, j) in self.turned::<W>(eight).iter().zip(at) {
                 for (to, x) in out[*j as usize].0.iter_mut().zip(row.0) {
                     *to -= x;
                 }
-                add(sum, &row.0);
             }
         }
-        let [a, b, c, d, e, f, g, h] = sums;
-        std::array::from_fn(|k| ((a[k] + b[k]) + (c[k] + d[k])) + ((e[k] + f[k]) + (g[k] + h[k])))
+    }
+
+    /// Returns the rows of neighbours `8 eight` to `8 eight + 7`.
+    #[inline(always)]
+    fn turned<W: Width>(&self, eight: usize) -> [Quad; 8] {
+        let mut rows = [Quad::default(); 8];
+        let from = self.0.each_ref().map(|column| &column.as_chunks().0[eight]);
+        W::rows(from, rows.each_mut().map(|row| &mut row.0));
+        rows
     }
 
     /// Adds the columns up; the rows beyond the first `rows` have to be zero.
     #[inline(always)]
-    pub(crate) fn totals<const N: usize>(&self, rows: usize) -> [f32; N] {
-        totals(&self.0, rows)
+    pub(crate) fn totals<W: Width>(&self, rows: usize) -> [f32; 4] {
+        let mut sums = [[0.0; 8]; 4];
+        for (sums, column) in sums.iter_mut().zip(&self.0) {
+            *sums = eight_sums(column, rows);
+        }
+        let mut turned = [[0.0; 4]; 8];
+        W::rows(sums.each_ref(), turned.each_mut());
+        sum_of_eight(turned)
     }
 }
 
-/// Sums of the first columns, of sixteen partial sums each, so that vectors of any width add in the same order.
+/// Eight partial sums of a column, of sixteen at first, so that vectors of any width add in the same order.
 #[inline(always)]
-fn totals<const N: usize>(columns: &[Column<f32>], rows: usize) -> [f32; N] {
-    let mut out = [0.0; N];
-    for (out, column) in out.iter_mut().zip(columns) {
-        let mut sums = [0.0; 16];
-        for sixteen in column.as_chunks().0.iter().take(whole(rows) / 16) {
-            add::<16, f32>(&mut sums, sixteen);
-        }
-        let eight: [f32; 8] = std::array::from_fn(|k| sums[k] + sums[k + 8]);
-        let four: [f32; 4] = std::array::from_fn(|k| eight[k] + eight[k + 4]);
-        *out = (four[0] + four[2]) + (four[1] + four[3]);
+fn eight_sums(column: &Column<f32>, rows: usize) -> [f32; 8] {
+    let mut sums = [0.0; 16];
+    for sixteen in column.as_chunks().0.iter().take(whole(rows) / 16) {
+        add::<16, f32>(&mut sums, sixteen);
     }
-    out
+    let mut eight = [0.0; 8];
+    for k in 0..8 {
+        eight[k] = sums[k] + sums[k + 8];
+    }
+    eight
+}
+
+/// Sum of eight rows.
+#[inline(always)]
+fn sum_of_eight<const N: usize>([a, b, c, d, e, f, g, h]: [[f32; N]; 8]) -> [f32; N] {
+    let mut sum = [0.0; N];
+    for k in 0..N {
+        sum[k] = ((a[k] + e[k]) + (c[k] + g[k])) + ((b[k] + f[k]) + (d[k] + h[k]));
+    }
+    sum
 }
 
 /// Column of the volume of a particle.

@@ -3,7 +3,7 @@
 //! The points of a row of cells lie side by side in memory, so that their distances are computed in vectors as wide as the
 //! processor's. What is near is listed in the order of the cells, whatever the vectors or the number of threads.
 
-use super::lanes::{Width, Work, widest};
+use super::lanes::{Eight, Width, Work, widest};
 use super::rows::{CHUNKS, Rows};
 use rayon::prelude::*;
 use std::ops::Range;
@@ -25,7 +25,9 @@ pub(super) struct Grid {
     cells: [usize; 3],
     /// The points of each cell.
     rows: Rows,
-    /// Coordinates of the points in the order of the cells, m.
+    /// Numbers of the points in the order of the cells, and seven more.
+    number: Vec<u32>,
+    /// Coordinates of the points in the order of the cells, m, and seven more.
     place: [Vec<f64>; 3],
 }
 
@@ -35,7 +37,7 @@ impl Grid {
         let Box3 { low, high } = space;
         let cells = std::array::from_fn(|d| ((high[d] - low[d]) / edge).floor() as usize + 1);
         let place = [const { Vec::new() }; 3];
-        Self { origin: low, inverse: 1.0 / edge, cells, rows: Rows::default(), place }
+        Self { origin: low, inverse: 1.0 / edge, cells, rows: Rows::default(), number: Vec::new(), place }
     }
 
     fn cell(&self, x: &[f64; 3]) -> [usize; 3] {
@@ -57,9 +59,13 @@ impl Grid {
             cell_of.end_row();
         }
         self.rows = cell_of.transposed(self.cells.iter().product());
+        // Whole eights are read from any point on.
+        self.number.clear();
+        self.number.extend(self.rows.entries().iter().chain(&[0; 7]));
         for (axis, place) in self.place.iter_mut().enumerate() {
             place.clear();
             place.extend(self.rows.entries().iter().map(|&i| points[i as usize][axis]));
+            place.extend([0.0; 7]);
         }
     }
 
@@ -115,34 +121,30 @@ impl Search<'_> {
     fn near<W: Width>(&self, i: usize, run: Range<usize>, rows: &mut Rows) {
         let [x, y, z] = self.points[i];
         let from = if self.after { i as u32 + 1 } else { 0 };
-        let entries = self.grid.rows.entries()[run.clone()].chunks(8);
-        let [xs, ys, zs] = self.grid.place.each_ref().map(|place| place[run.clone()].chunks(8));
-        for (entries, ((xs, ys), zs)) in entries.zip(xs.zip(ys).zip(zs)) {
-            // What is missing to eight is nowhere near.
-            let (mut numbers, mut distance2) = ([0; 8], [f64::INFINITY; 8]);
-            if let (Ok(all), Ok(xs), Ok(ys), Ok(zs)) = (
-                <&[u32; 8]>::try_from(entries),
-                <&[f64; 8]>::try_from(xs),
-                <&[f64; 8]>::try_from(ys),
-                <&[f64; 8]>::try_from(zs),
-            ) {
-                numbers = *all;
-                for k in 0..8 {
-                    let d = [x - xs[k], y - ys[k], z - zs[k]];
-                    distance2[k] = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
-                }
-            } else {
-                numbers[..entries.len()].copy_from_slice(entries);
-                for (d2, ((a, b), c)) in distance2.iter_mut().zip(xs.iter().zip(ys).zip(zs)) {
-                    let d = [x - a, y - b, z - c];
-                    *d2 = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
-                }
+        let Grid { number, place: [xs, ys, zs], .. } = self.grid;
+        for start in run.clone().step_by(8) {
+            let (Some(numbers), Some(xs), Some(ys), Some(zs)) =
+                (eight(number, start), eight(xs, start), eight(ys, start), eight(zs, start))
+            else {
+                return;
+            };
+            let mut distance2 = [0.0; 8];
+            for k in 0..8 {
+                let d = [x - xs[k], y - ys[k], z - zs[k]];
+                distance2[k] = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
             }
             let mut found = [0; 8];
-            let count = W::pick(&numbers, &distance2, self.reach2, from, &mut found);
+            let eight = Eight { numbers, distance2: &distance2, first: run.end - start };
+            let count = W::pick(&eight, self.reach2, from, &mut found);
             rows.extend_some(&found, count);
         }
     }
+}
+
+/// Eight of `all` from the one with the number `start` on.
+#[inline(always)]
+fn eight<T>(all: &[T], start: usize) -> Option<&[T; 8]> {
+    all.get(start..)?.first_chunk()
 }
 
 /// The rows of some of the points.

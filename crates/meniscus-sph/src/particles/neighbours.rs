@@ -7,7 +7,7 @@
 use super::blocks::{PairSum, add_rows};
 use super::grid::{Box3, Grid, Search};
 use super::lanes::{Lane, Row};
-use super::rows::{CHUNKS, Rows};
+use super::rows::{CHUNKS, PIECE, Rows};
 use super::state::Particle;
 use rayon::prelude::*;
 use std::ops::Range;
@@ -15,9 +15,6 @@ use std::ops::Range;
 /// Skin of the images in units of the skin of the particles: behind a round wall an image may move
 /// up to twice as far as its original.
 pub(crate) const IMAGE_SKIN: f64 = 1.5;
-
-/// Particles whose sums are put together at once.
-const PIECE: usize = 512;
 
 /// The lists of one moment.
 #[derive(Clone, Debug)]
@@ -103,12 +100,11 @@ impl Neighbours {
             |c: usize| (0..particles).find(|&i| work(i) * CHUNKS >= c * work(particles)).unwrap_or(particles);
         self.chunks =
             std::array::from_fn(|c| bound(c)..if c + 1 < CHUNKS { bound(c + 1) } else { particles });
-        let (chunks, liquid) = (&self.chunks, &self.liquid);
-        self.touched = std::array::from_fn(|c| {
-            let Range { start, end } = chunks[c].clone();
-            let pairs = &liquid.entry[liquid.start[start] as usize..liquid.start[end] as usize];
+        let liquid = &self.liquid;
+        self.touched.par_iter_mut().zip(&self.chunks).for_each(|(touched, Range { start, end })| {
+            let pairs = &liquid.entry[liquid.start[*start] as usize..liquid.start[*end] as usize];
             // Pairs are listed with the lower of the two.
-            start..pairs.iter().fold(end, |last, &j| last.max(j as usize + 1))
+            *touched = *start..pairs.iter().fold(*end, |last, &j| last.max(j as usize + 1));
         });
     }
 

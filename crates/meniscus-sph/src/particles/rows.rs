@@ -5,6 +5,9 @@ use std::ops::Range;
 /// Chunks of the pair list; a constant, so that sums do not depend on the number of threads.
 pub(crate) const CHUNKS: usize = 8;
 
+/// Particles that one thread takes at once: a constant, so that sums do not depend on the number of threads.
+pub(crate) const PIECE: usize = 256;
+
 /// A list of lists: the entries of row `i` are `entry[start[i]..start[i + 1]]`.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Rows {

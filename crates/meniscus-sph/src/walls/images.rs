@@ -108,6 +108,14 @@ impl Walls {
         });
     }
 
+    /// Does what [`Self::rub`] does by the `maps` of [`Self::map`].
+    pub(crate) fn rub_by(&mut self, maps: &[Map], particle: &[Particle]) {
+        let mut rubbing = std::mem::take(&mut self.rubbing);
+        rubbing.clear();
+        rubbing.extend(self.mapped(maps, |i| particle[i].v));
+        self.rubbing = rubbing;
+    }
+
     /// Fills `maps` with the linear map from the velocity of each original to that of its image, where the liquid sticks as
     /// `sticking` says.
     pub(crate) fn map(&self, glass: &Glass, liquid: &Fluid, sticking: Sticking, maps: &mut Vec<Map>) {
@@ -125,13 +133,16 @@ impl Walls {
         found.collect_into_vec(maps);
     }
 
-    /// Fills `out` with the velocities of the images under `maps` of originals that move with `v`.
-    pub(crate) fn mapped(&self, maps: &[Map], v: impl Fn(usize) -> [f64; 3], out: &mut Vec<[f64; 3]>) {
-        out.clear();
-        out.extend(self.origin.iter().zip(maps).map(|(origin, map)| {
+    /// Returns the velocities of the images under `maps` of originals that move with `v`.
+    pub(crate) fn mapped(
+        &self,
+        maps: &[Map],
+        v: impl Fn(usize) -> [f64; 3],
+    ) -> impl Iterator<Item = [f64; 3]> {
+        self.origin.iter().zip(maps).map(move |(origin, map)| {
             let v = v(origin.particle as usize);
             map.map(|row| row[0] * v[0] + row[1] * v[1] + row[2] * v[2])
-        }));
+        })
     }
 
     /// The original of image `w`.

@@ -111,11 +111,29 @@ impl<const N: usize, T: Lane> Row<N, T> {
 #[repr(C, align(16))]
 pub(crate) struct Quad(pub(crate) [f32; 4]);
 
+impl Quad {
+    /// Rounds a vector.
+    #[inline(always)]
+    pub(crate) fn of(v: &[f64; 3]) -> Self {
+        Self([f32::of(v[0]), f32::of(v[1]), f32::of(v[2]), 0.0])
+    }
+}
+
 /// Returns a particle as a row: position (3), velocity (3), volume, and `last`.
 #[inline(always)]
 pub(crate) fn row(p: &Particle, last: f64) -> Single<8> {
     let ([x, y, z], [u, v, w]) = (p.x, p.v);
     Row::of([x, y, z, u, v, w, p.volume, last])
+}
+
+/// Eight points that may be near to another.
+pub(crate) struct Eight<'a> {
+    /// Their numbers.
+    pub(crate) numbers: &'a [u32; 8],
+    /// Squares of their distances, m2.
+    pub(crate) distance2: &'a [f64; 8],
+    /// So many of them count.
+    pub(crate) first: usize,
 }
 
 /// The vectors that a piece of work is compiled for.
@@ -126,9 +144,12 @@ pub(crate) trait Width {
     /// Turns eight rows in single precision into columns: `to[c][k] = from[k][c]`.
     fn transpose_single(from: [&[f32; 8]; 8], to: [&mut [f32; 8]; 8]);
 
-    /// Puts those of `numbers` to the front of `out` whose `distance2` is below `reach2` and which are not below `from`; returns how
-    /// many there are.
-    fn pick(numbers: &[u32; 8], distance2: &[f64; 8], reach2: f64, from: u32, out: &mut [u32; 8]) -> usize;
+    /// Puts those of `eight` to the front of `out` whose distance squared is below `reach2` and whose numbers are not below `from`; returns
+    /// how many there are.
+    fn pick(eight: &Eight<'_>, reach2: f64, from: u32, out: &mut [u32; 8]) -> usize;
+
+    /// Turns eight rows of four numbers into columns: `to[c][k] = from[k][c]`.
+    fn columns(from: [&[f32; 4]; 8], to: [&mut [f32; 8]; 4]);
 
     /// Turns four columns into rows: `to[k][c] = from[c][k]`.
     fn rows(from: [&[f32; 8]; 4], to: [&mut [f32; 4]; 8]);
@@ -149,8 +170,13 @@ impl Width for Narrow {
     }
 
     #[inline(always)]
-    fn pick(numbers: &[u32; 8], distance2: &[f64; 8], reach2: f64, from: u32, out: &mut [u32; 8]) -> usize {
-        plain_pick(numbers, distance2, reach2, from, out)
+    fn pick(eight: &Eight<'_>, reach2: f64, from: u32, out: &mut [u32; 8]) -> usize {
+        plain_pick(eight, reach2, from, out)
+    }
+
+    #[inline(always)]
+    fn columns(from: [&[f32; 4]; 8], to: [&mut [f32; 8]; 4]) {
+        plain(from, to);
     }
 
     #[inline(always)]
@@ -171,9 +197,9 @@ fn plain<T: Copy, const M: usize, const N: usize>(from: [&[T; M]; N], to: [&mut 
 
 /// [`Width::pick`], one number after the other.
 #[inline(always)]
-fn plain_pick(numbers: &[u32; 8], distance2: &[f64; 8], reach2: f64, from: u32, out: &mut [u32; 8]) -> usize {
+fn plain_pick(eight: &Eight<'_>, reach2: f64, from: u32, out: &mut [u32; 8]) -> usize {
     let mut count = 0;
-    for (number, d2) in numbers.iter().zip(distance2) {
+    for (number, d2) in eight.numbers.iter().zip(eight.distance2).take(eight.first) {
         out[count.min(7)] = *number;
         count += usize::from(*d2 < reach2 && *number >= from);
     }
@@ -201,13 +227,22 @@ fn allowed(bits: u32) -> bool {
     return bits <= 512;
 }
 
+/// Whether the processor has all that work for vectors of 512 bits is compiled for.
+#[cfg(target_arch = "x86_64")]
+fn has_512() -> bool {
+    use std::arch::is_x86_feature_detected;
+    is_x86_feature_detected!("avx512f")
+        && is_x86_feature_detected!("avx512vl")
+        && is_x86_feature_detected!("avx2")
+        && is_x86_feature_detected!("popcnt")
+}
+
 /// Does `work` with the widest vectors of this processor that the program allows.
 #[inline]
 pub(crate) fn widest(work: impl Work) {
     #[cfg(target_arch = "x86_64")]
     if meniscus::latent::nn::is_wide() && allowed(256) {
-        use std::arch::is_x86_feature_detected;
-        if is_x86_feature_detected!("avx512f") && is_x86_feature_detected!("avx512vl") && allowed(512) {
+        if has_512() && allowed(512) {
             // SAFETY: checked on the line above.
             return unsafe { x86::with_512(work) };
         }
@@ -240,11 +275,15 @@ mod tests {
             let mut rows = [[0.0; 4]; 8];
             W::rows(columns.each_ref(), rows.each_mut());
             self.0.extend(rows.as_flattened().iter().map(|x| f64::from(*x)));
+            let mut back = [[0.0; 8]; 4];
+            W::columns(rows.each_ref(), back.each_mut());
+            assert_eq!(back, columns);
             let numbers: [u32; 8] = std::array::from_fn(|k| 5 * k as u32);
-            for (from, reach2) in [(0, 5.0), (11, 7.0), (0, 100.0), (0, 0.0)] {
+            let distance2 = &[3.0, 9.0, 4.0, f64::NAN, 2.0, 5.0, 1.0, 6.0];
+            for (from, reach2, first) in [(0, 5.0, 8), (11, 7.0, 9), (0, 100.0, 8), (0, 0.0, 8), (0, 5.0, 3)]
+            {
                 let mut out = [0; 8];
-                let distance2 = [3.0, 9.0, 4.0, f64::NAN, 2.0, 5.0, 1.0, 6.0];
-                let count = W::pick(&numbers, &distance2, reach2, from, &mut out);
+                let count = W::pick(&Eight { numbers: &numbers, distance2, first }, reach2, from, &mut out);
                 self.0.extend(out[..count].iter().map(|j| f64::from(*j)));
             }
         }
@@ -264,7 +303,7 @@ mod tests {
                 // SAFETY: checked on the line above.
                 all.push(run("256 bit", &|turn| unsafe { x86::with_256(turn) }));
             }
-            if std::is_x86_feature_detected!("avx512f") && std::is_x86_feature_detected!("avx512vl") {
+            if has_512() {
                 // SAFETY: checked on the line above.
                 all.push(run("512 bit", &|turn| unsafe { x86::with_512(turn) }));
             }
@@ -277,7 +316,8 @@ mod tests {
         for (width, found) in of_each() {
             let whole = (0..128).map(|n| (10 * (n % 8) + n % 64 / 8) as f64);
             let halves = (0..32).map(|n| (10 * (n / 4) + n % 4) as f64);
-            let near = [&[0, 10, 20, 30][..], &[20, 25, 30, 35], &[0, 5, 10, 20, 25, 30, 35], &[]].concat();
+            let near = [&[0, 10, 20, 30][..], &[20, 25, 30, 35], &[0, 5, 10, 20, 25, 30, 35], &[], &[0, 10]]
+                .concat();
             let due = whole.chain(halves).chain(near.into_iter().map(f64::from));
             assert_eq!(found, due.collect::<Vec<_>>(), "{width}");
         }

@@ -3,7 +3,7 @@
 //! Each type is named by the function alone that compiles work for its instructions, so that a type is never used without them.
 #![allow(unsafe_code, reason = "vector instructions are named, and read and write by pointers")]
 
-use super::{Width, Work, plain_pick};
+use super::{Eight, Width, Work, plain_pick};
 use std::arch::x86_64::*;
 
 #[target_feature(enable = "avx2")]
@@ -11,7 +11,7 @@ pub(super) fn with_256(work: impl Work) {
     work.run::<Wide256>();
 }
 
-#[target_feature(enable = "avx512f,avx512vl,avx2")]
+#[target_feature(enable = "avx512f,avx512vl,avx2,popcnt")]
 pub(super) fn with_512(work: impl Work) {
     work.run::<Wide512>();
 }
@@ -37,14 +37,20 @@ impl Width for Wide256 {
     }
 
     #[inline(always)]
-    fn pick(numbers: &[u32; 8], distance2: &[f64; 8], reach2: f64, from: u32, out: &mut [u32; 8]) -> usize {
-        plain_pick(numbers, distance2, reach2, from, out)
+    fn pick(eight: &Eight<'_>, reach2: f64, from: u32, out: &mut [u32; 8]) -> usize {
+        plain_pick(eight, reach2, from, out)
     }
 
     #[inline(always)]
     fn transpose_single(from: [&[f32; 8]; 8], to: [&mut [f32; 8]; 8]) {
         // SAFETY: the type is named by `with_256` alone.
         unsafe { turn_single(from, to) };
+    }
+
+    #[inline(always)]
+    fn columns(from: [&[f32; 4]; 8], to: [&mut [f32; 8]; 4]) {
+        // SAFETY: the type is named by `with_256` alone.
+        unsafe { quads(from, to) };
     }
 
     #[inline(always)]
@@ -94,16 +100,17 @@ impl Width for Wide512 {
     }
 
     #[inline(always)]
-    fn pick(numbers: &[u32; 8], distance2: &[f64; 8], reach2: f64, from: u32, out: &mut [u32; 8]) -> usize {
+    fn pick(eight: &Eight<'_>, reach2: f64, from: u32, out: &mut [u32; 8]) -> usize {
         // SAFETY: the type is named by `with_512` alone; every pointer is to eight numbers.
         unsafe {
-            let numbers = _mm256_loadu_si256(numbers.as_ptr().cast());
-            let near = _mm512_loadu_pd(distance2.as_ptr());
-            let near = _mm512_cmp_pd_mask::<_CMP_LT_OQ>(near, _mm512_set1_pd(reach2));
+            let numbers = _mm256_loadu_si256(eight.numbers.as_ptr().cast());
+            let distance2 = _mm512_loadu_pd(eight.distance2.as_ptr());
+            let near = _mm512_cmp_pd_mask::<_CMP_LT_OQ>(distance2, _mm512_set1_pd(reach2));
             let after = _mm256_cmpge_epu32_mask(numbers, _mm256_set1_epi32(from.cast_signed()));
-            let picked = _mm256_maskz_compress_epi32(near & after, numbers);
-            _mm256_storeu_si256(out.as_mut_ptr().cast(), picked);
-            (near & after).count_ones() as usize
+            let first = ((1_u16 << eight.first.min(8)) - 1) as u8;
+            let picked = near & after & first;
+            _mm256_storeu_si256(out.as_mut_ptr().cast(), _mm256_maskz_compress_epi32(picked, numbers));
+            picked.count_ones() as usize
         }
     }
 
@@ -111,6 +118,12 @@ impl Width for Wide512 {
     fn transpose_single(from: [&[f32; 8]; 8], to: [&mut [f32; 8]; 8]) {
         // SAFETY: the type is named by `with_512` alone, which has AVX2.
         unsafe { turn_single(from, to) };
+    }
+
+    #[inline(always)]
+    fn columns(from: [&[f32; 4]; 8], to: [&mut [f32; 8]; 4]) {
+        // SAFETY: the type is named by `with_512` alone, which has AVX2.
+        unsafe { quads(from, to) };
     }
 
     #[inline(always)]
@@ -149,6 +162,23 @@ fn turn_single(from: [&[f32; 8]; 8], to: [&mut [f32; 8]; 8]) {
         for ((a, b), (low, high)) in first.into_iter().zip(last).zip(columns) {
             _mm256_storeu_ps(low.as_mut_ptr(), _mm256_permute2f128_ps::<0x20>(a, b));
             _mm256_storeu_ps(high.as_mut_ptr(), _mm256_permute2f128_ps::<0x31>(a, b));
+        }
+    }
+}
+
+/// Turns eight rows of four numbers into columns.
+#[inline]
+#[target_feature(enable = "avx2")]
+fn quads(from: [&[f32; 4]; 8], to: [&mut [f32; 8]; 4]) {
+    // SAFETY: rows have four numbers and columns eight.
+    unsafe {
+        // Rows k and k + 4 side by side: the half of each that is read second costs no shuffle.
+        let both = std::array::from_fn(|k| {
+            let [first, second] = [k, k + 4].map(|k| _mm_loadu_ps(from[k].as_ptr()));
+            _mm256_insertf128_ps::<1>(_mm256_castps128_ps256(first), second)
+        });
+        for (column, to) in halves(both).into_iter().zip(to) {
+            _mm256_storeu_ps(to.as_mut_ptr(), column);
         }
     }
 }
