@@ -142,8 +142,8 @@ impl PairSum<8> for Stiffness<'_> {
             for (times, w) in times.iter_mut().zip(at) {
                 *times = 1.0 + self.shares[*w as usize];
             }
-            for k in 0..whole(at.len()) {
-                bound.put(k, stiff(times[k], link, k));
+            for (k, times) in times.iter().enumerate().take(whole(at.len())) {
+                bound.put(k, stiff(*times, link, k));
             }
             out[i].give(bound.totals::<W>(at.len()));
         }

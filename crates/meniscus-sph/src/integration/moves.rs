@@ -1,4 +1,4 @@
-//! What a step does to each particle by itself: kick, drift, density, heat.
+//! Changes that a step makes to each particle by itself: kick, drift, density, heat.
 //!
 //! Particles are taken in pieces of a fixed number, and the sums of the pieces are added in order: the same bits from any number of
 //! threads.

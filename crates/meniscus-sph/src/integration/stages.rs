@@ -172,10 +172,10 @@ mod tests {
                 simulator.step_moving(|_| Kinematics::default()).expect("it stays in the glass");
                 series.push((simulator.time_s(), simulator.energy().kinetic / start));
             }
-            (series, closure(&simulator.energy()) / start)
+            (series, closure(&simulator.energy()) / start, simulator.fluid.heat)
         };
-        let (long, books) = end(true);
-        let (short, _) = end(false);
+        let (long, books, warmed) = end(true);
+        let (short, _, due) = end(false);
         assert!(long.len() * 9 < short.len(), "{} and {} steps", long.len(), short.len());
         let mut worst = 0.0_f64;
         for (t, kinetic) in &long {
@@ -185,5 +185,12 @@ mod tests {
         println!("{worst} of the first speed apart; books off by {books}");
         assert!(worst < 0.02, "speeds are {worst} of the first apart");
         assert!(books.abs() < 1e-3, "the books are off by {books}");
+        // Each particle has the heat that it has with short steps; shared evenly, it would be further off.
+        let off =
+            |of: &dyn Fn(usize) -> f64| (0..due.len()).map(|i| (of(i) - due[i]).powi(2)).sum::<f64>().sqrt();
+        let mean = due.iter().sum::<f64>() / due.len() as f64;
+        let (apart, even) = (off(&|i| warmed[i]) / off(&|_| 0.0), off(&|_| mean) / off(&|_| 0.0));
+        println!("heats are {apart} apart, and {even} if all had the same");
+        assert!(apart < 0.2 * even, "heats are {apart} apart, and {even} if all had the same");
     }
 }
