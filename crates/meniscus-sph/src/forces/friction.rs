@@ -17,8 +17,8 @@
 use super::links::{Link, Links, Stiffness};
 use super::momentum::Momentum;
 use crate::particles::blocks::{BLOCK, PairSum, Quads, dot, whole};
-use crate::particles::lanes::{Lane, Quad, Row, Single, Width, row};
-use crate::particles::{CHUNKS, Neighbours, Particle};
+use crate::particles::lanes::{Lane, Quad, Row, Single, Width};
+use crate::particles::{CHUNKS, Neighbours};
 use crate::walls::{Map, Walls};
 
 /// The operator at one instant, and its memory.
@@ -32,8 +32,6 @@ pub(crate) struct Friction {
     maps: Vec<Map>,
     /// The particles with their `c_i mu_i` in place of their pressures.
     dragged: Vec<Single<8>>,
-    /// The images.
-    image: Vec<Single<8>>,
     /// The velocities at which friction is computed, m/s.
     particle_v: Vec<Quad>,
     /// Those of the images, m/s.
@@ -59,18 +57,16 @@ impl Friction {
     }
 
     /// Forms the links of the present places and viscosities.
-    pub(super) fn form(&mut self, pairs: &Momentum<'_>, images: &[Particle], mass: &[f64]) {
-        let Momentum { kernel, lists, particle, drag, soft, .. } = *pairs;
-        let Self { liquid, wall, maps, dragged, image, stiffness, stiffness_buffers, .. } = self;
+    pub(super) fn form(&mut self, pairs: &Momentum<'_>, mass: &[f64]) {
+        let Momentum { kernel, lists, particle, walls, drag, soft, .. } = *pairs;
+        let Self { liquid, wall, maps, dragged, stiffness, stiffness_buffers, .. } = self;
         dragged.clear();
         dragged.extend(particle.iter().zip(drag).map(|(p, drag)| {
             let [x, y, z, u, v, w, volume, _] = p.0;
             Row([x, y, z, u, v, w, volume, f32::of(*drag)])
         }));
         liquid.form(&kernel, soft, [dragged, dragged], &lists.liquid, lists);
-        image.clear();
-        image.extend(images.iter().map(|p| row(p, p.p)));
-        wall.form(&kernel, soft, [dragged, image], &lists.wall, lists);
+        wall.form(&kernel, soft, [dragged, &walls.rubbed], &lists.wall, lists);
         stiffness_buffers.resize(CHUNKS, Vec::new());
         stiffness.resize(particle.len(), [0.0; 6]);
         let shares: Vec<f32> = maps.iter().map(|map| f32::of(share(map))).collect();

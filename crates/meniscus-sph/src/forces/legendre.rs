@@ -99,9 +99,11 @@ mod tests {
             assert!(parts.iter().all(|part| *part > 0.0), "{parts:?}");
             assert!((parts.iter().sum::<f64>() - 1.0).abs() < 1e-12, "{parts:?}");
             assert!((reached(stages, stages) - 1.0).abs() < 1e-12);
-            // The mean of what grows with time is half of its end, but for the last part, which ends after its stage.
+            // The rule of trapezoids up to the last stage that has a rate, and that rate from there on: exact for what grows with time,
+            // but for half the square of what is left.
+            let left = 1.0 - reached(stages - 1, stages);
             let mean: f64 = parts.iter().enumerate().map(|(j, part)| part * reached(j, stages)).sum();
-            assert!((0.25..0.5).contains(&mean), "{mean} of {stages} stages");
+            assert!((mean - 0.5 * (1.0 - left * left)).abs() < 1e-12, "{mean} of {stages} stages");
         }
     }
 

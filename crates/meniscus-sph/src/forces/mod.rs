@@ -159,6 +159,7 @@ impl Forces {
         }
         self.corrected.weigh(particle, &self.drag);
         if let Some(friction) = &mut self.friction {
+            // The stages need the maps anyway.
             let maps = friction.maps();
             walls.map(glass, liquid, sticking, maps);
             walls.rub_by(maps, particle);
@@ -181,7 +182,7 @@ impl Forces {
         };
         lists.sum(&mut self.force_buffers, &mut self.force, &pairs);
         if let Some(friction) = &mut self.friction {
-            friction.form(&pairs, &walls.image, &liquid.mass);
+            friction.form(&pairs, &liquid.mass);
         }
         for (force, [_, _, seen]) in self.force.iter_mut().zip(&self.rate) {
             force[4] *= completion(*seen);

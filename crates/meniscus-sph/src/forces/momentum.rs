@@ -40,7 +40,7 @@ pub(super) struct Momentum<'a> {
     pub(super) soft: f32,
 }
 
-/// Force N (3), dissipated power W, squared shear rate without its `c_i` 1/s2.
+/// Force N (3), dissipated power W, squared shear rate without its `c_i` 1/s2; zeros.
 type Push = [f32; 8];
 
 /// The columns of a block.

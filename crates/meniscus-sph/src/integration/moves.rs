@@ -66,8 +66,8 @@ impl Simulator {
             sums
         });
         let sums: Vec<Kicked> = sums.collect();
+        let [f_x, f_y, f_z] = std::array::from_fn(|axis| self.body.uniform[axis] - self.gravity[axis]);
         for Kicked { momentum: [x, y, z], turned } in sums {
-            let [f_x, f_y, f_z] = std::array::from_fn(|axis| self.body.uniform[axis] - self.gravity[axis]);
             self.work += half * (f_x * x + f_y * y + f_z * z + turned);
         }
     }

@@ -108,7 +108,7 @@ impl Walls {
         });
     }
 
-    /// Does what [`Self::rub`] does by the `maps` of [`Self::map`].
+    /// Gives the images the velocities of [`Self::rub`], by the `maps` of [`Self::map`].
     pub(crate) fn rub_by(&mut self, maps: &[Map], particle: &[Particle]) {
         let mut rubbing = std::mem::take(&mut self.rubbing);
         rubbing.clear();

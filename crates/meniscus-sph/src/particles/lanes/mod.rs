@@ -132,7 +132,7 @@ pub(crate) struct Eight<'a> {
     pub(crate) numbers: &'a [u32; 8],
     /// Squares of their distances, m2.
     pub(crate) distance2: &'a [f64; 8],
-    /// So many of them count.
+    /// Number of those that count; what is behind them does not.
     pub(crate) first: usize,
 }
 
