@@ -9,9 +9,6 @@ pub(crate) const WINDOW: u64 = 600;
 /// Turns before them, in which a peer may still find the last of its publishers.
 const SETTLING: u64 = 30;
 
-/// Topic whose latency has no bound.
-pub(crate) const WAITING: &str = "/liquid/tracers, rclpy";
-
 /// Messages of a topic in the window.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Count {
@@ -25,6 +22,14 @@ pub(crate) struct Latency {
     pub(crate) median: f64,
     pub(crate) p99: f64,
     pub(crate) most: f64,
+}
+
+/// Latency of a topic of the node, and of the same messages from rclpy to rclpy in the same seconds.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Compared {
+    pub(crate) topic: &'static str,
+    pub(crate) node: Latency,
+    pub(crate) peers: Latency,
 }
 
 /// An estimate as rclpy received it.
@@ -125,8 +130,8 @@ impl Arrivals {
         ]
     }
 
-    /// Returns the latency of each topic in the window.
-    pub(crate) fn latencies(&self, rclpy: &Value, cyclone: &Value) -> Vec<(&'static str, Latency)> {
+    /// Returns the latency of each topic in the window, beside that of what a talker sent to the listener `peers` meanwhile.
+    pub(crate) fn latencies(&self, rclpy: &Value, cyclone: &Value, peers: &Value) -> Vec<Compared> {
         let ended: BTreeMap<u64, u64> =
             self.window().map(|(_, arrival)| (arrival.stamp_ns, arrival.ended_ns)).collect();
         let of = |rows: &[Value]| {
@@ -138,15 +143,29 @@ impl Arrivals {
         };
         let own =
             self.window().map(|(_, arrival)| 1e-6 * (arrival.received_ns as f64 - arrival.ended_ns as f64));
+        let times = || self.window().map(|(_, arrival)| arrival.received_ns);
+        let meanwhile = times().min().unwrap_or(0)..times().max().unwrap_or(0);
+        // A talker's stamp is the time at which it begins to publish.
+        let between = |rows: &[Value], stamp: usize, received: usize| {
+            let rows = rows.iter().map(|row| (number(&row[stamp]), number(&row[received])));
+            let passed = rows
+                .filter(|(_, received)| meanwhile.contains(received))
+                .map(|(stamp, received)| 1e-6 * (received as f64 - stamp as f64));
+            latency(passed.collect())
+        };
         let (clouds, came) = (&rclpy["clouds"], &cyclone["came"]);
+        let estimates = between(rows(&peers["estimates"]), 1, 2);
+        let [once, surface, tracers] =
+            [&peers["once"], &peers["clouds"]["surface"], &peers["clouds"]["tracers"]]
+                .map(|topic| between(rows(topic), 0, 1));
+        let compared = |topic, node, peers| Compared { topic, node, peers };
         vec![
-            ("/liquid/estimate, rclpy", latency(own.collect())),
-            ("/liquid/estimate, Cyclone", of(rows(&came["liquid/estimate"]))),
-            ("/liquid/tracers, as sensor data", of(rows(&rclpy["once"]))),
-            ("/liquid/surface, rclpy", of(rows(&clouds["surface"]))),
-            ("/tf, Cyclone", of(rows(&came["tf"]))),
-            // Behind a lost part, which comes again late, a reliable reader has to wait with all newer clouds.
-            (WAITING, of(rows(&clouds["tracers"]))),
+            compared("/liquid/estimate, rclpy", latency(own.collect()), estimates),
+            compared("/liquid/estimate, Cyclone", of(rows(&came["liquid/estimate"])), estimates),
+            compared("/tf, Cyclone", of(rows(&came["tf"])), estimates),
+            compared("/liquid/tracers, as sensor data", of(rows(&rclpy["once"])), once),
+            compared("/liquid/surface, rclpy", of(rows(&clouds["surface"])), surface),
+            compared("/liquid/tracers, rclpy", of(rows(&clouds["tracers"])), tracers),
         ]
     }
 

@@ -20,14 +20,19 @@ mod run;
 #[path = "../support/stuffing.rs"]
 mod stuffing;
 
-use arrivals::{Arrivals, WAITING, WINDOW};
+use arrivals::{Arrivals, Compared, WINDOW};
 use peers::Peer;
 use run::{Ended, Run, now_us};
 use std::time::{Duration, Instant};
 
-/// Bound on the 99 % quantile of the time from the end of a turn to a peer's callback, ms: an estimate has arrived before the next
-/// frame is taken. Two idle cores gave 2.3 (with real-time priority), two slower ones 8 to 13.
-const LATENCY_MS: f64 = 16.67;
+/// Latencies from the end of a turn to a peer's callback that are always allowed, ms. Median: what two idle cores gave. 99 %: an
+/// estimate has arrived before the next frame is taken.
+const MEDIAN_MS: f64 = 2.5;
+const P99_MS: f64 = 16.67;
+
+/// Bound on these latencies beside what rclpy takes to rclpy for the same messages in the same seconds: a slow machine is in both.
+/// The node forecasts the surface before it publishes, and has 1.7 to 2.4 times the latency.
+const TO_PEERS: f64 = 3.0;
 
 /// Processes that run or wait for each processor above which a scene waits for the machine to become quiet.
 const LOAD_MOST: f64 = 2.0;
@@ -88,8 +93,11 @@ fn scene_of_topics_and_parameters() {
     let run = Run::start("topics", &[]);
     let mut rclpy = Peer::start("rclpy_peer.py", &["listen", "30"]);
     let mut cyclone = Peer::start("cyclone_peer.py", &["listen", "30"]);
-    rclpy.line();
-    cyclone.line();
+    let _talker = Peer::start("rclpy_peer.py", &["talk", "120", "peers"]);
+    let mut peers = Peer::start("rclpy_peer.py", &["listen", "30", "peers"]);
+    for listener in [&mut rclpy, &mut cyclone, &mut peers] {
+        listener.line();
+    }
     // Half a second to settle, ten seconds to look at.
     let until_set = Instant::now() + Duration::from_millis(10_800);
     let garbage = Peer::start("cyclone_peer.py", &["garbage", "10"]);
@@ -100,20 +108,20 @@ fn scene_of_topics_and_parameters() {
     let parameters = setter.line();
     check_parameters(&parameters);
     let set_ns = parameters["set_ns"].as_u64().expect("when they were set");
-    let (rclpy, cyclone) = (rclpy.line(), cyclone.line());
+    let (rclpy, cyclone, peers) = (rclpy.line(), cyclone.line(), peers.line());
     assert!(garbage.last_line()["sent"].as_u64() > Some(1000), "there was garbage");
     let said = run.end().said;
 
     let arrivals = Arrivals::of(&rclpy, &cyclone);
     let counts = arrivals.counts(&rclpy, &cyclone);
-    let latencies = arrivals.latencies(&rclpy, &cyclone);
+    let latencies = arrivals.latencies(&rclpy, &cyclone, &peers);
     for (topic, count) in &counts {
         println!("{topic:24} {} of {}", count.received, count.published);
     }
-    for (topic, latency) in &latencies {
+    for Compared { topic, node, peers } in &latencies {
         println!(
-            "{topic:24} {:.2} ms in the median, {:.2} ms at 99 %, {:.2} ms at most",
-            latency.median, latency.p99, latency.most
+            "{topic:31} {:.2} ms in the median, {:.2} at 99 %, {:.2} at most; rclpy to rclpy {:.2}, {:.2}, {:.2}",
+            node.median, node.p99, node.most, peers.median, peers.p99, peers.most
         );
     }
     let once = arrivals.sent_once(&rclpy);
@@ -121,8 +129,11 @@ fn scene_of_topics_and_parameters() {
     assert!(counts.iter().all(|(_, count)| count.received == count.published), "{counts:?}: {said}");
     let turns = counts.first().map_or(0, |(_, count)| count.published);
     assert!(turns >= WINDOW - 30, "the node leaves out {} turns of {WINDOW}", WINDOW - turns);
-    let mut bounded = latencies.iter().filter(|(topic, _)| *topic != WAITING);
-    assert!(bounded.all(|(_, latency)| latency.p99 <= LATENCY_MS), "{latencies:?}");
+    for Compared { topic, node, peers } in &latencies {
+        let is_timely = node.median <= MEDIAN_MS.max(TO_PEERS * peers.median)
+            && node.p99 <= P99_MS.max(TO_PEERS * peers.p99);
+        assert!(is_timely, "{topic}: {node:?}; rclpy to rclpy: {peers:?}");
+    }
     arrivals::check_content(&rclpy, &cyclone);
     let [tracers, turns] = arrivals.behind(&rclpy, set_ns + 300_000_000);
     assert!(

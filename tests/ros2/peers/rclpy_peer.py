@@ -1,11 +1,13 @@
-"""An unmodified rclpy beside the node: receives every topic that it has the messages of, reads and sets parameters, and has plans
-predicted.
+"""An unmodified rclpy beside the node: receives every topic that it has the messages of, publishes the same for comparison, reads
+and sets parameters, and has plans predicted.
 
-usage: rclpy_peer.py listen SECONDS          one JSON object: what came when
+usage: rclpy_peer.py listen SECONDS [NAME]   one JSON object: what came when, of the topics under /NAME (/liquid)
+       rclpy_peer.py talk SECONDS NAME       the node's topics under /NAME, from rclpy itself
        rclpy_peer.py parameters              one JSON object: values, and what became of changes
        rclpy_peer.py plan                    samples and options from standard input as JSON, one answer a line
 """
 
+import array
 import json
 import math
 import sys
@@ -26,14 +28,17 @@ PATIENCE = 20.0
 # Calls of a service within that time.
 CALLS = 2
 
+# Rate of a talker, Hz. Beside 60 turns a second it comes at all times of a turn.
+TALK_HZ = 53.0
+
 
 def nanoseconds(stamp) -> int:
     """Returns a stamp in nanoseconds since 1970."""
     return stamp.sec * 1_000_000_000 + stamp.nanosec
 
 
-def listen(node, seconds: float) -> dict:
-    """Receives for `seconds` after the first estimate."""
+def listen(node, seconds: float, name: str) -> dict:
+    """Receives the topics under `name` for `seconds` after the first of each."""
     estimates, clouds, last, states = [], {"tracers": [], "surface": []}, {}, []
     once = []
 
@@ -56,11 +61,11 @@ def listen(node, seconds: float) -> dict:
         now = time.time_ns()
         once.append([nanoseconds(message.header.stamp), now])
 
-    node.create_subscription(Estimate, "/liquid/estimate", on_estimate, QoSProfile(depth=60))
+    node.create_subscription(Estimate, f"/{name}/estimate", on_estimate, QoSProfile(depth=60))
     for topic in clouds:
-        node.create_subscription(PointCloud2, f"/liquid/{topic}", on_cloud(topic), QoSProfile(depth=30))
+        node.create_subscription(PointCloud2, f"/{name}/{topic}", on_cloud(topic), QoSProfile(depth=30))
     # As most readers of clouds subscribe: a lost part is not sent again, and nothing waits for it.
-    node.create_subscription(PointCloud2, "/liquid/tracers", on_sensor_data, qos_profile_sensor_data)
+    node.create_subscription(PointCloud2, f"/{name}/tracers", on_sensor_data, qos_profile_sensor_data)
     patience = time.monotonic() + PATIENCE
     # The first of each topic: then all of them have found their publishers.
     while len(last) < 3 and time.monotonic() < patience:
@@ -89,6 +94,37 @@ def listen(node, seconds: float) -> dict:
         "finite": all(math.isfinite(x) for state in states for x in state),
         "crest": final and [final.crest, final.crest_half_width, final.spill_probability, final.spill_limit, final.horizon],
     }
+
+
+def talk(node, seconds: float, name: str) -> dict:
+    """Publishes for `seconds` what the node does, with its sizes and its quality of service."""
+    estimates = node.create_publisher(Estimate, f"/{name}/estimate", QoSProfile(depth=60))
+    clouds = [
+        (node.create_publisher(PointCloud2, f"/{name}/{topic}", QoSProfile(depth=30)), cloud_of(points, floats))
+        for topic, points, floats in [("tracers", 2134, 13), ("surface", 21, 5)]
+    ]
+    number, due, end = 0, time.monotonic(), time.monotonic() + seconds
+    while time.monotonic() < end:
+        stamp = time.time_ns()
+        estimate = Estimate(number=number, has_frame=True, has_tracers=True)
+        for message in [estimate, *(cloud for _, cloud in clouds)]:
+            message.header.stamp = Time(sec=stamp // 1_000_000_000, nanosec=stamp % 1_000_000_000)
+        estimates.publish(estimate)
+        for publisher, cloud in clouds:
+            publisher.publish(cloud)
+        number += 1
+        due += 1.0 / TALK_HZ
+        time.sleep(max(0.0, due - time.monotonic()))
+    return {"sent": number}
+
+
+def cloud_of(points: int, floats: int) -> PointCloud2:
+    """Returns a cloud with the size of the node's."""
+    cloud = PointCloud2(width=points, height=1, point_step=4 * floats, row_step=4 * floats * points, is_dense=True)
+    cloud.header.frame_id = "glass"
+    # An array of bytes is copied at once, a list byte by byte.
+    cloud.data = array.array("B", bytes(cloud.row_step))
+    return cloud
 
 
 def client_of(node, kind, name: str):
@@ -175,10 +211,12 @@ def plans(node) -> None:
 def main() -> None:
     """Runs the peer."""
     rclpy.init()
-    node = rclpy.create_node("peer")
     verb = sys.argv[1]
+    node = rclpy.create_node(f"{verb}_peer")
     if verb == "listen":
-        print(json.dumps(listen(node, float(sys.argv[2]))))
+        print(json.dumps(listen(node, float(sys.argv[2]), sys.argv[3] if len(sys.argv) > 3 else "liquid")))
+    elif verb == "talk":
+        print(json.dumps(talk(node, float(sys.argv[2]), sys.argv[3])))
     elif verb == "parameters":
         print(json.dumps(parameters(node)))
     else:
