@@ -31,8 +31,8 @@ const MEDIAN_MS: f64 = 2.5;
 const P99_MS: f64 = 16.67;
 
 /// Bound on these latencies beside what rclpy takes to rclpy for the same messages in the same seconds: a slow machine is in both.
-/// The node forecasts the surface before it publishes, and has 1.7 to 2.4 times the latency.
-const TO_PEERS: f64 = 3.0;
+/// The node forecasts the surface before it publishes, and has 1.7 to 2.6 times the latency.
+const TO_PEERS: f64 = 4.0;
 
 /// Processes that run or wait for each processor above which a scene waits for the machine to become quiet.
 const LOAD_MOST: f64 = 2.0;
@@ -92,7 +92,8 @@ fn scene_of_topics_and_parameters() {
     wait_until_quiet();
     let run = Run::start("topics", &[]);
     let mut rclpy = Peer::start("rclpy_peer.py", &["listen", "30"]);
-    let mut cyclone = Peer::start("cyclone_peer.py", &["listen", "30"]);
+    // It ends first, so that its last report of the node counts both readers.
+    let mut cyclone = Peer::start("cyclone_peer.py", &["listen", "20"]);
     let _talker = Peer::start("rclpy_peer.py", &["talk", "120", "peers"]);
     let mut peers = Peer::start("rclpy_peer.py", &["listen", "30", "peers"]);
     for listener in [&mut rclpy, &mut cyclone, &mut peers] {

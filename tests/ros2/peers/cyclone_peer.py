@@ -156,7 +156,7 @@ def listen(participant: DomainParticipant, seconds: float) -> dict:
     news = WaitSet(participant)
     for reader in readers.values():
         news.attach(ReadCondition(reader, unread))
-    came, last = {name: [] for name in topics}, {}
+    came, last, reports = {name: [] for name in topics}, {}, []
     end = time.monotonic() + 20.0
     begun = False
     while time.monotonic() < end:
@@ -168,6 +168,8 @@ def listen(participant: DomainParticipant, seconds: float) -> dict:
                 number = message.number if name == "liquid/estimate" else None
                 came[name].append([nanoseconds(header.stamp), now, number])
                 last[name] = message
+                if name == "diagnostics":
+                    reports.append(message)
         if not begun and {"tf", "liquid/estimate"} <= set(last):
             begun, end = True, time.monotonic() + seconds
             print(json.dumps({"found": sorted(last)}), flush=True)
@@ -177,11 +179,13 @@ def listen(participant: DomainParticipant, seconds: float) -> dict:
         place, turn = transform.transform.translation, transform.transform.rotation
         result["tf"] = [transform.header.frame_id, transform.child_frame_id, [place.x, place.y, place.z]]
         result["rotation"] = [turn.x, turn.y, turn.z, turn.w]
-    if "diagnostics" in last:
-        result["status"] = {
+    result["reports"] = [
+        {
             status.name: [status.level, status.message, {value.key: value.value for value in status.values}]
-            for status in last["diagnostics"].status
+            for status in report.status
         }
+        for report in reports
+    ]
     return result
 
 
