@@ -7,7 +7,7 @@ use meniscus_virtual::camera_study::traced::judge::{FRAMES, read_scene};
 use meniscus_virtual::camera_study::traced::set::TracedScene;
 
 /// Errors of the stated distance, metres: root mean square 3 mm, as the settings state it.
-const DISTANCE_ERRORS_M: [f32; 7] = [-0.0045, -0.003, -0.0015, 0.0, 0.0015, 0.003, 0.0045];
+pub(crate) const DISTANCE_ERRORS_M: [f32; 7] = [-0.0045, -0.003, -0.0015, 0.0, 0.0015, 0.003, 0.0045];
 
 /// Readings of several scenes.
 #[derive(Default)]

@@ -11,3 +11,4 @@ mod nothing;
 mod program;
 mod scenes;
 mod setup;
+mod swing;
