@@ -3,11 +3,11 @@
 use meniscus::surface::Settings;
 use meniscus_virtual::camera_study::judge::Point;
 use meniscus_virtual::camera_study::traced::degrade::Faults;
-use meniscus_virtual::camera_study::traced::judge::{FRAMES, read_scene};
-use meniscus_virtual::camera_study::traced::set::TracedScene;
+use meniscus_virtual::camera_study::traced::judge::{FRAMES, read_frames};
+use meniscus_virtual::camera_study::traced::set::{TracedScene, settings};
 
 /// Errors of the stated distance, metres: root mean square 3 mm, as the settings state it.
-pub(crate) const DISTANCE_ERRORS_M: [f32; 7] = [-0.0045, -0.003, -0.0015, 0.0, 0.0015, 0.003, 0.0045];
+const DISTANCE_ERRORS_M: [f32; 7] = [-0.0045, -0.003, -0.0015, 0.0, 0.0015, 0.003, 0.0045];
 
 /// Readings of several scenes.
 #[derive(Default)]
@@ -18,17 +18,35 @@ pub(crate) struct Figures {
 }
 
 impl Figures {
-    /// Reads each scene with each error of its stated distance.
+    /// Reads each scene a few times, with each error of its stated distance.
     pub(crate) fn of(scenes: &[TracedScene], faults: &Faults) -> Self {
+        let repeated: Vec<_> = scenes.iter().map(|scene| vec![scene.clone(); FRAMES as usize]).collect();
+        Self::of_windows(&repeated, faults)
+    }
+
+    /// Reads windows of frames of one glass each, with each error of its stated distance.
+    pub(crate) fn of_windows(windows: &[Vec<TracedScene>], faults: &Faults) -> Self {
         let mut all = Self::default();
-        for (scene, error_m) in scenes.iter().flat_map(|s| DISTANCE_ERRORS_M.map(|error| (s, error))) {
-            let elsewhere = |s: Settings| Settings { camera_distance_m: s.camera_distance_m + error_m, ..s };
-            let read = read_scene(scene, faults, &elsewhere).expect("sound settings");
+        for (window, error_m) in windows.iter().flat_map(|w| DISTANCE_ERRORS_M.map(|error| (w, error))) {
+            let stated = settings(&window[0].truth);
+            let stated = Settings { camera_distance_m: stated.camera_distance_m + error_m, ..stated };
+            let read = read_frames(stated, window, faults).expect("sound settings");
             all.points.extend(read.points);
-            all.frames += FRAMES;
+            all.frames += window.len() as u64;
             all.profiles += u64::from(read.profiles);
         }
         all
+    }
+
+    /// Returns the errors of the best flat surface of each scene, in intervals of the mean width of these.
+    pub(crate) fn of_flat<'s>(&self, scenes: impl IntoIterator<Item = &'s TracedScene>) -> Self {
+        let half_mm = self.points.iter().map(|point| point.half_mm).sum::<f64>() / self.points.len() as f64;
+        let flat = |scene: &TracedScene| {
+            let line = scene.truth.contact_line_mm;
+            let mean = line.iter().sum::<f64>() / line.len() as f64;
+            line.map(|height| Point { error_mm: mean - height, half_mm })
+        };
+        Self { points: scenes.into_iter().flat_map(flat).collect(), frames: 1, profiles: 1 }
     }
 
     pub(crate) fn rms_mm(&self) -> f64 {

@@ -4,7 +4,6 @@ use crate::figures::Figures;
 use crate::scenes::{HEIGHT, JUDGED, WIDTH, before_a_card, scenes};
 use meniscus::surface::{Config, ExtractionState, extract};
 use meniscus::usb::frame::{DepthFrame, OutlineFrame, Stamp};
-use meniscus_virtual::camera_study::judge::Point;
 use meniscus_virtual::camera_study::traced::degrade::{Faults, degrade};
 use meniscus_virtual::camera_study::traced::set::{Behind, Kind, Light, TracedScene, settings};
 
@@ -16,15 +15,7 @@ fn water_before_a_card_is_read_within_the_targets() {
         let figures = Figures::of(&scenes, &Faults::default());
         figures.print(set);
         assert!(if set == JUDGED { figures.pass() } else { figures.rms_mm() <= 0.8 }, "{set}");
-        // The best flat surface of each scene, in the reader's own intervals, is not good enough.
-        let half_mm =
-            figures.points.iter().map(|point| point.half_mm).sum::<f64>() / figures.points.len() as f64;
-        let flat = |scene: &TracedScene| {
-            let line = scene.truth.contact_line_mm;
-            let mean = line.iter().sum::<f64>() / line.len() as f64;
-            line.map(|height| Point { error_mm: mean - height, half_mm })
-        };
-        let flat = Figures { points: scenes.iter().flat_map(flat).collect(), frames: 1, profiles: 1 };
+        let flat = figures.of_flat(&scenes);
         flat.print("  flat");
         assert!(!flat.pass() && flat.rms_mm() > 2.0 * figures.rms_mm(), "{set}");
     }

@@ -31,7 +31,7 @@ const MEDIAN_MS: f64 = 2.5;
 const P99_MS: f64 = 16.67;
 
 /// Bound on these latencies beside what rclpy takes to rclpy for the same messages in the same seconds: a slow machine is in both.
-/// The node forecasts the surface before it publishes, and has 1.7 to 2.6 times the latency.
+/// The node forecasts the surface before it publishes, and has 2 to 3 times the latency.
 const TO_PEERS: f64 = 4.0;
 
 /// Processes that run or wait for each processor above which a scene waits for the machine to become quiet.

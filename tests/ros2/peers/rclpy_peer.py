@@ -1,7 +1,7 @@
 """An unmodified rclpy beside the node: receives every topic that it has the messages of, publishes the same for comparison, reads
 and sets parameters, and has plans predicted.
 
-usage: rclpy_peer.py listen SECONDS [NAME]   one JSON object: what came when, of the topics under /NAME (/liquid)
+usage: rclpy_peer.py listen SECONDS [NAME]   one JSON object: what came when, of the topics under /NAME (default: /liquid)
        rclpy_peer.py talk SECONDS NAME       the node's topics under /NAME, from rclpy itself
        rclpy_peer.py parameters              one JSON object: values, and what became of changes
        rclpy_peer.py plan                    samples and options from standard input as JSON, one answer a line
@@ -97,11 +97,11 @@ def listen(node, seconds: float, name: str) -> dict:
 
 
 def talk(node, seconds: float, name: str) -> dict:
-    """Publishes for `seconds` what the node does, with its sizes and its quality of service."""
+    """Publishes for `seconds` what the node does: in its order, with its sizes and its quality of service."""
     estimates = node.create_publisher(Estimate, f"/{name}/estimate", QoSProfile(depth=60))
     clouds = [
         (node.create_publisher(PointCloud2, f"/{name}/{topic}", QoSProfile(depth=30)), cloud_of(points, floats))
-        for topic, points, floats in [("tracers", 2134, 13), ("surface", 21, 5)]
+        for topic, points, floats in [("surface", 21, 5), ("tracers", 2134, 13)]
     ]
     number, due, end = 0, time.monotonic(), time.monotonic() + seconds
     while time.monotonic() < end:

@@ -12,10 +12,10 @@ use meniscus::usb::frame::{DepthFrame, OutlineFrame, Stamp};
 /// Noisy frames that are made of each render.
 pub const FRAMES: u64 = 4;
 
-/// Reading of a scene.
+/// Reading of a scene, or of several frames.
 #[derive(Clone, Debug)]
 pub struct Read {
-    /// Name of the scene.
+    /// Name of the scene, or of the last frame.
     pub name: String,
     /// Frames that gave a profile.
     pub profiles: u32,
@@ -38,11 +38,24 @@ pub fn read_scene(
     faults: &Faults,
     adjust: &dyn Fn(Settings) -> Settings,
 ) -> Result<Read, ConfigError> {
-    let config = Config::new(adjust(settings(&scene.truth)))?;
+    read_frames(adjust(settings(&scene.truth)), std::iter::repeat_n(scene, FRAMES as usize), faults)
+}
+
+/// Reads frames one after the other with the same settings, as a camera's of one glass.
+///
+/// # Errors
+/// [`ConfigError`], when no reader takes the settings.
+pub fn read_frames<'s>(
+    settings: Settings,
+    frames: impl IntoIterator<Item = &'s TracedScene>,
+    faults: &Faults,
+) -> Result<Read, ConfigError> {
+    let config = Config::new(settings)?;
     let (width, height) = config.image_size();
     let mut state = ExtractionState::new();
-    let (mut points, mut axes, mut not_seen) = (Vec::new(), Vec::new(), None);
-    for frame in 0..FRAMES {
+    let (mut name, mut points, mut axes, mut not_seen) = (String::new(), Vec::new(), Vec::new(), None);
+    for (frame, scene) in (0..).zip(frames) {
+        name.clone_from(&scene.truth.name);
         let pair = degrade(scene, width, faults, frame);
         let stamp = Stamp { sequence: frame as u32, captured: Micros(frame * 16_667) };
         let depth = DepthFrame { bytes: &pair.depth, width, height, stamp };
@@ -61,12 +74,5 @@ pub fn read_scene(
     }
     let axis_bias_mm = axes.iter().sum::<f64>() / axes.len() as f64;
     let tally = state.tally();
-    Ok(Read {
-        name: scene.truth.name.clone(),
-        profiles: tally.profiles,
-        points,
-        axis_bias_mm,
-        tally,
-        not_seen,
-    })
+    Ok(Read { name, profiles: tally.profiles, points, axis_bias_mm, tally, not_seen })
 }
