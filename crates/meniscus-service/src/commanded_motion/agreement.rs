@@ -12,6 +12,7 @@
 //! where the root mean square of `r` exceeds a floor and a share of what the glass itself does, and where `now` is not the
 //! acceleration that the next frame's mean says: values that alternate between frames leave no trace in the positions.
 
+use super::samples::Accelerations;
 use meniscus::units::{FRAME_INTERVAL_S, Micros};
 
 /// Frames of the window.
@@ -28,6 +29,8 @@ const JITTER_M_S2: f64 = 8.0;
 const DOUBTS: u32 = 15;
 /// Frames in a row that agree before a contradicted motion is used again.
 const AMENDS: u32 = 60;
+/// The window goes on where fewer turns than these were left out.
+const BRIDGED: usize = 5;
 
 /// Whether a motion is used.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -44,8 +47,7 @@ pub(super) enum Trust {
 /// One frame of the window.
 #[derive(Clone, Copy, Debug, Default)]
 struct Compared {
-    before: f64,
-    now: f64,
+    commanded: Accelerations,
     tracked_m: Option<f64>,
 }
 
@@ -81,18 +83,47 @@ impl Agreement {
         self.trust
     }
 
-    /// Takes the motion of the turn at `at`.
-    pub(super) fn commanded(&mut self, at: Micros, before: f64, now: f64) {
-        let follows = self.newest.is_some_and(|last| {
-            let passed_s = at.0.saturating_sub(last.0) as f64 * 1e-6;
-            (passed_s - FRAME_INTERVAL_S).abs() < 0.5 * FRAME_INTERVAL_S
-        });
-        if !follows {
+    /// Takes the motion of the turn at `at`; `ago` is the motion of so many seconds earlier. Of a turn that was left out, or whose
+    /// samples came late, the motion is known by now.
+    pub(super) fn commanded(
+        &mut self,
+        at: Micros,
+        commanded: Accelerations,
+        ago: impl Fn(f64) -> Option<Accelerations>,
+    ) {
+        let intervals =
+            self.newest.map_or(f64::INFINITY, |last| (at.0 as f64 - last.0 as f64) * 1e-6 / FRAME_INTERVAL_S);
+        let goes_on = if intervals < 0.5 {
+            // Turns without a frame went on in the silence; the frames that come late are turns again.
+            self.pop(1 + intervals.abs().round() as usize)
+        } else {
+            let missed = intervals.round() as usize - 1;
+            missed < BRIDGED
+                && (1..=missed).rev().all(|back| {
+                    let motion = ago(back as f64 * FRAME_INTERVAL_S);
+                    motion.map(|motion| self.push(motion)).is_some()
+                })
+        };
+        if !goes_on {
             // The second difference over a gap is no sum any more. Trust and streak stay.
             (self.length, self.next) = (0, 0);
         }
         self.newest = Some(at);
-        self.frames[self.next] = Compared { before, now, tracked_m: None };
+        self.push(commanded);
+    }
+
+    /// Takes the newest frames out of the window again; returns whether it had as many.
+    fn pop(&mut self, frames: usize) -> bool {
+        let has = frames <= self.length;
+        if has {
+            self.length -= frames;
+            self.next = (self.next + WINDOW - frames) % WINDOW;
+        }
+        has
+    }
+
+    fn push(&mut self, commanded: Accelerations) {
+        self.frames[self.next] = Compared { commanded, tracked_m: None };
         self.next = (self.next + 1) % WINDOW;
         self.length = (self.length + 1).min(WINDOW);
     }
@@ -135,15 +166,16 @@ impl Agreement {
         let (mut last_now, mut scale) = (None, Mean::default());
         let half = 0.5 * self.length as f64;
         for (place, frame) in self.window().enumerate() {
+            let Accelerations { before, now } = frame.commanded;
             // Speed in metres a frame.
-            speed += frame.before * FRAME_INTERVAL_S * FRAME_INTERVAL_S;
+            speed += before * FRAME_INTERVAL_S * FRAME_INTERVAL_S;
             position += speed;
-            if let Some(now) = last_now {
-                let apart: f64 = now - frame.before;
+            if let Some(last_now) = last_now {
+                let apart: f64 = last_now - before;
                 jitter.add(apart * apart);
-                scale.add(frame.before * frame.before);
+                scale.add(before * before);
             }
-            last_now = Some(frame.now);
+            last_now = Some(now);
             if let Some(tracked_m) = frame.tracked_m {
                 let time = (place as f64 - half) / half;
                 denied.add(time, tracked_m - position);
@@ -244,7 +276,7 @@ mod tests {
             let true_before = (place(t) - 2.0 * place(t - H) + place(t - 2.0 * H)) / (H * H);
             let (before, now) = commanded(n, true_before);
             used += u32::from(agreement.trust() == Trust::Used);
-            agreement.commanded(at, before, now);
+            agreement.commanded(at, Accelerations { before, now }, |_| None);
             noise = noise.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
             let noise_m = 6e-4 * ((noise >> 40) as f64 / (1_u64 << 24) as f64 - 0.5);
             agreement.tracked(at, Some(place(t) + noise_m));
@@ -296,11 +328,47 @@ mod tests {
         assert!(used > 200 && trust == Trust::Used, "{used}");
     }
 
+    /// Verdict on a motion of 0.7 s whose every 15th turn and the two behind it are left out; `ago` is their motion.
+    fn with_gaps(commanded: impl Fn(u32) -> Accelerations, known: bool) -> Trust {
+        let mut agreement = Agreement::default();
+        for n in (0..42).filter(|n| n % 15 < 12) {
+            let at = Micros(1_000 + u64::from(n) * 16_667);
+            let ago = |ago_s: f64| known.then(|| commanded(n - (ago_s / H).round() as u32));
+            agreement.commanded(at, commanded(n), ago);
+            agreement.tracked(at, Some(place(f64::from(n) * H)));
+        }
+        agreement.trust()
+    }
+
+    #[test]
+    fn turns_that_are_left_out_are_filled_in_where_their_motion_is_known() {
+        let accelerations = |(before, now)| Accelerations { before, now };
+        assert_eq!(with_gaps(|n| accelerations(truth(n)), true), Trust::Used);
+        assert_eq!(with_gaps(|_| Accelerations::default(), true), Trust::Contradicted);
+        assert_eq!(with_gaps(|n| accelerations(truth(n)), false), Trust::Untried);
+    }
+
+    #[test]
+    fn turns_that_went_on_in_a_silence_are_replaced_by_those_of_its_frames() {
+        let mut agreement = Agreement::default();
+        let mut turn = |n: u32, is_seen: bool| {
+            let ((before, now), at) = (truth(n), Micros(1_000 + u64::from(n) * 16_667));
+            agreement.commanded(at, Accelerations { before, now }, |_| None);
+            agreement.tracked(at, is_seen.then(|| place(f64::from(n) * H)));
+            agreement.trust()
+        };
+        // Silence from turn 8 on; its frames come all at once.
+        (0..8).for_each(|n| assert_eq!(turn(n, true), Trust::Untried));
+        (8..13).for_each(|n| assert_eq!(turn(n, false), Trust::Untried));
+        (8..19).for_each(|n| assert_eq!(turn(n, true), Trust::Untried));
+        assert_eq!(turn(19, true), Trust::Used);
+    }
+
     #[test]
     fn without_a_tracked_glass_nothing_is_denied() {
         let mut agreement = Agreement::default();
         for n in 0..100 {
-            agreement.commanded(Micros(n * 16_667), 1.0, 1.0);
+            agreement.commanded(Micros(n * 16_667), Accelerations { before: 1.0, now: 1.0 }, |_| None);
             agreement.tracked(Micros(n * 16_667), None);
         }
         assert_eq!(agreement.trust(), Trust::Used);

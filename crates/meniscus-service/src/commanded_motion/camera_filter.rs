@@ -10,6 +10,7 @@
 //! ```
 //! (Bar-Shalom, Li & Kirubarajan, Estimation with Applications to Tracking and Navigation, 2001, 5.2 and 6.2, one derivative more.)
 
+use super::samples::Accelerations;
 use nalgebra::{Matrix4, Vector4};
 
 /// S: standard deviation of the snap from frame to frame, m/s4. A motion of 10 mm at 3 Hz has 900.
@@ -18,15 +19,6 @@ const SNAP_M_S4: f64 = 2000.0;
 const AT_FIRST: [f64; 3] = [0.5, 5.0, 100.0];
 /// Positions from which on the acceleration is known.
 const SETTLED: u32 = 8;
-
-/// Accelerations after a position.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Accelerations {
-    /// At the position before, m/s2.
-    pub(super) before: f64,
-    /// At the position, m/s2.
-    pub(super) now: f64,
-}
 
 /// The filter.
 #[derive(Clone, Copy, Debug)]

@@ -4,10 +4,10 @@
 //! camera's verdict are those of the other stamped samples. The acceleration is that of a filter ([`super::camera_filter`]): there
 //! is one position a frame, and none after it.
 
-use super::camera_filter::{Accelerations, CameraFilter};
+use super::camera_filter::CameraFilter;
 use super::denial::Denials;
 use super::frame::{MotionFrame, StampClock};
-use super::samples::Samples;
+use super::samples::{Accelerations, Samples};
 use super::sender::Say;
 use super::stamped_wire::{STOPPED_S, count};
 use super::{CommandedMotion, Inner, MotionCounters, Source, TagCounts};
@@ -103,12 +103,13 @@ impl CameraInlet {
             inner.samples.correct_newest(before);
             inner.samples.push((time_s, now));
         }
-        if inner.stamped.is_across(&frame) {
+        let across = inner.stamped.is_across(&frame);
+        drop(inner);
+        if across {
             count(&stamped.across, &self.say, || {
                 "the tag leaves the line that the model knows: its part along the line is used".into()
             });
         }
-        drop(inner);
         stamped.taken.fetch_add(1, Ordering::Relaxed);
         self.counters.samples.fetch_add(1, Ordering::Relaxed);
         (self.heard_s, self.reported_s) = (Some(time_s), Some(time_s));

@@ -47,7 +47,7 @@ use crate::clock_map::ClockMap;
 use agreement::{Agreement, Trust};
 use meniscus::runtime::InputSource;
 use meniscus::units::{FRAME_INTERVAL_S, Micros};
-use samples::Samples;
+use samples::{Accelerations, Samples};
 use stamped::StampedSamples;
 use std::net::SocketAddr;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -227,16 +227,19 @@ impl CommandedMotion {
     pub(super) fn drive(&self, at: Micros, arrived: Instant) -> InputSource {
         // The lock is held only while a sample is put in. The worker never waits for it: one turn without a commanded
         // motion costs less than a late turn.
-        let drive = self.inner.try_lock().ok().and_then(|mut inner| inner.drive(at, arrived));
-        let used = drive.filter(|drive| {
-            let InputSource::Measured { before, now } = *drive else { return true };
-            let Ok(mut agreement) = self.agreement.try_lock() else { return !self.enforced };
-            agreement.commanded(at, before, now);
+        let used = self.inner.try_lock().ok().and_then(|mut inner| {
+            let time_s = inner.time_s(at, arrived)?;
+            let commanded = inner.accelerations(time_s)?;
+            let drive = InputSource::Measured { before: commanded.before, now: commanded.now };
+            let Ok(mut agreement) = self.agreement.try_lock() else {
+                return (!self.enforced).then_some(drive);
+            };
+            agreement.commanded(at, commanded, |ago_s| inner.accelerations(time_s - ago_s));
             let trust = agreement.trust();
             if trust == Trust::Contradicted {
                 self.counters.contradicted.fetch_add(1, Ordering::Relaxed);
             }
-            !self.enforced || trust == Trust::Used
+            (!self.enforced || trust == Trust::Used).then_some(drive)
         });
         let counter = if used.is_some() { &self.counters.commanded } else { &self.counters.tracked };
         counter.fetch_add(1, Ordering::Relaxed);
@@ -265,21 +268,26 @@ impl Drop for CommandedMotion {
 }
 
 impl Inner {
-    fn drive(&mut self, at: Micros, arrived: Instant) -> Option<InputSource> {
-        let time_s = match &mut self.source {
+    /// Returns the time of the turn at `at` among the samples, s.
+    fn time_s(&mut self, at: Micros, arrived: Instant) -> Option<f64> {
+        match &mut self.source {
             Source::Table(first) => {
                 let first = *first.get_or_insert(at);
-                at.0 as f64 * 1e-6 - first.0 as f64 * 1e-6
+                Some(at.0 as f64 * 1e-6 - first.0 as f64 * 1e-6)
             }
             Source::Wire { clock, lag_s } => {
                 clock.observe(at, arrived);
-                clock.earliest_arrival_s(at)? - *lag_s
+                Some(clock.earliest_arrival_s(at)? - *lag_s)
             }
-            Source::Camera => at.0 as f64 * 1e-6,
-        };
+            Source::Camera => Some(at.0 as f64 * 1e-6),
+        }
+    }
+
+    /// Returns what a turn at `time_s` takes from the samples.
+    fn accelerations(&self, time_s: f64) -> Option<Accelerations> {
         let samples = if self.is_stamped { &self.stamped.samples } else { &self.samples };
         let before = samples.around(time_s - FRAME_INTERVAL_S)?;
-        Some(InputSource::Measured { before, now: samples.now(time_s)? })
+        Some(Accelerations { before, now: samples.now(time_s)? })
     }
 }
 

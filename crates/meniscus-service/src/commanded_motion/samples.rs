@@ -8,6 +8,15 @@ pub(super) const KEPT: usize = 256;
 /// Time for which the newest sample is extrapolated, seconds; after it the tracked position of the glass is used.
 const HOLD_S: f64 = 0.025;
 
+/// Accelerations of an image and of the one before it.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Accelerations {
+    /// At the image before, m/s2.
+    pub(super) before: f64,
+    /// At the image, m/s2.
+    pub(super) now: f64,
+}
+
 /// Samples, oldest first: time in seconds, acceleration in m/s2.
 #[derive(Debug, Default)]
 pub(super) struct Samples(VecDeque<(f64, f64)>);

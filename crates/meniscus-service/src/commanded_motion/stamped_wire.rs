@@ -147,17 +147,24 @@ impl StampedWire {
         let arrived = Instant::now();
         let now_s = self.clock.seconds(arrived);
         let Some(time_s) = self.instant_s(&frame, arrived, SystemTime::now()) else { return };
-        let Ok(mut inner) = inner.lock() else { return };
         let steps = self.sender.steps() + self.sender.restarts();
-        if steps > self.steps {
-            self.steps = steps;
+        let stepped = steps > self.steps;
+        self.steps = steps;
+        // A turn does not wait for the lock: it has no motion while a sample is put in. What there is to say comes behind it.
+        let Ok(mut inner) = inner.lock() else { return };
+        if stepped {
             inner.stamped.clear();
+        }
+        let taken = inner.stamped.take(&frame, time_s, now_s);
+        inner.is_stamped |= matches!(taken, Taken::InOrder | Taken::Late);
+        let across = inner.stamped.is_across(&frame);
+        drop(inner);
+        if stepped {
             count(&counters.clock_steps, say, || {
                 "the clock of the motion's sender has stepped: it is mapped anew".into()
             });
         }
         let ahead_s = time_s - now_s;
-        let taken = inner.stamped.take(&frame, time_s, now_s);
         if taken != Taken::Repeated {
             // A refused sample is not a lost one.
             self.follow(&frame, counters);
@@ -187,13 +194,11 @@ impl StampedWire {
                 });
             }
         }
-        inner.is_stamped = true;
-        if inner.stamped.is_across(&frame) {
+        if across {
             count(&counters.across, say, || {
                 "the motion leaves the line that the model knows: its part along the line is used, see --motion-line".into()
             });
         }
-        drop(inner);
         counters.taken.fetch_add(1, Ordering::Relaxed);
         all.samples.fetch_add(1, Ordering::Relaxed);
         self.heard_s = Some(now_s);
