@@ -24,11 +24,11 @@ use crate::math::{median, sqrtf};
 use heapless::Vec;
 
 /// The front tone is the mean of this many pixels, this far below the edge: the thickest band.
-const FRONT_PIXELS: usize = 6;
-const THICKEST: usize = 14;
+pub(super) const FRONT_PIXELS: usize = 6;
+pub(super) const THICKEST: usize = 14;
 /// The background's tone is the mean of this many pixels, this far above the edge.
-const BACK_PIXELS: usize = 3;
-const BACK_GAP: usize = 3;
+pub(super) const BACK_PIXELS: usize = 3;
+pub(super) const BACK_GAP: usize = 3;
 /// Share of the step from front to background at which a band sets in, and standard deviations of the
 /// pixels: the larger.
 const ONSET: f32 = 0.1;

@@ -24,10 +24,36 @@ const BEYOND: f32 = 0.05;
 const MIDDLE: f32 = 1.25;
 const ROUNDS: usize = 3;
 
+/// Pixel in the middle of the inner ones.
+const MIDDLE_PIXEL: f32 = (INSIDE / 2) as f32;
+
 /// Length of a profile across an edge, from inside to outside.
 pub(super) const SPAN: usize = INSIDE + WINDOW + OUTSIDE;
 /// Pixels of a profile on the inner side of the coarse edge.
 pub(super) const REACH: usize = INSIDE + WINDOW / 2;
+
+/// Least squares line through the inner pixels of a profile.
+struct InnerLine {
+    /// Grey level in the middle of the inner pixels.
+    mean: f32,
+    /// Grey levels per pixel: `sum k g / sum k^2`, with `k` counted from the middle.
+    slope: f32,
+    /// `sum k^2`.
+    squares: f32,
+}
+
+impl InnerLine {
+    fn through(profile: &[f32; SPAN]) -> Self {
+        let inner =
+            || profile.iter().zip(0_u8..).take(INSIDE).map(|(&g, k)| (g, f32::from(k) - MIDDLE_PIXEL));
+        let squares = inner().map(|(_, k)| k * k).sum::<f32>();
+        Self {
+            mean: inner().map(|(g, _)| g).sum::<f32>() / INSIDE as f32,
+            slope: inner().map(|(g, k)| k * g).sum::<f32>() / squares,
+            squares,
+        }
+    }
+}
 
 /// Pixels of inside in a profile that runs from inside to outside: the edge lies that far from the
 /// outer side of its first pixel. `None` if the step is smaller than `least` grey levels, or the
@@ -35,15 +61,11 @@ pub(super) const REACH: usize = INSIDE + WINDOW / 2;
 ///
 /// The inner tone goes on along the line through the inner pixels: a cylinder darkens towards its limb.
 pub(super) fn inside_pixels(profile: &[f32; SPAN], least: f32) -> Option<f32> {
-    // Least squares line through the inner pixels, k counted from their middle: slope = sum k g / sum k^2.
-    let middle = (INSIDE / 2) as f32;
-    let inner = || profile.iter().zip(0_u8..).take(INSIDE).map(|(&g, k)| (g, f32::from(k) - middle));
-    let inside = inner().map(|(g, _)| g).sum::<f32>() / INSIDE as f32;
-    let slope = inner().map(|(g, k)| k * g).sum::<f32>() / inner().map(|(_, k)| k * k).sum::<f32>();
+    let inner = InnerLine::through(profile);
     let outside = profile.iter().rev().take(OUTSIDE).sum::<f32>() / OUTSIDE as f32;
     let mut n = 0.0;
     for (g, k) in profile.iter().zip(0_u8..).skip(INSIDE).take(WINDOW) {
-        let step = inside + slope * (f32::from(k) - middle) - outside;
+        let step = inner.mean + inner.slope * (f32::from(k) - MIDDLE_PIXEL) - outside;
         // The line must not reach the tone outside within the window, nor the step be too small.
         if step.abs() < least {
             return None;
@@ -86,12 +108,9 @@ impl Tones {
 /// Mean square of what the inner pixels of a profile deviate from a straight line, squares of grey levels: noise, and the
 /// spots of a projector.
 pub(super) fn spots(profile: &[f32; SPAN]) -> f32 {
-    let middle = (INSIDE / 2) as f32;
-    let inner = || profile.iter().zip(0_u8..).take(INSIDE).map(|(&g, k)| (g, f32::from(k) - middle));
-    let mean = inner().map(|(g, _)| g).sum::<f32>() / INSIDE as f32;
-    let squares = inner().map(|(_, k)| k * k).sum::<f32>();
-    let slope = inner().map(|(g, k)| k * g).sum::<f32>() / squares;
-    let off = inner().map(|(g, _)| (g - mean) * (g - mean)).sum::<f32>() - slope * slope * squares;
+    let InnerLine { mean, slope, squares } = InnerLine::through(profile);
+    let off =
+        profile.iter().take(INSIDE).map(|g| (g - mean) * (g - mean)).sum::<f32>() - slope * slope * squares;
     // A line takes two of them.
     off / (INSIDE - 2) as f32
 }

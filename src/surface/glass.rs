@@ -69,6 +69,20 @@ pub(super) struct Body {
     distance_m: f32,
 }
 
+impl Body {
+    /// Standard deviation of the pixels in the foot, from the differences of neighbours in a column:
+    /// the median of `|d|` is 0.954 of it.
+    pub(super) fn noise(self, image: Grey<'_>, rows: (usize, usize)) -> f32 {
+        let (top, bottom) = rows;
+        let row = top + bottom.saturating_sub(top) / 2;
+        let differences = (self.left..=self.right).filter_map(|column| {
+            let [one, other] = [image.at(column, row)?, image.at(column, row + 1)?].map(f32::from);
+            Some((one - other).abs())
+        });
+        math::median(differences).unwrap_or(0.0) / 0.954
+    }
+}
+
 /// The longest run of columns that hold mostly liquid in the rows of the foot, if it is as wide as
 /// the glass (within a fifth), or if one of its ends is where the glass at `tracked_m` has it.
 pub(super) fn find(

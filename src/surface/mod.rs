@@ -1,14 +1,14 @@
 //! From images to the liquid's edge: 21 heights above the bottom of the glass.
 //!
 //! ```text
-//! outline ---region--binarise--glass--trace--contact--.
-//!                              '-> X                 +--depth--hidden--apart--resample--> SurfaceProfile
-//! depth --------------------------------------------'
+//! outline ---region--binarise--glass--trace--foam--contact--.
+//!                              '-> X                       +--depth--hidden--apart--resample--> SurfaceProfile
+//! depth --------------------------------------------------'
 //! ```
 //!
 //! The outline is traced in the left infrared image, or in the colour image, of which [`Rectifier`] makes a grey one as
 //! if a lens like that of the depth image stood in the colour lens' place. The liquid must be opaque in that light, or clear
-//! and darker than a bright card behind it ([`Liquid::Clear`], for which `clear` stands in the place of trace and contact). The camera stands slightly below the rest surface,
+//! and darker than a bright card behind it ([`Liquid::Clear`], for which `clear` stands in the place of trace, foam and contact). The camera stands slightly below the rest surface,
 //! so the upper edge of the liquid in the image is its contact line on the wall that faces the camera.
 //! A camera without a depth image shows the outline alone ([`extract_outline`]): the wall is where the settings state it.
 //!
@@ -26,6 +26,7 @@ mod edge;
 mod edge_points;
 mod extract;
 mod first_mode;
+mod foam;
 mod glass;
 mod hidden;
 mod optics;

@@ -9,10 +9,11 @@ use super::config::{Config, MAX_COLUMNS};
 use super::contact::{Crossing, Crossings, lower, onset};
 use super::edge::{REACH, SPAN, Tones, lead, spots};
 use super::edge_points::{Edge, NEIGHBOURS, around};
+use super::foam;
 use super::glass::Body;
 use super::region::Grey;
 use super::settings::Liquid;
-use crate::math::median;
+use crate::math::{median, sqrtf};
 use heapless::Vec;
 
 /// Background pixels in a row that end the liquid; fewer are speckle.
@@ -44,10 +45,9 @@ const ROUNDS: usize = 2;
 /// lie still, so that no mean over frames takes them off; calibrated on two path-traced glasses with eight patterns of dots each.
 const SPOTS: f32 = 18.0;
 
-/// A band over the edge brighter than the background by this share of the step is foam.
-const OVERSHOOT: f32 = 0.2;
-/// Variance that foam adds to an edge, square pixels.
-const FOAM_PX2: f32 = 0.09;
+/// Standard deviation of the inner pixels, as a share of the step, from which on a projector's dots are as bright as foam: it is not looked
+/// for.
+const DOTTED: f32 = 0.05;
 
 /// Step of one column.
 #[derive(Clone, Copy, Debug)]
@@ -57,6 +57,20 @@ struct Step {
     tones: Tones,
     /// [`spots`] beside the edge.
     spots: f32,
+}
+
+/// Image of a liquid, and what is known of it.
+#[derive(Clone, Copy)]
+struct Look<'i> {
+    image: Grey<'i>,
+    /// Standard deviation of a pixel, grey levels.
+    noise: f32,
+    /// Least step of an edge, grey levels.
+    least: f32,
+    /// First row of the foot.
+    foot: usize,
+    /// A dark liquid absorbs what gets into it, a bright one does not.
+    shines_through: bool,
 }
 
 /// Traces the edge of every column of the body; columns without a clear edge are left out. Returns the number of points
@@ -76,44 +90,49 @@ pub(super) fn trace(
             let _ = ends.push((column, first_background));
         }
     }
+    let look = Look {
+        image,
+        noise: body.noise(image, config.foot_rows),
+        least,
+        foot: config.foot_rows.1,
+        shines_through: config.settings.liquid == Liquid::Bright,
+    };
     let mut steps: Vec<Step, MAX_COLUMNS> = Vec::new();
     for (index, &(column, own)) in ends.iter().enumerate() {
         let near = around(&ends, index, BESIDE).map(|(_, row)| *row as f32);
         let usual = median(near).map_or(own, |row| row as usize);
         let first_background = if own.abs_diff(usual) > APART { usual } else { own };
-        if let Some((profile, _)) = profile(image, column, first_background) {
+        if let Some((profile, _)) = look.profile(column, first_background) {
             let (tones, spots) = (Tones::of(&profile), spots(&profile));
             let _ = steps.push(Step { column, first_background, tones, spots });
         }
     }
-    let noise = noise(image, body, config.foot_rows);
     let mut crossings = Crossings::new();
     let mut leads: Vec<f32, MAX_COLUMNS> = Vec::new();
     let mut saturated = 0_usize;
-    // A dark liquid absorbs what gets into it.
-    let shines_through = config.settings.liquid == Liquid::Bright;
     for (index, step) in steps.iter().enumerate() {
         let tones = usual(&steps, index);
-        let Some((mut crossing, lead)) =
-            crossing(image, *step, tones, config.foot_rows.1, [least, noise], shines_through)
-        else {
-            continue;
-        };
-        if shines_through {
+        let Some((mut crossing, lead)) = look.crossing(*step, tones) else { continue };
+        if look.shines_through {
             let near = around(&steps, index, NEIGHBOURS);
             let spots = near.clone().map(|step| step.spots).sum::<f32>() / near.count() as f32;
             let fall = tones.inside - tones.outside;
-            crossing.own_px2 += SPOTS * (spots - noise * noise).max(0.0) / (fall * fall);
+            crossing.own_px2 += SPOTS * (spots - look.noise * look.noise).max(0.0) / (fall * fall);
         }
         saturated += usize::from(clipped(tones).is_some());
         let _ = crossings.push(crossing);
-        if let Some(lead) = lead.filter(|_| shines_through) {
+        if let Some(lead) = lead.filter(|_| look.shines_through) {
             let _ = leads.push(lead);
         }
     }
     let lead = median(leads.iter().copied()).unwrap_or(0.0);
     let lead = lead * ((lead.abs() - LEAD_NOISE_PX) / LEAD_NOISE_PX).max(0.0).min(1.0);
     crossings.iter_mut().for_each(|crossing| crossing.edge -= lead);
+    let spots = sqrtf(steps.iter().map(|step| step.spots).sum::<f32>() / steps.len().max(1) as f32);
+    let fall = median(steps.iter().map(|step| step.tones.inside - step.tones.outside)).unwrap_or(0.0);
+    if look.shines_through && spots < DOTTED * fall {
+        foam::lower_onsets(image, &mut crossings, look.foot, spots.max(look.noise));
+    }
     let mut raw = Edge::new();
     lower(&crossings, &mut raw);
     edge.clear();
@@ -143,18 +162,6 @@ fn coarse(config: &Config, image: Grey<'_>, column: usize, threshold: &Threshold
     None
 }
 
-/// Pixels from inside to outside: upwards from REACH rows below the first background, foam flattened; and the variance
-/// that this adds.
-fn profile(image: Grey<'_>, column: usize, first_background: usize) -> Option<([f32; SPAN], f32)> {
-    let start = first_background + REACH;
-    let mut profile = [0.0; SPAN];
-    for (to, up) in profile.iter_mut().zip(0..) {
-        *to = f32::from(image.at(column, start.checked_sub(up)?)?);
-    }
-    let own_px2 = flatten_foam(&mut profile);
-    Some((profile, own_px2))
-}
-
 /// Median tones of a column and as many neighbours on either side: a dot of light is narrower.
 fn usual(steps: &[Step], index: usize) -> Tones {
     let reach = NEIGHBOURS.min(index).min(steps.len().saturating_sub(index + 1));
@@ -165,33 +172,6 @@ fn usual(steps: &[Step], index: usize) -> Tones {
     }
 }
 
-/// Places the edge between the pixels, and tells how far the steepest part of the step leads it outwards.
-fn crossing(
-    image: Grey<'_>,
-    step: Step,
-    tones: Tones,
-    foot: usize,
-    [least, noise]: [f32; 2],
-    shines_through: bool,
-) -> Option<(Crossing, Option<f32>)> {
-    let Step { column, first_background, tones: own, .. } = step;
-    // Within a highlight there is no step at all.
-    if (own.inside - own.outside).abs() < least {
-        return None;
-    }
-    let rounds = if shines_through { ROUNDS } else { 0 };
-    let Placed { first_background, profile, own_px2, inside } =
-        placed(image, column, first_background, rounds, |profile| tones.inside_pixels(profile, least))?;
-    let (moved, clipped_px2) = clipped(tones).unwrap_or((0.0, 0.0));
-    let edge = (first_background + REACH) as f32 + 0.5 - inside - moved;
-    let found = onset(image, column, first_background, foot, noise);
-    let (onset, band) = found.map_or((None, 0.0), |found| (Some(found.row), found.band));
-    // The light that comes in through the surface of such a liquid brightens it there as a band would: none is certain.
-    let (band, tail_px2) = if shines_through { (0.0, TAIL_PX2) } else { (band, 0.0) };
-    let own_px2 = own_px2 + clipped_px2 + tail_px2;
-    Some((Crossing { column, edge, onset, band, own_px2 }, lead(&profile, inside)))
-}
-
 /// Step of one column, and how far inside reaches from the outer side of its profile's first pixel.
 struct Placed {
     first_background: usize,
@@ -200,29 +180,59 @@ struct Placed {
     inside: f32,
 }
 
-/// Looks at a step, and up to `rounds` times again where it was found: a dot of light above the edge of a bright liquid is taken for
-/// liquid, and the profile then begins too high to hold the edge.
-fn placed(
-    image: Grey<'_>,
-    column: usize,
-    first_background: usize,
-    rounds: usize,
-    inside_pixels: impl Fn(&[f32; SPAN]) -> Option<f32>,
-) -> Option<Placed> {
-    let look = |first_background: usize| {
-        let (profile, own_px2) = profile(image, column, first_background)?;
-        let inside = inside_pixels(&profile)?;
-        Some(Placed { first_background, profile, own_px2, inside })
-    };
-    let mut placed = look(first_background)?;
-    for _ in 0..rounds {
-        let there = ((placed.first_background + REACH) as f32 - placed.inside + 0.5) as usize;
-        if there == placed.first_background {
-            break;
+impl Look<'_> {
+    /// Pixels from inside to outside: upwards from REACH rows below the first background, foam flattened; and the variance
+    /// that this adds.
+    fn profile(self, column: usize, first_background: usize) -> Option<([f32; SPAN], f32)> {
+        let start = first_background + REACH;
+        let mut profile = [0.0; SPAN];
+        for (to, up) in profile.iter_mut().zip(0..) {
+            *to = f32::from(self.image.at(column, start.checked_sub(up)?)?);
         }
-        placed = look(there)?;
+        let own_px2 = foam::flatten(&mut profile, self.noise, self.shines_through);
+        Some((profile, own_px2))
     }
-    Some(placed)
+
+    /// Looks at a step; at that of a bright liquid up to [`ROUNDS`] times again where it was found. A dot of light above its edge is
+    /// taken for liquid, and the profile then begins too high to hold the edge.
+    fn placed(self, column: usize, first_background: usize, tones: Tones) -> Option<Placed> {
+        let look = |first_background: usize| {
+            let (profile, own_px2) = self.profile(column, first_background)?;
+            let inside = tones.inside_pixels(&profile, self.least)?;
+            Some(Placed { first_background, profile, own_px2, inside })
+        };
+        let mut placed = look(first_background)?;
+        for _ in 0..if self.shines_through { ROUNDS } else { 0 } {
+            let there = ((placed.first_background + REACH) as f32 - placed.inside + 0.5) as usize;
+            if there == placed.first_background {
+                break;
+            }
+            placed = look(there)?;
+        }
+        Some(placed)
+    }
+
+    /// Places the edge between the pixels, and says how far the steepest part of the step leads it outwards.
+    fn crossing(self, step: Step, tones: Tones) -> Option<(Crossing, Option<f32>)> {
+        let Step { column, first_background, tones: own, .. } = step;
+        // Within a highlight there is no step at all.
+        if (own.inside - own.outside).abs() < self.least {
+            return None;
+        }
+        let Placed { first_background, profile, own_px2, inside } =
+            self.placed(column, first_background, tones)?;
+        let (moved, clipped_px2) = clipped(tones).unwrap_or((0.0, 0.0));
+        let edge = (first_background + REACH) as f32 + 0.5 - inside - moved;
+        // The foot of foam's own blur begins below that of a clean edge, and says nothing of a band.
+        let is_foam = own_px2 > 0.0 && !self.shines_through;
+        let found =
+            if is_foam { None } else { onset(self.image, column, first_background, self.foot, self.noise) };
+        let (onset, band) = found.map_or((None, 0.0), |found| (Some(found.row), found.band));
+        // The light that comes in through the surface of such a liquid brightens it there as a band would: none is certain.
+        let (band, tail_px2) = if self.shines_through { (0.0, TAIL_PX2) } else { (band, 0.0) };
+        let own_px2 = own_px2 + clipped_px2 + tail_px2;
+        Some((Crossing { column, edge, onset, band, own_px2 }, lead(&profile, inside)))
+    }
 }
 
 /// Rows by which an edge beside a saturated tone lies higher than it looks, and the variance of that.
@@ -236,37 +246,4 @@ fn clipped(tones: Tones) -> Option<(f32, f32)> {
         _ => return None,
     };
     Some((outwards * CLIPPED_PX, CLIPPED_STD_PX * CLIPPED_STD_PX))
-}
-
-/// Foam that outshines the background is a band of its own between liquid and background: the profile is
-/// flattened from its brightest place on, so that the edge is the one of the liquid. Gives the variance
-/// that this adds.
-fn flatten_foam(profile: &mut [f32; SPAN]) -> f32 {
-    let (inside, outside) = (profile.first().copied(), profile.last().copied());
-    let (Some(inside), Some(outside)) = (inside, outside) else { return 0.0 };
-    let step = outside - inside;
-    let mut peak = outside;
-    let mut place = SPAN;
-    for (index, &grey) in profile.iter().enumerate() {
-        if (grey - peak) * step > 0.0 {
-            (peak, place) = (grey, index);
-        }
-    }
-    if (peak - outside) * step <= OVERSHOOT * step * step {
-        return 0.0;
-    }
-    profile.iter_mut().skip(place).for_each(|grey| *grey = peak);
-    FOAM_PX2
-}
-
-/// Standard deviation of the pixels in the foot, from the differences of neighbours in a column:
-/// the median of `|d|` is 0.954 of it.
-fn noise(image: Grey<'_>, body: Body, rows: (usize, usize)) -> f32 {
-    let (top, bottom) = rows;
-    let row = top + bottom.saturating_sub(top) / 2;
-    let differences = (body.left..=body.right).filter_map(|column| {
-        let [one, other] = [image.at(column, row)?, image.at(column, row + 1)?].map(f32::from);
-        Some((one - other).abs())
-    });
-    median(differences).unwrap_or(0.0) / 0.954
 }

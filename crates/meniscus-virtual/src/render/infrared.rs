@@ -142,11 +142,13 @@ fn draw_glass(
         let kept = 1.0 - coverage.empty * (GLASS_LOSS + LIMB_LOSS * (-limb_px).exp());
         let pixel = &mut pixels[u - left];
         let opaque = (1.0 - clear) * (coverage.front + coverage.behind);
-        *pixel = *pixel * ((1.0 - opaque) * kept) as f32
-            + ((1.0 - clear) * (coverage.front * front + coverage.behind * tones.behind)) as f32
+        // Foam stands on the contact line, before what else is seen above it.
+        let (foam, foam_tone) = overlay.foam(view, outline, u, v, sides);
+        let bare = if foam > 0.0 { (1.0 - foam / (1.0 - coverage.front)).max(0.0) } else { 1.0 };
+        *pixel = *pixel * ((1.0 - opaque) * kept * bare) as f32
+            + ((1.0 - clear) * (coverage.front * front + coverage.behind * bare * tones.behind)) as f32
+            + (foam * foam_tone) as f32
             + ((1.0 - clear) * coverage.front) as f32 * dot;
-        let (foam, tone) = overlay.foam(view, outline, u, v, sides);
-        *pixel = *pixel * (1.0 - foam) as f32 + (foam * tone) as f32;
         let [rim_v, bottom_v] = outline.glass_rows(u);
         if (rim_v..bottom_v).contains(&(v as f64)) && (sides[0]..sides[1]).contains(&(u as f64)) {
             *pixel += overlay.glare(u, sides) as f32;
