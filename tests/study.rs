@@ -41,12 +41,11 @@ fn a_finger_before_the_glass_is_not_the_surface() {
     println!("{}", row.cells().join("  "));
     assert!(row.scenes == 160 && row.points_seen >= 0.75, "{row:?}");
     assert!(row.coverage >= 0.95, "{row:?}");
-    // What is left are distant glasses whose surface shows behind its own contact line, as without a finger.
-    assert!(row.worst_mm <= 12.0, "{row:?}");
+    assert!(row.worst_mm <= 6.0, "{row:?}");
 }
 
 /// Foam that is brighter than a bright liquid was taken for liquid; foam on a dark one lowered the edge beside it. These scenes were
-/// read once, behind the change: 93 % are inside, 78 % on mayonnaise, whose tone is nearly that of foam.
+/// read once, behind that change: 93 % are inside, 78 % on mayonnaise, whose tone is nearly that of foam.
 #[test]
 fn foam_is_not_the_liquid() {
     let cases = (21..25).flat_map(|seed| (0..200).map(move |index| Case::new(seed, index)));
@@ -60,7 +59,21 @@ fn foam_is_not_the_liquid() {
     println!("{}", row.cells().join("  "));
     assert!(row.scenes == 80 && row.points_seen >= 0.9, "{row:?}");
     assert!(row.coverage >= 0.91, "{row:?}");
-    assert!(row.half_mm <= 1.0, "{row:?}");
+    assert!(row.half_mm <= 1.0 && row.worst_mm <= 6.0, "{row:?}");
+}
+
+/// Moves down to a faint band were taken back in single frames, also where the depth image shows liquid behind: errors of up to 14 mm in
+/// these scenes, which were read once, behind the change.
+#[test]
+fn a_distant_surface_that_shows_behind_its_contact_line_is_not_taken_for_it() {
+    let cases = (201..206).flat_map(|seed| (0..200).map(move |index| Case::new(seed, index)));
+    let distant = cases.filter(|case| case.distance == 2 && case.condition != Condition::NoLiquid);
+    let judged: Vec<Judged> = distant.map(|case| judge(case).expect("a sound scene")).collect();
+    let row = Row::of("", "", &judged.iter().collect::<Vec<_>>());
+    println!("{}", row.cells().join("  "));
+    assert!(row.scenes > 250 && row.points_seen >= 0.9, "{row:?}");
+    assert!(row.coverage >= 0.95 && row.half_mm <= 1.5, "{row:?}");
+    assert!(row.worst_mm <= 6.0, "{row:?}");
 }
 
 /// Points 2.2 mm from the nearest first mode are dropped as something else than the surface, so waves must be nearer.

@@ -18,7 +18,8 @@
 //!   the edge: liquid that rises behind the contact line and shows above it in the liquid's own tone. The point
 //!   moves down to where their residuals run to `r0`, by the mean over the neighbours
 //!   ([`Tally::behind`](super::Tally)). Rows at the background's own distance are a border that is too low, and
-//!   the edge in the outline's image holds.
+//!   the edge in the outline's image holds;
+//! * such rows above an edge that the outline moved down to a faint band: the move is certain.
 //!
 //! A glass wall is a lens ([`super::refraction`]): stereo sees the liquid behind it up to its own thickness away from
 //! where it is, and points are placed where the bent ray meets the inner wall.
@@ -27,14 +28,17 @@
 //! sees the wall, and its residuals are taken along its own rays. What lies behind the wall is then looked for
 //! some pixels beside its column: a lens 15 mm to the side sees 70 mm behind a wall 365 mm away 2.5 pixels off.
 
+mod behind;
+
 use super::config::{Config, MAX_COLUMNS};
 use super::deproject::Ray;
-use super::edge_points::{Edge, EdgePoint, NEIGHBOURS, Samples, around};
+use super::edge_points::{Edge, EdgePoint, Move, NEIGHBOURS, Samples, around};
 use super::outcome::{ExtractionError, Tally};
 use super::resample::median_error;
 use super::wall_sample::{Glass, Lowered, Wall, sample};
-use crate::math::{median, sqrtf};
+use crate::math::median;
 use crate::usb::frame::DepthFrame;
+use behind::THICKEST;
 use heapless::Vec;
 
 /// Columns on either side of the window, its rows, and the rows between the edge and its first one.
@@ -51,11 +55,8 @@ const WINDOW_DEVIATIONS: f32 = 6.0;
 /// than a window.
 const BEHIND_M: (f32, f32) = (0.005, 0.012);
 const BEHIND_DEVIATIONS: f32 = 8.0;
-/// Most rows of such liquid, and how many neighbours must show it.
-const THICKEST: usize = 20;
+/// Neighbours that must show liquid behind the contact line.
 const LEAST_BEHIND: usize = 3;
-/// The border lies this many rows below the last row behind, by the fall of the last two residuals.
-const BORDER: (f32, f32) = (0.5, 2.5);
 /// Largest error of the camera's stated distance, metres; beyond it the settings are wrong.
 const PLACE_TOLERANCE_M: f32 = 0.015;
 /// Columns whose windows tell the same: the window's width and the reach of the matching.
@@ -65,8 +66,6 @@ const GROUP: f32 = 8.0;
 /// a border at the side of the glass is far. Fewest windows that do.
 const CENTRAL: f32 = 0.4;
 const LEAST_CENTRAL: usize = 8;
-/// Liquid behind the contact line lies within the glass, and nearer than this share of the way to the background.
-const NEARER: f32 = 0.8;
 /// Disagreement of the depth image with the straight rays to the wall, in thicknesses of the glass.
 const LENS: f32 = 1.5;
 
@@ -125,14 +124,18 @@ pub(super) fn place(
         background_m: look.background(edge, seen_m),
     };
     let mut bands: Vec<f32, MAX_COLUMNS> = Vec::new();
+    let mut confirmed: Vec<bool, MAX_COLUMNS> = Vec::new();
     for &point in edge {
         let _ = bands.push(look.rows_behind(point, limits));
+        let _ = confirmed.push(point.moved.faint && look.confirms(point, limits));
     }
     for (index, point) in edge.iter().enumerate() {
         let near = around(&bands, index, NEIGHBOURS);
         let shown = near.clone().filter(|rows| **rows > 0.0).count() >= LEAST_BEHIND;
         let lowered = if shown { near.clone().sum::<f32>() / near.count() as f32 } else { 0.0 };
-        let point = EdgePoint { row: point.row + lowered, ..*point };
+        let is_certain = around(&confirmed, index, NEIGHBOURS).filter(|is| **is).count() >= LEAST_BEHIND;
+        let moved = Move { faint: point.moved.faint && !is_certain, ..point.moved };
+        let point = EdgePoint { row: point.row + lowered, moved, ..*point };
         let measured = 2 * count >= edge.len();
         match look.judge(point, limits, measured) {
             Verdict::NotTheWall => tally.not_the_wall = tally.not_the_wall.saturating_add(1),
@@ -226,18 +229,6 @@ impl Look<'_> {
         }
     }
 
-    /// Median distance of what is above the edge behind the wall; `None` without a depth, or if it is the wall's.
-    fn background(&self, edge: &Edge, seen_m: f32) -> Option<f32> {
-        let mut above: Vec<f32, MAX_COLUMNS> = Vec::new();
-        for point in edge.iter().step_by(NEIGHBOURS) {
-            let row = (point.row.max(0.0) as usize).checked_sub(SKIPPED + 2 * ROWS);
-            if let Some(residual) = row.and_then(|row| self.window(point.column, row)) {
-                let _ = above.push(residual - seen_m);
-            }
-        }
-        median(above.iter().copied()).filter(|behind| *behind > 0.0)
-    }
-
     /// Median residual in the window around a column from a row on; `None` in a hole.
     fn window(&self, column: usize, first_row: usize) -> Option<f32> {
         let (column, first_row) = self.in_depth(column, first_row)?;
@@ -256,39 +247,6 @@ impl Look<'_> {
             }
         }
         median(residuals.iter().copied()).filter(|_| residuals.len() >= LEAST_PIXELS)
-    }
-
-    /// Rows from an edge point down to the contact line below liquid that the depth image shows behind the wall.
-    ///
-    /// A surface that is seen comes nearer row by row; its last two residuals `r1`, `r2` tell after how many
-    /// rows it meets the wall: `(r2 - r0) / (r1 - r2)`. It lies within the glass, at most the chord
-    /// `2 sqrt(R^2 - x^2)` behind the wall.
-    fn rows_behind(&self, point: EdgePoint, limits: Limits) -> f32 {
-        let edge = point.row.max(0.0) as usize;
-        let camera = &self.config.camera;
-        let radius_m = self.config.settings.radius_m;
-        let x_m = camera.across(point.column as f32) * self.config.settings.camera_distance_m - self.axis_m;
-        let chord_m = 2.0 * sqrtf((radius_m * radius_m - x_m * x_m).max(0.0));
-        let farthest_m = chord_m.min(NEARER * limits.background_m.unwrap_or(chord_m / NEARER));
-        let mut last: Option<(usize, f32)> = None;
-        let mut border = 0.0;
-        for row in edge.saturating_add(1)..edge.saturating_add(1 + THICKEST) {
-            let residual = self.in_depth(point.column, row).and_then(|(column, row)| {
-                let raw = z16_row(self.depth, row, column, column.saturating_add(1)).next()?;
-                self.residual(column, row, raw)
-            });
-            match residual.map(|r| r - limits.seen_m) {
-                Some(residual) if residual > limits.behind_m && residual < farthest_m => {
-                    let fall = last.map_or(0.0, |(above, r)| (r - residual) / (row - above) as f32);
-                    let rows = if fall > 0.0 { residual / fall } else { BORDER.0 };
-                    border = row as f32 + rows.clamp(BORDER.0, BORDER.1) - point.row;
-                    last = Some((row, residual));
-                }
-                Some(residual) if residual <= limits.behind_m => break,
-                _ => {}
-            }
-        }
-        border
     }
 }
 

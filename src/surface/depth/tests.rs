@@ -175,6 +175,26 @@ fn liquid_behind_is_followed_down_to_where_it_meets_the_wall() {
     near(behind(AXIS, &[32.0, 28.0, 24.0, 20.0, 16.0], moved), 7.0);
 }
 
+/// The edge was moved down by six rows; of the rows above it, from the lowest up, this is behind the wall, mm.
+#[test]
+fn a_move_is_certain_where_most_of_its_rows_show_liquid_behind() {
+    let confirms = |residuals_mm: &[f64]| {
+        let mut paper = Wallpaper::new(Settings::default());
+        for (k, mm) in residuals_mm.iter().enumerate() {
+            paper.shift(AXIS..AXIS + 1, EDGE - 1 - k..EDGE - k, 1e-3 * mm);
+        }
+        let moved = Move { rows: 6.4, faint: true, ..Move::default() };
+        paper.look().confirms(EdgePoint { moved, ..point(AXIS, EDGE as f32 + 0.3) }, LIMITS)
+    };
+    assert!(confirms(&[8.0, 19.0, 28.0, 34.0, 40.0, 45.0]));
+    assert!(confirms(&[0.0, 0.0, 19.0, 28.0, 34.0, 40.0]), "a border two rows too high");
+    assert!(!confirms(&[0.0, 0.0, 0.0, 28.0, 34.0, 40.0]), "half of them");
+    assert!(!confirms(&[]), "the wall alone");
+    assert!(!confirms(&[300.0; 6]), "the room");
+    assert!(!confirms(&[0.0, 0.0, 0.0, 0.0, 30.0, 300.0]), "a pixel between wall and room");
+    assert!(!confirms(&[8.0, 19.0, 28.0]), "rows of which three of six are the wall");
+}
+
 /// Liquid stands within the glass, 70 mm deep at its axis and 2 sqrt(35^2 - x^2) beside it, and nearer than 0.8 of the distance to
 /// the room behind.
 #[test]
