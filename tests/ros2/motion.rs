@@ -135,9 +135,8 @@ fn check_counts(case: &Case, report: &Report) {
     assert!(report.said.contains("the stamped motion has stopped"), "{}", report.said);
     assert_eq!((&report.motion["contradictions"], &report.motion["refused"]), (&0.into(), &0.into()));
     let due = due(&report.estimates) as f64;
-    assert!(due > 60.0 * (STREAM_S - 1.0), "{}: {due} turns behind the camera's agreement", case.kind);
-    let commanded = report.motion["commanded"].as_f64();
-    assert!(commanded > Some((1.0 - FEWER) * due), "{} of {due}: {}", case.kind, report.motion);
+    let least = f64::max(60.0 * (STREAM_S - 1.0), (1.0 - FEWER) * due);
+    assert!(report.motion["commanded"].as_f64() > Some(least), "{} of {due}: {}", case.kind, report.motion);
 }
 
 /// Returns the number of turns of the stream behind the camera's agreement. A frame that a busy machine leaves out has no turn; one that
