@@ -96,8 +96,13 @@ fn scene_of_topics_and_parameters() {
     let mut cyclone = Peer::start("cyclone_peer.py", &["listen", "20"]);
     let _talker = Peer::start("rclpy_peer.py", &["talk", "120", "peers"]);
     let mut peers = Peer::start("rclpy_peer.py", &["listen", "30", "peers"]);
-    for listener in [&mut rclpy, &mut cyclone, &mut peers] {
-        listener.line();
+    for (listener, topics) in [(&mut rclpy, 3), (&mut cyclone, 2), (&mut peers, 3)] {
+        let line = listener.line();
+        // More than the two that it waits for may have come to Cyclone.
+        assert!(
+            line["found"].as_array().is_some_and(|found| found.len() >= topics),
+            "found its publishers: {line}"
+        );
     }
     // Half a second to settle, ten seconds to look at.
     let until_set = Instant::now() + Duration::from_millis(10_800);

@@ -10,6 +10,8 @@ usage: rclpy_peer.py listen SECONDS [NAME]   one JSON object: what came when, of
 import array
 import json
 import math
+import os
+import pathlib
 import sys
 import time
 
@@ -210,13 +212,16 @@ def plans(node) -> None:
 
 def main() -> None:
     """Runs the peer."""
+    verb, name = sys.argv[1], sys.argv[3] if len(sys.argv) > 3 else "liquid"
+    if name != "liquid":
+        # The configuration has to be there before the first participant.
+        os.environ["FASTDDS_DEFAULT_PROFILES_FILE"] = str(pathlib.Path(__file__).with_name("fastdds_pair.xml"))
     rclpy.init()
-    verb = sys.argv[1]
     node = rclpy.create_node(f"{verb}_peer")
     if verb == "listen":
-        print(json.dumps(listen(node, float(sys.argv[2]), sys.argv[3] if len(sys.argv) > 3 else "liquid")))
+        print(json.dumps(listen(node, float(sys.argv[2]), name)))
     elif verb == "talk":
-        print(json.dumps(talk(node, float(sys.argv[2]), sys.argv[3])))
+        print(json.dumps(talk(node, float(sys.argv[2]), name)))
     elif verb == "parameters":
         print(json.dumps(parameters(node)))
     else:
