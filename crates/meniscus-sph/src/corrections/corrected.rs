@@ -27,7 +27,7 @@ use super::moments::Seen;
 use crate::particles::blocks::dot;
 use crate::particles::lanes::Single;
 use crate::particles::tensor::{Symmetric, UNIT, times};
-use crate::particles::{PIECE, Particle, retain};
+use crate::particles::{LIGHT, Particle, retain};
 use nalgebra::Matrix3;
 use rayon::prelude::*;
 
@@ -100,7 +100,7 @@ impl Corrected {
 
     /// Fills `pressure` from the present pressures and `drag`, `c_i mu_i` of every particle.
     pub(crate) fn weigh(&mut self, particle: &[Particle], drag: &[f64]) {
-        let parts = self.pressure.par_iter_mut().zip(&self.l).zip(particle).zip(drag).with_min_len(PIECE);
+        let parts = self.pressure.par_iter_mut().zip(&self.l).zip(particle).zip(drag).with_min_len(LIGHT);
         parts.for_each(|(((out, l), p), drag)| {
             let [xx, xy, xz, yy, yz, zz] = l.map(|l| p.p * l);
             *out = Single::of([xx, xy, xz, yy, yz, zz, *drag, 0.0]);
@@ -109,7 +109,7 @@ impl Corrected {
 
     /// Fills `pressed` from what presses on the surface above each particle; `above` is empty where nothing does.
     pub(crate) fn press(&mut self, above: &[[f64; 3]]) {
-        let parts = self.pressed.par_iter_mut().zip(&self.l).enumerate().with_min_len(PIECE);
+        let parts = self.pressed.par_iter_mut().zip(&self.l).enumerate().with_min_len(LIGHT);
         parts.for_each(|(i, (out, [xx, xy, xz, yy, yz, zz]))| {
             let above = above.get(i).map_or(0.0, |[p, ..]| *p);
             *out = Single::of([*xx, *xy, *xz, *yy, *yz, *zz, above, 0.0]);

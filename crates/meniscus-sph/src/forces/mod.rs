@@ -15,7 +15,7 @@ pub(crate) use legendre::{Factors, MOST, nearest_part, needed, reach};
 use crate::corrections::{Corrected, Gradients, Moments, NOISE, PositionDensity, completion};
 use crate::frame::Body;
 use crate::particles::lanes::{Lane, Single, row};
-use crate::particles::{CHUNKS, Fluid, Kernel, Neighbours, PIECE, Particle, retain};
+use crate::particles::{CHUNKS, Fluid, Kernel, LIGHT, Neighbours, Particle, retain};
 use crate::walls::{Sticking, Walls};
 use continuity::{Continuity, DELTA};
 use meniscus_data::recording::Glass;
@@ -60,7 +60,7 @@ pub(crate) struct Forces {
 
 /// Fills `out` with the particles in single precision.
 fn rounded(particles: &[Particle], out: &mut Vec<Single<8>>) {
-    particles.par_iter().with_min_len(PIECE).map(|p| row(p, p.p)).collect_into_vec(out);
+    particles.par_iter().with_min_len(LIGHT).map(|p| row(p, p.p)).collect_into_vec(out);
 }
 
 impl Forces {
@@ -193,7 +193,7 @@ impl Forces {
     pub(crate) fn accelerations(&self, liquid: &mut Fluid, body: &Body) {
         let Fluid { particle, acceleration, mass, .. } = liquid;
         let parts = acceleration.par_iter_mut().zip(mass).zip(&self.force).zip(particle).enumerate();
-        parts.with_min_len(PIECE).for_each(|(i, (((a, m), f), p))| {
+        parts.with_min_len(LIGHT).for_each(|(i, (((a, m), f), p))| {
             let g = if body.turns() { body.at(&p.x, &p.v) } else { body.uniform };
             let [_, a_x, a_y] = self.pressed.get(i).copied().unwrap_or_default();
             *a = [f[0] / *m + g[0] + a_x, f[1] / *m + g[1] + a_y, f[2] / *m + g[2]];

@@ -4,7 +4,7 @@
 //! threads.
 
 use crate::Simulator;
-use crate::particles::{Fluid, PIECE, Particle};
+use crate::particles::{Fluid, LIGHT, PIECE, Particle};
 use crate::walls::hold;
 use rayon::prelude::*;
 
@@ -77,7 +77,7 @@ impl Simulator {
         let (dt, sound2, rest) = (self.dt, self.forces.sound * self.forces.sound, self.forces.rest_density);
         let Fluid { particle, mass, density, heat, .. } = &mut self.fluid;
         let thermal = density.par_iter_mut().zip(heat);
-        let parts = particle.par_iter_mut().zip(mass).zip(thermal).zip(&self.forces.rate).with_min_len(PIECE);
+        let parts = particle.par_iter_mut().zip(mass).zip(thermal).zip(&self.forces.rate).with_min_len(LIGHT);
         parts.for_each(|(((p, m), (rho, heat)), [strain, diffusion, _])| {
             // The energy of compression changes by p/rho^2 d(rho).
             *heat -= dt * p.p / (*rho * *rho) * diffusion;
@@ -100,7 +100,7 @@ impl Simulator {
     pub(crate) fn thin(&mut self) {
         let rheology = self.liquid.rheology;
         if !rheology.is_newtonian() {
-            let parts = self.fluid.viscosity.par_iter_mut().zip(&self.forces.force).with_min_len(PIECE);
+            let parts = self.fluid.viscosity.par_iter_mut().zip(&self.forces.force).with_min_len(LIGHT);
             parts.for_each(|(mu, f)| *mu = rheology.viscosity(f[4].max(0.0).sqrt()));
         }
     }

@@ -100,20 +100,15 @@ pub(super) struct Search<'a> {
 }
 
 impl Search<'_> {
-    /// Lists what is near each point, a row for each.
-    pub(super) fn list(&self, rows: &mut Rows) {
+    /// Lists what is near each point, a row for each. `parts` keeps the memory of what the threads find: to ask for it at each call
+    /// holds them up.
+    pub(super) fn list(&self, parts: &mut [Rows; CHUNKS], rows: &mut Rows) {
         let n = self.points.len();
-        let parts: Vec<Rows> = (0..CHUNKS)
-            .into_par_iter()
-            .map(|c| {
-                let mut rows = Rows::default();
-                rows.clear();
-                widest(Part { search: *self, points: c * n / CHUNKS..(c + 1) * n / CHUNKS, rows: &mut rows });
-                rows
-            })
-            .collect();
-        rows.clear();
-        parts.iter().for_each(|part| rows.append(part));
+        parts.par_iter_mut().enumerate().for_each(|(c, part)| {
+            part.clear();
+            widest(Part { search: *self, points: c * n / CHUNKS..(c + 1) * n / CHUNKS, rows: part });
+        });
+        rows.join(parts);
     }
 
     /// Adds to `rows` what of `run` is near the point with the number `i`.
@@ -179,9 +174,9 @@ mod tests {
         let mut grid = Grid::new(Box3 { low: [0.0; 3], high: [1.0; 3] }, 0.21);
         grid.fill(&points);
         for (after, highest_m) in [(true, f64::INFINITY), (false, 0.6)] {
-            let mut rows = Rows::default();
+            let (mut parts, mut rows) = Default::default();
             let search = Search { grid: &grid, points: &points, reach2: 0.2 * 0.2, after, highest_m };
-            search.list(&mut rows);
+            search.list(&mut parts, &mut rows);
             for (i, x) in points.iter().enumerate() {
                 let mut found = rows.row(i).to_vec();
                 found.sort_unstable();

@@ -23,5 +23,5 @@ pub(crate) mod tensor;
 pub(crate) use grid::Box3;
 pub(crate) use kernel::{Kernel, SMOOTHING};
 pub(crate) use neighbours::{IMAGE_SKIN, Neighbours, distance2};
-pub(crate) use rows::{CHUNKS, PIECE, Rows};
+pub(crate) use rows::{CHUNKS, LIGHT, PIECE, Rows};
 pub(crate) use state::{Fluid, Particle, retain};

@@ -34,6 +34,8 @@ pub(crate) struct Neighbours {
     wall_grid: Grid,
     built_at: Vec<[f64; 3]>,
     wall_at: Vec<[f64; 3]>,
+    /// Memory of the searches of the two grids.
+    parts: [[Rows; CHUNKS]; 2],
 }
 
 impl Neighbours {
@@ -60,6 +62,7 @@ impl Neighbours {
             wall_grid: Grid::new(space, wall_reach),
             built_at: Vec::new(),
             wall_at: Vec::new(),
+            parts: Default::default(),
         };
         lists.rebuild(particles, wall, f64::INFINITY);
         lists
@@ -72,39 +75,51 @@ impl Neighbours {
 
     /// Builds the lists anew; particles higher than `rim_m` see no images.
     pub(crate) fn rebuild(&mut self, particles: &[Particle], wall: &[Particle], rim_m: f64) {
-        self.built_at.clear();
-        self.built_at.extend(particles.iter().map(|p| p.x));
-        self.grid.fill(&self.built_at);
-        self.wall_at.clear();
-        self.wall_at.extend(wall.iter().map(|w| w.x));
-        self.wall_grid.fill(&self.wall_at);
-        let points = &self.built_at;
-        let liquid =
-            Search { grid: &self.grid, points, reach2: self.reach2, after: true, highest_m: f64::INFINITY };
-        let near_walls = Search {
-            grid: &self.wall_grid,
-            points,
-            reach2: self.wall_reach2,
-            after: false,
-            highest_m: rim_m,
-        };
-        liquid.list(&mut self.liquid);
-        near_walls.list(&mut self.wall);
+        let Self { liquid, wall: near_wall, grid, wall_grid, built_at, wall_at, parts, .. } = self;
+        let [liquid_parts, wall_parts] = parts;
+        built_at.clear();
+        built_at.extend(particles.iter().map(|p| p.x));
+        let points = &*built_at;
+        rayon::join(
+            || {
+                grid.fill(points);
+                let reach2 = self.reach2;
+                let search = Search { grid, points, reach2, after: true, highest_m: f64::INFINITY };
+                search.list(liquid_parts, liquid);
+            },
+            || {
+                wall_at.clear();
+                wall_at.extend(wall.iter().map(|w| w.x));
+                wall_grid.fill(wall_at);
+                let reach2 = self.wall_reach2;
+                let search = Search { grid: wall_grid, points, reach2, after: false, highest_m: rim_m };
+                search.list(wall_parts, near_wall);
+            },
+        );
         self.cut(particles.len());
     }
 
     /// Cuts the particles into chunks of nearly the same number of listed pairs.
     fn cut(&mut self, particles: usize) {
         let work = |i: usize| self.liquid.start[i] as usize + self.wall.start[i] as usize;
-        let bound =
-            |c: usize| (0..particles).find(|&i| work(i) * CHUNKS >= c * work(particles)).unwrap_or(particles);
-        self.chunks =
-            std::array::from_fn(|c| bound(c)..if c + 1 < CHUNKS { bound(c + 1) } else { particles });
+        let all = work(particles);
+        let bounds: [usize; CHUNKS] = std::array::from_fn(|c| {
+            // The work up to a particle only grows, so that the first that has enough before it can be searched by halves.
+            let (mut low, mut high) = (0, particles);
+            while low < high {
+                let middle = usize::midpoint(low, high);
+                (low, high) =
+                    if work(middle) * CHUNKS < c * all { (middle + 1, high) } else { (low, middle) };
+            }
+            low
+        });
+        self.chunks = std::array::from_fn(|c| bounds[c]..bounds.get(c + 1).copied().unwrap_or(particles));
         let liquid = &self.liquid;
         self.touched.par_iter_mut().zip(&self.chunks).for_each(|(touched, Range { start, end })| {
             let pairs = &liquid.entry[liquid.start[*start] as usize..liquid.start[*end] as usize];
             // Pairs are listed with the lower of the two.
-            *touched = *start..pairs.iter().fold(*end, |last, &j| last.max(j as usize + 1));
+            let behind = pairs.iter().fold(0, |behind, &j| behind.max(j + 1)) as usize;
+            *touched = *start..behind.max(*end);
         });
     }
 

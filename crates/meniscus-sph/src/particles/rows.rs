@@ -1,5 +1,6 @@
 //! A list of lists in two arrays, and the pieces in which a long one is worked on.
 
+use rayon::prelude::*;
 use std::ops::Range;
 
 /// Chunks of the pair list; a constant, so that sums do not depend on the number of threads.
@@ -7,6 +8,9 @@ pub(crate) const CHUNKS: usize = 8;
 
 /// Particles that one thread takes at once: a constant, so that sums do not depend on the number of threads.
 pub(crate) const PIECE: usize = 256;
+
+/// Particles below which a thread does a pass of few operations alone: to wake another takes as long as some thousand of them.
+pub(crate) const LIGHT: usize = 2048;
 
 /// A list of lists: the entries of row `i` are `entry[start[i]..start[i + 1]]`.
 #[derive(Clone, Debug, Default)]
@@ -50,11 +54,32 @@ impl Rows {
         self.entry.truncate(all);
     }
 
-    /// Adds the rows of `more`.
-    pub(super) fn append(&mut self, more: &Self) {
-        let before = self.entry.len() as u32;
-        self.start.extend(more.start.iter().skip(1).map(|start| before + start));
-        self.entry.extend_from_slice(&more.entry);
+    /// Takes the rows of `parts`, one part behind the other, in place of its own.
+    pub(super) fn join(&mut self, parts: &[Self]) {
+        self.start.resize(1 + parts.iter().map(Self::len).sum::<usize>(), 0);
+        self.entry.resize(parts.iter().map(|part| part.entry.len()).sum(), 0);
+        let (mut starts, mut entries, mut before) = (&mut self.start[1..], &mut self.entry[..], 0);
+        let places: Vec<_> = parts
+            .iter()
+            .map(|part| {
+                let start = starts.split_off_mut(..part.len()).unwrap_or_default();
+                let entry = entries.split_off_mut(..part.entry.len()).unwrap_or_default();
+                let place = (start, entry, before);
+                before += part.entry.len() as u32;
+                place
+            })
+            .collect();
+        parts.par_iter().zip(places).for_each(|(part, (start, entry, before))| {
+            for (to, own) in start.iter_mut().zip(&part.start[1..]) {
+                *to = before + own;
+            }
+            entry.copy_from_slice(&part.entry);
+        });
+    }
+
+    /// Number of rows that are ended.
+    fn len(&self) -> usize {
+        self.start.len() - 1
     }
 
     /// Entries of the rows from `first` to `last`.
@@ -78,7 +103,7 @@ impl Rows {
         }
         let mut next = start.clone();
         let mut entry = vec![0; self.entry.len()];
-        for i in 0..self.start.len() - 1 {
+        for i in 0..self.len() {
             for &e in self.row(i) {
                 entry[next[e as usize] as usize] = i as u32;
                 next[e as usize] += 1;
