@@ -125,16 +125,23 @@ impl Forces {
 
     /// Forms anew what the particles see, in a glass with the rim at `rim_m`.
     fn look(&mut self, lists: &Neighbours, liquid: &Fluid, walls: &Walls, rim_m: f64, jitters: bool) {
-        let (kernel, rest, sound2) = (self.kernel, self.rest_density, self.sound * self.sound);
-        self.moments.form(&kernel, lists, liquid, walls, |p| rest + p / sound2);
+        let (kernel, rest, sound) = (self.kernel, self.rest_density, self.sound);
+        self.moments.form(&kernel, lists, liquid, walls, |p| rest + p / (sound * sound));
         let seen = self.moments.seen();
-        // Within a kernel of the rim a particle lacks neighbours above the wall, too.
-        self.corrected.update(seen.clone(), &liquid.particle, rim_m - kernel.support2.sqrt());
-        self.position_density.update(seen.clone(), kernel.h, liquid);
-        self.fastest = self.corrected.fastest(seen.clone(), self.sound);
-        if jitters {
-            self.gradients.update(seen);
-        }
+        let Self { corrected, position_density, gradients, fastest, .. } = self;
+        rayon::join(
+            || {
+                // Within a kernel of the rim a particle lacks neighbours above the wall, too.
+                corrected.update(seen.clone(), &liquid.particle, rim_m - kernel.support2.sqrt());
+                *fastest = corrected.fastest(seen.clone(), sound);
+            },
+            || {
+                position_density.update(seen.clone(), kernel.h, liquid);
+                if jitters {
+                    gradients.update(seen.clone());
+                }
+            },
+        );
     }
 
     /// Fills `force` (without the body force) from the present state of the liquid in `glass`, to whose walls it sticks as

@@ -153,8 +153,6 @@ impl Walls {
     /// Fills what the momentum equation takes from the images, with `L` of the particles: `L` is mirrored with its particle.
     pub(crate) fn press(&mut self, glass: &Glass, particle: &[Particle], l: &[Symmetric]) {
         let Self { origin, image, rubbing, rubbed, pressure } = self;
-        let images = image.par_iter().zip(&*rubbing).with_min_len(256);
-        images.map(|(image, rubbing)| row(image, rubbing[0])).collect_into_vec(rubbed);
         let images = image.par_iter().zip(&*rubbing).zip(&*origin).with_min_len(256);
         images
             .map(|((image, rubbing), origin)| {
@@ -168,8 +166,9 @@ impl Walls {
                     (l[2], l[4]) = (-l[2], -l[4]);
                 }
                 let [xx, xy, xz, yy, yz, zz] = l.map(|l| image.p * l);
-                Single::of([xx, xy, xz, yy, yz, zz, rubbing[1], rubbing[2]])
+                let [u, v, w] = *rubbing;
+                (row(image, u), Single::of([xx, xy, xz, yy, yz, zz, v, w]))
             })
-            .collect_into_vec(pressure);
+            .unzip_into_vecs(rubbed, pressure);
     }
 }
