@@ -1,14 +1,16 @@
 # The guest: its image and its boot. Sourced by hil/run.
 
-# The first file system: programs, modules, the film, and the plans in $work/plans.
+# The first file system: programs, modules, the films, and the plans in $work/plans.
 image() {
-  local tree=$work/tree
+  local tree=$work/tree name
   rm -rf "$tree" && mkdir -p "$tree"/{bin,modules,proc,sys,dev,tmp}
   cp "$cache"/guest/*.ko "$tree/modules/"
   cp "$cache/guest/busybox" "$work/meniscus" "$work/meniscus-hil-guest" "$tree/bin/"
   install -m 755 hil/rig/init "$tree/init"
   cp "$work/plans" "$tree/plans"
-  ln "$work/film.raw" "$tree/film.raw" 2>/dev/null || cp "$work/film.raw" "$tree/film.raw"
+  for name in film.raw tag.raw; do
+    ln "$work/$name" "$tree/$name" 2>/dev/null || cp "$work/$name" "$tree/$name"
+  done
   # The same files make the same image, whenever that is.
   find "$tree" -exec touch --date=@0 {} +
   (cd "$tree" && find . | LC_ALL=C sort | cpio --quiet --reproducible -o -H newc >"$work/image.part")

@@ -25,11 +25,11 @@ build_board() {
 }
 
 # The program, the guest's side, and the judge, which runs on this machine. The program has what the guest uses: it makes the
-# film and records, but simulates no liquid, shows no encrypted page and reads no tag or webcam.
+# films and records, and reads a tag, but simulates no liquid, shows no encrypted page and reads no webcam.
 build_guest() {
   mkdir -p "$work"
   cross --release -p meniscus-cli -p meniscus-hil --no-default-features \
-    --features meniscus-cli/bags,meniscus-cli/desk --bin meniscus --bin meniscus-hil-guest
+    --features meniscus-cli/bags,meniscus-cli/desk,meniscus-cli/tag --bin meniscus --bin meniscus-hil-guest
   cargo build --locked --release -p meniscus-hil --bin meniscus-hil-gate
   # The film is as old as the program that made it: the same program again does not make it anew.
   cmp -s "$target/$triple/release/meniscus" "$work/meniscus" || cp "$target/$triple/release/meniscus" "$work/"
@@ -37,9 +37,11 @@ build_guest() {
   cp "$target/release/meniscus-hil-gate" "$work/gate"
 }
 
-# What the camera shows, rendered by the same program that will watch it, and what that run comes to in process.
+# What the camera shows, rendered by the same program that will watch it, and what that run comes to in process. A second film has
+# an AprilTag above the glass.
 film() {
   [ -e "$work/film.raw" ] && [ "$work/film.json" -nt "$work/meniscus" ] && return
+  qemu-aarch64-static "$work/meniscus" camera film --frames 150 --motion tag:7,40 --out "$work/tag.raw"
   qemu-aarch64-static "$work/meniscus" camera film --frames 360 --out "$work/film.raw" --json >"$work/film.json.part"
   mv "$work/film.json.part" "$work/film.json"
 }

@@ -1,6 +1,7 @@
 //! Corners and poses of the committed images.
 
 use crate::fixture::{Fixture, Known, NUMBER};
+use meniscus::surface::Intrinsics;
 use meniscus::units::Micros;
 use meniscus_tag::{CORNER_STD_PX, Sighting, TagFinder, TagTracker, Wanted, pose};
 
@@ -142,6 +143,56 @@ fn a_tag_that_is_not_well_seen_is_refused_or_right() {
             [counts.seen, counts.missing, counts.other_number, counts.doubled, counts.unfit, counts.jumps];
         assert_eq!((counts.images, all.iter().sum::<u64>()), (1, 1), "{counts:?}");
     }
+}
+
+/// A camera's image is searched a part at a time: the tag is found within a round wherever it is, and where it comes back; so is
+/// a second one beside it.
+#[test]
+fn a_tag_is_found_within_a_round_wherever_it_is() {
+    const SIZE: (usize, usize) = (640, 480);
+    /// Images of a round in which the tag is not seen, and in which it is.
+    const ROUNDS: [u64; 2] = [67, 70];
+    let fixture = Fixture::load();
+    // Seen head-on a tag has a pose wherever it is moved in the image.
+    let tag = fixture.images.iter().find(|image| image.name == "frontal").expect("an image");
+    let (columns, rows) = (fixture.lens.width, fixture.lens.height);
+    let stripe = |at: usize| if (at % SIZE.0 / 13 + at / SIZE.0 / 11).is_multiple_of(2) { 60 } else { 150 };
+    let image = |places: &[(usize, usize)]| -> Vec<u8> {
+        let mut pixels: Vec<u8> = (0..SIZE.0 * SIZE.1).map(stripe).collect();
+        for (left, top) in places {
+            for (row, line) in tag.pixels.chunks_exact(columns).enumerate() {
+                let start = (top + row) * SIZE.0 + left;
+                pixels[start..start + columns].copy_from_slice(line);
+            }
+        }
+        pixels
+    };
+    let lens = Intrinsics { width: SIZE.0, height: SIZE.1, ..fixture.lens };
+    let wanted = Wanted { number: NUMBER as u32, size_m: fixture.size_m, lens, pitch_rad: 0.0 };
+    let mut tracker = TagTracker::new(wanted).expect("a tracker");
+    let mut at_us = 1_000_000;
+    // Looks until `wanted` comes, and returns the number of images that it took.
+    let mut until = |pixels: &[u8], most: u64, wanted: fn(&Sighting) -> bool| {
+        (1..=most).find(|_| {
+            at_us += 16_667;
+            wanted(&tracker.look(Micros(at_us), pixels).expect("searched"))
+        })
+    };
+    let is_seen = |sighting: &Sighting| matches!(sighting, Sighting::Seen { .. });
+    let [away, beside] = ROUNDS;
+    let corners =
+        [(0, 0), (SIZE.0 - columns, 0), (0, SIZE.1 - rows), (SIZE.0 - columns, SIZE.1 - rows), (223, 160)];
+    for place in corners {
+        // Another place than before: first it is away for longer than a tag is remembered.
+        let gone = until(&image(&[]), 20, is_seen);
+        let found = until(&image(&[place]), away, is_seen);
+        println!("{place:?}: found in image {found:?}");
+        assert!(gone.is_none() && found.is_some(), "{place:?}");
+    }
+    let second =
+        until(&image(&[(223, 160), (0, 0)]), beside, |sighting| matches!(sighting, Sighting::Doubled));
+    assert!(second.is_some(), "a second tag is found");
+    assert_eq!(until(&image(&[(223, 160)]), 1, is_seen), Some(1), "one alone is seen again at once");
 }
 
 /// The same tag 10 cm nearer in the next image: 6 m/s. Two images later it can have come there.

@@ -21,7 +21,9 @@ use std::path::{Path, PathBuf};
 /// The film holds images of 640x480 one after the other, Z16 depth then Y8 infrared: 921600 bytes a frame. The same frames go
 /// through the camera's session on a simulated bus in virtual time. `hil/run` compares the rig's errors with the ones of this run.
 #[derive(clap::Args)]
-#[command(after_help = "Examples:\n  meniscus camera film --frames 600 --out film.raw --json")]
+#[command(
+    after_help = "Examples:\n  meniscus camera film --frames 600 --out film.raw --json\n  meniscus camera film --motion tag:7,40 --out tag.raw"
+)]
 pub(crate) struct Film {
     /// Recording in the program (shipped) or a recording file.
     #[arg(long, default_value = "shipped", value_name = "shipped|FILE", help_heading = "Input")]
@@ -34,6 +36,9 @@ pub(crate) struct Film {
         help_heading = "Input"
     )]
     frames: u32,
+    /// Draw an AprilTag above the glass, as `run` looks for it.
+    #[arg(long, value_name = "tag:ID,SIZE_MM", help_heading = "Input")]
+    motion: Option<String>,
     /// Film to write; an old one is replaced.
     #[arg(long, value_name = "FILE", help_heading = "Output")]
     out: PathBuf,
@@ -57,12 +62,18 @@ pub(crate) fn run(arguments: &Film) -> anyhow::Result<()> {
     );
     let bytes = file("shipped")?;
     let model = Model::load(&bytes).context("the model is refused")?;
+    let mut scene = SceneSettings::default();
+    if let Some(motion) = &arguments.motion {
+        let tag = motion.strip_prefix("tag:");
+        let tag = tag.with_context(|| format!("--motion {motion}: expected tag:ID,SIZE_MM, as tag:7,40"))?;
+        scene.tag = super::run::plate_with(tag, scene.camera.rim_m)?;
+    }
     let out = &arguments.out;
     // Beside it and renamed: a film that is there is a whole one.
     let beside = out.with_extension("part");
     check_writable(out)?;
     let file = File::create(&beside).with_context(|| format!("cannot write {}", beside.display()))?;
-    let filmed = film(&model, recording.clone(), SceneSettings::default(), frames, BufWriter::new(file));
+    let filmed = film(&model, recording.clone(), scene, frames, BufWriter::new(file));
     let kept = filmed.map_err(anyhow::Error::from).and_then(|(turns, mut file)| {
         file.flush().and_then(|()| fs::rename(&beside, out))?;
         Ok(turns)

@@ -3,6 +3,7 @@
 //! The work is that of `locus-core`: threshold, connected dark regions, quadrangles, bits, corners refined below a pixel. The refinement
 //! skips squares of less than 3.3 pixels: the region around a small tag is looked at in double size.
 
+use crate::parts::Part;
 use locus_core::{Detector, DetectorBuilder, DetectorConfig, ImageView, TagFamily};
 
 /// Distance that a tag may move between two images, px.
@@ -36,12 +37,12 @@ pub struct SeenTag {
 pub struct FinderError(String);
 
 /// A rectangle of pixels, ends exclusive.
-#[derive(Clone, Copy, Debug)]
-struct Region {
-    left: usize,
-    right: usize,
-    top: usize,
-    bottom: usize,
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Region {
+    pub(crate) left: usize,
+    pub(crate) right: usize,
+    pub(crate) top: usize,
+    pub(crate) bottom: usize,
 }
 
 /// Finds tags. It keeps its buffers between images.
@@ -81,9 +82,16 @@ impl TagFinder {
     /// # Errors
     /// [`FinderError`].
     pub fn anywhere(&mut self, image: &[u8]) -> Result<&[SeenTag], FinderError> {
-        let (width, height) = self.size;
-        let region = Region { left: 0, right: width, top: 0, bottom: height };
-        search(&mut self.single, image, width, region, &mut self.pixels, &mut self.found)?;
+        let (right, bottom) = self.size;
+        self.within(image, Part { region: Region { left: 0, right, top: 0, bottom }, scale: 1 })
+    }
+
+    /// Returns the tags in a `part` of `image`.
+    ///
+    /// # Errors
+    /// [`FinderError`].
+    pub(crate) fn within(&mut self, image: &[u8], part: Part) -> Result<&[SeenTag], FinderError> {
+        search(&mut self.single, image, self.size.0, part, &mut self.pixels, &mut self.found)?;
         Ok(&self.found)
     }
 
@@ -99,21 +107,44 @@ impl TagFinder {
             return Ok(&self.found);
         }
         let detector = if is_small(corners_px) { &mut self.doubled } else { &mut self.single };
-        search(detector, image, width, region, &mut self.pixels, &mut self.found)?;
+        let part = Part { region, scale: 1 };
+        search(detector, image, width, part, &mut self.pixels, &mut self.found)?;
         Ok(&self.found)
     }
 }
 
 /// Whether the corners of a tag are better in double size.
 pub(crate) fn is_small(corners_px: &[[f64; 2]; 4]) -> bool {
+    shortest_side_px(corners_px) < SMALL_PX
+}
+
+fn shortest_side_px(corners_px: &[[f64; 2]; 4]) -> f64 {
     let sides_px = (0..4).map(|k| {
         let ([x, y], [to_x, to_y]) = (corners_px[k], corners_px[(k + 1) % 4]);
         (to_x - x).hypot(to_y - y)
     });
-    sides_px.fold(f64::INFINITY, f64::min) < SMALL_PX
+    sides_px.fold(f64::INFINITY, f64::min)
+}
+
+impl SeenTag {
+    /// Returns its centre, px.
+    pub(crate) fn centre_px(&self) -> [f64; 2] {
+        [0, 1].map(|axis| 0.25 * self.corners_px.iter().map(|corner| corner[axis]).sum::<f64>())
+    }
+
+    /// Returns its shortest side, px.
+    pub(crate) fn side_px(&self) -> f64 {
+        shortest_side_px(&self.corners_px)
+    }
 }
 
 impl Region {
+    /// Returns the distance of its centre from `place`, px.
+    pub(crate) fn distance_px(&self, [x, y]: [f64; 2]) -> f64 {
+        let middle = |from: usize, to: usize| 0.5 * (from + to) as f64;
+        (middle(self.left, self.right) - x).hypot(middle(self.top, self.bottom) - y)
+    }
+
     fn around(corners_px: &[[f64; 2]; 4], (width, height): (usize, usize)) -> Self {
         let ends = |axis: usize, length: usize| {
             let values = corners_px.map(|corner| corner[axis]);
@@ -127,21 +158,30 @@ impl Region {
     }
 }
 
-/// Searches `region` of an image of `width`.
+/// Searches a part of an image of `width`.
 fn search(
     detector: &mut Detector,
     image: &[u8],
     width: usize,
-    region: Region,
+    part: Part,
     pixels: &mut Vec<u8>,
     found: &mut Vec<SeenTag>,
 ) -> Result<(), FinderError> {
-    let Region { left, right, top, bottom } = region;
+    let Part { region: Region { left, right, top, bottom }, scale } = part;
+    let columns = (right - left) / scale;
+    let lines = image.get(top * width..bottom * width).unwrap_or_default();
     pixels.clear();
-    for row in image.chunks_exact(width).take(bottom).skip(top) {
-        pixels.extend_from_slice(&row[left..right]);
+    for line in lines.chunks_exact(scale * width) {
+        if scale == 1 {
+            pixels.extend_from_slice(&line[left..right]);
+            continue;
+        }
+        pixels.extend((0..columns).map(|column| {
+            let block = line.chunks_exact(width).flat_map(|row| &row[left + scale * column..][..scale]);
+            (block.map(|grey| usize::from(*grey)).sum::<usize>() / (scale * scale)) as u8
+        }));
     }
-    let (columns, rows) = (right - left, pixels.len() / (right - left).max(1));
+    let rows = pixels.len() / columns.max(1);
     pixels.resize(pixels.len() + PADDING, 0);
     let view = ImageView::new(pixels, columns, rows, columns).map_err(FinderError)?;
     let tags = detector.detect(&view, None, None, false).map_err(|error| FinderError(error.to_string()))?;
@@ -151,7 +191,7 @@ fn search(
         number: *number,
         corners_px: std::array::from_fn(|k| {
             let corner = corners[(k + FIRST_CORNER) % corners.len()];
-            [f64::from(corner.x) + x, f64::from(corner.y) + y]
+            [scale as f64 * f64::from(corner.x) + x, scale as f64 * f64::from(corner.y) + y]
         }),
     }));
     Ok(())

@@ -11,6 +11,7 @@
 //! target have to be judged. [`TagTracker`] decides which pose is accepted, and counts the others.
 
 mod finder;
+mod parts;
 mod pose;
 mod rest;
 mod tap;

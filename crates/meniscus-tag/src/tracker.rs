@@ -1,6 +1,7 @@
 //! The wanted tag from image to image: which pose is accepted, and why another is not.
 
 use crate::finder::{FinderError, SeenTag, TagFinder, is_small};
+use crate::parts::Parts;
 use crate::pose::{PoseFault, TagPose, pose};
 use crate::rest::Rest;
 use meniscus::surface::Intrinsics;
@@ -8,8 +9,6 @@ use meniscus::units::Micros;
 use meniscus_service::commanded_motion::TagCounts;
 use std::time::Duration;
 
-/// Images between two searches of the whole image while the tag is seen: for a second one of its number.
-const LOOK_ROUND: u64 = 60;
 /// Largest speed of a tag that is accepted, m/s, and what its error may add, m.
 const FASTEST_M_S: f64 = 3.0;
 const SLACK_M: f64 = 0.005;
@@ -66,7 +65,10 @@ struct Last {
 pub struct TagTracker {
     wanted: Wanted,
     finder: TagFinder,
+    parts: Parts,
     last: Option<Last>,
+    /// Centre of the tag where it was seen last, px.
+    place_px: Option<[f64; 2]>,
     rest: Rest,
     counts: TagCounts,
     /// Time of all images together, us.
@@ -78,7 +80,8 @@ impl std::fmt::Display for Sighting {
         match self {
             Self::Seen { .. } => f.write_str("the tag is seen"),
             Self::Missing => f.write_str(
-                "no tag in the image; it has to be sharp, whole with its white margin, and 27 pixels wide",
+                "no tag in the image, which is searched a part at a time; it has to be sharp, whole with its white margin, and 27 \
+                 pixels wide",
             ),
             Self::OtherNumber(number) => write!(f, "the tag in the image has the number {number}"),
             Self::Doubled => {
@@ -98,7 +101,8 @@ impl TagTracker {
     pub fn new(wanted: Wanted) -> Result<Self, FinderError> {
         let finder = TagFinder::new((wanted.lens.width, wanted.lens.height))?;
         let (rest, counts) = (Rest::unknown(wanted.pitch_rad), TagCounts::default());
-        Ok(Self { wanted, finder, last: None, rest, counts, total_us: 0 })
+        let parts = Parts::default();
+        Ok(Self { wanted, finder, parts, last: None, place_px: None, rest, counts, total_us: 0 })
     }
 
     /// Returns the counters so far.
@@ -146,21 +150,32 @@ impl TagTracker {
         Ok(sighting)
     }
 
-    /// Finds the one wanted tag, near the last place where that is enough.
+    /// Finds the one wanted tag: near its last place, where a part of the image is searched for another one of its number, or else
+    /// in a part of the image.
     fn find(&mut self, image: &[u8]) -> Result<Result<SeenTag, Sighting>, FinderError> {
         let number = self.wanted.number;
-        if let Some(last) = self.last.filter(|_| !self.counts.images.is_multiple_of(LOOK_ROUND))
-            && let found @ Ok(_) = only(self.finder.nearby(image, &last.corners_px)?, number)
-        {
-            return Ok(found);
+        let size = (self.wanted.lens.width, self.wanted.lens.height);
+        if let Some(last) = self.last {
+            match only(self.finder.nearby(image, &last.corners_px)?, number) {
+                Ok(tag) => {
+                    let part = self.parts.beside(size, &tag.corners_px);
+                    let others = part.map(|part| self.finder.within(image, part)).transpose()?;
+                    let another = others.into_iter().flatten().any(|other| is_another(other, &tag));
+                    return Ok(if another { Err(Sighting::Doubled) } else { Ok(tag) });
+                }
+                Err(Sighting::Doubled) => return Ok(Err(Sighting::Doubled)),
+                Err(_) => {}
+            }
         }
-        let found = match only(self.finder.anywhere(image)?, number) {
+        let part = self.parts.search(size, self.place_px);
+        let found = match only(self.finder.within(image, part)?, number) {
             Ok(found) => found,
             Err(sighting) => return Ok(Err(sighting)),
         };
-        if !is_small(&found.corners_px) {
+        if part.scale == 1 && !is_small(&found.corners_px) {
             return Ok(Ok(found));
         }
+        // Corners of the whole size, or of twice that.
         Ok(only(self.finder.nearby(image, &found.corners_px)?, number).or(Ok(found)))
     }
 
@@ -184,8 +199,15 @@ impl TagTracker {
             }
         }
         self.last = Some(Last { at, pose, corners_px: seen.corners_px });
+        self.place_px = Some(seen.centre_px());
         Sighting::Seen { pose: Box::new(pose), is_first: before.is_none() }
     }
+}
+
+/// Whether `other` is another tag of the number of `tag`, and not the same one.
+fn is_another(other: &SeenTag, tag: &SeenTag) -> bool {
+    let ([x, y], [other_x, other_y]) = (tag.centre_px(), other.centre_px());
+    other.number == tag.number && (other_x - x).hypot(other_y - y) > 0.5 * tag.side_px()
 }
 
 /// Returns the one tag of `number`, or why there is none.

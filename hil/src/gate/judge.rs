@@ -131,6 +131,17 @@ impl Judge<'_> {
         self.is("losses.payloads_dropped", 0);
     }
 
+    /// A tag was seen in a `share` of the images at least, once in each, and its motion was used once it had agreed with the camera's.
+    fn tagged(&mut self, share: f64) {
+        let [images, frames] = ["motion.tag.images", "turns.frames"].map(|path| number(self.facts, path));
+        self.within("motion.tag.images", frames - 2.0, frames + 8.0);
+        self.within("motion.tag.seen", share * images, images);
+        self.within("motion.commanded", 0.5 * frames, frames);
+        for fault in ["contradicted", "tag.doubled", "tag.jumps", "tag.other_number", "tag.unfit"] {
+            self.is(&format!("motion.{fault}"), 0);
+        }
+    }
+
     fn recovered(&mut self, rung: usize) {
         self.ran();
         let rungs = at(self.facts, "camera_health.rungs").as_array().cloned().unwrap_or_default();
@@ -183,6 +194,10 @@ pub(crate) fn judge(scenario: &Scenario, facts: &Value, film: &Value) -> Wrong {
             if ratio.is_none_or(|ratio| scenario.misses(ratio)) {
                 judge.wrong.push(format!("the field's error is {ratio:?} of that in process"));
             }
+        }
+        Must::Tag(share) => {
+            judge.healthy();
+            judge.tagged(share);
         }
         Must::Ride(keys) => {
             judge.ran();

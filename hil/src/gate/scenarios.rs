@@ -13,6 +13,8 @@ pub(crate) enum Must {
     Stream(f64),
     /// The surface and the field within this share of what the same frames come to in process.
     Track(f64),
+    /// The tag is seen in this share of the images, and its motion used; the turns are as without it.
+    Tag(f64),
     /// Tracking to the end and no rung taken; what was lost is counted under these keys, each at least once.
     /// A key is a path in the facts; `|` separates keys of which one is enough.
     Ride(&'static [&'static str]),
@@ -54,6 +56,7 @@ pub(crate) const GATE: &[Scenario] = &[
     scenario(3, "record::1", Must::Record),
     scenario(3, "run::60", Must::Stream(60.0)),
     scenario(4, "track::6", Must::Track(0.05)),
+    scenario(4, "tag::4", Must::Tag(0.95)),
     // Rows of the fault table that the kernel or libusb shows.
     scenario(5, "run:transfer-stall:2.5", Must::Recover(0)),
     scenario(5, "run:transfer-error:1.5", Must::Ride(&["camera_health.errors"])),

@@ -6,13 +6,14 @@ use meniscus_hil::vhci::Witness;
 use serde_json::{Map, Value, json};
 
 /// Keys of the report that are handed on whole.
-const KEPT: [&str; 10] = [
+const KEPT: [&str; 11] = [
     "camera",
     "camera_error",
     "camera_health",
     "camera_notes",
     "realtime",
     "modes",
+    "motion",
     "health",
     "losses",
     "truth",

@@ -27,17 +27,11 @@ pub(crate) struct Ran {
     pub(crate) turns: String,
 }
 
-/// `meniscus run --source usb`, its arguments without the file names.
-pub(crate) fn arguments(seconds: f64, truth: bool) -> Vec<String> {
+/// Arguments of `meniscus run --source usb`, with `more` behind them.
+pub(crate) fn arguments(seconds: f64, more: &[&str]) -> Vec<String> {
     let seconds = seconds.to_string();
-    let mut arguments: Vec<String> =
-        ["run", "--source", "usb", "--json", "--out", OUT, "--turns", TURNS, "--seconds", &seconds]
-            .map(str::to_owned)
-            .to_vec();
-    if truth {
-        arguments.extend(["--truth", "shipped"].map(str::to_owned));
-    }
-    arguments
+    let own = ["run", "--source", "usb", "--json", "--out", OUT, "--turns", TURNS, "--seconds", &seconds];
+    own.iter().chain(more).map(|word| (*word).to_owned()).collect()
 }
 
 /// Starts the program.

@@ -14,6 +14,11 @@ type Done = Result<Map<String, Value>, Box<dyn Error>>;
 /// Longest time for the kernel to enumerate the camera.
 const ENUMERATION: Duration = Duration::from_secs(5);
 
+/// Film of a glass with the tag [`TAG`], beside the other one.
+const TAG_FILM: &str = "tag.raw";
+/// Tag on that film, as `run --motion` takes it.
+const TAG: &str = "tag:7,40";
+
 /// `NAME[:TROUBLE[:SECONDS]]`.
 struct Plan<'p> {
     name: &'p str,
@@ -40,7 +45,8 @@ impl<'p> Plan<'p> {
             "" => None,
             name => Some(Trouble::find(name).ok_or_else(|| format!("no trouble is called `{name}`"))?),
         };
-        let scenery: Box<dyn Scenery> = match Film::open(film) {
+        let film = if self.name == "tag" { film.with_file_name(TAG_FILM) } else { film.to_owned() };
+        let scenery: Box<dyn Scenery> = match Film::open(&film) {
             Ok(film) => Box::new(film),
             Err(error) if error.kind() == std::io::ErrorKind::NotFound => Box::<TestCard>::default(),
             Err(error) => return Err(format!("{}: {error}", film.display()).into()),
@@ -62,8 +68,9 @@ pub(crate) fn run(plan: &str, film: &Path) -> Done {
         "enumerate" => Ok(Map::new()),
         "doctor" => doctor(&plugged),
         "record" => record(&plan),
-        "run" => run_program(&plan, &plugged, false),
-        "track" => run_program(&plan, &plugged, true),
+        "run" => run_program(&plan, &plugged, &[]),
+        "track" => run_program(&plan, &plugged, &["--truth", "shipped"]),
+        "tag" => run_program(&plan, &plugged, &["--motion", TAG]),
         "service" => service_scenarios::service(plan.seconds()),
         "flash" => service_scenarios::flash(&plugged, plan.seconds()),
         "full-disk" => service_scenarios::full_disk(plan.seconds()),
@@ -102,7 +109,7 @@ fn record(plan: &Plan<'_>) -> Done {
 }
 
 /// `meniscus run`, with what the camera's side has seen of it.
-fn run_program(plan: &Plan<'_>, plugged: &Plugged, truth: bool) -> Done {
-    let ran = program::run(&program::arguments(plan.seconds(), truth))?;
+fn run_program(plan: &Plan<'_>, plugged: &Plugged, more: &[&str]) -> Done {
+    let ran = program::run(&program::arguments(plan.seconds(), more))?;
     Ok(facts::with_turns(&ran, &plugged.witness()))
 }

@@ -60,7 +60,7 @@ pub(crate) fn service(seconds: f64) -> Done {
 /// The model is flashed while the camera streams, and started from its slot afterwards.
 pub(crate) fn flash(plugged: &Plugged, seconds: f64) -> Done {
     let _old = std::fs::remove_dir_all(SLOTS);
-    let mut child = program::start(&program::arguments(seconds, false))?;
+    let mut child = program::start(&program::arguments(seconds, &[]))?;
     std::thread::sleep(Duration::from_secs_f64(0.5 * seconds));
     let flashed = program::run(&["flash", "shipped", "--to", SLOTS, "--json"].map(str::to_owned))?;
     let again = program::run(&["flash", "shipped", "--to", SLOTS, "--json"].map(str::to_owned))?;
@@ -73,7 +73,7 @@ pub(crate) fn flash(plugged: &Plugged, seconds: f64) -> Done {
     // The active slot is damaged: the other one has to start, and that has to be said.
     let active = std::fs::read_to_string(format!("{SLOTS}/active"))?;
     std::fs::write(format!("{SLOTS}/slot-{}.blob", active.trim()), b"torn")?;
-    let mut arguments = program::arguments(2.0, false);
+    let mut arguments = program::arguments(2.0, &[]);
     arguments.extend(["--model", SLOTS].map(str::to_owned));
     let started = program::run(&arguments)?;
     facts.insert("started_from_the_other_slot".into(), (started.exit == 0).into());
@@ -98,7 +98,7 @@ pub(crate) fn full_disk(seconds: f64) -> Done {
 pub(crate) fn low_memory(seconds: f64) -> Done {
     let before = std::fs::read_to_string(USBFS_MB)?;
     std::fs::write(USBFS_MB, "2")?;
-    let ran = program::run(&program::arguments(seconds, false));
+    let ran = program::run(&program::arguments(seconds, &[]));
     std::fs::write(USBFS_MB, before.trim())?;
     Ok(facts::of(&ran?))
 }
@@ -118,6 +118,6 @@ pub(crate) fn busy(plugged: &Plugged, seconds: f64) -> Done {
     let mut spin = Command::new("/bin/busybox");
     spin.args(["sh", "-c", "while :; do :; done"]);
     let _spinning = Spinning(spin.spawn()?);
-    let ran = program::run(&program::arguments(seconds, false))?;
+    let ran = program::run(&program::arguments(seconds, &[]))?;
     Ok(facts::with_turns(&ran, &plugged.witness()))
 }

@@ -16,7 +16,7 @@ pub(crate) fn run(plans: &[String]) -> ExitCode {
         println!("HIL-PLUG {plan}");
         let found = kernel::wait_for_camera(LIMIT);
         let seconds = plan.split(':').nth(2).and_then(|word| word.parse().ok()).unwrap_or(4.0);
-        let mut arguments = program::arguments(seconds, false);
+        let mut arguments = program::arguments(seconds, &[]);
         // The surface alone: a guest without virtual time is slow enough.
         arguments.extend(["--fields", "none"].map(str::to_owned));
         let mut facts = match program::run(&arguments) {

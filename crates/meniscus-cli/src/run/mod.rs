@@ -40,6 +40,8 @@ use motion_source::MotionArguments;
 pub(crate) use motion_tag::{NUMBERS, SIZES_MM};
 pub(crate) use needs::Needs;
 use page::PageArguments;
+#[cfg(feature = "desk")]
+pub(crate) use rendered::plate_with;
 use ros2::RosArguments;
 use source::Source;
 use std::path::PathBuf;

@@ -4,6 +4,7 @@ use super::BUFFERS;
 use super::config::{Output, RunConfig, RunEnd};
 use super::live::{Played, ReadyCamera, live};
 use super::motion_source::MotionSource;
+use super::motion_tag::TagMotion;
 use super::printed::{announce, print};
 use super::source::RecordingSource;
 use crate::glass;
@@ -113,8 +114,21 @@ pub(super) fn run(
 /// Returns the plate with the tag of `--motion`, above the glass: a simulated camera sees what the run looks for.
 pub(super) fn plate(config: &RunConfig, settings: &Settings) -> Option<TagPlate> {
     let Some(MotionSource::Tag(tag)) = &config.motion else { return None };
+    plate_of(tag, settings.rim_m)
+}
+
+/// Returns the plate with the tag that `text`, ID,SIZE_MM, spells, above a glass with the rim at `rim_m`.
+///
+/// # Errors
+/// When it spells no tag.
+#[cfg(feature = "desk")]
+pub(crate) fn plate_with(text: &str, rim_m: f32) -> anyhow::Result<Option<TagPlate>> {
+    Ok(plate_of(&TagMotion::parse(text, [1.0, 0.0, 0.0])?, rim_m))
+}
+
+fn plate_of(tag: &TagMotion, rim_m: f32) -> Option<TagPlate> {
     let pattern = TagPattern::of(tag.number)?;
-    let height_m = f64::from(settings.rim_m) + PLATE_GAP_M + PLATE_HALF * tag.size_m;
+    let height_m = f64::from(rim_m) + PLATE_GAP_M + PLATE_HALF * tag.size_m;
     Some(TagPlate { pattern, size_m: tag.size_m, height_m, lean_rad: PLATE_LEAN_RAD })
 }
 
