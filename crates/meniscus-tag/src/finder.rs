@@ -91,7 +91,32 @@ impl TagFinder {
     /// # Errors
     /// [`FinderError`].
     pub(crate) fn within(&mut self, image: &[u8], part: Part) -> Result<&[SeenTag], FinderError> {
-        search(&mut self.single, image, self.size.0, part, &mut self.pixels, &mut self.found)?;
+        cut(image, self.size.0, part, &mut self.pixels);
+        search(&mut self.single, part, &mut self.pixels, &mut self.found)?;
+        Ok(&self.found)
+    }
+
+    /// Returns the tags in a `part` of `image` beside `tag`, which is painted over: it takes the detector as long as all the rest.
+    ///
+    /// # Errors
+    /// [`FinderError`].
+    pub(crate) fn beside(
+        &mut self,
+        image: &[u8],
+        part: Part,
+        tag: &SeenTag,
+    ) -> Result<&[SeenTag], FinderError> {
+        cut(image, self.size.0, part, &mut self.pixels);
+        let columns = part.columns();
+        let grey = self.pixels.first().copied().unwrap_or_default();
+        let Region { left, right, top, bottom } = Region::around(&tag.corners_px, self.size, 0.0);
+        let Part { region, scale } = part;
+        let rows = self.pixels.chunks_exact_mut(columns.max(1)).enumerate();
+        for (_, row) in rows.filter(|(row, _)| (top..bottom).contains(&(region.top + scale * row))) {
+            let inside = |column: usize| (column.saturating_sub(region.left) / scale).min(columns);
+            row[inside(left)..inside(right)].fill(grey);
+        }
+        search(&mut self.single, part, &mut self.pixels, &mut self.found)?;
         Ok(&self.found)
     }
 
@@ -101,40 +126,32 @@ impl TagFinder {
     /// [`FinderError`].
     pub fn nearby(&mut self, image: &[u8], corners_px: &[[f64; 2]; 4]) -> Result<&[SeenTag], FinderError> {
         let (width, height) = self.size;
-        let region = Region::around(corners_px, self.size);
+        let region = Region::around(corners_px, self.size, REACH_PX);
         if region.left + 8 > region.right || region.top + 8 > region.bottom || image.len() < width * height {
             self.found.clear();
             return Ok(&self.found);
         }
         let detector = if is_small(corners_px) { &mut self.doubled } else { &mut self.single };
         let part = Part { region, scale: 1 };
-        search(detector, image, width, part, &mut self.pixels, &mut self.found)?;
+        cut(image, width, part, &mut self.pixels);
+        search(detector, part, &mut self.pixels, &mut self.found)?;
         Ok(&self.found)
     }
 }
 
 /// Whether the corners of a tag are better in double size.
 pub(crate) fn is_small(corners_px: &[[f64; 2]; 4]) -> bool {
-    shortest_side_px(corners_px) < SMALL_PX
-}
-
-fn shortest_side_px(corners_px: &[[f64; 2]; 4]) -> f64 {
     let sides_px = (0..4).map(|k| {
         let ([x, y], [to_x, to_y]) = (corners_px[k], corners_px[(k + 1) % 4]);
         (to_x - x).hypot(to_y - y)
     });
-    sides_px.fold(f64::INFINITY, f64::min)
+    sides_px.fold(f64::INFINITY, f64::min) < SMALL_PX
 }
 
 impl SeenTag {
     /// Returns its centre, px.
     pub(crate) fn centre_px(&self) -> [f64; 2] {
         [0, 1].map(|axis| 0.25 * self.corners_px.iter().map(|corner| corner[axis]).sum::<f64>())
-    }
-
-    /// Returns its shortest side, px.
-    pub(crate) fn side_px(&self) -> f64 {
-        shortest_side_px(&self.corners_px)
     }
 }
 
@@ -145,11 +162,12 @@ impl Region {
         (middle(self.left, self.right) - x).hypot(middle(self.top, self.bottom) - y)
     }
 
-    fn around(corners_px: &[[f64; 2]; 4], (width, height): (usize, usize)) -> Self {
+    /// Returns the region with a tag and its margin, and `reach_px` around that.
+    fn around(corners_px: &[[f64; 2]; 4], (width, height): (usize, usize), reach_px: f64) -> Self {
         let ends = |axis: usize, length: usize| {
             let values = corners_px.map(|corner| corner[axis]);
             let (least, most) = values.iter().fold((f64::MAX, f64::MIN), |(l, m), v| (l.min(*v), m.max(*v)));
-            let margin = REACH_PX + MARGIN * (most - least);
+            let margin = reach_px + MARGIN * (most - least);
             let inside = |value: f64| value.clamp(0.0, length as f64) as usize;
             (inside((least - margin).floor()), inside((most + margin).ceil() + 1.0))
         };
@@ -158,29 +176,31 @@ impl Region {
     }
 }
 
-/// Searches a part of an image of `width`.
-fn search(
-    detector: &mut Detector,
-    image: &[u8],
-    width: usize,
-    part: Part,
-    pixels: &mut Vec<u8>,
-    found: &mut Vec<SeenTag>,
-) -> Result<(), FinderError> {
+/// Fills `pixels` with a part of an image of `width`.
+fn cut(image: &[u8], width: usize, part: Part, pixels: &mut Vec<u8>) {
     let Part { region: Region { left, right, top, bottom }, scale } = part;
-    let columns = (right - left) / scale;
-    let lines = image.get(top * width..bottom * width).unwrap_or_default();
     pixels.clear();
-    for line in lines.chunks_exact(scale * width) {
+    for line in image.get(top * width..bottom * width).unwrap_or_default().chunks_exact(scale * width) {
         if scale == 1 {
             pixels.extend_from_slice(&line[left..right]);
             continue;
         }
-        pixels.extend((0..columns).map(|column| {
+        pixels.extend((0..part.columns()).map(|column| {
             let block = line.chunks_exact(width).flat_map(|row| &row[left + scale * column..][..scale]);
             (block.map(|grey| usize::from(*grey)).sum::<usize>() / (scale * scale)) as u8
         }));
     }
+}
+
+/// Searches the `pixels` of a part.
+fn search(
+    detector: &mut Detector,
+    part: Part,
+    pixels: &mut Vec<u8>,
+    found: &mut Vec<SeenTag>,
+) -> Result<(), FinderError> {
+    let Part { region: Region { left, top, .. }, scale } = part;
+    let columns = part.columns();
     let rows = pixels.len() / columns.max(1);
     pixels.resize(pixels.len() + PADDING, 0);
     let view = ImageView::new(pixels, columns, rows, columns).map_err(FinderError)?;

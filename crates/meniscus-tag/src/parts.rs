@@ -28,6 +28,13 @@ pub(crate) struct Part {
     pub(crate) scale: usize,
 }
 
+impl Part {
+    /// Returns its width in its own pixels.
+    pub(crate) fn columns(&self) -> usize {
+        (self.region.right - self.region.left) / self.scale
+    }
+}
+
 /// One round over an image.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Parts {
@@ -58,8 +65,8 @@ impl Parts {
         self.parts.clear();
         for &scale in scales {
             let (width, height) = (size.0 / scale, size.1 / scale);
-            // A small image has no more work than a part of a larger one.
-            let is_whole = width * height <= side * side;
+            // A small image has no more work than two parts of a larger one.
+            let is_whole = width * height <= 2 * side * side;
             let along = |length| if is_whole { vec![(0, length)] } else { spans(length, side, overlap) };
             let across = along(width);
             for (top, bottom) in along(height) {

@@ -66,6 +66,8 @@ pub struct TagTracker {
     wanted: Wanted,
     finder: TagFinder,
     parts: Parts,
+    /// Corners that were seen in a smaller size in the image before, px: where they are to be looked for in the whole one.
+    hint_px: Option<[[f64; 2]; 4]>,
     last: Option<Last>,
     /// Centre of the tag where it was seen last, px.
     place_px: Option<[f64; 2]>,
@@ -102,7 +104,17 @@ impl TagTracker {
         let finder = TagFinder::new((wanted.lens.width, wanted.lens.height))?;
         let (rest, counts) = (Rest::unknown(wanted.pitch_rad), TagCounts::default());
         let parts = Parts::default();
-        Ok(Self { wanted, finder, parts, last: None, place_px: None, rest, counts, total_us: 0 })
+        Ok(Self {
+            wanted,
+            finder,
+            parts,
+            hint_px: None,
+            last: None,
+            place_px: None,
+            rest,
+            counts,
+            total_us: 0,
+        })
     }
 
     /// Returns the counters so far.
@@ -155,12 +167,13 @@ impl TagTracker {
     fn find(&mut self, image: &[u8]) -> Result<Result<SeenTag, Sighting>, FinderError> {
         let number = self.wanted.number;
         let size = (self.wanted.lens.width, self.wanted.lens.height);
-        if let Some(last) = self.last {
-            match only(self.finder.nearby(image, &last.corners_px)?, number) {
+        let hint = self.hint_px.take();
+        if let Some(corners_px) = hint.or(self.last.map(|last| last.corners_px)) {
+            match only(self.finder.nearby(image, &corners_px)?, number) {
                 Ok(tag) => {
                     let part = self.parts.beside(size, &tag.corners_px);
-                    let others = part.map(|part| self.finder.within(image, part)).transpose()?;
-                    let another = others.into_iter().flatten().any(|other| is_another(other, &tag));
+                    let others = part.map(|part| self.finder.beside(image, part, &tag)).transpose()?;
+                    let another = others.into_iter().flatten().any(|other| other.number == number);
                     return Ok(if another { Err(Sighting::Doubled) } else { Ok(tag) });
                 }
                 Err(Sighting::Doubled) => return Ok(Err(Sighting::Doubled)),
@@ -172,10 +185,14 @@ impl TagTracker {
             Ok(found) => found,
             Err(sighting) => return Ok(Err(sighting)),
         };
-        if part.scale == 1 && !is_small(&found.corners_px) {
+        if part.scale > 1 {
+            // Its corners in the whole size are work for the next image.
+            self.hint_px = Some(found.corners_px);
+            return Ok(Err(Sighting::Missing));
+        }
+        if !is_small(&found.corners_px) {
             return Ok(Ok(found));
         }
-        // Corners of the whole size, or of twice that.
         Ok(only(self.finder.nearby(image, &found.corners_px)?, number).or(Ok(found)))
     }
 
@@ -202,12 +219,6 @@ impl TagTracker {
         self.place_px = Some(seen.centre_px());
         Sighting::Seen { pose: Box::new(pose), is_first: before.is_none() }
     }
-}
-
-/// Whether `other` is another tag of the number of `tag`, and not the same one.
-fn is_another(other: &SeenTag, tag: &SeenTag) -> bool {
-    let ([x, y], [other_x, other_y]) = (tag.centre_px(), other.centre_px());
-    other.number == tag.number && (other_x - x).hypot(other_y - y) > 0.5 * tag.side_px()
 }
 
 /// Returns the one tag of `number`, or why there is none.

@@ -134,7 +134,7 @@ impl Judge<'_> {
     /// A tag was seen in a `share` of the images at least, once in each, and its motion was used once it had agreed with the camera's.
     fn tagged(&mut self, share: f64) {
         let [images, frames] = ["motion.tag.images", "turns.frames"].map(|path| number(self.facts, path));
-        self.within("motion.tag.images", frames - 2.0, frames + 8.0);
+        self.within("motion.tag.images", frames - 2.0, f64::INFINITY);
         self.within("motion.tag.seen", share * images, images);
         self.within("motion.commanded", 0.5 * frames, frames);
         for fault in ["contradicted", "tag.doubled", "tag.jumps", "tag.other_number", "tag.unfit"] {
@@ -198,6 +198,13 @@ pub(crate) fn judge(scenario: &Scenario, facts: &Value, film: &Value) -> Wrong {
         Must::Tag(share) => {
             judge.healthy();
             judge.tagged(share);
+        }
+        Must::NoTag => {
+            judge.healthy();
+            let images = number(facts, "motion.tag.images");
+            judge.within("motion.tag.images", number(facts, "turns.frames") - 2.0, f64::INFINITY);
+            judge.within("motion.tag.missing", images, images);
+            judge.is("motion.commanded", 0);
         }
         Must::Ride(keys) => {
             judge.ran();

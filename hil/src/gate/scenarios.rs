@@ -15,6 +15,8 @@ pub(crate) enum Must {
     Track(f64),
     /// The tag is seen in this share of the images, and its motion used; the turns are as without it.
     Tag(f64),
+    /// The tag is looked for in every image and is in none; the turns are as without the search.
+    NoTag,
     /// Tracking to the end and no rung taken; what was lost is counted under these keys, each at least once.
     /// A key is a path in the facts; `|` separates keys of which one is enough.
     Ride(&'static [&'static str]),
@@ -57,6 +59,7 @@ pub(crate) const GATE: &[Scenario] = &[
     scenario(3, "run::60", Must::Stream(60.0)),
     scenario(4, "track::6", Must::Track(0.05)),
     scenario(4, "tag::4", Must::Tag(0.95)),
+    scenario(4, "tag-away::2", Must::NoTag),
     // Rows of the fault table that the kernel or libusb shows.
     scenario(5, "run:transfer-stall:2.5", Must::Recover(0)),
     scenario(5, "run:transfer-error:1.5", Must::Ride(&["camera_health.errors"])),

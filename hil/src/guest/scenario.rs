@@ -70,7 +70,7 @@ pub(crate) fn run(plan: &str, film: &Path) -> Done {
         "record" => record(&plan),
         "run" => run_program(&plan, &plugged, &[]),
         "track" => run_program(&plan, &plugged, &["--truth", "shipped"]),
-        "tag" => run_program(&plan, &plugged, &["--motion", TAG]),
+        "tag" | "tag-away" => run_program(&plan, &plugged, &["--motion", TAG]),
         "service" => service_scenarios::service(plan.seconds()),
         "flash" => service_scenarios::flash(&plugged, plan.seconds()),
         "full-disk" => service_scenarios::full_disk(plan.seconds()),
