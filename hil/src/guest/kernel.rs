@@ -63,7 +63,16 @@ pub(crate) fn wait_for_camera(limit: Duration) -> Option<(Enumerated, Duration)>
 
 /// Lines of the kernel's log that tell of a fault of the kernel.
 pub(crate) fn complaints() -> Vec<String> {
-    const WORDS: [&str; 6] = ["WARNING:", "BUG:", "Oops", "Call trace", "blocked for more", "Out of memory"];
+    const WORDS: [&str; 7] = [
+        "WARNING:",
+        "BUG:",
+        "Oops",
+        "Call trace",
+        "blocked for more",
+        "Out of memory",
+        // The first file system is not whole: the rest of a film is black.
+        "Initramfs unpacking failed",
+    ];
     let Ok(log) = Command::new("/bin/busybox").arg("dmesg").output() else {
         return vec!["the kernel's log cannot be read".into()];
     };
