@@ -46,7 +46,7 @@ const ROUNDS: usize = 2;
 const SPOTS: f32 = 18.0;
 
 /// Standard deviation of the inner pixels, as a share of the step, from which on a projector's dots are as bright as foam: it is not looked
-/// for.
+/// for. Between rendered foam (1.6 % in most scenes, 5.4 % at most) and path-traced milk under dots of 60 grey levels (4.5 to 11 %).
 const DOTTED: f32 = 0.05;
 
 /// Step of one column.

@@ -40,7 +40,7 @@ pub enum Sighting {
         /// Whether there was no accepted pose shortly before.
         is_first: bool,
     },
-    /// There is no tag.
+    /// There is no tag in the part that was searched, or only one of a smaller size, whose corners come with the next image.
     Missing,
     /// There is a tag of this number alone.
     OtherNumber(u32),

@@ -9,7 +9,7 @@ pub struct TagCounts {
     pub seen: u64,
     /// Images of them in which two attitudes explain the corners; the position is nearly the same in both.
     pub ambiguous: u64,
-    /// Images without any tag.
+    /// Images in whose searched part there was no tag.
     pub missing: u64,
     /// Images with tags of other numbers alone.
     pub other_number: u64,
