@@ -3,13 +3,11 @@
 //! The work is that of `locus-core`: threshold, connected dark regions, quadrangles, bits, corners refined below a pixel. The refinement
 //! skips squares of less than 3.3 pixels: the region around a small tag is looked at in double size.
 
-use crate::parts::Part;
+use crate::region::{Part, Region};
 use locus_core::{Detector, DetectorBuilder, DetectorConfig, ImageView, TagFamily};
 
 /// Distance that a tag may move between two images, px.
 const REACH_PX: f64 = 24.0;
-/// Share of its size that is looked at around it, for the white margin and a tag that comes near.
-const MARGIN: f64 = 0.4;
 /// Side of a small tag, px: of eight squares of 3.3 pixels, and a share more for a tag that goes away.
 const SMALL_PX: f64 = 32.0;
 /// Bytes behind the image that the detector's wide loads may touch.
@@ -35,15 +33,6 @@ pub struct SeenTag {
 #[derive(Debug, thiserror::Error)]
 #[error("the image cannot be searched for tags: {0}")]
 pub struct FinderError(String);
-
-/// A rectangle of pixels, ends exclusive.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Region {
-    pub(crate) left: usize,
-    pub(crate) right: usize,
-    pub(crate) top: usize,
-    pub(crate) bottom: usize,
-}
 
 /// Finds tags. It keeps its buffers between images.
 pub struct TagFinder {
@@ -152,27 +141,6 @@ impl SeenTag {
     /// Returns its centre, px.
     pub(crate) fn centre_px(&self) -> [f64; 2] {
         [0, 1].map(|axis| 0.25 * self.corners_px.iter().map(|corner| corner[axis]).sum::<f64>())
-    }
-}
-
-impl Region {
-    /// Returns the distance of its centre from `place`, px.
-    pub(crate) fn distance_px(&self, [x, y]: [f64; 2]) -> f64 {
-        let middle = |from: usize, to: usize| 0.5 * (from + to) as f64;
-        (middle(self.left, self.right) - x).hypot(middle(self.top, self.bottom) - y)
-    }
-
-    /// Returns the region with a tag and its margin, and `reach_px` around that.
-    fn around(corners_px: &[[f64; 2]; 4], (width, height): (usize, usize), reach_px: f64) -> Self {
-        let ends = |axis: usize, length: usize| {
-            let values = corners_px.map(|corner| corner[axis]);
-            let (least, most) = values.iter().fold((f64::MAX, f64::MIN), |(l, m), v| (l.min(*v), m.max(*v)));
-            let margin = reach_px + MARGIN * (most - least);
-            let inside = |value: f64| value.clamp(0.0, length as f64) as usize;
-            (inside((least - margin).floor()), inside((most + margin).ceil() + 1.0))
-        };
-        let ((left, right), (top, bottom)) = (ends(0, width), ends(1, height));
-        Self { left, right, top, bottom }
     }
 }
 

@@ -13,6 +13,7 @@
 mod finder;
 mod parts;
 mod pose;
+mod region;
 mod rest;
 mod tap;
 mod tracker;

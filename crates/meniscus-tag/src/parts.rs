@@ -5,7 +5,7 @@
 //! wherever it is. Where its size is not known, the image is searched in three sizes: a tag that is too large for a part of the
 //! whole one fits into a part of half or of a quarter.
 
-use crate::finder::Region;
+use crate::region::{Part, Region};
 
 /// Advance of the parts, px. A part is as much wider than the overlap.
 const STEP_PX: usize = 64;
@@ -18,22 +18,6 @@ const SCALES: [usize; 3] = [1, 2, 4];
 const OVERLAP: f64 = 1.5;
 /// Images of a round beside a tag that is seen, at the least.
 const ROUND: usize = 60;
-
-/// A part of an image.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Part {
-    /// Its pixels.
-    pub(crate) region: Region,
-    /// Pixels along each axis whose mean is one pixel of the part.
-    pub(crate) scale: usize,
-}
-
-impl Part {
-    /// Returns its width in its own pixels.
-    pub(crate) fn columns(&self) -> usize {
-        (self.region.right - self.region.left) / self.scale
-    }
-}
 
 /// One round over an image.
 #[derive(Clone, Debug, Default)]
