@@ -195,6 +195,24 @@ fn a_tag_is_found_within_a_round_wherever_it_is() {
     assert_eq!(until(&image(&[(223, 160)]), 1, is_seen), Some(1), "one alone is seen again at once");
 }
 
+/// A tag three times as wide, 115 pixels, is too large for a part of the whole size: it is found in a smaller one.
+#[test]
+fn a_large_tag_is_found_within_a_round() {
+    const TIMES: usize = 3;
+    let fixture = Fixture::load();
+    let tag = fixture.images.iter().find(|image| image.name == "frontal").expect("an image");
+    let (width, height) = (TIMES * fixture.lens.width, TIMES * fixture.lens.height);
+    let source = |at: usize| at / width / TIMES * fixture.lens.width + at % width / TIMES;
+    let pixels: Vec<u8> = (0..width * height).map(|at| tag.pixels[source(at)]).collect();
+    let lens = Intrinsics { width, height, ..fixture.lens };
+    let wanted = Wanted { number: NUMBER as u32, size_m: fixture.size_m, lens, pitch_rad: 0.0 };
+    let mut tracker = TagTracker::new(wanted).expect("a tracker");
+    let mut look = |image: u64| tracker.look(Micros(1_000_000 + 16_667 * image), &pixels).expect("searched");
+    let found = (1..=67).find(|image| matches!(look(*image), Sighting::Seen { .. }));
+    println!("found in image {found:?} of {width} x {height}");
+    assert!(found.is_some());
+}
+
 /// The same tag 10 cm nearer in the next image: 6 m/s. Two images later it can have come there.
 #[test]
 fn a_jump_is_refused_until_the_tag_can_have_come_there() {

@@ -88,9 +88,8 @@ fn the_slosh_under_the_motion_of_the_tag_is_that_under_the_true_motion() {
     let [surface, acceleration] = of("tag to truth", &tag, &truth);
     println!("{}\n{}", tag.report["motion"], tag.said);
     assert!(surface < 0.015 && acceleration < 0.1, "{surface} {acceleration}");
-    // The first images are searched a part at a time.
-    let [images, seen, missing] = ["images", "seen", "missing"].map(|name| tag.tag(name));
-    assert!(images == 360 && seen + missing == images && missing <= 67, "{images}, {seen}, {missing}");
+    // The first image is searched in a quarter of its size, and the corners come with the second.
+    assert_eq!(["images", "seen", "missing"].map(|name| tag.tag(name)), [360, 359, 1]);
     let motion = &tag.report["motion"];
     let commanded = motion["commanded"].as_u64().expect("a number");
     assert!(commanded > 320 && motion["contradictions"] == 0, "{motion}");

@@ -5,7 +5,7 @@
 //! wherever it is. Where its size is not known, the image is searched in three sizes: a tag that is too large for a part of the
 //! whole one fits into a part of half or of a quarter.
 
-use crate::region::{Part, Region};
+use crate::region::{Part, Region, span_px};
 
 /// Advance of the parts, px. A part is as much wider than the overlap.
 const STEP_PX: usize = 64;
@@ -81,12 +81,11 @@ impl Parts {
     pub(crate) fn beside(&mut self, size: (usize, usize), corners_px: &[[f64; 2]; 4]) -> Option<Part> {
         if !self.is_beside || self.images >= ROUND.max(self.parts.len()) {
             self.is_beside = true;
-            let extent = |axis: usize| {
-                let values = corners_px.map(|corner| corner[axis]);
-                values.iter().copied().fold(f64::MIN, f64::max)
-                    - values.iter().copied().fold(f64::MAX, f64::min)
-            };
-            let overlap = (OVERLAP * extent(0).max(extent(1))).ceil() as usize;
+            let [width, height] = [0, 1].map(|axis| {
+                let [least, most] = span_px(corners_px, axis);
+                most - least
+            });
+            let overlap = (OVERLAP * width.max(height)).ceil() as usize;
             self.begin(size, &[1], overlap, corners_px[0]);
         }
         self.images += 1;

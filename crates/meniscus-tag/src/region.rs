@@ -21,6 +21,12 @@ pub(crate) struct Part {
     pub(crate) scale: usize,
 }
 
+/// Returns the least and the largest coordinate of some corners along an axis, px.
+pub(crate) fn span_px(corners_px: &[[f64; 2]; 4], axis: usize) -> [f64; 2] {
+    let along = corners_px.iter().map(|corner| corner[axis]);
+    along.fold([f64::MAX, f64::MIN], |[least, most], at| [least.min(at), most.max(at)])
+}
+
 impl Part {
     /// Returns its width in its own pixels.
     pub(crate) fn columns(&self) -> usize {
@@ -38,8 +44,7 @@ impl Region {
     /// Returns the region with a tag and its margin, and `reach_px` around that.
     pub(crate) fn around(corners_px: &[[f64; 2]; 4], (width, height): (usize, usize), reach_px: f64) -> Self {
         let ends = |axis: usize, length: usize| {
-            let values = corners_px.map(|corner| corner[axis]);
-            let (least, most) = values.iter().fold((f64::MAX, f64::MIN), |(l, m), v| (l.min(*v), m.max(*v)));
+            let [least, most] = span_px(corners_px, axis);
             let margin = reach_px + MARGIN * (most - least);
             let inside = |value: f64| value.clamp(0.0, length as f64) as usize;
             (inside((least - margin).floor()), inside((most + margin).ceil() + 1.0))
