@@ -3,7 +3,6 @@
 use crate::PlanError;
 use crate::course::Course;
 use crate::models::SurfaceModel;
-use crate::preferred::Preferred;
 use crate::program::Correction;
 use crate::search::{Plan, Search};
 
@@ -53,7 +52,7 @@ impl<M: SurfaceModel> Search<'_, M> {
         duration_s: f64,
         correction: &Correction,
     ) -> Result<Option<(Plan, Correction)>, PlanError> {
-        let answer = self.preferring(duration_s, correction, Preferred::Near(under_way))?;
+        let answer = self.program_near(duration_s, correction, under_way)?;
         Ok(answer.map(|answer| self.examine(&self.course(duration_s, answer))))
     }
 }

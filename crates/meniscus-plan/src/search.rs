@@ -95,7 +95,7 @@ pub fn smoothest<M: SurfaceModel>(
     let mut search =
         Search { model, response: &response, from: liquid, departure, request, share: 1.0, programs: 0 };
     let mut correction = search.free(frames_of(duration_s));
-    let best = search.settled(duration_s, &mut correction)?;
+    let best = search.settled(duration_s, &mut correction, None)?;
     let (longest_s, limit_m) = (duration_s, request.limit_m);
     best.ok_or(PlanError::Infeasible { longest_s, crest_m: f64::NAN, limit_m })
 }
@@ -115,21 +115,32 @@ pub(crate) fn check<M: SurfaceModel>(model: &M, from_m: f64, request: &Request) 
 }
 
 impl<M: SurfaceModel> Search<'_, M> {
-    /// The program of one duration, solved.
+    /// The program of one duration, solved; its solution may be near a motion that is known.
     pub(crate) fn program(
         &mut self,
         duration_s: f64,
         correction: &Correction,
+        nearby: Option<&Course>,
     ) -> Result<Option<Answer>, PlanError> {
-        self.preferring(duration_s, correction, Preferred::Small)
+        self.solve(duration_s, correction, Preferred::Small, nearby)
     }
 
-    /// The program of one duration near the `preferred` jerks, solved.
-    pub(crate) fn preferring(
+    /// The program of one duration near the motion `under_way`, solved.
+    pub(crate) fn program_near(
+        &mut self,
+        duration_s: f64,
+        correction: &Correction,
+        under_way: &Course,
+    ) -> Result<Option<Answer>, PlanError> {
+        self.solve(duration_s, correction, Preferred::Near(under_way), Some(under_way))
+    }
+
+    fn solve(
         &mut self,
         duration_s: f64,
         correction: &Correction,
         preferred: Preferred<'_>,
+        nearby: Option<&Course>,
     ) -> Result<Option<Answer>, PlanError> {
         self.programs += 1;
         let knots = (duration_s / KNOT_S).ceil() as usize;
@@ -143,6 +154,7 @@ impl<M: SurfaceModel> Search<'_, M> {
             knots: knots.clamp(FEWEST_KNOTS, MOST_KNOTS),
             frames: frames_of(duration_s),
             preferred,
+            nearby,
         }
         .solve()
     }

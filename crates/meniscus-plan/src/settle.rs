@@ -23,23 +23,25 @@ const STEPS: [f64; 3] = [1.0, 0.5, 0.25];
 
 impl<M: SurfaceModel> Search<'_, M> {
     /// The motion of the lowest crest that takes `duration_s`, by program and forecast in turn; `None` where the robot needs longer.
+    /// The motion `nearby`, of any duration, saves time alone.
     /// Leaves in `correction` what the linear response lacks of its forecast.
     pub(crate) fn settled(
         &mut self,
         duration_s: f64,
         correction: &mut Correction,
+        nearby: Option<&Course>,
     ) -> Result<Option<Plan>, PlanError> {
-        let mut first = self.program(duration_s, correction)?;
+        let mut first = self.program(duration_s, correction, nearby)?;
         if first.is_none() {
             // What a motion of another duration lacked may leave no room here: from the liquid alone, once more.
             *correction = self.free(frames_of(duration_s));
-            first = self.program(duration_s, correction)?;
+            first = self.program(duration_s, correction, nearby)?;
         }
         let Some(answer) = first else { return Ok(None) };
         let (mut plan, next) = self.examine(&self.course(duration_s, answer));
         *correction = next;
         for _ in 0..ROUNDS {
-            let Some(answer) = self.program(duration_s, correction)? else { break };
+            let Some(answer) = self.program(duration_s, correction, Some(&plan.course))? else { break };
             let (used, hoped) = (self.used(&plan).most(), answer.crest_m / self.request.limit_m);
             if used - hoped < WORTH {
                 break;

@@ -8,6 +8,7 @@
 //! second order settles while the bracket closes, and no duration is judged by another motion's forecast.
 
 use crate::PlanError;
+use crate::course::Course;
 use crate::models::SurfaceModel;
 use crate::search::{LONGEST_S, Plan, Search, frames_of};
 use crate::verify::Used;
@@ -70,12 +71,14 @@ impl<M: SurfaceModel> Search<'_, M> {
         let mut correction = self.free(frames_of(duration_s));
         let mut bracket = Bracket { low_s: least_s, above: None, high: None };
         let mut best: Option<Plan> = None;
+        let mut nearby: Option<Course> = None;
         let mut lowest_m = f64::NAN;
         for _ in 0..TRIES {
-            let settled = self.settled(duration_s, &mut correction)?;
+            let settled = self.settled(duration_s, &mut correction, nearby.as_ref())?;
             let used = settled.as_ref().map(|plan| self.used(plan));
             let keeps = used.is_some_and(Used::keeps);
             bracket.take(duration_s, used.map(Used::ratio), keeps);
+            nearby = settled.as_ref().map(|plan| plan.course.clone()).or(nearby);
             lowest_m = settled.as_ref().map_or(lowest_m, |plan| plan.bound_m.min(lowest_m));
             if keeps {
                 best = settled;

@@ -8,7 +8,8 @@
 //! under a plan. The estimator's own forecast
 //! keeps w of the liveliest slosh so far. Here w follows the slosh down, too: a limit on what is left could not be kept otherwise.
 
-use super::{FrameForecast, FrameInput, SurfaceModel, Watcher};
+use super::ahead::{EndAhead, FRAMES};
+use super::{FrameForecast, FrameInput, SurfaceModel, Watcher, stepped};
 use crate::wall::WallMap;
 use meniscus::blob::Model;
 use meniscus::latent::generic::{LATENTS, Latent, LatentState};
@@ -34,6 +35,8 @@ pub struct LearnedModel<'m> {
     misfit_m2: f64,
     /// Covariance of a liquid that has been watched at rest.
     settled: Square,
+    /// Variance of both ends ahead.
+    ahead: [EndAhead; 2],
 }
 
 /// Latents with their error.
@@ -56,6 +59,7 @@ impl<'m> LearnedModel<'m> {
             wall.ends(&column)
         };
         let slopes = [0, 1].map(|end: usize| Latent::from_fn(|latent, _| ends(latent)[end]));
+        let ahead = slopes.each_ref().map(|slope| EndAhead::new(slope, &errors.transition, &errors.process));
         let misfit = |index: usize| f64::from(errors.surface_misfit[index]);
         let mut out = Self {
             model,
@@ -64,6 +68,7 @@ impl<'m> LearnedModel<'m> {
             rest_m: [0.0; POINTS],
             misfit_m2: misfit(0).max(misfit(POINTS - 1)),
             settled: Square::zeros(),
+            ahead,
         };
         out.rest_m = out.surface_m(&LatentState::default());
         out.settled = out.watched_at_rest();
@@ -108,6 +113,19 @@ impl<'m> LearnedModel<'m> {
         heights.map(f64::from)
     }
 
+    /// The frame of the latents of `state`, whose ends have the variance `latent_m2` by them.
+    fn seen(&self, state: &LatentState, latent_m2: f64) -> FrameForecast {
+        let mut heights = self.surface_m(state);
+        heights.iter_mut().zip(self.rest_m).for_each(|(z, rest)| *z -= rest);
+        let errors = &self.model.error_model;
+        let at_rest = f64::from(errors.factors.rest_noise_std_m);
+        let variance = latent_m2 + self.weight(state) * self.misfit_m2 + at_rest * at_rest;
+        FrameForecast {
+            wall_m: self.wall.wall(&heights),
+            half_width_m: f64::from(errors.factors.crest) * variance.max(0.0).sqrt(),
+        }
+    }
+
     /// w of `state`.
     fn weight(&self, state: &LatentState) -> f64 {
         let floor = f64::from(self.model.error_model.factors.weight_floor);
@@ -140,17 +158,24 @@ impl SurfaceModel for LearnedModel<'_> {
     }
 
     fn look(&self, state: &LearnedState, _: f64) -> FrameForecast {
-        let mut heights = self.surface_m(&state.latent);
-        heights.iter_mut().zip(self.rest_m).for_each(|(z, rest)| *z -= rest);
-        let errors = &self.model.error_model;
-        let at_rest = f64::from(errors.factors.rest_noise_std_m);
         let of = |slope: &Latent| slope.dot(&(state.covariance * slope));
-        let latent = of(&self.slopes[0]).max(of(&self.slopes[1]));
-        let variance = latent + self.weight(&state.latent) * self.misfit_m2 + at_rest * at_rest;
-        FrameForecast {
-            wall_m: self.wall.wall(&heights),
-            half_width_m: f64::from(errors.factors.crest) * variance.max(0.0).sqrt(),
+        self.seen(&state.latent, of(&self.slopes[0]).max(of(&self.slopes[1])))
+    }
+
+    /// The same frames as by `advance` and `look`, without a covariance in each.
+    fn forecast(&self, from: &LearnedState, inputs: &[f64]) -> Vec<FrameForecast> {
+        if inputs.len() > FRAMES {
+            return stepped(self, from, inputs);
         }
+        let mut latent = from.latent;
+        let mut weights = Vec::with_capacity(inputs.len());
+        let frame = |input: &f64| {
+            weights.push(self.weight(&latent));
+            self.model.generic.step(&mut latent, self.port(*input));
+            let [left, right] = self.ahead.each_ref().map(|end| end.variance_m2(&from.covariance, &weights));
+            self.seen(&latent, left.max(right))
+        };
+        inputs.iter().map(frame).collect()
     }
 
     fn room_m(&self) -> f64 {
@@ -180,5 +205,33 @@ impl Watcher<LearnedModel<'_>> for LearnedWatcher {
         let input = TurnInput { profile: Some(profile), source, surface_us: 0 };
         let estimator = Estimator::new(model.model).only(meniscus::latent::decoder::Selection::NONE);
         model.state(&estimator.turn(&mut self.memory, input, &mut NoClock, &mut []))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use meniscus_platform::files::AlignedBytes;
+
+    #[test]
+    fn a_forecast_is_that_of_the_covariance_stepped_frame_by_frame() {
+        let bytes = AlignedBytes::copy(meniscus_shipped::MODEL);
+        let model = Model::load(&bytes).expect("the shipped model");
+        let learned = LearnedModel::new(&model);
+        let mut from = learned.rest();
+        from.covariance += Square::identity() * 1e-3;
+        let inputs: Vec<f64> = (0..200).map(|k| 2.0 * (0.3 * f64::from(k)).sin()).collect();
+        let (ahead, stepped) = (learned.forecast(&from, &inputs), stepped(&learned, &from, &inputs));
+        assert_eq!(ahead.len(), stepped.len());
+        for (ahead, stepped) in ahead.iter().zip(&stepped) {
+            assert_eq!(ahead.wall_m, stepped.wall_m);
+            let apart = (ahead.half_width_m / stepped.half_width_m - 1.0).abs();
+            assert!(apart < 1e-9, "{} m for {} m", ahead.half_width_m, stepped.half_width_m);
+        }
+        let (least, largest) = stepped.iter().fold((f64::MAX, 0.0_f64), |(least, largest), frame| {
+            (least.min(frame.half_width_m), largest.max(frame.half_width_m))
+        });
+        assert!(largest > 1.2 * least, "the half-width changes: {least} to {largest} m");
+        assert!(FRAMES >= crate::search::longest_frames(), "the longest plan is covered");
     }
 }

@@ -1,5 +1,6 @@
 //! Liquids that forecast a surface.
 
+mod ahead;
 mod learned;
 mod pendulum;
 mod reduced;
@@ -70,13 +71,18 @@ pub trait SurfaceModel {
 
     /// Returns the surface in each frame after `from` under `inputs`.
     fn forecast(&self, from: &Self::State, inputs: &[f64]) -> Vec<FrameForecast> {
-        let mut state = from.clone();
-        let frame = |input: &f64| {
-            self.advance(&mut state, *input);
-            self.look(&state, *input)
-        };
-        inputs.iter().map(frame).collect()
+        stepped(self, from, inputs)
     }
+}
+
+/// Returns the forecast of `model` by its frames one after the other.
+fn stepped<M: SurfaceModel + ?Sized>(model: &M, from: &M::State, inputs: &[f64]) -> Vec<FrameForecast> {
+    let mut state = from.clone();
+    let frame = |input: &f64| {
+        model.advance(&mut state, *input);
+        model.look(&state, *input)
+    };
+    inputs.iter().map(frame).collect()
 }
 
 /// An estimator that follows the liquid of a model by profiles and the motion that the robot carries out.
