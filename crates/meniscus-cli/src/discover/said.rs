@@ -5,6 +5,7 @@ use meniscus_discover::fitting::fit_cache::FitCache;
 use meniscus_discover::workflow::Report;
 use meniscus_discover::workflow::clocks::AlignedClock;
 use meniscus_discover::workflow::insertion::FLASHED;
+use meniscus_discover::workflow::report::REDUCED;
 
 /// Prints to standard error what could not be done.
 pub(super) fn warn(arguments: &Wanted, report: &Report, cache: &FitCache) {
@@ -65,6 +66,12 @@ pub(super) fn print(report: &Report) {
         println!(
             "  {} {}: {:.4} {} (90 %: {:.4} to {:.4}) by the {}",
             p.effect, p.parameter, p.value, p.unit, p.interval.0, p.interval.1, p.by
+        );
+    }
+    for e in report.rival_sizes() {
+        println!(
+            "  or {} {}: {:.4} {} (90 %: {:.4} to {:.4}) by the {REDUCED}",
+            e.effect, e.parameter, e.value, e.unit, e.interval.0, e.interval.1
         );
     }
     sizes(report);

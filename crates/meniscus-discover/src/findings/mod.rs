@@ -11,8 +11,11 @@ use self::size_error::SizeError;
 use self::suggest::Suggestion;
 use crate::baseline::calibrate::Calibration;
 use crate::decision::assessment::Assessment;
+use crate::decision::rank::Candidate;
 use crate::decision::rules::DecisionRules;
 use crate::decision::thresholds::Thresholds;
+use crate::decision::verdict::Verdict;
+use crate::fitting::fit::Fitted;
 use crate::fitting::localise::Cell;
 use crate::recordings::split::Split;
 use crate::recordings::stated::Known;
@@ -60,6 +63,8 @@ pub struct Findings {
     pub isolability: Isolability,
     /// Parameters of the chosen fit.
     pub estimates: Vec<Estimate>,
+    /// Parameters of the other effects that a tied verdict names, each by the fit with that effect alone.
+    pub rivals: Vec<Estimate>,
     /// Errors on the held-out recording, where there is one.
     pub gap: Option<MeasuredGap>,
     /// Recording that would distinguish the leading candidates of an ambiguous verdict.
@@ -67,14 +72,32 @@ pub struct Findings {
 }
 
 /// Returns the parameters of the chosen effects with their intervals; coordinates are counted from `stated`.
+#[must_use]
+pub fn estimates(assessment: &Assessment, rules: &DecisionRules, stated: &Stated) -> Vec<Estimate> {
+    estimates_of(assessment.chosen(), assessment.verdict.misfit(), rules, stated)
+}
+
+/// Returns the parameters of the effects that a tied verdict names beside the chosen one, each by the fit with it alone.
+#[must_use]
+pub fn rivals(assessment: &Assessment, rules: &DecisionRules, stated: &Stated) -> Vec<Estimate> {
+    let Verdict::Ambiguous(claim) = &assessment.verdict else { return Vec::new() };
+    let [chosen] = claim.fitted.active.as_slice() else { return Vec::new() };
+    let is_rival = |c: &&Candidate| match c.names[..] {
+        [name] => name != chosen.entry.name && claim.names.contains(&name),
+        _ => false,
+    };
+    let search = &assessment.search;
+    let fits = search.ranking.iter().filter(is_rival).filter_map(|c| c.fitted.as_ref());
+    fits.flat_map(|fitted| estimates_of(fitted, fitted.chi2(search.count), rules, stated)).collect()
+}
+
+/// Returns the parameters of the effects of `fitted`, which leaves `misfit` per number.
 ///
 /// The half-width comes from the curvature of the posterior, widened by the square root of the misfit. A size that only a
 /// formula gives has an error of its own beside it, [`SizeError`].
-#[must_use]
-pub fn estimates(assessment: &Assessment, rules: &DecisionRules, stated: &Stated) -> Vec<Estimate> {
-    let fitted = assessment.chosen();
+fn estimates_of(fitted: &Fitted, misfit: f64, rules: &DecisionRules, stated: &Stated) -> Vec<Estimate> {
     let covariance = fitted.covariance();
-    let widen = assessment.verdict.misfit().max(1.0).sqrt();
+    let widen = misfit.max(1.0).sqrt();
     let one = |(i, (effect, which)): (usize, &(usize, usize))| {
         let active = &fitted.active[*effect];
         let parameter = &active.entry.parameters[*which];

@@ -92,8 +92,11 @@ fn parameters(report: &mut Report, findings: &Findings) {
         let interval = format!("{least:.4} to {largest:.4}");
         vec![e.effect.into(), e.parameter.into(), format!("{:.4}", e.value), interval, e.unit.into()]
     };
-    let rows: Vec<_> = findings.estimates.iter().map(row).collect();
+    let rows: Vec<_> = findings.estimates.iter().chain(&findings.rivals).map(row).collect();
     report.table(&["effect", "parameter", "value", "90 % interval", "unit"], &rows);
+    if !findings.rivals.is_empty() {
+        report.prose("The verdict is tied: each effect has the size that it has if it alone is missing.");
+    }
     report.drawing(
         &intervals(&findings.estimates),
         "Blue: size. Grey: 90 % interval. Orange mark: the effect is absent.",

@@ -3,6 +3,7 @@
 use super::law_json::law_json;
 use super::sizing_json::sizing_json;
 use crate::decision::rank::Candidate;
+use crate::findings::Estimate;
 use crate::workflow::Report;
 use meniscus::reduced::effects::Class;
 use serde_json::{Value, json};
@@ -14,6 +15,12 @@ pub fn verdict_json(report: &Report) -> Value {
     let (verdict, search) = (&findings.assessment.verdict, &findings.assessment.search);
     let claim = verdict.claim();
     let held_out = claim.map(|claim| claim.held_out);
+    let estimate = |e: &Estimate| {
+        json!({
+            "effect": e.effect, "parameter": e.parameter, "unit": e.unit, "value": e.value,
+            "interval_90": [e.interval.0, e.interval.1],
+        })
+    };
     let line = |c: &Candidate| {
         let values: Vec<Value> = c.fitted.iter().flat_map(|f| &f.active).map(|a| json!(a.values)).collect();
         json!({ "effects": c.names, "gain": c.gain, "fall": c.fall, "fitted_in_full": c.fitted.is_some(), "values": values })
@@ -26,10 +33,8 @@ pub fn verdict_json(report: &Report) -> Value {
         "reduced_model": {
             "verdict": verdict.word(), "sentence": verdict.sentence(), "names": verdict.names(),
             "class": verdict.class().map(Class::words),
-            "parameters": findings.estimates.iter().map(|e| json!({
-                "effect": e.effect, "parameter": e.parameter, "unit": e.unit, "value": e.value,
-                "interval_90": [e.interval.0, e.interval.1],
-            })).collect::<Vec<_>>(),
+            "parameters": findings.estimates.iter().map(estimate).collect::<Vec<_>>(),
+            "rivals": findings.rivals.iter().map(estimate).collect::<Vec<_>>(),
         },
         "law": law_json(report),
         "simulator": sizing_json(report),

@@ -27,7 +27,7 @@ use crate::decision::verdict::Verdict;
 use crate::findings::gap::gap;
 use crate::findings::isolability::isolability;
 use crate::findings::suggest::suggest;
-use crate::findings::{Findings, estimates};
+use crate::findings::{Findings, estimates, rivals};
 use crate::fitting::error::ProblemError;
 use crate::fitting::fit_cache::FitCounts;
 use crate::fitting::problem::Problem;
@@ -174,6 +174,7 @@ pub fn discover(
     Ok(Findings {
         known,
         estimates: estimates(&assessment, &settings.rules, &known.stated()),
+        rivals: rivals(&assessment, &settings.rules, &known.stated()),
         split,
         calibration,
         limits: limits.clone(),

@@ -3,7 +3,7 @@
 use super::clocks::AlignedClock;
 use super::insertion::Insertion;
 use super::references::ReferenceOrigin;
-use crate::findings::Findings;
+use crate::findings::{Estimate, Findings};
 use crate::fitting::fit_cache::FitCounts;
 use crate::law::draw::{Drawn, NoLaw};
 use crate::sizing::error::SizingError;
@@ -131,7 +131,7 @@ impl Report {
             };
             return sized.parameters.iter().map(one).collect();
         }
-        let one = |e: &crate::findings::Estimate| FinalSize {
+        let one = |e: &Estimate| FinalSize {
             effect: e.effect,
             parameter: e.parameter,
             unit: e.unit,
@@ -140,5 +140,10 @@ impl Report {
             by: REDUCED,
         };
         self.findings.estimates.iter().map(one).collect()
+    }
+
+    /// Returns the sizes of the other effects that the verdict still names, each if it alone is missing.
+    pub fn rival_sizes(&self) -> impl Iterator<Item = &Estimate> {
+        self.findings.rivals.iter().filter(|rival| self.names().contains(&rival.effect))
     }
 }

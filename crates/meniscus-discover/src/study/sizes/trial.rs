@@ -5,7 +5,7 @@
 //! ```
 //! An effect that is not the hidden one has no size that counts.
 
-use crate::findings::Findings;
+use crate::findings::{Estimate, Findings};
 use crate::sizing::error::SizingError;
 use crate::sizing::outcome::{SizedCandidate, Sizing};
 use crate::study::cases::STATED;
@@ -25,6 +25,10 @@ pub struct FoundSize {
 }
 
 impl FoundSize {
+    fn of(estimate: &Estimate) -> Self {
+        Self { value: estimate.value, least: estimate.interval.0, largest: estimate.interval.1 }
+    }
+
     /// Returns whether the interval covers `truth`.
     #[must_use]
     pub fn covers(&self, truth: f64) -> bool {
@@ -99,11 +103,7 @@ pub(super) fn sized(answer: &Answer, findings: &Findings, sizing: Result<Sizing,
         truth: si(*coordinate),
         absent: hidden.map_or(f64::NAN, |parameter| si(parameter.neutral)),
         unit: hidden.map_or("", |parameter| parameter.unit).into(),
-        reduced: reduced.map(|estimate| FoundSize {
-            value: estimate.value,
-            least: estimate.interval.0,
-            largest: estimate.interval.1,
-        }),
+        reduced: reduced.map(FoundSize::of),
         simulated: None,
         names: findings.assessment.verdict.names().iter().map(|name| String::from(*name)).collect(),
         held_out_mm: None,
@@ -122,6 +122,11 @@ pub(super) fn sized(answer: &Answer, findings: &Findings, sizing: Result<Sizing,
             }
         }
         Err(error) => out.said.push(error.to_string()),
+    }
+    // A verdict that stays tied states a size of each effect that it names.
+    if out.names.iter().any(|left| left == name) {
+        let rival = findings.rivals.iter().find(|estimate| estimate.effect == name);
+        out.reduced = out.reduced.or(rival.map(FoundSize::of));
     }
     out
 }
