@@ -28,11 +28,17 @@ impl GlassState {
     /// The glass `time_s` later without jerk.
     #[must_use]
     pub fn drifted(&self, time_s: f64) -> Self {
+        self.jerked(0.0, time_s)
+    }
+
+    /// The glass `time_s` later under a constant jerk.
+    fn jerked(&self, jerk_m_s3: f64, time_s: f64) -> Self {
         let Self { position_m: x, speed_m_s: v, acceleration_m_s2: a } = *self;
+        let (t, j) = (time_s, jerk_m_s3);
         Self {
-            position_m: x + time_s * (v + 0.5 * time_s * a),
-            speed_m_s: v + time_s * a,
-            acceleration_m_s2: a,
+            position_m: x + t * (v + t * (a / 2.0 + t * j / 6.0)),
+            speed_m_s: v + t * (a + t * j / 2.0),
+            acceleration_m_s2: a + t * j,
         }
     }
 }
@@ -86,30 +92,71 @@ impl Course {
     /// The glass at `time_s`; at rest at its end behind the last knot, and at its start before the first.
     #[must_use]
     pub fn at(&self, time_s: f64) -> GlassState {
-        let time_s = time_s.max(0.0);
-        if time_s >= self.duration_s() {
-            let end = self.moved(self.duration_s());
-            return GlassState { speed_m_s: 0.0, acceleration_m_s2: 0.0, ..end };
-        }
-        self.moved(time_s)
+        let mut along = self.along();
+        along.to(time_s)
     }
 
-    /// The formula above, at a time of the motion.
-    fn moved(&self, time_s: f64) -> GlassState {
-        let mut state = self.start.drifted(time_s);
-        for (index, jerk) in self.jerks_m_s3.iter().enumerate() {
-            let part = basis(index, self.knot_s, time_s);
-            state.position_m += jerk * part.position;
-            state.speed_m_s += jerk * part.speed;
-            state.acceleration_m_s2 += jerk * part.acceleration;
+    /// The glass at times that rise, in one pass over the knots.
+    pub(crate) fn along(&self) -> Along<'_> {
+        Along { course: self, knot: 0, state: self.start }
+    }
+}
+
+/// A pass over the knots of a course.
+#[derive(Clone, Debug)]
+pub(crate) struct Along<'c> {
+    course: &'c Course,
+    /// Knot that has been passed, and the glass there.
+    knot: usize,
+    state: GlassState,
+}
+
+impl Along<'_> {
+    /// The glass at `time_s`, which is no earlier than the time before.
+    pub(crate) fn to(&mut self, time_s: f64) -> GlassState {
+        let Course { knot_s, jerks_m_s3, .. } = self.course;
+        let ends = time_s >= self.course.duration_s();
+        let passed = if ends { jerks_m_s3.len() } else { (time_s.max(0.0) / knot_s) as usize };
+        for jerk in jerks_m_s3.get(self.knot..passed).into_iter().flatten() {
+            self.state = self.state.jerked(*jerk, *knot_s);
         }
-        state
+        self.knot = self.knot.max(passed);
+        match jerks_m_s3.get(self.knot) {
+            Some(jerk) if !ends => self.state.jerked(*jerk, time_s.max(0.0) - self.knot as f64 * knot_s),
+            _ => GlassState::resting(self.state.position_m),
+        }
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// The sum over the basis, of which a program has its rows.
+    #[test]
+    fn a_pass_over_the_knots_is_the_sum_over_the_basis() {
+        let start = GlassState { position_m: 0.1, speed_m_s: 0.2, acceleration_m_s2: -0.3 };
+        let course = Course { start, knot_s: 0.04, jerks_m_s3: vec![30.0, -50.0, 10.0, 5.0] };
+        let mut along = course.along();
+        for n in 0..159 {
+            let time_s = 0.001 * f64::from(n);
+            let mut sum = start.drifted(time_s);
+            for (index, jerk) in course.jerks_m_s3.iter().enumerate() {
+                let part = basis(index, course.knot_s, time_s);
+                sum.position_m += jerk * part.position;
+                sum.speed_m_s += jerk * part.speed;
+                sum.acceleration_m_s2 += jerk * part.acceleration;
+            }
+            for is in [along.to(time_s), course.at(time_s)] {
+                assert!((is.position_m - sum.position_m).abs() < 1e-12, "{time_s}: {is:?} {sum:?}");
+                assert!((is.speed_m_s - sum.speed_m_s).abs() < 1e-12, "{time_s}: {is:?} {sum:?}");
+                assert!(
+                    (is.acceleration_m_s2 - sum.acceleration_m_s2).abs() < 1e-12,
+                    "{time_s}: {is:?} {sum:?}"
+                );
+            }
+        }
+    }
 
     #[test]
     fn speed_and_acceleration_are_derivatives() {

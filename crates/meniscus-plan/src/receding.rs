@@ -39,6 +39,19 @@ pub struct Receding<'a, M: SurfaceModel> {
     first: Plan,
 }
 
+impl<M: SurfaceModel> Clone for Receding<'_, M> {
+    fn clone(&self) -> Self {
+        let Self { model, request, response, parts, first } = self;
+        Self {
+            model,
+            request: *request,
+            response: response.clone(),
+            parts: parts.clone(),
+            first: first.clone(),
+        }
+    }
+}
+
 impl<'a, M: SurfaceModel> Receding<'a, M> {
     /// Plans from rest at `from_m`.
     ///

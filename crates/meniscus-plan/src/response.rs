@@ -50,12 +50,12 @@ pub(crate) struct Departure {
     pub(crate) before_m: f64,
 }
 
-/// Returns the inputs of `frames` frames of a motion, which gives the glass at a time since its start.
+/// Returns the inputs of `frames` frames of a motion, which gives the glass at a time since its start. The times rise.
 pub(crate) fn inputs_of(
     kind: FrameInput,
     before_m: f64,
     frames: usize,
-    motion: impl Fn(f64) -> GlassState,
+    mut motion: impl FnMut(f64) -> GlassState,
 ) -> Vec<f64> {
     let dt = FRAME_INTERVAL_S;
     let mut last = motion(0.0);

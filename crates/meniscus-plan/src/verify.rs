@@ -68,7 +68,8 @@ impl<M: SurfaceModel> Search<'_, M> {
     /// Forecasts `course` by the whole model; also returns what the linear response lacks there.
     pub(crate) fn examine(&self, course: &Course) -> (Plan, Correction) {
         let count = frames_of(course.duration_s());
-        let inputs = inputs_of(M::INPUT, self.departure.before_m, count, |t| course.at(t));
+        let mut along = course.along();
+        let inputs = inputs_of(M::INPUT, self.departure.before_m, count, |t| along.to(t));
         let frames = self.model.forecast(self.from, &inputs);
         let correction = self.correction(&frames, &self.response.heights(&inputs));
         let mut plan = Plan {
