@@ -1,7 +1,9 @@
 //! Reasons why points are no profile of a glass.
 
-use super::MOST_POINTS;
 use std::fmt::{self, Display, Formatter};
+
+/// Largest number of points.
+pub const MOST_POINTS: usize = 32;
 
 /// Reason why points are no profile.
 #[derive(Clone, Debug, PartialEq)]

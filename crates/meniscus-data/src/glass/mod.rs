@@ -3,8 +3,8 @@
 mod error;
 mod profile;
 
-pub use error::WallError;
-pub use profile::{MOST_POINTS, Nearest, Profile};
+pub use error::{MOST_POINTS, WallError};
+pub use profile::{Nearest, Profile};
 
 use serde::{Deserialize, Serialize};
 

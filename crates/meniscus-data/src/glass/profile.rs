@@ -8,11 +8,8 @@
 //! The square of the radius is smooth where a round bottom meets the axis, `q = 2 R z - z^2` in a sphere; cylinder, cone,
 //! sphere and paraboloid are met exactly. Beyond both ends `q` goes on straight.
 
-use super::WallError;
+use super::error::{MOST_POINTS, WallError};
 use serde::{Deserialize, Serialize};
-
-/// Largest number of points.
-pub const MOST_POINTS: usize = 32;
 
 /// Steps of Newton's method to the nearest point; four suffice within a curvature's radius.
 const STEPS: usize = 12;

@@ -3,6 +3,7 @@
 mod crest_image;
 mod flight_recorder;
 mod log;
+mod silence;
 mod totals;
 mod turns;
 mod worker;
@@ -10,5 +11,6 @@ mod worker;
 pub use crest_image::CrestImage;
 pub use flight_recorder::{FlightRecorder, FlightRing, KEPT};
 pub use log::Log;
+pub use silence::Silence;
 pub use totals::{RunTotals, STAGES, Stage};
-pub use worker::{CameraImages, Silence, Worker};
+pub use worker::{CameraImages, Worker};

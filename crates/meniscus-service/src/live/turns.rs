@@ -1,6 +1,6 @@
 //! Turns of the worker: those of the payload at hand, with their cost and the accounts of the camera's frames.
 
-use super::worker::Silence;
+use super::silence::Silence;
 use crate::clock_map::ClockMap;
 use crate::commanded_motion::CommandedMotion;
 use crate::ledger::{FrameCounts, FrameLedger, HandledFrame, SetAside, SpanEnd};

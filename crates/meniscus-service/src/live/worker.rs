@@ -1,5 +1,6 @@
 //! The worker's loop: receive, turn, hand on. It blocks on nothing but the camera.
 
+use super::silence::Silence;
 use super::turns::Turns;
 use crate::clock_map::{ClockMap, LeastLatency};
 use crate::commanded_motion::CommandedMotion;
@@ -23,16 +24,6 @@ const INTERVAL: Duration = Duration::from_micros(16_667);
 
 /// Most turns of one payload: one for each missing frame up to the limit of the tracker, then its own.
 const MOST_TURNS: usize = COAST_LIMIT as usize + 2;
-
-/// Reaction of the worker to a camera that sends nothing.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Silence {
-    /// A turn without a frame is taken for every interval: the estimate goes on at 60 Hz.
-    #[default]
-    Bridge,
-    /// The next frame is waited for: for a simulated camera that waits for the worker, too.
-    WaitOut,
-}
 
 /// Images that a camera sends.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -4,7 +4,6 @@
 //! f = m w^2 A spring(a/A),     D = m w^2 A drag(a/A, v/(w A)),     A = 15 mm
 //! ```
 
-use super::solver::FirstMode;
 use std::f64::consts::TAU;
 
 /// Height that laws are counted in, m.
@@ -12,6 +11,15 @@ const UNIT_M: f64 = 0.015;
 
 /// Points of a cycle.
 const CYCLE: usize = 720;
+
+/// First mode of a glass: what hidden laws are counted in.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FirstMode {
+    /// Frequency, 1/s.
+    pub frequency: f64,
+    /// Mass m, kg: kinetic energy is m v^2/2.
+    pub mass_kg: f64,
+}
 
 /// One hidden law.
 #[derive(Clone, Copy, Debug)]

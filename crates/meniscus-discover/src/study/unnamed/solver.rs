@@ -10,7 +10,7 @@
 //! (Lamb 1932; Case and Parkinson 1957 for the layer.) It has a fourth mode, a third harmonic, other dampings and other
 //! second-order numbers than the reduced model, and a glass differs from the next by parts of a per cent, as packings do.
 
-use super::laws::HiddenLaw;
+use super::laws::{FirstMode, HiddenLaw};
 use crate::recordings::motion_plan::MotionPlan;
 use meniscus::surface::{POINTS, profile_abscissa};
 use meniscus::units::FRAME_INTERVAL_S;
@@ -44,15 +44,6 @@ pub struct Glass {
     pub viscosity_pa_s: f64,
     /// Parts of the frequencies, of the dampings and of the second order by which it differs.
     pub differs: [f64; 3],
-}
-
-/// First mode of a glass: what hidden laws are counted in.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct FirstMode {
-    /// Frequency, 1/s.
-    pub frequency: f64,
-    /// Mass m, kg: kinetic energy is m v^2/2.
-    pub mass_kg: f64,
 }
 
 /// Frequency, damping, and force for each m/s2 of the glass, of one mode.
