@@ -2,6 +2,7 @@
 
 mod camera;
 mod list;
+mod said;
 mod validate;
 
 use crate::kind::check_ending;
@@ -10,11 +11,10 @@ use anyhow::{Context, bail};
 use meniscus::units::FRAME_INTERVAL_S;
 use meniscus_data::liquids::Liquid;
 use meniscus_data::motion::Motion;
-use meniscus_data::recording::{Recording, States};
 use meniscus_data::scene_file::{Experiment, GLASS};
 use meniscus_platform::files::finish_writes;
 use meniscus_sph::validate::Stopwatch;
-use meniscus_sph::{Particles, Setup, Simulator, record_particles, relative_closure};
+use meniscus_sph::{Particles, Setup, Simulator, record_particles};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
 
@@ -223,7 +223,8 @@ fn one(
             particles.save(&path.with_extension("particles.safetensors"))?;
         }
     }
-    report(arguments, &recording, path, stopwatch.wall_s(), processor_s);
+    let cost = said::Cost { wall_s: stopwatch.wall_s(), processor_s };
+    said::report(&recording, path, cost, arguments.json);
     if let Some(folder) = folder {
         camera::render(&recording, folder)?;
         if !arguments.json {
@@ -231,56 +232,6 @@ fn one(
         }
     }
     Ok(())
-}
-
-/// Prints what was made.
-fn report(arguments: &Wanted, recording: &Recording, path: &Path, wall_s: f64, processor_s: f64) {
-    let seconds = recording.frames() as f64 * FRAME_INTERVAL_S;
-    let fill = recording.glass.fill_m as f32;
-    let crest_mm = 1e3 * recording.wall_m.iter().fold(0.0_f32, |m, h| m.max(h - fill));
-    let closure = relative_closure(&recording.energy);
-    let cost = processor_s / seconds;
-    let spilled_ml = 1e6 * recording.spilled_m3.last().copied().unwrap_or(0.0);
-    let truncation = match &recording.states {
-        States::Full(_) => None,
-        States::Factored(factored) => Some(factored.truncation),
-    };
-    if arguments.json {
-        // A particle that goes through the wall ends a simulation with an error, so a recording that exists has none.
-        println!(
-            "{}",
-            serde_json::json!({
-                "file": path, "motion": recording.provenance.motion, "liquid": recording.provenance.liquid,
-                "frames": recording.frames(), "crest_mm": crest_mm, "energy_closure": closure, "escapes": 0,
-                "spilled_ml": spilled_ml,
-                "processor_s_per_simulated_s": cost, "wall_s": wall_s, "truncation": truncation,
-            })
-        );
-        return;
-    }
-    println!(
-        "{}: {} frames of {} in {}",
-        path.display(),
-        recording.frames(),
-        recording.provenance.liquid,
-        recording.provenance.motion
-    );
-    println!("  highest crest {crest_mm:.1} mm above the fill, {}", spill(recording, spilled_ml));
-    println!("  energy closes to {:.2} % of the largest slosh energy", 100.0 * closure);
-    println!("  {cost:.1} s of processor time for each simulated second, {wall_s:.0} s in all");
-    if let Some(errors) = truncation {
-        let errors: Vec<_> = errors.iter().map(|e| format!("{:.2} %", 100.0 * e)).collect();
-        println!("  truncation errors of q, v, e, sigma, tau: {}", errors.join(", "));
-    }
-}
-
-/// Says how much of the liquid left over the rim, and when the first of it.
-fn spill(recording: &Recording, spilled_ml: f64) -> String {
-    let first = recording.spilled_m3.iter().position(|volume| *volume > 0.0);
-    first.map_or("nothing spilled".into(), |frame| {
-        let seconds = frame as f64 * FRAME_INTERVAL_S;
-        format!("{spilled_ml:.1} ml spilled over the rim, the first at {seconds:.1} s")
-    })
 }
 
 /// Makes Ctrl-C end the command at once, but never while the returned lock is held: a file that is

@@ -1,14 +1,15 @@
 //! `meniscus discover`: name the effect that is missing between simulation and measurement.
 
+mod bar;
 mod said;
 mod study;
 
+use self::bar::Bar;
 use self::said::{command, print, warn};
 use super::inputs::file;
 use super::outputs::check_folder;
 use super::stop::{finish, watched_until};
 use anyhow::{Context, bail};
-use indicatif::ProgressBar;
 use meniscus::blob::Model;
 use meniscus_data::validity::Validity;
 use meniscus_discover::decision::settings::Settings;
@@ -24,11 +25,9 @@ use meniscus_discover::sizing::error::SizingError;
 use meniscus_discover::sizing::simulations::Shard;
 use meniscus_discover::sizing::stage::SizingSettings;
 use meniscus_discover::sizing::store::SimulationStore;
-use meniscus_discover::sizing::workload::SimulationProgress;
 use meniscus_discover::workflow::Discovery;
 use meniscus_discover::workflow::error::DiscoverError;
 use meniscus_discover::workflow::inputs::{Inputs, library};
-use meniscus_discover::workflow::progress::{Progress, Stage};
 use meniscus_platform::files::{AlignedBytes, write_whole};
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -161,81 +160,13 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     }
 }
 
-/// Bar that shows the stages of a discovery.
-struct Bar(ProgressBar);
-
-impl Bar {
-    /// Returns a bar that is hidden for `--json`.
-    fn new(arguments: &Wanted) -> anyhow::Result<Self> {
-        let sizes = u64::from(!arguments.quick);
-        let steps = 5
-            + sizes
-            + u64::from(arguments.reference.is_none() && !arguments.quick && !arguments.no_references)
-            + u64::from(arguments.model.is_some())
-            + u64::from(arguments.simulate && arguments.quick);
-        let bar = if arguments.json { ProgressBar::hidden() } else { crate::bars::bar(steps) };
-        bar.set_style(crate::bars::style("{msg:40} {wide_bar} {pos}/{len}, {left}")?);
-        bar.enable_steady_tick(Duration::from_millis(200));
-        bar.set_message("reading the recordings");
-        Ok(Self(bar))
-    }
-
-    /// Prints `text` to standard error above the bar.
-    fn print(&self, text: &str) {
-        self.0.suspend(|| eprintln!("{text}"));
-    }
-}
-
-impl Progress for Bar {
-    fn begins(&self, stage: Stage) {
-        self.0.inc(1);
-        self.0.set_message(match stage {
-            Stage::SimulateReferences => "simulating references",
-            Stage::FitReferences => "fitting the references",
-            Stage::SetThresholds => "judging the references by one another",
-            Stage::Decide => "ranking the effects",
-            Stage::DrawLaw => "drawing the missing force",
-            Stage::Size => "finding the sizes by simulation",
-            Stage::InsertIntoModel => "inserting the effects into the model",
-            Stage::Simulate => "simulating the held-out recording twice",
-        });
-    }
-
-    fn referenced(&self, progress: SimulationProgress) {
-        let SimulationProgress { done, expected, left_s } = progress;
-        if done == 0 {
-            let guess = left_s.map_or(String::new(), |left_s| {
-                format!(", about {} at a first guess for those that are not kept", minutes(left_s))
-            });
-            self.print(&format!(
-                "no --reference: the simulator makes {expected} recordings of the stated liquid{guess}; --no-references leaves \
-                 them out"
-            ));
-        }
-        self.0.set_message(format!("reference {done} of {expected}{}", left(left_s)));
-    }
-
-    fn simulated(&self, progress: SimulationProgress) {
-        let SimulationProgress { done, expected, left_s } = progress;
-        if done == 0 {
-            let guess = left_s
-                .map_or(String::new(), |left_s| format!(", about {} at a first guess", minutes(left_s)));
-            self.print(&format!(
-                "sizes by simulation: about {expected} simulations{guess}; --quick leaves them out"
-            ));
-        }
-        self.0.set_message(format!("simulation {done} of about {expected}{}", left(left_s)));
-    }
-}
-
-/// Returns the time that is left in words, where it is known.
-fn left(left_s: Option<f64>) -> String {
-    left_s.map_or(String::new(), |left_s| format!(", {} left", minutes(left_s)))
-}
-
-/// Returns `seconds` in words.
-fn minutes(seconds: f64) -> String {
-    if seconds < 90.0 { format!("{seconds:.0} s") } else { format!("{:.0} min", seconds / 60.0) }
+/// Returns the stages of a discovery with these flags.
+fn stages(arguments: &Wanted) -> u64 {
+    let sizes = u64::from(!arguments.quick);
+    5 + sizes
+        + u64::from(arguments.reference.is_none() && !arguments.quick && !arguments.no_references)
+        + u64::from(arguments.model.is_some())
+        + u64::from(arguments.simulate && arguments.quick)
 }
 
 /// Reads what the flags name.
@@ -295,7 +226,7 @@ const FIRST_PACKING: u64 = 100;
 
 /// Runs one discovery.
 fn one(arguments: &Wanted) -> anyhow::Result<()> {
-    let bar = Bar::new(arguments)?;
+    let bar = Bar::new(stages(arguments), arguments.json)?;
     let cache = Arc::new(FitCache::new(&arguments.out.join("fits")));
     let mut inputs = inputs(arguments, &cache, &bar)?;
     check_folder(&arguments.out)?;
@@ -313,13 +244,13 @@ fn one(arguments: &Wanted) -> anyhow::Result<()> {
     let report = match Discovery::run(&inputs, &bar) {
         // The part of this machine is done, so the job has not failed.
         Err(DiscoverError::Sizing(pending @ SizingError::Pending { .. })) => {
-            bar.0.finish_and_clear();
+            bar.end();
             println!("{pending}");
             return Ok(());
         }
         outcome => outcome?,
     };
-    bar.0.finish_and_clear();
+    bar.end();
     finish();
     if arguments.shard.is_some() {
         println!("all simulations are there: the same command without --shard writes the verdict");

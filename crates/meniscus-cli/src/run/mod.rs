@@ -2,6 +2,7 @@
 
 mod config;
 mod foxglove;
+mod from_flags;
 mod live;
 mod motion_source;
 mod motion_tag;

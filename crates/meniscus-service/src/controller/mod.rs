@@ -9,12 +9,14 @@
 
 mod course;
 mod plan;
+mod plan_rules;
 mod plan_wire;
 mod record;
 mod spill;
 
 pub use course::{Course, HORIZON_MAX};
-pub use plan::{PLAN_SAMPLES_MAX, PLAN_VERSION, Plan, PlanFault};
+pub use plan::Plan;
+pub use plan_rules::{PLAN_SAMPLES_MAX, PLAN_VERSION, PlanFault};
 pub use plan_wire::{PlanWire, SharedPlan};
 pub use record::{CONTROL_KIND, CONTROL_VERSION, ControlRecord, ForecastPoint, PlanStanding};
 pub use spill::SpillRisk;

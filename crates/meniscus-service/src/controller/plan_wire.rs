@@ -1,7 +1,8 @@
 //! Thread that listens for plans.
 
 use super::course::Course;
-use super::plan::{LONGEST, Plan, PlanFault, read};
+use super::plan::{LONGEST, Plan, read};
+use super::plan_rules::PlanFault;
 use super::record::PlanStanding;
 use crate::commanded_motion::{ExpectedSender, Say};
 use meniscus::runtime::output::HostTime;

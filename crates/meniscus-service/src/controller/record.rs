@@ -1,6 +1,6 @@
 //! The controller's record, as it is published.
 
-use super::plan::PlanFault;
+use super::plan_rules::PlanFault;
 use super::spill::SpillRisk;
 use meniscus::runtime::output::HostTime;
 use meniscus::runtime::{LinearModel, LinearStep, ModalState, Mode};
