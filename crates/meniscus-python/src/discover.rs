@@ -125,17 +125,7 @@ impl JobProgress<'_> {
 impl Progress for JobProgress<'_> {
     fn begins(&self, stage: Stage) {
         self.begun.set(self.begun.get() + 1);
-        let what = match stage {
-            Stage::SimulateReferences => "simulating references",
-            Stage::FitReferences => "fitting the references",
-            Stage::SetThresholds => "judging the references by one another",
-            Stage::Decide => "ranking the effects",
-            Stage::DrawLaw => "drawing the missing force",
-            Stage::Size => "finding the sizes by simulation",
-            Stage::InsertIntoModel => "inserting the effects into the model",
-            Stage::Simulate => "simulating the held-out recording twice",
-        };
-        self.job.tell(what, self.share(0.0));
+        self.job.tell(stage.words(), self.share(0.0));
     }
 
     fn simulated(&self, progress: SimulationProgress) {

@@ -32,16 +32,7 @@ impl Bar {
 impl Progress for Bar {
     fn begins(&self, stage: Stage) {
         self.0.inc(1);
-        self.0.set_message(match stage {
-            Stage::SimulateReferences => "simulating references",
-            Stage::FitReferences => "fitting the references",
-            Stage::SetThresholds => "judging the references by one another",
-            Stage::Decide => "ranking the effects",
-            Stage::DrawLaw => "drawing the missing force",
-            Stage::Size => "finding the sizes by simulation",
-            Stage::InsertIntoModel => "inserting the effects into the model",
-            Stage::Simulate => "simulating the held-out recording twice",
-        });
+        self.0.set_message(stage.words());
     }
 
     fn referenced(&self, progress: SimulationProgress) {

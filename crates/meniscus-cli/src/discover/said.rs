@@ -1,6 +1,7 @@
 //! Printed report of a discovery, and the command that makes it again.
 
 use super::Wanted;
+use meniscus_discover::findings::Estimate;
 use meniscus_discover::fitting::fit_cache::FitCache;
 use meniscus_discover::workflow::Report;
 use meniscus_discover::workflow::clocks::AlignedClock;
@@ -69,10 +70,7 @@ pub(super) fn print(report: &Report) {
         );
     }
     for e in report.rival_sizes() {
-        println!(
-            "  or {} {}: {:.4} {} (90 %: {:.4} to {:.4}) by the {REDUCED}",
-            e.effect, e.parameter, e.value, e.unit, e.interval.0, e.interval.1
-        );
+        println!("  or {} by the {REDUCED}", size(e));
     }
     sizes(report);
     if let Some(gap) = findings.gap.as_ref().map(|measured| measured.gap) {
@@ -139,14 +137,17 @@ fn law(report: &Report) {
     println!("  curves and bands: report.html, and \"law\" in verdict.json");
 }
 
+/// Returns a size with its interval.
+fn size(e: &Estimate) -> String {
+    let (least, largest) = e.interval;
+    format!("{} {}: {:.4} {} (90 %: {least:.4} to {largest:.4})", e.effect, e.parameter, e.value, e.unit)
+}
+
 /// Prints the sizes of the reduced model and of the rivals beside those of the simulator.
 fn sizes(report: &Report) {
     let Some(sizing) = report.sizes() else { return };
     for e in &report.findings.estimates {
-        println!(
-            "  the reduced model: {} {}: {:.4} {} (90 %: {:.4} to {:.4})",
-            e.effect, e.parameter, e.value, e.unit, e.interval.0, e.interval.1
-        );
+        println!("  the reduced model: {}", size(e));
     }
     for candidate in &sizing.candidates {
         let names = candidate.names.join(" + ");

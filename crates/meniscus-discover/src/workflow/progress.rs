@@ -23,6 +23,23 @@ pub enum Stage {
     Simulate,
 }
 
+impl Stage {
+    /// Returns the stage in words, for a line of progress.
+    #[must_use]
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::SimulateReferences => "simulating references",
+            Self::FitReferences => "fitting the references",
+            Self::SetThresholds => "judging the references by one another",
+            Self::Decide => "ranking the effects",
+            Self::DrawLaw => "drawing the missing force",
+            Self::Size => "finding the sizes by simulation",
+            Self::InsertIntoModel => "inserting the effects into the model",
+            Self::Simulate => "simulating the held-out recording twice",
+        }
+    }
+}
+
 /// Observer of a discovery. The library itself prints nothing.
 pub trait Progress {
     /// Is called when `stage` begins; a stage that is not needed is left out.
