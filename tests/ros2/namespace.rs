@@ -44,7 +44,9 @@ pub(crate) fn enter(scene: &str) {
     let text =
         format!("{}{}", String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
     println!("{text}");
-    assert!(output.status.success(), "{scene} failed; above is what it said");
+    // The reason once more behind everything: a log may be cut at its begin.
+    let why = text.split("panicked at ").nth(1).and_then(|behind| behind.split("stack backtrace").next());
+    assert!(output.status.success(), "{scene} failed: {}", why.unwrap_or("above is what it said"));
     assert!(text.contains("1 passed"), "{scene} was not found");
 }
 

@@ -1,9 +1,11 @@
 //! The peers: Python programs in an environment of their own, with the messages of the node.
 
 use serde_json::Value;
+use std::fs::File;
 use std::io::{BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Returns the interpreter of the environment that `.ci/run` makes.
 pub(crate) fn python() -> PathBuf {
@@ -73,12 +75,21 @@ fn environment(command: &mut Command) -> &mut Command {
         .env_remove("ROS_DOMAIN_ID")
 }
 
+/// Returns a file for the standard error of a peer: one for each peer of a scene.
+fn file_of_errors() -> PathBuf {
+    static NEXT: AtomicUsize = AtomicUsize::new(0);
+    let (process, peer) = (std::process::id(), NEXT.fetch_add(1, Ordering::Relaxed));
+    Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("ros2-peer-{process}-{peer}"))
+}
+
 /// A peer that runs.
 pub(crate) struct Peer {
     name: String,
     child: Child,
     input: ChildStdin,
     output: BufReader<ChildStdout>,
+    /// File of its standard error.
+    said: Option<PathBuf>,
 }
 
 impl Peer {
@@ -103,13 +114,14 @@ impl Peer {
             .stdin(Stdio::piped())
             .stdout(Stdio::piped());
         // Cyclone writes a line about each datagram of garbage.
-        if source.starts_with("cyclone") {
-            command.stderr(Stdio::null());
-        }
+        let said = (!source.starts_with("cyclone")).then(file_of_errors);
+        command.stderr(
+            said.as_ref().map_or_else(Stdio::null, |said| File::create(said).expect("a file").into()),
+        );
         let mut child = environment(&mut command).spawn().expect("python starts");
         let input = child.stdin.take().expect("piped");
         let output = BufReader::new(child.stdout.take().expect("piped"));
-        Self { name, child, input, output }
+        Self { name, child, input, output, said }
     }
 
     /// Writes a line to it.
@@ -121,7 +133,16 @@ impl Peer {
     pub(crate) fn line(&mut self) -> Value {
         let mut text = String::new();
         self.output.read_line(&mut text).expect("it writes text");
+        if text.is_empty() {
+            let status = self.child.wait().expect("it ends");
+            panic!("{} ended without a line, {status}: {}", self.name, self.errors());
+        }
         serde_json::from_str(&text).unwrap_or_else(|error| panic!("{}: {error}: {text:?}", self.name))
+    }
+
+    /// Returns what it wrote to standard error.
+    fn errors(&self) -> String {
+        self.said.as_ref().and_then(|said| std::fs::read_to_string(said).ok()).unwrap_or_default()
     }
 
     /// Returns its last line, when it has ended.
@@ -137,5 +158,10 @@ impl Drop for Peer {
         // It may have ended by itself.
         let _killed = self.child.kill();
         let _waited = self.child.wait();
+        if let Some(said) = &self.said {
+            // What a peer said belongs to the scene's output, whether it failed or not.
+            eprint!("{}", self.errors());
+            let _gone = std::fs::remove_file(said);
+        }
     }
 }

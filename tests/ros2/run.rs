@@ -30,7 +30,7 @@ pub(crate) fn now_us() -> u64 {
 }
 
 impl Run {
-    /// Starts a run that lasts for a minute, unless it is ended, and waits for its socket.
+    /// Starts a run that lasts for five minutes, unless it is ended, and waits for its socket.
     pub(crate) fn start(name: &str, arguments: &[&str]) -> Self {
         let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("ros2-{name}"));
         // A folder of an earlier run.
@@ -38,7 +38,7 @@ impl Run {
         std::fs::create_dir_all(&folder).expect("a folder");
         let file = |name: &str| File::create(folder.join(name)).expect("a file");
         let child = Command::new(env!("CARGO_BIN_EXE_meniscus-under-test"))
-            .args(["run", "--ros2", "--json", "--view", "--listen", "127.0.0.1:0", "--seconds", "60"])
+            .args(["run", "--ros2", "--json", "--view", "--listen", "127.0.0.1:0", "--seconds", "300"])
             .args(["--publish", "unix:socket", "--turns", "turns.csv", "--out", "out"])
             .args(arguments)
             .current_dir(&folder)

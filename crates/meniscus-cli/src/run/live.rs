@@ -7,6 +7,7 @@ use super::motion_tag::TagCamera;
 use super::published::Published;
 use super::ros2::Ros;
 use super::shown::{self, Page};
+use super::source::Source;
 use super::{foxglove, ros2};
 use crate::among::among;
 use anyhow::Context;
@@ -153,9 +154,12 @@ pub(super) fn live(
 fn write(config: &RunConfig, log: &Log, model: &Model<'_>) -> anyhow::Result<()> {
     if log.overflow > 0 && (config.turn_table.is_some() || config.estimates.is_some()) {
         let (kept, all) = (log.turns.len(), log.totals.turns);
-        say(&format!(
-            "the tables have the first {kept} of {all} turns: --seconds makes room for a longer run"
-        ));
+        let why = match config.source {
+            // It begins again behind its last frame, and its truth with it.
+            Source::Rendered { .. } => "a simulated recording is kept once, however often it is played",
+            _ => "--seconds makes room for a longer run",
+        };
+        say(&format!("the tables have the first {kept} of {all} turns: {why}"));
     }
     if let Some(path) = &config.turn_table {
         write_whole(path, turn_table(&log.turns).as_bytes())?;
