@@ -40,6 +40,11 @@ def nanoseconds(stamp) -> int:
     return stamp.sec * 1_000_000_000 + stamp.nanosec
 
 
+def floats_of(cloud: PointCloud2) -> memoryview:
+    """Returns the numbers of a cloud."""
+    return memoryview(bytes(cloud.data)).cast("f")
+
+
 def listen(node, seconds: float, name: str) -> dict:
     """Receives the topics under `name` for `seconds` after the first of each."""
     estimates, clouds, last, states = [], {"tracers": [], "surface": []}, {}, []
@@ -56,7 +61,9 @@ def listen(node, seconds: float, name: str) -> dict:
         def take(message) -> None:
             now = time.time_ns()
             clouds[topic].append([nanoseconds(message.header.stamp), now])
-            last[topic] = message
+            # The heights of a turn without a frame were not measured: they are not numbers, which JSON lacks.
+            if topic != "surface" or math.isfinite(floats_of(message)[4]):
+                last[topic] = message
 
         return take
 
@@ -83,7 +90,7 @@ def listen(node, seconds: float, name: str) -> dict:
             "fields": [field.name for field in last[topic].fields],
             "points": last[topic].width,
             "step": last[topic].point_step,
-            "first": list(memoryview(bytes(last[topic].data)).cast("f")[:13]),
+            "first": list(floats_of(last[topic])[: last[topic].point_step // 4]),
         }
         for topic in clouds
         if topic in last
@@ -223,11 +230,11 @@ def main() -> None:
     rclpy.init()
     node = rclpy.create_node(f"{verb}_peer")
     if verb == "listen":
-        print(json.dumps(listen(node, float(sys.argv[2]), name)))
+        print(json.dumps(listen(node, float(sys.argv[2]), name), allow_nan=False))
     elif verb == "talk":
         print(json.dumps(talk(node, float(sys.argv[2]), name)))
     elif verb == "parameters":
-        print(json.dumps(parameters(node)))
+        print(json.dumps(parameters(node), allow_nan=False))
     else:
         plans(node)
     node.destroy_node()
