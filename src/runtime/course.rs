@@ -30,11 +30,7 @@ impl<'c> Course<'c> {
             turn: 0,
             state: memory.state,
             lateral: memory.filter.lateral(model),
-            carried: model.error_model.carried(
-                &memory.filter.covariance(),
-                latent_energy,
-                memory.agreement.scale(),
-            ),
+            carried: model.error_model.carried(&memory.filter.covariance(), latent_energy),
         }
     }
 

@@ -3,10 +3,6 @@
 /// Turns ahead for which a forecast's interval has been measured: now, 0.25 s, 0.5 s.
 pub const LEADS: [usize; 3] = [0, 15, 30];
 
-/// Turns without heights and without a known motion after which an estimate is worth as much as a forecast of a free glass: an
-/// acceleration is carried on for two turns.
-const FREE_TURNS: u32 = 3;
-
 /// Groups of the field with a factor: q, v, e, sigma, tau.
 pub const FIELD_GROUPS: usize = 5;
 
@@ -113,17 +109,6 @@ impl ErrorFactors {
             .chain(core::iter::once(&mut self.crest))
     }
 
-    /// Returns k of the surface of an estimate behind `blind` turns in a row without heights and without a known motion: that
-    /// of a seen surface behind none, that of a free forecast from [`FREE_TURNS`] on, and straight between.
-    ///
-    /// The filter's covariance alone would be too small there: hands and robots jerk more often than its Gaussian input. With one
-    /// factor for all turns, 82, 70 and 52 % of the heights lay within their interval 1, 2 and 3 turns behind the last frame.
-    pub(crate) fn of_estimate(&self, blind: u32) -> f64 {
-        let [now, free, ..] = self.surface.map(f64::from);
-        let way = f64::from(blind.min(FREE_TURNS)) / f64::from(FREE_TURNS);
-        now + way * (free - now).max(0.0)
-    }
-
     /// Returns k of the surface at each of [`LEADS`] where the motion of the glass is planned.
     pub(crate) fn of_a_plan(&self) -> [f32; LEADS.len()] {
         let ([now, ..], [near, far]) = (self.surface, self.planned);
@@ -147,17 +132,6 @@ mod tests {
             let read = ErrorFactors::from_tensor(&numbers[..size]);
             assert_eq!(read.is_some(), ErrorFactors::SIZES.contains(&size), "{size}");
         }
-    }
-
-    #[test]
-    fn an_unseen_surface_is_worth_less_from_turn_to_turn() {
-        let factors = ErrorFactors { surface: [1.5, 4.5, 4.0], ..ErrorFactors::uncalibrated(0.1) };
-        for (blind, due) in [(0, 1.5), (1, 2.5), (2, 3.5), (3, 4.5), (60, 4.5)] {
-            assert!((factors.of_estimate(blind) - due).abs() < 1e-6, "{blind}");
-        }
-        // A blob from before forecasts were measured, or a model that forecasts better than it sees.
-        let flat = ErrorFactors { surface: [2.0, 1.5, 1.5], ..factors };
-        assert_eq!(flat.of_estimate(9), 2.0);
     }
 
     #[test]
