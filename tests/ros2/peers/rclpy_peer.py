@@ -225,7 +225,7 @@ def main() -> None:
     if name != "liquid":
         # The configuration has to be there before the first participant.
         os.environ["FASTDDS_DEFAULT_PROFILES_FILE"] = str(pathlib.Path(__file__).with_name("fastdds_pair.xml"))
-    # A full collection goes through all objects of the imported packages: 330 ms on a slow machine, in every latency.
+    # A full collection goes through all objects of the imported packages, and would count as latency of the node.
     gc.disable()
     rclpy.init()
     node = rclpy.create_node(f"{verb}_peer")
