@@ -118,6 +118,64 @@ fn missing_frames_are_turns_and_late_frames_are_not() {
     });
 }
 
+/// A frame that comes behind the turn that was taken in silence: no turn of its own, and the next one is that of a frame in time.
+#[test]
+fn a_late_frame_is_used_from_the_next_turn_on() {
+    let after = |late: bool| {
+        let mut last = None;
+        with_tracker(|tracker, bench, field| {
+            let mut clock = Ticks::every_us(1);
+            for _ in 0..20 {
+                take(tracker, &bench.payloads(), &mut clock, field);
+            }
+            // Five in a row: more than the tracker takes for late before it follows the time of the camera.
+            for _ in 0..5 {
+                if late {
+                    let turn = tracker.silence(InputSource::tracked, &mut clock, field).expect("a turn");
+                    assert_eq!(turn.estimate.mode, Mode::Coasting);
+                }
+                let turns = take(tracker, &bench.payloads(), &mut clock, field);
+                assert_eq!(turns.len(), usize::from(!late));
+            }
+            let health = tracker.memory.health;
+            assert_eq!((health.frames_stale, health.frames_caught_up), if late { (5, 5) } else { (0, 0) });
+            assert_eq!((health.turns, health.coasting), if late { (25, 5) } else { (25, 0) });
+            let turns = take(tracker, &bench.payloads(), &mut clock, field);
+            let [turn] = turns.as_slice() else { panic!("one turn, not {}", turns.len()) };
+            assert_eq!(turn.estimate.mode, Mode::Tracking);
+            last = Some((turn.time, turn.estimate.latent, turn.estimate.surface_m, turn.estimate.interval));
+        });
+        last
+    };
+    assert_eq!(after(true), after(false), "the same state, whether frames came in time or late");
+}
+
+/// A frame behind two turns taken in silence belongs to neither the newest nor a future one. The frame behind it, in the same burst, is
+/// that of the newest turn.
+#[test]
+fn of_a_burst_behind_two_turns_the_newest_frame_is_used() {
+    with_tracker(|tracker, bench, field| {
+        let mut clock = Ticks::every_us(1);
+        for _ in 0..20 {
+            take(tracker, &bench.payloads(), &mut clock, field);
+        }
+        for _ in 0..2 {
+            tracker.silence(InputSource::tracked, &mut clock, field).expect("a turn");
+        }
+        let before = tracker.memory.clone();
+        assert!(take(tracker, &bench.payloads(), &mut clock, field).is_empty());
+        let health = tracker.memory.health;
+        assert_eq!((health.frames_stale, health.frames_caught_up), (1, 0));
+        assert_eq!(tracker.memory.lateral_m(), before.lateral_m());
+        assert_eq!(health.turns, before.health.turns);
+        assert!(take(tracker, &bench.payloads(), &mut clock, field).is_empty());
+        let health = tracker.memory.health;
+        assert_eq!((health.frames_stale, health.frames_caught_up), (2, 1));
+        let turns = take(tracker, &bench.payloads(), &mut clock, field);
+        assert_eq!((turns.len(), turns[0].estimate.mode), (1, Mode::Tracking));
+    });
+}
+
 #[test]
 fn a_late_turn_leaves_the_field_out_and_keeps_the_surface() {
     with_tracker(|tracker, bench, field| {

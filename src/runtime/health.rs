@@ -17,8 +17,10 @@ pub struct Health {
     pub filling: u64,
     /// Frames that never came.
     pub frames_missing: u64,
-    /// Frames that came after their turn had been taken, not used.
+    /// Frames that came after their turn had been taken.
     pub frames_stale: u64,
+    /// Of these, frames that the next turn started from; the others were not used.
+    pub frames_caught_up: u64,
     /// Frames in which the liquid was not seen.
     pub not_seen: u64,
     /// Frames whose glass edges were not found, so that the acceleration was carried over.

@@ -1,7 +1,8 @@
 //! The whole camera side: payloads in, one turn a frame interval out, whatever the camera does.
 //!
-//! A frame that never came is a turn without a measurement; a frame that comes after its turn has
-//! been taken is stale and is not used. Time is the camera's; its frame counter may skip or restart.
+//! A frame that never came is a turn without a measurement. A frame that comes after its turn has been taken has no turn of
+//! its own. If no other turn was taken since, the estimate starts again from before that turn, with the frame, and the next
+//! turn follows from it; else the frame is not used. Time is the camera's; its frame counter may skip or restart.
 
 use super::budget::Clock;
 use super::estimate::Estimate;
@@ -9,7 +10,7 @@ use super::estimator::Estimator;
 use super::memory::Memory;
 use super::mode::COAST_LIMIT;
 use super::turn_input::{InputSource, TurnInput};
-use crate::runtime::health::count;
+use crate::runtime::health::{Health, count};
 use crate::runtime::profile_sensor::{FrameObservation, ProfileSensor};
 use crate::surface::{ExtractionError, SurfaceProfile};
 use crate::units::Micros;
@@ -83,13 +84,23 @@ pub struct Tracker<'m, 'b> {
     pub memory: Memory,
     now: Option<Micros>,
     stale: u32,
+    silent: Option<SilentTurn>,
+}
+
+/// Newest turn, where it was taken in silence.
+#[derive(Debug)]
+struct SilentTurn {
+    /// Memory before it.
+    before: Memory,
+    /// Motion of the glass that it took.
+    source: InputSource,
 }
 
 impl<'m, 'b> Tracker<'m, 'b> {
     /// A tracker that has seen nothing yet.
     #[must_use]
     pub fn new(estimator: Estimator<'m>, sensor: ProfileSensor<'b>) -> Self {
-        Self { estimator, sensor, memory: Memory::default(), now: None, stale: 0 }
+        Self { estimator, sensor, memory: Memory::default(), now: None, stale: 0, silent: None }
     }
 
     /// Takes one payload. Every turn that it leads to goes to `turn`, with the full field if that
@@ -106,7 +117,14 @@ impl<'m, 'b> Tracker<'m, 'b> {
     ) {
         let Some(observation) = self.sensor.accept(stream, payload, clock) else { return };
         let time = observation.stamp.captured;
+        if self.is_now(time)
+            && let Some(silent) = self.silent.take()
+        {
+            self.catch_up(silent, &observation, clock);
+            return;
+        }
         let Some(missing) = self.missing_before(time) else { return };
+        self.silent = None;
         // Beyond the limit the estimate has halted, and one more turn changes nothing.
         for ago in (1..=missing.min(u64::from(COAST_LIMIT) + 1)).rev() {
             count(&mut self.memory.health.frames_missing);
@@ -133,10 +151,39 @@ impl<'m, 'b> Tracker<'m, 'b> {
     ) -> Option<Turn> {
         let time = Micros(self.now?.0.saturating_add(INTERVAL_US));
         self.now = Some(time);
+        let source = source(time);
+        self.silent = Some(SilentTurn { before: self.memory.clone(), source });
         count(&mut self.memory.health.frames_missing);
-        let input = TurnInput { source: source(time), ..TurnInput::default() };
+        let input = TurnInput { source, ..TurnInput::default() };
         let estimate = self.estimator.turn(&mut self.memory, input, clock, field);
         Some(Turn { time, stamp: None, profile: None, estimate })
+    }
+
+    /// Whether the turn of `time` is the newest one.
+    fn is_now(&self, time: Micros) -> bool {
+        self.now.is_some_and(|now| now.0.abs_diff(time.0) <= INTERVAL_US / 2)
+    }
+
+    /// Takes a turn in silence again, with the frame that came late. It is not handed on: one turn of this instant was. What that
+    /// one counted stays counted.
+    fn catch_up<C: Clock>(&mut self, silent: SilentTurn, observation: &FrameObservation, clock: &mut C) {
+        count(&mut self.memory.health.frames_stale);
+        count(&mut self.memory.health.frames_caught_up);
+        let handed_on = self.memory.health;
+        self.memory = silent.before;
+        self.memory.health = handed_on;
+        (self.now, self.stale) = (Some(observation.stamp.captured), 0);
+        self.seen(observation, silent.source, clock, &mut []);
+        let again = self.memory.health;
+        self.memory.health = Health {
+            turns: handed_on.turns,
+            tracking: handed_on.tracking,
+            coasting: handed_on.coasting,
+            halted: handed_on.halted,
+            filling: handed_on.filling,
+            deadline_missed: handed_on.deadline_missed,
+            ..again
+        };
     }
 
     /// Frame intervals without a turn before `time`; `None` if its turn has been taken already.

@@ -78,11 +78,13 @@ impl Turns<'_, '_, '_> {
         }
     }
 
-    /// Takes a payload and the turns that it leads to.
+    /// Takes a payload and the turns that it leads to. Returns whether it completed a frame that is used: the next one is due an
+    /// interval later. A late frame has no turn of its own.
     // `cargo xtask under-attack` counts the instructions of a turn: callgrind finds it and `hand_on` by their names.
     #[inline(never)]
-    pub(super) fn take_payload(&mut self, delivery: &Delivery, started: Instant) {
+    pub(super) fn take_payload(&mut self, delivery: &Delivery, started: Instant) -> bool {
         let before = allocations_of_this_thread();
+        let caught_up = self.tracker.memory.health.frames_caught_up;
         // Payloads that were dropped while this one waited belong to later frames.
         self.dropped = delivery.dropped_before;
         let Self { tracker, clock, clock_map, ledger, field, motion, batch, .. } = self;
@@ -108,6 +110,7 @@ impl Turns<'_, '_, '_> {
             batch.push(TimedTurn { turn: *turn, host, ended, latency_us, turn_us, allocations, frames });
         });
         self.settle(arrived);
+        !self.batch.is_empty() || self.tracker.memory.health.frames_caught_up > caught_up
     }
 
     /// Books the frame of the payload at hand, if it completed one, and the frames that are missing before it.

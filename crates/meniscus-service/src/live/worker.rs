@@ -128,8 +128,7 @@ impl<'m> Worker<'m> {
                     sink_allocations += turns.hand_on(sinks);
                 }
                 Received::Payload(delivery) => {
-                    turns.take_payload(&delivery, now);
-                    if !turns.batch.is_empty() {
+                    if turns.take_payload(&delivery, now) {
                         next_turn = delivery.arrived + patience;
                         sink_allocations += turns.hand_on(sinks);
                     }

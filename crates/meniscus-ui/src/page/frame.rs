@@ -59,7 +59,7 @@ pub(super) struct Facts<'l> {
 type Number = (&'static str, fn(&Facts<'_>) -> f64);
 
 /// In the order in which they travel; the page learns the names with the bases.
-pub(super) const NUMBERS: [Number; 47] = [
+pub(super) const NUMBERS: [Number; 48] = [
     ("slosh_j", |f| f.logged.turn.estimate.slosh_j),
     ("heat_j", |f| f.logged.turn.estimate.heat_j),
     ("acceleration_m_s2", |f| f64::from(f.logged.turn.estimate.acceleration_m_s2)),
@@ -83,6 +83,7 @@ pub(super) const NUMBERS: [Number; 47] = [
     ("filling", |f| f.snapshot.memory.health.filling as f64),
     ("frames_missing", |f| f.snapshot.memory.health.frames_missing as f64),
     ("frames_stale", |f| f.snapshot.memory.health.frames_stale as f64),
+    ("frames_caught_up", |f| f.snapshot.memory.health.frames_caught_up as f64),
     ("not_seen", |f| f.snapshot.memory.health.not_seen as f64),
     ("field_shed", |f| f.snapshot.memory.health.field_shed as f64),
     ("deadline_missed", |f| f.logged.frames.missed() as f64),
