@@ -18,7 +18,7 @@ pub(super) enum Dim {
     /// From one to this.
     UpTo(usize),
     /// One of these.
-    OneOf([usize; 3]),
+    OneOf([usize; ErrorFactors::SIZES.len()]),
 }
 
 impl Dim {

@@ -30,7 +30,11 @@ impl<'c> Course<'c> {
             turn: 0,
             state: memory.state,
             lateral: memory.filter.lateral(model),
-            carried: model.error_model.carried(&memory.filter.covariance(), latent_energy),
+            carried: model.error_model.carried(
+                &memory.filter.covariance(),
+                latent_energy,
+                memory.agreement.scale(&model.error_model.factors),
+            ),
         }
     }
 

@@ -46,18 +46,27 @@ impl Estimator<'_> {
         Posterior { latent, energy, input, coefficients, surface_m, discrepancy }
     }
 
-    /// Returns the half-widths of the corrected state.
-    pub(super) fn interval<R: Real>(&self, memory: &Memory, posterior: &Posterior) -> Interval {
+    /// Returns the half-widths of the corrected state, scaled by its agreement with the heights that were `seen`.
+    pub(super) fn interval<R: Real>(
+        &self,
+        memory: &mut Memory,
+        posterior: &Posterior,
+        seen: Option<&SurfaceProfile>,
+    ) -> Interval {
         let errors = &self.model.error_model;
         let lateral = memory.filter.lateral(self.model);
-        errors.interval::<R>(&IntervalInput {
+        let interval = errors.interval::<R>(&IntervalInput {
             covariance: &memory.filter.covariance(),
             lateral_variance_m2: &self.model.cross_axis.variance::<R>(&lateral, &errors.surface),
             discrepancy: &posterior.discrepancy,
             latent_energy: posterior.energy,
             heat: memory.state.heat,
             energy_scale_j: self.model.header.energy_scale_j,
-        })
+            blind_turns: memory.blind_turns,
+        });
+        let tracking = memory.mode == Mode::Tracking;
+        memory.agreement.update(seen, &posterior.surface_m, &interval.surface_m, tracking);
+        memory.agreement.scaled(&errors.factors, interval)
     }
 
     /// Writes the full field if it is wanted, valid and in time. Returns whether it was written. The numbers of a group that

@@ -142,9 +142,11 @@ impl<'m> Estimator<'m> {
         let tracked = self.read_window::<R>(memory, &observation, measured, &prior);
         stages.encode_us = lap.lap_us();
 
+        memory.update_blind_turns(observation.source, measured.is_some());
         memory.update_mode(&self.model.header.filter, tracked);
         let posterior = self.decode::<R>(memory, measured);
-        let interval = self.interval::<R>(memory, &posterior);
+        let seen = input.profile.filter(|_| measured.is_some());
+        let interval = self.interval::<R>(memory, &posterior, seen);
         stages.correct_us = stages.correct_us.saturating_add(lap.lap_us());
 
         let field_fresh = self.write_field(memory, &posterior, &lap, &stages, field);

@@ -9,6 +9,7 @@ use crate::latent::generic::{Latent, LatentState};
 use crate::latent::window::Window;
 use crate::runtime::health::{Health, count};
 use crate::surface::SurfaceProfile;
+use crate::uncertainty::agreement::Agreement;
 
 /// State of the estimator from turn to turn. One memory belongs to one model.
 #[derive(Clone, Debug, Default)]
@@ -21,6 +22,9 @@ pub struct Memory {
     unseen: u32,
     pub(super) mode: Mode,
     missed: u32,
+    pub(super) agreement: Agreement,
+    /// Turns in a row without heights and without a known motion of the glass.
+    pub(super) blind_turns: u32,
     /// Counters since the start.
     pub health: Health,
 }
@@ -49,6 +53,22 @@ impl Memory {
         self.filter.lateral_m()
     }
 
+    /// rho: mean square of the errors that the camera sees in the estimated surface, over what the intervals say. One where they are
+    /// right, more where they are too narrow (`crate::uncertainty::agreement`).
+    #[must_use]
+    pub fn agreement(&self) -> f64 {
+        self.agreement.rho()
+    }
+
+    /// Counts the turn among those without heights and without a known motion, or ends their row.
+    pub(super) fn update_blind_turns(&mut self, source: InputSource, has_heights: bool) {
+        if has_heights {
+            self.blind_turns = 0;
+        } else if !matches!(source, InputSource::Measured { .. }) {
+            self.blind_turns = self.blind_turns.saturating_add(1);
+        }
+    }
+
     /// Moves to the mode of this turn and counts it.
     pub(super) fn update_mode(&mut self, config: &FilterConfig, measured: bool) {
         self.missed = if measured { 0 } else { self.missed.saturating_add(1) };
@@ -57,6 +77,7 @@ impl Memory {
             // After a long gap the liquid has nothing to do with the state that was left.
             self.window.clear();
             self.motion = Motion::default();
+            self.agreement = Agreement::default();
             self.state.latent = Latent::zeros();
             self.state.held = Default::default();
             self.filter = Filter::new(config);

@@ -1,7 +1,8 @@
 //! Half-widths of an estimate with 90 % coverage, from the error covariance P of the filter (`crate::filter`).
 //!
 //! ```text
-//! half = k sqrt(J P J^T + y + (1 - s) w d + g^2)     of a height; of a field group without y, s and g, the mean over its numbers
+//! half = k sqrt(J P J^T + y + (1 - s) w d + g^2)     of a height; of a field group without y, s and g, the mean over its numbers;
+//!                                                  k of a height grows while nothing is seen
 //! P-   = A P A^T + a w Q + m dt^2 B B^T      of a forecast, turn by turn; m = 1 where the motion is not planned, else 0;
 //!                                            w of the liveliest slosh from the estimate on
 //! ```
@@ -26,7 +27,7 @@ use nalgebra::SMatrix;
 type Square = SMatrix<f64, LATENTS, LATENTS>;
 
 /// Position of the internal energy among the groups of the decoder.
-const ENERGY: usize = 2;
+pub(crate) const ENERGY: usize = 2;
 
 /// Heat below which the internal energy counts as not yet known, in units of H.
 const HEAT_FLOOR: f64 = 0.02;
@@ -55,6 +56,8 @@ pub struct IntervalInput<'a> {
     pub heat: f64,
     /// Joules of one unit of H.
     pub energy_scale_j: f64,
+    /// Turns in a row, up to this one, without heights and without a known motion of the glass.
+    pub blind_turns: u32,
 }
 
 /// Reach of a forecast.
@@ -74,6 +77,8 @@ pub(crate) struct CarriedCovariance {
     process_noise_scale: f64,
     /// w of the liveliest slosh so far.
     weight: f64,
+    /// m ([`crate::uncertainty::agreement`]).
+    scale: f64,
 }
 
 /// Variances of the heights but for those of the latents.
@@ -104,7 +109,7 @@ impl ErrorModel<'_> {
     pub fn interval<R: Real>(&self, of: &IntervalInput<'_>) -> Interval {
         let IntervalInput { covariance: p, lateral_variance_m2, discrepancy, .. } = *of;
         let weight = self.weight(of.latent_energy);
-        let [surface_k, ..] = self.factors.surface.map(f64::from);
+        let surface_k = self.factors.of_estimate(of.blind_turns);
         let latents = narrow::<R, _, _>(&p.latents);
         let mut field = [0.0; 5];
         let groups = self.groups.iter().zip(self.pushed).zip(SPREAD_OF).zip(self.group_misfit);
@@ -123,10 +128,15 @@ impl ErrorModel<'_> {
         Interval { surface_m: self.heights::<R>(&p.latents, errors, surface_k), field }
     }
 
-    /// Returns the covariance of an estimate, to be carried on turn by turn.
-    pub(crate) fn carried(&self, covariance: &Covariance, latent_energy: f64) -> CarriedCovariance {
+    /// Returns the covariance of an estimate, to be carried on turn by turn, whose half-widths are to be scaled by `scale`.
+    pub(crate) fn carried(
+        &self,
+        covariance: &Covariance,
+        latent_energy: f64,
+        scale: f64,
+    ) -> CarriedCovariance {
         let Covariance { latents, process_noise_scale, .. } = *covariance;
-        CarriedCovariance { p: latents, process_noise_scale, weight: self.weight(latent_energy) }
+        CarriedCovariance { p: latents, process_noise_scale, weight: self.weight(latent_energy), scale }
     }
 
     /// Carries a covariance from `at.frames` turns ahead to the next one, at whose end the slosh has `latent_energy`.
@@ -182,7 +192,8 @@ impl ErrorModel<'_> {
         k: f64,
     ) -> [f32; POINTS] {
         let (discrepancy, weight) = (&Discrepancy::NONE, carried.weight);
-        self.heights::<f64>(&carried.p, HeightErrors { lateral_variance_m2, discrepancy, weight }, k)
+        let errors = HeightErrors { lateral_variance_m2, discrepancy, weight };
+        self.heights::<f64>(&carried.p, errors, carried.scale * k)
     }
 
     /// k sqrt(J P J^T + y + (1 - s) w d + g^2) of each height.
@@ -254,6 +265,7 @@ mod tests {
             latent_energy: 0.9,
             heat: 0.0,
             energy_scale_j: 0.01,
+            blind_turns: 0,
         });
         let half = 2.0 * sqrt(1e-4 * 0.04 + 1e-8);
         assert!((f64::from(interval.surface_m[7]) - half).abs() < 1e-8);

@@ -74,6 +74,8 @@ pub struct Score {
     pub late_sigma: f64,
     /// Heights that lay within their interval.
     pub held: Held,
+    /// Of these, those of turns without heights of their own; none where no turn was without.
+    pub held_coasting: Option<Held>,
     /// Numbers of q, v, e, sigma, tau that did.
     pub field_held: [Held; 5],
     /// Seconds and mean error of the height, of the estimate and of the linear model.
@@ -108,6 +110,7 @@ pub fn score(
         field: [0.0; 5],
         late_sigma: 0.0,
         held: Held::default(),
+        held_coasting: None,
         field_held: [Held::default(); 5],
         curves: [vec![], vec![]],
     };
@@ -130,6 +133,10 @@ pub fn score(
         }
         score.estimate.add(truth, &estimate.surface_m, rest_m);
         score.held.add(truth, &estimate.surface_m, &estimate.interval.surface_m);
+        if !logged.turn.profile.as_ref().is_some_and(Result::is_ok) {
+            let held = score.held_coasting.get_or_insert_default();
+            held.add(truth, &estimate.surface_m, &estimate.interval.surface_m);
+        }
         score.flat.add(truth, &[rest_m as f32; POINTS], rest_m);
         score.persistence.add(truth, recording.profile(frame.saturating_sub(1)), rest_m);
         score.linear.add(truth, driven, rest_m);

@@ -1,8 +1,10 @@
-//! Calibration of the intervals from runs of a blob: g from one that has none, then the factors k from one with k = 1.
+//! Calibration of the intervals from runs of a blob: g from one that has none, then the factors k from one with k = 1, then theta
+//! from one that has k.
 //!
 //! ```text
-//! g^2 = mean of (truth - estimate)^2 - half^2 over the heights while H < REST, nought at least
-//! k   = 90 % quantile of |truth - estimate| / half over all numbers of all recordings held out
+//! g^2   = mean of (truth - estimate)^2 - half^2 over the heights while H < REST, nought at least
+//! k     = 90 % quantile of |truth - estimate| / half over all numbers of all recordings held out
+//! theta = 90 % quantile of rho over all turns of theirs (`meniscus::uncertainty::agreement`)
 //! ```
 //! (Split conformal prediction: Lei et al., J. Am. Stat. Assoc. 113 (2018) 1094.) What is exchangeable is the
 //! recording and not the number: errors of one slosh go together, so that a quantile over the numbers of two recordings held
@@ -16,7 +18,7 @@ use crate::calibration::error_model::REST;
 use crate::calibration::ratios::{Ratios, quantile, ratios_by_recording, share};
 use crate::data::errors::percent;
 use meniscus::blob::{LoadError, Model};
-use meniscus::runtime::Mode;
+use meniscus::runtime::{InputSource, Mode};
 use meniscus::uncertainty::error_factors::{ErrorFactors, LEADS};
 use meniscus::units::FRAME_INTERVAL_S;
 use meniscus_data::recording::GROUP_NAMES;
@@ -25,7 +27,7 @@ use meniscus_report::checks::Check;
 use meniscus_score::baseline::linear_with_motion;
 use meniscus_score::score::score;
 use meniscus_virtual::camera::START;
-use meniscus_virtual::observe_recording::turns;
+use meniscus_virtual::observe_recording::{turns, turns_with};
 
 /// Smallest number of recordings for a quantile over all of them.
 const MANY: usize = 10;
@@ -126,6 +128,35 @@ pub(crate) fn interval_factors(blob: &[u8], views: &[CameraView<'_>]) -> Result<
         *k = quantile(ratios);
     }
     Ok(IntervalFactors { k, left_out })
+}
+
+/// Returns theta for the blob with its k, and without a theta: that of all turns, or the largest of fewer than [`MANY`] recordings.
+///
+/// # Errors
+/// [`LoadError`], when the blob is refused.
+pub(crate) fn agreement(blob: &[u8], views: &[CameraView<'_>]) -> Result<f32, LoadError> {
+    let blob = AlignedBytes::copy(blob);
+    let model = Model::load(&blob)?;
+    let (mut largest, mut together) = (ErrorFactors::LEAST_AGREEMENT, Vec::new());
+    for (_, seen) in views {
+        let mut of_one = Vec::new();
+        turns_with(
+            &model,
+            seen,
+            |_| InputSource::Tracked,
+            |_, memory, estimate| {
+                if estimate.mode == Mode::Tracking {
+                    of_one.push(memory.agreement() as f32);
+                }
+            },
+        );
+        if views.len() < MANY {
+            largest = largest.max(quantile(of_one));
+        } else {
+            together.extend(of_one);
+        }
+    }
+    Ok(largest.max(quantile(together)))
 }
 
 /// Whether the factor at `index` is that of a forecast without a plan.

@@ -24,7 +24,9 @@ use meniscus_virtual::observe_recording::turns;
 /// [`TrainError`], when the blob is refused.
 pub(super) fn rescaled(blob: &[u8], held: &Subset, max_widening: f32) -> Result<Vec<u8>, TrainError> {
     let aligned = AlignedBytes::copy(blob);
-    let model = with_effects(&aligned)?;
+    let mut model = with_effects(&aligned)?;
+    // How much an interval widens depends on the factors, which are yet to change.
+    model.error_model.factors.agreement = f32::MAX;
     let mut ratios = Vec::new();
     for seen in &held.all {
         for (logged, profile) in turns(&model, seen).iter().zip(seen).skip(held.from) {

@@ -151,6 +151,9 @@ fn scored(score: &Score, forecasts: &RunForecasts) -> Vec<Check> {
         Check::at_most("surface_error_max", surface.max, "1", max),
         Check::informational("interval_coverage", score.held.share(), "1"),
     ];
+    checks.extend(
+        score.held_coasting.map(|held| Check::informational("interval_coverage_coasting", held.share(), "1")),
+    );
     let RunForecasts { planned, unplanned } = forecasts;
     checks.extend([
         Check::at_most("forecast_250ms_slosh_rel", planned.forecast.slosh_rel(), "1", target::FORECAST),
