@@ -35,6 +35,51 @@ fn halves(payload: &[u8]) -> [Vec<u8>; 2] {
 }
 
 #[test]
+fn a_frame_without_its_middle_or_its_end_is_lost() {
+    let mut buffer = [0; 4];
+    let (mut assembler, mut clock) = (Assembler::new(&mut buffer), DeviceClock::default());
+    assert_eq!(assembler.push(&small(false, false, 10, &[1, 2]), &mut clock), AssemblyOutcome::Partial);
+    assert_eq!(
+        assembler.push(&small(false, true, 10, &[4]), &mut clock),
+        AssemblyOutcome::Lost(Cause::ShortFrame)
+    );
+    assert_eq!(assembler.push(&small(true, false, 20, &[1, 2]), &mut clock), AssemblyOutcome::Partial);
+    let next = assembler.push(&small(false, true, 30, &[5, 6, 7, 8]), &mut clock);
+    assert!(matches!(next, AssemblyOutcome::Frame(frame) if frame.pixels == [5, 6, 7, 8]), "{next:?}");
+    let lost = assembler.losses();
+    assert_eq!((lost.short_frame, lost.frame_unended, lost.frames()), (1, 1, 2));
+}
+
+/// The frame after the next one has the same identifier: only its time tells it from the rest of this one.
+#[test]
+fn the_rest_of_a_frame_is_not_taken_from_the_frame_after_the_next() {
+    let mut buffer = [0; 4];
+    let (mut assembler, mut clock) = (Assembler::new(&mut buffer), DeviceClock::default());
+    assert_eq!(assembler.push(&small(false, false, 10, &[1, 2]), &mut clock), AssemblyOutcome::Partial);
+    // The rest of it, the next frame, and the first half of the one behind are lost.
+    let torn = assembler.push(&small(false, true, 30, &[7, 8]), &mut clock);
+    assert_eq!(torn, AssemblyOutcome::Lost(Cause::ShortFrame));
+    // A payload of another frame at the same time is no rest either.
+    assert_eq!(assembler.push(&small(true, false, 40, &[1, 2]), &mut clock), AssemblyOutcome::Partial);
+    let torn = assembler.push(&small(false, true, 40, &[3, 4]), &mut clock);
+    assert!(!matches!(torn, AssemblyOutcome::Frame(_)), "{torn:?}");
+}
+
+#[test]
+fn the_rest_of_a_refused_frame_is_swallowed() {
+    let mut buffer = [0; 4];
+    let (mut assembler, mut clock) = (Assembler::new(&mut buffer), DeviceClock::default());
+    assert_eq!(
+        assembler.push(&small(false, false, 10, &[0; 5]), &mut clock),
+        AssemblyOutcome::Lost(Cause::OverlongFrame)
+    );
+    assert_eq!(assembler.push(&small(false, false, 10, &[0; 2]), &mut clock), AssemblyOutcome::Partial);
+    assert_eq!(assembler.push(&small(false, true, 10, &[0; 2]), &mut clock), AssemblyOutcome::Partial);
+    assert!(matches!(assembler.push(&small(true, true, 20, &[0; 4]), &mut clock), AssemblyOutcome::Frame(_)));
+    assert_eq!(assembler.losses().frames(), 1);
+}
+
+#[test]
 fn an_assembler_keeps_one_image_or_two() {
     let mut buffer = [0; 8];
     let mut clock = DeviceClock::default();
