@@ -6,13 +6,15 @@
 //! interval is of the recordings alone.
 
 use super::by_simulation::{APART, COARSE_M, Fit, PACKINGS, sets_of};
-use super::flow_curve::{CurveForward, FlowCurve, INDICES, RATE, SHARES};
+use super::flow_curve::{CurveForward, FlowCurve, RATE};
 use super::identified::{FlowStress, Identified};
+use super::law_interval::{CurveRegion, LinearRegion};
 use super::viscosity::Value;
 use meniscus_discover::recordings::stated::Known;
 use meniscus_discover::sizing::error::SizingError;
-use meniscus_discover::sizing::interval::SizeVariance;
+use meniscus_discover::sizing::interval::{Linearised, SizeVariance};
 use meniscus_discover::sizing::search::{Level, SizeRange, SizeSearch, Start};
+use nalgebra::DMatrix;
 
 /// Rounds with coarse particles at most.
 const ROUNDS: usize = 6;
@@ -139,21 +141,25 @@ impl Fit<'_> {
             let spacing = self.spacing(of(&best), coarse.map(of), whole);
             SizeVariance { curvature, packings, spacing }.half_width()
         };
-        let stress = half(0, |curve| curve.log_stress, 1.0);
-        let stress = [best.log_stress - stress, best.log_stress + stress];
-        let within = |value: f64, half: f64, (least, most): (f64, f64)| {
-            [(value - half).max(least), (value + half).min(most)]
-        };
-        let index = law.has_index().then(|| within(best.index, half(1, |curve| curve.index, 0.0), INDICES));
-        let which = 1 + usize::from(law.has_index());
-        let share =
-            law.has_yield_stress().then(|| within(best.share, half(which, |curve| curve.share, 0.0), SHARES));
-        let corners = corners(stress, index.unwrap_or([1.0; 2]), share.unwrap_or([0.0; 2]));
-        let value = |of: fn(&FlowCurve) -> f64| Value { best: of(&best), interval: ends(&corners, of) };
+        let index = law.has_index().then(|| half(1, |curve| curve.index, 0.0));
+        let share = law.has_yield_stress().then(|| {
+            let which = 1 + usize::from(law.has_index());
+            half(which, |curve| curve.share, 0.0)
+        });
+        let region = CurveRegion::of(&LinearRegion {
+            best,
+            law,
+            half: [Some(half(0, |curve| curve.log_stress, 1.0)), index, share]
+                .into_iter()
+                .flatten()
+                .collect(),
+            correlation: correlation(last),
+        });
+        let value = |of: fn(&FlowCurve) -> f64| Value { best: of(&best), interval: region.ends(of) };
         let tried = last.sizes.iter().map(|size| FlowCurve { log_stress: *size, ..best }.consistency_pa_sn());
         Identified {
             consistency_pa_sn: value(FlowCurve::consistency_pa_sn),
-            index: index.map(|interval| Value { best: best.index, interval }),
+            index: index.map(|_| value(|curve| curve.index)),
             yield_stress_pa: share.map(|_| value(FlowCurve::yield_stress_pa)),
             stress: Some(FlowStress { rate_per_s: RATE, stress_pa: value(FlowCurve::stress_pa) }),
             undetermined_below_pa_s: None,
@@ -164,36 +170,14 @@ impl Fit<'_> {
     }
 }
 
-/// The curves at the ends of the intervals of all three numbers.
-fn corners(log_stress: [f64; 2], index: [f64; 2], share: [f64; 2]) -> Vec<FlowCurve> {
-    let mut all = Vec::new();
-    for log_stress in log_stress {
-        for index in index {
-            all.extend(share.map(|share| FlowCurve { log_stress, index, share }));
-        }
-    }
-    all
-}
-
-/// Least and largest value of `of` over `curves`: no less than its interval, because the numbers of a curve depend on each other.
-fn ends(curves: &[FlowCurve], of: fn(&FlowCurve) -> f64) -> [f64; 2] {
-    let fold = |pick: fn(f64, f64) -> f64, start: f64| curves.iter().map(of).fold(start, pick);
-    [fold(f64::min, f64::INFINITY), fold(f64::max, f64::NEG_INFINITY)]
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn consistency_has_the_interval_of_all_numbers_it_depends_on() {
-        let truth = FlowCurve::of(2.0, 0.4, 3.0);
-        let around = |value: f64, by: f64| [value - by, value + by];
-        let all = corners(around(truth.log_stress, 0.05), around(truth.index, 0.1), around(truth.share, 0.2));
-        assert_eq!(all.len(), 8);
-        let [low, high] = ends(&all, FlowCurve::consistency_pa_sn);
-        assert!(low < 1.2 && high > 3.0, "{low} to {high}");
-        let [low, high] = ends(&all, FlowCurve::yield_stress_pa);
-        assert!(low < 1.5 && high > 4.5, "{low} to {high}");
-    }
+/// Correlation of the numbers at the best fit of `level`; none where it cannot be formed.
+fn correlation(level: &Level) -> DMatrix<f64> {
+    let count = level.variance.len();
+    let Some(linear) = Linearised::of(&level.mapped.emulator, &level.fit) else {
+        return DMatrix::identity(count, count);
+    };
+    let deviation = linear.inverse.diagonal().map(f64::sqrt);
+    DMatrix::from_fn(linear.inverse.nrows(), linear.inverse.ncols(), |i, j| {
+        linear.inverse[(i, j)] / (deviation[i] * deviation[j])
+    })
 }

@@ -9,6 +9,7 @@ mod fit;
 mod flow_curve;
 mod identified;
 mod law_by_simulation;
+mod law_interval;
 mod measured;
 #[cfg(test)]
 mod tests;
