@@ -27,7 +27,7 @@ const RATES: (f64, f64) = (0.5, 50.0);
 /// Rates that are looked at.
 const COUNT: usize = 21;
 
-/// Steps of index and share between the ends of what is tried, and of ln T over twice its half-width to either side.
+/// Steps of ln T over twice its half-width to either side, and of index and share between the ends of what is tried.
 const STEPS: [usize; 3] = [60, 90, 76];
 
 /// Least and largest half-width: a number that has none, and one that the recordings say nothing of.
