@@ -33,7 +33,7 @@ impl<'c> Course<'c> {
             carried: model.error_model.carried(
                 &memory.filter.covariance(),
                 latent_energy,
-                memory.agreement.scale(&model.error_model.factors),
+                memory.disagreement.scale(&model.error_model.factors),
             ),
         }
     }

@@ -46,7 +46,7 @@ impl Estimator<'_> {
         Posterior { latent, energy, input, coefficients, surface_m, discrepancy }
     }
 
-    /// Returns the half-widths of the corrected state, scaled by its agreement with the heights that were `seen`.
+    /// Returns the half-widths of the corrected state, scaled by its disagreement with the heights that were `seen`.
     pub(super) fn interval<R: Real>(
         &self,
         memory: &mut Memory,
@@ -65,8 +65,8 @@ impl Estimator<'_> {
             blind_turns: memory.blind_turns,
         });
         let tracking = memory.mode == Mode::Tracking;
-        memory.agreement.update(seen, &posterior.surface_m, &interval.surface_m, tracking);
-        memory.agreement.scaled(&errors.factors, interval)
+        memory.disagreement.update(seen, &posterior.surface_m, &interval.surface_m, tracking);
+        memory.disagreement.scaled(&errors.factors, interval)
     }
 
     /// Writes the full field if it is wanted, valid and in time. Returns whether it was written. The numbers of a group that

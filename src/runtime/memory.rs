@@ -9,7 +9,7 @@ use crate::latent::generic::{Latent, LatentState};
 use crate::latent::window::Window;
 use crate::runtime::health::{Health, count};
 use crate::surface::SurfaceProfile;
-use crate::uncertainty::agreement::Agreement;
+use crate::uncertainty::disagreement::Disagreement;
 
 /// State of the estimator from turn to turn. One memory belongs to one model.
 #[derive(Clone, Debug, Default)]
@@ -22,7 +22,7 @@ pub struct Memory {
     unseen: u32,
     pub(super) mode: Mode,
     missed: u32,
-    pub(super) agreement: Agreement,
+    pub(super) disagreement: Disagreement,
     /// Turns in a row without heights and without a known motion of the glass.
     pub(super) blind_turns: u32,
     /// Counters since the start.
@@ -54,10 +54,10 @@ impl Memory {
     }
 
     /// rho: mean square of the errors that the camera sees in the estimated surface, over what the intervals say. One where they are
-    /// right, more where they are too narrow (`crate::uncertainty::agreement`).
+    /// right, more where they are too narrow (`crate::uncertainty::disagreement`).
     #[must_use]
-    pub fn agreement(&self) -> f64 {
-        self.agreement.rho()
+    pub fn disagreement(&self) -> f64 {
+        self.disagreement.rho()
     }
 
     /// Counts the turn among those without heights and without a known motion, or ends their row.
@@ -77,7 +77,7 @@ impl Memory {
             // After a long gap the liquid has nothing to do with the state that was left.
             self.window.clear();
             self.motion = Motion::default();
-            self.agreement = Agreement::default();
+            self.disagreement = Disagreement::default();
             self.state.latent = Latent::zeros();
             self.state.held = Default::default();
             self.filter = Filter::new(config);

@@ -18,7 +18,7 @@ pub const FIELD_GROUPS: usize = 5;
 /// // A blob from before surfaces at rest were measured states nine numbers: its `rest_noise_std_m` is zero.
 /// let old = ErrorFactors::from_tensor(&[0.1, 2.0, 2.5, 3.0, 1.1, 1.2, 1.3, 1.4, 1.5]).unwrap();
 /// assert_eq!((old.weight_floor, old.surface, old.rest_noise_std_m), (0.1, [2.0, 2.5, 3.0], 0.0));
-/// assert_eq!((old.planned, old.crest, old.agreement), ([2.0, 2.0], 2.0, ErrorFactors::LEAST_AGREEMENT));
+/// assert_eq!((old.planned, old.crest, old.disagreement), ([2.0, 2.0], 2.0, ErrorFactors::LEAST_DISAGREEMENT));
 /// assert_eq!(ErrorFactors::from_tensor(&old.to_tensor()), Some(old));
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -35,22 +35,22 @@ pub struct ErrorFactors {
     pub planned: [f32; LEADS.len() - 1],
     /// k of the height of the next crest, where the motion is planned up to it.
     pub crest: f32,
-    /// theta: agreement with the camera up to which the intervals stay as wide as k says (`crate::uncertainty::agreement`).
-    pub agreement: f32,
+    /// theta: disagreement with the camera up to which the intervals stay as wide as k says (`crate::uncertainty::disagreement`).
+    pub disagreement: f32,
 }
 
 impl ErrorFactors {
     /// Sizes that the tensor may have. Blobs before the later numbers have fewer: the first end before
-    /// `rest_noise_std_m`, the next before `planned`, the next before `agreement`.
+    /// `rest_noise_std_m`, the next before `planned`, the next before `disagreement`.
     pub const SIZES: [usize; 4] =
         [1 + LEADS.len() + FIELD_GROUPS, 2 + LEADS.len() + FIELD_GROUPS, Self::NUMBERS - 1, Self::NUMBERS];
 
     /// Numbers of [`Self::to_tensor`].
     pub const NUMBERS: usize = 2 * LEADS.len() + FIELD_GROUPS + 3;
 
-    /// Least theta of a model, and that of a blob from before it was measured. The models that ship have a mean agreement of 0.4 to
-    /// 0.9 on recordings like those that they learned from.
-    pub const LEAST_AGREEMENT: f32 = 1.4;
+    /// Least theta of a model, and that of a blob from before it was measured. A model that errs as it states has a rho of one; the rest
+    /// is room for the scatter of rho.
+    pub const LEAST_DISAGREEMENT: f32 = 1.4;
 
     /// Numbers of [`Self::quantiles`].
     pub const QUANTILES: usize = 2 * LEADS.len() + FIELD_GROUPS;
@@ -65,7 +65,7 @@ impl ErrorFactors {
             rest_noise_std_m: 0.0,
             planned: [1.0; LEADS.len() - 1],
             crest: 1.0,
-            agreement: f32::MAX,
+            disagreement: f32::MAX,
         }
     }
 
@@ -78,15 +78,15 @@ impl ErrorFactors {
         let (&surface, rest) = rest.split_first_chunk()?;
         let (&field, rest) = rest.split_first_chunk()?;
         let [now, ..]: [f32; LEADS.len()] = surface;
-        let (as_now, least) = ([now; LEADS.len() - 1], Self::LEAST_AGREEMENT);
-        let (rest_noise_std_m, planned, crest, agreement) = match *rest {
+        let (as_now, least) = ([now; LEADS.len() - 1], Self::LEAST_DISAGREEMENT);
+        let (rest_noise_std_m, planned, crest, disagreement) = match *rest {
             [] => (0.0, as_now, now, least),
             [at_rest] => (at_rest, as_now, now, least),
             [at_rest, near, far, crest] => (at_rest, [near, far], crest, least),
-            [at_rest, near, far, crest, agreement] => (at_rest, [near, far], crest, agreement),
+            [at_rest, near, far, crest, disagreement] => (at_rest, [near, far], crest, disagreement),
             _ => return None,
         };
-        Some(Self { weight_floor, surface, field, rest_noise_std_m, planned, crest, agreement })
+        Some(Self { weight_floor, surface, field, rest_noise_std_m, planned, crest, disagreement })
     }
 
     /// Returns the numbers in the order of the tensor.
@@ -98,7 +98,7 @@ impl ErrorFactors {
             .chain(&self.field)
             .chain(core::iter::once(&self.rest_noise_std_m))
             .chain(&self.planned)
-            .chain([&self.crest, &self.agreement]);
+            .chain([&self.crest, &self.disagreement]);
         numbers.iter_mut().zip(values).for_each(|(slot, value)| *slot = *value);
         numbers
     }
@@ -126,7 +126,7 @@ impl ErrorFactors {
     /// of a seen surface behind none, that of a free forecast from [`FREE_TURNS`] on, and straight between.
     ///
     /// The filter's covariance alone would be too small there: hands and robots jerk more often than its Gaussian input. With one
-    /// factor for all turns, 82, 70 and 52 % of the heights lay within their interval 1, 2 and 3 turns behind the last frame.
+    /// factor for all turns, ever fewer heights lie within their interval from one unseen turn to the next.
     pub(crate) fn of_estimate(&self, blind: u32) -> f64 {
         let [now, free, ..] = self.surface.map(f64::from);
         let way = f64::from(blind.min(FREE_TURNS)) / f64::from(FREE_TURNS);
@@ -174,7 +174,7 @@ mod tests {
         let mut factors = ErrorFactors::uncalibrated(0.5);
         factors.quantiles_mut().zip(2_u8..).for_each(|(k, number)| *k = f32::from(number));
         factors.rest_noise_std_m = 20.0;
-        factors.agreement = 30.0;
+        factors.disagreement = 30.0;
         let row = [0.5, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 20.0, 10.0, 11.0, 12.0, 30.0];
         assert_eq!(factors.to_tensor(), row);
         assert_eq!(factors.quantiles(), [2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0, 11.0, 12.0]);
@@ -183,7 +183,7 @@ mod tests {
         let old = ErrorFactors::from_tensor(&row[..10]).expect("a size of before");
         assert_eq!((old.planned, old.crest), ([2.0; 2], 2.0));
         let old = ErrorFactors::from_tensor(&row[..13]).expect("a size of before");
-        assert_eq!((old.crest, old.agreement), (12.0, ErrorFactors::LEAST_AGREEMENT));
+        assert_eq!((old.crest, old.disagreement), (12.0, ErrorFactors::LEAST_DISAGREEMENT));
         factors.field[4] = -1e-9;
         assert!(!factors.none_negative());
     }

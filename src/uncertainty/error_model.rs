@@ -80,7 +80,7 @@ pub(crate) mod tests {
         rest_noise_std_m: 0.0,
         planned: [3.0, 5.0],
         crest: 6.0,
-        agreement: 1.4,
+        disagreement: 1.4,
     };
 
     /// J of one for the first latent at every point, nothing else.

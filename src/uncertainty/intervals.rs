@@ -77,7 +77,7 @@ pub(crate) struct CarriedCovariance {
     process_noise_scale: f64,
     /// w of the liveliest slosh so far.
     weight: f64,
-    /// m ([`crate::uncertainty::agreement`]).
+    /// m ([`crate::uncertainty::disagreement`]).
     scale: f64,
 }
 

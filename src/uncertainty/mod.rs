@@ -5,13 +5,13 @@
 //! | `error_model` | covariances of a blob |
 //! | `intervals` | half-widths that follow from these and the filter's covariance |
 //! | `error_factors` | conformal factors of the half-widths |
-//! | `agreement` | scale of the half-widths by what the camera sees |
+//! | `disagreement` | scale of the half-widths by what the camera sees |
 //! | `discrepancy` | share of the decoder's misfit that measured heights put right |
 //! | `latent_covariance` | error covariance of the reduced state as it leaves the estimator |
 //! | `cross_axis` | first mode across the line along which the glass is moved |
 
-pub(crate) mod agreement;
 pub mod cross_axis;
+pub(crate) mod disagreement;
 pub mod discrepancy;
 pub mod error_factors;
 pub mod error_model;

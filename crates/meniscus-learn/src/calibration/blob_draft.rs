@@ -1,15 +1,15 @@
 //! Blob in the making: its tensors stand, its error factors and its error are still to be measured.
 //!
 //! ```text
-//! draft, k = 1, g = 0 --errors, rest noise--> draft, k = 1, g --interval factors--> draft, k, g --agreement--> blob --coverage-->
+//! draft, k = 1, g = 0 --errors, rest noise--> draft, k = 1, g --interval factors--> draft, k, g --disagreement--> blob --coverage-->
 //! ```
-//! The rest noise g is part of every interval, and the factors k scale the intervals that have it. The agreement theta compares
+//! The rest noise g is part of every interval, and the factors k scale the intervals that have it. The disagreement theta compares
 //! errors with scaled intervals. Each measurement therefore runs a blob that states what the measurements before it have found.
 
 use crate::TrainError;
 use crate::calibration::camera_views::{CameraView, camera_views};
 use crate::calibration::intervals::{
-    IntervalFactors, agreement, coverage, errors, interval_factors, rest_noise_m,
+    IntervalFactors, coverage, disagreement, errors, interval_factors, rest_noise_m,
 };
 use crate::stage::{Stage, StageRecord};
 use meniscus::blob::Header;
@@ -83,9 +83,13 @@ impl BlobDraft {
 
         let IntervalFactors { k, left_out } = interval_factors(&self.bytes()?, &calibration)?;
         factors::change(&mut self.parts, |of| of.quantiles_mut().zip(k).for_each(|(factor, k)| *factor = k));
-        let agreement = agreement(&self.bytes()?, &calibration)?;
-        factors::change(&mut self.parts, |of| of.agreement = agreement);
-        checks.push(Check::informational("interval: agreement with the camera", f64::from(agreement), "1"));
+        let disagreement = disagreement(&self.bytes()?, &calibration)?;
+        factors::change(&mut self.parts, |of| of.disagreement = disagreement);
+        checks.push(Check::informational(
+            "interval: disagreement with the camera",
+            f64::from(disagreement),
+            "1",
+        ));
         checks.push(Check::informational("interval: rest missed by", 1e3 * f64::from(rest_noise_m), "mm"));
         checks.extend(left_out);
 

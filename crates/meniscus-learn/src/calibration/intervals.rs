@@ -4,7 +4,7 @@
 //! ```text
 //! g^2   = mean of (truth - estimate)^2 - half^2 over the heights while H < REST, nought at least
 //! k     = 90 % quantile of |truth - estimate| / half over all numbers of all recordings held out
-//! theta = 90 % quantile of rho over all turns of theirs (`meniscus::uncertainty::agreement`)
+//! theta = 90 % quantile of rho over all turns of theirs (`meniscus::uncertainty::disagreement`)
 //! ```
 //! (Split conformal prediction: Lei et al., J. Am. Stat. Assoc. 113 (2018) 1094.) What is exchangeable is the
 //! recording and not the number: errors of one slosh go together, so that a quantile over the numbers of two recordings held
@@ -134,10 +134,10 @@ pub(crate) fn interval_factors(blob: &[u8], views: &[CameraView<'_>]) -> Result<
 ///
 /// # Errors
 /// [`LoadError`], when the blob is refused.
-pub(crate) fn agreement(blob: &[u8], views: &[CameraView<'_>]) -> Result<f32, LoadError> {
+pub(crate) fn disagreement(blob: &[u8], views: &[CameraView<'_>]) -> Result<f32, LoadError> {
     let blob = AlignedBytes::copy(blob);
     let model = Model::load(&blob)?;
-    let (mut largest, mut together) = (ErrorFactors::LEAST_AGREEMENT, Vec::new());
+    let (mut largest, mut together) = (ErrorFactors::LEAST_DISAGREEMENT, Vec::new());
     for (_, seen) in views {
         let mut of_one = Vec::new();
         turns_with(
@@ -146,7 +146,7 @@ pub(crate) fn agreement(blob: &[u8], views: &[CameraView<'_>]) -> Result<f32, Lo
             |_| InputSource::Tracked,
             |_, memory, estimate| {
                 if estimate.mode == Mode::Tracking {
-                    of_one.push(memory.agreement() as f32);
+                    of_one.push(memory.disagreement() as f32);
                 }
             },
         );

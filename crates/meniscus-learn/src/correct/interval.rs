@@ -26,7 +26,7 @@ pub(super) fn rescaled(blob: &[u8], held: &Subset, max_widening: f32) -> Result<
     let aligned = AlignedBytes::copy(blob);
     let mut model = with_effects(&aligned)?;
     // How much an interval widens depends on the factors, which are yet to change.
-    model.error_model.factors.agreement = f32::MAX;
+    model.error_model.factors.disagreement = f32::MAX;
     let mut ratios = Vec::new();
     for seen in &held.all {
         for (logged, profile) in turns(&model, seen).iter().zip(seen).skip(held.from) {

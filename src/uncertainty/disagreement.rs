@@ -1,4 +1,4 @@
-//! Agreement of the estimated surface with the heights that were seen, and the scale of the intervals that follows from it.
+//! Disagreement of the estimated surface with the heights that were seen, and the scale of the intervals that follows from it.
 //!
 //! Conformal factors hold where the liquid moves as in the recordings that they were set on. A livelier slosh, or another liquid, has
 //! larger errors, and the camera sees them. With r the measured less the estimated height and h its half-width before scaling,
@@ -10,8 +10,8 @@
 //! ```
 //! The camera's noise differs from frame to frame and drops out of the mean of r r', while an error of the model lasts for several
 //! frames. So m asks nothing of the variances that the camera states. theta is what rho stays below in nine of ten turns of the
-//! recordings that the factors were set on, and [`ErrorFactors::LEAST_AGREEMENT`] at least. An adaptation of conformal intervals to a shift of the data: Gibbs and Candes, Adv. Neural Inf. Process. Syst.
-//! 34 (2021) 1660. The heat has books of its own, and its width stays.
+//! recordings that the factors were set on, and [`ErrorFactors::LEAST_DISAGREEMENT`] at least. An adaptation of
+//! conformal intervals to a shift of the data: Gibbs and Candes, Adv. Neural Inf. Process. Syst. 34 (2021) 1660. The heat has books of its own, and its width stays.
 
 use crate::math::sqrt;
 use crate::surface::{POINTS, SurfaceProfile};
@@ -21,7 +21,7 @@ use crate::uncertainty::intervals::{ENERGY, Interval};
 /// Half-widths of 90 % over standard deviations of a normal distribution.
 const HALF_OVER_STD: f64 = 1.645;
 
-/// Weights a of a new turn in rho where it lies above, and where it lies below: a width grows in some turns and shrinks in a second.
+/// Weights a of a new turn in rho where it lies above, and where it lies below: a width grows in some turns and shrinks in some seconds.
 const RATES: [f64; 2] = [0.3, 0.03];
 
 /// Least theta of any blob, against a hostile one: errors as large as stated are a rho of one.
@@ -32,19 +32,19 @@ const LARGEST: f64 = 100.0;
 
 /// rho, and r of the last turn.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Agreement {
+pub(crate) struct Disagreement {
     rho: f64,
     /// r; not a number where no height was seen.
     residual_m: [f64; POINTS],
 }
 
-impl Default for Agreement {
+impl Default for Disagreement {
     fn default() -> Self {
         Self { rho: 0.0, residual_m: [f64::NAN; POINTS] }
     }
 }
 
-impl Agreement {
+impl Disagreement {
     /// Takes the heights of a turn, its estimate and the half-widths before scaling. rho stays where it is not `tracking`.
     pub(crate) fn update(
         &mut self,
@@ -84,7 +84,7 @@ impl Agreement {
 
     /// Returns m of a model with `factors`.
     pub(crate) fn scale(&self, factors: &ErrorFactors) -> f64 {
-        let theta = f64::from(factors.agreement).max(LEAST_THETA);
+        let theta = f64::from(factors.disagreement).max(LEAST_THETA);
         sqrt((self.rho / theta).max(1.0))
     }
 
@@ -110,7 +110,7 @@ mod tests {
 
     /// Factors with theta at its least.
     fn factors() -> ErrorFactors {
-        ErrorFactors { agreement: ErrorFactors::LEAST_AGREEMENT, ..ErrorFactors::uncalibrated(0.1) }
+        ErrorFactors { disagreement: ErrorFactors::LEAST_DISAGREEMENT, ..ErrorFactors::uncalibrated(0.1) }
     }
 
     fn seen(error_m: impl Fn(usize) -> f32) -> SurfaceProfile {
@@ -127,14 +127,15 @@ mod tests {
     /// Errors that last widen the intervals by as much as they are larger; noise that alternates does not, however large.
     #[test]
     fn lasting_errors_widen_and_noise_does_not() {
-        let (mut lasting, mut noisy) = (Agreement::default(), Agreement::default());
+        let (mut lasting, mut noisy) = (Disagreement::default(), Disagreement::default());
         for turn in 0..60 {
             let sign = if turn % 2 == 0 { 1.0 } else { -1.0 };
             lasting.update(Some(&seen(|_| 3e-4)), &SAID, &HALF, true);
             noisy.update(Some(&seen(|_| sign * 1e-3)), &SAID, &HALF, true);
         }
         assert!(
-            (lasting.scale(&factors()) - sqrt(9.0 / f64::from(ErrorFactors::LEAST_AGREEMENT))).abs() < 0.02,
+            (lasting.scale(&factors()) - sqrt(9.0 / f64::from(ErrorFactors::LEAST_DISAGREEMENT))).abs()
+                < 0.02,
             "{}",
             lasting.scale(&factors())
         );
@@ -145,7 +146,7 @@ mod tests {
         assert_eq!(wide.field[ENERGY], 1.0);
         assert!(wide.field.iter().filter(|half| **half > 2.0).count() == 4);
         // Neither a draft nor a model with such errors on its own recordings widens, and a hostile theta widens no more than one of 1.
-        let with = |agreement: f32| lasting.scale(&ErrorFactors { agreement, ..factors() });
+        let with = |disagreement: f32| lasting.scale(&ErrorFactors { disagreement, ..factors() });
         assert_eq!((with(f32::MAX), with(9.5)), (1.0, 1.0));
         assert_eq!((with(0.0), with(f32::NAN)), (with(1.0), with(1.0)));
     }
@@ -153,31 +154,31 @@ mod tests {
     /// Errors as large as stated leave the widths, and a width comes back within seconds of the last large error.
     #[test]
     fn widths_stay_where_the_model_is_right_and_come_back() {
-        let mut agreement = Agreement::default();
+        let mut disagreement = Disagreement::default();
         for _ in 0..60 {
-            agreement.update(Some(&seen(|_| 1e-4)), &SAID, &HALF, true);
+            disagreement.update(Some(&seen(|_| 1e-4)), &SAID, &HALF, true);
         }
-        assert_eq!(agreement.scale(&factors()), 1.0);
+        assert_eq!(disagreement.scale(&factors()), 1.0);
         for _ in 0..10 {
-            agreement.update(Some(&seen(|_| 1e-3)), &SAID, &HALF, true);
+            disagreement.update(Some(&seen(|_| 1e-3)), &SAID, &HALF, true);
         }
-        assert!(agreement.scale(&factors()) > 6.0);
+        assert!(disagreement.scale(&factors()) > 6.0);
         for _ in 0..180 {
-            agreement.update(Some(&seen(|_| 1e-4)), &SAID, &HALF, true);
+            disagreement.update(Some(&seen(|_| 1e-4)), &SAID, &HALF, true);
         }
-        assert!(agreement.scale(&factors()) < 1.05, "{}", agreement.scale(&factors()));
+        assert!(disagreement.scale(&factors()) < 1.05, "{}", disagreement.scale(&factors()));
     }
 
     /// No height, a height that is no number, and a turn that does not track change nothing.
     #[test]
     fn what_was_not_seen_counts_nothing() {
-        let mut agreement = Agreement::default();
+        let mut disagreement = Disagreement::default();
         for _ in 0..5 {
-            agreement.update(Some(&seen(|_| 1e-2)), &SAID, &HALF, false);
-            agreement.update(None, &SAID, &HALF, true);
-            agreement.update(Some(&seen(|_| f32::NAN)), &SAID, &HALF, true);
-            agreement.update(Some(&seen(|_| 1e-2)), &SAID, &[0.0; POINTS], true);
+            disagreement.update(Some(&seen(|_| 1e-2)), &SAID, &HALF, false);
+            disagreement.update(None, &SAID, &HALF, true);
+            disagreement.update(Some(&seen(|_| f32::NAN)), &SAID, &HALF, true);
+            disagreement.update(Some(&seen(|_| 1e-2)), &SAID, &[0.0; POINTS], true);
         }
-        assert_eq!(agreement.scale(&factors()), 1.0);
+        assert_eq!(disagreement.scale(&factors()), 1.0);
     }
 }
