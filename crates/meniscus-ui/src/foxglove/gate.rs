@@ -121,7 +121,9 @@ fn accept(listener: &TcpListener, desk: &Arc<Desk>) {
 /// One connection: let in and passed on until either side ends, or refused.
 fn serve(stream: &Arc<TcpStream>, place: &Place, desk: &Desk) {
     let mut timed = TimedStream::new(Arc::clone(stream), HEAD_WITHIN);
-    let refused = match read(&mut timed) {
+    let head = read(&mut timed);
+    place.ask();
+    let refused = match head {
         Err(HeadFault::Malformed) => (400, "This is no request that the server knows."),
         Err(HeadFault::TooLong) => (431, "The request's head is longer than 8 KiB."),
         Err(HeadFault::Slow) => (408, "The request took longer than 5 seconds."),

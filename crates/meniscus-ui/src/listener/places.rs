@@ -2,13 +2,17 @@
 //!
 //! ```text
 //! a newcomer finds ...                            then
-//!   its address at its share of connections       its address's oldest passing connection goes
-//!   all places taken                              the oldest passing connection of the fullest address goes,
-//!                                                 or its newest guest, if the newcomer's address holds fewer
+//!   its address at its share of connections       the oldest of its address's silent or asking ones goes,
+//!                                                 whichever are more
+//!   all places taken                              the same of the fullest address,
+//!                                                 or its newest guest, if the newcomer's address has fewer
 //! ```
-//! A connection is passing until it becomes a guest, one that stays: a viewer. An IPv6 peer has a whole /64 at its disposal,
-//! so that counts as one address.
+//! A connection is silent until its request has come, then asking, and a guest if it stays: a viewer. Whoever only opens
+//! connections therefore ends no answer that is on its way. An IPv6 peer has a whole /64 at its disposal, so that counts as
+//! one address.
 
+use super::head::HEAD_MAX;
+use rustix::net::RecvFlags;
 use std::net::{IpAddr, Ipv6Addr, Shutdown, TcpStream};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
@@ -25,12 +29,23 @@ pub(crate) struct Limits {
     pub(crate) guests_each: usize,
 }
 
+/// Stage of a connection.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Stage {
+    /// Its request has not come yet.
+    Silent,
+    /// Its request has come, and is read or answered.
+    Asking,
+    /// It stays.
+    Guest,
+}
+
 /// One connection.
 #[derive(Debug)]
 struct Entry {
     number: u64,
     address: IpAddr,
-    guest: bool,
+    stage: Stage,
     stream: Arc<TcpStream>,
 }
 
@@ -66,14 +81,14 @@ impl Places {
         let address = counted(stream.peer_addr().ok()?.ip());
         let mut held = self.held();
         if held.count(address) >= self.limits.connections_each {
-            held.send_away(|entry| entry.address == address && !entry.guest)?;
+            held.send_away_of(address)?;
         }
         if held.entries.len() >= self.limits.connections {
             held.make_room(address)?;
         }
         let number = held.next;
         held.next += 1;
-        held.entries.push(Entry { number, address, guest: false, stream: Arc::clone(stream) });
+        held.entries.push(Entry { number, address, stage: Stage::Silent, stream: Arc::clone(stream) });
         Some(Place { places: Arc::clone(self), number })
     }
 
@@ -88,6 +103,15 @@ impl Places {
 }
 
 impl Place {
+    /// Notes that the connection's request has been read: connections without one do not push it out.
+    pub(crate) fn ask(&self) {
+        let mut held = self.places.held();
+        // One that was sent away meanwhile has no entry, and its stream says so.
+        if let Some(own) = held.entries.iter_mut().find(|entry| entry.number == self.number) {
+            own.stage = Stage::Asking;
+        }
+    }
+
     /// Makes the connection a guest, where there is room for one of its address.
     pub(crate) fn stay(&self) -> Option<()> {
         let limits = self.places.limits;
@@ -96,15 +120,15 @@ impl Place {
         if held.guests(address) >= limits.guests_each {
             return None;
         }
-        if held.entries.iter().filter(|entry| entry.guest).count() >= limits.guests {
+        if held.entries.iter().filter(|entry| entry.is_guest()).count() >= limits.guests {
             let (fullest, share) = held.fullest(|held, address| held.guests(address))?;
             if share <= held.guests(address) + 1 {
                 return None;
             }
-            held.send_away_last(|entry| entry.address == fullest && entry.guest)?;
+            held.send_away_last(|entry| entry.address == fullest && entry.is_guest())?;
         }
         let own = held.entries.iter_mut().find(|entry| entry.number == self.number)?;
-        own.guest = true;
+        own.stage = Stage::Guest;
         Some(())
     }
 }
@@ -115,13 +139,23 @@ impl Drop for Place {
     }
 }
 
+impl Entry {
+    fn is(&self, address: IpAddr, stage: Stage) -> bool {
+        self.address == address && self.stage == stage
+    }
+
+    fn is_guest(&self) -> bool {
+        self.stage == Stage::Guest
+    }
+}
+
 impl Held {
     fn count(&self, address: IpAddr) -> usize {
         self.entries.iter().filter(|entry| entry.address == address).count()
     }
 
     fn guests(&self, address: IpAddr) -> usize {
-        self.entries.iter().filter(|entry| entry.address == address && entry.guest).count()
+        self.entries.iter().filter(|entry| entry.address == address && entry.is_guest()).count()
     }
 
     /// Returns the address with the largest share, and that share.
@@ -132,17 +166,30 @@ impl Held {
     /// Frees a place for a newcomer of `address`.
     fn make_room(&mut self, address: IpAddr) -> Option<()> {
         let (fullest, share) = self.fullest(Self::count)?;
-        if let Some(()) = self.send_away(|entry| entry.address == fullest && !entry.guest) {
+        if let Some(()) = self.send_away_of(fullest) {
             return Some(());
         }
         let fewer = self.count(address) + 1 < share;
-        let least = |entry: &Entry| if fewer { entry.address == fullest } else { !entry.guest };
+        let least = |entry: &Entry| if fewer { entry.address == fullest } else { !entry.is_guest() };
         self.send_away_last(least)
     }
 
-    /// Ends the oldest connection of a kind.
-    fn send_away(&mut self, which: impl Fn(&Entry) -> bool) -> Option<()> {
-        let place = self.entries.iter().position(which)?;
+    /// Ends a connection of `address`: the oldest of its silent or of its asking ones, whichever are more.
+    ///
+    /// Neither kind can take the other's half, so a newcomer has as long to be read, and then to be answered.
+    fn send_away_of(&mut self, address: IpAddr) -> Option<()> {
+        let number = |held: &Self, stage| held.entries.iter().filter(|entry| entry.is(address, stage)).count();
+        let oldest = |held: &Self, stage| held.entries.iter().position(|entry| entry.is(address, stage));
+        while number(self, Stage::Asking) <= number(self, Stage::Silent) {
+            let place = oldest(self, Stage::Silent)?;
+            let entry = self.entries.get_mut(place)?;
+            if !has_asked(&entry.stream) {
+                return self.end(place);
+            }
+            // Its thread has not run yet. Under load that takes longer than 32 connections take to arrive.
+            entry.stage = Stage::Asking;
+        }
+        let place = oldest(self, Stage::Asking)?;
         self.end(place)
     }
 
@@ -159,6 +206,14 @@ impl Held {
     }
 }
 
+/// Returns whether a whole head of a request lies in `stream`'s buffer.
+fn has_asked(stream: &TcpStream) -> bool {
+    let mut head = [0; HEAD_MAX];
+    let waiting = rustix::net::recv(stream, &mut head, RecvFlags::PEEK | RecvFlags::DONTWAIT);
+    let length = waiting.map_or(0, |(length, _)| length);
+    head.get(..length).is_some_and(|head| head.windows(4).any(|four| four == b"\r\n\r\n"))
+}
+
 /// Returns the address that a peer's connections are counted under.
 fn counted(address: IpAddr) -> IpAddr {
     match address.to_canonical() {
@@ -173,6 +228,7 @@ fn counted(address: IpAddr) -> IpAddr {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::io::Write;
     use std::net::TcpListener;
 
     const LIMITS: Limits = Limits { connections: 6, connections_each: 4, guests: 4, guests_each: 3 };
@@ -209,6 +265,32 @@ mod tests {
         greedy.clear();
         drop((second, third));
         assert_eq!(places.taken(), 0);
+    }
+
+    #[test]
+    fn silent_connections_push_out_none_that_is_answered() {
+        let listener = TcpListener::bind("127.0.0.1:0").expect("a port");
+        let places = Places::new(LIMITS);
+        let enter = || {
+            let (stream, peer) = pair(&listener, 1);
+            places.enter(&stream).map(|place| (place, peer))
+        };
+        let read = enter().expect("room");
+        read.0.ask();
+        // One whose request lies unread, as where its thread has not run yet.
+        let unread = enter().expect("room");
+        let mut peer = &unread.1;
+        peer.write_all(b"GET / HTTP/1.1\r\n\r\n").expect("sent");
+        let silent: Vec<_> = (0..20).map(|_| enter().expect("the newest enters")).collect();
+        assert_eq!(read.0.stay(), Some(()), "the oldest of all is still there");
+        assert_eq!(unread.0.stay(), Some(()), "it was spared as well");
+        assert_eq!(places.taken(), LIMITS.connections_each);
+        drop((read, unread, silent));
+        // Where all ask, the oldest makes room.
+        let askers: Vec<_> = (0..4).map(|_| enter().expect("room")).collect();
+        askers.iter().for_each(|(place, _)| place.ask());
+        let _newest = enter().expect("the newest enters");
+        assert_eq!(askers.iter().position(|(place, _)| place.stay().is_some()), Some(1));
     }
 
     #[test]

@@ -150,7 +150,9 @@ fn serve(stream: Arc<TcpStream>, place: &Place, desk: &Desk) {
         Some(tls) => tls.wire(stream),
     };
     let Some(mut stream) = wire else { return };
-    let answer = read(&mut stream).map_err(Refusal::from).and_then(|head| {
+    let head = read(&mut stream);
+    place.ask();
+    let answer = head.map_err(Refusal::from).and_then(|head| {
         let rest = head.rest().to_vec();
         Ok((desk.front.gate.admit(head.request)?, rest))
     });
