@@ -121,6 +121,7 @@ fn accept(listener: &TcpListener, desk: &Arc<Desk>) {
 /// One connection: let in and passed on until either side ends, or refused.
 fn serve(stream: &Arc<TcpStream>, place: &Place, desk: &Desk) {
     let mut timed = TimedStream::new(Arc::clone(stream), HEAD_WITHIN);
+    place.await_request(&timed);
     let head = read(&mut timed);
     place.ask();
     let refused = match head {

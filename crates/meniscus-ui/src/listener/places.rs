@@ -11,6 +11,7 @@
 //! connections therefore ends no answer that is on its way. An IPv6 peer has a whole /64 at its disposal, so that counts as
 //! one address.
 
+use super::TimedStream;
 use super::head::HEAD_MAX;
 use rustix::net::RecvFlags;
 use std::net::{IpAddr, Ipv6Addr, Shutdown, TcpStream};
@@ -103,7 +104,18 @@ impl Places {
 }
 
 impl Place {
-    /// Notes that the connection's request has been read: connections without one do not push it out.
+    /// Waits for the first bytes of `stream`, the connection of this place, and notes a whole request before it is read.
+    ///
+    /// Read bytes are seen only by the thread that read them, and under load it may not run again for long.
+    pub(crate) fn await_request(&self, stream: &TimedStream) {
+        let mut head = [0; HEAD_MAX];
+        // An error comes again where the stream is read.
+        if stream.peek(&mut head).is_ok_and(|length| is_whole(head.get(..length).unwrap_or_default())) {
+            self.ask();
+        }
+    }
+
+    /// Notes that the connection's request has come: connections without one do not push it out.
     pub(crate) fn ask(&self) {
         let mut held = self.places.held();
         // One that was sent away meanwhile has no entry, and its stream says so.
@@ -186,7 +198,7 @@ impl Held {
             if !has_asked(&entry.stream) {
                 return self.end(place);
             }
-            // Its thread has not run yet. Under load that takes longer than 32 connections take to arrive.
+            // Its thread has not run yet. Under load that takes longer than it takes dozens of others to arrive.
             entry.stage = Stage::Asking;
         }
         let place = oldest(self, Stage::Asking)?;
@@ -206,12 +218,17 @@ impl Held {
     }
 }
 
-/// Returns whether a whole head of a request lies in `stream`'s buffer.
+/// Returns whether a whole request lies unread in `stream`'s buffer.
 fn has_asked(stream: &TcpStream) -> bool {
     let mut head = [0; HEAD_MAX];
     let waiting = rustix::net::recv(stream, &mut head, RecvFlags::PEEK | RecvFlags::DONTWAIT);
     let length = waiting.map_or(0, |(length, _)| length);
-    head.get(..length).is_some_and(|head| head.windows(4).any(|four| four == b"\r\n\r\n"))
+    is_whole(head.get(..length).unwrap_or_default())
+}
+
+/// Returns whether `head` has the empty line that ends a request's head.
+fn is_whole(head: &[u8]) -> bool {
+    head.windows(4).any(|four| four == b"\r\n\r\n")
 }
 
 /// Returns the address that a peer's connections are counted under.

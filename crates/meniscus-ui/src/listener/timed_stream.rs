@@ -30,6 +30,14 @@ impl TimedStream {
         &self.stream
     }
 
+    /// Waits for bytes and copies them to `into`, unread; returns their number.
+    pub(crate) fn peek(&self, into: &mut [u8]) -> Result<usize> {
+        self.until_deadline(|stream, left| {
+            stream.set_read_timeout(left)?;
+            stream.peek(into)
+        })
+    }
+
     /// Returns the time left; none is an error.
     fn left(&self) -> Result<Option<Duration>> {
         let left = self.deadline.saturating_duration_since(Instant::now());

@@ -145,6 +145,7 @@ fn serve(stream: Arc<TcpStream>, place: &Place, desk: &Desk) {
         return;
     }
     let stream = TimedStream::new(stream, HEAD_WITHIN);
+    place.await_request(&stream);
     let wire = match &desk.front.tls {
         None => Some(Wire::Plain(stream)),
         Some(tls) => tls.wire(stream),
