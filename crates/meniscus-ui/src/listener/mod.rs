@@ -2,6 +2,7 @@
 //!
 //! The live page and the Foxglove server both stand behind it, so that neither can forget a check.
 
+mod connection;
 mod head;
 mod places;
 mod sender;

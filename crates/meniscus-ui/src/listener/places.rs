@@ -12,9 +12,8 @@
 //! one address.
 
 use super::TimedStream;
-use super::head::HEAD_MAX;
-use rustix::net::RecvFlags;
-use std::net::{IpAddr, Ipv6Addr, Shutdown, TcpStream};
+use super::connection::{Entry, Stage, counted, peeks_request};
+use std::net::{IpAddr, Shutdown, TcpStream};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// Limits on connections.
@@ -28,26 +27,6 @@ pub(crate) struct Limits {
     pub(crate) guests: usize,
     /// Guests of one address; fewer than its connections.
     pub(crate) guests_each: usize,
-}
-
-/// Stage of a connection.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Stage {
-    /// Its request has not come yet.
-    Silent,
-    /// Its request has come, and is read or answered.
-    Asking,
-    /// It stays.
-    Guest,
-}
-
-/// One connection.
-#[derive(Debug)]
-struct Entry {
-    number: u64,
-    address: IpAddr,
-    stage: Stage,
-    stream: Arc<TcpStream>,
 }
 
 /// Entries in the order of their arrival, and the next one's number.
@@ -108,9 +87,8 @@ impl Place {
     ///
     /// Read bytes are seen only by the thread that read them, and under load it may not run again for long.
     pub(crate) fn await_request(&self, stream: &TimedStream) {
-        let mut head = [0; HEAD_MAX];
         // An error comes again where the stream is read.
-        if stream.peek(&mut head).is_ok_and(|length| is_whole(head.get(..length).unwrap_or_default())) {
+        if peeks_request(|head| stream.peek(head)) {
             self.ask();
         }
     }
@@ -151,16 +129,6 @@ impl Drop for Place {
     }
 }
 
-impl Entry {
-    fn is(&self, address: IpAddr, stage: Stage) -> bool {
-        self.address == address && self.stage == stage
-    }
-
-    fn is_guest(&self) -> bool {
-        self.stage == Stage::Guest
-    }
-}
-
 impl Held {
     fn count(&self, address: IpAddr) -> usize {
         self.entries.iter().filter(|entry| entry.address == address).count()
@@ -190,12 +158,13 @@ impl Held {
     ///
     /// Neither kind can take the other's half, so a newcomer has as long to be read, and then to be answered.
     fn send_away_of(&mut self, address: IpAddr) -> Option<()> {
-        let number = |held: &Self, stage| held.entries.iter().filter(|entry| entry.is(address, stage)).count();
+        let number =
+            |held: &Self, stage| held.entries.iter().filter(|entry| entry.is(address, stage)).count();
         let oldest = |held: &Self, stage| held.entries.iter().position(|entry| entry.is(address, stage));
         while number(self, Stage::Asking) <= number(self, Stage::Silent) {
             let place = oldest(self, Stage::Silent)?;
             let entry = self.entries.get_mut(place)?;
-            if !has_asked(&entry.stream) {
+            if !entry.has_asked() {
                 return self.end(place);
             }
             // Its thread has not run yet. Under load that takes longer than it takes dozens of others to arrive.
@@ -215,30 +184,6 @@ impl Held {
         // Its thread sees the end of the stream and goes. A peer that has gone already is as good.
         let _gone = self.entries.remove(place).stream.shutdown(Shutdown::Both);
         Some(())
-    }
-}
-
-/// Returns whether a whole request lies unread in `stream`'s buffer.
-fn has_asked(stream: &TcpStream) -> bool {
-    let mut head = [0; HEAD_MAX];
-    let waiting = rustix::net::recv(stream, &mut head, RecvFlags::PEEK | RecvFlags::DONTWAIT);
-    let length = waiting.map_or(0, |(length, _)| length);
-    is_whole(head.get(..length).unwrap_or_default())
-}
-
-/// Returns whether `head` has the empty line that ends a request's head.
-fn is_whole(head: &[u8]) -> bool {
-    head.windows(4).any(|four| four == b"\r\n\r\n")
-}
-
-/// Returns the address that a peer's connections are counted under.
-fn counted(address: IpAddr) -> IpAddr {
-    match address.to_canonical() {
-        IpAddr::V6(address) => {
-            let [a, b, c, d, ..] = address.segments();
-            Ipv6Addr::new(a, b, c, d, 0, 0, 0, 0).into()
-        }
-        v4 @ IpAddr::V4(_) => v4,
     }
 }
 
@@ -308,13 +253,5 @@ mod tests {
         askers.iter().for_each(|(place, _)| place.ask());
         let _newest = enter().expect("the newest enters");
         assert_eq!(askers.iter().position(|(place, _)| place.stay().is_some()), Some(1));
-    }
-
-    #[test]
-    fn a_network_of_ipv6_counts_as_one_address() {
-        let of = |text: &str| counted(text.parse().expect("an address"));
-        assert_eq!(of("2001:db8::1"), of("2001:db8::ffff:2"));
-        assert_ne!(of("2001:db8::1"), of("2001:db8:0:1::1"));
-        assert_eq!(of("::ffff:10.0.0.1"), of("10.0.0.1"));
     }
 }
