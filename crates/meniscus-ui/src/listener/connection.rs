@@ -48,11 +48,24 @@ impl Entry {
     }
 }
 
-/// Returns whether `peek`, which copies waiting bytes, finds the empty line that ends a request's head.
+/// Returns whether `peek`, which copies waiting bytes, finds a whole request.
 pub(super) fn peeks_request(peek: impl FnOnce(&mut [u8]) -> Result<usize>) -> bool {
     let mut head = [0; HEAD_MAX];
     let waiting = peek(&mut head).unwrap_or(0);
-    head.get(..waiting).is_some_and(|head| head.windows(4).any(|four| four == b"\r\n\r\n"))
+    head.get(..waiting).is_some_and(is_whole)
+}
+
+/// Returns whether `bytes` have the empty line that ends a request's head, or the first message of a TLS handshake.
+///
+/// Source: RFC 8446, section 5.1: a record is its kind, 22 for a handshake, two bytes of version, two of length, and so many
+/// bytes.
+fn is_whole(bytes: &[u8]) -> bool {
+    match bytes {
+        [22, _, _, high, low, message @ ..] => {
+            message.len() >= usize::from(u16::from_be_bytes([*high, *low]))
+        }
+        _ => bytes.windows(4).any(|four| four == b"\r\n\r\n"),
+    }
 }
 
 /// Returns the address that a peer's connections are counted under.
@@ -68,7 +81,16 @@ pub(super) fn counted(address: IpAddr) -> IpAddr {
 
 #[cfg(test)]
 mod tests {
-    use super::counted;
+    use super::{counted, is_whole};
+
+    #[test]
+    fn a_part_of_a_request_is_none() {
+        assert!(is_whole(b"GET / HTTP/1.1\r\n\r\n") && is_whole(&[22, 3, 1, 0, 2, 1, 0]));
+        assert!(
+            !is_whole(b"GET / HTTP/1.1\r\n") && !is_whole(&[22, 3, 1, 0, 2, 1]) && !is_whole(&[22, 3, 1])
+        );
+        assert!(!is_whole(&[]));
+    }
 
     #[test]
     fn a_network_of_ipv6_counts_as_one_address() {
