@@ -2,8 +2,6 @@
 
 #[path = "support/corrected.rs"]
 mod corrected;
-#[path = "support/own_time.rs"]
-mod own_time;
 
 use corrected::corrected;
 use meniscus::blob::Model;
@@ -16,13 +14,12 @@ use meniscus_service::run::Viewer;
 use meniscus_service::sink::{StateAfter, TurnRecord, TurnSink};
 use meniscus_service::timed_turn::TimedTurn;
 use meniscus_ui::foxglove::{Error, Foxglove};
-use own_time::OwnTime;
 use serde_json::{Value, json};
 use std::collections::{BTreeMap, BTreeSet};
 use std::net::{SocketAddr, TcpStream};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 use tungstenite::client::IntoClientRequest;
 use tungstenite::{Message, WebSocket};
 
@@ -73,10 +70,10 @@ fn with_turns_of(bytes: &AlignedBytes, foxglove: &Foxglove, test: impl FnOnce() 
             let (mut number, mut longest, mut sink) = (0, Duration::ZERO, foxglove.sink());
             while !over.load(Ordering::Relaxed) {
                 let logged = turn(model, &mut memory, &mut field, number);
-                let own = OwnTime::start();
+                let begun = Instant::now();
                 let after = Some(StateAfter { memory: &memory, outline: image, depth: &[] });
                 sink.accept(&TurnRecord { logged: &logged, field: &field, after });
-                longest = longest.max(own.elapsed());
+                longest = longest.max(begun.elapsed());
                 number += 1;
                 std::thread::sleep(Duration::from_millis(4));
             }

@@ -7,8 +7,6 @@ mod server;
 
 #[path = "support/corrected.rs"]
 mod corrected;
-#[path = "support/own_time.rs"]
-mod own_time;
 
 use corrected::corrected;
 use meniscus::blob::Model;
@@ -21,7 +19,6 @@ use meniscus_service::run::Viewer;
 use meniscus_service::sink::{StateAfter, TurnRecord, TurnSink};
 use meniscus_service::timed_turn::TimedTurn;
 use meniscus_ui::page::{Page, Token, VIEWERS_EACH};
-use own_time::OwnTime;
 use serde_json::Value;
 use server::{ask, frame, taken, viewer};
 use std::net::SocketAddr;
@@ -76,10 +73,10 @@ fn with_page_of(
                     break;
                 }
                 let logged = turn(&model, &mut memory, &mut field, number);
-                let own = OwnTime::start();
+                let begun = Instant::now();
                 let after = Some(StateAfter { memory: &memory, outline: &image, depth: &[] });
                 sink.accept(&TurnRecord { logged: &logged, field: &field, after });
-                longest = longest.max(own.elapsed());
+                longest = longest.max(begun.elapsed());
                 std::thread::sleep(Duration::from_millis(4));
             }
             longest

@@ -12,7 +12,8 @@
 //! u half of the half-width of ln T
 //! ```
 //! u is a difference of the stresses that the recordings do not show: a slosh shows the shape of a curve less than its height, and the
-//! height to the half-width of ln T. Where the law is linear in its numbers, a number ends somewhat beyond its half-width: by a tenth of it in a power law.
+//! height to the half-width of ln T. Where the law is linear in its numbers, a number ends somewhat beyond its half-width: by a
+//! tenth of it in a power law.
 
 use super::flow_curve::{FlowCurve, INDICES, RATE, SHARES};
 use crate::law::Law;

@@ -8,8 +8,8 @@
 //!                                                 or its newest guest, if the newcomer's address has fewer
 //! ```
 //! A connection is silent until its request has come, then asking, and a guest if it stays: a viewer. Whoever only opens
-//! connections therefore ends no answer that is on its way. An IPv6 peer has a whole /64 at its disposal, so that counts as
-//! one address.
+//! connections therefore ends no answer while fewer than half of an address's other connections ask. An IPv6 peer has a whole
+//! /64 at its disposal, so that counts as one address.
 
 use super::TimedStream;
 use super::connection::{Entry, Stage, counted, peeks_request};
@@ -93,7 +93,7 @@ impl Place {
         }
     }
 
-    /// Notes that the connection's request has come: connections without one do not push it out.
+    /// Notes that the connection's request has come: while those without one are more, they make room before it.
     pub(crate) fn ask(&self) {
         let mut held = self.places.held();
         // One that was sent away meanwhile has no entry, and its stream says so.
