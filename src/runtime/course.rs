@@ -45,7 +45,8 @@ impl<'c> Course<'c> {
         model.cross_axis.step(&mut self.lateral);
         let latent_energy = model.generic.potential.value(&self.state.latent);
         let at = Horizon { frames: turn, planned: plan.len() };
-        model.error_model.carry(&mut self.carried, &model.generic, at, latent_energy);
+        let kick = model.generic.port * model.generic.dt_s;
+        model.error_model.carry(&mut self.carried, &kick, at, latent_energy);
         self.turn = turn.saturating_add(1);
     }
 
@@ -83,7 +84,7 @@ impl<'c> Course<'c> {
         for _ in 0..left {
             cross_axis.step(&mut self.lateral);
         }
-        error_model.carry_free(&mut self.carried, generic, left);
+        error_model.carry_free(&mut self.carried, &(generic.port * generic.dt_s), left);
         self.turn = within;
         self.half_width_m()
     }

@@ -11,7 +11,9 @@
 //! The camera's noise differs from frame to frame and drops out of the mean of r r', while an error of the model lasts for several
 //! frames. So m asks nothing of the variances that the camera states. theta is what rho stays below in nine of ten turns of the
 //! recordings that the factors were set on, and [`ErrorFactors::LEAST_DISAGREEMENT`] at least. An adaptation of
-//! conformal intervals to a shift of the data: Gibbs and Candes, Adv. Neural Inf. Process. Syst. 34 (2021) 1660. The heat has books of its own, and its width stays.
+//! conformal intervals to a shift of the data: Gibbs and Candes, Adv. Neural Inf. Process. Syst. 34 (2021) 1660.
+//! The heat has books of its own, and its width stays. Of a forecast m scales what comes from the model, not the accelerations that
+//! nobody planned ([`crate::uncertainty::intervals`]).
 
 use crate::math::sqrt;
 use crate::surface::{POINTS, SurfaceProfile};

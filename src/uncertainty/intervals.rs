@@ -3,18 +3,19 @@
 //! ```text
 //! half = k sqrt(J P J^T + y + (1 - s) w d + g^2)     of a height; of a field group without y, s and g, the mean over its numbers;
 //!                                                  k of a height grows while nothing is seen
-//! P-   = A P A^T + a w Q + m dt^2 B B^T      of a forecast, turn by turn; m = 1 where the motion is not planned, else 0;
-//!                                            w of the liveliest slosh from the estimate on
+//! P-   = A P A^T + m^2 a w Q + f dt^2 B B^T  of a forecast, turn by turn, from m^2 P on; f = 1 where the motion is not planned,
+//!                                            else 0; w of the liveliest slosh from the estimate on
 //! ```
 //! A is the closed step linearised about rest. Q is the covariance of the step's error, R that of the encoder's, d the
 //! variance of the decoder's, each for a unit of w = floor + H(x): a livelier slosh is known less well. g is the error at a
 //! surface at rest, which no slosh explains. y is the part of a cross-axis slosh ([`crate::uncertainty::cross_axis`]), s the
 //! share of w d that a measured height puts right ([`crate::uncertainty::discrepancy`]), a the process noise scale of the
-//! filter. The errors are neither white nor Gaussian, so P gives only their distribution over points and time. Their size
+//! filter. m scales all that the model knows badly ([`crate::uncertainty::disagreement`]): each term of a height, but not an
+//! acceleration that nobody planned, which is as large for a model that is right. The errors are neither white nor Gaussian, so P gives only their distribution over points and time. Their size
 //! comes from k ([`crate::uncertainty::error_factors::ErrorFactors`]), the 90 % quantile of |error| / half on held-out recordings (split conformal: Lei et al.,
 //! J. Am. Stat. Assoc. 113 (2018) 1094).
 
-use crate::latent::generic::{Generic, LATENTS, LatentOf};
+use crate::latent::generic::{LATENTS, Latent, LatentOf};
 use crate::math::sqrt;
 use crate::real::{Real, narrow};
 use crate::surface::POINTS;
@@ -73,12 +74,12 @@ pub struct Horizon {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct CarriedCovariance {
     p: Square,
-    /// a.
+    /// m^2 a.
     process_noise_scale: f64,
     /// w of the liveliest slosh so far.
     weight: f64,
-    /// m ([`crate::uncertainty::disagreement`]).
-    scale: f64,
+    /// m^2 ([`crate::uncertainty::disagreement`]).
+    scale2: f64,
 }
 
 /// Variances of the heights but for those of the latents.
@@ -90,14 +91,15 @@ struct HeightErrors<'a> {
     discrepancy: &'a Discrepancy,
     /// w.
     weight: f64,
+    /// m^2, but of the latents' variance, which has it already.
+    scale2: f64,
 }
 
 impl ErrorModel<'_> {
-    /// P- of a forecast's turn in which the step's error is `missed` times Q, under the motion of `glass`.
-    fn predict(&self, p: &mut Square, generic: &Generic<'_>, missed: f64, glass: Glass) {
+    /// P- of a forecast's turn in which the step's error is `missed` times Q, under the motion of `glass`; `kick` is dt B.
+    fn predict(&self, p: &mut Square, kick: &Latent, missed: f64, glass: Glass) {
         let mut next = self.transition * *p * self.transition.transpose() + self.process * missed;
         if glass == Glass::Free {
-            let kick = generic.port * generic.dt_s;
             next += kick * kick.transpose();
         }
         // A hostile blob may drive it anywhere: a P that is not finite says as much as knowing nothing.
@@ -124,11 +126,12 @@ impl ErrorModel<'_> {
         if let Some(half) = field.get_mut(ENERGY) {
             *half = energy as f32;
         }
-        let errors = HeightErrors { lateral_variance_m2, discrepancy, weight };
+        let errors = HeightErrors { lateral_variance_m2, discrepancy, weight, scale2: 1.0 };
         Interval { surface_m: self.heights::<R>(&p.latents, errors, surface_k), field }
     }
 
-    /// Returns the covariance of an estimate, to be carried on turn by turn, whose half-widths are to be scaled by `scale`.
+    /// Returns the covariance of an estimate, to be carried on turn by turn, of which all that the model knows is scaled by m,
+    /// `scale`.
     pub(crate) fn carried(
         &self,
         covariance: &Covariance,
@@ -136,28 +139,35 @@ impl ErrorModel<'_> {
         scale: f64,
     ) -> CarriedCovariance {
         let Covariance { latents, process_noise_scale, .. } = *covariance;
-        CarriedCovariance { p: latents, process_noise_scale, weight: self.weight(latent_energy), scale }
+        let scale2 = scale * scale;
+        CarriedCovariance {
+            p: latents * scale2,
+            process_noise_scale: scale2 * process_noise_scale,
+            weight: self.weight(latent_energy),
+            scale2,
+        }
     }
 
-    /// Carries a covariance from `at.frames` turns ahead to the next one, at whose end the slosh has `latent_energy`.
+    /// Carries a covariance from `at.frames` turns ahead to the next one, at whose end the slosh has `latent_energy`; `kick`
+    /// is dt B.
     ///
     /// w is that of the liveliest slosh so far: errors that come with a planned acceleration stay when it is over.
     pub(crate) fn carry(
         &self,
         carried: &mut CarriedCovariance,
-        generic: &Generic<'_>,
+        kick: &Latent,
         at: Horizon,
         latent_energy: f64,
     ) {
         let glass = if at.frames < at.planned { Glass::Planned } else { Glass::Free };
-        self.predict(&mut carried.p, generic, carried.process_noise_scale * carried.weight, glass);
+        self.predict(&mut carried.p, kick, carried.process_noise_scale * carried.weight, glass);
         carried.weight = carried.weight.max(self.weight(latent_energy));
     }
 
     /// Carries a covariance over `turns` more turns of a glass whose motion nobody knows. The slosh rings out, and w stays.
-    pub(crate) fn carry_free(&self, carried: &mut CarriedCovariance, generic: &Generic<'_>, turns: usize) {
+    pub(crate) fn carry_free(&self, carried: &mut CarriedCovariance, kick: &Latent, turns: usize) {
         for _ in 0..turns {
-            self.predict(&mut carried.p, generic, carried.process_noise_scale * carried.weight, Glass::Free);
+            self.predict(&mut carried.p, kick, carried.process_noise_scale * carried.weight, Glass::Free);
         }
     }
 
@@ -191,12 +201,12 @@ impl ErrorModel<'_> {
         lateral_variance_m2: &[f64; POINTS],
         k: f64,
     ) -> [f32; POINTS] {
-        let (discrepancy, weight) = (&Discrepancy::NONE, carried.weight);
-        let errors = HeightErrors { lateral_variance_m2, discrepancy, weight };
-        self.heights::<f64>(&carried.p, errors, carried.scale * k)
+        let CarriedCovariance { weight, scale2, .. } = *carried;
+        let errors = HeightErrors { lateral_variance_m2, discrepancy: &Discrepancy::NONE, weight, scale2 };
+        self.heights::<f64>(&carried.p, errors, k)
     }
 
-    /// k sqrt(J P J^T + y + (1 - s) w d + g^2) of each height.
+    /// k sqrt(J P J^T + m^2 (y + (1 - s) w d + g^2)) of each height.
     fn heights<R: Real>(&self, p: &Square, errors: HeightErrors<'_>, k: f64) -> [f32; POINTS] {
         let p = narrow::<R, _, _>(p);
         let mut half = [0.0; POINTS];
@@ -206,9 +216,9 @@ impl ErrorModel<'_> {
         for ((half, ((d, left), lateral)), row) in half.iter_mut().zip(others).zip(&self.surface.data.0) {
             let row = LatentOf::<R>::from(row.map(R::of));
             let variance = row.dot(&(p * row)).wide()
-                + lateral
-                + left * errors.weight * f64::from(*d)
-                + at_rest * at_rest;
+                + errors.scale2 * lateral
+                + errors.scale2 * left * errors.weight * f64::from(*d)
+                + errors.scale2 * at_rest * at_rest;
             *half = (k * sqrt(variance.max(0.0))) as f32;
         }
         half
@@ -250,7 +260,12 @@ mod tests {
 
     /// Errors of heights that nothing but latents and decoder add to.
     fn plain(weight: f64) -> HeightErrors<'static> {
-        HeightErrors { lateral_variance_m2: &[0.0; POINTS], discrepancy: &Discrepancy::NONE, weight }
+        HeightErrors {
+            lateral_variance_m2: &[0.0; POINTS],
+            discrepancy: &Discrepancy::NONE,
+            weight,
+            scale2: 1.0,
+        }
     }
 
     /// A height counts latents and decoder, a number of the field the input too.
@@ -299,6 +314,29 @@ mod tests {
             assert!(half > last, "{half} after {last}");
             last = half;
         }
+    }
+
+    /// m scales a planned forecast whole. An acceleration that nobody planned is as large under any m.
+    #[test]
+    fn what_nobody_planned_is_not_scaled() {
+        let kick = Latent::repeat(0.02);
+        let covariance =
+            Covariance { latents: Square::identity() * 1e-2, input: 0.0, process_noise_scale: 1.0 };
+        let errors = error_model();
+        let half_of = |scale: f64, planned: usize| {
+            let mut carried = errors.carried(&covariance, 0.1, scale);
+            for frames in 0..5 {
+                errors.carry(&mut carried, &kick, Horizon { frames, planned }, 0.1);
+            }
+            f64::from(errors.carried_heights(&carried, &[1e-6; POINTS], Horizon { frames: 5, planned })[0])
+        };
+        assert!((half_of(3.0, 5) / half_of(1.0, 5) - 3.0).abs() < 1e-6);
+        // The kicks alone: the variance of a free forecast less that of a planned one, both over k^2.
+        let [free, planned] = [0, 5].map(|turns| [1.0, 3.0].map(|m| half_of(m, turns)));
+        let [k_free, k_planned] = [error_model().factors.surface, error_model().factors.of_a_plan()]
+            .map(|at_leads| factor_at(at_leads, 5));
+        let [one, three] = [0, 1].map(|m| (free[m] / k_free).powi(2) - (planned[m] / k_planned).powi(2));
+        assert!(one > 0.0 && (three / one - 1.0).abs() < 1e-4, "{one} and {three}");
     }
 
     /// k is the measured one at each lead, goes straight between two, and stays beyond the last.
