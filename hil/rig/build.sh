@@ -24,13 +24,18 @@ build_board() {
   cross --profile board -p meniscus-cli --no-default-features --bin meniscus
 }
 
+# The judge, which runs on this machine. Of the whole workspace, so that it shares its dependencies with the tests.
+judge() {
+  cargo build --locked --release --workspace --bin meniscus-hil-gate
+}
+
 # The program, the guest's side, and the judge, which runs on this machine. The program has what the guest uses: it makes the
 # films and records, and reads a tag, but simulates no liquid, shows no encrypted page and reads no webcam.
 build_guest() {
   mkdir -p "$work"
   cross --release -p meniscus-cli -p meniscus-hil --no-default-features \
     --features meniscus-cli/bags,meniscus-cli/desk,meniscus-cli/tag --bin meniscus --bin meniscus-hil-guest
-  cargo build --locked --release -p meniscus-hil --bin meniscus-hil-gate
+  judge
   # The film is as old as the program that made it: the same program again does not make it anew.
   cmp -s "$target/$triple/release/meniscus" "$work/meniscus" || cp "$target/$triple/release/meniscus" "$work/"
   cp "$target/$triple/release/meniscus-hil-guest" "$work/"

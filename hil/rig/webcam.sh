@@ -17,7 +17,7 @@ webcam() {
   fetch_uvcvideo
   mkdir -p "$at"
   cross --release -p meniscus-webcam --example real_kernel
-  cargo build --locked --release -p meniscus-hil --bin meniscus-hil-gate
+  judge
   cp "$target/release/meniscus-hil-gate" "$work/gate"
   # The film, and the heights that it was rendered from, by the program of this machine.
   if [ ! -e "$at/truth.f32" ]; then
