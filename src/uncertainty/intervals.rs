@@ -10,7 +10,7 @@
 //! variance of the decoder's, each for a unit of w = floor + H(x): a livelier slosh is known less well. g is the error at a
 //! surface at rest, which no slosh explains. y is the part of a cross-axis slosh ([`crate::uncertainty::cross_axis`]), s the
 //! share of w d that a measured height puts right ([`crate::uncertainty::discrepancy`]), a the process noise scale of the
-//! filter. m scales all that the model knows badly ([`crate::uncertainty::disagreement`]): each term of a height, but not an
+//! filter. m scales all that the model knows badly (`src/uncertainty/disagreement.rs`): each term of a height, but not an
 //! acceleration that nobody planned, which is as large for a model that is right. The errors are neither white nor Gaussian, so P gives only their distribution over points and time. Their size
 //! comes from k ([`crate::uncertainty::error_factors::ErrorFactors`]), the 90 % quantile of |error| / half on held-out recordings (split conformal: Lei et al.,
 //! J. Am. Stat. Assoc. 113 (2018) 1094).
@@ -335,7 +335,8 @@ mod tests {
         let [free, planned] = [0, 5].map(|turns| [1.0, 3.0].map(|m| half_of(m, turns)));
         let [k_free, k_planned] = [error_model().factors.surface, error_model().factors.of_a_plan()]
             .map(|at_leads| factor_at(at_leads, 5));
-        let [one, three] = [0, 1].map(|m| (free[m] / k_free).powi(2) - (planned[m] / k_planned).powi(2));
+        let variance = |half: f64, k: f64| half / k * (half / k);
+        let [one, three] = [0, 1].map(|m| variance(free[m], k_free) - variance(planned[m], k_planned));
         assert!(one > 0.0 && (three / one - 1.0).abs() < 1e-4, "{one} and {three}");
     }
 
