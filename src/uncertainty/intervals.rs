@@ -10,10 +10,12 @@
 //! variance of the decoder's, each for a unit of w = floor + H(x): a livelier slosh is known less well. g is the error at a
 //! surface at rest, which no slosh explains. y is the part of a cross-axis slosh ([`crate::uncertainty::cross_axis`]), s the
 //! share of w d that a measured height puts right ([`crate::uncertainty::discrepancy`]), a the process noise scale of the
-//! filter. m scales all that the model knows badly (`src/uncertainty/disagreement.rs`): each term of a height, but not an
-//! acceleration that nobody planned, which is as large for a model that is right. The errors are neither white nor Gaussian, so P gives only their distribution over points and time. Their size
-//! comes from k ([`crate::uncertainty::error_factors::ErrorFactors`]), the 90 % quantile of |error| / half on held-out recordings (split conformal: Lei et al.,
-//! J. Am. Stat. Assoc. 113 (2018) 1094).
+//! filter. m scales what the model is wrong by (`src/uncertainty/disagreement.rs`): each term of a height, but not an acceleration
+//! that nobody planned, which is as large for a model that is right.
+//!
+//! The errors are neither white nor Gaussian, so P gives only their distribution over points and time. Their size comes from k
+//! ([`crate::uncertainty::error_factors::ErrorFactors`]), the 90 % quantile of |error| / half on held-out recordings (split
+//! conformal: Lei et al., J. Am. Stat. Assoc. 113 (2018) 1094).
 
 use crate::latent::generic::{LATENTS, Latent, LatentOf};
 use crate::math::sqrt;
@@ -130,8 +132,7 @@ impl ErrorModel<'_> {
         Interval { surface_m: self.heights::<R>(&p.latents, errors, surface_k), field }
     }
 
-    /// Returns the covariance of an estimate, to be carried on turn by turn, of which all that the model knows is scaled by m,
-    /// `scale`.
+    /// Returns the covariance of an estimate, to be carried on turn by turn, with the errors of the model scaled by m, `scale`.
     pub(crate) fn carried(
         &self,
         covariance: &Covariance,
