@@ -1,8 +1,7 @@
 //! JSON of the sizes by simulation (`simulator` in `verdict.json`).
 
 use crate::sizing::comparison::Score;
-use crate::sizing::judgement::Change;
-use crate::sizing::outcome::{SizedCandidate, SizedParameter, Sizing, SpacingResult};
+use crate::sizing::outcome::{Change, SizedCandidate, SizedParameter, Sizing, SpacingResult};
 use crate::workflow::Report;
 use serde_json::{Value, json};
 
@@ -24,8 +23,6 @@ fn of(sizing: &Sizing, simulator: &str) -> Value {
         "change": match sizing.change {
             Change::Kept => "kept",
             Change::Decided => "decided",
-            Change::Explained => "explained",
-            Change::Paired => "paired",
             Change::Contradicted => "contradicted",
             Change::NotBorneOut => "not_borne_out",
         },

@@ -4,12 +4,11 @@ use super::emulator::Prior;
 use super::search::{OtherParameter, SizeRange};
 use crate::baseline::calibrate::Calibration;
 use crate::baseline::predict::NAMES;
-use crate::decision::rank::Candidate;
 use crate::decision::verdict::Verdict;
 use crate::findings::Findings;
 use crate::fitting::fit::{Fitted, Free};
 use crate::recordings::stated::Known;
-use meniscus::reduced::effects::{Active, EffectKind, Entry, Parameter, find};
+use meniscus::reduced::effects::{Active, EffectKind, Parameter, Simulator};
 
 /// Exponent of the damping of the first mode in the viscosity, between a thin layer (0.5) and the bulk (1).
 const DAMPING_EXPONENT: f64 = 0.65;
@@ -47,7 +46,9 @@ impl SizingCandidate {
             return None;
         }
         let is_viscosity = |active: &Active| active.entry.kind == EffectKind::Viscosity;
-        let deviation = viscosity_deviation(calibration);
+        let damping = NAMES.iter().position(|name| *name == "damping 1").unwrap_or(0);
+        let (least, largest) = VISCOSITY_DEVIATION;
+        let deviation = (calibration.deviation[damping] / DAMPING_EXPONENT).clamp(least, largest);
         Some(Self {
             names: fitted.active.iter().map(|active| active.entry.name).collect(),
             active: fitted.active.clone(),
@@ -56,44 +57,14 @@ impl SizingCandidate {
         })
     }
 
-    /// Returns the candidate with one effect at its typical size, for a search that does not start from the reduced model.
-    #[must_use]
-    pub fn typical(entry: &'static Entry, calibration: &Calibration) -> Self {
-        let nothing = Self {
-            names: Vec::new(),
-            active: Vec::new(),
-            free: Vec::new(),
-            viscosity_deviation: Some(viscosity_deviation(calibration)),
-        };
-        nothing.with(entry, &[])
-    }
-
-    /// Returns the candidate with `entry` beside its own effects, whose free parameters are `found`. The new one is searched
-    /// from its typical size.
-    #[must_use]
-    pub fn with(&self, entry: &'static Entry, found: &[f64]) -> Self {
-        let mut active = self.active.clone();
-        for ((effect, which), value) in self.free.iter().zip(found) {
-            active[*effect].values[*which] = *value;
-        }
-        let mut values = entry.neutral();
-        values[0] = typical_size(&entry.parameters[0]);
-        let free = std::iter::once((active.len(), 0)).chain(self.free.iter().copied()).collect();
-        active.push(Active { entry, values });
-        let is_viscosity = entry.kind == EffectKind::Viscosity;
-        Self {
-            names: self.names.iter().copied().chain([entry.name]).collect(),
-            active,
-            free,
-            viscosity_deviation: self.viscosity_deviation.filter(|_| !is_viscosity),
-        }
-    }
-
     /// Returns whether the particles show an effect. Those of camera, clock and drive are none of theirs, and another fill is
     /// another packing. An inclination is theirs, because the reduced model has it half as large again.
     #[must_use]
     pub fn is_of_the_particles(&self) -> bool {
-        self.active.iter().any(|active| active.entry.class.in_liquid() || is_carried(active.entry))
+        self.active.iter().any(|active| {
+            let carried = matches!(active.entry.simulator, Simulator::Law(_));
+            active.entry.class.in_liquid() || (carried && active.entry.kind != EffectKind::Fill)
+        })
     }
 
     /// Returns the parameter `which` of those that are free.
@@ -171,24 +142,6 @@ impl SizingCandidate {
     }
 }
 
-/// Returns whether the particles carry `entry` without another packing.
-fn is_carried(entry: &Entry) -> bool {
-    entry.simulator.law().is_some() && entry.kind != EffectKind::Fill
-}
-
-/// Returns the standard deviation of the logarithm of the viscosity, by the damping of the references.
-fn viscosity_deviation(calibration: &Calibration) -> f64 {
-    let damping = NAMES.iter().position(|name| *name == "damping 1").unwrap_or(0);
-    let (least, largest) = VISCOSITY_DEVIATION;
-    (calibration.deviation[damping] / DAMPING_EXPONENT).clamp(least, largest)
-}
-
-/// Returns the coordinate of a size that matters, on the side of the absent effect that is in the range.
-fn typical_size(parameter: &Parameter) -> f64 {
-    let Parameter { neutral, typical, range: (_, high), .. } = *parameter;
-    if neutral + typical <= high { neutral + typical } else { neutral - typical }
-}
-
 /// Returns the candidates of `findings`, the chosen one first: its best `rivals` follow.
 ///
 /// Rivals of an ambiguous verdict are those that it names; otherwise the next of the ranking that were fitted in full.
@@ -208,18 +161,6 @@ pub fn candidates(findings: &Findings, rivals: usize) -> Vec<SizingCandidate> {
         .filter(|c| c.names != best.names)
         .take(rivals);
     std::iter::once(best.clone()).chain(others).collect()
-}
-
-/// Returns the best `most` single effects of the ranking that the particles show.
-#[must_use]
-pub fn of_particles(findings: &Findings, most: usize) -> Vec<SizingCandidate> {
-    let calibration = &findings.calibration;
-    let one = |ranked: &Candidate| {
-        let entry = find(ranked.last()).filter(|entry| is_carried(entry))?;
-        let fitted = ranked.fitted.as_ref().and_then(|fitted| SizingCandidate::new(fitted, calibration));
-        Some(fitted.unwrap_or_else(|| SizingCandidate::typical(entry, calibration)))
-    };
-    findings.assessment.search.ranking.iter().filter_map(one).take(most).collect()
 }
 
 #[cfg(test)]

@@ -14,8 +14,7 @@
 //! | `search`, `tried`, `emulator` | the size that fits best at one spacing |
 //! | `projection` | simulated against measured channels, nuisances projected out |
 //! | `interval` | interval of a size by curvature, packings and spacing |
-//! | `comparison`, `judgement`, `outcome`, `cautions` | rivals on recordings that were not fitted, and the verdict |
-//! | `forward_selection` | second effects beside the best single ones |
+//! | `comparison`, `outcome`, `cautions` | rivals on recordings that were not fitted, and the verdict |
 //! | `glass`, `forward` | the simulator as a model that is sized; the interface for any other |
 //! | `simulations`, `store`, `workload` | simulations on disk, made here or elsewhere, and the time that they take |
 //!
@@ -30,10 +29,8 @@ mod description;
 pub mod emulator;
 pub mod error;
 pub mod forward;
-mod forward_selection;
 pub mod glass;
 pub mod interval;
-pub mod judgement;
 pub mod outcome;
 mod planning;
 pub mod projection;

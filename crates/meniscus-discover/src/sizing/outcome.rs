@@ -2,7 +2,7 @@
 
 use super::comparison::Scores;
 use super::interval::SizeVariance;
-use super::judgement::{COMPLETE, Change};
+use crate::decision::verdict::Verdict;
 use crate::recordings::stated::Known;
 use meniscus::reduced::effects::{Active, Class, find};
 
@@ -70,6 +70,19 @@ pub struct Unsized {
     pub reason: String,
 }
 
+/// Change of the verdict by the simulator.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Change {
+    /// The simulator agrees with the reduced model, or cannot distinguish the candidates either.
+    Kept,
+    /// The simulator distinguishes what the reduced model did not.
+    Decided,
+    /// The simulator prefers a rival of the effect that the reduced model named.
+    Contradicted,
+    /// With the effect the simulator is no better than without.
+    NotBorneOut,
+}
+
 /// Error of the simulator on the held-out recording, m, noise subtracted.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HeldOutError {
@@ -86,7 +99,7 @@ pub struct Sizing {
     pub candidates: Vec<SizedCandidate>,
     /// Candidates that could not be sized.
     pub not_sized: Vec<Unsized>,
-    /// Verdict in one word of the file format: `named`, `tied` or `unknown`.
+    /// Verdict in one word of the file format: `named` or `tied`.
     pub word: &'static str,
     /// Names that are left.
     pub names: Vec<&'static str>,
@@ -104,22 +117,57 @@ pub struct Sizing {
     pub seconds: f64,
 }
 
-impl SizedCandidate {
-    /// Returns whether it leaves no more than a right effect does.
-    #[must_use]
-    pub fn is_complete(&self) -> bool {
-        self.spacings.first().is_some_and(|coarsest| coarsest.misfit <= COMPLETE)
+/// Decides what becomes of `verdict` when `candidates` were compared, the best of them first; `chosen` are the names of the
+/// reduced model's choice.
+#[must_use]
+pub fn decide(
+    verdict: &Verdict,
+    chosen: &[&'static str],
+    candidates: &[SizedCandidate],
+) -> (&'static str, Vec<&'static str>, Change) {
+    let Some(best) = candidates.first() else {
+        return (verdict.word(), verdict.names().to_vec(), Change::Kept);
+    };
+    if !best.scores.beat_absent() {
+        return ("tied", verdict.names().to_vec(), Change::NotBorneOut);
+    }
+    let beaten = |other: &&SizedCandidate| best.scores.beat(&other.scores);
+    let left = |names: &[&'static str]| -> Vec<&'static str> {
+        let gone: Vec<&[&'static str]> =
+            candidates[1..].iter().filter(beaten).map(|c| c.names.as_slice()).collect();
+        names
+            .iter()
+            .filter(|name| best.names.contains(name) || !gone.iter().any(|gone| gone.contains(name)))
+            .copied()
+            .collect()
+    };
+    match verdict {
+        Verdict::Identified(_) => {
+            let reduced = candidates.iter().find(|c| c.names == chosen);
+            if best.names == chosen || reduced.is_none_or(|reduced| !best.scores.beat(&reduced.scores)) {
+                return ("named", chosen.to_vec(), Change::Kept);
+            }
+            let mut names = best.names.clone();
+            names.extend(chosen.iter().filter(|name| !best.names.contains(name)));
+            ("tied", names, Change::Contradicted)
+        }
+        _ => {
+            let names = left(verdict.names());
+            let sized_all =
+                verdict.names().iter().all(|name| candidates.iter().any(|c| c.names.contains(name)));
+            // A single name that the reduced model did not bear out is no more certain for having no rival.
+            if verdict.names().len() > 1 && sized_all && names == best.names {
+                return ("named", names, Change::Decided);
+            }
+            ("tied", names, Change::Kept)
+        }
     }
 }
 
 impl Sizing {
-    /// Returns the candidate that goes into other models: that of the reduced model where the verdict stays, else the best;
-    /// none where nothing explains the recordings.
+    /// Returns the candidate that goes into other models: that of the reduced model where the verdict stays, else the best.
     #[must_use]
     pub fn chosen(&self) -> Option<&SizedCandidate> {
-        if self.word == "unknown" {
-            return None;
-        }
         let kept = self.candidates.iter().find(|c| self.word == "named" && c.names == self.names);
         kept.or(self.candidates.first())
     }
@@ -136,14 +184,6 @@ impl Sizing {
     #[must_use]
     pub fn sentence(&self) -> String {
         let Some(best) = self.chosen() else {
-            if let Some(nearest) = self.candidates.first() {
-                return format!(
-                    "The simulator does not explain it either: the best of {} candidates, {}, leaves a misfit of {:.1}.",
-                    self.candidates.len(),
-                    nearest.names.join(" + "),
-                    nearest.spacings.first().map_or(f64::NAN, |coarsest| coarsest.misfit)
-                );
-            }
             let reasons: Vec<String> =
                 self.not_sized.iter().map(|c| format!("{}: {}", c.names.join(" + "), c.reason)).collect();
             return format!("No size was found by simulation ({}).", reasons.join("; "));
@@ -168,15 +208,6 @@ impl Sizing {
             Change::Decided => format!(
                 "The simulator decides it: {names} predicts recordings that it was not fitted to better than {}.",
                 rivals.join(" and ")
-            ),
-            Change::Explained => format!(
-                "The simulator explains it with {names}, and with none of the {} other candidates.",
-                rivals.len()
-            ),
-            Change::Paired => format!(
-                "The simulator finds two effects at once, {names}: together they explain the recordings, and none of the {} \
-                 other candidates does.",
-                rivals.len()
             ),
             Change::Contradicted => format!(
                 "The simulator contradicts the reduced model: {names} predicts recordings that it was not fitted to better, so \

@@ -95,8 +95,6 @@ pub struct Level {
     pub slopes: Vec<Slope>,
     /// Emulator at the end.
     pub mapped: MappedEmulator,
-    /// Simulated point nearest to the best fit.
-    pub near: Tried,
 }
 
 /// State of a search.
@@ -308,18 +306,6 @@ impl SizeSearch<'_> {
         }
         let misfit = fit.cost / mapped.measured().max(1) as f64;
         let sizes = progress.tried.iter().map(|tried| tried.point.parameters[0]).collect();
-        let near = progress.tried[near].clone();
-        Ok(Level {
-            fit,
-            variance,
-            sizes,
-            failures,
-            end,
-            stable,
-            misfit,
-            slopes: progress.slopes,
-            mapped,
-            near,
-        })
+        Ok(Level { fit, variance, sizes, failures, end, stable, misfit, slopes: progress.slopes, mapped })
     }
 }

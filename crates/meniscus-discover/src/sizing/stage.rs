@@ -1,16 +1,14 @@
 //! The whole stage: candidates in, sizes and verdict by simulation out.
 
-use super::candidate::{SizingCandidate, candidates, of_particles};
+use super::candidate::{SizingCandidate, candidates};
 use super::comparison::{Score, Scores};
 use super::error::SizingError;
 use super::forward::{Forward, Point};
 use super::glass::{GlassForward, Matched, References};
-use super::judgement::{COMPLETE, Judgement, judge};
-use super::outcome::{HeldOutError, SizedCandidate, Sizing, Unsized};
+use super::outcome::{HeldOutError, SizedCandidate, Sizing, Unsized, decide};
 use super::projection::{Observed, Projection};
 use super::search::{Level, SizeSearch, Start};
 use super::simulations::{Shard, Simulations};
-use crate::decision::verdict::Verdict;
 use crate::findings::Findings;
 use crate::findings::gap::gap_to;
 use crate::insert::simulated::Resolution;
@@ -30,9 +28,6 @@ const MOST_SIZES: [usize; 2] = [7, 5];
 
 /// Distance of the second size at the fine spacing from the first, relative to the effect: least and largest.
 const FINE_STEP: (f64, f64) = (0.08, 0.3);
-
-/// Single effects that are sized where the reduced model explains nothing.
-const SINGLES: usize = 4;
 
 /// Choices of a sizing.
 #[derive(Clone, Debug, PartialEq)]
@@ -86,11 +81,7 @@ pub fn size(
     simulations: &Simulations<'_>,
 ) -> Result<Sizing, SizingError> {
     let begun = Instant::now();
-    let verdict = &findings.assessment.verdict;
-    let candidates = match verdict {
-        Verdict::Unknown(_) => of_particles(findings, SINGLES),
-        _ => candidates(findings, settings.rivals),
-    };
+    let candidates = candidates(findings, settings.rivals);
     if candidates.is_empty() {
         return Err(SizingError::NotSimulated { reason: "the verdict has no effect to size".into() });
     }
@@ -112,7 +103,7 @@ pub fn size(
     let (mut sized, mut not_sized) = (Vec::new(), Vec::new());
     for (n, candidate) in candidates.into_iter().enumerate() {
         let names = candidate.names.clone();
-        match stage.coarse(candidate, None) {
+        match stage.coarse(candidate) {
             Ok(coarse) => sized.push(coarse),
             Err(error @ (SizingError::NotSimulated { .. } | SizingError::TooFewSizes { .. })) if n > 0 => {
                 not_sized.push(Unsized { names, reason: error.to_string() });
@@ -120,14 +111,10 @@ pub fn size(
             Err(error) => return Err(error),
         }
     }
-    let by_squares = |a: &Coarse, b: &Coarse| a.scores.squares().total_cmp(&b.scores.squares());
-    sized.sort_by(by_squares);
-    if sized.first().is_some_and(|best| best.level.misfit > COMPLETE) {
-        sized.extend(stage.pairs(&sized)?);
-        sized.sort_by(by_squares);
-    }
+    sized.sort_by(|a, b| a.scores.squares().total_cmp(&b.scores.squares()));
     let mut outcome: Vec<SizedCandidate> = sized.iter().map(|coarse| stage.described(coarse, None)).collect();
-    let Judgement { word, names, change } = judge(verdict, &chosen, &outcome);
+    let verdict = &findings.assessment.verdict;
+    let (word, names, change) = decide(verdict, &chosen, &outcome);
     let mut sizing = Sizing {
         candidates: Vec::new(),
         not_sized,
@@ -184,13 +171,7 @@ impl<'a> Stage<'a> {
     }
 
     /// Sizes `candidate` at the coarse spacing and scores it on recordings that it was not fitted to.
-    ///
-    /// The other parameters start from `others`, or from where the reduced model has them.
-    pub(super) fn coarse(
-        &self,
-        candidate: SizingCandidate,
-        others: Option<&[f64]>,
-    ) -> Result<Coarse, SizingError> {
+    fn coarse(&self, candidate: SizingCandidate) -> Result<Coarse, SizingError> {
         let spacing_m = self.settings.spacings_m()[0];
         let observed = self.observed(&self.fitted);
         let forward = self.forward(&candidate, &self.fitted, spacing_m);
@@ -202,8 +183,7 @@ impl<'a> Stage<'a> {
             packings: self.settings.packings,
             most_sizes: MOST_SIZES[0],
         };
-        let others = others.map_or_else(|| candidate.first_others(), <[f64]>::to_vec);
-        let start = Start { sizes: candidate.first_sizes(), others, slopes: None };
+        let start = Start { sizes: candidate.first_sizes(), others: candidate.first_others(), slopes: None };
         let level = search.run(&start)?;
         let names: Vec<String> = observed.iter().map(|observed| observed.name.clone()).collect();
         let mut scores = Scores::left_out(&level.mapped, &names, candidate.range().neutral);

@@ -11,7 +11,6 @@ pub mod measured;
 mod measured_runs;
 pub mod motions;
 pub mod page;
-pub mod pairs;
 pub mod pictures;
 pub mod plans;
 pub mod run;
