@@ -2,7 +2,7 @@
 
 use super::memory::Memory;
 use crate::blob::Model;
-use crate::latent::generic::{LATENTS, LatentState};
+use crate::latent::generic::{LATENTS, Latent, LatentState};
 use crate::surface::POINTS;
 use crate::uncertainty::cross_axis::LateralState;
 use crate::uncertainty::intervals::{CarriedCovariance, Horizon};
@@ -45,7 +45,7 @@ impl<'c> Course<'c> {
         model.cross_axis.step(&mut self.lateral);
         let latent_energy = model.generic.potential.value(&self.state.latent);
         let at = Horizon { frames: turn, planned: plan.len() };
-        let kick = model.generic.port * model.generic.dt_s;
+        let kick = self.kick();
         model.error_model.carry(&mut self.carried, &kick, at, latent_energy);
         self.turn = turn.saturating_add(1);
     }
@@ -76,7 +76,7 @@ impl<'c> Course<'c> {
     /// Where the plan does not reach the crest, an acceleration may bring another one at any time, and they are those of the
     /// last turn.
     pub(super) fn crest_half_width_m(mut self, within: usize) -> [f32; POINTS] {
-        let Model { error_model, cross_axis, generic, .. } = self.model;
+        let Model { error_model, cross_axis, .. } = self.model;
         if self.turn <= self.plan.len() {
             return error_model.carried_crest(&self.carried, &self.lateral_variance_m2());
         }
@@ -84,9 +84,15 @@ impl<'c> Course<'c> {
         for _ in 0..left {
             cross_axis.step(&mut self.lateral);
         }
-        error_model.carry_free(&mut self.carried, &(generic.port * generic.dt_s), left);
+        let kick = self.kick();
+        error_model.carry_free(&mut self.carried, &kick, left);
         self.turn = within;
         self.half_width_m()
+    }
+
+    /// dt B.
+    fn kick(&self) -> Latent {
+        self.model.generic.port * self.model.generic.dt_s
     }
 
     /// y of each height.
