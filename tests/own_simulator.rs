@@ -73,15 +73,22 @@ fn course(plan: &MotionPlan) -> Course {
     Course { samples, frames: plan.frames() }
 }
 
-/// Writes recordings of the other program's own glass with `yield_stress` hidden in it, and the noise of a camera.
-fn record(folder: &Path, yield_stress: f64, seed: u64) {
+/// Liquid of a glass whose settings state [`VISCOSITY`] and no yield stress.
+struct Hidden {
+    yield_stress: f64,
+    viscosity: f64,
+}
+
+/// Writes recordings of the other program's own glass with `liquid` in it, and the noise of a camera.
+fn record(folder: &Path, liquid: &Hidden, seed: u64) {
     std::fs::create_dir_all(folder).expect("a folder");
     let stated = format!(
         "radius_m = 0.035\nfill_m = {FILL_M}\ndensity_kg_m3 = 1261.0\nviscosity_pa_s = {VISCOSITY}\n"
     );
     std::fs::write(folder.join("setup.toml"), stated).expect("written");
     let mut hidden = setup();
-    hidden.effects.set("yield_stress", yield_stress).expect("in its range");
+    hidden.liquid.rheology = Rheology::newtonian(liquid.viscosity);
+    hidden.effects.set("yield_stress", liquid.yield_stress).expect("in its range");
     let simulator = CommandSimulator::new(&one_mode(), Duration::from_secs(60)).expect("it is there");
     let plans = [0.6, 1.25, 2.2, 1.7].map(|strength| MotionPlan::jolt(0.28, strength, 2.2));
     let courses = plans.each_ref().map(course);
@@ -104,12 +111,13 @@ fn record(folder: &Path, yield_stress: f64, seed: u64) {
     }
 }
 
-/// Runs the command on recordings in `folder`.
-fn discover(folder: &Scratch) -> serde_json::Value {
+/// Runs the command with the effects `library` and the arguments `more` on recordings in `folder`.
+fn discover(folder: &Scratch, library: &str, more: &[&str]) -> serde_json::Value {
     let done = std::process::Command::new(env!("CARGO_BIN_EXE_meniscus-under-test"))
         .args(["discover", "--recordings", &folder.path("mine"), "--simulator", &one_mode()])
-        .args(["--simulator-seconds", "60", "--library", "viscosity,yield_stress,surface_tension"])
+        .args(["--simulator-seconds", "60", "--library", library])
         .args(["--out", &folder.path("out"), "--json"])
+        .args(more)
         .output()
         .expect("the command starts");
     assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
@@ -124,8 +132,12 @@ fn effects_that_are_hidden_in_another_simulator_are_sized_by_it() {
     for trial in 0..3 {
         let scratch = Scratch::new(&format!("sized-{trial}"));
         let hidden = random.random_range(1.0..2.5);
-        record(Path::new(&scratch.path("mine")), hidden, 5 + trial);
-        let said = discover(&scratch);
+        record(
+            Path::new(&scratch.path("mine")),
+            &Hidden { yield_stress: hidden, viscosity: VISCOSITY },
+            5 + trial,
+        );
+        let said = discover(&scratch, "viscosity,yield_stress,surface_tension", &[]);
         let words = (said["verdict"].as_str(), said["names"][0].as_str());
         assert_eq!(words, (Some("named"), Some("yield_stress")), "{hidden} Pa: {}", said["sentence"]);
         let size = &said["parameters"][0];
@@ -139,13 +151,45 @@ fn effects_that_are_hidden_in_another_simulator_are_sized_by_it() {
         assert!(said["simulator"]["program"].as_str().is_some_and(|name| name.contains("one_mode.py")));
         if trial == 0 {
             // Once more: nothing is asked again, and the numbers are the same.
-            let again = discover(&scratch);
+            let again = discover(&scratch, "viscosity,yield_stress,surface_tension", &[]);
             assert_eq!(again["parameters"], said["parameters"]);
             assert_eq!(again["simulator"]["simulations"]["made"], 0);
         }
     }
     // Nominally nine in ten.
     assert!(covered >= 2, "{covered} of 3 intervals hold the hidden size");
+}
+
+/// A yield stress in a liquid that is half as viscous again as stated, which no effect of the library says.
+#[test]
+fn a_name_that_the_simulator_refutes_is_unknown_and_a_law_is_drawn() {
+    let references = Scratch::new("references");
+    let known = references.path("known");
+    let scratch = Scratch::new("refuted");
+    let thicker = Hidden { yield_stress: 2.0, viscosity: 1.5 * VISCOSITY };
+    record(Path::new(&scratch.path("mine")), &thicker, 17);
+    record(Path::new(&known), &Hidden { yield_stress: 0.0, viscosity: VISCOSITY }, 18);
+    let said = discover(&scratch, "yield_stress", &["--reference", &known]);
+    let reduced = &said["reduced_model"];
+    assert_eq!((&reduced["verdict"], &reduced["names"][0]), (&"named".into(), &"yield_stress".into()));
+    let refuted = said["simulator"]["candidates"][0]["refutation"].as_str().expect("it is refuted");
+    println!("{}", said["sentence"]);
+    assert!(refuted.starts_with("beside yield_stress the viscosity has to be 1."), "{refuted}");
+    assert_eq!((&said["verdict"], &said["simulator"]["change"]), (&"unknown".into(), &"refuted".into()));
+    assert!(said["sentence"].as_str().is_some_and(|sentence| sentence.contains(refuted)));
+    assert_eq!(said["parameters"], serde_json::json!([]));
+    assert_eq!(said["law"]["drawn"], true, "{}", said["law"]);
+    let scene = std::fs::read_to_string(scratch.path("out/scene.toml")).expect("written");
+    assert!(!scene.contains("\nyield_stress"), "{scene}");
+    // Nor is one name enough where the library has both.
+    let said = discover(&scratch, "viscosity,yield_stress", &["--reference", &known]);
+    assert_eq!((&said["verdict"], &said["simulator"]["change"]), (&"unknown".into(), &"refuted".into()));
+    // Of the stated viscosity the same yield stress is named.
+    let scratch = Scratch::new("borne-out");
+    record(Path::new(&scratch.path("mine")), &Hidden { yield_stress: 2.0, viscosity: VISCOSITY }, 17);
+    let said = discover(&scratch, "yield_stress", &["--reference", &known]);
+    assert_eq!((&said["verdict"], &said["simulator"]["change"]), (&"named".into(), &"kept".into()));
+    assert_eq!(said["simulator"]["candidates"][0]["refutation"], serde_json::Value::Null);
 }
 
 /// Returns the fault of the shell text `script` as a simulator; `$1` is the request, `$2` the answer.

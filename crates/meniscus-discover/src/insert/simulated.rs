@@ -1,7 +1,7 @@
 //! A recording of a discovery simulated again, with the effects that were found.
 //!
-//! The simulator carries effects of the liquid, fill, inclination and lift. Gain and delay of the commanded motion and
-//! the effects of the camera are applied around it, by the formulas of [`meniscus::reduced::effects`]. A delay is a shift in
+//! The simulator carries effects of the liquid, fill, inclination and lift, and another radius is that of its glass. Gain and
+//! delay of the commanded motion and the effects of the camera are applied around it, by the formulas of [`meniscus::reduced::effects`]. A delay is a shift in
 //! time of what was simulated, so that it needs no further simulation.
 
 pub use super::course::Course;
@@ -11,7 +11,7 @@ use crate::recordings::record::{Quantity, Record, parts};
 use crate::recordings::stated::Known;
 use meniscus::blob::ObservationModel;
 use meniscus::reduced as slosh;
-use meniscus::reduced::effects::{Active, Port, View};
+use meniscus::reduced::effects::{Active, Port, Simulator as Carried, Slot, View};
 use meniscus::reduced::{Baseline, Cylinder, ReducedModel};
 use meniscus::surface::POINTS;
 use meniscus::units::FRAME_INTERVAL_S;
@@ -71,8 +71,15 @@ impl SimulatedGlass {
             Cylinder { radius_m: known.radius_m, depth_m: known.fill_m, density_kg_m3: known.density_kg_m3 };
         let resists = slosh::Rheology::newtonian(known.viscosity_pa_s);
         let reduced = ReducedModel::new(vessel, resists, &Baseline::default(), effects, FRAME_INTERVAL_S);
+        let mut simulated = vessel;
+        for Active { entry, values } in effects {
+            // A fill is an effect of the simulator; a radius is that of its glass.
+            if let (Carried::Absent(_), Slot::Vessel(change)) = (entry.simulator, entry.slot) {
+                change(values, &mut simulated);
+            }
+        }
         let glass = Glass {
-            radius_m: known.radius_m,
+            radius_m: simulated.radius_m,
             fill_m: known.fill_m,
             rim_m: known.fill_m + ROOM_M,
             wall: WallShape::UPRIGHT,
@@ -93,7 +100,7 @@ impl SimulatedGlass {
             step_s: None,
         };
         let (port, view) = (reduced.port, reduced.view);
-        let observation_model = ObservationModel::new(known.radius_m, known.fill_m, &reduced);
+        let observation_model = ObservationModel::new(simulated.radius_m, known.fill_m, &reduced);
         Ok(Self { setup, fill_m: known.fill_m, port, view, observation_model })
     }
 

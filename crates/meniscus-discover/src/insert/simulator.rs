@@ -93,7 +93,11 @@ impl GlassSimulator for Particles {
     }
 }
 
-/// Returns whether `effect` is applied around a simulator: gain and delay of the motion, and what the camera does.
+/// Returns whether `effect` is applied around a simulator: gain and delay of the motion, what the camera does, and the radius
+/// of the glass that is simulated.
 pub(crate) fn is_around(effect: &Active) -> bool {
-    matches!((effect.entry.simulator, effect.entry.slot), (Carried::Absent(_), Slot::Port(_) | Slot::View(_)))
+    matches!(
+        (effect.entry.simulator, effect.entry.slot),
+        (Carried::Absent(_), Slot::Port(_) | Slot::View(_) | Slot::Vessel(_))
+    )
 }

@@ -6,14 +6,13 @@
 //! ```
 //! The strongest recording is not left out: no other one reaches its heights, and a curve says nothing beyond its end.
 
-use super::band::{Bands, CALIBRATION, Calibrated, bands};
+use super::band::{Bands, Calibrated, bands};
 use super::fit::{LawFit, fit_again, fit_law};
 use super::nearest::{Nearest, nearest};
 use super::shape::Extent;
 use crate::baseline::predict::{Difference, SHARED};
 use crate::decision::evidence::HeldOutScore;
 use crate::decision::settings::Settings;
-use crate::decision::verdict::Verdict;
 use crate::findings::Findings;
 use crate::findings::gap::{LawGap, law_gap};
 use crate::findings::suggest::{Rival, Suggestion, suggest_between};
@@ -102,13 +101,7 @@ pub struct Drawn {
     pub suggestion: Option<Suggestion>,
 }
 
-/// Draws the law of what is missing in `findings`, where their verdict is `unknown`; nothing otherwise.
-#[must_use]
-pub fn draw(findings: &Findings, settings: &Settings) -> Option<Result<Drawn, NoLaw>> {
-    matches!(findings.assessment.verdict, Verdict::Unknown(_)).then(|| drawn(findings, settings, CALIBRATION))
-}
-
-/// Draws a law whatever the verdict is, with the factors `calibrated` on its bands: for the study.
+/// Draws the law of what is missing in `findings`, whatever their verdict is, with the factors `calibrated` on its bands.
 ///
 /// # Errors
 /// [`NoLaw`].

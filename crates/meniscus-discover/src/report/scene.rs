@@ -5,7 +5,7 @@ use meniscus_data::effects::Effects;
 use std::fmt::Write;
 
 /// Returns the scene file with the effects that the simulator carries, each with its source; the others stand in it as
-/// comments.
+/// comments. A verdict `unknown` adds none.
 #[must_use]
 pub fn scene_toml(report: &Report) -> String {
     let findings = &report.findings;

@@ -25,6 +25,7 @@ fn of(sizing: &Sizing, simulator: &str) -> Value {
             Change::Decided => "decided",
             Change::Contradicted => "contradicted",
             Change::NotBorneOut => "not_borne_out",
+            Change::Refuted => "refuted",
         },
         "candidates": sizing.candidates.iter().map(candidate).collect::<Vec<_>>(),
         "not_sized": sizing.not_sized.iter().map(|c| json!({ "names": c.names, "reason": c.reason })).collect::<Vec<_>>(),
@@ -56,5 +57,6 @@ fn candidate(candidate: &SizedCandidate) -> Value {
         "recordings_not_fitted": candidate.scores.each.iter().map(score).collect::<Vec<_>>(),
         "correlation_frames": candidate.scores.correlation,
         "cautions": candidate.cautions,
+        "refutation": candidate.refutation,
     })
 }

@@ -58,12 +58,16 @@ impl SizingCandidate {
     }
 
     /// Returns whether the particles show an effect. Those of camera, clock and drive are none of theirs, and another fill is
-    /// another packing. An inclination is theirs, because the reduced model has it half as large again.
+    /// another packing. An inclination is theirs, because the reduced model has it half as large again. So is a radius: it is
+    /// another packing as well, but what it does to the slosh is far larger.
     #[must_use]
     pub fn is_of_the_particles(&self) -> bool {
         self.active.iter().any(|active| {
             let carried = matches!(active.entry.simulator, Simulator::Law(_));
-            active.entry.class.in_liquid() || (carried && active.entry.kind != EffectKind::Fill)
+            let kind = active.entry.kind;
+            active.entry.class.in_liquid()
+                || kind == EffectKind::Radius
+                || (carried && kind != EffectKind::Fill)
         })
     }
 
@@ -195,9 +199,12 @@ mod tests {
         for (name, value) in [("fill", 0.003), ("actuation_gain", 1.08), ("camera_latency", 0.03)] {
             assert!(!candidate(name, value).is_of_the_particles(), "{name}");
         }
-        for (name, value) in
-            [("yield_stress", 3.0), ("container_tilt", 0.035), ("vertical_acceleration", 0.5)]
-        {
+        for (name, value) in [
+            ("yield_stress", 3.0),
+            ("container_tilt", 0.035),
+            ("vertical_acceleration", 0.5),
+            ("radius", -0.003),
+        ] {
             assert!(candidate(name, value).is_of_the_particles(), "{name}");
         }
     }

@@ -70,6 +70,7 @@ impl Stage<'_> {
             spacings: results,
             scores: scores.clone(),
             cautions: cautions::of(candidate, last, parts(0).half_width(), &stated),
+            refutation: cautions::refutation(candidate, first, &stated, self.is_controlled()),
         }
     }
 }

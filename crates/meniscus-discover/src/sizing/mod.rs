@@ -1,7 +1,7 @@
 //! Sizes of effects by simulation: the reduced model names an effect and its rough size, the simulator finds the size.
 //!
 //! ```text
-//! candidates -> search at a coarse spacing -> comparison -> search at the fine spacing -> decide -> Sizing
+//! candidates -> search at a coarse spacing -> comparison -> judge -> search at the fine spacing -> Sizing
 //!                    |    ^
 //!                    v    |
 //!                simulations (store on disk, shards)
@@ -14,7 +14,8 @@
 //! | `search`, `tried`, `emulator` | the size that fits best at one spacing |
 //! | `projection` | simulated against measured channels, nuisances projected out |
 //! | `interval` | interval of a size by curvature, packings and spacing |
-//! | `comparison`, `outcome`, `cautions` | rivals on recordings that were not fitted, and the verdict |
+//! | `comparison`, `judgement` | rivals on recordings that were not fitted, and the verdict |
+//! | `outcome`, `cautions` | sizes and verdict for people |
 //! | `glass`, `forward` | the simulator as a model that is sized; the interface for any other |
 //! | `simulations`, `store`, `workload` | simulations on disk, made here or elsewhere, and the time that they take |
 //!
@@ -31,6 +32,7 @@ pub mod error;
 pub mod forward;
 pub mod glass;
 pub mod interval;
+pub mod judgement;
 pub mod outcome;
 mod planning;
 pub mod projection;

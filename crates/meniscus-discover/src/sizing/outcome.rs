@@ -2,7 +2,6 @@
 
 use super::comparison::Scores;
 use super::interval::SizeVariance;
-use crate::decision::verdict::Verdict;
 use crate::recordings::stated::Known;
 use meniscus::reduced::effects::{Active, Class, find};
 
@@ -59,6 +58,8 @@ pub struct SizedCandidate {
     pub scores: Scores,
     /// Cautions about the size, in words.
     pub cautions: Vec<String>,
+    /// Reason for which the effect cannot be what is missing, in words.
+    pub refutation: Option<String>,
 }
 
 /// Candidate that could not be sized.
@@ -79,8 +80,11 @@ pub enum Change {
     Decided,
     /// The simulator prefers a rival of the effect that the reduced model named.
     Contradicted,
-    /// With the effect the simulator is no better than without.
+    /// With the effect the simulator is no better than without, so that nothing is named.
     NotBorneOut,
+    /// In the simulator the effect would have to have another size than it can have, or a viscosity beside it that the liquid
+    /// has not.
+    Refuted,
 }
 
 /// Error of the simulator on the held-out recording, m, noise subtracted.
@@ -99,9 +103,9 @@ pub struct Sizing {
     pub candidates: Vec<SizedCandidate>,
     /// Candidates that could not be sized.
     pub not_sized: Vec<Unsized>,
-    /// Verdict in one word of the file format: `named` or `tied`.
+    /// Verdict in one word of the file format: `named`, `tied` or `unknown`.
     pub word: &'static str,
-    /// Names that are left.
+    /// Names that are left; of an unknown verdict those that are nearest.
     pub names: Vec<&'static str>,
     /// Change of the verdict.
     pub change: Change,
@@ -117,64 +121,30 @@ pub struct Sizing {
     pub seconds: f64,
 }
 
-/// Decides what becomes of `verdict` when `candidates` were compared, the best of them first; `chosen` are the names of the
-/// reduced model's choice.
-#[must_use]
-pub fn decide(
-    verdict: &Verdict,
-    chosen: &[&'static str],
-    candidates: &[SizedCandidate],
-) -> (&'static str, Vec<&'static str>, Change) {
-    let Some(best) = candidates.first() else {
-        return (verdict.word(), verdict.names().to_vec(), Change::Kept);
-    };
-    if !best.scores.beat_absent() {
-        return ("tied", verdict.names().to_vec(), Change::NotBorneOut);
-    }
-    let beaten = |other: &&SizedCandidate| best.scores.beat(&other.scores);
-    let left = |names: &[&'static str]| -> Vec<&'static str> {
-        let gone: Vec<&[&'static str]> =
-            candidates[1..].iter().filter(beaten).map(|c| c.names.as_slice()).collect();
-        names
-            .iter()
-            .filter(|name| best.names.contains(name) || !gone.iter().any(|gone| gone.contains(name)))
-            .copied()
-            .collect()
-    };
-    match verdict {
-        Verdict::Identified(_) => {
-            let reduced = candidates.iter().find(|c| c.names == chosen);
-            if best.names == chosen || reduced.is_none_or(|reduced| !best.scores.beat(&reduced.scores)) {
-                return ("named", chosen.to_vec(), Change::Kept);
-            }
-            let mut names = best.names.clone();
-            names.extend(chosen.iter().filter(|name| !best.names.contains(name)));
-            ("tied", names, Change::Contradicted)
-        }
-        _ => {
-            let names = left(verdict.names());
-            let sized_all =
-                verdict.names().iter().all(|name| candidates.iter().any(|c| c.names.contains(name)));
-            // A single name that the reduced model did not bear out is no more certain for having no rival.
-            if verdict.names().len() > 1 && sized_all && names == best.names {
-                return ("named", names, Change::Decided);
-            }
-            ("tied", names, Change::Kept)
-        }
-    }
-}
-
 impl Sizing {
-    /// Returns the candidate that goes into other models: that of the reduced model where the verdict stays, else the best.
+    /// Returns whether the simulator takes every name of the verdict back.
+    #[must_use]
+    pub fn is_unknown(&self) -> bool {
+        self.word == "unknown"
+    }
+
+    /// Returns the candidate that goes into other models: that of the reduced model where the verdict stays, else the best;
+    /// none where no candidate explains the recordings.
     #[must_use]
     pub fn chosen(&self) -> Option<&SizedCandidate> {
+        if self.is_unknown() {
+            return None;
+        }
         let kept = self.candidates.iter().find(|c| self.word == "named" && c.names == self.names);
         kept.or(self.candidates.first())
     }
 
-    /// Returns the class of the names that are left, where they share one.
+    /// Returns the class of the names that are left, where they share one and explain the recordings.
     #[must_use]
     pub fn class(&self) -> Option<Class> {
+        if self.is_unknown() {
+            return None;
+        }
         let mut classes = self.names.iter().filter_map(|name| find(name)).map(|entry| entry.class);
         let first = classes.next()?;
         classes.all(|class| class == first).then_some(first)
@@ -183,6 +153,9 @@ impl Sizing {
     /// Returns what the simulator says to the verdict, and how far its sizes can be trusted.
     #[must_use]
     pub fn sentence(&self) -> String {
+        if self.is_unknown() {
+            return self.taken_back();
+        }
         let Some(best) = self.chosen() else {
             let reasons: Vec<String> =
                 self.not_sized.iter().map(|c| format!("{}: {}", c.names.join(" + "), c.reason)).collect();
@@ -213,11 +186,26 @@ impl Sizing {
                 "The simulator contradicts the reduced model: {names} predicts recordings that it was not fitted to better, so \
                  that the verdict is open."
             ),
-            Change::NotBorneOut => format!(
-                "With {names} the simulator predicts recordings that it was not fitted to no better than without."
-            ),
+            // No candidate is chosen then.
+            Change::NotBorneOut | Change::Refuted => String::new(),
         };
         format!("{verdict} {}", self.trust())
+    }
+
+    /// Returns why the names of the reduced model are taken back.
+    fn taken_back(&self) -> String {
+        let refutation = self.candidates.iter().find_map(|candidate| candidate.refutation.as_deref());
+        let reason = match refutation.filter(|_| self.change == Change::Refuted) {
+            Some(refutation) => format!("in the simulator {refutation}"),
+            None => {
+                "with that the simulator predicts recordings that it was not fitted to no better than without"
+                    .into()
+            }
+        };
+        format!(
+            "Something is missing that no effect of the library explains by itself: the reduced model takes it for {}, but {reason}.",
+            self.names.join(" or ")
+        )
     }
 
     /// Returns whether `best` beats every other candidate.

@@ -5,7 +5,8 @@ use super::comparison::{Score, Scores};
 use super::error::SizingError;
 use super::forward::{Forward, Point};
 use super::glass::{GlassForward, Matched, References};
-use super::outcome::{HeldOutError, SizedCandidate, Sizing, Unsized, decide};
+use super::judgement::{Compared, Judgement, judge};
+use super::outcome::{HeldOutError, SizedCandidate, Sizing, Unsized};
 use super::projection::{Observed, Projection};
 use super::search::{Level, SizeSearch, Start};
 use super::simulations::{Shard, Simulations};
@@ -114,7 +115,9 @@ pub fn size(
     sized.sort_by(|a, b| a.scores.squares().total_cmp(&b.scores.squares()));
     let mut outcome: Vec<SizedCandidate> = sized.iter().map(|coarse| stage.described(coarse, None)).collect();
     let verdict = &findings.assessment.verdict;
-    let (word, names, change) = decide(verdict, &chosen, &outcome);
+    let with_control = stage.with_control();
+    let compared = Compared { chosen: &chosen, candidates: &outcome };
+    let Judgement { word, names, change } = judge(verdict, &compared);
     let mut sizing = Sizing {
         candidates: Vec::new(),
         not_sized,
@@ -122,7 +125,7 @@ pub fn size(
         names,
         change,
         held_out: None,
-        with_control: stage.with_control(),
+        with_control,
         packings: settings.packings,
         simulations: (0, 0),
         seconds: 0.0,
@@ -164,6 +167,12 @@ impl<'a> Stage<'a> {
     fn observed(&self, recordings: &[Matched<'_>]) -> Vec<Observed> {
         let count = self.fitted.len();
         recordings.iter().map(|matched| matched.observed(&self.findings.calibration, count)).collect()
+    }
+
+    /// Returns whether every fitted recording has a reference in the same motion, which bears the simulator's own error.
+    pub(super) fn is_controlled(&self) -> bool {
+        let (with, all) = self.with_control();
+        with == all
     }
 
     fn with_control(&self) -> (usize, usize) {

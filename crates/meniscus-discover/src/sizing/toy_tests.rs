@@ -6,6 +6,8 @@
 //! A packing changes frequency, damping and dry friction a little, as one of particles does, and every measured recording has a packing of
 //! its own, white noise, an offset and a lag.
 
+use super::candidate::SizingCandidate;
+use super::cautions::refutation;
 use super::comparison::Scores;
 use super::emulator::Prior;
 use super::error::SizingError;
@@ -13,6 +15,7 @@ use super::forward::{Forward, Point, Simulated};
 use super::interval::{SizeVariance, spacing_error};
 use super::projection::{Observed, ObservedChannel, Series};
 use super::search::{Level, OtherParameter, SizeRange, SizeSearch, Start};
+use meniscus::reduced::effects::{Active, EffectKind, Stated};
 use meniscus_numerics::random::normal;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -227,6 +230,47 @@ fn the_right_law_beats_its_rival_and_itself_ties() {
     assert!(right.beat(&rival) && !rival.beat(&right));
     assert!(right.beat_absent());
     assert!(!right.beat(&right.clone()));
+}
+
+/// Returns why the simulator refutes an effect of the library in the place of the toy's, as `level` found it.
+fn refuted(level: &Level, is_controlled: bool) -> Option<String> {
+    let entry = EffectKind::YieldStress.effect();
+    let candidate = SizingCandidate {
+        names: vec![entry.name],
+        active: vec![Active { entry, values: entry.neutral() }],
+        free: vec![(0, 0)],
+        viscosity_deviation: Some(OTHERS[0].prior.deviation),
+    };
+    let stated = Stated { consistency_pa_sn: 0.2, radius_m: 0.035, fill_m: 0.07 };
+    refutation(&candidate, level, &stated, is_controlled)
+}
+
+#[test]
+fn a_law_at_the_end_of_its_range_or_beside_another_viscosity_is_refuted() {
+    let level = |kind: Kind, hidden: Law, range: SizeRange, seed: u64| {
+        sized(&Toy::new(kind), &measured(hidden, seed), range, 0.5 * hidden.dry.max(hidden.quadratic))
+            .expect("it is sized")
+    };
+    for seed in 40..48 {
+        let right = level(Kind::Dry, Law { viscosity: 0.03, ..dry(0.3) }, RANGE, seed);
+        assert_eq!(refuted(&right, true), None, "{:?}", right.fit);
+        // Dry friction cannot stand for a drag that rises with the square, nor can it alone stand for two effects.
+        let quadratic = Law { quadratic: 6.0, ..dry(0.0) };
+        let wrong = refuted(&level(Kind::Dry, quadratic, RANGE, seed), false);
+        assert!(wrong.is_some_and(|said| said.contains("the end of its range")), "{seed}");
+        assert_eq!(refuted(&level(Kind::Quadratic, quadratic, RANGE, seed), true), None);
+        let two = level(Kind::Dry, Law { viscosity: 0.6, ..dry(0.3) }, RANGE, seed);
+        let said = refuted(&two, true);
+        assert!(
+            said.is_some_and(|said| said.contains("beside yield_stress the viscosity has to be 1.")),
+            "{:?}",
+            two.fit
+        );
+        assert_eq!(refuted(&two, false), None, "it may be the simulator's own");
+        let low = SizeRange { bounds: (0.0, 0.2), neutral: 0.0 };
+        let end = refuted(&level(Kind::Dry, dry(0.3), low, seed), false);
+        assert!(end.is_some_and(|said| said.contains("the end of its range")), "{seed}");
+    }
 }
 
 #[test]

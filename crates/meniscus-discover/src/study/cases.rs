@@ -14,10 +14,10 @@ pub(super) const STATED: Stated =
     Stated { consistency_pa_sn: VISCOSITY_PA_S, radius_m: GLASS.radius_m, fill_m: GLASS.fill_m };
 
 /// Packings of the glasses that effects are hidden in; no reference has them. Thresholds and rules
-/// were chosen while looking at the first. The second is held out and changed when a rule is: 27, 37 and 61 were such
-/// packings. With the last a fill was sized wrongly by simulation, after which effects outside the liquid keep the size of
-/// the reduced model.
-pub const HIDDEN_PACKINGS: [u64; 2] = [7, 67];
+/// were chosen while looking at the first. The second is held out and changed when a rule is: 27, 37, 61 and 67 were such
+/// packings. In 61 a fill was sized wrongly by simulation, after which effects outside the liquid keep the size of the reduced
+/// model. In 67 a name that the simulator refuted stayed beside a rival that it did not, after which it is taken back.
+pub const HIDDEN_PACKINGS: [u64; 2] = [7, 79];
 
 /// The clean glasses of the single jolts: liquids and packings.
 const SINGLE: [(f64, u64); 12] = [

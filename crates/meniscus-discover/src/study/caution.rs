@@ -1,6 +1,8 @@
 //! Rates of the study that measure caution, beside those of a program that never commits itself.
 
-use super::tally::{StudyTally, checks};
+use super::checks::checks;
+use super::sizes::trial::SizedTrials;
+use super::tally::StudyTally;
 use meniscus_report::checks::Check;
 
 /// Rates that measure caution, which a program that never commits itself scores as well.
@@ -19,6 +21,7 @@ const CAUTION: [&str; 7] = [
 #[must_use]
 pub fn always_unknown(study: &StudyTally) -> Vec<(Check, Option<f64>)> {
     let mut silent = study.clone();
+    silent.beside.sizes = SizedTrials::default();
     for (_, judged) in &mut silent.lines {
         judged.verdict = "unknown".into();
         judged.names.clear();

@@ -3,11 +3,12 @@
 use super::against_simulator::{AgainstSimulator, simulator_checks};
 use super::bench::Judged;
 use super::caution::always_unknown;
+use super::checks::checks;
 use super::measured::MeasuredResult;
 use super::plans::{Answer, Family};
 use super::run::JudgedTrial;
 use super::sizes::checks::size_table;
-use super::tally::{StudyTally, checks, class_right, right};
+use super::tally::{StudyTally, class_right, right};
 use super::unnamed::checks::{law_checks, tables};
 use super::unnamed::judge::LawOutcome;
 use meniscus_report::Report;

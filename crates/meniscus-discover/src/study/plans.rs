@@ -132,11 +132,13 @@ pub fn plans(cleans: usize, seed: u64) -> Vec<Plan> {
     out.extend(reference(Family::Hidden, known));
     out.extend((once..cleans.min(60)).map(|n| blank(n, Family::Clean, 1.0)));
     out.extend(reference(Family::Fresh, fresh));
-    let without = |h: Hidden| {
-        let lacks = |e: &&'static Entry| e.kind != h.effect.kind && h.effect.twin != Some(e.kind);
-        one(&h, 1.0, known, Family::Without, LIBRARY.iter().filter(lacks).collect(), seed)
+    let without = |packing: u64| {
+        hidden().map(move |h| {
+            let lacks = |e: &&'static Entry| e.kind != h.effect.kind && h.effect.twin != Some(e.kind);
+            one(&h, 1.0, packing, Family::Without, LIBRARY.iter().filter(lacks).collect(), seed)
+        })
     };
-    out.extend(hidden().map(without));
+    out.extend(without(known));
     out.extend((0..once).map(|n| blank(n, Family::Noise, if n % 2 == 0 { 1.5 } else { 1.0 / 1.5 })));
     for (a, b) in PAIRS {
         if let (Some(a), Some(b)) = (Hidden::of(a), Hidden::of(b)) {
@@ -150,6 +152,7 @@ pub fn plans(cleans: usize, seed: u64) -> Vec<Plan> {
     for size in SIZES.into_iter().skip(1) {
         out.extend(hidden().map(|h| one(&h, size, known, Family::Hidden, all(), seed)));
     }
+    out.extend(without(fresh));
     out
 }
 
@@ -224,6 +227,6 @@ mod tests {
         };
         let trials = of(plans(118, 1).iter().map(Plan::digest).collect());
         let glasses = of(crate::study::cases::truths().iter().map(Truth::digest).collect());
-        assert_eq!((trials, glasses), (6_378_713_199_660_553_620, 15_056_222_009_814_825_795));
+        assert_eq!((trials, glasses), (7_548_278_562_296_396_976, 1_775_601_043_155_280_355));
     }
 }

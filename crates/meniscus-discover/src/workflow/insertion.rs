@@ -84,7 +84,8 @@ pub fn insert(
     progress: &dyn Progress,
 ) -> Result<Insertion, DiscoverError> {
     let mut out = Insertion::default();
-    if !matches!(findings.assessment.verdict, Verdict::Identified(_) | Verdict::Ambiguous(_)) {
+    let has_effect = matches!(findings.assessment.verdict, Verdict::Identified(_) | Verdict::Ambiguous(_));
+    if !has_effect || sizing.is_some_and(Sizing::is_unknown) {
         out.nothing_to_insert = inputs.model.is_some() || inputs.simulation.is_some();
         return Ok(out);
     }

@@ -1,4 +1,4 @@
-//! Workflow of a discovery: calibrate, decide, localise, suggest, measure the gap, draw a law, size by simulation, insert.
+//! Workflow of a discovery: calibrate, decide, localise, suggest, measure the gap, size by simulation, draw a law, insert.
 //!
 //! [`Discovery::run`] is the whole of it. [`discover`] judges recordings against references that are fitted already,
 //! which the study needs for many trials with the same references.
@@ -31,7 +31,8 @@ use crate::findings::{Findings, estimates, rivals};
 use crate::fitting::error::ProblemError;
 use crate::fitting::fit_cache::FitCounts;
 use crate::fitting::problem::Problem;
-use crate::law::draw::draw;
+use crate::law::band::CALIBRATION;
+use crate::law::draw::drawn;
 use crate::recordings::load::RecordingSet;
 use crate::recordings::record::Record;
 use crate::recordings::split::Split;
@@ -100,16 +101,18 @@ impl Discovery {
         let limits = thresholds(&references, &settings)?;
         progress.begins(Stage::Decide);
         let findings = discover(&recordings, inputs.recordings.known, &references, &limits, &settings)?;
-        if matches!(findings.assessment.verdict, Verdict::Unknown(_)) {
-            progress.begins(Stage::DrawLaw);
-        }
-        let law = draw(&findings, &settings);
         let fits = settings.cache.as_ref().map_or(FitCounts::default(), |cache| cache.counts());
         // A simulated reference says nothing of the error of the simulator.
         let measured = if origin == ReferenceOrigin::Simulator { &[][..] } else { &groups };
         let sizing = sized(inputs, &findings, measured, progress)?;
-        let mut insertion =
-            insert(inputs, &findings, sizing.as_ref().and_then(|s| s.as_ref().ok()), progress)?;
+        let sizes = sizing.as_ref().and_then(|sizing| sizing.as_ref().ok());
+        let is_unknown = matches!(findings.assessment.verdict, Verdict::Unknown(_))
+            || sizes.is_some_and(Sizing::is_unknown);
+        let law = is_unknown.then(|| {
+            progress.begins(Stage::DrawLaw);
+            drawn(&findings, &settings, CALIBRATION)
+        });
+        let mut insertion = insert(inputs, &findings, sizes, progress)?;
         if let Some(Ok(_)) = &law {
             insertion.refuse_law(inputs);
         }

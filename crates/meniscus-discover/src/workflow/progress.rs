@@ -13,10 +13,10 @@ pub enum Stage {
     SetThresholds,
     /// The effects are ranked and the verdict is decided.
     Decide,
-    /// The missing force is drawn, because no name fits.
-    DrawLaw,
     /// The sizes are found by simulation.
     Size,
+    /// The missing force is drawn, because no name fits.
+    DrawLaw,
     /// The effects are inserted into the flashed model.
     InsertIntoModel,
     /// The held-out recording is simulated twice, without and with the effects.

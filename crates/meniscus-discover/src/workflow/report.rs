@@ -17,7 +17,7 @@ pub struct Report {
     pub findings: Findings,
     /// Origin of the references.
     pub origin: ReferenceOrigin,
-    /// Law that was drawn where the verdict is `unknown`, or why there is none; nothing with another verdict.
+    /// Law that was drawn where the verdict is `unknown` in the end, or why there is none; nothing with another verdict.
     pub law: Option<Result<Drawn, NoLaw>>,
     /// Sizes by simulation, or why there are none; nothing where they were not requested or there is no effect.
     pub sizing: Option<Result<Sizing, SizingError>>,
@@ -90,6 +90,10 @@ impl Report {
     pub fn sentence(&self) -> String {
         let verdict = self.findings.assessment.verdict.sentence() + &self.origin.sentence();
         match &self.sizing {
+            // A name that is taken back is not stated first.
+            Some(Ok(sizing)) if sizing.is_unknown() => {
+                format!("{}{}{}", sizing.sentence(), self.origin.sentence(), self.law_sentence())
+            }
             None => verdict + &self.law_sentence(),
             Some(Ok(sizing)) => format!("{verdict} {}", sizing.sentence()),
             Some(Err(error)) => format!("{verdict} No size by simulation: {error}."),
@@ -111,15 +115,22 @@ impl Report {
         }
     }
 
-    /// Returns the effects that go into other models, with their final values.
+    /// Returns the effects that go into other models, with their final values; none where the verdict is `unknown`.
     #[must_use]
     pub fn effects(&self) -> &[Active] {
+        if self.word() == "unknown" {
+            return &[];
+        }
         self.sized().map_or(&self.findings.assessment.chosen().active, |sized| &sized.active)
     }
 
-    /// Returns the final sizes: by the simulator, where there are any, else by the reduced model.
+    /// Returns the final sizes: by the simulator, where there are any, else by the reduced model; none where the simulator
+    /// does not bear out what the reduced model names.
     #[must_use]
     pub fn final_sizes(&self) -> Vec<FinalSize> {
+        if self.sizes().is_some_and(Sizing::is_unknown) {
+            return Vec::new();
+        }
         if let Some(sized) = self.sized() {
             let one = |p: &crate::sizing::outcome::SizedParameter| FinalSize {
                 effect: p.effect,

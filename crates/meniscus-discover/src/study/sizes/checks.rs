@@ -93,20 +93,28 @@ pub fn size_checks(sized: &SizedTrials) -> Vec<Check> {
 pub fn size_table(report: &mut Report, sized: &SizedTrials) {
     report.heading("Sizes by simulation");
     report.prose(&format!("{} of {} planned.", sized.trials.len(), sized.planned));
-    let columns = [
-        "truth",
-        "glass",
-        "reduced model (90 %)",
-        "simulator (90 %)",
-        "error, %",
-        "covered",
-        "names left",
-        "held-out error untouched, mm",
-        "with the effect, mm",
-        "said",
-    ];
-    report.table(&columns, &sized.trials.iter().map(row).collect::<Vec<_>>());
+    report.table(&COLUMNS, &sized.trials.iter().map(row).collect::<Vec<_>>());
+    if !sized.without.is_empty() {
+        report.heading("Effects that the library lacks, by simulation");
+        report.prose("Trials in which the reduced model names an effect, and what becomes of the verdict.");
+        report.table(&COLUMNS, &sized.without.iter().map(row).collect::<Vec<_>>());
+    }
 }
+
+/// Columns of the tables.
+const COLUMNS: [&str; 11] = [
+    "truth",
+    "glass",
+    "reduced model (90 %)",
+    "simulator (90 %)",
+    "error, %",
+    "covered",
+    "verdict",
+    "names left",
+    "held-out error untouched, mm",
+    "with the effect, mm",
+    "said",
+];
 
 fn row(trial: &SizedTrial) -> Vec<String> {
     let size = |size: &Option<FoundSize>| {
@@ -125,6 +133,7 @@ fn row(trial: &SizedTrial) -> Vec<String> {
         size(&trial.simulated),
         error,
         covered.into(),
+        trial.verdict.clone(),
         trial.names.join(", "),
         untouched,
         effect,
@@ -151,6 +160,8 @@ mod tests {
             unit: "Pa".into(),
             reduced: reduced.map(size),
             simulated: simulated.map(size),
+            verdict: "named".into(),
+            class: None,
             names: vec!["yield_stress".into()],
             held_out_mm: Some([1.0, 0.1]),
             said: vec![],
@@ -166,7 +177,7 @@ mod tests {
             trial(Family::Hidden, Some(2.0), Some(3.5)),
             trial(Family::Hidden, None, None),
         ];
-        let sized = SizedTrials { trials, planned: 4 };
+        let sized = SizedTrials { trials, planned: 4, without: vec![] };
         let checks = size_checks(&sized);
         let value = |name: &str| checks.iter().find(|c| c.name == name).and_then(|c| c.value);
         let third = |count: f64| Some(count / 3.0);
@@ -180,7 +191,7 @@ mod tests {
         let mut report = Report::new("Sizes", "command");
         size_table(&mut report, &sized);
         let page = report.markdown();
-        assert!(page.contains("| -3.3 | yes | yield_stress | 1.000 | 0.100 |"), "{page}");
+        assert!(page.contains("| -3.3 | yes | named | yield_stress | 1.000 | 0.100 |"), "{page}");
     }
 
     #[test]

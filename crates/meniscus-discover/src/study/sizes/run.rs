@@ -12,7 +12,7 @@ use crate::sizing::outcome::Sizing;
 use crate::sizing::simulations::Simulations;
 use crate::sizing::stage::{SizingSettings, size};
 use crate::sizing::store::SimulationStore;
-use crate::study::bench::{Bench, StudyFolders, TimedFindings, findings};
+use crate::study::bench::{Bench, Judged, StudyFolders, TimedFindings, findings};
 use crate::study::cases::clean;
 use crate::study::error::StudyError;
 use crate::study::motions::MotionKind;
@@ -29,7 +29,7 @@ const SPACING_M: f64 = 0.005;
 /// First packing less the seed; no glass of the study has these.
 const FIRST_PACKING: u64 = 2000;
 
-/// Sizes the judged trials at reference size whose verdict states a class.
+/// Sizes the judged trials at reference size whose verdict states a class, and those whose effect the library lacks.
 ///
 /// Where `stop` is set or `options` judge nothing, only earlier results are gathered. `progress` gets the work, how much of
 /// it is done and how much there is.
@@ -43,12 +43,17 @@ pub fn size_all(
     progress: &dyn Fn(&str, usize, usize),
 ) -> Result<SizedTrials, StudyError> {
     let wanted = wanted(places, options);
-    let mut out = SizedTrials { planned: wanted.len(), ..SizedTrials::default() };
+    let planned = wanted.iter().filter(|(_, plan)| plan.answer.family != Family::Without).count();
+    let mut out = SizedTrials { planned, ..SizedTrials::default() };
     let mut bench = None;
     for (done, (number, plan)) in wanted.iter().enumerate() {
         progress("sizing by simulation", done, wanted.len());
+        let of = match plan.answer.family {
+            Family::Without => &mut out.without,
+            _ => &mut out.trials,
+        };
         if let Some(sized) = sized_before(places, plan) {
-            out.trials.push(sized);
+            of.push(sized);
             continue;
         }
         let ready = plan.is_there(&places.cache)
@@ -70,26 +75,35 @@ pub fn size_all(
         let sized = sized(&plan.answer, &findings, sizing);
         let text = serde_json::to_string_pretty(&sized).map_err(StudyError::Json)?;
         write_whole(&file(places, plan), text.as_bytes())?;
-        out.trials.push(sized);
+        of.push(sized);
     }
     Ok(out)
 }
 
-/// Returns the trials to be sized with their numbers, those of the held-out glasses first.
+/// Returns the trials to be sized with their numbers: those of the held-out glasses, of the others, and of effects that the
+/// library lacks.
 fn wanted(places: &StudyFolders, options: RunOptions) -> Vec<(usize, Plan)> {
     let plans = plans(options.cleans, options.seed).into_iter().enumerate();
-    let (mut fresh, mut looked_at) = (Vec::new(), Vec::new());
+    let (mut fresh, mut looked_at, mut without) = (Vec::new(), Vec::new(), Vec::new());
     for (number, plan) in plans {
         let of = match plan.answer.family {
             Family::Fresh => &mut fresh,
             Family::Hidden if plan.answer.size == 1.0 => &mut looked_at,
+            Family::Without => &mut without,
             _ => continue,
         };
-        if judged_before(places, &plan).is_some_and(|judged| class_right(&plan.answer, &judged).is_some()) {
+        let has_name = |judged: Judged| matches!(judged.verdict.as_str(), "named" | "tied");
+        let has_class = |judged: Judged| class_right(&plan.answer, &judged).is_some();
+        let is_wanted = match plan.answer.family {
+            Family::Without => judged_before(places, &plan).is_some_and(has_name),
+            _ => judged_before(places, &plan).is_some_and(has_class),
+        };
+        if is_wanted {
             of.push((number, plan));
         }
     }
     fresh.extend(looked_at);
+    fresh.extend(without);
     fresh
 }
 
@@ -98,7 +112,9 @@ fn file(places: &StudyFolders, plan: &Plan) -> PathBuf {
 }
 
 fn sized_before(places: &StudyFolders, plan: &Plan) -> Option<SizedTrial> {
-    serde_json::from_slice(&std::fs::read(file(places, plan)).ok()?).ok()
+    let kept: SizedTrial = serde_json::from_slice(&std::fs::read(file(places, plan)).ok()?).ok()?;
+    // A file from before the verdict was kept is made anew; its simulations are in the store.
+    (!kept.verdict.is_empty()).then_some(kept)
 }
 
 /// Sizes the effects of `findings` by simulation, with the references of `bench` as control variate.

@@ -51,6 +51,12 @@ pub struct SizedTrial {
     pub reduced: Option<FoundSize>,
     /// Size by the simulator; none where another effect was chosen, or nothing was sized.
     pub simulated: Option<FoundSize>,
+    /// Verdict in the end in one word; empty in a file from before it was kept.
+    #[serde(default)]
+    pub verdict: String,
+    /// Class in the end.
+    #[serde(default)]
+    pub class: Option<String>,
     /// Names that are left after the comparison by the simulator.
     pub names: Vec<String>,
     /// Error of the simulator on the held-out recording without and with the effect, mm.
@@ -90,6 +96,9 @@ pub struct SizedTrials {
     pub trials: Vec<SizedTrial>,
     /// Trials that are to be sized.
     pub planned: usize,
+    /// Trials whose effect the library lacks.
+    #[serde(default)]
+    pub without: Vec<SizedTrial>,
 }
 
 /// Returns the sizes beside the truth of `answer`.
@@ -105,6 +114,8 @@ pub(super) fn sized(answer: &Answer, findings: &Findings, sizing: Result<Sizing,
         unit: hidden.map_or("", |parameter| parameter.unit).into(),
         reduced: reduced.map(FoundSize::of),
         simulated: None,
+        verdict: findings.assessment.verdict.word().into(),
+        class: findings.assessment.verdict.class().map(|class| class.words().into()),
         names: findings.assessment.verdict.names().iter().map(|name| String::from(*name)).collect(),
         held_out_mm: None,
         said: Vec::new(),
@@ -113,9 +124,14 @@ pub(super) fn sized(answer: &Answer, findings: &Findings, sizing: Result<Sizing,
     };
     match sizing {
         Ok(sizing) => {
+            out.verdict = sizing.word.into();
+            out.class = sizing.class().map(|class| class.words().into());
             out.names = sizing.names.iter().map(|name| String::from(*name)).collect();
             out.held_out_mm = sizing.held_out.map(|h| [h.untouched_m, h.effect_m].map(|m| 1e3 * m));
             (out.simulations, out.seconds) = (sizing.simulations.1, sizing.seconds);
+            if sizing.is_unknown() {
+                out.said.push(sizing.sentence());
+            }
             if let Some(chosen) = sizing.chosen() {
                 out.said.clone_from(&chosen.cautions);
                 out.simulated = size_of(chosen, name);

@@ -7,8 +7,9 @@ use super::trials::{LawTrial, Library, Purpose, VISCOSITY_PA_S};
 use crate::baseline::group::Group;
 use crate::decision::settings::Settings;
 use crate::decision::thresholds::{Thresholds, thresholds};
+use crate::decision::verdict::Verdict;
 use crate::law::band::{Bands, CALIBRATION, Calibrated};
-use crate::law::draw::{Drawn, draw, drawn};
+use crate::law::draw::{Drawn, drawn};
 use crate::study::error::StudyError;
 use crate::workflow::discover;
 use meniscus::reduced::effects::{Entry, LIBRARY};
@@ -100,7 +101,8 @@ impl LawBench {
         let mine = glass(trial.viscosity_pa_s, trial.seed);
         let recordings = records(&mine, trial.law.as_ref(), trial.gain, trial.seed);
         let findings = discover(&recordings, known(VISCOSITY_PA_S), &groups, &self.limits, &settings)?;
-        let by_workflow = draw(&findings, &settings);
+        let is_unknown = matches!(findings.assessment.verdict, Verdict::Unknown(_));
+        let by_workflow = is_unknown.then(|| drawn(&findings, &settings, CALIBRATION));
         // Bands are measured without a factor where the factor is to be found.
         let factors = match trial.purpose {
             Purpose::Calibration => Calibrated { force: 1.0, drag: 1.0 },
