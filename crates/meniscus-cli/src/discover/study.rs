@@ -17,7 +17,7 @@ use meniscus_discover::study::page::report;
 use meniscus_discover::study::pictures::{confusion_png, detection_png};
 use meniscus_discover::study::run::{RunOptions, judge_all};
 use meniscus_discover::study::simulate::simulate;
-use meniscus_discover::study::sizes::run::size_all;
+use meniscus_discover::study::sizes::run::{SPACING_M, size_all};
 use meniscus_discover::study::tally::{Beside, StudyTally};
 use meniscus_platform::files::write_whole;
 use meniscus_report::Report;
@@ -70,6 +70,11 @@ pub(crate) struct Arguments {
     /// Only the trials and their sizes by simulation.
     #[arg(long, conflicts_with_all = ["simulate_only", "report_only", "trials_only", "measured"], help_heading = "Method")]
     sizes_only: bool,
+    /// Spacing of the particles at which sizes end, mm: 4 to 8; the search begins at 7 mm.
+    ///
+    /// 7 leaves out the search at a finer spacing, and the spacing's error. Names are decided at 7 mm anyway.
+    #[arg(long, default_value_t = 1e3 * SPACING_M, value_name = "MM", value_parser = spacing_mm, help_heading = "Method")]
+    spacing_mm: f64,
     /// Only the laws that no library holds: no glass is simulated.
     #[arg(long, conflicts_with_all = ["simulate_only", "simulated", "report_only", "trials_only", "sizes_only", "measured"], help_heading = "Method")]
     laws_only: bool,
@@ -88,6 +93,12 @@ pub(crate) struct Arguments {
     /// Print one JSON object.
     #[arg(long, help_heading = "Output")]
     json: bool,
+}
+
+/// Reads the spacing of the particles, mm.
+fn spacing_mm(text: &str) -> Result<f64, String> {
+    let spacing = text.parse::<f64>().ok().filter(|spacing| (4.0..=8.0).contains(spacing));
+    spacing.ok_or_else(|| format!("'{text}' is no spacing from 4 to 8 mm"))
 }
 
 /// Runs the verb.
@@ -131,6 +142,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         seed: arguments.seed,
         judges: !arguments.report_only,
         part: arguments.part,
+        spacing_m: 1e-3 * arguments.spacing_mm,
     };
     let (lines, planned) = judge_all(&places, options, stop, &progress)?;
     let mut study = StudyTally { lines, planned, beside: beside_before(&arguments.out) };
@@ -220,7 +232,11 @@ fn beside(
 
 /// Writes page and pictures; returns the report.
 fn write(arguments: &Arguments, study: &StudyTally) -> anyhow::Result<Report> {
-    let command = format!("meniscus discover study --clean {} --seed {}", arguments.clean, arguments.seed);
+    let mut command =
+        format!("meniscus discover study --clean {} --seed {}", arguments.clean, arguments.seed);
+    if arguments.spacing_mm != 1e3 * SPACING_M {
+        command += &format!(" --spacing-mm {}", arguments.spacing_mm);
+    }
     let report = report(study, &command);
     write_whole(&arguments.out.join("study.md"), report.markdown().as_bytes())?;
     confusion_png(study, &arguments.out.join("confusion.png"))?;

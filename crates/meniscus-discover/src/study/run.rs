@@ -30,6 +30,8 @@ pub struct RunOptions {
     pub judges: bool,
     /// Part of the trials that this machine judges; none judges all.
     pub part: Option<Shard>,
+    /// Spacing of the particles at which sizes end, m.
+    pub spacing_m: f64,
 }
 
 impl RunOptions {
@@ -180,8 +182,13 @@ mod tests {
 
     #[test]
     fn each_trial_is_of_one_part() {
-        let options =
-            |index| RunOptions { cleans: 1, seed: 1, judges: true, part: Some(Shard { index, count: 3 }) };
+        let options = |index| RunOptions {
+            cleans: 1,
+            seed: 1,
+            judges: true,
+            part: Some(Shard { index, count: 3 }),
+            spacing_m: 0.005,
+        };
         for number in 0..20 {
             assert_eq!((1..=3).filter(|index| options(*index).judges(number)).count(), 1, "{number}");
         }

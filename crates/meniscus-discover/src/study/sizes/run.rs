@@ -24,7 +24,7 @@ use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Spacing of the particles at the end, m: the default of `meniscus discover`, and that of the hidden glasses.
-const SPACING_M: f64 = 0.005;
+pub const SPACING_M: f64 = 0.005;
 
 /// First packing less the seed; no glass of the study has these.
 const FIRST_PACKING: u64 = 2000;
@@ -52,7 +52,7 @@ pub fn size_all(
             Family::Without => &mut out.without,
             _ => &mut out.trials,
         };
-        if let Some(sized) = sized_before(places, plan) {
+        if let Some(sized) = sized_before(places, plan, options.spacing_m) {
             of.push(sized);
             continue;
         }
@@ -67,14 +67,14 @@ pub fn size_all(
         };
         let name = format!("t{number:03}");
         let TimedFindings { findings, .. } = findings(places, plan, bench, &name, None)?;
-        let sizing = match sizing(places, &findings, bench, options.seed, stop) {
+        let sizing = match sizing(places, &findings, bench, options, stop) {
             Err(SizingError::Stopped) => continue,
             Err(error) if error.ends_all() => return Err(StudyError::trial(error)),
             outcome => outcome,
         };
         let sized = sized(&plan.answer, &findings, sizing);
         let text = serde_json::to_string_pretty(&sized).map_err(StudyError::Json)?;
-        write_whole(&file(places, plan), text.as_bytes())?;
+        write_whole(&file(places, plan, options.spacing_m), text.as_bytes())?;
         of.push(sized);
     }
     Ok(out)
@@ -107,12 +107,14 @@ fn wanted(places: &StudyFolders, options: RunOptions) -> Vec<(usize, Plan)> {
     fresh
 }
 
-fn file(places: &StudyFolders, plan: &Plan) -> PathBuf {
-    places.out.join("sized").join(format!("{}.json", plan.digest()))
+fn file(places: &StudyFolders, plan: &Plan, spacing_m: f64) -> PathBuf {
+    let at = if spacing_m == SPACING_M { String::new() } else { format!("-{:.0}um", 1e6 * spacing_m) };
+    places.out.join("sized").join(format!("{}{at}.json", plan.digest()))
 }
 
-fn sized_before(places: &StudyFolders, plan: &Plan) -> Option<SizedTrial> {
-    let kept: SizedTrial = serde_json::from_slice(&std::fs::read(file(places, plan)).ok()?).ok()?;
+fn sized_before(places: &StudyFolders, plan: &Plan, spacing_m: f64) -> Option<SizedTrial> {
+    let kept: SizedTrial =
+        serde_json::from_slice(&std::fs::read(file(places, plan, spacing_m)).ok()?).ok()?;
     // A file from before the verdict was kept is made anew; its simulations are in the store.
     (!kept.verdict.is_empty()).then_some(kept)
 }
@@ -122,14 +124,14 @@ fn sizing(
     places: &StudyFolders,
     findings: &Findings,
     bench: &Bench,
-    seed: u64,
+    options: RunOptions,
     stop: &AtomicBool,
 ) -> Result<Sizing, SizingError> {
     let references: Vec<(Known, &[Record])> =
         bench.groups().iter().map(|group| (group.known, group.records.as_slice())).collect();
     let settings = SizingSettings {
-        spacing_m: SPACING_M,
-        seed: FIRST_PACKING + seed,
+        spacing_m: options.spacing_m,
+        seed: FIRST_PACKING + options.seed,
         packings: 2,
         rivals: 1,
         store: places.cache.join("sizes"),
