@@ -82,8 +82,7 @@ pub enum Change {
     Contradicted,
     /// With the effect the simulator is no better than without, so that nothing is named.
     NotBorneOut,
-    /// In the simulator the effect would have to have another size than it can have, or a viscosity beside it that the liquid
-    /// has not.
+    /// In the simulator the effect would need a size that it cannot have, or a viscosity beside it that the liquid does not have.
     Refuted,
 }
 
