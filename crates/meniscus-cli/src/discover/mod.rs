@@ -40,7 +40,8 @@ use std::time::Duration;
 ///
 /// The reduced model names the effect in seconds. The simulator then finds its size and compares it with its rivals, which takes
 /// minutes; --quick leaves that out, and sizes at the wall may then be off by a factor of two (docs/limits.md). A name is taken back
-/// where the simulator needs a size at the end of its range or another viscosity beside it; the verdict is then unknown.
+/// where the simulator needs a size at the end of its range, needs another viscosity beside it, or is no better with the effect than
+/// without; the verdict is then unknown.
 ///
 /// Where the verdict is unknown, a law without a name is drawn: the missing force on the first mode by its height, and the missing
 /// drag by its rate, each with a 90 % band. The report says which formula of the library comes nearest, where the law departs from

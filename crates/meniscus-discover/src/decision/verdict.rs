@@ -236,12 +236,13 @@ impl Verdict {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
     use crate::recordings::record::Quantity;
     use nalgebra::{DMatrix, DVector};
 
-    fn claim(names: &[&'static str], range_ends: &[&str]) -> Box<Claim> {
+    /// Returns a claim of `names` with made-up evidence and an empty fit.
+    pub(crate) fn claim(names: &[&'static str], range_ends: &[&str]) -> Box<Claim> {
         let fitted = Fitted {
             theta: Vec::new(),
             active: Vec::new(),

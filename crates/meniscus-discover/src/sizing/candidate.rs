@@ -168,9 +168,18 @@ pub fn candidates(findings: &Findings, rivals: usize) -> Vec<SizingCandidate> {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
     use meniscus::reduced::effects::find;
+
+    pub(in crate::sizing) const KNOWN: Known = Known {
+        radius_m: 0.035,
+        radius_error_m: 1e-4,
+        fill_m: 0.07,
+        density_kg_m3: 1261.0,
+        viscosity_pa_s: 0.2,
+        motion_share: [1.0; 2],
+    };
 
     fn candidate(name: &str, value: f64) -> SizingCandidate {
         let entry = find(name).expect("in the library");
@@ -211,15 +220,7 @@ mod tests {
 
     #[test]
     fn the_last_parameter_is_the_logarithm_of_the_viscosity() {
-        let known = Known {
-            radius_m: 0.035,
-            radius_error_m: 1e-4,
-            fill_m: 0.07,
-            density_kg_m3: 1261.0,
-            viscosity_pa_s: 0.2,
-            motion_share: [1.0; 2],
-        };
-        let (active, liquid) = candidate("yield_stress", 2.5).at(&[4.0, 0.1], &known);
+        let (active, liquid) = candidate("yield_stress", 2.5).at(&[4.0, 0.1], &KNOWN);
         assert_eq!(active[0].values[0], 4.0);
         assert!((liquid.viscosity_pa_s - 0.2 * 0.1_f64.exp()).abs() < 1e-12);
     }

@@ -31,8 +31,8 @@ fn range_end(candidate: &SizingCandidate, level: &Level, stated: &Stated) -> Opt
 
 /// Returns why the effect of `candidate` cannot be what is missing, as `level` found it; none where nothing speaks against it.
 ///
-/// A size at the end of its range is none. Nor is an effect beside which the whole interval of the viscosity is farther than
-/// [`FARTHEST`] from the stated one, where references in the same motion bear the simulator's own error (`is_controlled`).
+/// A best size at the end of its range speaks against an effect. So does a viscosity whose whole interval is farther than
+/// [`FARTHEST`] from the stated one, if references in the same motion bear the simulator's own error (`is_controlled`).
 #[must_use]
 pub(super) fn refutation(
     candidate: &SizingCandidate,

@@ -84,22 +84,10 @@ fn ambiguous(names: &[&'static str], best: &SizedCandidate, compared: &Compared<
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::decision::evidence::HeldOutScore;
-    use crate::decision::verdict::Claim;
-    use crate::fitting::fit::Fitted;
-    use crate::recordings::stated::Known;
+    use crate::decision::verdict::tests::claim;
+    use crate::sizing::candidate::tests::KNOWN;
     use crate::sizing::comparison::{Score, Scores};
     use crate::sizing::interval::SizeVariance;
-    use nalgebra::{DMatrix, DVector};
-
-    const KNOWN: Known = Known {
-        radius_m: 0.035,
-        radius_error_m: 1e-4,
-        fill_m: 0.07,
-        density_kg_m3: 1261.0,
-        viscosity_pa_s: 0.2,
-        motion_share: [1.0; 2],
-    };
 
     /// A candidate that leaves `squares` of each recording, of 40000 without it.
     fn candidate(names: &[&'static str], squares: f64) -> SizedCandidate {
@@ -122,32 +110,11 @@ mod tests {
         SizedCandidate { refutation: Some("it stands at the end".into()), ..candidate(names, squares) }
     }
 
-    fn claim(names: &[&'static str]) -> Box<Claim> {
-        let fitted = Fitted {
-            theta: Vec::new(),
-            active: Vec::new(),
-            free: Vec::new(),
-            cost: 0.0,
-            residual: DVector::zeros(0),
-            jacobian: DMatrix::zeros(0, 0),
-        };
-        Box::new(Claim {
-            names: names.to_vec(),
-            class: None,
-            fitted,
-            gain: 120.0,
-            misfit: 1.5,
-            inclusion: 1.0,
-            held_out: HeldOutScore { better: 3, recordings: 3, improvement: 4.0 },
-            range_ends: Vec::new(),
-        })
-    }
-
     /// Judges what the reduced model names `names`, the first of them its choice.
     fn judged(names: &[&'static str], candidates: &[SizedCandidate]) -> Judgement {
         let verdict = match names {
-            [_] => Verdict::Identified(claim(names)),
-            _ => Verdict::Ambiguous(claim(names)),
+            [_] => Verdict::Identified(claim(names, &[])),
+            _ => Verdict::Ambiguous(claim(names, &[])),
         };
         judge(&verdict, &Compared { chosen: &names[..1], candidates })
     }

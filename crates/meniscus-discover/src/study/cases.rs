@@ -16,7 +16,8 @@ pub(super) const STATED: Stated =
 /// Packings of the glasses that effects are hidden in; no reference has them. Thresholds and rules
 /// were chosen while looking at the first. The second is held out and changed when a rule is: 27, 37, 61 and 67 were such
 /// packings. In 61 a fill was sized wrongly by simulation, after which effects outside the liquid keep the size of the reduced
-/// model. In 67 a name that the simulator refuted stayed beside a rival that it did not, after which it is taken back.
+/// model. In 67 a name that the simulator refuted stayed beside a rival that it did not refute, and one without which it was as
+/// good was ambiguous; both are taken back since.
 pub const HIDDEN_PACKINGS: [u64; 2] = [7, 79];
 
 /// The clean glasses of the single jolts: liquids and packings.

@@ -1,6 +1,7 @@
 //! Verdicts of the program in the end: those of the reduced model, as the simulator leaves them where it sized the trial.
 
-use super::run::JudgedTrial;
+use super::bench::Judged;
+use super::plans::Answer;
 use super::sizes::trial::SizedTrials;
 use super::tally::StudyTally;
 
@@ -9,13 +10,15 @@ impl StudyTally {
     #[must_use]
     pub fn in_the_end(&self) -> Self {
         let mut out = self.clone();
-        out.lines.iter_mut().for_each(|line| set_final_verdict(line, &self.beside.sizes));
+        for (answer, judged) in &mut out.lines {
+            set_final_verdict(answer, judged, &self.beside.sizes);
+        }
         out
     }
 }
 
-/// Replaces verdict, names and class of a trial by those that it has in `sizes`, where it is there.
-fn set_final_verdict((answer, judged): &mut JudgedTrial, sizes: &SizedTrials) {
+/// Replaces verdict, names and class of the trial of `answer` by those that it has in `sizes`, where it is there.
+fn set_final_verdict(answer: &Answer, judged: &mut Judged, sizes: &SizedTrials) {
     let mut all = sizes.trials.iter().chain(&sizes.without);
     let Some(sized) = all.find(|sized| sized.answer == *answer) else { return };
     judged.verdict.clone_from(&sized.verdict);
@@ -26,9 +29,9 @@ fn set_final_verdict((answer, judged): &mut JudgedTrial, sizes: &SizedTrials) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::study::bench::Judged;
     use crate::study::checks::checks;
-    use crate::study::plans::{Answer, Family};
+    use crate::study::plans::Family;
+    use crate::study::run::JudgedTrial;
     use crate::study::sizes::trial::SizedTrial;
 
     fn trial(family: Family, hidden: &str, named: &str, class: &str) -> JudgedTrial {

@@ -73,6 +73,10 @@ pub fn report(study: &StudyTally, command: &str) -> Report {
     if study.of(Family::Hidden).any(|(answer, _)| answer.size != 1.0) {
         report.picture("detection.png", "gain by size of the hidden effect");
     }
+    report.prose(
+        "Pictures and trials have the verdicts of the reduced model. Those in the end, which the checks count, stand with the sizes \
+         by simulation.",
+    );
     for (family, title) in TITLES {
         let trials: Vec<&JudgedTrial> = study.of(family).collect();
         if trials.is_empty() {

@@ -92,13 +92,11 @@ fn wanted(places: &StudyFolders, options: RunOptions) -> Vec<(usize, Plan)> {
             Family::Without => &mut without,
             _ => continue,
         };
-        let has_name = |judged: Judged| matches!(judged.verdict.as_str(), "named" | "tied");
-        let has_class = |judged: Judged| class_right(&plan.answer, &judged).is_some();
-        let is_wanted = match plan.answer.family {
-            Family::Without => judged_before(places, &plan).is_some_and(has_name),
-            _ => judged_before(places, &plan).is_some_and(has_class),
+        let is_wanted = |judged: Judged| match plan.answer.family {
+            Family::Without => matches!(judged.verdict.as_str(), "named" | "tied"),
+            _ => class_right(&plan.answer, &judged).is_some(),
         };
-        if is_wanted {
+        if judged_before(places, &plan).is_some_and(is_wanted) {
             of.push((number, plan));
         }
     }
