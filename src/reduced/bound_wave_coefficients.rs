@@ -44,13 +44,12 @@ pub(super) fn bound_waves(
     let rings: [Wave; RADIAL] = core::array::from_fn(Wave::Ring);
     let saddles: [Wave; RADIAL] = core::array::from_fn(Wave::Saddle);
     let of_shape = |wave: Wave| {
-        let mut bound_wave = bound_wave(wave, glass, liquid, active, context);
+        let bound_wave = bound_wave(wave, glass, liquid, active, context);
         match (wave, baseline.drive) {
-            (Wave::Ring(0), Some([ring, _])) => bound_wave.drive = ring,
-            (Wave::Saddle(0), Some([_, saddle])) => bound_wave.drive = saddle,
-            _ => {}
+            (Wave::Ring(0), Some([ring, _])) => calibrated(bound_wave, ring, glass, context),
+            (Wave::Saddle(0), Some([_, saddle])) => calibrated(bound_wave, saddle, glass, context),
+            _ => bound_wave,
         }
-        bound_wave
     };
     BoundWaves {
         waves: [rings.map(of_shape), saddles.map(of_shape)],
@@ -58,6 +57,20 @@ pub(super) fn bound_waves(
         steepness: context.first.mode.steepness,
         contact_line: contact_line(glass, context.line, [rings, saddles]),
     }
+}
+
+/// Returns `wave` with the calibrated coefficients p and q of its `drive`.
+///
+/// `q = -R C/kappa1` says how far C is from that of an inviscid liquid. Most of it is the layer at the wall, where the
+/// heights `t x` of a lean and `a1 phi1` of the first mode differ only by their factor; so `B` of a lean is off by `R` times as much.
+fn calibrated(
+    wave: BoundWave,
+    drive: [f64; 2],
+    glass: &Cylinder,
+    context: &FirstModeContext<'_>,
+) -> BoundWave {
+    let off = -drive[1] * context.first.mode.steepness - glass.radius_m * wave.carried;
+    BoundWave { drive, lean: wave.lean + off * tan(context.port.tilt_rad), ..wave }
 }
 
 /// Returns one wave, driven as inviscid theory says.

@@ -12,6 +12,9 @@ use crate::reduced::effects::{Active, Branch, MOST, Port, Slot, View};
 use crate::reduced::speed_table::SLOWEST_M_S;
 use heapless::Vec;
 
+/// Repetitions by which the frequency beside a memory is found: each is nearer by the share that the memory has in it.
+const MEMORY_REPEATS: usize = 8;
+
 /// A glass of liquid with its effects, for steps of one length.
 ///
 /// ```
@@ -137,6 +140,22 @@ impl ReducedModel {
     pub fn frequency(&self) -> f64 {
         let first = &self.modes[0];
         sqrt((first.free * first.free + first.mode.steepness * self.port.lift_m_s2).max(0.0))
+    }
+
+    /// Frequency at which the first mode swings, under friction, the constant lift and the memory of the liquid, 1/s.
+    ///
+    /// `W^2 = w^2 + kappa a + (k/m) W^2/(W^2 + r^2)` of a memory of stiffness k that relaxes at the rate r.
+    #[must_use]
+    pub fn swinging_frequency(&self) -> f64 {
+        let (first, branch) = (&self.modes[0], &self.memory[0]);
+        let rate = branch.relax.rate(0.0);
+        let free = first.w * first.w + first.mode.steepness * self.port.lift_m_s2;
+        let stored = branch.stiffness / first.mode.mass_kg;
+        let mut square = free + stored;
+        for _ in 0..MEMORY_REPEATS {
+            square = free + stored * square / (square + rate * rate);
+        }
+        sqrt(square.max(0.0))
     }
 
     /// Friction of the first mode at an amplitude of its rate (m/s), in the liquid, along the contact line and by a drawn law,

@@ -89,11 +89,23 @@ pub fn predict_with(
     lag_s: f64,
     difference: Difference<'_>,
 ) -> Vec<Vec<f64>> {
-    let dt = record.interval_s / STEPS as f64;
-    let mut model = reduced_model(known, theta, difference.active, record.interval_s);
-    if let Some(law) = difference.law {
-        model = model.with_law(*law);
+    predict_by(&model_with(record, known, theta, difference), record, known, lag_s)
+}
+
+/// Returns the reduced model of the liquid `known` with the numbers `theta` and any `difference`, for the frames of `record`.
+#[must_use]
+pub fn model_with(record: &Record, known: &Known, theta: &[f64], difference: Difference<'_>) -> ReducedModel {
+    let model = reduced_model(known, theta, difference.active, record.interval_s);
+    match difference.law {
+        Some(law) => model.with_law(*law),
+        None => model,
     }
+}
+
+/// Returns the expected channels of `record` by `model`, m; `lag_s` is the delay of its frames against their time stamps.
+#[must_use]
+pub fn predict_by(model: &ReducedModel, record: &Record, known: &Known, lag_s: f64) -> Vec<Vec<f64>> {
+    let dt = record.interval_s / STEPS as f64;
     let (port, view) = (model.port, model.view);
     let shift = port.delay_s + view.latency_s + lag_s;
     let push_at = |time: f64| {
@@ -112,7 +124,7 @@ pub fn predict_with(
     for frame in 0..record.frames() {
         let time = frame as f64 * record.interval_s;
         let push = push_at(time);
-        let wall = wall_harmonics(&model, &state, &push.along_m_s2);
+        let wall = wall_harmonics(model, &state, &push.along_m_s2);
         for (series, channel) in out.iter_mut().zip(&record.channels) {
             series.push(match channel.quantity {
                 Quantity::Level => {
@@ -130,7 +142,7 @@ pub fn predict_with(
             });
         }
         for half in 0..STEPS {
-            step(&model, &mut state, &push_at(time + (half as f64 + 0.5) * dt));
+            step(model, &mut state, &push_at(time + (half as f64 + 0.5) * dt));
         }
         let waves = state.height.iter().chain(&state.bound_waves.height).flatten();
         if waves.copied().any(|height| height.is_nan() || height.abs() >= HIGHEST * radius) {

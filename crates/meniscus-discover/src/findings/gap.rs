@@ -1,7 +1,7 @@
 //! Gap on the held-out recording: error of each model on it, noise subtracted.
 
 use crate::baseline::calibrate::Calibration;
-use crate::baseline::predict::{Difference, SHARED, predict, predict_with};
+use crate::baseline::predict::{Difference, SHARED, predict};
 use crate::decision::assessment::Assessment;
 use crate::fitting::error::ProblemError;
 use crate::fitting::fit::Fitted;
@@ -112,9 +112,8 @@ pub fn gap(
         effect: after(error(&one, &chosen, active)),
         noise: noise_m2.sqrt(),
     };
-    let before = predict(held_out, &problem.known, &untouched, untouched[SHARED], &[]);
-    let with = predict_with(held_out, &problem.known, &chosen, chosen[SHARED], active);
-    Ok(MeasuredGap { gap, curves: curves(held_out, calibration, &before, &with) })
+    let (before, with) = (one.expected_m(0, &untouched, nothing), one.expected_m(0, &chosen, active));
+    Ok(MeasuredGap { gap, curves: curves(held_out, &before, &with) })
 }
 
 /// Returns the difference that `active` make.
@@ -123,22 +122,15 @@ fn effects(active: &[Active]) -> Difference<'_> {
 }
 
 /// Returns the curves of the slope, or of the peak, of `held_out` with the predictions `before` and `with`.
-fn curves(
-    held_out: &Record,
-    calibration: &Calibration,
-    before: &[Vec<f64>],
-    with: &[Vec<f64>],
-) -> Vec<[f64; 4]> {
+fn curves(held_out: &Record, before: &[Vec<f64>], with: &[Vec<f64>]) -> Vec<[f64; 4]> {
     let c = held_out
         .channels
         .iter()
         .position(|c| matches!(c.quantity, Quantity::Slope | Quantity::Peak))
         .unwrap_or(0);
-    let mean = calibration.matched(held_out).map(|known| known.mean[c].clone()).unwrap_or_default();
     let row = |f: usize| {
-        let more = mean.get(f).copied().unwrap_or(0.0);
         let seen = held_out.channels[c].value[f].unwrap_or(f64::NAN);
-        [f as f64 * held_out.interval_s, seen, before[c][f] + more, with[c][f] + more]
+        [f as f64 * held_out.interval_s, seen, before[c][f], with[c][f]]
     };
     (0..held_out.frames()).map(row).collect()
 }
@@ -169,9 +161,9 @@ pub fn law_gap(
     let untouched = own_lag(&one, calibration, one.mean.clone(), Difference::default());
     let theta = own_lag(&one, calibration, shared(theta, calibration), difference);
     let left = error(&one, &theta, difference) - noise_m2(held_out, calibration);
-    let before = predict(held_out, &problem.known, &untouched, untouched[SHARED], &[]);
-    let with = predict_with(held_out, &problem.known, &theta, theta[SHARED], difference);
-    Ok(LawGap { law_m: left.max(0.0).sqrt(), curves: curves(held_out, calibration, &before, &with) })
+    let before = one.expected_m(0, &untouched, Difference::default());
+    let with = one.expected_m(0, &theta, difference);
+    Ok(LawGap { law_m: left.max(0.0).sqrt(), curves: curves(held_out, &before, &with) })
 }
 
 /// Returns the shared numbers of the fitted `theta` with the lag of the prior.

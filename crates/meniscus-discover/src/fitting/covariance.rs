@@ -19,10 +19,31 @@ pub(super) struct Ready {
     pub(super) covariance: Vec<DMatrix<f64>>,
     /// Channel and frame of each number that was measured.
     pub(super) index: Vec<(usize, usize)>,
-    /// Measured value less `rbar`, m.
-    pub(super) target: DVector<f64>,
+    /// Measured values, m.
+    pub(super) measured: DVector<f64>,
+    /// `rbar` by channel and frame, m; none without references in the motion.
+    pub(super) rbar: Option<Vec<Vec<f64>>>,
     /// Inverse of the lower Cholesky factor of each.
     pub(super) whiten: Vec<DMatrix<f64>>,
+}
+
+impl Ready {
+    /// Adds `rbar` to the `expected` channels, where the first mode swings `stretch` times as fast as in the references.
+    ///
+    /// Most of the model error is a wave and belongs to a phase of the slosh: `rbar(t0 + (t - t0) stretch)`, from the start t0 of
+    /// the motion.
+    pub(super) fn add_rbar(&self, expected: &mut [Vec<f64>], stretch: f64) {
+        let start = self.record.rest_frames as f64;
+        for (expected, series) in expected.iter_mut().zip(self.rbar.iter().flatten()) {
+            let Some(last) = series.len().checked_sub(1) else { continue };
+            for (frame, value) in expected.iter_mut().enumerate().take(series.len()) {
+                let late = (frame as f64 - start).max(0.0);
+                let place = (frame as f64 + late * (stretch - 1.0)).clamp(0.0, last as f64);
+                let (low, part) = (place as usize, place.fract());
+                *value += series[low] + part * (series[(low + 1).min(last)] - series[low]);
+            }
+        }
+    }
 }
 
 /// Prepares `record`, one of `beside` of the same glass.
@@ -34,13 +55,12 @@ pub(super) fn prepare(
 ) -> Result<Ready, ProblemError> {
     let matched = calibration.matched(record);
     let mut index = Vec::new();
-    let mut target = Vec::new();
+    let mut measured = Vec::new();
     for (c, channel) in record.channels.iter().enumerate() {
         for (f, value) in channel.value.iter().enumerate() {
             if let Some(value) = value {
                 index.push((c, f));
-                target
-                    .push(value - matched.as_ref().map_or(0.0, |m| m.mean[c].get(f).copied().unwrap_or(0.0)));
+                measured.push(*value);
             }
         }
     }
@@ -91,7 +111,8 @@ pub(super) fn prepare(
         record: record.clone(),
         covariance: covariances,
         index,
-        target: DVector::from_vec(target),
+        measured: DVector::from_vec(measured),
+        rbar: matched.map(|matched| matched.mean),
         whiten,
     })
 }
