@@ -6,6 +6,8 @@
 mod command;
 #[path = "effects/glasses.rs"]
 mod glasses;
+#[path = "effects/leaning.rs"]
+mod leaning;
 #[path = "effects/motions.rs"]
 mod motions;
 

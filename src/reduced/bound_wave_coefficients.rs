@@ -59,18 +59,19 @@ pub(super) fn bound_waves(
     }
 }
 
-/// Returns `wave` with the calibrated coefficients p and q of its `drive`.
+/// Returns `wave` with the calibrated coefficients p and q of its `drive`, and the coupling to a lean that q implies.
 ///
-/// `q = -R C/kappa1` says how far C is from that of an inviscid liquid. Most of it is the layer at the wall, where the
-/// heights `t x` of a lean and `a1 phi1` of the first mode differ only by their factor; so `B` of a lean is off by `R` times as much.
+/// `q = -R C/kappa1` says how far C is from that of an inviscid liquid. The layer at the wall is one reason: the flow along the wall
+/// that it lacks takes `pi delta/(2 R N)` off C of (2,n), with N in units of R^2 and delta the thickness of the layer. What acts at the
+/// wall is the same for `t x` as for `a1 phi1`, which are alike there, so `B` is off by R times as much as C.
 fn calibrated(
     wave: BoundWave,
     drive: [f64; 2],
     glass: &Cylinder,
     context: &FirstModeContext<'_>,
 ) -> BoundWave {
-    let off = -drive[1] * context.first.mode.steepness - glass.radius_m * wave.carried;
-    BoundWave { drive, lean: wave.lean + off * tan(context.port.tilt_rad), ..wave }
+    let excess = -drive[1] * context.first.mode.steepness - glass.radius_m * wave.carried;
+    BoundWave { drive, lean: wave.lean + excess * tan(context.port.tilt_rad), ..wave }
 }
 
 /// Returns one wave, driven as inviscid theory says.

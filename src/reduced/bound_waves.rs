@@ -6,7 +6,7 @@
 //! ```
 //! for s of (0,n) and (2,n). The quadratic terms of the surface conditions have this form for a standing wave (Miles
 //! 1976); `coupling.rs` says what they are without viscosity. Of (0,1) and (2,1) p and q may be
-//! calibrated, and then belong to the baseline; `v1' + w1^2 a1` is what push, friction and the contact line do to the first
+//! calibrated, and then belong to the baseline, and q corrects B too; `v1' + w1^2 a1` is what push, friction and the contact line do to the first
 //! mode, which the product of height and potential feels at once. These waves ride along: their energy is of fourth order in the amplitude and
 //! is left out of the books. With waves along x and y, `a1^2` is `ax^2 + ay^2` for (0,n), and `ax^2 - ay^2` and `2 ax ay`
 //! for (2,n).

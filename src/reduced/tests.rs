@@ -15,10 +15,16 @@ use std::{assert, assert_eq, panic};
 fn ring_frequency(model: &ReducedModel) -> f64 {
     let mut state = ReducedState::default();
     state.bound_waves.height[0][0] = 1e-3;
-    let (mut last, mut crossings) = (1e-3, Vec::new());
+    free_frequency(model, state, |state| state.bound_waves.height[0][0])
+}
+
+/// Angular frequency (1/s) of a free wave from `state` on, from the zero crossings of its `height`.
+fn free_frequency(model: &ReducedModel, mut state: ReducedState, height: fn(&ReducedState) -> f64) -> f64 {
+    let push = Forcing { lift_m_s2: model.port.lift_m_s2, ..Forcing::default() };
+    let (mut last, mut crossings) = (height(&state), Vec::new());
     for n in 1..480 {
-        step(model, &mut state, &Forcing::default());
-        let here = state.bound_waves.height[0][0];
+        step(model, &mut state, &push);
+        let here = height(&state);
         if last * here < 0.0 {
             crossings.push((f64::from(n) - here / (here - last)) * DT);
         }
@@ -138,4 +144,25 @@ fn a_wave_along_a_lean_carries_a_saddle_at_its_own_frequency_and_a_rolled_camera
     assert!((odd("container_tilt") / wanted - 1.0).abs() < 0.02, "{} for {wanted}", odd("container_tilt"));
     assert_eq!(odd("camera_slope"), 0.0);
     assert!(saddle("camera_slope", 1e-2).abs() > 1e-5);
+}
+
+#[test]
+fn the_first_mode_swings_at_the_frequency_that_the_model_states() {
+    let plain = model(1e-7, &[]).swinging_frequency();
+    for (name, values) in [
+        ("vertical_acceleration", [1.0, 0.0]),
+        ("surface_tension", [0.2, 0.0]),
+        ("radius", [0.002, 0.0]),
+        ("viscoelastic", [5.0, 1.0]),
+        ("viscoelastic", [5.0, 0.05]),
+    ] {
+        let model = model(1e-7, &[active(name, values)]);
+        // At rate from the level: a liquid that remembers has nothing to forget then.
+        let mut state = ReducedState::default();
+        state.rate[0][0] = 1e-3;
+        let found = free_frequency(&model, state, |state| state.height[0][0]);
+        let stated = model.swinging_frequency();
+        assert!((found / stated - 1.0).abs() < 2e-3, "{name} {values:?}: {found} for {stated}");
+        assert!((stated / plain - 1.0).abs() > 0.01, "{name} does nothing: {stated} and {plain}");
+    }
 }

@@ -4,7 +4,7 @@ mod alone;
 
 use super::super::outputs::check_folder;
 use super::super::stop::{finish_partial, watched_until};
-use alone::{against, laws, laws_alone, references_alone};
+use alone::{against, laboratory, laboratory_alone, laws, laws_alone, references_alone};
 use indicatif::ProgressBar;
 use meniscus_discover::decision::settings::Settings;
 use meniscus_discover::sizing::simulations::Shard;
@@ -32,15 +32,17 @@ use std::sync::atomic::{AtomicBool, Ordering};
 /// lacks, two effects at once, a misjudged noise, intervals, and measured water follow.
 ///
 /// Laws that no library holds are hidden in the liquid of another solver, and the drawn laws are compared with them. --laws-only
-/// does that alone, in a few minutes, and writes laws.md and laws.json. --references-only judges clean glasses and hidden effects
-/// against references by simulation, in other packings and spacings, and writes references.md and references.json.
+/// does that alone, in a few minutes, and writes laws.md and laws.json. --laboratory-only hides effects of the library in the liquid of
+/// a solver that shares no formula with the reduced model, and writes laboratory.md and laboratory.json. --references-only
+/// judges clean glasses and hidden effects against references by simulation, in other packings and spacings, and writes
+/// references.md and references.json.
 ///
 /// Each of about 120 glasses takes about 30 s of processor time if it is not in --cache, each of about 280 trials some seconds. About
 /// 35 trials are sized by simulation, in some minutes each. All are kept, and the same command continues. Ctrl-C ends it, and
 /// --report-only writes the page of what is judged by then.
 #[derive(clap::Args)]
 #[command(
-    after_help = "Examples:\n  meniscus discover study --json\n  meniscus discover study --clean 30 --simulated\n  meniscus discover study --report-only\n  meniscus discover study --laws-only --json"
+    after_help = "Examples:\n  meniscus discover study --json\n  meniscus discover study --clean 30 --simulated\n  meniscus discover study --report-only\n  meniscus discover study --laws-only --json\n  meniscus discover study --laboratory-only"
 )]
 pub(crate) struct Arguments {
     /// Folder of simulated glasses; missing ones are simulated.
@@ -78,14 +80,17 @@ pub(crate) struct Arguments {
     /// Only the laws that no library holds: no glass is simulated.
     #[arg(long, conflicts_with_all = ["simulate_only", "simulated", "report_only", "trials_only", "sizes_only", "measured"], help_heading = "Method")]
     laws_only: bool,
-    /// Only the verdicts against references by simulation, of 27 glasses.
+    /// Only the trials of the second laboratory: no glass is simulated.
     #[arg(long, conflicts_with_all = ["simulate_only", "simulated", "report_only", "trials_only", "sizes_only", "measured", "laws_only"], help_heading = "Method")]
+    laboratory_only: bool,
+    /// Only the verdicts against references by simulation, of 27 glasses.
+    #[arg(long, conflicts_with_all = ["simulate_only", "simulated", "report_only", "trials_only", "sizes_only", "measured", "laws_only", "laboratory_only"], help_heading = "Method")]
     references_only: bool,
     /// Simulate and judge one part, as 2/8.
     ///
     /// The machines share --cache and --out. A trial whose glasses another part makes is left out: run the same command again when
     /// all parts are done. The command without --part writes the page.
-    #[arg(long, value_name = "INDEX/COUNT", value_parser = Shard::parse, conflicts_with_all = ["report_only", "measured", "laws_only", "references_only"], help_heading = "Method")]
+    #[arg(long, value_name = "INDEX/COUNT", value_parser = Shard::parse, conflicts_with_all = ["report_only", "measured", "laws_only", "laboratory_only", "references_only"], help_heading = "Method")]
     part: Option<Shard>,
     /// Folder for the page, the pictures and the trials.
     #[arg(long, default_value = "out/discover", value_name = "DIR", help_heading = "Output")]
@@ -114,6 +119,9 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     bar.set_style(crate::bars::style("{msg:24} {wide_bar} {pos}/{len}, {left}")?);
     if arguments.laws_only {
         return laws_alone(arguments, stop, &bar);
+    }
+    if arguments.laboratory_only {
+        return laboratory_alone(arguments, stop, &bar);
     }
     if arguments.references_only {
         return references_alone(arguments, stop, &bar);
@@ -216,6 +224,12 @@ fn beside(
         return Ok(());
     }
     study.beside.laws = judged;
+    keep(&arguments.out, &study.beside)?;
+    let judged = laboratory(stop, bar)?;
+    if stop.load(Ordering::Relaxed) {
+        return Ok(());
+    }
+    study.beside.laboratory = judged;
     keep(&arguments.out, &study.beside)?;
     study.beside.against = against(arguments, stop, bar)?;
     keep(&arguments.out, &study.beside)?;

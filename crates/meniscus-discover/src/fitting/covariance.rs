@@ -29,21 +29,26 @@ pub(super) struct Ready {
 
 impl Ready {
     /// Adds `rbar` to the `expected` channels, where the first mode swings `stretch` times as fast as in the references.
-    ///
-    /// Most of the model error is a wave and belongs to a phase of the slosh: `rbar(t0 + (t - t0) stretch)`, from the start t0 of
-    /// the motion.
     pub(super) fn add_rbar(&self, expected: &mut [Vec<f64>], stretch: f64) {
-        let start = self.record.rest_frames as f64;
-        for (expected, series) in expected.iter_mut().zip(self.rbar.iter().flatten()) {
-            let Some(last) = series.len().checked_sub(1) else { continue };
-            for (frame, value) in expected.iter_mut().enumerate().take(series.len()) {
-                let late = (frame as f64 - start).max(0.0);
-                let place = (frame as f64 + late * (stretch - 1.0)).clamp(0.0, last as f64);
-                let (low, part) = (place as usize, place.fract());
-                *value += series[low] + part * (series[(low + 1).min(last)] - series[low]);
-            }
+        for (expected, rbar) in expected.iter_mut().zip(self.rbar.iter().flatten()) {
+            let here = followed(rbar, self.record.rest_frames, stretch);
+            expected.iter_mut().zip(here).for_each(|(expected, rbar)| *expected += rbar);
         }
     }
+}
+
+/// Returns the `series` of a slosh that begins in frame `start` as it is where that swings `stretch` times as fast.
+///
+/// Most of the model error is a wave, and belongs to a phase of the slosh: `r(t0 + (t - t0) stretch)`.
+fn followed(series: &[f64], start: usize, stretch: f64) -> Vec<f64> {
+    let last = series.len().saturating_sub(1);
+    let at = |frame: usize| {
+        let late = frame.saturating_sub(start) as f64;
+        let place = (frame as f64 + late * (stretch - 1.0)).clamp(0.0, last as f64);
+        let (low, part) = (place as usize, place.fract());
+        series[low] + part * (series[(low + 1).min(last)] - series[low])
+    };
+    (0..series.len()).map(at).collect()
 }
 
 /// Prepares `record`, one of `beside` of the same glass.
@@ -130,4 +135,29 @@ pub(super) fn whitening(
         recording: record.name.clone(),
         channel: record.channels[channel].quantity.words(),
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_residual_swings_as_fast_as_the_slosh_and_stays_where_that_has_not_begun() {
+        const START: usize = 20;
+        let slosh = |pace: f64| -> Vec<f64> {
+            let at = |f: usize| if f < START { 0.5 } else { 0.5 + (pace * (f - START) as f64).sin() };
+            (0..130).map(at).collect()
+        };
+        let slow = slosh(0.2);
+        assert_eq!(followed(&slow, START, 1.0), slow);
+        for stretch in [0.9, 0.97, 1.05] {
+            let (found, wanted) = (followed(&slow, START, stretch), slosh(0.2 * stretch));
+            // What lies behind the end of the references stays at their last value.
+            let seen = START + ((130 - START) as f64 / stretch.max(1.0)) as usize - 1;
+            let off = (0..seen).map(|f| (found[f] - wanted[f]).abs()).fold(0.0, f64::max);
+            let kept = (0..seen).map(|f| (slow[f] - wanted[f]).abs()).fold(0.0, f64::max);
+            assert!(off < 0.006 && kept > 0.5, "{stretch}: {off}, and {kept} unchanged");
+            assert_eq!(found[..START], slow[..START]);
+        }
+    }
 }

@@ -17,9 +17,7 @@ use super::covariance::{CORRELATION, Ready, prepare, whitening};
 use super::error::ProblemError;
 use super::fit_cache::{CacheKey, FitCache};
 use crate::baseline::calibrate::Calibration;
-use crate::baseline::predict::{
-    Difference, RADIUS, SHARED, model_with, predict, predict_by, reduced_model,
-};
+use crate::baseline::predict::{Difference, RADIUS, SHARED, model_with, predict, predict_by, reduced_model};
 use crate::recordings::record::{Quantity, Record};
 use crate::recordings::stated::Known;
 use meniscus::reduced::effects::Active;

@@ -2,6 +2,7 @@
 
 use super::against_simulator::simulator_checks;
 use super::bench::Judged;
+use super::laboratory::checks::laboratory_checks;
 use super::measured::MeasuredResult;
 use super::plans::{Answer, Family, twins};
 use super::run::JudgedTrial;
@@ -23,6 +24,7 @@ pub fn checks(study: &StudyTally) -> Vec<Check> {
     out.extend(size_checks(&beside.sizes));
     out.extend(measured_checks(beside));
     out.extend(law_checks(&beside.laws));
+    out.extend(laboratory_checks(&beside.laboratory));
     out.extend(simulator_checks(&beside.against));
     out.push(Check::informational("seconds_per_short_discovery", longest, "s"));
     out.push(Check::at_most("seconds_per_discovery", beside.long_s.unwrap_or(f64::NAN), "s", 180.0));

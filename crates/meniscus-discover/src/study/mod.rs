@@ -9,6 +9,7 @@ pub mod coverage;
 pub mod duration;
 pub mod error;
 mod final_verdict;
+pub mod laboratory;
 pub mod measured;
 mod measured_runs;
 pub mod motions;

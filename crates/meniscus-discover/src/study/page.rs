@@ -4,6 +4,8 @@ use super::against_simulator::{AgainstSimulator, simulator_checks};
 use super::bench::Judged;
 use super::caution::always_unknown;
 use super::checks::checks;
+use super::laboratory::checks::{laboratory_checks, laboratory_tables};
+use super::laboratory::judge::LaboratoryOutcome;
 use super::measured::MeasuredResult;
 use super::plans::{Answer, Family};
 use super::run::JudgedTrial;
@@ -98,6 +100,9 @@ pub fn report(study: &StudyTally, command: &str) -> Report {
     if !study.beside.laws.is_empty() {
         tables(&mut report, &study.beside.laws);
     }
+    if !study.beside.laboratory.is_empty() {
+        laboratory_tables(&mut report, &study.beside.laboratory);
+    }
     if !study.beside.against.is_empty() {
         against(&mut report, &study.beside.against);
     }
@@ -124,6 +129,15 @@ fn against(report: &mut Report, outcomes: &[AgainstSimulator]) {
     };
     let rows: Vec<_> = outcomes.iter().map(row).collect();
     report.table(&["hidden", "spacing, mm", "packing", "verdict", "names", "class"], &rows);
+}
+
+/// Returns the report of the second laboratory's trials alone.
+#[must_use]
+pub fn laboratory_report(outcomes: &[LaboratoryOutcome], command: &str) -> Report {
+    let mut report = Report::new("The study in a second laboratory", command);
+    report.checks(&laboratory_checks(outcomes));
+    laboratory_tables(&mut report, outcomes);
+    report
 }
 
 /// Returns the report of the trials of the drawn law alone.

@@ -2,6 +2,7 @@
 
 use super::against_simulator::AgainstSimulator;
 use super::bench::Judged;
+use super::laboratory::judge::LaboratoryOutcome;
 use super::measured::MeasuredResult;
 use super::plans::{Answer, Family};
 use super::run::JudgedTrial;
@@ -34,6 +35,9 @@ pub struct Beside {
     /// Trials of the drawn law, where they were made.
     #[serde(default)]
     pub laws: Vec<LawOutcome>,
+    /// Trials of the second laboratory, where they were made.
+    #[serde(default)]
+    pub laboratory: Vec<LaboratoryOutcome>,
     /// Trials against references by simulation, where they were made.
     #[serde(default)]
     pub against: Vec<AgainstSimulator>,
