@@ -142,7 +142,7 @@ impl ReducedModel {
         sqrt((first.free * first.free + first.mode.steepness * self.port.lift_m_s2).max(0.0))
     }
 
-    /// Frequency at which the first mode swings, under friction, the constant lift and the memory of the liquid, 1/s.
+    /// Frequency at which the first mode swings, under friction, the constant lift and viscoelastic relaxation, 1/s.
     ///
     /// `W^2 = w^2 + kappa a + (k/m) W^2/(W^2 + r^2)` of a memory of stiffness k that relaxes at the rate r.
     #[must_use]

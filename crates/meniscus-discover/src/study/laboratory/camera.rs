@@ -1,6 +1,6 @@
 //! Profiles as a camera sees them, and its faults: rotations of the points of the line on the near wall.
 
-use super::glass::{Glass, RADIUS_M};
+use super::glass::{LaboratoryGlass, RADIUS_M};
 use super::solver::Solver;
 use crate::recordings::motion_plan::MotionPlan;
 use crate::recordings::record::{Record, channels};
@@ -15,7 +15,7 @@ use rand_chacha::ChaCha8Rng;
 /// Noise of one point of a profile, m.
 const NOISE_M: f64 = 3e-4;
 
-/// What is not as it is said about camera and motion.
+/// Faults of camera and motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Faults {
     /// Rotation about the line of sight, rad.
@@ -35,13 +35,25 @@ impl Faults {
 
 /// Returns the recordings of `glass` on the paths `plans`, judged as of a fill of `fill_m`, with the noise of `seed`.
 #[must_use]
-pub fn records(glass: &Glass, plans: &[MotionPlan], faults: &Faults, fill_m: f64, seed: u64) -> Vec<Record> {
+pub fn records(
+    glass: &LaboratoryGlass,
+    plans: &[MotionPlan],
+    faults: &Faults,
+    fill_m: f64,
+    seed: u64,
+) -> Vec<Record> {
     let one = |(i, plan): (usize, &MotionPlan)| record(glass, plan, faults, fill_m, 100 * seed + i as u64);
     plans.iter().enumerate().filter_map(one).collect()
 }
 
 /// Returns one recording.
-fn record(glass: &Glass, plan: &MotionPlan, faults: &Faults, fill_m: f64, seed: u64) -> Option<Record> {
+fn record(
+    glass: &LaboratoryGlass,
+    plan: &MotionPlan,
+    faults: &Faults,
+    fill_m: f64,
+    seed: u64,
+) -> Option<Record> {
     let mut performed = plan.clone();
     for jolt in &mut performed.jolts {
         jolt.strength_m_s2 *= faults.gain;

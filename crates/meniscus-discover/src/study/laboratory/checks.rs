@@ -1,7 +1,7 @@
 //! Tally of the second laboratory's trials, its checks and its table.
 
 use super::judge::LaboratoryOutcome;
-use super::trials::Purpose;
+use super::trials::TrialPurpose;
 use crate::study::plans::twins;
 use crate::study::share::share_set;
 use meniscus::reduced::effects::find;
@@ -37,8 +37,8 @@ impl LaboratoryOutcome {
 /// Returns the checks of `outcomes`.
 #[must_use]
 pub fn laboratory_checks(outcomes: &[LaboratoryOutcome]) -> Vec<Check> {
-    let of = |purpose: Purpose| outcomes.iter().filter(move |outcome| outcome.purpose == purpose);
-    let hidden = || of(Purpose::Hidden);
+    let of = |purpose: TrialPurpose| outcomes.iter().filter(move |outcome| outcome.purpose == purpose);
+    let hidden = || of(TrialPurpose::Hidden);
     let count = |some: &mut dyn Iterator<Item = &LaboratoryOutcome>| some.count() as f64;
     let if_any = |value: f64| if outcomes.is_empty() { f64::NAN } else { value };
     let named = hidden().filter(|outcome| outcome.verdict == "named");
@@ -71,11 +71,11 @@ pub fn laboratory_checks(outcomes: &[LaboratoryOutcome]) -> Vec<Check> {
         Check::informational("other_lab_intervals", if_any(intervals), "trials"),
         Check::exactly(
             "other_lab_false_names",
-            if_any(count(&mut of(Purpose::Clean).filter(|o| o.verdict == "named"))),
+            if_any(count(&mut of(TrialPurpose::Clean).filter(|o| o.verdict == "named"))),
             "trials",
             0.0,
         ),
-        Check::informational("other_lab_clean", if_any(count(&mut of(Purpose::Clean))), "trials"),
+        Check::informational("other_lab_clean", if_any(count(&mut of(TrialPurpose::Clean))), "trials"),
         Check::at_most(
             "other_lab_none_with_effect",
             share_set(hidden().map(|outcome| outcome.verdict == "none")),
@@ -84,13 +84,13 @@ pub fn laboratory_checks(outcomes: &[LaboratoryOutcome]) -> Vec<Check> {
         ),
         Check::at_least(
             "outside_library_unknown",
-            share_set(of(Purpose::Outside).map(|outcome| outcome.verdict == "unknown")),
+            share_set(of(TrialPurpose::Outside).map(|outcome| outcome.verdict == "unknown")),
             "share",
             0.8,
         ),
         Check::informational(
             "outside_library_named",
-            if_any(count(&mut of(Purpose::Outside).filter(|o| o.verdict == "named"))),
+            if_any(count(&mut of(TrialPurpose::Outside).filter(|o| o.verdict == "named"))),
             "trials",
         ),
     ]
@@ -112,9 +112,9 @@ const COLUMNS: [&str; 9] = [
 /// Adds the trials to `report`.
 pub fn laboratory_tables(report: &mut Report, outcomes: &[LaboratoryOutcome]) {
     for (purpose, title) in [
-        (Purpose::Hidden, "Second laboratory: an effect of the library hidden"),
-        (Purpose::Clean, "Second laboratory: nothing hidden"),
-        (Purpose::Outside, "Second laboratory: a force hidden that no library holds"),
+        (TrialPurpose::Hidden, "Second laboratory: an effect of the library hidden"),
+        (TrialPurpose::Clean, "Second laboratory: nothing hidden"),
+        (TrialPurpose::Outside, "Second laboratory: a force hidden that no library holds"),
     ] {
         report.heading(title);
         let rows: Vec<_> = outcomes.iter().filter(|o| o.purpose == purpose).map(row).collect();
@@ -144,8 +144,8 @@ fn row(outcome: &LaboratoryOutcome) -> Vec<String> {
 mod tests {
     use super::*;
 
-    fn outcome(purpose: Purpose, hidden: &str, verdict: &str, name: &str) -> LaboratoryOutcome {
-        let truth = (purpose == Purpose::Hidden).then_some(1.0);
+    fn outcome(purpose: TrialPurpose, hidden: &str, verdict: &str, name: &str) -> LaboratoryOutcome {
+        let truth = (purpose == TrialPurpose::Hidden).then_some(1.0);
         LaboratoryOutcome {
             purpose,
             hidden: hidden.into(),
@@ -163,10 +163,10 @@ mod tests {
     #[test]
     fn each_check_fails_where_it_should() {
         let good = [
-            outcome(Purpose::Hidden, "foam", "named", "foam"),
-            outcome(Purpose::Hidden, "camera_latency", "tied", "actuation_delay"),
-            outcome(Purpose::Clean, "", "none", ""),
-            outcome(Purpose::Outside, "end stop", "unknown", "foam"),
+            outcome(TrialPurpose::Hidden, "foam", "named", "foam"),
+            outcome(TrialPurpose::Hidden, "camera_latency", "tied", "actuation_delay"),
+            outcome(TrialPurpose::Clean, "", "none", ""),
+            outcome(TrialPurpose::Outside, "end stop", "unknown", "foam"),
         ];
         let of = |outcomes: &[LaboratoryOutcome], name: &str| {
             let checks = laboratory_checks(outcomes);

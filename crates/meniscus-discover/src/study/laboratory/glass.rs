@@ -82,7 +82,7 @@ pub const GRAVITY_M_S2: f64 = 9.80665;
 
 /// One glass.
 #[derive(Clone, Copy, Debug)]
-pub struct Glass {
+pub struct LaboratoryGlass {
     /// Inner radius, m.
     pub radius_m: f64,
     /// Height of the liquid, m.
@@ -99,7 +99,7 @@ pub struct Glass {
     pub differs: [f64; 3],
 }
 
-impl Glass {
+impl LaboratoryGlass {
     /// Returns the glass as it is stated, of a viscosity in Pa s.
     #[must_use]
     pub fn plain(viscosity_pa_s: f64) -> Self {

@@ -1,8 +1,8 @@
 //! Judgement of the second laboratory's trials by the workflow, against references of the same laboratory.
 
 use super::camera::{Faults, records};
-use super::glass::{DENSITY_KG_M3, FILL_M, Glass, RADIUS_M};
-use super::trials::{LaboratoryTrial, Purpose, VISCOSITY_PA_S, motions, references};
+use super::glass::{DENSITY_KG_M3, FILL_M, LaboratoryGlass, RADIUS_M};
+use super::trials::{LaboratoryTrial, TrialPurpose, VISCOSITY_PA_S, motions, references};
 use crate::baseline::group::Group;
 use crate::decision::settings::Settings;
 use crate::decision::thresholds::{Thresholds, thresholds};
@@ -15,8 +15,8 @@ use serde::{Deserialize, Serialize};
 /// Outcome of one trial.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LaboratoryOutcome {
-    /// Purpose.
-    pub purpose: Purpose,
+    /// TrialPurpose.
+    pub purpose: TrialPurpose,
     /// Name of the effect or force; empty where nothing is hidden.
     pub hidden: String,
     /// Its size in reference sizes.
@@ -53,7 +53,7 @@ impl LaboratoryBench {
     }
 
     /// Makes and fits the references in `glasses`, each with the seed of its noise.
-    fn of(glasses: &[(Glass, u64)]) -> Result<Self, StudyError> {
+    fn of(glasses: &[(LaboratoryGlass, u64)]) -> Result<Self, StudyError> {
         let plans = motions();
         let mut groups = Vec::new();
         for (glass, seed) in glasses {
@@ -124,7 +124,7 @@ mod tests {
         assert!((value / 0.3 - 1.0).abs() < 0.15, "{value} N/m for 0.3");
         let [untouched, effect] = tension.gap_mm.expect("a gap");
         assert!(effect < 0.2 * untouched, "{untouched} to {effect} mm");
-        let clean = judged(&|trial| trial.purpose == Purpose::Clean);
+        let clean = judged(&|trial| trial.purpose == TrialPurpose::Clean);
         assert_eq!(clean.verdict, "none", "{clean:?}");
     }
 }

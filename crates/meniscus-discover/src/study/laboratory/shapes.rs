@@ -5,7 +5,7 @@
 //! ```
 //! The rate v is that of the surface at the wall.
 
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::TAU;
 
 /// Points of the quadratures: along the radius, around, and over the depth.
 const RADII: usize = 12;
@@ -184,6 +184,7 @@ fn heights(depth_m: f64) -> impl Iterator<Item = (f64, f64)> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::f64::consts::PI;
 
     #[test]
     fn the_integrals_are_those_of_theory() {

@@ -7,7 +7,7 @@
 //! ```
 //! Rates and heights are advanced in turn (leapfrog), friction implicitly.
 
-use super::glass::{Glass, Liquid};
+use super::glass::{LaboratoryGlass, Liquid};
 use super::layer::Layer;
 use super::shapes::{Patch, Shape, Strained};
 use crate::recordings::motion_plan::MotionPlan;
@@ -62,7 +62,7 @@ struct Wave {
 
 /// Liquid of one glass that moves.
 pub struct Solver<'a> {
-    glass: &'a Glass,
+    glass: &'a LaboratoryGlass,
     plan: &'a MotionPlan,
     waves: Vec<Wave>,
     height: [f64; WAVES.len()],
@@ -77,7 +77,7 @@ pub struct Solver<'a> {
 impl<'a> Solver<'a> {
     /// Returns the liquid of `glass` at rest, before the path `plan`.
     #[must_use]
-    pub fn new(glass: &'a Glass, plan: &'a MotionPlan) -> Self {
+    pub fn new(glass: &'a LaboratoryGlass, plan: &'a MotionPlan) -> Self {
         let shapes = WAVES.map(|(order, xi)| Shape::new(order, xi, glass.radius_m, glass.fill_m));
         let waves = shapes.iter().enumerate().map(|(n, shape)| wave(glass, &shapes[0], n, *shape)).collect();
         let still = [0.0; WAVES.len()];
@@ -205,7 +205,7 @@ fn resistance(liquid: &Liquid, piece: &Strained, rate: f64) -> f64 {
 }
 
 /// Returns wave number `n` of `glass` with the `shape`, beside the shape of the `first`.
-fn wave(glass: &Glass, first: &Shape, n: usize, shape: Shape) -> Wave {
+fn wave(glass: &LaboratoryGlass, first: &Shape, n: usize, shape: Shape) -> Wave {
     let liquid = &glass.liquid;
     let [frequency, damping, _] = glass.differs;
     let area = shape.over_surface(|x, y| shape.height(x, y).powi(2));
@@ -265,12 +265,12 @@ mod tests {
     use super::*;
 
     /// Returns the heights at the edge, frame by frame, less the fill.
-    fn edge(glass: &Glass, plan: &MotionPlan) -> Vec<f64> {
+    fn edge(glass: &LaboratoryGlass, plan: &MotionPlan) -> Vec<f64> {
         Solver::new(glass, plan).run().iter().map(|(heights, _)| heights[POINTS - 1] - glass.fill_m).collect()
     }
 
     /// Returns frequency and damping of the waves after a weak jolt, from the zero crossings and the extremes between.
-    fn ringing(glass: &Glass) -> [f64; 2] {
+    fn ringing(glass: &LaboratoryGlass) -> [f64; 2] {
         let plan = MotionPlan::jolt(0.3, 0.05, 3.4);
         let z = edge(glass, &plan);
         let crossings: Vec<f64> = (60..z.len() - 1)
@@ -289,7 +289,7 @@ mod tests {
 
     #[test]
     fn a_thin_liquid_rings_as_theory_says() {
-        let glass = Glass::plain(0.01);
+        let glass = LaboratoryGlass::plain(0.01);
         let [frequency, damping] = ringing(&glass);
         // The layer takes `rho sqrt(nu w/2) S/(2 m)`, S of |u|^2 over the side and the bottom (Case and Parkinson 1957).
         let (xi, nu) = (1.841_183_8_f64, 0.01 / 1100.0);
@@ -307,14 +307,14 @@ mod tests {
 
     #[test]
     fn a_wall_that_slips_lets_the_wave_ring_faster_and_a_drag_ends_it_sooner() {
-        let [plain, fades] = ringing(&Glass::plain(0.05));
-        let mut slips = Glass::plain(0.05);
+        let [plain, fades] = ringing(&LaboratoryGlass::plain(0.05));
+        let mut slips = LaboratoryGlass::plain(0.05);
         slips.liquid.slip_m = 0.003;
         let [faster, slower] = ringing(&slips);
         // The layer's lowering falls to 1/(1 + 2 s + 2 s^2) of 0.50, its damping to (1 + 2 s)/(1 + 2 s + 2 s^2), s = 1.45.
         assert!((faster - plain - 0.44).abs() < 0.03, "{plain} to {faster}");
         assert!((fades - slower - 0.26).abs() < 0.04, "{fades} to {slower}");
-        let mut foams = Glass::plain(0.05);
+        let mut foams = LaboratoryGlass::plain(0.05);
         foams.line.foam = 0.03;
         let [_, sooner] = ringing(&foams);
         assert!(sooner > 1.2 * fades, "{fades} to {sooner}");

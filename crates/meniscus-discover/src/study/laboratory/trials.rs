@@ -1,7 +1,7 @@
-//! What is hidden in which glass of the second laboratory.
+//! Trials of the second laboratory: what is hidden in which glass.
 
 use super::camera::Faults;
-use super::glass::Glass;
+use super::glass::LaboratoryGlass;
 use crate::recordings::motion_plan::MotionPlan;
 use crate::study::unnamed::laws::{HiddenLaw, JUDGED};
 use meniscus_numerics::random::normal;
@@ -33,7 +33,7 @@ const OUTSIDE_SEED: u64 = 800;
 
 /// Group of trials with one purpose.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Purpose {
+pub enum TrialPurpose {
     /// An effect of the library is hidden.
     Hidden,
     /// Nothing is hidden.
@@ -51,7 +51,7 @@ struct Effect {
     absent: f64,
     step: f64,
     /// Puts the coordinate into a glass and before a camera.
-    apply: fn(f64, &mut Glass, &mut Faults),
+    apply: fn(f64, &mut LaboratoryGlass, &mut Faults),
 }
 
 const EFFECTS: [Effect; 16] = [
@@ -79,7 +79,7 @@ const fn effect(
     name: &'static str,
     absent: f64,
     step: f64,
-    apply: fn(f64, &mut Glass, &mut Faults),
+    apply: fn(f64, &mut LaboratoryGlass, &mut Faults),
 ) -> Effect {
     Effect { name, absent, step, apply }
 }
@@ -87,8 +87,8 @@ const fn effect(
 /// One trial.
 #[derive(Clone, Debug)]
 pub struct LaboratoryTrial {
-    /// Purpose.
-    pub purpose: Purpose,
+    /// TrialPurpose.
+    pub purpose: TrialPurpose,
     /// Name of the effect or force; empty where nothing is hidden.
     pub name: &'static str,
     /// Size in reference sizes.
@@ -97,8 +97,8 @@ pub struct LaboratoryTrial {
     pub truth: Option<f64>,
     /// Effects that are taken out of the library because they are the same force.
     pub same: &'static [&'static str],
-    /// Glass.
-    pub glass: Glass,
+    /// LaboratoryGlass.
+    pub glass: LaboratoryGlass,
     /// Camera and motion.
     pub faults: Faults,
     /// Seed of the noise.
@@ -112,21 +112,24 @@ pub fn motions() -> Vec<MotionPlan> {
 }
 
 /// Returns the glass of `seed`.
-fn glass(viscosity_pa_s: f64, seed: u64) -> Glass {
+fn glass(viscosity_pa_s: f64, seed: u64) -> LaboratoryGlass {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
-    Glass { differs: DIFFERS.map(|part| part * normal(&mut random)), ..Glass::plain(viscosity_pa_s) }
+    LaboratoryGlass {
+        differs: DIFFERS.map(|part| part * normal(&mut random)),
+        ..LaboratoryGlass::plain(viscosity_pa_s)
+    }
 }
 
 /// Returns the glasses of the references with their seeds.
 #[must_use]
-pub fn references() -> Vec<(Glass, u64)> {
+pub fn references() -> Vec<(LaboratoryGlass, u64)> {
     (REFERENCE_SEED..).zip(REFERENCES_PA_S).map(|(seed, viscosity)| (glass(viscosity, seed), seed)).collect()
 }
 
 /// Returns all trials.
 #[must_use]
 pub fn laboratory_trials() -> Vec<LaboratoryTrial> {
-    let plain = |purpose: Purpose, seed: u64| LaboratoryTrial {
+    let plain = |purpose: TrialPurpose, seed: u64| LaboratoryTrial {
         purpose,
         name: "",
         size: 0.0,
@@ -140,13 +143,13 @@ pub fn laboratory_trials() -> Vec<LaboratoryTrial> {
     let hidden = SIZES.into_iter().flat_map(|size| EFFECTS.map(|effect| (size, effect)));
     for (seed, (size, effect)) in (HIDDEN_SEED..).zip(hidden) {
         let truth = effect.absent + size * effect.step;
-        let mut trial = plain(Purpose::Hidden, seed);
+        let mut trial = plain(TrialPurpose::Hidden, seed);
         (effect.apply)(truth, &mut trial.glass, &mut trial.faults);
         out.push(LaboratoryTrial { name: effect.name, size, truth: Some(truth), ..trial });
     }
-    out.extend((0..CLEAN).map(|i| plain(Purpose::Clean, CLEAN_SEED + i)));
+    out.extend((0..CLEAN).map(|i| plain(TrialPurpose::Clean, CLEAN_SEED + i)));
     for (seed, law) in (OUTSIDE_SEED..).zip(JUDGED) {
-        let mut trial = plain(Purpose::Outside, seed);
+        let mut trial = plain(TrialPurpose::Outside, seed);
         trial.glass.law = Some(HiddenLaw { size: LAW_SIZE, ..law });
         out.push(LaboratoryTrial { name: law.name, size: LAW_SIZE, same: law.same, ..trial });
     }
