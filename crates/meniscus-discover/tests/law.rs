@@ -54,7 +54,7 @@ fn an_unknown_verdict_draws_both_curves_with_bands_and_says_where_no_formula_fol
     }
     let mut inputs = Inputs::new(load(&scratch.0.join("mine")).expect("sound"));
     inputs.references = load_references(&scratch.0.join("known")).expect("sound");
-    let names = ["camera_latency", "camera_pitch", "depth_scale"].map(String::from);
+    let names = ["camera_slope", "camera_pitch", "depth_scale"].map(String::from);
     inputs.settings.library = library(&names).expect("known names");
     inputs.simulation = Some(Resolution { spacing_m: 0.007, seed: 1 });
     let report = Discovery::run(&inputs, &Silent).expect("a verdict");

@@ -6,8 +6,8 @@
 //! ```
 //! `rbar` is the mean and `d_g` the scatter of the references' residuals in the same motion; the variants are rbar
 //! itself, its slope in time and its ramp over the recording, because a liquid with an effect does not follow the
-//! references exactly. Where it swings faster or slower, rbar goes with it ([`Problem::expected_m`]). Offsets (level, slope, bow, position of the glass) are integrated out with the variance
-//! [`Calibration::offset_m2`].
+//! references exactly. Where it swings faster or slower, rbar goes with it ([`Problem::expected_m`]). Offsets (level, slope,
+//! bow, position of the glass) are integrated out with the variance [`Calibration::offset_m2`].
 //! After a correction, C gains a process of a share of that correction, channel by channel, with a correlation time of ten frames:
 //! the formula of an effect is not exact either ([`Problem::with_formula_error`]).
 //! Residuals are whitened by the exact Cholesky factor of C, recording by recording and channel by channel. Channels
@@ -142,7 +142,8 @@ impl Problem {
     /// Returns the expected channels of recording `which`, m: those of the model, and what the references' residual adds.
     ///
     /// The residual follows the wave. A glass that is lifted by 1 m/s2 swings 5 % faster, and after a second has gone ahead of the
-    /// references by a radian; without this the model error of its bow counts twice (`docs/discovery/README.md`).
+    /// references by a radian; without this the model error of its bow counts twice (`docs/discovery/README.md`). The frequency of the
+    /// baseline counts as well: with an effect's alone, a model without the effect would have the residual of the wrong wave.
     #[must_use]
     pub fn expected_m(&self, which: usize, theta: &[f64], difference: Difference<'_>) -> Vec<Vec<f64>> {
         let ready = &self.ready[which];
