@@ -5,11 +5,11 @@
 //! s'' + 2 gamma s' + w^2 s = (p v1^2 + q w1^2 a1^2)/R + C a1 (v1' + w1^2 a1)/kappa1 + B t v1'/kappa1
 //! ```
 //! for s of (0,n) and (2,n). The quadratic terms of the surface conditions have this form for a standing wave (Miles
-//! 1976); `coupling.rs` says what they are without viscosity. Of (0,1) and (2,1) p and q may be
-//! calibrated, and then belong to the baseline, and q corrects B too; `v1' + w1^2 a1` is what push, friction and the contact line do to the first
-//! mode, which the product of height and potential feels at once. These waves ride along: their energy is of fourth order in the amplitude and
-//! is left out of the books. With waves along x and y, `a1^2` is `ax^2 + ay^2` for (0,n), and `ax^2 - ay^2` and `2 ax ay`
-//! for (2,n).
+//! 1976); `coupling.rs` says what they are without viscosity. Of (0,1) and (2,1) p and q may be calibrated, and then belong
+//! to the baseline; that q corrects B, too. `v1' + w1^2 a1` is what push, friction and the contact line do to the first mode,
+//! which the product of height and potential feels at once. These waves ride along: their energy is of fourth order in the
+//! amplitude and is left out of the books. With waves along x and y, `a1^2` is `ax^2 + ay^2` for (0,n), and `ax^2 - ay^2` and
+//! `2 ax ay` for (2,n).
 //!
 //! In a glass that leans by t = tan theta the surface at rest is `t x` over the round cross-section: one side is
 //! deeper than the other, and a wave along it does not stay in its mode; `v1'/kappa1 = -g a1 + b f` is how fast the

@@ -12,7 +12,8 @@ use crate::reduced::effects::{Active, Branch, MOST, Port, Slot, View};
 use crate::reduced::speed_table::SLOWEST_M_S;
 use heapless::Vec;
 
-/// Repetitions by which the frequency beside a memory is found: each is nearer by the share that the memory has in it.
+/// Repetitions by which [`ReducedModel::swinging_frequency`] is found. Each one is nearer by the share of the relaxing stiffness
+/// in the whole.
 const MEMORY_REPEATS: usize = 8;
 
 /// A glass of liquid with its effects, for steps of one length.
@@ -144,7 +145,8 @@ impl ReducedModel {
 
     /// Frequency at which the first mode swings, under friction, the constant lift and viscoelastic relaxation, 1/s.
     ///
-    /// `W^2 = w^2 + kappa a + (k/m) W^2/(W^2 + r^2)` of a memory of stiffness k that relaxes at the rate r.
+    /// `W^2 = w^2 + kappa a + (k/m) W^2/(W^2 + r^2)` of a memory of stiffness k that relaxes at the rate r. A contact line that is
+    /// held, and changes with the amplitude, are left out.
     #[must_use]
     pub fn swinging_frequency(&self) -> f64 {
         let (first, branch) = (&self.modes[0], &self.memory[0]);
