@@ -8,6 +8,7 @@
 //! | `shapes` | modes of a cylinder and their integrals, by quadrature |
 //! | `layer` | layer at the wall, in time |
 //! | `glass` | a glass of liquid with everything that can be hidden in it |
+//! | `waves` | waves of a glass, with their masses, springs and friction |
 //! | `solver` | motion of the liquid in time |
 //! | `camera` | profiles as a camera sees them, and its faults |
 //! | `trials` | what is hidden in which glass |
@@ -22,3 +23,4 @@ pub mod layer;
 pub mod shapes;
 pub mod solver;
 pub mod trials;
+mod waves;
