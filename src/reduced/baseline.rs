@@ -16,6 +16,8 @@ pub struct Baseline {
     /// Coefficients p and q of the second-order waves (0,1) and (2,1): their forcing is `(p v1^2 + q w1^2 a1^2)/R`. `None`
     /// takes those of an inviscid standing wave: 0.62 and -0.02, 0.80 and 0.26 in deep liquid.
     pub drive: Option<[[f64; 2]; 2]>,
+    /// Share of the contact line that a sticking wall holds: 1 holds it, 0 lets it slide, see `finite_layer`.
+    pub held_line: f64,
 }
 
 impl Default for Baseline {
@@ -27,6 +29,7 @@ impl Default for Baseline {
             lever: [1.0; RADIAL],
             detuning: 0.0,
             drive: None,
+            held_line: 1.0,
         }
     }
 }

@@ -102,7 +102,7 @@ fn bound_wave(
         layers(speed).0 + share * here / (2.0 * mode.mass_kg)
     };
     let w = (free - layers(MIDDLING_M_S).1).max(0.1 * free);
-    let branch = memory(active, &mode, glass);
+    let branch = memory(liquid.maxwell, &mode, glass);
     BoundWave {
         square: w * w,
         discrete: discrete(w, dt),

@@ -6,15 +6,8 @@
 //! (Case and Parkinson 1957), the layers also lower the frequency by their part of gamma. An inextensible
 //! film adds `f (1/2) sqrt(nu w/2) k coth kh`, f = 1; elastic ones reach about f = 2 (Miles 1967).
 //!
-//! A wall on which the liquid slips by a length b passes on less stress: with the layer's complex depth
-//! `delta/(1 + i)`, `delta = sqrt(2 nu/w)`, the impedance of the wall is that of the layer over
-//! `1 + (1 + i) b/delta` (Navier 1823). Its real part damps and its imaginary part lowers the frequency:
-//! ```text
-//! (1 + i)/(1 + (1 + i) s) = ((1 + 2 s) + i)/(1 + 2 s + 2 s^2),   s = b/delta
-//! damping  (1 + 2 s)/(1 + 2 s + 2 s^2),   lowering  1/(1 + 2 s + 2 s^2)
-//! ```
-//!
-//! Beyond first order in the layer's depth the first mode is corrected, see `finite_layer`.
+//! Slip and viscoelastic relaxation change the layer, see `wall_impedance`. Beyond first order in the layer's depth the first mode
+//! is corrected, see `finite_layer`.
 //!
 //! A generalised Newtonian liquid, `tau = tau0 + K rate^n` (Herschel and Bulkley 1926), has the viscosity
 //! that loses as much in a cycle as it does (equivalent linearisation). A stress `c rate^p` at a rate of
@@ -25,13 +18,18 @@
 //! with r = v k sqrt(2) s_b in the bulk and r = v s_w/delta, delta = sqrt(2 nu/w), in the layer, where v
 //! is the amplitude `sqrt(v^2 + w^2 a^2)` of the rate at the wall and the s are means over the places.
 
-use super::finite_layer::{film_factors, wall_excess};
+use super::finite_layer::{between, film_factors, wall_excess};
 use super::modes::{Cylinder, SloshMode};
+use super::wall_impedance::{Maxwell, WallLayer};
 use crate::math::{pow, sincos, sinh, sqrt, tanh};
 
-/// Mean of the bulk's rate of shear where it is lost, over `sqrt(2) k v`; half of the loss lies within
-/// `1/(2k)` of the surface.
-const BULK_PLACE: f64 = 0.7;
+/// Mean s_b of the bulk's rate of shear over `sqrt(2) k v` by the exponent p of the stress: the rate at which `c rate^p` loses as much
+/// everywhere as it does over the bulk, `s_b^(p-1) = int s^(p+1)/int s^2`, by quadrature over the first mode of a deep cylinder. A
+/// stress that hardly falls with the rate loses much where the rate is small.
+const BULK_PLACES: [f64; 5] = [0.577, 0.617, 0.650, 0.678, 0.702];
+
+/// Exponents of [`BULK_PLACES`].
+const EXPONENTS: [f64; 5] = [0.0, 0.25, 0.5, 0.75, 1.0];
 
 /// Mean of the rate of shear in the layer over `v/delta`.
 const LAYER_PLACE: f64 = 0.6;
@@ -63,6 +61,9 @@ pub struct Rheology {
     pub slip_m: f64,
     /// Film on the surface: 0 none, 1 inextensible.
     pub film: f64,
+    /// Maxwell stress beside the viscous one. Not stored with a model.
+    #[serde(skip)]
+    pub maxwell: Maxwell,
     /// Share of the contact line that a sticking wall holds: 1 holds it, 0 lets it slide. Not stored with a model.
     #[serde(skip, default = "all")]
     pub held_line: f64,
@@ -78,6 +79,7 @@ impl Rheology {
             yield_pa: 0.0,
             slip_m: 0.0,
             film: 0.0,
+            maxwell: Maxwell::default(),
             held_line: all(),
         }
     }
@@ -85,8 +87,13 @@ impl Rheology {
     /// The viscosity (Pa s) that loses as much at a rate of amplitude `rate` (1/s).
     #[must_use]
     pub fn equivalent(&self, rate: f64) -> f64 {
-        let rate = rate.max(LEAST_RATE);
-        let plastic = if self.yield_pa > 0.0 { self.yield_pa * loss(0.0) / rate } else { 0.0 };
+        self.equivalent_of([rate; 2])
+    }
+
+    /// The same where the yield stress and the power law lose as much as at these two `rates` (1/s).
+    fn equivalent_of(&self, rates: [f64; 2]) -> f64 {
+        let [plastic_rate, rate] = rates.map(|rate| rate.max(LEAST_RATE));
+        let plastic = if self.yield_pa > 0.0 { self.yield_pa * loss(0.0) / plastic_rate } else { 0.0 };
         if self.index == 1.0 {
             return self.consistency + plastic;
         }
@@ -130,14 +137,10 @@ pub(super) fn friction(
     if !mode.is_first() {
         return (damping + film, lowering + film);
     }
-    let depth = layer_depth(viscosities.wall, w);
-    let (x, s) = (depth / glass.radius_m, liquid.slip_m / depth);
-    let more = wall_excess(x, s / (1.0 + s), liquid.held_line);
+    let x = layer_depth(viscosities.wall, w) / glass.radius_m;
+    let more = wall_excess(x, &wall_layer(w, viscosities.wall, liquid, glass), liquid.held_line);
     let over = film_factors(x);
-    (
-        damping + w * x * more.damping + film * over.damping,
-        lowering + w * x * more.lowering + film * over.lowering,
-    )
+    (damping + w * more.damping + film * over.damping, lowering + w * more.lowering + film * over.lowering)
 }
 
 /// Kinematic viscosities that a mode gives the liquid, m2/s.
@@ -157,7 +160,9 @@ pub(super) fn viscosities(
     liquid: &Rheology,
     density: f64,
 ) -> Viscosities {
-    let bulk = liquid.equivalent(speed * mode.k * core::f64::consts::SQRT_2 * BULK_PLACE) / density;
+    let largest = speed * mode.k * core::f64::consts::SQRT_2;
+    let rates = [0.0, liquid.index].map(|p| largest * between(&EXPONENTS, &BULK_PLACES, p));
+    let bulk = liquid.equivalent_of(rates) / density;
     let mut wall = bulk;
     if !liquid.is_linear() {
         // The layer's depth and its viscosity determine one another; the rate falls as the depth grows,
@@ -200,12 +205,19 @@ fn layers(mode: &SloshMode, w: f64, viscosities: Viscosities, liquid: &Rheology,
     let side = (1.0 + around) / (1.0 - around);
     let bottom = 2.0 * k * glass.radius_m * (1.0 - glass.depth_m / glass.radius_m) / sinh(2.0 * kh);
     let sticking = sqrt(0.5 * wall * w) / (2.0 * glass.radius_m) * (side + bottom);
-    let s = liquid.slip_m / layer_depth(wall, w);
-    let over = 1.0 + 2.0 * s + 2.0 * s * s;
+    let impedance = wall_layer(w, wall, liquid, glass).impedance();
     Layers {
-        damping: sticking * (1.0 + 2.0 * s) / over + 2.0 * bulk * k * k,
-        lowering: sticking / over,
+        damping: sticking * impedance.damping + 2.0 * bulk * k * k,
+        lowering: sticking * impedance.lowering,
         film: liquid.film * 0.5 * sqrt(0.5 * wall * w) * k / tanh(kh),
+    }
+}
+
+/// Returns the layer of `liquid` of a kinematic viscosity (m2/s) at the wall, at the frequency `w` (1/s).
+fn wall_layer(w: f64, viscosity_m2_s: f64, liquid: &Rheology, glass: &Cylinder) -> WallLayer {
+    WallLayer {
+        slip: liquid.slip_m / layer_depth(viscosity_m2_s, w),
+        relaxing: liquid.maxwell.over(viscosity_m2_s * glass.density_kg_m3, w),
     }
 }
 
@@ -259,29 +271,6 @@ mod tests {
             let now = of(slip).0;
             assert!(now < last && now > 0.0);
             last = now;
-        }
-    }
-
-    #[test]
-    fn slip_divides_the_complex_impedance_of_the_layer() {
-        use nalgebra::Complex;
-        let glass = Cylinder { radius_m: 0.035, depth_m: 0.07, density_kg_m3: 1261.0 };
-        let mode = SloshMode::new(&glass, Wave::First(0));
-        let w = sqrt(mode.square(GRAVITY_M_S2));
-        let nu = 0.02 / 1261.0;
-        let bulk = 2.0 * nu * mode.k * mode.k;
-        let layer = |slip_m: f64| {
-            let liquid = Rheology { slip_m, ..Rheology::newtonian(0.02) };
-            let (damping, lowering) = thin(&mode, w, &liquid, &glass);
-            (damping - bulk, lowering)
-        };
-        let sticks = layer(0.0);
-        for share in [0.2, 0.65, 1.3, 3.0] {
-            let one_i = Complex::new(1.0, 1.0);
-            let passed = one_i / (Complex::new(1.0, 0.0) + one_i * share);
-            let (damping, lowering) = layer(share * layer_depth(nu, w));
-            assert!((damping / sticks.0 - passed.re).abs() < 1e-12, "damping at {share}");
-            assert!((lowering / sticks.1 - passed.im).abs() < 1e-12, "lowering at {share}");
         }
     }
 

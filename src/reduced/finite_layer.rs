@@ -8,9 +8,13 @@
 //! lowering  (w0 - w) - lowering_layer = w x L(x, u)
 //! film      gamma and lowering of an inextensible film, over w x
 //! ```
-//! A line that slides freely lacks `(1 - u) D(x, 0)`, and the same of L. A line that keeps still bends the surface within
-//! a layer's depth, so that D grows with x from 0; the tables begin at x = 0.03 and go straight to 0 below it. They are
+//! Where the share h of the line is held, `u D(x, 1) + h (D(x, u) - u D(x, 1))` takes the place of D, and the same of L: the line's
+//! part falls with the slip as the tables do, and none is left where the liquid slips freely. A line that keeps still bends the
+//! surface within a layer's depth, so that D grows with x from 0; the tables begin at x = 0.03 and go straight to 0 below it. They are
 //! made by `tests/fixtures/viscous/make.py`, and discovery's tests hold them against the simulator's own solver.
+
+use super::wall_impedance::{Root, WallLayer};
+use crate::math::ln;
 
 /// Ratios x of the layer's depth to the radius.
 const DEPTHS: [f64; 10] = [0.03, 0.045, 0.06, 0.08, 0.1, 0.13, 0.16, 0.2, 0.25, 0.3];
@@ -62,7 +66,7 @@ const FILM: [[f64; 2]; DEPTHS.len()] = [
     [0.1180, 0.1586],
 ];
 
-/// Damping and lowering of the frequency, in units of `w x`.
+/// Damping and lowering of the frequency.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Excess {
     /// Excess of the damping over layer theory.
@@ -71,14 +75,47 @@ pub(super) struct Excess {
     pub(super) lowering: f64,
 }
 
-/// Returns what a wall with the layer `x` deep (radii) and the slip `u` adds to layer theory, where `held` of the contact
-/// line that a sticking wall holds is held.
-pub(super) fn wall_excess(x: f64, u: f64, held: f64) -> Excess {
-    let free = (held - 1.0) * (1.0 - u);
+/// Step by which the slope of the tables is found, as a factor on x.
+const APART: f64 = 1.15;
+
+/// Returns what a wall adds to layer theory, in units of w: `x` is the layer's depth without relaxation over the radius, and `held`
+/// the share of the contact line that is held.
+///
+/// With relaxation the depth is complex, `x r`. The sum `f(x) = x (D + i L)` that the tables give is continued from `x |r|`, to first
+/// order in the angle of r: `f(x r) = f(x |r|) + (r/|r| - 1) df/d ln x`.
+pub(super) fn wall_excess(x: f64, layer: &WallLayer, held: f64) -> Excess {
+    let Root { a, b, size } = layer.root();
+    let at = |x: f64| {
+        let slip = layer.slip / size;
+        let Excess { damping, lowering } = tabled(x, slip / (1.0 + slip), held);
+        Excess { damping: x * damping, lowering: x * lowering }
+    };
+    let deep = x * size;
+    let here = at(deep);
+    if b == 0.0 {
+        return here;
+    }
+    let (more, less) = (at(deep * APART), at(deep / APART));
+    let over = 0.5 / ln(APART);
+    let slope = Excess {
+        damping: over * (more.damping - less.damping),
+        lowering: over * (more.lowering - less.lowering),
+    };
+    // r/|r| - 1 = turned - i across, on damping + i lowering.
+    let (turned, across) = (a / size - 1.0, b / size);
+    Excess {
+        damping: here.damping + turned * slope.damping + across * slope.lowering,
+        lowering: here.lowering + turned * slope.lowering - across * slope.damping,
+    }
+}
+
+/// Returns D and L, or what takes their place, of a layer `x` deep (radii) and the slip `u`.
+fn tabled(x: f64, u: f64, held: f64) -> Excess {
     let at = |table: &[[f64; SLIPS.len()]; DEPTHS.len()]| {
         let of =
             |slip: f64| along_depth(x, |row| table.get(row).map_or(0.0, |row| between(&SLIPS, row, slip)));
-        of(u) + free * of(0.0)
+        let free = u * of(1.0);
+        free + held * (of(u) - free)
     };
     Excess { damping: at(&DAMPING), lowering: at(&LOWERING) }
 }
@@ -102,7 +139,7 @@ fn along_depth(x: f64, row: impl Fn(usize) -> f64) -> f64 {
 }
 
 /// Returns the value at `x` on straight lines between `places` and `values`; beyond the ends it is that of the end.
-fn between<const N: usize>(places: &[f64; N], values: &[f64; N], x: f64) -> f64 {
+pub(super) fn between<const N: usize>(places: &[f64; N], values: &[f64; N], x: f64) -> f64 {
     let mut last = (places.first().copied().unwrap_or(0.0), values.first().copied().unwrap_or(0.0));
     for (place, value) in places.iter().zip(values) {
         if x <= *place {
@@ -121,13 +158,25 @@ mod tests {
 
     #[test]
     fn a_thin_layer_has_no_correction_and_a_free_line_none_that_a_sticking_wall_makes() {
-        let thin = wall_excess(1e-6, 0.0, 1.0);
+        let thin = tabled(1e-6, 0.0, 1.0);
         assert!(thin.damping.abs() < 1e-5 && thin.lowering.abs() < 1e-5, "{thin:?}");
-        assert_eq!(wall_excess(0.13, 0.0, 0.0), Excess { damping: 0.0, lowering: 0.0 });
+        assert_eq!(tabled(0.13, 0.0, 0.0), Excess { damping: 0.0, lowering: 0.0 });
         // Where the liquid slips freely nothing is held that could be let go.
-        assert_eq!(wall_excess(0.13, 1.0, 0.0), wall_excess(0.13, 1.0, 1.0));
+        assert_eq!(tabled(0.13, 1.0, 0.0), tabled(0.13, 1.0, 1.0));
         assert_eq!(film_factors(0.0), Excess { damping: 1.0, lowering: 1.0 });
         // Beyond the table nothing jumps.
-        assert_eq!(wall_excess(0.9, 0.3, 1.0), wall_excess(0.3, 0.3, 1.0));
+        assert_eq!(tabled(0.9, 0.3, 1.0), tabled(0.3, 0.3, 1.0));
+    }
+
+    #[test]
+    fn a_stress_that_relaxes_at_once_makes_the_layer_deeper_and_an_elastic_one_gives_back() {
+        let plain = wall_excess(0.1, &WallLayer { slip: 0.0, relaxing: [0.0; 2] }, 1.0);
+        assert!((plain.damping - 0.01846).abs() < 1e-9, "{plain:?}");
+        let deeper = wall_excess(0.1, &WallLayer { slip: 0.0, relaxing: [0.69, 0.0] }, 1.0);
+        let wanted = wall_excess(0.13, &WallLayer { slip: 0.0, relaxing: [0.0; 2] }, 1.0);
+        assert!((deeper.damping - wanted.damping).abs() < 1e-9, "{deeper:?}");
+        // An elastic layer damps less than a viscous one, and raises the frequency more than a thin one.
+        let elastic = wall_excess(0.1, &WallLayer { slip: 0.0, relaxing: [0.54, -0.62] }, 1.0);
+        assert!(elastic.damping < deeper.damping && elastic.lowering < plain.lowering, "{elastic:?}");
     }
 }

@@ -14,6 +14,7 @@
 //! | `modes` | wave numbers, masses, frequencies and forcing of the modes (1,n), (0,n), (2,n) |
 //! | `boundary_layer` | friction of boundary layers, film and bulk, for any generalised Newtonian liquid |
 //! | `finite_layer` | what a layer that is not thin, and a held contact line, add to that |
+//! | `wall_impedance` | layer at a wall with slip, of a viscoelastic liquid |
 //! | `speed_table` | a number that depends on the amplitude of a speed |
 //! | `baseline` | calibration of the plain model |
 //! | [`effects`] | physical differences from the plain liquid |
@@ -46,6 +47,7 @@ mod speed_table;
 mod step;
 #[cfg(test)]
 mod tests;
+mod wall_impedance;
 
 pub use baseline::Baseline;
 pub use bound_waves::BoundWaveState;
@@ -57,3 +59,4 @@ pub use model::ReducedModel;
 pub use modes::{BOUND_WAVE_SHAPES, Cylinder, RADIAL, SloshMode, Wave};
 pub(crate) use speed_table::SpeedTable;
 pub use step::{EnergyBalance, Forcing, ReducedState, step};
+pub use wall_impedance::Maxwell;

@@ -4,8 +4,9 @@ use super::baseline::Baseline;
 use super::modes::{Cylinder, RADIAL, SloshMode, Wave};
 use crate::math::{sqrt, tan};
 use crate::reduced::boundary_layer::{Rheology, friction};
-use crate::reduced::effects::{Active, Branch, Slot};
+use crate::reduced::effects::{Active, Branch, Relax, Slot};
 use crate::reduced::speed_table::SpeedTable;
+use crate::reduced::wall_impedance::Maxwell;
 use crate::units::GRAVITY_M_S2;
 
 /// Speed at the wall at which the layer's lowering of the frequency is taken, m/s: a middling slosh.
@@ -54,13 +55,15 @@ pub(super) fn discrete(w: f64, dt: f64) -> f64 {
     root * root
 }
 
-/// Returns the inner variable of the liquid for `mode`.
-pub(super) fn memory(active: &[Active], mode: &SloshMode, glass: &Cylinder) -> Branch {
-    let one = |effect: &Active| match effect.entry.slot {
-        Slot::Memory(branch) => Some(branch(&effect.values, mode, glass)),
-        _ => None,
-    };
-    active.iter().filter_map(one).next_back().unwrap_or_default()
+/// Returns the inner variable of the bulk for `mode`: a viscosity mu there has the friction `4 m mu k^2/rho`.
+pub(super) fn memory(maxwell: Maxwell, mode: &SloshMode, glass: &Cylinder) -> Branch {
+    if maxwell.modulus_pa == 0.0 {
+        return Branch::default();
+    }
+    Branch {
+        stiffness: 4.0 * mode.mass_kg * maxwell.modulus_pa * mode.k * mode.k / glass.density_kg_m3,
+        relax: Relax::Time(maxwell.time_s),
+    }
 }
 
 /// Returns the coefficients of the mode (1,n) under all that acts on it.

@@ -8,7 +8,7 @@ use crate::reduced::bound_wave_coefficients::{FirstModeContext, bound_waves};
 use crate::reduced::bound_waves::BoundWaves;
 use crate::reduced::boundary_layer::Rheology;
 use crate::reduced::drawn_law::DrawnLaw;
-use crate::reduced::effects::{Active, Branch, MOST, Port, Slot, View};
+use crate::reduced::effects::{Active, Branch, MOST, Port, Relax, Slot, View};
 use crate::reduced::speed_table::SLOWEST_M_S;
 use heapless::Vec;
 
@@ -78,16 +78,19 @@ impl ReducedModel {
                 Slot::View(change) => change(&effect.values, &mut view),
                 // More than fit are left out, as said above.
                 Slot::Line(_) => drop(rubbing.push(*effect)),
-                Slot::Stiffness(_) | Slot::FirstMode(_) | Slot::Memory(_) | Slot::Catch(_) => {}
+                Slot::Memory(stress) => liquid.maxwell = stress(&effect.values),
+                Slot::Stiffness(_) | Slot::FirstMode(_) | Slot::Catch(_) => {}
             }
         }
+        // An effect on the line is counted from what the baseline holds of it; less than a free line there is not.
+        liquid.held_line = (liquid.held_line + baseline.held_line - 1.0).max(0.0);
         let of_mode = |n: usize| coefficients(n, &glass, &liquid, baseline, active, dt);
         let modes: [ModeCoefficients; RADIAL] = core::array::from_fn(of_mode);
         let stiffness = modes.first().map_or(0.0, |m| m.stiffness);
         // A^2 = a^2 of a Duffing oscillator: w = w0 (1 + 3 alpha A^2/(8 w0^2)), energy m alpha a^4/4.
         let soften = |kappa: f64| -8.0 / 3.0 * kappa * stiffness / (glass.radius_m * glass.radius_m);
         let (mut quartic, mut coupling) = (soften(baseline.detuning), 0.0);
-        let memory = modes.map(|ready| memory(active, &ready.mode, &glass));
+        let memory = modes.map(|ready| memory(liquid.maxwell, &ready.mode, &glass));
         let mut line = Branch::default();
         for effect in active {
             match effect.entry.slot {
@@ -143,10 +146,14 @@ impl ReducedModel {
         sqrt((first.free * first.free + first.mode.steepness * self.port.lift_m_s2).max(0.0))
     }
 
-    /// Frequency at which the first mode swings, under friction, the constant lift and viscoelastic relaxation, 1/s.
+    /// Frequency at which the first mode swings, under friction, the constant lift, viscoelastic relaxation and a contact line that
+    /// is pinned, 1/s.
     ///
-    /// `W^2 = w^2 + kappa a + (k/m) W^2/(W^2 + r^2)` of a memory of stiffness k that relaxes at the rate r. A contact line that is
-    /// held, and changes with the amplitude, are left out.
+    /// ```text
+    /// W^2 = w^2 + kappa a + (k/m) W^2/(W^2 + r^2) + (s/m)/(1 + s sum_n 1/(K_n - m_n W^2))
+    /// ```
+    /// of a memory of stiffness k that relaxes at the rate r, and a line of stiffness s on which the higher modes n ride. A line that
+    /// slides, and changes with the amplitude, are left out.
     #[must_use]
     pub fn swinging_frequency(&self) -> f64 {
         let (first, branch) = (&self.modes[0], &self.memory[0]);
@@ -154,8 +161,11 @@ impl ReducedModel {
         let free = first.w * first.w + first.mode.steepness * self.port.lift_m_s2;
         let stored = branch.stiffness / first.mode.mass_kg;
         let mut square = free + stored;
+        let pinned = if self.line.relax == Relax::Never { self.line.stiffness } else { 0.0 };
         for _ in 0..MEMORY_REPEATS {
-            square = free + stored * square / (square + rate * rate);
+            let given = |ready: &ModeCoefficients| 1.0 / (ready.stiffness - ready.mode.mass_kg * square);
+            let yields = 1.0 + pinned * self.modes.iter().skip(1).map(given).sum::<f64>();
+            square = free + stored * square / (square + rate * rate) + pinned / (first.mode.mass_kg * yields);
         }
         sqrt(square.max(0.0))
     }

@@ -17,7 +17,8 @@ const LEAN_RAD: f64 = 0.07;
 
 /// Numbers of the baseline that upright references of this liquid show, in the order of `predict::NAMES`; q of the saddle is
 /// the second but last. Without the layer at the wall it is 0.26.
-const REFERENCES: [f64; 12] = [-0.017, 0.0, -0.14, -1.25, -0.05, -0.63, 0.18, 0.69, 0.08, 0.60, 0.376, 0.0];
+const REFERENCES: [f64; 13] =
+    [-0.017, 0.0, -0.14, -1.25, -0.05, -0.63, 0.18, 0.69, 0.08, 0.60, 0.376, 0.0, 1.0];
 
 /// Returns the bow of the surface in a glass that leans by `angle` through a jolt, m.
 fn simulated(angle: f64, plan: &MotionPlan, motion: &Motion) -> Vec<f64> {

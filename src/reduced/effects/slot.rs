@@ -1,7 +1,7 @@
 //! Slots: the places in the reduced model where an effect may act.
 
 use super::parameter::Values;
-use crate::reduced::{Cylinder, Rheology, SloshMode};
+use crate::reduced::{Cylinder, Maxwell, Rheology, SloshMode};
 
 /// A stored energy with friction: `z' = v - r z`, energy `k z^2/2`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -98,8 +98,8 @@ pub enum Slot {
     Liquid(fn(&Values, &mut Rheology)),
     /// Friction along the contact line, N s/m, at an amplitude of its speed (m/s).
     Line(fn(&Values, f64, &Cylinder) -> f64),
-    /// An inner variable of each mode.
-    Memory(fn(&Values, &SloshMode, &Cylinder) -> Branch),
+    /// A stress that relaxes: an inner variable of each mode, and another layer at the wall.
+    Memory(fn(&Values) -> Maxwell),
     /// An inner variable of the contact line.
     Catch(fn(&Values, &Cylinder) -> Branch),
     /// The port.

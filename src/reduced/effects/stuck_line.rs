@@ -2,7 +2,8 @@
 //!
 //! A wall that sticks holds the line too, and the surface beside it is bent within a layer's depth: the first mode is
 //! damped more and lowered less than layer theory says for a free line, see [`crate::reduced`], `finite_layer`. The value is
-//! the share of that difference, 1 in the plain liquid.
+//! the share of that difference, 1 in the plain liquid. It is counted from what the baseline holds of the line
+//! ([`crate::reduced::Baseline::held_line`]): at 1 the baseline's share stays.
 
 use super::{Class, Effect, EffectKind, FreeParameters, Parameter, Reference, Simulator, Slot};
 

@@ -1,4 +1,5 @@
-//! Viscoelastic relaxation: a Maxwell branch, modulus G and time lambda, in the bulk's strain.
+//! Viscoelastic relaxation: a Maxwell branch, modulus G and time lambda, in the bulk's strain and in the layer at the wall
+//! (`wall_impedance`). In the bulk
 //! ```text
 //! dissipation of a viscosity mu in the bulk   2 m (2 mu/rho k^2) v^2/2     so  G_friction = 4 m mu k^2/rho
 //! the branch                                  k_z = 4 m G k^2/rho,   z' = v - z/lambda
@@ -7,9 +8,8 @@
 //! `q = 2 G k^2/(rho w^2)` (Maxwell 1867; Bird, Armstrong and Hassager 1987). A relaxation much faster than a radian of
 //! the slosh, x << 1, is a viscosity G lambda and is to be called that: the range of lambda begins at 0.02 s.
 
-use super::{
-    Branch, Class, Effect, EffectKind, FreeParameters, Law, Parameter, Reference, Relax, Simulator, Slot,
-};
+use super::{Class, Effect, EffectKind, FreeParameters, Law, Parameter, Reference, Simulator, Slot};
+use crate::reduced::Maxwell;
 
 pub(super) const EFFECT: Effect = Effect {
     kind: EffectKind::Viscoelastic,
@@ -41,10 +41,7 @@ pub(super) const EFFECT: Effect = Effect {
     ],
     about: "the liquid remembers its strain",
     source: "Maxwell 1867; Bird, Armstrong and Hassager 1987",
-    slot: Slot::Memory(|[modulus, time], mode, glass| Branch {
-        stiffness: 4.0 * mode.mass_kg * modulus * mode.k * mode.k / glass.density_kg_m3,
-        relax: Relax::Time(*time),
-    }),
+    slot: Slot::Memory(|[modulus, time]| Maxwell { modulus_pa: *modulus, time_s: *time }),
     simulator: Simulator::Law(Law::Viscoelastic),
     free: FreeParameters::All,
     twin: None,

@@ -6,6 +6,7 @@
 pub mod calibrate;
 pub mod clock;
 pub mod group;
+mod held_line;
 pub mod noise;
 pub mod offsets;
 pub mod predict;

@@ -12,13 +12,16 @@ use meniscus::surface::{POINTS, profile_abscissa};
 const STEPS: usize = 2;
 
 /// Calibrated numbers of the baseline, shared by all recordings; a lag for each recording follows them.
-pub const SHARED: usize = 12;
+pub const SHARED: usize = 13;
 
 /// Height of a wave in radii beyond which the model has lost it.
 const HIGHEST: f64 = 10.0;
 
 /// Index of the excess of the radius over the stated one, m.
 pub const RADIUS: usize = 11;
+
+/// Index of the share of the contact line that a sticking wall holds.
+pub const HELD_LINE: usize = 12;
 
 /// Names of the shared numbers.
 pub const NAMES: [&str; SHARED] = [
@@ -34,6 +37,7 @@ pub const NAMES: [&str; SHARED] = [
     "p of (2,1)",
     "q of (2,1)",
     "radius",
+    "held line",
 ];
 
 /// Returns the baseline whose numbers are the first of `theta`.
@@ -46,6 +50,7 @@ pub fn baseline(theta: &[f64]) -> Baseline {
         lever: [1.0 + l1, 1.0 + l2, 1.0 + l2],
         detuning: softening,
         drive: Some([[p0, q0], [p2, q2]]),
+        held_line: theta[HELD_LINE],
     }
 }
 

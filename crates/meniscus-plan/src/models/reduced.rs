@@ -35,6 +35,7 @@ const SIMULATED: Baseline = Baseline {
     lever: [1.0; RADIAL],
     detuning: 0.144,
     drive: None,
+    held_line: 1.0,
 };
 
 /// Normal quantile of an interval that holds nine times out of ten.
