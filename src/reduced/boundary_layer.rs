@@ -26,10 +26,10 @@ use crate::math::{pow, sincos, sinh, sqrt, tanh};
 /// Mean s_b of the bulk's rate of shear over `sqrt(2) k v` by the exponent p of the stress: the rate at which `c rate^p` loses as much
 /// everywhere as it does over the bulk, `s_b^(p-1) = int s^(p+1)/int s^2`, by quadrature over the first mode of a deep cylinder. A
 /// stress that hardly falls with the rate loses much where the rate is small.
-const BULK_PLACES: [f64; 5] = [0.577, 0.617, 0.650, 0.678, 0.702];
+pub(super) const BULK_PLACES: [f64; 5] = [0.577, 0.617, 0.650, 0.678, 0.702];
 
 /// Exponents of [`BULK_PLACES`].
-const EXPONENTS: [f64; 5] = [0.0, 0.25, 0.5, 0.75, 1.0];
+pub(super) const EXPONENTS: [f64; 5] = [0.0, 0.25, 0.5, 0.75, 1.0];
 
 /// Mean of the rate of shear in the layer over `v/delta`.
 const LAYER_PLACE: f64 = 0.6;

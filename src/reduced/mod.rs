@@ -34,6 +34,8 @@ mod baseline;
 mod bound_wave_coefficients;
 mod bound_waves;
 mod boundary_layer;
+#[cfg(test)]
+mod bulk_rate_tests;
 mod contact_line_friction;
 mod coupling;
 mod drawn_law;

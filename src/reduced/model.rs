@@ -82,7 +82,7 @@ impl ReducedModel {
                 Slot::Stiffness(_) | Slot::FirstMode(_) | Slot::Catch(_) => {}
             }
         }
-        // An effect on the line is counted from what the baseline holds of it; less than a free line there is not.
+        // An effect on the line is counted from what the baseline holds of it, and a free line is the least.
         liquid.held_line = (liquid.held_line + baseline.held_line - 1.0).max(0.0);
         let of_mode = |n: usize| coefficients(n, &glass, &liquid, baseline, active, dt);
         let modes: [ModeCoefficients; RADIAL] = core::array::from_fn(of_mode);

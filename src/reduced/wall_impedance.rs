@@ -71,10 +71,10 @@ impl WallLayer {
     /// Returns the impedance.
     pub(super) fn impedance(&self) -> Impedance {
         let Root { a, b, size } = self.root();
-        let size = size * size;
-        // (1 + i) r over 1 + (1 + i) s/r, where 1/r = (a + i b)/size.
+        // (1 + i) r over 1 + (1 + i) s/r, where 1/r = (a + i b)/|r|^2.
         let (top, turned) = (a + b, a - b);
-        let (below, across) = (1.0 + self.slip / size * (a - b), self.slip / size * (a + b));
+        let slip = self.slip / (size * size);
+        let (below, across) = (1.0 + slip * (a - b), slip * (a + b));
         let square = below * below + across * across;
         Impedance {
             damping: (top * below + turned * across) / square,

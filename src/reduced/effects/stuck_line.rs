@@ -20,7 +20,7 @@ pub(super) const EFFECT: Effect = Effect {
         neutral: 1.0,
         range: (0.0, 2.0),
         typical: 0.5,
-        meaning: "share of the contact line that a sticking wall holds; 1 holds it, 0 lets it slide freely",
+        meaning: "share of the contact line that a sticking wall holds; 1 is as in the plain liquid, 0 lets it slide freely",
     }],
     about: "the contact line slides where the wall was taken to hold it, or the other way round",
     source: "linearised Navier-Stokes equations, Ritz's method",

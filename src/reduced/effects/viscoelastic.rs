@@ -1,10 +1,10 @@
 //! Viscoelastic relaxation: a Maxwell branch, modulus G and time lambda, in the bulk's strain and in the layer at the wall
-//! (`wall_impedance`). In the bulk
+//! (`wall_impedance`). In the bulk it is an inner variable:
 //! ```text
 //! dissipation of a viscosity mu in the bulk   2 m (2 mu/rho k^2) v^2/2     so  G_friction = 4 m mu k^2/rho
 //! the branch                                  k_z = 4 m G k^2/rho,   z' = v - z/lambda
 //! ```
-//! Frequency and damping both rise: `dw/w = x^2/(1 + x^2) q`, `gamma = w x/(1 + x^2) q`, x = w lambda,
+//! The bulk raises frequency and damping both: `dw/w = x^2/(1 + x^2) q`, `gamma = w x/(1 + x^2) q`, x = w lambda,
 //! `q = 2 G k^2/(rho w^2)` (Maxwell 1867; Bird, Armstrong and Hassager 1987). A relaxation much faster than a radian of
 //! the slosh, x << 1, is a viscosity G lambda and is to be called that: the range of lambda begins at 0.02 s.
 

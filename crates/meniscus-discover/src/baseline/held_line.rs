@@ -1,16 +1,16 @@
 //! Share of the contact line that a sticking wall holds, from references.
 //!
 //! A wall that holds the line damps the first mode more and lowers its frequency less than one on which the line slides. A factor d
-//! on the damping and an offset f of the frequency can stand for either, but they act on every effect of the wall too: with a
-//! factor of 0.73 a slip, a yield stress or a thinning is found wrong by as much. So the share h is the one with which the
-//! references need the least factors,
+//! on the damping and an offset f of the frequency can stand for either. But the factor also scales the damping of every effect,
+//! so that a slip, a yield stress or a shear thinning gets a wrong size. So the share h is the one with which the references need
+//! the least factors,
 //! ```text
 //! sum over references of (ln d)^2/sd^2 + f^2/sf^2,    plus (1 - h)^2/sh^2,    0 <= h <= 1
 //! ```
 //! d and f at another h are those that keep damping and frequency; both are nearly straight lines in h.
 
 use super::group::Group;
-use super::predict::{HELD_LINE, SHARED, reduced_model};
+use super::predict::{DAMPING, FREQUENCY, HELD_LINE, SHARED, reduced_model};
 use meniscus::units::FRAME_INTERVAL_S;
 
 /// Errors sd and sf that the theory of a sticking wall leaves: a tenth of the damping, and a hundredth of the frequency.
@@ -19,10 +19,6 @@ const FREQUENCY_ERROR: f64 = 0.01;
 
 /// Standard deviation sh of the share about 1. In a thin layer references show nothing of it.
 const SHARE_DEVIATION: f64 = 1.0;
-
-/// Index of the relative offset of the first frequency, and of the logarithm of the factor on the first damping.
-const FREQUENCY: usize = 0;
-const DAMPING: usize = 2;
 
 /// Repetitions by which the numbers at another share are found.
 const REPEATS: usize = 4;

@@ -17,6 +17,12 @@ pub const SHARED: usize = 13;
 /// Height of a wave in radii beyond which the model has lost it.
 const HIGHEST: f64 = 10.0;
 
+/// Index of the relative offset of the first frequency.
+pub const FREQUENCY: usize = 0;
+
+/// Index of the logarithm of the factor on the first damping.
+pub const DAMPING: usize = 2;
+
 /// Index of the excess of the radius over the stated one, m.
 pub const RADIUS: usize = 11;
 
