@@ -175,9 +175,10 @@ impl Linearised {
             }
         }
         let together = totals.iter().map(|t| (t - &mean).map(|x| x * x)).sum::<DVector<f64>>() / freedom;
+        // Where the recordings of a packing err together, each packing tells of its error once.
         let one = |i: usize| Component {
             variance: (1.0 + 1.0 / count) * apart[i].max(together[i]),
-            freedom: freedom * recordings.len() as f64,
+            freedom: if together[i] > apart[i] { freedom } else { freedom * recordings.len() as f64 },
         };
         (shift, (0..parameters).map(one).collect())
     }

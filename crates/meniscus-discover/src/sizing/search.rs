@@ -17,8 +17,22 @@ const STABLE: f64 = 0.03;
 /// The same in standard deviations of the size.
 const STABLE_DEVIATIONS: f64 = 0.25;
 
-/// Change of another parameter that is not simulated again, in its steps.
-const STABLE_STEPS: f64 = 1.0;
+/// Change of another parameter that is not simulated again, in its steps. A whole step is too much: its derivative depends on
+/// the size, and a viscosity that was taken 12 % too high left a yield stress of 5 Pa at 4.79.
+const STABLE_STEPS: f64 = 0.15;
+
+/// Farthest that a second size may lie from the best one, relative to the effect: a derivative from farther away is that of
+/// another size.
+const LOCAL: f64 = 0.3;
+
+/// Distance of the second size from the best one, relative to the effect.
+const BESIDE: f64 = 0.12;
+
+/// Least effect for which a second size is simulated, relative to the largest that was tried.
+const PRESENT: f64 = 0.1;
+
+/// Most changes of the simulation that the nuisances are projected out by, in one fit.
+const MOST_CHANGES: usize = 4;
 
 /// Size that is searched.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -122,7 +136,7 @@ impl SizeSearch<'_> {
         let mut batch: Vec<Point> = start.sizes.iter().map(|size| point(*size, &start.others)).collect();
         loop {
             self.simulate(&batch, &mut progress)?;
-            let (mapped, best, near) = self.best(&progress)?;
+            let (mapped, best, near) = self.best(&progress);
             let here = progress.tried[near].point.clone();
             let close = self.is_close(&mapped, &best, &here);
             let most = progress.tried.len() + progress.failures.len() >= self.most_sizes;
@@ -132,12 +146,12 @@ impl SizeSearch<'_> {
                 batch.clear();
                 continue;
             }
-            if close || most {
+            let beside = self.beside(&best, &progress.tried).filter(|_| close);
+            if (close && beside.is_none()) || most {
                 return self.finish(progress, mapped, best, near, close);
             }
-            let next =
-                self.allowed(self.beyond(best.size, &progress.tried), here.parameters[0], &progress.failures);
-            batch = vec![point(next, &best.others)];
+            let next = beside.unwrap_or_else(|| self.beyond(best.size, &progress.tried));
+            batch = vec![point(self.allowed(next, here.parameters[0], &progress.failures), &best.others)];
         }
     }
 
@@ -157,31 +171,65 @@ impl SizeSearch<'_> {
     }
 
     /// Returns the emulator, its best fit, and the index of the simulated point nearest to it.
-    fn best(&self, progress: &Progress) -> Result<(MappedEmulator, Fit, usize), SizingError> {
+    fn best(&self, progress: &Progress) -> (MappedEmulator, Fit, usize) {
         let priors: Vec<Prior> = self.others.iter().map(|other| other.prior).collect();
         let slopes = &progress.slopes;
-        let mut near = 0;
-        // The nuisances are projected out by the simulation nearest to the best fit, which is known after the first pass.
-        loop {
+        let fitted = |near: usize| {
             let like = &progress.tried[near];
-            let mapped =
-                MappedEmulator::new(self.observed, &progress.tried, like, slopes, &priors[..slopes.len()]);
-            let best = mapped.emulator.minimum(self.sampled(&progress.tried), None);
-            let distance = |i: &usize| (progress.tried[*i].point.parameters[0] - best.size).abs();
-            let nearest = (0..progress.tried.len()).rev().min_by(|a, b| distance(a).total_cmp(&distance(b)));
-            let nearest = nearest.unwrap_or(0);
+            let nodes = self.distinct(&progress.tried, near);
+            let mapped = MappedEmulator::new(self.observed, &nodes, like, slopes, &priors[..slopes.len()]);
+            let mut best = mapped.emulator.minimum(self.sampled(&progress.tried), None);
+            // Parameters without a derivative stay where they were simulated.
+            best.others.extend(like.point.parameters[1 + slopes.len()..].iter().copied());
+            (mapped, best)
+        };
+        // The nuisances are projected out by the simulation nearest to the best fit, which is known after the fit.
+        let mut near = 0;
+        let (mut mapped, mut best) = fitted(near);
+        for _ in 0..MOST_CHANGES {
+            let nearest = self.nearest(&progress.tried, &best);
             if nearest == near {
-                let mut others = best.others.clone();
-                others.extend(like.point.parameters[1 + slopes.len()..].iter().copied());
-                return Ok((mapped, Fit { others, ..best }, near));
-            }
-            // A second change of the nearest one would only go to and fro.
-            if near != 0 {
-                let others = like.point.parameters[1..].to_vec();
-                return Ok((mapped, Fit { others, ..best }, nearest));
+                break;
             }
             near = nearest;
+            (mapped, best) = fitted(near);
         }
+        (mapped, best, near)
+    }
+
+    /// Returns the distance of two points, 1 where one of their parameters differs by what is not simulated again.
+    fn distance(&self, one: &[f64], other: &[f64]) -> f64 {
+        let excess = (one[0] - self.range.neutral).abs().max((other[0] - self.range.neutral).abs());
+        let along = (one[0] - other[0]).abs() / (STABLE * excess).max(f64::MIN_POSITIVE);
+        let steps = one[1..].iter().zip(&other[1..]).zip(self.others);
+        steps.fold(along, |far, ((a, b), of)| far.hypot((a - b) / (STABLE_STEPS * of.step)))
+    }
+
+    /// Returns the index of the simulated point nearest to `best`, the last one of several.
+    fn nearest(&self, tried: &[Tried], best: &Fit) -> usize {
+        let at: Vec<f64> = std::iter::once(best.size).chain(best.others.iter().copied()).collect();
+        let far = |i: &usize| self.distance(&tried[*i].point.parameters, &at);
+        (0..tried.len()).rev().min_by(|a, b| far(a).total_cmp(&far(b))).unwrap_or(0)
+    }
+
+    /// Returns the points of `tried` whose sizes differ: of several that hardly do the one nearest to `tried[near]`. Their other
+    /// parameters differ then, and what the derivatives by these do not explain would be taken for a change by the size.
+    fn distinct<'b>(&self, tried: &'b [Tried], near: usize) -> Vec<&'b Tried> {
+        let like = &tried[near].point.parameters;
+        let mut sorted: Vec<&Tried> = tried.iter().rev().collect();
+        let far = |tried: &Tried| self.distance(&tried.point.parameters, like);
+        sorted.sort_by(|a, b| far(a).total_cmp(&far(b)));
+        let neutral = self.range.neutral;
+        let size = |tried: &Tried| tried.point.parameters[0];
+        let largest = tried.iter().map(|tried| (size(tried) - neutral).abs()).fold(f64::MIN_POSITIVE, f64::max);
+        let apart = STABLE * largest;
+        let mut out: Vec<&Tried> = Vec::new();
+        for one in sorted {
+            if out.iter().all(|other| (size(one) - size(other)).abs() >= apart) {
+                out.push(one);
+            }
+        }
+        out
     }
 
     /// Returns the sizes that the emulator is looked at: half a step below the least that was simulated and a whole one
@@ -212,6 +260,22 @@ impl SizeSearch<'_> {
         size
     }
 
+    /// Returns a size beside the best one that its derivative needs; none where one was simulated.
+    fn beside(&self, best: &Fit, tried: &[Tried]) -> Option<f64> {
+        let sizes = || tried.iter().map(|tried| tried.point.parameters[0]);
+        let excess = best.size - self.range.neutral;
+        let largest = sizes().map(|size| (size - self.range.neutral).abs()).fold(0.0, f64::max);
+        let apart = |size: f64| (size - best.size).abs() / excess.abs();
+        // Several points near the best one that differ in another parameter are one size.
+        let is_local = sizes().any(|size| (0.5 * BESIDE..LOCAL).contains(&apart(size)));
+        if is_local || excess.abs() < PRESENT * largest {
+            return None;
+        }
+        let (low, high) = self.range.bounds;
+        let outward = best.size + BESIDE * excess;
+        Some(if (low..=high).contains(&outward) { outward } else { best.size - BESIDE * excess })
+    }
+
     /// Returns the end of the range at which `size` stands, as far as the search resolves it.
     fn end(&self, size: f64) -> Option<f64> {
         let (low, high) = self.range.bounds;
@@ -221,21 +285,20 @@ impl SizeSearch<'_> {
 
     /// Returns whether the best fit is as good as the simulated point `here`.
     fn is_close(&self, mapped: &MappedEmulator, best: &Fit, here: &Point) -> bool {
-        let moved = (best.size - here.parameters[0]).abs();
         let slopes = mapped.emulator.slopes.len();
-        let moved_others = (0..slopes).any(|j| {
-            (best.others[j] - here.parameters[1 + j]).abs() > STABLE_STEPS * self.others[j].step.abs()
-        });
-        if moved_others {
-            return false;
-        }
-        let deviation = Linearised::of(&mapped.emulator, best)
-            .map_or(0.0, |linear| {
-                linear.curvature(&mapped.emulator.recordings, &mapped.channels())[0].variance
-            })
-            .sqrt();
+        let variance = Linearised::of(&mapped.emulator, best)
+            .map(|linear| linear.curvature(&mapped.emulator.recordings, &mapped.channels()));
+        // A change within the noise is not worth a simulation either.
+        let within_noise = |which: usize| {
+            variance.as_ref().map_or(0.0, |parts| STABLE_DEVIATIONS * parts[which].variance.sqrt())
+        };
+        let stays = |which: usize, moved: f64, resolved: f64| moved.abs() <= resolved.max(within_noise(which));
         let excess = (best.size - self.range.neutral).abs();
-        moved <= (STABLE * excess).max(STABLE_DEVIATIONS * deviation)
+        let others = best.others.iter().zip(&here.parameters[1..]).zip(self.others).take(slopes);
+        stays(0, best.size - here.parameters[0], STABLE * excess)
+            && others
+                .enumerate()
+                .all(|(j, ((new, old), of))| stays(1 + j, new - old, STABLE_STEPS * of.step.abs()))
     }
 
     /// Returns `size`, or halfway to `here` as often as it takes to stay on this side of every failure.

@@ -25,7 +25,7 @@ pub const COARSE_M: f64 = 0.007;
 const APART: f64 = 0.85;
 
 /// Most sizes of a candidate at the coarse and at the fine spacing.
-const MOST_SIZES: [usize; 2] = [7, 5];
+const MOST_SIZES: [usize; 2] = [9, 6];
 
 /// Distance of the second size at the fine spacing from the first, relative to the effect: least and largest.
 const FINE_STEP: (f64, f64) = (0.08, 0.3);

@@ -28,12 +28,12 @@ pub struct MappedEmulator {
 }
 
 impl MappedEmulator {
-    /// Returns the emulator through the sizes of `tried` with the derivatives `slopes`; nuisances are projected out by the
-    /// simulation of `like`, whose other parameters are the origin.
+    /// Returns the emulator through the points of `tried`, of sizes that differ, with the derivatives `slopes`; nuisances are
+    /// projected out by the simulation of `like`, whose other parameters are the origin.
     #[must_use]
     pub fn new(
         observed: &[Observed],
-        tried: &[Tried],
+        tried: &[&Tried],
         like: &Tried,
         slopes: &[Slope],
         priors: &[Prior],
@@ -67,8 +67,6 @@ impl MappedEmulator {
             .map(|tried| Node { size: tried.point.parameters[0], numbers: out.at_origin(tried) })
             .collect();
         nodes.sort_by(|a, b| a.size.total_cmp(&b.size));
-        // Points that differ in another parameter alone are no further sizes.
-        nodes.dedup_by(|a, b| a.size == b.size);
         out.emulator.nodes = nodes;
         out
     }
