@@ -11,7 +11,7 @@
 //! |---|---|
 //! | `stage`, `planning`, `description` | [`size`](stage::size), the whole stage; its expected work and its outcome |
 //! | `candidate` | effects of the reduced model as parameters of a search |
-//! | `search`, `tried`, `emulator` | the size that fits best at one spacing |
+//! | `search`, `next`, `best`, `tried`, `emulator` | the size that fits best at one spacing |
 //! | `projection` | simulated against measured channels, nuisances projected out |
 //! | `interval` | interval of a size by curvature, packings and spacing |
 //! | `comparison`, `judgement` | rivals on recordings that were not fitted, and the verdict |
@@ -23,6 +23,7 @@
 //! [`Shard`](simulations::Shard) it makes its part of a round and ends, so that several machines that share the folder can make
 //! a round together. The same call then goes on with the next round.
 
+mod best;
 pub mod candidate;
 mod cautions;
 pub mod comparison;
@@ -33,6 +34,7 @@ pub mod forward;
 pub mod glass;
 pub mod interval;
 pub mod judgement;
+mod next;
 pub mod outcome;
 mod planning;
 pub mod projection;

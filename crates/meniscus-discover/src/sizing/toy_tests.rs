@@ -3,7 +3,6 @@
 //! ```text
 //! x'' = -w^2 x - c x' - d tanh(x'/s) + f(t)          c: viscosity,   d: dry friction, which is sized
 //! ```
-//! A slip l divides c by 1 + l and raises w^2 by a hundredth of l, so that its size is nearly that of another viscosity.
 //! A packing changes frequency, damping and dry friction a little, as one of particles does, and every measured recording has a packing of
 //! its own, white noise, an offset and a lag.
 
@@ -34,7 +33,6 @@ struct Law {
     dry: f64,
     viscosity: f64,
     quadratic: f64,
-    slip: f64,
 }
 
 /// Deviations of a packing from none: of frequency, damping and dry friction, relative.
@@ -45,8 +43,8 @@ fn packing(seed: u64) -> [f64; 3] {
 
 /// Heights of the oscillator pushed with `strength`, by the classical Runge-Kutta method.
 fn oscillate(law: Law, strength: f64, [fast, damped, rough]: [f64; 3], late_s: f64) -> Vec<f64> {
-    let w = 22.0 * (1.0 + fast) * (1.0 + 0.01 * law.slip).sqrt();
-    let c = 1.6 * law.viscosity.exp() * (1.0 + damped) / (1.0 + law.slip);
+    let w = 22.0 * (1.0 + fast);
+    let c = 1.6 * law.viscosity.exp() * (1.0 + damped);
     let rate = |t: f64, x: f64, v: f64| {
         let push = if (0.3..0.6).contains(&t) {
             strength * (std::f64::consts::PI * (t - 0.3) / 0.3).sin()
@@ -82,7 +80,6 @@ const STRENGTHS: [f64; 3] = [2.0, 3.0, 4.5];
 enum Kind {
     Dry,
     Quadratic,
-    Slip,
 }
 
 /// The toy as a model that is sized; it fails at sizes above `breaks`.
@@ -106,7 +103,6 @@ impl Toy {
         match self.kind {
             Kind::Dry => Law { viscosity, ..dry(self.rubs * size) },
             Kind::Quadratic => Law { viscosity, quadratic: size, ..dry(0.0) },
-            Kind::Slip => Law { viscosity, slip: size, ..dry(0.0) },
         }
     }
 }
@@ -159,7 +155,7 @@ fn half(level: &Level) -> f64 {
 }
 
 fn dry(size: f64) -> Law {
-    Law { dry: size, viscosity: 0.0, quadratic: 0.0, slip: 0.0 }
+    Law { dry: size, viscosity: 0.0, quadratic: 0.0 }
 }
 
 #[test]
@@ -169,9 +165,10 @@ fn nine_in_ten_intervals_cover_the_truth() {
     for seed in 0..TRIALS {
         let truth = 0.15 + 0.01 * (seed % 20) as f64;
         let hidden = Law { viscosity: 0.03 * ((seed % 7) as f64 - 3.0) / 2.0, ..dry(truth) };
-        // The rough size is half of the truth, as the reduced model's is.
+        // The rough size is a third to two thirds of the truth, as the reduced model's is at times.
         let toy = Toy { first: 1000 + 10 * seed, ..Toy::new(Kind::Dry) };
-        let level = sized(&toy, &measured(hidden, seed), RANGE, 0.5 * truth).expect("it is sized");
+        let level = sized(&toy, &measured(hidden, seed), RANGE, [0.37, 0.5, 0.63][seed as usize % 3] * truth)
+            .expect("it is sized");
         assert!(level.stable && level.failures.is_empty(), "{:?}", level.sizes);
         assert!((level.fit.size / truth - 1.0).abs() < 0.25, "{} for {truth}", level.fit.size);
         held += u32::from((level.fit.size - truth).abs() <= half(&level));
@@ -189,19 +186,22 @@ fn nine_in_ten_intervals_cover_the_truth() {
 
 #[test]
 fn a_size_does_not_depend_on_where_the_search_begins() {
-    for seed in 0..12 {
-        for (kind, truth) in [(Kind::Dry, 0.25), (Kind::Slip, 0.5)] {
-            let mut hidden = Toy::new(kind).law(&[truth, 0.08]);
-            hidden.viscosity = 0.08;
-            let observed = measured(hidden, seed);
-            let found = [0.3, 0.4, 0.5, 0.8].map(|share| {
-                let toy = Toy { first: 1000 + 10 * seed, ..Toy::new(kind) };
-                sized(&toy, &observed, RANGE, share * truth).expect("it is sized")
-            });
-            let sizes = found.each_ref().map(|level| level.fit.size / truth);
-            println!("{seed} {sizes:.4?} {:.4?} {:.4?} {:?}", found.each_ref().map(|l| l.fit.others[0]), found.each_ref().map(|l| half(l)/truth), found.each_ref().map(|l| l.sizes.len()));
-        }
-    }
+    let spread = |seed: u64| {
+        let observed = measured(Law { viscosity: 0.08, ..dry(0.25) }, seed);
+        let toy = Toy { first: 1000 + 10 * seed, ..Toy::new(Kind::Dry) };
+        let found = [0.075, 0.1, 0.125, 0.2].map(|first| {
+            let level = sized(&toy, &observed, RANGE, first).expect("it is sized");
+            assert!(level.stable, "{:?}", level.sizes);
+            level.fit.size / 0.25
+        });
+        found.into_iter().fold(f64::MIN, f64::max) - found.into_iter().fold(f64::MAX, f64::min)
+    };
+    let mut spreads: Vec<f64> = (0..12).map(spread).collect();
+    spreads.sort_by(f64::total_cmp);
+    println!("sizes from four first sizes differ by {spreads:.3?} of the truth");
+    // Where a viscosity that moved by a step was not simulated again, and a derivative was that between none and half of the
+    // size, half of them differed by more than 0.026.
+    assert!(spreads[5] < 0.018 && spreads[11] < 0.055, "{spreads:.3?}");
 }
 
 #[test]
@@ -210,7 +210,7 @@ fn a_size_far_beyond_the_rough_one_is_reached_in_a_few_simulations() {
     let level = sized(&toy, &measured(dry(0.3), 3), RANGE, 0.06).expect("it is sized");
     assert!((level.fit.size - 0.3).abs() < 0.05 && level.end.is_none(), "{:?}", level.fit);
     // Sizes, one step of the viscosity, two further packings.
-    assert!(level.sizes.len() <= 7, "{:?}", level.sizes);
+    assert!(level.stable && level.sizes.len() <= 8, "{:?}", level.sizes);
     assert_eq!(toy.asked.borrow().len(), level.sizes.len() + 3);
 }
 
