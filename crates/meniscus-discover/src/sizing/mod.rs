@@ -9,7 +9,7 @@
 //!
 //! | file | purpose |
 //! |---|---|
-//! | `stage`, `planning`, `description` | [`size`](stage::size), the whole stage; its expected work and its outcome |
+//! | `stage`, `fine`, `planning`, `description` | [`size`](stage::size), the whole stage; its expected work and its outcome |
 //! | `candidate` | effects of the reduced model as parameters of a search |
 //! | `search`, `next`, `best`, `tried`, `emulator` | the size that fits best at one spacing |
 //! | `projection` | simulated against measured channels, nuisances projected out |
@@ -30,6 +30,7 @@ pub mod comparison;
 mod description;
 pub mod emulator;
 pub mod error;
+mod fine;
 pub mod forward;
 pub mod glass;
 pub mod interval;

@@ -89,6 +89,27 @@ pub struct Level {
     pub mapped: MappedEmulator,
 }
 
+impl Level {
+    /// Returns the best fit where the data count a part `1/alike` of what they did, and the priors all.
+    #[must_use]
+    pub fn weighed(&self, alike: f64) -> Fit {
+        let plain = &self.mapped.emulator;
+        let mut weighed = plain.clone();
+        weighed.priors.iter_mut().for_each(|prior| prior.deviation /= alike.sqrt());
+        let nodes = &plain.nodes;
+        let range = (nodes[0].size, nodes[nodes.len() - 1].size);
+        let (from, to) = (plain.minimum(range, None), weighed.minimum(range, None));
+        // From the mean over the packings, which the emulator does not know.
+        let moved = |of: f64, from: f64, to: f64| of + to - from;
+        let others = self.fit.others.iter().zip(from.others.iter().zip(&to.others));
+        Fit {
+            size: moved(self.fit.size, from.size, to.size).clamp(range.0, range.1),
+            others: others.map(|(of, (from, to))| moved(*of, *from, *to)).collect(),
+            cost: to.cost,
+        }
+    }
+}
+
 /// State of a search.
 pub(super) struct Progress {
     pub(super) tried: Vec<Tried>,
