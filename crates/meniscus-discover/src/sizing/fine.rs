@@ -5,7 +5,7 @@ use super::search::{Level, SizeSearch, Start};
 use super::stage::{Coarse, Stage};
 
 /// Most sizes.
-const MOST_SIZES: usize = 6;
+const MOST_SIZES: usize = 9;
 
 /// Distance of the second size from the first, relative to the effect: least and largest.
 const STEP: (f64, f64) = (0.08, 0.3);
