@@ -205,6 +205,19 @@ fn a_size_does_not_depend_on_where_the_search_begins() {
 }
 
 #[test]
+fn the_fewer_numbers_count_the_more_the_viscosity_is_that_of_the_prior() {
+    let observed = measured(Law { viscosity: 0.08, ..dry(0.25) }, 3);
+    let level = sized(&Toy::new(Kind::Dry), &observed, RANGE, 0.125).expect("it is sized");
+    let viscosity = |alike: f64| level.weighed(alike).others[0];
+    assert!((viscosity(1.0) - level.fit.others[0]).abs() < 1e-12 && level.fit.others[0].abs() > 0.01);
+    let (all, some, none) = (viscosity(1.0).abs(), viscosity(1e3).abs(), viscosity(1e9).abs());
+    assert!(all > some && some > none, "{all} {some} {none}");
+    // The mean over the packings, which it starts from, is not weighed.
+    let shift = level.fit.others[0] - level.mapped.emulator.minimum(RANGE.bounds, None).others[0];
+    assert!(none < shift.abs() + 1e-3, "{none} {shift}");
+}
+
+#[test]
 fn a_size_far_beyond_the_rough_one_is_reached_in_a_few_simulations() {
     let toy = Toy::new(Kind::Dry);
     let level = sized(&toy, &measured(dry(0.3), 3), RANGE, 0.06).expect("it is sized");
