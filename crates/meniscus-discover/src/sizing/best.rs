@@ -1,6 +1,7 @@
 //! Best fit of what was tried: the emulator through the points nearest to it.
 
 use super::emulator::{Fit, Prior};
+use super::forward::Point;
 use super::search::{Progress, SizeSearch};
 use super::tried::{MappedEmulator, Tried};
 
@@ -48,6 +49,11 @@ impl SizeSearch<'_> {
         let along = (one[0] - other[0]).abs() / (STABLE * excess).max(f64::MIN_POSITIVE);
         let steps = one[1..].iter().zip(&other[1..]).zip(self.others);
         steps.fold(along, |far, ((a, b), of)| far.hypot((a - b) / (STABLE_STEPS * of.step)))
+    }
+
+    /// Returns whether `next` is a point of `tried`, as far as the search resolves it. A search goes to and fro there.
+    pub(super) fn was_tried(&self, next: &Point, tried: &[Tried]) -> bool {
+        tried.iter().any(|tried| self.distance(&tried.point.parameters, &next.parameters) < 1.0)
     }
 
     /// Returns the index of the simulated point nearest to `best`, the last one of several.

@@ -150,7 +150,9 @@ impl SizeSearch<'_> {
                 return self.finish(progress, mapped, best, near, close);
             }
             let next = beside.unwrap_or_else(|| self.beyond(best.size, &progress.tried));
-            batch = vec![point(self.allowed(next, here.parameters[0], &progress.failures), &best.others)];
+            let next = point(self.allowed(next, here.parameters[0], &progress.failures), &best.others);
+            batch =
+                vec![if self.was_tried(&next, &progress.tried) { self.halfway(&here, &next) } else { next }];
         }
     }
 
