@@ -51,7 +51,7 @@ impl SizeSearch<'_> {
         steps.fold(along, |far, ((a, b), of)| far.hypot((a - b) / (STABLE_STEPS * of.step)))
     }
 
-    /// Returns whether `next` is a point of `tried`, as far as the search resolves it. A search goes to and fro there.
+    /// Returns whether `next` is a point of `tried`, as far as the search resolves it: one that goes back goes to and fro.
     pub(super) fn was_tried(&self, next: &Point, tried: &[Tried]) -> bool {
         tried.iter().any(|tried| self.distance(&tried.point.parameters, &next.parameters) < 1.0)
     }

@@ -10,7 +10,7 @@ use meniscus::reduced::effects::Parameter;
 impl Stage<'_> {
     /// Returns the outcome for people, from the fine search where there was one.
     pub(super) fn described(&self, coarse: &Coarse, fine: Option<Level>) -> SizedCandidate {
-        let Coarse { candidate, level: first, scores, weighed } = coarse;
+        let Coarse { candidate, level: first, scores, weighted } = coarse;
         let spacings = self.settings.spacings_m();
         let last = fine.as_ref().unwrap_or(first);
         let stated = self.findings.known.stated();
@@ -23,7 +23,7 @@ impl Stage<'_> {
             misfit: level.misfit,
         };
         let spacing = match &fine {
-            Some(fine) => spacing_error((spacings[0], weighed.size), (spacings[1], fine.fit.size)),
+            Some(fine) => spacing_error((spacings[0], weighted.size), (spacings[1], fine.fit.size)),
             None => Component::default(),
         };
         let parts = |which: usize| {

@@ -12,6 +12,15 @@ pub struct Point {
     pub packing: usize,
 }
 
+impl Point {
+    /// Returns the point halfway to `other`, in the packing of `other`.
+    #[must_use]
+    pub fn halfway(&self, other: &Self) -> Self {
+        let pairs = self.parameters.iter().zip(&other.parameters);
+        Self { parameters: pairs.map(|(a, b)| 0.5 * (a + b)).collect(), packing: other.packing }
+    }
+}
+
 /// Simulated recordings.
 #[derive(Clone, Debug)]
 pub struct Simulated {

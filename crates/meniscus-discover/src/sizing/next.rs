@@ -73,12 +73,6 @@ impl SizeSearch<'_> {
         size
     }
 
-    /// Returns the point halfway from `here` to `next`.
-    pub(super) fn halfway(&self, here: &Point, next: &Point) -> Point {
-        let pairs = here.parameters.iter().zip(&next.parameters);
-        Point { parameters: pairs.map(|(a, b)| 0.5 * (a + b)).collect(), ..next.clone() }
-    }
-
     /// Returns `size`, or halfway to `here` as often as it takes to stay on this side of every failure.
     pub(super) fn allowed(&self, size: f64, here: f64, failures: &[Failure]) -> f64 {
         let mut size = size;

@@ -7,7 +7,7 @@ use super::workload::Workload;
 use std::sync::PoisonError;
 
 /// Sizes that a search is expected to take beyond the first, for the estimate of the time.
-const EXPECTED_MORE: usize = 2;
+const EXPECTED_MORE: usize = 3;
 
 impl Stage<'_> {
     /// Adds the expected work of all searches and reports it to the observer.

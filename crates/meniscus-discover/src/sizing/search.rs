@@ -90,15 +90,15 @@ pub struct Level {
 }
 
 impl Level {
-    /// Returns the best fit where the data count a part `1/alike` of what they did, and the priors all.
+    /// Returns the best fit where `alike` numbers count as one, and the priors in full.
     #[must_use]
-    pub fn weighed(&self, alike: f64) -> Fit {
+    pub fn weighted(&self, alike: f64) -> Fit {
         let plain = &self.mapped.emulator;
-        let mut weighed = plain.clone();
-        weighed.priors.iter_mut().for_each(|prior| prior.deviation /= alike.sqrt());
+        let mut weighted = plain.clone();
+        weighted.priors.iter_mut().for_each(|prior| prior.deviation /= alike.sqrt());
         let nodes = &plain.nodes;
         let range = (nodes[0].size, nodes[nodes.len() - 1].size);
-        let (from, to) = (plain.minimum(range, None), weighed.minimum(range, None));
+        let (from, to) = (plain.minimum(range, None), weighted.minimum(range, None));
         // From the mean over the packings, which the emulator does not know.
         let moved = |of: f64, from: f64, to: f64| of + to - from;
         let others = self.fit.others.iter().zip(from.others.iter().zip(&to.others));
@@ -151,8 +151,7 @@ impl SizeSearch<'_> {
             }
             let next = beside.unwrap_or_else(|| self.beyond(best.size, &progress.tried));
             let next = point(self.allowed(next, here.parameters[0], &progress.failures), &best.others);
-            batch =
-                vec![if self.was_tried(&next, &progress.tried) { self.halfway(&here, &next) } else { next }];
+            batch = vec![if self.was_tried(&next, &progress.tried) { here.halfway(&next) } else { next }];
         }
     }
 

@@ -25,8 +25,8 @@ pub const COARSE_M: f64 = 0.007;
 /// Spacings nearer to each other than this are one.
 const APART: f64 = 0.85;
 
-/// Most sizes of a candidate at the coarse spacing.
-const MOST_SIZES: usize = 9;
+/// Most sizes of a candidate at one spacing.
+pub(super) const MOST_SIZES: usize = 9;
 
 /// Choices of a sizing.
 #[derive(Clone, Debug, PartialEq)]
@@ -69,7 +69,7 @@ pub(super) struct Coarse {
     pub(super) scores: Scores,
     /// Best fit where residuals of neighbouring frames, which tell the same, count once. Counted one by one, they outweigh what
     /// references know of the viscosity: a slip of 3 mm was sized as one of 3.6 mm in a liquid that is 7 % more viscous.
-    pub(super) weighed: Fit,
+    pub(super) weighted: Fit,
 }
 
 /// Sizes the effects of `findings` and compares them with their rivals.
@@ -200,8 +200,8 @@ impl<'a> Stage<'a> {
         if let Some(held_out) = &self.held_out {
             scores.each.push(self.held_out_score(&candidate, &level, held_out)?);
         }
-        let weighed = level.weighed(scores.correlation.max(1.0));
-        Ok(Coarse { candidate, level, scores, weighed })
+        let weighted = level.weighted(scores.correlation.max(1.0));
+        Ok(Coarse { candidate, level, scores, weighted })
     }
 
     /// Returns the score on the recording that took no part in anything.

@@ -185,7 +185,7 @@ fn nine_in_ten_intervals_cover_the_truth() {
 }
 
 #[test]
-fn a_size_does_not_depend_on_where_the_search_begins() {
+fn a_size_hardly_depends_on_where_the_search_begins() {
     let spread = |seed: u64| {
         let observed = measured(Law { viscosity: 0.08, ..dry(0.25) }, seed);
         let toy = Toy { first: 1000 + 10 * seed, ..Toy::new(Kind::Dry) };
@@ -208,11 +208,11 @@ fn a_size_does_not_depend_on_where_the_search_begins() {
 fn the_fewer_numbers_count_the_more_the_viscosity_is_that_of_the_prior() {
     let observed = measured(Law { viscosity: 0.08, ..dry(0.25) }, 3);
     let level = sized(&Toy::new(Kind::Dry), &observed, RANGE, 0.125).expect("it is sized");
-    let viscosity = |alike: f64| level.weighed(alike).others[0];
+    let viscosity = |alike: f64| level.weighted(alike).others[0];
     assert!((viscosity(1.0) - level.fit.others[0]).abs() < 1e-12 && level.fit.others[0].abs() > 0.01);
     let (all, some, none) = (viscosity(1.0).abs(), viscosity(1e3).abs(), viscosity(1e9).abs());
     assert!(all > some && some > none, "{all} {some} {none}");
-    // The mean over the packings, which it starts from, is not weighed.
+    // The mean over the packings, which it starts from, is not weighted.
     let shift = level.fit.others[0] - level.mapped.emulator.minimum(RANGE.bounds, None).others[0];
     assert!(none < shift.abs() + 1e-3, "{none} {shift}");
 }
